@@ -1,0 +1,80 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "world/api/pose.hpp"
+#include "world/api/time.hpp"
+
+/// What does not change between two resets: names, types, limits, geometry that clients need.
+namespace aprsim::api {
+
+struct JointDescription {
+  std::string name;
+  double lower_rad = 0, upper_rad = 0;
+  double max_speed_rad_s = 0;
+  double max_torque_nm = 0;
+};
+
+struct GripperDescription {
+  double stroke_m = 0;      ///< travel of one finger
+  double gap_open_m = 0;    ///< pad to pad
+  double gap_closed_m = 0;  ///< pad to pad with nothing between
+  double force_n = 0;       ///< of each finger at supply pressure
+};
+
+struct RobotDescription {
+  std::string name;   ///< "fanuc", "motoman"
+  std::string model;  ///< name in the robot description file
+  std::vector<JointDescription> joints;
+  Pose X_WB;  ///< base mounting frame in world
+  Pose X_BR;  ///< reference frame of wire poses in base
+  Pose X_FT;  ///< tool frame in flange
+  GripperDescription gripper;
+  double max_trans_speed_m_s = 0, max_trans_accel_m_s2 = 0;
+  double max_rot_speed_rad_s = 0, max_rot_accel_rad_s2 = 0;
+};
+
+enum class BodyKind { kGear, kPartTray, kKitTray };
+
+/// A recess that takes a gear. A seated gear's frame coincides with its slot's.
+struct SlotDescription {
+  std::string name;
+  std::string gear_type;
+  Pose X_PS;  ///< slot frame S (on the tray's top face, z up) in the tray's body frame P
+};
+
+/// A free body. A gear's frame: z along the peg, origin at the centre of the disc's underside (the
+/// shoulder that rests on a tray). A tray's frame: z up, origin on the top face.
+struct BodyDescription {
+  std::string name;
+  std::string type;  ///< type name, e.g. sku_part_large_gear
+  BodyKind kind = BodyKind::kGear;
+  double mass_kg = 0;
+  std::vector<SlotDescription> slots;  ///< trays only
+  // gears only [m]
+  double disc_radius_m = 0, disc_height_m = 0, peg_radius_m = 0, peg_top_m = 0;
+  // trays only: extent of the slab in its frame [m]
+  Eigen::Vector3d box_min = Eigen::Vector3d::Zero(), box_max = Eigen::Vector3d::Zero();
+};
+
+struct ConveyorDescription {
+  Pose X_WC;             ///< centre of the belt's top face, +x = forward
+  double length_m = 0;   ///< along x
+  double width_m = 0;    ///< along y
+  double max_speed_m_s = 0;
+  double max_accel_m_s2 = 0;
+};
+
+struct CellDescription {
+  std::string scene;
+  std::uint64_t seed = 0;
+  SimTime step_size{};
+  std::vector<RobotDescription> robots;
+  bool has_conveyor = false;
+  ConveyorDescription conveyor;
+  std::vector<BodyDescription> bodies;
+};
+
+}  // namespace aprsim::api

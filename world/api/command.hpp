@@ -1,0 +1,114 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "world/api/pose.hpp"
+#include "world/api/time.hpp"
+
+/// Everything that a listener may ask of the world. Plain values in SI units; a command says what
+/// is wanted, never how a wire encoded it.
+namespace aprsim::api {
+
+/// Number of an accepted command, rising by one in the order in which commands take effect.
+/// 0 = none.
+using Ticket = std::uint64_t;
+
+/// Identifies the listener or client session that sent a command (kept in the journal).
+using EndpointId = std::uint32_t;
+
+// ---- one robot -------------------------------------------------------------------------------
+
+/// Aborts any motion without leaving the present position, clears a held error, makes ready.
+struct InitRobot {};
+/// Ends a session: stops motion; the robot holds its position.
+struct EndRobot {};
+
+enum class StopKind {
+  kImmediate,  ///< drives off and brakes: as fast as the joints can, the path may be left
+  kFast,       ///< controlled stop on the path at maximal deceleration
+  kNormal,     ///< braking ramp on the path at the set deceleration
+};
+struct StopMotion {
+  StopKind kind = StopKind::kNormal;
+};
+
+/// Moves the tool frame T to a pose in the robot's reference frame R (the frame of CRCL poses).
+struct MoveTo {
+  Pose X_RT;
+  bool straight = false;  ///< straight line of the tool point with shortest rotation; else free
+};
+
+struct JointTarget {
+  int joint = 0;  ///< 0-based
+  double position_rad = 0;
+  std::optional<double> speed_rad_s;
+  std::optional<double> accel_rad_s2;
+};
+/// Moves the named joints, each with its own optional speed and acceleration; joints that are not
+/// named hold their present target.
+struct MoveJoints {
+  std::vector<JointTarget> targets;
+};
+
+/// 0 = closed, 1 = open; a pneumatic two-state gripper opens above 0.5.
+struct SetGripper {
+  double setting = 0;
+};
+
+/// Holds position for a span of simulated time.
+struct Dwell {
+  SimTime duration{};
+};
+
+enum class MotionLimit { kTransSpeed, kTransAccel, kRotSpeed, kRotAccel };
+/// Sets one of the limits that later moves obey. Absolute [m/s, m/s^2, rad/s, rad/s^2], or
+/// relative as a fraction 0..1 of the robot's maximum.
+struct SetMotionLimit {
+  MotionLimit which = MotionLimit::kTransSpeed;
+  bool relative = false;
+  double value = 0;
+};
+
+using RobotAction = std::variant<InitRobot, EndRobot, StopMotion, MoveTo, MoveJoints, SetGripper,
+                                 Dwell, SetMotionLimit>;
+struct RobotCommand {
+  int robot = 0;  ///< index into CellDescription::robots
+  RobotAction action;
+};
+
+// ---- conveyor --------------------------------------------------------------------------------
+
+/// Sets any of the drive's inputs; what is absent stays as it is.
+struct ConveyorCommand {
+  std::optional<bool> run;
+  std::optional<bool> forward;       ///< true = along the belt's +x axis
+  std::optional<double> speed_m_s;   ///< magnitude, >= 0
+};
+
+// ---- the simulation itself -------------------------------------------------------------------
+
+struct Pause {};
+struct Resume {};
+/// Advances exactly this many steps while paused (or stepped), then stays paused.
+struct StepBy {
+  std::uint64_t steps = 1;
+};
+/// Target ratio of simulated to wall time; nullopt = as fast as possible. Never changes the step.
+struct SetSpeed {
+  std::optional<double> factor;
+};
+/// Builds the world anew from its scene. Sockets stay open; Snapshot::epoch rises by one.
+struct Reset {
+  std::optional<std::uint64_t> seed;
+};
+using SimulationCommand = std::variant<Pause, Resume, StepBy, SetSpeed, Reset>;
+
+struct Command {
+  EndpointId endpoint = 0;
+  std::variant<RobotCommand, ConveyorCommand, SimulationCommand> body;
+};
+
+}  // namespace aprsim::api

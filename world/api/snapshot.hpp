@@ -1,0 +1,104 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "world/api/cell_description.hpp"
+#include "world/api/command.hpp"
+#include "world/api/pose.hpp"
+#include "world/api/time.hpp"
+
+/// One immutable picture of the whole cell at a step boundary. Every listener answers from the
+/// latest one only, so all that one answer says belongs to one instant.
+namespace aprsim::api {
+
+inline constexpr int kMaxJoints = 7;
+
+struct JointSnapshot {
+  double position_rad = 0, velocity_rad_s = 0, torque_nm = 0;
+};
+
+struct GripperSnapshot {
+  double setting = 1;                       ///< last commanded, 0 closed .. 1 open
+  double separation_m = 0;                  ///< pad to pad
+  std::array<double, 2> travel_m{};         ///< closing travel of each finger
+  std::array<double, 2> force_n{};          ///< normal force of each pad on what it holds
+  bool holding = false;                     ///< both pads press and the fingers stopped short
+  int held_body = -1;                       ///< index into bodies while holding, else -1
+  double palm_deflection_m = 0;             ///< of the compliant mount
+};
+
+enum class ActionState { kNone, kWorking, kDone, kError };
+/// Progress of the latest command that a robot took.
+struct ActionStatus {
+  Ticket ticket = 0;
+  ActionState state = ActionState::kNone;
+  std::string description;  ///< when kError: joint or axis, value, limit, unit, and what to do
+};
+
+struct LimitSetting {
+  bool relative = false;
+  double value = 0;  ///< as set: SI, or fraction of the maximum
+};
+
+struct RobotSnapshot {
+  std::array<JointSnapshot, kMaxJoints> joints;  ///< the first joints.size() of the description
+  Pose X_WT;                                     ///< tool in world
+  Pose X_RT;                                     ///< tool in the robot's reference frame
+  Eigen::Vector3d v_RT = Eigen::Vector3d::Zero();      ///< tool point velocity in R [m/s]
+  Eigen::Vector3d omega_RT = Eigen::Vector3d::Zero();  ///< angular velocity in R [rad/s]
+  Eigen::Vector3d force_T_R = Eigen::Vector3d::Zero();  ///< contact force on the tool in R [N]
+  Eigen::Vector3d torque_T_R = Eigen::Vector3d::Zero();  ///< about the tool point, in R [Nm]
+  GripperSnapshot gripper;
+  LimitSetting trans_speed, trans_accel, rot_speed, rot_accel;
+  ActionStatus action;
+  bool initialized = false;     ///< InitRobot taken since start, EndRobot or a held error
+  bool protective_stop = false;  ///< tripped; held until InitRobot
+  bool moving = false;
+};
+
+struct ConveyorSnapshot {
+  bool run = false;
+  bool forward = true;
+  double speed_setting_m_s = 0;  ///< commanded magnitude
+  double speed_m_s = 0;          ///< actual, signed
+  double travel_m = 0;           ///< signed, since reset
+};
+
+struct BodySnapshot {
+  Pose X_WB;
+  Eigen::Vector3d v_W = Eigen::Vector3d::Zero();      ///< of the frame origin [m/s]
+  Eigen::Vector3d omega_W = Eigen::Vector3d::Zero();  ///< [rad/s]
+  bool resting = false;  ///< at rest relative to what carries it
+};
+
+struct Snapshot {
+  std::shared_ptr<const CellDescription> cell;
+  std::uint64_t epoch = 0;  ///< counts resets
+  std::uint64_t step = 0;   ///< since reset
+  SimTime time{};
+  Ticket applied = 0;       ///< every command up to this ticket has taken effect
+  bool paused = false;
+  std::optional<double> speed_target;  ///< nullopt = as fast as possible
+  double real_time_factor = 0;         ///< measured over the last second
+  std::uint64_t missed_steps = 0;      ///< steps given up because the clock ran ahead
+  double step_time_s = 0;              ///< mean wall time of a step over the last second
+
+  std::vector<RobotSnapshot> robots;
+  ConveyorSnapshot conveyor;
+  std::vector<BodySnapshot> bodies;
+
+  int contact_count = 0;
+  int virtual_joint_count = 0;      ///< contact simplification at work
+  double max_penetration_m = 0;     ///< deepest contact in this step
+  std::uint64_t physics_faults = 0;  ///< penetrations over 0.5 mm since reset
+  std::string world_fault;           ///< not empty: stopped; names bodies, step and cause
+};
+
+using SnapshotPtr = std::shared_ptr<const Snapshot>;
+
+}  // namespace aprsim::api

@@ -1,0 +1,1 @@
+#include "world/physics/contact_generation.hpp"

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "world/robot/arm_model.hpp"
+#include "world/scene/scene.hpp"
+
+namespace aprsim::physics {
+
+/// State of a free body (gear or tray) in its own frame (see api::BodyDescription).
+struct BodyState {
+  Eigen::Vector3d p_WB = Eigen::Vector3d::Zero();
+  Eigen::Quaterniond q_WB = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d v_W = Eigen::Vector3d::Zero();  ///< of the frame origin
+  Eigen::Vector3d omega_W = Eigen::Vector3d::Zero();
+  bool resting = false;
+};
+
+struct GripperState {
+  double separation_m = 0;
+  std::array<double, 2> travel_m{};
+  std::array<double, 2> force_n{};  ///< pad normal force on gears
+  bool holding = false;
+  int held_body = -1;  ///< index of the gear, -1 = none
+  bool settled = true;  ///< reached what was commanded: open, closed, or stalled on a part
+  double palm_deflection_m = 0;
+};
+
+/// An external force on an arm, to be turned into joint torques by J^T.
+struct ArmForce {
+  int link = 0;  ///< index into ArmModel::links
+  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();
+  Eigen::Vector3d f_W = Eigen::Vector3d::Zero();
+  std::string_view with;  ///< name of what it touches; outlives the step
+};
+
+/// Thrown by step() before ODE would abort: not-a-number or runaway energy. what() names bodies,
+/// step and cause.
+class PhysicsFailure;
+
+/// Gears, trays, belt, tables, grippers and arm bodies in ODE: contact generation, solver policy,
+/// contact simplification. Bodies are numbered as in the scene: trays first, then gears.
+/// Deterministic: the same scene and calls give the same bits. Thread: sim.
+class PhysicsWorld {
+ public:
+  /// `X_WL` per robot: link poses at the start. The scene and models must outlive the world.
+  PhysicsWorld(const scene::Scene& scene, std::span<const robot::ArmModel> models,
+               std::span<const std::vector<Eigen::Isometry3d>> X_WL);
+  ~PhysicsWorld();
+  PhysicsWorld(PhysicsWorld&&) noexcept;
+  PhysicsWorld& operator=(PhysicsWorld&&) noexcept;
+
+  // ---- inputs of the coming step
+  /// Where the links are at the end of the coming step (dof + 1 poses); they start where the last
+  /// call left them.
+  void set_arm(int robot, std::span<const Eigen::Isometry3d> X_WL_next);
+  void set_gripper(int robot, double setting);  ///< 0 closed .. 1 open
+  void set_belt_speed(double speed_m_s);        ///< signed, along the belt's +x
+
+  void step();
+
+  // ---- results of the last step
+  [[nodiscard]] int body_count() const;
+  [[nodiscard]] BodyState body(int index) const;
+  [[nodiscard]] GripperState gripper(int robot) const;
+  /// Contact forces on links, palm, fingers and held part from outside (the grip itself left out).
+  [[nodiscard]] std::span<const ArmForce> arm_forces(int robot) const;
+  [[nodiscard]] int contact_count() const;
+  [[nodiscard]] int virtual_joint_count() const;
+  [[nodiscard]] double max_penetration_m() const;
+  [[nodiscard]] std::uint64_t penetration_faults() const;
+  /// FNV-1a over the bits of every body's state.
+  [[nodiscard]] std::uint64_t state_hash() const;
+};
+
+}  // namespace aprsim::physics

@@ -1,0 +1,1 @@
+#include "world/robot/arm_model.hpp"

@@ -1,0 +1,1 @@
+#include "world/robot/robot_controller.hpp"

@@ -1,0 +1,1 @@
+#include "world/scene/scene.hpp"
