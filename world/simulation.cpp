@@ -1,1 +1,149 @@
-namespace aprsim {}
+#include "world/simulation.hpp"
+
+#include <exception>
+#include <utility>
+
+#include "world/command_check.hpp"
+
+namespace aprsim::world {
+namespace {
+
+using SteadyClock = std::chrono::steady_clock;
+
+/// How long the thread sleeps at most while nothing is to be stepped.
+constexpr std::chrono::milliseconds kIdle{20};
+
+}  // namespace
+
+Simulation::Simulation(std::shared_ptr<const scene::Scene> scene, SimulationOptions options)
+    : scene_(std::move(scene)),
+      seed_(options.seed),
+      queue_(options.queue_capacity),
+      world_(std::in_place, scene_, seed_),
+      pacer_(world_->step_size(), SteadyClock::now()),
+      description_(world_->description()),
+      paused_(options.paused) {
+  drained_.reserve(options.queue_capacity);
+  pacer_.set_speed(options.speed, SteadyClock::now());
+  publish();
+}
+
+Simulation::~Simulation() { stop(); }
+
+void Simulation::start() {
+  thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
+}
+
+void Simulation::stop() {
+  thread_.request_stop();
+  queue_.close();
+  if (thread_.joinable()) thread_.join();
+}
+
+Result<api::Ticket> Simulation::submit(api::Command command) {
+  // Robots, joints and belt are the same after a reset, so the first description serves.
+  if (auto ok = check(command, *description_); !ok) return tl::unexpected(ok.error());
+  return queue_.push(std::move(command));
+}
+
+void Simulation::run(const std::stop_token& stop) {
+  pacer_.restart(SteadyClock::now());
+  while (!stop.stop_requested()) {
+    drain();
+    const bool stepping = world_fault_.empty() && (!paused_ || steps_wanted_ > 0);
+    if (!stepping) {
+      const auto now = SteadyClock::now();
+      pacer_.restart(now);
+      pacer_.measure(now);
+      if (dirty_) publish();
+      queue_.wait_until(now + kIdle);
+      continue;
+    }
+    int steps = paused_ ? 1 : pacer_.due(SteadyClock::now());
+    if (steps == 0) {
+      if (dirty_) publish();
+      queue_.wait_until(pacer_.next(SteadyClock::now()));
+      continue;
+    }
+    for (; steps > 0 && world_fault_.empty(); --steps) advance();
+  }
+}
+
+void Simulation::drain() {
+  queue_.drain(drained_);
+  for (const auto& [ticket, command] : drained_) {
+    std::visit(
+        [&, id = ticket](const auto& body) {
+          if constexpr (std::is_same_v<std::decay_t<decltype(body)>, api::SimulationCommand>) {
+            apply(body);
+          } else {
+            world_->apply(id, body);
+          }
+        },
+        command.body);
+    applied_ = ticket;
+    dirty_ = true;
+  }
+}
+
+void Simulation::apply(const api::SimulationCommand& command) {
+  const auto now = SteadyClock::now();
+  if (std::holds_alternative<api::Pause>(command)) {
+    paused_ = true;
+    steps_wanted_ = 0;
+  } else if (std::holds_alternative<api::Resume>(command)) {
+    paused_ = false;
+    pacer_.restart(now);
+  } else if (const auto* step = std::get_if<api::StepBy>(&command)) {
+    paused_ = true;
+    steps_wanted_ += step->steps;
+  } else if (const auto* speed = std::get_if<api::SetSpeed>(&command)) {
+    pacer_.set_speed(speed->factor, now);
+  } else if (const auto* again = std::get_if<api::Reset>(&command)) {
+    reset(again->seed);
+  }
+}
+
+void Simulation::advance() {
+  const auto before = SteadyClock::now();
+  try {
+    world_->step();
+  } catch (const std::exception& failure) {
+    world_fault_ = failure.what();
+    paused_ = true;
+    dirty_ = true;
+    return;
+  }
+  if (paused_ && steps_wanted_ > 0) --steps_wanted_;
+  const auto after = SteadyClock::now();
+  pacer_.stepped(after, after - before);
+  publish();
+}
+
+void Simulation::reset(std::optional<std::uint64_t> seed) {
+  if (seed) seed_ = *seed;
+  // The old world goes first: one physics world at a time keeps ODE's globals out of the question.
+  world_.reset();
+  world_.emplace(scene_, seed_);
+  ++epoch_;
+  steps_wanted_ = 0;
+  world_fault_.clear();
+  pacer_.restart(SteadyClock::now());
+}
+
+void Simulation::publish() {
+  auto snapshot = slot_.acquire();
+  world_->write(*snapshot);
+  snapshot->epoch = epoch_;
+  snapshot->applied = applied_;
+  snapshot->paused = paused_;
+  snapshot->speed_target = pacer_.speed();
+  snapshot->real_time_factor = pacer_.real_time_factor();
+  snapshot->missed_steps = pacer_.missed_steps();
+  snapshot->step_time_s = pacer_.step_time_s();
+  snapshot->world_fault = world_fault_;
+  slot_.publish(std::move(snapshot));
+  dirty_ = false;
+}
+
+}  // namespace aprsim::world

@@ -1,1 +1,158 @@
-namespace aprsim {}
+#include "world/world.hpp"
+
+#include <bit>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+namespace aprsim::world {
+namespace {
+
+std::vector<robot::ArmModel> load_models(const scene::Scene& scene) {
+  std::vector<robot::ArmModel> models;
+  for (const auto& robot : scene.robots) {
+    auto model = robot::load_arm_model(robot.model_file);
+    if (!model) throw std::runtime_error("robot " + robot.name + ": " + model.error().message);
+    models.push_back(std::move(*model));
+  }
+  return models;
+}
+
+api::BodyDescription describe_tray(const scene::TrayInstance& tray, const scene::TrayType& type) {
+  api::BodyDescription out;
+  out.name = tray.name;
+  out.type = tray.type;
+  out.kind = type.kind;
+  out.mass_kg = type.mass_kg;
+  out.box_min = {type.min_xy.x(), type.min_xy.y(), -type.thickness_m};
+  out.box_max = {type.max_xy.x(), type.max_xy.y(), 0};
+  for (const auto& slot : type.slots) {
+    Pose X_PS;
+    X_PS.p = {slot.xy.x(), slot.xy.y(), 0};
+    out.slots.push_back({.name = slot.name, .gear_type = slot.gear_type, .X_PS = X_PS});
+  }
+  return out;
+}
+
+api::BodyDescription describe_gear(const scene::GearInstance& gear, const scene::GearType& type) {
+  api::BodyDescription out;
+  out.name = gear.name;
+  out.type = gear.type;
+  out.kind = api::BodyKind::kGear;
+  out.mass_kg = type.mass_kg;
+  out.disc_radius_m = type.disc_radius_m;
+  out.disc_height_m = type.disc_height_m;
+  out.peg_radius_m = type.peg_radius_m;
+  out.peg_top_m = type.peg_top_m;
+  return out;
+}
+
+/// FNV-1a over the bits of a value.
+void mix(std::uint64_t& hash, double value) {
+  hash = (hash ^ std::bit_cast<std::uint64_t>(value)) * 0x100000001b3ULL;
+}
+
+}  // namespace
+
+World::World(std::shared_ptr<const scene::Scene> scene, std::uint64_t seed)
+    : scene_(std::move(scene)),
+      step_size_(std::llround(scene_->physics.step_s * 1e9)),
+      models_(load_models(*scene_)) {
+  robots_.reserve(models_.size());
+  std::vector<std::vector<Eigen::Isometry3d>> X_WL;
+  for (std::size_t i = 0; i < models_.size(); ++i) {
+    robots_.emplace_back(scene_->robots[i], models_[i], scene_->physics);
+    const auto links = robots_.back().X_WL();
+    X_WL.emplace_back(links.begin(), links.end());
+  }
+  if (scene_->conveyor) {
+    conveyor_.emplace(scene_->conveyor->max_speed_m_s, scene_->conveyor->max_accel_m_s2);
+  }
+  physics_.emplace(*scene_, models_, X_WL);
+  describe(seed);
+}
+
+void World::describe(std::uint64_t seed) {
+  auto cell = std::make_shared<api::CellDescription>();
+  cell->scene = scene_->name;
+  cell->seed = seed;
+  cell->step_size = step_size_;
+  for (const auto& robot : robots_) cell->robots.push_back(robot.description());
+  if (const auto& belt = scene_->conveyor) {
+    cell->has_conveyor = true;
+    cell->conveyor = {.X_WC = belt->X_WC,
+                      .length_m = belt->length_m,
+                      .width_m = belt->width_m,
+                      .max_speed_m_s = belt->max_speed_m_s,
+                      .max_accel_m_s2 = belt->max_accel_m_s2};
+  }
+  for (const auto& tray : scene_->trays) {
+    cell->bodies.push_back(describe_tray(tray, scene_->tray_types.at(tray.type)));
+  }
+  for (const auto& gear : scene_->gears) {
+    cell->bodies.push_back(describe_gear(gear, scene_->gear_types.at(gear.type)));
+  }
+  description_ = std::move(cell);
+}
+
+void World::apply(api::Ticket ticket, const api::RobotCommand& command) {
+  robots_.at(static_cast<std::size_t>(command.robot)).take(ticket, command.action);
+}
+
+void World::apply(api::Ticket, const api::ConveyorCommand& command) {
+  if (conveyor_) conveyor_->take(command);
+}
+
+void World::step() {
+  for (std::size_t i = 0; i < robots_.size(); ++i) {
+    const int index = static_cast<int>(i);
+    robots_[i].step(physics_->gripper(index), physics_->arm_forces(index));
+    physics_->set_arm(index, robots_[i].X_WL());
+    physics_->set_gripper(index, robots_[i].gripper_setting());
+  }
+  if (conveyor_) physics_->set_belt_speed(conveyor_->step(scene_->physics.step_s));
+  physics_->step();
+  ++steps_;
+}
+
+SimTime World::time() const { return step_size_ * static_cast<SimTime::rep>(steps_); }
+
+std::uint64_t World::state_hash() const {
+  std::uint64_t hash = physics_->state_hash();
+  api::RobotSnapshot robot;
+  for (std::size_t i = 0; i < robots_.size(); ++i) {
+    robots_[i].write({}, {}, robot);
+    for (int j = 0; j < models_[i].dof(); ++j) {
+      mix(hash, robot.joints[static_cast<std::size_t>(j)].position_rad);
+    }
+  }
+  if (conveyor_) mix(hash, conveyor_->state().travel_m);
+  return hash;
+}
+
+void World::write(api::Snapshot& out) const {
+  out.cell = description_;
+  out.step = steps_;
+  out.time = time();
+  out.robots.resize(robots_.size());
+  for (std::size_t i = 0; i < robots_.size(); ++i) {
+    const int index = static_cast<int>(i);
+    robots_[i].write(physics_->gripper(index), physics_->arm_forces(index), out.robots[i]);
+  }
+  out.conveyor = conveyor_ ? conveyor_->state() : api::ConveyorSnapshot{};
+  const int count = physics_->body_count();
+  out.bodies.resize(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i) {
+    const physics::BodyState state = physics_->body(i);
+    out.bodies[static_cast<std::size_t>(i)] = {.X_WB = {state.p_WB, state.q_WB},
+                                               .v_W = state.v_W,
+                                               .omega_W = state.omega_W,
+                                               .resting = state.resting};
+  }
+  out.contact_count = physics_->contact_count();
+  out.virtual_joint_count = physics_->virtual_joint_count();
+  out.max_penetration_m = physics_->max_penetration_m();
+  out.physics_faults = physics_->penetration_faults();
+}
+
+}  // namespace aprsim::world

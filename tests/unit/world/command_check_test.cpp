@@ -1,0 +1,62 @@
+#include "world/command_check.hpp"
+
+#include <limits>
+
+#include <gtest/gtest.h>
+
+namespace aprsim::world {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+api::CellDescription cell() {
+  api::CellDescription out;
+  out.scene = "test";
+  out.robots.resize(1);
+  out.robots[0].name = "fanuc";
+  out.robots[0].joints.resize(6);
+  return out;
+}
+
+std::string error_of(api::RobotAction action, int robot = 0) {
+  const auto ok =
+      check({.endpoint = 0, .body = api::RobotCommand{robot, std::move(action)}}, cell());
+  return ok ? "" : ok.error().message;
+}
+
+TEST(CommandCheck, RefusesWhatIsNotThere) {
+  EXPECT_EQ(error_of(api::InitRobot{}), "");
+  EXPECT_EQ(error_of(api::InitRobot{}, 1), "robot 1 does not exist; the cell has 1");
+  EXPECT_EQ(error_of(api::MoveJoints{{{.joint = 6}}}),
+            "joint 7 does not exist; fanuc has joints 1 to 6");
+  EXPECT_EQ(error_of(api::MoveJoints{}), "no joint is named");
+  const auto belt = check({.endpoint = 0, .body = api::ConveyorCommand{}}, cell());
+  ASSERT_FALSE(belt);
+  EXPECT_EQ(belt.error().message, "scene test has no conveyor");
+}
+
+TEST(CommandCheck, RefusesNonsenseNumbers) {
+  api::MoveTo move;
+  EXPECT_EQ(error_of(move), "");
+  move.X_RT.p.y() = kNan;
+  EXPECT_NE(error_of(move).find("position is"), std::string::npos);
+  move.X_RT.p.y() = 0;
+  move.X_RT.q.coeffs() *= 2;
+  EXPECT_EQ(error_of(move), "the rotation is not a unit quaternion");
+  EXPECT_NE(error_of(api::MoveJoints{{{.joint = 0, .position_rad = kNan}}}), "");
+  EXPECT_NE(error_of(api::SetGripper{1.5}), "");
+  EXPECT_NE(error_of(api::SetGripper{kNan}), "");
+  EXPECT_NE(error_of(api::SetMotionLimit{api::MotionLimit::kRotSpeed, true, 1.1}), "");
+  EXPECT_NE(error_of(api::SetMotionLimit{api::MotionLimit::kRotSpeed, false, -1}), "");
+  EXPECT_NE(error_of(api::Dwell{SimTime(-1)}), "");
+}
+
+TEST(CommandCheck, RefusesASpeedFactorOfZero) {
+  const auto zero =
+      check({.endpoint = 0, .body = api::SimulationCommand{api::SetSpeed{0.0}}}, cell());
+  ASSERT_FALSE(zero);
+  EXPECT_EQ(zero.error().field, "factor");
+}
+
+}  // namespace
+}  // namespace aprsim::world

@@ -1,0 +1,108 @@
+#include "world/command_check.hpp"
+
+#include <cmath>
+#include <string>
+
+namespace aprsim::world {
+namespace {
+
+tl::unexpected<Error> bad(std::string field, std::string message) {
+  return fail(ErrorCode::kInvalidArgument, std::move(field), std::move(message));
+}
+
+Result<void> finite(double value, const char* field) {
+  if (std::isfinite(value)) return {};
+  return bad(field, std::string(field) + " is " + std::to_string(value) + ", not a finite number");
+}
+
+Result<void> positive(double value, const char* field) {
+  if (std::isfinite(value) && value > 0) return {};
+  return bad(field, std::string(field) + " is " + std::to_string(value) + ", must be above 0");
+}
+
+Result<void> check_action(const api::MoveTo& move, const api::RobotDescription&) {
+  for (int i = 0; i < 3; ++i) {
+    if (auto ok = finite(move.X_RT.p[i], "position"); !ok) return ok;
+  }
+  if (!move.X_RT.q.coeffs().allFinite() || std::abs(move.X_RT.q.norm() - 1) > 1e-6) {
+    return bad("rotation", "the rotation is not a unit quaternion");
+  }
+  return {};
+}
+
+Result<void> check_action(const api::MoveJoints& move, const api::RobotDescription& robot) {
+  const int dof = static_cast<int>(robot.joints.size());
+  if (move.targets.empty()) return bad("targets", "no joint is named");
+  for (const auto& target : move.targets) {
+    if (target.joint < 0 || target.joint >= dof) {
+      return bad("joint", "joint " + std::to_string(target.joint + 1) + " does not exist; " +
+                              robot.name + " has joints 1 to " + std::to_string(dof));
+    }
+    if (auto ok = finite(target.position_rad, "position"); !ok) return ok;
+    if (target.speed_rad_s) {
+      if (auto ok = positive(*target.speed_rad_s, "speed"); !ok) return ok;
+    }
+    if (target.accel_rad_s2) {
+      if (auto ok = positive(*target.accel_rad_s2, "acceleration"); !ok) return ok;
+    }
+  }
+  return {};
+}
+
+Result<void> check_action(const api::SetGripper& set, const api::RobotDescription&) {
+  if (set.setting >= 0 && set.setting <= 1) return {};
+  return bad("setting", "setting is " + std::to_string(set.setting) + ", must be within 0 to 1");
+}
+
+Result<void> check_action(const api::Dwell& dwell, const api::RobotDescription&) {
+  if (dwell.duration.count() >= 0) return {};
+  return bad("duration", "dwell time is negative");
+}
+
+Result<void> check_action(const api::SetMotionLimit& set, const api::RobotDescription&) {
+  if (auto ok = positive(set.value, set.relative ? "fraction" : "setting"); !ok) return ok;
+  if (set.relative && set.value > 1) {
+    return bad("fraction", "fraction is " + std::to_string(set.value) + ", must be at most 1");
+  }
+  return {};
+}
+
+template <typename Action>
+Result<void> check_action(const Action&, const api::RobotDescription&) {
+  return {};
+}
+
+Result<void> check_body(const api::RobotCommand& command, const api::CellDescription& cell) {
+  if (command.robot < 0 || command.robot >= static_cast<int>(cell.robots.size())) {
+    return bad("robot", "robot " + std::to_string(command.robot) +
+                            " does not exist; the cell has " + std::to_string(cell.robots.size()));
+  }
+  const auto& robot = cell.robots[static_cast<std::size_t>(command.robot)];
+  return std::visit([&](const auto& action) { return check_action(action, robot); },
+                    command.action);
+}
+
+Result<void> check_body(const api::ConveyorCommand& command, const api::CellDescription& cell) {
+  if (!cell.has_conveyor) {
+    return fail(ErrorCode::kNotFound, "conveyor", "scene " + cell.scene + " has no conveyor");
+  }
+  if (command.speed_m_s && !(std::isfinite(*command.speed_m_s) && *command.speed_m_s >= 0)) {
+    return bad("speed", "speed is " + std::to_string(*command.speed_m_s) +
+                            " m/s; give a magnitude and a direction");
+  }
+  return {};
+}
+
+Result<void> check_body(const api::SimulationCommand& command, const api::CellDescription&) {
+  const auto* set = std::get_if<api::SetSpeed>(&command);
+  if (set && set->factor) return positive(*set->factor, "factor");
+  return {};
+}
+
+}  // namespace
+
+Result<void> check(const api::Command& command, const api::CellDescription& cell) {
+  return std::visit([&](const auto& body) { return check_body(body, cell); }, command.body);
+}
+
+}  // namespace aprsim::world

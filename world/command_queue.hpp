@@ -1,0 +1,46 @@
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstddef>
+#include <mutex>
+#include <vector>
+
+#include "world/api/command.hpp"
+#include "world/api/error.hpp"
+
+namespace aprsim::world {
+
+struct QueuedCommand {
+  api::Ticket ticket = 0;
+  api::Command command;
+};
+
+/// Bounded queue from any thread to the simulation thread. The lock is held for a push or a swap of
+/// two vectors, never across I/O.
+class CommandQueue {
+ public:
+  explicit CommandQueue(std::size_t capacity);
+
+  /// Numbers and queues a command; kUnavailable when full or closed. Thread: any.
+  [[nodiscard]] Result<api::Ticket> push(api::Command command);
+
+  /// Moves everything queued into `out`, which is cleared first. Thread: sim.
+  void drain(std::vector<QueuedCommand>& out);
+
+  /// Waits until something is queued, the deadline passes or the queue is closed. Thread: sim.
+  void wait_until(std::chrono::steady_clock::time_point deadline);
+
+  /// Refuses all later commands and ends a wait. Thread: any.
+  void close();
+
+ private:
+  const std::size_t capacity_;
+  std::mutex mutex_;
+  std::condition_variable filled_;
+  std::vector<QueuedCommand> queue_;
+  api::Ticket last_ticket_ = 0;
+  bool closed_ = false;
+};
+
+}  // namespace aprsim::world

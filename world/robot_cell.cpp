@@ -1,0 +1,205 @@
+#include "world/robot_cell.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+#include <string>
+
+#include "world/robot/kinematics.hpp"
+
+namespace aprsim::world {
+namespace {
+
+/// A mount deflected further than this is pressed, not gripping: stop before something breaks.
+constexpr double kMaxPalmDeflection_m = 3e-3;
+
+robot::JointVector home_of(const scene::Robot& robot, const robot::ArmModel& model) {
+  if (static_cast<int>(robot.home_rad.size()) != model.dof()) {
+    throw std::runtime_error("robot " + robot.name + ": home has " +
+                             std::to_string(robot.home_rad.size()) + " values, the model " +
+                             std::to_string(model.dof()) + " joints");
+  }
+  return Eigen::Map<const Eigen::VectorXd>(robot.home_rad.data(), model.dof());
+}
+
+/// Palm and fingers as one box around the palm's centre, which sits behind the finger pads.
+robot::Payload payload_of(const scene::Gripper& gripper, const Eigen::Isometry3d& X_FT) {
+  robot::Payload payload;
+  payload.mass_kg = gripper.palm_mass_kg + 2 * gripper.finger_mass_kg;
+  const Eigen::Vector3d com_T(0, 0, -gripper.pad_height_m - 0.5 * gripper.palm_size.z());
+  payload.com_F = X_FT * com_T;
+  const Eigen::Vector3d s2 = gripper.palm_size.cwiseAbs2();
+  const Eigen::Vector3d inertia_T =
+      payload.mass_kg / 12.0 * Eigen::Vector3d(s2.y() + s2.z(), s2.x() + s2.z(), s2.x() + s2.y());
+  payload.inertia_F = X_FT.linear() * inertia_T.asDiagonal() * X_FT.linear().transpose();
+  return payload;
+}
+
+robot::ControllerSetup setup_of(const scene::Robot& robot, const robot::ArmModel& model,
+                                const scene::Physics& physics) {
+  auto ik = robot::make_inverse_kinematics(model);
+  if (!ik) throw std::runtime_error("robot " + robot.name + ": " + ik.error().message);
+  return {.model = model,
+          .ik = std::move(*ik),
+          .X_BR = robot.X_BR.isometry(),
+          .X_FT = robot.X_FT.isometry(),
+          .q_home = home_of(robot, model),
+          .step_s = physics.step_s,
+          .max_trans_speed_m_s = robot.max_trans_speed_m_s,
+          .max_trans_accel_m_s2 = robot.max_trans_accel_m_s2,
+          .max_rot_speed_rad_s = robot.max_rot_speed_rad_s,
+          .max_rot_accel_rad_s2 = robot.max_rot_accel_rad_s2};
+}
+
+/// The partner of the largest force, for the operator's message.
+const physics::ArmForce* largest(std::span<const physics::ArmForce> forces) {
+  const physics::ArmForce* most = nullptr;
+  for (const auto& force : forces) {
+    if (!most || force.f_W.squaredNorm() > most->f_W.squaredNorm()) most = &force;
+  }
+  return most;
+}
+
+std::string describe_contact(const robot::ArmModel& model,
+                             std::span<const physics::ArmForce> forces) {
+  const physics::ArmForce* force = largest(forces);
+  if (!force) return "";
+  char text[64];
+  std::snprintf(text, sizeof text, " with %.0f N", force->f_W.norm());
+  return " (" + model.links[static_cast<std::size_t>(force->link)].name + " touches " +
+         std::string(force->with) + text + ")";
+}
+
+}  // namespace
+
+RobotCell::RobotCell(const scene::Robot& robot, const robot::ArmModel& model,
+                     const scene::Physics& physics)
+    : scene_(robot),
+      X_WB_(robot.X_WB.isometry()),
+      X_FT_(robot.X_FT.isometry()),
+      X_WR_(X_WB_ * robot.X_BR.isometry()),
+      arm_(model, payload_of(robot.gripper, X_FT_),
+           X_WB_.linear().transpose() * Eigen::Vector3d(0, 0, -physics.gravity_m_s2),
+           home_of(robot, model), physics.step_s),
+      controller_(setup_of(robot, model, physics)),
+      X_WL_(model.links.size()) {
+  update_link_poses();
+}
+
+void RobotCell::take(api::Ticket ticket, const api::RobotAction& action) {
+  if (std::holds_alternative<api::InitRobot>(action)) arm_.relax();
+  controller_.take(ticket, action, arm_.q());
+}
+
+void RobotCell::step(const physics::GripperState& gripper,
+                     std::span<const physics::ArmForce> forces) {
+  const robot::JointVector& reference = controller_.step(gripper.settled);
+  arm_.step(reference, external_torque(forces));
+  stop_if_tripped(gripper, forces);
+  update_link_poses();
+}
+
+robot::JointVector RobotCell::external_torque(std::span<const physics::ArmForce> forces) const {
+  robot::JointVector tau = robot::JointVector::Zero(arm_.model().dof());
+  for (const auto& force : forces) {
+    const auto& X_WL = X_WL_[static_cast<std::size_t>(force.link)];
+    const auto J =
+        robot::point_jacobian(arm_.model(), arm_.q(), force.link, X_WL.inverse() * force.p_W);
+    tau += J.topRows<3>().transpose() * (X_WB_.linear().transpose() * force.f_W);
+  }
+  return tau;
+}
+
+void RobotCell::stop_if_tripped(const physics::GripperState& gripper,
+                                std::span<const physics::ArmForce> forces) {
+  if (controller_.stopped_by_protection()) return;
+  std::string reason;
+  if (!arm_.trip_reason().empty()) {
+    reason = arm_.trip_reason();
+  } else if (gripper.palm_deflection_m > kMaxPalmDeflection_m) {
+    char text[96];
+    std::snprintf(text, sizeof text, "gripper mount deflected by %.1f mm, limit %.1f mm",
+                  gripper.palm_deflection_m * 1e3, kMaxPalmDeflection_m * 1e3);
+    reason = text;
+  } else {
+    return;
+  }
+  reason = "Protective stop: " + reason + describe_contact(arm_.model(), forces) +
+           "; send InitCanon, then move away";
+  arm_.relax();
+  controller_.protective_stop(reason, arm_.q());
+}
+
+void RobotCell::update_link_poses() {
+  robot::link_poses(arm_.model(), arm_.q(), X_WL_);
+  for (auto& X : X_WL_) X = X_WB_ * X;
+}
+
+api::RobotDescription RobotCell::description() const {
+  api::RobotDescription out;
+  out.name = scene_.name;
+  out.model = arm_.model().name;
+  for (const auto& joint : arm_.model().joints) {
+    out.joints.push_back({.name = joint.name,
+                          .lower_rad = joint.lower_rad,
+                          .upper_rad = joint.upper_rad,
+                          .max_speed_rad_s = joint.max_speed_rad_s,
+                          .max_torque_nm = joint.max_torque_nm});
+  }
+  out.X_WB = scene_.X_WB;
+  out.X_BR = scene_.X_BR;
+  out.X_FT = scene_.X_FT;
+  out.gripper = {.stroke_m = scene_.gripper.stroke_m,
+                 .gap_open_m = scene_.gripper.gap_open_m,
+                 .gap_closed_m = scene_.gripper.gap_closed_m,
+                 .force_n = scene_.gripper.force_n};
+  out.max_trans_speed_m_s = scene_.max_trans_speed_m_s;
+  out.max_trans_accel_m_s2 = scene_.max_trans_accel_m_s2;
+  out.max_rot_speed_rad_s = scene_.max_rot_speed_rad_s;
+  out.max_rot_accel_rad_s2 = scene_.max_rot_accel_rad_s2;
+  return out;
+}
+
+void RobotCell::write(const physics::GripperState& gripper,
+                      std::span<const physics::ArmForce> forces, api::RobotSnapshot& out) const {
+  const auto& model = arm_.model();
+  for (int i = 0; i < model.dof(); ++i) {
+    out.joints[static_cast<std::size_t>(i)] = {arm_.q()[i], arm_.qd()[i], arm_.torque()[i]};
+  }
+  const Eigen::Isometry3d X_WT = X_WL_.back() * X_FT_;
+  // Through the base, not the world: a pose that a client compares must not carry the cell's
+  // layout.
+  const Eigen::Isometry3d X_BF = robot::flange_pose(model, arm_.q());
+  const Eigen::Isometry3d X_RB = scene_.X_BR.isometry().inverse();
+  out.X_WT = Pose::from(X_WT);
+  out.X_RT = Pose::from(X_RB * X_BF * X_FT_);
+  const auto J = robot::point_jacobian(model, arm_.q(), model.dof(), X_FT_.translation());
+  const Eigen::Matrix<double, 6, 1> twist_B = J * arm_.qd();
+  out.v_RT = X_RB.linear() * twist_B.head<3>();
+  out.omega_RT = X_RB.linear() * twist_B.tail<3>();
+  out.force_T_R.setZero();
+  out.torque_T_R.setZero();
+  const Eigen::Matrix3d R_RW = X_WR_.linear().transpose();
+  for (const auto& force : forces) {
+    if (force.link != model.dof()) continue;
+    out.force_T_R += R_RW * force.f_W;
+    out.torque_T_R += R_RW * (force.p_W - X_WT.translation()).cross(force.f_W);
+  }
+  out.gripper = {.setting = controller_.gripper_setting(),
+                 .separation_m = gripper.separation_m,
+                 .travel_m = gripper.travel_m,
+                 .force_n = gripper.force_n,
+                 .holding = gripper.holding,
+                 .held_body = gripper.held_body,
+                 .palm_deflection_m = gripper.palm_deflection_m};
+  out.trans_speed = controller_.limit(api::MotionLimit::kTransSpeed);
+  out.trans_accel = controller_.limit(api::MotionLimit::kTransAccel);
+  out.rot_speed = controller_.limit(api::MotionLimit::kRotSpeed);
+  out.rot_accel = controller_.limit(api::MotionLimit::kRotAccel);
+  out.action = controller_.status();
+  out.initialized = controller_.initialized();
+  out.protective_stop = controller_.stopped_by_protection();
+  out.moving = controller_.moving();
+}
+
+}  // namespace aprsim::world

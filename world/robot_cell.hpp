@@ -1,0 +1,51 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "world/api/command.hpp"
+#include "world/api/snapshot.hpp"
+#include "world/physics/physics_world.hpp"
+#include "world/robot/arm.hpp"
+#include "world/robot/inverse_kinematics.hpp"
+#include "world/robot/robot_controller.hpp"
+#include "world/scene/scene.hpp"
+
+namespace aprsim::world {
+
+/// One robot of the cell: its controller gives the reference, its arm follows it and yields to
+/// contact. Thread: sim.
+class RobotCell {
+ public:
+  /// The scene's robot must outlive this. Throws std::runtime_error when `model` fits no
+  /// closed-form inverse kinematics or `robot.home_rad` is not one value a joint.
+  RobotCell(const scene::Robot& robot, const robot::ArmModel& model, const scene::Physics& physics);
+
+  void take(api::Ticket ticket, const api::RobotAction& action);
+
+  /// One step: contact forces of the last step to joint torques, the controller's next reference,
+  /// the servo; X_WL() is then where the links are at the step's end.
+  void step(const physics::GripperState& gripper, std::span<const physics::ArmForce> forces);
+
+  [[nodiscard]] std::span<const Eigen::Isometry3d> X_WL() const { return X_WL_; }
+  [[nodiscard]] double gripper_setting() const { return controller_.gripper_setting(); }
+
+  [[nodiscard]] api::RobotDescription description() const;
+  void write(const physics::GripperState& gripper, std::span<const physics::ArmForce> forces,
+             api::RobotSnapshot& out) const;
+
+ private:
+  [[nodiscard]] robot::JointVector external_torque(std::span<const physics::ArmForce> forces) const;
+  void stop_if_tripped(const physics::GripperState& gripper,
+                       std::span<const physics::ArmForce> forces);
+  void update_link_poses();
+
+  const scene::Robot& scene_;
+  Eigen::Isometry3d X_WB_, X_FT_, X_WR_;
+  robot::Arm arm_;
+  robot::RobotController controller_;
+  std::vector<Eigen::Isometry3d> X_WL_;
+};
+
+}  // namespace aprsim::world

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "world/api/ports.hpp"
+#include "world/command_queue.hpp"
+#include "world/pacer.hpp"
+#include "world/snapshot_slot.hpp"
+#include "world/world.hpp"
+
+namespace aprsim::world {
+
+struct SimulationOptions {
+  std::uint64_t seed = 1;
+  std::optional<double> speed = 1.0;  ///< nullopt = as fast as possible
+  bool paused = false;                ///< start paused: stepped by a client
+  std::size_t queue_capacity = 1024;
+};
+
+/// Runs a world on its own thread: drain commands, step, publish, pace. The only code that touches
+/// the world once it runs.
+class Simulation final : public api::CommandSink, public api::SnapshotSource {
+ public:
+  /// Builds the world (throws std::runtime_error as World does) and publishes its first snapshot;
+  /// start() sets it going.
+  Simulation(std::shared_ptr<const scene::Scene> scene, SimulationOptions options);
+  ~Simulation() override;
+  Simulation(const Simulation&) = delete;
+  Simulation& operator=(const Simulation&) = delete;
+
+  void start();
+  /// Ends the thread after the step it is in. Safe to call twice.
+  void stop();
+
+  [[nodiscard]] Result<api::Ticket> submit(api::Command command) override;
+  [[nodiscard]] api::SnapshotPtr latest() const override { return slot_.latest(); }
+  [[nodiscard]] api::SnapshotPtr wait_newer(
+      const api::SnapshotPtr& seen, std::chrono::steady_clock::time_point deadline) const override {
+    return slot_.wait_newer(seen, deadline);
+  }
+
+ private:
+  void run(const std::stop_token& stop);
+  void drain();
+  void apply(const api::SimulationCommand& command);
+  void advance();
+  void reset(std::optional<std::uint64_t> seed);
+  void publish();
+
+  std::shared_ptr<const scene::Scene> scene_;
+  std::uint64_t seed_;
+  CommandQueue queue_;
+  SnapshotSlot slot_;
+  std::optional<World> world_;
+  Pacer pacer_;
+  std::vector<QueuedCommand> drained_;
+  std::shared_ptr<const api::CellDescription> description_;  ///< for validation, by any thread
+  std::uint64_t epoch_ = 0;
+  api::Ticket applied_ = 0;
+  bool paused_;
+  std::uint64_t steps_wanted_ = 0;  ///< while paused
+  std::string world_fault_;
+  bool dirty_ = false;  ///< something to publish although nothing stepped
+  std::jthread thread_;
+};
+
+}  // namespace aprsim::world

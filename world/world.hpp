@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "world/api/command.hpp"
+#include "world/api/snapshot.hpp"
+#include "world/conveyor_drive.hpp"
+#include "world/physics/physics_world.hpp"
+#include "world/robot_cell.hpp"
+#include "world/scene/scene.hpp"
+
+namespace aprsim::world {
+
+/// The simulated cell, without threads or clocks: commands in, fixed steps, state out. The same
+/// scene, seed and commands at the same steps give the same bits. Thread: one at a time.
+class World {
+ public:
+  /// Throws std::runtime_error naming the robot and cause when a model cannot be used.
+  World(std::shared_ptr<const scene::Scene> scene, std::uint64_t seed);
+
+  void apply(api::Ticket ticket, const api::RobotCommand& command);
+  void apply(api::Ticket ticket, const api::ConveyorCommand& command);
+
+  /// Advances by one fixed step. Throws physics::PhysicsFailure when the physics fails; the state
+  /// is then that of the last good step.
+  void step();
+
+  [[nodiscard]] SimTime time() const;
+  [[nodiscard]] std::uint64_t step_count() const { return steps_; }
+  [[nodiscard]] SimTime step_size() const { return step_size_; }
+  [[nodiscard]] const std::shared_ptr<const api::CellDescription>& description() const {
+    return description_;
+  }
+  /// Over the bits of every free body's and joint's state.
+  [[nodiscard]] std::uint64_t state_hash() const;
+
+  /// Writes all that the world knows; leaves the fields of the simulation (epoch, pacing) alone.
+  void write(api::Snapshot& out) const;
+
+ private:
+  void describe(std::uint64_t seed);
+
+  std::shared_ptr<const scene::Scene> scene_;
+  SimTime step_size_;
+  std::uint64_t steps_ = 0;
+  std::vector<robot::ArmModel> models_;
+  std::vector<RobotCell> robots_;
+  std::optional<ConveyorDrive> conveyor_;
+  std::optional<physics::PhysicsWorld> physics_;
+  std::shared_ptr<const api::CellDescription> description_;
+};
+
+}  // namespace aprsim::world
