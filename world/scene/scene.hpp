@@ -15,18 +15,18 @@ namespace aprsim::scene {
 /// Surface of revolution about z, all z relative to the gear frame (origin: disc underside).
 struct GearType {
   std::string name;
-  double disc_radius_m = 0, disc_height_m = 0;                  ///< z 0 .. disc_height
+  double disc_radius_m = 0, disc_height_m = 0;                             ///< z 0 .. disc_height
   double hub_top_radius_m = 0, hub_bottom_radius_m = 0, hub_height_m = 0;  ///< z -hub_height .. 0
-  double hub_chamfer_m = 0;                                     ///< 45 deg at the hub's lower rim
-  double peg_radius_m = 0, peg_top_m = 0;                       ///< z disc_height .. peg_top
-  double teeth_outer_radius_m = 0;                              ///< looks only
+  double hub_chamfer_m = 0;                ///< 45 deg at the hub's lower rim
+  double peg_radius_m = 0, peg_top_m = 0;  ///< z disc_height .. peg_top
+  double teeth_outer_radius_m = 0;         ///< looks only
   double mass_kg = 0;
 };
 
 /// Recess of revolution in a tray's top face, axis z: a frustum with an optional mouth chamfer.
 struct Pocket {
   double top_radius_m = 0, floor_radius_m = 0, depth_m = 0;
-  double chamfer_m = 0;          ///< depth of the mouth chamfer, 0 = none
+  double chamfer_m = 0;                           ///< depth of the mouth chamfer, 0 = none
   double chamfer_angle_rad = 0.7853981633974483;  ///< from the vertical
 };
 
@@ -51,6 +51,7 @@ struct TrayInstance {
   std::string type;
   Pose X_WP;                                 ///< tray frame (top face) in world
   std::map<std::string, std::string> gears;  ///< slot name -> gear body name
+  std::vector<std::string> reachable_by;     ///< robots that reach every slot, tool down
 };
 
 struct GearInstance {
@@ -70,19 +71,22 @@ enum class PadShape { kFlat, kV };
 
 struct Gripper {
   GripperLaw law = GripperLaw::kLinkage;
-  double stroke_m = 0;              ///< per finger
+  double stroke_m = 0;  ///< per finger
   double gap_closed_m = 0, gap_open_m = 0;
-  double force_n = 0;               ///< per finger
-  double finger_speed_m_s = 0;      ///< of each finger, limited by the air flow
-  double coupling_n_m = 2e4;        ///< kp of eq. 1-2
+  double force_n = 0;           ///< per finger
+  double finger_speed_m_s = 0;  ///< of each finger, limited by the air flow
+  double coupling_n_m = 2e4;    ///< kp of eq. 1-2
   PadShape pad = PadShape::kV;
-  double pad_height_m = 0;          ///< along the approach, up from the finger tip
-  double pad_width_m = 0;           ///< across, along tool x
-  double pad_depth_m = 0;           ///< thickness of the finger behind the pad, along tool y
+  double pad_height_m = 0;  ///< along the approach, up from the finger tip
+  double pad_width_m = 0;   ///< across, along tool x
+  double pad_depth_m = 0;   ///< thickness of the finger behind the pad, along tool y
   double v_half_angle_rad = 0.7853981633974483;  ///< between a V face and the closing direction
   double finger_mass_kg = 0;
-  double palm_mass_kg = 0;
-  Eigen::Vector3d palm_size = Eigen::Vector3d::Zero();  ///< box, z along the approach
+  double palm_mass_kg = 0;   ///< beyond the compliant mount
+  double mount_mass_kg = 0;  ///< of the gripper on the flange side of the compliant mount
+  Eigen::Vector3d palm_size = Eigen::Vector3d::Zero();  ///< box, z along the approach; its face
+                                                        ///< towards the part is pad_height above
+                                                        ///< the finger tips
   double palm_stiffness_n_m = 5e3, palm_damping_ns_m = 200;
   double pad_friction = 0.8;
 };
@@ -121,9 +125,9 @@ struct Physics {
   int iterations = 50;  ///< of the iterative solver
   Friction friction;
   Simplification simplification = Simplification::kVirtualJoints;
-  double simplify_speed_m_s = 1e-3;     ///< e1 of Algorithm 1
-  double simplify_accel_m_s2 = 0.5;     ///< e2 of Algorithm 1
-  double simplify_force_n = 0.3;        ///< e of Algorithm 2
+  double simplify_speed_m_s = 1e-3;  ///< e1 of Algorithm 1
+  double simplify_accel_m_s2 = 0.5;  ///< e2 of Algorithm 1
+  double simplify_force_n = 0.3;     ///< e of Algorithm 2
 };
 
 struct Scene {

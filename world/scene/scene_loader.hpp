@@ -14,12 +14,13 @@ struct DataPaths {
   std::string models;
 };
 
-/// The data directories beside the binary (build tree or installation), or the source tree's.
+/// The data directories: $APRSIM_DATA/{scenes,models} when that is set, else ../share/aprsim of the
+/// running binary when it is there (an installation), else those of the source tree.
 [[nodiscard]] DataPaths default_data_paths();
 
-/// Loads a scene by name or by file path. Unknown key, wrong type, missing file, bad reference,
-/// interpenetrating objects: an error whose field is the key's path and whose message reads
-/// "FILE:LINE:COLUMN: KEY: what was found, what was expected".
+/// Loads a scene by name or by file path (anything with a slash or ending in .yaml). Unknown key,
+/// wrong type, missing file, bad reference, interpenetrating objects: an error whose field is the
+/// key's path and whose message reads "FILE:LINE:COLUMN: KEY: found ..., expected ...".
 [[nodiscard]] Result<Scene> load_scene(const std::string& name_or_file, const DataPaths& paths);
 
 /// Names of the scenes in the scenes directory, sorted.

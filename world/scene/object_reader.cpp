@@ -1,0 +1,250 @@
+#include "world/scene/object_reader.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "world/scene/reading.hpp"
+
+namespace aprsim::scene {
+namespace {
+
+using yaml::kNotNegative;
+using yaml::kPositive;
+
+constexpr yaml::Range kLength{.min = 0, .max = kFar, .open_min = true};
+
+constexpr const char* kConveyorName = "conveyor";
+constexpr const char* kFloorName = "floor";
+
+Friction read_friction(const yaml::Node& node) {
+  Friction friction;
+  if (!node) return friction;
+  const yaml::Map keys = node.map(
+      {"gear_tray", "gear_gear", "gear_ground", "tray_belt", "tray_ground", "tray_tray", "robot"});
+  const auto take = [&](const char* key, double& value) {
+    value = keys[key].number_or(value, kNotNegative);
+  };
+  take("gear_tray", friction.gear_tray);
+  take("gear_gear", friction.gear_gear);
+  take("gear_ground", friction.gear_ground);
+  take("tray_belt", friction.tray_belt);
+  take("tray_ground", friction.tray_ground);
+  take("tray_tray", friction.tray_tray);
+  take("robot", friction.robot);
+  return friction;
+}
+
+/// Reads the objects of one scene, in the order in which they refer to each other.
+class ObjectReader {
+ public:
+  ObjectReader(const Types& types, Scene& scene) : types_(types), scene_(scene) {}
+
+  void robot(const yaml::Node& node) {
+    const yaml::Map keys =
+        node.map({"name", "type", "base", "crcl_frame", "home_deg", "self_collision"});
+    Robot robot;
+    if (const Robot* type = read_reference(keys["type"], "robot type", types_.robots)) {
+      robot = *type;
+    }
+    robot.name = claim(keys["name"], robots_, "robot");
+    const yaml::Map base = keys["base"].map({"xyz_m", "rpy_deg"});
+    robot.X_WB = read_pose(base["xyz_m"], base["rpy_deg"]);
+    robot.X_BR = read_pose_map(keys["crcl_frame"]);
+    if (const yaml::Node home = keys["home_deg"]) {
+      const std::size_t joints = robot.home_rad.size();
+      robot.home_rad = read_joints(home);
+      if (robot.home_rad.size() != joints) {
+        home.error("a list of " + std::to_string(robot.home_rad.size()),
+                   std::to_string(joints) + " joints as in the robot type");
+      }
+    }
+    robot.self_collision = keys["self_collision"].boolean_or(true);
+    scene_.robots.push_back(std::move(robot));
+  }
+
+  void conveyor(const yaml::Node& node) {
+    const yaml::Map keys =
+        node.map({"xyz_m", "rpy_deg", "length_m", "width_m", "max_speed_m_s", "max_accel_m_s2"});
+    Conveyor conveyor;
+    conveyor.X_WC = read_pose(keys["xyz_m"], keys["rpy_deg"]);
+    conveyor.length_m = keys["length_m"].number(kLength);
+    conveyor.width_m = keys["width_m"].number(kLength);
+    conveyor.max_speed_m_s = keys["max_speed_m_s"].number(kPositive);
+    conveyor.max_accel_m_s2 = keys["max_accel_m_s2"].number(kPositive);
+    scene_.conveyor = conveyor;
+    supports_[kConveyorName] = {conveyor.X_WC, {conveyor.length_m / 2, conveyor.width_m / 2}};
+  }
+
+  void fixed(const yaml::Node& node) {
+    const yaml::Map keys = node.map({"name", "size_m", "xyz_m", "rpy_deg"});
+    StaticBox box;
+    box.name = claim(keys["name"], fixed_, "fixed object");
+    if (box.name == kConveyorName || box.name == kFloorName) {
+      keys["name"].unexpected("a name other than conveyor and floor");
+    }
+    box.size = read_xyz(keys["size_m"], kLength);
+    box.X_WS = read_pose(keys["xyz_m"], keys["rpy_deg"]);
+    Pose top = box.X_WS;
+    top.p += top.q * Eigen::Vector3d(0, 0, box.size.z() / 2);
+    supports_[box.name] = {top, {box.size.x() / 2, box.size.y() / 2}};
+    scene_.fixed.push_back(std::move(box));
+  }
+
+  void tray(const yaml::Node& node) {
+    const yaml::Map keys = node.map(
+        {"name", "type", "on", "xy_m", "yaw_deg", "xyz_m", "rpy_deg", "gears", "reachable_by"});
+    TrayInstance tray;
+    tray.name = claim(keys["name"], bodies_, "body");
+    const TrayType* type = read_reference(keys["type"], "tray type", types_.trays);
+    if (!type) return;
+    tray.type = type->name;
+    tray.X_WP = keys["on"] ? pose_on_support(keys, *type) : free_pose(keys);
+    for (const auto& [slot_name, gear] : keys["gears"].entries()) {
+      seat_gear(slot_name, gear, *type, tray);
+    }
+    for (const yaml::Node& item : keys["reachable_by"].items()) {
+      const std::string name = item.text();
+      if (!robots_.contains(name)) {
+        report_unknown(item, name, "robot", {robots_.begin(), robots_.end()});
+      }
+      tray.reachable_by.push_back(name);
+    }
+    scene_.trays.push_back(std::move(tray));
+    nodes_.trays.push_back(node);
+  }
+
+  void loose_gear(const yaml::Node& node) {
+    const yaml::Map keys = node.map({"name", "type", "xyz_m", "rpy_deg"});
+    GearInstance gear;
+    gear.name = claim(keys["name"], bodies_, "body");
+    const GearType* type = read_reference(keys["type"], "gear type", types_.gears);
+    if (!type) return;
+    gear.type = type->name;
+    gear.X_WP = read_pose(keys["xyz_m"], keys["rpy_deg"]);
+    scene_.gears.push_back(std::move(gear));
+    nodes_.gears.push_back(node);
+  }
+
+  void enable_floor() { supports_[kFloorName] = {Pose{}, {1e3, 1e3}}; }
+
+  BodyNodes take_nodes() { return std::move(nodes_); }
+
+ private:
+  /// A face that a tray can be put on: its pose and half its size.
+  struct Support {
+    Pose X_WF;
+    Eigen::Vector2d half_size;
+  };
+
+  static std::string claim(const yaml::Node& node, std::set<std::string>& taken,
+                           const std::string& what) {
+    std::string name = read_name(node);
+    if (!taken.insert(name).second) {
+      node.error("a second " + what + ' ' + name, "names to differ");
+    }
+    return name;
+  }
+
+  static Pose free_pose(const yaml::Map& keys) {
+    for (const char* key : {"xy_m", "yaw_deg"}) {
+      if (const yaml::Node node = keys[key]) {
+        node.error("a place on a support",
+                   "the key \"on\" beside it, or xyz_m and rpy_deg instead");
+      }
+    }
+    return read_pose(keys["xyz_m"], keys["rpy_deg"]);
+  }
+
+  Pose pose_on_support(const yaml::Map& keys, const TrayType& type) const {
+    for (const char* key : {"xyz_m", "rpy_deg"}) {
+      if (const yaml::Node node = keys[key]) {
+        node.error("a place in the world", "xy_m and yaw_deg, as \"on\" is given");
+      }
+    }
+    Pose pose;
+    pose.p.head<2>() = read_xy(keys["xy_m"]);
+    const double yaw = radians(keys["yaw_deg"].number_or(0, yaml::between(-360, 360)));
+    pose.q = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ());
+    const Support* support = read_reference(keys["on"], "support", supports_);
+    if (!support) return pose;
+    if ((support->X_WF.q * Eigen::Vector3d::UnitZ()).z() < 1 - 1e-9) {
+      keys["on"].unexpected("a support with a horizontal top face");
+    }
+    pose.p.z() = support->X_WF.p.z() + type.thickness_m;
+    const Eigen::Vector2d middle = (type.min_xy + type.max_xy) / 2;
+    const Eigen::Vector3d centre = pose.p + pose.q * Eigen::Vector3d(middle.x(), middle.y(), 0);
+    const Eigen::Vector3d p_F = support->X_WF.q.inverse() * (centre - support->X_WF.p);
+    if ((p_F.head<2>().cwiseAbs().array() > support->half_size.array()).any()) {
+      keys["xy_m"].error("a tray whose middle is beside " + keys["on"].text(), "it above");
+    }
+    return pose;
+  }
+
+  void seat_gear(const std::string& slot_name, const yaml::Node& node, const TrayType& type,
+                 TrayInstance& tray) {
+    const auto slot = std::find_if(type.slots.begin(), type.slots.end(),
+                                   [&](const Slot& s) { return s.name == slot_name; });
+    if (slot == type.slots.end()) {
+      std::vector<std::string> names;
+      for (const Slot& s : type.slots) names.push_back(s.name);
+      report_unknown(node, slot_name, "slot", names);
+      return;
+    }
+    GearInstance gear;
+    gear.name = claim(node, bodies_, "body");
+    gear.type = slot->gear_type;
+    gear.X_WP.p = tray.X_WP.p + tray.X_WP.q * Eigen::Vector3d(slot->xy.x(), slot->xy.y(), 0);
+    gear.X_WP.q = tray.X_WP.q;
+    tray.gears[slot_name] = gear.name;
+    scene_.gears.push_back(std::move(gear));
+    nodes_.gears.push_back(node);
+  }
+
+  const Types& types_;
+  Scene& scene_;
+  BodyNodes nodes_;
+  std::set<std::string> robots_, fixed_, bodies_;
+  std::map<std::string, Support> supports_;
+};
+
+}  // namespace
+
+Physics read_physics(const yaml::Node& node) {
+  Physics physics;
+  if (!node) return physics;
+  const yaml::Map keys =
+      node.map({"step_s", "gravity_m_s2", "iterations", "friction", "simplification",
+                "simplify_speed_m_s", "simplify_accel_m_s2", "simplify_force_n"});
+  // The explicit springs of the contact and gripper laws are stable up to 2 ms.
+  physics.step_s =
+      keys["step_s"].number_or(physics.step_s, {.min = 0, .max = 0.002, .open_min = true});
+  physics.gravity_m_s2 = keys["gravity_m_s2"].number_or(physics.gravity_m_s2, kNotNegative);
+  physics.iterations =
+      static_cast<int>(keys["iterations"].integer_or(physics.iterations, 1, 10000));
+  physics.friction = read_friction(keys["friction"]);
+  physics.simplification = keys["simplification"].word_or(1, {"off", "virtual_joints"}) == 0
+                               ? Simplification::kOff
+                               : Simplification::kVirtualJoints;
+  physics.simplify_speed_m_s =
+      keys["simplify_speed_m_s"].number_or(physics.simplify_speed_m_s, kPositive);
+  physics.simplify_accel_m_s2 =
+      keys["simplify_accel_m_s2"].number_or(physics.simplify_accel_m_s2, kPositive);
+  physics.simplify_force_n =
+      keys["simplify_force_n"].number_or(physics.simplify_force_n, kPositive);
+  return physics;
+}
+
+BodyNodes read_objects(const yaml::Map& keys, const Types& types, Scene& scene) {
+  ObjectReader reader(types, scene);
+  scene.floor = keys["floor"].boolean_or(true);
+  if (scene.floor) reader.enable_floor();
+  for (const yaml::Node& node : keys["robots"].items()) reader.robot(node);
+  if (const yaml::Node node = keys["conveyor"]) reader.conveyor(node);
+  for (const yaml::Node& node : keys["fixed"].items()) reader.fixed(node);
+  for (const yaml::Node& node : keys["trays"].items()) reader.tray(node);
+  for (const yaml::Node& node : keys["gears"].items()) reader.loose_gear(node);
+  return reader.take_nodes();
+}
+
+}  // namespace aprsim::scene

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <variant>
+
+#include <Eigen/Geometry>
+
+/// How deep two convex solids lie in each other; for checking a scene, not for contacts.
+namespace aprsim::scene {
+
+struct BoxSolid {
+  Eigen::Vector3d half_size;
+};
+/// Frustum about z, centred half-way up.
+struct FrustumSolid {
+  double half_height = 0, radius_bottom = 0, radius_top = 0;
+};
+struct Solid {
+  std::variant<BoxSolid, FrustumSolid> shape;
+  Eigen::Isometry3d X_WS = Eigen::Isometry3d::Identity();  ///< centre in world
+
+  /// The point furthest along `d_W`.
+  [[nodiscard]] Eigen::Vector3d support(const Eigen::Vector3d& d_W) const;
+  /// Radius of a sphere about the centre that holds the solid.
+  [[nodiscard]] double bounding_radius() const;
+};
+
+/// Smallest travel [m] that parts the solids; <= 0 when they are apart. Exact for boxes and for
+/// upright solids; for tilted round ones an upper bound that is never > 0 for solids apart by more
+/// than a few micrometres.
+[[nodiscard]] double overlap_depth(const Solid& a, const Solid& b);
+
+/// How far the solid reaches below the plane z = 0 [m]; <= 0 when it does not.
+[[nodiscard]] double depth_below_ground(const Solid& solid);
+
+}  // namespace aprsim::scene

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "world/scene/scene.hpp"
+#include "world/scene/yaml_reader.hpp"
+
+namespace aprsim::scene {
+
+/// What objects of a scene are made from; from the scene's own file and the files it names.
+struct Types {
+  std::map<std::string, Pocket> pockets;
+  std::map<std::string, GearType> gears;
+  std::map<std::string, TrayType> trays;
+  std::map<std::string, Robot> robots;  ///< with neither name nor place
+};
+
+/// Adds the types under the keys pockets, gear_types, tray_types and robot_types of `keys`.
+/// A robot's model file is looked for in `model_directories`, in this order.
+void read_types(const yaml::Map& keys, const std::vector<std::string>& model_directories,
+                Types& types);
+
+/// Sense of a gear type in itself.
+void check_gear_type(const yaml::Node& node, const GearType& type);
+/// Pockets lie in the slab and apart from each other, and their gears fit them.
+void check_tray_type(const yaml::Node& node, const TrayType& type,
+                     const std::map<std::string, GearType>& gears);
+
+/// Joint angles [rad] from a list in degrees.
+[[nodiscard]] std::vector<double> read_joints(const yaml::Node& node);
+
+}  // namespace aprsim::scene
