@@ -1,0 +1,95 @@
+#include "protocols/telemetry/messages.hpp"
+
+namespace aprsim::protocols {
+namespace {
+
+void write(const api::JointDescription& joint, v1::JointDescription& message) {
+  message.set_name(joint.name);
+  message.set_lower_rad(joint.lower_rad);
+  message.set_upper_rad(joint.upper_rad);
+  message.set_max_speed_rad_s(joint.max_speed_rad_s);
+  message.set_max_torque_nm(joint.max_torque_nm);
+}
+
+void write(const api::GripperDescription& gripper, v1::GripperDescription& message) {
+  message.set_stroke_m(gripper.stroke_m);
+  message.set_gap_open_m(gripper.gap_open_m);
+  message.set_gap_closed_m(gripper.gap_closed_m);
+  message.set_force_n(gripper.force_n);
+}
+
+void write(const api::RobotDescription& robot, v1::RobotDescription& message) {
+  message.set_name(robot.name);
+  message.set_model(robot.model);
+  for (const auto& joint : robot.joints) write(joint, *message.add_joints());
+  write_message(robot.X_WB, *message.mutable_base_in_world());
+  write_message(robot.X_BR, *message.mutable_reference_in_base());
+  write_message(robot.X_FT, *message.mutable_tool_in_flange());
+  write(robot.gripper, *message.mutable_gripper());
+  message.set_max_trans_speed_m_s(robot.max_trans_speed_m_s);
+  message.set_max_trans_accel_m_s2(robot.max_trans_accel_m_s2);
+  message.set_max_rot_speed_rad_s(robot.max_rot_speed_rad_s);
+  message.set_max_rot_accel_rad_s2(robot.max_rot_accel_rad_s2);
+}
+
+void write(const api::BodyDescription& body, v1::GearGeometry& message) {
+  message.set_disc_radius_m(body.disc_radius_m);
+  message.set_disc_height_m(body.disc_height_m);
+  message.set_peg_radius_m(body.peg_radius_m);
+  message.set_peg_top_m(body.peg_top_m);
+}
+
+void write(const api::BodyDescription& body, v1::TrayGeometry& message) {
+  write_message(body.box_min, *message.mutable_box_min_m());
+  write_message(body.box_max, *message.mutable_box_max_m());
+  for (const auto& slot : body.slots) {
+    auto& out = *message.add_slots();
+    out.set_name(slot.name);
+    out.set_gear_type(slot.gear_type);
+    write_message(slot.X_PS, *out.mutable_slot_in_tray());
+  }
+}
+
+void write(const api::BodyDescription& body, v1::BodyDescription& message) {
+  message.set_name(body.name);
+  message.set_type(body.type);
+  message.set_kind(body_kind(body.kind));
+  message.set_mass_kg(body.mass_kg);
+  if (body.kind == api::BodyKind::kGear) {
+    write(body, *message.mutable_gear());
+  } else {
+    write(body, *message.mutable_tray());
+  }
+}
+
+}  // namespace
+
+v1::BodyKind body_kind(api::BodyKind kind) {
+  switch (kind) {
+    case api::BodyKind::kGear:
+      return v1::BODY_KIND_GEAR;
+    case api::BodyKind::kPartTray:
+      return v1::BODY_KIND_PART_TRAY;
+    case api::BodyKind::kKitTray:
+      return v1::BODY_KIND_KIT_TRAY;
+  }
+  return v1::BODY_KIND_UNSPECIFIED;
+}
+
+void write_message(const api::CellDescription& cell, v1::CellDescription& message) {
+  message.set_scene(cell.scene);
+  message.set_seed(cell.seed);
+  write_message(cell.step_size, *message.mutable_step_size());
+  for (const auto& robot : cell.robots) write(robot, *message.add_robots());
+  if (cell.has_conveyor) {
+    auto& conveyor = *message.mutable_conveyor();
+    write_message(cell.conveyor.X_WC, *conveyor.mutable_belt_in_world());
+    conveyor.set_length_m(cell.conveyor.length_m);
+    conveyor.set_width_m(cell.conveyor.width_m);
+    conveyor.set_max_speed_m_s(cell.conveyor.max_speed_m_s);
+    conveyor.set_max_accel_m_s2(cell.conveyor.max_accel_m_s2);
+  }
+  for (const auto& body : cell.bodies) write(body, *message.add_bodies());
+}
+
+}  // namespace aprsim::protocols

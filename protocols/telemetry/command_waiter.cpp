@@ -1,0 +1,78 @@
+#include "protocols/telemetry/command_waiter.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace aprsim::protocols {
+
+using std::chrono::steady_clock;
+
+namespace {
+// Longest wait for a snapshot: bounds how late a cancelled or overdue call is noticed when the
+// cell is paused and publishes nothing.
+constexpr auto kLook = std::chrono::milliseconds(20);
+
+grpc::Status stopping() { return {grpc::StatusCode::UNAVAILABLE, "the server is stopping"}; }
+}  // namespace
+
+CommandWaiter::CommandWaiter(const api::SnapshotSource& source)
+    : source_(source), thread_([this] { run(); }) {}
+
+CommandWaiter::~CommandWaiter() { stop(); }
+
+void CommandWaiter::wait(Call call) {
+  const std::lock_guard lock(mutex_);
+  if (stopping_) {
+    call.reactor->Finish(stopping());
+    return;
+  }
+  // Looking with the list locked leaves no gap in which the decisive snapshot could pass unseen.
+  if (finish_if_over(call, *source_.latest())) return;
+  calls_.push_back(std::move(call));
+  changed_.notify_all();
+}
+
+void CommandWaiter::stop() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+    for (auto& call : calls_) call.reactor->Finish(stopping());
+    calls_.clear();
+    changed_.notify_all();
+  }
+  if (thread_.joinable()) thread_.join();
+}
+
+bool CommandWaiter::finish_if_over(Call& call, const api::Snapshot& snapshot) {
+  if (auto status = call.outcome(snapshot)) {
+    call.reactor->Finish(*status);
+    return true;
+  }
+  const bool cancelled = call.context->IsCancelled();
+  if (!cancelled && steady_clock::now() < call.deadline) return false;
+  if (call.on_giving_up) call.on_giving_up();
+  call.reactor->Finish(cancelled ? grpc::Status::CANCELLED
+                                 : grpc::Status(grpc::StatusCode::DEADLINE_EXCEEDED,
+                                                "the command was accepted but has not taken "
+                                                "effect in time"));
+  return true;
+}
+
+void CommandWaiter::run() {
+  api::SnapshotPtr seen = source_.latest();
+  std::unique_lock lock(mutex_);
+  while (!stopping_) {
+    if (calls_.empty()) {
+      changed_.wait(lock, [&] { return stopping_ || !calls_.empty(); });
+      continue;
+    }
+    auto deadline = steady_clock::now() + kLook;
+    for (const auto& call : calls_) deadline = std::min(deadline, call.deadline);
+    lock.unlock();
+    seen = source_.wait_newer(seen, deadline);
+    lock.lock();
+    std::erase_if(calls_, [&](Call& call) { return finish_if_over(call, *seen); });
+  }
+}
+
+}  // namespace aprsim::protocols

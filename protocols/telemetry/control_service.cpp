@@ -1,0 +1,203 @@
+#include "protocols/telemetry/control_service.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "protocols/telemetry/messages.hpp"
+#include "protocols/telemetry/rpc_status.hpp"
+
+namespace aprsim::protocols {
+namespace {
+
+constexpr std::uint64_t kMaxSteps = 10'000'000;
+constexpr auto kLongestWait = std::chrono::hours(1);
+
+void write_receipt(const api::Snapshot& snapshot, api::Ticket ticket, v1::Receipt& receipt) {
+  receipt.set_ticket(ticket);
+  receipt.set_epoch(snapshot.epoch);
+  receipt.set_step(snapshot.step);
+  write_message(snapshot.time, *receipt.mutable_sim_time());
+}
+
+Result<api::SetSpeed> parse(const v1::SetSpeedRequest& request) {
+  switch (request.speed_case()) {
+    case v1::SetSpeedRequest::kFactor:
+      if (!std::isfinite(request.factor()) || request.factor() <= 0) {
+        return fail(ErrorCode::kInvalidArgument, "factor",
+                    fmt::format("{} is not a finite number above 0", request.factor()));
+      }
+      return api::SetSpeed{request.factor()};
+    case v1::SetSpeedRequest::kMaximum:
+      if (!request.maximum()) {
+        return fail(ErrorCode::kInvalidArgument, "maximum",
+                    "only true is valid; set factor for any other speed");
+      }
+      return api::SetSpeed{};
+    case v1::SetSpeedRequest::SPEED_NOT_SET:
+      break;
+  }
+  return fail(ErrorCode::kInvalidArgument, "speed", "one of factor and maximum must be set");
+}
+
+Result<api::ConveyorCommand> parse(const v1::SetConveyorRequest& request,
+                                   const api::CellDescription& cell) {
+  if (!cell.has_conveyor) {
+    return fail(ErrorCode::kFailedPrecondition, "conveyor",
+                "scene '" + cell.scene + "' has no conveyor");
+  }
+  api::ConveyorCommand command;
+  if (request.has_run()) command.run = request.run();
+  switch (request.direction()) {
+    case v1::CONVEYOR_DIRECTION_UNSPECIFIED:
+      break;
+    case v1::CONVEYOR_DIRECTION_FORWARD:
+      command.forward = true;
+      break;
+    case v1::CONVEYOR_DIRECTION_REVERSE:
+      command.forward = false;
+      break;
+    default:
+      return fail(ErrorCode::kInvalidArgument, "direction",
+                  fmt::format("{} is no ConveyorDirection", static_cast<int>(request.direction())));
+  }
+  if (request.has_speed_m_s()) {
+    const double speed = request.speed_m_s();
+    if (!std::isfinite(speed) || speed < 0 || speed > cell.conveyor.max_speed_m_s) {
+      return fail(ErrorCode::kInvalidArgument, "speed_m_s",
+                  fmt::format("{} is not within 0 and {} m/s", speed, cell.conveyor.max_speed_m_s));
+    }
+    command.speed_m_s = speed;
+  }
+  return command;
+}
+
+}  // namespace
+
+ControlService::ControlService(const TelemetryOptions& options, api::CommandSink& sink,
+                               const api::SnapshotSource& source, CommandWaiter& waiter)
+    : options_(options), sink_(sink), source_(source), waiter_(waiter) {}
+
+std::chrono::steady_clock::time_point ControlService::deadline(
+    const grpc::CallbackServerContext& context) const {
+  const auto now = std::chrono::steady_clock::now();
+  const auto client = context.deadline();
+  if (client == std::chrono::system_clock::time_point::max()) return now + options_.command_timeout;
+  const auto left = client - std::chrono::system_clock::now();
+  return now +
+         std::clamp<std::chrono::nanoseconds>(left, std::chrono::nanoseconds(0), kLongestWait);
+}
+
+grpc::ServerUnaryReactor* ControlService::refuse(grpc::CallbackServerContext* context,
+                                                 const Error& error) const {
+  auto* reactor = context->DefaultReactor();
+  reactor->Finish(rpc_status(error));
+  return reactor;
+}
+
+grpc::ServerUnaryReactor* ControlService::command(grpc::CallbackServerContext* context, Body body,
+                                                  Fill fill) {
+  const auto ticket = sink_.submit({options_.endpoint, std::move(body)});
+  if (!ticket) return refuse(context, ticket.error());
+  auto* reactor = context->DefaultReactor();
+  auto outcome = [ticket = *ticket, fill = std::move(fill)](
+                     const api::Snapshot& snapshot) -> std::optional<grpc::Status> {
+    if (snapshot.applied < ticket) return std::nullopt;
+    fill(snapshot, ticket);
+    return grpc::Status::OK;
+  };
+  waiter_.wait({context, reactor, deadline(*context), std::move(outcome), {}});
+  return reactor;
+}
+
+grpc::ServerUnaryReactor* ControlService::Pause(grpc::CallbackServerContext* context,
+                                                const v1::PauseRequest* /*request*/,
+                                                v1::PauseResponse* response) {
+  return command(context, api::SimulationCommand(api::Pause{}), [response](const auto& s, auto t) {
+    write_receipt(s, t, *response->mutable_receipt());
+  });
+}
+
+grpc::ServerUnaryReactor* ControlService::Resume(grpc::CallbackServerContext* context,
+                                                 const v1::ResumeRequest* /*request*/,
+                                                 v1::ResumeResponse* response) {
+  return command(context, api::SimulationCommand(api::Resume{}), [response](const auto& s, auto t) {
+    write_receipt(s, t, *response->mutable_receipt());
+  });
+}
+
+grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* context,
+                                               const v1::StepRequest* request,
+                                               v1::StepResponse* response) {
+  const std::uint64_t steps = std::max<std::uint64_t>(request->steps(), 1);
+  if (steps > kMaxSteps) {
+    return refuse(context, {ErrorCode::kInvalidArgument, "steps",
+                            fmt::format("{} is more than {}", steps, kMaxSteps)});
+  }
+  std::unique_lock lock(step_mutex_);
+  const api::SnapshotPtr now = source_.latest();
+  if (!now->paused) {
+    return refuse(context, {ErrorCode::kFailedPrecondition, "step",
+                            "the cell is running; pause it before stepping"});
+  }
+  const auto ticket = sink_.submit({options_.endpoint, api::SimulationCommand(api::StepBy{steps})});
+  if (!ticket) return refuse(context, ticket.error());
+  if (step_epoch_ != now->epoch) step_goal_ = 0;
+  step_epoch_ = now->epoch;
+  const std::uint64_t goal = step_goal_ = std::max(step_goal_, now->step) + steps;
+  lock.unlock();
+
+  auto* reactor = context->DefaultReactor();
+  auto outcome = [=, epoch = now->epoch,
+                  ticket = *ticket](const api::Snapshot& s) -> std::optional<grpc::Status> {
+    if (s.epoch != epoch) {
+      return grpc::Status(grpc::StatusCode::ABORTED, "the cell was reset while stepping");
+    }
+    if (!s.world_fault.empty()) return grpc::Status(grpc::StatusCode::ABORTED, s.world_fault);
+    if (s.applied < ticket || s.step < goal) return std::nullopt;
+    write_receipt(s, ticket, *response->mutable_receipt());
+    return grpc::Status::OK;
+  };
+  // A pause in between forgets the rest of the steps: do not count on them for the next call.
+  auto forget = [this] {
+    const std::lock_guard goal_lock(step_mutex_);
+    step_goal_ = 0;
+  };
+  waiter_.wait({context, reactor, deadline(*context), std::move(outcome), std::move(forget)});
+  return reactor;
+}
+
+grpc::ServerUnaryReactor* ControlService::SetSpeed(grpc::CallbackServerContext* context,
+                                                   const v1::SetSpeedRequest* request,
+                                                   v1::SetSpeedResponse* response) {
+  const auto speed = parse(*request);
+  if (!speed) return refuse(context, speed.error());
+  return command(context, api::SimulationCommand(*speed), [response](const auto& s, auto t) {
+    write_receipt(s, t, *response->mutable_receipt());
+  });
+}
+
+grpc::ServerUnaryReactor* ControlService::Reset(grpc::CallbackServerContext* context,
+                                                const v1::ResetRequest* request,
+                                                v1::ResetResponse* response) {
+  api::Reset reset;
+  if (request->has_seed()) reset.seed = request->seed();
+  return command(context, api::SimulationCommand(reset), [response](const auto& s, auto t) {
+    write_receipt(s, t, *response->mutable_receipt());
+  });
+}
+
+grpc::ServerUnaryReactor* ControlService::SetConveyor(grpc::CallbackServerContext* context,
+                                                      const v1::SetConveyorRequest* request,
+                                                      v1::SetConveyorResponse* response) {
+  const auto conveyor = parse(*request, *source_.latest()->cell);
+  if (!conveyor) return refuse(context, conveyor.error());
+  return command(context, *conveyor, [response](const auto& s, auto t) {
+    write_receipt(s, t, *response->mutable_receipt());
+    write_message(s.conveyor, *response->mutable_conveyor());
+  });
+}
+
+}  // namespace aprsim::protocols

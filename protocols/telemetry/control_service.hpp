@@ -1,0 +1,58 @@
+#pragma once
+
+#include <functional>
+#include <mutex>
+
+#include "aprsim/v1/control_service.grpc.pb.h"
+#include "protocols/telemetry/command_waiter.hpp"
+#include "protocols/telemetry/telemetry_server.hpp"
+
+namespace aprsim::protocols {
+
+/// aprsim.v1.ControlService on the callback API: submits a command and leaves the rest of the call
+/// to the waiter.
+class ControlService final : public v1::ControlService::CallbackService {
+ public:
+  ControlService(const TelemetryOptions& options, api::CommandSink& sink,
+                 const api::SnapshotSource& source, CommandWaiter& waiter);
+
+  grpc::ServerUnaryReactor* Pause(grpc::CallbackServerContext* context,
+                                  const v1::PauseRequest* request,
+                                  v1::PauseResponse* response) override;
+  grpc::ServerUnaryReactor* Resume(grpc::CallbackServerContext* context,
+                                   const v1::ResumeRequest* request,
+                                   v1::ResumeResponse* response) override;
+  grpc::ServerUnaryReactor* Step(grpc::CallbackServerContext* context,
+                                 const v1::StepRequest* request,
+                                 v1::StepResponse* response) override;
+  grpc::ServerUnaryReactor* SetSpeed(grpc::CallbackServerContext* context,
+                                     const v1::SetSpeedRequest* request,
+                                     v1::SetSpeedResponse* response) override;
+  grpc::ServerUnaryReactor* Reset(grpc::CallbackServerContext* context,
+                                  const v1::ResetRequest* request,
+                                  v1::ResetResponse* response) override;
+  grpc::ServerUnaryReactor* SetConveyor(grpc::CallbackServerContext* context,
+                                        const v1::SetConveyorRequest* request,
+                                        v1::SetConveyorResponse* response) override;
+
+ private:
+  using Body = decltype(api::Command::body);
+  using Fill = std::function<void(const api::Snapshot&, api::Ticket)>;
+  grpc::ServerUnaryReactor* refuse(grpc::CallbackServerContext* context, const Error& error) const;
+  /// Submits and answers with `fill` once the command has taken effect.
+  grpc::ServerUnaryReactor* command(grpc::CallbackServerContext* context, Body body, Fill fill);
+  [[nodiscard]] std::chrono::steady_clock::time_point deadline(
+      const grpc::CallbackServerContext& context) const;
+
+  const TelemetryOptions& options_;
+  api::CommandSink& sink_;
+  const api::SnapshotSource& source_;
+  CommandWaiter& waiter_;
+
+  // Where the steps asked for so far will end, so that calls at the same time add up.
+  std::mutex step_mutex_;
+  std::uint64_t step_goal_ = 0;
+  std::uint64_t step_epoch_ = 0;
+};
+
+}  // namespace aprsim::protocols

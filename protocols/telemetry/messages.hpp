@@ -1,0 +1,24 @@
+#pragma once
+
+#include <chrono>
+#include <string>
+
+#include "aprsim/v1/snapshot.pb.h"
+#include "world/api/snapshot.hpp"
+
+/// The world's values as messages of aprsim.v1. Field for field; units are SI on both sides.
+namespace aprsim::protocols {
+
+[[nodiscard]] v1::BodyKind body_kind(api::BodyKind kind);
+
+void write_message(const Eigen::Vector3d& vector, v1::Vector3& message);
+void write_message(const Pose& pose, v1::Pose& message);
+void write_message(std::chrono::nanoseconds span, google::protobuf::Duration& message);
+void write_message(const api::CellDescription& cell, v1::CellDescription& message);
+void write_message(const api::ConveyorSnapshot& conveyor, v1::ConveyorState& message);
+
+/// The message must be empty. sample_time is taken from the wall clock here.
+void write_message(const api::Snapshot& snapshot, const std::string& instance_id,
+                   v1::Snapshot& message);
+
+}  // namespace aprsim::protocols

@@ -1,0 +1,142 @@
+#include <algorithm>
+#include <cstddef>
+
+#include "protocols/telemetry/messages.hpp"
+
+namespace aprsim::protocols {
+namespace {
+
+v1::ActionState action_state(api::ActionState state) {
+  switch (state) {
+    case api::ActionState::kNone:
+      return v1::ACTION_STATE_NONE;
+    case api::ActionState::kWorking:
+      return v1::ACTION_STATE_WORKING;
+    case api::ActionState::kDone:
+      return v1::ACTION_STATE_DONE;
+    case api::ActionState::kError:
+      return v1::ACTION_STATE_ERROR;
+  }
+  return v1::ACTION_STATE_UNSPECIFIED;
+}
+
+void write(const api::GripperSnapshot& gripper, const api::CellDescription& cell,
+           v1::GripperState& message) {
+  message.set_setting(gripper.setting);
+  message.set_separation_m(gripper.separation_m);
+  for (const double travel : gripper.travel_m) message.add_travel_m(travel);
+  for (const double force : gripper.force_n) message.add_force_n(force);
+  message.set_holding(gripper.holding);
+  if (gripper.held_body >= 0) {
+    const auto index = static_cast<std::size_t>(gripper.held_body);
+    if (index < cell.bodies.size()) message.set_held_body(cell.bodies[index].name);
+  }
+  message.set_palm_deflection_m(gripper.palm_deflection_m);
+}
+
+void write(const api::RobotSnapshot& robot, const api::RobotDescription& description,
+           const api::CellDescription& cell, v1::RobotState& message) {
+  message.set_name(description.name);
+  const std::size_t joints = std::min(description.joints.size(), robot.joints.size());
+  for (std::size_t i = 0; i < joints; ++i) {
+    auto& joint = *message.add_joints();
+    joint.set_position_rad(robot.joints[i].position_rad);
+    joint.set_velocity_rad_s(robot.joints[i].velocity_rad_s);
+    joint.set_torque_nm(robot.joints[i].torque_nm);
+  }
+  write_message(robot.X_WT, *message.mutable_tool_in_world());
+  write_message(robot.X_RT, *message.mutable_tool_in_reference());
+  write_message(robot.v_RT, *message.mutable_tool_velocity_m_s());
+  write_message(robot.omega_RT, *message.mutable_tool_angular_velocity_rad_s());
+  write_message(robot.force_T_R, *message.mutable_tool_force_n());
+  write_message(robot.torque_T_R, *message.mutable_tool_torque_nm());
+  write(robot.gripper, cell, *message.mutable_gripper());
+  message.mutable_action()->set_ticket(robot.action.ticket);
+  message.mutable_action()->set_state(action_state(robot.action.state));
+  message.mutable_action()->set_description(robot.action.description);
+  message.set_initialized(robot.initialized);
+  message.set_protective_stop(robot.protective_stop);
+  message.set_moving(robot.moving);
+}
+
+void write(const api::BodySnapshot& body, const api::BodyDescription& description,
+           v1::BodyState& message) {
+  message.set_name(description.name);
+  message.set_type(description.type);
+  message.set_kind(body_kind(description.kind));
+  write_message(body.X_WB, *message.mutable_body_in_world());
+  write_message(body.v_W, *message.mutable_velocity_m_s());
+  write_message(body.omega_W, *message.mutable_angular_velocity_rad_s());
+  message.set_resting(body.resting);
+}
+
+void write_time(const api::Snapshot& snapshot, v1::Snapshot& message) {
+  const auto wall = std::chrono::duration_cast<std::chrono::nanoseconds>(
+                        std::chrono::system_clock::now().time_since_epoch())
+                        .count();
+  message.mutable_sample_time()->set_seconds(wall / 1'000'000'000);
+  message.mutable_sample_time()->set_nanos(static_cast<std::int32_t>(wall % 1'000'000'000));
+  message.set_epoch(snapshot.epoch);
+  message.set_step(snapshot.step);
+  write_message(snapshot.time, *message.mutable_sim_time());
+  message.set_applied_ticket(snapshot.applied);
+  message.set_paused(snapshot.paused);
+  if (snapshot.speed_target) message.set_speed_target(*snapshot.speed_target);
+  message.set_real_time_factor(snapshot.real_time_factor);
+  message.set_missed_steps(snapshot.missed_steps);
+  write_message(std::chrono::nanoseconds(static_cast<std::int64_t>(snapshot.step_time_s * 1e9)),
+                *message.mutable_step_time());
+}
+
+}  // namespace
+
+void write_message(const Eigen::Vector3d& vector, v1::Vector3& message) {
+  message.set_x(vector.x());
+  message.set_y(vector.y());
+  message.set_z(vector.z());
+}
+
+void write_message(const Pose& pose, v1::Pose& message) {
+  write_message(pose.p, *message.mutable_position_m());
+  auto& orientation = *message.mutable_orientation();
+  orientation.set_w(pose.q.w());
+  orientation.set_x(pose.q.x());
+  orientation.set_y(pose.q.y());
+  orientation.set_z(pose.q.z());
+}
+
+void write_message(std::chrono::nanoseconds span, google::protobuf::Duration& message) {
+  message.set_seconds(span.count() / 1'000'000'000);
+  message.set_nanos(static_cast<std::int32_t>(span.count() % 1'000'000'000));
+}
+
+void write_message(const api::ConveyorSnapshot& conveyor, v1::ConveyorState& message) {
+  message.set_run(conveyor.run);
+  message.set_forward(conveyor.forward);
+  message.set_speed_setting_m_s(conveyor.speed_setting_m_s);
+  message.set_speed_m_s(conveyor.speed_m_s);
+  message.set_travel_m(conveyor.travel_m);
+}
+
+void write_message(const api::Snapshot& snapshot, const std::string& instance_id,
+                   v1::Snapshot& message) {
+  const api::CellDescription& cell = *snapshot.cell;
+  message.set_instance_id(instance_id);
+  write_time(snapshot, message);
+  const std::size_t robots = std::min(cell.robots.size(), snapshot.robots.size());
+  for (std::size_t i = 0; i < robots; ++i) {
+    write(snapshot.robots[i], cell.robots[i], cell, *message.add_robots());
+  }
+  if (cell.has_conveyor) write_message(snapshot.conveyor, *message.mutable_conveyor());
+  const std::size_t bodies = std::min(cell.bodies.size(), snapshot.bodies.size());
+  for (std::size_t i = 0; i < bodies; ++i) {
+    write(snapshot.bodies[i], cell.bodies[i], *message.add_bodies());
+  }
+  message.set_contact_count(static_cast<std::uint32_t>(snapshot.contact_count));
+  message.set_virtual_joint_count(static_cast<std::uint32_t>(snapshot.virtual_joint_count));
+  message.set_max_penetration_m(snapshot.max_penetration_m);
+  message.set_physics_faults(snapshot.physics_faults);
+  message.set_world_fault(snapshot.world_fault);
+}
+
+}  // namespace aprsim::protocols

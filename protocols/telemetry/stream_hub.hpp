@@ -1,0 +1,57 @@
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include <grpcpp/support/status.h>
+
+#include "world/api/ports.hpp"
+
+namespace aprsim::protocols {
+
+class SnapshotStream;
+
+/// Gives every stream a sample at its own rate, from one thread and on the monotonic clock. Ticks
+/// that the thread itself was too late for are skipped, not made up in a burst.
+class StreamHub {
+ public:
+  /// on_beat is called from the hub's thread a few times a second with the latest snapshot.
+  StreamHub(const api::SnapshotSource& source, int max_streams,
+            std::chrono::milliseconds write_timeout,
+            std::function<void(const api::Snapshot&)> on_beat);
+  ~StreamHub();
+
+  /// Not OK: RESOURCE_EXHAUSTED with too many streams, UNAVAILABLE once stopped.
+  [[nodiscard]] grpc::Status add(const std::shared_ptr<SnapshotStream>& stream);
+  void remove(const SnapshotStream& stream);
+
+  /// Ends every stream and the thread; returns when all streams are gone or at the deadline.
+  void stop(std::chrono::steady_clock::time_point deadline);
+
+ private:
+  using Time = std::chrono::steady_clock::time_point;
+  struct Entry {
+    std::shared_ptr<SnapshotStream> stream;
+    Time due;
+  };
+  void run();
+  [[nodiscard]] Time collect_due(Time now, std::vector<std::shared_ptr<SnapshotStream>>& due);
+
+  const api::SnapshotSource& source_;
+  const std::size_t max_streams_;
+  const std::chrono::milliseconds write_timeout_;
+  const std::function<void(const api::Snapshot&)> on_beat_;
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<Entry> entries_;
+  bool stopping_ = false;
+  std::thread thread_;
+};
+
+}  // namespace aprsim::protocols

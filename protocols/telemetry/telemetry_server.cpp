@@ -1,0 +1,188 @@
+#include "protocols/telemetry/telemetry_server.hpp"
+
+#include <cmath>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <random>
+#include <utility>
+
+#include <fmt/format.h>
+#include <grpcpp/ext/proto_server_reflection_plugin.h>
+#include <grpcpp/health_check_service_interface.h>
+#include <grpcpp/resource_quota.h>
+#include <grpcpp/security/server_credentials.h>
+#include <grpcpp/server.h>
+#include <grpcpp/server_builder.h>
+
+#include "protocols/telemetry/command_waiter.hpp"
+#include "protocols/telemetry/connection_acceptor.hpp"
+#include "protocols/telemetry/control_service.hpp"
+#include "protocols/telemetry/stream_hub.hpp"
+#include "protocols/telemetry/telemetry_service.hpp"
+
+namespace aprsim::protocols {
+namespace {
+
+constexpr int kMaxMessageBytes = 64 * 1024;
+constexpr std::size_t kMaxMemoryBytes = std::size_t{64} << 20;
+
+/// Names one process among all that ever ran.
+std::string random_instance_id() {
+  std::random_device device;
+  std::string id;
+  for (int i = 0; i < 4; ++i) id += fmt::format("{:08x}", device());
+  return id;
+}
+
+Result<void> check(const TelemetryOptions& options) {
+  const auto positive = [](double value) { return std::isfinite(value) && value > 0; };
+  if (!positive(options.max_rate_hz) || options.max_rate_hz > 1e4) {
+    return fail(ErrorCode::kInvalidArgument, "grpc.max_rate_hz",
+                fmt::format("{} is not above 0 and up to 10000 Hz", options.max_rate_hz));
+  }
+  if (!positive(options.default_rate_hz) || options.default_rate_hz > options.max_rate_hz) {
+    return fail(ErrorCode::kInvalidArgument, "grpc.default_rate_hz",
+                fmt::format("{} is not above 0 and up to the maximum of {} Hz",
+                            options.default_rate_hz, options.max_rate_hz));
+  }
+  if (options.max_streams < 1 || options.max_connections < 1) {
+    return fail(ErrorCode::kInvalidArgument, "grpc",
+                fmt::format("max_streams {} and max_connections {} must be at least 1",
+                            options.max_streams, options.max_connections));
+  }
+  return {};
+}
+
+void set_limits(grpc::ServerBuilder& builder) {
+  builder.SetMaxReceiveMessageSize(kMaxMessageBytes);
+  builder.SetResourceQuota(grpc::ResourceQuota("telemetry").Resize(kMaxMemoryBytes));
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, 32);
+  builder.AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, 8 * 1024);
+  builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, 5'000);
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS, 300'000);
+  // Notice a dead peer within 15 s, and put up with clients that ask as often as every 5 s.
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 10'000);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 5'000);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 5'000);
+}
+
+void add_health_and_reflection() {
+  // Both are switches of the whole process that must be set before its first builder.
+  static std::once_flag once;
+  std::call_once(once, [] {
+    grpc::EnableDefaultHealthCheckService(true);
+    grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+  });
+}
+
+}  // namespace
+
+class TelemetryServer::Impl {
+ public:
+  Impl(TelemetryOptions options, api::CommandSink& sink, const api::SnapshotSource& source)
+      : options_(std::move(options)), sink_(sink), source_(source) {
+    if (options_.instance_id.empty()) options_.instance_id = random_instance_id();
+  }
+
+  Result<std::uint16_t> start() {
+    if (const auto ok = check(options_); !ok) return tl::unexpected(ok.error());
+    acceptor_ = std::make_unique<ConnectionAcceptor>(options_.max_connections);
+    const auto port = acceptor_->listen(options_.address, options_.port);
+    if (!port) return port;
+    hub_ = std::make_unique<StreamHub>(source_, options_.max_streams, options_.write_timeout,
+                                       [this](const auto& snapshot) { report_health(snapshot); });
+    waiter_ = std::make_unique<CommandWaiter>(source_);
+    telemetry_ = std::make_unique<TelemetryService>(options_, source_, *hub_);
+    control_ = std::make_unique<ControlService>(options_, sink_, source_, *waiter_);
+    if (!serve()) {
+      return fail(ErrorCode::kUnavailable, "grpc", "gRPC refused to start its server");
+    }
+    return port;
+  }
+
+  void stop(std::chrono::milliseconds span) {
+    if (!acceptor_) return;
+    const auto deadline = std::chrono::steady_clock::now() + span;
+    acceptor_->stop();
+    if (waiter_) waiter_->stop();
+    if (hub_) hub_->stop(deadline);
+    if (const auto server = take_server()) {
+      const auto left = deadline - std::chrono::steady_clock::now();
+      server->Shutdown(std::chrono::system_clock::now() +
+                       std::chrono::duration_cast<std::chrono::system_clock::duration>(left));
+      server->Wait();
+    }
+    acceptor_.reset();
+  }
+
+ private:
+  using Handover = grpc::experimental::ExternalConnectionAcceptor;
+
+  bool serve() {
+    add_health_and_reflection();
+    grpc::ServerBuilder builder;
+    set_limits(builder);
+    builder.RegisterService(telemetry_.get());
+    builder.RegisterService(control_.get());
+    std::shared_ptr<Handover> handover = builder.experimental().AddExternalConnectionAcceptor(
+        grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD,
+        grpc::InsecureServerCredentials());
+    std::shared_ptr<grpc::Server> server = builder.BuildAndStart();
+    if (!server) return false;
+    {
+      const std::lock_guard lock(server_mutex_);
+      server_ = std::move(server);
+    }
+    report_health(*source_.latest());
+    acceptor_->run([handover](int fd) {
+      Handover::NewConnectionParameters connection;
+      connection.fd = fd;
+      handover->HandleNewConnection(&connection);
+    });
+    return true;
+  }
+
+  void report_health(const api::Snapshot& snapshot) {
+    const std::lock_guard lock(server_mutex_);
+    if (!server_) return;
+    const bool serving = snapshot.world_fault.empty();
+    if (serving_ == serving) return;
+    serving_ = serving;
+    auto& health = *server_->GetHealthCheckService();
+    for (const char* name :
+         {"", v1::TelemetryService::service_full_name(), v1::ControlService::service_full_name()}) {
+      health.SetServingStatus(name, serving);
+    }
+  }
+
+  std::shared_ptr<grpc::Server> take_server() {
+    const std::lock_guard lock(server_mutex_);
+    return std::exchange(server_, nullptr);
+  }
+
+  TelemetryOptions options_;
+  api::CommandSink& sink_;
+  const api::SnapshotSource& source_;
+  std::unique_ptr<ConnectionAcceptor> acceptor_;
+  std::unique_ptr<StreamHub> hub_;
+  std::unique_ptr<CommandWaiter> waiter_;
+  std::unique_ptr<TelemetryService> telemetry_;
+  std::unique_ptr<ControlService> control_;
+  std::mutex server_mutex_;
+  std::shared_ptr<grpc::Server> server_;
+  std::optional<bool> serving_;  // what health said last; under server_mutex_
+};
+
+TelemetryServer::TelemetryServer(TelemetryOptions options, api::CommandSink& sink,
+                                 const api::SnapshotSource& source)
+    : impl_(std::make_unique<Impl>(std::move(options), sink, source)) {}
+
+TelemetryServer::~TelemetryServer() { stop(); }
+
+Result<std::uint16_t> TelemetryServer::start() { return impl_->start(); }
+
+void TelemetryServer::stop(std::chrono::milliseconds deadline) { impl_->stop(deadline); }
+
+}  // namespace aprsim::protocols

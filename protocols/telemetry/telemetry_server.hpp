@@ -1,0 +1,53 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "world/api/error.hpp"
+#include "world/api/ports.hpp"
+
+namespace aprsim::protocols {
+
+struct TelemetryOptions {
+  std::string address = "127.0.0.1";  ///< numeric IPv4 or IPv6 address to listen on
+  std::uint16_t port = 50051;         ///< 0 = any free port
+  int max_connections = 64;           ///< more are accepted, logged and closed at once
+  int max_streams = 32;               ///< snapshot streams at once; more get RESOURCE_EXHAUSTED
+  double default_rate_hz = 20;        ///< of a stream that asks for 0
+  double max_rate_hz = 1000;          ///< asking for more is INVALID_ARGUMENT
+  std::chrono::milliseconds command_timeout{2000};  ///< for calls that carry no deadline
+  std::chrono::milliseconds write_timeout{10000};   ///< a stream stuck in one write ends
+  api::EndpointId endpoint = 0;                     ///< put on every command of this listener
+  std::string instance_id;  ///< names this process to clients; empty = random
+};
+
+/// gRPC listener of package aprsim.v1: telemetry, control, health and reflection.
+///
+/// Answers only from the latest snapshot. A slow stream reader loses samples and is told how many;
+/// it never holds up the simulation or other clients. The health status of "" and of both services
+/// is SERVING while the server runs, NOT_SERVING when the snapshot names a world fault.
+class TelemetryServer {
+ public:
+  /// Sink and source must outlive the server.
+  TelemetryServer(TelemetryOptions options, api::CommandSink& sink,
+                  const api::SnapshotSource& source);
+  ~TelemetryServer();
+  TelemetryServer(const TelemetryServer&) = delete;
+  TelemetryServer& operator=(const TelemetryServer&) = delete;
+
+  /// Listens and serves on threads of its own; returns the bound port. Call once.
+  /// Errors: kInvalidArgument for a bad address or rate, kUnavailable when the port is taken.
+  [[nodiscard]] Result<std::uint16_t> start();
+
+  /// Stops accepting, ends all streams and waiting calls with UNAVAILABLE, and cancels what is
+  /// left at the deadline. Also without a start and more than once. Thread: not a gRPC callback.
+  void stop(std::chrono::milliseconds deadline = std::chrono::milliseconds(500));
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace aprsim::protocols

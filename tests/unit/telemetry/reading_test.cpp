@@ -1,0 +1,202 @@
+#include <cmath>
+#include <limits>
+
+#include "telemetry_fixture.hpp"
+
+namespace aprsim::test {
+namespace {
+
+using namespace std::chrono_literals;
+using Reading = TelemetryFixture;
+
+TEST_F(Reading, SnapshotCarriesTheCell) {
+  start({.instance_id = "cell-7"});
+  grpc::ClientContext context;
+  v1::GetSnapshotResponse response;
+  ASSERT_TRUE(telemetry_->GetSnapshot(&context, {}, &response).ok());
+  const auto& snapshot = response.snapshot();
+  EXPECT_EQ(snapshot.instance_id(), "cell-7");
+  EXPECT_EQ(snapshot.step(), 100U);
+  EXPECT_EQ(snapshot.sim_time().nanos(), 100'000'000);
+  EXPECT_EQ(snapshot.speed_target(), 1.0);
+  ASSERT_EQ(snapshot.robots_size(), 1);
+  const auto& robot = snapshot.robots(0);
+  EXPECT_EQ(robot.name(), "fanuc");
+  ASSERT_EQ(robot.joints_size(), 2);
+  EXPECT_EQ(robot.joints(1).position_rad(), 0.25);
+  EXPECT_EQ(robot.gripper().separation_m(), 0.0077);
+  EXPECT_EQ(robot.gripper().held_body(), "gear_1");
+  ASSERT_EQ(robot.gripper().force_n_size(), 2);
+  EXPECT_EQ(robot.gripper().force_n(1), 61);
+  EXPECT_EQ(robot.action().state(), v1::ACTION_STATE_NONE);
+  ASSERT_EQ(snapshot.bodies_size(), 2);
+  EXPECT_EQ(snapshot.bodies(0).type(), "sku_part_large_gear");
+  EXPECT_EQ(snapshot.bodies(0).body_in_world().position_m().y(), -1.0);
+  EXPECT_EQ(snapshot.bodies(0).body_in_world().orientation().w(), 1.0);
+  EXPECT_TRUE(snapshot.bodies(1).resting());
+  EXPECT_EQ(snapshot.contact_count(), 12U);
+}
+
+TEST_F(Reading, CellDescriptionCarriesGeometry) {
+  start();
+  grpc::ClientContext context;
+  v1::GetCellResponse response;
+  ASSERT_TRUE(telemetry_->GetCell(&context, {}, &response).ok());
+  const auto& cell = response.cell();
+  EXPECT_EQ(cell.scene(), "fake");
+  EXPECT_EQ(cell.robots(0).joints(1).upper_rad(), 2.5);
+  EXPECT_EQ(cell.robots(0).base_in_world().position_m().x(), -0.169);
+  EXPECT_EQ(cell.conveyor().max_speed_m_s(), 0.32768);
+  EXPECT_EQ(cell.bodies(0).gear().peg_top_m(), 0.026);
+  ASSERT_TRUE(cell.bodies(1).has_tray());
+  EXPECT_EQ(cell.bodies(1).kind(), v1::BODY_KIND_KIT_TRAY);
+  EXPECT_EQ(cell.bodies(1).tray().slots(0).slot_in_tray().position_m().x(), 0.039);
+}
+
+TEST_F(Reading, MaskSelectsTopLevelFields) {
+  start();
+  v1::GetSnapshotRequest request;
+  request.mutable_read_mask()->add_paths("conveyor");
+  v1::GetSnapshotResponse response;
+  grpc::ClientContext context;
+  ASSERT_TRUE(telemetry_->GetSnapshot(&context, request, &response).ok());
+  EXPECT_TRUE(response.snapshot().has_conveyor());
+  EXPECT_EQ(response.snapshot().bodies_size(), 0);
+  EXPECT_EQ(response.snapshot().step(), 0U);
+}
+
+TEST_F(Reading, UnknownMaskPathIsRefusedByName) {
+  start();
+  v1::GetSnapshotRequest request;
+  request.mutable_read_mask()->add_paths("robots.joints");
+  v1::GetSnapshotResponse response;
+  grpc::ClientContext context;
+  const auto status = telemetry_->GetSnapshot(&context, request, &response);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_NE(status.error_message().find("robots.joints"), std::string::npos);
+}
+
+TEST_F(Reading, StreamKeepsTheRateAskedFor) {
+  start();
+  v1::StreamSnapshotsRequest request;
+  request.set_rate_hz(100);
+  grpc::ClientContext context;
+  const auto reader = telemetry_->StreamSnapshots(&context, request);
+  v1::StreamSnapshotsResponse response;
+  ASSERT_TRUE(reader->Read(&response));
+  const auto first = std::chrono::steady_clock::now();
+  constexpr int kSamples = 50;
+  for (int i = 0; i < kSamples; ++i) ASSERT_TRUE(reader->Read(&response));
+  const auto span = std::chrono::steady_clock::now() - first;
+  EXPECT_EQ(response.effective_rate_hz(), 100);
+  // Samples lost to a busy machine still take up their number.
+  const auto produced = static_cast<double>(response.sequence() - 1);
+  const double rate = produced / std::chrono::duration<double>(span).count();
+  EXPECT_NEAR(rate, 100, 15);
+  EXPECT_EQ(response.sequence(), kSamples + 1 + response.dropped_count());
+  context.TryCancel();
+}
+
+TEST_F(Reading, StreamWithoutARateUsesTheDefault) {
+  start({.default_rate_hz = 250});
+  grpc::ClientContext context;
+  const auto reader = telemetry_->StreamSnapshots(&context, {});
+  v1::StreamSnapshotsResponse response;
+  ASSERT_TRUE(reader->Read(&response));
+  EXPECT_EQ(response.effective_rate_hz(), 250);
+  EXPECT_EQ(response.sequence(), 1U);
+  context.TryCancel();
+}
+
+TEST_F(Reading, BadRatesAreInvalid) {
+  start();
+  for (const double rate : {1000.5, -1.0, std::numeric_limits<double>::infinity(),
+                            std::numeric_limits<double>::quiet_NaN()}) {
+    v1::StreamSnapshotsRequest request;
+    request.set_rate_hz(rate);
+    grpc::ClientContext context;
+    const auto reader = telemetry_->StreamSnapshots(&context, request);
+    v1::StreamSnapshotsResponse response;
+    EXPECT_FALSE(reader->Read(&response)) << rate;
+    const auto status = reader->Finish();
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT) << rate;
+    EXPECT_NE(status.error_message().find("rate_hz"), std::string::npos);
+  }
+}
+
+TEST_F(Reading, SlowReaderLosesSamplesAndIsToldHowMany) {
+  start({}, 300);  // some 40 kB a sample: the transport's buffers fill soon
+  v1::StreamSnapshotsRequest request;
+  request.set_rate_hz(1000);
+  grpc::ClientContext context;
+  const auto reader = telemetry_->StreamSnapshots(&context, request);
+  v1::StreamSnapshotsResponse response;
+  const auto other = v1::TelemetryService::NewStub(new_channel());
+  std::uint64_t sequence = 0, dropped = 0;
+  int losses = 0;
+  const bool lost = eventually([&] {
+    // Another client is served while this one dawdles.
+    for (int i = 0; i < 10; ++i) {
+      grpc::ClientContext other_context;
+      v1::GetSnapshotResponse snapshot;
+      EXPECT_TRUE(other->GetSnapshot(&other_context, {}, &snapshot).ok());
+    }
+    if (!reader->Read(&response)) return true;
+    const std::uint64_t gap = response.sequence() - sequence - 1;
+    EXPECT_EQ(gap, response.dropped_count() - dropped);
+    if (gap > 0) ++losses;
+    sequence = response.sequence();
+    dropped = response.dropped_count();
+    return losses >= 5;
+  });
+  EXPECT_TRUE(lost);
+  EXPECT_GE(losses, 5);
+  context.TryCancel();
+}
+
+TEST_F(Reading, TooManyStreamsAreRefused) {
+  start({.max_streams = 1});
+  grpc::ClientContext first_context;
+  const auto first = telemetry_->StreamSnapshots(&first_context, {});
+  v1::StreamSnapshotsResponse response;
+  ASSERT_TRUE(first->Read(&response));
+  {
+    grpc::ClientContext context;
+    const auto second = telemetry_->StreamSnapshots(&context, {});
+    EXPECT_FALSE(second->Read(&response));
+    EXPECT_EQ(second->Finish().error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  }
+  first_context.TryCancel();
+  // A stream that ended makes room.
+  EXPECT_TRUE(eventually([&] {
+    grpc::ClientContext context;
+    const auto next = telemetry_->StreamSnapshots(&context, {});
+    const bool served = next->Read(&response);
+    context.TryCancel();
+    return served;
+  }));
+}
+
+TEST_F(Reading, StreamStuckInOneWriteIsEnded) {
+  start({.max_streams = 1, .write_timeout = 300ms}, 300);
+  v1::StreamSnapshotsRequest request;
+  request.set_rate_hz(1000);
+  grpc::ClientContext context;
+  const auto reader = telemetry_->StreamSnapshots(&context, request);
+  // It never reads; its place becomes free although it does not go away.
+  const auto other = v1::TelemetryService::NewStub(new_channel());
+  v1::StreamSnapshotsResponse response;
+  EXPECT_TRUE(eventually([&] {
+    grpc::ClientContext other_context;
+    const auto next = other->StreamSnapshots(&other_context, {});
+    const bool served = next->Read(&response);
+    other_context.TryCancel();
+    return served;
+  }));
+  while (reader->Read(&response)) {
+  }
+  EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::CANCELLED);
+}
+
+}  // namespace
+}  // namespace aprsim::test
