@@ -1,0 +1,92 @@
+#include "server/command_line.hpp"
+
+#include <iostream>
+#include <utility>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "server/version.hpp"
+#include "world/scene/scene_loader.hpp"
+
+namespace aprsim::server {
+namespace {
+
+using Overrides = std::vector<std::pair<std::string, std::string>>;
+
+std::string scene_list() {
+  std::string names;
+  for (const auto& name : scene::scene_names(scene::default_data_paths())) {
+    names += (names.empty() ? "" : ", ") + name;
+  }
+  return names;
+}
+
+/// "key=value" of --set; false when there is no key.
+bool split(const std::string& assignment, Overrides& overrides) {
+  const auto equals = assignment.find('=');
+  if (equals == std::string::npos || equals == 0) return false;
+  overrides.emplace_back(assignment.substr(0, equals), assignment.substr(equals + 1));
+  return true;
+}
+
+}  // namespace
+
+std::optional<Invocation> parse_command_line(int argc, char** argv, int& exit_code) {
+  CLI::App app{
+      "aprsimd: a stand-in for the APRS kitting cell. Serves CRCL for each robot, Modbus/TCP for "
+      "the conveyor and gRPC for telemetry and control.",
+      "aprsimd"};
+  std::string config_file, scene, speed, seed;
+  std::vector<std::string> assignments;
+  Invocation invocation;
+  bool any_port = false;
+  bool no_web = false;
+  app.add_option("--config", config_file, "Configuration file (YAML)");
+  app.add_option("--scene", scene, "Scene: a name (" + scene_list() + ") or a file");
+  app.add_option("--seed", seed, "Seed of everything random");
+  app.add_option("--speed", speed,
+                 "Ratio of simulated to real time, max = as fast as possible, stepped = paused "
+                 "until a client steps");
+  app.add_option("--set", assignments, "Set one configuration key, as in --set modbus.port=502")
+      ->type_name("KEY=VALUE")
+      ->take_all();
+  app.add_flag("--any-port", any_port, "Let the system pick every port");
+  app.add_option("--ports-file", invocation.ports_file,
+                 "Write the ports as JSON to this file once everything listens");
+  app.add_flag("--check", invocation.check_only, "Check configuration and scene, then leave");
+  app.add_flag("--print-config", invocation.print_config,
+               "Print the effective configuration, then leave");
+  app.add_flag("--no-web", no_web, "Do not serve the web view");
+  app.set_version_flag("--version", std::string("aprsimd ") + kVersion);
+  exit_code = 0;
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    exit_code = app.exit(error) == 0 ? 0 : 2;
+    return std::nullopt;
+  }
+
+  Overrides overrides;
+  for (const auto& assignment : assignments) {
+    if (!split(assignment, overrides)) {
+      std::cerr << "aprsimd: --set " << assignment << ": expected KEY=VALUE\n";
+      exit_code = 2;
+      return std::nullopt;
+    }
+  }
+  if (!scene.empty()) overrides.emplace_back("scene", scene);
+  if (!seed.empty()) overrides.emplace_back("seed", seed);
+  if (!speed.empty()) overrides.emplace_back("speed", speed);
+  auto config = load_config(config_file, overrides);
+  if (!config) {
+    std::cerr << "aprsimd: " << config.error().message << "\n";
+    exit_code = 2;
+    return std::nullopt;
+  }
+  invocation.config = std::move(*config);
+  if (any_port) use_free_ports(invocation.config);
+  return invocation;
+}
+
+}  // namespace aprsim::server

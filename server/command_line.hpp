@@ -1,0 +1,22 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "server/config.hpp"
+
+namespace aprsim::server {
+
+/// What the command line asks for besides the configuration itself.
+struct Invocation {
+  Config config;
+  std::string ports_file;     ///< empty = none
+  bool check_only = false;    ///< load configuration and scene, then leave
+  bool print_config = false;  ///< print the effective configuration, then leave
+};
+
+/// Parses the daemon's arguments and loads the configuration. Prints help, version or one line of
+/// error itself; then the process's exit code is in `exit_code` and the result is empty.
+[[nodiscard]] std::optional<Invocation> parse_command_line(int argc, char** argv, int& exit_code);
+
+}  // namespace aprsim::server

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "world/api/error.hpp"
+
+/// The daemon's configuration: defaults here, then a YAML file, then the command line.
+namespace aprsim::server {
+
+/// What the wall clock has to do with simulated time.
+struct Speed {
+  enum class Mode { kFactor, kMax, kStepped };
+  Mode mode = Mode::kFactor;
+  double factor = 1.0;  ///< of real time, for kFactor
+};
+
+struct CrclConfig {
+  std::string address = "127.0.0.1";
+  /// By robot name; a robot that is not listed gets a free port.
+  std::map<std::string, std::uint16_t> ports = {{"fanuc", 64444}, {"motoman", 64445}};
+  std::uint32_t max_connections = 64;      ///< of each robot
+  std::string length_unit = "millimeter";  ///< of a new socket: meter, millimeter or inch
+  std::string angle_unit = "degree";       ///< of a new socket: degree or radian
+};
+
+struct ModbusConfig {
+  std::string address = "127.0.0.1";
+  std::uint16_t port = 1502;
+  std::uint32_t max_connections = 128;
+  bool forward_is_one = true;       ///< register 0x8001: which value means forward
+  double full_scale_m_s = 0.32768;  ///< belt speed that 32768 in register 0x8002 stands for
+};
+
+struct GrpcConfig {
+  std::string address = "127.0.0.1";
+  std::uint16_t port = 50051;
+  std::uint32_t max_connections = 64;
+};
+
+struct Config {
+  std::string scene = "aprs";
+  std::optional<std::uint64_t> seed;  ///< instead of the scene's
+  Speed speed;
+  std::string log_level = "info";  ///< trace, debug, info, warn, error
+  CrclConfig crcl;
+  ModbusConfig modbus;
+  GrpcConfig grpc;
+};
+
+/// Reads `file` (none when empty) and then `overrides` (dotted key, YAML value). An unknown key or
+/// a wrong value is an error that reads "FILE:LINE:COLUMN: KEY: found ..., expected ...".
+[[nodiscard]] Result<Config> load_config(
+    const std::string& file, const std::vector<std::pair<std::string, std::string>>& overrides);
+
+/// Every listener on a port that the system picks.
+void use_free_ports(Config& config);
+
+/// The configuration as YAML that load_config reads back to the same.
+[[nodiscard]] std::string to_yaml(const Config& config);
+
+/// "1", "2.5", "max", "stepped".
+[[nodiscard]] std::string to_text(const Speed& speed);
+
+}  // namespace aprsim::server

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <memory>
+
+#include "server/config.hpp"
+#include "server/ports_file.hpp"
+#include "world/api/error.hpp"
+#include "world/scene/scene.hpp"
+
+namespace aprsim::server {
+
+/// The running product: one simulation and every listener on it. The only place that names them
+/// all.
+class Daemon {
+ public:
+  /// Builds the world. Throws std::runtime_error naming the cause when the scene cannot be built.
+  Daemon(const Config& config, std::shared_ptr<const scene::Scene> scene);
+  ~Daemon();
+  Daemon(const Daemon&) = delete;
+  Daemon& operator=(const Daemon&) = delete;
+
+  /// Opens every listener, then sets the simulation going. On failure what was opened is closed by
+  /// the destructor. Errors name the listener, address and port.
+  [[nodiscard]] Result<Ports> start();
+
+  /// Stops accepting, lets replies go out, stops the simulation; well under two seconds.
+  void stop();
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Open files that the configured connection limits may need at once, with room to spare.
+[[nodiscard]] std::uint64_t needed_files(const Config& config, std::size_t robots);
+
+}  // namespace aprsim::server

@@ -1,0 +1,88 @@
+#include <cstdlib>
+#include <iostream>
+#include <memory>
+
+#include <spdlog/spdlog.h>
+
+#include "server/command_line.hpp"
+#include "server/daemon.hpp"
+#include "server/logging.hpp"
+#include "server/ports_file.hpp"
+#include "server/process.hpp"
+#include "server/version.hpp"
+#include "world/scene/scene_loader.hpp"
+
+namespace aprsim::server {
+namespace {
+
+/// One clear line on standard error; exit code 1.
+int refuse(const std::string& message) {
+  std::cerr << "aprsimd: " << message << std::endl;
+  return EXIT_FAILURE;
+}
+
+void announce(const Ports& ports) {
+  for (const auto& [name, port] : ports) spdlog::info("listening: {} on port {}", name, port);
+}
+
+int serve(const Invocation& invocation, std::shared_ptr<const scene::Scene> scene) {
+  block_signals();
+  if (auto ok = raise_file_limit(needed_files(invocation.config, scene->robots.size())); !ok) {
+    return refuse(ok.error().message);
+  }
+  start_logging(invocation.config.log_level);
+  spdlog::info("aprsimd {}: scene {}, speed {}", kVersion, scene->name,
+               to_text(invocation.config.speed));
+  Daemon daemon(invocation.config, std::move(scene));
+  auto ports = daemon.start();
+  if (!ports) {
+    stop_logging();
+    return refuse(ports.error().message);
+  }
+  announce(*ports);
+  if (!invocation.ports_file.empty()) {
+    if (auto ok = write_ports_file(invocation.ports_file, *ports); !ok) {
+      stop_logging();
+      return refuse(ok.error().message);
+    }
+  }
+  const int signal = wait_for_signal();
+  spdlog::info("signal {}: stopping", signal);
+  unblock_signals();
+  daemon.stop();
+  spdlog::info("stopped");
+  stop_logging();
+  return EXIT_SUCCESS;
+}
+
+int run(int argc, char** argv) {
+  int exit_code = 0;
+  const auto invocation = parse_command_line(argc, argv, exit_code);
+  if (!invocation) return exit_code;
+  if (invocation->print_config) {
+    std::cout << to_yaml(invocation->config);
+    return EXIT_SUCCESS;
+  }
+  auto scene = scene::load_scene(invocation->config.scene, scene::default_data_paths());
+  if (!scene) return refuse(scene.error().message);
+  auto shared = std::make_shared<const scene::Scene>(std::move(*scene));
+  if (invocation->check_only) {
+    const Daemon probe(invocation->config, shared);
+    std::cout << "scene " << shared->name << ": " << shared->robots.size() << " robots, "
+              << shared->trays.size() << " trays, " << shared->gears.size() << " gears; ok\n";
+    return EXIT_SUCCESS;
+  }
+  return serve(*invocation, std::move(shared));
+}
+
+}  // namespace
+}  // namespace aprsim::server
+
+int main(int argc, char** argv) {
+  try {
+    return aprsim::server::run(argc, argv);
+  } catch (const std::exception& failure) {
+    std::cerr << "aprsimd: " << failure.what() << std::endl;
+    return EXIT_FAILURE;
+  }
+}

@@ -1,0 +1,49 @@
+#include "server/process.hpp"
+
+#include <pthread.h>
+#include <string>
+#include <sys/resource.h>
+
+namespace aprsim::server {
+namespace {
+
+sigset_t stop_signals() {
+  sigset_t set;
+  sigemptyset(&set);
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&set, signal);
+  return set;
+}
+
+}  // namespace
+
+Result<void> raise_file_limit(std::uint64_t needed) {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return {};
+  limit.rlim_cur = limit.rlim_max;
+  setrlimit(RLIMIT_NOFILE, &limit);
+  if (limit.rlim_cur >= needed) return {};
+  return fail(ErrorCode::kFailedPrecondition, "RLIMIT_NOFILE",
+              "at most " + std::to_string(limit.rlim_cur) +
+                  " files may be open, the connection limits need " + std::to_string(needed) +
+                  "; raise the limit (ulimit -Hn) or lower max_connections");
+}
+
+void block_signals() {
+  const sigset_t set = stop_signals();
+  pthread_sigmask(SIG_BLOCK, &set, nullptr);
+  std::signal(SIGPIPE, SIG_IGN);
+}
+
+int wait_for_signal() {
+  const sigset_t set = stop_signals();
+  int signal = 0;
+  sigwait(&set, &signal);
+  return signal;
+}
+
+void unblock_signals() {
+  const sigset_t set = stop_signals();
+  pthread_sigmask(SIG_UNBLOCK, &set, nullptr);
+}
+
+}  // namespace aprsim::server

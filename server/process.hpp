@@ -1,0 +1,23 @@
+#pragma once
+
+#include <csignal>
+#include <cstdint>
+
+#include "world/api/error.hpp"
+
+/// What the daemon asks of its process, before any thread starts.
+namespace aprsim::server {
+
+/// Raises the limit of open files to the hard limit. Fails when even that is below `needed`.
+[[nodiscard]] Result<void> raise_file_limit(std::uint64_t needed);
+
+/// Blocks SIGTERM, SIGINT and SIGHUP for this and all later threads and ignores SIGPIPE.
+void block_signals();
+
+/// Waits for one of the blocked signals; returns its number.
+[[nodiscard]] int wait_for_signal();
+
+/// From now on a signal ends the process at once, for a second SIGTERM while stopping.
+void unblock_signals();
+
+}  // namespace aprsim::server

@@ -1,0 +1,43 @@
+// Clients compare poses to 1e-4 mm: an arm at rest must not move by one bit.
+
+#include <cstring>
+#include <memory>
+
+#include <gtest/gtest.h>
+
+#include "world/scene/scene_loader.hpp"
+#include "world/world.hpp"
+
+namespace aprsim::world {
+namespace {
+
+bool same_bits(const Pose& a, const Pose& b) {
+  return std::memcmp(a.p.data(), b.p.data(), 3 * sizeof(double)) == 0 &&
+         std::memcmp(a.q.coeffs().data(), b.q.coeffs().data(), 4 * sizeof(double)) == 0;
+}
+
+TEST(Stillness, TheReportedToolPoseKeepsEveryBitForTenMinutes) {
+  auto loaded = scene::load_scene("aprs", scene::default_data_paths());
+  ASSERT_TRUE(loaded) << loaded.error().message;
+  World world(std::make_shared<const scene::Scene>(std::move(*loaded)), 1);
+  api::Snapshot start, now;
+  world.apply(1, api::RobotCommand{0, api::InitRobot{}});
+  world.apply(2, api::RobotCommand{0, api::MoveJoints{{{.joint = 0, .position_rad = 0.2}}}});
+  for (int step = 0; step < 5000; ++step) world.step();
+  world.write(start);
+  ASSERT_EQ(start.robots[0].action.state, api::ActionState::kDone);
+  ASSERT_NEAR(start.robots[0].joints[0].position_rad, 0.2, 1e-12);
+  constexpr int kSteps = 600'000;
+  for (int step = 0; step < kSteps; ++step) {
+    world.step();
+    if (step % 1000 != 0) continue;
+    world.write(now);
+    for (std::size_t robot = 0; robot < now.robots.size(); ++robot) {
+      ASSERT_TRUE(same_bits(now.robots[robot].X_RT, start.robots[robot].X_RT)) << step;
+      ASSERT_TRUE(same_bits(now.robots[robot].X_WT, start.robots[robot].X_WT)) << step;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace aprsim::world

@@ -1,0 +1,127 @@
+// The real daemon as its user meets it: command line, ports, signals.
+
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <string>
+#include <sys/socket.h>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <gtest/gtest.h>
+
+#include "tests/support/cell_client.hpp"
+#include "tests/support/daemon_process.hpp"
+
+namespace aprsim::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+const std::string kDaemon = std::string(APRSIM_BIN_DIR) + "/aprsimd";
+
+std::size_t lines(const std::string& text) {
+  return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+}
+
+TEST(Daemon, ServesOnEveryPortOfItsPortsFile) {
+  DaemonProcess daemon;
+  boost::asio::io_context io;
+  for (const auto* name : {"crcl.fanuc", "crcl.motoman", "modbus", "grpc"}) {
+    boost::asio::ip::tcp::socket socket(io);
+    socket.connect({boost::asio::ip::address_v4::loopback(), daemon.port(name)});
+    EXPECT_TRUE(socket.is_open()) << name;
+  }
+  CellClient client(daemon.port("grpc"));
+  EXPECT_EQ(client.cell().scene(), "aprs");
+  client.wait_for([](const auto& snapshot) { return snapshot.step() > 100; }, "time to pass");
+}
+
+TEST(Daemon, SigtermEndsCleanlyWithinTwoSecondsAlsoWithClients) {
+  DaemonProcess daemon;
+  boost::asio::io_context io;
+  boost::asio::ip::tcp::socket crcl(io), modbus(io);
+  crcl.connect({boost::asio::ip::address_v4::loopback(), daemon.port("crcl.fanuc")});
+  modbus.connect({boost::asio::ip::address_v4::loopback(), daemon.port("modbus")});
+  CellClient client(daemon.port("grpc"));
+  grpc::ClientContext context;
+  auto stream = client.telemetry->StreamSnapshots(&context, {});
+  v1::StreamSnapshotsResponse first;
+  ASSERT_TRUE(stream->Read(&first));
+  const auto result = daemon.stop(SIGTERM);
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_LT(result.took, 2000ms);
+}
+
+TEST(Daemon, APortInUseIsOneClearLineAndExitCodeOne) {
+  boost::asio::io_context io;
+  boost::asio::ip::tcp::acceptor taken(io, {boost::asio::ip::address_v4::loopback(), 0});
+  const std::string port = std::to_string(taken.local_endpoint().port());
+  for (const auto* key : {"modbus.port=", "grpc.port=", "crcl.ports.fanuc="}) {
+    std::vector<std::string> argv = {kDaemon, "--set", "log_level=error"};
+    for (const auto* other :
+         {"modbus.port=", "grpc.port=", "crcl.ports.fanuc=", "crcl.ports.motoman="}) {
+      argv.insert(argv.end(),
+                  {"--set", std::string(other) + (key == std::string(other) ? port : "0")});
+    }
+    const auto result = run_process(argv);
+    EXPECT_EQ(result.exit_code, 1) << key;
+    EXPECT_EQ(lines(result.err), 1U) << result.err;
+    EXPECT_NE(result.err.find(port), std::string::npos) << result.err;
+    EXPECT_NE(result.err.find("in use"), std::string::npos) << result.err;
+  }
+}
+
+TEST(Daemon, PrintConfigPrintsWhatItReads) {
+  const auto printed = run_process({kDaemon, "--set", "modbus.port=1234", "--speed", "stepped",
+                                    "--seed", "9", "--print-config"});
+  ASSERT_EQ(printed.exit_code, 0) << printed.err;
+  EXPECT_NE(printed.out.find("port: 1234"), std::string::npos);
+  const std::string file = testing::TempDir() + "aprsim-config.yaml";
+  std::ofstream(file) << printed.out;
+  const auto again = run_process({kDaemon, "--config", file, "--print-config"});
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_EQ(again.out, printed.out);
+}
+
+TEST(Daemon, WrongConfigurationNamesKeyValueAndPlace) {
+  const std::string file = testing::TempDir() + "aprsim-wrong.yaml";
+  std::ofstream(file) << "modbus:\n  prot: 1\n";
+  const auto unknown = run_process({kDaemon, "--config", file});
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_NE(unknown.err.find(file + ":2:"), std::string::npos) << unknown.err;
+  EXPECT_NE(unknown.err.find("prot"), std::string::npos) << unknown.err;
+  const auto range = run_process({kDaemon, "--set", "modbus.port=70000", "--check"});
+  EXPECT_EQ(range.exit_code, 2);
+  EXPECT_NE(range.err.find("70000"), std::string::npos) << range.err;
+  const auto speed = run_process({kDaemon, "--speed", "fast", "--check"});
+  EXPECT_EQ(speed.exit_code, 2);
+  EXPECT_NE(speed.err.find("fast"), std::string::npos) << speed.err;
+  const auto scene = run_process({kDaemon, "--scene", "nowhere", "--check"});
+  EXPECT_EQ(scene.exit_code, 1);
+  EXPECT_NE(scene.err.find("nowhere"), std::string::npos) << scene.err;
+}
+
+TEST(Daemon, ChecksEveryShippedScene) {
+  for (const auto* scene :
+       {"aprs", "aprs_2024", "fanuc_only", "motoman_only", "table1", "empty_belt"}) {
+    const auto result = run_process({kDaemon, "--scene", scene, "--check"});
+    EXPECT_EQ(result.exit_code, 0) << scene << ": " << result.err;
+  }
+}
+
+TEST(Daemon, SteppedTimeMovesOnlyWhenStepped) {
+  DaemonProcess daemon({"--speed", "stepped", "--scene", "empty_belt"});
+  CellClient client(daemon.port("grpc"));
+  EXPECT_EQ(client.snapshot().step(), 0U);
+  EXPECT_EQ(client.step(250).receipt().step(), 250U);
+  EXPECT_EQ(client.snapshot().step(), 250U);
+  v1::ResetResponse reset;
+  grpc::ClientContext context;
+  CellClient::require(client.control->Reset(&context, {}, &reset));
+  EXPECT_EQ(client.snapshot().step(), 0U);
+  EXPECT_EQ(client.snapshot().epoch(), 1U);
+}
+
+}  // namespace
+}  // namespace aprsim::test
