@@ -1,0 +1,290 @@
+#include <array>
+#include <utility>
+
+#include "crcl/decoder.hpp"
+#include "crcl/fields.hpp"
+#include "crcl/pose.hpp"
+#include "crcl/text.hpp"
+#include "crcl/xml_writer.hpp"
+
+namespace aprsim::crcl {
+namespace {
+
+constexpr std::size_t kMaxDepth = 32;
+
+// An element whose abstract schema type must be made concrete by xsi:type.
+void fail_type(const Fields& fields, std::string expected) {
+  const std::string_view type = fields.type();
+  fields.fail("", type,
+              type.empty() ? "xsi:type missing, expected " + expected
+                           : "unknown xsi:type, expected " + expected,
+              ErrorKind::kMalformed);
+}
+
+// `base` is TransSpeed, TransAccel, RotSpeed or RotAccel.
+Rate read_rate(const Fields& rate, const std::string& base) {
+  if (rate.type() == base + "AbsoluteType") return {false, rate.number("Setting")};
+  if (rate.type() == base + "RelativeType") return {true, rate.number("Fraction")};
+  fail_type(rate, base + "AbsoluteType or " + base + "RelativeType");
+  return {};
+}
+
+std::optional<Rate> read_optional_rate(const Fields& parent, const std::string& base) {
+  if (!parent.has(base)) return std::nullopt;
+  return read_rate(parent.child(base), base);
+}
+
+PoseSettings read_pose_settings(const Fields& pose) {
+  PoseSettings settings;
+  settings.coordinated = pose.flag("Coordinated");
+  settings.trans_speed = read_optional_rate(pose, "TransSpeed");
+  settings.rot_speed = read_optional_rate(pose, "RotSpeed");
+  settings.trans_accel = read_optional_rate(pose, "TransAccel");
+  settings.rot_accel = read_optional_rate(pose, "RotAccel");
+  if (pose.has("Tolerance")) settings.tolerance = read_pose_tolerance(pose.child("Tolerance"));
+  return settings;
+}
+
+MoveTo read_move_to(const Fields& fields) {
+  MoveTo move;
+  move.straight = fields.flag("MoveStraight");
+  const Fields end = fields.child("EndPosition");
+  move.end = read_pose(end);
+  if (const Result<Axes> axes = orthonormal_axes(move.end); !axes) {
+    end.fail(axes.error().element, axes.error().value, axes.error().expected);
+  }
+  if (end.type() == "PoseAndSetType") {
+    move.settings = read_pose_settings(end);
+  } else if (!end.type().empty() && end.type() != "PoseType") {
+    fail_type(end, "PoseType or PoseAndSetType");
+  }
+  return move;
+}
+
+ActuateJoint read_actuate_joint(const Fields& fields) {
+  ActuateJoint joint;
+  joint.joint = fields.integer("JointNumber");
+  joint.position = fields.number("JointPosition");
+  if (!fields.has("JointDetails")) return joint;
+  const Fields details = fields.child("JointDetails");
+  if (details.type() == "JointSpeedAccelType") {
+    joint.details = JointSpeedAccel{details.optional_number("JointSpeed"),
+                                    details.optional_number("JointAccel")};
+  } else if (details.type() == "JointForceTorqueType") {
+    joint.details =
+        JointForceTorque{details.optional_number("Setting"), details.optional_number("ChangeRate")};
+  } else {
+    fail_type(details, "JointSpeedAccelType or JointForceTorqueType");
+  }
+  return joint;
+}
+
+ActuateJoints read_actuate_joints(const Fields& fields) {
+  ActuateJoints command;
+  for (const Fields& joint : fields.children("ActuateJoint")) {
+    command.joints.push_back(read_actuate_joint(joint));
+  }
+  if (command.joints.empty()) fields.fail("ActuateJoint", "", "missing");
+  if (fields.has("JointTolerances")) {
+    command.tolerances = read_joint_tolerances(fields.child("JointTolerances"));
+  }
+  return command;
+}
+
+StopMotion read_stop(const Fields& fields) {
+  const std::string condition = fields.optional_text("StopCondition").value_or("");
+  if (trim(condition) == "Immediate") return {StopCondition::kImmediate};
+  if (trim(condition) == "Normal") return {StopCondition::kNormal};
+  return {StopCondition::kFast};
+}
+
+template <typename Unit>
+SetUnits read_units(const Fields& fields) {
+  const std::string name = fields.text("UnitName");
+  const std::optional<Unit> unit = unit_named<Unit>(trim(name));
+  if (!unit) fields.fail("UnitName", name, "expected " + std::string(unit_choices<Unit>()));
+  return {unit.value_or(Unit{})};
+}
+
+ConfigureJointReports read_joint_reports(const Fields& fields) {
+  ConfigureJointReports command{fields.flag("ResetAll"), {}};
+  for (const Fields& report : fields.children("ConfigureJointReport")) {
+    command.reports.push_back({report.integer("JointNumber"), report.flag("ReportPosition"),
+                               report.flag("ReportTorqueOrForce"), report.flag("ReportVelocity")});
+  }
+  return command;
+}
+
+ConfigureStatusReport read_status_report(const Fields& fields) {
+  return {fields.flag("ReportJointStatuses"), fields.flag("ReportPoseStatus"),
+          fields.flag("ReportGripperStatus"), fields.flag("ReportSettingsStatus"),
+          fields.flag("ReportSensorsStatus"), fields.flag("ReportGuardsStatus")};
+}
+
+using ReadBody = CommandBody (*)(const Fields&);
+struct BodyRow {
+  std::string_view type;
+  ReadBody read;
+};
+
+template <RateKind kKind>
+CommandBody read_set_rate(const Fields& fields) {
+  constexpr std::array<const char*, 4> kBases{"TransSpeed", "TransAccel", "RotSpeed", "RotAccel"};
+  const char* base = kBases[static_cast<std::size_t>(kKind)];
+  return SetRate{kKind, read_rate(fields.child(base), base)};
+}
+
+template <auto kRead>
+CommandBody as_body(const Fields& fields) {
+  return kRead(fields);
+}
+
+template <typename Empty>
+CommandBody read_empty(const Fields&) {
+  return Empty{};
+}
+
+constexpr BodyRow kBodies[] = {
+    {"InitCanonType", read_empty<InitCanon>},
+    {"EndCanonType", read_empty<EndCanon>},
+    {"GetStatusType", read_empty<GetStatus>},
+    {"StopMotionType", as_body<read_stop>},
+    {"MoveToType", as_body<read_move_to>},
+    {"ActuateJointsType", as_body<read_actuate_joints>},
+    {"SetEndEffectorType",
+     [](const Fields& f) -> CommandBody { return SetEndEffector{f.number("Setting")}; }},
+    {"DwellType", [](const Fields& f) -> CommandBody { return Dwell{f.number("DwellTime")}; }},
+    {"MessageType", [](const Fields& f) -> CommandBody { return Message{f.text("Message")}; }},
+    {"SetLengthUnitsType", as_body<read_units<LengthUnit>>},
+    {"SetAngleUnitsType", as_body<read_units<AngleUnit>>},
+    {"SetForceUnitsType", as_body<read_units<ForceUnit>>},
+    {"SetTorqueUnitsType", as_body<read_units<TorqueUnit>>},
+    {"SetTransSpeedType", read_set_rate<RateKind::kTransSpeed>},
+    {"SetTransAccelType", read_set_rate<RateKind::kTransAccel>},
+    {"SetRotSpeedType", read_set_rate<RateKind::kRotSpeed>},
+    {"SetRotAccelType", read_set_rate<RateKind::kRotAccel>},
+    {"SetEndPoseToleranceType",
+     [](const Fields& f) -> CommandBody {
+       return SetEndPoseTolerance{read_pose_tolerance(f.child("Tolerance"))};
+     }},
+    {"SetIntermediatePoseToleranceType",
+     [](const Fields& f) -> CommandBody {
+       return SetIntermediatePoseTolerance{read_pose_tolerance(f.child("Tolerance"))};
+     }},
+    {"SetDefaultJointPositonsTolerancesType",
+     [](const Fields& f) -> CommandBody {
+       return SetDefaultJointTolerances{read_joint_tolerances(f.child("JointTolerances"))};
+     }},
+    {"ConfigureJointReportsType", as_body<read_joint_reports>},
+    {"ConfigureStatusReportType", as_body<read_status_report>},
+    {"LoopBlockStartType",
+     [](const Fields& f) -> CommandBody { return LoopBlockStart{f.text("LoopName")}; }},
+    {"LoopBlockEndType",
+     [](const Fields& f) -> CommandBody {
+       return LoopBlockEnd{f.text("LoopName"), f.integer("MaxCount")};
+     }},
+};
+
+CommandBody read_body(const XmlNode& node, const Fields& fields, std::string_view type) {
+  for (const BodyRow& row : kBodies) {
+    if (row.type == type) return row.read(fields);
+  }
+  if (is_command_type(type)) {
+    return OtherCommand{std::string(type), XmlWriter::body_of_command(node)};
+  }
+  fail_type(fields, "a command type of CRCLCommands.xsd");
+  return {};
+}
+
+Guard read_guard(const Fields& fields) {
+  constexpr std::array<std::string_view, 4> kLimits{"OVER_MAX", "UNDER_MIN", "INCREASE_OVER_LIMIT",
+                                                    "DECREASE_BEYOND_LIMIT"};
+  Guard guard;
+  guard.name = fields.optional_text("Name");
+  guard.sensor_id = trim(fields.text("SensorID"));
+  guard.sub_field = fields.optional_text("SubField");
+  const std::string limit = fields.text("LimitType");
+  std::size_t index = 0;
+  while (index < kLimits.size() && kLimits[index] != trim(limit)) ++index;
+  if (index == kLimits.size()) {
+    fields.fail("LimitType", limit,
+                "expected OVER_MAX, UNDER_MIN, INCREASE_OVER_LIMIT or DECREASE_BEYOND_LIMIT");
+  }
+  guard.limit = static_cast<GuardLimit>(index % kLimits.size());
+  guard.limit_value = fields.number("LimitValue");
+  guard.recheck_time_us = fields.optional_long("RecheckTimeMicroSeconds");
+  guard.check_count = fields.optional_long("CheckCount");
+  guard.last_check_time = fields.optional_long("LastCheckTime");
+  guard.last_check_value = fields.optional_number("LastCheckValue");
+  guard.require_trigger = fields.optional_flag("RequireTrigger");
+  guard.error_on_trigger = fields.optional_flag("ErrorOnTrigger");
+  return guard;
+}
+
+// Reads a command element whose type is `type`; faults go to the slot, with the command's identity.
+Command read_command(const XmlNode& node, std::string_view type, ErrorSlot& slot) {
+  Command command;
+  const bool clean = !slot.has_value();
+  const Fields fields(node, slot);
+  command.name = fields.optional_text("Name");
+  command.id = fields.optional_long("CommandID").value_or(0);
+  for (const Fields& guard : fields.children("Guard")) command.guards.push_back(read_guard(guard));
+  command.body = read_body(node, fields, type);
+  if (clean && slot) {
+    slot->command_type = type;
+    slot->command_id = command.id;
+  }
+  return command;
+}
+
+tl::unexpected<Error> wrong_root(const XmlNode& root, std::string expected) {
+  Error error;
+  error.element = shorten(root.name);
+  error.expected = "expected the root element " + std::move(expected);
+  return tl::unexpected<Error>(std::move(error));
+}
+
+}  // namespace
+
+Result<CommandInstance> decode_command(std::string_view document, std::size_t max_bytes) {
+  const Result<XmlNode> root = parse_xml(document, {max_bytes, kMaxDepth});
+  if (!root) return tl::unexpected<Error>(root.error());
+  if (root->name != "CRCLCommandInstance") return wrong_root(*root, "CRCLCommandInstance");
+  const XmlNode* node = root->child("CRCLCommand");
+  ErrorSlot slot;
+  const Fields fields(*root, slot);
+  if (node == nullptr) {
+    fields.fail("CRCLCommand", "", "missing", ErrorKind::kMalformed);
+    return tl::unexpected<Error>(*slot);
+  }
+  CommandInstance instance;
+  instance.command = read_command(*node, node->type, slot);
+  instance.name = fields.optional_text("Name");
+  instance.program_file = fields.optional_text("ProgramFile");
+  instance.program_index = fields.optional_integer("ProgramIndex");
+  instance.program_length = fields.optional_integer("ProgramLength");
+  if (slot) return tl::unexpected<Error>(std::move(*slot));
+  return instance;
+}
+
+Result<Program> decode_program(std::string_view document, std::size_t max_bytes) {
+  const Result<XmlNode> root = parse_xml(document, {max_bytes, kMaxDepth});
+  if (!root) return tl::unexpected<Error>(root.error());
+  if (root->name != "CRCLProgram") return wrong_root(*root, "CRCLProgram");
+  Program program;
+  ErrorSlot slot;
+  program.name = Fields(*root, slot).optional_text("Name");
+  for (const XmlNode& node : root->children) {
+    if (node.name == "InitCanon") {
+      program.commands.push_back(read_command(node, "InitCanonType", slot));
+    } else if (node.name == "EndCanon") {
+      program.commands.push_back(read_command(node, "EndCanonType", slot));
+    } else if (node.name == "MiddleCommand") {
+      program.commands.push_back(read_command(node, node.type, slot));
+    }
+    if (slot) return tl::unexpected<Error>(std::move(*slot));
+  }
+  return program;
+}
+
+}  // namespace aprsim::crcl

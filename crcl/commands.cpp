@@ -1,0 +1,100 @@
+#include "crcl/commands.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+namespace aprsim::crcl {
+namespace {
+
+constexpr std::array<std::string_view, 38> kCommandTypes{
+    "ActuateJointsType",
+    "CloseToolChangerType",
+    "ConfigureJointReportsType",
+    "ConfigureStatusReportType",
+    "DisableGripperType",
+    "DisableRobotParameterStatusType",
+    "DisableSensorType",
+    "DwellType",
+    "EnableGripperType",
+    "EnableRobotParameterStatusType",
+    "EnableSensorType",
+    "EndCanonType",
+    "GetStatusType",
+    "InitCanonType",
+    "LoopBlockEndType",
+    "LoopBlockStartType",
+    "MessageType",
+    "MoveScrewType",
+    "MoveThroughToType",
+    "MoveToType",
+    "OpenToolChangerType",
+    "RunProgramType",
+    "SetAngleUnitsType",
+    "SetDefaultJointPositonsTolerancesType",
+    "SetEndEffectorParametersType",
+    "SetEndEffectorType",
+    "SetEndPoseToleranceType",
+    "SetForceUnitsType",
+    "SetIntermediatePoseToleranceType",
+    "SetLengthUnitsType",
+    "SetMotionCoordinationType",
+    "SetRobotParametersType",
+    "SetRotAccelType",
+    "SetRotSpeedType",
+    "SetTorqueUnitsType",
+    "SetTransAccelType",
+    "SetTransSpeedType",
+    "StopMotionType",
+};
+
+template <typename... F>
+struct Overloaded : F... {
+  using F::operator()...;
+};
+
+constexpr std::array<std::string_view, 4> kUnitTypes{"SetLengthUnitsType", "SetAngleUnitsType",
+                                                     "SetForceUnitsType", "SetTorqueUnitsType"};
+constexpr std::array<std::string_view, 4> kRateTypes{"SetTransSpeedType", "SetTransAccelType",
+                                                     "SetRotSpeedType", "SetRotAccelType"};
+
+}  // namespace
+
+std::string_view type_name(const CommandBody& body) {
+  using View = std::string_view;
+  return std::visit(
+      Overloaded{
+          [](const InitCanon&) -> View { return "InitCanonType"; },
+          [](const EndCanon&) -> View { return "EndCanonType"; },
+          [](const GetStatus&) -> View { return "GetStatusType"; },
+          [](const StopMotion&) -> View { return "StopMotionType"; },
+          [](const MoveTo&) -> View { return "MoveToType"; },
+          [](const ActuateJoints&) -> View { return "ActuateJointsType"; },
+          [](const SetEndEffector&) -> View { return "SetEndEffectorType"; },
+          [](const Dwell&) -> View { return "DwellType"; },
+          [](const Message&) -> View { return "MessageType"; },
+          [](const SetUnits& set) -> View { return kUnitTypes[set.unit.index()]; },
+          [](const SetRate& set) -> View {
+            return kRateTypes[static_cast<std::size_t>(set.which)];
+          },
+          [](const SetEndPoseTolerance&) -> View { return "SetEndPoseToleranceType"; },
+          [](const SetIntermediatePoseTolerance&) -> View {
+            return "SetIntermediatePoseToleranceType";
+          },
+          [](const SetDefaultJointTolerances&) -> View {
+            return "SetDefaultJointPositonsTolerancesType";
+          },
+          [](const ConfigureJointReports&) -> View { return "ConfigureJointReportsType"; },
+          [](const ConfigureStatusReport&) -> View { return "ConfigureStatusReportType"; },
+          [](const LoopBlockStart&) -> View { return "LoopBlockStartType"; },
+          [](const LoopBlockEnd&) -> View { return "LoopBlockEndType"; },
+          [](const OtherCommand& other) -> View { return other.type; },
+      },
+      body);
+}
+
+bool is_command_type(std::string_view type) {
+  return std::binary_search(kCommandTypes.begin(), kCommandTypes.end(), type);
+}
+
+}  // namespace aprsim::crcl

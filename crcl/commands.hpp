@@ -1,0 +1,152 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "crcl/units.hpp"
+#include "crcl/values.hpp"
+
+/// The commands of CRCLCommands.xsd as C++ values, numbers in the units of the connection.
+/// Each struct is the schema type of the same name with "Type" appended, unless it says otherwise.
+namespace aprsim::crcl {
+
+struct InitCanon {
+  bool operator==(const InitCanon&) const = default;
+};
+struct EndCanon {
+  bool operator==(const EndCanon&) const = default;
+};
+struct GetStatus {
+  bool operator==(const GetStatus&) const = default;
+};
+
+enum class StopCondition { kImmediate, kFast, kNormal };
+struct StopMotion {
+  StopCondition condition = StopCondition::kNormal;
+  bool operator==(const StopMotion&) const = default;
+};
+
+/// What PoseAndSetType adds to a pose: overrides for the one move.
+struct PoseSettings {
+  bool coordinated = false;
+  std::optional<Rate> trans_speed, rot_speed, trans_accel, rot_accel;
+  std::optional<PoseTolerance> tolerance;
+  bool operator==(const PoseSettings&) const = default;
+};
+struct MoveTo {
+  bool straight = false;
+  Pose end;
+  std::optional<PoseSettings> settings;
+  bool operator==(const MoveTo&) const = default;
+};
+
+struct JointSpeedAccel {
+  std::optional<double> speed, accel;
+  bool operator==(const JointSpeedAccel&) const = default;
+};
+struct JointForceTorque {
+  std::optional<double> setting, change_rate;
+  bool operator==(const JointForceTorque&) const = default;
+};
+struct ActuateJoint {
+  int joint = 0;  ///< 1-based
+  double position = 0;
+  std::variant<JointSpeedAccel, JointForceTorque> details;
+  bool operator==(const ActuateJoint&) const = default;
+};
+struct ActuateJoints {
+  std::vector<ActuateJoint> joints;
+  std::vector<JointTolerance> tolerances;  ///< JointTolerances; empty when absent
+  bool operator==(const ActuateJoints&) const = default;
+};
+
+struct SetEndEffector {
+  double setting = 0;  ///< 0 closed .. 1 open; out-of-range values are kept as sent
+  bool operator==(const SetEndEffector&) const = default;
+};
+struct Dwell {
+  double seconds = 0;
+  bool operator==(const Dwell&) const = default;
+};
+struct Message {
+  std::string text;
+  bool operator==(const Message&) const = default;
+};
+
+/// SetLengthUnitsType, SetAngleUnitsType, SetForceUnitsType, SetTorqueUnitsType.
+struct SetUnits {
+  std::variant<LengthUnit, AngleUnit, ForceUnit, TorqueUnit> unit;
+  bool operator==(const SetUnits&) const = default;
+};
+/// SetTransSpeedType, SetTransAccelType, SetRotSpeedType, SetRotAccelType.
+struct SetRate {
+  RateKind which = RateKind::kTransSpeed;
+  Rate rate;
+  bool operator==(const SetRate&) const = default;
+};
+struct SetEndPoseTolerance {
+  PoseTolerance tolerance;
+  bool operator==(const SetEndPoseTolerance&) const = default;
+};
+struct SetIntermediatePoseTolerance {
+  PoseTolerance tolerance;
+  bool operator==(const SetIntermediatePoseTolerance&) const = default;
+};
+/// SetDefaultJointPositonsTolerancesType (the schema's spelling).
+struct SetDefaultJointTolerances {
+  std::vector<JointTolerance> tolerances;
+  bool operator==(const SetDefaultJointTolerances&) const = default;
+};
+
+struct JointReport {
+  int joint = 0;  ///< 1-based
+  bool position = false, torque = false, velocity = false;
+  bool operator==(const JointReport&) const = default;
+};
+struct ConfigureJointReports {
+  bool reset_all = false;
+  std::vector<JointReport> reports;
+  bool operator==(const ConfigureJointReports&) const = default;
+};
+struct ConfigureStatusReport {
+  bool joints = false, pose = false, gripper = false, settings = false, sensors = false,
+       guards = false;
+  bool operator==(const ConfigureStatusReport&) const = default;
+};
+
+/// Loops stand in program files; a client expands them and never sends them.
+struct LoopBlockStart {
+  std::string loop;
+  bool operator==(const LoopBlockStart&) const = default;
+};
+struct LoopBlockEnd {
+  std::string loop;
+  int max_count = 0;
+  bool operator==(const LoopBlockEnd&) const = default;
+};
+
+/// Any other command of the schema: its type and its own elements as XML, so that it can be named
+/// or passed on.
+struct OtherCommand {
+  std::string type;
+  std::string body_xml;
+  bool operator==(const OtherCommand&) const = default;
+};
+
+using CommandBody =
+    std::variant<InitCanon, EndCanon, GetStatus, StopMotion, MoveTo, ActuateJoints, SetEndEffector,
+                 Dwell, Message, SetUnits, SetRate, SetEndPoseTolerance,
+                 SetIntermediatePoseTolerance, SetDefaultJointTolerances, ConfigureJointReports,
+                 ConfigureStatusReport, LoopBlockStart, LoopBlockEnd, OtherCommand>;
+
+/// The schema's type name, e.g. "MoveToType".
+[[nodiscard]] std::string_view type_name(const CommandBody& body);
+
+/// True for every concrete command type of CRCLCommands.xsd.
+[[nodiscard]] bool is_command_type(std::string_view type);
+
+}  // namespace aprsim::crcl

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstddef>
+#include <string_view>
+
+#include "crcl/documents.hpp"
+#include "crcl/error.hpp"
+#include "crcl/framer.hpp"
+
+namespace aprsim::crcl {
+
+/// Reads one CRCLCommandInstance document. Lenient where the reference servers are: elements in any
+/// order, unknown ones ignored, a missing CommandID is 0, a missing boolean false, numbers outside
+/// a schema range kept. Numbers must be finite and axes must give an orientation. A StopMotion
+/// stops (Fast) even when its condition is not one of the three.
+/// Errors: kMalformed for what those servers answer by closing the connection (broken XML, a
+/// missing or unknown xsi:type); kBadValue, with the command's type and id, for the rest.
+/// Thread: any.
+[[nodiscard]] Result<CommandInstance> decode_command(std::string_view document,
+                                                     std::size_t max_bytes = kMaxCommandBytes);
+
+inline constexpr std::size_t kMaxProgramBytes = 16 * 1024 * 1024;
+
+/// Reads a CRCLProgram document; the same rules for each of its commands.
+[[nodiscard]] Result<Program> decode_program(std::string_view document,
+                                             std::size_t max_bytes = kMaxProgramBytes);
+
+}  // namespace aprsim::crcl

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "crcl/commands.hpp"
+
+/// A command with what all commands share, and the two documents that carry commands.
+namespace aprsim::crcl {
+
+enum class GuardLimit { kOverMax, kUnderMin, kIncreaseOverLimit, kDecreaseBeyondLimit };
+/// GuardType: a sensor condition that ends a command.
+struct Guard {
+  std::optional<std::string> name;
+  std::string sensor_id;
+  std::optional<std::string> sub_field;
+  GuardLimit limit = GuardLimit::kOverMax;
+  double limit_value = 0;
+  std::optional<std::int64_t> recheck_time_us;
+  std::optional<std::int64_t> check_count, last_check_time;
+  std::optional<double> last_check_value;
+  std::optional<bool> require_trigger, error_on_trigger;
+  bool operator==(const Guard&) const = default;
+};
+
+struct Command {
+  std::optional<std::string> name;
+  std::int64_t id = 0;  ///< CommandID; 0 when the document has none
+  std::vector<Guard> guards;
+  CommandBody body;
+  bool operator==(const Command&) const = default;
+};
+
+/// The root CRCLCommandInstance.
+struct CommandInstance {
+  std::optional<std::string> name;
+  Command command;
+  std::optional<std::string> program_file;
+  std::optional<int> program_index, program_length;
+  bool operator==(const CommandInstance&) const = default;
+};
+
+/// The root CRCLProgram: InitCanon first, EndCanon last.
+struct Program {
+  std::optional<std::string> name;
+  std::vector<Command> commands;
+  bool operator==(const Program&) const = default;
+};
+
+}  // namespace aprsim::crcl

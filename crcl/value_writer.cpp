@@ -1,0 +1,78 @@
+#include "crcl/value_writer.hpp"
+
+namespace aprsim::crcl {
+
+void write_point(XmlWriter& out, std::string_view name, const Vector& point) {
+  out.open(name);
+  out.number("X", point.x);
+  out.number("Y", point.y);
+  out.number("Z", point.z);
+  out.close(name);
+}
+
+void write_vector(XmlWriter& out, std::string_view name, const Vector& vector) {
+  out.open(name);
+  out.number("I", vector.x);
+  out.number("J", vector.y);
+  out.number("K", vector.z);
+  out.close(name);
+}
+
+void write_pose_elements(XmlWriter& out, const Pose& pose) {
+  write_point(out, "Point", pose.point);
+  write_vector(out, "XAxis", pose.x_axis);
+  write_vector(out, "ZAxis", pose.z_axis);
+}
+
+void write_tolerance(XmlWriter& out, std::string_view name, const PoseTolerance& tolerance) {
+  out.open(name);
+  write_optional(out, "XPointTolerance", tolerance.x_point);
+  write_optional(out, "YPointTolerance", tolerance.y_point);
+  write_optional(out, "ZPointTolerance", tolerance.z_point);
+  write_optional(out, "XAxisTolerance", tolerance.x_axis);
+  write_optional(out, "ZAxisTolerance", tolerance.z_axis);
+  out.close(name);
+}
+
+void write_joint_tolerances(XmlWriter& out, std::string_view name,
+                            const std::vector<JointTolerance>& tolerances) {
+  out.open(name);
+  for (const JointTolerance& setting : tolerances) {
+    out.open("Setting");
+    out.integer("JointNumber", setting.joint);
+    out.number("JointPositionTolerance", setting.tolerance);
+    out.close("Setting");
+  }
+  out.close(name);
+}
+
+void write_parameter(XmlWriter& out, std::string_view name, const ParameterSetting& setting) {
+  out.open(name);
+  out.text("ParameterName", setting.name);
+  out.text("ParameterValue", setting.value);
+  out.close(name);
+}
+
+void write_optional(XmlWriter& out, std::string_view name, const std::optional<double>& value) {
+  if (value) out.number(name, *value);
+}
+
+void write_optional(XmlWriter& out, std::string_view name, const std::optional<int>& value) {
+  if (value) out.integer(name, *value);
+}
+
+void write_optional(XmlWriter& out, std::string_view name,
+                    const std::optional<std::int64_t>& value) {
+  if (value) out.integer(name, *value);
+}
+
+void write_optional(XmlWriter& out, std::string_view name, const std::optional<bool>& value) {
+  if (value) out.flag(name, *value);
+}
+
+void write_optional(XmlWriter& out, std::string_view name,
+                    const std::optional<std::string>& value) {
+  if (value) out.text(name, *value);
+}
+
+}  // namespace aprsim::crcl

@@ -1,0 +1,236 @@
+#include "crcl/xml_tree.hpp"
+
+#include <cstdint>
+#include <cstdlib>
+#include <memory>
+#include <mutex>
+#include <utility>
+
+#include <xercesc/framework/MemBufInputSource.hpp>
+#include <xercesc/sax2/Attributes.hpp>
+#include <xercesc/sax2/DefaultHandler.hpp>
+#include <xercesc/sax2/SAX2XMLReader.hpp>
+#include <xercesc/sax2/XMLReaderFactory.hpp>
+#include <xercesc/util/OutOfMemoryException.hpp>
+#include <xercesc/util/PlatformUtils.hpp>
+#include <xercesc/util/SecurityManager.hpp>
+#include <xercesc/util/XMLException.hpp>
+#include <xercesc/util/XMLUni.hpp>
+
+#include "crcl/text.hpp"
+
+namespace aprsim::crcl {
+namespace {
+
+namespace xc = xercesc;
+
+constexpr std::u16string_view kXsiNamespace = u"http://www.w3.org/2001/XMLSchema-instance";
+constexpr std::u16string_view kTypeName = u"type";
+constexpr XMLSize_t kMaxEntityExpansions = 16;
+
+static_assert(sizeof(XMLCh) == sizeof(char16_t));
+
+void append_utf8(std::string& out, std::uint32_t c) {
+  const auto put = [&out](std::uint32_t byte) { out += static_cast<char>(byte); };
+  if (c < 0x80) {
+    put(c);
+  } else if (c < 0x800) {
+    put(0xC0 | (c >> 6));
+    put(0x80 | (c & 0x3F));
+  } else if (c < 0x10000) {
+    put(0xE0 | (c >> 12));
+    put(0x80 | ((c >> 6) & 0x3F));
+    put(0x80 | (c & 0x3F));
+  } else {
+    put(0xF0 | (c >> 18));
+    put(0x80 | ((c >> 12) & 0x3F));
+    put(0x80 | ((c >> 6) & 0x3F));
+    put(0x80 | (c & 0x3F));
+  }
+}
+
+// Reports a surrogate pair that is split over two calls as two replacement characters; Xerces
+// never splits one.
+void append_utf16(std::string& out, const XMLCh* text, std::size_t length) {
+  for (std::size_t i = 0; i < length; ++i) {
+    std::uint32_t c = text[i];
+    const bool high = c >= 0xD800 && c < 0xDC00;
+    const bool low = c >= 0xDC00 && c < 0xE000;
+    if (high && i + 1 < length && text[i + 1] >= 0xDC00 && text[i + 1] < 0xE000) {
+      c = 0x10000 + ((c - 0xD800) << 10) + (text[++i] - 0xDC00U);
+    } else if (high || low) {
+      c = 0xFFFD;
+    }
+    append_utf8(out, c);
+  }
+}
+
+std::string to_utf8(const XMLCh* text) {
+  std::string out;
+  if (text != nullptr) append_utf16(out, text, xc::XMLString::stringLen(text));
+  return out;
+}
+
+bool equals(const XMLCh* text, std::u16string_view expected) {
+  std::size_t i = 0;
+  for (; text[i] != 0; ++i) {
+    if (i >= expected.size() || text[i] != expected[i]) return false;
+  }
+  return i == expected.size();
+}
+
+// Thrown through the parser to abandon a document.
+struct Refused {
+  std::string what;
+};
+
+class TreeBuilder final : public xc::DefaultHandler {
+ public:
+  explicit TreeBuilder(const XmlLimits& limits) : limits_(limits) {}
+
+  XmlNode take_root() { return std::move(root_); }
+
+  void startElement(const XMLCh* uri, const XMLCh* local_name, const XMLCh* /*qualified*/,
+                    const xc::Attributes& attributes) override {
+    if (open_.size() >= limits_.max_depth) {
+      throw Refused{"elements nested deeper than " + std::to_string(limits_.max_depth)};
+    }
+    if (attributes.getLength() > limits_.max_attributes) {
+      throw Refused{"more than " + std::to_string(limits_.max_attributes) + " attributes"};
+    }
+    std::string name = to_utf8(local_name);
+    if (uri[0] != 0) throw Refused{"element " + shorten(name) + " in a namespace, expected none"};
+    XmlNode* node = &root_;
+    // Addresses of open elements stay good: a sibling is only added once this one is closed.
+    if (!open_.empty()) node = &open_.back()->children.emplace_back();
+    node->name = std::move(name);
+    node->type = type_of(attributes);
+    open_.push_back(node);
+  }
+
+  void endElement(const XMLCh* /*uri*/, const XMLCh* /*local_name*/,
+                  const XMLCh* /*qualified*/) override {
+    open_.pop_back();
+  }
+
+  void characters(const XMLCh* text, XMLSize_t length) override {
+    append_utf16(open_.back()->text, text, length);
+  }
+
+  void startDTD(const XMLCh*, const XMLCh*, const XMLCh*) override {
+    throw Refused{"document type declarations are not accepted"};
+  }
+
+  xc::InputSource* resolveEntity(const XMLCh*, const XMLCh*) override {
+    throw Refused{"external entities are not accepted"};
+  }
+
+  void error(const xc::SAXParseException& problem) override { fatalError(problem); }
+
+  void fatalError(const xc::SAXParseException& problem) override {
+    throw Refused{"line " + std::to_string(problem.getLineNumber()) + ", column " +
+                  std::to_string(problem.getColumnNumber()) + ": " + to_utf8(problem.getMessage())};
+  }
+
+ private:
+  static std::string type_of(const xc::Attributes& attributes) {
+    for (XMLSize_t i = 0; i < attributes.getLength(); ++i) {
+      if (!equals(attributes.getURI(i), kXsiNamespace)) continue;
+      if (!equals(attributes.getLocalName(i), kTypeName)) continue;
+      const std::string value = to_utf8(attributes.getValue(i));
+      const std::string_view name = trim(value);
+      const std::size_t colon = name.rfind(':');
+      return std::string(colon == std::string_view::npos ? name : name.substr(colon + 1));
+    }
+    return {};
+  }
+
+  const XmlLimits& limits_;
+  XmlNode root_;
+  std::vector<XmlNode*> open_;
+};
+
+// One parser with every feature off that reads anything but the bytes at hand.
+class Parser {
+ public:
+  Parser() {
+    initialize_xml();
+    reader_.reset(xc::XMLReaderFactory::createXMLReader());
+    security_.setEntityExpansionLimit(kMaxEntityExpansions);
+    reader_->setProperty(xc::XMLUni::fgXercesSecurityManager, &security_);
+    reader_->setFeature(xc::XMLUni::fgSAX2CoreNameSpaces, true);
+    reader_->setFeature(xc::XMLUni::fgSAX2CoreValidation, false);
+    reader_->setFeature(xc::XMLUni::fgXercesDynamic, false);
+    reader_->setFeature(xc::XMLUni::fgXercesSchema, false);
+    reader_->setFeature(xc::XMLUni::fgXercesLoadSchema, false);
+    reader_->setFeature(xc::XMLUni::fgXercesLoadExternalDTD, false);
+    reader_->setFeature(xc::XMLUni::fgXercesSkipDTDValidation, true);
+    reader_->setFeature(xc::XMLUni::fgXercesDisableDefaultEntityResolution, true);
+    reader_->setFeature(xc::XMLUni::fgXercesCacheGrammarFromParse, false);
+  }
+
+  XmlNode parse(std::string_view document, const XmlLimits& limits) {
+    TreeBuilder builder(limits);
+    reader_->setContentHandler(&builder);
+    reader_->setErrorHandler(&builder);
+    reader_->setEntityResolver(&builder);
+    reader_->setLexicalHandler(&builder);
+    const auto* bytes = reinterpret_cast<const XMLByte*>(document.data());
+    xc::MemBufInputSource source(bytes, document.size(), "CRCL", false);
+    source.setCopyBufToStream(false);
+    reader_->parse(source);
+    return builder.take_root();
+  }
+
+ private:
+  xc::SecurityManager security_;
+  std::unique_ptr<xc::SAX2XMLReader> reader_;
+};
+
+tl::unexpected<Error> malformed(std::string what) {
+  Error error;
+  error.kind = ErrorKind::kMalformed;
+  error.element = "XML";
+  error.expected = std::move(what);
+  return tl::unexpected<Error>(std::move(error));
+}
+
+}  // namespace
+
+const XmlNode* XmlNode::child(std::string_view child_name) const {
+  for (const XmlNode& node : children) {
+    if (node.name == child_name) return &node;
+  }
+  return nullptr;
+}
+
+void initialize_xml() {
+  static std::once_flag once;
+  std::call_once(once, [] {
+    // Debian's 3.2.4 leaks for every document with an external DTD (its answer to CVE-2018-1311);
+    // with this set it refuses any DOCTYPE before that.
+    ::setenv("XERCES_DISABLE_DTD", "1", 1);
+    xc::XMLPlatformUtils::Initialize();
+  });
+}
+
+Result<XmlNode> parse_xml(std::string_view document, const XmlLimits& limits) {
+  if (document.size() > limits.max_bytes) {
+    return malformed("expected at most " + std::to_string(limits.max_bytes) + " bytes, got " +
+                     std::to_string(document.size()));
+  }
+  thread_local Parser parser;
+  try {
+    return parser.parse(document, limits);
+  } catch (const Refused& refused) {
+    return malformed(refused.what);
+  } catch (const xc::OutOfMemoryException&) {
+    throw std::bad_alloc();
+  } catch (const xc::XMLException& problem) {
+    return malformed(to_utf8(problem.getMessage()));
+  } catch (const xc::SAXException& problem) {
+    return malformed(to_utf8(problem.getMessage()));
+  }
+}
+
+}  // namespace aprsim::crcl

@@ -1,0 +1,116 @@
+#include "crcl/framer.hpp"
+
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+
+namespace aprsim::crcl {
+namespace {
+
+const std::string kA = "<CRCLCommandInstance><x>\xC3\xA4</x></CRCLCommandInstance>";
+const std::string kB =
+    "<?xml version=\"1.0\"?><!-- hi -->\n<CRCLCommandInstance>\n</CRCLCommandInstance\n>";
+
+std::vector<std::string> drain(Framer& framer) {
+  std::vector<std::string> documents;
+  while (true) {
+    Result<std::optional<std::string>> next = framer.next();
+    EXPECT_TRUE(next) << next.error().message();
+    if (!next || !*next) return documents;
+    documents.push_back(std::move(**next));
+  }
+}
+
+TEST(Framer, CutsSeveralDocumentsOutOfOneRead) {
+  Framer framer = Framer::for_commands();
+  framer.append(kA + kB + "\r\n" + kA + "<CRCLComm");
+  EXPECT_EQ(drain(framer), (std::vector<std::string>{kA, kB, kA}));
+  EXPECT_EQ(framer.buffered(), 9U);
+}
+
+TEST(Framer, DropsNulAndSpaceBetweenDocuments) {
+  Framer framer = Framer::for_commands();
+  const std::string separators("\0 \r\n\t\0\0", 7);
+  framer.append(separators + kA + separators + kA + separators);
+  EXPECT_EQ(drain(framer), (std::vector<std::string>{kA, kA}));
+  EXPECT_EQ(framer.buffered(), 0U);
+}
+
+TEST(Framer, DoesNotMistakeALongerTag) {
+  Framer framer = Framer::for_commands();
+  const std::string longer = "<CRCLCommandInstance></CRCLCommandInstanceX></CRCLCommandInstance>";
+  framer.append(longer);
+  EXPECT_EQ(drain(framer), std::vector<std::string>{longer});
+}
+
+TEST(Framer, AnySplitGivesTheSameDocuments) {
+  const std::string stream =
+      std::string("\0\n", 2) + kA + kB + std::string(1, '\0') + kA + kB + "\n";
+  const std::vector<std::string> expected{kA, kB, kA, kB};
+  EXPECT_TRUE(rc::check("framing does not depend on packets", [&] {
+    Framer framer = Framer::for_commands();
+    std::vector<std::string> documents;
+    std::size_t at = 0;
+    while (at < stream.size()) {
+      const auto size = *rc::gen::inRange<std::size_t>(1, 40);
+      framer.append(std::string_view(stream).substr(at, size));
+      at += size;
+      for (std::string& document : drain(framer)) documents.push_back(std::move(document));
+    }
+    RC_ASSERT(documents == expected);
+  }));
+}
+
+TEST(Framer, ByteByByte) {
+  Framer framer = Framer::for_commands();
+  std::vector<std::string> documents;
+  for (const char c : kA + kB) {
+    framer.append({&c, 1});
+    for (std::string& document : drain(framer)) documents.push_back(std::move(document));
+  }
+  EXPECT_EQ(documents, (std::vector<std::string>{kA, kB}));
+}
+
+TEST(Framer, RefusesADocumentThatGrowsTooLarge) {
+  Framer framer = Framer::for_commands(100);
+  framer.append("<CRCLCommandInstance>" + std::string(79, 'x'));
+  EXPECT_TRUE(framer.next());
+  framer.append("y");
+  const Result<std::optional<std::string>> next = framer.next();
+  ASSERT_FALSE(next);
+  EXPECT_EQ(next.error().kind, ErrorKind::kTooLarge);
+  EXPECT_NE(next.error().message().find("100 bytes"), std::string::npos);
+}
+
+TEST(Framer, RefusesACompleteDocumentThatIsTooLarge) {
+  Framer framer = Framer::for_commands(100);
+  framer.append("<CRCLCommandInstance>" + std::string(100, 'x') + "</CRCLCommandInstance>");
+  EXPECT_FALSE(framer.next());
+}
+
+TEST(Framer, ManySmallDocumentsExceedNoLimit) {
+  Framer framer = Framer::for_commands(100);
+  std::string stream;
+  for (int i = 0; i < 1000; ++i) stream += kA;
+  framer.append(stream);
+  EXPECT_EQ(drain(framer).size(), 1000U);
+}
+
+TEST(Framer, SeparatorsNeverFillTheBuffer) {
+  Framer framer = Framer::for_commands(100);
+  for (int i = 0; i < 100; ++i) {
+    framer.append(std::string(100, '\0'));
+    ASSERT_TRUE(framer.next());
+  }
+  EXPECT_EQ(framer.buffered(), 0U);
+}
+
+TEST(Framer, FindsStatusesForAClient) {
+  Framer framer = Framer::for_statuses();
+  framer.append("<?xml?><CRCLStatus>1</CRCLStatus><?xml?><CRCLStatus>2</CRCLStatus>");
+  EXPECT_EQ(drain(framer).size(), 2U);
+}
+
+}  // namespace
+}  // namespace aprsim::crcl

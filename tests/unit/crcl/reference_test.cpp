@@ -1,0 +1,106 @@
+// What the reference material says, where it is at hand: its samples are read, and what we write is
+// valid by its schemas.
+
+#include <algorithm>
+#include <filesystem>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "crcl/decoder.hpp"
+#include "crcl/encoder.hpp"
+#include "crcl/status_decoder.hpp"
+#include "tests/unit/crcl/golden.hpp"
+#include "tests/unit/crcl/samples.hpp"
+#include "tests/unit/crcl/schema_validator.hpp"
+
+namespace aprsim::crcl {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Reference : public testing::Test {
+ protected:
+  void SetUp() override {
+    root_ = fs::path(APRSIM_REFERENCE_DIR) / "crcl";
+    if (std::string(APRSIM_REFERENCE_DIR).empty() || !fs::exists(root_ / "xsd")) {
+      GTEST_SKIP() << "no reference material: APRSIM_REFERENCE_DIR is not set";
+    }
+  }
+
+  [[nodiscard]] std::vector<fs::path> samples(const std::string& kind) const {
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::directory_iterator(root_ / "samples" / kind)) {
+      files.push_back(entry.path());
+    }
+    std::sort(files.begin(), files.end());
+    EXPECT_FALSE(files.empty());
+    return files;
+  }
+
+  [[nodiscard]] SchemaValidator validator(const std::string& schema) const {
+    return SchemaValidator((root_ / "xsd" / schema).string());
+  }
+
+  fs::path root_;
+};
+
+TEST_F(Reference, EveryCommandSampleIsReadAndWrittenValidly) {
+  const SchemaValidator schema = validator("CRCLCommandInstance.xsd");
+  for (const fs::path& file : samples("CRCLCommandInstance")) {
+    const Result<CommandInstance> instance = decode_command(read_file(file));
+    ASSERT_TRUE(instance) << file << ": " << instance.error().message();
+    const std::string written = encode_command(*instance);
+    EXPECT_EQ(schema.fault(written), "") << file << "\n" << written;
+    EXPECT_EQ(decode_command(written).value(), *instance) << file;
+  }
+}
+
+TEST_F(Reference, EveryCommandOfEveryProgramSampleIsReadAndWrittenValidly) {
+  const SchemaValidator schema = validator("CRCLCommandInstance.xsd");
+  for (const fs::path& file : samples("CRCLProgram")) {
+    const Result<Program> program = decode_program(read_file(file));
+    ASSERT_TRUE(program) << file << ": " << program.error().message();
+    EXPECT_GE(program->commands.size(), 2U) << file;
+    for (const Command& command : program->commands) {
+      const std::string written = encode_command({{}, command, {}, {}, {}});
+      EXPECT_EQ(schema.fault(written), "") << file << "\n" << written;
+      EXPECT_EQ(decode_command(written).value().command, command) << file;
+    }
+  }
+}
+
+TEST_F(Reference, EveryStatusSampleIsReadAndWrittenValidly) {
+  const SchemaValidator schema = validator("CRCLStatus.xsd");
+  for (const fs::path& file : samples("CRCLStatus")) {
+    const Result<Status> status = decode_status(read_file(file));
+    ASSERT_TRUE(status) << file << ": " << status.error().message();
+    const std::string written = encode_status(*status);
+    EXPECT_EQ(schema.fault(written), "") << file << "\n" << written;
+    EXPECT_EQ(decode_status(written).value(), *status) << file;
+  }
+}
+
+TEST_F(Reference, OurGoldenDocumentsAreValid) {
+  const SchemaValidator commands = validator("CRCLCommandInstance.xsd");
+  const SchemaValidator statuses = validator("CRCLStatus.xsd");
+  int checked = 0;
+  for (const auto& entry :
+       fs::directory_iterator(fs::path(APRSIM_SOURCE_DIR) / "tests/contract/crcl")) {
+    const std::string name = entry.path().filename().string();
+    if (!name.ends_with(".xml")) continue;
+    const SchemaValidator& schema = name.starts_with("status_") ? statuses : commands;
+    EXPECT_EQ(schema.fault(read_file(entry.path())), "") << name;
+    ++checked;
+  }
+  EXPECT_GE(checked, 29);
+}
+
+TEST_F(Reference, TheSchemaTellsValidFromInvalid) {
+  const SchemaValidator schema = validator("CRCLStatus.xsd");
+  EXPECT_EQ(schema.fault(encode_status(full_status())), "");
+  EXPECT_NE(schema.fault("<CRCLStatus></CRCLStatus>"), "");
+}
+
+}  // namespace
+}  // namespace aprsim::crcl
