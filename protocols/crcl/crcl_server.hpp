@@ -1,0 +1,83 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "crcl/units.hpp"
+#include "world/api/error.hpp"
+#include "world/api/ports.hpp"
+
+/// One robot's CRCL port.
+namespace aprsim::protocols {
+
+struct CrclServerOptions {
+  std::string bind_address = "127.0.0.1";  ///< a numeric IPv4 or IPv6 address
+  std::uint16_t port = 64444;              ///< 0 = any free port
+  int robot = 0;                           ///< index into CellDescription::robots
+  crcl::Units units;                       ///< of a new connection
+  /// Joint positions, speeds and accelerations are in degrees whatever SetAngleUnits says, as in
+  /// the reference servers, whose clients count on it; false: they follow the connection's unit.
+  bool joints_in_degrees = true;
+  std::size_t max_connections = 64;  ///< a further one is closed at once
+  std::size_t max_message_bytes = 64 * 1024;
+  /// Statuses kept for one connection before its next commands wait [bytes].
+  std::size_t max_output_bytes = 64 * 1024;
+  /// A connection whose peer takes none of its pending statuses for so long is closed.
+  std::chrono::milliseconds write_timeout{5000};
+  /// Closes a connection that has sent nothing for so long; 0 = never.
+  std::chrono::milliseconds idle_timeout{0};
+  /// stop() lets statuses under way go out for at most so long.
+  std::chrono::milliseconds drain_deadline{500};
+  api::EndpointId endpoint = 0;  ///< stamped on every command
+};
+
+struct CrclServerStats {
+  std::uint64_t accepted = 0;  ///< connections taken
+  std::uint64_t refused = 0;   ///< connections closed at once: over the limit
+  std::uint64_t dropped = 0;   ///< connections we ended: bad XML, too large, stalled, idle
+  std::uint64_t open = 0;      ///< connections now
+  std::uint64_t commands = 0;  ///< documents taken, GetStatus included
+  std::uint64_t statuses = 0;  ///< statuses answered
+};
+
+/// Serves CRCL to any number of clients of one robot from one thread of its own.
+///
+/// Per connection: units and report filters. Per robot, shared by its connections: the latest
+/// CommandID, its state and description, StatusID, initialisation, pose overrides. Exactly one
+/// status answers each GetStatus, in order, and nothing else is ever sent. All connections may
+/// command; the latest command wins.
+///
+/// Where existing servers differ, this one: reports CommandID -1 and CRCL_Ready before the first
+/// command; holds an error until InitCanon, answering commands in between with that error under
+/// their own id; executes ids that repeat or go down; keeps units over InitCanon; refuses all but
+/// InitCanon, EndCanon, StopMotion and GetStatus before InitCanon and, as the schema says, after
+/// EndCanon; clamps SetEndEffector and relative rates to 0..1. A GripperStatus (off by default)
+/// gives the pad separation in the connection's length unit. A broken document stops the robot and
+/// closes the connection that sent it; the error shows on the others.
+class CrclServer {
+ public:
+  /// Keeps references to both; they must outlive the server.
+  CrclServer(CrclServerOptions options, api::CommandSink& sink, const api::SnapshotSource& source);
+  ~CrclServer();
+  CrclServer(const CrclServer&) = delete;
+  CrclServer& operator=(const CrclServer&) = delete;
+
+  /// Listens and starts the thread; returns the port. Fails with the address, port and cause.
+  /// Once only. Thread: the owner's.
+  [[nodiscard]] Result<std::uint16_t> start();
+  /// Takes no more connections or commands, lets statuses go out until the drain deadline, closes
+  /// everything and joins. Motion goes on. Again: nothing. Thread: the owner's.
+  void stop();
+
+  /// Thread: any.
+  [[nodiscard]] CrclServerStats stats() const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace aprsim::protocols
