@@ -1,1 +1,65 @@
-namespace aprsim::modbus {}
+#include "modbus/register_map.hpp"
+
+#include <array>
+#include <cmath>
+
+namespace aprsim::modbus {
+namespace {
+
+constexpr std::int64_t kInt16Min = -32768, kInt16Max = 32767, kUint16Max = 65535;
+constexpr std::int64_t kInt32Min = -2147483648LL, kInt32Max = 2147483647, kUint32Max = 4294967295LL;
+
+constexpr std::array kMap{
+    RegisterInfo{Area::kHoldingRegister, kRunRegister, Access::kReadWrite, Encoding::kUint16, "run",
+                 "", Scaling::kNone, 0, 1, "1 = go, 0 = stop; the speed setting stays"},
+    RegisterInfo{Area::kHoldingRegister, kDirectionRegister, Access::kReadWrite, Encoding::kUint16,
+                 "direction", "", Scaling::kNone, 0, 1,
+                 "sense of travel; which value is forward is set per installation"},
+    RegisterInfo{Area::kHoldingRegister, kSpeedRegister, Access::kReadWrite, Encoding::kUint16,
+                 "speed", "m/s", Scaling::kSpeed, 0, kSpeedFullScaleCounts,
+                 "magnitude, unsigned; the belt obeys up to max_speed"},
+
+    RegisterInfo{Area::kInputRegister, kActualSpeedRegister, Access::kRead, Encoding::kInt16,
+                 "actual_speed", "m/s", Scaling::kSpeed, kInt16Min, kInt16Max,
+                 "measured belt speed, forward positive; saturates"},
+    RegisterInfo{Area::kInputRegister, kTargetSpeedRegister, Access::kRead, Encoding::kInt16,
+                 "target_speed", "m/s", Scaling::kSpeed, kInt16Min, kInt16Max,
+                 "speed the drive goes to, after run, direction and limit; forward positive"},
+    RegisterInfo{Area::kInputRegister, kDriveStateRegister, Access::kRead, Encoding::kUint16,
+                 "drive_state", "", Scaling::kNone, 0, 3,
+                 "0 absent, 1 standstill, 2 ramping, 3 at speed"},
+    RegisterInfo{Area::kInputRegister, kFaultCodeRegister, Access::kRead, Encoding::kUint16,
+                 "fault_code", "", Scaling::kNone, 0, 1,
+                 "0 none, 1 the cell has stopped on a fault"},
+    RegisterInfo{Area::kInputRegister, kPositionRegister, Access::kRead, Encoding::kInt32,
+                 "position", "m", Scaling::kPosition, kInt32Min, kInt32Max,
+                 "belt travel since reset as an encoder counts it, forward positive; wraps"},
+    RegisterInfo{Area::kInputRegister, kTimeStampRegister, Access::kRead, Encoding::kUint32,
+                 "time_stamp", "s", Scaling::kMilliseconds, 0, kUint32Max,
+                 "simulated time of this answer's values since reset; wraps"},
+    RegisterInfo{Area::kInputRegister, kMaxSpeedRegister, Access::kRead, Encoding::kUint16,
+                 "max_speed", "m/s", Scaling::kSpeed, 0, kUint16Max,
+                 "the belt's own limit; saturates"},
+};
+
+}  // namespace
+
+std::span<const RegisterInfo> register_map() { return kMap; }
+
+const RegisterInfo* find_register(Area area, std::uint16_t address) {
+  for (const RegisterInfo& info : kMap) {
+    const int offset = int{address} - int{info.address};
+    if (info.area == area && offset >= 0 && offset < int{info.words()}) return &info;
+  }
+  return nullptr;
+}
+
+std::optional<std::string> check(const ConveyorScaling& scaling) {
+  constexpr double kMin = 1e-3, kMax = 100;
+  const double v = scaling.full_scale_m_s;
+  if (std::isfinite(v) && v >= kMin && v <= kMax) return std::nullopt;
+  return "full-scale belt speed " + std::to_string(v) +
+         " m/s is not within 0.001 to 100 m/s (it is the speed that 32768 counts stand for)";
+}
+
+}  // namespace aprsim::modbus

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "modbus/register_map.hpp"
+#include "modbus/request.hpp"
+
+/// Conversion between the conveyor's physical values and its registers.
+namespace aprsim::modbus {
+
+/// What the device's memory holds at one instant: one entry per address from kFirstAddress on.
+struct RegisterImage {
+  std::array<std::uint16_t, kAddressCount> holding{};
+  std::array<std::uint16_t, kAddressCount> input{};
+  std::array<std::uint8_t, kAddressCount> coils{};     ///< 0 or 1
+  std::array<std::uint8_t, kAddressCount> discrete{};  ///< 0 or 1
+};
+
+/// The conveyor at one instant, in SI units.
+struct ConveyorReadings {
+  bool present = false;  ///< false: this cell has no conveyor, everything else is meaningless
+  bool run = false;
+  bool forward = true;
+  double speed_setting_m_s = 0;  ///< commanded magnitude
+  double speed_m_s = 0;          ///< actual, forward positive
+  double travel_m = 0;           ///< since reset, forward positive
+  double max_speed_m_s = 0;
+  std::uint64_t time_ms = 0;  ///< simulated, since reset
+  bool fault = false;
+};
+
+enum class DriveState : std::uint16_t { kAbsent, kStandstill, kRamping, kAtSpeed };
+
+/// What a write to the drive's registers asks for; absent = not written.
+struct ConveyorWrite {
+  std::optional<bool> run;
+  std::optional<bool> forward;
+  std::optional<double> speed_m_s;
+
+  [[nodiscard]] bool empty() const { return !run && !forward && !speed_m_s; }
+};
+
+/// Nearest count for a speed magnitude, limited to 0..32768.
+[[nodiscard]] std::uint16_t speed_counts(double speed_m_s, const ConveyorScaling& scaling);
+/// Nearest count for a signed speed, limited to a signed 16-bit register (two's complement).
+[[nodiscard]] std::uint16_t signed_speed_counts(double speed_m_s, const ConveyorScaling& scaling);
+/// Belt travel as a 32-bit encoder counts it (two's complement, wraps).
+[[nodiscard]] std::uint32_t position_counts(double travel_m);
+[[nodiscard]] DriveState drive_state(const ConveyorReadings& readings);
+
+/// Writes the documented registers into the image and leaves the rest alone.
+void encode(const ConveyorReadings& readings, const ConveyorScaling& scaling, RegisterImage& image);
+
+/// The drive inputs among the words of a write request (FC 6 or 16), which may cover unused memory
+/// too. A value outside its register's range: exception 3, and nothing of the request counts.
+[[nodiscard]] Checked<ConveyorWrite> decode_write(const Request& request,
+                                                  const ConveyorScaling& scaling);
+
+}  // namespace aprsim::modbus

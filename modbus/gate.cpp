@@ -1,0 +1,54 @@
+#include "modbus/gate.hpp"
+
+namespace aprsim::modbus {
+namespace {
+
+// The header's length counts the unit id and the PDU, which has at least its function code.
+constexpr std::size_t kMinLength = 2;
+constexpr std::size_t kMaxLength = 1 + kMaxPduSize;
+constexpr std::size_t kLengthEnd = 6;  // of transaction id, protocol id and length
+
+}  // namespace
+
+ExceptionReply exception_reply(std::span<const std::uint8_t> adu, ExceptionCode code) {
+  ExceptionReply reply;
+  reply.bytes = {adu[0],
+                 adu[1],
+                 0,
+                 0,
+                 0,
+                 3,
+                 adu[6],
+                 static_cast<std::uint8_t>(adu[7] | 0x80),
+                 static_cast<std::uint8_t>(code)};
+  return reply;
+}
+
+Gated gate(std::span<const std::uint8_t> stream) {
+  Gated gated;
+  if (stream.size() < kLengthEnd) return gated;
+  const auto length = static_cast<std::size_t>((stream[4] << 8) | stream[5]);
+  if (length < kMinLength || length > kMaxLength) {
+    gated.verdict = Verdict::kBroken;
+    gated.reason = "the header's length is outside 2 to 254";
+    return gated;
+  }
+  if (stream.size() < kLengthEnd + length) return gated;
+  gated.adu = stream.first(kLengthEnd + length);
+  if (stream[2] != 0 || stream[3] != 0) {
+    gated.verdict = Verdict::kIgnored;
+    gated.reason = "the protocol id is not 0";
+    return gated;
+  }
+  const Checked<Request> request = parse_request(gated.adu.subspan(kHeaderSize));
+  if (request) {
+    gated.verdict = Verdict::kRequest;
+    gated.request = *request;
+  } else {
+    gated.verdict = Verdict::kRefused;
+    gated.exception = request.error();
+  }
+  return gated;
+}
+
+}  // namespace aprsim::modbus

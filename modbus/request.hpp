@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include <tl/expected.hpp>
+
+#include "modbus/register_map.hpp"
+
+/// One Modbus request, understood and checked against the protocol's limits and the device's range.
+/// Source: MODBUS Application Protocol Specification V1.1b3, sections 6 and 7.
+namespace aprsim::modbus {
+
+enum class ExceptionCode : std::uint8_t {
+  kIllegalFunction = 1,      ///< not a function of this device
+  kIllegalDataAddress = 2,   ///< part of the range is no address of this device
+  kIllegalDataValue = 3,     ///< quantity, byte count, length or value
+  kServerDeviceFailure = 4,  ///< the request was right, the device could not perform it
+  kServerDeviceBusy = 6,     ///< not taken; the same request may succeed later
+};
+
+template <typename T>
+using Checked = tl::expected<T, ExceptionCode>;
+
+enum class Function : std::uint8_t {
+  kReadCoils = 1,
+  kReadDiscreteInputs = 2,
+  kReadHoldingRegisters = 3,
+  kReadInputRegisters = 4,
+  kWriteSingleCoil = 5,
+  kWriteSingleRegister = 6,
+  kWriteMultipleCoils = 15,
+  kWriteMultipleRegisters = 16,
+};
+
+// Largest quantities of one request (specification, sections 6.1 to 6.12).
+inline constexpr std::uint16_t kMaxReadBits = 2000;
+inline constexpr std::uint16_t kMaxReadRegisters = 125;
+inline constexpr std::uint16_t kMaxWriteBits = 1968;
+inline constexpr std::uint16_t kMaxWriteRegisters = 123;
+
+/// A request that may be executed as it stands. Refers to the bytes it was parsed from.
+struct Request {
+  Function function = Function::kReadCoils;
+  std::uint16_t address = 0;
+  std::uint16_t quantity = 0;          ///< 1 for the single writes
+  std::span<const std::uint8_t> data;  ///< values of a write, as on the wire; else empty
+
+  [[nodiscard]] bool is_write() const { return !data.empty(); }
+  /// Value i of a register write; i < quantity.
+  [[nodiscard]] std::uint16_t word(std::uint16_t i) const {
+    const std::size_t at = std::size_t{2} * i;
+    return static_cast<std::uint16_t>((data[at] << 8) | data[at + 1]);
+  }
+  /// Value i of a coil write; i < quantity.
+  [[nodiscard]] bool bit(std::uint16_t i) const {
+    if (function == Function::kWriteSingleCoil) return data[0] == 0xFF;
+    return ((data[i / 8U] >> (i % 8U)) & 1) != 0;
+  }
+};
+
+/// Parses a PDU (function code and what follows; never empty) and checks, in the order of the
+/// specification's state diagrams: function (exception 1), quantity, byte count and length (3),
+/// address range (2). Values of particular registers are the device's business.
+[[nodiscard]] Checked<Request> parse_request(std::span<const std::uint8_t> pdu);
+
+}  // namespace aprsim::modbus

@@ -1,0 +1,258 @@
+#include "protocols/modbus/connection.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/write.hpp>
+
+#include "protocols/modbus/socket_options.hpp"
+
+namespace aprsim::protocols {
+namespace {
+
+using modbus::Verdict;
+
+// Requests of one connection answered before the others get their turn.
+constexpr int kRequestsPerTurn = 16;
+
+std::string millis(std::chrono::milliseconds time) { return std::to_string(time.count()) + " ms"; }
+
+}  // namespace
+
+Connection::Connection(boost::asio::ip::tcp::socket socket, std::string peer,
+                       ListenerContext& context)
+    : socket_(std::move(socket)), peer_(std::move(peer)), context_(context), timer_(context.io) {}
+
+void Connection::start() {
+  prepare_peer_socket(socket_.native_handle());
+  if (context_.options.idle_timeout.count() > 0) {
+    idle_due_ = Clock::now() + context_.options.idle_timeout;
+  }
+  context_.log.info(peer_ + " connected");
+  watch();
+  read();
+}
+
+void Connection::drain() {
+  draining_ = true;
+  process();
+}
+
+void Connection::close(std::string_view why, bool fault) {
+  if (closed_) return;
+  closed_ = true;
+  waiting_.reset();
+  boost::system::error_code ignored;
+  socket_.close(ignored);
+  timer_.cancel();
+  const std::string line = peer_ + (fault ? " dropped: " : " closed: ") + std::string(why);
+  if (fault) {
+    ++context_.counters.dropped;
+    context_.log.warn(line);
+  } else {
+    context_.log.info(line);
+  }
+  context_.closed(*this);
+}
+
+void Connection::read() {
+  if (reading_ || ended_ || draining_ || closed_ || in_size_ == in_.size()) return;
+  reading_ = true;
+  socket_.async_read_some(
+      boost::asio::buffer(in_.data() + in_size_, in_.size() - in_size_),
+      [self = shared_from_this()](const boost::system::error_code& error, std::size_t size) {
+        self->reading_ = false;
+        if (self->closed_) return;
+        if (error) {
+          self->on_end_of_stream(error);
+        } else {
+          self->on_read(size);
+        }
+      });
+}
+
+void Connection::on_read(std::size_t size) {
+  in_size_ += size;
+  process();
+}
+
+void Connection::on_end_of_stream(const boost::system::error_code& error) {
+  if (error != boost::asio::error::eof) {
+    close(error.message(), false);
+    return;
+  }
+  // The peer sends no more; what it has asked for completely is still answered.
+  ended_ = true;
+  process();
+}
+
+bool Connection::may_take_request() const {
+  return !closed_ && !draining_ && !waiting_ &&
+         out_.size() + sending_.size() < context_.options.max_output_bytes;
+}
+
+void Connection::process() {
+  if (closed_) return;
+  int taken = 0;
+  while (taken < kRequestsPerTurn && may_take_request() && take_request()) ++taken;
+  if (closed_) return;
+  // The bytes move only while no read is under way into the space behind them.
+  if (!reading_ && in_taken_ > 0) {
+    std::copy(in_.begin() + static_cast<std::ptrdiff_t>(in_taken_),
+              in_.begin() + static_cast<std::ptrdiff_t>(in_size_), in_.begin());
+    in_size_ -= in_taken_;
+    in_taken_ = 0;
+  }
+  send();
+  if (taken == kRequestsPerTurn && may_take_request() && !scheduled_) {
+    scheduled_ = true;
+    boost::asio::post(context_.io, [self = shared_from_this()] {
+      self->scheduled_ = false;
+      self->process();
+    });
+  }
+  const bool nothing_left = draining_ || (ended_ && incomplete_ && !scheduled_);
+  if (nothing_left && !waiting_ && out_.empty() && sending_.empty()) {
+    close(draining_ ? "the server stops" : "by the client", false);
+    return;
+  }
+  watch();
+  read();
+}
+
+bool Connection::take_request() {
+  const modbus::Gated gated = modbus::gate(std::span(in_).subspan(in_taken_, in_size_ - in_taken_));
+  incomplete_ = gated.verdict == Verdict::kIncomplete;
+  if (incomplete_) {
+    if (in_size_ > in_taken_ && request_due_ == kNever) {
+      request_due_ = Clock::now() + context_.options.partial_timeout;
+    }
+    return false;
+  }
+  request_due_ = kNever;
+  if (gated.verdict == Verdict::kBroken) {
+    close(gated.reason, true);
+    return false;
+  }
+  in_taken_ += gated.adu.size();
+  if (gated.verdict == Verdict::kIgnored) {
+    context_.log.warn(peer_ + " sent something that is not Modbus: " + std::string(gated.reason));
+    return true;
+  }
+  ++context_.counters.requests;
+  if (context_.options.idle_timeout.count() > 0) {
+    idle_due_ = Clock::now() + context_.options.idle_timeout;
+  }
+  if (gated.verdict == Verdict::kRefused) {
+    refuse(gated.adu, gated.exception);
+  } else {
+    execute(gated);
+  }
+  return true;
+}
+
+void Connection::execute(const modbus::Gated& gated) {
+  context_.plc.refresh();
+  if (!gated.request.is_write()) {
+    answer(gated.adu);
+    return;
+  }
+  const auto ticket = context_.plc.write(gated.request);
+  if (!ticket) {
+    refuse(gated.adu, ticket.error());
+  } else if (*ticket == 0) {
+    answer(gated.adu);
+  } else {
+    waiting_ = WaitingWrite{*ticket,
+                            Clock::now() + context_.options.apply_deadline,
+                            {gated.adu.begin(), gated.adu.end()}};
+    context_.await_applied(shared_from_this());
+  }
+}
+
+bool Connection::poll_applied(Clock::time_point now) {
+  if (closed_ || !waiting_) return false;
+  const bool applied = context_.plc.applied(waiting_->ticket);
+  if (!applied && now < waiting_->deadline) return true;
+  const std::vector<std::uint8_t> adu = std::move(waiting_->adu);
+  waiting_.reset();
+  if (applied) {
+    answer(adu);
+  } else {
+    context_.log.warn(peer_ + ": the simulation did not confirm a write within " +
+                      millis(context_.options.apply_deadline));
+    refuse(adu, modbus::ExceptionCode::kServerDeviceFailure);
+  }
+  process();
+  // A pipelined write may have begun to wait at once; it has asked to be polled by itself.
+  return false;
+}
+
+void Connection::answer(std::span<const std::uint8_t> adu) {
+  const auto reply = context_.replies.build(adu, context_.plc.image());
+  if (reply.empty()) {
+    context_.log.warn(peer_ + ": no reply could be encoded");
+    refuse(adu, modbus::ExceptionCode::kServerDeviceFailure);
+    return;
+  }
+  out_.insert(out_.end(), reply.begin(), reply.end());
+}
+
+void Connection::refuse(std::span<const std::uint8_t> adu, modbus::ExceptionCode code) {
+  ++context_.counters.exceptions;
+  const modbus::ExceptionReply reply = modbus::exception_reply(adu, code);
+  out_.insert(out_.end(), reply.bytes.begin(), reply.bytes.end());
+}
+
+void Connection::send() {
+  if (closed_ || out_.empty() || !sending_.empty()) return;
+  std::swap(out_, sending_);
+  reply_due_ = Clock::now() + context_.options.write_timeout;
+  boost::asio::async_write(socket_, boost::asio::buffer(sending_),
+                           [self = shared_from_this()](const boost::system::error_code& error,
+                                                       std::size_t) { self->on_sent(error); });
+}
+
+void Connection::on_sent(const boost::system::error_code& error) {
+  if (closed_) return;
+  sending_.clear();
+  reply_due_ = kNever;
+  if (error) {
+    close(error.message(), false);
+    return;
+  }
+  process();
+}
+
+void Connection::watch() {
+  // The timer is left alone when it fires early: it finds nothing due and is set anew. That way an
+  // ordinary request costs no timer operation.
+  const Clock::time_point due = std::min({request_due_, reply_due_, idle_due_});
+  if (closed_ || due >= timer_at_) return;
+  timer_at_ = due;
+  timer_.expires_at(due);
+  timer_.async_wait([self = shared_from_this()](const boost::system::error_code& error) {
+    if (error || self->closed_) return;
+    self->timer_at_ = kNever;
+    self->on_timer();
+  });
+}
+
+void Connection::on_timer() {
+  const Clock::time_point now = Clock::now();
+  const ModbusServerOptions& options = context_.options;
+  if (now >= request_due_) {
+    close("a request stayed incomplete for " + millis(options.partial_timeout), true);
+  } else if (now >= reply_due_) {
+    close("it did not take its replies for " + millis(options.write_timeout), true);
+  } else if (now >= idle_due_ && !waiting_) {
+    close("no request for " + millis(options.idle_timeout), true);
+  } else {
+    if (now >= idle_due_) idle_due_ = now + options.idle_timeout;
+    watch();
+  }
+}
+
+}  // namespace aprsim::protocols

@@ -1,0 +1,102 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+#include "modbus/gate.hpp"
+#include "protocols/modbus/limited_log.hpp"
+#include "protocols/modbus/modbus_server.hpp"
+#include "protocols/modbus/plc.hpp"
+#include "protocols/modbus/reply_builder.hpp"
+
+namespace aprsim::protocols {
+
+class Connection;
+
+struct Counters {
+  std::atomic<std::uint64_t> accepted{0}, refused{0}, dropped{0}, open{0}, requests{0},
+      exceptions{0};
+};
+
+/// What all connections of a listener share. Thread: the listener's.
+struct ListenerContext {
+  boost::asio::io_context& io;
+  const ModbusServerOptions& options;
+  Plc& plc;
+  ReplyBuilder& replies;
+  LimitedLog& log;
+  Counters& counters;
+  /// Calls poll_applied() of this connection every millisecond or so until it returns false.
+  std::function<void(std::shared_ptr<Connection>)> await_applied;
+  std::function<void(const Connection&)> closed;
+};
+
+/// One client: bytes in, through the gate, replies out in the order of the requests. Memory is
+/// bounded, nothing waits for the peer, and a peer that stalls is dropped. Thread: the listener's.
+class Connection : public std::enable_shared_from_this<Connection> {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  Connection(boost::asio::ip::tcp::socket socket, std::string peer, ListenerContext& context);
+
+  void start();
+  /// Answers the write under way, sends what is ready, then closes. Takes no more requests.
+  void drain();
+  /// Ends the connection now; `fault` when the peer is to blame.
+  void close(std::string_view why, bool fault);
+  /// Looks whether the write under way has been applied or has run out of time. False: done.
+  [[nodiscard]] bool poll_applied(Clock::time_point now);
+
+ private:
+  struct WaitingWrite {
+    api::Ticket ticket = 0;
+    Clock::time_point deadline;
+    std::vector<std::uint8_t> adu;
+  };
+
+  void read();
+  void on_read(std::size_t size);
+  void on_end_of_stream(const boost::system::error_code& error);
+  void process();
+  [[nodiscard]] bool take_request();
+  void execute(const modbus::Gated& gated);
+  void answer(std::span<const std::uint8_t> adu);
+  void refuse(std::span<const std::uint8_t> adu, modbus::ExceptionCode code);
+  void send();
+  void on_sent(const boost::system::error_code& error);
+  [[nodiscard]] bool may_take_request() const;
+  void watch();
+  void on_timer();
+
+  boost::asio::ip::tcp::socket socket_;
+  const std::string peer_;
+  ListenerContext& context_;
+  boost::asio::steady_timer timer_;
+
+  // Sixteen of the longest requests: a client that pipelines more waits in the kernel's buffer.
+  std::array<std::uint8_t, 16 * modbus::kMaxAduSize> in_;
+  std::size_t in_size_ = 0, in_taken_ = 0;
+  std::vector<std::uint8_t> out_, sending_;
+  std::optional<WaitingWrite> waiting_;
+  bool reading_ = false, scheduled_ = false, incomplete_ = true;
+  bool ended_ = false, draining_ = false, closed_ = false;
+
+  static constexpr Clock::time_point kNever = Clock::time_point::max();
+  Clock::time_point request_due_ = kNever, reply_due_ = kNever, idle_due_ = kNever;
+  Clock::time_point timer_at_ = kNever;
+};
+
+}  // namespace aprsim::protocols

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "modbus/register_map.hpp"
+#include "world/api/error.hpp"
+#include "world/api/ports.hpp"
+
+/// The conveyor's PLC as a Modbus/TCP server.
+namespace aprsim::protocols {
+
+struct ModbusServerOptions {
+  std::string bind_address = "127.0.0.1";  ///< a numeric IPv4 or IPv6 address
+  std::uint16_t port = 1502;               ///< 0 = any free port
+  std::size_t max_connections = 128;       ///< a further one is closed at once
+  /// A request must be complete this long after its first byte, however it drips. Below the 5 s
+  /// after which a stalled peer has to be gone.
+  std::chrono::milliseconds partial_timeout{4000};
+  /// Replies must be taken off our hands within this time.
+  std::chrono::milliseconds write_timeout{4000};
+  /// Closes a connection that has sent no request for so long; 0 = never.
+  std::chrono::milliseconds idle_timeout{0};
+  /// A write that the simulation has not applied by then is answered with exception 4.
+  std::chrono::milliseconds apply_deadline{1000};
+  /// stop() lets replies under way go out for at most so long.
+  std::chrono::milliseconds drain_deadline{500};
+  /// Replies kept for one connection before its requests wait [bytes].
+  std::size_t max_output_bytes = 64 * 1024;
+  modbus::ConveyorScaling scaling;
+  api::EndpointId endpoint = 0;  ///< stamped on every command
+};
+
+struct ModbusServerStats {
+  std::uint64_t accepted = 0;    ///< connections taken
+  std::uint64_t refused = 0;     ///< connections closed at once: over the limit
+  std::uint64_t dropped = 0;     ///< connections we ended: stalled, idle, unreadable stream
+  std::uint64_t open = 0;        ///< connections now
+  std::uint64_t requests = 0;    ///< complete requests
+  std::uint64_t exceptions = 0;  ///< of these, answered with an exception
+};
+
+/// Serves the register map to many clients at once from one thread of its own.
+///
+/// Reads answer from the latest snapshot. A write to the drive's registers becomes a command; it is
+/// answered once a snapshot shows it applied, so that whoever reads after that answer, on whichever
+/// connection, sees it. Until then only the writing connection waits. Exceptions beyond the
+/// protocol's own checks: 3 value outside its register's range; 4 this cell has no conveyor, or the
+/// write was not confirmed within `apply_deadline` (it may still take effect); 6 the simulation
+/// takes no commands at the moment, nothing was changed.
+class ModbusServer {
+ public:
+  /// Keeps references to both; they must outlive the server.
+  ModbusServer(ModbusServerOptions options, api::CommandSink& sink,
+               const api::SnapshotSource& source);
+  ~ModbusServer();
+  ModbusServer(const ModbusServer&) = delete;
+  ModbusServer& operator=(const ModbusServer&) = delete;
+
+  /// Listens and starts the thread; returns the port. Fails with the address, port and cause.
+  /// Once only. Thread: the owner's.
+  [[nodiscard]] Result<std::uint16_t> start();
+  /// Takes no more connections or requests, lets replies go out until the drain deadline, closes
+  /// everything and joins. Again: nothing. Thread: the owner's.
+  void stop();
+
+  /// Thread: any.
+  [[nodiscard]] ModbusServerStats stats() const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace aprsim::protocols

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "modbus/conveyor_registers.hpp"
+#include "world/api/error.hpp"
+
+namespace aprsim::protocols {
+
+/// Encodes replies with libmodbus' modbus_reply(). That function only writes to a socket, so it is
+/// given one end of a private pair and the reply is read from the other: libmodbus never sees a
+/// client's socket. Only requests that passed the gate may come here: modbus_reply() answers those
+/// right, whereas its exception path sleeps for half a second and flushes its socket.
+/// Thread: one at a time.
+class ReplyBuilder {
+ public:
+  [[nodiscard]] static Result<ReplyBuilder> create();
+  ReplyBuilder(ReplyBuilder&&) noexcept;
+  ReplyBuilder& operator=(ReplyBuilder&&) noexcept;
+  ~ReplyBuilder();
+
+  /// The whole reply (ADU) to a request that gate() judged kRequest. Reads answer from the image;
+  /// writes give their echo and change nothing. Empty if libmodbus did not produce a reply to this
+  /// very request. Valid until the next call.
+  [[nodiscard]] std::span<const std::uint8_t> build(std::span<const std::uint8_t> adu,
+                                                    const modbus::RegisterImage& image);
+
+ private:
+  struct Impl;
+  explicit ReplyBuilder(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace aprsim::protocols

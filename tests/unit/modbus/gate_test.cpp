@@ -1,0 +1,246 @@
+#include "modbus/gate.hpp"
+
+#include <random>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/modbus/bytes.hpp"
+
+namespace aprsim::modbus {
+namespace {
+
+using testing::adu;
+using testing::Bytes;
+using testing::pdu;
+using testing::write_many;
+
+constexpr int kAccepted = 0;
+
+struct Case {
+  std::string name;
+  Bytes pdu;
+  int exception;  ///< expected code, or kAccepted
+};
+
+Bytes zeros(std::size_t count) { return Bytes(count, 0); }
+
+std::vector<Case> conformance_cases() {
+  std::vector<Case> cases;
+  const auto add = [&cases](std::string name, Bytes body, int exception) {
+    cases.push_back({std::move(name), std::move(body), exception});
+  };
+  for (const std::uint8_t fc :
+       {std::uint8_t{1}, std::uint8_t{2}, std::uint8_t{3}, std::uint8_t{4}}) {
+    const std::string f = "Fc" + std::to_string(fc);
+    const bool bits = fc < 3;
+    const std::uint16_t limit = bits ? 2000 : 125;
+    add(f + "FirstOne", pdu(fc, {0x8000, 1}), kAccepted);
+    add(f + "LastOne", pdu(fc, {0x80FF, 1}), kAccepted);
+    add(f + "Most", pdu(fc, {0x8000, bits ? std::uint16_t{256} : std::uint16_t{125}}), kAccepted);
+    add(f + "UpToTheEnd", pdu(fc, {0x80F0, 16}), kAccepted);
+    add(f + "None", pdu(fc, {0x8000, 0}), 3);
+    add(f + "OneTooMany", pdu(fc, {0x8000, static_cast<std::uint16_t>(limit + 1)}), 3);
+    add(f + "AllOnes", pdu(fc, {0x8000, 0xFFFF}), 3);
+    add(f + "QuantityBeforeAddress", pdu(fc, {0x0000, 0}), 3);
+    add(f + "BelowTheRange", pdu(fc, {0x7FFF, 1}), 2);
+    add(f + "StartsBelow", pdu(fc, {0x7FFF, 2}), 2);
+    add(f + "AboveTheRange", pdu(fc, {0x8100, 1}), 2);
+    add(f + "EndsAbove", pdu(fc, {0x80FF, 2}), 2);
+    add(f + "Zero", pdu(fc, {0x0000, 1}), 2);
+    add(f + "Wraps", pdu(fc, {0xFFFF, 2}), 2);
+    add(f + "LimitOutOfRange", pdu(fc, {0x80F0, limit}), 2);
+    add(f + "Short", Bytes{fc, 0x80, 0x00, 0x00}, 3);
+    add(f + "FunctionAlone", Bytes{fc}, 3);
+    add(f + "Trailing", Bytes{fc, 0x80, 0x00, 0x00, 0x01, 0x00}, 3);
+    Bytes smuggled = pdu(fc, {0x8000, 1});
+    const Bytes hidden = adu(pdu(6, {0x8000, 1}));
+    smuggled.insert(smuggled.end(), hidden.begin(), hidden.end());
+    add(f + "HiddenWriteBehind", smuggled, 3);
+  }
+  add("Fc5On", pdu(5, {0x8000, 0xFF00}), kAccepted);
+  add("Fc5Off", pdu(5, {0x80FF, 0x0000}), kAccepted);
+  add("Fc5NoBoolean", pdu(5, {0x8000, 0x0001}), 3);
+  add("Fc5ValueBeforeAddress", pdu(5, {0x0000, 0xFF01}), 3);
+  add("Fc5Below", pdu(5, {0x7FFF, 0xFF00}), 2);
+  add("Fc5Short", Bytes{5, 0x80, 0x00, 0xFF}, 3);
+  add("Fc6First", pdu(6, {0x8000, 1}), kAccepted);
+  add("Fc6Last", pdu(6, {0x80FF, 0xFFFF}), kAccepted);
+  add("Fc6Unsigned", pdu(6, {0x8002, 0x8000}), kAccepted);
+  add("Fc6Below", pdu(6, {0x7FFF, 1}), 2);
+  add("Fc6Above", pdu(6, {0x8100, 1}), 2);
+  add("Fc6Short", Bytes{6, 0x80, 0x00, 0x00}, 3);
+  add("Fc6Trailing", Bytes{6, 0x80, 0x00, 0x00, 0x01, 0x00}, 3);
+  add("Fc15One", write_many(15, 0x8000, 1, 1, {1}), kAccepted);
+  add("Fc15Nine", write_many(15, 0x8000, 9, 2, {0xFF, 0x01}), kAccepted);
+  add("Fc15All", write_many(15, 0x8000, 256, 32, zeros(32)), kAccepted);
+  add("Fc15None", write_many(15, 0x8000, 0, 0, {}), 3);
+  add("Fc15MostIsNoAddress", write_many(15, 0x8000, 1968, 246, zeros(246)), 2);
+  add("Fc15TooMany", write_many(15, 0x8000, 1969, 247, zeros(247)), 3);
+  add("Fc15CountTooLarge", write_many(15, 0x8000, 8, 2, {0, 0}), 3);
+  add("Fc15CountTooSmall", write_many(15, 0x8000, 9, 1, {0}), 3);
+  add("Fc16One", write_many(16, 0x8000, 1, 2, {0, 1}), kAccepted);
+  add("Fc16Most", write_many(16, 0x8000, 123, 246, zeros(246)), kAccepted);
+  add("Fc16TooMany", write_many(16, 0x8000, 124, 248, zeros(246)), 3);
+  add("Fc16None", write_many(16, 0x8000, 0, 0, {}), 3);
+  add("Fc16CountTooLarge", write_many(16, 0x8000, 1, 3, {0, 1, 0}), 3);
+  add("Fc16CountTooSmall", write_many(16, 0x8000, 2, 2, {0, 1}), 3);
+  add("Fc16CountLiesLong", write_many(16, 0x8000, 2, 4, {0, 1}), 3);
+  add("Fc16CountLiesShort", write_many(16, 0x8000, 1, 2, {0, 1, 0, 1}), 3);
+  add("Fc16NoCount", Bytes{16, 0x80, 0x00, 0x00, 0x01}, 3);
+  add("Fc16CountBeforeAddress", write_many(16, 0x0000, 1, 3, {0, 1, 0}), 3);
+  add("Fc16EndsAbove", write_many(16, 0x80FF, 2, 4, zeros(4)), 2);
+  add("Fc16Wraps", write_many(16, 0xFFFF, 2, 4, zeros(4)), 2);
+  return cases;
+}
+
+class Conformance : public ::testing::TestWithParam<Case> {};
+
+TEST_P(Conformance, IsJudgedAsTheSpecificationSays) {
+  const Bytes bytes = adu(GetParam().pdu, 0xBEEF, 255);
+  const Gated gated = gate(bytes);
+  EXPECT_EQ(gated.adu.size(), bytes.size());
+  if (GetParam().exception == kAccepted) {
+    ASSERT_EQ(gated.verdict, Verdict::kRequest);
+    EXPECT_EQ(static_cast<int>(gated.request.function), GetParam().pdu[0]);
+  } else {
+    ASSERT_EQ(gated.verdict, Verdict::kRefused);
+    EXPECT_EQ(static_cast<int>(gated.exception), GetParam().exception);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Gate, Conformance, ::testing::ValuesIn(conformance_cases()),
+                         [](const auto& tested) { return tested.param.name; });
+
+TEST(Gate, EveryOtherFunctionIsIllegal) {
+  for (int fc = 0; fc < 256; ++fc) {
+    if ((fc >= 1 && fc <= 6) || fc == 15 || fc == 16) continue;
+    for (const std::size_t extra : {0U, 4U, 252U}) {
+      Bytes body{static_cast<std::uint8_t>(fc)};
+      body.resize(1 + extra, 0);
+      const Bytes bytes = adu(body, 0x1234, 77);
+      const Gated gated = gate(bytes);
+      ASSERT_EQ(gated.verdict, Verdict::kRefused) << fc;
+      EXPECT_EQ(gated.exception, ExceptionCode::kIllegalFunction) << fc;
+      const ExceptionReply reply = exception_reply(gated.adu, gated.exception);
+      const Bytes expected{0x12, 0x34, 0, 0, 0, 3, 77, static_cast<std::uint8_t>(fc | 0x80), 1};
+      EXPECT_EQ(Bytes(reply.bytes.begin(), reply.bytes.end()), expected) << fc;
+    }
+  }
+}
+
+TEST(Gate, AnyUnitAndTransactionIdIsAcceptedAndEchoed) {
+  for (int unit = 0; unit < 256; ++unit) {
+    const auto transaction = static_cast<std::uint16_t>(unit * 257);
+    const Bytes bytes = adu(pdu(3, {0x8000, 0}), transaction, static_cast<std::uint8_t>(unit));
+    const ExceptionReply reply = exception_reply(gate(bytes).adu, ExceptionCode::kIllegalDataValue);
+    EXPECT_EQ(reply.bytes[0], transaction >> 8);
+    EXPECT_EQ(reply.bytes[1], transaction & 0xFF);
+    EXPECT_EQ(reply.bytes[6], unit);
+  }
+}
+
+TEST(Gate, EveryPrefixOfARequestIsIncomplete) {
+  const Bytes bytes = adu(write_many(16, 0x8000, 123, 246, zeros(246)));
+  ASSERT_EQ(bytes.size(), kHeaderSize + 6 + 246);
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    const Bytes prefix(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size));
+    const Gated gated = gate(prefix);
+    EXPECT_EQ(gated.verdict, Verdict::kIncomplete) << size;
+    EXPECT_TRUE(gated.adu.empty());
+  }
+}
+
+TEST(Gate, PipelinedRequestsComeOutOneByOne) {
+  Bytes stream = adu(pdu(6, {0x8002, 15000}), 7);
+  const Bytes second = adu(pdu(43, {0}), 8), third = adu(pdu(3, {0x8000, 3}), 9);
+  stream.insert(stream.end(), second.begin(), second.end());
+  stream.insert(stream.end(), third.begin(), third.end());
+
+  std::span<const std::uint8_t> rest = stream;
+  const Gated a = gate(rest);
+  ASSERT_EQ(a.verdict, Verdict::kRequest);
+  EXPECT_EQ(a.request.address, 0x8002);
+  EXPECT_EQ(a.request.word(0), 15000);
+  rest = rest.subspan(a.adu.size());
+  const Gated b = gate(rest);
+  EXPECT_EQ(b.verdict, Verdict::kRefused);
+  EXPECT_EQ(b.adu[1], 8);
+  rest = rest.subspan(b.adu.size());
+  const Gated c = gate(rest);
+  ASSERT_EQ(c.verdict, Verdict::kRequest);
+  EXPECT_EQ(c.request.quantity, 3);
+  EXPECT_FALSE(c.request.is_write());
+  EXPECT_EQ(c.adu.size(), rest.size());
+}
+
+TEST(Gate, ImpossibleLengthsBreakTheStream) {
+  for (const int length : {0, 1, 255, 256, 0x2F20, 0xFFFF}) {
+    Bytes bytes = adu(pdu(3, {0x8000, 1}));
+    bytes[4] = static_cast<std::uint8_t>(length >> 8);
+    bytes[5] = static_cast<std::uint8_t>(length & 0xFF);
+    EXPECT_EQ(gate(bytes).verdict, Verdict::kBroken) << length;
+  }
+}
+
+TEST(Gate, ALengthThatLiesWithinReasonOnlyHurtsItsOwnFrame) {
+  // Too long: waits for bytes that belong to it. Too short: the frame ends where it says.
+  Bytes longer = adu(pdu(6, {0x8000, 1}));
+  longer[5] = 7;
+  EXPECT_EQ(gate(longer).verdict, Verdict::kIncomplete);
+  Bytes shorter = adu(pdu(6, {0x8000, 1}));
+  shorter[5] = 4;
+  const Gated gated = gate(shorter);
+  EXPECT_EQ(gated.verdict, Verdict::kRefused);
+  EXPECT_EQ(gated.exception, ExceptionCode::kIllegalDataValue);
+  EXPECT_EQ(gated.adu.size(), 10U);
+}
+
+TEST(Gate, AnotherProtocolIsSkippedUnanswered) {
+  for (const int protocol : {0x0001, 0x0100, 0xFFFF}) {
+    const Bytes bytes = adu(pdu(6, {0x8000, 1}), 1, 1, static_cast<std::uint16_t>(protocol));
+    const Gated gated = gate(bytes);
+    EXPECT_EQ(gated.verdict, Verdict::kIgnored);
+    EXPECT_EQ(gated.adu.size(), bytes.size());
+    EXPECT_FALSE(gated.reason.empty());
+  }
+}
+
+TEST(Gate, CoilValuesAreTakenFromTheirBits) {
+  const Bytes bytes = adu(write_many(15, 0x8000, 10, 2, {0xCD, 0x01}));
+  const Gated gated = gate(bytes);
+  ASSERT_EQ(gated.verdict, Verdict::kRequest);
+  const std::vector<bool> expected{true, false, true, true, false, false, true, true, true, false};
+  for (std::uint16_t i = 0; i < 10; ++i) EXPECT_EQ(gated.request.bit(i), expected[i]) << i;
+}
+
+TEST(Gate, GarbageNeverYieldsMoreThanTheStreamHolds) {
+  std::mt19937 random(1);
+  int requests = 0;
+  for (int round = 0; round < 200000; ++round) {
+    Bytes bytes(random() % 40);
+    for (auto& byte : bytes) byte = static_cast<std::uint8_t>(random());
+    // Half of them are made to look like Modbus, so that the deeper checks are reached.
+    if (round % 2 == 0 && bytes.size() > 12) {
+      bytes[2] = bytes[3] = bytes[4] = 0;
+      bytes[5] = static_cast<std::uint8_t>(random() % 12);
+      bytes[7] = static_cast<std::uint8_t>(random() % 18);
+      bytes[8] = 0x80;
+      bytes[10] = static_cast<std::uint8_t>(random() % 2);
+    }
+    const Gated gated = gate(bytes);
+    const bool taken = gated.verdict == Verdict::kRequest || gated.verdict == Verdict::kRefused ||
+                       gated.verdict == Verdict::kIgnored;
+    ASSERT_EQ(taken, !gated.adu.empty());
+    ASSERT_LE(gated.adu.size(), bytes.size());
+    if (gated.verdict != Verdict::kRequest) continue;
+    ++requests;
+    ASSERT_TRUE(is_mapped(gated.request.address, gated.request.quantity));
+    ASSERT_GE(gated.request.quantity, 1);
+    ASSERT_LE(gated.request.data.size(), gated.adu.size() - kHeaderSize - 3);
+  }
+  EXPECT_GT(requests, 100);
+}
+
+}  // namespace
+}  // namespace aprsim::modbus

@@ -1,0 +1,273 @@
+#include <map>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "protocols/modbus/modbus_server.hpp"
+#include "tests/unit/modbus/bytes.hpp"
+#include "tests/unit/modbus/fake_cell.hpp"
+#include "tests/unit/modbus/raw_client.hpp"
+
+namespace aprsim::protocols {
+namespace {
+
+using modbus::testing::adu;
+using modbus::testing::pdu;
+using modbus::testing::write_words;
+using testing::Bytes;
+using testing::eventually;
+using testing::FakeCell;
+using testing::RawClient;
+using namespace std::chrono_literals;
+
+class ListenerTest : public ::testing::Test {
+ protected:
+  ~ListenerTest() override {
+    if (server_) server_->stop();
+  }
+  void start(ModbusServerOptions options = {}) {
+    options.port = 0;
+    server_ = std::make_unique<ModbusServer>(options, cell_, cell_);
+    const auto port = server_->start();
+    ASSERT_TRUE(port.has_value()) << port.error().message;
+    port_ = *port;
+  }
+
+  FakeCell cell_;
+  std::unique_ptr<ModbusServer> server_;
+  std::uint16_t port_ = 0;
+};
+
+const Bytes kReadThree = pdu(3, {0x8000, 3});
+
+TEST_F(ListenerTest, TheAprsPanelsSequenceReadsBack) {
+  start();
+  RawClient client(port_);
+  // Start as the panel does it: direction, speed, run; transaction ids from 0, unit 1.
+  std::uint16_t transaction = 0;
+  for (const Bytes& body : {pdu(6, {0x8001, 1}), pdu(6, {0x8002, 15000}), pdu(6, {0x8000, 1})}) {
+    const Bytes frame = adu(body, transaction++);
+    EXPECT_EQ(client.ask(frame), frame);
+  }
+  EXPECT_EQ(client.ask(adu(kReadThree, transaction)),
+            adu({3, 6, 0, 1, 0, 1, 0x3A, 0x98}, transaction));
+  EXPECT_EQ(cell_.commands().size(), 3U);
+}
+
+TEST_F(ListenerTest, AFrameMayArriveByteByByte) {
+  start();
+  RawClient client(port_);
+  for (const std::uint8_t byte : adu(write_words(0x8000, {1, 0, 32768}), 5, 255)) {
+    ASSERT_TRUE(client.send({byte}));
+  }
+  EXPECT_EQ(client.receive(), adu(pdu(16, {0x8000, 3}), 5, 255));
+  EXPECT_EQ(client.ask(adu(kReadThree)), adu({3, 6, 0, 1, 0, 0, 0x80, 0}));
+}
+
+TEST_F(ListenerTest, PipelinedRequestsAreAllAnsweredInOrder) {
+  start();
+  RawClient client(port_);
+  Bytes stream;
+  std::map<std::uint16_t, Bytes> expected;
+  for (std::uint16_t i = 0; i < 400; ++i) {
+    // Writes, exceptions and reads in turn: none may lose or overtake another.
+    const Bytes frame = i % 4 == 0   ? adu(pdu(6, {0x8002, i}), i)
+                        : i % 4 == 1 ? adu(pdu(3, {0x8002, 1}), i)
+                        : i % 4 == 2 ? adu(pdu(3, {0x8000, 0}), i)
+                                     : adu(pdu(0x83, {0x8000, 1}), i);
+    stream.insert(stream.end(), frame.begin(), frame.end());
+    const auto written = static_cast<std::uint16_t>(i - i % 4);
+    expected[i] = i % 4 == 0   ? frame
+                  : i % 4 == 1 ? adu({3, 2, static_cast<std::uint8_t>(written >> 8),
+                                      static_cast<std::uint8_t>(written & 0xFF)},
+                                     i)
+                  : i % 4 == 2 ? adu({0x83, 3}, i)
+                               : adu({0x83, 1}, i);
+  }
+  std::thread sender([&] { EXPECT_TRUE(client.send(stream)); });
+  for (std::uint16_t i = 0; i < 400; ++i) EXPECT_EQ(client.receive(), expected[i]) << i;
+  sender.join();
+}
+
+TEST_F(ListenerTest, AWriteIsAnsweredOnlyOnceAppliedAndDelaysNobodyElse) {
+  start({.apply_deadline = 60s});
+  cell_.hold();
+  RawClient writer(port_), other(port_);
+  ASSERT_TRUE(writer.send(adu(pdu(6, {0x8000, 1}), 1)));
+  // Pipelined behind it: must wait, and must see it.
+  ASSERT_TRUE(writer.send(adu(pdu(3, {0x8000, 1}), 2)));
+  ASSERT_TRUE(eventually([&] { return cell_.commands().size() == 1; }));
+  for (int i = 0; i < 50; ++i) {
+    ASSERT_EQ(other.ask(adu(pdu(3, {0x8000, 1}))), adu({3, 2, 0, 0}));
+  }
+  EXPECT_FALSE(writer.receive(20ms).has_value());
+  cell_.apply();
+  EXPECT_EQ(writer.receive(), adu(pdu(6, {0x8000, 1}), 1));
+  EXPECT_EQ(writer.receive(), adu({3, 2, 0, 1}, 2));
+  EXPECT_EQ(other.ask(adu(pdu(3, {0x8000, 1}))), adu({3, 2, 0, 1}));
+}
+
+TEST_F(ListenerTest, AnUnconfirmedWriteEndsInAnException) {
+  start({.apply_deadline = 50ms});
+  cell_.hold();
+  RawClient client(port_);
+  EXPECT_EQ(client.ask(adu(pdu(6, {0x8000, 1}), 9)), adu({0x86, 4}, 9));
+  cell_.apply();
+  EXPECT_EQ(client.ask(adu(pdu(3, {0x8000, 1}))), adu({3, 2, 0, 1})) << "late, but it is the truth";
+}
+
+TEST_F(ListenerTest, ABusySimulationIsException6) {
+  start();
+  cell_.refuse(Error{ErrorCode::kUnavailable, "queue", "full"});
+  RawClient client(port_);
+  EXPECT_EQ(client.ask(adu(pdu(6, {0x8000, 1}))), adu({0x86, 6}));
+  EXPECT_EQ(client.ask(adu(pdu(6, {0x8000, 2}))), adu({0x86, 3}));
+  EXPECT_EQ(server_->stats().exceptions, 2U);
+}
+
+TEST_F(ListenerTest, ManyClientsWriteAndReadTheirOwnMemory) {
+  start();
+  constexpr std::uint16_t kClients = 64;
+  std::vector<RawClient> clients;
+  for (std::uint16_t i = 0; i < kClients; ++i) clients.emplace_back(port_);
+  for (std::uint16_t round = 0; round < 5; ++round) {
+    for (std::uint16_t i = 0; i < kClients; ++i) {
+      const auto address = static_cast<std::uint16_t>(0x8010 + i);
+      const auto value = static_cast<std::uint16_t>(i * 1000 + round);
+      ASSERT_TRUE(clients[i].send(adu(pdu(6, {address, value}), i)));
+      ASSERT_TRUE(clients[i].send(adu(pdu(3, {address, 1}), i)));
+    }
+    for (std::uint16_t i = 0; i < kClients; ++i) {
+      const auto value = static_cast<std::uint16_t>(i * 1000 + round);
+      ASSERT_TRUE(clients[i].receive().has_value());
+      ASSERT_EQ(clients[i].receive(), adu({3, 2, static_cast<std::uint8_t>(value >> 8),
+                                           static_cast<std::uint8_t>(value & 0xFF)},
+                                          i));
+    }
+  }
+  EXPECT_EQ(server_->stats().open, kClients);
+}
+
+TEST_F(ListenerTest, TheConnectionLimitHoldsAndIsFreedAgain) {
+  start({.max_connections = 3});
+  auto first = std::make_unique<RawClient>(port_);
+  RawClient second(port_), third(port_);
+  for (RawClient* client : {first.get(), &second, &third}) {
+    ASSERT_TRUE(client->ask(adu(kReadThree)).has_value());
+  }
+  RawClient fourth(port_);
+  EXPECT_TRUE(fourth.ended());
+  EXPECT_EQ(server_->stats().refused, 1U);
+  first.reset();
+  ASSERT_TRUE(eventually([&] { return server_->stats().open == 2; }));
+  RawClient fifth(port_);
+  EXPECT_TRUE(fifth.ask(adu(kReadThree)).has_value());
+}
+
+TEST_F(ListenerTest, AnotherProtocolIsSkippedAndABrokenStreamClosed) {
+  start();
+  RawClient client(port_);
+  ASSERT_TRUE(client.send(adu(pdu(6, {0x8000, 1}), 1, 1, 7)));
+  EXPECT_EQ(client.ask(adu(pdu(3, {0x8000, 1}), 2)), adu({3, 2, 0, 0}, 2));
+  RawClient web(port_);
+  const std::string get = "GET / HTTP/1.1\r\n\r\n";
+  ASSERT_TRUE(web.send(Bytes(get.begin(), get.end())));
+  EXPECT_TRUE(web.ended());
+  EXPECT_TRUE(cell_.commands().empty());
+  EXPECT_EQ(server_->stats().dropped, 1U);
+}
+
+TEST_F(ListenerTest, AHalfClosedClientStillGetsItsAnswers) {
+  start();
+  cell_.hold();
+  RawClient client(port_);
+  ASSERT_TRUE(client.send(adu(pdu(6, {0x8000, 1}), 1)));
+  ASSERT_TRUE(client.send(adu(pdu(3, {0x8000, 1}), 2)));
+  client.half_close();
+  ASSERT_TRUE(eventually([&] { return cell_.commands().size() == 1; }));
+  cell_.apply();
+  EXPECT_EQ(client.receive(), adu(pdu(6, {0x8000, 1}), 1));
+  EXPECT_EQ(client.receive(), adu({3, 2, 0, 1}, 2));
+  EXPECT_TRUE(client.ended());
+}
+
+TEST_F(ListenerTest, AResetAtAnyByteLeavesTheServerWell) {
+  start();
+  const Bytes frame = adu(write_words(0x8000, {1, 1, 100}));
+  for (std::size_t size = 0; size <= frame.size(); ++size) {
+    RawClient client(port_);
+    ASSERT_TRUE(client.send(Bytes(frame.begin(), frame.begin() + static_cast<long>(size))));
+    client.reset();
+  }
+  RawClient client(port_);
+  EXPECT_TRUE(client.ask(adu(kReadThree)).has_value());
+  EXPECT_TRUE(eventually([&] { return server_->stats().open == 1; }));
+}
+
+TEST_F(ListenerTest, AWriterThatVanishesStillTakesEffect) {
+  start();
+  cell_.hold();
+  {
+    RawClient client(port_);
+    ASSERT_TRUE(client.send(adu(write_words(0x8000, {1, 1, 32768, 99}))));
+    ASSERT_TRUE(eventually([&] { return cell_.commands().size() == 1; }));
+    client.reset();
+  }
+  cell_.apply();
+  RawClient reader(port_);
+  EXPECT_EQ(reader.ask(adu(pdu(3, {0x8002, 2}))), adu({3, 4, 0x80, 0, 0, 99}));
+}
+
+TEST_F(ListenerTest, AnIdleClientIsClosedOnlyWhenConfigured) {
+  start({.idle_timeout = 50ms});
+  RawClient client(port_);
+  EXPECT_TRUE(client.ask(adu(kReadThree)).has_value());
+  EXPECT_TRUE(client.ended());
+}
+
+TEST_F(ListenerTest, APortInUseIsAClearError) {
+  start();
+  ModbusServer second({.port = port_}, cell_, cell_);
+  const auto failed = second.start();
+  ASSERT_FALSE(failed.has_value());
+  EXPECT_NE(failed.error().message.find(std::to_string(port_)), std::string::npos);
+  EXPECT_NE(failed.error().message.find("in use"), std::string::npos) << failed.error().message;
+}
+
+TEST_F(ListenerTest, BadOptionsAreNamed) {
+  ModbusServer address({.bind_address = "nowhere", .port = 0}, cell_, cell_);
+  EXPECT_EQ(address.start().error().field, "modbus.bind_address");
+  ModbusServer scale({.port = 0, .scaling = {.full_scale_m_s = 0}}, cell_, cell_);
+  EXPECT_EQ(scale.start().error().field, "modbus.full_scale_m_s");
+}
+
+TEST_F(ListenerTest, StoppingFinishesTheWriteUnderWay) {
+  start({.apply_deadline = 60s, .drain_deadline = 60s});
+  cell_.hold();
+  RawClient writer(port_), idle(port_);
+  ASSERT_TRUE(idle.ask(adu(kReadThree)).has_value());
+  ASSERT_TRUE(writer.send(adu(pdu(6, {0x8000, 1}), 3)));
+  ASSERT_TRUE(eventually([&] { return cell_.commands().size() == 1; }));
+  std::thread stopper([this] { server_->stop(); });
+  EXPECT_TRUE(idle.ended());
+  cell_.apply();
+  EXPECT_EQ(writer.receive(), adu(pdu(6, {0x8000, 1}), 3));
+  EXPECT_TRUE(writer.ended());
+  stopper.join();
+  EXPECT_EQ(server_->stats().open, 0U);
+}
+
+TEST_F(ListenerTest, StoppingHasADeadline) {
+  start({.apply_deadline = 60s, .drain_deadline = 100ms});
+  cell_.hold();
+  RawClient writer(port_);
+  ASSERT_TRUE(writer.send(adu(pdu(6, {0x8000, 1}))));
+  ASSERT_TRUE(eventually([&] { return cell_.commands().size() == 1; }));
+  const auto begin = std::chrono::steady_clock::now();
+  server_->stop();
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, 5s);
+  EXPECT_TRUE(writer.ended());
+}
+
+}  // namespace
+}  // namespace aprsim::protocols

@@ -1,0 +1,144 @@
+#include "tests/unit/modbus/reference_model.hpp"
+
+namespace aprsim::modbus::testing {
+namespace {
+
+constexpr int kLow = 0x8000, kHigh = 0x80FF;
+
+int be(const Bytes& b, std::size_t i) { return b.at(i) * 256 + b.at(i + 1); }
+
+Bytes exception(const Bytes& body, int code) {
+  return {static_cast<std::uint8_t>(body[0] | 0x80), static_cast<std::uint8_t>(code)};
+}
+
+bool outside(int first, int count) { return first < kLow || first + count - 1 > kHigh; }
+
+bool bad_value(int address, int value) {
+  return ((address == 0x8000 || address == 0x8001) && value > 1) ||
+         (address == 0x8002 && value > 0x8000);
+}
+
+}  // namespace
+
+std::optional<Bytes> ReferenceModel::answer(const Bytes& frame) {
+  if (be(frame, 2) != 0) return std::nullopt;
+  const Bytes body = respond(Bytes(frame.begin() + 7, frame.end()));
+  Bytes reply{frame[0], frame[1], 0, 0, 0, 0, frame[6]};
+  reply[4] = static_cast<std::uint8_t>((body.size() + 1) / 256);
+  reply[5] = static_cast<std::uint8_t>((body.size() + 1) % 256);
+  reply.insert(reply.end(), body.begin(), body.end());
+  return reply;
+}
+
+Bytes ReferenceModel::respond(const Bytes& body) {
+  switch (body[0]) {
+    case 1:
+      return read_bits(body, coils_);
+    case 2:
+      return read_bits(body, {});
+    case 3:
+      return read_words(body, holding_);
+    case 4:
+      return read_words(body, inputs());
+    case 5:
+      return write_coil(body);
+    case 6:
+      return write_register(body);
+    case 15:
+      return write_coils(body);
+    case 16:
+      return write_registers(body);
+    default:
+      return exception(body, 1);
+  }
+}
+
+std::map<int, int> ReferenceModel::inputs() const {
+  const auto value = [this](int address) {
+    const auto found = holding_.find(address);
+    return found == holding_.end() ? 0 : found->second;
+  };
+  // The model's belt never moves; its target shows what the settings amount to (limit 30000).
+  int target = value(0x8002) > 30000 ? 30000 : value(0x8002);
+  if (value(0x8000) == 0) target = 0;
+  const int signed_target = value(0x8001) == 1 ? target : (65536 - target) % 65536;
+  return {{0x8001, signed_target}, {0x8002, target == 0 ? 1 : 2}, {0x8008, 30000}};
+}
+
+Bytes ReferenceModel::read_bits(const Bytes& body, const std::map<int, bool>& area) {
+  if (body.size() != 5) return exception(body, 3);
+  const int first = be(body, 1), count = be(body, 3);
+  if (count == 0 || count > 2000) return exception(body, 3);
+  if (outside(first, count)) return exception(body, 2);
+  Bytes reply{body[0], static_cast<std::uint8_t>(count / 8 + (count % 8 != 0 ? 1 : 0))};
+  reply.resize(2U + reply[1], 0);
+  for (int i = 0; i < count; ++i) {
+    const auto bit = area.find(first + i);
+    if (bit == area.end() || !bit->second) continue;
+    auto& byte = reply[2 + static_cast<std::size_t>(i) / 8];
+    byte = static_cast<std::uint8_t>(byte | (1 << (i % 8)));
+  }
+  return reply;
+}
+
+Bytes ReferenceModel::read_words(const Bytes& body, const std::map<int, int>& area) {
+  if (body.size() != 5) return exception(body, 3);
+  const int first = be(body, 1), count = be(body, 3);
+  if (count == 0 || count > 125) return exception(body, 3);
+  if (outside(first, count)) return exception(body, 2);
+  Bytes reply{body[0], static_cast<std::uint8_t>(2 * count)};
+  for (int i = 0; i < count; ++i) {
+    const auto word = area.find(first + i);
+    const int value = word == area.end() ? 0 : word->second;
+    reply.push_back(static_cast<std::uint8_t>(value / 256));
+    reply.push_back(static_cast<std::uint8_t>(value % 256));
+  }
+  return reply;
+}
+
+Bytes ReferenceModel::write_coil(const Bytes& body) {
+  if (body.size() != 5) return exception(body, 3);
+  const int value = be(body, 3);
+  if (value != 0 && value != 0xFF00) return exception(body, 3);
+  if (outside(be(body, 1), 1)) return exception(body, 2);
+  coils_[be(body, 1)] = value != 0;
+  return body;
+}
+
+Bytes ReferenceModel::write_register(const Bytes& body) {
+  if (body.size() != 5) return exception(body, 3);
+  const int address = be(body, 1), value = be(body, 3);
+  if (outside(address, 1)) return exception(body, 2);
+  if (bad_value(address, value)) return exception(body, 3);
+  holding_[address] = value;
+  return body;
+}
+
+Bytes ReferenceModel::write_coils(const Bytes& body) {
+  if (body.size() < 6) return exception(body, 3);
+  const int first = be(body, 1), count = be(body, 3), bytes = body[5];
+  const int needed = count / 8 + (count % 8 != 0 ? 1 : 0);
+  if (count == 0 || count > 1968 || bytes != needed) return exception(body, 3);
+  if (body.size() != 6U + static_cast<std::size_t>(bytes)) return exception(body, 3);
+  if (outside(first, count)) return exception(body, 2);
+  for (int i = 0; i < count; ++i) {
+    coils_[first + i] = ((body[6 + static_cast<std::size_t>(i) / 8] >> (i % 8)) & 1) == 1;
+  }
+  return {body.begin(), body.begin() + 5};
+}
+
+Bytes ReferenceModel::write_registers(const Bytes& body) {
+  if (body.size() < 6) return exception(body, 3);
+  const int first = be(body, 1), count = be(body, 3);
+  if (count == 0 || count > 123 || body[5] != 2 * count) return exception(body, 3);
+  if (body.size() != 6U + 2U * static_cast<std::size_t>(count)) return exception(body, 3);
+  if (outside(first, count)) return exception(body, 2);
+  const auto value = [&](int i) { return be(body, 6 + 2 * static_cast<std::size_t>(i)); };
+  for (int i = 0; i < count; ++i) {
+    if (bad_value(first + i, value(i))) return exception(body, 3);
+  }
+  for (int i = 0; i < count; ++i) holding_[first + i] = value(i);
+  return {body.begin(), body.begin() + 5};
+}
+
+}  // namespace aprsim::modbus::testing

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+
+#include "tests/unit/modbus/bytes.hpp"
+
+namespace aprsim::modbus::testing {
+
+/// A second opinion on the device, written from the protocol specification and the documented map
+/// alone, one function code after the other and without sharing any code with the product.
+/// Drive: default scaling; a value takes effect at once.
+class ReferenceModel {
+ public:
+  /// The reply to one complete frame; nothing for one that is not Modbus.
+  std::optional<Bytes> answer(const Bytes& frame);
+
+ private:
+  Bytes respond(const Bytes& body);
+  Bytes read_bits(const Bytes& body, const std::map<int, bool>& area);
+  Bytes read_words(const Bytes& body, const std::map<int, int>& area);
+  Bytes write_coil(const Bytes& body);
+  Bytes write_register(const Bytes& body);
+  Bytes write_coils(const Bytes& body);
+  Bytes write_registers(const Bytes& body);
+  [[nodiscard]] std::map<int, int> inputs() const;
+
+  std::map<int, int> holding_{{0x8001, 1}};
+  std::map<int, bool> coils_;
+};
+
+}  // namespace aprsim::modbus::testing
