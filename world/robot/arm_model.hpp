@@ -63,7 +63,10 @@ struct ArmModel {
   [[nodiscard]] int dof() const { return static_cast<int>(joints.size()); }
 };
 
-/// Reads a URDF file. Errors name the file, the element and what was expected.
+/// Reads a URDF file: one chain of revolute joints; fixed joints are merged into their parent, so a
+/// trailing `flange` link must coincide with the last moving link. Rotor inertias come from
+/// drive_data.hpp; a collision cylinder whose name ends in `_capsule` becomes a CapsuleShape.
+/// Not for two threads at once. Errors name the file, the element and what was expected.
 [[nodiscard]] Result<ArmModel> load_arm_model(const std::string& urdf_path);
 
 }  // namespace aprsim::robot

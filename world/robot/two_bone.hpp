@@ -1,0 +1,28 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+/// Triangle of upper arm, forearm and the line from shoulder to wrist.
+namespace aprsim::robot {
+
+inline constexpr double kReachTolerance = 1e-10;  ///< beyond reach by less counts as stretched [m]
+
+struct TwoBone {
+  double excess_m = 0;  ///< > 0: wrist too far; < 0: too near; else within reach
+  double bend_rad = 0;  ///< 0 = stretched .. pi = folded
+};
+
+/// `distance_m` from shoulder to wrist. Half-angle form: exact also where the arm is nearly
+/// stretched and the cosine rule would lose half the digits.
+[[nodiscard]] inline TwoBone solve_two_bone(double upper_m, double fore_m, double distance_m) {
+  const double longest = upper_m + fore_m;
+  const double shortest = std::abs(upper_m - fore_m);
+  if (distance_m > longest + kReachTolerance) return {.excess_m = distance_m - longest};
+  if (distance_m < shortest - kReachTolerance) return {.excess_m = distance_m - shortest};
+  const double d = std::clamp(distance_m, shortest, longest);
+  return {.bend_rad = 2 * std::atan2(std::sqrt((longest - d) * (longest + d)),
+                                     std::sqrt((d - shortest) * (d + shortest)))};
+}
+
+}  // namespace aprsim::robot
