@@ -1,0 +1,116 @@
+// The simulation's thread: commands in, snapshots out, pacing modes.
+
+#include "world/simulation.hpp"
+
+#include <functional>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/cell_script.hpp"
+
+namespace aprsim::world {
+namespace {
+
+using namespace std::chrono_literals;
+
+class SimulationTest : public testing::Test {
+ protected:
+  explicit SimulationTest(SimulationOptions options = {.paused = true})
+      : simulation(test::load_scene("empty_belt"), options) {
+    simulation.start();
+  }
+
+  api::SnapshotPtr wait_for(const std::function<bool(const api::Snapshot&)>& condition) {
+    const auto deadline = std::chrono::steady_clock::now() + 20s;
+    auto snapshot = simulation.latest();
+    while (!condition(*snapshot)) {
+      if (std::chrono::steady_clock::now() > deadline) {
+        ADD_FAILURE() << "waited in vain";
+        break;
+      }
+      snapshot = simulation.wait_newer(snapshot, deadline);
+    }
+    return snapshot;
+  }
+  /// Submits and waits until it has taken effect.
+  api::SnapshotPtr command(api::SimulationCommand body) {
+    const auto ticket = simulation.submit({.endpoint = 3, .body = body});
+    EXPECT_TRUE(ticket);
+    return wait_for([&](const auto& snapshot) { return snapshot.applied >= *ticket; });
+  }
+
+  Simulation simulation;
+};
+
+class RunningSimulation : public SimulationTest {
+ protected:
+  RunningSimulation() : SimulationTest({.speed = std::nullopt}) {}
+};
+
+TEST_F(SimulationTest, StepsExactlyAsToldWhilePaused) {
+  EXPECT_TRUE(simulation.latest()->paused);
+  command(api::StepBy{300});
+  const auto after = wait_for([](const auto& snapshot) { return snapshot.step >= 300; });
+  EXPECT_EQ(after->step, 300U);
+  EXPECT_EQ(after->time, 300ms);
+  EXPECT_TRUE(after->paused);
+  // A command that follows is applied without another step.
+  EXPECT_EQ(command(api::Pause{})->step, 300U);
+}
+
+TEST_F(SimulationTest, CommandsTakeEffectWhilePaused) {
+  const auto ticket = simulation.submit(
+      {.endpoint = 3, .body = api::ConveyorCommand{.run = true, .speed_m_s = 0.1}});
+  ASSERT_TRUE(ticket);
+  const auto snapshot = wait_for([&](const auto& now) { return now.applied >= *ticket; });
+  EXPECT_TRUE(snapshot->conveyor.run);
+  EXPECT_EQ(snapshot->conveyor.speed_setting_m_s, 0.1);
+  EXPECT_EQ(snapshot->step, 0U);
+}
+
+TEST_F(SimulationTest, ResetStartsANewEpochFromTheScene) {
+  command(api::StepBy{200});
+  const auto moved = wait_for([](const auto& snapshot) { return snapshot.step == 200; });
+  ASSERT_TRUE(simulation.submit(
+      {.endpoint = 3, .body = api::ConveyorCommand{.run = true, .speed_m_s = 0.2}}));
+  const auto reset = command(api::Reset{.seed = 77});
+  EXPECT_EQ(reset->epoch, moved->epoch + 1);
+  EXPECT_EQ(reset->step, 0U);
+  EXPECT_FALSE(reset->conveyor.run);
+  EXPECT_EQ(reset->cell->seed, 77U);
+  for (int i = 0; i < 50; ++i) command(api::Reset{});
+  EXPECT_EQ(simulation.latest()->epoch, reset->epoch + 50);
+}
+
+TEST_F(SimulationTest, ResumeRunsAtTheSetSpeedAndPauseStops) {
+  command(api::SetSpeed{20.0});
+  command(api::Resume{});
+  wait_for([](const auto& snapshot) { return snapshot.step > 200; });
+  const auto paused = command(api::Pause{});
+  EXPECT_TRUE(paused->paused);
+  EXPECT_EQ(command(api::Pause{})->step, paused->step) << "time passed while paused";
+}
+
+TEST_F(SimulationTest, BadCommandsAreRefusedAtOnce) {
+  const auto robot = simulation.submit({.endpoint = 3, .body = api::RobotCommand{5, {}}});
+  ASSERT_FALSE(robot);
+  EXPECT_EQ(robot.error().field, "robot");
+}
+
+TEST_F(RunningSimulation, AsFastAsPossibleIsFasterThanTheClock) {
+  const auto snapshot = wait_for([](const auto& now) { return now.real_time_factor > 0; });
+  EXPECT_FALSE(snapshot->speed_target);
+  EXPECT_GT(snapshot->real_time_factor, 1.0);
+  EXPECT_EQ(snapshot->missed_steps, 0U);
+}
+
+TEST_F(RunningSimulation, StopsPromptlyAndRefusesWhatComesAfter) {
+  simulation.stop();
+  const auto refused = simulation.submit({.endpoint = 3, .body = api::ConveyorCommand{}});
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kUnavailable);
+  simulation.stop();
+}
+
+}  // namespace
+}  // namespace aprsim::world
