@@ -64,19 +64,80 @@ std::vector<Vector3d> candidate_directions(const Solid& a, const Solid& b) {
   return result;
 }
 
-/// Frank-Wolfe on the Minkowski difference: its point nearest to the origin points along the
-/// direction that parts solids that are apart.
+/// Up to four points of the Minkowski difference b - a.
+struct Simplex {
+  std::array<Vector3d, 4> points;
+  int count = 0;
+};
+
+/// Weights, summing to one, of the point of least norm on the affine hull of some of the points;
+/// false if these are not independent.
+bool affine_weights(const Simplex& simplex, unsigned members, Eigen::Vector4d& weights) {
+  std::array<int, 4> index{};
+  int count = 0;
+  for (int i = 0; i < simplex.count; ++i) {
+    if (members >> i & 1u) index[static_cast<std::size_t>(count++)] = i;
+  }
+  const Vector3d origin = simplex.points[static_cast<std::size_t>(index[0])];
+  Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, 3> edges(3, count - 1);
+  for (int i = 1; i < count; ++i) {
+    edges.col(i - 1) =
+        simplex.points[static_cast<std::size_t>(index[static_cast<std::size_t>(i)])] - origin;
+  }
+  weights.setZero();
+  Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 3, 1> along(count - 1);
+  if (count > 1) {
+    const auto solver = edges.colPivHouseholderQr();
+    if (solver.rank() < count - 1) return false;
+    along = solver.solve(-origin);
+  }
+  weights[index[0]] = 1 - along.sum();
+  for (int i = 1; i < count; ++i) weights[index[static_cast<std::size_t>(i)]] = along[i - 1];
+  return true;
+}
+
+/// Reduces the simplex to the points that span its point of least norm, and returns that point.
+Vector3d nearest_to_origin(Simplex& simplex) {
+  Vector3d best = simplex.points[0];
+  unsigned best_members = 1;
+  double best_norm = std::numeric_limits<double>::infinity();
+  for (unsigned members = 1; members < 1u << simplex.count; ++members) {
+    Eigen::Vector4d weights;
+    if (!affine_weights(simplex, members, weights) || weights.minCoeff() < 0) continue;
+    Vector3d point = Vector3d::Zero();
+    for (int i = 0; i < simplex.count; ++i) {
+      point += weights[i] * simplex.points[static_cast<std::size_t>(i)];
+    }
+    if (point.norm() >= best_norm) continue;
+    best_norm = point.norm();
+    best = point;
+    best_members = members;
+  }
+  int kept = 0;
+  for (int i = 0; i < simplex.count; ++i) {
+    if (best_members >> i & 1u) {
+      simplex.points[static_cast<std::size_t>(kept++)] =
+          simplex.points[static_cast<std::size_t>(i)];
+    }
+  }
+  simplex.count = kept;
+  return best;
+}
+
+/// The GJK descent: the point of b - a nearest to the origin gives the direction along which solids
+/// that are apart are apart the most.
 double depth_by_descent(const Solid& a, const Solid& b, double best) {
-  constexpr int kIterations = 300;
+  constexpr int kIterations = 64;
+  constexpr double kNone = 1e-9;  // [m]
+  Simplex simplex;
   Vector3d v = b.X_WS.translation() - a.X_WS.translation();
-  for (int i = 0; i < kIterations && best > 0; ++i) {
-    const double length = v.norm();
-    if (length < 1e-9) break;
-    best = std::min(best, depth_along(a, b, v / length));
-    const Vector3d step = b.support(-v) - a.support(v) - v;
-    const double squared = step.squaredNorm();
-    if (squared < 1e-18) break;
-    v += step * std::clamp(-v.dot(step) / squared, 0.0, 1.0);
+  for (int i = 0; i < kIterations && best > 0 && v.norm() > kNone; ++i) {
+    best = std::min(best, depth_along(a, b, v.normalized()));
+    const Vector3d w = b.support(-v) - a.support(v);
+    if (simplex.count > 0 && v.dot(v - w) < kNone * v.norm()) break;
+    if (simplex.count == 4) break;
+    simplex.points[static_cast<std::size_t>(simplex.count++)] = w;
+    v = nearest_to_origin(simplex);
   }
   return best;
 }

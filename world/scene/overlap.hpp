@@ -24,9 +24,8 @@ struct Solid {
   [[nodiscard]] double bounding_radius() const;
 };
 
-/// Smallest travel [m] that parts the solids; <= 0 when they are apart. Exact for boxes and for
-/// upright solids; for tilted round ones an upper bound that is never > 0 for solids apart by more
-/// than a few micrometres.
+/// Smallest travel [m] that parts the solids; <= 0 when they are apart. The depth is exact for
+/// boxes and for upright solids, an upper bound for tilted round ones.
 [[nodiscard]] double overlap_depth(const Solid& a, const Solid& b);
 
 /// How far the solid reaches below the plane z = 0 [m]; <= 0 when it does not.

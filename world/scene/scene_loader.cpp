@@ -47,7 +47,9 @@ class Loader {
     if (auto read = read_type_files(keys["types"]); !read) {
       return tl::unexpected(std::move(read.error()));
     }
-    Scene scene = read_scene(keys);
+    Scene scene;
+    const BodyNodes nodes = read_scene(keys, scene);
+    if (!document->error()) check_overlaps(scene, nodes);
     if (document->error()) return tl::unexpected(*document->error());
     return scene;
   }
@@ -74,18 +76,16 @@ class Loader {
     return {};
   }
 
-  Scene read_scene(const yaml::Map& keys) {
-    Scene scene;
+  BodyNodes read_scene(const yaml::Map& keys, Scene& scene) {
     scene.name = fs::path(file_).stem().string();
     scene.file = file_;
     scene.seed = static_cast<std::uint64_t>(keys["seed"].integer_or(1));
     scene.physics = read_physics(keys["physics"]);
     read_types(keys, model_directories_, types_);
-    const BodyNodes nodes = read_objects(keys, types_, scene);
+    BodyNodes nodes = read_objects(keys, types_, scene);
     scene.gear_types = types_.gears;
     scene.tray_types = types_.trays;
-    check_overlaps(scene, nodes);
-    return scene;
+    return nodes;
   }
 
   std::string file_;

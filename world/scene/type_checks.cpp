@@ -81,10 +81,11 @@ void check_gear_type(const yaml::Node& node, const GearType& type) {
   }
 }
 
-void check_tray_type(const yaml::Node& node, const TrayType& type,
+void check_tray_type(const std::vector<yaml::Node>& slot_nodes, const TrayType& type,
                      const std::map<std::string, GearType>& gears) {
   for (std::size_t i = 0; i < type.slots.size(); ++i) {
     const Slot& slot = type.slots[i];
+    const yaml::Node& node = slot_nodes[i];
     check_pocket_in_slab(node, type, slot);
     const auto gear = gears.find(slot.gear_type);
     if (gear != gears.end()) check_gear_in_pocket(node, slot, gear->second);

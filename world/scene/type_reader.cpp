@@ -87,7 +87,8 @@ TrayType read_tray_type(const yaml::Node& node, const std::string& name, const T
   }
   type.thickness_m = keys["thickness_m"].number(kLength);
   type.mass_kg = keys["mass_kg"].number(kPositive);
-  for (const yaml::Node& item : keys["slots"].items()) {
+  const std::vector<yaml::Node> items = keys["slots"].items();
+  for (const yaml::Node& item : items) {
     Slot slot = read_slot(item, types);
     for (const Slot& other : type.slots) {
       if (other.name == slot.name) {
@@ -96,7 +97,7 @@ TrayType read_tray_type(const yaml::Node& node, const std::string& name, const T
     }
     type.slots.push_back(std::move(slot));
   }
-  check_tray_type(keys["slots"] ? keys["slots"] : node, type, types.gears);
+  check_tray_type(items, type, types.gears);
   return type;
 }
 
