@@ -71,6 +71,12 @@ void append_column(std::string& line, std::string_view text, std::size_t width) 
   line += ' ';
 }
 
+std::string range(const RegisterInfo& info) {
+  const std::int64_t span = info.words() == 2 ? 0xFFFFFFFFLL : 0xFFFF;
+  if (info.max - info.min == span) return "all";
+  return std::to_string(info.min) + ".." + std::to_string(info.max);
+}
+
 std::string row(const RegisterInfo& info, const ConveyorScaling& scaling) {
   std::string address = hex(info.address);
   if (info.words() == 2) address += "-" + hex(info.address + 1U);
@@ -83,7 +89,7 @@ std::string row(const RegisterInfo& info, const ConveyorScaling& scaling) {
   append_column(line, info.access == Access::kReadWrite ? "RW" : "R", 2);
   append_column(line, name_of(info.encoding), 6);
   append_column(line, info.name, 12);
-  append_column(line, std::to_string(info.min) + ".." + std::to_string(info.max), 22);
+  append_column(line, range(info), 8);
   append_column(line, count, 9);
   line += info.meaning;
   if (info.area == Area::kHoldingRegister && info.address == kDirectionRegister) {
@@ -107,8 +113,7 @@ std::string register_map_text(const ConveyorScaling& scaling) {
     bool any = false;
     for (const RegisterInfo& info : register_map()) {
       if (info.area != area) continue;
-      if (!any)
-        text += "  address       ac type   name         counts                 one count meaning\n";
+      if (!any) text += "  address       ac type   name         counts   one count meaning\n";
       any = true;
       text += row(info, scaling);
     }

@@ -44,9 +44,6 @@ void Connection::close(std::string_view why, bool fault) {
   if (closed_) return;
   closed_ = true;
   waiting_.reset();
-  boost::system::error_code ignored;
-  socket_.close(ignored);
-  timer_.cancel();
   const std::string line = peer_ + (fault ? " dropped: " : " closed: ") + std::string(why);
   if (fault) {
     ++context_.counters.dropped;
@@ -54,6 +51,9 @@ void Connection::close(std::string_view why, bool fault) {
   } else {
     context_.log.info(line);
   }
+  boost::system::error_code ignored;
+  socket_.close(ignored);
+  timer_.cancel();
   context_.closed(*this);
 }
 
@@ -97,7 +97,6 @@ void Connection::process() {
   if (closed_) return;
   int taken = 0;
   while (taken < kRequestsPerTurn && may_take_request() && take_request()) ++taken;
-  if (closed_) return;
   // The bytes move only while no read is under way into the space behind them.
   if (!reading_ && in_taken_ > 0) {
     std::copy(in_.begin() + static_cast<std::ptrdiff_t>(in_taken_),
@@ -113,13 +112,20 @@ void Connection::process() {
       self->process();
     });
   }
-  const bool nothing_left = draining_ || (ended_ && incomplete_ && !scheduled_);
-  if (nothing_left && !waiting_ && out_.empty() && sending_.empty()) {
-    close(draining_ ? "the server stops" : "by the client", false);
-    return;
-  }
+  if (close_if_finished()) return;
   watch();
   read();
+}
+
+bool Connection::close_if_finished() {
+  const bool takes_no_more = draining_ || (ended_ && incomplete_ && !scheduled_);
+  if (!takes_no_more || waiting_ || !out_.empty() || !sending_.empty()) return false;
+  if (!broken_.empty()) {
+    close(broken_, true);
+  } else {
+    close(draining_ ? "the server stops" : "by the client", false);
+  }
+  return true;
 }
 
 bool Connection::take_request() {
@@ -133,7 +139,9 @@ bool Connection::take_request() {
   }
   request_due_ = kNever;
   if (gated.verdict == Verdict::kBroken) {
-    close(gated.reason, true);
+    // What was asked for before still gets its answers.
+    broken_ = gated.reason;
+    draining_ = true;
     return false;
   }
   in_taken_ += gated.adu.size();

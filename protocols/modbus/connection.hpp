@@ -72,6 +72,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void on_end_of_stream(const boost::system::error_code& error);
   void process();
   [[nodiscard]] bool take_request();
+  [[nodiscard]] bool close_if_finished();
   void execute(const modbus::Gated& gated);
   void answer(std::span<const std::uint8_t> adu);
   void refuse(std::span<const std::uint8_t> adu, modbus::ExceptionCode code);
@@ -93,6 +94,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   std::optional<WaitingWrite> waiting_;
   bool reading_ = false, scheduled_ = false, incomplete_ = true;
   bool ended_ = false, draining_ = false, closed_ = false;
+  std::string_view broken_;  // why the stream cannot be followed; empty while it can
 
   static constexpr Clock::time_point kNever = Clock::time_point::max();
   Clock::time_point request_due_ = kNever, reply_due_ = kNever, idle_due_ = kNever;

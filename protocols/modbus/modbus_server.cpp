@@ -20,6 +20,7 @@ using boost::system::error_code;
 
 constexpr std::chrono::milliseconds kApplyPoll{1};
 constexpr std::chrono::milliseconds kAcceptRetry{100};
+constexpr int kAcceptsPerTurn = 32;
 
 std::string text(const tcp::endpoint& endpoint) {
   const std::string address = endpoint.address().to_string();
@@ -45,7 +46,8 @@ class ModbusServer::Impl {
   Result<std::uint16_t> listen();
   void run();
   void accept();
-  void on_accept(const error_code& error, tcp::socket socket);
+  void accept_waiting();
+  void take(tcp::socket socket);
   void await_applied(std::shared_ptr<Connection> connection);
   void poll_applied();
   void begin_drain();
@@ -119,6 +121,8 @@ Result<std::uint16_t> ModbusServer::Impl::listen() {
   if (error) return failed(error);
   acceptor_.listen(boost::asio::socket_base::max_listen_connections, error);
   if (error) return failed(error);
+  acceptor_.non_blocking(true, error);
+  if (error) return failed(error);
   const tcp::endpoint local = acceptor_.local_endpoint(error);
   if (error) return failed(error);
   return local.port();
@@ -138,36 +142,48 @@ void ModbusServer::Impl::run() {
 }
 
 void ModbusServer::Impl::accept() {
-  if (!acceptor_.is_open()) return;
-  acceptor_.async_accept([this](const error_code& error, tcp::socket socket) {
-    if (acceptor_.is_open()) on_accept(error, std::move(socket));
+  acceptor_.async_wait(tcp::acceptor::wait_read, [this](const error_code& aborted) {
+    if (!aborted && acceptor_.is_open()) accept_waiting();
   });
 }
 
-void ModbusServer::Impl::on_accept(const error_code& error, tcp::socket socket) {
-  if (error) {
-    // Out of descriptors or memory, or the peer was gone first: neither may end the listening.
-    log_.warn("cannot accept a connection: " + error.message());
-    retry_timer_.expires_after(kAcceptRetry);
-    retry_timer_.async_wait([this](const error_code& aborted) {
-      if (!aborted) accept();
-    });
-    return;
+void ModbusServer::Impl::accept_waiting() {
+  // Several a turn: otherwise a newcomer behind many others would wait for as many turns.
+  for (int i = 0; i < kAcceptsPerTurn; ++i) {
+    tcp::socket socket(io_);
+    error_code error;
+    acceptor_.accept(socket, error);
+    if (error == boost::asio::error::would_block) break;
+    if (error == boost::asio::error::connection_aborted) continue;
+    if (error) {
+      // Out of descriptors or memory: that passes, and must not end the listening.
+      log_.warn("cannot accept a connection: " + error.message());
+      retry_timer_.expires_after(kAcceptRetry);
+      retry_timer_.async_wait([this](const error_code& aborted) {
+        if (!aborted && acceptor_.is_open()) accept();
+      });
+      return;
+    }
+    take(std::move(socket));
   }
+  accept();
+}
+
+void ModbusServer::Impl::take(tcp::socket socket) {
   error_code gone;
   const tcp::endpoint peer = socket.remote_endpoint(gone);
-  if (!gone && connections_.size() >= options_.max_connections) {
+  if (gone) return;
+  if (connections_.size() >= options_.max_connections) {
     ++counters_.refused;
     log_.warn(text(peer) + " refused: " + std::to_string(options_.max_connections) +
               " connections are open, which is the limit");
-  } else if (!gone) {
-    ++counters_.accepted;
-    auto connection = std::make_shared<Connection>(std::move(socket), text(peer), *context_);
-    connections_.emplace(connection.get(), connection);
-    counters_.open = connections_.size();
-    connection->start();
+    return;
   }
-  accept();
+  ++counters_.accepted;
+  auto connection = std::make_shared<Connection>(std::move(socket), text(peer), *context_);
+  connections_.emplace(connection.get(), connection);
+  counters_.open = connections_.size();
+  connection->start();
 }
 
 void ModbusServer::Impl::await_applied(std::shared_ptr<Connection> connection) {

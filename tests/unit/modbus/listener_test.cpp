@@ -1,5 +1,8 @@
+#include <fcntl.h>
 #include <map>
+#include <sys/resource.h>
 #include <thread>
+#include <unistd.h>
 
 #include <gtest/gtest.h>
 
@@ -164,6 +167,26 @@ TEST_F(ListenerTest, TheConnectionLimitHoldsAndIsFreedAgain) {
   EXPECT_TRUE(fifth.ask(adu(kReadThree)).has_value());
 }
 
+TEST_F(ListenerTest, RunningOutOfDescriptorsIsSurvived) {
+  start();
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &before), 0);
+  const rlimit few{128, before.rlim_max};
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &few), 0);
+  std::vector<int> fill;
+  for (int fd = 0; (fd = ::open("/dev/null", O_RDONLY | O_CLOEXEC)) >= 0;) fill.push_back(fd);
+  ASSERT_FALSE(fill.empty());
+  ::close(fill.back());
+  fill.pop_back();
+  RawClient client(port_);  // takes the last one, so the server has none to accept it with
+  ASSERT_TRUE(client.send(adu(kReadThree)));
+  EXPECT_FALSE(client.receive(250ms).has_value());
+  EXPECT_EQ(server_->stats().accepted, 0U);
+  for (const int fd : fill) ::close(fd);
+  EXPECT_TRUE(client.receive().has_value());
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &before), 0);
+}
+
 TEST_F(ListenerTest, AnotherProtocolIsSkippedAndABrokenStreamClosed) {
   start();
   RawClient client(port_);
@@ -174,7 +197,24 @@ TEST_F(ListenerTest, AnotherProtocolIsSkippedAndABrokenStreamClosed) {
   ASSERT_TRUE(web.send(Bytes(get.begin(), get.end())));
   EXPECT_TRUE(web.ended());
   EXPECT_TRUE(cell_.commands().empty());
-  EXPECT_EQ(server_->stats().dropped, 1U);
+  EXPECT_TRUE(eventually([&] { return server_->stats().dropped == 1; }));
+}
+
+TEST_F(ListenerTest, RequestsBeforeABrokenFrameAreStillAnswered) {
+  start();
+  cell_.hold();
+  RawClient client(port_);
+  Bytes stream = adu(pdu(6, {0x8000, 1}), 1);
+  const Bytes read = adu(pdu(3, {0x8000, 1}), 2);
+  stream.insert(stream.end(), read.begin(), read.end());
+  stream.insert(stream.end(), 50, 0xFF);
+  ASSERT_TRUE(client.send(stream));
+  ASSERT_TRUE(eventually([&] { return cell_.commands().size() == 1; }));
+  cell_.apply();
+  EXPECT_EQ(client.receive(), adu(pdu(6, {0x8000, 1}), 1));
+  EXPECT_EQ(client.receive(), adu({3, 2, 0, 1}, 2));
+  EXPECT_TRUE(client.ended());
+  EXPECT_TRUE(eventually([&] { return server_->stats().dropped == 1; }));
 }
 
 TEST_F(ListenerTest, AHalfClosedClientStillGetsItsAnswers) {

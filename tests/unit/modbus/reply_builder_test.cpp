@@ -1,7 +1,12 @@
 #include "protocols/modbus/reply_builder.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -68,6 +73,24 @@ TEST(ReplyBuilder, WhatIsNoFrameGivesNoReply) {
   EXPECT_TRUE(builder.build(Bytes(7, 0), {}).empty());
   EXPECT_TRUE(builder.build(Bytes(300, 0), {}).empty());
   EXPECT_FALSE(builder.build(adu(pdu(3, {0x8000, 1})), {}).empty()) << "and does no lasting harm";
+}
+
+TEST(ReplyBuilder, WorksOnDescriptorsBeyondSelectsReach) {
+  // libmodbus' receiving side aborts the process on these.
+  constexpr rlim_t kWanted = 1200;
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &before), 0);
+  ASSERT_GE(before.rlim_max, kWanted);
+  const rlimit raised{std::max(before.rlim_cur, kWanted), before.rlim_max};
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &raised), 0);
+  std::vector<int> fill;
+  while (fill.empty() || fill.back() < 1030) {
+    fill.push_back(::open("/dev/null", O_RDONLY | O_CLOEXEC));
+    ASSERT_GE(fill.back(), 0);
+  }
+  ReplyBuilder builder = ReplyBuilder::create().value();
+  EXPECT_EQ(build(builder, adu(pdu(3, {0x8000, 1})), {}), adu({3, 2, 0, 0}));
+  for (const int fd : fill) ::close(fd);
 }
 
 TEST(ReplyBuilder, CostsMicroseconds) {
