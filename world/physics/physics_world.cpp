@@ -1,1 +1,195 @@
-#include "world/physics/contact.hpp"
+#include "world/physics/physics_world.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "world/physics/arm_contacts.hpp"
+#include "world/physics/cell.hpp"
+#include "world/physics/contact_finder.hpp"
+#include "world/physics/guard.hpp"
+#include "world/physics/solver.hpp"
+#include "world/physics/state_hash.hpp"
+
+namespace aprsim::physics {
+namespace {
+
+constexpr double kFaultDepth = 0.5e-3;  // [m]
+constexpr std::size_t kForceCapacity = 256;
+
+}  // namespace
+
+struct PhysicsWorld::Impl {
+  Impl(const scene::Scene& scene, std::span<const robot::ArmModel> models,
+       std::span<const std::vector<Eigen::Isometry3d>> X_WL)
+      : cell(scene, models, X_WL), finder(cell), solver(cell), arm_contacts(cell) {
+    forces.resize(cell.arms.size());
+    for (auto& list : forces) list.reserve(kForceCapacity);
+    woken.reserve(cell.bodies.size());
+  }
+
+  void step();
+  void move_arms();
+  void take_results();
+  void count_faults();
+  void report_touch(const Touch& touch);
+  [[nodiscard]] bool in_hand(int robot, BodyIndex node) const;
+  void observe_grippers();
+
+  Cell cell;
+  ContactFinder finder;
+  Solver solver;
+  ArmContacts arm_contacts;
+  std::vector<std::vector<ArmForce>> forces;
+  std::vector<int> woken;
+  double next_belt_speed = 0;
+  std::uint64_t steps = 0, faults = 0;
+  double max_penetration = 0;
+};
+
+void PhysicsWorld::Impl::step() {
+  ode::prepare_thread();
+  cell.belt_speed_m_s = next_belt_speed;
+  woken.clear();
+  cell.simplification.begin_step(next_belt_speed, woken);
+  move_arms();
+  finder.find();
+  count_faults();
+  solver.step();
+  take_results();
+  ++steps;
+  check_state(cell, steps);
+}
+
+void PhysicsWorld::Impl::move_arms() {
+  for (std::size_t r = 0; r < cell.arms.size(); ++r) {
+    const int flange = cell.arms[r].links() - 1;
+    cell.grippers[r].begin_step(cell.arms[r].X_WL(flange), cell.arms[r].X_WL_next(flange));
+  }
+}
+
+void PhysicsWorld::Impl::count_faults() {
+  max_penetration = 0;
+  for (const auto& touch : cell.touches) {
+    // Links are soft on purpose: an arm that crushes a part is the arm's fault, not the solver's.
+    if (cell.nodes.is_link(touch.contact.b)) continue;
+    max_penetration = std::max(max_penetration, touch.contact.depth_m);
+    if (touch.contact.depth_m > kFaultDepth) ++faults;
+  }
+}
+
+void PhysicsWorld::Impl::take_results() {
+  for (std::size_t i = 0; i < cell.bodies.size(); ++i) {
+    if (!cell.simplification.parked(static_cast<int>(i))) cell.bodies[i].refresh();
+  }
+  for (auto& gripper : cell.grippers) gripper.end_step();
+  for (auto& arm : cell.arms) arm.end_step();
+  observe_grippers();
+  for (auto& list : forces) list.clear();
+  for (const auto& touch : cell.touches) report_touch(touch);
+  arm_contacts.find(forces);
+  cell.simplification.observe(cell.touches, solver.islands().island_of(), cell.step_s);
+}
+
+void PhysicsWorld::Impl::observe_grippers() {
+  for (std::size_t r = 0; r < cell.grippers.size(); ++r) {
+    const int robot = static_cast<int>(r);
+    PadForces pads;
+    std::array<double, 2> hardest{};
+    bool touched = false;
+    for (const auto& touch : cell.touches) {
+      const auto& contact = touch.contact;
+      const auto mine = [&](BodyIndex node) {
+        return cell.nodes.is_gripper(node) && cell.nodes.robot_of(node) == robot;
+      };
+      touched = touched || mine(contact.a) || mine(contact.b);
+      if (contact.pair != SurfacePair::kPadGear || !mine(contact.a)) continue;
+      const int finger = cell.nodes.part_of(contact.a) - 1;
+      const auto f = static_cast<std::size_t>(finger);
+      const double force = -touch.f_W.dot(cell.grippers[r].closing_W(finger));
+      pads.closing_n[f] += force;
+      if (force > hardest[f]) {
+        hardest[f] = force;
+        pads.body[f] = contact.b;
+      }
+    }
+    cell.grippers[r].observe(pads, touched);
+  }
+}
+
+/// Palm, fingers and what they hold: forces among these are the grip, not a load on the arm.
+bool PhysicsWorld::Impl::in_hand(int robot, BodyIndex node) const {
+  if (node < 0) return false;
+  if (cell.nodes.is_gripper(node)) return cell.nodes.robot_of(node) == robot;
+  return cell.grippers[static_cast<std::size_t>(robot)].state().held_body == node;
+}
+
+void PhysicsWorld::Impl::report_touch(const Touch& touch) {
+  const auto& contact = touch.contact;
+  for (std::size_t r = 0; r < cell.arms.size(); ++r) {
+    const int robot = static_cast<int>(r);
+    const bool a = in_hand(robot, contact.a), b = in_hand(robot, contact.b);
+    const int flange = cell.arms[r].links() - 1;
+    if (a && !b) {
+      forces[r].push_back({flange, contact.p_W, touch.f_W, cell.name_of(contact.b, touch.fixed)});
+    } else if (b && !a) {
+      forces[r].push_back({flange, contact.p_W, -touch.f_W, cell.name_of(contact.a, -1)});
+    }
+    if (cell.nodes.is_link(contact.b) && cell.nodes.robot_of(contact.b) == robot) {
+      forces[r].push_back(
+          {cell.nodes.link_of(contact.b), contact.p_W, -touch.f_W, cell.name_of(contact.a, -1)});
+    }
+  }
+}
+
+PhysicsWorld::PhysicsWorld(const scene::Scene& scene, std::span<const robot::ArmModel> models,
+                           std::span<const std::vector<Eigen::Isometry3d>> X_WL)
+    : impl_(std::make_unique<Impl>(scene, models, X_WL)) {}
+PhysicsWorld::~PhysicsWorld() = default;
+PhysicsWorld::PhysicsWorld(PhysicsWorld&&) noexcept = default;
+PhysicsWorld& PhysicsWorld::operator=(PhysicsWorld&&) noexcept = default;
+
+void PhysicsWorld::set_arm(int robot, std::span<const Eigen::Isometry3d> X_WL_next) {
+  impl_->cell.arms[static_cast<std::size_t>(robot)].set_next(X_WL_next);
+}
+
+void PhysicsWorld::set_gripper(int robot, double setting) {
+  impl_->cell.grippers[static_cast<std::size_t>(robot)].command(setting);
+}
+
+void PhysicsWorld::set_belt_speed(double speed_m_s) { impl_->next_belt_speed = speed_m_s; }
+
+void PhysicsWorld::step() { impl_->step(); }
+
+int PhysicsWorld::body_count() const { return static_cast<int>(impl_->cell.bodies.size()); }
+
+BodyState PhysicsWorld::body(int index) const {
+  const FreeBody& free = impl_->cell.body(index);
+  BodyState state;
+  state.p_WB = free.X_WB.translation();
+  state.q_WB = Eigen::Quaterniond(free.X_WB.linear());
+  state.omega_W = free.omega_W;
+  state.v_W = free.v_com_W - free.omega_W.cross(free.X_WB.linear() * free.com_B);
+  state.resting = impl_->cell.simplification.resting(index);
+  return state;
+}
+
+GripperState PhysicsWorld::gripper(int robot) const {
+  return impl_->cell.grippers[static_cast<std::size_t>(robot)].state();
+}
+
+std::span<const ArmForce> PhysicsWorld::arm_forces(int robot) const {
+  return impl_->forces[static_cast<std::size_t>(robot)];
+}
+
+int PhysicsWorld::contact_count() const { return static_cast<int>(impl_->cell.touches.size()); }
+
+int PhysicsWorld::virtual_joint_count() const { return impl_->cell.simplification.joint_count(); }
+
+double PhysicsWorld::max_penetration_m() const { return impl_->max_penetration; }
+
+std::uint64_t PhysicsWorld::penetration_faults() const { return impl_->faults; }
+
+std::uint64_t PhysicsWorld::state_hash() const { return physics::state_hash(impl_->cell); }
+
+}  // namespace aprsim::physics

@@ -9,6 +9,7 @@
 
 #include <Eigen/Geometry>
 
+#include "world/physics/physics_failure.hpp"
 #include "world/robot/arm_model.hpp"
 #include "world/scene/scene.hpp"
 
@@ -28,7 +29,7 @@ struct GripperState {
   std::array<double, 2> travel_m{};
   std::array<double, 2> force_n{};  ///< pad normal force on gears
   bool holding = false;
-  int held_body = -1;  ///< index of the gear, -1 = none
+  int held_body = -1;   ///< index of the gear, -1 = none
   bool settled = true;  ///< reached what was commanded: open, closed, or stalled on a part
   double palm_deflection_m = 0;
 };
@@ -40,10 +41,6 @@ struct ArmForce {
   Eigen::Vector3d f_W = Eigen::Vector3d::Zero();
   std::string_view with;  ///< name of what it touches; outlives the step
 };
-
-/// Thrown by step() before ODE would abort: not-a-number or runaway energy. what() names bodies,
-/// step and cause.
-class PhysicsFailure;
 
 /// Gears, trays, belt, tables, grippers and arm bodies in ODE: contact generation, solver policy,
 /// contact simplification. Bodies are numbered as in the scene: trays first, then gears.
@@ -64,6 +61,7 @@ class PhysicsWorld {
   void set_gripper(int robot, double setting);  ///< 0 closed .. 1 open
   void set_belt_speed(double speed_m_s);        ///< signed, along the belt's +x
 
+  /// Throws PhysicsFailure before ODE would abort.
   void step();
 
   // ---- results of the last step
@@ -78,6 +76,10 @@ class PhysicsWorld {
   [[nodiscard]] std::uint64_t penetration_faults() const;
   /// FNV-1a over the bits of every body's state.
   [[nodiscard]] std::uint64_t state_hash() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace aprsim::physics

@@ -1,0 +1,124 @@
+#include "world/physics/arm_contacts.hpp"
+
+#include <algorithm>
+
+namespace aprsim::physics {
+namespace {
+
+// k h^2 + 2 d h must stay under the least effective mass of an arm at its tool, 0.6 kg, with both
+// summed over the contact points.
+constexpr double kStiffness = 1e5;  // [N/m]
+constexpr double kDamping = 120;    // [N s/m]
+constexpr int kSelfCollisionDistance = 3;
+
+double penalty(double depth_m, double closing_m_s, std::size_t points) {
+  const double share = 1.0 / static_cast<double>(points);
+  return std::max(0.0, share * (kStiffness * depth_m + kDamping * closing_m_s));
+}
+
+int shape_count(const ArmBodies& arm) { return static_cast<int>(arm.shapes().size()); }
+
+}  // namespace
+
+ArmContacts::ArmContacts(Cell& cell) : cell_(cell) {
+  found_.reserve(kMaxPoints);
+  for (const auto& shape : cell.fixed.shapes) {
+    auto& geom = fixed_geoms_.emplace_back(
+        dCreateBox(nullptr, shape.size.x(), shape.size.y(), shape.size.z()));
+    set_geom_pose(geom.get(), shape.X_WS);
+  }
+  const int robots = static_cast<int>(cell.arms.size());
+  const auto overlap = [this](const ode::Geom& a, const ode::Geom& b) {
+    found_.clear();
+    collide_geoms(a.get(), b.get(), kGround, kGround, SurfacePair::kRobotAny, found_);
+    return !found_.empty();
+  };
+  for (int r = 0; r < robots; ++r) {
+    auto& exempt = exempt_fixed_.emplace_back();
+    for (int s = 0; s < shape_count(cell.arms[static_cast<std::size_t>(r)]); ++s) {
+      for (const auto& geom : fixed_geoms_) {
+        exempt.push_back(overlap(shape(r, s).geom, geom) ? 1 : 0);
+      }
+    }
+    for (int q = r; q < robots; ++q) {
+      for (int s = 0; s < shape_count(cell.arms[static_cast<std::size_t>(r)]); ++s) {
+        for (int t = 0; t < shape_count(cell.arms[static_cast<std::size_t>(q)]); ++t) {
+          if (may_touch(r, s, q, t) && overlap(shape(r, s).geom, shape(q, t).geom)) {
+            exempt_links_.push_back({r, s, q, t});
+          }
+        }
+      }
+    }
+  }
+}
+
+const ArmShape& ArmContacts::shape(int robot, int index) const {
+  return cell_.arms[static_cast<std::size_t>(robot)].shapes()[static_cast<std::size_t>(index)];
+}
+
+bool ArmContacts::may_touch(int robot_a, int shape_a, int robot_b, int shape_b) const {
+  if (robot_a == robot_b) {
+    if (!cell_.scene.robots[static_cast<std::size_t>(robot_a)].self_collision) return false;
+    const int distance = shape(robot_b, shape_b).link - shape(robot_a, shape_a).link;
+    if (distance < kSelfCollisionDistance) return false;
+  }
+  const LinkPair pair{robot_a, shape_a, robot_b, shape_b};
+  return std::find(exempt_links_.begin(), exempt_links_.end(), pair) == exempt_links_.end();
+}
+
+void ArmContacts::find(std::vector<std::vector<ArmForce>>& forces) {
+  const int robots = static_cast<int>(cell_.arms.size());
+  for (int r = 0; r < robots; ++r) {
+    on_fixed(r, forces);
+    for (int q = r; q < robots; ++q) on_other(r, q, forces);
+  }
+}
+
+void ArmContacts::on_fixed(int robot, std::vector<std::vector<ArmForce>>& forces) {
+  const auto r = static_cast<std::size_t>(robot);
+  const auto& arm = cell_.arms[r];
+  for (int s = 0; s < shape_count(arm); ++s) {
+    const auto& link = shape(robot, s);
+    for (std::size_t f = 0; f < fixed_geoms_.size(); ++f) {
+      const auto& fixed = cell_.fixed.shapes[f];
+      const std::size_t key = static_cast<std::size_t>(s) * fixed_geoms_.size() + f;
+      if (!link.bounds.meets(fixed.bounds) || exempt_fixed_[r][key]) continue;
+      found_.clear();
+      collide_geoms(link.geom.get(), fixed_geoms_[f].get(), kGround, kGround,
+                    SurfacePair::kRobotAny, found_);
+      for (const auto& point : found_) {
+        const double closing =
+            -arm.last_velocity(link.link, point.p_W, cell_.step_s).dot(point.n_W);
+        const double force = penalty(point.depth_m, closing, found_.size());
+        forces[r].push_back({link.link, point.p_W, force * point.n_W, fixed.name});
+      }
+    }
+  }
+}
+
+void ArmContacts::on_other(int robot_a, int robot_b, std::vector<std::vector<ArmForce>>& forces) {
+  const auto a = static_cast<std::size_t>(robot_a), b = static_cast<std::size_t>(robot_b);
+  const auto& arm_a = cell_.arms[a];
+  const auto& arm_b = cell_.arms[b];
+  if (robot_a != robot_b && !arm_a.bounds().meets(arm_b.bounds())) return;
+  for (int s = 0; s < shape_count(arm_a); ++s) {
+    for (int t = 0; t < shape_count(arm_b); ++t) {
+      const auto& one = shape(robot_a, s);
+      const auto& other = shape(robot_b, t);
+      if (!one.bounds.meets(other.bounds) || !may_touch(robot_a, s, robot_b, t)) continue;
+      found_.clear();
+      collide_geoms(one.geom.get(), other.geom.get(), kGround, kGround, SurfacePair::kRobotAny,
+                    found_);
+      for (const auto& point : found_) {
+        const Eigen::Vector3d v = arm_a.last_velocity(one.link, point.p_W, cell_.step_s) -
+                                  arm_b.last_velocity(other.link, point.p_W, cell_.step_s);
+        const double force = penalty(point.depth_m, -v.dot(point.n_W), found_.size());
+        forces[a].push_back({one.link, point.p_W, force * point.n_W, cell_.scene.robots[b].name});
+        forces[b].push_back(
+            {other.link, point.p_W, -force * point.n_W, cell_.scene.robots[a].name});
+      }
+    }
+  }
+}
+
+}  // namespace aprsim::physics

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "world/physics/ode_handles.hpp"
+#include "world/scene/scene.hpp"
+
+namespace aprsim::physics {
+
+/// Axis-aligned box in world.
+struct Bounds {
+  Eigen::Vector3d min = Eigen::Vector3d::Zero(), max = Eigen::Vector3d::Zero();
+  [[nodiscard]] bool meets(const Bounds& other) const {
+    return (min.array() <= other.max.array()).all() && (other.min.array() <= max.array()).all();
+  }
+};
+
+/// Bounds of a box of edge lengths `size` centred at X_WS.
+[[nodiscard]] Bounds bounds_of_box(const Eigen::Vector3d& size, const Eigen::Isometry3d& X_WS);
+
+/// A tray or gear: its shape, its ODE body (whose origin is the centre of mass, axes those of the
+/// body frame) and the state of the last step, which only refresh() changes.
+struct FreeBody {
+  std::string_view name;
+  const scene::GearType* gear = nullptr;  ///< exactly one of the two is set
+  const scene::TrayType* tray = nullptr;
+  ode::Body body;
+  double mass_kg = 0;
+  double radius_m = 0;  ///< of a sphere about the centre of mass that holds the shape
+  Eigen::Vector3d com_B = Eigen::Vector3d::Zero();
+  // tray slab as a box
+  Eigen::Vector3d slab_size = Eigen::Vector3d::Zero();
+  Eigen::Isometry3d X_BS = Eigen::Isometry3d::Identity();
+
+  Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+  Eigen::Vector3d v_com_W = Eigen::Vector3d::Zero();
+  Eigen::Vector3d omega_W = Eigen::Vector3d::Zero();
+  Bounds bounds;
+
+  [[nodiscard]] bool is_tray() const { return tray != nullptr; }
+  [[nodiscard]] Eigen::Vector3d com_W() const { return X_WB * com_B; }
+  [[nodiscard]] Eigen::Isometry3d X_WS() const { return X_WB * X_BS; }
+  /// Takes pose and velocity from ODE.
+  void refresh();
+  /// Gives pose and velocity to ODE and to this record.
+  void place(const Eigen::Isometry3d& X_WB_new, const Eigen::Vector3d& v_com,
+             const Eigen::Vector3d& omega);
+};
+
+/// Trays first, then gears, as in the scene.
+[[nodiscard]] std::vector<FreeBody> make_free_bodies(const scene::Scene& scene, dWorldID world);
+
+}  // namespace aprsim::physics

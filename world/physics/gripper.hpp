@@ -1,0 +1,107 @@
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include <Eigen/Geometry>
+
+#include "world/physics/contact_generation.hpp"
+#include "world/physics/free_bodies.hpp"
+#include "world/physics/gripper_law.hpp"
+#include "world/physics/ode_handles.hpp"
+#include "world/physics/physics_world.hpp"
+
+namespace aprsim::physics {
+
+/// A palm or finger as a box; `X_WS` is its centre.
+struct GripperPart {
+  ode::Body body;
+  Eigen::Vector3d size = Eigen::Vector3d::Zero();
+  Eigen::Isometry3d X_TS = Eigen::Isometry3d::Identity();  ///< in the tool frame, open, unloaded
+  Eigen::Isometry3d X_WS = Eigen::Isometry3d::Identity();
+  Bounds bounds;
+  // velocity of the carriage's rigid motion at this part, last step
+  Eigen::Vector3d carried_v = Eigen::Vector3d::Zero();
+};
+
+/// What the pads touched in one step.
+struct PadForces {
+  std::array<double, 2> closing_n{};  ///< reaction of gears on each pad along the closing direction
+  std::array<int, 2> body{-1, -1};    ///< gear that each pad presses hardest, by body index
+};
+
+/// A parallel gripper on the flange, pads as high as the fingers, the palm's box on top of them: a
+/// kinematic carriage, the palm on a compliant mount (fixed joint as spring and damper, PICK's
+/// rule: always on), two fingers on sliders with end stops, a velocity-limited piston each, and for
+/// the linkage law a lever with two rods that holds both travels equal. Its weight and inertia are
+/// the arm's business: the parts move with the carriage and deflect only under contact forces.
+/// Nothing ever ties a gear to it.
+class GripperMechanism {
+ public:
+  GripperMechanism(const scene::Robot& robot, dWorldID world, const Eigen::Isometry3d& X_WF,
+                   double step_s);
+
+  void command(double setting);
+  /// The flange goes from `X_WF` to `X_WF_next` in this step. Moves what is carried along.
+  void begin_step(const Eigen::Isometry3d& X_WF, const Eigen::Isometry3d& X_WF_next);
+  /// Forces of the law; once before each solve, trial solves included.
+  void apply_forces();
+  /// Puts the carriage where kinematics says, reads back the parts.
+  void end_step();
+  /// Decides settled, holding and idleness from this step's pad forces; `touched` by anything.
+  void observe(const PadForces& pads, bool touched);
+
+  /// At an end stop with nothing touching, the mechanism follows the flange without being solved.
+  [[nodiscard]] bool idle() const { return idle_; }
+  void wake();
+
+  [[nodiscard]] const GripperPart& palm() const { return parts_[0]; }
+  [[nodiscard]] const GripperPart& finger(int i) const {
+    return parts_[static_cast<std::size_t>(i) + 1];
+  }
+  [[nodiscard]] const Pad& pad() const { return pad_; }
+  [[nodiscard]] Eigen::Isometry3d X_WD(int finger) const;  ///< see Pad
+  /// Direction in which a finger closes, in world.
+  [[nodiscard]] Eigen::Vector3d closing_W(int finger) const;
+  [[nodiscard]] const GripperState& state() const { return state_; }
+  [[nodiscard]] double pad_friction() const { return settings_.pad_friction; }
+  /// Bodies that are solved together, without the carriage.
+  [[nodiscard]] std::span<const dBodyID> bodies() const { return {bodies_.data(), body_count_}; }
+  [[nodiscard]] dBodyID carriage() const { return carriage_.get(); }
+  /// Puts the carriage body at the start of the step (solvers move it along).
+  void place_carriage();
+  [[nodiscard]] int rows() const;
+
+ private:
+  void make_parts(dWorldID world);
+  void make_mount(dWorldID world);
+  void make_slider(dWorldID world, int i);
+  void make_linkage(dWorldID world);
+  void follow();
+  void read_back();
+  [[nodiscard]] Eigen::Vector3d carried_velocity(const Eigen::Vector3d& p_W) const;
+  [[nodiscard]] Eigen::Isometry3d resting_X_TS(std::size_t part) const;
+
+  scene::Gripper settings_;
+  double step_s_;
+  double end_m_;  // travel of the closed stop
+  Eigen::Isometry3d X_FT_, X_WT_, X_WT_next_;
+  Eigen::Isometry3d delta_ = Eigen::Isometry3d::Identity();  // X_WT_next X_WT^-1
+  Eigen::Vector3d omega_ = Eigen::Vector3d::Zero();
+  Pad pad_;
+  ode::Body carriage_;
+  std::array<GripperPart, 4> parts_;  // palm, two fingers, lever (linkage only)
+  std::array<dBodyID, 4> bodies_{};
+  std::size_t body_count_ = 3;
+  ode::Joint mount_, hinge_;
+  std::array<ode::Joint, 2> sliders_, pistons_, rods_;
+  std::array<FingerMotion, 2> motion_{};
+  std::array<FingerDrive, 2> drives_{};
+  MimicState mimic_;
+  bool closing_ = false;
+  bool idle_ = true;
+  int still_steps_ = 0, hold_steps_ = 0, lost_steps_ = 0, free_steps_ = 0;
+  GripperState state_;
+};
+
+}  // namespace aprsim::physics

@@ -1,0 +1,126 @@
+#include <algorithm>
+
+#include "world/physics/gripper.hpp"
+
+// Construction of the gripper's bodies and joints.
+namespace aprsim::physics {
+namespace {
+
+constexpr double kLeverShare = 0.2;  // of a finger's mass
+constexpr double kRodLength = 0.05;  // [m]
+
+dMass box_mass(double kg, const Eigen::Vector3d& size) {
+  dMass m;
+  dMassSetBoxTotal(&m, kg, size.x(), size.y(), size.z());
+  return m;
+}
+
+}  // namespace
+
+GripperMechanism::GripperMechanism(const scene::Robot& robot, dWorldID world,
+                                   const Eigen::Isometry3d& X_WF, double step_s)
+    : settings_(robot.gripper),
+      step_s_(step_s),
+      end_m_(0.5 * (robot.gripper.gap_open_m - robot.gripper.gap_closed_m)),
+      X_FT_(robot.X_FT.isometry()),
+      X_WT_(X_WF * X_FT_),
+      X_WT_next_(X_WT_) {
+  pad_ = {settings_.pad, settings_.pad_height_m, settings_.pad_width_m, settings_.pad_depth_m,
+          settings_.v_half_angle_rad};
+  state_.separation_m = settings_.gap_open_m;
+  make_parts(world);
+  make_mount(world);
+  for (int i = 0; i < 2; ++i) make_slider(world, i);
+  if (settings_.law == scene::GripperLaw::kLinkage) make_linkage(world);
+}
+
+void GripperMechanism::make_parts(dWorldID world) {
+  const Eigen::Vector3d finger(settings_.pad_width_m, settings_.pad_depth_m,
+                               settings_.pad_height_m);
+  parts_[0].size = settings_.palm_size;
+  parts_[0].X_TS.translation().z() = -settings_.pad_height_m - 0.5 * settings_.palm_size.z();
+  for (std::size_t i = 0; i < 2; ++i) {
+    const double side = i == 0 ? 1 : -1;
+    parts_[i + 1].size = finger;
+    parts_[i + 1].X_TS.translation() =
+        Eigen::Vector3d(0, side * 0.5 * (settings_.gap_open_m + settings_.pad_depth_m),
+                        -0.5 * settings_.pad_height_m);
+  }
+  const double lever_kg = kLeverShare * settings_.finger_mass_kg;
+  parts_[3].size = Eigen::Vector3d(4 * end_m_, 0.25 * end_m_, 0.25 * end_m_);
+  parts_[3].X_TS.translation().z() = -0.5 * settings_.pad_height_m;
+
+  body_count_ = settings_.law == scene::GripperLaw::kLinkage ? 4 : 3;
+  const std::array<double, 4> kg = {settings_.palm_mass_kg, settings_.finger_mass_kg,
+                                    settings_.finger_mass_kg, lever_kg};
+  for (std::size_t i = 0; i < body_count_; ++i) {
+    auto& part = parts_[i];
+    part.body.reset(dBodyCreate(world));
+    bodies_[i] = part.body.get();
+    const dMass m = box_mass(kg[i], part.size);
+    dBodySetMass(bodies_[i], &m);
+    dBodySetGravityMode(bodies_[i], 0);
+    dBodySetGyroscopicMode(bodies_[i], 0);
+    dBodySetFiniteRotationMode(bodies_[i], 1);
+    part.X_WS = X_WT_ * part.X_TS;
+    part.bounds = bounds_of_box(part.size, part.X_WS);
+    ode::set_rotation(bodies_[i], part.X_WS.linear());
+    ode::set_position(bodies_[i], part.X_WS.translation());
+  }
+  // The carriage sits at the palm's centre, so that the mount sees no lever arm.
+  carriage_.reset(dBodyCreate(world));
+  dBodySetKinematic(carriage_.get());
+  dBodySetFiniteRotationMode(carriage_.get(), 1);
+  place_carriage();
+}
+
+void GripperMechanism::make_mount(dWorldID world) {
+  mount_.reset(dJointCreateFixed(world, nullptr));
+  dJointAttach(mount_.get(), bodies_[0], carriage_.get());
+  dJointSetFixed(mount_.get());
+  // The implicit spring and damper of ODE's manual, section "How to use ERP and CFM".
+  const double hk = step_s_ * settings_.palm_stiffness_n_m;
+  dJointSetFixedParam(mount_.get(), dParamERP, hk / (hk + settings_.palm_damping_ns_m));
+  dJointSetFixedParam(mount_.get(), dParamCFM, 1 / (hk + settings_.palm_damping_ns_m));
+}
+
+void GripperMechanism::make_slider(dWorldID world, int i) {
+  const auto index = static_cast<std::size_t>(i);
+  const Eigen::Vector3d axis = closing_W(i);
+  auto& slider = sliders_[index];
+  slider.reset(dJointCreateSlider(world, nullptr));
+  dJointAttach(slider.get(), bodies_[index + 1], bodies_[0]);
+  dJointSetSliderAxis(slider.get(), axis.x(), axis.y(), axis.z());
+  dJointSetSliderParam(slider.get(), dParamLoStop, 0);
+  dJointSetSliderParam(slider.get(), dParamHiStop, end_m_);
+  // The piston is a motor of its own: a slider's own motor shares the row of its end stop and
+  // would push with all its force, unlimited in speed, in the step in which it leaves the stop.
+  auto& piston = pistons_[index];
+  piston.reset(dJointCreateLMotor(world, nullptr));
+  dJointAttach(piston.get(), bodies_[index + 1], bodies_[0]);
+  dJointSetLMotorNumAxes(piston.get(), 1);
+  dJointSetLMotorAxis(piston.get(), 0, 2, axis.x(), axis.y(), axis.z());
+}
+
+void GripperMechanism::make_linkage(dWorldID world) {
+  const Eigen::Vector3d pivot = parts_[3].X_WS.translation();
+  const Eigen::Vector3d axis = X_WT_.linear().col(2);
+  hinge_.reset(dJointCreateHinge(world, nullptr));
+  dJointAttach(hinge_.get(), bodies_[3], bodies_[0]);
+  dJointSetHingeAnchor(hinge_.get(), pivot.x(), pivot.y(), pivot.z());
+  dJointSetHingeAxis(hinge_.get(), axis.x(), axis.y(), axis.z());
+  // Lever ends and rods are mirror images through the pivot, so equal travels are exact.
+  const double arm = std::max(0.02, 2 * end_m_);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const double side = i == 0 ? 1 : -1;
+    const Eigen::Vector3d end = pivot + side * arm * X_WT_.linear().col(0);
+    const Eigen::Vector3d on_finger = end + side * kRodLength * X_WT_.linear().col(1);
+    auto& rod = rods_[i];
+    rod.reset(dJointCreateDBall(world, nullptr));
+    dJointAttach(rod.get(), bodies_[i + 1], bodies_[3]);
+    dJointSetDBallAnchor1(rod.get(), on_finger.x(), on_finger.y(), on_finger.z());
+    dJointSetDBallAnchor2(rod.get(), end.x(), end.y(), end.z());
+  }
+}
+
+}  // namespace aprsim::physics

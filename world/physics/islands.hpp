@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "world/physics/cell.hpp"
+
+namespace aprsim::physics {
+
+/// How an island is solved.
+enum class Phase : std::uint8_t {
+  kNone,           ///< parked, or a gripper that follows its flange
+  kFixedFriction,  ///< friction bounds from an iterative prediction, then one direct solve
+  kDirect,         ///< one direct solve
+  kIterative,      ///< projected Gauss-Seidel
+};
+
+/// Which bodies act on each other in a step, and how each such island is solved (PICK.md sections
+/// 2 and 6). A gripper's island is cut at the trays it touches: what else lies on such a tray sees
+/// it as moved from outside, and its reaction reaches the tray one step later. No call allocates.
+class Islands {
+ public:
+  explicit Islands(const Cell& cell);
+
+  /// Marks `touches` as cut where needed; a joint stands for Simplification's virtual joints.
+  void find(const Cell& cell, std::span<Touch> touches);
+
+  [[nodiscard]] Phase phase_of_body(int body) const { return phase_of_node(body); }
+  [[nodiscard]] Phase phase_of_gripper(int robot) const { return phase_of_node(free_ + robot); }
+  /// Phase in which a touch is solved.
+  [[nodiscard]] Phase phase_of(const Touch& touch) const;
+  /// True for bodies solved together with a gripper.
+  [[nodiscard]] bool with_gripper(int body) const { return near_[index(body)] != kFar; }
+  /// Per free body: number of its island (a body's index), -1 = parked or with a gripper.
+  [[nodiscard]] std::span<const int> island_of() const { return island_of_; }
+  [[nodiscard]] bool any(Phase phase) const;
+
+ private:
+  enum Nearness : std::uint8_t { kFar, kCore, kBorder };
+  struct Sum {
+    int rows = 0;
+    bool gripper = false, foreign = false, pile = false, active = false;
+  };
+
+  [[nodiscard]] static std::size_t index(int i) { return static_cast<std::size_t>(i); }
+  [[nodiscard]] Phase phase_of_node(int node) const { return phase_[index(node)]; }
+  [[nodiscard]] int node(BodyIndex body) const;
+  [[nodiscard]] int root(int node);
+  void unite(int a, int b);
+  void mark_near(const Cell& cell, std::span<Touch> touches);
+  void sum_up(const Cell& cell, std::span<const Touch> touches);
+
+  NodeNumbers nodes_;
+  int free_, count_;
+  std::vector<Nearness> near_;
+  std::vector<int> parent_, island_of_;
+  std::vector<Sum> sums_;
+  std::vector<Phase> phase_;
+};
+
+}  // namespace aprsim::physics

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace aprsim::physics {
+
+/// The world can not go on: a state that is not a number, runaway energy, or ODE's own complaint.
+/// what() names step, body and cause. The world that threw is spent: build it anew.
+class PhysicsFailure : public std::runtime_error {
+ public:
+  explicit PhysicsFailure(const std::string& what) : std::runtime_error(what) {}
+};
+
+}  // namespace aprsim::physics

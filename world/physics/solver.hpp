@@ -1,0 +1,49 @@
+#pragma once
+
+#include <vector>
+
+#include "world/physics/islands.hpp"
+#include "world/physics/surface.hpp"
+
+namespace aprsim::physics {
+
+/// Advances ODE by one step, phase by phase, and brings back the contact forces. Each phase is one
+/// call of an ODE solver with only its bodies enabled and only its contacts made. No call
+/// allocates after warm-up.
+class Solver {
+ public:
+  explicit Solver(Cell& cell);
+
+  /// Solves cell.touches and moves every body that is not parked; link and carriage poses are left
+  /// wherever ODE put them.
+  void step();
+  [[nodiscard]] const Islands& islands() const { return islands_; }
+
+ private:
+  enum class Method { kDirect, kIterative };
+  void predict();
+  void solve_direct();
+  void solve_iterative();
+  void enable(Phase phase, bool on);
+  void enable_only(std::initializer_list<Phase> phases);
+  void apply_forces();
+  void make_contacts(Phase phase, Friction friction);
+  void run(Method method);
+  void read_forces();
+  void cut_begin();
+  void cut_end();
+  void save(Phase phase);
+  void restore(Phase phase);
+
+  Cell& cell_;
+  Islands islands_;
+  ode::JointGroup contacts_;
+  std::vector<dJointFeedback> feedback_;
+  std::vector<std::size_t> made_;  // touch of each contact joint
+  std::vector<ode::SavedState> saved_;
+  std::vector<std::array<ode::SavedState, 4>> saved_grippers_;
+  std::vector<char> border_;  // bodies that are moved from outside in the iterative phase
+  std::vector<Eigen::Vector3d> cut_force_, cut_torque_;
+};
+
+}  // namespace aprsim::physics

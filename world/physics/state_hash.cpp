@@ -1,0 +1,46 @@
+#include "world/physics/state_hash.hpp"
+
+#include <cstring>
+
+namespace aprsim::physics {
+namespace {
+
+class Fnv1a {
+ public:
+  void add(double value) {
+    std::uint64_t bits;
+    std::memcpy(&bits, &value, sizeof bits);
+    for (int byte = 0; byte < 8; ++byte) {
+      hash_ = (hash_ ^ ((bits >> (8 * byte)) & 0xff)) * 0x100000001b3ULL;
+    }
+  }
+  template <typename Derived>
+  void add(const Eigen::DenseBase<Derived>& values) {
+    for (Eigen::Index c = 0; c < values.cols(); ++c) {
+      for (Eigen::Index r = 0; r < values.rows(); ++r) add(values(r, c));
+    }
+  }
+  [[nodiscard]] std::uint64_t value() const { return hash_; }
+
+ private:
+  std::uint64_t hash_ = 0xcbf29ce484222325ULL;
+};
+
+}  // namespace
+
+std::uint64_t state_hash(const Cell& cell) {
+  Fnv1a hash;
+  for (const auto& body : cell.bodies) {
+    hash.add(body.X_WB.matrix());
+    hash.add(body.v_com_W);
+    hash.add(body.omega_W);
+  }
+  for (const auto& gripper : cell.grippers) {
+    for (const auto* part : {&gripper.palm(), &gripper.finger(0), &gripper.finger(1)}) {
+      hash.add(part->X_WS.matrix());
+    }
+  }
+  return hash.value();
+}
+
+}  // namespace aprsim::physics

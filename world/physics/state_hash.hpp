@@ -1,0 +1,12 @@
+#pragma once
+
+#include <cstdint>
+
+#include "world/physics/cell.hpp"
+
+namespace aprsim::physics {
+
+/// FNV-1a over the bits of the poses and velocities of all free bodies and gripper parts.
+[[nodiscard]] std::uint64_t state_hash(const Cell& cell);
+
+}  // namespace aprsim::physics

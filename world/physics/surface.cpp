@@ -1,0 +1,49 @@
+#include "world/physics/surface.hpp"
+
+#include "world/physics/ode_handles.hpp"
+
+namespace aprsim::physics {
+namespace {
+
+struct Softness {
+  double erp, cfm;
+};
+constexpr Softness kPad = {0.2, 1e-5};
+constexpr Softness kHard = {0.2, 1e-6};
+// Spring 1e5 N/m and damper 120 N s/m at 1 ms: a part squeezed between an arm and a table must not
+// see the force of an immovable object (ARMS.md section 2b).
+constexpr Softness kArm = {0.45, 4.5e-3};
+
+}  // namespace
+
+dContact ode_contact(const Touch& touch, Friction friction, bool soft,
+                     const Eigen::Vector3d& belt_axis_W, double belt_speed_m_s) {
+  const auto& contact = touch.contact;
+  dContact out = {};
+  ode::copy(contact.p_W, out.geom.pos);
+  ode::copy(contact.n_W, out.geom.normal);
+  out.geom.depth = contact.depth_m;
+
+  auto& surface = out.surface;
+  const Softness& softness = soft ? kArm : contact.pair == SurfacePair::kPadGear ? kPad : kHard;
+  surface.mode = dContactSoftERP | dContactSoftCFM;
+  surface.soft_erp = softness.erp;
+  surface.soft_cfm = softness.cfm;
+  if (friction == Friction::kFixed) {
+    surface.mu = touch.friction * touch.normal_n;
+  } else {
+    surface.mode |= dContactApprox1;
+    surface.mu = touch.friction;
+  }
+  if (touch.belt) {
+    const Eigen::Vector3d along = belt_axis_W - belt_axis_W.dot(contact.n_W) * contact.n_W;
+    if (along.norm() > 0.1) {
+      surface.mode |= dContactFDir1 | dContactMotion1;
+      surface.motion1 = belt_speed_m_s * along.norm();
+      ode::copy(along.normalized(), out.fdir1);
+    }
+  }
+  return out;
+}
+
+}  // namespace aprsim::physics

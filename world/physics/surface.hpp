@@ -1,0 +1,20 @@
+#pragma once
+
+#include <ode/ode.h>
+
+#include "world/physics/fixed_shapes.hpp"
+#include "world/physics/touch.hpp"
+
+namespace aprsim::physics {
+
+/// How friction of a contact is bounded.
+enum class Friction {
+  kPyramid,  ///< by the normal force as the solver finds it
+  kFixed,    ///< by mu times a normal force that is known already (Touch::normal_n)
+};
+
+/// ODE's description of a touch: friction, softness, the belt's motion.
+[[nodiscard]] dContact ode_contact(const Touch& touch, Friction friction, bool soft,
+                                   const Eigen::Vector3d& belt_axis_W, double belt_speed_m_s);
+
+}  // namespace aprsim::physics
