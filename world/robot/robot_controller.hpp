@@ -6,6 +6,7 @@
 #include "world/api/command.hpp"
 #include "world/api/snapshot.hpp"
 #include "world/robot/arm_model.hpp"
+#include "world/robot/dynamics.hpp"
 #include "world/robot/inverse_kinematics.hpp"
 
 namespace aprsim::robot {
@@ -20,21 +21,37 @@ struct ControllerSetup {
   double step_s = 1e-3;
   double max_trans_speed_m_s = 0, max_trans_accel_m_s2 = 0;
   double max_rot_speed_rad_s = 0, max_rot_accel_rad_s2 = 0;
+  Payload payload;  ///< gripper and the heaviest part: motions are planned to carry it
+  Eigen::Vector3d gravity_B{0, 0, -9.81};
 };
 
 /// The robot controller's state machine: takes commands, plans motion, gives one joint reference a
 /// step. Knows units of SI only and nothing of CRCL ids. Thread: sim.
+///
+/// - Before InitRobot, and after EndRobot, only InitRobot, EndRobot, StopMotion and SetMotionLimit
+///   are executed. An error is held: the state stays kError, whatever is sent, until InitRobot.
+/// - The newest command replaces the one that runs, which then never becomes done. A motion that is
+///   replaced brakes on its own path first; the new one starts from there, at rest. SetMotionLimit
+///   is for later moves and leaves a running motion alone.
+/// - A command is done when the reference has reached its target exactly and is at rest; SetGripper
+///   when the gripper has settled, or 2 s after the command if it does not.
 class RobotController {
  public:
+  /// Throws std::invalid_argument for a setup that makes no robot (limits not > 0, home outside the
+  /// joint limits, no inverse kinematics).
   explicit RobotController(ControllerSetup setup);
   ~RobotController();
+  RobotController(RobotController&&) noexcept;
+  RobotController& operator=(RobotController&&) noexcept;
 
   /// Takes one command at a step boundary; the newest replaces whatever was running. `q_actual` is
-  /// the arm's present position. The outcome shows in status().
+  /// the arm's present position: InitRobot takes it over as the reference (the arm is to be relaxed
+  /// with it), the others go on from the reference. The outcome shows in status().
   void take(api::Ticket ticket, const api::RobotAction& action, const JointVector& q_actual);
 
-  /// Advances one step and returns the reference for its end. `gripper_settled`: the gripper has
-  /// reached what was commanded (open end, closed end or a grasp).
+  /// Advances one step and returns the reference for its end; the same bits while nothing moves.
+  /// `gripper_settled`: the gripper has reached what was commanded (open end, closed end or a
+  /// grasp), as seen before this step. Does not allocate.
   const JointVector& step(bool gripper_settled);
 
   /// Protective stop: motion ends at once at `q_actual`, the state is error with `reason` until
@@ -43,11 +60,15 @@ class RobotController {
 
   [[nodiscard]] const api::ActionStatus& status() const;
   [[nodiscard]] const JointVector& reference() const;
-  [[nodiscard]] double gripper_setting() const;  ///< 0..1
+  [[nodiscard]] double gripper_setting() const;  ///< 0..1; 1 at start
   [[nodiscard]] bool initialized() const;
   [[nodiscard]] bool stopped_by_protection() const;
   [[nodiscard]] bool moving() const;
   [[nodiscard]] api::LimitSetting limit(api::MotionLimit which) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
 };
 
 }  // namespace aprsim::robot

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <array>
+
+#include "world/api/command.hpp"
+#include "world/api/error.hpp"
+#include "world/api/snapshot.hpp"
+#include "world/robot/motion_limits.hpp"
+
+namespace aprsim::robot {
+
+/// The limits that moves of the tool obey, as set by commands. At start 0.25 m/s, 2 m/s^2, 1 rad/s
+/// and 5 rad/s^2, or the robot's maximum where that is lower.
+class LimitSettings {
+ public:
+  explicit LimitSettings(const ToolLimits& maximum);
+
+  /// A value above the maximum is clamped to it. Errors: kInvalidArgument for a value that is not
+  /// > 0, or a fraction above 1.
+  [[nodiscard]] Result<void> set(const api::SetMotionLimit& setting);
+
+  [[nodiscard]] api::LimitSetting get(api::MotionLimit which) const;
+  [[nodiscard]] ToolLimits effective() const;
+  [[nodiscard]] const ToolLimits& maximum() const { return maximum_; }
+
+ private:
+  [[nodiscard]] double value(api::MotionLimit which) const;
+
+  ToolLimits maximum_;
+  std::array<api::LimitSetting, 4> settings_;
+};
+
+}  // namespace aprsim::robot

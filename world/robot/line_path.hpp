@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "world/api/error.hpp"
+#include "world/robot/inverse_kinematics.hpp"
+#include "world/robot/tool_line.hpp"
+
+namespace aprsim::robot {
+
+/// The joint path that follows a tool line exactly, on one branch of the inverse kinematics.
+/// trace() samples the whole of it, densely where the joints turn fast, so that a line that leaves
+/// the joint limits, the reach or the branch is known before anything moves; at() then solves the
+/// inverse kinematics anew for any point, seeded from the samples. Thread: sim.
+class LinePath {
+ public:
+  struct Sample {
+    double u = 0;
+    JointVector q, slope;  ///< slope = dq/du
+    JointVector bend;      ///< d2q/du2
+  };
+  /// What to follow. The elbow of a redundant arm turns evenly from its start by `elbow_turn_rad`.
+  struct Route {
+    ToolLine line;
+    double elbow_start_rad = 0, elbow_turn_rad = 0;
+    JointVector start;  ///< posture at u = 0
+  };
+
+  static constexpr std::size_t kMaxSamples = 4000;
+
+  LinePath(const ArmModel& model, const InverseKinematics& ik, const Eigen::Isometry3d& X_FT);
+
+  /// Errors: kUnreachable with the joint, value, limit and place on the line.
+  [[nodiscard]] Result<void> trace(const Route& route);
+  /// Joint position at u after a successful trace(). Exact, but for the places where a joint
+  /// touches its limit between two samples: there it is interpolated and held at the limit.
+  [[nodiscard]] JointVector at(double u) const;
+  [[nodiscard]] std::span<const Sample> samples() const { return samples_; }
+  [[nodiscard]] const Route& route() const { return route_; }
+  /// The line's branch leaves the start posture only after a turn of joints that are free there
+  /// (a singular start): the posture it needs. Set by a trace() that failed at u = 0.
+  [[nodiscard]] bool singular_start() const { return singular_start_; }
+  [[nodiscard]] const JointVector& needed_start() const { return needed_start_; }
+
+ private:
+  [[nodiscard]] Result<JointVector> solve(double u, const JointVector& seed) const;
+  [[nodiscard]] JointVector predict(double u) const;
+  [[nodiscard]] tl::unexpected<Error> blocked(double u, const Result<JointVector>& last) const;
+  void find_needed_start();
+  void thin();
+  void differentiate();
+  [[nodiscard]] JointVector interpolate(double u) const;
+
+  const ArmModel& model_;
+  const InverseKinematics& ik_;
+  Eigen::Isometry3d X_TF_;
+  Route route_;
+  std::vector<Sample> samples_;
+  bool singular_start_ = false;
+  JointVector needed_start_;
+};
+
+}  // namespace aprsim::robot

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <numbers>
+
+#include <Eigen/Geometry>
+
+namespace aprsim::robot {
+
+/// Straight line of the tool point with rotation by the shortest way, parameter u in [0, 1].
+class ToolLine {
+ public:
+  ToolLine() = default;
+  ToolLine(const Eigen::Isometry3d& X_BT_start, const Eigen::Isometry3d& X_BT_end)
+      : start_(X_BT_start), end_(X_BT_end) {
+    const Eigen::AngleAxisd turn(
+        Eigen::Quaterniond(start_.linear().transpose() * end_.linear()).normalized());
+    // The angle of a quaternion is in [0, 2 pi]; the other way round is shorter beyond pi.
+    const bool long_way = turn.angle() > std::numbers::pi;
+    angle_ = long_way ? 2 * std::numbers::pi - turn.angle() : turn.angle();
+    axis_ = long_way ? Eigen::Vector3d(-turn.axis()) : turn.axis();
+    length_ = (end_.translation() - start_.translation()).norm();
+  }
+
+  [[nodiscard]] Eigen::Isometry3d at(double u) const {
+    if (u >= 1) return end_;
+    Eigen::Isometry3d X_BT = start_;
+    X_BT.translation() += u * (end_.translation() - start_.translation());
+    X_BT.linear() = start_.linear() * Eigen::AngleAxisd(u * angle_, axis_).toRotationMatrix();
+    return X_BT;
+  }
+  [[nodiscard]] double length_m() const { return length_; }
+  [[nodiscard]] double angle_rad() const { return angle_; }
+
+ private:
+  Eigen::Isometry3d start_ = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d end_ = Eigen::Isometry3d::Identity();
+  Eigen::Vector3d axis_ = Eigen::Vector3d::UnitZ();  ///< in the tool frame
+  double angle_ = 0, length_ = 0;
+};
+
+}  // namespace aprsim::robot
