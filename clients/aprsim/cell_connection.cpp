@@ -1,0 +1,129 @@
+#include "clients/aprsim/cell_connection.hpp"
+
+#include <chrono>
+
+#include <fmt/format.h>
+#include <grpcpp/create_channel.h>
+
+#include "aprsim/v1/control_service.grpc.pb.h"
+#include "aprsim/v1/telemetry_service.grpc.pb.h"
+
+namespace aprsim::client {
+namespace {
+
+constexpr auto kAnswerTimeout = std::chrono::seconds(10);
+constexpr auto kStepTimeout = std::chrono::hours(1);
+
+Failure failure_of(const grpc::Status& status, const std::string& address) {
+  switch (status.error_code()) {
+    case grpc::StatusCode::UNAVAILABLE:
+      return {FailureKind::kConnection, fmt::format("cannot reach the cell by gRPC at {}: {}",
+                                                    address, status.error_message())};
+    case grpc::StatusCode::DEADLINE_EXCEEDED:
+      return {FailureKind::kTimeout, fmt::format("no answer by gRPC from {} in time", address)};
+    default:
+      return {FailureKind::kRefused, status.error_message()};
+  }
+}
+
+/// One unary call: `method` of `stub` with a deadline.
+template <typename Response, typename Stub, typename Request>
+Outcome<Response> call(Stub& stub,
+                       grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&,
+                                                    Response*),
+                       const Request& request, const std::string& address,
+                       std::chrono::system_clock::duration timeout = kAnswerTimeout) {
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + timeout);
+  Response response;
+  const grpc::Status status = (stub.*method)(&context, request, &response);
+  if (!status.ok()) return tl::unexpected(failure_of(status, address));
+  return response;
+}
+
+template <typename Response>
+Outcome<v1::Receipt> receipt(const Outcome<Response>& response) {
+  if (!response) return tl::unexpected(response.error());
+  return response->receipt();
+}
+
+}  // namespace
+
+struct CellConnection::Stubs {
+  explicit Stubs(const std::shared_ptr<grpc::Channel>& channel)
+      : telemetry(channel), control(channel) {}
+  v1::TelemetryService::Stub telemetry;
+  v1::ControlService::Stub control;
+};
+
+CellConnection::CellConnection(const Endpoints& endpoints)
+    : address_(fmt::format("{}:{}", endpoints.host, endpoints.grpc)),
+      stubs_(std::make_unique<Stubs>(
+          grpc::CreateChannel(address_, grpc::InsecureChannelCredentials()))) {}
+CellConnection::~CellConnection() = default;
+CellConnection::CellConnection(CellConnection&&) noexcept = default;
+
+Outcome<v1::Snapshot> CellConnection::snapshot() {
+  auto response = call(stubs_->telemetry, &v1::TelemetryService::Stub::GetSnapshot,
+                       v1::GetSnapshotRequest(), address_);
+  if (!response) return tl::unexpected(response.error());
+  return std::move(*response->mutable_snapshot());
+}
+
+Outcome<v1::CellDescription> CellConnection::cell() {
+  auto response =
+      call(stubs_->telemetry, &v1::TelemetryService::Stub::GetCell, v1::GetCellRequest(), address_);
+  if (!response) return tl::unexpected(response.error());
+  return std::move(*response->mutable_cell());
+}
+
+Outcome<void> CellConnection::stream(
+    double rate_hz, const std::function<bool(const v1::StreamSnapshotsResponse&)>& show) {
+  grpc::ClientContext context;
+  v1::StreamSnapshotsRequest request;
+  request.set_rate_hz(rate_hz);
+  const auto reader = stubs_->telemetry.StreamSnapshots(&context, request);
+  v1::StreamSnapshotsResponse response;
+  while (reader->Read(&response)) {
+    if (show(response)) continue;
+    context.TryCancel();
+    static_cast<void>(reader->Finish());  // cancelled, as asked
+    return {};
+  }
+  return tl::unexpected(failure_of(reader->Finish(), address_));
+}
+
+Outcome<v1::Receipt> CellConnection::pause() {
+  return receipt(
+      call(stubs_->control, &v1::ControlService::Stub::Pause, v1::PauseRequest(), address_));
+}
+
+Outcome<v1::Receipt> CellConnection::resume() {
+  return receipt(
+      call(stubs_->control, &v1::ControlService::Stub::Resume, v1::ResumeRequest(), address_));
+}
+
+Outcome<v1::Receipt> CellConnection::step(std::uint64_t steps) {
+  v1::StepRequest request;
+  request.set_steps(steps);
+  return receipt(
+      call(stubs_->control, &v1::ControlService::Stub::Step, request, address_, kStepTimeout));
+}
+
+Outcome<v1::Receipt> CellConnection::set_speed(std::optional<double> factor) {
+  v1::SetSpeedRequest request;
+  if (factor) {
+    request.set_factor(*factor);
+  } else {
+    request.set_maximum(true);
+  }
+  return receipt(call(stubs_->control, &v1::ControlService::Stub::SetSpeed, request, address_));
+}
+
+Outcome<v1::Receipt> CellConnection::reset(std::optional<std::uint64_t> seed) {
+  v1::ResetRequest request;
+  if (seed) request.set_seed(*seed);
+  return receipt(call(stubs_->control, &v1::ControlService::Stub::Reset, request, address_));
+}
+
+}  // namespace aprsim::client

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "aprsim/v1/control_service.pb.h"
+#include "aprsim/v1/telemetry_service.pb.h"
+#include "clients/aprsim/endpoints.hpp"
+#include "clients/aprsim/outcome.hpp"
+
+namespace aprsim::client {
+
+/// The daemon's gRPC services.
+class CellConnection {
+ public:
+  explicit CellConnection(const Endpoints& endpoints);
+  ~CellConnection();
+  CellConnection(CellConnection&&) noexcept;
+
+  [[nodiscard]] Outcome<v1::Snapshot> snapshot();
+  [[nodiscard]] Outcome<v1::CellDescription> cell();
+  /// Calls `show` with each sample until it returns false.
+  [[nodiscard]] Outcome<void> stream(
+      double rate_hz, const std::function<bool(const v1::StreamSnapshotsResponse&)>& show);
+
+  [[nodiscard]] Outcome<v1::Receipt> pause();
+  [[nodiscard]] Outcome<v1::Receipt> resume();
+  [[nodiscard]] Outcome<v1::Receipt> step(std::uint64_t steps);
+  /// Absent = as fast as possible.
+  [[nodiscard]] Outcome<v1::Receipt> set_speed(std::optional<double> factor);
+  [[nodiscard]] Outcome<v1::Receipt> reset(std::optional<std::uint64_t> seed);
+
+ private:
+  struct Stubs;
+  std::string address_;
+  std::unique_ptr<Stubs> stubs_;
+};
+
+}  // namespace aprsim::client

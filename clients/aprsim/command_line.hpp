@@ -1,0 +1,80 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "clients/aprsim/endpoints.hpp"
+
+namespace aprsim::client {
+
+struct StatusCommand {
+  bool json = false;    ///< the whole snapshot as JSON
+  bool bodies = false;  ///< also one line for each gear and tray
+};
+struct WatchCommand {
+  double rate_hz = 0;       ///< 0 = the daemon's default
+  std::uint64_t count = 0;  ///< samples to show; 0 = until interrupted
+  bool json = false;        ///< one JSON object a line
+};
+struct CrclSendCommand {
+  std::string file;  ///< CRCLCommandInstance documents
+  std::string robot;
+  double timeout_s = 120;
+};
+struct CrclRunCommand {
+  std::string file;  ///< one CRCLProgram document
+  std::string robot;
+  double timeout_s = 120;  ///< for each command
+};
+struct ConveyorSetCommand {
+  std::optional<double> speed_m_s;
+  std::optional<double> speed_percent;  ///< of the register's full scale
+  std::optional<bool> forward;
+  bool stop = false;
+  double full_scale_m_s = 0.32768;
+  bool one_is_forward = true;
+};
+struct ConveyorMapCommand {
+  double full_scale_m_s = 0.32768;
+  bool one_is_forward = true;
+};
+struct PauseCommand {};
+struct ResumeCommand {};
+struct StepCommand {
+  std::uint64_t steps = 1;
+};
+struct SpeedCommand {
+  std::optional<double> factor;  ///< absent = as fast as possible
+};
+struct ResetCommand {
+  std::optional<std::uint64_t> seed;
+};
+struct DemoCommand {
+  std::vector<std::string> robots;  ///< only these; empty = all, unless only the belt is wanted
+  bool belt = false;                ///< only the belt, or the belt besides the named robots
+};
+
+using AnyCommand = std::variant<StatusCommand, WatchCommand, CrclSendCommand, CrclRunCommand,
+                                ConveyorSetCommand, ConveyorMapCommand, PauseCommand, ResumeCommand,
+                                StepCommand, SpeedCommand, ResetCommand, DemoCommand>;
+
+struct CommandLine {
+  EndpointChoice endpoints;
+  AnyCommand command;
+};
+
+/// Why there is nothing to run: help was asked for (exit code 0, text for standard output) or the
+/// arguments are wrong (exit code 2, text for standard error).
+struct NoCommand {
+  int exit_code = 2;
+  std::string text;
+};
+
+/// `arguments` without the program's name.
+[[nodiscard]] tl::expected<CommandLine, NoCommand> parse_command_line(
+    std::vector<std::string> arguments);
+
+}  // namespace aprsim::client

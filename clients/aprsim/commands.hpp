@@ -1,0 +1,30 @@
+#pragma once
+
+#include <iosfwd>
+
+#include "clients/aprsim/command_line.hpp"
+#include "clients/aprsim/endpoints.hpp"
+#include "clients/aprsim/outcome.hpp"
+
+/// One function for each command of the command line. Results go to `out`, line by line.
+namespace aprsim::client {
+
+struct Console {
+  Endpoints endpoints;
+  std::ostream& out;
+};
+
+[[nodiscard]] Outcome<void> run_command(const StatusCommand& command, Console& console);
+[[nodiscard]] Outcome<void> run_command(const WatchCommand& command, Console& console);
+[[nodiscard]] Outcome<void> run_command(const CrclSendCommand& command, Console& console);
+[[nodiscard]] Outcome<void> run_command(const CrclRunCommand& command, Console& console);
+[[nodiscard]] Outcome<void> run_command(const ConveyorSetCommand& command, Console& console);
+[[nodiscard]] Outcome<void> run_command(const ConveyorMapCommand& command, Console& console);
+[[nodiscard]] Outcome<void> run_command(const PauseCommand& command, Console& console);
+[[nodiscard]] Outcome<void> run_command(const ResumeCommand& command, Console& console);
+[[nodiscard]] Outcome<void> run_command(const StepCommand& command, Console& console);
+[[nodiscard]] Outcome<void> run_command(const SpeedCommand& command, Console& console);
+[[nodiscard]] Outcome<void> run_command(const ResetCommand& command, Console& console);
+[[nodiscard]] Outcome<void> run_command(const DemoCommand& command, Console& console);
+
+}  // namespace aprsim::client

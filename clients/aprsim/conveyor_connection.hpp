@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "clients/aprsim/outcome.hpp"
+
+struct _modbus;
+
+namespace aprsim::client {
+
+/// Connection to the conveyor's Modbus server as a master.
+class ConveyorConnection {
+ public:
+  [[nodiscard]] static Outcome<ConveyorConnection> connect(const std::string& host,
+                                                           std::uint16_t port);
+  /// Writes one holding register (function code 6).
+  [[nodiscard]] Outcome<void> write(std::uint16_t address, std::uint16_t value);
+
+ private:
+  struct Close {
+    void operator()(_modbus* context) const;
+  };
+  explicit ConveyorConnection(std::unique_ptr<_modbus, Close> context);
+
+  std::unique_ptr<_modbus, Close> context_;
+};
+
+}  // namespace aprsim::client

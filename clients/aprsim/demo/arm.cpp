@@ -1,0 +1,78 @@
+#include "clients/aprsim/demo/arm.hpp"
+
+#include <utility>
+
+#include "clients/aprsim/demo/geometry.hpp"
+
+namespace aprsim::client {
+namespace {
+
+constexpr CrclSession::Seconds kTimeout{90};
+constexpr double kTurn_deg_s = 90;
+constexpr double kHomeJointSpeed_deg_s = 40;
+
+}  // namespace
+
+Arm::Arm(CrclSession session, v1::RobotDescription description)
+    : session_(std::move(session)), description_(std::move(description)) {
+  X_RW_ = (isometry(description_.base_in_world()) * isometry(description_.reference_in_base()))
+              .inverse();
+}
+
+Outcome<Arm> Arm::connect(const Endpoints& endpoints, const v1::RobotDescription& description) {
+  const auto port = crcl_port(endpoints, description.name());
+  if (!port) return tl::unexpected(port.error());
+  auto session = CrclSession::connect(endpoints.host, *port, description.name());
+  if (!session) return tl::unexpected(session.error());
+  Arm arm(std::move(*session), description);
+  if (auto done = arm.initialise(); !done) return tl::unexpected(done.error());
+  const crcl::CommandBody settings[] = {
+      crcl::SetUnits{crcl::LengthUnit::kMillimeter}, crcl::SetUnits{crcl::AngleUnit::kDegree},
+      crcl::SetRate{crcl::RateKind::kRotSpeed, {.relative = false, .value = kTurn_deg_s}}};
+  for (const auto& setting : settings) {
+    if (auto done = arm.run(setting); !done) return tl::unexpected(done.error());
+  }
+  const auto status = arm.session_.status();
+  if (!status) return tl::unexpected(status.error());
+  arm.home_ = status->joints;
+  return arm;
+}
+
+Eigen::Vector3d Arm::p_WB() const { return isometry(description_.base_in_world()).translation(); }
+
+Outcome<void> Arm::run(crcl::CommandBody body) {
+  const auto status = session_.run(std::move(body), kTimeout);
+  if (!status) return tl::unexpected(status.error());
+  return {};
+}
+
+Outcome<void> Arm::initialise() { return run(crcl::InitCanon{}); }
+
+Outcome<void> Arm::move(const Eigen::Isometry3d& X_WT, bool straight) {
+  crcl::MoveTo move;
+  move.straight = straight;
+  move.end = crcl_pose_mm(X_RW_ * X_WT);
+  return run(move);
+}
+
+Outcome<void> Arm::set_speed(double m_s) {
+  return run(crcl::SetRate{crcl::RateKind::kTransSpeed, {.relative = false, .value = 1e3 * m_s}});
+}
+
+Outcome<void> Arm::set_gripper(bool open) { return run(crcl::SetEndEffector{open ? 1.0 : 0.0}); }
+
+Outcome<void> Arm::dwell(double span_s) { return run(crcl::Dwell{span_s}); }
+
+Outcome<void> Arm::go_home() {
+  crcl::ActuateJoints joints;
+  for (const auto& joint : home_) {
+    if (!joint.position) continue;
+    joints.joints.push_back(
+        {joint.joint, *joint.position, crcl::JointSpeedAccel{kHomeJointSpeed_deg_s, {}}});
+  }
+  return joints.joints.empty() ? Outcome<void>() : run(joints);
+}
+
+Outcome<void> Arm::end() { return run(crcl::EndCanon{}); }
+
+}  // namespace aprsim::client

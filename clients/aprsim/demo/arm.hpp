@@ -1,0 +1,46 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "aprsim/v1/cell.pb.h"
+#include "clients/aprsim/crcl_session.hpp"
+#include "clients/aprsim/endpoints.hpp"
+
+namespace aprsim::client {
+
+/// One robot commanded by CRCL in world coordinates. Every call returns when the robot reports the
+/// command as done; a robot's refusal is kRefused with its own words.
+class Arm {
+ public:
+  /// Connects, initialises the robot and sets millimetres and degrees.
+  [[nodiscard]] static Outcome<Arm> connect(const Endpoints& endpoints,
+                                            const v1::RobotDescription& description);
+
+  [[nodiscard]] Outcome<void> move(const Eigen::Isometry3d& X_WT, bool straight);
+  [[nodiscard]] Outcome<void> set_speed(double m_s);
+  [[nodiscard]] Outcome<void> set_gripper(bool open);
+  [[nodiscard]] Outcome<void> dwell(double span_s);
+  /// Clears an error; the robot stays where it is.
+  [[nodiscard]] Outcome<void> initialise();
+  /// Back to the joint positions it had when connecting.
+  [[nodiscard]] Outcome<void> go_home();
+  [[nodiscard]] Outcome<void> end();
+
+  [[nodiscard]] const std::string& name() const { return description_.name(); }
+  [[nodiscard]] const v1::RobotDescription& description() const { return description_; }
+  [[nodiscard]] Eigen::Vector3d p_WB() const;
+
+ private:
+  Arm(CrclSession session, v1::RobotDescription description);
+  [[nodiscard]] Outcome<void> run(crcl::CommandBody body);
+
+  CrclSession session_;
+  v1::RobotDescription description_;
+  Eigen::Isometry3d X_RW_;
+  std::vector<crcl::JointStatus> home_;  // degrees
+};
+
+}  // namespace aprsim::client

@@ -1,0 +1,160 @@
+#include "clients/aprsim/demo/belt.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <ostream>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include "clients/aprsim/conveyor_connection.hpp"
+#include "clients/aprsim/demo/geometry.hpp"
+#include "modbus/register_map.hpp"
+
+namespace aprsim::client {
+namespace {
+
+constexpr double kSpeed_m_s = 0.15;
+constexpr double kEdge_m = 0.1;        // nothing comes nearer to the belt's ends
+constexpr double kBeside_m = 0.35;     // the tray stops this far before the robot, along the belt
+constexpr double kWorthwhile_m = 0.1;  // shorter ways are not driven
+constexpr double kMaxSlip_m = 0.005;   // between belt and tray, over the whole way
+constexpr auto kTimeout = std::chrono::minutes(2);
+constexpr double kRate_hz = 100;
+
+/// A tray to bring and how far the belt must run for it, in the belt's x.
+struct Plan {
+  int body = 0;
+  double distance_m = 0;
+};
+
+/// The belt's frame and where everything on it lies.
+class BeltView {
+ public:
+  BeltView(const v1::CellDescription& cell, const v1::Snapshot& snapshot)
+      : cell_(cell),
+        snapshot_(snapshot),
+        X_CW_(isometry(cell.conveyor().belt_in_world()).inverse()) {}
+
+  [[nodiscard]] double along(int body) const {
+    return along(isometry(snapshot_.bodies(body).body_in_world()).translation());
+  }
+  [[nodiscard]] double along(const Eigen::Vector3d& p_W) const { return (X_CW_ * p_W).x(); }
+
+  /// The tray farthest from x on the belt that holds parts, and the way to bring it near x.
+  [[nodiscard]] std::optional<Plan> plan(double x) const {
+    std::optional<Plan> best;
+    for (int i = 0; i < cell_.bodies_size(); ++i) {
+      if (cell_.bodies(i).kind() != v1::BODY_KIND_PART_TRAY || !on_belt(i) || !has_gears(i))
+        continue;
+      const double way = x - along(i);
+      const double distance = std::copysign(std::max(std::abs(way) - kBeside_m, 0.0), way);
+      if (std::abs(distance) < kWorthwhile_m || !keeps_all(distance)) continue;
+      if (!best || std::abs(distance) > std::abs(best->distance_m)) best = Plan{i, distance};
+    }
+    return best;
+  }
+
+ private:
+  [[nodiscard]] bool on_belt(int body) const {
+    return over_belt(cell_.conveyor(),
+                     isometry(snapshot_.bodies(body).body_in_world()).translation());
+  }
+  [[nodiscard]] bool has_gears(int body) const {
+    const CellView view(cell_, snapshot_);
+    return std::ranges::any_of(view.slots(), [&](const SlotView& slot) {
+      return slot.tray == cell_.bodies(body).name() && !slot.gear.empty();
+    });
+  }
+  /// Whether everything on the belt stays on it.
+  [[nodiscard]] bool keeps_all(double distance) const {
+    const double end = cell_.conveyor().length_m() / 2 - kEdge_m;
+    for (int i = 0; i < cell_.bodies_size(); ++i) {
+      if (cell_.bodies(i).has_tray() && on_belt(i) && std::abs(along(i) + distance) > end)
+        return false;
+    }
+    return true;
+  }
+
+  const v1::CellDescription& cell_;
+  const v1::Snapshot& snapshot_;
+  Eigen::Isometry3d X_CW_;
+};
+
+/// Starts the belt, waits until it has run the distance, stops it, waits until it stands still.
+Outcome<void> run_belt(DemoCell& cell, const Endpoints& endpoints, double distance_m) {
+  auto conveyor = ConveyorConnection::connect(endpoints.host, endpoints.modbus);
+  if (!conveyor) return tl::unexpected(conveyor.error());
+  const auto& belt = cell.description.conveyor();
+  const double speed = std::min(kSpeed_m_s, belt.max_speed_m_s());
+  // At the default scaling of the registers.
+  const auto count = static_cast<std::uint16_t>(std::lround(speed / 1e-5));
+  if (auto done = conveyor->write(modbus::kDirectionRegister, distance_m > 0 ? 1 : 0); !done) {
+    return done;
+  }
+  if (auto done = conveyor->write(modbus::kSpeedRegister, count); !done) return done;
+
+  const auto before = cell.connection.snapshot();
+  if (!before) return tl::unexpected(before.error());
+  const double start = before->conveyor().travel_m();
+  if (auto done = conveyor->write(modbus::kRunRegister, 1); !done) return done;
+  const double braking =
+      belt.max_accel_m_s2() > 0 ? speed * speed / (2 * belt.max_accel_m_s2()) : 0;
+  const auto deadline = std::chrono::steady_clock::now() + kTimeout;
+  bool told_to_stop = false, stands = false;
+  Outcome<void> stopped;
+  const auto streamed = cell.connection.stream(kRate_hz, [&](const auto& sample) {
+    const auto& state = sample.snapshot().conveyor();
+    if (!told_to_stop && std::abs(state.travel_m() - start) >= std::abs(distance_m) - braking) {
+      stopped = conveyor->write(modbus::kRunRegister, 0);
+      told_to_stop = true;
+    }
+    stands = told_to_stop && !state.run() && state.speed_m_s() == 0;
+    return stopped && !stands && std::chrono::steady_clock::now() < deadline;
+  });
+  if (!told_to_stop) stopped = conveyor->write(modbus::kRunRegister, 0);
+  if (!stopped) return stopped;
+  if (!streamed) return streamed;
+  if (!stands) return failed(FailureKind::kTimeout, "the belt did not run and stop as told");
+  return {};
+}
+
+}  // namespace
+
+Outcome<std::string> bring_tray(DemoCell& cell, const Endpoints& endpoints,
+                                const std::string& robot) {
+  const auto& robots = cell.description.robots();
+  const auto found = std::ranges::find(robots, robot, &v1::RobotDescription::name);
+  if (!cell.description.has_conveyor() || found == robots.end()) return std::string();
+  const auto before = cell.connection.snapshot();
+  if (!before) return tl::unexpected(before.error());
+  const BeltView view(cell.description, *before);
+  const auto plan = view.plan(view.along(isometry(found->base_in_world()).translation()));
+  if (!plan) {
+    cell.out << "belt: no tray on it needs bringing\n";
+    return std::string();
+  }
+  const std::string tray = cell.description.bodies(plan->body).name();
+  cell.out << fmt::format("belt: brings {} before the {}, {:.0f} mm {}\n", tray, robot,
+                          1e3 * std::abs(plan->distance_m),
+                          plan->distance_m > 0 ? "forward" : "in reverse");
+  cell.out.flush();
+  if (auto done = run_belt(cell, endpoints, plan->distance_m); !done) {
+    return tl::unexpected(done.error());
+  }
+  const auto after = cell.connection.snapshot();
+  if (!after) return tl::unexpected(after.error());
+  const double moved =
+      BeltView(cell.description, *after).along(plan->body) - view.along(plan->body);
+  const double travel = after->conveyor().travel_m() - before->conveyor().travel_m();
+  cell.out << fmt::format("belt: ran {:.1f} mm and stopped, {} came along by {:.1f} mm\n",
+                          1e3 * travel, tray, 1e3 * moved);
+  if (std::abs(moved - travel) > kMaxSlip_m) {
+    return failed(FailureKind::kCheck, fmt::format("{} slipped on the belt by {:.1f} mm", tray,
+                                                   1e3 * std::abs(moved - travel)));
+  }
+  return tray;
+}
+
+}  // namespace aprsim::client

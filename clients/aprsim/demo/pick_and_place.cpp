@@ -1,0 +1,231 @@
+#include "clients/aprsim/demo/pick_and_place.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+#include <ostream>
+#include <thread>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "clients/aprsim/demo/geometry.hpp"
+#include "clients/aprsim/demo/grasp.hpp"
+
+namespace aprsim::client {
+
+using std::chrono::steady_clock;
+
+namespace {
+
+constexpr double kFast_m_s = 0.4, kSlow_m_s = 0.1;
+constexpr double kApproach_m = 0.08;      // over the grasp or place pose
+constexpr double kPlaceAbove_m = 0.0005;  // lets go this far over the slot
+constexpr double kDwell_s = 0.05;
+constexpr double kLifted_m = 0.04;
+constexpr double kPlaced_m = 0.001;
+constexpr double kUpright_rad = 0.02;
+constexpr double kMaxSlip_m = 0.001;
+constexpr auto kGripTimeout = std::chrono::seconds(3);
+constexpr auto kRestTimeout = std::chrono::seconds(8);
+constexpr auto kLookInterval = std::chrono::milliseconds(20);
+constexpr double kDegrees = 180 / std::numbers::pi;
+
+const v1::RobotState* robot_in(const v1::Snapshot& snapshot, const std::string& name) {
+  const auto found = std::ranges::find(snapshot.robots(), name, &v1::RobotState::name);
+  return found == snapshot.robots().end() ? nullptr : &*found;
+}
+
+}  // namespace
+
+Outcome<CellView> DemoCell::look() const {
+  const auto snapshot = connection.snapshot();
+  if (!snapshot) return tl::unexpected(snapshot.error());
+  return CellView(description, *snapshot);
+}
+
+PickAndPlace::PickAndPlace(DemoCell& cell, Arm& arm, Transfer transfer)
+    : cell_(cell), arm_(arm), transfer_(std::move(transfer)) {
+  p_grasp_WT_ = transfer_.gear.X_WP.translation();
+  p_grasp_WT_.z() += grasp_height_m(transfer_.gear.geometry);
+}
+
+void PickAndPlace::say(const std::string& text) const {
+  cell_.out << arm_.name() << ": " << text << '\n';
+  cell_.out.flush();
+}
+
+Outcome<void> PickAndPlace::run() {
+  say(fmt::format("{} from {} to {}", transfer_.gear.name, transfer_.from.name(),
+                  transfer_.to.name()));
+  for (const auto step : {&PickAndPlace::reach_for_gear, &PickAndPlace::pick, &PickAndPlace::lift,
+                          &PickAndPlace::carry, &PickAndPlace::place, &PickAndPlace::check_place}) {
+    if (auto done = (this->*step)(); !done) return done;
+  }
+  return {};
+}
+
+/// Moves over a point, with the first yaw that the arm reaches it at.
+Outcome<void> PickAndPlace::approach(const Eigen::Vector3d& p_WT) {
+  const Eigen::Vector3d above = p_WT + Eigen::Vector3d(0, 0, kApproach_m);
+  Outcome<void> done = failed(FailureKind::kRefused, arm_.name() + ": no yaw to try");
+  for (const double yaw : yaws_) {
+    yaw_rad_ = yaw;
+    done = arm_.move(tool_down(above, yaw), /*straight=*/false);
+    if (done || done.error().kind != FailureKind::kRefused) return done;
+    if (auto cleared = arm_.initialise(); !cleared) return cleared;
+  }
+  return done;
+}
+
+Outcome<void> PickAndPlace::reach_for_gear() {
+  const auto snapshot = cell_.connection.snapshot();
+  if (!snapshot) return tl::unexpected(snapshot.error());
+  const auto* robot = robot_in(*snapshot, arm_.name());
+  if (robot == nullptr) return failed(FailureKind::kCheck, "the snapshot has no " + arm_.name());
+  yaws_ = rank_yaws(CellView(cell_.description, *snapshot), transfer_, arm_.description().gripper(),
+                    tool_yaw(isometry(robot->tool_in_world())));
+  if (auto done = arm_.set_gripper(true); !done) return done;
+  if (auto done = arm_.set_speed(kFast_m_s); !done) return done;
+  if (auto done = approach(p_grasp_WT_); !done) return done;
+  say(fmt::format("over {}, tool turned to {:.0f} deg", transfer_.gear.name, yaw_rad_ * kDegrees));
+  return {};
+}
+
+Outcome<void> PickAndPlace::pick() {
+  if (auto done = arm_.set_speed(kSlow_m_s); !done) return done;
+  if (auto done = arm_.move(tool_down(p_grasp_WT_, yaw_rad_), true); !done) return done;
+  if (auto done = arm_.dwell(kDwell_s); !done) return done;
+  gripped_ = true;
+  if (auto done = arm_.set_gripper(false); !done) return done;
+  if (auto done = arm_.dwell(kDwell_s); !done) return done;
+  return await_grip();
+}
+
+Outcome<void> PickAndPlace::await_grip() {
+  const auto deadline = steady_clock::now() + kGripTimeout;
+  while (true) {
+    const auto snapshot = cell_.connection.snapshot();
+    if (!snapshot) return tl::unexpected(snapshot.error());
+    const auto* robot = robot_in(*snapshot, arm_.name());
+    if (robot == nullptr) return failed(FailureKind::kCheck, "the snapshot has no " + arm_.name());
+    const auto& gripper = robot->gripper();
+    if (gripper.holding() && gripper.held_body() == transfer_.gear.name) {
+      say(fmt::format("holds {} with {:.1f} and {:.1f} N, fingers {:.2f} mm apart",
+                      gripper.held_body(), gripper.force_n(0), gripper.force_n(1),
+                      1e3 * gripper.separation_m()));
+      return {};
+    }
+    if (steady_clock::now() > deadline) {
+      return failed(FailureKind::kCheck,
+                    fmt::format("{}: the gripper closed but does not hold {} (fingers {:.2f} mm "
+                                "apart, {:.1f} and {:.1f} N)",
+                                arm_.name(), transfer_.gear.name, 1e3 * gripper.separation_m(),
+                                gripper.force_n(0), gripper.force_n(1)));
+    }
+    std::this_thread::sleep_for(kLookInterval);
+  }
+}
+
+Outcome<Eigen::Isometry3d> PickAndPlace::gear_in_tool(const char* when) const {
+  const auto snapshot = cell_.connection.snapshot();
+  if (!snapshot) return tl::unexpected(snapshot.error());
+  const auto* robot = robot_in(*snapshot, arm_.name());
+  const CellView view(cell_.description, *snapshot);
+  const auto* gear = view.gear(transfer_.gear.name);
+  if (robot == nullptr || gear == nullptr || !robot->gripper().holding()) {
+    return failed(FailureKind::kCheck,
+                  fmt::format("{} lost {} {}", arm_.name(), transfer_.gear.name, when));
+  }
+  return isometry(robot->tool_in_world()).inverse() * gear->X_WP;
+}
+
+Outcome<void> PickAndPlace::lift() {
+  const Eigen::Vector3d above = p_grasp_WT_ + Eigen::Vector3d(0, 0, kApproach_m);
+  if (auto done = arm_.move(tool_down(above, yaw_rad_), true); !done) return done;
+  const auto X_TP = gear_in_tool("while lifting");
+  if (!X_TP) return tl::unexpected(X_TP.error());
+  X_TP_ = *X_TP;
+  const auto view = cell_.look();
+  if (!view) return tl::unexpected(view.error());
+  const double lifted = view->gear(transfer_.gear.name)->X_WP.translation().z() -
+                        transfer_.gear.X_WP.translation().z();
+  if (lifted < kLifted_m) {
+    return failed(FailureKind::kCheck, fmt::format("{}: {} was lifted by {:.1f} mm only",
+                                                   arm_.name(), transfer_.gear.name, 1e3 * lifted));
+  }
+  say(fmt::format("lifted it by {:.1f} mm", 1e3 * lifted));
+  return {};
+}
+
+Outcome<void> PickAndPlace::carry() {
+  if (auto done = arm_.set_speed(kFast_m_s); !done) return done;
+  const Eigen::Vector3d above =
+      transfer_.to.X_WS.translation() +
+      Eigen::Vector3d(0, 0, kApproach_m + grasp_height_m(transfer_.gear.geometry));
+  // A straight line keeps the gear level all the way; where the arm cannot follow it, any path.
+  auto moved = arm_.move(tool_down(above, yaw_rad_), true);
+  if (!moved && moved.error().kind == FailureKind::kRefused) {
+    if (auto cleared = arm_.initialise(); !cleared) return cleared;
+    const auto present = std::ranges::find(yaws_, yaw_rad_);
+    std::rotate(yaws_.begin(), present, yaws_.end());
+    moved = approach(above - Eigen::Vector3d(0, 0, kApproach_m));
+  }
+  if (!moved) return moved;
+  const auto X_TP = gear_in_tool("on the way");
+  if (!X_TP) return tl::unexpected(X_TP.error());
+  const double slip = (X_TP->translation() - X_TP_.translation()).norm();
+  if (slip > kMaxSlip_m) {
+    return failed(FailureKind::kCheck, fmt::format("{}: {} slipped by {:.2f} mm on the way",
+                                                   arm_.name(), transfer_.gear.name, 1e3 * slip));
+  }
+  X_TP_ = *X_TP;
+  say(fmt::format("carried it over {}, slip {:.4f} mm", transfer_.to.name(), 1e3 * slip));
+  return {};
+}
+
+Outcome<void> PickAndPlace::place() {
+  const auto view = cell_.look();
+  if (!view) return tl::unexpected(view.error());
+  const auto* slot = view->slot(transfer_.to.tray, transfer_.to.slot);
+  // The tool stands where it brings the gear, as it sits in the hand, over the slot.
+  Eigen::Isometry3d X_WT = tool_down(Eigen::Vector3d::Zero(), yaw_rad_);
+  X_WT.translation() = slot->X_WS.translation() + Eigen::Vector3d(0, 0, kPlaceAbove_m) -
+                       X_WT.linear() * X_TP_.translation();
+  Eigen::Isometry3d X_above = X_WT;
+  X_above.translation().z() += kApproach_m;
+  if (auto done = arm_.set_speed(kSlow_m_s); !done) return done;
+  if (auto done = arm_.move(X_above, true); !done) return done;
+  if (auto done = arm_.move(X_WT, true); !done) return done;
+  if (auto done = arm_.dwell(kDwell_s); !done) return done;
+  if (auto done = arm_.set_gripper(true); !done) return done;
+  if (auto done = arm_.dwell(4 * kDwell_s); !done) return done;
+  return arm_.move(X_above, true);
+}
+
+Outcome<void> PickAndPlace::check_place() {
+  const auto deadline = steady_clock::now() + kRestTimeout;
+  while (true) {
+    const auto view = cell_.look();
+    if (!view) return tl::unexpected(view.error());
+    const auto* gear = view->gear(transfer_.gear.name);
+    const auto* slot = view->slot(transfer_.to.tray, transfer_.to.slot);
+    const Eigen::Isometry3d X_SP = slot->X_WS.inverse() * gear->X_WP;
+    const double off = X_SP.translation().norm();
+    const double tilt = std::acos(std::clamp(X_SP.linear()(2, 2), -1.0, 1.0));
+    if (gear->resting && off <= kPlaced_m && tilt <= kUpright_rad) {
+      say(fmt::format("{} rests in {}, {:.3f} mm off", gear->name, slot->name(), 1e3 * off));
+      return {};
+    }
+    if (steady_clock::now() > deadline) {
+      return failed(FailureKind::kCheck,
+                    fmt::format("{}: {} is {} {:.3f} mm off {} and tilted by {:.2f} deg",
+                                arm_.name(), gear->name, gear->resting ? "at rest" : "moving",
+                                1e3 * off, slot->name(), tilt * kDegrees));
+    }
+    std::this_thread::sleep_for(kLookInterval);
+  }
+}
+
+}  // namespace aprsim::client

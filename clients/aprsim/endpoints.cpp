@@ -1,0 +1,77 @@
+#include "clients/aprsim/endpoints.hpp"
+
+#include <cstdlib>
+#include <fstream>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace aprsim::client {
+namespace {
+
+constexpr const char* kVariable = "APRSIM_PORTS_FILE";
+constexpr std::string_view kCrclPrefix = "crcl.";
+
+Outcome<std::uint16_t> port_of(const std::string& path, const std::string& key,
+                               const nlohmann::json& value) {
+  if (!value.is_number_integer() || value < 1 || value > 65535) {
+    return failed(FailureKind::kUsage,
+                  fmt::format("{}: \"{}\" is {}, not a port 1..65535", path, key, value.dump()));
+  }
+  return value.get<std::uint16_t>();
+}
+
+}  // namespace
+
+Outcome<Endpoints> read_ports_file(const std::string& path) {
+  std::ifstream in(path);
+  if (!in) {
+    return failed(FailureKind::kUsage,
+                  fmt::format("cannot read the ports file {}; is aprsimd running?", path));
+  }
+  const auto json = nlohmann::json::parse(in, nullptr, /*allow_exceptions=*/false);
+  if (!json.is_object()) {
+    return failed(FailureKind::kUsage, path + " is no ports file: not a JSON object");
+  }
+  Endpoints endpoints;
+  endpoints.crcl.clear();
+  for (const auto& [key, value] : json.items()) {
+    const bool is_robot = key.starts_with(kCrclPrefix);
+    if (!is_robot && key != "grpc" && key != "modbus") continue;
+    const auto port = port_of(path, key, value);
+    if (!port) return tl::unexpected(port.error());
+    if (is_robot) endpoints.crcl[key.substr(kCrclPrefix.size())] = *port;
+    if (key == "grpc") endpoints.grpc = *port;
+    if (key == "modbus") endpoints.modbus = *port;
+  }
+  return endpoints;
+}
+
+Outcome<Endpoints> find_endpoints(const EndpointChoice& choice) {
+  std::string file = choice.ports_file;
+  if (const char* variable = std::getenv(kVariable); file.empty() && variable != nullptr) {
+    file = variable;
+  }
+  Endpoints endpoints;
+  if (!file.empty()) {
+    auto read = read_ports_file(file);
+    if (!read) return read;
+    endpoints = std::move(*read);
+  }
+  if (!choice.host.empty()) endpoints.host = choice.host;
+  if (choice.grpc) endpoints.grpc = *choice.grpc;
+  if (choice.modbus) endpoints.modbus = *choice.modbus;
+  for (const auto& [robot, port] : choice.crcl) endpoints.crcl[robot] = port;
+  return endpoints;
+}
+
+Outcome<std::uint16_t> crcl_port(const Endpoints& endpoints, const std::string& robot) {
+  const auto found = endpoints.crcl.find(robot);
+  if (found != endpoints.crcl.end()) return found->second;
+  std::string names;
+  for (const auto& [name, port] : endpoints.crcl) names += (names.empty() ? "" : ", ") + name;
+  return failed(FailureKind::kUsage,
+                fmt::format("no robot '{}'; there is {}", robot, names.empty() ? "none" : names));
+}
+
+}  // namespace aprsim::client

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <iosfwd>
+#include <string>
+#include <vector>
+
+namespace aprsim::client {
+
+/// The whole program: parses, runs one command, prints. Returns the exit code: 0 = done as asked,
+/// 1 = it could not be done or the result is not what it should be, 2 = wrong arguments.
+int run(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err);
+
+}  // namespace aprsim::client

@@ -1,0 +1,60 @@
+#include <ostream>
+
+#include <google/protobuf/util/json_util.h>
+
+#include "clients/aprsim/cell_connection.hpp"
+#include "clients/aprsim/commands.hpp"
+#include "clients/aprsim/status_text.hpp"
+
+namespace aprsim::client {
+namespace {
+
+Outcome<std::string> json_text(const google::protobuf::Message& message, bool pretty) {
+  google::protobuf::util::JsonPrintOptions options;
+  options.add_whitespace = pretty;
+  options.always_print_primitive_fields = true;
+  options.preserve_proto_field_names = true;
+  std::string text;
+  const auto status = google::protobuf::util::MessageToJsonString(message, &text, options);
+  if (!status.ok()) return failed(FailureKind::kCheck, "no JSON form: " + status.ToString());
+  return text;
+}
+
+}  // namespace
+
+Outcome<void> run_command(const StatusCommand& command, Console& console) {
+  const auto snapshot = CellConnection(console.endpoints).snapshot();
+  if (!snapshot) return tl::unexpected(snapshot.error());
+  if (command.json) {
+    const auto text = json_text(*snapshot, true);
+    if (!text) return tl::unexpected(text.error());
+    console.out << *text;
+    return {};
+  }
+  console.out << status_text(*snapshot);
+  if (command.bodies) console.out << bodies_text(*snapshot);
+  return {};
+}
+
+Outcome<void> run_command(const WatchCommand& command, Console& console) {
+  std::uint64_t shown = 0;
+  Outcome<void> shown_well;
+  const auto streamed =
+      CellConnection(console.endpoints).stream(command.rate_hz, [&](const auto& sample) {
+        if (command.json) {
+          const auto text = json_text(sample, false);
+          if (!text) {
+            shown_well = tl::unexpected(text.error());
+            return false;
+          }
+          console.out << *text << '\n';
+        } else {
+          console.out << watch_line(sample.snapshot(), sample.dropped_count());
+        }
+        console.out.flush();
+        return console.out.good() && ++shown != command.count;
+      });
+  return shown_well ? streamed : shown_well;
+}
+
+}  // namespace aprsim::client

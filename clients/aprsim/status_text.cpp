@@ -1,0 +1,125 @@
+#include "clients/aprsim/status_text.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+namespace aprsim::client {
+namespace {
+
+constexpr double kDegrees = 180 / std::numbers::pi;
+constexpr double kMillimetres = 1e3;
+
+std::string point_mm(const v1::Vector3& point) {
+  return fmt::format("{:.1f} {:.1f} {:.1f}", point.x() * kMillimetres, point.y() * kMillimetres,
+                     point.z() * kMillimetres);
+}
+
+/// Rotation about z of a body that lies flat.
+double yaw_degrees(const v1::Quaternion& q) {
+  return std::atan2(2 * (q.w() * q.z() + q.x() * q.y()), 1 - 2 * (q.y() * q.y() + q.z() * q.z())) *
+         kDegrees;
+}
+
+std::string action_text(const v1::RobotState& robot) {
+  if (robot.protective_stop()) return "protective stop: " + robot.action().description();
+  switch (robot.action().state()) {
+    case v1::ACTION_STATE_WORKING:
+      return "working";
+    case v1::ACTION_STATE_DONE:
+      return "done";
+    case v1::ACTION_STATE_ERROR:
+      return "error: " + robot.action().description();
+    default:
+      return robot.initialized() ? "ready" : "not initialised";
+  }
+}
+
+std::string gripper_text(const v1::GripperState& gripper) {
+  std::string out = fmt::format("{}, {:.2f} mm apart", gripper.setting() > 0.5 ? "open" : "closed",
+                                gripper.separation_m() * kMillimetres);
+  if (gripper.force_n_size() == 2) {
+    out += fmt::format(", {:.1f} / {:.1f} N", gripper.force_n(0), gripper.force_n(1));
+  }
+  if (gripper.holding()) out += ", holding " + gripper.held_body();
+  return out;
+}
+
+std::string robot_text(const v1::RobotState& robot) {
+  std::string joints;
+  for (const auto& joint : robot.joints()) {
+    joints += fmt::format(" {:.2f}", joint.position_rad() * kDegrees);
+  }
+  return fmt::format("{}\n  state    {}\n  joints   [deg]{}\n  tool     [mm] {}\n  gripper  {}\n",
+                     robot.name(), action_text(robot), joints,
+                     point_mm(robot.tool_in_reference().position_m()),
+                     gripper_text(robot.gripper()));
+}
+
+std::string pace_text(const v1::Snapshot& snapshot) {
+  if (!snapshot.world_fault().empty()) return "stopped: " + snapshot.world_fault();
+  if (snapshot.paused()) return "paused";
+  const std::string target = snapshot.has_speed_target()
+                                 ? fmt::format("{:g}", snapshot.speed_target())
+                                 : "as fast as possible";
+  return fmt::format("{:.2f} x real time (target {}), {} steps missed", snapshot.real_time_factor(),
+                     target, snapshot.missed_steps());
+}
+
+std::string conveyor_text(const v1::ConveyorState& conveyor) {
+  return fmt::format(
+      "conveyor\n  drive    {}, {}, set {:.4f} m/s\n  belt     {:+.4f} m/s, {:+.4f} m run\n",
+      conveyor.run() ? "running" : "stopped", conveyor.forward() ? "forward" : "reverse",
+      conveyor.speed_setting_m_s(), conveyor.speed_m_s(), conveyor.travel_m());
+}
+
+}  // namespace
+
+double seconds(const google::protobuf::Duration& span) {
+  return static_cast<double>(span.seconds()) + 1e-9 * span.nanos();
+}
+
+std::string status_text(const v1::Snapshot& snapshot) {
+  std::string out = fmt::format(
+      "cell\n  time     {:.3f} s, step {}, epoch {}\n  pace     {}\n  step     {:.3f} ms mean\n"
+      "  contacts {}, deepest {:.3f} mm, {} physics faults, {} virtual joints\n",
+      seconds(snapshot.sim_time()), snapshot.step(), snapshot.epoch(), pace_text(snapshot),
+      seconds(snapshot.step_time()) * 1e3, snapshot.contact_count(),
+      snapshot.max_penetration_m() * kMillimetres, snapshot.physics_faults(),
+      snapshot.virtual_joint_count());
+  for (const auto& robot : snapshot.robots()) out += robot_text(robot);
+  if (snapshot.has_conveyor()) out += conveyor_text(snapshot.conveyor());
+  const auto resting = std::ranges::count_if(snapshot.bodies(), &v1::BodyState::resting);
+  out += fmt::format("bodies\n  {} in all, {} at rest\n", snapshot.bodies_size(), resting);
+  return out;
+}
+
+std::string bodies_text(const v1::Snapshot& snapshot) {
+  std::string out;
+  for (const auto& body : snapshot.bodies()) {
+    out += fmt::format("  {:<28} [mm] {} yaw {:.1f} deg{}\n", body.name(),
+                       point_mm(body.body_in_world().position_m()),
+                       yaw_degrees(body.body_in_world().orientation()),
+                       body.resting() ? "" : ", moving");
+  }
+  return out;
+}
+
+std::string watch_line(const v1::Snapshot& snapshot, std::uint64_t dropped) {
+  std::string out =
+      fmt::format("{:.3f} s x{:.2f}", seconds(snapshot.sim_time()), snapshot.real_time_factor());
+  for (const auto& robot : snapshot.robots()) {
+    out += fmt::format("  {} {} [{}]{}", robot.name(), action_text(robot),
+                       point_mm(robot.tool_in_reference().position_m()),
+                       robot.gripper().holding() ? " holding " + robot.gripper().held_body() : "");
+  }
+  if (snapshot.has_conveyor()) {
+    out += fmt::format("  belt {:+.3f} m/s", snapshot.conveyor().speed_m_s());
+  }
+  if (dropped > 0) out += fmt::format("  ({} samples lost)", dropped);
+  return out + "\n";
+}
+
+}  // namespace aprsim::client

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+
+#include "aprsim/v1/snapshot.pb.h"
+
+namespace aprsim::client {
+
+[[nodiscard]] double seconds(const google::protobuf::Duration& span);
+
+/// A few lines that say how the cell is: time, health, each robot, the belt, the bodies.
+[[nodiscard]] std::string status_text(const v1::Snapshot& snapshot);
+/// One line for each gear and tray.
+[[nodiscard]] std::string bodies_text(const v1::Snapshot& snapshot);
+/// One line for one sample of a stream.
+[[nodiscard]] std::string watch_line(const v1::Snapshot& snapshot, std::uint64_t dropped);
+
+}  // namespace aprsim::client
