@@ -237,6 +237,12 @@ Command read_command(const XmlNode& node, std::string_view type, ErrorSlot& slot
   return command;
 }
 
+// Where a client is in its program is only echoed: no reason to refuse a command.
+std::optional<int> read_hint(const XmlNode& root, std::string_view name) {
+  const XmlNode* node = root.child(name);
+  return node == nullptr ? std::nullopt : parse_int(node->text);
+}
+
 tl::unexpected<Error> wrong_root(const XmlNode& root, std::string expected) {
   Error error;
   error.element = shorten(root.name);
@@ -261,8 +267,8 @@ Result<CommandInstance> decode_command(std::string_view document, std::size_t ma
   instance.command = read_command(*node, node->type, slot);
   instance.name = fields.optional_text("Name");
   instance.program_file = fields.optional_text("ProgramFile");
-  instance.program_index = fields.optional_integer("ProgramIndex");
-  instance.program_length = fields.optional_integer("ProgramLength");
+  instance.program_index = read_hint(*root, "ProgramIndex");
+  instance.program_length = read_hint(*root, "ProgramLength");
   if (slot) return tl::unexpected<Error>(std::move(*slot));
   return instance;
 }

@@ -1,0 +1,195 @@
+#include "protocols/crcl/connection.hpp"
+
+#include <exception>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <optional>
+#include <sys/socket.h>
+#include <utility>
+
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/error.hpp>
+#include <boost/asio/post.hpp>
+#include <spdlog/spdlog.h>
+
+#include "crcl/decoder.hpp"
+#include "crcl/encoder.hpp"
+
+namespace aprsim::protocols {
+namespace {
+
+namespace asio = boost::asio;
+using boost::system::error_code;
+
+// A peer that pipelines gets no more than this before the others have their turn.
+constexpr int kDocumentsPerTurn = 16;
+
+}  // namespace
+
+Connection::Connection(asio::ip::tcp::socket socket, std::string peer,
+                       const CrclServerOptions& options, RobotLink& link,
+                       ConnectionCounters& counters, OnEnd on_end)
+    : socket_(std::move(socket)),
+      peer_(std::move(peer)),
+      options_(options),
+      link_(link),
+      counters_(counters),
+      on_end_(std::move(on_end)),
+      settings_(options.units, options.joints_in_degrees),
+      framer_(crcl::Framer::for_commands(options.max_message_bytes)),
+      write_timer_(socket_.get_executor()),
+      idle_timer_(socket_.get_executor()) {}
+
+void Connection::start() {
+  spdlog::info("{}: {} connected", link_.name(), peer_);
+  read();
+}
+
+void Connection::drain() {
+  if (closed_) return;
+  draining_ = true;
+  if (pending() == 0) close();
+}
+
+void Connection::close() {
+  if (closed_) return;
+  closed_ = true;
+  error_code ignored;
+  write_timer_.cancel(ignored);
+  idle_timer_.cancel(ignored);
+  socket_.shutdown(asio::ip::tcp::socket::shutdown_both, ignored);
+  socket_.close(ignored);
+  on_end_(*this);
+}
+
+void Connection::drop(const std::string& reason) {
+  if (closed_) return;
+  ++counters_.dropped;
+  spdlog::warn("{}: closing {}: {}", link_.name(), peer_, reason);
+  close();
+}
+
+void Connection::watch(asio::steady_timer& timer, std::chrono::milliseconds limit,
+                       std::string reason) {
+  if (limit.count() <= 0) return;
+  timer.expires_after(limit);
+  timer.async_wait([self = weak_from_this(), reason = std::move(reason)](const error_code& error) {
+    const auto connection = self.lock();
+    if (!error && connection) connection->drop(reason);
+  });
+}
+
+void Connection::read() {
+  watch(idle_timer_, options_.idle_timeout, "idle for too long");
+  socket_.async_read_some(asio::buffer(input_),
+                          [self = shared_from_this()](const error_code& error, std::size_t size) {
+                            self->on_read(error, size);
+                          });
+}
+
+void Connection::on_read(const error_code& error, std::size_t size) {
+  if (closed_) return;
+  if (error) {
+    spdlog::info("{}: {} disconnected{}", link_.name(), peer_,
+                 error == asio::error::eof ? "" : " (" + error.message() + ")");
+    // A peer that has only finished sending may still wait for its statuses.
+    return error == asio::error::eof ? drain() : close();
+  }
+  if (draining_) return;
+  error_code ignored;
+  idle_timer_.cancel(ignored);
+  acknowledge_at_once();
+  framer_.append({input_.data(), size});
+  process();
+}
+
+// Existing clients leave Nagle's algorithm on and follow a command, which has no answer, with a
+// GetStatus: that would wait some 40 ms for the delayed acknowledgement of the command. The option
+// lasts only for a while, so it is set with each read.
+void Connection::acknowledge_at_once() {
+  const int on = 1;
+  (void)::setsockopt(socket_.native_handle(), IPPROTO_TCP, TCP_QUICKACK, &on, sizeof on);
+}
+
+// Goes on with the documents at hand, a few at a time; reads on when there are none. While the peer
+// has too many statuses to take, on_write() comes back here.
+void Connection::process() {
+  for (int i = 0; i < kDocumentsPerTurn; ++i) {
+    full_ = pending() >= options_.max_output_bytes;
+    if (closed_ || draining_ || full_) return;
+    crcl::Result<std::optional<std::string>> document = framer_.next();
+    if (!document) return fail_document(document.error());
+    if (!*document) return read();
+    ++counters_.commands;
+    try {
+      handle(**document);
+    } catch (const std::exception& problem) {
+      return drop(problem.what());  // this peer's loss, not the others'
+    }
+  }
+  asio::post(socket_.get_executor(), [self = shared_from_this()] { self->process(); });
+}
+
+void Connection::handle(const std::string& document) {
+  const crcl::Result<crcl::CommandInstance> instance =
+      crcl::decode_command(document, options_.max_message_bytes);
+  if (!instance) return handle_undecodable(instance.error());
+  if (std::holds_alternative<crcl::GetStatus>(instance->command.body)) return answer_status();
+  link_.execute(*instance, settings_, peer_);
+}
+
+void Connection::handle_undecodable(const crcl::Error& error) {
+  if (error.kind != crcl::ErrorKind::kBadValue) return fail_document(error);
+  // One status answers each GetStatus, whatever its id looks like.
+  if (error.command_type == "GetStatusType") return answer_status();
+  link_.refuse(error.command_type, error.command_id.value_or(0), error.message());
+}
+
+void Connection::fail_document(const crcl::Error& error) {
+  const std::string reason = "Bad document from " + peer_ + ": " + error.message();
+  link_.bad_document(reason);
+  ++counters_.dropped;
+  spdlog::warn("{}: closing {}: {}", link_.name(), peer_, error.message());
+  drain();
+}
+
+void Connection::answer_status() {
+  output_ += crcl::encode_status(link_.status(settings_));
+  ++counters_.statuses;
+  if (sending_.empty()) send_next();
+}
+
+void Connection::send_next() {
+  sending_.clear();
+  sent_ = 0;
+  std::swap(sending_, output_);
+  write();
+}
+
+void Connection::write() {
+  watch(write_timer_, options_.write_timeout, "takes none of its pending statuses");
+  socket_.async_write_some(asio::buffer(sending_.data() + sent_, sending_.size() - sent_),
+                           [self = shared_from_this()](const error_code& error, std::size_t size) {
+                             self->on_write(error, size);
+                           });
+}
+
+void Connection::on_write(const error_code& error, std::size_t size) {
+  if (closed_) return;
+  if (error) return close();
+  sent_ += size;
+  if (sent_ < sending_.size()) {
+    write();
+  } else if (!output_.empty()) {
+    send_next();
+  } else {
+    sending_.clear();
+    sent_ = 0;
+    error_code ignored;
+    write_timer_.cancel(ignored);
+    if (draining_) return close();
+  }
+  if (full_ && pending() < options_.max_output_bytes) process();
+}
+
+}  // namespace aprsim::protocols

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+#include "crcl/error.hpp"
+#include "crcl/framer.hpp"
+#include "protocols/crcl/crcl_server.hpp"
+#include "protocols/crcl/report_settings.hpp"
+#include "protocols/crcl/robot_link.hpp"
+
+namespace aprsim::protocols {
+
+/// Counters of a server's connections together, for any thread to read.
+struct ConnectionCounters {
+  std::atomic<std::uint64_t> dropped{0}, commands{0}, statuses{0};
+};
+
+/// One client's socket: frames its bytes, passes commands to the robot's link, answers GetStatus.
+/// While the peer does not take its statuses nothing more is read from it, so that what is kept
+/// for it is bounded. Keeps itself alive while an operation is pending. Thread: the server's.
+class Connection : public std::enable_shared_from_this<Connection> {
+ public:
+  using OnEnd = std::function<void(Connection&)>;
+
+  /// `on_end` is called once, when the socket has been closed.
+  Connection(boost::asio::ip::tcp::socket socket, std::string peer,
+             const CrclServerOptions& options, RobotLink& link, ConnectionCounters& counters,
+             OnEnd on_end);
+
+  void start();
+  /// Takes no further commands, closes once pending statuses are out.
+  void drain();
+  /// Closes at once.
+  void close();
+
+  [[nodiscard]] const std::string& peer() const { return peer_; }
+
+ private:
+  void read();
+  void on_read(const boost::system::error_code& error, std::size_t size);
+  void acknowledge_at_once();
+  void process();
+  void handle(const std::string& document);
+  void handle_undecodable(const crcl::Error& error);
+  void fail_document(const crcl::Error& error);
+  void answer_status();
+  void write();
+  void on_write(const boost::system::error_code& error, std::size_t size);
+  void send_next();
+  void drop(const std::string& reason);
+  void watch(boost::asio::steady_timer& timer, std::chrono::milliseconds limit, std::string reason);
+  [[nodiscard]] std::size_t pending() const { return sending_.size() - sent_ + output_.size(); }
+
+  boost::asio::ip::tcp::socket socket_;
+  std::string peer_;
+  const CrclServerOptions& options_;
+  RobotLink& link_;
+  ConnectionCounters& counters_;
+  OnEnd on_end_;
+
+  ReportSettings settings_;
+  crcl::Framer framer_;
+  std::array<char, 8192> input_{};
+  std::string sending_;   // in the hands of a write, so it must not change
+  std::size_t sent_ = 0;  // of sending_
+  std::string output_;    // what follows it
+  boost::asio::steady_timer write_timer_, idle_timer_;
+  bool full_ = false;      // waiting for the peer to take statuses
+  bool draining_ = false;  // nothing more is taken from the peer
+  bool closed_ = false;
+};
+
+}  // namespace aprsim::protocols

@@ -1,0 +1,131 @@
+#include "protocols/tcp_listener.hpp"
+
+#include <chrono>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+#include <utility>
+
+#include <boost/asio/error.hpp>
+#include <boost/asio/ip/address.hpp>
+#include <spdlog/spdlog.h>
+
+namespace aprsim::protocols {
+namespace {
+
+namespace asio = boost::asio;
+using asio::ip::tcp;
+using boost::system::error_code;
+
+constexpr auto kRetryDelay = std::chrono::milliseconds(100);
+constexpr auto kRefusalLogInterval = std::chrono::seconds(1);
+
+std::string name_of_peer(const tcp::socket& socket) {
+  error_code error;
+  const tcp::endpoint peer = socket.remote_endpoint(error);
+  if (error) return "unknown peer";
+  const std::string address = peer.address().to_string();
+  const std::string host = peer.address().is_v6() ? "[" + address + "]" : address;
+  return host + ":" + std::to_string(peer.port());
+}
+
+void set_option(int fd, int level, int option, int value) {
+  // An option that the system does not know stays at its default.
+  (void)::setsockopt(fd, level, option, &value, sizeof value);
+}
+
+// A peer that has gone without a word is noticed after 11 s: 5 s idle, then 3 probes 2 s apart;
+// after 10 s when data wait to be acknowledged.
+void prepare(tcp::socket& socket) {
+  const int fd = socket.native_handle();
+  set_option(fd, IPPROTO_TCP, TCP_NODELAY, 1);
+  set_option(fd, SOL_SOCKET, SO_KEEPALIVE, 1);
+  set_option(fd, IPPROTO_TCP, TCP_KEEPIDLE, 5);
+  set_option(fd, IPPROTO_TCP, TCP_KEEPINTVL, 2);
+  set_option(fd, IPPROTO_TCP, TCP_KEEPCNT, 3);
+  set_option(fd, IPPROTO_TCP, TCP_USER_TIMEOUT, 10'000);
+}
+
+}  // namespace
+
+TcpListener::TcpListener(asio::io_context& io, TcpListenerOptions options, OnAccept on_accept)
+    : options_(std::move(options)), on_accept_(std::move(on_accept)), acceptor_(io), retry_(io) {}
+
+Result<std::uint16_t> TcpListener::listen() {
+  const auto failed = [this](const std::string& cause) {
+    return fail(ErrorCode::kUnavailable, options_.name,
+                "cannot listen on " + options_.address + " port " + std::to_string(options_.port) +
+                    ": " + cause);
+  };
+  error_code error;
+  const asio::ip::address address = asio::ip::make_address(options_.address, error);
+  if (error) return failed("not a numeric IPv4 or IPv6 address");
+  const tcp::endpoint endpoint(address, options_.port);
+  acceptor_.open(endpoint.protocol(), error);
+  if (!error) acceptor_.set_option(tcp::acceptor::reuse_address(true), error);
+  if (!error) acceptor_.bind(endpoint, error);
+  if (!error) acceptor_.listen(asio::socket_base::max_listen_connections, error);
+  const tcp::endpoint bound = error ? endpoint : acceptor_.local_endpoint(error);
+  if (error) {
+    close();
+    return failed(error.message());
+  }
+  accept();
+  return bound.port();
+}
+
+void TcpListener::close() {
+  error_code ignored;
+  acceptor_.close(ignored);
+  retry_.cancel(ignored);
+}
+
+void TcpListener::accept() {
+  acceptor_.async_accept([this](const error_code& error, tcp::socket socket) {
+    if (error == asio::error::operation_aborted || !acceptor_.is_open()) return;
+    if (error && error != asio::error::connection_aborted) {
+      retry_later(error);
+      return;
+    }
+    if (!error) take(std::move(socket));
+    accept();
+  });
+}
+
+void TcpListener::take(tcp::socket socket) {
+  std::string peer = name_of_peer(socket);
+  if (open_ >= options_.max_connections) {
+    refuse(std::move(socket), peer);
+    return;
+  }
+  ++open_;
+  ++accepted_;
+  prepare(socket);
+  on_accept_(std::move(socket), std::move(peer));
+}
+
+// A flood of refusals makes one log line a second.
+void TcpListener::refuse(tcp::socket socket, const std::string& peer) {
+  error_code ignored;
+  socket.close(ignored);
+  ++refused_;
+  ++refused_unlogged_;
+  const auto now = std::chrono::steady_clock::now();
+  if (now - last_refusal_log_ < kRefusalLogInterval) return;
+  spdlog::warn("{}: refused {}: {} connections open, the limit ({} refused since the last line)",
+               options_.name, peer, open(), refused_unlogged_);
+  last_refusal_log_ = now;
+  refused_unlogged_ = 0;
+}
+
+// Out of descriptors or memory: the connection stays in the queue, and accepting it at once would
+// spin.
+void TcpListener::retry_later(const error_code& error) {
+  spdlog::error("{}: cannot accept: {}; trying again", options_.name, error.message());
+  retry_.expires_after(kRetryDelay);
+  retry_.async_wait([this](const error_code& cancelled) {
+    if (!cancelled && acceptor_.is_open()) accept();
+  });
+}
+
+}  // namespace aprsim::protocols

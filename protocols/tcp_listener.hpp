@@ -1,0 +1,64 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+#include "world/api/error.hpp"
+
+namespace aprsim::protocols {
+
+struct TcpListenerOptions {
+  std::string name;                  ///< of the listener, for log lines
+  std::string address;               ///< numeric IPv4 or IPv6
+  std::uint16_t port = 0;            ///< 0 = any free port
+  std::size_t max_connections = 64;  ///< a further one is closed at once
+};
+
+/// Accepts TCP connections for a protocol: binds, counts, refuses what is over the limit, survives
+/// running out of descriptors, prepares each socket (no Nagle delay, keepalive). For use inside a
+/// listener; its header stays out of other headers. Thread: the io_context's single one.
+class TcpListener {
+ public:
+  using Socket = boost::asio::ip::tcp::socket;
+  /// Takes over an accepted socket; `peer` is "address:port". The taker calls release() once when
+  /// the connection has ended.
+  using OnAccept = std::function<void(Socket socket, std::string peer)>;
+
+  TcpListener(boost::asio::io_context& io, TcpListenerOptions options, OnAccept on_accept);
+
+  /// Binds and starts to accept once the io_context runs. Returns the port. Errors name address,
+  /// port and cause.
+  [[nodiscard]] Result<std::uint16_t> listen();
+  void close();
+  void release() { --open_; }
+
+  // Thread: any.
+  [[nodiscard]] std::size_t open() const { return open_; }
+  [[nodiscard]] std::uint64_t accepted() const { return accepted_; }
+  [[nodiscard]] std::uint64_t refused() const { return refused_; }
+
+ private:
+  void accept();
+  void take(Socket socket);
+  void refuse(Socket socket, const std::string& peer);
+  void retry_later(const boost::system::error_code& error);
+
+  TcpListenerOptions options_;
+  OnAccept on_accept_;
+  boost::asio::ip::tcp::acceptor acceptor_;
+  boost::asio::steady_timer retry_;
+  std::atomic<std::size_t> open_{0};
+  std::atomic<std::uint64_t> accepted_{0}, refused_{0};
+  std::uint64_t refused_unlogged_ = 0;
+  std::chrono::steady_clock::time_point last_refusal_log_{};
+};
+
+}  // namespace aprsim::protocols

@@ -1,0 +1,438 @@
+// The rules by which a command's id and state show in the statuses.
+
+#include "tests/unit/crcl/server_fixture.hpp"
+
+namespace aprsim::protocols {
+namespace {
+
+using Lifecycle = ServerTest;
+
+TEST_F(Lifecycle, BeforeTheFirstCommandTheRobotIsReady) {
+  TestClient client(port_);
+  const crcl::Status status = client.status();
+  expect(status, -1, CommandState::kReady);
+  EXPECT_EQ(status.command.name, std::nullopt);
+}
+
+TEST_F(Lifecycle, OnlyGetStatusIsAnswered) {
+  TestClient client(port_);
+  client.command(4, "InitCanonType");
+  client.command(5, "MessageType", "<Message>hi</Message>");
+  client.command(6, "FlyType");  // unknown: the connection ends
+  client.expect_closed();
+}
+
+TEST_F(Lifecycle, EachGetStatusHasOneAnswerInOrder) {
+  TestClient client(port_);
+  std::string packet;
+  for (int i = 0; i < 50; ++i) packet += crcl::with_id("GetStatusType", "");
+  client.send(packet);
+  client.finish_sending();
+  const std::int64_t first = client.read_status().command.status_id;
+  for (int i = 1; i < 50; ++i) EXPECT_EQ(client.read_status().command.status_id, first + i);
+  client.expect_closed();
+}
+
+TEST_F(Lifecycle, ACommandShowsAtOnceAndIsNotDoneTooEarly) {
+  TestClient client(port_);
+  initialize(client);
+  client.send(crcl::with_id("MoveToType", move()) + crcl::with_id("GetStatusType", ""));
+  const crcl::Status status = client.read_status();
+  expect(status, 7, CommandState::kWorking);
+  EXPECT_EQ(status.command.name, "MoveToType");
+  world_.report(0, ticket(2), ActionState::kWorking);
+  expect(client.status(), 7, CommandState::kWorking);
+  world_.report(0, 2, ActionState::kDone);
+  expect(client.status(), 7, CommandState::kDone);
+}
+
+TEST_F(Lifecycle, InitCanonWorksUntilTheRobotIsReady) {
+  TestClient client(port_);
+  client.command(4, "InitCanonType");
+  expect(client.status(), 4, CommandState::kWorking);
+  EXPECT_NO_THROW(action<api::InitRobot>(ticket(1)));
+  world_.report(0, 1, ActionState::kWorking);
+  expect(client.status(), 4, CommandState::kWorking);
+  world_.report(0, 1, ActionState::kDone);
+  expect(client.status(), 4, CommandState::kDone);
+}
+
+TEST_F(Lifecycle, NothingButInitCanonStartsASession) {
+  TestClient client(port_);
+  for (const char* type : {"MoveToType", "SetLengthUnitsType", "MessageType",
+                           "ConfigureStatusReportType", "RunProgramType", "DwellType"}) {
+    SCOPED_TRACE(type);
+    TestClient fresh(port_);
+    fresh.command(
+        4, type, move() + "<UnitName>meter</UnitName><Message>m</Message><DwellTime>1</DwellTime>");
+    const crcl::Status status = fresh.status();
+    EXPECT_EQ(status.command.command_id, 4);
+    EXPECT_EQ(status.command.state, CommandState::kError);
+    EXPECT_EQ(status.settings->length_unit, crcl::LengthUnit::kMillimeter);
+  }
+  EXPECT_EQ(client.status().command.description,
+            "In error until InitCanon: Not initialized when cmd=MoveToType received. Send "
+            "InitCanon first.");
+  EXPECT_TRUE(world_.commands().empty());
+  initialize(client);
+}
+
+TEST_F(Lifecycle, StopMotionAndEndCanonAreFineBeforeInitCanon) {
+  TestClient client(port_);
+  client.command(1, "StopMotionType", "<StopCondition>Fast</StopCondition>");
+  expect(client.status(), 1, CommandState::kDone);
+  client.command(2, "EndCanonType");
+  expect(client.status(), 2, CommandState::kDone);
+}
+
+TEST_F(Lifecycle, IdsThatRepeatOrGoDownAreExecuted) {
+  TestClient client(port_);
+  initialize(client);
+  api::Ticket sent = 1;
+  for (const std::int64_t id : {9, 9, 3, 1, 0, -5, 4}) {
+    client.command(id, "MoveToType", move());
+    expect(client.status(), id, CommandState::kWorking);
+    world_.report(0, ticket(++sent), ActionState::kDone);
+    expect(client.status(), id, CommandState::kDone);
+  }
+}
+
+TEST_F(Lifecycle, GetStatusChangesNeitherIdNorState) {
+  TestClient client(port_);
+  initialize(client);
+  for (const char* id : {"<CommandID>77</CommandID>", "", "<CommandID>x</CommandID>"}) {
+    client.send(crcl::instance("GetStatusType", id));
+    expect(client.read_status(), 4, CommandState::kDone);
+  }
+}
+
+TEST_F(Lifecycle, LocalSettingsAreDoneAtOnceEvenWhileTheArmMoves) {
+  TestClient client(port_);
+  initialize(client);
+  client.command(5, "MoveToType", move());
+  world_.report(0, ticket(2), ActionState::kWorking);
+  client.command(6, "SetLengthUnitsType", "<UnitName>meter</UnitName>");
+  expect(client.status(), 6, CommandState::kDone);
+  ticket(2);
+}
+
+TEST_F(Lifecycle, RobotSettingsAreDoneOnceApplied) {
+  TestClient client(port_);
+  initialize(client);
+  client.command(5, "MoveToType", move());
+  world_.report(0, ticket(2), ActionState::kWorking);
+  const std::string speed =
+      "<TransSpeed xsi:type=\"TransSpeedAbsoluteType\"><Setting>200</Setting></TransSpeed>";
+  client.command(6, "SetTransSpeedType", speed);
+  ticket(3);
+  expect(client.status(), 6, CommandState::kWorking);
+  // Applied; the robot's action is still the move.
+  world_.publish([](api::Snapshot& next) { next.applied = 3; });
+  expect(client.status(), 6, CommandState::kDone);
+  client.command(7, "SetTransSpeedType", speed);
+  world_.report(0, ticket(4), ActionState::kDone);
+  expect(client.status(), 7, CommandState::kDone);
+}
+
+TEST_F(Lifecycle, TheLatestMoveWins) {
+  TestClient client(port_);
+  initialize(client);
+  client.command(5, "MoveToType", move());
+  client.command(6, "MoveToType", move());
+  ticket(3);
+  world_.report(0, 2, ActionState::kDone);
+  expect(client.status(), 6, CommandState::kWorking);
+  world_.report(0, 3, ActionState::kDone);
+  expect(client.status(), 6, CommandState::kDone);
+}
+
+TEST_F(Lifecycle, StopComesFromAnotherSocketWithALowerId) {
+  TestClient commands(port_);
+  TestClient emergency(port_);
+  initialize(commands);
+  commands.command(9, "MoveToType", move());
+  world_.report(0, ticket(2), ActionState::kWorking);
+  emergency.command(8, "StopMotionType", "<StopCondition>Immediate</StopCondition>");
+  EXPECT_EQ(action<api::StopMotion>(ticket(3)).kind, api::StopKind::kImmediate);
+  world_.report(0, 3, ActionState::kWorking);
+  expect(commands.status(), 8, CommandState::kWorking);
+  world_.report(0, 3, ActionState::kDone);
+  expect(commands.status(), 8, CommandState::kDone);
+}
+
+TEST_F(Lifecycle, AnErrorIsHeldUntilInitCanon) {
+  TestClient client(port_);
+  initialize(client);
+  client.command(5, "MoveToType", move());
+  world_.report(0, ticket(2), ActionState::kError, "Joint 3 at -171.0 less than limit -170.0");
+  expect(client.status(), 5, CommandState::kError, "Joint 3 at -171.0 less than limit -170.0");
+  client.command(6, "MoveToType", move());
+  expect(client.status(), 6, CommandState::kError,
+         "In error until InitCanon: Joint 3 at -171.0 less than limit -170.0");
+  client.command(7, "SetLengthUnitsType", "<UnitName>meter</UnitName>");
+  EXPECT_EQ(client.status().command.state, CommandState::kError);
+  ticket(2);
+  // The id of the failed command again, as a client that starts anew would send it.
+  client.command(5, "InitCanonType");
+  ticket(3);
+  expect(client.status(), 5, CommandState::kWorking);  // the snapshot still shows the old error
+  world_.report(0, 3, ActionState::kDone);
+  expect(client.status(), 5, CommandState::kDone);
+  client.command(5, "MoveToType", move());
+  ticket(4);
+}
+
+TEST_F(Lifecycle, AnErrorIsNoticedThoughNobodyAsked) {
+  TestClient client(port_);
+  initialize(client);
+  client.command(5, "MoveToType", move());
+  world_.report(0, ticket(2), ActionState::kError, "out of reach");
+  client.command(6, "MoveToType", move());
+  expect(client.status(), 6, CommandState::kError, "In error until InitCanon: out of reach");
+  ticket(2);
+}
+
+TEST_F(Lifecycle, AnErrorOfTheRobotAtRestShows) {
+  TestClient client(port_);
+  initialize(client);
+  world_.publish([](api::Snapshot& next) {
+    next.robots[0].protective_stop = true;
+    next.robots[0].action.state = ActionState::kError;
+    next.robots[0].action.description = "link 4 hit the table";
+  });
+  expect(client.status(), 4, CommandState::kError, "link 4 hit the table");
+}
+
+TEST_F(Lifecycle, AnErrorAlwaysHasADescription) {
+  TestClient client(port_);
+  initialize(client);
+  client.command(5, "DwellType", "<DwellTime>1</DwellTime>");
+  world_.report(0, ticket(2), ActionState::kError);
+  EXPECT_NE(client.status().command.description.value_or(""), "");
+}
+
+TEST_F(Lifecycle, StopStillStopsInError) {
+  TestClient client(port_);
+  initialize(client);
+  client.command(5, "RunProgramType", "<ProgramText>x</ProgramText>");
+  client.command(6, "StopMotionType", "<StopCondition>Normal</StopCondition>");
+  EXPECT_EQ(action<api::StopMotion>(ticket(2)).kind, api::StopKind::kNormal);
+  world_.report(0, 2, ActionState::kDone);
+  EXPECT_EQ(client.status().command.state, CommandState::kError);
+}
+
+TEST_F(Lifecycle, WhatIsNotImplementedSaysSo) {
+  TestClient client(port_);
+  initialize(client);
+  for (const char* type : {"MoveScrewType", "MoveThroughToType", "OpenToolChangerType",
+                           "EnableSensorType", "LoopBlockStartType"}) {
+    world_.report(0, 1, ActionState::kDone);
+    client.command(11, type, "<LoopName>l</LoopName>");
+    expect(client.status(), 11, CommandState::kError, std::string(type) + " not implemented.");
+    client.command(12, "InitCanonType");
+    const std::size_t count = world_.commands().size();
+    client.status();
+    world_.report(0, std::max(count, world_.commands().size()), ActionState::kDone);
+    expect(client.status(), 12, CommandState::kDone);
+  }
+}
+
+TEST_F(Lifecycle, AGuardedMoveIsNotMadeWithoutItsGuard) {
+  TestClient client(port_);
+  initialize(client);
+  client.command(5, "MoveToType",
+                 "<Guard><SensorID>ft</SensorID><LimitType>OVER_MAX</LimitType><LimitValue>1"
+                 "</LimitValue></Guard>" +
+                     move());
+  expect(client.status(), 5, CommandState::kError, "MoveToType with Guard not implemented.");
+  ticket(1);
+}
+
+TEST_F(Lifecycle, BadValuesAreErrorsOfTheirCommand) {
+  TestClient client(port_);
+  initialize(client);
+  client.command(5, "MoveToType", move("<X>1</X><Y>two</Y><Z>3</Z>"));
+  expect(client.status(), 5, CommandState::kError,
+         "MoveToType/EndPosition/Point/Y: 'two': expected a finite number");
+  ticket(1);
+}
+
+TEST_F(Lifecycle, JointNumbersBeginAtOne) {
+  const auto actuate = [](int joint) {
+    return "<ActuateJoint><JointNumber>" + std::to_string(joint) +
+           "</JointNumber><JointPosition>1</JointPosition></ActuateJoint>";
+  };
+  for (const int joint : {0, 7, -1}) {
+    TestClient client(port_);
+    client.command(4, "InitCanonType");
+    client.command(5, "ActuateJointsType", actuate(joint));
+    expect(client.status(), 5, CommandState::kError,
+           "Bad joint index:" + std::to_string(joint) + "; this robot has joints 1 to 6");
+  }
+}
+
+TEST_F(Lifecycle, AFullQueueIsAnError) {
+  TestClient client(port_);
+  initialize(client);
+  world_.refuse(Error{ErrorCode::kUnavailable, "queue", "256 commands wait already"});
+  client.command(5, "MoveToType", move());
+  expect(client.status(), 5, CommandState::kError,
+         "MoveToType not taken: 256 commands wait already");
+  client.command(6, "InitCanonType");
+  EXPECT_EQ(client.status().command.state, CommandState::kError);
+  world_.refuse(std::nullopt);
+  client.command(7, "InitCanonType");
+  world_.report(0, ticket(2), ActionState::kDone);
+  expect(client.status(), 7, CommandState::kDone);
+}
+
+TEST_F(Lifecycle, AMessageIsShown) {
+  TestClient client(port_);
+  initialize(client);
+  client.command(5, "MessageType", "<Message>pick &lt;gear&gt;</Message>");
+  expect(client.status(), 5, CommandState::kDone, "pick <gear>");
+  client.command(6, "SetForceUnitsType", "<UnitName>pound</UnitName>");
+  expect(client.status(), 6, CommandState::kDone);
+}
+
+TEST_F(Lifecycle, AfterEndCanonTheRobotTakesNoMotion) {
+  TestClient client(port_);
+  initialize(client);
+  client.command(5, "EndCanonType");
+  EXPECT_NO_THROW(action<api::EndRobot>(ticket(2)));
+  world_.report(0, 2, ActionState::kDone);
+  expect(client.status(), 5, CommandState::kDone);
+  client.command(6, "MessageType", "<Message>bye</Message>");
+  expect(client.status(), 6, CommandState::kDone, "bye");
+  client.command(7, "MoveToType", move());
+  expect(client.status(), 7, CommandState::kError,
+         "Not initialized when cmd=MoveToType received. Send InitCanon first.");
+  ticket(2);
+}
+
+TEST_F(Lifecycle, TheProgramPositionIsEchoed) {
+  TestClient client(port_);
+  initialize(client);
+  client.send(crcl::instance("MessageType", "<CommandID>5</CommandID><Message>m</Message>",
+                             "<ProgramFile>p.xml</ProgramFile><ProgramIndex>3</ProgramIndex>"
+                             "<ProgramLength>22</ProgramLength>"));
+  const crcl::CommandStatus status = client.status().command;
+  EXPECT_EQ(status.program_file, "p.xml");
+  EXPECT_EQ(status.program_index, 3);
+  EXPECT_EQ(status.program_length, 22);
+  client.command(6, "MessageType", "<Message>m</Message>");
+  EXPECT_EQ(client.status().command.program_file, std::nullopt);
+}
+
+TEST_F(Lifecycle, ABrokenDocumentEndsItsConnectionAndStopsTheRobot) {
+  TestClient culprit(port_);
+  TestClient witness(port_);
+  initialize(witness);
+  witness.command(5, "MoveToType", move());
+  world_.report(0, ticket(2), ActionState::kWorking);
+  culprit.send("<CRCLCommandInstance><oops></CRCLCommandInstance>");
+  culprit.expect_closed();
+  EXPECT_EQ(action<api::StopMotion>(ticket(3)).kind, api::StopKind::kFast);
+  const crcl::CommandStatus status = witness.status().command;
+  EXPECT_EQ(status.command_id, 5);
+  EXPECT_EQ(status.state, CommandState::kError);
+  EXPECT_EQ(status.description->substr(0, 28), "Bad document from 127.0.0.1:");
+  TestClient again(port_);
+  EXPECT_EQ(again.status().command.state, CommandState::kError);
+  again.command(6, "InitCanonType");
+  world_.report(0, ticket(4), ActionState::kDone);
+  expect(witness.status(), 6, CommandState::kDone);
+  EXPECT_EQ(server_->stats().dropped, 1U);
+}
+
+TEST_F(Lifecycle, StatusesBeforeABrokenDocumentAreStillAnswered) {
+  TestClient client(port_);
+  client.send(crcl::with_id("GetStatusType", "") + crcl::with_id("GetStatusType", "") +
+              "</CRCLCommandInstance>" + crcl::with_id("GetStatusType", ""));
+  client.read_status();
+  client.read_status();
+  client.expect_closed();
+}
+
+TEST_F(Lifecycle, AResetOfTheCellEndsTheSession) {
+  TestClient client(port_);
+  initialize(client);
+  client.command(5, "MoveToType", move());
+  ticket(2);
+  const auto reset = [](api::Snapshot& next) {
+    ++next.epoch;
+    next.robots[0] = {};
+  };
+  world_.publish(reset);
+  expect(client.status(), 5, CommandState::kError, "The cell was reset before MoveToType ended.");
+  client.command(6, "InitCanonType");
+  world_.report(0, ticket(3), ActionState::kDone);
+  expect(client.status(), 6, CommandState::kDone);
+  world_.publish(reset);
+  expect(client.status(), 6, CommandState::kReady, "The cell was reset.");
+  client.command(7, "MoveToType", move());
+  EXPECT_EQ(client.status().command.state, CommandState::kError);
+}
+
+TEST_F(Lifecycle, AForeignCommandThatReplacesOursIsAnError) {
+  TestClient client(port_);
+  initialize(client);
+  client.command(5, "MoveToType", move());
+  ticket(2);
+  world_.report(0, 9, ActionState::kDone);
+  expect(client.status(), 5, CommandState::kError,
+         "MoveToType was replaced by a command from another interface.");
+}
+
+TEST_F(Lifecycle, ACompletedCommandStaysDone) {
+  TestClient client(port_);
+  initialize(client);
+  client.command(5, "MoveToType", move());
+  world_.report(0, ticket(2), ActionState::kDone);
+  expect(client.status(), 5, CommandState::kDone);
+  world_.report(0, 9, ActionState::kWorking);
+  expect(client.status(), 5, CommandState::kDone);
+}
+
+TEST_F(Lifecycle, MotionGoesOnWhenTheClientLeaves) {
+  TestClient witness(port_);
+  {
+    TestClient client(port_);
+    initialize(client);
+    client.command(5, "MoveToType", move());
+    ticket(2);
+  }
+  witness.wait_for([&](const crcl::Status&) { return server_->stats().open == 1; });
+  expect(witness.status(), 5, CommandState::kWorking);
+  ticket(2);
+}
+
+// Command, emergency stop and polling socket, the latter with a report configuration of its own.
+TEST_F(Lifecycle, ThreeSocketsAsThePendantOpensThem) {
+  TestClient commands(port_);
+  TestClient emergency(port_);
+  TestClient poll(port_);
+  initialize(commands);
+  poll.command(5, "ConfigureStatusReportType",
+               "<ReportJointStatuses>true</ReportJointStatuses><ReportPoseStatus>true"
+               "</ReportPoseStatus><ReportGripperStatus>true</ReportGripperStatus>"
+               "<ReportSettingsStatus>true</ReportSettingsStatus><ReportSensorsStatus>false"
+               "</ReportSensorsStatus><ReportGuardsStatus>false</ReportGuardsStatus>");
+  expect(poll.status(), 5, CommandState::kDone);
+  commands.command(6, "SetLengthUnitsType", "<UnitName>millimeter</UnitName>");
+  expect(commands.status(), 6, CommandState::kDone);
+  commands.command(7, "MoveToType", move());
+  ticket(2);
+  for (int i = 0; i < 20; ++i) expect(poll.status(), 7, CommandState::kWorking);
+  EXPECT_TRUE(poll.status().gripper.has_value());
+  EXPECT_FALSE(commands.status().gripper.has_value());
+  world_.report(0, 2, ActionState::kDone);
+  expect(poll.status(), 7, CommandState::kDone);
+  emergency.command(6, "StopMotionType", "<StopCondition>Fast</StopCondition>");
+  world_.report(0, ticket(3), ActionState::kDone);
+  expect(poll.wait_for([](const crcl::Status& s) { return s.command.command_id == 6; }), 6,
+         CommandState::kDone);
+}
+
+}  // namespace
+}  // namespace aprsim::protocols

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "crcl/framer.hpp"
+#include "crcl/status.hpp"
+
+namespace aprsim::protocols {
+
+/// A blocking CRCL client over a real socket. Throws std::runtime_error when the server does not
+/// answer within ten seconds or not as it must.
+class TestClient {
+ public:
+  explicit TestClient(std::uint16_t port);
+  ~TestClient();
+  TestClient(const TestClient&) = delete;
+  TestClient& operator=(const TestClient&) = delete;
+
+  void send(std::string_view bytes);
+  /// One command of the given type.
+  void command(std::int64_t id, const std::string& type, const std::string& body = "");
+  /// Sends GetStatus with an id that must not matter and reads one status.
+  crcl::Status status();
+  /// Reads one status that has been asked for already.
+  crcl::Status read_status();
+  /// As read_status(), the document itself.
+  std::string read_document();
+  /// Asks until the status satisfies the condition.
+  template <typename Condition>
+  crcl::Status wait_for(Condition condition) {
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+    while (true) {
+      crcl::Status now = status();
+      if (condition(now)) return now;
+      if (std::chrono::steady_clock::now() > deadline) fail("the condition did not come true");
+    }
+  }
+
+  /// Nothing more will be sent; reading goes on.
+  void finish_sending();
+  /// Waits for the end of the stream; throws when anything else comes.
+  void expect_closed();
+  /// True when bytes are there to be read after so long.
+  bool readable(std::chrono::milliseconds wait);
+  /// Closes at once with a reset.
+  void reset();
+  void shrink_receive_buffer();
+
+ private:
+  [[noreturn]] static void fail(const std::string& what);
+  std::size_t receive(char* buffer, std::size_t size);
+
+  int fd_ = -1;
+  crcl::Framer framer_ = crcl::Framer::for_statuses();
+};
+
+}  // namespace aprsim::protocols
