@@ -9,8 +9,8 @@
 
 /// Contacts between the cell's shapes, from exact geometry; no ODE. Each function appends the
 /// contacts of one pair, reduced to what supports the body, in a fixed order; a contact is made
-/// when depth > -margin (ODE ignores depth < 0 here, so callers use margin 0). The normal points
-/// from the second object into the first. No call allocates once `out` has its capacity.
+/// only when depth > 0. The normal points from the second object (b) into the first (a). No call
+/// allocates once `out` has its capacity.
 namespace aprsim::physics {
 
 /// Gear (frame origin at the disc's underside, z along the peg) on or in a tray: disc shoulder on
@@ -37,14 +37,23 @@ void box_box(const Eigen::Vector3d& size_a, const Eigen::Isometry3d& X_WA,
 
 /// A finger's pad. Finger frame: origin at the finger tip's centre in the tool's xz plane on the
 /// pad's face line, z towards the palm (against the approach), y pointing out of the pad face (the
-/// closing direction), x across.
+/// closing direction), x across. A V pad's groove is cut into that face, symmetric about x = 0.
 struct Pad {
   scene::PadShape shape = scene::PadShape::kV;
   double height_m = 0;  ///< z 0 .. height
   double width_m = 0;   ///< x -width/2 .. width/2
   double depth_m = 0;   ///< y -depth .. 0
   double v_half_angle_rad = 0;
+  double v_depth_m = 0;  ///< of the groove; 0 = just deep enough for the peg: see v_groove_depth
 };
+
+/// Depth of the groove [m]: v_depth_m, or when that is 0 such that both faces hold a peg of this
+/// radius 5 % inside the groove's rims; never more than what width and depth allow.
+[[nodiscard]] double v_groove_depth(const Pad& pad, double peg_radius_m);
+
+/// Distance between the face lines of two such pads that hold a centred peg [m]: the fingers must
+/// be able to close to less than this.
+[[nodiscard]] double holding_gap(const Pad& pad, double peg_radius_m);
 
 /// Pad on a gear's peg (flat: 2 points; V: up to 4), the pad's lower edge and corners on the disc,
 /// the pad's underside on the top of the peg. Never tunnels: a finger that comes down on the peg is

@@ -1,1 +1,0 @@
-#include "world/physics/contact_generation.hpp"

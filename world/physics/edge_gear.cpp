@@ -1,0 +1,126 @@
+#include "world/physics/edge_gear.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace aprsim::physics::detail {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+struct Range {
+  double lo, hi;
+  [[nodiscard]] bool empty() const { return !(lo < hi); }
+};
+
+/// The edge in the gear's frame, p + t d for t in 0 .. length, d of unit length.
+struct Edge {
+  Vector3d p, d;
+  double length;
+  double d2;       ///< squared length of d across the gear's axis
+  double closest;  ///< t of the point of the infinite line nearest to the axis (0 if parallel)
+
+  [[nodiscard]] Vector3d at(double t) const { return p + t * d; }
+  [[nodiscard]] double r(double t) const {
+    return std::hypot(p.x() + t * d.x(), p.y() + t * d.y());
+  }
+  [[nodiscard]] double z(double t) const { return p.z() + t * d.z(); }
+};
+
+/// Part of the edge within z0 .. z1.
+Range within_height(const Edge& e, double z0, double z1) {
+  if (std::abs(e.d.z()) < 1e-12) {
+    return e.p.z() >= z0 && e.p.z() <= z1 ? Range{0, e.length} : Range{0, 0};
+  }
+  double t0 = (z0 - e.p.z()) / e.d.z(), t1 = (z1 - e.p.z()) / e.d.z();
+  if (t0 > t1) std::swap(t0, t1);
+  return {std::max(0.0, t0), std::min(e.length, t1)};
+}
+
+/// Part of the edge nearer than r to the axis.
+Range within_radius(const Edge& e, double r) {
+  const double closest = e.r(e.closest);
+  if (closest >= r) return {0, 0};
+  if (e.d2 < 1e-12) return {0, e.length};
+  const double half = std::sqrt((r * r - closest * closest) / e.d2);
+  return {std::max(0.0, e.closest - half), std::min(e.length, e.closest + half)};
+}
+
+double behind_side(const Piece& piece, const Edge& e, double t) {
+  return (piece.radius(e.z(t)) - e.r(t)) * piece.cosine;
+}
+
+/// Where the edge is deepest behind the (concave) side function within the range.
+double deepest_on_side(const Piece& piece, const Edge& e, Range range) {
+  if (piece.slope == 0) return std::clamp(e.closest, range.lo, range.hi);
+  const auto rising = [&](double t) {
+    const double r = std::max(1e-12, e.r(t));
+    const double x = e.p.x() + t * e.d.x(), y = e.p.y() + t * e.d.y();
+    return piece.slope * e.d.z() - (x * e.d.x() + y * e.d.y()) / r > 0;
+  };
+  for (int k = 0; k < 40 && range.hi - range.lo > 1e-9; ++k) {
+    const double mid = 0.5 * (range.lo + range.hi);
+    (rising(mid) ? range.lo : range.hi) = mid;
+  }
+  return 0.5 * (range.lo + range.hi);
+}
+
+void touch_side(const Piece& piece, const Edge& e, const Isometry3d& X_SG, Candidates& out) {
+  const Range range = within_height(e, piece.z0 - piece.low_reach, piece.z1 + piece.high_reach);
+  if (range.empty()) return;
+  const double deepest = deepest_on_side(piece, e, range);
+  if (behind_side(piece, e, deepest) <= 0) return;
+  // The ends count too: an edge along the side touches it over its whole length.
+  for (const double t : {deepest, range.lo, range.hi}) {
+    const double depth = behind_side(piece, e, t);
+    const Vector3d q = e.at(t);
+    if (depth <= 0 || piece.to_end(q.z()) < depth) continue;
+    const double r = e.r(t);
+    if (r < 1e-12) continue;
+    const Vector3d outward(q.x() / r * piece.cosine, q.y() / r * piece.cosine,
+                           -piece.slope * piece.cosine);
+    out.add(X_SG * q, -(X_SG.linear() * outward), depth);
+  }
+}
+
+void touch_end(const Piece& piece, double z_end, double r_end, double outward, const Edge& e,
+               const Isometry3d& X_SG, Candidates& out) {
+  const Range range = within_radius(e, r_end);
+  if (range.empty()) return;
+  const double sideways = r_end - e.r(std::clamp(e.closest, range.lo, range.hi));
+  for (const double t : {range.lo, range.hi}) {
+    const Vector3d q = e.at(t);
+    const double depth = outward * (z_end - q.z());
+    // Beyond the piece there may be air: what is deep in its neighbour is that one's matter.
+    if (q.z() < piece.z0 - piece.low_reach || q.z() > piece.z1 + piece.high_reach) continue;
+    if (depth > sideways || depth > piece.to_end(q.z())) continue;
+    out.add(X_SG * q, -outward * X_SG.linear().col(2), depth);
+  }
+}
+
+}  // namespace
+
+void edge_on_gear(const GearShape& gear, const Isometry3d& X_SG, const Vector3d& a,
+                  const Vector3d& b, Candidates& out) {
+  const Eigen::Matrix3d R_GS = X_SG.linear().transpose();
+  Edge e;
+  e.p = R_GS * (a - X_SG.translation());
+  e.d = R_GS * (b - a);
+  e.length = e.d.norm();
+  if (e.length < 1e-9) return;
+  e.d /= e.length;
+  const double z_a = e.p.z(), z_b = e.z(e.length);
+  if (std::max(z_a, z_b) < gear.z_low || std::min(z_a, z_b) > gear.z_high) return;
+  e.d2 = e.d.x() * e.d.x() + e.d.y() * e.d.y();
+  e.closest = e.d2 < 1e-12 ? 0 : -(e.p.x() * e.d.x() + e.p.y() * e.d.y()) / e.d2;
+  if (e.r(std::clamp(e.closest, 0.0, e.length)) >= gear.r_max) return;
+  for (int k = 0; k < gear.piece_count; ++k) {
+    const Piece& piece = gear.pieces[static_cast<std::size_t>(k)];
+    touch_side(piece, e, X_SG, out);
+    if (piece.low_exposed) touch_end(piece, piece.z0, piece.r0, -1, e, X_SG, out);
+    if (piece.high_exposed) touch_end(piece, piece.z1, piece.r1, 1, e, X_SG, out);
+  }
+}
+
+}  // namespace aprsim::physics::detail

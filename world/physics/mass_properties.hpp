@@ -1,0 +1,21 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "world/scene/scene.hpp"
+
+namespace aprsim::physics {
+
+struct MassProperties {
+  double mass_kg = 0;
+  Eigen::Vector3d com = Eigen::Vector3d::Zero();      ///< in the body's own frame [m]
+  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< about the com, body axes [kg m2]
+};
+
+/// Disc, hub (with chamfer) and peg of uniform density that add up to the type's mass.
+[[nodiscard]] MassProperties gear_mass(const scene::GearType& gear);
+
+/// Slab less its pockets (with mouth chamfers), of uniform density, with the type's mass.
+[[nodiscard]] MassProperties tray_mass(const scene::TrayType& tray);
+
+}  // namespace aprsim::physics
