@@ -44,6 +44,7 @@ class Loader {
     const yaml::Map keys = document->root().map(
         {"seed", "types", "physics", "pockets", "gear_types", "tray_types", "robot_types", "robots",
          "conveyor", "fixed", "floor", "trays", "gears"});
+    if (document->error()) return tl::unexpected(*document->error());
     if (auto read = read_type_files(keys["types"]); !read) {
       return tl::unexpected(std::move(read.error()));
     }

@@ -324,6 +324,15 @@ TEST_F(SceneFileErrors, ErrorInTypesFileNamesThatFile) {
                                        "number in (0, 1000]");
 }
 
+TEST_F(SceneFileErrors, SceneFilesOwnKeysComeBeforeItsTypes) {
+  write("types.yaml", "nonsense: 1\n");
+  const std::string file = write("scene.yaml", "types: types.yaml\ncolour: red\n");
+  const auto scene = load(file);
+  ASSERT_FALSE(scene.has_value());
+  EXPECT_EQ(scene.error().field, "colour");
+  EXPECT_EQ(scene.error().message.rfind(file + ":2:1: colour: found an unknown key", 0), 0u);
+}
+
 TEST_F(SceneFileErrors, TypeInTwoFiles) {
   const std::string pocket =
       "pockets:\n  hole: {top_radius_m: 0.02, floor_radius_m: 0.01, depth_m: 0.01}\n";
