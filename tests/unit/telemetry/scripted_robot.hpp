@@ -1,0 +1,47 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "crcl/documents.hpp"
+#include "crcl/status.hpp"
+
+namespace aprsim::test {
+
+/// A CRCL server on a free loopback port for one client after another. It answers each GetStatus
+/// with one status; a command reports Working to the first GetStatus behind it, and then whatever
+/// the script says.
+class ScriptedRobot {
+ public:
+  /// What becomes of a command: kDone, or kError with the description.
+  using Script = std::function<crcl::CommandStatus(const crcl::Command&)>;
+  /// `last_id` is what the first status shows, as left by an earlier client.
+  explicit ScriptedRobot(Script script, std::int64_t last_id = -1);
+  ~ScriptedRobot();
+
+  [[nodiscard]] std::uint16_t port() const { return port_; }
+  /// Commands received so far, GetStatus not counted.
+  [[nodiscard]] std::vector<crcl::Command> commands() const;
+
+ private:
+  void serve();
+  void talk(int fd);
+  [[nodiscard]] std::string answer();
+
+  const Script script_;
+  mutable std::mutex mutex_;
+  std::vector<crcl::Command> commands_;
+  crcl::CommandStatus now_, next_;
+  int listen_fd_ = -1;
+  std::uint16_t port_ = 0;
+  std::atomic<int> client_fd_{-1};
+  std::atomic<bool> stopping_{false};
+  std::thread thread_;
+};
+
+}  // namespace aprsim::test
