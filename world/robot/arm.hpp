@@ -1,16 +1,14 @@
 #pragma once
 
-#include <span>
 #include <string>
-#include <vector>
 
 #include "world/robot/arm_model.hpp"
 #include "world/robot/dynamics.hpp"
 
 namespace aprsim::robot {
 
-/// Servo parameters of the deviation dynamics; defaults are ARMS estimates of a stiff industrial
-/// servo.
+/// Servo parameters of the deviation dynamics; the defaults are estimates of a stiff industrial
+/// servo (velocity loop inside a position loop).
 struct ServoParameters {
   double velocity_gain_1_s = 300;
   double position_gain_1_s = 40;
@@ -23,29 +21,58 @@ struct ServoParameters {
 /// A servo-driven arm: joint state = reference + deviation. With nothing touching and torques
 /// within limits the arm is its reference, bit for bit; an external torque beyond friction or a
 /// torque limit wakes the deviation, which yields, saturates, trips and returns to exactly zero.
-/// Thread: sim.
+/// A trip changes nothing by itself: whoever sees trip_reason() stops the motion. No call but the
+/// constructor allocates. Thread: sim.
 class Arm {
  public:
+  /// `step_s` <= 2 ms keeps the default gains stable. Joint 0 is next to the base.
   Arm(ArmModel model, Payload payload, const Eigen::Vector3d& gravity_B, const JointVector& q_start,
       double step_s, ServoParameters servo = {});
 
   /// Advances one step to the reference `q_ref_next`, with external joint torques `tau_ext`
-  /// (J^T w of all contact wrenches on links and tool, grip excluded).
+  /// (J^T w of all contact wrenches on links and tool, grip excluded) as they are at its start.
   void step(const JointVector& q_ref_next, const JointVector& tau_ext);
 
-  /// Takes the deviation into the reference: the next reference must start from q(). Used after a
-  /// trip and by InitRobot, so that a pressed arm does not snap back.
+  /// Takes position and velocity of the deviation into the reference: the next reference must start
+  /// from q(). The arm keeps its momentum: where the next reference has another velocity, the
+  /// drives change it within their limits. Used after a trip and by InitRobot, so that a pressed
+  /// arm does not snap back.
   void relax();
 
+  /// From the next step on.
   void set_payload(const Payload& payload);
 
-  [[nodiscard]] const ArmModel& model() const;
-  [[nodiscard]] const JointVector& q() const;       ///< actual position
-  [[nodiscard]] const JointVector& qd() const;      ///< actual velocity
-  [[nodiscard]] const JointVector& torque() const;  ///< of the drives [Nm]
-  [[nodiscard]] bool deviating() const;
+  [[nodiscard]] const ArmModel& model() const { return model_; }
+  [[nodiscard]] const Payload& payload() const { return payload_; }
+  [[nodiscard]] const JointVector& q() const { return q_; }            ///< actual position
+  [[nodiscard]] const JointVector& qd() const { return qd_; }          ///< actual velocity
+  [[nodiscard]] const JointVector& torque() const { return torque_; }  ///< of the drives [Nm]
+  [[nodiscard]] bool deviating() const { return deviating_; }
+  /// Joint-space inertia matrix at q(), with payload and rotors.
+  [[nodiscard]] JointMatrix mass_matrix() const;
   /// Not empty once a trip condition held: names joint, value and limit. Cleared by relax().
-  [[nodiscard]] const std::string& trip_reason() const;
+  [[nodiscard]] const std::string& trip_reason() const { return trip_reason_; }
+
+ private:
+  [[nodiscard]] JointVector beyond_friction(const JointVector& tau_ext) const;
+  [[nodiscard]] JointVector return_speed(const JointMatrix& H) const;
+  void deviate(const JointVector& feedforward, const JointVector& disturbance);
+  void watch(const JointVector& feedforward);
+  void trip(int joint, const char* what, double value, double limit, const char* unit);
+
+  ArmModel model_;
+  Payload payload_;
+  Eigen::Vector3d gravity_B_;
+  double step_s_;
+  ServoParameters servo_;
+  JointVector max_torque_, max_speed_;
+
+  JointVector q_ref_, qd_ref_;     ///< where the reference is and how fast
+  JointVector e_, ed_, integral_;  ///< deviation, its speed, integrated speed error
+  bool deviating_ = false;
+  int disturbed_steps_ = 0;  ///< in a row above the trip torque
+  JointVector q_, qd_, torque_;
+  std::string trip_reason_;
 };
 
 }  // namespace aprsim::robot
