@@ -13,7 +13,7 @@
 #include <spdlog/spdlog.h>
 
 #include "crcl/xml_tree.hpp"
-#include "protocols/crcl/connection.hpp"
+#include "protocols/crcl/crcl_connection.hpp"
 #include "protocols/crcl/robot_link.hpp"
 #include "protocols/tcp_listener.hpp"
 
@@ -71,12 +71,13 @@ class CrclServer::Impl {
   }
 
   void take(TcpListener::Socket socket, std::string peer) {
-    const auto connection = std::make_shared<Connection>(
-        std::move(socket), std::move(peer), options_, link_, counters_, [this](Connection& ended) {
-          connections_.erase(&ended);
-          listener_.release();
-          finish_if_drained();
-        });
+    const auto connection =
+        std::make_shared<CrclConnection>(std::move(socket), std::move(peer), options_, link_,
+                                         counters_, [this](CrclConnection& ended) {
+                                           connections_.erase(&ended);
+                                           listener_.release();
+                                           finish_if_drained();
+                                         });
     connections_[connection.get()] = connection;
     connection->start();
   }
@@ -84,10 +85,10 @@ class CrclServer::Impl {
   void drain() {
     draining_ = true;
     listener_.close();
-    for_each([](Connection& connection) { connection.drain(); });
+    for_each([](CrclConnection& connection) { connection.drain(); });
     drain_timer_.expires_after(options_.drain_deadline);
     drain_timer_.async_wait([this](const boost::system::error_code& cancelled) {
-      if (!cancelled) for_each([](Connection& connection) { connection.close(); });
+      if (!cancelled) for_each([](CrclConnection& connection) { connection.close(); });
     });
     finish_if_drained();
   }
@@ -95,7 +96,7 @@ class CrclServer::Impl {
   // A connection may end, and leave the map, while it is visited.
   template <typename Visit>
   void for_each(const Visit& visit) {
-    std::vector<std::shared_ptr<Connection>> all;
+    std::vector<std::shared_ptr<CrclConnection>> all;
     for (const auto& [key, connection] : connections_) all.push_back(connection);
     for (const auto& connection : all) visit(*connection);
   }
@@ -109,9 +110,9 @@ class CrclServer::Impl {
   CrclServerOptions options_;
   asio::io_context io_{1};
   RobotLink link_;
-  ConnectionCounters counters_;
+  CrclCounters counters_;
   TcpListener listener_;
-  std::map<Connection*, std::shared_ptr<Connection>> connections_;
+  std::map<CrclConnection*, std::shared_ptr<CrclConnection>> connections_;
   asio::steady_timer drain_timer_;
   asio::executor_work_guard<asio::io_context::executor_type> work_;
   bool draining_ = false;

@@ -1,4 +1,4 @@
-#include "protocols/crcl/connection.hpp"
+#include "protocols/crcl/crcl_connection.hpp"
 
 #include <exception>
 #include <netinet/in.h>
@@ -26,9 +26,9 @@ constexpr int kDocumentsPerTurn = 16;
 
 }  // namespace
 
-Connection::Connection(asio::ip::tcp::socket socket, std::string peer,
-                       const CrclServerOptions& options, RobotLink& link,
-                       ConnectionCounters& counters, OnEnd on_end)
+CrclConnection::CrclConnection(asio::ip::tcp::socket socket, std::string peer,
+                               const CrclServerOptions& options, RobotLink& link,
+                               CrclCounters& counters, OnEnd on_end)
     : socket_(std::move(socket)),
       peer_(std::move(peer)),
       options_(options),
@@ -40,18 +40,18 @@ Connection::Connection(asio::ip::tcp::socket socket, std::string peer,
       write_timer_(socket_.get_executor()),
       idle_timer_(socket_.get_executor()) {}
 
-void Connection::start() {
+void CrclConnection::start() {
   spdlog::info("{}: {} connected", link_.name(), peer_);
   read();
 }
 
-void Connection::drain() {
+void CrclConnection::drain() {
   if (closed_) return;
   draining_ = true;
   if (pending() == 0) close();
 }
 
-void Connection::close() {
+void CrclConnection::close() {
   if (closed_) return;
   closed_ = true;
   error_code ignored;
@@ -62,15 +62,15 @@ void Connection::close() {
   on_end_(*this);
 }
 
-void Connection::drop(const std::string& reason) {
+void CrclConnection::drop(const std::string& reason) {
   if (closed_) return;
   ++counters_.dropped;
   spdlog::warn("{}: closing {}: {}", link_.name(), peer_, reason);
   close();
 }
 
-void Connection::watch(asio::steady_timer& timer, std::chrono::milliseconds limit,
-                       std::string reason) {
+void CrclConnection::watch(asio::steady_timer& timer, std::chrono::milliseconds limit,
+                           std::string reason) {
   if (limit.count() <= 0) return;
   timer.expires_after(limit);
   timer.async_wait([self = weak_from_this(), reason = std::move(reason)](const error_code& error) {
@@ -79,7 +79,7 @@ void Connection::watch(asio::steady_timer& timer, std::chrono::milliseconds limi
   });
 }
 
-void Connection::read() {
+void CrclConnection::read() {
   watch(idle_timer_, options_.idle_timeout, "idle for too long");
   socket_.async_read_some(asio::buffer(input_),
                           [self = shared_from_this()](const error_code& error, std::size_t size) {
@@ -87,7 +87,7 @@ void Connection::read() {
                           });
 }
 
-void Connection::on_read(const error_code& error, std::size_t size) {
+void CrclConnection::on_read(const error_code& error, std::size_t size) {
   if (closed_) return;
   if (error) {
     spdlog::info("{}: {} disconnected{}", link_.name(), peer_,
@@ -106,14 +106,14 @@ void Connection::on_read(const error_code& error, std::size_t size) {
 // Existing clients leave Nagle's algorithm on and follow a command, which has no answer, with a
 // GetStatus: that would wait some 40 ms for the delayed acknowledgement of the command. The option
 // lasts only for a while, so it is set with each read.
-void Connection::acknowledge_at_once() {
+void CrclConnection::acknowledge_at_once() {
   const int on = 1;
   (void)::setsockopt(socket_.native_handle(), IPPROTO_TCP, TCP_QUICKACK, &on, sizeof on);
 }
 
 // Goes on with the documents at hand, a few at a time; reads on when there are none. While the peer
 // has too many statuses to take, on_write() comes back here.
-void Connection::process() {
+void CrclConnection::process() {
   for (int i = 0; i < kDocumentsPerTurn; ++i) {
     full_ = pending() >= options_.max_output_bytes;
     if (closed_ || draining_ || full_) return;
@@ -130,7 +130,7 @@ void Connection::process() {
   asio::post(socket_.get_executor(), [self = shared_from_this()] { self->process(); });
 }
 
-void Connection::handle(const std::string& document) {
+void CrclConnection::handle(const std::string& document) {
   const crcl::Result<crcl::CommandInstance> instance =
       crcl::decode_command(document, options_.max_message_bytes);
   if (!instance) return handle_undecodable(instance.error());
@@ -138,14 +138,14 @@ void Connection::handle(const std::string& document) {
   link_.execute(*instance, settings_, peer_);
 }
 
-void Connection::handle_undecodable(const crcl::Error& error) {
+void CrclConnection::handle_undecodable(const crcl::Error& error) {
   if (error.kind != crcl::ErrorKind::kBadValue) return fail_document(error);
   // One status answers each GetStatus, whatever its id looks like.
   if (error.command_type == "GetStatusType") return answer_status();
   link_.refuse(error.command_type, error.command_id.value_or(0), error.message());
 }
 
-void Connection::fail_document(const crcl::Error& error) {
+void CrclConnection::fail_document(const crcl::Error& error) {
   const std::string reason = "Bad document from " + peer_ + ": " + error.message();
   link_.bad_document(reason);
   ++counters_.dropped;
@@ -153,20 +153,20 @@ void Connection::fail_document(const crcl::Error& error) {
   drain();
 }
 
-void Connection::answer_status() {
+void CrclConnection::answer_status() {
   output_ += crcl::encode_status(link_.status(settings_));
   ++counters_.statuses;
   if (sending_.empty()) send_next();
 }
 
-void Connection::send_next() {
+void CrclConnection::send_next() {
   sending_.clear();
   sent_ = 0;
   std::swap(sending_, output_);
   write();
 }
 
-void Connection::write() {
+void CrclConnection::write() {
   watch(write_timer_, options_.write_timeout, "takes none of its pending statuses");
   socket_.async_write_some(asio::buffer(sending_.data() + sent_, sending_.size() - sent_),
                            [self = shared_from_this()](const error_code& error, std::size_t size) {
@@ -174,7 +174,7 @@ void Connection::write() {
                            });
 }
 
-void Connection::on_write(const error_code& error, std::size_t size) {
+void CrclConnection::on_write(const error_code& error, std::size_t size) {
   if (closed_) return;
   if (error) return close();
   sent_ += size;

@@ -20,21 +20,21 @@
 namespace aprsim::protocols {
 
 /// Counters of a server's connections together, for any thread to read.
-struct ConnectionCounters {
+struct CrclCounters {
   std::atomic<std::uint64_t> dropped{0}, commands{0}, statuses{0};
 };
 
 /// One client's socket: frames its bytes, passes commands to the robot's link, answers GetStatus.
 /// While the peer does not take its statuses nothing more is read from it, so that what is kept
 /// for it is bounded. Keeps itself alive while an operation is pending. Thread: the server's.
-class Connection : public std::enable_shared_from_this<Connection> {
+class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
  public:
-  using OnEnd = std::function<void(Connection&)>;
+  using OnEnd = std::function<void(CrclConnection&)>;
 
   /// `on_end` is called once, when the socket has been closed.
-  Connection(boost::asio::ip::tcp::socket socket, std::string peer,
-             const CrclServerOptions& options, RobotLink& link, ConnectionCounters& counters,
-             OnEnd on_end);
+  CrclConnection(boost::asio::ip::tcp::socket socket, std::string peer,
+                 const CrclServerOptions& options, RobotLink& link, CrclCounters& counters,
+                 OnEnd on_end);
 
   void start();
   /// Takes no further commands, closes once pending statuses are out.
@@ -64,7 +64,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   std::string peer_;
   const CrclServerOptions& options_;
   RobotLink& link_;
-  ConnectionCounters& counters_;
+  CrclCounters& counters_;
   OnEnd on_end_;
 
   ReportSettings settings_;
