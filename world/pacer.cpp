@@ -10,7 +10,9 @@ namespace {
 constexpr std::chrono::milliseconds kMaxLateness{50};
 /// Steps between two looks at the command queue.
 constexpr std::int64_t kBurst = 5;
-constexpr std::chrono::seconds kWindow{1};
+constexpr std::chrono::milliseconds kWindow{1000};
+/// The first figures come sooner, so that whoever looks right after the start sees some.
+constexpr std::chrono::milliseconds kFirstWindow{100};
 
 }  // namespace
 
@@ -62,7 +64,7 @@ void Pacer::stepped(WallTime now, std::chrono::nanoseconds cost) {
 
 void Pacer::measure(WallTime now) {
   const auto span = now - window_start_;
-  if (span < kWindow) return;
+  if (span < (step_time_s_ > 0 ? kWindow : kFirstWindow)) return;
   real_time_factor_ = static_cast<double>(window_steps_) * static_cast<double>(step_.count()) /
                       static_cast<double>(std::chrono::nanoseconds(span).count());
   if (window_steps_ > 0) {

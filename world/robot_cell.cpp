@@ -22,10 +22,10 @@ robot::JointVector home_of(const scene::Robot& robot, const robot::ArmModel& mod
   return Eigen::Map<const Eigen::VectorXd>(robot.home_rad.data(), model.dof());
 }
 
-/// Palm and fingers as one box around the palm's centre, which sits behind the finger pads.
+/// Mount, palm and fingers as one box around the palm's centre, which sits behind the finger pads.
 robot::Payload payload_of(const scene::Gripper& gripper, const Eigen::Isometry3d& X_FT) {
   robot::Payload payload;
-  payload.mass_kg = gripper.palm_mass_kg + 2 * gripper.finger_mass_kg;
+  payload.mass_kg = gripper.mount_mass_kg + gripper.palm_mass_kg + 2 * gripper.finger_mass_kg;
   const Eigen::Vector3d com_T(0, 0, -gripper.pad_height_m - 0.5 * gripper.palm_size.z());
   payload.com_F = X_FT * com_T;
   const Eigen::Vector3d s2 = gripper.palm_size.cwiseAbs2();

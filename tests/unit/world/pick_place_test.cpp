@@ -14,7 +14,6 @@ void expect_clean(const PickPlaceReport& report) {
   EXPECT_LT(report.tilt_rad, 0.01);
   EXPECT_TRUE(report.resting);
   EXPECT_LT(report.max_penetration_m, 5e-4);
-  RecordProperty("lift_um", static_cast<int>(report.lift_m * 1e6));
 }
 
 void print(const char* what, const PickPlaceReport& r) {
