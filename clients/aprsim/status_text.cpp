@@ -12,15 +12,19 @@ namespace {
 constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr double kMillimetres = 1e3;
 
+/// To one decimal, and never -0.
+double tenths(double value) { return std::round(10 * value) / 10 + 0.0; }
+
 std::string point_mm(const v1::Vector3& point) {
-  return fmt::format("{:.1f} {:.1f} {:.1f}", point.x() * kMillimetres, point.y() * kMillimetres,
-                     point.z() * kMillimetres);
+  return fmt::format("{:.1f} {:.1f} {:.1f}", tenths(point.x() * kMillimetres),
+                     tenths(point.y() * kMillimetres), tenths(point.z() * kMillimetres));
 }
 
 /// Rotation about z of a body that lies flat.
 double yaw_degrees(const v1::Quaternion& q) {
-  return std::atan2(2 * (q.w() * q.z() + q.x() * q.y()), 1 - 2 * (q.y() * q.y() + q.z() * q.z())) *
-         kDegrees;
+  const double yaw =
+      std::atan2(2 * (q.w() * q.z() + q.x() * q.y()), 1 - 2 * (q.y() * q.y() + q.z() * q.z()));
+  return tenths(yaw * kDegrees);
 }
 
 std::string action_text(const v1::RobotState& robot) {

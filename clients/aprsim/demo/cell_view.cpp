@@ -67,22 +67,23 @@ const SlotView* CellView::slot(const std::string& tray, const std::string& slot)
   return found == slots_.end() ? nullptr : &*found;
 }
 
-std::vector<Transfer> CellView::transfers(const Eigen::Vector3d& p_WB, bool belt_only,
+std::vector<Transfer> CellView::transfers(const Eigen::Vector3d& p_WB, bool on_belt,
                                           const std::string& preferred_tray) const {
   std::vector<Transfer> out;
   for (const auto& from : slots_) {
     const GearView* taken = gear(from.gear);
     if (from.tray_kind != v1::BODY_KIND_PART_TRAY || taken == nullptr || !taken->resting) continue;
     for (const auto& to : slots_) {
-      const bool belt = from.on_belt && to.on_belt;
       if (to.tray_kind == v1::BODY_KIND_KIT_TRAY && to.gear.empty() &&
-          to.gear_type == taken->type && (belt || !belt_only)) {
+          to.gear_type == taken->type) {
         out.push_back({*taken, from, to});
       }
     }
   }
   std::ranges::stable_sort(out, {}, [&](const Transfer& transfer) {
-    return std::tuple(transfer.from.tray != preferred_tray, handiness(p_WB, transfer));
+    const int elsewhere = static_cast<int>(transfer.from.on_belt != on_belt) +
+                          static_cast<int>(transfer.to.on_belt != on_belt);
+    return std::tuple(transfer.from.tray != preferred_tray, elsewhere, handiness(p_WB, transfer));
   });
   return out;
 }

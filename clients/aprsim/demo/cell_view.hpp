@@ -49,10 +49,9 @@ class CellView {
   [[nodiscard]] const GearView* gear(const std::string& name) const;
   [[nodiscard]] const SlotView* slot(const std::string& tray, const std::string& slot) const;
 
-  /// Every possible transfer, those that lie handiest for a robot whose base stands at p_WB first.
-  /// Gears of `preferred_tray` come before all others when there are any; with `belt_only` both
-  /// trays must lie on the belt.
-  [[nodiscard]] std::vector<Transfer> transfers(const Eigen::Vector3d& p_WB, bool belt_only,
+  /// Every possible transfer, best first: gears of `preferred_tray`, then both trays on the belt or
+  /// both beside it as `on_belt` says, then what lies handiest for a robot with its base at p_WB.
+  [[nodiscard]] std::vector<Transfer> transfers(const Eigen::Vector3d& p_WB, bool on_belt,
                                                 const std::string& preferred_tray) const;
 
  private:

@@ -78,12 +78,26 @@ TEST(CellView, FindsGearsInSlotsAndTransfersThatFit) {
   EXPECT_EQ(transfers[0].gear.name, "g2");
 }
 
-TEST(CellView, BeltOnlyLeavesOutTraysBesideIt) {
-  const TwoTrays cell(0.5);
+TEST(CellView, TransfersWhollyOnOrBesideTheBeltComeFirst) {
+  TwoTrays cell(0);
+  TwoTrays::add_slot(cell.add_tray("beside", v1::BODY_KIND_KIT_TRAY, 0.5, 0.5), "b1", "small", 0);
   const CellView view(cell.cell, cell.snapshot);
-  EXPECT_FALSE(view.slot("kit", "k1")->on_belt);
-  EXPECT_TRUE(view.transfers({0, 0, 0}, true, "").empty());
-  EXPECT_EQ(view.transfers({0, 0, 0}, false, "").size(), 2U);
+  EXPECT_TRUE(view.slot("kit", "k1")->on_belt);
+  EXPECT_FALSE(view.slot("beside", "b1")->on_belt);
+  // Seen from a base half a metre from the one beside the belt.
+  const Eigen::Vector3d p_WB(0.3, 1, 0);
+  EXPECT_EQ(view.transfers(p_WB, true, "").front().to.tray, "kit");
+  EXPECT_EQ(view.transfers(p_WB, false, "").front().to.tray, "beside");
+  EXPECT_EQ(view.transfers(p_WB, false, "").size(), 4U);
+}
+
+TEST(CellView, GearsOfThePreferredTrayComeFirst) {
+  TwoTrays cell(0);
+  TwoTrays::add_slot(cell.add_tray("brought", v1::BODY_KIND_PART_TRAY, -0.4, 0), "p1", "small", 0);
+  cell.add_gear("g3", -0.4, 0);
+  const CellView view(cell.cell, cell.snapshot);
+  EXPECT_NE(view.transfers({0, 0.5, 0}, true, "").front().gear.name, "g3");
+  EXPECT_EQ(view.transfers({0, 0.5, 0}, true, "brought").front().gear.name, "g3");
 }
 
 TEST(CellView, AnOccupiedSlotIsNotOffered) {
