@@ -1,0 +1,86 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/read_until.hpp>
+#include <boost/asio/write.hpp>
+
+namespace aprsim::test {
+
+/// A CRCL client that knows nothing of our codec: text out, text in, as PROTOCOL's Java client
+/// behaves. Every failure throws.
+class CrclTextClient {
+ public:
+  explicit CrclTextClient(std::uint16_t port) : socket_(io_) {
+    socket_.connect({boost::asio::ip::address_v4::loopback(), port});
+  }
+
+  /// Sends one command of type `type` with the next id and `fields` after the id.
+  std::int64_t send(const std::string& type, const std::string& fields = "") {
+    const std::int64_t id = ++id_;
+    write(type, id, fields);
+    return id;
+  }
+
+  /// Asks for the status and returns it as text.
+  std::string status() {
+    write("GetStatusType", id_, "");
+    static const std::string kEnd = "</CRCLStatus>";
+    boost::asio::read_until(socket_, boost::asio::dynamic_buffer(buffer_), kEnd);
+    const auto end = buffer_.find(kEnd) + kEnd.size();
+    std::string text = buffer_.substr(0, end);
+    buffer_.erase(0, end);
+    return text;
+  }
+
+  /// Polls until that id is done and returns the status; throws with it on an error or deadline.
+  std::string wait_done(std::int64_t id, std::chrono::seconds deadline = std::chrono::seconds(30)) {
+    const auto end = std::chrono::steady_clock::now() + deadline;
+    while (true) {
+      const std::string text = status();
+      if (field(text, "CommandID") == std::to_string(id)) {
+        const std::string state = field(text, "CommandState");
+        if (state == "CRCL_Done") return text;
+        if (state == "CRCL_Error") throw std::runtime_error(text);
+      }
+      if (std::chrono::steady_clock::now() > end) throw std::runtime_error("not done: " + text);
+    }
+  }
+
+  std::string run(const std::string& type, const std::string& fields = "") {
+    return wait_done(send(type, fields));
+  }
+
+  /// Text of the first element of that name after `from`; empty when there is none.
+  static std::string field(const std::string& text, const std::string& name, std::size_t from = 0) {
+    const auto open = text.find("<" + name + ">", from);
+    if (open == std::string::npos) return "";
+    const auto start = open + name.size() + 2;
+    return text.substr(start, text.find('<', start) - start);
+  }
+  static double number(const std::string& text, const std::string& name, std::size_t from = 0) {
+    return std::stod(field(text, name, from));
+  }
+
+ private:
+  void write(const std::string& type, std::int64_t id, const std::string& fields) {
+    const std::string text =
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?><CRCLCommandInstance "
+        "xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\"><CRCLCommand xsi:type=\"" +
+        type + "\"><CommandID>" + std::to_string(id) + "</CommandID>" + fields +
+        "</CRCLCommand></CRCLCommandInstance>";
+    boost::asio::write(socket_, boost::asio::buffer(text));
+  }
+
+  boost::asio::io_context io_;
+  boost::asio::ip::tcp::socket socket_;
+  std::string buffer_;
+  std::int64_t id_ = 3;
+};
+
+}  // namespace aprsim::test
