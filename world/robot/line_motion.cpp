@@ -40,40 +40,52 @@ LineMotion::LineMotion(const ArmModel& model, const InverseKinematics& ik,
   stretch_.reserve(LinePath::kMaxSamples + 1);
 }
 
-Result<void> LineMotion::trace(const LineMove& move, const JointVector& start,
-                               double elbow_end_rad) {
+LinePath::Route LineMotion::route(const LineMove& move, const JointVector& start,
+                                  double elbow_turn_rad) const {
   const Eigen::Isometry3d X_BT_start = flange_pose(model_, start) * X_FT_;
-  const double elbow = ik_.elbow_of(start);
-  return path_.trace({.line = ToolLine(X_BT_start, move.X_BT_end),
-                      .elbow_start_rad = elbow,
-                      .elbow_turn_rad = std::remainder(elbow_end_rad - elbow, 2 * std::numbers::pi),
-                      .start = start});
+  return {.line = ToolLine(X_BT_start, move.X_BT_end),
+          .elbow_start_rad = ik_.elbow_of(start),
+          .elbow_turn_rad = elbow_turn_rad,
+          .start = start};
+}
+
+bool LineMotion::try_elbow(const LineMove& move, double elbow_turn_rad) {
+  const LinePath::Route way = route(move, move.start, elbow_turn_rad);
+  return path_.looks_passable(way) && path_.trace(way);
 }
 
 /// The elbow stays; else it turns to where the end pose suits it best; else to the nearest angle
 /// that lets the whole line through.
 Result<void> LineMotion::find_path(const LineMove& move) {
-  const double elbow = ik_.elbow_of(move.start);
-  const Result<void> first = trace(move, move.start, elbow);
+  const Result<void> first = path_.trace(route(move, move.start, 0));
   if (first) return {};
   if (path_.singular_start()) {
     const JointVector needed = path_.needed_start();
-    if (tool_rests(move.start, needed) && trace(move, needed, ik_.elbow_of(needed))) {
-      turn_.plan(
-          {.start = move.start, .target = needed, .limits = move.joints, .maximum = move.joints});
-      turning_ = true;
+    if (tool_rests(move.start, needed) && path_.trace(route(move, needed, 0))) {
+      plan_turn(move, needed);
       return {};
     }
   }
   const auto chosen = ik_.choose_elbow(move.X_BT_end * X_FT_.inverse(), move.start);
   if (!chosen) return tl::unexpected(chosen.error());  // the end itself is out of reach
   if (model_.dof() <= 6) return first;
-  if (trace(move, move.start, *chosen)) return {};
+  const double best = std::remainder(*chosen - ik_.elbow_of(move.start), 2 * std::numbers::pi);
+  if (try_elbow(move, best)) return {};
   for (double turn = kElbowSpacing; turn < std::numbers::pi; turn += kElbowSpacing) {
-    if (trace(move, move.start, elbow + turn)) return {};
-    if (trace(move, move.start, elbow - turn)) return {};
+    if (try_elbow(move, turn) || try_elbow(move, -turn)) return {};
   }
   return first;
+}
+
+/// At a moderate pace: the tool's own limits say nothing about a turn that leaves it at rest.
+void LineMotion::plan_turn(const LineMove& move, const JointVector& target) {
+  constexpr double kTurnPace = 0.25;
+  turn_.plan({.start = move.start,
+              .target = target,
+              .limits = move.joints,
+              .maximum = move.joints,
+              .pace = kTurnPace});
+  turning_ = true;
 }
 
 bool LineMotion::tool_rests(const JointVector& from, const JointVector& to) const {
@@ -187,6 +199,10 @@ void LineMotion::brake(Brake how) {
   steps_ = 0;
   time_ = 0;
   end_ = path_.at(stretch_.u_at(profile_.end()));
+}
+
+JointVector LineMotion::roughly_at(double t) const {
+  return path_.interpolate(stretch_.u_at(profile_.at(t).s));
 }
 
 JointVector LineMotion::at(double t) const {

@@ -38,14 +38,18 @@ class LineMotion {
   [[nodiscard]] bool advance(double dt, JointVector& q);
   /// Position `t` seconds after the start of the line itself or the last brake().
   [[nodiscard]] JointVector at(double t) const;
+  /// The same, quick and good to some 1e-6 rad.
+  [[nodiscard]] JointVector roughly_at(double t) const;
   [[nodiscard]] const JointVector& end() const { return end_; }
   [[nodiscard]] double duration() const { return profile_.duration(); }
   [[nodiscard]] const PathStretch& stretch() const { return stretch_; }
 
  private:
   [[nodiscard]] Result<void> find_path(const LineMove& move);
-  [[nodiscard]] Result<void> trace(const LineMove& move, const JointVector& start,
-                                   double elbow_end_rad);
+  [[nodiscard]] LinePath::Route route(const LineMove& move, const JointVector& start,
+                                      double elbow_turn_rad) const;
+  [[nodiscard]] bool try_elbow(const LineMove& move, double elbow_turn_rad);
+  void plan_turn(const LineMove& move, const JointVector& target);
   [[nodiscard]] bool tool_rests(const JointVector& from, const JointVector& to) const;
   void choose_limits(const LineMove& move);
   void choose_rates(const JointLimits& joints);

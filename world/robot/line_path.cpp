@@ -1,6 +1,7 @@
 #include "world/robot/line_path.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -13,12 +14,19 @@ namespace {
 constexpr double kPredictionError = 5e-6;
 constexpr double kLongestStep = 1.0 / 32;
 constexpr double kFirstStep = 1e-6;
-constexpr double kShortestStep = 1e-10;
+/// Steps shorter than these end a trace. The very first ones must be short in a nearly singular
+/// start, because nothing is known yet about the joints' speeds.
+constexpr double kShortestStep = 1e-8;
+constexpr double kShortestFirstStep = 1e-12;
+constexpr std::size_t kPredictFrom = 4;  ///< samples
 /// Samples nearer than both of these to the one before are dropped after the trace.
 constexpr double kThinStep = 1e-4;
 constexpr double kThinTurn = 1e-3;  // [rad]
 /// A solution this far from the interpolated samples is on another branch [rad].
 constexpr double kBranchDistance = 1e-2;
+
+/// How far beyond the end of a trace its reason is looked for.
+constexpr double kBeyond = 1e-5;
 
 double degrees(double rad) { return rad * 180 / std::numbers::pi; }
 
@@ -35,18 +43,33 @@ Result<JointVector> LinePath::solve(double u, const JointVector& seed) const {
   return ik_.nearest(route_.line.at(u) * X_TF_, seed, elbow);
 }
 
-/// Parabola through the last three samples, or what fewer of them allow.
+/// The polynomial through the last samples (Newton's divided differences), evaluated at u.
 JointVector LinePath::predict(double u) const {
-  const std::size_t n = samples_.size();
-  const Sample& c = samples_[n - 1];
-  if (n < 2) return c.q;
-  const Sample& b = samples_[n - 2];
-  const JointVector slope_cb = (c.q - b.q) / (c.u - b.u);
-  if (n < 3) return c.q + (u - c.u) * slope_cb;
-  const Sample& a = samples_[n - 3];
-  const JointVector slope_ba = (b.q - a.q) / (b.u - a.u);
-  const JointVector bend = (slope_cb - slope_ba) / (c.u - a.u);
-  return c.q + (u - c.u) * (slope_cb + (u - b.u) * bend);
+  const std::size_t n = std::min(samples_.size(), kPredictFrom);
+  const Sample* last = samples_.data() + samples_.size() - n;
+  std::array<JointVector, kPredictFrom> coefficient;
+  for (std::size_t i = 0; i < n; ++i) coefficient[i] = last[i].q;
+  for (std::size_t order = 1; order < n; ++order) {
+    for (std::size_t i = n - 1; i >= order; --i) {
+      coefficient[i] = (coefficient[i] - coefficient[i - 1]) / (last[i].u - last[i - order].u);
+    }
+  }
+  JointVector q = coefficient[n - 1];
+  for (std::size_t i = n - 1; i-- > 0;) q = coefficient[i] + (u - last[i].u) * q;
+  return q;
+}
+
+bool LinePath::looks_passable(const Route& route) {
+  constexpr int kPoints = 8;
+  constexpr double kLargeTurn = 1.2;  // [rad] between two points
+  route_ = route;
+  JointVector q = route.start;
+  for (int i = 1; i <= kPoints; ++i) {
+    const auto next = solve(static_cast<double>(i) / kPoints, q);
+    if (!next || (*next - q).cwiseAbs().maxCoeff() > kLargeTurn) return false;
+    q = *next;
+  }
+  return true;
 }
 
 Result<void> LinePath::trace(const Route& route) {
@@ -62,18 +85,18 @@ Result<void> LinePath::trace(const Route& route) {
     const auto q = solve(next, guess);
     const double miss = q ? (*q - guess).cwiseAbs().maxCoeff() : 1.0;
     if (miss > kPredictionError) {
-      step =
-          std::min(step, next - u) * std::clamp(0.8 * std::cbrt(kPredictionError / miss), 0.1, 0.7);
-      if (step < kShortestStep) {
-        if (u == 0) find_needed_start();
-        return blocked(u, q);
+      step = std::min(step, next - u) *
+             std::clamp(0.8 * std::sqrt(std::sqrt(kPredictionError / miss)), 0.1, 0.7);
+      if (step < (samples_.size() < kPredictFrom ? kShortestFirstStep : kShortestStep)) {
+        if (u < kFirstStep) find_needed_start();
+        return blocked(u);
       }
       continue;
     }
-    if (samples_.size() == kMaxSamples) return blocked(u, q);
+    if (samples_.size() == kMaxSamples) return blocked(u);
     samples_.push_back({next, *q, {}, {}});
     u = next;
-    const double growth = miss > 0 ? 0.8 * std::cbrt(kPredictionError / miss) : 2.0;
+    const double growth = miss > 0 ? 0.8 * std::sqrt(std::sqrt(kPredictionError / miss)) : 2.0;
     step = std::min(kLongestStep, step * std::clamp(growth, 0.5, 2.0));
   }
   thin();
@@ -90,33 +113,42 @@ void LinePath::find_needed_start() {
   needed_start_ = *needed;
 }
 
+/// The last sample at or before u, or the first one.
+const JointVector& LinePath::posture_before(double u) const {
+  std::size_t i = samples_.size() - 1;
+  while (i > 0 && samples_[i].u > u) --i;
+  return samples_[i].q;
+}
+
 /// Why the trace ended at `u`: a joint that was about to pass a limit, a pose that cannot be
 /// reached, or a posture that the branch cannot leave continuously.
-tl::unexpected<Error> LinePath::blocked(double u, const Result<JointVector>& last) const {
-  char text[200];
+tl::unexpected<Error> LinePath::blocked(double u) const {
+  char text[240];
   const double percent = u * 100;
-  constexpr double kNear = 1e-4;  // [rad]
-  const JointVector ahead = predict(u + 1e-4);
+  constexpr double kNear = 1e-3;  // [rad]
   const JointVector& here = samples_.back().q;
+  const JointVector& earlier = posture_before(u - 1e-3);
   for (int i = 0; i < model_.dof(); ++i) {
     const Joint& joint = model_.joints[static_cast<std::size_t>(i)];
-    const bool below = here(i) < joint.lower_rad + kNear && ahead(i) < joint.lower_rad;
-    const bool above = here(i) > joint.upper_rad - kNear && ahead(i) > joint.upper_rad;
+    const bool below = here(i) < joint.lower_rad + kNear && here(i) < earlier(i);
+    const bool above = here(i) > joint.upper_rad - kNear && here(i) > earlier(i);
     if (!below && !above) continue;
     std::snprintf(text, sizeof text,
                   "%s would pass its limit %.1f deg at %.0f %% of the straight line",
                   joint.name.c_str(), degrees(below ? joint.lower_rad : joint.upper_rad), percent);
     return fail(ErrorCode::kUnreachable, joint.name, text);
   }
-  if (!last) {
+  const auto beyond = solve(std::min(1.0, u + kBeyond), here);
+  if (!beyond) {
     std::snprintf(text, sizeof text, " at %.0f %% of the straight line", percent);
-    return fail(ErrorCode::kUnreachable, last.error().field, last.error().message + text);
+    return fail(ErrorCode::kUnreachable, beyond.error().field, beyond.error().message + text);
   }
   int joint = 0;
-  const double jump = (*last - here).cwiseAbs().maxCoeff(&joint);
+  const double jump = (*beyond - here).cwiseAbs().maxCoeff(&joint);
   const std::string& name = model_.joints[static_cast<std::size_t>(joint)].name;
   std::snprintf(text, sizeof text,
-                "the straight line meets a singular posture at %.0f %%: %s would jump by %.1f deg",
+                "the straight line meets a singular posture (arm stretched or axes aligned) at "
+                "%.0f %%: %s would jump by %.1f deg",
                 percent, name.c_str(), degrees(jump));
   return fail(ErrorCode::kUnreachable, name, text);
 }

@@ -37,6 +37,11 @@ class LinePath {
   /// Joint position at u after a successful trace(). Exact, but for the places where a joint
   /// touches its limit between two samples: there it is interpolated and held at the limit.
   [[nodiscard]] JointVector at(double u) const;
+  /// Joint position at u, interpolated between the samples: quick, good to some 1e-6 rad.
+  [[nodiscard]] JointVector interpolate(double u) const;
+  /// Whether a few points of the route can be reached without a change of branch: a quick look
+  /// before trace().
+  [[nodiscard]] bool looks_passable(const Route& route);
   [[nodiscard]] std::span<const Sample> samples() const { return samples_; }
   [[nodiscard]] const Route& route() const { return route_; }
   /// The line's branch leaves the start posture only after a turn of joints that are free there
@@ -47,11 +52,11 @@ class LinePath {
  private:
   [[nodiscard]] Result<JointVector> solve(double u, const JointVector& seed) const;
   [[nodiscard]] JointVector predict(double u) const;
-  [[nodiscard]] tl::unexpected<Error> blocked(double u, const Result<JointVector>& last) const;
+  [[nodiscard]] tl::unexpected<Error> blocked(double u) const;
+  [[nodiscard]] const JointVector& posture_before(double u) const;
   void find_needed_start();
   void thin();
   void differentiate();
-  [[nodiscard]] JointVector interpolate(double u) const;
 
   const ArmModel& model_;
   const InverseKinematics& ik_;

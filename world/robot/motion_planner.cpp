@@ -136,7 +136,7 @@ Result<void> MotionPlanner::plan_line(const Eigen::Isometry3d& X_BT, const Joint
       {.start = start, .X_BT_end = X_BT, .tool = tool, .tool_max = tool_max, .joints = limits_});
   if (!ok) return ok;
   const double pace = torque_pace(setup_.model, setup_.payload, setup_.gravity_B, line.duration(),
-                                  [&line](double t) { return line.at(t); });
+                                  [&line](double t) { return line.roughly_at(t); });
   if (pace < 1) line.set_pace(pace);
   return {};
 }

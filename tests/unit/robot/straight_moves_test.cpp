@@ -163,6 +163,59 @@ TEST_P(StraightMoves, LeaveHome) {
   }
 }
 
+/// A straight wrist with its axes 4 and 6 in line: going sideways needs axis 4 turned first, which
+/// the tool does not notice.
+TEST(StraightMovesFanuc, LeaveASingularPostureByTurningTheFreeAxesFirst) {
+  for (const double bend : {0.0, 1e-5, 1e-3, 0.1}) {
+    ControllerRig rig("fanuc");
+    rig.run(api::InitRobot{});
+    JointVector q(6);
+    q << 0.1, 0.4, -0.3, 0.2, bend, 0.3;
+    rig.run(move_all(q));
+    const Eigen::Isometry3d from = rig.X_RT(q);
+    Eigen::Isometry3d to = from;
+    to.translation() += Eigen::Vector3d(0.02, 0.1, 0);
+    rig.forget();
+    ASSERT_EQ(rig.run(api::MoveTo{Pose::from(to), true}), ActionState::kDone)
+        << bend << " " << rig.reason();
+    const auto off = deviation(rig, from, to);
+    EXPECT_LE(off.position_m, 1e-9) << bend;
+    EXPECT_LE(off.rotation_rad, 1e-8) << bend;
+    EXPECT_LE((rig.X_RT(rig.controller().reference()).translation() - to.translation()).norm(),
+              1e-9);
+    const auto effort = rig.effort();
+    EXPECT_LE(effort.speed, 1 + 1e-2) << bend;
+    EXPECT_LE(effort.accel, 1.05) << bend;
+    EXPECT_LE(rig.path().size(), 4000u) << bend;
+  }
+}
+
+TEST(StraightMovesFanuc, ReplacementWhileTheFreeAxesTurn) {
+  ControllerRig rig("fanuc");
+  rig.run(api::InitRobot{});
+  JointVector q(6);
+  q << 0.1, 0.4, -0.3, 0.2, 0.0, 0.3;
+  rig.run(move_all(q));
+  const Eigen::Isometry3d from = rig.X_RT(q);
+  Eigen::Isometry3d to = from;
+  to.translation() += Eigen::Vector3d(0, 0.1, 0);
+  rig.forget();
+  rig.take(api::MoveTo{Pose::from(to), true});
+  rig.steps(100);
+  ASSERT_LE((rig.X_RT(rig.controller().reference()).translation() - from.translation()).norm(),
+            1e-9);
+  ASSERT_EQ(rig.run(api::StopMotion{}), ActionState::kDone);
+  EXPECT_LE((rig.X_RT(rig.controller().reference()).translation() - from.translation()).norm(),
+            1e-9);
+  const JointVector stopped = rig.controller().reference();
+  rig.steps(20);
+  EXPECT_EQ(rig.controller().reference(), stopped);
+  ASSERT_EQ(rig.run(api::MoveTo{Pose::from(to), true}), ActionState::kDone) << rig.reason();
+  EXPECT_LE(deviation(rig, from, to).position_m, 1e-9);
+  const auto effort = rig.effort();
+  EXPECT_LE(effort.accel, 1.05);
+}
+
 TEST(StraightMovesFanuc, PassTheWristSingularitySlowed) {
   // A line across the front with the flange tilted by eps: the wrist passes eps from straight.
   for (const double eps : {0.0, 0.01, 0.1, 0.5, 1.0, 2.0, 3.0, 5.0}) {
@@ -185,10 +238,8 @@ TEST(StraightMovesFanuc, PassTheWristSingularitySlowed) {
     const auto effort = rig.effort();
     EXPECT_LE(effort.speed, 1 + 1e-2) << eps;
     EXPECT_LE(effort.accel, 1.2) << eps;
-    RecordProperty("steps_at_" + std::to_string(eps), static_cast<int>(rig.path().size()));
-    std::printf("eps %.2f deg: %.3f s, joint speed %.2f, accel %.2f of the limits\n", eps,
-                static_cast<double>(rig.path().size()) * 1e-3, effort.speed, effort.accel);
-    EXPECT_LE(rig.path().size(), 5000u) << eps;
+    // 1.43 s without slowing; turning axis 4 by 180 deg takes the rest.
+    EXPECT_LE(rig.path().size(), 3200u) << eps;
   }
 }
 
