@@ -22,6 +22,8 @@ constexpr double kWorthwhile_m = 0.1;  // shorter ways are not driven
 constexpr double kMaxSlip_m = 0.005;   // between belt and tray, over the whole way
 constexpr auto kTimeout = std::chrono::minutes(2);
 constexpr double kRate_hz = 100;
+// The speed register's default scaling; with another one the belt is merely faster or slower.
+constexpr double kMetresPerSecondPerCount = 1e-5;
 
 /// A tray to bring and how far the belt must run for it, in the belt's x.
 struct Plan {
@@ -82,31 +84,43 @@ class BeltView {
   Eigen::Isometry3d X_CW_;
 };
 
+/// Sets direction and speed of the standing belt, and gives its state. Which value of the direction
+/// register means forward is a matter of the installation, so look and turn it round if needed.
+Outcome<v1::ConveyorState> set_drive(DemoCell& cell, ConveyorConnection& conveyor, bool forward) {
+  const double speed = std::min(kSpeed_m_s, cell.description.conveyor().max_speed_m_s());
+  const auto count = static_cast<std::uint16_t>(std::lround(speed / kMetresPerSecondPerCount));
+  if (auto done = conveyor.write(modbus::kSpeedRegister, count); !done) {
+    return tl::unexpected(done.error());
+  }
+  for (const bool one : {forward, !forward}) {
+    if (auto done = conveyor.write(modbus::kDirectionRegister, one ? 1 : 0); !done) {
+      return tl::unexpected(done.error());
+    }
+    const auto snapshot = cell.connection.snapshot();
+    if (!snapshot) return tl::unexpected(snapshot.error());
+    if (snapshot->conveyor().forward() == forward) return snapshot->conveyor();
+  }
+  return failed(FailureKind::kCheck, "the belt does not take its direction");
+}
+
 /// Starts the belt, waits until it has run the distance, stops it, waits until it stands still.
 Outcome<void> run_belt(DemoCell& cell, const Endpoints& endpoints, double distance_m) {
   auto conveyor = ConveyorConnection::connect(endpoints.host, endpoints.modbus);
   if (!conveyor) return tl::unexpected(conveyor.error());
-  const auto& belt = cell.description.conveyor();
-  const double speed = std::min(kSpeed_m_s, belt.max_speed_m_s());
-  // At the default scaling of the registers.
-  const auto count = static_cast<std::uint16_t>(std::lround(speed / 1e-5));
-  if (auto done = conveyor->write(modbus::kDirectionRegister, distance_m > 0 ? 1 : 0); !done) {
-    return done;
-  }
-  if (auto done = conveyor->write(modbus::kSpeedRegister, count); !done) return done;
-
-  const auto before = cell.connection.snapshot();
-  if (!before) return tl::unexpected(before.error());
-  const double start = before->conveyor().travel_m();
+  const auto drive = set_drive(cell, *conveyor, distance_m > 0);
+  if (!drive) return tl::unexpected(drive.error());
   if (auto done = conveyor->write(modbus::kRunRegister, 1); !done) return done;
-  const double braking =
-      belt.max_accel_m_s2() > 0 ? speed * speed / (2 * belt.max_accel_m_s2()) : 0;
+
+  const double speed = drive->speed_setting_m_s();
+  const double accel = cell.description.conveyor().max_accel_m_s2();
+  const double braking = accel > 0 ? speed * speed / (2 * accel) : 0;
   const auto deadline = std::chrono::steady_clock::now() + kTimeout;
   bool told_to_stop = false, stands = false;
   Outcome<void> stopped;
   const auto streamed = cell.connection.stream(kRate_hz, [&](const auto& sample) {
     const auto& state = sample.snapshot().conveyor();
-    if (!told_to_stop && std::abs(state.travel_m() - start) >= std::abs(distance_m) - braking) {
+    const double run = std::abs(state.travel_m() - drive->travel_m());
+    if (!told_to_stop && run >= std::abs(distance_m) - braking) {
       stopped = conveyor->write(modbus::kRunRegister, 0);
       told_to_stop = true;
     }

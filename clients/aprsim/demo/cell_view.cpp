@@ -16,11 +16,22 @@ constexpr double kOccupied_m = 0.02;
 // Distance from the base at which arms of this size work best.
 constexpr double kHandy_m = 0.5;
 
-double handiness(const Eigen::Vector3d& p_WB, const Transfer& transfer) {
-  const auto distance = [&](const Eigen::Isometry3d& X) {
-    return std::abs((X.translation() - p_WB).head<2>().norm() - kHandy_m);
-  };
-  return std::max(distance(transfer.gear.X_WP), distance(transfer.to.X_WS));
+// Beyond this it takes a large arm.
+constexpr double kFar_m = 0.75;
+
+double distance(const Eigen::Vector3d& p_WB, const Eigen::Isometry3d& X) {
+  return (X.translation() - p_WB).head<2>().norm();
+}
+
+/// The farther of the two places from a base.
+double reach(const Eigen::Vector3d& p_WB, const Transfer& transfer) {
+  return std::max(distance(p_WB, transfer.gear.X_WP), distance(p_WB, transfer.to.X_WS));
+}
+
+/// How far the less handy of the two places is from the best distance.
+double unhandiness(const Eigen::Vector3d& p_WB, const Transfer& transfer) {
+  return std::max(std::abs(distance(p_WB, transfer.gear.X_WP) - kHandy_m),
+                  std::abs(distance(p_WB, transfer.to.X_WS) - kHandy_m));
 }
 
 }  // namespace
@@ -83,7 +94,8 @@ std::vector<Transfer> CellView::transfers(const Eigen::Vector3d& p_WB, bool on_b
   std::ranges::stable_sort(out, {}, [&](const Transfer& transfer) {
     const int elsewhere = static_cast<int>(transfer.from.on_belt != on_belt) +
                           static_cast<int>(transfer.to.on_belt != on_belt);
-    return std::tuple(transfer.from.tray != preferred_tray, elsewhere, handiness(p_WB, transfer));
+    return std::tuple(reach(p_WB, transfer) > kFar_m, transfer.from.tray != preferred_tray,
+                      elsewhere, unhandiness(p_WB, transfer));
   });
   return out;
 }

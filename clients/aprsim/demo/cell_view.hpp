@@ -49,8 +49,9 @@ class CellView {
   [[nodiscard]] const GearView* gear(const std::string& name) const;
   [[nodiscard]] const SlotView* slot(const std::string& tray, const std::string& slot) const;
 
-  /// Every possible transfer, best first: gears of `preferred_tray`, then both trays on the belt or
-  /// both beside it as `on_belt` says, then what lies handiest for a robot with its base at p_WB.
+  /// Every possible transfer, best first: not too far from a robot whose base stands at p_WB, then
+  /// gears of `preferred_tray`, then both trays on the belt or both beside it as `on_belt` says,
+  /// then what lies handiest.
   [[nodiscard]] std::vector<Transfer> transfers(const Eigen::Vector3d& p_WB, bool on_belt,
                                                 const std::string& preferred_tray) const;
 

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <ostream>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -15,7 +16,27 @@ constexpr std::size_t kTries = 8;
 // The robot that works at the belt when there is one.
 constexpr const char* kBeltRobot = "motoman";
 
-/// One robot's pick and place, with the handiest transfer that it reaches.
+/// Tries transfers, best first, until one is done or fails for another reason than reach.
+Outcome<void> transfer_one(DemoCell& cell, Arm& arm, const std::vector<Transfer>& transfers) {
+  Outcome<void> done = failed(
+      FailureKind::kCheck, arm.name() + ": no gear in a part tray fits a free slot of a kit tray");
+  std::set<std::string> out_of_reach;
+  std::size_t tries = 0;
+  for (const auto& transfer : transfers) {
+    if (out_of_reach.contains(transfer.from.name()) || out_of_reach.contains(transfer.to.name())) {
+      continue;
+    }
+    if (++tries > kTries) break;
+    PickAndPlace task(cell, arm, transfer);
+    auto done = task.run();
+    if (done || task.out_of_reach().empty()) return done;
+    out_of_reach.insert(task.out_of_reach());
+    cell.out << arm.name() << ": " << task.out_of_reach() << " is out of reach\n";
+  }
+  return none_left;
+}
+
+/// One robot's pick and place. Whatever comes of it, the robot leaves the other's way.
 Outcome<void> show_robot(DemoCell& cell, const Endpoints& endpoints,
                          const v1::RobotDescription& description, bool at_belt,
                          const std::string& preferred_tray) {
@@ -23,23 +44,14 @@ Outcome<void> show_robot(DemoCell& cell, const Endpoints& endpoints,
   if (!arm) return tl::unexpected(arm.error());
   const auto view = cell.look();
   if (!view) return tl::unexpected(view.error());
-  auto transfers = view->transfers(arm->p_WB(), at_belt, preferred_tray);
-  if (transfers.empty()) {
-    return failed(FailureKind::kCheck,
-                  description.name() + ": no gear in a part tray fits a free slot of a kit tray");
+  const auto done = transfer_one(cell, *arm, view->transfers(arm->p_WB(), at_belt, preferred_tray));
+  if (!done && done.error().kind == FailureKind::kConnection) return done;
+  if (!done) {
+    if (auto cleared = arm->initialise(); !cleared) return done;
   }
-  transfers.resize(std::min(transfers.size(), kTries));
-  Outcome<void> done;
-  for (const auto& transfer : transfers) {
-    PickAndPlace task(cell, *arm, transfer);
-    done = task.run();
-    const bool out_of_reach =
-        !done && !task.gripped() && done.error().kind == FailureKind::kRefused;
-    if (!out_of_reach) break;
-    cell.out << description.name() << ": out of reach, trying another\n";
-  }
+  const auto home = arm->go_home();
   if (!done) return done;
-  if (auto home = arm->go_home(); !home) return home;
+  if (!home) return home;
   return arm->end();
 }
 

@@ -60,7 +60,7 @@ Outcome<void> PickAndPlace::run() {
   say(fmt::format("{} from {} to {}", transfer_.gear.name, transfer_.from.name(),
                   transfer_.to.name()));
   for (const auto step : {&PickAndPlace::reach_for_gear, &PickAndPlace::pick, &PickAndPlace::lift,
-                          &PickAndPlace::carry, &PickAndPlace::place, &PickAndPlace::check_place}) {
+                          &PickAndPlace::carry_and_place}) {
     if (auto done = (this->*step)(); !done) return done;
   }
   return {};
@@ -79,16 +79,32 @@ Outcome<void> PickAndPlace::approach(const Eigen::Vector3d& p_WT) {
   return done;
 }
 
+/// A straight line keeps the gear level all the way; where the arm cannot follow it, any path.
+Outcome<void> PickAndPlace::move_level(const Eigen::Isometry3d& X_WT) {
+  auto done = arm_.move(X_WT, /*straight=*/true);
+  if (done || done.error().kind != FailureKind::kRefused) return done;
+  if (auto cleared = arm_.initialise(); !cleared) return cleared;
+  return arm_.move(X_WT, /*straight=*/false);
+}
+
 Outcome<void> PickAndPlace::reach_for_gear() {
   const auto snapshot = cell_.connection.snapshot();
   if (!snapshot) return tl::unexpected(snapshot.error());
   const auto* robot = robot_in(*snapshot, arm_.name());
   if (robot == nullptr) return failed(FailureKind::kCheck, "the snapshot has no " + arm_.name());
+  if (robot->gripper().holding()) {
+    return failed(FailureKind::kCheck, arm_.name() + " still holds " +
+                                           robot->gripper().held_body() +
+                                           "; 'aprsim reset' starts anew");
+  }
   yaws_ = rank_yaws(CellView(cell_.description, *snapshot), transfer_, arm_.description().gripper(),
                     tool_yaw(isometry(robot->tool_in_world())));
   if (auto done = arm_.set_gripper(true); !done) return done;
   if (auto done = arm_.set_speed(kFast_m_s); !done) return done;
-  if (auto done = approach(p_grasp_WT_); !done) return done;
+  if (auto done = approach(p_grasp_WT_); !done) {
+    if (done.error().kind == FailureKind::kRefused) out_of_reach_ = transfer_.from.name();
+    return done;
+  }
   say(fmt::format("over {}, tool turned to {:.0f} deg", transfer_.gear.name, yaw_rad_ * kDegrees));
   return {};
 }
@@ -97,7 +113,6 @@ Outcome<void> PickAndPlace::pick() {
   if (auto done = arm_.set_speed(kSlow_m_s); !done) return done;
   if (auto done = arm_.move(tool_down(p_grasp_WT_, yaw_rad_), true); !done) return done;
   if (auto done = arm_.dwell(kDwell_s); !done) return done;
-  gripped_ = true;
   if (auto done = arm_.set_gripper(false); !done) return done;
   if (auto done = arm_.dwell(kDwell_s); !done) return done;
   return await_grip();
@@ -159,17 +174,32 @@ Outcome<void> PickAndPlace::lift() {
   return {};
 }
 
+Outcome<void> PickAndPlace::carry_and_place() {
+  if (auto carried = carry(); !carried) {
+    return carried.error().kind == FailureKind::kRefused ? put_back(carried.error()) : carried;
+  }
+  if (auto done = place(transfer_.to); !done) return done;
+  return check_place(transfer_.to);
+}
+
+Outcome<void> PickAndPlace::put_back(const Failure& reason) {
+  cell_.out << reason.message << '\n';
+  say(fmt::format("puts it back into {}", transfer_.from.name()));
+  if (auto cleared = arm_.initialise(); !cleared) return cleared;
+  if (auto done = place(transfer_.from); !done) return done;
+  if (auto done = check_place(transfer_.from); !done) return done;
+  out_of_reach_ = transfer_.to.name();
+  return tl::unexpected(reason);
+}
+
 Outcome<void> PickAndPlace::carry() {
   if (auto done = arm_.set_speed(kFast_m_s); !done) return done;
   const Eigen::Vector3d above =
       transfer_.to.X_WS.translation() +
       Eigen::Vector3d(0, 0, kApproach_m + grasp_height_m(transfer_.gear.geometry));
-  // A straight line keeps the gear level all the way; where the arm cannot follow it, any path.
-  auto moved = arm_.move(tool_down(above, yaw_rad_), true);
+  auto moved = move_level(tool_down(above, yaw_rad_));
   if (!moved && moved.error().kind == FailureKind::kRefused) {
     if (auto cleared = arm_.initialise(); !cleared) return cleared;
-    const auto present = std::ranges::find(yaws_, yaw_rad_);
-    std::rotate(yaws_.begin(), present, yaws_.end());
     moved = approach(above - Eigen::Vector3d(0, 0, kApproach_m));
   }
   if (!moved) return moved;
@@ -185,10 +215,10 @@ Outcome<void> PickAndPlace::carry() {
   return {};
 }
 
-Outcome<void> PickAndPlace::place() {
+Outcome<void> PickAndPlace::place(const SlotView& target) {
   const auto view = cell_.look();
   if (!view) return tl::unexpected(view.error());
-  const auto* slot = view->slot(transfer_.to.tray, transfer_.to.slot);
+  const auto* slot = view->slot(target.tray, target.slot);
   // The tool stands where it brings the gear, as it sits in the hand, over the slot.
   Eigen::Isometry3d X_WT = tool_down(Eigen::Vector3d::Zero(), yaw_rad_);
   X_WT.translation() = slot->X_WS.translation() + Eigen::Vector3d(0, 0, kPlaceAbove_m) -
@@ -196,7 +226,7 @@ Outcome<void> PickAndPlace::place() {
   Eigen::Isometry3d X_above = X_WT;
   X_above.translation().z() += kApproach_m;
   if (auto done = arm_.set_speed(kSlow_m_s); !done) return done;
-  if (auto done = arm_.move(X_above, true); !done) return done;
+  if (auto done = move_level(X_above); !done) return done;
   if (auto done = arm_.move(X_WT, true); !done) return done;
   if (auto done = arm_.dwell(kDwell_s); !done) return done;
   if (auto done = arm_.set_gripper(true); !done) return done;
@@ -204,13 +234,13 @@ Outcome<void> PickAndPlace::place() {
   return arm_.move(X_above, true);
 }
 
-Outcome<void> PickAndPlace::check_place() {
+Outcome<void> PickAndPlace::check_place(const SlotView& target) {
   const auto deadline = steady_clock::now() + kRestTimeout;
   while (true) {
     const auto view = cell_.look();
     if (!view) return tl::unexpected(view.error());
     const auto* gear = view->gear(transfer_.gear.name);
-    const auto* slot = view->slot(transfer_.to.tray, transfer_.to.slot);
+    const auto* slot = view->slot(target.tray, target.slot);
     const Eigen::Isometry3d X_SP = slot->X_WS.inverse() * gear->X_WP;
     const double off = X_SP.translation().norm();
     const double tilt = std::acos(std::clamp(X_SP.linear()(2, 2), -1.0, 1.0));

@@ -20,24 +20,28 @@ struct DemoCell {
 
 /// Takes a gear by its peg and puts it into a slot, with CRCL commands; gRPC only looks on. Then
 /// checks from gRPC that it was carried by the gripper and rests in the slot within a millimetre.
-/// kRefused before anything was gripped means: out of reach, try another transfer.
+/// A gear whose slot turns out to be beyond the robot's reach is put back.
 class PickAndPlace {
  public:
   PickAndPlace(DemoCell& cell, Arm& arm, Transfer transfer);
   [[nodiscard]] Outcome<void> run();
-  /// True once the gripper has closed on something.
-  [[nodiscard]] bool gripped() const { return gripped_; }
+  /// After a failed run: the slot that the robot refused as out of reach, with everything as it was
+  /// before; empty when it failed for another reason.
+  [[nodiscard]] const std::string& out_of_reach() const { return out_of_reach_; }
 
  private:
   [[nodiscard]] Outcome<void> reach_for_gear();
   [[nodiscard]] Outcome<void> pick();
   [[nodiscard]] Outcome<void> await_grip();
   [[nodiscard]] Outcome<void> lift();
+  [[nodiscard]] Outcome<void> carry_and_place();
   [[nodiscard]] Outcome<void> carry();
-  [[nodiscard]] Outcome<void> place();
-  [[nodiscard]] Outcome<void> check_place();
+  [[nodiscard]] Outcome<void> put_back(const Failure& reason);
+  [[nodiscard]] Outcome<void> place(const SlotView& slot);
+  [[nodiscard]] Outcome<void> check_place(const SlotView& slot);
 
   [[nodiscard]] Outcome<void> approach(const Eigen::Vector3d& p_WT);
+  [[nodiscard]] Outcome<void> move_level(const Eigen::Isometry3d& X_WT);
   [[nodiscard]] Outcome<Eigen::Isometry3d> gear_in_tool(const char* when) const;
   void say(const std::string& text) const;
 
@@ -48,7 +52,7 @@ class PickAndPlace {
   std::vector<double> yaws_;
   Eigen::Vector3d p_grasp_WT_;
   Eigen::Isometry3d X_TP_;  // gear in the hand, measured
-  bool gripped_ = false;
+  std::string out_of_reach_;
 };
 
 }  // namespace aprsim::client
