@@ -52,6 +52,8 @@ template <typename... F>
 struct Overloaded : F... {
   using F::operator()...;
 };
+template <typename... F>
+Overloaded(F...) -> Overloaded<F...>;
 
 constexpr std::array<std::string_view, 4> kUnitTypes{"SetLengthUnitsType", "SetAngleUnitsType",
                                                      "SetForceUnitsType", "SetTorqueUnitsType"};

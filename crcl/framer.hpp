@@ -9,8 +9,8 @@
 
 namespace aprsim::crcl {
 
-inline constexpr std::size_t kMaxCommandBytes = 64 * 1024;
-inline constexpr std::size_t kMaxStatusBytes = 1024 * 1024;
+inline constexpr std::size_t kMaxCommandBytes = 65'536;
+inline constexpr std::size_t kMaxStatusBytes = 1'048'576;
 
 /// Cuts a stream of bytes into XML documents: a document ends with its root's end tag. NUL bytes
 /// and white space between documents are dropped. Works on bytes, so a character may be split over

@@ -21,7 +21,7 @@ struct XmlNode {
 };
 
 struct XmlLimits {
-  std::size_t max_bytes = 64 * 1024;
+  std::size_t max_bytes = 65'536;
   std::size_t max_depth = 32;
   std::size_t max_attributes = 64;  ///< of one element
 };

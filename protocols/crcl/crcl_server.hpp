@@ -22,9 +22,9 @@ struct CrclServerOptions {
   /// the reference servers, whose clients count on it; false: they follow the connection's unit.
   bool joints_in_degrees = true;
   std::size_t max_connections = 64;  ///< a further one is closed at once
-  std::size_t max_message_bytes = 64 * 1024;
+  std::size_t max_message_bytes = 65'536;
   /// Statuses kept for one connection before its next commands wait [bytes].
-  std::size_t max_output_bytes = 64 * 1024;
+  std::size_t max_output_bytes = 65'536;
   /// A connection whose peer takes none of its pending statuses for so long is closed.
   std::chrono::milliseconds write_timeout{5000};
   /// Closes a connection that has sent nothing for so long; 0 = never.

@@ -1,7 +1,8 @@
 #include "crcl/text.hpp"
 
+#include <bit>
 #include <cmath>
-#include <cstring>
+#include <cstdint>
 #include <limits>
 
 #include <gtest/gtest.h>
@@ -54,11 +55,10 @@ TEST(Text, ReadsIntegersAndBooleans) {
 
 TEST(Text, DoublesComeBackBitForBit) {
   EXPECT_TRUE(rc::check("append_double then parse_double", [](std::uint64_t bits) {
-    double value = 0;
-    std::memcpy(&value, &bits, sizeof value);
+    const auto value = std::bit_cast<double>(bits);
     const double back = parse_double(formatted(value)).value();
     const bool same =
-        std::isnan(value) ? std::isnan(back) : std::memcmp(&back, &value, sizeof value) == 0;
+        std::isnan(value) ? std::isnan(back) : std::bit_cast<std::uint64_t>(back) == bits;
     RC_ASSERT(same);
   }));
 }
