@@ -1,0 +1,112 @@
+#include "protocols/vision/vision_connection.hpp"
+
+#include <utility>
+
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/error.hpp>
+#include <spdlog/spdlog.h>
+
+namespace aprsim::protocols {
+namespace {
+
+namespace asio = boost::asio;
+using boost::system::error_code;
+
+// What the kernel keeps for a slow reader is old news: no more than a few lines.
+constexpr int kSendBufferBytes = 8 * 1024;
+
+}  // namespace
+
+VisionConnection::VisionConnection(asio::ip::tcp::socket socket, std::string name, std::string peer,
+                                   const VisionServerOptions& options, VisionCounters& counters,
+                                   OnEnd on_end)
+    : socket_(std::move(socket)),
+      name_(std::move(name)),
+      peer_(std::move(peer)),
+      options_(options),
+      counters_(counters),
+      on_end_(std::move(on_end)),
+      write_timer_(socket_.get_executor()) {
+  error_code ignored;
+  socket_.set_option(asio::socket_base::send_buffer_size(kSendBufferBytes), ignored);
+}
+
+void VisionConnection::start() {
+  spdlog::info("{}: {} connected", name_, peer_);
+  read();
+}
+
+void VisionConnection::offer(VisionLine line) {
+  if (closed_ || draining_) return;
+  if (next_) ++counters_.skipped;
+  next_ = std::move(line);
+  if (!sending_) send_next();
+}
+
+void VisionConnection::drain() {
+  draining_ = true;
+  next_.reset();
+  if (!sending_) close();
+}
+
+void VisionConnection::close() {
+  if (closed_) return;
+  closed_ = true;
+  error_code ignored;
+  write_timer_.cancel(ignored);
+  socket_.shutdown(asio::ip::tcp::socket::shutdown_both, ignored);
+  socket_.close(ignored);
+  on_end_(*this);
+}
+
+void VisionConnection::read() {
+  socket_.async_read_some(
+      asio::buffer(input_), [self = shared_from_this()](const error_code& error, std::size_t) {
+        if (self->closed_ || error == asio::error::eof) return;
+        if (!error) return self->read();
+        spdlog::info("{}: {} disconnected ({})", self->name_, self->peer_, error.message());
+        self->close();
+      });
+}
+
+void VisionConnection::send_next() {
+  sending_ = std::move(next_);
+  next_.reset();
+  sent_ = 0;
+  write_timer_.expires_after(options_.write_timeout);
+  write_timer_.async_wait([self = weak_from_this()](const error_code& cancelled) {
+    const auto connection = self.lock();
+    if (cancelled || !connection || connection->closed_) return;
+    ++connection->counters_.dropped;
+    spdlog::warn("{}: closing {}: takes no frames", connection->name_, connection->peer_);
+    connection->close();
+  });
+  write();
+}
+
+void VisionConnection::write() {
+  socket_.async_write_some(asio::buffer(sending_->data() + sent_, sending_->size() - sent_),
+                           [self = shared_from_this()](const error_code& error, std::size_t size) {
+                             self->on_write(error, size);
+                           });
+}
+
+void VisionConnection::on_write(const error_code& error, std::size_t size) {
+  if (closed_) return;
+  if (error) {
+    spdlog::info("{}: {} disconnected ({})", name_, peer_, error.message());
+    return close();
+  }
+  sent_ += size;
+  if (sent_ < sending_->size()) return write();
+  sending_.reset();
+  error_code ignored;
+  write_timer_.cancel(ignored);
+  if (next_) {
+    send_next();
+  } else if (draining_) {
+    close();
+  }
+}
+
+}  // namespace aprsim::protocols

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+#include "protocols/vision/vision_server.hpp"
+
+namespace aprsim::protocols {
+
+/// Counters of a server's connections together, for any thread to read.
+struct VisionCounters {
+  std::atomic<std::uint64_t> dropped{0}, skipped{0};
+};
+
+/// One frame, shared by all connections that send it.
+using VisionLine = std::shared_ptr<const std::string>;
+
+/// One client's socket: sends whole lines, of those that came while one was on its way only the
+/// latest. What the client sends is read and thrown away; a client that has finished sending still
+/// gets lines. Keeps itself alive while an operation is pending. Thread: the server's.
+class VisionConnection : public std::enable_shared_from_this<VisionConnection> {
+ public:
+  using OnEnd = std::function<void(VisionConnection&)>;
+
+  /// `on_end` is called once, when the socket has been closed.
+  VisionConnection(boost::asio::ip::tcp::socket socket, std::string name, std::string peer,
+                   const VisionServerOptions& options, VisionCounters& counters, OnEnd on_end);
+
+  void start();
+  void offer(VisionLine line);
+  /// Closes once the line on its way is out.
+  void drain();
+  /// Closes at once.
+  void close();
+
+ private:
+  void read();
+  void send_next();
+  void write();
+  void on_write(const boost::system::error_code& error, std::size_t size);
+
+  boost::asio::ip::tcp::socket socket_;
+  std::string name_, peer_;
+  const VisionServerOptions& options_;
+  VisionCounters& counters_;
+  OnEnd on_end_;
+  boost::asio::steady_timer write_timer_;
+  std::array<char, 1024> input_{};
+  VisionLine sending_, next_;
+  std::size_t sent_ = 0;  // of sending_
+  bool draining_ = false, closed_ = false;
+};
+
+}  // namespace aprsim::protocols

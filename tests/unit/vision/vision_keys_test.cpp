@@ -1,0 +1,74 @@
+// The key "vision" of a robot in a scene.
+
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "world/scene/vision_reader.hpp"
+
+namespace aprsim::scene {
+namespace {
+
+TEST(VisionKeys, AbsentOnesKeepTheirDefaults) {
+  auto document = yaml::Document::from_text("{rate_hz: 30}", "test").value();
+  const Vision vision = read_vision(document.root());
+  EXPECT_FALSE(document.error());
+  EXPECT_EQ(vision.rate_hz, 30);
+  EXPECT_EQ(vision.latency_s, Vision{}.latency_s);
+  EXPECT_EQ(vision.X_RV.p, Eigen::Vector3d::Zero());
+}
+
+TEST(VisionKeys, AllAreTaken) {
+  auto document =
+      yaml::Document::from_text(
+          "{frame: {xyz_m: [1, 2, 3], rpy_deg: [0, 0, 90]}, area: {min_m: [0, 0], max_m: [1, 2]},"
+          " camera_m: [0.1, 0.2, 3], rate_hz: 5, latency_s: 0.2, position_noise_m: 0.002,"
+          " rotation_noise_deg: 1, drop_rate: 0.1, shuffle: true}",
+          "test")
+          .value();
+  const Vision vision = read_vision(document.root());
+  ASSERT_FALSE(document.error()) << document.error()->message;
+  EXPECT_EQ(vision.X_RV.p, Eigen::Vector3d(1, 2, 3));
+  EXPECT_NEAR((vision.X_RV.q * Eigen::Vector3d::UnitX() - Eigen::Vector3d::UnitY()).norm(), 0,
+              1e-12);
+  EXPECT_EQ(vision.area_max, Eigen::Vector2d(1, 2));
+  EXPECT_EQ(vision.camera_V, Eigen::Vector3d(0.1, 0.2, 3));
+  EXPECT_EQ(vision.latency_s, 0.2);
+  EXPECT_EQ(vision.position_noise_m, 0.002);
+  EXPECT_NEAR(vision.rotation_noise_rad, std::numbers::pi / 180, 1e-15);
+  EXPECT_EQ(vision.drop_rate, 0.1);
+  EXPECT_TRUE(vision.shuffle);
+}
+
+TEST(VisionKeys, TheCameraHangsOverTheMiddleOfItsAreaUnlessToldOtherwise) {
+  auto document =
+      yaml::Document::from_text("{area: {min_m: [0, -1], max_m: [1, 0]}}", "test").value();
+  EXPECT_EQ(read_vision(document.root()).camera_V, Eigen::Vector3d(0.5, -0.5, 2));
+}
+
+TEST(VisionKeys, BadValuesAreErrorsThatNameTheKey) {
+  const std::pair<const char*, const char*> cases[] = {
+      {"{rate_hz: 0}", "rate_hz"},
+      {"{rate_hz: 101}", "rate_hz"},
+      {"{latency_s: -0.1}", "latency_s"},
+      {"{latency_s: 6}", "latency_s"},
+      {"{position_noise_m: 0.2}", "position_noise_m"},
+      {"{rotation_noise_deg: -1}", "rotation_noise_deg"},
+      {"{drop_rate: 1.5}", "drop_rate"},
+      {"{shuffle: perhaps}", "shuffle"},
+      {"{camera_m: [1, 2]}", "camera_m"},
+      {"{frame: {xyz_m: [1, 2]}}", "frame.xyz_m"},
+      {"{area: {min_m: [0, 0]}}", "area.max_m"},
+      {"{area: {min_m: [0, 0], max_m: [1, 0]}}", "area.max_m"},
+      {"{rate: 5}", "rate"},
+  };
+  for (const auto& [text, key] : cases) {
+    auto document = yaml::Document::from_text(text, "test").value();
+    (void)read_vision(document.root());
+    ASSERT_TRUE(document.error()) << text;
+    EXPECT_NE(document.error()->field.find(key), std::string::npos) << document.error()->message;
+  }
+}
+
+}  // namespace
+}  // namespace aprsim::scene

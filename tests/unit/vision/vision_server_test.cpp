@@ -1,0 +1,228 @@
+#include "protocols/vision/vision_server.hpp"
+
+#include <algorithm>
+#include <functional>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/fake_world.hpp"
+#include "tests/support/vision_client.hpp"
+
+namespace aprsim::protocols {
+namespace {
+
+using namespace std::chrono_literals;
+using test::VisionClient;
+using Clock = std::chrono::steady_clock;
+
+std::shared_ptr<const api::CellDescription> cell_of_gears(int count) {
+  auto cell = std::make_shared<api::CellDescription>(*test_support::two_robot_cell());
+  for (int i = 0; i < count; ++i) cell->bodies.emplace_back().type = "sku_part_small_gear";
+  return cell;
+}
+
+bool eventually(const std::function<bool()>& condition, std::chrono::milliseconds limit = 10s) {
+  const auto deadline = Clock::now() + limit;
+  while (!condition()) {
+    if (Clock::now() > deadline) return false;
+    std::this_thread::yield();
+  }
+  return true;
+}
+
+/// A server of the first robot on a free port, fed by hand.
+class VisionServerTest : public testing::Test {
+ protected:
+  explicit VisionServerTest(int gears = 2) : gears_(gears), world(cell_of_gears(gears)) {
+    options.port = 0;
+  }
+  std::uint16_t start() {
+    server.emplace(options, world);
+    return server->start().value();
+  }
+  /// The next frame: all gears at x = `millimetres`.
+  void frame(double millimetres) {
+    world.publish([&](api::Snapshot& next) {
+      auto& vision = next.robots[0].vision;
+      ++vision.number;
+      vision.detections.clear();
+      for (int i = 0; i < gears_; ++i) {
+        vision.detections.push_back({i, millimetres / 1e3, 0, 0, 1});
+      }
+    });
+  }
+  static double x(const std::string& line) { return test::parse_vision_line(line).at(0).x_mm; }
+
+  int gears_;
+  test_support::FakeWorld world;
+  VisionServerOptions options;
+  std::optional<VisionServer> server;
+};
+
+TEST_F(VisionServerTest, AClientGetsTheLatestFrameAndThenEachNewOne) {
+  options.repeat = 10s;
+  frame(10);
+  VisionClient client(start());
+  EXPECT_EQ(x(client.line()), 10);
+  for (const double next : {20, 30, 40}) {
+    frame(next);
+    EXPECT_EQ(x(client.line()), next);
+  }
+  EXPECT_GE(server->stats().frames, 4U);
+}
+
+TEST_F(VisionServerTest, ANewFrameIsOutWithinMilliseconds) {
+  options.repeat = 10s;
+  frame(0);
+  VisionClient client(start());
+  std::vector<double> delays;
+  client.line();
+  for (int i = 1; i <= 20; ++i) {
+    const auto before = Clock::now();
+    frame(i);
+    ASSERT_EQ(x(client.line()), i);
+    delays.push_back(std::chrono::duration<double>(Clock::now() - before).count());
+  }
+  std::sort(delays.begin(), delays.end());
+  EXPECT_LT(delays[delays.size() / 2], 0.05) << "median, with a poll each 5 ms";
+}
+
+TEST_F(VisionServerTest, AStandingCellRepeatsItsFrameAtLeastEveryHalfSecond) {
+  frame(10);
+  VisionClient client(start());
+  const std::string first = client.line();
+  client.line();  // of the wait for it some had passed before the client came
+  for (int i = 0; i < 4; ++i) {
+    const auto before = Clock::now();
+    EXPECT_EQ(client.line(), first);
+    EXPECT_LT(Clock::now() - before, 500ms);
+    EXPECT_GT(Clock::now() - before, 100ms) << "and no more than needed";
+  }
+  EXPECT_EQ(server->stats().frames, 1U) << "repetitions are no new frames";
+}
+
+TEST_F(VisionServerTest, AResetShowsEvenWithTheSameFrameNumber) {
+  options.repeat = 10s;
+  frame(10);
+  VisionClient client(start());
+  EXPECT_EQ(x(client.line()), 10);
+  world.publish([](api::Snapshot& next) {
+    ++next.epoch;
+    next.robots[0].vision.detections[0].x_m = 0.05;
+  });
+  EXPECT_EQ(x(client.line()), 50);
+}
+
+TEST_F(VisionServerTest, AnEmptyFrameIsABlankLine) {
+  VisionClient client(start());
+  EXPECT_EQ(client.line(), "\n");
+}
+
+TEST_F(VisionServerTest, EmptySlotsAreNamedWhenConfigured) {
+  options.empty_slots = true;
+  VisionClient client(start());
+  EXPECT_EQ(client.line(), "sku_part_small_gear,,,,,P,sku_part_small_gear,,,,,P,\n");
+}
+
+TEST_F(VisionServerTest, ManyClientsGetTheSameAndOneTooManyIsClosed) {
+  options.max_connections = 20;
+  const auto port = start();
+  std::vector<std::unique_ptr<VisionClient>> clients;
+  for (int i = 0; i < 20; ++i) {
+    clients.push_back(std::make_unique<VisionClient>(port));
+    clients.back()->line();
+  }
+  VisionClient extra(port);
+  EXPECT_TRUE(extra.closed(5s));
+  frame(77);
+  for (auto& client : clients) EXPECT_EQ(x(client->line_after("\n")), 77);
+  EXPECT_EQ(server->stats().refused, 1U);
+  clients.resize(10);
+  EXPECT_TRUE(eventually([&] {
+    frame(78);  // a gone peer shows when something is sent to it
+    return server->stats().open == 10;
+  }));
+}
+
+TEST_F(VisionServerTest, WhatClientsSendIsIgnoredAndAHalfClosedOneStillGetsFrames) {
+  options.repeat = 10s;
+  VisionClient client(start());
+  client.say("GET / HTTP/1.1\r\n\r\n");
+  client.line();
+  client.finish_sending();
+  frame(5);
+  EXPECT_EQ(x(client.line_after("\n")), 5);
+  frame(6);
+  EXPECT_EQ(x(client.line()), 6);
+}
+
+/// Lines of some 40 kB, so that a client that does not read fills its buffers soon.
+class VisionServerLongLines : public VisionServerTest {
+ protected:
+  VisionServerLongLines() : VisionServerTest(800) {}
+};
+
+TEST_F(VisionServerLongLines, AClientThatNeverReadsIsDroppedAndDelaysNobody) {
+  options.write_timeout = 1000ms;
+  const auto port = start();
+  VisionClient silent(port, 4096);
+  VisionClient reader(port);
+  std::string last = reader.line();
+  int frames = 0;
+  const bool dropped = eventually([&] {
+    frame(++frames);
+    const auto before = Clock::now();
+    last = reader.line_after(last);
+    EXPECT_LT(Clock::now() - before, 400ms);
+    EXPECT_EQ(x(last), frames);
+    return server->stats().dropped == 1;
+  });
+  EXPECT_TRUE(dropped);
+  EXPECT_EQ(server->stats().open, 1U);
+}
+
+TEST_F(VisionServerLongLines, ASlowReaderSkipsToTheLatestFrame) {
+  const auto port = start();
+  VisionClient slow(port, 4096);
+  // Without reading: the buffers take some frames, the rest replace each other.
+  int sent = 0;
+  ASSERT_TRUE(eventually([&] {
+    frame(++sent);
+    return server->stats().skipped > 50;
+  }));
+  int got = 0;
+  double newest = 0;
+  while (newest < sent) {
+    const std::string line = slow.line();
+    if (line == "\n") continue;
+    const double number = x(line);
+    EXPECT_GE(number, newest) << "never backwards";
+    newest = number;
+    ++got;
+  }
+  EXPECT_EQ(newest, sent) << "the last one is never lost";
+  EXPECT_LT(got, sent - 40) << "old frames were left out";
+}
+
+TEST_F(VisionServerTest, StopClosesEverythingSoonAndTheAddressErrorNamesThePort) {
+  const auto port = start();
+  VisionClient client(port);
+  client.line();
+  VisionServerOptions taken = options;
+  taken.port = port;
+  VisionServer second(taken, world);
+  const auto refused = second.start();
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find(std::to_string(port)), std::string::npos);
+  const auto before = Clock::now();
+  server->stop();
+  EXPECT_LT(Clock::now() - before, 1s);
+  EXPECT_TRUE(client.closed(2s));
+}
+
+}  // namespace
+}  // namespace aprsim::protocols

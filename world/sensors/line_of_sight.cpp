@@ -1,0 +1,97 @@
+#include "world/sensors/line_of_sight.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace aprsim::sensors {
+namespace {
+
+/// Part of the segment a + t d, t in [0, 1], that lies in something convex.
+struct Span {
+  double from = 0, to = 1;
+  [[nodiscard]] bool empty() const { return from > to; }
+};
+
+constexpr Span kEmpty{1, 0};
+
+Span cut(Span span, Span other) {
+  return {std::max(span.from, other.from), std::min(span.to, other.to)};
+}
+
+/// Where |a + t d| <= half.
+Span within_slab(double a, double d, double half) {
+  if (d == 0) return std::abs(a) <= half ? Span{} : kEmpty;
+  const double t1 = (-half - a) / d, t2 = (half - a) / d;
+  return {std::min(t1, t2), std::max(t1, t2)};
+}
+
+/// Where the squared length of a + t d stays within radius^2, for vectors of any dimension.
+template <typename Vector>
+Span within_radius(const Vector& a, const Vector& d, double radius) {
+  const double dd = d.squaredNorm(), ad = a.dot(d), c = a.squaredNorm() - radius * radius;
+  if (dd == 0) return c <= 0 ? Span{} : kEmpty;
+  const double root = ad * ad - dd * c;
+  if (root < 0) return kEmpty;
+  return {(-ad - std::sqrt(root)) / dd, (-ad + std::sqrt(root)) / dd};
+}
+
+/// The segment in the shape's frame.
+struct Sight {
+  Eigen::Vector3d a, d;
+
+  [[nodiscard]] bool in_cylinder(double radius, double length) const {
+    const Span round =
+        within_radius(Eigen::Vector2d(a.head<2>()), Eigen::Vector2d(d.head<2>()), radius);
+    return !cut(cut(Span{}, round), within_slab(a.z(), d.z(), 0.5 * length)).empty();
+  }
+  [[nodiscard]] bool in_sphere(double z, double radius) const {
+    const Eigen::Vector3d from_centre = a - Eigen::Vector3d(0, 0, z);
+    return !cut(Span{}, within_radius(from_centre, d, radius)).empty();
+  }
+
+  bool operator()(const robot::BoxShape& box) const {
+    Span span;
+    for (int i = 0; i < 3; ++i) span = cut(span, within_slab(a[i], d[i], 0.5 * box.size[i]));
+    return !span.empty();
+  }
+  bool operator()(const robot::CylinderShape& cylinder) const {
+    return in_cylinder(cylinder.radius_m, cylinder.length_m);
+  }
+  bool operator()(const robot::CapsuleShape& capsule) const {
+    const double end = 0.5 * capsule.length_m;
+    return in_cylinder(capsule.radius_m, capsule.length_m) || in_sphere(end, capsule.radius_m) ||
+           in_sphere(-end, capsule.radius_m);
+  }
+  bool operator()(const robot::SphereShape& sphere) const { return in_sphere(0, sphere.radius_m); }
+};
+
+struct BoundingRadius {
+  double operator()(const robot::BoxShape& box) const { return 0.5 * box.size.norm(); }
+  double operator()(const robot::CylinderShape& cylinder) const {
+    return std::hypot(cylinder.radius_m, 0.5 * cylinder.length_m);
+  }
+  double operator()(const robot::CapsuleShape& capsule) const {
+    return capsule.radius_m + 0.5 * capsule.length_m;
+  }
+  double operator()(const robot::SphereShape& sphere) const { return sphere.radius_m; }
+};
+
+}  // namespace
+
+double bounding_radius(const Shape& shape) { return std::visit(BoundingRadius{}, shape); }
+
+double distance_to_segment(const Eigen::Vector3d& point, const Eigen::Vector3d& a,
+                           const Eigen::Vector3d& b) {
+  const Eigen::Vector3d d = b - a;
+  const double dd = d.squaredNorm();
+  const double t = dd > 0 ? std::clamp((point - a).dot(d) / dd, 0.0, 1.0) : 0.0;
+  return (point - a - t * d).norm();
+}
+
+bool hides(const Occluder& occluder, const Eigen::Vector3d& a_W, const Eigen::Vector3d& b_W) {
+  const Eigen::Isometry3d X_SW = occluder.X_WS.inverse();
+  const Eigen::Vector3d a_S = X_SW * a_W;
+  return std::visit(Sight{a_S, X_SW * b_W - a_S}, occluder.shape);
+}
+
+}  // namespace aprsim::sensors

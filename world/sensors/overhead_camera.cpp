@@ -1,0 +1,101 @@
+#include "world/sensors/overhead_camera.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "world/sensors/random.hpp"
+
+namespace aprsim::sensors {
+namespace {
+
+/// Points of an object's top that a camera looks for: the middle first, then around it.
+using Points = std::array<Eigen::Vector3d, 5>;
+
+Points points_of(const api::BodyDescription& body) {
+  if (body.kind == api::BodyKind::kGear) {
+    const double r = 0.9 * body.disc_radius_m, z = body.disc_height_m;
+    return {{{0, 0, z}, {r, 0, z}, {0, r, z}, {-r, 0, z}, {0, -r, z}}};
+  }
+  const Eigen::Vector3d &a = body.box_min, &b = body.box_max;
+  const double z = b.z();
+  return {{{0.5 * (a.x() + b.x()), 0.5 * (a.y() + b.y()), z},
+           {a.x(), a.y(), z},
+           {b.x(), a.y(), z},
+           {b.x(), b.y(), z},
+           {a.x(), b.y(), z}}};
+}
+
+/// Into (-pi, pi], as the lab's cameras send angles; a client folds part trays further by itself.
+double wrapped(double angle) {
+  const double turn = 2 * std::numbers::pi;
+  angle = std::remainder(angle, turn);
+  return angle <= -std::numbers::pi ? angle + turn : angle;
+}
+
+}  // namespace
+
+OverheadCamera::OverheadCamera(const scene::Vision& vision, const Eigen::Isometry3d& X_WR)
+    : vision_(vision),
+      X_VW_((X_WR * vision.X_RV.isometry()).inverse()),
+      camera_W_(X_WR * vision.X_RV.isometry() * vision.camera_V) {}
+
+void OverheadCamera::detect(const api::CellDescription& cell,
+                            std::span<const Eigen::Isometry3d> X_WP,
+                            std::span<const Occluder> occluders, std::uint64_t seed,
+                            api::VisionFrame& out) const {
+  out.detections.clear();
+  Random random(seed);
+  for (std::size_t i = 0; i < X_WP.size(); ++i) {
+    // Drawn for every object, seen or not: what one does must not change the others' noise.
+    const bool dropped = random.uniform() < vision_.drop_rate;
+    const double dx = random.gaussian(kNoiseLimit) * vision_.position_noise_m;
+    const double dy = random.gaussian(kNoiseLimit) * vision_.position_noise_m;
+    const double turn = random.gaussian(kNoiseLimit) * vision_.rotation_noise_rad;
+    const Eigen::Isometry3d X_VP = X_VW_ * X_WP[i];
+    const Eigen::Vector2d xy = X_VP.translation().head<2>();
+    if (dropped || (xy.array() < vision_.area_min.array()).any() ||
+        (xy.array() > vision_.area_max.array()).any() || X_VP(2, 2) < std::cos(kMaxTilt)) {
+      continue;
+    }
+    const double score = visible_share(cell.bodies[i], X_WP[i], occluders);
+    if (score == 0) continue;
+    out.detections.push_back({.body = static_cast<int>(i),
+                              .x_m = xy.x() + dx,
+                              .y_m = xy.y() + dy,
+                              .rotation_rad = wrapped(std::atan2(X_VP(1, 0), X_VP(0, 0)) + turn),
+                              .score = score});
+  }
+  if (!vision_.shuffle) return;
+  for (std::size_t left = out.detections.size(); left > 1; --left) {
+    std::swap(out.detections[left - 1], out.detections[random.below(left)]);
+  }
+}
+
+/// 0 when the middle is hidden, else the share of points in sight.
+double OverheadCamera::visible_share(const api::BodyDescription& body,
+                                     const Eigen::Isometry3d& X_WP,
+                                     std::span<const Occluder> occluders) const {
+  Points points = points_of(body);
+  double extent = 0;
+  for (auto& point : points) {
+    point = X_WP * point;
+    extent = std::max(extent, (point - points[0]).norm());
+  }
+  std::array<bool, std::tuple_size_v<Points>> hidden{};
+  for (const auto& occluder : occluders) {
+    const double distance = distance_to_segment(occluder.X_WS.translation(), camera_W_, points[0]);
+    if (distance > occluder.bound_m + extent) continue;
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      hidden[k] = hidden[k] || hides(occluder, camera_W_, points[k]);
+    }
+    if (hidden[0]) return 0;
+  }
+  double seen = 0;
+  for (const bool is_hidden : hidden) seen += is_hidden ? 0 : 1;
+  return seen / static_cast<double>(points.size());
+}
+
+}  // namespace aprsim::sensors

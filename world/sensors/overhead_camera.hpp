@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include <Eigen/Geometry>
+
+#include "world/api/cell_description.hpp"
+#include "world/api/vision.hpp"
+#include "world/scene/vision.hpp"
+#include "world/sensors/line_of_sight.hpp"
+
+namespace aprsim::sensors {
+
+/// Errors are normally distributed, but never larger than so many standard deviations.
+inline constexpr double kNoiseLimit = 3.5;
+/// Objects that lean further than this are not recognised [rad].
+inline constexpr double kMaxTilt = 0.5235987755982988;
+
+/// A camera above a robot's work area which recognises trays and gears from above, as the vision
+/// systems of APRS cells do: it gives positions in the plane of the vision frame V, not images. An
+/// object is detected when its origin is in the visible area, it stands upright enough, nothing of
+/// an arm is between the camera and its middle, and no drop hits it. Parallax is taken as
+/// calibrated away: the position is the true one and noise. Thread: one at a time.
+class OverheadCamera {
+ public:
+  /// `X_WR` is the robot's CRCL frame.
+  OverheadCamera(const scene::Vision& vision, const Eigen::Isometry3d& X_WR);
+
+  /// Fills `out.detections` from poses as numbered in `cell.bodies`: a pure function of its
+  /// arguments. Allocates only while the detections have too little capacity.
+  void detect(const api::CellDescription& cell, std::span<const Eigen::Isometry3d> X_WP,
+              std::span<const Occluder> occluders, std::uint64_t seed, api::VisionFrame& out) const;
+
+ private:
+  [[nodiscard]] double visible_share(const api::BodyDescription& body,
+                                     const Eigen::Isometry3d& X_WP,
+                                     std::span<const Occluder> occluders) const;
+
+  scene::Vision vision_;
+  Eigen::Isometry3d X_VW_;
+  Eigen::Vector3d camera_W_;
+};
+
+}  // namespace aprsim::sensors

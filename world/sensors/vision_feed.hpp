@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "world/api/cell_description.hpp"
+#include "world/api/vision.hpp"
+#include "world/sensors/overhead_camera.hpp"
+
+namespace aprsim::sensors {
+
+/// One camera in simulated time: an exposure each period, whose frame comes out a latency later.
+/// The exposure at step 0 is out at once, as of a camera that has run for a while. Frame n of a
+/// seed is the same whenever the cell is. No call but the constructor allocates. Thread: sim.
+class VisionFeed {
+ public:
+  /// Period and latency are rounded to whole steps.
+  VisionFeed(const scene::Vision& vision, const Eigen::Isometry3d& X_WR, SimTime step_size,
+             std::uint64_t seed, std::size_t body_count);
+
+  /// True if there is an exposure at this step, which then has to be made.
+  [[nodiscard]] bool due(std::uint64_t step) const { return step % period_steps_ == 0; }
+  void expose(std::uint64_t step, const api::CellDescription& cell,
+              std::span<const Eigen::Isometry3d> X_WP, std::span<const Occluder> occluders);
+  /// Gives out what has become old enough. Once a step, after any exposure.
+  void advance(std::uint64_t step);
+
+  [[nodiscard]] const api::VisionFrame& latest() const { return latest_; }
+
+ private:
+  struct Pending {
+    api::VisionFrame frame;
+    std::uint64_t out_at = 0;  ///< step
+  };
+
+  OverheadCamera camera_;
+  SimTime step_size_;
+  std::uint64_t seed_;
+  std::uint64_t period_steps_, latency_steps_;
+  std::uint64_t exposures_ = 0;
+  std::vector<Pending> ring_;
+  std::size_t first_ = 0, count_ = 0;  ///< of the ring
+  api::VisionFrame latest_;
+};
+
+}  // namespace aprsim::sensors
