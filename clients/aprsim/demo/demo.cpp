@@ -18,8 +18,10 @@ constexpr const char* kBeltRobot = "motoman";
 
 /// Tries transfers, best first, until one is done or fails for another reason than reach.
 Outcome<void> transfer_one(DemoCell& cell, Arm& arm, const std::vector<Transfer>& transfers) {
-  Outcome<void> done = failed(
-      FailureKind::kCheck, arm.name() + ": no gear in a part tray fits a free slot of a kit tray");
+  const auto none_left =
+      failed(FailureKind::kCheck, arm.name() +
+                                      " reaches no gear in a part tray with a free slot "
+                                      "for it in a kit tray; 'aprsim reset' starts anew");
   std::set<std::string> out_of_reach;
   std::size_t tries = 0;
   for (const auto& transfer : transfers) {
