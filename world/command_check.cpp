@@ -90,6 +90,10 @@ Result<void> check_body(const api::ConveyorCommand& command, const api::CellDesc
     return bad("speed", "speed is " + std::to_string(*command.speed_m_s) +
                             " m/s; give a magnitude and a direction");
   }
+  if (command.watchdog_s && !(std::isfinite(*command.watchdog_s) && *command.watchdog_s >= 0)) {
+    return bad("watchdog", "watchdog time is " + std::to_string(*command.watchdog_s) +
+                               " s, must be 0 (off) or more");
+  }
   return {};
 }
 

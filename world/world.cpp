@@ -8,6 +8,9 @@
 namespace aprsim::world {
 namespace {
 
+// How often the belt's sensors are looked at: the cycle of an ordinary PLC.
+constexpr SimTime kSensorPeriod = std::chrono::milliseconds(10);
+
 std::vector<robot::ArmModel> load_models(const scene::Scene& scene) {
   std::vector<robot::ArmModel> models;
   for (const auto& robot : scene.robots) {
@@ -65,11 +68,18 @@ World::World(std::shared_ptr<const scene::Scene> scene, std::uint64_t seed)
     const auto links = robots_.back().X_WL();
     X_WL.emplace_back(links.begin(), links.end());
   }
-  if (scene_->conveyor) {
-    conveyor_.emplace(scene_->conveyor->max_speed_m_s, scene_->conveyor->max_accel_m_s2);
+  if (const auto& belt = scene_->conveyor) {
+    conveyor_.emplace(ConveyorDriveLimits{belt->max_speed_m_s, belt->max_accel_m_s2,
+                                          belt->max_decel_m_s2, belt->emergency_decel_m_s2});
   }
   physics_.emplace(*scene_, models_, X_WL);
   describe(seed);
+  vision_.emplace(*scene_, models_, step_size_, seed, description_->bodies.size());
+  vision_->look(steps_, *description_, robots_, *physics_);
+  if (conveyor_) {
+    photo_eyes_.emplace(description_->conveyor);
+    look_at_belt();
+  }
 }
 
 void World::describe(std::uint64_t seed) {
@@ -84,7 +94,13 @@ void World::describe(std::uint64_t seed) {
                       .length_m = belt->length_m,
                       .width_m = belt->width_m,
                       .max_speed_m_s = belt->max_speed_m_s,
-                      .max_accel_m_s2 = belt->max_accel_m_s2};
+                      .max_accel_m_s2 = belt->max_accel_m_s2,
+                      .max_decel_m_s2 = belt->max_decel_m_s2,
+                      .emergency_decel_m_s2 = belt->emergency_decel_m_s2};
+    for (const auto& eye : belt->photo_eyes) {
+      cell->conveyor.photo_eyes.push_back(
+          {.name = eye.name, .x_m = eye.x_m, .height_m = eye.height_m});
+    }
   }
   for (const auto& tray : scene_->trays) {
     cell->bodies.push_back(describe_tray(tray, scene_->tray_types.at(tray.type)));
@@ -113,6 +129,18 @@ void World::step() {
   if (conveyor_) physics_->set_belt_speed(conveyor_->step(scene_->physics.step_s));
   physics_->step();
   ++steps_;
+  vision_->look(steps_, *description_, robots_, *physics_);
+  if (conveyor_ && time() % kSensorPeriod < step_size_) look_at_belt();
+}
+
+void World::look_at_belt() {
+  photo_eyes_->begin();
+  for (int i = 0; i < physics_->body_count(); ++i) {
+    const physics::BodyState state = physics_->body(i);
+    photo_eyes_->see(description_->bodies[static_cast<std::size_t>(i)], {state.p_WB, state.q_WB});
+  }
+  photo_eyes_->finish();
+  conveyor_->set_load(photo_eyes_->load_kg());
 }
 
 SimTime World::time() const { return step_size_ * static_cast<SimTime::rep>(steps_); }
@@ -138,8 +166,10 @@ void World::write(api::Snapshot& out) const {
   for (std::size_t i = 0; i < robots_.size(); ++i) {
     const int index = static_cast<int>(i);
     robots_[i].write(physics_->gripper(index), physics_->arm_forces(index), out.robots[i]);
+    out.robots[i].vision = vision_->latest(i);
   }
   out.conveyor = conveyor_ ? conveyor_->state() : api::ConveyorSnapshot{};
+  if (photo_eyes_) out.conveyor.photo_eyes = photo_eyes_->eyes();
   const int count = physics_->body_count();
   out.bodies.resize(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) {

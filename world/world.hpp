@@ -7,7 +7,9 @@
 
 #include "world/api/command.hpp"
 #include "world/api/snapshot.hpp"
+#include "world/cell_vision.hpp"
 #include "world/conveyor_drive.hpp"
+#include "world/photo_eyes.hpp"
 #include "world/physics/physics_world.hpp"
 #include "world/robot_cell.hpp"
 #include "world/scene/scene.hpp"
@@ -42,6 +44,7 @@ class World {
 
  private:
   void describe(std::uint64_t seed);
+  void look_at_belt();
 
   std::shared_ptr<const scene::Scene> scene_;
   SimTime step_size_;
@@ -49,8 +52,10 @@ class World {
   std::vector<robot::ArmModel> models_;
   std::vector<RobotCell> robots_;
   std::optional<ConveyorDrive> conveyor_;
+  std::optional<PhotoEyes> photo_eyes_;  // there when the conveyor is
   std::optional<physics::PhysicsWorld> physics_;
   std::shared_ptr<const api::CellDescription> description_;
+  std::optional<CellVision> vision_;
 };
 
 }  // namespace aprsim::world

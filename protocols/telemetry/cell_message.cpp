@@ -24,6 +24,7 @@ void write(const api::RobotDescription& robot, v1::RobotDescription& message) {
   for (const auto& joint : robot.joints) write(joint, *message.add_joints());
   write_message(robot.X_WB, *message.mutable_base_in_world());
   write_message(robot.X_BR, *message.mutable_reference_in_base());
+  write_message(robot.X_RV, *message.mutable_vision_in_reference());
   write_message(robot.X_FT, *message.mutable_tool_in_flange());
   write(robot.gripper, *message.mutable_gripper());
   message.set_max_trans_speed_m_s(robot.max_trans_speed_m_s);
@@ -88,6 +89,14 @@ void write_message(const api::CellDescription& cell, v1::CellDescription& messag
     conveyor.set_width_m(cell.conveyor.width_m);
     conveyor.set_max_speed_m_s(cell.conveyor.max_speed_m_s);
     conveyor.set_max_accel_m_s2(cell.conveyor.max_accel_m_s2);
+    conveyor.set_max_decel_m_s2(cell.conveyor.max_decel_m_s2);
+    conveyor.set_emergency_decel_m_s2(cell.conveyor.emergency_decel_m_s2);
+    for (const auto& eye : cell.conveyor.photo_eyes) {
+      auto& message_eye = *conveyor.add_photo_eyes();
+      message_eye.set_name(eye.name);
+      message_eye.set_x_m(eye.x_m);
+      message_eye.set_height_m(eye.height_m);
+    }
   }
   for (const auto& body : cell.bodies) write(body, *message.add_bodies());
 }

@@ -71,6 +71,8 @@ Result<api::ConveyorCommand> parse(const v1::SetConveyorRequest& request,
     }
     command.speed_m_s = speed;
   }
+  if (request.has_emergency_stop()) command.emergency_stop = request.emergency_stop();
+  command.fault_reset = request.fault_reset();
   return command;
 }
 
@@ -196,7 +198,7 @@ grpc::ServerUnaryReactor* ControlService::SetConveyor(grpc::CallbackServerContex
   if (!conveyor) return refuse(context, conveyor.error());
   return command(context, *conveyor, [response](const auto& s, auto t) {
     write_receipt(s, t, *response->mutable_receipt());
-    write_message(s.conveyor, *response->mutable_conveyor());
+    write_message(s.conveyor, s.cell->conveyor, *response->mutable_conveyor());
   });
 }
 

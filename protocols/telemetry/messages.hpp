@@ -15,7 +15,8 @@ void write_message(const Eigen::Vector3d& vector, v1::Vector3& message);
 void write_message(const Pose& pose, v1::Pose& message);
 void write_message(std::chrono::nanoseconds span, google::protobuf::Duration& message);
 void write_message(const api::CellDescription& cell, v1::CellDescription& message);
-void write_message(const api::ConveyorSnapshot& conveyor, v1::ConveyorState& message);
+void write_message(const api::ConveyorSnapshot& conveyor,
+                   const api::ConveyorDescription& description, v1::ConveyorState& message);
 
 /// The message must be empty. sample_time is taken from the wall clock here.
 void write_message(const api::Snapshot& snapshot, const std::string& instance_id,

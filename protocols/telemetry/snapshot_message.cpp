@@ -20,6 +20,18 @@ v1::ActionState action_state(api::ActionState state) {
   return v1::ACTION_STATE_UNSPECIFIED;
 }
 
+v1::DriveFault drive_fault(api::DriveFault fault) {
+  switch (fault) {
+    case api::DriveFault::kNone:
+      break;
+    case api::DriveFault::kEmergencyStop:
+      return v1::DRIVE_FAULT_EMERGENCY_STOP;
+    case api::DriveFault::kWatchdog:
+      return v1::DRIVE_FAULT_WATCHDOG;
+  }
+  return v1::DRIVE_FAULT_UNSPECIFIED;
+}
+
 void write(const api::GripperSnapshot& gripper, const api::CellDescription& cell,
            v1::GripperState& message) {
   message.set_setting(gripper.setting);
@@ -32,6 +44,22 @@ void write(const api::GripperSnapshot& gripper, const api::CellDescription& cell
     if (index < cell.bodies.size()) message.set_held_body(cell.bodies[index].name);
   }
   message.set_palm_deflection_m(gripper.palm_deflection_m);
+}
+
+void write(const api::VisionFrame& frame, const api::CellDescription& cell,
+           v1::VisionFrame& message) {
+  message.set_number(frame.number);
+  write_message(frame.time, *message.mutable_sim_time());
+  for (const auto& seen : frame.detections) {
+    const auto index = static_cast<std::size_t>(seen.body);
+    if (index >= cell.bodies.size()) continue;
+    auto& detection = *message.add_detections();
+    detection.set_body(cell.bodies[index].name);
+    detection.set_x_m(seen.x_m);
+    detection.set_y_m(seen.y_m);
+    detection.set_rotation_rad(seen.rotation_rad);
+    detection.set_score(seen.score);
+  }
 }
 
 void write(const api::RobotSnapshot& robot, const api::RobotDescription& description,
@@ -57,6 +85,7 @@ void write(const api::RobotSnapshot& robot, const api::RobotDescription& descrip
   message.set_initialized(robot.initialized);
   message.set_protective_stop(robot.protective_stop);
   message.set_moving(robot.moving);
+  write(robot.vision, cell, *message.mutable_vision());
 }
 
 void write(const api::BodySnapshot& body, const api::BodyDescription& description,
@@ -110,12 +139,23 @@ void write_message(std::chrono::nanoseconds span, google::protobuf::Duration& me
   message.set_nanos(static_cast<std::int32_t>(span.count() % 1'000'000'000));
 }
 
-void write_message(const api::ConveyorSnapshot& conveyor, v1::ConveyorState& message) {
+void write_message(const api::ConveyorSnapshot& conveyor,
+                   const api::ConveyorDescription& description, v1::ConveyorState& message) {
   message.set_run(conveyor.run);
   message.set_forward(conveyor.forward);
   message.set_speed_setting_m_s(conveyor.speed_setting_m_s);
   message.set_speed_m_s(conveyor.speed_m_s);
   message.set_travel_m(conveyor.travel_m);
+  message.set_emergency_stop(conveyor.emergency_stop);
+  message.set_fault(drive_fault(conveyor.fault));
+  message.set_motor_current_a(conveyor.motor_current_a);
+  message.set_load_kg(conveyor.load_kg);
+  const std::size_t eyes = std::min(description.photo_eyes.size(), conveyor.photo_eyes.size());
+  for (std::size_t i = 0; i < eyes; ++i) {
+    auto& eye = *message.add_photo_eyes();
+    eye.set_broken(conveyor.photo_eyes[i].broken);
+    eye.set_count(conveyor.photo_eyes[i].count);
+  }
 }
 
 void write_message(const api::Snapshot& snapshot, const std::string& instance_id,
@@ -127,7 +167,8 @@ void write_message(const api::Snapshot& snapshot, const std::string& instance_id
   for (std::size_t i = 0; i < robots; ++i) {
     write(snapshot.robots[i], cell.robots[i], cell, *message.add_robots());
   }
-  if (cell.has_conveyor) write_message(snapshot.conveyor, *message.mutable_conveyor());
+  if (cell.has_conveyor)
+    write_message(snapshot.conveyor, cell.conveyor, *message.mutable_conveyor());
   const std::size_t bodies = std::min(cell.bodies.size(), snapshot.bodies.size());
   for (std::size_t i = 0; i < bodies; ++i) {
     write(snapshot.bodies[i], cell.bodies[i], *message.add_bodies());

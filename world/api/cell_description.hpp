@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -30,6 +31,7 @@ struct RobotDescription {
   std::vector<JointDescription> joints;
   Pose X_WB;  ///< base mounting frame in world
   Pose X_BR;  ///< reference frame of wire poses in base
+  Pose X_RV;  ///< frame of its camera's detections in the reference frame
   Pose X_FT;  ///< tool frame in flange
   GripperDescription gripper;
   double max_trans_speed_m_s = 0, max_trans_accel_m_s2 = 0;
@@ -59,12 +61,24 @@ struct BodyDescription {
   Eigen::Vector3d box_min = Eigen::Vector3d::Zero(), box_max = Eigen::Vector3d::Zero();
 };
 
+inline constexpr std::size_t kMaxPhotoEyes = 4;
+
+/// A light barrier with its beam straight across the belt.
+struct PhotoEyeDescription {
+  std::string name;
+  double x_m = 0;       ///< of the beam along the belt, in C
+  double height_m = 0;  ///< of the beam above the belt
+};
+
 struct ConveyorDescription {
-  Pose X_WC;             ///< centre of the belt's top face, +x = forward
-  double length_m = 0;   ///< along x
-  double width_m = 0;    ///< along y
+  Pose X_WC;            ///< centre of the belt's top face, +x = forward
+  double length_m = 0;  ///< along x
+  double width_m = 0;   ///< along y
   double max_speed_m_s = 0;
   double max_accel_m_s2 = 0;
+  double max_decel_m_s2 = 0;                    ///< of every ordinary stop and slowing down
+  double emergency_decel_m_s2 = 0;              ///< of an emergency stop
+  std::vector<PhotoEyeDescription> photo_eyes;  ///< at most kMaxPhotoEyes
 };
 
 struct CellDescription {

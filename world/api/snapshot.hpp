@@ -11,6 +11,7 @@
 #include "world/api/command.hpp"
 #include "world/api/pose.hpp"
 #include "world/api/time.hpp"
+#include "world/api/vision.hpp"
 
 /// One immutable picture of the whole cell at a step boundary. Every listener answers from the
 /// latest one only, so all that one answer says belongs to one instant.
@@ -23,13 +24,13 @@ struct JointSnapshot {
 };
 
 struct GripperSnapshot {
-  double setting = 1;                       ///< last commanded, 0 closed .. 1 open
-  double separation_m = 0;                  ///< pad to pad
-  std::array<double, 2> travel_m{};         ///< closing travel of each finger
-  std::array<double, 2> force_n{};          ///< normal force of each pad on what it holds
-  bool holding = false;                     ///< both pads press and the fingers stopped short
-  int held_body = -1;                       ///< index into bodies while holding, else -1
-  double palm_deflection_m = 0;             ///< of the compliant mount
+  double setting = 1;                ///< last commanded, 0 closed .. 1 open
+  double separation_m = 0;           ///< pad to pad
+  std::array<double, 2> travel_m{};  ///< closing travel of each finger
+  std::array<double, 2> force_n{};   ///< normal force of each pad on what it holds
+  bool holding = false;              ///< both pads press and the fingers stopped short
+  int held_body = -1;                ///< index into bodies while holding, else -1
+  double palm_deflection_m = 0;      ///< of the compliant mount
 };
 
 enum class ActionState { kNone, kWorking, kDone, kError };
@@ -46,19 +47,28 @@ struct LimitSetting {
 };
 
 struct RobotSnapshot {
-  std::array<JointSnapshot, kMaxJoints> joints;  ///< the first joints.size() of the description
-  Pose X_WT;                                     ///< tool in world
-  Pose X_RT;                                     ///< tool in the robot's reference frame
-  Eigen::Vector3d v_RT = Eigen::Vector3d::Zero();      ///< tool point velocity in R [m/s]
-  Eigen::Vector3d omega_RT = Eigen::Vector3d::Zero();  ///< angular velocity in R [rad/s]
-  Eigen::Vector3d force_T_R = Eigen::Vector3d::Zero();  ///< contact force on the tool in R [N]
+  std::array<JointSnapshot, kMaxJoints> joints;    ///< the first joints.size() of the description
+  Pose X_WT;                                       ///< tool in world
+  Pose X_RT;                                       ///< tool in the robot's reference frame
+  Eigen::Vector3d v_RT = Eigen::Vector3d::Zero();  ///< tool point velocity in R [m/s]
+  Eigen::Vector3d omega_RT = Eigen::Vector3d::Zero();    ///< angular velocity in R [rad/s]
+  Eigen::Vector3d force_T_R = Eigen::Vector3d::Zero();   ///< contact force on the tool in R [N]
   Eigen::Vector3d torque_T_R = Eigen::Vector3d::Zero();  ///< about the tool point, in R [Nm]
   GripperSnapshot gripper;
   LimitSetting trans_speed, trans_accel, rot_speed, rot_accel;
   ActionStatus action;
-  bool initialized = false;     ///< InitRobot taken since start, EndRobot or a held error
+  bool initialized = false;      ///< InitRobot taken since start, EndRobot or a held error
   bool protective_stop = false;  ///< tripped; held until InitRobot
   bool moving = false;
+  VisionFrame vision;  ///< the latest that its camera gave out
+};
+
+/// Why the belt's drive has stopped and does not run; held until reset.
+enum class DriveFault { kNone, kEmergencyStop, kWatchdog };
+
+struct PhotoEyeSnapshot {
+  bool broken = false;      ///< something is in the beam
+  std::uint32_t count = 0;  ///< times the beam has been broken since reset; wraps
 };
 
 struct ConveyorSnapshot {
@@ -67,13 +77,18 @@ struct ConveyorSnapshot {
   double speed_setting_m_s = 0;  ///< commanded magnitude
   double speed_m_s = 0;          ///< actual, signed
   double travel_m = 0;           ///< signed, since reset
+  bool emergency_stop = false;   ///< the input is engaged
+  DriveFault fault = DriveFault::kNone;
+  double motor_current_a = 0;                              ///< magnitude
+  double load_kg = 0;                                      ///< mass of the bodies over the belt
+  std::array<PhotoEyeSnapshot, kMaxPhotoEyes> photo_eyes;  ///< the first ones: the description's
 };
 
 struct BodySnapshot {
   Pose X_WB;
   Eigen::Vector3d v_W = Eigen::Vector3d::Zero();      ///< of the frame origin [m/s]
   Eigen::Vector3d omega_W = Eigen::Vector3d::Zero();  ///< [rad/s]
-  bool resting = false;  ///< at rest relative to what carries it
+  bool resting = false;                               ///< at rest relative to what carries it
 };
 
 struct Snapshot {
@@ -81,7 +96,7 @@ struct Snapshot {
   std::uint64_t epoch = 0;  ///< counts resets
   std::uint64_t step = 0;   ///< since reset
   SimTime time{};
-  Ticket applied = 0;       ///< every command up to this ticket has taken effect
+  Ticket applied = 0;  ///< every command up to this ticket has taken effect
   bool paused = false;
   std::optional<double> speed_target;  ///< nullopt = as fast as possible
   double real_time_factor = 0;         ///< measured over the last second
@@ -93,8 +108,8 @@ struct Snapshot {
   std::vector<BodySnapshot> bodies;
 
   int contact_count = 0;
-  int virtual_joint_count = 0;      ///< contact simplification at work
-  double max_penetration_m = 0;     ///< deepest contact in this step
+  int virtual_joint_count = 0;       ///< contact simplification at work
+  double max_penetration_m = 0;      ///< deepest contact in this step
   std::uint64_t physics_faults = 0;  ///< penetrations over 0.5 mm since reset
   std::string world_fault;           ///< not empty: stopped; names bodies, step and cause
 };

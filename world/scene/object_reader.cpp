@@ -5,6 +5,7 @@
 #include <set>
 
 #include "world/scene/reading.hpp"
+#include "world/scene/vision_reader.hpp"
 
 namespace aprsim::scene {
 namespace {
@@ -13,6 +14,9 @@ using yaml::kNotNegative;
 using yaml::kPositive;
 
 constexpr yaml::Range kLength{.min = 0, .max = kFar, .open_min = true};
+
+// An emergency stop brakes so much harder than an ordinary one, unless the scene says.
+constexpr double kEmergencyFactor = 4;
 
 constexpr const char* kConveyorName = "conveyor";
 constexpr const char* kFloorName = "floor";
@@ -42,7 +46,7 @@ class ObjectReader {
 
   void robot(const yaml::Node& node) {
     const yaml::Map keys =
-        node.map({"name", "type", "base", "crcl_frame", "home_deg", "self_collision"});
+        node.map({"name", "type", "base", "crcl_frame", "home_deg", "self_collision", "vision"});
     Robot robot;
     if (const Robot* type = read_reference(keys["type"], "robot type", types_.robots)) {
       robot = *type;
@@ -60,20 +64,40 @@ class ObjectReader {
       }
     }
     robot.self_collision = keys["self_collision"].boolean_or(true);
+    robot.vision = read_vision(keys["vision"]);
     scene_.robots.push_back(std::move(robot));
   }
 
   void conveyor(const yaml::Node& node) {
     const yaml::Map keys =
-        node.map({"xyz_m", "rpy_deg", "length_m", "width_m", "max_speed_m_s", "max_accel_m_s2"});
+        node.map({"xyz_m", "rpy_deg", "length_m", "width_m", "max_speed_m_s", "max_accel_m_s2",
+                  "max_decel_m_s2", "emergency_decel_m_s2", "photo_eyes"});
     Conveyor conveyor;
     conveyor.X_WC = read_pose(keys["xyz_m"], keys["rpy_deg"]);
     conveyor.length_m = keys["length_m"].number(kLength);
     conveyor.width_m = keys["width_m"].number(kLength);
     conveyor.max_speed_m_s = keys["max_speed_m_s"].number(kPositive);
     conveyor.max_accel_m_s2 = keys["max_accel_m_s2"].number(kPositive);
+    conveyor.max_decel_m_s2 = keys["max_decel_m_s2"].number_or(conveyor.max_accel_m_s2, kPositive);
+    conveyor.emergency_decel_m_s2 = keys["emergency_decel_m_s2"].number_or(
+        kEmergencyFactor * conveyor.max_decel_m_s2, yaml::at_least(conveyor.max_decel_m_s2));
+    for (const yaml::Node& eye : keys["photo_eyes"].items()) {
+      if (conveyor.photo_eyes.size() == api::kMaxPhotoEyes) {
+        eye.unexpected("at most " + std::to_string(api::kMaxPhotoEyes) + " photo-eyes");
+      }
+      conveyor.photo_eyes.push_back(photo_eye(eye, conveyor.length_m));
+    }
     scene_.conveyor = conveyor;
     supports_[kConveyorName] = {conveyor.X_WC, {conveyor.length_m / 2, conveyor.width_m / 2}};
+  }
+
+  PhotoEye photo_eye(const yaml::Node& node, double belt_length_m) {
+    const yaml::Map keys = node.map({"name", "x_m", "height_m"});
+    PhotoEye eye;
+    eye.name = claim(keys["name"], photo_eyes_, "photo-eye");
+    eye.x_m = keys["x_m"].number(yaml::between(-belt_length_m / 2, belt_length_m / 2));
+    eye.height_m = keys["height_m"].number(kLength);
+    return eye;
   }
 
   void fixed(const yaml::Node& node) {
@@ -204,7 +228,7 @@ class ObjectReader {
   const Types& types_;
   Scene& scene_;
   BodyNodes nodes_;
-  std::set<std::string> robots_, fixed_, bodies_;
+  std::set<std::string> robots_, fixed_, bodies_, photo_eyes_;
   std::map<std::string, Support> supports_;
 };
 

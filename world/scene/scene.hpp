@@ -8,6 +8,7 @@
 
 #include "world/api/cell_description.hpp"
 #include "world/api/pose.hpp"
+#include "world/scene/vision.hpp"
 
 /// A cell as data. Loaded from YAML by scene_loader.hpp; everything SI, frames as named.
 namespace aprsim::scene {
@@ -103,12 +104,23 @@ struct Robot {
   double max_trans_speed_m_s = 1.5, max_trans_accel_m_s2 = 5;
   double max_rot_speed_rad_s = 6, max_rot_accel_rad_s2 = 30;
   Gripper gripper;
+  Vision vision;
+};
+
+/// A light barrier whose beam runs straight across the belt.
+struct PhotoEye {
+  std::string name;
+  double x_m = 0;       ///< of the beam along the belt
+  double height_m = 0;  ///< of the beam above the belt
 };
 
 struct Conveyor {
   Pose X_WC;  ///< centre of the belt's top face, +x forward
   double length_m = 0, width_m = 0;
   double max_speed_m_s = 0, max_accel_m_s2 = 0;
+  double max_decel_m_s2 = 0.5;        ///< of every ordinary stop and slowing down
+  double emergency_decel_m_s2 = 2.0;  ///< of an emergency stop
+  std::vector<PhotoEye> photo_eyes;
 };
 
 /// Friction coefficients by pair of surfaces.

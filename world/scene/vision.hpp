@@ -12,7 +12,7 @@ struct Vision {
   Pose X_RV;  ///< V in the robot's CRCL frame; the default makes both agree
   /// Corners of the visible area [m].
   Eigen::Vector2d area_min = {-1.2, -1.2}, area_max = {1.2, 1.2};
-  Eigen::Vector3d camera_V = {0, 0, 2};  ///< unless configured, 2 m above the area's middle
+  Eigen::Vector3d camera_V = {0, 0, 2};  ///< a scene has another default
   double rate_hz = 10;
   double latency_s = 0.1;                    ///< from exposure until the frame is out
   double position_noise_m = 1e-4;            ///< standard deviation along x and y each

@@ -15,11 +15,18 @@ void read_area(const yaml::Node& node, Vision& vision) {
   }
 }
 
+void place_camera(Vision& vision) {
+  vision.camera_V = {vision.area_max.x(), 0.5 * (vision.area_min.y() + vision.area_max.y()), 2};
+}
+
 }  // namespace
 
 Vision read_vision(const yaml::Node& node) {
   Vision vision;
-  if (!node) return vision;
+  if (!node) {
+    place_camera(vision);
+    return vision;
+  }
   const yaml::Map keys =
       node.map({"frame", "area", "camera_m", "rate_hz", "latency_s", "position_noise_m",
                 "rotation_noise_deg", "drop_rate", "shuffle"});
@@ -28,7 +35,7 @@ Vision read_vision(const yaml::Node& node) {
   if (const yaml::Node camera = keys["camera_m"]) {
     vision.camera_V = read_xyz(camera);
   } else {
-    vision.camera_V.head<2>() = 0.5 * (vision.area_min + vision.area_max);
+    place_camera(vision);
   }
   // Frames on their way through the latency are kept: the limits bound their number.
   vision.rate_hz =

@@ -68,7 +68,8 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"unknown_with_suggestion", "  max_speed_m_s: 0.3", "  @max_sped_m_s: 0.3",
              "conveyor.max_sped_m_s",
              "found an unknown key, expected one of xyz_m, rpy_deg, length_m, width_m, "
-             "max_speed_m_s, max_accel_m_s2 (did you mean max_speed_m_s?)"},
+             "max_speed_m_s, max_accel_m_s2, max_decel_m_s2, emergency_decel_m_s2, photo_eyes (did "
+             "you mean max_speed_m_s?)"},
         Case{"unknown_at_top", "seed: 7", "@colour: 7", "colour",
              "found an unknown key, expected one of seed, types, physics, pockets, gear_types, "
              "tray_types, robot_types, robots, conveyor, fixed, floor, trays, gears"},
@@ -124,6 +125,17 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Case{"belt_speed", "max_speed_m_s: 0.3", "max_speed_m_s: @-1", "conveyor.max_speed_m_s",
              "found -1, expected a number > 0"},
+        Case{"belt_braking", "max_accel_m_s2: 0.5", "max_accel_m_s2: 0.5\n  max_decel_m_s2: @0",
+             "conveyor.max_decel_m_s2", "found 0, expected a number > 0"},
+        Case{"belt_emergency_braking", "max_accel_m_s2: 0.5",
+             "max_accel_m_s2: 0.5\n  emergency_decel_m_s2: @0.4", "conveyor.emergency_decel_m_s2",
+             "found 0.4, expected a number >= 0.5"},
+        Case{"photo_eye_off_the_belt", "max_accel_m_s2: 0.5",
+             "max_accel_m_s2: 0.5\n  photo_eyes:\n  - {name: a, height_m: 0.01, x_m: @1.6}",
+             "conveyor.photo_eyes[0].x_m", "found 1.6, expected a number in [-1.5, 1.5]"},
+        Case{"photo_eye_in_the_belt", "max_accel_m_s2: 0.5",
+             "max_accel_m_s2: 0.5\n  photo_eyes:\n  - {name: a, x_m: 0, height_m: @0}",
+             "conveyor.photo_eyes[0].height_m", "found 0, expected a number in (0, 1000]"},
         Case{"step", "step_s: 0.001", "step_s: @0.01", "physics.step_s",
              "found 0.01, expected a number in (0, 0.002]"},
         Case{"iterations", "iterations: 40", "iterations: @0", "physics.iterations",

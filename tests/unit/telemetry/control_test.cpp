@@ -88,6 +88,8 @@ TEST_F(Control, ConveyorLeavesWhatIsAbsent) {
   v1::SetConveyorRequest request;
   request.set_direction(v1::CONVEYOR_DIRECTION_REVERSE);
   request.set_speed_m_s(0.15);
+  request.set_emergency_stop(true);
+  request.set_fault_reset(true);
   v1::SetConveyorResponse response;
   grpc::ClientContext context;
   ASSERT_TRUE(control_->SetConveyor(&context, request, &response).ok());
@@ -96,6 +98,8 @@ TEST_F(Control, ConveyorLeavesWhatIsAbsent) {
   const auto command = std::get<api::ConveyorCommand>(cell_->commands().at(0).body);
   EXPECT_FALSE(command.run.has_value());
   EXPECT_EQ(command.forward, false);
+  EXPECT_EQ(command.emergency_stop, true);
+  EXPECT_TRUE(command.fault_reset);
 }
 
 TEST_F(Control, ConveyorSpeedBeyondTheBeltNamesTheLimit) {

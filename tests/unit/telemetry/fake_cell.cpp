@@ -50,8 +50,14 @@ FakeCell::FakeCell(int more_gears) {
   cell->step_size = std::chrono::milliseconds(1);
   cell->robots = {make_robot()};
   cell->has_conveyor = true;
-  cell->conveyor = {
-      .X_WC = {}, .length_m = 3, .width_m = 0.6, .max_speed_m_s = 0.32768, .max_accel_m_s2 = 0.5};
+  cell->conveyor = {.X_WC = {},
+                    .length_m = 3,
+                    .width_m = 0.6,
+                    .max_speed_m_s = 0.32768,
+                    .max_accel_m_s2 = 0.5,
+                    .max_decel_m_s2 = 0.6,
+                    .emergency_decel_m_s2 = 2,
+                    .photo_eyes = {{.name = "eye", .x_m = 1}}};
   cell->bodies = {make_gear("gear_1"), make_tray()};
   for (int i = 0; i < more_gears; ++i) {
     cell->bodies.push_back(make_gear("gear_in_a_long_row_number_" + std::to_string(i + 2)));

@@ -47,10 +47,37 @@ TEST_F(Reading, CellDescriptionCarriesGeometry) {
   EXPECT_EQ(cell.robots(0).joints(1).upper_rad(), 2.5);
   EXPECT_EQ(cell.robots(0).base_in_world().position_m().x(), -0.169);
   EXPECT_EQ(cell.conveyor().max_speed_m_s(), 0.32768);
+  EXPECT_EQ(cell.conveyor().max_decel_m_s2(), 0.6);
+  EXPECT_EQ(cell.conveyor().emergency_decel_m_s2(), 2);
+  ASSERT_EQ(cell.conveyor().photo_eyes_size(), 1);
+  EXPECT_EQ(cell.conveyor().photo_eyes(0).name(), "eye");
+  EXPECT_EQ(cell.conveyor().photo_eyes(0).x_m(), 1);
   EXPECT_EQ(cell.bodies(0).gear().peg_top_m(), 0.026);
   ASSERT_TRUE(cell.bodies(1).has_tray());
   EXPECT_EQ(cell.bodies(1).kind(), v1::BODY_KIND_KIT_TRAY);
   EXPECT_EQ(cell.bodies(1).tray().slots(0).slot_in_tray().position_m().x(), 0.039);
+}
+
+TEST_F(Reading, SnapshotCarriesTheDrivesFaultAndItsSensors) {
+  start();
+  cell_->publish([](api::Snapshot& s) {
+    s.conveyor.emergency_stop = true;
+    s.conveyor.fault = api::DriveFault::kEmergencyStop;
+    s.conveyor.motor_current_a = 0.25;
+    s.conveyor.load_kg = 1.5;
+    s.conveyor.photo_eyes[0] = {.broken = true, .count = 7};
+  });
+  v1::GetSnapshotResponse response;
+  grpc::ClientContext context;
+  ASSERT_TRUE(telemetry_->GetSnapshot(&context, {}, &response).ok());
+  const auto& conveyor = response.snapshot().conveyor();
+  EXPECT_TRUE(conveyor.emergency_stop());
+  EXPECT_EQ(conveyor.fault(), v1::DRIVE_FAULT_EMERGENCY_STOP);
+  EXPECT_EQ(conveyor.motor_current_a(), 0.25);
+  EXPECT_EQ(conveyor.load_kg(), 1.5);
+  ASSERT_EQ(conveyor.photo_eyes_size(), 1) << "as many as the cell has";
+  EXPECT_TRUE(conveyor.photo_eyes(0).broken());
+  EXPECT_EQ(conveyor.photo_eyes(0).count(), 7U);
 }
 
 TEST_F(Reading, MaskSelectsTopLevelFields) {

@@ -8,9 +8,34 @@ namespace aprsim::world {
 namespace {
 
 constexpr double kStep = 1e-3;
+constexpr ConveyorDriveLimits kLimits{
+    .max_speed_m_s = 0.3, .accel_m_s2 = 0.5, .decel_m_s2 = 0.4, .emergency_decel_m_s2 = 2.0};
+
+void run_for(ConveyorDrive& drive, int steps) {
+  for (int i = 0; i < steps; ++i) drive.step(kStep);
+}
+
+/// Runs at a speed, forward, with the ramp behind it.
+ConveyorDrive running(double speed_m_s) {
+  ConveyorDrive drive(kLimits);
+  drive.take({.run = true, .forward = true, .speed_m_s = speed_m_s});
+  run_for(drive, 1000);
+  EXPECT_EQ(drive.state().speed_m_s, speed_m_s);
+  return drive;
+}
+
+/// Steps until the belt stands; at most 10 s.
+int steps_to_stand(ConveyorDrive& drive) {
+  int steps = 0;
+  while (drive.state().speed_m_s != 0 && steps < 10000) {
+    drive.step(kStep);
+    ++steps;
+  }
+  return steps;
+}
 
 TEST(ConveyorDrive, RampsWithinItsAccelerationToTheSetSpeed) {
-  ConveyorDrive drive(0.3, 0.5);
+  ConveyorDrive drive(kLimits);
   drive.take({.run = true, .forward = true, .speed_m_s = 0.15});
   double before = 0;
   for (int i = 0; i < 1000; ++i) {
@@ -24,7 +49,7 @@ TEST(ConveyorDrive, RampsWithinItsAccelerationToTheSetSpeed) {
 }
 
 TEST(ConveyorDrive, ReversalGoesThroughZero) {
-  ConveyorDrive drive(0.3, 0.5);
+  ConveyorDrive drive(kLimits);
   drive.take({.run = true, .forward = true, .speed_m_s = 0.1});
   for (int i = 0; i < 500; ++i) drive.step(kStep);
   drive.take({.run = {}, .forward = false, .speed_m_s = {}});
@@ -35,7 +60,7 @@ TEST(ConveyorDrive, ReversalGoesThroughZero) {
 }
 
 TEST(ConveyorDrive, SpeedAloneDoesNotMoveAndStopKeepsTheSetting) {
-  ConveyorDrive drive(0.3, 0.5);
+  ConveyorDrive drive(kLimits);
   drive.take({.run = {}, .forward = {}, .speed_m_s = 0.2});
   EXPECT_EQ(drive.step(kStep), 0);
   drive.take({.run = true, .forward = {}, .speed_m_s = {}});
@@ -48,11 +73,112 @@ TEST(ConveyorDrive, SpeedAloneDoesNotMoveAndStopKeepsTheSetting) {
 }
 
 TEST(ConveyorDrive, TheMotorSaturates) {
-  ConveyorDrive drive(0.3, 0.5);
+  ConveyorDrive drive(kLimits);
   drive.take({.run = true, .forward = true, .speed_m_s = 0.32768});
   for (int i = 0; i < 2000; ++i) drive.step(kStep);
   EXPECT_EQ(drive.state().speed_m_s, 0.3);
   EXPECT_EQ(drive.state().speed_setting_m_s, 0.32768);
+}
+
+TEST(ConveyorDrive, EachRampHasItsOwnSlope) {
+  ConveyorDrive drive = running(0.2);
+  drive.take({.run = false});
+  EXPECT_EQ(steps_to_stand(drive), 500) << "0.2 m/s at 0.4 m/s^2";
+  drive = running(0.2);
+  drive.take({.speed_m_s = 0.1});
+  run_for(drive, 200);
+  EXPECT_NEAR(drive.state().speed_m_s, 0.12, 1e-12) << "slowing down brakes";
+  drive = running(0.2);
+  drive.take({.emergency_stop = true});
+  EXPECT_EQ(steps_to_stand(drive), 100) << "0.2 m/s at 2 m/s^2";
+}
+
+TEST(ConveyorDrive, ReversalBrakesToZeroAndThenAccelerates) {
+  ConveyorDrive drive = running(0.2);
+  drive.take({.forward = false});
+  EXPECT_EQ(steps_to_stand(drive), 500);
+  drive.step(kStep);
+  EXPECT_NEAR(drive.state().speed_m_s, -0.5 * kStep, 1e-15);
+}
+
+TEST(ConveyorDrive, AnEmergencyStopIsHeldUntilReleasedAndReset) {
+  ConveyorDrive drive = running(0.2);
+  drive.take({.emergency_stop = true});
+  EXPECT_TRUE(drive.state().emergency_stop);
+  EXPECT_EQ(drive.state().fault, api::DriveFault::kEmergencyStop);
+  EXPECT_FALSE(drive.state().run);
+  drive.take({.run = true});
+  EXPECT_FALSE(drive.state().run);
+  drive.take({.fault_reset = true});
+  EXPECT_EQ(drive.state().fault, api::DriveFault::kEmergencyStop) << "still engaged";
+  drive.take({.emergency_stop = false});
+  EXPECT_EQ(drive.state().fault, api::DriveFault::kEmergencyStop) << "released, not reset";
+  drive.take({.run = true});
+  EXPECT_FALSE(drive.state().run);
+  run_for(drive, 1000);
+  EXPECT_EQ(drive.state().speed_m_s, 0);
+  drive.take({.fault_reset = true});
+  EXPECT_EQ(drive.state().fault, api::DriveFault::kNone);
+  run_for(drive, 100);
+  EXPECT_EQ(drive.state().speed_m_s, 0) << "does not start by itself";
+  drive.take({.run = true});
+  run_for(drive, 1000);
+  EXPECT_EQ(drive.state().speed_m_s, 0.2) << "the setting has stayed";
+}
+
+TEST(ConveyorDrive, ReleaseResetAndRunMayComeTogetherAndTheStopWins) {
+  ConveyorDrive drive(kLimits);
+  drive.take({.emergency_stop = true});
+  drive.take({.run = true, .emergency_stop = false, .fault_reset = true});
+  EXPECT_TRUE(drive.state().run);
+  drive.take({.run = true, .emergency_stop = true, .fault_reset = true});
+  EXPECT_FALSE(drive.state().run);
+  EXPECT_EQ(drive.state().fault, api::DriveFault::kEmergencyStop);
+}
+
+TEST(ConveyorDrive, TheWatchdogStopsARunningBeltThatNobodyTalksTo) {
+  ConveyorDrive drive(kLimits);
+  drive.take({.run = true, .speed_m_s = 0.2, .watchdog_s = 0.5});
+  for (int i = 0; i < 4; ++i) {
+    run_for(drive, 490);
+    drive.take({});  // nothing set, and yet a sign of life
+  }
+  EXPECT_EQ(drive.state().fault, api::DriveFault::kNone);
+  run_for(drive, 499);
+  EXPECT_TRUE(drive.state().run);
+  run_for(drive, 2);
+  EXPECT_EQ(drive.state().fault, api::DriveFault::kWatchdog);
+  EXPECT_FALSE(drive.state().run);
+  EXPECT_NEAR(steps_to_stand(drive), 500, 2) << "an ordinary ramp";
+  drive.take({.run = true});
+  EXPECT_FALSE(drive.state().run);
+  drive.take({.fault_reset = true});
+  drive.take({.run = true});
+  EXPECT_TRUE(drive.state().run);
+}
+
+TEST(ConveyorDrive, TheWatchdogLeavesAStandingBeltAloneAndCanBeTurnedOff) {
+  ConveyorDrive drive(kLimits);
+  drive.take({.watchdog_s = 0.1});
+  run_for(drive, 1000);
+  EXPECT_EQ(drive.state().fault, api::DriveFault::kNone);
+  drive.take({.run = true, .speed_m_s = 0.1, .watchdog_s = 0.0});
+  run_for(drive, 1000);
+  EXPECT_EQ(drive.state().fault, api::DriveFault::kNone);
+}
+
+TEST(ConveyorDrive, MotorCurrentFollowsItsModel) {
+  ConveyorDrive drive(kLimits);
+  drive.set_load(2.0);
+  EXPECT_EQ(drive.state().motor_current_a, 0);
+  drive.take({.run = true, .forward = false, .speed_m_s = 0.2});
+  drive.step(kStep);
+  EXPECT_NEAR(drive.state().motor_current_a, 5.0 * (0.5 + 0.3 * 9.81) / 40, 1e-9) << "accelerating";
+  run_for(drive, 1000);
+  EXPECT_NEAR(drive.state().motor_current_a, 5.0 * 0.3 * 9.81 / 40, 1e-9) << "at speed";
+  drive.take({.emergency_stop = true});
+  drive.step(kStep);
+  EXPECT_NEAR(drive.state().motor_current_a, 5.0 * (0.3 * 9.81 - 2.0) / 40, 1e-9) << "braking";
 }
 
 }  // namespace

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "world/api/cell_description.hpp"
+#include "world/api/snapshot.hpp"
+
+namespace aprsim::world {
+
+/// What the belt's sensors see of the free bodies: light barriers straight across the belt, and the
+/// mass over it. Bodies only: arms and grippers do not break a beam. Thread: one at a time.
+class PhotoEyes {
+ public:
+  explicit PhotoEyes(const api::ConveyorDescription& conveyor);
+
+  /// Whether a body at a pose is in the beam of one of the eyes.
+  [[nodiscard]] bool breaks(std::size_t eye, const api::BodyDescription& body,
+                            const Pose& X_WB) const;
+  /// Whether a body stands over the belt, near enough above it to be carried.
+  [[nodiscard]] bool carries(const Pose& X_WB) const;
+
+  /// Starts to look anew at all bodies of one instant: `see` each of them, then `finish`.
+  void begin();
+  void see(const api::BodyDescription& body, const Pose& X_WB);
+  /// Counts the beams that have become broken since the last look. The first look counts none.
+  void finish();
+
+  [[nodiscard]] const std::array<api::PhotoEyeSnapshot, api::kMaxPhotoEyes>& eyes() const {
+    return eyes_;
+  }
+  [[nodiscard]] double load_kg() const { return load_kg_; }
+
+ private:
+  std::vector<api::PhotoEyeDescription> beams_;
+  Eigen::Isometry3d X_CW_;
+  double half_length_m_, half_width_m_;
+  std::array<api::PhotoEyeSnapshot, api::kMaxPhotoEyes> eyes_;
+  std::array<bool, api::kMaxPhotoEyes> broken_{};
+  double load_kg_ = 0;
+  bool looked_ = false;
+};
+
+}  // namespace aprsim::world
