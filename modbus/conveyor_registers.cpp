@@ -12,9 +12,12 @@ long clamped(double value, double low, double high) {
   return std::lround(std::clamp(value, low, high));
 }
 
-std::uint16_t& at(std::array<std::uint16_t, kAddressCount>& area, std::uint16_t address) {
+template <typename T>
+T& at(std::array<T, kAddressCount>& area, std::uint16_t address) {
   return area[static_cast<std::size_t>(address - kFirstAddress)];
 }
+
+std::uint16_t word(double value) { return static_cast<std::uint16_t>(clamped(value, 0, 65535)); }
 
 void put32(std::array<std::uint16_t, kAddressCount>& area, std::uint16_t address,
            std::uint32_t value) {
@@ -27,6 +30,36 @@ double target_speed(const ConveyorReadings& r) {
   if (!r.run) return 0;
   const double magnitude = std::min(r.speed_setting_m_s, r.max_speed_m_s);
   return r.forward ? magnitude : -magnitude;
+}
+
+void encode_bits(const ConveyorReadings& r, const ConveyorScaling& scaling, RegisterImage& image) {
+  at(image.coils, kRunCoil) = r.run;
+  at(image.coils, kDirectionCoil) = r.forward == scaling.one_is_forward;
+  at(image.coils, kEmergencyStopCoil) = r.emergency_stop;
+  at(image.coils, kFaultResetCoil) = 0;
+
+  at(image.discrete, kReadyInput) = r.present && r.fault == FaultCode::kNone;
+  at(image.discrete, kMovingInput) = r.speed_m_s != 0;
+  at(image.discrete, kAtSpeedInput) = drive_state(r) == DriveState::kAtSpeed;
+  at(image.discrete, kFaultInput) = r.fault != FaultCode::kNone;
+  at(image.discrete, kEmergencyStopInput) = r.emergency_stop;
+  at(image.discrete, kReverseInput) = r.speed_m_s < 0;
+  for (std::uint16_t i = 0; i < kPhotoEyes; ++i) {
+    at(image.discrete, static_cast<std::uint16_t>(kPhotoEyeInput + i)) = r.photo_eyes[i].broken;
+  }
+}
+
+ConveyorWrite decode_coils(const Request& request, const ConveyorScaling& scaling) {
+  ConveyorWrite write;
+  for (std::uint16_t i = 0; i < request.quantity; ++i) {
+    const int address = request.address + i;
+    const bool on = request.bit(i);
+    if (address == kRunCoil) write.run = on;
+    if (address == kDirectionCoil) write.forward = on == scaling.one_is_forward;
+    if (address == kEmergencyStopCoil) write.emergency_stop = on;
+    if (address == kFaultResetCoil) write.fault_reset = on;
+  }
+  return write;
 }
 
 }  // namespace
@@ -51,6 +84,7 @@ DriveState drive_state(const ConveyorReadings& readings) {
   // A hundredth of the count of the default scaling: far below what any register can show.
   constexpr double kTolerance = 1e-7;
   if (!readings.present) return DriveState::kAbsent;
+  if (readings.fault != FaultCode::kNone) return DriveState::kFault;
   const double target = target_speed(readings);
   if (std::abs(readings.speed_m_s - target) > kTolerance) return DriveState::kRamping;
   return std::abs(target) <= kTolerance ? DriveState::kStandstill : DriveState::kAtSpeed;
@@ -58,7 +92,8 @@ DriveState drive_state(const ConveyorReadings& readings) {
 
 void encode(const ConveyorReadings& readings, const ConveyorScaling& scaling,
             RegisterImage& image) {
-  const ConveyorReadings r = readings.present ? readings : ConveyorReadings{};
+  ConveyorReadings r = readings.present ? readings : ConveyorReadings{};
+  r.fault = readings.fault;
   at(image.holding, kRunRegister) = r.run ? 1 : 0;
   at(image.holding, kDirectionRegister) = r.forward == scaling.one_is_forward ? 1 : 0;
   at(image.holding, kSpeedRegister) = speed_counts(r.speed_setting_m_s, scaling);
@@ -66,14 +101,21 @@ void encode(const ConveyorReadings& readings, const ConveyorScaling& scaling,
   at(image.input, kActualSpeedRegister) = signed_speed_counts(r.speed_m_s, scaling);
   at(image.input, kTargetSpeedRegister) = signed_speed_counts(target_speed(r), scaling);
   at(image.input, kDriveStateRegister) = static_cast<std::uint16_t>(drive_state(r));
-  at(image.input, kFaultCodeRegister) = readings.fault ? 1 : 0;
+  at(image.input, kFaultCodeRegister) = static_cast<std::uint16_t>(r.fault);
   put32(image.input, kPositionRegister, position_counts(r.travel_m));
   put32(image.input, kTimeStampRegister, static_cast<std::uint32_t>(readings.time_ms & 0xFFFFFFFF));
-  at(image.input, kMaxSpeedRegister) =
-      static_cast<std::uint16_t>(clamped(r.max_speed_m_s / scaling.m_s_per_count(), 0, 65535));
+  at(image.input, kMaxSpeedRegister) = word(r.max_speed_m_s / scaling.m_s_per_count());
+  at(image.input, kMotorCurrentRegister) = word(r.motor_current_a * 1e3);
+  at(image.input, kLoadRegister) = word(r.load_kg * 1e2);
+  for (std::uint16_t i = 0; i < kPhotoEyes; ++i) {
+    at(image.input, static_cast<std::uint16_t>(kItemCountRegister + i)) =
+        static_cast<std::uint16_t>(r.photo_eyes[i].count & 0xFFFF);
+  }
+  encode_bits(r, scaling, image);
 }
 
 Checked<ConveyorWrite> decode_write(const Request& request, const ConveyorScaling& scaling) {
+  if (request.is_coil_write()) return decode_coils(request, scaling);
   ConveyorWrite write;
   for (std::uint16_t i = 0; i < request.quantity; ++i) {
     const auto address = static_cast<std::uint16_t>(request.address + i);

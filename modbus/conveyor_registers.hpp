@@ -18,6 +18,14 @@ struct RegisterImage {
   std::array<std::uint8_t, kAddressCount> discrete{};  ///< 0 or 1
 };
 
+/// Why the drive does not run, as the fault register says it.
+enum class FaultCode : std::uint16_t { kNone, kCellStopped, kEmergencyStop, kWatchdog };
+
+struct PhotoEyeReadings {
+  bool broken = false;
+  std::uint32_t count = 0;
+};
+
 /// The conveyor at one instant, in SI units.
 struct ConveyorReadings {
   bool present = false;  ///< false: this cell has no conveyor, everything else is meaningless
@@ -28,18 +36,26 @@ struct ConveyorReadings {
   double travel_m = 0;           ///< since reset, forward positive
   double max_speed_m_s = 0;
   std::uint64_t time_ms = 0;  ///< simulated, since reset
-  bool fault = false;
+  FaultCode fault = FaultCode::kNone;
+  bool emergency_stop = false;  ///< the input is engaged
+  double motor_current_a = 0;
+  double load_kg = 0;
+  std::array<PhotoEyeReadings, kPhotoEyes> photo_eyes;
 };
 
-enum class DriveState : std::uint16_t { kAbsent, kStandstill, kRamping, kAtSpeed };
+enum class DriveState : std::uint16_t { kAbsent, kStandstill, kRamping, kAtSpeed, kFault };
 
-/// What a write to the drive's registers asks for; absent = not written.
+/// What a write to the drive's registers or coils asks for; absent = not written.
 struct ConveyorWrite {
   std::optional<bool> run;
   std::optional<bool> forward;
   std::optional<double> speed_m_s;
+  std::optional<bool> emergency_stop;
+  bool fault_reset = false;
 
-  [[nodiscard]] bool empty() const { return !run && !forward && !speed_m_s; }
+  [[nodiscard]] bool empty() const {
+    return !run && !forward && !speed_m_s && !emergency_stop && !fault_reset;
+  }
 };
 
 /// Nearest count for a speed magnitude, limited to 0..32768.
@@ -53,8 +69,9 @@ struct ConveyorWrite {
 /// Writes the documented registers into the image and leaves the rest alone.
 void encode(const ConveyorReadings& readings, const ConveyorScaling& scaling, RegisterImage& image);
 
-/// The drive inputs among the words of a write request (FC 6 or 16), which may cover unused memory
-/// too. A value outside its register's range: exception 3, and nothing of the request counts.
+/// The drive inputs among the coils or words of a write request (not FC 22), which may cover
+/// unused memory too. A value outside its register's range: exception 3, and nothing of the request
+/// counts.
 [[nodiscard]] Checked<ConveyorWrite> decode_write(const Request& request,
                                                   const ConveyorScaling& scaling);
 

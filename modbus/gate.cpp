@@ -1,5 +1,7 @@
 #include "modbus/gate.hpp"
 
+#include <algorithm>
+
 namespace aprsim::modbus {
 namespace {
 
@@ -7,6 +9,38 @@ namespace {
 constexpr std::size_t kMinLength = 2;
 constexpr std::size_t kMaxLength = 1 + kMaxPduSize;
 constexpr std::size_t kLengthEnd = 6;  // of transaction id, protocol id and length
+
+std::optional<ExceptionCode> forbidden(std::span<const std::uint8_t> adu, const GateRules& rules) {
+  const auto& units = rules.unit_ids;
+  if (!units.empty() && std::find(units.begin(), units.end(), adu[6]) == units.end()) {
+    return ExceptionCode::kNoSuchUnit;
+  }
+  if (rules.read_only && is_writing_function(adu[kHeaderSize])) {
+    return ExceptionCode::kIllegalFunction;
+  }
+  return std::nullopt;
+}
+
+/// Takes a complete frame of ours: what it asks for, or why it is refused.
+void judge(Gated& gated, const GateRules& rules) {
+  const auto refuse = [&gated](ExceptionCode code) {
+    gated.verdict = Verdict::kRefused;
+    gated.exception = code;
+  };
+  const auto pdu = gated.adu.subspan(kHeaderSize);
+  if (const auto code = forbidden(gated.adu, rules)) return refuse(*code);
+  if (pdu[0] == kEncapsulatedInterface) {
+    const auto wanted = parse_identification(pdu);
+    if (!wanted) return refuse(wanted.error());
+    gated.verdict = Verdict::kIdentification;
+    gated.identification = *wanted;
+    return;
+  }
+  const Checked<Request> request = parse_request(pdu);
+  if (!request) return refuse(request.error());
+  gated.verdict = Verdict::kRequest;
+  gated.request = *request;
+}
 
 }  // namespace
 
@@ -24,7 +58,7 @@ ExceptionReply exception_reply(std::span<const std::uint8_t> adu, ExceptionCode 
   return reply;
 }
 
-Gated gate(std::span<const std::uint8_t> stream) {
+Gated gate(std::span<const std::uint8_t> stream, const GateRules& rules) {
   Gated gated;
   if (stream.size() < kLengthEnd) return gated;
   const auto length = static_cast<std::size_t>((stream[4] << 8) | stream[5]);
@@ -40,14 +74,7 @@ Gated gate(std::span<const std::uint8_t> stream) {
     gated.reason = "the protocol id is not 0";
     return gated;
   }
-  const Checked<Request> request = parse_request(gated.adu.subspan(kHeaderSize));
-  if (request) {
-    gated.verdict = Verdict::kRequest;
-    gated.request = *request;
-  } else {
-    gated.verdict = Verdict::kRefused;
-    gated.exception = request.error();
-  }
+  judge(gated, rules);
   return gated;
 }
 

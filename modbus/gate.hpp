@@ -6,6 +6,7 @@
 #include <span>
 #include <string_view>
 
+#include "modbus/device_identification.hpp"
 #include "modbus/request.hpp"
 
 /// The way in from a byte stream: frames Modbus/TCP, judges every request, and refuses what must be
@@ -28,22 +29,30 @@ struct ExceptionReply {
 [[nodiscard]] ExceptionReply exception_reply(std::span<const std::uint8_t> adu, ExceptionCode code);
 
 enum class Verdict : std::uint8_t {
-  kIncomplete,  ///< wait for more bytes
-  kRequest,     ///< `request` may be executed
-  kRefused,     ///< send exception_reply(adu, exception)
-  kIgnored,     ///< complete, but not Modbus (protocol id is not 0): skip it without an answer
-  kBroken,      ///< the length is impossible, so the stream cannot be followed: close it
+  kIncomplete,      ///< wait for more bytes
+  kRequest,         ///< `request` may be executed
+  kIdentification,  ///< send identification_reply(adu, identification)
+  kRefused,         ///< send exception_reply(adu, exception)
+  kIgnored,         ///< complete, but not Modbus (protocol id is not 0): skip it without an answer
+  kBroken,          ///< the length is impossible, so the stream cannot be followed: close it
+};
+
+/// What an installation restricts.
+struct GateRules {
+  bool read_only = false;  ///< functions that write: exception 1, whatever else is wrong with them
+  std::span<const std::uint8_t> unit_ids = {};  ///< others get exception 11; empty = any unit id
 };
 
 struct Gated {
   Verdict verdict = Verdict::kIncomplete;
   std::span<const std::uint8_t> adu;  ///< the bytes taken off the stream; empty if none were
   Request request;                    ///< refers to `adu`
+  IdentificationRequest identification;
   ExceptionCode exception = ExceptionCode::kIllegalFunction;
   std::string_view reason;  ///< of kIgnored and kBroken
 };
 
-/// Judges what a stream begins with. Pure: depends on the bytes alone; any unit id is accepted.
-[[nodiscard]] Gated gate(std::span<const std::uint8_t> stream);
+/// Judges what a stream begins with. Pure: depends on the bytes and rules alone.
+[[nodiscard]] Gated gate(std::span<const std::uint8_t> stream, const GateRules& rules = {});
 
 }  // namespace aprsim::modbus

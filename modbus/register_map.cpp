@@ -9,9 +9,44 @@ namespace {
 constexpr std::int64_t kInt16Min = -32768, kInt16Max = 32767, kUint16Max = 65535;
 constexpr std::int64_t kInt32Min = -2147483648LL, kInt32Max = 2147483647, kUint32Max = 4294967295LL;
 
+constexpr RegisterInfo coil(std::uint16_t address, std::string_view name,
+                            std::string_view meaning) {
+  return {Area::kCoil, address, Access::kReadWrite, Encoding::kBit, name, "", Scaling::kNone, 0,
+          1,           meaning};
+}
+
+constexpr RegisterInfo input(std::uint16_t address, std::string_view name,
+                             std::string_view meaning) {
+  return {Area::kDiscreteInput,
+          address,
+          Access::kRead,
+          Encoding::kBit,
+          name,
+          "",
+          Scaling::kNone,
+          0,
+          1,
+          meaning};
+}
+
+constexpr RegisterInfo item_count(std::uint16_t eye, std::string_view name,
+                                  std::string_view meaning) {
+  return {Area::kInputRegister,
+          static_cast<std::uint16_t>(kItemCountRegister + eye),
+          Access::kRead,
+          Encoding::kUint16,
+          name,
+          "",
+          Scaling::kNone,
+          0,
+          kUint16Max,
+          meaning};
+}
+
 constexpr std::array kMap{
     RegisterInfo{Area::kHoldingRegister, kRunRegister, Access::kReadWrite, Encoding::kUint16, "run",
-                 "", Scaling::kNone, 0, 1, "1 = go, 0 = stop; the speed setting stays"},
+                 "", Scaling::kNone, 0, 1,
+                 "1 = go, 0 = stop; the speed setting stays; 1 is ignored while a fault is held"},
     RegisterInfo{Area::kHoldingRegister, kDirectionRegister, Access::kReadWrite, Encoding::kUint16,
                  "direction", "", Scaling::kNone, 0, 1,
                  "sense of travel; which value is forward is set per installation"},
@@ -26,11 +61,11 @@ constexpr std::array kMap{
                  "target_speed", "m/s", Scaling::kSpeed, kInt16Min, kInt16Max,
                  "speed the drive goes to, after run, direction and limit; forward positive"},
     RegisterInfo{Area::kInputRegister, kDriveStateRegister, Access::kRead, Encoding::kUint16,
-                 "drive_state", "", Scaling::kNone, 0, 3,
-                 "0 absent, 1 standstill, 2 ramping, 3 at speed"},
+                 "drive_state", "", Scaling::kNone, 0, 4,
+                 "0 absent, 1 standstill, 2 ramping, 3 at speed, 4 stopping or stopped by a fault"},
     RegisterInfo{Area::kInputRegister, kFaultCodeRegister, Access::kRead, Encoding::kUint16,
-                 "fault_code", "", Scaling::kNone, 0, 1,
-                 "0 none, 1 the cell has stopped on a fault"},
+                 "fault_code", "", Scaling::kNone, 0, 3,
+                 "0 none, 1 the cell has stopped on a fault, 2 emergency stop, 3 watchdog"},
     RegisterInfo{Area::kInputRegister, kPositionRegister, Access::kRead, Encoding::kInt32,
                  "position", "m", Scaling::kPosition, kInt32Min, kInt32Max,
                  "belt travel since reset as an encoder counts it, forward positive; wraps"},
@@ -40,6 +75,33 @@ constexpr std::array kMap{
     RegisterInfo{Area::kInputRegister, kMaxSpeedRegister, Access::kRead, Encoding::kUint16,
                  "max_speed", "m/s", Scaling::kSpeed, 0, kUint16Max,
                  "the belt's own limit; saturates"},
+    RegisterInfo{Area::kInputRegister, kMotorCurrentRegister, Access::kRead, Encoding::kUint16,
+                 "current", "A", Scaling::kMilliamperes, 0, kUint16Max,
+                 "magnitude of the motor's current, from a model of friction and acceleration"},
+    RegisterInfo{Area::kInputRegister, kLoadRegister, Access::kRead, Encoding::kUint16, "load",
+                 "kg", Scaling::kDecagrams, 0, kUint16Max, "mass of what is over the belt"},
+    item_count(0, "item_count_1", "times photo-eye 1 has been broken since reset; wraps"),
+    item_count(1, "item_count_2", "the same of photo-eye 2"),
+    item_count(2, "item_count_3", "the same of photo-eye 3"),
+    item_count(3, "item_count_4", "the same of photo-eye 4"),
+
+    coil(kRunCoil, "run", "as the holding register"),
+    coil(kDirectionCoil, "direction", "as the holding register"),
+    coil(kEmergencyStopCoil, "estop",
+         "1 engages the emergency stop and holds a fault, 0 releases it"),
+    coil(kFaultResetCoil, "fault_reset",
+         "1 clears a held fault unless its cause persists; reads 0"),
+
+    input(kReadyInput, "ready", "no fault: the belt runs when told"),
+    input(kMovingInput, "moving", "the belt moves"),
+    input(kAtSpeedInput, "at_speed", "running at the target speed"),
+    input(kFaultInput, "fault", "fault_code is not 0"),
+    input(kEmergencyStopInput, "estop_active", "the emergency stop is engaged"),
+    input(kReverseInput, "reverse", "the belt moves backward"),
+    input(kPhotoEyeInput, "photo_eye_1", "something is in the beam; 0 without such an eye"),
+    input(kPhotoEyeInput + 1, "photo_eye_2", "the same of photo-eye 2"),
+    input(kPhotoEyeInput + 2, "photo_eye_3", "the same of photo-eye 3"),
+    input(kPhotoEyeInput + 3, "photo_eye_4", "the same of photo-eye 4"),
 };
 
 }  // namespace

@@ -31,6 +31,27 @@ inline constexpr std::uint16_t kFaultCodeRegister = 0x8003;
 inline constexpr std::uint16_t kPositionRegister = 0x8004;   // and 0x8005
 inline constexpr std::uint16_t kTimeStampRegister = 0x8006;  // and 0x8007
 inline constexpr std::uint16_t kMaxSpeedRegister = 0x8008;
+inline constexpr std::uint16_t kMotorCurrentRegister = 0x8009;
+inline constexpr std::uint16_t kLoadRegister = 0x800A;
+inline constexpr std::uint16_t kItemCountRegister = 0x800C;  // of the first photo-eye
+
+// Coils.
+inline constexpr std::uint16_t kRunCoil = 0x8000;
+inline constexpr std::uint16_t kDirectionCoil = 0x8001;
+inline constexpr std::uint16_t kEmergencyStopCoil = 0x8002;
+inline constexpr std::uint16_t kFaultResetCoil = 0x8003;
+
+// Discrete inputs.
+inline constexpr std::uint16_t kReadyInput = 0x8000;
+inline constexpr std::uint16_t kMovingInput = 0x8001;
+inline constexpr std::uint16_t kAtSpeedInput = 0x8002;
+inline constexpr std::uint16_t kFaultInput = 0x8003;
+inline constexpr std::uint16_t kEmergencyStopInput = 0x8004;
+inline constexpr std::uint16_t kReverseInput = 0x8005;
+inline constexpr std::uint16_t kPhotoEyeInput = 0x8008;  // of the first photo-eye
+
+/// Photo-eyes that the map has room for.
+inline constexpr std::uint16_t kPhotoEyes = 4;
 
 /// Full scale of the speed registers in counts. Taken as unsigned: it is 0x8000.
 inline constexpr std::uint16_t kSpeedFullScaleCounts = 32768;
@@ -39,9 +60,16 @@ inline constexpr double kMetresPerPositionCount = 1e-5;
 
 enum class Access : std::uint8_t { kRead, kReadWrite };
 /// 32-bit values take two registers, the high word at the lower address.
-enum class Encoding : std::uint8_t { kUint16, kInt16, kUint32, kInt32 };
+enum class Encoding : std::uint8_t { kBit, kUint16, kInt16, kUint32, kInt32 };
 /// How counts become a physical value.
-enum class Scaling : std::uint8_t { kNone, kSpeed, kPosition, kMilliseconds };
+enum class Scaling : std::uint8_t {
+  kNone,
+  kSpeed,
+  kPosition,
+  kMilliseconds,
+  kMilliamperes,
+  kDecagrams
+};
 
 struct RegisterInfo {
   Area area;

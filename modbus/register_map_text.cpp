@@ -13,7 +13,7 @@ constexpr std::array kAreas{Area::kHoldingRegister, Area::kInputRegister, Area::
 std::string_view title(Area area) {
   switch (area) {
     case Area::kHoldingRegister:
-      return "Holding registers (FC 3 reads, FC 6 and 16 write)";
+      return "Holding registers (FC 3 reads, FC 6, 16 and 22 write, FC 23 does both)";
     case Area::kInputRegister:
       return "Input registers (FC 4 reads)";
     case Area::kCoil:
@@ -26,6 +26,8 @@ std::string_view title(Area area) {
 
 std::string_view name_of(Encoding encoding) {
   switch (encoding) {
+    case Encoding::kBit:
+      return "bit";
     case Encoding::kUint16:
       return "uint16";
     case Encoding::kInt16:
@@ -48,7 +50,10 @@ double resolution(Scaling scaling, const ConveyorScaling& conveyor) {
     case Scaling::kPosition:
       return kMetresPerPositionCount;
     case Scaling::kMilliseconds:
+    case Scaling::kMilliamperes:
       return 1e-3;
+    case Scaling::kDecagrams:
+      return 1e-2;
   }
   return 0;
 }

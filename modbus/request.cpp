@@ -6,7 +6,7 @@
 namespace aprsim::modbus {
 namespace {
 
-enum class Form : std::uint8_t { kRead, kWriteSingle, kWriteMultiple };
+enum class Form : std::uint8_t { kRead, kWriteSingle, kWriteMultiple, kMaskWrite, kReadWrite };
 
 struct FunctionInfo {
   Function function;
@@ -25,6 +25,8 @@ constexpr std::array kFunctions{
     FunctionInfo{Function::kWriteMultipleCoils, Form::kWriteMultiple, true, kMaxWriteBits},
     FunctionInfo{Function::kWriteMultipleRegisters, Form::kWriteMultiple, false,
                  kMaxWriteRegisters},
+    FunctionInfo{Function::kMaskWriteRegister, Form::kMaskWrite, false, 1},
+    FunctionInfo{Function::kReadWriteRegisters, Form::kReadWrite, false, kMaxReadWriteRegisters},
 };
 
 const FunctionInfo* find_function(std::uint8_t code) {
@@ -46,14 +48,14 @@ std::optional<Request> parse_write_single(const FunctionInfo& info, Bytes pdu) {
   if (pdu.size() != kHead) return std::nullopt;
   const std::uint16_t value = word_at(pdu, 3);
   if (info.bits && value != 0x0000 && value != 0xFF00) return std::nullopt;
-  return Request{info.function, word_at(pdu, 1), 1, pdu.subspan(3, 2)};
+  return Request{info.function, word_at(pdu, 1), 1, pdu.subspan(3, 2), 0, 0};
 }
 
 std::optional<Request> parse_read(const FunctionInfo& info, Bytes pdu) {
   if (pdu.size() != kHead) return std::nullopt;
   const std::uint16_t quantity = word_at(pdu, 3);
   if (quantity < 1 || quantity > info.max_quantity) return std::nullopt;
-  return Request{info.function, word_at(pdu, 1), quantity, {}};
+  return Request{info.function, word_at(pdu, 1), quantity, {}, 0, 0};
 }
 
 std::optional<Request> parse_write_multiple(const FunctionInfo& info, Bytes pdu) {
@@ -62,7 +64,25 @@ std::optional<Request> parse_write_multiple(const FunctionInfo& info, Bytes pdu)
   if (quantity < 1 || quantity > info.max_quantity) return std::nullopt;
   const std::size_t bytes = info.bits ? (quantity + 7U) / 8U : 2U * quantity;
   if (pdu[kHead] != bytes || pdu.size() != kHead + 1 + bytes) return std::nullopt;
-  return Request{info.function, word_at(pdu, 1), quantity, pdu.subspan(kHead + 1)};
+  return Request{info.function, word_at(pdu, 1), quantity, pdu.subspan(kHead + 1), 0, 0};
+}
+
+std::optional<Request> parse_mask_write(const FunctionInfo& info, Bytes pdu) {
+  if (pdu.size() != kHead + 2) return std::nullopt;
+  return Request{info.function, word_at(pdu, 1), 1, pdu.subspan(3, 4), 0, 0};
+}
+
+std::optional<Request> parse_read_write(const FunctionInfo& info, Bytes pdu) {
+  constexpr std::size_t kWriteHead = kHead + 4;  // up to the byte count
+  if (pdu.size() < kWriteHead + 1) return std::nullopt;
+  const std::uint16_t reads = word_at(pdu, 3), writes = word_at(pdu, kHead + 2);
+  if (reads < 1 || reads > kMaxReadRegisters) return std::nullopt;
+  if (writes < 1 || writes > info.max_quantity) return std::nullopt;
+  const std::size_t bytes = 2U * writes;
+  if (pdu[kWriteHead] != bytes || pdu.size() != kWriteHead + 1 + bytes) return std::nullopt;
+  return Request{info.function,   word_at(pdu, kHead),
+                 writes,          pdu.subspan(kWriteHead + 1),
+                 word_at(pdu, 1), reads};
 }
 
 std::optional<Request> parse_body(const FunctionInfo& info, Bytes pdu) {
@@ -73,6 +93,10 @@ std::optional<Request> parse_body(const FunctionInfo& info, Bytes pdu) {
       return parse_write_single(info, pdu);
     case Form::kWriteMultiple:
       return parse_write_multiple(info, pdu);
+    case Form::kMaskWrite:
+      return parse_mask_write(info, pdu);
+    case Form::kReadWrite:
+      return parse_read_write(info, pdu);
   }
   return std::nullopt;
 }
@@ -84,10 +108,17 @@ Checked<Request> parse_request(Bytes pdu) {
   if (info == nullptr) return tl::unexpected(ExceptionCode::kIllegalFunction);
   const std::optional<Request> request = parse_body(*info, pdu);
   if (!request) return tl::unexpected(ExceptionCode::kIllegalDataValue);
-  if (!is_mapped(request->address, request->quantity)) {
+  const bool reads_mapped =
+      request->read_quantity == 0 || is_mapped(request->read_address, request->read_quantity);
+  if (!is_mapped(request->address, request->quantity) || !reads_mapped) {
     return tl::unexpected(ExceptionCode::kIllegalDataAddress);
   }
   return *request;
+}
+
+bool is_writing_function(std::uint8_t code) {
+  const FunctionInfo* info = find_function(code);
+  return info != nullptr && info->form != Form::kRead;
 }
 
 }  // namespace aprsim::modbus

@@ -18,6 +18,7 @@ enum class ExceptionCode : std::uint8_t {
   kIllegalDataValue = 3,     ///< quantity, byte count, length or value
   kServerDeviceFailure = 4,  ///< the request was right, the device could not perform it
   kServerDeviceBusy = 6,     ///< not taken; the same request may succeed later
+  kNoSuchUnit = 11,          ///< gateway target device failed to respond: another unit's id
 };
 
 template <typename T>
@@ -32,23 +33,31 @@ enum class Function : std::uint8_t {
   kWriteSingleRegister = 6,
   kWriteMultipleCoils = 15,
   kWriteMultipleRegisters = 16,
+  kMaskWriteRegister = 22,
+  kReadWriteRegisters = 23,
 };
 
-// Largest quantities of one request (specification, sections 6.1 to 6.12).
+// Largest quantities of one request (specification, sections 6.1 to 6.17).
 inline constexpr std::uint16_t kMaxReadBits = 2000;
 inline constexpr std::uint16_t kMaxReadRegisters = 125;
 inline constexpr std::uint16_t kMaxWriteBits = 1968;
 inline constexpr std::uint16_t kMaxWriteRegisters = 123;
+inline constexpr std::uint16_t kMaxReadWriteRegisters = 121;  ///< written by FC 23
 
 /// A request that may be executed as it stands. Refers to the bytes it was parsed from.
 struct Request {
   Function function = Function::kReadCoils;
-  std::uint16_t address = 0;
+  std::uint16_t address = 0;           ///< first address read, or written by a write
   std::uint16_t quantity = 0;          ///< 1 for the single writes
   std::span<const std::uint8_t> data;  ///< values of a write, as on the wire; else empty
+  std::uint16_t read_address = 0;      ///< FC 23: what is read once the write is done
+  std::uint16_t read_quantity = 0;     ///< FC 23
 
   [[nodiscard]] bool is_write() const { return !data.empty(); }
-  /// Value i of a register write; i < quantity.
+  [[nodiscard]] bool is_coil_write() const {
+    return function == Function::kWriteSingleCoil || function == Function::kWriteMultipleCoils;
+  }
+  /// Value i of a register write; i < quantity. FC 22: 0 is the AND mask, 1 the OR mask.
   [[nodiscard]] std::uint16_t word(std::uint16_t i) const {
     const std::size_t at = std::size_t{2} * i;
     return static_cast<std::uint16_t>((data[at] << 8) | data[at + 1]);
@@ -64,5 +73,8 @@ struct Request {
 /// specification's state diagrams: function (exception 1), quantity, byte count and length (3),
 /// address range (2). Values of particular registers are the device's business.
 [[nodiscard]] Checked<Request> parse_request(std::span<const std::uint8_t> pdu);
+
+/// Whether a function code is one of those above that write.
+[[nodiscard]] bool is_writing_function(std::uint8_t code);
 
 }  // namespace aprsim::modbus

@@ -4,7 +4,9 @@
 #include <limits>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include "protocols/modbus/modbus_server.hpp"
 #include "world/scene/yaml_reader.hpp"
 
 namespace aprsim::server {
@@ -18,6 +20,11 @@ std::uint16_t port_or(const yaml::Node& node, std::uint16_t fallback) {
 
 std::uint32_t connections_or(const yaml::Node& node, std::uint32_t fallback) {
   return static_cast<std::uint32_t>(node.integer_or(fallback, 1, 1024));
+}
+
+/// At most a day.
+std::uint32_t milliseconds_or(const yaml::Node& node, std::int64_t min, std::uint32_t fallback) {
+  return static_cast<std::uint32_t>(node.integer_or(fallback, min, 86'400'000));
 }
 
 void read(const yaml::Node& node, Speed& speed) {
@@ -56,12 +63,33 @@ void read(const yaml::Node& node, CrclConfig& crcl) {
 void read(const yaml::Node& node, ModbusConfig& modbus) {
   if (!node) return;
   const auto map =
-      node.map({"address", "port", "max_connections", "forward_is_one", "full_scale_m_s"});
+      node.map({"address", "port", "max_connections", "forward_is_one", "full_scale_m_s", "allow",
+                "unit_ids", "read_only", "max_requests_per_s", "request_timeout_ms",
+                "idle_timeout_ms", "watchdog_ms"});
   modbus.address = map["address"].text_or(modbus.address);
   modbus.port = port_or(map["port"], modbus.port);
   modbus.max_connections = connections_or(map["max_connections"], modbus.max_connections);
   modbus.forward_is_one = map["forward_is_one"].boolean_or(modbus.forward_is_one);
   modbus.full_scale_m_s = map["full_scale_m_s"].number_or(modbus.full_scale_m_s, yaml::kPositive);
+  for (const auto& network : map["allow"].items()) {
+    modbus.allow.push_back(network.text());
+    if (!protocols::is_network(modbus.allow.back())) {
+      network.unexpected("an address or a network such as 192.168.1.0/24");
+    }
+  }
+  for (const auto& unit : map["unit_ids"].items()) {
+    modbus.unit_ids.push_back(static_cast<std::uint8_t>(unit.integer(0, 255)));
+  }
+  modbus.read_only = map["read_only"].boolean_or(modbus.read_only);
+  modbus.max_requests_per_s =
+      map["max_requests_per_s"].number_or(modbus.max_requests_per_s, yaml::kNotNegative);
+  if (modbus.max_requests_per_s > 0 && modbus.max_requests_per_s < 1) {
+    map["max_requests_per_s"].unexpected("0 (no limit) or at least 1");
+  }
+  modbus.request_timeout_ms =
+      milliseconds_or(map["request_timeout_ms"], 10, modbus.request_timeout_ms);
+  modbus.idle_timeout_ms = milliseconds_or(map["idle_timeout_ms"], 0, modbus.idle_timeout_ms);
+  modbus.watchdog_ms = milliseconds_or(map["watchdog_ms"], 0, modbus.watchdog_ms);
 }
 
 void read(const yaml::Node& node, GrpcConfig& grpc) {
@@ -72,8 +100,20 @@ void read(const yaml::Node& node, GrpcConfig& grpc) {
   grpc.max_connections = connections_or(map["max_connections"], grpc.max_connections);
 }
 
+void read(const yaml::Node& node, VisionConfig& vision) {
+  if (!node) return;
+  const auto map = node.map({"address", "ports", "max_connections", "empty_slots", "repeat_s"});
+  vision.address = map["address"].text_or(vision.address);
+  for (const auto& [robot, port] : map["ports"].entries()) vision.ports[robot] = port_or(port, 0);
+  vision.max_connections = connections_or(map["max_connections"], vision.max_connections);
+  vision.empty_slots = map["empty_slots"].boolean_or(vision.empty_slots);
+  // Readers of the feed give up after seconds of silence; more often than a poll makes no sense.
+  vision.repeat_s = map["repeat_s"].number_or(vision.repeat_s, yaml::between(0.01, 5));
+}
+
 void read(const yaml::Node& root, Config& config) {
-  const auto map = root.map({"scene", "seed", "speed", "log_level", "crcl", "modbus", "grpc"});
+  const auto map =
+      root.map({"scene", "seed", "speed", "log_level", "crcl", "modbus", "grpc", "vision"});
   config.scene = map["scene"].text_or(config.scene);
   if (const auto seed = map["seed"]) config.seed = static_cast<std::uint64_t>(seed.integer());
   read(map["speed"], config.speed);
@@ -84,6 +124,7 @@ void read(const yaml::Node& root, Config& config) {
   read(map["crcl"], config.crcl);
   read(map["modbus"], config.modbus);
   read(map["grpc"], config.grpc);
+  read(map["vision"], config.vision);
 }
 
 }  // namespace
@@ -106,9 +147,39 @@ Result<Config> load_config(const std::string& file,
 
 void use_free_ports(Config& config) {
   for (auto& [robot, port] : config.crcl.ports) port = 0;
+  for (auto& [robot, port] : config.vision.ports) port = 0;
   config.modbus.port = 0;
   config.grpc.port = 0;
 }
+
+namespace {
+
+std::string to_yaml(const std::map<std::string, std::uint16_t>& ports) {
+  std::string text;
+  for (const auto& [robot, port] : ports) text += fmt::format("    {}: {}\n", robot, port);
+  return text;
+}
+
+std::string restrictions(const ModbusConfig& modbus) {
+  std::vector<std::string> allow;
+  for (const std::string& network : modbus.allow) allow.push_back('"' + network + '"');
+  return fmt::format(
+      "  allow: [{}]\n  unit_ids: [{}]\n  read_only: {}\n  max_requests_per_s: {}\n"
+      "  request_timeout_ms: {}\n  idle_timeout_ms: {}\n  watchdog_ms: {}\n",
+      fmt::join(allow, ", "), fmt::join(modbus.unit_ids, ", "), modbus.read_only,
+      modbus.max_requests_per_s, modbus.request_timeout_ms, modbus.idle_timeout_ms,
+      modbus.watchdog_ms);
+}
+
+std::string to_yaml(const VisionConfig& vision) {
+  return fmt::format(
+      "vision:\n  address: {}\n  ports:\n{}  max_connections: {}\n  empty_slots: {}\n"
+      "  repeat_s: {}\n",
+      vision.address, to_yaml(vision.ports), vision.max_connections, vision.empty_slots,
+      vision.repeat_s);
+}
+
+}  // namespace
 
 std::string to_text(const Speed& speed) {
   switch (speed.mode) {
@@ -123,22 +194,21 @@ std::string to_text(const Speed& speed) {
 }
 
 std::string to_yaml(const Config& config) {
-  std::string ports;
-  for (const auto& [robot, port] : config.crcl.ports)
-    ports += fmt::format("    {}: {}\n", robot, port);
   return fmt::format(
-      "scene: {}\n{}speed: {}\nlog_level: {}\n"
-      "crcl:\n  address: {}\n  ports:\n{}  max_connections: {}\n  length_unit: {}\n"
-      "  angle_unit: {}\n"
-      "modbus:\n  address: {}\n  port: {}\n  max_connections: {}\n  forward_is_one: {}\n"
-      "  full_scale_m_s: {}\n"
-      "grpc:\n  address: {}\n  port: {}\n  max_connections: {}\n",
-      config.scene, config.seed ? fmt::format("seed: {}\n", *config.seed) : "",
-      to_text(config.speed), config.log_level, config.crcl.address, ports,
-      config.crcl.max_connections, config.crcl.length_unit, config.crcl.angle_unit,
-      config.modbus.address, config.modbus.port, config.modbus.max_connections,
-      config.modbus.forward_is_one, config.modbus.full_scale_m_s, config.grpc.address,
-      config.grpc.port, config.grpc.max_connections);
+             "scene: {}\n{}speed: {}\nlog_level: {}\n"
+             "crcl:\n  address: {}\n  ports:\n{}  max_connections: {}\n  length_unit: {}\n"
+             "  angle_unit: {}\n"
+             "modbus:\n  address: {}\n  port: {}\n  max_connections: {}\n  forward_is_one: {}\n"
+             "  full_scale_m_s: {}\n{}"
+             "grpc:\n  address: {}\n  port: {}\n  max_connections: {}\n",
+             config.scene, config.seed ? fmt::format("seed: {}\n", *config.seed) : "",
+             to_text(config.speed), config.log_level, config.crcl.address,
+             to_yaml(config.crcl.ports), config.crcl.max_connections, config.crcl.length_unit,
+             config.crcl.angle_unit, config.modbus.address, config.modbus.port,
+             config.modbus.max_connections, config.modbus.forward_is_one,
+             config.modbus.full_scale_m_s, restrictions(config.modbus), config.grpc.address,
+             config.grpc.port, config.grpc.max_connections) +
+         to_yaml(config.vision);
 }
 
 }  // namespace aprsim::server

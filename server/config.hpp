@@ -32,14 +32,31 @@ struct ModbusConfig {
   std::string address = "127.0.0.1";
   std::uint16_t port = 1502;
   std::uint32_t max_connections = 128;
-  bool forward_is_one = true;       ///< register 0x8001: which value means forward
-  double full_scale_m_s = 0.32768;  ///< belt speed that 32768 in register 0x8002 stands for
+  bool forward_is_one = true;               ///< register 0x8001: which value means forward
+  double full_scale_m_s = 0.32768;          ///< belt speed that 32768 in register 0x8002 stands for
+  std::vector<std::string> allow;           ///< networks or addresses served; none = everybody
+  std::vector<std::uint8_t> unit_ids;       ///< unit ids that are ours; none = any
+  bool read_only = false;                   ///< refuse the functions that write
+  double max_requests_per_s = 0;            ///< of one connection; 0 = no limit
+  std::uint32_t request_timeout_ms = 4000;  ///< for a request to arrive, for a reply to be taken
+  std::uint32_t idle_timeout_ms = 0;        ///< without a request; 0 = never closed
+  std::uint32_t watchdog_ms = 0;  ///< simulated; the belt stops after so long without a write
 };
 
 struct GrpcConfig {
   std::string address = "127.0.0.1";
   std::uint16_t port = 50051;
   std::uint32_t max_connections = 64;
+};
+
+/// The cameras themselves belong to the scene.
+struct VisionConfig {
+  std::string address = "127.0.0.1";
+  /// By robot name; a robot that is not listed gets a free port.
+  std::map<std::string, std::uint16_t> ports = {{"fanuc", 4000}, {"motoman", 4001}};
+  std::uint32_t max_connections = 64;  ///< of each robot
+  bool empty_slots = false;            ///< lines name what was not detected, too
+  double repeat_s = 0.25;  ///< wall time after which a frame without successor is sent again
 };
 
 struct Config {
@@ -50,6 +67,7 @@ struct Config {
   CrclConfig crcl;
   ModbusConfig modbus;
   GrpcConfig grpc;
+  VisionConfig vision;
 };
 
 /// Reads `file` (none when empty) and then `overrides` (dotted key, YAML value). An unknown key or

@@ -1,5 +1,7 @@
 #include "server/daemon.hpp"
 
+#include <chrono>
+#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
@@ -8,6 +10,7 @@
 #include "protocols/crcl/crcl_server.hpp"
 #include "protocols/modbus/modbus_server.hpp"
 #include "protocols/telemetry/telemetry_server.hpp"
+#include "protocols/vision/vision_server.hpp"
 #include "world/simulation.hpp"
 
 namespace aprsim::server {
@@ -59,6 +62,14 @@ protocols::ModbusServerOptions modbus_options(const ModbusConfig& config) {
   options.max_connections = config.max_connections;
   options.scaling = {.full_scale_m_s = config.full_scale_m_s,
                      .one_is_forward = config.forward_is_one};
+  options.allow = config.allow;
+  options.unit_ids = config.unit_ids;
+  options.read_only = config.read_only;
+  options.max_requests_per_s = config.max_requests_per_s;
+  options.partial_timeout = std::chrono::milliseconds(config.request_timeout_ms);
+  options.write_timeout = options.partial_timeout;
+  options.idle_timeout = std::chrono::milliseconds(config.idle_timeout_ms);
+  options.watchdog = std::chrono::milliseconds(config.watchdog_ms);
   options.endpoint = kModbusEndpoint;
   return options;
 }
@@ -69,6 +80,19 @@ protocols::TelemetryOptions telemetry_options(const GrpcConfig& config) {
   options.port = config.port;
   options.max_connections = static_cast<int>(config.max_connections);
   options.endpoint = kGrpcEndpoint;
+  return options;
+}
+
+protocols::VisionServerOptions vision_options(const VisionConfig& config, const std::string& robot,
+                                              int index) {
+  protocols::VisionServerOptions options;
+  options.bind_address = config.address;
+  const auto port = config.ports.find(robot);
+  options.port = port == config.ports.end() ? 0 : port->second;
+  options.robot = index;
+  options.max_connections = config.max_connections;
+  options.empty_slots = config.empty_slots;
+  options.repeat = std::chrono::milliseconds(std::llround(config.repeat_s * 1e3));
   return options;
 }
 
@@ -83,18 +107,24 @@ class Daemon::Impl {
         telemetry_(telemetry_options(config.grpc), simulation_, simulation_) {
     for (std::size_t i = 0; i < scene->robots.size(); ++i) {
       const std::string& name = scene->robots[i].name;
-      robots_.push_back({name, std::make_unique<protocols::CrclServer>(
-                                   crcl_options(config.crcl, name, static_cast<int>(i)),
-                                   simulation_, simulation_)});
+      const int index = static_cast<int>(i);
+      robots_.push_back({name,
+                         std::make_unique<protocols::CrclServer>(
+                             crcl_options(config.crcl, name, index), simulation_, simulation_),
+                         std::make_unique<protocols::VisionServer>(
+                             vision_options(config.vision, name, index), simulation_)});
     }
   }
 
   Result<Ports> start() {
     Ports ports;
-    for (auto& [name, server] : robots_) {
-      auto port = server->start();
+    for (auto& [name, crcl, vision] : robots_) {
+      auto port = crcl->start();
       if (!port) return tl::unexpected(port.error());
       ports["crcl." + name] = *port;
+      port = vision->start();
+      if (!port) return tl::unexpected(port.error());
+      ports["vision." + name] = *port;
     }
     auto modbus = modbus_.start();
     if (!modbus) return tl::unexpected(modbus.error());
@@ -107,7 +137,10 @@ class Daemon::Impl {
   }
 
   void stop() {
-    for (auto& [name, server] : robots_) server->stop();
+    for (auto& [name, crcl, vision] : robots_) {
+      crcl->stop();
+      vision->stop();
+    }
     modbus_.stop();
     telemetry_.stop();
     simulation_.stop();
@@ -116,7 +149,8 @@ class Daemon::Impl {
  private:
   struct Robot {
     std::string name;
-    std::unique_ptr<protocols::CrclServer> server;
+    std::unique_ptr<protocols::CrclServer> crcl;
+    std::unique_ptr<protocols::VisionServer> vision;
   };
 
   world::Simulation simulation_;
@@ -132,8 +166,9 @@ Result<Ports> Daemon::start() { return impl_->start(); }
 void Daemon::stop() { impl_->stop(); }
 
 std::uint64_t needed_files(const Config& config, std::size_t robots) {
-  const std::uint64_t connections = config.crcl.max_connections * robots +
-                                    config.modbus.max_connections + config.grpc.max_connections;
+  const std::uint64_t connections =
+      (config.crcl.max_connections + config.vision.max_connections) * robots +
+      config.modbus.max_connections + config.grpc.max_connections;
   // Twice what the listeners may take: running out of descriptors must never come from clients.
   return 2 * connections + 64;
 }

@@ -23,7 +23,11 @@ std::string millis(std::chrono::milliseconds time) { return std::to_string(time.
 
 Connection::Connection(boost::asio::ip::tcp::socket socket, std::string peer,
                        ListenerContext& context)
-    : socket_(std::move(socket)), peer_(std::move(peer)), context_(context), timer_(context.io) {}
+    : socket_(std::move(socket)),
+      peer_(std::move(peer)),
+      context_(context),
+      timer_(context.io),
+      rate_(context.options.max_requests_per_s) {}
 
 void Connection::start() {
   prepare_peer_socket(socket_.native_handle());
@@ -129,7 +133,8 @@ bool Connection::close_if_finished() {
 }
 
 bool Connection::take_request() {
-  const modbus::Gated gated = modbus::gate(std::span(in_).subspan(in_taken_, in_size_ - in_taken_));
+  const modbus::Gated gated =
+      modbus::gate(std::span(in_).subspan(in_taken_, in_size_ - in_taken_), context_.rules);
   incomplete_ = gated.verdict == Verdict::kIncomplete;
   if (incomplete_) {
     if (in_size_ > in_taken_ && request_due_ == kNever) {
@@ -153,12 +158,23 @@ bool Connection::take_request() {
   if (context_.options.idle_timeout.count() > 0) {
     idle_due_ = Clock::now() + context_.options.idle_timeout;
   }
+  if (rate_.admit(Clock::now())) {
+    handle(gated);
+  } else {
+    refuse(gated.adu, modbus::ExceptionCode::kServerDeviceBusy);
+  }
+  return true;
+}
+
+void Connection::handle(const modbus::Gated& gated) {
   if (gated.verdict == Verdict::kRefused) {
     refuse(gated.adu, gated.exception);
+  } else if (gated.verdict == Verdict::kIdentification) {
+    const auto reply = modbus::identification_reply(gated.adu, gated.identification);
+    out_.insert(out_.end(), reply.begin(), reply.end());
   } else {
     execute(gated);
   }
-  return true;
 }
 
 void Connection::execute(const modbus::Gated& gated) {

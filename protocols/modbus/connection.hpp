@@ -20,6 +20,7 @@
 #include "protocols/modbus/limited_log.hpp"
 #include "protocols/modbus/modbus_server.hpp"
 #include "protocols/modbus/plc.hpp"
+#include "protocols/modbus/rate_limit.hpp"
 #include "protocols/modbus/reply_builder.hpp"
 
 namespace aprsim::protocols {
@@ -39,6 +40,7 @@ struct ListenerContext {
   ReplyBuilder& replies;
   LimitedLog& log;
   Counters& counters;
+  modbus::GateRules rules;
   /// Calls poll_applied() of this connection every millisecond or so until it returns false.
   std::function<void(std::shared_ptr<Connection>)> await_applied;
   std::function<void(const Connection&)> closed;
@@ -73,6 +75,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void process();
   [[nodiscard]] bool take_request();
   [[nodiscard]] bool close_if_finished();
+  void handle(const modbus::Gated& gated);
   void execute(const modbus::Gated& gated);
   void answer(std::span<const std::uint8_t> adu);
   void refuse(std::span<const std::uint8_t> adu, modbus::ExceptionCode code);
@@ -86,6 +89,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   const std::string peer_;
   ListenerContext& context_;
   boost::asio::steady_timer timer_;
+  RateLimit rate_;
 
   // Sixteen of the longest requests: a client that pipelines more waits in the kernel's buffer.
   std::array<std::uint8_t, 16 * modbus::kMaxAduSize> in_;

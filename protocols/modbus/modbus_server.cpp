@@ -10,6 +10,7 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 
+#include "protocols/modbus/allow_list.hpp"
 #include "protocols/modbus/connection.hpp"
 
 namespace aprsim::protocols {
@@ -48,6 +49,7 @@ class ModbusServer::Impl {
   void accept();
   void accept_waiting();
   void take(tcp::socket socket);
+  [[nodiscard]] std::string refusal(const tcp::endpoint& peer) const;
   void await_applied(std::shared_ptr<Connection> connection);
   void poll_applied();
   void begin_drain();
@@ -64,6 +66,7 @@ class ModbusServer::Impl {
   boost::asio::io_context io_{1};
   tcp::acceptor acceptor_{io_};
   boost::asio::steady_timer retry_timer_{io_}, apply_timer_{io_}, drain_timer_{io_};
+  AllowList allow_;
   std::unique_ptr<Plc> plc_;
   std::unique_ptr<ReplyBuilder> replies_;
   std::unique_ptr<ListenerContext> context_;
@@ -79,14 +82,19 @@ Result<std::uint16_t> ModbusServer::Impl::start() {
   if (const auto problem = modbus::check(options_.scaling)) {
     return fail(ErrorCode::kInvalidArgument, "modbus.full_scale_m_s", *problem);
   }
+  auto allow = AllowList::from(options_.allow);
+  if (!allow) return tl::unexpected(allow.error());
+  allow_ = std::move(*allow);
   auto replies = ReplyBuilder::create();
   if (!replies) return tl::unexpected(replies.error());
   const auto port = listen();
   if (!port) return port;
   replies_ = std::make_unique<ReplyBuilder>(std::move(*replies));
-  plc_ = std::make_unique<Plc>(options_.scaling, options_.endpoint, sink_, source_);
+  plc_ = std::make_unique<Plc>(options_.scaling, options_.endpoint, sink_, source_,
+                               std::chrono::duration<double>(options_.watchdog).count());
   context_ = std::make_unique<ListenerContext>(
       ListenerContext{io_, options_, *plc_, *replies_, log_, counters_,
+                      modbus::GateRules{options_.read_only, options_.unit_ids},
                       [this](std::shared_ptr<Connection> c) { await_applied(std::move(c)); },
                       [this](const Connection& c) {
                         connections_.erase(&c);
@@ -173,10 +181,9 @@ void ModbusServer::Impl::take(tcp::socket socket) {
   error_code gone;
   const tcp::endpoint peer = socket.remote_endpoint(gone);
   if (gone) return;
-  if (connections_.size() >= options_.max_connections) {
+  if (const std::string why = refusal(peer); !why.empty()) {
     ++counters_.refused;
-    log_.warn(text(peer) + " refused: " + std::to_string(options_.max_connections) +
-              " connections are open, which is the limit");
+    log_.warn(text(peer) + " refused: " + why);
     return;
   }
   ++counters_.accepted;
@@ -184,6 +191,12 @@ void ModbusServer::Impl::take(tcp::socket socket) {
   connections_.emplace(connection.get(), connection);
   counters_.open = connections_.size();
   connection->start();
+}
+
+std::string ModbusServer::Impl::refusal(const tcp::endpoint& peer) const {
+  if (!allow_.allows(peer.address())) return "its address is not on the allow list";
+  if (connections_.size() < options_.max_connections) return {};
+  return std::to_string(options_.max_connections) + " connections are open, which is the limit";
 }
 
 void ModbusServer::Impl::await_applied(std::shared_ptr<Connection> connection) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "modbus/register_map.hpp"
 #include "world/api/error.hpp"
@@ -17,6 +18,16 @@ struct ModbusServerOptions {
   std::string bind_address = "127.0.0.1";  ///< a numeric IPv4 or IPv6 address
   std::uint16_t port = 1502;               ///< 0 = any free port
   std::size_t max_connections = 128;       ///< a further one is closed at once
+  /// Networks or addresses that are served, "192.168.1.0/24"; others are closed at once. None =
+  /// whoever reaches the bind address.
+  std::vector<std::string> allow;
+  std::vector<std::uint8_t> unit_ids;  ///< others get exception 11; none = any unit id is ours
+  bool read_only = false;              ///< functions that write get exception 1
+  /// Requests a connection may make in a second; further ones get exception 6. 0 = no limit.
+  double max_requests_per_s = 0;
+  /// The drive trips when the belt runs and no write comes for so long, in simulated time; armed by
+  /// the first write. 0 = never.
+  std::chrono::milliseconds watchdog{0};
   /// A request must be complete this long after its first byte, however it drips. Below the 5 s
   /// after which a stalled peer has to be gone.
   std::chrono::milliseconds partial_timeout{4000};
@@ -34,9 +45,12 @@ struct ModbusServerOptions {
   api::EndpointId endpoint = 0;  ///< stamped on every command
 };
 
+/// Whether a text may stand in ModbusServerOptions::allow.
+[[nodiscard]] bool is_network(const std::string& text);
+
 struct ModbusServerStats {
   std::uint64_t accepted = 0;    ///< connections taken
-  std::uint64_t refused = 0;     ///< connections closed at once: over the limit
+  std::uint64_t refused = 0;     ///< connections closed at once: over the limit, not allowed
   std::uint64_t dropped = 0;     ///< connections we ended: stalled, idle, unreadable stream
   std::uint64_t open = 0;        ///< connections now
   std::uint64_t requests = 0;    ///< complete requests
@@ -50,7 +64,7 @@ struct ModbusServerStats {
 /// connection, sees it. Until then only the writing connection waits. Exceptions beyond the
 /// protocol's own checks: 3 value outside its register's range; 4 this cell has no conveyor, or the
 /// write was not confirmed within `apply_deadline` (it may still take effect); 6 the simulation
-/// takes no commands at the moment, nothing was changed.
+/// takes no commands at the moment, or the connection asks too often: nothing was changed.
 class ModbusServer {
  public:
   /// Keeps references to both; they must outlive the server.

@@ -1,6 +1,7 @@
 #include "protocols/modbus/plc.hpp"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <utility>
 
@@ -13,9 +14,24 @@ using modbus::ExceptionCode;
 // bounds the memory should the simulation stop confirming.
 constexpr std::size_t kMaxPending = 4096;
 
+static_assert(api::kMaxPhotoEyes == modbus::kPhotoEyes);
+
+modbus::FaultCode fault_of(const api::Snapshot& snapshot) {
+  if (!snapshot.world_fault.empty()) return modbus::FaultCode::kCellStopped;
+  switch (snapshot.conveyor.fault) {
+    case api::DriveFault::kNone:
+      break;
+    case api::DriveFault::kEmergencyStop:
+      return modbus::FaultCode::kEmergencyStop;
+    case api::DriveFault::kWatchdog:
+      return modbus::FaultCode::kWatchdog;
+  }
+  return modbus::FaultCode::kNone;
+}
+
 modbus::ConveyorReadings readings_of(const api::Snapshot& snapshot) {
   modbus::ConveyorReadings readings;
-  readings.fault = !snapshot.world_fault.empty();
+  readings.fault = fault_of(snapshot);
   if (!snapshot.cell || !snapshot.cell->has_conveyor) return readings;
   const api::ConveyorSnapshot& conveyor = snapshot.conveyor;
   readings.present = true;
@@ -27,6 +43,12 @@ modbus::ConveyorReadings readings_of(const api::Snapshot& snapshot) {
   readings.max_speed_m_s = snapshot.cell->conveyor.max_speed_m_s;
   readings.time_ms = static_cast<std::uint64_t>(
       std::chrono::duration_cast<std::chrono::milliseconds>(snapshot.time).count());
+  readings.emergency_stop = conveyor.emergency_stop;
+  readings.motor_current_a = conveyor.motor_current_a;
+  readings.load_kg = conveyor.load_kg;
+  for (std::size_t i = 0; i < readings.photo_eyes.size(); ++i) {
+    readings.photo_eyes[i] = {conveyor.photo_eyes[i].broken, conveyor.photo_eyes[i].count};
+  }
   return readings;
 }
 
@@ -48,8 +70,12 @@ std::size_t offset(std::uint16_t address) {
 }  // namespace
 
 Plc::Plc(const modbus::ConveyorScaling& scaling, api::EndpointId endpoint, api::CommandSink& sink,
-         const api::SnapshotSource& source)
-    : scaling_(scaling), endpoint_(endpoint), sink_(sink), source_(source) {
+         const api::SnapshotSource& source, double watchdog_s)
+    : scaling_(scaling),
+      endpoint_(endpoint),
+      watchdog_s_(watchdog_s),
+      sink_(sink),
+      source_(source) {
   refresh();
 }
 
@@ -85,44 +111,79 @@ void Plc::keep_or_forget_speed(const modbus::ConveyorReadings& readings) {
 }
 
 modbus::Checked<api::Ticket> Plc::write(const modbus::Request& request) {
-  if (request.function == modbus::Function::kWriteSingleCoil ||
-      request.function == modbus::Function::kWriteMultipleCoils) {
-    write_coils(request);
-    return api::Ticket{0};
-  }
-  return write_registers(request);
+  if (request.function == modbus::Function::kMaskWriteRegister) return write_masked(request);
+  return write_values(request);
 }
 
-void Plc::write_coils(const modbus::Request& request) {
-  for (std::uint16_t i = 0; i < request.quantity; ++i) {
-    image_.coils[offset(request.address) + i] = request.bit(i) ? 1 : 0;
-  }
+modbus::Checked<api::Ticket> Plc::write_masked(const modbus::Request& request) {
+  const unsigned now = latest_word(request.address);
+  const unsigned and_mask = request.word(0), or_mask = request.word(1);
+  const unsigned value = (now & and_mask) | (or_mask & ~and_mask);
+  const std::array<std::uint8_t, 2> data{static_cast<std::uint8_t>((value >> 8) & 0xFF),
+                                         static_cast<std::uint8_t>(value & 0xFF)};
+  modbus::Request single;
+  single.function = modbus::Function::kWriteSingleRegister;
+  single.address = request.address;
+  single.quantity = 1;
+  single.data = data;
+  return write_values(single);
 }
 
-modbus::Checked<api::Ticket> Plc::write_registers(const modbus::Request& request) {
+std::uint16_t Plc::latest_word(std::uint16_t address) const {
+  std::uint16_t value = image_.holding[offset(address)];
+  for (const PendingWrite& write : pending_) {
+    const int index = int{address} - int{write.address};
+    if (write.coils || index < 0 || index >= static_cast<int>(write.values.size())) continue;
+    value = write.values[static_cast<std::size_t>(index)];
+  }
+  return value;
+}
+
+modbus::Checked<api::Ticket> Plc::write_values(const modbus::Request& request) {
   const auto wanted = modbus::decode_write(request, scaling_);
   if (!wanted) return tl::unexpected(wanted.error());
-  PendingWrite write{0, request.address, {}};
-  write.words.reserve(request.quantity);
-  for (std::uint16_t i = 0; i < request.quantity; ++i) write.words.push_back(request.word(i));
-  if (wanted->empty()) {
+  PendingWrite write{0, request.is_coil_write(), request.address, {}};
+  write.values.reserve(request.quantity);
+  for (std::uint16_t i = 0; i < request.quantity; ++i) {
+    write.values.push_back(write.coils ? std::uint16_t{request.bit(i)} : request.word(i));
+  }
+  // With a watchdog, every write is a sign of life that the drive has to hear of.
+  const bool sign_of_life = watchdog_s_ > 0 && has_conveyor_;
+  if (wanted->empty() && !sign_of_life) {
     commit(write);
     return api::Ticket{0};
   }
-  if (!has_conveyor_) return tl::unexpected(ExceptionCode::kServerDeviceFailure);
-  if (pending_.size() >= kMaxPending) return tl::unexpected(ExceptionCode::kServerDeviceBusy);
-  const auto ticket = sink_.submit(
-      {endpoint_, api::ConveyorCommand{wanted->run, wanted->forward, wanted->speed_m_s}});
-  if (!ticket) return tl::unexpected(exception_for(ticket.error()));
+  const auto ticket = submit(*wanted);
+  if (!ticket) return ticket;
   write.ticket = *ticket;
   pending_.push_back(std::move(write));
+  return ticket;
+}
+
+modbus::Checked<api::Ticket> Plc::submit(const modbus::ConveyorWrite& wanted) {
+  if (!has_conveyor_) return tl::unexpected(ExceptionCode::kServerDeviceFailure);
+  if (pending_.size() >= kMaxPending) return tl::unexpected(ExceptionCode::kServerDeviceBusy);
+  api::ConveyorCommand command;
+  command.run = wanted.run;
+  command.forward = wanted.forward;
+  command.speed_m_s = wanted.speed_m_s;
+  command.emergency_stop = wanted.emergency_stop;
+  command.fault_reset = wanted.fault_reset;
+  if (watchdog_s_ > 0) command.watchdog_s = watchdog_s_;
+  const auto ticket = sink_.submit({endpoint_, command});
+  if (!ticket) return tl::unexpected(exception_for(ticket.error()));
   return *ticket;
 }
 
 void Plc::commit(const PendingWrite& write) {
-  for (std::size_t i = 0; i < write.words.size(); ++i) {
-    image_.holding[offset(write.address) + i] = write.words[i];
-    if (write.address + i == modbus::kSpeedRegister) written_speed_ = write.words[i];
+  for (std::size_t i = 0; i < write.values.size(); ++i) {
+    const std::size_t at = offset(write.address) + i;
+    if (write.coils) {
+      image_.coils[at] = static_cast<std::uint8_t>(write.values[i]);
+      continue;
+    }
+    image_.holding[at] = write.values[i];
+    if (write.address + i == modbus::kSpeedRegister) written_speed_ = write.values[i];
   }
 }
 

@@ -18,8 +18,10 @@ namespace aprsim::protocols {
 /// Thread: one at a time (the listener's).
 class Plc {
  public:
+  /// `watchdog_s`: the drive trips when it runs and no write comes for so long; 0 = never. It is
+  /// armed by the first write.
   Plc(const modbus::ConveyorScaling& scaling, api::EndpointId endpoint, api::CommandSink& sink,
-      const api::SnapshotSource& source);
+      const api::SnapshotSource& source, double watchdog_s = 0);
 
   /// Takes the latest snapshot: everything in image() belongs to it.
   void refresh();
@@ -35,17 +37,22 @@ class Plc {
  private:
   struct PendingWrite {
     api::Ticket ticket = 0;
+    bool coils = false;
     std::uint16_t address = 0;
-    std::vector<std::uint16_t> words;
+    std::vector<std::uint16_t> values;  // words, or 0 and 1
   };
 
-  [[nodiscard]] modbus::Checked<api::Ticket> write_registers(const modbus::Request& request);
-  void write_coils(const modbus::Request& request);
+  [[nodiscard]] modbus::Checked<api::Ticket> write_values(const modbus::Request& request);
+  [[nodiscard]] modbus::Checked<api::Ticket> write_masked(const modbus::Request& request);
+  [[nodiscard]] modbus::Checked<api::Ticket> submit(const modbus::ConveyorWrite& wanted);
+  /// A holding register with the writes under way taken into account.
+  [[nodiscard]] std::uint16_t latest_word(std::uint16_t address) const;
   void commit(const PendingWrite& write);
   void keep_or_forget_speed(const modbus::ConveyorReadings& readings);
 
   const modbus::ConveyorScaling scaling_;
   const api::EndpointId endpoint_;
+  const double watchdog_s_;
   api::CommandSink& sink_;
   const api::SnapshotSource& source_;
 

@@ -15,6 +15,10 @@
 namespace aprsim::protocols {
 namespace {
 
+constexpr auto kRead = static_cast<std::uint8_t>(modbus::Function::kReadHoldingRegisters);
+constexpr auto kReadWrite = static_cast<std::uint8_t>(modbus::Function::kReadWriteRegisters);
+constexpr int kReadSize = static_cast<int>(modbus::kHeaderSize) + 5;
+
 struct Free {
   void operator()(modbus_t* context) const { modbus_free(context); }
 };
@@ -75,15 +79,23 @@ std::span<const std::uint8_t> ReplyBuilder::build(std::span<const std::uint8_t> 
   self.image = image;
   self.request.fill(0);
   std::copy(adu.begin(), adu.end(), self.request.begin());
-  const int sent = modbus_reply(self.context.get(), self.request.data(),
-                                static_cast<int>(adu.size()), &self.mapping);
+  const bool reads_after_write = adu[7] == kReadWrite;
+  int size = static_cast<int>(adu.size());
+  if (reads_after_write) {
+    // Asked for this, libmodbus would answer with the words just written. What they have become is
+    // in the image, and a read of the same range replies in the same form.
+    self.request[7] = kRead;
+    size = kReadSize;
+  }
+  const int sent = modbus_reply(self.context.get(), self.request.data(), size, &self.mapping);
   const ssize_t got = ::recv(self.ends[1], self.reply.data(), self.reply.size(), MSG_TRUNC);
   if (sent <= 0 || got != sent || got > static_cast<ssize_t>(self.reply.size())) return {};
-  const auto size = static_cast<std::size_t>(got);
-  const bool same_request = size > modbus::kHeaderSize &&
+  const auto reply_size = static_cast<std::size_t>(got);
+  if (reads_after_write && self.reply[7] == kRead) self.reply[7] = kReadWrite;
+  const bool same_request = reply_size > modbus::kHeaderSize &&
                             std::equal(adu.begin(), adu.begin() + 2, self.reply.begin()) &&
                             self.reply[6] == adu[6] && self.reply[7] == adu[7];
-  return same_request ? std::span<const std::uint8_t>(self.reply.data(), size)
+  return same_request ? std::span<const std::uint8_t>(self.reply.data(), reply_size)
                       : std::span<const std::uint8_t>{};
 }
 

@@ -1,6 +1,7 @@
 #include "modbus/conveyor_registers.hpp"
 
 #include <limits>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -72,7 +73,11 @@ TEST(Encode, MovingBelt) {
           .travel_m = -1.5,
           .max_speed_m_s = 0.3,
           .time_ms = 0x1234567890,
-          .fault = true},
+          .fault = FaultCode::kEmergencyStop,
+          .emergency_stop = true,
+          .motor_current_a = 0.2504,
+          .load_kg = 1.236,
+          .photo_eyes = {{{true, 65537}, {}, {}, {false, 4}}}},
          {}, image);
   EXPECT_EQ(holding(image, 0x8000), 1);
   EXPECT_EQ(holding(image, 0x8001), 0);
@@ -80,13 +85,60 @@ TEST(Encode, MovingBelt) {
   EXPECT_EQ(holding(image, 0x8003), 0xABCD) << "memory in use by nobody must be left alone";
   EXPECT_EQ(static_cast<std::int16_t>(input(image, 0x8000)), -10000);
   EXPECT_EQ(static_cast<std::int16_t>(input(image, 0x8001)), -20000);
-  EXPECT_EQ(input(image, 0x8002), 2);
-  EXPECT_EQ(input(image, 0x8003), 1);
+  EXPECT_EQ(input(image, 0x8002), 4);
+  EXPECT_EQ(input(image, 0x8003), 2);
   const std::uint32_t position = (std::uint32_t{input(image, 0x8004)} << 16) | input(image, 0x8005);
   EXPECT_EQ(static_cast<std::int32_t>(position), -150000);
   EXPECT_EQ(input(image, 0x8006), 0x3456) << "high word first";
   EXPECT_EQ(input(image, 0x8007), 0x7890);
   EXPECT_EQ(input(image, 0x8008), 30000);
+  EXPECT_EQ(input(image, 0x8009), 250);
+  EXPECT_EQ(input(image, 0x800A), 124);
+  EXPECT_EQ(input(image, 0x800C), 1) << "wraps";
+  EXPECT_EQ(input(image, 0x800F), 4);
+  const auto first = [](const auto& bits, int count) {
+    return std::vector<int>(bits.begin(), bits.begin() + count);
+  };
+  EXPECT_EQ(first(image.coils, 4), (std::vector<int>{1, 0, 1, 0}));
+  EXPECT_EQ(first(image.discrete, 12), (std::vector<int>{0, 1, 0, 1, 1, 1, 0, 0, 1, 0, 0, 0}));
+}
+
+TEST(Encode, ReadyAndAtSpeed) {
+  RegisterImage image;
+  ConveyorReadings r{.present = true,
+                     .run = true,
+                     .speed_setting_m_s = 0.1,
+                     .speed_m_s = 0.1,
+                     .max_speed_m_s = 0.3};
+  encode(r, {}, image);
+  EXPECT_EQ(image.discrete[0], 1) << "ready";
+  EXPECT_EQ(image.discrete[1], 1) << "moving";
+  EXPECT_EQ(image.discrete[2], 1) << "at speed";
+  EXPECT_EQ(image.discrete[5], 0) << "not in reverse";
+  r.fault = FaultCode::kCellStopped;
+  encode(r, {}, image);
+  EXPECT_EQ(image.discrete[0], 0);
+  EXPECT_EQ(image.discrete[2], 0);
+  EXPECT_EQ(image.discrete[3], 1);
+  EXPECT_EQ(input(image, 0x8003), 1);
+}
+
+TEST(DecodeWrite, TakesCoils) {
+  const auto all = decode(testing::write_many(15, 0x8000, 9, 2, {0x0F, 0x01}));
+  ASSERT_TRUE(all.has_value());
+  EXPECT_EQ(all->run, true);
+  EXPECT_EQ(all->forward, true);
+  EXPECT_EQ(all->emergency_stop, true);
+  EXPECT_TRUE(all->fault_reset);
+  EXPECT_FALSE(all->speed_m_s.has_value());
+  const auto off = decode(testing::write_many(15, 0x8001, 2, 1, {0x00}), {.one_is_forward = false});
+  ASSERT_TRUE(off.has_value());
+  EXPECT_FALSE(off->run.has_value());
+  EXPECT_EQ(off->forward, true);
+  EXPECT_EQ(off->emergency_stop, false);
+  EXPECT_TRUE(decode(pdu(5, {0x8003, 0}))->empty()) << "no edge, no reset";
+  EXPECT_TRUE(decode(pdu(5, {0x8003, 0xFF00}))->fault_reset);
+  EXPECT_TRUE(decode(pdu(5, {0x8004, 0xFF00}))->empty());
 }
 
 TEST(Encode, DirectionPolarityIsTheInstallations) {

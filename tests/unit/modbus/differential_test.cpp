@@ -24,6 +24,7 @@ class Device {
     const modbus::Gated gated = modbus::gate(frame);
     if (gated.verdict == Verdict::kIgnored) return std::nullopt;
     if (gated.verdict == Verdict::kRefused) return refuse(frame, gated.exception);
+    if (gated.verdict == Verdict::kIdentification) return adu({}, 0, frame[6]);
     EXPECT_EQ(gated.verdict, Verdict::kRequest);
     plc_.refresh();
     if (gated.request.is_write()) {
@@ -95,10 +96,12 @@ class FrameSource {
     return chance(4) ? word() : kTelling[below(10)];
   }
   Bytes random_body() {
-    constexpr std::uint8_t kFunctions[] = {1, 2, 3, 4, 5, 6, 15, 16, 16, 3, 4, 6};
+    constexpr std::uint8_t kFunctions[] = {1, 2, 3, 4, 5, 6, 15, 16, 22, 23, 4, 6};
     const std::uint8_t function = chance(15) ? byte() : kFunctions[below(12)];
     if (function < 5) return modbus::testing::pdu(function, {address(), quantity()});
     if (function < 7) return modbus::testing::pdu(function, {address(), value()});
+    if (function == 22) return modbus::testing::pdu(22, {address(), value(), value()});
+    const std::uint16_t reads = quantity(), from = address();
     const std::uint16_t count = quantity();
     const std::uint32_t fitting = function == 15 ? (count + 7U) / 8U : 2U * count;
     const auto bytes = static_cast<std::uint8_t>(chance(10) ? below(256) : fitting);
@@ -109,7 +112,12 @@ class FrameSource {
       data.push_back(static_cast<std::uint8_t>(v & 0xFF));
     }
     data.resize(chance(10) ? below(250) : bytes, 0);
-    return modbus::testing::write_many(function, address(), count, bytes, data);
+    Bytes body = modbus::testing::write_many(function, address(), count, bytes, data);
+    if (function == 23) {
+      const Bytes head = modbus::testing::pdu(23, {from, reads});
+      body.insert(body.begin() + 1, head.begin() + 1, head.end());
+    }
+    return body;
   }
 
   std::mt19937 random_;

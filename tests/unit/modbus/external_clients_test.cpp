@@ -71,9 +71,18 @@ TEST_F(ExternalClients, LibmodbusMasterWritesAndReadsBack) {
   ASSERT_EQ(modbus_read_input_registers(master.get(), 0x8000, 9, got.data()), 9);
   EXPECT_EQ(static_cast<std::int16_t>(got[0]), -12345);
   std::array<std::uint8_t, 16> bits{};
-  ASSERT_EQ(modbus_write_bit(master.get(), 0x8003, 1), 1);
+  ASSERT_EQ(modbus_write_bit(master.get(), 0x8004, 1), 1);
   ASSERT_EQ(modbus_read_bits(master.get(), 0x8000, 8, bits.data()), 8);
-  EXPECT_EQ(bits[3], 1);
+  EXPECT_EQ(bits[4], 1);
+  ASSERT_EQ(modbus_write_register(master.get(), 0x8010, 0x12), 1);
+  ASSERT_EQ(modbus_mask_write_register(master.get(), 0x8010, 0xF2, 0x25), 1);
+  const std::array<std::uint16_t, 2> words{7, 8};
+  ASSERT_EQ(
+      modbus_write_and_read_registers(master.get(), 0x8011, 2, words.data(), 0x8010, 3, got.data()),
+      3);
+  EXPECT_EQ(got[0], 0x17);
+  EXPECT_EQ(got[1], 7);
+  EXPECT_EQ(got[2], 8);
   ASSERT_EQ(modbus_read_input_bits(master.get(), 0x8000, 16, bits.data()), 16);
 }
 
@@ -84,7 +93,8 @@ TEST_F(ExternalClients, LibmodbusMasterSeesTheExceptions) {
   EXPECT_EQ(errno, EMBXILADD);
   EXPECT_EQ(modbus_write_register(master.get(), 0x8002, 32769), -1);
   EXPECT_EQ(errno, EMBXILVAL);
-  EXPECT_EQ(modbus_mask_write_register(master.get(), 0x8003, 1, 1), -1);
+  std::array<std::uint8_t, 64> id{};
+  EXPECT_EQ(modbus_report_slave_id(master.get(), id.size(), id.data()), -1);
   EXPECT_EQ(errno, EMBXILFUN);
   EXPECT_EQ(modbus_read_registers(master.get(), 0x8000, 2, words.data()), 2);
 }

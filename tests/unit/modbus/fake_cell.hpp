@@ -90,7 +90,15 @@ class FakeCell : public api::CommandSink, public api::SnapshotSource {
   void apply_queue() {
     for (const api::ConveyorCommand& command : std::exchange(queue_, {})) {
       api::ConveyorSnapshot& conveyor = state_.conveyor;
-      if (command.run) conveyor.run = *command.run;
+      if (command.emergency_stop) conveyor.emergency_stop = *command.emergency_stop;
+      if (command.fault_reset && !conveyor.emergency_stop) {
+        conveyor.fault = api::DriveFault::kNone;
+      }
+      if (conveyor.emergency_stop) {
+        conveyor.fault = api::DriveFault::kEmergencyStop;
+        conveyor.run = false;
+      }
+      if (command.run) conveyor.run = *command.run && conveyor.fault == api::DriveFault::kNone;
       if (command.forward) conveyor.forward = *command.forward;
       if (command.speed_m_s) {
         conveyor.speed_setting_m_s =

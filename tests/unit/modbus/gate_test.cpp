@@ -91,6 +91,41 @@ std::vector<Case> conformance_cases() {
   add("Fc16CountBeforeAddress", write_many(16, 0x0000, 1, 3, {0, 1, 0}), 3);
   add("Fc16EndsAbove", write_many(16, 0x80FF, 2, 4, zeros(4)), 2);
   add("Fc16Wraps", write_many(16, 0xFFFF, 2, 4, zeros(4)), 2);
+  add("Fc22First", pdu(22, {0x8000, 0xFFFF, 0}), kAccepted);
+  add("Fc22Last", pdu(22, {0x80FF, 0, 0xFFFF}), kAccepted);
+  add("Fc22Below", pdu(22, {0x7FFF, 0, 0}), 2);
+  add("Fc22Above", pdu(22, {0x8100, 0, 0}), 2);
+  add("Fc22Short", pdu(22, {0x8000, 0}), 3);
+  add("Fc22Trailing", pdu(22, {0x8000, 0, 0, 0}), 3);
+  const auto both = [](std::uint16_t read, std::uint16_t reads, std::uint16_t write,
+                       std::uint16_t writes, std::uint8_t bytes, const Bytes& data) {
+    Bytes body = pdu(23, {read, reads, write, writes});
+    body.push_back(bytes);
+    body.insert(body.end(), data.begin(), data.end());
+    return body;
+  };
+  add("Fc23One", both(0x8000, 1, 0x80FF, 1, 2, zeros(2)), kAccepted);
+  add("Fc23Most", both(0x8083, 125, 0x8087, 121, 242, zeros(242)), kAccepted);
+  add("Fc23ReadsNone", both(0x8000, 0, 0x8000, 1, 2, zeros(2)), 3);
+  add("Fc23ReadsTooMany", both(0x8000, 126, 0x8000, 1, 2, zeros(2)), 3);
+  add("Fc23WritesNone", both(0x8000, 1, 0x8000, 0, 0, {}), 3);
+  add("Fc23WritesTooMany", both(0x8000, 1, 0x8000, 122, 244, zeros(243)), 3);
+  add("Fc23CountTooSmall", both(0x8000, 1, 0x8000, 2, 2, zeros(2)), 3);
+  add("Fc23CountLies", both(0x8000, 1, 0x8000, 2, 4, zeros(2)), 3);
+  add("Fc23Trailing", both(0x8000, 1, 0x8000, 1, 2, zeros(4)), 3);
+  add("Fc23Short", pdu(23, {0x8000, 1, 0x8000, 1}), 3);
+  add("Fc23ReadsBelow", both(0x7FFF, 1, 0x8000, 1, 2, zeros(2)), 2);
+  add("Fc23ReadsBeyond", both(0x80FF, 2, 0x8000, 1, 2, zeros(2)), 2);
+  add("Fc23WritesBelow", both(0x8000, 1, 0x7FFF, 1, 2, zeros(2)), 2);
+  add("Fc23WritesBeyond", both(0x8000, 1, 0x80FF, 2, 4, zeros(4)), 2);
+  add("Fc23CountBeforeAddress", both(0, 0, 0, 1, 2, zeros(2)), 3);
+  add("Fc43OtherInterface", Bytes{43, 13, 1, 0}, 1);
+  add("Fc43Alone", Bytes{43}, 3);
+  add("Fc43Short", Bytes{43, 14, 1}, 3);
+  add("Fc43Trailing", Bytes{43, 14, 1, 0, 0}, 3);
+  add("Fc43LevelZero", Bytes{43, 14, 0, 0}, 3);
+  add("Fc43LevelFive", Bytes{43, 14, 5, 0}, 3);
+  add("Fc43NoSuchObject", Bytes{43, 14, 4, 7}, 2);
   return cases;
 }
 
@@ -114,7 +149,8 @@ INSTANTIATE_TEST_SUITE_P(Gate, Conformance, ::testing::ValuesIn(conformance_case
 
 TEST(Gate, EveryOtherFunctionIsIllegal) {
   for (int fc = 0; fc < 256; ++fc) {
-    if ((fc >= 1 && fc <= 6) || fc == 15 || fc == 16) continue;
+    if ((fc >= 1 && fc <= 6) || fc == 15 || fc == 16 || fc == 22 || fc == 23) continue;
+    if (fc == 43) continue;
     for (const std::size_t extra : {0U, 4U, 252U}) {
       Bytes body{static_cast<std::uint8_t>(fc)};
       body.resize(1 + extra, 0);
@@ -126,6 +162,78 @@ TEST(Gate, EveryOtherFunctionIsIllegal) {
       const Bytes expected{0x12, 0x34, 0, 0, 0, 3, 77, static_cast<std::uint8_t>(fc | 0x80), 1};
       EXPECT_EQ(Bytes(reply.bytes.begin(), reply.bytes.end()), expected) << fc;
     }
+  }
+}
+
+Bytes identification(std::uint8_t level, std::uint8_t object) {
+  const Bytes bytes = adu({43, 14, level, object}, 0x0102, 9);
+  const Gated gated = gate(bytes);
+  EXPECT_EQ(gated.verdict, Verdict::kIdentification);
+  return identification_reply(gated.adu, gated.identification);
+}
+
+/// The objects of a reply as "id=value;".
+std::string objects(const Bytes& reply) {
+  std::string text;
+  std::size_t at = kHeaderSize + 7;
+  for (int i = 0; i < reply.at(kHeaderSize + 6); ++i) {
+    const std::size_t size = reply.at(at + 1);
+    text += std::to_string(reply.at(at)) + "=";
+    for (std::size_t j = 0; j < size; ++j) text += static_cast<char>(reply.at(at + 2 + j));
+    text += ";";
+    at += 2 + size;
+  }
+  EXPECT_EQ(at, reply.size());
+  return text;
+}
+
+TEST(Identification, BasicStreamHasVendorProductAndRevision) {
+  const Bytes reply = identification(1, 0);
+  const Bytes head(reply.begin(), reply.begin() + kHeaderSize + 7);
+  const auto length = static_cast<std::uint8_t>(reply.size() - 6);
+  EXPECT_EQ(head, (Bytes{1, 2, 0, 0, 0, length, 9, 43, 14, 1, 0x82, 0, 0, 3}));
+  const std::string text = objects(reply);
+  EXPECT_EQ(text.find("0=aprsim;1=APRSIM-CONVEYOR;2="), 0U) << text;
+}
+
+TEST(Identification, StreamsBeginWhereAskedAndAtTheFirstForAnUnknownObject) {
+  EXPECT_EQ(objects(identification(1, 1)).find("1=APRSIM-CONVEYOR;2="), 0U);
+  EXPECT_EQ(identification(1, 3), identification(1, 0)) << "not a basic object";
+  EXPECT_EQ(objects(identification(2, 3)).find("3="), 0U);
+  EXPECT_EQ(objects(identification(2, 99)), objects(identification(2, 0)));
+  EXPECT_EQ(identification(2, 0).at(kHeaderSize + 6), 7);
+  EXPECT_EQ(objects(identification(3, 0)), objects(identification(2, 0))) << "no extended objects";
+}
+
+TEST(Identification, OneObjectAlone) {
+  EXPECT_EQ(objects(identification(4, 0)), "0=aprsim;");
+  EXPECT_EQ(objects(identification(4, 6)), "6=aprsimd;");
+}
+
+TEST(GateRules, ReadOnlyRefusesWhatWritesAsAnUnknownFunction) {
+  const GateRules rules{.read_only = true};
+  for (const std::uint8_t fc : {1, 2, 3, 4}) {
+    EXPECT_EQ(gate(adu(pdu(fc, {0x8000, 1})), rules).verdict, Verdict::kRequest);
+  }
+  EXPECT_EQ(gate(adu({43, 14, 1, 0}), rules).verdict, Verdict::kIdentification);
+  for (const std::uint8_t fc : {5, 6, 15, 16, 22, 23}) {
+    const Bytes bytes = adu(pdu(fc, {0x8000, 1}));  // malformed or not
+    const Gated gated = gate(bytes, rules);
+    EXPECT_EQ(gated.verdict, Verdict::kRefused) << int{fc};
+    EXPECT_EQ(gated.exception, ExceptionCode::kIllegalFunction) << int{fc};
+  }
+}
+
+TEST(GateRules, OtherUnitsAreNotOurs) {
+  const Bytes units{1, 255};
+  const GateRules rules{.unit_ids = units};
+  for (int unit = 0; unit < 256; ++unit) {
+    const Bytes bytes = adu(pdu(3, {0x8000, 1}), 1, static_cast<std::uint8_t>(unit));
+    const Gated gated = gate(bytes, rules);
+    const bool ours = unit == 1 || unit == 255;
+    EXPECT_EQ(gated.verdict, ours ? Verdict::kRequest : Verdict::kRefused) << unit;
+    if (ours) continue;
+    EXPECT_EQ(static_cast<int>(gated.exception), 11);
   }
 }
 
@@ -153,7 +261,7 @@ TEST(Gate, EveryPrefixOfARequestIsIncomplete) {
 
 TEST(Gate, PipelinedRequestsComeOutOneByOne) {
   Bytes stream = adu(pdu(6, {0x8002, 15000}), 7);
-  const Bytes second = adu(pdu(43, {0}), 8), third = adu(pdu(3, {0x8000, 3}), 9);
+  const Bytes second = adu(pdu(44, {0}), 8), third = adu(pdu(3, {0x8000, 3}), 9);
   stream.insert(stream.end(), second.begin(), second.end());
   stream.insert(stream.end(), third.begin(), third.end());
 

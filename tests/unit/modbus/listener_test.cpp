@@ -128,6 +128,91 @@ TEST_F(ListenerTest, ABusySimulationIsException6) {
   EXPECT_EQ(server_->stats().exceptions, 2U);
 }
 
+TEST_F(ListenerTest, EveryFunctionOverTheWire) {
+  start();
+  RawClient client(port_);
+  using modbus::testing::write_many;
+  Bytes read_write = pdu(23, {0x8010, 2, 0x8011, 1});
+  read_write.insert(read_write.end(), {2, 0x12, 0x34});
+  const std::vector<std::pair<Bytes, Bytes>> exchanges{
+      {pdu(6, {0x8010, 0x12}), pdu(6, {0x8010, 0x12})},
+      {pdu(22, {0x8010, 0xF2, 0x25}), pdu(22, {0x8010, 0xF2, 0x25})},
+      {read_write, {23, 4, 0, 0x17, 0x12, 0x34}},
+      {write_words(0x8012, {5, 6}), pdu(16, {0x8012, 2})},
+      {pdu(3, {0x8011, 3}), {3, 6, 0x12, 0x34, 0, 5, 0, 6}},
+      {pdu(4, {0x8008, 1}), {4, 2, 0x75, 0x30}},
+      {pdu(5, {0x8010, 0xFF00}), pdu(5, {0x8010, 0xFF00})},
+      {write_many(15, 0x8011, 2, 1, {2}), pdu(15, {0x8011, 2})},
+      {pdu(1, {0x8010, 3}), {1, 1, 0b101}},
+      {pdu(2, {0x8000, 9}), {2, 2, 1, 0}},
+      {{43, 14, 4, 0}, {43, 14, 4, 0x82, 0, 0, 1, 0, 6, 'a', 'p', 'r', 's', 'i', 'm'}},
+      {pdu(7, {}), {0x87, 1}},
+  };
+  std::uint16_t transaction = 100;
+  for (const auto& [request, reply] : exchanges) {
+    ++transaction;
+    EXPECT_EQ(client.ask(adu(request, transaction, 17)), adu(reply, transaction, 17))
+        << "function " << int{request[0]};
+  }
+}
+
+TEST_F(ListenerTest, AReadWriteReadsWhatItHasWrittenOnceApplied) {
+  start();
+  cell_.hold();
+  RawClient client(port_);
+  Bytes body = pdu(23, {0x8000, 3, 0x8000, 3});
+  body.insert(body.end(), {6, 0, 1, 0, 0, 0x27, 0x10});
+  ASSERT_TRUE(client.send(adu(body, 4)));
+  ASSERT_TRUE(eventually([&] { return cell_.commands().size() == 1; }));
+  EXPECT_FALSE(client.receive(20ms).has_value());
+  cell_.apply();
+  EXPECT_EQ(client.receive(), adu({23, 6, 0, 1, 0, 0, 0x27, 0x10}, 4));
+}
+
+TEST_F(ListenerTest, OnlyAllowedAddressesAreServed) {
+  start({.allow = {"10.0.0.0/8", "127.0.0.2"}});
+  RawClient client(port_);
+  EXPECT_TRUE(client.ended());
+  EXPECT_EQ(server_->stats().refused, 1U);
+  EXPECT_EQ(server_->stats().accepted, 0U);
+  server_->stop();
+  start({.allow = {"127.0.0.0/8"}});
+  RawClient allowed(port_);
+  EXPECT_TRUE(allowed.ask(adu(kReadThree)).has_value());
+}
+
+TEST_F(ListenerTest, ReadOnlyReadsAndRefusesWrites) {
+  start({.read_only = true});
+  RawClient client(port_);
+  EXPECT_EQ(client.ask(adu(kReadThree)), adu({3, 6, 0, 0, 0, 1, 0, 0}));
+  EXPECT_EQ(client.ask(adu(pdu(6, {0x8000, 1}))), adu({0x86, 1}));
+  EXPECT_EQ(client.ask(adu(pdu(5, {0x8000, 0xFF00}))), adu({0x85, 1}));
+  EXPECT_TRUE(cell_.commands().empty());
+}
+
+TEST_F(ListenerTest, AnotherUnitsRequestsAreRefusedWhenConfigured) {
+  start({.unit_ids = {1, 2}});
+  RawClient client(port_);
+  EXPECT_TRUE(client.ask(adu(kReadThree, 1, 2)).has_value());
+  EXPECT_EQ(client.ask(adu(kReadThree, 7, 3)), adu({0x83, 11}, 7, 3));
+}
+
+TEST_F(ListenerTest, WhoAsksTooOftenIsToldBusyAndNobodyElse) {
+  start({.max_requests_per_s = 5});
+  RawClient hasty(port_), calm(port_);
+  int busy = 0;
+  for (int i = 0; i < 50; ++i) {
+    const auto reply = hasty.ask(adu(pdu(6, {0x8010, 1})));
+    ASSERT_TRUE(reply.has_value());
+    if (*reply == adu({0x86, 6})) ++busy;
+  }
+  EXPECT_GT(busy, 0);
+  EXPECT_EQ(calm.ask(adu(kReadThree)), adu({3, 6, 0, 0, 0, 1, 0, 0}));
+  EXPECT_TRUE(eventually([&] {
+    return hasty.ask(adu(kReadThree)) != adu({0x83, 6});
+  })) << "and may go on later";
+}
+
 TEST_F(ListenerTest, ManyClientsWriteAndReadTheirOwnMemory) {
   start();
   constexpr std::uint16_t kClients = 64;
@@ -279,6 +364,9 @@ TEST_F(ListenerTest, BadOptionsAreNamed) {
   EXPECT_EQ(address.start().error().field, "modbus.bind_address");
   ModbusServer scale({.port = 0, .scaling = {.full_scale_m_s = 0}}, cell_, cell_);
   EXPECT_EQ(scale.start().error().field, "modbus.full_scale_m_s");
+  ModbusServer allow({.port = 0, .allow = {"10.0.0.0/33"}}, cell_, cell_);
+  EXPECT_EQ(allow.start().error().field, "modbus.allow");
+  EXPECT_NE(allow.start().error().message.find("10.0.0.0/33"), std::string::npos);
 }
 
 TEST_F(ListenerTest, StoppingFinishesTheWriteUnderWay) {

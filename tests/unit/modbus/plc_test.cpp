@@ -112,17 +112,75 @@ TEST_F(PlcTest, OneBadValueRefusesTheWholeWrite) {
 TEST_F(PlcTest, UnusedMemoryKeepsWhatIsWrittenUntilReset) {
   EXPECT_EQ(write(pdu(6, {0x80FF, 0xBEEF})), api::Ticket{0});
   EXPECT_EQ(write(write_many(15, 0x8010, 9, 2, {0x01, 0x01})), api::Ticket{0});
-  EXPECT_EQ(write(pdu(5, {0x8000, 0xFF00})), api::Ticket{0});
+  EXPECT_EQ(write(pdu(5, {0x8020, 0xFF00})), api::Ticket{0});
   EXPECT_EQ(holding(0x80FF), 0xBEEF);
   EXPECT_EQ(plc_.image().coils[0x10], 1);
   EXPECT_EQ(plc_.image().coils[0x11], 0);
   EXPECT_EQ(plc_.image().coils[0x18], 1);
-  EXPECT_EQ(plc_.image().coils[0], 1);
+  EXPECT_EQ(plc_.image().coils[0x20], 1);
   EXPECT_TRUE(cell_.commands().empty());
 
   cell_.change([](api::Snapshot& s) { ++s.epoch; });
   EXPECT_EQ(holding(0x80FF), 0);
   EXPECT_EQ(plc_.image().coils[0x10], 0);
+}
+
+TEST_F(PlcTest, CoilsDriveTheBeltToo) {
+  ASSERT_TRUE(write(write_many(15, 0x8000, 6, 1, {0b110001})).has_value());
+  EXPECT_EQ(cell_.commands().size(), 1U);
+  EXPECT_EQ(holding(0x8000), 1);
+  EXPECT_EQ(holding(0x8001), 0);
+  EXPECT_EQ(plc_.image().coils[0], 1);
+  EXPECT_EQ(plc_.image().coils[1], 0);
+  EXPECT_EQ(plc_.image().coils[4], 1) << "memory";
+  ASSERT_TRUE(write(pdu(6, {0x8001, 1})).has_value());
+  plc_.refresh();
+  EXPECT_EQ(plc_.image().coils[1], 1) << "the coil mirrors the register";
+}
+
+TEST_F(PlcTest, AnEmergencyStopHoldsTheBeltUntilReset) {
+  ASSERT_TRUE(write(pdu(6, {0x8000, 1})).has_value());
+  ASSERT_TRUE(write(pdu(5, {0x8002, 0xFF00})).has_value());
+  EXPECT_EQ(holding(0x8000), 0);
+  EXPECT_EQ(plc_.image().discrete[4], 1);
+  EXPECT_EQ(plc_.image().input[3], 2);
+  ASSERT_TRUE(write(pdu(6, {0x8000, 1})).has_value());
+  EXPECT_EQ(holding(0x8000), 0) << "what reads back is the truth";
+  ASSERT_TRUE(write(pdu(5, {0x8002, 0})).has_value());
+  ASSERT_TRUE(write(pdu(5, {0x8003, 0xFF00})).has_value());
+  plc_.refresh();
+  EXPECT_EQ(plc_.image().coils[3], 0) << "a pulse";
+  EXPECT_EQ(plc_.image().discrete[0], 1) << "ready";
+  ASSERT_TRUE(write(pdu(6, {0x8000, 1})).has_value());
+  EXPECT_EQ(holding(0x8000), 1);
+}
+
+TEST_F(PlcTest, AMaskWriteSeesTheWritesBeforeItThoughNotYetApplied) {
+  EXPECT_EQ(write(pdu(6, {0x8010, 0x12})), api::Ticket{0});
+  EXPECT_EQ(write(pdu(22, {0x8010, 0xF2, 0x25})), api::Ticket{0});
+  EXPECT_EQ(holding(0x8010), 0x17) << "the specification's own example";
+  cell_.hold();
+  ASSERT_TRUE(write(pdu(6, {0x8002, 0x0100})).has_value());
+  ASSERT_TRUE(write(pdu(22, {0x8002, 0xFFFF, 0x0000})).has_value());
+  ASSERT_TRUE(write(pdu(22, {0x8002, 0xFF00, 0x0007})).has_value());
+  cell_.apply();
+  EXPECT_EQ(holding(0x8002), 0x0107);
+  const auto refused = write(pdu(22, {0x8000, 0, 2}));
+  ASSERT_FALSE(refused.has_value());
+  EXPECT_EQ(refused.error(), ExceptionCode::kIllegalDataValue);
+}
+
+TEST_F(PlcTest, WithAWatchdogEveryWriteReachesTheDrive) {
+  Plc watched({}, kEndpoint, cell_, cell_, 0.25);
+  for (const Bytes& body : {pdu(6, {0x8010, 1}), pdu(5, {0x8010, 0}), pdu(6, {0x8000, 1})}) {
+    const Bytes bytes = adu(body);
+    ASSERT_TRUE(watched.write(modbus::gate(bytes).request).has_value());
+  }
+  const auto commands = cell_.commands();
+  ASSERT_EQ(commands.size(), 3U);
+  for (const auto& command : commands) EXPECT_EQ(command.watchdog_s, 0.25);
+  EXPECT_FALSE(commands[0].run.has_value());
+  EXPECT_EQ(commands[2].run, true);
 }
 
 TEST_F(PlcTest, AResetForgetsTheWrittenSpeed) {

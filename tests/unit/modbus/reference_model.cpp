@@ -33,9 +33,9 @@ std::optional<Bytes> ReferenceModel::answer(const Bytes& frame) {
 Bytes ReferenceModel::respond(const Bytes& body) {
   switch (body[0]) {
     case 1:
-      return read_bits(body, coils_);
+      return read_bits(body, coils());
     case 2:
-      return read_bits(body, {});
+      return read_bits(body, discrete());
     case 3:
       return read_words(body, holding_);
     case 4:
@@ -48,6 +48,12 @@ Bytes ReferenceModel::respond(const Bytes& body) {
       return write_coils(body);
     case 16:
       return write_registers(body);
+    case 22:
+      return mask_write(body);
+    case 23:
+      return read_write(body);
+    case 43:
+      return identify(body);
     default:
       return exception(body, 1);
   }
@@ -62,7 +68,42 @@ std::map<int, int> ReferenceModel::inputs() const {
   int target = value(0x8002) > 30000 ? 30000 : value(0x8002);
   if (value(0x8000) == 0) target = 0;
   const int signed_target = value(0x8001) == 1 ? target : (65536 - target) % 65536;
-  return {{0x8001, signed_target}, {0x8002, target == 0 ? 1 : 2}, {0x8008, 30000}};
+  const int state = faulted_ ? 4 : target == 0 ? 1 : 2;
+  return {{0x8001, signed_target}, {0x8002, state}, {0x8003, faulted_ ? 2 : 0}, {0x8008, 30000}};
+}
+
+std::map<int, bool> ReferenceModel::discrete() const {
+  const auto stop = coils_.find(0x8002);
+  return {{0x8000, !faulted_}, {0x8003, faulted_}, {0x8004, stop != coils_.end() && stop->second}};
+}
+
+std::map<int, bool> ReferenceModel::coils() const {
+  std::map<int, bool> all = coils_;
+  for (const int address : {0x8000, 0x8001}) {
+    const auto word = holding_.find(address);
+    all[address] = word != holding_.end() && word->second == 1;
+  }
+  all[0x8003] = false;
+  return all;
+}
+
+void ReferenceModel::store_word(int address, int value) {
+  // A drive with a fault ignores the order to run.
+  holding_[address] = address == 0x8000 && faulted_ ? 0 : value;
+}
+
+void ReferenceModel::store_coils(const std::map<int, bool>& values) {
+  for (const auto& [address, on] : values) coils_[address] = on;
+  const auto asked = values.find(0x8003);
+  if (asked != values.end() && asked->second && !coils_[0x8002]) faulted_ = false;
+  if (coils_[0x8002]) {
+    faulted_ = true;
+    holding_[0x8000] = 0;
+  }
+  for (const int address : {0x8000, 0x8001}) {
+    const auto value = values.find(address);
+    if (value != values.end()) store_word(address, value->second ? 1 : 0);
+  }
 }
 
 Bytes ReferenceModel::read_bits(const Bytes& body, const std::map<int, bool>& area) {
@@ -101,7 +142,7 @@ Bytes ReferenceModel::write_coil(const Bytes& body) {
   const int value = be(body, 3);
   if (value != 0 && value != 0xFF00) return exception(body, 3);
   if (outside(be(body, 1), 1)) return exception(body, 2);
-  coils_[be(body, 1)] = value != 0;
+  store_coils({{be(body, 1), value != 0}});
   return body;
 }
 
@@ -110,7 +151,7 @@ Bytes ReferenceModel::write_register(const Bytes& body) {
   const int address = be(body, 1), value = be(body, 3);
   if (outside(address, 1)) return exception(body, 2);
   if (bad_value(address, value)) return exception(body, 3);
-  holding_[address] = value;
+  store_word(address, value);
   return body;
 }
 
@@ -121,9 +162,11 @@ Bytes ReferenceModel::write_coils(const Bytes& body) {
   if (count == 0 || count > 1968 || bytes != needed) return exception(body, 3);
   if (body.size() != 6U + static_cast<std::size_t>(bytes)) return exception(body, 3);
   if (outside(first, count)) return exception(body, 2);
+  std::map<int, bool> values;
   for (int i = 0; i < count; ++i) {
-    coils_[first + i] = ((body[6 + static_cast<std::size_t>(i) / 8] >> (i % 8)) & 1) == 1;
+    values[first + i] = ((body[6 + static_cast<std::size_t>(i) / 8] >> (i % 8)) & 1) == 1;
   }
+  store_coils(values);
   return {body.begin(), body.begin() + 5};
 }
 
@@ -137,8 +180,46 @@ Bytes ReferenceModel::write_registers(const Bytes& body) {
   for (int i = 0; i < count; ++i) {
     if (bad_value(first + i, value(i))) return exception(body, 3);
   }
-  for (int i = 0; i < count; ++i) holding_[first + i] = value(i);
+  for (int i = 0; i < count; ++i) store_word(first + i, value(i));
   return {body.begin(), body.begin() + 5};
+}
+
+Bytes ReferenceModel::mask_write(const Bytes& body) {
+  if (body.size() != 7) return exception(body, 3);
+  const int address = be(body, 1);
+  if (outside(address, 1)) return exception(body, 2);
+  int value = 0;
+  for (int bit = 0; bit < 16; ++bit) {
+    const bool keep = ((be(body, 3) >> bit) & 1) == 1;
+    const int source = keep ? holding_[address] : be(body, 5);
+    value += ((source >> bit) & 1) << bit;
+  }
+  if (bad_value(address, value)) return exception(body, 3);
+  store_word(address, value);
+  return body;
+}
+
+Bytes ReferenceModel::read_write(const Bytes& body) {
+  if (body.size() < 10) return exception(body, 3);
+  const int reads = be(body, 3), writes = be(body, 7);
+  if (reads == 0 || reads > 125 || writes == 0 || writes > 121) return exception(body, 3);
+  if (body[9] != 2 * writes || body.size() != 10U + body[9]) return exception(body, 3);
+  if (outside(be(body, 1), reads) || outside(be(body, 5), writes)) return exception(body, 2);
+  Bytes write{23};
+  write.insert(write.end(), body.begin() + 5, body.end());
+  const Bytes written = write_registers(write);
+  if (written[0] != 23) return written;
+  Bytes read{23};
+  read.insert(read.end(), body.begin() + 1, body.begin() + 5);
+  return read_words(read, holding_);
+}
+
+Bytes ReferenceModel::identify(const Bytes& body) {
+  // Only what is refused: what is answered has tests of its own.
+  if (body.size() > 1 && body[1] != 14) return exception(body, 1);
+  if (body.size() != 4 || body[2] == 0 || body[2] > 4) return exception(body, 3);
+  if (body[2] == 4 && body[3] > 6) return exception(body, 2);
+  return {};
 }
 
 }  // namespace aprsim::modbus::testing

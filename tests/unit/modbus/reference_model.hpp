@@ -24,10 +24,18 @@ class ReferenceModel {
   Bytes write_register(const Bytes& body);
   Bytes write_coils(const Bytes& body);
   Bytes write_registers(const Bytes& body);
+  Bytes mask_write(const Bytes& body);
+  Bytes read_write(const Bytes& body);
+  static Bytes identify(const Bytes& body);
+  void store_word(int address, int value);
+  void store_coils(const std::map<int, bool>& values);
   [[nodiscard]] std::map<int, int> inputs() const;
+  [[nodiscard]] std::map<int, bool> discrete() const;
+  [[nodiscard]] std::map<int, bool> coils() const;
 
   std::map<int, int> holding_{{0x8001, 1}};
-  std::map<int, bool> coils_;
+  std::map<int, bool> coils_;  // but for those that mirror registers
+  bool faulted_ = false;       // by an emergency stop, the only cause here
 };
 
 }  // namespace aprsim::modbus::testing

@@ -30,6 +30,15 @@ TEST(RegisterMap, HasTheLabsThreeRegisters) {
   EXPECT_EQ(find_register(Area::kHoldingRegister, 0x8003), nullptr);
 }
 
+TEST(RegisterMap, BitsAreInTheBitAreas) {
+  for (const RegisterInfo& info : register_map()) {
+    const bool bits = info.area == Area::kCoil || info.area == Area::kDiscreteInput;
+    EXPECT_EQ(info.encoding == Encoding::kBit, bits) << info.name;
+  }
+  EXPECT_EQ(find_register(Area::kCoil, 0x8002)->name, "estop");
+  EXPECT_EQ(find_register(Area::kDiscreteInput, 0x800B)->name, "photo_eye_4");
+}
+
 TEST(RegisterMap, FindsBothWordsOfALongValue) {
   const RegisterInfo* info = find_register(Area::kInputRegister, kPositionRegister);
   ASSERT_NE(info, nullptr);

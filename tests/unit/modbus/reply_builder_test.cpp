@@ -47,6 +47,19 @@ TEST(ReplyBuilder, EncodesEveryFunctionWithItsIds) {
   EXPECT_EQ(build(builder, adu(write_words(0x8000, {1, 2, 3})), image), adu(pdu(16, {0x8000, 3})));
 }
 
+TEST(ReplyBuilder, AMaskWriteIsEchoedAndAReadWriteReadsTheImage) {
+  ReplyBuilder builder = ReplyBuilder::create().value();
+  modbus::RegisterImage image;
+  image.holding[0] = 0x0102;
+  image.holding[1] = 0x0304;
+  const Bytes mask = adu(pdu(22, {0x8000, 0x00F2, 0x0025}), 5, 6);
+  EXPECT_EQ(build(builder, mask, image), mask);
+  Bytes both = pdu(23, {0x8000, 2, 0x8000, 1});
+  both.insert(both.end(), {2, 0xFF, 0xFF});
+  EXPECT_EQ(build(builder, adu(both, 7, 8), image), adu({23, 4, 1, 2, 3, 4}, 7, 8))
+      << "what the image says, not what was written";
+}
+
 TEST(ReplyBuilder, AWriteEchoLeavesTheImageAlone) {
   ReplyBuilder builder = ReplyBuilder::create().value();
   const modbus::RegisterImage image;
