@@ -148,6 +148,7 @@ api::RobotDescription RobotCell::description() const {
   }
   out.X_WB = scene_.X_WB;
   out.X_BR = scene_.X_BR;
+  out.X_RV = scene_.vision.X_RV;
   out.X_FT = scene_.X_FT;
   out.gripper = {.stroke_m = scene_.gripper.stroke_m,
                  .gap_open_m = scene_.gripper.gap_open_m,

@@ -40,10 +40,13 @@ TEST(VisionKeys, AllAreTaken) {
   EXPECT_TRUE(vision.shuffle);
 }
 
-TEST(VisionKeys, TheCameraHangsOverTheMiddleOfItsAreaUnlessToldOtherwise) {
+TEST(VisionKeys, TheCameraHangsBeforeTheRobotUnlessToldOtherwise) {
   auto document =
       yaml::Document::from_text("{area: {min_m: [0, -1], max_m: [1, 0]}}", "test").value();
-  EXPECT_EQ(read_vision(document.root()).camera_V, Eigen::Vector3d(0.5, -0.5, 2));
+  EXPECT_EQ(read_vision(document.root()).camera_V, Eigen::Vector3d(1, -0.5, 2));
+  auto nothing = yaml::Document::from_text("{}", "test").value();
+  const yaml::Node absent = nothing.root().map({"vision"})["vision"];
+  EXPECT_EQ(read_vision(absent).camera_V, Eigen::Vector3d(1.2, 0, 2));
 }
 
 TEST(VisionKeys, BadValuesAreErrorsThatNameTheKey) {
