@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "world/physics/ring_search.hpp"
+#include "world/physics/piece_contact.hpp"
 
 namespace aprsim::physics::detail {
 namespace {
@@ -15,6 +15,9 @@ struct Basis {
   Vector3d c, a1, a2;  ///< centre, radius towards the gear's axis, radius a quarter turn on
   [[nodiscard]] Vector3d at(double angle) const {
     return c + std::cos(angle) * a1 + std::sin(angle) * a2;
+  }
+  [[nodiscard]] Vector3d along(double angle) const {
+    return (std::cos(angle) * a2 - std::sin(angle) * a1).normalized();
   }
 };
 
@@ -30,46 +33,31 @@ Basis anchored(const Circle& circle) {
   return {circle.c, a1, circle.axis.cross(a1)};
 }
 
-/// Depth behind the side of the piece where the side is the nearest way out, else kNoDepth.
-double side_depth(const Piece& piece, double r, double z) {
-  if (z < piece.z0 - piece.low_reach || z > piece.z1 + piece.high_reach) return kNoDepth;
-  const double depth = (piece.radius(z) - r) * piece.cosine;
-  return piece.to_end(z) < std::max(0.0, depth) ? kNoDepth : depth;
-}
+using RingRadii = std::array<double, kRingSamples>;
 
-struct Samples {
-  RingDepths r, z;
-};
-
-void touch_side(const Piece& piece, const Basis& basis, const Samples& at, const Isometry3d& X_SG,
-                Candidates& out) {
-  RingDepths depth;
-  for (std::size_t i = 0; i < kRingSamples; ++i) depth[i] = side_depth(piece, at.r[i], at.z[i]);
-  const auto depth_at = [&](double angle) {
+/// The deepest points; returns the longest way out.
+double touch_deepest(const Piece& piece, const Basis& basis, double circle_r, const RingWays& ways,
+                     const Isometry3d& X_SG, Candidates& out) {
+  double longest = 0;
+  const auto way_at = [&](double angle) {
     const Vector3d q = basis.at(angle);
-    return side_depth(piece, std::hypot(q.x(), q.y()), q.z());
+    return way_out(piece, std::hypot(q.x(), q.y()), q.z());
   };
-  ring_maxima(depth, depth_at, [&](double angle) {
-    const Vector3d q = basis.at(angle);
-    const double r = std::hypot(q.x(), q.y());
-    if (r < 1e-12) return;
-    const Vector3d outward(q.x() / r * piece.cosine, q.y() / r * piece.cosine,
-                           -piece.slope * piece.cosine);
-    out.add(X_SG * q, -(X_SG.linear() * outward), side_depth(piece, r, q.z()));
+  ring_maxima(ways, circle_r, way_at, [&](double angle) {
+    const double depth = way_at(angle).depth;
+    if (depth <= 0) return;
+    longest = std::max(longest, depth);
+    add_edge_point(piece, basis.at(angle), basis.along(angle), X_SG, out);
   });
+  return longest;
 }
 
 /// Where the circle passes over the rim of the end face at height z_end (outward +-z): the ends of
-/// the arc that lies under the face, unless leaving sideways is shorter.
-void touch_end(const Piece& piece, double z_end, double r_end, double outward, const Basis& basis,
-               const Samples& at, const Isometry3d& X_SG, Candidates& out) {
-  RingDepths inside;
-  double sideways = 0;
-  for (std::size_t i = 0; i < kRingSamples; ++i) {
-    inside[i] = r_end - at.r[i];
-    sideways = std::max(sideways, inside[i]);
-  }
-  if (sideways <= 0) return;
+/// the arc that lies under the face.
+void touch_end(double z_end, double r_end, double outward, double longest, const Basis& basis,
+               const RingRadii& radii, const Isometry3d& X_SG, Candidates& out) {
+  RingRadii inside;
+  for (std::size_t i = 0; i < kRingSamples; ++i) inside[i] = r_end - radii[i];
   const auto inside_at = [&](double angle) {
     const Vector3d q = basis.at(angle);
     return r_end - std::hypot(q.x(), q.y());
@@ -77,21 +65,8 @@ void touch_end(const Piece& piece, double z_end, double r_end, double outward, c
   ring_crossings(inside, inside_at, [&](double angle) {
     const Vector3d q = basis.at(angle);
     const double depth = outward * (z_end - q.z());
-    if (depth > sideways || depth > piece.to_end(q.z())) return;
-    out.add(X_SG * q, -outward * X_SG.linear().col(2), depth);
+    if (depth <= kEndShare * longest) out.add(X_SG * q, -outward * X_SG.linear().col(2), depth);
   });
-}
-
-/// Lies the circle just under an exposed end, and farther from the side?
-bool rests_on_end(const Piece& piece, const Samples& at) {
-  const double low = *std::max_element(at.z.begin(), at.z.end()) - piece.z_out_low;
-  const double high = piece.z_out_high - *std::min_element(at.z.begin(), at.z.end());
-  double sideways = 0;
-  for (std::size_t i = 0; i < kRingSamples; ++i) {
-    sideways = std::max(sideways, piece.radius(at.z[i]) - at.r[i]);
-  }
-  const double overlap = std::min(low, high);
-  return overlap < kResting && overlap < sideways;
 }
 
 /// The circle's bounds in the gear's frame.
@@ -124,15 +99,17 @@ void circle_on_piece(const Piece& piece, const Isometry3d& X_SG, const Circle& c
   if (!may_touch(piece, Bounds(circle))) return;
   const Basis basis = anchored(circle);
   const auto& directions = sample_directions();
-  Samples at;
+  RingWays ways;
+  RingRadii radii;
   for (std::size_t i = 0; i < kRingSamples; ++i) {
     const Vector3d q = basis.c + directions[i].c * basis.a1 + directions[i].s * basis.a2;
-    at.r[i] = std::sqrt(q.x() * q.x() + q.y() * q.y());
-    at.z[i] = q.z();
+    radii[i] = std::sqrt(q.x() * q.x() + q.y() * q.y());
+    ways[i] = way_out(piece, radii[i], q.z());
   }
-  if (!rests_on_end(piece, at)) touch_side(piece, basis, at, X_SG, out);
-  if (piece.low_exposed) touch_end(piece, piece.z0, piece.r0, -1, basis, at, X_SG, out);
-  if (piece.high_exposed) touch_end(piece, piece.z1, piece.r1, 1, basis, at, X_SG, out);
+  const double longest = touch_deepest(piece, basis, circle.r, ways, X_SG, out);
+  if (longest <= 0) return;
+  if (piece.low_exposed) touch_end(piece.z0, piece.r0, -1, longest, basis, radii, X_SG, out);
+  if (piece.high_exposed) touch_end(piece.z1, piece.r1, 1, longest, basis, radii, X_SG, out);
 }
 
 void circle_on_gear(const GearShape& gear, const Isometry3d& X_SG, const Circle& circle,

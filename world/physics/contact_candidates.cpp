@@ -6,6 +6,8 @@
 namespace aprsim::physics::detail {
 namespace {
 
+using Eigen::Vector3d;
+
 constexpr int kMaxPoints = 4;
 /// Depths closer than this count as equal: the order of the candidates, which follows body-fixed
 /// features, then decides instead of rounding noise.
@@ -30,30 +32,93 @@ void emit(const Candidate& c, const Emission& to) {
   to.out.push_back(contact);
 }
 
-/// Emits up to four of the candidates listed in `index`.
-void emit_spread(const Candidates& all, const int* index, int count, const Emission& to) {
-  if (count == 0) return;
-  std::array<double, Candidates::kCapacity> nearest;  // squared distance to the chosen ones
+using Index = std::array<int, Candidates::kCapacity>;
+
+/// Some of a list's candidates, by index.
+struct Selection {
+  Index index;
+  int count = 0;
+  void push(int i) { index[static_cast<std::size_t>(count++)] = i; }
+  [[nodiscard]] int at(int k) const { return index[static_cast<std::size_t>(k)]; }
+};
+
+/// The first that is as deep as the deepest.
+int deepest_of(const Candidates& all, const Selection& from) {
   double deepest = 0;
-  for (int i = 0; i < count; ++i) deepest = std::max(deepest, all[index[i]].depth);
+  for (int k = 0; k < from.count; ++k) deepest = std::max(deepest, all[from.at(k)].depth);
   int pick = 0;
-  while (all[index[pick]].depth < deepest - kSameDepth) ++pick;
-  nearest.fill(1e30);
-  for (int n = 0; n < kMaxPoints; ++n) {
-    emit(all[index[pick]], to);
-    int next = -1;
-    double best = kSamePoint2;
-    for (int i = 0; i < count; ++i) {
-      auto& d = nearest[static_cast<std::size_t>(i)];
-      d = std::min(d, distance2(all[index[i]], all[index[pick]]));
-      if (d > best * (1 + 1e-9)) {
-        best = d;
-        next = i;
-      }
+  while (all[from.at(pick)].depth < deepest - kSameDepth) ++pick;
+  return from.at(pick);
+}
+
+/// The candidate with the highest score above `least`, the earlier one when nearly equal; -1: none.
+template <class Score>
+int best_of(const Selection& from, double least, const Score& score) {
+  int best = -1;
+  for (int k = 0; k < from.count; ++k) {
+    const double value = score(from.at(k));
+    if (value > least * (1 + 1e-9)) {
+      least = value;
+      best = from.at(k);
     }
-    if (next < 0) return;
-    pick = next;
   }
+  return best;
+}
+
+/// Four corners of about the largest polygon of support: points of one plane.
+void emit_polygon(const Candidates& all, const Selection& from, const Emission& to) {
+  constexpr double kWidth = 1e-6;  // of the smallest triangle worth keeping [m]
+  const int a = deepest_of(all, from);
+  emit(all[a], to);
+  const Vector3d pa = all[a].p;
+  const int b = best_of(from, kSamePoint2, [&](int i) { return (all[i].p - pa).squaredNorm(); });
+  if (b < 0) return;
+  emit(all[b], to);
+  const Vector3d& n = all[a].n;
+  const Vector3d ab = all[b].p - pa, across = n.cross(ab).normalized();
+  const auto beside = [&](int i) { return across.dot(all[i].p - pa); };
+  const int c = best_of(from, kWidth, [&](int i) { return std::abs(beside(i)); });
+  if (c < 0) return;
+  emit(all[c], to);
+  // The fourth adds the most area to the triangle.
+  const double sign = beside(c) > 0 ? 1 : -1;
+  const Vector3d pb = all[b].p, pc = all[c].p;
+  const auto added = [&](int i) {
+    const Vector3d& p = all[i].p;
+    const double beyond_ab = -sign * n.dot((pb - pa).cross(p - pa));
+    const double beyond_bc = -sign * n.dot((pc - pb).cross(p - pb));
+    const double beyond_ca = -sign * n.dot((pa - pc).cross(p - pc));
+    return std::max({beyond_ab, beyond_bc, beyond_ca});
+  };
+  const int d = best_of(from, kWidth * ab.norm(), added);
+  if (d >= 0) emit(all[d], to);
+}
+
+/// Up to four that are deepest and farthest from each other in place and direction.
+void emit_spread(const Candidates& all, const Selection& from, const Emission& to) {
+  std::array<double, Candidates::kCapacity> nearest;  // squared distance to the chosen ones
+  nearest.fill(1e30);
+  int pick = deepest_of(all, from);
+  for (int n = 0; n < kMaxPoints && pick >= 0; ++n) {
+    emit(all[pick], to);
+    pick = best_of(from, kSamePoint2, [&](int i) {
+      auto& d = nearest[static_cast<std::size_t>(i)];
+      d = std::min(d, distance2(all[i], all[pick]));
+      return d;
+    });
+  }
+}
+
+void emit_some(const Candidates& all, const Selection& from, const Emission& to) {
+  constexpr double kSameDirection = 0.99;
+  if (from.count == 0) return;
+  for (int k = 1; k < from.count; ++k) {
+    if (all[from.at(k)].n.dot(all[from.at(0)].n) < kSameDirection) {
+      emit_spread(all, from, to);
+      return;
+    }
+  }
+  emit_polygon(all, from, to);
 }
 
 }  // namespace
@@ -66,25 +131,20 @@ void Candidates::replace_shallowest(const Candidate& c) {
 }
 
 void emit_reduced(const Candidates& candidates, const Emission& to) {
-  std::array<int, Candidates::kCapacity> index;
-  for (int i = 0; i < candidates.size(); ++i) index[static_cast<std::size_t>(i)] = i;
-  emit_spread(candidates, index.data(), candidates.size(), to);
+  Selection all;
+  for (int i = 0; i < candidates.size(); ++i) all.push(i);
+  emit_some(candidates, all, to);
 }
 
 void emit_reduced_by_axis(const Candidates& candidates, const Eigen::Vector3d& u,
                           const Emission& to) {
   constexpr double kFlat = 0.8;  // steeper than any lead-in cone
-  std::array<int, Candidates::kCapacity> flat, wall;
-  int flats = 0, walls = 0;
+  Selection flat, wall;
   for (int i = 0; i < candidates.size(); ++i) {
-    if (std::abs(candidates[i].n.dot(u)) > kFlat) {
-      flat[static_cast<std::size_t>(flats++)] = i;
-    } else {
-      wall[static_cast<std::size_t>(walls++)] = i;
-    }
+    (std::abs(candidates[i].n.dot(u)) > kFlat ? flat : wall).push(i);
   }
-  emit_spread(candidates, flat.data(), flats, to);
-  emit_spread(candidates, wall.data(), walls, to);
+  emit_some(candidates, flat, to);
+  emit_some(candidates, wall, to);
 }
 
 }  // namespace aprsim::physics::detail

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "world/physics/piece_contact.hpp"
+
 namespace aprsim::physics::detail {
 namespace {
 
@@ -51,52 +53,63 @@ double behind_side(const Piece& piece, const Edge& e, double t) {
   return (piece.radius(e.z(t)) - e.r(t)) * piece.cosine;
 }
 
-/// Where the edge is deepest behind the (concave) side function within the range.
-double deepest_on_side(const Piece& piece, const Edge& e, Range range) {
-  if (piece.slope == 0) return std::clamp(e.closest, range.lo, range.hi);
-  const auto rising = [&](double t) {
-    const double r = std::max(1e-12, e.r(t));
-    const double x = e.p.x() + t * e.d.x(), y = e.p.y() + t * e.d.y();
-    return piece.slope * e.d.z() - (x * e.d.x() + y * e.d.y()) / r > 0;
-  };
-  for (int k = 0; k < 40 && range.hi - range.lo > 1e-9; ++k) {
-    const double mid = 0.5 * (range.lo + range.hi);
-    (rising(mid) ? range.lo : range.hi) = mid;
+/// Way out at t: behind the side, or behind the nearer end face. Concave along the edge.
+double shortest(const Piece& piece, const Edge& e, double t) {
+  return std::min(behind_side(piece, e, t), piece.to_end(e.z(t)));
+}
+
+/// The point of the range with the longest way out, by golden sections.
+double innermost(const Piece& piece, const Edge& e, Range range) {
+  constexpr double kGolden = 0.6180339887498949;
+  if (piece.slope == 0) {
+    const double nearest = std::clamp(e.closest, range.lo, range.hi);
+    if (behind_side(piece, e, nearest) <= piece.to_end(e.z(nearest))) return nearest;
+  }
+  double m0 = range.hi - kGolden * (range.hi - range.lo);
+  double m1 = range.lo + kGolden * (range.hi - range.lo);
+  double f0 = shortest(piece, e, m0), f1 = shortest(piece, e, m1);
+  while (range.hi - range.lo > 1e-8) {
+    if (f0 < f1) {
+      range.lo = m0;
+      m0 = m1;
+      f0 = f1;
+      m1 = range.lo + kGolden * (range.hi - range.lo);
+      f1 = shortest(piece, e, m1);
+    } else {
+      range.hi = m1;
+      m1 = m0;
+      f1 = f0;
+      m0 = range.hi - kGolden * (range.hi - range.lo);
+      f0 = shortest(piece, e, m0);
+    }
   }
   return 0.5 * (range.lo + range.hi);
 }
 
-void touch_side(const Piece& piece, const Edge& e, const Isometry3d& X_SG, Candidates& out) {
-  const Range range = within_height(e, piece.z0 - piece.low_reach, piece.z1 + piece.high_reach);
-  if (range.empty()) return;
-  const double deepest = deepest_on_side(piece, e, range);
-  if (behind_side(piece, e, deepest) <= 0) return;
-  // The ends count too: an edge along the side touches it over its whole length.
-  for (const double t : {deepest, range.lo, range.hi}) {
-    const double depth = behind_side(piece, e, t);
-    const Vector3d q = e.at(t);
-    if (depth <= 0 || piece.to_end(q.z()) < depth) continue;
-    const double r = e.r(t);
-    if (r < 1e-12) continue;
-    const Vector3d outward(q.x() / r * piece.cosine, q.y() / r * piece.cosine,
-                           -piece.slope * piece.cosine);
-    out.add(X_SG * q, -(X_SG.linear() * outward), depth);
-  }
-}
-
-void touch_end(const Piece& piece, double z_end, double r_end, double outward, const Edge& e,
+/// Where the edge passes over the rim of the end face at height z_end (outward +-z), or ends under
+/// the face.
+void touch_end(double z_end, double r_end, double outward, double longest, const Edge& e,
                const Isometry3d& X_SG, Candidates& out) {
   const Range range = within_radius(e, r_end);
   if (range.empty()) return;
-  const double sideways = r_end - e.r(std::clamp(e.closest, range.lo, range.hi));
   for (const double t : {range.lo, range.hi}) {
     const Vector3d q = e.at(t);
     const double depth = outward * (z_end - q.z());
-    // Beyond the piece there may be air: what is deep in its neighbour is that one's matter.
-    if (q.z() < piece.z0 - piece.low_reach || q.z() > piece.z1 + piece.high_reach) continue;
-    if (depth > sideways || depth > piece.to_end(q.z())) continue;
-    out.add(X_SG * q, -outward * X_SG.linear().col(2), depth);
+    if (depth <= kEndShare * longest) out.add(X_SG * q, -outward * X_SG.linear().col(2), depth);
   }
+}
+
+void edge_on_piece(const Piece& piece, const Edge& e, const Isometry3d& X_SG, Candidates& out) {
+  const Range range = within_height(e, piece.z0 - piece.low_reach, piece.z1 + piece.high_reach);
+  if (range.empty()) return;
+  const double inner = innermost(piece, e, range);
+  const double longest = shortest(piece, e, inner);
+  if (longest <= 0) return;
+  add_edge_point(piece, e.at(inner), e.d, X_SG, out);
+  // An edge along the side touches it over its whole length.
+  for (const double t : {range.lo, range.hi}) add_side_point(piece, e.at(t), X_SG, out);
+  if (piece.low_exposed) touch_end(piece.z0, piece.r0, -1, longest, e, X_SG, out);
+  if (piece.high_exposed) touch_end(piece.z1, piece.r1, 1, longest, e, X_SG, out);
 }
 
 }  // namespace
@@ -117,9 +130,7 @@ void edge_on_gear(const GearShape& gear, const Isometry3d& X_SG, const Vector3d&
   if (e.r(std::clamp(e.closest, 0.0, e.length)) >= gear.r_max) return;
   for (int k = 0; k < gear.piece_count; ++k) {
     const Piece& piece = gear.pieces[static_cast<std::size_t>(k)];
-    touch_side(piece, e, X_SG, out);
-    if (piece.low_exposed) touch_end(piece, piece.z0, piece.r0, -1, e, X_SG, out);
-    if (piece.high_exposed) touch_end(piece, piece.z1, piece.r1, 1, e, X_SG, out);
+    edge_on_piece(piece, e, X_SG, out);
   }
 }
 

@@ -5,6 +5,7 @@
 
 #include "world/physics/edge_gear.hpp"
 #include "world/physics/pocket_ring.hpp"
+#include "world/physics/ring_search.hpp"
 
 namespace aprsim::physics::detail {
 namespace {
@@ -144,12 +145,10 @@ bool held_by_pockets(const RimPockets& near, const Vector3d& p, double depth) {
   for (int i = 0; i < near.count; ++i) {
     const PocketProfile& pocket = *near.touching[static_cast<std::size_t>(i)];
     const double r = std::hypot(p.x() - pocket.x, p.y() - pocket.y);
-    const double beside = pocket.behind_side(r, p.z());
-    if (p.z() > -pocket.depth ? beside < depth : beside <= 0) return false;
-    if (p.z() <= -pocket.depth && r < pocket.r_floor + kCornerReach &&
-        -pocket.depth - p.z() < depth) {
-      return false;
-    }
+    const double below = -pocket.depth - p.z();
+    const double to_void = below < 0 ? pocket.behind_side(r, p.z())
+                                     : std::hypot(below, std::max(0.0, r - pocket.r_floor));
+    if (to_void < depth) return false;
   }
   return true;
 }
@@ -191,10 +190,11 @@ void rim_on_prism(const Pair& pair, const Ring& ring, const Resting& rest, Candi
     if (rest.face >= 0 && rest.face != f) continue;
     rim_on_face(pair, rim, f, rest.face == f, near, out);
   }
+  const Slab slab{pair.prism.corner(0), pair.prism.corner(2), pair.prism.z0};
   for (int i = 0; i < near.count; ++i) {
     const PocketProfile& pocket = *near.touching[static_cast<std::size_t>(i)];
-    rim_on_pocket_side(rim, pocket, out);
-    rim_on_pocket_floor(rim, pocket, out);
+    rim_on_pocket_side(rim, pocket, slab, out);
+    rim_on_pocket_floor(rim, pocket, slab, out);
   }
 }
 
@@ -214,6 +214,52 @@ void edges_on_gear(const Pair& pair, Candidates& out) {
     const int next = (i + 1) % prism.sides;
     if (crossed(pair, next + 2) && !prism.internal[static_cast<std::size_t>(next)]) {
       edge_on_gear(pair.gear, pair.X_SG, b0, b1, out);
+    }
+  }
+}
+
+/// Is p on the surface or inside, and not in a pocket?
+bool in_material(const Pair& pair, const Vector3d& p) {
+  constexpr double kSurface = 1e-9;
+  for (int i = 0; i < pair.plane_count; ++i) {
+    if (pair.planes[static_cast<std::size_t>(i)].under(p) < -kSurface) return false;
+  }
+  for (const PocketProfile& pocket : pair.pockets) {
+    const double r = std::hypot(p.x() - pocket.x, p.y() - pocket.y);
+    if (p.z() > -pocket.depth && pocket.behind_side(r, p.z()) < 0) return false;
+  }
+  return true;
+}
+
+/// For a gear so deep that none of its rims and none of the prism's edges lie near a surface: the
+/// axis, where it passes through a face, holds it with the whole overlap.
+void axis_on_prism(const Pair& pair, Candidates& out) {
+  for (int f = 0; f < pair.plane_count; ++f) {
+    const Plane& plane = pair.planes[static_cast<std::size_t>(f)];
+    if (!plane.exit) continue;
+    const double low = plane.under(pair.c + pair.gear.z_low * pair.u);
+    const double high = plane.under(pair.c + pair.gear.z_high * pair.u);
+    if ((low > 0) == (high > 0)) continue;
+    const double t = low / (low - high);
+    const double z = pair.gear.z_low + t * (pair.gear.z_high - pair.gear.z_low);
+    const Vector3d p = pair.c + z * pair.u;
+    if (in_material(pair, p)) out.add(p, plane.n, std::max(low, high));
+  }
+}
+
+/// The same for rims that cut right through: whatever part of them is in the material.
+void arcs_on_prism(const Pair& pair, Candidates& out) {
+  for (int k = 0; k < pair.gear.ring_count; ++k) {
+    const Ring& ring = pair.gear.rings[static_cast<std::size_t>(k)];
+    for (const Direction& d : sample_directions()) {
+      const Vector3d p = pair.c + ring.z * pair.u + ring.r * (d.c * pair.e1 + d.s * pair.e2);
+      if (!in_material(pair, p)) continue;
+      const Plane* nearest = nullptr;
+      for (int f = 0; f < pair.plane_count; ++f) {
+        const Plane& plane = pair.planes[static_cast<std::size_t>(f)];
+        if (plane.exit && (!nearest || plane.under(p) < nearest->under(p))) nearest = &plane;
+      }
+      if (nearest) out.add(p, nearest->n, nearest->under(p));
     }
   }
 }
@@ -249,6 +295,8 @@ bool gear_on_prism(const GearShape& gear, const Isometry3d& X_SG, const Prism& p
     if (!rest.apart) rim_on_prism(pair, ring, rest, out);
   }
   if (pair.crossed_count > 1) edges_on_gear(pair, out);
+  if (out.size() == 0) axis_on_prism(pair, out);
+  if (out.size() == 0) arcs_on_prism(pair, out);
   return true;
 }
 

@@ -11,7 +11,7 @@ namespace aprsim::physics::detail {
 
 /// A piece that overlaps the other body by less than this along one face's normal rests on that
 /// face; its points near other faces then do not count. [m]
-inline constexpr double kResting = 1e-3;
+inline constexpr double kResting = 1e-4;
 
 /// How far a side is taken into the wider piece it is glued to: an edge that has sunk a little into
 /// the neighbour's face still meets the side in the corner. [m]

@@ -14,6 +14,9 @@ using Eigen::Vector3d;
 /// disc of 50 mm the blend spans 5 to 25 um of height.
 constexpr double kLevel = 1e-4, kTilted = 5e-4;
 
+/// At the mouth's corner the ways up and sideways differ by less than this factor.
+constexpr double kMouthCorner = 3;
+
 struct Basis {
   Vector3d c, a1, a2;
   [[nodiscard]] Vector3d at(double angle) const {
@@ -27,14 +30,24 @@ Basis anchored(const RimS& rim, const PocketProfile& pocket) {
   Vector3d along = d - d.dot(rim.u) * rim.u;
   const double norm = along.norm();
   along = norm > 1e-10 ? Vector3d(along / norm) : rim.e1;
-  return {rim.c - Vector3d(pocket.x, pocket.y, 0), rim.r * along, rim.r * rim.u.cross(along)};
+  return {rim.c, rim.r * along, rim.r * rim.u.cross(along)};
 }
 
-/// Depth behind wall or chamfer where that is the nearest way out, else kNoDepth. Behind the
-/// material under the top face the way up may be shorter: that is the top face's contact.
-double side_depth(const PocketProfile& pocket, double r, double z) {
-  const double depth = pocket.behind_side(r, z);
-  return -z < std::max(0.0, depth) ? kNoDepth : depth;
+enum PocketWay : int { kWall = 0, kChamfer = 1, kTopFace = 2, kElsewhere = 3 };
+
+/// Nearest way out of the material around the pocket at p (tray frame), r from the pocket's axis:
+/// into it through wall or chamfer, or up. Elsewhere: out through the slab's sides, or outside it.
+WayOut way_into(const PocketProfile& pocket, const Slab& slab, const Vector3d& p, double r) {
+  WayOut way{pocket.behind_wall(r, p.z()), kWall};
+  const double chamfer = pocket.behind_chamfer(r, p.z());
+  if (chamfer < way.depth) way = {chamfer, kChamfer};
+  if (-p.z() < way.depth) way = {-p.z(), kTopFace};
+  const double side = std::min(std::min(p.x() - slab.lo.x(), slab.hi.x() - p.x()),
+                               std::min(p.y() - slab.lo.y(), slab.hi.y() - p.y()));
+  if (side < way.depth) way = {side, kElsewhere};
+  const double above = p.z() - slab.z0;
+  if (above < 0 && above < way.depth) way = {above, kElsewhere};
+  return way;
 }
 
 }  // namespace
@@ -76,37 +89,46 @@ RimInPocket rim_in_pocket(const RimS& rim, const PocketProfile& pocket) {
   return RimInPocket::kTouching;
 }
 
-void rim_on_pocket_side(const RimS& rim, const PocketProfile& pocket, Candidates& out) {
+void rim_on_pocket_side(const RimS& rim, const PocketProfile& pocket, const Slab& slab,
+                        Candidates& out) {
   const Basis basis = anchored(rim, pocket);
   const auto& directions = sample_directions();
-  RingDepths depth;
-  for (std::size_t i = 0; i < kRingSamples; ++i) {
-    const Vector3d q = basis.c + directions[i].c * basis.a1 + directions[i].s * basis.a2;
-    depth[i] = side_depth(pocket, std::sqrt(q.x() * q.x() + q.y() * q.y()), q.z());
-  }
-  const auto depth_at = [&](double angle) {
-    const Vector3d q = basis.at(angle);
-    return side_depth(pocket, std::hypot(q.x(), q.y()), q.z());
+  const auto way_of = [&](const Vector3d& p) {
+    const double x = p.x() - pocket.x, y = p.y() - pocket.y;
+    return way_into(pocket, slab, p, std::sqrt(x * x + y * y));
   };
-  ring_maxima(depth, depth_at, [&](double angle) {
-    const Vector3d q = basis.at(angle);
-    const double r = std::hypot(q.x(), q.y());
-    if (r < 1e-12) return;
-    const bool wall = pocket.behind_wall(r, q.z()) <= pocket.behind_chamfer(r, q.z());
-    const double cosine = wall ? pocket.wall_cos : pocket.chamfer_cos;
-    const double slope = wall ? pocket.wall_slope : pocket.chamfer_slope;
-    const Vector3d n(-q.x() / r * cosine, -q.y() / r * cosine, slope * cosine);
-    out.add(q + Vector3d(pocket.x, pocket.y, 0), n, side_depth(pocket, r, q.z()));
+  RingWays ways;
+  for (std::size_t i = 0; i < kRingSamples; ++i) {
+    ways[i] = way_of(basis.c + directions[i].c * basis.a1 + directions[i].s * basis.a2);
+  }
+  const auto way_at = [&](double angle) { return way_of(basis.at(angle)); };
+  ring_maxima(ways, rim.r, way_at, [&](double angle) {
+    const Vector3d p = basis.at(angle);
+    const double x = p.x() - pocket.x, y = p.y() - pocket.y, r = std::hypot(x, y);
+    const WayOut way = way_into(pocket, slab, p, r);
+    if (way.depth <= 0 || r < 1e-12 || way.kind == kElsewhere) return;
+    Vector3d n = Vector3d::UnitZ();
+    if (way.kind == kTopFace) {
+      // Only at the mouth's corner; farther out it is the top face's contact.
+      if (pocket.behind_side(r, p.z()) > kMouthCorner * way.depth) return;
+    } else {
+      const double cosine = way.kind == kWall ? pocket.wall_cos : pocket.chamfer_cos;
+      const double slope = way.kind == kWall ? pocket.wall_slope : pocket.chamfer_slope;
+      n << -x / r * cosine, -y / r * cosine, slope * cosine;
+    }
+    out.add(p, n, way.depth);
   });
 }
 
-void rim_on_pocket_floor(const RimS& rim, const PocketProfile& pocket, Candidates& out) {
+void rim_on_pocket_floor(const RimS& rim, const PocketProfile& pocket, const Slab& slab,
+                         Candidates& out) {
   if (rim.c.z() - rim.r * rim.sine >= -pocket.depth) return;
   Vector3d d1, d2;
   anchor_directions(rim, Vector3d::UnitZ(), rim.sine, d1, d2);
   for (const Vector3d& d : {d1, d2, Vector3d(-d1), Vector3d(-d2)}) {
     const Vector3d p = rim.c + rim.r * d;
-    if (std::hypot(p.x() - pocket.x, p.y() - pocket.y) < pocket.r_floor + kCornerReach) {
+    if (p.z() > slab.z0 &&
+        std::hypot(p.x() - pocket.x, p.y() - pocket.y) < pocket.r_floor + kCornerReach) {
       out.add(p, Vector3d::UnitZ(), -pocket.depth - p.z());
     }
   }

@@ -26,13 +26,22 @@ enum class RimInPocket {
 /// Corners: how far behind the wall a point may be and still be held by the floor. [m]
 inline constexpr double kCornerReach = 0.5e-3;
 
+/// The slab around the pockets, in the tray frame (top face at z = 0).
+struct Slab {
+  Eigen::Vector2d lo, hi;
+  double z0 = 0;  ///< underside
+};
+
 [[nodiscard]] RimInPocket rim_in_pocket(const RimS& rim, const PocketProfile& pocket);
 
-/// Contacts of the rim with wall and chamfer (deepest points around it), normal into the void.
-void rim_on_pocket_side(const RimS& rim, const PocketProfile& pocket, Candidates& out);
+/// Contacts of the rim with wall, chamfer and the mouth's corner (deepest points around it), normal
+/// out of the material.
+void rim_on_pocket_side(const RimS& rim, const PocketProfile& pocket, const Slab& slab,
+                        Candidates& out);
 
 /// Contacts of the rim with the floor: four points around it.
-void rim_on_pocket_floor(const RimS& rim, const PocketProfile& pocket, Candidates& out);
+void rim_on_pocket_floor(const RimS& rim, const PocketProfile& pocket, const Slab& slab,
+                         Candidates& out);
 
 /// Two directions at right angles in the rim's plane, for four points against a plane with normal
 /// n: body-fixed when the rim is parallel to the plane, turning to the deepest direction (d1) as it

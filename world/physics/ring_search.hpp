@@ -16,80 +16,119 @@ struct Direction {
 /// Cosine and sine of the sample angles.
 [[nodiscard]] const std::array<Direction, kRingSamples>& sample_directions();
 
-/// A sample that is no candidate for a maximum.
-inline constexpr double kNoDepth = -1.0;
+/// Signed way out of a solid at one point: positive inside. The kind tells which of the solid's
+/// surfaces is the nearest; where it changes along the circle the depth has a kink.
+struct WayOut {
+  double depth = 0;
+  int kind = 0;
+};
 
-using RingDepths = std::array<double, kRingSamples>;
+using RingWays = std::array<WayOut, kRingSamples>;
 
-/// Angle of the maximum near sample i: successive parabolas through f(angle), which must agree
+[[nodiscard]] inline const WayOut& at_sample(const RingWays& v, int i) {
+  return v[static_cast<std::size_t>((i + kRingSamples) % kRingSamples)];
+}
+
+/// Angle of the maximum of f between a and b, by golden sections.
+template <class F>
+double golden_maximum(double a, double b, const F& f) {
+  constexpr double kGolden = 0.6180339887498949;
+  double m0 = b - kGolden * (b - a), m1 = a + kGolden * (b - a);
+  double f0 = f(m0).depth, f1 = f(m1).depth;
+  while (b - a > 1e-6) {
+    if (f0 < f1) {
+      a = m0;
+      m0 = m1;
+      f0 = f1;
+      m1 = a + kGolden * (b - a);
+      f1 = f(m1).depth;
+    } else {
+      b = m1;
+      m1 = m0;
+      f1 = f0;
+      m0 = b - kGolden * (b - a);
+      f0 = f(m0).depth;
+    }
+  }
+  return 0.5 * (a + b);
+}
+
+/// Angle of the maximum near sample i: successive parabolas where the depth is smooth. f must agree
 /// with v at the samples. Never worse than the sample itself.
 template <class F>
-double refine_maximum(const RingDepths& v, int i, const F& f) {
+double refine_maximum(const RingWays& v, int i, const F& f) {
+  const WayOut &before = at_sample(v, i - 1), &here = at_sample(v, i), &after = at_sample(v, i + 1);
   double h = kSampleAngle, angle = kSampleAngle * i;
-  double mid = v[static_cast<std::size_t>(i)];
-  double left = v[static_cast<std::size_t>((i + kRingSamples - 1) % kRingSamples)];
-  double right = v[static_cast<std::size_t>((i + 1) % kRingSamples)];
+  if (before.kind != here.kind || after.kind != here.kind) {
+    const double kink = golden_maximum(angle - h, angle + h, f);
+    return f(kink).depth > here.depth ? kink : angle;
+  }
+  double left = before.depth, mid = here.depth, right = after.depth;
   for (int pass = 0; pass < 4; ++pass) {
-    if (left <= kNoDepth || right <= kNoDepth) break;
     const double curvature = left - 2 * mid + right;
     if (!(curvature < 0)) break;
-    double shift = 0.5 * (left - right) / curvature;
-    shift = std::fmin(0.5, std::fmax(-0.5, shift)) * h;
+    const double shift = h * std::fmin(0.5, std::fmax(-0.5, 0.5 * (left - right) / curvature));
     if (std::abs(shift) < 1e-5) break;
-    const double value = f(angle + shift);
+    const double value = f(angle + shift).depth;
     h *= 0.25;
     if (value > mid) {
       angle += shift;
       mid = value;
     }
-    left = f(angle - h);
-    right = f(angle + h);
+    left = f(angle - h).depth;
+    right = f(angle + h).depth;
   }
   return angle;
 }
 
-/// Calls emit(angle) at the local maxima of the positive samples, refined; when the whole circle is
-/// positive, at the deepest sample and the three a quarter turn apart. Four at most.
+/// Calls emit(angle) at the refined local maxima that may be positive, four at most; when all of
+/// the circle is inside, at the deepest sample and the three a quarter turn apart. r: the circle's
+/// radius, which bounds how much higher a maximum can be than the samples beside it.
 template <class F, class Emit>
-void ring_maxima(const RingDepths& v, const F& f, const Emit& emit) {
-  int deepest = 0, positive = 0;
+void ring_maxima(const RingWays& v, double r, const F& f, const Emit& emit) {
+  const double between_kink = 0.5 * kSampleAngle * r;
+  const double between_smooth = 0.125 * kSampleAngle * kSampleAngle * r;
+  int deepest = 0, inside = 0;
   for (int i = 0; i < kRingSamples; ++i) {
-    if (v[static_cast<std::size_t>(i)] > 0) ++positive;
-    if (v[static_cast<std::size_t>(i)] > v[static_cast<std::size_t>(deepest)]) deepest = i;
+    inside += at_sample(v, i).depth > 0;
+    if (at_sample(v, i).depth > at_sample(v, deepest).depth) deepest = i;
   }
-  if (positive == 0) return;
-  emit(refine_maximum(v, deepest, f));
-  if (positive == kRingSamples) {
+  if (at_sample(v, deepest).depth < -between_kink) return;
+  if (inside == kRingSamples) {
+    emit(refine_maximum(v, deepest, f));
     for (int k = 1; k < 4; ++k) {
       emit(kSampleAngle * ((deepest + k * kRingSamples / 4) % kRingSamples));
     }
     return;
   }
-  int emitted = 1;
-  for (int k = 1; k < kRingSamples && emitted < 4; ++k) {
+  int emitted = 0;
+  for (int k = 0; k < kRingSamples && emitted < 4; ++k) {
     const int i = (deepest + k) % kRingSamples;
-    const double mid = v[static_cast<std::size_t>(i)];
-    if (mid > 0 && mid > v[static_cast<std::size_t>((i + kRingSamples - 1) % kRingSamples)] &&
-        mid >= v[static_cast<std::size_t>((i + 1) % kRingSamples)]) {
-      emit(refine_maximum(v, i, f));
-      ++emitted;
-    }
+    const WayOut &before = at_sample(v, i - 1), &here = at_sample(v, i),
+                 &after = at_sample(v, i + 1);
+    if (k > 0 && !(here.depth > before.depth && here.depth >= after.depth)) continue;
+    const bool smooth = before.kind == here.kind && after.kind == here.kind;
+    if (here.depth < -(smooth ? between_smooth : between_kink)) continue;
+    emit(refine_maximum(v, i, f));
+    ++emitted;
   }
 }
 
-/// Calls emit(angle) where v changes sign between neighbouring samples (up to `most` times); f must
+/// Calls emit(angle) where v changes sign between neighbouring samples, four times at most; f must
 /// agree with v at the samples.
 template <class F, class Emit>
-void ring_crossings(const RingDepths& v, const F& f, const Emit& emit, int most = 4) {
+void ring_crossings(const std::array<double, kRingSamples>& v, const F& f, const Emit& emit) {
+  int most = 4;
   for (int i = 0; i < kRingSamples && most > 0; ++i) {
     double lo = v[static_cast<std::size_t>(i)];
     double hi = v[static_cast<std::size_t>((i + 1) % kRingSamples)];
     if ((lo > 0) == (hi > 0)) continue;
-    double a = kSampleAngle * i, b = a + kSampleAngle;
+    double a = kSampleAngle * i, b = a + kSampleAngle, m = a;
     // Regula falsi with the Illinois halving.
-    for (int pass = 0; pass < 12 && b - a > 1e-9; ++pass) {
-      const double m = a + (b - a) * (lo / (lo - hi));
+    for (int pass = 0; pass < 20; ++pass) {
+      m = a + (b - a) * (lo / (lo - hi));
       const double value = f(m);
+      if (std::abs(value) < 1e-13) break;
       if ((value > 0) == (lo > 0)) {
         a = m;
         lo = value;
@@ -99,11 +138,8 @@ void ring_crossings(const RingDepths& v, const F& f, const Emit& emit, int most 
         hi = value;
         lo *= 0.5;
       }
-      if (std::abs(value) < 1e-12) {
-        a = b = m;
-      }
     }
-    emit(0.5 * (a + b));
+    emit(m);
     --most;
   }
 }
