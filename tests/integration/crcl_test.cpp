@@ -138,7 +138,9 @@ TEST(Crcl, ClientsThatVanishFloodOrSendRubbishHarmNobody) {
   good.run("InitCanonType");
   {
     CrclTextClient vanishing(port);
-    vanishing.send("DwellType", "<DwellTime>0.01</DwellTime>");
+    vanishing.send("DwellType", "<DwellTime>60</DwellTime>");
+    while (good.status().find("DwellType") == std::string::npos) {
+    }
   }
   {
     boost::asio::io_context io;
