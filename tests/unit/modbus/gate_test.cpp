@@ -212,11 +212,11 @@ TEST(Identification, OneObjectAlone) {
 
 TEST(GateRules, ReadOnlyRefusesWhatWritesAsAnUnknownFunction) {
   const GateRules rules{.read_only = true};
-  for (const std::uint8_t fc : {1, 2, 3, 4}) {
+  for (const std::uint8_t fc : Bytes{1, 2, 3, 4}) {
     EXPECT_EQ(gate(adu(pdu(fc, {0x8000, 1})), rules).verdict, Verdict::kRequest);
   }
   EXPECT_EQ(gate(adu({43, 14, 1, 0}), rules).verdict, Verdict::kIdentification);
-  for (const std::uint8_t fc : {5, 6, 15, 16, 22, 23}) {
+  for (const std::uint8_t fc : Bytes{5, 6, 15, 16, 22, 23}) {
     const Bytes bytes = adu(pdu(fc, {0x8000, 1}));  // malformed or not
     const Gated gated = gate(bytes, rules);
     EXPECT_EQ(gated.verdict, Verdict::kRefused) << int{fc};
