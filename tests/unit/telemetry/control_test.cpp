@@ -1,6 +1,7 @@
 #include <array>
 #include <atomic>
 #include <limits>
+#include <optional>
 #include <thread>
 #include <vector>
 
@@ -13,9 +14,10 @@ using namespace std::chrono_literals;
 using Control = TelemetryFixture;
 
 template <typename T>
-const T* simulation_command(const api::Command& command) {
+std::optional<T> simulation_command(const api::Command& command) {
   const auto* simulation = std::get_if<api::SimulationCommand>(&command.body);
-  return simulation == nullptr ? nullptr : std::get_if<T>(simulation);
+  const T* wanted = simulation == nullptr ? nullptr : std::get_if<T>(simulation);
+  return wanted == nullptr ? std::nullopt : std::optional<T>(*wanted);
 }
 
 TEST_F(Control, PauseAndResumeTakeEffectBeforeTheAnswer) {
@@ -35,8 +37,8 @@ TEST_F(Control, PauseAndResumeTakeEffectBeforeTheAnswer) {
   const auto commands = cell_->commands();
   ASSERT_EQ(commands.size(), 2U);
   EXPECT_EQ(commands[0].endpoint, 42U);
-  EXPECT_NE(simulation_command<api::Pause>(commands[0]), nullptr);
-  EXPECT_NE(simulation_command<api::Resume>(commands[1]), nullptr);
+  EXPECT_TRUE(simulation_command<api::Pause>(commands[0]).has_value());
+  EXPECT_TRUE(simulation_command<api::Resume>(commands[1]).has_value());
 }
 
 TEST_F(Control, SpeedArrivesAsFactorOrMaximum) {
@@ -78,8 +80,8 @@ TEST_F(Control, ResetGivesTheNewEpochAndPassesTheSeed) {
   ASSERT_TRUE(control_->Reset(&context, request, &response).ok());
   EXPECT_EQ(response.receipt().epoch(), 1U);
   EXPECT_EQ(response.receipt().step(), 0U);
-  const auto* reset = simulation_command<api::Reset>(cell_->commands().at(0));
-  ASSERT_NE(reset, nullptr);
+  const auto reset = simulation_command<api::Reset>(cell_->commands().at(0));
+  ASSERT_TRUE(reset.has_value());
   EXPECT_EQ(reset->seed, 99U);
 }
 
