@@ -33,8 +33,9 @@ constexpr double kSpeed_m_s = 0.15;
 class SceneFile {
  public:
   SceneFile() {
-    char pattern[] = "/tmp/aprsim-vision-XXXXXX";
-    directory_ = ::mkdtemp(pattern);
+    std::string pattern =
+        (std::filesystem::temp_directory_path() / "aprsim-vision-XXXXXX").string();
+    directory_ = ::mkdtemp(pattern.data());
     std::ofstream out(path());
     const std::string types = std::string(APRSIM_SOURCE_DIR) + "/world/scenes/types/";
     const std::string camera =
