@@ -6,6 +6,8 @@
 
 #include <Eigen/Geometry>
 
+#include "world/robot/joint_rotation.hpp"
+
 namespace aprsim::robot {
 namespace {
 
@@ -40,11 +42,6 @@ Body body(const ArmModel& model, const Payload& payload, int i) {
   return out;
 }
 
-/// Rotation from link i + 1 into link i.
-Matrix3d rotation(const Joint& joint, double q) {
-  return joint.X_PJ.linear() * Eigen::AngleAxisd(q, joint.axis).toRotationMatrix();
-}
-
 }  // namespace
 
 // Everything is in axes of the link it belongs to, moments about that link's origin. Gravity enters
@@ -61,7 +58,7 @@ JointVector inverse_dynamics(const ArmModel& model, const Payload& payload,
     const auto at = static_cast<std::size_t>(i);
     const Joint& joint = model.joints[at - 1];
     const Vector3d& p = joint.X_PJ.translation();
-    R_PL[at] = rotation(joint, q(i - 1));
+    R_PL[at] = joint_rotation(joint, q(i - 1));
     accel = R_PL[at].transpose() * (accel + alpha.cross(p) + omega.cross(omega.cross(p)));
     const Vector3d spin = joint.axis * qd(i - 1);
     omega = R_PL[at].transpose() * omega + spin;
@@ -94,7 +91,7 @@ JointMatrix mass_matrix(const ArmModel& model, const Payload& payload, const Joi
   PerLink<Matrix3d> R_PL;
   for (int i = 1; i <= n; ++i) {
     const auto at = static_cast<std::size_t>(i);
-    R_PL[at] = rotation(model.joints[at - 1], q(i - 1));
+    R_PL[at] = joint_rotation(model.joints[at - 1], q(i - 1));
   }
   JointMatrix H(n, n);
   for (int i = n; i >= 1; --i) {

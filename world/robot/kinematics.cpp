@@ -3,16 +3,17 @@
 #include <cassert>
 #include <cstddef>
 
+#include "world/robot/joint_rotation.hpp"
+
 namespace aprsim::robot {
 namespace {
 
-/// Pose of the link behind joint i in its parent.
-Eigen::Isometry3d joint_pose(const Joint& joint, double q) {
-  Eigen::Isometry3d X_PL;
-  X_PL.linear() = joint.X_PJ.linear() * Eigen::AngleAxisd(q, joint.axis).toRotationMatrix();
-  X_PL.translation() = joint.X_PJ.translation();
-  X_PL.makeAffine();
-  return X_PL;
+/// Steps from a link to the next one outwards.
+void advance(Eigen::Isometry3d& X_BL, const Joint& joint, double q) {
+  X_BL.translation() += X_BL.linear() * joint.X_PJ.translation();
+  Eigen::Matrix3d R_BL = X_BL.linear() * joint.X_PJ.linear();
+  rotate_by(R_BL, joint.axis, q);
+  X_BL.linear() = R_BL;
 }
 
 }  // namespace
@@ -21,7 +22,8 @@ void link_poses(const ArmModel& model, const JointVector& q, std::span<Eigen::Is
   assert(q.size() == model.dof() && X_BL.size() == model.links.size());
   X_BL[0].setIdentity();
   for (std::size_t i = 0; i < model.joints.size(); ++i) {
-    X_BL[i + 1] = X_BL[i] * joint_pose(model.joints[i], q(static_cast<Eigen::Index>(i)));
+    X_BL[i + 1] = X_BL[i];
+    advance(X_BL[i + 1], model.joints[i], q(static_cast<Eigen::Index>(i)));
   }
 }
 
@@ -29,7 +31,7 @@ Eigen::Isometry3d flange_pose(const ArmModel& model, const JointVector& q) {
   assert(q.size() == model.dof());
   Eigen::Isometry3d X_BL = Eigen::Isometry3d::Identity();
   for (std::size_t i = 0; i < model.joints.size(); ++i) {
-    X_BL = X_BL * joint_pose(model.joints[i], q(static_cast<Eigen::Index>(i)));
+    advance(X_BL, model.joints[i], q(static_cast<Eigen::Index>(i)));
   }
   return X_BL;
 }
@@ -41,7 +43,7 @@ Jacobian point_jacobian(const ArmModel& model, const JointVector& q, int link,
   Eigen::Isometry3d X_BL = Eigen::Isometry3d::Identity();
   for (int i = 0; i < link; ++i) {
     const Joint& joint = model.joints[static_cast<std::size_t>(i)];
-    X_BL = X_BL * joint_pose(joint, q(i));
+    advance(X_BL, joint, q(i));
     // The axis is the same seen from the link; the origin waits until the point is known.
     J.block<3, 1>(3, i) = X_BL.linear() * joint.axis;
     J.block<3, 1>(0, i) = X_BL.translation();

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "world/robot/euler_angles.hpp"
+#include "world/robot/joint_rotation.hpp"
 #include "world/robot/two_bone.hpp"
 
 namespace aprsim::robot {
@@ -47,8 +48,9 @@ BranchedIk::Branches SphericalWristIk::branches(const Eigen::Isometry3d& X_BF,
           std::atan2(fore_ * std::sin(bend), geometry_.upper + fore_ * std::cos(bend));
       const double t2 = std::numbers::pi / 2 - upper_elevation;
       const double t3 = fore_angle_ - std::numbers::pi / 2 - bend;
-      const Eigen::Matrix3d R_forearm = rotation_about(Eigen::Vector3d::UnitZ(), t1) *
-                                        rotation_about(Eigen::Vector3d::UnitY(), t2 + t3);
+      Eigen::Matrix3d R_forearm = Eigen::Matrix3d::Identity();
+      rotate_by(R_forearm, Eigen::Vector3d::UnitZ(), t1);
+      rotate_by(R_forearm, Eigen::Vector3d::UnitY(), t2 + t3);
       const Eigen::Matrix3d R_wrist = R_forearm.transpose() * R;
       for (const double flip : {1.0, -1.0}) {
         const EulerAngles t = split_xyx(R_wrist, flip, sign(3) * seed(3));

@@ -4,14 +4,15 @@
 #include <numbers>
 
 #include "world/robot/euler_angles.hpp"
+#include "world/robot/joint_rotation.hpp"
 #include "world/robot/two_bone.hpp"
 
 namespace aprsim::robot {
 namespace {
 
 constexpr double kOnAxis = 1e-9;       ///< sine between shoulder-wrist line and vertical
-constexpr int kElbowCandidates = 120;  ///< of the search round the circle
-constexpr int kRefinements = 24;       ///< golden sections of the best candidate's surroundings
+constexpr int kElbowCandidates = 72;  ///< of the search round the circle
+constexpr int kRefinements = 16;       ///< golden sections of the best candidate's surroundings
 constexpr double kLimitWeight = 0.25;  ///< of closeness to limits against distance to the seed
 
 /// Right-handed frame about the shoulder-wrist direction: `up` and `side` span the elbow's circle.
@@ -63,7 +64,9 @@ BranchedIk::Branches SrsIk::branches(const Eigen::Isometry3d& X_BF, const JointV
     R_upper.col(0) = bend * (sine * circle.n - cosine * outwards);
     R_upper.col(2) = upper_dir;
     R_upper.col(1) = R_upper.col(2).cross(R_upper.col(0));
-    const Eigen::Matrix3d R_wrist = (R_upper * rotation_about(kY, t4)).transpose() * R;
+    Eigen::Matrix3d R_fore = R_upper;
+    rotate_by(R_fore, kY, t4);
+    const Eigen::Matrix3d R_wrist = R_fore.transpose() * R;
     for (const double shoulder : {1.0, -1.0}) {
       const EulerAngles s = split_zyz(R_upper, shoulder, sign(0) * seed(0));
       for (const double flip : {1.0, -1.0}) {
@@ -82,9 +85,12 @@ BranchedIk::Branches SrsIk::branches(const Eigen::Isometry3d& X_BF, const JointV
 /// shoulder-wrist line.
 double SrsIk::elbow_of(const JointVector& q) const {
   const JointVector t = q.cwiseProduct(geometry_.sign);
-  const Eigen::Matrix3d R_upper =
-      rotation_about(kZ, t(0)) * rotation_about(kY, t(1)) * rotation_about(kZ, t(2));
-  const Eigen::Matrix3d R_fore = R_upper * rotation_about(kY, t(3));
+  Eigen::Matrix3d R_upper = Eigen::Matrix3d::Identity();
+  rotate_by(R_upper, kZ, t(0));
+  rotate_by(R_upper, kY, t(1));
+  rotate_by(R_upper, kZ, t(2));
+  Eigen::Matrix3d R_fore = R_upper;
+  rotate_by(R_fore, kY, t(3));
   const Eigen::Vector3d wrist = geometry_.upper * R_upper.col(2) + geometry_.fore * R_fore.col(2);
   const ElbowCircle circle = elbow_circle(wrist.normalized());
   const double bend = t(3) < 0 ? -1 : 1;
@@ -94,7 +100,10 @@ double SrsIk::elbow_of(const JointVector& q) const {
 
 double SrsIk::posture_cost(const Choice& choice) const {
   double crowding = 0;
-  for (int i = 0; i < dof(); ++i) crowding += std::pow(relative_position(i, choice.q(i)), 8);
+  for (int i = 0; i < dof(); ++i) {
+    const double square = std::pow(relative_position(i, choice.q(i)), 2);
+    crowding += square * square * square * square;
+  }
   return choice.cost + kLimitWeight * crowding;
 }
 
