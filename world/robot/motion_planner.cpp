@@ -19,7 +19,8 @@ constexpr double kUnitTolerance = 1e-3;
 constexpr int kWaySamples = 33;
 /// An elbow that stays must leave the joints within this share of their ranges, and must not cost
 /// this much more joint motion than the best elbow.
-constexpr double kComfortable = 0.9, kElbowPatience = 1.5;
+constexpr double kComfortable = 0.98, kElbowPatience = 1.5;
+constexpr double kThere = 1e-6;  ///< of the joint ranges: the arm is at the pose already
 
 std::string limit_text(const Joint& joint, double q) {
   const double unit = 180 / std::numbers::pi;
@@ -90,7 +91,7 @@ Result<JointVector> MotionPlanner::free_target(const Eigen::Isometry3d& X_BF,
   const InverseKinematics& ik = *setup_.ik;
   const auto kept = ik.nearest(X_BF, start, ik.elbow_of(start));
   if (setup_.model.dof() <= 6) return kept;
-  if (kept && range_distance(*kept, start) < kSmall) return kept;
+  if (kept && range_distance(*kept, start) < kThere) return kept;
   const auto elbow = ik.choose_elbow(X_BF, start);
   if (!elbow) return kept ? kept : tl::unexpected(elbow.error());
   const auto chosen = ik.nearest(X_BF, start, *elbow);

@@ -98,6 +98,10 @@ ControllerRig::Effort ControllerRig::effort() const {
     out.accel = std::max(out.accel, (qdd.cwiseAbs().array() / limits_.accel.array()).maxCoeff());
     const Eigen::Vector3d v0 = (a.translation() - X_RT(path_[k - 2]).translation()) / dt;
     out.tool_accel = std::max(out.tool_accel, (v - v0).norm() / dt);
+    if (k < 3) continue;
+    const JointVector qddd =
+        (path_[k] - 3 * path_[k - 1] + 3 * path_[k - 2] - path_[k - 3]) / (dt * dt * dt);
+    out.jerk = std::max(out.jerk, (qddd.cwiseAbs().array() / limits_.jerk.array()).maxCoeff());
   }
   return out;
 }

@@ -47,9 +47,10 @@ class ControllerRig {
   Pose tool() const { return Pose::from(X_RT(controller_.reference())); }
   JointVector random_posture(std::mt19937& engine, double margin = 0) const;
 
-  /// Highest share of the joint speed and acceleration limits that the recorded references take.
+  /// Highest share of the joint speed, acceleration and jerk limits that the recorded references
+  /// take.
   struct Effort {
-    double speed = 0, accel = 0;
+    double speed = 0, accel = 0, jerk = 0;
     double tool_speed = 0, tool_accel = 0, tool_turn = 0;
   };
   Effort effort() const;

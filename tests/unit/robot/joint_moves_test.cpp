@@ -1,6 +1,7 @@
 #include <cmath>
 #include <random>
 
+#include <Eigen/SVD>
 #include <gtest/gtest.h>
 
 #include "controller_rig.hpp"
@@ -29,6 +30,7 @@ TEST_P(JointMoves, ReachEveryInRangeVectorExactlyWithinLimits) {
     const auto effort = rig.effort();
     EXPECT_LE(effort.speed, 1 + 1e-9);
     EXPECT_LE(effort.accel, 1 + 1e-9);
+    EXPECT_LE(effort.jerk, 1 + 1e-3);
     EXPECT_LE(effort.tool_speed, rig.setup().max_trans_speed_m_s * 1.02);
   }
 }
@@ -134,9 +136,37 @@ TEST_P(JointMoves, FreeMovesReachRandomPoses) {
     const auto effort = rig.effort();
     EXPECT_LE(effort.speed, 1 + 1e-9);
     EXPECT_LE(effort.accel, 1 + 1e-9);
+    EXPECT_LE(effort.jerk, 1 + 1e-3);
     EXPECT_LE(effort.tool_speed, 0.25 * 1.02);
     EXPECT_LE(effort.tool_turn, 1.0 * 1.02);
   }
+}
+
+/// A short free move must not swing the elbow of a redundant arm, nor flip a wrist.
+TEST_P(JointMoves, AShortFreeMoveTurnsTheJointsLittle) {
+  std::mt19937 engine(13);
+  std::uniform_real_distribution<double> shift(-5e-3, 5e-3);
+  int moved = 0;
+  for (int n = 0; n < 40; ++n) {
+    ASSERT_EQ(rig.run(move_all(rig.random_posture(engine, 0.2))), ActionState::kDone);
+    const JointVector start = rig.controller().reference();
+    Eigen::Isometry3d X = rig.X_RT(start);
+    EXPECT_EQ(rig.run(api::MoveTo{Pose::from(X), false}), ActionState::kDone);
+    EXPECT_LE((rig.controller().reference() - start).norm(), 1e-6);
+    // Away from singular postures, where a short way needs large turns.
+    Eigen::MatrixXd J =
+        point_jacobian(rig.model(), start, rig.dof(), rig.setup().X_FT.translation());
+    J.topRows<3>() /= rig.dof() == 6 ? 0.25 : 0.4;
+    if (Eigen::JacobiSVD<Eigen::MatrixXd>(J).singularValues().minCoeff() < 0.1) continue;
+    X.translation() += Eigen::Vector3d(shift(engine), shift(engine), shift(engine));
+    if (rig.run(api::MoveTo{Pose::from(X), false}) != ActionState::kDone) {
+      rig.run(api::InitRobot{});
+      continue;
+    }
+    ++moved;
+    EXPECT_LE((rig.controller().reference() - start).cwiseAbs().maxCoeff(), 0.25) << n;
+  }
+  EXPECT_GE(moved, 15);
 }
 
 TEST_P(JointMoves, FreeMoveObeysTheSetSpeed) {
