@@ -87,6 +87,10 @@ Outcome<void> run_command(const DemoCommand& command, Console& console) {
   CellConnection connection(console.endpoints);
   const auto description = connection.cell();
   if (!description) return tl::unexpected(description.error());
+  if (description->robots().empty()) {
+    return failed(FailureKind::kCheck,
+                  "the scene '" + description->scene() + "' has no robot to show anything with");
+  }
   if (auto ok = check_robots(command.robots, *description); !ok) return ok;
   if (auto ok = check_health(connection); !ok) return ok;
 

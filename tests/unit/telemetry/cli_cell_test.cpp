@@ -95,6 +95,19 @@ TEST_F(CliCell, DemoRefusesACellThatDoesNotRun) {
   EXPECT_NE(unknown.err.find("r2d2"), std::string::npos);
 }
 
+TEST_F(CliCell, DemoRefusesACellWithoutRobots) {
+  start();
+  cell_->publish([](auto& s) {
+    auto description = std::make_shared<api::CellDescription>(*s.cell);
+    description->robots.clear();
+    s.robots.clear();
+    s.cell = std::move(description);
+  });
+  const auto result = cli({"demo"});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_NE(result.err.find("'fake' has no robot"), std::string::npos) << result.err;
+}
+
 TEST(CliConveyor, SetWritesTheRegisters) {
   FakeCell cell;
   protocols::ModbusServerOptions options;
