@@ -35,6 +35,10 @@ robot::Payload payload_of(const scene::Gripper& gripper, const Eigen::Isometry3d
   return payload;
 }
 
+Eigen::Vector3d gravity_in_base(const scene::Robot& robot, const scene::Physics& physics) {
+  return robot.X_WB.q.inverse() * Eigen::Vector3d(0, 0, -physics.gravity_m_s2);
+}
+
 robot::ControllerSetup setup_of(const scene::Robot& robot, const robot::ArmModel& model,
                                 const scene::Physics& physics) {
   auto ik = robot::make_inverse_kinematics(model);
@@ -48,7 +52,9 @@ robot::ControllerSetup setup_of(const scene::Robot& robot, const robot::ArmModel
           .max_trans_speed_m_s = robot.max_trans_speed_m_s,
           .max_trans_accel_m_s2 = robot.max_trans_accel_m_s2,
           .max_rot_speed_rad_s = robot.max_rot_speed_rad_s,
-          .max_rot_accel_rad_s2 = robot.max_rot_accel_rad_s2};
+          .max_rot_accel_rad_s2 = robot.max_rot_accel_rad_s2,
+          .payload = payload_of(robot.gripper, robot.X_FT.isometry()),
+          .gravity_B = gravity_in_base(robot, physics)};
 }
 
 /// The partner of the largest force, for the operator's message.
@@ -78,8 +84,7 @@ RobotCell::RobotCell(const scene::Robot& robot, const robot::ArmModel& model,
       X_WB_(robot.X_WB.isometry()),
       X_FT_(robot.X_FT.isometry()),
       X_WR_(X_WB_ * robot.X_BR.isometry()),
-      arm_(model, payload_of(robot.gripper, X_FT_),
-           X_WB_.linear().transpose() * Eigen::Vector3d(0, 0, -physics.gravity_m_s2),
+      arm_(model, payload_of(robot.gripper, X_FT_), gravity_in_base(robot, physics),
            home_of(robot, model), physics.step_s),
       controller_(setup_of(robot, model, physics)),
       X_WL_(model.links.size()) {

@@ -2,18 +2,27 @@
 
 #include <algorithm>
 
+#include "world/robot/contact_law.hpp"
+
 namespace aprsim::physics {
 namespace {
 
-// k h^2 + 2 d h must stay under the least effective mass of an arm at its tool, 0.6 kg, with both
-// summed over the contact points.
-constexpr double kStiffness = 1e5;  // [N/m]
-constexpr double kDamping = 120;    // [N s/m]
+// The real mobility of a contact point depends on the arm's pose, which is not known here; this is
+// that of the lightest direction of either arm (0.6 kg at the tool), so the law is never too stiff.
+constexpr double kMobility = 1 / 0.6;  // [1/kg]
 constexpr int kSelfCollisionDistance = 3;
 
-double penalty(double depth_m, double closing_m_s, std::size_t points) {
-  const double share = 1.0 / static_cast<double>(points);
-  return std::max(0.0, share * (kStiffness * depth_m + kDamping * closing_m_s));
+/// Force on the body that the normal points into and that moves with `v_W` relative to the other.
+Eigen::Vector3d contact_force(const Contact& point, const Eigen::Vector3d& v_W, const Cell& cell,
+                              std::size_t points) {
+  robot::ContactLaw law;
+  law.friction = cell.scene.physics.friction.robot;
+  const int count = static_cast<int>(points);
+  const double speed = v_W.dot(point.n_W);
+  const double normal =
+      robot::normal_force(law, point.depth_m, -speed, kMobility, cell.step_s, count);
+  return normal * point.n_W +
+         robot::friction_force(law, normal, v_W - speed * point.n_W, kMobility, cell.step_s, count);
 }
 
 int shape_count(const ArmBodies& arm) { return static_cast<int>(arm.shapes().size()); }
@@ -87,10 +96,9 @@ void ArmContacts::on_fixed(int robot, std::vector<std::vector<ArmForce>>& forces
       collide_geoms(link.geom.get(), fixed_geoms_[f].get(), kGround, kGround,
                     SurfacePair::kRobotAny, found_);
       for (const auto& point : found_) {
-        const double closing =
-            -arm.last_velocity(link.link, point.p_W, cell_.step_s).dot(point.n_W);
-        const double force = penalty(point.depth_m, closing, found_.size());
-        forces[r].push_back({link.link, point.p_W, force * point.n_W, fixed.name});
+        const Eigen::Vector3d v = arm.last_velocity(link.link, point.p_W, cell_.step_s);
+        const Eigen::Vector3d force = contact_force(point, v, cell_, found_.size());
+        forces[r].push_back({link.link, point.p_W, force, fixed.name});
       }
     }
   }
@@ -112,10 +120,9 @@ void ArmContacts::on_other(int robot_a, int robot_b, std::vector<std::vector<Arm
       for (const auto& point : found_) {
         const Eigen::Vector3d v = arm_a.last_velocity(one.link, point.p_W, cell_.step_s) -
                                   arm_b.last_velocity(other.link, point.p_W, cell_.step_s);
-        const double force = penalty(point.depth_m, -v.dot(point.n_W), found_.size());
-        forces[a].push_back({one.link, point.p_W, force * point.n_W, cell_.scene.robots[b].name});
-        forces[b].push_back(
-            {other.link, point.p_W, -force * point.n_W, cell_.scene.robots[a].name});
+        const Eigen::Vector3d force = contact_force(point, v, cell_, found_.size());
+        forces[a].push_back({one.link, point.p_W, force, cell_.scene.robots[b].name});
+        forces[b].push_back({other.link, point.p_W, -force, cell_.scene.robots[a].name});
       }
     }
   }

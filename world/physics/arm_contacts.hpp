@@ -7,8 +7,8 @@
 namespace aprsim::physics {
 
 /// Contact of arm links with fixed things, with other arms and with themselves. ODE computes no
-/// force between bodies that are both moved from outside, so these follow a law of our own: spring
-/// and damper along the normal, never pulling (ARMS.md section 2b).
+/// force between bodies that are both moved from outside, so these follow the law of
+/// world/robot/contact_law.hpp.
 class ArmContacts {
  public:
   explicit ArmContacts(Cell& cell);

@@ -43,7 +43,8 @@ double touch_deepest(const Piece& piece, const Basis& basis, double circle_r, co
     const Vector3d q = basis.at(angle);
     return way_out(piece, std::hypot(q.x(), q.y()), q.z());
   };
-  ring_maxima(ways, circle_r, way_at, [&](double angle) {
+  const RingRadius radius{circle_r, std::max(1e-6, std::min(piece.r0, piece.r1))};
+  ring_maxima(ways, radius, way_at, [&](double angle) {
     const double depth = way_at(angle).depth;
     if (depth <= 0) return;
     longest = std::max(longest, depth);

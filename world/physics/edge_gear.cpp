@@ -107,19 +107,42 @@ void edge_on_piece(const Piece& piece, const Edge& e, const Isometry3d& X_SG, Ca
   if (longest <= 0) return;
   add_edge_point(piece, e.at(inner), e.d, X_SG, out);
   // An edge along the side touches it over its whole length.
-  for (const double t : {range.lo, range.hi}) add_side_point(piece, e.at(t), X_SG, out);
+  for (const double t : {range.lo, range.hi}) {
+    const double depth = behind_side(piece, e, t);
+    if (depth > kEndShare * longest || depth > piece.to_end(e.z(inner))) continue;
+    add_side_point(piece, e.at(t), X_SG, out);
+  }
   if (piece.low_exposed) touch_end(piece.z0, piece.r0, -1, longest, e, X_SG, out);
   if (piece.high_exposed) touch_end(piece.z1, piece.r1, 1, longest, e, X_SG, out);
 }
 
+/// Does n point out between the faces that meet at p on the edge, or nearly?
+bool between_faces(const StraightEdge& edge, const Vector3d& p, const Vector3d& n) {
+  constexpr double kAside = 0.02, kAtEnd = 1e-9;
+  const Vector3d d = edge.b - edge.a;
+  const double t = d.dot(p - edge.a) / d.squaredNorm();
+  const bool at_a = t<kAtEnd, at_b = t> 1 - kAtEnd;
+  if (!at_a && !at_b) {
+    // n's share of each face's normal.
+    const double c = edge.m0.dot(edge.m1), n0 = n.dot(edge.m0), n1 = n.dot(edge.m1);
+    return n0 - c * n1 > -kAside && n1 - c * n0 > -kAside;
+  }
+  const Vector3d& m2 = at_a ? edge.m_a : edge.m_b;
+  const double volume = edge.m0.dot(edge.m1.cross(m2));
+  if (std::abs(volume) < 1e-6) return true;
+  return n.dot(edge.m1.cross(m2)) / volume > -kAside &&
+         n.dot(m2.cross(edge.m0)) / volume > -kAside &&
+         n.dot(edge.m0.cross(edge.m1)) / volume > -kAside;
+}
+
 }  // namespace
 
-void edge_on_gear(const GearShape& gear, const Isometry3d& X_SG, const Vector3d& a,
-                  const Vector3d& b, Candidates& out) {
+void edge_on_gear(const GearShape& gear, const Isometry3d& X_SG, const StraightEdge& edge,
+                  Candidates& out, Candidates& doubtful) {
   const Eigen::Matrix3d R_GS = X_SG.linear().transpose();
   Edge e;
-  e.p = R_GS * (a - X_SG.translation());
-  e.d = R_GS * (b - a);
+  e.p = R_GS * (edge.a - X_SG.translation());
+  e.d = R_GS * (edge.b - edge.a);
   e.length = e.d.norm();
   if (e.length < 1e-9) return;
   e.d /= e.length;
@@ -128,9 +151,13 @@ void edge_on_gear(const GearShape& gear, const Isometry3d& X_SG, const Vector3d&
   e.d2 = e.d.x() * e.d.x() + e.d.y() * e.d.y();
   e.closest = e.d2 < 1e-12 ? 0 : -(e.p.x() * e.d.x() + e.p.y() * e.d.y()) / e.d2;
   if (e.r(std::clamp(e.closest, 0.0, e.length)) >= gear.r_max) return;
+  Candidates found;
   for (int k = 0; k < gear.piece_count; ++k) {
-    const Piece& piece = gear.pieces[static_cast<std::size_t>(k)];
-    edge_on_piece(piece, e, X_SG, out);
+    edge_on_piece(gear.pieces[static_cast<std::size_t>(k)], e, X_SG, found);
+  }
+  for (int i = 0; i < found.size(); ++i) {
+    Candidates& to = between_faces(edge, found[i].p, found[i].n) ? out : doubtful;
+    to.add(found[i].p, found[i].n, found[i].depth);
   }
 }
 

@@ -96,24 +96,25 @@ bool classify_planes(Pair& pair) {
   return true;
 }
 
-/// Which faces a piece of the gear may rest on.
+/// How a piece of the gear lies to the faces: moved by `overlap` along the normal of `face` it is
+/// free of the prism, and no other face takes less.
 struct Resting {
   bool apart = false;
-  int face = -1;  ///< the only face, -1 = whichever is nearest to each point
+  int face = -1;
+  double overlap = 1e30;
 };
 
 Resting resting(const Pair& pair, const Piece& piece) {
   Resting result;
-  double least = kResting;
   for (int i = 0; i < pair.plane_count; ++i) {
     const Plane& plane = pair.planes[static_cast<std::size_t>(i)];
     if (!plane.crossed && !plane.exit) continue;
     const double low = plane.under(pair.c + piece.z0 * pair.u) + piece.r0 * plane.sine;
     const double high = plane.under(pair.c + piece.z1 * pair.u) + piece.r1 * plane.sine;
     const double overlap = std::max(low, high);
-    if (overlap <= 0) return {true, -1};
-    if (plane.exit && overlap < least) {
-      least = overlap;
+    if (overlap <= 0) return {true, -1, 0};
+    if (plane.exit && overlap < result.overlap) {
+      result.overlap = overlap;
       result.face = i;
     }
   }
@@ -153,20 +154,21 @@ bool held_by_pockets(const RimPockets& near, const Vector3d& p, double depth) {
   return true;
 }
 
-/// Is the point inside the prism, and is face f the one that holds it?
-bool held_by_face(const Pair& pair, int f, bool only_face, const Vector3d& p, double depth) {
+/// Is the point inside the prism, and unless `decided` is face f the nearest way out?
+bool held_by_face(const Pair& pair, int f, bool decided, const Vector3d& p, double depth) {
   if (pair.crossed_count <= 1 && pair.exit_count <= 1) return true;
   for (int i = 0; i < pair.plane_count; ++i) {
     const Plane& plane = pair.planes[static_cast<std::size_t>(i)];
     if (i == f || (!plane.crossed && !plane.exit)) continue;
     const double under = plane.under(p);
-    if (under < 0 || (!only_face && plane.exit && under < depth)) return false;
+    if (under < 0 || (!decided && plane.exit && under < depth)) return false;
   }
   return true;
 }
 
-void rim_on_face(const Pair& pair, const RimS& rim, int f, bool only_face, const RimPockets& near,
-                 Candidates& out) {
+void rim_on_face(const Pair& pair, const RimS& rim, int f, const Resting& rest,
+                 const RimPockets& near, Candidates& out) {
+  constexpr double kDeepest = 0.9;  // share of the overlap
   const Plane& plane = pair.planes[static_cast<std::size_t>(f)];
   if (plane.under(rim.c) + rim.r * plane.sine <= 0) return;
   Vector3d d1, d2;
@@ -174,7 +176,11 @@ void rim_on_face(const Pair& pair, const RimS& rim, int f, bool only_face, const
   for (const Vector3d& d : {d1, d2, Vector3d(-d1), Vector3d(-d2)}) {
     const Vector3d p = rim.c + rim.r * d;
     const double depth = plane.under(p);
-    if (depth <= 0 || !held_by_face(pair, f, only_face, p, depth)) continue;
+    if (depth <= 0) continue;
+    // Where the piece's deepest point is in the prism, its overlap with the face decides.
+    const bool decided =
+        rest.face == f && (rest.overlap < kResting || depth > kDeepest * rest.overlap);
+    if (!held_by_face(pair, f, decided, p, depth)) continue;
     if (held_by_pockets(near, p, depth)) out.add(p, plane.n, depth);
   }
 }
@@ -185,10 +191,10 @@ void rim_on_prism(const Pair& pair, const Ring& ring, const Resting& rest, Candi
   if (rim.c.z() - rim.r * rim.sine >= pair.prism.z1) return;
   const RimPockets near = pockets_of(rim, pair.pockets);
   if (near.free) return;
+  const bool one_face = rest.face >= 0 && rest.overlap < kResting;
   for (int f = 0; f < pair.plane_count; ++f) {
-    if (!pair.planes[static_cast<std::size_t>(f)].exit) continue;
-    if (rest.face >= 0 && rest.face != f) continue;
-    rim_on_face(pair, rim, f, rest.face == f, near, out);
+    if (!pair.planes[static_cast<std::size_t>(f)].exit || (one_face && rest.face != f)) continue;
+    rim_on_face(pair, rim, f, rest, near, out);
   }
   const Slab slab{pair.prism.corner(0), pair.prism.corner(2), pair.prism.z0};
   for (int i = 0; i < near.count; ++i) {
@@ -202,19 +208,27 @@ bool crossed(const Pair& pair, int plane) {
   return pair.planes[static_cast<std::size_t>(plane)].crossed;
 }
 
-void edges_on_gear(const Pair& pair, Candidates& out) {
+void edges_on_gear(const Pair& pair, Candidates& out, Candidates& doubtful) {
   const Prism& prism = pair.prism;
+  const auto normal = [&](int plane) -> const Vector3d& {
+    return pair.planes[static_cast<std::size_t>(plane)].n;
+  };
   for (int i = 0; i < prism.sides; ++i) {
     if (!crossed(pair, i + 2) || prism.internal[static_cast<std::size_t>(i)]) continue;
     const Eigen::Vector2d &a = prism.corner(i), &b = prism.corner(i + 1);
     const Vector3d a0(a.x(), a.y(), prism.z0), a1(a.x(), a.y(), prism.z1);
     const Vector3d b0(b.x(), b.y(), prism.z0), b1(b.x(), b.y(), prism.z1);
-    if (crossed(pair, kTop)) edge_on_gear(pair.gear, pair.X_SG, a1, b1, out);
-    if (crossed(pair, kBottom)) edge_on_gear(pair.gear, pair.X_SG, a0, b0, out);
-    const int next = (i + 1) % prism.sides;
-    if (crossed(pair, next + 2) && !prism.internal[static_cast<std::size_t>(next)]) {
-      edge_on_gear(pair.gear, pair.X_SG, b0, b1, out);
-    }
+    const int next = (i + 1) % prism.sides, last = (i + prism.sides - 1) % prism.sides;
+    const auto touch = [&](const Vector3d& from, const Vector3d& to, int other, int end_a,
+                           int end_b) {
+      if (!crossed(pair, other)) return;
+      const StraightEdge edge{from, to, normal(i + 2), normal(other), normal(end_a), normal(end_b)};
+      edge_on_gear(pair.gear, pair.X_SG, edge, out, doubtful);
+    };
+    touch(a1, b1, kTop, last + 2, next + 2);
+    touch(a0, b0, kBottom, last + 2, next + 2);
+    const bool joint = prism.internal[static_cast<std::size_t>(next)];
+    if (!joint) touch(b0, b1, next + 2, kBottom, kTop);
   }
 }
 
@@ -294,7 +308,11 @@ bool gear_on_prism(const GearShape& gear, const Isometry3d& X_SG, const Prism& p
     const Resting& rest = rests[static_cast<std::size_t>(ring.piece)];
     if (!rest.apart) rim_on_prism(pair, ring, rest, out);
   }
-  if (pair.crossed_count > 1) edges_on_gear(pair, out);
+  if (pair.crossed_count > 1) {
+    Candidates doubtful;
+    edges_on_gear(pair, out, doubtful);
+    if (out.size() == 0) out = doubtful;
+  }
   if (out.size() == 0) axis_on_prism(pair, out);
   if (out.size() == 0) arcs_on_prism(pair, out);
   return true;

@@ -12,6 +12,7 @@ constexpr int kHoldSteps = 5;
 constexpr int kLostSteps = 3;
 constexpr double kHoldShare = 0.05;    // of the piston force that both pads must bear
 constexpr double kShortOfStop = 2e-5;  // [m]
+constexpr double kStopZone = 2e-4;     // [m] next to a stop
 constexpr int kIdleSteps = 50;
 constexpr double kIdleDeflection = 2e-6;  // [m]
 
@@ -46,14 +47,25 @@ void GripperMechanism::begin_step(const Eigen::Isometry3d& X_WF,
     part.carried_v = u;
   }
   place_carriage();
+  drive();
+}
+
+void GripperMechanism::drive() {
   for (std::size_t i = 0; i < 2; ++i) {
     motion_[i] = {dJointGetSliderPosition(sliders_[i].get()),
                   dJointGetSliderPositionRate(sliders_[i].get())};
   }
   drives_ = finger_drives(settings_, closing_, motion_, end_m_, step_s_, mimic_);
   for (std::size_t i = 0; i < 2; ++i) {
-    dJointSetLMotorParam(pistons_[i].get(), dParamVel, drives_[i].speed_m_s);
-    dJointSetLMotorParam(pistons_[i].get(), dParamFMax, drives_[i].piston_n);
+    dJointID slider = sliders_[i].get();
+    dJointSetSliderParam(slider, dParamVel, drives_[i].speed_m_s);
+    dJointSetSliderParam(slider, dParamFMax, drives_[i].piston_n);
+    // ODE's motor pushes with all its force, unlimited in speed, in a step that begins at a stop:
+    // right against the stop, wrong away from it. The stop that a finger leaves is taken away.
+    const bool leaves_open = closing_ && motion_[i].travel_m < kStopZone;
+    const bool leaves_closed = !closing_ && motion_[i].travel_m > end_m_ - kStopZone;
+    dJointSetSliderParam(slider, dParamLoStop, leaves_open ? -dInfinity : 0);
+    dJointSetSliderParam(slider, dParamHiStop, leaves_closed ? dInfinity : end_m_);
   }
 }
 
@@ -77,6 +89,7 @@ void GripperMechanism::end_step() {
   } else {
     read_back();
   }
+  state_.X_WT = Pose::from(parts_[0].X_WS * parts_[0].X_TS.inverse());
 }
 
 void GripperMechanism::read_back() {
@@ -185,7 +198,7 @@ Eigen::Vector3d GripperMechanism::closing_W(int finger) const {
 }
 
 int GripperMechanism::rows() const {
-  return 6 + 10 + 2 + 2 + (settings_.law == scene::GripperLaw::kLinkage ? 7 : 0);
+  return 6 + 12 + (settings_.law == scene::GripperLaw::kLinkage ? 7 : 0);
 }
 
 }  // namespace aprsim::physics

@@ -31,11 +31,11 @@ struct PadForces {
 };
 
 /// A parallel gripper on the flange, pads as high as the fingers, the palm's box on top of them: a
-/// kinematic carriage, the palm on a compliant mount (fixed joint as spring and damper, PICK's
-/// rule: always on), two fingers on sliders with end stops, a velocity-limited piston each, and for
-/// the linkage law a lever with two rods that holds both travels equal. Its weight and inertia are
-/// the arm's business: the parts move with the carriage and deflect only under contact forces.
-/// Nothing ever ties a gear to it.
+/// kinematic carriage, the palm on a compliant mount (a fixed joint as spring and damper: without
+/// it every mis-grasp would be an infinite force), two fingers on sliders with end stops, a
+/// velocity-limited piston each, and for the linkage law a lever with two rods that holds both
+/// travels equal. Its weight and inertia are the arm's business: the parts move with the carriage
+/// and deflect only under contact forces. Nothing ever ties a gear to it.
 class GripperMechanism {
  public:
   GripperMechanism(const scene::Robot& robot, dWorldID world, const Eigen::Isometry3d& X_WF,
@@ -77,6 +77,7 @@ class GripperMechanism {
   void make_mount(dWorldID world);
   void make_slider(dWorldID world, int i);
   void make_linkage(dWorldID world);
+  void drive();
   void follow();
   void read_back();
   [[nodiscard]] Eigen::Vector3d carried_velocity(const Eigen::Vector3d& p_W) const;
@@ -94,7 +95,7 @@ class GripperMechanism {
   std::array<dBodyID, 4> bodies_{};
   std::size_t body_count_ = 3;
   ode::Joint mount_, hinge_;
-  std::array<ode::Joint, 2> sliders_, pistons_, rods_;
+  std::array<ode::Joint, 2> sliders_, rods_;
   std::array<FingerMotion, 2> motion_{};
   std::array<FingerDrive, 2> drives_{};
   MimicState mimic_;

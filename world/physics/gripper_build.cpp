@@ -8,6 +8,8 @@ namespace {
 
 constexpr double kLeverShare = 0.2;  // of a finger's mass
 constexpr double kRodLength = 0.05;  // [m]
+constexpr double kPistonCfm = 1e-6;
+constexpr double kStopCfm = 1e-7;
 
 dMass box_mass(double kg, const Eigen::Vector3d& size) {
   dMass m;
@@ -28,6 +30,7 @@ GripperMechanism::GripperMechanism(const scene::Robot& robot, dWorldID world,
   pad_ = {settings_.pad, settings_.pad_height_m, settings_.pad_width_m, settings_.pad_depth_m,
           settings_.v_half_angle_rad};
   state_.separation_m = settings_.gap_open_m;
+  state_.X_WT = Pose::from(X_WT_);
   make_parts(world);
   make_mount(world);
   for (int i = 0; i < 2; ++i) make_slider(world, i);
@@ -91,15 +94,10 @@ void GripperMechanism::make_slider(dWorldID world, int i) {
   slider.reset(dJointCreateSlider(world, nullptr));
   dJointAttach(slider.get(), bodies_[index + 1], bodies_[0]);
   dJointSetSliderAxis(slider.get(), axis.x(), axis.y(), axis.z());
-  dJointSetSliderParam(slider.get(), dParamLoStop, 0);
-  dJointSetSliderParam(slider.get(), dParamHiStop, end_m_);
-  // The piston is a motor of its own: a slider's own motor shares the row of its end stop and
-  // would push with all its force, unlimited in speed, in the step in which it leaves the stop.
-  auto& piston = pistons_[index];
-  piston.reset(dJointCreateLMotor(world, nullptr));
-  dJointAttach(piston.get(), bodies_[index + 1], bodies_[0]);
-  dJointSetLMotorNumAxes(piston.get(), 1);
-  dJointSetLMotorAxis(piston.get(), 0, 2, axis.x(), axis.y(), axis.z());
+  // Soft enough that piston, stop and linkage, which hold the same finger, stay well conditioned:
+  // 60 N move it by less than 0.1 mm/s against the piston, and not at all against the stop.
+  dJointSetSliderParam(slider.get(), dParamCFM, kPistonCfm);
+  dJointSetSliderParam(slider.get(), dParamStopCFM, kStopCfm);
 }
 
 void GripperMechanism::make_linkage(dWorldID world) {

@@ -16,9 +16,9 @@ enum class Phase : std::uint8_t {
   kIterative,      ///< projected Gauss-Seidel
 };
 
-/// Which bodies act on each other in a step, and how each such island is solved (PICK.md sections
-/// 2 and 6). A gripper's island is cut at the trays it touches: what else lies on such a tray sees
-/// it as moved from outside, and its reaction reaches the tray one step later. No call allocates.
+/// Which bodies act on each other in a step, and how each such island is solved. A gripper's island
+/// is cut at the trays it touches: what else lies on such a tray sees it as moved from outside, and
+/// its reaction reaches the tray one step later. No call allocates.
 class Islands {
  public:
   explicit Islands(const Cell& cell);

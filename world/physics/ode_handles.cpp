@@ -24,8 +24,9 @@ void on_debug(int number, const char* format, va_list arguments) {
 }
 
 // Messages are the direct solver's complaints about nearly singular systems; it recovers by
-// itself, and the simulation thread must not write to any stream.
-void on_message(int, const char*, va_list) {}
+// itself, and the simulation thread must not write to any stream. They are counted.
+thread_local std::uint64_t complaint_count = 0;
+void on_message(int, const char*, va_list) { ++complaint_count; }
 
 struct Library {
   Library() {
@@ -39,6 +40,8 @@ struct Library {
 }  // namespace
 
 void initialize() { static const Library library; }
+
+std::uint64_t complaints() { return complaint_count; }
 
 void prepare_thread() {
   initialize();

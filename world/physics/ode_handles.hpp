@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 
 #include <Eigen/Geometry>
@@ -25,6 +26,9 @@ using Geom = std::unique_ptr<dxGeom, Destroy<dGeomDestroy>>;
 /// Initialises ODE once per process and installs handlers that throw PhysicsFailure instead of
 /// ending the process.
 void initialize();
+
+/// How often ODE has complained about a nearly singular system in this thread.
+[[nodiscard]] std::uint64_t complaints();
 
 /// ODE keeps caches per thread; called at the start of everything that collides. Cheap.
 void prepare_thread();

@@ -32,6 +32,7 @@ struct GripperState {
   int held_body = -1;   ///< index of the gear, -1 = none
   bool settled = true;  ///< reached what was commanded: open, closed, or stalled on a part
   double palm_deflection_m = 0;
+  Pose X_WT;  ///< where the tool frame really is, the mount's deflection included
 };
 
 /// An external force on an arm, to be turned into joint torques by J^T.

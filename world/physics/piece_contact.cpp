@@ -50,7 +50,7 @@ void add_side_point(const Piece& piece, const Vector3d& q, const Isometry3d& X_S
                     Candidates& out) {
   const double r = std::hypot(q.x(), q.y());
   const double depth = (piece.radius(q.z()) - r) * piece.cosine;
-  if (r < 1e-12 || piece.to_end(q.z()) < depth) return;
+  if (r < 1e-12) return;
   out.add(X_SG * q, -(X_SG.linear() * side_normal(piece, q, r)), depth);
 }
 

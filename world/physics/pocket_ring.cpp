@@ -102,7 +102,7 @@ void rim_on_pocket_side(const RimS& rim, const PocketProfile& pocket, const Slab
     ways[i] = way_of(basis.c + directions[i].c * basis.a1 + directions[i].s * basis.a2);
   }
   const auto way_at = [&](double angle) { return way_of(basis.at(angle)); };
-  ring_maxima(ways, rim.r, way_at, [&](double angle) {
+  ring_maxima(ways, {rim.r, std::max(1e-6, pocket.r_floor)}, way_at, [&](double angle) {
     const Vector3d p = basis.at(angle);
     const double x = p.x() - pocket.x, y = p.y() - pocket.y, r = std::hypot(x, y);
     const WayOut way = way_into(pocket, slab, p, r);

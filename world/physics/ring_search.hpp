@@ -53,13 +53,27 @@ double golden_maximum(double a, double b, const F& f) {
   return 0.5 * (a + b);
 }
 
-/// Angle of the maximum near sample i: successive parabolas where the depth is smooth. f must agree
-/// with v at the samples. Never worse than the sample itself.
+/// The circle's radius, and the least radius of the surfaces it is held against.
+struct RingRadius {
+  double own = 0, other = 0;
+
+  /// How much higher a maximum can be than the sample beside it: at a kink, and where it is smooth.
+  [[nodiscard]] double kink_gain() const { return 0.5 * kSampleAngle * own; }
+  [[nodiscard]] double smooth_gain() const {
+    const double gain = 0.125 * kSampleAngle * kSampleAngle * own * (1 + own / other);
+    return std::fmin(gain, kink_gain());
+  }
+  /// Do parabolas through the samples follow the depth?
+  [[nodiscard]] bool gentle() const { return own < 2 * other; }
+};
+
+/// Angle of the maximum near sample i: successive parabolas where the depth is smooth and `gentle`.
+/// f must agree with v at the samples. Never worse than the sample itself.
 template <class F>
-double refine_maximum(const RingWays& v, int i, const F& f) {
+double refine_maximum(const RingWays& v, int i, bool gentle, const F& f) {
   const WayOut &before = at_sample(v, i - 1), &here = at_sample(v, i), &after = at_sample(v, i + 1);
   double h = kSampleAngle, angle = kSampleAngle * i;
-  if (before.kind != here.kind || after.kind != here.kind) {
+  if (!gentle || before.kind != here.kind || after.kind != here.kind) {
     const double kink = golden_maximum(angle - h, angle + h, f);
     return f(kink).depth > here.depth ? kink : angle;
   }
@@ -82,20 +96,18 @@ double refine_maximum(const RingWays& v, int i, const F& f) {
 }
 
 /// Calls emit(angle) at the refined local maxima that may be positive, four at most; when all of
-/// the circle is inside, at the deepest sample and the three a quarter turn apart. r: the circle's
-/// radius, which bounds how much higher a maximum can be than the samples beside it.
+/// the circle is inside, at the deepest sample and the three a quarter turn apart.
 template <class F, class Emit>
-void ring_maxima(const RingWays& v, double r, const F& f, const Emit& emit) {
-  const double between_kink = 0.5 * kSampleAngle * r;
-  const double between_smooth = 0.125 * kSampleAngle * kSampleAngle * r;
+void ring_maxima(const RingWays& v, const RingRadius& r, const F& f, const Emit& emit) {
+  const double kink_gain = r.kink_gain(), smooth_gain = r.smooth_gain();
   int deepest = 0, inside = 0;
   for (int i = 0; i < kRingSamples; ++i) {
     inside += at_sample(v, i).depth > 0;
     if (at_sample(v, i).depth > at_sample(v, deepest).depth) deepest = i;
   }
-  if (at_sample(v, deepest).depth < -between_kink) return;
+  if (at_sample(v, deepest).depth < -kink_gain) return;
   if (inside == kRingSamples) {
-    emit(refine_maximum(v, deepest, f));
+    emit(refine_maximum(v, deepest, r.gentle(), f));
     for (int k = 1; k < 4; ++k) {
       emit(kSampleAngle * ((deepest + k * kRingSamples / 4) % kRingSamples));
     }
@@ -108,8 +120,8 @@ void ring_maxima(const RingWays& v, double r, const F& f, const Emit& emit) {
                  &after = at_sample(v, i + 1);
     if (k > 0 && !(here.depth > before.depth && here.depth >= after.depth)) continue;
     const bool smooth = before.kind == here.kind && after.kind == here.kind;
-    if (here.depth < -(smooth ? between_smooth : between_kink)) continue;
-    emit(refine_maximum(v, i, f));
+    if (here.depth < -(smooth ? smooth_gain : kink_gain)) continue;
+    emit(refine_maximum(v, i, r.gentle(), f));
     ++emitted;
   }
 }

@@ -10,7 +10,7 @@
 
 namespace aprsim::physics {
 
-/// Contact simplification, PAPER.md idea 2, in two tiers.
+/// Contact simplification (IMECE2019-11345) in two tiers.
 ///
 /// Virtual joints (Algorithms 1-2): a gear at rest relative to its tray gets one fixed joint to it
 /// and their contacts are switched off; the joint goes when the force it transmits departs from

@@ -11,7 +11,7 @@ struct Softness {
 constexpr Softness kPad = {0.2, 1e-5};
 constexpr Softness kHard = {0.2, 1e-6};
 // Spring 1e5 N/m and damper 120 N s/m at 1 ms: a part squeezed between an arm and a table must not
-// see the force of an immovable object (ARMS.md section 2b).
+// see the force of an immovable object.
 constexpr Softness kArm = {0.45, 4.5e-3};
 
 }  // namespace

@@ -11,7 +11,7 @@ namespace aprsim::robot {
 namespace {
 
 constexpr double kOnAxis = 1e-9;       ///< sine between shoulder-wrist line and vertical
-constexpr int kElbowCandidates = 72;  ///< of the search round the circle
+constexpr int kElbowCandidates = 72;   ///< of the search round the circle
 constexpr int kRefinements = 16;       ///< golden sections of the best candidate's surroundings
 constexpr double kLimitWeight = 0.25;  ///< of closeness to limits against distance to the seed
 

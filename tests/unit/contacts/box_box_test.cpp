@@ -136,7 +136,7 @@ double least_overlap(const Vector3d& a, const Isometry3d& X_WA, const Vector3d& 
 TEST(BoxBox, RandomPosesAgreeWithASearchOverDirections) {
   std::mt19937_64 random(7);
   int touching = 0;
-  for (int i = 0; i < 1500; ++i) {
+  for (int i = 0; i < 800; ++i) {
     const auto size = [&] {
       return Vector3d(test::uniform(random, 0.02, 0.2), test::uniform(random, 0.02, 0.2),
                       test::uniform(random, 0.01, 0.1));
@@ -175,7 +175,7 @@ TEST(BoxBox, RandomPosesAgreeWithASearchOverDirections) {
     X_WA.translation() += deepest.n_W * (expected / 0.93 + 1e-6);
     EXPECT_LE(test::deepest(contacts(a, X_WA, b, X_WB)), 0.1 * expected + 1e-6) << i;
   }
-  EXPECT_GT(touching, 300);
+  EXPECT_GT(touching, 200);
 }
 
 }  // namespace

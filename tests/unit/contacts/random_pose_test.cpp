@@ -26,8 +26,8 @@ struct Other {
 class Oracle {
  public:
   Oracle(const scene::GearType& gear, Other other)
-      : gear_(gear), other_(std::move(other)), surface_(test::gear_surface(gear, 90)) {
-    for (const Vector3d& p : test::gear_rims(gear, 2000)) surface_.push_back(p);
+      : gear_(gear), other_(std::move(other)), surface_(test::gear_surface(gear, 60)) {
+    for (const Vector3d& p : test::gear_rims(gear, 1200)) surface_.push_back(p);
   }
 
   /// Deepest of the gear's surface in the other solid, and of the other's edges in the gear.
@@ -40,7 +40,8 @@ class Oracle {
     const Isometry3d inverse = X.inverse();
     for (const Vector3d& p : other_.edges) {
       const Vector3d q = inverse * p;
-      if (q.squaredNorm() < 0.043 * 0.043) depth = std::max(depth, -test::gear_distance(gear_, q));
+      if (q.head<2>().squaredNorm() < 0.033 * 0.033)
+        depth = std::max(depth, -test::gear_distance(gear_, q));
     }
     return depth;
   }
@@ -48,7 +49,7 @@ class Oracle {
   /// Lowers X along z from clear above until it overlaps by about `depth`.
   [[nodiscard]] Isometry3d lowered(Isometry3d X, double depth) const {
     double high = 0.08, low = -0.03;
-    for (int k = 0; k < 22; ++k) {
+    for (int k = 0; k < 17; ++k) {
       X.translation().z() = 0.5 * (low + high);
       (overlap(X) < depth ? high : low) = X.translation().z();
     }
@@ -101,12 +102,12 @@ class Oracle {
 
 Other tray_solid(const scene::TrayType& tray) {
   return {[tray](const Vector3d& p) { return test::tray_distance(tray, p); },
-          test::tray_edges(tray, 2000), 0};
+          test::tray_edges(tray, 1200), 0};
 }
 
 Other box_solid(const Vector3d& size) {
   return {[size](const Vector3d& p) { return test::box_distance(0.5 * size, p); },
-          test::box_edges(size, 2000), 0.5 * size.z()};
+          test::box_edges(size, 1200), 0.5 * size.z()};
 }
 
 std::string text(const Isometry3d& X) {
@@ -156,7 +157,7 @@ TEST_P(RandomPose, DroppedOnTheMouth) {
   const scene::TrayType t = tray();
   Oracle oracle(g, tray_solid(t));
   std::mt19937_64 random(13);
-  for (int i = 0; i < 150; ++i) {
+  for (int i = 0; i < 120; ++i) {
     const double off = 0.02;
     Isometry3d X = test::tilted(0.045 + test::uniform(random, -off, off),
                                 0.045 + test::uniform(random, -off, off), 0,
@@ -172,7 +173,7 @@ TEST_P(RandomPose, TumblingOverTheWholeTray) {
   const scene::TrayType t = tray();
   Oracle oracle(g, tray_solid(t));
   std::mt19937_64 random(17);
-  for (int i = 0; i < 200; ++i) {
+  for (int i = 0; i < 150; ++i) {
     Isometry3d X = test::random_rotation(random);
     X.translation() << test::uniform(random, -0.1, 0.1), test::uniform(random, -0.1, 0.1), 0;
     if (i % 4 == 0) {
@@ -190,13 +191,18 @@ TEST_P(RandomPose, NeverNothingHoweverDeep) {
   const scene::TrayType t = tray();
   Oracle oracle(g, tray_solid(t));
   std::mt19937_64 random(19);
-  for (int i = 0; i < 1500; ++i) {
+  int touching = 0;
+  for (int i = 0; i < 5000; ++i) {
     Isometry3d X = test::random_rotation(random);
     for (int k = 0; k < 2; ++k) X.translation()[k] = test::uniform(random, -0.11, 0.11);
     X.translation().z() = test::uniform(random, -0.05, 0.05);
-    if (oracle.overlap(X) < 5e-6) continue;
-    EXPECT_FALSE(on_tray(g, t, X).empty()) << text(X);
+    if (on_tray(g, t, X).empty()) {
+      EXPECT_LT(oracle.overlap(X), 5e-6) << text(X);
+    } else {
+      ++touching;
+    }
   }
+  EXPECT_GT(touching, 2000);
 }
 
 TEST_P(RandomPose, OnABoxInAnyAttitude) {
@@ -204,7 +210,7 @@ TEST_P(RandomPose, OnABoxInAnyAttitude) {
   const Vector3d size(0.15, 0.12, 0.05);
   Oracle oracle(g, box_solid(size));
   std::mt19937_64 random(23);
-  for (int i = 0; i < 250; ++i) {
+  for (int i = 0; i < 200; ++i) {
     Isometry3d X = test::random_rotation(random);
     X.translation() << test::uniform(random, -0.1, 0.1), test::uniform(random, -0.09, 0.09), 0;
     X = oracle.lowered(X, test::uniform(random, 1e-5, 3e-4));

@@ -1,0 +1,104 @@
+#include <cstdlib>
+#include <new>
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/physics/cell_builder.hpp"
+
+namespace {
+// Counts every allocation of this thread, ODE's own (malloc) included through operator new's and
+// dAlloc's common bottom.
+thread_local long allocations = 0;
+}  // namespace
+
+extern "C" {
+void* __libc_malloc(size_t size);
+void* __libc_realloc(void* old, size_t size);
+void* __libc_calloc(size_t count, size_t size);
+void* malloc(size_t size) {
+  ++allocations;
+  return __libc_malloc(size);
+}
+void* realloc(void* old, size_t size) {
+  ++allocations;
+  return __libc_realloc(old, size);
+}
+void* calloc(size_t count, size_t size) {
+  ++allocations;
+  return __libc_calloc(count, size);
+}
+}
+
+namespace aprsim::physics::test {
+namespace {
+
+scene::Scene busy_scene() {
+  auto scene = empty_scene();
+  add_table(scene);
+  add_tray(scene, "a", "small4", {0, 0}, {"s1=g1", "s2=g2", "s3=g3", "s4=g4"});
+  add_tray(scene, "b", "small4", {0.3, 0}, {"s2=m2"});
+  Pose loose;
+  loose.p = {0.6, 0, 0.1};
+  loose.q = Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitY());
+  add_gear(scene, "loose", "medium", loose);
+  add_hand(scene, {-0.0455, 0.0458, 0.0245 + 0.05}, 0.1);
+  return scene;
+}
+
+std::vector<std::uint64_t> play(Bench& bench) {
+  std::vector<std::uint64_t> hashes;
+  const auto note = [&] { hashes.push_back(bench.world->state_hash()); };
+  bench.run(150);
+  note();
+  bench.move({0, 0, -0.05}, 0.15);
+  bench.grip(0);
+  note();
+  bench.move({0, 0, 0.05}, 0.15);
+  note();
+  bench.move({0.3, 0, 0}, 0.3);
+  bench.move({0, 0, -0.05}, 0.2);
+  note();
+  bench.grip(1);
+  bench.move({0, 0, 0.05}, 0.15);
+  note();
+  return hashes;
+}
+
+TEST(Determinism, SameSceneAndCallsGiveTheSameBits) {
+  Bench first(busy_scene());
+  const auto expected = play(first);
+  Bench second(busy_scene());
+  EXPECT_EQ(play(second), expected);
+}
+
+TEST(Determinism, HashSeesASmallDifference) {
+  Bench first(busy_scene());
+  auto scene = busy_scene();
+  scene.gears[0].X_WP.p.x() += 1e-12;
+  Bench second(std::move(scene));
+  first.run(10);
+  second.run(10);
+  EXPECT_NE(first.world->state_hash(), second.world->state_hash());
+}
+
+TEST(Allocation, NoneInAStepAfterWarmUp) {
+  Bench bench(busy_scene());
+  bench.run(150);
+  bench.move({0, 0, -0.05}, 0.15);
+  bench.grip(0);
+  bench.move({0, 0, 0.01}, 0.1);
+  bench.move({0, 0, -0.01}, 0.1);
+  bench.grip(1);  // warm: all solver paths have run
+  bench.world->set_gripper(0, 0);
+  long worst = 0;
+  for (int i = 0; i < 200; ++i) {
+    const long before = allocations;
+    bench.world->step();
+    worst = std::max(worst, allocations - before);
+  }
+  EXPECT_TRUE(bench.world->gripper(0).holding);
+  EXPECT_EQ(worst, 0);
+}
+
+}  // namespace
+}  // namespace aprsim::physics::test

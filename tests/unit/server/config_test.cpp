@@ -1,0 +1,73 @@
+#include "server/config.hpp"
+
+#include <array>
+#include <fstream>
+
+#include <gtest/gtest.h>
+
+namespace aprsim::server {
+namespace {
+
+using Overrides = std::vector<std::pair<std::string, std::string>>;
+
+TEST(ModbusConfig, ServesEverybodyUnlessTold) {
+  const auto config = load_config("", {});
+  ASSERT_TRUE(config.has_value());
+  EXPECT_EQ(config->modbus.max_connections, 128U);
+  EXPECT_TRUE(config->modbus.allow.empty());
+  EXPECT_TRUE(config->modbus.unit_ids.empty());
+  EXPECT_FALSE(config->modbus.read_only);
+  EXPECT_EQ(config->modbus.max_requests_per_s, 0);
+  EXPECT_EQ(config->modbus.watchdog_ms, 0U);
+}
+
+TEST(ModbusConfig, ReadsItsRestrictionsAndPrintsThemForReading) {
+  const Overrides overrides{{"modbus.allow", "[10.0.0.0/8, \"::1\"]"},
+                            {"modbus.unit_ids", "[1, 255]"},
+                            {"modbus.read_only", "true"},
+                            {"modbus.max_requests_per_s", "250"},
+                            {"modbus.request_timeout_ms", "1500"},
+                            {"modbus.idle_timeout_ms", "60000"},
+                            {"modbus.watchdog_ms", "500"}};
+  const auto config = load_config("", overrides);
+  ASSERT_TRUE(config.has_value()) << config.error().message;
+  EXPECT_EQ(config->modbus.allow, (std::vector<std::string>{"10.0.0.0/8", "::1"}));
+  EXPECT_EQ(config->modbus.unit_ids, (std::vector<std::uint8_t>{1, 255}));
+  EXPECT_TRUE(config->modbus.read_only);
+  EXPECT_EQ(config->modbus.max_requests_per_s, 250);
+  EXPECT_EQ(config->modbus.request_timeout_ms, 1500U);
+  EXPECT_EQ(config->modbus.idle_timeout_ms, 60000U);
+  EXPECT_EQ(config->modbus.watchdog_ms, 500U);
+
+  const std::string file = testing::TempDir() + "aprsim-modbus-config.yaml";
+  std::ofstream(file) << to_yaml(*config);
+  const auto again = load_config(file, {});
+  ASSERT_TRUE(again.has_value()) << again.error().message;
+  EXPECT_EQ(to_yaml(*again), to_yaml(*config));
+}
+
+TEST(ModbusConfig, NamesTheKeyAndWhatIsWrongWithItsValue) {
+  const std::vector<std::array<std::string, 3>> cases{
+      {"modbus.allow", "[10.0.0.0/8, lab]", "lab"},
+      {"modbus.allow", "10.0.0.0/8", "list"},
+      {"modbus.unit_ids", "[256]", "256"},
+      {"modbus.unit_ids", "[-1]", "-1"},
+      {"modbus.read_only", "maybe", "maybe"},
+      {"modbus.max_requests_per_s", "-1", "-1"},
+      {"modbus.max_requests_per_s", "0.5", "at least 1"},
+      {"modbus.request_timeout_ms", "0", "10"},
+      {"modbus.idle_timeout_ms", "-5", "-5"},
+      {"modbus.watchdog_ms", "86400001", "86400000"},
+      {"modbus.max_connections", "0", "1024"},
+      {"modbus.max_connections", "1025", "1024"},
+  };
+  for (const auto& [key, value, part] : cases) {
+    const auto config = load_config("", {{key, value}});
+    ASSERT_FALSE(config.has_value()) << key << " = " << value;
+    EXPECT_NE(config.error().message.find(key), std::string::npos) << config.error().message;
+    EXPECT_NE(config.error().message.find(part), std::string::npos) << config.error().message;
+  }
+}
+
+}  // namespace
+}  // namespace aprsim::server
