@@ -9,7 +9,7 @@ namespace {
 api::ConveyorDescription belt() {
   api::ConveyorDescription conveyor;
   conveyor.X_WC.p = {1, 2, 0.9};
-  conveyor.X_WC.q = Eigen::AngleAxisd(EIGEN_PI / 2, Eigen::Vector3d::UnitZ());
+  conveyor.X_WC.q = Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitZ());
   conveyor.length_m = 3;
   conveyor.width_m = 0.6;
   conveyor.photo_eyes = {{.name = "a", .x_m = 0.5, .height_m = 0.01},
@@ -51,7 +51,7 @@ TEST(PhotoEyes, ATrayBreaksTheBeamFromItsFrontEdgeToItsBack) {
   EXPECT_TRUE(eyes.breaks(0, tray(), on_belt(0.441, 0.1, 0.017)));
   EXPECT_TRUE(eyes.breaks(0, tray(), on_belt(0.559, -0.1, 0.017)));
   EXPECT_FALSE(eyes.breaks(0, tray(), on_belt(0.561, 0, 0.017)));
-  EXPECT_TRUE(eyes.breaks(0, tray(), on_belt(0.405, 0, 0.017, EIGEN_PI / 2))) << "across";
+  EXPECT_TRUE(eyes.breaks(0, tray(), on_belt(0.405, 0, 0.017, M_PI / 2))) << "across";
 }
 
 TEST(PhotoEyes, TheBeamHasAHeightAndEndsAtTheBeltsEdges) {
@@ -70,7 +70,7 @@ TEST(PhotoEyes, AGearBreaksItWithDiscAndPeg) {
   EXPECT_FALSE(eyes.breaks(1, gear(), on_belt(-0.505, 0, 0)));
   // Lying on its side, the disc's edge is up to 0.05 m from the axis.
   Pose lying = on_belt(0.5, 0, 0.05);
-  lying.q = lying.q * Eigen::AngleAxisd(EIGEN_PI / 2, Eigen::Vector3d::UnitX());
+  lying.q = lying.q * Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitX());
   EXPECT_TRUE(eyes.breaks(0, gear(), lying));
 }
 
