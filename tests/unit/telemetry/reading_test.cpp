@@ -209,12 +209,14 @@ TEST_F(Reading, StreamStuckInOneWriteIsEnded) {
   v1::StreamSnapshotsRequest request;
   request.set_rate_hz(1000);
   grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(60));
   const auto reader = telemetry_->StreamSnapshots(&context, request);
   // It never reads; its place becomes free although it does not go away.
   const auto other = v1::TelemetryService::NewStub(new_channel());
   v1::StreamSnapshotsResponse response;
-  EXPECT_TRUE(eventually([&] {
+  ASSERT_TRUE(eventually([&] {
     grpc::ClientContext other_context;
+    other_context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(2));
     const auto next = other->StreamSnapshots(&other_context, {});
     const bool served = next->Read(&response);
     other_context.TryCancel();
