@@ -1,9 +1,12 @@
 #include <array>
+#include <span>
 #include <utility>
 
+#include "crcl/command_reader.hpp"
 #include "crcl/decoder.hpp"
 #include "crcl/fields.hpp"
 #include "crcl/pose.hpp"
+#include "crcl/sensor_codec.hpp"
 #include "crcl/text.hpp"
 #include "crcl/xml_writer.hpp"
 
@@ -121,12 +124,6 @@ ConfigureStatusReport read_status_report(const Fields& fields) {
           fields.flag("ReportSensorsStatus"), fields.flag("ReportGuardsStatus")};
 }
 
-using ReadBody = CommandBody (*)(const Fields&);
-struct BodyRow {
-  std::string_view type;
-  ReadBody read;
-};
-
 template <RateKind kKind>
 CommandBody read_set_rate(const Fields& fields) {
   constexpr std::array<const char*, 4> kBases{"TransSpeed", "TransAccel", "RotSpeed", "RotAccel"};
@@ -144,7 +141,7 @@ CommandBody read_empty(const Fields&) {
   return Empty{};
 }
 
-constexpr BodyRow kBodies[] = {
+constexpr CommandReader kReaders[] = {
     {"InitCanonType", read_empty<InitCanon>},
     {"EndCanonType", read_empty<EndCanon>},
     {"GetStatusType", read_empty<GetStatus>},
@@ -186,39 +183,17 @@ constexpr BodyRow kBodies[] = {
 };
 
 CommandBody read_body(const XmlNode& node, const Fields& fields, std::string_view type) {
-  for (const BodyRow& row : kBodies) {
-    if (row.type == type) return row.read(fields);
+  for (const std::span<const CommandReader> readers :
+       {std::span<const CommandReader>(kReaders), service_readers()}) {
+    for (const CommandReader& reader : readers) {
+      if (reader.type == type) return reader.read(fields);
+    }
   }
   if (is_command_type(type)) {
     return OtherCommand{std::string(type), XmlWriter::body_of_command(node)};
   }
   fail_type(fields, "a command type of CRCLCommands.xsd");
   return {};
-}
-
-Guard read_guard(const Fields& fields) {
-  constexpr std::array<std::string_view, 4> kLimits{"OVER_MAX", "UNDER_MIN", "INCREASE_OVER_LIMIT",
-                                                    "DECREASE_BEYOND_LIMIT"};
-  Guard guard;
-  guard.name = fields.optional_text("Name");
-  guard.sensor_id = trim(fields.text("SensorID"));
-  guard.sub_field = fields.optional_text("SubField");
-  const std::string limit = fields.text("LimitType");
-  std::size_t index = 0;
-  while (index < kLimits.size() && kLimits[index] != trim(limit)) ++index;
-  if (index == kLimits.size()) {
-    fields.fail("LimitType", limit,
-                "expected OVER_MAX, UNDER_MIN, INCREASE_OVER_LIMIT or DECREASE_BEYOND_LIMIT");
-  }
-  guard.limit = static_cast<GuardLimit>(index % kLimits.size());
-  guard.limit_value = fields.number("LimitValue");
-  guard.recheck_time_us = fields.optional_long("RecheckTimeMicroSeconds");
-  guard.check_count = fields.optional_long("CheckCount");
-  guard.last_check_time = fields.optional_long("LastCheckTime");
-  guard.last_check_value = fields.optional_number("LastCheckValue");
-  guard.require_trigger = fields.optional_flag("RequireTrigger");
-  guard.error_on_trigger = fields.optional_flag("ErrorOnTrigger");
-  return guard;
 }
 
 // Reads a command element whose type is `type`; faults go to the slot, with the command's identity.

@@ -2,6 +2,8 @@
 #include <string>
 
 #include "crcl/encoder.hpp"
+#include "crcl/sensor_codec.hpp"
+#include "crcl/service_writer.hpp"
 #include "crcl/value_writer.hpp"
 
 namespace aprsim::crcl {
@@ -128,25 +130,12 @@ struct BodyWriter {
     out.integer("MaxCount", loop.max_count);
   }
   void operator()(const OtherCommand& other) const { out.raw(other.body_xml); }
-};
 
-void write_guard(XmlWriter& out, const Guard& guard) {
-  constexpr std::array<const char*, 4> kLimits{"OVER_MAX", "UNDER_MIN", "INCREASE_OVER_LIMIT",
-                                               "DECREASE_BEYOND_LIMIT"};
-  out.open("Guard");
-  write_optional(out, "Name", guard.name);
-  out.text("SensorID", guard.sensor_id);
-  write_optional(out, "SubField", guard.sub_field);
-  out.text("LimitType", kLimits[static_cast<std::size_t>(guard.limit)]);
-  out.number("LimitValue", guard.limit_value);
-  write_optional(out, "RecheckTimeMicroSeconds", guard.recheck_time_us);
-  write_optional(out, "CheckCount", guard.check_count);
-  write_optional(out, "LastCheckTime", guard.last_check_time);
-  write_optional(out, "LastCheckValue", guard.last_check_value);
-  write_optional(out, "RequireTrigger", guard.require_trigger);
-  write_optional(out, "ErrorOnTrigger", guard.error_on_trigger);
-  out.close("Guard");
-}
+  template <typename Service>
+  void operator()(const Service& command) const {
+    write_body(out, command);
+  }
+};
 
 }  // namespace
 

@@ -90,6 +90,20 @@ std::string_view type_name(const CommandBody& body) {
           [](const ConfigureStatusReport&) -> View { return "ConfigureStatusReportType"; },
           [](const LoopBlockStart&) -> View { return "LoopBlockStartType"; },
           [](const LoopBlockEnd&) -> View { return "LoopBlockEndType"; },
+          [](const SetEndEffectorParameters&) -> View { return "SetEndEffectorParametersType"; },
+          [](const SetRobotParameters&) -> View { return "SetRobotParametersType"; },
+          [](const EnableGripper&) -> View { return "EnableGripperType"; },
+          [](const DisableGripper&) -> View { return "DisableGripperType"; },
+          [](const EnableSensor&) -> View { return "EnableSensorType"; },
+          [](const DisableSensor&) -> View { return "DisableSensorType"; },
+          [](const EnableRobotParameterStatus&) -> View {
+            return "EnableRobotParameterStatusType";
+          },
+          [](const DisableRobotParameterStatus&) -> View {
+            return "DisableRobotParameterStatusType";
+          },
+          [](const SetMotionCoordination&) -> View { return "SetMotionCoordinationType"; },
+          [](const RunProgram&) -> View { return "RunProgramType"; },
           [](const OtherCommand& other) -> View { return other.type; },
       },
       body);

@@ -7,6 +7,7 @@
 #include <variant>
 #include <vector>
 
+#include "crcl/service_commands.hpp"
 #include "crcl/units.hpp"
 #include "crcl/values.hpp"
 
@@ -141,7 +142,10 @@ using CommandBody =
     std::variant<InitCanon, EndCanon, GetStatus, StopMotion, MoveTo, ActuateJoints, SetEndEffector,
                  Dwell, Message, SetUnits, SetRate, SetEndPoseTolerance,
                  SetIntermediatePoseTolerance, SetDefaultJointTolerances, ConfigureJointReports,
-                 ConfigureStatusReport, LoopBlockStart, LoopBlockEnd, OtherCommand>;
+                 ConfigureStatusReport, LoopBlockStart, LoopBlockEnd, SetEndEffectorParameters,
+                 SetRobotParameters, EnableGripper, DisableGripper, EnableSensor, DisableSensor,
+                 EnableRobotParameterStatus, DisableRobotParameterStatus, SetMotionCoordination,
+                 RunProgram, OtherCommand>;
 
 /// The schema's type name, e.g. "MoveToType".
 [[nodiscard]] std::string_view type_name(const CommandBody& body);

@@ -6,24 +6,10 @@
 #include <vector>
 
 #include "crcl/commands.hpp"
+#include "crcl/guard.hpp"
 
 /// A command with what all commands share, and the two documents that carry commands.
 namespace aprsim::crcl {
-
-enum class GuardLimit { kOverMax, kUnderMin, kIncreaseOverLimit, kDecreaseBeyondLimit };
-/// GuardType: a sensor condition that ends a command.
-struct Guard {
-  std::optional<std::string> name;
-  std::string sensor_id;
-  std::optional<std::string> sub_field;
-  GuardLimit limit = GuardLimit::kOverMax;
-  double limit_value = 0;
-  std::optional<std::int64_t> recheck_time_us;
-  std::optional<std::int64_t> check_count, last_check_time;
-  std::optional<double> last_check_value;
-  std::optional<bool> require_trigger, error_on_trigger;
-  bool operator==(const Guard&) const = default;
-};
 
 struct Command {
   std::optional<std::string> name;

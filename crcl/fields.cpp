@@ -142,4 +142,10 @@ ParameterSetting read_parameter(const Fields& setting) {
           std::string(trim(setting.text("ParameterValue")))};
 }
 
+std::vector<ParameterSetting> read_parameters(const Fields& parent, std::string_view name) {
+  std::vector<ParameterSetting> settings;
+  for (const Fields& setting : parent.children(name)) settings.push_back(read_parameter(setting));
+  return settings;
+}
+
 }  // namespace aprsim::crcl

@@ -64,5 +64,8 @@ class Fields {
 [[nodiscard]] PoseTolerance read_pose_tolerance(const Fields& tolerance);
 [[nodiscard]] std::vector<JointTolerance> read_joint_tolerances(const Fields& tolerances);
 [[nodiscard]] ParameterSetting read_parameter(const Fields& setting);
+/// All children with that name.
+[[nodiscard]] std::vector<ParameterSetting> read_parameters(const Fields& parent,
+                                                            std::string_view name);
 
 }  // namespace aprsim::crcl

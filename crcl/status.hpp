@@ -7,6 +7,7 @@
 #include <variant>
 #include <vector>
 
+#include "crcl/sensor_status.hpp"
 #include "crcl/units.hpp"
 #include "crcl/values.hpp"
 
@@ -97,7 +98,7 @@ struct SettingsStatus {
   bool operator==(const SettingsStatus&) const = default;
 };
 
-/// The root CRCLStatus. SensorStatuses and GuardsStatuses are passed over when read.
+/// The root CRCLStatus.
 struct Status {
   std::optional<std::string> name;
   CommandStatus command;
@@ -105,6 +106,8 @@ struct Status {
   std::optional<PoseStatus> pose;
   std::optional<GripperStatus> gripper;
   std::optional<SettingsStatus> settings;
+  std::optional<SensorStatuses> sensors;
+  std::optional<GuardsStatuses> guards;
   bool operator==(const Status&) const = default;
 };
 

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "crcl/fields.hpp"
+#include "crcl/sensor_codec.hpp"
 #include "crcl/text.hpp"
 
 namespace aprsim::crcl {
@@ -64,12 +65,6 @@ ThreeFingerGripper read_three_fingers(const Fields& fields) {
     gripper.force[i] = fields.optional_number(finger + "Force");
   }
   return gripper;
-}
-
-std::vector<ParameterSetting> read_parameters(const Fields& fields, std::string_view name) {
-  std::vector<ParameterSetting> settings;
-  for (const Fields& setting : fields.children(name)) settings.push_back(read_parameter(setting));
-  return settings;
 }
 
 GripperStatus read_gripper(const Fields& fields) {
@@ -165,6 +160,12 @@ Status read_status(const Fields& fields) {
   if (fields.has("GripperStatus")) status.gripper = read_gripper(fields.child("GripperStatus"));
   if (fields.has("SettingsStatus")) {
     status.settings = read_settings(fields.child("SettingsStatus"));
+  }
+  if (fields.has("SensorStatuses")) {
+    status.sensors = read_sensor_statuses(fields.child("SensorStatuses"));
+  }
+  if (fields.has("GuardsStatuses")) {
+    status.guards = read_guards_statuses(fields.child("GuardsStatuses"));
   }
   return status;
 }

@@ -1,6 +1,7 @@
 #include <string>
 
 #include "crcl/encoder.hpp"
+#include "crcl/sensor_codec.hpp"
 #include "crcl/value_writer.hpp"
 
 namespace aprsim::crcl {
@@ -77,9 +78,7 @@ void write_gripper(XmlWriter& out, const GripperStatus& status) {
                                     "VacuumGripperStatusType"};
   out.open("GripperStatus", kTypes[status.kind.index()]);
   out.text("GripperName", status.name);
-  for (const ParameterSetting& option : status.options) {
-    write_parameter(out, "GripperOption", option);
-  }
+  write_parameters(out, "GripperOption", status.options);
   write_optional(out, "HoldingObject", status.holding);
   std::visit(GripperWriter{out}, status.kind);
   out.close("GripperStatus");
@@ -112,9 +111,7 @@ void write_unit(XmlWriter& out, std::string_view name, const std::optional<Unit>
 void write_settings(XmlWriter& out, const SettingsStatus& settings) {
   out.open("SettingsStatus");
   write_unit(out, "AngleUnitName", settings.angle_unit);
-  for (const ParameterSetting& parameter : settings.end_effector_parameters) {
-    write_parameter(out, "EndEffectorParameterSetting", parameter);
-  }
+  write_parameters(out, "EndEffectorParameterSetting", settings.end_effector_parameters);
   write_optional(out, "EndEffectorSetting", settings.end_effector);
   write_unit(out, "ForceUnitName", settings.force_unit);
   for (const JointLimits& limits : settings.joint_limits) write_joint_limits(out, limits);
@@ -126,9 +123,7 @@ void write_settings(XmlWriter& out, const SettingsStatus& settings) {
   if (settings.min_cartesian) write_point(out, "MinCartesianLimit", *settings.min_cartesian);
   write_optional(out, "MotionCoordinated", settings.coordinated);
   if (settings.end_tolerance) write_tolerance(out, "EndPoseTolerance", *settings.end_tolerance);
-  for (const ParameterSetting& parameter : settings.robot_parameters) {
-    write_parameter(out, "RobotParameterSetting", parameter);
-  }
+  write_parameters(out, "RobotParameterSetting", settings.robot_parameters);
   write_rate(out, "RotAccel", settings.rot_accel);
   write_rate(out, "RotSpeed", settings.rot_speed);
   write_unit(out, "TorqueUnitName", settings.torque_unit);
@@ -165,6 +160,8 @@ std::string encode_status(const Status& status) {
   if (status.pose) write_pose_status(out, *status.pose);
   if (status.gripper) write_gripper(out, *status.gripper);
   if (status.settings) write_settings(out, *status.settings);
+  if (status.sensors) write_sensor_statuses(out, *status.sensors);
+  if (status.guards) write_guards_statuses(out, *status.guards);
   out.close("CRCLStatus");
   return out.take();
 }

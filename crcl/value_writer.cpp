@@ -53,6 +53,11 @@ void write_parameter(XmlWriter& out, std::string_view name, const ParameterSetti
   out.close(name);
 }
 
+void write_parameters(XmlWriter& out, std::string_view name,
+                      const std::vector<ParameterSetting>& settings) {
+  for (const ParameterSetting& setting : settings) write_parameter(out, name, setting);
+}
+
 void write_optional(XmlWriter& out, std::string_view name, const std::optional<double>& value) {
   if (value) out.number(name, *value);
 }

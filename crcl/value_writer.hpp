@@ -20,6 +20,8 @@ void write_tolerance(XmlWriter& out, std::string_view name, const PoseTolerance&
 void write_joint_tolerances(XmlWriter& out, std::string_view name,
                             const std::vector<JointTolerance>& tolerances);
 void write_parameter(XmlWriter& out, std::string_view name, const ParameterSetting& setting);
+void write_parameters(XmlWriter& out, std::string_view name,
+                      const std::vector<ParameterSetting>& settings);
 
 /// The element only when there is a value.
 void write_optional(XmlWriter& out, std::string_view name, const std::optional<double>& value);

@@ -125,9 +125,10 @@ struct RobotLink::Executor {
   void operator()(const crcl::ConfigureJointReports& command) const { configure(command); }
   void operator()(const crcl::ConfigureStatusReport& command) const { configure(command); }
 
-  void operator()(const crcl::LoopBlockStart&) const { not_implemented(); }
-  void operator()(const crcl::LoopBlockEnd&) const { not_implemented(); }
-  void operator()(const crcl::OtherCommand&) const { not_implemented(); }
+  template <typename Other>
+  void operator()(const Other&) const {
+    not_implemented();
+  }
 
   void not_implemented(const std::string& what = "") const {
     link.hold(*link.latest_.name + what + " not implemented.");

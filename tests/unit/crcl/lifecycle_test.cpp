@@ -227,7 +227,7 @@ TEST_F(Lifecycle, WhatIsNotImplementedSaysSo) {
   for (const char* type : {"MoveScrewType", "MoveThroughToType", "OpenToolChangerType",
                            "EnableSensorType", "LoopBlockStartType"}) {
     world_.report(0, 1, ActionState::kDone);
-    client.command(11, type, "<LoopName>l</LoopName>");
+    client.command(11, type, "<LoopName>l</LoopName><SensorID>ft</SensorID>");
     expect(client.status(), 11, CommandState::kError, std::string(type) + " not implemented.");
     client.command(12, "InitCanonType");
     const std::size_t count = world_.commands().size();

@@ -56,6 +56,19 @@ inline Status full_status() {
   settings.trans_speed = Rate{false, 200};
   settings.joint_tolerances = {{1, 0.5}, {2, 0.75}};
   status.settings = settings;
+  status.sensors =
+      SensorStatuses{{{{"part_present", 7, 1620650990951, {{"host", "h1"}}}, true}},
+                     {{{"joint_torque_2", 8, 1620650990952, {}}, -1.5}},
+                     {{{"parts", 9, 1620650990953, {}}, -3}},
+                     {{{"force_torque", 10, 1620650990954, {}}, {1, 2, -3.5}, {0.1, 0.2, 0.3}}}};
+  status.guards =
+      GuardsStatuses{{{"down", "force_torque", "Fz", GuardLimit::kDecreaseBeyondLimit, 0.5, 20, 11,
+                       1620650990955, -0.625, true, false},
+                      {{}, "part_present", {}, GuardLimit::kOverMax, 0, {}, {}, {}, {}, {}, {}}},
+                     1,
+                     5000,
+                     -0.625,
+                     Pose{{1, 2, 3}, {1, 0, 0}, {0, 0, -1}}};
   return status;
 }
 

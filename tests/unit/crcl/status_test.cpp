@@ -16,6 +16,11 @@ TEST(Statuses, EncodeAsTheGoldenDocuments) {
   Status least;
   least.command = {{}, -1, 1, CommandState::kReady, {}, {}, {}, {}, {}};
   EXPECT_EQ(encode_status(least), golden("status_least.xml"));
+  least.gripper =
+      GripperStatus{"hand", {}, false, ThreeFingerGripper{{{0.5, {}, 1}}, {{{}, 2, {}}}}};
+  EXPECT_EQ(encode_status(least), golden("status_three_finger.xml"));
+  least.gripper = GripperStatus{"cup", {}, {}, VacuumGripper{true}};
+  EXPECT_EQ(encode_status(least), golden("status_vacuum.xml"));
 }
 
 TEST(Statuses, ComeBackAsTheyWere) {
@@ -62,10 +67,12 @@ TEST(Statuses, AreReadLeniently) {
   const Result<Status> status = decode_status(
       "<CRCLStatus><Later/><CommandStatus><CommandState> CRCL_Working "
       "</CommandState></CommandStatus>"
-      "<SensorStatuses><OnOffSensorStatus/></SensorStatuses></CRCLStatus>");
+      "<SensorStatuses><OnOffSensorStatus/></SensorStatuses><GuardsStatuses/></CRCLStatus>");
   ASSERT_TRUE(status) << status.error().message();
   EXPECT_EQ(status->command.state, CommandState::kWorking);
   EXPECT_EQ(status->command.command_id, 0);
+  EXPECT_EQ(status->sensors->on_off.size(), 1U);
+  EXPECT_EQ(status->guards->trigger_count, 0);
 }
 
 TEST(Statuses, ErrorsNameTheElement) {

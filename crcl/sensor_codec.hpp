@@ -1,0 +1,19 @@
+#pragma once
+
+#include "crcl/fields.hpp"
+#include "crcl/sensor_status.hpp"
+#include "crcl/xml_writer.hpp"
+
+/// Guards, and the parts of a status about sensors and guards, as elements.
+namespace aprsim::crcl {
+
+[[nodiscard]] Guard read_guard(const Fields& guard);
+/// A missing SensorID, ReadCount or LastReadTime is empty or 0, as writers leave them out.
+[[nodiscard]] SensorStatuses read_sensor_statuses(const Fields& statuses);
+[[nodiscard]] GuardsStatuses read_guards_statuses(const Fields& statuses);
+
+void write_guard(XmlWriter& out, const Guard& guard);
+void write_sensor_statuses(XmlWriter& out, const SensorStatuses& statuses);
+void write_guards_statuses(XmlWriter& out, const GuardsStatuses& statuses);
+
+}  // namespace aprsim::crcl
