@@ -1,0 +1,20 @@
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "world/scene/scene.hpp"
+
+namespace aprsim::bench {
+
+/// A contact simplification mode and its name in scene files.
+struct Mode {
+  const char* name;
+  scene::Simplification value;
+};
+
+inline constexpr std::array kModes = {
+    Mode{"off", scene::Simplification::kOff},
+    Mode{"virtual_joints", scene::Simplification::kVirtualJoints}};
+
+}  // namespace aprsim::bench
