@@ -177,7 +177,9 @@ void World::write(api::Snapshot& out) const {
     out.bodies[static_cast<std::size_t>(i)] = {.X_WB = {state.p_WB, state.q_WB},
                                                .v_W = state.v_W,
                                                .omega_W = state.omega_W,
-                                               .resting = state.resting};
+                                               .resting = state.resting,
+                                               .group_kind = state.group_kind,
+                                               .group = state.group};
   }
   out.contact_count = physics_->contact_count();
   out.virtual_joint_count = physics_->virtual_joint_count();

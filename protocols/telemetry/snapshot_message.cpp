@@ -32,6 +32,20 @@ v1::DriveFault drive_fault(api::DriveFault fault) {
   return v1::DRIVE_FAULT_UNSPECIFIED;
 }
 
+v1::GroupKind group_kind(api::GroupKind kind) {
+  switch (kind) {
+    case api::GroupKind::kNone:
+      break;
+    case api::GroupKind::kJoined:
+      return v1::GROUP_KIND_JOINED;
+    case api::GroupKind::kMerged:
+      return v1::GROUP_KIND_MERGED;
+    case api::GroupKind::kDormant:
+      return v1::GROUP_KIND_DORMANT;
+  }
+  return v1::GROUP_KIND_UNSPECIFIED;
+}
+
 void write(const api::GripperSnapshot& gripper, const api::CellDescription& cell,
            v1::GripperState& message) {
   message.set_setting(gripper.setting);
@@ -97,6 +111,8 @@ void write(const api::BodySnapshot& body, const api::BodyDescription& descriptio
   write_message(body.v_W, *message.mutable_velocity_m_s());
   write_message(body.omega_W, *message.mutable_angular_velocity_rad_s());
   message.set_resting(body.resting);
+  message.set_group_kind(group_kind(body.group_kind));
+  if (body.group >= 0) message.set_group(static_cast<std::uint32_t>(body.group));
 }
 
 void write_time(const api::Snapshot& snapshot, v1::Snapshot& message) {

@@ -84,11 +84,21 @@ struct ConveyorSnapshot {
   std::array<PhotoEyeSnapshot, kMaxPhotoEyes> photo_eyes;  ///< the first ones: the description's
 };
 
+/// What contact simplification has made of a body.
+enum class GroupKind {
+  kNone,     ///< on its own
+  kJoined,   ///< tied to others by virtual joints
+  kMerged,   ///< part of one composite rigid body
+  kDormant,  ///< out of the solver, moving exactly with its carrier
+};
+
 struct BodySnapshot {
   Pose X_WB;
   Eigen::Vector3d v_W = Eigen::Vector3d::Zero();      ///< of the frame origin [m/s]
   Eigen::Vector3d omega_W = Eigen::Vector3d::Zero();  ///< [rad/s]
   bool resting = false;                               ///< at rest relative to what carries it
+  GroupKind group_kind = GroupKind::kNone;
+  int group = -1;  ///< bodies of one number are simplified together, -1 = none
 };
 
 struct Snapshot {

@@ -170,7 +170,10 @@ BodyState PhysicsWorld::body(int index) const {
   state.q_WB = Eigen::Quaterniond(free.X_WB.linear());
   state.omega_W = free.omega_W;
   state.v_W = free.v_com_W - free.omega_W.cross(free.X_WB.linear() * free.com_B);
-  state.resting = impl_->cell.simplification.resting(index);
+  const auto& simplification = impl_->cell.simplification;
+  state.resting = simplification.resting(index);
+  state.group_kind = simplification.group_kind(index);
+  state.group = simplification.group(index);
   return state;
 }
 

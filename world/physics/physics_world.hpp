@@ -9,6 +9,7 @@
 
 #include <Eigen/Geometry>
 
+#include "world/api/snapshot.hpp"
 #include "world/physics/physics_failure.hpp"
 #include "world/robot/arm_model.hpp"
 #include "world/scene/scene.hpp"
@@ -22,6 +23,8 @@ struct BodyState {
   Eigen::Vector3d v_W = Eigen::Vector3d::Zero();  ///< of the frame origin
   Eigen::Vector3d omega_W = Eigen::Vector3d::Zero();
   bool resting = false;
+  api::GroupKind group_kind = api::GroupKind::kNone;
+  int group = -1;  ///< bodies of one number are simplified together, -1 = none
 };
 
 struct GripperState {

@@ -15,7 +15,8 @@ constexpr double kBeltMargin = 2e-3;  // [m] from the belt's end
 
 Simplification::Simplification(const scene::Physics& physics, std::span<FreeBody> bodies,
                                const FixedShapes& fixed, dWorldID world)
-    : active_(physics.simplification == scene::Simplification::kVirtualJoints),
+    : active_(physics.simplification != scene::Simplification::kOff),
+      parks_(physics.simplification == scene::Simplification::kDormant),
       speed_(physics.simplify_speed_m_s),
       accel_(physics.simplify_accel_m_s2),
       force_(physics.simplify_force_n),
@@ -40,6 +41,21 @@ bool Simplification::riding(int body) const {
 
 bool Simplification::resting(int body) const {
   return parked(body) || at(body).tray >= 0 || at(body).quiet_steps >= kPairSteps;
+}
+
+api::GroupKind Simplification::group_kind(int body) const {
+  if (parked(body)) return api::GroupKind::kDormant;
+  return group(body) >= 0 ? api::GroupKind::kJoined : api::GroupKind::kNone;
+}
+
+int Simplification::group(int body) const {
+  const int tray = bodies_[static_cast<std::size_t>(body)].is_tray() ? body : at(body).tray;
+  for (std::size_t i = 0; i < records_.size(); ++i) {
+    const auto& record = records_[i];
+    if (parked(body) && record.group == at(body).group) return static_cast<int>(i);
+    if (!parked(body) && tray >= 0 && record.tray == tray) return tray;
+  }
+  return -1;
 }
 
 int Simplification::joint_count() const {
@@ -262,7 +278,7 @@ void Simplification::judge_islands(std::span<const Touch> touches, std::span<con
     record.quiet_steps = rests && !record.touched ? record.quiet_steps + 1 : 0;
     if (record.quiet_steps < kParkSteps) island.all_quiet = false;
   }
-  if (!active_) return;
+  if (!parks_) return;
   for (int number = 0; number < count; ++number) {
     const auto& island = islands_[static_cast<std::size_t>(number)];
     const bool carried = island.on_fixed != island.on_belt || (island.on_fixed && belt_speed_ == 0);

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "world/api/snapshot.hpp"
 #include "world/physics/fixed_shapes.hpp"
 #include "world/physics/free_bodies.hpp"
 #include "world/physics/touch.hpp"
@@ -35,6 +36,9 @@ class Simplification {
   /// The tray that a gear is joined to, -1 = none.
   [[nodiscard]] int joined_to(int gear) const { return at(gear).tray; }
   [[nodiscard]] dJointID joint(int gear) const { return at(gear).joint.get(); }
+  [[nodiscard]] api::GroupKind group_kind(int body) const;
+  /// Number of the body's group: the lowest body in it, -1 = on its own.
+  [[nodiscard]] int group(int body) const;
   /// At rest relative to what carries it.
   [[nodiscard]] bool resting(int body) const;
   [[nodiscard]] int joint_count() const;
@@ -90,7 +94,7 @@ class Simplification {
   void park(int island, std::span<const int> island_of);
   void ride(double step_s);
 
-  bool active_;
+  bool active_, parks_;
   double speed_, accel_, force_;
   std::span<FreeBody> bodies_;
   const FixedShapes* fixed_;

@@ -247,9 +247,9 @@ Physics read_physics(const yaml::Node& node) {
   physics.iterations =
       static_cast<int>(keys["iterations"].integer_or(physics.iterations, 1, 10000));
   physics.friction = read_friction(keys["friction"]);
-  physics.simplification = keys["simplification"].word_or(1, {"off", "virtual_joints"}) == 0
-                               ? Simplification::kOff
-                               : Simplification::kVirtualJoints;
+  physics.simplification = static_cast<Simplification>(
+      keys["simplification"].word_or(static_cast<std::size_t>(physics.simplification),
+                                     {"off", "virtual_joints", "merge", "dormant"}));
   physics.simplify_speed_m_s =
       keys["simplify_speed_m_s"].number_or(physics.simplify_speed_m_s, kPositive);
   physics.simplify_accel_m_s2 =

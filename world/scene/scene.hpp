@@ -129,14 +129,20 @@ struct Friction {
   double tray_belt = 0.8, tray_ground = 0.4, tray_tray = 0.3, robot = 0.5;
 };
 
-enum class Simplification { kOff, kVirtualJoints };
+/// How contacts of what rests are simplified; see world/physics/simplification.hpp.
+enum class Simplification {
+  kOff,
+  kVirtualJoints,  ///< IMECE2019-11345, algorithms 1-2
+  kMerge,          ///< composite rigid bodies
+  kDormant,        ///< merge; what rests on its carrier also leaves the solver
+};
 
 struct Physics {
   double step_s = 1e-3;
   double gravity_m_s2 = 9.81;
   int iterations = 50;  ///< of the iterative solver
   Friction friction;
-  Simplification simplification = Simplification::kVirtualJoints;
+  Simplification simplification = Simplification::kDormant;
   double simplify_speed_m_s = 1e-3;  ///< e1 of Algorithm 1
   double simplify_accel_m_s2 = 0.5;  ///< e2 of Algorithm 1
   double simplify_force_n = 0.3;     ///< e of Algorithm 2

@@ -79,7 +79,7 @@ TEST_P(Belt, HarshStartSlipsAsFrictionSays) {
 
 INSTANTIATE_TEST_SUITE_P(Simplification, Belt,
                          testing::Values(scene::Simplification::kOff,
-                                         scene::Simplification::kVirtualJoints));
+                                         scene::Simplification::kDormant));
 
 TEST(BeltEnd, TrayRunsOverTheEndAndFalls) {
   auto scene = empty_scene();

@@ -118,7 +118,7 @@ INSTANTIATE_TEST_SUITE_P(Gears, PickAndPlace,
                          testing::Combine(testing::Values("small", "medium", "d60"),
                                           testing::Values(scene::PadShape::kV,
                                                           scene::PadShape::kFlat),
-                                          testing::Values(scene::Simplification::kVirtualJoints,
+                                          testing::Values(scene::Simplification::kDormant,
                                                           scene::Simplification::kOff)));
 
 class OffCentre : public testing::TestWithParam<std::tuple<double, double, double>> {};

@@ -14,7 +14,7 @@ scene::Scene tray_of_four(scene::Simplification simplification) {
 }
 
 TEST(VirtualJoints, ReplaceContactsAtRestAndAreAbsentWhenOff) {
-  Bench on(tray_of_four(scene::Simplification::kVirtualJoints));
+  Bench on(tray_of_four(scene::Simplification::kDormant));
   Bench off(tray_of_four(scene::Simplification::kOff));
   on.run(300);
   off.run(300);
@@ -28,7 +28,7 @@ TEST(VirtualJoints, ReplaceContactsAtRestAndAreAbsentWhenOff) {
 }
 
 TEST(VirtualJoints, AtRestNothingChangesABit) {
-  Bench bench(tray_of_four(scene::Simplification::kVirtualJoints));
+  Bench bench(tray_of_four(scene::Simplification::kDormant));
   bench.run(300);
   const std::uint64_t hash = bench.world->state_hash();
   bench.run(1000);
@@ -37,7 +37,7 @@ TEST(VirtualJoints, AtRestNothingChangesABit) {
 
 // A second gear dropped on a gear at rest: what rests must wake and take part.
 TEST(VirtualJoints, WakeWhenAFreeBodyLandsOnThem) {
-  auto scene = tray_of_four(scene::Simplification::kVirtualJoints);
+  auto scene = tray_of_four(scene::Simplification::kDormant);
   Pose above = scene.gears[0].X_WP;
   above.p.z() += 0.2;
   add_gear(scene, "falling", "large", above);
@@ -97,7 +97,7 @@ TEST(VirtualJoints, AreReleasedWhenTheForceChanges) {
 }
 
 TEST(VirtualJoints, GripperFreesWhatItTouches) {
-  auto scene = tray_of_four(scene::Simplification::kVirtualJoints);
+  auto scene = tray_of_four(scene::Simplification::kDormant);
   add_hand(scene, {-0.045, 0.045, 0.0245 + 0.05});
   Bench bench(std::move(scene));
   bench.run(300);

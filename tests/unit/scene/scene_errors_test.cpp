@@ -115,6 +115,9 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"unknown_word", "law: linkage", "law: @linkages", "robot_types.arm.gripper.law",
              "found \"linkages\", expected one of linkage, coupled, mimic_pid, constant (did you "
              "mean linkage?)"},
+        Case{"simplification", "simplification: off", "simplification: @asleep",
+             "physics.simplification",
+             "found \"asleep\", expected one of off, virtual_joints, merge, dormant"},
         Case{"bad_name", "name: second", "name: @'second tray, old'", "trays[1].name",
              "found \"second tray, old\", expected a name of at most 64 letters, digits, '_', '-' "
              "and '.'"}),

@@ -212,6 +212,20 @@ TEST(ShippedBelt, OneEmptyTray) {
 
 class SmallScene : public SceneFiles {};
 
+TEST_F(SmallScene, SimplificationIsOneOfFourAndDormantByDefault) {
+  write("arm.urdf", "<robot/>");
+  const auto read = [&](const std::string& line) {
+    const auto scene =
+        load(write("scene.yaml", replaced(small_scene(), "  simplification: off\n", line)));
+    EXPECT_TRUE(scene.has_value()) << scene.error().message;
+    return scene->physics.simplification;
+  };
+  EXPECT_EQ(read("  simplification: virtual_joints\n"), Simplification::kVirtualJoints);
+  EXPECT_EQ(read("  simplification: merge\n"), Simplification::kMerge);
+  EXPECT_EQ(read("  simplification: dormant\n"), Simplification::kDormant);
+  EXPECT_EQ(read(""), Simplification::kDormant);
+}
+
 TEST_F(SmallScene, EverythingIsRead) {
   write("arm.urdf", "<robot/>");
   const auto scene = load(write("scene.yaml", small_scene()));

@@ -75,6 +75,8 @@ FakeCell::FakeCell(int more_gears) {
   snapshot->bodies.resize(cell->bodies.size());
   snapshot->bodies[0].X_WB.p = {0.1, -1.0, 0.95};
   snapshot->bodies[1].resting = true;
+  snapshot->bodies[1].group_kind = api::GroupKind::kMerged;
+  snapshot->bodies[1].group = 0;
   snapshot->contact_count = 12;
   snapshot->cell = std::move(cell);
   latest_ = std::move(snapshot);

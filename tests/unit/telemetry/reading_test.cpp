@@ -34,6 +34,10 @@ TEST_F(Reading, SnapshotCarriesTheCell) {
   EXPECT_EQ(snapshot.bodies(0).body_in_world().position_m().y(), -1.0);
   EXPECT_EQ(snapshot.bodies(0).body_in_world().orientation().w(), 1.0);
   EXPECT_TRUE(snapshot.bodies(1).resting());
+  EXPECT_EQ(snapshot.bodies(0).group_kind(), v1::GROUP_KIND_UNSPECIFIED);
+  EXPECT_FALSE(snapshot.bodies(0).has_group());
+  EXPECT_EQ(snapshot.bodies(1).group_kind(), v1::GROUP_KIND_MERGED);
+  EXPECT_EQ(snapshot.bodies(1).group(), 0u);
   EXPECT_EQ(snapshot.contact_count(), 12U);
 }
 
