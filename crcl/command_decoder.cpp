@@ -48,20 +48,51 @@ PoseSettings read_pose_settings(const Fields& pose) {
   return settings;
 }
 
-MoveTo read_move_to(const Fields& fields) {
-  MoveTo move;
-  move.straight = fields.flag("MoveStraight");
-  const Fields end = fields.child("EndPosition");
-  move.end = read_pose(end);
-  if (const Result<Axes> axes = orthonormal_axes(move.end); !axes) {
-    end.fail(axes.error().element, axes.error().value, axes.error().expected);
+Waypoint read_waypoint(const Fields& fields) {
+  Waypoint point{read_pose(fields), std::nullopt};
+  if (const Result<Axes> axes = orthonormal_axes(point.pose); !axes) {
+    fields.fail(axes.error().element, axes.error().value, axes.error().expected);
   }
-  if (end.type() == "PoseAndSetType") {
-    move.settings = read_pose_settings(end);
-  } else if (!end.type().empty() && end.type() != "PoseType") {
-    fail_type(end, "PoseType or PoseAndSetType");
+  if (fields.type() == "PoseAndSetType") {
+    point.settings = read_pose_settings(fields);
+  } else if (!fields.type().empty() && fields.type() != "PoseType") {
+    fail_type(fields, "PoseType or PoseAndSetType");
+  }
+  return point;
+}
+
+MoveTo read_move_to(const Fields& fields) {
+  Waypoint end = read_waypoint(fields.child("EndPosition"));
+  return {fields.flag("MoveStraight"), end.pose, std::move(end.settings)};
+}
+
+MoveThroughTo read_move_through_to(const Fields& fields) {
+  MoveThroughTo move;
+  move.straight = fields.flag("MoveStraight");
+  for (const Fields& point : fields.children("Waypoint")) {
+    move.waypoints.push_back(read_waypoint(point));
+  }
+  if (move.waypoints.size() < 2) {
+    fields.fail("Waypoint", std::to_string(move.waypoints.size()) + " of them",
+                "expected 2 or more");
+  }
+  const std::optional<int> count = fields.optional_integer("NumPositions");
+  if (count && *count != static_cast<int>(move.waypoints.size())) {
+    fields.fail(
+        "NumPositions", std::to_string(*count),
+        "expected the number of Waypoint elements, " + std::to_string(move.waypoints.size()));
   }
   return move;
+}
+
+MoveScrew read_move_screw(const Fields& fields) {
+  MoveScrew screw;
+  if (fields.has("StartPosition")) screw.start = read_waypoint(fields.child("StartPosition"));
+  if (fields.has("AxisPoint")) screw.axis_point = read_point(fields.child("AxisPoint"));
+  screw.free_travel = fields.optional_number("AxialDistanceFree");
+  screw.screw_travel = fields.number("AxialDistanceScrew");
+  screw.turn = fields.number("Turn");
+  return screw;
 }
 
 ActuateJoint read_actuate_joint(const Fields& fields) {
@@ -147,9 +178,13 @@ constexpr CommandReader kReaders[] = {
     {"GetStatusType", read_empty<GetStatus>},
     {"StopMotionType", as_body<read_stop>},
     {"MoveToType", as_body<read_move_to>},
+    {"MoveThroughToType", as_body<read_move_through_to>},
+    {"MoveScrewType", as_body<read_move_screw>},
     {"ActuateJointsType", as_body<read_actuate_joints>},
     {"SetEndEffectorType",
      [](const Fields& f) -> CommandBody { return SetEndEffector{f.number("Setting")}; }},
+    {"OpenToolChangerType", read_empty<OpenToolChanger>},
+    {"CloseToolChangerType", read_empty<CloseToolChanger>},
     {"DwellType", [](const Fields& f) -> CommandBody { return Dwell{f.number("DwellTime")}; }},
     {"MessageType", [](const Fields& f) -> CommandBody { return Message{f.text("Message")}; }},
     {"SetLengthUnitsType", as_body<read_units<LengthUnit>>},

@@ -28,6 +28,18 @@ void write_pose_settings(XmlWriter& out, const PoseSettings& settings) {
   if (settings.tolerance) write_tolerance(out, "Tolerance", *settings.tolerance);
 }
 
+void write_waypoint(XmlWriter& out, std::string_view name, const Pose& pose,
+                    const std::optional<PoseSettings>& settings) {
+  if (settings) {
+    out.open(name, "PoseAndSetType");
+  } else {
+    out.open(name);
+  }
+  write_pose_elements(out, pose);
+  if (settings) write_pose_settings(out, *settings);
+  out.close(name);
+}
+
 void write_joint_details(XmlWriter& out, const JointSpeedAccel& details) {
   out.open("JointDetails", "JointSpeedAccelType");
   write_optional(out, "JointSpeed", details.speed);
@@ -57,14 +69,25 @@ struct BodyWriter {
 
   void operator()(const MoveTo& move) const {
     out.flag("MoveStraight", move.straight);
-    if (move.settings) {
-      out.open("EndPosition", "PoseAndSetType");
-    } else {
-      out.open("EndPosition");
+    write_waypoint(out, "EndPosition", move.end, move.settings);
+  }
+
+  void operator()(const MoveThroughTo& move) const {
+    out.flag("MoveStraight", move.straight);
+    for (const Waypoint& point : move.waypoints) {
+      write_waypoint(out, "Waypoint", point.pose, point.settings);
     }
-    write_pose_elements(out, move.end);
-    if (move.settings) write_pose_settings(out, *move.settings);
-    out.close("EndPosition");
+    out.integer("NumPositions", static_cast<int>(move.waypoints.size()));
+  }
+
+  void operator()(const MoveScrew& screw) const {
+    if (screw.start) {
+      write_waypoint(out, "StartPosition", screw.start->pose, screw.start->settings);
+    }
+    if (screw.axis_point) write_point(out, "AxisPoint", *screw.axis_point);
+    write_optional(out, "AxialDistanceFree", screw.free_travel);
+    out.number("AxialDistanceScrew", screw.screw_travel);
+    out.number("Turn", screw.turn);
   }
 
   void operator()(const ActuateJoints& command) const {
@@ -81,6 +104,8 @@ struct BodyWriter {
   }
 
   void operator()(const SetEndEffector& set) const { out.number("Setting", set.setting); }
+  void operator()(const OpenToolChanger&) const {}
+  void operator()(const CloseToolChanger&) const {}
   void operator()(const Dwell& dwell) const { out.number("DwellTime", dwell.seconds); }
   void operator()(const Message& message) const { out.text("Message", message.text); }
 

@@ -45,6 +45,26 @@ struct MoveTo {
   bool operator==(const MoveTo&) const = default;
 };
 
+/// PoseType, or PoseAndSetType when it has settings.
+struct Waypoint {
+  Pose pose;
+  std::optional<PoseSettings> settings;
+  bool operator==(const Waypoint&) const = default;
+};
+struct MoveThroughTo {
+  bool straight = false;
+  std::vector<Waypoint> waypoints;  ///< NumPositions is their number
+  bool operator==(const MoveThroughTo&) const = default;
+};
+struct MoveScrew {
+  std::optional<Waypoint> start;      ///< StartPosition
+  std::optional<Vector> axis_point;   ///< AxisPoint
+  std::optional<double> free_travel;  ///< AxialDistanceFree
+  double screw_travel = 0;            ///< AxialDistanceScrew
+  double turn = 0;
+  bool operator==(const MoveScrew&) const = default;
+};
+
 struct JointSpeedAccel {
   std::optional<double> speed, accel;
   bool operator==(const JointSpeedAccel&) const = default;
@@ -68,6 +88,12 @@ struct ActuateJoints {
 struct SetEndEffector {
   double setting = 0;  ///< 0 closed .. 1 open; out-of-range values are kept as sent
   bool operator==(const SetEndEffector&) const = default;
+};
+struct OpenToolChanger {
+  bool operator==(const OpenToolChanger&) const = default;
+};
+struct CloseToolChanger {
+  bool operator==(const CloseToolChanger&) const = default;
 };
 struct Dwell {
   double seconds = 0;
@@ -139,11 +165,12 @@ struct OtherCommand {
 };
 
 using CommandBody =
-    std::variant<InitCanon, EndCanon, GetStatus, StopMotion, MoveTo, ActuateJoints, SetEndEffector,
-                 Dwell, Message, SetUnits, SetRate, SetEndPoseTolerance,
-                 SetIntermediatePoseTolerance, SetDefaultJointTolerances, ConfigureJointReports,
-                 ConfigureStatusReport, LoopBlockStart, LoopBlockEnd, SetEndEffectorParameters,
-                 SetRobotParameters, EnableGripper, DisableGripper, EnableSensor, DisableSensor,
+    std::variant<InitCanon, EndCanon, GetStatus, StopMotion, MoveTo, MoveThroughTo, MoveScrew,
+                 ActuateJoints, SetEndEffector, OpenToolChanger, CloseToolChanger, Dwell, Message,
+                 SetUnits, SetRate, SetEndPoseTolerance, SetIntermediatePoseTolerance,
+                 SetDefaultJointTolerances, ConfigureJointReports, ConfigureStatusReport,
+                 LoopBlockStart, LoopBlockEnd, SetEndEffectorParameters, SetRobotParameters,
+                 EnableGripper, DisableGripper, EnableSensor, DisableSensor,
                  EnableRobotParameterStatus, DisableRobotParameterStatus, SetMotionCoordination,
                  RunProgram, OtherCommand>;
 

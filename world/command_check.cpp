@@ -20,14 +20,80 @@ Result<void> positive(double value, const char* field) {
   return bad(field, std::string(field) + " is " + std::to_string(value) + ", must be above 0");
 }
 
-Result<void> check_action(const api::MoveTo& move, const api::RobotDescription&) {
+Result<void> check_pose(const Pose& X_RT) {
   for (int i = 0; i < 3; ++i) {
-    if (auto ok = finite(move.X_RT.p[i], "position"); !ok) return ok;
+    if (auto ok = finite(X_RT.p[i], "position"); !ok) return ok;
   }
-  if (!move.X_RT.q.coeffs().allFinite() || std::abs(move.X_RT.q.norm() - 1) > 1e-6) {
+  if (!X_RT.q.coeffs().allFinite() || std::abs(X_RT.q.norm() - 1) > 1e-6) {
     return bad("rotation", "the rotation is not a unit quaternion");
   }
   return {};
+}
+
+Result<void> check_limit(const api::LimitSetting& limit) {
+  if (auto ok = positive(limit.value, limit.relative ? "fraction" : "setting"); !ok) return ok;
+  if (limit.relative && limit.value > 1) {
+    return bad("fraction", "fraction is " + std::to_string(limit.value) + ", must be at most 1");
+  }
+  return {};
+}
+
+Result<void> check_limits(const api::PoseLimits& limits) {
+  for (const auto& limit :
+       {limits.trans_speed, limits.trans_accel, limits.rot_speed, limits.rot_accel}) {
+    if (!limit) continue;
+    if (auto ok = check_limit(*limit); !ok) return ok;
+  }
+  return {};
+}
+
+Result<void> check_waypoint(const api::Waypoint& point) {
+  if (auto ok = check_pose(point.X_RT); !ok) return ok;
+  if (auto ok = check_limits(point.limits); !ok) return ok;
+  const api::PoseTolerance& t = point.tolerance;
+  for (const auto& value : {t.x_m, t.y_m, t.z_m, t.x_axis_rad, t.z_axis_rad}) {
+    if (value && !(*value >= 0)) {
+      return bad("tolerance", "tolerance is " + std::to_string(*value) + ", must be 0 or more");
+    }
+  }
+  return {};
+}
+
+Result<void> check_action(const api::MoveTo& move, const api::RobotDescription&) {
+  if (auto ok = check_pose(move.X_RT); !ok) return ok;
+  return check_limits(move.limits);
+}
+
+Result<void> check_action(const api::MoveThroughTo& move, const api::RobotDescription&) {
+  if (move.waypoints.empty()) return bad("waypoints", "no waypoint is given");
+  if (move.waypoints.size() > api::kMaxWaypoints) {
+    return bad("waypoints", "there are " + std::to_string(move.waypoints.size()) +
+                                " waypoints, the limit is " + std::to_string(api::kMaxWaypoints));
+  }
+  for (std::size_t i = 0; i < move.waypoints.size(); ++i) {
+    if (auto ok = check_waypoint(move.waypoints[i]); !ok) {
+      return bad(ok.error().field, "waypoint " + std::to_string(i + 1) + ": " + ok.error().message);
+    }
+  }
+  return {};
+}
+
+Result<void> check_action(const api::MoveScrew& screw, const api::RobotDescription&) {
+  if (screw.start) {
+    if (auto ok = check_waypoint(*screw.start); !ok) return ok;
+  }
+  if (screw.axis_point_R && !screw.axis_point_R->allFinite()) {
+    return bad("axis point", "the axis point is not a number");
+  }
+  if (auto ok = finite(screw.free_m, "free distance"); !ok) return ok;
+  if (auto ok = finite(screw.screw_m, "screw distance"); !ok) return ok;
+  return finite(screw.turn_rad, "turn");
+}
+
+Result<void> check_action(const api::SetOverride& set, const api::RobotDescription&) {
+  if (set.fraction >= 0 && set.fraction <= 1) return {};
+  return bad("override", "speed override is " + std::to_string(set.fraction) +
+                             " of full speed, must be within 0 to 1");
 }
 
 Result<void> check_action(const api::MoveJoints& move, const api::RobotDescription& robot) {
@@ -45,6 +111,11 @@ Result<void> check_action(const api::MoveJoints& move, const api::RobotDescripti
     if (target.accel_rad_s2) {
       if (auto ok = positive(*target.accel_rad_s2, "acceleration"); !ok) return ok;
     }
+    if (!target.torque) continue;
+    if (auto ok = positive(target.torque->setting_nm, "torque"); !ok) return ok;
+    if (target.torque->rate_nm_s) {
+      if (auto ok = positive(*target.torque->rate_nm_s, "torque change rate"); !ok) return ok;
+    }
   }
   return {};
 }
@@ -60,11 +131,7 @@ Result<void> check_action(const api::Dwell& dwell, const api::RobotDescription&)
 }
 
 Result<void> check_action(const api::SetMotionLimit& set, const api::RobotDescription&) {
-  if (auto ok = positive(set.value, set.relative ? "fraction" : "setting"); !ok) return ok;
-  if (set.relative && set.value > 1) {
-    return bad("fraction", "fraction is " + std::to_string(set.value) + ", must be at most 1");
-  }
-  return {};
+  return check_limit({set.relative, set.value});
 }
 
 template <typename Action>

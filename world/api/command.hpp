@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <variant>
@@ -35,10 +36,57 @@ struct StopMotion {
   StopKind kind = StopKind::kNormal;
 };
 
+/// One limit of the tool's motion: absolute [m/s, m/s^2, rad/s, rad/s^2], or relative as a fraction
+/// 0..1 of the robot's maximum.
+struct LimitSetting {
+  bool relative = false;
+  double value = 0;
+};
+
+/// Limits for the way to one pose only; what is absent is as SetMotionLimit has set it.
+struct PoseLimits {
+  std::optional<LimitSetting> trans_speed{}, trans_accel{}, rot_speed{}, rot_accel{};
+};
+
+/// How near a pose must be passed: distances along the axes of R, angles of the tool's x and z
+/// axes. What is absent is bounded by the robot's own defaults.
+struct PoseTolerance {
+  std::optional<double> x_m{}, y_m{}, z_m{}, x_axis_rad{}, z_axis_rad{};
+};
+
 /// Moves the tool frame T to a pose in the robot's reference frame R (the frame of CRCL poses).
 struct MoveTo {
   Pose X_RT;
   bool straight = false;  ///< straight line of the tool point with shortest rotation; else free
+  PoseLimits limits{};
+};
+
+inline constexpr std::size_t kMaxWaypoints = 1000;
+struct Waypoint {
+  Pose X_RT;
+  PoseLimits limits{};        ///< for the way to it
+  PoseTolerance tolerance{};  ///< for passing it; the last one is reached exactly
+};
+/// Moves the tool past every waypoint within its tolerance and ends at the last one, without
+/// stopping in between unless a tolerance leaves no room.
+struct MoveThroughTo {
+  std::vector<Waypoint> waypoints;
+  bool straight = false;  ///< straight between the waypoints; else free
+};
+
+/// Moves freely to `start`, then along the tool's z axis by `free_m`, then on a helix: the tool
+/// turns by `turn_rad` about its own z axis, or about the parallel to it through `axis_point_R`,
+/// while it advances along it by `screw_m`. Positive: away from the robot, right-handed about z.
+struct MoveScrew {
+  std::optional<Waypoint> start{};
+  std::optional<Eigen::Vector3d> axis_point_R{};
+  double free_m = 0, screw_m = 0, turn_rad = 0;
+};
+
+/// Drives a joint by torque instead of speed.
+struct JointTorque {
+  double setting_nm = 0;              ///< magnitude against what it meets, > 0
+  std::optional<double> rate_nm_s{};  ///< builds up so fast; absent = at once
 };
 
 struct JointTarget {
@@ -46,6 +94,8 @@ struct JointTarget {
   double position_rad = 0;
   std::optional<double> speed_rad_s;
   std::optional<double> accel_rad_s2;
+  /// Towards the position until it is reached or what stands in the way bears the torque.
+  std::optional<JointTorque> torque{};
 };
 /// Moves the named joints, each with its own optional speed and acceleration; joints that are not
 /// named hold their present target.
@@ -56,6 +106,17 @@ struct MoveJoints {
 /// 0 = closed, 1 = open; a pneumatic two-state gripper opens above 0.5.
 struct SetGripper {
   double setting = 0;
+};
+
+/// Opens the tool changer: the gripper stays where it is and the tool frame becomes the flange's.
+/// Or closes it: a gripper that sits at the flange is taken and the tool frame is its again.
+struct SetToolChanger {
+  bool open = false;
+};
+
+/// Scales the speed of running and later motion, smoothly; 0 holds a motion where it is.
+struct SetOverride {
+  double fraction = 1;  ///< 0..1
 };
 
 /// Holds position for a span of simulated time.
@@ -72,8 +133,9 @@ struct SetMotionLimit {
   double value = 0;
 };
 
-using RobotAction = std::variant<InitRobot, EndRobot, StopMotion, MoveTo, MoveJoints, SetGripper,
-                                 Dwell, SetMotionLimit>;
+using RobotAction =
+    std::variant<InitRobot, EndRobot, StopMotion, MoveTo, MoveThroughTo, MoveScrew, MoveJoints,
+                 SetGripper, SetToolChanger, SetOverride, Dwell, SetMotionLimit>;
 struct RobotCommand {
   int robot = 0;  ///< index into CellDescription::robots
   RobotAction action;

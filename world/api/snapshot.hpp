@@ -38,12 +38,9 @@ enum class ActionState { kNone, kWorking, kDone, kError };
 struct ActionStatus {
   Ticket ticket = 0;
   ActionState state = ActionState::kNone;
-  std::string description;  ///< when kError: joint or axis, value, limit, unit, and what to do
-};
-
-struct LimitSetting {
-  bool relative = false;
-  double value = 0;  ///< as set: SI, or fraction of the maximum
+  /// When kError: joint or axis, value, limit, unit, and what to do. When kDone: what there is to
+  /// tell, mostly nothing.
+  std::string description;
 };
 
 struct RobotSnapshot {
@@ -56,6 +53,8 @@ struct RobotSnapshot {
   Eigen::Vector3d torque_T_R = Eigen::Vector3d::Zero();  ///< about the tool point, in R [Nm]
   GripperSnapshot gripper;
   LimitSetting trans_speed, trans_accel, rot_speed, rot_accel;
+  double override_fraction = 1;  ///< of every motion's speed, as set
+  bool tool_mounted = true;      ///< false: the tool changer is open, T is the flange frame
   ActionStatus action;
   bool initialized = false;      ///< InitRobot taken since start, EndRobot or a held error
   bool protective_stop = false;  ///< tripped; held until InitRobot

@@ -63,6 +63,10 @@ struct RobotController::State {
   void execute(const api::StopMotion& stop, const JointVector& q_actual);
   void execute(const api::MoveTo& move, const JointVector& q_actual);
   void execute(const api::MoveJoints& move, const JointVector& q_actual);
+  template <typename Action>
+  void execute(const Action&, const JointVector&) {
+    if (ready()) set_error("not implemented");
+  }
   void execute(const api::SetGripper& gripper, const JointVector& q_actual);
   void execute(const api::Dwell& dwell, const JointVector& q_actual);
   void execute(const api::SetMotionLimit& setting, const JointVector& q_actual);

@@ -127,6 +127,21 @@ TEST(Commands, MissingElementsAreNamed) {
             "ActuateJointsType/ActuateJoint: missing");
 }
 
+TEST(Commands, WaypointsAreCounted) {
+  const std::string point = "<Waypoint>" + pose_xml() + "</Waypoint>";
+  const auto through = [&](int points, const std::string& count) {
+    std::string body = "<MoveStraight>true</MoveStraight>";
+    for (int i = 0; i < points; ++i) body += point;
+    return with_id("MoveThroughToType", body + count);
+  };
+  EXPECT_EQ(body<MoveThroughTo>(through(3, "<NumPositions>3</NumPositions>")).waypoints.size(), 3u);
+  EXPECT_EQ(body<MoveThroughTo>(through(2, "")).waypoints.size(), 2u);
+  EXPECT_EQ(refused(through(3, "<NumPositions>2</NumPositions>")).message(),
+            "MoveThroughToType/NumPositions: '2': expected the number of Waypoint elements, 3");
+  EXPECT_EQ(refused(through(1, "<NumPositions>1</NumPositions>")).message(),
+            "MoveThroughToType/Waypoint: '1 of them': expected 2 or more");
+}
+
 TEST(Commands, DegenerateAxesAreRefused) {
   const Error error =
       refused(with_id("MoveToType",
