@@ -18,12 +18,10 @@ using asio::ip::tcp;
 using boost::system::error_code;
 
 constexpr auto kRetryDelay = std::chrono::milliseconds(100);
-constexpr auto kRefusalLogInterval = std::chrono::seconds(1);
+constexpr auto kLogInterval = std::chrono::seconds(1);
+constexpr int kAcceptsPerTurn = 32;
 
-std::string name_of_peer(const tcp::socket& socket) {
-  error_code error;
-  const tcp::endpoint peer = socket.remote_endpoint(error);
-  if (error) return "unknown peer";
+std::string text(const tcp::endpoint& peer) {
   const std::string address = peer.address().to_string();
   const std::string host = peer.address().is_v6() ? "[" + address + "]" : address;
   return host + ":" + std::to_string(peer.port());
@@ -59,12 +57,16 @@ Result<std::uint16_t> TcpListener::listen() {
   };
   error_code error;
   const asio::ip::address address = asio::ip::make_address(options_.address, error);
-  if (error) return failed("not a numeric IPv4 or IPv6 address");
+  if (error) {
+    return fail(ErrorCode::kInvalidArgument, options_.name + ".address",
+                "cannot listen on " + options_.address + ": not a numeric IPv4 or IPv6 address");
+  }
   const tcp::endpoint endpoint(address, options_.port);
   acceptor_.open(endpoint.protocol(), error);
   if (!error) acceptor_.set_option(tcp::acceptor::reuse_address(true), error);
   if (!error) acceptor_.bind(endpoint, error);
   if (!error) acceptor_.listen(asio::socket_base::max_listen_connections, error);
+  if (!error) acceptor_.non_blocking(true, error);
   const tcp::endpoint bound = error ? endpoint : acceptor_.local_endpoint(error);
   if (error) {
     close();
@@ -81,21 +83,39 @@ void TcpListener::close() {
 }
 
 void TcpListener::accept() {
-  acceptor_.async_accept([this](const error_code& error, tcp::socket socket) {
-    if (error == asio::error::operation_aborted || !acceptor_.is_open()) return;
-    if (error && error != asio::error::connection_aborted) {
-      retry_later(error);
-      return;
-    }
-    if (!error) take(std::move(socket));
-    accept();
+  acceptor_.async_wait(tcp::acceptor::wait_read, [this](const error_code& aborted) {
+    if (!aborted && acceptor_.is_open()) accept_waiting();
   });
 }
 
+void TcpListener::accept_waiting() {
+  for (int i = 0; i < kAcceptsPerTurn; ++i) {
+    tcp::socket socket(acceptor_.get_executor());
+    error_code error;
+    acceptor_.accept(socket, error);
+    if (error == asio::error::would_block) break;
+    if (error == asio::error::connection_aborted) continue;
+    if (error) {
+      retry_later(error);
+      return;
+    }
+    take(std::move(socket));
+  }
+  accept();
+}
+
+// A socket that is not handed on is closed.
 void TcpListener::take(tcp::socket socket) {
-  std::string peer = name_of_peer(socket);
+  error_code gone;
+  const tcp::endpoint endpoint = socket.remote_endpoint(gone);
+  if (gone) return;
+  std::string peer = text(endpoint);
+  if (options_.allows && !options_.allows(endpoint.address())) {
+    refuse(peer, "its address is not on the allow list");
+    return;
+  }
   if (open_ >= options_.max_connections) {
-    refuse(std::move(socket), peer);
+    refuse(peer, std::to_string(open()) + " connections open, the limit");
     return;
   }
   ++open_;
@@ -105,15 +125,13 @@ void TcpListener::take(tcp::socket socket) {
 }
 
 // A flood of refusals makes one log line a second.
-void TcpListener::refuse(tcp::socket socket, const std::string& peer) {
-  error_code ignored;
-  socket.close(ignored);
+void TcpListener::refuse(const std::string& peer, const std::string& why) {
   ++refused_;
   ++refused_unlogged_;
   const auto now = std::chrono::steady_clock::now();
-  if (now - last_refusal_log_ < kRefusalLogInterval) return;
-  spdlog::warn("{}: refused {}: {} connections open, the limit ({} refused since the last line)",
-               options_.name, peer, open(), refused_unlogged_);
+  if (now - last_refusal_log_ < kLogInterval) return;
+  spdlog::warn("{}: refused {}: {} ({} refused since the last line)", options_.name, peer, why,
+               refused_unlogged_);
   last_refusal_log_ = now;
   refused_unlogged_ = 0;
 }
@@ -121,7 +139,11 @@ void TcpListener::refuse(tcp::socket socket, const std::string& peer) {
 // Out of descriptors or memory: the connection stays in the queue, and accepting it at once would
 // spin.
 void TcpListener::retry_later(const error_code& error) {
-  spdlog::error("{}: cannot accept: {}; trying again", options_.name, error.message());
+  const auto now = std::chrono::steady_clock::now();
+  if (now - last_failure_log_ >= kLogInterval) {
+    spdlog::error("{}: cannot accept: {}; trying again", options_.name, error.message());
+    last_failure_log_ = now;
+  }
   retry_.expires_after(kRetryDelay);
   retry_.async_wait([this](const error_code& cancelled) {
     if (!cancelled && acceptor_.is_open()) accept();

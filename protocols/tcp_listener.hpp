@@ -8,6 +8,7 @@
 #include <string>
 
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/address.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
 
@@ -20,10 +21,15 @@ struct TcpListenerOptions {
   std::string address;               ///< numeric IPv4 or IPv6
   std::uint16_t port = 0;            ///< 0 = any free port
   std::size_t max_connections = 64;  ///< a further one is closed at once
+  /// Whether clients from this address are served; the others' connections are closed at once.
+  /// Empty = everybody is.
+  std::function<bool(const boost::asio::ip::address&)> allows = {};
 };
 
-/// Accepts TCP connections for a protocol: binds, counts, refuses what is over the limit, survives
-/// running out of descriptors, prepares each socket (no Nagle delay, keepalive). For use inside a
+/// Accepts TCP connections for a protocol: binds, counts, refuses what is over the limit or not
+/// allowed, survives running out of descriptors, prepares each socket (no Nagle delay, keepalive).
+/// Takes several at a time, so that a newcomer behind many others waits for few turns of the loop.
+/// For use inside a
 /// listener; its header stays out of other headers. Thread: the io_context's single one.
 class TcpListener {
  public:
@@ -47,8 +53,9 @@ class TcpListener {
 
  private:
   void accept();
+  void accept_waiting();
   void take(Socket socket);
-  void refuse(Socket socket, const std::string& peer);
+  void refuse(const std::string& peer, const std::string& why);
   void retry_later(const boost::system::error_code& error);
 
   TcpListenerOptions options_;
@@ -58,7 +65,7 @@ class TcpListener {
   std::atomic<std::size_t> open_{0};
   std::atomic<std::uint64_t> accepted_{0}, refused_{0};
   std::uint64_t refused_unlogged_ = 0;
-  std::chrono::steady_clock::time_point last_refusal_log_{};
+  std::chrono::steady_clock::time_point last_refusal_log_{}, last_failure_log_{};
 };
 
 }  // namespace aprsim::protocols

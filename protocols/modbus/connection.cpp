@@ -7,8 +7,6 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/write.hpp>
 
-#include "protocols/modbus/socket_options.hpp"
-
 namespace aprsim::protocols {
 namespace {
 
@@ -16,6 +14,9 @@ using modbus::Verdict;
 
 // Requests of one connection answered before the others get their turn.
 constexpr int kRequestsPerTurn = 16;
+
+// What the kernel keeps for a client that does not read.
+constexpr int kSendBufferBytes = 64 * 1024;
 
 std::string millis(std::chrono::milliseconds time) { return std::to_string(time.count()) + " ms"; }
 
@@ -30,7 +31,8 @@ Connection::Connection(boost::asio::ip::tcp::socket socket, std::string peer,
       rate_(context.options.max_requests_per_s) {}
 
 void Connection::start() {
-  prepare_peer_socket(socket_.native_handle());
+  boost::system::error_code ignored;
+  socket_.set_option(boost::asio::socket_base::send_buffer_size(kSendBufferBytes), ignored);
   if (context_.options.idle_timeout.count() > 0) {
     idle_due_ = Clock::now() + context_.options.idle_timeout;
   }

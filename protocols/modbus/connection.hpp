@@ -28,8 +28,7 @@ namespace aprsim::protocols {
 class Connection;
 
 struct Counters {
-  std::atomic<std::uint64_t> accepted{0}, refused{0}, dropped{0}, open{0}, requests{0},
-      exceptions{0};
+  std::atomic<std::uint64_t> dropped{0}, requests{0}, exceptions{0};
 };
 
 /// What all connections of a listener share. Thread: the listener's.

@@ -6,35 +6,34 @@
 #include <utility>
 
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 
 #include "protocols/modbus/allow_list.hpp"
 #include "protocols/modbus/connection.hpp"
+#include "protocols/tcp_listener.hpp"
 
 namespace aprsim::protocols {
 namespace {
 
-using boost::asio::ip::tcp;
 using boost::system::error_code;
 
 constexpr std::chrono::milliseconds kApplyPoll{1};
-constexpr std::chrono::milliseconds kAcceptRetry{100};
-constexpr int kAcceptsPerTurn = 32;
-
-std::string text(const tcp::endpoint& endpoint) {
-  const std::string address = endpoint.address().to_string();
-  const std::string port = std::to_string(endpoint.port());
-  return endpoint.address().is_v6() ? "[" + address + "]:" + port : address + ":" + port;
-}
 
 }  // namespace
 
 class ModbusServer::Impl {
  public:
   Impl(ModbusServerOptions options, api::CommandSink& sink, const api::SnapshotSource& source)
-      : options_(std::move(options)), sink_(sink), source_(source) {}
+      : options_(std::move(options)),
+        sink_(sink),
+        source_(source),
+        listener_(io_,
+                  {"modbus", options_.bind_address, options_.port, options_.max_connections,
+                   [this](const boost::asio::ip::address& peer) { return allow_.allows(peer); }},
+                  [this](TcpListener::Socket socket, std::string peer) {
+                    take(std::move(socket), std::move(peer));
+                  }) {}
   ~Impl() { stop(); }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
@@ -44,12 +43,8 @@ class ModbusServer::Impl {
   [[nodiscard]] ModbusServerStats stats() const;
 
  private:
-  Result<std::uint16_t> listen();
   void run();
-  void accept();
-  void accept_waiting();
-  void take(tcp::socket socket);
-  [[nodiscard]] std::string refusal(const tcp::endpoint& peer) const;
+  void take(TcpListener::Socket socket, std::string peer);
   void await_applied(std::shared_ptr<Connection> connection);
   void poll_applied();
   void begin_drain();
@@ -64,9 +59,9 @@ class ModbusServer::Impl {
   // Everything from here on belongs to the listener's thread while it runs.
   LimitedLog log_;
   boost::asio::io_context io_{1};
-  tcp::acceptor acceptor_{io_};
-  boost::asio::steady_timer retry_timer_{io_}, apply_timer_{io_}, drain_timer_{io_};
   AllowList allow_;
+  TcpListener listener_;
+  boost::asio::steady_timer apply_timer_{io_}, drain_timer_{io_};
   std::unique_ptr<Plc> plc_;
   std::unique_ptr<ReplyBuilder> replies_;
   std::unique_ptr<ListenerContext> context_;
@@ -87,7 +82,7 @@ Result<std::uint16_t> ModbusServer::Impl::start() {
   allow_ = std::move(*allow);
   auto replies = ReplyBuilder::create();
   if (!replies) return tl::unexpected(replies.error());
-  const auto port = listen();
+  const auto port = listener_.listen();
   if (!port) return port;
   replies_ = std::make_unique<ReplyBuilder>(std::move(*replies));
   plc_ = std::make_unique<Plc>(options_.scaling, options_.endpoint, sink_, source_,
@@ -98,42 +93,11 @@ Result<std::uint16_t> ModbusServer::Impl::start() {
                       [this](std::shared_ptr<Connection> c) { await_applied(std::move(c)); },
                       [this](const Connection& c) {
                         connections_.erase(&c);
-                        counters_.open = connections_.size();
+                        listener_.release();
                         finish_if_drained();
                       }});
-  accept();
   thread_ = std::thread([this] { run(); });
   return *port;
-}
-
-Result<std::uint16_t> ModbusServer::Impl::listen() {
-  const auto failed = [this](const error_code& error) {
-    error_code ignored;
-    acceptor_.close(ignored);
-    return fail(ErrorCode::kUnavailable, "modbus.port",
-                "cannot listen on " + options_.bind_address + " port " +
-                    std::to_string(options_.port) + ": " + error.message());
-  };
-  error_code error;
-  const auto address = boost::asio::ip::make_address(options_.bind_address, error);
-  if (error) {
-    return fail(ErrorCode::kInvalidArgument, "modbus.bind_address",
-                "'" + options_.bind_address + "' is not a numeric IPv4 or IPv6 address");
-  }
-  const tcp::endpoint endpoint(address, options_.port);
-  acceptor_.open(endpoint.protocol(), error);
-  if (error) return failed(error);
-  acceptor_.set_option(tcp::acceptor::reuse_address(true), error);
-  if (error) return failed(error);
-  acceptor_.bind(endpoint, error);
-  if (error) return failed(error);
-  acceptor_.listen(boost::asio::socket_base::max_listen_connections, error);
-  if (error) return failed(error);
-  acceptor_.non_blocking(true, error);
-  if (error) return failed(error);
-  const tcp::endpoint local = acceptor_.local_endpoint(error);
-  if (error) return failed(error);
-  return local.port();
 }
 
 void ModbusServer::Impl::run() {
@@ -149,54 +113,10 @@ void ModbusServer::Impl::run() {
   }
 }
 
-void ModbusServer::Impl::accept() {
-  acceptor_.async_wait(tcp::acceptor::wait_read, [this](const error_code& aborted) {
-    if (!aborted && acceptor_.is_open()) accept_waiting();
-  });
-}
-
-void ModbusServer::Impl::accept_waiting() {
-  // Several a turn: otherwise a newcomer behind many others would wait for as many turns.
-  for (int i = 0; i < kAcceptsPerTurn; ++i) {
-    tcp::socket socket(io_);
-    error_code error;
-    acceptor_.accept(socket, error);
-    if (error == boost::asio::error::would_block) break;
-    if (error == boost::asio::error::connection_aborted) continue;
-    if (error) {
-      // Out of descriptors or memory: that passes, and must not end the listening.
-      log_.warn("cannot accept a connection: " + error.message());
-      retry_timer_.expires_after(kAcceptRetry);
-      retry_timer_.async_wait([this](const error_code& aborted) {
-        if (!aborted && acceptor_.is_open()) accept();
-      });
-      return;
-    }
-    take(std::move(socket));
-  }
-  accept();
-}
-
-void ModbusServer::Impl::take(tcp::socket socket) {
-  error_code gone;
-  const tcp::endpoint peer = socket.remote_endpoint(gone);
-  if (gone) return;
-  if (const std::string why = refusal(peer); !why.empty()) {
-    ++counters_.refused;
-    log_.warn(text(peer) + " refused: " + why);
-    return;
-  }
-  ++counters_.accepted;
-  auto connection = std::make_shared<Connection>(std::move(socket), text(peer), *context_);
+void ModbusServer::Impl::take(TcpListener::Socket socket, std::string peer) {
+  auto connection = std::make_shared<Connection>(std::move(socket), std::move(peer), *context_);
   connections_.emplace(connection.get(), connection);
-  counters_.open = connections_.size();
   connection->start();
-}
-
-std::string ModbusServer::Impl::refusal(const tcp::endpoint& peer) const {
-  if (!allow_.allows(peer.address())) return "its address is not on the allow list";
-  if (connections_.size() < options_.max_connections) return {};
-  return std::to_string(options_.max_connections) + " connections are open, which is the limit";
 }
 
 void ModbusServer::Impl::await_applied(std::shared_ptr<Connection> connection) {
@@ -218,9 +138,7 @@ void ModbusServer::Impl::poll_applied() {
 
 void ModbusServer::Impl::begin_drain() {
   draining_ = true;
-  error_code ignored;
-  acceptor_.close(ignored);
-  retry_timer_.cancel();
+  listener_.close();
   drain_timer_.expires_after(options_.drain_deadline);
   drain_timer_.async_wait([this](const error_code& aborted) {
     if (!aborted) close_all("the server stops");
@@ -250,10 +168,10 @@ void ModbusServer::Impl::stop() {
 
 ModbusServerStats ModbusServer::Impl::stats() const {
   ModbusServerStats stats;
-  stats.accepted = counters_.accepted;
-  stats.refused = counters_.refused;
+  stats.accepted = listener_.accepted();
+  stats.refused = listener_.refused();
   stats.dropped = counters_.dropped;
-  stats.open = counters_.open;
+  stats.open = listener_.open();
   stats.requests = counters_.requests;
   stats.exceptions = counters_.exceptions;
   return stats;
