@@ -1,0 +1,94 @@
+// A scene file through the loader. Whatever loads must hang together and be made of numbers;
+// whatever does not must say where and what is wrong.
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <unistd.h>
+
+#include "world/scene/scene_loader.hpp"
+
+namespace {
+
+using namespace aprsim;
+namespace fs = std::filesystem;
+
+void demand(bool truth) {
+  if (!truth) std::abort();
+}
+
+/// A directory with an empty robot description, on a file system in memory where there is one.
+class Directory {
+ public:
+  Directory() {
+    const fs::path memory = "/dev/shm";
+    const fs::path base = fs::is_directory(memory) ? memory : fs::temp_directory_path();
+    path_ = base / ("aprsim-scene-fuzz-" + std::to_string(::getpid()));
+    fs::create_directories(path_);
+    std::ofstream(path_ / "arm.urdf") << "<robot/>";
+  }
+  ~Directory() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  Directory(const Directory&) = delete;
+  Directory& operator=(const Directory&) = delete;
+
+  [[nodiscard]] std::string write(const std::uint8_t* data, std::size_t size) const {
+    const std::string file = (path_ / "scene.yaml").string();
+    std::ofstream(file, std::ios::binary)
+        .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
+    return file;
+  }
+  [[nodiscard]] std::string path() const { return path_.string(); }
+
+ private:
+  fs::path path_;
+};
+
+void check(const Pose& pose) {
+  demand(pose.p.allFinite() && pose.q.coeffs().allFinite());
+  demand(std::abs(pose.q.norm() - 1) < 1e-9);
+}
+
+void check(const scene::Scene& scene) {
+  demand(scene.physics.step_s > 0);
+  for (const auto& robot : scene.robots) {
+    check(robot.X_WB);
+    check(robot.X_BR);
+    check(robot.X_FT);
+    demand(fs::is_regular_file(robot.model_file));
+    demand((robot.vision.area_min.array() < robot.vision.area_max.array()).all());
+  }
+  for (const auto& tray : scene.trays) {
+    check(tray.X_WP);
+    demand(scene.tray_types.contains(tray.type));
+  }
+  for (const auto& gear : scene.gears) {
+    check(gear.X_WP);
+    demand(scene.gear_types.contains(gear.type));
+  }
+  if (scene.light_curtain) {
+    check(scene.light_curtain->X_WK);
+    demand(scene.light_curtain->beams >= 1);
+    demand(scene.light_curtain->beams <= static_cast<int>(api::kMaxCurtainBeams));
+  }
+  if (scene.conveyor) demand(scene.conveyor->photo_eyes.size() <= api::kMaxPhotoEyes);
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const Directory directory;
+  const std::string file = directory.write(data, size);
+  const auto scene = scene::load_scene(file, {directory.path(), directory.path()});
+  if (scene) {
+    check(*scene);
+  } else {
+    demand(scene.error().message.find(file) != std::string::npos);
+  }
+  return 0;
+}
