@@ -1,4 +1,5 @@
 #include <cstdio>
+#include <map>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -24,7 +25,9 @@ class Device {
     const modbus::Gated gated = modbus::gate(frame);
     if (gated.verdict == Verdict::kIgnored) return std::nullopt;
     if (gated.verdict == Verdict::kRefused) return refuse(frame, gated.exception);
-    if (gated.verdict == Verdict::kIdentification) return adu({}, 0, frame[6]);
+    if (gated.verdict == Verdict::kIdentification) {
+      return modbus::identification_reply(frame, gated.identification);
+    }
     EXPECT_EQ(gated.verdict, Verdict::kRequest);
     plc_.refresh();
     if (gated.request.is_write()) {
@@ -95,9 +98,14 @@ class FrameSource {
     constexpr std::uint16_t kTelling[] = {0, 0, 1, 1, 2, 0xFF00, 30000, 32767, 32768, 32769};
     return chance(4) ? word() : kTelling[below(10)];
   }
+  Bytes identification() {
+    const auto type = static_cast<std::uint8_t>(chance(8) ? byte() : 14);
+    return {43, type, static_cast<std::uint8_t>(below(6)), static_cast<std::uint8_t>(below(9))};
+  }
   Bytes random_body() {
-    constexpr std::uint8_t kFunctions[] = {1, 2, 3, 4, 5, 6, 15, 16, 22, 23, 4, 6};
-    const std::uint8_t function = chance(15) ? byte() : kFunctions[below(12)];
+    constexpr std::uint8_t kFunctions[] = {1, 2, 3, 4, 5, 6, 15, 16, 22, 23, 43, 4, 6};
+    const std::uint8_t function = chance(15) ? byte() : kFunctions[below(13)];
+    if (function == 43) return identification();
     if (function < 5) return modbus::testing::pdu(function, {address(), quantity()});
     if (function < 7) return modbus::testing::pdu(function, {address(), value()});
     if (function == 22) return modbus::testing::pdu(22, {address(), value(), value()});
@@ -125,6 +133,7 @@ class FrameSource {
 
 TEST(Differential, RandomFramesGetTheModelsAnswers) {
   int replies = 0, exceptions = 0;
+  std::map<int, int> answered;
   for (std::uint32_t seed = 1; seed <= 20; ++seed) {
     Device device;
     modbus::testing::ReferenceModel model;
@@ -138,11 +147,16 @@ TEST(Differential, RandomFramesGetTheModelsAnswers) {
       ASSERT_EQ(*actual, *expected)
           << "seed " << seed << " frame " << i << " function " << int{frame[7]};
       ++((*expected)[7] >= 0x80 ? exceptions : replies);
+      ++answered[(*expected)[7]];
     }
   }
   std::printf("%d replies and %d exceptions agree\n", replies, exceptions);
   EXPECT_GT(replies, 10000);
   EXPECT_GT(exceptions, 10000);
+  for (const int function : {1, 2, 3, 4, 5, 6, 15, 16, 22, 23, 43}) {
+    EXPECT_GT(answered[function], 500) << "replies of function " << function;
+    EXPECT_GT(answered[function | 0x80], 500) << "exceptions of function " << function;
+  }
 }
 
 }  // namespace

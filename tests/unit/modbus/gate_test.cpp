@@ -6,130 +6,20 @@
 #include <gtest/gtest.h>
 
 #include "tests/unit/modbus/bytes.hpp"
+#include "tests/unit/modbus/conformance_cases.hpp"
 
 namespace aprsim::modbus {
 namespace {
 
 using testing::adu;
 using testing::Bytes;
+using testing::conformance_cases;
+using testing::ConformanceCase;
+using testing::kAccepted;
 using testing::pdu;
 using testing::write_many;
 
-constexpr int kAccepted = 0;
-
-struct Case {
-  std::string name;
-  Bytes pdu;
-  int exception;  ///< expected code, or kAccepted
-};
-
-Bytes zeros(std::size_t count) { return Bytes(count, 0); }
-
-std::vector<Case> conformance_cases() {
-  std::vector<Case> cases;
-  const auto add = [&cases](std::string name, Bytes body, int exception) {
-    cases.push_back({std::move(name), std::move(body), exception});
-  };
-  for (const std::uint8_t fc :
-       {std::uint8_t{1}, std::uint8_t{2}, std::uint8_t{3}, std::uint8_t{4}}) {
-    const std::string f = "Fc" + std::to_string(fc);
-    const bool bits = fc < 3;
-    const std::uint16_t limit = bits ? 2000 : 125;
-    add(f + "FirstOne", pdu(fc, {0x8000, 1}), kAccepted);
-    add(f + "LastOne", pdu(fc, {0x80FF, 1}), kAccepted);
-    add(f + "Most", pdu(fc, {0x8000, bits ? std::uint16_t{256} : std::uint16_t{125}}), kAccepted);
-    add(f + "UpToTheEnd", pdu(fc, {0x80F0, 16}), kAccepted);
-    add(f + "None", pdu(fc, {0x8000, 0}), 3);
-    add(f + "OneTooMany", pdu(fc, {0x8000, static_cast<std::uint16_t>(limit + 1)}), 3);
-    add(f + "AllOnes", pdu(fc, {0x8000, 0xFFFF}), 3);
-    add(f + "QuantityBeforeAddress", pdu(fc, {0x0000, 0}), 3);
-    add(f + "BelowTheRange", pdu(fc, {0x7FFF, 1}), 2);
-    add(f + "StartsBelow", pdu(fc, {0x7FFF, 2}), 2);
-    add(f + "AboveTheRange", pdu(fc, {0x8100, 1}), 2);
-    add(f + "EndsAbove", pdu(fc, {0x80FF, 2}), 2);
-    add(f + "Zero", pdu(fc, {0x0000, 1}), 2);
-    add(f + "Wraps", pdu(fc, {0xFFFF, 2}), 2);
-    add(f + "LimitOutOfRange", pdu(fc, {0x80F0, limit}), 2);
-    add(f + "Short", Bytes{fc, 0x80, 0x00, 0x00}, 3);
-    add(f + "FunctionAlone", Bytes{fc}, 3);
-    add(f + "Trailing", Bytes{fc, 0x80, 0x00, 0x00, 0x01, 0x00}, 3);
-    Bytes smuggled = pdu(fc, {0x8000, 1});
-    const Bytes hidden = adu(pdu(6, {0x8000, 1}));
-    smuggled.insert(smuggled.end(), hidden.begin(), hidden.end());
-    add(f + "HiddenWriteBehind", smuggled, 3);
-  }
-  add("Fc5On", pdu(5, {0x8000, 0xFF00}), kAccepted);
-  add("Fc5Off", pdu(5, {0x80FF, 0x0000}), kAccepted);
-  add("Fc5NoBoolean", pdu(5, {0x8000, 0x0001}), 3);
-  add("Fc5ValueBeforeAddress", pdu(5, {0x0000, 0xFF01}), 3);
-  add("Fc5Below", pdu(5, {0x7FFF, 0xFF00}), 2);
-  add("Fc5Short", Bytes{5, 0x80, 0x00, 0xFF}, 3);
-  add("Fc6First", pdu(6, {0x8000, 1}), kAccepted);
-  add("Fc6Last", pdu(6, {0x80FF, 0xFFFF}), kAccepted);
-  add("Fc6Unsigned", pdu(6, {0x8002, 0x8000}), kAccepted);
-  add("Fc6Below", pdu(6, {0x7FFF, 1}), 2);
-  add("Fc6Above", pdu(6, {0x8100, 1}), 2);
-  add("Fc6Short", Bytes{6, 0x80, 0x00, 0x00}, 3);
-  add("Fc6Trailing", Bytes{6, 0x80, 0x00, 0x00, 0x01, 0x00}, 3);
-  add("Fc15One", write_many(15, 0x8000, 1, 1, {1}), kAccepted);
-  add("Fc15Nine", write_many(15, 0x8000, 9, 2, {0xFF, 0x01}), kAccepted);
-  add("Fc15All", write_many(15, 0x8000, 256, 32, zeros(32)), kAccepted);
-  add("Fc15None", write_many(15, 0x8000, 0, 0, {}), 3);
-  add("Fc15MostIsNoAddress", write_many(15, 0x8000, 1968, 246, zeros(246)), 2);
-  add("Fc15TooMany", write_many(15, 0x8000, 1969, 247, zeros(247)), 3);
-  add("Fc15CountTooLarge", write_many(15, 0x8000, 8, 2, {0, 0}), 3);
-  add("Fc15CountTooSmall", write_many(15, 0x8000, 9, 1, {0}), 3);
-  add("Fc16One", write_many(16, 0x8000, 1, 2, {0, 1}), kAccepted);
-  add("Fc16Most", write_many(16, 0x8000, 123, 246, zeros(246)), kAccepted);
-  add("Fc16TooMany", write_many(16, 0x8000, 124, 248, zeros(246)), 3);
-  add("Fc16None", write_many(16, 0x8000, 0, 0, {}), 3);
-  add("Fc16CountTooLarge", write_many(16, 0x8000, 1, 3, {0, 1, 0}), 3);
-  add("Fc16CountTooSmall", write_many(16, 0x8000, 2, 2, {0, 1}), 3);
-  add("Fc16CountLiesLong", write_many(16, 0x8000, 2, 4, {0, 1}), 3);
-  add("Fc16CountLiesShort", write_many(16, 0x8000, 1, 2, {0, 1, 0, 1}), 3);
-  add("Fc16NoCount", Bytes{16, 0x80, 0x00, 0x00, 0x01}, 3);
-  add("Fc16CountBeforeAddress", write_many(16, 0x0000, 1, 3, {0, 1, 0}), 3);
-  add("Fc16EndsAbove", write_many(16, 0x80FF, 2, 4, zeros(4)), 2);
-  add("Fc16Wraps", write_many(16, 0xFFFF, 2, 4, zeros(4)), 2);
-  add("Fc22First", pdu(22, {0x8000, 0xFFFF, 0}), kAccepted);
-  add("Fc22Last", pdu(22, {0x80FF, 0, 0xFFFF}), kAccepted);
-  add("Fc22Below", pdu(22, {0x7FFF, 0, 0}), 2);
-  add("Fc22Above", pdu(22, {0x8100, 0, 0}), 2);
-  add("Fc22Short", pdu(22, {0x8000, 0}), 3);
-  add("Fc22Trailing", pdu(22, {0x8000, 0, 0, 0}), 3);
-  const auto both = [](std::uint16_t read, std::uint16_t reads, std::uint16_t write,
-                       std::uint16_t writes, std::uint8_t bytes, const Bytes& data) {
-    Bytes body = pdu(23, {read, reads, write, writes});
-    body.push_back(bytes);
-    body.insert(body.end(), data.begin(), data.end());
-    return body;
-  };
-  add("Fc23One", both(0x8000, 1, 0x80FF, 1, 2, zeros(2)), kAccepted);
-  add("Fc23Most", both(0x8083, 125, 0x8087, 121, 242, zeros(242)), kAccepted);
-  add("Fc23ReadsNone", both(0x8000, 0, 0x8000, 1, 2, zeros(2)), 3);
-  add("Fc23ReadsTooMany", both(0x8000, 126, 0x8000, 1, 2, zeros(2)), 3);
-  add("Fc23WritesNone", both(0x8000, 1, 0x8000, 0, 0, {}), 3);
-  add("Fc23WritesTooMany", both(0x8000, 1, 0x8000, 122, 244, zeros(243)), 3);
-  add("Fc23CountTooSmall", both(0x8000, 1, 0x8000, 2, 2, zeros(2)), 3);
-  add("Fc23CountLies", both(0x8000, 1, 0x8000, 2, 4, zeros(2)), 3);
-  add("Fc23Trailing", both(0x8000, 1, 0x8000, 1, 2, zeros(4)), 3);
-  add("Fc23Short", pdu(23, {0x8000, 1, 0x8000, 1}), 3);
-  add("Fc23ReadsBelow", both(0x7FFF, 1, 0x8000, 1, 2, zeros(2)), 2);
-  add("Fc23ReadsBeyond", both(0x80FF, 2, 0x8000, 1, 2, zeros(2)), 2);
-  add("Fc23WritesBelow", both(0x8000, 1, 0x7FFF, 1, 2, zeros(2)), 2);
-  add("Fc23WritesBeyond", both(0x8000, 1, 0x80FF, 2, 4, zeros(4)), 2);
-  add("Fc23CountBeforeAddress", both(0, 0, 0, 1, 2, zeros(2)), 3);
-  add("Fc43OtherInterface", Bytes{43, 13, 1, 0}, 1);
-  add("Fc43Alone", Bytes{43}, 3);
-  add("Fc43Short", Bytes{43, 14, 1}, 3);
-  add("Fc43Trailing", Bytes{43, 14, 1, 0, 0}, 3);
-  add("Fc43LevelZero", Bytes{43, 14, 0, 0}, 3);
-  add("Fc43LevelFive", Bytes{43, 14, 5, 0}, 3);
-  add("Fc43NoSuchObject", Bytes{43, 14, 4, 7}, 2);
-  return cases;
-}
-
-class Conformance : public ::testing::TestWithParam<Case> {};
+class Conformance : public ::testing::TestWithParam<ConformanceCase> {};
 
 TEST_P(Conformance, IsJudgedAsTheSpecificationSays) {
   const Bytes bytes = adu(GetParam().pdu, 0xBEEF, 255);

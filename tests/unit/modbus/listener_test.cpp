@@ -361,7 +361,7 @@ TEST_F(ListenerTest, APortInUseIsAClearError) {
 
 TEST_F(ListenerTest, BadOptionsAreNamed) {
   ModbusServer address({.bind_address = "nowhere", .port = 0}, cell_, cell_);
-  EXPECT_EQ(address.start().error().field, "modbus.bind_address");
+  EXPECT_EQ(address.start().error().field, "modbus.address");
   ModbusServer scale({.port = 0, .scaling = {.full_scale_m_s = 0}}, cell_, cell_);
   EXPECT_EQ(scale.start().error().field, "modbus.full_scale_m_s");
   ModbusServer allow({.port = 0, .allow = {"10.0.0.0/33"}}, cell_, cell_);

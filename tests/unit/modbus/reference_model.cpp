@@ -1,5 +1,8 @@
 #include "tests/unit/modbus/reference_model.hpp"
 
+#include <string>
+#include <vector>
+
 namespace aprsim::modbus::testing {
 namespace {
 
@@ -215,11 +218,26 @@ Bytes ReferenceModel::read_write(const Bytes& body) {
 }
 
 Bytes ReferenceModel::identify(const Bytes& body) {
-  // Only what is refused: what is answered has tests of its own.
+  const std::vector<std::string> objects{"aprsim",
+                                         "APRSIM-CONVEYOR",
+                                         APRSIM_VERSION,
+                                         "",
+                                         "Simulated conveyor of the APRS kitting cell",
+                                         "Belt drive with PLC",
+                                         "aprsimd"};
   if (body.size() > 1 && body[1] != 14) return exception(body, 1);
   if (body.size() != 4 || body[2] == 0 || body[2] > 4) return exception(body, 3);
   if (body[2] == 4 && body[3] > 6) return exception(body, 2);
-  return {};
+  const std::size_t end = body[2] == 1 ? 3 : 7;
+  std::size_t first = body[3] < end ? body[3] : 0;
+  const std::size_t last = body[2] == 4 ? first + 1 : end;
+  Bytes reply{43, 14, body[2], 0x82, 0, 0, static_cast<std::uint8_t>(last - first)};
+  for (; first < last; ++first) {
+    reply.push_back(static_cast<std::uint8_t>(first));
+    reply.push_back(static_cast<std::uint8_t>(objects[first].size()));
+    for (const char c : objects[first]) reply.push_back(static_cast<std::uint8_t>(c));
+  }
+  return reply;
 }
 
 }  // namespace aprsim::modbus::testing
