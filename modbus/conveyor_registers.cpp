@@ -49,6 +49,16 @@ void encode_bits(const ConveyorReadings& r, const ConveyorScaling& scaling, Regi
   }
 }
 
+void encode_light_curtain(const LightCurtainReadings& curtain, RegisterImage& image) {
+  at(image.discrete, kCurtainInput) = curtain.broken;
+  at(image.input, kCurtainBeamsRegister) = curtain.beams;
+  at(image.input, kCurtainRangeRegister) = word(curtain.range_m * 1e3);
+  for (std::uint16_t i = 0; i < kCurtainBeams; ++i) {
+    at(image.input, static_cast<std::uint16_t>(kBeamRegister + i)) =
+        i < curtain.beams ? word(curtain.distance_m[i] * 1e3) : std::uint16_t{0};
+  }
+}
+
 ConveyorWrite decode_coils(const Request& request, const ConveyorScaling& scaling) {
   ConveyorWrite write;
   for (std::uint16_t i = 0; i < request.quantity; ++i) {
@@ -112,6 +122,7 @@ void encode(const ConveyorReadings& readings, const ConveyorScaling& scaling,
         static_cast<std::uint16_t>(r.photo_eyes[i].count & 0xFFFF);
   }
   encode_bits(r, scaling, image);
+  encode_light_curtain(readings.light_curtain, image);
 }
 
 Checked<ConveyorWrite> decode_write(const Request& request, const ConveyorScaling& scaling) {

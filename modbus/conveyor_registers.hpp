@@ -19,16 +19,29 @@ struct RegisterImage {
 };
 
 /// Why the drive does not run, as the fault register says it.
-enum class FaultCode : std::uint16_t { kNone, kCellStopped, kEmergencyStop, kWatchdog };
+enum class FaultCode : std::uint16_t {
+  kNone,
+  kCellStopped,
+  kEmergencyStop,
+  kWatchdog,
+  kLightCurtain
+};
 
 struct PhotoEyeReadings {
   bool broken = false;
   std::uint32_t count = 0;
 };
 
-/// The conveyor at one instant, in SI units.
+struct LightCurtainReadings {
+  std::uint16_t beams = 0;  ///< 0: this cell has none
+  double range_m = 0;
+  bool broken = false;
+  std::array<double, kCurtainBeams> distance_m{};  ///< the first ones
+};
+
+/// The conveyor at one instant, in SI units, and the light curtain that its PLC reads.
 struct ConveyorReadings {
-  bool present = false;  ///< false: this cell has no conveyor, everything else is meaningless
+  bool present = false;  ///< false: no conveyor; only fault, time and light curtain mean something
   bool run = false;
   bool forward = true;
   double speed_setting_m_s = 0;  ///< commanded magnitude
@@ -41,6 +54,7 @@ struct ConveyorReadings {
   double motor_current_a = 0;
   double load_kg = 0;
   std::array<PhotoEyeReadings, kPhotoEyes> photo_eyes;
+  LightCurtainReadings light_curtain;
 };
 
 enum class DriveState : std::uint16_t { kAbsent, kStandstill, kRamping, kAtSpeed, kFault };

@@ -64,8 +64,9 @@ constexpr std::array kMap{
                  "drive_state", "", Scaling::kNone, 0, 4,
                  "0 absent, 1 standstill, 2 ramping, 3 at speed, 4 stopping or stopped by a fault"},
     RegisterInfo{Area::kInputRegister, kFaultCodeRegister, Access::kRead, Encoding::kUint16,
-                 "fault_code", "", Scaling::kNone, 0, 3,
-                 "0 none, 1 the cell has stopped on a fault, 2 emergency stop, 3 watchdog"},
+                 "fault_code", "", Scaling::kNone, 0, 4,
+                 "0 none, 1 the cell has stopped on a fault, 2 emergency stop, 3 watchdog, 4 light "
+                 "curtain"},
     RegisterInfo{Area::kInputRegister, kPositionRegister, Access::kRead, Encoding::kInt32,
                  "position", "m", Scaling::kPosition, kInt32Min, kInt32Max,
                  "belt travel since reset as an encoder counts it, forward positive; wraps"},
@@ -84,6 +85,17 @@ constexpr std::array kMap{
     item_count(1, "item_count_2", "the same of photo-eye 2"),
     item_count(2, "item_count_3", "the same of photo-eye 3"),
     item_count(3, "item_count_4", "the same of photo-eye 4"),
+    RegisterInfo{Area::kInputRegister, kCurtainBeamsRegister, Access::kRead, Encoding::kUint16,
+                 "beams", "", Scaling::kNone, 0, kCurtainBeams,
+                 "beams of the light curtain; 0 = the cell has none"},
+    RegisterInfo{Area::kInputRegister, kCurtainRangeRegister, Access::kRead, Encoding::kUint16,
+                 "beam_range", "m", Scaling::kMillimetres, 0, kUint16Max,
+                 "from the light curtain's emitters to its receivers; saturates"},
+    RegisterInfo{Area::kInputRegister, kBeamRegister, Access::kRead, Encoding::kUint16, "beam", "m",
+                 Scaling::kMillimetres, 0, kUint16Max,
+                 "each beam of the light curtain: from its emitter to the first thing in it, "
+                 "beam_range when nothing is; 0 beyond the last beam",
+                 kCurtainBeams},
 
     coil(kRunCoil, "run", "as the holding register"),
     coil(kDirectionCoil, "direction", "as the holding register"),
@@ -98,6 +110,7 @@ constexpr std::array kMap{
     input(kFaultInput, "fault", "fault_code is not 0"),
     input(kEmergencyStopInput, "estop_active", "the emergency stop is engaged"),
     input(kReverseInput, "reverse", "the belt moves backward"),
+    input(kCurtainInput, "curtain", "the light curtain is broken: something is in a beam"),
     input(kPhotoEyeInput, "photo_eye_1", "something is in the beam; 0 without such an eye"),
     input(kPhotoEyeInput + 1, "photo_eye_2", "the same of photo-eye 2"),
     input(kPhotoEyeInput + 2, "photo_eye_3", "the same of photo-eye 3"),
@@ -111,7 +124,7 @@ std::span<const RegisterInfo> register_map() { return kMap; }
 const RegisterInfo* find_register(Area area, std::uint16_t address) {
   for (const RegisterInfo& info : kMap) {
     const int offset = int{address} - int{info.address};
-    if (info.area == area && offset >= 0 && offset < int{info.words()}) return &info;
+    if (info.area == area && offset >= 0 && offset < int{info.span()}) return &info;
   }
   return nullptr;
 }

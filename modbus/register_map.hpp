@@ -34,6 +34,9 @@ inline constexpr std::uint16_t kMaxSpeedRegister = 0x8008;
 inline constexpr std::uint16_t kMotorCurrentRegister = 0x8009;
 inline constexpr std::uint16_t kLoadRegister = 0x800A;
 inline constexpr std::uint16_t kItemCountRegister = 0x800C;  // of the first photo-eye
+inline constexpr std::uint16_t kCurtainBeamsRegister = 0x8010;
+inline constexpr std::uint16_t kCurtainRangeRegister = 0x8011;
+inline constexpr std::uint16_t kBeamRegister = 0x8040;  // of the light curtain's first beam
 
 // Coils.
 inline constexpr std::uint16_t kRunCoil = 0x8000;
@@ -48,10 +51,14 @@ inline constexpr std::uint16_t kAtSpeedInput = 0x8002;
 inline constexpr std::uint16_t kFaultInput = 0x8003;
 inline constexpr std::uint16_t kEmergencyStopInput = 0x8004;
 inline constexpr std::uint16_t kReverseInput = 0x8005;
+inline constexpr std::uint16_t kCurtainInput = 0x8006;
 inline constexpr std::uint16_t kPhotoEyeInput = 0x8008;  // of the first photo-eye
 
 /// Photo-eyes that the map has room for.
 inline constexpr std::uint16_t kPhotoEyes = 4;
+
+/// Beams of a light curtain that the map has room for.
+inline constexpr std::uint16_t kCurtainBeams = 64;
 
 /// Full scale of the speed registers in counts. Taken as unsigned: it is 0x8000.
 inline constexpr std::uint16_t kSpeedFullScaleCounts = 32768;
@@ -68,6 +75,7 @@ enum class Scaling : std::uint8_t {
   kPosition,
   kMilliseconds,
   kMilliamperes,
+  kMillimetres,
   kDecagrams
 };
 
@@ -81,9 +89,15 @@ struct RegisterInfo {
   Scaling scaling;
   std::int64_t min, max;  ///< in counts; a write outside is refused (exception 3)
   std::string_view meaning;
+  std::uint16_t count = 1;  ///< such values, one after the other
 
+  /// Addresses of one value.
   [[nodiscard]] constexpr std::uint16_t words() const {
     return encoding == Encoding::kUint32 || encoding == Encoding::kInt32 ? 2 : 1;
+  }
+  /// Addresses of all of them.
+  [[nodiscard]] constexpr std::uint16_t span() const {
+    return static_cast<std::uint16_t>(words() * count);
   }
 };
 

@@ -50,6 +50,7 @@ double resolution(Scaling scaling, const ConveyorScaling& conveyor) {
     case Scaling::kPosition:
       return kMetresPerPositionCount;
     case Scaling::kMilliseconds:
+    case Scaling::kMillimetres:
     case Scaling::kMilliamperes:
       return 1e-3;
     case Scaling::kDecagrams:
@@ -84,7 +85,7 @@ std::string range(const RegisterInfo& info) {
 
 std::string row(const RegisterInfo& info, const ConveyorScaling& scaling) {
   std::string address = hex(info.address);
-  if (info.words() == 2) address += "-" + hex(info.address + 1U);
+  if (info.span() > 1) address += "-" + hex(info.address + info.span() - 1U);
   std::string count;
   if (const double unit = resolution(info.scaling, scaling); unit > 0) {
     count = number(unit) + " " + std::string(info.unit);

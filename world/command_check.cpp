@@ -6,6 +6,8 @@
 namespace aprsim::world {
 namespace {
 
+constexpr double kFar = 1000, kLargestIntruder = 10;  // m
+
 tl::unexpected<Error> bad(std::string field, std::string message) {
   return fail(ErrorCode::kInvalidArgument, std::move(field), std::move(message));
 }
@@ -20,14 +22,16 @@ Result<void> positive(double value, const char* field) {
   return bad(field, std::string(field) + " is " + std::to_string(value) + ", must be above 0");
 }
 
+Result<void> unit(const Eigen::Quaterniond& q) {
+  if (q.coeffs().allFinite() && std::abs(q.norm() - 1) <= 1e-6) return {};
+  return bad("rotation", "the rotation is not a unit quaternion");
+}
+
 Result<void> check_pose(const Pose& X_RT) {
   for (int i = 0; i < 3; ++i) {
     if (auto ok = finite(X_RT.p[i], "position"); !ok) return ok;
   }
-  if (!X_RT.q.coeffs().allFinite() || std::abs(X_RT.q.norm() - 1) > 1e-6) {
-    return bad("rotation", "the rotation is not a unit quaternion");
-  }
-  return {};
+  return unit(X_RT.q);
 }
 
 Result<void> check_limit(const api::LimitSetting& limit) {
@@ -162,6 +166,22 @@ Result<void> check_body(const api::ConveyorCommand& command, const api::CellDesc
                                " s, must be 0 (off) or more");
   }
   return {};
+}
+
+Result<void> check_body(const api::SetIntruder& command, const api::CellDescription&) {
+  if (!command.intruder) return {};
+  const auto& [X_WI, size] = *command.intruder;
+  for (int i = 0; i < 3; ++i) {
+    if (!(std::abs(X_WI.p[i]) <= kFar)) {
+      return bad("position",
+                 "position is " + std::to_string(X_WI.p[i]) + " m, must be within -1000 to 1000");
+    }
+    if (!(size[i] > 0 && size[i] <= kLargestIntruder)) {
+      return bad("size",
+                 "size is " + std::to_string(size[i]) + " m, must be above 0 and at most 10");
+    }
+  }
+  return unit(X_WI.q);
 }
 
 Result<void> check_body(const api::SimulationCommand& command, const api::CellDescription&) {

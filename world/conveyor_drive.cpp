@@ -21,9 +21,21 @@ void ConveyorDrive::take(const api::ConveyorCommand& command) {
   if (command.forward) state_.forward = *command.forward;
   if (command.speed_m_s) state_.speed_setting_m_s = *command.speed_m_s;
   if (command.emergency_stop) state_.emergency_stop = *command.emergency_stop;
-  if (command.fault_reset && !state_.emergency_stop) state_.fault = api::DriveFault::kNone;
+  if (command.fault_reset) state_.fault = present_fault();
   if (state_.emergency_stop) trip(api::DriveFault::kEmergencyStop);
   if (command.run) state_.run = *command.run && state_.fault == api::DriveFault::kNone;
+}
+
+api::DriveFault ConveyorDrive::present_fault() const {
+  if (state_.emergency_stop) return api::DriveFault::kEmergencyStop;
+  return curtain_broken_ ? api::DriveFault::kLightCurtain : api::DriveFault::kNone;
+}
+
+void ConveyorDrive::set_light_curtain(bool broken) {
+  curtain_broken_ = broken;
+  if (broken && state_.fault != api::DriveFault::kEmergencyStop) {
+    trip(api::DriveFault::kLightCurtain);
+  }
 }
 
 void ConveyorDrive::trip(api::DriveFault fault) {
@@ -47,7 +59,8 @@ double ConveyorDrive::next_speed(double step_s) const {
   const double sense = now != 0 ? std::copysign(1.0, now) : std::copysign(1.0, wanted);
   const double speed = std::abs(now), goal = std::max(wanted * sense, 0.0);
   if (speed > goal) {
-    const bool emergency = state_.fault == api::DriveFault::kEmergencyStop;
+    const bool emergency = state_.fault == api::DriveFault::kEmergencyStop ||
+                           state_.fault == api::DriveFault::kLightCurtain;
     const double decel = emergency ? limits_.emergency_decel_m_s2 : limits_.decel_m_s2;
     return sense * std::max(speed - decel * step_s, goal);
   }

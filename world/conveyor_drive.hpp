@@ -17,7 +17,8 @@ struct ConveyorDriveLimits {
 ///
 /// A fault clears `run` and keeps it clear until it is reset; after that the drive wants to be told
 /// to run anew. Emergency stop: brakes on its own ramp; can be reset once the input is released.
-/// Watchdog: an ordinary stop; can be reset at once.
+/// Light curtain: as an emergency stop; can be reset once the curtain is clear. Watchdog: an
+/// ordinary stop; can be reset at once.
 ///
 /// Motor current: I = |F| / 40 N/A with F = (m_belt + load) (a + mu g sign(v)), m_belt = 3 kg of
 /// moving belt, mu = 0.3 between belt and slider bed. A model of ours; no data sheet stands behind
@@ -29,6 +30,8 @@ class ConveyorDrive {
   void take(const api::ConveyorCommand& command);
   /// What lies on the belt, from now on [kg].
   void set_load(double load_kg) { state_.load_kg = load_kg; }
+  /// Whether the light curtain is broken, from now on; for a drive that is to stop then.
+  void set_light_curtain(bool broken);
   /// Advances by `step_s` and returns the belt's speed at its end [m/s].
   double step(double step_s);
 
@@ -37,6 +40,8 @@ class ConveyorDrive {
 
  private:
   void trip(api::DriveFault fault);
+  /// The fault whose cause is there now.
+  [[nodiscard]] api::DriveFault present_fault() const;
   void watch(double step_s);
   [[nodiscard]] double target() const;
   [[nodiscard]] double next_speed(double step_s) const;
@@ -44,6 +49,7 @@ class ConveyorDrive {
 
   ConveyorDriveLimits limits_;
   api::ConveyorSnapshot state_;
+  bool curtain_broken_ = false;
   double watchdog_s_ = 0;
   double silence_s_ = 0;  // since the last command
 };

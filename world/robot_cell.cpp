@@ -117,7 +117,8 @@ robot::JointVector RobotCell::external_torque(std::span<const physics::ArmForce>
 
 void RobotCell::stop_if_tripped(const physics::GripperState& gripper,
                                 std::span<const physics::ArmForce> forces) {
-  if (controller_.stopped_by_protection()) return;
+  // A robot that still brakes for the light curtain may yet hit something.
+  if (controller_.stopped_by_protection() && !controller_.moving()) return;
   std::string reason;
   if (!arm_.trip_reason().empty()) {
     reason = arm_.trip_reason();
@@ -133,6 +134,12 @@ void RobotCell::stop_if_tripped(const physics::GripperState& gripper,
            "; send InitCanon, then move away";
   arm_.relax();
   controller_.protective_stop(reason, arm_.q());
+}
+
+void RobotCell::stop_for_light_curtain() {
+  if (controller_.stopped_by_protection()) return;
+  controller_.protective_stop(
+      "Protective stop: the light curtain is broken; clear it, then send InitCanon");
 }
 
 void RobotCell::update_link_poses() {

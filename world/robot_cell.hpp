@@ -28,6 +28,9 @@ class RobotCell {
   /// the servo; X_WL() is then where the links are at the step's end.
   void step(const physics::GripperState& gripper, std::span<const physics::ArmForce> forces);
 
+  /// Protective stop because something is in the light curtain; nothing while one is held.
+  void stop_for_light_curtain();
+
   [[nodiscard]] std::span<const Eigen::Isometry3d> X_WL() const { return X_WL_; }
   [[nodiscard]] double gripper_setting() const { return controller_.gripper_setting(); }
 

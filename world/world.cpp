@@ -8,7 +8,7 @@
 namespace aprsim::world {
 namespace {
 
-// How often the belt's sensors are looked at: the cycle of an ordinary PLC.
+// How often belt sensors and light curtain are looked at: the cycle of an ordinary PLC.
 constexpr SimTime kSensorPeriod = std::chrono::milliseconds(10);
 
 std::vector<robot::ArmModel> load_models(const scene::Scene& scene) {
@@ -74,12 +74,11 @@ World::World(std::shared_ptr<const scene::Scene> scene, std::uint64_t seed)
   }
   physics_.emplace(*scene_, models_, X_WL);
   describe(seed);
-  vision_.emplace(*scene_, models_, step_size_, seed, description_->bodies.size());
-  vision_->look(steps_, *description_, robots_, *physics_);
-  if (conveyor_) {
-    photo_eyes_.emplace(description_->conveyor);
-    look_at_belt();
-  }
+  solids_.emplace(*scene_, models_);
+  vision_.emplace(*scene_, step_size_, seed, description_->bodies.size());
+  if (conveyor_) photo_eyes_.emplace(description_->conveyor);
+  if (description_->light_curtain) light_curtain_.emplace(*description_->light_curtain);
+  sense();
 }
 
 void World::describe(std::uint64_t seed) {
@@ -102,6 +101,7 @@ void World::describe(std::uint64_t seed) {
           {.name = eye.name, .x_m = eye.x_m, .height_m = eye.height_m});
     }
   }
+  cell->light_curtain = scene_->light_curtain;
   for (const auto& tray : scene_->trays) {
     cell->bodies.push_back(describe_tray(tray, scene_->tray_types.at(tray.type)));
   }
@@ -113,10 +113,17 @@ void World::describe(std::uint64_t seed) {
 
 void World::apply(api::Ticket ticket, const api::RobotCommand& command) {
   robots_.at(static_cast<std::size_t>(command.robot)).take(ticket, command.action);
+  stop_robots_if_broken();
 }
 
 void World::apply(api::Ticket, const api::ConveyorCommand& command) {
   if (conveyor_) conveyor_->take(command);
+}
+
+void World::apply(api::Ticket, const api::SetIntruder& command) {
+  intruder_ = command.intruder;
+  solids_->gather(robots_, *physics_, intruder_);
+  look_through_curtain();
 }
 
 void World::step() {
@@ -129,11 +136,42 @@ void World::step() {
   if (conveyor_) physics_->set_belt_speed(conveyor_->step(scene_->physics.step_s));
   physics_->step();
   ++steps_;
-  vision_->look(steps_, *description_, robots_, *physics_);
-  if (conveyor_ && time() % kSensorPeriod < step_size_) look_at_belt();
+  sense();
+}
+
+void World::sense() {
+  const bool cycle = time() % kSensorPeriod < step_size_;
+  if (vision_->due(steps_) || (light_curtain_ && cycle)) {
+    solids_->gather(robots_, *physics_, intruder_);
+  }
+  vision_->look(steps_, *description_, *solids_);
+  if (!cycle) return;
+  look_at_belt();
+  look_through_curtain();
+}
+
+void World::look_through_curtain() {
+  if (!light_curtain_) return;
+  curtain_ = light_curtain_->look(solids_->all());
+  const api::CurtainReaction reaction = description_->light_curtain->reaction;
+  const bool stops_belt =
+      reaction == api::CurtainReaction::kBeltStop || reaction == api::CurtainReaction::kAll;
+  if (conveyor_ && stops_belt) conveyor_->set_light_curtain(curtain_.broken);
+  stop_robots_if_broken();
+}
+
+// A robot that is initialised while the curtain is broken stops again at once.
+void World::stop_robots_if_broken() {
+  if (!curtain_.broken) return;
+  const api::CurtainReaction reaction = description_->light_curtain->reaction;
+  if (reaction != api::CurtainReaction::kProtectiveStop && reaction != api::CurtainReaction::kAll) {
+    return;
+  }
+  for (auto& robot : robots_) robot.stop_for_light_curtain();
 }
 
 void World::look_at_belt() {
+  if (!photo_eyes_) return;
   photo_eyes_->begin();
   for (int i = 0; i < physics_->body_count(); ++i) {
     const physics::BodyState state = physics_->body(i);
@@ -170,6 +208,8 @@ void World::write(api::Snapshot& out) const {
   }
   out.conveyor = conveyor_ ? conveyor_->state() : api::ConveyorSnapshot{};
   if (photo_eyes_) out.conveyor.photo_eyes = photo_eyes_->eyes();
+  out.light_curtain = curtain_;
+  out.intruder = intruder_;
   const int count = physics_->body_count();
   out.bodies.resize(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) {

@@ -7,12 +7,14 @@
 
 #include "world/api/command.hpp"
 #include "world/api/snapshot.hpp"
+#include "world/cell_solids.hpp"
 #include "world/cell_vision.hpp"
 #include "world/conveyor_drive.hpp"
 #include "world/photo_eyes.hpp"
 #include "world/physics/physics_world.hpp"
 #include "world/robot_cell.hpp"
 #include "world/scene/scene.hpp"
+#include "world/sensors/light_curtain.hpp"
 
 namespace aprsim::world {
 
@@ -25,6 +27,7 @@ class World {
 
   void apply(api::Ticket ticket, const api::RobotCommand& command);
   void apply(api::Ticket ticket, const api::ConveyorCommand& command);
+  void apply(api::Ticket ticket, const api::SetIntruder& command);
 
   /// Advances by one fixed step. Throws physics::PhysicsFailure when the physics fails; the state
   /// is then that of the last good step.
@@ -44,7 +47,10 @@ class World {
 
  private:
   void describe(std::uint64_t seed);
+  void sense();
   void look_at_belt();
+  void look_through_curtain();
+  void stop_robots_if_broken();
 
   std::shared_ptr<const scene::Scene> scene_;
   SimTime step_size_;
@@ -55,7 +61,11 @@ class World {
   std::optional<PhotoEyes> photo_eyes_;  // there when the conveyor is
   std::optional<physics::PhysicsWorld> physics_;
   std::shared_ptr<const api::CellDescription> description_;
+  std::optional<CellSolids> solids_;
   std::optional<CellVision> vision_;
+  std::optional<sensors::LightCurtain> light_curtain_;
+  api::LightCurtainSnapshot curtain_;
+  std::optional<api::Intruder> intruder_;
 };
 
 }  // namespace aprsim::world

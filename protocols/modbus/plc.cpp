@@ -15,6 +15,7 @@ using modbus::ExceptionCode;
 constexpr std::size_t kMaxPending = 4096;
 
 static_assert(api::kMaxPhotoEyes == modbus::kPhotoEyes);
+static_assert(api::kMaxCurtainBeams == modbus::kCurtainBeams);
 
 modbus::FaultCode fault_of(const api::Snapshot& snapshot) {
   if (!snapshot.world_fault.empty()) return modbus::FaultCode::kCellStopped;
@@ -25,6 +26,8 @@ modbus::FaultCode fault_of(const api::Snapshot& snapshot) {
       return modbus::FaultCode::kEmergencyStop;
     case api::DriveFault::kWatchdog:
       return modbus::FaultCode::kWatchdog;
+    case api::DriveFault::kLightCurtain:
+      return modbus::FaultCode::kLightCurtain;
   }
   return modbus::FaultCode::kNone;
 }
@@ -32,7 +35,14 @@ modbus::FaultCode fault_of(const api::Snapshot& snapshot) {
 modbus::ConveyorReadings readings_of(const api::Snapshot& snapshot) {
   modbus::ConveyorReadings readings;
   readings.fault = fault_of(snapshot);
-  if (!snapshot.cell || !snapshot.cell->has_conveyor) return readings;
+  readings.time_ms = static_cast<std::uint64_t>(
+      std::chrono::duration_cast<std::chrono::milliseconds>(snapshot.time).count());
+  if (!snapshot.cell) return readings;
+  if (const auto& curtain = snapshot.cell->light_curtain) {
+    readings.light_curtain = {static_cast<std::uint16_t>(curtain->beams), curtain->range_m,
+                              snapshot.light_curtain.broken, snapshot.light_curtain.distance_m};
+  }
+  if (!snapshot.cell->has_conveyor) return readings;
   const api::ConveyorSnapshot& conveyor = snapshot.conveyor;
   readings.present = true;
   readings.run = conveyor.run;
@@ -41,8 +51,6 @@ modbus::ConveyorReadings readings_of(const api::Snapshot& snapshot) {
   readings.speed_m_s = conveyor.speed_m_s;
   readings.travel_m = conveyor.travel_m;
   readings.max_speed_m_s = snapshot.cell->conveyor.max_speed_m_s;
-  readings.time_ms = static_cast<std::uint64_t>(
-      std::chrono::duration_cast<std::chrono::milliseconds>(snapshot.time).count());
   readings.emergency_stop = conveyor.emergency_stop;
   readings.motor_current_a = conveyor.motor_current_a;
   readings.load_kg = conveyor.load_kg;

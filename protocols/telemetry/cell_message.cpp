@@ -63,6 +63,28 @@ void write(const api::BodyDescription& body, v1::BodyDescription& message) {
   }
 }
 
+v1::CurtainReaction curtain_reaction(api::CurtainReaction reaction) {
+  switch (reaction) {
+    case api::CurtainReaction::kNone:
+      break;
+    case api::CurtainReaction::kBeltStop:
+      return v1::CURTAIN_REACTION_BELT_STOP;
+    case api::CurtainReaction::kProtectiveStop:
+      return v1::CURTAIN_REACTION_PROTECTIVE_STOP;
+    case api::CurtainReaction::kAll:
+      return v1::CURTAIN_REACTION_ALL;
+  }
+  return v1::CURTAIN_REACTION_UNSPECIFIED;
+}
+
+void write(const api::LightCurtainDescription& curtain, v1::LightCurtainDescription& message) {
+  write_message(curtain.X_WK, *message.mutable_curtain_in_world());
+  message.set_beams(static_cast<std::uint32_t>(curtain.beams));
+  message.set_pitch_m(curtain.pitch_m);
+  message.set_range_m(curtain.range_m);
+  message.set_reaction(curtain_reaction(curtain.reaction));
+}
+
 }  // namespace
 
 v1::BodyKind body_kind(api::BodyKind kind) {
@@ -98,6 +120,7 @@ void write_message(const api::CellDescription& cell, v1::CellDescription& messag
       message_eye.set_height_m(eye.height_m);
     }
   }
+  if (cell.light_curtain) write(*cell.light_curtain, *message.mutable_light_curtain());
   for (const auto& body : cell.bodies) write(body, *message.add_bodies());
 }
 

@@ -42,6 +42,26 @@ Result<api::SetSpeed> parse(const v1::SetSpeedRequest& request) {
   return fail(ErrorCode::kInvalidArgument, "speed", "one of factor and maximum must be set");
 }
 
+Eigen::Vector3d vector_of(const v1::Vector3& v) { return {v.x(), v.y(), v.z()}; }
+
+/// Numbers are checked where the command is submitted.
+Result<api::SetIntruder> parse(const v1::SetIntruderRequest& request) {
+  if (!request.has_intruder()) return api::SetIntruder{};
+  const auto& intruder = request.intruder();
+  if (!intruder.has_intruder_in_world() || !intruder.has_size_m()) {
+    return fail(ErrorCode::kInvalidArgument, "intruder",
+                "intruder_in_world and size_m must both be set");
+  }
+  api::Intruder out;
+  out.X_WI.p = vector_of(intruder.intruder_in_world().position_m());
+  out.size_m = vector_of(intruder.size_m());
+  if (intruder.intruder_in_world().has_orientation()) {
+    const auto& q = intruder.intruder_in_world().orientation();
+    out.X_WI.q = Eigen::Quaterniond(q.w(), q.x(), q.y(), q.z());
+  }
+  return api::SetIntruder{out};
+}
+
 Result<api::ConveyorCommand> parse(const v1::SetConveyorRequest& request,
                                    const api::CellDescription& cell) {
   if (!cell.has_conveyor) {
@@ -199,6 +219,19 @@ grpc::ServerUnaryReactor* ControlService::SetConveyor(grpc::CallbackServerContex
   return command(context, *conveyor, [response](const auto& s, auto t) {
     write_receipt(s, t, *response->mutable_receipt());
     write_message(s.conveyor, s.cell->conveyor, *response->mutable_conveyor());
+  });
+}
+
+grpc::ServerUnaryReactor* ControlService::SetIntruder(grpc::CallbackServerContext* context,
+                                                      const v1::SetIntruderRequest* request,
+                                                      v1::SetIntruderResponse* response) {
+  const auto intruder = parse(*request);
+  if (!intruder) return refuse(context, intruder.error());
+  return command(context, *intruder, [response](const auto& s, auto t) {
+    write_receipt(s, t, *response->mutable_receipt());
+    if (s.cell->light_curtain) {
+      write_message(s.light_curtain, *s.cell->light_curtain, *response->mutable_light_curtain());
+    }
   });
 }
 

@@ -34,6 +34,9 @@ class ControlService final : public v1::ControlService::CallbackService {
   grpc::ServerUnaryReactor* SetConveyor(grpc::CallbackServerContext* context,
                                         const v1::SetConveyorRequest* request,
                                         v1::SetConveyorResponse* response) override;
+  grpc::ServerUnaryReactor* SetIntruder(grpc::CallbackServerContext* context,
+                                        const v1::SetIntruderRequest* request,
+                                        v1::SetIntruderResponse* response) override;
 
  private:
   using Body = decltype(api::Command::body);

@@ -18,6 +18,9 @@ void write_message(const api::CellDescription& cell, v1::CellDescription& messag
 void write_message(const api::ConveyorSnapshot& conveyor,
                    const api::ConveyorDescription& description, v1::ConveyorState& message);
 
+void write_message(const api::LightCurtainSnapshot& curtain,
+                   const api::LightCurtainDescription& description, v1::LightCurtainState& message);
+
 /// The message must be empty. sample_time is taken from the wall clock here.
 void write_message(const api::Snapshot& snapshot, const std::string& instance_id,
                    v1::Snapshot& message);

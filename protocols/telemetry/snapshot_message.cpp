@@ -28,6 +28,8 @@ v1::DriveFault drive_fault(api::DriveFault fault) {
       return v1::DRIVE_FAULT_EMERGENCY_STOP;
     case api::DriveFault::kWatchdog:
       return v1::DRIVE_FAULT_WATCHDOG;
+    case api::DriveFault::kLightCurtain:
+      return v1::DRIVE_FAULT_LIGHT_CURTAIN;
   }
   return v1::DRIVE_FAULT_UNSPECIFIED;
 }
@@ -174,6 +176,15 @@ void write_message(const api::ConveyorSnapshot& conveyor,
   }
 }
 
+void write_message(const api::LightCurtainSnapshot& curtain,
+                   const api::LightCurtainDescription& description,
+                   v1::LightCurtainState& message) {
+  message.set_broken(curtain.broken);
+  const auto beams =
+      std::min(static_cast<std::size_t>(description.beams), curtain.distance_m.size());
+  for (std::size_t i = 0; i < beams; ++i) message.add_distance_m(curtain.distance_m[i]);
+}
+
 void write_message(const api::Snapshot& snapshot, const std::string& instance_id,
                    v1::Snapshot& message) {
   const api::CellDescription& cell = *snapshot.cell;
@@ -185,6 +196,14 @@ void write_message(const api::Snapshot& snapshot, const std::string& instance_id
   }
   if (cell.has_conveyor)
     write_message(snapshot.conveyor, cell.conveyor, *message.mutable_conveyor());
+  if (cell.light_curtain) {
+    write_message(snapshot.light_curtain, *cell.light_curtain, *message.mutable_light_curtain());
+  }
+  if (snapshot.intruder) {
+    auto& intruder = *message.mutable_intruder();
+    write_message(snapshot.intruder->X_WI, *intruder.mutable_intruder_in_world());
+    write_message(snapshot.intruder->size_m, *intruder.mutable_size_m());
+  }
   const std::size_t bodies = std::min(cell.bodies.size(), snapshot.bodies.size());
   for (std::size_t i = 0; i < bodies; ++i) {
     write(snapshot.bodies[i], cell.bodies[i], *message.add_bodies());

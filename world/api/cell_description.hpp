@@ -2,9 +2,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "world/api/light_curtain.hpp"
 #include "world/api/pose.hpp"
 #include "world/api/time.hpp"
 
@@ -88,6 +90,7 @@ struct CellDescription {
   std::vector<RobotDescription> robots;
   bool has_conveyor = false;
   ConveyorDescription conveyor;
+  std::optional<LightCurtainDescription> light_curtain;
   std::vector<BodyDescription> bodies;
 };
 

@@ -6,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include "world/api/light_curtain.hpp"
 #include "world/api/pose.hpp"
 #include "world/api/time.hpp"
 
@@ -155,6 +156,13 @@ struct ConveyorCommand {
   std::optional<double> watchdog_s;
 };
 
+// ---- what is not the cell's own ----------------------------------------------------------------
+
+/// Puts the intruder into the cell or moves it; nullopt takes it away. A reset does so too.
+struct SetIntruder {
+  std::optional<Intruder> intruder;
+};
+
 // ---- the simulation itself -------------------------------------------------------------------
 
 struct Pause {};
@@ -175,7 +183,7 @@ using SimulationCommand = std::variant<Pause, Resume, StepBy, SetSpeed, Reset>;
 
 struct Command {
   EndpointId endpoint = 0;
-  std::variant<RobotCommand, ConveyorCommand, SimulationCommand> body;
+  std::variant<RobotCommand, ConveyorCommand, SetIntruder, SimulationCommand> body;
 };
 
 }  // namespace aprsim::api

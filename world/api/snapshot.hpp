@@ -9,6 +9,7 @@
 
 #include "world/api/cell_description.hpp"
 #include "world/api/command.hpp"
+#include "world/api/light_curtain.hpp"
 #include "world/api/pose.hpp"
 #include "world/api/time.hpp"
 #include "world/api/vision.hpp"
@@ -63,7 +64,7 @@ struct RobotSnapshot {
 };
 
 /// Why the belt's drive has stopped and does not run; held until reset.
-enum class DriveFault { kNone, kEmergencyStop, kWatchdog };
+enum class DriveFault { kNone, kEmergencyStop, kWatchdog, kLightCurtain };
 
 struct PhotoEyeSnapshot {
   bool broken = false;      ///< something is in the beam
@@ -114,6 +115,8 @@ struct Snapshot {
 
   std::vector<RobotSnapshot> robots;
   ConveyorSnapshot conveyor;
+  LightCurtainSnapshot light_curtain;  ///< meaningless without one in the description
+  std::optional<Intruder> intruder;
   std::vector<BodySnapshot> bodies;
 
   int contact_count = 0;

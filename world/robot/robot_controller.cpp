@@ -308,6 +308,13 @@ void RobotController::protective_stop(const std::string& reason, const JointVect
   s.set_error(reason);
 }
 
+void RobotController::protective_stop(const std::string& reason) {
+  State& s = *state_;
+  s.brake(Brake::kHard);
+  s.protection = true;
+  s.set_error(reason);
+}
+
 const api::ActionStatus& RobotController::status() const { return state_->status; }
 const JointVector& RobotController::reference() const { return state_->reference; }
 double RobotController::gripper_setting() const { return state_->gripper_setting; }

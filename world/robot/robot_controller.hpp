@@ -57,6 +57,8 @@ class RobotController {
   /// Protective stop: motion ends at once at `q_actual`, the state is error with `reason` until
   /// InitRobot.
   void protective_stop(const std::string& reason, const JointVector& q_actual);
+  /// The same where nothing has been hit: motion ends by braking hard on its path.
+  void protective_stop(const std::string& reason);
 
   [[nodiscard]] const api::ActionStatus& status() const;
   [[nodiscard]] const JointVector& reference() const;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "world/scene/light_curtain_reader.hpp"
 #include "world/scene/reading.hpp"
 #include "world/scene/vision_reader.hpp"
 
@@ -266,6 +267,7 @@ BodyNodes read_objects(const yaml::Map& keys, const Types& types, Scene& scene) 
   for (const yaml::Node& node : keys["robots"].items()) reader.robot(node);
   if (const yaml::Node node = keys["conveyor"]) reader.conveyor(node);
   for (const yaml::Node& node : keys["fixed"].items()) reader.fixed(node);
+  read_light_curtain(keys["light_curtain"], scene);
   for (const yaml::Node& node : keys["trays"].items()) reader.tray(node);
   for (const yaml::Node& node : keys["gears"].items()) reader.loose_gear(node);
   return reader.take_nodes();

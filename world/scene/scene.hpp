@@ -157,6 +157,7 @@ struct Scene {
   std::map<std::string, TrayType> tray_types;
   std::vector<Robot> robots;
   std::optional<Conveyor> conveyor;
+  std::optional<api::LightCurtainDescription> light_curtain;
   std::vector<StaticBox> fixed;
   bool floor = true;  ///< ground plane z = 0
   std::vector<TrayInstance> trays;

@@ -43,7 +43,7 @@ class Loader {
     if (!document) return tl::unexpected(std::move(document.error()));
     const yaml::Map keys = document->root().map(
         {"seed", "types", "physics", "pockets", "gear_types", "tray_types", "robot_types", "robots",
-         "conveyor", "fixed", "floor", "trays", "gears"});
+         "conveyor", "light_curtain", "fixed", "floor", "trays", "gears"});
     if (document->error()) return tl::unexpected(*document->error());
     if (auto read = read_type_files(keys["types"]); !read) {
       return tl::unexpected(std::move(read.error()));

@@ -35,34 +35,43 @@ Span within_radius(const Vector& a, const Vector& d, double radius) {
   return {(-ad - std::sqrt(root)) / dd, (-ad + std::sqrt(root)) / dd};
 }
 
+using Hit = std::optional<double>;
+
+Hit entry(Span span) { return span.empty() ? Hit{} : Hit{span.from}; }
+
+Hit nearer(Hit a, Hit b) {
+  if (!a || !b) return a ? a : b;
+  return std::min(*a, *b);
+}
+
 /// The segment in the shape's frame.
 struct Sight {
   Eigen::Vector3d a, d;
 
-  [[nodiscard]] bool in_cylinder(double radius, double length) const {
+  [[nodiscard]] Hit on_cylinder(double radius, double length) const {
     const Span round =
         within_radius(Eigen::Vector2d(a.head<2>()), Eigen::Vector2d(d.head<2>()), radius);
-    return !cut(cut(Span{}, round), within_slab(a.z(), d.z(), 0.5 * length)).empty();
+    return entry(cut(cut(Span{}, round), within_slab(a.z(), d.z(), 0.5 * length)));
   }
-  [[nodiscard]] bool in_sphere(double z, double radius) const {
+  [[nodiscard]] Hit on_sphere(double z, double radius) const {
     const Eigen::Vector3d from_centre = a - Eigen::Vector3d(0, 0, z);
-    return !cut(Span{}, within_radius(from_centre, d, radius)).empty();
+    return entry(cut(Span{}, within_radius(from_centre, d, radius)));
   }
 
-  bool operator()(const robot::BoxShape& box) const {
+  Hit operator()(const robot::BoxShape& box) const {
     Span span;
     for (int i = 0; i < 3; ++i) span = cut(span, within_slab(a[i], d[i], 0.5 * box.size[i]));
-    return !span.empty();
+    return entry(span);
   }
-  bool operator()(const robot::CylinderShape& cylinder) const {
-    return in_cylinder(cylinder.radius_m, cylinder.length_m);
+  Hit operator()(const robot::CylinderShape& cylinder) const {
+    return on_cylinder(cylinder.radius_m, cylinder.length_m);
   }
-  bool operator()(const robot::CapsuleShape& capsule) const {
+  Hit operator()(const robot::CapsuleShape& capsule) const {
     const double end = 0.5 * capsule.length_m;
-    return in_cylinder(capsule.radius_m, capsule.length_m) || in_sphere(end, capsule.radius_m) ||
-           in_sphere(-end, capsule.radius_m);
+    const Hit ends = nearer(on_sphere(end, capsule.radius_m), on_sphere(-end, capsule.radius_m));
+    return nearer(on_cylinder(capsule.radius_m, capsule.length_m), ends);
   }
-  bool operator()(const robot::SphereShape& sphere) const { return in_sphere(0, sphere.radius_m); }
+  Hit operator()(const robot::SphereShape& sphere) const { return on_sphere(0, sphere.radius_m); }
 };
 
 struct BoundingRadius {
@@ -88,10 +97,11 @@ double distance_to_segment(const Eigen::Vector3d& point, const Eigen::Vector3d& 
   return (point - a - t * d).norm();
 }
 
-bool hides(const Occluder& occluder, const Eigen::Vector3d& a_W, const Eigen::Vector3d& b_W) {
-  const Eigen::Isometry3d X_SW = occluder.X_WS.inverse();
+std::optional<double> first_hit(const Solid& solid, const Eigen::Vector3d& a_W,
+                                const Eigen::Vector3d& b_W) {
+  const Eigen::Isometry3d X_SW = solid.X_WS.inverse();
   const Eigen::Vector3d a_S = X_SW * a_W;
-  return std::visit(Sight{a_S, X_SW * b_W - a_S}, occluder.shape);
+  return std::visit(Sight{a_S, X_SW * b_W - a_S}, solid.shape);
 }
 
 }  // namespace aprsim::sensors

@@ -1,21 +1,23 @@
 #pragma once
 
+#include <optional>
 #include <variant>
 
 #include <Eigen/Geometry>
 
 #include "world/robot/arm_model.hpp"
 
-/// What stands between a camera and a point.
+/// What stands in the way of a camera's sight or a sensor's beam.
 namespace aprsim::sensors {
 
 using Shape = decltype(robot::LinkShape::shape);
 
-/// A solid in the world that hides what is behind it.
-struct Occluder {
+/// Something opaque in the world.
+struct Solid {
   Eigen::Isometry3d X_WS = Eigen::Isometry3d::Identity();
   Shape shape;
   double bound_m = 0;  ///< radius of a sphere around the shape's origin that holds all of it
+  int body = -1;       ///< the free body that it is part of, as numbered in the cell; -1 = none
 };
 
 [[nodiscard]] double bounding_radius(const Shape& shape);
@@ -24,8 +26,15 @@ struct Occluder {
 [[nodiscard]] double distance_to_segment(const Eigen::Vector3d& point, const Eigen::Vector3d& a,
                                          const Eigen::Vector3d& b);
 
-/// True if the segment from a to b has a point inside the solid. Exact for every shape.
-[[nodiscard]] bool hides(const Occluder& occluder, const Eigen::Vector3d& a_W,
-                         const Eigen::Vector3d& b_W);
+/// Where the way from a to b first meets the solid, as a fraction of the way; 0 if a is inside.
+/// Exact for every shape.
+[[nodiscard]] std::optional<double> first_hit(const Solid& solid, const Eigen::Vector3d& a_W,
+                                              const Eigen::Vector3d& b_W);
+
+/// True if the segment from a to b has a point inside the solid.
+[[nodiscard]] inline bool hides(const Solid& solid, const Eigen::Vector3d& a_W,
+                                const Eigen::Vector3d& b_W) {
+  return first_hit(solid, a_W, b_W).has_value();
+}
 
 }  // namespace aprsim::sensors

@@ -11,6 +11,9 @@
 namespace aprsim::sensors {
 namespace {
 
+/// A gear whose underside is so near to a tray's top face stands on it [m].
+constexpr double kStandingOn = 5e-3;
+
 /// Points of an object's top that a camera looks for: the middle first, then around it.
 using Points = std::array<Eigen::Vector3d, 5>;
 
@@ -28,6 +31,22 @@ Points points_of(const api::BodyDescription& body) {
            {a.x(), b.y(), z}}};
 }
 
+/// Whether a solid is part of a body, or of a gear that stands on that body, a tray.
+bool belongs_to(const Solid& solid, std::size_t body, const api::CellDescription& cell,
+                std::span<const Eigen::Isometry3d> X_WP) {
+  if (solid.body < 0) return false;
+  const auto other = static_cast<std::size_t>(solid.body);
+  if (other == body) return true;
+  const api::BodyDescription& tray = cell.bodies[body];
+  if (tray.kind == api::BodyKind::kGear || cell.bodies[other].kind != api::BodyKind::kGear) {
+    return false;
+  }
+  const Eigen::Vector3d p_P = X_WP[body].inverse() * X_WP[other].translation();
+  return (p_P.head<2>().array() >= tray.box_min.head<2>().array()).all() &&
+         (p_P.head<2>().array() <= tray.box_max.head<2>().array()).all() &&
+         std::abs(p_P.z() - tray.box_max.z()) <= kStandingOn;
+}
+
 /// Into (-pi, pi], as the lab's cameras send angles; a client folds part trays further by itself.
 double wrapped(double angle) {
   const double turn = 2 * std::numbers::pi;
@@ -43,9 +62,8 @@ OverheadCamera::OverheadCamera(const scene::Vision& vision, const Eigen::Isometr
       camera_W_(X_WR * vision.X_RV.isometry() * vision.camera_V) {}
 
 void OverheadCamera::detect(const api::CellDescription& cell,
-                            std::span<const Eigen::Isometry3d> X_WP,
-                            std::span<const Occluder> occluders, std::uint64_t seed,
-                            api::VisionFrame& out) const {
+                            std::span<const Eigen::Isometry3d> X_WP, std::span<const Solid> solids,
+                            std::uint64_t seed, api::VisionFrame& out) const {
   out.detections.clear();
   Random random(seed);
   for (std::size_t i = 0; i < X_WP.size(); ++i) {
@@ -60,7 +78,7 @@ void OverheadCamera::detect(const api::CellDescription& cell,
         (xy.array() > vision_.area_max.array()).any() || X_VP(2, 2) < std::cos(kMaxTilt)) {
       continue;
     }
-    const double score = visible_share(cell.bodies[i], X_WP[i], occluders);
+    const double score = visible_share(i, cell, X_WP, solids);
     if (score == 0) continue;
     out.detections.push_back({.body = static_cast<int>(i),
                               .x_m = xy.x() + dx,
@@ -75,21 +93,21 @@ void OverheadCamera::detect(const api::CellDescription& cell,
 }
 
 /// 0 when the middle is hidden, else the share of points in sight.
-double OverheadCamera::visible_share(const api::BodyDescription& body,
-                                     const Eigen::Isometry3d& X_WP,
-                                     std::span<const Occluder> occluders) const {
-  Points points = points_of(body);
+double OverheadCamera::visible_share(std::size_t body, const api::CellDescription& cell,
+                                     std::span<const Eigen::Isometry3d> X_WP,
+                                     std::span<const Solid> solids) const {
+  Points points = points_of(cell.bodies[body]);
   double extent = 0;
   for (auto& point : points) {
-    point = X_WP * point;
+    point = X_WP[body] * point;
     extent = std::max(extent, (point - points[0]).norm());
   }
   std::array<bool, std::tuple_size_v<Points>> hidden{};
-  for (const auto& occluder : occluders) {
-    const double distance = distance_to_segment(occluder.X_WS.translation(), camera_W_, points[0]);
-    if (distance > occluder.bound_m + extent) continue;
+  for (const auto& solid : solids) {
+    const double distance = distance_to_segment(solid.X_WS.translation(), camera_W_, points[0]);
+    if (distance > solid.bound_m + extent || belongs_to(solid, body, cell, X_WP)) continue;
     for (std::size_t k = 0; k < points.size(); ++k) {
-      hidden[k] = hidden[k] || hides(occluder, camera_W_, points[k]);
+      hidden[k] = hidden[k] || hides(solid, camera_W_, points[k]);
     }
     if (hidden[0]) return 0;
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -19,9 +20,10 @@ inline constexpr double kMaxTilt = 0.5235987755982988;
 
 /// A camera above a robot's work area which recognises trays and gears from above, as the vision
 /// systems of APRS cells do: it gives positions in the plane of the vision frame V, not images. An
-/// object is detected when its origin is in the visible area, it stands upright enough, nothing of
-/// an arm is between the camera and its middle, and no drop hits it. Parallax is taken as
-/// calibrated away: the position is the true one and noise. Thread: one at a time.
+/// object is detected when its origin is in the visible area, it stands upright enough, nothing is
+/// between the camera and its middle, and no drop hits it. A gear that stands on a tray is part of
+/// the picture of that tray and does not hide it. Parallax is taken as calibrated away: the
+/// position is the true one and noise. Thread: one at a time.
 class OverheadCamera {
  public:
   /// `X_WR` is the robot's CRCL frame.
@@ -30,12 +32,12 @@ class OverheadCamera {
   /// Fills `out.detections` from poses as numbered in `cell.bodies`: a pure function of its
   /// arguments. Allocates only while the detections have too little capacity.
   void detect(const api::CellDescription& cell, std::span<const Eigen::Isometry3d> X_WP,
-              std::span<const Occluder> occluders, std::uint64_t seed, api::VisionFrame& out) const;
+              std::span<const Solid> solids, std::uint64_t seed, api::VisionFrame& out) const;
 
  private:
-  [[nodiscard]] double visible_share(const api::BodyDescription& body,
-                                     const Eigen::Isometry3d& X_WP,
-                                     std::span<const Occluder> occluders) const;
+  [[nodiscard]] double visible_share(std::size_t body, const api::CellDescription& cell,
+                                     std::span<const Eigen::Isometry3d> X_WP,
+                                     std::span<const Solid> solids) const;
 
   scene::Vision vision_;
   Eigen::Isometry3d X_VW_;

@@ -103,6 +103,26 @@ TEST(Encode, MovingBelt) {
   EXPECT_EQ(first(image.discrete, 12), (std::vector<int>{0, 1, 0, 1, 1, 1, 0, 0, 1, 0, 0, 0}));
 }
 
+TEST(Encode, LightCurtain) {
+  RegisterImage image;
+  ConveyorReadings r;  // a cell may have a light curtain and no conveyor
+  r.light_curtain = {.beams = 3, .range_m = 2.4, .broken = true, .distance_m = {2.4, 0.7516, 80}};
+  r.light_curtain.distance_m[3] = 1;
+  encode(r, {}, image);
+  EXPECT_EQ(image.discrete[6], 1);
+  EXPECT_EQ(input(image, 0x8010), 3);
+  EXPECT_EQ(input(image, 0x8011), 2400);
+  EXPECT_EQ(input(image, 0x8040), 2400);
+  EXPECT_EQ(input(image, 0x8041), 752);
+  EXPECT_EQ(input(image, 0x8042), 65535) << "saturates";
+  EXPECT_EQ(input(image, 0x8043), 0) << "no such beam";
+  r.light_curtain = {};
+  encode(r, {}, image);
+  EXPECT_EQ(image.discrete[6], 0);
+  EXPECT_EQ(input(image, 0x8010), 0);
+  EXPECT_EQ(input(image, 0x8040), 0);
+}
+
 TEST(Encode, ReadyAndAtSpeed) {
   RegisterImage image;
   ConveyorReadings r{.present = true,

@@ -11,9 +11,9 @@ namespace {
 TEST(RegisterMap, IsWithinTheMappedRangeWithoutOverlap) {
   std::set<std::pair<Area, int>> taken;
   for (const RegisterInfo& info : register_map()) {
-    EXPECT_TRUE(is_mapped(info.address, info.words())) << info.name;
+    EXPECT_TRUE(is_mapped(info.address, info.span())) << info.name;
     EXPECT_LE(info.min, info.max) << info.name;
-    for (int i = 0; i < info.words(); ++i) {
+    for (int i = 0; i < info.span(); ++i) {
       EXPECT_TRUE(taken.insert({info.area, info.address + i}).second) << info.name;
     }
     const bool writable_area = info.area == Area::kHoldingRegister || info.area == Area::kCoil;
@@ -44,6 +44,16 @@ TEST(RegisterMap, FindsBothWordsOfALongValue) {
   ASSERT_NE(info, nullptr);
   EXPECT_EQ(find_register(Area::kInputRegister, kPositionRegister + 1), info);
   EXPECT_NE(find_register(Area::kInputRegister, kPositionRegister + 2), info);
+}
+
+TEST(RegisterMap, FindsEveryBeamOfTheLightCurtain) {
+  const RegisterInfo* info = find_register(Area::kInputRegister, 0x8040);
+  ASSERT_NE(info, nullptr);
+  EXPECT_EQ(info->name, "beam");
+  EXPECT_EQ(find_register(Area::kInputRegister, 0x807F), info);
+  EXPECT_EQ(find_register(Area::kInputRegister, 0x8080), nullptr);
+  EXPECT_EQ(find_register(Area::kDiscreteInput, 0x8006)->name, "curtain");
+  EXPECT_NE(register_map_text().find("0x8040-0x807F"), std::string::npos);
 }
 
 TEST(RegisterMap, RangeEndsAreExact) {

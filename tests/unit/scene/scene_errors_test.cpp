@@ -72,7 +72,7 @@ INSTANTIATE_TEST_SUITE_P(
              "you mean max_speed_m_s?)"},
         Case{"unknown_at_top", "seed: 7", "@colour: 7", "colour",
              "found an unknown key, expected one of seed, types, physics, pockets, gear_types, "
-             "tray_types, robot_types, robots, conveyor, fixed, floor, trays, gears"},
+             "tray_types, robot_types, robots, conveyor, light_curtain, fixed, floor, trays, gears"},
         Case{"unknown_in_list", "yaw_deg: 90\n", "@yaw_degg: 90\n", "trays[0].yaw_degg",
              "found an unknown key, expected one of name, type, on, xy_m, yaw_deg, xyz_m, "
              "rpy_deg, gears, reachable_by (did you mean yaw_deg?)"},
@@ -219,6 +219,42 @@ INSTANTIATE_TEST_SUITE_P(
              "found a hub chamfer of 11 mm, expected at most the hub's height and lower radius",
              "disc: {"}),
     [](const auto& test) { return test.param.name; });
+
+#define CURTAIN "light_curtain: {xyz_m: [-1, -1, 0.5], beams: 8, pitch_m: 0.04, range_m: 2"
+INSTANTIATE_TEST_SUITE_P(
+    LightCurtain, SceneErrors,
+    testing::Values(
+        Case{"unknown_key", "seed: 7", CURTAIN ", @pich_m: 1}", "light_curtain.pich_m",
+             "found an unknown key, expected one of xyz_m, rpy_deg, beams, pitch_m, range_m, "
+             "reaction (did you mean pitch_m?)"},
+        Case{"no_beams", "seed: 7",
+             "light_curtain: {xyz_m: [-1, -1, 0.5], beams: @0, pitch_m: 0.04, range_m: 2}",
+             "light_curtain.beams", "found 0, expected a whole number in [1, 64]"},
+        Case{"too_many_beams", "seed: 7",
+             "light_curtain: {xyz_m: [-1, -1, 0.5], beams: @65, pitch_m: 0.04, range_m: 2}",
+             "light_curtain.beams", "found 65, expected a whole number in [1, 64]"},
+        Case{"no_pitch", "seed: 7",
+             "light_curtain: {xyz_m: [-1, -1, 0.5], beams: 8, pitch_m: @0, range_m: 2}",
+             "light_curtain.pitch_m", "found 0, expected a number in (0, 1]"},
+        Case{"no_range", "seed: 7", "light_curtain: @{xyz_m: [-1, -1, 0.5], beams: 8, pitch_m: 1}",
+             "light_curtain.range_m", "found nothing, expected a number in (0, 100]"},
+        Case{"reaction", "seed: 7", CURTAIN ", reaction: @stop}", "light_curtain.reaction",
+             "found stop, expected one of none, belt_stop, protective_stop, all"},
+        Case{"through_the_table", "seed: 7",
+             "light_curtain: {xyz_m: @[-1, 1, 0.5], beams: 12, pitch_m: 0.04, range_m: 2}",
+             "light_curtain.xyz_m",
+             "found beam 9 blocked by table, expected beams clear of everything fixed"},
+        Case{"through_the_belt", "seed: 7",
+             "light_curtain: {xyz_m: @[0, 0, 0.5], rpy_deg: [0, -90, 0], beams: 1, pitch_m: 0.04, "
+             "range_m: 2}",
+             "light_curtain.xyz_m",
+             "found beam 1 blocked by the belt, expected beams clear of everything fixed"},
+        Case{"below_the_floor", "seed: 7",
+             "light_curtain: {xyz_m: @[-1, -1, -0.05], beams: 8, pitch_m: 0.04, range_m: 2}",
+             "light_curtain.xyz_m",
+             "found beam 1 blocked by the floor, expected beams clear of everything fixed"}),
+    [](const auto& test) { return test.param.name; });
+#undef CURTAIN
 
 INSTANTIATE_TEST_SUITE_P(
     References, SceneErrors,

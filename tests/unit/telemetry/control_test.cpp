@@ -104,6 +104,52 @@ TEST_F(Control, ConveyorLeavesWhatIsAbsent) {
   EXPECT_TRUE(command.fault_reset);
 }
 
+TEST_F(Control, AnIntruderIsPlacedAndTakenAway) {
+  start();
+  v1::SetIntruderRequest request;
+  auto& intruder = *request.mutable_intruder();
+  intruder.mutable_intruder_in_world()->mutable_position_m()->set_y(-1.75);
+  intruder.mutable_size_m()->set_x(0.5);
+  intruder.mutable_size_m()->set_y(0.3);
+  intruder.mutable_size_m()->set_z(1.8);
+  v1::SetIntruderResponse response;
+  {
+    grpc::ClientContext context;
+    ASSERT_TRUE(control_->SetIntruder(&context, request, &response).ok());
+  }
+  EXPECT_TRUE(response.light_curtain().broken());
+  EXPECT_GT(response.receipt().ticket(), 0U);
+  const auto command = std::get<api::SetIntruder>(cell_->commands().at(0).body);
+  ASSERT_TRUE(command.intruder.has_value());
+  EXPECT_EQ(command.intruder->X_WI.p.y(), -1.75);
+  EXPECT_EQ(command.intruder->X_WI.q.w(), 1) << "upright unless turned";
+  EXPECT_EQ(command.intruder->size_m.z(), 1.8);
+  v1::GetSnapshotResponse snapshot;
+  {
+    grpc::ClientContext context;
+    ASSERT_TRUE(telemetry_->GetSnapshot(&context, {}, &snapshot).ok());
+  }
+  EXPECT_EQ(snapshot.snapshot().intruder().intruder_in_world().position_m().y(), -1.75);
+  EXPECT_EQ(snapshot.snapshot().intruder().size_m().x(), 0.5);
+  grpc::ClientContext context;
+  ASSERT_TRUE(control_->SetIntruder(&context, {}, &response).ok());
+  EXPECT_FALSE(response.light_curtain().broken());
+}
+
+TEST_F(Control, AnIntruderWithoutSizeOrPlaceIsInvalid) {
+  start();
+  v1::SetIntruderRequest sizeless, placeless;
+  sizeless.mutable_intruder()->mutable_intruder_in_world();
+  placeless.mutable_intruder()->mutable_size_m()->set_x(1);
+  for (const auto& request : {sizeless, placeless}) {
+    v1::SetIntruderResponse response;
+    grpc::ClientContext context;
+    EXPECT_EQ(control_->SetIntruder(&context, request, &response).error_code(),
+              grpc::StatusCode::INVALID_ARGUMENT);
+  }
+  EXPECT_TRUE(cell_->commands().empty());
+}
+
 TEST_F(Control, ConveyorSpeedBeyondTheBeltNamesTheLimit) {
   start();
   v1::SetConveyorRequest request;

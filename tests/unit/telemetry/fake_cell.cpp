@@ -58,6 +58,12 @@ FakeCell::FakeCell(int more_gears) {
                     .max_decel_m_s2 = 0.6,
                     .emergency_decel_m_s2 = 2,
                     .photo_eyes = {{.name = "eye", .x_m = 1}}};
+  cell->light_curtain = {.X_WK = {},
+                         .beams = 3,
+                         .pitch_m = 0.04,
+                         .range_m = 2.4,
+                         .reaction = api::CurtainReaction::kBeltStop};
+  cell->light_curtain->X_WK.p = {-1.2, -1.75, 0.3};
   cell->bodies = {make_gear("gear_1"), make_tray()};
   for (int i = 0; i < more_gears; ++i) {
     cell->bodies.push_back(make_gear("gear_in_a_long_row_number_" + std::to_string(i + 2)));
@@ -103,6 +109,10 @@ void FakeCell::apply(const api::Command& command, api::Ticket ticket,
     if (conveyor->run) snapshot.conveyor.run = *conveyor->run;
     if (conveyor->forward) snapshot.conveyor.forward = *conveyor->forward;
     if (conveyor->speed_m_s) snapshot.conveyor.speed_setting_m_s = *conveyor->speed_m_s;
+  }
+  if (const auto* set = std::get_if<api::SetIntruder>(&command.body)) {
+    snapshot.intruder = set->intruder;
+    snapshot.light_curtain.broken = set->intruder.has_value();
   }
   const auto* simulation = std::get_if<api::SimulationCommand>(&command.body);
   if (simulation == nullptr) return;

@@ -84,6 +84,32 @@ TEST_F(Reading, SnapshotCarriesTheDrivesFaultAndItsSensors) {
   EXPECT_EQ(conveyor.photo_eyes(0).count(), 7U);
 }
 
+TEST_F(Reading, TheLightCurtainShowsItsOutputBeamsAndReaction) {
+  start();
+  cell_->publish([](api::Snapshot& s) {
+    s.light_curtain = {.broken = true, .distance_m = {2.4, 0.75, 2.4, 99}};
+    s.conveyor.fault = api::DriveFault::kLightCurtain;
+  });
+  v1::GetSnapshotResponse response;
+  grpc::ClientContext context;
+  ASSERT_TRUE(telemetry_->GetSnapshot(&context, {}, &response).ok());
+  const auto& curtain = response.snapshot().light_curtain();
+  EXPECT_TRUE(curtain.broken());
+  ASSERT_EQ(curtain.distance_m_size(), 3) << "as many as it has beams";
+  EXPECT_EQ(curtain.distance_m(1), 0.75);
+  EXPECT_EQ(response.snapshot().conveyor().fault(), v1::DRIVE_FAULT_LIGHT_CURTAIN);
+  EXPECT_FALSE(response.snapshot().has_intruder());
+  v1::GetCellResponse cell;
+  grpc::ClientContext cell_context;
+  ASSERT_TRUE(telemetry_->GetCell(&cell_context, {}, &cell).ok());
+  const auto& description = cell.cell().light_curtain();
+  EXPECT_EQ(description.curtain_in_world().position_m().y(), -1.75);
+  EXPECT_EQ(description.beams(), 3U);
+  EXPECT_EQ(description.pitch_m(), 0.04);
+  EXPECT_EQ(description.range_m(), 2.4);
+  EXPECT_EQ(description.reaction(), v1::CURTAIN_REACTION_BELT_STOP);
+}
+
 TEST_F(Reading, MaskSelectsTopLevelFields) {
   start();
   v1::GetSnapshotRequest request;

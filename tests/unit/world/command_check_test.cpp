@@ -51,6 +51,30 @@ TEST(CommandCheck, RefusesNonsenseNumbers) {
   EXPECT_NE(error_of(api::Dwell{SimTime(-1)}), "");
 }
 
+TEST(CommandCheck, AnIntruderHasAPlaceAndASize) {
+  const auto error = [](const api::SetIntruder& set) -> std::string {
+    const auto ok = check({.endpoint = 0, .body = set}, cell());
+    return ok ? "" : ok.error().field;
+  };
+  EXPECT_EQ(error({}), "");
+  api::SetIntruder set{api::Intruder{.X_WI = {}, .size_m = {0.5, 0.3, 1.8}}};
+  EXPECT_EQ(error(set), "");
+  set.intruder->size_m.y() = 0;
+  EXPECT_EQ(error(set), "size");
+  set.intruder->size_m.y() = 10.1;
+  EXPECT_EQ(error(set), "size");
+  set.intruder->size_m.y() = kNan;
+  EXPECT_EQ(error(set), "size");
+  set.intruder->size_m.y() = 0.3;
+  set.intruder->X_WI.p.z() = kNan;
+  EXPECT_EQ(error(set), "position");
+  set.intruder->X_WI.p.z() = -1001;
+  EXPECT_EQ(error(set), "position");
+  set.intruder->X_WI.p.z() = 0;
+  set.intruder->X_WI.q.coeffs().setZero();
+  EXPECT_EQ(error(set), "rotation");
+}
+
 TEST(CommandCheck, RefusesASpeedFactorOfZero) {
   const auto zero =
       check({.endpoint = 0, .body = api::SimulationCommand{api::SetSpeed{0.0}}}, cell());

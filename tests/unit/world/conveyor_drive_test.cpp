@@ -181,5 +181,36 @@ TEST(ConveyorDrive, MotorCurrentFollowsItsModel) {
   EXPECT_NEAR(drive.state().motor_current_a, 5.0 * (0.3 * 9.81 - 2.0) / 40, 1e-9) << "braking";
 }
 
+TEST(ConveyorDrive, TheLightCurtainStopsItByTheEmergencyRampAndHolds) {
+  ConveyorDrive drive = running(0.2);
+  drive.set_light_curtain(true);
+  EXPECT_EQ(drive.state().fault, api::DriveFault::kLightCurtain);
+  EXPECT_EQ(steps_to_stand(drive), 100) << "0.2 m/s at 2 m/s^2";
+  drive.take({.run = true, .fault_reset = true});
+  EXPECT_EQ(drive.state().fault, api::DriveFault::kLightCurtain) << "still broken";
+  EXPECT_FALSE(drive.state().run);
+  drive.set_light_curtain(false);
+  EXPECT_EQ(drive.state().fault, api::DriveFault::kLightCurtain) << "clear, not reset";
+  drive.take({.run = true});
+  EXPECT_FALSE(drive.state().run);
+  drive.take({.run = true, .fault_reset = true});
+  EXPECT_EQ(drive.state().fault, api::DriveFault::kNone);
+  EXPECT_TRUE(drive.state().run);
+}
+
+TEST(ConveyorDrive, OfTwoFaultsEachMustGo) {
+  ConveyorDrive drive = running(0.2);
+  drive.set_light_curtain(true);
+  drive.take({.emergency_stop = true});
+  EXPECT_EQ(drive.state().fault, api::DriveFault::kEmergencyStop);
+  drive.take({.emergency_stop = false, .fault_reset = true});
+  EXPECT_EQ(drive.state().fault, api::DriveFault::kLightCurtain) << "the other cause persists";
+  drive.take({.emergency_stop = true});
+  drive.set_light_curtain(false);
+  EXPECT_EQ(drive.state().fault, api::DriveFault::kEmergencyStop);
+  drive.take({.emergency_stop = false, .fault_reset = true});
+  EXPECT_EQ(drive.state().fault, api::DriveFault::kNone);
+}
+
 }  // namespace
 }  // namespace aprsim::world

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <span>
+
+#include <Eigen/Geometry>
+
+#include "world/api/light_curtain.hpp"
+#include "world/sensors/line_of_sight.hpp"
+
+namespace aprsim::sensors {
+
+/// Parallel beams that see what is in their way first, unified into one output: broken as soon as
+/// one beam does not reach its receiver. Thread: any, once built.
+class LightCurtain {
+ public:
+  explicit LightCurtain(const api::LightCurtainDescription& curtain);
+
+  /// Looks along every beam. Pure; does not allocate.
+  [[nodiscard]] api::LightCurtainSnapshot look(std::span<const Solid> solids) const;
+
+ private:
+  api::LightCurtainDescription curtain_;
+  Eigen::Isometry3d X_WK_, X_KW_;
+};
+
+}  // namespace aprsim::sensors
