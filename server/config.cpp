@@ -107,8 +107,9 @@ void read(const yaml::Node& node, VisionConfig& vision) {
   for (const auto& [robot, port] : map["ports"].entries()) vision.ports[robot] = port_or(port, 0);
   vision.max_connections = connections_or(map["max_connections"], vision.max_connections);
   vision.empty_slots = map["empty_slots"].boolean_or(vision.empty_slots);
-  // Readers of the feed give up after seconds of silence; more often than a poll makes no sense.
-  vision.repeat_s = map["repeat_s"].number_or(vision.repeat_s, yaml::between(0.01, 5));
+  // A frame at least every half second, as simulated cameras of APRS send; more often than a poll
+  // makes no sense.
+  vision.repeat_s = map["repeat_s"].number_or(vision.repeat_s, yaml::between(0.01, 0.5));
 }
 
 void read(const yaml::Node& root, Config& config) {

@@ -56,7 +56,8 @@ struct VisionConfig {
   std::map<std::string, std::uint16_t> ports = {{"fanuc", 4000}, {"motoman", 4001}};
   std::uint32_t max_connections = 64;  ///< of each robot
   bool empty_slots = false;            ///< lines name what was not detected, too
-  double repeat_s = 0.25;  ///< wall time after which a frame without successor is sent again
+  double repeat_s =
+      0.25;  ///< wall time after which a frame without successor is sent again; <= 0.5
 };
 
 struct Config {

@@ -126,4 +126,11 @@ Outcome<v1::Receipt> CellConnection::reset(std::optional<std::uint64_t> seed) {
   return receipt(call(stubs_->control, &v1::ControlService::Stub::Reset, request, address_));
 }
 
+Outcome<v1::SetIntruderResponse> CellConnection::set_intruder(
+    const std::optional<v1::Intruder>& intruder) {
+  v1::SetIntruderRequest request;
+  if (intruder) *request.mutable_intruder() = *intruder;
+  return call(stubs_->control, &v1::ControlService::Stub::SetIntruder, request, address_);
+}
+
 }  // namespace aprsim::client

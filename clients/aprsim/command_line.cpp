@@ -149,6 +149,20 @@ void add_simulation(CLI::App& app, CommandLine& line) {
   reset->add_option("--seed", reset_command->seed, "Seed of everything random");
 }
 
+void add_intruder(CLI::App& app, CommandLine& line) {
+  CLI::App* intruder = app.add_subcommand(
+      "intruder", "Let the cell's sensors see a person or object that nothing touches");
+  intruder->require_subcommand(1);
+  auto [put, command] =
+      add<IntruderCommand>(*intruder, line, "put", "Put it on the floor, or move it");
+  put->add_option_function<std::array<double, 2>>(
+         "XY", [c = command](const std::array<double, 2>& xy) { c->xy_m = xy; },
+         "Where its middle stands, in the world [m]")
+      ->required();
+  put->add_option("--size", command->size_m, "Extent along x, y and z [m] (default 0.5 0.3 1.75)");
+  add<IntruderCommand>(*intruder, line, "remove", "Take it away");
+}
+
 void add_demo(CLI::App& app, CommandLine& line) {
   auto [demo, command] = add<DemoCommand>(
       app, line, "demo", "Pick and place with the robots and run the belt, over the wires alone");
@@ -169,6 +183,7 @@ tl::expected<CommandLine, NoCommand> parse_command_line(std::vector<std::string>
   add_crcl(app, line);
   add_conveyor(app, line);
   add_simulation(app, line);
+  add_intruder(app, line);
   add_demo(app, line);
   try {
     std::ranges::reverse(arguments);

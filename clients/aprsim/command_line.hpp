@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -52,14 +53,19 @@ struct SpeedCommand {
 struct ResetCommand {
   std::optional<std::uint64_t> seed;
 };
+struct IntruderCommand {
+  std::optional<std::array<double, 2>> xy_m;        ///< where it stands on the floor; absent = gone
+  std::array<double, 3> size_m = {0.5, 0.3, 1.75};  ///< a person's
+};
 struct DemoCommand {
   std::vector<std::string> robots;  ///< only these; empty = all, unless only the belt is wanted
   bool belt = false;                ///< only the belt, or the belt besides the named robots
 };
 
-using AnyCommand = std::variant<StatusCommand, WatchCommand, CrclSendCommand, CrclRunCommand,
-                                ConveyorSetCommand, ConveyorMapCommand, PauseCommand, ResumeCommand,
-                                StepCommand, SpeedCommand, ResetCommand, DemoCommand>;
+using AnyCommand =
+    std::variant<StatusCommand, WatchCommand, CrclSendCommand, CrclRunCommand, ConveyorSetCommand,
+                 ConveyorMapCommand, PauseCommand, ResumeCommand, StepCommand, SpeedCommand,
+                 ResetCommand, IntruderCommand, DemoCommand>;
 
 struct CommandLine {
   EndpointChoice endpoints;

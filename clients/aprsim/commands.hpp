@@ -25,6 +25,7 @@ struct Console {
 [[nodiscard]] Outcome<void> run_command(const StepCommand& command, Console& console);
 [[nodiscard]] Outcome<void> run_command(const SpeedCommand& command, Console& console);
 [[nodiscard]] Outcome<void> run_command(const ResetCommand& command, Console& console);
+[[nodiscard]] Outcome<void> run_command(const IntruderCommand& command, Console& console);
 [[nodiscard]] Outcome<void> run_command(const DemoCommand& command, Console& console);
 
 }  // namespace aprsim::client

@@ -41,4 +41,24 @@ Outcome<void> run_command(const ResetCommand& command, Console& console) {
   return show("reset", CellConnection(console.endpoints).reset(command.seed), console);
 }
 
+Outcome<void> run_command(const IntruderCommand& command, Console& console) {
+  std::optional<v1::Intruder> intruder;
+  if (command.xy_m) {
+    auto& centre = *intruder.emplace().mutable_intruder_in_world()->mutable_position_m();
+    centre.set_x((*command.xy_m)[0]);
+    centre.set_y((*command.xy_m)[1]);
+    centre.set_z(command.size_m[2] / 2);
+    intruder->mutable_size_m()->set_x(command.size_m[0]);
+    intruder->mutable_size_m()->set_y(command.size_m[1]);
+    intruder->mutable_size_m()->set_z(command.size_m[2]);
+  }
+  const auto response = CellConnection(console.endpoints).set_intruder(intruder);
+  if (!response) return tl::unexpected(response.error());
+  if (response->has_light_curtain()) {
+    console.out << "light curtain " << (response->light_curtain().broken() ? "broken" : "clear")
+                << ", ";
+  }
+  return show(intruder ? "intruder put" : "intruder removed", response->receipt(), console);
+}
+
 }  // namespace aprsim::client

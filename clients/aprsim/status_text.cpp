@@ -79,6 +79,15 @@ std::string conveyor_text(const v1::ConveyorState& conveyor) {
       conveyor.speed_setting_m_s(), conveyor.speed_m_s(), conveyor.travel_m());
 }
 
+std::string light_curtain_text(const v1::LightCurtainState& curtain) {
+  std::string out = curtain.broken() ? "broken" : "clear";
+  if (curtain.distance_m_size() > 0) {
+    const auto nearest = std::ranges::min_element(curtain.distance_m());
+    out += fmt::format(", nearest {:.3f} m in {} beams", *nearest, curtain.distance_m_size());
+  }
+  return "light curtain\n  " + out + "\n";
+}
+
 }  // namespace
 
 double seconds(const google::protobuf::Duration& span) {
@@ -95,6 +104,7 @@ std::string status_text(const v1::Snapshot& snapshot) {
       snapshot.virtual_joint_count());
   for (const auto& robot : snapshot.robots()) out += robot_text(robot);
   if (snapshot.has_conveyor()) out += conveyor_text(snapshot.conveyor());
+  if (snapshot.has_light_curtain()) out += light_curtain_text(snapshot.light_curtain());
   const auto resting = std::ranges::count_if(snapshot.bodies(), &v1::BodyState::resting);
   out += fmt::format("bodies\n  {} in all, {} at rest\n", snapshot.bodies_size(), resting);
   return out;

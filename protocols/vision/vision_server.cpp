@@ -109,7 +109,8 @@ class VisionServer::Impl {
         snapshot->robots[static_cast<std::size_t>(options_.robot)].vision;
     const auto now = std::chrono::steady_clock::now();
     const bool fresh = !line_ || frame.number != number_ || snapshot->epoch != epoch_;
-    if (!fresh && now - sent_ < options_.repeat) return;
+    // Rather one poll too early than one too late.
+    if (!fresh && now - sent_ + kPollPeriod <= options_.repeat) return;
     if (fresh) {
       line_ = std::make_shared<const std::string>(
           vision_line(frame, *snapshot->cell, options_.empty_slots));

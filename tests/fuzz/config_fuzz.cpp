@@ -69,7 +69,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     return 0;
   }
   demand(config->modbus.max_connections >= 1 && config->modbus.full_scale_m_s > 0);
-  demand(config->vision.repeat_s >= 0.01 && config->vision.repeat_s <= 5);
+  demand(config->vision.repeat_s >= 0.01 && config->vision.repeat_s <= 0.5);
   const std::string shown = server::to_yaml(*config);
   const auto reread = server::load_config(again.write(shown), {});
   demand(reread.has_value());

@@ -325,7 +325,7 @@ TEST(VisionConfig, IsReadShownAndChecked) {
   for (const char* line : {"fanuc: 5001", "motoman: 4001", "empty_slots: true", "repeat_s: 0.3"}) {
     EXPECT_NE(shown.out.find(line), std::string::npos) << line << " in " << shown.out;
   }
-  for (const std::string key : {"ports.fanuc=65536", "repeat_s=0", "repeat_s=6",
+  for (const std::string key : {"ports.fanuc=65536", "repeat_s=0", "repeat_s=0.6",
                                 "max_connections=0", "empty_slots=maybe", "rate=3"}) {
     const auto refused = print_config({"vision." + key});
     EXPECT_NE(refused.exit_code, 0) << key;

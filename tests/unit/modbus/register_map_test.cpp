@@ -1,6 +1,9 @@
 #include "modbus/register_map.hpp"
 
+#include <fstream>
+#include <iterator>
 #include <set>
+#include <string>
 #include <utility>
 
 #include <gtest/gtest.h>
@@ -87,6 +90,13 @@ TEST(RegisterMap, TextShowsTheInstallationsScaling) {
   EXPECT_NE(text.find("32768 counts = 0.65536 m/s"), std::string::npos) << text;
   EXPECT_NE(text.find("here 0 = forward"), std::string::npos) << text;
   EXPECT_NE(text.find("2e-05 m/s"), std::string::npos) << text;
+}
+
+TEST(RegisterMap, TheDocumentShowsThisTable) {
+  std::ifstream file(APRSIM_SOURCE_DIR "/modbus/REGISTERS.md");
+  const std::string document{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_NE(document.find("```\n" + register_map_text() + "```\n"), std::string::npos)
+      << "put what `aprsim conveyor map` prints into modbus/REGISTERS.md";
 }
 
 TEST(ConveyorScalingCheck, RefusesWhatCannotScale) {

@@ -29,6 +29,17 @@ TEST(CliArguments, CommandsKeepTheirOptions) {
   EXPECT_EQ(demo.robots, std::vector<std::string>{"motoman"});
 }
 
+TEST(CliArguments, AnIntruderStandsSomewhereOrLeaves) {
+  const auto put = parse_as<client::IntruderCommand>({"intruder", "put", "0.5", "-1.75"});
+  ASSERT_TRUE(put.xy_m.has_value());
+  EXPECT_EQ((*put.xy_m)[1], -1.75);
+  EXPECT_EQ(put.size_m[2], 1.75);
+  const auto box = parse_as<client::IntruderCommand>(
+      {"intruder", "put", "0", "0", "--size", "0.1", "0.2", "0.3"});
+  EXPECT_EQ(box.size_m[1], 0.2);
+  EXPECT_FALSE(parse_as<client::IntruderCommand>({"intruder", "remove"}).xy_m.has_value());
+}
+
 TEST(CliArguments, BeltSpeedIsMetresPerSecondOrPercent) {
   const auto metres = parse_as<client::ConveyorSetCommand>(
       {"conveyor", "set", "--speed", "0.15", "--direction", "reverse"});

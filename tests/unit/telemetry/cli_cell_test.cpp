@@ -38,6 +38,21 @@ TEST_F(CliCell, StatusShowsErrorsAndFaults) {
   EXPECT_NE(result.out.find("stopped: gear_1 left the cell"), std::string::npos) << result.out;
 }
 
+TEST_F(CliCell, AnIntruderIsPutAndRemoved) {
+  start();
+  const auto put = cli({"intruder", "put", "0.2", "-1.75"});
+  ASSERT_EQ(put.exit_code, 0) << put.err;
+  EXPECT_NE(put.out.find("light curtain broken"), std::string::npos) << put.out;
+  const auto intruder = cell_->latest()->intruder;
+  ASSERT_TRUE(intruder.has_value());
+  EXPECT_EQ(intruder->X_WI.p.y(), -1.75);
+  EXPECT_EQ(intruder->X_WI.p.z(), 0.875) << "stands on the floor";
+  const auto status = cli({"status"});
+  EXPECT_NE(status.out.find("broken, nearest"), std::string::npos) << status.out;
+  ASSERT_EQ(cli({"intruder", "remove"}).exit_code, 0);
+  EXPECT_FALSE(cell_->latest()->intruder.has_value());
+}
+
 TEST_F(CliCell, StatusAsJsonIsTheSnapshot) {
   start();
   const auto result = cli({"status", "--json"});
