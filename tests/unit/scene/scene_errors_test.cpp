@@ -70,9 +70,10 @@ INSTANTIATE_TEST_SUITE_P(
              "found an unknown key, expected one of xyz_m, rpy_deg, length_m, width_m, "
              "max_speed_m_s, max_accel_m_s2, max_decel_m_s2, emergency_decel_m_s2, photo_eyes (did "
              "you mean max_speed_m_s?)"},
-        Case{"unknown_at_top", "seed: 7", "@colour: 7", "colour",
-             "found an unknown key, expected one of seed, types, physics, pockets, gear_types, "
-             "tray_types, robot_types, robots, conveyor, light_curtain, fixed, floor, trays, gears"},
+        Case{
+            "unknown_at_top", "seed: 7", "@colour: 7", "colour",
+            "found an unknown key, expected one of seed, types, physics, pockets, gear_types, "
+            "tray_types, robot_types, robots, conveyor, light_curtain, fixed, floor, trays, gears"},
         Case{"unknown_in_list", "yaw_deg: 90\n", "@yaw_degg: 90\n", "trays[0].yaw_degg",
              "found an unknown key, expected one of name, type, on, xy_m, yaw_deg, xyz_m, "
              "rpy_deg, gears, reachable_by (did you mean yaw_deg?)"},
@@ -239,7 +240,7 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"no_range", "seed: 7", "light_curtain: @{xyz_m: [-1, -1, 0.5], beams: 8, pitch_m: 1}",
              "light_curtain.range_m", "found nothing, expected a number in (0, 100]"},
         Case{"reaction", "seed: 7", CURTAIN ", reaction: @stop}", "light_curtain.reaction",
-             "found stop, expected one of none, belt_stop, protective_stop, all"},
+             "found \"stop\", expected one of none, belt_stop, protective_stop, all"},
         Case{"through_the_table", "seed: 7",
              "light_curtain: {xyz_m: @[-1, 1, 0.5], beams: 12, pitch_m: 0.04, range_m: 2}",
              "light_curtain.xyz_m",
