@@ -18,6 +18,7 @@ using testing::ConformanceCase;
 using testing::kAccepted;
 using testing::pdu;
 using testing::write_many;
+using testing::zeros;
 
 class Conformance : public ::testing::TestWithParam<ConformanceCase> {};
 
