@@ -63,6 +63,13 @@ void ArmBodies::end_step() {
   if (moved) update_shapes();
 }
 
+void ArmBodies::restore(const State& state) {
+  X_WL_before_ = state.X_WL_before;
+  X_WL_ = state.X_WL;
+  X_WL_next_ = state.X_WL_next;
+  update_shapes();
+}
+
 void ArmBodies::update_shapes() {
   bool first = true;
   for (auto& shape : shapes_) {

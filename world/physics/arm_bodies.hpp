@@ -27,6 +27,13 @@ class ArmBodies {
  public:
   ArmBodies(const robot::ArmModel& model, dWorldID world, std::span<const Eigen::Isometry3d> X_WL);
 
+  /// Everything that changes from step to step.
+  struct State {
+    std::vector<Eigen::Isometry3d> X_WL_before, X_WL, X_WL_next;
+  };
+  [[nodiscard]] State save() const { return {X_WL_before_, X_WL_, X_WL_next_}; }
+  void restore(const State& state);
+
   void set_next(std::span<const Eigen::Isometry3d> X_WL_next);
   /// Takes over the poses of set_next().
   void end_step();

@@ -45,7 +45,7 @@ Cell::Cell(const scene::Scene& the_scene, std::span<const robot::ArmModel> model
 
 dBodyID Cell::ode_body(BodyIndex node) const {
   if (node < 0) return nullptr;
-  if (nodes.is_free(node)) return body(node).body.get();
+  if (nodes.is_free(node)) return body(simplification.root(node)).body.get();
   const auto robot = static_cast<std::size_t>(nodes.robot_of(node));
   if (nodes.is_link(node)) return arms[robot].body(nodes.link_of(node));
   return grippers[robot].bodies()[static_cast<std::size_t>(nodes.part_of(node))];

@@ -32,7 +32,7 @@ struct Cell {
 
   [[nodiscard]] FreeBody& body(int i) { return bodies[static_cast<std::size_t>(i)]; }
   [[nodiscard]] const FreeBody& body(int i) const { return bodies[static_cast<std::size_t>(i)]; }
-  /// The ODE body of a node; null for kGround.
+  /// The ODE body that moves a node; null for kGround.
   [[nodiscard]] dBodyID ode_body(BodyIndex node) const;
   /// What a touch's second side is called; for a robot's part, the robot's name.
   [[nodiscard]] std::string_view name_of(BodyIndex node, int fixed_shape) const;

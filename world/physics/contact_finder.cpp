@@ -11,6 +11,14 @@ constexpr std::size_t kPairCapacity = 64;
 constexpr int kParts = 3;  // palm and two fingers
 constexpr int kSelfCollisionDistance = 3;
 
+// A gripper's parts count as next to a body within this distance [m]: more than they move in a
+// step.
+constexpr double kNear = 2e-3;
+
+Bounds grown(const Bounds& bounds, double by) {
+  return {bounds.min.array() - by, bounds.max.array() + by};
+}
+
 Bounds joined(const Bounds& a, const Bounds& b) {
   return {a.min.cwiseMin(b.min), a.max.cwiseMax(b.max)};
 }
@@ -19,12 +27,15 @@ Bounds joined(const Bounds& a, const Bounds& b) {
 
 ContactFinder::ContactFinder(Cell& cell)
     : cell_(cell),
-      done_(cell.bodies.size()),
+      solid_bounds_(cell.bodies.size()),
       gripper_bounds_(cell.grippers.size()),
       box_(dCreateBox(nullptr, 1, 1, 1)),
       cylinder_(dCreateCylinder(nullptr, 1, 1)) {
   found_.reserve(kPairCapacity);
   work_.reserve(cell.bodies.size());
+  released_.reserve(cell.bodies.size());
+  order_.reserve(cell.bodies.size());
+  pairs_.reserve(8 * cell.bodies.size());
   for (std::size_t r = 0; r < cell.arms.size(); ++r) {
     const int flange = cell.arms[r].links() - 1;
     own_link_.emplace_back(cell.arms[r].links(), 0);
@@ -47,27 +58,20 @@ const GripperPart& ContactFinder::part(int robot, int index) const {
 
 void ContactFinder::find() {
   cell_.touches.clear();
-  work_.clear();
-  const int count = static_cast<int>(cell_.bodies.size());
-  for (int i = 0; i < count; ++i) {
-    done_[static_cast<std::size_t>(i)] = 0;
-    if (!cell_.simplification.parked(i)) work_.push_back(i);
-  }
+  released_.clear();
   for (int r = 0; r < static_cast<int>(cell_.grippers.size()); ++r) {
     gripper_bounds_[static_cast<std::size_t>(r)] =
         joined(joined(part(r, 0).bounds, part(r, 1).bounds), part(r, 2).bounds);
+    wake_near_robot(r);
   }
+  wake_touched();
   for (int r = 0; r < static_cast<int>(cell_.grippers.size()); ++r) find_for_robot(r);
-  for (int i = 0; i < count; ++i) {
-    if (cell_.simplification.riding(i)) probe(i);
-  }
-  for (std::size_t next = 0; next < work_.size(); ++next) find_for_free(work_[next]);
+  find_pairs();
+  for (const int body : cell_.simplification.awake()) free_on_fixed(body);
+  release(released_);
 }
 
-void ContactFinder::wake(int body) { cell_.simplification.wake(body, work_); }
-
 void ContactFinder::touched_by_robot(int body, int robot) {
-  wake(body);
   cell_.simplification.touched_by_robot(body);
   if (robot >= 0) cell_.grippers[static_cast<std::size_t>(robot)].wake();
 }
@@ -118,11 +122,13 @@ void ContactFinder::take(int fixed_shape) {
 void ContactFinder::find_for_robot(int robot) {
   const auto index = static_cast<std::size_t>(robot);
   const auto& arm = cell_.arms[index];
-  const int count = static_cast<int>(cell_.bodies.size());
-  for (int body = 0; body < count; ++body) {
+  const Bounds reach = grown(gripper_bounds_[index], kNear);
+  for (const int body : cell_.simplification.awake()) {
     const Bounds& bounds = cell_.body(body).bounds;
-    if (gripper_bounds_[index].meets(bounds)) {
+    if (reach.meets(bounds)) {
       for (int p = 0; p < kParts; ++p) {
+        if (!grown(part(robot, p).bounds, kNear).meets(bounds)) continue;
+        cell_.simplification.near_robot(body);
         if (part(robot, p).bounds.meets(bounds)) gripper_on_free(robot, p, body);
       }
     }
@@ -201,8 +207,14 @@ void ContactFinder::gripper_on_robots(int robot, int p) {
 }
 
 void ContactFinder::link_on_free(int robot, const ArmShape& shape, int body) {
+  link_points(shape, body, cell_.nodes.link(robot, shape.link));
+  if (found_.empty()) return;
+  take(-1);
+  touched_by_robot(body, -1);
+}
+
+void ContactFinder::link_points(const ArmShape& shape, int body, int link) {
   const auto& free = cell_.body(body);
-  const int link = cell_.nodes.link(robot, shape.link);
   const auto collide = [&](const ode::Geom& geom, const Eigen::Isometry3d& X_WS) {
     set_geom_pose(geom.get(), X_WS);
     collide_geoms(geom.get(), shape.geom.get(), body, link, SurfacePair::kRobotAny, found_);
@@ -223,42 +235,134 @@ void ContactFinder::link_on_free(int robot, const ArmShape& shape, int body) {
     cylinder(gear.hub_top_radius_m, -gear.hub_height_m, 0);
     cylinder(gear.peg_radius_m, gear.disc_height_m, gear.peg_top_m);
   }
-  if (found_.empty()) return;
-  take(-1);
-  touched_by_robot(body, -1);
+}
+
+// ---- dormant groups
+
+/// A group wakes when a gripper's part is next to one of its bodies, or a link touches one.
+void ContactFinder::wake_near_robot(int robot) {
+  const auto index = static_cast<std::size_t>(robot);
+  const auto& simplification = cell_.simplification;
+  const auto& arm = cell_.arms[index];
+  const Bounds reach = grown(gripper_bounds_[index], kNear);
+  work_.clear();
+  for (const int group : simplification.dormancy().groups()) {
+    const Bounds box = simplification.dormancy().box(group);
+    const bool may = reach.meets(box) || (!arm.shapes().empty() && arm.bounds().meets(box));
+    if (may && robot_at_group(robot, group)) work_.push_back(group);
+  }
+  for (const int group : work_) cell_.simplification.wake(group);
+}
+
+bool ContactFinder::robot_at_group(int robot, int group) {
+  auto& dormancy = cell_.simplification.dormancy();
+  dormancy.bring(group);
+  bool hit = false;
+  for (int body = dormancy.first(group); body >= 0 && !hit; body = dormancy.next(body)) {
+    const Bounds& bounds = cell_.body(body).bounds;
+    for (int p = 0; p < kParts; ++p) {
+      hit = hit || grown(part(robot, p).bounds, kNear).meets(bounds);
+    }
+    for (const auto& shape : cell_.arms[static_cast<std::size_t>(robot)].shapes()) {
+      if (hit || !shape.bounds.meets(bounds)) continue;
+      link_points(shape, body, kGround);
+      hit = !found_.empty();
+      found_.clear();
+    }
+  }
+  return hit;
+}
+
+/// Wakes the groups that awake bodies touch, and those that the woken ones touch.
+void ContactFinder::wake_touched() {
+  const auto& dormancy = cell_.simplification.dormancy();
+  if (dormancy.groups().empty()) return;
+  const auto awake = cell_.simplification.awake();
+  work_.assign(awake.begin(), awake.end());
+  for (std::size_t next = 0; next < work_.size(); ++next) {
+    const int body = work_[next];
+    const auto groups = dormancy.groups();
+    for (std::size_t k = groups.size(); k > 0; --k) {
+      const int group = groups[k - 1];
+      if (!cell_.body(body).bounds.meets(dormancy.box(group)) || !touches_group(body, group)) {
+        continue;
+      }
+      for (int b = dormancy.first(group); b >= 0; b = dormancy.next(b)) work_.push_back(b);
+      cell_.simplification.wake(group);
+    }
+  }
+}
+
+bool ContactFinder::touches_group(int body, int group) {
+  auto& dormancy = cell_.simplification.dormancy();
+  dormancy.bring(group);
+  for (int b = dormancy.first(group); b >= 0; b = dormancy.next(b)) {
+    if (cell_.body(body).bounds.meets(cell_.body(b).bounds)) free_on_free(body, b);
+    if (found_.empty()) continue;
+    found_.clear();
+    return true;
+  }
+  return false;
 }
 
 // ---- free bodies
 
-void ContactFinder::find_for_free(int body) {
-  done_[static_cast<std::size_t>(body)] = 1;
-  const Bounds& bounds = cell_.body(body).bounds;
-  const int count = static_cast<int>(cell_.bodies.size());
-  for (int other = 0; other < count; ++other) {
-    if (done_[static_cast<std::size_t>(other)] || !bounds.meets(cell_.body(other).bounds)) continue;
-    free_on_free(body, other);
-    if (found_.empty()) continue;
-    take(-1);
-    wake(other);
+/// Sweeps along x over the boxes of solids; pairs are then taken in the order of their numbers.
+void ContactFinder::find_pairs() {
+  const auto& simplification = cell_.simplification;
+  const auto bounds = [this](int solid) -> Bounds& {
+    return solid_bounds_[static_cast<std::size_t>(solid)];
+  };
+  order_.assign(simplification.solids().begin(), simplification.solids().end());
+  for (const int solid : order_) {
+    bounds(solid) = cell_.body(solid).bounds;
+    for (int m = simplification.composites().next(solid); m >= 0;
+         m = simplification.composites().next(m)) {
+      bounds(solid) = joined(bounds(solid), cell_.body(m).bounds);
+    }
   }
-  free_on_fixed(body, false);
+  std::sort(order_.begin(), order_.end(), [&](int a, int b) {
+    const double x = bounds(a).min.x(), y = bounds(b).min.x();
+    return x != y ? x < y : a < b;
+  });
+  pairs_.clear();
+  for (std::size_t i = 0; i < order_.size(); ++i) {
+    const Bounds& box = bounds(order_[i]);
+    for (std::size_t k = i + 1; k < order_.size(); ++k) {
+      if (bounds(order_[k]).min.x() > box.max.x()) break;
+      if (box.meets(bounds(order_[k]))) pairs_.push_back(std::minmax(order_[i], order_[k]));
+    }
+  }
+  std::sort(pairs_.begin(), pairs_.end());
+  for (const auto& [a, b] : pairs_) solids_on_each_other(a, b);
 }
 
-void ContactFinder::probe(int body) {
-  const Bounds& bounds = cell_.body(body).bounds;
-  const int count = static_cast<int>(cell_.bodies.size());
-  for (int other = 0; other < count; ++other) {
-    // Active bodies look at parked ones themselves; what rides along never comes nearer.
-    if (!cell_.simplification.parked(other) || cell_.simplification.riding(other)) continue;
-    if (!bounds.meets(cell_.body(other).bounds)) continue;
-    free_on_free(body, other);
+/// A member of a composite that something else touches is no longer carried by its parent alone.
+void ContactFinder::solids_on_each_other(int a, int b) {
+  auto& simplification = cell_.simplification;
+  const auto& composites = simplification.composites();
+  for (int i = a; i >= 0; i = composites.next(i)) {
+    for (int k = b; k >= 0; k = composites.next(k)) {
+      if (!cell_.body(i).bounds.meets(cell_.body(k).bounds)) continue;
+      free_on_free(i, k);
+      if (found_.empty()) continue;
+      take(-1);
+      for (const int member : {i, k}) {
+        if (composites.parent(member) >= 0) released_.push_back(member);
+      }
+    }
   }
-  const std::size_t before = cell_.touches.size();
-  free_on_fixed(body, true);
-  const bool hit = !found_.empty() || cell_.touches.size() > before;
-  cell_.touches.resize(before);
-  found_.clear();
-  if (hit) wake(body);
+}
+
+void ContactFinder::release(std::span<const int> members) {
+  for (const int member : members) {
+    const int parent = cell_.simplification.composites().parent(member);
+    if (parent < 0) continue;  // released already
+    cell_.simplification.release(member);
+    // By the rule of composites it touches nothing else, save what is in the list of touches.
+    free_on_free(member, parent);
+    take(-1);
+  }
 }
 
 void ContactFinder::free_on_free(int a, int b) {
@@ -268,8 +372,9 @@ void ContactFinder::free_on_free(int a, int b) {
   if (first.is_tray()) {
     box_box(first.slab_size, first.X_WS(), second.slab_size, second.X_WS(), first_index,
             second_index, SurfacePair::kTrayTray, found_);
+  } else if (cell_.simplification.joined(first_index, second_index)) {
+    return;
   } else if (second.is_tray()) {
-    if (cell_.simplification.joined_to(first_index) == second_index) return;
     gear_tray(*first.gear, first.X_WB, *second.tray, second.X_WB, first_index, second_index,
               found_);
   } else {
@@ -278,11 +383,12 @@ void ContactFinder::free_on_free(int a, int b) {
   }
 }
 
-void ContactFinder::free_on_fixed(int body, bool skip_belt) {
+void ContactFinder::free_on_fixed(int body) {
   const auto& free = cell_.body(body);
+  const std::size_t before = cell_.touches.size();
   for (std::size_t i = 0; i < cell_.fixed.shapes.size(); ++i) {
     const auto& shape = cell_.fixed.shapes[i];
-    if ((skip_belt && shape.belt) || !free.bounds.meets(shape.bounds)) continue;
+    if (!free.bounds.meets(shape.bounds)) continue;
     if (free.is_tray()) {
       box_box(free.slab_size, free.X_WS(), shape.size, shape.X_WS, body, kGround,
               shape.belt ? SurfacePair::kTrayBelt : SurfacePair::kTrayGround, found_);
@@ -292,6 +398,8 @@ void ContactFinder::free_on_fixed(int body, bool skip_belt) {
     }
     take(static_cast<int>(i));
   }
+  const bool merged = cell_.simplification.composites().parent(body) >= 0;
+  if (merged && cell_.touches.size() > before) released_.push_back(body);
 }
 
 }  // namespace aprsim::physics

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "world/physics/cell.hpp"
@@ -7,15 +9,17 @@
 namespace aprsim::physics {
 
 /// Finds the contacts of a step: broadphase over tight axis-aligned boxes, exact geometry from
-/// contact_generation.hpp, links by ODE's primitives. Bodies that rest (Simplification) are only
-/// tested against what moves; whatever touches them wakes them in the same step. No call
-/// allocates after warm-up. The order is fixed by body numbers.
+/// contact_generation.hpp, links by ODE's primitives. Dormant groups are only looked at where
+/// something that moves is in their box; whatever touches them wakes them, and frees merged bodies,
+/// in the same step. No call allocates after warm-up. The order is fixed by body numbers.
 class ContactFinder {
  public:
   explicit ContactFinder(Cell& cell);
 
   /// Fills cell.touches.
   void find();
+  /// Releases merged bodies from their parents and adds their contacts with these.
+  void release(std::span<const int> members);
 
  private:
   void find_for_robot(int robot);
@@ -23,12 +27,16 @@ class ContactFinder {
   void gripper_on_fixed(int robot, int part);
   void gripper_on_robots(int robot, int part);
   void link_on_free(int robot, const ArmShape& shape, int body);
-  void find_for_free(int body);
-  void probe(int body);
+  void link_points(const ArmShape& shape, int body, int link);
+  void wake_near_robot(int robot);
+  [[nodiscard]] bool robot_at_group(int robot, int group);
+  void wake_touched();
+  [[nodiscard]] bool touches_group(int body, int group);
+  void find_pairs();
+  void solids_on_each_other(int a, int b);
   void free_on_free(int a, int b);
-  void free_on_fixed(int body, bool skip_belt);
+  void free_on_fixed(int body);
   void take(int fixed_shape);
-  void wake(int body);
   void touched_by_robot(int body, int robot);
   [[nodiscard]] const GripperPart& part(int robot, int index) const;
   [[nodiscard]] double friction(const Contact& contact) const;
@@ -36,8 +44,11 @@ class ContactFinder {
 
   Cell& cell_;
   std::vector<Contact> found_;  // of the pair at hand
-  std::vector<int> work_;       // bodies to look at, in order
-  std::vector<char> done_;
+  std::vector<int> work_;       // solids to look at, in order
+  std::vector<int> released_;   // in this step
+  std::vector<Bounds> solid_bounds_;
+  std::vector<int> order_;  // solids by their boxes' low x
+  std::vector<std::pair<int, int>> pairs_;
   std::vector<Bounds> gripper_bounds_;
   std::vector<std::vector<char>> own_link_;  // robot, link: gripper may touch it
   ode::Geom box_, cylinder_;

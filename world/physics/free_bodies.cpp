@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "world/physics/mass_properties.hpp"
-
 namespace aprsim::physics {
 namespace {
 
@@ -31,25 +29,20 @@ double gear_radius(const scene::GearType& gear, const Eigen::Vector3d& com) {
   return std::max({disc, peg, hub});
 }
 
-void give_mass(FreeBody& free, const MassProperties& mass) {
-  free.mass_kg = mass.mass_kg;
-  free.com_B = mass.com;
-  const dMass ode_mass = ode::mass(mass.mass_kg, mass.inertia);
-  dBodySetMass(free.body.get(), &ode_mass);
-}
-
 FreeBody make_tray(const scene::TrayInstance& instance, const scene::TrayType& type,
                    dWorldID world) {
   FreeBody free;
   free.name = instance.name;
   free.tray = &type;
   free.body.reset(dBodyCreate(world));
-  give_mass(free, tray_mass(type));
+  free.mass = tray_mass(type);
+  free.origin_B = free.mass.com;
   const Eigen::Vector2d extent = type.max_xy - type.min_xy;
   const Eigen::Vector2d middle = 0.5 * (type.max_xy + type.min_xy);
   free.slab_size = {extent.x(), extent.y(), type.thickness_m};
   free.X_BS.translation() = Eigen::Vector3d(middle.x(), middle.y(), -0.5 * type.thickness_m);
-  free.radius_m = 0.5 * free.slab_size.norm() + (free.com_B - free.X_BS.translation()).norm();
+  free.radius_m = 0.5 * free.slab_size.norm() + (free.mass.com - free.X_BS.translation()).norm();
+  free.carry(free.mass);
   free.place(instance.X_WP.isometry(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
   return free;
 }
@@ -60,15 +53,12 @@ FreeBody make_gear(const scene::GearInstance& instance, const scene::GearType& t
   free.name = instance.name;
   free.gear = &type;
   free.body.reset(dBodyCreate(world));
-  give_mass(free, gear_mass(type));
-  free.radius_m = gear_radius(type, free.com_B);
+  free.mass = gear_mass(type);
+  free.origin_B = free.mass.com;
+  free.radius_m = gear_radius(type, free.mass.com);
+  free.carry(free.mass);
   free.place(instance.X_WP.isometry(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
   return free;
-}
-
-Bounds bounds_of(const FreeBody& free) {
-  return free.is_tray() ? bounds_of_box(free.slab_size, free.X_WS())
-                        : bounds_of_gear(*free.gear, free.X_WB);
 }
 
 }  // namespace
@@ -80,19 +70,35 @@ Bounds bounds_of_box(const Eigen::Vector3d& size, const Eigen::Isometry3d& X_WS)
 
 void FreeBody::refresh() {
   X_WB.linear() = ode::matrix(dBodyGetRotation(body.get()));
-  const Eigen::Vector3d com = ode::vector(dBodyGetPosition(body.get()));
-  X_WB.translation() = com - X_WB.linear() * com_B;
-  v_com_W = ode::vector(dBodyGetLinearVel(body.get()));
+  const Eigen::Vector3d origin = ode::vector(dBodyGetPosition(body.get()));
+  X_WB.translation() = origin - X_WB.linear() * origin_B;
   omega_W = ode::vector(dBodyGetAngularVel(body.get()));
-  bounds = bounds_of(*this);
+  v_com_W = ode::vector(dBodyGetLinearVel(body.get()));
+  if (origin_B != mass.com) v_com_W += omega_W.cross(X_WB.linear() * (mass.com - origin_B));
+  update_bounds();
 }
 
 void FreeBody::place(const Eigen::Isometry3d& X_WB_new, const Eigen::Vector3d& v_com,
                      const Eigen::Vector3d& omega) {
-  ode::set_rotation(body.get(), X_WB_new.linear());
-  ode::set_position(body.get(), X_WB_new * com_B);
-  ode::set_velocity(body.get(), v_com, omega);
-  refresh();
+  X_WB = X_WB_new;
+  v_com_W = v_com;
+  omega_W = omega;
+  ode::set_rotation(body.get(), X_WB.linear());
+  ode::set_position(body.get(), origin_W());
+  ode::set_velocity(body.get(), velocity_at(origin_W()), omega);
+  update_bounds();
+}
+
+void FreeBody::carry(const MassProperties& all) {
+  const dMass ode_mass = ode::mass(all.mass_kg, all.inertia);
+  dBodySetMass(body.get(), &ode_mass);
+  origin_B = all.com;
+  ode::set_position(body.get(), origin_W());
+  ode::set_velocity(body.get(), velocity_at(origin_W()), omega_W);
+}
+
+void FreeBody::update_bounds() {
+  bounds = is_tray() ? bounds_of_box(slab_size, X_WS()) : bounds_of_gear(*gear, X_WB);
 }
 
 std::vector<FreeBody> make_free_bodies(const scene::Scene& scene, dWorldID world) {

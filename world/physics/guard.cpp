@@ -31,7 +31,8 @@ void check(std::string_view name, double radius, const Eigen::Vector3d& p, const
 }  // namespace
 
 void check_state(const Cell& cell, std::uint64_t step) {
-  for (const auto& body : cell.bodies) {
+  for (const int i : cell.simplification.awake()) {
+    const auto& body = cell.body(i);
     check(body.name, body.radius_m, body.X_WB.translation(), body.v_com_W, body.omega_W, step);
   }
   for (std::size_t r = 0; r < cell.grippers.size(); ++r) {

@@ -25,9 +25,9 @@ Islands::Islands(const Cell& cell)
       sums_(index(count_)),
       phase_(index(count_)) {}
 
-int Islands::node(BodyIndex body) const {
+int Islands::node(const Cell& cell, BodyIndex body) const {
   if (body < 0 || nodes_.is_link(body)) return -1;
-  return nodes_.is_free(body) ? body : free_ + nodes_.robot_of(body);
+  return nodes_.is_free(body) ? cell.simplification.root(body) : free_ + nodes_.robot_of(body);
 }
 
 int Islands::root(int node) {
@@ -45,26 +45,33 @@ void Islands::unite(int a, int b) {
 
 void Islands::find(const Cell& cell, std::span<Touch> touches) {
   mark_near(cell, touches);
-  for (int i = 0; i < count_; ++i) {
+  for_nodes(cell, [this](int i) {
     parent_[index(i)] = i;
     sums_[index(i)] = {};
-  }
+  });
   for (auto& touch : touches) {
-    const int a = node(touch.contact.a), b = node(touch.contact.b);
+    const int a = node(cell, touch.contact.a), b = node(cell, touch.contact.b);
     touch.cut = a >= 0 && b >= 0 && (near_[index(a)] == kFar) != (near_[index(b)] == kFar);
     if (a >= 0 && b >= 0 && !touch.cut) unite(a, b);
   }
-  for (int gear = 0; gear < free_; ++gear) {
-    const int tray = cell.simplification.joined_to(gear);
-    if (tray >= 0 && !cell.simplification.parked(gear)) unite(gear, tray);
-  }
+  for (const auto& pair : cell.simplification.joined_pairs()) unite(pair.a, pair.b);
   sum_up(cell, touches);
-  for (int i = 0; i < count_; ++i) {
+  choose_phases(cell);
+  // Where a gripper's island is solved iteratively after all, nothing is solved before the rest.
+  for (auto& touch : touches) {
+    if (!touch.cut) continue;
+    const int a = node(cell, touch.contact.a), b = node(cell, touch.contact.b);
+    const int near = near_[index(a)] == kFar ? b : a;
+    if (phase_of_node(near) == Phase::kIterative) touch.cut = false;
+  }
+}
+
+void Islands::choose_phases(const Cell& cell) {
+  any_ = {};
+  for_nodes(cell, [&](int i) {
     const Sum& sum = sums_[index(root(i))];
-    const bool solved =
-        i < free_ ? !cell.simplification.parked(i) : !cell.grippers[index(i - free_)].idle();
     Phase phase = Phase::kIterative;
-    if (!solved) {
+    if (i >= free_ && cell.grippers[index(i - free_)].idle()) {
       phase = Phase::kNone;
     } else if (sum.gripper) {
       if (sum.rows <= kMaxGripperRows) phase = sum.foreign ? Phase::kFixedFriction : Phase::kDirect;
@@ -72,22 +79,16 @@ void Islands::find(const Cell& cell, std::span<Touch> touches) {
       phase = Phase::kDirect;
     }
     phase_[index(i)] = phase;
-    if (i < free_) island_of_[index(i)] = solved && near_[index(i)] == kFar ? root(i) : -1;
-  }
-  // Where a gripper's island is solved iteratively after all, nothing is solved before the rest.
-  for (auto& touch : touches) {
-    if (!touch.cut) continue;
-    const int a = node(touch.contact.a), b = node(touch.contact.b);
-    const int near = near_[index(a)] == kFar ? b : a;
-    if (phase_of_node(near) == Phase::kIterative) touch.cut = false;
-  }
+    any_[static_cast<std::size_t>(phase)] = true;
+    if (i < free_) island_of_[index(i)] = near_[index(i)] == kFar ? root(i) : -1;
+  });
 }
 
 /// Floods from each gripper through what it touches; trays and what is joined to them are the
 /// border, beyond which the flood does not go.
 void Islands::mark_near(const Cell& cell, std::span<Touch> touches) {
-  std::fill(near_.begin(), near_.end(), kFar);
-  for (int r = free_; r < count_; ++r) near_[index(r)] = kCore;
+  for_nodes(cell, [this](int i) { near_[index(i)] = i < free_ ? kFar : kCore; });
+  if (free_ == count_) return;
   const auto reach = [&](int from, int to) {
     if (near_[index(from)] != kCore || near_[index(to)] != kFar) return false;
     near_[index(to)] = to < free_ && cell.body(to).is_tray() ? kBorder : kCore;
@@ -97,16 +98,14 @@ void Islands::mark_near(const Cell& cell, std::span<Touch> touches) {
   while (changed) {
     changed = false;
     for (const auto& touch : touches) {
-      const int a = node(touch.contact.a), b = node(touch.contact.b);
+      const int a = node(cell, touch.contact.a), b = node(cell, touch.contact.b);
       if (a < 0 || b < 0) continue;
       changed = reach(a, b) || changed;
       changed = reach(b, a) || changed;
     }
-    for (int gear = 0; gear < free_; ++gear) {
-      const int tray = cell.simplification.joined_to(gear);
-      if (tray < 0 || (near_[index(tray)] == kFar) == (near_[index(gear)] == kFar)) continue;
-      const int far = near_[index(tray)] == kFar ? tray : gear;
-      near_[index(far)] = kBorder;
+    for (const auto& pair : cell.simplification.joined_pairs()) {
+      if ((near_[index(pair.a)] == kFar) == (near_[index(pair.b)] == kFar)) continue;
+      near_[index(near_[index(pair.a)] == kFar ? pair.a : pair.b)] = kBorder;
       changed = true;
     }
   }
@@ -115,7 +114,7 @@ void Islands::mark_near(const Cell& cell, std::span<Touch> touches) {
 void Islands::sum_up(const Cell& cell, std::span<const Touch> touches) {
   for (const auto& touch : touches) {
     const auto& contact = touch.contact;
-    const int a = node(contact.a), b = node(contact.b);
+    const int a = node(cell, contact.a), b = node(cell, contact.b);
     // A cut touch counts for the far side, where it is solved.
     const int owner = !touch.cut || near_[index(a)] == kFar ? a : b;
     Sum& sum = sums_[index(root(owner))];
@@ -123,8 +122,8 @@ void Islands::sum_up(const Cell& cell, std::span<const Touch> touches) {
     sum.foreign = sum.foreign || contact.pair != SurfacePair::kPadGear;
     sum.pile = sum.pile || contact.pair == SurfacePair::kGearTray;
   }
-  for (int gear = 0; gear < free_; ++gear) {
-    if (cell.simplification.joined_to(gear) >= 0) sums_[index(root(gear))].rows += kJointRows;
+  for (const auto& pair : cell.simplification.joined_pairs()) {
+    sums_[index(root(pair.a))].rows += kJointRows;
   }
   for (int r = free_; r < count_; ++r) {
     Sum& sum = sums_[index(root(r))];
@@ -133,14 +132,10 @@ void Islands::sum_up(const Cell& cell, std::span<const Touch> touches) {
   }
 }
 
-Phase Islands::phase_of(const Touch& touch) const {
-  const int a = node(touch.contact.a), b = node(touch.contact.b);
+Phase Islands::phase_of(const Cell& cell, const Touch& touch) const {
+  const int a = node(cell, touch.contact.a), b = node(cell, touch.contact.b);
   if (touch.cut) return Phase::kIterative;
   return phase_of_node(a >= 0 ? a : b);
-}
-
-bool Islands::any(Phase phase) const {
-  return std::find(phase_.begin(), phase_.end(), phase) != phase_.end();
 }
 
 }  // namespace aprsim::physics

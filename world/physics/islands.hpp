@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -10,7 +11,7 @@ namespace aprsim::physics {
 
 /// How an island is solved.
 enum class Phase : std::uint8_t {
-  kNone,           ///< parked, or a gripper that follows its flange
+  kNone,           ///< dormant, moved by another body, or a gripper that follows its flange
   kFixedFriction,  ///< friction bounds from an iterative prediction, then one direct solve
   kDirect,         ///< one direct solve
   kIterative,      ///< projected Gauss-Seidel
@@ -23,18 +24,18 @@ class Islands {
  public:
   explicit Islands(const Cell& cell);
 
-  /// Marks `touches` as cut where needed; a joint stands for Simplification's virtual joints.
+  /// Marks `touches` as cut where needed. Merged bodies count as their root.
   void find(const Cell& cell, std::span<Touch> touches);
 
-  [[nodiscard]] Phase phase_of_body(int body) const { return phase_of_node(body); }
+  [[nodiscard]] Phase phase_of_solid(int body) const { return phase_of_node(body); }
   [[nodiscard]] Phase phase_of_gripper(int robot) const { return phase_of_node(free_ + robot); }
   /// Phase in which a touch is solved.
-  [[nodiscard]] Phase phase_of(const Touch& touch) const;
-  /// True for bodies solved together with a gripper.
+  [[nodiscard]] Phase phase_of(const Cell& cell, const Touch& touch) const;
+  /// True for solids solved together with a gripper.
   [[nodiscard]] bool with_gripper(int body) const { return near_[index(body)] != kFar; }
-  /// Per free body: number of its island (a body's index), -1 = parked or with a gripper.
+  /// Per solid: number of its island (a solid's index), -1 = with a gripper.
   [[nodiscard]] std::span<const int> island_of() const { return island_of_; }
-  [[nodiscard]] bool any(Phase phase) const;
+  [[nodiscard]] bool any(Phase phase) const { return any_[static_cast<std::size_t>(phase)]; }
 
  private:
   enum Nearness : std::uint8_t { kFar, kCore, kBorder };
@@ -45,10 +46,17 @@ class Islands {
 
   [[nodiscard]] static std::size_t index(int i) { return static_cast<std::size_t>(i); }
   [[nodiscard]] Phase phase_of_node(int node) const { return phase_[index(node)]; }
-  [[nodiscard]] int node(BodyIndex body) const;
+  [[nodiscard]] int node(const Cell& cell, BodyIndex body) const;
   [[nodiscard]] int root(int node);
   void unite(int a, int b);
+  /// Calls f(node) for every solid and every gripper.
+  template <class F>
+  void for_nodes(const Cell& cell, const F& f) const {
+    for (const int solid : cell.simplification.solids()) f(solid);
+    for (int gripper = free_; gripper < count_; ++gripper) f(gripper);
+  }
   void mark_near(const Cell& cell, std::span<Touch> touches);
+  void choose_phases(const Cell& cell);
   void sum_up(const Cell& cell, std::span<const Touch> touches);
 
   NodeNumbers nodes_;
@@ -57,6 +65,7 @@ class Islands {
   std::vector<int> parent_, island_of_;
   std::vector<Sum> sums_;
   std::vector<Phase> phase_;
+  std::array<bool, 4> any_{};  // by phase
 };
 
 }  // namespace aprsim::physics

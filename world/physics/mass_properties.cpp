@@ -88,4 +88,21 @@ MassProperties tray_mass(const scene::TrayType& tray) {
   return with_mass(total, tray.mass_kg);
 }
 
+MassProperties combined(const MassProperties& a, const MassProperties& b,
+                        const Eigen::Isometry3d& X_AB) {
+  MassProperties total;
+  total.mass_kg = a.mass_kg + b.mass_kg;
+  const Eigen::Vector3d com_b = X_AB * b.com;
+  total.com = (a.mass_kg * a.com + b.mass_kg * com_b) / total.mass_kg;
+  // Parallel axes, products of inertia included.
+  const auto moved = [&total](double kg, const Eigen::Vector3d& com) {
+    const Eigen::Vector3d r = com - total.com;
+    return (kg * (r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose())).eval();
+  };
+  const Eigen::Matrix3d R = X_AB.linear();
+  total.inertia =
+      a.inertia + moved(a.mass_kg, a.com) + R * b.inertia * R.transpose() + moved(b.mass_kg, com_b);
+  return total;
+}
+
 }  // namespace aprsim::physics

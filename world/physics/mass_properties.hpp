@@ -1,6 +1,6 @@
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include "world/scene/scene.hpp"
 
@@ -17,5 +17,9 @@ struct MassProperties {
 
 /// Slab less its pockets (with mouth chamfers), of uniform density, with the type's mass.
 [[nodiscard]] MassProperties tray_mass(const scene::TrayType& tray);
+
+/// Both as one rigid body, in the first's frame: `X_AB` is the second's frame in the first's.
+[[nodiscard]] MassProperties combined(const MassProperties& a, const MassProperties& b,
+                                      const Eigen::Isometry3d& X_AB);
 
 }  // namespace aprsim::physics

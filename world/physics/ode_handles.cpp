@@ -1,5 +1,6 @@
 #include "world/physics/ode_handles.hpp"
 
+#include <algorithm>
 #include <cstdarg>
 #include <cstdio>
 #include <string>
@@ -50,21 +51,24 @@ void prepare_thread() {
 }
 
 void save(dBodyID body, SavedState& to) {
-  dBodyCopyPosition(body, to.p);
-  dBodyCopyQuaternion(body, to.q);
-  const dReal* v = dBodyGetLinearVel(body);
-  const dReal* omega = dBodyGetAngularVel(body);
-  for (int i = 0; i < 3; ++i) {
-    to.v[i] = v[i];
-    to.omega[i] = omega[i];
-  }
+  std::copy_n(dBodyGetPosition(body), 3, to.p);
+  std::copy_n(dBodyGetQuaternion(body), 4, to.q);
+  std::copy_n(dBodyGetRotation(body), 12, to.R);
+  std::copy_n(dBodyGetLinearVel(body), 3, to.v);
+  std::copy_n(dBodyGetAngularVel(body), 3, to.omega);
 }
 
 void restore(dBodyID body, const SavedState& from) {
-  dBodySetPosition(body, from.p[0], from.p[1], from.p[2]);
-  dBodySetQuaternion(body, from.q);
-  dBodySetLinearVel(body, from.v[0], from.v[1], from.v[2]);
-  dBodySetAngularVel(body, from.omega[0], from.omega[1], from.omega[2]);
+  // dBodySetQuaternion would normalise anew and change last bits. The getters return pointers to
+  // ODE's own record; no geom hangs on our bodies that would have to be told.
+  const auto write = [](const dReal* ours, const dReal* record, int count) {
+    std::copy_n(ours, count, const_cast<dReal*>(record));
+  };
+  write(from.p, dBodyGetPosition(body), 3);
+  write(from.q, dBodyGetQuaternion(body), 4);
+  write(from.R, dBodyGetRotation(body), 12);
+  write(from.v, dBodyGetLinearVel(body), 3);
+  write(from.omega, dBodyGetAngularVel(body), 3);
 }
 
 }  // namespace aprsim::physics::ode

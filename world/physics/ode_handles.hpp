@@ -76,9 +76,9 @@ inline void add_force(dBodyID body, const Eigen::Vector3d& f, const Eigen::Vecto
   return m;
 }
 
-/// Position, orientation and velocities as ODE holds them, to undo a trial step.
+/// Position, orientation and velocities as ODE holds them, bit for bit.
 struct SavedState {
-  dReal p[4] = {}, q[4] = {}, v[4] = {}, omega[4] = {};
+  dReal p[3] = {}, q[4] = {}, R[12] = {}, v[3] = {}, omega[3] = {};
 };
 void save(dBodyID body, SavedState& to);
 void restore(dBodyID body, const SavedState& from);

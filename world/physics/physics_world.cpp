@@ -4,61 +4,45 @@
 #include <cmath>
 #include <string>
 
-#include "world/physics/arm_contacts.hpp"
-#include "world/physics/cell.hpp"
-#include "world/physics/contact_finder.hpp"
 #include "world/physics/guard.hpp"
-#include "world/physics/solver.hpp"
+#include "world/physics/physics_world_impl.hpp"
 #include "world/physics/state_hash.hpp"
 
 namespace aprsim::physics {
 namespace {
 
 constexpr double kFaultDepth = 0.5e-3;  // [m]
-constexpr std::size_t kForceCapacity = 256;
 
 }  // namespace
-
-struct PhysicsWorld::Impl {
-  Impl(const scene::Scene& scene, std::span<const robot::ArmModel> models,
-       std::span<const std::vector<Eigen::Isometry3d>> X_WL)
-      : cell(scene, models, X_WL), finder(cell), solver(cell), arm_contacts(cell) {
-    forces.resize(cell.arms.size());
-    for (auto& list : forces) list.reserve(kForceCapacity);
-    woken.reserve(cell.bodies.size());
-  }
-
-  void step();
-  void move_arms();
-  void take_results();
-  void count_faults();
-  void report_touch(const Touch& touch);
-  [[nodiscard]] bool in_hand(int robot, BodyIndex node) const;
-  void observe_grippers();
-
-  Cell cell;
-  ContactFinder finder;
-  Solver solver;
-  ArmContacts arm_contacts;
-  std::vector<std::vector<ArmForce>> forces;
-  std::vector<int> woken;
-  double next_belt_speed = 0;
-  std::uint64_t steps = 0, faults = 0;
-  double max_penetration = 0;
-};
 
 void PhysicsWorld::Impl::step() {
   ode::prepare_thread();
   cell.belt_speed_m_s = next_belt_speed;
-  woken.clear();
-  cell.simplification.begin_step(next_belt_speed, woken);
+  cell.simplification.begin_step(next_belt_speed);
   move_arms();
   finder.find();
   count_faults();
-  solver.step();
+  solve();
   take_results();
   ++steps;
   check_state(cell, steps);
+}
+
+/// What merged bodies ask of their contacts is known when the step has been solved; if some could
+/// not bear it, they are freed and the same step is solved anew.
+void PhysicsWorld::Impl::solve() {
+  const bool merged = cell.simplification.composites().child_count() > 0;
+  if (merged) solver.begin();
+  solver.step();
+  while (merged) {
+    released.clear();
+    cell.simplification.find_overloaded(released);
+    if (released.empty()) return;
+    solver.undo();
+    finder.release(released);
+    solver.begin();
+    solver.step();
+  }
 }
 
 void PhysicsWorld::Impl::move_arms() {
@@ -79,8 +63,9 @@ void PhysicsWorld::Impl::count_faults() {
 }
 
 void PhysicsWorld::Impl::take_results() {
-  for (std::size_t i = 0; i < cell.bodies.size(); ++i) {
-    if (!cell.simplification.parked(static_cast<int>(i))) cell.bodies[i].refresh();
+  for (const int i : cell.simplification.solids()) {
+    cell.body(i).refresh();
+    cell.simplification.follow(i);
   }
   for (auto& gripper : cell.grippers) gripper.end_step();
   for (auto& arm : cell.arms) arm.end_step();
@@ -88,7 +73,7 @@ void PhysicsWorld::Impl::take_results() {
   for (auto& list : forces) list.clear();
   for (const auto& touch : cell.touches) report_touch(touch);
   arm_contacts.find(forces);
-  cell.simplification.observe(cell.touches, solver.islands().island_of(), cell.step_s);
+  cell.simplification.observe(cell.touches, solver.islands().island_of());
 }
 
 void PhysicsWorld::Impl::observe_grippers() {
@@ -165,12 +150,13 @@ int PhysicsWorld::body_count() const { return static_cast<int>(impl_->cell.bodie
 
 BodyState PhysicsWorld::body(int index) const {
   const FreeBody& free = impl_->cell.body(index);
-  BodyState state;
-  state.p_WB = free.X_WB.translation();
-  state.q_WB = Eigen::Quaterniond(free.X_WB.linear());
-  state.omega_W = free.omega_W;
-  state.v_W = free.v_com_W - free.omega_W.cross(free.X_WB.linear() * free.com_B);
   const auto& simplification = impl_->cell.simplification;
+  const Eigen::Isometry3d X_WB = simplification.X_WB(index);
+  BodyState state;
+  state.p_WB = X_WB.translation();
+  state.q_WB = Eigen::Quaterniond(X_WB.linear());
+  state.omega_W = free.omega_W;
+  state.v_W = simplification.velocity(index) - free.omega_W.cross(X_WB.linear() * free.mass.com);
   state.resting = simplification.resting(index);
   state.group_kind = simplification.group_kind(index);
   state.group = simplification.group(index);
@@ -185,7 +171,10 @@ std::span<const ArmForce> PhysicsWorld::arm_forces(int robot) const {
   return impl_->forces[static_cast<std::size_t>(robot)];
 }
 
-int PhysicsWorld::contact_count() const { return static_cast<int>(impl_->cell.touches.size()); }
+int PhysicsWorld::contact_count() const {
+  return static_cast<int>(impl_->cell.touches.size()) +
+         impl_->cell.simplification.frozen_contacts();
+}
 
 int PhysicsWorld::virtual_joint_count() const { return impl_->cell.simplification.joint_count(); }
 

@@ -6,252 +6,198 @@
 namespace aprsim::physics {
 namespace {
 
-constexpr int kPairSteps = 20;        // at relative rest before a joint is made
-constexpr int kParkSteps = 50;        // at rest on the carrier before an island is parked
-constexpr double kParkShare = 0.1;    // of e1, e2: parking is stricter than joining
-constexpr double kBeltMargin = 2e-3;  // [m] from the belt's end
+constexpr int kRestSteps = 20;   // at rest before it counts, or two bodies are merged
+constexpr int kSleepSteps = 50;  // before a group falls asleep
+constexpr double kShare = 0.1;   // of e1 and e2: stricter than the paper's criteria
+constexpr double kDrift = 2e-7;  // [m] over all of that time: slow sliding is no rest
 
 }  // namespace
 
 Simplification::Simplification(const scene::Physics& physics, std::span<FreeBody> bodies,
                                const FixedShapes& fixed, dWorldID world)
-    : active_(physics.simplification != scene::Simplification::kOff),
-      parks_(physics.simplification == scene::Simplification::kDormant),
-      speed_(physics.simplify_speed_m_s),
-      accel_(physics.simplify_accel_m_s2),
-      force_(physics.simplify_force_n),
+    : merges_(physics.simplification == scene::Simplification::kMerge ||
+              physics.simplification == scene::Simplification::kDormant),
+      sleeps_(physics.simplification == scene::Simplification::kDormant),
+      speed_(kShare * physics.simplify_speed_m_s),
+      accel_(kShare * physics.simplify_accel_m_s2),
+      step_s_(physics.step_s),
+      gravity_W_(0, 0, -physics.gravity_m_s2),
       bodies_(bodies),
       fixed_(&fixed),
-      records_(bodies.size()),
-      islands_(bodies.size()),
-      groups_(bodies.size()) {
-  if (!active_) return;
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    if (bodies[i].is_tray()) continue;
-    // One joint a gear, made once: attached and enabled only while it is needed.
-    records_[i].joint.reset(dJointCreateFixed(world, nullptr));
-    dJointDisable(records_[i].joint.get());
+      composites_(bodies, gravity_W_),
+      dormancy_(bodies, fixed, composites_),
+      rest_(bodies.size()),
+      islands_(bodies.size()) {
+  if (physics.simplification == scene::Simplification::kVirtualJoints) {
+    virtual_joints_.emplace(physics, bodies, world);
+  }
+  awake_.reserve(bodies.size());
+  solids_.reserve(bodies.size());
+  scratch_.reserve(bodies.size());
+  list_awake();
+}
+
+void Simplification::list_awake() {
+  awake_.clear();
+  solids_.clear();
+  for (int i = 0; i < static_cast<int>(bodies_.size()); ++i) {
+    if (dormant(i)) continue;
+    awake_.push_back(i);
+    if (root(i) == i) solids_.push_back(i);
   }
 }
 
-bool Simplification::riding(int body) const {
-  return parked(body) && groups_[static_cast<std::size_t>(at(body).group)].on_belt &&
-         belt_speed_ != 0;
+// ---- what observers see
+
+std::span<const VirtualJoints::Pair> Simplification::joined_pairs() const {
+  if (!virtual_joints_) return {};
+  return virtual_joints_->pairs();
 }
 
-bool Simplification::resting(int body) const {
-  return parked(body) || at(body).tray >= 0 || at(body).quiet_steps >= kPairSteps;
+api::GroupKind Simplification::group_kind(int i) const {
+  if (dormant(i)) return api::GroupKind::kDormant;
+  if (composites_.is_merged(root(i))) return api::GroupKind::kMerged;
+  return group(i) >= 0 ? api::GroupKind::kJoined : api::GroupKind::kNone;
 }
 
-api::GroupKind Simplification::group_kind(int body) const {
-  if (parked(body)) return api::GroupKind::kDormant;
-  return group(body) >= 0 ? api::GroupKind::kJoined : api::GroupKind::kNone;
+int Simplification::group(int i) const {
+  if (dormant(i)) return dormancy_.lowest(i);
+  if (composites_.is_merged(root(i))) return root(i);
+  return virtual_joints_ ? virtual_joints_->group(i) : -1;
 }
 
-int Simplification::group(int body) const {
-  const int tray = bodies_[static_cast<std::size_t>(body)].is_tray() ? body : at(body).tray;
-  for (std::size_t i = 0; i < records_.size(); ++i) {
-    const auto& record = records_[i];
-    if (parked(body) && record.group == at(body).group) return static_cast<int>(i);
-    if (!parked(body) && tray >= 0 && record.tray == tray) return tray;
-  }
-  return -1;
-}
+bool Simplification::resting(int i) const { return dormant(i) || at(i).quiet_steps >= kRestSteps; }
 
 int Simplification::joint_count() const {
-  int count = 0;
-  for (std::size_t i = 0; i < records_.size(); ++i) {
-    const auto& record = records_[i];
-    // A parked body hangs on its carrier as if by one joint, a joined gear on its tray.
-    if (record.tray >= 0 || record.group >= 0) ++count;
+  return static_cast<int>(joined_pairs().size()) + composites_.child_count() +
+         dormancy_.root_count();
+}
+
+Eigen::Isometry3d Simplification::X_WB(int i) const {
+  return dormant(i) ? dormancy_.X_WB(i) : body(i).X_WB;
+}
+
+Eigen::Vector3d Simplification::velocity(int i) const {
+  return dormant(i) ? dormancy_.velocity(i) : body(i).v_com_W;
+}
+
+// ---- waking and releasing
+
+void Simplification::wake(int group) {
+  const Eigen::Vector3d v = dormancy_.velocity(dormancy_.first(group));
+  for (int i = dormancy_.first(group); i >= 0; i = dormancy_.next(i)) {
+    Rest& rest = at(i);
+    rest.quiet_steps = kRestSteps;  // it was, and will be unless it moves
+    rest.pair_steps = 0;
+    rest.below = -1;
+    rest.touched = rest.near = false;
+    rest.v_before = v;
+    rest.omega_before.setZero();
   }
-  return count;
+  dormancy_.wake(group);
+  list_awake();
 }
 
-Eigen::Vector3d Simplification::carrier_velocity(bool on_belt) const {
-  return on_belt ? (belt_speed_ * fixed_->belt_axis_W).eval() : Eigen::Vector3d::Zero();
+void Simplification::touched_by_robot(int i) {
+  at(i).touched = true;
+  release(i);
 }
 
-bool Simplification::leaves_belt(double belt_min, double belt_max) const {
-  const double end = 0.5 * fixed_->belt_length_m - kBeltMargin;
-  return (belt_speed_ > 0 && belt_max > end) || (belt_speed_ < 0 && belt_min < -end);
+void Simplification::near_robot(int i) {
+  at(i).near = true;
+  release(i);
 }
 
-// ---- waking
-
-void Simplification::wake(int body, std::vector<int>& woken) {
-  const int group = at(body).group;
-  if (group < 0) return;
-  const Eigen::Vector3d v = carrier_velocity(groups_[static_cast<std::size_t>(group)].on_belt);
-  for (std::size_t i = 0; i < records_.size(); ++i) {
-    auto& record = records_[i];
-    if (record.group != group) continue;
-    record.group = -1;
-    record.quiet_steps = 0;
-    record.v_before = v;
-    record.omega_before.setZero();
-    auto& free = bodies_[i];
-    free.v_com_W = v;
-    ode::set_velocity(free.body.get(), v, Eigen::Vector3d::Zero());
-    if (record.tray >= 0) dJointEnable(record.joint.get());
-    woken.push_back(static_cast<int>(i));
-  }
-  groups_[static_cast<std::size_t>(group)].used = false;
+void Simplification::release(int i) {
+  if (composites_.parent(i) < 0) return;
+  composites_.detach(i);
+  at(i).pair_steps = 0;
+  solids_.insert(std::lower_bound(solids_.begin(), solids_.end(), i), i);
 }
 
-void Simplification::touched_by_robot(int body) {
-  if (!active_) return;
-  at(body).touched = true;
-  if (bodies_[static_cast<std::size_t>(body)].is_tray()) {
-    for (std::size_t i = 0; i < records_.size(); ++i) {
-      if (records_[i].tray == body) release(static_cast<int>(i));
+void Simplification::begin_step(double belt_speed_m_s) {
+  for (const int i : awake_) at(i).touched = at(i).near = false;
+  scratch_.clear();
+  dormancy_.foresee(belt_speed_m_s, step_s_, scratch_);
+  for (const int group : scratch_) wake(group);
+  belt_speed_before_ = dormancy_.belt_speed_m_s();
+  dormancy_.begin_step(belt_speed_m_s);
+}
+
+void Simplification::find_overloaded(std::vector<int>& overloaded) const {
+  for (const int i : solids_) {
+    if (composites_.next(i) < 0) continue;
+    const FreeBody& lead = body(i);
+    RigidMotion motion;
+    motion.origin_W = lead.origin_W();
+    const Eigen::Vector3d v = ode::vector(dBodyGetLinearVel(lead.body.get()));
+    motion.omega_W = ode::vector(dBodyGetAngularVel(lead.body.get()));
+    motion.accel_W = (v - lead.velocity_at(motion.origin_W)) / step_s_;
+    motion.alpha_W = (motion.omega_W - lead.omega_W) / step_s_;
+    for (int m = composites_.next(i); m >= 0; m = composites_.next(m)) {
+      if (!composites_.bears(m, motion)) overloaded.push_back(m);
     }
-  } else if (at(body).tray >= 0) {
-    release(body);
-  }
-}
-
-void Simplification::release(int gear) {
-  auto& record = at(gear);
-  dJointAttach(record.joint.get(), nullptr, nullptr);
-  dJointDisable(record.joint.get());
-  record.tray = -1;
-  record.pair_steps = 0;
-}
-
-void Simplification::join(int gear, int tray) {
-  auto& record = at(gear);
-  dJointID joint = record.joint.get();
-  dJointAttach(joint, bodies_[static_cast<std::size_t>(gear)].body.get(),
-               bodies_[static_cast<std::size_t>(tray)].body.get());
-  dJointSetFixed(joint);
-  dJointSetFeedback(joint, &record.feedback);
-  dJointEnable(joint);
-  record.tray = tray;
-  record.contact_force = record.pair_force;
-  ode::copy(record.contact_force, record.feedback.f1);
-}
-
-// ---- riding the belt
-
-void Simplification::begin_step(double belt_speed_m_s, std::vector<int>& woken) {
-  for (auto& record : records_) record.touched = false;
-  const bool changed = belt_speed_m_s != belt_speed_;
-  for (std::size_t i = 0; i < records_.size(); ++i) {
-    const int group = records_[i].group;
-    if (group < 0) continue;
-    const auto& what = groups_[static_cast<std::size_t>(group)];
-    if (!what.on_belt) continue;
-    // Woken at the old speed: what the belt does next, friction has to pass on.
-    if (changed || leaves_belt(what.belt_min, what.belt_max)) wake(static_cast<int>(i), woken);
-  }
-  belt_speed_ = belt_speed_m_s;
-}
-
-void Simplification::ride(double step_s) {
-  if (belt_speed_ == 0) return;
-  const double shift = belt_speed_ * step_s;
-  for (auto& group : groups_) {
-    if (!group.used || !group.on_belt) continue;
-    group.belt_min += shift;
-    group.belt_max += shift;
-  }
-  for (std::size_t i = 0; i < records_.size(); ++i) {
-    if (!riding(static_cast<int>(i))) continue;
-    auto& free = bodies_[i];
-    const Eigen::Vector3d step = shift * fixed_->belt_axis_W;
-    free.X_WB.translation() += step;
-    free.bounds.min += step;
-    free.bounds.max += step;
-    ode::set_position(free.body.get(), free.com_W());
   }
 }
 
 // ---- after a step
 
-void Simplification::observe(std::span<const Touch> touches, std::span<const int> island_of,
-                             double step_s) {
-  ride(step_s);
-  if (active_) {
-    note_pairs(touches);
-    judge_joints();
-    judge_pairs(step_s);
+const FreeBody* Simplification::free(int node) const {
+  const bool is_free = node >= 0 && node < static_cast<int>(bodies_.size());
+  return is_free ? &bodies_[static_cast<std::size_t>(node)] : nullptr;
+}
+
+void Simplification::observe(std::span<const Touch> touches, std::span<const int> island_of) {
+  dormancy_.end_step(step_s_);
+  if (virtual_joints_) virtual_joints_->observe(touches, step_s_);
+  judge_islands(touches, island_of);
+  if (merges_) {
+    note_touches(touches);
+    judge_pairs(touches, island_of);
   }
-  judge_islands(touches, island_of, step_s);
-  for (std::size_t i = 0; i < records_.size(); ++i) {
-    records_[i].v_before = bodies_[i].v_com_W;
-    records_[i].omega_before = bodies_[i].omega_W;
+  if (sleeps_) fall_asleep(touches, island_of);
+  for (const int i : awake_) {
+    at(i).v_before = body(i).v_com_W;
+    at(i).omega_before = body(i).omega_W;
   }
 }
 
-void Simplification::note_pairs(std::span<const Touch> touches) {
-  for (auto& record : records_) {
-    record.pair_tray = -1;
-    record.other_contact = false;
-    record.pair_force.setZero();
+void Simplification::note_touches(std::span<const Touch> touches) {
+  scratch_.clear();
+  for (const int i : solids_) {
+    at(i).crowded = false;
+    scratch_.push_back(at(i).below);
+    at(i).below = -1;
   }
-  const int count = static_cast<int>(records_.size());
   for (const auto& touch : touches) {
-    const int a = touch.contact.a, b = touch.contact.b;
-    const bool pair = touch.contact.pair == SurfacePair::kGearTray && a < count && b < count;
-    if (pair && (at(a).pair_tray < 0 || at(a).pair_tray == b)) {
-      at(a).pair_tray = b;
-      at(a).pair_force += touch.f_W;
-      continue;
-    }
-    if (a >= 0 && a < count) at(a).other_contact = true;
-    if (b >= 0 && b < count) at(b).other_contact = true;
+    note_below(touch.contact.a, touch.contact.b);
+    note_below(touch.contact.b, touch.contact.a);
+  }
+  for (std::size_t k = 0; k < solids_.size(); ++k) {
+    Rest& rest = at(solids_[k]);
+    if (rest.below != scratch_[k] || rest.crowded) rest.pair_steps = 0;
   }
 }
 
-/// Algorithm 2: the joint goes when the force it transmits is no longer the contact force that it
-/// replaced.
-void Simplification::judge_joints() {
-  for (std::size_t i = 0; i < records_.size(); ++i) {
-    const auto& record = records_[i];
-    if (record.tray < 0 || record.group >= 0) continue;
-    const Eigen::Vector3d transmitted = ode::vector(record.feedback.f1);
-    if ((record.contact_force - transmitted).norm() > force_) release(static_cast<int>(i));
+void Simplification::note_below(int a, int b) {
+  if (!free(a)) return;
+  Rest& rest = at(root(a));
+  if (!free(b) || root(a) != a || (rest.below >= 0 && rest.below != b)) {
+    rest.crowded = true;
+  } else {
+    rest.below = b;
   }
 }
 
-/// Algorithm 1, with the conditions held for some steps so that a turning point is no rest.
-void Simplification::judge_pairs(double step_s) {
-  for (std::size_t i = 0; i < records_.size(); ++i) {
-    auto& record = records_[i];
-    if (bodies_[i].is_tray() || record.tray >= 0 || record.group >= 0) continue;
-    const int tray = record.pair_tray;
-    if (tray < 0 || record.touched || record.other_contact || at(tray).touched) {
-      record.pair_steps = 0;
-      continue;
-    }
-    const auto& gear = bodies_[i];
-    const auto& carrier = bodies_[static_cast<std::size_t>(tray)];
-    const Eigen::Vector3d lever = gear.com_W() - carrier.com_W();
-    const auto relative = [&lever](const Eigen::Vector3d& v, const Eigen::Vector3d& v_carrier,
-                                   const Eigen::Vector3d& omega_carrier) {
-      return (v - v_carrier - omega_carrier.cross(lever)).eval();
-    };
-    const Eigen::Vector3d v = relative(gear.v_com_W, carrier.v_com_W, carrier.omega_W);
-    const Eigen::Vector3d v_before =
-        relative(record.v_before, at(tray).v_before, at(tray).omega_before);
-    const Eigen::Vector3d spin = gear.omega_W - carrier.omega_W;
-    const bool rests = v.norm() < speed_ && (v - v_before).norm() < accel_ * step_s &&
-                       spin.norm() * gear.radius_m < speed_;
-    record.pair_steps = rests ? record.pair_steps + 1 : 0;
-    if (record.pair_steps >= kPairSteps) join(static_cast<int>(i), tray);
-  }
-}
-
-void Simplification::judge_islands(std::span<const Touch> touches, std::span<const int> island_of,
-                                   double step_s) {
-  for (auto& island : islands_) island = {};
-  const int count = static_cast<int>(records_.size());
+void Simplification::judge_islands(std::span<const Touch> touches, std::span<const int> island_of) {
+  for (const int i : solids_) islands_[static_cast<std::size_t>(i)] = {};
   for (const auto& touch : touches) {
-    if (touch.fixed < 0 || touch.contact.a >= count) continue;
-    const int number = island_of[static_cast<std::size_t>(touch.contact.a)];
+    if (!free(touch.contact.a)) continue;
+    const int number = island_of[static_cast<std::size_t>(root(touch.contact.a))];
     if (number < 0) continue;
-    auto& island = islands_[static_cast<std::size_t>(number)];
+    Island& island = islands_[static_cast<std::size_t>(number)];
+    ++island.contacts;
+    if (touch.fixed < 0) continue;
     if (!touch.belt) {
       island.on_fixed = true;
       continue;
@@ -261,48 +207,158 @@ void Simplification::judge_islands(std::span<const Touch> touches, std::span<con
     island.belt_min = std::min(island.belt_min, x);
     island.belt_max = std::max(island.belt_max, x);
   }
-  for (int i = 0; i < count; ++i) {
-    auto& record = at(i);
-    if (record.group >= 0) continue;
-    const int number = island_of[static_cast<std::size_t>(i)];
+  for (const int i : awake_) {
+    const int number = island_of[static_cast<std::size_t>(root(i))];
+    Rest& rest = at(i);
     if (number < 0) {
-      record.quiet_steps = 0;
+      rest.quiet_steps = 0;
       continue;
     }
-    auto& island = islands_[static_cast<std::size_t>(number)];
-    const auto& free = bodies_[static_cast<std::size_t>(i)];
-    const Eigen::Vector3d v = free.v_com_W - carrier_velocity(island.on_belt);
-    const double limit = kParkShare * speed_;
-    const bool rests = v.norm() < limit && free.omega_W.norm() * free.radius_m < limit &&
-                       (free.v_com_W - record.v_before).norm() < kParkShare * accel_ * step_s;
-    record.quiet_steps = rests && !record.touched ? record.quiet_steps + 1 : 0;
-    if (record.quiet_steps < kParkSteps) island.all_quiet = false;
-  }
-  if (!parks_) return;
-  for (int number = 0; number < count; ++number) {
-    const auto& island = islands_[static_cast<std::size_t>(number)];
-    const bool carried = island.on_fixed != island.on_belt || (island.on_fixed && belt_speed_ == 0);
-    if (!carried || !island.all_quiet) continue;
-    if (island.on_belt && leaves_belt(island.belt_min, island.belt_max)) continue;
-    park(number, island_of);
+    Island& island = islands_[static_cast<std::size_t>(number)];
+    if (root(i) == i) ++island.solids;
+    rest.quiet_steps = is_quiet(i, island) && !rest.touched ? rest.quiet_steps + 1 : 0;
+    if (rest.quiet_steps < kSleepSteps || rest.near) island.quiet = false;
   }
 }
 
-void Simplification::park(int island, std::span<const int> island_of) {
-  const auto free_group =
-      std::find_if(groups_.begin(), groups_.end(), [](const Group& group) { return !group.used; });
-  const auto& what = islands_[static_cast<std::size_t>(island)];
-  *free_group = {true, what.on_belt, what.belt_min, what.belt_max};
-  const int group = static_cast<int>(free_group - groups_.begin());
-  for (std::size_t i = 0; i < records_.size(); ++i) {
-    if (island_of[i] != island || records_[i].group >= 0) continue;
-    records_[i].group = group;
-    auto& free = bodies_[i];
-    free.v_com_W = carrier_velocity(what.on_belt);
-    free.omega_W.setZero();
-    ode::set_velocity(free.body.get(), free.v_com_W, free.omega_W);
-    if (records_[i].tray >= 0) dJointDisable(records_[i].joint.get());
+/// At rest relative to the belt or to fixed things, through changes of the belt's speed too.
+bool Simplification::is_quiet(int i, const Island& island) {
+  Rest& rest = at(i);
+  const FreeBody& free = body(i);
+  const Eigen::Vector3d axis = island.on_belt ? fixed_->belt_axis_W : Eigen::Vector3d::Zero();
+  const Eigen::Vector3d v = free.v_com_W - dormancy_.belt_speed_m_s() * axis;
+  const Eigen::Vector3d v_before = rest.v_before - belt_speed_before_ * axis;
+  Eigen::Isometry3d now = free.X_WB;
+  now.translation() -= dormancy_.belt_travel_m() * axis;
+  if (rest.quiet_steps == 0) rest.quiet_at = now;
+  const double drift = (now.translation() - rest.quiet_at.translation()).norm() +
+                       (now.linear() - rest.quiet_at.linear()).norm() * free.radius_m;
+  // Crawling starts the count anew, but is rest enough for those who look.
+  if (drift > kDrift && rest.quiet_steps > kRestSteps) {
+    rest.quiet_steps = kRestSteps;
+    rest.quiet_at = now;
   }
+  return v.norm() < speed_ && free.omega_W.norm() * free.radius_m < speed_ &&
+         (v - v_before).norm() < accel_ * step_s_;
+}
+
+/// A solid at rest for some time relative to the only body that it touches is merged with it when
+/// their contact can bear it: while sliding it can not.
+void Simplification::judge_pairs(std::span<const Touch> touches, std::span<const int> island_of) {
+  scratch_.clear();
+  for (const int i : solids_) {
+    Rest& rest = at(i);
+    if (rest.below < 0 || rest.crowded) continue;
+    const Rest& under = at(rest.below);
+    const bool held = island_of[static_cast<std::size_t>(i)] < 0;
+    const bool mutual = under.below == i && !under.crowded && rest.below > i;
+    if (held || mutual || rest.touched || rest.near || !rests_on(i, rest.below)) {
+      rest.pair_steps = 0;
+      continue;
+    }
+    if (++rest.pair_steps >= kRestSteps) scratch_.push_back(i);
+  }
+  for (const int i : scratch_) {
+    const int below = at(i).below;
+    if (root(i) != i || root(below) == i) continue;
+    const FreeBody& lower = body(below);
+    RigidMotion motion;
+    motion.origin_W = lower.com_W();
+    motion.accel_W = (lower.v_com_W - at(below).v_before) / step_s_;
+    motion.alpha_W = (lower.omega_W - at(below).omega_before) / step_s_;
+    motion.omega_W = lower.omega_W;
+    const Support support = support_of(i, below, touches);
+    if (!support.bears(composites_.required(i, motion))) continue;
+    composites_.attach(i, below, support);
+    at(i).pair_steps = 0;
+    islands_[static_cast<std::size_t>(island_of[static_cast<std::size_t>(i)])].quiet = false;
+    solids_.erase(std::lower_bound(solids_.begin(), solids_.end(), i));
+  }
+}
+
+bool Simplification::rests_on(int child, int below) {
+  Rest& rest = at(child);
+  const FreeBody& upper = body(child);
+  const FreeBody& lower = body(below);
+  const Eigen::Vector3d lever = upper.com_W() - lower.com_W();
+  const Eigen::Vector3d v = upper.v_com_W - lower.v_com_W - lower.omega_W.cross(lever);
+  const Eigen::Vector3d v_before =
+      rest.v_before - at(below).v_before - at(below).omega_before.cross(lever);
+  const Eigen::Vector3d spin = upper.omega_W - lower.omega_W;
+  const bool slow = v.norm() < speed_ && spin.norm() * upper.radius_m < speed_ &&
+                    (v - v_before).norm() < accel_ * step_s_;
+  if (!slow) return false;
+  const Eigen::Isometry3d X = lower.X_WB.inverse() * upper.X_WB;
+  if (rest.pair_steps == 0) rest.pair_at = X;
+  return (X.translation() - rest.pair_at.translation()).norm() +
+             (X.linear() - rest.pair_at.linear()).norm() * upper.radius_m <
+         kDrift;
+}
+
+/// The contact of a solid with the body or, for below = -1, the belt under it. The points were
+/// found before the step moved everything.
+Support Simplification::support_of(int child, int below, std::span<const Touch> touches) const {
+  const FreeBody& upper = body(child);
+  const Eigen::Isometry3d X_BW = upper.X_WB.inverse();
+  Support support;
+  for (const auto& touch : touches) {
+    const auto& contact = touch.contact;
+    const bool on_a = contact.a == child && contact.b == below;
+    if (!on_a && !(contact.b == child && contact.a == below)) continue;
+    const Eigen::Vector3d p = contact.p_W + step_s_ * upper.velocity_at(contact.p_W);
+    const Eigen::Vector3d n = X_BW.linear() * contact.n_W;
+    support.add(X_BW * p, on_a ? n : -n, touch.friction);
+  }
+  support.finish();
+  return support;
+}
+
+void Simplification::fall_asleep(std::span<const Touch> touches, std::span<const int> island_of) {
+  bool any = false;
+  for (const int number : solids_) {
+    const Island& island = islands_[static_cast<std::size_t>(number)];
+    if (island.solids == 0 || !island.quiet || !(island.on_belt || island.on_fixed)) continue;
+    if (island.on_belt && island.on_fixed && dormancy_.belt_speed_m_s() != 0) continue;
+    scratch_.clear();
+    int lone = -1;
+    for (const int i : awake_) {
+      if (island_of[static_cast<std::size_t>(root(i))] != number) continue;
+      scratch_.push_back(i);
+      if (root(i) == i) lone = i;
+    }
+    Carrier carrier;
+    carrier.belt = island.on_belt;
+    carrier.contacts = island.contacts;
+    carrier.belt_min = island.belt_min;
+    carrier.belt_max = island.belt_max;
+    Support support;
+    if (island.on_belt && !island.on_fixed && island.solids == 1) {
+      support = support_of(lone, kGround, touches);
+      carrier.support = &support;
+    }
+    dormancy_.sleep(scratch_, carrier);
+    any = true;
+  }
+  if (!any) return;
+  // Bodies leave the list only now: the loop above runs over it.
+  list_awake();
+}
+
+// ---- keeping a state
+
+Simplification::State Simplification::save() const {
+  State state{composites_, dormancy_, std::nullopt, rest_, belt_speed_before_};
+  if (virtual_joints_) state.virtual_joints = virtual_joints_->save();
+  return state;
+}
+
+void Simplification::restore(const State& state) {
+  composites_.restore(state.composites);
+  dormancy_.restore(state.dormancy);
+  if (virtual_joints_ && state.virtual_joints) virtual_joints_->restore(*state.virtual_joints);
+  rest_ = state.rest;
+  belt_speed_before_ = state.belt_speed_before;
+  list_awake();
 }
 
 }  // namespace aprsim::physics

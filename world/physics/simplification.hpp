@@ -1,107 +1,144 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "world/api/snapshot.hpp"
+#include "world/physics/composites.hpp"
+#include "world/physics/dormancy.hpp"
 #include "world/physics/fixed_shapes.hpp"
 #include "world/physics/free_bodies.hpp"
 #include "world/physics/touch.hpp"
+#include "world/physics/virtual_joints.hpp"
 #include "world/scene/scene.hpp"
 
 namespace aprsim::physics {
 
-/// Contact simplification (IMECE2019-11345) in two tiers.
+/// Contact simplification: decides what is at rest and what that saves. The modes:
 ///
-/// Virtual joints (Algorithms 1-2): a gear at rest relative to its tray gets one fixed joint to it
-/// and their contacts are switched off; the joint goes when the force it transmits departs from
-/// the contact force it replaced, or when a robot touches the gear or its tray.
-///
-/// Parking: an island of bodies that all rest relative to one carrier (fixed things, or the belt
-/// at constant speed) leaves the solver altogether, moving exactly with its carrier; a new contact
-/// from outside, a change of the belt's speed or the belt's end wakes all of it.
-///
-/// Both need only joint forces and a per-pair collision switch of the engine.
+/// off: nothing. virtual_joints: see VirtualJoints. merge: a body at rest relative to the only body
+/// that it touches becomes one rigid body with it (Composites), until the coming step would ask
+/// more of their contact than friction and support can bear, something else touches it, or a
+/// gripper comes near. dormant: merge, and what rests on fixed things or on the belt sleeps
+/// (Dormancy). Rest is judged the same way in all modes.
 class Simplification {
  public:
   Simplification(const scene::Physics& physics, std::span<FreeBody> bodies,
                  const FixedShapes& fixed, dWorldID world);
 
-  [[nodiscard]] bool parked(int body) const { return at(body).group >= 0; }
-  [[nodiscard]] bool same_group(int a, int b) const {
-    return parked(a) && at(a).group == at(b).group;
+  // ---- who is simplified how
+  [[nodiscard]] bool dormant(int body) const { return dormancy_.dormant(body); }
+  /// The body whose ODE body moves this one: itself unless merged.
+  [[nodiscard]] int root(int body) const { return composites_.root(body); }
+  /// Bodies that are not dormant, ascending.
+  [[nodiscard]] std::span<const int> awake() const { return awake_; }
+  /// The roots among them.
+  [[nodiscard]] std::span<const int> solids() const { return solids_; }
+  [[nodiscard]] const Composites& composites() const { return composites_; }
+  [[nodiscard]] Dormancy& dormancy() { return dormancy_; }
+  [[nodiscard]] const Dormancy& dormancy() const { return dormancy_; }
+  /// Pairs with virtual joints; none in other modes.
+  [[nodiscard]] std::span<const VirtualJoints::Pair> joined_pairs() const;
+  [[nodiscard]] dJointID joint(const VirtualJoints::Pair& pair) const {
+    return virtual_joints_->joint(pair);
   }
-  /// Parked on the moving belt.
-  [[nodiscard]] bool riding(int body) const;
-  /// The tray that a gear is joined to, -1 = none.
-  [[nodiscard]] int joined_to(int gear) const { return at(gear).tray; }
-  [[nodiscard]] dJointID joint(int gear) const { return at(gear).joint.get(); }
+  /// Whether contacts between two bodies are switched off by a joint.
+  [[nodiscard]] bool joined(int a, int b) const {
+    return virtual_joints_ && virtual_joints_->joined(a, b);
+  }
   [[nodiscard]] api::GroupKind group_kind(int body) const;
-  /// Number of the body's group: the lowest body in it, -1 = on its own.
+  /// Number of the body's group: one of its members, -1 = on its own.
   [[nodiscard]] int group(int body) const;
   /// At rest relative to what carries it.
   [[nodiscard]] bool resting(int body) const;
+  /// How many bodies hang on another as if by one joint.
   [[nodiscard]] int joint_count() const;
+  /// Contact points that are not in the solver because nothing changes at them.
+  [[nodiscard]] int frozen_contacts() const {
+    return composites_.contact_count() + dormancy_.contact_count();
+  }
+  [[nodiscard]] Eigen::Isometry3d X_WB(int body) const;
+  /// Velocity of the centre of mass.
+  [[nodiscard]] Eigen::Vector3d velocity(int body) const;
 
-  /// Wakes the whole group of `body`; woken bodies are appended to `woken`.
-  void wake(int body, std::vector<int>& woken);
-  /// A robot touches this body in this step: gives free what must not be held by a joint.
+  struct State;
+  [[nodiscard]] State save() const;
+  /// Poses are the caller's business, afterwards.
+  void restore(const State& state);
+
+  // ---- a step, in this order
+  /// The belt's speed in the coming step; wakes what it disturbs.
+  void begin_step(double belt_speed_m_s);
+  /// While contacts are searched.
+  void wake(int group);
   void touched_by_robot(int body);
-
-  /// Start of a step: the belt's speed; wakes what a change or the belt's end disturbs.
-  void begin_step(double belt_speed_m_s, std::vector<int>& woken);
-  /// End of a step: moves what rides the belt and judges, with the solved forces in `touches` and
-  /// each free body's island in `island_of` (by body index, -1 = not solved on its own or with a
-  /// gripper).
-  void observe(std::span<const Touch> touches, std::span<const int> island_of, double step_s);
+  /// A gripper is next to this body: it must neither sleep nor hang on another.
+  void near_robot(int body);
+  /// Gives what is merged with a solid the motion of that solid.
+  void follow(int solid) { composites_.follow(solid); }
+  /// Frees a merged body from its parent, if it has one.
+  void release(int body);
+  /// After the solver: appends the merged bodies whose parents could not have given them the motion
+  /// that came out; they have to be released and the step to be solved anew.
+  void find_overloaded(std::vector<int>& overloaded) const;
+  /// When the step is final: judges with the solved forces in `touches` and each solid's island in
+  /// `island_of` (by body, -1 = with a gripper).
+  void observe(std::span<const Touch> touches, std::span<const int> island_of);
 
  private:
-  struct Record {
-    int tray = -1;         // joined to
-    int group = -1;        // parked with
-    int pair_tray = -1;    // tray it touches, candidate for a joint
-    int pair_steps = 0;    // for how long at rest relative to it
+  struct Rest {
     int quiet_steps = 0;   // for how long at rest relative to the carrier
+    int pair_steps = 0;    // for how long at rest relative to `below`
+    int below = -1;        // the only body that its solid touches
+    bool crowded = false;  // its solid touches more than that
     bool touched = false;  // by a robot, in this step
-    bool other_contact = false;
-    Eigen::Vector3d contact_force = Eigen::Vector3d::Zero();  // Fc, on the gear
-    Eigen::Vector3d pair_force = Eigen::Vector3d::Zero();
+    bool near = false;     // a gripper, in this step
     Eigen::Vector3d v_before = Eigen::Vector3d::Zero(), omega_before = Eigen::Vector3d::Zero();
-    ode::Joint joint;
-    dJointFeedback feedback = {};
+    Eigen::Isometry3d quiet_at = Eigen::Isometry3d::Identity();  // on the carrier, at the start
+    Eigen::Isometry3d pair_at = Eigen::Isometry3d::Identity();   // in `below`, at the start
   };
   struct Island {
-    bool all_quiet = true, on_belt = false, on_fixed = false;
-    double belt_min = 1e9, belt_max = -1e9;  // along the belt, of the supporting points
-  };
-  struct Group {
-    bool used = false, on_belt = false;
-    double belt_min = 0, belt_max = 0;
+    bool quiet = true, on_belt = false, on_fixed = false;
+    int contacts = 0, solids = 0;
+    double belt_min = 1e30, belt_max = -1e30;  // along the belt, of the supporting points
   };
 
-  [[nodiscard]] const Record& at(int body) const {
-    return records_[static_cast<std::size_t>(body)];
-  }
-  [[nodiscard]] Record& at(int body) { return records_[static_cast<std::size_t>(body)]; }
-  [[nodiscard]] Eigen::Vector3d carrier_velocity(bool on_belt) const;
-  [[nodiscard]] bool leaves_belt(double belt_min, double belt_max) const;
-  void release(int gear);
-  void join(int gear, int tray);
-  void note_pairs(std::span<const Touch> touches);
-  void judge_pairs(double step_s);
-  void judge_joints();
-  void judge_islands(std::span<const Touch> touches, std::span<const int> island_of, double step_s);
-  void park(int island, std::span<const int> island_of);
-  void ride(double step_s);
+  [[nodiscard]] const Rest& at(int body) const { return rest_[static_cast<std::size_t>(body)]; }
+  [[nodiscard]] Rest& at(int body) { return rest_[static_cast<std::size_t>(body)]; }
+  [[nodiscard]] FreeBody& body(int i) const { return bodies_[static_cast<std::size_t>(i)]; }
+  [[nodiscard]] const FreeBody* free(int node) const;
+  void list_awake();
+  void note_touches(std::span<const Touch> touches);
+  void note_below(int a, int b);
+  void judge_islands(std::span<const Touch> touches, std::span<const int> island_of);
+  [[nodiscard]] bool is_quiet(int i, const Island& island);
+  void judge_pairs(std::span<const Touch> touches, std::span<const int> island_of);
+  [[nodiscard]] bool rests_on(int child, int below);
+  [[nodiscard]] Support support_of(int child, int below, std::span<const Touch> touches) const;
+  void fall_asleep(std::span<const Touch> touches, std::span<const int> island_of);
 
-  bool active_, parks_;
-  double speed_, accel_, force_;
+  bool merges_, sleeps_;
+  double speed_, accel_, step_s_;
+  Eigen::Vector3d gravity_W_;
   std::span<FreeBody> bodies_;
   const FixedShapes* fixed_;
-  double belt_speed_ = 0;
-  std::vector<Record> records_;
+  Composites composites_;
+  Dormancy dormancy_;
+  std::optional<VirtualJoints> virtual_joints_;
+  std::vector<Rest> rest_;
   std::vector<Island> islands_;  // by island number
-  std::vector<Group> groups_;
+  std::vector<int> awake_, solids_, scratch_;
+  double belt_speed_before_ = 0;
+};
+
+/// All that changes from step to step.
+struct Simplification::State {
+  Composites composites;
+  Dormancy dormancy;
+  std::optional<VirtualJoints::State> virtual_joints;
+  std::vector<Rest> rest;
+  double belt_speed_before = 0;
 };
 
 }  // namespace aprsim::physics

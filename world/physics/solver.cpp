@@ -21,7 +21,9 @@ Solver::Solver(Cell& cell)
       contacts_(dJointGroupCreate(0)),
       feedback_(kTouchCapacity),
       saved_(cell.bodies.size()),
+      before_(cell.bodies.size()),
       saved_grippers_(cell.grippers.size()),
+      before_grippers_(cell.grippers.size()),
       border_(cell.bodies.size()),
       cut_force_(cell.bodies.size(), Eigen::Vector3d::Zero()),
       cut_torque_(cell.bodies.size(), Eigen::Vector3d::Zero()) {
@@ -38,22 +40,35 @@ void Solver::step() {
   if (feedback_.size() < cell_.touches.size()) feedback_.resize(2 * cell_.touches.size());
   if (islands_.any(Phase::kFixedFriction)) predict();
   solve_direct();
-  std::fill(cut_force_.begin(), cut_force_.end(), Eigen::Vector3d::Zero());
-  std::fill(cut_torque_.begin(), cut_torque_.end(), Eigen::Vector3d::Zero());
+  for (const int i : solids()) {
+    cut_force_[static_cast<std::size_t>(i)].setZero();
+    cut_torque_[static_cast<std::size_t>(i)].setZero();
+  }
   solve_iterative();
   enable_only({});
 }
 
+void Solver::begin() {
+  const auto all = [](Phase) { return true; };
+  save(all, before_, before_grippers_);
+}
+
+void Solver::undo() {
+  const auto all = [](Phase) { return true; };
+  restore(all, before_, before_grippers_);
+}
+
 /// Normal forces of a gripper's island, by the iterative solver; the state is put back.
 void Solver::predict() {
-  save(Phase::kFixedFriction);
+  const auto predicted = [](Phase phase) { return phase == Phase::kFixedFriction; };
+  save(predicted, saved_, saved_grippers_);
   enable_only({Phase::kFixedFriction});
   apply_forces();
   make_contacts(Phase::kFixedFriction, Friction::kPyramid);
   dWorldSetQuickStepNumIterations(cell_.world.get(), kPredictorIterations);
   run(Method::kIterative);
   read_forces();
-  restore(Phase::kFixedFriction);
+  restore(predicted, saved_, saved_grippers_);
 }
 
 void Solver::solve_direct() {
@@ -83,13 +98,14 @@ void Solver::enable_only(std::initializer_list<Phase> phases) {
     return std::find(phases.begin(), phases.end(), phase) != phases.end();
   };
   const auto set = [](dBodyID body, bool on) { on ? dBodyEnable(body) : dBodyDisable(body); };
-  for (std::size_t i = 0; i < cell_.bodies.size(); ++i) {
-    const int body = static_cast<int>(i);
-    const bool on = wanted(islands_.phase_of_body(body));
-    set(cell_.bodies[i].body.get(), on);
+  for (const int i : solids()) {
+    set(cell_.body(i).body.get(), wanted(islands_.phase_of_solid(i)));
+  }
+  for (const auto& pair : cell_.simplification.joined_pairs()) {
     // A joint to a body of another phase would pull that body into this one.
-    if (cell_.simplification.joined_to(body) < 0) continue;
-    dJointID joint = cell_.simplification.joint(body);
+    const bool on =
+        wanted(islands_.phase_of_solid(pair.a)) && wanted(islands_.phase_of_solid(pair.b));
+    dJointID joint = cell_.simplification.joint(pair);
     on ? dJointEnable(joint) : dJointDisable(joint);
   }
   for (std::size_t r = 0; r < cell_.grippers.size(); ++r) {
@@ -107,7 +123,8 @@ void Solver::apply_forces() {
   for (std::size_t r = 0; r < cell_.grippers.size(); ++r) {
     if (dBodyIsEnabled(cell_.grippers[r].carriage())) cell_.grippers[r].apply_forces();
   }
-  for (std::size_t i = 0; i < cell_.bodies.size(); ++i) {
+  for (const int solid : solids()) {
+    const auto i = static_cast<std::size_t>(solid);
     dBodyID body = cell_.bodies[i].body.get();
     if (dBodyIsEnabled(body)) ode::add_force(body, cut_force_[i], cut_torque_[i]);
   }
@@ -117,7 +134,7 @@ void Solver::make_contacts(Phase phase, Friction friction) {
   const auto& nodes = cell_.nodes;
   for (std::size_t i = 0; i < cell_.touches.size(); ++i) {
     const Touch& touch = cell_.touches[i];
-    if (islands_.phase_of(touch) != phase) continue;
+    if (islands_.phase_of(cell_, touch) != phase) continue;
     const auto& contact = touch.contact;
     const bool link = nodes.is_link(contact.b);
     if (link) {
@@ -158,27 +175,30 @@ void Solver::read_forces() {
 /// Bodies on the border of a gripper's island have been moved by the direct solve; to their other
 /// neighbours they are moved from outside, from the old pose with the new velocity.
 void Solver::cut_begin() {
-  std::fill(border_.begin(), border_.end(), 0);
+  for (const int i : solids()) border_[static_cast<std::size_t>(i)] = 0;
   for (const auto& touch : cell_.touches) {
     if (!touch.cut) continue;
     for (const int body : {touch.contact.a, touch.contact.b}) {
-      if (islands_.with_gripper(body)) border_[static_cast<std::size_t>(body)] = 1;
+      const int solid = cell_.simplification.root(body);
+      if (islands_.with_gripper(solid)) border_[static_cast<std::size_t>(solid)] = 1;
     }
   }
-  for (std::size_t i = 0; i < border_.size(); ++i) {
+  for (const int solid : solids()) {
+    const auto i = static_cast<std::size_t>(solid);
     if (!border_[i]) continue;
     const auto& free = cell_.bodies[i];
     dBodyID body = free.body.get();
     ode::save(body, saved_[i]);
     ode::set_rotation(body, free.X_WB.linear());
-    ode::set_position(body, free.com_W());
+    ode::set_position(body, free.origin_W());
     dBodySetKinematic(body);
     dBodyEnable(body);
   }
 }
 
 void Solver::cut_end() {
-  for (std::size_t i = 0; i < border_.size(); ++i) {
+  for (const int solid : solids()) {
+    const auto i = static_cast<std::size_t>(solid);
     if (!border_[i]) continue;
     dBodyID body = cell_.bodies[i].body.get();
     dBodySetDynamic(body);
@@ -186,35 +206,41 @@ void Solver::cut_end() {
   }
   for (const auto& touch : cell_.touches) {
     if (!touch.cut) continue;
-    const bool on_a = border_[static_cast<std::size_t>(touch.contact.a)] != 0;
-    const auto i = static_cast<std::size_t>(on_a ? touch.contact.a : touch.contact.b);
+    const int a = cell_.simplification.root(touch.contact.a);
+    const bool on_a = border_[static_cast<std::size_t>(a)] != 0;
+    const int solid = on_a ? a : cell_.simplification.root(touch.contact.b);
+    const auto i = static_cast<std::size_t>(solid);
     const Eigen::Vector3d f = on_a ? touch.f_W : (-touch.f_W).eval();
     cut_force_[i] += f;
-    cut_torque_[i] += (touch.contact.p_W - cell_.bodies[i].com_W()).cross(f);
+    cut_torque_[i] += (touch.contact.p_W - cell_.bodies[i].origin_W()).cross(f);
   }
 }
 
-void Solver::save(Phase phase) {
-  for (std::size_t i = 0; i < cell_.bodies.size(); ++i) {
-    if (islands_.phase_of_body(static_cast<int>(i)) != phase) continue;
-    ode::save(cell_.bodies[i].body.get(), saved_[i]);
+template <class Wanted>
+void Solver::save(const Wanted& wanted, Bodies& bodies, Grippers& grippers) {
+  for (const int solid : solids()) {
+    if (!wanted(islands_.phase_of_solid(solid))) continue;
+    const auto i = static_cast<std::size_t>(solid);
+    ode::save(cell_.bodies[i].body.get(), bodies[i]);
   }
   for (std::size_t r = 0; r < cell_.grippers.size(); ++r) {
-    if (islands_.phase_of_gripper(static_cast<int>(r)) != phase) continue;
-    const auto bodies = cell_.grippers[r].bodies();
-    for (std::size_t i = 0; i < bodies.size(); ++i) ode::save(bodies[i], saved_grippers_[r][i]);
+    if (!wanted(islands_.phase_of_gripper(static_cast<int>(r)))) continue;
+    const auto parts = cell_.grippers[r].bodies();
+    for (std::size_t i = 0; i < parts.size(); ++i) ode::save(parts[i], grippers[r][i]);
   }
 }
 
-void Solver::restore(Phase phase) {
-  for (std::size_t i = 0; i < cell_.bodies.size(); ++i) {
-    if (islands_.phase_of_body(static_cast<int>(i)) != phase) continue;
-    ode::restore(cell_.bodies[i].body.get(), saved_[i]);
+template <class Wanted>
+void Solver::restore(const Wanted& wanted, const Bodies& bodies, const Grippers& grippers) {
+  for (const int solid : solids()) {
+    if (!wanted(islands_.phase_of_solid(solid))) continue;
+    const auto i = static_cast<std::size_t>(solid);
+    ode::restore(cell_.bodies[i].body.get(), bodies[i]);
   }
   for (std::size_t r = 0; r < cell_.grippers.size(); ++r) {
-    if (islands_.phase_of_gripper(static_cast<int>(r)) != phase) continue;
-    const auto bodies = cell_.grippers[r].bodies();
-    for (std::size_t i = 0; i < bodies.size(); ++i) ode::restore(bodies[i], saved_grippers_[r][i]);
+    if (!wanted(islands_.phase_of_gripper(static_cast<int>(r)))) continue;
+    const auto parts = cell_.grippers[r].bodies();
+    for (std::size_t i = 0; i < parts.size(); ++i) ode::restore(parts[i], grippers[r][i]);
   }
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <span>
 #include <vector>
 
 #include "world/physics/islands.hpp"
@@ -14,8 +16,11 @@ class Solver {
  public:
   explicit Solver(Cell& cell);
 
-  /// Solves cell.touches and moves every body that is not parked; link and carriage poses are left
-  /// wherever ODE put them.
+  /// Notes the state from which step() starts, so that undo() can return to it.
+  void begin();
+  void undo();
+  /// Solves cell.touches and moves every solid; link and carriage poses are left wherever ODE put
+  /// them.
   void step();
   [[nodiscard]] const Islands& islands() const { return islands_; }
 
@@ -32,16 +37,23 @@ class Solver {
   void read_forces();
   void cut_begin();
   void cut_end();
-  void save(Phase phase);
-  void restore(Phase phase);
+
+  using Bodies = std::vector<ode::SavedState>;
+  using Grippers = std::vector<std::array<ode::SavedState, 4>>;
+  /// Of the solids and grippers of the phases that are wanted.
+  template <class Wanted>
+  void save(const Wanted& wanted, Bodies& bodies, Grippers& grippers);
+  template <class Wanted>
+  void restore(const Wanted& wanted, const Bodies& bodies, const Grippers& grippers);
+  [[nodiscard]] std::span<const int> solids() const { return cell_.simplification.solids(); }
 
   Cell& cell_;
   Islands islands_;
   ode::JointGroup contacts_;
   std::vector<dJointFeedback> feedback_;
   std::vector<std::size_t> made_;  // touch of each contact joint
-  std::vector<ode::SavedState> saved_;
-  std::vector<std::array<ode::SavedState, 4>> saved_grippers_;
+  Bodies saved_, before_;
+  Grippers saved_grippers_, before_grippers_;
   std::vector<char> border_;  // bodies that are moved from outside in the iterative phase
   std::vector<Eigen::Vector3d> cut_force_, cut_torque_;
 };

@@ -30,10 +30,10 @@ class Fnv1a {
 
 std::uint64_t state_hash(const Cell& cell) {
   Fnv1a hash;
-  for (const auto& body : cell.bodies) {
-    hash.add(body.X_WB.matrix());
-    hash.add(body.v_com_W);
-    hash.add(body.omega_W);
+  for (int i = 0; i < static_cast<int>(cell.bodies.size()); ++i) {
+    hash.add(cell.simplification.X_WB(i).matrix());
+    hash.add(cell.simplification.velocity(i));
+    hash.add(cell.body(i).omega_W);
   }
   for (const auto& gripper : cell.grippers) {
     for (const auto* part : {&gripper.palm(), &gripper.finger(0), &gripper.finger(1)}) {

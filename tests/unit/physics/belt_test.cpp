@@ -79,6 +79,8 @@ TEST_P(Belt, HarshStartSlipsAsFrictionSays) {
 
 INSTANTIATE_TEST_SUITE_P(Simplification, Belt,
                          testing::Values(scene::Simplification::kOff,
+                                         scene::Simplification::kVirtualJoints,
+                                         scene::Simplification::kMerge,
                                          scene::Simplification::kDormant));
 
 TEST(BeltEnd, TrayRunsOverTheEndAndFalls) {

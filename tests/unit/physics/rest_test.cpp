@@ -32,6 +32,8 @@ TEST_P(DroppedGear, RestsAtItsPlaceAndStaysThere) {
 INSTANTIATE_TEST_SUITE_P(Types, DroppedGear,
                          testing::Combine(testing::Values("small", "medium", "d60"),
                                           testing::Values(scene::Simplification::kOff,
+                                                          scene::Simplification::kVirtualJoints,
+                                                          scene::Simplification::kMerge,
                                                           scene::Simplification::kDormant)));
 
 TEST(Rest, GearBesideItsPocketFallsInWhenItsHubReachesTheMouth) {

@@ -1,0 +1,40 @@
+#pragma once
+
+#include "world/physics/arm_contacts.hpp"
+#include "world/physics/cell.hpp"
+#include "world/physics/contact_finder.hpp"
+#include "world/physics/physics_world.hpp"
+#include "world/physics/solver.hpp"
+
+namespace aprsim::physics {
+
+struct PhysicsWorld::Impl {
+  Impl(const scene::Scene& scene, std::span<const robot::ArmModel> models,
+       std::span<const std::vector<Eigen::Isometry3d>> X_WL)
+      : cell(scene, models, X_WL), finder(cell), solver(cell), arm_contacts(cell) {
+    forces.resize(cell.arms.size());
+    for (auto& list : forces) list.reserve(256);
+    released.reserve(cell.bodies.size());
+  }
+
+  void step();
+  void solve();
+  void move_arms();
+  void take_results();
+  void count_faults();
+  void report_touch(const Touch& touch);
+  [[nodiscard]] bool in_hand(int robot, BodyIndex node) const;
+  void observe_grippers();
+
+  Cell cell;
+  ContactFinder finder;
+  Solver solver;
+  ArmContacts arm_contacts;
+  std::vector<std::vector<ArmForce>> forces;
+  std::vector<int> released;
+  double next_belt_speed = 0;
+  std::uint64_t steps = 0, faults = 0;
+  double max_penetration = 0;
+};
+
+}  // namespace aprsim::physics
