@@ -15,7 +15,8 @@ struct BodyNodes {
 
 [[nodiscard]] Physics read_physics(const yaml::Node& node);
 
-/// Reads robots, conveyor, fixed, floor, light curtain, trays and gears into `scene`; types come from `types`.
+/// Reads robots, conveyor, fixed, floor, light curtain, trays and gears into `scene`; types come
+/// from `types`.
 [[nodiscard]] BodyNodes read_objects(const yaml::Map& keys, const Types& types, Scene& scene);
 
 /// Records an error for the first free body that lies more than 0.1 mm deep in something: tray or

@@ -19,6 +19,7 @@ struct Vision {
   double rotation_noise_rad = 1.7453293e-3;  ///< standard deviation
   double drop_rate = 0;                      ///< chance of an object to be missed, each frame
   bool shuffle = false;                      ///< objects in a new order in each frame
+  bool occlusion = true;                     ///< arms, parts and intruders hide what is behind them
 };
 
 }  // namespace aprsim::scene

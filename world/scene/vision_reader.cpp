@@ -29,7 +29,7 @@ Vision read_vision(const yaml::Node& node) {
   }
   const yaml::Map keys =
       node.map({"frame", "area", "camera_m", "rate_hz", "latency_s", "position_noise_m",
-                "rotation_noise_deg", "drop_rate", "shuffle"});
+                "rotation_noise_deg", "drop_rate", "shuffle", "occlusion"});
   vision.X_RV = read_pose_map(keys["frame"]);
   read_area(keys["area"], vision);
   if (const yaml::Node camera = keys["camera_m"]) {
@@ -48,6 +48,7 @@ Vision read_vision(const yaml::Node& node) {
   }
   vision.drop_rate = keys["drop_rate"].number_or(vision.drop_rate, yaml::between(0, 1));
   vision.shuffle = keys["shuffle"].boolean_or(vision.shuffle);
+  vision.occlusion = keys["occlusion"].boolean_or(vision.occlusion);
   return vision;
 }
 

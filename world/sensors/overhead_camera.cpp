@@ -65,6 +65,7 @@ void OverheadCamera::detect(const api::CellDescription& cell,
                             std::span<const Eigen::Isometry3d> X_WP, std::span<const Solid> solids,
                             std::uint64_t seed, api::VisionFrame& out) const {
   out.detections.clear();
+  if (!vision_.occlusion) solids = {};
   Random random(seed);
   for (std::size_t i = 0; i < X_WP.size(); ++i) {
     // Drawn for every object, seen or not: what one does must not change the others' noise.

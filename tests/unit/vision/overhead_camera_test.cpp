@@ -118,6 +118,9 @@ TEST_F(OverheadCameraTest, WhatIsBehindAnArmIsHidden) {
   ASSERT_EQ(seen.size(), 1U) << "the arm hangs between the camera at 2 m and the first gear";
   EXPECT_EQ(seen[0].body, 1);
   EXPECT_EQ(seen[0].score, 1);
+  vision.occlusion = false;
+  EXPECT_EQ(look().size(), 2U) << "unless told to see through everything";
+  vision.occlusion = true;
   vision.camera_V = {0.5, 0, 2};
   EXPECT_EQ(look().size(), 2U) << "seen from the side, past the arm";
 }

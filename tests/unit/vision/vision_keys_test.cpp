@@ -23,7 +23,7 @@ TEST(VisionKeys, AllAreTaken) {
       yaml::Document::from_text(
           "{frame: {xyz_m: [1, 2, 3], rpy_deg: [0, 0, 90]}, area: {min_m: [0, 0], max_m: [1, 2]},"
           " camera_m: [0.1, 0.2, 3], rate_hz: 5, latency_s: 0.2, position_noise_m: 0.002,"
-          " rotation_noise_deg: 1, drop_rate: 0.1, shuffle: true}",
+          " rotation_noise_deg: 1, drop_rate: 0.1, shuffle: true, occlusion: false}",
           "test")
           .value();
   const Vision vision = read_vision(document.root());
@@ -38,6 +38,7 @@ TEST(VisionKeys, AllAreTaken) {
   EXPECT_NEAR(vision.rotation_noise_rad, std::numbers::pi / 180, 1e-15);
   EXPECT_EQ(vision.drop_rate, 0.1);
   EXPECT_TRUE(vision.shuffle);
+  EXPECT_FALSE(vision.occlusion);
 }
 
 TEST(VisionKeys, TheCameraHangsBeforeTheRobotUnlessToldOtherwise) {
@@ -59,6 +60,7 @@ TEST(VisionKeys, BadValuesAreErrorsThatNameTheKey) {
       {"{rotation_noise_deg: -1}", "rotation_noise_deg"},
       {"{drop_rate: 1.5}", "drop_rate"},
       {"{shuffle: perhaps}", "shuffle"},
+      {"{occlusion: 1}", "occlusion"},
       {"{camera_m: [1, 2]}", "camera_m"},
       {"{frame: {xyz_m: [1, 2]}}", "frame.xyz_m"},
       {"{area: {min_m: [0, 0]}}", "area.max_m"},
