@@ -1,5 +1,6 @@
 #include "server/config.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <limits>
 
@@ -155,9 +156,32 @@ void use_free_ports(Config& config) {
 
 namespace {
 
+/// A text as YAML that reads back to the same: quoted unless it is an ordinary word.
+std::string scalar(const std::string& text) {
+  const auto ordinary = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+           c == '.' || c == '/';
+  };
+  const bool is_null = text == "null" || text == "Null" || text == "NULL";
+  if (!text.empty() && !is_null && std::all_of(text.begin(), text.end(), ordinary)) return text;
+  std::string quoted = "\"";
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\') {
+      quoted += {'\\', c};
+    } else if (byte < 0x20 || byte == 0x7F) {
+      quoted += fmt::format("\\x{:02x}", byte);
+    } else {
+      quoted += c;
+    }
+  }
+  return quoted + '"';
+}
+
 std::string to_yaml(const std::map<std::string, std::uint16_t>& ports) {
+  if (ports.empty()) return "    {}\n";
   std::string text;
-  for (const auto& [robot, port] : ports) text += fmt::format("    {}: {}\n", robot, port);
+  for (const auto& [robot, port] : ports) text += fmt::format("    {}: {}\n", scalar(robot), port);
   return text;
 }
 
@@ -176,7 +200,7 @@ std::string to_yaml(const VisionConfig& vision) {
   return fmt::format(
       "vision:\n  address: {}\n  ports:\n{}  max_connections: {}\n  empty_slots: {}\n"
       "  repeat_s: {}\n",
-      vision.address, to_yaml(vision.ports), vision.max_connections, vision.empty_slots,
+      scalar(vision.address), to_yaml(vision.ports), vision.max_connections, vision.empty_slots,
       vision.repeat_s);
 }
 
@@ -202,12 +226,12 @@ std::string to_yaml(const Config& config) {
              "modbus:\n  address: {}\n  port: {}\n  max_connections: {}\n  forward_is_one: {}\n"
              "  full_scale_m_s: {}\n{}"
              "grpc:\n  address: {}\n  port: {}\n  max_connections: {}\n",
-             config.scene, config.seed ? fmt::format("seed: {}\n", *config.seed) : "",
-             to_text(config.speed), config.log_level, config.crcl.address,
+             scalar(config.scene), config.seed ? fmt::format("seed: {}\n", *config.seed) : "",
+             to_text(config.speed), config.log_level, scalar(config.crcl.address),
              to_yaml(config.crcl.ports), config.crcl.max_connections, config.crcl.length_unit,
-             config.crcl.angle_unit, config.modbus.address, config.modbus.port,
+             config.crcl.angle_unit, scalar(config.modbus.address), config.modbus.port,
              config.modbus.max_connections, config.modbus.forward_is_one,
-             config.modbus.full_scale_m_s, restrictions(config.modbus), config.grpc.address,
+             config.modbus.full_scale_m_s, restrictions(config.modbus), scalar(config.grpc.address),
              config.grpc.port, config.grpc.max_connections) +
          to_yaml(config.vision);
 }

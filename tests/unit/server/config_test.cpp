@@ -46,6 +46,21 @@ TEST(ModbusConfig, ReadsItsRestrictionsAndPrintsThemForReading) {
   EXPECT_EQ(to_yaml(*again), to_yaml(*config));
 }
 
+TEST(PrintedConfig, GivesAnyTextBackAsItWas) {
+  const auto config = load_config(
+      "",
+      {{"scene", R"("a: b # \"c\" \\ [\t]")"}, {"crcl.address", "\"null\""}, {"crcl.ports", "{}"}});
+  ASSERT_TRUE(config.has_value()) << config.error().message;
+  EXPECT_EQ(config->scene, "a: b # \"c\" \\ [\t]");
+  const std::string file = testing::TempDir() + "aprsim-printed-config.yaml";
+  std::ofstream(file) << to_yaml(*config);
+  const auto again = load_config(file, {});
+  ASSERT_TRUE(again.has_value()) << again.error().message;
+  EXPECT_EQ(again->scene, config->scene);
+  EXPECT_EQ(again->crcl.address, "null");
+  EXPECT_NE(to_yaml(Config{}).find("scene: aprs\n"), std::string::npos) << "no quotes without need";
+}
+
 TEST(ModbusConfig, NamesTheKeyAndWhatIsWrongWithItsValue) {
   const std::vector<std::array<std::string, 3>> cases{
       {"modbus.allow", "[10.0.0.0/8, lab]", "lab"},
