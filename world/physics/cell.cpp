@@ -6,7 +6,6 @@ namespace {
 constexpr double kErp = 0.2;
 constexpr double kCfm = 1e-9;
 constexpr double kMaxCorrectingVelocity = 0.5;  // [m/s]
-constexpr double kSurfaceLayer = 1e-5;          // [m]
 constexpr unsigned kSolverMemory = 4u << 20;    // [bytes], so that no step has to allocate
 constexpr std::size_t kTouchCapacity = 4096;
 
@@ -17,7 +16,6 @@ ode::World make_world(const scene::Scene& scene) {
   dWorldSetERP(world.get(), kErp);
   dWorldSetCFM(world.get(), kCfm);
   dWorldSetContactMaxCorrectingVel(world.get(), kMaxCorrectingVelocity);
-  dWorldSetContactSurfaceLayer(world.get(), kSurfaceLayer);
   dWorldSetAutoDisableFlag(world.get(), 0);
   const dWorldStepReserveInfo reserve = {sizeof(dWorldStepReserveInfo), 1.5f, kSolverMemory};
   dWorldSetStepMemoryReservationPolicy(world.get(), &reserve);

@@ -6,8 +6,9 @@
 namespace aprsim::physics {
 namespace {
 
-constexpr int kRestSteps = 20;   // at rest before it counts, or two bodies are merged
-constexpr int kSleepSteps = 50;  // before a group falls asleep
+constexpr int kMergeSteps = 10;  // at rest relative to each other before two are merged
+constexpr int kRestSteps = 20;   // at rest on the carrier before it counts
+constexpr int kSleepSteps = 30;  // before a group falls asleep
 constexpr double kShare = 0.1;   // of e1 and e2: stricter than the paper's criteria
 constexpr double kDrift = 2e-7;  // [m] over all of that time: slow sliding is no rest
 
@@ -124,7 +125,7 @@ void Simplification::begin_step(double belt_speed_m_s) {
   dormancy_.begin_step(belt_speed_m_s);
 }
 
-void Simplification::find_overloaded(std::vector<int>& overloaded) const {
+void Simplification::find_overloaded(std::vector<int>& overloaded) {
   for (const int i : solids_) {
     if (composites_.next(i) < 0) continue;
     const FreeBody& lead = body(i);
@@ -135,7 +136,10 @@ void Simplification::find_overloaded(std::vector<int>& overloaded) const {
     motion.accel_W = (v - lead.velocity_at(motion.origin_W)) / step_s_;
     motion.alpha_W = (motion.omega_W - lead.omega_W) / step_s_;
     for (int m = composites_.next(i); m >= 0; m = composites_.next(m)) {
-      if (!composites_.bears(m, motion)) overloaded.push_back(m);
+      const Wrench wrench = composites_.required(m, motion);
+      if (composites_.support(m).bears(wrench)) continue;
+      overloaded.push_back(m);
+      at(m).pull_W = body(m).X_WB.linear() * wrench.force;
     }
   }
 }
@@ -256,7 +260,7 @@ void Simplification::judge_pairs(std::span<const Touch> touches, std::span<const
       rest.pair_steps = 0;
       continue;
     }
-    if (++rest.pair_steps >= kRestSteps) scratch_.push_back(i);
+    if (++rest.pair_steps >= kMergeSteps) scratch_.push_back(i);
   }
   for (const int i : scratch_) {
     const int below = at(i).below;
@@ -271,6 +275,7 @@ void Simplification::judge_pairs(std::span<const Touch> touches, std::span<const
     if (!support.bears(composites_.required(i, motion))) continue;
     composites_.attach(i, below, support);
     at(i).pair_steps = 0;
+    at(i).pull_W.setZero();
     islands_[static_cast<std::size_t>(island_of[static_cast<std::size_t>(i)])].quiet = false;
     solids_.erase(std::lower_bound(solids_.begin(), solids_.end(), i));
   }

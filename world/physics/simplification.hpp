@@ -50,6 +50,8 @@ class Simplification {
   [[nodiscard]] api::GroupKind group_kind(int body) const;
   /// Number of the body's group: one of its members, -1 = on its own.
   [[nodiscard]] int group(int body) const;
+  /// The force that a body last asked of its parent in vain; zero unless torn off.
+  [[nodiscard]] const Eigen::Vector3d& pull_W(int body) const { return at(body).pull_W; }
   /// At rest relative to what carries it.
   [[nodiscard]] bool resting(int body) const;
   /// How many bodies hang on another as if by one joint.
@@ -81,7 +83,7 @@ class Simplification {
   void release(int body);
   /// After the solver: appends the merged bodies whose parents could not have given them the motion
   /// that came out; they have to be released and the step to be solved anew.
-  void find_overloaded(std::vector<int>& overloaded) const;
+  void find_overloaded(std::vector<int>& overloaded);
   /// When the step is final: judges with the solved forces in `touches` and each solid's island in
   /// `island_of` (by body, -1 = with a gripper).
   void observe(std::span<const Touch> touches, std::span<const int> island_of);
@@ -94,6 +96,7 @@ class Simplification {
     bool crowded = false;  // its solid touches more than that
     bool touched = false;  // by a robot, in this step
     bool near = false;     // a gripper, in this step
+    Eigen::Vector3d pull_W = Eigen::Vector3d::Zero();
     Eigen::Vector3d v_before = Eigen::Vector3d::Zero(), omega_before = Eigen::Vector3d::Zero();
     Eigen::Isometry3d quiet_at = Eigen::Isometry3d::Identity();  // on the carrier, at the start
     Eigen::Isometry3d pair_at = Eigen::Isometry3d::Identity();   // in `below`, at the start

@@ -10,6 +10,10 @@ constexpr double kDirectCfm = 1e-9;
 constexpr double kIterativeCfm = 1e-8;
 constexpr double kRelaxation = 1.3;
 constexpr int kPredictorIterations = 50;
+// Depth up to which nothing pushes back [m]. What comes to rest sinks in by this much, so it is
+// thin; what grippers squeeze needs more.
+constexpr double kRestLayer = 2e-6, kGripLayer = 1e-5;
+constexpr double kSliding = 1e-5;   // [m/s], above the solver's noise
 constexpr unsigned long kSeed = 1;  // ODE shuffles rows by its own generator
 constexpr std::size_t kTouchCapacity = 4096;
 
@@ -33,6 +37,9 @@ Solver::Solver(Cell& cell)
 
 void Solver::step() {
   islands_.find(cell_, cell_.touches);
+  const bool grips = std::any_of(cell_.grippers.begin(), cell_.grippers.end(),
+                                 [](const auto& gripper) { return !gripper.idle(); });
+  dWorldSetContactSurfaceLayer(cell_.world.get(), grips ? kGripLayer : kRestLayer);
   for (auto& touch : cell_.touches) {
     touch.normal_n = 0;
     touch.f_W.setZero();
@@ -141,13 +148,28 @@ void Solver::make_contacts(Phase phase, Friction friction) {
       cell_.arms[static_cast<std::size_t>(nodes.robot_of(contact.b))].place_link(
           nodes.link_of(contact.b), cell_.step_s);
     }
-    const dContact description =
-        ode_contact(touch, friction, link, cell_.fixed.belt_axis_W, cell_.belt_speed_m_s);
+    const dContact description = ode_contact(touch, friction, link, cell_.fixed.belt_axis_W,
+                                             cell_.belt_speed_m_s, sliding_direction(touch));
     dJointID joint = dJointCreateContact(cell_.world.get(), contacts_.get(), &description);
     dJointAttach(joint, cell_.ode_body(contact.a), cell_.ode_body(contact.b));
     dJointSetFeedback(joint, &feedback_[made_.size()]);
     made_.push_back(i);
   }
+}
+
+/// Where free bodies slide on each other or on fixed things, or have just been torn apart.
+Eigen::Vector3d Solver::sliding_direction(const Touch& touch) const {
+  const auto& contact = touch.contact;
+  const auto& nodes = cell_.nodes;
+  if (!nodes.is_free(contact.a) || nodes.is_robot(contact.b)) return Eigen::Vector3d::Zero();
+  Eigen::Vector3d v = cell_.body(contact.a).velocity_at(contact.p_W);
+  Eigen::Vector3d pull = cell_.simplification.pull_W(contact.a);
+  if (nodes.is_free(contact.b)) {
+    v -= cell_.body(contact.b).velocity_at(contact.p_W);
+    if (pull.isZero()) pull = cell_.simplification.pull_W(contact.b);
+  }
+  v -= v.dot(contact.n_W) * contact.n_W;
+  return v.norm() > kSliding ? v : pull;
 }
 
 void Solver::run(Method method) {

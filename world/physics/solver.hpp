@@ -33,6 +33,7 @@ class Solver {
   void enable_only(std::initializer_list<Phase> phases);
   void apply_forces();
   void make_contacts(Phase phase, Friction friction);
+  [[nodiscard]] Eigen::Vector3d sliding_direction(const Touch& touch) const;
   void run(Method method);
   void read_forces();
   void cut_begin();

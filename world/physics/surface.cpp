@@ -17,7 +17,8 @@ constexpr Softness kArm = {0.45, 4.5e-3};
 }  // namespace
 
 dContact ode_contact(const Touch& touch, Friction friction, bool soft,
-                     const Eigen::Vector3d& belt_axis_W, double belt_speed_m_s) {
+                     const Eigen::Vector3d& belt_axis_W, double belt_speed_m_s,
+                     const Eigen::Vector3d& slide_W) {
   const auto& contact = touch.contact;
   dContact out = {};
   ode::copy(contact.p_W, out.geom.pos);
@@ -34,6 +35,11 @@ dContact ode_contact(const Touch& touch, Friction friction, bool soft,
   } else {
     surface.mode |= dContactApprox1;
     surface.mu = touch.friction;
+  }
+  const Eigen::Vector3d slide = slide_W - slide_W.dot(contact.n_W) * contact.n_W;
+  if (slide.squaredNorm() > 0.5 * slide_W.squaredNorm()) {
+    surface.mode |= dContactFDir1;
+    ode::copy(slide.normalized(), out.fdir1);
   }
   if (touch.belt) {
     const Eigen::Vector3d along = belt_axis_W - belt_axis_W.dot(contact.n_W) * contact.n_W;

@@ -13,8 +13,10 @@ enum class Friction {
   kFixed,    ///< by mu times a normal force that is known already (Touch::normal_n)
 };
 
-/// ODE's description of a touch: friction, softness, the belt's motion.
+/// ODE's description of a touch: friction, softness, the belt's motion. `slide_W` is the direction
+/// in which friction is to act, zero = any: along its first axis ODE's pyramid is the true cone.
 [[nodiscard]] dContact ode_contact(const Touch& touch, Friction friction, bool soft,
-                                   const Eigen::Vector3d& belt_axis_W, double belt_speed_m_s);
+                                   const Eigen::Vector3d& belt_axis_W, double belt_speed_m_s,
+                                   const Eigen::Vector3d& slide_W);
 
 }  // namespace aprsim::physics

@@ -72,6 +72,23 @@ TEST_P(BreakUp, GearOnAnAcceleratingPlate) {
   }
 }
 
+// In contact from the start, ODE's pyramid holds what slides across its axes for a while; torn from
+// a composite it slides at once.
+class BreakUpAcross : public BreakUp {};
+
+TEST_P(BreakUpAcross, TheAxesOfThePyramid) {
+  const double mu_g = 0.3 * 9.81;
+  for (const double accel : {2.9, 3.0, 5.0}) {
+    auto scene = plate_scene(GetParam());
+    stand_gear(scene, "gear", 0, 0, 0.022);
+    scene.trays[0].X_WP.q = Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitZ());
+    scene.conveyor->X_WC.q = Eigen::AngleAxisd(0.6, Eigen::Vector3d::UnitZ());
+    Bench bench(std::move(scene));
+    bench.run(200);
+    EXPECT_NEAR(slip(bench, "gear", accel), closed_form(accel, mu_g, 1e-3), 1e-6) << accel;
+  }
+}
+
 // The belt runs up a slope: gravity takes its share of the friction.
 TEST_P(BreakUp, GearOnATiltedPlate) {
   const double tilt = 0.1, mu = 0.3, g = 9.81;
@@ -113,6 +130,9 @@ INSTANTIATE_TEST_SUITE_P(Simplification, BreakUp,
                          testing::Values(Simplification::kOff, Simplification::kMerge,
                                          Simplification::kDormant));
 
+INSTANTIATE_TEST_SUITE_P(Simplification, BreakUpAcross,
+                         testing::Values(Simplification::kMerge, Simplification::kDormant));
+
 // No break below the limit: the group stays one body all the time.
 TEST(BreakUpMerged, NoneBelowTheLimit) {
   for (const double accel : {1.0, 2.0, 2.9, 2.94}) {
@@ -141,6 +161,31 @@ TEST(BreakUpMerged, NotMergedWhileSliding) {
   bench.run(100);  // constant speed: it stops within 2 ms
   EXPECT_GE(bench.world->body(1).group, 0);
   EXPECT_NEAR(bench.world->body(1).v_W.x(), 0.3, 1e-9);
+}
+
+// A gear on a gear on the plate, the upper one with less friction than its carrier needs.
+TEST(BreakUpMerged, StackBreaksWhereItIsWeakest) {
+  for (const double accel : {1.9, 2.2}) {
+    auto scene = plate_scene(Simplification::kMerge);
+    scene.physics.friction.gear_tray = 0.8;
+    scene.physics.friction.gear_gear = 0.21;
+    // A flat puck to stand on: a gear type without a peg.
+    auto puck = gear_type("large");
+    puck.name = "puck";
+    puck.peg_top_m = puck.disc_height_m;
+    scene.gear_types["puck"] = puck;
+    stand_gear(scene, "low", 0, 0, 0.022);
+    scene.gears[0].type = "puck";
+    stand_gear(scene, "high", 0, 0, 0.040);
+    scene.gears[1].type = "puck";
+    Bench bench(std::move(scene));
+    bench.run(300);
+    ASSERT_EQ(bench.world->body(2).group_kind, api::GroupKind::kMerged);
+    const double moved = slip(bench, "high", accel);
+    EXPECT_NEAR(moved, closed_form(accel, 0.21 * 9.81, 1e-3), 1e-6) << accel;
+    EXPECT_LT(std::abs((bench.X_WB("plate").inverse() * bench.X_WB("low")).translation().x()),
+              1e-6);
+  }
 }
 
 }  // namespace
