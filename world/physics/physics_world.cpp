@@ -73,6 +73,8 @@ void PhysicsWorld::Impl::take_results() {
   for (auto& list : forces) list.clear();
   for (const auto& touch : cell.touches) report_touch(touch);
   arm_contacts.find(forces);
+  // What is merged or falls asleep now has still been solved in this step.
+  contacts = static_cast<int>(cell.touches.size()) + cell.simplification.frozen_contacts();
   cell.simplification.observe(cell.touches, solver.islands().island_of());
 }
 
@@ -171,10 +173,7 @@ std::span<const ArmForce> PhysicsWorld::arm_forces(int robot) const {
   return impl_->forces[static_cast<std::size_t>(robot)];
 }
 
-int PhysicsWorld::contact_count() const {
-  return static_cast<int>(impl_->cell.touches.size()) +
-         impl_->cell.simplification.frozen_contacts();
-}
+int PhysicsWorld::contact_count() const { return impl_->contacts; }
 
 int PhysicsWorld::virtual_joint_count() const { return impl_->cell.simplification.joint_count(); }
 

@@ -35,6 +35,7 @@ struct PhysicsWorld::Impl {
   double next_belt_speed = 0;
   std::uint64_t steps = 0, faults = 0;
   double max_penetration = 0;
+  int contacts = 0;  // of the last step
 };
 
 }  // namespace aprsim::physics

@@ -6,9 +6,9 @@
 namespace aprsim::physics {
 namespace {
 
-constexpr int kMergeSteps = 10;  // at rest relative to each other before two are merged
+constexpr int kMergeSteps = 20;  // at rest relative to each other before two are merged
 constexpr int kRestSteps = 20;   // at rest on the carrier before it counts
-constexpr int kSleepSteps = 30;  // before a group falls asleep
+constexpr int kSleepSteps = 40;  // before a group falls asleep
 constexpr double kShare = 0.1;   // of e1 and e2: stricter than the paper's criteria
 constexpr double kDrift = 2e-7;  // [m] over all of that time: slow sliding is no rest
 

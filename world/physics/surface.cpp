@@ -36,10 +36,9 @@ dContact ode_contact(const Touch& touch, Friction friction, bool soft,
     surface.mode |= dContactApprox1;
     surface.mu = touch.friction;
   }
-  const Eigen::Vector3d slide = slide_W - slide_W.dot(contact.n_W) * contact.n_W;
-  if (slide.squaredNorm() > 0.5 * slide_W.squaredNorm()) {
+  if (!slide_W.isZero()) {
     surface.mode |= dContactFDir1;
-    ode::copy(slide.normalized(), out.fdir1);
+    ode::copy(slide_W.normalized(), out.fdir1);
   }
   if (touch.belt) {
     const Eigen::Vector3d along = belt_axis_W - belt_axis_W.dot(contact.n_W) * contact.n_W;

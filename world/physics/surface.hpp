@@ -14,7 +14,8 @@ enum class Friction {
 };
 
 /// ODE's description of a touch: friction, softness, the belt's motion. `slide_W` is the direction
-/// in which friction is to act, zero = any: along its first axis ODE's pyramid is the true cone.
+/// across the normal in which friction is to act, zero = any: along its first axis ODE's pyramid is
+/// the true cone.
 [[nodiscard]] dContact ode_contact(const Touch& touch, Friction friction, bool soft,
                                    const Eigen::Vector3d& belt_axis_W, double belt_speed_m_s,
                                    const Eigen::Vector3d& slide_W);
