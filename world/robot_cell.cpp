@@ -12,6 +12,9 @@ namespace {
 
 /// A mount deflected further than this is pressed, not gripping: stop before something breaks.
 constexpr double kMaxPalmDeflection_m = 3e-3;
+/// A tool changer takes a gripper that sits within this of the flange, and pulls it in.
+constexpr double kTakes_m = 2e-3, kTakes_rad = 0.02;
+constexpr int kPullSteps = 100;
 
 robot::JointVector home_of(const scene::Robot& robot, const robot::ArmModel& model) {
   if (static_cast<int>(robot.home_rad.size()) != model.dof()) {
@@ -70,9 +73,14 @@ std::string describe_contact(const robot::ArmModel& model,
                              std::span<const physics::ArmForce> forces) {
   const physics::ArmForce* force = largest(forces);
   if (!force) return "";
-  char text[64];
-  std::snprintf(text, sizeof text, " with %.0f N", force->f_W.norm());
-  return " (" + model.links[static_cast<std::size_t>(force->link)].name + " touches " +
+  const auto& link = model.links[static_cast<std::size_t>(force->link)].name;
+  char text[96];
+  if (force->with_link >= 0) {
+    std::snprintf(text, sizeof text, " link %d with %.0f N", force->with_link, force->f_W.norm());
+  } else {
+    std::snprintf(text, sizeof text, " with %.0f N", force->f_W.norm());
+  }
+  return " (" + (force->on_gripper ? std::string("the gripper") : link) + " touches " +
          std::string(force->with) + text + ")";
 }
 
@@ -82,13 +90,13 @@ RobotCell::RobotCell(const scene::Robot& robot, const robot::ArmModel& model,
                      const scene::Physics& physics)
     : scene_(robot),
       X_WB_(robot.X_WB.isometry()),
-      X_FT_(robot.X_FT.isometry()),
       X_WR_(X_WB_ * robot.X_BR.isometry()),
-      arm_(model, payload_of(robot.gripper, X_FT_), gravity_in_base(robot, physics),
+      arm_(model, payload_of(robot.gripper, robot.X_FT.isometry()), gravity_in_base(robot, physics),
            home_of(robot, model), physics.step_s),
       controller_(setup_of(robot, model, physics)),
       X_WL_(model.links.size()) {
   update_link_poses();
+  state_.X_WM = X_WL_.back();
 }
 
 void RobotCell::take(api::Ticket ticket, const api::RobotAction& action) {
@@ -98,15 +106,55 @@ void RobotCell::take(api::Ticket ticket, const api::RobotAction& action) {
 
 void RobotCell::step(const physics::GripperState& gripper,
                      std::span<const physics::ArmForce> forces) {
-  const robot::JointVector& reference = controller_.step(gripper.settled);
-  arm_.step(reference, external_torque(forces));
+  const robot::JointVector tau = external_torque(forces);
+  const robot::JointVector& reference = controller_.step(
+      {.gripper_settled = gripper.settled, .tool_at_flange = tool_at_flange(), .external_nm = tau});
+  if (controller_.tool_mounted() != state_.tool_carried) {
+    state_.tool_carried = controller_.tool_mounted();
+    state_.pull_steps = state_.tool_carried ? kPullSteps : 0;
+    arm_.set_payload(state_.tool_carried ? payload_of(scene_.gripper, scene_.X_FT.isometry())
+                                         : robot::Payload{});
+  }
+  arm_.set_intended(controller_.pressing());
+  arm_.step(reference, tau);
   stop_if_tripped(gripper, forces);
+  update_link_poses();
+  move_mount();
+}
+
+bool RobotCell::tool_at_flange() const {
+  const Eigen::Isometry3d X_FM = X_WL_.back().inverse() * state_.X_WM;
+  return X_FM.translation().norm() < kTakes_m &&
+         Eigen::AngleAxisd(X_FM.linear()).angle() < kTakes_rad;
+}
+
+/// A gripper that is taken is drawn to the flange little by little; one that is left stays.
+void RobotCell::move_mount() {
+  if (!state_.tool_carried) return;
+  const Eigen::Isometry3d& X_WF = X_WL_.back();
+  if (state_.pull_steps == 0) {
+    state_.X_WM = X_WF;
+    return;
+  }
+  const double share = 1.0 / state_.pull_steps--;
+  const Eigen::Quaterniond from(state_.X_WM.linear()), to(X_WF.linear());
+  state_.X_WM.translation() += share * (X_WF.translation() - state_.X_WM.translation());
+  state_.X_WM.linear() = from.slerp(share, to).toRotationMatrix();
+}
+
+RobotCell::State RobotCell::save() const { return {arm_.state(), controller_.state(), state_}; }
+
+void RobotCell::restore(const State& state) {
+  arm_.restore(state.arm);
+  controller_.restore(state.controller);
+  state_ = state.own;
   update_link_poses();
 }
 
 robot::JointVector RobotCell::external_torque(std::span<const physics::ArmForce> forces) const {
   robot::JointVector tau = robot::JointVector::Zero(arm_.model().dof());
   for (const auto& force : forces) {
+    if (force.on_gripper && !state_.tool_carried) continue;
     const auto& X_WL = X_WL_[static_cast<std::size_t>(force.link)];
     const auto J =
         robot::point_jacobian(arm_.model(), arm_.q(), force.link, X_WL.inverse() * force.p_W);
@@ -122,7 +170,7 @@ void RobotCell::stop_if_tripped(const physics::GripperState& gripper,
   std::string reason;
   if (!arm_.trip_reason().empty()) {
     reason = arm_.trip_reason();
-  } else if (gripper.palm_deflection_m > kMaxPalmDeflection_m) {
+  } else if (state_.tool_carried && gripper.palm_deflection_m > kMaxPalmDeflection_m) {
     char text[96];
     std::snprintf(text, sizeof text, "gripper mount deflected by %.1f mm, limit %.1f mm",
                   gripper.palm_deflection_m * 1e3, kMaxPalmDeflection_m * 1e3);
@@ -131,7 +179,7 @@ void RobotCell::stop_if_tripped(const physics::GripperState& gripper,
     return;
   }
   reason = "Protective stop: " + reason + describe_contact(arm_.model(), forces) +
-           "; send InitCanon, then move away";
+           "; the arm backs off by itself; send InitCanon, then move away";
   arm_.relax();
   controller_.protective_stop(reason, arm_.q());
 }
@@ -179,14 +227,15 @@ void RobotCell::write(const physics::GripperState& gripper,
   for (int i = 0; i < model.dof(); ++i) {
     out.joints[static_cast<std::size_t>(i)] = {arm_.q()[i], arm_.qd()[i], arm_.torque()[i]};
   }
-  const Eigen::Isometry3d X_WT = X_WL_.back() * X_FT_;
+  const Eigen::Isometry3d X_FT = controller_.X_FT();
+  const Eigen::Isometry3d X_WT = X_WL_.back() * X_FT;
   // Through the base, not the world: a pose that a client compares must not carry the cell's
   // layout.
   const Eigen::Isometry3d X_BF = robot::flange_pose(model, arm_.q());
   const Eigen::Isometry3d X_RB = scene_.X_BR.isometry().inverse();
   out.X_WT = Pose::from(X_WT);
-  out.X_RT = Pose::from(X_RB * X_BF * X_FT_);
-  const auto J = robot::point_jacobian(model, arm_.q(), model.dof(), X_FT_.translation());
+  out.X_RT = Pose::from(X_RB * X_BF * X_FT);
+  const auto J = robot::point_jacobian(model, arm_.q(), model.dof(), X_FT.translation());
   const Eigen::Matrix<double, 6, 1> twist_B = J * arm_.qd();
   out.v_RT = X_RB.linear() * twist_B.head<3>();
   out.omega_RT = X_RB.linear() * twist_B.tail<3>();
@@ -194,7 +243,7 @@ void RobotCell::write(const physics::GripperState& gripper,
   out.torque_T_R.setZero();
   const Eigen::Matrix3d R_RW = X_WR_.linear().transpose();
   for (const auto& force : forces) {
-    if (force.link != model.dof()) continue;
+    if (force.link != model.dof() || (force.on_gripper && !state_.tool_carried)) continue;
     out.force_T_R += R_RW * force.f_W;
     out.torque_T_R += R_RW * (force.p_W - X_WT.translation()).cross(force.f_W);
   }
@@ -209,6 +258,8 @@ void RobotCell::write(const physics::GripperState& gripper,
   out.trans_accel = controller_.limit(api::MotionLimit::kTransAccel);
   out.rot_speed = controller_.limit(api::MotionLimit::kRotSpeed);
   out.rot_accel = controller_.limit(api::MotionLimit::kRotAccel);
+  out.override_fraction = controller_.override_fraction();
+  out.tool_mounted = controller_.tool_mounted();
   out.action = controller_.status();
   out.initialized = controller_.initialized();
   out.protective_stop = controller_.stopped_by_protection();

@@ -8,6 +8,7 @@
 #include "world/api/snapshot.hpp"
 #include "world/physics/physics_world.hpp"
 #include "world/robot/arm.hpp"
+#include "world/robot/controller_state.hpp"
 #include "world/robot/inverse_kinematics.hpp"
 #include "world/robot/robot_controller.hpp"
 #include "world/scene/scene.hpp"
@@ -32,23 +33,48 @@ class RobotCell {
   void stop_for_light_curtain();
 
   [[nodiscard]] std::span<const Eigen::Isometry3d> X_WL() const { return X_WL_; }
+  /// Where the gripper's mount is at the step's end: at the flange, or where the open tool changer
+  /// has left it. There a stand is taken to hold it; nothing falls.
+  [[nodiscard]] const Eigen::Isometry3d& X_WM() const { return state_.X_WM; }
   [[nodiscard]] double gripper_setting() const { return controller_.gripper_setting(); }
 
   [[nodiscard]] api::RobotDescription description() const;
   void write(const physics::GripperState& gripper, std::span<const physics::ArmForce> forces,
              api::RobotSnapshot& out) const;
 
+  /// All that changes while the robot runs: a copy of it, put back later, also into another cell of
+  /// the same scene, continues bit for bit.
+  struct State;
+  [[nodiscard]] State save() const;
+  void restore(const State& state);
+
  private:
+  /// What is not the arm's or the controller's own.
+  struct Own {
+    Eigen::Isometry3d X_WM = Eigen::Isometry3d::Identity();  ///< the gripper's mount
+    int pull_steps = 0;  ///< until a gripper that is taken sits at the flange
+    /// What loads the arm: the gripper's weight is on it.
+    bool tool_carried = true;
+  };
   [[nodiscard]] robot::JointVector external_torque(std::span<const physics::ArmForce> forces) const;
   void stop_if_tripped(const physics::GripperState& gripper,
                        std::span<const physics::ArmForce> forces);
   void update_link_poses();
+  void move_mount();
+  [[nodiscard]] bool tool_at_flange() const;
 
   const scene::Robot& scene_;
-  Eigen::Isometry3d X_WB_, X_FT_, X_WR_;
+  Eigen::Isometry3d X_WB_, X_WR_;
   robot::Arm arm_;
   robot::RobotController controller_;
   std::vector<Eigen::Isometry3d> X_WL_;
+  Own state_;
+};
+
+struct RobotCell::State {
+  robot::Arm::State arm;
+  robot::ControllerState controller;
+  Own own;
 };
 
 }  // namespace aprsim::world

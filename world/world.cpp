@@ -131,6 +131,7 @@ void World::step() {
     const int index = static_cast<int>(i);
     robots_[i].step(physics_->gripper(index), physics_->arm_forces(index));
     physics_->set_arm(index, robots_[i].X_WL());
+    physics_->set_gripper_mount(index, robots_[i].X_WM());
     physics_->set_gripper(index, robots_[i].gripper_setting());
   }
   if (conveyor_) physics_->set_belt_speed(conveyor_->step(scene_->physics.step_s));

@@ -44,38 +44,156 @@ Result<std::optional<double>> positive_rate(const std::optional<double>& value, 
                                    crcl::name_of(unit), per, joint));
 }
 
-Result<api::JointTarget> to_target(const crcl::ActuateJoint& joint, crcl::AngleUnit unit,
+// A torque has a size only: its direction is that of the position.
+Result<api::JointTorque> to_torque(const crcl::JointForceTorque& details, int joint,
+                                   crcl::TorqueUnit unit) {
+  const auto bad = [&](const char* name, double value, const char* per) {
+    return invalid(name, fmt::format("{} {} {}{} of joint {}: must be above 0", name, value,
+                                     crcl::name_of(unit), per, joint));
+  };
+  if (!details.setting) {
+    return invalid("Setting", fmt::format("Setting of joint {}: missing, the torque to drive it "
+                                          "with is needed",
+                                          joint));
+  }
+  if (!(*details.setting > 0)) return bad("Setting", *details.setting, "");
+  api::JointTorque torque{crcl::to_si(*details.setting, unit), {}};
+  if (!details.change_rate) return torque;
+  if (!(*details.change_rate > 0)) return bad("ChangeRate", *details.change_rate, "/s");
+  torque.rate_nm_s = crcl::to_si(*details.change_rate, unit);
+  return torque;
+}
+
+Result<void> check_joint(int number, int joint_count) {
+  if (number >= 1 && number <= joint_count) return {};
+  return invalid("JointNumber", fmt::format("Bad joint index:{}; this robot has joints 1 to {}",
+                                            number, joint_count));
+}
+
+Result<api::JointTarget> to_target(const crcl::ActuateJoint& joint, const ReportSettings& units,
                                    int joint_count) {
-  if (joint.joint < 1 || joint.joint > joint_count) {
-    return invalid("JointNumber", fmt::format("Bad joint index:{}; this robot has joints 1 to {}",
-                                              joint.joint, joint_count));
+  if (auto ok = check_joint(joint.joint, joint_count); !ok) return tl::unexpected(ok.error());
+  api::JointTarget target{joint.joint - 1, crcl::to_si(joint.position, units.joint_unit()), {}, {}};
+  if (const auto* torque = std::get_if<crcl::JointForceTorque>(&joint.details)) {
+    auto drive = to_torque(*torque, joint.joint, units.units().torque);
+    if (!drive) return tl::unexpected(drive.error());
+    target.torque = *drive;
+    return target;
   }
-  const auto* details = std::get_if<crcl::JointSpeedAccel>(&joint.details);
-  if (details == nullptr) {
-    return fail(ErrorCode::kUnimplemented, "JointDetails",
-                "ActuateJointsType with JointForceTorqueType not implemented.");
-  }
+  const crcl::AngleUnit unit = units.joint_unit();
+  const auto* details = &std::get<crcl::JointSpeedAccel>(joint.details);
   const auto speed = positive_rate(details->speed, "JointSpeed", joint.joint, unit, "s");
   if (!speed) return tl::unexpected(speed.error());
   const auto accel = positive_rate(details->accel, "JointAccel", joint.joint, unit, "s^2");
   if (!accel) return tl::unexpected(accel.error());
-  return api::JointTarget{joint.joint - 1, crcl::to_si(joint.position, unit), *speed, *accel};
+  target.speed_rad_s = *speed;
+  target.accel_rad_s2 = *accel;
+  return target;
+}
+
+Eigen::Vector3d to_point(const crcl::Vector& point, const ReportSettings& units) {
+  const crcl::LengthUnit unit = units.units().length;
+  return {crcl::to_si(point.x, unit), crcl::to_si(point.y, unit), crcl::to_si(point.z, unit)};
+}
+
+Result<Pose> to_pose(const crcl::Pose& pose, const ReportSettings& units, const char* element) {
+  const auto axes = crcl::orthonormal_axes(pose);
+  if (!axes) return invalid(element, axes.error().message());
+  const auto column = [](const crcl::Vector& v) { return Eigen::Vector3d(v.x, v.y, v.z); };
+  Eigen::Matrix3d R_RT;
+  R_RT << column(axes->x), column(axes->y), column(axes->z);
+  return Pose{to_point(pose.point, units), Eigen::Quaterniond(R_RT).normalized()};
+}
+
+Result<api::PoseLimits> to_limits(const std::optional<crcl::PoseSettings>& settings,
+                                  const ReportSettings& units) {
+  api::PoseLimits limits;
+  if (!settings) return limits;
+  struct Row {
+    crcl::RateKind which;
+    const std::optional<crcl::Rate>& rate;
+    std::optional<api::LimitSetting>& limit;
+  };
+  const Row rows[] = {
+      {crcl::RateKind::kTransSpeed, settings->trans_speed, limits.trans_speed},
+      {crcl::RateKind::kTransAccel, settings->trans_accel, limits.trans_accel},
+      {crcl::RateKind::kRotSpeed, settings->rot_speed, limits.rot_speed},
+      {crcl::RateKind::kRotAccel, settings->rot_accel, limits.rot_accel},
+  };
+  for (const auto& [which, rate, limit] : rows) {
+    if (!rate) continue;
+    const Result<api::SetMotionLimit> set = to_action(which, *rate, units);
+    if (!set) return tl::unexpected(set.error());
+    limit = api::LimitSetting{set->relative, set->value};
+  }
+  return limits;
+}
+
+Result<api::Waypoint> to_waypoint(const crcl::Waypoint& point, const ReportSettings& units,
+                                  const std::optional<crcl::PoseTolerance>& tolerance_si,
+                                  const char* element) {
+  const auto X_RT = to_pose(point.pose, units, element);
+  if (!X_RT) return tl::unexpected(X_RT.error());
+  const auto limits = to_limits(point.settings, units);
+  if (!limits) return tl::unexpected(limits.error());
+  std::optional<crcl::PoseTolerance> tolerance = tolerance_si;
+  if (point.settings && point.settings->tolerance) {
+    tolerance = in_si(*point.settings->tolerance, units.units());
+  }
+  api::Waypoint out{*X_RT, *limits, {}};
+  if (!tolerance) return out;
+  out.tolerance = {tolerance->x_point, tolerance->y_point, tolerance->z_point, tolerance->x_axis,
+                   tolerance->z_axis};
+  for (const auto& value : {tolerance->x_point, tolerance->y_point, tolerance->z_point,
+                            tolerance->x_axis, tolerance->z_axis}) {
+    if (value && *value < 0) {
+      return invalid("Tolerance", fmt::format("{}: a tolerance is below 0", element));
+    }
+  }
+  return out;
 }
 
 }  // namespace
 
+crcl::PoseTolerance in_si(const crcl::PoseTolerance& tolerance, const crcl::Units& units) {
+  const auto convert = [](const std::optional<double>& value, auto unit) {
+    return value ? std::optional<double>(crcl::to_si(*value, unit)) : std::nullopt;
+  };
+  return {convert(tolerance.x_point, units.length), convert(tolerance.y_point, units.length),
+          convert(tolerance.z_point, units.length), convert(tolerance.x_axis, units.angle),
+          convert(tolerance.z_axis, units.angle)};
+}
+
 Result<api::MoveTo> to_action(const crcl::MoveTo& move, const ReportSettings& units) {
-  const auto axes = crcl::orthonormal_axes(move.end);
-  if (!axes) return invalid("EndPosition", axes.error().message());
-  const auto column = [](const crcl::Vector& v) { return Eigen::Vector3d(v.x, v.y, v.z); };
-  Eigen::Matrix3d R_RT;
-  R_RT << column(axes->x), column(axes->y), column(axes->z);
-  const crcl::LengthUnit unit = units.units().length;
-  api::MoveTo action;
-  action.X_RT.p = {crcl::to_si(move.end.point.x, unit), crcl::to_si(move.end.point.y, unit),
-                   crcl::to_si(move.end.point.z, unit)};
-  action.X_RT.q = Eigen::Quaterniond(R_RT).normalized();
+  const auto end = to_waypoint({move.end, move.settings}, units, std::nullopt, "EndPosition");
+  if (!end) return tl::unexpected(end.error());
+  return api::MoveTo{end->X_RT, move.straight, end->limits};
+}
+
+Result<api::MoveThroughTo> to_action(const crcl::MoveThroughTo& move, const ReportSettings& units,
+                                     const std::optional<crcl::PoseTolerance>& intermediate_si) {
+  api::MoveThroughTo action;
   action.straight = move.straight;
+  for (const crcl::Waypoint& point : move.waypoints) {
+    Result<api::Waypoint> waypoint = to_waypoint(point, units, intermediate_si, "Waypoint");
+    if (!waypoint) return tl::unexpected(waypoint.error());
+    action.waypoints.push_back(*waypoint);
+  }
+  return action;
+}
+
+Result<api::MoveScrew> to_action(const crcl::MoveScrew& screw, const ReportSettings& units) {
+  const crcl::LengthUnit length = units.units().length;
+  api::MoveScrew action;
+  if (screw.start) {
+    Result<api::Waypoint> start = to_waypoint(*screw.start, units, std::nullopt, "StartPosition");
+    if (!start) return tl::unexpected(start.error());
+    action.start = *start;
+  }
+  if (screw.axis_point) action.axis_point_R = to_point(*screw.axis_point, units);
+  action.free_m = crcl::to_si(screw.free_travel.value_or(0), length);
+  action.screw_m = crcl::to_si(screw.screw_travel, length);
+  action.turn_rad = crcl::to_si(screw.turn, units.units().angle);
   return action;
 }
 
@@ -83,9 +201,19 @@ Result<api::MoveJoints> to_action(const crcl::ActuateJoints& command, const Repo
                                   int joint_count) {
   api::MoveJoints action;
   for (const crcl::ActuateJoint& joint : command.joints) {
-    Result<api::JointTarget> target = to_target(joint, units.joint_unit(), joint_count);
+    Result<api::JointTarget> target = to_target(joint, units, joint_count);
     if (!target) return tl::unexpected(target.error());
     action.targets.push_back(*target);
+  }
+  for (const crcl::JointTolerance& tolerance : command.tolerances) {
+    if (auto ok = check_joint(tolerance.joint, joint_count); !ok) {
+      return tl::unexpected(ok.error());
+    }
+    if (tolerance.tolerance < 0) {
+      return invalid("JointPositionTolerance",
+                     fmt::format("JointPositionTolerance {} of joint {}: must be 0 or above",
+                                 tolerance.tolerance, tolerance.joint));
+    }
   }
   return action;
 }
@@ -131,25 +259,6 @@ Result<api::SetMotionLimit> to_action(crcl::RateKind which, const crcl::Rate& ra
   const double value = kind.angular ? crcl::to_si(rate.value, units.units().angle)
                                     : crcl::to_si(rate.value, units.units().length);
   return api::SetMotionLimit{kind.limit, false, value};
-}
-
-Result<std::vector<api::SetMotionLimit>> overrides_of(const crcl::MoveTo& move,
-                                                      const ReportSettings& units) {
-  std::vector<api::SetMotionLimit> limits;
-  if (!move.settings) return limits;
-  const std::pair<crcl::RateKind, const std::optional<crcl::Rate>&> rates[] = {
-      {crcl::RateKind::kTransSpeed, move.settings->trans_speed},
-      {crcl::RateKind::kTransAccel, move.settings->trans_accel},
-      {crcl::RateKind::kRotSpeed, move.settings->rot_speed},
-      {crcl::RateKind::kRotAccel, move.settings->rot_accel},
-  };
-  for (const auto& [which, rate] : rates) {
-    if (!rate) continue;
-    const Result<api::SetMotionLimit> limit = to_action(which, *rate, units);
-    if (!limit) return tl::unexpected(limit.error());
-    limits.push_back(*limit);
-  }
-  return limits;
 }
 
 }  // namespace aprsim::protocols

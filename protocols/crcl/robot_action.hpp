@@ -1,6 +1,6 @@
 #pragma once
 
-#include <vector>
+#include <optional>
 
 #include "crcl/commands.hpp"
 #include "protocols/crcl/report_settings.hpp"
@@ -10,11 +10,22 @@
 /// CRCL commands, in the units of a connection, as commands to a robot, in SI.
 namespace aprsim::protocols {
 
-/// The tool pose in the robot's reference frame.
-[[nodiscard]] Result<api::MoveTo> to_action(const crcl::MoveTo& move, const ReportSettings& units);
+/// The same tolerance in m and rad.
+[[nodiscard]] crcl::PoseTolerance in_si(const crcl::PoseTolerance& tolerance,
+                                        const crcl::Units& units);
 
-/// Errors name joint, value and limit: a joint outside 1 to `joint_count`, a speed or acceleration
-/// that is not above 0, the force/torque form.
+/// Poses are those of the tool in the robot's reference frame. What a pose sets for itself goes
+/// with it; errors name the element, the value and its limit.
+[[nodiscard]] Result<api::MoveTo> to_action(const crcl::MoveTo& move, const ReportSettings& units);
+/// `intermediate_si`: for waypoints without a tolerance of their own.
+[[nodiscard]] Result<api::MoveThroughTo> to_action(
+    const crcl::MoveThroughTo& move, const ReportSettings& units,
+    const std::optional<crcl::PoseTolerance>& intermediate_si);
+[[nodiscard]] Result<api::MoveScrew> to_action(const crcl::MoveScrew& screw,
+                                               const ReportSettings& units);
+
+/// Errors name joint, value and limit: a joint outside 1 to `joint_count`, a speed, acceleration or
+/// torque that is not above 0, a tolerance below 0.
 [[nodiscard]] Result<api::MoveJoints> to_action(const crcl::ActuateJoints& command,
                                                 const ReportSettings& units, int joint_count);
 
@@ -28,9 +39,5 @@ namespace aprsim::protocols {
 /// A fraction above 1 becomes 1; what is not above 0 is an error.
 [[nodiscard]] Result<api::SetMotionLimit> to_action(crcl::RateKind which, const crcl::Rate& rate,
                                                     const ReportSettings& units);
-
-/// The limits that a pose carries for its own move only.
-[[nodiscard]] Result<std::vector<api::SetMotionLimit>> overrides_of(const crcl::MoveTo& move,
-                                                                    const ReportSettings& units);
 
 }  // namespace aprsim::protocols

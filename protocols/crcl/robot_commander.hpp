@@ -2,15 +2,14 @@
 
 #include <array>
 #include <optional>
-#include <span>
 
 #include "world/api/ports.hpp"
 #include "world/api/snapshot.hpp"
 
 namespace aprsim::protocols {
 
-/// Submits one robot's actions and keeps the limits that a pose sets for its own move apart from
-/// those that clients have set for good. Thread: the server's.
+/// Submits one robot's actions and remembers the limits that it has set until snapshots show them.
+/// Thread: the server's.
 class RobotCommander {
  public:
   RobotCommander(int robot, api::EndpointId endpoint, api::CommandSink& sink)
@@ -18,32 +17,24 @@ class RobotCommander {
 
   [[nodiscard]] Result<api::Ticket> submit(const api::RobotAction& action);
 
-  /// Submits the move under `overrides`. The world knows only limits that stay, so the former ones
-  /// are set again before the next command that they could affect.
-  [[nodiscard]] Result<api::Ticket> submit_overridden(
-      const api::MoveTo& move, std::span<const api::SetMotionLimit> overrides,
-      const api::Snapshot& snapshot);
-
-  /// A limit as clients have set it for good.
+  /// A limit as clients have set it, also where the snapshot does not show that yet.
   [[nodiscard]] api::LimitSetting limit(api::MotionLimit which,
                                         const api::Snapshot& snapshot) const;
 
   /// The robot has been built anew, with its own limits.
-  void forget() { kept_ = {}; }
+  void forget() { latest_ = {}; }
 
  private:
-  struct Kept {
+  struct Latest {
     api::Ticket ticket = 0;
-    api::LimitSetting set;  // for good
-    bool overridden = false;
+    api::LimitSetting set;
   };
   [[nodiscard]] Result<api::Ticket> send(const api::RobotAction& action);
-  [[nodiscard]] Result<void> restore(const api::RobotAction& next);
 
   int robot_;
   api::EndpointId endpoint_;
   api::CommandSink& sink_;
-  std::array<std::optional<Kept>, 4> kept_;  // by MotionLimit
+  std::array<std::optional<Latest>, 4> latest_;  // by MotionLimit
 };
 
 }  // namespace aprsim::protocols

@@ -36,15 +36,6 @@ bool is_always_admitted(const crcl::CommandBody& body) {
          std::holds_alternative<crcl::StopMotion>(body);
 }
 
-crcl::PoseTolerance in_si(const crcl::PoseTolerance& tolerance, const crcl::Units& units) {
-  const auto convert = [](const std::optional<double>& value, auto unit) {
-    return value ? std::optional<double>(crcl::to_si(*value, unit)) : std::nullopt;
-  };
-  return {convert(tolerance.x_point, units.length), convert(tolerance.y_point, units.length),
-          convert(tolerance.z_point, units.length), convert(tolerance.x_axis, units.angle),
-          convert(tolerance.z_axis, units.angle)};
-}
-
 }  // namespace
 
 // Carries out one admitted command.
@@ -78,13 +69,16 @@ struct RobotLink::Executor {
     link.wait_for(link.commander_.submit(to_action(stop)), false);
   }
 
-  void operator()(const crcl::MoveTo& move) const {
-    const Result<api::MoveTo> action = to_action(move, settings);
-    if (!action) return link.hold(action.error().message);
-    const auto overrides = overrides_of(move, settings);
-    if (!overrides) return link.hold(overrides.error().message);
-    link.wait_for(link.commander_.submit_overridden(*action, *overrides, *link.source_.latest()),
-                  false);
+  void operator()(const crcl::MoveTo& move) const { submit(to_action(move, settings)); }
+  void operator()(const crcl::MoveThroughTo& move) const {
+    submit(to_action(move, settings, link.tolerances_.intermediate));
+  }
+  void operator()(const crcl::MoveScrew& screw) const { submit(to_action(screw, settings)); }
+  void operator()(const crcl::OpenToolChanger&) const {
+    submit(Result<api::SetToolChanger>({.open = true}));
+  }
+  void operator()(const crcl::CloseToolChanger&) const {
+    submit(Result<api::SetToolChanger>({.open = false}));
   }
 
   void operator()(const crcl::ActuateJoints& command) const { submit(command_to_joints(command)); }

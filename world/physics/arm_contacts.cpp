@@ -121,8 +121,10 @@ void ArmContacts::on_other(int robot_a, int robot_b, std::vector<std::vector<Arm
         const Eigen::Vector3d v = arm_a.last_velocity(one.link, point.p_W, cell_.step_s) -
                                   arm_b.last_velocity(other.link, point.p_W, cell_.step_s);
         const Eigen::Vector3d force = contact_force(point, v, cell_, found_.size());
-        forces[a].push_back({one.link, point.p_W, force, cell_.scene.robots[b].name});
-        forces[b].push_back({other.link, point.p_W, -force, cell_.scene.robots[a].name});
+        forces[a].push_back(
+            {one.link, point.p_W, force, cell_.scene.robots[b].name, other.link, false});
+        forces[b].push_back(
+            {other.link, point.p_W, -force, cell_.scene.robots[a].name, one.link, false});
       }
     }
   }

@@ -28,9 +28,7 @@ void GripperMechanism::command(double setting) {
   wake();
 }
 
-void GripperMechanism::begin_step(const Eigen::Isometry3d& X_WF,
-                                  const Eigen::Isometry3d& X_WF_next) {
-  X_WT_ = X_WF * X_FT_;
+void GripperMechanism::begin_step(const Eigen::Isometry3d& X_WF_next) {
   X_WT_next_ = X_WF_next * X_FT_;
   delta_ = X_WT_next_ * X_WT_.inverse();
   const Eigen::AngleAxisd turn(delta_.linear());

@@ -42,8 +42,8 @@ class GripperMechanism {
                    double step_s);
 
   void command(double setting);
-  /// The flange goes from `X_WF` to `X_WF_next` in this step. Moves what is carried along.
-  void begin_step(const Eigen::Isometry3d& X_WF, const Eigen::Isometry3d& X_WF_next);
+  /// The mount goes from where it is to `X_WF_next` in this step. Moves what is carried along.
+  void begin_step(const Eigen::Isometry3d& X_WF_next);
   /// Forces of the law; once before each solve, trial solves included.
   void apply_forces();
   /// Puts the carriage where kinematics says, reads back the parts.

@@ -47,8 +47,7 @@ void PhysicsWorld::Impl::solve() {
 
 void PhysicsWorld::Impl::move_arms() {
   for (std::size_t r = 0; r < cell.arms.size(); ++r) {
-    const int flange = cell.arms[r].links() - 1;
-    cell.grippers[r].begin_step(cell.arms[r].X_WL(flange), cell.arms[r].X_WL_next(flange));
+    cell.grippers[r].begin_step(next_mounts[r]);
   }
 }
 
@@ -113,14 +112,19 @@ bool PhysicsWorld::Impl::in_hand(int robot, BodyIndex node) const {
 
 void PhysicsWorld::Impl::report_touch(const Touch& touch) {
   const auto& contact = touch.contact;
+  const auto link_of = [this](BodyIndex node) {
+    return cell.nodes.is_link(node) ? cell.nodes.link_of(node) : -1;
+  };
   for (std::size_t r = 0; r < cell.arms.size(); ++r) {
     const int robot = static_cast<int>(r);
     const bool a = in_hand(robot, contact.a), b = in_hand(robot, contact.b);
     const int flange = cell.arms[r].links() - 1;
     if (a && !b) {
-      forces[r].push_back({flange, contact.p_W, touch.f_W, cell.name_of(contact.b, touch.fixed)});
+      forces[r].push_back({flange, contact.p_W, touch.f_W, cell.name_of(contact.b, touch.fixed),
+                           link_of(contact.b), true});
     } else if (b && !a) {
-      forces[r].push_back({flange, contact.p_W, -touch.f_W, cell.name_of(contact.a, -1)});
+      forces[r].push_back(
+          {flange, contact.p_W, -touch.f_W, cell.name_of(contact.a, -1), link_of(contact.a), true});
     }
     if (cell.nodes.is_link(contact.b) && cell.nodes.robot_of(contact.b) == robot) {
       forces[r].push_back(
@@ -137,7 +141,13 @@ PhysicsWorld::PhysicsWorld(PhysicsWorld&&) noexcept = default;
 PhysicsWorld& PhysicsWorld::operator=(PhysicsWorld&&) noexcept = default;
 
 void PhysicsWorld::set_arm(int robot, std::span<const Eigen::Isometry3d> X_WL_next) {
-  impl_->cell.arms[static_cast<std::size_t>(robot)].set_next(X_WL_next);
+  const auto r = static_cast<std::size_t>(robot);
+  impl_->cell.arms[r].set_next(X_WL_next);
+  impl_->next_mounts[r] = X_WL_next.back();
+}
+
+void PhysicsWorld::set_gripper_mount(int robot, const Eigen::Isometry3d& X_WF_next) {
+  impl_->next_mounts[static_cast<std::size_t>(robot)] = X_WF_next;
 }
 
 void PhysicsWorld::set_gripper(int robot, double setting) {

@@ -40,10 +40,12 @@ struct GripperState {
 
 /// An external force on an arm, to be turned into joint torques by J^T.
 struct ArmForce {
-  int link = 0;  ///< index into ArmModel::links
+  int link = 0;  ///< index into ArmModel::links; the last one for the gripper and what it holds
   Eigen::Vector3d p_W = Eigen::Vector3d::Zero();
   Eigen::Vector3d f_W = Eigen::Vector3d::Zero();
   std::string_view with;  ///< name of what it touches; outlives the step
+  int with_link = -1;     ///< index into the links of the robot `with`, where it touches one
+  bool on_gripper = false;
 };
 
 /// Gears, trays, belt, tables, grippers and arm bodies in ODE: contact generation, solver policy,
@@ -63,7 +65,10 @@ class PhysicsWorld {
   /// call left them.
   void set_arm(int robot, std::span<const Eigen::Isometry3d> X_WL_next);
   void set_gripper(int robot, double setting);  ///< 0 closed .. 1 open
-  void set_belt_speed(double speed_m_s);        ///< signed, along the belt's +x
+  /// Where the gripper's mount is at the end of the coming step: at the flange, or where the tool
+  /// changer has left it. Follows the flange of set_arm() unless told otherwise after it.
+  void set_gripper_mount(int robot, const Eigen::Isometry3d& X_WF_next);
+  void set_belt_speed(double speed_m_s);  ///< signed, along the belt's +x
 
   /// Throws PhysicsFailure before ODE would abort.
   void step();

@@ -15,6 +15,7 @@ struct PhysicsWorld::Impl {
     forces.resize(cell.arms.size());
     for (auto& list : forces) list.reserve(256);
     released.reserve(cell.bodies.size());
+    for (const auto& links : X_WL) next_mounts.push_back(links.back());
   }
 
   void step();
@@ -32,6 +33,7 @@ struct PhysicsWorld::Impl {
   ArmContacts arm_contacts;
   std::vector<std::vector<ArmForce>> forces;
   std::vector<int> released;
+  std::vector<Eigen::Isometry3d> next_mounts;  ///< of the grippers; set before every step
   double next_belt_speed = 0;
   std::uint64_t steps = 0, faults = 0;
   double max_penetration = 0;

@@ -24,56 +24,56 @@ constexpr std::size_t kReasonCapacity = 160;
 Arm::Arm(ArmModel model, Payload payload, const Eigen::Vector3d& gravity_B,
          const JointVector& q_start, double step_s, ServoParameters servo)
     : model_(std::move(model)),
-      payload_(std::move(payload)),
       gravity_B_(gravity_B),
       step_s_(step_s),
       servo_(servo),
       max_torque_(model_.dof()),
-      max_speed_(model_.dof()),
-      q_ref_(q_start),
-      q_(q_start) {
+      max_speed_(model_.dof()) {
   const int n = model_.dof();
   assert(q_start.size() == n && step_s > 0);
   for (int i = 0; i < n; ++i) {
     max_torque_(i) = model_.joints[static_cast<std::size_t>(i)].max_torque_nm;
     max_speed_(i) = model_.joints[static_cast<std::size_t>(i)].max_speed_rad_s;
   }
-  qd_ref_ = e_ = ed_ = integral_ = qd_ = JointVector::Zero(n);
-  torque_ = inverse_dynamics(model_, payload_, gravity_B_, q_, qd_, qd_);
-  trip_reason_.reserve(kReasonCapacity);
+  s_.payload = std::move(payload);
+  s_.q_ref = s_.q = q_start;
+  s_.intended = JointVector::Zero(n);
+  s_.qd_ref = s_.e = s_.ed = s_.integral = s_.qd = JointVector::Zero(n);
+  s_.torque = inverse_dynamics(model_, s_.payload, gravity_B_, s_.q, s_.qd, s_.qd);
+  s_.trip_reason.reserve(kReasonCapacity);
 }
 
 void Arm::step(const JointVector& q_ref_next, const JointVector& tau_ext) {
   assert(q_ref_next.size() == model_.dof() && tau_ext.size() == model_.dof());
   // Velocity and acceleration as this step realises them: a feedforward from them leaves no
   // tracking error.
-  const JointVector qd_ref_next = (q_ref_next - q_ref_) / step_s_;
-  const JointVector qdd_ref = (qd_ref_next - qd_ref_) / step_s_;
+  const JointVector qd_ref_next = (q_ref_next - s_.q_ref) / step_s_;
+  const JointVector qdd_ref = (qd_ref_next - s_.qd_ref) / step_s_;
   const JointVector feedforward =
-      inverse_dynamics(model_, payload_, gravity_B_, q_ref_, qd_ref_next, qdd_ref);
+      inverse_dynamics(model_, s_.payload, gravity_B_, s_.q_ref, qd_ref_next, qdd_ref);
   const JointVector disturbance = beyond_friction(tau_ext);
   const bool overloaded = (feedforward.array().abs() > max_torque_.array()).any();
   const bool disturbed = (disturbance.array() != 0).any();
 
-  if (deviating_ || overloaded || disturbed) {
+  if (s_.deviating || overloaded || disturbed) {
     deviate(feedforward, disturbance);
     watch(feedforward);
-    const bool settled = !overloaded && !disturbed && (e_.array().abs() < kSettledAngle).all() &&
-                         (ed_.array().abs() < kSettledSpeed).all();
-    deviating_ = !settled;
-    if (settled) e_ = ed_ = integral_ = JointVector::Zero(model_.dof());
+    const bool settled = !overloaded && !disturbed && (s_.e.array().abs() < kSettledAngle).all() &&
+                         (s_.ed.array().abs() < kSettledSpeed).all();
+    s_.deviating = !settled;
+    if (settled) s_.e = s_.ed = s_.integral = JointVector::Zero(model_.dof());
   } else {
-    torque_ = feedforward;
+    s_.torque = feedforward;
   }
-  q_ref_ = q_ref_next;
-  qd_ref_ = qd_ref_next;
-  if (deviating_) {
-    q_ = q_ref_ + e_;
-    qd_ = qd_ref_ + ed_;
+  s_.q_ref = q_ref_next;
+  s_.qd_ref = qd_ref_next;
+  if (s_.deviating) {
+    s_.q = s_.q_ref + s_.e;
+    s_.qd = s_.qd_ref + s_.ed;
   } else {
-    q_ = q_ref_;
-    qd_ = qd_ref_;
-    disturbed_steps_ = 0;
+    s_.q = s_.q_ref;
+    s_.qd = s_.qd_ref;
+    s_.disturbed_steps = 0;
   }
 }
 
@@ -94,33 +94,33 @@ JointVector Arm::beyond_friction(const JointVector& tau_ext) const {
 JointVector Arm::return_speed(const JointMatrix& H) const {
   JointVector out(model_.dof());
   for (int i = 0; i < model_.dof(); ++i) {
-    const double distance = std::abs(e_(i));
+    const double distance = std::abs(s_.e(i));
     const double braking = kReturnTorque * max_torque_(i) / H(i, i);
     const double knee = braking / servo_.position_gain_1_s;
     const double speed =
         std::min({servo_.position_gain_1_s * distance, kReturnSpeed * max_speed_(i),
                   std::sqrt(knee * knee + 2 * braking * distance)});
-    out(i) = -std::copysign(speed, e_(i));
+    out(i) = -std::copysign(speed, s_.e(i));
   }
   return out;
 }
 
 /// One semi-implicit step of the deviation under servo, torque limits and disturbance.
 void Arm::deviate(const JointVector& feedforward, const JointVector& disturbance) {
-  const JointMatrix H = robot::mass_matrix(model_, payload_, q_ref_ + e_);
+  const JointMatrix H = robot::mass_matrix(model_, s_.payload, s_.q_ref + s_.e);
   const JointVector wanted = return_speed(H);
   const JointVector u =
-      servo_.velocity_gain_1_s * (wanted - ed_ - servo_.integral_gain_1_s * integral_);
+      servo_.velocity_gain_1_s * (wanted - s_.ed - servo_.integral_gain_1_s * s_.integral);
   const JointVector demanded = feedforward + H * u;
-  torque_ = demanded.cwiseMax(-max_torque_).cwiseMin(max_torque_);
-  const JointVector net = torque_ - feedforward + disturbance;
-  ed_ += step_s_ * H.llt().solve(net);
-  e_ += step_s_ * ed_;
+  s_.torque = demanded.cwiseMax(-max_torque_).cwiseMin(max_torque_);
+  const JointVector net = s_.torque - feedforward + disturbance;
+  s_.ed += step_s_ * H.llt().solve(net);
+  s_.e += step_s_ * s_.ed;
   for (int i = 0; i < model_.dof(); ++i) {
-    if (demanded(i) == torque_(i)) {
-      integral_(i) += step_s_ * (ed_(i) - wanted(i));
+    if (demanded(i) == s_.torque(i)) {
+      s_.integral(i) += step_s_ * (s_.ed(i) - wanted(i));
     } else {
-      integral_(i) *= kIntegralDecay;
+      s_.integral(i) *= kIntegralDecay;
     }
   }
 }
@@ -129,17 +129,18 @@ void Arm::deviate(const JointVector& feedforward, const JointVector& disturbance
 void Arm::watch(const JointVector& feedforward) {
   // A feedforward beyond the limit is the plan's fault and shows as deviation, not as disturbance.
   const JointVector planned = feedforward.cwiseMax(-max_torque_).cwiseMin(max_torque_);
-  const JointVector share = (torque_ - planned).cwiseAbs().cwiseQuotient(max_torque_);
+  const JointVector share =
+      ((s_.torque - planned).cwiseAbs() - s_.intended).cwiseMax(0).cwiseQuotient(max_torque_);
   Eigen::Index worst = 0;
   const bool disturbed = share.maxCoeff(&worst) > servo_.trip_fraction;
-  disturbed_steps_ = disturbed ? disturbed_steps_ + 1 : 0;
-  if (!trip_reason_.empty()) return;
-  if (disturbed_steps_ >= kTripSteps) {
+  s_.disturbed_steps = disturbed ? s_.disturbed_steps + 1 : 0;
+  if (!s_.trip_reason.empty()) return;
+  if (s_.disturbed_steps >= kTripSteps) {
     trip(static_cast<int>(worst), "disturbance torque", share(worst) * max_torque_(worst),
          servo_.trip_fraction * max_torque_(worst), "Nm");
     return;
   }
-  const double deviation = e_.cwiseAbs().maxCoeff(&worst);
+  const double deviation = s_.e.cwiseAbs().maxCoeff(&worst);
   if (deviation > servo_.trip_deviation_rad) {
     trip(static_cast<int>(worst), "deviation from the reference", deviation,
          servo_.trip_deviation_rad, "rad");
@@ -151,20 +152,22 @@ void Arm::trip(int joint, const char* what, double value, double limit, const ch
   std::snprintf(text, sizeof text, "%s: %s %.3g %s, limit %.3g %s",
                 model_.joints[static_cast<std::size_t>(joint)].name.c_str(), what, value, unit,
                 limit, unit);
-  trip_reason_.assign(text);  // within the capacity reserved at construction
+  s_.trip_reason.assign(text);  // within the capacity reserved at construction
 }
 
 void Arm::relax() {
-  q_ref_ = q_;
-  qd_ref_ = qd_;
-  e_ = ed_ = integral_ = JointVector::Zero(model_.dof());
-  deviating_ = false;
-  disturbed_steps_ = 0;
-  trip_reason_.clear();
+  s_.q_ref = s_.q;
+  s_.qd_ref = s_.qd;
+  s_.e = s_.ed = s_.integral = JointVector::Zero(model_.dof());
+  s_.deviating = false;
+  s_.disturbed_steps = 0;
+  s_.trip_reason.clear();
 }
 
-void Arm::set_payload(const Payload& payload) { payload_ = payload; }
+void Arm::restore(const State& state) { s_ = state; }
 
-JointMatrix Arm::mass_matrix() const { return robot::mass_matrix(model_, payload_, q_); }
+void Arm::set_payload(const Payload& payload) { s_.payload = payload; }
+
+JointMatrix Arm::mass_matrix() const { return robot::mass_matrix(model_, s_.payload, s_.q); }
 
 }  // namespace aprsim::robot

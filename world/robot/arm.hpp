@@ -25,6 +25,18 @@ struct ServoParameters {
 /// constructor allocates. Thread: sim.
 class Arm {
  public:
+  /// All that changes while an arm runs: a copy of it, put back later, continues bit for bit.
+  struct State {
+    JointVector q_ref, qd_ref;    ///< where the reference is and how fast
+    JointVector e, ed, integral;  ///< deviation, its speed, integrated speed error
+    bool deviating = false;
+    int disturbed_steps = 0;  ///< in a row above the trip torque
+    JointVector q, qd, torque;
+    JointVector intended;  ///< torques that the joints exert on purpose
+    Payload payload;
+    std::string trip_reason;
+  };
+
   /// `step_s` <= 2 ms keeps the default gains stable. Joint 0 is next to the base.
   Arm(ArmModel model, Payload payload, const Eigen::Vector3d& gravity_B, const JointVector& q_start,
       double step_s, ServoParameters servo = {});
@@ -42,16 +54,22 @@ class Arm {
   /// From the next step on.
   void set_payload(const Payload& payload);
 
+  /// Torques that the joints shall press with [Nm], >= 0: no cause for a trip.
+  void set_intended(const JointVector& torque_nm) { s_.intended = torque_nm; }
+
+  [[nodiscard]] const State& state() const { return s_; }
+  void restore(const State& state);
+
   [[nodiscard]] const ArmModel& model() const { return model_; }
-  [[nodiscard]] const Payload& payload() const { return payload_; }
-  [[nodiscard]] const JointVector& q() const { return q_; }            ///< actual position
-  [[nodiscard]] const JointVector& qd() const { return qd_; }          ///< actual velocity
-  [[nodiscard]] const JointVector& torque() const { return torque_; }  ///< of the drives [Nm]
-  [[nodiscard]] bool deviating() const { return deviating_; }
+  [[nodiscard]] const Payload& payload() const { return s_.payload; }
+  [[nodiscard]] const JointVector& q() const { return s_.q; }            ///< actual position
+  [[nodiscard]] const JointVector& qd() const { return s_.qd; }          ///< actual velocity
+  [[nodiscard]] const JointVector& torque() const { return s_.torque; }  ///< of the drives [Nm]
+  [[nodiscard]] bool deviating() const { return s_.deviating; }
   /// Joint-space inertia matrix at q(), with payload and rotors.
   [[nodiscard]] JointMatrix mass_matrix() const;
   /// Not empty once a trip condition held: names joint, value and limit. Cleared by relax().
-  [[nodiscard]] const std::string& trip_reason() const { return trip_reason_; }
+  [[nodiscard]] const std::string& trip_reason() const { return s_.trip_reason; }
 
  private:
   [[nodiscard]] JointVector beyond_friction(const JointVector& tau_ext) const;
@@ -61,18 +79,12 @@ class Arm {
   void trip(int joint, const char* what, double value, double limit, const char* unit);
 
   ArmModel model_;
-  Payload payload_;
   Eigen::Vector3d gravity_B_;
   double step_s_;
   ServoParameters servo_;
   JointVector max_torque_, max_speed_;
 
-  JointVector q_ref_, qd_ref_;     ///< where the reference is and how fast
-  JointVector e_, ed_, integral_;  ///< deviation, its speed, integrated speed error
-  bool deviating_ = false;
-  int disturbed_steps_ = 0;  ///< in a row above the trip torque
-  JointVector q_, qd_, torque_;
-  std::string trip_reason_;
+  State s_;
 };
 
 }  // namespace aprsim::robot

@@ -82,14 +82,20 @@ api::LimitSetting LimitSettings::get(api::MotionLimit which) const {
   return settings_[index(which)];
 }
 
-double LimitSettings::value(api::MotionLimit which) const {
-  const auto& setting = settings_[index(which)];
-  return setting.relative ? setting.value * part(maximum_, which) : setting.value;
+double LimitSettings::value(api::MotionLimit which,
+                            const std::optional<api::LimitSetting>& own) const {
+  const api::LimitSetting setting = own.value_or(settings_[index(which)]);
+  const double highest = part(maximum_, which);
+  return std::min(highest, setting.relative ? setting.value * highest : setting.value);
 }
 
-ToolLimits LimitSettings::effective() const {
-  return {value(api::MotionLimit::kTransSpeed), value(api::MotionLimit::kTransAccel),
-          value(api::MotionLimit::kRotSpeed), value(api::MotionLimit::kRotAccel)};
+ToolLimits LimitSettings::effective() const { return effective({}); }
+
+ToolLimits LimitSettings::effective(const api::PoseLimits& own) const {
+  return {value(api::MotionLimit::kTransSpeed, own.trans_speed),
+          value(api::MotionLimit::kTransAccel, own.trans_accel),
+          value(api::MotionLimit::kRotSpeed, own.rot_speed),
+          value(api::MotionLimit::kRotAccel, own.rot_accel)};
 }
 
 }  // namespace aprsim::robot

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include "world/api/command.hpp"
 #include "world/api/error.hpp"
@@ -21,10 +22,13 @@ class LimitSettings {
 
   [[nodiscard]] api::LimitSetting get(api::MotionLimit which) const;
   [[nodiscard]] ToolLimits effective() const;
+  /// The same with what a pose sets for the way to it; clamped to the maximum.
+  [[nodiscard]] ToolLimits effective(const api::PoseLimits& own) const;
   [[nodiscard]] const ToolLimits& maximum() const { return maximum_; }
 
  private:
-  [[nodiscard]] double value(api::MotionLimit which) const;
+  [[nodiscard]] double value(api::MotionLimit which,
+                             const std::optional<api::LimitSetting>& own = {}) const;
 
   ToolLimits maximum_;
   std::array<api::LimitSetting, 4> settings_;

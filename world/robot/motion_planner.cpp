@@ -20,6 +20,9 @@ constexpr int kWaySamples = 33;
 /// An elbow that stays must leave the joints within this share of their ranges, and must not cost
 /// this much more joint motion than the best elbow.
 constexpr double kComfortable = 0.98, kElbowPatience = 1.5;
+/// Of a joint's speed, for joints that have hardly any way but must slow down and come back.
+constexpr double kPassingSpeed = 0.05;
+constexpr double kRetreatPace = 0.3;
 constexpr double kThere = 1e-6;  ///< of the joint ranges: the arm is at the pose already
 
 std::string limit_text(const Joint& joint, double q) {
@@ -60,19 +63,32 @@ Result<void> check_own_limit(const Joint& joint, const char* what, const char* u
 MotionPlanner::MotionPlanner(const ControllerSetup& setup)
     : setup_(setup), limits_(derive_joint_limits(setup.model, setup.payload, setup.gravity_B)) {}
 
-Result<void> MotionPlanner::plan(const api::MoveTo& move, const JointVector& start,
-                                 const ToolLimits& tool, const ToolLimits& tool_max,
-                                 Motion& motion) const {
-  if (auto ok = check_pose(move.X_RT); !ok) return ok;
-  const Pose X_RT{move.X_RT.p, move.X_RT.q.normalized()};
-  const Eigen::Isometry3d X_BT = setup_.X_BR * X_RT.isometry();
-  if (move.straight) return plan_line(X_BT, start, tool, tool_max, motion);
-  const auto target = free_target(X_BT * setup_.X_FT.inverse(), start);
-  if (!target) return tl::unexpected(target.error());
-  JointMove joints{.start = start, .target = *target, .limits = limits_, .maximum = limits_};
-  cap_share(joints, tool);
-  start_joint_motion(joints, motion);
-  return {};
+Result<Eigen::Isometry3d> MotionPlanner::pose_in_base(const Pose& X_RT) const {
+  if (auto ok = check_pose(X_RT); !ok) return tl::unexpected(ok.error());
+  const Pose unit{X_RT.p, X_RT.q.normalized()};
+  return setup_.X_BR * unit.isometry();
+}
+
+Result<void> MotionPlanner::plan(const api::MoveTo& move, const PlanStart& start,
+                                 const LimitSettings& limits, MotionSequence& out) const {
+  out.clear();
+  const auto X_BT = pose_in_base(move.X_RT);
+  if (!X_BT) return tl::unexpected(X_BT.error());
+  const ToolLimits tool = limits.effective(move.limits);
+  if (!move.straight) {
+    const auto target = free_target(*X_BT * start.X_FT.inverse(), start.q);
+    if (!target) return tl::unexpected(target.error());
+    plan_free(*target, start, tool, out);
+    return {};
+  }
+  return plan_line(*X_BT, start, tool, limits.maximum(), out);
+}
+
+void MotionPlanner::plan_free(const JointVector& target, const PlanStart& start,
+                              const ToolLimits& tool, MotionSequence& out) const {
+  JointMove joints{.start = start.q, .target = target, .limits = limits_, .maximum = limits_};
+  cap_share(joints, start.X_FT, tool);
+  start_joint_motion(joints, out.add());
 }
 
 double MotionPlanner::range_distance(const JointVector& a, const JointVector& b) const {
@@ -102,13 +118,14 @@ Result<JointVector> MotionPlanner::free_target(const Eigen::Isometry3d& X_BF,
 }
 
 /// Limits the shared profile so that the tool keeps its speeds and accelerations along the way.
-void MotionPlanner::cap_share(JointMove& move, const ToolLimits& tool) const {
+void MotionPlanner::cap_share(JointMove& move, const Eigen::Isometry3d& X_FT,
+                              const ToolLimits& tool) const {
   const JointVector way = move.target - move.start;
   double trans = kSmall, rot = kSmall;  // per share of the way
   for (int i = 0; i < kWaySamples; ++i) {
     const JointVector q = move.start + i / (kWaySamples - 1.0) * way;
     const Eigen::Matrix<double, 6, 1> rate =
-        point_jacobian(setup_.model, q, setup_.model.dof(), setup_.X_FT.translation()) * way;
+        point_jacobian(setup_.model, q, setup_.model.dof(), X_FT.translation()) * way;
     trans = std::max(trans, rate.head<3>().norm());
     rot = std::max(rot, rate.tail<3>().norm());
   }
@@ -129,16 +146,11 @@ void MotionPlanner::start_joint_motion(JointMove& move, Motion& motion) const {
   if (move.pace < 1) joints.plan(move);
 }
 
-Result<void> MotionPlanner::plan_line(const Eigen::Isometry3d& X_BT, const JointVector& start,
-                                      const ToolLimits& tool, const ToolLimits& tool_max,
-                                      Motion& motion) const {
-  LineMotion& line = motion.as_line();
-  auto ok = line.plan(
-      {.start = start, .X_BT_end = X_BT, .tool = tool, .tool_max = tool_max, .joints = limits_});
-  if (!ok) return ok;
-  const double pace = torque_pace(setup_.model, setup_.payload, setup_.gravity_B, line.duration(),
-                                  [&line](double t) { return line.roughly_at(t); });
-  if (pace < 1) line.set_pace(pace);
+Result<void> MotionPlanner::start_path(const PathMove& move, PathMotion& path) const {
+  if (auto ok = path.plan(arm(), move); !ok) return ok;
+  const double pace = torque_pace(setup_.model, setup_.payload, setup_.gravity_B, path.duration(),
+                                  [&path](double t) { return path.roughly_at(t); });
+  if (pace < 1) path.set_pace(pace);
   return {};
 }
 
@@ -159,13 +171,29 @@ Result<void> MotionPlanner::check(const api::JointTarget& target) const {
     return fail(ErrorCode::kUnreachable, joint.name, limit_text(joint, target.position_rad));
   }
   if (auto ok = check_own_limit(joint, "speed", "rad/s", target.speed_rad_s); !ok) return ok;
-  return check_own_limit(joint, "acceleration", "rad/s^2", target.accel_rad_s2);
+  if (auto ok = check_own_limit(joint, "acceleration", "rad/s^2", target.accel_rad_s2); !ok) {
+    return ok;
+  }
+  return target.torque ? check_torque(joint, *target.torque) : Result<void>{};
 }
 
-Result<void> MotionPlanner::plan(const api::MoveJoints& move, const JointVector& start,
-                                 const ToolLimits& tool_max, JointVector& targets,
-                                 Motion& motion) const {
-  JointMove joints{.start = start, .target = targets, .limits = limits_, .maximum = limits_};
+Result<void> MotionPlanner::check_torque(const Joint& joint, const api::JointTorque& torque) const {
+  if (auto ok = check_own_limit(joint, "torque", "Nm", torque.setting_nm); !ok) return ok;
+  if (auto ok = check_own_limit(joint, "torque change rate", "Nm/s", torque.rate_nm_s); !ok) {
+    return ok;
+  }
+  if (torque.setting_nm <= joint.max_torque_nm) return {};
+  char text[160];
+  std::snprintf(text, sizeof text, "%s: torque %g Nm is greater than its limit %g Nm",
+                joint.name.c_str(), torque.setting_nm, joint.max_torque_nm);
+  return fail(ErrorCode::kInvalidArgument, joint.name, text);
+}
+
+Result<void> MotionPlanner::plan(const api::MoveJoints& move, const PlanStart& start,
+                                 const LimitSettings& limits, JointVector& targets,
+                                 MotionSequence& out) const {
+  out.clear();
+  JointMove joints{.start = start.q, .target = targets, .limits = limits_, .maximum = limits_};
   joints.limits.speed *= kJointSpeedShare;
   joints.limits.accel *= kJointAccelShare;
   std::array<bool, kMaxDof> named{};
@@ -178,6 +206,10 @@ Result<void> MotionPlanner::plan(const api::MoveJoints& move, const JointVector&
                   setup_.model.joints[slot].name + " is named twice");
     }
     named[slot] = true;
+    if (target.torque) {
+      joints.target(i) = start.q(i);
+      continue;
+    }
     joints.target(i) = std::clamp(target.position_rad, limits_.lower(i), limits_.upper(i));
     joints.alone[slot] = target.speed_rad_s || target.accel_rad_s2;
     if (target.speed_rad_s) {
@@ -188,18 +220,69 @@ Result<void> MotionPlanner::plan(const api::MoveJoints& move, const JointVector&
     }
   }
   joints.limits.jerk = joints.limits.accel / kJerkTime_s;
-  cap_share(joints, tool_max);
-  start_joint_motion(joints, motion);
+  cap_share(joints, start.X_FT, limits.maximum());
+  start_joint_motion(joints, out.add());
   targets = joints.target;
   return {};
 }
 
-void MotionPlanner::plan_stop(const JointVector& q, const JointVector& qd, const JointVector& qdd,
-                              Motion& motion) const {
+/// Every joint from its state to its target by itself, at speeds in the proportion of the ways, so
+/// that they arrive nearly together.
+bool MotionPlanner::pass_over(const PassingState& passing, const PlanStart& start,
+                              const ToolLimits& tool, MotionSequence& out) const {
+  const JointMotion* planned = out.now().joint();
+  if (planned == nullptr) return false;
+  const JointMotion from_rest = *planned;
+  JointMove move = from_rest.move();
+  move.start = passing.q;
+  move.qd = passing.qd;
+  move.qdd = passing.qdd;
+  move.pace = 1;
+  cap_share(move, start.X_FT, tool);
+  const Jacobian J =
+      point_jacobian(setup_.model, passing.q, setup_.model.dof(), start.X_FT.translation());
+  for (int i = 0; i < setup_.model.dof(); ++i) {
+    const double way = std::abs(move.target(i) - move.start(i));
+    const double lever = std::max(J.col(i).head<3>().norm(), kSmall);
+    const double least_speed = std::max(std::abs(move.qd(i)), kPassingSpeed * limits_.speed(i));
+    const double least_accel = 0.5 * tool.trans_accel_m_s2 / lever;
+    move.limits.speed(i) =
+        std::min(move.limits.speed(i), std::max(move.share_speed * way, least_speed));
+    move.limits.accel(i) =
+        std::min(move.limits.accel(i), std::max(move.share_accel * way, least_accel));
+    move.limits.jerk(i) = limits_.jerk(i);
+  }
+  JointMotion& joints = out.now().as_joint();
+  joints.plan(move);
+  const auto give_up = [&] {
+    joints = from_rest;
+    return false;
+  };
+  if (joints.beyond_range() > 0) return give_up();
+  const auto position = [&joints](double t) {
+    JointVector q;
+    joints.at(t, q);
+    return q;
+  };
+  const double pace =
+      torque_pace(setup_.model, setup_.payload, setup_.gravity_B, joints.duration(), position);
+  return pace == 1 || give_up();
+}
+
+void MotionPlanner::plan_stop(const PassingState& passing, MotionSequence& out) const {
   constexpr double kStopJerkTime_s = 0.02;
   JointLimits limits = limits_;
   limits.jerk = limits.accel / kStopJerkTime_s;
-  motion.as_joint().plan_stop(q, qd, qdd, limits);
+  out.clear();
+  out.add().as_joint().plan_stop(passing.q, passing.qd, passing.qdd, limits);
+}
+
+void MotionPlanner::plan_retreat(const JointVector& from, const JointVector& to,
+                                 MotionSequence& out) const {
+  JointMove move{.start = from, .target = to, .limits = limits_, .maximum = limits_};
+  move.pace = kRetreatPace;
+  out.clear();
+  out.add().as_joint().plan(move);
 }
 
 }  // namespace aprsim::robot

@@ -1,20 +1,19 @@
 #include "world/robot/robot_controller.hpp"
 
-#include <chrono>
 #include <cmath>
-#include <cstdio>
-#include <optional>
 #include <stdexcept>
 #include <utility>
 
-#include "world/robot/limit_settings.hpp"
-#include "world/robot/motion_planner.hpp"
+#include "world/robot/controller_core.hpp"
+#include "world/robot/kinematics.hpp"
 
 namespace aprsim::robot {
 namespace {
 
-constexpr double kGripperDeadline_s = 2;
 const char* const kNotInitialized = "not initialized: the robot must be initialized first";
+/// How far the tool backs off after a collision, or the joints where the tool hardly moves.
+constexpr double kRetreat_m = 5e-3, kRetreat_rad = 0.02;
+constexpr std::size_t kReasonCapacity = 512;
 
 /// Fills in what must hold before anything is built on the setup.
 ControllerSetup checked(ControllerSetup setup) {
@@ -38,291 +37,225 @@ ToolLimits tool_maximum(const ControllerSetup& setup) {
           setup.max_rot_accel_rad_s2};
 }
 
-/// What the running command still waits for.
-enum class Task { kNone, kRest, kGripper, kDwell };
-
 }  // namespace
 
-struct RobotController::State {
-  explicit State(ControllerSetup given)
-      : setup(checked(std::move(given))),
-        planner(setup),
-        limits(tool_maximum(setup)),
-        running(std::make_unique<Motion>(setup.model, *setup.ik, setup.X_FT)),
-        next(std::make_unique<Motion>(setup.model, *setup.ik, setup.X_FT)),
-        reference(setup.q_home),
-        before(reference),
-        before_that(reference),
-        joint_targets(reference) {
-    status.description.reserve(512);
-  }
-
-  // ---- commands ----
-  void execute(const api::InitRobot&, const JointVector& q_actual);
-  void execute(const api::EndRobot&, const JointVector& q_actual);
-  void execute(const api::StopMotion& stop, const JointVector& q_actual);
-  void execute(const api::MoveTo& move, const JointVector& q_actual);
-  void execute(const api::MoveJoints& move, const JointVector& q_actual);
-  template <typename Action>
-  void execute(const Action&, const JointVector&) {
-    if (ready()) set_error("not implemented");
-  }
-  void execute(const api::SetGripper& gripper, const JointVector& q_actual);
-  void execute(const api::Dwell& dwell, const JointVector& q_actual);
-  void execute(const api::SetMotionLimit& setting, const JointVector& q_actual);
-
-  /// Whether the robot takes commands that act; else the state is error.
-  bool ready();
-  void set_error(const std::string& reason);
-  void working(Task what);
-  void done();
-
-  // ---- motion ----
-  /// Brakes what runs, forgets what was to follow; returns where the robot will be at rest.
-  JointVector brake(Brake how);
-  void stop_at_once(const JointVector& from);
-  void start(const Result<void>& planned);
-  void advance();
-
-  ControllerSetup setup;
-  MotionPlanner planner;
-  LimitSettings limits;
-  std::unique_ptr<Motion> running, next;
-  bool is_running = false, has_next = false;
-  std::optional<Brake> braking;
-  JointVector reference, before, before_that;
-  JointVector joint_targets;
-  bool joint_move = false;  ///< the running motion goes to joint_targets
-
-  api::ActionStatus status;
-  Task task = Task::kNone;
-  std::string held_error;
-  bool initialized = false, protection = false;
-  double gripper_setting = 1;
-  std::int64_t steps_left = 0;   ///< of a dwell, or until a gripper's deadline
-  bool gripper_applied = false;  ///< a step has passed since the command
-};
-
-bool RobotController::State::ready() {
-  if (!held_error.empty()) return false;  // take() has set the state already
-  if (!initialized) set_error(kNotInitialized);
-  return initialized;
+RobotController::Core::Core(ControllerSetup given)
+    : setup(checked(std::move(given))), planner(setup), s(tool_maximum(setup), setup.q_home) {
+  s.status.description.reserve(kReasonCapacity);
 }
 
-void RobotController::State::set_error(const std::string& reason) {
-  held_error = reason;
-  initialized = false;
-  task = Task::kNone;
-  status.state = api::ActionState::kError;
-  status.description = reason;
-  if (is_running) brake(Brake::kSet);
+bool RobotController::Core::ready() {
+  if (!s.held_error.empty()) return false;  // take() has set the state already
+  if (!s.initialized) set_error(kNotInitialized);
+  return s.initialized;
 }
 
-void RobotController::State::working(Task what) {
-  task = what;
-  if (held_error.empty()) status.state = api::ActionState::kWorking;
+void RobotController::Core::set_error(const std::string& reason) {
+  s.held_error = reason;
+  s.initialized = false;
+  s.task = Task::kNone;
+  s.status.state = api::ActionState::kError;
+  s.status.description = reason;
+  brake(Brake::kSet);
 }
 
-void RobotController::State::done() {
-  task = Task::kNone;
-  if (held_error.empty()) status.state = api::ActionState::kDone;
+void RobotController::Core::working(Task what) {
+  s.task = what;
+  if (!s.held_error.empty()) return;
+  s.status.state = api::ActionState::kWorking;
+  s.status.description.clear();
 }
 
-JointVector RobotController::State::brake(Brake how) {
-  has_next = false;
-  joint_move = false;
-  if (!is_running) return reference;
-  const bool already = braking && (*braking == how || *braking == Brake::kHard);
+void RobotController::Core::done() {
+  s.task = Task::kNone;
+  if (!s.held_error.empty()) return;
+  s.status.state = api::ActionState::kDone;
+  s.status.description.clear();
+}
+
+Eigen::Isometry3d RobotController::Core::X_FT() const {
+  return s.tool_mounted ? setup.X_FT : Eigen::Isometry3d::Identity();
+}
+
+PlanStart RobotController::Core::plan_start(const JointVector& q) const { return {q, X_FT()}; }
+
+JointVector RobotController::Core::brake(Brake how) {
+  s.has_next = false;
+  s.joint_move = false;
+  if (s.torque.active()) stop_at_once(s.reference);
+  if (!s.is_running) return s.reference;
+  const bool already = s.braking && (*s.braking == how || *s.braking == Brake::kHard);
   if (!already) {
-    running->brake(how);
-    braking = how;
+    s.running.brake(arm(), how);
+    s.braking = how;
   }
-  return running->end();
+  return s.running.end();
+}
+
+PassingState RobotController::Core::passing() const {
+  const double dt = setup.step_s;
+  const JointVector qdd = (s.reference - 2 * s.before + s.before_that) / (dt * dt);
+  return {s.reference, (s.reference - s.before) / dt + qdd * (dt / 2), qdd};
 }
 
 /// From `from`, which is the reference or where the arm really is, at the reference's speed.
-void RobotController::State::stop_at_once(const JointVector& from) {
-  has_next = false;
-  joint_move = false;
-  const JointVector shift = from - reference;
-  reference = from;
-  before += shift;
-  before_that += shift;
-  if (!is_running) return;
-  const double dt = setup.step_s;
-  const JointVector qdd = (reference - 2 * before + before_that) / (dt * dt);
-  const JointVector qd = (reference - before) / dt + qdd * (dt / 2);
-  planner.plan_stop(from, qd, qdd, *running);
-  braking = Brake::kHard;
+void RobotController::Core::stop_at_once(const JointVector& from) {
+  const bool pressed = s.torque.active();
+  s.has_next = false;
+  s.joint_move = false;
+  s.torque.clear();
+  const JointVector shift = from - s.reference;
+  s.reference = from;
+  s.before += shift;
+  s.before_that += shift;
+  if (!s.is_running && !pressed) return;
+  planner.plan_stop(passing(), s.running);
+  s.is_running = true;
+  s.braking = Brake::kHard;
 }
 
-/// Lets the motion planned in `next` follow what runs, or refuses the command.
-void RobotController::State::start(const Result<void>& planned) {
+void RobotController::Core::start(const Result<void>& planned) {
   if (!planned) {
     set_error(planned.error().message);
     return;
   }
-  has_next = true;
+  s.next.set_speed(s.override_fraction);
+  s.has_next = true;
   working(Task::kRest);
 }
 
-void RobotController::State::advance() {
-  before_that = before;
-  before = reference;
-  if (!is_running && has_next) {
-    std::swap(running, next);
-    has_next = false;
-    is_running = true;
-    braking.reset();
+void RobotController::Core::start_in_passing(const ToolLimits& tool) {
+  if (!s.is_running || !s.has_next) return;
+  if (!planner.pass_over(passing(), plan_start(s.reference), tool, s.next)) return;
+  s.next.set_speed(s.override_fraction);
+  std::swap(s.running, s.next);
+  s.has_next = false;
+  s.braking.reset();
+}
+
+void RobotController::Core::advance() {
+  s.before_that = s.before;
+  s.before = s.reference;
+  if (!s.is_running && s.has_next) {
+    std::swap(s.running, s.next);
+    s.has_next = false;
+    s.is_running = true;
+    s.braking.reset();
   }
-  if (!is_running) return;
-  if (running->advance(setup.step_s, reference)) is_running = false;
+  if (!s.is_running) return;
+  if (s.running.advance(arm(), setup.step_s, s.reference)) s.is_running = false;
 }
 
-void RobotController::State::execute(const api::InitRobot&, const JointVector& q_actual) {
-  held_error.clear();
-  status.description.clear();
-  protection = false;
-  initialized = true;
-  stop_at_once(q_actual);
-  working(Task::kRest);
+/// The joints that are driven by torque, on top of what the others do.
+void RobotController::Core::press(const JointVector& external_nm) {
+  if (!s.torque.active() || (s.torque_waits && (s.is_running || s.has_next))) return;
+  s.torque_waits = false;
+  const JointVector inertia = mass_matrix(setup.model, setup.payload, s.before).diagonal();
+  s.torque.advance({.limits = planner.joint_limits(),
+                    .external_nm = external_nm,
+                    .inertia = inertia,
+                    .speed = s.override_fraction,
+                    .step_s = setup.step_s},
+                   s.reference);
 }
 
-void RobotController::State::execute(const api::EndRobot&, const JointVector&) {
-  initialized = false;
-  brake(Brake::kSet);
-  working(Task::kRest);
-}
-
-void RobotController::State::execute(const api::StopMotion& stop, const JointVector&) {
-  switch (stop.kind) {
-    case api::StopKind::kImmediate:
-      stop_at_once(reference);
-      break;
-    case api::StopKind::kFast:
-      brake(Brake::kHard);
-      break;
-    case api::StopKind::kNormal:
-      brake(Brake::kSet);
-      break;
+/// Back on the way the arm has come, until the tool is a few millimetres from where it was stopped.
+void RobotController::Core::retreat(const JointVector& from) {
+  const auto tool = [&](const JointVector& q) {
+    return Eigen::Vector3d((flange_pose(setup.model, q) * X_FT()).translation());
+  };
+  const Eigen::Vector3d here = tool(from);
+  for (int age = 0; age < s.trail.count(); ++age) {
+    const JointVector& q = s.trail.back(age);
+    const bool last = age + 1 == s.trail.count();
+    if (!last && (tool(q) - here).norm() < kRetreat_m &&
+        (q - from).cwiseAbs().maxCoeff() < kRetreat_rad) {
+      continue;
+    }
+    planner.plan_retreat(from, q, s.running);
+    s.is_running = true;
+    s.braking.reset();
+    break;
   }
-  working(Task::kRest);
-}
-
-void RobotController::State::execute(const api::MoveTo& move, const JointVector&) {
-  if (!ready()) return;
-  const JointVector from = brake(Brake::kSet);
-  start(planner.plan(move, from, limits.effective(), limits.maximum(), *next));
-}
-
-void RobotController::State::execute(const api::MoveJoints& move, const JointVector&) {
-  if (!ready()) return;
-  const bool keep_targets = (is_running || has_next) && joint_move;
-  const JointVector from = brake(Brake::kSet);
-  if (!keep_targets) joint_targets = from;
-  start(planner.plan(move, from, limits.maximum(), joint_targets, *next));
-  joint_move = has_next;
-}
-
-void RobotController::State::execute(const api::SetGripper& gripper, const JointVector&) {
-  if (!ready()) return;
-  if (!(gripper.setting >= 0 && gripper.setting <= 1)) {
-    char text[96];
-    std::snprintf(text, sizeof text, "gripper setting %g is outside its limits 0 to 1",
-                  gripper.setting);
-    set_error(text);
-    return;
-  }
-  brake(Brake::kSet);
-  gripper_setting = gripper.setting;
-  gripper_applied = false;
-  steps_left = std::llround(kGripperDeadline_s / setup.step_s);
-  working(Task::kGripper);
-}
-
-void RobotController::State::execute(const api::Dwell& dwell, const JointVector&) {
-  if (!ready()) return;
-  if (dwell.duration < SimTime::zero()) {
-    char text[96];
-    std::snprintf(text, sizeof text, "dwell time %g s is less than its limit 0 s",
-                  seconds(dwell.duration));
-    set_error(text);
-    return;
-  }
-  brake(Brake::kSet);
-  const std::int64_t step_ns = std::llround(setup.step_s * 1e9);
-  const std::int64_t whole = dwell.duration.count() / step_ns;
-  steps_left = whole + (dwell.duration.count() % step_ns != 0 ? 1 : 0);
-  working(Task::kDwell);
-}
-
-void RobotController::State::execute(const api::SetMotionLimit& setting, const JointVector&) {
-  if (const auto ok = limits.set(setting); !ok) {
-    if (held_error.empty()) set_error(ok.error().message);
-    return;
-  }
-  done();
+  s.trail.clear();
 }
 
 RobotController::RobotController(ControllerSetup setup)
-    : state_(std::make_unique<State>(std::move(setup))) {}
+    : core_(std::make_unique<Core>(std::move(setup))) {}
 RobotController::~RobotController() = default;
 RobotController::RobotController(RobotController&&) noexcept = default;
 RobotController& RobotController::operator=(RobotController&&) noexcept = default;
 
 void RobotController::take(api::Ticket ticket, const api::RobotAction& action,
                            const JointVector& q_actual) {
-  state_->status.ticket = ticket;
-  std::visit([&](const auto& command) { state_->execute(command, q_actual); }, action);
+  core_->s.status.ticket = ticket;
+  std::visit([&](const auto& command) { core_->execute(command, q_actual); }, action);
 }
 
-const JointVector& RobotController::step(bool gripper_settled) {
-  State& s = *state_;
-  s.advance();
-  const bool resting = !s.is_running && !s.has_next;
+const JointVector& RobotController::step(const ControllerInput& input) {
+  Core& core = *core_;
+  ControllerState& s = core.s;
+  core.advance();
+  core.press(input.external_nm);
+  s.trail.record(s.reference);
   switch (s.task) {
     case Task::kNone:
       break;
     case Task::kRest:
-      if (resting) s.done();
+      if (core.resting()) core.arrived();
       break;
     case Task::kGripper:
       // What is seen before the first step was settled under the setting before.
       --s.steps_left;
-      if (resting && s.gripper_applied && (gripper_settled || s.steps_left <= 0)) s.done();
+      if (core.resting() && s.gripper_applied && (input.gripper_settled || s.steps_left <= 0)) {
+        core.done();
+      }
       s.gripper_applied = true;
+      break;
+    case Task::kToolChanger:
+      if (core.resting()) core.change_tool(input.tool_at_flange);
       break;
     case Task::kDwell:
       // The time runs from rest.
-      if (resting && --s.steps_left <= 0) s.done();
+      if (core.resting() && --s.steps_left <= 0) core.done();
       break;
   }
   return s.reference;
 }
 
 void RobotController::protective_stop(const std::string& reason, const JointVector& q_actual) {
-  State& s = *state_;
+  ControllerState& s = core_->s;
   s.is_running = s.has_next = s.joint_move = false;
+  s.torque.clear();
   s.reference = s.before = s.before_that = q_actual;
   s.protection = true;
-  s.set_error(reason);
+  core_->set_error(reason);
+  core_->retreat(q_actual);
 }
 
 void RobotController::protective_stop(const std::string& reason) {
-  State& s = *state_;
-  s.brake(Brake::kHard);
-  s.protection = true;
-  s.set_error(reason);
+  core_->brake(Brake::kHard);
+  core_->s.protection = true;
+  core_->set_error(reason);
 }
 
-const api::ActionStatus& RobotController::status() const { return state_->status; }
-const JointVector& RobotController::reference() const { return state_->reference; }
-double RobotController::gripper_setting() const { return state_->gripper_setting; }
-bool RobotController::initialized() const { return state_->initialized; }
-bool RobotController::stopped_by_protection() const { return state_->protection; }
-bool RobotController::moving() const { return state_->is_running || state_->has_next; }
+const ControllerState& RobotController::state() const { return core_->s; }
+void RobotController::restore(const ControllerState& state) { core_->s = state; }
+
+const api::ActionStatus& RobotController::status() const { return core_->s.status; }
+const JointVector& RobotController::reference() const { return core_->s.reference; }
+double RobotController::gripper_setting() const { return core_->s.gripper_setting; }
+bool RobotController::initialized() const { return core_->s.initialized; }
+bool RobotController::stopped_by_protection() const { return core_->s.protection; }
+bool RobotController::moving() const { return !core_->resting(); }
+bool RobotController::tool_mounted() const { return core_->s.tool_mounted; }
+Eigen::Isometry3d RobotController::X_FT() const { return core_->X_FT(); }
+double RobotController::override_fraction() const { return core_->s.override_fraction; }
+JointVector RobotController::pressing() const {
+  return core_->s.torque.pressing(core_->setup.model.dof());
+}
 api::LimitSetting RobotController::limit(api::MotionLimit which) const {
-  return state_->limits.get(which);
+  return core_->s.limits.get(which);
 }
 
 }  // namespace aprsim::robot

@@ -25,16 +25,30 @@ struct ControllerSetup {
   Eigen::Vector3d gravity_B{0, 0, -9.81};
 };
 
+/// What a controller is told about its robot each step.
+struct ControllerInput {
+  /// The gripper has reached what was commanded (open end, closed end or a grasp).
+  bool gripper_settled = true;
+  bool tool_at_flange = true;  ///< the tool changer could take the gripper
+  JointVector external_nm{};   ///< contact torques on the joints; empty = none
+};
+
+struct ControllerState;
+
 /// The robot controller's state machine: takes commands, plans motion, gives one joint reference a
 /// step. Knows units of SI only and nothing of CRCL ids. Thread: sim.
 ///
 /// - Before InitRobot, and after EndRobot, only InitRobot, EndRobot, StopMotion and SetMotionLimit
 ///   are executed. An error is held: the state stays kError, whatever is sent, until InitRobot.
-/// - The newest command replaces the one that runs, which then never becomes done. A motion that is
-///   replaced brakes on its own path first; the new one starts from there, at rest. SetMotionLimit
-///   is for later moves and leaves a running motion alone.
-/// - A command is done when the reference has reached its target exactly and is at rest; SetGripper
-///   when the gripper has settled, or 2 s after the command if it does not.
+/// - The newest command replaces the one that runs, which then never becomes done. Moves of joints
+///   and free moves of the tool begin at once, passing over from the motion that runs; the others
+///   begin where it comes to rest on its own path. SetMotionLimit is for later moves and leaves a
+///   running motion alone; SetOverride changes its speed.
+/// - A command is done when the reference has reached its target exactly and is at rest, whatever
+///   tolerance it has; SetGripper when the gripper has settled, or 2 s after the command if it does
+///   not; a joint driven by torque when it has reached its position or stands still against what
+///   bears the torque, and it keeps pressing until the next motion.
+/// - After a protective stop the arm backs off by a few millimetres on the way it has come.
 class RobotController {
  public:
   /// Throws std::invalid_argument for a setup that makes no robot (limits not > 0, home outside the
@@ -50,12 +64,11 @@ class RobotController {
   void take(api::Ticket ticket, const api::RobotAction& action, const JointVector& q_actual);
 
   /// Advances one step and returns the reference for its end; the same bits while nothing moves.
-  /// `gripper_settled`: the gripper has reached what was commanded (open end, closed end or a
-  /// grasp), as seen before this step. Does not allocate.
-  const JointVector& step(bool gripper_settled);
+  /// `input` is what was seen before this step. Does not allocate.
+  const JointVector& step(const ControllerInput& input = {});
 
-  /// Protective stop: motion ends at once at `q_actual`, the state is error with `reason` until
-  /// InitRobot.
+  /// Protective stop: motion ends at once at `q_actual`, then backs off; the state is error with
+  /// `reason` until InitRobot.
   void protective_stop(const std::string& reason, const JointVector& q_actual);
   /// The same where nothing has been hit: motion ends by braking hard on its path.
   void protective_stop(const std::string& reason);
@@ -67,10 +80,20 @@ class RobotController {
   [[nodiscard]] bool stopped_by_protection() const;
   [[nodiscard]] bool moving() const;
   [[nodiscard]] api::LimitSetting limit(api::MotionLimit which) const;
+  [[nodiscard]] double override_fraction() const;
+  [[nodiscard]] bool tool_mounted() const;
+  [[nodiscard]] Eigen::Isometry3d X_FT() const;  ///< of the tool, or the flange itself without one
+  /// Torques with which joints press on purpose [Nm].
+  [[nodiscard]] JointVector pressing() const;
+
+  /// Everything that changes (controller_state.hpp): a copy put back continues bit for bit, also in
+  /// another controller of the same setup.
+  [[nodiscard]] const ControllerState& state() const;
+  void restore(const ControllerState& state);
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  struct Core;
+  std::unique_ptr<Core> core_;
 };
 
 }  // namespace aprsim::robot

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <numbers>
 
 #include <Eigen/Geometry>
@@ -10,14 +11,17 @@ namespace aprsim::robot {
 class ToolLine {
  public:
   ToolLine() = default;
-  ToolLine(const Eigen::Isometry3d& X_BT_start, const Eigen::Isometry3d& X_BT_end)
+  /// `other_way`: round the longer way, which for half a turn is as short.
+  ToolLine(const Eigen::Isometry3d& X_BT_start, const Eigen::Isometry3d& X_BT_end,
+           bool other_way = false)
       : start_(X_BT_start), end_(X_BT_end) {
     const Eigen::AngleAxisd turn(
         Eigen::Quaterniond(start_.linear().transpose() * end_.linear()).normalized());
     // The angle of a quaternion is in [0, 2 pi]; the other way round is shorter beyond pi.
-    const bool long_way = turn.angle() > std::numbers::pi;
+    const bool long_way = (turn.angle() > std::numbers::pi) != other_way;
     angle_ = long_way ? 2 * std::numbers::pi - turn.angle() : turn.angle();
     axis_ = long_way ? Eigen::Vector3d(-turn.axis()) : turn.axis();
+    half_turn_ = std::abs(angle_ - std::numbers::pi) < kNearHalfTurn;
     length_ = (end_.translation() - start_.translation()).norm();
   }
 
@@ -28,14 +32,26 @@ class ToolLine {
     X_BT.linear() = start_.linear() * Eigen::AngleAxisd(u * angle_, axis_).toRotationMatrix();
     return X_BT;
   }
+  [[nodiscard]] const Eigen::Isometry3d& end() const { return end_; }
+  /// The whole way, and the turn of a share of it in the tool frame.
+  [[nodiscard]] Eigen::Vector3d shift() const { return end_.translation() - start_.translation(); }
+  [[nodiscard]] Eigen::Matrix3d turn(double u) const {
+    return Eigen::AngleAxisd(u * angle_, axis_).toRotationMatrix();
+  }
+  [[nodiscard]] Eigen::Vector3d turn_vector_B() const { return start_.linear() * (angle_ * axis_); }
+  /// The turn is so near to half a one that the other way round is no detour.
+  [[nodiscard]] bool half_turn() const { return half_turn_; }
   [[nodiscard]] double length_m() const { return length_; }
   [[nodiscard]] double angle_rad() const { return angle_; }
 
  private:
+  static constexpr double kNearHalfTurn = 1e-3;  // [rad]
+
   Eigen::Isometry3d start_ = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d end_ = Eigen::Isometry3d::Identity();
   Eigen::Vector3d axis_ = Eigen::Vector3d::UnitZ();  ///< in the tool frame
   double angle_ = 0, length_ = 0;
+  bool half_turn_ = false;
 };
 
 }  // namespace aprsim::robot

@@ -262,25 +262,87 @@ TEST_F(Report, APoseWithSettingsChangesThemForItsMoveOnly) {
                  "<EndPosition xsi:type='PoseAndSetType'>" + crcl::pose_xml() +
                      "<Coordinated>true</Coordinated>"
                      "<TransSpeed xsi:type='TransSpeedAbsoluteType'><Setting>20</Setting>"
+                     "</TransSpeed><RotAccel xsi:type='RotAccelRelativeType'><Fraction>0.5"
+                     "</Fraction></RotAccel></EndPosition>");
+  const auto move = action<api::MoveTo>(ticket(2));
+  EXPECT_EQ(move.limits.trans_speed->value, 0.02);
+  EXPECT_FALSE(move.limits.trans_speed->relative);
+  EXPECT_EQ(move.limits.rot_accel->value, 0.5);
+  EXPECT_TRUE(move.limits.rot_accel->relative);
+  EXPECT_FALSE(move.limits.trans_accel);
+  EXPECT_EQ(client.status().settings->trans_speed, (crcl::Rate{false, 250}));
+  client.command(6, "MoveToType",
+                 "<EndPosition xsi:type='PoseAndSetType'>" + crcl::pose_xml() +
+                     "<Coordinated>true</Coordinated>"
+                     "<TransSpeed xsi:type='TransSpeedAbsoluteType'><Setting>-20</Setting>"
                      "</TransSpeed></EndPosition>");
-  EXPECT_NO_THROW(action<api::MoveTo>(ticket(3)));
-  EXPECT_EQ(action<api::SetMotionLimit>(2).value, 0.02);
-  world_.publish([](api::Snapshot& next) {
-    next.applied = 3;
-    next.robots[0].trans_speed = {false, 0.02};
-    next.robots[0].action = {3, ActionState::kDone, ""};
-  });
-  const crcl::Status status = client.status();
-  expect(status, 5, CommandState::kDone);
-  EXPECT_EQ(status.settings->trans_speed, (crcl::Rate{false, 250}));
-  // Neither a stop nor the gripper waits for the former speed to be restored, a move does.
-  client.command(6, "SetEndEffectorType", "<Setting>1</Setting>");
-  EXPECT_NO_THROW(action<api::SetGripper>(ticket(4)));
-  client.command(7, "MoveToType", move());
-  EXPECT_NO_THROW(action<api::MoveTo>(ticket(6)));
-  EXPECT_EQ(action<api::SetMotionLimit>(5).value, 0.25);
-  client.command(8, "MoveToType", move());
-  EXPECT_NO_THROW(action<api::MoveTo>(ticket(7)));
+  expect(client.status(), 6, CommandState::kError, "TransSpeed -20 millimeter/s: must be above 0");
+}
+
+TEST_F(Report, WaypointsCarryTheirToleranceOrTheSetOne) {
+  TestClient client(port_);
+  initialize(client);
+  client.command(5, "SetIntermediatePoseToleranceType",
+                 "<Tolerance><XPointTolerance>3</XPointTolerance><ZAxisTolerance>2"
+                 "</ZAxisTolerance></Tolerance>");
+  client.command(6, "MoveThroughToType",
+                 "<MoveStraight>true</MoveStraight><Waypoint>" + crcl::pose_xml() +
+                     "</Waypoint><Waypoint xsi:type='PoseAndSetType'>" + crcl::pose_xml() +
+                     "<Coordinated>false</Coordinated><Tolerance><YPointTolerance>1"
+                     "</YPointTolerance></Tolerance></Waypoint><NumPositions>2</NumPositions>");
+  const auto move = action<api::MoveThroughTo>(ticket(2));
+  EXPECT_TRUE(move.straight);
+  ASSERT_EQ(move.waypoints.size(), 2u);
+  EXPECT_EQ(move.waypoints[0].tolerance.x_m, 0.003);
+  EXPECT_FALSE(move.waypoints[0].tolerance.y_m);
+  EXPECT_DOUBLE_EQ(*move.waypoints[0].tolerance.z_axis_rad, 2 * std::numbers::pi / 180);
+  EXPECT_EQ(move.waypoints[1].tolerance.y_m, 0.001);
+  EXPECT_FALSE(move.waypoints[1].tolerance.x_m);
+  EXPECT_EQ(move.waypoints[0].X_RT.p, Eigen::Vector3d(0.001, 0.002, 0.003));
+}
+
+TEST_F(Report, ScrewsAndToolChangersArriveInSi) {
+  TestClient client(port_);
+  initialize(client);
+  client.command(5, "MoveScrewType",
+                 "<StartPosition>" + crcl::pose_xml() +
+                     "</StartPosition><AxisPoint><X>10</X><Y>20</Y><Z>30</Z></AxisPoint>"
+                     "<AxialDistanceFree>4</AxialDistanceFree>"
+                     "<AxialDistanceScrew>-5</AxialDistanceScrew><Turn>90</Turn>");
+  const auto screw = action<api::MoveScrew>(ticket(2));
+  ASSERT_TRUE(screw.start);
+  EXPECT_EQ(screw.start->X_RT.p, Eigen::Vector3d(0.001, 0.002, 0.003));
+  EXPECT_EQ(*screw.axis_point_R, Eigen::Vector3d(0.01, 0.02, 0.03));
+  EXPECT_EQ(screw.free_m, 0.004);
+  EXPECT_EQ(screw.screw_m, -0.005);
+  EXPECT_DOUBLE_EQ(screw.turn_rad, std::numbers::pi / 2);
+  client.command(6, "OpenToolChangerType");
+  EXPECT_TRUE(action<api::SetToolChanger>(ticket(3)).open);
+  client.command(7, "CloseToolChangerType");
+  EXPECT_FALSE(action<api::SetToolChanger>(ticket(4)).open);
+}
+
+TEST_F(Report, JointsMayBeDrivenByTorque) {
+  TestClient client(port_);
+  initialize(client);
+  client.command(4, "SetTorqueUnitsType", "<UnitName>footPound</UnitName>");
+  const auto joint = [](const std::string& details) {
+    return "<ActuateJoint><JointNumber>2</JointNumber><JointPosition>90</JointPosition>"
+           "<JointDetails xsi:type='JointForceTorqueType'>" +
+           details + "</JointDetails></ActuateJoint>";
+  };
+  client.command(5, "ActuateJointsType",
+                 joint("<Setting>10</Setting><ChangeRate>2</ChangeRate>") +
+                     "<JointTolerances><Setting><JointNumber>2</JointNumber>"
+                     "<JointPositionTolerance>1</JointPositionTolerance></Setting>"
+                     "</JointTolerances>");
+  const auto move = action<api::MoveJoints>(ticket(2));
+  ASSERT_TRUE(move.targets.at(0).torque);
+  EXPECT_NEAR(move.targets[0].torque->setting_nm, 13.558, 1e-3);
+  EXPECT_NEAR(*move.targets[0].torque->rate_nm_s, 2.7116, 1e-4);
+  client.command(6, "ActuateJointsType", joint("<Setting>-1</Setting>"));
+  expect(client.status(), 6, CommandState::kError,
+         "Setting -1 footPound of joint 2: must be above 0");
 }
 
 TEST_F(Report, TolerancesAreKeptInSiAndReportedInTheConnectionsUnits) {

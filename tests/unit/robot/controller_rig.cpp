@@ -55,7 +55,7 @@ ControllerRig::ControllerRig(const std::string& arm)
 }
 
 void ControllerRig::step(bool gripper_settled) {
-  path_.push_back(controller_.step(gripper_settled));
+  path_.push_back(controller_.step({.gripper_settled = gripper_settled}));
 }
 
 api::ActionState ControllerRig::run(const api::RobotAction& action, double limit_s) {

@@ -34,6 +34,10 @@ class ControllerRig {
   void steps(int count) {
     for (int i = 0; i < count; ++i) step();
   }
+  /// A step while something presses on the joints [Nm].
+  void press(const JointVector& external_nm) {
+    path_.push_back(controller_.step({.external_nm = external_nm}));
+  }
   /// Takes the command and steps until it is done or failed; at most `limit_s` simulated seconds.
   api::ActionState run(const api::RobotAction& action, double limit_s = 120);
   /// Steps until nothing moves any more.

@@ -135,7 +135,7 @@ TEST_F(Lifecycle, RestKeepsEveryBit) {
   rig.run(move_all(JointVector::Constant(6, 0.1234567)));
   const JointVector here = rig.controller().reference();
   for (int i = 0; i < 20000; ++i) {
-    ASSERT_EQ(rig.controller().step(i % 2 == 0), here);
+    ASSERT_EQ(rig.controller().step({.gripper_settled = i % 2 == 0}), here);
   }
 }
 

@@ -188,9 +188,14 @@ TEST_P(Replacement, ProtectiveStopHoldsUntilInit) {
   EXPECT_EQ(rig.state(), ActionState::kError);
   EXPECT_TRUE(rig.controller().stopped_by_protection());
   EXPECT_FALSE(rig.controller().initialized());
-  EXPECT_FALSE(rig.controller().moving());
-  rig.steps(50);
   EXPECT_EQ(rig.controller().reference(), actual);
+  // Back by a few millimetres on the way it came.
+  const Eigen::Vector3d stopped = rig.tool().p;
+  rig.rest();
+  const Eigen::Vector3d back = rig.tool().p - stopped;
+  EXPECT_LT(back.x(), -4e-3);
+  EXPECT_LT(back.norm(), 12e-3);
+  EXPECT_EQ(rig.state(), ActionState::kError);
   const std::string held = rig.reason();
   EXPECT_EQ(rig.run(api::MoveTo{Pose::from(X), true}), ActionState::kError);
   EXPECT_EQ(rig.reason(), held);

@@ -84,7 +84,7 @@ TEST_P(SteadyState, StepsDoNotAllocate) {
     rig.run(api::InitRobot{});
     rig.take(draw(engine));
     const auto before = allocation_count();
-    for (int i = 0; i < 600; ++i) moved += rig.controller().step(true).size() > 0 ? 1 : 0;
+    for (int i = 0; i < 600; ++i) moved += rig.controller().step().size() > 0 ? 1 : 0;
     ASSERT_EQ(allocation_count(), before) << n;
   }
   EXPECT_EQ(moved, 60 * 600);

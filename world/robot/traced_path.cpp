@@ -1,4 +1,4 @@
-#include "world/robot/line_path.hpp"
+#include "world/robot/traced_path.hpp"
 
 #include <algorithm>
 #include <array>
@@ -32,19 +32,16 @@ double degrees(double rad) { return rad * 180 / std::numbers::pi; }
 
 }  // namespace
 
-LinePath::LinePath(const ArmModel& model, const InverseKinematics& ik,
-                   const Eigen::Isometry3d& X_FT)
-    : model_(model), ik_(ik), X_TF_(X_FT.inverse()) {
-  samples_.reserve(kMaxSamples + 1);
-}
+TracedPath::TracedPath() { samples_.reserve(kMaxSamples + 1); }
 
-Result<JointVector> LinePath::solve(double u, const JointVector& seed) const {
+Result<JointVector> TracedPath::solve(const ArmGeometry& arm, double u,
+                                      const JointVector& seed) const {
   const double elbow = route_.elbow_start_rad + u * route_.elbow_turn_rad;
-  return ik_.nearest(route_.line.at(u) * X_TF_, seed, elbow);
+  return arm.ik.nearest(tool_.at(u >= 1 ? length_ : u * length_) * X_TF_, seed, elbow);
 }
 
 /// The polynomial through the last samples (Newton's divided differences), evaluated at u.
-JointVector LinePath::predict(double u) const {
+JointVector TracedPath::predict(double u) const {
   const std::size_t n = std::min(samples_.size(), kPredictFrom);
   const Sample* last = samples_.data() + samples_.size() - n;
   std::array<JointVector, kPredictFrom> coefficient;
@@ -59,42 +56,52 @@ JointVector LinePath::predict(double u) const {
   return q;
 }
 
-bool LinePath::looks_passable(const Route& route) {
-  constexpr int kPoints = 8;
+bool TracedPath::looks_passable(const ArmGeometry& arm, const Route& route) {
+  constexpr int kPoints = 8;          // of each segment
   constexpr double kLargeTurn = 1.2;  // [rad] between two points
   route_ = route;
+  length_ = tool_.chain().length();
   JointVector q = route.start;
-  for (int i = 1; i <= kPoints; ++i) {
-    const auto next = solve(static_cast<double>(i) / kPoints, q);
-    if (!next || (*next - q).cwiseAbs().maxCoeff() > kLargeTurn) return false;
-    q = *next;
+  for (std::size_t segment = 0; segment < tool_.chain().size(); ++segment) {
+    const double begin = tool_.chain().begin(segment), duration = tool_.chain().duration(segment);
+    for (int i = 1; i <= kPoints; ++i) {
+      const auto next = solve(arm, (begin + i * duration / kPoints) / length_, q);
+      if (!next || (*next - q).cwiseAbs().maxCoeff() > kLargeTurn) return false;
+      q = *next;
+    }
   }
   return true;
 }
 
-Result<void> LinePath::trace(const Route& route) {
+Result<void> TracedPath::trace(const ArmGeometry& arm, const Route& route) {
   route_ = route;
+  length_ = tool_.chain().length();
   singular_start_ = false;
   samples_.clear();
-  samples_.push_back({0, route.start, {}, {}});
+  samples_.push_back({0, route.start, {}, {}, {}});
   double u = 0;
   double step = kFirstStep;
   while (u < 1) {
-    const double next = 1 - (u + step) < kShortestStep ? 1 : u + step;
+    const double s = u * length_;
+    const double edge = tool_.chain().next_break(s) / length_;
+    double next = u + std::min(step, tool_.chain().fine_step(s) / length_);
+    // Lands on every edge of a blend: beyond it the joints' course is another one.
+    if (next > edge - kShortestStep) next = edge;
+    if (1 - next < kShortestStep) next = 1;
     const JointVector guess = predict(next);
-    const auto q = solve(next, guess);
+    const auto q = solve(arm, next, guess);
     const double miss = q ? (*q - guess).cwiseAbs().maxCoeff() : 1.0;
     if (miss > kPredictionError) {
       step = std::min(step, next - u) *
              std::clamp(0.8 * std::sqrt(std::sqrt(kPredictionError / miss)), 0.1, 0.7);
       if (step < (samples_.size() < kPredictFrom ? kShortestFirstStep : kShortestStep)) {
-        if (u < kFirstStep) find_needed_start();
-        return blocked(u);
+        if (u < kFirstStep) find_needed_start(arm);
+        return blocked(arm, u);
       }
       continue;
     }
-    if (samples_.size() == kMaxSamples) return blocked(u);
-    samples_.push_back({next, *q, {}, {}});
+    if (samples_.size() == kMaxSamples) return blocked(arm, u);
+    samples_.push_back({next, *q, {}, {}, {}});
     u = next;
     const double growth = miss > 0 ? 0.8 * std::sqrt(std::sqrt(kPredictionError / miss)) : 2.0;
     step = std::min(kLongestStep, step * std::clamp(growth, 0.5, 2.0));
@@ -104,17 +111,17 @@ Result<void> LinePath::trace(const Route& route) {
   return {};
 }
 
-void LinePath::find_needed_start() {
-  const auto ahead = solve(kFirstStep, route_.start);
+void TracedPath::find_needed_start(const ArmGeometry& arm) {
+  const auto ahead = solve(arm, kFirstStep, route_.start);
   if (!ahead) return;
-  const auto needed = solve(0, *ahead);
+  const auto needed = solve(arm, 0, *ahead);
   if (!needed || (*needed - route_.start).cwiseAbs().maxCoeff() < kThinTurn) return;
   singular_start_ = true;
   needed_start_ = *needed;
 }
 
 /// The last sample at or before u, or the first one.
-const JointVector& LinePath::posture_before(double u) const {
+const JointVector& TracedPath::posture_before(double u) const {
   std::size_t i = samples_.size() - 1;
   while (i > 0 && samples_[i].u > u) --i;
   return samples_[i].q;
@@ -122,42 +129,42 @@ const JointVector& LinePath::posture_before(double u) const {
 
 /// Why the trace ended at `u`: a joint that was about to pass a limit, a pose that cannot be
 /// reached, or a posture that the branch cannot leave continuously.
-tl::unexpected<Error> LinePath::blocked(double u) const {
-  char text[240];
-  const double percent = u * 100;
+tl::unexpected<Error> TracedPath::blocked(const ArmGeometry& arm, double u) const {
+  char text[320];
+  const std::string place = tool_.place(u * length_);
   constexpr double kNear = 1e-3;  // [rad]
   const JointVector& here = samples_.back().q;
   const JointVector& earlier = posture_before(u - 1e-3);
-  for (int i = 0; i < model_.dof(); ++i) {
-    const Joint& joint = model_.joints[static_cast<std::size_t>(i)];
+  for (int i = 0; i < arm.model.dof(); ++i) {
+    const Joint& joint = arm.model.joints[static_cast<std::size_t>(i)];
     const bool below = here(i) < joint.lower_rad + kNear && here(i) < earlier(i);
     const bool above = here(i) > joint.upper_rad - kNear && here(i) > earlier(i);
     if (!below && !above) continue;
-    std::snprintf(text, sizeof text,
-                  "%s would pass its limit %.1f deg at %.0f %% of the straight line",
-                  joint.name.c_str(), degrees(below ? joint.lower_rad : joint.upper_rad), percent);
+    std::snprintf(text, sizeof text, "%s would pass its limit %.1f deg at %s", joint.name.c_str(),
+                  degrees(below ? joint.lower_rad : joint.upper_rad), place.c_str());
     return fail(ErrorCode::kUnreachable, joint.name, text);
   }
-  const auto beyond = solve(std::min(1.0, u + kBeyond), here);
+  const auto beyond = solve(arm, std::min(1.0, u + kBeyond), here);
   if (!beyond) {
-    std::snprintf(text, sizeof text, " at %.0f %% of the straight line", percent);
-    return fail(ErrorCode::kUnreachable, beyond.error().field, beyond.error().message + text);
+    return fail(ErrorCode::kUnreachable, beyond.error().field,
+                beyond.error().message + " at " + place);
   }
   int joint = 0;
   const double jump = (*beyond - here).cwiseAbs().maxCoeff(&joint);
-  const std::string& name = model_.joints[static_cast<std::size_t>(joint)].name;
+  const std::string& name = arm.model.joints[static_cast<std::size_t>(joint)].name;
   std::snprintf(text, sizeof text,
-                "the straight line meets a singular posture (arm stretched or axes aligned) at "
-                "%.0f %%: %s would jump by %.1f deg",
-                percent, name.c_str(), degrees(jump));
+                "the path meets a singular posture (arm stretched or axes aligned) at %s: %s would "
+                "jump by %.1f deg",
+                place.c_str(), name.c_str(), degrees(jump));
   return fail(ErrorCode::kUnreachable, name, text);
 }
 
 /// Drops the samples that the cautious start of a trace leaves behind: too near for differences.
-void LinePath::thin() {
+void TracedPath::thin() {
   std::size_t kept = 0;
   for (std::size_t i = 1; i + 1 < samples_.size(); ++i) {
-    const bool near = samples_[i].u - samples_[kept].u < kThinStep &&
+    const double fine = tool_.chain().fine_step(samples_[i].u * length_) / length_;
+    const bool near = samples_[i].u - samples_[kept].u < std::min(kThinStep, 0.5 * fine) &&
                       (samples_[i].q - samples_[kept].q).cwiseAbs().maxCoeff() < kThinTurn;
     if (!near) samples_[++kept] = samples_[i];
   }
@@ -166,35 +173,43 @@ void LinePath::thin() {
 }
 
 /// Three-point differences.
-void LinePath::differentiate() {
-  const std::size_t n = samples_.size();
+void TracedPath::differentiate() { differentiate_samples(samples_); }
+
+void differentiate_samples(std::span<TracedPath::Sample> samples) {
+  const std::size_t n = samples.size();
   if (n == 2) {
-    const JointVector slope = (samples_[1].q - samples_[0].q) / (samples_[1].u - samples_[0].u);
-    for (Sample& sample : samples_) {
+    const JointVector slope = (samples[1].q - samples[0].q) / (samples[1].u - samples[0].u);
+    for (auto& sample : samples) {
       sample.slope = slope;
-      sample.bend = JointVector::Zero(slope.size());
+      sample.bend = sample.twist = JointVector::Zero(slope.size());
     }
     return;
   }
   for (std::size_t i = 1; i + 1 < n; ++i) {
-    Sample& here = samples_[i];
-    const Sample& before = samples_[i - 1];
-    const Sample& after = samples_[i + 1];
+    TracedPath::Sample& here = samples[i];
+    const auto& before = samples[i - 1];
+    const TracedPath::Sample& after = samples[i + 1];
     const double h0 = here.u - before.u, h1 = after.u - here.u;
     const JointVector s0 = (here.q - before.q) / h0, s1 = (after.q - here.q) / h1;
     here.slope = (h1 * s0 + h0 * s1) / (h0 + h1);
     here.bend = 2 * (s1 - s0) / (h0 + h1);
   }
-  const auto extend = [](Sample& end, const Sample& inner) {
+  const auto extend = [](TracedPath::Sample& end, const TracedPath::Sample& inner) {
     end.bend = inner.bend;
     end.slope = inner.slope + (end.u - inner.u) * inner.bend;
   };
-  extend(samples_.front(), samples_[1]);
-  extend(samples_.back(), samples_[n - 2]);
+  extend(samples.front(), samples[1]);
+  extend(samples.back(), samples[n - 2]);
+  const auto twist = [&](std::size_t i, std::size_t j) {
+    return JointVector((samples[j].bend - samples[i].bend) / (samples[j].u - samples[i].u));
+  };
+  for (std::size_t i = 1; i + 1 < n; ++i) samples[i].twist = twist(i - 1, i + 1);
+  samples[0].twist = twist(0, 1);
+  samples[n - 1].twist = twist(n - 2, n - 1);
 }
 
 /// Cubic through the neighbouring samples and their slopes.
-JointVector LinePath::interpolate(double u) const {
+JointVector TracedPath::interpolate(double u) const {
   auto after = std::upper_bound(samples_.begin(), samples_.end(), u,
                                 [](double x, const Sample& sample) { return x < sample.u; });
   if (after == samples_.end()) return samples_.back().q;
@@ -206,15 +221,15 @@ JointVector LinePath::interpolate(double u) const {
          h * x * y * (y * a.slope - x * b.slope);
 }
 
-JointVector LinePath::at(double u) const {
+JointVector TracedPath::at(const ArmGeometry& arm, double u) const {
   if (u <= 0) return samples_.front().q;
   if (u >= 1) return samples_.back().q;
   const JointVector guess = interpolate(u);
-  const auto q = solve(u, guess);
+  const auto q = solve(arm, u, guess);
   if (q && (*q - guess).cwiseAbs().maxCoeff() < kBranchDistance) return *q;
   JointVector held = guess;
-  for (int i = 0; i < model_.dof(); ++i) {
-    const Joint& joint = model_.joints[static_cast<std::size_t>(i)];
+  for (int i = 0; i < arm.model.dof(); ++i) {
+    const Joint& joint = arm.model.joints[static_cast<std::size_t>(i)];
     held(i) = std::clamp(held(i), joint.lower_rad, joint.upper_rad);
   }
   return held;

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "world/api/snapshot.hpp"
+#include "world/robot/limit_settings.hpp"
+#include "world/robot/motion.hpp"
+#include "world/robot/torque_drive.hpp"
+#include "world/robot/trail.hpp"
+
+namespace aprsim::robot {
+
+/// What the running command still waits for.
+enum class Task { kNone, kRest, kGripper, kDwell, kToolChanger };
+
+/// All that changes while a controller runs: a copy of it, put back later, continues bit for bit.
+struct ControllerState {
+  ControllerState(const ToolLimits& maximum, const JointVector& q_home)
+      : limits(maximum),
+        reference(q_home),
+        before(q_home),
+        before_that(q_home),
+        joint_targets(q_home) {}
+
+  LimitSettings limits;
+  MotionSequence running{1}, next{1};
+  bool is_running = false, has_next = false;
+  std::optional<Brake> braking;
+  JointVector reference, before, before_that;
+  JointVector joint_targets;
+  bool joint_move = false;  ///< the running motion goes to joint_targets
+  TorqueDrive torque;
+  bool torque_waits = false;  ///< until the other joints are at rest
+  Trail trail;
+  double override_fraction = 1;
+
+  api::ActionStatus status;
+  Task task = Task::kNone;
+  std::string held_error;
+  bool initialized = false, protection = false;
+  bool tool_mounted = true, changer_open = false;
+  double gripper_setting = 1;
+  std::int64_t steps_left = 0;   ///< of a dwell, or until a gripper's deadline
+  bool gripper_applied = false;  ///< a step has passed since the command
+};
+
+}  // namespace aprsim::robot
