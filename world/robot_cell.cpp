@@ -165,8 +165,10 @@ robot::JointVector RobotCell::external_torque(std::span<const physics::ArmForce>
 
 void RobotCell::stop_if_tripped(const physics::GripperState& gripper,
                                 std::span<const physics::ArmForce> forces) {
-  // A robot that still brakes for the light curtain may yet hit something.
-  if (controller_.stopped_by_protection() && !controller_.moving()) return;
+  // A robot that still brakes for the light curtain may yet hit something; one that backs off still
+  // leaves what it has hit.
+  const bool braking = controller_.moving() && !controller_.backing_off();
+  if (controller_.stopped_by_protection() && !braking) return;
   std::string reason;
   if (!arm_.trip_reason().empty()) {
     reason = arm_.trip_reason();

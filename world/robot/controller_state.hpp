@@ -40,6 +40,7 @@ struct ControllerState {
   Task task = Task::kNone;
   std::string held_error;
   bool initialized = false, protection = false;
+  bool backing_off = false;  ///< the running motion is the retreat of a protective stop
   bool tool_mounted = true, changer_open = false;
   double gripper_setting = 1;
   std::int64_t steps_left = 0;   ///< of a dwell, or until a gripper's deadline

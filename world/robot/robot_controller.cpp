@@ -82,6 +82,7 @@ PlanStart RobotController::Core::plan_start(const JointVector& q) const { return
 JointVector RobotController::Core::brake(Brake how) {
   s.has_next = false;
   s.joint_move = false;
+  s.backing_off = false;
   if (s.torque.active()) stop_at_once(s.reference);
   if (!s.is_running) return s.reference;
   const bool already = s.braking && (*s.braking == how || *s.braking == Brake::kHard);
@@ -103,6 +104,7 @@ void RobotController::Core::stop_at_once(const JointVector& from) {
   const bool pressed = s.torque.active();
   s.has_next = false;
   s.joint_move = false;
+  s.backing_off = false;
   s.torque.clear();
   const JointVector shift = from - s.reference;
   s.reference = from;
@@ -173,7 +175,7 @@ void RobotController::Core::retreat(const JointVector& from) {
       continue;
     }
     planner.plan_retreat(from, q, s.running);
-    s.is_running = true;
+    s.is_running = s.backing_off = true;
     s.braking.reset();
     break;
   }
@@ -248,6 +250,7 @@ double RobotController::gripper_setting() const { return core_->s.gripper_settin
 bool RobotController::initialized() const { return core_->s.initialized; }
 bool RobotController::stopped_by_protection() const { return core_->s.protection; }
 bool RobotController::moving() const { return !core_->resting(); }
+bool RobotController::backing_off() const { return core_->s.backing_off && core_->s.is_running; }
 bool RobotController::tool_mounted() const { return core_->s.tool_mounted; }
 Eigen::Isometry3d RobotController::X_FT() const { return core_->X_FT(); }
 double RobotController::override_fraction() const { return core_->s.override_fraction; }

@@ -80,6 +80,8 @@ class RobotController {
   [[nodiscard]] bool stopped_by_protection() const;
   [[nodiscard]] bool moving() const;
   [[nodiscard]] api::LimitSetting limit(api::MotionLimit which) const;
+  /// After a protective stop, on the way back.
+  [[nodiscard]] bool backing_off() const;
   [[nodiscard]] double override_fraction() const;
   [[nodiscard]] bool tool_mounted() const;
   [[nodiscard]] Eigen::Isometry3d X_FT() const;  ///< of the tool, or the flange itself without one
