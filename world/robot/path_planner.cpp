@@ -128,7 +128,7 @@ Result<void> MotionPlanner::plan_through_straight(const api::MoveThroughTo& move
       const ToolLine way(X_BT, lines[i].X_BT);
       share.take(way.length_m(), way.angle_rad(), limits.effective(waypoint.limits),
                  limits.maximum());
-      tool_path.add_line(lines[i].X_BT, lines[i].duration, static_cast<int>(lines[i].waypoint) + 1);
+      tool_path.add_line(way, lines[i].duration, static_cast<int>(lines[i].waypoint) + 1);
       width = 0;
       if (i + 1 < lines.size()) {
         ToolPath corner;

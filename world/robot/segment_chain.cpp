@@ -6,7 +6,7 @@ namespace aprsim::robot {
 namespace {
 
 constexpr double kBlendSteps = 8;
-constexpr double kChainSteps = 32;
+constexpr double kSegmentSteps = 8, kOnlySegmentSteps = 32;
 constexpr double kSame = 1e-12;  ///< of the segment's duration
 
 /// Integral of the smoothstep 3 x^2 - 2 x^3 from 0 to x, for x in 0..1.
@@ -123,7 +123,7 @@ double SegmentChain::fine_step(double s) const {
   if (t >= x.duration - x.blend_out * (1 + kSame)) {
     if (x.blend_out > 0) return 2 * x.blend_out / kBlendSteps;
   }
-  return x.duration / kChainSteps;
+  return x.duration / (segments_.size() == 1 ? kOnlySegmentSteps : kSegmentSteps);
 }
 
 }  // namespace aprsim::robot

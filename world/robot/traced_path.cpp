@@ -18,7 +18,8 @@ constexpr double kFirstStep = 1e-6;
 /// start, because nothing is known yet about the joints' speeds.
 constexpr double kShortestStep = 1e-8;
 constexpr double kShortestFirstStep = 1e-12;
-constexpr std::size_t kPredictFrom = 4;  ///< samples
+constexpr std::size_t kMoreSamples = 64;  ///< a segment
+constexpr std::size_t kPredictFrom = 4;   ///< samples
 /// Samples nearer than both of these to the one before are dropped after the trace.
 constexpr double kThinStep = 1e-4;
 constexpr double kThinTurn = 1e-3;  // [rad]
@@ -100,7 +101,9 @@ Result<void> TracedPath::trace(const ArmGeometry& arm, const Route& route) {
       }
       continue;
     }
-    if (samples_.size() == kMaxSamples) return blocked(arm, u);
+    if (samples_.size() >= kMaxSamples + kMoreSamples * tool_.chain().size()) {
+      return blocked(arm, u);
+    }
     samples_.push_back({next, *q, {}, {}, {}});
     u = next;
     const double growth = miss > 0 ? 0.8 * std::sqrt(std::sqrt(kPredictionError / miss)) : 2.0;

@@ -35,6 +35,7 @@ class TracedPath {
     JointVector start;  ///< posture at u = 0
   };
 
+  /// Of a path of one segment; longer paths take more, and memory when they are planned.
   static constexpr std::size_t kMaxSamples = 4000;
 
   TracedPath();

@@ -115,6 +115,37 @@ TEST_P(Replacement, StopsOfEveryKind) {
   }
 }
 
+/// By way, by time and by path: immediate leaves the line, the other two keep to it.
+TEST_P(Replacement, TheThreeStopsDiffer) {
+  rig.run(api::SetMotionLimit{api::MotionLimit::kTransAccel, false, 0.6});
+  const Eigen::Isometry3d from = shifted({0, 0, 0});
+  const Eigen::Isometry3d to = shifted({0.12, 0.08, -0.1});
+  const Eigen::Vector3d line = (to.translation() - from.translation()).normalized();
+  double way[3] = {}, off[3] = {};
+  int steps[3] = {};
+  for (const StopKind kind : {StopKind::kImmediate, StopKind::kFast, StopKind::kNormal}) {
+    const auto i = static_cast<std::size_t>(kind);
+    ASSERT_EQ(rig.run(api::MoveTo{Pose::from(from), true}), ActionState::kDone);
+    rig.take(api::MoveTo{Pose::from(to), true});
+    rig.steps(450);
+    const Eigen::Vector3d before = rig.tool().p;
+    rig.take(api::StopMotion{kind});
+    for (; rig.controller().moving(); ++steps[i]) {
+      rig.step();
+      const Eigen::Vector3d d = rig.tool().p - from.translation();
+      off[i] = std::max(off[i], (d - d.dot(line) * line).norm());
+    }
+    way[i] = (rig.tool().p - before).norm();
+  }
+  EXPECT_LT(way[0], 0.8 * way[1]);
+  EXPECT_LT(way[1], 0.8 * way[2]);
+  EXPECT_LT(steps[0], steps[1]);
+  EXPECT_LT(steps[1], steps[2]);
+  EXPECT_GT(off[0], 1e-6);
+  EXPECT_LT(off[1], 1e-9);
+  EXPECT_LT(off[2], 1e-9);
+}
+
 TEST_P(Replacement, StopAtRestIsDoneInTheNextStep) {
   const JointVector here = rig.controller().reference();
   rig.take(api::StopMotion{});

@@ -165,6 +165,25 @@ TEST_P(StraightMoves, LeaveHome) {
 
 /// A straight wrist with its axes 4 and 6 in line: going sideways needs axis 4 turned first, which
 /// the tool does not notice.
+/// From home to the other side with the tool turned by exactly half a turn: one way round axis T
+/// runs into its limit, the other one does not.
+TEST(StraightMovesMotoman, HalfATurnGoesRoundTheFreeWay) {
+  ControllerRig rig("motoman");
+  rig.run(api::InitRobot{});
+  for (const double side : {1.0, -1.0}) {
+    ASSERT_EQ(rig.run(move_all(rig.setup().q_home)), ActionState::kDone);
+    Eigen::Isometry3d X_BT = Eigen::Isometry3d::Identity();
+    X_BT.translation() = Eigen::Vector3d(-0.18, side * 0.64, 0.05);
+    X_BT.linear() = Eigen::AngleAxisd(radians(180), Eigen::Vector3d::UnitX()).toRotationMatrix();
+    const Eigen::Isometry3d from = rig.X_RT(rig.controller().reference());
+    const Eigen::Isometry3d to = rig.setup().X_BR.inverse() * X_BT;
+    rig.forget();
+    ASSERT_EQ(rig.run(api::MoveTo{Pose::from(to), true}), ActionState::kDone) << rig.reason();
+    EXPECT_LE(deviation(rig, from, to).position_m, 1e-9);
+    EXPECT_LE((rig.X_RT(rig.controller().reference()).linear() - to.linear()).norm(), 1e-9);
+  }
+}
+
 TEST(StraightMovesFanuc, LeaveASingularPostureByTurningTheFreeAxesFirst) {
   for (const double bend : {0.0, 1e-5, 1e-3, 0.1}) {
     ControllerRig rig("fanuc");

@@ -168,6 +168,23 @@ TEST_P(ThroughMoves, EachWayHasItsOwnSpeed) {
   EXPECT_GT(second, 0.045);
 }
 
+/// A circle in 300 short pieces runs as one motion.
+TEST_P(ThroughMoves, ManyWaypointsMakeOneSmoothMotion) {
+  std::vector<api::Waypoint> points;
+  for (int i = 1; i <= 300; ++i) {
+    const double angle = radians(1.2 * i);
+    points.push_back(at({0.05 * std::sin(angle), 0.05 - 0.05 * std::cos(angle), 0}, 0, 1e-4));
+  }
+  rig.forget();
+  ASSERT_EQ(rig.run(api::MoveThroughTo{points, true}), ActionState::kDone) << rig.reason();
+  EXPECT_GT(slowest_in_between(), 0.02);
+  const Vector3d centre = home.translation() + Vector3d(0, 0.05, 0);
+  for (const JointVector& q : rig.path()) {
+    ASSERT_NEAR((rig.X_RT(q).translation() - centre).norm(), 0.05, 1.1e-4);
+  }
+  EXPECT_LE(rig.effort().accel, 1.05);
+}
+
 TEST_P(ThroughMoves, IsRefusedAsAWholeBeforeMoving) {
   const JointVector here = rig.controller().reference();
   for (const bool straight : {true, false}) {
