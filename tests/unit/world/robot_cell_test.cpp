@@ -124,27 +124,27 @@ INSTANTIATE_TEST_SUITE_P(Robots, SwingIntoPost, testing::Values(kFanuc, kMotoman
 
 TEST(GripperOnTable, StopsBeforeTheMountIsCrushedAndBacksOff) {
   CellScript cell(load_scene("aprs"));
-  const auto& description = cell.world.description()->robots[kFanuc];
+  const auto& description = cell.world.description()->robots[kMotoman];
   const Eigen::Isometry3d X_RW =
       (description.X_WB.isometry() * description.X_BR.isometry()).inverse();
-  cell.act(kFanuc, api::InitRobot{});
-  const auto tool_at = [&](double z) { return Pose::from(X_RW * tool_down({0.30, -1.33, z}, 0)); };
-  cell.act(kFanuc, api::MoveTo{tool_at(1.0), false});
+  cell.act(kMotoman, api::InitRobot{});
+  const auto tool_at = [&](double z) { return Pose::from(X_RW * tool_down({0.5, 0.5, z}, 0)); };
+  cell.act(kMotoman, api::MoveTo{tool_at(1.05), false});
   std::string why;
   try {
-    cell.act(kFanuc, api::MoveTo{tool_at(0.85), true});
+    cell.act(kMotoman, api::MoveTo{tool_at(0.85), true});
   } catch (const std::runtime_error& error) {
     why = error.what();
   }
-  EXPECT_NE(why.find("the gripper touches fanuc_table with "), std::string::npos) << why;
-  const auto& now = cell.now.robots[kFanuc];
+  EXPECT_NE(why.find("the gripper touches optical_table with "), std::string::npos) << why;
+  const auto& now = cell.now.robots[kMotoman];
   EXPECT_LT(now.gripper.palm_deflection_m, 5e-3);
   cell.advance(2000);
   EXPECT_FALSE(now.moving);
   EXPECT_LT(now.gripper.palm_deflection_m, 1e-4);
   EXPECT_LT(now.force_T_R.norm(), 0.5);
-  cell.act(kFanuc, api::InitRobot{});
-  cell.act(kFanuc, api::MoveTo{tool_at(1.0), true});
+  cell.act(kMotoman, api::InitRobot{});
+  cell.act(kMotoman, api::MoveTo{tool_at(1.05), true});
 }
 
 /// The robots of the scene by themselves, pushed by hand.
