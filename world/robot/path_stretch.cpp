@@ -6,8 +6,9 @@
 namespace aprsim::robot {
 namespace {
 
-constexpr int kHalfWindow = 4;  ///< steps of the grid on which rates are smoothed
+constexpr int kHalfWindow = 5;  ///< steps of the grid on which rates are smoothed
 constexpr std::size_t kMaxGrid = 8000;
+constexpr int kParts = 16;  ///< of a step, while the smoothed rates are laid out anew
 
 /// The lowest value within `half` steps of each.
 void erode(const std::vector<double>& in, int half, std::vector<double>& out) {
@@ -106,17 +107,22 @@ void PathStretch::smooth(double window) {
   double total = 0;
   for (std::size_t i = 0; i + 1 < grid; ++i) {
     const double from = static_cast<double>(i) * step, to = std::min(end, from + step);
-    const double middle = (from + to) / 2;
-    total += (to - from) * rate_at(middle) / rate_here(middle);
+    const double part = (to - from) / kParts;
+    for (int k = 0; k < kParts; ++k) {
+      const double middle = from + (k + 0.5) * part;
+      total += part * rate_at(middle) / rate_here(middle);
+    }
   }
   const auto steps = static_cast<std::size_t>(std::ceil(total / step));
   const double stride = total / static_cast<double>(steps);
   double rho = 0;
   for (std::size_t i = 0; i < steps; ++i) {
-    const double rate = rate_here(rho);
-    work_.push_back(rate);
-    const double middle = std::min(end, rho + 0.5 * stride * rate / rate_at(rho));
-    rho = std::min(end, rho + stride * rate_here(middle) / rate_at(middle));
+    work_.push_back(rate_here(rho));
+    for (int k = 0; k < kParts; ++k) {
+      const double half = 0.5 * stride / kParts * rate_here(rho) / rate_at(rho);
+      const double middle = std::min(end, rho + half);
+      rho = std::min(end, rho + stride / kParts * rate_here(middle) / rate_at(middle));
+    }
   }
   work_.push_back(rate_here(end));
   lay_cells(stride);
