@@ -137,7 +137,7 @@ TEST_P(Features, AFreeMovePassesOverWithoutStopping) {
     rig.step();
     slowest = std::min(slowest, speed());
   }
-  EXPECT_GT(slowest, 0.6 * before);
+  EXPECT_GT(slowest, 0.4 * before);
   rig.rest();
   EXPECT_EQ(rig.state(), ActionState::kDone);
   EXPECT_LE((rig.tool().p - shifted({0.15, 0.02, 0}).p).norm(), 1e-9);
@@ -225,7 +225,7 @@ TEST_P(Features, ATorqueDrivenJointComesToBalance) {
   EXPECT_NE(rig.reason().find("is held at"), std::string::npos) << rig.reason();
   EXPECT_EQ(rig.controller().reference()(1), posture(1) - 0.05);
   // It gives way to more than its torque, and follows again when that goes.
-  for (int i = 0; i < 1000; ++i) {
+  for (int i = 0; i < 4000; ++i) {
     external(0) = -30;
     rig.press(external);
   }
