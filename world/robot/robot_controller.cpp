@@ -12,7 +12,7 @@ namespace {
 
 const char* const kNotInitialized = "not initialized: the robot must be initialized first";
 /// How far the tool backs off after a collision, or the joints where the tool hardly moves.
-constexpr double kRetreat_m = 5e-3, kRetreat_rad = 0.02;
+constexpr double kRetreat_m = 1e-2, kRetreat_rad = 0.03;
 constexpr std::size_t kReasonCapacity = 512;
 
 /// Fills in what must hold before anything is built on the setup.
