@@ -61,11 +61,13 @@ void TorqueDrive::advance(Axis& axis, const Surroundings& world) const {
       std::min(kSpeedShare * world.limits.speed(j),
                kTorqueStep * setting / (kServoStiffness_1_s2 * world.inertia(j) * dt));
   const double wanted = free_speed * std::clamp((axis.torque - against) / setting, -1.0, 1.0);
-  const double accel = kAccelShare * world.limits.accel(j);
-  // Along the side: speeds up gently, slows down as fast as the contact asks for, and in time for
-  // the target.
+  // Along the side: speeds up with no more than the torque, slows down as fast as the joint may,
+  // and in time for the target.
+  const double accel = std::min(kAccelShare * world.limits.accel(j), setting / world.inertia(j));
+  const double before = side * axis.speed;
   const double speed =
-      std::min({wanted, side * axis.speed + accel * dt, std::sqrt(2 * accel * std::abs(left))});
+      std::min(std::clamp(wanted, before - world.limits.accel(j) * dt, before + accel * dt),
+               std::sqrt(2 * accel * std::abs(left)));
   axis.speed = side * speed;
   axis.position += axis.speed * dt;
   if (side * (axis.order.target_rad - axis.position) <= 0) {

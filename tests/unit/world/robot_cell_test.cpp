@@ -74,7 +74,7 @@ TEST_P(SwingIntoPost, StopsWithinTenMillisecondsAndBacksOff) {
   EXPECT_NE(why.find(" N); the arm backs off by itself; send InitCanon"), std::string::npos) << why;
   EXPECT_FALSE(now.initialized);
 
-  for (int i = 0; i < 1500; ++i) {
+  for (int i = 0; i < 3500; ++i) {
     blocked.advance();
     seen.q_deepest = std::max(seen.q_deepest, now.joints[0].position_rad);
   }
@@ -86,7 +86,7 @@ TEST_P(SwingIntoPost, StopsWithinTenMillisecondsAndBacksOff) {
   const double rest = now.joints[0].position_rad;
   blocked.advance(100);
   EXPECT_EQ(now.joints[0].position_rad, rest);
-  EXPECT_NEAR(now.joints[0].velocity_rad_s, 0, 1e-9);
+  EXPECT_EQ(now.joints[0].velocity_rad_s, 0);
   EXPECT_EQ(now.action.description, why);
 
   blocked.act(robot, api::InitRobot{});
@@ -112,8 +112,11 @@ TEST_P(SwingIntoPost, PressesWithTheTorqueThatItIsGiven) {
   EXPECT_FALSE(now.protective_stop) << now.action.description;
   EXPECT_NE(now.action.description.find("is held at"), std::string::npos);
   cell.advance(1000);
-  // The axis is vertical: nothing but the post loads it.
-  EXPECT_NEAR(now.joints[0].torque_nm, torque, 0.15 * torque);
+  // The axis is vertical: nothing but the post loads it. Friction bears its share of 4 %.
+  const double friction =
+      0.04 *
+      cell.world.description()->robots[static_cast<std::size_t>(robot)].joints[0].max_torque_nm;
+  EXPECT_NEAR(now.joints[0].torque_nm + friction, torque, 0.15 * torque);
   EXPECT_LT(most, 2 * torque);
 }
 
