@@ -199,17 +199,6 @@ TEST_F(Report, JointSpeedsMustBeAboveZero) {
          "JointSpeed -4.5 degree/s of joint 2: must be above 0");
 }
 
-TEST_F(Report, TheForceFormOfActuateJointsIsRefused) {
-  TestClient client(port_);
-  initialize(client);
-  client.command(5, "ActuateJointsType",
-                 "<ActuateJoint><JointNumber>2</JointNumber><JointPosition>9</JointPosition>"
-                 "<JointDetails xsi:type=\"JointForceTorqueType\"><Setting>4</Setting>"
-                 "</JointDetails></ActuateJoint>");
-  expect(client.status(), 5, CommandState::kError,
-         "ActuateJointsType with JointForceTorqueType not implemented.");
-}
-
 TEST_F(Report, EndEffectorSettingsAreClamped) {
   TestClient client(port_);
   initialize(client);
