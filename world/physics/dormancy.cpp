@@ -7,6 +7,7 @@ namespace {
 
 constexpr double kBeltMargin = 2e-3;  // [m] from the belt's end
 constexpr double kClearance = 1e-3;   // [m] at which a riding box counts as meeting an obstacle
+constexpr double kSameAccel = 1e-9;   // [m/s2], as rounding makes of one
 constexpr double kOnTop = 1e-4;       // [m] by which a group may sink into what carries it
 
 }  // namespace
@@ -64,12 +65,15 @@ void Dormancy::foresee(double belt_speed_m_s, double step_s, std::vector<int>& t
   const double accel = (belt_speed_m_s - speed_) / step_s;
   const double travel = travel_ + belt_speed_m_s * step_s;
   const bool calm = travel <= travel_high_ && travel >= travel_low_;
-  if (calm && accel >= accel_low_ && accel <= accel_high_) return;
+  const auto within = [accel](double low, double high) {
+    return accel >= low - kSameAccel && accel <= high + kSameAccel;
+  };
+  if (calm && within(accel_low_, accel_high_)) return;
   for (const int g : active_) {
     Group& group = at(g);
     if (!group.belt) continue;
     const bool runs_into = travel > group.travel_high || travel < group.travel_low;
-    const bool known = accel >= group.accel_low && accel <= group.accel_high;
+    const bool known = within(group.accel_low, group.accel_high);
     if (runs_into || (!known && !bears(group, accel))) {
       to_wake.push_back(g);
       continue;

@@ -18,6 +18,6 @@ enum class Friction {
 /// the true cone.
 [[nodiscard]] dContact ode_contact(const Touch& touch, Friction friction, bool soft,
                                    const Eigen::Vector3d& belt_axis_W, double belt_speed_m_s,
-                                   const Eigen::Vector3d& slide_W);
+                                   const Eigen::Vector3d& slide_W = Eigen::Vector3d::Zero());
 
 }  // namespace aprsim::physics

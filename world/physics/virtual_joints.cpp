@@ -7,6 +7,8 @@
 namespace aprsim::physics {
 namespace {
 
+constexpr double kErp = 0.2, kCfm = 1e-8;
+
 bool before(const VirtualJoints::Pair& pair, const std::tuple<int, int>& key) {
   return std::tuple(pair.a, pair.b) < key;
 }
@@ -77,6 +79,9 @@ std::size_t VirtualJoints::take_joint() {
     joints_.emplace_back(dJointCreateFixed(world_, nullptr));
     feedback_.push_back(std::make_unique<dJointFeedback>());
     dJointSetFeedback(joints_.back().get(), feedback_.back().get());
+    // By default it would keep what the world's solver last worked with.
+    dJointSetFixedParam(joints_.back().get(), dParamERP, kErp);
+    dJointSetFixedParam(joints_.back().get(), dParamCFM, kCfm);
   }
   const std::size_t joint = spare_.back();
   spare_.pop_back();
