@@ -136,8 +136,9 @@ TEST_F(StallingClients, DoNotDelayTheOthers) {
   ASSERT_EQ(times.size(), 2000U);
   std::printf("round trip among %zu stalled clients: median %.3f, p99 %.3f, max %.3f ms\n",
               stalled.size() + 1, times[1000], times[1980], times.back());
-  EXPECT_LT(times[1980], 20.0);
-  EXPECT_LT(times.back(), 200.0);
+  // How long it takes is the benchmark's business (tests/benchmarks, modbus); here, that nobody
+  // waits for one of the stalled clients' timeouts, a minute each.
+  EXPECT_LT(times.back(), 10e3);
 }
 
 }  // namespace
