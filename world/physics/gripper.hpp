@@ -15,7 +15,6 @@ namespace aprsim::physics {
 
 /// A palm or finger as a box; `X_WS` is its centre.
 struct GripperPart {
-  ode::Body body;
   Eigen::Vector3d size = Eigen::Vector3d::Zero();
   Eigen::Isometry3d X_TS = Eigen::Isometry3d::Identity();  ///< in the tool frame, open, unloaded
   Eigen::Isometry3d X_WS = Eigen::Isometry3d::Identity();
@@ -41,6 +40,24 @@ class GripperMechanism {
   GripperMechanism(const scene::Robot& robot, dWorldID world, const Eigen::Isometry3d& X_WF,
                    double step_s);
 
+  /// Everything that changes from step to step, as values: what save() gives and restore() takes,
+  /// between steps, of this gripper or of one built alike.
+  struct State {
+    std::array<GripperPart, 4> parts;  ///< palm, two fingers, lever (linkage only)
+    std::array<ode::SavedState, 4> bodies;
+    Eigen::Isometry3d X_WT, X_WT_next;
+    Eigen::Isometry3d delta = Eigen::Isometry3d::Identity();  ///< X_WT_next X_WT^-1
+    Eigen::Vector3d omega = Eigen::Vector3d::Zero();
+    std::array<FingerMotion, 2> motion{};
+    std::array<FingerDrive, 2> drives{};
+    LawState law;
+    bool closing = false, idle = true;
+    int still_steps = 0, hold_steps = 0, lost_steps = 0, free_steps = 0;
+    GripperState report;
+  };
+  [[nodiscard]] State save() const;
+  void restore(const State& state);
+
   void command(double setting);
   /// The mount goes from where it is to `X_WF_next` in this step. Moves what is carried along.
   void begin_step(const Eigen::Isometry3d& X_WF_next);
@@ -52,18 +69,18 @@ class GripperMechanism {
   void observe(const PadForces& pads, bool touched);
 
   /// At an end stop with nothing touching, the mechanism follows the flange without being solved.
-  [[nodiscard]] bool idle() const { return idle_; }
+  [[nodiscard]] bool idle() const { return now_.idle; }
   void wake();
 
-  [[nodiscard]] const GripperPart& palm() const { return parts_[0]; }
+  [[nodiscard]] const GripperPart& palm() const { return now_.parts[0]; }
   [[nodiscard]] const GripperPart& finger(int i) const {
-    return parts_[static_cast<std::size_t>(i) + 1];
+    return now_.parts[static_cast<std::size_t>(i) + 1];
   }
   [[nodiscard]] const Pad& pad() const { return pad_; }
   [[nodiscard]] Eigen::Isometry3d X_WD(int finger) const;  ///< see Pad
   /// Direction in which a finger closes, in world.
   [[nodiscard]] Eigen::Vector3d closing_W(int finger) const;
-  [[nodiscard]] const GripperState& state() const { return state_; }
+  [[nodiscard]] const GripperState& state() const { return now_.report; }
   [[nodiscard]] double pad_friction() const { return settings_.pad_friction; }
   /// Bodies that are solved together, without the carriage.
   [[nodiscard]] std::span<const dBodyID> bodies() const { return {bodies_.data(), body_count_}; }
@@ -78,6 +95,8 @@ class GripperMechanism {
   void make_slider(dWorldID world, int i);
   void make_linkage(dWorldID world);
   void drive();
+  void watch_grip(const PadForces& pads, bool still);
+  void fall_idle(double stop);
   void follow();
   void read_back();
   [[nodiscard]] Eigen::Vector3d carried_velocity(const Eigen::Vector3d& p_W) const;
@@ -86,23 +105,15 @@ class GripperMechanism {
   scene::Gripper settings_;
   double step_s_;
   double end_m_;  // travel of the closed stop
-  Eigen::Isometry3d X_FT_, X_WT_, X_WT_next_;
-  Eigen::Isometry3d delta_ = Eigen::Isometry3d::Identity();  // X_WT_next X_WT^-1
-  Eigen::Vector3d omega_ = Eigen::Vector3d::Zero();
+  Eigen::Isometry3d X_FT_;
   Pad pad_;
+  std::array<ode::Body, 4> body_handles_;  // of the parts
   ode::Body carriage_;
-  std::array<GripperPart, 4> parts_;  // palm, two fingers, lever (linkage only)
   std::array<dBodyID, 4> bodies_{};
   std::size_t body_count_ = 3;
   ode::Joint mount_, hinge_;
   std::array<ode::Joint, 2> sliders_, rods_;
-  std::array<FingerMotion, 2> motion_{};
-  std::array<FingerDrive, 2> drives_{};
-  MimicState mimic_;
-  bool closing_ = false;
-  bool idle_ = true;
-  int still_steps_ = 0, hold_steps_ = 0, lost_steps_ = 0, free_steps_ = 0;
-  GripperState state_;
+  State now_;
 };
 
 }  // namespace aprsim::physics

@@ -24,13 +24,13 @@ GripperMechanism::GripperMechanism(const scene::Robot& robot, dWorldID world,
     : settings_(robot.gripper),
       step_s_(step_s),
       end_m_(0.5 * (robot.gripper.gap_open_m - robot.gripper.gap_closed_m)),
-      X_FT_(robot.X_FT.isometry()),
-      X_WT_(X_WF * X_FT_),
-      X_WT_next_(X_WT_) {
-  pad_ = {settings_.pad, settings_.pad_height_m, settings_.pad_width_m, settings_.pad_depth_m,
-          settings_.v_half_angle_rad};
-  state_.separation_m = settings_.gap_open_m;
-  state_.X_WT = Pose::from(X_WT_);
+      X_FT_(robot.X_FT.isometry()) {
+  now_.X_WT = now_.X_WT_next = X_WF * X_FT_;
+  now_.law.air = {0, full_pressure(settings_)};
+  pad_ = {settings_.pad,         settings_.pad_height_m,     settings_.pad_width_m,
+          settings_.pad_depth_m, settings_.v_half_angle_rad, settings_.v_depth_m};
+  now_.report.separation_m = settings_.gap_open_m;
+  now_.report.X_WT = Pose::from(now_.X_WT);
   make_parts(world);
   make_mount(world);
   for (int i = 0; i < 2; ++i) make_slider(world, i);
@@ -40,32 +40,32 @@ GripperMechanism::GripperMechanism(const scene::Robot& robot, dWorldID world,
 void GripperMechanism::make_parts(dWorldID world) {
   const Eigen::Vector3d finger(settings_.pad_width_m, settings_.pad_depth_m,
                                settings_.pad_height_m);
-  parts_[0].size = settings_.palm_size;
-  parts_[0].X_TS.translation().z() = -settings_.pad_height_m - 0.5 * settings_.palm_size.z();
+  now_.parts[0].size = settings_.palm_size;
+  now_.parts[0].X_TS.translation().z() = -settings_.pad_height_m - 0.5 * settings_.palm_size.z();
   for (std::size_t i = 0; i < 2; ++i) {
     const double side = i == 0 ? 1 : -1;
-    parts_[i + 1].size = finger;
-    parts_[i + 1].X_TS.translation() =
+    now_.parts[i + 1].size = finger;
+    now_.parts[i + 1].X_TS.translation() =
         Eigen::Vector3d(0, side * 0.5 * (settings_.gap_open_m + settings_.pad_depth_m),
                         -0.5 * settings_.pad_height_m);
   }
   const double lever_kg = kLeverShare * settings_.finger_mass_kg;
-  parts_[3].size = Eigen::Vector3d(4 * end_m_, 0.25 * end_m_, 0.25 * end_m_);
-  parts_[3].X_TS.translation().z() = -0.5 * settings_.pad_height_m;
+  now_.parts[3].size = Eigen::Vector3d(4 * end_m_, 0.25 * end_m_, 0.25 * end_m_);
+  now_.parts[3].X_TS.translation().z() = -0.5 * settings_.pad_height_m;
 
   body_count_ = settings_.law == scene::GripperLaw::kLinkage ? 4 : 3;
   const std::array<double, 4> kg = {settings_.palm_mass_kg, settings_.finger_mass_kg,
                                     settings_.finger_mass_kg, lever_kg};
   for (std::size_t i = 0; i < body_count_; ++i) {
-    auto& part = parts_[i];
-    part.body.reset(dBodyCreate(world));
-    bodies_[i] = part.body.get();
+    auto& part = now_.parts[i];
+    body_handles_[i].reset(dBodyCreate(world));
+    bodies_[i] = body_handles_[i].get();
     const dMass m = box_mass(kg[i], part.size);
     dBodySetMass(bodies_[i], &m);
     dBodySetGravityMode(bodies_[i], 0);
     dBodySetGyroscopicMode(bodies_[i], 0);
     dBodySetFiniteRotationMode(bodies_[i], 1);
-    part.X_WS = X_WT_ * part.X_TS;
+    part.X_WS = now_.X_WT * part.X_TS;
     part.bounds = bounds_of_box(part.size, part.X_WS);
     ode::set_rotation(bodies_[i], part.X_WS.linear());
     ode::set_position(bodies_[i], part.X_WS.translation());
@@ -101,8 +101,8 @@ void GripperMechanism::make_slider(dWorldID world, int i) {
 }
 
 void GripperMechanism::make_linkage(dWorldID world) {
-  const Eigen::Vector3d pivot = parts_[3].X_WS.translation();
-  const Eigen::Vector3d axis = X_WT_.linear().col(2);
+  const Eigen::Vector3d pivot = now_.parts[3].X_WS.translation();
+  const Eigen::Vector3d axis = now_.X_WT.linear().col(2);
   hinge_.reset(dJointCreateHinge(world, nullptr));
   dJointAttach(hinge_.get(), bodies_[3], bodies_[0]);
   dJointSetHingeAnchor(hinge_.get(), pivot.x(), pivot.y(), pivot.z());
@@ -111,8 +111,8 @@ void GripperMechanism::make_linkage(dWorldID world) {
   const double arm = std::max(0.02, 2 * end_m_);
   for (std::size_t i = 0; i < 2; ++i) {
     const double side = i == 0 ? 1 : -1;
-    const Eigen::Vector3d end = pivot + side * arm * X_WT_.linear().col(0);
-    const Eigen::Vector3d on_finger = end + side * kRodLength * X_WT_.linear().col(1);
+    const Eigen::Vector3d end = pivot + side * arm * now_.X_WT.linear().col(0);
+    const Eigen::Vector3d on_finger = end + side * kRodLength * now_.X_WT.linear().col(1);
     auto& rod = rods_[i];
     rod.reset(dJointCreateDBall(world, nullptr));
     dJointAttach(rod.get(), bodies_[i + 1], bodies_[3]);

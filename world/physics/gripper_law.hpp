@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <span>
 
 #include "world/scene/scene.hpp"
@@ -21,24 +22,63 @@ struct FingerMotion {
   double rate_m_s = 0;
 };
 
-/// The coupling part of eq. 3: `on[i]` = sum over n != i of stiffness (p_n - p_i) + damping
-/// (p'_n - p'_i). With two fingers this is eq. 1-2. No call allocates.
+/// Eq. 3 of the paper, for any set of mimic joints: `on[i]` = single(joint i) + sum over n != i of
+/// pair(joint n, joint i), where `pair` is the force on the second from its error to the first.
+/// `on` has as many elements as `joints`. No call allocates.
+template <class Single, class Pair>
+void mimic_joint_forces(std::span<const FingerMotion> joints, const Single& single,
+                        const Pair& pair, std::span<double> on) {
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    on[i] = single(joints[i]);
+    for (std::size_t n = 0; n < joints.size(); ++n) {
+      if (n != i) on[i] += pair(joints[n], joints[i]);
+    }
+  }
+}
+
+/// The coupling part of eq. 3 with a linear relative-error law: stiffness (p_n - p_i) + damping
+/// (p'_n - p'_i). With two fingers this is that of eq. 1-2.
 void coupling_forces(std::span<const FingerMotion> fingers, double stiffness_n_m,
                      double damping_ns_m, std::span<double> on);
 
-/// Keeps what the mimic controller integrates.
+/// What the mimic-joint controller integrates.
 struct MimicState {
-  double integral_ms = 0;  ///< of the travel difference [m s]
+  double integral_n = 0;  ///< its integral share [N]
+};
+
+/// PID force on a joint that is to follow another, from the difference of travels and of rates.
+/// Anti-windup: the integral share is bounded by `max_n` and stands still while the whole force is
+/// at that limit and the error would drive it on.
+[[nodiscard]] double mimic_pid_force(const scene::MimicPid& gains, double max_n, double error_m,
+                                     double error_rate_m_s, double step_s, MimicState& state);
+
+/// Pressures of the two chambers that drive the fingers, as shares of the supply's.
+struct Chambers {
+  double closing = 0, opening = 1;
+};
+
+/// Share of the supply pressure that a chamber with this leak reaches.
+[[nodiscard]] double full_pressure(const scene::Gripper& gripper);
+/// The valve feeds one chamber and vents the other; both follow with the fill time, exactly.
+void advance_air(const scene::Gripper& gripper, bool closing, double step_s, Chambers& air);
+/// Has the force come within 1 % of what it will be?
+[[nodiscard]] bool air_is_steady(const scene::Gripper& gripper, bool closing, const Chambers& air);
+
+/// What the laws keep from step to step.
+struct LawState {
+  Chambers air;
+  MimicState mimic;
 };
 
 /// Drives of both fingers for a command (`closing`), with `end_m` the travel of the closed stop.
-/// The air is throttled near either end, as cushioned cylinders do.
+/// The air is throttled near either end, as cushioned cylinders do; friction is taken off the
+/// piston's push and added to what it takes to push it back.
 /// kConstant: each piston for itself. kMimicPid: the first by its piston, the second by a PID on
 /// the difference of travels, as the mimic-joint plugin does. kCoupled: both pistons plus eq. 1-2.
 /// kLinkage: both pistons; the linkage itself is a constraint, not a force.
 [[nodiscard]] std::array<FingerDrive, 2> finger_drives(const scene::Gripper& gripper, bool closing,
                                                        const std::array<FingerMotion, 2>& fingers,
                                                        double end_m, double step_s,
-                                                       MimicState& mimic);
+                                                       LawState& state);
 
 }  // namespace aprsim::physics

@@ -9,7 +9,11 @@ namespace {
 constexpr double kDirectCfm = 1e-9;
 constexpr double kIterativeCfm = 1e-8;
 constexpr double kRelaxation = 1.3;
-constexpr int kPredictorIterations = 50;
+// With 50 to 100, some gears jam in their pockets at a friction of 1 and carry the tray up.
+constexpr int kPredictorIterations = 150;
+constexpr int kDirectAttempts = 4;
+constexpr int kFallbackIterations = 200;
+constexpr double kTieBreak = 1e-3;  // of a friction bound
 // Depth up to which nothing pushes back [m]. What comes to rest sinks in by this much, so it is
 // thin; what grippers squeeze needs more.
 constexpr double kRestLayer = 2e-6, kGripLayer = 1e-5;
@@ -79,14 +83,35 @@ void Solver::predict() {
   restore(predicted, saved_, saved_grippers_);
 }
 
+/// ODE's pivoting breaks down, and returns nonsense, on ties such as a symmetric grasp makes. It
+/// says so: then the state is put back and the step solved again, first with friction bounds that
+/// differ a little, at last iteratively.
 void Solver::solve_direct() {
   if (!islands_.any(Phase::kFixedFriction) && !islands_.any(Phase::kDirect)) return;
-  enable_only({Phase::kFixedFriction, Phase::kDirect});
-  apply_forces();
-  make_contacts(Phase::kFixedFriction, Friction::kFixed);
-  make_contacts(Phase::kDirect, Friction::kPyramid);
-  run(Method::kDirect);
+  save(Phase::kFixedFriction);
+  save(Phase::kDirect);
+  for (int attempt = 1;; ++attempt) {
+    enable_only({Phase::kFixedFriction, Phase::kDirect});
+    apply_forces();
+    make_contacts(Phase::kFixedFriction, Friction::kFixed);
+    make_contacts(Phase::kDirect, Friction::kPyramid);
+    const bool last = attempt == kDirectAttempts;
+    const std::uint64_t complaints = ode::complaints();
+    dWorldSetQuickStepNumIterations(cell_.world.get(), kFallbackIterations);
+    run(last ? Method::kIterative : Method::kDirect);
+    if (last || ode::complaints() == complaints) break;
+    drop_contacts();
+    restore(Phase::kFixedFriction);
+    restore(Phase::kDirect);
+    break_ties();
+  }
   read_forces();
+}
+
+void Solver::break_ties() {
+  for (std::size_t i = 0; i < cell_.touches.size(); ++i) {
+    cell_.touches[i].normal_n *= 1 + kTieBreak * static_cast<double>(i % 7);
+  }
 }
 
 void Solver::solve_iterative() {
@@ -153,8 +178,11 @@ void Solver::make_contacts(Phase phase, Friction friction) {
       cell_.arms[static_cast<std::size_t>(nodes.robot_of(contact.b))].place_link(
           nodes.link_of(contact.b), cell_.step_s);
     }
-    const dContact description = ode_contact(touch, friction, link, cell_.fixed.belt_axis_W,
-                                             cell_.belt_speed_m_s, sliding_direction(touch));
+    // In a grip nothing slides for long, and the bounds hold for the directions of the prediction.
+    const Eigen::Vector3d slide =
+        phase == Phase::kFixedFriction ? Eigen::Vector3d::Zero() : sliding_direction(touch);
+    const dContact description =
+        ode_contact(touch, friction, link, cell_.fixed.belt_axis_W, cell_.belt_speed_m_s, slide);
     dJointID joint = dJointCreateContact(cell_.world.get(), contacts_.get(), &description);
     dJointAttach(joint, cell_.ode_body(contact.a), cell_.ode_body(contact.b));
     dJointSetFeedback(joint, &feedback_[made_.size()]);
@@ -195,6 +223,10 @@ void Solver::read_forces() {
     touch.f_W = ode::vector(feedback_[i].f1);
     touch.normal_n = std::max(0.0, touch.f_W.dot(touch.contact.n_W));
   }
+  drop_contacts();
+}
+
+void Solver::drop_contacts() {
   made_.clear();
   dJointGroupEmpty(contacts_.get());
 }

@@ -36,6 +36,8 @@ class Solver {
   [[nodiscard]] Eigen::Vector3d sliding_direction(const Touch& touch) const;
   void run(Method method);
   void read_forces();
+  void drop_contacts();
+  void break_ties();
   void cut_begin();
   void cut_end();
 

@@ -111,25 +111,89 @@ void read_gaps(const yaml::Map& keys, Gripper& gripper) {
   }
 }
 
+/// Each finger's piston: what air pushes it with, what friction takes from that, how fast its
+/// chambers fill and how they leak.
+void read_pneumatics(const yaml::Node& node, Gripper& gripper) {
+  constexpr double kNewtonPerBarAndSquareMillimetre = 0.1;
+  const yaml::Map air =
+      node.map({"supply_bar", "piston_area_mm2", "friction_n", "fill_time_s", "leak_per_s"});
+  const double supply_bar = air["supply_bar"].number({.min = 0, .max = 20, .open_min = true});
+  const double gross_n = kNewtonPerBarAndSquareMillimetre * supply_bar *
+                         air["piston_area_mm2"].number({.min = 0, .max = 1e4, .open_min = true});
+  gripper.friction_n = air["friction_n"].number_or(0, kNotNegative);
+  gripper.force_n = gross_n - gripper.friction_n;
+  if (gripper.force_n <= 0) {
+    air["friction_n"].error("a friction of " + std::to_string(gripper.friction_n) + " N",
+                            "less than the piston's force of " + std::to_string(gross_n) + " N");
+  }
+  gripper.fill_time_s = air["fill_time_s"].number_or(0, yaml::between(0, 1));
+  gripper.leak_per_s = air["leak_per_s"].number_or(0, yaml::between(0, 1000));
+  if (gripper.leak_per_s > 0 && gripper.fill_time_s == 0) {
+    air["leak_per_s"].error("a leak without fill_time_s",
+                            "fill_time_s above 0: a chamber that fills at once never loses air");
+  }
+}
+
+/// Either the force itself or what makes it.
+void read_force(const yaml::Map& keys, Gripper& gripper) {
+  const yaml::Node air = keys["pneumatics"];
+  if (!air) {
+    gripper.force_n = keys["force_n"].number(kPositive);
+  } else if (keys["force_n"]) {
+    keys["force_n"].error("force_n beside pneumatics", "one of the two");
+  } else {
+    read_pneumatics(air, gripper);
+  }
+}
+
+MimicPid read_mimic_pid(const yaml::Node& node) {
+  const yaml::Map keys = node.map({"p_n_m", "i_n_ms", "d_ns_m", "max_n"});
+  MimicPid pid;
+  pid.p_n_m = keys["p_n_m"].number_or(pid.p_n_m, kNotNegative);
+  pid.i_n_ms = keys["i_n_ms"].number_or(pid.i_n_ms, kNotNegative);
+  pid.d_ns_m = keys["d_ns_m"].number_or(pid.d_ns_m, kNotNegative);
+  pid.max_n = keys["max_n"].number_or(pid.max_n, kPositive);
+  return pid;
+}
+
 Gripper read_gripper(const yaml::Node& node) {
-  const yaml::Map keys =
-      node.map({"law", "stroke_m", "gap_closed_m", "gap_open_m", "force_n", "finger_speed_m_s",
-                "coupling_n_m", "pad", "pad_height_m", "pad_width_m", "pad_depth_m",
-                "v_half_angle_deg", "finger_mass_kg", "palm_mass_kg", "mount_mass_kg",
-                "palm_size_m", "palm_stiffness_n_m", "palm_damping_ns_m", "pad_friction"});
+  const yaml::Map keys = node.map({"law",
+                                   "stroke_m",
+                                   "gap_closed_m",
+                                   "gap_open_m",
+                                   "force_n",
+                                   "pneumatics",
+                                   "finger_speed_m_s",
+                                   "coupling_n_m",
+                                   "mimic_pid",
+                                   "pad",
+                                   "pad_height_m",
+                                   "pad_width_m",
+                                   "pad_depth_m",
+                                   "v_half_angle_deg",
+                                   "v_depth_m",
+                                   "finger_mass_kg",
+                                   "palm_mass_kg",
+                                   "mount_mass_kg",
+                                   "palm_size_m",
+                                   "palm_stiffness_n_m",
+                                   "palm_damping_ns_m",
+                                   "pad_friction"});
   Gripper gripper;
   constexpr GripperLaw kLaws[] = {GripperLaw::kLinkage, GripperLaw::kCoupled, GripperLaw::kMimicPid,
                                   GripperLaw::kConstant};
   gripper.law = kLaws[keys["law"].word_or(0, {"linkage", "coupled", "mimic_pid", "constant"})];
   read_gaps(keys, gripper);
-  gripper.force_n = keys["force_n"].number(kPositive);
+  read_force(keys, gripper);
   gripper.finger_speed_m_s = keys["finger_speed_m_s"].number(kPositive);
+  if (keys["mimic_pid"]) gripper.mimic = read_mimic_pid(keys["mimic_pid"]);
   gripper.coupling_n_m = keys["coupling_n_m"].number_or(gripper.coupling_n_m, kPositive);
   gripper.pad = keys["pad"].word_or(0, {"v", "flat"}) == 0 ? PadShape::kV : PadShape::kFlat;
   gripper.pad_height_m = keys["pad_height_m"].number(kLength);
   gripper.pad_width_m = keys["pad_width_m"].number(kLength);
   gripper.pad_depth_m = keys["pad_depth_m"].number(kLength);
   gripper.v_half_angle_rad = radians(keys["v_half_angle_deg"].number_or(45, kAcute));
+  gripper.v_depth_m = keys["v_depth_m"].number_or(0, yaml::between(0, gripper.pad_depth_m));
   gripper.finger_mass_kg = keys["finger_mass_kg"].number(kPositive);
   gripper.palm_mass_kg = keys["palm_mass_kg"].number(kPositive);
   gripper.mount_mass_kg = keys["mount_mass_kg"].number_or(0, kNotNegative);

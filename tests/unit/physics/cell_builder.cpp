@@ -39,16 +39,20 @@ scene::GearType gear_type(const std::string& name) {
     type.disc_radius_m = 0.05, type.hub_top_radius_m = 0.04, type.hub_bottom_radius_m = 0.03307;
     type.mass_kg = 0.033;
   } else {
-    type.disc_radius_m = 0.03, type.hub_top_radius_m = 0.01, type.hub_bottom_radius_m = 0.01;
+    type.hub_top_radius_m = 0.01, type.hub_bottom_radius_m = 0.01;
     type.hub_height_m = 0.006, type.peg_radius_m = 0.0038, type.peg_top_m = 0.024;
-    type.mass_kg = 0.02;
+    type.disc_radius_m = name == "d50"    ? 0.025
+                         : name == "d70"  ? 0.035
+                         : name == "d100" ? 0.05
+                                          : 0.03;
+    type.mass_kg = name == "d50" ? 0.01 : name == "d100" ? 0.033 : 0.02;
   }
   return type;
 }
 
 scene::Pocket pocket_for(const std::string& gear) {
   const scene::GearType type = gear_type(gear);
-  if (gear == "d60") return {0.0103, 0.0103, 0.0065, 0.0005, std::numbers::pi / 4};
+  if (gear[0] == 'd') return {0.0103, 0.0103, 0.0065, 0.0005, std::numbers::pi / 4};
   const double slope = (type.hub_top_radius_m - type.hub_bottom_radius_m) / type.hub_height_m;
   const double top = type.hub_top_radius_m + 0.0002;
   return {top, top - 0.0125 * slope, 0.0125, 0, std::numbers::pi / 4};
@@ -76,11 +80,12 @@ scene::Scene empty_scene() {
   scene::Scene scene;
   scene.name = "bench";
   scene.floor = false;
-  for (const char* name : {"small", "medium", "large", "d60"}) {
+  for (const char* name : {"small", "medium", "large", "d50", "d60"}) {
     scene.gear_types[name] = gear_type(name);
   }
   scene.tray_types["small4"] = tray_type("small", 0.08, 0.045);
   scene.tray_types["medium4"] = tray_type("medium", 0.093, 0.05);
+  scene.tray_types["d504"] = tray_type("d50", 0.08, 0.04);
   scene.tray_types["d604"] = tray_type("d60", 0.08, 0.04);
   return scene;
 }
@@ -138,6 +143,9 @@ scene::Robot& add_hand(scene::Scene& scene, const Eigen::Vector3d& tip_W, double
   gripper.pad_height_m = 0.03;
   gripper.pad_width_m = 0.014;
   gripper.pad_depth_m = 0.01;
+  gripper.pad_friction = 0.7;
+  gripper.v_half_angle_rad = 50 * std::numbers::pi / 180;
+  gripper.v_depth_m = 3.85e-3;  // centres a peg from 2 mm off across the fingers
   gripper.finger_mass_kg = 0.1;
   gripper.palm_mass_kg = 0.4;
   gripper.palm_size = {0.06, 0.08, 0.08};
