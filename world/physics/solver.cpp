@@ -88,8 +88,10 @@ void Solver::predict() {
 /// differ a little, at last iteratively.
 void Solver::solve_direct() {
   if (!islands_.any(Phase::kFixedFriction) && !islands_.any(Phase::kDirect)) return;
-  save(Phase::kFixedFriction);
-  save(Phase::kDirect);
+  const auto direct = [](Phase phase) {
+    return phase == Phase::kFixedFriction || phase == Phase::kDirect;
+  };
+  save(direct, saved_, saved_grippers_);
   for (int attempt = 1;; ++attempt) {
     enable_only({Phase::kFixedFriction, Phase::kDirect});
     apply_forces();
@@ -101,8 +103,7 @@ void Solver::solve_direct() {
     run(last ? Method::kIterative : Method::kDirect);
     if (last || ode::complaints() == complaints) break;
     drop_contacts();
-    restore(Phase::kFixedFriction);
-    restore(Phase::kDirect);
+    restore(direct, saved_, saved_grippers_);
     break_ties();
   }
   read_forces();
