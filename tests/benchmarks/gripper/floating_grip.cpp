@@ -10,7 +10,8 @@ namespace {
 
 using physics::test::Bench;
 
-constexpr double kStep = 1e-3, kAboveDisc = 3.5e-3, kLift = 0.03;
+constexpr double kStep = 1e-3, kAboveDisc = 3.5e-3,
+                 kLift = 0.25;     // the longest way of a shake is 0.15 m
 constexpr double kDropped = 0.01;  // [m] in the hand
 
 scene::Scene scene_of(const ShakeCase& c) {
@@ -36,7 +37,7 @@ Shake shake(const ShakeCase& c) {
   Bench hand(scene_of(c));
   hand.run(50);
   hand.grip(0);
-  hand.move({0, 0, kLift}, 0.2);
+  hand.move({0, 0, kLift}, 0.5);
   hand.run(50);
   Shake result;
   result.held_at_start = hand.world->gripper(0).holding;
@@ -67,7 +68,10 @@ Shake shake(const ShakeCase& c) {
 
 double drop_limit_up(const ShakeCase& c) {
   const scene::Scene scene = scene_of(c);
-  return 2 * c.pad_friction * c.force_n / scene.gear_types.at(c.gear).mass_kg -
+  // The two faces of a V press harder than the finger pushes: each by half of F / sin.
+  const double wedge =
+      c.law.pad == scene::PadShape::kV ? std::sin(scene.robots[0].gripper.v_half_angle_rad) : 1;
+  return 2 * c.pad_friction * c.force_n / wedge / scene.gear_types.at(c.gear).mass_kg -
          scene.physics.gravity_m_s2;
 }
 

@@ -34,7 +34,8 @@ struct Shake {
 
 [[nodiscard]] Shake shake(const ShakeCase& the_case);
 
-/// Acceleration up, against gravity, at which friction alone lets the gear go: 2 mu F / m - g.
+/// Acceleration up, against gravity, at which friction lets the gear go: 2 mu F / m - g, with F the
+/// normal force of a pad (V pads: the sum of both faces).
 [[nodiscard]] double drop_limit_up(const ShakeCase& the_case);
 
 }  // namespace aprsim::bench
