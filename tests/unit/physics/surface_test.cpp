@@ -15,7 +15,7 @@ Touch touch_of(SurfacePair pair) {
 }
 
 dContact described(const Touch& touch, Friction friction) {
-  return ode_contact(touch, friction, false, Eigen::Vector3d::UnitX(), 0);
+  return ode_contact(touch, friction, false, Eigen::Vector3d::UnitX(), 0, Eigen::Vector3d::Zero());
 }
 
 TEST(Surface, PadsAreSofterThanAnythingElse) {
