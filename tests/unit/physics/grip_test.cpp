@@ -258,7 +258,7 @@ TEST(Gripper, SavedStateComesBackBitForBit) {
     hand.command(0);
     const auto advance = [&](int steps) {
       for (int i = 0; i < steps; ++i) {
-        hand.begin_step(X_WF, X_WF);
+        hand.begin_step(X_WF);
         hand.apply_forces();
         dWorldStep(world.get(), 1e-3);
         hand.end_step();
