@@ -19,6 +19,25 @@ constexpr double kIntegralDecay = 0.9;  ///< per step while saturated
 constexpr int kTripSteps = 2;           ///< one sample may be noise
 constexpr std::size_t kReasonCapacity = 160;
 
+/// A push at the tool that no joint may take for a collision, and the share of a drive's torque up
+/// to which that holds: a wrist's drives are weak, and a hand's push must not stop the robot.
+constexpr double kBearablePush_n = 60, kMostTripShare = 0.85;
+constexpr double kWristReach_m = 0.65;      ///< joints with less of the arm beyond them are wrist
+constexpr double kTipBeyondCentre_m = 0.1;  ///< of the gripper, beyond its centre of mass
+
+/// Torque of a disturbance that trips a joint: its share of the drive's torque; for the wrist at
+/// least what the bearable push makes with the longest lever that the arm beyond the joint can
+/// have.
+double trip_torque(const ArmModel& model, const Payload& payload, int joint, double fraction) {
+  const double most = model.joints[static_cast<std::size_t>(joint)].max_torque_nm;
+  double lever = payload.mass_kg > 0 ? payload.com_F.norm() + kTipBeyondCentre_m : 0.0;
+  for (std::size_t k = static_cast<std::size_t>(joint) + 1; k < model.joints.size(); ++k) {
+    lever += model.joints[k].X_PJ.translation().norm();
+  }
+  if (lever > kWristReach_m) return fraction * most;
+  return std::max(fraction * most, std::min(kMostTripShare * most, kBearablePush_n * lever));
+}
+
 }  // namespace
 
 Arm::Arm(ArmModel model, Payload payload, const Eigen::Vector3d& gravity_B,
@@ -129,20 +148,26 @@ void Arm::deviate(const JointVector& feedforward, const JointVector& disturbance
 void Arm::watch(const JointVector& feedforward) {
   // A feedforward beyond the limit is the plan's fault and shows as deviation, not as disturbance.
   const JointVector planned = feedforward.cwiseMax(-max_torque_).cwiseMin(max_torque_);
-  const JointVector share =
-      ((s_.torque - planned).cwiseAbs() - s_.intended).cwiseMax(0).cwiseQuotient(max_torque_);
-  Eigen::Index worst = 0;
-  const bool disturbed = share.maxCoeff(&worst) > servo_.trip_fraction;
-  s_.disturbed_steps = disturbed ? s_.disturbed_steps + 1 : 0;
+  const JointVector against = ((s_.torque - planned).cwiseAbs() - s_.intended).cwiseMax(0);
+  int worst = 0;
+  double worst_share = 0, limit = 0;
+  for (int i = 0; i < model_.dof(); ++i) {
+    const double bearable = trip_torque(model_, s_.payload, i, servo_.trip_fraction);
+    if (against(i) / bearable <= worst_share) continue;
+    worst = i;
+    worst_share = against(i) / bearable;
+    limit = bearable;
+  }
+  s_.disturbed_steps = worst_share > 1 ? s_.disturbed_steps + 1 : 0;
   if (!s_.trip_reason.empty()) return;
   if (s_.disturbed_steps >= kTripSteps) {
-    trip(static_cast<int>(worst), "disturbance torque", share(worst) * max_torque_(worst),
-         servo_.trip_fraction * max_torque_(worst), "Nm");
+    trip(worst, "disturbance torque", against(worst), limit, "Nm");
     return;
   }
-  const double deviation = s_.e.cwiseAbs().maxCoeff(&worst);
+  Eigen::Index farthest = 0;
+  const double deviation = s_.e.cwiseAbs().maxCoeff(&farthest);
   if (deviation > servo_.trip_deviation_rad) {
-    trip(static_cast<int>(worst), "deviation from the reference", deviation,
+    trip(static_cast<int>(farthest), "deviation from the reference", deviation,
          servo_.trip_deviation_rad, "rad");
   }
 }

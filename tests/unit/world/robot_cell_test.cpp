@@ -195,15 +195,15 @@ INSTANTIATE_TEST_SUITE_P(Robots, Pushed, testing::Values(kFanuc, kMotoman), [](c
   return robot.param == kFanuc ? "fanuc" : "motoman";
 });
 
-TEST_P(Pushed, YieldsToAPushAndReturnsExactly) {
+TEST_P(Pushed, YieldsAFewMillimetresTo50NAndReturnsExactly) {
   const auto before = joints();
   const Vector3d p = snapshot().X_WT.p;
   double furthest = 0;
   for (int i = 0; i < 300; ++i) {
-    step(1, {0, 20, 0});
+    step(1, {0, 50, 0});
     furthest = std::max(furthest, (snapshot().X_WT.p - p).norm());
   }
-  EXPECT_GT(furthest, 2e-5);
+  EXPECT_GT(furthest, 2e-4);
   EXPECT_LT(furthest, 8e-3);
   EXPECT_FALSE(snapshot().protective_stop);
   EXPECT_EQ(snapshot().action.state, ActionState::kDone);
