@@ -13,8 +13,12 @@ struct Mode {
   scene::Simplification value;
 };
 
-inline constexpr std::array kModes = {
-    Mode{"off", scene::Simplification::kOff},
-    Mode{"virtual_joints", scene::Simplification::kVirtualJoints}};
+inline constexpr std::array kModes = {Mode{"off", scene::Simplification::kOff},
+                                      Mode{"virtual_joints", scene::Simplification::kVirtualJoints},
+                                      Mode{"merge", scene::Simplification::kMerge},
+                                      Mode{"dormant", scene::Simplification::kDormant}};
+
+/// What shipped scenes use.
+inline constexpr Mode kDefaultMode = kModes.back();
 
 }  // namespace aprsim::bench

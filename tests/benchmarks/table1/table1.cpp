@@ -8,7 +8,7 @@
 #include "tests/benchmarks/support/experiment.hpp"
 #include "tests/benchmarks/support/modes.hpp"
 #include "tests/benchmarks/support/statistics.hpp"
-#include "tests/benchmarks/table1/tray_run.hpp"
+#include "tests/benchmarks/trays/tray_run.hpp"
 
 namespace aprsim::bench {
 namespace {
@@ -175,8 +175,8 @@ void parameters_of_paper(Experiment& experiment, const Runs& runs) {
 void figures(Experiment& experiment, const scene::Scene& centred, const Runs& runs,
              const TrayRunPlan& plan) {
   scene::Scene scene = centred;
-  const char* best = kModes.back().name;
-  scene.physics.simplification = kModes.back().value;
+  const char* best = kDefaultMode.name;
+  scene.physics.simplification = kDefaultMode.value;
   const TrayRun aligned = run_trays(scene, plan);
   experiment.record("table1.centred.delta_spawn_m", aligned.delta_spawn_m, "m");
   experiment.record({"table1.delta_spawn_m", runs.at(best).front().delta_spawn_m, "m",

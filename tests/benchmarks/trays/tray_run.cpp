@@ -1,4 +1,4 @@
-#include "tests/benchmarks/table1/tray_run.hpp"
+#include "tests/benchmarks/trays/tray_run.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,6 @@
 #include <stdexcept>
 
 #include "tests/benchmarks/support/clock.hpp"
-#include "world/physics/physics_world.hpp"
 #include "world/scene/scene_loader.hpp"
 
 namespace aprsim::bench {
@@ -26,15 +25,14 @@ std::vector<int> trays_of_gears(const scene::Scene& scene) {
 }
 
 /// Poses of all gears relative to their trays.
-std::vector<Pose> relative_poses(const physics::PhysicsWorld& world,
-                                 const std::vector<int>& trays) {
+std::vector<Pose> relative_poses(const TraySimulation& simulation, const std::vector<int>& trays,
+                                 int tray_count) {
   std::vector<Pose> out;
-  const int tray_count = world.body_count() - static_cast<int>(trays.size());
   for (std::size_t g = 0; g < trays.size(); ++g) {
-    const auto tray = world.body(trays[g]);
-    const auto gear = world.body(tray_count + static_cast<int>(g));
-    out.push_back(
-        {tray.q_WB.conjugate() * (gear.p_WB - tray.p_WB), tray.q_WB.conjugate() * gear.q_WB});
+    const Pose tray = simulation.body(trays[g]);
+    const Pose gear = simulation.body(tray_count + static_cast<int>(g));
+    const Eigen::Quaterniond q_PW = tray.q.conjugate();
+    out.push_back({q_PW * (gear.p - tray.p), q_PW * gear.q});
   }
   return out;
 }
@@ -74,50 +72,53 @@ double belt_speed(const TrayRunPlan& plan, double t_s) {
   return std::clamp((t_s - plan.settled_s) * plan.belt_accel_m_s2, 0.0, plan.belt_speed_m_s);
 }
 
-TrayRun run_trays(const scene::Scene& scene, const TrayRunPlan& plan) {
+TrayRun run_trays(TraySimulation& simulation, const scene::Scene& scene, const TrayRunPlan& plan) {
   const auto trays = trays_of_gears(scene);
-  physics::PhysicsWorld world(scene, {}, {});
+  const int tray_count = static_cast<int>(scene.trays.size());
   const double h = scene.physics.step_s;
   const int steps = static_cast<int>(std::lround(plan.duration_s / h));
   const int settled = static_cast<int>(std::lround(plan.settled_s / h));
   const int steady = steps - static_cast<int>(std::lround(std::min(1.0, plan.duration_s / 4) / h));
-  const auto spawn = relative_poses(world, trays);
+  const auto spawn = relative_poses(simulation, trays, tray_count);
   std::vector<double> tray_start_x;
-  for (std::size_t t = 0; t < scene.trays.size(); ++t) {
-    tray_start_x.push_back(world.body(static_cast<int>(t)).p_WB.x());
-  }
+  for (int t = 0; t < tray_count; ++t) tray_start_x.push_back(simulation.body(t).p.x());
   auto rest = spawn;
   TrayRun run;
   const double start = thread_cpu_s();
   double left_out = 0, steady_start = start;
   for (int step = 0; step < steps; ++step) {
-    if (step == settled && plan.look) {
+    if (step == settled) {
       const double pause = thread_cpu_s();
-      rest = relative_poses(world, trays);
+      rest = relative_poses(simulation, trays, tray_count);
       left_out = thread_cpu_s() - pause;
     }
     if (step == steady) steady_start = thread_cpu_s();
-    // As the belt's drive does it: the speed that holds at the end of the step.
     const double speed = belt_speed(plan, (step + 1) * h);
-    world.set_belt_speed(speed);
-    world.step();
+    simulation.step(speed);
     run.belt_travel_m += speed * h;
-    run.contacts += world.contact_count();
+    run.contacts += simulation.contact_count();
   }
   const double end = thread_cpu_s();
   run.cpu_s = end - start - left_out;
   run.steady_us = 1e6 * (end - steady_start) / (steps - steady);
   run.contacts /= steps;
   run.real_time_factor = plan.duration_s / run.cpu_s;
-  if (!plan.look) return run;
-  const auto last = relative_poses(world, trays);
+  const auto last = relative_poses(simulation, trays, tray_count);
   sum_motion(spawn, last, run.delta_spawn_m, run.theta_spawn_rad);
   sum_motion(rest, last, run.delta_settled_m, run.theta_settled_rad);
   for (std::size_t t = 0; t < tray_start_x.size(); ++t) {
-    const double way = world.body(static_cast<int>(t)).p_WB.x() - tray_start_x[t];
+    const double way = simulation.body(static_cast<int>(t)).p.x() - tray_start_x[t];
     run.tray_travel_error_m = std::max(run.tray_travel_error_m, std::abs(way - run.belt_travel_m));
   }
+  for (std::size_t g = 0; g < last.size(); ++g) {
+    run.deepest_m = std::max(run.deepest_m, spawn[g].p.z() - last[g].p.z());
+  }
   return run;
+}
+
+TrayRun run_trays(const scene::Scene& scene, const TrayRunPlan& plan) {
+  const auto simulation = own_simulation(scene);
+  return run_trays(*simulation, scene, plan);
 }
 
 }  // namespace aprsim::bench

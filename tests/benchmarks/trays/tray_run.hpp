@@ -1,7 +1,6 @@
 #pragma once
 
-#include <vector>
-
+#include "tests/benchmarks/trays/tray_simulation.hpp"
 #include "world/scene/scene.hpp"
 
 namespace aprsim::bench {
@@ -12,7 +11,6 @@ struct TrayRunPlan {
   double settled_s = 0.5;  ///< the belt stands until then; reference of the settled figures
   double belt_speed_m_s = 0.3;
   double belt_accel_m_s2 = 0.5;
-  bool look = true;  ///< measure displacements (outside of the timed part)
 };
 
 /// Sums over all gears, each relative to its tray (paper, eq. 6-7), and the time it took.
@@ -24,6 +22,7 @@ struct TrayRun {
   double contacts = 0;   ///< a step, mean
   double belt_travel_m = 0;
   double tray_travel_error_m = 0;  ///< largest difference of a tray's way to the belt's
+  double deepest_m = 0;            ///< how far a gear has sunk into its tray
   double real_time_factor = 0;
 };
 
@@ -37,6 +36,9 @@ void disturb_gears(scene::Scene& scene, unsigned seed, double radius_m = 1.5e-4)
 /// The belt's speed at a time: at rest, one ramp, then steady.
 double belt_speed(const TrayRunPlan& plan, double t_s);
 
+/// `simulation` must be of that scene and new.
+TrayRun run_trays(TraySimulation& simulation, const scene::Scene& scene, const TrayRunPlan& plan);
+/// In our own physics.
 TrayRun run_trays(const scene::Scene& scene, const TrayRunPlan& plan);
 
 }  // namespace aprsim::bench

@@ -1,0 +1,144 @@
+#include "tests/benchmarks/peers/mujoco_simulation.hpp"
+
+#include <array>
+#include <cstring>
+#include <mujoco/mujoco.h>
+#include <sstream>
+#include <stdexcept>
+#include <vector>
+
+#include "tests/benchmarks/peers/peer_geometry.hpp"
+#include "world/physics/mass_properties.hpp"
+
+namespace aprsim::bench {
+namespace {
+
+// Collision masks: what a geom is and what it collides with.
+constexpr const char* kBelt = " contype=\"1\" conaffinity=\"2\"";
+constexpr const char* kFloor = " contype=\"2\" conaffinity=\"1\"";
+constexpr const char* kWall = " contype=\"4\" conaffinity=\"8\"";
+constexpr const char* kGear = " contype=\"8\" conaffinity=\"12\"";
+
+std::string numbers(std::initializer_list<double> values) {
+  std::ostringstream out;
+  out.precision(17);
+  for (const double value : values) out << value << ' ';
+  return out.str();
+}
+
+std::string body_head(const std::string& name, const Pose& pose,
+                      const physics::MassProperties& mass) {
+  const auto& i = mass.inertia;
+  return "<body name=\"" + name + "\" pos=\"" + numbers({pose.p.x(), pose.p.y(), pose.p.z()}) +
+         "\" quat=\"" + numbers({pose.q.w(), pose.q.x(), pose.q.y(), pose.q.z()}) +
+         "\"><freejoint/><inertial pos=\"" + numbers({mass.com.x(), mass.com.y(), mass.com.z()}) +
+         "\" mass=\"" + numbers({mass.mass_kg}) + "\" fullinertia=\"" +
+         numbers({i(0, 0), i(1, 1), i(2, 2), i(0, 1), i(0, 2), i(1, 2)}) + "\"/>";
+}
+
+std::string box_geom(const PeerBox& box, const std::string& more) {
+  return "<geom type=\"box\" pos=\"" + numbers({box.centre.x(), box.centre.y(), box.centre.z()}) +
+         "\" size=\"" + numbers({box.half.x(), box.half.y(), box.half.z()}) + "\"" + more + "/>";
+}
+
+std::string friction(double mu) { return " friction=\"" + numbers({mu, 0.005, 0.0001}) + "\""; }
+
+std::string tray_xml(const scene::Scene& scene, const scene::TrayInstance& tray) {
+  const auto& type = scene.tray_types.at(tray.type);
+  std::string out = body_head(tray.name, tray.X_WP, physics::tray_mass(type));
+  for (const auto& box : tray_boxes(type)) {
+    out += box_geom(box, box.floor ? kFloor + friction(scene.physics.friction.tray_belt)
+                                   : kWall + friction(scene.physics.friction.gear_tray));
+  }
+  return out + "</body>\n";
+}
+
+std::string gear_xml(const scene::Scene& scene, const scene::GearInstance& gear) {
+  const auto& type = scene.gear_types.at(gear.type);
+  std::string out = body_head(gear.name, gear.X_WP, physics::gear_mass(type));
+  for (const auto& cylinder : gear_cylinders(type)) {
+    out += "<geom type=\"cylinder\" pos=\"" + numbers({0, 0, cylinder.z_centre}) + "\" size=\"" +
+           numbers({cylinder.radius, cylinder.half_height}) + "\"" + kGear +
+           friction(scene.physics.friction.gear_tray) + "/>";
+  }
+  return out + "</body>\n";
+}
+
+/// The belt is a body that slides along x with its velocity set anew before every step.
+std::string belt_xml(const scene::Scene& scene) {
+  const auto& belt = *scene.conveyor;
+  return "<body name=\"belt\" pos=\"" +
+         numbers({belt.X_WC.p.x(), belt.X_WC.p.y(), belt.X_WC.p.z() - 0.05}) +
+         "\"><joint type=\"slide\" axis=\"1 0 0\"/><geom type=\"box\" mass=\"1e4\" size=\"" +
+         numbers({3 * belt.length_m, belt.width_m, 0.05}) + "\"" + kBelt +
+         friction(scene.physics.friction.tray_belt) + "/></body>\n";
+}
+
+std::string model_xml(const scene::Scene& scene, const MujocoSettings& settings) {
+  std::string out =
+      "<mujoco><size njmax=\"" + numbers({300.0 * double(scene.trays.size())}) + "\" nconmax=\"" +
+      numbers({300.0 * double(scene.trays.size())}) + "\"/><option timestep=\"" +
+      numbers({scene.physics.step_s}) + "\" gravity=\"" +
+      numbers({0, 0, -scene.physics.gravity_m_s2}) + "\"" + " iterations=\"" +
+      std::to_string(scene.physics.iterations) + "\"" +
+      (settings.accurate ? " cone=\"elliptic\" impratio=\"10\" noslip_iterations=\"5\"" : "") +
+      "/><default><geom solref=\"" + numbers({settings.solref_s, 1}) +
+      "\"/></default><worldbody>\n";
+  out += belt_xml(scene);
+  for (const auto& tray : scene.trays) out += tray_xml(scene, tray);
+  for (const auto& gear : scene.gears) out += gear_xml(scene, gear);
+  return out + "</worldbody></mujoco>\n";
+}
+
+class MujocoSimulation : public TraySimulation {
+ public:
+  MujocoSimulation(const scene::Scene& scene, const MujocoSettings& settings)
+      : step_s_(scene.physics.step_s), model_(load(model_xml(scene, settings))) {
+    data_.reset(mj_makeData(model_.get()));
+    mj_forward(model_.get(), data_.get());
+  }
+
+  void step(double belt_speed_m_s) override {
+    data_->qvel[0] = belt_speed_m_s;
+    mj_step(model_.get(), data_.get());
+    travel_m_ += belt_speed_m_s * step_s_;
+    data_->qpos[0] = travel_m_;
+  }
+  [[nodiscard]] Pose body(int index) const override {
+    const mjtNum* q = data_->qpos + 1 + 7 * index;
+    return {{q[0], q[1], q[2]}, Eigen::Quaterniond(q[3], q[4], q[5], q[6])};
+  }
+  [[nodiscard]] int contact_count() const override { return data_->ncon; }
+
+ private:
+  struct Delete {
+    void operator()(mjModel* model) const { mj_deleteModel(model); }
+    void operator()(mjData* data) const { mj_deleteData(data); }
+  };
+  static mjModel* load(const std::string& xml) {
+    const auto files = std::make_unique<mjVFS>();
+    mj_defaultVFS(files.get());
+    mj_makeEmptyFileVFS(files.get(), "scene.xml", static_cast<int>(xml.size()));
+    std::memcpy(files->filedata[0], xml.data(), xml.size());
+    std::array<char, 500> error{};
+    mjModel* model = mj_loadXML("scene.xml", files.get(), error.data(), error.size());
+    mj_deleteVFS(files.get());
+    if (model == nullptr) throw std::runtime_error(std::string("MuJoCo: ") + error.data());
+    return model;
+  }
+
+  double step_s_, travel_m_ = 0;
+  std::unique_ptr<mjModel, Delete> model_;
+  std::unique_ptr<mjData, Delete> data_;
+};
+
+}  // namespace
+
+std::unique_ptr<TraySimulation> mujoco_simulation(const scene::Scene& scene,
+                                                  const MujocoSettings& settings) {
+  return std::make_unique<MujocoSimulation>(scene, settings);
+}
+
+std::string mujoco_version() { return mj_versionString(); }
+
+}  // namespace aprsim::bench
