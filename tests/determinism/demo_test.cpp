@@ -29,11 +29,11 @@ TEST_P(DemoReplay, RepeatsBitForBit) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Modes, DemoReplay,
-                         testing::Values(Case{"off", scene::Simplification::kOff, 8},
+                         testing::Values(Case{"off", scene::Simplification::kOff, 3},
                                          Case{"virtual_joints",
-                                              scene::Simplification::kVirtualJoints, 10},
-                                         Case{"merge", scene::Simplification::kMerge, 10},
-                                         Case{"dormant", scene::Simplification::kDormant, 60}),
+                                              scene::Simplification::kVirtualJoints, 5},
+                                         Case{"merge", scene::Simplification::kMerge, 8},
+                                         Case{"dormant", scene::Simplification::kDormant, 40}),
                          [](const auto& param) { return std::string(param.param.name); });
 
 TEST(DemoReplay, AnotherCommandGivesOtherBits) {

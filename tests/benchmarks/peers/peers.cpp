@@ -148,7 +148,7 @@ int run(int argc, char** argv) {
     scenes[mode.name].physics.simplification = mode.value;
   }
   auto all = contenders(scenes);
-  run_rounds(all, scene, plan, experiment.quick() ? 1 : 3);
+  run_rounds(all, scene, plan, experiment.quick() ? 1 : 2);
   show(experiment, all, plan.duration_s);
   for (const auto& mode : kModes) {
     for (const auto& contender : all) {

@@ -192,7 +192,7 @@ int run(int argc, char** argv) {
   disturb_gears(scene, 1);
   TrayRunPlan plan;
   if (experiment.quick()) plan.duration_s = 1;
-  const Runs runs = take_turns(scene, plan, experiment.quick() ? 1 : 5);
+  const Runs runs = take_turns(scene, plan, experiment.quick() ? 1 : 3);
   main_table(experiment, runs, plan.duration_s);
   record_modes(experiment, runs, plan.duration_s);
   figures(experiment, centred, runs, plan);
