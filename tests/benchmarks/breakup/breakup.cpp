@@ -61,7 +61,7 @@ class Breakup {
     }
   }
   void begin(const Mode& mode, Slider slider, double tilt_rad) {
-    const double at = onset(mode, slider, tilt_rad, experiment_.quick() ? 4 : 9);
+    const double at = onset(mode, slider, tilt_rad, experiment_.quick() ? 4 : 7);
     onsets_.row({mode.name, name_of(slider), degrees(tilt_rad), at});
     auto& worst = scores_[mode.name].onset_error;
     worst = std::max(worst, std::abs(at - 1));
@@ -106,11 +106,11 @@ int run(int argc, char** argv) {
   Breakup breakup(experiment);
   const bool quick = experiment.quick();
   const std::vector<double> tilts =
-      quick ? std::vector<double>{0.0} : std::vector<double>{0.0, M_PI / 36, M_PI / 18};
+      quick ? std::vector<double>{0.0} : std::vector<double>{0.0, M_PI / 18};
   const std::vector<double> low =
-      quick ? std::vector<double>{0.98} : std::vector<double>{0.3, 0.7, 0.9, 0.98};
+      quick ? std::vector<double>{0.98} : std::vector<double>{0.5, 0.9, 0.98};
   const std::vector<double> high =
-      quick ? std::vector<double>{1.02, 2.0} : std::vector<double>{1.02, 1.1, 1.3, 1.7, 2.2, 2.7};
+      quick ? std::vector<double>{1.02, 2.0} : std::vector<double>{1.02, 1.3, 1.7, 2.7};
   for (const auto& mode : kModes) {
     for (const Slider slider : kSliders) {
       for (const double tilt : tilts) {

@@ -1,7 +1,8 @@
 // Table 1 of IMECE2019-11345: ten trays with forty gears on a moving belt. How still the gears lie
 // in their trays, and how fast the scene runs, in every mode of contact simplification.
 
-#include <cstdio>
+#include <algorithm>
+#include <cmath>
 #include <functional>
 #include <map>
 
@@ -103,14 +104,14 @@ std::vector<Variation> variations(bool quick) {
       out.push_back({parameter, value, [=](scene::Scene& scene) { set(scene, value); }});
     }
   };
-  add("step [ms]", {2, 0.5, 1, 4},
+  add("step [ms]", {2, 0.5, 4},
       [](scene::Scene& scene, double ms) { scene.physics.step_s = 1e-3 * ms; });
-  add("iterations", {10, 20, 50, 100}, [](scene::Scene& scene, double count) {
+  add("iterations", {10, 20, 100}, [](scene::Scene& scene, double count) {
     scene.physics.iterations = static_cast<int>(count);
   });
-  add("friction", {0.2, 0.35, 0.7, 1},
+  add("friction", {0.2, 0.7, 1},
       [](scene::Scene& scene, double mu) { scene.physics.friction.gear_tray = mu; });
-  add("gear mass factor", {0.1, 1, 5, 20}, [](scene::Scene& scene, double factor) {
+  add("gear mass factor", {0.1, 5, 20}, [](scene::Scene& scene, double factor) {
     for (auto& [name, type] : scene.gear_types) type.mass_kg *= factor;
   });
   return out;
@@ -140,7 +141,7 @@ void sweep(Experiment& experiment, const scene::Scene& base, TrayRunPlan plan) {
       }
     }
   }
-  experiment.table("sweep", "The same over simulation parameters, one at a time", table);
+  experiment.table("sweep", "The same over simulation parameters, one at a time, 2 s", table);
   for (const auto& mode : kModes) {
     const std::string name = "table1.sweep." + std::string(mode.name);
     experiment.record(name + ".worst_delta_settled_m", worst_settled[mode.name], "m");
@@ -197,6 +198,7 @@ int run(int argc, char** argv) {
   record_modes(experiment, runs, plan.duration_s);
   figures(experiment, centred, runs, plan);
   parameters_of_paper(experiment, runs);
+  plan.duration_s = std::min(plan.duration_s, 2.0);
   sweep(experiment, scene, plan);
   return experiment.finish();
 }
