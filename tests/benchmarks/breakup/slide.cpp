@@ -53,7 +53,8 @@ scene::Scene scene_of(const SlideCase& slide) {
   scene.trays.push_back({.name = "tray",
                          .type = flat ? "slab" : kTrayType,
                          .X_WP = on_belt(scene, slab.thickness_m)});
-  if (flat) add_gear(scene, {0, 0, scene.gear_types.at(kGearType).hub_height_m});
+  // Forward of the middle: it slides back by half the tray's length.
+  if (flat) add_gear(scene, {0.04, 0, scene.gear_types.at(kGearType).hub_height_m});
   if (slide.slider == Slider::kLoadedTray) fill(scene, 4);
   if (slide.slider == Slider::kGearInPocket) fill(scene, 1);
   return scene;
