@@ -16,10 +16,6 @@ class JointChain {
     chain_.clear();
     postures_.assign(1, q);
   }
-  void reserve(std::size_t ways) {
-    chain_.reserve(ways);
-    postures_.reserve(ways + 1);
-  }
   void add(const JointVector& q, double duration_s) {
     postures_.push_back(q);
     chain_.add(duration_s);
@@ -34,7 +30,6 @@ class JointChain {
     return q;
   }
   [[nodiscard]] const JointVector& end() const { return postures_.back(); }
-  [[nodiscard]] const JointVector& posture(std::size_t i) const { return postures_[i]; }
   [[nodiscard]] JointVector way(std::size_t i) const { return postures_[i + 1] - postures_[i]; }
   [[nodiscard]] const SegmentChain& chain() const { return chain_; }
 

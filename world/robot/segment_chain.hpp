@@ -12,7 +12,6 @@ namespace aprsim::robot {
 class SegmentChain {
  public:
   void clear() { segments_.clear(); }
-  void reserve(std::size_t segments) { segments_.reserve(segments); }
   /// `duration_s` > 0.
   void add(double duration_s);
   /// Overlap of segments `corner` and `corner + 1`, so much to either side of the time where one
@@ -23,7 +22,6 @@ class SegmentChain {
   [[nodiscard]] double length() const;
   [[nodiscard]] double begin(std::size_t segment) const { return segments_[segment].begin; }
   [[nodiscard]] double duration(std::size_t segment) const { return segments_[segment].duration; }
-  [[nodiscard]] double half_width(std::size_t corner) const { return segments_[corner].blend_out; }
   /// The widest blend that the corner has room for.
   [[nodiscard]] double room(std::size_t corner) const;
 
