@@ -73,6 +73,22 @@ class PhysicsWorld {
   /// Throws PhysicsFailure before ODE would abort.
   void step();
 
+  /// All that later steps depend on, between two steps: an immutable value, cheap to copy.
+  class State {
+   public:
+    State() = default;  ///< of no world; restore() refuses it
+
+   private:
+    friend class PhysicsWorld;
+    struct Data;
+    std::shared_ptr<const Data> data_;
+  };
+  [[nodiscard]] State save() const;
+  /// Goes on from there bit for bit; this world must have been built of the same scene with the
+  /// same initial link poses. Throws std::invalid_argument when the numbers of bodies or robots
+  /// differ.
+  void restore(const State& state);
+
   // ---- results of the last step
   [[nodiscard]] int body_count() const;
   [[nodiscard]] BodyState body(int index) const;
