@@ -8,7 +8,6 @@
 #include "crcl/pose.hpp"
 #include "crcl/sensor_codec.hpp"
 #include "crcl/text.hpp"
-#include "crcl/xml_writer.hpp"
 
 namespace aprsim::crcl {
 namespace {
@@ -217,15 +216,12 @@ constexpr CommandReader kReaders[] = {
      }},
 };
 
-CommandBody read_body(const XmlNode& node, const Fields& fields, std::string_view type) {
+CommandBody read_body(const Fields& fields, std::string_view type) {
   for (const std::span<const CommandReader> readers :
        {std::span<const CommandReader>(kReaders), service_readers()}) {
     for (const CommandReader& reader : readers) {
       if (reader.type == type) return reader.read(fields);
     }
-  }
-  if (is_command_type(type)) {
-    return OtherCommand{std::string(type), XmlWriter::body_of_command(node)};
   }
   fail_type(fields, "a command type of CRCLCommands.xsd");
   return {};
@@ -239,7 +235,7 @@ Command read_command(const XmlNode& node, std::string_view type, ErrorSlot& slot
   command.name = fields.optional_text("Name");
   command.id = fields.optional_long("CommandID").value_or(0);
   for (const Fields& guard : fields.children("Guard")) command.guards.push_back(read_guard(guard));
-  command.body = read_body(node, fields, type);
+  command.body = read_body(fields, type);
   if (clean && slot) {
     slot->command_type = type;
     slot->command_id = command.id;

@@ -154,8 +154,6 @@ struct BodyWriter {
     out.text("LoopName", loop.loop);
     out.integer("MaxCount", loop.max_count);
   }
-  void operator()(const OtherCommand& other) const { out.raw(other.body_xml); }
-
   template <typename Service>
   void operator()(const Service& command) const {
     write_body(out, command);

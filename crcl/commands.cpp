@@ -1,52 +1,10 @@
 #include "crcl/commands.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 
 namespace aprsim::crcl {
 namespace {
-
-constexpr std::array<std::string_view, 38> kCommandTypes{
-    "ActuateJointsType",
-    "CloseToolChangerType",
-    "ConfigureJointReportsType",
-    "ConfigureStatusReportType",
-    "DisableGripperType",
-    "DisableRobotParameterStatusType",
-    "DisableSensorType",
-    "DwellType",
-    "EnableGripperType",
-    "EnableRobotParameterStatusType",
-    "EnableSensorType",
-    "EndCanonType",
-    "GetStatusType",
-    "InitCanonType",
-    "LoopBlockEndType",
-    "LoopBlockStartType",
-    "MessageType",
-    "MoveScrewType",
-    "MoveThroughToType",
-    "MoveToType",
-    "OpenToolChangerType",
-    "RunProgramType",
-    "SetAngleUnitsType",
-    "SetDefaultJointPositonsTolerancesType",
-    "SetEndEffectorParametersType",
-    "SetEndEffectorType",
-    "SetEndPoseToleranceType",
-    "SetForceUnitsType",
-    "SetIntermediatePoseToleranceType",
-    "SetLengthUnitsType",
-    "SetMotionCoordinationType",
-    "SetRobotParametersType",
-    "SetRotAccelType",
-    "SetRotSpeedType",
-    "SetTorqueUnitsType",
-    "SetTransAccelType",
-    "SetTransSpeedType",
-    "StopMotionType",
-};
 
 template <typename... F>
 struct Overloaded : F... {
@@ -108,13 +66,8 @@ std::string_view type_name(const CommandBody& body) {
           },
           [](const SetMotionCoordination&) -> View { return "SetMotionCoordinationType"; },
           [](const RunProgram&) -> View { return "RunProgramType"; },
-          [](const OtherCommand& other) -> View { return other.type; },
       },
       body);
-}
-
-bool is_command_type(std::string_view type) {
-  return std::binary_search(kCommandTypes.begin(), kCommandTypes.end(), type);
 }
 
 }  // namespace aprsim::crcl

@@ -156,14 +156,6 @@ struct LoopBlockEnd {
   bool operator==(const LoopBlockEnd&) const = default;
 };
 
-/// Any other command of the schema: its type and its own elements as XML, so that it can be named
-/// or passed on.
-struct OtherCommand {
-  std::string type;
-  std::string body_xml;
-  bool operator==(const OtherCommand&) const = default;
-};
-
 using CommandBody =
     std::variant<InitCanon, EndCanon, GetStatus, StopMotion, MoveTo, MoveThroughTo, MoveScrew,
                  ActuateJoints, SetEndEffector, OpenToolChanger, CloseToolChanger, Dwell, Message,
@@ -172,12 +164,9 @@ using CommandBody =
                  LoopBlockStart, LoopBlockEnd, SetEndEffectorParameters, SetRobotParameters,
                  EnableGripper, DisableGripper, EnableSensor, DisableSensor,
                  EnableRobotParameterStatus, DisableRobotParameterStatus, SetMotionCoordination,
-                 RunProgram, OtherCommand>;
+                 RunProgram>;
 
 /// The schema's type name, e.g. "MoveToType".
 [[nodiscard]] std::string_view type_name(const CommandBody& body);
-
-/// True for every concrete command type of CRCLCommands.xsd.
-[[nodiscard]] bool is_command_type(std::string_view type);
 
 }  // namespace aprsim::crcl

@@ -19,8 +19,6 @@ namespace aprsim::crcl {
 [[nodiscard]] Result<CommandInstance> decode_command(std::string_view document,
                                                      std::size_t max_bytes = kMaxCommandBytes);
 
-inline constexpr std::size_t kMaxProgramBytes = 16'777'216;
-
 /// Reads a CRCLProgram document; the same rules for each of its commands.
 [[nodiscard]] Result<Program> decode_program(std::string_view document,
                                              std::size_t max_bytes = kMaxProgramBytes);

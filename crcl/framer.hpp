@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "crcl/error.hpp"
 
@@ -11,17 +12,26 @@ namespace aprsim::crcl {
 
 inline constexpr std::size_t kMaxCommandBytes = 65'536;
 inline constexpr std::size_t kMaxStatusBytes = 1'048'576;
+inline constexpr std::size_t kMaxProgramBytes = 16'777'216;
 
 /// Cuts a stream of bytes into XML documents: a document ends with its root's end tag. NUL bytes
 /// and white space between documents are dropped. Works on bytes, so a character may be split over
 /// reads. An end tag inside a comment ends the document too, as in the reference servers.
 class Framer {
  public:
-  /// Documents that end with </root>, at most `max_bytes` each.
-  Framer(std::string_view root, std::size_t max_bytes);
+  /// One kind of document in the stream.
+  struct Root {
+    std::string name;
+    std::size_t max_bytes;
+  };
 
-  /// What a server receives.
-  static Framer for_commands(std::size_t max_bytes = kMaxCommandBytes);
+  /// Documents that end with the end tag of one of `roots`: of the one that begins first, of the
+  /// first in the list while none has begun.
+  explicit Framer(std::vector<Root> roots);
+
+  /// What a server receives: commands, and programs unless their limit is 0.
+  static Framer for_commands(std::size_t max_bytes = kMaxCommandBytes,
+                             std::size_t max_program_bytes = 0);
   /// What a client receives.
   static Framer for_statuses(std::size_t max_bytes = kMaxStatusBytes);
 
@@ -31,18 +41,31 @@ class Framer {
   /// limit; the stream cannot be read any further then.
   [[nodiscard]] Result<std::optional<std::string>> next();
 
+  /// Index into the roots of the kind of the document that next() has returned last.
+  [[nodiscard]] std::size_t last_root() const { return last_; }
+
   /// Bytes held that belong to no complete document that next() has returned.
   [[nodiscard]] std::size_t buffered() const { return buffer_.size() - start_; }
 
  private:
+  struct Kind {
+    std::string start_tag, end_tag;  // without the '>'
+    std::size_t max_bytes;
+  };
+
   void skip_separators();
+  void find_root();
   [[nodiscard]] std::size_t find_end();  // one past '>', or npos
   void discard_consumed();
 
-  std::string end_tag_;  // without the '>'
-  std::size_t max_bytes_;
+  std::vector<Kind> kinds_;
+  std::size_t longest_ = 0;  // of the tags
+  std::size_t widest_ = 0;   // of the limits
   std::string buffer_;
-  std::size_t start_ = 0;    // of the present document
+  std::size_t start_ = 0;            // of the present document
+  std::optional<std::size_t> root_;  // index of its kind, once its start tag has come
+  std::size_t last_ = 0;
+  std::size_t rooted_ = 0;   // no start tag begins before this
   std::size_t scanned_ = 0;  // no end tag begins before this
 };
 

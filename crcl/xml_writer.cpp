@@ -1,7 +1,6 @@
 #include "crcl/xml_writer.hpp"
 
 #include "crcl/text.hpp"
-#include "crcl/xml_tree.hpp"
 
 namespace aprsim::crcl {
 namespace {
@@ -54,25 +53,5 @@ void XmlWriter::integer(std::string_view name, std::int64_t value) {
 }
 
 void XmlWriter::flag(std::string_view name, bool value) { text(name, value ? "true" : "false"); }
-
-void XmlWriter::subtree(const XmlNode& node) {
-  if (node.type.empty()) {
-    open(node.name);
-  } else {
-    open(node.name, node.type);
-  }
-  if (node.children.empty()) append_escaped(out_, node.text);
-  for (const XmlNode& child : node.children) subtree(child);
-  close(node.name);
-}
-
-std::string XmlWriter::body_of_command(const XmlNode& node) {
-  XmlWriter writer{std::string()};
-  for (const XmlNode& child : node.children) {
-    const bool common = child.name == "Name" || child.name == "CommandID" || child.name == "Guard";
-    if (!common) writer.subtree(child);
-  }
-  return writer.take();
-}
 
 }  // namespace aprsim::crcl

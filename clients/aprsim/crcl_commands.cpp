@@ -7,8 +7,8 @@
 
 #include "clients/aprsim/commands.hpp"
 #include "clients/aprsim/crcl_session.hpp"
-#include "clients/aprsim/program.hpp"
 #include "crcl/decoder.hpp"
+#include "crcl/program_loops.hpp"
 
 namespace aprsim::client {
 namespace {
@@ -87,18 +87,18 @@ Outcome<void> run_command(const CrclRunCommand& command, Console& console) {
   if (!text) return tl::unexpected(text.error());
   const auto program = crcl::decode_program(*text);
   if (!program) return failed(FailureKind::kUsage, command.file + ": " + program.error().message());
-  auto commands = expand_loops(*program);
-  if (!commands) return failed(FailureKind::kUsage, command.file + ": " + commands.error().message);
+  const auto order = crcl::expand_loops(*program);
+  if (!order) return failed(FailureKind::kUsage, command.file + ": " + order.error().message());
   auto session = connect(command.robot, console);
   if (!session) return tl::unexpected(session.error());
   int index = 0;
-  for (auto& one : *commands) {
+  for (const std::size_t next : *order) {
     crcl::CommandInstance instance;
     instance.program_file = command.file;
     instance.program_index = index++;
-    instance.program_length = static_cast<int>(commands->size());
-    instance.command = std::move(one);
-    console.out << fmt::format("{:>4}/{} {} ... ", index, commands->size(),
+    instance.program_length = static_cast<int>(order->size());
+    instance.command = program->commands[next];
+    console.out << fmt::format("{:>4}/{} {} ... ", index, order->size(),
                                crcl::type_name(instance.command.body));
     console.out.flush();
     const auto status = session->run(std::move(instance), CrclSession::Seconds(command.timeout_s));

@@ -62,6 +62,59 @@ TEST(Framer, AnySplitGivesTheSameDocuments) {
   }));
 }
 
+TEST(Framer, AnySplitOfAnyPiecesGivesTheSameDocuments) {
+  EXPECT_TRUE(rc::check("framing of rubbish does not depend on packets either", [] {
+    const auto pieces = *rc::gen::container<std::vector<std::string>>(rc::gen::element<std::string>(
+        "<CRCLProgram>", "</CRCLProgram>", "<CRCLCommandInstance>", "</CRCLCommandInstance>",
+        "</CRCLCommandInstance >", "<CRCLProg", "</CRCL", "x", "<!-- ", "\n",
+        std::string(1, '\0')));
+    std::string stream;
+    for (const std::string& piece : pieces) stream += piece;
+    Framer whole = Framer::for_commands(100'000, 200'000);
+    whole.append(stream);
+    const std::vector<std::string> expected = drain(whole);
+    Framer framer = Framer::for_commands(100'000, 200'000);
+    std::vector<std::string> documents;
+    std::size_t at = 0;
+    while (at < stream.size()) {
+      const auto size = *rc::gen::inRange<std::size_t>(1, 30);
+      framer.append(std::string_view(stream).substr(at, size));
+      at += size;
+      for (std::string& document : drain(framer)) documents.push_back(std::move(document));
+    }
+    RC_ASSERT(documents == expected);
+  }));
+}
+
+TEST(Framer, ProgramsAndCommandsMayAlternate) {
+  const std::string program =
+      "<?xml?><CRCLProgram><MiddleCommand>&lt;/CRCLCommandInstance&gt;</MiddleCommand></"
+      "CRCLProgram>";
+  const std::string carrier =
+      "<CRCLCommandInstance><![CDATA[<CRCLProgram></CRCLProgram>]]></CRCLCommandInstance>";
+  Framer framer = Framer::for_commands(100, 1000);
+  framer.append(kA + program + "\n" + carrier + kB);
+  std::vector<std::size_t> roots;
+  std::vector<std::string> documents;
+  for (auto next = framer.next(); next && *next; next = framer.next()) {
+    documents.push_back(**next);
+    roots.push_back(framer.last_root());
+  }
+  EXPECT_EQ(documents, (std::vector<std::string>{kA, program, carrier, kB}));
+  EXPECT_EQ(roots, (std::vector<std::size_t>{0, 1, 0, 0}));
+}
+
+TEST(Framer, ProgramsHaveALimitOfTheirOwn) {
+  Framer framer = Framer::for_commands(100, 300);
+  framer.append("<CRCLProgram>" + std::string(250, 'x'));
+  EXPECT_TRUE(framer.next());
+  framer.append(std::string(60, 'x'));
+  EXPECT_FALSE(framer.next());
+  Framer commands_only = Framer::for_commands(100);
+  commands_only.append("<CRCLProgram>" + std::string(250, 'x'));
+  EXPECT_FALSE(commands_only.next());
+}
+
 TEST(Framer, ByteByByte) {
   Framer framer = Framer::for_commands();
   std::vector<std::string> documents;

@@ -1,5 +1,4 @@
 #include "cli_fixture.hpp"
-#include "clients/aprsim/program.hpp"
 #include "crcl/encoder.hpp"
 #include "scripted_robot.hpp"
 
@@ -134,36 +133,6 @@ TEST(CliCrcl, AConnectionThatBreaksIsExitCodeOne) {
                                "fanuc", "--crcl-port", port});
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_NE(result.err.find("fanuc"), std::string::npos) << result.err;
-}
-
-crcl::Program loops(std::vector<crcl::CommandBody> bodies) {
-  crcl::Program out;
-  for (auto& body : bodies) {
-    crcl::Command command;
-    command.body = std::move(body);
-    out.commands.push_back(std::move(command));
-  }
-  return out;
-}
-
-TEST(Program, LoopsNestAndMayBeEmptyOrSkipped) {
-  const auto nested = client::expand_loops(loops(
-      {crcl::InitCanon{}, crcl::LoopBlockStart{"a"}, crcl::Dwell{1}, crcl::LoopBlockStart{"b"},
-       crcl::Dwell{2}, crcl::LoopBlockEnd{"b", 2}, crcl::LoopBlockEnd{"a", 3},
-       crcl::LoopBlockStart{"c"}, crcl::Dwell{9}, crcl::LoopBlockEnd{"c", 0}}));
-  ASSERT_TRUE(nested.has_value());
-  EXPECT_EQ(nested->size(), 1U + 3U * 3U);
-}
-
-TEST(Program, BrokenOrBoundlessLoopsAreRefused) {
-  EXPECT_FALSE(client::expand_loops(loops({crcl::LoopBlockStart{"a"}})).has_value());
-  EXPECT_FALSE(client::expand_loops(loops({crcl::LoopBlockEnd{"a", 1}})).has_value());
-  EXPECT_FALSE(client::expand_loops(loops({crcl::LoopBlockStart{"a"}, crcl::LoopBlockEnd{"b", 1}}))
-                   .has_value());
-  EXPECT_FALSE(client::expand_loops(
-                   loops({crcl::LoopBlockStart{"a"}, crcl::LoopBlockStart{"b"}, crcl::Dwell{1},
-                          crcl::LoopBlockEnd{"b", 100'000}, crcl::LoopBlockEnd{"a", 100'000}}))
-                   .has_value());
 }
 
 }  // namespace
