@@ -11,8 +11,7 @@ constexpr std::size_t kPairCapacity = 64;
 constexpr int kParts = 3;  // palm and two fingers
 constexpr int kSelfCollisionDistance = 3;
 
-// A gripper's parts count as next to a body within this distance [m]: more than they move in a
-// step.
+// A gripper's part counts as next to a body within this [m]: more than it moves in a step.
 constexpr double kNear = 2e-3;
 
 Bounds grown(const Bounds& bounds, double by) {
@@ -107,12 +106,8 @@ void ContactFinder::take(int fixed_shape) {
     const bool on_fixed = fixed_shape >= 0;
     const bool belt = on_fixed && fixed_shape == cell_.fixed.belt;
     if (on_fixed && !belt && cell_.fixed.under_belt(contact.p_W)) continue;
-    Touch touch;
-    touch.contact = contact;
-    touch.fixed = fixed_shape;
-    touch.friction = friction(contact);
-    touch.belt = belt;
-    cell_.touches.push_back(touch);
+    cell_.touches.push_back(
+        {.contact = contact, .fixed = fixed_shape, .friction = friction(contact), .belt = belt});
   }
   found_.clear();
 }
@@ -322,8 +317,7 @@ void ContactFinder::find_pairs() {
     }
   }
   std::sort(order_.begin(), order_.end(), [&](int a, int b) {
-    const double x = bounds(a).min.x(), y = bounds(b).min.x();
-    return x != y ? x < y : a < b;
+    return std::pair(bounds(a).min.x(), a) < std::pair(bounds(b).min.x(), b);
   });
   pairs_.clear();
   for (std::size_t i = 0; i < order_.size(); ++i) {
@@ -339,8 +333,7 @@ void ContactFinder::find_pairs() {
 
 /// A member of a composite that something else touches is no longer carried by its parent alone.
 void ContactFinder::solids_on_each_other(int a, int b) {
-  auto& simplification = cell_.simplification;
-  const auto& composites = simplification.composites();
+  const auto& composites = cell_.simplification.composites();
   for (int i = a; i >= 0; i = composites.next(i)) {
     for (int k = b; k >= 0; k = composites.next(k)) {
       if (!cell_.body(i).bounds.meets(cell_.body(k).bounds)) continue;
