@@ -99,8 +99,8 @@ TEST_P(ShippedScene, GripperTakesAPegWithRoomAround) {
       const double tip = gear.disc_height_m + 3.5e-3;
       EXPECT_GT(gear.peg_top_m - tip, 0.01) << "the pads hold the peg over 10 mm";
       EXPECT_LT(gear.peg_top_m, tip + g.pad_height_m) << "the palm is clear of the peg";
-      const physics::Pad pad{g.pad, g.pad_height_m, g.pad_width_m, g.pad_depth_m,
-                             g.v_half_angle_rad, g.v_depth_m};
+      const physics::Pad pad{g.pad,         g.pad_height_m,     g.pad_width_m,
+                             g.pad_depth_m, g.v_half_angle_rad, g.v_depth_m};
       EXPECT_GT(physics::holding_gap(pad, gear.peg_radius_m), g.gap_closed_m + 1e-4)
           << "both closing fingers have 0.05 mm left when they hold the peg";
       EXPECT_LT(2 * gear.peg_radius_m + 2e-3, g.gap_open_m) << "open fingers pass the peg";
