@@ -184,9 +184,17 @@ Result<void> check_body(const api::SetIntruder& command, const api::CellDescript
   return unit(X_WI.q);
 }
 
+Result<void> check_name(const std::string& name) {
+  if (!name.empty() && name.size() <= api::kMaxStateName) return {};
+  return bad("name", "a name of " + std::to_string(name.size()) + " bytes, must have 1 to " +
+                         std::to_string(api::kMaxStateName));
+}
+
 Result<void> check_body(const api::SimulationCommand& command, const api::CellDescription&) {
   const auto* set = std::get_if<api::SetSpeed>(&command);
   if (set && set->factor) return positive(*set->factor, "factor");
+  if (const auto* save = std::get_if<api::SaveState>(&command)) return check_name(save->name);
+  if (const auto* load = std::get_if<api::LoadState>(&command)) return check_name(load->name);
   return {};
 }
 

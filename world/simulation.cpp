@@ -101,6 +101,10 @@ void Simulation::apply(const api::SimulationCommand& command) {
     pacer_.set_speed(speed->factor, now);
   } else if (const auto* again = std::get_if<api::Reset>(&command)) {
     reset(again->seed);
+  } else if (const auto* saving = std::get_if<api::SaveState>(&command)) {
+    save(saving->name);
+  } else if (const auto* loading = std::get_if<api::LoadState>(&command)) {
+    load(loading->name);
   }
 }
 
@@ -125,6 +129,26 @@ void Simulation::reset(std::optional<std::uint64_t> seed) {
   // The old world goes first: one physics world at a time keeps ODE's globals out of the question.
   world_.reset();
   world_.emplace(scene_, seed_);
+  begin_epoch();
+}
+
+void Simulation::save(const std::string& name) {
+  if (!saved_.contains(name) && saved_.size() >= api::kMaxSavedStates) return;
+  saved_.insert_or_assign(name, world_->save());
+  std::vector<std::string> names;
+  for (const auto& [saved, state] : saved_) names.push_back(saved);
+  saved_names_ = std::make_shared<const std::vector<std::string>>(std::move(names));
+}
+
+void Simulation::load(const std::string& name) {
+  const auto found = saved_.find(name);
+  if (found == saved_.end()) return;
+  world_->restore(found->second);
+  seed_ = found->second.seed;
+  begin_epoch();
+}
+
+void Simulation::begin_epoch() {
   ++epoch_;
   steps_wanted_ = 0;
   world_fault_.clear();
@@ -141,6 +165,7 @@ void Simulation::publish() {
   snapshot->real_time_factor = pacer_.real_time_factor();
   snapshot->missed_steps = pacer_.missed_steps();
   snapshot->step_time_s = pacer_.step_time_s();
+  snapshot->saved_states = saved_names_;
   snapshot->world_fault = world_fault_;
   slot_.publish(std::move(snapshot));
   dirty_ = false;

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -49,6 +51,9 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   void apply(const api::SimulationCommand& command);
   void advance();
   void reset(std::optional<std::uint64_t> seed);
+  void save(const std::string& name);
+  void load(const std::string& name);
+  void begin_epoch();
   void publish();
 
   std::shared_ptr<const scene::Scene> scene_;
@@ -64,6 +69,8 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   bool paused_;
   std::uint64_t steps_wanted_ = 0;  ///< while paused
   std::string world_fault_;
+  std::map<std::string, WorldState> saved_;
+  std::shared_ptr<const std::vector<std::string>> saved_names_;
   bool dirty_ = false;  ///< something to publish although nothing stepped
   std::jthread thread_;
 };

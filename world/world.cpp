@@ -140,6 +140,35 @@ void World::step() {
   sense();
 }
 
+WorldState World::save() const {
+  WorldState state{.seed = description_->seed,
+                   .steps = steps_,
+                   .conveyor = conveyor_,
+                   .photo_eyes = photo_eyes_,
+                   .physics = physics_->save(),
+                   .vision = vision_,
+                   .curtain = curtain_,
+                   .intruder = intruder_};
+  for (const auto& robot : robots_) state.robots.push_back(robot.save());
+  return state;
+}
+
+void World::restore(const WorldState& state) {
+  if (state.robots.size() != robots_.size()) {
+    throw std::invalid_argument("the saved state has " + std::to_string(state.robots.size()) +
+                                " robots, this cell " + std::to_string(robots_.size()));
+  }
+  physics_->restore(state.physics);
+  for (std::size_t i = 0; i < robots_.size(); ++i) robots_[i].restore(state.robots[i]);
+  if (state.seed != description_->seed) describe(state.seed);
+  steps_ = state.steps;
+  conveyor_ = state.conveyor;
+  photo_eyes_ = state.photo_eyes;
+  vision_ = state.vision;
+  curtain_ = state.curtain;
+  intruder_ = state.intruder;
+}
+
 void World::sense() {
   const bool cycle = time() % kSensorPeriod < step_size_;
   if (vision_->due(steps_) || (light_curtain_ && cycle)) {

@@ -15,6 +15,7 @@
 #include "world/robot_cell.hpp"
 #include "world/scene/scene.hpp"
 #include "world/sensors/light_curtain.hpp"
+#include "world/world_state.hpp"
 
 namespace aprsim::world {
 
@@ -32,6 +33,11 @@ class World {
   /// Advances by one fixed step. Throws physics::PhysicsFailure when the physics fails; the state
   /// is then that of the last good step.
   void step();
+
+  /// Between two steps. Allocates.
+  [[nodiscard]] WorldState save() const;
+  /// `state` must come from a world of the same scene; its seed is taken over.
+  void restore(const WorldState& state);
 
   [[nodiscard]] SimTime time() const;
   [[nodiscard]] std::uint64_t step_count() const { return steps_; }

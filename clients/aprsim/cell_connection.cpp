@@ -126,6 +126,18 @@ Outcome<v1::Receipt> CellConnection::reset(std::optional<std::uint64_t> seed) {
   return receipt(call(stubs_->control, &v1::ControlService::Stub::Reset, request, address_));
 }
 
+Outcome<v1::Receipt> CellConnection::save_state(const std::string& name) {
+  v1::SaveStateRequest request;
+  request.set_name(name);
+  return receipt(call(stubs_->control, &v1::ControlService::Stub::SaveState, request, address_));
+}
+
+Outcome<v1::Receipt> CellConnection::load_state(const std::string& name) {
+  v1::LoadStateRequest request;
+  request.set_name(name);
+  return receipt(call(stubs_->control, &v1::ControlService::Stub::LoadState, request, address_));
+}
+
 Outcome<v1::SetIntruderResponse> CellConnection::set_intruder(
     const std::optional<v1::Intruder>& intruder) {
   v1::SetIntruderRequest request;

@@ -31,6 +31,8 @@ class CellConnection {
   /// Absent = as fast as possible.
   [[nodiscard]] Outcome<v1::Receipt> set_speed(std::optional<double> factor);
   [[nodiscard]] Outcome<v1::Receipt> reset(std::optional<std::uint64_t> seed);
+  [[nodiscard]] Outcome<v1::Receipt> save_state(const std::string& name);
+  [[nodiscard]] Outcome<v1::Receipt> load_state(const std::string& name);
   /// Absent = taken away. The light curtain's state at that step comes with the answer.
   [[nodiscard]] Outcome<v1::SetIntruderResponse> set_intruder(
       const std::optional<v1::Intruder>& intruder);

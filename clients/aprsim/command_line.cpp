@@ -147,6 +147,11 @@ void add_simulation(CLI::App& app, CommandLine& line) {
       ->required();
   auto [reset, reset_command] = add<ResetCommand>(app, line, "reset", "Build the cell anew");
   reset->add_option("--seed", reset_command->seed, "Seed of everything random");
+  auto [save, save_command] =
+      add<SaveCommand>(app, line, "save", "Keep the cell's state under a name, in the daemon");
+  save->add_option("NAME", save_command->name, "What to call it")->required();
+  auto [load, load_command] = add<LoadCommand>(app, line, "load", "Go on from a saved state");
+  load->add_option("NAME", load_command->name, "As it was saved")->required();
 }
 
 void add_intruder(CLI::App& app, CommandLine& line) {

@@ -53,6 +53,12 @@ struct SpeedCommand {
 struct ResetCommand {
   std::optional<std::uint64_t> seed;
 };
+struct SaveCommand {
+  std::string name;
+};
+struct LoadCommand {
+  std::string name;
+};
 struct IntruderCommand {
   std::optional<std::array<double, 2>> xy_m;        ///< where it stands on the floor; absent = gone
   std::array<double, 3> size_m = {0.5, 0.3, 1.75};  ///< a person's
@@ -65,7 +71,7 @@ struct DemoCommand {
 using AnyCommand =
     std::variant<StatusCommand, WatchCommand, CrclSendCommand, CrclRunCommand, ConveyorSetCommand,
                  ConveyorMapCommand, PauseCommand, ResumeCommand, StepCommand, SpeedCommand,
-                 ResetCommand, IntruderCommand, DemoCommand>;
+                 ResetCommand, SaveCommand, LoadCommand, IntruderCommand, DemoCommand>;
 
 struct CommandLine {
   EndpointChoice endpoints;

@@ -25,6 +25,8 @@ struct Console {
 [[nodiscard]] Outcome<void> run_command(const StepCommand& command, Console& console);
 [[nodiscard]] Outcome<void> run_command(const SpeedCommand& command, Console& console);
 [[nodiscard]] Outcome<void> run_command(const ResetCommand& command, Console& console);
+[[nodiscard]] Outcome<void> run_command(const SaveCommand& command, Console& console);
+[[nodiscard]] Outcome<void> run_command(const LoadCommand& command, Console& console);
 [[nodiscard]] Outcome<void> run_command(const IntruderCommand& command, Console& console);
 [[nodiscard]] Outcome<void> run_command(const DemoCommand& command, Console& console);
 

@@ -61,4 +61,14 @@ Outcome<void> run_command(const IntruderCommand& command, Console& console) {
   return show(intruder ? "intruder put" : "intruder removed", response->receipt(), console);
 }
 
+Outcome<void> run_command(const SaveCommand& command, Console& console) {
+  return show(fmt::format("saved '{}'", command.name),
+              CellConnection(console.endpoints).save_state(command.name), console);
+}
+
+Outcome<void> run_command(const LoadCommand& command, Console& console) {
+  return show(fmt::format("loaded '{}'", command.name),
+              CellConnection(console.endpoints).load_state(command.name), console);
+}
+
 }  // namespace aprsim::client

@@ -96,6 +96,11 @@ Result<api::ConveyorCommand> parse(const v1::SetConveyorRequest& request,
   return command;
 }
 
+bool is_saved(const api::Snapshot& snapshot, const std::string& name) {
+  const auto& names = snapshot.saved_states;
+  return names && std::find(names->begin(), names->end(), name) != names->end();
+}
+
 }  // namespace
 
 ControlService::ControlService(const TelemetryOptions& options, api::CommandSink& sink,
@@ -209,6 +214,34 @@ grpc::ServerUnaryReactor* ControlService::Reset(grpc::CallbackServerContext* con
   return command(context, api::SimulationCommand(reset), [response](const auto& s, auto t) {
     write_receipt(s, t, *response->mutable_receipt());
   });
+}
+
+grpc::ServerUnaryReactor* ControlService::SaveState(grpc::CallbackServerContext* context,
+                                                    const v1::SaveStateRequest* request,
+                                                    v1::SaveStateResponse* response) {
+  const api::SnapshotPtr now = source_.latest();
+  if (!is_saved(*now, request->name()) && now->saved_states &&
+      now->saved_states->size() >= api::kMaxSavedStates) {
+    return refuse(context, {ErrorCode::kFailedPrecondition, "name",
+                            fmt::format("all {} places for saved states are taken; use one of "
+                                        "their names again",
+                                        api::kMaxSavedStates)});
+  }
+  return command(
+      context, api::SimulationCommand(api::SaveState{request->name()}),
+      [response](const auto& s, auto t) { write_receipt(s, t, *response->mutable_receipt()); });
+}
+
+grpc::ServerUnaryReactor* ControlService::LoadState(grpc::CallbackServerContext* context,
+                                                    const v1::LoadStateRequest* request,
+                                                    v1::LoadStateResponse* response) {
+  if (!is_saved(*source_.latest(), request->name())) {
+    return refuse(context, {ErrorCode::kNotFound, "name",
+                            fmt::format("no state is saved as '{}'", request->name())});
+  }
+  return command(
+      context, api::SimulationCommand(api::LoadState{request->name()}),
+      [response](const auto& s, auto t) { write_receipt(s, t, *response->mutable_receipt()); });
 }
 
 grpc::ServerUnaryReactor* ControlService::SetConveyor(grpc::CallbackServerContext* context,

@@ -31,6 +31,12 @@ class ControlService final : public v1::ControlService::CallbackService {
   grpc::ServerUnaryReactor* Reset(grpc::CallbackServerContext* context,
                                   const v1::ResetRequest* request,
                                   v1::ResetResponse* response) override;
+  grpc::ServerUnaryReactor* SaveState(grpc::CallbackServerContext* context,
+                                      const v1::SaveStateRequest* request,
+                                      v1::SaveStateResponse* response) override;
+  grpc::ServerUnaryReactor* LoadState(grpc::CallbackServerContext* context,
+                                      const v1::LoadStateRequest* request,
+                                      v1::LoadStateResponse* response) override;
   grpc::ServerUnaryReactor* SetConveyor(grpc::CallbackServerContext* context,
                                         const v1::SetConveyorRequest* request,
                                         v1::SetConveyorResponse* response) override;

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -179,7 +180,21 @@ struct SetSpeed {
 struct Reset {
   std::optional<std::uint64_t> seed;
 };
-using SimulationCommand = std::variant<Pause, Resume, StepBy, SetSpeed, Reset>;
+
+inline constexpr std::size_t kMaxSavedStates = 64;
+inline constexpr std::size_t kMaxStateName = 64;
+/// Keeps the present state of the world under a name, in place of what had it; ignored when
+/// kMaxSavedStates others are kept. Saved states outlive resets, not the process.
+struct SaveState {
+  std::string name;
+};
+/// Goes on from a saved state, bit for bit; ignored when none has the name. Snapshot::epoch rises
+/// by one.
+struct LoadState {
+  std::string name;
+};
+using SimulationCommand =
+    std::variant<Pause, Resume, StepBy, SetSpeed, Reset, SaveState, LoadState>;
 
 struct Command {
   EndpointId endpoint = 0;

@@ -103,7 +103,7 @@ struct BodySnapshot {
 
 struct Snapshot {
   std::shared_ptr<const CellDescription> cell;
-  std::uint64_t epoch = 0;  ///< counts resets
+  std::uint64_t epoch = 0;  ///< counts resets and loads of a saved state
   std::uint64_t step = 0;   ///< since reset
   SimTime time{};
   Ticket applied = 0;  ///< every command up to this ticket has taken effect
@@ -112,6 +112,7 @@ struct Snapshot {
   double real_time_factor = 0;         ///< measured over the last second
   std::uint64_t missed_steps = 0;      ///< steps given up because the clock ran ahead
   double step_time_s = 0;              ///< mean wall time of a step over the last second
+  std::shared_ptr<const std::vector<std::string>> saved_states;  ///< names; null = none
 
   std::vector<RobotSnapshot> robots;
   ConveyorSnapshot conveyor;

@@ -85,6 +85,26 @@ TEST_F(Control, ResetGivesTheNewEpochAndPassesTheSeed) {
   EXPECT_EQ(reset->seed, 99U);
 }
 
+TEST_F(Control, OnlyASavedStateCanBeLoaded) {
+  start();
+  v1::LoadStateRequest load;
+  load.set_name("before the pick");
+  v1::LoadStateResponse loaded;
+  grpc::ClientContext early;
+  const grpc::Status unknown = control_->LoadState(&early, load, &loaded);
+  EXPECT_EQ(unknown.error_code(), grpc::StatusCode::NOT_FOUND);
+  EXPECT_NE(unknown.error_message().find("before the pick"), std::string::npos);
+  v1::SaveStateRequest save;
+  save.set_name("before the pick");
+  v1::SaveStateResponse saved;
+  grpc::ClientContext saving, loading;
+  ASSERT_TRUE(control_->SaveState(&saving, save, &saved).ok());
+  EXPECT_EQ(saved.receipt().step(), 100U);
+  ASSERT_TRUE(control_->LoadState(&loading, load, &loaded).ok());
+  EXPECT_EQ(loaded.receipt().epoch(), saved.receipt().epoch() + 1);
+  EXPECT_EQ(cell_->commands().size(), 2U);
+}
+
 TEST_F(Control, ConveyorLeavesWhatIsAbsent) {
   start();
   v1::SetConveyorRequest request;

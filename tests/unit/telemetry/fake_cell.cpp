@@ -121,6 +121,11 @@ void FakeCell::apply(const api::Command& command, api::Ticket ticket,
   if (const auto* speed = std::get_if<api::SetSpeed>(simulation)) {
     snapshot.speed_target = speed->factor;
   }
+  if (const auto* save = std::get_if<api::SaveState>(simulation)) {
+    snapshot.saved_states =
+        std::make_shared<const std::vector<std::string>>(std::vector{save->name});
+  }
+  if (std::holds_alternative<api::LoadState>(*simulation)) ++snapshot.epoch;
   if (std::holds_alternative<api::Reset>(*simulation)) {
     ++snapshot.epoch;
     snapshot.step = 0;

@@ -82,6 +82,23 @@ TEST_F(SimulationTest, ResetStartsANewEpochFromTheScene) {
   EXPECT_EQ(simulation.latest()->epoch, reset->epoch + 50);
 }
 
+TEST_F(SimulationTest, ALoadedStateGoesOnWhereItWasSaved) {
+  command(api::StepBy{100});
+  wait_for([](const auto& snapshot) { return snapshot.step == 100; });
+  const auto saved = command(api::SaveState{"here"});
+  ASSERT_TRUE(saved->saved_states);
+  EXPECT_EQ(*saved->saved_states, std::vector<std::string>{"here"});
+  command(api::StepBy{50});
+  wait_for([](const auto& snapshot) { return snapshot.step == 150; });
+  command(api::Reset{.seed = 77});
+  const auto loaded = command(api::LoadState{"here"});
+  EXPECT_EQ(loaded->step, 100U);
+  EXPECT_EQ(loaded->epoch, saved->epoch + 2);
+  EXPECT_EQ(loaded->cell->seed, saved->cell->seed);
+  EXPECT_EQ(command(api::LoadState{"elsewhere"})->epoch, loaded->epoch);
+  EXPECT_FALSE(simulation.submit({.body = api::SimulationCommand(api::SaveState{""})}));
+}
+
 TEST_F(SimulationTest, ResumeRunsAtTheSetSpeedAndPauseStops) {
   command(api::SetSpeed{20.0});
   command(api::Resume{});

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "world/api/light_curtain.hpp"
+#include "world/cell_vision.hpp"
+#include "world/conveyor_drive.hpp"
+#include "world/photo_eyes.hpp"
+#include "world/physics/physics_world.hpp"
+#include "world/robot_cell.hpp"
+
+namespace aprsim::world {
+
+/// All of a world that changes from step to step, as copyable values. Put back into a world of the
+/// same scene, it continues bit for bit as the world did that it was saved from.
+struct WorldState {
+  std::uint64_t seed = 0;
+  std::uint64_t steps = 0;
+  std::vector<RobotCell::State> robots;
+  std::optional<ConveyorDrive> conveyor;
+  std::optional<PhotoEyes> photo_eyes;
+  physics::PhysicsWorld::State physics;
+  std::optional<CellVision> vision;
+  api::LightCurtainSnapshot curtain;
+  std::optional<api::Intruder> intruder;
+};
+
+}  // namespace aprsim::world
