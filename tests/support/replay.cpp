@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 namespace aprsim::test {
 
@@ -21,17 +23,22 @@ Trace record_demo(const std::shared_ptr<const scene::Scene>& scene, double secon
 }
 
 Trace replay_demo(const std::shared_ptr<const scene::Scene>& scene, const Trace& trace) {
-  world::World world(scene, 1);
+  std::optional<world::World> world(std::in_place, scene, 1);
   Trace again;
   std::size_t next = 0;
   const int steps = kHashPeriod * static_cast<int>(trace.hashes.size());
   for (int step = 1; step <= steps; ++step) {
-    while (next < trace.commands.size() && trace.commands[next].step == world.step_count()) {
-      apply(world, trace.commands[next]);
+    if (step == steps / 2) {
+      const world::WorldState saved = world->save();
+      world.emplace(scene, 2);
+      world->restore(saved);
+    }
+    while (next < trace.commands.size() && trace.commands[next].step == world->step_count()) {
+      apply(*world, trace.commands[next]);
       again.commands.push_back(trace.commands[next++]);
     }
-    world.step();
-    if (step % kHashPeriod == 0) again.hashes.push_back(world.state_hash());
+    world->step();
+    if (step % kHashPeriod == 0) again.hashes.push_back(world->state_hash());
   }
   return again;
 }

@@ -22,7 +22,8 @@ struct Trace {
 /// Runs the KittingDemo in a new world of that scene.
 Trace record_demo(const std::shared_ptr<const scene::Scene>& scene, double seconds);
 
-/// Applies the commands of `trace` at their steps to a new world.
+/// Applies the commands of `trace` at their steps to a new world, whose state is saved in the
+/// middle and loaded into another one, which goes on.
 Trace replay_demo(const std::shared_ptr<const scene::Scene>& scene, const Trace& trace);
 
 /// Hashes that differ; those that only one trace has count too.

@@ -1,5 +1,6 @@
-// Ten simulated minutes of the cell at work, and the same commands at the same steps once more:
-// every state hash must be the same, in every mode of contact simplification.
+// Ten simulated minutes of the cell at work, and the same commands at the same steps once more,
+// with the state saved and loaded into another world in the middle: every state hash must be the
+// same, in every mode of contact simplification.
 
 #include <memory>
 
@@ -54,8 +55,8 @@ int run(int argc, char** argv) {
   experiment.plot("trips", plot);
   experiment.note(
       "Both robots carry gears to and fro, the belt carries trays in between; a hash every 10 ms "
-      "of "
-      "simulated time.");
+      "of simulated time. In the middle of the second run its state is saved and loaded into a new "
+      "world, which goes on.");
   return experiment.finish();
 }
 
