@@ -70,7 +70,6 @@ class Handler final : public xc::DefaultHandler {
 class Validator {
  public:
   Validator() {
-    initialize_xml();
     reader_.reset(
         xc::XMLReaderFactory::createXMLReader(xc::XMLPlatformUtils::fgMemoryManager, &grammars_));
     security_.setEntityExpansionLimit(kMaxEntityExpansions);
@@ -121,6 +120,10 @@ class Validator {
     throw std::logic_error("the built-in schemas cannot be loaded");
   }
 
+  // Members allocate by the library, which therefore is initialised before all of them.
+  struct Library {
+    Library() { initialize_xml(); }
+  } library_;
   Handler handler_;
   xc::SecurityManager security_;
   xc::XMLGrammarPoolImpl grammars_;

@@ -109,12 +109,12 @@ TEST(Crcl, AnUnreachablePoseIsRefusedWithAReasonAndHeldUntilInitCanon) {
   EXPECT_EQ(CrclTextClient::field(client.status(), "CommandState"), "CRCL_Done");
 }
 
-TEST(Crcl, CommandsOfLaterIssuesAnswerNotImplemented) {
+TEST(Crcl, WhatIsNotSupportedIsRefusedAsNotImplemented) {
   DaemonProcess daemon({"--scene", "fanuc_only"});
   CrclTextClient client(daemon.port("crcl.fanuc"));
   client.run("InitCanonType");
   try {
-    client.run("OpenToolChangerType");
+    client.run("RunProgramType", "<ProgramText>pick</ProgramText>");
     FAIL();
   } catch (const std::runtime_error& error) {
     EXPECT_NE(std::string(error.what()).find("not implemented"), std::string::npos) << error.what();

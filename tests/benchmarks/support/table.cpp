@@ -30,7 +30,8 @@ void Table::row(std::vector<Cell> cells) {
 
 std::string Table::csv() const {
   std::string out;
-  for (std::size_t i = 0; i < columns_.size(); ++i) out += (i > 0 ? "," : "") + columns_[i];
+  for (std::size_t i = 0; i < columns_.size(); ++i)
+    out += (i > 0 ? "," : "") + cell_text(columns_[i]);
   out += '\n';
   for (const auto& cells : rows_) {
     for (std::size_t i = 0; i < cells.size(); ++i) out += (i > 0 ? "," : "") + cell_text(cells[i]);

@@ -144,6 +144,7 @@ TEST_F(Transport, PeersThatVanishHarmNobody) {
   for (std::size_t cut = 0; cut < command.size(); cut += 40) {
     TestClient client(port_);
     client.send(get_status_ + get_status_ + command.substr(0, cut));
+    client.read_status();  // accepted, for a connection that is gone before that counts nowhere
     client.reset();
     wait_for([&] { return server_->stats().accepted == 2 + cut / 40; });
   }
