@@ -1,5 +1,6 @@
 #include "protocols/crcl/robot_link.hpp"
 
+#include <chrono>
 #include <type_traits>
 #include <utility>
 #include <variant>
@@ -24,7 +25,8 @@ bool is_local(const crcl::CommandBody& body) {
       []<typename T>(const T&) {
         return is_one_of<T, crcl::SetUnits, crcl::ConfigureJointReports,
                          crcl::ConfigureStatusReport, crcl::SetEndPoseTolerance,
-                         crcl::SetIntermediatePoseTolerance, crcl::SetDefaultJointTolerances>;
+                         crcl::SetIntermediatePoseTolerance, crcl::SetDefaultJointTolerances,
+                         crcl::EnableSensor, crcl::DisableSensor>;
       },
       body);
 }
@@ -119,6 +121,13 @@ struct RobotLink::Executor {
   void operator()(const crcl::ConfigureJointReports& command) const { configure(command); }
   void operator()(const crcl::ConfigureStatusReport& command) const { configure(command); }
 
+  void operator()(const crcl::EnableSensor& command) const {
+    settle(link.curtain_.enable(command, *link.source_.latest()->cell));
+  }
+  void operator()(const crcl::DisableSensor& command) const {
+    settle(link.curtain_.disable(command, *link.source_.latest()->cell));
+  }
+
   template <typename Other>
   void operator()(const Other&) const {
     not_implemented();
@@ -139,6 +148,11 @@ struct RobotLink::Executor {
   void submit(const Result<Action>& action) const {
     if (!action) return link.hold(action.error().message);
     link.wait_for(link.commander_.submit(*action), false);
+  }
+
+  void settle(const Result<void>& outcome) const {
+    if (!outcome) return link.hold(outcome.error().message);
+    link.done();
   }
 
   template <typename Configuration>
@@ -289,6 +303,12 @@ crcl::Status RobotLink::status(const ReportSettings& settings) {
   if (settings.sections().gripper) status.gripper = gripper_status(robot, description, settings);
   if (settings.sections().settings) {
     status.settings = settings_status(*snapshot, robot_, commander_, tolerances_, settings);
+  }
+  if (settings.sections().sensors) {
+    const auto now = std::chrono::system_clock::now().time_since_epoch();
+    status.sensors = curtain_.statuses(
+        *snapshot, std::chrono::duration_cast<std::chrono::milliseconds>(now).count(),
+        settings.units());
   }
   return status;
 }

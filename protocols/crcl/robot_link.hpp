@@ -6,6 +6,7 @@
 
 #include "crcl/documents.hpp"
 #include "crcl/status.hpp"
+#include "protocols/crcl/curtain_sensor.hpp"
 #include "protocols/crcl/report_settings.hpp"
 #include "protocols/crcl/robot_commander.hpp"
 #include "world/api/ports.hpp"
@@ -70,6 +71,7 @@ class RobotLink {
   api::Ticket since_ = 0;             // the world's errors before this command are over
   std::optional<std::string> error_;  // held until InitCanon
   Tolerances tolerances_;
+  CurtainSensor curtain_;
 };
 
 }  // namespace aprsim::protocols

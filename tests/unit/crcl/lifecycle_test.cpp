@@ -224,9 +224,9 @@ TEST_F(Lifecycle, StopStillStopsInError) {
 TEST_F(Lifecycle, WhatIsNotImplementedSaysSo) {
   TestClient client(port_);
   initialize(client);
-  for (const char* type : {"EnableSensorType", "LoopBlockStartType"}) {
+  for (const char* type : {"EnableGripperType", "LoopBlockStartType"}) {
     world_.report(0, 1, ActionState::kDone);
-    client.command(11, type, "<LoopName>l</LoopName><SensorID>ft</SensorID>");
+    client.command(11, type, "<LoopName>l</LoopName><GripperName>g</GripperName>");
     expect(client.status(), 11, CommandState::kError, std::string(type) + " not implemented.");
     client.command(12, "InitCanonType");
     const std::size_t count = world_.commands().size();
