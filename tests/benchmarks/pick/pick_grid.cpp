@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 
 #include "tests/benchmarks/pick/pick_case.hpp"
 #include "tests/benchmarks/support/experiment.hpp"
@@ -66,6 +67,19 @@ void add_row(Table& table, const std::string& gear, double mu, const std::string
              timed ? percentile(w.merged_us, 1) : 0.0});
 }
 
+/// The same case twice takes the same steps: of each, the time that nothing interrupted.
+PickResult run_timed(const PickCase& c) {
+  PickResult result = run_pick(c);
+  const PickResult again = run_pick(c);
+  if (again.merged_us.size() != result.merged_us.size()) {
+    throw std::runtime_error("the same case did not take the same steps");
+  }
+  for (std::size_t i = 0; i < again.merged_us.size(); ++i) {
+    result.merged_us[i] = std::min(result.merged_us[i], again.merged_us[i]);
+  }
+  return result;
+}
+
 Worst over_offsets(PickCase c, const std::vector<double>& offsets, Table* each = nullptr) {
   Worst worst;
   for (const double yaw : kYaws) {
@@ -73,7 +87,7 @@ Worst over_offsets(PickCase c, const std::vector<double>& offsets, Table* each =
       for (const double along : offsets) {
         c.yaw = yaw;
         c.off = {across, along};
-        const PickResult r = run_pick(c);
+        const PickResult r = each ? run_timed(c) : run_pick(c);
         worst.add(r);
         if (!each) continue;
         each->row({c.gear, c.mu, yaw, 1e3 * across, 1e3 * along, double(r.picked), double(r.placed),
@@ -239,7 +253,8 @@ int run(int argc, char** argv) {
       "corrected for where the gear sits in the hand. A placing with a penetration over 0.5 mm "
       "anywhere never counts.");
   experiment.note(
-      "step_us: CPU time of the steps in which hand, gear and tray are in touch, contact finding "
+      "step_us: the shorter time of two equal runs, for the machine interrupts; CPU time of the "
+      "steps in which hand, gear and tray are in touch, contact finding "
       "included.");
   return experiment.finish();
 }
