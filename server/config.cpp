@@ -1,6 +1,5 @@
 #include "server/config.hpp"
 
-#include <algorithm>
 #include <charconv>
 #include <limits>
 
@@ -8,6 +7,7 @@
 #include <fmt/ranges.h>
 
 #include "protocols/modbus/modbus_server.hpp"
+#include "server/yaml_text.hpp"
 #include "world/scene/yaml_reader.hpp"
 
 namespace aprsim::server {
@@ -42,22 +42,6 @@ void read(const yaml::Node& node, Speed& speed) {
         speed.factor > 1e6) {
       node.unexpected("max, stepped, or a ratio of simulated to real time > 0");
     }
-  }
-}
-
-void read(const yaml::Node& node, CrclConfig& crcl) {
-  if (!node) return;
-  const auto map = node.map({"address", "ports", "max_connections", "length_unit", "angle_unit"});
-  crcl.address = map["address"].text_or(crcl.address);
-  for (const auto& [robot, port] : map["ports"].entries()) crcl.ports[robot] = port_or(port, 0);
-  crcl.max_connections = connections_or(map["max_connections"], crcl.max_connections);
-  if (const auto unit = map["length_unit"]) {
-    const char* const names[] = {"meter", "millimeter", "inch"};
-    crcl.length_unit = names[unit.word({"meter", "millimeter", "inch"})];
-  }
-  if (const auto unit = map["angle_unit"]) {
-    const char* const names[] = {"degree", "radian"};
-    crcl.angle_unit = names[unit.word({"degree", "radian"})];
   }
 }
 
@@ -156,35 +140,6 @@ void use_free_ports(Config& config) {
 
 namespace {
 
-/// A text as YAML that reads back to the same: quoted unless it is an ordinary word.
-std::string scalar(const std::string& text) {
-  const auto ordinary = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
-           c == '.' || c == '/';
-  };
-  const bool is_null = text == "null" || text == "Null" || text == "NULL";
-  if (!text.empty() && !is_null && std::all_of(text.begin(), text.end(), ordinary)) return text;
-  std::string quoted = "\"";
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (c == '"' || c == '\\') {
-      quoted += {'\\', c};
-    } else if (byte < 0x20 || byte == 0x7F) {
-      quoted += fmt::format("\\x{:02x}", byte);
-    } else {
-      quoted += c;
-    }
-  }
-  return quoted + '"';
-}
-
-std::string to_yaml(const std::map<std::string, std::uint16_t>& ports) {
-  if (ports.empty()) return "    {}\n";
-  std::string text;
-  for (const auto& [robot, port] : ports) text += fmt::format("    {}: {}\n", scalar(robot), port);
-  return text;
-}
-
 std::string restrictions(const ModbusConfig& modbus) {
   std::vector<std::string> allow;
   for (const std::string& network : modbus.allow) allow.push_back('"' + network + '"');
@@ -200,7 +155,7 @@ std::string to_yaml(const VisionConfig& vision) {
   return fmt::format(
       "vision:\n  address: {}\n  ports:\n{}  max_connections: {}\n  empty_slots: {}\n"
       "  repeat_s: {}\n",
-      scalar(vision.address), to_yaml(vision.ports), vision.max_connections, vision.empty_slots,
+      scalar(vision.address), ports_text(vision.ports), vision.max_connections, vision.empty_slots,
       vision.repeat_s);
 }
 
@@ -221,18 +176,16 @@ std::string to_text(const Speed& speed) {
 std::string to_yaml(const Config& config) {
   return fmt::format(
              "scene: {}\n{}speed: {}\nlog_level: {}\n"
-             "crcl:\n  address: {}\n  ports:\n{}  max_connections: {}\n  length_unit: {}\n"
-             "  angle_unit: {}\n"
+             "{}"
              "modbus:\n  address: {}\n  port: {}\n  max_connections: {}\n  forward_is_one: {}\n"
              "  full_scale_m_s: {}\n{}"
              "grpc:\n  address: {}\n  port: {}\n  max_connections: {}\n",
              scalar(config.scene), config.seed ? fmt::format("seed: {}\n", *config.seed) : "",
-             to_text(config.speed), config.log_level, scalar(config.crcl.address),
-             to_yaml(config.crcl.ports), config.crcl.max_connections, config.crcl.length_unit,
-             config.crcl.angle_unit, scalar(config.modbus.address), config.modbus.port,
-             config.modbus.max_connections, config.modbus.forward_is_one,
-             config.modbus.full_scale_m_s, restrictions(config.modbus), scalar(config.grpc.address),
-             config.grpc.port, config.grpc.max_connections) +
+             to_text(config.speed), config.log_level, to_yaml(config.crcl),
+             scalar(config.modbus.address), config.modbus.port, config.modbus.max_connections,
+             config.modbus.forward_is_one, config.modbus.full_scale_m_s,
+             restrictions(config.modbus), scalar(config.grpc.address), config.grpc.port,
+             config.grpc.max_connections) +
          to_yaml(config.vision);
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/crcl_config.hpp"
 #include "world/api/error.hpp"
 
 /// The daemon's configuration: defaults here, then a YAML file, then the command line.
@@ -17,15 +18,6 @@ struct Speed {
   enum class Mode { kFactor, kMax, kStepped };
   Mode mode = Mode::kFactor;
   double factor = 1.0;  ///< of real time, for kFactor
-};
-
-struct CrclConfig {
-  std::string address = "127.0.0.1";
-  /// By robot name; a robot that is not listed gets a free port.
-  std::map<std::string, std::uint16_t> ports = {{"fanuc", 64444}, {"motoman", 64445}};
-  std::uint32_t max_connections = 64;      ///< of each robot
-  std::string length_unit = "millimeter";  ///< of a new socket: meter, millimeter or inch
-  std::string angle_unit = "degree";       ///< of a new socket: degree or radian
 };
 
 struct ModbusConfig {

@@ -33,7 +33,7 @@ world::SimulationOptions simulation_options(const Config& config, const scene::S
   return options;
 }
 
-crcl::Units units_of(const CrclConfig& config) {
+crcl::Units units_of(const CrclRobotConfig& config) {
   crcl::Units units;
   units.length = config.length_unit == "meter"        ? crcl::LengthUnit::kMeter
                  : config.length_unit == "millimeter" ? crcl::LengthUnit::kMillimeter
@@ -49,7 +49,13 @@ protocols::CrclServerOptions crcl_options(const CrclConfig& config, const std::s
   const auto port = config.ports.find(robot);
   options.port = port == config.ports.end() ? 0 : port->second;
   options.robot = index;
-  options.units = units_of(config);
+  const CrclRobotConfig& own = config.of(robot);
+  options.units = units_of(own);
+  options.strict = own.strict;
+  options.clamp_targets = own.clamp_targets;
+  const auto corner = [](const std::array<double, 3>& p) { return Eigen::Vector3d(p.data()); };
+  if (own.cartesian_min_m) options.cartesian_min_R = corner(*own.cartesian_min_m);
+  if (own.cartesian_max_m) options.cartesian_max_R = corner(*own.cartesian_max_m);
   options.max_connections = config.max_connections;
   options.endpoint = kFirstCrclEndpoint + static_cast<api::EndpointId>(index);
   return options;

@@ -129,6 +129,13 @@ Result<void> check_action(const api::SetGripper& set, const api::RobotDescriptio
   return bad("setting", "setting is " + std::to_string(set.setting) + ", must be within 0 to 1");
 }
 
+Result<void> check_action(const api::SetGripperForce& set, const api::RobotDescription& robot) {
+  if (set.force_n > 0 && set.force_n <= robot.gripper.force_n) return {};
+  return bad("force", "gripper force is " + std::to_string(set.force_n) +
+                          " N, must be above 0 and at most " +
+                          std::to_string(robot.gripper.force_n) + " N");
+}
+
 Result<void> check_action(const api::Dwell& dwell, const api::RobotDescription&) {
   if (dwell.duration.count() >= 0) return {};
   return bad("duration", "dwell time is negative");
@@ -143,12 +150,30 @@ Result<void> check_action(const Action&, const api::RobotDescription&) {
   return {};
 }
 
+Result<void> check_guards(const std::vector<api::Guard>& guards) {
+  if (guards.size() > api::kMaxGuards) {
+    return bad("guards", std::to_string(guards.size()) + " guards, must be at most " +
+                             std::to_string(api::kMaxGuards));
+  }
+  for (const auto& guard : guards) {
+    if (auto ok = finite(guard.value, "guard limit"); !ok) return ok;
+    const bool change =
+        guard.limit == api::GuardLimit::kIncreased || guard.limit == api::GuardLimit::kDecreased;
+    if (change) {
+      if (auto ok = positive(guard.value, "guard limit"); !ok) return ok;
+    }
+    if (guard.recheck.count() < 0) return bad("guard recheck time", "recheck time is negative");
+  }
+  return {};
+}
+
 Result<void> check_body(const api::RobotCommand& command, const api::CellDescription& cell) {
   if (command.robot < 0 || command.robot >= static_cast<int>(cell.robots.size())) {
     return bad("robot", "robot " + std::to_string(command.robot) +
                             " does not exist; the cell has " + std::to_string(cell.robots.size()));
   }
   const auto& robot = cell.robots[static_cast<std::size_t>(command.robot)];
+  if (auto ok = check_guards(command.guards); !ok) return ok;
   return std::visit([&](const auto& action) { return check_action(action, robot); },
                     command.action);
 }

@@ -15,6 +15,7 @@ constexpr double kMaxPalmDeflection_m = 3e-3;
 /// A tool changer takes a gripper that sits within this of the flange, and pulls it in.
 constexpr double kTakes_m = 2e-3, kTakes_rad = 0.02;
 constexpr int kPullSteps = 100;
+constexpr std::size_t kDescriptionCapacity = 512;
 
 robot::JointVector home_of(const scene::Robot& robot, const robot::ArmModel& model) {
   if (static_cast<int>(robot.home_rad.size()) != model.dof()) {
@@ -42,12 +43,18 @@ Eigen::Vector3d gravity_in_base(const scene::Robot& robot, const scene::Physics&
   return robot.X_WB.q.inverse() * Eigen::Vector3d(0, 0, -physics.gravity_m_s2);
 }
 
-robot::ControllerSetup setup_of(const scene::Robot& robot, const robot::ArmModel& model,
-                                const scene::Physics& physics) {
+std::shared_ptr<const robot::InverseKinematics> ik_of(const scene::Robot& robot,
+                                                      const robot::ArmModel& model) {
   auto ik = robot::make_inverse_kinematics(model);
   if (!ik) throw std::runtime_error("robot " + robot.name + ": " + ik.error().message);
+  return std::move(*ik);
+}
+
+robot::ControllerSetup setup_of(const scene::Robot& robot, const robot::ArmModel& model,
+                                std::shared_ptr<const robot::InverseKinematics> ik,
+                                const scene::Physics& physics) {
   return {.model = model,
-          .ik = std::move(*ik),
+          .ik = std::move(ik),
           .X_BR = robot.X_BR.isometry(),
           .X_FT = robot.X_FT.isometry(),
           .q_home = home_of(robot, model),
@@ -58,6 +65,28 @@ robot::ControllerSetup setup_of(const scene::Robot& robot, const robot::ArmModel
           .max_rot_accel_rad_s2 = robot.max_rot_accel_rad_s2,
           .payload = payload_of(robot.gripper, robot.X_FT.isometry()),
           .gravity_B = gravity_in_base(robot, physics)};
+}
+
+bool is_setting(const api::RobotAction& action) {
+  return std::holds_alternative<api::SetMotionLimit>(action) ||
+         std::holds_alternative<api::SetOverride>(action) ||
+         std::holds_alternative<api::SetGripperForce>(action);
+}
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", value);
+  return text;
+}
+
+/// Every joint turns about a point of the link before it, so the tool point stays within the sum of
+/// the lengths from the second joint on, whose own place the first joint moves on a circle.
+double reach_of(const robot::ArmModel& model, const Eigen::Isometry3d& X_FT) {
+  double reach = X_FT.translation().norm();
+  for (std::size_t i = 2; i < model.joints.size(); ++i) {
+    reach += model.joints[i].X_PJ.translation().norm();
+  }
+  return reach + model.joints[1].X_PJ.translation().head<2>().norm();
 }
 
 /// The partner of the largest force, for the operator's message.
@@ -93,19 +122,29 @@ RobotCell::RobotCell(const scene::Robot& robot, const robot::ArmModel& model,
       X_WR_(X_WB_ * robot.X_BR.isometry()),
       arm_(model, payload_of(robot.gripper, robot.X_FT.isometry()), gravity_in_base(robot, physics),
            home_of(robot, model), physics.step_s),
-      controller_(setup_of(robot, model, physics)),
+      ik_(ik_of(robot, model)),
+      controller_(setup_of(robot, model, ik_, physics)),
+      step_size_(std::llround(physics.step_s * 1e9)),
       X_WL_(model.links.size()) {
+  seen_.action.description.reserve(kDescriptionCapacity);
   update_link_poses();
   state_.X_WM = X_WL_.back();
+  state_.gripper_force_n = robot.gripper.force_n;
 }
 
-void RobotCell::take(api::Ticket ticket, const api::RobotAction& action) {
+void RobotCell::take(api::Ticket ticket, const api::RobotCommand& command) {
+  const api::RobotAction& action = command.action;
   if (std::holds_alternative<api::InitRobot>(action)) arm_.relax();
+  if (const auto* set = std::get_if<api::SetGripperForce>(&action))
+    state_.gripper_force_n = set->force_n;
   controller_.take(ticket, action, arm_.q());
+  // A setting leaves the running motion alone, so its guards too.
+  if (!is_setting(action)) state_.guards.begin(ticket, command.guards);
 }
 
 void RobotCell::step(const physics::GripperState& gripper,
                      std::span<const physics::ArmForce> forces) {
+  watch_guards(gripper, forces);
   const robot::JointVector tau = external_torque(forces);
   const robot::JointVector& reference = controller_.step(
       {.gripper_settled = gripper.settled, .tool_at_flange = tool_at_flange(), .external_nm = tau});
@@ -117,7 +156,9 @@ void RobotCell::step(const physics::GripperState& gripper,
   }
   arm_.set_intended(controller_.pressing());
   arm_.step(reference, tau);
+  state_.now += step_size_;
   stop_if_tripped(gripper, forces);
+  finish_guards();
   update_link_poses();
   move_mount();
 }
@@ -149,6 +190,39 @@ void RobotCell::restore(const State& state) {
   controller_.restore(state.controller);
   state_ = state.own;
   update_link_poses();
+}
+
+/// Looks at the state that the last step has left.
+void RobotCell::watch_guards(const physics::GripperState& gripper,
+                             std::span<const physics::ArmForce> forces) {
+  if (!state_.guards.watching()) return;
+  write(gripper, forces, seen_);
+  const auto triggered = state_.guards.check(seen_, state_.now);
+  if (!triggered) return;
+  const api::ActionStatus& status = controller_.status();
+  const bool current =
+      status.ticket == state_.guards.state().ticket && status.state == api::ActionState::kWorking;
+  controller_.stop_by_guard(current);
+  const api::Guard& guard = state_.guards.guard(*triggered);
+  if (guard.error_on_trigger) {
+    controller_.fail("Guard " + guard.label + " triggered at " +
+                     number(state_.guards.state().trigger_value) + ", limit " +
+                     number(guard.value) + "; send InitCanon to go on");
+  }
+}
+
+/// After the controller's step, so that a command whose guard misses its trigger never shows done.
+void RobotCell::finish_guards() {
+  if (state_.guards.stopping() && !controller_.moving()) state_.guards.at_rest(state_.now);
+  if (!state_.guards.watching()) return;
+  const api::ActionStatus& status = controller_.status();
+  if (status.state == api::ActionState::kError) return state_.guards.end();
+  if (controller_.moving() || status.state != api::ActionState::kDone) return;
+  state_.guards.end();
+  const api::Guard* unmet = state_.guards.unmet();
+  if (unmet == nullptr) return;
+  controller_.fail("Guard " + unmet->label + ": required trigger not seen, limit " +
+                   number(unmet->value) + "; send InitCanon to go on");
 }
 
 robot::JointVector RobotCell::external_torque(std::span<const physics::ArmForce> forces) const {
@@ -208,6 +282,15 @@ api::RobotDescription RobotCell::description() const {
                           .max_speed_rad_s = joint.max_speed_rad_s,
                           .max_torque_nm = joint.max_torque_nm});
   }
+  const Eigen::Isometry3d X_RB = scene_.X_BR.isometry().inverse();
+  const auto& joints = arm_.model().joints;
+  // On axis 1 at the height of axis 2.
+  const Eigen::Vector3d centre_B(joints[0].X_PJ.translation() +
+                                 joints[1].X_PJ.translation().z() * Eigen::Vector3d::UnitZ());
+  const Eigen::Vector3d reach =
+      Eigen::Vector3d::Constant(reach_of(arm_.model(), scene_.X_FT.isometry()));
+  out.reach_min_R = X_RB * centre_B - reach;
+  out.reach_max_R = X_RB * centre_B + reach;
   out.X_WB = scene_.X_WB;
   out.X_BR = scene_.X_BR;
   out.X_RV = scene_.vision.X_RV;
@@ -255,7 +338,8 @@ void RobotCell::write(const physics::GripperState& gripper,
                  .force_n = gripper.force_n,
                  .holding = gripper.holding,
                  .held_body = gripper.held_body,
-                 .palm_deflection_m = gripper.palm_deflection_m};
+                 .palm_deflection_m = gripper.palm_deflection_m,
+                 .max_force_n = state_.gripper_force_n};
   out.trans_speed = controller_.limit(api::MotionLimit::kTransSpeed);
   out.trans_accel = controller_.limit(api::MotionLimit::kTransAccel);
   out.rot_speed = controller_.limit(api::MotionLimit::kRotSpeed);
@@ -266,6 +350,9 @@ void RobotCell::write(const physics::GripperState& gripper,
   out.initialized = controller_.initialized();
   out.protective_stop = controller_.stopped_by_protection();
   out.moving = controller_.moving();
+  out.posture = ik_->posture_of(arm_.q());
+  out.light_curtain_broken = state_.curtain_broken;
+  out.guards = state_.guards.state();
 }
 
 }  // namespace aprsim::world

@@ -9,6 +9,7 @@
 #include "world/physics/physics_world.hpp"
 #include "world/robot/arm.hpp"
 #include "world/robot/controller_state.hpp"
+#include "world/robot/guard_watch.hpp"
 #include "world/robot/inverse_kinematics.hpp"
 #include "world/robot/robot_controller.hpp"
 #include "world/scene/scene.hpp"
@@ -23,7 +24,10 @@ class RobotCell {
   /// closed-form inverse kinematics or `robot.home_rad` is not one value a joint.
   RobotCell(const scene::Robot& robot, const robot::ArmModel& model, const scene::Physics& physics);
 
-  void take(api::Ticket ticket, const api::RobotAction& action);
+  void take(api::Ticket ticket, const api::RobotCommand& command);
+
+  /// The cell's light curtain, as the robot sees it from the next step on.
+  void see_light_curtain(bool broken) { state_.curtain_broken = broken; }
 
   /// One step: contact forces of the last step to joint torques, the controller's next reference,
   /// the servo; X_WL() is then where the links are at the step's end.
@@ -37,6 +41,8 @@ class RobotCell {
   /// has left it. There a stand is taken to hold it; nothing falls.
   [[nodiscard]] const Eigen::Isometry3d& X_WM() const { return state_.X_WM; }
   [[nodiscard]] double gripper_setting() const { return controller_.gripper_setting(); }
+  /// Of each finger at the pressure that is set [N].
+  [[nodiscard]] double gripper_force_n() const { return state_.gripper_force_n; }
 
   [[nodiscard]] api::RobotDescription description() const;
   void write(const physics::GripperState& gripper, std::span<const physics::ArmForce> forces,
@@ -55,10 +61,17 @@ class RobotCell {
     int pull_steps = 0;  ///< until a gripper that is taken sits at the flange
     /// What loads the arm: the gripper's weight is on it.
     bool tool_carried = true;
+    double gripper_force_n = 0;   ///< of each finger, at the pressure that is set
+    bool curtain_broken = false;  ///< the input from the cell's light curtain
+    SimTime now{};
+    robot::GuardWatch guards;
   };
   [[nodiscard]] robot::JointVector external_torque(std::span<const physics::ArmForce> forces) const;
   void stop_if_tripped(const physics::GripperState& gripper,
                        std::span<const physics::ArmForce> forces);
+  void watch_guards(const physics::GripperState& gripper,
+                    std::span<const physics::ArmForce> forces);
+  void finish_guards();
   void update_link_poses();
   void move_mount();
   [[nodiscard]] bool tool_at_flange() const;
@@ -66,7 +79,10 @@ class RobotCell {
   const scene::Robot& scene_;
   Eigen::Isometry3d X_WB_, X_WR_;
   robot::Arm arm_;
+  std::shared_ptr<const robot::InverseKinematics> ik_;
   robot::RobotController controller_;
+  api::RobotSnapshot seen_;  // what guards look at
+  SimTime step_size_;
   std::vector<Eigen::Isometry3d> X_WL_;
   Own state_;
 };

@@ -112,7 +112,7 @@ void World::describe(std::uint64_t seed) {
 }
 
 void World::apply(api::Ticket ticket, const api::RobotCommand& command) {
-  robots_.at(static_cast<std::size_t>(command.robot)).take(ticket, command.action);
+  robots_.at(static_cast<std::size_t>(command.robot)).take(ticket, command);
   stop_robots_if_broken();
 }
 
@@ -129,10 +129,12 @@ void World::apply(api::Ticket, const api::SetIntruder& command) {
 void World::step() {
   for (std::size_t i = 0; i < robots_.size(); ++i) {
     const int index = static_cast<int>(i);
+    robots_[i].see_light_curtain(curtain_.broken);
     robots_[i].step(physics_->gripper(index), physics_->arm_forces(index));
     physics_->set_arm(index, robots_[i].X_WL());
     physics_->set_gripper_mount(index, robots_[i].X_WM());
     physics_->set_gripper(index, robots_[i].gripper_setting());
+    physics_->set_gripper_force(index, robots_[i].gripper_force_n());
   }
   if (conveyor_) physics_->set_belt_speed(conveyor_->step(scene_->physics.step_s));
   physics_->step();

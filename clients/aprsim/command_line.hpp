@@ -30,6 +30,24 @@ struct CrclRunCommand {
   std::string robot;
   double timeout_s = 120;  ///< for each command
 };
+struct CrclStatusCommand {
+  std::string robot;
+  bool watch = false;       ///< one line a sample until interrupted
+  double rate_hz = 10;      ///< of these
+  std::uint64_t count = 0;  ///< end after so many; 0 = never
+};
+/// Moves one joint, or the tool straight along one axis of the robot's frame.
+struct CrclJogCommand {
+  std::string robot;
+  std::optional<int> joint;     ///< 1-based
+  char axis = 'x';              ///< when no joint is given
+  double by = 0;                ///< degrees or millimetres on a new socket
+  std::optional<double> speed;  ///< of these a second
+  bool init = false;            ///< InitCanon first
+};
+struct CrclValidateCommand {
+  std::string file;  ///< any CRCL documents
+};
 struct ConveyorSetCommand {
   std::optional<double> speed_m_s;
   std::optional<double> speed_percent;  ///< of the register's full scale
@@ -69,9 +87,10 @@ struct DemoCommand {
 };
 
 using AnyCommand =
-    std::variant<StatusCommand, WatchCommand, CrclSendCommand, CrclRunCommand, ConveyorSetCommand,
-                 ConveyorMapCommand, PauseCommand, ResumeCommand, StepCommand, SpeedCommand,
-                 ResetCommand, SaveCommand, LoadCommand, IntruderCommand, DemoCommand>;
+    std::variant<StatusCommand, WatchCommand, CrclSendCommand, CrclRunCommand, CrclStatusCommand,
+                 CrclJogCommand, CrclValidateCommand, ConveyorSetCommand, ConveyorMapCommand,
+                 PauseCommand, ResumeCommand, StepCommand, SpeedCommand, ResetCommand, SaveCommand,
+                 LoadCommand, IntruderCommand, DemoCommand>;
 
 struct CommandLine {
   EndpointChoice endpoints;

@@ -10,7 +10,18 @@ namespace {
 
 int report(const Failure& failure, std::ostream& err) {
   err << "aprsim: " << failure.message << '\n';
-  return failure.kind == FailureKind::kUsage ? 2 : 1;
+  switch (failure.kind) {
+    case FailureKind::kUsage:
+      return 2;
+    case FailureKind::kConnection:
+      return 3;
+    case FailureKind::kTimeout:
+      return 4;
+    case FailureKind::kRefused:
+    case FailureKind::kCheck:
+      break;
+  }
+  return 1;
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 
 #include "crcl/decoder.hpp"
 #include "crcl/encoder.hpp"
+#include "crcl/schema.hpp"
 
 namespace aprsim::protocols {
 namespace {
@@ -35,8 +36,8 @@ CrclConnection::CrclConnection(asio::ip::tcp::socket socket, std::string peer,
       link_(link),
       counters_(counters),
       on_end_(std::move(on_end)),
-      settings_(options.units, options.joints_in_degrees),
-      framer_(crcl::Framer::for_commands(options.max_message_bytes)),
+      settings_(std::make_shared<ReportSettings>(options.units, options.joints_in_degrees)),
+      framer_(crcl::Framer::for_commands(options.max_message_bytes, options.max_program_bytes)),
       write_timer_(socket_.get_executor()),
       idle_timer_(socket_.get_executor()) {}
 
@@ -131,6 +132,19 @@ void CrclConnection::process() {
 }
 
 void CrclConnection::handle(const std::string& document) {
+  if (options_.strict) {
+    if (const auto fault = crcl::schema_fault(document)) return fail_document(*fault);
+  }
+  return framer_.last_root() == 0 ? handle_command(document) : handle_program(document);
+}
+
+void CrclConnection::handle_program(const std::string& document) {
+  crcl::Result<crcl::Program> program = crcl::decode_program(document, options_.max_program_bytes);
+  if (!program) return handle_undecodable(program.error());
+  link_.execute(std::move(*program), settings_, peer_);
+}
+
+void CrclConnection::handle_command(const std::string& document) {
   const crcl::Result<crcl::CommandInstance> instance =
       crcl::decode_command(document, options_.max_message_bytes);
   if (!instance) return handle_undecodable(instance.error());
@@ -154,7 +168,7 @@ void CrclConnection::fail_document(const crcl::Error& error) {
 }
 
 void CrclConnection::answer_status() {
-  output_ += crcl::encode_status(link_.status(settings_));
+  output_ += crcl::encode_status(link_.status(*settings_));
   ++counters_.statuses;
   if (sending_.empty()) send_next();
 }

@@ -50,6 +50,8 @@ class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
   void acknowledge_at_once();
   void process();
   void handle(const std::string& document);
+  void handle_command(const std::string& document);
+  void handle_program(const std::string& document);
   void handle_undecodable(const crcl::Error& error);
   void fail_document(const crcl::Error& error);
   void answer_status();
@@ -67,7 +69,7 @@ class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
   CrclCounters& counters_;
   OnEnd on_end_;
 
-  ReportSettings settings_;
+  std::shared_ptr<ReportSettings> settings_;  // a program that runs keeps them, too
   crcl::Framer framer_;
   std::array<char, 8192> input_{};
   std::string sending_;   // in the hands of a write, so it must not change

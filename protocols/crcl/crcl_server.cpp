@@ -21,19 +21,40 @@ namespace aprsim::protocols {
 
 namespace asio = boost::asio;
 
+namespace {
+
+constexpr auto kProgramPeriod = std::chrono::milliseconds(1);
+
+RobotLinkOptions link_options(const CrclServerOptions& options) {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  RobotLinkOptions link;
+  link.robot = options.robot;
+  link.endpoint = options.endpoint;
+  link.clamp_targets = options.clamp_targets;
+  link.cartesian_min_R = options.cartesian_min_R;
+  link.cartesian_max_R = options.cartesian_max_R;
+  link.max_program_bytes = options.max_program_bytes;
+  link.start_ms = std::chrono::duration_cast<std::chrono::milliseconds>(now).count();
+  return link;
+}
+
+}  // namespace
+
 class CrclServer::Impl {
  public:
   Impl(CrclServerOptions options, api::CommandSink& sink, const api::SnapshotSource& source)
       : options_(std::move(options)),
-        link_(options_.robot, options_.endpoint, sink, source),
+        link_(link_options(options_), sink, source),
         listener_(io_,
                   {link_.name(), options_.bind_address, options_.port, options_.max_connections},
                   [this](TcpListener::Socket socket, std::string peer) {
                     take(std::move(socket), std::move(peer));
                   }),
+        program_timer_(io_),
         drain_timer_(io_),
         work_(io_.get_executor()) {
     crcl::initialize_xml();
+    link_.on_program([this] { follow_program(); });
   }
 
   ~Impl() { stop(); }
@@ -82,8 +103,19 @@ class CrclServer::Impl {
     connection->start();
   }
 
+  // A program goes on though no client asks for anything.
+  void follow_program() {
+    program_timer_.expires_after(kProgramPeriod);
+    program_timer_.async_wait([this](const boost::system::error_code& cancelled) {
+      if (cancelled || draining_) return;
+      link_.advance();
+      if (link_.runs_program()) follow_program();
+    });
+  }
+
   void drain() {
     draining_ = true;
+    program_timer_.cancel();
     listener_.close();
     for_each([](CrclConnection& connection) { connection.drain(); });
     drain_timer_.expires_after(options_.drain_deadline);
@@ -113,7 +145,7 @@ class CrclServer::Impl {
   CrclCounters counters_;
   TcpListener listener_;
   std::map<CrclConnection*, std::shared_ptr<CrclConnection>> connections_;
-  asio::steady_timer drain_timer_;
+  asio::steady_timer program_timer_, drain_timer_;
   asio::executor_work_guard<asio::io_context::executor_type> work_;
   bool draining_ = false;
   std::jthread thread_;

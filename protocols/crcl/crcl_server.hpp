@@ -4,7 +4,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
+
+#include <Eigen/Core>
 
 #include "crcl/units.hpp"
 #include "world/api/error.hpp"
@@ -21,8 +24,17 @@ struct CrclServerOptions {
   /// Joint positions, speeds and accelerations are in degrees whatever SetAngleUnits says, as in
   /// the reference servers, whose clients count on it; false: they follow the connection's unit.
   bool joints_in_degrees = true;
+  /// Documents that the schema does not allow are answered like broken ones; else they are taken as
+  /// far as they can be understood.
+  bool strict = false;
+  /// Targets beyond joint or Cartesian limits are moved onto them, with a note in the
+  /// StateDescription; else they are refused.
+  bool clamp_targets = false;
+  /// Where the tool point may be sent, in the robot's reference frame [m]; its reach when absent.
+  std::optional<Eigen::Vector3d> cartesian_min_R, cartesian_max_R;
   std::size_t max_connections = 64;  ///< a further one is closed at once
   std::size_t max_message_bytes = 65'536;
+  std::size_t max_program_bytes = 1'048'576;  ///< of a whole CRCLProgram
   /// Statuses kept for one connection before its next commands wait [bytes].
   std::size_t max_output_bytes = 65'536;
   /// A connection whose peer takes none of its pending statuses for so long is closed.
@@ -54,7 +66,8 @@ struct CrclServerStats {
 /// command; holds an error until InitCanon, answering commands in between with that error under
 /// their own id; executes ids that repeat or go down; keeps units over InitCanon; refuses all but
 /// InitCanon, EndCanon, StopMotion and GetStatus before InitCanon and, as the schema says, after
-/// EndCanon; clamps SetEndEffector and relative rates to 0..1. A GripperStatus (off by default)
+/// EndCanon; clamps SetEndEffector and relative rates to 0..1; executes a CRCLProgram document that
+/// is sent whole, and one in the text of a RunProgram command. A GripperStatus (off by default)
 /// gives the pad separation in the connection's length unit. A broken document stops the robot and
 /// closes the connection that sent it; the error shows on the others.
 class CrclServer {

@@ -9,6 +9,12 @@ namespace {
 
 std::size_t index(api::MotionLimit which) { return static_cast<std::size_t>(which); }
 
+bool is_setting(const api::RobotAction& action) {
+  return std::holds_alternative<api::SetMotionLimit>(action) ||
+         std::holds_alternative<api::SetOverride>(action) ||
+         std::holds_alternative<api::SetGripperForce>(action);
+}
+
 const api::LimitSetting& limit_in(const api::RobotSnapshot& robot, api::MotionLimit which) {
   switch (which) {
     case api::MotionLimit::kTransSpeed:
@@ -31,6 +37,7 @@ Result<api::Ticket> RobotCommander::send(const api::RobotAction& action) {
   auto& body = command.body.emplace<api::RobotCommand>();
   body.robot = robot_;
   body.action = action;
+  if (!is_setting(action)) body.guards = std::exchange(guards_, {});
   return sink_.submit(std::move(command));
 }
 

@@ -2,6 +2,8 @@
 
 #include <array>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "world/api/ports.hpp"
 #include "world/api/snapshot.hpp"
@@ -16,6 +18,11 @@ class RobotCommander {
       : robot_(robot), endpoint_(endpoint), sink_(sink) {}
 
   [[nodiscard]] Result<api::Ticket> submit(const api::RobotAction& action);
+
+  /// Guards the next action that is submitted and no setting.
+  void guard_next(std::vector<api::Guard> guards) { guards_ = std::move(guards); }
+  /// Whether guards wait for an action still; they are forgotten.
+  [[nodiscard]] bool drop_guards() { return !std::exchange(guards_, {}).empty(); }
 
   /// A limit as clients have set it, also where the snapshot does not show that yet.
   [[nodiscard]] api::LimitSetting limit(api::MotionLimit which,
@@ -35,6 +42,7 @@ class RobotCommander {
   api::EndpointId endpoint_;
   api::CommandSink& sink_;
   std::array<std::optional<Latest>, 4> latest_;  // by MotionLimit
+  std::vector<api::Guard> guards_;               // of the next action
 };
 
 }  // namespace aprsim::protocols

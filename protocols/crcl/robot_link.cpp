@@ -1,6 +1,6 @@
 #include "protocols/crcl/robot_link.hpp"
 
-#include <chrono>
+#include <algorithm>
 #include <type_traits>
 #include <utility>
 #include <variant>
@@ -9,7 +9,6 @@
 
 #include "crcl/text.hpp"
 #include "protocols/crcl/robot_action.hpp"
-#include "protocols/crcl/status_report.hpp"
 
 namespace aprsim::protocols {
 namespace {
@@ -31,6 +30,18 @@ bool is_local(const crcl::CommandBody& body) {
       body);
 }
 
+// Commands that end an uploaded program: those that the robot cannot do beside another one.
+bool replaces(const crcl::CommandBody& body) {
+  return std::visit(
+      []<typename T>(const T&) {
+        return is_one_of<T, crcl::InitCanon, crcl::EndCanon, crcl::StopMotion, crcl::MoveTo,
+                         crcl::MoveThroughTo, crcl::MoveScrew, crcl::ActuateJoints,
+                         crcl::SetEndEffector, crcl::OpenToolChanger, crcl::CloseToolChanger,
+                         crcl::Dwell, crcl::RunProgram>;
+      },
+      body);
+}
+
 // Commands that begin, end or stop, which no state forbids.
 bool is_always_admitted(const crcl::CommandBody& body) {
   return std::holds_alternative<crcl::InitCanon>(body) ||
@@ -43,8 +54,9 @@ bool is_always_admitted(const crcl::CommandBody& body) {
 // Carries out one admitted command.
 struct RobotLink::Executor {
   RobotLink& link;
-  ReportSettings& settings;
+  const std::shared_ptr<ReportSettings>& caller;
   const std::string& peer;
+  ReportSettings& settings = *caller;
 
   void operator()(const crcl::InitCanon&) const {
     link.error_.reset();
@@ -71,9 +83,25 @@ struct RobotLink::Executor {
     link.wait_for(link.commander_.submit(to_action(stop)), false);
   }
 
-  void operator()(const crcl::MoveTo& move) const { submit(to_action(move, settings)); }
+  void operator()(const crcl::MoveTo& move) const {
+    Result<api::MoveTo> action = to_action(move, settings);
+    if (!action) return link.hold(action.error().message);
+    const auto note = fit_pose(action->X_RT);
+    if (!note) return link.hold(note.error().message);
+    submit(action);
+    link.tell(*note);
+  }
   void operator()(const crcl::MoveThroughTo& move) const {
-    submit(to_action(move, settings, link.tolerances_.intermediate));
+    Result<api::MoveThroughTo> action = to_action(move, settings, link.tolerances_.intermediate);
+    if (!action) return link.hold(action.error().message);
+    std::optional<std::string> notes;
+    for (api::Waypoint& point : action->waypoints) {
+      const auto note = fit_pose(point.X_RT);
+      if (!note) return link.hold(note.error().message);
+      if (*note) notes = *note;
+    }
+    submit(action);
+    link.tell(notes);
   }
   void operator()(const crcl::MoveScrew& screw) const { submit(to_action(screw, settings)); }
   void operator()(const crcl::OpenToolChanger&) const {
@@ -83,7 +111,15 @@ struct RobotLink::Executor {
     submit(Result<api::SetToolChanger>({.open = false}));
   }
 
-  void operator()(const crcl::ActuateJoints& command) const { submit(command_to_joints(command)); }
+  void operator()(const crcl::ActuateJoints& command) const {
+    Result<api::MoveJoints> action = command_to_joints(command);
+    if (!action) return link.hold(action.error().message);
+    const auto note =
+        fit(*action, link.description(), link.options_.clamp_targets, settings.joint_unit());
+    if (!note) return link.hold(note.error().message);
+    submit(action);
+    link.tell(*note);
+  }
   void operator()(const crcl::SetEndEffector& set) const {
     link.wait_for(link.commander_.submit(to_action(set)), false);
   }
@@ -121,38 +157,39 @@ struct RobotLink::Executor {
   void operator()(const crcl::ConfigureJointReports& command) const { configure(command); }
   void operator()(const crcl::ConfigureStatusReport& command) const { configure(command); }
 
-  void operator()(const crcl::EnableSensor& command) const {
-    settle(link.curtain_.enable(command, *link.source_.latest()->cell));
-  }
-  void operator()(const crcl::DisableSensor& command) const {
-    settle(link.curtain_.disable(command, *link.source_.latest()->cell));
-  }
+  void operator()(const crcl::RunProgram& command) const { link.run_text(command, caller, peer); }
+  void operator()(const crcl::LoopBlockStart&) const { loop_alone(); }
+  void operator()(const crcl::LoopBlockEnd&) const { loop_alone(); }
 
-  template <typename Other>
-  void operator()(const Other&) const {
-    not_implemented();
+  template <typename Service>
+  requires requires(RobotServices& services, const Service& command, ReportSettings& report) {
+    services.take(command, report);
   }
-
-  void not_implemented(const std::string& what = "") const {
-    link.hold(*link.latest_.name + what + " not implemented.");
+  void operator()(const Service& command) const {
+    const RobotServices::Outcome action = link.services_.take(command, settings);
+    if (!action) return link.hold(action.error().message);
+    if (!*action) return link.done();
+    link.wait_for(link.commander_.submit(**action), true);
   }
 
  private:
   Result<api::MoveJoints> command_to_joints(const crcl::ActuateJoints& command) const {
-    const api::SnapshotPtr snapshot = link.source_.latest();
-    const auto& robot = snapshot->cell->robots[static_cast<std::size_t>(link.robot_)];
-    return to_action(command, settings, static_cast<int>(robot.joints.size()));
+    return to_action(command, settings, static_cast<int>(link.description().joints.size()));
+  }
+
+  Result<std::optional<std::string>> fit_pose(Pose& X_RT) const {
+    return fit(X_RT, link.limits_, link.options_.clamp_targets, settings.units().length);
+  }
+
+  void loop_alone() const {
+    link.hold(*link.latest_.name +
+              " stands only within a program: send the whole CRCLProgram, or expand the loop.");
   }
 
   template <typename Action>
   void submit(const Result<Action>& action) const {
     if (!action) return link.hold(action.error().message);
     link.wait_for(link.commander_.submit(*action), false);
-  }
-
-  void settle(const Result<void>& outcome) const {
-    if (!outcome) return link.hold(outcome.error().message);
-    link.done();
   }
 
   template <typename Configuration>
@@ -162,31 +199,56 @@ struct RobotLink::Executor {
   }
 };
 
-RobotLink::RobotLink(int robot, api::EndpointId endpoint, api::CommandSink& sink,
+RobotLink::RobotLink(RobotLinkOptions options, api::CommandSink& sink,
                      const api::SnapshotSource& source)
-    : robot_(robot), source_(source), commander_(robot, endpoint, sink) {
-  const api::SnapshotPtr snapshot = source_.latest();
-  name_ = "crcl." + snapshot->cell->robots[static_cast<std::size_t>(robot)].name;
-  epoch_ = snapshot->epoch;
+    : options_(std::move(options)),
+      robot_(options_.robot),
+      source_(source),
+      commander_(robot_, options_.endpoint, sink),
+      cell_(source.latest()->cell),
+      services_(description(), cell_->light_curtain ? cell_->light_curtain->beams : 0),
+      limits_(cartesian_limits(description(), options_.cartesian_min_R, options_.cartesian_max_R)) {
+  name_ = "crcl." + description().name;
+  epoch_ = source_.latest()->epoch;
   latest_.command_id = -1;
 }
 
-void RobotLink::execute(const crcl::CommandInstance& instance, ReportSettings& settings,
-                        const std::string& peer) {
+void RobotLink::execute(const crcl::CommandInstance& instance,
+                        const std::shared_ptr<ReportSettings>& settings, const std::string& peer) {
   refresh(*source_.latest());
+  if (replaces(instance.command.body)) program_.reset();
+  in_program_ = false;
+  carry_out(instance, settings, peer);
+}
+
+void RobotLink::carry_out(const crcl::CommandInstance& instance,
+                          const std::shared_ptr<ReportSettings>& settings,
+                          const std::string& peer) {
   const crcl::Command& command = instance.command;
   begin(std::string(crcl::type_name(command.body)), instance);
   spdlog::debug("{}: {} {} from {}", name_, *latest_.name, command.id, peer);
   if (!admits(command.body)) return;
-  const Executor executor{*this, settings, peer};
-  if (!command.guards.empty() && !is_always_admitted(command.body)) {
-    return executor.not_implemented(" with Guard");
+  const crcl::Units units = settings->units();
+  auto guards = GuardBook::to_world(command.guards, services_.sensors(), units);
+  if (!guards) {
+    if (!error_) hold(guards.error().message);
+    return;
   }
-  std::visit(executor, command.body);
+  const bool required = std::any_of(guards->begin(), guards->end(),
+                                    [](const api::Guard& guard) { return guard.require_trigger; });
+  commander_.guard_next(std::move(*guards));
+  std::visit(Executor{*this, settings, peer}, command.body);
+  if (commander_.drop_guards()) {
+    // The command is over before anything could be looked at.
+    if (required && !error_) hold(*latest_.name + " ended without the required guard trigger.");
+  } else if (progress_ == Progress::kWaiting) {
+    guards_.remember(ticket_, command.guards, services_.sensors(), units);
+  }
 }
 
 void RobotLink::refuse(const std::string& type, std::int64_t id, const std::string& reason) {
   refresh(*source_.latest());
+  in_program_ = false;
   crcl::CommandInstance instance;
   instance.command.id = id;
   begin(type, instance);
@@ -195,6 +257,7 @@ void RobotLink::refuse(const std::string& type, std::int64_t id, const std::stri
 
 void RobotLink::bad_document(const std::string& reason) {
   refresh(*source_.latest());
+  program_.reset();
   if (session_ == Session::kOpen) {
     const auto stopped = commander_.submit(api::StopMotion{api::StopKind::kFast});
     if (!stopped) spdlog::error("{}: cannot stop: {}", name_, stopped.error().message);
@@ -230,11 +293,18 @@ void RobotLink::done(std::optional<std::string> description) {
   if (!error_) latest_.description = std::move(description);
 }
 
+void RobotLink::tell(const std::optional<std::string>& note) {
+  if (!note) return;
+  spdlog::warn("{}: {} {}: {}", name_, *latest_.name, latest_.command_id, *note);
+  if (!error_) latest_.description = *note;
+}
+
 void RobotLink::wait_for(const Result<api::Ticket>& ticket, bool setting) {
   if (!ticket) return hold(*latest_.name + " not taken: " + ticket.error().message);
   progress_ = Progress::kWaiting;
   ticket_ = *ticket;
   setting_ = setting;
+  if (setting) last_setting_ = *ticket;
 }
 
 void RobotLink::hold(std::string reason) {
@@ -252,6 +322,8 @@ void RobotLink::refresh(const api::Snapshot& snapshot) {
     session_ = Session::kNever;
     since_ = 0;
     commander_.forget();
+    program_.reset();
+    last_setting_ = 0;
     error_.reset();
     const bool interrupted = std::exchange(progress_, Progress::kReady) == Progress::kWaiting;
     latest_.description = "The cell was reset.";
@@ -270,47 +342,9 @@ void RobotLink::follow(const api::Snapshot& snapshot) {
     progress_ = Progress::kDone;
   } else if (action.ticket > ticket_ && !error_) {
     progress_ = Progress::kDone;
+    if (action.ticket == last_setting_) return;  // our own, beside a program's command
     hold(*latest_.name + " was replaced by a command from another interface.");
   }
-}
-
-crcl::CommandStatus RobotLink::command_status() {
-  crcl::CommandStatus status = latest_;
-  if (error_) {
-    status.state = crcl::CommandState::kError;
-  } else if (progress_ == Progress::kWaiting) {
-    status.state = crcl::CommandState::kWorking;
-  } else {
-    status.state =
-        progress_ == Progress::kDone ? crcl::CommandState::kDone : crcl::CommandState::kReady;
-  }
-  return status;
-}
-
-crcl::Status RobotLink::status(const ReportSettings& settings) {
-  const api::SnapshotPtr snapshot = source_.latest();
-  refresh(*snapshot);
-  ++latest_.status_id;
-  const auto index = static_cast<std::size_t>(robot_);
-  const api::RobotSnapshot& robot = snapshot->robots[index];
-  const api::RobotDescription& description = snapshot->cell->robots[index];
-  crcl::Status status;
-  status.command = command_status();
-  if (settings.sections().joints) {
-    status.joints = joint_statuses(robot, static_cast<int>(description.joints.size()), settings);
-  }
-  if (settings.sections().pose) status.pose = pose_status(robot, settings);
-  if (settings.sections().gripper) status.gripper = gripper_status(robot, description, settings);
-  if (settings.sections().settings) {
-    status.settings = settings_status(*snapshot, robot_, commander_, tolerances_, settings);
-  }
-  if (settings.sections().sensors) {
-    const auto now = std::chrono::system_clock::now().time_since_epoch();
-    status.sensors = curtain_.statuses(
-        *snapshot, std::chrono::duration_cast<std::chrono::milliseconds>(now).count(),
-        settings.units());
-  }
-  return status;
 }
 
 }  // namespace aprsim::protocols

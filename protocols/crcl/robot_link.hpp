@@ -1,39 +1,58 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "crcl/documents.hpp"
 #include "crcl/status.hpp"
-#include "protocols/crcl/curtain_sensor.hpp"
+#include "protocols/crcl/guard_book.hpp"
+#include "protocols/crcl/program_run.hpp"
 #include "protocols/crcl/report_settings.hpp"
 #include "protocols/crcl/robot_commander.hpp"
+#include "protocols/crcl/robot_services.hpp"
+#include "protocols/crcl/status_report.hpp"
+#include "protocols/crcl/target_limits.hpp"
 #include "world/api/ports.hpp"
 
 namespace aprsim::protocols {
 
+struct RobotLinkOptions {
+  int robot = 0;                 ///< index into CellDescription::robots
+  api::EndpointId endpoint = 0;  ///< stamped on every command
+  bool clamp_targets = false;    ///< else targets beyond the limits are refused
+  std::optional<Eigen::Vector3d> cartesian_min_R, cartesian_max_R;  ///< [m]
+  std::size_t max_program_bytes = 0;
+  std::int64_t start_ms = 0;  ///< simulated time 0 in ms since 1970
+};
+
 /// The CRCL side of one robot, shared by all its connections: which command is the latest, how far
-/// it has come, whether an error is held. The rules are those of CrclServer. Knows no sockets.
-/// Thread: the server's.
+/// it has come, whether an error is held, which program runs. The rules are those of CrclServer.
+/// Knows no sockets. Thread: the server's.
 class RobotLink {
  public:
-  /// Tolerances that clients have set, lengths in m, angles in rad (joints too).
-  struct Tolerances {
-    std::optional<crcl::PoseTolerance> end, intermediate;
-    std::vector<crcl::JointTolerance> joints;
-  };
-
-  RobotLink(int robot, api::EndpointId endpoint, api::CommandSink& sink,
-            const api::SnapshotSource& source);
+  RobotLink(RobotLinkOptions options, api::CommandSink& sink, const api::SnapshotSource& source);
 
   /// Executes any command but GetStatus. `settings` are those of its connection.
-  void execute(const crcl::CommandInstance& instance, ReportSettings& settings,
+  void execute(const crcl::CommandInstance& instance,
+               const std::shared_ptr<ReportSettings>& settings, const std::string& peer);
+  /// Executes the commands of a program in order, each once the one before is done, until the end,
+  /// an error, or a command of any client that needs the robot.
+  void execute(crcl::Program program, const std::shared_ptr<ReportSettings>& settings,
                const std::string& peer);
   /// Takes a command that could not be decoded into an error under its own id.
   void refuse(const std::string& type, std::int64_t id, const std::string& reason);
   /// Stops the robot and holds an error, under the id of the last command.
   void bad_document(const std::string& reason);
+
+  /// Goes on with the program that runs. To be called again and again while runs_program().
+  void advance();
+  [[nodiscard]] bool runs_program() const { return program_.has_value(); }
+  /// `wake` is called when a program begins to run.
+  void on_program(std::function<void()> wake) { wake_ = std::move(wake); }
 
   /// The answer to one GetStatus. Every call gives a new StatusID.
   [[nodiscard]] crcl::Status status(const ReportSettings& settings);
@@ -47,19 +66,35 @@ class RobotLink {
   struct Executor;
   friend struct Executor;
 
+  void carry_out(const crcl::CommandInstance& instance,
+                 const std::shared_ptr<ReportSettings>& settings, const std::string& peer);
   void begin(const std::string& type, const crcl::CommandInstance& instance);
   [[nodiscard]] bool admits(const crcl::CommandBody& body);
   void done(std::optional<std::string> description = std::nullopt);
   /// Follows the ticket. A setting is done once applied, whatever the robot does besides.
   void wait_for(const Result<api::Ticket>& ticket, bool setting);
+  /// Shows the note with the command that is under way.
+  void tell(const std::optional<std::string>& note);
   void hold(std::string reason);
   void refresh(const api::Snapshot& snapshot);
   void follow(const api::Snapshot& snapshot);
   [[nodiscard]] crcl::CommandStatus command_status();
+  void run_text(const crcl::RunProgram& command, const std::shared_ptr<ReportSettings>& settings,
+                const std::string& peer);
+  void start(ProgramRun run);
+  [[nodiscard]] bool step_done(const api::Snapshot& snapshot);
+  [[nodiscard]] const api::RobotDescription& description() const {
+    return cell_->robots[static_cast<std::size_t>(robot_)];
+  }
 
+  RobotLinkOptions options_;
   int robot_;
   const api::SnapshotSource& source_;
   RobotCommander commander_;
+  std::shared_ptr<const api::CellDescription> cell_;
+  RobotServices services_;
+  CartesianLimits limits_;
+  GuardBook guards_;
   std::string name_;
   std::uint64_t epoch_ = 0;
 
@@ -69,9 +104,12 @@ class RobotLink {
   api::Ticket ticket_ = 0;  // while kWaiting
   bool setting_ = false;
   api::Ticket since_ = 0;             // the world's errors before this command are over
+  api::Ticket last_setting_ = 0;      // the latest one that changes no motion
   std::optional<std::string> error_;  // held until InitCanon
   Tolerances tolerances_;
-  CurtainSensor curtain_;
+  std::optional<ProgramRun> program_;
+  bool in_program_ = false;  // the latest command is the program's
+  std::function<void()> wake_;
 };
 
 }  // namespace aprsim::protocols

@@ -1,7 +1,8 @@
 #include "protocols/crcl/status_report.hpp"
 
-#include <cctype>
 #include <string>
+
+#include <spdlog/fmt/fmt.h>
 
 namespace aprsim::protocols {
 namespace {
@@ -25,12 +26,35 @@ std::optional<crcl::PoseTolerance> in_units(const std::optional<crcl::PoseTolera
                              in_unit(si->z_axis, units.angle)};
 }
 
-// An xs:NMTOKEN.
-std::string token(std::string text) {
-  for (char& c : text) {
-    if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '.' && c != '-') c = '_';
+crcl::Vector in_unit(const Eigen::Vector3d& si, auto unit) {
+  return {from_si(si.x(), unit), from_si(si.y(), unit), from_si(si.z(), unit)};
+}
+
+std::string sign(int value) { return value > 0 ? "+" : "-"; }
+
+// The branch of the inverse kinematics that the arm is in.
+std::string configuration(const api::Posture& posture, int joint_count, crcl::AngleUnit unit) {
+  if (joint_count == 6) {
+    return std::string(posture.shoulder > 0 ? "front" : "back") +
+           (posture.elbow > 0 ? ", elbow up" : ", elbow down") +
+           (posture.wrist > 0 ? ", no flip" : ", flip");
   }
-  return text;
+  return fmt::format("joint 2 {}, joint 4 {}, joint 6 {}, elbow at {:.3f} {}",
+                     sign(posture.shoulder), sign(posture.elbow), sign(posture.wrist),
+                     from_si(posture.elbow_rad, unit), crcl::name_of(unit));
+}
+
+std::vector<crcl::JointLimits> joint_limits(const api::RobotDescription& robot,
+                                            const ReportSettings& settings) {
+  std::vector<crcl::JointLimits> limits;
+  int number = 0;
+  for (const api::JointDescription& joint : robot.joints) {
+    limits.push_back({++number, from_si(joint.lower_rad, settings.joint_unit()),
+                      from_si(joint.upper_rad, settings.joint_unit()),
+                      from_si(joint.max_torque_nm, settings.units().torque),
+                      from_si(joint.max_speed_rad_s, settings.joint_unit())});
+  }
+  return limits;
 }
 
 }  // namespace
@@ -51,39 +75,55 @@ std::vector<crcl::JointStatus> joint_statuses(const api::RobotSnapshot& robot, i
   return statuses;
 }
 
-crcl::PoseStatus pose_status(const api::RobotSnapshot& robot, const ReportSettings& settings) {
-  const crcl::LengthUnit unit = settings.units().length;
-  const Eigen::Vector3d& p = robot.X_RT.p;
-  const Eigen::Matrix3d R_RT = robot.X_RT.q.toRotationMatrix();
+crcl::Pose pose_in(const Pose& pose, crcl::LengthUnit unit) {
+  const Eigen::Matrix3d R = pose.q.toRotationMatrix();
+  return {in_unit(pose.p, unit), {R(0, 0), R(1, 0), R(2, 0)}, {R(0, 2), R(1, 2), R(2, 2)}};
+}
+
+crcl::PoseStatus pose_status(const api::RobotSnapshot& robot, int joint_count,
+                             const ReportSettings& settings) {
+  const crcl::Units& units = settings.units();
   crcl::PoseStatus status;
-  status.pose.point = {from_si(p.x(), unit), from_si(p.y(), unit), from_si(p.z(), unit)};
-  status.pose.x_axis = {R_RT(0, 0), R_RT(1, 0), R_RT(2, 0)};
-  status.pose.z_axis = {R_RT(0, 2), R_RT(1, 2), R_RT(2, 2)};
+  status.pose = pose_in(robot.X_RT, units.length);
+  status.twist =
+      crcl::Twist{in_unit(robot.v_RT, units.length), in_unit(robot.omega_RT, units.angle)};
+  status.wrench =
+      crcl::Wrench{in_unit(robot.force_T_R, units.force), in_unit(robot.torque_T_R, units.torque)};
+  status.configuration = configuration(robot.posture, joint_count, units.angle);
   return status;
 }
 
-crcl::GripperStatus gripper_status(const api::RobotSnapshot& robot,
-                                   const api::RobotDescription& description,
+crcl::GripperStatus gripper_status(const api::RobotSnapshot& robot, const RobotServices& services,
                                    const ReportSettings& settings) {
   crcl::GripperStatus status;
-  status.name = token(description.name) + "_gripper";
+  status.name = services.gripper_name();
+  status.options = services.gripper_options();
   status.holding = robot.gripper.holding;
   status.kind = crcl::ParallelGripper{from_si(robot.gripper.separation_m, settings.units().length)};
   return status;
 }
 
-crcl::SettingsStatus settings_status(const api::Snapshot& snapshot, int robot,
-                                     const RobotCommander& commander,
-                                     const RobotLink::Tolerances& tolerances,
+crcl::SettingsStatus settings_status(const SettingsSources& sources,
                                      const ReportSettings& settings) {
   const crcl::Units& units = settings.units();
-  const auto limit = [&](api::MotionLimit which) { return commander.limit(which, snapshot); };
+  const api::Snapshot& snapshot = sources.snapshot;
+  const auto index = static_cast<std::size_t>(sources.robot);
+  const Tolerances& tolerances = sources.tolerances;
+  const auto limit = [&](api::MotionLimit which) {
+    return sources.commander.limit(which, snapshot);
+  };
   crcl::SettingsStatus status;
   status.angle_unit = units.angle;
-  status.end_effector = snapshot.robots[static_cast<std::size_t>(robot)].gripper.setting;
+  status.end_effector_parameters = sources.services.end_effector_parameters();
+  status.end_effector = snapshot.robots[index].gripper.setting;
   status.force_unit = units.force;
+  status.joint_limits = joint_limits(snapshot.cell->robots[index], settings);
   status.intermediate_tolerance = in_units(tolerances.intermediate, units);
   status.length_unit = units.length;
+  status.max_cartesian = in_unit(sources.limits.max_R, units.length);
+  status.min_cartesian = in_unit(sources.limits.min_R, units.length);
+  status.coordinated = sources.services.coordinated();
+  status.robot_parameters = sources.services.robot_parameters(snapshot, snapshot.robots[index]);
   status.end_tolerance = in_units(tolerances.end, units);
   status.rot_accel = rate_in(limit(api::MotionLimit::kRotAccel), units.angle);
   status.rot_speed = rate_in(limit(api::MotionLimit::kRotSpeed), units.angle);

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "crcl/status.hpp"
 #include "protocols/crcl/report_settings.hpp"
 #include "protocols/crcl/robot_commander.hpp"
-#include "protocols/crcl/robot_link.hpp"
+#include "protocols/crcl/robot_services.hpp"
+#include "protocols/crcl/target_limits.hpp"
 #include "world/api/snapshot.hpp"
 
 /// The sections of a status, from one snapshot, in the units of one connection.
@@ -15,14 +17,31 @@ namespace aprsim::protocols {
 [[nodiscard]] std::vector<crcl::JointStatus> joint_statuses(const api::RobotSnapshot& robot,
                                                             int joint_count,
                                                             const ReportSettings& settings);
-[[nodiscard]] crcl::PoseStatus pose_status(const api::RobotSnapshot& robot,
+/// Axes exactly as they are, the point in length units.
+[[nodiscard]] crcl::Pose pose_in(const Pose& pose, crcl::LengthUnit unit);
+/// Pose, twist and contact wrench of the tool in the robot's frame, and the arm's branch.
+[[nodiscard]] crcl::PoseStatus pose_status(const api::RobotSnapshot& robot, int joint_count,
                                            const ReportSettings& settings);
 [[nodiscard]] crcl::GripperStatus gripper_status(const api::RobotSnapshot& robot,
-                                                 const api::RobotDescription& description,
+                                                 const RobotServices& services,
                                                  const ReportSettings& settings);
-[[nodiscard]] crcl::SettingsStatus settings_status(const api::Snapshot& snapshot, int robot,
-                                                   const RobotCommander& commander,
-                                                   const RobotLink::Tolerances& tolerances,
+
+/// Tolerances that clients have set, lengths in m, angles in rad (joints too).
+struct Tolerances {
+  std::optional<crcl::PoseTolerance> end, intermediate;
+  std::vector<crcl::JointTolerance> joints;
+};
+
+/// What a settings report is made of.
+struct SettingsSources {
+  const api::Snapshot& snapshot;
+  int robot;
+  const RobotCommander& commander;
+  const RobotServices& services;
+  const Tolerances& tolerances;
+  const CartesianLimits& limits;
+};
+[[nodiscard]] crcl::SettingsStatus settings_status(const SettingsSources& sources,
                                                    const ReportSettings& settings);
 
 }  // namespace aprsim::protocols

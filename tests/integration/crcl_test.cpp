@@ -109,18 +109,6 @@ TEST(Crcl, AnUnreachablePoseIsRefusedWithAReasonAndHeldUntilInitCanon) {
   EXPECT_EQ(CrclTextClient::field(client.status(), "CommandState"), "CRCL_Done");
 }
 
-TEST(Crcl, WhatIsNotSupportedIsRefusedAsNotImplemented) {
-  DaemonProcess daemon({"--scene", "fanuc_only"});
-  CrclTextClient client(daemon.port("crcl.fanuc"));
-  client.run("InitCanonType");
-  try {
-    client.run("RunProgramType", "<ProgramText>pick</ProgramText>");
-    FAIL();
-  } catch (const std::runtime_error& error) {
-    EXPECT_NE(std::string(error.what()).find("not implemented"), std::string::npos) << error.what();
-  }
-}
-
 TEST(Crcl, LengthUnitsScaleTheReportedPoseWithoutMovingIt) {
   DaemonProcess daemon({"--scene", "motoman_only"});
   CrclTextClient client(daemon.port("crcl.motoman"));

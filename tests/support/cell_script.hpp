@@ -4,6 +4,8 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "world/scene/scene_loader.hpp"
 #include "world/world.hpp"
@@ -24,9 +26,10 @@ class CellScript {
   }
 
   /// Runs one action to its end; throws with the robot's own words when it ends in an error.
-  void act(int robot, api::RobotAction action, double limit_s = 30) {
+  void act(int robot, api::RobotAction action, double limit_s = 30,
+           std::vector<api::Guard> guards = {}) {
     const api::Ticket ticket = ++ticket_;
-    world.apply(ticket, api::RobotCommand{robot, std::move(action)});
+    world.apply(ticket, api::RobotCommand{robot, std::move(action), std::move(guards)});
     const auto& status = now.robots[static_cast<std::size_t>(robot)].action;
     for (int step = 0; step < static_cast<int>(limit_s * 1e3); ++step) {
       advance();

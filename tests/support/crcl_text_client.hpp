@@ -27,6 +27,9 @@ class CrclTextClient {
     return id;
   }
 
+  /// Sends a text as it is.
+  void raw(const std::string& text) { boost::asio::write(socket_, boost::asio::buffer(text)); }
+
   /// Asks for the status and returns it as text.
   std::string status() {
     write("GetStatusType", id_, "");

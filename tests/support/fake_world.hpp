@@ -27,6 +27,8 @@ inline std::shared_ptr<const api::CellDescription> two_robot_cell() {
       robot.joints.push_back({"joint_" + std::to_string(i), -3, 3, 5, 50});
     }
     robot.gripper = {0.01, 0.06, 0.04, 50};
+    robot.reach_min_R = Eigen::Vector3d::Constant(-10);
+    robot.reach_max_R = Eigen::Vector3d::Constant(10);
     robot.max_trans_speed_m_s = 1;
     robot.max_trans_accel_m_s2 = 5;
     robot.max_rot_speed_rad_s = 3;

@@ -36,6 +36,8 @@ struct RobotDescription {
   Pose X_RV;  ///< frame of its camera's detections in the reference frame
   Pose X_FT;  ///< tool frame in flange
   GripperDescription gripper;
+  /// Box in R that the tool point cannot leave, whatever the joints do.
+  Eigen::Vector3d reach_min_R = Eigen::Vector3d::Zero(), reach_max_R = Eigen::Vector3d::Zero();
   double max_trans_speed_m_s = 0, max_trans_accel_m_s2 = 0;
   double max_rot_speed_rad_s = 0, max_rot_accel_rad_s2 = 0;
 };

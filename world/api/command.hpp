@@ -7,17 +7,15 @@
 #include <variant>
 #include <vector>
 
+#include "world/api/guard.hpp"
 #include "world/api/light_curtain.hpp"
 #include "world/api/pose.hpp"
+#include "world/api/ticket.hpp"
 #include "world/api/time.hpp"
 
 /// Everything that a listener may ask of the world. Plain values in SI units; a command says what
 /// is wanted, never how a wire encoded it.
 namespace aprsim::api {
-
-/// Number of an accepted command, rising by one in the order in which commands take effect.
-/// 0 = none.
-using Ticket = std::uint64_t;
 
 /// Identifies the listener or client session that sent a command (kept in the journal).
 using EndpointId = std::uint32_t;
@@ -121,6 +119,11 @@ struct SetOverride {
   double fraction = 1;  ///< 0..1
 };
 
+/// Sets the supply pressure of a pneumatic gripper by the force that each finger then presses with.
+struct SetGripperForce {
+  double force_n = 0;  ///< above 0, at most GripperDescription::force_n
+};
+
 /// Holds position for a span of simulated time.
 struct Dwell {
   SimTime duration{};
@@ -137,10 +140,12 @@ struct SetMotionLimit {
 
 using RobotAction =
     std::variant<InitRobot, EndRobot, StopMotion, MoveTo, MoveThroughTo, MoveScrew, MoveJoints,
-                 SetGripper, SetToolChanger, SetOverride, Dwell, SetMotionLimit>;
+                 SetGripper, SetGripperForce, SetToolChanger, SetOverride, Dwell, SetMotionLimit>;
 struct RobotCommand {
   int robot = 0;  ///< index into CellDescription::robots
   RobotAction action;
+  /// End the action; at most kMaxGuards. A setting has none.
+  std::vector<Guard> guards{};
 };
 
 // ---- conveyor --------------------------------------------------------------------------------

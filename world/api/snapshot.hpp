@@ -9,8 +9,10 @@
 
 #include "world/api/cell_description.hpp"
 #include "world/api/command.hpp"
+#include "world/api/guard.hpp"
 #include "world/api/light_curtain.hpp"
 #include "world/api/pose.hpp"
+#include "world/api/posture.hpp"
 #include "world/api/time.hpp"
 #include "world/api/vision.hpp"
 
@@ -32,6 +34,7 @@ struct GripperSnapshot {
   bool holding = false;              ///< both pads press and the fingers stopped short
   int held_body = -1;                ///< index into bodies while holding, else -1
   double palm_deflection_m = 0;      ///< of the compliant mount
+  double max_force_n = 0;            ///< of each finger at the pressure that is set
 };
 
 enum class ActionState { kNone, kWorking, kDone, kError };
@@ -60,6 +63,9 @@ struct RobotSnapshot {
   bool initialized = false;      ///< InitRobot taken since start, EndRobot or a held error
   bool protective_stop = false;  ///< tripped; held until InitRobot
   bool moving = false;
+  bool light_curtain_broken = false;  ///< what the robot's input from the cell's curtain shows
+  Posture posture;
+  GuardsSnapshot guards;
   VisionFrame vision;  ///< the latest that its camera gave out
 };
 

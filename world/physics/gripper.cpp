@@ -40,6 +40,12 @@ void GripperMechanism::command(double setting) {
   wake();
 }
 
+void GripperMechanism::set_force(double force_n) {
+  if (force_n == settings_.force_n) return;
+  settings_.force_n = force_n;
+  wake();
+}
+
 void GripperMechanism::begin_step(const Eigen::Isometry3d& X_WF_next) {
   now_.X_WT_next = X_WF_next * X_FT_;
   now_.delta = now_.X_WT_next * now_.X_WT.inverse();

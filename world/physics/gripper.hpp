@@ -59,6 +59,8 @@ class GripperMechanism {
   void restore(const State& state);
 
   void command(double setting);
+  /// Of each piston, from now on.
+  void set_force(double force_n);
   /// The mount goes from where it is to `X_WF_next` in this step. Moves what is carried along.
   void begin_step(const Eigen::Isometry3d& X_WF_next);
   /// Forces of the law; once before each solve, trial solves included.

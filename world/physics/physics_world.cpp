@@ -154,6 +154,10 @@ void PhysicsWorld::set_gripper(int robot, double setting) {
   impl_->cell.grippers[static_cast<std::size_t>(robot)].command(setting);
 }
 
+void PhysicsWorld::set_gripper_force(int robot, double force_n) {
+  impl_->cell.grippers[static_cast<std::size_t>(robot)].set_force(force_n);
+}
+
 void PhysicsWorld::set_belt_speed(double speed_m_s) { impl_->next_belt_speed = speed_m_s; }
 
 void PhysicsWorld::step() { impl_->step(); }

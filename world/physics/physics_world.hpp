@@ -68,6 +68,8 @@ class PhysicsWorld {
   /// Where the gripper's mount is at the end of the coming step: at the flange, or where the tool
   /// changer has left it. Follows the flange of set_arm() unless told otherwise after it.
   void set_gripper_mount(int robot, const Eigen::Isometry3d& X_WF_next);
+  /// What each piston pushes with [N]; the scene's at the start.
+  void set_gripper_force(int robot, double force_n);
   void set_belt_speed(double speed_m_s);  ///< signed, along the belt's +x
 
   /// Throws PhysicsFailure before ODE would abort.

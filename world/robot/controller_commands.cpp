@@ -140,6 +140,9 @@ void RobotController::Core::change_tool(bool tool_at_flange) {
   }
 }
 
+/// The gripper's own business: see RobotCell.
+void RobotController::Core::execute(const api::SetGripperForce&, const JointVector&) { done(); }
+
 void RobotController::Core::execute(const api::SetOverride& setting, const JointVector&) {
   if (!(setting.fraction >= 0 && setting.fraction <= 1)) {
     char text[96];

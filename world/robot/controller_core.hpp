@@ -22,6 +22,7 @@ struct RobotController::Core {
   void execute(const api::MoveJoints& move, const JointVector& q_actual);
   void execute(const api::SetGripper& gripper, const JointVector& q_actual);
   void execute(const api::SetToolChanger& changer, const JointVector& q_actual);
+  void execute(const api::SetGripperForce& set, const JointVector& q_actual);
   void execute(const api::SetOverride& setting, const JointVector& q_actual);
   void execute(const api::Dwell& dwell, const JointVector& q_actual);
   void execute(const api::SetMotionLimit& setting, const JointVector& q_actual);

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "world/api/posture.hpp"
 #include "world/robot/arm_model.hpp"
 
 namespace aprsim::robot {
@@ -34,6 +35,9 @@ class InverseKinematics {
 
   /// Elbow angle of a posture; 0 for a 6-axis arm.
   [[nodiscard]] virtual double elbow_of(const JointVector& q) const = 0;
+
+  /// The branch and elbow angle of a posture.
+  [[nodiscard]] virtual api::Posture posture_of(const JointVector& q) const = 0;
 
   /// Elbow angle with which X_BF is reached nearest to `seed` and away from joint limits: searched
   /// once a command, never in a step. Errors as nearest().

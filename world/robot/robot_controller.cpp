@@ -241,6 +241,13 @@ void RobotController::protective_stop(const std::string& reason) {
   core_->set_error(reason);
 }
 
+void RobotController::stop_by_guard(bool ends_command) {
+  core_->brake(Brake::kHard);
+  if (ends_command) core_->working(Task::kRest);
+}
+
+void RobotController::fail(const std::string& reason) { core_->set_error(reason); }
+
 const ControllerState& RobotController::state() const { return core_->s; }
 void RobotController::restore(const ControllerState& state) { core_->s = state; }
 

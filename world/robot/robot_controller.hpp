@@ -73,6 +73,12 @@ class RobotController {
   /// The same where nothing has been hit: motion ends by braking hard on its path.
   void protective_stop(const std::string& reason);
 
+  /// A guard has triggered: motion ends on its path as fast as it can. If `ends_command`, the
+  /// present command is done at rest.
+  void stop_by_guard(bool ends_command);
+  /// The present command is in error, held until InitRobot; motion brakes.
+  void fail(const std::string& reason);
+
   [[nodiscard]] const api::ActionStatus& status() const;
   [[nodiscard]] const JointVector& reference() const;
   [[nodiscard]] double gripper_setting() const;  ///< 0..1; 1 at start

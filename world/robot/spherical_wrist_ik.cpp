@@ -66,6 +66,19 @@ BranchedIk::Branches SphericalWristIk::branches(const Eigen::Isometry3d& X_BF,
 
 double SphericalWristIk::elbow_of(const JointVector& /*q*/) const { return 0; }
 
+api::Posture SphericalWristIk::posture_of(const JointVector& q) const {
+  const JointVector t = q.cwiseProduct(geometry_.sign);
+  const double elevation = std::numbers::pi / 2 - t(1);
+  const double bend =
+      std::remainder(fore_angle_ - std::numbers::pi / 2 - t(2), 2 * std::numbers::pi);
+  const double r = geometry_.shoulder_x + geometry_.upper * std::cos(elevation) +
+                   fore_ * std::cos(elevation + bend);
+  const bool facing = r >= 0;
+  // A forearm turned up hangs below the line to the wrist, and above it behind the back.
+  const bool above = (bend <= 0) == facing;
+  return {facing ? 1 : -1, above ? 1 : -1, t(4) >= 0 ? 1 : -1, 0};
+}
+
 Result<double> SphericalWristIk::choose_elbow(const Eigen::Isometry3d& X_BF,
                                               const JointVector& seed) const {
   return nearest(X_BF, seed, 0).map([](const JointVector&) { return 0.0; });

@@ -21,6 +21,7 @@ class SphericalWristIk final : public BranchedIk {
   SphericalWristIk(const ArmModel& model, SphericalWristGeometry geometry);
 
   [[nodiscard]] double elbow_of(const JointVector& q) const override;
+  [[nodiscard]] api::Posture posture_of(const JointVector& q) const override;
   [[nodiscard]] Result<double> choose_elbow(const Eigen::Isometry3d& X_BF,
                                             const JointVector& seed) const override;
 

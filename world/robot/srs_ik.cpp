@@ -98,6 +98,12 @@ double SrsIk::elbow_of(const JointVector& q) const {
   return std::atan2(outwards.dot(circle.side), outwards.dot(circle.up));
 }
 
+api::Posture SrsIk::posture_of(const JointVector& q) const {
+  const JointVector t = q.cwiseProduct(geometry_.sign);
+  const auto sign = [](double angle) { return angle >= 0 ? 1 : -1; };
+  return {sign(t(1)), sign(t(3)), sign(t(5)), elbow_of(q)};
+}
+
 double SrsIk::posture_cost(const Choice& choice) const {
   double crowding = 0;
   for (int i = 0; i < dof(); ++i) {

@@ -22,6 +22,7 @@ class SrsIk final : public BranchedIk {
   SrsIk(const ArmModel& model, SrsGeometry geometry);
 
   [[nodiscard]] double elbow_of(const JointVector& q) const override;
+  [[nodiscard]] api::Posture posture_of(const JointVector& q) const override;
   [[nodiscard]] Result<double> choose_elbow(const Eigen::Isometry3d& X_BF,
                                             const JointVector& seed) const override;
 

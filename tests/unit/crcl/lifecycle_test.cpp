@@ -221,30 +221,13 @@ TEST_F(Lifecycle, StopStillStopsInError) {
   EXPECT_EQ(client.status().command.state, CommandState::kError);
 }
 
-TEST_F(Lifecycle, WhatIsNotImplementedSaysSo) {
+TEST_F(Lifecycle, ALoopAloneIsRefused) {
   TestClient client(port_);
   initialize(client);
-  for (const char* type : {"EnableGripperType", "LoopBlockStartType"}) {
-    world_.report(0, 1, ActionState::kDone);
-    client.command(11, type, "<LoopName>l</LoopName><GripperName>g</GripperName>");
-    expect(client.status(), 11, CommandState::kError, std::string(type) + " not implemented.");
-    client.command(12, "InitCanonType");
-    const std::size_t count = world_.commands().size();
-    client.status();
-    world_.report(0, std::max(count, world_.commands().size()), ActionState::kDone);
-    expect(client.status(), 12, CommandState::kDone);
-  }
-}
-
-TEST_F(Lifecycle, AGuardedMoveIsNotMadeWithoutItsGuard) {
-  TestClient client(port_);
-  initialize(client);
-  client.command(5, "MoveToType",
-                 "<Guard><SensorID>ft</SensorID><LimitType>OVER_MAX</LimitType><LimitValue>1"
-                 "</LimitValue></Guard>" +
-                     move());
-  expect(client.status(), 5, CommandState::kError, "MoveToType with Guard not implemented.");
-  ticket(1);
+  client.command(11, "LoopBlockStartType", "<LoopName>l</LoopName>");
+  expect(client.status(), 11, CommandState::kError,
+         "LoopBlockStartType stands only within a program: send the whole CRCLProgram, or expand "
+         "the loop.");
 }
 
 TEST_F(Lifecycle, BadValuesAreErrorsOfTheirCommand) {

@@ -385,45 +385,5 @@ TEST_F(Report, EveryStatusIsValidByTheReferenceSchema) {
   check();
 }
 
-TEST_F(Report, AnEnabledLightCurtainIsASensorWithItsBeams) {
-  TestClient client(port_);
-  initialize(client);
-  client.command(5, "ConfigureStatusReportType", sections("000010"));
-  client.command(6, "EnableSensorType", "<SensorID>light_curtain</SensorID>");
-  expect(client.status(), 6, CommandState::kError,
-         "Unknown sensor light_curtain; this robot has none");
-  world_.publish([](api::Snapshot& next) {
-    auto cell = std::make_shared<api::CellDescription>(*next.cell);
-    cell->light_curtain = {.X_WK = {}, .beams = 2, .pitch_m = 0.04, .range_m = 2.4};
-    next.cell = std::move(cell);
-    next.light_curtain.broken = true;
-    next.light_curtain.distance_m[0] = 0.75;
-    next.light_curtain.distance_m[1] = 2.4;
-  });
-  client.command(7, "InitCanonType");
-  client.status();
-  world_.report(0, ticket(2), ActionState::kDone);
-  client.command(8, "EnableSensorType", "<SensorID>radar</SensorID>");
-  expect(client.status(), 8, CommandState::kError,
-         "Unknown sensor radar; this robot has light_curtain");
-  client.command(9, "InitCanonType");
-  client.status();
-  world_.report(0, ticket(3), ActionState::kDone);
-  EXPECT_FALSE(client.status().sensors);
-  client.command(10, "EnableSensorType", "<SensorID>light_curtain</SensorID>");
-  const crcl::Status status = client.status();
-  expect(status, 10, CommandState::kDone);
-  ASSERT_TRUE(status.sensors);
-  ASSERT_EQ(status.sensors->on_off.size(), 1U);
-  EXPECT_EQ(status.sensors->on_off[0].reading.sensor_id, "light_curtain");
-  EXPECT_TRUE(status.sensors->on_off[0].on);
-  ASSERT_EQ(status.sensors->scalar.size(), 2U);
-  EXPECT_EQ(status.sensors->scalar[1].reading.sensor_id, "light_curtain_2");
-  EXPECT_NEAR(status.sensors->scalar[0].value, 750, 1e-9);
-  EXPECT_NEAR(status.sensors->scalar[1].value, 2400, 1e-9);
-  client.command(11, "DisableSensorType", "<SensorID>light_curtain</SensorID>");
-  EXPECT_FALSE(client.status().sensors);
-}
-
 }  // namespace
 }  // namespace aprsim::protocols

@@ -10,6 +10,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "crcl/schema.hpp"
 #include "crcl/status_decoder.hpp"
 #include "tests/unit/crcl/samples.hpp"
 
@@ -66,7 +67,12 @@ std::string TestClient::read_document() {
   while (true) {
     const crcl::Result<std::optional<std::string>> document = framer_.next();
     if (!document) fail(document.error().message());
-    if (*document) return **document;
+    if (*document) {
+      if (const auto fault = crcl::schema_fault(**document)) {
+        fail(fault->message() + ": " + **document);
+      }
+      return **document;
+    }
     char buffer[4096];
     const std::size_t size = receive(buffer, sizeof buffer);
     if (size == 0) fail("closed while a status was expected");

@@ -26,7 +26,7 @@ class TestClient {
   crcl::Status status();
   /// Reads one status that has been asked for already.
   crcl::Status read_status();
-  /// As read_status(), the document itself.
+  /// As read_status(), the document itself. Throws when the schema does not allow it.
   std::string read_document();
   /// Asks until the status satisfies the condition.
   template <typename Condition>

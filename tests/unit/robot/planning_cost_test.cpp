@@ -24,6 +24,7 @@ class CountingIk final : public InverseKinematics {
     ++count_;
     return inner_->nearest(X_BF, seed, elbow);
   }
+  api::Posture posture_of(const JointVector& q) const override { return inner_->posture_of(q); }
   double elbow_of(const JointVector& q) const override { return inner_->elbow_of(q); }
   Result<double> choose_elbow(const Eigen::Isometry3d& X_BF,
                               const JointVector& seed) const override {

@@ -90,11 +90,11 @@ TEST_F(CliCell, SimulationCommandsArrive) {
   EXPECT_NE(step.err.find("pause it"), std::string::npos) << step.err;
 }
 
-TEST_F(CliCell, NobodyThereIsOneLineAndExitCodeOne) {
+TEST_F(CliCell, NobodyThereIsOneLineAndExitCodeThree) {
   start();
   server_->stop();
   const auto result = cli({"status"});
-  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_EQ(result.exit_code, 3);
   EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
   EXPECT_NE(result.err.find(std::to_string(port_)), std::string::npos);
 }
@@ -152,7 +152,7 @@ TEST(CliConveyor, SetWritesTheRegisters) {
   EXPECT_NE(too_fast.err.find("0.32768"), std::string::npos) << too_fast.err;
   EXPECT_FALSE(cell.latest()->conveyor.run);
   server.stop();
-  EXPECT_EQ(conveyor({"--stop"}).exit_code, 1);
+  EXPECT_EQ(conveyor({"--stop"}).exit_code, 3);
 }
 
 TEST(CliConveyor, MapNeedsNoDaemon) {

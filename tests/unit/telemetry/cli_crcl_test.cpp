@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "cli_fixture.hpp"
 #include "crcl/encoder.hpp"
 #include "scripted_robot.hpp"
@@ -83,7 +85,7 @@ TEST(CliCrcl, ACommandThatNeverEndsIsATimeout) {
   });
   const auto file = write_file("program.xml", program(""));
   const auto result = crcl_cli(robot, "run", file, "0.2");
-  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_EQ(result.exit_code, 4);
   EXPECT_NE(result.err.find("not done after 0.2 s (CRCL_Working)"), std::string::npos)
       << result.err;
 }
@@ -125,14 +127,77 @@ TEST(CliCrcl, FilesThatHoldNoCommandAreNamed) {
   EXPECT_TRUE(robot.commands().empty());
 }
 
-TEST(CliCrcl, AConnectionThatBreaksIsExitCodeOne) {
+TEST(CliCrcl, AConnectionThatBreaksIsExitCodeThree) {
   auto robot = std::make_unique<ScriptedRobot>(done);
   const std::string port = "fanuc=" + std::to_string(robot->port());
   robot.reset();
   const auto result = run_cli({"crcl", "run", write_file("program.xml", program("")), "--robot",
                                "fanuc", "--crcl-port", port});
-  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_EQ(result.exit_code, 3);
   EXPECT_NE(result.err.find("fanuc"), std::string::npos) << result.err;
+}
+
+CliResult pendant(const ScriptedRobot& robot, std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), "crcl");
+  arguments.insert(arguments.end(),
+                   {"--robot", "fanuc", "--crcl-port", "fanuc=" + std::to_string(robot.port())});
+  return run_cli(arguments);
+}
+
+TEST(CliPendant, StatusIsOneLineASample) {
+  ScriptedRobot robot(done, 17);
+  const auto once = pendant(robot, {"status"});
+  ASSERT_EQ(once.exit_code, 0) << once.err;
+  EXPECT_EQ(std::count(once.out.begin(), once.out.end(), '\n'), 1) << once.out;
+  EXPECT_EQ(once.out.substr(0, 3), "17 ");
+  const auto watched = pendant(robot, {"status", "--watch", "--rate", "200", "--count", "4"});
+  EXPECT_EQ(std::count(watched.out.begin(), watched.out.end(), '\n'), 4) << watched.out;
+  EXPECT_EQ(pendant(robot, {"status", "--rate", "0"}).exit_code, 2);
+}
+
+TEST(CliPendant, JogMovesFromWhereTheRobotIs) {
+  ScriptedRobot robot(done);
+  const auto joint = pendant(robot, {"jog", "--joint", "2", "--by", "-1.5", "--speed", "10"});
+  ASSERT_EQ(joint.exit_code, 0) << joint.err;
+  const auto axis = pendant(robot, {"jog", "--init", "--axis", "z", "--by", "20"});
+  ASSERT_EQ(axis.exit_code, 0) << axis.err;
+  const auto commands = robot.commands();
+  ASSERT_EQ(commands.size(), 3U);
+  const auto actuate = std::get<crcl::ActuateJoints>(commands[0].body);
+  ASSERT_EQ(actuate.joints.size(), 1U);
+  EXPECT_EQ(actuate.joints[0].joint, 2);
+  EXPECT_DOUBLE_EQ(actuate.joints[0].position, 20 - 1.5);
+  EXPECT_EQ(std::get<crcl::JointSpeedAccel>(actuate.joints[0].details).speed, 10);
+  EXPECT_TRUE(std::holds_alternative<crcl::InitCanon>(commands[1].body));
+  const auto move = std::get<crcl::MoveTo>(commands[2].body);
+  EXPECT_TRUE(move.straight);
+  EXPECT_EQ(move.end.point, (crcl::Vector{300, 0, 420}));
+}
+
+TEST(CliPendant, JogRefusesWhatIsNoJointOrAxis) {
+  ScriptedRobot robot(done);
+  const auto joint = pendant(robot, {"jog", "--joint", "9", "--by", "1"});
+  EXPECT_EQ(joint.exit_code, 2);
+  EXPECT_NE(joint.err.find("no joint 9"), std::string::npos) << joint.err;
+  EXPECT_EQ(pendant(robot, {"jog", "--axis", "w", "--by", "1"}).exit_code, 2);
+  EXPECT_EQ(pendant(robot, {"jog", "--axis", "x", "--joint", "1", "--by", "1"}).exit_code, 2);
+  EXPECT_EQ(pendant(robot, {"jog", "--joint", "1"}).exit_code, 2);
+  EXPECT_TRUE(robot.commands().empty());
+}
+
+TEST(CliPendant, ValidateTellsGoodDocumentsFromBad) {
+  const auto good = write_file("good.xml", document(crcl::InitCanon{}, 7) + "\n" + program(""));
+  const auto ok = run_cli({"crcl", "validate", good});
+  EXPECT_EQ(ok.exit_code, 0) << ok.err;
+  EXPECT_NE(ok.out.find("2 valid documents"), std::string::npos) << ok.out;
+  for (const std::string& text :
+       {document(crcl::SetEndEffector{2}, 7), std::string("<CRCLProgram>"), std::string(),
+        document(crcl::InitCanon{}, 7) + "<CRCLStatus></CRCLStatus>"}) {
+    const auto bad = run_cli({"crcl", "validate", write_file("bad.xml", text)});
+    EXPECT_EQ(bad.exit_code, 1) << text;
+    EXPECT_NE(bad.err.find("bad.xml: document"), std::string::npos) << bad.err;
+  }
+  EXPECT_EQ(run_cli({"crcl", "validate", "/no/such/file"}).exit_code, 2);
 }
 
 }  // namespace

@@ -79,6 +79,8 @@ std::string ScriptedRobot::answer() {
   const std::lock_guard lock(mutex_);
   crcl::Status status;
   status.command = std::exchange(now_, next_);
+  for (int joint = 1; joint <= 6; ++joint) status.joints.push_back({joint, 10.0 * joint, {}, {}});
+  status.pose = crcl::PoseStatus{{{300, 0, 400}, {1, 0, 0}, {0, 0, -1}}, {}, {}, {}};
   return crcl::encode_status(status);
 }
 

@@ -15,7 +15,7 @@ namespace aprsim::test {
 
 /// A CRCL server on a free loopback port for one client after another. It answers each GetStatus
 /// with one status; a command reports Working to the first GetStatus behind it, and then whatever
-/// the script says.
+/// the script says. Its joints are at 10, 20, ... 60 degrees, its tool at (300, 0, 400).
 class ScriptedRobot {
  public:
   /// What becomes of a command: kDone, or kError with the description.

@@ -1,0 +1,84 @@
+// Status round trips of CRCL clients, while the whole cell runs in real time.
+
+#include <chrono>
+#include <stdexcept>
+
+#include <spdlog/spdlog.h>
+
+#include "protocols/crcl/crcl_server.hpp"
+#include "tests/benchmarks/crcl/poller.hpp"
+#include "tests/benchmarks/support/experiment.hpp"
+#include "tests/benchmarks/support/statistics.hpp"
+#include "tests/support/cell_script.hpp"
+#include "world/simulation.hpp"
+
+namespace aprsim::bench {
+namespace {
+
+constexpr std::size_t kCrowd = 32;
+constexpr auto kPeriod = std::chrono::milliseconds(25);  // of the lab's poller
+
+struct Outcome {
+  Polls polls;
+  double real_time_factor = 0, missed_share = 0, step_mean_us = 0;
+};
+
+Outcome measure(std::size_t clients, std::chrono::microseconds period,
+                std::chrono::seconds duration) {
+  world::Simulation simulation(test::load_scene("aprs"), {});
+  protocols::CrclServerOptions options;
+  options.port = 0;
+  protocols::CrclServer server(options, simulation, simulation);
+  const auto port = server.start();
+  if (!port) throw std::runtime_error(port.error().message);
+  simulation.start();
+  Outcome out;
+  out.polls = poll_statuses(*port, clients, period, duration);
+  const auto end = simulation.latest();
+  server.stop();
+  simulation.stop();
+  const auto missed = static_cast<double>(end->missed_steps);
+  out.missed_share = missed / (missed + static_cast<double>(end->step));
+  out.real_time_factor = end->real_time_factor;
+  out.step_mean_us = end->step_time_s * 1e6;
+  return out;
+}
+
+void row(Table& table, const char* what, const Outcome& out) {
+  const auto& times = out.polls.round_trips_us;
+  table.row({what, static_cast<double>(times.size()), percentile(times, 0.5),
+             percentile(times, 0.99), percentile(times, 0.999), percentile(times, 1),
+             out.real_time_factor, 100 * out.missed_share});
+}
+
+int run(int argc, char** argv) {
+  spdlog::set_level(spdlog::level::warn);
+  Experiment experiment("crcl", argc, argv);
+  const std::chrono::seconds duration(experiment.quick() ? 2 : 20);
+  const Outcome one = measure(1, kPeriod, duration);
+  const Outcome crowd = measure(kCrowd, kPeriod, duration);
+  Table table(
+      {"clients", "statuses", "p50 [us]", "p99", "p99.9", "max", "RTF", "steps given up [%]"});
+  row(table, "1", one);
+  row(table, "32", crowd);
+  const auto& times = one.polls.round_trips_us;
+  const auto& crowded = crowd.polls.round_trips_us;
+  experiment.record("crcl.p50_us", percentile(times, 0.5), "us");
+  experiment.record("crcl.p99_us", percentile(times, 0.99), "us");
+  experiment.record({"crcl.crowd_p99_us", percentile(crowded, 0.99), "us", "one client alone",
+                     percentile(crowded, 0.99) / percentile(times, 0.99)});
+  experiment.record("crcl.crowd_rtf", crowd.real_time_factor, "x");
+  experiment.record("crcl.crowd_steps_given_up", crowd.missed_share, "relative");
+  experiment.record("crcl.crowd_step_mean_us", crowd.step_mean_us, "us");
+  experiment.record("crcl.status_bytes", static_cast<double>(one.polls.bytes), "B");
+  experiment.table("round_trips", "CRCL status round trips beside the running cell", table);
+  experiment.note(
+      "Each client asks for the status every 25 ms, as the lab's poller does, and waits for the "
+      "answer. Clients, server and the cell at real-time pace share one machine.");
+  return experiment.finish();
+}
+
+}  // namespace
+}  // namespace aprsim::bench
+
+int main(int argc, char** argv) { return aprsim::bench::run(argc, argv); }

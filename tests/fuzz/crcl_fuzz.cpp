@@ -1,0 +1,135 @@
+// Bytes of one CRCL connection through framing, codec and a robot's command lifecycle.
+// First byte: how the bytes are split into packets and what the robot makes of its commands.
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdlib>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include <spdlog/spdlog.h>
+
+#include "crcl/decoder.hpp"
+#include "crcl/encoder.hpp"
+#include "crcl/framer.hpp"
+#include "crcl/schema.hpp"
+#include "crcl/status_decoder.hpp"
+#include "protocols/crcl/robot_link.hpp"
+#include "tests/support/fake_world.hpp"
+
+namespace {
+
+using namespace aprsim;
+
+constexpr std::size_t kCommandBytes = 8192, kProgramBytes = 32'768;
+
+void demand(bool truth) {
+  if (!truth) std::abort();
+}
+
+/// One robot, one connection, and a robot that finishes or fails what it is told.
+class Connection {
+ public:
+  explicit Connection(unsigned mood)
+      : mood_(mood), link_(options(), world_, world_), settings_(make_settings()) {}
+
+  void take(std::string_view bytes) {
+    framer_.append(bytes);
+    while (!broken_) {
+      const auto document = framer_.next();
+      if (!document) return end(document.error());
+      if (!*document) return;
+      demand((*document)->size() <= (framer_.last_root() == 0 ? kCommandBytes : kProgramBytes));
+      handle(**document);
+      live();
+      answer();
+    }
+  }
+
+ private:
+  static protocols::RobotLinkOptions options() {
+    protocols::RobotLinkOptions out;
+    out.max_program_bytes = kProgramBytes;
+    return out;
+  }
+  static std::shared_ptr<protocols::ReportSettings> make_settings() {
+    return std::make_shared<protocols::ReportSettings>(crcl::Units{}, true);
+  }
+
+  void end(const crcl::Error& error) {
+    demand(!error.message().empty());
+    link_.bad_document(error.message());
+    broken_ = true;
+    answer();
+  }
+
+  void handle(const std::string& document) {
+    static_cast<void>(crcl::schema_fault(document));
+    if (framer_.last_root() != 0) {
+      auto program = crcl::decode_program(document, kProgramBytes);
+      if (!program) return refuse(program.error());
+      return link_.execute(std::move(*program), settings_, "fuzz");
+    }
+    const auto instance = crcl::decode_command(document, kCommandBytes);
+    if (!instance) return refuse(instance.error());
+    // What we understand we can say again.
+    const auto again = crcl::decode_command(crcl::encode_command(*instance), 16 * kCommandBytes);
+    demand(again && *again == *instance);
+    if (std::holds_alternative<crcl::GetStatus>(instance->command.body)) return;
+    link_.execute(*instance, settings_, "fuzz");
+  }
+
+  void refuse(const crcl::Error& error) {
+    if (error.kind != crcl::ErrorKind::kBadValue) return end(error);
+    link_.refuse(error.command_type, error.command_id.value_or(0), error.message());
+  }
+
+  /// The robot gets on with its latest command.
+  void live() {
+    const auto count = world_.commands().size();
+    if (count == seen_) return;
+    seen_ = count;
+    const unsigned turn = mood_ + static_cast<unsigned>(count);
+    const auto state = turn % 7 == 0   ? api::ActionState::kError
+                       : turn % 3 == 0 ? api::ActionState::kWorking
+                                       : api::ActionState::kDone;
+    world_.report(0, count, state, state == api::ActionState::kError ? "no" : "");
+    if (link_.runs_program()) link_.advance();
+  }
+
+  void answer() {
+    const crcl::Status status = link_.status(*settings_);
+    const std::string document = crcl::encode_status(status);
+    demand(!crcl::schema_fault(document));
+    demand(crcl::decode_status(document).has_value());
+    demand(status.command.status_id > last_status_);
+    last_status_ = status.command.status_id;
+    const bool error = status.command.state == crcl::CommandState::kError;
+    demand(!error || !status.command.description.value_or("").empty());
+  }
+
+  unsigned mood_;
+  test_support::FakeWorld world_;
+  protocols::RobotLink link_;
+  std::shared_ptr<protocols::ReportSettings> settings_;
+  crcl::Framer framer_ = crcl::Framer::for_commands(kCommandBytes, kProgramBytes);
+  std::size_t seen_ = 0;
+  std::int64_t last_status_ = 0;
+  bool broken_ = false;
+};
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size == 0) return 0;
+  spdlog::set_level(spdlog::level::off);
+  const unsigned mood = data[0];
+  const std::string_view stream(reinterpret_cast<const char*>(data) + 1, size - 1);
+  Connection connection(mood % 16);
+  const std::size_t packet = 1 + (mood / 16) * 97;
+  for (std::size_t at = 0; at < stream.size(); at += packet) {
+    connection.take(stream.substr(at, packet));
+  }
+  return 0;
+}
