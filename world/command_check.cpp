@@ -22,6 +22,11 @@ Result<void> positive(double value, const char* field) {
   return bad(field, std::string(field) + " is " + std::to_string(value) + ", must be above 0");
 }
 
+Result<void> not_negative(double value, const char* field) {
+  if (value >= 0) return {};
+  return bad(field, std::string(field) + " is " + std::to_string(value) + ", must be 0 or more");
+}
+
 Result<void> unit(const Eigen::Quaterniond& q) {
   if (q.coeffs().allFinite() && std::abs(q.norm() - 1) <= 1e-6) return {};
   return bad("rotation", "the rotation is not a unit quaternion");
@@ -56,16 +61,14 @@ Result<void> check_waypoint(const api::Waypoint& point) {
   if (auto ok = check_limits(point.limits); !ok) return ok;
   const api::PoseTolerance& t = point.tolerance;
   for (const auto& value : {t.x_m, t.y_m, t.z_m, t.x_axis_rad, t.z_axis_rad}) {
-    if (value && !(*value >= 0)) {
-      return bad("tolerance", "tolerance is " + std::to_string(*value) + ", must be 0 or more");
-    }
+    if (!value) continue;
+    if (auto ok = not_negative(*value, "tolerance"); !ok) return ok;
   }
   return {};
 }
 
 Result<void> check_action(const api::MoveTo& move, const api::RobotDescription&) {
-  if (auto ok = check_pose(move.X_RT); !ok) return ok;
-  return check_limits(move.limits);
+  return check_waypoint({move.X_RT, move.limits, move.tolerance});
 }
 
 Result<void> check_action(const api::MoveThroughTo& move, const api::RobotDescription&) {
@@ -114,6 +117,9 @@ Result<void> check_action(const api::MoveJoints& move, const api::RobotDescripti
     }
     if (target.accel_rad_s2) {
       if (auto ok = positive(*target.accel_rad_s2, "acceleration"); !ok) return ok;
+    }
+    if (target.tolerance_rad) {
+      if (auto ok = not_negative(*target.tolerance_rad, "joint tolerance"); !ok) return ok;
     }
     if (!target.torque) continue;
     if (auto ok = positive(target.torque->setting_nm, "torque"); !ok) return ok;

@@ -146,8 +146,10 @@ void RobotCell::step(const physics::GripperState& gripper,
                      std::span<const physics::ArmForce> forces) {
   watch_guards(gripper, forces);
   const robot::JointVector tau = external_torque(forces);
-  const robot::JointVector& reference = controller_.step(
-      {.gripper_settled = gripper.settled, .tool_at_flange = tool_at_flange(), .external_nm = tau});
+  const robot::JointVector& reference = controller_.step({.gripper_settled = gripper.settled,
+                                                          .tool_at_flange = tool_at_flange(),
+                                                          .external_nm = tau,
+                                                          .q_actual = arm_.q()});
   if (controller_.tool_mounted() != state_.tool_carried) {
     state_.tool_carried = controller_.tool_mounted();
     state_.pull_steps = state_.tool_carried ? kPullSteps : 0;
@@ -202,13 +204,12 @@ void RobotCell::watch_guards(const physics::GripperState& gripper,
   const api::ActionStatus& status = controller_.status();
   const bool current =
       status.ticket == state_.guards.state().ticket && status.state == api::ActionState::kWorking;
-  controller_.stop_by_guard(current);
   const api::Guard& guard = state_.guards.guard(*triggered);
-  if (guard.error_on_trigger) {
-    controller_.fail("Guard " + guard.label + " triggered at " +
-                     number(state_.guards.state().trigger_value) + ", limit " +
-                     number(guard.value) + "; send InitCanon to go on");
-  }
+  const std::string what = "Guard " + guard.label + " triggered at " +
+                           number(state_.guards.state().trigger_value) + ", limit " +
+                           number(guard.value);
+  controller_.stop_by_guard(current, what);
+  if (guard.error_on_trigger) controller_.fail(what + "; send InitCanon to go on");
 }
 
 /// After the controller's step, so that a command whose guard misses its trigger never shows done.
@@ -298,7 +299,8 @@ api::RobotDescription RobotCell::description() const {
   out.gripper = {.stroke_m = scene_.gripper.stroke_m,
                  .gap_open_m = scene_.gripper.gap_open_m,
                  .gap_closed_m = scene_.gripper.gap_closed_m,
-                 .force_n = scene_.gripper.force_n};
+                 .force_n = scene_.gripper.force_n,
+                 .proportional = scene_.gripper.drive == scene::GripperDrive::kServo};
   out.max_trans_speed_m_s = scene_.max_trans_speed_m_s;
   out.max_trans_accel_m_s2 = scene_.max_trans_accel_m_s2;
   out.max_rot_speed_rad_s = scene_.max_rot_speed_rad_s;

@@ -70,6 +70,13 @@ Result<void> check_joint(int number, int joint_count) {
                                             number, joint_count));
 }
 
+std::optional<double> tolerance_of(int joint, const std::vector<crcl::JointTolerance>& in) {
+  for (const crcl::JointTolerance& tolerance : in) {
+    if (tolerance.joint == joint) return tolerance.tolerance;
+  }
+  return std::nullopt;
+}
+
 Result<api::JointTarget> to_target(const crcl::ActuateJoint& joint, const ReportSettings& units,
                                    int joint_count) {
   if (auto ok = check_joint(joint.joint, joint_count); !ok) return tl::unexpected(ok.error());
@@ -144,12 +151,7 @@ Result<api::Waypoint> to_waypoint(const crcl::Waypoint& point, const ReportSetti
   if (!tolerance) return out;
   out.tolerance = {tolerance->x_point, tolerance->y_point, tolerance->z_point, tolerance->x_axis,
                    tolerance->z_axis};
-  for (const auto& value : {tolerance->x_point, tolerance->y_point, tolerance->z_point,
-                            tolerance->x_axis, tolerance->z_axis}) {
-    if (value && *value < 0) {
-      return invalid("Tolerance", fmt::format("{}: a tolerance is below 0", element));
-    }
-  }
+  if (auto ok = check(*tolerance); !ok) return tl::unexpected(ok.error());
   return out;
 }
 
@@ -164,18 +166,48 @@ crcl::PoseTolerance in_si(const crcl::PoseTolerance& tolerance, const crcl::Unit
           convert(tolerance.z_axis, units.angle)};
 }
 
-Result<api::MoveTo> to_action(const crcl::MoveTo& move, const ReportSettings& units) {
-  const auto end = to_waypoint({move.end, move.settings}, units, std::nullopt, "EndPosition");
+Result<void> check(const crcl::PoseTolerance& tolerance) {
+  const std::pair<const char*, const std::optional<double>&> rows[] = {
+      {"XPointTolerance", tolerance.x_point}, {"YPointTolerance", tolerance.y_point},
+      {"ZPointTolerance", tolerance.z_point}, {"XAxisTolerance", tolerance.x_axis},
+      {"ZAxisTolerance", tolerance.z_axis},
+  };
+  for (const auto& [name, value] : rows) {
+    if (value && !(*value >= 0)) {
+      return invalid(name, fmt::format("{} {}: must be 0 or above", name, *value));
+    }
+  }
+  return {};
+}
+
+Result<void> check(const std::vector<crcl::JointTolerance>& tolerances, int joint_count) {
+  for (const crcl::JointTolerance& tolerance : tolerances) {
+    if (auto ok = check_joint(tolerance.joint, joint_count); !ok) return ok;
+    if (!(tolerance.tolerance >= 0)) {
+      return invalid("JointPositionTolerance",
+                     fmt::format("JointPositionTolerance {} of joint {}: must be 0 or above",
+                                 tolerance.tolerance, tolerance.joint));
+    }
+  }
+  return {};
+}
+
+Result<api::MoveTo> to_action(const crcl::MoveTo& move, const ReportSettings& units,
+                              const std::optional<crcl::PoseTolerance>& end_si) {
+  const auto end = to_waypoint({move.end, move.settings}, units, end_si, "EndPosition");
   if (!end) return tl::unexpected(end.error());
-  return api::MoveTo{end->X_RT, move.straight, end->limits};
+  return api::MoveTo{end->X_RT, move.straight, end->limits, end->tolerance};
 }
 
 Result<api::MoveThroughTo> to_action(const crcl::MoveThroughTo& move, const ReportSettings& units,
-                                     const std::optional<crcl::PoseTolerance>& intermediate_si) {
+                                     const std::optional<crcl::PoseTolerance>& intermediate_si,
+                                     const std::optional<crcl::PoseTolerance>& end_si) {
   api::MoveThroughTo action;
   action.straight = move.straight;
   for (const crcl::Waypoint& point : move.waypoints) {
-    Result<api::Waypoint> waypoint = to_waypoint(point, units, intermediate_si, "Waypoint");
+    const bool last = &point == &move.waypoints.back();
+    Result<api::Waypoint> waypoint =
+        to_waypoint(point, units, last ? end_si : intermediate_si, "Waypoint");
     if (!waypoint) return tl::unexpected(waypoint.error());
     action.waypoints.push_back(*waypoint);
   }
@@ -198,22 +230,18 @@ Result<api::MoveScrew> to_action(const crcl::MoveScrew& screw, const ReportSetti
 }
 
 Result<api::MoveJoints> to_action(const crcl::ActuateJoints& command, const ReportSettings& units,
-                                  int joint_count) {
+                                  int joint_count,
+                                  const std::vector<crcl::JointTolerance>& default_si) {
+  if (auto ok = check(command.tolerances, joint_count); !ok) return tl::unexpected(ok.error());
   api::MoveJoints action;
   for (const crcl::ActuateJoint& joint : command.joints) {
     Result<api::JointTarget> target = to_target(joint, units, joint_count);
     if (!target) return tl::unexpected(target.error());
+    target->tolerance_rad = tolerance_of(joint.joint, default_si);
+    if (const auto own = tolerance_of(joint.joint, command.tolerances)) {
+      target->tolerance_rad = crcl::to_si(*own, units.joint_unit());
+    }
     action.targets.push_back(*target);
-  }
-  for (const crcl::JointTolerance& tolerance : command.tolerances) {
-    if (auto ok = check_joint(tolerance.joint, joint_count); !ok) {
-      return tl::unexpected(ok.error());
-    }
-    if (tolerance.tolerance < 0) {
-      return invalid("JointPositionTolerance",
-                     fmt::format("JointPositionTolerance {} of joint {}: must be 0 or above",
-                                 tolerance.tolerance, tolerance.joint));
-    }
   }
   return action;
 }

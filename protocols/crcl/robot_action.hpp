@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "crcl/commands.hpp"
 #include "protocols/crcl/report_settings.hpp"
@@ -16,18 +17,27 @@ namespace aprsim::protocols {
 
 /// Poses are those of the tool in the robot's reference frame. What a pose sets for itself goes
 /// with it; errors name the element, the value and its limit.
-[[nodiscard]] Result<api::MoveTo> to_action(const crcl::MoveTo& move, const ReportSettings& units);
-/// `intermediate_si`: for waypoints without a tolerance of their own.
+/// `end_si`, `intermediate_si`: for the last pose and the others without a tolerance of their own.
+[[nodiscard]] Result<api::MoveTo> to_action(const crcl::MoveTo& move, const ReportSettings& units,
+                                            const std::optional<crcl::PoseTolerance>& end_si);
 [[nodiscard]] Result<api::MoveThroughTo> to_action(
     const crcl::MoveThroughTo& move, const ReportSettings& units,
-    const std::optional<crcl::PoseTolerance>& intermediate_si);
+    const std::optional<crcl::PoseTolerance>& intermediate_si,
+    const std::optional<crcl::PoseTolerance>& end_si);
 [[nodiscard]] Result<api::MoveScrew> to_action(const crcl::MoveScrew& screw,
                                                const ReportSettings& units);
 
 /// Errors name joint, value and limit: a joint outside 1 to `joint_count`, a speed, acceleration or
-/// torque that is not above 0, a tolerance below 0.
-[[nodiscard]] Result<api::MoveJoints> to_action(const crcl::ActuateJoints& command,
-                                                const ReportSettings& units, int joint_count);
+/// torque that is not above 0, a tolerance below 0. `default_si`: for joints without a tolerance of
+/// their own.
+[[nodiscard]] Result<api::MoveJoints> to_action(
+    const crcl::ActuateJoints& command, const ReportSettings& units, int joint_count,
+    const std::vector<crcl::JointTolerance>& default_si);
+
+/// Refuses a tolerance below 0.
+[[nodiscard]] Result<void> check(const crcl::PoseTolerance& tolerance);
+[[nodiscard]] Result<void> check(const std::vector<crcl::JointTolerance>& tolerances,
+                                 int joint_count);
 
 /// Clamped to 0..1.
 [[nodiscard]] api::SetGripper to_action(const crcl::SetEndEffector& set);

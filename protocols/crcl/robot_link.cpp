@@ -84,7 +84,7 @@ struct RobotLink::Executor {
   }
 
   void operator()(const crcl::MoveTo& move) const {
-    Result<api::MoveTo> action = to_action(move, settings);
+    Result<api::MoveTo> action = to_action(move, settings, link.tolerances_.end);
     if (!action) return link.hold(action.error().message);
     const auto note = fit_pose(action->X_RT);
     if (!note) return link.hold(note.error().message);
@@ -92,7 +92,8 @@ struct RobotLink::Executor {
     link.tell(*note);
   }
   void operator()(const crcl::MoveThroughTo& move) const {
-    Result<api::MoveThroughTo> action = to_action(move, settings, link.tolerances_.intermediate);
+    Result<api::MoveThroughTo> action =
+        to_action(move, settings, link.tolerances_.intermediate, link.tolerances_.end);
     if (!action) return link.hold(action.error().message);
     std::optional<std::string> notes;
     for (api::Waypoint& point : action->waypoints) {
@@ -103,7 +104,18 @@ struct RobotLink::Executor {
     submit(action);
     link.tell(notes);
   }
-  void operator()(const crcl::MoveScrew& screw) const { submit(to_action(screw, settings)); }
+  void operator()(const crcl::MoveScrew& screw) const {
+    Result<api::MoveScrew> action = to_action(screw, settings);
+    if (!action) return link.hold(action.error().message);
+    std::optional<std::string> note;
+    if (action->start) {
+      const auto fitted = fit_pose(action->start->X_RT);
+      if (!fitted) return link.hold(fitted.error().message);
+      note = *fitted;
+    }
+    submit(action);
+    link.tell(note);
+  }
   void operator()(const crcl::OpenToolChanger&) const {
     submit(Result<api::SetToolChanger>({.open = true}));
   }
@@ -137,14 +149,19 @@ struct RobotLink::Executor {
   }
 
   void operator()(const crcl::SetEndPoseTolerance& set) const {
+    if (const auto ok = check(set.tolerance); !ok) return link.hold(ok.error().message);
     link.tolerances_.end = in_si(set.tolerance, settings.units());
     link.done();
   }
   void operator()(const crcl::SetIntermediatePoseTolerance& set) const {
+    if (const auto ok = check(set.tolerance); !ok) return link.hold(ok.error().message);
     link.tolerances_.intermediate = in_si(set.tolerance, settings.units());
     link.done();
   }
   void operator()(const crcl::SetDefaultJointTolerances& set) const {
+    if (const auto ok = check(set.tolerances, joint_count()); !ok) {
+      return link.hold(ok.error().message);
+    }
     link.tolerances_.joints.clear();
     for (const crcl::JointTolerance& joint : set.tolerances) {
       link.tolerances_.joints.push_back(
@@ -174,8 +191,10 @@ struct RobotLink::Executor {
 
  private:
   Result<api::MoveJoints> command_to_joints(const crcl::ActuateJoints& command) const {
-    return to_action(command, settings, static_cast<int>(link.description().joints.size()));
+    return to_action(command, settings, joint_count(), link.tolerances_.joints);
   }
+
+  int joint_count() const { return static_cast<int>(link.description().joints.size()); }
 
   Result<std::optional<std::string>> fit_pose(Pose& X_RT) const {
     return fit(X_RT, link.limits_, link.options_.clamp_targets, settings.units().length);
@@ -315,6 +334,15 @@ void RobotLink::hold(std::string reason) {
   latest_.description = std::move(reason);
 }
 
+// Beside what there was to tell of its target.
+void RobotLink::add_description(const std::string& text) {
+  if (latest_.description) {
+    *latest_.description += "; " + text;
+  } else {
+    latest_.description = text;
+  }
+}
+
 void RobotLink::refresh(const api::Snapshot& snapshot) {
   const api::RobotSnapshot& robot = snapshot.robots[static_cast<std::size_t>(robot_)];
   if (snapshot.epoch != epoch_) {
@@ -338,8 +366,10 @@ void RobotLink::refresh(const api::Snapshot& snapshot) {
 void RobotLink::follow(const api::Snapshot& snapshot) {
   const api::ActionStatus& action = snapshot.robots[static_cast<std::size_t>(robot_)].action;
   if (action.ticket < ticket_ && !(setting_ && snapshot.applied >= ticket_)) return;
-  if (setting_ || (action.ticket == ticket_ && action.state == api::ActionState::kDone)) {
+  const bool arrived = action.ticket == ticket_ && action.state == api::ActionState::kDone;
+  if (setting_ || arrived) {
     progress_ = Progress::kDone;
+    if (!setting_ && !error_ && !action.description.empty()) add_description(action.description);
   } else if (action.ticket > ticket_ && !error_) {
     progress_ = Progress::kDone;
     if (action.ticket == last_setting_) return;  // our own, beside a program's command

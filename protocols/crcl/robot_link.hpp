@@ -75,6 +75,7 @@ class RobotLink {
   void wait_for(const Result<api::Ticket>& ticket, bool setting);
   /// Shows the note with the command that is under way.
   void tell(const std::optional<std::string>& note);
+  void add_description(const std::string& text);
   void hold(std::string reason);
   void refresh(const api::Snapshot& snapshot);
   void follow(const api::Snapshot& snapshot);

@@ -30,6 +30,21 @@ class CrclTextClient {
   /// Sends a text as it is.
   void raw(const std::string& text) { boost::asio::write(socket_, boost::asio::buffer(text)); }
 
+  /// One command as it goes over the wire.
+  static std::string document(const std::string& type, std::int64_t id,
+                              const std::string& fields = "") {
+    return "<?xml version=\"1.0\" encoding=\"UTF-8\"?><CRCLCommandInstance "
+           "xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\"><CRCLCommand xsi:type=\"" +
+           type + "\"><CommandID>" + std::to_string(id) + "</CommandID>" + fields +
+           "</CRCLCommand></CRCLCommandInstance>";
+  }
+
+  /// Closes without a word, as a client that dies.
+  void vanish() {
+    socket_.set_option(boost::asio::socket_base::linger(true, 0));
+    socket_.close();
+  }
+
   /// Asks for the status and returns it as text.
   std::string status() {
     write("GetStatusType", id_, "");
@@ -72,12 +87,7 @@ class CrclTextClient {
 
  private:
   void write(const std::string& type, std::int64_t id, const std::string& fields) {
-    const std::string text =
-        "<?xml version=\"1.0\" encoding=\"UTF-8\"?><CRCLCommandInstance "
-        "xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\"><CRCLCommand xsi:type=\"" +
-        type + "\"><CommandID>" + std::to_string(id) + "</CommandID>" + fields +
-        "</CRCLCommand></CRCLCommandInstance>";
-    boost::asio::write(socket_, boost::asio::buffer(text));
+    raw(document(type, id, fields));
   }
 
   boost::asio::io_context io_;

@@ -21,10 +21,11 @@ struct JointDescription {
 };
 
 struct GripperDescription {
-  double stroke_m = 0;      ///< travel of one finger
-  double gap_open_m = 0;    ///< pad to pad
-  double gap_closed_m = 0;  ///< pad to pad with nothing between
-  double force_n = 0;       ///< of each finger at supply pressure
+  double stroke_m = 0;        ///< travel of one finger
+  double gap_open_m = 0;      ///< pad to pad
+  double gap_closed_m = 0;    ///< pad to pad with nothing between
+  double force_n = 0;         ///< of each finger at most
+  bool proportional = false;  ///< takes any opening; else open or closed
 };
 
 struct RobotDescription {

@@ -59,13 +59,14 @@ struct MoveTo {
   Pose X_RT;
   bool straight = false;  ///< straight line of the tool point with shortest rotation; else free
   PoseLimits limits{};
+  PoseTolerance tolerance{};  ///< an arm that is pushed aside by more has not arrived
 };
 
 inline constexpr std::size_t kMaxWaypoints = 1000;
 struct Waypoint {
   Pose X_RT;
   PoseLimits limits{};        ///< for the way to it
-  PoseTolerance tolerance{};  ///< for passing it; the last one is reached exactly
+  PoseTolerance tolerance{};  ///< for passing it; the last one's is as in MoveTo
 };
 /// Moves the tool past every waypoint within its tolerance and ends at the last one, without
 /// stopping in between unless a tolerance leaves no room.
@@ -96,6 +97,8 @@ struct JointTarget {
   std::optional<double> accel_rad_s2;
   /// Towards the position until it is reached or what stands in the way bears the torque.
   std::optional<JointTorque> torque{};
+  /// A joint that is pushed aside by more has not arrived.
+  std::optional<double> tolerance_rad{};
 };
 /// Moves the named joints, each with its own optional speed and acceleration; joints that are not
 /// named hold their present target.
@@ -103,7 +106,7 @@ struct MoveJoints {
   std::vector<JointTarget> targets;
 };
 
-/// 0 = closed, 1 = open; a pneumatic two-state gripper opens above 0.5.
+/// 0 = closed, 1 = open. A gripper that is not proportional opens above 0.5.
 struct SetGripper {
   double setting = 0;
 };

@@ -20,20 +20,23 @@ constexpr double kIdleDeflection = 2e-6;  // [m]
 
 GripperMechanism::State GripperMechanism::save() const {
   State state = now_;
+  state.force_n = settings_.force_n;
   for (std::size_t i = 0; i < body_count_; ++i) ode::save(bodies_[i], state.bodies[i]);
   return state;
 }
 
 void GripperMechanism::restore(const State& state) {
   now_ = state;
+  settings_.force_n = state.force_n;
   for (std::size_t i = 0; i < body_count_; ++i) ode::restore(bodies_[i], state.bodies[i]);
   place_carriage();
 }
 
 void GripperMechanism::command(double setting) {
-  const bool closing = setting <= 0.5;
-  if (closing == now_.closing) return;
-  now_.closing = closing;
+  const bool servo = settings_.drive == scene::GripperDrive::kServo;
+  const double taken = servo ? setting : setting > 0.5 ? 1 : 0;
+  if (taken == now_.setting) return;
+  now_.setting = taken;
   now_.law.mimic = {};
   now_.still_steps = 0;
   now_.report.settled = false;
@@ -71,15 +74,18 @@ void GripperMechanism::drive() {
     now_.motion[i] = {dJointGetSliderPosition(sliders_[i].get()),
                       dJointGetSliderPositionRate(sliders_[i].get())};
   }
-  now_.drives = finger_drives(settings_, now_.closing, now_.motion, end_m_, step_s_, now_.law);
+  now_.drives = settings_.drive == scene::GripperDrive::kServo
+                    ? servo_drives(settings_, stop(), now_.motion)
+                    : finger_drives(settings_, closing(), now_.motion, end_m_, step_s_, now_.law);
   for (std::size_t i = 0; i < 2; ++i) {
     dJointID slider = sliders_[i].get();
     dJointSetSliderParam(slider, dParamVel, now_.drives[i].speed_m_s);
     dJointSetSliderParam(slider, dParamFMax, now_.drives[i].piston_n);
     // ODE's motor pushes with all its force, unlimited in speed, in a step that begins at a stop:
     // right against the stop, wrong away from it. The stop that a finger leaves is taken away.
-    const bool leaves_open = now_.closing && now_.motion[i].travel_m < kStopZone;
-    const bool leaves_closed = !now_.closing && now_.motion[i].travel_m > end_m_ - kStopZone;
+    const double travel = now_.motion[i].travel_m;
+    const bool leaves_open = stop() > kStopZone && travel < kStopZone;
+    const bool leaves_closed = stop() < end_m_ - kStopZone && travel > end_m_ - kStopZone;
     dJointSetSliderParam(slider, dParamLoStop, leaves_open ? -dInfinity : 0);
     dJointSetSliderParam(slider, dParamHiStop, leaves_closed ? dInfinity : end_m_);
   }
@@ -161,18 +167,18 @@ void GripperMechanism::observe(const PadForces& pads, bool touched) {
   if (now_.idle) return;
   const bool still = std::abs(now_.motion[0].rate_m_s) < kStillRate &&
                      std::abs(now_.motion[1].rate_m_s) < kStillRate;
-  const bool driven = air_is_steady(settings_, now_.closing, now_.law.air);
+  const bool driven = settings_.drive == scene::GripperDrive::kServo ||
+                      air_is_steady(settings_, closing(), now_.law.air);
   now_.still_steps = still && driven ? now_.still_steps + 1 : 0;
   if (now_.still_steps >= kStillSteps) now_.report.settled = true;
   watch_grip(pads, still);
 
-  const double stop = now_.closing ? end_m_ : 0;
-  const bool at_stop = std::abs(now_.motion[0].travel_m - stop) < kShortOfStop &&
-                       std::abs(now_.motion[1].travel_m - stop) < kShortOfStop;
+  const bool at_stop = std::abs(now_.motion[0].travel_m - stop()) < kShortOfStop &&
+                       std::abs(now_.motion[1].travel_m - stop()) < kShortOfStop;
   const bool rests = still && at_stop && !touched && now_.report.settled &&
                      now_.report.palm_deflection_m < kIdleDeflection;
   now_.free_steps = rests ? now_.free_steps + 1 : 0;
-  if (now_.free_steps >= kIdleSteps) fall_idle(stop);
+  if (now_.free_steps >= kIdleSteps) fall_idle(stop());
 }
 
 void GripperMechanism::watch_grip(const PadForces& pads, bool still) {

@@ -51,7 +51,9 @@ class GripperMechanism {
     std::array<FingerMotion, 2> motion{};
     std::array<FingerDrive, 2> drives{};
     LawState law;
-    bool closing = false, idle = true;
+    double setting = 1;  ///< as taken: 0 closed .. 1 open, one of the two for pistons
+    double force_n = 0;  ///< of each finger
+    bool idle = true;
     int still_steps = 0, hold_steps = 0, lost_steps = 0, free_steps = 0;
     GripperState report;
   };
@@ -59,7 +61,7 @@ class GripperMechanism {
   void restore(const State& state);
 
   void command(double setting);
-  /// Of each piston, from now on.
+  /// Of each finger, from now on.
   void set_force(double force_n);
   /// The mount goes from where it is to `X_WF_next` in this step. Moves what is carried along.
   void begin_step(const Eigen::Isometry3d& X_WF_next);
@@ -97,6 +99,9 @@ class GripperMechanism {
   void make_slider(dWorldID world, int i);
   void make_linkage(dWorldID world);
   void drive();
+  [[nodiscard]] bool closing() const { return now_.setting <= 0.5; }  ///< of pistons
+  /// Travel at which the fingers stop with nothing between them.
+  [[nodiscard]] double stop() const { return (1 - now_.setting) * end_m_; }
   void watch_grip(const PadForces& pads, bool still);
   void fall_idle(double stop);
   void follow();

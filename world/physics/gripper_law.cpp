@@ -11,6 +11,7 @@ constexpr double kCushionRate = 60;      // [1/s], speed left per distance to th
 constexpr double kCreep = 0.01;          // [m/s], speed into the stop
 constexpr double kPushedBack = 1e-3;     // [m/s]
 constexpr double kSteady = 0.01;         // share of the full pressure
+constexpr double kServoRate = 80;        // [1/s], speed of a servo per distance left
 
 double throttled(double speed, double distance) {
   return std::min(speed, kCreep + kCushionRate * std::max(0.0, distance));
@@ -92,6 +93,17 @@ std::array<FingerDrive, 2> finger_drives(const scene::Gripper& gripper, bool clo
     std::array<double, 2> coupling{};
     coupling_forces(fingers, gripper.coupling_n_m, kCouplingDamping, coupling);
     for (std::size_t i = 0; i < 2; ++i) drives[i].extra_n = coupling[i];
+  }
+  return drives;
+}
+
+std::array<FingerDrive, 2> servo_drives(const scene::Gripper& gripper, double target_m,
+                                        const std::array<FingerMotion, 2>& fingers) {
+  std::array<FingerDrive, 2> drives;
+  for (std::size_t i = 0; i < 2; ++i) {
+    const double wanted = kServoRate * (target_m - fingers[i].travel_m);
+    drives[i].speed_m_s = std::clamp(wanted, -gripper.finger_speed_m_s, gripper.finger_speed_m_s);
+    drives[i].piston_n = gripper.force_n;
   }
   return drives;
 }

@@ -6,7 +6,7 @@
 
 #include "world/scene/scene.hpp"
 
-/// Force laws of a pneumatic parallel gripper: pure functions of the fingers' closing travels.
+/// Force laws of a parallel gripper: pure functions of the fingers' closing travels.
 namespace aprsim::physics {
 
 /// What drives one finger in one step: a piston that moves at most at `speed` (signed, closing
@@ -80,5 +80,11 @@ struct LawState {
                                                        const std::array<FingerMotion, 2>& fingers,
                                                        double end_m, double step_s,
                                                        LawState& state);
+
+/// Drives of both fingers of a servo gripper on their way to the closing travel `target_m`: at
+/// finger speed, slower over the last millimetres, with at most the gripper's force.
+[[nodiscard]] std::array<FingerDrive, 2> servo_drives(const scene::Gripper& gripper,
+                                                      double target_m,
+                                                      const std::array<FingerMotion, 2>& fingers);
 
 }  // namespace aprsim::physics

@@ -50,6 +50,7 @@ void RobotController::Core::execute(const api::MoveTo& move, const JointVector&)
   if (!ready()) return;
   const JointVector from = brake(Brake::kSet);
   start(planner.plan(move, plan_start(from), s.limits, s.next));
+  s.arrival.pose = move.tolerance;
   if (!move.straight) start_in_passing(s.limits.effective(move.limits));
 }
 
@@ -57,6 +58,7 @@ void RobotController::Core::execute(const api::MoveThroughTo& move, const JointV
   if (!ready()) return;
   const JointVector from = brake(Brake::kSet);
   start(planner.plan(move, plan_start(from), s.limits, s.next));
+  if (!move.waypoints.empty()) s.arrival.pose = move.waypoints.back().tolerance;
 }
 
 void RobotController::Core::execute(const api::MoveScrew& screw, const JointVector&) {
@@ -73,6 +75,10 @@ void RobotController::Core::execute(const api::MoveJoints& move, const JointVect
   if (!keep_targets) s.joint_targets = from;
   start(planner.plan(move, plan_start(from), s.limits, s.joint_targets, s.next));
   s.joint_move = s.has_next;
+  for (const api::JointTarget& target : move.targets) {
+    if (!target.tolerance_rad || target.torque) continue;
+    s.arrival.joint_rad[static_cast<std::size_t>(target.joint)] = *target.tolerance_rad;
+  }
   if (!s.has_next) return;
   start_in_passing(s.limits.maximum());
   drive_by_torque(move, from);

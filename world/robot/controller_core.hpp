@@ -45,6 +45,9 @@ struct RobotController::Core {
   void start_in_passing(const ToolLimits& tool);
   void drive_by_torque(const api::MoveJoints& move, const JointVector& from);
   void arrived();
+  /// Whether an arm that was at `q_actual` before this step (empty: at the reference) is near
+  /// enough.
+  [[nodiscard]] bool near_enough(const JointVector& q_actual) const;
   void change_tool(bool tool_at_flange);
   void advance();
   void press(const JointVector& external_nm);

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "world/api/snapshot.hpp"
+#include "world/robot/arrival.hpp"
 #include "world/robot/limit_settings.hpp"
 #include "world/robot/motion.hpp"
 #include "world/robot/torque_drive.hpp"
@@ -38,7 +39,9 @@ struct ControllerState {
 
   api::ActionStatus status;
   Task task = Task::kNone;
+  ArrivalTolerance arrival;  ///< of the running motion
   std::string held_error;
+  std::string note;  ///< what there is to tell of the running command once it is done
   bool initialized = false, protection = false;
   bool backing_off = false;  ///< the running motion is the retreat of a protective stop
   bool tool_mounted = true, changer_open = false;

@@ -42,6 +42,7 @@ ToolLimits tool_maximum(const ControllerSetup& setup) {
 RobotController::Core::Core(ControllerSetup given)
     : setup(checked(std::move(given))), planner(setup), s(tool_maximum(setup), setup.q_home) {
   s.status.description.reserve(kReasonCapacity);
+  s.note.reserve(kReasonCapacity);
 }
 
 bool RobotController::Core::ready() {
@@ -61,6 +62,8 @@ void RobotController::Core::set_error(const std::string& reason) {
 
 void RobotController::Core::working(Task what) {
   s.task = what;
+  s.arrival = {};
+  s.note.clear();
   if (!s.held_error.empty()) return;
   s.status.state = api::ActionState::kWorking;
   s.status.description.clear();
@@ -70,7 +73,7 @@ void RobotController::Core::done() {
   s.task = Task::kNone;
   if (!s.held_error.empty()) return;
   s.status.state = api::ActionState::kDone;
-  s.status.description.clear();
+  s.status.description = s.note;
 }
 
 Eigen::Isometry3d RobotController::Core::X_FT() const {
@@ -114,6 +117,11 @@ void RobotController::Core::stop_at_once(const JointVector& from) {
   planner.plan_stop(passing(), s.running);
   s.is_running = true;
   s.braking = Brake::kHard;
+}
+
+bool RobotController::Core::near_enough(const JointVector& q_actual) const {
+  if (q_actual.size() == 0) return true;
+  return has_arrived(s.arrival, setup.model, setup.X_BR.inverse(), X_FT(), q_actual, s.before);
 }
 
 void RobotController::Core::start(const Result<void>& planned) {
@@ -204,7 +212,7 @@ const JointVector& RobotController::step(const ControllerInput& input) {
     case Task::kNone:
       break;
     case Task::kRest:
-      if (core.resting()) core.arrived();
+      if (core.resting() && core.near_enough(input.q_actual)) core.arrived();
       break;
     case Task::kGripper:
       // What is seen before the first step was settled under the setting before.
@@ -241,9 +249,11 @@ void RobotController::protective_stop(const std::string& reason) {
   core_->set_error(reason);
 }
 
-void RobotController::stop_by_guard(bool ends_command) {
+void RobotController::stop_by_guard(bool ends_command, const std::string& why) {
   core_->brake(Brake::kHard);
-  if (ends_command) core_->working(Task::kRest);
+  if (!ends_command) return;
+  core_->working(Task::kRest);
+  core_->s.note.assign(why, 0, kReasonCapacity);
 }
 
 void RobotController::fail(const std::string& reason) { core_->set_error(reason); }

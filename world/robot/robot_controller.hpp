@@ -31,6 +31,7 @@ struct ControllerInput {
   bool gripper_settled = true;
   bool tool_at_flange = true;  ///< the tool changer could take the gripper
   JointVector external_nm{};   ///< contact torques on the joints; empty = none
+  JointVector q_actual{};      ///< where the arm is; empty = at the reference
 };
 
 struct ControllerState;
@@ -44,10 +45,11 @@ struct ControllerState;
 ///   and free moves of the tool begin at once, passing over from the motion that runs; the others
 ///   begin where it comes to rest on its own path. SetMotionLimit is for later moves and leaves a
 ///   running motion alone; SetOverride changes its speed.
-/// - A command is done when the reference has reached its target exactly and is at rest, whatever
-///   tolerance it has; SetGripper when the gripper has settled, or 2 s after the command if it does
-///   not; a joint driven by torque when it has reached its position or stands still against what
-///   bears the torque, and it keeps pressing until the next motion.
+/// - A command is done when the reference has reached its target exactly and is at rest, and the
+///   arm, if something pushes it aside, is within the command's tolerance; SetGripper when the
+///   gripper has settled, or 2 s after the command if it does not; a joint driven by torque when it
+///   has reached its position or stands still against what bears the torque, and it keeps pressing
+///   until the next motion.
 /// - After a protective stop the arm backs off by a few millimetres on the way it has come.
 class RobotController {
  public:
@@ -74,8 +76,8 @@ class RobotController {
   void protective_stop(const std::string& reason);
 
   /// A guard has triggered: motion ends on its path as fast as it can. If `ends_command`, the
-  /// present command is done at rest.
-  void stop_by_guard(bool ends_command);
+  /// present command is done at rest, with `why` as its description.
+  void stop_by_guard(bool ends_command, const std::string& why);
   /// The present command is in error, held until InitRobot; motion brakes.
   void fail(const std::string& reason);
 

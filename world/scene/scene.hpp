@@ -68,6 +68,9 @@ struct StaticBox {
 };
 
 enum class GripperLaw { kConstant, kMimicPid, kCoupled, kLinkage };
+
+/// kPneumatic: open or closed. kServo: a spindle that takes both fingers to any opening.
+enum class GripperDrive { kPneumatic, kServo };
 enum class PadShape { kFlat, kV };
 
 /// Gains of the mimic-joint controller on the difference of travels (law mimic_pid only).
@@ -78,12 +81,13 @@ struct MimicPid {
 
 struct Gripper {
   GripperLaw law = GripperLaw::kLinkage;
+  GripperDrive drive = GripperDrive::kPneumatic;
   double stroke_m = 0;  ///< per finger
   double gap_closed_m = 0, gap_open_m = 0;
-  double force_n = 0;      ///< per finger at supply pressure: pressure times area, less friction
-  double friction_n = 0;   ///< of seals and guides, per finger
-  double fill_time_s = 0;  ///< time constant of a chamber's pressure after the valve switches
-  double leak_per_s = 0;   ///< share of a chamber's pressure lost per second
+  double force_n = 0;           ///< per finger: pressure times area, less friction; a servo's limit
+  double friction_n = 0;        ///< of seals and guides, per finger
+  double fill_time_s = 0;       ///< time constant of a chamber's pressure after the valve switches
+  double leak_per_s = 0;        ///< share of a chamber's pressure lost per second
   double finger_speed_m_s = 0;  ///< of each finger, limited by the air flow
   double coupling_n_m = 2e4;    ///< kp of eq. 1-2
   MimicPid mimic;

@@ -156,8 +156,18 @@ MimicPid read_mimic_pid(const yaml::Node& node) {
   return pid;
 }
 
+void read_drive(const yaml::Map& keys, Gripper& gripper) {
+  if (keys["drive"].word_or(0, {"pneumatic", "servo"}) == 0) return;
+  gripper.drive = GripperDrive::kServo;
+  if (gripper.law == GripperLaw::kCoupled || gripper.law == GripperLaw::kMimicPid) {
+    keys["drive"].error("a servo with a law of pistons", "law linkage or constant with it");
+  }
+  if (keys["pneumatics"]) keys["pneumatics"].error("pneumatics of a servo", "force_n with it");
+}
+
 Gripper read_gripper(const yaml::Node& node) {
   const yaml::Map keys = node.map({"law",
+                                   "drive",
                                    "stroke_m",
                                    "gap_closed_m",
                                    "gap_open_m",
@@ -183,6 +193,7 @@ Gripper read_gripper(const yaml::Node& node) {
   constexpr GripperLaw kLaws[] = {GripperLaw::kLinkage, GripperLaw::kCoupled, GripperLaw::kMimicPid,
                                   GripperLaw::kConstant};
   gripper.law = kLaws[keys["law"].word_or(0, {"linkage", "coupled", "mimic_pid", "constant"})];
+  read_drive(keys, gripper);
   read_gaps(keys, gripper);
   read_force(keys, gripper);
   gripper.finger_speed_m_s = keys["finger_speed_m_s"].number(kPositive);

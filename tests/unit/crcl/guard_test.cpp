@@ -147,5 +147,11 @@ TEST_F(Guards, ShowInStatusesOnceThereAreAny) {
   EXPECT_TRUE(client_->status().guards);
 }
 
+TEST_F(Guards, WhatTheRobotTellsOfItsDoneCommandIsReported) {
+  client_->command(5, "MoveToType", guard("MotoFit", "OVER_MAX", 5) + move());
+  world_.report(0, ticket(2), ActionState::kDone, "Guard g triggered at 5.2, limit 5");
+  expect(client_->status(), 5, CommandState::kDone, "Guard g triggered at 5.2, limit 5");
+}
+
 }  // namespace
 }  // namespace aprsim::protocols

@@ -355,6 +355,48 @@ TEST_F(Report, TolerancesAreKeptInSiAndReportedInTheConnectionsUnits) {
   EXPECT_EQ(other.status().settings->end_tolerance->x_point, 0.002);
 }
 
+TEST_F(Report, TolerancesGoWithTheCommandsThatMove) {
+  TestClient client(port_);
+  initialize(client);
+  client.command(5, "SetEndPoseToleranceType",
+                 "<Tolerance><XPointTolerance>2</XPointTolerance></Tolerance>");
+  client.command(6, "SetIntermediatePoseToleranceType",
+                 "<Tolerance><ZPointTolerance>5</ZPointTolerance></Tolerance>");
+  client.command(7, "SetDefaultJointPositonsTolerancesType",
+                 "<JointTolerances><Setting><JointNumber>2</JointNumber><JointPositionTolerance>0.5"
+                 "</JointPositionTolerance></Setting></JointTolerances>");
+  client.command(8, "MoveToType", move());
+  const api::MoveTo to = action<api::MoveTo>(ticket(2));
+  EXPECT_EQ(to.tolerance.x_m, 0.002);
+  EXPECT_EQ(to.tolerance.y_m, std::nullopt);
+  client.command(9, "MoveThroughToType",
+                 "<MoveStraight>true</MoveStraight><Waypoint>" +
+                     crcl::pose_xml("<X>1</X><Y>2</Y><Z>3</Z>") + "</Waypoint><Waypoint>" +
+                     crcl::pose_xml("<X>4</X><Y>2</Y><Z>3</Z>") +
+                     "</Waypoint><NumPositions>2</NumPositions>");
+  const api::MoveThroughTo through = action<api::MoveThroughTo>(ticket(3));
+  EXPECT_EQ(through.waypoints.at(0).tolerance.z_m, 0.005);
+  EXPECT_EQ(through.waypoints.at(0).tolerance.x_m, std::nullopt);
+  EXPECT_EQ(through.waypoints.at(1).tolerance.x_m, 0.002);
+  const auto joint = [](int number) {
+    return "<ActuateJoint><JointNumber>" + std::to_string(number) +
+           "</JointNumber><JointPosition>1</JointPosition><JointDetails "
+           "xsi:type=\"JointSpeedAccelType\"/></ActuateJoint>";
+  };
+  client.command(10, "ActuateJointsType",
+                 joint(1) + joint(2) + joint(3) +
+                     "<JointTolerances><Setting><JointNumber>3</JointNumber>"
+                     "<JointPositionTolerance>0.1</JointPositionTolerance></Setting>"
+                     "</JointTolerances>");
+  const api::MoveJoints joints = action<api::MoveJoints>(ticket(4));
+  EXPECT_EQ(joints.targets.at(0).tolerance_rad, std::nullopt);
+  EXPECT_DOUBLE_EQ(*joints.targets.at(1).tolerance_rad, 0.5 * std::numbers::pi / 180);
+  EXPECT_DOUBLE_EQ(*joints.targets.at(2).tolerance_rad, 0.1 * std::numbers::pi / 180);
+  client.command(11, "SetEndPoseToleranceType",
+                 "<Tolerance><YPointTolerance>-1</YPointTolerance></Tolerance>");
+  expect(client.status(), 11, CommandState::kError, "YPointTolerance -1: must be 0 or above");
+}
+
 TEST_F(Report, EveryStatusIsValidByTheReferenceSchema) {
   const std::filesystem::path schema =
       std::filesystem::path(APRSIM_REFERENCE_DIR) / "crcl/xsd/CRCLStatus.xsd";

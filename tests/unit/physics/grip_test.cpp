@@ -367,5 +367,42 @@ TEST(Gripper, OnlyOutsideForcesOnTheHeldGearAreReported) {
   EXPECT_NEAR(up, 5 - 0.1, 0.5);
 }
 
+// Any opening where nothing is between the fingers; a part stops them before it.
+TEST(Gripper, AServoGripperOpensProportionally) {
+  auto scene = pick_scene("medium");
+  auto& gripper = scene.robots[0].gripper;
+  gripper.drive = scene::GripperDrive::kServo;
+  Bench bench(std::move(scene));
+  bench.run(120);
+  for (const double setting : {0.5, 0.25, 0.75}) {
+    bench.world->set_gripper(0, setting);
+    bench.run(400);
+    const GripperState& state = bench.world->gripper(0);
+    EXPECT_TRUE(state.settled);
+    EXPECT_NEAR(state.separation_m, 0.002 + 0.02 * setting, 2e-5) << setting;
+    EXPECT_FALSE(state.holding);
+  }
+  bench.world->set_gripper(0, 1);
+  bench.run(400);
+  EXPECT_TRUE(pick(bench).held);
+  EXPECT_NEAR(bench.world->gripper(0).force_n[0], 60, 1);
+}
+
+TEST(Gripper, LessForceIsSetWhileHoldingAndSurvivesSaving) {
+  Bench bench(pick_scene("medium"));
+  ASSERT_TRUE(pick(bench).held);
+  bench.world->set_gripper_force(0, 25);
+  bench.run(100);
+  EXPECT_NEAR(bench.world->gripper(0).force_n[0], 25, 1);
+  EXPECT_TRUE(bench.world->gripper(0).holding);
+  const auto saved = bench.world->save();
+  bench.world->set_gripper_force(0, 60);
+  bench.run(100);
+  EXPECT_NEAR(bench.world->gripper(0).force_n[0], 60, 1);
+  bench.world->restore(saved);
+  bench.run(100);
+  EXPECT_NEAR(bench.world->gripper(0).force_n[0], 25, 1);
+}
+
 }  // namespace
 }  // namespace aprsim::physics::test

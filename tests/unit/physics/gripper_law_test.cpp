@@ -161,5 +161,15 @@ TEST(Pneumatics, FrictionHoldsAgainstABackwardPushAndBrakesAnIdlePiston) {
   EXPECT_DOUBLE_EQ(vented[0].piston_n, 5);
 }
 
+TEST(GripperLaw, AServoTakesBothFingersToTheTargetAtFingerSpeed) {
+  const auto g = gripper(scene::GripperLaw::kLinkage);
+  const auto drives = servo_drives(g, 5e-3, {FingerMotion{0, 0}, FingerMotion{5.5e-3, 0}});
+  EXPECT_DOUBLE_EQ(drives[0].speed_m_s, 0.1);
+  EXPECT_LT(drives[1].speed_m_s, 0);
+  EXPECT_GT(drives[1].speed_m_s, -0.1);
+  EXPECT_DOUBLE_EQ(drives[0].piston_n, 60);
+  EXPECT_DOUBLE_EQ(servo_drives(g, 5e-3, {FingerMotion{5e-3, 0}, {}})[0].speed_m_s, 0);
+}
+
 }  // namespace
 }  // namespace aprsim::physics

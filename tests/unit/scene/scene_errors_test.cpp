@@ -116,6 +116,9 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"unknown_word", "law: linkage", "law: @linkages", "robot_types.arm.gripper.law",
              "found \"linkages\", expected one of linkage, coupled, mimic_pid, constant (did you "
              "mean linkage?)"},
+        Case{"servo_law", "law: linkage", "law: coupled\n      drive: @servo",
+             "robot_types.arm.gripper.drive",
+             "found a servo with a law of pistons, expected law linkage or constant with it"},
         Case{"simplification", "simplification: off", "simplification: @asleep",
              "physics.simplification",
              "found \"asleep\", expected one of off, virtual_joints, merge, dormant"},

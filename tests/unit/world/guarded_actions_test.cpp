@@ -60,6 +60,7 @@ TEST_F(OverAGear, AMoveEndsAtTheTouch) {
   cell_.each_step = [&] { most = std::max(most, robot().force_T_R.norm()); };
   cell_.act(0, to(-0.02), 30, {guard({SignalKind::kForceR, 2}, GuardLimit::kIncreased, 2)});
   EXPECT_EQ(robot().action.state, api::ActionState::kDone);
+  EXPECT_EQ(robot().action.description.substr(0, 24), "Guard test triggered at ");
   EXPECT_FALSE(robot().moving);
   EXPECT_NEAR(height(), 0, 1e-3);
   const api::GuardsSnapshot& guards = robot().guards;
