@@ -350,6 +350,7 @@ void RobotLink::refresh(const api::Snapshot& snapshot) {
     session_ = Session::kNever;
     since_ = 0;
     commander_.forget();
+    services_.forget();
     program_.reset();
     last_setting_ = 0;
     error_.reset();

@@ -171,6 +171,13 @@ RobotServices::Outcome RobotServices::take(const crcl::SetMotionCoordination& co
   return nothing_left();
 }
 
+void RobotServices::forget() {
+  coordinated_.reset();
+  end_effector_.clear();
+  robot_.clear();
+  hidden_.clear();
+}
+
 std::vector<crcl::ParameterSetting> RobotServices::end_effector_parameters() const {
   return listed(end_effector_);
 }

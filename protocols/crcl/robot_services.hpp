@@ -44,6 +44,9 @@ class RobotServices {
                              ReportSettings& settings);
   [[nodiscard]] Outcome take(const crcl::SetMotionCoordination& command, ReportSettings& settings);
 
+  /// The robot has been built anew, with its own parameters. Sensors stay enabled.
+  void forget();
+
   [[nodiscard]] const SensorBoard& sensors() const { return sensors_; }
   [[nodiscard]] std::optional<bool> coordinated() const { return coordinated_; }
   [[nodiscard]] const std::string& gripper_name() const { return gripper_name_; }

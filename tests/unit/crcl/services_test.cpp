@@ -157,6 +157,14 @@ TEST_F(Services, GripForceAndSpeedOverrideHaveTheirEffect) {
   EXPECT_EQ(status.override_percent, 40);
 }
 
+TEST_F(Services, AResetOfTheCellForgetsParameters) {
+  client_->command(6, "SetEndEffectorParametersType", parameter("force", "30"));
+  world_.report(0, ticket(2), ActionState::kDone);
+  EXPECT_EQ(client_->status().settings->end_effector_parameters.size(), 1U);
+  world_.publish([](api::Snapshot& next) { ++next.epoch; });
+  EXPECT_TRUE(client_->status().settings->end_effector_parameters.empty());
+}
+
 TEST_F(Services, ParametersOutOfRangeChangeNothing) {
   expect_refused("SetEndEffectorParametersType", parameter("force", "51"),
                  "force 51: must be above 0 and at most 50 newton");
