@@ -87,23 +87,6 @@ void add_reading(CLI::App& app, CommandLine& line) {
   watch->add_flag("--json", watch_command->json, "One JSON object a line");
 }
 
-void add_crcl(CLI::App& app, CommandLine& line) {
-  CLI::App* crcl = app.add_subcommand("crcl", "Command a robot");
-  crcl->require_subcommand(1);
-  auto [send, send_command] = add<CrclSendCommand>(
-      *crcl, line, "send",
-      "Send the CRCLCommandInstance documents of a file, each when the last is done");
-  send->add_option("FILE", send_command->file)->required();
-  send->add_option("--robot", send_command->robot, "Name of the robot")->required();
-  send->add_option("--timeout", send_command->timeout_s, "Seconds for each command (default 120)");
-  auto [run, run_command] =
-      add<CrclRunCommand>(*crcl, line, "run", "Run a CRCLProgram, one command at a time");
-  run->add_option("PROGRAM", run_command->file)->required();
-  run->add_option("--robot", run_command->robot, "Name of the robot")->required();
-  run->add_option("--timeout", run_command->timeout_s, "Seconds for each command (default 120)");
-  add_pendant(*crcl, line);
-}
-
 void add_pendant(CLI::App& crcl, CommandLine& line) {
   auto [status, status_command] =
       add<CrclStatusCommand>(crcl, line, "status", "Show a robot's status in one line");
@@ -125,6 +108,23 @@ void add_pendant(CLI::App& crcl, CommandLine& line) {
   auto [validate, validate_command] = add<CrclValidateCommand>(
       crcl, line, "validate", "Check the CRCL documents of a file against the schema");
   validate->add_option("FILE", validate_command->file)->required();
+}
+
+void add_crcl(CLI::App& app, CommandLine& line) {
+  CLI::App* crcl = app.add_subcommand("crcl", "Command a robot");
+  crcl->require_subcommand(1);
+  auto [send, send_command] = add<CrclSendCommand>(
+      *crcl, line, "send",
+      "Send the CRCLCommandInstance documents of a file, each when the last is done");
+  send->add_option("FILE", send_command->file)->required();
+  send->add_option("--robot", send_command->robot, "Name of the robot")->required();
+  send->add_option("--timeout", send_command->timeout_s, "Seconds for each command (default 120)");
+  auto [run, run_command] =
+      add<CrclRunCommand>(*crcl, line, "run", "Run a CRCLProgram, one command at a time");
+  run->add_option("PROGRAM", run_command->file)->required();
+  run->add_option("--robot", run_command->robot, "Name of the robot")->required();
+  run->add_option("--timeout", run_command->timeout_s, "Seconds for each command (default 120)");
+  add_pendant(*crcl, line);
 }
 
 template <typename Command>
