@@ -14,11 +14,11 @@ constexpr double kSameSolution = 1e-12;
 
 double degrees(double rad) { return rad * 180 / std::numbers::pi; }
 
-std::string reach_message(double excess_m) {
-  char text[96];
-  std::snprintf(text, sizeof text,
-                excess_m > 0 ? "out of reach by %.3f m" : "too close to the shoulder by %.3f m",
-                std::abs(excess_m));
+std::string reach_message(double excess_m, double limit_m) {
+  char text[160];
+  std::snprintf(text, sizeof text, "%s by %.4f m: wrist at %.4f m from the shoulder, limit %.4f m",
+                excess_m > 0 ? "out of reach" : "too close to the shoulder", std::abs(excess_m),
+                limit_m + excess_m, limit_m);
   return text;
 }
 
@@ -65,7 +65,7 @@ double BranchedIk::fit(int joint, double angle, double seed) const {
 BranchedIk::Choice BranchedIk::choose(const Eigen::Isometry3d& X_BF, const JointVector& seed,
                                       double elbow_rad) const {
   const Branches all_branches = branches(X_BF, seed, elbow_rad);
-  Choice best{.excess_m = all_branches.excess_m};
+  Choice best{.excess_m = all_branches.excess_m, .limit_m = all_branches.limit_m};
   for (int b = 0; b < all_branches.count; ++b) {
     Choice candidate{.found = true, .q = all_branches.q[static_cast<std::size_t>(b)]};
     for (int i = 0; i < dof(); ++i) {
@@ -92,7 +92,7 @@ BranchedIk::Choice BranchedIk::choose(const Eigen::Isometry3d& X_BF, const Joint
 
 Error BranchedIk::refusal(const Choice& failed) const {
   if (failed.joint < 0) {
-    return {ErrorCode::kUnreachable, "position", reach_message(failed.excess_m)};
+    return {ErrorCode::kUnreachable, "position", reach_message(failed.excess_m, failed.limit_m)};
   }
   const Range& range = ranges_[static_cast<std::size_t>(failed.joint)];
   const double limit = failed.angle_rad > range.upper ? range.upper : range.lower;

@@ -23,6 +23,7 @@ class BranchedIk : public InverseKinematics {
     std::array<JointVector, 8> q;
     int count = 0;
     double excess_m = 0;  ///< when count is 0: how far beyond (> 0) or within (< 0) the reach
+    double limit_m = 0;   ///< then that reach, from the shoulder to the wrist's centre
   };
 
   /// The best branch at one elbow angle, or how the least bad one fails.
@@ -31,6 +32,7 @@ class BranchedIk : public InverseKinematics {
     JointVector q;
     double cost = 0;       ///< squared distance to the seed, in joint ranges
     double excess_m = 0;   ///< not 0: out of reach
+    double limit_m = 0;    ///< then the reach
     int joint = -1;        ///< joint farthest outside its limits ...
     double angle_rad = 0;  ///< ... at this angle
     double violation_rad = 0;

@@ -37,7 +37,10 @@ BranchedIk::Branches SphericalWristIk::branches(const Eigen::Isometry3d& X_BF,
     const TwoBone arm = solve_two_bone(geometry_.upper, fore_, std::hypot(r, z));
     if (arm.excess_m != 0) {
       const bool nearer = out.excess_m == 0 || std::abs(arm.excess_m) < std::abs(out.excess_m);
-      if (nearer) out.excess_m = arm.excess_m;
+      if (nearer) {
+        out.excess_m = arm.excess_m;
+        out.limit_m = arm.limit_m;
+      }
       continue;
     }
     for (const double elbow : {1.0, -1.0}) {

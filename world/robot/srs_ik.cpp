@@ -44,10 +44,11 @@ BranchedIk::Branches SrsIk::branches(const Eigen::Isometry3d& X_BF, const JointV
       X_BF.translation() - geometry_.flange_z * R.col(2) - geometry_.shoulder_z * kZ;
   const double distance = wrist.norm();
   const TwoBone arm = solve_two_bone(geometry_.upper, geometry_.fore, distance);
-  Branches out{.excess_m = arm.excess_m};
+  Branches out{.excess_m = arm.excess_m, .limit_m = arm.limit_m};
   if (arm.excess_m != 0) return out;
   if (distance < kReachTolerance) {  // folded onto the shoulder: no shoulder-wrist line
     out.excess_m = -kReachTolerance;
+    out.limit_m = kReachTolerance;
     return out;
   }
   const ElbowCircle circle = elbow_circle(wrist / distance);

@@ -10,6 +10,7 @@ inline constexpr double kReachTolerance = 1e-10;  ///< beyond reach by less coun
 
 struct TwoBone {
   double excess_m = 0;  ///< > 0: wrist too far; < 0: too near; else within reach
+  double limit_m = 0;   ///< that it exceeds
   double bend_rad = 0;  ///< 0 = stretched .. pi = folded
 };
 
@@ -18,8 +19,10 @@ struct TwoBone {
 [[nodiscard]] inline TwoBone solve_two_bone(double upper_m, double fore_m, double distance_m) {
   const double longest = upper_m + fore_m;
   const double shortest = std::abs(upper_m - fore_m);
-  if (distance_m > longest + kReachTolerance) return {.excess_m = distance_m - longest};
-  if (distance_m < shortest - kReachTolerance) return {.excess_m = distance_m - shortest};
+  if (distance_m > longest + kReachTolerance)
+    return {.excess_m = distance_m - longest, .limit_m = longest};
+  if (distance_m < shortest - kReachTolerance)
+    return {.excess_m = distance_m - shortest, .limit_m = shortest};
   const double d = std::clamp(distance_m, shortest, longest);
   return {.bend_rad = 2 * std::atan2(std::sqrt((longest - d) * (longest + d)),
                                      std::sqrt((d - shortest) * (d + shortest)))};
