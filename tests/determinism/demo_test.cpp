@@ -2,6 +2,7 @@
 // of contact simplification. Ten minutes of it: tests/benchmarks/run determinism.
 
 #include <memory>
+#include <ostream>
 
 #include <gtest/gtest.h>
 
@@ -16,6 +17,7 @@ struct Case {
   scene::Simplification mode;
   double seconds;
 };
+void PrintTo(const Case& shown, std::ostream* out) { *out << shown.name; }
 
 class DemoReplay : public testing::TestWithParam<Case> {};
 

@@ -24,8 +24,13 @@ struct Worst {
   double penetration_m = 0;
   std::vector<double> merged_us;
 
-  void add(const PickResult& r) {
-    ++runs;
+  void add(const PickResult& r) { add(r, 1); }
+  void add(const Worst& w) { add(w, w.runs); }
+
+ private:
+  template <typename Result>
+  void add(const Result& r, int runs_of_it) {
+    runs += runs_of_it;
     picked += r.picked;
     placed += r.placed;
     slip_m = std::max(slip_m, r.slip_m);
@@ -36,19 +41,6 @@ struct Worst {
     centring_m = std::max(centring_m, r.centring_m);
     penetration_m = std::max(penetration_m, r.penetration_m);
     merged_us.insert(merged_us.end(), r.merged_us.begin(), r.merged_us.end());
-  }
-  void add(const Worst& w) {
-    runs += w.runs;
-    picked += w.picked;
-    placed += w.placed;
-    slip_m = std::max(slip_m, w.slip_m);
-    slip_rad = std::max(slip_rad, w.slip_rad);
-    pop_m = std::max(pop_m, w.pop_m);
-    hop_m = std::max(hop_m, w.hop_m);
-    place_error_m = std::max(place_error_m, w.place_error_m);
-    centring_m = std::max(centring_m, w.centring_m);
-    penetration_m = std::max(penetration_m, w.penetration_m);
-    merged_us.insert(merged_us.end(), w.merged_us.begin(), w.merged_us.end());
   }
 };
 

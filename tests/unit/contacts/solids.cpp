@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "tests/support/gear_types.hpp"
+
 namespace aprsim::physics::test {
 namespace {
 
@@ -95,30 +97,12 @@ scene::TrayType tray_of(const scene::Pocket& pocket) {
 }  // namespace
 
 scene::GearType conical_gear() {
-  scene::GearType g;
-  g.disc_radius_m = 0.032;
-  g.disc_height_m = 0.006;
-  g.hub_top_radius_m = 0.022;
-  g.hub_bottom_radius_m = 0.01507;
-  g.hub_height_m = 0.012;
-  g.peg_radius_m = 0.00385;
-  g.peg_top_m = 0.026;
-  g.mass_kg = 0.0102;
-  return g;
+  scene::GearType gear = gear_type("small");
+  gear.hub_chamfer_m = 0;
+  return gear;
 }
 
-scene::GearType cylindrical_gear() {
-  scene::GearType g;
-  g.disc_radius_m = 0.030;
-  g.disc_height_m = 0.006;
-  g.hub_top_radius_m = g.hub_bottom_radius_m = 0.010;
-  g.hub_height_m = 0.006;
-  g.hub_chamfer_m = 0.0003;
-  g.peg_radius_m = 0.0038;
-  g.peg_top_m = 0.024;
-  g.mass_kg = 0.020;
-  return g;
-}
+scene::GearType cylindrical_gear() { return gear_type("d60"); }
 
 scene::TrayType conical_tray() {
   scene::Pocket p;

@@ -4,19 +4,11 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/gear_types.hpp"
 #include "world/physics/physics_world.hpp"
-#include "world/scene/scene.hpp"
 
 /// Scenes in code for the tests of the physics, and a hand that moves a gripper without an arm.
 namespace aprsim::physics::test {
-
-/// Gears of the 2024 generation (conical hub) named small, medium, large, and with a cylindrical
-/// hub 20 x 6 mm and a peg 7.6 x 18 mm: "d50" (10 g), "d60", "d70" (20 g), "d100" (33 g).
-scene::GearType gear_type(const std::string& name);
-
-/// The pocket a gear type sits in: cone with 0.2 mm of clearance, or for the others a cylinder with
-/// 0.3 mm of clearance and a 0.5 mm mouth chamfer.
-scene::Pocket pocket_for(const std::string& gear);
 
 /// A 2 x 2 tray for one gear type, slots s1..s4 at (+-pitch, +-pitch).
 scene::TrayType tray_type(const std::string& gear, double half_size_m, double pitch_m);
@@ -36,6 +28,10 @@ void add_gear(scene::Scene& scene, const std::string& name, const std::string& t
               const Pose& X_WP);
 /// Adds a gripper on a flange that floats; tool z points down. Returns it for changes.
 scene::Robot& add_hand(scene::Scene& scene, const Eigen::Vector3d& tip_W, double yaw_rad = 0);
+
+/// Adds two trays, "a" full and "b" with one gear, a loose gear in the air, and a hand 50 mm above
+/// the grip on gear "g1".
+void add_busy_bodies(scene::Scene& scene);
 
 /// The world of a scene with floating grippers, and what moves them.
 class Bench {

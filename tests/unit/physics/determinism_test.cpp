@@ -35,13 +35,7 @@ namespace {
 scene::Scene busy_scene() {
   auto scene = empty_scene();
   add_table(scene);
-  add_tray(scene, "a", "small4", {0, 0}, {"s1=g1", "s2=g2", "s3=g3", "s4=g4"});
-  add_tray(scene, "b", "small4", {0.3, 0}, {"s2=m2"});
-  Pose loose;
-  loose.p = {0.6, 0, 0.1};
-  loose.q = Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitY());
-  add_gear(scene, "loose", "medium", loose);
-  add_hand(scene, {-0.0455, 0.0458, 0.0245 + 0.05}, 0.1);
+  add_busy_bodies(scene);
   return scene;
 }
 

@@ -64,6 +64,18 @@ api::ActionState ControllerRig::run(const api::RobotAction& action, double limit
   return state();
 }
 
+void ControllerRig::ready() {
+  run(api::InitRobot{});
+  JointVector q(dof());
+  if (dof() == 6) {
+    q << 0.2, 0.4, -0.4, 0.1, -0.9, 0.3;
+  } else {
+    q << 0.2, 0.5, 0.3, -1.4, 0.2, -1.0, 0.3;
+  }
+  run(move_all(q));
+  forget();
+}
+
 void ControllerRig::rest(double limit_s) {
   for (int i = 0; i < limit_s / setup_.step_s && controller_.moving(); ++i) step();
 }

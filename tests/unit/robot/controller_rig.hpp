@@ -40,6 +40,8 @@ class ControllerRig {
   }
   /// Takes the command and steps until it is done or failed; at most `limit_s` simulated seconds.
   api::ActionState run(const api::RobotAction& action, double limit_s = 120);
+  /// Initialises the robot, takes it to a posture with room all round and forgets the way there.
+  void ready();
   /// Steps until nothing moves any more.
   void rest(double limit_s = 30);
 

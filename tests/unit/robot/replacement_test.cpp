@@ -13,17 +13,7 @@ using api::StopKind;
 
 class Replacement : public testing::TestWithParam<const char*> {
  protected:
-  Replacement() : rig(GetParam()) {
-    rig.run(api::InitRobot{});
-    JointVector q(rig.dof());
-    if (rig.dof() == 6) {
-      q << 0.2, 0.4, -0.4, 0.1, -0.9, 0.3;
-    } else {
-      q << 0.2, 0.5, 0.3, -1.4, 0.2, -1.0, 0.3;
-    }
-    rig.run(move_all(q));
-    rig.forget();
-  }
+  Replacement() : rig(GetParam()) { rig.ready(); }
   Eigen::Isometry3d shifted(const Eigen::Vector3d& by) const {
     Eigen::Isometry3d X = rig.X_RT(rig.path().back());
     X.translation() += by;

@@ -15,15 +15,7 @@ using Eigen::Vector3d;
 class ScrewMoves : public testing::TestWithParam<const char*> {
  protected:
   ScrewMoves() : rig(GetParam()) {
-    rig.run(api::InitRobot{});
-    JointVector q(rig.dof());
-    if (rig.dof() == 6) {
-      q << 0.2, 0.4, -0.4, 0.1, -0.9, 0.3;
-    } else {
-      q << 0.2, 0.5, 0.3, -1.4, 0.2, -1.0, 0.3;
-    }
-    rig.run(move_all(q));
-    rig.forget();
+    rig.ready();
     start = rig.X_RT(rig.controller().reference());
     axis = start.linear().col(2);
   }

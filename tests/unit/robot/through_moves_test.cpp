@@ -16,15 +16,7 @@ using Eigen::Vector3d;
 class ThroughMoves : public testing::TestWithParam<const char*> {
  protected:
   ThroughMoves() : rig(GetParam()) {
-    rig.run(api::InitRobot{});
-    JointVector q(rig.dof());
-    if (rig.dof() == 6) {
-      q << 0.2, 0.4, -0.4, 0.1, -0.9, 0.3;
-    } else {
-      q << 0.2, 0.5, 0.3, -1.4, 0.2, -1.0, 0.3;
-    }
-    rig.run(move_all(q));
-    rig.forget();
+    rig.ready();
     home = rig.X_RT(rig.controller().reference());
   }
   api::Waypoint at(const Vector3d& shift, double turn = 0, double tolerance_m = 5e-3) const {
