@@ -58,6 +58,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void drain();
   /// Ends the connection now; `fault` when the peer is to blame.
   void close(std::string_view why, bool fault);
+  void close() { close("the server stops", false); }
   /// Looks whether the write under way has been applied or has run out of time. False: done.
   [[nodiscard]] bool poll_applied(Clock::time_point now);
 

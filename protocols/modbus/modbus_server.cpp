@@ -1,17 +1,10 @@
 #include "protocols/modbus/modbus_server.hpp"
 
-#include <exception>
-#include <map>
-#include <thread>
 #include <utility>
-
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/post.hpp>
-#include <boost/asio/steady_timer.hpp>
 
 #include "protocols/modbus/allow_list.hpp"
 #include "protocols/modbus/connection.hpp"
-#include "protocols/tcp_listener.hpp"
+#include "protocols/tcp_service.hpp"
 
 namespace aprsim::protocols {
 namespace {
@@ -28,12 +21,12 @@ class ModbusServer::Impl {
       : options_(std::move(options)),
         sink_(sink),
         source_(source),
-        listener_(io_,
-                  {"modbus", options_.bind_address, options_.port, options_.max_connections,
-                   [this](const boost::asio::ip::address& peer) { return allow_.allows(peer); }},
-                  [this](TcpListener::Socket socket, std::string peer) {
-                    take(std::move(socket), std::move(peer));
-                  }) {}
+        service_({"modbus", options_.bind_address, options_.port, options_.max_connections,
+                  [this](const boost::asio::ip::address& peer) { return allow_.allows(peer); }},
+                 options_.drain_deadline, [this](TcpListener::Socket socket, std::string peer) {
+                   return std::make_shared<Connection>(std::move(socket), std::move(peer),
+                                                       *context_);
+                 }) {}
   ~Impl() { stop(); }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
@@ -43,13 +36,9 @@ class ModbusServer::Impl {
   [[nodiscard]] ModbusServerStats stats() const;
 
  private:
-  void run();
-  void take(TcpListener::Socket socket, std::string peer);
   void await_applied(std::shared_ptr<Connection> connection);
   void poll_applied();
-  void begin_drain();
-  void close_all(std::string_view why);
-  void finish_if_drained();
+  void end(const Connection& connection);
 
   const ModbusServerOptions options_;
   api::CommandSink& sink_;
@@ -58,18 +47,13 @@ class ModbusServer::Impl {
 
   // Everything from here on belongs to the listener's thread while it runs.
   LimitedLog log_;
-  boost::asio::io_context io_{1};
   AllowList allow_;
-  TcpListener listener_;
-  boost::asio::steady_timer apply_timer_{io_}, drain_timer_{io_};
+  TcpService<Connection> service_;
+  boost::asio::steady_timer apply_timer_{service_.io()};
   std::unique_ptr<Plc> plc_;
   std::unique_ptr<ReplyBuilder> replies_;
   std::unique_ptr<ListenerContext> context_;
-  std::map<const Connection*, std::shared_ptr<Connection>> connections_;
   std::vector<std::shared_ptr<Connection>> waiting_;
-  bool draining_ = false;
-
-  std::thread thread_;
 };
 
 Result<std::uint16_t> ModbusServer::Impl::start() {
@@ -82,41 +66,18 @@ Result<std::uint16_t> ModbusServer::Impl::start() {
   allow_ = std::move(*allow);
   auto replies = ReplyBuilder::create();
   if (!replies) return tl::unexpected(replies.error());
-  const auto port = listener_.listen();
+  const auto port = service_.listen();
   if (!port) return port;
   replies_ = std::make_unique<ReplyBuilder>(std::move(*replies));
   plc_ = std::make_unique<Plc>(options_.scaling, options_.endpoint, sink_, source_,
                                std::chrono::duration<double>(options_.watchdog).count());
   context_ = std::make_unique<ListenerContext>(
-      ListenerContext{io_, options_, *plc_, *replies_, log_, counters_,
+      ListenerContext{service_.io(), options_, *plc_, *replies_, log_, counters_,
                       modbus::GateRules{options_.read_only, options_.unit_ids},
                       [this](std::shared_ptr<Connection> c) { await_applied(std::move(c)); },
-                      [this](const Connection& c) {
-                        connections_.erase(&c);
-                        listener_.release();
-                        finish_if_drained();
-                      }});
-  thread_ = std::thread([this] { run(); });
+                      [this](const Connection& c) { end(c); }});
+  service_.start();
   return *port;
-}
-
-void ModbusServer::Impl::run() {
-  // An exception here is a broken invariant or exhausted memory on behalf of one handler. The other
-  // clients keep their service.
-  for (;;) {
-    try {
-      io_.run();
-      return;
-    } catch (const std::exception& error) {
-      log_.warn(std::string("internal error: ") + error.what());
-    }
-  }
-}
-
-void ModbusServer::Impl::take(TcpListener::Socket socket, std::string peer) {
-  auto connection = std::make_shared<Connection>(std::move(socket), std::move(peer), *context_);
-  connections_.emplace(connection.get(), connection);
-  connection->start();
 }
 
 void ModbusServer::Impl::await_applied(std::shared_ptr<Connection> connection) {
@@ -136,42 +97,20 @@ void ModbusServer::Impl::poll_applied() {
   }
 }
 
-void ModbusServer::Impl::begin_drain() {
-  draining_ = true;
-  listener_.close();
-  drain_timer_.expires_after(options_.drain_deadline);
-  drain_timer_.async_wait([this](const error_code& aborted) {
-    if (!aborted) close_all("the server stops");
-  });
-  const auto connections = connections_;
-  for (const auto& [key, connection] : connections) connection->drain();
-  finish_if_drained();
+void ModbusServer::Impl::end(const Connection& connection) {
+  std::erase_if(waiting_, [&](const auto& waits) { return waits.get() == &connection; });
+  service_.ended(connection);
 }
 
-void ModbusServer::Impl::close_all(std::string_view why) {
-  const auto connections = connections_;
-  for (const auto& [key, connection] : connections) connection->close(why, false);
-}
-
-void ModbusServer::Impl::finish_if_drained() {
-  if (!draining_ || !connections_.empty()) return;
-  waiting_.clear();
-  apply_timer_.cancel();
-  drain_timer_.cancel();
-}
-
-void ModbusServer::Impl::stop() {
-  if (!thread_.joinable()) return;
-  boost::asio::post(io_, [this] { begin_drain(); });
-  thread_.join();
-}
+void ModbusServer::Impl::stop() { service_.stop(); }
 
 ModbusServerStats ModbusServer::Impl::stats() const {
   ModbusServerStats stats;
-  stats.accepted = listener_.accepted();
-  stats.refused = listener_.refused();
+  const TcpListener& listener = service_.listener();
+  stats.accepted = listener.accepted();
+  stats.refused = listener.refused();
   stats.dropped = counters_.dropped;
-  stats.open = listener_.open();
+  stats.open = listener.open();
   stats.requests = counters_.requests;
   stats.exceptions = counters_.exceptions;
   return stats;

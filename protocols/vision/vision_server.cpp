@@ -1,24 +1,13 @@
 #include "protocols/vision/vision_server.hpp"
 
 #include <atomic>
-#include <exception>
-#include <map>
-#include <thread>
 #include <utility>
-#include <vector>
 
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/post.hpp>
-#include <boost/asio/steady_timer.hpp>
-#include <spdlog/spdlog.h>
-
-#include "protocols/tcp_listener.hpp"
+#include "protocols/tcp_service.hpp"
 #include "protocols/vision/vision_connection.hpp"
 #include "protocols/vision/vision_line.hpp"
 
 namespace aprsim::protocols {
-
-namespace asio = boost::asio;
 
 namespace {
 
@@ -33,32 +22,31 @@ class VisionServer::Impl {
       : options_(std::move(options)),
         source_(source),
         name_("vision " + robot_name(*source.latest())),
-        listener_(io_, {name_, options_.bind_address, options_.port, options_.max_connections},
-                  [this](TcpListener::Socket socket, std::string peer) {
-                    take(std::move(socket), std::move(peer));
-                  }),
-        poll_timer_(io_),
-        drain_timer_(io_) {}
+        service_({name_, options_.bind_address, options_.port, options_.max_connections},
+                 options_.drain_deadline,
+                 [this](TcpListener::Socket socket, std::string peer) {
+                   return make(std::move(socket), std::move(peer));
+                 }),
+        poll_timer_(service_.io()) {}
 
   ~Impl() { stop(); }
 
   Result<std::uint16_t> start() {
-    const Result<std::uint16_t> port = listener_.listen();
+    const Result<std::uint16_t> port = service_.listen();
     if (!port) return port;
     spdlog::info("{}: listening on {} port {}", name_, options_.bind_address, *port);
     poll();
-    thread_ = std::jthread([this] { run(); });
+    service_.start();
     return port;
   }
 
   void stop() {
-    if (!thread_.joinable()) return;
-    asio::post(io_, [this] { drain(); });
-    thread_.join();
+    service_.stop([this] { poll_timer_.cancel(); });
   }
 
   [[nodiscard]] VisionServerStats stats() const {
-    return {listener_.accepted(), listener_.refused(), counters_.dropped, listener_.open(), frames_,
+    const TcpListener& listener = service_.listener();
+    return {listener.accepted(), listener.refused(), counters_.dropped, listener.open(), frames_,
             counters_.skipped};
   }
 
@@ -67,34 +55,16 @@ class VisionServer::Impl {
     return snapshot.cell->robots.at(static_cast<std::size_t>(options_.robot)).name;
   }
 
-  // A handler that throws costs its connection at most; the others must go on.
-  void run() {
-    while (true) {
-      try {
-        io_.run();
-        return;
-      } catch (const std::exception& problem) {
-        spdlog::error("{}: {}", name_, problem.what());
-      }
-    }
-  }
-
-  void take(TcpListener::Socket socket, std::string peer) {
-    const auto connection =
-        std::make_shared<VisionConnection>(std::move(socket), name_, std::move(peer), options_,
-                                           counters_, [this](VisionConnection& ended) {
-                                             connections_.erase(&ended);
-                                             listener_.release();
-                                             if (draining_ && connections_.empty())
-                                               drain_timer_.cancel();
-                                           });
-    connections_[connection.get()] = connection;
-    connection->start();
+  std::shared_ptr<VisionConnection> make(TcpListener::Socket socket, std::string peer) {
+    auto connection = std::make_shared<VisionConnection>(
+        std::move(socket), name_, std::move(peer), options_, counters_,
+        [this](const VisionConnection& ended) { service_.ended(ended); });
     connection->offer(line_);
+    return connection;
   }
 
   void poll() {
-    if (draining_) return;
+    if (service_.draining()) return;
     poll_timer_.expires_after(kPollPeriod);
     poll_timer_.async_wait([this](const boost::system::error_code& cancelled) {
       if (!cancelled) poll();
@@ -119,43 +89,19 @@ class VisionServer::Impl {
       ++frames_;
     }
     sent_ = now;
-    for_each([this](VisionConnection& connection) { connection.offer(line_); });
-  }
-
-  void drain() {
-    draining_ = true;
-    listener_.close();
-    poll_timer_.cancel();
-    drain_timer_.expires_after(options_.drain_deadline);
-    drain_timer_.async_wait([this](const boost::system::error_code& cancelled) {
-      if (!cancelled) for_each([](VisionConnection& connection) { connection.close(); });
-    });
-    for_each([](VisionConnection& connection) { connection.drain(); });
-    if (connections_.empty()) drain_timer_.cancel();
-  }
-
-  // A connection may end, and leave the map, while it is visited.
-  template <typename Visit>
-  void for_each(const Visit& visit) {
-    std::vector<std::shared_ptr<VisionConnection>> all;
-    for (const auto& [key, connection] : connections_) all.push_back(connection);
-    for (const auto& connection : all) visit(*connection);
+    service_.for_each([this](VisionConnection& connection) { connection.offer(line_); });
   }
 
   VisionServerOptions options_;
   const api::SnapshotSource& source_;
   std::string name_;
-  asio::io_context io_{1};
   VisionCounters counters_;
-  TcpListener listener_;
-  std::map<VisionConnection*, std::shared_ptr<VisionConnection>> connections_;
-  asio::steady_timer poll_timer_, drain_timer_;
+  TcpService<VisionConnection> service_;
+  boost::asio::steady_timer poll_timer_;
   VisionLine line_;                       // the latest frame
   std::uint64_t number_ = 0, epoch_ = 0;  // of line_
   std::chrono::steady_clock::time_point sent_{};
   std::atomic<std::uint64_t> frames_{0};
-  bool draining_ = false;
-  std::jthread thread_;
 };
 
 VisionServer::VisionServer(VisionServerOptions options, const api::SnapshotSource& source)
