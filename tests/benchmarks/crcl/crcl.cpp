@@ -1,11 +1,13 @@
 // Status round trips of CRCL clients, while the whole cell runs in real time.
 
 #include <chrono>
+#include <memory>
 #include <stdexcept>
 
 #include <spdlog/spdlog.h>
 
 #include "protocols/crcl/crcl_server.hpp"
+#include "tests/benchmarks/crcl/echo.hpp"
 #include "tests/benchmarks/crcl/poller.hpp"
 #include "tests/benchmarks/support/experiment.hpp"
 #include "tests/benchmarks/support/statistics.hpp"
@@ -23,25 +25,46 @@ struct Outcome {
   double real_time_factor = 0, missed_share = 0, step_mean_us = 0;
 };
 
-Outcome measure(std::size_t clients, std::chrono::microseconds period,
-                std::chrono::seconds duration) {
+/// Polls what `serve` opens: it gives the port, and serves as long as its result lives.
+template <typename Serve>
+Outcome measure(std::size_t clients, std::chrono::seconds duration, const Serve& serve) {
   world::Simulation simulation(test::load_scene("aprs"), {});
-  protocols::CrclServerOptions options;
-  options.port = 0;
-  protocols::CrclServer server(options, simulation, simulation);
-  const auto port = server.start();
-  if (!port) throw std::runtime_error(port.error().message);
+  const auto server = serve(simulation);
   simulation.start();
   Outcome out;
-  out.polls = poll_statuses(*port, clients, period, duration);
+  out.polls = poll_statuses(server.port, clients, kPeriod, duration);
   const auto end = simulation.latest();
-  server.stop();
   simulation.stop();
   const auto missed = static_cast<double>(end->missed_steps);
   out.missed_share = missed / (missed + static_cast<double>(end->step));
   out.real_time_factor = end->real_time_factor;
   out.step_mean_us = end->step_time_s * 1e6;
   return out;
+}
+
+template <typename Server>
+struct Serving {
+  std::unique_ptr<Server> server;
+  std::uint16_t port = 0;
+};
+
+Outcome measure_crcl(std::size_t clients, std::chrono::seconds duration) {
+  return measure(clients, duration, [](world::Simulation& simulation) {
+    protocols::CrclServerOptions options;
+    options.port = 0;
+    auto server = std::make_unique<protocols::CrclServer>(options, simulation, simulation);
+    const auto port = server->start();
+    if (!port) throw std::runtime_error(port.error().message);
+    return Serving<protocols::CrclServer>{std::move(server), *port};
+  });
+}
+
+Outcome measure_echo(std::size_t bytes, std::chrono::seconds duration) {
+  return measure(1, duration, [bytes](world::Simulation&) {
+    auto echo = std::make_unique<Echo>(bytes);
+    const std::uint16_t port = echo->port();
+    return Serving<Echo>{std::move(echo), port};
+  });
 }
 
 void row(Table& table, const char* what, const Outcome& out) {
@@ -55,16 +78,23 @@ int run(int argc, char** argv) {
   spdlog::set_level(spdlog::level::warn);
   Experiment experiment("crcl", argc, argv);
   const std::chrono::seconds duration(experiment.quick() ? 2 : 20);
-  const Outcome one = measure(1, kPeriod, duration);
-  const Outcome crowd = measure(kCrowd, kPeriod, duration);
+  const Outcome one = measure_crcl(1, duration);
+  const Outcome crowd = measure_crcl(kCrowd, duration);
+  const Outcome echo = measure_echo(one.polls.bytes, duration);
   Table table(
       {"clients", "statuses", "p50 [us]", "p99", "p99.9", "max", "RTF", "steps given up [%]"});
   row(table, "1", one);
   row(table, "32", crowd);
+  row(table, "1, bare echo", echo);
   const auto& times = one.polls.round_trips_us;
   const auto& crowded = crowd.polls.round_trips_us;
-  experiment.record("crcl.p50_us", percentile(times, 0.5), "us");
-  experiment.record("crcl.p99_us", percentile(times, 0.99), "us");
+  const auto& echoes = echo.polls.round_trips_us;
+  const auto beside_echo = [&](const char* name, double share) {
+    experiment.record({name, percentile(times, share), "us", "a bare echo of as many bytes",
+                       percentile(times, share) / percentile(echoes, share)});
+  };
+  beside_echo("crcl.p50_us", 0.5);
+  beside_echo("crcl.p99_us", 0.99);
   experiment.record({"crcl.crowd_p99_us", percentile(crowded, 0.99), "us", "one client alone",
                      percentile(crowded, 0.99) / percentile(times, 0.99)});
   experiment.record("crcl.crowd_rtf", crowd.real_time_factor, "x");
@@ -74,7 +104,8 @@ int run(int argc, char** argv) {
   experiment.table("round_trips", "CRCL status round trips beside the running cell", table);
   experiment.note(
       "Each client asks for the status every 25 ms, as the lab's poller does, and waits for the "
-      "answer. Clients, server and the cell at real-time pace share one machine.");
+      "answer. Clients, server and the cell at real-time pace share one machine. A thread that "
+      "answers as many bytes without looking at the request tells what of it is the machine's.");
   return experiment.finish();
 }
 
