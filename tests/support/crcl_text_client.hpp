@@ -10,6 +10,8 @@
 #include <boost/asio/read_until.hpp>
 #include <boost/asio/write.hpp>
 
+#include "crcl/schema.hpp"
+
 namespace aprsim::test {
 
 /// A CRCL client that knows nothing of our codec: text out, text in, as PROTOCOL's Java client
@@ -45,7 +47,7 @@ class CrclTextClient {
     socket_.close();
   }
 
-  /// Asks for the status and returns it as text.
+  /// Asks for the status and returns it as text, which the schema must allow.
   std::string status() {
     write("GetStatusType", id_, "");
     static const std::string kEnd = "</CRCLStatus>";
@@ -53,6 +55,9 @@ class CrclTextClient {
     const auto end = buffer_.find(kEnd) + kEnd.size();
     std::string text = buffer_.substr(0, end);
     buffer_.erase(0, end);
+    if (const auto fault = crcl::schema_fault(text)) {
+      throw std::runtime_error(fault->message() + ": " + text);
+    }
     return text;
   }
 
