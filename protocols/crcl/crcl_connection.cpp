@@ -42,6 +42,8 @@ CrclConnection::CrclConnection(asio::ip::tcp::socket socket, std::string peer,
       idle_timer_(socket_.get_executor()) {}
 
 void CrclConnection::start() {
+  error_code ignored;
+  socket_.non_blocking(true, ignored);
   spdlog::info("{}: {} connected", link_.name(), peer_);
   read();
 }
@@ -49,7 +51,7 @@ void CrclConnection::start() {
 void CrclConnection::drain() {
   if (closed_) return;
   draining_ = true;
-  if (pending() == 0) close();
+  if (output_.empty()) close();
 }
 
 void CrclConnection::close() {
@@ -81,6 +83,7 @@ void CrclConnection::watch(asio::steady_timer& timer, std::chrono::milliseconds 
 }
 
 void CrclConnection::read() {
+  acknowledge_at_once();
   watch(idle_timer_, options_.idle_timeout, "idle for too long");
   socket_.async_read_some(asio::buffer(input_),
                           [self = shared_from_this()](const error_code& error, std::size_t size) {
@@ -99,24 +102,23 @@ void CrclConnection::on_read(const error_code& error, std::size_t size) {
   if (draining_) return;
   error_code ignored;
   idle_timer_.cancel(ignored);
-  acknowledge_at_once();
   framer_.append({input_.data(), size});
   process();
 }
 
 // Existing clients leave Nagle's algorithm on and follow a command, which has no answer, with a
 // GetStatus: that would wait some 40 ms for the delayed acknowledgement of the command. The option
-// lasts only for a while, so it is set with each read.
+// lasts only for a while, so it is set whenever all that came has been handled.
 void CrclConnection::acknowledge_at_once() {
   const int on = 1;
   (void)::setsockopt(socket_.native_handle(), IPPROTO_TCP, TCP_QUICKACK, &on, sizeof on);
 }
 
 // Goes on with the documents at hand, a few at a time; reads on when there are none. While the peer
-// has too many statuses to take, on_write() comes back here.
+// has too many statuses to take, on_writable() comes back here.
 void CrclConnection::process() {
   for (int i = 0; i < kDocumentsPerTurn; ++i) {
-    full_ = pending() >= options_.max_output_bytes;
+    full_ = output_.size() >= options_.max_output_bytes;
     if (closed_ || draining_ || full_) return;
     crcl::Result<std::optional<std::string>> document = framer_.next();
     if (!document) return fail_document(document.error());
@@ -132,6 +134,7 @@ void CrclConnection::process() {
 }
 
 void CrclConnection::handle(const std::string& document) {
+  if (document == asked_) return answer_status();
   if (options_.strict) {
     if (const auto fault = crcl::schema_fault(document)) return fail_document(*fault);
   }
@@ -148,7 +151,10 @@ void CrclConnection::handle_command(const std::string& document) {
   const crcl::Result<crcl::CommandInstance> instance =
       crcl::decode_command(document, options_.max_message_bytes);
   if (!instance) return handle_undecodable(instance.error());
-  if (std::holds_alternative<crcl::GetStatus>(instance->command.body)) return answer_status();
+  if (std::holds_alternative<crcl::GetStatus>(instance->command.body)) {
+    asked_ = document;
+    return answer_status();
+  }
   link_.execute(*instance, settings_, peer_);
 }
 
@@ -170,40 +176,33 @@ void CrclConnection::fail_document(const crcl::Error& error) {
 void CrclConnection::answer_status() {
   output_ += crcl::encode_status(link_.status(*settings_));
   ++counters_.statuses;
-  if (sending_.empty()) send_next();
+  if (!blocked_) flush();
 }
 
-void CrclConnection::send_next() {
-  sending_.clear();
-  sent_ = 0;
-  std::swap(sending_, output_);
-  write();
-}
-
-void CrclConnection::write() {
+// Sends at once what the peer takes, which is nearly always all, and waits with the rest.
+void CrclConnection::flush() {
+  error_code error;
+  const std::size_t sent = socket_.write_some(asio::buffer(output_), error);
+  output_.erase(0, sent);
+  if (error && error != asio::error::would_block) return close();
+  if (output_.empty()) return;
+  blocked_ = true;
   watch(write_timer_, options_.write_timeout, "takes none of its pending statuses");
-  socket_.async_write_some(asio::buffer(sending_.data() + sent_, sending_.size() - sent_),
-                           [self = shared_from_this()](const error_code& error, std::size_t size) {
-                             self->on_write(error, size);
-                           });
+  socket_.async_wait(
+      asio::ip::tcp::socket::wait_write,
+      [self = shared_from_this()](const error_code& failed) { self->on_writable(failed); });
 }
 
-void CrclConnection::on_write(const error_code& error, std::size_t size) {
+void CrclConnection::on_writable(const error_code& error) {
   if (closed_) return;
   if (error) return close();
-  sent_ += size;
-  if (sent_ < sending_.size()) {
-    write();
-  } else if (!output_.empty()) {
-    send_next();
-  } else {
-    sending_.clear();
-    sent_ = 0;
-    error_code ignored;
-    write_timer_.cancel(ignored);
-    if (draining_) return close();
-  }
-  if (full_ && pending() < options_.max_output_bytes) process();
+  error_code ignored;
+  write_timer_.cancel(ignored);
+  blocked_ = false;
+  flush();
+  if (closed_) return;
+  if (draining_ && output_.empty()) return close();
+  if (full_ && output_.size() < options_.max_output_bytes) process();
 }
 
 }  // namespace aprsim::protocols

@@ -55,12 +55,10 @@ class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
   void handle_undecodable(const crcl::Error& error);
   void fail_document(const crcl::Error& error);
   void answer_status();
-  void write();
-  void on_write(const boost::system::error_code& error, std::size_t size);
-  void send_next();
+  void flush();
+  void on_writable(const boost::system::error_code& error);
   void drop(const std::string& reason);
   void watch(boost::asio::steady_timer& timer, std::chrono::milliseconds limit, std::string reason);
-  [[nodiscard]] std::size_t pending() const { return sending_.size() - sent_ + output_.size(); }
 
   boost::asio::ip::tcp::socket socket_;
   std::string peer_;
@@ -72,11 +70,11 @@ class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
   std::shared_ptr<ReportSettings> settings_;  // a program that runs keeps them, too
   crcl::Framer framer_;
   std::array<char, 8192> input_{};
-  std::string sending_;   // in the hands of a write, so it must not change
-  std::size_t sent_ = 0;  // of sending_
-  std::string output_;    // what follows it
+  std::string asked_;   // the latest GetStatus, which clients repeat byte for byte
+  std::string output_;  // statuses, or the rest of one, that the peer has not taken yet
   boost::asio::steady_timer write_timer_, idle_timer_;
-  bool full_ = false;      // waiting for the peer to take statuses
+  bool blocked_ = false;   // waiting for the peer to take more
+  bool full_ = false;      // nothing more is handled until then
   bool draining_ = false;  // nothing more is taken from the peer
   bool closed_ = false;
 };

@@ -23,7 +23,11 @@ constexpr int kPatienceMs = 10'000;
 
 void TestClient::fail(const std::string& what) { throw std::runtime_error("TestClient: " + what); }
 
-TestClient::TestClient(std::uint16_t port) : fd_(::socket(AF_INET, SOCK_STREAM, 0)) {
+TestClient::TestClient(std::uint16_t port, int receive_buffer)
+    : fd_(::socket(AF_INET, SOCK_STREAM, 0)) {
+  if (receive_buffer > 0) {
+    ::setsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &receive_buffer, sizeof receive_buffer);
+  }
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_port = htons(port);
@@ -106,11 +110,6 @@ void TestClient::reset() {
   ::setsockopt(fd_, SOL_SOCKET, SO_LINGER, &hard, sizeof hard);
   ::close(fd_);
   fd_ = -1;
-}
-
-void TestClient::shrink_receive_buffer() {
-  const int size = 4096;
-  ::setsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &size, sizeof size);
 }
 
 }  // namespace aprsim::protocols

@@ -14,7 +14,10 @@ namespace aprsim::protocols {
 /// answer within ten seconds or not as it must.
 class TestClient {
  public:
-  explicit TestClient(std::uint16_t port);
+  explicit TestClient(std::uint16_t port) : TestClient(port, 0) {}
+  /// With a receive buffer of so many bytes, 0 = the system's. A buffer that shrank later would
+  /// take back what the peer has been promised, and acknowledgements would be lost with it.
+  TestClient(std::uint16_t port, int receive_buffer);
   ~TestClient();
   TestClient(const TestClient&) = delete;
   TestClient& operator=(const TestClient&) = delete;
@@ -47,7 +50,6 @@ class TestClient {
   bool readable(std::chrono::milliseconds wait);
   /// Closes at once with a reset.
   void reset();
-  void shrink_receive_buffer();
 
  private:
   [[noreturn]] static void fail(const std::string& what);

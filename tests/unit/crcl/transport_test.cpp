@@ -104,8 +104,7 @@ TEST_F(Transport, APeerThatDoesNotReadIsBoundedAndThenDropped) {
   CrclServerOptions options;
   options.write_timeout = std::chrono::milliseconds(300);
   start(options);
-  TestClient deaf(port_);
-  deaf.shrink_receive_buffer();
+  TestClient deaf(port_, 4096);
   TestClient other(port_);
   std::string packet;
   for (int i = 0; i < 2000; ++i) packet += get_status_;
@@ -195,8 +194,7 @@ TEST_F(Transport, StopIsNotHeldUpByADeafPeer) {
   CrclServerOptions options;
   options.drain_deadline = std::chrono::milliseconds(100);
   start(options);
-  TestClient deaf(port_);
-  deaf.shrink_receive_buffer();
+  TestClient deaf(port_, 4096);
   std::string packet;
   for (int i = 0; i < 3000; ++i) packet += get_status_;
   deaf.send(packet.substr(0, packet.size() / 2));
