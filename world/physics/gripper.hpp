@@ -13,6 +13,8 @@
 
 namespace aprsim::physics {
 
+class RigidSystem;
+
 /// A palm or finger as a box; `X_WS` is its centre.
 struct GripperPart {
   Eigen::Vector3d size = Eigen::Vector3d::Zero();
@@ -65,7 +67,9 @@ class GripperMechanism {
   void set_force(double force_n);
   /// The mount goes from where it is to `X_WF_next` in this step. Moves what is carried along.
   void begin_step(const Eigen::Isometry3d& X_WF_next);
-  /// Forces of the law; once before each solve, trial solves included.
+  /// Adds its bodies, joints, pistons and the forces of its law to a system that is to be solved.
+  void add_to(RigidSystem& system);
+  /// Forces of the law; once before each solve by ODE.
   void apply_forces();
   /// Puts the carriage where kinematics says, reads back the parts.
   void end_step();
@@ -99,6 +103,9 @@ class GripperMechanism {
   void make_slider(dWorldID world, int i);
   void make_linkage(dWorldID world);
   void drive();
+  void add_mount(RigidSystem& system) const;
+  void add_slider(RigidSystem& system, std::size_t i) const;
+  void add_linkage(RigidSystem& system) const;
   [[nodiscard]] bool closing() const { return now_.setting <= 0.5; }  ///< of pistons
   /// Travel at which the fingers stop with nothing between them.
   [[nodiscard]] double stop() const { return (1 - now_.setting) * end_m_; }
@@ -109,11 +116,19 @@ class GripperMechanism {
   [[nodiscard]] Eigen::Vector3d carried_velocity(const Eigen::Vector3d& p_W) const;
   [[nodiscard]] Eigen::Isometry3d resting_X_TS(std::size_t part) const;
 
+  // Soft enough that piston, stop and linkage, which hold the same finger, stay well conditioned:
+  // 60 N move it by less than 0.1 mm/s against the piston, and not at all against the stop.
+  static constexpr double kPistonCfm = 1e-6, kStopCfm = 1e-7;
+  static constexpr double kRodLength = 0.05;  // [m]
+
   scene::Gripper settings_;
   double step_s_;
   double end_m_;  // travel of the closed stop
   Eigen::Isometry3d X_FT_;
   Pad pad_;
+  // Where the joints are: fingers (open) and the lever's pivot in the palm, the rods' ends.
+  std::array<Eigen::Vector3d, 2> rail_, rod_on_finger_, rod_on_lever_;
+  Eigen::Vector3d pivot_ = Eigen::Vector3d::Zero();
   std::array<ode::Body, 4> body_handles_;  // of the parts
   ode::Body carriage_;
   std::array<dBodyID, 4> bodies_{};

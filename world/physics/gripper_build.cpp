@@ -7,9 +7,6 @@ namespace aprsim::physics {
 namespace {
 
 constexpr double kLeverShare = 0.2;  // of a finger's mass
-constexpr double kRodLength = 0.05;  // [m]
-constexpr double kPistonCfm = 1e-6;
-constexpr double kStopCfm = 1e-7;
 
 dMass box_mass(double kg, const Eigen::Vector3d& size) {
   dMass m;
@@ -90,12 +87,11 @@ void GripperMechanism::make_mount(dWorldID world) {
 void GripperMechanism::make_slider(dWorldID world, int i) {
   const auto index = static_cast<std::size_t>(i);
   const Eigen::Vector3d axis = closing_W(i);
+  rail_[index] = now_.parts[index + 1].X_TS.translation() - now_.parts[0].X_TS.translation();
   auto& slider = sliders_[index];
   slider.reset(dJointCreateSlider(world, nullptr));
   dJointAttach(slider.get(), bodies_[index + 1], bodies_[0]);
   dJointSetSliderAxis(slider.get(), axis.x(), axis.y(), axis.z());
-  // Soft enough that piston, stop and linkage, which hold the same finger, stay well conditioned:
-  // 60 N move it by less than 0.1 mm/s against the piston, and not at all against the stop.
   dJointSetSliderParam(slider.get(), dParamCFM, kPistonCfm);
   dJointSetSliderParam(slider.get(), dParamStopCFM, kStopCfm);
 }
@@ -109,8 +105,12 @@ void GripperMechanism::make_linkage(dWorldID world) {
   dJointSetHingeAxis(hinge_.get(), axis.x(), axis.y(), axis.z());
   // Lever ends and rods are mirror images through the pivot, so equal travels are exact.
   const double arm = std::max(0.02, 2 * end_m_);
+  pivot_ = now_.parts[3].X_TS.translation() - now_.parts[0].X_TS.translation();
   for (std::size_t i = 0; i < 2; ++i) {
     const double side = i == 0 ? 1 : -1;
+    rod_on_lever_[i] = side * arm * Eigen::Vector3d::UnitX();
+    rod_on_finger_[i] =
+        pivot_ + rod_on_lever_[i] + side * kRodLength * Eigen::Vector3d::UnitY() - rail_[i];
     const Eigen::Vector3d end = pivot + side * arm * now_.X_WT.linear().col(0);
     const Eigen::Vector3d on_finger = end + side * kRodLength * now_.X_WT.linear().col(1);
     auto& rod = rods_[i];

@@ -22,6 +22,7 @@ Islands::Islands(const Cell& cell)
       near_(index(count_)),
       parent_(index(count_)),
       island_of_(index(free_)),
+      number_(index(count_)),
       sums_(index(count_)),
       phase_(index(count_)) {}
 
@@ -74,11 +75,12 @@ void Islands::choose_phases(const Cell& cell) {
     if (i >= free_ && cell.grippers[index(i - free_)].idle()) {
       phase = Phase::kNone;
     } else if (sum.gripper) {
-      if (sum.rows <= kMaxGripperRows) phase = sum.foreign ? Phase::kFixedFriction : Phase::kDirect;
+      if (sum.rows <= kMaxGripperRows) phase = sum.foreign ? Phase::kPress : Phase::kHold;
     } else if (sum.rows <= kMaxQuietRows && !sum.pile) {
       phase = Phase::kDirect;
     }
     phase_[index(i)] = phase;
+    number_[index(i)] = root(i);
     any_[static_cast<std::size_t>(phase)] = true;
     if (i < free_) island_of_[index(i)] = near_[index(i)] == kFar ? root(i) : -1;
   });
@@ -130,6 +132,11 @@ void Islands::sum_up(const Cell& cell, std::span<const Touch> touches) {
     sum.gripper = true;
     sum.rows += cell.grippers[index(r - free_)].rows();
   }
+}
+
+int Islands::number_of(const Cell& cell, const Touch& touch) const {
+  const int a = node(cell, touch.contact.a);
+  return number_[index(a >= 0 ? a : node(cell, touch.contact.b))];
 }
 
 Phase Islands::phase_of(const Cell& cell, const Touch& touch) const {

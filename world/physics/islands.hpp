@@ -11,10 +11,13 @@ namespace aprsim::physics {
 
 /// How an island is solved.
 enum class Phase : std::uint8_t {
-  kNone,           ///< dormant, moved by another body, or a gripper that follows its flange
-  kFixedFriction,  ///< friction bounds from an iterative prediction, then one direct solve
-  kDirect,         ///< one direct solve
-  kIterative,      ///< projected Gauss-Seidel
+  kNone,       ///< dormant, moved by another body, or a gripper that follows its flange
+  kPress,      ///< with a gripper and what it touches: friction bounds from normal forces with
+               ///< friction, then one exact solve
+  kHold,       ///< with a gripper that touches nothing but what it holds: the piston decides the
+               ///< normal forces, whatever friction does
+  kDirect,     ///< ODE's direct solver
+  kIterative,  ///< projected Gauss-Seidel
 };
 
 /// Which bodies act on each other in a step, and how each such island is solved. A gripper's island
@@ -29,6 +32,11 @@ class Islands {
 
   [[nodiscard]] Phase phase_of_solid(int body) const { return phase_of_node(body); }
   [[nodiscard]] Phase phase_of_gripper(int robot) const { return phase_of_node(free_ + robot); }
+  /// Number of the island of a solid or a gripper: that of one of its nodes.
+  [[nodiscard]] int number_of_solid(int body) const { return number_[index(body)]; }
+  [[nodiscard]] int number_of_gripper(int robot) const { return number_[index(free_ + robot)]; }
+  /// Of the island in which a touch is solved.
+  [[nodiscard]] int number_of(const Cell& cell, const Touch& touch) const;
   /// Phase in which a touch is solved.
   [[nodiscard]] Phase phase_of(const Cell& cell, const Touch& touch) const;
   /// True for solids solved together with a gripper.
@@ -62,10 +70,10 @@ class Islands {
   NodeNumbers nodes_;
   int free_, count_;
   std::vector<Nearness> near_;
-  std::vector<int> parent_, island_of_;
+  std::vector<int> parent_, island_of_, number_;
   std::vector<Sum> sums_;
   std::vector<Phase> phase_;
-  std::array<bool, 4> any_{};  // by phase
+  std::array<bool, 5> any_{};  // by phase
 };
 
 }  // namespace aprsim::physics

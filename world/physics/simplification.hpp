@@ -40,6 +40,10 @@ class Simplification {
   [[nodiscard]] const Dormancy& dormancy() const { return dormancy_; }
   /// Pairs with virtual joints; none in other modes.
   [[nodiscard]] std::span<const VirtualJoints::Pair> joined_pairs() const;
+  /// Null unless the mode is theirs.
+  [[nodiscard]] VirtualJoints* virtual_joints() {
+    return virtual_joints_ ? &*virtual_joints_ : nullptr;
+  }
   [[nodiscard]] dJointID joint(const VirtualJoints::Pair& pair) const {
     return virtual_joints_->joint(pair);
   }

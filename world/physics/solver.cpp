@@ -9,14 +9,11 @@ namespace {
 constexpr double kDirectCfm = 1e-9;
 constexpr double kIterativeCfm = 1e-8;
 constexpr double kRelaxation = 1.3;
-// With 50 to 100, some gears jam in their pockets at a friction of 1 and carry the tray up.
-constexpr int kPredictorIterations = 150;
-constexpr int kDirectAttempts = 4;
 constexpr int kFallbackIterations = 200;
-constexpr double kTieBreak = 1e-3;  // of a friction bound
-// Depth up to which nothing pushes back [m]. What comes to rest sinks in by this much, so it is
-// thin; what grippers squeeze needs more.
-constexpr double kRestLayer = 2e-6, kGripLayer = 1e-5;
+// Depth up to which nothing pushes back [m], so that what rests keeps its contacts: it sinks in by
+// this much. Beside a working gripper trays are shoved, and need more. What pads squeeze keeps its
+// contacts anyway, and within a layer it could stick off centre.
+constexpr double kLayer = 2e-6, kLayerBesideGripper = 1e-5;
 constexpr double kFewContacts = 32, kMostIterations = 4;  // times the iterations of the scene
 constexpr double kSliding = 1e-5;                         // [m/s], above the solver's noise
 constexpr unsigned long kSeed = 1;                        // ODE shuffles rows by its own generator
@@ -27,6 +24,7 @@ constexpr std::size_t kTouchCapacity = 4096;
 Solver::Solver(Cell& cell)
     : cell_(cell),
       islands_(cell),
+      system_(cell.step_s),
       contacts_(dJointGroupCreate(0)),
       feedback_(kTouchCapacity),
       saved_(cell.bodies.size()),
@@ -34,8 +32,9 @@ Solver::Solver(Cell& cell)
       saved_grippers_(cell.grippers.size()),
       before_grippers_(cell.grippers.size()),
       border_(cell.bodies.size()),
-      cut_force_(cell.bodies.size(), Eigen::Vector3d::Zero()),
-      cut_torque_(cell.bodies.size(), Eigen::Vector3d::Zero()) {
+      cut_{std::vector<Eigen::Vector3d>(cell.bodies.size(), Eigen::Vector3d::Zero()),
+           std::vector<Eigen::Vector3d>(cell.bodies.size(), Eigen::Vector3d::Zero())},
+      cut_before_(cut_) {
   made_.reserve(kTouchCapacity);
   dWorldSetQuickStepW(cell.world.get(), kRelaxation);
 }
@@ -44,17 +43,17 @@ void Solver::step() {
   islands_.find(cell_, cell_.touches);
   const bool grips = std::any_of(cell_.grippers.begin(), cell_.grippers.end(),
                                  [](const auto& gripper) { return !gripper.idle(); });
-  dWorldSetContactSurfaceLayer(cell_.world.get(), grips ? kGripLayer : kRestLayer);
+  dWorldSetContactSurfaceLayer(cell_.world.get(), grips ? kLayerBesideGripper : kLayer);
   for (auto& touch : cell_.touches) {
     touch.normal_n = 0;
     touch.f_W.setZero();
   }
   if (feedback_.size() < cell_.touches.size()) feedback_.resize(2 * cell_.touches.size());
-  if (islands_.any(Phase::kFixedFriction)) predict();
+  solve_grips();
   solve_direct();
   for (const int i : solids()) {
-    cut_force_[static_cast<std::size_t>(i)].setZero();
-    cut_torque_[static_cast<std::size_t>(i)].setZero();
+    cut_.force[static_cast<std::size_t>(i)].setZero();
+    cut_.torque[static_cast<std::size_t>(i)].setZero();
   }
   solve_iterative();
   enable_only({});
@@ -63,56 +62,97 @@ void Solver::step() {
 void Solver::begin() {
   const auto all = [](Phase) { return true; };
   save(all, before_, before_grippers_);
+  cut_before_ = cut_;
 }
 
 void Solver::undo() {
   const auto all = [](Phase) { return true; };
   restore(all, before_, before_grippers_);
+  cut_ = cut_before_;
 }
 
-/// Normal forces of a gripper's island, by the iterative solver; the state is put back.
-void Solver::predict() {
-  const auto predicted = [](Phase phase) { return phase == Phase::kFixedFriction; };
-  save(predicted, saved_, saved_grippers_);
-  enable_only({Phase::kFixedFriction});
-  apply_forces();
-  make_contacts(Phase::kFixedFriction, Friction::kPyramid);
-  dWorldSetQuickStepNumIterations(cell_.world.get(), kPredictorIterations);
-  run(Method::kIterative);
-  read_forces();
-  restore(predicted, saved_, saved_grippers_);
+/// Each gripper with what it holds, touches and presses on, as one system.
+void Solver::solve_grips() {
+  const int robots = static_cast<int>(cell_.grippers.size());
+  for (int robot = 0; robot < robots; ++robot) {
+    const Phase phase = islands_.phase_of_gripper(robot);
+    if (phase != Phase::kPress && phase != Phase::kHold) continue;
+    const int island = islands_.number_of_gripper(robot);
+    bool solved = false;
+    for (int other = 0; other < robot; ++other) {
+      solved = solved || islands_.number_of_gripper(other) == island;
+    }
+    if (solved) continue;
+    solve_grip(island, phase == Phase::kPress ? RigidSystem::Normals::kTogether
+                                              : RigidSystem::Normals::kFrictionless);
+  }
 }
 
-/// ODE's pivoting breaks down, and returns nonsense, on ties such as a symmetric grasp makes. It
-/// says so: then the state is put back and the step solved again, first with friction bounds that
-/// differ a little, at last iteratively.
+void Solver::solve_grip(int island, RigidSystem::Normals normals) {
+  system_.clear();
+  for (const int solid : solids()) {
+    if (islands_.number_of_solid(solid) != island) continue;
+    const auto i = static_cast<std::size_t>(solid);
+    system_.add_body(cell_.bodies[i].body.get(), cut_.force[i], cut_.torque[i]);
+  }
+  for (std::size_t r = 0; r < cell_.grippers.size(); ++r) {
+    if (islands_.number_of_gripper(static_cast<int>(r)) == island) {
+      cell_.grippers[r].add_to(system_);
+    }
+  }
+  auto* joints = cell_.simplification.virtual_joints();
+  const auto pairs = cell_.simplification.joined_pairs();
+  const auto here = [&](const auto& pair) { return islands_.number_of_solid(pair.a) == island; };
+  tie_of_pair_.clear();
+  for (const auto& pair : pairs) {
+    if (here(pair)) tie_of_pair_.push_back(joints->add_to(system_, pair));
+  }
+  add_touches(island);
+  system_.advance(normals);
+  auto tie = tie_of_pair_.begin();
+  for (const auto& pair : pairs) {
+    if (!here(pair)) continue;
+    const int row = *tie++;
+    joints->note_force(pair, -Eigen::Vector3d(system_.tie_force(row), system_.tie_force(row + 1),
+                                              system_.tie_force(row + 2)));
+  }
+}
+
+void Solver::add_touches(int island) {
+  const double fastest = dWorldGetContactMaxCorrectingVel(cell_.world.get());
+  for (Touch& touch : cell_.touches) {
+    if (touch.cut || islands_.number_of(cell_, touch) != island) continue;
+    const bool link = place_link_of(touch);
+    const auto& contact = touch.contact;
+    const dContact description =
+        ode_contact(touch, link, cell_.fixed.belt_axis_W, cell_.belt_speed_m_s);
+    const dSurfaceParameters& surface = description.surface;
+    const bool pad = contact.pair == SurfacePair::kPadGear;
+    const double depth = std::max(0.0, contact.depth_m - (pad ? 0 : kLayer));
+    const double out = std::min(fastest, surface.soft_erp / cell_.step_s * depth);
+    system_.add_touch(touch, cell_.ode_body(contact.a), cell_.ode_body(contact.b), out,
+                      surface.soft_cfm, ode::vector(description.fdir1), surface.motion1);
+  }
+}
+
+/// A few bodies that lie on something. ODE's pivoting breaks down, and returns nonsense, on ties.
+/// It says so: then the state is put back and the step solved iteratively.
 void Solver::solve_direct() {
-  if (!islands_.any(Phase::kFixedFriction) && !islands_.any(Phase::kDirect)) return;
-  const auto direct = [](Phase phase) {
-    return phase == Phase::kFixedFriction || phase == Phase::kDirect;
-  };
+  if (!islands_.any(Phase::kDirect)) return;
+  const auto direct = [](Phase phase) { return phase == Phase::kDirect; };
   save(direct, saved_, saved_grippers_);
-  for (int attempt = 1;; ++attempt) {
-    enable_only({Phase::kFixedFriction, Phase::kDirect});
+  for (const Method method : {Method::kDirect, Method::kIterative}) {
+    enable_only({Phase::kDirect});
     apply_forces();
-    make_contacts(Phase::kFixedFriction, Friction::kFixed);
-    make_contacts(Phase::kDirect, Friction::kPyramid);
-    const bool last = attempt == kDirectAttempts;
+    make_contacts(Phase::kDirect);
     const std::uint64_t complaints = ode::complaints();
     dWorldSetQuickStepNumIterations(cell_.world.get(), kFallbackIterations);
-    run(last ? Method::kIterative : Method::kDirect);
-    if (last || ode::complaints() == complaints) break;
+    run(method);
+    if (method == Method::kIterative || ode::complaints() == complaints) break;
     drop_contacts();
     restore(direct, saved_, saved_grippers_);
-    break_ties();
   }
   read_forces();
-}
-
-void Solver::break_ties() {
-  for (std::size_t i = 0; i < cell_.touches.size(); ++i) {
-    cell_.touches[i].normal_n *= 1 + kTieBreak * static_cast<double>(i % 7);
-  }
 }
 
 void Solver::solve_iterative() {
@@ -120,7 +160,7 @@ void Solver::solve_iterative() {
   enable_only({Phase::kIterative});
   apply_forces();
   cut_begin();
-  make_contacts(Phase::kIterative, Friction::kPyramid);
+  make_contacts(Phase::kIterative);
   // Where little is to be solved, what slides is worth more digits.
   const double spare = kFewContacts / std::max(1.0, static_cast<double>(made_.size()));
   dWorldSetQuickStepNumIterations(
@@ -164,31 +204,33 @@ void Solver::apply_forces() {
   for (const int solid : solids()) {
     const auto i = static_cast<std::size_t>(solid);
     dBodyID body = cell_.bodies[i].body.get();
-    if (dBodyIsEnabled(body)) ode::add_force(body, cut_force_[i], cut_torque_[i]);
+    if (dBodyIsEnabled(body)) ode::add_force(body, cut_.force[i], cut_.torque[i]);
   }
 }
 
-void Solver::make_contacts(Phase phase, Friction friction) {
-  const auto& nodes = cell_.nodes;
+void Solver::make_contacts(Phase phase) {
   for (std::size_t i = 0; i < cell_.touches.size(); ++i) {
     const Touch& touch = cell_.touches[i];
     if (islands_.phase_of(cell_, touch) != phase) continue;
+    const bool link = place_link_of(touch);
     const auto& contact = touch.contact;
-    const bool link = nodes.is_link(contact.b);
-    if (link) {
-      cell_.arms[static_cast<std::size_t>(nodes.robot_of(contact.b))].place_link(
-          nodes.link_of(contact.b), cell_.step_s);
-    }
-    // In a grip nothing slides for long, and the bounds hold for the directions of the prediction.
-    const Eigen::Vector3d slide =
-        phase == Phase::kFixedFriction ? Eigen::Vector3d::Zero() : sliding_direction(touch);
-    const dContact description =
-        ode_contact(touch, friction, link, cell_.fixed.belt_axis_W, cell_.belt_speed_m_s, slide);
+    const dContact description = ode_contact(touch, link, cell_.fixed.belt_axis_W,
+                                             cell_.belt_speed_m_s, sliding_direction(touch));
     dJointID joint = dJointCreateContact(cell_.world.get(), contacts_.get(), &description);
     dJointAttach(joint, cell_.ode_body(contact.a), cell_.ode_body(contact.b));
     dJointSetFeedback(joint, &feedback_[made_.size()]);
     made_.push_back(i);
   }
+}
+
+/// Puts an arm's link that is touched where it is in this step; false when it is something else.
+bool Solver::place_link_of(const Touch& touch) {
+  const auto& nodes = cell_.nodes;
+  const BodyIndex node = touch.contact.b;
+  if (!nodes.is_link(node)) return false;
+  cell_.arms[static_cast<std::size_t>(nodes.robot_of(node))].place_link(nodes.link_of(node),
+                                                                        cell_.step_s);
+  return true;
 }
 
 /// Where free bodies slide on each other or on fixed things, or have just been torn apart.
@@ -271,8 +313,8 @@ void Solver::cut_end() {
     const int solid = on_a ? a : cell_.simplification.root(touch.contact.b);
     const auto i = static_cast<std::size_t>(solid);
     const Eigen::Vector3d f = on_a ? touch.f_W : (-touch.f_W).eval();
-    cut_force_[i] += f;
-    cut_torque_[i] += (touch.contact.p_W - cell_.bodies[i].origin_W()).cross(f);
+    cut_.force[i] += f;
+    cut_.torque[i] += (touch.contact.p_W - cell_.bodies[i].origin_W()).cross(f);
   }
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "world/physics/islands.hpp"
+#include "world/physics/rigid_system.hpp"
 #include "world/physics/surface.hpp"
 
 namespace aprsim::physics {
@@ -24,20 +25,30 @@ class Solver {
   void step();
   [[nodiscard]] const Islands& islands() const { return islands_; }
 
+  /// What bodies at the border of a gripper's island bear from beyond it, found in the last step:
+  /// by body, force and torque about its ODE body's origin.
+  struct CutLoads {
+    std::vector<Eigen::Vector3d> force, torque;
+  };
+  [[nodiscard]] const CutLoads& save() const { return cut_; }
+  void restore(const CutLoads& loads) { cut_ = loads; }
+
  private:
   enum class Method { kDirect, kIterative };
-  void predict();
+  void solve_grips();
+  void solve_grip(int island, RigidSystem::Normals normals);
+  void add_touches(int island);
   void solve_direct();
   void solve_iterative();
   void enable(Phase phase, bool on);
   void enable_only(std::initializer_list<Phase> phases);
   void apply_forces();
-  void make_contacts(Phase phase, Friction friction);
+  void make_contacts(Phase phase);
+  [[nodiscard]] bool place_link_of(const Touch& touch);
   [[nodiscard]] Eigen::Vector3d sliding_direction(const Touch& touch) const;
   void run(Method method);
   void read_forces();
   void drop_contacts();
-  void break_ties();
   void cut_begin();
   void cut_end();
 
@@ -52,13 +63,15 @@ class Solver {
 
   Cell& cell_;
   Islands islands_;
+  RigidSystem system_;
+  std::vector<int> tie_of_pair_;
   ode::JointGroup contacts_;
   std::vector<dJointFeedback> feedback_;
   std::vector<std::size_t> made_;  // touch of each contact joint
   Bodies saved_, before_;
   Grippers saved_grippers_, before_grippers_;
   std::vector<char> border_;  // bodies that are moved from outside in the iterative phase
-  std::vector<Eigen::Vector3d> cut_force_, cut_torque_;
+  CutLoads cut_, cut_before_;
 };
 
 }  // namespace aprsim::physics

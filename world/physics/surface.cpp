@@ -16,9 +16,8 @@ constexpr Softness kArm = {0.45, 4.5e-3};
 
 }  // namespace
 
-dContact ode_contact(const Touch& touch, Friction friction, bool soft,
-                     const Eigen::Vector3d& belt_axis_W, double belt_speed_m_s,
-                     const Eigen::Vector3d& slide_W) {
+dContact ode_contact(const Touch& touch, bool soft, const Eigen::Vector3d& belt_axis_W,
+                     double belt_speed_m_s, const Eigen::Vector3d& slide_W) {
   const auto& contact = touch.contact;
   dContact out = {};
   ode::copy(contact.p_W, out.geom.pos);
@@ -27,15 +26,10 @@ dContact ode_contact(const Touch& touch, Friction friction, bool soft,
 
   auto& surface = out.surface;
   const Softness& softness = soft ? kArm : contact.pair == SurfacePair::kPadGear ? kPad : kHard;
-  surface.mode = dContactSoftERP | dContactSoftCFM;
+  surface.mode = dContactSoftERP | dContactSoftCFM | dContactApprox1;
   surface.soft_erp = softness.erp;
   surface.soft_cfm = softness.cfm;
-  if (friction == Friction::kFixed) {
-    surface.mu = touch.friction * touch.normal_n;
-  } else {
-    surface.mode |= dContactApprox1;
-    surface.mu = touch.friction;
-  }
+  surface.mu = touch.friction;
   if (!slide_W.isZero()) {
     surface.mode |= dContactFDir1;
     ode::copy(slide_W.normalized(), out.fdir1);

@@ -7,16 +7,10 @@
 
 namespace aprsim::physics {
 
-/// How friction of a contact is bounded.
-enum class Friction {
-  kPyramid,  ///< by the normal force as the solver finds it
-  kFixed,    ///< by mu times a normal force that is known already (Touch::normal_n)
-};
-
 /// ODE's description of a touch: friction, softness, the belt's motion. `slide_W` is the direction
 /// across the normal in which friction is to act, zero = any: along its first axis ODE's pyramid is
 /// the true cone.
-[[nodiscard]] dContact ode_contact(const Touch& touch, Friction friction, bool soft,
+[[nodiscard]] dContact ode_contact(const Touch& touch, bool soft,
                                    const Eigen::Vector3d& belt_axis_W, double belt_speed_m_s,
                                    const Eigen::Vector3d& slide_W = Eigen::Vector3d::Zero());
 

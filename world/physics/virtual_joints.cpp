@@ -4,6 +4,8 @@
 #include <numeric>
 #include <tuple>
 
+#include "world/physics/rigid_system.hpp"
+
 namespace aprsim::physics {
 namespace {
 
@@ -17,7 +19,8 @@ bool before(const VirtualJoints::Pair& pair, const std::tuple<int, int>& key) {
 
 VirtualJoints::VirtualJoints(const scene::Physics& physics, std::span<FreeBody> bodies,
                              dWorldID world)
-    : speed_(physics.simplify_speed_m_s),
+    : step_s_(physics.step_s),
+      speed_(physics.simplify_speed_m_s),
       accel_(physics.simplify_accel_m_s2),
       force_(physics.simplify_force_n),
       bodies_(bodies),
@@ -112,6 +115,37 @@ void VirtualJoints::untie(const Pair& pair) {
   dJointAttach(joints_[pair.joint].get(), nullptr, nullptr);
   dJointDisable(joints_[pair.joint].get());
   spare_.push_back(pair.joint);
+}
+
+int VirtualJoints::add_to(RigidSystem& system, const Pair& pair) const {
+  using Eigen::Vector3d;
+  const double k = kErp / step_s_;
+  dBodyID a = ode_body(pair.a), b = ode_body(pair.b);
+  const Eigen::Matrix3d R_a = ode::matrix(dBodyGetRotation(a)),
+                        R_b = ode::matrix(dBodyGetRotation(b));
+  const Eigen::Matrix3d R_a0 = ode::matrix(pair.at_a.R), R_b0 = ode::matrix(pair.at_b.R);
+  const Vector3d apart = ode::vector(dBodyGetPosition(b)) - ode::vector(dBodyGetPosition(a));
+  const Vector3d joined = ode::vector(pair.at_b.p) - ode::vector(pair.at_a.p);
+  const Vector3d off = apart - R_a * (R_a0.transpose() * joined);
+  const Eigen::Matrix3d R_a_wanted = R_b * R_b0.transpose() * R_a0;
+  Vector3d turn = Vector3d::Zero();
+  for (int i = 0; i < 3; ++i) turn += 0.5 * R_a.col(i).cross(R_a_wanted.col(i));
+  int first = -1;
+  for (int i = 0; i < 3; ++i) {
+    const Vector3d axis = Vector3d::Unit(i);
+    const int row = system.add_tie({a, axis, apart.cross(axis)}, {b, -axis, Vector3d::Zero()},
+                                   k * off[i], kCfm);
+    if (i == 0) first = row;
+  }
+  for (int i = 0; i < 3; ++i) {
+    const Vector3d axis = Vector3d::Unit(i);
+    system.add_tie({a, Vector3d::Zero(), axis}, {b, Vector3d::Zero(), -axis}, k * turn[i], kCfm);
+  }
+  return first;
+}
+
+void VirtualJoints::note_force(const Pair& pair, const Eigen::Vector3d& force_on_b) {
+  ode::copy(force_on_b, feedback_[pair.joint]->f2);
 }
 
 VirtualJoints::State VirtualJoints::save() const {

@@ -10,6 +10,8 @@
 
 namespace aprsim::physics {
 
+class RigidSystem;
+
 /// Contact simplification as in IMECE2019-11345, with its criteria and nothing else, so that it can
 /// be compared: a touching pair of free bodies with |v1 - v2| < e1 and |a1 - a2| < e2 gets one
 /// fixed joint and its contacts are switched off (Algorithm 1); the joint goes when the force that
@@ -33,6 +35,12 @@ class VirtualJoints {
   [[nodiscard]] dJointID joint(const Pair& pair) const { return joints_[pair.joint].get(); }
   /// Lowest body of those that a body is joined to, directly or not; -1 = to none.
   [[nodiscard]] int group(int body) const { return group_[static_cast<std::size_t>(body)]; }
+
+  /// Adds a pair's joint to a system that is to be solved; returns its first row, three for the
+  /// force on a, then three for the torque.
+  int add_to(RigidSystem& system, const Pair& pair) const;
+  /// Notes what the joint transmitted when ODE has not solved it.
+  void note_force(const Pair& pair, const Eigen::Vector3d& force_on_b);
 
   struct State {
     std::vector<Pair> pairs;
@@ -60,7 +68,7 @@ class VirtualJoints {
   }
   void find_groups();
 
-  double speed_, accel_, force_;
+  double step_s_, speed_, accel_, force_;
   std::span<FreeBody> bodies_;
   dWorldID world_;
   std::vector<Pair> pairs_;

@@ -16,6 +16,8 @@ namespace {
 const std::vector<double> kOffsets = {-2e-3, -1e-3, -5e-4, 0, 5e-4, 1e-3, 2e-3};
 const std::vector<double> kFewOffsets = {-2e-3, 5e-4};
 const std::vector<double> kYaws = {0, std::numbers::pi / 4};
+const std::vector<double> kTippingYaws = {0, std::numbers::pi / 8, std::numbers::pi / 4,
+                                          std::numbers::pi / 2};
 
 /// The worst of a set of runs.
 struct Worst {
@@ -72,14 +74,15 @@ PickResult run_timed(const PickCase& c) {
   return result;
 }
 
-Worst over_offsets(PickCase c, const std::vector<double>& offsets, Table* each = nullptr) {
+Worst over_offsets(PickCase c, const std::vector<double>& offsets, Table* each = nullptr,
+                   bool timed = false) {
   Worst worst;
   for (const double yaw : kYaws) {
     for (const double across : offsets) {
       for (const double along : offsets) {
         c.yaw = yaw;
         c.off = {across, along};
-        const PickResult r = each ? run_timed(c) : run_pick(c);
+        const PickResult r = timed ? run_timed(c) : run_pick(c);
         worst.add(r);
         if (!each) continue;
         each->row({c.gear, c.mu, yaw, 1e3 * across, 1e3 * along, double(r.picked), double(r.placed),
@@ -101,7 +104,8 @@ void grid(Experiment& experiment) {
   Worst all;
   for (const std::string& gear : gears) {
     for (const double mu : {0.4, 1.0}) {
-      const Worst w = over_offsets({.gear = gear, .mu = mu}, quick ? kFewOffsets : kOffsets, &each);
+      const Worst w =
+          over_offsets({.gear = gear, .mu = mu}, quick ? kFewOffsets : kOffsets, &each, !quick);
       add_row(table, gear, mu, "flat pads", w);
       all.add(w);
     }
@@ -195,8 +199,11 @@ void tipping(Experiment& experiment) {
   Series series{"d70", {}};
   for (const double mu : {0.2, 0.25, 0.3, 0.35, 0.4, 0.6}) {
     Worst w;
-    for (const double along : {-1e-3, 2e-3})
-      w.add(run_pick({.gear = "d50", .mu = mu, .off = {0, along}}));
+    for (const double yaw : experiment.quick() ? std::vector<double>{0} : kTippingYaws) {
+      for (const double along : {-1e-3, 2e-3}) {
+        w.add(run_pick({.gear = "d50", .mu = mu, .off = {0, along}, .yaw = yaw}));
+      }
+    }
     table.row({mu, 1e6 * w.pop_m});
     series.points.emplace_back(mu, 1e6 * w.pop_m);
     if (mu == 0.3) experiment.record("pick.tipping_pop_mu03_m", w.pop_m, "m");

@@ -2,8 +2,10 @@
 // belt, awake (the belt's speed never stops changing) and at rest on the moving belt.
 
 #include <cmath>
+#include <fstream>
 #include <malloc.h>
 #include <stdexcept>
+#include <unistd.h>
 
 #include "tests/benchmarks/support/clock.hpp"
 #include "tests/benchmarks/support/experiment.hpp"
@@ -21,7 +23,8 @@ constexpr double kSpeed = 0.1, kRamp = 0.4;  // [m/s], [m/s2]
 constexpr const char* kTrays[] = {"sku_medium_gear_vessel", "sku_small_gear_vessel"};
 
 struct Timing {
-  double awake_us = 0, swing_us = 0, rest_us = 0, observed_us = 0, heap_bytes = 0;
+  double awake_us = 0, swing_us = 0, rest_us = 0, observed_us = 0, heap_bytes = 0,
+         resident_bytes = 0;
 };
 
 scene::Scene crowded(int trays, const Mode& mode) {
@@ -56,6 +59,14 @@ double heap_in_use() {
   return static_cast<double>(info.uordblks + info.hblkhd);
 }
 
+/// Memory of the process that is in RAM: its second number in statm, in pages.
+double resident() {
+  std::ifstream statm("/proc/self/statm");
+  double total = 0, pages = 0;
+  if (!(statm >> total >> pages)) throw std::runtime_error("/proc/self/statm cannot be read");
+  return pages * static_cast<double>(sysconf(_SC_PAGESIZE));
+}
+
 /// Median time of a step over `steps` in parts of a tenth.
 double time_steps(physics::PhysicsWorld& world, int steps, const auto& belt) {
   std::vector<double> parts;
@@ -73,7 +84,8 @@ double time_steps(physics::PhysicsWorld& world, int steps, const auto& belt) {
 
 Timing measure(const scene::Scene& scene, bool can_rest) {
   Timing out;
-  const double before = heap_in_use();
+  malloc_trim(0);  // what the last world has left must not hide what this one takes
+  const double before = heap_in_use(), resident_before = resident();
   physics::PhysicsWorld world(scene, {}, {});
   const double h = scene.physics.step_s;
   const int trays = static_cast<int>(scene.trays.size());
@@ -106,6 +118,7 @@ Timing measure(const scene::Scene& scene, bool can_rest) {
   });
   if (!std::isfinite(sum)) throw std::runtime_error("a body is nowhere");
   out.heap_bytes = heap_in_use() - before;
+  out.resident_bytes = resident() - resident_before;
   return out;
 }
 
@@ -115,7 +128,7 @@ int run(int argc, char** argv) {
       experiment.quick() ? std::vector<int>{10, 30} : std::vector<int>{10, 30, 100, 300, 1000};
   Table table({"mode", "trays", "just spawned [us/step]", "belt swinging [us/step]",
                "at rest [us/step]", "at rest, all poses read [us/step]", "heap [MB]",
-               "heap a tray [kB]"});
+               "heap a tray [kB]", "RSS [MB]"});
   Plot plot{.title = "Time of a step over the number of trays, four gears each",
             .x = {.label = "trays", .log = true},
             .y = {.label = "us", .log = true}};
@@ -130,7 +143,7 @@ int run(int argc, char** argv) {
           measure(crowded(trays, mode), mode.value != scene::Simplification::kOff);
       table.row({mode.name, static_cast<double>(trays), timing.awake_us, timing.swing_us,
                  timing.rest_us, timing.observed_us, 1e-6 * timing.heap_bytes,
-                 1e-3 * timing.heap_bytes / trays});
+                 1e-3 * timing.heap_bytes / trays, 1e-6 * timing.resident_bytes});
       awake.points.emplace_back(trays, timing.awake_us);
       rest.points.emplace_back(trays, timing.rest_us);
       const std::string count = std::to_string(trays);

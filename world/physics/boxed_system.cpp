@@ -1,0 +1,335 @@
+#include "world/physics/boxed_system.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace aprsim::physics {
+namespace {
+
+constexpr double kSettled = 1e-5;   // change of an x, of the largest, that ends relaxation
+constexpr double kOnBound = 1e-10;  // of the largest x
+constexpr double kStill = 1e-11;    // [m/s] of w that does not count
+constexpr int kChances = 4;         // rounds of exchange without fewer rows to move
+constexpr int kManyAtOnce = 10, kMostRounds = 300;  // rounds; later one row at a time
+
+using Values = Eigen::Map<Eigen::VectorXd>;
+using ConstValues = Eigen::Map<const Eigen::VectorXd>;
+
+}  // namespace
+
+void factorise(double* a, int n, int stride) {
+  for (int j = 0; j < n; ++j) {
+    double* column = a + j * stride;
+    Values tail(column + j, n - j);
+    for (int k = 0; k < j; ++k) {
+      const double* other = a + k * stride;
+      if (other[j] != 0) tail -= other[j] * ConstValues(other + j, n - j);
+    }
+    tail *= 1 / std::sqrt(column[j]);
+  }
+}
+
+void solve_lower(const double* l, int n, int stride, double* x) {
+  for (int j = 0; j < n; ++j) {
+    x[j] /= l[j * stride + j];
+    if (x[j] == 0) continue;
+    Values(x + j + 1, n - j - 1) -= x[j] * ConstValues(l + j * stride + j + 1, n - j - 1);
+  }
+}
+
+void solve_lower_transposed(const double* l, int n, int stride, double* x) {
+  for (int j = n - 1; j >= 0; --j) {
+    const double* column = l + j * stride;
+    const double below =
+        ConstValues(column + j + 1, n - j - 1).dot(ConstValues(x + j + 1, n - j - 1));
+    x[j] = (x[j] - below) / column[j];
+  }
+}
+
+int BoxedSystem::add(const Row& row) {
+  const int i = rows_++;
+  row_[at(i)] = row;
+  std::fill_n(column(i), kCapacity, 0.0);
+  b_[at(i)] = x_[at(i)] = 0;
+  return i;
+}
+
+/// Stops when nothing changes any more.
+void BoxedSystem::relax(int most) {
+  const int n = rows_;
+  std::fill_n(x_.data(), n, 0.0);
+  Values r(w_.data(), n);
+  r = ConstValues(b_.data(), n);
+  double largest = 0;
+  for (int round = 1; round <= most; ++round) {
+    double change = 0;
+    for (int i = 0; i < n; ++i) {
+      const Row& row = row_[at(i)];
+      double lo = row.lo, hi = row.hi;
+      if (row.normal >= 0) {
+        hi = row.mu * x_[at(row.normal)];
+        lo = -hi;
+      }
+      const double x = std::clamp(x_[at(i)] + r[i] / column(i)[i], lo, hi);
+      const double delta = x - x_[at(i)];
+      if (delta == 0) continue;
+      x_[at(i)] = x;
+      r -= delta * ConstValues(column(i), n);
+      change = std::max(change, std::abs(delta));
+      largest = std::max(largest, std::abs(x));
+    }
+    if (change <= kSettled * largest) return;
+  }
+}
+
+/// Bounds of friction from the present normals; returns by how much the farthest one moves.
+double BoxedSystem::fix_friction() {
+  double most = 0;
+  for (int i = 0; i < rows_; ++i) {
+    const Row& row = row_[at(i)];
+    const double before = hi_[at(i)];
+    lo_[at(i)] = row.lo;
+    hi_[at(i)] = row.hi;
+    if (row.normal < 0) continue;
+    hi_[at(i)] = row.mu * std::max(0.0, x_[at(row.normal)]);
+    lo_[at(i)] = -hi_[at(i)];
+    most = std::max(most, std::abs(hi_[at(i)] - before));
+  }
+  return most;
+}
+
+BoxedSystem::Solution BoxedSystem::solution() const { return {x_, lo_, hi_, where_}; }
+
+void BoxedSystem::go_back(const Solution& to) {
+  x_ = to.x;
+  lo_ = to.lo;
+  hi_ = to.hi;
+  where_ = to.where;
+}
+
+void BoxedSystem::solve_together(int most_rounds, int most_corrections, double enough) {
+  relax(most_rounds);
+  fix_friction();
+  solve();
+  Solution best = solution();
+  double off = fix_friction();
+  for (int i = 0; i < most_corrections && off > enough; ++i) {
+    if (!solve_again()) break;
+    const Solution next = solution();
+    const double next_off = fix_friction();
+    if (next_off >= off) break;
+    best = next;
+    off = next_off;
+  }
+  go_back(best);
+}
+
+void BoxedSystem::solve_one_after_the_other() {
+  for (int i = 0; i < rows_; ++i) {
+    const Row& row = row_[at(i)];
+    lo_[at(i)] = row.lo;
+    hi_[at(i)] = row.hi;
+    if (row.normal >= 0) lo_[at(i)] = hi_[at(i)] = 0;
+  }
+  solve();
+  fix_friction();
+  solve();
+}
+
+/// z: of free rows, where A z = b with the others where they are; of the others, where they are.
+void BoxedSystem::solve_free() {
+  const int n = rows_;
+  std::array<double, kCapacity> y;
+  Values rest(y.data(), n);
+  rest = ConstValues(b_.data(), n);
+  int count = 0;
+  for (int i = 0; i < n; ++i) {
+    z_[at(i)] = x_[at(i)];
+    if (where_[at(i)] == Where::kFree) {
+      free_[at(count++)] = i;
+    } else if (x_[at(i)] != 0) {
+      rest -= x_[at(i)] * ConstValues(column(i), n);
+    }
+  }
+  for (int k = 0; k < count; ++k) {
+    const double* from = column(free_[at(k)]);
+    double* to = factor_.data() + at(k) * kCapacity;
+    for (int m = k; m < count; ++m) to[m] = from[free_[at(m)]];
+  }
+  for (int k = 0; k < count; ++k) y[at(k)] = rest[free_[at(k)]];
+  factorise(factor_.data(), count, kCapacity);
+  solve_lower(factor_.data(), count, kCapacity, y.data());
+  solve_lower_transposed(factor_.data(), count, kCapacity, y.data());
+  for (int k = 0; k < count; ++k) z_[at(free_[at(k)])] = y[at(k)];
+}
+
+/// w = A x - b.
+void BoxedSystem::find_w(const double* x, double* w) const {
+  Values out(w, rows_);
+  out = -ConstValues(b_.data(), rows_);
+  for (int i = 0; i < rows_; ++i) {
+    if (x[i] != 0) out += x[i] * ConstValues(column(i), rows_);
+  }
+}
+
+double BoxedSystem::slack() const {
+  return kOnBound * ConstValues(x_.data(), rows_).cwiseAbs().maxCoeff();
+}
+
+/// Goes from x to z as far as the bounds of free rows allow: at best to the point of the box that
+/// is nearest to z, if that is downhill, or else straight until the first row meets its bound.
+/// True when it got to z.
+bool BoxedSystem::advance() {
+  const double slack = this->slack();
+  bool inside = true;
+  for (int i = 0; i < rows_; ++i) {
+    y_[at(i)] = std::clamp(z_[at(i)], lo_[at(i)], hi_[at(i)]);
+    inside = inside && std::abs(y_[at(i)] - z_[at(i)]) <= slack;
+  }
+  if (inside) {
+    x_ = z_;
+    find_w(x_.data(), w_.data());
+    return true;
+  }
+  const int n = rows_;
+  find_w(y_.data(), w_next_.data());
+  const Values x(x_.data(), n), y(y_.data(), n), w(w_.data(), n), w_next(w_next_.data(), n);
+  double step = 1;
+  if ((y - x).dot(w + w_next) >= 0) {
+    for (int i = 0; i < n; ++i) {
+      const double way = z_[at(i)] - x_[at(i)];
+      if (way == 0 || y_[at(i)] == z_[at(i)]) continue;
+      step = std::min(step, std::max(0.0, (y_[at(i)] - x_[at(i)]) / way));
+    }
+    for (int i = 0; i < n; ++i) {
+      const double to = x_[at(i)] + step * (z_[at(i)] - x_[at(i)]);
+      y_[at(i)] = std::clamp(to, lo_[at(i)], hi_[at(i)]);
+    }
+    find_w(y_.data(), w_next_.data());
+  }
+  for (int i = 0; i < n; ++i) {
+    if (where_[at(i)] != Where::kFree) continue;
+    // The row that ends a straight way is at its bound, whatever rounding says.
+    const double way = z_[at(i)] - x_[at(i)], bound = way < 0 ? lo_[at(i)] : hi_[at(i)];
+    const bool ends = step < 1 && way != 0 && (bound - x_[at(i)]) / way <= step;
+    if (ends) y_[at(i)] = bound;
+    if (ends || y_[at(i)] != z_[at(i)]) settle(i, y_[at(i)]);
+  }
+  x_ = y_;
+  w_ = w_next_;
+  return false;
+}
+
+void BoxedSystem::settle(int i, double x) {
+  Where& where = where_[at(i)];
+  if (lo_[at(i)] == hi_[at(i)]) {
+    where = Where::kNever;
+  } else if (x <= lo_[at(i)]) {
+    where = Where::kLow;
+  } else {
+    where = x >= hi_[at(i)] ? Where::kHigh : Where::kFree;
+  }
+}
+
+/// Frees rows that want to leave their bounds: all, or the one that wants most. False: none does.
+bool BoxedSystem::release(bool all) {
+  double most = kStill;
+  int worst = -1;
+  for (int i = 0; i < rows_; ++i) {
+    Where& where = where_[at(i)];
+    if (where == Where::kFree || where == Where::kNever) continue;
+    const double wish = where == Where::kLow ? -w_[at(i)] : w_[at(i)];
+    if (wish <= kStill) continue;
+    if (all) where = Where::kFree;
+    if (wish > most) {
+      most = wish;
+      worst = i;
+    }
+  }
+  if (worst >= 0) where_[at(worst)] = Where::kFree;
+  return worst >= 0;
+}
+
+/// Block principal pivoting: moves all rows at once that are not where they belong. Quick, but it
+/// may go round in circles; then x is as before.
+bool BoxedSystem::exchange() {
+  y_ = x_;
+  int fewest = rows_ + 1, chances = kChances;
+  while (true) {
+    for (int i = 0; i < rows_; ++i) {
+      if (where_[at(i)] == Where::kLow || where_[at(i)] == Where::kNever) x_[at(i)] = lo_[at(i)];
+      if (where_[at(i)] == Where::kHigh) x_[at(i)] = hi_[at(i)];
+    }
+    solve_free();
+    x_ = z_;
+    find_w(x_.data(), w_.data());
+    const int moved = move_misplaced();
+    if (moved == 0) return true;
+    if (moved < fewest) {
+      fewest = moved;
+      chances = kChances;
+    } else if (--chances == 0) {
+      x_ = y_;
+      return false;
+    }
+  }
+}
+
+int BoxedSystem::move_misplaced() {
+  const double slack = this->slack();
+  int moved = 0;
+  for (int i = 0; i < rows_; ++i) {
+    Where& where = where_[at(i)];
+    Where to = where;
+    if (where == Where::kFree) {
+      if (x_[at(i)] < lo_[at(i)] - slack) to = Where::kLow;
+      if (x_[at(i)] > hi_[at(i)] + slack) to = Where::kHigh;
+    } else if ((where == Where::kLow && w_[at(i)] < -kStill) ||
+               (where == Where::kHigh && w_[at(i)] > kStill)) {
+      to = Where::kFree;
+    }
+    moved += to != where;
+    where = to;
+  }
+  return moved;
+}
+
+void BoxedSystem::settle_all() {
+  for (int i = 0; i < rows_; ++i) {
+    x_[at(i)] = std::clamp(x_[at(i)], lo_[at(i)], hi_[at(i)]);
+    settle(i, x_[at(i)]);
+  }
+}
+
+/// Exactly for the present bounds, from the present x.
+bool BoxedSystem::solve() {
+  settle_all();
+  return exchange() || descend();
+}
+
+/// The same from the present places of all rows, after their bounds have moved a little; false when
+/// it is not as easy as that.
+bool BoxedSystem::solve_again() {
+  for (int i = 0; i < rows_; ++i) {
+    Where& where = where_[at(i)];
+    if (lo_[at(i)] == hi_[at(i)]) {
+      where = Where::kNever;
+    } else if (where == Where::kNever) {
+      where = Where::kFree;
+    }
+  }
+  return exchange();
+}
+
+/// Active sets, always downhill on x A x / 2 - b x, so it comes to an end.
+bool BoxedSystem::descend() {
+  settle_all();
+  find_w(x_.data(), w_.data());
+  for (int round = 0; round < kMostRounds; ++round) {
+    solve_free();
+    if (advance() && !release(round < kManyAtOnce)) return true;
+  }
+  return false;
+}
+
+}  // namespace aprsim::physics
