@@ -127,6 +127,9 @@ struct ConveyorScaling {
 /// What is wrong with a scaling, in one sentence; nothing when it is usable.
 [[nodiscard]] std::optional<std::string> check(const ConveyorScaling& scaling);
 
+/// Value of one count in the register's unit; 0 when counts are plain numbers.
+[[nodiscard]] double resolution(Scaling scaling, const ConveyorScaling& conveyor);
+
 /// The table as text for a terminal, with the scaling of this installation.
 [[nodiscard]] std::string register_map_text(const ConveyorScaling& scaling = {});
 

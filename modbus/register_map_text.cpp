@@ -40,25 +40,6 @@ std::string_view name_of(Encoding encoding) {
   return {};
 }
 
-/// Value of one count in the register's unit; 0 when counts are plain numbers.
-double resolution(Scaling scaling, const ConveyorScaling& conveyor) {
-  switch (scaling) {
-    case Scaling::kNone:
-      return 0;
-    case Scaling::kSpeed:
-      return conveyor.m_s_per_count();
-    case Scaling::kPosition:
-      return kMetresPerPositionCount;
-    case Scaling::kMilliseconds:
-    case Scaling::kMillimetres:
-    case Scaling::kMilliamperes:
-      return 1e-3;
-    case Scaling::kDecagrams:
-      return 1e-2;
-  }
-  return 0;
-}
-
 std::string number(double value) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.6g", value);
@@ -106,6 +87,24 @@ std::string row(const RegisterInfo& info, const ConveyorScaling& scaling) {
 }
 
 }  // namespace
+
+double resolution(Scaling scaling, const ConveyorScaling& conveyor) {
+  switch (scaling) {
+    case Scaling::kNone:
+      return 0;
+    case Scaling::kSpeed:
+      return conveyor.m_s_per_count();
+    case Scaling::kPosition:
+      return kMetresPerPositionCount;
+    case Scaling::kMilliseconds:
+    case Scaling::kMillimetres:
+    case Scaling::kMilliamperes:
+      return 1e-3;
+    case Scaling::kDecagrams:
+      return 1e-2;
+  }
+  return 0;
+}
 
 std::string register_map_text(const ConveyorScaling& scaling) {
   const std::string first = hex(kFirstAddress), last = hex(kFirstAddress + kAddressCount - 1U);

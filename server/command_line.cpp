@@ -35,7 +35,7 @@ bool split(const std::string& assignment, Overrides& overrides) {
 std::optional<Invocation> parse_command_line(int argc, char** argv, int& exit_code) {
   CLI::App app{
       "aprsimd: a stand-in for the APRS kitting cell. Serves CRCL for each robot, Modbus/TCP for "
-      "the conveyor and gRPC for telemetry and control.",
+      "the conveyor, gRPC for telemetry and control, and a web page that shows it all.",
       "aprsimd"};
   std::string config_file, scene, speed, seed;
   std::vector<std::string> assignments;
@@ -85,6 +85,7 @@ std::optional<Invocation> parse_command_line(int argc, char** argv, int& exit_co
     return std::nullopt;
   }
   invocation.config = std::move(*config);
+  if (no_web) invocation.config.web.enabled = false;
   if (any_port) use_free_ports(invocation.config);
   return invocation;
 }

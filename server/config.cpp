@@ -97,9 +97,28 @@ void read(const yaml::Node& node, VisionConfig& vision) {
   vision.repeat_s = map["repeat_s"].number_or(vision.repeat_s, yaml::between(0.01, 0.5));
 }
 
+void read(const yaml::Node& node, WebConfig& web) {
+  if (!node) return;
+  const auto map = node.map({"enabled", "address", "port", "max_connections", "max_viewers",
+                             "max_rate_hz", "control", "token", "hosts"});
+  web.enabled = map["enabled"].boolean_or(web.enabled);
+  web.address = map["address"].text_or(web.address);
+  web.port = port_or(map["port"], web.port);
+  web.max_connections = connections_or(map["max_connections"], web.max_connections);
+  web.max_viewers = connections_or(map["max_viewers"], web.max_viewers);
+  web.max_rate_hz = map["max_rate_hz"].number_or(web.max_rate_hz, yaml::between(1, 60));
+  web.control = map["control"].boolean_or(web.control);
+  if (const auto token = map["token"]) {
+    web.token = token.text();
+    // Guessing is limited to two attempts a second.
+    if (web.token.size() < 8) token.error("a shorter text", "at least 8 characters");
+  }
+  for (const auto& host : map["hosts"].items()) web.hosts.push_back(host.text());
+}
+
 void read(const yaml::Node& root, Config& config) {
   const auto map =
-      root.map({"scene", "seed", "speed", "log_level", "crcl", "modbus", "grpc", "vision"});
+      root.map({"scene", "seed", "speed", "log_level", "crcl", "modbus", "grpc", "vision", "web"});
   config.scene = map["scene"].text_or(config.scene);
   if (const auto seed = map["seed"]) config.seed = static_cast<std::uint64_t>(seed.integer());
   read(map["speed"], config.speed);
@@ -111,6 +130,7 @@ void read(const yaml::Node& root, Config& config) {
   read(map["modbus"], config.modbus);
   read(map["grpc"], config.grpc);
   read(map["vision"], config.vision);
+  read(map["web"], config.web);
 }
 
 }  // namespace
@@ -136,6 +156,7 @@ void use_free_ports(Config& config) {
   for (auto& [robot, port] : config.vision.ports) port = 0;
   config.modbus.port = 0;
   config.grpc.port = 0;
+  config.web.port = 0;
 }
 
 namespace {
@@ -157,6 +178,27 @@ std::string to_yaml(const VisionConfig& vision) {
       "  repeat_s: {}\n",
       scalar(vision.address), ports_text(vision.ports), vision.max_connections, vision.empty_slots,
       vision.repeat_s);
+}
+
+/// As a double-quoted scalar.
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    out += c;
+  }
+  return out + '"';
+}
+
+std::string to_yaml(const WebConfig& web) {
+  std::vector<std::string> hosts;
+  for (const std::string& host : web.hosts) hosts.push_back(quoted(host));
+  return fmt::format(
+      "web:\n  enabled: {}\n  address: {}\n  port: {}\n  max_connections: {}\n  max_viewers: {}\n"
+      "  max_rate_hz: {}\n  control: {}\n{}  hosts: [{}]\n",
+      web.enabled, web.address, web.port, web.max_connections, web.max_viewers, web.max_rate_hz,
+      web.control, web.token.empty() ? "" : "  token: " + quoted(web.token) + "\n",
+      fmt::join(hosts, ", "));
 }
 
 }  // namespace
@@ -186,7 +228,7 @@ std::string to_yaml(const Config& config) {
              config.modbus.forward_is_one, config.modbus.full_scale_m_s,
              restrictions(config.modbus), scalar(config.grpc.address), config.grpc.port,
              config.grpc.max_connections) +
-         to_yaml(config.vision);
+         to_yaml(config.vision) + to_yaml(config.web);
 }
 
 }  // namespace aprsim::server

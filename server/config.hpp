@@ -52,6 +52,19 @@ struct VisionConfig {
       0.25;  ///< wall time after which a frame without successor is sent again; <= 0.5
 };
 
+/// The web page. Its files belong to the installation.
+struct WebConfig {
+  bool enabled = true;  ///< --no-web turns it off
+  std::string address = "127.0.0.1";
+  std::uint16_t port = 8080;
+  std::uint32_t max_connections = 32;
+  std::uint32_t max_viewers = 24;  ///< pages that show the cell at once
+  double max_rate_hz = 60;         ///< of the cell's states sent to a page
+  bool control = true;             ///< false: pages may only look
+  std::string token;               ///< not empty: a page needs it to command
+  std::vector<std::string> hosts;  ///< names of this machine in addresses, besides localhost
+};
+
 struct Config {
   std::string scene = "aprs";
   std::optional<std::uint64_t> seed;  ///< instead of the scene's
@@ -61,6 +74,7 @@ struct Config {
   ModbusConfig modbus;
   GrpcConfig grpc;
   VisionConfig vision;
+  WebConfig web;
 };
 
 /// Reads `file` (none when empty) and then `overrides` (dotted key, YAML value). An unknown key or

@@ -11,6 +11,9 @@
 #include "protocols/modbus/modbus_server.hpp"
 #include "protocols/telemetry/telemetry_server.hpp"
 #include "protocols/vision/vision_server.hpp"
+#include "protocols/web/web_server.hpp"
+#include "server/process.hpp"
+#include "server/version.hpp"
 #include "world/simulation.hpp"
 
 namespace aprsim::server {
@@ -19,6 +22,7 @@ namespace {
 // Endpoints as they stand in the journal of commands; robots count up from the first.
 constexpr api::EndpointId kModbusEndpoint = 1;
 constexpr api::EndpointId kGrpcEndpoint = 2;
+constexpr api::EndpointId kWebEndpoint = 3;
 constexpr api::EndpointId kFirstCrclEndpoint = 16;
 
 world::SimulationOptions simulation_options(const Config& config, const scene::Scene& scene) {
@@ -43,8 +47,9 @@ crcl::Units units_of(const CrclRobotConfig& config) {
 }
 
 protocols::CrclServerOptions crcl_options(const CrclConfig& config, const std::string& robot,
-                                          int index) {
+                                          int index, protocols::WireTap& tap) {
   protocols::CrclServerOptions options;
+  options.tap = &tap;
   options.bind_address = config.address;
   const auto port = config.ports.find(robot);
   options.port = port == config.ports.end() ? 0 : port->second;
@@ -61,8 +66,9 @@ protocols::CrclServerOptions crcl_options(const CrclConfig& config, const std::s
   return options;
 }
 
-protocols::ModbusServerOptions modbus_options(const ModbusConfig& config) {
+protocols::ModbusServerOptions modbus_options(const ModbusConfig& config, protocols::WireTap& tap) {
   protocols::ModbusServerOptions options;
+  options.tap = &tap;
   options.bind_address = config.address;
   options.port = config.port;
   options.max_connections = config.max_connections;
@@ -77,6 +83,58 @@ protocols::ModbusServerOptions modbus_options(const ModbusConfig& config) {
   options.idle_timeout = std::chrono::milliseconds(config.idle_timeout_ms);
   options.watchdog = std::chrono::milliseconds(config.watchdog_ms);
   options.endpoint = kModbusEndpoint;
+  return options;
+}
+
+protocols::RobotLooks looks_of(const scene::Robot& robot) {
+  const scene::Gripper& gripper = robot.gripper;
+  return {.pad_height_m = gripper.pad_height_m,
+          .pad_width_m = gripper.pad_width_m,
+          .pad_depth_m = gripper.pad_depth_m,
+          .v_half_angle_rad = gripper.pad == scene::PadShape::kV ? gripper.v_half_angle_rad : 0,
+          .palm_size = gripper.palm_size,
+          .camera_V = robot.vision.camera_V,
+          .area_min = robot.vision.area_min,
+          .area_max = robot.vision.area_max};
+}
+
+/// What the page draws besides the cell's description.
+protocols::CellLooks looks_of(const scene::Scene& scene) {
+  protocols::CellLooks looks;
+  for (const auto& box : scene.fixed) looks.fixed.push_back({box.name, box.size, box.X_WS});
+  for (const auto& robot : scene.robots) looks.robots.push_back(looks_of(robot));
+  for (const auto& [name, gear] : scene.gear_types) {
+    looks.gears.push_back({name, gear.hub_top_radius_m, gear.hub_bottom_radius_m, gear.hub_height_m,
+                           gear.teeth_outer_radius_m});
+  }
+  for (const auto& [name, tray] : scene.tray_types) {
+    auto& out = looks.trays.emplace_back();
+    out.type = name;
+    for (const auto& slot : tray.slots) {
+      out.pockets.push_back(
+          {slot.pocket.top_radius_m, slot.pocket.floor_radius_m, slot.pocket.depth_m});
+    }
+  }
+  return looks;
+}
+
+protocols::WebServerOptions web_options(const Config& config, const scene::Scene& scene) {
+  protocols::WebServerOptions options;
+  options.bind_address = config.web.address;
+  options.port = config.web.port;
+  options.max_connections = config.web.max_connections;
+  options.max_viewers = config.web.max_viewers;
+  options.max_rate_hz = config.web.max_rate_hz;
+  options.control = config.web.control;
+  options.token = config.web.token;
+  options.hosts = config.web.hosts;
+  options.assets = web_directory();
+  for (const auto& robot : scene.robots) options.models.emplace_back(robot.name, robot.model_file);
+  options.looks = looks_of(scene);
+  options.version = kVersion;
+  options.scaling = {.full_scale_m_s = config.modbus.full_scale_m_s,
+                     .one_is_forward = config.modbus.forward_is_one};
+  options.endpoint = kWebEndpoint;
   return options;
 }
 
@@ -109,17 +167,19 @@ class Daemon::Impl {
  public:
   Impl(const Config& config, std::shared_ptr<const scene::Scene> scene)
       : simulation_(scene, simulation_options(config, *scene)),
-        modbus_(modbus_options(config.modbus), simulation_, simulation_),
+        modbus_(modbus_options(config.modbus, modbus_tap_), simulation_, simulation_),
         telemetry_(telemetry_options(config.grpc), simulation_, simulation_) {
     for (std::size_t i = 0; i < scene->robots.size(); ++i) {
       const std::string& name = scene->robots[i].name;
       const int index = static_cast<int>(i);
-      robots_.push_back({name,
-                         std::make_unique<protocols::CrclServer>(
-                             crcl_options(config.crcl, name, index), simulation_, simulation_),
-                         std::make_unique<protocols::VisionServer>(
-                             vision_options(config.vision, name, index), simulation_)});
+      robots_.push_back(
+          {name,
+           std::make_unique<protocols::CrclServer>(
+               crcl_options(config.crcl, name, index, crcl_tap_), simulation_, simulation_),
+           std::make_unique<protocols::VisionServer>(vision_options(config.vision, name, index),
+                                                     simulation_)});
     }
+    if (config.web.enabled) make_web(config, *scene);
   }
 
   Result<Ports> start() {
@@ -138,11 +198,18 @@ class Daemon::Impl {
     auto grpc = telemetry_.start();
     if (!grpc) return tl::unexpected(grpc.error());
     ports["grpc"] = *grpc;
+    ports_ = ports;
+    if (web_) {
+      auto web = web_->start();
+      if (!web) return tl::unexpected(web.error());
+      ports["web"] = *web;
+    }
     simulation_.start();
     return ports;
   }
 
   void stop() {
+    if (web_) web_->stop();
     for (auto& [name, crcl, vision] : robots_) {
       crcl->stop();
       vision->stop();
@@ -153,16 +220,42 @@ class Daemon::Impl {
   }
 
  private:
+  void make_web(const Config& config, const scene::Scene& scene) {
+    auto options = web_options(config, scene);
+    options.crcl_tap = &crcl_tap_;
+    options.modbus_tap = &modbus_tap_;
+    options.listeners = [this] { return listeners(); };
+    web_ = std::make_unique<protocols::WebServer>(std::move(options), simulation_, simulation_);
+  }
+
+  /// Thread: the web server's; the ports stand before it starts.
+  [[nodiscard]] std::vector<protocols::ListenerCount> listeners() const {
+    std::vector<protocols::ListenerCount> all;
+    const auto add = [&](const std::string& name, std::uint64_t open) {
+      const auto port = ports_.find(name);
+      all.push_back({name, port == ports_.end() ? std::uint16_t{0} : port->second, open});
+    };
+    for (const auto& [name, crcl, vision] : robots_) {
+      add("crcl." + name, crcl->stats().open);
+      add("vision." + name, vision->stats().open);
+    }
+    add("modbus", modbus_.stats().open);
+    return all;
+  }
+
   struct Robot {
     std::string name;
     std::unique_ptr<protocols::CrclServer> crcl;
     std::unique_ptr<protocols::VisionServer> vision;
   };
 
+  protocols::WireTap crcl_tap_, modbus_tap_;
   world::Simulation simulation_;
   std::vector<Robot> robots_;
   protocols::ModbusServer modbus_;
   protocols::TelemetryServer telemetry_;
+  Ports ports_;  // of the other listeners, for the page
+  std::unique_ptr<protocols::WebServer> web_;
 };
 
 Daemon::Daemon(const Config& config, std::shared_ptr<const scene::Scene> scene)
@@ -174,7 +267,8 @@ void Daemon::stop() { impl_->stop(); }
 std::uint64_t needed_files(const Config& config, std::size_t robots) {
   const std::uint64_t connections =
       (config.crcl.max_connections + config.vision.max_connections) * robots +
-      config.modbus.max_connections + config.grpc.max_connections;
+      config.modbus.max_connections + config.grpc.max_connections +
+      (config.web.enabled ? config.web.max_connections : 0);
   // Twice what the listeners may take: running out of descriptors must never come from clients.
   return 2 * connections + 64;
 }

@@ -21,8 +21,15 @@ int refuse(const std::string& message) {
   return EXIT_FAILURE;
 }
 
-void announce(const Ports& ports) {
+void announce(const Ports& ports, const std::string& address) {
   for (const auto& [name, port] : ports) spdlog::info("listening: {} on port {}", name, port);
+  if (const auto web = ports.find("web"); web != ports.end()) {
+    const bool any = address == "0.0.0.0" || address == "::";
+    const std::string host = any                                      ? "localhost"
+                             : address.find(':') != std::string::npos ? "[" + address + "]"
+                                                                      : address;
+    spdlog::info("see it: http://{}:{}/", host, web->second);
+  }
 }
 
 int serve(const Invocation& invocation, std::shared_ptr<const scene::Scene> scene) {
@@ -39,7 +46,7 @@ int serve(const Invocation& invocation, std::shared_ptr<const scene::Scene> scen
     stop_logging();
     return refuse(ports.error().message);
   }
-  announce(*ports);
+  announce(*ports, invocation.config.web.address);
   if (!invocation.ports_file.empty()) {
     if (auto ok = write_ports_file(invocation.ports_file, *ports); !ok) {
       stop_logging();

@@ -1,5 +1,6 @@
 #include "server/process.hpp"
 
+#include <filesystem>
 #include <pthread.h>
 #include <string>
 #include <sys/resource.h>
@@ -26,6 +27,12 @@ Result<void> raise_file_limit(std::uint64_t needed) {
               "at most " + std::to_string(limit.rlim_cur) +
                   " files may be open, the connection limits need " + std::to_string(needed) +
                   "; raise the limit (ulimit -Hn) or lower max_connections");
+}
+
+std::string web_directory() {
+  std::error_code unknown;
+  const auto binary = std::filesystem::read_symlink("/proc/self/exe", unknown);
+  return (binary.parent_path().parent_path() / "share" / "aprsim" / "web").string();
 }
 
 void block_signals() {

@@ -134,23 +134,39 @@ void CrclConnection::process() {
 }
 
 void CrclConnection::handle(const std::string& document) {
-  if (document == asked_) return answer_status();
+  // Who watches sees every document, so it is read anew.
+  if (document == asked_ && !tapped()) return answer_status();
+  if (tapped()) received_ = std::chrono::steady_clock::now();
   if (options_.strict) {
-    if (const auto fault = crcl::schema_fault(document)) return fail_document(*fault);
+    if (const auto fault = crcl::schema_fault(document)) {
+      tap(*fault, document);
+      return fail_document(*fault);
+    }
   }
   return framer_.last_root() == 0 ? handle_command(document) : handle_program(document);
 }
 
 void CrclConnection::handle_program(const std::string& document) {
   crcl::Result<crcl::Program> program = crcl::decode_program(document, options_.max_program_bytes);
-  if (!program) return handle_undecodable(program.error());
+  if (!program) {
+    tap(program.error(), document);
+    return handle_undecodable(program.error());
+  }
+  if (tapped()) tap(true, "CRCLProgramType", 0, "", document);
   link_.execute(std::move(*program), settings_, peer_);
 }
 
 void CrclConnection::handle_command(const std::string& document) {
   const crcl::Result<crcl::CommandInstance> instance =
       crcl::decode_command(document, options_.max_message_bytes);
-  if (!instance) return handle_undecodable(instance.error());
+  if (!instance) {
+    tap(instance.error(), document);
+    return handle_undecodable(instance.error());
+  }
+  if (tapped()) {
+    tap(true, std::string(crcl::type_name(instance->command.body)), instance->command.id, "",
+        document);
+  }
   if (std::holds_alternative<crcl::GetStatus>(instance->command.body)) {
     asked_ = document;
     return answer_status();
@@ -174,9 +190,34 @@ void CrclConnection::fail_document(const crcl::Error& error) {
 }
 
 void CrclConnection::answer_status() {
-  output_ += crcl::encode_status(link_.status(*settings_));
+  const crcl::Status status = link_.status(*settings_);
+  const std::string document = crcl::encode_status(status);
+  if (tapped()) {
+    tap(false, "CRCLStatusType", status.command.command_id,
+        std::string(crcl::name_of(status.command.state)), document);
+  }
+  output_ += document;
   ++counters_.statuses;
   if (!blocked_) flush();
+}
+
+void CrclConnection::tap(const crcl::Error& error, const std::string& document) {
+  if (!tapped()) return;
+  tap(true, error.command_type, error.command_id.value_or(0), error.message(), document);
+}
+
+void CrclConnection::tap(bool from_client, std::string type, std::int64_t id, std::string state,
+                         const std::string& document) {
+  const std::chrono::duration<double> since = std::chrono::steady_clock::now() - received_;
+  options_.tap->note({.source = link_.name(),
+                      .peer = peer_,
+                      .from_client = from_client,
+                      .time = std::chrono::system_clock::now(),
+                      .type = std::move(type),
+                      .id = id,
+                      .state = std::move(state),
+                      .latency_s = from_client ? 0 : since.count(),
+                      .data = document});
 }
 
 // Sends at once what the peer takes, which is nearly always all, and waits with the rest.

@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 
 #include "crcl/units.hpp"
+#include "protocols/wire_tap.hpp"
 #include "world/api/error.hpp"
 #include "world/api/ports.hpp"
 
@@ -44,6 +45,7 @@ struct CrclServerOptions {
   /// stop() lets statuses under way go out for at most so long.
   std::chrono::milliseconds drain_deadline{500};
   api::EndpointId endpoint = 0;  ///< stamped on every command
+  WireTap* tap = nullptr;        ///< sees the documents while watched; outlives the server
 };
 
 struct CrclServerStats {

@@ -160,6 +160,7 @@ bool Connection::take_request() {
   if (context_.options.idle_timeout.count() > 0) {
     idle_due_ = Clock::now() + context_.options.idle_timeout;
   }
+  tap(true, gated.adu);
   if (rate_.admit(Clock::now())) {
     handle(gated);
   } else {
@@ -173,6 +174,7 @@ void Connection::handle(const modbus::Gated& gated) {
     refuse(gated.adu, gated.exception);
   } else if (gated.verdict == Verdict::kIdentification) {
     const auto reply = modbus::identification_reply(gated.adu, gated.identification);
+    tap(false, reply);
     out_.insert(out_.end(), reply.begin(), reply.end());
   } else {
     execute(gated);
@@ -223,13 +225,29 @@ void Connection::answer(std::span<const std::uint8_t> adu) {
     refuse(adu, modbus::ExceptionCode::kServerDeviceFailure);
     return;
   }
+  tap(false, reply);
   out_.insert(out_.end(), reply.begin(), reply.end());
 }
 
 void Connection::refuse(std::span<const std::uint8_t> adu, modbus::ExceptionCode code) {
   ++context_.counters.exceptions;
   const modbus::ExceptionReply reply = modbus::exception_reply(adu, code);
+  tap(false, reply.bytes);
   out_.insert(out_.end(), reply.bytes.begin(), reply.bytes.end());
+}
+
+void Connection::tap(bool from_client, std::span<const std::uint8_t> adu) {
+  WireTap* const tap = context_.options.tap;
+  if (!tap || !tap->watched()) return;
+  if (from_client) taken_ = Clock::now();
+  const std::chrono::duration<double> since = Clock::now() - taken_;
+  tap->note({.source = "modbus",
+             .peer = peer_,
+             .from_client = from_client,
+             .time = std::chrono::system_clock::now(),
+             .id = adu.size() < 2 ? 0 : adu[0] * 256 + adu[1],
+             .latency_s = from_client ? 0 : since.count(),
+             .data = std::string(adu.begin(), adu.end())});
 }
 
 void Connection::send() {

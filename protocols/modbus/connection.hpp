@@ -79,6 +79,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void execute(const modbus::Gated& gated);
   void answer(std::span<const std::uint8_t> adu);
   void refuse(std::span<const std::uint8_t> adu, modbus::ExceptionCode code);
+  /// Shows one message, a whole one, to whoever watches.
+  void tap(bool from_client, std::span<const std::uint8_t> adu);
   void send();
   void on_sent(const boost::system::error_code& error);
   [[nodiscard]] bool may_take_request() const;
@@ -96,6 +98,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   std::size_t in_size_ = 0, in_taken_ = 0;
   std::vector<std::uint8_t> out_, sending_;
   std::optional<WaitingWrite> waiting_;
+  Clock::time_point taken_{};  // when the request at hand was, while tapped
   bool reading_ = false, scheduled_ = false, incomplete_ = true;
   bool ended_ = false, draining_ = false, closed_ = false;
   std::string_view broken_;  // why the stream cannot be followed; empty while it can

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "modbus/register_map.hpp"
+#include "protocols/wire_tap.hpp"
 #include "world/api/error.hpp"
 #include "world/api/ports.hpp"
 
@@ -43,6 +44,7 @@ struct ModbusServerOptions {
   std::size_t max_output_bytes = 64 * 1024;
   modbus::ConveyorScaling scaling;
   api::EndpointId endpoint = 0;  ///< stamped on every command
+  WireTap* tap = nullptr;        ///< sees the messages while watched; outlives the server
 };
 
 /// Whether a text may stand in ModbusServerOptions::allow.

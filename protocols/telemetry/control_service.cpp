@@ -6,13 +6,13 @@
 
 #include <fmt/format.h>
 
+#include "protocols/telemetry/control_request.hpp"
 #include "protocols/telemetry/messages.hpp"
 #include "protocols/telemetry/rpc_status.hpp"
 
 namespace aprsim::protocols {
 namespace {
 
-constexpr std::uint64_t kMaxSteps = 10'000'000;
 constexpr auto kLongestWait = std::chrono::hours(1);
 
 void write_receipt(const api::Snapshot& snapshot, api::Ticket ticket, v1::Receipt& receipt) {
@@ -20,80 +20,6 @@ void write_receipt(const api::Snapshot& snapshot, api::Ticket ticket, v1::Receip
   receipt.set_epoch(snapshot.epoch);
   receipt.set_step(snapshot.step);
   write_message(snapshot.time, *receipt.mutable_sim_time());
-}
-
-Result<api::SetSpeed> parse(const v1::SetSpeedRequest& request) {
-  switch (request.speed_case()) {
-    case v1::SetSpeedRequest::kFactor:
-      if (!std::isfinite(request.factor()) || request.factor() <= 0) {
-        return fail(ErrorCode::kInvalidArgument, "factor",
-                    fmt::format("{} is not a finite number above 0", request.factor()));
-      }
-      return api::SetSpeed{request.factor()};
-    case v1::SetSpeedRequest::kMaximum:
-      if (!request.maximum()) {
-        return fail(ErrorCode::kInvalidArgument, "maximum",
-                    "only true is valid; set factor for any other speed");
-      }
-      return api::SetSpeed{};
-    case v1::SetSpeedRequest::SPEED_NOT_SET:
-      break;
-  }
-  return fail(ErrorCode::kInvalidArgument, "speed", "one of factor and maximum must be set");
-}
-
-Eigen::Vector3d vector_of(const v1::Vector3& v) { return {v.x(), v.y(), v.z()}; }
-
-/// Numbers are checked where the command is submitted.
-Result<api::SetIntruder> parse(const v1::SetIntruderRequest& request) {
-  if (!request.has_intruder()) return api::SetIntruder{};
-  const auto& intruder = request.intruder();
-  if (!intruder.has_intruder_in_world() || !intruder.has_size_m()) {
-    return fail(ErrorCode::kInvalidArgument, "intruder",
-                "intruder_in_world and size_m must both be set");
-  }
-  api::Intruder out;
-  out.X_WI.p = vector_of(intruder.intruder_in_world().position_m());
-  out.size_m = vector_of(intruder.size_m());
-  if (intruder.intruder_in_world().has_orientation()) {
-    const auto& q = intruder.intruder_in_world().orientation();
-    out.X_WI.q = Eigen::Quaterniond(q.w(), q.x(), q.y(), q.z());
-  }
-  return api::SetIntruder{out};
-}
-
-Result<api::ConveyorCommand> parse(const v1::SetConveyorRequest& request,
-                                   const api::CellDescription& cell) {
-  if (!cell.has_conveyor) {
-    return fail(ErrorCode::kFailedPrecondition, "conveyor",
-                "scene '" + cell.scene + "' has no conveyor");
-  }
-  api::ConveyorCommand command;
-  if (request.has_run()) command.run = request.run();
-  switch (request.direction()) {
-    case v1::CONVEYOR_DIRECTION_UNSPECIFIED:
-      break;
-    case v1::CONVEYOR_DIRECTION_FORWARD:
-      command.forward = true;
-      break;
-    case v1::CONVEYOR_DIRECTION_REVERSE:
-      command.forward = false;
-      break;
-    default:
-      return fail(ErrorCode::kInvalidArgument, "direction",
-                  fmt::format("{} is no ConveyorDirection", static_cast<int>(request.direction())));
-  }
-  if (request.has_speed_m_s()) {
-    const double speed = request.speed_m_s();
-    if (!std::isfinite(speed) || speed < 0 || speed > cell.conveyor.max_speed_m_s) {
-      return fail(ErrorCode::kInvalidArgument, "speed_m_s",
-                  fmt::format("{} is not within 0 and {} m/s", speed, cell.conveyor.max_speed_m_s));
-    }
-    command.speed_m_s = speed;
-  }
-  if (request.has_emergency_stop()) command.emergency_stop = request.emergency_stop();
-  command.fault_reset = request.fault_reset();
-  return command;
 }
 
 bool is_saved(const api::Snapshot& snapshot, const std::string& name) {
@@ -158,18 +84,16 @@ grpc::ServerUnaryReactor* ControlService::Resume(grpc::CallbackServerContext* co
 grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* context,
                                                const v1::StepRequest* request,
                                                v1::StepResponse* response) {
-  const std::uint64_t steps = std::max<std::uint64_t>(request->steps(), 1);
-  if (steps > kMaxSteps) {
-    return refuse(context, {ErrorCode::kInvalidArgument, "steps",
-                            fmt::format("{} is more than {}", steps, kMaxSteps)});
-  }
+  const auto command = to_command(*request);
+  if (!command) return refuse(context, command.error());
+  const std::uint64_t steps = command->steps;
   std::unique_lock lock(step_mutex_);
   const api::SnapshotPtr now = source_.latest();
   if (!now->paused) {
     return refuse(context, {ErrorCode::kFailedPrecondition, "step",
                             "the cell is running; pause it before stepping"});
   }
-  const auto ticket = sink_.submit({options_.endpoint, api::SimulationCommand(api::StepBy{steps})});
+  const auto ticket = sink_.submit({options_.endpoint, api::SimulationCommand(*command)});
   if (!ticket) return refuse(context, ticket.error());
   if (step_epoch_ != now->epoch) step_goal_ = 0;
   step_epoch_ = now->epoch;
@@ -199,7 +123,7 @@ grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* cont
 grpc::ServerUnaryReactor* ControlService::SetSpeed(grpc::CallbackServerContext* context,
                                                    const v1::SetSpeedRequest* request,
                                                    v1::SetSpeedResponse* response) {
-  const auto speed = parse(*request);
+  const auto speed = to_command(*request);
   if (!speed) return refuse(context, speed.error());
   return command(context, api::SimulationCommand(*speed), [response](const auto& s, auto t) {
     write_receipt(s, t, *response->mutable_receipt());
@@ -247,7 +171,7 @@ grpc::ServerUnaryReactor* ControlService::LoadState(grpc::CallbackServerContext*
 grpc::ServerUnaryReactor* ControlService::SetConveyor(grpc::CallbackServerContext* context,
                                                       const v1::SetConveyorRequest* request,
                                                       v1::SetConveyorResponse* response) {
-  const auto conveyor = parse(*request, *source_.latest()->cell);
+  const auto conveyor = to_command(*request, *source_.latest()->cell);
   if (!conveyor) return refuse(context, conveyor.error());
   return command(context, *conveyor, [response](const auto& s, auto t) {
     write_receipt(s, t, *response->mutable_receipt());
@@ -258,7 +182,7 @@ grpc::ServerUnaryReactor* ControlService::SetConveyor(grpc::CallbackServerContex
 grpc::ServerUnaryReactor* ControlService::SetIntruder(grpc::CallbackServerContext* context,
                                                       const v1::SetIntruderRequest* request,
                                                       v1::SetIntruderResponse* response) {
-  const auto intruder = parse(*request);
+  const auto intruder = to_command(*request);
   if (!intruder) return refuse(context, intruder.error());
   return command(context, *intruder, [response](const auto& s, auto t) {
     write_receipt(s, t, *response->mutable_receipt());

@@ -37,6 +37,7 @@ const std::map<std::string, std::set<std::string>> kForeign = {
     {"<modbus.h", {"protocols/modbus", "clients/aprsim"}},
     {"<grpc", {"protocols/telemetry", "clients/aprsim", "proto"}},
     {"<urdf", {"world/robot"}},
+    {"<boost/beast", {"protocols/web"}},
     {"<boost/asio", {"protocols", "clients/aprsim", "server"}},
     {"<yaml-cpp/", {"world/scene"}},
 };

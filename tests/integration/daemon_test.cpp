@@ -27,7 +27,7 @@ std::size_t lines(const std::string& text) {
 TEST(Daemon, ServesOnEveryPortOfItsPortsFile) {
   DaemonProcess daemon;
   boost::asio::io_context io;
-  for (const auto* name : {"crcl.fanuc", "crcl.motoman", "modbus", "grpc"}) {
+  for (const auto* name : {"crcl.fanuc", "crcl.motoman", "modbus", "grpc", "web"}) {
     boost::asio::ip::tcp::socket socket(io);
     socket.connect({boost::asio::ip::address_v4::loopback(), daemon.port(name)});
     EXPECT_TRUE(socket.is_open()) << name;
@@ -40,9 +40,10 @@ TEST(Daemon, ServesOnEveryPortOfItsPortsFile) {
 TEST(Daemon, SigtermEndsCleanlyWithinTwoSecondsAlsoWithClients) {
   DaemonProcess daemon;
   boost::asio::io_context io;
-  boost::asio::ip::tcp::socket crcl(io), modbus(io);
+  boost::asio::ip::tcp::socket crcl(io), modbus(io), web(io);
   crcl.connect({boost::asio::ip::address_v4::loopback(), daemon.port("crcl.fanuc")});
   modbus.connect({boost::asio::ip::address_v4::loopback(), daemon.port("modbus")});
+  web.connect({boost::asio::ip::address_v4::loopback(), daemon.port("web")});
   CellClient client(daemon.port("grpc"));
   grpc::ClientContext context;
   auto stream = client.telemetry->StreamSnapshots(&context, {});
@@ -58,11 +59,11 @@ TEST(Daemon, APortInUseIsOneClearLineAndExitCodeOne) {
   boost::asio::ip::tcp::acceptor taken(io, {boost::asio::ip::address_v4::loopback(), 0});
   const std::string port = std::to_string(taken.local_endpoint().port());
   for (const auto* key :
-       {"modbus.port=", "grpc.port=", "crcl.ports.fanuc=", "vision.ports.motoman="}) {
+       {"modbus.port=", "grpc.port=", "crcl.ports.fanuc=", "vision.ports.motoman=", "web.port="}) {
     std::vector<std::string> argv = {kDaemon, "--set", "log_level=error"};
     for (const auto* other :
          {"modbus.port=", "grpc.port=", "crcl.ports.fanuc=", "crcl.ports.motoman=",
-          "vision.ports.fanuc=", "vision.ports.motoman="}) {
+          "vision.ports.fanuc=", "vision.ports.motoman=", "web.port="}) {
       argv.insert(argv.end(),
                   {"--set", std::string(other) + (key == std::string(other) ? port : "0")});
     }

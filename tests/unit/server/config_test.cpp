@@ -84,5 +84,46 @@ TEST(ModbusConfig, NamesTheKeyAndWhatIsWrongWithItsValue) {
   }
 }
 
+TEST(WebConfig, ReadsItsKeysAndPrintsThemForReading) {
+  const Overrides overrides{{"web.address", "0.0.0.0"}, {"web.port", "9000"},
+                            {"web.max_viewers", "4"},   {"web.max_rate_hz", "20"},
+                            {"web.control", "false"},   {"web.token", "'a \"quoted\\ one'"},
+                            {"web.enabled", "false"},   {"web.hosts", "[cell.example, b]"}};
+  const auto config = load_config("", overrides);
+  ASSERT_TRUE(config.has_value()) << config.error().message;
+  EXPECT_EQ(config->web.port, 9000);
+  EXPECT_EQ(config->web.max_viewers, 4U);
+  EXPECT_EQ(config->web.max_rate_hz, 20);
+  EXPECT_FALSE(config->web.control);
+  EXPECT_FALSE(config->web.enabled);
+  EXPECT_EQ(config->web.token, "a \"quoted\\ one");
+  EXPECT_EQ(config->web.hosts, (std::vector<std::string>{"cell.example", "b"}));
+
+  const std::string file = testing::TempDir() + "aprsim-web-config.yaml";
+  std::ofstream(file) << to_yaml(*config);
+  const auto again = load_config(file, {});
+  ASSERT_TRUE(again.has_value()) << again.error().message;
+  EXPECT_EQ(again->web.token, config->web.token);
+  EXPECT_EQ(to_yaml(*again), to_yaml(*config));
+}
+
+TEST(WebConfig, NamesTheKeyAndWhatIsWrongWithItsValue) {
+  const std::vector<std::array<std::string, 3>> cases{
+      {"web.token", "short", "at least 8 characters"},
+      {"web.max_rate_hz", "61", "60"},
+      {"web.max_rate_hz", "0", "1"},
+      {"web.port", "70000", "65535"},
+      {"web.max_viewers", "0", "1"},
+      {"web.control", "perhaps", "perhaps"},
+      {"web.hosts", "cell", "list"},
+      {"web.colour", "red", "colour"}};
+  for (const auto& [key, value, said] : cases) {
+    const auto config = load_config("", {{key, value}});
+    ASSERT_FALSE(config.has_value()) << key << ": " << value;
+    EXPECT_NE(config.error().message.find("web"), std::string::npos) << config.error().message;
+    EXPECT_NE(config.error().message.find(said), std::string::npos) << config.error().message;
+  }
+}
+
 }  // namespace
 }  // namespace aprsim::server

@@ -1,0 +1,81 @@
+import {create, fromBinary, toBinary, type MessageInitShape} from '@bufbuild/protobuf';
+import {ViewerRequestSchema, ViewerUpdateSchema, type Outcome, type ViewerUpdate} from './protocol';
+
+type Body = Exclude<MessageInitShape<typeof ViewerRequestSchema>['body'], undefined>;
+
+const kLongestPause_ms = 4000;
+const kSilence_ms = 3000;  // the daemon sends at least twice a second
+
+/** The WebSocket to the daemon: comes back by itself, answers requests by their ids. */
+export class Connection {
+  onUpdate: (update: ViewerUpdate) => void = () => {};
+  onState: (connected: boolean, retryIn_s: number) => void = () => {};
+
+  private socket: WebSocket | null = null;
+  private waiting = new Map<number, (outcome: Outcome) => void>();
+  private nextId = 1;
+  private pause_ms = 250;
+  private heard = 0;
+
+  start(): void {
+    this.open();
+    setInterval(() => {
+      if (this.connected && performance.now() - this.heard > kSilence_ms) this.socket?.close();
+    }, 1000);
+    addEventListener('online', () => this.socket ?? this.open());
+  }
+
+  get connected(): boolean {
+    return this.socket?.readyState === WebSocket.OPEN;
+  }
+
+  /** Sends a command; rejects with the daemon's reason. */
+  async request(body: Body): Promise<void> {
+    const id = this.nextId++;
+    const outcome = await new Promise<Outcome>((resolve, reject) => {
+      if (!this.send(body, id)) return reject(new Error('not connected to the daemon'));
+      this.waiting.set(id, resolve);
+      setTimeout(() => {
+        if (this.waiting.delete(id)) reject(new Error('the daemon does not answer'));
+      }, 5000);
+    });
+    if (!outcome.ok) throw new Error(outcome.message || outcome.field);
+  }
+
+  /** Sends without waiting for an answer; false when there is no connection. */
+  send(body: Body, id = 0): boolean {
+    if (!this.connected) return false;
+    this.socket!.send(toBinary(ViewerRequestSchema, create(ViewerRequestSchema, {id, body})));
+    return true;
+  }
+
+  private open(): void {
+    const scheme = location.protocol === 'https:' ? 'wss:' : 'ws:';
+    const socket = new WebSocket(`${scheme}//${location.host}/ws`);
+    socket.binaryType = 'arraybuffer';
+    this.socket = socket;
+    this.heard = performance.now();
+    socket.onopen = () => {
+      this.pause_ms = 250;
+      this.onState(true, 0);
+    };
+    socket.onmessage = (event: MessageEvent<ArrayBuffer>) => {
+      this.heard = performance.now();
+      const update = fromBinary(ViewerUpdateSchema, new Uint8Array(event.data));
+      if (update.body.case === 'outcome') {
+        const outcome = update.body.value;
+        this.waiting.get(outcome.id)?.(outcome);
+        this.waiting.delete(outcome.id);
+      }
+      this.onUpdate(update);
+    };
+    socket.onclose = () => {
+      if (this.socket !== socket) return;
+      this.socket = null;
+      this.waiting.clear();
+      this.onState(false, this.pause_ms / 1000);
+      setTimeout(() => this.socket ?? this.open(), this.pause_ms);
+      this.pause_ms = Math.min(this.pause_ms * 1.6, kLongestPause_ms);
+    };
+  }
+}

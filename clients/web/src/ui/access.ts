@@ -1,0 +1,70 @@
+// Controls that command the cell: disabled, with the reason, while that is not permitted.
+import type {State} from '../state';
+import {h, notify} from './dom';
+
+type Control = HTMLButtonElement | HTMLInputElement | HTMLSelectElement;
+
+export class Access {
+  private readonly controls: {control: Control; title: string; own: () => string}[] = [];
+  readonly banner = h('div', {class: 'banner', role: 'status', hidden: true});
+
+  constructor(private readonly state: State) {
+    state.accessChanged.on(() => this.update());
+    state.display.on(() => this.update());
+  }
+
+  /** Guards a control. `own` is a further reason against it; empty when there is none. */
+  guard<T extends Control>(control: T, own: () => string = () => ''): T {
+    this.controls.push({control, title: control.title, own});
+    this.apply(this.controls[this.controls.length - 1]!);
+    return control;
+  }
+
+  /** Forgets controls that have left the page. */
+  prune(): void {
+    for (let i = this.controls.length; i-- > 0;) {
+      if (!this.controls[i]!.control.isConnected) this.controls.splice(i, 1);
+    }
+  }
+
+  /** Sends a command and says why when it is refused. */
+  async command(body: Parameters<State['connection']['request']>[0]): Promise<boolean> {
+    try {
+      await this.state.connection.request(body);
+      return true;
+    } catch (problem) {
+      notify((problem as Error).message, 'error');
+      return false;
+    }
+  }
+
+  update(): void {
+    for (const entry of this.controls) this.apply(entry);
+    const reason = this.state.connected ? this.state.lockedReason : '';
+    if (this.banner.dataset.reason === reason) return;
+    this.banner.dataset.reason = reason;
+    this.banner.hidden = reason === '';
+    this.banner.replaceChildren(h('span', {}, reason));
+    if (reason && this.state.permission?.tokenHelps) this.banner.append(this.tokenForm());
+  }
+
+  private apply({control, title, own}: {control: Control; title: string; own: () => string}): void {
+    const reason = this.state.lockedReason || own();
+    if (control.disabled !== (reason !== '')) control.disabled = reason !== '';
+    const shown = reason || title;
+    if (control.title !== shown) control.title = shown;
+  }
+
+  private tokenForm(): HTMLElement {
+    const input = h('input', {type: 'password', name: 'token', 'aria-label': 'Access token', placeholder: 'Access token', autocomplete: 'off'});
+    return h('form', {class: 'token', onsubmit: (event: Event) => {
+      event.preventDefault();
+      void this.authenticate(input.value);
+    }}, input, h('button', {type: 'submit'}, 'Unlock'));
+  }
+
+  async authenticate(token: string): Promise<void> {
+    if (await this.command({case: 'authenticate', value: {token}})) sessionStorage.setItem('token', token);
+    else sessionStorage.removeItem('token');
+  }
+}

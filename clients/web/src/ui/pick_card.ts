@@ -1,0 +1,71 @@
+// What the picked object is and where it is.
+import type {Snapshot} from '../protocol';
+import type {Pick, View} from '../scene/view';
+import type {State} from '../state';
+import {groupOf} from '../scene/parts';
+import {button, Facts, h, text} from './dom';
+import {toRollPitchYaw} from './rotation';
+import {units} from './units';
+
+export class PickCard {
+  readonly element = h('aside', {class: 'pick', hidden: true, 'aria-label': 'Picked object', 'data-testid': 'pick'});
+  private readonly title = h('h2');
+  private readonly facts = new Facts();
+  private pick: Pick | null = null;
+
+  constructor(private readonly state: State, view: View) {
+    this.element.append(h('div', {class: 'row'}, this.title, button('×', () => {
+      view.select(null);
+      this.show(null);
+    }, {class: 'icon', 'aria-label': 'Close'})), this.facts.element);
+    view.onPick = (pick) => this.show(pick);
+    state.display.on((snapshot) => this.update(snapshot));
+    state.cellChanged.on(() => this.show(null));
+  }
+
+  private show(pick: Pick | null): void {
+    this.pick = pick;
+    this.element.hidden = pick === null;
+    this.facts.element.replaceChildren();
+    Object.assign(this.facts, {values: new Map()});
+    if (this.state.snapshot) this.update(this.state.snapshot);
+  }
+
+  private update(snapshot: Snapshot): void {
+    const cell = this.state.cell, pick = this.pick;
+    if (!pick || !cell) return;
+    let name = '';
+    if (pick.kind === 'body') {
+      const body = cell.bodies[pick.index], state = snapshot.bodies[pick.index];
+      if (!body || !state) return;
+      name = body.name;
+      this.facts.set('type', body.type);
+      this.facts.set('mass', `${(body.massKg * 1000).toFixed(1)} g`);
+      this.showPose(state.bodyInWorld);
+      const v = state.velocityMS;
+      this.facts.set('speed', v ? `${units.lengthText(Math.hypot(v.x, v.y, v.z))} ${units.length}/s` : '–');
+      this.facts.set('state', groupOf(state) || 'moving freely');
+    } else if (pick.kind === 'robot') {
+      name = cell.robots[pick.index]?.name ?? '';
+      this.facts.set('model', cell.robots[pick.index]?.model ?? '');
+      this.showPose(snapshot.robots[pick.index]?.toolInWorld, 'tool ');
+    } else if (pick.kind === 'belt') {
+      name = 'belt';
+      this.facts.set('load', `${snapshot.conveyor?.loadKg.toFixed(2)} kg`);
+    } else {
+      name = pick.name;
+      const box = this.state.looks?.fixed.find((b) => b.name === pick.name);
+      const s = box?.sizeM;
+      if (s) this.facts.set('size', [s.x, s.y, s.z].map((x) => units.lengthText(x)).join(' × ') + ` ${units.length}`);
+      this.showPose(box?.boxInWorld);
+    }
+    text(this.title, name);
+  }
+
+  private showPose(pose: import('../protocol').Pose | undefined, prefix = ''): void {
+    const p = pose?.positionM;
+    if (!p) return;
+    this.facts.set(`${prefix}position`, `${units.lengthText(p.x)}, ${units.lengthText(p.y)}, ${units.lengthText(p.z)} ${units.length}`);
+    this.facts.set(`${prefix}turn`, toRollPitchYaw(pose.orientation).map((a) => units.angleText(a)).join(', ') + ` ${units.angleSign}`);
+  }
+}

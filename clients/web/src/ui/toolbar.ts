@@ -1,0 +1,95 @@
+// The bar at the top: where the simulation is, and how it runs.
+import type {Snapshot} from '../protocol';
+import {simTime, type State} from '../state';
+import type {Access} from './access';
+import {button, h, text} from './dom';
+
+function clock(t: number): string {
+  const minutes = Math.floor(t / 60);
+  return `${minutes}:${(t - 60 * minutes).toFixed(2).padStart(5, '0')}`;
+}
+
+export class Toolbar {
+  readonly element: HTMLElement;
+  private readonly time = h('output', {class: 'time', 'data-testid': 'sim-time', title: 'Simulated time since the last reset'}, '–');
+  private readonly factor = h('output', {'data-testid': 'rtf', title: 'Simulated to wall time, measured'}, '–');
+  private readonly step = h('output', {title: 'Mean wall time of one physics step'}, '–');
+  private readonly clients = h('output', {title: 'Clients of each listener', 'data-testid': 'clients'}, '–');
+  private readonly scene = h('span', {class: 'scene'}, '');
+  private readonly connection = h('span', {class: 'connection', role: 'status', 'data-testid': 'connection'}, 'connecting');
+  private readonly play: HTMLButtonElement;
+  private readonly speed: HTMLSelectElement;
+
+  constructor(private readonly state: State, private readonly access: Access, theme: () => void, help: () => void) {
+    this.play = access.guard(button('Pause', () => this.toggle(), {class: 'play', 'data-testid': 'play', title: 'Pause or go on (space)'}));
+    const single = access.guard(button('Step', () => this.takeSteps(1), {'data-testid': 'step', title: 'Take one step of 1 ms while paused (.)'}),
+                                () => (state.snapshot?.paused ? '' : 'Pause first.'));
+    const many = access.guard(button('+100', () => this.takeSteps(100), {title: 'Take 100 steps while paused (,)'}),
+                              () => (state.snapshot?.paused ? '' : 'Pause first.'));
+    this.speed = access.guard(h('select', {'aria-label': 'Speed', title: 'Simulated to wall time', onchange: () => this.setSpeed()},
+      ...['0.1', '0.25', '0.5', '1', '2', '5', '10', 'max'].map((v) => h('option', {value: v}, v === 'max' ? 'max' : `${v}×`))));
+    this.speed.value = '1';
+    const reset = access.guard(button('Reset', () => this.reset(), {'data-testid': 'reset', title: 'Build the cell anew from its scene'}));
+    this.element = h('header', {class: 'toolbar'},
+      h('a', {class: 'brand', href: '#', 'aria-label': 'aprsim, first view'}, h('img', {src: 'icon.svg', alt: '', width: 26, height: 26}), h('strong', {}, 'aprsim')),
+      this.scene, this.connection,
+      h('div', {class: 'group', role: 'group', 'aria-label': 'Simulation'}, this.play, single, many, this.speed, reset),
+      h('div', {class: 'gauges'}, gauge('time', this.time), gauge('real time', this.factor), gauge('step', this.step), gauge('clients', this.clients)),
+      h('div', {class: 'group end'},
+        button('◐', theme, {class: 'icon', 'aria-label': 'Dark or light', title: 'Dark or light (d)'}),
+        button('?', help, {class: 'icon', 'aria-label': 'Keyboard shortcuts', title: 'Keyboard shortcuts (?)'})));
+    state.display.on((snapshot) => this.show(snapshot));
+    state.cellChanged.on((cell) => text(this.scene, cell.scene));
+    state.accessChanged.on(() => this.showConnection());
+    state.statusChanged.on((status) => {
+      text(this.clients, String(status.listeners.reduce((sum, l) => sum + l.clients, 0)));
+      this.clients.title = status.listeners.map((l) => `${l.name} (port ${l.port}): ${l.clients}`).join('\n');
+    });
+  }
+
+  toggle(): void {
+    void this.access.command(this.state.snapshot?.paused ? {case: 'resume', value: {}} : {case: 'pause', value: {}});
+  }
+
+  takeSteps(steps: number): void {
+    void this.access.command({case: 'step', value: {steps: BigInt(steps)}});
+  }
+
+  private reset(): void {
+    const dialog = h('dialog', {class: 'dialog', 'aria-label': 'Reset the cell'},
+      h('h2', {}, 'Reset the cell?'), h('p', {}, 'Robots, parts and belt go back to the scene’s start. Connections stay open.'),
+      h('div', {class: 'row end'}, button('Cancel', () => dialog.close()), button('Reset', () => {
+        dialog.close();
+        void this.access.command({case: 'reset', value: {}});
+      }, {class: 'danger', 'data-testid': 'reset-confirm'})));
+    dialog.addEventListener('close', () => dialog.remove());
+    document.body.append(dialog);
+    dialog.showModal();
+  }
+
+  private setSpeed(): void {
+    const value = this.speed.value;
+    void this.access.command({case: 'setSpeed', value: {speed: value === 'max' ? {case: 'maximum', value: true} : {case: 'factor', value: Number(value)}}});
+  }
+
+  private show(snapshot: Snapshot): void {
+    text(this.time, clock(simTime(snapshot)));
+    text(this.factor, snapshot.paused ? 'paused' : `${snapshot.realTimeFactor.toFixed(2)}×`);
+    text(this.step, snapshot.stepTime ? `${(Number(snapshot.stepTime.seconds) * 1e6 + snapshot.stepTime.nanos / 1e3).toFixed(0)} µs` : '–');
+    text(this.play, snapshot.paused ? 'Play' : 'Pause');
+    this.play.classList.toggle('paused', snapshot.paused);
+    const speed = snapshot.speedTarget === undefined ? 'max' : String(snapshot.speedTarget);
+    if (document.activeElement !== this.speed && this.speed.value !== speed) this.speed.value = speed;
+  }
+
+  private showConnection(): void {
+    const {connected, retryIn_s} = this.state;
+    this.connection.dataset.state = connected ? 'up' : 'down';
+    text(this.connection, connected ? 'live' : `reconnecting in ${Math.max(retryIn_s, 0.1).toFixed(1)} s`);
+    document.body.classList.toggle('offline', !connected);
+  }
+}
+
+function gauge(name: string, value: HTMLElement): HTMLElement {
+  return h('label', {class: 'gauge'}, h('span', {}, name), value);
+}

@@ -1,0 +1,97 @@
+#include "protocols/telemetry/control_request.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace aprsim::protocols {
+namespace {
+
+constexpr std::uint64_t kMaxSteps = 10'000'000;
+
+Eigen::Vector3d vector_of(const v1::Vector3& v) { return {v.x(), v.y(), v.z()}; }
+
+}  // namespace
+
+Result<api::StepBy> to_command(const v1::StepRequest& request) {
+  const std::uint64_t steps = std::max<std::uint64_t>(request.steps(), 1);
+  if (steps > kMaxSteps) {
+    return fail(ErrorCode::kInvalidArgument, "steps",
+                fmt::format("{} is more than {}", steps, kMaxSteps));
+  }
+  return api::StepBy{steps};
+}
+
+Result<api::SetSpeed> to_command(const v1::SetSpeedRequest& request) {
+  switch (request.speed_case()) {
+    case v1::SetSpeedRequest::kFactor:
+      if (!std::isfinite(request.factor()) || request.factor() <= 0) {
+        return fail(ErrorCode::kInvalidArgument, "factor",
+                    fmt::format("{} is not a finite number above 0", request.factor()));
+      }
+      return api::SetSpeed{request.factor()};
+    case v1::SetSpeedRequest::kMaximum:
+      if (!request.maximum()) {
+        return fail(ErrorCode::kInvalidArgument, "maximum",
+                    "only true is valid; set factor for any other speed");
+      }
+      return api::SetSpeed{};
+    case v1::SetSpeedRequest::SPEED_NOT_SET:
+      break;
+  }
+  return fail(ErrorCode::kInvalidArgument, "speed", "one of factor and maximum must be set");
+}
+
+Result<api::SetIntruder> to_command(const v1::SetIntruderRequest& request) {
+  if (!request.has_intruder()) return api::SetIntruder{};
+  const auto& intruder = request.intruder();
+  if (!intruder.has_intruder_in_world() || !intruder.has_size_m()) {
+    return fail(ErrorCode::kInvalidArgument, "intruder",
+                "intruder_in_world and size_m must both be set");
+  }
+  api::Intruder out;
+  out.X_WI.p = vector_of(intruder.intruder_in_world().position_m());
+  out.size_m = vector_of(intruder.size_m());
+  if (intruder.intruder_in_world().has_orientation()) {
+    const auto& q = intruder.intruder_in_world().orientation();
+    out.X_WI.q = Eigen::Quaterniond(q.w(), q.x(), q.y(), q.z());
+  }
+  return api::SetIntruder{out};
+}
+
+Result<api::ConveyorCommand> to_command(const v1::SetConveyorRequest& request,
+                                        const api::CellDescription& cell) {
+  if (!cell.has_conveyor) {
+    return fail(ErrorCode::kFailedPrecondition, "conveyor",
+                "scene '" + cell.scene + "' has no conveyor");
+  }
+  api::ConveyorCommand command;
+  if (request.has_run()) command.run = request.run();
+  switch (request.direction()) {
+    case v1::CONVEYOR_DIRECTION_UNSPECIFIED:
+      break;
+    case v1::CONVEYOR_DIRECTION_FORWARD:
+      command.forward = true;
+      break;
+    case v1::CONVEYOR_DIRECTION_REVERSE:
+      command.forward = false;
+      break;
+    default:
+      return fail(ErrorCode::kInvalidArgument, "direction",
+                  fmt::format("{} is no ConveyorDirection", static_cast<int>(request.direction())));
+  }
+  if (request.has_speed_m_s()) {
+    const double speed = request.speed_m_s();
+    if (!std::isfinite(speed) || speed < 0 || speed > cell.conveyor.max_speed_m_s) {
+      return fail(ErrorCode::kInvalidArgument, "speed_m_s",
+                  fmt::format("{} is not within 0 and {} m/s", speed, cell.conveyor.max_speed_m_s));
+    }
+    command.speed_m_s = speed;
+  }
+  if (request.has_emergency_stop()) command.emergency_stop = request.emergency_stop();
+  command.fault_reset = request.fault_reset();
+  return command;
+}
+
+}  // namespace aprsim::protocols

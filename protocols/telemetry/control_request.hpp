@@ -1,0 +1,18 @@
+#pragma once
+
+#include "aprsim/v1/control_service.pb.h"
+#include "world/api/cell_description.hpp"
+#include "world/api/command.hpp"
+#include "world/api/error.hpp"
+
+/// Requests of aprsim.v1 as commands. Errors name the field, the value and its limit.
+namespace aprsim::protocols {
+
+[[nodiscard]] Result<api::StepBy> to_command(const v1::StepRequest& request);
+[[nodiscard]] Result<api::SetSpeed> to_command(const v1::SetSpeedRequest& request);
+/// Numbers are checked where the command is submitted.
+[[nodiscard]] Result<api::SetIntruder> to_command(const v1::SetIntruderRequest& request);
+[[nodiscard]] Result<api::ConveyorCommand> to_command(const v1::SetConveyorRequest& request,
+                                                      const api::CellDescription& cell);
+
+}  // namespace aprsim::protocols

@@ -1,0 +1,204 @@
+#include "protocols/web/http_session.hpp"
+
+#include <chrono>
+#include <optional>
+#include <utility>
+
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket/rfc6455.hpp>
+#include <spdlog/spdlog.h>
+
+#include "protocols/modbus/rate_limit.hpp"
+#include "protocols/web/beast_socket.hpp"
+#include "protocols/web/origin_check.hpp"
+
+namespace aprsim::protocols {
+namespace {
+
+namespace beast = boost::beast;
+namespace http = beast::http;
+using beast::error_code;
+
+using Request = http::request<http::empty_body>;
+using Response = http::response<http::string_body>;
+
+constexpr std::uint32_t kMaxHeaderBytes = 8 * 1024;
+constexpr auto kTimeout = std::chrono::seconds(20);
+
+std::string_view view(beast::string_view text) { return {text.data(), text.size()}; }
+
+/// Nothing but our own files and this daemon's socket; no inline script or style.
+std::string content_policy(const std::string& host) {
+  return "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
+         "manifest-src 'self'; connect-src 'self' ws://" +
+         host + " wss://" + host + "; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+}
+
+void set_security(Response& response, const std::string& host) {
+  if (!host.empty()) response.set("Content-Security-Policy", content_policy(host));
+  response.set("X-Content-Type-Options", "nosniff");
+  response.set("Referrer-Policy", "no-referrer");
+  response.set("Cross-Origin-Opener-Policy", "same-origin");
+  response.set("Cross-Origin-Resource-Policy", "same-origin");
+  // Asks the daemon each time; unchanged files answer with 304.
+  response.set(http::field::cache_control, "no-cache");
+}
+
+class Session final : public HttpSession, public std::enable_shared_from_this<Session> {
+ public:
+  Session(boost::asio::ip::tcp::socket socket, std::string peer, const HttpContext& context,
+          std::function<void()> on_end)
+      : stream_(std::move(socket)),
+        peer_(std::move(peer)),
+        context_(context),
+        rate_(context.max_requests_per_s),
+        on_end_(std::move(on_end)) {}
+
+  ~Session() override {
+    if (on_end_) on_end_();
+  }
+
+  void close() override { stream_.close(); }
+
+  void read() {
+    parser_.emplace();
+    parser_->header_limit(kMaxHeaderBytes);
+    parser_->body_limit(0);
+    stream_.expires_after(kTimeout);
+    http::async_read(stream_, buffer_, *parser_,
+                     [self = shared_from_this()](const error_code& error, std::size_t) {
+                       self->on_read(error);
+                     });
+  }
+
+ private:
+  void on_read(const error_code& error) {
+    if (error == http::error::end_of_stream) return shut_down();
+    if (error == http::error::header_limit) {
+      return refuse(http::status::request_header_fields_too_large, "header too large", true);
+    }
+    if (error == http::error::body_limit || error == http::error::unexpected_body) {
+      return refuse(http::status::payload_too_large, "no body is taken", true);
+    }
+    if (error.category() == http::make_error_code(http::error::bad_value).category()) {
+      return refuse(http::status::bad_request, error.message(), true);
+    }
+    if (error) return;
+    if (!rate_.admit(RateLimit::Clock::now())) {
+      return refuse(http::status::too_many_requests, "too many requests", true);
+    }
+    handle(parser_->release());
+  }
+
+  void handle(Request request) {
+    const std::string host(view(request[http::field::host]));
+    if (!is_own_host(host, context_.hosts)) {
+      return refuse(http::status::misdirected_request,
+                    "unknown host; web.hosts in the configuration names further ones", true);
+    }
+    std::string_view path = view(request.target());
+    path = path.substr(0, path.find_first_of("?#"));
+    if (path == "/ws") return open_socket(std::move(request), host);
+    if (request.method() != http::verb::get && request.method() != http::verb::head) {
+      return refuse(http::status::method_not_allowed, "only GET and HEAD", true);
+    }
+    const Asset* asset = context_.assets->find(path);
+    if (!asset) return refuse(http::status::not_found, "no such file", !request.keep_alive());
+    send_asset(request, *asset, host);
+  }
+
+  void open_socket(Request request, const std::string& host) {
+    if (!beast::websocket::is_upgrade(request)) {
+      return refuse(http::status::upgrade_required, "a WebSocket is spoken here", true);
+    }
+    if (!is_same_origin(view(request[http::field::origin]), host)) {
+      spdlog::warn("web: refused {}: page of another origin", peer_);
+      return refuse(http::status::forbidden, "only this daemon's own page may connect", true);
+    }
+    if (!context_.may_view()) {
+      return refuse(http::status::service_unavailable, "too many viewers", true);
+    }
+    accept_web_socket(
+        std::move(stream_), std::move(request),
+        [&context = context_, peer = peer_](std::shared_ptr<WebSocket> socket) {
+          context.on_viewer(std::move(socket), peer);
+        },
+        std::exchange(on_end_, nullptr));
+  }
+
+  void send_asset(const Request& request, const Asset& asset, const std::string& host) {
+    auto response = std::make_shared<Response>(http::status::ok, request.version());
+    set_security(*response, host);
+    response->set(http::field::etag, asset.etag);
+    response->set(http::field::content_type, asset.type);
+    response->set(http::field::vary, "Accept-Encoding");
+    response->keep_alive(request.keep_alive());
+    if (view(request[http::field::if_none_match]) == asset.etag) {
+      response->result(http::status::not_modified);
+      return send(std::move(response));
+    }
+    const bool packed =
+        !asset.gzip.empty() &&
+        view(request[http::field::accept_encoding]).find("gzip") != std::string_view::npos;
+    if (packed) response->set(http::field::content_encoding, "gzip");
+    const std::string& body = packed ? asset.gzip : asset.body;
+    if (request.method() == http::verb::get) response->body() = body;
+    response->content_length(body.size());
+    send(std::move(response));
+  }
+
+  void refuse(http::status status, const std::string& why, bool last) {
+    auto response = std::make_shared<Response>(status, 11);
+    set_security(*response, "");
+    response->set(http::field::content_type, "text/plain; charset=utf-8");
+    response->body() = why + "\n";
+    response->keep_alive(!last);
+    response->prepare_payload();
+    send(std::move(response));
+  }
+
+  void send(std::shared_ptr<Response> response) {
+    const bool last = response->need_eof() || !response->keep_alive();
+    const auto& message = *response;
+    // A HEAD's answer and a 304 carry a length but no body: only their header goes out.
+    auto serializer = std::make_shared<http::response_serializer<http::string_body>>(message);
+    const auto done = [self = shared_from_this(), response = std::move(response), serializer, last](
+                          const error_code& error, std::size_t) {
+      if (error) return;
+      if (last) return self->shut_down();
+      self->read();
+    };
+    stream_.expires_after(kTimeout);
+    if (message.body().empty()) {
+      http::async_write_header(stream_, *serializer, done);
+    } else {
+      http::async_write(stream_, *serializer, done);
+    }
+  }
+
+  void shut_down() {
+    error_code ignored;
+    stream_.socket().shutdown(boost::asio::ip::tcp::socket::shutdown_send, ignored);
+  }
+
+  beast::tcp_stream stream_;
+  std::string peer_;
+  const HttpContext& context_;
+  RateLimit rate_;
+  std::function<void()> on_end_;
+  beast::flat_buffer buffer_{kMaxHeaderBytes + 4096};
+  std::optional<http::request_parser<http::empty_body>> parser_;
+};
+
+}  // namespace
+
+std::shared_ptr<HttpSession> serve_http(boost::asio::ip::tcp::socket socket, std::string peer,
+                                        const HttpContext& context, std::function<void()> on_end) {
+  const auto session =
+      std::make_shared<Session>(std::move(socket), std::move(peer), context, std::move(on_end));
+  session->read();
+  return session;
+}
+
+}  // namespace aprsim::protocols

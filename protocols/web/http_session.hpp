@@ -1,0 +1,39 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <boost/asio/ip/tcp.hpp>
+
+#include "protocols/web/asset_table.hpp"
+#include "protocols/web/web_socket.hpp"
+
+namespace aprsim::protocols {
+
+/// What HTTP sessions share.
+struct HttpContext {
+  std::shared_ptr<const AssetTable> assets;
+  std::vector<std::string> hosts;   ///< names of this daemon besides numbers and localhost
+  double max_requests_per_s = 200;  ///< of one connection; then 429 and the end
+  std::function<bool()> may_view;   ///< room for another viewer
+  /// Takes over an upgraded connection.
+  std::function<void(std::shared_ptr<WebSocket>, std::string peer)> on_viewer;
+};
+
+/// One connection that speaks HTTP: GET and HEAD of the asset table, and the upgrade of /ws to a
+/// WebSocket. Headers are limited to 8 KiB, bodies are refused.
+class HttpSession {
+ public:
+  virtual ~HttpSession() = default;
+  /// Closes at once.
+  virtual void close() = 0;
+};
+
+/// Starts a session; `on_end` is called once when the TCP connection is over, the WebSocket that it
+/// may have become included. The context must outlive it.
+std::shared_ptr<HttpSession> serve_http(boost::asio::ip::tcp::socket socket, std::string peer,
+                                        const HttpContext& context, std::function<void()> on_end);
+
+}  // namespace aprsim::protocols

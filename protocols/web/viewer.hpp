@@ -1,0 +1,68 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "aprsim/v1/web.pb.h"
+#include "protocols/modbus/rate_limit.hpp"
+#include "protocols/web/web_socket.hpp"
+
+namespace aprsim::protocols {
+
+/// One browser: what waits for it, what it watches, what it may. One write is under way at a time;
+/// of snapshots and register values only the latest waits. Thread: the server's.
+class Viewer : public std::enable_shared_from_this<Viewer> {
+ public:
+  using Clock = std::chrono::steady_clock;
+  struct Events {
+    std::function<void(Viewer&, const v1::ViewerRequest&)> request;
+    std::function<void(Viewer&)> end;  ///< once
+  };
+
+  Viewer(std::uint64_t id, std::shared_ptr<WebSocket> socket, std::string peer, Events events);
+
+  void start();
+  /// Must arrive: a viewer that leaves too many waiting is closed.
+  void send(WebMessage message);
+  /// May be left out; false when it was.
+  bool send_if_quick(WebMessage message);
+  void offer_snapshot(WebMessage message);
+  void offer_registers(WebMessage message) { offer(registers_, std::move(message)); }
+  void close(const std::string& why, bool fault = false);
+
+  /// Whether the rate that this viewer asked for lets it have a snapshot now.
+  [[nodiscard]] bool due(Clock::time_point now);
+  void set_rate(double hz);
+
+  [[nodiscard]] std::uint64_t id() const { return id_; }
+  [[nodiscard]] const std::string& peer() const { return peer_; }
+  [[nodiscard]] std::uint64_t skipped() const { return skipped_; }
+
+  v1::Watch watch;
+  bool authenticated = false;
+  std::shared_ptr<const void> cell;  ///< the description that it has
+
+ private:
+  void on_message(std::string_view data);
+  void offer(WebMessage& slot, WebMessage message);
+  void write_next();
+
+  std::uint64_t id_;
+  std::shared_ptr<WebSocket> socket_;
+  std::string peer_;
+  Events events_;
+  RateLimit rate_;
+  std::deque<WebMessage> queue_;
+  WebMessage snapshot_, registers_;
+  Clock::duration period_{};
+  Clock::time_point next_{};
+  std::uint64_t skipped_ = 0;
+  bool writing_ = false, closed_ = false;
+};
+
+}  // namespace aprsim::protocols

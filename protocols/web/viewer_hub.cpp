@@ -1,0 +1,352 @@
+#include "protocols/web/viewer_hub.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <utility>
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include "protocols/telemetry/messages.hpp"
+#include "protocols/web/register_view.hpp"
+#include "protocols/web/viewer_command.hpp"
+
+namespace aprsim::protocols {
+namespace {
+
+// Shows a viewer of a paused cell that the daemon is there.
+constexpr auto kLongestSilence = std::chrono::milliseconds(500);
+constexpr auto kRegisterPeriod = std::chrono::milliseconds(100);
+constexpr auto kStatusPeriod = std::chrono::seconds(1);
+constexpr std::size_t kEventsPerTick = 200;
+constexpr double kTokenAttemptsPerSecond = 2;
+
+WebMessage pack(const v1::ViewerUpdate& update) {
+  return std::make_shared<const std::string>(update.SerializeAsString());
+}
+
+std::string random_id() {
+  std::random_device device;
+  return fmt::format("{:08x}{:08x}", device(), device());
+}
+
+/// Takes the same time wherever the texts differ.
+bool equal_secrets(const std::string& given, const std::string& secret) {
+  unsigned char different = given.size() == secret.size() ? 0 : 1;
+  for (std::size_t i = 0; i < given.size(); ++i) {
+    different |= static_cast<unsigned char>(given[i] ^ secret[i % secret.size()]);
+  }
+  return different == 0;
+}
+
+void write(const WireEvent& event, v1::WireEvent& out) {
+  out.set_source(event.source);
+  out.set_peer(event.peer);
+  out.set_from_client(event.from_client);
+  out.set_time_s(std::chrono::duration<double>(event.time.time_since_epoch()).count());
+  out.set_type(event.type);
+  out.set_id(event.id);
+  out.set_state(event.state);
+  out.set_latency_s(event.latency_s);
+  out.set_data(event.data);
+}
+
+void write(const RobotLooks& robot, v1::RobotLooks& out) {
+  const auto flat = [](const Eigen::Vector2d& p) { return Eigen::Vector3d(p.x(), p.y(), 0); };
+  out.set_pad_height_m(robot.pad_height_m);
+  out.set_pad_width_m(robot.pad_width_m);
+  out.set_pad_depth_m(robot.pad_depth_m);
+  out.set_v_half_angle_rad(robot.v_half_angle_rad);
+  write_message(robot.palm_size, *out.mutable_palm_size_m());
+  write_message(robot.camera_V, *out.mutable_camera_m());
+  write_message(flat(robot.area_min), *out.mutable_area_min_m());
+  write_message(flat(robot.area_max), *out.mutable_area_max_m());
+}
+
+void write(const CellLooks& looks, v1::CellLooks& out) {
+  for (const FixedBoxLooks& box : looks.fixed) {
+    auto& fixed = *out.add_fixed();
+    fixed.set_name(box.name);
+    write_message(box.size, *fixed.mutable_size_m());
+    write_message(box.X_WS, *fixed.mutable_box_in_world());
+  }
+  for (const RobotLooks& robot : looks.robots) write(robot, *out.add_robots());
+  for (const GearLooks& gear : looks.gears) {
+    auto& type = *out.add_gears();
+    type.set_type(gear.type);
+    type.set_hub_top_radius_m(gear.hub_top_radius_m);
+    type.set_hub_bottom_radius_m(gear.hub_bottom_radius_m);
+    type.set_hub_height_m(gear.hub_height_m);
+    type.set_teeth_radius_m(gear.teeth_radius_m);
+  }
+  for (const TrayLooks& tray : looks.trays) {
+    auto& type = *out.add_trays();
+    type.set_type(tray.type);
+    for (const PocketLooks& pocket : tray.pockets) {
+      auto& recess = *type.add_pockets();
+      recess.set_top_radius_m(pocket.top_radius_m);
+      recess.set_floor_radius_m(pocket.floor_radius_m);
+      recess.set_depth_m(pocket.depth_m);
+    }
+  }
+}
+
+}  // namespace
+
+ViewerHub::ViewerHub(const WebServerOptions& options, api::CommandSink& sink,
+                     const api::SnapshotSource& source)
+    : options_(options),
+      sink_(sink),
+      source_(source),
+      instance_id_(random_id()),
+      plc_(options.scaling, options.endpoint, sink, source),
+      token_attempts_(kTokenAttemptsPerSecond) {
+  const api::SnapshotPtr snapshot = source.latest();
+  if (snapshot->cell->light_curtain) beams_ = snapshot->cell->light_curtain->beams;
+  const auto robots = static_cast<int>(snapshot->cell->robots.size());
+  for (int robot = 0; robot < robots; ++robot) {
+    joggers_.emplace_back(robot, options.endpoint, sink, options.jog_timeout);
+  }
+}
+
+void ViewerHub::add(std::shared_ptr<WebSocket> socket, std::string peer) {
+  spdlog::info("web: viewer {} connected", peer);
+  const auto viewer = std::make_shared<Viewer>(
+      ++next_id_, std::move(socket), std::move(peer),
+      Viewer::Events{[this](Viewer& from, const auto& request) { take(from, request); },
+                     [this](Viewer& ended) { remove(ended); }});
+  viewers_[viewer->id()] = viewer;
+  viewer->set_rate(options_.max_rate_hz);
+  viewer->start();
+  greet(*viewer);
+}
+
+void ViewerHub::greet(Viewer& viewer) {
+  v1::ViewerUpdate update;
+  auto& welcome = *update.mutable_welcome();
+  welcome.set_instance_id(instance_id_);
+  welcome.set_version(options_.version);
+  welcome.set_max_rate_hz(options_.max_rate_hz);
+  welcome.set_jog_timeout_s(std::chrono::duration<double>(options_.jog_timeout).count());
+  viewer.send(pack(update));
+  *update.mutable_permission() = permission(viewer);
+  viewer.send(pack(update));
+  write(options_.looks, *update.mutable_looks());
+  viewer.send(pack(update));
+  write_message(options_.scaling, beams_, *update.mutable_register_map());
+  viewer.send(pack(update));
+}
+
+v1::Permission ViewerHub::permission(const Viewer& viewer) const {
+  v1::Permission permission;
+  if (!options_.control) {
+    permission.set_reason("This view is read-only (web.control is false).");
+  } else if (!options_.token.empty() && !viewer.authenticated) {
+    permission.set_reason("Control needs the access token.");
+    permission.set_token_helps(true);
+  } else {
+    permission.set_control(true);
+  }
+  return permission;
+}
+
+void ViewerHub::take(Viewer& viewer, const v1::ViewerRequest& request) {
+  const auto done = execute(viewer, request);
+  if (request.id() == 0) return;
+  v1::ViewerUpdate update;
+  auto& outcome = *update.mutable_outcome();
+  outcome.set_id(request.id());
+  outcome.set_ok(done.has_value());
+  if (!done) {
+    outcome.set_field(done.error().field);
+    outcome.set_message(done.error().message);
+  }
+  viewer.send(pack(update));
+}
+
+Result<void> ViewerHub::execute(Viewer& viewer, const v1::ViewerRequest& request) {
+  if (request.has_watch()) {
+    set_watch(viewer, request.watch());
+    return {};
+  }
+  if (request.has_authenticate()) return authenticate(viewer, request.authenticate().token());
+  const v1::Permission allowed = permission(viewer);
+  if (!allowed.control()) {
+    return fail(ErrorCode::kFailedPrecondition, "permission", allowed.reason());
+  }
+  const api::SnapshotPtr snapshot = source_.latest();
+  if (request.has_jog()) {
+    if (request.jog().robot() >= joggers_.size()) {
+      return fail(ErrorCode::kNotFound, "robot",
+                  fmt::format("{} is not below {}", request.jog().robot(), joggers_.size()));
+    }
+    return joggers_[request.jog().robot()].renew(viewer.id(), request.jog(), *snapshot,
+                                                 Clock::now());
+  }
+  const auto commands = commands_of(request, *snapshot);
+  if (!commands) return fail(ErrorCode::kUnimplemented, "body", "no request that is known here");
+  if (!*commands) return tl::unexpected(commands->error());
+  for (const auto& body : **commands) {
+    if (const auto ticket = sink_.submit({options_.endpoint, body}); !ticket) {
+      return tl::unexpected(ticket.error());
+    }
+  }
+  return {};
+}
+
+Result<void> ViewerHub::authenticate(Viewer& viewer, const std::string& token) {
+  if (options_.token.empty()) return {};
+  if (!token_attempts_.admit(Clock::now())) {
+    return fail(ErrorCode::kUnavailable, "token", "too many attempts; wait a second");
+  }
+  if (!equal_secrets(token, options_.token)) {
+    spdlog::warn("web: viewer {} gave a wrong token", viewer.peer());
+    return fail(ErrorCode::kInvalidArgument, "token", "it is not the right one");
+  }
+  viewer.authenticated = true;
+  v1::ViewerUpdate update;
+  *update.mutable_permission() = permission(viewer);
+  viewer.send(pack(update));
+  return {};
+}
+
+void ViewerHub::set_watch(Viewer& viewer, const v1::Watch& watch) {
+  viewer.watch = watch;
+  const bool limited = std::isfinite(watch.rate_hz()) && watch.rate_hz() > 0;
+  viewer.set_rate(limited ? std::clamp(watch.rate_hz(), 0.1, options_.max_rate_hz)
+                          : options_.max_rate_hz);
+  update_taps();
+}
+
+void ViewerHub::update_taps() {
+  bool crcl = false, modbus = false;
+  for (const auto& [id, viewer] : viewers_) {
+    crcl = crcl || viewer->watch.crcl();
+    modbus = modbus || viewer->watch.modbus();
+  }
+  if (options_.crcl_tap) options_.crcl_tap->watch(crcl);
+  if (options_.modbus_tap) options_.modbus_tap->watch(modbus);
+}
+
+void ViewerHub::remove(Viewer& viewer) {
+  for (Jogger& jogger : joggers_) jogger.release(viewer.id());
+  viewers_.erase(viewer.id());
+  update_taps();
+}
+
+void ViewerHub::close() {
+  for_each([this](Viewer& viewer) {
+    for (Jogger& jogger : joggers_) jogger.release(viewer.id());
+    viewer.close("the daemon stops");
+  });
+}
+
+void ViewerHub::tick(Clock::time_point now) {
+  const api::SnapshotPtr snapshot = source_.latest();
+  for (Jogger& jogger : joggers_) jogger.tick(*snapshot, now);
+  if (viewers_.empty()) return;
+  send_snapshots(now);
+  if (now - registers_at_ >= kRegisterPeriod) {
+    registers_at_ = now;
+    send_registers();
+  }
+  if (now - status_at_ >= kStatusPeriod) {
+    status_at_ = now;
+    send_status();
+  }
+  send_events(options_.crcl_tap, &v1::Watch::crcl);
+  send_events(options_.modbus_tap, &v1::Watch::modbus);
+}
+
+void ViewerHub::send_snapshots(Clock::time_point now) {
+  const api::SnapshotPtr snapshot = source_.latest();
+  if (snapshot != sent_ || now - sent_at_ >= kLongestSilence) {
+    sent_ = snapshot;
+    sent_at_ = now;
+  } else if (std::none_of(viewers_.begin(), viewers_.end(), [&](const auto& entry) {
+               return entry.second->cell != snapshot->cell;
+             })) {
+    return;
+  }
+  WebMessage cell, state;
+  for_each([&](Viewer& viewer) {
+    if (!viewer.due(now)) return;
+    if (viewer.cell != snapshot->cell) {
+      if (!cell) {
+        update_.Clear();
+        write_message(*snapshot->cell, *update_.mutable_cell());
+        cell = pack(update_);
+      }
+      viewer.cell = snapshot->cell;
+      viewer.send(cell);
+    }
+    if (!state) {
+      update_.Clear();
+      write_message(*snapshot, instance_id_, *update_.mutable_snapshot());
+      for (auto& body : *update_.mutable_snapshot()->mutable_bodies()) {
+        body.clear_name();
+        body.clear_type();
+      }
+      state = pack(update_);
+    }
+    viewer.offer_snapshot(state);
+  });
+}
+
+void ViewerHub::send_registers() {
+  WebMessage message;
+  for_each([&](Viewer& viewer) {
+    if (!viewer.watch.registers()) return;
+    if (!message) {
+      plc_.refresh();
+      update_.Clear();
+      write_message(plc_.image(), beams_, *update_.mutable_registers());
+      message = pack(update_);
+    }
+    viewer.offer_registers(message);
+  });
+}
+
+void ViewerHub::send_status() {
+  if (!options_.listeners) return;
+  const auto listeners = options_.listeners();
+  for_each([&](Viewer& viewer) {
+    update_.Clear();
+    auto& status = *update_.mutable_status();
+    status.set_skipped_snapshots(viewer.skipped());
+    for (const ListenerCount& listener : listeners) {
+      auto& out = *status.add_listeners();
+      out.set_name(listener.name);
+      out.set_port(listener.port);
+      out.set_clients(static_cast<std::uint32_t>(listener.clients));
+    }
+    (void)viewer.send_if_quick(pack(update_));
+  });
+}
+
+void ViewerHub::send_events(WireTap* tap, bool (v1::Watch::*wants)() const) {
+  if (!tap || !tap->watched()) return;
+  events_.clear();
+  const std::uint64_t dropped = tap->fetch(kEventsPerTick, events_);
+  if (events_.empty()) return;
+  update_.Clear();
+  auto& out = *update_.mutable_wire_events();
+  out.set_dropped(dropped);
+  for (const WireEvent& event : events_) write(event, *out.add_events());
+  const WebMessage message = pack(update_);
+  for_each([&](Viewer& viewer) {
+    if ((viewer.watch.*wants)()) (void)viewer.send_if_quick(message);
+  });
+}
+
+// A viewer may end, and leave the map, while it is visited.
+template <typename Visit>
+void ViewerHub::for_each(const Visit& visit) {
+  std::vector<std::shared_ptr<Viewer>> all;
+  all.reserve(viewers_.size());
+  for (const auto& [id, viewer] : viewers_) all.push_back(viewer);
+  for (const auto& viewer : all) visit(*viewer);
+}
+
+}  // namespace aprsim::protocols

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "aprsim/v1/web.pb.h"
+#include "protocols/modbus/plc.hpp"
+#include "protocols/web/jogger.hpp"
+#include "protocols/web/viewer.hpp"
+#include "protocols/web/web_server.hpp"
+
+namespace aprsim::protocols {
+
+/// All viewers: what each is sent when, and what becomes of its requests. Knows no HTTP.
+/// Thread: the server's.
+class ViewerHub {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  ViewerHub(const WebServerOptions& options, api::CommandSink& sink,
+            const api::SnapshotSource& source);
+
+  void add(std::shared_ptr<WebSocket> socket, std::string peer);
+  /// Sends what is due; at the highest rate of snapshots.
+  void tick(Clock::time_point now);
+  /// Ends jogs and closes every viewer.
+  void close();
+  [[nodiscard]] std::size_t size() const { return viewers_.size(); }
+
+ private:
+  void take(Viewer& viewer, const v1::ViewerRequest& request);
+  [[nodiscard]] Result<void> execute(Viewer& viewer, const v1::ViewerRequest& request);
+  [[nodiscard]] Result<void> authenticate(Viewer& viewer, const std::string& token);
+  void set_watch(Viewer& viewer, const v1::Watch& watch);
+  void remove(Viewer& viewer);
+  void update_taps();
+
+  [[nodiscard]] v1::Permission permission(const Viewer& viewer) const;
+  void greet(Viewer& viewer);
+  void send_snapshots(Clock::time_point now);
+  void send_registers();
+  void send_status();
+  void send_events(WireTap* tap, bool (v1::Watch::*wants)() const);
+  template <typename Visit>
+  void for_each(const Visit& visit);
+
+  const WebServerOptions& options_;
+  api::CommandSink& sink_;
+  const api::SnapshotSource& source_;
+  std::string instance_id_;
+  int beams_ = 0;  // of the light curtain; the same after a reset
+  Plc plc_;        // a reader's own: the registers as the snapshot makes them
+  std::map<std::uint64_t, std::shared_ptr<Viewer>> viewers_;
+  std::uint64_t next_id_ = 0;
+  std::vector<Jogger> joggers_;  // by robot
+  RateLimit token_attempts_;
+  api::SnapshotPtr sent_;
+  Clock::time_point sent_at_{}, registers_at_{}, status_at_{};
+  v1::ViewerUpdate update_;  // keeps its memory from message to message
+  std::vector<WireEvent> events_;
+};
+
+}  // namespace aprsim::protocols

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "modbus/register_map.hpp"
+#include "protocols/web/cell_looks.hpp"
+#include "protocols/wire_tap.hpp"
+#include "world/api/error.hpp"
+#include "world/api/ports.hpp"
+
+/// The web page and its WebSocket.
+namespace aprsim::protocols {
+
+/// One listener of the daemon, as the page shows it.
+struct ListenerCount {
+  std::string name;
+  std::uint16_t port = 0;
+  std::uint64_t clients = 0;
+};
+
+struct WebServerOptions {
+  std::string bind_address = "127.0.0.1";  ///< a numeric IPv4 or IPv6 address
+  std::uint16_t port = 8080;               ///< 0 = any free port
+  std::size_t max_connections = 32;        ///< a further one is closed at once
+  std::size_t max_viewers = 24;            ///< WebSockets among them; a further one gets 503
+  double max_rate_hz = 60;                 ///< of snapshots
+  bool control = true;                     ///< false: no viewer may command
+  std::string token;                       ///< not empty: viewers need it to command
+  std::vector<std::string> hosts;  ///< host names of the page besides addresses and localhost
+  std::string assets;              ///< directory of the page's files
+  std::vector<std::pair<std::string, std::string>> models;  ///< robot name, description file
+  CellLooks looks;                                          ///< of the cell
+  std::string version;
+  modbus::ConveyorScaling scaling;  ///< of the registers shown
+  api::EndpointId endpoint = 0;     ///< stamped on every command
+  std::chrono::milliseconds jog_timeout{400};
+  /// stop() lets closing handshakes go on for at most so long.
+  std::chrono::milliseconds drain_deadline{300};
+  WireTap* crcl_tap = nullptr;  ///< both outlive the server; may be null
+  WireTap* modbus_tap = nullptr;
+  std::function<std::vector<ListenerCount>()> listeners;  ///< called on the server's thread
+};
+
+/// Serves the page over HTTP from a table of files, and to each viewer, over a WebSocket, the
+/// latest snapshot at the rate it asks for, besides traffic and registers that it watches. Takes
+/// commands and jogs from viewers that may. Connects browsers from its own page only. One thread.
+class WebServer {
+ public:
+  /// Keeps references to both; they must outlive the server.
+  WebServer(WebServerOptions options, api::CommandSink& sink, const api::SnapshotSource& source);
+  ~WebServer();
+  WebServer(const WebServer&) = delete;
+  WebServer& operator=(const WebServer&) = delete;
+
+  /// Reads the files, listens and starts the thread; returns the port. Without the page's files a
+  /// notice takes their place. Fails with the address, port and cause. Once only.
+  [[nodiscard]] Result<std::uint16_t> start();
+  /// Ends jogs, says goodbye to viewers, closes everything and joins. Again: nothing.
+  void stop();
+
+  [[nodiscard]] std::size_t open() const;  ///< connections now; thread: any
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace aprsim::protocols

@@ -1,0 +1,127 @@
+// The real daemon, a real browser, and clients of the other wires, for the tests of the page.
+import {spawn} from 'node:child_process';
+import {existsSync, mkdtempSync, readFileSync, rmSync} from 'node:fs';
+import {connect} from 'node:net';
+import {tmpdir} from 'node:os';
+import {dirname, join} from 'node:path';
+import {fileURLToPath} from 'node:url';
+import {chromium} from 'playwright-core';
+
+const here = dirname(fileURLToPath(import.meta.url));
+const bin = process.env.APRSIM_BIN_DIR ?? join(here, '../../build/release/bin');
+const browserProgram = process.env.CHROMIUM ?? '/usr/bin/chromium';
+
+/** Waits until `look` gives something true. */
+export async function until(what, look, deadline_ms = 15000) {
+  const end = Date.now() + deadline_ms;
+  for (let last; ;) {
+    try {
+      const found = await look();
+      if (found) return found;
+    } catch (problem) {
+      last = problem;
+    }
+    if (Date.now() > end) throw new Error(`waited in vain: ${what}${last ? ` (${last.message})` : ''}`);
+    await new Promise((go) => setTimeout(go, 30));
+  }
+}
+
+export class Daemon {
+  static async start(args = [], ports = null) {
+    const daemon = new Daemon();
+    daemon.directory = mkdtempSync(join(tmpdir(), 'aprsim-web-'));
+    const file = join(daemon.directory, 'ports.json');
+    const fixed = ports ? ['--set', `web.port=${ports.web}`] : [];
+    daemon.process = spawn(join(bin, 'aprsimd'), [...(ports ? [] : ['--any-port']), '--ports-file', file, ...fixed, ...args], {stdio: ['ignore', 'ignore', 'pipe']});
+    daemon.log = '';
+    daemon.process.stderr.on('data', (text) => (daemon.log += text));
+    await until('the daemon to listen', () => {
+      if (daemon.process.exitCode !== null) throw new Error(daemon.log);
+      return existsSync(file);
+    });
+    daemon.ports = JSON.parse(readFileSync(file, 'utf8'));
+    return daemon;
+  }
+  get url() {
+    return `http://127.0.0.1:${this.ports.web}/`;
+  }
+  async stop() {
+    if (this.process.exitCode === null) {
+      const ended = new Promise((end) => this.process.once('exit', end));
+      this.process.kill('SIGTERM');
+      await ended;
+    }
+    rmSync(this.directory, {recursive: true, force: true});
+  }
+}
+
+export function openBrowser() {
+  return chromium.launch({executablePath: browserProgram, headless: true,
+                          args: ['--no-sandbox', '--disable-dev-shm-usage', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist']});
+}
+
+/** A page of the daemon's; everything it complains of lands in `page.complaints`. */
+export async function openPage(browser, daemon, options = {}) {
+  const {query = '', ...context} = options;
+  const page = await (await browser.newContext({viewport: {width: 1200, height: 800}, colorScheme: 'dark', ...context})).newPage();
+  page.complaints = [];
+  page.on('console', (message) => {
+    // Software rendering has its own remarks on performance.
+    if (['error', 'warning'].includes(message.type()) && !/GL Driver Message|WebGL|swiftshader/i.test(message.text())) page.complaints.push(message.text());
+  });
+  page.on('pageerror', (error) => page.complaints.push(String(error)));
+  await page.goto(daemon.url + query);
+  await page.waitForSelector('main[data-frames=drawn]', {timeout: 120000});
+  return page;
+}
+
+/** Speaks CRCL as a controller does: one document after another, then GetStatus until it is done. */
+export class CrclClient {
+  static async open(port) {
+    const client = new CrclClient();
+    client.socket = connect(port, '127.0.0.1');
+    client.received = '';
+    client.id = 0;
+    client.socket.setNoDelay(true);
+    client.socket.on('data', (data) => (client.received += data));
+    await new Promise((ready, failed) => client.socket.once('connect', ready).once('error', failed));
+    return client;
+  }
+  send(type, content = '') {
+    this.id += 1;
+    this.socket.write(`<?xml version="1.0" encoding="UTF-8"?><CRCLCommandInstance xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"><CRCLCommand xsi:type="${type}"><CommandID>${this.id}</CommandID>${content}</CRCLCommand></CRCLCommandInstance>`);
+    return this.id;
+  }
+  async status() {
+    this.received = '';
+    this.send('GetStatusType');
+    this.id -= 1;
+    await until('a status', () => this.received.includes('</CRCLStatus>'));
+    return this.received;
+  }
+  async run(type, content = '') {
+    const id = this.send(type, content);
+    return until(`${type} to be done`, async () => {
+      const status = await this.status();
+      if (status.includes('CRCL_Error')) throw new Error(status);
+      return status.includes(`<CommandID>${id}</CommandID>`) && status.includes('CRCL_Done') && status;
+    }, 60000);
+  }
+  moveJoints(...degrees) {
+    return this.run('ActuateJointsType', degrees.map((position, i) => `<ActuateJoint><JointNumber>${i + 1}</JointNumber><JointPosition>${position}</JointPosition><JointDetails xsi:type="JointSpeedAccelType"/></ActuateJoint>`).join(''));
+  }
+  close() {
+    this.socket.destroy();
+  }
+}
+
+/** Writes one holding register of the conveyor's PLC. */
+export async function writeRegister(port, address, value) {
+  const socket = connect(port, '127.0.0.1');
+  const answer = new Promise((done, failed) => socket.once('data', done).once('error', failed));
+  const request = Buffer.from([0, 9, 0, 0, 0, 6, 1, 6, address >> 8, address & 255, value >> 8, value & 255]);
+  socket.write(request);
+  const reply = await answer;
+  socket.destroy();
+  if (!reply.equals(request)) throw new Error(`the PLC answered ${reply.toString('hex')}`);
+}
