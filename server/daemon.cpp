@@ -198,7 +198,7 @@ class Daemon::Impl {
     auto grpc = telemetry_.start();
     if (!grpc) return tl::unexpected(grpc.error());
     ports["grpc"] = *grpc;
-    ports_ = ports;
+    ports_ = ports;  // before the page's thread starts to read it
     if (web_) {
       auto web = web_->start();
       if (!web) return tl::unexpected(web.error());
@@ -240,6 +240,8 @@ class Daemon::Impl {
       add("vision." + name, vision->stats().open);
     }
     add("modbus", modbus_.stats().open);
+    add("grpc", telemetry_.open());
+    add("web", web_->open());
     return all;
   }
 

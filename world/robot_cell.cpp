@@ -349,6 +349,7 @@ void RobotCell::write(const physics::GripperState& gripper,
   out.override_fraction = controller_.override_fraction();
   out.tool_mounted = controller_.tool_mounted();
   out.action = controller_.status();
+  out.X_RG = controller_.X_RG();
   out.initialized = controller_.initialized();
   out.protective_stop = controller_.stopped_by_protection();
   out.moving = controller_.moving();

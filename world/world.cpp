@@ -108,6 +108,7 @@ void World::describe(std::uint64_t seed) {
   for (const auto& gear : scene_->gears) {
     cell->bodies.push_back(describe_gear(gear, scene_->gear_types.at(gear.type)));
   }
+  cell->fixed = physics_->fixed_names();
   description_ = std::move(cell);
 }
 
@@ -254,6 +255,7 @@ void World::write(api::Snapshot& out) const {
                                                .group = state.group};
   }
   out.contact_count = physics_->contact_count();
+  physics_->write_contacts(out.contacts);
   out.virtual_joint_count = physics_->virtual_joint_count();
   out.max_penetration_m = physics_->max_penetration_m();
   out.physics_faults = physics_->penetration_faults();

@@ -122,6 +122,7 @@ void write_message(const api::CellDescription& cell, v1::CellDescription& messag
   }
   if (cell.light_curtain) write(*cell.light_curtain, *message.mutable_light_curtain());
   for (const auto& body : cell.bodies) write(body, *message.add_bodies());
+  for (const auto& name : cell.fixed) message.add_fixed(name);
 }
 
 }  // namespace aprsim::protocols

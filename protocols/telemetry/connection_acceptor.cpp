@@ -119,7 +119,7 @@ bool ConnectionAcceptor::accept_one() {
     if (exhausted) spdlog::warn("grpc: cannot accept a connection: {}", std::strerror(errno));
     return !exhausted;
   }
-  if (!has_room()) {
+  if (open() >= static_cast<std::size_t>(max_connections_)) {
     ++refused_;
     spdlog::warn("grpc: {} refused, {} connections are open already", peer_of(address, size),
                  max_connections_);
@@ -128,18 +128,22 @@ bool ConnectionAcceptor::accept_one() {
   }
   const int yes = 1;
   setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
-  if (const auto cookie = cookie_of(fd)) connections_.push_back({fd, *cookie});
+  if (const auto cookie = cookie_of(fd)) {
+    const std::lock_guard lock(mutex_);
+    connections_.push_back({fd, *cookie});
+  }
   spdlog::debug("grpc: {} connected", peer_of(address, size));
   handler_(fd);
   return true;
 }
 
-bool ConnectionAcceptor::has_room() {
+std::size_t ConnectionAcceptor::open() {
+  const std::lock_guard lock(mutex_);
   // gRPC does not tell when it closes a socket it was given: ask the kernel which are still there.
   std::erase_if(connections_, [](const Connection& connection) {
     return cookie_of(connection.fd) != connection.cookie;
   });
-  return connections_.size() < static_cast<std::size_t>(max_connections_);
+  return connections_.size();
 }
 
 }  // namespace aprsim::protocols

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
@@ -35,6 +36,8 @@ class ConnectionAcceptor {
   /// Closes the listening socket and ends the thread. Handed-on sockets stay open.
   void stop();
 
+  /// Connections open now. Thread: any.
+  [[nodiscard]] std::size_t open();
   /// Connections closed at once because there were too many.
   [[nodiscard]] std::uint64_t refused() const { return refused_; }
 
@@ -46,13 +49,13 @@ class ConnectionAcceptor {
   };
   void loop();
   bool accept_one();
-  [[nodiscard]] bool has_room();
 
   const int max_connections_;
   Handler handler_;
   int listen_fd_ = -1;
   int stop_fd_ = -1;
-  std::vector<Connection> connections_;
+  std::mutex mutex_;
+  std::vector<Connection> connections_;  // under mutex_
   std::atomic<std::uint64_t> refused_{0};
   std::thread thread_;
 };

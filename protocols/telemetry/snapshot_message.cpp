@@ -20,6 +20,12 @@ v1::ActionState action_state(api::ActionState state) {
   return v1::ACTION_STATE_UNSPECIFIED;
 }
 
+/// Both enumerations have the same order.
+v1::ActionKind action_kind(api::ActionKind kind) {
+  static_assert(static_cast<int>(api::ActionKind::kMotionLimit) == v1::ACTION_KIND_MOTION_LIMIT);
+  return static_cast<v1::ActionKind>(kind);
+}
+
 v1::DriveFault drive_fault(api::DriveFault fault) {
   switch (fault) {
     case api::DriveFault::kNone:
@@ -98,10 +104,12 @@ void write(const api::RobotSnapshot& robot, const api::RobotDescription& descrip
   message.mutable_action()->set_ticket(robot.action.ticket);
   message.mutable_action()->set_state(action_state(robot.action.state));
   message.mutable_action()->set_description(robot.action.description);
+  message.mutable_action()->set_kind(action_kind(robot.action.kind));
   message.set_initialized(robot.initialized);
   message.set_protective_stop(robot.protective_stop);
   message.set_moving(robot.moving);
   write(robot.vision, cell, *message.mutable_vision());
+  if (robot.X_RG) write_message(*robot.X_RG, *message.mutable_goal_in_reference());
 }
 
 void write(const api::BodySnapshot& body, const api::BodyDescription& description,
@@ -115,6 +123,28 @@ void write(const api::BodySnapshot& body, const api::BodyDescription& descriptio
   message.set_resting(body.resting);
   message.set_group_kind(group_kind(body.group_kind));
   if (body.group >= 0) message.set_group(static_cast<std::uint32_t>(body.group));
+}
+
+void write(const api::ContactSide& side, v1::ContactSide& message) {
+  const auto index = static_cast<std::uint32_t>(side.index);
+  switch (side.kind) {
+    case api::ContactSide::Kind::kBody:
+      message.set_body(index);
+      break;
+    case api::ContactSide::Kind::kRobot:
+      message.set_robot(index);
+      break;
+    case api::ContactSide::Kind::kFixed:
+      message.set_fixed(index);
+      break;
+  }
+}
+
+void write(const api::ContactSnapshot& contact, v1::Contact& message) {
+  write(contact.first, *message.mutable_first());
+  write(contact.second, *message.mutable_second());
+  write_message(contact.p_W, *message.mutable_point_m());
+  write_message(contact.f_W, *message.mutable_force_n());
 }
 
 void write_time(const api::Snapshot& snapshot, v1::Snapshot& message) {
@@ -210,6 +240,7 @@ void write_message(const api::Snapshot& snapshot, const std::string& instance_id
   }
   message.set_contact_count(static_cast<std::uint32_t>(snapshot.contact_count));
   message.set_virtual_joint_count(static_cast<std::uint32_t>(snapshot.virtual_joint_count));
+  for (const auto& contact : snapshot.contacts) write(contact, *message.add_contacts());
   message.set_max_penetration_m(snapshot.max_penetration_m);
   message.set_physics_faults(snapshot.physics_faults);
   message.set_world_fault(snapshot.world_fault);

@@ -117,6 +117,8 @@ class TelemetryServer::Impl {
     acceptor_.reset();
   }
 
+  [[nodiscard]] std::size_t open() const { return acceptor_ ? acceptor_->open() : 0; }
+
  private:
   using Handover = grpc::experimental::ExternalConnectionAcceptor;
 
@@ -184,5 +186,7 @@ TelemetryServer::~TelemetryServer() { stop(); }
 Result<std::uint16_t> TelemetryServer::start() { return impl_->start(); }
 
 void TelemetryServer::stop(std::chrono::milliseconds deadline) { impl_->stop(deadline); }
+
+std::size_t TelemetryServer::open() const { return impl_->open(); }
 
 }  // namespace aprsim::protocols

@@ -45,6 +45,9 @@ class TelemetryServer {
   /// left at the deadline. Also without a start and more than once. Thread: not a gRPC callback.
   void stop(std::chrono::milliseconds deadline = std::chrono::milliseconds(500));
 
+  /// Connections open now. Thread: any, between start() and stop().
+  [[nodiscard]] std::size_t open() const;
+
  private:
   class Impl;
   std::unique_ptr<Impl> impl_;

@@ -95,6 +95,7 @@ struct CellDescription {
   ConveyorDescription conveyor;
   std::optional<LightCurtainDescription> light_curtain;
   std::vector<BodyDescription> bodies;
+  std::vector<std::string> fixed;  ///< names of what never moves and can be touched
 };
 
 }  // namespace aprsim::api

@@ -144,6 +144,30 @@ struct SetMotionLimit {
 using RobotAction =
     std::variant<InitRobot, EndRobot, StopMotion, MoveTo, MoveThroughTo, MoveScrew, MoveJoints,
                  SetGripper, SetGripperForce, SetToolChanger, SetOverride, Dwell, SetMotionLimit>;
+
+/// Which of RobotAction's commands, in its order.
+enum class ActionKind {
+  kNone,
+  kInit,
+  kEnd,
+  kStop,
+  kMoveTo,
+  kMoveThroughTo,
+  kMoveScrew,
+  kMoveJoints,
+  kGripper,
+  kGripperForce,
+  kToolChanger,
+  kOverride,
+  kDwell,
+  kMotionLimit,
+};
+static_assert(std::variant_size_v<RobotAction> ==
+              static_cast<std::size_t>(ActionKind::kMotionLimit));
+[[nodiscard]] inline ActionKind kind_of(const RobotAction& action) {
+  return static_cast<ActionKind>(action.index() + 1);
+}
+
 struct RobotCommand {
   int robot = 0;  ///< index into CellDescription::robots
   RobotAction action;

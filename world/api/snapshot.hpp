@@ -45,6 +45,7 @@ struct ActionStatus {
   /// When kError: joint or axis, value, limit, unit, and what to do. When kDone: what there is to
   /// tell, mostly nothing.
   std::string description;
+  ActionKind kind = ActionKind::kNone;
 };
 
 struct RobotSnapshot {
@@ -60,6 +61,7 @@ struct RobotSnapshot {
   double override_fraction = 1;  ///< of every motion's speed, as set
   bool tool_mounted = true;      ///< false: the tool changer is open, T is the flange frame
   ActionStatus action;
+  std::optional<Pose> X_RG;      ///< where the running motion is to take the tool
   bool initialized = false;      ///< InitRobot taken since start, EndRobot or a held error
   bool protective_stop = false;  ///< tripped; held until InitRobot
   bool moving = false;
@@ -107,6 +109,20 @@ struct BodySnapshot {
   int group = -1;  ///< bodies of one number are simplified together, -1 = none
 };
 
+/// One of the two things that touch at a point.
+struct ContactSide {
+  enum class Kind { kBody, kRobot, kFixed } kind = Kind::kFixed;
+  int index = 0;  ///< into bodies, robots (its gripper or a link) or CellDescription::fixed
+};
+
+inline constexpr std::size_t kMaxContacts = 256;
+/// A contact point with the force that it bore in the step.
+struct ContactSnapshot {
+  ContactSide first, second;
+  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();
+  Eigen::Vector3d f_W = Eigen::Vector3d::Zero();  ///< on the first [N]
+};
+
 struct Snapshot {
   std::shared_ptr<const CellDescription> cell;
   std::uint64_t epoch = 0;  ///< counts resets and loads of a saved state
@@ -127,6 +143,9 @@ struct Snapshot {
   std::vector<BodySnapshot> bodies;
 
   int contact_count = 0;
+  /// Those that are computed, at most kMaxContacts: what merged bodies and sleeping groups bear
+  /// among themselves is not.
+  std::vector<ContactSnapshot> contacts;
   int virtual_joint_count = 0;       ///< contact simplification at work
   double max_penetration_m = 0;      ///< deepest contact in this step
   std::uint64_t physics_faults = 0;  ///< penetrations over 0.5 mm since reset

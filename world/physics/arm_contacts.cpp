@@ -98,7 +98,11 @@ void ArmContacts::on_fixed(int robot, std::vector<std::vector<ArmForce>>& forces
       for (const auto& point : found_) {
         const Eigen::Vector3d v = arm.last_velocity(link.link, point.p_W, cell_.step_s);
         const Eigen::Vector3d force = contact_force(point, v, cell_, found_.size());
-        forces[r].push_back({link.link, point.p_W, force, fixed.name});
+        forces[r].push_back({.link = link.link,
+                             .p_W = point.p_W,
+                             .f_W = force,
+                             .with = fixed.name,
+                             .by_law = true});
       }
     }
   }
@@ -122,9 +126,9 @@ void ArmContacts::on_other(int robot_a, int robot_b, std::vector<std::vector<Arm
                                   arm_b.last_velocity(other.link, point.p_W, cell_.step_s);
         const Eigen::Vector3d force = contact_force(point, v, cell_, found_.size());
         forces[a].push_back(
-            {one.link, point.p_W, force, cell_.scene.robots[b].name, other.link, false});
+            {one.link, point.p_W, force, cell_.scene.robots[b].name, other.link, false, true});
         forces[b].push_back(
-            {other.link, point.p_W, -force, cell_.scene.robots[a].name, one.link, false});
+            {other.link, point.p_W, -force, cell_.scene.robots[a].name, one.link, false, true});
       }
     }
   }

@@ -46,6 +46,7 @@ struct ArmForce {
   std::string_view with;  ///< name of what it touches; outlives the step
   int with_link = -1;     ///< index into the links of the robot `with`, where it touches one
   bool on_gripper = false;
+  bool by_law = false;  ///< of the penalty law between what ODE does not move
 };
 
 /// Gears, trays, belt, tables, grippers and arm bodies in ODE: contact generation, solver policy,
@@ -98,6 +99,10 @@ class PhysicsWorld {
   /// Contact forces on links, palm, fingers and held part from outside (the grip itself left out).
   [[nodiscard]] std::span<const ArmForce> arm_forces(int robot) const;
   [[nodiscard]] int contact_count() const;
+  /// Replaces `out` by the contacts computed, at most api::kMaxContacts.
+  void write_contacts(std::vector<api::ContactSnapshot>& out) const;
+  /// Names of what never moves; ContactSide::index counts them.
+  [[nodiscard]] std::vector<std::string> fixed_names() const;
   [[nodiscard]] int virtual_joint_count() const;
   [[nodiscard]] double max_penetration_m() const;
   [[nodiscard]] std::uint64_t penetration_faults() const;

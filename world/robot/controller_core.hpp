@@ -30,6 +30,8 @@ struct RobotController::Core {
   /// Whether the robot takes commands that act; else the state is error.
   bool ready();
   void set_error(const std::string& reason);
+  /// Where the command just taken leads the tool.
+  void note_goal();
   void working(Task what);
   void done();
 

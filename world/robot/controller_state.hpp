@@ -38,6 +38,7 @@ struct ControllerState {
   double override_fraction = 1;
 
   api::ActionStatus status;
+  std::optional<Pose> X_RG;  ///< where the tool was to go by the latest move
   Task task = Task::kNone;
   ArrivalTolerance arrival;  ///< of the running motion
   std::string held_error;

@@ -80,6 +80,27 @@ Eigen::Isometry3d RobotController::Core::X_FT() const {
   return s.tool_mounted ? setup.X_FT : Eigen::Isometry3d::Identity();
 }
 
+void RobotController::Core::note_goal() {
+  switch (s.status.kind) {
+    case api::ActionKind::kOverride:
+    case api::ActionKind::kMotionLimit:
+      return;  // these leave a motion alone
+    case api::ActionKind::kMoveTo:
+    case api::ActionKind::kMoveThroughTo:
+    case api::ActionKind::kMoveScrew:
+    case api::ActionKind::kMoveJoints:
+      if (s.has_next || s.is_running) {
+        const JointVector& end = s.has_next ? s.next.end() : s.running.end();
+        s.X_RG = Pose::from(setup.X_BR.inverse() * flange_pose(setup.model, end) * X_FT());
+        return;
+      }
+      break;
+    default:
+      break;
+  }
+  s.X_RG.reset();
+}
+
 PlanStart RobotController::Core::plan_start(const JointVector& q) const { return {q, X_FT()}; }
 
 JointVector RobotController::Core::brake(Brake how) {
@@ -199,7 +220,9 @@ RobotController& RobotController::operator=(RobotController&&) noexcept = defaul
 void RobotController::take(api::Ticket ticket, const api::RobotAction& action,
                            const JointVector& q_actual) {
   core_->s.status.ticket = ticket;
+  core_->s.status.kind = api::kind_of(action);
   std::visit([&](const auto& command) { core_->execute(command, q_actual); }, action);
+  core_->note_goal();
 }
 
 const JointVector& RobotController::step(const ControllerInput& input) {
@@ -262,6 +285,10 @@ const ControllerState& RobotController::state() const { return core_->s; }
 void RobotController::restore(const ControllerState& state) { core_->s = state; }
 
 const api::ActionStatus& RobotController::status() const { return core_->s.status; }
+std::optional<Pose> RobotController::X_RG() const {
+  const bool goes = !core_->resting() && core_->s.held_error.empty();
+  return goes ? core_->s.X_RG : std::nullopt;
+}
 const JointVector& RobotController::reference() const { return core_->s.reference; }
 double RobotController::gripper_setting() const { return core_->s.gripper_setting; }
 bool RobotController::initialized() const { return core_->s.initialized; }

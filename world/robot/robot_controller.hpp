@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "world/api/command.hpp"
@@ -82,6 +83,8 @@ class RobotController {
   void fail(const std::string& reason);
 
   [[nodiscard]] const api::ActionStatus& status() const;
+  /// Where the running motion is to take the tool, in R; none when nothing is on its way.
+  [[nodiscard]] std::optional<Pose> X_RG() const;
   [[nodiscard]] const JointVector& reference() const;
   [[nodiscard]] double gripper_setting() const;  ///< 0..1; 1 at start
   [[nodiscard]] bool initialized() const;

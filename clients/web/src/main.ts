@@ -15,7 +15,7 @@ import {TrafficPanel} from './ui/traffic_panel';
 import {units, type Angle, type Length} from './ui/units';
 
 const kLayerNames: [keyof Layers, string, string][] = [
-  ['trails', 'Trails', 't'], ['groups', 'Groups', 'g'], ['cameras', 'Cameras', 'v'], ['curtain', 'Beams', 'b']
+  ['trails', 'Trails', 't'], ['targets', 'Targets', 'x'], ['contacts', 'Contacts', 'c'], ['groups', 'Groups', 'g'], ['cameras', 'Cameras', 'v'], ['curtain', 'Beams', 'b']
 ];
 
 const state = new State();
@@ -97,7 +97,6 @@ state.cellChanged.on((cell) => {
   robots = cell.robots.map((robot, i) => new RobotPanel(state, access, jog, view, robot, i));
   robotsPanel.replaceChildren(unitChoice(), ...robots.map((panel) => panel.element));
   access.prune();
-  view.showTarget(null);
 });
 state.display.on((snapshot) => robots.forEach((panel, i) => snapshot.robots[i] && panel.update(snapshot.robots[i]!)));
 units.changed.on(() => state.snapshot && state.display.emit(state.snapshot));

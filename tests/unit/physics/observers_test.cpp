@@ -45,6 +45,72 @@ TEST_P(Observers, SeeTheSameOverARunOfTheBelt) {
   }
 }
 
+std::vector<api::ContactSnapshot> contacts_of(const Bench& bench) {
+  std::vector<api::ContactSnapshot> contacts;
+  bench.world->write_contacts(contacts);
+  return contacts;
+}
+
+bool is(const api::ContactSide& side, api::ContactSide::Kind kind, int index) {
+  return side.kind == kind && side.index == index;
+}
+
+// A gear in its tray on a table: every force is reported where it acts, on whom and by whom.
+TEST(Contacts, BearTheWeightOfWhatRests) {
+  using Kind = api::ContactSide::Kind;
+  auto scene = empty_scene();
+  scene.physics.simplification = Simplification::kOff;
+  add_table(scene);
+  add_tray(scene, "tray", "small4", {0, 0}, {"s1=gear"});
+  const double gear_kg = scene.gear_types.at("small").mass_kg;
+  const double tray_kg = scene.tray_types.at("small4").mass_kg;
+  Bench bench(std::move(scene));
+  bench.run(500);
+  const auto names = bench.world->fixed_names();
+  Eigen::Vector3d on_gear = Eigen::Vector3d::Zero(), on_tray = on_gear;
+  const auto contacts = contacts_of(bench);
+  ASSERT_EQ(static_cast<int>(contacts.size()), bench.world->contact_count());
+  for (const auto& contact : contacts) {
+    if (is(contact.first, Kind::kBody, 1) && is(contact.second, Kind::kBody, 0)) {
+      on_gear += contact.f_W;
+      on_tray -= contact.f_W;
+      EXPECT_LT((contact.p_W - bench.X_WB("gear").translation()).norm(), 0.05);
+    } else {
+      ASSERT_TRUE(is(contact.first, Kind::kBody, 0));
+      ASSERT_EQ(contact.second.kind, Kind::kFixed);
+      EXPECT_EQ(names.at(static_cast<std::size_t>(contact.second.index)), "table");
+      on_tray += contact.f_W;
+    }
+  }
+  EXPECT_NEAR(on_gear.z(), gear_kg * 9.81, 1e-3);
+  EXPECT_NEAR(on_tray.z(), tray_kg * 9.81, 1e-3);
+  EXPECT_LT(on_gear.head<2>().norm() + on_tray.head<2>().norm(), 1e-3);
+}
+
+// What sleeps has no forces, and what a gripper holds has those of its pads.
+TEST(Contacts, OfAGripAreThoseOfThePads) {
+  using Kind = api::ContactSide::Kind;
+  auto scene = empty_scene();
+  add_table(scene);
+  add_tray(scene, "tray", "small4", {0, 0}, {"s1=gear"});
+  const Eigen::Vector3d peg = scene.gears[0].X_WP.p + Eigen::Vector3d(0, 0, 0.010);
+  add_hand(scene, peg + Eigen::Vector3d(0, 0, 0.05));
+  Bench bench(std::move(scene));
+  bench.run(300);
+  EXPECT_TRUE(contacts_of(bench).empty()) << "dormant";
+  bench.move({0, 0, -0.05}, 0.5);
+  bench.grip(0);
+  double pressing = 0;
+  for (const auto& contact : contacts_of(bench)) {
+    if (is(contact.first, Kind::kRobot, 0) && is(contact.second, Kind::kBody, 1)) {
+      pressing += contact.f_W.head<2>().norm();
+    }
+  }
+  const auto& force = bench.world->gripper(0).force_n;
+  EXPECT_GT(force[0], 10);
+  EXPECT_NEAR(pressing, force[0] + force[1], 0.1 * pressing);
+}
+
 INSTANTIATE_TEST_SUITE_P(Simplification, Observers,
                          testing::Values(Simplification::kMerge, Simplification::kDormant));
 

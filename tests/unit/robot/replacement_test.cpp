@@ -177,6 +177,27 @@ TEST_P(Replacement, ARefusedMoveStopsTheRunningOne) {
   expect_smooth();
 }
 
+TEST_P(Replacement, TheGoalIsThatOfTheRunningMove) {
+  std::mt19937 engine(3);
+  const JointVector q = rig.random_posture(engine, 0.2);
+  EXPECT_FALSE(rig.controller().X_RG());
+  rig.take(move_all(q));
+  rig.steps(20);
+  ASSERT_TRUE(rig.controller().X_RG());
+  EXPECT_LT((rig.controller().X_RG()->p - rig.X_RT(q).translation()).norm(), 1e-9);
+  EXPECT_EQ(rig.controller().status().kind, api::ActionKind::kMoveJoints);
+  rig.take(api::SetOverride{0.5});
+  EXPECT_TRUE(rig.controller().X_RG()) << "a setting leaves the move alone";
+  EXPECT_EQ(rig.controller().status().kind, api::ActionKind::kOverride);
+  Pose aside = rig.tool();
+  aside.p.z() += 0.01;
+  rig.take(api::MoveTo{aside, false});
+  ASSERT_TRUE(rig.controller().X_RG());
+  EXPECT_LT((rig.controller().X_RG()->p - aside.p).norm(), 1e-9);
+  rig.take(api::StopMotion{});
+  EXPECT_FALSE(rig.controller().X_RG());
+}
+
 TEST_P(Replacement, InitRobotAbortsMotion) {
   rig.take(api::MoveTo{Pose::from(shifted({0.1, 0, 0})), true});
   rig.steps(300);

@@ -65,6 +65,7 @@ FakeCell::FakeCell(int more_gears) {
                          .reaction = api::CurtainReaction::kBeltStop};
   cell->light_curtain->X_WK.p = {-1.2, -1.75, 0.3};
   cell->bodies = {make_gear("gear_1"), make_tray()};
+  cell->fixed = {"floor", "table"};
   for (int i = 0; i < more_gears; ++i) {
     cell->bodies.push_back(make_gear("gear_in_a_long_row_number_" + std::to_string(i + 2)));
   }
@@ -78,12 +79,17 @@ FakeCell::FakeCell(int more_gears) {
   snapshot->robots[0].gripper.force_n = {59, 61};
   snapshot->robots[0].gripper.holding = true;
   snapshot->robots[0].gripper.held_body = 0;
+  snapshot->robots[0].action.kind = api::ActionKind::kMoveTo;
+  snapshot->robots[0].X_RG = Pose{{0.3, 0.1, 0.2}, Eigen::Quaterniond::Identity()};
   snapshot->bodies.resize(cell->bodies.size());
   snapshot->bodies[0].X_WB.p = {0.1, -1.0, 0.95};
   snapshot->bodies[1].resting = true;
   snapshot->bodies[1].group_kind = api::GroupKind::kMerged;
   snapshot->bodies[1].group = 0;
   snapshot->contact_count = 12;
+  using Side = api::ContactSide::Kind;
+  snapshot->contacts = {{{Side::kRobot, 0}, {Side::kBody, 0}, {0.1, -1, 0.96}, {0, 60, 0}},
+                        {{Side::kBody, 1}, {Side::kFixed, 1}, {0, 0, 0.93}, {0, 0, 2}}};
   snapshot->cell = std::move(cell);
   latest_ = std::move(snapshot);
 }

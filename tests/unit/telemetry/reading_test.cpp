@@ -39,6 +39,15 @@ TEST_F(Reading, SnapshotCarriesTheCell) {
   EXPECT_EQ(snapshot.bodies(1).group_kind(), v1::GROUP_KIND_MERGED);
   EXPECT_EQ(snapshot.bodies(1).group(), 0u);
   EXPECT_EQ(snapshot.contact_count(), 12U);
+  EXPECT_EQ(robot.action().kind(), v1::ACTION_KIND_MOVE_TO);
+  EXPECT_EQ(robot.goal_in_reference().position_m().x(), 0.3);
+  ASSERT_EQ(snapshot.contacts_size(), 2);
+  EXPECT_EQ(snapshot.contacts(0).first().robot(), 0U);
+  EXPECT_TRUE(snapshot.contacts(0).first().has_robot());
+  EXPECT_TRUE(snapshot.contacts(0).second().has_body());
+  EXPECT_EQ(snapshot.contacts(0).force_n().y(), 60);
+  EXPECT_EQ(snapshot.contacts(1).second().fixed(), 1U);
+  EXPECT_EQ(snapshot.contacts(1).point_m().z(), 0.93);
 }
 
 TEST_F(Reading, CellDescriptionCarriesGeometry) {
@@ -48,6 +57,8 @@ TEST_F(Reading, CellDescriptionCarriesGeometry) {
   ASSERT_TRUE(telemetry_->GetCell(&context, {}, &response).ok());
   const auto& cell = response.cell();
   EXPECT_EQ(cell.scene(), "fake");
+  ASSERT_EQ(cell.fixed_size(), 2);
+  EXPECT_EQ(cell.fixed(1), "table");
   EXPECT_EQ(cell.robots(0).joints(1).upper_rad(), 2.5);
   EXPECT_EQ(cell.robots(0).base_in_world().position_m().x(), -0.169);
   EXPECT_EQ(cell.conveyor().max_speed_m_s(), 0.32768);

@@ -177,7 +177,9 @@ TEST_F(Serving, ConnectionsBeyondTheLimitAreClosedAndRoomComesBack) {
     EXPECT_GT(second.receive(), 0);
     const Socket third(port_);
     EXPECT_EQ(third.receive(), 0);
+    EXPECT_EQ(server_->open(), 2U);
   }
+  EXPECT_TRUE(eventually([&] { return server_->open() == 0; }));
   EXPECT_TRUE(eventually([&] {
     grpc::ClientContext context;
     v1::GetCellResponse response;

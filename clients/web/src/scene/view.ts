@@ -1,9 +1,11 @@
 import * as THREE from 'three';
 import {OrbitControls} from 'three/examples/jsm/controls/OrbitControls.js';
 import {RoomEnvironment} from 'three/examples/jsm/environments/RoomEnvironment.js';
-import type {CellDescription, Pose, Snapshot} from '../protocol';
+import type {CellDescription, Snapshot} from '../protocol';
 import type {State} from '../state';
-import {place, toVector} from './convert';
+import {Contacts} from './contacts';
+import {toVector} from './convert';
+import {Goals} from './goals';
 import {makeRenderer, software, type SurfaceMaterial} from './materials';
 import {Cameras, LightCurtain, PhotoEyes, Trail} from './overlays';
 import {Parts} from './parts';
@@ -12,7 +14,7 @@ import {Belt, makeFixed, makeFloor} from './surroundings';
 
 export const kRobotColors = [0xf5b82e, 0x3f8efc, 0x37d67a, 0xd64550];
 
-export interface Layers {groups: boolean; trails: boolean; cameras: boolean; curtain: boolean}
+export interface Layers {groups: boolean; contacts: boolean; trails: boolean; targets: boolean; cameras: boolean; curtain: boolean}
 export type Pick = {kind: 'body'; index: number} | {kind: 'robot'; index: number} | {kind: 'fixed'; name: string} | {kind: 'belt'};
 
 const kBackground = {dark: 0x171c24, light: 0xe6eaef};
@@ -21,7 +23,7 @@ const kStill_ms = 700;
 
 /** The cell in three dimensions. Draws when something has changed, and less finely on slow machines. */
 export class View {
-  readonly layers: Layers = {groups: false, trails: true, cameras: false, curtain: true};
+  readonly layers: Layers = {groups: false, contacts: false, trails: true, targets: true, cameras: false, curtain: true};
   onPick: (pick: Pick | null) => void = () => {};
 
   private readonly renderer: THREE.WebGLRenderer;
@@ -39,7 +41,8 @@ export class View {
   private eyes: PhotoEyes | null = null;
   private curtain: LightCurtain | null = null;
   private trails: Trail[] = [];
-  private readonly target = new THREE.AxesHelper(0.12);
+  private goals: Goals | null = null;
+  private readonly contacts = new Contacts();
   private readonly highlight = new THREE.BoxHelper(new THREE.Object3D(), 0xffffff);
   private selected: THREE.Object3D | null = null;
   private home = {eye: new THREE.Vector3(2, -3, 2), center: new THREE.Vector3()};
@@ -72,8 +75,8 @@ export class View {
     this.controls.maxDistance = 12;
     this.controls.addEventListener('change', () => (this.dirty = true));
     this.makeLights();
-    this.highlight.visible = this.target.visible = false;
-    this.scene.add(this.sky, this.sun, this.sun.target, this.floor, this.content, this.highlight, this.target);
+    this.highlight.visible = this.contacts.root.visible = false;
+    this.scene.add(this.sky, this.sun, this.sun.target, this.floor, this.content, this.highlight, this.contacts.root);
     new ResizeObserver(() => this.resize()).observe(container);
     this.pixelRatio = software ? 0.8 : Math.min(devicePixelRatio, 2);
     this.setTheme(true);
@@ -101,13 +104,6 @@ export class View {
 
   clearTrails(): void {
     for (const trail of this.trails) trail.clear();
-    this.dirty = true;
-  }
-
-  /** Shows where a robot has been told to go; none hides it. */
-  showTarget(poseInWorld: Pose | null): void {
-    this.target.visible = poseInWorld !== null;
-    if (poseInWorld) place(this.target, poseInWorld);
     this.dirty = true;
   }
 
@@ -170,9 +166,10 @@ export class View {
     this.cameras = new Cameras(cell, this.state.looks, kRobotColors);
     this.eyes = new PhotoEyes(cell);
     this.curtain = new LightCurtain(cell);
+    this.goals = new Goals(cell, kRobotColors);
     this.trails = cell.robots.map((_, i) => new Trail(kRobotColors[i % kRobotColors.length]!));
     if (this.state.looks) this.content.add(makeFixed(this.state.looks));
-    this.content.add(this.parts.root, this.cameras.root, this.eyes.root, this.curtain.root,
+    this.content.add(this.parts.root, this.cameras.root, this.eyes.root, this.curtain.root, this.goals.root,
                      ...this.trails.map((trail) => trail.line));
     if (this.belt) this.content.add(this.belt.root);
     this.scene.add(this.content);
@@ -204,6 +201,8 @@ export class View {
 
   private applyLayers(): void {
     if (this.cameras) this.cameras.root.visible = this.layers.cameras;
+    if (this.goals) this.goals.root.visible = this.layers.targets;
+    this.contacts.root.visible = this.layers.contacts;
     if (this.eyes) this.eyes.root.visible = this.layers.curtain;
     if (this.curtain) this.curtain.root.visible = this.layers.curtain;
     for (const trail of this.trails) trail.line.visible = this.layers.trails;
@@ -215,6 +214,8 @@ export class View {
     this.parts?.update(snapshot.bodies, this.layers.groups);
     if (snapshot.conveyor) this.belt?.update(snapshot.conveyor.travelM);
     if (this.layers.cameras) this.cameras?.update(snapshot);
+    if (this.layers.targets) this.goals?.update(snapshot);
+    if (this.layers.contacts) this.contacts.update(snapshot);
     this.eyes?.update(snapshot);
     this.curtain?.update(snapshot);
     this.trails.forEach((trail, i) => trail.add(snapshot.robots[i]?.toolInWorld));

@@ -1,11 +1,13 @@
 // What the picked object is and where it is.
-import type {Snapshot} from '../protocol';
+import type {ContactSide, Snapshot} from '../protocol';
 import type {Pick, View} from '../scene/view';
 import type {State} from '../state';
+import {toVector} from '../scene/convert';
 import {groupOf} from '../scene/parts';
 import {button, Facts, h, text} from './dom';
 import {toRollPitchYaw} from './rotation';
 import {units} from './units';
+import {Vector3} from 'three';
 
 export class PickCard {
   readonly element = h('aside', {class: 'pick', hidden: true, 'aria-label': 'Picked object', 'data-testid': 'pick'});
@@ -45,10 +47,12 @@ export class PickCard {
       const v = state.velocityMS;
       this.facts.set('speed', v ? `${units.lengthText(Math.hypot(v.x, v.y, v.z))} ${units.length}/s` : '–');
       this.facts.set('state', groupOf(state) || 'moving freely');
+      this.showContacts(snapshot, 'body', pick.index);
     } else if (pick.kind === 'robot') {
       name = cell.robots[pick.index]?.name ?? '';
       this.facts.set('model', cell.robots[pick.index]?.model ?? '');
       this.showPose(snapshot.robots[pick.index]?.toolInWorld, 'tool ');
+      this.showContacts(snapshot, 'robot', pick.index);
     } else if (pick.kind === 'belt') {
       name = 'belt';
       this.facts.set('load', `${snapshot.conveyor?.loadKg.toFixed(2)} kg`);
@@ -60,6 +64,31 @@ export class PickCard {
       this.showPose(box?.boxInWorld);
     }
     text(this.title, name);
+  }
+
+  /** What it touches, with how many points and what force they bear together. */
+  private showContacts(snapshot: Snapshot, kind: 'body' | 'robot', index: number): void {
+    const totals = new Map<string, {points: number; force: Vector3}>();
+    const is = (side: ContactSide | undefined): boolean => side?.thing.case === kind && side.thing.value === index;
+    for (const contact of snapshot.contacts) {
+      const first = is(contact.first);
+      if (!first && !is(contact.second)) continue;
+      const name = this.nameOf(first ? contact.second : contact.first);
+      const total = totals.get(name) ?? {points: 0, force: new Vector3()};
+      totals.set(name, total);
+      ++total.points;
+      total.force.addScaledVector(toVector(contact.forceN), first ? 1 : -1);
+    }
+    const lines = [...totals].map(([name, {points, force}]) => `${name} (${points} ${points === 1 ? 'point' : 'points'}, ${force.length().toFixed(2)} N)`);
+    const resting = kind === 'body' && snapshot.bodies[index]?.group !== undefined;
+    this.facts.set('contacts', lines.join('\n') || (resting ? 'within its group, not computed' : 'none'));
+  }
+
+  private nameOf(side: ContactSide | undefined): string {
+    const {cell} = this.state, thing = side?.thing;
+    if (!cell || thing?.case === undefined) return '?';
+    if (thing.case === 'body') return cell.bodies[thing.value]?.name ?? '?';
+    return (thing.case === 'robot' ? cell.robots[thing.value]?.name : cell.fixed[thing.value]) ?? '?';
   }
 
   private showPose(pose: import('../protocol').Pose | undefined, prefix = ''): void {

@@ -1,14 +1,12 @@
 // One robot's pendant: what it does, where it is, and how to move it.
-import {ActionState, type Pose, type RobotDescription, type RobotState} from '../protocol';
+import {ActionKind, ActionState, type RobotDescription, type RobotState} from '../protocol';
 import type {State} from '../state';
 import type {View} from '../scene/view';
 import type {Access} from './access';
 import {button, card, Facts, h, notify, text} from './dom';
 import type {Jog} from './jog';
 import {fromRollPitchYaw, toRollPitchYaw} from './rotation';
-import {toMatrix} from '../scene/convert';
 import {units} from './units';
-import * as THREE from 'three';
 
 const kStates: Record<number, [string, string]> = {
   [ActionState.UNSPECIFIED]: ['–', ''],
@@ -16,6 +14,13 @@ const kStates: Record<number, [string, string]> = {
   [ActionState.WORKING]: ['working', 'busy'],
   [ActionState.DONE]: ['done', 'good'],
   [ActionState.ERROR]: ['error', 'bad']
+};
+
+const kCommands: Record<number, string> = {
+  [ActionKind.INITIALIZE]: 'get ready', [ActionKind.END]: 'end', [ActionKind.STOP]: 'stop', [ActionKind.MOVE_TO]: 'move to',
+  [ActionKind.MOVE_THROUGH_TO]: 'move through to', [ActionKind.MOVE_SCREW]: 'screw', [ActionKind.MOVE_JOINTS]: 'move joints',
+  [ActionKind.GRIPPER]: 'gripper', [ActionKind.GRIPPER_FORCE]: 'gripper force', [ActionKind.TOOL_CHANGER]: 'tool changer', [ActionKind.OVERRIDE]: 'speed override',
+  [ActionKind.DWELL]: 'dwell', [ActionKind.MOTION_LIMIT]: 'speed limit'
 };
 
 const kAxes = ['x', 'y', 'z'] as const;
@@ -120,16 +125,7 @@ export class RobotPanel {
     if (values.some((v) => !Number.isFinite(v))) return notify('Fill in all six numbers of the target; "Take present" gives a start.', 'error');
     const [x, y, z] = values.slice(0, 3).map((v) => units.metres(v)) as [number, number, number];
     const [roll, pitch, yaw] = values.slice(3).map((v) => units.radians(v)) as [number, number, number];
-    const toolInReference = {positionM: {x, y, z}, orientation: fromRollPitchYaw(roll, pitch, yaw)};
-    this.showTarget(toolInReference as Pose);
-    this.command({case: 'moveTool', value: {toolInReference, straight}});
-  }
-
-  private showTarget(pose: Pose): void {
-    const world = toMatrix(this.robot.baseInWorld).multiply(toMatrix(this.robot.referenceInBase)).multiply(toMatrix(pose));
-    const p = new THREE.Vector3(), q = new THREE.Quaternion();
-    world.decompose(p, q, new THREE.Vector3());
-    this.view.showTarget({positionM: {x: p.x, y: p.y, z: p.z}, orientation: {x: q.x, y: q.y, z: q.z, w: q.w}} as Pose);
+    this.command({case: 'moveTool', value: {toolInReference: {positionM: {x, y, z}, orientation: fromRollPitchYaw(roll, pitch, yaw)}, straight}});
   }
 
   update(robot: RobotState): void {
@@ -161,7 +157,7 @@ export class RobotPanel {
     this.badge.dataset.state = stopped ? 'bad' : look;
     text(this.description, robot.action?.description ?? '');
     this.facts.set('ready', robot.initialized ? 'yes' : 'no', robot.initialized ? 'good' : '');
-    this.facts.set('last command', robot.action?.ticket ? `no. ${robot.action.ticket}` : 'none');
+    this.facts.set('last command', robot.action?.ticket ? `${kCommands[robot.action.kind] ?? '?'} (no. ${robot.action.ticket})` : 'none');
     const v = robot.toolVelocityMS;
     this.facts.set('tool speed', v ? `${units.lengthText(Math.hypot(v.x, v.y, v.z))} ${units.length}/s` : '–');
     const f = robot.toolForceN;
