@@ -180,24 +180,14 @@ std::string to_yaml(const VisionConfig& vision) {
       vision.repeat_s);
 }
 
-/// As a double-quoted scalar.
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') out += '\\';
-    out += c;
-  }
-  return out + '"';
-}
-
 std::string to_yaml(const WebConfig& web) {
   std::vector<std::string> hosts;
-  for (const std::string& host : web.hosts) hosts.push_back(quoted(host));
+  for (const std::string& host : web.hosts) hosts.push_back(scalar(host));
   return fmt::format(
       "web:\n  enabled: {}\n  address: {}\n  port: {}\n  max_connections: {}\n  max_viewers: {}\n"
       "  max_rate_hz: {}\n  control: {}\n{}  hosts: [{}]\n",
-      web.enabled, web.address, web.port, web.max_connections, web.max_viewers, web.max_rate_hz,
-      web.control, web.token.empty() ? "" : "  token: " + quoted(web.token) + "\n",
+      web.enabled, scalar(web.address), web.port, web.max_connections, web.max_viewers,
+      web.max_rate_hz, web.control, web.token.empty() ? "" : "  token: " + scalar(web.token) + "\n",
       fmt::join(hosts, ", "));
 }
 

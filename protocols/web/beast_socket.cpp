@@ -80,6 +80,8 @@ class BeastSocket final : public WebSocket, public std::enable_shared_from_this<
                         [self = shared_from_this(), why](const error_code&) { self->end(why); });
   }
 
+  void drop() override { end("dropped"); }
+
  private:
   void read() {
     stream_.async_read(input_, [self = shared_from_this()](const error_code& error, std::size_t) {

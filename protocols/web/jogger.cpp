@@ -139,8 +139,8 @@ void Jogger::tick(const api::Snapshot& snapshot, Clock::time_point now) {
   if (!jog_) return;
   if (now >= jog_->expires) return stop();
   if (snapshot.epoch != jog_->epoch || robot_in(snapshot, robot_).action.ticket > jog_->ticket) {
-    jog_.reset();
-    return;
+    jog_->taken_over = true;
+    jog_->blocked = "another command has taken the robot over; let go first";
   }
   if (snapshot.applied >= jog_->ticket && jog_->blocked.empty()) follow(snapshot);
 }
@@ -173,7 +173,9 @@ void Jogger::follow(const api::Snapshot& snapshot) {
 }
 
 void Jogger::stop() {
+  const bool taken_over = jog_ && jog_->taken_over;
   jog_.reset();
+  if (taken_over) return;
   stop_owed_ = !sink_.submit({endpoint_, api::RobotCommand{robot_, api::StopMotion{}}});
 }
 

@@ -45,6 +45,7 @@ class Jogger {
     api::LimitSetting limit;  // to be restored, for tool jogs
     double stretch = 0;       // of the way asked for last [m or rad]
     std::string blocked;      // not empty: goes no further, and why
+    bool taken_over = false;  // by a command from elsewhere; does not begin again by itself
   };
 
   [[nodiscard]] Result<void> check(const v1::JogRequest& request,

@@ -34,6 +34,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   void offer_snapshot(WebMessage message);
   void offer_registers(WebMessage message) { offer(registers_, std::move(message)); }
   void close(const std::string& why, bool fault = false);
+  void drop() { socket_->drop(); }
 
   /// Whether the rate that this viewer asked for lets it have a snapshot now.
   [[nodiscard]] bool due(Clock::time_point now);

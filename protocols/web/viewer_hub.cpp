@@ -242,6 +242,10 @@ void ViewerHub::close() {
   });
 }
 
+void ViewerHub::drop() {
+  for_each([](Viewer& viewer) { viewer.drop(); });
+}
+
 void ViewerHub::tick(Clock::time_point now) {
   const api::SnapshotPtr snapshot = source_.latest();
   for (Jogger& jogger : joggers_) jogger.tick(*snapshot, now);

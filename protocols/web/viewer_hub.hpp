@@ -29,6 +29,8 @@ class ViewerHub {
   void tick(Clock::time_point now);
   /// Ends jogs and closes every viewer.
   void close();
+  /// Ends the viewers that have not answered the goodbye.
+  void drop();
   [[nodiscard]] std::size_t size() const { return viewers_.size(); }
 
  private:

@@ -123,7 +123,9 @@ class WebServer::Impl {
     }
     // Everything pending ends by itself but a viewer that does not answer the goodbye.
     drain_timer_.expires_after(options_.drain_deadline);
-    drain_timer_.async_wait([this](const boost::system::error_code&) { io_.stop(); });
+    drain_timer_.async_wait([this](const boost::system::error_code& cancelled) {
+      if (!cancelled) hub_.drop();
+    });
     poll_drained();
   }
 

@@ -25,6 +25,8 @@ class WebSocket {
   virtual void write(WebMessage message) = 0;
   /// Closes with a reason that the peer sees; `end` follows.
   virtual void close(const std::string& why, bool fault) = 0;
+  /// Closes without a goodbye; `end` follows at once.
+  virtual void drop() = 0;
 };
 
 }  // namespace aprsim::protocols

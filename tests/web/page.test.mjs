@@ -1,8 +1,10 @@
 // The page in a real browser against the real daemon.
 import assert from 'node:assert/strict';
-import {readFileSync} from 'node:fs';
+import {readFileSync, writeFileSync} from 'node:fs';
 import {createRequire} from 'node:module';
+import {dirname, join} from 'node:path';
 import {after, before, test} from 'node:test';
+import {fileURLToPath} from 'node:url';
 import {CrclClient, Daemon, openBrowser, openPage, until, writeRegister} from './harness.mjs';
 import {countColors} from './pixels.mjs';
 
@@ -44,20 +46,37 @@ test('joints move on screen when a CRCL client moves the robot', async () => {
   client.close();
 });
 
-test('a jog moves the robot and ends when the button is released', async () => {
-  await page.getByTestId('init-motoman').click();
-  const button = page.getByTestId('jog motoman joint 1 plus');
+/** Presses a button and holds it. */
+async function hold(id, of = page) {
+  const button = of.getByTestId(id);
   await until('a ready robot', () => button.isEnabled());
-  const start = await value('motoman-joint-1');
   await button.scrollIntoViewIfNeeded();
   const box = await button.boundingBox();
-  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
-  await page.mouse.down();
+  await of.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  await of.mouse.down();
+}
+
+test('a jog moves the robot and ends when the button is released', async () => {
+  await page.getByTestId('init-motoman').click();
+  await until('a ready robot', () => page.getByTestId('jog motoman joint 1 plus').isEnabled());
+  const start = await value('motoman-joint-1');
+  await hold('jog motoman joint 1 plus');
   await until('motion', async () => await value('motoman-joint-1') > start + 2);
   await page.mouse.up();
   await atRest('motoman-joint-1');
   const end = await value('motoman-joint-1');
   assert.ok(end < 100, `stopped at ${end}`);
+  assert.match(await page.getByTestId('robot-motoman').textContent(), /last commandstop/);
+});
+
+test('a jog ends when the window loses the focus, though the button is still held', async () => {
+  const start = await value('motoman-joint-1');
+  await hold('jog motoman joint 1 minus');
+  await until('motion', async () => await value('motoman-joint-1') < start - 2);
+  await page.evaluate(() => window.dispatchEvent(new Event('blur')));
+  await atRest('motoman-joint-1');
+  await page.mouse.up();
+  assert.ok(await value('motoman-joint-1') > -100);
 });
 
 async function atRest(id) {
@@ -73,13 +92,8 @@ async function atRest(id) {
 }
 
 test('a tool jog moves along a straight line', async () => {
-  const button = page.getByTestId('jog motoman along -z');
-  await until('a ready robot', () => button.isEnabled());
   const [x, z] = [await value('motoman-tcp-x'), await value('motoman-tcp-z')];
-  await button.scrollIntoViewIfNeeded();
-  const box = await button.boundingBox();
-  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
-  await page.mouse.down();
+  await hold('jog motoman along -z');
   await until('motion', async () => await value('motoman-tcp-z') < z - 8);
   await page.mouse.up();
   await atRest('motoman-tcp-z');
@@ -88,13 +102,8 @@ test('a tool jog moves along a straight line', async () => {
 
 test('a jog ends when the page goes away', async () => {
   const other = await openPage(browser, daemon);
-  const button = other.getByTestId('jog motoman joint 2 plus');
-  await until('a ready robot', () => button.isEnabled());
-  await button.scrollIntoViewIfNeeded();
-  const box = await button.boundingBox();
   const start = await value('motoman-joint-2');
-  await other.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
-  await other.mouse.down();
+  await hold('jog motoman joint 2 plus', other);
   await until('motion', async () => await value('motoman-joint-2') > start + 1);
   await other.context().close();
   await atRest('motoman-joint-2');
@@ -158,11 +167,114 @@ test('an error shows with its reason, on the fault line too, and can be cleared'
   await until('no error', async () => await robot.getByTestId('robot-state').textContent() === 'done');
 });
 
-test('picking an object names it', async () => {
-  await page.keyboard.press('h');
-  const area = await page.locator('.stage canvas').boundingBox();
-  await page.mouse.click(area.x + 0.5 * area.width, area.y + 0.62 * area.height);
-  await until('a name', async () => (await page.getByTestId('pick').locator('h2').textContent()) !== '');
+test('what is drawn is where the daemon has it', async () => {
+  const differences = await page.evaluate(() => {
+    const {view} = document.querySelector('main.stage');
+    const {cell, snapshot} = view.state;
+    const V = view.camera.position.constructor, Q = view.camera.quaternion.constructor;
+    const far = [];
+    view.scene.updateMatrixWorld(true);
+    // The drawn arm's flange, from its joints, and the tool's pose that the daemon tells.
+    cell.robots.forEach((robot, i) => {
+      const {x, y, z} = robot.toolInFlange.positionM;
+      const drawn = new V(x, y, z).applyMatrix4(view.robots[i].arm.links.flange.matrixWorld), told = snapshot.robots[i].toolInWorld.positionM;
+      far.push([robot.name, drawn.distanceTo(new V(told.x, told.y, told.z))]);
+    });
+    // Every gear that was put into a pocket of a tray: where the daemon's slot is.
+    cell.bodies.forEach((tray, i) => {
+      if (tray.geometry.case !== 'tray') return;
+      const at = snapshot.bodies[i].bodyInWorld, q = new Q(at.orientation.x, at.orientation.y, at.orientation.z, at.orientation.w);
+      for (const slot of tray.geometry.value.slots) {
+        const p = slot.slotInTray.positionM;
+        const pocket = new V(p.x, p.y, p.z).applyQuaternion(q).add(new V(at.positionM.x, at.positionM.y, at.positionM.z));
+        const nearest = Math.min(...cell.bodies.map((body, g) => (body.type === slot.gearType ? view.parts.meshes[g].position.distanceTo(pocket) : Infinity)));
+        if (nearest < 0.01) far.push([`${tray.name} ${slot.name}`, nearest]);
+      }
+    });
+    return far;
+  });
+  assert.ok(differences.length > 10, `compared: ${differences.length}`);
+  for (const [name, far] of differences) assert.ok(far < 5e-4, `${name} is drawn ${1e3 * far} mm away`);
+});
+
+/** Clicks on a body where it is drawn. */
+async function clickOn(body, of = page) {
+  const [x, y] = await of.evaluate((name) => {
+    const {view} = document.querySelector('main.stage');
+    const p = view.parts.meshes[view.state.cell.bodies.findIndex((b) => b.name === name)].position.clone();
+    p.z += 0.004;
+    p.project(view.camera);
+    const area = view.renderer.domElement.getBoundingClientRect();
+    return [area.left + ((p.x + 1) / 2) * area.width, area.top + ((1 - p.y) / 2) * area.height];
+  }, body);
+  await of.mouse.click(x, y);
+}
+
+test('picking an object tells its name, pose, mass and contacts', async () => {
+  await page.locator('body').press('h');
+  const names = await page.evaluate(() => document.querySelector('main.stage').view.state.cell.bodies.map((b) => b.name));
+  const gear = names.find((name) => /large_gear/.test(name));
+  await clickOn(gear);
+  const pick = page.getByTestId('pick');
+  await until('its name', async () => await pick.locator('h2').textContent() === gear);
+  const told = await pick.textContent();
+  assert.match(told, /mass\d+\.\d g/);
+  assert.match(told, /position-?\d+\.\d\d, -?\d+\.\d\d, \d+\.\d\d mm/);
+  assert.match(told, /contacts(within its group|\w+)/);
+});
+
+test('simplified groups and contacts with their forces show', async () => {
+  const look = (of) => of.locator('.stage canvas').screenshot();
+  const before = await look(page);
+  await page.getByTestId('layer-groups').click();
+  await until('coloured groups', async () => (await countColors(await look(page), before)).changed > 500);
+  await page.getByTestId('layer-groups').click();
+  // Where nothing is simplified every contact is computed.
+  const scenes = join(dirname(fileURLToPath(import.meta.url)), '../../world/scenes');
+  const scene = join(daemon.directory, 'plain.yaml');
+  writeFileSync(scene, readFileSync(join(scenes, 'aprs.yaml'), 'utf8').replaceAll('types/', `${scenes}/types/`).replace('simplification: dormant', 'simplification: off'));
+  const plain = await Daemon.start(['--scene', scene]);
+  const other = await openPage(browser, plain);
+  await other.getByTestId('layer-contacts').click();
+  const shown = await until('arrows', () => other.evaluate(() => {
+    const {view} = document.querySelector('main.stage');
+    const {bodies, contacts} = view.state.snapshot;
+    return view.contacts.root.visible && view.contacts.dots.count === contacts.length && contacts.length > bodies.length && {
+      name: view.state.cell.bodies.at(-1).name, mass: view.state.cell.bodies.at(-1).massKg
+    };
+  }));
+  await clickOn(shown.name, other);
+  const pick = other.getByTestId('pick');
+  await until('its contacts', async () => {
+    const found = /\((\d+) points, (\d+\.\d+) N\)/.exec(await pick.textContent());
+    return found && Math.abs(Number(found[2]) - 9.81 * shown.mass) < 0.02;
+  });
+  await other.context().close();
+  await plain.stop();
+});
+
+test('clients of every listener are counted', async () => {
+  const client = await CrclClient.open(daemon.ports['crcl.fanuc']);
+  await page.getByTestId('clients').click();
+  const row = (name) => page.getByTestId('listeners').locator('tr', {hasText: name}).textContent();
+  await until('the controller', async () => await row('crcl.fanuc') === `crcl.fanuc${daemon.ports['crcl.fanuc']}1`);
+  await until('this page', async () => Number((await row('web')).slice(-1)) >= 1);
+  assert.match(await row('grpc'), /0$/);
+  client.close();
+  await page.getByRole('button', {name: 'Close'}).click();
+});
+
+test('charts pause and give their numbers as CSV', async () => {
+  await tab('Charts');
+  await page.getByTestId('chart-choice').fill('fanuc J1 position');
+  await page.getByTestId('chart-choice').press('Tab');
+  await until('the chart', () => page.getByText('fanuc J1 position [°]').isVisible());
+  const [download] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', {name: 'CSV'}).click()]);
+  const lines = readFileSync(await download.path(), 'utf8').trim().split('\n');
+  assert.match(lines[0], /^time \[s\],.*fanuc J1 position \[°\]$/);
+  assert.ok(lines.length > 10, `${lines.length} lines`);
+  assert.match(lines.at(-1), /^\d+\.\d{4},/);
+  await tab('Robots');
 });
 
 for (const theme of ['dark', 'light']) {
@@ -204,7 +316,7 @@ test('comes back by itself after the daemon was started anew', async () => {
   await until('a word of it', async () => /reconnecting/.test(await page.getByTestId('connection').textContent()));
   assert.ok(await page.getByTestId('play').isDisabled());
   assert.match(await page.getByTestId('play').getAttribute('title'), /No connection/);
-  daemon = await Daemon.start(['--any-port'].slice(1).concat(['--set', 'crcl.ports.fanuc=0', '--set', 'crcl.ports.motoman=0', '--set', 'vision.ports.fanuc=0', '--set', 'vision.ports.motoman=0', '--set', 'modbus.port=0', '--set', 'grpc.port=0']), ports);
+  daemon = await Daemon.start(['crcl.ports.fanuc=0', 'crcl.ports.motoman=0', 'vision.ports.fanuc=0', 'vision.ports.motoman=0', 'modbus.port=0', 'grpc.port=0'].flatMap((port) => ['--set', port]), ports);
   await until('a live page', async () => await page.getByTestId('connection').textContent() === 'live');
   await until('a small time', async () => (await page.getByTestId('sim-time').textContent()).startsWith('0:0'));
 });

@@ -22,6 +22,8 @@ const state = new State();
 const access = new Access(state);
 const stage = h('main', {class: 'stage'});
 const view = new View(stage, state);
+Object.assign(stage, {view});  // where tests look up what is drawn
+view.onProblem = (message) => notify(message, 'error');
 const jog = new Jog(state, access);
 
 const robotsPanel = h('div', {class: 'panel robots'});

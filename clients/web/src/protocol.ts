@@ -5,5 +5,5 @@ export type {Snapshot, RobotState, BodyState, Contact, ContactSide, ConveyorStat
 export {ActionKind, ActionState, DriveFault, GroupKind} from '../generated/aprsim/v1/snapshot_pb';
 export {ConveyorDirection} from '../generated/aprsim/v1/control_service_pb';
 export type {Pose, Vector3, Quaternion} from '../generated/aprsim/v1/geometry_pb';
-export type {CellLooks, RobotLooks, Outcome, Permission, RegisterInfo, ServerStatus, ViewerUpdate, Welcome, WireEvent} from '../generated/aprsim/v1/web_pb';
+export type {CellLooks, ListenerStatus, RobotLooks, Outcome, Permission, RegisterInfo, ServerStatus, ViewerUpdate, Welcome, WireEvent} from '../generated/aprsim/v1/web_pb';
 export {ViewerRequestSchema, ViewerUpdateSchema} from '../generated/aprsim/v1/web_pb';

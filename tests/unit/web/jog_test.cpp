@@ -116,8 +116,11 @@ TEST_F(Jog, ACommandFromElsewhereEndsItWithoutAStop) {
   (void)client.next([](const auto& u) {
     return u.has_snapshot() && u.snapshot().robots(1).action().ticket() == 99;
   });
+  const auto again = client.ask(joint(0));
+  EXPECT_NE(again.message().find("taken the robot over"), std::string::npos) << again.message();
   EXPECT_TRUE(client.ask(release()).ok());
   EXPECT_EQ(world.commands().size(), 1u);
+  EXPECT_TRUE(client.ask(joint(0)).ok()) << "pressed anew";
 }
 
 TEST_F(Jog, ToolStretchesShrinkWhileTheRobotRefusesThem) {

@@ -25,6 +25,7 @@ const kStill_ms = 700;
 export class View {
   readonly layers: Layers = {groups: false, contacts: false, trails: true, targets: true, cameras: false, curtain: true};
   onPick: (pick: Pick | null) => void = () => {};
+  onProblem: (message: string) => void = () => {};
 
   private readonly renderer: THREE.WebGLRenderer;
   private readonly scene = new THREE.Scene();
@@ -56,6 +57,7 @@ export class View {
   private refined = false;
   private settled = 4000;
   private drawn = false;
+  private loading = 0;
 
   constructor(private readonly container: HTMLElement, private readonly state: State) {
     this.renderer = makeRenderer();
@@ -156,7 +158,9 @@ export class View {
     this.robots = cell.robots.map((robot, i) => new RobotModel(robot, this.state.looks?.robots[i], i));
     for (const robot of this.robots) {
       this.content.add(robot.root);
-      void robot.load().then(() => {
+      ++this.loading;
+      robot.load().catch((problem: Error) => this.onProblem(problem.message)).finally(() => {
+        --this.loading;
         if (this.state.snapshot) this.take(this.state.snapshot);
         this.selected = null;
       });
@@ -274,6 +278,7 @@ export class View {
     requestAnimationFrame((next) => this.loop(next));
     // The browser calls again once it has room for another picture: that is what drawing takes.
     if (this.drawn && this.container.dataset.frames) this.adapt(now - this.last, now);
+    else if (this.drawn) this.begunToShow();
     this.last = now;
     // Where drawing is slow, as much time again is left to others.
     const rested = now - this.begun >= (this.frameTime_ms > kSlowFrame_ms ? 2 * this.frameTime_ms : 0);
@@ -281,14 +286,17 @@ export class View {
     if (!this.drawn) return void (!this.dirty && now - this.begun > kStill_ms && this.refine());
     if (this.refined) this.setFineness(this.pixelRatio, false);
     this.dirty = false;
-    if (!this.state.snapshot) return;
-    // Shadows come after the first picture, and are drawn anew less often where drawing takes long.
     const first = !this.container.dataset.frames;
+    if (!this.state.snapshot || (first && this.loading > 0)) return void (this.drawn = false);
+    // Shadows come after the first picture, and are drawn anew less often where drawing takes long.
     this.renderer.shadowMap.needsUpdate = !first && now >= this.shadowDue;
     if (!first && now >= this.shadowDue) this.shadowDue = now + (this.frameTime_ms > kSlowFrame_ms ? 600 : 0);
     this.begun = now;
     this.renderer.render(this.scene, this.camera);
-    if (!first) return;
+  }
+
+  /** The first picture, robots and all, is on the screen. */
+  private begunToShow(): void {
     this.container.dataset.frames = 'drawn';
     this.dirty = true;
     performance.mark('first-frame');

@@ -13,7 +13,7 @@ const kRenew_ms = 100;
 export class Jog {
   private timer = 0;
   private robot = -1;
-  private pressed: HTMLElement | null = null;
+  private pressed: HTMLButtonElement | null = null;
   private complained = '';
 
   constructor(private readonly state: State, private readonly access: Access) {
@@ -21,6 +21,8 @@ export class Jog {
     document.addEventListener('visibilitychange', () => document.hidden && this.end());
     for (const event of ['pointerup', 'pointercancel']) addEventListener(event, () => this.end());
     state.accessChanged.on(() => this.state.lockedReason && this.end());
+    // A button that is disabled under the finger may never hear of its release.
+    state.display.on(() => this.pressed?.disabled && this.end());
   }
 
   /** A button that jogs `robot` one way. Space and Enter hold it as well. */
@@ -47,7 +49,7 @@ export class Jog {
     });
   }
 
-  private begin(element: HTMLElement, robot: number, direction: Direction, speed: number): void {
+  private begin(element: HTMLButtonElement, robot: number, direction: Direction, speed: number): void {
     this.end();
     this.pressed = element;
     this.robot = robot;

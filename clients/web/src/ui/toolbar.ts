@@ -1,5 +1,5 @@
 // The bar at the top: where the simulation is, and how it runs.
-import type {Snapshot} from '../protocol';
+import type {ListenerStatus, Snapshot} from '../protocol';
 import {simTime, type State} from '../state';
 import type {Access} from './access';
 import {button, h, text} from './dom';
@@ -14,7 +14,9 @@ export class Toolbar {
   private readonly time = h('output', {class: 'time', 'data-testid': 'sim-time', title: 'Simulated time since the last reset'}, '–');
   private readonly factor = h('output', {'data-testid': 'rtf', title: 'Simulated to wall time, measured'}, '–');
   private readonly step = h('output', {title: 'Mean wall time of one physics step'}, '–');
-  private readonly clients = h('output', {title: 'Clients of each listener', 'data-testid': 'clients'}, '–');
+  private readonly clients = button('–', () => this.showListeners(), {class: 'link', title: 'Clients of all listeners; press to see each', 'data-testid': 'clients'});
+  private listeners: ListenerStatus[] = [];
+  private readonly listenerRows = h('tbody', {'data-testid': 'listeners'});
   private readonly scene = h('span', {class: 'scene'}, '');
   private readonly connection = h('span', {class: 'connection', role: 'status', 'data-testid': 'connection'}, 'connecting');
   private readonly play: HTMLButtonElement;
@@ -43,7 +45,8 @@ export class Toolbar {
     state.accessChanged.on(() => this.showConnection());
     state.statusChanged.on((status) => {
       text(this.clients, String(status.listeners.reduce((sum, l) => sum + l.clients, 0)));
-      this.clients.title = status.listeners.map((l) => `${l.name} (port ${l.port}): ${l.clients}`).join('\n');
+      this.listeners = status.listeners;
+      if (this.listenerRows.isConnected) this.fillListeners();
     });
   }
 
@@ -65,6 +68,21 @@ export class Toolbar {
     dialog.addEventListener('close', () => dialog.remove());
     document.body.append(dialog);
     dialog.showModal();
+  }
+
+  private showListeners(): void {
+    this.fillListeners();
+    const dialog = h('dialog', {class: 'dialog', 'aria-label': 'Clients'},
+      h('h2', {}, 'Clients'), h('table', {}, h('thead', {}, h('tr', {}, ...['listener', 'port', 'clients'].map((t) => h('th', {scope: 'col'}, t)))), this.listenerRows),
+      h('div', {class: 'row end'}, button('Close', () => dialog.close())));
+    dialog.addEventListener('close', () => dialog.remove());
+    document.body.append(dialog);
+    dialog.showModal();
+  }
+
+  private fillListeners(): void {
+    this.listenerRows.replaceChildren(...this.listeners.map(({name, port, clients}) => h('tr', {},
+      h('td', {}, name), h('td', {}, port ? String(port) : location.port), h('td', {}, String(clients)))));
   }
 
   private setSpeed(): void {
@@ -91,5 +109,5 @@ export class Toolbar {
 }
 
 function gauge(name: string, value: HTMLElement): HTMLElement {
-  return h('label', {class: 'gauge'}, h('span', {}, name), value);
+  return h('div', {class: 'gauge'}, h('span', {}, name), value);
 }
