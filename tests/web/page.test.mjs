@@ -261,7 +261,7 @@ test('clients of every listener are counted', async () => {
   await until('this page', async () => Number((await row('web')).slice(-1)) >= 1);
   assert.match(await row('grpc'), /0$/);
   client.close();
-  await page.getByRole('button', {name: 'Close'}).click();
+  await page.getByLabel('Clients').getByRole('button', {name: 'Close'}).click();
 });
 
 test('charts pause and give their numbers as CSV', async () => {
