@@ -26,9 +26,17 @@ export async function until(what, look, deadline_ms = 15000) {
   }
 }
 
+const running = new Set();
+
+/** Ends daemons that a failed test has left. */
+export async function stopAll() {
+  for (const daemon of running) await daemon.stop();
+}
+
 export class Daemon {
   static async start(args = [], ports = null) {
     const daemon = new Daemon();
+    running.add(daemon);
     daemon.directory = mkdtempSync(join(tmpdir(), 'aprsim-web-'));
     const file = join(daemon.directory, 'ports.json');
     const fixed = ports ? ['--set', `web.port=${ports.web}`] : [];
@@ -46,6 +54,7 @@ export class Daemon {
     return `http://127.0.0.1:${this.ports.web}/`;
   }
   async stop() {
+    running.delete(this);
     if (this.process.exitCode === null) {
       const ended = new Promise((end) => this.process.once('exit', end));
       this.process.kill('SIGTERM');
@@ -57,13 +66,14 @@ export class Daemon {
 
 export function openBrowser() {
   return chromium.launch({executablePath: browserProgram, headless: true,
-                          args: ['--no-sandbox', '--disable-dev-shm-usage', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist']});
+                          args: ['--no-sandbox', '--disable-dev-shm-usage', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist', '--disable-gpu-rasterization']});
 }
 
 /** A page of the daemon's; everything it complains of lands in `page.complaints`. */
 export async function openPage(browser, daemon, options = {}) {
   const {query = '', ...context} = options;
   const page = await (await browser.newContext({viewport: {width: 1200, height: 800}, colorScheme: 'dark', ...context})).newPage();
+  page.setDefaultTimeout(90000);  // software rendering on a busy machine
   page.complaints = [];
   page.on('console', (message) => {
     // Software rendering has its own remarks on performance.
@@ -101,11 +111,12 @@ export class CrclClient {
   }
   async run(type, content = '') {
     const id = this.send(type, content);
-    return until(`${type} to be done`, async () => {
+    const end = await until(`${type} to end`, async () => {
       const status = await this.status();
-      if (status.includes('CRCL_Error')) throw new Error(status);
-      return status.includes(`<CommandID>${id}</CommandID>`) && status.includes('CRCL_Done') && status;
+      return status.includes(`<CommandID>${id}</CommandID>`) && /CRCL_(Done|Error)/.test(status) && status;
     }, 60000);
+    if (end.includes('CRCL_Error')) throw new Error(end);
+    return end;
   }
   moveJoints(...degrees) {
     return this.run('ActuateJointsType', degrees.map((position, i) => `<ActuateJoint><JointNumber>${i + 1}</JointNumber><JointPosition>${position}</JointPosition><JointDetails xsi:type="JointSpeedAccelType"/></ActuateJoint>`).join(''));

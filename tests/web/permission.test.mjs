@@ -1,11 +1,14 @@
 // What a viewer without permission sees.
 import assert from 'node:assert/strict';
 import {after, before, test} from 'node:test';
-import {Daemon, openBrowser, openPage, until} from './harness.mjs';
+import {Daemon, openBrowser, openPage, stopAll, until} from './harness.mjs';
 
 let browser;
 before(async () => (browser = await openBrowser()));
-after(() => browser?.close());
+after(async () => {
+  await browser?.close();
+  await stopAll();
+});
 
 const guarded = ['play', 'reset', 'init-fanuc', 'fanuc-gripper-open', 'jog fanuc joint 1 plus'];
 

@@ -82,6 +82,7 @@ Eigen::Isometry3d RobotController::Core::X_FT() const {
 
 void RobotController::Core::note_goal() {
   switch (s.status.kind) {
+    case api::ActionKind::kGripperForce:
     case api::ActionKind::kOverride:
     case api::ActionKind::kMotionLimit:
       return;  // these leave a motion alone

@@ -2,7 +2,7 @@
 import * as THREE from 'three';
 import type {CellDescription, CellLooks, Pose, Snapshot} from '../protocol';
 import {toMatrix, toVector} from './convert';
-import {surface} from './materials';
+import {painted} from './materials';
 
 const kTrailPoints = 400;
 
@@ -63,7 +63,7 @@ export class Cameras {
       corners.forEach((corner, c) => points.push(lens, corner, corner, corners[(c + 1) % 4]!));
       const lines = new THREE.LineSegments(new THREE.BufferGeometry().setFromPoints(points),
         new THREE.LineBasicMaterial({color, transparent: true, opacity: 0.55}));
-      const body = new THREE.Mesh(new THREE.BoxGeometry(0.08, 0.06, 0.05), surface({color: 0x20242a, roughness: 0.5, metalness: 0}));
+      const body = painted(new THREE.BoxGeometry(0.08, 0.06, 0.05), 0x20242a, {roughness: 0.5, metalness: 0});
       body.position.copy(lens);
       const frame = new THREE.Group();
       frame.applyMatrix4(X_WV);
@@ -106,10 +106,8 @@ export class PhotoEyes {
     const y = belt.widthM / 2 + 0.03;
     for (const eye of belt.photoEyes) {
       for (const side of [1, -1]) {
-        const post = new THREE.Mesh(new THREE.BoxGeometry(0.03, 0.022, 0.075),
-          surface({color: 0x22272e, roughness: 0.5, metalness: 0}));
+        const post = painted(new THREE.BoxGeometry(0.03, 0.022, 0.075), 0x22272e, {roughness: 0.5, metalness: 0});
         post.position.set(eye.xM, side * y, eye.heightM + 0.005);
-        post.castShadow = true;
         this.root.add(post);
       }
       const material = new THREE.LineBasicMaterial({color: 0x37d67a});
@@ -150,9 +148,8 @@ export class LightCurtain {
     frame.add(this.lines);
     const height = beams * curtain.pitchM;
     for (const x of [0, curtain.rangeM]) {
-      const post = new THREE.Mesh(new THREE.BoxGeometry(0.04, 0.05, height), surface({color: 0xe2b007, roughness: 0.5, metalness: 0}));
+      const post = painted(new THREE.BoxGeometry(0.04, 0.05, height), 0xe2b007, {roughness: 0.5, metalness: 0});
       post.position.set(x, 0, height / 2 - curtain.pitchM / 2);
-      post.castShadow = true;
       frame.add(post);
     }
     this.root.add(frame);

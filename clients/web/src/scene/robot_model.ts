@@ -2,7 +2,8 @@ import * as THREE from 'three';
 import URDFLoader, {type URDFRobot} from 'urdf-loader';
 import type {RobotDescription, RobotLooks, RobotState} from '../protocol';
 import {place, toMatrix, toVector} from './convert';
-import {surface} from './materials';
+import {solid, surface} from './materials';
+import {software} from './quality';
 import {fingerGeometry, merged, softBox, softCylinder, tinted} from './shapes';
 
 const kFinish: Record<string, {roughness: number; metalness: number}> = {
@@ -54,8 +55,7 @@ export class RobotModel {
   private buildGripper(g: RobotLooks): void {
     const material = surface({vertexColors: true, roughness: 0.42, metalness: 0.35});
     const add = (geometry: THREE.BufferGeometry): THREE.Mesh => {
-      const mesh = new THREE.Mesh(geometry, material);
-      mesh.castShadow = mesh.receiveShadow = true;
+      const mesh = solid(geometry, material);
       this.tool.add(mesh);
       return mesh;
     };
@@ -82,19 +82,34 @@ export class RobotModel {
   }
 }
 
-/** Gives the primitives of a URDF softened edges and materials that answer to light. */
-function soften(arm: THREE.Object3D): void {
-  arm.traverse((object) => {
-    if (!(object instanceof THREE.Mesh)) return;
-    const old = object.geometry as THREE.BufferGeometry;
-    const s = object.scale;
-    if (old.type === 'BoxGeometry') object.geometry = softBox(s.x, s.y, s.z);
-    else if (old.type === 'CylinderGeometry') object.geometry = softCylinder(s.x, s.y);
-    else return;
-    old.dispose();
-    s.set(1, 1, 1);
-    const paint = object.material as THREE.MeshPhongMaterial;
-    object.material = surface({color: paint.color, ...(kFinish[paint.name] ?? kPaint)});
-    object.castShadow = object.receiveShadow = true;
-  });
+/** Makes one softened mesh of each link's primitives, or one of each finish where meshes are cheap. */
+function soften(arm: URDFRobot): void {
+  arm.updateMatrixWorld(true);
+  for (const link of Object.values(arm.links)) {
+    const toLink = link.matrixWorld.clone().invert();
+    const pieces = new Map<string, THREE.BufferGeometry[]>();
+    for (const visual of link.children.filter((child) => 'isURDFVisual' in child)) {
+      visual.traverse((object) => {
+        if (!(object instanceof THREE.Mesh)) return;
+        const paint = object.material as THREE.MeshPhongMaterial;
+        const finish = software ? '' : paint.name in kFinish ? paint.name : '';
+        const list = pieces.get(finish) ?? [];
+        pieces.set(finish, list);
+        const shape = softened(object);
+        list.push(tinted(shape.applyMatrix4(toLink.clone().multiply(object.matrixWorld)), paint.color));
+      });
+      visual.removeFromParent();
+    }
+    for (const [finish, list] of pieces) link.add(solid(merged(list), surface({vertexColors: true, ...(kFinish[finish] ?? kPaint)})));
+  }
+}
+
+/** The shape of a primitive with softened edges; takes its size out of its matrix. */
+function softened(mesh: THREE.Mesh): THREE.BufferGeometry {
+  const {type} = mesh.geometry, s = mesh.scale.clone();
+  const shape = type === 'BoxGeometry' ? softBox(s.x, s.y, s.z) : type === 'CylinderGeometry' ? softCylinder(s.x, s.y) : null;
+  if (!shape) return mesh.geometry.clone();
+  mesh.scale.set(1, 1, 1);
+  mesh.updateMatrixWorld();
+  return shape;
 }

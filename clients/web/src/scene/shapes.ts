@@ -2,29 +2,30 @@
 import * as THREE from 'three';
 import {RoundedBoxGeometry} from 'three/examples/jsm/geometries/RoundedBoxGeometry.js';
 import {mergeGeometries} from 'three/examples/jsm/utils/BufferGeometryUtils.js';
+import {segments, software} from './quality';
 
 /** A box with softened edges. */
 export function softBox(x: number, y: number, z: number, radius = 0.006): THREE.BufferGeometry {
   const r = Math.min(radius, 0.24 * Math.min(x, y, z));
-  return r > 2e-4 ? new RoundedBoxGeometry(x, y, z, 2, r) : new THREE.BoxGeometry(x, y, z);
+  return r > 2e-4 ? new RoundedBoxGeometry(x, y, z, software ? 1 : 2, r) : new THREE.BoxGeometry(x, y, z);
 }
 
 /** A cylinder about y, as three.js has it, with chamfered rims. */
-export function softCylinder(radius: number, length: number, chamfer = 0.004, segments = 40): THREE.BufferGeometry {
+export function softCylinder(radius: number, length: number, chamfer = 0.004, sides = 40): THREE.BufferGeometry {
   const c = Math.min(chamfer, 0.3 * radius, 0.3 * length), h = length / 2;
   const profile = [[0, -h], [radius - c, -h], [radius - c, -h], [radius, -h + c], [radius, -h + c],
                    [radius, h - c], [radius, h - c], [radius - c, h], [radius - c, h], [0, h]];
-  return new THREE.LatheGeometry(profile.map(([r, y]) => new THREE.Vector2(r, y)), segments);
+  return new THREE.LatheGeometry(profile.map(([r, y]) => new THREE.Vector2(r, y)), segments(sides));
 }
 
 /** A surface of revolution about z through points (radius, z) with sharp edges between them. */
-export function turned(points: [number, number][], segments = 40): THREE.BufferGeometry {
+export function turned(points: [number, number][], sides = 40): THREE.BufferGeometry {
   const sharp: THREE.Vector2[] = [];
   points.forEach(([r, z], i) => {
     sharp.push(new THREE.Vector2(r, z));
     if (i > 0 && i < points.length - 1) sharp.push(new THREE.Vector2(r, z));
   });
-  return new THREE.LatheGeometry(sharp, segments).rotateX(Math.PI / 2);
+  return new THREE.LatheGeometry(sharp, segments(sides)).rotateX(Math.PI / 2);
 }
 
 /** Gives every vertex one colour, so that pieces of several colours become one mesh. */
@@ -71,9 +72,9 @@ function toothedOutline(tip: number): THREE.Shape {
 /** Gear in its frame: origin at the centre of the disc's underside, z along the peg. */
 export function gearGeometry(g: GearSizes, color: THREE.Color): THREE.BufferGeometry {
   const tip = g.teethRadiusM || g.discRadiusM;
-  const bevel = 0.0006;
+  const bevel = software ? 0 : 0.0006;
   const teeth = new THREE.ExtrudeGeometry(toothedOutline(tip - bevel), {
-    depth: g.discHeightM - 2 * bevel, bevelEnabled: true, bevelThickness: bevel, bevelSize: bevel, bevelSegments: 1
+    depth: g.discHeightM - 2 * bevel, bevelEnabled: !software, bevelThickness: bevel, bevelSize: bevel, bevelSegments: 1
   }).translate(0, 0, bevel);
   const top = g.discHeightM, r = g.pegRadiusM, c = Math.min(0.001, r / 3);
   const rim = 0.72 * tip;
@@ -104,7 +105,7 @@ export function trayGeometry(min: THREE.Vector3, max: THREE.Vector3, pockets: Po
     hole.absarc(p.x, p.y, p.top, 0, 2 * Math.PI, true);
     sheet.holes.push(hole);
   }
-  const upper = new THREE.ExtrudeGeometry(sheet, {depth, bevelEnabled: false, curveSegments: 28}).translate(0, 0, max.z - depth);
+  const upper = new THREE.ExtrudeGeometry(sheet, {depth, bevelEnabled: false, curveSegments: segments(28)}).translate(0, 0, max.z - depth);
   const lower = new THREE.ExtrudeGeometry(roundedRectangle(min, max, 0.006), {
     depth: max.z - depth - min.z, bevelEnabled: false, curveSegments: 6
   }).translate(0, 0, min.z);

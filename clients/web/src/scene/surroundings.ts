@@ -2,7 +2,8 @@
 import * as THREE from 'three';
 import type {CellLooks, ConveyorDescription} from '../protocol';
 import {place, toVector} from './convert';
-import {surface} from './materials';
+import {painted, solid, surface} from './materials';
+import {segments, software} from './quality';
 import {merged, softBox, softCylinder, tinted} from './shapes';
 
 const kLegFrom = 0.3;  // [m] height above which a wide box gets legs
@@ -16,14 +17,8 @@ function canvas(width: number, height: number, draw: (c: CanvasRenderingContext2
   const texture = new THREE.CanvasTexture(element);
   texture.wrapS = texture.wrapT = THREE.RepeatWrapping;
   texture.colorSpace = THREE.SRGBColorSpace;
-  texture.anisotropy = 4;
+  texture.anisotropy = software ? 1 : 4;
   return texture;
-}
-
-function solid(geometry: THREE.BufferGeometry, material: THREE.Material): THREE.Mesh {
-  const mesh = new THREE.Mesh(geometry, material);
-  mesh.castShadow = mesh.receiveShadow = true;
-  return mesh;
 }
 
 /** Floor that fades into the background, with a grid of one metre. */
@@ -42,7 +37,7 @@ export function makeFloor(): THREE.Mesh {
     }
   });
   texture.repeat.set(24, 24);
-  const floor = new THREE.Mesh(new THREE.CircleGeometry(12, 48),
+  const floor = new THREE.Mesh(new THREE.CircleGeometry(12, segments(48)),
     surface({map: texture, roughness: 0.95, metalness: 0}));
   floor.receiveShadow = true;
   return floor;
@@ -70,16 +65,14 @@ export function makeFixed(looks: CellLooks): THREE.Group {
     place(piece, box.boxInWorld);
     piece.userData.pick = {kind: 'fixed', name: box.name, size};
     const wide = size.x * size.y > 0.25;
-    const metal = surface({
-      color: /frame/.test(box.name) ? 0x8d97a3 : wide ? 0xd9d4c8 : 0x7d858f, roughness: 0.5, metalness: wide ? 0.1 : 0.5
-    });
-    piece.add(solid(softBox(size.x, size.y, size.z, 0.008), metal));
-    if (/optical/.test(box.name)) {
+    const optical = /optical/.test(box.name);
+    const color = optical ? 0x3a4048 : /frame/.test(box.name) ? 0x8d97a3 : wide ? 0xd9d4c8 : 0x7d858f;
+    piece.add(painted(softBox(size.x, size.y, size.z, 0.008), color, {roughness: 0.5, metalness: wide ? 0.1 : 0.5}));
+    if (optical) {
       const top = new THREE.Mesh(new THREE.PlaneGeometry(size.x - 0.03, size.y - 0.03), opticalTop(size));
       top.position.z = size.z / 2 + 4e-4;
       top.receiveShadow = true;
       piece.add(top);
-      metal.color.set(0x3a4048);
     }
     const below = piece.position.z - size.z / 2;
     if (wide && below > kLegFrom) piece.add(legs(size, below));

@@ -3,12 +3,14 @@ import {OrbitControls} from 'three/examples/jsm/controls/OrbitControls.js';
 import {RoomEnvironment} from 'three/examples/jsm/environments/RoomEnvironment.js';
 import type {CellDescription, Snapshot} from '../protocol';
 import type {State} from '../state';
+import {looksDifferent} from './changes';
 import {Contacts} from './contacts';
 import {toVector} from './convert';
 import {Goals} from './goals';
-import {makeRenderer, software, type SurfaceMaterial} from './materials';
+import {makeRenderer, type SurfaceMaterial} from './materials';
 import {Cameras, LightCurtain, PhotoEyes, Trail} from './overlays';
 import {Parts} from './parts';
+import {software} from './quality';
 import {RobotModel} from './robot_model';
 import {Belt, makeFixed, makeFloor} from './surroundings';
 
@@ -57,6 +59,8 @@ export class View {
   private refined = false;
   private settled = 4000;
   private drawn = false;
+  private size = '';
+  private taken: Snapshot | null = null;
   private loading = 0;
 
   constructor(private readonly container: HTMLElement, private readonly state: State) {
@@ -84,7 +88,10 @@ export class View {
     this.setTheme(true);
     this.listenForPicks();
     state.cellChanged.on((cell) => this.build(cell));
-    state.snapshotChanged.on((snapshot) => this.take(snapshot));
+    state.snapshotChanged.on((snapshot) => {
+      const {taken} = this;
+      if (!taken || looksDifferent(taken, snapshot, this.layers)) this.take(snapshot);
+    });
     this.resize();
     requestAnimationFrame((now) => this.loop(now));
   }
@@ -152,6 +159,7 @@ export class View {
   }
 
   private build(cell: CellDescription): void {
+    this.taken = null;
     this.scene.remove(this.content);
     this.content.traverse((object) => (object as Partial<THREE.Mesh>).geometry?.dispose());
     this.content = new THREE.Group();
@@ -203,17 +211,22 @@ export class View {
     this.framed = cell.scene;
   }
 
+  /** What explains the cell comes after the first picture of it. */
   private applyLayers(): void {
-    if (this.cameras) this.cameras.root.visible = this.layers.cameras;
-    if (this.goals) this.goals.root.visible = this.layers.targets;
-    this.contacts.root.visible = this.layers.contacts;
-    if (this.eyes) this.eyes.root.visible = this.layers.curtain;
-    if (this.curtain) this.curtain.root.visible = this.layers.curtain;
-    for (const trail of this.trails) trail.line.visible = this.layers.trails;
+    const show = (object: THREE.Object3D | undefined, on: boolean): void => {
+      if (object) object.visible = on && this.shown;
+    };
+    show(this.cameras?.root, this.layers.cameras);
+    show(this.goals?.root, this.layers.targets);
+    show(this.contacts.root, this.layers.contacts);
+    show(this.eyes?.root, this.layers.curtain);
+    show(this.curtain?.root, this.layers.curtain);
+    for (const trail of this.trails) show(trail.line, this.layers.trails);
     this.dirty = true;
   }
 
   private take(snapshot: Snapshot): void {
+    this.taken = snapshot;
     this.robots.forEach((robot, i) => snapshot.robots[i] && robot.update(snapshot.robots[i]!));
     this.parts?.update(snapshot.bodies, this.layers.groups);
     if (snapshot.conveyor) this.belt?.update(snapshot.conveyor.travelM);
@@ -225,6 +238,11 @@ export class View {
     this.trails.forEach((trail, i) => trail.add(snapshot.robots[i]?.toolInWorld));
     if (this.selected) this.highlight.setFromObject(this.selected);
     this.dirty = true;
+  }
+
+  /** A first picture is on the screen. */
+  private get shown(): boolean {
+    return this.container.dataset.frames !== undefined;
   }
 
   private find(pick: Pick): THREE.Object3D | null {
@@ -264,7 +282,6 @@ export class View {
     if (w === 0 || h === 0) return;
     const wasTall = this.camera.aspect < 1;
     this.setFineness(this.pixelRatio, false);
-    this.renderer.setSize(w, h);
     this.camera.aspect = w / h;
     this.camera.updateProjectionMatrix();
     if (this.state.cell && wasTall !== this.camera.aspect < 1) {
@@ -277,7 +294,7 @@ export class View {
   private loop(now: number): void {
     requestAnimationFrame((next) => this.loop(next));
     // The browser calls again once it has room for another picture: that is what drawing takes.
-    if (this.drawn && this.container.dataset.frames) this.adapt(now - this.last, now);
+    if (this.drawn && this.shown) this.adapt(now - this.last, now);
     else if (this.drawn) this.begunToShow();
     this.last = now;
     // Where drawing is slow, as much time again is left to others.
@@ -286,7 +303,7 @@ export class View {
     if (!this.drawn) return void (!this.dirty && now - this.begun > kStill_ms && this.refine());
     if (this.refined) this.setFineness(this.pixelRatio, false);
     this.dirty = false;
-    const first = !this.container.dataset.frames;
+    const first = !this.shown;
     if (!this.state.snapshot || (first && this.loading > 0)) return void (this.drawn = false);
     // Shadows come after the first picture, and are drawn anew less often where drawing takes long.
     this.renderer.shadowMap.needsUpdate = !first && now >= this.shadowDue;
@@ -298,30 +315,34 @@ export class View {
   /** The first picture, robots and all, is on the screen. */
   private begunToShow(): void {
     this.container.dataset.frames = 'drawn';
-    this.dirty = true;
+    this.applyLayers();
     performance.mark('first-frame');
     if (!software) setTimeout(() => this.addReflections(), 250);
   }
 
   /** One finer picture of what has come to rest, where moving pictures are coarse. */
   private refine(): void {
-    if (this.refined || !software || !this.container.dataset.frames) return;
+    if (this.refined || !software || !this.shown) return;
     this.setFineness(1.5 * devicePixelRatio, true);
     this.renderer.shadowMap.needsUpdate = true;
     this.renderer.render(this.scene, this.camera);
   }
 
   private setFineness(ratio: number, refined: boolean): void {
+    const {clientWidth: w, clientHeight: h} = this.container;
+    const size = `${w} ${h} ${ratio}`;
     this.refined = refined;
-    this.renderer.setPixelRatio(ratio);
+    if (size === this.size) return;
+    this.size = size;
+    this.renderer.setDrawingBufferSize(w, h, ratio);
   }
 
   /** Draws at fewer points and asks for fewer states while drawing takes too long. */
   private adapt(took_ms: number, now: number): void {
     this.frameTime_ms += 0.1 * (took_ms - this.frameTime_ms);
     this.state.watch({rateHz: this.frameTime_ms > 60 ? 12 : this.frameTime_ms > 25 ? 20 : 30});
-    if (this.frameTime_ms > kSlowFrame_ms && this.pixelRatio > 0.75 && now > this.settled) {
-      this.pixelRatio = Math.max(0.75, this.pixelRatio * 0.7);
+    if (this.frameTime_ms > kSlowFrame_ms && this.pixelRatio > 0.5 && now > this.settled) {
+      this.pixelRatio = Math.max(0.5, this.pixelRatio * 0.7);
       this.settled = now + 3000;
       this.resize();
     }

@@ -1,0 +1,25 @@
+// How finely to draw. Without a graphics processor every pixel, corner and shader costs.
+
+/** A context whose driver turns out to be software; contexts take long to make there, so it is kept. */
+function softwareContext(whatever: boolean): WebGL2RenderingContext | null {
+  const canvas = document.createElement('canvas');
+  // Changing the size of a canvas that has a context takes as long again.
+  canvas.width = canvas.height = 16;
+  const gl = canvas.getContext('webgl2', {antialias: false, alpha: false, stencil: false});
+  if (!gl) return null;
+  const info = gl.getExtension('WEBGL_debug_renderer_info');
+  const name = String(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+  if (whatever || /swiftshader|llvmpipe|software|basic render/i.test(name)) return gl;
+  gl.getExtension('WEBGL_lose_context')?.loseContext();
+  return null;
+}
+
+// "?quality=fine" draws finely whatever it takes, "?quality=quick" coarsely on any machine.
+const wanted = new URLSearchParams(location.search).get('quality');
+export const context = wanted === 'fine' ? null : softwareContext(wanted === 'quick');
+export const software = context !== null;
+
+/** A number of corners or segments, less where each costs. */
+export function segments(fine: number): number {
+  return software ? Math.max(8, Math.round(0.6 * fine)) : fine;
+}
