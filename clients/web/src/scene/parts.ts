@@ -47,7 +47,7 @@ export class Parts {
     const key = groupOf(body);
     let material = this.grouped.get(key);
     if (!material) {
-      const hue = ([...key].reduce((sum, c) => sum * 31 + c.charCodeAt(0), 7) * 0.618034) % 1;
+      const hue = ((body.group + 1) * 0.618034) % 1;  // neighbouring numbers far apart
       material = surface({color: new THREE.Color().setHSL(hue, 0.62, 0.55), roughness: 0.6, metalness: 0});
       this.grouped.set(key, material);
     }

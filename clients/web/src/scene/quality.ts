@@ -18,6 +18,7 @@ function softwareContext(whatever: boolean): WebGL2RenderingContext | null {
 const wanted = new URLSearchParams(location.search).get('quality');
 export const context = wanted === 'fine' ? null : softwareContext(wanted === 'quick');
 export const software = context !== null;
+export const adaptive = wanted !== 'fine';
 
 /** A number of corners or segments, less where each costs. */
 export function segments(fine: number): number {

@@ -10,7 +10,7 @@ import {Goals} from './goals';
 import {makeRenderer, type SurfaceMaterial} from './materials';
 import {Cameras, LightCurtain, PhotoEyes, Trail} from './overlays';
 import {Parts} from './parts';
-import {software} from './quality';
+import {adaptive, software} from './quality';
 import {RobotModel} from './robot_model';
 import {Belt, makeFixed, makeFloor} from './surroundings';
 
@@ -68,7 +68,7 @@ export class View {
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = software ? THREE.BasicShadowMap : THREE.PCFSoftShadowMap;
     this.renderer.shadowMap.autoUpdate = false;
-    this.renderer.toneMapping = THREE.ACESFilmicToneMapping;
+    this.renderer.toneMapping = THREE.NeutralToneMapping;
     this.renderer.toneMappingExposure = 1.0;
     this.renderer.domElement.setAttribute('role', 'img');
     this.renderer.domElement.setAttribute('aria-label', 'Three-dimensional view of the cell');
@@ -341,7 +341,7 @@ export class View {
   private adapt(took_ms: number, now: number): void {
     this.frameTime_ms += 0.1 * (took_ms - this.frameTime_ms);
     this.state.watch({rateHz: this.frameTime_ms > 60 ? 12 : this.frameTime_ms > 25 ? 20 : 30});
-    if (this.frameTime_ms > kSlowFrame_ms && this.pixelRatio > 0.5 && now > this.settled) {
+    if (adaptive && this.frameTime_ms > kSlowFrame_ms && this.pixelRatio > 0.5 && now > this.settled) {
       this.pixelRatio = Math.max(0.5, this.pixelRatio * 0.7);
       this.settled = now + 3000;
       this.resize();
