@@ -1,18 +1,18 @@
 // Makes the picture of the README: the default cell at work, as the page shows it.
-// usage: node tests/web/screenshot.mjs [FILE.jpg] [WIDTHxHEIGHT] [dark|light]
+// usage: node tests/web/screenshot.mjs [FILE.png] [WIDTHxHEIGHT] [dark|light]
 import {spawn} from 'node:child_process';
 import {dirname, join} from 'node:path';
 import {fileURLToPath} from 'node:url';
 import {Daemon, openBrowser, openPage, until} from './harness.mjs';
 
 const here = dirname(fileURLToPath(import.meta.url));
-const [file = join(here, '../../clients/web/screenshot.jpg'), size = '1600x900', colorScheme = 'dark'] = process.argv.slice(2);
+const [file = join(here, '../../clients/web/screenshot.png'), size = '1280x800', colorScheme = 'dark'] = process.argv.slice(2);
 const [width, height] = size.split('x').map(Number);
 const bin = process.env.APRSIM_BIN_DIR ?? join(here, '../../build/release/bin');
 
 const daemon = await Daemon.start();
 const browser = await openBrowser();
-const page = await openPage(browser, daemon, {query: '?quality=fine', viewport: {width, height}, colorScheme});
+let page = await openPage(browser, daemon, {viewport: {width, height}, colorScheme});
 const demo = spawn(join(bin, 'aprsim'), ['--ports-file', join(daemon.directory, 'ports.json'), 'demo'], {stdio: 'ignore'});
 try {
   const robot = page.getByTestId('robot-fanuc');
@@ -22,9 +22,15 @@ try {
   await until('the gear to be lifted', async () => await z() > low + 60, 60000);
   await page.getByTestId('play').click();
   await until('a paused cell', async () => await page.getByTestId('play').textContent() === 'Play');
-  // Drawn finely while nothing moves.
-  await page.waitForFunction(() => new Promise((go) => setTimeout(() => go(true), 2500)));
-  await page.screenshot({path: file, type: 'jpeg', quality: 88});
+  // Once more, finely, now that nothing moves; reflections and shadows come after the first picture.
+  await page.context().close();
+  page = await openPage(browser, daemon, {query: '?quality=fine', viewport: {width, height}, colorScheme});
+  await until('the paused cell', async () => await page.getByTestId('play').textContent() === 'Play');
+  await page.waitForFunction(() => {
+    const {view} = document.querySelector('main.stage');
+    return view.scene.environment !== null && !view.dirty;
+  });
+  await page.screenshot({path: file});
 } finally {
   demo.kill();
   await browser.close();
