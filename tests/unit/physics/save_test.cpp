@@ -65,7 +65,7 @@ INSTANTIATE_TEST_SUITE_P(
     Modes, Save,
     testing::Combine(testing::Values(Simplification::kOff, Simplification::kVirtualJoints,
                                      Simplification::kMerge, Simplification::kDormant),
-                     testing::Values(100, 190, 430, 520)));
+                     testing::Values(100, 175, 190, 430, 520)));
 
 TEST(SaveChecks, AStateOfAnotherSceneIsRefused) {
   Bench small(cell(Simplification::kOff));
