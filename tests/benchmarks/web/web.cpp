@@ -28,7 +28,7 @@ constexpr double kRate_hz = 30;
 
 /// Viewers only look.
 struct NoCommands final : api::CommandSink {
-  Result<api::Ticket> submit(api::Command) override {
+  aprsim::Result<api::Ticket> submit(api::Command) override {
     return fail(ErrorCode::kUnavailable, "command", "none is taken");
   }
 };
