@@ -134,7 +134,8 @@ RobotCell::RobotCell(const scene::Robot& robot, const robot::ArmModel& model,
 
 void RobotCell::take(api::Ticket ticket, const api::RobotCommand& command) {
   const api::RobotAction& action = command.action;
-  if (std::holds_alternative<api::InitRobot>(action)) arm_.relax();
+  const bool init = std::holds_alternative<api::InitRobot>(action);
+  if (init && !controller_.backing_off()) arm_.relax();
   if (const auto* set = std::get_if<api::SetGripperForce>(&action))
     state_.gripper_force_n = set->force_n;
   controller_.take(ticket, action, arm_.q());
@@ -240,10 +241,9 @@ robot::JointVector RobotCell::external_torque(std::span<const physics::ArmForce>
 
 void RobotCell::stop_if_tripped(const physics::GripperState& gripper,
                                 std::span<const physics::ArmForce> forces) {
-  // A robot that still brakes for the light curtain may yet hit something; one that backs off still
-  // leaves what it has hit.
-  const bool braking = controller_.moving() && !controller_.backing_off();
-  if (controller_.stopped_by_protection() && !braking) return;
+  if (controller_.backing_off()) return arm_.forget_trip();  // it still leaves what it has hit
+  // A robot that still brakes for the light curtain may yet hit something.
+  if (controller_.stopped_by_protection() && !controller_.moving()) return;
   std::string reason;
   if (!arm_.trip_reason().empty()) {
     reason = arm_.trip_reason();

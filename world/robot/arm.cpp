@@ -185,6 +185,10 @@ void Arm::relax() {
   s_.qd_ref = s_.qd;
   s_.e = s_.ed = s_.integral = JointVector::Zero(model_.dof());
   s_.deviating = false;
+  forget_trip();
+}
+
+void Arm::forget_trip() {
   s_.disturbed_steps = 0;
   s_.trip_reason.clear();
 }

@@ -50,6 +50,8 @@ class Arm {
   /// drives change it within their limits. Used after a trip and by InitRobot, so that a pressed
   /// arm does not snap back.
   void relax();
+  /// As if it had not tripped; the deviation stays.
+  void forget_trip();
 
   /// From the next step on.
   void set_payload(const Payload& payload);
@@ -68,7 +70,8 @@ class Arm {
   [[nodiscard]] bool deviating() const { return s_.deviating; }
   /// Joint-space inertia matrix at q(), with payload and rotors.
   [[nodiscard]] JointMatrix mass_matrix() const;
-  /// Not empty once a trip condition held: names joint, value and limit. Cleared by relax().
+  /// Not empty once a trip condition held: names joint, value and limit. Cleared by relax()
+  /// and forget_trip().
   [[nodiscard]] const std::string& trip_reason() const { return s_.trip_reason; }
 
  private:

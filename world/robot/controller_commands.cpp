@@ -21,7 +21,8 @@ void RobotController::Core::execute(const api::InitRobot&, const JointVector& q_
   s.held_error.clear();
   s.protection = false;
   s.initialized = true;
-  stop_at_once(q_actual);
+  const bool leaving = s.backing_off && s.is_running;  // what it has hit: that comes first
+  if (!leaving) stop_at_once(q_actual);
   working(Task::kRest);
 }
 

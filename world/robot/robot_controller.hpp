@@ -51,7 +51,7 @@ struct ControllerState;
 ///   gripper has settled, or 2 s after the command if it does not; a joint driven by torque when it
 ///   has reached its position or stands still against what bears the torque, and it keeps pressing
 ///   until the next motion.
-/// - After a protective stop the arm backs off by a few millimetres on the way it has come.
+/// - After a protective stop the arm backs off some millimetres on its way; InitRobot waits for it.
 class RobotController {
  public:
   /// Throws std::invalid_argument for a setup that makes no robot (limits not > 0, home outside the

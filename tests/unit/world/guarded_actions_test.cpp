@@ -79,6 +79,18 @@ TEST_F(OverAGear, WithoutAGuardTheRobotStopsToProtectItself) {
   EXPECT_TRUE(robot().protective_stop);
 }
 
+TEST_F(OverAGear, InitializingAtOnceWaitsUntilTheArmHasBackedOff) {
+  EXPECT_THROW(cell_.act(0, to(-0.02)), std::runtime_error);
+  EXPECT_TRUE(robot().moving);
+  EXPECT_LT(height(), 0);
+  cell_.act(0, api::InitRobot{});
+  EXPECT_GT(height(), 2e-3);
+  EXPECT_FALSE(robot().moving);
+  cell_.act(0, to(0.02));
+  EXPECT_NEAR(height(), 0.02, 1e-6);
+  EXPECT_FALSE(robot().protective_stop);
+}
+
 TEST_F(OverAGear, TheToolsOwnAxesSeeItTheOtherWayRound) {
   cell_.act(0, to(-0.02), 30, {guard({SignalKind::kForceT, 2}, GuardLimit::kDecreased, 2)});
   EXPECT_LT(robot().guards.trigger_value, -2);
