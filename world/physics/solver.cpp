@@ -16,6 +16,7 @@ constexpr int kFallbackIterations = 200;
 constexpr double kLayer = 2e-6, kLayerBesideGripper = 1e-5;
 constexpr double kFewContacts = 32, kMostIterations = 4;  // times the iterations of the scene
 constexpr double kSliding = 1e-5;                         // [m/s], above the solver's noise
+constexpr double kSlidingSurely = 1e-3;                   // [m/s], far above it
 constexpr unsigned long kSeed = 1;                        // ODE shuffles rows by its own generator
 constexpr std::size_t kTouchCapacity = 4096;
 
@@ -245,7 +246,9 @@ Eigen::Vector3d Solver::sliding_direction(const Touch& touch) const {
     if (pull.isZero()) pull = cell_.simplification.pull_W(contact.b);
   }
   v -= v.dot(contact.n_W) * contact.n_W;
-  return v.norm() > kSliding ? v : (pull - pull.dot(contact.n_W) * contact.n_W).eval();
+  // At first what little it rocks would turn the direction, and lengthen the pyramid's friction.
+  if (v.norm() > (pull.isZero() ? kSliding : kSlidingSurely)) return v;
+  return pull - pull.dot(contact.n_W) * contact.n_W;
 }
 
 void Solver::run(Method method) {
