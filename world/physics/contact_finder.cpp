@@ -8,15 +8,7 @@ namespace aprsim::physics {
 namespace {
 
 constexpr std::size_t kPairCapacity = 64;
-constexpr int kParts = 3;  // palm and two fingers
 constexpr int kSelfCollisionDistance = 3;
-
-// A gripper's part counts as next to a body within this [m]: more than it moves in a step.
-constexpr double kNear = 2e-3;
-
-Bounds grown(const Bounds& bounds, double by) {
-  return {bounds.min.array() - by, bounds.max.array() + by};
-}
 
 Bounds joined(const Bounds& a, const Bounds& b) {
   return {a.min.cwiseMin(b.min), a.max.cwiseMax(b.max)};
@@ -56,6 +48,12 @@ const GripperPart& ContactFinder::part(int robot, int index) const {
 }
 
 void ContactFinder::find() {
+  search();
+  // What a fault wakes or frees has contacts of its own.
+  while (disturb_near_faults()) search();
+}
+
+void ContactFinder::search() {
   cell_.touches.clear();
   released_.clear();
   for (int r = 0; r < static_cast<int>(cell_.grippers.size()); ++r) {
@@ -117,13 +115,13 @@ void ContactFinder::take(int fixed_shape) {
 void ContactFinder::find_for_robot(int robot) {
   const auto index = static_cast<std::size_t>(robot);
   const auto& arm = cell_.arms[index];
-  const Bounds reach = grown(gripper_bounds_[index], kNear);
+  const Bounds reach = gripper_bounds_[index].grown(kNear);
   for (const int body : cell_.simplification.awake()) {
     const Bounds& bounds = cell_.body(body).bounds;
     if (reach.meets(bounds)) {
       for (int p = 0; p < kParts; ++p) {
-        if (!grown(part(robot, p).bounds, kNear).meets(bounds)) continue;
-        cell_.simplification.near_robot(body);
+        if (!part(robot, p).bounds.grown(kNear).meets(bounds)) continue;
+        cell_.simplification.disturb(body);
         if (part(robot, p).bounds.meets(bounds)) gripper_on_free(robot, p, body);
       }
     }
@@ -230,74 +228,6 @@ void ContactFinder::link_points(const ArmShape& shape, int body, int link) {
     cylinder(gear.hub_top_radius_m, -gear.hub_height_m, 0);
     cylinder(gear.peg_radius_m, gear.disc_height_m, gear.peg_top_m);
   }
-}
-
-// ---- dormant groups
-
-/// A group wakes when a gripper's part is next to one of its bodies, or a link touches one.
-void ContactFinder::wake_near_robot(int robot) {
-  const auto index = static_cast<std::size_t>(robot);
-  const auto& simplification = cell_.simplification;
-  const auto& arm = cell_.arms[index];
-  const Bounds reach = grown(gripper_bounds_[index], kNear);
-  work_.clear();
-  for (const int group : simplification.dormancy().groups()) {
-    const Bounds box = simplification.dormancy().box(group);
-    const bool may = reach.meets(box) || (!arm.shapes().empty() && arm.bounds().meets(box));
-    if (may && robot_at_group(robot, group)) work_.push_back(group);
-  }
-  for (const int group : work_) cell_.simplification.wake(group);
-}
-
-bool ContactFinder::robot_at_group(int robot, int group) {
-  auto& dormancy = cell_.simplification.dormancy();
-  dormancy.bring(group);
-  bool hit = false;
-  for (int body = dormancy.first(group); body >= 0 && !hit; body = dormancy.next(body)) {
-    const Bounds& bounds = cell_.body(body).bounds;
-    for (int p = 0; p < kParts; ++p) {
-      hit = hit || grown(part(robot, p).bounds, kNear).meets(bounds);
-    }
-    for (const auto& shape : cell_.arms[static_cast<std::size_t>(robot)].shapes()) {
-      if (hit || !shape.bounds.meets(bounds)) continue;
-      link_points(shape, body, kGround);
-      hit = !found_.empty();
-      found_.clear();
-    }
-  }
-  return hit;
-}
-
-/// Wakes the groups that awake bodies touch, and those that the woken ones touch.
-void ContactFinder::wake_touched() {
-  const auto& dormancy = cell_.simplification.dormancy();
-  if (dormancy.groups().empty()) return;
-  const auto awake = cell_.simplification.awake();
-  work_.assign(awake.begin(), awake.end());
-  for (std::size_t next = 0; next < work_.size(); ++next) {
-    const int body = work_[next];
-    const auto groups = dormancy.groups();
-    for (std::size_t k = groups.size(); k > 0; --k) {
-      const int group = groups[k - 1];
-      if (!cell_.body(body).bounds.meets(dormancy.box(group)) || !touches_group(body, group)) {
-        continue;
-      }
-      for (int b = dormancy.first(group); b >= 0; b = dormancy.next(b)) work_.push_back(b);
-      cell_.simplification.wake(group);
-    }
-  }
-}
-
-bool ContactFinder::touches_group(int body, int group) {
-  auto& dormancy = cell_.simplification.dormancy();
-  dormancy.bring(group);
-  for (int b = dormancy.first(group); b >= 0; b = dormancy.next(b)) {
-    if (cell_.body(body).bounds.meets(cell_.body(b).bounds)) free_on_free(body, b);
-    if (found_.empty()) continue;
-    found_.clear();
-    return true;
-  }
-  return false;
 }
 
 // ---- free bodies

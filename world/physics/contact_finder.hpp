@@ -11,7 +11,8 @@ namespace aprsim::physics {
 /// Finds the contacts of a step: broadphase over tight axis-aligned boxes, exact geometry from
 /// contact_generation.hpp, links by ODE's primitives. Dormant groups are only looked at where
 /// something that moves is in their box; whatever touches them wakes them, and frees merged bodies,
-/// in the same step. No call allocates after warm-up. The order is fixed by body numbers.
+/// in the same step, and so does a fault next to them. No call allocates after warm-up. The order
+/// is fixed by body numbers.
 class ContactFinder {
  public:
   explicit ContactFinder(Cell& cell);
@@ -22,6 +23,15 @@ class ContactFinder {
   void release(std::span<const int> members);
 
  private:
+  // A gripper's part or a faulty body counts as next to another within this [m]: more than it moves
+  // in a step.
+  static constexpr double kNear = 2e-3;
+  static constexpr int kParts = 3;  // of a gripper: palm and two fingers
+
+  void search();
+  bool disturb_near_faults();
+  bool disturb_near(int faulty);
+  bool wake_in(const Bounds& reach);
   void find_for_robot(int robot);
   void gripper_on_free(int robot, int part, int body);
   void gripper_on_fixed(int robot, int part);

@@ -17,6 +17,7 @@ struct Bounds {
   [[nodiscard]] bool meets(const Bounds& other) const {
     return (min.array() <= other.max.array()).all() && (other.min.array() <= max.array()).all();
   }
+  [[nodiscard]] Bounds grown(double by) const { return {min.array() - by, max.array() + by}; }
 };
 
 /// Bounds of a box of edge lengths `size` centred at X_WS.

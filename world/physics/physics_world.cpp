@@ -9,11 +9,6 @@
 #include "world/physics/state_hash.hpp"
 
 namespace aprsim::physics {
-namespace {
-
-constexpr double kFaultDepth = 0.5e-3;  // [m]
-
-}  // namespace
 
 void PhysicsWorld::Impl::step() {
   ode::prepare_thread();
@@ -54,10 +49,9 @@ void PhysicsWorld::Impl::move_arms() {
 void PhysicsWorld::Impl::count_faults() {
   max_penetration = 0;
   for (const auto& touch : cell.touches) {
-    // Links are soft on purpose: an arm that crushes a part is the arm's fault, not the solver's.
-    if (cell.nodes.is_link(touch.contact.b)) continue;
+    if (cell.nodes.is_link(touch.contact.b)) continue;  // soft on purpose
     max_penetration = std::max(max_penetration, touch.contact.depth_m);
-    if (touch.contact.depth_m > kFaultDepth) ++faults;
+    if (is_fault(touch, cell.nodes)) ++faults;
   }
 }
 

@@ -104,7 +104,7 @@ void Simplification::touched_by_robot(int i) {
   release(i);
 }
 
-void Simplification::near_robot(int i) {
+void Simplification::disturb(int i) {
   at(i).near = true;
   release(i);
 }

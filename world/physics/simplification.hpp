@@ -19,9 +19,9 @@ namespace aprsim::physics {
 ///
 /// off: nothing. virtual_joints: see VirtualJoints. merge: a body at rest relative to the only body
 /// that it touches becomes one rigid body with it (Composites), until the coming step would ask
-/// more of their contact than friction and support can bear, something else touches it, or a
-/// gripper comes near. dormant: merge, and what rests on fixed things or on the belt sleeps
-/// (Dormancy). Rest is judged the same way in all modes.
+/// more of their contact than friction and support can bear, something else touches it, a
+/// gripper comes near, or a body near it is in a fault. dormant: merge, and what rests on fixed
+/// things or on the belt sleeps (Dormancy). Rest is judged the same way in all modes.
 class Simplification {
  public:
   Simplification(const scene::Physics& physics, std::span<FreeBody> bodies,
@@ -79,8 +79,8 @@ class Simplification {
   /// While contacts are searched.
   void wake(int group);
   void touched_by_robot(int body);
-  /// A gripper is next to this body: it must neither sleep nor hang on another.
-  void near_robot(int body);
+  /// A gripper or a fault is next to this body: it must neither sleep nor hang on another.
+  void disturb(int body);
   /// Gives what is merged with a solid the motion of that solid.
   void follow(int solid) { composites_.follow(solid); }
   /// Frees a merged body from its parent, if it has one.
@@ -99,7 +99,7 @@ class Simplification {
     int below = -1;        // the only body that its solid touches
     bool crowded = false;  // its solid touches more than that
     bool touched = false;  // by a robot, in this step
-    bool near = false;     // a gripper, in this step
+    bool near = false;     // a gripper or a fault, in this step
     Eigen::Vector3d pull_W = Eigen::Vector3d::Zero();
     Eigen::Vector3d v_before = Eigen::Vector3d::Zero(), omega_before = Eigen::Vector3d::Zero();
     Eigen::Isometry3d quiet_at = Eigen::Isometry3d::Identity();  // on the carrier, at the start

@@ -16,6 +16,8 @@ struct Touch {
   double normal_n = 0;                            ///< its normal part
 };
 
+inline constexpr double kFaultDepth = 0.5e-3;  ///< [m] of penetration: a physics fault
+
 /// Numbers of all bodies that can touch: free bodies as in the scene, then each robot's palm,
 /// fingers and links.
 class NodeNumbers {
@@ -43,5 +45,11 @@ class NodeNumbers {
   static constexpr int kPerRobot = 16;
   int free_ = 0, robots_ = 0;
 };
+
+/// Whether bodies are so deep in each other that the step counts as faulty. Links are soft on
+/// purpose: an arm that crushes a part is the arm's fault, not the solver's.
+[[nodiscard]] inline bool is_fault(const Touch& touch, const NodeNumbers& nodes) {
+  return touch.contact.depth_m > kFaultDepth && !nodes.is_link(touch.contact.b);
+}
 
 }  // namespace aprsim::physics

@@ -1,3 +1,5 @@
+#include <optional>
+
 #include <gtest/gtest.h>
 
 #include "tests/unit/physics/cell_builder.hpp"
@@ -261,6 +263,62 @@ TEST(Dormant, GripperWakesTheTrayThatItComesToAndNoOther) {
   EXPECT_EQ(bench.world->body(bench.index_of("tray")).group_kind, api::GroupKind::kDormant);
   EXPECT_EQ(bench.world->body(bench.index_of("g1")).group_kind, api::GroupKind::kNone);
 }
+
+// ---- faults
+
+/// A tray of four on the table, and a gear that lands beside it.
+class Landing : public testing::TestWithParam<Simplification> {
+ protected:
+  /// The first step with a fault or, if there is none, the one after the landing.
+  void land(double gap_m, double height_m) {
+    auto scene = tray_of_four(GetParam());
+    Pose above;
+    above.p = {0.08 + gap_m + gear_type("d60").disc_radius_m, 0, 0.006 + height_m};
+    add_gear(scene, "falling", "d60", above);
+    bench.emplace(std::move(scene));
+    bench->run(150);
+    ASSERT_EQ(bench->world->penetration_faults(), 0u);
+    ASSERT_EQ(alone(), 0);
+    const int contacts = bench->world->contact_count();
+    const auto landed = [&] { return bench->world->contact_count() > contacts; };
+    for (int i = 0; i < 200 && !landed(); ++i) bench->run(1);
+    ASSERT_TRUE(landed());
+    EXPECT_NEAR(bench->X_WB("falling").translation().x(), above.p.x(), 0.1e-3)
+        << "the tray is not touched";
+  }
+  /// How many of the tray and its gears are neither merged nor asleep.
+  [[nodiscard]] int alone() const {
+    int count = 0;
+    for (const char* name : {"tray", "g1", "g2", "g3", "g4"}) {
+      if (bench->world->body(bench->index_of(name)).group_kind == api::GroupKind::kNone) ++count;
+    }
+    return count;
+  }
+  std::optional<Bench> bench;
+};
+
+TEST_P(Landing, AFaultBreaksUpTheGroupNextToIt) {
+  land(1e-3, 0.204);
+  EXPECT_GT(bench->world->penetration_faults(), 0u);
+  EXPECT_EQ(alone(), 5);
+  bench->run(400);
+  EXPECT_EQ(alone(), 0) << "at rest again";
+}
+
+TEST_P(Landing, AFaultFurtherOffDoesNot) {
+  land(4e-3, 0.204);
+  EXPECT_GT(bench->world->penetration_faults(), 0u);
+  EXPECT_EQ(alone(), 0);
+}
+
+TEST_P(Landing, WithoutAFaultItStaysTogether) {
+  land(1e-3, 0.205);
+  EXPECT_EQ(bench->world->penetration_faults(), 0u);
+  EXPECT_EQ(alone(), 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Simplification, Landing,
+                         testing::Values(Simplification::kMerge, Simplification::kDormant));
 
 }  // namespace
 }  // namespace aprsim::physics::test
