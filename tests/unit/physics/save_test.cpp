@@ -1,5 +1,6 @@
 // A world that goes on from a saved state goes on bit for bit, whichever mode simplifies contacts.
 
+#include <algorithm>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
@@ -66,6 +67,45 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Combine(testing::Values(Simplification::kOff, Simplification::kVirtualJoints,
                                      Simplification::kMerge, Simplification::kDormant),
                      testing::Values(100, 175, 190, 430, 520)));
+
+class SaveIdle : public testing::TestWithParam<std::tuple<Simplification, double>> {};
+
+// A gripper at rest in the air is not computed until something touches it. In a world built anew
+// from the state before that touch, too: pegs press the fingers from below, then a tray on the
+// belt runs into them.
+TEST_P(SaveIdle, TouchedGripperGoesOnBitForBitInAFreshWorld) {
+  const auto [mode, setting] = GetParam();
+  constexpr int kSteps = 700;
+  Bench first(cell(mode));
+  first.run(100);
+  first.grip(1 - setting);
+  first.grip(setting);
+  first.run(300);
+  ASSERT_EQ(first.world->gripper(0).palm_deflection_m, 0) << "idle: exactly at rest";
+  const PhysicsWorld::State state = first.world->save();
+  Bench fresh(cell(mode));
+  fresh.world->restore(state);
+  fresh.X_WT = first.X_WT;
+  ASSERT_EQ(fresh.world->state_hash(), first.world->state_hash());
+  int touched = 0;
+  for (int step = 0; step < kSteps; ++step) {
+    for (Bench* bench : {&first, &fresh}) {
+      Eigen::Isometry3d X_WT = bench->X_WT;
+      if (step < 240) X_WT.translation().z() -= 0.06 / 240;
+      bench->world->set_belt_speed(2e-4 * std::clamp(step - 300, 0, 200));
+      bench->step_tool(X_WT);
+    }
+    if (first.world->gripper(0).palm_deflection_m > 1e-6) ++touched;
+    ASSERT_EQ(fresh.world->state_hash(), first.world->state_hash()) << step << " steps on";
+  }
+  EXPECT_GT(touched, 10);
+}
+
+// Closed fingers come down on a peg, open ones on the gear about it.
+INSTANTIATE_TEST_SUITE_P(Modes, SaveIdle,
+                         testing::Combine(testing::Values(Simplification::kOff,
+                                                          Simplification::kDormant),
+                                          testing::Values(0.0, 1.0)));
 
 TEST(SaveChecks, AStateOfAnotherSceneIsRefused) {
   Bench small(cell(Simplification::kOff));
