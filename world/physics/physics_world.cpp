@@ -154,6 +154,15 @@ void PhysicsWorld::set_gripper_force(int robot, double force_n) {
 
 void PhysicsWorld::set_belt_speed(double speed_m_s) { impl_->next_belt_speed = speed_m_s; }
 
+void PhysicsWorld::set_velocity(int body, const Eigen::Vector3d& v_com_W,
+                                const Eigen::Vector3d& omega_W) {
+  auto& simplification = impl_->cell.simplification;
+  if (simplification.dormant(body)) simplification.wake(simplification.dormancy().group(body));
+  simplification.release(body);
+  FreeBody& free = impl_->cell.body(body);
+  free.place(free.X_WB, v_com_W, omega_W);
+}
+
 void PhysicsWorld::step() { impl_->step(); }
 
 int PhysicsWorld::body_count() const { return static_cast<int>(impl_->cell.bodies.size()); }

@@ -73,6 +73,10 @@ class PhysicsWorld {
   void set_gripper_force(int robot, double force_n);
   void set_belt_speed(double speed_m_s);  ///< signed, along the belt's +x
 
+  /// Strikes a free body: it wakes, leaves what it is merged with, and moves like this from now on;
+  /// the velocity is that of its centre of mass.
+  void set_velocity(int body, const Eigen::Vector3d& v_com_W, const Eigen::Vector3d& omega_W);
+
   /// Throws PhysicsFailure before ODE would abort.
   void step();
 

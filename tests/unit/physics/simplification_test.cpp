@@ -247,6 +247,20 @@ TEST(Dormant, WakesWhenAFreeBodyLandsOnIt) {
   EXPECT_GT(bench.X_WB("falling").translation().z(), 0.02);
 }
 
+// A gear of a sleeping tray that is struck: all wake, it leaves its tray and flies.
+TEST(Dormant, WakesWhenStruck) {
+  Bench bench(tray_of_four(Simplification::kDormant));
+  bench.run(300);
+  ASSERT_EQ(count_of(bench, api::GroupKind::kDormant), 5);
+  const int gear = bench.index_of("g2");
+  bench.world->set_velocity(gear, {0, 0, 1}, {0, 0, 5});
+  bench.run(10);
+  EXPECT_EQ(bench.world->body(gear).group_kind, api::GroupKind::kNone);
+  EXPECT_NEAR(bench.world->body(gear).v_W.z(), 1 - 9.81 * 0.01, 1e-9);
+  EXPECT_NEAR(bench.world->body(gear).omega_W.z(), 5, 1e-9);
+  EXPECT_LT(bench.world->body(bench.index_of("g1")).v_W.norm(), 1e-4);
+}
+
 TEST(Dormant, GripperWakesTheTrayThatItComesToAndNoOther) {
   auto scene = tray_of_four(Simplification::kDormant);
   add_tray(scene, "other", "small4", {0.3, 0}, {});
