@@ -12,6 +12,7 @@
 #include "tests/benchmarks/crcl/poller.hpp"
 #include "tests/benchmarks/support/experiment.hpp"
 #include "tests/benchmarks/support/statistics.hpp"
+#include "tests/benchmarks/support/tails.hpp"
 #include "tests/support/cell_script.hpp"
 #include "world/simulation.hpp"
 
@@ -102,6 +103,11 @@ int run(int argc, char** argv) {
   experiment.record("crcl.crowd_steps_given_up", crowd.missed_share, "relative");
   experiment.record("crcl.crowd_step_mean_us", crowd.step_mean_us, "us");
   experiment.record("crcl.status_bytes", static_cast<double>(one.polls.bytes), "B");
+  experiment.plot("tails", {.title = "CRCL status round trips",
+                            .x = {.label = "fraction of requests that take longer", .log = true},
+                            .y = {.label = "us", .log = true},
+                            .series = {tails("1 client", times), tails("32 clients", crowded),
+                                       tails("bare echo", echoes)}});
   experiment.table("round_trips", "CRCL status round trips beside the running cell", table);
   experiment.note(
       "Each client asks for the status every 25 ms, as the lab's poller does, and waits for the "

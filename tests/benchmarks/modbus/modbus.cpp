@@ -7,6 +7,7 @@
 #include "tests/benchmarks/modbus/clients.hpp"
 #include "tests/benchmarks/support/experiment.hpp"
 #include "tests/benchmarks/support/statistics.hpp"
+#include "tests/benchmarks/support/tails.hpp"
 #include "tests/support/cell_script.hpp"
 #include "world/simulation.hpp"
 
@@ -54,14 +55,6 @@ void row(Table& table, const char* what, const Outcome& out) {
              out.pace.real_time_factor, 100 * out.pace.missed_share});
 }
 
-Series distribution(const char* name, const std::vector<double>& samples) {
-  Series series{name, {}};
-  for (const double tail : {0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005}) {
-    series.points.emplace_back(tail, percentile(samples, 1 - tail));
-  }
-  return series;
-}
-
 int run(int argc, char** argv) {
   Experiment experiment("modbus", argc, argv);
   const std::chrono::seconds duration(experiment.quick() ? 2 : 20);
@@ -88,9 +81,9 @@ int run(int argc, char** argv) {
   experiment.plot("tails", {.title = "Modbus round trips",
                             .x = {.label = "fraction of requests that take longer", .log = true},
                             .y = {.label = "ms", .log = true},
-                            .series = {distribution("1 client", one.load.round_trips_ms),
-                                       distribution("128 clients", calm.load.round_trips_ms),
-                                       distribution("128 and two stallers", times)}});
+                            .series = {tails("1 client", one.load.round_trips_ms),
+                                       tails("128 clients", calm.load.round_trips_ms),
+                                       tails("128 and two stallers", times)}});
   experiment.note(
       "Each client asks 100 times a second for holding registers, input registers and discrete "
       "inputs and sets the belt's speed, in turn, whether or not it has been answered. The "

@@ -15,6 +15,7 @@
 #include "tests/benchmarks/support/clock.hpp"
 #include "tests/benchmarks/support/experiment.hpp"
 #include "tests/benchmarks/support/statistics.hpp"
+#include "tests/benchmarks/support/tails.hpp"
 #include "tests/support/cell_script.hpp"
 #include "tests/support/kitting_demo.hpp"
 #include "tests/support/raw_web_client.hpp"
@@ -118,20 +119,17 @@ int run(int argc, char** argv) {
   }
   server.stop();
   const double span_s = rounds * steps * 1e-3;
-  Plot tails{.title = "Default cell in real time: step and publishing",
-             .x = {.label = "fraction of steps that take longer", .log = true},
-             .y = {.label = "us", .log = true},
-             .series = {}};
+  Plot plot{.title = "Default cell in real time: step and publishing",
+            .x = {.label = "fraction of steps that take longer", .log = true},
+            .y = {.label = "us", .log = true},
+            .series = {}};
   Table table({"viewers", "mean [us]", "p50", "p99", "p99.9"});
   for (const auto& [name, times] : {std::pair{"0", &alone}, std::pair{"16", &watched}}) {
     table.row({std::string(name), mean(*times), percentile(*times, 0.5), percentile(*times, 0.99),
                percentile(*times, 0.999)});
-    auto& series = tails.series.emplace_back(Series{std::string(name) + " viewers", {}});
-    for (const double tail : {0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001}) {
-      series.points.emplace_back(tail, percentile(*times, 1 - tail));
-    }
+    plot.series.push_back(tails(std::string(name) + " viewers", *times));
   }
-  experiment.plot("tails", tails);
+  experiment.plot("tails", plot);
   experiment.table("steps", "Default cell in real time: step and publishing, CPU time", table);
   const double p99 = percentile(alone, 0.99), p99_watched = percentile(watched, 0.99);
   experiment.record("web.step_p99_us.no_viewer", p99, "us");
