@@ -245,7 +245,10 @@ Eigen::Vector3d Solver::sliding_direction(const Touch& touch) const {
     v -= cell_.body(contact.b).velocity_at(contact.p_W);
     if (pull.isZero()) pull = cell_.simplification.pull_W(contact.b);
   }
+  if (touch.belt) v -= cell_.belt_speed_m_s * cell_.fixed.belt_axis_W;
   v -= v.dot(contact.n_W) * contact.n_W;
+  // Until it surely slides, the belt pulls along its own axis.
+  if (touch.belt) return v.norm() > kSlidingSurely ? v : Eigen::Vector3d::Zero();
   // At first what little it rocks would turn the direction, and lengthen the pyramid's friction.
   if (v.norm() > (pull.isZero() ? kSliding : kSlidingSurely)) return v;
   return pull - pull.dot(contact.n_W) * contact.n_W;

@@ -37,9 +37,12 @@ dContact ode_contact(const Touch& touch, bool soft, const Eigen::Vector3d& belt_
   if (touch.belt) {
     const Eigen::Vector3d along = belt_axis_W - belt_axis_W.dot(contact.n_W) * contact.n_W;
     if (along.norm() > 0.1) {
-      surface.mode |= dContactFDir1 | dContactMotion1;
-      surface.motion1 = belt_speed_m_s * along.norm();
-      ode::copy(along.normalized(), out.fdir1);
+      const Eigen::Vector3d t1 = (slide_W.isZero() ? along : slide_W).normalized();
+      const Eigen::Vector3d v_belt_W = belt_speed_m_s * along;
+      surface.mode |= dContactFDir1 | dContactMotion1 | dContactMotion2;
+      surface.motion1 = v_belt_W.dot(t1);
+      surface.motion2 = v_belt_W.dot(contact.n_W.cross(t1));
+      ode::copy(t1, out.fdir1);
     }
   }
   return out;

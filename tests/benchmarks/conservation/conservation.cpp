@@ -93,8 +93,7 @@ double contact_radius(const physics::PhysicsWorld& world) {
 
 /// A gear spins on the resting belt, on points at distance r from its axis: friction slows it by
 /// alpha = mu m g r / I, so that it turns by omega^2 / (2 alpha), and takes mu m g r of its energy
-/// a radian. ODE's pyramid of friction, along the belt and across it, brakes a point that slides
-/// obliquely up to sqrt(2) times as hard, over a turn 4 / pi times: that is what the figures show.
+/// a radian.
 void spinning_cylinder(Experiment& experiment, const Mode& mode) {
   scene::Scene scene = bare_belt(mode);
   constexpr double kMu = 0.3, kSpin = 20;
