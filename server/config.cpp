@@ -1,5 +1,6 @@
 #include "server/config.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <limits>
 
@@ -157,6 +158,22 @@ void use_free_ports(Config& config) {
   config.modbus.port = 0;
   config.grpc.port = 0;
   config.web.port = 0;
+}
+
+std::vector<std::string> keys_of_unknown_robots(const Config& config,
+                                                const std::vector<std::string>& robots) {
+  const auto shipped = Config{}.crcl.ports;
+  std::vector<std::string> keys;
+  const auto look = [&](const char* key, const auto& named) {
+    for (const auto& [robot, value] : named) {
+      if (shipped.contains(robot) || std::ranges::find(robots, robot) != robots.end()) continue;
+      keys.push_back(fmt::format("{}.{}", key, robot));
+    }
+  };
+  look("crcl.ports", config.crcl.ports);
+  look("crcl.robots", config.crcl.robots);
+  look("vision.ports", config.vision.ports);
+  return keys;
 }
 
 namespace {

@@ -88,6 +88,11 @@ void use_free_ports(Config& config);
 /// The configuration as YAML that load_config reads back to the same.
 [[nodiscard]] std::string to_yaml(const Config& config);
 
+/// Keys of the configuration that name a robot neither of `robots` nor of the shipped scenes, such
+/// as "crcl.ports.fanuk": most likely a mistake.
+[[nodiscard]] std::vector<std::string> keys_of_unknown_robots(
+    const Config& config, const std::vector<std::string>& robots);
+
 /// "1", "2.5", "max", "stepped".
 [[nodiscard]] std::string to_text(const Speed& speed);
 

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cmath>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -160,6 +161,14 @@ protocols::VisionServerOptions vision_options(const VisionConfig& config, const 
   return options;
 }
 
+/// Says which interface it was, and what to try.
+tl::unexpected<Error> not_listening(const std::string& name, const std::string& key, Error error) {
+  error.field = key;
+  error.message = name + ": " + error.message + " (another port: --set " + key +
+                  "=PORT; any free ones: --any-port)";
+  return tl::unexpected<Error>(std::move(error));
+}
+
 }  // namespace
 
 /// Listeners are declared after the simulation that they refer to, so they end before it.
@@ -186,36 +195,41 @@ class Daemon::Impl {
     Ports ports;
     for (auto& [name, crcl, vision] : robots_) {
       auto port = crcl->start();
-      if (!port) return tl::unexpected(port.error());
+      if (!port) return not_listening("crcl." + name, "crcl.ports." + name, port.error());
       ports["crcl." + name] = *port;
       port = vision->start();
-      if (!port) return tl::unexpected(port.error());
+      if (!port) return not_listening("vision." + name, "vision.ports." + name, port.error());
       ports["vision." + name] = *port;
     }
     auto modbus = modbus_.start();
-    if (!modbus) return tl::unexpected(modbus.error());
+    if (!modbus) return not_listening("modbus", "modbus.port", modbus.error());
     ports["modbus"] = *modbus;
     auto grpc = telemetry_.start();
-    if (!grpc) return tl::unexpected(grpc.error());
+    if (!grpc) return not_listening("grpc", "grpc.port", grpc.error());
     ports["grpc"] = *grpc;
     ports_ = ports;  // before the page's thread starts to read it
     if (web_) {
       auto web = web_->start();
-      if (!web) return tl::unexpected(web.error());
+      if (!web) return not_listening("web", "web.port", web.error());
       ports["web"] = *web;
     }
     simulation_.start();
     return ports;
   }
 
+  /// Listeners end side by side, since each may wait a while for its slowest client; the page's
+  /// first, which counts the others' connections.
   void stop() {
     if (web_) web_->stop();
-    for (auto& [name, crcl, vision] : robots_) {
-      crcl->stop();
-      vision->stop();
+    {
+      std::vector<std::jthread> ending;
+      for (auto& robot : robots_) {
+        ending.emplace_back([&robot] { robot.crcl->stop(); });
+        ending.emplace_back([&robot] { robot.vision->stop(); });
+      }
+      ending.emplace_back([this] { modbus_.stop(); });
+      ending.emplace_back([this] { telemetry_.stop(); });
     }
-    modbus_.stop();
-    telemetry_.stop();
     simulation_.stop();
   }
 

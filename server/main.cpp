@@ -1,10 +1,13 @@
 #include <cstdlib>
 #include <iostream>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include <spdlog/spdlog.h>
 
 #include "server/command_line.hpp"
+#include "server/config.hpp"
 #include "server/daemon.hpp"
 #include "server/logging.hpp"
 #include "server/ports_file.hpp"
@@ -29,6 +32,16 @@ void announce(const Ports& ports, const std::string& address) {
                              : address.find(':') != std::string::npos ? "[" + address + "]"
                                                                       : address;
     spdlog::info("see it: http://{}:{}/", host, web->second);
+  }
+}
+
+/// A misspelt name would silently leave a robot at its defaults.
+void warn_of_unknown_robots(const Config& config, const scene::Scene& scene) {
+  std::vector<std::string> robots;
+  for (const auto& robot : scene.robots) robots.push_back(robot.name);
+  for (const std::string& key : keys_of_unknown_robots(config, robots)) {
+    std::cerr << "aprsimd: warning: " << key << ": scene " << scene.name << " has no such robot"
+              << std::endl;
   }
 }
 
@@ -73,6 +86,7 @@ int run(int argc, char** argv) {
   auto scene = scene::load_scene(invocation->config.scene, scene::default_data_paths());
   if (!scene) return refuse(scene.error().message);
   auto shared = std::make_shared<const scene::Scene>(std::move(*scene));
+  warn_of_unknown_robots(invocation->config, *shared);
   if (invocation->check_only) {
     const Daemon probe(invocation->config, shared);
     std::cout << "scene " << shared->name << ": " << shared->robots.size() << " robots, "

@@ -90,6 +90,7 @@ void Simulation::apply(const api::SimulationCommand& command) {
   const auto now = SteadyClock::now();
   if (std::holds_alternative<api::Pause>(command)) {
     paused_ = true;
+    paused_by_fault_ = false;
     steps_wanted_ = 0;
   } else if (std::holds_alternative<api::Resume>(command)) {
     paused_ = false;
@@ -114,6 +115,7 @@ void Simulation::advance() {
     world_->step();
   } catch (const std::exception& failure) {
     world_fault_ = failure.what();
+    paused_by_fault_ = !paused_;
     paused_ = true;
     dirty_ = true;
     return;
@@ -152,6 +154,7 @@ void Simulation::begin_epoch() {
   ++epoch_;
   steps_wanted_ = 0;
   world_fault_.clear();
+  if (std::exchange(paused_by_fault_, false)) paused_ = false;
   pacer_.restart(SteadyClock::now());
 }
 

@@ -140,7 +140,7 @@ struct RobotLink::Executor {
   void operator()(const crcl::SetRate& set) const {
     const Result<api::SetMotionLimit> action = to_action(set.which, set.rate, settings);
     if (!action) return link.hold(action.error().message);
-    link.wait_for(link.commander_.submit(*action), true);
+    link.done_with(link.commander_.submit(*action));
   }
 
   void operator()(const crcl::Message& message) const {
@@ -318,12 +318,25 @@ void RobotLink::tell(const std::optional<std::string>& note) {
   if (!error_) latest_.description = *note;
 }
 
+bool RobotLink::taken(const Result<api::Ticket>& ticket, bool setting) {
+  if (!ticket) {
+    hold(*latest_.name + " not taken: " + ticket.error().message);
+    return false;
+  }
+  tickets_.note({*ticket, latest_.command_id, *latest_.name, setting});
+  if (setting) last_setting_ = *ticket;
+  return true;
+}
+
 void RobotLink::wait_for(const Result<api::Ticket>& ticket, bool setting) {
-  if (!ticket) return hold(*latest_.name + " not taken: " + ticket.error().message);
+  if (!taken(ticket, setting)) return;
   progress_ = Progress::kWaiting;
   ticket_ = *ticket;
   setting_ = setting;
-  if (setting) last_setting_ = *ticket;
+}
+
+void RobotLink::done_with(const Result<api::Ticket>& ticket) {
+  if (taken(ticket, true)) done();
 }
 
 void RobotLink::hold(std::string reason) {
@@ -340,41 +353,6 @@ void RobotLink::add_description(const std::string& text) {
     *latest_.description += "; " + text;
   } else {
     latest_.description = text;
-  }
-}
-
-void RobotLink::refresh(const api::Snapshot& snapshot) {
-  const api::RobotSnapshot& robot = snapshot.robots[static_cast<std::size_t>(robot_)];
-  if (snapshot.epoch != epoch_) {
-    epoch_ = snapshot.epoch;
-    session_ = Session::kNever;
-    since_ = 0;
-    commander_.forget();
-    services_.forget();
-    program_.reset();
-    last_setting_ = 0;
-    error_.reset();
-    const bool interrupted = std::exchange(progress_, Progress::kReady) == Progress::kWaiting;
-    latest_.description = "The cell was reset.";
-    if (interrupted) hold("The cell was reset before " + *latest_.name + " ended.");
-  }
-  const bool current = robot.action.ticket >= since_ && snapshot.applied >= since_;
-  const bool failed = robot.action.state == api::ActionState::kError || robot.protective_stop;
-  if (current && failed && !error_) hold(robot.action.description);
-  if (progress_ == Progress::kWaiting) follow(snapshot);
-}
-
-void RobotLink::follow(const api::Snapshot& snapshot) {
-  const api::ActionStatus& action = snapshot.robots[static_cast<std::size_t>(robot_)].action;
-  if (action.ticket < ticket_ && !(setting_ && snapshot.applied >= ticket_)) return;
-  const bool arrived = action.ticket == ticket_ && action.state == api::ActionState::kDone;
-  if (setting_ || arrived) {
-    progress_ = Progress::kDone;
-    if (!setting_ && !error_ && !action.description.empty()) add_description(action.description);
-  } else if (action.ticket > ticket_ && !error_) {
-    progress_ = Progress::kDone;
-    if (action.ticket == last_setting_) return;  // our own, beside a program's command
-    hold(*latest_.name + " was replaced by a command from another interface.");
   }
 }
 

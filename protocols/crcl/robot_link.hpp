@@ -16,6 +16,7 @@
 #include "protocols/crcl/robot_services.hpp"
 #include "protocols/crcl/status_report.hpp"
 #include "protocols/crcl/target_limits.hpp"
+#include "protocols/crcl/ticket_book.hpp"
 #include "world/api/ports.hpp"
 
 namespace aprsim::protocols {
@@ -73,11 +74,17 @@ class RobotLink {
   void done(std::optional<std::string> description = std::nullopt);
   /// Follows the ticket. A setting is done once applied, whatever the robot does besides.
   void wait_for(const Result<api::Ticket>& ticket, bool setting);
+  /// Done with the ticket: whatever comes next finds it applied.
+  void done_with(const Result<api::Ticket>& ticket);
+  [[nodiscard]] bool taken(const Result<api::Ticket>& ticket, bool setting);
   /// Shows the note with the command that is under way.
   void tell(const std::optional<std::string>& note);
   void add_description(const std::string& text);
   void hold(std::string reason);
   void refresh(const api::Snapshot& snapshot);
+  void begin_epoch(const api::Snapshot& snapshot);
+  void begin_anew(bool interrupted);
+  void go_on(const api::RobotSnapshot& robot, bool interrupted);
   void follow(const api::Snapshot& snapshot);
   [[nodiscard]] crcl::CommandStatus command_status();
   void run_text(const crcl::RunProgram& command, const std::shared_ptr<ReportSettings>& settings,
@@ -104,8 +111,10 @@ class RobotLink {
   Progress progress_ = Progress::kReady;
   api::Ticket ticket_ = 0;  // while kWaiting
   bool setting_ = false;
-  api::Ticket since_ = 0;             // the world's errors before this command are over
-  api::Ticket last_setting_ = 0;      // the latest one that changes no motion
+  api::Ticket since_ = 0;         // the world's errors before this command are over
+  api::Ticket last_setting_ = 0;  // the latest one that changes no motion
+  api::Ticket seen_ = 0;          // the world has applied all up to this one
+  TicketBook tickets_;
   std::optional<std::string> error_;  // held until InitCanon
   Tolerances tolerances_;
   std::optional<ProgramRun> program_;

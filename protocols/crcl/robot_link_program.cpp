@@ -62,7 +62,8 @@ void RobotLink::advance() {
     in_program_ = true;
     carry_out(instance, settings, peer);
     if (error_) return program_.reset();
-    if (progress_ == Progress::kWaiting) program_->step = {ticket_, setting_};
+    const bool waiting = progress_ == Progress::kWaiting;
+    program_->step = waiting ? ProgramRun::Step{ticket_, setting_} : ProgramRun::Step{};
   }
 }
 

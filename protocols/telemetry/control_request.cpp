@@ -2,13 +2,21 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace aprsim::protocols {
 namespace {
 
 constexpr std::uint64_t kMaxSteps = 10'000'000;
+
+const std::vector<std::string>& saved_names(const api::Snapshot& snapshot) {
+  static const std::vector<std::string> kNone;
+  return snapshot.saved_states ? *snapshot.saved_states : kNone;
+}
 
 Eigen::Vector3d vector_of(const v1::Vector3& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -92,6 +100,31 @@ Result<api::ConveyorCommand> to_command(const v1::SetConveyorRequest& request,
   if (request.has_emergency_stop()) command.emergency_stop = request.emergency_stop();
   command.fault_reset = request.fault_reset();
   return command;
+}
+
+Result<api::SaveState> to_command(const v1::SaveStateRequest& request,
+                                  const api::Snapshot& snapshot) {
+  const auto& names = saved_names(snapshot);
+  const bool again = std::ranges::find(names, request.name()) != names.end();
+  if (!again && names.size() >= api::kMaxSavedStates) {
+    return fail(ErrorCode::kFailedPrecondition, "name",
+                fmt::format("all {} places for saved states are taken; use one of their names "
+                            "again",
+                            api::kMaxSavedStates));
+  }
+  return api::SaveState{request.name()};
+}
+
+Result<api::LoadState> to_command(const v1::LoadStateRequest& request,
+                                  const api::Snapshot& snapshot) {
+  const auto& names = saved_names(snapshot);
+  if (std::ranges::find(names, request.name()) == names.end()) {
+    return fail(
+        ErrorCode::kNotFound, "name",
+        fmt::format("no state is saved as '{}'; {}{}", request.name().substr(0, 64),
+                    names.empty() ? "none is saved" : "there are: ", fmt::join(names, ", ")));
+  }
+  return api::LoadState{request.name()};
 }
 
 }  // namespace aprsim::protocols

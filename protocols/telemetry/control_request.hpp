@@ -4,6 +4,7 @@
 #include "world/api/cell_description.hpp"
 #include "world/api/command.hpp"
 #include "world/api/error.hpp"
+#include "world/api/snapshot.hpp"
 
 /// Requests of aprsim.v1 as commands. Errors name the field, the value and its limit.
 namespace aprsim::protocols {
@@ -14,5 +15,11 @@ namespace aprsim::protocols {
 [[nodiscard]] Result<api::SetIntruder> to_command(const v1::SetIntruderRequest& request);
 [[nodiscard]] Result<api::ConveyorCommand> to_command(const v1::SetConveyorRequest& request,
                                                       const api::CellDescription& cell);
+/// Fails when all places are taken.
+[[nodiscard]] Result<api::SaveState> to_command(const v1::SaveStateRequest& request,
+                                                const api::Snapshot& snapshot);
+/// Fails when no state has the name.
+[[nodiscard]] Result<api::LoadState> to_command(const v1::LoadStateRequest& request,
+                                                const api::Snapshot& snapshot);
 
 }  // namespace aprsim::protocols

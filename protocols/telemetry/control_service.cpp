@@ -4,8 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include <fmt/format.h>
-
 #include "protocols/telemetry/control_request.hpp"
 #include "protocols/telemetry/messages.hpp"
 #include "protocols/telemetry/rpc_status.hpp"
@@ -20,11 +18,6 @@ void write_receipt(const api::Snapshot& snapshot, api::Ticket ticket, v1::Receip
   receipt.set_epoch(snapshot.epoch);
   receipt.set_step(snapshot.step);
   write_message(snapshot.time, *receipt.mutable_sim_time());
-}
-
-bool is_saved(const api::Snapshot& snapshot, const std::string& name) {
-  const auto& names = snapshot.saved_states;
-  return names && std::find(names->begin(), names->end(), name) != names->end();
 }
 
 }  // namespace
@@ -143,29 +136,21 @@ grpc::ServerUnaryReactor* ControlService::Reset(grpc::CallbackServerContext* con
 grpc::ServerUnaryReactor* ControlService::SaveState(grpc::CallbackServerContext* context,
                                                     const v1::SaveStateRequest* request,
                                                     v1::SaveStateResponse* response) {
-  const api::SnapshotPtr now = source_.latest();
-  if (!is_saved(*now, request->name()) && now->saved_states &&
-      now->saved_states->size() >= api::kMaxSavedStates) {
-    return refuse(context, {ErrorCode::kFailedPrecondition, "name",
-                            fmt::format("all {} places for saved states are taken; use one of "
-                                        "their names again",
-                                        api::kMaxSavedStates)});
-  }
-  return command(
-      context, api::SimulationCommand(api::SaveState{request->name()}),
-      [response](const auto& s, auto t) { write_receipt(s, t, *response->mutable_receipt()); });
+  const auto save = to_command(*request, *source_.latest());
+  if (!save) return refuse(context, save.error());
+  return command(context, api::SimulationCommand(*save), [response](const auto& s, auto t) {
+    write_receipt(s, t, *response->mutable_receipt());
+  });
 }
 
 grpc::ServerUnaryReactor* ControlService::LoadState(grpc::CallbackServerContext* context,
                                                     const v1::LoadStateRequest* request,
                                                     v1::LoadStateResponse* response) {
-  if (!is_saved(*source_.latest(), request->name())) {
-    return refuse(context, {ErrorCode::kNotFound, "name",
-                            fmt::format("no state is saved as '{}'", request->name())});
-  }
-  return command(
-      context, api::SimulationCommand(api::LoadState{request->name()}),
-      [response](const auto& s, auto t) { write_receipt(s, t, *response->mutable_receipt()); });
+  const auto load = to_command(*request, *source_.latest());
+  if (!load) return refuse(context, load.error());
+  return command(context, api::SimulationCommand(*load), [response](const auto& s, auto t) {
+    write_receipt(s, t, *response->mutable_receipt());
+  });
 }
 
 grpc::ServerUnaryReactor* ControlService::SetConveyor(grpc::CallbackServerContext* context,

@@ -14,6 +14,7 @@
 #include <grpcpp/security/server_credentials.h>
 #include <grpcpp/server.h>
 #include <grpcpp/server_builder.h>
+#include <spdlog/spdlog.h>
 
 #include "protocols/telemetry/command_waiter.hpp"
 #include "protocols/telemetry/connection_acceptor.hpp"
@@ -152,6 +153,7 @@ class TelemetryServer::Impl {
     const bool serving = snapshot.world_fault.empty();
     if (serving_ == serving) return;
     serving_ = serving;
+    if (!serving) spdlog::error("the simulation has stopped: {}", snapshot.world_fault);
     auto& health = *server_->GetHealthCheckService();
     for (const char* name :
          {"", v1::TelemetryService::service_full_name(), v1::ControlService::service_full_name()}) {

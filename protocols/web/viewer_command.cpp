@@ -109,6 +109,10 @@ std::optional<Bodies> commands_of(const v1::ViewerRequest& request, const api::S
       if (request.reset().has_seed()) reset.seed = request.reset().seed();
       return one(api::SimulationCommand(reset));
     }
+    case v1::ViewerRequest::kSaveState:
+      return one_of(to_command(request.save_state(), snapshot));
+    case v1::ViewerRequest::kLoadState:
+      return one_of(to_command(request.load_state(), snapshot));
     case v1::ViewerRequest::kConveyor:
       return one_of(to_command(request.conveyor(), *snapshot.cell));
     case v1::ViewerRequest::kIntruder:

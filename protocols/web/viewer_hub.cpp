@@ -315,6 +315,7 @@ void ViewerHub::send_registers() {
 void ViewerHub::send_status() {
   if (!options_.listeners) return;
   const auto listeners = options_.listeners();
+  const auto saved = source_.latest()->saved_states;
   for_each([&](Viewer& viewer) {
     update_.Clear();
     auto& status = *update_.mutable_status();
@@ -325,6 +326,7 @@ void ViewerHub::send_status() {
       out.set_port(listener.port);
       out.set_clients(static_cast<std::uint32_t>(listener.clients));
     }
+    if (saved) status.mutable_saved_states()->Add(saved->begin(), saved->end());
     (void)viewer.send_if_quick(pack(update_));
   });
 }

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/cell_client.hpp"
 #include "tests/support/crcl_text_client.hpp"
 #include "tests/support/daemon_process.hpp"
 #include "world/robot/kinematics.hpp"
@@ -91,6 +92,46 @@ TEST(Crcl, AStopFromASecondSocketEndsAMove) {
   const std::string stopped = stopper.wait_done(stop);
   EXPECT_LT(std::abs(client_x(stopped) - start), 150) << "the move ran to its end";
   EXPECT_NE(CrclTextClient::field(mover.status(), "CommandID"), std::to_string(move));
+}
+
+TEST(Crcl, AClientGoesOnFromASavedStateInTheMiddleOfAMove) {
+  DaemonProcess daemon({"--scene", "fanuc_only", "--speed", "stepped"});
+  CrclTextClient client(daemon.port("crcl.fanuc"));
+  CellClient cell(daemon.port("grpc"));
+  const auto ends = [&](std::int64_t id) {
+    for (int i = 0; i < 1000; ++i) {
+      const std::string status = client.status();
+      const bool done = CrclTextClient::field(status, "CommandState") == "CRCL_Done";
+      if (done && CrclTextClient::field(status, "CommandID") == std::to_string(id)) return status;
+      cell.step(20);
+    }
+    throw std::runtime_error("not done: " + client.status());
+  };
+  const auto move = [&](double y) {
+    return client.send("MoveToType", "<MoveStraight>false</MoveStraight>" + pose(400, y, 400));
+  };
+  ends(client.send("InitCanonType"));
+  const auto first = move(200);
+  cell.step(100);
+  v1::SaveStateRequest save;
+  save.set_name("under way");
+  v1::SaveStateResponse saved;
+  grpc::ClientContext saving;
+  CellClient::require(cell.control->SaveState(&saving, save, &saved));
+  const std::string there = client.status();
+  ends(first);
+  ends(move(-100));
+  v1::LoadStateRequest load;
+  load.set_name("under way");
+  v1::LoadStateResponse loaded;
+  grpc::ClientContext loading;
+  CellClient::require(cell.control->LoadState(&loading, load, &loaded));
+  const std::string back = client.status();
+  for (const auto* field : {"CommandID", "CommandState", "X", "Y", "Z"}) {
+    EXPECT_EQ(CrclTextClient::field(back, field), CrclTextClient::field(there, field)) << field;
+  }
+  EXPECT_NEAR(CrclTextClient::number(ends(first), "Y"), 200, 1e-6);
+  EXPECT_NEAR(CrclTextClient::number(ends(move(-100)), "Y"), -100, 1e-6);
 }
 
 TEST(Crcl, AnUnreachablePoseIsRefusedWithAReasonAndHeldUntilInitCanon) {

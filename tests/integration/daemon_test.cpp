@@ -3,8 +3,11 @@
 #include <csignal>
 #include <cstdio>
 #include <fstream>
+#include <stdexcept>
 #include <string>
 #include <sys/socket.h>
+#include <thread>
+#include <utility>
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
@@ -54,6 +57,58 @@ TEST(Daemon, SigtermEndsCleanlyWithinTwoSecondsAlsoWithClients) {
   EXPECT_LT(result.took, 2000ms);
 }
 
+/// Asks and never reads, until nothing more is taken.
+class StalledClient {
+ public:
+  StalledClient(std::uint16_t port, std::string request)
+      : socket_(io_), request_(std::move(request)) {
+    socket_.open(boost::asio::ip::tcp::v4());
+    socket_.set_option(boost::asio::socket_base::receive_buffer_size(4096));
+    socket_.connect({boost::asio::ip::address_v4::loopback(), port});
+    socket_.non_blocking(true);
+    // Whole requests only matter until the server stops reading.
+    auto last = std::chrono::steady_clock::now();
+    while (std::chrono::steady_clock::now() - last < 150ms) {
+      boost::system::error_code error;
+      if (socket_.write_some(boost::asio::buffer(request_), error) > 0) {
+        last = std::chrono::steady_clock::now();
+      }
+      if (error && error != boost::asio::error::would_block) throw std::runtime_error("closed");
+      if (error) std::this_thread::yield();
+    }
+  }
+
+ private:
+  boost::asio::io_context io_;
+  boost::asio::ip::tcp::socket socket_;
+  std::string request_;
+};
+
+TEST(Daemon, SigtermEndsWithinTwoSecondsThoughNobodyTakesItsReplies) {
+  DaemonProcess daemon;
+  std::string statuses;
+  for (int i = 0; i < 100; ++i) {
+    statuses +=
+        "<CRCLCommandInstance><CRCLCommand "
+        "xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\" xsi:type=\"GetStatusType\">"
+        "<CommandID>1</CommandID></CRCLCommand></CRCLCommandInstance>";
+  }
+  std::string reads;
+  for (int i = 0; i < 500; ++i) reads += std::string("\0\1\0\0\0\6\1\3\x80\0\0\x7d", 12);
+  const StalledClient fanuc(daemon.port("crcl.fanuc"), statuses);
+  const StalledClient motoman(daemon.port("crcl.motoman"), statuses);
+  const StalledClient modbus(daemon.port("modbus"), reads);
+  CellClient client(daemon.port("grpc"));
+  grpc::ClientContext context;
+  v1::StreamSnapshotsRequest all;
+  all.set_rate_hz(1000);
+  auto stream = client.telemetry->StreamSnapshots(&context, all);  // never read
+  client.wait_for([](const auto& snapshot) { return snapshot.step() > 500; }, "time to pass");
+  const auto result = daemon.stop(SIGTERM);
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_LT(result.took, 2000ms);
+}
+
 TEST(Daemon, APortInUseIsOneClearLineAndExitCodeOne) {
   boost::asio::io_context io;
   boost::asio::ip::tcp::acceptor taken(io, {boost::asio::ip::address_v4::loopback(), 0});
@@ -72,6 +127,8 @@ TEST(Daemon, APortInUseIsOneClearLineAndExitCodeOne) {
     EXPECT_EQ(lines(result.err), 1U) << result.err;
     EXPECT_NE(result.err.find(port), std::string::npos) << result.err;
     EXPECT_NE(result.err.find("in use"), std::string::npos) << result.err;
+    EXPECT_NE(result.err.find(std::string("--set ") + key + "PORT"), std::string::npos)
+        << result.err;
   }
 }
 

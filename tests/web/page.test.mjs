@@ -33,6 +33,28 @@ test('the page shows the cell, in colours, without a complaint', async () => {
   assert.deepEqual(page.complaints, []);
 });
 
+test('a state is saved and gone on from', async () => {
+  const time = () => page.getByTestId('sim-time').textContent();
+  await page.getByTestId('play').click();
+  await until('a pause', async () => await page.getByTestId('rtf').textContent() === 'paused');
+  const start = await time();
+  await page.getByTestId('states').click();
+  const dialog = page.getByRole('dialog', {name: 'Saved states'});
+  await dialog.getByLabel('Name of the state').fill('from the page');
+  await dialog.getByTestId('save-state').click();
+  const load = dialog.getByRole('button', {name: 'Load from the page'});
+  await load.waitFor();
+  await dialog.getByRole('button', {name: 'Close'}).click();
+  await page.getByRole('button', {name: '+100'}).click();
+  await until('time to pass', async () => await time() !== start);
+  await page.getByTestId('states').click();
+  await load.click();
+  await until('the time of the state', async () => await time() === start);
+  await dialog.getByRole('button', {name: 'Close'}).click();
+  await page.getByTestId('play').click();
+  assert.deepEqual(page.complaints, []);
+});
+
 test('joints move on screen when a CRCL client moves the robot', async () => {
   const look = () => page.locator('.stage canvas').screenshot();
   await page.getByTestId('layer-trails').click();

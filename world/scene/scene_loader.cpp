@@ -34,6 +34,7 @@ class Loader {
  public:
   Loader(std::string file, const DataPaths& paths)
       : file_(std::move(file)),
+        shipped_scenes_(paths.scenes),
         model_directories_{fs::path(file_).parent_path().string(), paths.models} {
     if (model_directories_.front().empty()) model_directories_.front() = ".";
   }
@@ -56,16 +57,26 @@ class Loader {
   }
 
  private:
+  /// Beside the scene, else among the shipped scenes; empty when in neither place.
+  [[nodiscard]] fs::path find_types(const std::string& name) const {
+    for (const fs::path& directory : {fs::path(file_).parent_path(), fs::path(shipped_scenes_)}) {
+      std::error_code status;
+      const fs::path path = directory / name;
+      if (fs::is_regular_file(path, status)) return path;
+    }
+    return {};
+  }
+
   Result<void> read_type_files(const yaml::Node& node) {
     if (!node) return {};
     const std::vector<yaml::Node> names = node.is_list() ? node.items() : std::vector{node};
     for (const yaml::Node& name : names) {
-      const fs::path path = fs::path(file_).parent_path() / name.text();
-      std::error_code status;
-      if (!fs::is_regular_file(path, status)) {
-        name.unexpected(
-            "a file of types relative to the scene's directory (there is no " + path.string() + ')',
-            ErrorCode::kNotFound);
+      const fs::path path = find_types(name.text());
+      if (path.empty()) {
+        const std::string beside = fs::path(file_).parent_path().string();
+        name.unexpected("a file of types relative to the scene's directory" +
+                            (beside.empty() ? "" : ", " + beside) + ", or to " + shipped_scenes_,
+                        ErrorCode::kNotFound);
         return {};
       }
       auto document = yaml::Document::from_file(path.string());
@@ -90,6 +101,7 @@ class Loader {
   }
 
   std::string file_;
+  std::string shipped_scenes_;
   std::vector<std::string> model_directories_;
   Types types_;
 };

@@ -116,7 +116,9 @@ TEST_F(Lifecycle, LocalSettingsAreDoneAtOnceEvenWhileTheArmMoves) {
   ticket(2);
 }
 
-TEST_F(Lifecycle, RobotSettingsAreDoneOnceApplied) {
+// At once, since later commands find it applied anyway: a client that steps the cell by itself must
+// not see by chance whether the simulation was quick.
+TEST_F(Lifecycle, ALimitOfLaterMotionIsDoneAtOnce) {
   TestClient client(port_);
   initialize(client);
   client.command(5, "MoveToType", move());
@@ -124,14 +126,16 @@ TEST_F(Lifecycle, RobotSettingsAreDoneOnceApplied) {
   const std::string speed =
       "<TransSpeed xsi:type=\"TransSpeedAbsoluteType\"><Setting>200</Setting></TransSpeed>";
   client.command(6, "SetTransSpeedType", speed);
+  const crcl::Status status = client.status();
+  expect(status, 6, CommandState::kDone);
+  EXPECT_NEAR(status.settings.value().trans_speed.value().value, 200, 1e-9);
   ticket(3);
-  expect(client.status(), 6, CommandState::kWorking);
   // Applied; the robot's action is still the move.
-  world_.publish([](api::Snapshot& next) { next.applied = 3; });
+  world_.publish([](api::Snapshot& next) {
+    next.applied = 3;
+    next.robots[0].trans_speed = {false, 0.2};
+  });
   expect(client.status(), 6, CommandState::kDone);
-  client.command(7, "SetTransSpeedType", speed);
-  world_.report(0, ticket(4), ActionState::kDone);
-  expect(client.status(), 7, CommandState::kDone);
 }
 
 TEST_F(Lifecycle, TheLatestMoveWins) {
@@ -352,6 +356,92 @@ TEST_F(Lifecycle, AResetOfTheCellEndsTheSession) {
   expect(client.status(), 6, CommandState::kDone);
   world_.publish(reset);
   expect(client.status(), 6, CommandState::kReady, "The cell was reset.");
+  client.command(7, "MoveToType", move());
+  EXPECT_EQ(client.status().command.state, CommandState::kError);
+}
+
+TEST_F(Lifecycle, AStoppedSimulationIsAnErrorUntilTheCellIsReset) {
+  TestClient client(port_);
+  initialize(client);
+  client.command(5, "MoveToType", move());
+  world_.report(0, ticket(2), ActionState::kWorking);
+  expect(client.status(), 5, CommandState::kWorking);
+  world_.publish([](api::Snapshot& next) { next.world_fault = "step 7, body gear: too fast"; });
+  const std::string why =
+      "The simulation has stopped until the cell is reset: step 7, body gear: too fast";
+  expect(client.status(), 5, CommandState::kError, why);
+  client.command(6, "InitCanonType");
+  expect(client.status(), 6, CommandState::kError, why);
+  world_.publish([](api::Snapshot& next) {
+    ++next.epoch;
+    next.world_fault.clear();
+    next.robots[0] = {};
+  });
+  client.command(7, "InitCanonType");
+  world_.report(0, ticket(4), ActionState::kDone);
+  expect(client.status(), 7, CommandState::kDone);
+}
+
+TEST_F(Lifecycle, ASavedStateBringsItsSessionAndCommandBack) {
+  TestClient client(port_);
+  initialize(client);
+  client.command(5, "MoveToType", move());
+  world_.report(0, ticket(2), ActionState::kWorking);
+  expect(client.status(), 5, CommandState::kWorking);
+  client.command(6, "MoveToType", move());
+  world_.report(0, ticket(3), ActionState::kWorking);
+  const std::int64_t asked = client.status().command.status_id;
+  world_.publish([](api::Snapshot& next) {
+    ++next.epoch;
+    next.robots[0].initialized = true;
+    next.robots[0].action = {2, ActionState::kWorking, ""};
+  });
+  const crcl::Status loaded = client.status();
+  expect(loaded, 5, CommandState::kWorking, "The cell went on from a saved state.");
+  EXPECT_GT(loaded.command.status_id, asked);
+  world_.report(0, 2, ActionState::kDone);
+  expect(client.status(), 5, CommandState::kDone, "The cell went on from a saved state.");
+  client.command(7, "MoveToType", move());
+  world_.report(0, ticket(4), ActionState::kDone);
+  expect(client.status(), 7, CommandState::kDone);
+}
+
+TEST_F(Lifecycle, ASavedStateOfAStoppedRobotIsInErrorUntilInitCanon) {
+  TestClient client(port_);
+  initialize(client);
+  client.command(5, "MoveToType", move());
+  world_.report(0, ticket(2), ActionState::kError, "Protective stop: hit the table");
+  client.command(6, "InitCanonType");
+  world_.report(0, ticket(3), ActionState::kDone);
+  expect(client.status(), 6, CommandState::kDone);
+  world_.publish([](api::Snapshot& next) {
+    ++next.epoch;
+    next.robots[0].action = {2, ActionState::kError, "Protective stop: hit the table"};
+  });
+  expect(client.status(), 5, CommandState::kError, "Protective stop: hit the table");
+  client.command(7, "InitCanonType");
+  world_.report(0, ticket(4), ActionState::kDone);
+  expect(client.status(), 7, CommandState::kDone);
+}
+
+TEST_F(Lifecycle, ASavedStateOfAnEndedSessionWantsInitCanon) {
+  TestClient client(port_);
+  initialize(client);
+  client.command(5, "EndCanonType");
+  const api::ActionStatus ended{ticket(2), ActionState::kDone, "", api::ActionKind::kEnd};
+  world_.publish([&](api::Snapshot& next) {
+    next.robots[0].action = ended;
+    next.applied = 2;
+  });
+  expect(client.status(), 5, CommandState::kDone);
+  client.command(6, "InitCanonType");
+  world_.report(0, ticket(3), ActionState::kDone);
+  expect(client.status(), 6, CommandState::kDone);
+  world_.publish([&](api::Snapshot& next) {
+    ++next.epoch;
+    next.robots[0].action = ended;
+  });
+  expect(client.status(), 5, CommandState::kDone, "The cell went on from a saved state.");
   client.command(7, "MoveToType", move());
   EXPECT_EQ(client.status().command.state, CommandState::kError);
 }

@@ -390,8 +390,15 @@ TEST_F(SceneFileErrors, TypesFileThatIsNotThere) {
   EXPECT_EQ(scene.error().message,
             file +
                 ":1:9: types[0]: found \"gone.yaml\", expected a file of types relative to the "
-                "scene's directory (there is no " +
-                directory_ + "/gone.yaml)");
+                "scene's directory, " +
+                directory_ + ", or to " + directory_);
+}
+
+TEST_F(SceneFileErrors, TypesFileOfTheShippedScenesIsFoundFromElsewhere) {
+  const std::string file = write("scene.yaml", "types: [types/gears_2017.yaml]\n");
+  const auto scene = load_scene(file, default_data_paths());
+  ASSERT_TRUE(scene.has_value()) << scene.error().message;
+  EXPECT_TRUE(scene->gear_types.contains("sku_part_large_gear"));
 }
 
 TEST_F(SceneFileErrors, ErrorInTypesFileNamesThatFile) {

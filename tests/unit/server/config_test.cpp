@@ -125,5 +125,15 @@ TEST(WebConfig, NamesTheKeyAndWhatIsWrongWithItsValue) {
   }
 }
 
+TEST(Config, FindsKeysOfRobotsThatAreNotThere) {
+  const auto config = load_config("", {{"crcl.ports.fanuk", "5"},
+                                       {"crcl.robots.motorman.length_unit", "meter"},
+                                       {"vision.ports.third", "6"}});
+  ASSERT_TRUE(config.has_value()) << config.error().message;
+  EXPECT_EQ(keys_of_unknown_robots(*config, {"fanuc", "third"}),
+            (std::vector<std::string>{"crcl.ports.fanuk", "crcl.robots.motorman"}));
+  EXPECT_TRUE(keys_of_unknown_robots(Config{}, {"fanuc"}).empty());
+}
+
 }  // namespace
 }  // namespace aprsim::server

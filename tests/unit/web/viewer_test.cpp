@@ -68,6 +68,32 @@ TEST_F(Viewer, CommandsTheSimulation) {
       std::holds_alternative<api::Pause>(std::get<api::SimulationCommand>(commands[0].body)));
 }
 
+TEST_F(Viewer, SavesAndLoadsStates) {
+  options.listeners = [] { return std::vector<protocols::ListenerCount>{}; };
+  start();
+  RawWebClient client(port);
+  (void)client.upgrade();
+  v1::ViewerRequest save, load;
+  save.mutable_save_state()->set_name("before the pick");
+  load.mutable_load_state()->set_name("before the pick");
+  EXPECT_EQ(client.ask(load).message(), "no state is saved as 'before the pick'; none is saved");
+  EXPECT_TRUE(client.ask(save).ok());
+  world.publish([](api::Snapshot& s) {
+    s.saved_states = std::make_shared<std::vector<std::string>>(1, "before the pick");
+  });
+  const auto listed = client.next(
+      [](const auto& u) { return u.has_status() && u.status().saved_states_size() == 1; });
+  ASSERT_TRUE(listed);
+  EXPECT_EQ(listed->status().saved_states(0), "before the pick");
+  EXPECT_TRUE(client.ask(load).ok());
+  const auto commands = world.commands();
+  ASSERT_EQ(commands.size(), 2u);
+  const auto& saved = std::get<api::SimulationCommand>(commands[0].body);
+  const auto& loaded = std::get<api::SimulationCommand>(commands[1].body);
+  EXPECT_EQ(std::get<api::SaveState>(saved).name, "before the pick");
+  EXPECT_EQ(std::get<api::LoadState>(loaded).name, "before the pick");
+}
+
 TEST_F(Viewer, BadRequestsNameTheFieldAndChangeNothing) {
   start();
   RawWebClient client(port);

@@ -129,5 +129,35 @@ TEST_F(RunningSimulation, StopsPromptlyAndRefusesWhatComesAfter) {
   simulation.stop();
 }
 
+// A gear that falls for five seconds is faster than anything in a cell can be.
+TEST(SimulationFault, AResetRunsOnAfterAFault) {
+  auto scene = std::make_shared<scene::Scene>(*test::load_scene("empty_belt"));
+  scene->gears.push_back({"falling", scene->gear_types.begin()->first,
+                          Pose{{5, 5, 200}, Eigen::Quaterniond::Identity()}});
+  Simulation simulation(scene, {.speed = std::nullopt});
+  simulation.start();
+  const auto wait_for = [&](const std::function<bool(const api::Snapshot&)>& condition) {
+    const auto deadline = std::chrono::steady_clock::now() + 60s;
+    auto snapshot = simulation.latest();
+    while (!condition(*snapshot) && std::chrono::steady_clock::now() < deadline) {
+      snapshot = simulation.wait_newer(snapshot, deadline);
+    }
+    EXPECT_TRUE(condition(*snapshot));
+    return snapshot;
+  };
+  const auto stopped = wait_for([](const auto& now) { return !now.world_fault.empty(); });
+  EXPECT_TRUE(stopped->paused);
+  EXPECT_NE(stopped->world_fault.find("falling"), std::string::npos) << stopped->world_fault;
+  ASSERT_TRUE(simulation.submit({.body = api::SimulationCommand(api::Reset{})}));
+  const auto again = wait_for([](const auto& now) { return now.epoch == 1 && now.step > 10; });
+  EXPECT_TRUE(again->world_fault.empty());
+  EXPECT_FALSE(again->paused);
+  // Paused by a client, it stays so.
+  wait_for([](const auto& now) { return !now.world_fault.empty(); });
+  ASSERT_TRUE(simulation.submit({.body = api::SimulationCommand(api::Pause{})}));
+  ASSERT_TRUE(simulation.submit({.body = api::SimulationCommand(api::Reset{})}));
+  EXPECT_TRUE(wait_for([](const auto& now) { return now.epoch == 2; })->paused);
+}
+
 }  // namespace
 }  // namespace aprsim::world

@@ -3,6 +3,7 @@ import type {ListenerStatus, Snapshot} from '../protocol';
 import {simTime, type State} from '../state';
 import type {Access} from './access';
 import {button, h, text} from './dom';
+import {SavedStates} from './saved_states';
 
 function clock(t: number): string {
   const minutes = Math.floor(t / 60);
@@ -32,10 +33,12 @@ export class Toolbar {
       ...['0.1', '0.25', '0.5', '1', '2', '5', '10', 'max'].map((v) => h('option', {value: v}, v === 'max' ? 'max' : `${v}×`))));
     this.speed.value = '1';
     const reset = access.guard(button('Reset', () => this.reset(), {'data-testid': 'reset', title: 'Build the cell anew from its scene'}));
+    const states = new SavedStates(state, access);
     this.element = h('header', {class: 'toolbar'},
       h('a', {class: 'brand', href: '#', 'aria-label': 'aprsim, first view'}, h('img', {src: 'icon.svg', alt: '', width: 26, height: 26}), h('strong', {}, 'aprsim')),
       this.scene, this.connection,
-      h('div', {class: 'group', role: 'group', 'aria-label': 'Simulation'}, this.play, single, many, this.speed, reset),
+      h('div', {class: 'group', role: 'group', 'aria-label': 'Simulation'}, this.play, single, many, this.speed, reset,
+        button('States', () => states.open(), {'data-testid': 'states', title: 'Save the cell’s state, or go on from a saved one'})),
       h('div', {class: 'gauges'}, gauge('time', this.time), gauge('real time', this.factor), gauge('step', this.step), gauge('clients', this.clients)),
       h('div', {class: 'group end'},
         button('◐', theme, {class: 'icon', 'aria-label': 'Dark or light', title: 'Dark or light (d)'}),
@@ -97,7 +100,13 @@ export class Toolbar {
     text(this.play, snapshot.paused ? 'Play' : 'Pause');
     this.play.classList.toggle('paused', snapshot.paused);
     const speed = snapshot.speedTarget === undefined ? 'max' : String(snapshot.speedTarget);
-    if (document.activeElement !== this.speed && this.speed.value !== speed) this.speed.value = speed;
+    if (document.activeElement !== this.speed && this.speed.value !== speed) this.showSpeed(speed);
+  }
+
+  /** Other clients may set any. */
+  private showSpeed(speed: string): void {
+    if (![...this.speed.options].some((o) => o.value === speed)) this.speed.append(h('option', {value: speed}, `${Number(Number(speed).toPrecision(3))}×`));
+    this.speed.value = speed;
   }
 
   private showConnection(): void {
