@@ -102,6 +102,13 @@ Result<api::ConveyorCommand> to_command(const v1::SetConveyorRequest& request,
   return command;
 }
 
+Result<api::Resume> to_command(const v1::ResumeRequest& /*request*/,
+                               const api::Snapshot& snapshot) {
+  if (snapshot.world_fault.empty()) return api::Resume{};
+  return fail(ErrorCode::kFailedPrecondition, "resume",
+              "the simulation has stopped until the cell is reset: " + snapshot.world_fault);
+}
+
 Result<api::SaveState> to_command(const v1::SaveStateRequest& request,
                                   const api::Snapshot& snapshot) {
   const auto& names = saved_names(snapshot);

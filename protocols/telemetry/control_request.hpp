@@ -15,6 +15,9 @@ namespace aprsim::protocols {
 [[nodiscard]] Result<api::SetIntruder> to_command(const v1::SetIntruderRequest& request);
 [[nodiscard]] Result<api::ConveyorCommand> to_command(const v1::SetConveyorRequest& request,
                                                       const api::CellDescription& cell);
+/// Fails when the cell has stopped on a fault: only a reset or a saved state helps then.
+[[nodiscard]] Result<api::Resume> to_command(const v1::ResumeRequest& request,
+                                             const api::Snapshot& snapshot);
 /// Fails when all places are taken.
 [[nodiscard]] Result<api::SaveState> to_command(const v1::SaveStateRequest& request,
                                                 const api::Snapshot& snapshot);

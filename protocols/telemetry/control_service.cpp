@@ -67,9 +67,11 @@ grpc::ServerUnaryReactor* ControlService::Pause(grpc::CallbackServerContext* con
 }
 
 grpc::ServerUnaryReactor* ControlService::Resume(grpc::CallbackServerContext* context,
-                                                 const v1::ResumeRequest* /*request*/,
+                                                 const v1::ResumeRequest* request,
                                                  v1::ResumeResponse* response) {
-  return command(context, api::SimulationCommand(api::Resume{}), [response](const auto& s, auto t) {
+  const auto resume = to_command(*request, *source_.latest());
+  if (!resume) return refuse(context, resume.error());
+  return command(context, api::SimulationCommand(*resume), [response](const auto& s, auto t) {
     write_receipt(s, t, *response->mutable_receipt());
   });
 }

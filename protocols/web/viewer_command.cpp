@@ -95,7 +95,7 @@ std::optional<Bodies> commands_of(const v1::ViewerRequest& request, const api::S
     case v1::ViewerRequest::kPause:
       return one(api::SimulationCommand(api::Pause{}));
     case v1::ViewerRequest::kResume:
-      return one(api::SimulationCommand(api::Resume{}));
+      return one_of(to_command(request.resume(), snapshot));
     case v1::ViewerRequest::kStep:
       if (!snapshot.paused) {
         return fail(ErrorCode::kFailedPrecondition, "step",

@@ -94,6 +94,21 @@ TEST_F(Viewer, SavesAndLoadsStates) {
   EXPECT_EQ(std::get<api::LoadState>(loaded).name, "before the pick");
 }
 
+TEST_F(Viewer, CannotResumeWhatHasStoppedOnAFault) {
+  start();
+  RawWebClient client(port);
+  (void)client.upgrade();
+  world.publish([](api::Snapshot& s) {
+    s.paused = true;
+    s.world_fault = "step 7, body gear: too fast";
+  });
+  v1::ViewerRequest resume;
+  (void)resume.mutable_resume();
+  EXPECT_EQ(client.ask(resume).message(),
+            "the simulation has stopped until the cell is reset: step 7, body gear: too fast");
+  EXPECT_TRUE(world.commands().empty());
+}
+
 TEST_F(Viewer, BadRequestsNameTheFieldAndChangeNothing) {
   start();
   RawWebClient client(port);

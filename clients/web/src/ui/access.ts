@@ -40,12 +40,14 @@ export class Access {
 
   update(): void {
     for (const entry of this.controls) this.apply(entry);
-    const reason = this.state.connected ? this.state.lockedReason : '';
+    const fault = this.state.snapshot?.worldFault;
+    const stopped = fault ? `The simulation has stopped until the cell is reset: ${fault}` : '';
+    const reason = this.state.connected ? stopped || this.state.lockedReason : '';
     if (this.banner.dataset.reason === reason) return;
     this.banner.dataset.reason = reason;
     this.banner.hidden = reason === '';
     this.banner.replaceChildren(h('span', {}, reason));
-    if (reason && this.state.permission?.tokenHelps) this.banner.append(this.tokenForm());
+    if (reason && !stopped && this.state.permission?.tokenHelps) this.banner.append(this.tokenForm());
   }
 
   private apply({control, title, own}: {control: Control; title: string; own: () => string}): void {
