@@ -195,6 +195,13 @@ tl::unexpected<Error> malformed(std::string what) {
   return tl::unexpected<Error>(std::move(error));
 }
 
+// Xerces refuses a DOCTYPE with the same words as bytes that are no XML at all.
+std::string reason(const Refused& refused, std::string_view document) {
+  const bool structure = refused.what.ends_with("invalid document structure");
+  if (!structure || document.find("<!DOCTYPE") == std::string_view::npos) return refused.what;
+  return "document type declarations are not accepted";
+}
+
 }  // namespace
 
 const XmlNode* XmlNode::child(std::string_view child_name) const {
@@ -223,7 +230,7 @@ Result<XmlNode> parse_xml(std::string_view document, const XmlLimits& limits) {
   try {
     return parser.parse(document, limits);
   } catch (const Refused& refused) {
-    return malformed(refused.what);
+    return malformed(reason(refused, document));
   } catch (const xc::OutOfMemoryException&) {
     throw std::bad_alloc();
   } catch (const xc::XMLException& problem) {
