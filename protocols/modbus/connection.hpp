@@ -20,8 +20,8 @@
 #include "protocols/modbus/limited_log.hpp"
 #include "protocols/modbus/modbus_server.hpp"
 #include "protocols/modbus/plc.hpp"
-#include "protocols/modbus/rate_limit.hpp"
 #include "protocols/modbus/reply_builder.hpp"
+#include "protocols/rate_limit.hpp"
 
 namespace aprsim::protocols {
 

@@ -9,7 +9,7 @@
 #include <boost/beast/websocket/rfc6455.hpp>
 #include <spdlog/spdlog.h>
 
-#include "protocols/modbus/rate_limit.hpp"
+#include "protocols/rate_limit.hpp"
 #include "protocols/web/beast_socket.hpp"
 #include "protocols/web/origin_check.hpp"
 

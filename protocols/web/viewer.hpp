@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "aprsim/v1/web.pb.h"
-#include "protocols/modbus/rate_limit.hpp"
+#include "protocols/rate_limit.hpp"
 #include "protocols/web/web_socket.hpp"
 
 namespace aprsim::protocols {

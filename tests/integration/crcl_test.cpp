@@ -172,10 +172,8 @@ TEST(Crcl, ClientsThatVanishFloodOrSendRubbishHarmNobody) {
     }
   }
   {
-    boost::asio::io_context io;
-    boost::asio::ip::tcp::socket rubbish(io);
-    rubbish.connect({boost::asio::ip::address_v4::loopback(), port});
-    boost::asio::write(rubbish, boost::asio::buffer(std::string("<CRCLCommandInstance>oops")));
+    TcpSocket rubbish(port);
+    ASSERT_TRUE(rubbish.send("<CRCLCommandInstance>oops"));
   }
   {
     CrclTextClient flooder(port);

@@ -15,6 +15,7 @@
 
 #include "tests/support/cell_client.hpp"
 #include "tests/support/daemon_process.hpp"
+#include "tests/support/tcp_socket.hpp"
 
 namespace aprsim::test {
 namespace {
@@ -29,11 +30,8 @@ std::size_t lines(const std::string& text) {
 
 TEST(Daemon, ServesOnEveryPortOfItsPortsFile) {
   DaemonProcess daemon;
-  boost::asio::io_context io;
   for (const auto* name : {"crcl.fanuc", "crcl.motoman", "modbus", "grpc", "web"}) {
-    boost::asio::ip::tcp::socket socket(io);
-    socket.connect({boost::asio::ip::address_v4::loopback(), daemon.port(name)});
-    EXPECT_TRUE(socket.is_open()) << name;
+    EXPECT_NO_THROW(TcpSocket{daemon.port(name)}) << name;
   }
   CellClient client(daemon.port("grpc"));
   EXPECT_EQ(client.cell().scene(), "aprs");
@@ -42,11 +40,8 @@ TEST(Daemon, ServesOnEveryPortOfItsPortsFile) {
 
 TEST(Daemon, SigtermEndsCleanlyWithinTwoSecondsAlsoWithClients) {
   DaemonProcess daemon;
-  boost::asio::io_context io;
-  boost::asio::ip::tcp::socket crcl(io), modbus(io), web(io);
-  crcl.connect({boost::asio::ip::address_v4::loopback(), daemon.port("crcl.fanuc")});
-  modbus.connect({boost::asio::ip::address_v4::loopback(), daemon.port("modbus")});
-  web.connect({boost::asio::ip::address_v4::loopback(), daemon.port("web")});
+  const TcpSocket crcl(daemon.port("crcl.fanuc")), modbus(daemon.port("modbus")),
+      web(daemon.port("web"));
   CellClient client(daemon.port("grpc"));
   grpc::ClientContext context;
   auto stream = client.telemetry->StreamSnapshots(&context, {});

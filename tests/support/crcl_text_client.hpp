@@ -5,12 +5,8 @@
 #include <stdexcept>
 #include <string>
 
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/read_until.hpp>
-#include <boost/asio/write.hpp>
-
 #include "crcl/schema.hpp"
+#include "tests/support/tcp_socket.hpp"
 
 namespace aprsim::test {
 
@@ -18,9 +14,7 @@ namespace aprsim::test {
 /// behaves. Every failure throws.
 class CrclTextClient {
  public:
-  explicit CrclTextClient(std::uint16_t port) : socket_(io_) {
-    socket_.connect({boost::asio::ip::address_v4::loopback(), port});
-  }
+  explicit CrclTextClient(std::uint16_t port) : socket_(port) {}
 
   /// Sends one command of type `type` with the next id and `fields` after the id.
   std::int64_t send(const std::string& type, const std::string& fields = "") {
@@ -30,7 +24,9 @@ class CrclTextClient {
   }
 
   /// Sends a text as it is.
-  void raw(const std::string& text) { boost::asio::write(socket_, boost::asio::buffer(text)); }
+  void raw(const std::string& text) {
+    if (!socket_.send(text)) throw std::runtime_error("the server has closed or does not read");
+  }
 
   /// One command as it goes over the wire.
   static std::string document(const std::string& type, std::int64_t id,
@@ -42,19 +38,21 @@ class CrclTextClient {
   }
 
   /// Closes without a word, as a client that dies.
-  void vanish() {
-    socket_.set_option(boost::asio::socket_base::linger(true, 0));
-    socket_.close();
-  }
+  void vanish() { socket_.reset(); }
 
   /// Asks for the status and returns it as text, which the schema must allow.
   std::string status() {
     write("GetStatusType", id_, "");
     static const std::string kEnd = "</CRCLStatus>";
-    boost::asio::read_until(socket_, boost::asio::dynamic_buffer(buffer_), kEnd);
-    const auto end = buffer_.find(kEnd) + kEnd.size();
-    std::string text = buffer_.substr(0, end);
-    buffer_.erase(0, end);
+    const auto deadline = TcpSocket::Clock::now() + std::chrono::seconds(30);
+    std::size_t end = 0;
+    while ((end = buffer_.find(kEnd)) == std::string::npos) {
+      const std::string bytes = socket_.receive(deadline);
+      if (bytes.empty()) throw std::runtime_error("closed while a status was expected");
+      buffer_ += bytes;
+    }
+    std::string text = buffer_.substr(0, end + kEnd.size());
+    buffer_.erase(0, end + kEnd.size());
     if (const auto fault = crcl::schema_fault(text)) {
       throw std::runtime_error(fault->message() + ": " + text);
     }
@@ -95,8 +93,7 @@ class CrclTextClient {
     raw(document(type, id, fields));
   }
 
-  boost::asio::io_context io_;
-  boost::asio::ip::tcp::socket socket_;
+  TcpSocket socket_;
   std::string buffer_;
   std::int64_t id_ = 3;
 };

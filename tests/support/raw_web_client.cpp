@@ -1,45 +1,26 @@
 #include "tests/support/raw_web_client.hpp"
 
-#include <arpa/inet.h>
-#include <netinet/in.h>
-#include <poll.h>
 #include <stdexcept>
-#include <sys/socket.h>
-#include <unistd.h>
 
 namespace aprsim::test_support {
 namespace {
 
-constexpr int kDeadline_ms = 10'000;
+constexpr std::chrono::seconds kPatience{10};
 
 }  // namespace
 
-RawWebClient::RawWebClient(std::uint16_t port) : host_("127.0.0.1:" + std::to_string(port)) {
-  fd_ = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(port);
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  if (::connect(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
-    throw std::runtime_error("cannot connect to the web server");
-  }
-}
-
-RawWebClient::~RawWebClient() { ::close(fd_); }
+RawWebClient::RawWebClient(std::uint16_t port)
+    : socket_(port), host_("127.0.0.1:" + std::to_string(port)) {}
 
 void RawWebClient::send(const std::string& bytes) {
   // What the peer no longer takes is part of what is tested.
-  (void)::send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+  static_cast<void>(socket_.send(bytes, kPatience));
 }
 
 bool RawWebClient::fill() {
-  pollfd ready{fd_, POLLIN, 0};
-  if (::poll(&ready, 1, kDeadline_ms) <= 0) throw std::runtime_error("the web server is silent");
-  char buffer[16384];
-  const ssize_t size = ::recv(fd_, buffer, sizeof buffer, 0);
-  if (size <= 0) return false;
-  input_.append(buffer, static_cast<std::size_t>(size));
-  return true;
+  const std::string bytes = socket_.receive(test::TcpSocket::Clock::now() + kPatience);
+  input_ += bytes;
+  return !bytes.empty();
 }
 
 std::string RawWebClient::take(std::size_t count) {
@@ -72,17 +53,6 @@ std::string RawWebClient::answer(bool with_body) {
   return answer;
 }
 
-bool RawWebClient::closed(std::chrono::milliseconds deadline) {
-  const auto end = std::chrono::steady_clock::now() + deadline;
-  while (std::chrono::steady_clock::now() < end) {
-    pollfd ready{fd_, POLLIN, 0};
-    if (::poll(&ready, 1, 20) <= 0) continue;
-    char buffer[16384];
-    if (::recv(fd_, buffer, sizeof buffer, 0) <= 0) return true;
-  }
-  return false;
-}
-
 std::string RawWebClient::upgrade(const std::string& origin) {
   send("GET /ws HTTP/1.1\r\nHost: " + host_ +
        "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
@@ -110,7 +80,7 @@ void RawWebClient::send(const v1::ViewerRequest& request) {
 
 std::optional<v1::ViewerUpdate> RawWebClient::next(
     const std::function<bool(const v1::ViewerUpdate&)>& wanted) {
-  const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(kDeadline_ms);
+  const auto end = std::chrono::steady_clock::now() + kPatience;
   while (std::chrono::steady_clock::now() < end) {
     const std::string head = take(2);
     if (head.size() < 2 || (head[0] & 0x0F) == 8) return std::nullopt;

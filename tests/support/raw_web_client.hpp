@@ -7,6 +7,7 @@
 #include <string>
 
 #include "aprsim/v1/web.pb.h"
+#include "tests/support/tcp_socket.hpp"
 
 namespace aprsim::test_support {
 
@@ -15,9 +16,6 @@ namespace aprsim::test_support {
 class RawWebClient {
  public:
   explicit RawWebClient(std::uint16_t port);
-  ~RawWebClient();
-  RawWebClient(const RawWebClient&) = delete;
-  RawWebClient& operator=(const RawWebClient&) = delete;
 
   void send(const std::string& bytes);
   /// Sends a request with this head ("GET / HTTP/1.1") and headers besides Host; returns the answer
@@ -26,8 +24,8 @@ class RawWebClient {
                       bool with_body = true);
   /// The next answer to what has been sent.
   std::string answer(bool with_body = true);
-  /// True once the peer has closed; false when it has not within the deadline.
-  bool closed(std::chrono::milliseconds deadline = std::chrono::seconds(10));
+  /// True once the peer has closed; false when it has not within ten seconds.
+  bool closed() { return socket_.ended(); }
 
   /// The upgrade; returns the answer's head. `origin` empty = no such header.
   std::string upgrade(const std::string& origin = "");
@@ -46,7 +44,7 @@ class RawWebClient {
   std::string take(std::size_t count);
   std::string read_head();
 
-  int fd_ = -1;
+  test::TcpSocket socket_;
   std::string host_;
   std::string input_;
   std::uint32_t last_id_ = 0;

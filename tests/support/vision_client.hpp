@@ -1,15 +1,13 @@
 #pragma once
 
 #include <algorithm>
-#include <arpa/inet.h>
 #include <chrono>
 #include <cstdint>
-#include <poll.h>
 #include <stdexcept>
 #include <string>
-#include <sys/socket.h>
-#include <unistd.h>
 #include <vector>
+
+#include "tests/support/tcp_socket.hpp"
 
 namespace aprsim::test {
 
@@ -60,30 +58,19 @@ inline std::vector<VisionObject> parse_vision_line(std::string line) {
 /// A socket on the vision feed that only ever reads. Every failure throws std::runtime_error.
 class VisionClient {
  public:
+  static constexpr std::chrono::seconds kPatience{10};
+
   explicit VisionClient(std::uint16_t port, int receive_buffer = 0)
-      : fd_(::socket(AF_INET, SOCK_STREAM, 0)) {
-    if (receive_buffer > 0) {
-      ::setsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &receive_buffer, sizeof receive_buffer);
-    }
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_port = htons(port);
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    if (::connect(fd_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) {
-      ::close(fd_);
-      throw std::runtime_error("cannot connect");
-    }
-  }
-  ~VisionClient() { ::close(fd_); }
-  VisionClient(const VisionClient&) = delete;
-  VisionClient& operator=(const VisionClient&) = delete;
+      : socket_(port, receive_buffer) {}
 
   /// The next line, its line feed included.
-  std::string line(std::chrono::milliseconds limit = std::chrono::seconds(10)) {
-    const auto deadline = std::chrono::steady_clock::now() + limit;
+  std::string line(std::chrono::milliseconds limit = kPatience) {
+    const auto deadline = TcpSocket::Clock::now() + limit;
     std::size_t end = 0;
     while ((end = buffer_.find('\n')) == std::string::npos) {
-      if (!receive(deadline)) throw std::runtime_error("closed in the middle: " + buffer_);
+      const std::string bytes = socket_.receive(deadline);
+      if (bytes.empty()) throw std::runtime_error("closed in the middle: " + buffer_);
+      buffer_ += bytes;
     }
     std::string text = buffer_.substr(0, end + 1);
     buffer_.erase(0, end + 1);
@@ -92,8 +79,8 @@ class VisionClient {
 
   /// The next line that is not `before`.
   std::string line_after(const std::string& before) {
-    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(10);
-    while (std::chrono::steady_clock::now() < deadline) {
+    const auto deadline = TcpSocket::Clock::now() + kPatience;
+    while (TcpSocket::Clock::now() < deadline) {
       std::string text = line();
       if (text != before) return text;
     }
@@ -101,39 +88,15 @@ class VisionClient {
   }
 
   /// Reads what there still is; true once the other end has closed.
-  bool closed(std::chrono::milliseconds limit) {
-    const auto deadline = std::chrono::steady_clock::now() + limit;
-    try {
-      while (receive(deadline)) {
-      }
-      return true;
-    } catch (const std::runtime_error&) {
-      return false;
-    }
-  }
+  bool closed(std::chrono::milliseconds limit) { return socket_.ended(limit); }
 
-  void finish_sending() { ::shutdown(fd_, SHUT_WR); }
+  void finish_sending() { socket_.finish_sending(); }
   void say(const std::string& text) {
-    if (::send(fd_, text.data(), text.size(), MSG_NOSIGNAL) < 0) throw std::runtime_error("send");
+    if (!socket_.send(text)) throw std::runtime_error("send");
   }
 
  private:
-  /// False at the end of the stream; throws at the deadline.
-  bool receive(std::chrono::steady_clock::time_point deadline) {
-    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(
-        deadline - std::chrono::steady_clock::now());
-    pollfd wait{fd_, POLLIN, 0};
-    if (left.count() < 0 || ::poll(&wait, 1, static_cast<int>(left.count())) != 1) {
-      throw std::runtime_error("nothing came in time");
-    }
-    char bytes[4096];
-    const auto size = ::recv(fd_, bytes, sizeof bytes, 0);
-    if (size <= 0) return false;
-    buffer_.append(bytes, static_cast<std::size_t>(size));
-    return true;
-  }
-
-  int fd_;
+  TcpSocket socket_;
   std::string buffer_;
 };
 

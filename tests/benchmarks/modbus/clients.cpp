@@ -1,61 +1,28 @@
 #include "tests/benchmarks/modbus/clients.hpp"
 
 #include <algorithm>
-#include <arpa/inet.h>
 #include <array>
-#include <cerrno>
 #include <deque>
-#include <fcntl.h>
-#include <memory>
-#include <netinet/tcp.h>
+#include <optional>
 #include <stdexcept>
+#include <string>
 #include <sys/epoll.h>
-#include <sys/socket.h>
 #include <unistd.h>
+
+#include "tests/support/tcp_socket.hpp"
 
 namespace aprsim::bench {
 namespace {
 
 using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
+using test::TcpSocket;
 
-constexpr std::size_t kRequestSize = 12;
-
-using Request = std::array<std::uint8_t, kRequestSize>;
-
-Request request(std::uint8_t function, std::uint16_t address, std::uint16_t value) {
-  const auto high = [](unsigned v) { return static_cast<std::uint8_t>(v >> 8); };
-  const auto low = [](unsigned v) { return static_cast<std::uint8_t>(v & 0xFF); };
+std::string request(char function, std::uint16_t address, std::uint16_t value) {
+  const auto high = [](unsigned v) { return static_cast<char>(v >> 8); };
+  const auto low = [](unsigned v) { return static_cast<char>(v & 0xFF); };
   return {0, 1, 0, 0, 0, 6, 1, function, high(address), low(address), high(value), low(value)};
 }
-
-/// A connected socket that never blocks.
-class Socket {
- public:
-  explicit Socket(std::uint16_t port) : fd_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_port = htons(port);
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    if (::connect(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
-      throw std::runtime_error("cannot connect");
-    }
-    const int on = 1;
-    ::setsockopt(fd_, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-    ::fcntl(fd_, F_SETFL, O_NONBLOCK);
-  }
-  ~Socket() { ::close(fd_); }
-  Socket(const Socket&) = delete;
-  Socket& operator=(const Socket&) = delete;
-
-  [[nodiscard]] int fd() const { return fd_; }
-  bool send(const void* data, std::size_t size) {
-    return ::send(fd_, data, size, MSG_NOSIGNAL) == static_cast<ssize_t>(size);
-  }
-
- private:
-  int fd_;
-};
 
 /// One well-behaved client: asks on time, whether or not it has been answered.
 class Client {
@@ -70,21 +37,22 @@ class Client {
     due_ += period_;
     // In turn: the lab's registers, actual speed and position, the sensors; and the speed is set.
     constexpr std::uint16_t kBase = 0x8000;
-    const std::array requests{request(3, kBase, 3), request(4, kBase, 16), request(2, kBase, 12),
-                              request(6, kBase + 2, 15000)};
-    if (!socket_.send(requests[asked_++ % requests.size()].data(), kRequestSize)) {
-      throw std::runtime_error("a client cannot send");
-    }
+    static const std::array kRequests{request(3, kBase, 3), request(4, kBase, 16),
+                                      request(2, kBase, 12), request(6, kBase + 2, 15000)};
+    const std::string& next = kRequests[asked_++ % kRequests.size()];
+    if (socket_.send_some(next) != next.size()) throw std::runtime_error("a client cannot send");
     sent_.push_back(Clock::now());
   }
 
   void take_replies(std::vector<double>& round_trips_ms) {
-    const ssize_t got = ::recv(fd(), buffer_.data() + filled_, buffer_.size() - filled_, 0);
-    if (got <= 0) throw std::runtime_error("a client has lost its connection");
-    filled_ += static_cast<std::size_t>(got);
+    const auto got = socket_.receive_some(std::span(buffer_).subspan(filled_));
+    if (!got) return;
+    if (*got == 0) throw std::runtime_error("a client has lost its connection");
+    filled_ += *got;
     std::size_t at = 0;
-    while (filled_ - at >= 6 && filled_ - at >= 6U + buffer_[at + 5]) {
-      at += 6U + buffer_[at + 5];
+    const auto size = [&] { return 6U + static_cast<unsigned char>(buffer_[at + 5]); };
+    while (filled_ - at >= 6 && filled_ - at >= size()) {
+      at += size();
       const std::chrono::duration<double, std::milli> took = Clock::now() - sent_.front();
       round_trips_ms.push_back(took.count());
       sent_.pop_front();
@@ -97,12 +65,12 @@ class Client {
   [[nodiscard]] std::size_t unanswered() const { return sent_.size(); }
 
  private:
-  Socket socket_;
+  TcpSocket socket_;
   Clock::time_point due_;
   Clock::duration period_;
   std::size_t asked_ = 0, filled_ = 0;
   std::deque<Clock::time_point> sent_;
-  std::array<std::uint8_t, 4096> buffer_{};
+  std::array<char, 4096> buffer_{};
 };
 
 /// Drips a byte a second, and asks for the longest replies without reading any; each comes again
@@ -114,18 +82,18 @@ class Stallers {
   void act(Clock::time_point now) {
     if (now >= next_drip_) {
       next_drip_ = now + 1s;
-      const std::uint8_t byte = 0;
-      if (!dripping_ || !dripping_->send(&byte, 1)) dripping_ = std::make_unique<Socket>(port_);
+      if (!dripping_ || dripping_->send_some(std::string_view("", 1)) != 1U) {
+        dripping_.emplace(port_);
+      }
     }
     if (now >= next_flood_) {
       next_flood_ = now + 100ms;
-      const Request longest = request(3, 0x8000, 125);
-      if (!deaf_) deaf_ = std::make_unique<Socket>(port_);
+      const std::string longest = request(3, 0x8000, 125);
+      if (!deaf_) deaf_.emplace(port_);
       for (int i = 0; i < 200; ++i) {
-        errno = 0;
-        if (deaf_->send(longest.data(), longest.size())) continue;
-        const bool full = errno == EAGAIN || errno == 0;
-        if (!full) deaf_.reset();
+        const auto sent = deaf_->send_some(longest);
+        if (sent == longest.size()) continue;
+        if (!sent) deaf_.reset();
         break;
       }
     }
@@ -133,7 +101,7 @@ class Stallers {
 
  private:
   std::uint16_t port_;
-  std::unique_ptr<Socket> dripping_, deaf_;
+  std::optional<TcpSocket> dripping_, deaf_;
   Clock::time_point next_drip_{}, next_flood_{};
 };
 
@@ -145,11 +113,11 @@ class Crowd {
     for (std::size_t i = 0; i < clients; ++i) {
       const auto first =
           begin + static_cast<Clock::rep>(i) * period / static_cast<Clock::rep>(clients);
-      clients_.push_back(std::make_unique<Client>(port, first, period));
+      clients_.emplace_back(port, first, period);
       epoll_event event{};
       event.events = EPOLLIN;
       event.data.u64 = i;
-      ::epoll_ctl(epoll_, EPOLL_CTL_ADD, clients_.back()->fd(), &event);
+      ::epoll_ctl(epoll_, EPOLL_CTL_ADD, clients_.back().fd(), &event);
     }
   }
   ~Crowd() { ::close(epoll_); }
@@ -158,23 +126,23 @@ class Crowd {
 
   void ask() {
     const auto now = Clock::now();
-    for (auto& client : clients_) client->ask_if_due(now);
+    for (auto& client : clients_) client.ask_if_due(now);
   }
   void take_replies(std::vector<double>& round_trips_ms) {
     const int ready = ::epoll_wait(epoll_, events_.data(), static_cast<int>(events_.size()), 1);
     for (int i = 0; i < ready; ++i) {
-      clients_[events_[static_cast<std::size_t>(i)].data.u64]->take_replies(round_trips_ms);
+      clients_[events_[static_cast<std::size_t>(i)].data.u64].take_replies(round_trips_ms);
     }
   }
   [[nodiscard]] std::size_t unanswered() const {
     std::size_t sum = 0;
-    for (const auto& client : clients_) sum += client->unanswered();
+    for (const auto& client : clients_) sum += client.unanswered();
     return sum;
   }
 
  private:
   int epoll_ = ::epoll_create1(EPOLL_CLOEXEC);
-  std::vector<std::unique_ptr<Client>> clients_;
+  std::vector<Client> clients_;
   std::vector<epoll_event> events_;
 };
 

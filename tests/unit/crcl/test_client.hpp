@@ -7,6 +7,7 @@
 
 #include "crcl/framer.hpp"
 #include "crcl/status.hpp"
+#include "tests/support/tcp_socket.hpp"
 
 namespace aprsim::protocols {
 
@@ -14,13 +15,8 @@ namespace aprsim::protocols {
 /// answer within ten seconds or not as it must.
 class TestClient {
  public:
-  explicit TestClient(std::uint16_t port) : TestClient(port, 0) {}
-  /// With a receive buffer of so many bytes, 0 = the system's. A buffer that shrank later would
-  /// take back what the peer has been promised, and acknowledgements would be lost with it.
-  TestClient(std::uint16_t port, int receive_buffer);
-  ~TestClient();
-  TestClient(const TestClient&) = delete;
-  TestClient& operator=(const TestClient&) = delete;
+  /// receive_buffer as TcpSocket's.
+  explicit TestClient(std::uint16_t port, int receive_buffer = 0) : socket_(port, receive_buffer) {}
 
   void send(std::string_view bytes);
   /// One command of the given type.
@@ -43,19 +39,19 @@ class TestClient {
   }
 
   /// Nothing more will be sent; reading goes on.
-  void finish_sending();
+  void finish_sending() { socket_.finish_sending(); }
   /// Waits for the end of the stream; throws when anything else comes.
   void expect_closed();
   /// True when bytes are there to be read after so long.
   bool readable(std::chrono::milliseconds wait);
   /// Closes at once with a reset.
-  void reset();
+  void reset() { socket_.reset(); }
 
  private:
   [[noreturn]] static void fail(const std::string& what);
-  std::size_t receive(char* buffer, std::size_t size);
+  std::string receive();
 
-  int fd_ = -1;
+  test::TcpSocket socket_;
   crcl::Framer framer_ = crcl::Framer::for_statuses();
 };
 

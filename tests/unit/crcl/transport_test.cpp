@@ -4,6 +4,7 @@
 #include <thread>
 #include <vector>
 
+#include "tests/support/eventually.hpp"
 #include "tests/unit/crcl/server_fixture.hpp"
 
 namespace aprsim::protocols {
@@ -13,9 +14,7 @@ class Transport : public ServerTest {
  protected:
   template <typename Condition>
   void wait_for(Condition condition) {
-    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(10);
-    while (!condition() && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
-    EXPECT_TRUE(condition());
+    EXPECT_TRUE(test::eventually(condition));
   }
   void wait_for_open(std::uint64_t open) {
     wait_for([&] { return server_->stats().open == open; });

@@ -308,7 +308,7 @@ TEST_F(ListenerTest, AHalfClosedClientStillGetsItsAnswers) {
   RawClient client(port_);
   ASSERT_TRUE(client.send(adu(pdu(6, {0x8000, 1}), 1)));
   ASSERT_TRUE(client.send(adu(pdu(3, {0x8000, 1}), 2)));
-  client.half_close();
+  client.finish_sending();
   ASSERT_TRUE(eventually([&] { return cell_.commands().size() == 1; }));
   cell_.apply();
   EXPECT_EQ(client.receive(), adu(pdu(6, {0x8000, 1}), 1));

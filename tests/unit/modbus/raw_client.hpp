@@ -2,46 +2,38 @@
 
 #include <chrono>
 #include <cstdint>
-#include <functional>
 #include <optional>
 
+#include "tests/support/eventually.hpp"
+#include "tests/support/tcp_socket.hpp"
 #include "tests/unit/modbus/bytes.hpp"
 
 namespace aprsim::protocols::testing {
 
 using modbus::testing::Bytes;
+using test::eventually;
 using namespace std::chrono_literals;
 
-/// A plain TCP socket to 127.0.0.1 that every wait of has a deadline.
-class RawClient {
+/// A plain socket that sends bytes and receives whole replies.
+class RawClient : public test::TcpSocket {
  public:
-  /// receive_buffer: kernel buffer [bytes], 0 = the system's.
-  explicit RawClient(std::uint16_t port, int receive_buffer = 0);
-  ~RawClient();
-  RawClient(RawClient&&) noexcept;
-  RawClient& operator=(RawClient&&) = delete;
+  using TcpSocket::TcpSocket;
 
-  /// False when the peer has gone.
-  bool send(const Bytes& bytes);
-  /// Sends what the kernel takes at once; how much that was.
-  std::size_t send_some(const Bytes& bytes);
+  /// As TcpSocket's.
+  bool send(const Bytes& bytes) { return TcpSocket::send(text(bytes)); }
+  std::size_t send_some(const Bytes& bytes) {
+    return TcpSocket::send_some(text(bytes)).value_or(0);
+  }
   /// One whole reply, or nothing when the connection ends or the time is up.
   std::optional<Bytes> receive(std::chrono::milliseconds within = 5s);
   /// One request and its reply.
   std::optional<Bytes> ask(const Bytes& frame, std::chrono::milliseconds within = 5s);
-  /// Whether the server ends the connection in time; what arrives before is thrown away.
-  bool ended(std::chrono::milliseconds within = 5s);
-  void half_close();
-  /// Ends with a reset instead of an orderly close.
-  void reset();
 
  private:
-  bool readable(std::chrono::steady_clock::time_point deadline) const;
-  std::optional<Bytes> exactly(std::size_t size, std::chrono::steady_clock::time_point deadline);
-  int fd_ = -1;
+  static std::string_view text(const Bytes& bytes) {
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+  }
+  bool take(Bytes& into, std::size_t count, Clock::time_point deadline);
 };
-
-/// Waits for a condition; false when the time is up.
-bool eventually(const std::function<bool()>& condition, std::chrono::milliseconds within = 5s);
 
 }  // namespace aprsim::protocols::testing

@@ -1,12 +1,9 @@
-#include <arpa/inet.h>
-#include <sys/socket.h>
-#include <unistd.h>
-
 #include <grpcpp/impl/codegen/client_unary_call.h>
 #include <grpcpp/impl/codegen/sync_stream.h>
 #include <grpcpp/support/byte_buffer.h>
 
 #include "telemetry_fixture.hpp"
+#include "tests/support/tcp_socket.hpp"
 
 namespace aprsim::test {
 namespace {
@@ -144,39 +141,15 @@ TEST_F(Serving, PortIsFreeAgainAfterStop) {
   EXPECT_EQ(*result, port_);
 }
 
-/// A connected TCP socket.
-class Socket {
- public:
-  explicit Socket(std::uint16_t port) : fd_(socket(AF_INET, SOCK_STREAM, 0)) {
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_port = htons(port);
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    EXPECT_EQ(connect(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
-    const timeval limit{5, 0};
-    setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
-  }
-  ~Socket() { close(fd_); }
-  Socket(const Socket&) = delete;
-  Socket& operator=(const Socket&) = delete;
-  /// 0 = closed by the server.
-  [[nodiscard]] ssize_t receive() const {
-    char buffer[64];
-    return recv(fd_, buffer, sizeof buffer, 0);
-  }
-
- private:
-  int fd_;
-};
-
 TEST_F(Serving, ConnectionsBeyondTheLimitAreClosedAndRoomComesBack) {
   start({.max_connections = 2});
   {
-    const Socket first(port_), second(port_);
-    EXPECT_GT(first.receive(), 0);  // the server's HTTP/2 settings
-    EXPECT_GT(second.receive(), 0);
-    const Socket third(port_);
-    EXPECT_EQ(third.receive(), 0);
+    TcpSocket first(port_), second(port_);
+    const auto deadline = TcpSocket::Clock::now() + std::chrono::seconds(5);
+    EXPECT_FALSE(first.receive(deadline).empty());  // the server's HTTP/2 settings
+    EXPECT_FALSE(second.receive(deadline).empty());
+    TcpSocket third(port_);
+    EXPECT_TRUE(third.receive(deadline).empty());
     EXPECT_EQ(server_->open(), 2U);
   }
   EXPECT_TRUE(eventually([&] { return server_->open() == 0; }));

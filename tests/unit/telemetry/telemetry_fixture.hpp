@@ -1,10 +1,8 @@
 #pragma once
 
 #include <chrono>
-#include <functional>
 #include <memory>
 #include <string>
-#include <thread>
 
 #include <grpcpp/create_channel.h>
 #include <gtest/gtest.h>
@@ -13,19 +11,9 @@
 #include "aprsim/v1/telemetry_service.grpc.pb.h"
 #include "fake_cell.hpp"
 #include "protocols/telemetry/telemetry_server.hpp"
+#include "tests/support/eventually.hpp"
 
 namespace aprsim::test {
-
-/// Calls `met` until it returns true; false if that takes longer than the limit.
-inline bool eventually(const std::function<bool()>& met,
-                       std::chrono::milliseconds limit = std::chrono::seconds(10)) {
-  const auto deadline = std::chrono::steady_clock::now() + limit;
-  while (!met()) {
-    if (std::chrono::steady_clock::now() > deadline) return false;
-    std::this_thread::yield();
-  }
-  return true;
-}
 
 /// A telemetry server on a free port in front of a fake cell, and clients of it.
 class TelemetryFixture : public ::testing::Test {

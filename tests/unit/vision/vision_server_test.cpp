@@ -1,14 +1,13 @@
 #include "protocols/vision/vision_server.hpp"
 
 #include <algorithm>
-#include <functional>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "tests/support/eventually.hpp"
 #include "tests/support/fake_world.hpp"
 #include "tests/support/vision_client.hpp"
 
@@ -16,6 +15,7 @@ namespace aprsim::protocols {
 namespace {
 
 using namespace std::chrono_literals;
+using test::eventually;
 using test::VisionClient;
 using Clock = std::chrono::steady_clock;
 
@@ -23,15 +23,6 @@ std::shared_ptr<const api::CellDescription> cell_of_gears(int count) {
   auto cell = std::make_shared<api::CellDescription>(*test_support::two_robot_cell());
   for (int i = 0; i < count; ++i) cell->bodies.emplace_back().type = "sku_part_small_gear";
   return cell;
-}
-
-bool eventually(const std::function<bool()>& condition, std::chrono::milliseconds limit = 10s) {
-  const auto deadline = Clock::now() + limit;
-  while (!condition()) {
-    if (Clock::now() > deadline) return false;
-    std::this_thread::yield();
-  }
-  return true;
 }
 
 /// A server of the first robot on a free port, fed by hand.

@@ -1,4 +1,4 @@
-#include "protocols/modbus/rate_limit.hpp"
+#include "protocols/rate_limit.hpp"
 
 #include <gtest/gtest.h>
 
