@@ -33,12 +33,16 @@ def check_results(experiment, name):
 
 def check_figures(experiment, name):
     """Every figure that names this experiment is there, unless a library it needs is not installed."""
-    recorded = {result["name"]: result["unit"] for result in experiment["results"]}
+    recorded = {result["name"]: result for result in experiment["results"]}
     for figure in json.loads((HERE / "figures.json").read_text()):
         absent = "needs" in figure and figure["needs"] not in experiment["versions"]
         if figure["experiment"] == name and not absent and not figure.get("full_run_only"):
             check(figure["name"] in recorded, f"{figure['name']} was not recorded")
-            check(recorded[figure["name"]] == figure["unit"], f"unit of {figure['name']}")
+            result = recorded[figure["name"]]
+            if figure.get("of") == "ratio":
+                check(result["ratio"] is not None, f"{figure['name']} has no ratio")
+            else:
+                check(result["unit"] == figure["unit"], f"unit of {figure['name']}")
 
 
 def check_files(folder, experiment):

@@ -63,7 +63,7 @@ def figure_lines(results):
     remarks = []
     for figure in json.loads(FIGURES.read_text()):
         result = values.get(figure["name"])
-        value = result["value"] if result else None
+        value = result[figure.get("of", "value")] if result else None
         stand = verdict(figure, value) if result else "not measured"
         if "not" in stand and "tried" in figure:
             remarks.append(f"- `{figure['name']}`: {figure['tried']}")
