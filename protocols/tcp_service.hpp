@@ -1,7 +1,6 @@
 #pragma once
 
 #include <chrono>
-#include <exception>
 #include <functional>
 #include <map>
 #include <memory>
@@ -14,8 +13,8 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
-#include <spdlog/spdlog.h>
 
+#include "protocols/run_loop.hpp"
 #include "protocols/tcp_listener.hpp"
 
 namespace aprsim::protocols {
@@ -56,7 +55,7 @@ class TcpService {
   /// Binds; connections wait until start(). Returns the port.
   [[nodiscard]] Result<std::uint16_t> listen() { return listener_.listen(); }
   void start() {
-    thread_ = std::thread([this] { run(); });
+    thread_ = std::thread([this] { run_loop(io_, name_); });
   }
   /// Drains and waits for the end; `on_drain` cancels, on the service's thread, what else the owner
   /// has pending there. Nothing happens unless it runs.
@@ -83,18 +82,6 @@ class TcpService {
   }
 
  private:
-  // A handler that throws costs what it was about at most; the other clients keep their service.
-  void run() {
-    while (true) {
-      try {
-        io_.run();
-        return;
-      } catch (const std::exception& problem) {
-        spdlog::error("{}: internal error: {}", name_, problem.what());
-      }
-    }
-  }
-
   void take(TcpListener::Socket socket, std::string peer) {
     const auto connection = make_(std::move(socket), std::move(peer));
     connections_[connection.get()] = connection;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "world/api/command.hpp"
+#include "world/api/conveyor_command.hpp"
 #include "world/api/snapshot.hpp"
 
 namespace aprsim::world {

@@ -158,6 +158,7 @@ void RobotCell::step(const physics::GripperState& gripper,
                                          : robot::Payload{});
   }
   arm_.set_intended(controller_.pressing());
+  arm_.set_braked(controller_.braked());
   arm_.step(reference, tau);
   state_.now += step_size_;
   stop_if_tripped(gripper, forces);
@@ -353,6 +354,7 @@ void RobotCell::write(const physics::GripperState& gripper,
   out.initialized = controller_.initialized();
   out.protective_stop = controller_.stopped_by_protection();
   out.moving = controller_.moving();
+  out.drives_on = controller_.drives_on();
   out.posture = ik_->posture_of(arm_.q());
   out.light_curtain_broken = state_.curtain_broken;
   out.guards = state_.guards.state();

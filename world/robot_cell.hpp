@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "world/api/command.hpp"
-#include "world/api/snapshot.hpp"
+#include "world/api/robot_command.hpp"
+#include "world/api/robot_snapshot.hpp"
 #include "world/physics/physics_world.hpp"
 #include "world/robot/arm.hpp"
 #include "world/robot/controller_state.hpp"

@@ -56,9 +56,9 @@ std::string robot_text(const v1::RobotState& robot) {
   for (const auto& joint : robot.joints()) {
     joints += fmt::format(" {:.2f}", joint.position_rad() * kDegrees);
   }
-  return fmt::format("{}\n  state    {}\n  joints   [deg]{}\n  tool     [mm] {}\n  gripper  {}\n",
-                     robot.name(), action_text(robot), joints,
-                     point_mm(robot.tool_in_reference().position_m()),
+  return fmt::format("{}\n  state    {}{}\n  joints   [deg]{}\n  tool     [mm] {}\n  gripper  {}\n",
+                     robot.name(), action_text(robot), robot.drives_on() ? "" : ", drives off",
+                     joints, point_mm(robot.tool_in_reference().position_m()),
                      gripper_text(robot.gripper()));
 }
 

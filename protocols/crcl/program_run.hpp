@@ -9,8 +9,8 @@
 
 #include "crcl/documents.hpp"
 #include "protocols/crcl/report_settings.hpp"
-#include "world/api/command.hpp"
 #include "world/api/error.hpp"
+#include "world/api/robot_command.hpp"
 
 namespace aprsim::protocols {
 

@@ -5,8 +5,8 @@
 
 #include "crcl/commands.hpp"
 #include "protocols/crcl/report_settings.hpp"
-#include "world/api/command.hpp"
 #include "world/api/error.hpp"
+#include "world/api/robot_command.hpp"
 
 /// CRCL commands, in the units of a connection, as commands to a robot, in SI.
 namespace aprsim::protocols {

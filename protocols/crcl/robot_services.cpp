@@ -13,7 +13,12 @@ namespace {
 constexpr std::size_t kMaxParameters = 256;
 constexpr std::string_view kForce = "force", kPressure = "pressure";
 constexpr std::string_view kSpeedOverride = "speed_override";
-constexpr std::string_view kTime = "simulated_time", kStop = "protective_stop";
+constexpr std::string_view kTime = "simulated_time", kStop = "protective_stop", kDrives = "drives";
+
+// What clients can read, but not set.
+bool is_reading(std::string_view parameter) {
+  return parameter == kTime || parameter == kStop || parameter == kDrives;
+}
 
 tl::unexpected<Error> invalid(std::string_view name, std::string message) {
   return fail(ErrorCode::kInvalidArgument, std::string(name), std::move(message));
@@ -100,7 +105,7 @@ RobotServices::Outcome RobotServices::take(const crcl::SetRobotParameters& comma
                                            ReportSettings&) {
   std::optional<api::RobotAction> action;
   for (const crcl::ParameterSetting& setting : command.settings) {
-    if (setting.name == kTime || setting.name == kStop) {
+    if (is_reading(setting.name)) {
       return invalid(setting.name, setting.name + " can only be read");
     }
     if (setting.name != kSpeedOverride) continue;
@@ -146,12 +151,12 @@ RobotServices::Outcome RobotServices::take(const crcl::DisableSensor& command, R
 RobotServices::Outcome RobotServices::take(const crcl::EnableRobotParameterStatus& command,
                                            ReportSettings&) {
   const std::string& name = command.parameter;
-  const bool readable = name == kTime || name == kStop || name == kSpeedOverride;
+  const bool readable = is_reading(name) || name == kSpeedOverride;
   if (!readable && !robot_.contains(name)) {
     return invalid("RobotParameterName",
-                   fmt::format("Unknown robot parameter {}; there are {}, {}, {} and those that "
-                               "have been set",
-                               crcl::shorten(name), kSpeedOverride, kTime, kStop));
+                   fmt::format("Unknown robot parameter {}; there are {}, {}, {}, {} and those "
+                               "that have been set",
+                               crcl::shorten(name), kSpeedOverride, kTime, kStop, kDrives));
   }
   hidden_.erase(name);
   if (readable) shown_.insert(name);
@@ -188,6 +193,7 @@ std::vector<crcl::ParameterSetting> RobotServices::robot_parameters(
   for (const std::string& name : shown_) {
     if (name == kTime) all[name] = fmt::format("{:.3f}", seconds(snapshot.time));
     if (name == kStop) all[name] = robot.protective_stop ? "true" : "false";
+    if (name == kDrives) all[name] = robot.drives_on ? "on" : "off";
     if (name == kSpeedOverride) all[name] = fmt::format("{:g}", robot.override_fraction * 100);
   }
   for (const std::string& name : hidden_) all.erase(name);

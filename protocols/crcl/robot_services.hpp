@@ -10,8 +10,8 @@
 #include "protocols/crcl/report_settings.hpp"
 #include "protocols/crcl/sensor_board.hpp"
 #include "world/api/cell_description.hpp"
-#include "world/api/command.hpp"
 #include "world/api/error.hpp"
+#include "world/api/robot_command.hpp"
 #include "world/api/snapshot.hpp"
 
 namespace aprsim::protocols {
@@ -22,7 +22,8 @@ namespace aprsim::protocols {
 /// End effector parameters with an effect: `force`, of each finger, in the connection's force unit;
 /// `pressure`, the same as a fraction of the supply's. Robot parameters with an effect:
 /// `speed_override`, in percent. Robot parameters that can be read when their report is enabled:
-/// `simulated_time` [s], `protective_stop`. Any other parameter is kept and reported as it was set.
+/// `simulated_time` [s], `protective_stop`, `drives` (on, off). Any other parameter is kept and
+/// reported as it was set.
 class RobotServices {
  public:
   /// What is left to do: an action for the robot, or nothing.

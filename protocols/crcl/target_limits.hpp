@@ -7,8 +7,8 @@
 
 #include "crcl/units.hpp"
 #include "world/api/cell_description.hpp"
-#include "world/api/command.hpp"
 #include "world/api/error.hpp"
+#include "world/api/robot_command.hpp"
 
 /// What happens to targets outside the limits that a robot reports, before the robot plans.
 namespace aprsim::protocols {

@@ -108,6 +108,7 @@ void write(const api::RobotSnapshot& robot, const api::RobotDescription& descrip
   message.set_initialized(robot.initialized);
   message.set_protective_stop(robot.protective_stop);
   message.set_moving(robot.moving);
+  message.set_drives_on(robot.drives_on);
   write(robot.vision, cell, *message.mutable_vision());
   if (robot.X_RG) write_message(*robot.X_RG, *message.mutable_goal_in_reference());
 }

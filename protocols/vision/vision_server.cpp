@@ -3,6 +3,8 @@
 #include <atomic>
 #include <utility>
 
+#include <spdlog/spdlog.h>
+
 #include "protocols/tcp_service.hpp"
 #include "protocols/vision/vision_connection.hpp"
 #include "protocols/vision/vision_line.hpp"

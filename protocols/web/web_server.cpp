@@ -1,6 +1,5 @@
 #include "protocols/web/web_server.hpp"
 
-#include <exception>
 #include <map>
 #include <thread>
 #include <utility>
@@ -10,6 +9,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <spdlog/spdlog.h>
 
+#include "protocols/run_loop.hpp"
 #include "protocols/tcp_listener.hpp"
 #include "protocols/web/http_session.hpp"
 #include "protocols/web/viewer_hub.hpp"
@@ -46,7 +46,7 @@ class WebServer::Impl {
     if (!port) return port;
     next_tick_ = std::chrono::steady_clock::now();
     tick();
-    thread_ = std::jthread([this] { run(); });
+    thread_ = std::jthread([this] { run_loop(io_, "web"); });
     return port;
   }
 
@@ -77,18 +77,6 @@ class WebServer::Impl {
       if (draining_) hub_.close();
     };
     return {};
-  }
-
-  // A handler that throws costs its connection at most; the others must go on.
-  void run() {
-    while (true) {
-      try {
-        io_.run();
-        return;
-      } catch (const std::exception& problem) {
-        spdlog::error("web: {}", problem.what());
-      }
-    }
   }
 
   void take(TcpListener::Socket socket, std::string peer) {

@@ -23,16 +23,6 @@ std::string actuate(int joint, double degrees) {
          "</JointPosition><JointDetails xsi:type=\"JointSpeedAccelType\"/></ActuateJoint>";
 }
 
-std::string pose(double x_mm, double y_mm, double z_mm) {
-  const auto vector = [](const char* name, double i, double j, double k) {
-    return std::string("<") + name + "><I>" + std::to_string(i) + "</I><J>" + std::to_string(j) +
-           "</J><K>" + std::to_string(k) + "</K></" + name + ">";
-  };
-  return "<EndPosition><Point><X>" + std::to_string(x_mm) + "</X><Y>" + std::to_string(y_mm) +
-         "</Y><Z>" + std::to_string(z_mm) + "</Z></Point>" + vector("XAxis", 1, 0, 0) +
-         vector("ZAxis", 0, 0, -1) + "</EndPosition>";
-}
-
 double client_x(const std::string& status) { return CrclTextClient::number(status, "X"); }
 
 /// Everything of one robot's lone scene, at its limits and in between.
@@ -85,13 +75,23 @@ TEST(Crcl, AStopFromASecondSocketEndsAMove) {
   mover.run("SetTransSpeedType",
             "<TransSpeed xsi:type=\"TransSpeedAbsoluteType\"><Setting>20</Setting></TransSpeed>");
   const double start = client_x(mover.status());
-  const auto move =
-      mover.send("MoveToType", "<MoveStraight>true</MoveStraight>" + pose(start + 200, 0, 400));
+  const auto move = mover.send("MoveToType", "<MoveStraight>true</MoveStraight>" +
+                                                 CrclTextClient::tool_down(start + 200, 0, 400));
   EXPECT_EQ(CrclTextClient::field(mover.status(), "CommandState"), "CRCL_Working");
   const auto stop = stopper.send("StopMotionType", "<StopCondition>Fast</StopCondition>");
   const std::string stopped = stopper.wait_done(stop);
   EXPECT_LT(std::abs(client_x(stopped) - start), 150) << "the move ran to its end";
   EXPECT_NE(CrclTextClient::field(mover.status(), "CommandID"), std::to_string(move));
+  // A second after it the drives go off, and another motion is obeyed all the same.
+  mover.run("EnableRobotParameterStatusType", "<RobotParameterName>drives</RobotParameterName>");
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (CrclTextClient::field(mover.status(), "ParameterValue") != "off") {
+    ASSERT_LT(std::chrono::steady_clock::now(), deadline);
+  }
+  const double here = client_x(mover.status());
+  mover.run("MoveToType",
+            "<MoveStraight>true</MoveStraight>" + CrclTextClient::tool_down(here + 5, 0, 400));
+  EXPECT_EQ(CrclTextClient::field(mover.status(), "ParameterValue"), "on");
 }
 
 TEST(Crcl, AClientGoesOnFromASavedStateInTheMiddleOfAMove) {
@@ -139,7 +139,8 @@ TEST(Crcl, AnUnreachablePoseIsRefusedWithAReasonAndHeldUntilInitCanon) {
   CrclTextClient client(daemon.port("crcl.fanuc"));
   client.run("InitCanonType");
   try {
-    client.run("MoveToType", "<MoveStraight>false</MoveStraight>" + pose(5000, 0, 400));
+    client.run("MoveToType",
+               "<MoveStraight>false</MoveStraight>" + CrclTextClient::tool_down(5000, 0, 400));
     FAIL() << "five metres away and done";
   } catch (const std::runtime_error& error) {
     const std::string text = CrclTextClient::field(error.what(), "StateDescription");

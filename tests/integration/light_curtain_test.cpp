@@ -1,8 +1,5 @@
 // The light curtain of the real daemon: a person put there over gRPC, seen and reset with mbpoll.
 
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <string>
 #include <vector>
 
@@ -11,36 +8,24 @@
 #include "tests/support/cell_client.hpp"
 #include "tests/support/crcl_text_client.hpp"
 #include "tests/support/daemon_process.hpp"
+#include "tests/support/temporary_directory.hpp"
 
 namespace aprsim::test {
 namespace {
 
 /// A belt, a robot and a curtain of five beams beside them that stops both.
-class SceneFile {
- public:
-  SceneFile() {
-    std::string pattern =
-        (std::filesystem::temp_directory_path() / "aprsim-curtain-XXXXXX").string();
-    directory_ = ::mkdtemp(pattern.data());
-    const std::string types = std::string(APRSIM_SOURCE_DIR) + "/world/scenes/types/";
-    std::ofstream(path()) << "types: [" << types << "gears_2017.yaml, " << types
-                          << "robots.yaml]\n"
-                             "robots:\n"
-                             "  - {name: fanuc, type: fanuc_lrmate200id, base: {xyz_m: [0, -1.2, "
-                             "0.9]}}\n"
-                             "conveyor: {xyz_m: [0, 0, 0.9], length_m: 3, width_m: 0.6, "
-                             "max_speed_m_s: 0.3, max_accel_m_s2: 0.5}\n"
-                             "light_curtain: {xyz_m: [-1, -2.5, 0.4], beams: 5, pitch_m: 0.3, "
-                             "range_m: 2, reaction: all}\n";
-  }
-  ~SceneFile() { std::filesystem::remove_all(directory_); }
-  SceneFile(const SceneFile&) = delete;
-  SceneFile& operator=(const SceneFile&) = delete;
-  [[nodiscard]] std::string path() const { return directory_ + "/curtain.yaml"; }
-
- private:
-  std::string directory_;
-};
+std::string scene_text() {
+  const std::string types = std::string(APRSIM_SOURCE_DIR) + "/world/scenes/types/";
+  return "types: [" + types + "gears_2017.yaml, " + types +
+         "robots.yaml]\n"
+         "robots:\n"
+         "  - {name: fanuc, type: fanuc_lrmate200id, base: {xyz_m: [0, -1.2, "
+         "0.9]}}\n"
+         "conveyor: {xyz_m: [0, 0, 0.9], length_m: 3, width_m: 0.6, "
+         "max_speed_m_s: 0.3, max_accel_m_s2: 0.5}\n"
+         "light_curtain: {xyz_m: [-1, -2.5, 0.4], beams: 5, pitch_m: 0.3, "
+         "range_m: 2, reaction: all}\n";
+}
 
 class LightCurtain : public testing::Test {
  protected:
@@ -95,8 +80,9 @@ class LightCurtain : public testing::Test {
     return response;
   }
 
-  SceneFile scene;
-  DaemonProcess daemon{{"--scene", scene.path(), "--speed", "stepped"}};
+  TemporaryDirectory directory;
+  DaemonProcess daemon{
+      {"--scene", directory.write("curtain.yaml", scene_text()), "--speed", "stepped"}};
   CellClient client{daemon.port("grpc")};
 };
 

@@ -4,9 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <map>
 #include <string>
 #include <vector>
@@ -16,6 +13,7 @@
 #include "tests/support/cell_client.hpp"
 #include "tests/support/crcl_text_client.hpp"
 #include "tests/support/daemon_process.hpp"
+#include "tests/support/temporary_directory.hpp"
 #include "tests/support/vision_client.hpp"
 
 namespace aprsim::test {
@@ -30,43 +28,29 @@ constexpr double kSpeed_m_s = 0.15;
 
 /// Two robots that stand apart and a belt between them with trays and gears; cameras that look down
 /// on the belt from beside the arms, with these tests' noise, rate and latency.
-class SceneFile {
- public:
-  SceneFile() {
-    std::string pattern =
-        (std::filesystem::temp_directory_path() / "aprsim-vision-XXXXXX").string();
-    directory_ = ::mkdtemp(pattern.data());
-    std::ofstream out(path());
-    const std::string types = std::string(APRSIM_SOURCE_DIR) + "/world/scenes/types/";
-    const std::string camera =
-        "rate_hz: 10, latency_s: 0.2, position_noise_m: 0.0005, rotation_noise_deg: 1}\n";
-    out << "types: [" << types << "gears_2017.yaml, " << types << "robots.yaml]\n"
-        << "robots:\n"
-           "  - name: fanuc\n    type: fanuc_lrmate200id\n    base: {xyz_m: [0, -1.6, 0.9]}\n"
-           "    vision: {frame: {xyz_m: [0.1, 0.2, 0], rpy_deg: [0, 0, 30]},\n"
-           "      area: {min_m: [-3, -3], max_m: [3, 3]}, camera_m: [0.8, 1.2, 3], shuffle: true, "
-        << camera
-        << "  - name: motoman\n    type: motoman_sia20\n    base: {xyz_m: [0, 1.8, 0.9]}\n"
-           "    vision: {area: {min_m: [-3, -3], max_m: [3, 3]}, camera_m: [0, -1.8, 3], "
-        << camera
-        << "conveyor: {xyz_m: [0, 0, 0.9], length_m: 3, width_m: 0.6, max_speed_m_s: 0.3, "
-           "max_accel_m_s2: 0.5}\n"
-           "trays:\n"
-           "  - {name: large, type: sku_large_gear_vessel, on: conveyor, xy_m: [-1.1, 0.1],\n"
-           "     gears: {slot_1: large_1, slot_2: large_2}}\n"
-           "  - {name: small, type: sku_small_gear_vessel, on: conveyor, xy_m: [-0.8, -0.1],\n"
-           "     yaw_deg: 100, gears: {slot_1: small_1, slot_3: small_2}}\n"
-           "  - {name: kit, type: sku_kit_s2l2_vessel, on: conveyor, xy_m: [-0.4, 0],\n"
-           "     yaw_deg: -130}\n";
-  }
-  ~SceneFile() { std::filesystem::remove_all(directory_); }
-  SceneFile(const SceneFile&) = delete;
-  SceneFile& operator=(const SceneFile&) = delete;
-  [[nodiscard]] std::string path() const { return directory_ + "/belt.yaml"; }
-
- private:
-  std::string directory_;
-};
+std::string scene_text() {
+  const std::string types = std::string(APRSIM_SOURCE_DIR) + "/world/scenes/types/";
+  const std::string camera =
+      "rate_hz: 10, latency_s: 0.2, position_noise_m: 0.0005, rotation_noise_deg: 1}\n";
+  return "types: [" + types + "gears_2017.yaml, " + types + "robots.yaml]\n" +
+         "robots:\n"
+         "  - name: fanuc\n    type: fanuc_lrmate200id\n    base: {xyz_m: [0, -1.6, 0.9]}\n"
+         "    vision: {frame: {xyz_m: [0.1, 0.2, 0], rpy_deg: [0, 0, 30]},\n"
+         "      area: {min_m: [-3, -3], max_m: [3, 3]}, camera_m: [0.8, 1.2, 3], shuffle: true, " +
+         camera +
+         "  - name: motoman\n    type: motoman_sia20\n    base: {xyz_m: [0, 1.8, 0.9]}\n"
+         "    vision: {area: {min_m: [-3, -3], max_m: [3, 3]}, camera_m: [0, -1.8, 3], " +
+         camera +
+         "conveyor: {xyz_m: [0, 0, 0.9], length_m: 3, width_m: 0.6, max_speed_m_s: 0.3, "
+         "max_accel_m_s2: 0.5}\n"
+         "trays:\n"
+         "  - {name: large, type: sku_large_gear_vessel, on: conveyor, xy_m: [-1.1, 0.1],\n"
+         "     gears: {slot_1: large_1, slot_2: large_2}}\n"
+         "  - {name: small, type: sku_small_gear_vessel, on: conveyor, xy_m: [-0.8, -0.1],\n"
+         "     yaw_deg: 100, gears: {slot_1: small_1, slot_3: small_2}}\n"
+         "  - {name: kit, type: sku_kit_s2l2_vessel, on: conveyor, xy_m: [-0.4, 0],\n"
+         "     yaw_deg: -130}\n";
+}
 
 /// Position and heading in a plane.
 struct Place {
@@ -172,8 +156,9 @@ class Vision : public testing::Test {
     }
   }
 
-  SceneFile scene;
-  DaemonProcess daemon{{"--scene", scene.path(), "--speed", "stepped"}};
+  TemporaryDirectory directory;
+  DaemonProcess daemon{
+      {"--scene", directory.write("belt.yaml", scene_text()), "--speed", "stepped"}};
   CellClient client{daemon.port("grpc")};
   std::vector<Feed> feeds;
   std::map<std::uint64_t, v1::Snapshot> exposures;  ///< by step
@@ -256,16 +241,6 @@ TEST_F(Vision, TheSnapshotCarriesTheSameDetections) {
   }
 }
 
-std::string tool_down(double x_mm, double y_mm, double z_mm) {
-  const auto vector = [](const char* name, int i, int j, int k) {
-    return std::string("<") + name + "><I>" + std::to_string(i) + "</I><J>" + std::to_string(j) +
-           "</J><K>" + std::to_string(k) + "</K></" + name + ">";
-  };
-  return "<EndPosition><Point><X>" + std::to_string(x_mm) + "</X><Y>" + std::to_string(y_mm) +
-         "</Y><Z>" + std::to_string(z_mm) + "</Z></Point>" + vector("XAxis", 1, 0, 0) +
-         vector("ZAxis", 0, 0, -1) + "</EndPosition>";
-}
-
 TEST(VisionAndRobot, APartIsPickedWhereTheFeedPutsIt) {
   DaemonProcess daemon({"--scene", "aprs", "--speed", "max"});
   CellClient client(daemon.port("grpc"));
@@ -290,7 +265,8 @@ TEST(VisionAndRobot, APartIsPickedWhereTheFeedPutsIt) {
   CrclTextClient robot(daemon.port("crcl.fanuc"));
   const auto move = [&](double up_mm, bool straight) {
     robot.run("MoveToType", std::string("<MoveStraight>") + (straight ? "true" : "false") +
-                                "</MoveStraight>" + tool_down(part.x_mm, part.y_mm, z_mm + up_mm));
+                                "</MoveStraight>" +
+                                CrclTextClient::tool_down(part.x_mm, part.y_mm, z_mm + up_mm));
   };
   robot.run("InitCanonType");
   robot.run("SetEndEffectorType", "<Setting>1</Setting>");

@@ -37,6 +37,14 @@ class CrclTextClient {
            "</CRCLCommand></CRCLCommandInstance>";
   }
 
+  /// The end position of a move, the tool pointing down [mm].
+  static std::string tool_down(double x_mm, double y_mm, double z_mm) {
+    const std::string i = "<I>1</I><J>0</J><K>0</K>", down = "<I>0</I><J>0</J><K>-1</K>";
+    return "<EndPosition><Point><X>" + std::to_string(x_mm) + "</X><Y>" + std::to_string(y_mm) +
+           "</Y><Z>" + std::to_string(z_mm) + "</Z></Point><XAxis>" + i + "</XAxis><ZAxis>" + down +
+           "</ZAxis></EndPosition>";
+  }
+
   /// Closes without a word, as a client that dies.
   void vanish() { socket_.reset(); }
 

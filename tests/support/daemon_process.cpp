@@ -1,7 +1,6 @@
 #include "tests/support/daemon_process.hpp"
 
 #include <csignal>
-#include <cstdlib>
 #include <fcntl.h>
 #include <filesystem>
 #include <fstream>
@@ -28,12 +27,6 @@ std::string slurp(const std::string& path) {
   std::ostringstream text;
   text << in.rdbuf();
   return text.str();
-}
-
-std::string make_directory() {
-  std::string name = (fs::temp_directory_path() / "aprsim-test-XXXXXX").string();
-  if (!mkdtemp(name.data())) throw std::runtime_error("mkdtemp failed");
-  return name;
 }
 
 pid_t spawn(const std::vector<std::string>& argv, const std::string& directory) {
@@ -68,9 +61,9 @@ int exit_code_of(int status) { return WIFEXITED(status) ? WEXITSTATUS(status) : 
 }  // namespace
 
 ProcessResult run_process(const std::vector<std::string>& argv, std::chrono::seconds deadline) {
-  const std::string directory = make_directory();
+  const TemporaryDirectory directory;
   const auto start = Clock::now();
-  const pid_t pid = spawn(argv, directory);
+  const pid_t pid = spawn(argv, directory.path());
   int status = 0;
   const bool ended = wait_for_exit(pid, start + deadline, status);
   if (!ended) {
@@ -79,10 +72,9 @@ ProcessResult run_process(const std::vector<std::string>& argv, std::chrono::sec
   }
   ProcessResult result{
       .exit_code = exit_code_of(status),
-      .out = slurp(directory + "/out"),
-      .err = slurp(directory + "/err"),
+      .out = slurp(directory.path() + "/out"),
+      .err = slurp(directory.path() + "/err"),
       .took = std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - start)};
-  fs::remove_all(directory);
   if (!ended) {
     throw std::runtime_error(argv[0] + " did not end in time:\n" + result.out + result.err);
   }
@@ -90,17 +82,17 @@ ProcessResult run_process(const std::vector<std::string>& argv, std::chrono::sec
 }
 
 DaemonProcess::DaemonProcess(std::vector<std::string> arguments)
-    : directory_(make_directory()), ports_file_(directory_ + "/ports.json") {
+    : ports_file_(directory_.path() + "/ports.json") {
   std::vector<std::string> argv = {std::string(APRSIM_BIN_DIR) + "/aprsimd", "--any-port",
                                    "--ports-file", ports_file_};
   argv.insert(argv.end(), arguments.begin(), arguments.end());
-  pid_ = spawn(argv, directory_);
+  pid_ = spawn(argv, directory_.path());
   const auto deadline = Clock::now() + 10s;
   int status = 0;
   while (!fs::exists(ports_file_)) {
     const bool ended = waitpid(pid_, &status, WNOHANG) == pid_;
     if (ended || Clock::now() > deadline) {
-      const std::string log = slurp(directory_ + "/err");
+      const std::string log = slurp(directory_.path() + "/err");
       if (ended) pid_ = -1;
       throw std::runtime_error("the daemon does not serve:\n" + log);
     }
@@ -115,8 +107,6 @@ DaemonProcess::~DaemonProcess() {
     kill(pid_, SIGKILL);
     waitpid(pid_, &status, 0);
   }
-  std::error_code ignored;
-  fs::remove_all(directory_, ignored);
 }
 
 void DaemonProcess::read_ports() {
@@ -133,8 +123,8 @@ ProcessResult DaemonProcess::stop(int signal) {
   if (!wait_for_exit(pid_, start + 10s, status)) throw std::runtime_error("the daemon hangs");
   pid_ = -1;
   return {.exit_code = exit_code_of(status),
-          .out = slurp(directory_ + "/out"),
-          .err = slurp(directory_ + "/err"),
+          .out = slurp(directory_.path() + "/out"),
+          .err = slurp(directory_.path() + "/err"),
           .took = std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - start)};
 }
 

@@ -7,6 +7,8 @@
 #include <sys/types.h>
 #include <vector>
 
+#include "tests/support/temporary_directory.hpp"
+
 namespace aprsim::test {
 
 /// What a finished process left: exit code (negative = killed by that signal) and its output.
@@ -43,7 +45,7 @@ class DaemonProcess {
  private:
   void read_ports();
 
-  std::string directory_;
+  TemporaryDirectory directory_;
   std::string ports_file_;
   pid_t pid_ = -1;
   std::map<std::string, std::uint16_t> ports_;

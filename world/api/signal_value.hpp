@@ -1,7 +1,7 @@
 #pragma once
 
 #include "world/api/guard.hpp"
-#include "world/api/snapshot.hpp"
+#include "world/api/robot_snapshot.hpp"
 
 namespace aprsim::api {
 

@@ -64,6 +64,7 @@ Arm::Arm(ArmModel model, Payload payload, const Eigen::Vector3d& gravity_B,
 
 void Arm::step(const JointVector& q_ref_next, const JointVector& tau_ext) {
   assert(q_ref_next.size() == model_.dof() && tau_ext.size() == model_.dof());
+  if (s_.braked) return hold(q_ref_next);
   // Velocity and acceleration as this step realises them: a feedforward from them leaves no
   // tracking error.
   const JointVector qd_ref_next = (q_ref_next - s_.q_ref) / step_s_;
@@ -94,6 +95,15 @@ void Arm::step(const JointVector& q_ref_next, const JointVector& tau_ext) {
     s_.qd = s_.qd_ref;
     s_.disturbed_steps = 0;
   }
+}
+
+/// One step in which nothing moves. Where the arm was pushed aside it stays so.
+void Arm::hold(const JointVector& q_ref_next) {
+  s_.q_ref = q_ref_next;
+  s_.e = s_.q - s_.q_ref;
+  s_.deviating = (s_.e.array() != 0).any();
+  s_.disturbed_steps = 0;
+  for (JointVector* rate : {&s_.qd_ref, &s_.qd, &s_.ed, &s_.integral, &s_.torque}) rate->setZero();
 }
 
 /// What is left of the external torque after the joints' friction has taken its share.

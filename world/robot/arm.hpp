@@ -33,6 +33,7 @@ class Arm {
     int disturbed_steps = 0;  ///< in a row above the trip torque
     JointVector q, qd, torque;
     JointVector intended;  ///< torques that the joints exert on purpose
+    bool braked = false;   ///< drives off, brakes on
     Payload payload;
     std::string trip_reason;
   };
@@ -59,6 +60,9 @@ class Arm {
   /// Torques that the joints shall press with [Nm], >= 0: no cause for a trip.
   void set_intended(const JointVector& torque_nm) { s_.intended = torque_nm; }
 
+  /// From the next step on: whether the brakes hold it, whatever presses, and the drives are off.
+  void set_braked(bool braked) { s_.braked = braked; }
+
   [[nodiscard]] const State& state() const { return s_; }
   void restore(const State& state);
 
@@ -77,6 +81,7 @@ class Arm {
  private:
   [[nodiscard]] JointVector beyond_friction(const JointVector& tau_ext) const;
   [[nodiscard]] JointVector return_speed(const JointMatrix& H) const;
+  void hold(const JointVector& q_ref_next);
   void deviate(const JointVector& feedforward, const JointVector& disturbance);
   void watch(const JointVector& feedforward);
   void trip(int joint, const char* what, double value, double limit, const char* unit);

@@ -3,8 +3,8 @@
 #include <array>
 #include <limits>
 
-#include "world/api/command.hpp"
-#include "world/api/snapshot.hpp"
+#include "world/api/motion_command.hpp"
+#include "world/api/robot_snapshot.hpp"
 #include "world/robot/arm_model.hpp"
 
 namespace aprsim::robot {

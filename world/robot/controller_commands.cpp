@@ -12,6 +12,9 @@ namespace aprsim::robot {
 namespace {
 
 constexpr double kGripperDeadline_s = 2;
+constexpr double kDrivesOffAfterFastStop_s = 1;
+/// An estimate: what holding brakes of servo motors of this size take to release.
+constexpr double kBrakeRelease_s = 0.1;
 const char* const kNoTool =
     "the gripper is not on the robot: the tool changer is open; close it where the gripper is";
 
@@ -21,6 +24,7 @@ void RobotController::Core::execute(const api::InitRobot&, const JointVector& q_
   s.held_error.clear();
   s.protection = false;
   s.initialized = true;
+  switch_drives_on();
   const bool leaving = s.backing_off && s.is_running;  // what it has hit: that comes first
   if (!leaving) stop_at_once(q_actual);
   working(Task::kRest);
@@ -36,15 +40,23 @@ void RobotController::Core::execute(const api::StopMotion& stop, const JointVect
   switch (stop.kind) {
     case api::StopKind::kImmediate:
       stop_at_once(s.reference);
+      s.drives.switch_off_after(0);
       break;
     case api::StopKind::kFast:
       brake(Brake::kHard);
+      s.drives.switch_off_after(
+          static_cast<int>(std::lround(kDrivesOffAfterFastStop_s / setup.step_s)));
       break;
     case api::StopKind::kNormal:
       brake(Brake::kSet);
+      s.drives.keep();
       break;
   }
   working(Task::kRest);
+}
+
+void RobotController::Core::switch_drives_on() {
+  s.drives.switch_on(static_cast<int>(std::lround(kBrakeRelease_s / setup.step_s)));
 }
 
 void RobotController::Core::execute(const api::MoveTo& move, const JointVector&) {

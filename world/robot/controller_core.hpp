@@ -51,6 +51,7 @@ struct RobotController::Core {
   /// enough.
   [[nodiscard]] bool near_enough(const JointVector& q_actual) const;
   void change_tool(bool tool_at_flange);
+  void switch_drives_on();
   void advance();
   void press(const JointVector& external_nm);
   void retreat(const JointVector& from);

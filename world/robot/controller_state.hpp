@@ -4,8 +4,9 @@
 #include <optional>
 #include <string>
 
-#include "world/api/snapshot.hpp"
+#include "world/api/robot_snapshot.hpp"
 #include "world/robot/arrival.hpp"
+#include "world/robot/drives.hpp"
 #include "world/robot/limit_settings.hpp"
 #include "world/robot/motion.hpp"
 #include "world/robot/torque_drive.hpp"
@@ -35,6 +36,7 @@ struct ControllerState {
   TorqueDrive torque;
   bool torque_waits = false;  ///< until the other joints are at rest
   Trail trail;
+  Drives drives;
   double override_fraction = 1;
 
   api::ActionStatus status;

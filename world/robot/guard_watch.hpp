@@ -6,7 +6,7 @@
 #include <span>
 
 #include "world/api/guard.hpp"
-#include "world/api/snapshot.hpp"
+#include "world/api/robot_snapshot.hpp"
 
 namespace aprsim::robot {
 

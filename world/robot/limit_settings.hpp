@@ -3,8 +3,8 @@
 #include <array>
 #include <optional>
 
-#include "world/api/command.hpp"
 #include "world/api/error.hpp"
+#include "world/api/robot_command.hpp"
 #include "world/api/snapshot.hpp"
 #include "world/robot/motion_limits.hpp"
 

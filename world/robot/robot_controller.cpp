@@ -151,6 +151,7 @@ void RobotController::Core::start(const Result<void>& planned) {
     set_error(planned.error().message);
     return;
   }
+  switch_drives_on();
   s.next.set_speed(s.override_fraction);
   s.has_next = true;
   working(Task::kRest);
@@ -168,6 +169,7 @@ void RobotController::Core::start_in_passing(const ToolLimits& tool) {
 void RobotController::Core::advance() {
   s.before_that = s.before;
   s.before = s.reference;
+  if (s.drives.braked()) return;
   if (!s.is_running && s.has_next) {
     std::swap(s.running, s.next);
     s.has_next = false;
@@ -180,7 +182,8 @@ void RobotController::Core::advance() {
 
 /// The joints that are driven by torque, on top of what the others do.
 void RobotController::Core::press(const JointVector& external_nm) {
-  if (!s.torque.active() || (s.torque_waits && (s.is_running || s.has_next))) return;
+  if (!s.torque.active() || s.drives.braked()) return;
+  if (s.torque_waits && (s.is_running || s.has_next)) return;
   s.torque_waits = false;
   const JointVector inertia = mass_matrix(setup.model, setup.payload, s.before).diagonal();
   s.torque.advance({.limits = planner.joint_limits(),
@@ -204,6 +207,7 @@ void RobotController::Core::retreat(const JointVector& from) {
         (q - from).cwiseAbs().maxCoeff() < kRetreat_rad) {
       continue;
     }
+    switch_drives_on();
     planner.plan_retreat(from, q, s.running);
     s.is_running = s.backing_off = true;
     s.braking.reset();
@@ -229,6 +233,7 @@ void RobotController::take(api::Ticket ticket, const api::RobotAction& action,
 const JointVector& RobotController::step(const ControllerInput& input) {
   Core& core = *core_;
   ControllerState& s = core.s;
+  s.drives.step(core.resting());
   core.advance();
   core.press(input.external_nm);
   s.trail.record(s.reference);
@@ -236,7 +241,9 @@ const JointVector& RobotController::step(const ControllerInput& input) {
     case Task::kNone:
       break;
     case Task::kRest:
-      if (core.resting() && core.near_enough(input.q_actual)) core.arrived();
+      if (core.resting() && !s.drives.releasing() && core.near_enough(input.q_actual)) {
+        core.arrived();
+      }
       break;
     case Task::kGripper:
       // What is seen before the first step was settled under the setting before.
@@ -296,6 +303,8 @@ bool RobotController::initialized() const { return core_->s.initialized; }
 bool RobotController::stopped_by_protection() const { return core_->s.protection; }
 bool RobotController::moving() const { return !core_->resting(); }
 bool RobotController::backing_off() const { return core_->s.backing_off && core_->s.is_running; }
+bool RobotController::drives_on() const { return core_->s.drives.on(); }
+bool RobotController::braked() const { return core_->s.drives.braked(); }
 bool RobotController::tool_mounted() const { return core_->s.tool_mounted; }
 Eigen::Isometry3d RobotController::X_FT() const { return core_->X_FT(); }
 double RobotController::override_fraction() const { return core_->s.override_fraction; }

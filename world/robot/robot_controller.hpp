@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
-#include "world/api/command.hpp"
-#include "world/api/snapshot.hpp"
+#include "world/api/robot_command.hpp"
+#include "world/api/robot_snapshot.hpp"
 #include "world/robot/arm_model.hpp"
 #include "world/robot/dynamics.hpp"
 #include "world/robot/inverse_kinematics.hpp"
@@ -51,6 +51,8 @@ struct ControllerState;
 ///   gripper has settled, or 2 s after the command if it does not; a joint driven by torque when it
 ///   has reached its position or stands still against what bears the torque, and it keeps pressing
 ///   until the next motion.
+/// - An immediate stop, and a fast one a second later, leaves the arm to its brakes with the drives
+///   off. InitRobot and every motion switch them on again and wait until the brakes have released.
 /// - After a protective stop the arm backs off some millimetres on its way; InitRobot waits for it.
 class RobotController {
  public:
@@ -93,6 +95,8 @@ class RobotController {
   [[nodiscard]] api::LimitSetting limit(api::MotionLimit which) const;
   /// After a protective stop, on the way back.
   [[nodiscard]] bool backing_off() const;
+  [[nodiscard]] bool drives_on() const;
+  [[nodiscard]] bool braked() const;  ///< the arm's brakes hold it
   [[nodiscard]] double override_fraction() const;
   [[nodiscard]] bool tool_mounted() const;
   [[nodiscard]] Eigen::Isometry3d X_FT() const;  ///< of the tool, or the flange itself without one

@@ -47,6 +47,39 @@ class Servo : public testing::TestWithParam<bool> {
   }
 };
 
+/// A push that would trip the drives: the brakes bear it, and the drives nothing at all.
+TEST_P(Servo, BrakesHoldWhateverPresses) {
+  Arm arm = this->arm(home_);
+  const JointVector push = torque_of(home_, Vector3d(0, 300, 0));
+  arm.set_braked(true);
+  for (int k = 0; k < 500; ++k) arm.step(home_, push);
+  EXPECT_TRUE(same_bits(arm.q(), home_));
+  EXPECT_TRUE(same_bits(arm.torque(), zero_));
+  EXPECT_TRUE(arm.trip_reason().empty());
+  arm.set_braked(false);
+  arm.step(home_, zero_);
+  EXPECT_TRUE(same_bits(arm.q(), home_));
+  EXPECT_TRUE(same_bits(arm.torque(), this->arm(home_).torque())) << "holds its weight again";
+  for (int k = 0; k < 500 && arm.trip_reason().empty(); ++k) arm.step(home_, push);
+  EXPECT_FALSE(arm.trip_reason().empty()) << "without them it trips";
+}
+
+/// An arm that is pushed aside when the brakes are applied stays there, and goes back afterwards.
+TEST_P(Servo, BrakesHoldWhereItIs) {
+  Arm arm = this->arm(home_);
+  const JointVector push = torque_of(home_, Vector3d(0, 40, 0));
+  for (int k = 0; k < 300; ++k) arm.step(home_, push);
+  const JointVector aside = arm.q();
+  ASSERT_FALSE(same_bits(aside, home_));
+  arm.set_braked(true);
+  for (int k = 0; k < 300; ++k) arm.step(home_, k < 100 ? push : zero_);
+  EXPECT_TRUE(same_bits(arm.q(), aside));
+  EXPECT_TRUE(same_bits(arm.qd(), zero_));
+  arm.set_braked(false);
+  for (int k = 0; k < 5000 && arm.deviating(); ++k) arm.step(home_, zero_);
+  EXPECT_TRUE(same_bits(arm.q(), home_));
+}
+
 TEST_P(Servo, TenMinutesAtRestChangeNoBit) {
   Arm arm = this->arm(home_);
   const Eigen::Matrix4d before = flange_pose(model_, home_).matrix();

@@ -135,7 +135,17 @@ TEST_F(Services, ParametersAreKeptAndReported) {
   expect_refused("EnableRobotParameterStatusType",
                  "<RobotParameterName>nonsense</RobotParameterName>",
                  "Unknown robot parameter nonsense; there are speed_override, simulated_time, "
-                 "protective_stop and those that have been set");
+                 "protective_stop, drives and those that have been set");
+}
+
+TEST_F(Services, WhetherTheDrivesAreOnCanBeRead) {
+  client_->command(6, "EnableRobotParameterStatusType",
+                   "<RobotParameterName>drives</RobotParameterName>");
+  const std::vector<crcl::ParameterSetting> on{{"drives", "on"}}, off{{"drives", "off"}};
+  EXPECT_EQ(client_->status().settings->robot_parameters, on);
+  world_.publish([](api::Snapshot& next) { next.robots[0].drives_on = false; });
+  EXPECT_EQ(client_->status().settings->robot_parameters, off);
+  expect_refused("SetRobotParametersType", parameter("drives", "on"), "drives can only be read");
 }
 
 TEST_F(Services, GripForceAndSpeedOverrideHaveTheirEffect) {

@@ -3,41 +3,15 @@
 #include <cstdio>
 #include <thread>
 
-#include <gtest/gtest.h>
-
-#include "protocols/modbus/modbus_server.hpp"
-#include "tests/unit/modbus/bytes.hpp"
-#include "tests/unit/modbus/fake_cell.hpp"
-#include "tests/unit/modbus/raw_client.hpp"
+#include "tests/unit/modbus/listener_fixture.hpp"
 
 /// Clients that stall in every way there is, and what they cost: themselves only.
-namespace aprsim::protocols {
+namespace aprsim::protocols::testing {
 namespace {
 
-using modbus::testing::adu;
-using modbus::testing::pdu;
-using testing::Bytes;
-using testing::eventually;
-using testing::FakeCell;
-using testing::RawClient;
-using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-class StallingClients : public ::testing::Test {
- protected:
-  ~StallingClients() override {
-    if (server_) server_->stop();
-  }
-  void start(ModbusServerOptions options) {
-    options.port = 0;
-    server_ = std::make_unique<ModbusServer>(options, cell_, cell_);
-    port_ = server_->start().value();
-  }
-
-  FakeCell cell_;
-  std::unique_ptr<ModbusServer> server_;
-  std::uint16_t port_ = 0;
-};
+using StallingClients = ListenerTest;
 
 TEST_F(StallingClients, ThePartOfARequestIsNotWaitedForLong) {
   start({.partial_timeout = 100ms});
@@ -142,4 +116,4 @@ TEST_F(StallingClients, DoNotDelayTheOthers) {
 }
 
 }  // namespace
-}  // namespace aprsim::protocols
+}  // namespace aprsim::protocols::testing

@@ -238,6 +238,26 @@ TEST_P(Pushed, AStateSavedInMidMotionGoesOnBitForBit) {
   EXPECT_EQ(go_on(other), first);
 }
 
+TEST(DrivesOff, TheBrakesBearTheArmUntilItNextMoves) {
+  CellScript cell(load_scene("fanuc_only"));
+  const auto& now = cell.now.robots[kFanuc];
+  cell.act(kFanuc, api::InitRobot{});
+  EXPECT_GT(std::abs(now.joints[1].torque_nm), 1) << "the drive bears the arm's weight";
+  cell.act(kFanuc, api::StopMotion{api::StopKind::kFast});
+  const auto held = now.joints;
+  cell.advance(999);
+  EXPECT_TRUE(now.drives_on);
+  cell.advance(2000);
+  EXPECT_FALSE(now.drives_on);
+  for (std::size_t i = 0; i < 6; ++i) {
+    EXPECT_EQ(now.joints[i].torque_nm, 0);
+    EXPECT_EQ(now.joints[i].position_rad, held[i].position_rad);
+  }
+  cell.act(kFanuc, api::MoveJoints{{{.joint = 0, .position_rad = held[0].position_rad + 0.1}}});
+  EXPECT_TRUE(now.drives_on);
+  EXPECT_GT(std::abs(now.joints[1].torque_nm), 1);
+}
+
 TEST(ToolChanger, LeavesTheGripperWhereItIsAndTakesItThereAgain) {
   CellScript cell(load_scene("aprs"));
   const auto& now = cell.now.robots[kFanuc];

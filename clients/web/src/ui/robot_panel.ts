@@ -157,6 +157,7 @@ export class RobotPanel {
     this.badge.dataset.state = stopped ? 'bad' : look;
     text(this.description, robot.action?.description ?? '');
     this.facts.set('ready', robot.initialized ? 'yes' : 'no', robot.initialized ? 'good' : '');
+    this.facts.set('drives', robot.drivesOn ? 'on' : 'off, the brakes hold');
     this.facts.set('last command', robot.action?.ticket ? `${kCommands[robot.action.kind] ?? '?'} (no. ${robot.action.ticket})` : 'none');
     const v = robot.toolVelocityMS;
     this.facts.set('tool speed', v ? `${units.lengthText(Math.hypot(v.x, v.y, v.z))} ${units.length}/s` : '–');

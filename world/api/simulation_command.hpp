@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+
+/// What is asked of the simulation itself: its pace and its states.
+namespace aprsim::api {
+
+struct Pause {};
+struct Resume {};
+/// Advances exactly this many steps while paused (or stepped), then stays paused.
+struct StepBy {
+  std::uint64_t steps = 1;
+};
+/// Target ratio of simulated to wall time; nullopt = as fast as possible. Never changes the step.
+struct SetSpeed {
+  std::optional<double> factor;
+};
+/// Builds the world anew from its scene. Sockets stay open; Snapshot::epoch rises by one.
+struct Reset {
+  std::optional<std::uint64_t> seed;
+};
+
+inline constexpr std::size_t kMaxSavedStates = 64;
+inline constexpr std::size_t kMaxStateName = 64;
+/// Keeps the present state of the world under a name, in place of what had it; ignored when
+/// kMaxSavedStates others are kept. Saved states outlive resets, not the process.
+struct SaveState {
+  std::string name;
+};
+/// Goes on from a saved state, bit for bit; ignored when none has the name. Snapshot::epoch rises
+/// by one.
+struct LoadState {
+  std::string name;
+};
+using SimulationCommand =
+    std::variant<Pause, Resume, StepBy, SetSpeed, Reset, SaveState, LoadState>;
+
+}  // namespace aprsim::api

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "world/api/pose.hpp"
+#include "world/scene/vision.hpp"
+
+/// A robot of a scene and what it carries. SI.
+namespace aprsim::scene {
+
+enum class GripperLaw { kConstant, kMimicPid, kCoupled, kLinkage };
+
+/// kPneumatic: open or closed. kServo: a spindle that takes both fingers to any opening.
+enum class GripperDrive { kPneumatic, kServo };
+enum class PadShape { kFlat, kV };
+
+/// Gains of the mimic-joint controller on the difference of travels (law mimic_pid only).
+struct MimicPid {
+  double p_n_m = 2e4, i_n_ms = 2e5, d_ns_m = 20;
+  double max_n = 0;  ///< limit of its force, the integral's share included; 0 = the piston's
+};
+
+struct Gripper {
+  GripperLaw law = GripperLaw::kLinkage;
+  GripperDrive drive = GripperDrive::kPneumatic;
+  double stroke_m = 0;  ///< per finger
+  double gap_closed_m = 0, gap_open_m = 0;
+  double force_n = 0;           ///< per finger: pressure times area, less friction; a servo's limit
+  double friction_n = 0;        ///< of seals and guides, per finger
+  double fill_time_s = 0;       ///< time constant of a chamber's pressure after the valve switches
+  double leak_per_s = 0;        ///< share of a chamber's pressure lost per second
+  double finger_speed_m_s = 0;  ///< of each finger, limited by the air flow
+  double coupling_n_m = 2e4;    ///< kp of eq. 1-2
+  MimicPid mimic;
+  PadShape pad = PadShape::kV;
+  double pad_height_m = 0;  ///< along the approach, up from the finger tip
+  double pad_width_m = 0;   ///< across, along tool x
+  double pad_depth_m = 0;   ///< thickness of the finger behind the pad, along tool y
+  double v_half_angle_rad = 0.7853981633974483;  ///< between a V face and the closing direction
+  double v_depth_m = 0;  ///< of the groove; 0 = just deep enough for the peg
+  double finger_mass_kg = 0;
+  double palm_mass_kg = 0;   ///< beyond the compliant mount
+  double mount_mass_kg = 0;  ///< of the gripper on the flange side of the compliant mount
+  Eigen::Vector3d palm_size = Eigen::Vector3d::Zero();  ///< box, z along the approach; its face
+                                                        ///< towards the part is pad_height above
+                                                        ///< the finger tips
+  double palm_stiffness_n_m = 5e3, palm_damping_ns_m = 200;
+  double pad_friction = 0.8;
+};
+
+struct Robot {
+  std::string name;
+  std::string model_file;  ///< absolute path of the URDF
+  Pose X_WB;               ///< base mounting frame in world
+  Pose X_BR;               ///< CRCL frame in base
+  Pose X_FT;               ///< tool frame in flange: between the finger tips, z along the approach,
+                           ///< fingers move along y
+  std::vector<double> home_rad;
+  bool self_collision = true;
+  double max_trans_speed_m_s = 1.5, max_trans_accel_m_s2 = 5;
+  double max_rot_speed_rad_s = 6, max_rot_accel_rad_s2 = 30;
+  Gripper gripper;
+  Vision vision;
+};
+
+}  // namespace aprsim::scene
