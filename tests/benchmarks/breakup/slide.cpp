@@ -34,12 +34,7 @@ void fill(scene::Scene& scene, std::size_t count) {
 }
 
 scene::Scene scene_of(const SlideCase& slide) {
-  scene::Scene scene = shipped_scene("table1");
-  scene.trays.clear();
-  scene.gears.clear();
-  scene.fixed.clear();
-  scene.floor = false;
-  scene.physics.simplification = slide.mode;
+  scene::Scene scene = bare_belt(slide.mode);
   scene.conveyor->X_WC.q =
       Eigen::Quaterniond(Eigen::AngleAxisd(-slide.tilt_rad, Eigen::Vector3d::UnitY()));
   const bool tray_slides = slide.slider == Slider::kTray || slide.slider == Slider::kLoadedTray;

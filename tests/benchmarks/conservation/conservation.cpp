@@ -17,14 +17,9 @@ constexpr const char* kTrayType = "sku_small_gear_vessel";
 constexpr const char* kGearType = "sku_part_medium_gear";
 
 /// A belt at height 1 m and nothing else.
-scene::Scene bare_belt(const Mode& mode) {
-  scene::Scene scene = shipped_scene("table1");
-  scene.trays.clear();
-  scene.gears.clear();
-  scene.fixed.clear();
-  scene.floor = false;
+scene::Scene belt_at_one_metre(const Mode& mode) {
+  scene::Scene scene = bare_belt(mode.value);
   scene.conveyor->X_WC.p = {0, 0, 1};
-  scene.physics.simplification = mode.value;
   return scene;
 }
 
@@ -37,7 +32,7 @@ Pose at(double x, double y, double z) {
 /// A tray rides at 0.3 m/s when the belt stops at once: it slides v^2 / (2 mu g), and its energy
 /// falls by mu m g a metre.
 Series sliding_block(Experiment& experiment, const Mode& mode) {
-  scene::Scene scene = bare_belt(mode);
+  scene::Scene scene = belt_at_one_metre(mode);
   constexpr double kMu = 0.3;
   scene.physics.friction.tray_belt = kMu;
   const double thickness = scene.tray_types.at(kTrayType).thickness_m;
@@ -95,7 +90,7 @@ double contact_radius(const physics::PhysicsWorld& world) {
 /// alpha = mu m g r / I, so that it turns by omega^2 / (2 alpha), and takes mu m g r of its energy
 /// a radian.
 void spinning_cylinder(Experiment& experiment, const Mode& mode) {
-  scene::Scene scene = bare_belt(mode);
+  scene::Scene scene = belt_at_one_metre(mode);
   constexpr double kMu = 0.3, kSpin = 20;
   scene.physics.friction.gear_ground = kMu;
   const auto& type = scene.gear_types.at(kGearType);
@@ -150,7 +145,7 @@ Motion motion_of(const physics::BodyState& state, const physics::MassProperties&
 /// A gear falls off the belt's end and tumbles: in flight its momentum changes by gravity alone,
 /// its angular momentum and spin energy not at all.
 void free_flight(Experiment& experiment, const Mode& mode) {
-  scene::Scene scene = bare_belt(mode);
+  scene::Scene scene = belt_at_one_metre(mode);
   const auto& type = scene.gear_types.at(kGearType);
   const auto mass = physics::gear_mass(type);
   scene.gears.push_back(
@@ -189,7 +184,7 @@ void free_flight(Experiment& experiment, const Mode& mode) {
 
 /// Five trays on each other: once they have settled they neither move nor sink.
 void stack(Experiment& experiment, const Mode& mode) {
-  scene::Scene scene = bare_belt(mode);
+  scene::Scene scene = belt_at_one_metre(mode);
   const double thickness = scene.tray_types.at(kTrayType).thickness_m;
   constexpr int kTrays = 5;
   for (int i = 0; i < kTrays; ++i) {
@@ -223,7 +218,7 @@ void stack(Experiment& experiment, const Mode& mode) {
 
 /// Whether a tray that overhangs the belt's side by that part of its half width stays.
 bool stays(const Mode& mode, double overhang) {
-  scene::Scene scene = bare_belt(mode);
+  scene::Scene scene = belt_at_one_metre(mode);
   const auto& type = scene.tray_types.at(kTrayType);
   const double y = 0.5 * scene.conveyor->width_m + (overhang - 1) * type.max_xy.y();
   scene.trays.push_back(

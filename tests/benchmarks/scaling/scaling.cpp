@@ -28,12 +28,7 @@ struct Timing {
 };
 
 scene::Scene crowded(int trays, const Mode& mode) {
-  scene::Scene scene = shipped_scene("table1");
-  scene.trays.clear();
-  scene.gears.clear();
-  scene.fixed.clear();
-  scene.floor = false;
-  scene.physics.simplification = mode.value;
+  scene::Scene scene = bare_belt(mode.value);
   const int columns = (trays + kRows - 1) / kRows;
   scene.conveyor->width_m = kPitch * kRows + 0.1;
   scene.conveyor->length_m = kPitch * columns + 4;

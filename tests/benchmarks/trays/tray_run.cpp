@@ -56,6 +56,16 @@ scene::Scene shipped_scene(const std::string& name) {
   return std::move(*scene);
 }
 
+scene::Scene bare_belt(scene::Simplification mode) {
+  scene::Scene scene = shipped_scene("table1");
+  scene.trays.clear();
+  scene.gears.clear();
+  scene.fixed.clear();
+  scene.floor = false;
+  scene.physics.simplification = mode;
+  return scene;
+}
+
 void disturb_gears(scene::Scene& scene, unsigned seed, double radius_m) {
   std::mt19937 random(seed);
   // Own scaling: the standard library's distributions differ between implementations.

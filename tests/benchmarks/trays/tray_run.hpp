@@ -29,6 +29,9 @@ struct TrayRun {
 /// The scene of that name from world/scenes, without random offsets.
 scene::Scene shipped_scene(const std::string& name);
 
+/// The belt of Table 1 with nothing on or under it.
+scene::Scene bare_belt(scene::Simplification mode);
+
 /// Turns every gear that sits in a slot about its axis and shifts it off its slot's centre, still
 /// touching the tray's top face and clear of the pocket's wall. The same seed, the same places.
 void disturb_gears(scene::Scene& scene, unsigned seed, double radius_m = 1.5e-4);
