@@ -61,8 +61,8 @@ Waypoint read_waypoint(const Fields& fields) {
 }
 
 MoveTo read_move_to(const Fields& fields) {
-  Waypoint end = read_waypoint(fields.child("EndPosition"));
-  return {fields.flag("MoveStraight"), end.pose, std::move(end.settings)};
+  const Waypoint end = read_waypoint(fields.child("EndPosition"));
+  return {fields.flag("MoveStraight"), end.pose, end.settings};
 }
 
 MoveThroughTo read_move_through_to(const Fields& fields) {

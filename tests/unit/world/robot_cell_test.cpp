@@ -245,7 +245,7 @@ TEST(DrivesOff, TheBrakesBearTheArmUntilItNextMoves) {
   EXPECT_GT(std::abs(now.joints[1].torque_nm), 1) << "the drive bears the arm's weight";
   cell.act(kFanuc, api::StopMotion{api::StopKind::kFast});
   const auto held = now.joints;
-  cell.advance(999);
+  cell.advance(998);
   EXPECT_TRUE(now.drives_on);
   cell.advance(2000);
   EXPECT_FALSE(now.drives_on);
