@@ -55,28 +55,22 @@ TEST(Daemon, SigtermEndsCleanlyWithinTwoSecondsAlsoWithClients) {
 /// Asks and never reads, until nothing more is taken.
 class StalledClient {
  public:
-  StalledClient(std::uint16_t port, std::string request)
-      : socket_(io_), request_(std::move(request)) {
-    socket_.open(boost::asio::ip::tcp::v4());
-    socket_.set_option(boost::asio::socket_base::receive_buffer_size(4096));
-    socket_.connect({boost::asio::ip::address_v4::loopback(), port});
-    socket_.non_blocking(true);
+  StalledClient(std::uint16_t port, const std::string& request) : socket_(port, 4096) {
     // Whole requests only matter until the server stops reading.
     auto last = std::chrono::steady_clock::now();
     while (std::chrono::steady_clock::now() - last < 150ms) {
-      boost::system::error_code error;
-      if (socket_.write_some(boost::asio::buffer(request_), error) > 0) {
+      const auto sent = socket_.send_some(request);
+      if (!sent) throw std::runtime_error("closed");
+      if (*sent > 0) {
         last = std::chrono::steady_clock::now();
+      } else {
+        std::this_thread::yield();
       }
-      if (error && error != boost::asio::error::would_block) throw std::runtime_error("closed");
-      if (error) std::this_thread::yield();
     }
   }
 
  private:
-  boost::asio::io_context io_;
-  boost::asio::ip::tcp::socket socket_;
-  std::string request_;
+  TcpSocket socket_;
 };
 
 TEST(Daemon, SigtermEndsWithinTwoSecondsThoughNobodyTakesItsReplies) {
