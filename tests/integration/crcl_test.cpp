@@ -108,7 +108,8 @@ TEST(Crcl, AClientGoesOnFromASavedStateInTheMiddleOfAMove) {
     throw std::runtime_error("not done: " + client.status());
   };
   const auto move = [&](double y) {
-    return client.send("MoveToType", "<MoveStraight>false</MoveStraight>" + pose(400, y, 400));
+    return client.send("MoveToType", "<MoveStraight>false</MoveStraight>" +
+                                         CrclTextClient::tool_down(400, y, 400));
   };
   ends(client.send("InitCanonType"));
   const auto first = move(200);
