@@ -113,6 +113,7 @@ TEST(Crcl, AClientGoesOnFromASavedStateInTheMiddleOfAMove) {
   };
   ends(client.send("InitCanonType"));
   const auto first = move(200);
+  client.status();  // answered once the move has been taken
   cell.step(100);
   v1::SaveStateRequest save;
   save.set_name("under way");
