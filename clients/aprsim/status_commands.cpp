@@ -20,6 +20,13 @@ Outcome<std::string> json_text(const google::protobuf::Message& message, bool pr
   return text;
 }
 
+// The exit code tells scripts and containers that watch the cell's health.
+Outcome<void> healthy(const v1::Snapshot& snapshot) {
+  if (snapshot.world_fault().empty()) return {};
+  return failed(FailureKind::kCheck,
+                "the simulation has stopped until the cell is reset: " + snapshot.world_fault());
+}
+
 }  // namespace
 
 Outcome<void> run_command(const StatusCommand& command, Console& console) {
@@ -29,11 +36,11 @@ Outcome<void> run_command(const StatusCommand& command, Console& console) {
     const auto text = json_text(*snapshot, true);
     if (!text) return tl::unexpected(text.error());
     console.out << *text;
-    return {};
+    return healthy(*snapshot);
   }
   console.out << status_text(*snapshot);
   if (command.bodies) console.out << bodies_text(*snapshot);
-  return {};
+  return healthy(*snapshot);
 }
 
 Outcome<void> run_command(const WatchCommand& command, Console& console) {

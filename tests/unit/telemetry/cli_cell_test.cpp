@@ -36,6 +36,8 @@ TEST_F(CliCell, StatusShowsErrorsAndFaults) {
   const auto result = cli({"status"});
   EXPECT_NE(result.out.find("error: Joint 3 at -171.0"), std::string::npos) << result.out;
   EXPECT_NE(result.out.find("stopped: gear_1 left the cell"), std::string::npos) << result.out;
+  EXPECT_EQ(result.exit_code, 1) << "what watches the cell's health must see it";
+  EXPECT_EQ(cli({"status", "--json"}).exit_code, 1);
 }
 
 TEST_F(CliCell, AnIntruderIsPutAndRemoved) {
