@@ -78,7 +78,7 @@ std::optional<Request> parse_read_write(const FunctionInfo& info, Bytes pdu) {
   const std::uint16_t reads = word_at(pdu, 3), writes = word_at(pdu, kHead + 2);
   if (reads < 1 || reads > kMaxReadRegisters) return std::nullopt;
   if (writes < 1 || writes > info.max_quantity) return std::nullopt;
-  const std::size_t bytes = 2U * writes;
+  const std::size_t bytes = std::size_t{2} * writes;
   if (pdu[kWriteHead] != bytes || pdu.size() != kWriteHead + 1 + bytes) return std::nullopt;
   return Request{info.function,   word_at(pdu, kHead),
                  writes,          pdu.subspan(kWriteHead + 1),

@@ -6,7 +6,7 @@
 
 #include "clients/aprsim/outcome.hpp"
 
-struct _modbus;
+struct _modbus;  // NOLINT(bugprone-reserved-identifier): the name that libmodbus gives it
 
 namespace aprsim::client {
 
