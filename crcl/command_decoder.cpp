@@ -12,8 +12,6 @@
 namespace aprsim::crcl {
 namespace {
 
-constexpr std::size_t kMaxDepth = 32;
-
 // An element whose abstract schema type must be made concrete by xsi:type.
 void fail_type(const Fields& fields, std::string expected) {
   const std::string_view type = fields.type();
@@ -259,7 +257,7 @@ tl::unexpected<Error> wrong_root(const XmlNode& root, std::string expected) {
 }  // namespace
 
 Result<CommandInstance> decode_command(std::string_view document, std::size_t max_bytes) {
-  const Result<XmlNode> root = parse_xml(document, {max_bytes, kMaxDepth});
+  const Result<XmlNode> root = parse_xml(document, {.max_bytes = max_bytes});
   if (!root) return tl::unexpected<Error>(root.error());
   if (root->name != "CRCLCommandInstance") return wrong_root(*root, "CRCLCommandInstance");
   const XmlNode* node = root->child("CRCLCommand");
@@ -280,7 +278,7 @@ Result<CommandInstance> decode_command(std::string_view document, std::size_t ma
 }
 
 Result<Program> decode_program(std::string_view document, std::size_t max_bytes) {
-  const Result<XmlNode> root = parse_xml(document, {max_bytes, kMaxDepth});
+  const Result<XmlNode> root = parse_xml(document, {.max_bytes = max_bytes});
   if (!root) return tl::unexpected<Error>(root.error());
   if (root->name != "CRCLProgram") return wrong_root(*root, "CRCLProgram");
   Program program;

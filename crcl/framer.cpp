@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <utility>
 
+#include "crcl/text.hpp"
+
 namespace aprsim::crcl {
 namespace {
 
 constexpr std::string_view kSeparators("\0 \t\r\n", 5);
-constexpr std::string_view kSpace = " \t\r\n";
 
 }  // namespace
 
@@ -67,7 +68,7 @@ std::size_t Framer::find_end() {
       return std::string::npos;
     }
     scanned_ = tag;
-    const std::size_t close = buffer_.find_first_not_of(kSpace, tag + end_tag.size());
+    const std::size_t close = buffer_.find_first_not_of(kXmlSpace, tag + end_tag.size());
     if (close == std::string::npos) return std::string::npos;
     if (buffer_[close] == '>') return close + 1;
     scanned_ = tag + 1;

@@ -17,6 +17,7 @@
 #include <xercesc/util/XMLUni.hpp>
 #include <xercesc/validators/common/Grammar.hpp>
 
+#include "crcl/refused.hpp"
 #include "crcl/text.hpp"
 #include "crcl/xml_tree.hpp"
 
@@ -24,8 +25,6 @@ namespace aprsim::crcl {
 namespace {
 
 namespace xc = xercesc;
-
-constexpr XMLSize_t kMaxEntityExpansions = 16;
 
 std::string to_text(const XMLCh* text) {
   if (text == nullptr) return {};
@@ -40,11 +39,6 @@ std::unique_ptr<xc::MemBufInputSource> source_of(std::string_view text, const st
   source->setCopyBufToStream(false);
   return source;
 }
-
-// Thrown through the parser to abandon a document.
-struct Refused {
-  std::string what;
-};
 
 // Ends a parse at the first fault; gives the schemas to each other, and nothing else to anybody.
 class Handler final : public xc::DefaultHandler {

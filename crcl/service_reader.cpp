@@ -13,17 +13,17 @@ std::string read_token(const Fields& fields, std::string_view element) {
   return text;
 }
 
-std::vector<ParameterSetting> read_settings(const Fields& fields) {
+std::vector<ParameterSetting> read_parameters(const Fields& fields) {
   std::vector<ParameterSetting> settings = read_parameters(fields, "ParameterSetting");
   if (settings.empty()) fields.fail("ParameterSetting", "", "missing");
   return settings;
 }
 
-constexpr CommandReader kReaders[] = {
+constexpr CommandReader kServiceReaders[] = {
     {"SetEndEffectorParametersType",
-     [](const Fields& f) -> CommandBody { return SetEndEffectorParameters{read_settings(f)}; }},
+     [](const Fields& f) -> CommandBody { return SetEndEffectorParameters{read_parameters(f)}; }},
     {"SetRobotParametersType",
-     [](const Fields& f) -> CommandBody { return SetRobotParameters{read_settings(f)}; }},
+     [](const Fields& f) -> CommandBody { return SetRobotParameters{read_parameters(f)}; }},
     {"EnableGripperType",
      [](const Fields& f) -> CommandBody {
        return EnableGripper{read_token(f, "GripperName"), read_parameters(f, "GripperOption")};
@@ -52,6 +52,6 @@ constexpr CommandReader kReaders[] = {
 
 }  // namespace
 
-std::span<const CommandReader> service_readers() { return kReaders; }
+std::span<const CommandReader> service_readers() { return kServiceReaders; }
 
 }  // namespace aprsim::crcl

@@ -10,8 +10,6 @@
 namespace aprsim::crcl {
 namespace {
 
-constexpr std::size_t kMaxDepth = 32;
-
 CommandState read_state(const Fields& fields) {
   const std::string text = fields.text("CommandState");
   for (const CommandState state :
@@ -95,7 +93,7 @@ std::optional<Unit> read_unit(const Fields& fields, std::string_view name) {
 }
 
 // When both forms stand, the absolute one says more.
-std::optional<Rate> read_rate(const Fields& fields, const std::string& base) {
+std::optional<Rate> read_set_rate(const Fields& fields, const std::string& base) {
   if (fields.has(base + "Absolute")) {
     return Rate{false, fields.child(base + "Absolute").number("Setting")};
   }
@@ -135,11 +133,11 @@ SettingsStatus read_settings(const Fields& fields) {
   settings.coordinated = fields.optional_flag("MotionCoordinated");
   settings.end_tolerance = read_tolerance(fields, "EndPoseTolerance");
   settings.robot_parameters = read_parameters(fields, "RobotParameterSetting");
-  settings.rot_accel = read_rate(fields, "RotAccel");
-  settings.rot_speed = read_rate(fields, "RotSpeed");
+  settings.rot_accel = read_set_rate(fields, "RotAccel");
+  settings.rot_speed = read_set_rate(fields, "RotSpeed");
   settings.torque_unit = read_unit<TorqueUnit>(fields, "TorqueUnitName");
-  settings.trans_accel = read_rate(fields, "TransAccel");
-  settings.trans_speed = read_rate(fields, "TransSpeed");
+  settings.trans_accel = read_set_rate(fields, "TransAccel");
+  settings.trans_speed = read_set_rate(fields, "TransSpeed");
   if (fields.has("JointTolerances")) {
     settings.joint_tolerances = read_joint_tolerances(fields.child("JointTolerances"));
   }
@@ -173,7 +171,7 @@ Status read_status(const Fields& fields) {
 }  // namespace
 
 Result<Status> decode_status(std::string_view document, std::size_t max_bytes) {
-  const Result<XmlNode> root = parse_xml(document, {max_bytes, kMaxDepth});
+  const Result<XmlNode> root = parse_xml(document, {.max_bytes = max_bytes});
   if (!root) return tl::unexpected<Error>(root.error());
   ErrorSlot slot;
   const Fields fields(*root, slot);

@@ -95,7 +95,7 @@ void write_joint_limits(XmlWriter& out, const JointLimits& limits) {
 }
 
 // In a settings report the element name says absolute or relative, so no xsi:type is needed.
-void write_rate(XmlWriter& out, const std::string& base, const std::optional<Rate>& rate) {
+void write_set_rate(XmlWriter& out, const std::string& base, const std::optional<Rate>& rate) {
   if (!rate) return;
   const std::string name = base + (rate->relative ? "Relative" : "Absolute");
   out.open(name);
@@ -124,11 +124,11 @@ void write_settings(XmlWriter& out, const SettingsStatus& settings) {
   write_optional(out, "MotionCoordinated", settings.coordinated);
   if (settings.end_tolerance) write_tolerance(out, "EndPoseTolerance", *settings.end_tolerance);
   write_parameters(out, "RobotParameterSetting", settings.robot_parameters);
-  write_rate(out, "RotAccel", settings.rot_accel);
-  write_rate(out, "RotSpeed", settings.rot_speed);
+  write_set_rate(out, "RotAccel", settings.rot_accel);
+  write_set_rate(out, "RotSpeed", settings.rot_speed);
   write_unit(out, "TorqueUnitName", settings.torque_unit);
-  write_rate(out, "TransAccel", settings.trans_accel);
-  write_rate(out, "TransSpeed", settings.trans_speed);
+  write_set_rate(out, "TransAccel", settings.trans_accel);
+  write_set_rate(out, "TransSpeed", settings.trans_speed);
   if (!settings.joint_tolerances.empty()) {
     write_joint_tolerances(out, "JointTolerances", settings.joint_tolerances);
   }

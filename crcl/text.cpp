@@ -7,7 +7,6 @@
 namespace aprsim::crcl {
 namespace {
 
-constexpr std::string_view kSpace = " \t\r\n";
 constexpr std::string_view kReplacement = "\xEF\xBF\xBD";
 
 // from_chars takes no plus sign; XML Schema does.
@@ -49,9 +48,9 @@ std::size_t character_length(std::string_view text) {
 }  // namespace
 
 std::string_view trim(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(kSpace);
+  const std::size_t first = text.find_first_not_of(kXmlSpace);
   if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kSpace) - first + 1);
+  return text.substr(first, text.find_last_not_of(kXmlSpace) - first + 1);
 }
 
 std::optional<double> parse_double(std::string_view text) {

@@ -8,6 +8,8 @@
 /// The lexical forms of XML Schema's simple types, independent of any locale.
 namespace aprsim::crcl {
 
+inline constexpr std::string_view kXmlSpace = " \t\r\n";
+
 /// Without XML white space at either end.
 [[nodiscard]] std::string_view trim(std::string_view text);
 

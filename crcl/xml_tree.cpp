@@ -17,6 +17,7 @@
 #include <xercesc/util/XMLException.hpp>
 #include <xercesc/util/XMLUni.hpp>
 
+#include "crcl/refused.hpp"
 #include "crcl/text.hpp"
 
 namespace aprsim::crcl {
@@ -26,7 +27,6 @@ namespace xc = xercesc;
 
 constexpr std::u16string_view kXsiNamespace = u"http://www.w3.org/2001/XMLSchema-instance";
 constexpr std::u16string_view kTypeName = u"type";
-constexpr XMLSize_t kMaxEntityExpansions = 16;
 
 static_assert(sizeof(XMLCh) == sizeof(char16_t));
 
@@ -78,11 +78,6 @@ bool equals(const XMLCh* text, std::u16string_view expected) {
   }
   return i == expected.size();
 }
-
-// Thrown through the parser to abandon a document.
-struct Refused {
-  std::string what;
-};
 
 class TreeBuilder final : public xc::DefaultHandler {
  public:

@@ -14,8 +14,6 @@
 namespace aprsim::server {
 namespace {
 
-constexpr std::int64_t kMaxPort = 65535;
-
 std::uint16_t port_or(const yaml::Node& node, std::uint16_t fallback) {
   return static_cast<std::uint16_t>(node.integer_or(fallback, 0, kMaxPort));
 }

@@ -8,8 +8,6 @@
 namespace aprsim::server {
 namespace {
 
-constexpr std::int64_t kMaxPort = 65535;
-
 std::optional<std::array<double, 3>> point(const yaml::Node& node) {
   if (!node) return std::nullopt;
   return node.numbers<3>();

@@ -20,6 +20,8 @@ struct CrclRobotConfig {
   std::optional<std::array<double, 3>> cartesian_min_m, cartesian_max_m;
 };
 
+inline constexpr std::int64_t kMaxPort = 65535;
+
 struct CrclConfig {
   std::string address = "127.0.0.1";
   /// By robot name; a robot that is not listed gets a free port.

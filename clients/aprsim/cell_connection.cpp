@@ -11,7 +11,7 @@
 namespace aprsim::client {
 namespace {
 
-constexpr auto kAnswerTimeout = std::chrono::seconds(10);
+constexpr auto kCallTimeout = std::chrono::seconds(10);
 constexpr auto kStepTimeout = std::chrono::hours(1);
 
 Failure failure_of(const grpc::Status& status, const std::string& address) {
@@ -32,7 +32,7 @@ Outcome<Response> call(Stub& stub,
                        grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&,
                                                     Response*),
                        const Request& request, const std::string& address,
-                       std::chrono::system_clock::duration timeout = kAnswerTimeout) {
+                       std::chrono::system_clock::duration timeout = kCallTimeout) {
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + timeout);
   Response response;

@@ -19,12 +19,6 @@ Outcome<std::string> read_file(const std::string& path) {
   return std::string(std::istreambuf_iterator<char>(in), {});
 }
 
-Outcome<CrclSession> connect(const std::string& robot, const Console& console) {
-  const auto port = crcl_port(console.endpoints, robot);
-  if (!port) return tl::unexpected(port.error());
-  return CrclSession::connect(console.endpoints.host, *port, robot);
-}
-
 std::string state_text(const crcl::Status& status) {
   std::string out{crcl::name_of(status.command.state)};
   if (status.command.description && !status.command.description->empty()) {
@@ -57,7 +51,7 @@ Outcome<void> run_command(const CrclSendCommand& command, Console& console) {
   if (const auto ok = check_timeout(command.timeout_s); !ok) return ok;
   const auto text = read_file(command.file);
   if (!text) return tl::unexpected(text.error());
-  auto session = connect(command.robot, console);
+  auto session = CrclSession::connect(console.endpoints, command.robot);
   if (!session) return tl::unexpected(session.error());
   auto framer = crcl::Framer::for_commands();
   framer.append(*text);
@@ -89,7 +83,7 @@ Outcome<void> run_command(const CrclRunCommand& command, Console& console) {
   if (!program) return failed(FailureKind::kUsage, command.file + ": " + program.error().message());
   const auto order = crcl::expand_loops(*program);
   if (!order) return failed(FailureKind::kUsage, command.file + ": " + order.error().message());
-  auto session = connect(command.robot, console);
+  auto session = CrclSession::connect(console.endpoints, command.robot);
   if (!session) return tl::unexpected(session.error());
   int index = 0;
   for (const std::size_t next : *order) {

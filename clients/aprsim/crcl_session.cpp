@@ -24,9 +24,10 @@ constexpr auto kPollInterval = std::chrono::milliseconds(20);
 CrclSession::CrclSession(TcpSocket socket, std::string robot)
     : socket_(std::move(socket)), robot_(std::move(robot)) {}
 
-Outcome<CrclSession> CrclSession::connect(const std::string& host, std::uint16_t port,
-                                          const std::string& robot) {
-  auto socket = TcpSocket::connect(host, port, steady_clock::now() + kConnectTimeout);
+Outcome<CrclSession> CrclSession::connect(const Endpoints& endpoints, const std::string& robot) {
+  const auto port = crcl_port(endpoints, robot);
+  if (!port) return tl::unexpected(port.error());
+  auto socket = TcpSocket::connect(endpoints.host, *port, steady_clock::now() + kConnectTimeout);
   if (!socket) {
     return failed(socket.error().kind,
                   fmt::format("cannot reach {} by CRCL at {}", robot, socket.error().message));

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include "clients/aprsim/endpoints.hpp"
 #include "clients/aprsim/outcome.hpp"
 #include "clients/aprsim/tcp_socket.hpp"
 #include "crcl/documents.hpp"
@@ -19,7 +20,7 @@ class CrclSession {
   using Seconds = std::chrono::duration<double>;
 
   /// Connects and reads the status once, to number commands on from the robot's last one.
-  [[nodiscard]] static Outcome<CrclSession> connect(const std::string& host, std::uint16_t port,
+  [[nodiscard]] static Outcome<CrclSession> connect(const Endpoints& endpoints,
                                                     const std::string& robot);
 
   /// Asks for the status and reads it.

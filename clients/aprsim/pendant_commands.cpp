@@ -26,7 +26,7 @@ std::string joints_text(const crcl::Status& status) {
   return out;
 }
 
-std::string gripper_text(const crcl::Status& status) {
+std::string gripper_line(const crcl::Status& status) {
   if (!status.gripper) return "";
   const auto* parallel = std::get_if<crcl::ParallelGripper>(&status.gripper->kind);
   return fmt::format("  gripper {}{}", parallel ? fmt::format("{:.1f}", parallel->separation) : "?",
@@ -45,15 +45,9 @@ std::string one_line(const crcl::Status& status) {
     out += fmt::format("  tool {:.3f} {:.3f} {:.3f}", p.x, p.y, p.z);
   }
   if (!status.joints.empty()) out += "  joints" + joints_text(status);
-  out += gripper_text(status);
+  out += gripper_line(status);
   if (command.description && !command.description->empty()) out += "  " + *command.description;
   return out;
-}
-
-Outcome<CrclSession> connect(const std::string& robot, const Console& console) {
-  const auto port = crcl_port(console.endpoints, robot);
-  if (!port) return tl::unexpected(port.error());
-  return CrclSession::connect(console.endpoints.host, *port, robot);
 }
 
 /// The commands that move one joint or the tool by so much from where they are now.
@@ -114,7 +108,7 @@ Outcome<void> run_command(const CrclStatusCommand& command, Console& console) {
     return failed(FailureKind::kUsage,
                   fmt::format("--rate must be above 0 and at most {:g}", kMaxRate));
   }
-  auto session = connect(command.robot, console);
+  auto session = CrclSession::connect(console.endpoints, command.robot);
   if (!session) return tl::unexpected(session.error());
   const std::uint64_t count = command.watch ? command.count : 1;
   const auto period = std::chrono::duration_cast<std::chrono::steady_clock::duration>(
@@ -132,7 +126,7 @@ Outcome<void> run_command(const CrclStatusCommand& command, Console& console) {
 }
 
 Outcome<void> run_command(const CrclJogCommand& command, Console& console) {
-  auto session = connect(command.robot, console);
+  auto session = CrclSession::connect(console.endpoints, command.robot);
   if (!session) return tl::unexpected(session.error());
   const CrclSession::Seconds timeout(kJogTimeout);
   if (command.init) {

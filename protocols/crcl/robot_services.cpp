@@ -20,7 +20,7 @@ bool is_reading(std::string_view parameter) {
   return parameter == kTime || parameter == kStop || parameter == kDrives;
 }
 
-tl::unexpected<Error> invalid(std::string_view name, std::string message) {
+tl::unexpected<Error> bad_setting(std::string_view name, std::string message) {
   return fail(ErrorCode::kInvalidArgument, std::string(name), std::move(message));
 }
 
@@ -38,22 +38,22 @@ Result<double> within(const crcl::ParameterSetting& setting, double low, bool cl
   const auto value = crcl::parse_double(setting.value);
   const bool fits = value && *value <= high && (closed ? *value >= low : *value > low);
   if (fits) return *value;
-  return invalid(setting.name,
-                 fmt::format("{} {}: must be {} {:g} and at most {:g}{}{}", setting.name,
-                             crcl::shorten(setting.value), closed ? "at least" : "above", low, high,
-                             unit.empty() ? "" : " ", unit));
+  return bad_setting(setting.name,
+                     fmt::format("{} {}: must be {} {:g} and at most {:g}{}{}", setting.name,
+                                 crcl::shorten(setting.value), closed ? "at least" : "above", low,
+                                 high, unit.empty() ? "" : " ", unit));
 }
 
 Result<void> keep(std::map<std::string, std::string>& kept,
                   const std::vector<crcl::ParameterSetting>& settings) {
   std::size_t fresh = 0;
   for (const crcl::ParameterSetting& setting : settings) {
-    if (setting.name.empty()) return invalid("ParameterName", "ParameterName is empty");
+    if (setting.name.empty()) return bad_setting("ParameterName", "ParameterName is empty");
     if (!kept.contains(setting.name)) ++fresh;
   }
   if (kept.size() + fresh > kMaxParameters) {
-    return invalid("ParameterSetting", fmt::format("{} parameters, must be at most {}",
-                                                   kept.size() + fresh, kMaxParameters));
+    return bad_setting("ParameterSetting", fmt::format("{} parameters, must be at most {}",
+                                                       kept.size() + fresh, kMaxParameters));
   }
   for (const crcl::ParameterSetting& setting : settings) kept[setting.name] = setting.value;
   return {};
@@ -106,7 +106,7 @@ RobotServices::Outcome RobotServices::take(const crcl::SetRobotParameters& comma
   std::optional<api::RobotAction> action;
   for (const crcl::ParameterSetting& setting : command.settings) {
     if (is_reading(setting.name)) {
-      return invalid(setting.name, setting.name + " can only be read");
+      return bad_setting(setting.name, setting.name + " can only be read");
     }
     if (setting.name != kSpeedOverride) continue;
     const auto percent = within(setting, 0, true, 100, "percent");
@@ -121,8 +121,8 @@ RobotServices::Outcome RobotServices::take(const crcl::SetRobotParameters& comma
 
 Result<void> RobotServices::check_gripper(const std::string& name) const {
   if (name == gripper_name_) return {};
-  return invalid("GripperName", fmt::format("Unknown gripper {}; this robot has {}",
-                                            crcl::shorten(name), gripper_name_));
+  return bad_setting("GripperName", fmt::format("Unknown gripper {}; this robot has {}",
+                                                crcl::shorten(name), gripper_name_));
 }
 
 RobotServices::Outcome RobotServices::take(const crcl::EnableGripper& command,
@@ -153,10 +153,10 @@ RobotServices::Outcome RobotServices::take(const crcl::EnableRobotParameterStatu
   const std::string& name = command.parameter;
   const bool readable = is_reading(name) || name == kSpeedOverride;
   if (!readable && !robot_.contains(name)) {
-    return invalid("RobotParameterName",
-                   fmt::format("Unknown robot parameter {}; there are {}, {}, {}, {} and those "
-                               "that have been set",
-                               crcl::shorten(name), kSpeedOverride, kTime, kStop, kDrives));
+    return bad_setting("RobotParameterName",
+                       fmt::format("Unknown robot parameter {}; there are {}, {}, {}, {} and those "
+                                   "that have been set",
+                                   crcl::shorten(name), kSpeedOverride, kTime, kStop, kDrives));
   }
   hidden_.erase(name);
   if (readable) shown_.insert(name);

@@ -25,7 +25,7 @@ constexpr std::array<std::string_view, 3> kInRobotFrame{"force_torque", "MotoFit
 constexpr std::string_view kRemote = "RemoteCrclSensor";
 constexpr std::array<std::string_view, 2> kInToolFrame{"force_torque_tool", "ATINetFT"};
 
-bool is_one_of(std::string_view id, const auto& names) {
+bool is_among(std::string_view id, const auto& names) {
   return std::find(names.begin(), names.end(), id) != names.end();
 }
 
@@ -68,10 +68,10 @@ double in_si(double value, Quantity quantity, const crcl::Units& units) {
 }
 
 Result<SensorBoard::Sensor> SensorBoard::sensor(const std::string& id) const {
-  if (is_one_of(id, kInRobotFrame) || id.starts_with(kRemote)) {
+  if (is_among(id, kInRobotFrame) || id.starts_with(kRemote)) {
     return Sensor{Kind::kForceTorqueR, {}};
   }
-  if (is_one_of(id, kInToolFrame)) return Sensor{Kind::kForceTorqueT, {}};
+  if (is_among(id, kInToolFrame)) return Sensor{Kind::kForceTorqueT, {}};
   if (id == "part_present") return Sensor{Kind::kOnOff, {{SignalKind::kPartPresent, 0}, {}}};
   if (id == kCurtain && beams_ > 0) {
     return Sensor{Kind::kOnOff, {{SignalKind::kLightCurtain, 0}, {}}};

@@ -15,7 +15,7 @@ bool equal(std::string_view a, std::string_view b) {
 }
 
 /// "[::1]:8080" -> "::1", "localhost:8080" -> "localhost"; empty when it is no host.
-std::string_view name_of(std::string_view host) {
+std::string_view host_name(std::string_view host) {
   std::string_view name, rest;
   if (host.starts_with('[')) {
     const auto end = host.find(']');
@@ -36,7 +36,7 @@ std::string_view name_of(std::string_view host) {
 }  // namespace
 
 bool is_own_host(std::string_view host, std::span<const std::string> names) {
-  const std::string_view name = name_of(host);
+  const std::string_view name = host_name(host);
   if (name.empty()) return false;
   if (equal(name, "localhost")) return true;
   boost::system::error_code error;

@@ -10,7 +10,6 @@ namespace {
 // The real mobility of a contact point depends on the arm's pose, which is not known here; this is
 // that of the lightest direction of either arm (0.6 kg at the tool), so the law is never too stiff.
 constexpr double kMobility = 1 / 0.6;  // [1/kg]
-constexpr int kSelfCollisionDistance = 3;
 
 /// Force on the body that the normal points into and that moves with `v_W` relative to the other.
 Eigen::Vector3d contact_force(const Contact& point, const Eigen::Vector3d& v_W, const Cell& cell,

@@ -3,18 +3,17 @@
 namespace aprsim::physics {
 namespace {
 
-constexpr double kErp = 0.2;
-constexpr double kCfm = 1e-9;
+constexpr double kWorldErp = 0.2;
+constexpr double kWorldCfm = 1e-9;
 constexpr double kMaxCorrectingVelocity = 0.5;  // [m/s]
 constexpr unsigned kSolverMemory = 4u << 20;    // [bytes], so that no step has to allocate
-constexpr std::size_t kTouchCapacity = 4096;
 
 ode::World make_world(const scene::Scene& scene) {
   ode::prepare_thread();
   ode::World world(dWorldCreate());
   dWorldSetGravity(world.get(), 0, 0, -scene.physics.gravity_m_s2);
-  dWorldSetERP(world.get(), kErp);
-  dWorldSetCFM(world.get(), kCfm);
+  dWorldSetERP(world.get(), kWorldErp);
+  dWorldSetCFM(world.get(), kWorldCfm);
   dWorldSetContactMaxCorrectingVel(world.get(), kMaxCorrectingVelocity);
   dWorldSetAutoDisableFlag(world.get(), 0);
   const dWorldStepReserveInfo reserve = {sizeof(dWorldStepReserveInfo), 1.5f, kSolverMemory};

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "world/physics/piece_contact.hpp"
+#include "world/physics/ring_search.hpp"
 
 namespace aprsim::physics::detail {
 namespace {
@@ -11,18 +12,8 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-struct Basis {
-  Vector3d c, a1, a2;  ///< centre, radius towards the gear's axis, radius a quarter turn on
-  [[nodiscard]] Vector3d at(double angle) const {
-    return c + std::cos(angle) * a1 + std::sin(angle) * a2;
-  }
-  [[nodiscard]] Vector3d along(double angle) const {
-    return (std::cos(angle) * a2 - std::sin(angle) * a1).normalized();
-  }
-};
-
 /// Samples start towards the gear's axis, where an edge first meets a side; number 12 is opposite.
-Basis anchored(const Circle& circle) {
+CircleBasis anchored(const Circle& circle) {
   Vector3d towards(-circle.c.x(), -circle.c.y(), 0);
   towards -= towards.dot(circle.axis) * circle.axis;
   if (towards.squaredNorm() < 1e-20) {
@@ -36,8 +27,8 @@ Basis anchored(const Circle& circle) {
 using RingRadii = std::array<double, kRingSamples>;
 
 /// The deepest points; returns the longest way out.
-double touch_deepest(const Piece& piece, const Basis& basis, double circle_r, const RingWays& ways,
-                     const Isometry3d& X_SG, Candidates& out) {
+double touch_deepest(const Piece& piece, const CircleBasis& basis, double circle_r,
+                     const RingWays& ways, const Isometry3d& X_SG, Candidates& out) {
   double longest = 0;
   const auto way_at = [&](double angle) {
     const Vector3d q = basis.at(angle);
@@ -55,7 +46,7 @@ double touch_deepest(const Piece& piece, const Basis& basis, double circle_r, co
 
 /// Where the circle passes over the rim of the end face at height z_end (outward +-z): the ends of
 /// the arc that lies under the face.
-void touch_end(double z_end, double r_end, double outward, double longest, const Basis& basis,
+void touch_end(double z_end, double r_end, double outward, double longest, const CircleBasis& basis,
                const RingRadii& radii, const Isometry3d& X_SG, Candidates& out) {
   RingRadii inside;
   for (std::size_t i = 0; i < kRingSamples; ++i) inside[i] = r_end - radii[i];
@@ -98,7 +89,7 @@ bool may_touch(const Piece& piece, const Bounds& circle) {
 void circle_on_piece(const Piece& piece, const Isometry3d& X_SG, const Circle& circle,
                      Candidates& out) {
   if (!may_touch(piece, Bounds(circle))) return;
-  const Basis basis = anchored(circle);
+  const CircleBasis basis = anchored(circle);
   const auto& directions = sample_directions();
   RingWays ways;
   RingRadii radii;

@@ -8,7 +8,6 @@ namespace aprsim::physics {
 namespace {
 
 constexpr std::size_t kPairCapacity = 64;
-constexpr int kSelfCollisionDistance = 3;
 
 Bounds joined(const Bounds& a, const Bounds& b) {
   return {a.min.cwiseMin(b.min), a.max.cwiseMax(b.max)};

@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kErp = 0.2, kCfm = 1e-9;
+constexpr double kRowErp = 0.2, kRowCfm = 1e-9;
 
 /// Position and orientation of an ODE body.
 struct Place {
@@ -47,18 +47,18 @@ void GripperMechanism::add_mount(RigidSystem& system) const {
     system.add_tie({bodies_[0], axis, Vector3d::Zero()}, {carriage_.get(), -axis, Vector3d::Zero()},
                    erp / step_s_ * off[i], cfm);
     system.add_tie({bodies_[0], Vector3d::Zero(), axis}, {carriage_.get(), Vector3d::Zero(), -axis},
-                   kErp / step_s_ * turn[i], kCfm);
+                   kRowErp / step_s_ * turn[i], kRowCfm);
   }
 }
 
 void GripperMechanism::add_slider(RigidSystem& system, std::size_t i) const {
-  const double k = kErp / step_s_;
+  const double k = kRowErp / step_s_;
   dBodyID finger_body = bodies_[i + 1], palm_body = bodies_[0];
   const Place finger(finger_body), palm(palm_body);
   const Vector3d turn = turn_between(finger.R, palm.R);
   for (int axis = 0; axis < 3; ++axis) {
     system.add_tie({finger_body, Vector3d::Zero(), Vector3d::Unit(axis)},
-                   {palm_body, Vector3d::Zero(), -Vector3d::Unit(axis)}, k * turn[axis], kCfm);
+                   {palm_body, Vector3d::Zero(), -Vector3d::Unit(axis)}, k * turn[axis], kRowCfm);
   }
   // Forces between the two act halfway between their centres, so that they leave no net torque.
   const Vector3d lever = 0.5 * (palm.p - finger.p);
@@ -67,7 +67,7 @@ void GripperMechanism::add_slider(RigidSystem& system, std::size_t i) const {
   const auto on_palm = [&](const Vector3d& d) { return RowSide{palm_body, -d, lever.cross(d)}; };
   for (const int column : {0, 2}) {
     const Vector3d d = finger.R.col(column);
-    system.add_tie(on_finger(d), on_palm(d), k * d.dot(off), kCfm);
+    system.add_tie(on_finger(d), on_palm(d), k * d.dot(off), kRowCfm);
   }
   const Vector3d closing = (i == 0 ? -1.0 : 1.0) * finger.R.col(1);
   const FingerDrive& drive = now_.drives[i];
@@ -86,20 +86,20 @@ void GripperMechanism::add_slider(RigidSystem& system, std::size_t i) const {
 }
 
 void GripperMechanism::add_linkage(RigidSystem& system) const {
-  const double k = kErp / step_s_;
+  const double k = kRowErp / step_s_;
   dBodyID lever_body = bodies_[3], palm_body = bodies_[0];
   const Place lever(lever_body), palm(palm_body);
   const Vector3d arm = palm.R * pivot_, off = palm.p + arm - lever.p;
   for (int i = 0; i < 3; ++i) {
     const Vector3d axis = Vector3d::Unit(i);
     system.add_tie({lever_body, axis, Vector3d::Zero()}, {palm_body, -axis, -arm.cross(axis)},
-                   k * off[i], kCfm);
+                   k * off[i], kRowCfm);
   }
   const Vector3d tilt = lever.R.col(2).cross(palm.R.col(2));
   for (const int column : {0, 1}) {
     const Vector3d d = palm.R.col(column);
     system.add_tie({lever_body, Vector3d::Zero(), d}, {palm_body, Vector3d::Zero(), -d},
-                   k * d.dot(tilt), kCfm);
+                   k * d.dot(tilt), kRowCfm);
   }
   for (std::size_t i = 0; i < 2; ++i) {
     const Place finger(bodies_[i + 1]);
@@ -107,7 +107,7 @@ void GripperMechanism::add_linkage(RigidSystem& system) const {
     const Vector3d rod = finger.p + on_finger - lever.p - on_lever;
     const Vector3d d = rod.normalized();
     system.add_tie({bodies_[i + 1], d, on_finger.cross(d)}, {lever_body, -d, -on_lever.cross(d)},
-                   k * (kRodLength - rod.norm()), kCfm);
+                   k * (kRodLength - rod.norm()), kRowCfm);
   }
 }
 

@@ -17,15 +17,8 @@ constexpr double kLevel = 1e-4, kTilted = 5e-4;
 /// At the mouth's corner the ways up and sideways differ by less than this factor.
 constexpr double kMouthCorner = 3;
 
-struct Basis {
-  Vector3d c, a1, a2;
-  [[nodiscard]] Vector3d at(double angle) const {
-    return c + std::cos(angle) * a1 + std::sin(angle) * a2;
-  }
-};
-
 /// Samples start in the direction in which the rim is off the pocket's axis.
-Basis anchored(const RimS& rim, const PocketProfile& pocket) {
+CircleBasis anchored(const RimS& rim, const PocketProfile& pocket) {
   const Vector3d d(rim.c.x() - pocket.x, rim.c.y() - pocket.y, 0);
   Vector3d along = d - d.dot(rim.u) * rim.u;
   const double norm = along.norm();
@@ -91,7 +84,7 @@ RimInPocket rim_in_pocket(const RimS& rim, const PocketProfile& pocket) {
 
 void rim_on_pocket_side(const RimS& rim, const PocketProfile& pocket, const Slab& slab,
                         Candidates& out) {
-  const Basis basis = anchored(rim, pocket);
+  const CircleBasis basis = anchored(rim, pocket);
   const auto& directions = sample_directions();
   const auto way_of = [&](const Vector3d& p) {
     const double x = p.x() - pocket.x, y = p.y() - pocket.y;

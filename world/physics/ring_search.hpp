@@ -3,6 +3,8 @@
 #include <array>
 #include <cmath>
 
+#include <Eigen/Core>
+
 /// Finding the deepest points around a circle. Internal to contact generation.
 namespace aprsim::physics::detail {
 
@@ -15,6 +17,14 @@ struct Direction {
 
 /// Cosine and sine of the sample angles.
 [[nodiscard]] const std::array<Direction, kRingSamples>& sample_directions();
+
+/// A circle by its centre, the radius on which the samples start, and the radius a quarter turn on.
+struct CircleBasis {
+  Eigen::Vector3d c, a1, a2;
+  [[nodiscard]] Eigen::Vector3d at(double angle) const {
+    return c + std::cos(angle) * a1 + std::sin(angle) * a2;
+  }
+};
 
 /// Signed way out of a solid at one point: positive inside. The kind tells which of the solid's
 /// surfaces is the nearest; where it changes along the circle the depth has a kink.

@@ -18,7 +18,6 @@ constexpr double kFewContacts = 32, kMostIterations = 4;  // times the iteration
 constexpr double kSliding = 1e-5;                         // [m/s], above the solver's noise
 constexpr double kSlidingSurely = 1e-3;                   // [m/s], far above it
 constexpr unsigned long kSeed = 1;                        // ODE shuffles rows by its own generator
-constexpr std::size_t kTouchCapacity = 4096;
 
 }  // namespace
 

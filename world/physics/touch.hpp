@@ -16,6 +16,11 @@ struct Touch {
   double normal_n = 0;                            ///< its normal part
 };
 
+inline constexpr std::size_t kTouchCapacity = 4096;  ///< places to reserve for touches
+
+/// Links of one arm touch each other only if they are so many links apart.
+inline constexpr int kSelfCollisionDistance = 3;
+
 inline constexpr double kFaultDepth = 0.5e-3;  ///< [m] of penetration: a physics fault
 
 /// Numbers of all bodies that can touch: free bodies as in the scene, then each robot's palm,

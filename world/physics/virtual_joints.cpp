@@ -9,7 +9,7 @@
 namespace aprsim::physics {
 namespace {
 
-constexpr double kErp = 0.2, kCfm = 1e-8;
+constexpr double kJointErp = 0.2, kJointCfm = 1e-8;
 
 bool before(const VirtualJoints::Pair& pair, const std::tuple<int, int>& key) {
   return std::tuple(pair.a, pair.b) < key;
@@ -83,8 +83,8 @@ std::size_t VirtualJoints::take_joint() {
     feedback_.push_back(std::make_unique<dJointFeedback>());
     dJointSetFeedback(joints_.back().get(), feedback_.back().get());
     // By default it would keep what the world's solver last worked with.
-    dJointSetFixedParam(joints_.back().get(), dParamERP, kErp);
-    dJointSetFixedParam(joints_.back().get(), dParamCFM, kCfm);
+    dJointSetFixedParam(joints_.back().get(), dParamERP, kJointErp);
+    dJointSetFixedParam(joints_.back().get(), dParamCFM, kJointCfm);
   }
   const std::size_t joint = spare_.back();
   spare_.pop_back();
@@ -119,7 +119,7 @@ void VirtualJoints::untie(const Pair& pair) {
 
 int VirtualJoints::add_to(RigidSystem& system, const Pair& pair) const {
   using Eigen::Vector3d;
-  const double k = kErp / step_s_;
+  const double k = kJointErp / step_s_;
   dBodyID a = ode_body(pair.a), b = ode_body(pair.b);
   const Eigen::Matrix3d R_a = ode::matrix(dBodyGetRotation(a)),
                         R_b = ode::matrix(dBodyGetRotation(b));
@@ -134,12 +134,13 @@ int VirtualJoints::add_to(RigidSystem& system, const Pair& pair) const {
   for (int i = 0; i < 3; ++i) {
     const Vector3d axis = Vector3d::Unit(i);
     const int row = system.add_tie({a, axis, apart.cross(axis)}, {b, -axis, Vector3d::Zero()},
-                                   k * off[i], kCfm);
+                                   k * off[i], kJointCfm);
     if (i == 0) first = row;
   }
   for (int i = 0; i < 3; ++i) {
     const Vector3d axis = Vector3d::Unit(i);
-    system.add_tie({a, Vector3d::Zero(), axis}, {b, Vector3d::Zero(), -axis}, k * turn[i], kCfm);
+    system.add_tie({a, Vector3d::Zero(), axis}, {b, Vector3d::Zero(), -axis}, k * turn[i],
+                   kJointCfm);
   }
   return first;
 }

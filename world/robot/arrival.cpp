@@ -15,10 +15,6 @@ bool within(const std::optional<double>& tolerance, double deviation) {
   return !tolerance || std::abs(deviation) <= std::max(*tolerance, kResolution);
 }
 
-double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b));
-}
-
 }  // namespace
 
 bool has_arrived(const ArrivalTolerance& tolerance, const ArmModel& model,

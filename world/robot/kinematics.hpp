@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <span>
 
 #include "world/robot/arm_model.hpp"
@@ -15,5 +16,10 @@ void link_poses(const ArmModel& model, const JointVector& q, std::span<Eigen::Is
 /// Geometric Jacobian, in base axes, of the point `p_L` fixed to link `link` (index into links).
 [[nodiscard]] Jacobian point_jacobian(const ArmModel& model, const JointVector& q, int link,
                                       const Eigen::Vector3d& p_L);
+
+/// From one direction to another [rad], exact for the smallest angles too.
+[[nodiscard]] inline double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b));
+}
 
 }  // namespace aprsim::robot

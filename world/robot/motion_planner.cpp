@@ -13,7 +13,7 @@ namespace {
 
 /// Of a joint's maximum, for joints that a command names without limits of their own.
 constexpr double kJointSpeedShare = 0.25, kJointAccelShare = 0.5;
-constexpr double kSmall = 1e-12;
+constexpr double kLeastTravel = 1e-12;
 constexpr double kAtLimit_rad = 1e-9;  ///< rounding of a limit that was meant exactly
 constexpr double kUnitTolerance = 1e-3;
 constexpr int kWaySamples = 33;
@@ -121,7 +121,7 @@ Result<JointVector> MotionPlanner::free_target(const Eigen::Isometry3d& X_BF,
 void MotionPlanner::cap_share(JointMove& move, const Eigen::Isometry3d& X_FT,
                               const ToolLimits& tool) const {
   const JointVector way = move.target - move.start;
-  double trans = kSmall, rot = kSmall;  // per share of the way
+  double trans = kLeastTravel, rot = kLeastTravel;  // per share of the way
   for (int i = 0; i < kWaySamples; ++i) {
     const JointVector q = move.start + i / (kWaySamples - 1.0) * way;
     const Eigen::Matrix<double, 6, 1> rate =
@@ -243,7 +243,7 @@ bool MotionPlanner::pass_over(const PassingState& passing, const PlanStart& star
       point_jacobian(setup_.model, passing.q, setup_.model.dof(), start.X_FT.translation());
   for (int i = 0; i < setup_.model.dof(); ++i) {
     const double way = std::abs(move.target(i) - move.start(i));
-    const double lever = std::max(J.col(i).head<3>().norm(), kSmall);
+    const double lever = std::max(J.col(i).head<3>().norm(), kLeastTravel);
     const double least_speed = std::max(std::abs(move.qd(i)), kPassingSpeed * limits_.speed(i));
     const double least_accel = 0.5 * tool.trans_accel_m_s2 / lever;
     move.limits.speed(i) =

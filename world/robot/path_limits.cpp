@@ -18,7 +18,7 @@ constexpr double kTwistShare = 0.4, kSlowJerkShare = 0.25, kRunUpJerkShare = 0.3
 constexpr double kCornerShare = 0.8;
 /// A path may exceed the jerk limits by this before it is slowed for them.
 constexpr double kJerkPatience = 1.25;
-constexpr double kSmall = 1e-12;
+constexpr double kLeastRate = 1e-12;
 /// The rate's slope changes over what the path does in this time at full speed.
 constexpr double kRateWindow_s = 0.12;
 
@@ -82,7 +82,7 @@ double PathMotion::spare_accel(const JointLimits& joints) const {
     const double change = stretch_.stretched() ? kSlowShare : 0.0;
     const auto left =
         (1 - change) * joints.accel.array() - sample.bend.array().abs() * (v * v * rate * rate);
-    spare = std::min(spare, (left / (sample.slope.array().abs() * rate + kSmall)).minCoeff());
+    spare = std::min(spare, (left / (sample.slope.array().abs() * rate + kLeastRate)).minCoeff());
   }
   return spare;
 }
@@ -95,7 +95,7 @@ double PathMotion::typical_accel(const JointLimits& joints) const {
   for (std::size_t i = 0; i < found.size(); ++i) {
     const double u = static_cast<double>(i) / static_cast<double>(found.size() - 1);
     while (at + 1 < points.size() && points[at].u < u) ++at;
-    const auto slope = points[at].slope.cwiseAbs().cwiseMax(kSmall);
+    const auto slope = points[at].slope.cwiseAbs().cwiseMax(kLeastRate);
     found[i] = kFollowShare * (joints.accel.array() / slope.array()).minCoeff();
   }
   std::nth_element(found.begin(), found.begin() + found.size() / 2, found.end());
@@ -109,15 +109,15 @@ PathStretch::Knot PathMotion::knot_at(const ArmGeometry& arm, const PathMove& mo
   const double v = limits_.v, a = limits_.a;
   const ToolPath::Bend tool = tool_bend(arm, sample);
   const bool run_up = runs_up(sample.u);
-  const bool straight = tool.trans < kSmall && tool.rot < kSmall;
+  const bool straight = tool.trans < kLeastRate && tool.rot < kLeastRate;
   PathStretch::Knot knot{sample.u, 1, (run_up || !straight ? a : 2 * a) / (v * v)};
-  const double trans = kCornerShare * move.tool.trans_accel_m_s2 / (tool.trans + kSmall);
-  const double rot = kCornerShare * move.tool.rot_accel_rad_s2 / (tool.rot + kSmall);
+  const double trans = kCornerShare * move.tool.trans_accel_m_s2 / (tool.trans + kLeastRate);
+  const double rot = kCornerShare * move.tool.rot_accel_rad_s2 / (tool.rot + kLeastRate);
   knot.rate = std::min({knot.rate, std::sqrt(trans), std::sqrt(rot)});
   for (int i = 0; i < arm.model.dof(); ++i) {
-    const double slope = std::max(std::abs(sample.slope(i)), kSmall);
-    const double bend = std::max(std::abs(sample.bend(i)), kSmall);
-    const double twist = std::max(std::abs(sample.twist(i)), kSmall);
+    const double slope = std::max(std::abs(sample.slope(i)), kLeastRate);
+    const double bend = std::max(std::abs(sample.bend(i)), kLeastRate);
+    const double twist = std::max(std::abs(sample.twist(i)), kLeastRate);
     const double speed_rate = move.joints.speed(i) / (slope * v);
     // bend v^2 rate^2 + slope a rate = share of the acceleration
     const double p = bend * v * v, q = slope * a;
@@ -131,8 +131,8 @@ PathStretch::Knot PathMotion::knot_at(const ArmGeometry& arm, const PathMove& mo
     }
   }
   for (int i = 0; i < arm.model.dof(); ++i) {
-    const double slope = std::max(std::abs(sample.slope(i)), kSmall);
-    const double bend = std::max(std::abs(sample.bend(i)), kSmall);
+    const double slope = std::max(std::abs(sample.slope(i)), kLeastRate);
+    const double bend = std::max(std::abs(sample.bend(i)), kLeastRate);
     const double accel = move.joints.accel(i), rate = knot.rate;
     const double taken = bend * v * v * rate * rate + (run_up ? slope * a * rate : 0.0);
     const double left = std::max(kSlowShare * accel, kWholeShare * accel - taken);

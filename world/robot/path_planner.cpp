@@ -19,10 +19,6 @@ constexpr int kFitRounds = 60;
 constexpr double kSame_m = 1e-9, kSame_rad = 1e-9;  ///< waypoints that are one
 constexpr std::size_t kMaxStarts = 24;              ///< postures to try a screw from
 
-double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b));
-}
-
 tl::unexpected<Error> at_waypoint(std::size_t index, std::size_t count, Error error) {
   error.message = "waypoint " + std::to_string(index + 1) + " of " + std::to_string(count) + ": " +
                   error.message;

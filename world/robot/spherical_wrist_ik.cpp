@@ -10,7 +10,8 @@
 namespace aprsim::robot {
 namespace {
 
-constexpr double kOnAxis = 1e-10;  ///< wrist centre this close to axis 1: its angle is free [m]
+constexpr double kOnFirstAxis =
+    1e-10;  ///< wrist centre this close to axis 1: its angle is free [m]
 
 }  // namespace
 
@@ -31,8 +32,8 @@ BranchedIk::Branches SphericalWristIk::branches(const Eigen::Isometry3d& X_BF,
   const JointVector& sign = geometry_.sign;
   Branches out;
   for (const double facing : {1.0, -1.0}) {
-    const double t1 =
-        radius < kOnAxis ? sign(0) * seed(0) : std::atan2(facing * wrist.y(), facing * wrist.x());
+    const double t1 = radius < kOnFirstAxis ? sign(0) * seed(0)
+                                            : std::atan2(facing * wrist.y(), facing * wrist.x());
     const double r = facing * radius - geometry_.shoulder_x;
     const TwoBone arm = solve_two_bone(geometry_.upper, fore_, std::hypot(r, z));
     if (arm.excess_m != 0) {

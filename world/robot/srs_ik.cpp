@@ -10,7 +10,7 @@
 namespace aprsim::robot {
 namespace {
 
-constexpr double kOnAxis = 1e-9;       ///< sine between shoulder-wrist line and vertical
+constexpr double kUpright = 1e-9;      ///< sine between shoulder-wrist line and vertical
 constexpr int kElbowCandidates = 72;   ///< of the search round the circle
 constexpr int kRefinements = 16;       ///< golden sections of the best candidate's surroundings
 constexpr double kLimitWeight = 0.25;  ///< of closeness to limits against distance to the seed
@@ -23,7 +23,7 @@ struct ElbowCircle {
 /// The side is horizontal; as a cross product it stays orthogonal to n also close to the vertical.
 ElbowCircle elbow_circle(const Eigen::Vector3d& n) {
   Eigen::Vector3d side(n.y(), -n.x(), 0);
-  if (side.norm() < kOnAxis) side = n.z() * Eigen::Vector3d::UnitY();
+  if (side.norm() < kUpright) side = n.z() * Eigen::Vector3d::UnitY();
   side.normalize();
   return {n, side.cross(n).normalized(), side};
 }

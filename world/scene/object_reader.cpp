@@ -14,8 +14,6 @@ namespace {
 using yaml::kNotNegative;
 using yaml::kPositive;
 
-constexpr yaml::Range kLength{.min = 0, .max = kFar, .open_min = true};
-
 // An emergency stop brakes so much harder than an ordinary one, unless the scene says.
 constexpr double kEmergencyFactor = 4;
 

@@ -15,6 +15,8 @@ namespace aprsim::scene {
 
 /// No place and no length of a cell is further than this from zero [m].
 inline constexpr double kFar = 1000;
+/// What a length may be [m].
+inline constexpr yaml::Range kLength{.min = 0, .max = kFar, .open_min = true};
 
 [[nodiscard]] Eigen::Vector2d read_xy(const yaml::Node& node);
 [[nodiscard]] Eigen::Vector3d read_xyz(const yaml::Node& node,

@@ -11,8 +11,6 @@ namespace {
 using yaml::kNotNegative;
 using yaml::kPositive;
 
-constexpr yaml::Range kLength{.min = 0, .max = kFar, .open_min = true};
-
 constexpr yaml::Range kAcute{.min = 0, .max = 90, .open_min = true, .open_max = true};
 
 /// True if the name is free; else an error.

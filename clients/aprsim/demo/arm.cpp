@@ -7,7 +7,7 @@
 namespace aprsim::client {
 namespace {
 
-constexpr CrclSession::Seconds kTimeout{90};
+constexpr CrclSession::Seconds kMoveTimeout{90};
 constexpr double kTurn_deg_s = 90;
 constexpr double kHomeJointSpeed_deg_s = 40;
 
@@ -20,9 +20,7 @@ Arm::Arm(CrclSession session, v1::RobotDescription description)
 }
 
 Outcome<Arm> Arm::connect(const Endpoints& endpoints, const v1::RobotDescription& description) {
-  const auto port = crcl_port(endpoints, description.name());
-  if (!port) return tl::unexpected(port.error());
-  auto session = CrclSession::connect(endpoints.host, *port, description.name());
+  auto session = CrclSession::connect(endpoints, description.name());
   if (!session) return tl::unexpected(session.error());
   Arm arm(std::move(*session), description);
   if (auto done = arm.initialise(); !done) return tl::unexpected(done.error());
@@ -41,7 +39,7 @@ Outcome<Arm> Arm::connect(const Endpoints& endpoints, const v1::RobotDescription
 Eigen::Vector3d Arm::p_WB() const { return isometry(description_.base_in_world()).translation(); }
 
 Outcome<void> Arm::run(crcl::CommandBody body) {
-  const auto status = session_.run(std::move(body), kTimeout);
+  const auto status = session_.run(std::move(body), kMoveTimeout);
   if (!status) return tl::unexpected(status.error());
   return {};
 }

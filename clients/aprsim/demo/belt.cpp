@@ -19,8 +19,8 @@ constexpr double kSpeed_m_s = 0.15;
 constexpr double kEdge_m = 0.1;        // nothing comes nearer to the belt's ends
 constexpr double kBeside_m = 0.35;     // the tray stops this far before the robot, along the belt
 constexpr double kWorthwhile_m = 0.1;  // shorter ways are not driven
-constexpr double kMaxSlip_m = 0.005;   // between belt and tray, over the whole way
-constexpr auto kTimeout = std::chrono::minutes(2);
+constexpr double kMaxBeltSlip_m = 0.005;  // between belt and tray, over the whole way
+constexpr auto kBeltTimeout = std::chrono::minutes(2);
 constexpr double kRate_hz = 100;
 // The speed register's default scaling; with another one the belt is merely faster or slower.
 constexpr double kMetresPerSecondPerCount = 1e-5;
@@ -114,7 +114,7 @@ Outcome<void> run_belt(DemoCell& cell, const Endpoints& endpoints, double distan
   const double speed = drive->speed_setting_m_s();
   const double accel = cell.description.conveyor().max_accel_m_s2();
   const double braking = accel > 0 ? speed * speed / (2 * accel) : 0;
-  const auto deadline = std::chrono::steady_clock::now() + kTimeout;
+  const auto deadline = std::chrono::steady_clock::now() + kBeltTimeout;
   bool told_to_stop = false, stands = false;
   Outcome<void> stopped;
   const auto streamed = cell.connection.stream(kRate_hz, [&](const auto& sample) {
@@ -130,7 +130,7 @@ Outcome<void> run_belt(DemoCell& cell, const Endpoints& endpoints, double distan
   if (!told_to_stop) stopped = conveyor->write(modbus::kRunRegister, 0);
   if (!stopped) return stopped;
   if (!streamed) return streamed;
-  if (!stands) return failed(FailureKind::kTimeout, "the belt did not run and stop as told");
+  if (!stands) return failed(FailureKind::kBeltTimeout, "the belt did not run and stop as told");
   return {};
 }
 
@@ -164,7 +164,7 @@ Outcome<std::string> bring_tray(DemoCell& cell, const Endpoints& endpoints,
   const double travel = after->conveyor().travel_m() - before->conveyor().travel_m();
   cell.out << fmt::format("belt: ran {:.1f} mm and stopped, {} came along by {:.1f} mm\n",
                           1e3 * travel, tray, 1e3 * moved);
-  if (std::abs(moved - travel) > kMaxSlip_m) {
+  if (std::abs(moved - travel) > kMaxBeltSlip_m) {
     return failed(FailureKind::kCheck, fmt::format("{} slipped on the belt by {:.1f} mm", tray,
                                                    1e3 * std::abs(moved - travel)));
   }

@@ -26,7 +26,7 @@ constexpr double kDwell_s = 0.05;
 constexpr double kLifted_m = 0.04;
 constexpr double kPlaced_m = 0.001;
 constexpr double kUpright_rad = 0.02;
-constexpr double kMaxSlip_m = 0.001;
+constexpr double kMaxGraspSlip_m = 0.001;
 constexpr auto kGripTimeout = std::chrono::seconds(3);
 constexpr auto kRestTimeout = std::chrono::seconds(8);
 constexpr auto kLookInterval = std::chrono::milliseconds(20);
@@ -206,7 +206,7 @@ Outcome<void> PickAndPlace::carry() {
   const auto X_TP = gear_in_tool("on the way");
   if (!X_TP) return tl::unexpected(X_TP.error());
   const double slip = (X_TP->translation() - X_TP_.translation()).norm();
-  if (slip > kMaxSlip_m) {
+  if (slip > kMaxGraspSlip_m) {
     return failed(FailureKind::kCheck, fmt::format("{}: {} slipped by {:.2f} mm on the way",
                                                    arm_.name(), transfer_.gear.name, 1e3 * slip));
   }

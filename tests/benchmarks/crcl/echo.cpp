@@ -10,12 +10,12 @@
 namespace aprsim::bench {
 namespace {
 
-constexpr std::string_view kEnd = "</CRCLStatus>";
+constexpr std::string_view kStatusEnd = "</CRCLStatus>";
 
 }  // namespace
 
 Echo::Echo(std::size_t size) : answer_(size, ' ') {
-  answer_.replace(size - kEnd.size(), kEnd.size(), kEnd);
+  answer_.replace(size - kStatusEnd.size(), kStatusEnd.size(), kStatusEnd);
   listener_ = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_in address{};
   address.sin_family = AF_INET;

@@ -18,7 +18,7 @@ constexpr std::string_view kRequest =
     "<?xml version=\"1.0\" encoding=\"UTF-8\"?><CRCLCommandInstance><CRCLCommand "
     "xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\" xsi:type=\"GetStatusType\">"
     "<CommandID>7</CommandID></CRCLCommand></CRCLCommandInstance>";
-constexpr std::string_view kEnd = "</CRCLStatus>";
+constexpr std::string_view kAnswerEnd = "</CRCLStatus>";
 
 class Poller {
  public:
@@ -42,7 +42,7 @@ class Poller {
     if (!size) return;
     if (*size == 0) throw std::runtime_error("a client lost its connection");
     answer_.append(bytes.data(), *size);
-    if (!answer_.ends_with(kEnd)) return;
+    if (!answer_.ends_with(kAnswerEnd)) return;
     const std::chrono::duration<double, std::micro> took = Clock::now() - sent_;
     polls.round_trips_us.push_back(took.count());
     polls.bytes = answer_.size();

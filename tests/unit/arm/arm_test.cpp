@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kStep = 1e-3;
+using test::kServoStep;
 const Vector3d kGravity(0, 0, -9.81);
 
 bool same_bits(const JointVector& a, const JointVector& b) {
@@ -39,7 +39,7 @@ class Servo : public testing::TestWithParam<bool> {
   Vector3d tool_F_ = GetParam() ? Vector3d(.194, 0, 0) : Vector3d(0, 0, .30187);
 
   Arm arm(const JointVector& q, ServoParameters servo = {}) {
-    return Arm(model_, gripper_, kGravity, q, kStep, servo);
+    return Arm(model_, gripper_, kGravity, q, kServoStep, servo);
   }
   Vector3d tool(const JointVector& q) { return flange_pose(model_, q) * tool_F_; }
   JointVector torque_of(const JointVector& q, const Vector3d& force_B) {
@@ -173,8 +173,8 @@ TEST_P(Servo, DeviationIsThatOfFullForwardDynamics) {
     const JointVector drive =
         inverse_dynamics(model_, gripper_, kGravity, home_, zero_, zero_) + H * u;
     const JointVector bias = inverse_dynamics(model_, gripper_, kGravity, q, qd, zero_);
-    qd += kStep * H.llt().solve(drive + tau_ext - bias);
-    q += kStep * qd;
+    qd += kServoStep * H.llt().solve(drive + tau_ext - bias);
+    q += kServoStep * qd;
     arm.step(home_, tau_ext);
   }
   EXPECT_GT((tool(q) - tool(home_)).norm(), 1e-3);
@@ -203,7 +203,7 @@ TEST_P(Servo, TooLittleTorqueLagsAndRecovers) {
       weak.joints[i].max_torque_nm = std::max(weak.joints[i].max_torque_nm * need * share,
                                               1.05 * std::abs(hold(static_cast<Eigen::Index>(i))));
     }
-    Arm arm(weak, gripper_, kGravity, home_, kStep);
+    Arm arm(weak, gripper_, kGravity, home_, kServoStep);
     double lag = 0;
     for (int k = 1; k <= steps; ++k) {
       const JointVector reference = blend(home_, to, static_cast<double>(k) / steps);
@@ -269,7 +269,7 @@ TEST_P(Servo, RelaxTakesTheDeviationIntoTheReference) {
   EXPECT_TRUE(same_bits(arm.q(), here));
   // The push ends and the reference stands still here: the arm brakes and stays.
   arm.step(here, zero_);
-  EXPECT_LT((arm.q() - here).norm(), 2 * speed.norm() * kStep);
+  EXPECT_LT((arm.q() - here).norm(), 2 * speed.norm() * kServoStep);
   for (int k = 0; k < 3000 && arm.deviating(); ++k) arm.step(here, zero_);
   EXPECT_TRUE(same_bits(arm.q(), here));
 }
@@ -291,7 +291,8 @@ TEST_P(Servo, RelaxInMotionKeepsTheMomentum) {
     arm.step(here, zero_);
     const double inertia = arm.mass_matrix()(0, 0);
     // No more than the drive can brake (other joints couple in, hence the margin).
-    ASSERT_LE(before - arm.qd()(0), 3 * model_.joints[0].max_torque_nm / inertia * kStep + 1e-9);
+    ASSERT_LE(before - arm.qd()(0),
+              3 * model_.joints[0].max_torque_nm / inertia * kServoStep + 1e-9);
     travel = std::max(travel, arm.q()(0) - here(0));
     if (!arm.deviating()) break;
   }

@@ -15,7 +15,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kStep = 1e-3;
+using test::kServoStep;
 
 struct Case {
   const char* name;
@@ -49,7 +49,7 @@ class Collision : public testing::TestWithParam<Case> {
     const double elbow = ik->elbow_of(start);
     const double wall = (X_BF * tool_F).dot(direction) + 0.05;
 
-    Arm arm(model, gripper, {0, 0, -9.81}, start, kStep);
+    Arm arm(model, gripper, {0, 0, -9.81}, start, kServoStep);
     JointVector reference = start, tau = JointVector::Zero(model.dof());
     Outcome out;
     int touched = -1;
@@ -57,8 +57,8 @@ class Collision : public testing::TestWithParam<Case> {
     double travel = 0, v = 0;
     for (int k = 0; k < 1500; ++k) {
       if (!stopped) {
-        v = std::min(speed, v + 5 * kStep);
-        travel += v * kStep;
+        v = std::min(speed, v + 5 * kServoStep);
+        travel += v * kServoStep;
         Eigen::Isometry3d target = X_BF;
         target.translation() += travel * direction;
         const auto q = ik->nearest(target, reference, elbow);
@@ -79,7 +79,7 @@ class Collision : public testing::TestWithParam<Case> {
       const double depth = (flange_pose(model, arm.q()) * tool_F).dot(direction) - wall;
       const Vector3d tool_velocity = J.topRows<3>() * arm.qd();
       const double force = normal_force({}, depth, tool_velocity.dot(direction),
-                                        mobility(J, arm.mass_matrix(), direction), kStep);
+                                        mobility(J, arm.mass_matrix(), direction), kServoStep);
       if (force > 0 && touched < 0) touched = k;
       tau = J.topRows<3>().transpose() * (-force * direction);
       out.peak_n = std::max(out.peak_n, force);

@@ -13,30 +13,31 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kStep = 1e-3;
+using test::kServoStep;
 
 TEST(NormalForce, SpringAtRest) {
-  EXPECT_DOUBLE_EQ(normal_force({}, 1e-3, 0, 1 / 8.6, kStep), 100);
-  EXPECT_EQ(normal_force({}, 0, 1, 1 / 8.6, kStep), 0);
-  EXPECT_EQ(normal_force({}, -1e-3, 1, 1 / 8.6, kStep), 0);
+  EXPECT_DOUBLE_EQ(normal_force({}, 1e-3, 0, 1 / 8.6, kServoStep), 100);
+  EXPECT_EQ(normal_force({}, 0, 1, 1 / 8.6, kServoStep), 0);
+  EXPECT_EQ(normal_force({}, -1e-3, 1, 1 / 8.6, kServoStep), 0);
 }
 
-TEST(NormalForce, NeverPulls) { EXPECT_EQ(normal_force({}, 1e-5, -1, 1 / 8.6, kStep), 0); }
+TEST(NormalForce, NeverPulls) { EXPECT_EQ(normal_force({}, 1e-5, -1, 1 / 8.6, kServoStep), 0); }
 
 TEST(NormalForce, DampingIsTheSmallerOfTheTwo) {
   // 0.7 sqrt(1e5 x 8.6) = 649 Ns/m; 0.2 x 8.6 / 1e-3 = 1720: the first.
-  EXPECT_NEAR(normal_force({}, 1e-3, .1, 1 / 8.6, kStep), 100 + .1 * .7 * std::sqrt(8.6e5), 1e-9);
+  EXPECT_NEAR(normal_force({}, 1e-3, .1, 1 / 8.6, kServoStep), 100 + .1 * .7 * std::sqrt(8.6e5),
+              1e-9);
   // 0.7 sqrt(1e5 x 0.6) = 171; 0.2 x 0.6 / 1e-3 = 120: the second.
-  EXPECT_NEAR(normal_force({}, 1e-3, .1, 1 / .6, kStep), 100 + 12, 1e-9);
+  EXPECT_NEAR(normal_force({}, 1e-3, .1, 1 / .6, kServoStep), 100 + 12, 1e-9);
 }
 
 TEST(NormalForce, PointsShareTheStiffness) {
-  EXPECT_NEAR(4 * normal_force({}, 1e-3, .1, .2, kStep, 4), normal_force({}, 1e-3, .1, .2, kStep),
-              1e-12);
+  EXPECT_NEAR(4 * normal_force({}, 1e-3, .1, .2, kServoStep, 4),
+              normal_force({}, 1e-3, .1, .2, kServoStep), 1e-12);
 }
 
 TEST(NormalForce, ImmovablePartnersStayFinite) {
-  EXPECT_TRUE(std::isfinite(normal_force({}, 1e-3, .1, 0, kStep)));
+  EXPECT_TRUE(std::isfinite(normal_force({}, 1e-3, .1, 0, kServoStep)));
 }
 
 /// A mass hits the wall; the force acts one step late, as in the world.
@@ -47,9 +48,9 @@ Bounce bounce(const ContactLaw& law, double mass, double speed, int points) {
   double x = -1e-4, v = speed, force = 0;
   Bounce out;
   for (int k = 0; k < 20000; ++k) {
-    v -= force / mass * kStep;
-    x += v * kStep;
-    force = points * normal_force(law, x, v, 1 / mass, kStep, points);
+    v -= force / mass * kServoStep;
+    x += v * kServoStep;
+    force = points * normal_force(law, x, v, 1 / mass, kServoStep, points);
     out.worst_speed = std::max(out.worst_speed, std::abs(v));
     out.deepest = std::max(out.deepest, x);
   }
@@ -80,17 +81,17 @@ TEST(NormalForce, DepthIsThatOfTheSpring) {
 
 TEST(Friction, OpposesTheSlipWithinTheCone) {
   const Vector3d slip(.3, -.4, 0);
-  const Vector3d f = friction_force({.friction = .5}, 100, slip, 1 / 8.6, kStep);
+  const Vector3d f = friction_force({.friction = .5}, 100, slip, 1 / 8.6, kServoStep);
   EXPECT_NEAR(f.norm(), 50, 1e-9);
   EXPECT_NEAR(f.dot(slip), -50 * .5, 1e-9);
-  EXPECT_EQ(friction_force({}, 100, Vector3d::Zero(), .1, kStep).norm(), 0);
-  EXPECT_EQ(friction_force({}, 0, slip, .1, kStep).norm(), 0);
+  EXPECT_EQ(friction_force({}, 100, Vector3d::Zero(), .1, kServoStep).norm(), 0);
+  EXPECT_EQ(friction_force({}, 0, slip, .1, kServoStep).norm(), 0);
 }
 
 TEST(Friction, DoesNotTurnTheSlipRound) {
   double v = .01;
   for (int k = 0; k < 200; ++k) {
-    v += friction_force({}, 1000, {v, 0, 0}, 1 / .6, kStep).x() / .6 * kStep;
+    v += friction_force({}, 1000, {v, 0, 0}, 1 / .6, kServoStep).x() / .6 * kServoStep;
     ASSERT_GE(v, 0);
   }
   EXPECT_LT(v, 1e-6);

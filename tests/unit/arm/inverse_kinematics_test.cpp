@@ -12,7 +12,7 @@
 namespace aprsim::robot {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
+using test::kDegree;
 constexpr int kPoses = 100000;
 
 std::unique_ptr<InverseKinematics> make(const ArmModel& model) {

@@ -8,7 +8,7 @@
 namespace aprsim::robot {
 namespace {
 
-constexpr double kDegree = 0.017453292519943295;
+using test::kDegree;
 
 TEST(ArmModelFile, FanucHasThePublishedFigures) {
   const ArmModel model = test::fanuc();

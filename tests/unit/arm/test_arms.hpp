@@ -8,6 +8,9 @@
 
 namespace aprsim::robot::test {
 
+inline constexpr double kDegree = 0.017453292519943295;  ///< [rad]
+inline constexpr double kServoStep = 1e-3;               ///< [s]
+
 inline ArmModel load(const std::string& name) {
   auto model = load_arm_model(std::string(APRSIM_SOURCE_DIR) + "/world/models/" + name + ".urdf");
   if (!model) throw std::runtime_error(model.error().message);

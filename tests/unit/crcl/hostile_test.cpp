@@ -9,7 +9,7 @@
 namespace aprsim::crcl {
 namespace {
 
-Error refused(const std::string& document) {
+Error expect_refused(const std::string& document) {
   const Result<CommandInstance> instance = decode_command(document);
   EXPECT_FALSE(instance) << document.substr(0, 100);
   return instance ? Error{} : instance.error();
@@ -23,7 +23,7 @@ TEST(Hostile, AnyDoctypeIsRefused) {
         "<!DOCTYPE CRCLCommandInstance SYSTEM 'file:///etc/passwd'>",
         "<!DOCTYPE CRCLCommandInstance [<!ENTITY a 'b'>]>",
         "<!DOCTYPE CRCLCommandInstance [<!ENTITY a SYSTEM 'file:///etc/hostname'>]>"}) {
-    const Error error = refused(doctype + kInit);
+    const Error error = expect_refused(doctype + kInit);
     EXPECT_EQ(error.kind, ErrorKind::kMalformed) << doctype;
     EXPECT_EQ(error.message(), "XML: document type declarations are not accepted") << doctype;
   }
@@ -38,12 +38,12 @@ TEST(Hostile, EntityBombsDoNotGoOff) {
   }
   bomb += "]>" + with_id("MessageType", "<Message>&e9;</Message>");
   const auto before = std::chrono::steady_clock::now();
-  EXPECT_EQ(refused(bomb).kind, ErrorKind::kMalformed);
+  EXPECT_EQ(expect_refused(bomb).kind, ErrorKind::kMalformed);
   EXPECT_LT(std::chrono::steady_clock::now() - before, std::chrono::seconds(1));
 }
 
 TEST(Hostile, UndeclaredEntitiesAreRefused) {
-  refused(with_id("MessageType", "<Message>&secret;</Message>"));
+  expect_refused(with_id("MessageType", "<Message>&secret;</Message>"));
 }
 
 std::string nested(int levels) {
@@ -55,43 +55,45 @@ std::string nested(int levels) {
 
 TEST(Hostile, DepthIsLimited) {
   EXPECT_TRUE(decode_command(nested(30)));
-  EXPECT_NE(refused(nested(31)).message().find("deeper than 32"), std::string::npos);
-  EXPECT_EQ(refused(nested(9000)).kind, ErrorKind::kMalformed);
+  EXPECT_NE(expect_refused(nested(31)).message().find("deeper than 32"), std::string::npos);
+  EXPECT_EQ(expect_refused(nested(9000)).kind, ErrorKind::kMalformed);
 }
 
 TEST(Hostile, AttributesAreLimited) {
   std::string attributes;
   for (int i = 0; i < 65; ++i) attributes += " a" + std::to_string(i) + "='1'";
-  refused("<CRCLCommandInstance" + attributes + "></CRCLCommandInstance>");
+  expect_refused("<CRCLCommandInstance" + attributes + "></CRCLCommandInstance>");
 }
 
 TEST(Hostile, SizeIsLimited) {
   const std::string filler(kMaxCommandBytes, 'x');
-  EXPECT_NE(refused(with_id("MessageType", "<Message>" + filler + "</Message>"))
+  EXPECT_NE(expect_refused(with_id("MessageType", "<Message>" + filler + "</Message>"))
                 .message()
                 .find("at most 65536 bytes"),
             std::string::npos);
 }
 
 TEST(Hostile, NamespacedElementsAreRefused) {
-  refused("<CRCLCommandInstance xmlns='urn:x'></CRCLCommandInstance>");
+  expect_refused("<CRCLCommandInstance xmlns='urn:x'></CRCLCommandInstance>");
 }
 
 TEST(Hostile, BrokenXmlSaysWhere) {
-  EXPECT_EQ(refused("<CRCLCommandInstance>\n<a></b></CRCLCommandInstance>").message().substr(0, 11),
+  EXPECT_EQ(expect_refused("<CRCLCommandInstance>\n<a></b></CRCLCommandInstance>")
+                .message()
+                .substr(0, 11),
             "XML: line 2");
 }
 
 TEST(Hostile, BytesThatAreNotUtf8AreRefused) {
-  refused(with_id("MessageType", "<Message>\xC3\x28</Message>"));
-  refused(with_id("MessageType", std::string("<Message>\0</Message>", 20)));
+  expect_refused(with_id("MessageType", "<Message>\xC3\x28</Message>"));
+  expect_refused(with_id("MessageType", std::string("<Message>\0</Message>", 20)));
 }
 
 TEST(Hostile, TheParserIsGoodForTheNextDocument) {
   for (int i = 0; i < 50; ++i) {
-    refused("<!DOCTYPE a>" + kInit);
-    refused(nested(40));
-    refused("<CRCLCommandInstance><a></CRCLCommandInstance>");
+    expect_refused("<!DOCTYPE a>" + kInit);
+    expect_refused(nested(40));
+    expect_refused("<CRCLCommandInstance><a></CRCLCommandInstance>");
     EXPECT_TRUE(decode_command(kInit));
   }
 }

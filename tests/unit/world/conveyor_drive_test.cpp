@@ -7,12 +7,12 @@
 namespace aprsim::world {
 namespace {
 
-constexpr double kStep = 1e-3;
+constexpr double kDriveStep = 1e-3;
 constexpr ConveyorDriveLimits kLimits{
     .max_speed_m_s = 0.3, .accel_m_s2 = 0.5, .decel_m_s2 = 0.4, .emergency_decel_m_s2 = 2.0};
 
 void run_for(ConveyorDrive& drive, int steps) {
-  for (int i = 0; i < steps; ++i) drive.step(kStep);
+  for (int i = 0; i < steps; ++i) drive.step(kDriveStep);
 }
 
 /// Runs at a speed, forward, with the ramp behind it.
@@ -28,7 +28,7 @@ ConveyorDrive running(double speed_m_s) {
 int steps_to_stand(ConveyorDrive& drive) {
   int steps = 0;
   while (drive.state().speed_m_s != 0 && steps < 10000) {
-    drive.step(kStep);
+    drive.step(kDriveStep);
     ++steps;
   }
   return steps;
@@ -39,8 +39,8 @@ TEST(ConveyorDrive, RampsWithinItsAccelerationToTheSetSpeed) {
   drive.take({.run = true, .forward = true, .speed_m_s = 0.15});
   double before = 0;
   for (int i = 0; i < 1000; ++i) {
-    const double now = drive.step(kStep);
-    EXPECT_LE(std::abs(now - before), 0.5 * kStep + 1e-15);
+    const double now = drive.step(kDriveStep);
+    EXPECT_LE(std::abs(now - before), 0.5 * kDriveStep + 1e-15);
     before = now;
   }
   EXPECT_EQ(before, 0.15);
@@ -51,10 +51,10 @@ TEST(ConveyorDrive, RampsWithinItsAccelerationToTheSetSpeed) {
 TEST(ConveyorDrive, ReversalGoesThroughZero) {
   ConveyorDrive drive(kLimits);
   drive.take({.run = true, .forward = true, .speed_m_s = 0.1});
-  for (int i = 0; i < 500; ++i) drive.step(kStep);
+  for (int i = 0; i < 500; ++i) drive.step(kDriveStep);
   drive.take({.run = {}, .forward = false, .speed_m_s = {}});
   bool stood = false;
-  for (int i = 0; i < 500; ++i) stood = std::abs(drive.step(kStep)) < 5e-4 || stood;
+  for (int i = 0; i < 500; ++i) stood = std::abs(drive.step(kDriveStep)) < 5e-4 || stood;
   EXPECT_TRUE(stood);
   EXPECT_EQ(drive.state().speed_m_s, -0.1);
 }
@@ -62,12 +62,12 @@ TEST(ConveyorDrive, ReversalGoesThroughZero) {
 TEST(ConveyorDrive, SpeedAloneDoesNotMoveAndStopKeepsTheSetting) {
   ConveyorDrive drive(kLimits);
   drive.take({.run = {}, .forward = {}, .speed_m_s = 0.2});
-  EXPECT_EQ(drive.step(kStep), 0);
+  EXPECT_EQ(drive.step(kDriveStep), 0);
   drive.take({.run = true, .forward = {}, .speed_m_s = {}});
-  for (int i = 0; i < 1000; ++i) drive.step(kStep);
+  for (int i = 0; i < 1000; ++i) drive.step(kDriveStep);
   EXPECT_EQ(drive.state().speed_m_s, 0.2);
   drive.take({.run = false, .forward = {}, .speed_m_s = {}});
-  for (int i = 0; i < 1000; ++i) drive.step(kStep);
+  for (int i = 0; i < 1000; ++i) drive.step(kDriveStep);
   EXPECT_EQ(drive.state().speed_m_s, 0);
   EXPECT_EQ(drive.state().speed_setting_m_s, 0.2);
 }
@@ -75,7 +75,7 @@ TEST(ConveyorDrive, SpeedAloneDoesNotMoveAndStopKeepsTheSetting) {
 TEST(ConveyorDrive, TheMotorSaturates) {
   ConveyorDrive drive(kLimits);
   drive.take({.run = true, .forward = true, .speed_m_s = 0.32768});
-  for (int i = 0; i < 2000; ++i) drive.step(kStep);
+  for (int i = 0; i < 2000; ++i) drive.step(kDriveStep);
   EXPECT_EQ(drive.state().speed_m_s, 0.3);
   EXPECT_EQ(drive.state().speed_setting_m_s, 0.32768);
 }
@@ -97,8 +97,8 @@ TEST(ConveyorDrive, ReversalBrakesToZeroAndThenAccelerates) {
   ConveyorDrive drive = running(0.2);
   drive.take({.forward = false});
   EXPECT_EQ(steps_to_stand(drive), 500);
-  drive.step(kStep);
-  EXPECT_NEAR(drive.state().speed_m_s, -0.5 * kStep, 1e-15);
+  drive.step(kDriveStep);
+  EXPECT_NEAR(drive.state().speed_m_s, -0.5 * kDriveStep, 1e-15);
 }
 
 TEST(ConveyorDrive, AnEmergencyStopIsHeldUntilReleasedAndReset) {
@@ -172,12 +172,12 @@ TEST(ConveyorDrive, MotorCurrentFollowsItsModel) {
   drive.set_load(2.0);
   EXPECT_EQ(drive.state().motor_current_a, 0);
   drive.take({.run = true, .forward = false, .speed_m_s = 0.2});
-  drive.step(kStep);
+  drive.step(kDriveStep);
   EXPECT_NEAR(drive.state().motor_current_a, 5.0 * (0.5 + 0.3 * 9.81) / 40, 1e-9) << "accelerating";
   run_for(drive, 1000);
   EXPECT_NEAR(drive.state().motor_current_a, 5.0 * 0.3 * 9.81 / 40, 1e-9) << "at speed";
   drive.take({.emergency_stop = true});
-  drive.step(kStep);
+  drive.step(kDriveStep);
   EXPECT_NEAR(drive.state().motor_current_a, 5.0 * (0.3 * 9.81 - 2.0) / 40, 1e-9) << "braking";
 }
 
