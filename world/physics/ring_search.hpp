@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 
 /// Finding the deepest points around a circle. Internal to contact generation.
 namespace aprsim::physics::detail {
@@ -23,6 +23,10 @@ struct CircleBasis {
   Eigen::Vector3d c, a1, a2;
   [[nodiscard]] Eigen::Vector3d at(double angle) const {
     return c + std::cos(angle) * a1 + std::sin(angle) * a2;
+  }
+  /// Direction of growing angle there.
+  [[nodiscard]] Eigen::Vector3d along(double angle) const {
+    return (std::cos(angle) * a2 - std::sin(angle) * a1).normalized();
   }
 };
 

@@ -28,8 +28,8 @@ ElbowCircle elbow_circle(const Eigen::Vector3d& n) {
   return {n, side.cross(n).normalized(), side};
 }
 
-const Eigen::Vector3d kY = Eigen::Vector3d::UnitY();
-const Eigen::Vector3d kZ = Eigen::Vector3d::UnitZ();
+const Eigen::Vector3d kUnitY = Eigen::Vector3d::UnitY();
+const Eigen::Vector3d kUnitZ = Eigen::Vector3d::UnitZ();
 
 }  // namespace
 
@@ -41,7 +41,7 @@ BranchedIk::Branches SrsIk::branches(const Eigen::Isometry3d& X_BF, const JointV
                                      double elbow_rad) const {
   const Eigen::Matrix3d R = X_BF.linear();
   const Eigen::Vector3d wrist =
-      X_BF.translation() - geometry_.flange_z * R.col(2) - geometry_.shoulder_z * kZ;
+      X_BF.translation() - geometry_.flange_z * R.col(2) - geometry_.shoulder_z * kUnitZ;
   const double distance = wrist.norm();
   const TwoBone arm = solve_two_bone(geometry_.upper, geometry_.fore, distance);
   Branches out{.excess_m = arm.excess_m, .limit_m = arm.limit_m};
@@ -66,7 +66,7 @@ BranchedIk::Branches SrsIk::branches(const Eigen::Isometry3d& X_BF, const JointV
     R_upper.col(2) = upper_dir;
     R_upper.col(1) = R_upper.col(2).cross(R_upper.col(0));
     Eigen::Matrix3d R_fore = R_upper;
-    rotate_by(R_fore, kY, t4);
+    rotate_by(R_fore, kUnitY, t4);
     const Eigen::Matrix3d R_wrist = R_fore.transpose() * R;
     for (const double shoulder : {1.0, -1.0}) {
       const EulerAngles s = split_zyz(R_upper, shoulder, sign(0) * seed(0));
@@ -87,11 +87,11 @@ BranchedIk::Branches SrsIk::branches(const Eigen::Isometry3d& X_BF, const JointV
 double SrsIk::elbow_of(const JointVector& q) const {
   const JointVector t = q.cwiseProduct(geometry_.sign);
   Eigen::Matrix3d R_upper = Eigen::Matrix3d::Identity();
-  rotate_by(R_upper, kZ, t(0));
-  rotate_by(R_upper, kY, t(1));
-  rotate_by(R_upper, kZ, t(2));
+  rotate_by(R_upper, kUnitZ, t(0));
+  rotate_by(R_upper, kUnitY, t(1));
+  rotate_by(R_upper, kUnitZ, t(2));
   Eigen::Matrix3d R_fore = R_upper;
-  rotate_by(R_fore, kY, t(3));
+  rotate_by(R_fore, kUnitY, t(3));
   const Eigen::Vector3d wrist = geometry_.upper * R_upper.col(2) + geometry_.fore * R_fore.col(2);
   const ElbowCircle circle = elbow_circle(wrist.normalized());
   const double bend = t(3) < 0 ? -1 : 1;

@@ -30,7 +30,7 @@ constexpr double kMaxGraspSlip_m = 0.001;
 constexpr auto kGripTimeout = std::chrono::seconds(3);
 constexpr auto kRestTimeout = std::chrono::seconds(8);
 constexpr auto kLookInterval = std::chrono::milliseconds(20);
-constexpr double kDegrees = 180 / std::numbers::pi;
+constexpr double kDegPerRad = 180 / std::numbers::pi;
 
 const v1::RobotState* robot_in(const v1::Snapshot& snapshot, const std::string& name) {
   const auto found = std::ranges::find(snapshot.robots(), name, &v1::RobotState::name);
@@ -105,7 +105,8 @@ Outcome<void> PickAndPlace::reach_for_gear() {
     if (done.error().kind == FailureKind::kRefused) out_of_reach_ = transfer_.from.name();
     return done;
   }
-  say(fmt::format("over {}, tool turned to {:.0f} deg", transfer_.gear.name, yaw_rad_ * kDegrees));
+  say(fmt::format("over {}, tool turned to {:.0f} deg", transfer_.gear.name,
+                  yaw_rad_ * kDegPerRad));
   return {};
 }
 
@@ -252,7 +253,7 @@ Outcome<void> PickAndPlace::check_place(const SlotView& target) {
       return failed(FailureKind::kCheck,
                     fmt::format("{}: {} is {} {:.3f} mm off {} and tilted by {:.2f} deg",
                                 arm_.name(), gear->name, gear->resting ? "at rest" : "moving",
-                                1e3 * off, slot->name(), tilt * kDegrees));
+                                1e3 * off, slot->name(), tilt * kDegPerRad));
     }
     std::this_thread::sleep_for(kLookInterval);
   }
