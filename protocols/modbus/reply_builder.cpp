@@ -19,10 +19,6 @@ constexpr auto kRead = static_cast<std::uint8_t>(modbus::Function::kReadHoldingR
 constexpr auto kReadWrite = static_cast<std::uint8_t>(modbus::Function::kReadWriteRegisters);
 constexpr int kReadSize = static_cast<int>(modbus::kHeaderSize) + 5;
 
-struct Free {
-  void operator()(modbus_t* context) const { modbus_free(context); }
-};
-
 }  // namespace
 
 struct ReplyBuilder::Impl {
@@ -44,6 +40,9 @@ struct ReplyBuilder::Impl {
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
+  struct Free {
+    void operator()(modbus_t* owned) const { modbus_free(owned); }
+  };
   std::unique_ptr<modbus_t, Free> context;
   std::array<int, 2> ends{-1, -1};  // libmodbus writes to the first
   modbus::RegisterImage image;      // what the mapping points into
