@@ -13,8 +13,6 @@ namespace {
 using modbus::testing::write_words;
 using Connections = ListenerTest;
 
-const Bytes kReadThree = pdu(3, {0x8000, 3});
-
 TEST_F(Connections, ManyClientsWriteAndReadTheirOwnMemory) {
   start();
   constexpr std::uint16_t kClients = 64;

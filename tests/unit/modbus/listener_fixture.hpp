@@ -14,6 +14,9 @@ namespace aprsim::protocols::testing {
 using modbus::testing::adu;
 using modbus::testing::pdu;
 
+/// Reads the conveyor's three registers.
+inline const modbus::testing::Bytes kReadThree = pdu(3, {0x8000, 3});
+
 /// A server on a free port in front of a fake cell.
 class ListenerTest : public ::testing::Test {
  protected:

@@ -8,8 +8,6 @@ namespace {
 
 using modbus::testing::write_words;
 
-const Bytes kReadThree = pdu(3, {0x8000, 3});
-
 TEST_F(ListenerTest, TheAprsPanelsSequenceReadsBack) {
   start();
   RawClient client(port_);
