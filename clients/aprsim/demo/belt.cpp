@@ -130,7 +130,7 @@ Outcome<void> run_belt(DemoCell& cell, const Endpoints& endpoints, double distan
   if (!told_to_stop) stopped = conveyor->write(modbus::kRunRegister, 0);
   if (!stopped) return stopped;
   if (!streamed) return streamed;
-  if (!stands) return failed(FailureKind::kBeltTimeout, "the belt did not run and stop as told");
+  if (!stands) return failed(FailureKind::kTimeout, "the belt did not run and stop as told");
   return {};
 }
 
