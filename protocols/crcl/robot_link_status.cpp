@@ -11,9 +11,7 @@ crcl::CommandStatus RobotLink::command_status() {
   crcl::CommandStatus status = latest_;
   if (error_) {
     status.state = crcl::CommandState::kError;
-  } else if (program_ && in_program_) {
-    status.state = crcl::CommandState::kWorking;
-  } else if (progress_ == Progress::kWaiting) {
+  } else if ((program_ && in_program_) || progress_ == Progress::kWaiting) {
     status.state = crcl::CommandState::kWorking;
   } else {
     status.state =

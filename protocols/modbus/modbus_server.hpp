@@ -41,7 +41,7 @@ struct ModbusServerOptions {
   /// stop() lets replies under way go out for at most so long.
   std::chrono::milliseconds drain_deadline{500};
   /// Replies kept for one connection before its requests wait [bytes].
-  std::size_t max_output_bytes = 64 * 1024;
+  std::size_t max_output_bytes = std::size_t{64} * 1024;
   modbus::ConveyorScaling scaling;
   api::EndpointId endpoint = 0;  ///< stamped on every command
   WireTap* tap = nullptr;        ///< sees the messages while watched; outlives the server

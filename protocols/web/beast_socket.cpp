@@ -14,7 +14,7 @@ namespace beast = boost::beast;
 namespace websocket = beast::websocket;
 using beast::error_code;
 
-constexpr std::size_t kMaxMessageBytes = 16 * 1024;
+constexpr std::size_t kMaxMessageBytes = std::size_t{16} * 1024;
 constexpr auto kWriteTimeout = std::chrono::seconds(10);
 // What the kernel keeps for a slow viewer is old news.
 constexpr int kSendBufferBytes = 64 * 1024;
