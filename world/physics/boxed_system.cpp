@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "world/physics/dense.hpp"
+
 namespace aprsim::physics {
 namespace {
 
@@ -17,49 +19,23 @@ using ConstValues = Eigen::Map<const Eigen::VectorXd>;
 
 }  // namespace
 
-void factorise(double* a, int n, int stride) {
-  for (int j = 0; j < n; ++j) {
-    double* column = a + j * stride;
-    Values tail(column + j, n - j);
-    for (int k = 0; k < j; ++k) {
-      const double* other = a + k * stride;
-      if (other[j] != 0) tail -= other[j] * ConstValues(other + j, n - j);
-    }
-    tail *= 1 / std::sqrt(column[j]);
-  }
-}
-
-void solve_lower(const double* l, int n, int stride, double* x) {
-  for (int j = 0; j < n; ++j) {
-    x[j] /= l[j * stride + j];
-    if (x[j] == 0) continue;
-    Values(x + j + 1, n - j - 1) -= x[j] * ConstValues(l + j * stride + j + 1, n - j - 1);
-  }
-}
-
-void solve_lower_transposed(const double* l, int n, int stride, double* x) {
-  for (int j = n - 1; j >= 0; --j) {
-    const double* column = l + j * stride;
-    const double below =
-        ConstValues(column + j + 1, n - j - 1).dot(ConstValues(x + j + 1, n - j - 1));
-    x[j] = (x[j] - below) / column[j];
-  }
-}
-
-int BoxedSystem::add(const Row& row) {
+int BoxedSystem::add(const Row& row, double guess) {
   const int i = rows_++;
   row_[at(i)] = row;
   std::fill_n(column(i), kCapacity, 0.0);
-  b_[at(i)] = x_[at(i)] = 0;
+  b_[at(i)] = 0;
+  x_[at(i)] = guess;
   return i;
 }
 
 /// Stops when nothing changes any more.
 void BoxedSystem::relax(int most) {
   const int n = rows_;
-  std::fill_n(x_.data(), n, 0.0);
-  Values r(w_.data(), n);
-  r = ConstValues(b_.data(), n);
+  std::copy_n(b_.data(), n, w_.data());
+  for (int i = 0; i < n; ++i) {
+    y_[at(i)] = 1 / column(i)[i];
+    if (x_[at(i)] != 0) subtract(x_[at(i)], column(i), w_.data(), n);
+  }
   double largest = 0;
   for (int round = 1; round <= most; ++round) {
     double change = 0;
@@ -70,11 +46,11 @@ void BoxedSystem::relax(int most) {
         hi = row.mu * x_[at(row.normal)];
         lo = -hi;
       }
-      const double x = std::clamp(x_[at(i)] + r[i] / column(i)[i], lo, hi);
+      const double x = std::clamp(x_[at(i)] + w_[at(i)] * y_[at(i)], lo, hi);
       const double delta = x - x_[at(i)];
       if (delta == 0) continue;
       x_[at(i)] = x;
-      r -= delta * ConstValues(column(i), n);
+      subtract(delta, column(i), w_.data(), n);
       change = std::max(change, std::abs(delta));
       largest = std::max(largest, std::abs(x));
     }
@@ -82,46 +58,23 @@ void BoxedSystem::relax(int most) {
   }
 }
 
-/// Bounds of friction from the present normals; returns by how much the farthest one moves.
-double BoxedSystem::fix_friction() {
-  double most = 0;
+/// Bounds of friction from the present normals.
+void BoxedSystem::fix_friction() {
   for (int i = 0; i < rows_; ++i) {
     const Row& row = row_[at(i)];
-    const double before = hi_[at(i)];
     lo_[at(i)] = row.lo;
     hi_[at(i)] = row.hi;
     if (row.normal < 0) continue;
     hi_[at(i)] = row.mu * std::max(0.0, x_[at(row.normal)]);
     lo_[at(i)] = -hi_[at(i)];
-    most = std::max(most, std::abs(hi_[at(i)] - before));
   }
-  return most;
 }
 
-BoxedSystem::Solution BoxedSystem::solution() const { return {x_, lo_, hi_, where_}; }
-
-void BoxedSystem::go_back(const Solution& to) {
-  x_ = to.x;
-  lo_ = to.lo;
-  hi_ = to.hi;
-  where_ = to.where;
-}
-
-void BoxedSystem::solve_together(int most_rounds, int most_corrections, double enough) {
+bool BoxedSystem::solve_together(int most_rounds, int most_changes) {
   relax(most_rounds);
   fix_friction();
   solve();
-  Solution best = solution();
-  double off = fix_friction();
-  for (int i = 0; i < most_corrections && off > enough; ++i) {
-    if (!solve_again()) break;
-    const Solution next = solution();
-    const double next_off = fix_friction();
-    if (next_off >= off) break;
-    best = next;
-    off = next_off;
-  }
-  go_back(best);
+  return follow(most_changes);
 }
 
 void BoxedSystem::solve_one_after_the_other() {
@@ -136,27 +89,34 @@ void BoxedSystem::solve_one_after_the_other() {
   solve();
 }
 
+int BoxedSystem::list_free() {
+  int count = 0;
+  for (int i = 0; i < rows_; ++i) {
+    const bool free = where_[at(i)] == Where::kFree;
+    place_[at(i)] = free ? count : -1;
+    if (free) free_[at(count++)] = i;
+  }
+  return count;
+}
+
 /// z: of free rows, where A z = b with the others where they are; of the others, where they are.
 void BoxedSystem::solve_free() {
   const int n = rows_;
-  std::array<double, kCapacity> y;
-  Values rest(y.data(), n);
-  rest = ConstValues(b_.data(), n);
-  int count = 0;
+  Numbers rest, y;
+  std::copy_n(b_.data(), n, rest.data());
   for (int i = 0; i < n; ++i) {
     z_[at(i)] = x_[at(i)];
-    if (where_[at(i)] == Where::kFree) {
-      free_[at(count++)] = i;
-    } else if (x_[at(i)] != 0) {
-      rest -= x_[at(i)] * ConstValues(column(i), n);
+    if (where_[at(i)] != Where::kFree && x_[at(i)] != 0) {
+      subtract(x_[at(i)], column(i), rest.data(), n);
     }
   }
+  const int count = list_free();
   for (int k = 0; k < count; ++k) {
     const double* from = column(free_[at(k)]);
     double* to = factor_.data() + at(k) * kCapacity;
     for (int m = k; m < count; ++m) to[m] = from[free_[at(m)]];
+    y[at(k)] = rest[at(free_[at(k)])];
   }
-  for (int k = 0; k < count; ++k) y[at(k)] = rest[free_[at(k)]];
   factorise(factor_.data(), count, kCapacity);
   solve_lower(factor_.data(), count, kCapacity, y.data());
   solve_lower_transposed(factor_.data(), count, kCapacity, y.data());
@@ -165,10 +125,9 @@ void BoxedSystem::solve_free() {
 
 /// w = A x - b.
 void BoxedSystem::find_w(const double* x, double* w) const {
-  Values out(w, rows_);
-  out = -ConstValues(b_.data(), rows_);
+  for (int i = 0; i < rows_; ++i) w[i] = -b_[at(i)];
   for (int i = 0; i < rows_; ++i) {
-    if (x[i] != 0) out += x[i] * ConstValues(column(i), rows_);
+    if (x[i] != 0) subtract(-x[i], column(i), w, rows_);
   }
 }
 
@@ -302,23 +261,9 @@ void BoxedSystem::settle_all() {
 }
 
 /// Exactly for the present bounds, from the present x.
-bool BoxedSystem::solve() {
+void BoxedSystem::solve() {
   settle_all();
-  return exchange() || descend();
-}
-
-/// The same from the present places of all rows, after their bounds have moved a little; false when
-/// it is not as easy as that.
-bool BoxedSystem::solve_again() {
-  for (int i = 0; i < rows_; ++i) {
-    Where& where = where_[at(i)];
-    if (lo_[at(i)] == hi_[at(i)]) {
-      where = Where::kNever;
-    } else if (where == Where::kNever) {
-      where = Where::kFree;
-    }
-  }
-  return exchange();
+  if (!exchange()) descend();
 }
 
 /// Active sets, always downhill on x A x / 2 - b x, so it comes to an end.

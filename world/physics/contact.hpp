@@ -29,7 +29,7 @@ struct Contact {
   BodyIndex b = kGround;
   Eigen::Vector3d p_W = Eigen::Vector3d::Zero();  ///< [m]
   Eigen::Vector3d n_W = Eigen::Vector3d::UnitZ();
-  double depth_m = 0;  ///< > 0 penetrating
+  double depth_m = 0;  ///< > 0 penetrating, < 0 a gap that may close in this step
   SurfacePair pair = SurfacePair::kRobotAny;
 };
 

@@ -13,10 +13,23 @@ Bounds joined(const Bounds& a, const Bounds& b) {
   return {a.min.cwiseMin(b.min), a.max.cwiseMax(b.max)};
 }
 
+/// What generate(X) finds for a body at X that has moved on by `way_W`, with the depths of now.
+template <class Generate>
+void find_ahead(Eigen::Isometry3d X, const Eigen::Vector3d& way_W, std::vector<Contact>& found,
+                const Generate& generate) {
+  X.translation() += way_W;
+  generate(X);
+  for (Contact& contact : found) {
+    contact.p_W -= way_W;
+    contact.depth_m += way_W.dot(contact.n_W);
+  }
+}
+
 }  // namespace
 
 ContactFinder::ContactFinder(Cell& cell)
     : cell_(cell),
+      pressed_(cell.bodies.size()),
       solid_bounds_(cell.bodies.size()),
       gripper_bounds_(cell.grippers.size()),
       box_(dCreateBox(nullptr, 1, 1, 1)),
@@ -62,6 +75,7 @@ void ContactFinder::search() {
   }
   wake_touched();
   for (int r = 0; r < static_cast<int>(cell_.grippers.size()); ++r) find_for_robot(r);
+  note_pressed();
   find_pairs();
   for (const int body : cell_.simplification.awake()) free_on_fixed(body);
   release(released_);
@@ -70,6 +84,17 @@ void ContactFinder::search() {
 void ContactFinder::touched_by_robot(int body, int robot) {
   cell_.simplification.touched_by_robot(body);
   if (robot >= 0) cell_.grippers[static_cast<std::size_t>(robot)].wake();
+}
+
+void ContactFinder::note_pressed() {
+  std::fill(pressed_.begin(), pressed_.end(), 0);
+  for (const auto& touch : cell_.touches) {
+    const BodyIndex a = touch.contact.a, b = touch.contact.b;
+    if (cell_.nodes.is_gripper(a) && cell_.nodes.is_free(b))
+      pressed_[static_cast<std::size_t>(b)] = 1;
+    if (cell_.nodes.is_gripper(b) && cell_.nodes.is_free(a))
+      pressed_[static_cast<std::size_t>(a)] = 1;
+  }
 }
 
 double ContactFinder::friction(const Contact& contact) const {
@@ -121,7 +146,7 @@ void ContactFinder::find_for_robot(int robot) {
       for (int p = 0; p < kParts; ++p) {
         if (!part(robot, p).bounds.grown(kNear).meets(bounds)) continue;
         cell_.simplification.disturb(body);
-        if (part(robot, p).bounds.meets(bounds)) gripper_on_free(robot, p, body);
+        if (part(robot, p).bounds.grown(kPadAhead).meets(bounds)) gripper_on_free(robot, p, body);
       }
     }
     if (arm.shapes().empty() || !arm.bounds().meets(bounds)) continue;
@@ -144,7 +169,11 @@ void ContactFinder::gripper_on_free(int robot, int p, int body) {
     box_box(box.size, box.X_WS, free.slab_size, free.X_WS(), node, body, SurfacePair::kRobotAny,
             found_);
   } else if (p > 0) {
-    pad_gear(gripper.pad(), gripper.X_WD(p - 1), *free.gear, free.X_WB, node, body, found_);
+    const double ahead = gripper.idle() ? 0 : kPadAhead;
+    find_ahead(gripper.X_WD(p - 1), ahead * gripper.closing_W(p - 1), found_,
+               [&](const Eigen::Isometry3d& X_WD) {
+                 pad_gear(gripper.pad(), X_WD, *free.gear, free.X_WB, node, body, found_);
+               });
   } else {
     gear_box(*free.gear, free.X_WB, box.size, box.X_WS, body, node, SurfacePair::kRobotAny, found_);
   }
@@ -297,8 +326,14 @@ void ContactFinder::free_on_free(int a, int b) {
   } else if (cell_.simplification.joined(first_index, second_index)) {
     return;
   } else if (second.is_tray()) {
-    gear_tray(*first.gear, first.X_WB, *second.tray, second.X_WB, first_index, second_index,
-              found_);
+    const bool pressed = pressed_[static_cast<std::size_t>(first_index)] != 0;
+    const double ahead = pressed ? kSinkAhead : 0;
+    find_ahead(first.X_WB, -ahead * second.X_WB.linear().col(2), found_,
+               [&](const Eigen::Isometry3d& X_WG) {
+                 gear_tray(*first.gear, X_WG, *second.tray, second.X_WB, first_index, second_index,
+                           found_);
+               });
+    if (pressed && !found_.empty()) pressed_[static_cast<std::size_t>(second_index)] = 1;
   } else {
     gear_gear(*first.gear, first.X_WB, *second.gear, second.X_WB, first_index, second_index,
               found_);
@@ -307,13 +342,17 @@ void ContactFinder::free_on_free(int a, int b) {
 
 void ContactFinder::free_on_fixed(int body) {
   const auto& free = cell_.body(body);
+  const double ahead = pressed_[static_cast<std::size_t>(body)] != 0 ? kSinkAhead : 0;
   const std::size_t before = cell_.touches.size();
   for (std::size_t i = 0; i < cell_.fixed.shapes.size(); ++i) {
     const auto& shape = cell_.fixed.shapes[i];
-    if (!free.bounds.meets(shape.bounds)) continue;
+    if (!free.bounds.grown(ahead).meets(shape.bounds)) continue;
     if (free.is_tray()) {
-      box_box(free.slab_size, free.X_WS(), shape.size, shape.X_WS, body, kGround,
-              shape.belt ? SurfacePair::kTrayBelt : SurfacePair::kTrayGround, found_);
+      find_ahead(free.X_WS(), -ahead * shape.X_WS.linear().col(2), found_,
+                 [&](const Eigen::Isometry3d& X_WS) {
+                   box_box(free.slab_size, X_WS, shape.size, shape.X_WS, body, kGround,
+                           shape.belt ? SurfacePair::kTrayBelt : SurfacePair::kTrayGround, found_);
+                 });
     } else {
       gear_box(*free.gear, free.X_WB, shape.size, shape.X_WS, body, kGround,
                shape.belt ? SurfacePair::kGearBelt : SurfacePair::kGearGround, found_);

@@ -26,6 +26,9 @@ class ContactFinder {
   // A gripper's part or a faulty body counts as next to another within this [m]: more than it moves
   // in a step.
   static constexpr double kNear = 2e-3;
+  // How far a closing pad, and what it presses on its support, are looked ahead [m], so that they
+  // do not get stuck in each other first: a finger moves 0.3 mm in a step, a gear tips by less.
+  static constexpr double kPadAhead = 4e-4, kSinkAhead = 5e-5;
   static constexpr int kParts = 3;  // of a gripper: palm and two fingers
 
   void search();
@@ -46,6 +49,7 @@ class ContactFinder {
   void solids_on_each_other(int a, int b);
   void free_on_free(int a, int b);
   void free_on_fixed(int body);
+  void note_pressed();
   void take(int fixed_shape);
   void touched_by_robot(int body, int robot);
   [[nodiscard]] const GripperPart& part(int robot, int index) const;
@@ -54,6 +58,7 @@ class ContactFinder {
 
   Cell& cell_;
   std::vector<Contact> found_;  // of the pair at hand
+  std::vector<char> pressed_;   // bodies that a gripper touches, and trays under these
   std::vector<int> work_;       // solids to look at, in order
   std::vector<int> released_;   // in this step
   std::vector<Bounds> solid_bounds_;

@@ -56,6 +56,8 @@ void PhysicsWorld::Impl::count_faults() {
 }
 
 void PhysicsWorld::Impl::take_results() {
+  std::erase_if(cell.touches,
+                [](const Touch& touch) { return is_gap(touch) && touch.normal_n == 0; });
   for (const int i : cell.simplification.solids()) {
     cell.body(i).refresh();
     cell.simplification.follow(i);

@@ -39,7 +39,7 @@ struct PhysicsWorld::State::Data {
   std::vector<ArmBodies::State> arms;
   Simplification::State simplification;
   std::vector<Touch> touches;
-  Solver::CutLoads cut_loads;
+  Solver::Memory solver;
   std::vector<std::vector<Force>> forces;
   int contacts = 0;
   double belt_speed = 0, next_belt_speed = 0, max_penetration = 0;
@@ -57,7 +57,7 @@ PhysicsWorld::State PhysicsWorld::save() const {
   for (const auto& gripper : cell.grippers) data.grippers.push_back(gripper.save());
   for (const auto& arm : cell.arms) data.arms.push_back(arm.save());
   data.touches = cell.touches;
-  data.cut_loads = impl_->solver.save();
+  data.solver = impl_->solver.save();
   for (const auto& list : impl_->forces) {
     auto& to = data.forces.emplace_back();
     for (const auto& force : list) to.push_back({force, std::string(force.with)});
@@ -105,7 +105,7 @@ void PhysicsWorld::restore(const State& state) {
     }
   }
   cell.touches = data.touches;
-  impl_->solver.restore(data.cut_loads);
+  impl_->solver.restore(data.solver);
   cell.belt_speed_m_s = data.belt_speed;
   impl_->next_belt_speed = data.next_belt_speed;
   impl_->max_penetration = data.max_penetration;

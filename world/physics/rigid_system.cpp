@@ -4,15 +4,18 @@
 #include <cmath>
 #include <limits>
 
+#include "world/physics/dense.hpp"
+
 namespace aprsim::physics {
 namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr int kMostRounds = 150, kMostCorrections = 3;
-constexpr double kEnough = 0.3;  // [N], difference of a friction bound from what it follows
-constexpr double kFrictionCfm = 1e-9;
+constexpr int kRelaxations = 60, kMostChanges = 40;
+// What is only held is held still. Where it presses on something else, friction is a little soft (1
+// um/s for each N): perfectly hard friction at many points often has no solution near the last.
+constexpr double kHoldingCfm = 1e-9, kPressingCfm = 1e-6;
 
 using Values = Eigen::Map<Eigen::VectorXd>;
 
@@ -52,7 +55,8 @@ RigidSystem::RigidSystem(double step_s) : step_s_(step_s) {
   p_tie_.reserve(kTies);
 }
 
-void RigidSystem::clear() {
+void RigidSystem::begin(Normals normals) {
+  normals_ = normals;
   bodies_.clear();
   ties_.clear();
   limited_.clear();
@@ -131,7 +135,7 @@ void RigidSystem::add_limited(const RowSide& a, const RowSide& b, double target_
 }
 
 void RigidSystem::add_touch(Touch& touch, dBodyID a, dBodyID b, double target_m_s, double cfm,
-                            const Vector3d& slide_W, double slide_m_s) {
+                            const Vector3d& slide_W, double slide_m_s, const Vector3d& guess_W) {
   const Vector3d& p = touch.contact.p_W;
   const Vector3d& n = touch.contact.n_W;
   const auto side = [&p](dBodyID body, const Vector3d& direction) {
@@ -142,7 +146,7 @@ void RigidSystem::add_touch(Touch& touch, dBodyID a, dBodyID b, double target_m_
   const auto add = [&](const Vector3d& direction, double target, double softness,
                        const BoxedSystem::Row& bounds) {
     limited_.push_back(make_row(side(a, direction), side(b, -direction), target, softness));
-    return boxed_.add(bounds);
+    return boxed_.add(bounds, step_s_ * guess_W.dot(direction));
   };
   Contact contact{.touch = &touch};
   contact.first = add(n, target_m_s, cfm, {.lo = 0, .hi = std::numeric_limits<double>::infinity()});
@@ -151,8 +155,9 @@ void RigidSystem::add_touch(Touch& touch, dBodyID a, dBodyID b, double target_m_
     contact.t1 = slide_W;
     contact.t2 = n.cross(slide_W);
   }
-  add(contact.t1, slide_m_s, kFrictionCfm, {.normal = contact.first, .mu = touch.friction});
-  add(contact.t2, 0, kFrictionCfm, {.normal = contact.first, .mu = touch.friction});
+  const double hard = normals_ == Normals::kTogether ? kPressingCfm : kHoldingCfm;
+  add(contact.t1, slide_m_s, hard, {.normal = contact.first, .mu = touch.friction});
+  add(contact.t2, 0, hard, {.normal = contact.first, .mu = touch.friction});
   contacts_.push_back(contact);
 }
 
@@ -218,11 +223,11 @@ void RigidSystem::couple_limited() {
   }
 }
 
-void RigidSystem::advance(Normals normals) {
+void RigidSystem::advance() {
   eliminate_ties();
   couple_limited();
-  if (normals == Normals::kTogether) {
-    boxed_.solve_together(kMostRounds, kMostCorrections, kEnough * step_s_);
+  if (normals_ == Normals::kTogether) {
+    boxed_.solve_together(kRelaxations, kMostChanges);
   } else {
     boxed_.solve_one_after_the_other();
   }

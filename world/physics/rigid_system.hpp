@@ -26,7 +26,9 @@ class RigidSystem {
  public:
   explicit RigidSystem(double step_s);
 
-  void clear();
+  enum class Normals { kFrictionless, kTogether };
+  /// Forgets everything; the next step is to find normal forces in this way.
+  void begin(Normals normals);
   /// Adds a body that the step moves, with the forces that ODE has collected for it, plus `force`
   /// and `torque`; ODE's collection is emptied.
   void add_body(dBodyID body, const Eigen::Vector3d& force = Eigen::Vector3d::Zero(),
@@ -36,13 +38,12 @@ class RigidSystem {
   /// A row whose force stays within bounds [N].
   void add_limited(const RowSide& a, const RowSide& b, double target_m_s, double cfm, double lo_n,
                    double hi_n);
-  /// A touch between two bodies, normal and friction.
+  /// A touch between two bodies, normal and friction; `guess_W` is a guess of its force [N].
   void add_touch(Touch& touch, dBodyID a, dBodyID b, double target_m_s, double cfm,
-                 const Eigen::Vector3d& slide_W, double slide_m_s);
+                 const Eigen::Vector3d& slide_W, double slide_m_s, const Eigen::Vector3d& guess_W);
 
-  enum class Normals { kFrictionless, kTogether };
   /// Solves, moves the bodies, and writes the forces into the touches.
-  void advance(Normals normals);
+  void advance();
   [[nodiscard]] double tie_force(int tie) const { return p_tie_[static_cast<std::size_t>(tie)]; }
 
  private:
@@ -76,6 +77,7 @@ class RigidSystem {
   void write_forces();
 
   double step_s_;
+  Normals normals_ = Normals::kTogether;
   std::vector<Body> bodies_;
   std::vector<Row> ties_, limited_;
   std::vector<Contact> contacts_;

@@ -10,14 +10,12 @@ constexpr double kDirectCfm = 1e-9;
 constexpr double kIterativeCfm = 1e-8;
 constexpr double kRelaxation = 1.3;
 constexpr int kFallbackIterations = 200;
-// Depth up to which nothing pushes back [m], so that what rests keeps its contacts: it sinks in by
-// this much. Beside a working gripper trays are shoved, and need more. What pads squeeze keeps its
-// contacts anyway, and within a layer it could stick off centre.
-constexpr double kLayer = 2e-6, kLayerBesideGripper = 1e-5;
 constexpr double kFewContacts = 32, kMostIterations = 4;  // times the iterations of the scene
 constexpr double kSliding = 1e-5;                         // [m/s], above the solver's noise
 constexpr double kSlidingSurely = 1e-3;                   // [m/s], far above it
 constexpr unsigned long kSeed = 1;                        // ODE shuffles rows by its own generator
+constexpr std::size_t kGripCapacity = 128;
+constexpr double kSameTouch = 3e-3;  // [m] from where it was in the last step, at most
 
 }  // namespace
 
@@ -32,18 +30,19 @@ Solver::Solver(Cell& cell)
       saved_grippers_(cell.grippers.size()),
       before_grippers_(cell.grippers.size()),
       border_(cell.bodies.size()),
-      cut_{std::vector<Eigen::Vector3d>(cell.bodies.size(), Eigen::Vector3d::Zero()),
-           std::vector<Eigen::Vector3d>(cell.bodies.size(), Eigen::Vector3d::Zero())},
-      cut_before_(cut_) {
+      memory_{std::vector<Eigen::Vector3d>(cell.bodies.size(), Eigen::Vector3d::Zero()),
+              std::vector<Eigen::Vector3d>(cell.bodies.size(), Eigen::Vector3d::Zero()),
+              {}},
+      memory_before_(memory_) {
   made_.reserve(kTouchCapacity);
+  for (auto* grips : {&memory_.grips, &memory_before_.grips, &last_grips_}) {
+    grips->reserve(kGripCapacity);
+  }
   dWorldSetQuickStepW(cell.world.get(), kRelaxation);
 }
 
 void Solver::step() {
   islands_.find(cell_, cell_.touches);
-  const bool grips = std::any_of(cell_.grippers.begin(), cell_.grippers.end(),
-                                 [](const auto& gripper) { return !gripper.idle(); });
-  dWorldSetContactSurfaceLayer(cell_.world.get(), grips ? kLayerBesideGripper : kLayer);
   for (auto& touch : cell_.touches) {
     touch.normal_n = 0;
     touch.f_W.setZero();
@@ -52,8 +51,8 @@ void Solver::step() {
   solve_grips();
   solve_direct();
   for (const int i : solids()) {
-    cut_.force[static_cast<std::size_t>(i)].setZero();
-    cut_.torque[static_cast<std::size_t>(i)].setZero();
+    memory_.force[static_cast<std::size_t>(i)].setZero();
+    memory_.torque[static_cast<std::size_t>(i)].setZero();
   }
   solve_iterative();
   enable_only({});
@@ -62,17 +61,29 @@ void Solver::step() {
 void Solver::begin() {
   const auto all = [](Phase) { return true; };
   save(all, before_, before_grippers_);
-  cut_before_ = cut_;
+  copy_memory(memory_, memory_before_);
 }
 
 void Solver::undo() {
   const auto all = [](Phase) { return true; };
   restore(all, before_, before_grippers_);
-  cut_ = cut_before_;
+  copy_memory(memory_before_, memory_);
+}
+
+/// Of all that the next step may change.
+void Solver::copy_memory(const Memory& from, Memory& to) const {
+  for (const int solid : solids()) {
+    const auto i = static_cast<std::size_t>(solid);
+    to.force[i] = from.force[i];
+    to.torque[i] = from.torque[i];
+  }
+  to.grips = from.grips;
 }
 
 /// Each gripper with what it holds, touches and presses on, as one system.
 void Solver::solve_grips() {
+  std::swap(last_grips_, memory_.grips);
+  memory_.grips.clear();
   const int robots = static_cast<int>(cell_.grippers.size());
   for (int robot = 0; robot < robots; ++robot) {
     const Phase phase = islands_.phase_of_gripper(robot);
@@ -89,11 +100,11 @@ void Solver::solve_grips() {
 }
 
 void Solver::solve_grip(int island, RigidSystem::Normals normals) {
-  system_.clear();
+  system_.begin(normals);
   for (const int solid : solids()) {
     if (islands_.number_of_solid(solid) != island) continue;
     const auto i = static_cast<std::size_t>(solid);
-    system_.add_body(cell_.bodies[i].body.get(), cut_.force[i], cut_.torque[i]);
+    system_.add_body(cell_.bodies[i].body.get(), memory_.force[i], memory_.torque[i]);
   }
   for (std::size_t r = 0; r < cell_.grippers.size(); ++r) {
     if (islands_.number_of_gripper(static_cast<int>(r)) == island) {
@@ -108,7 +119,8 @@ void Solver::solve_grip(int island, RigidSystem::Normals normals) {
     if (here(pair)) tie_of_pair_.push_back(joints->add_to(system_, pair));
   }
   add_touches(island);
-  system_.advance(normals);
+  system_.advance();
+  note_grip(island);
   auto tie = tie_of_pair_.begin();
   for (const auto& pair : pairs) {
     if (!here(pair)) continue;
@@ -127,11 +139,37 @@ void Solver::add_touches(int island) {
     const dContact description =
         ode_contact(touch, link, cell_.fixed.belt_axis_W, cell_.belt_speed_m_s);
     const dSurfaceParameters& surface = description.surface;
-    const bool pad = contact.pair == SurfacePair::kPadGear;
-    const double depth = std::max(0.0, contact.depth_m - (pad ? 0 : kLayer));
-    const double out = std::min(fastest, surface.soft_erp / cell_.step_s * depth);
+    // A gap may close, but no more.
+    const double out =
+        is_gap(touch) ? contact.depth_m / cell_.step_s
+                      : std::min(fastest, surface.soft_erp / cell_.step_s * description.geom.depth);
     system_.add_touch(touch, cell_.ode_body(contact.a), cell_.ode_body(contact.b), out,
-                      surface.soft_cfm, ode::vector(description.fdir1), surface.motion1);
+                      surface.soft_cfm, ode::vector(description.fdir1), surface.motion1,
+                      last_force(touch));
+  }
+}
+
+Eigen::Vector3d Solver::last_force(const Touch& touch) const {
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();
+  double least = kSameTouch;
+  for (const Touch& last : last_grips_) {
+    if (last.contact.a != touch.contact.a || last.contact.b != touch.contact.b ||
+        last.fixed != touch.fixed) {
+      continue;
+    }
+    const double distance = (last.contact.p_W - touch.contact.p_W).norm();
+    if (distance >= least) continue;
+    least = distance;
+    force = last.f_W;
+  }
+  return force;
+}
+
+void Solver::note_grip(int island) {
+  for (const Touch& touch : cell_.touches) {
+    if (touch.normal_n > 0 && !touch.cut && islands_.number_of(cell_, touch) == island) {
+      memory_.grips.push_back(touch);
+    }
   }
 }
 
@@ -162,7 +200,8 @@ void Solver::solve_iterative() {
   cut_begin();
   make_contacts(Phase::kIterative);
   // Where little is to be solved, what slides is worth more digits.
-  const double spare = kFewContacts / std::max(1.0, static_cast<double>(made_.size()));
+  const bool busy = islands_.any(Phase::kPress);
+  const double spare = busy ? 1 : kFewContacts / std::max(1.0, static_cast<double>(made_.size()));
   dWorldSetQuickStepNumIterations(
       cell_.world.get(),
       static_cast<int>(cell_.scene.physics.iterations * std::clamp(spare, 1.0, kMostIterations)));
@@ -204,14 +243,14 @@ void Solver::apply_forces() {
   for (const int solid : solids()) {
     const auto i = static_cast<std::size_t>(solid);
     dBodyID body = cell_.bodies[i].body.get();
-    if (dBodyIsEnabled(body)) ode::add_force(body, cut_.force[i], cut_.torque[i]);
+    if (dBodyIsEnabled(body)) ode::add_force(body, memory_.force[i], memory_.torque[i]);
   }
 }
 
 void Solver::make_contacts(Phase phase) {
   for (std::size_t i = 0; i < cell_.touches.size(); ++i) {
     const Touch& touch = cell_.touches[i];
-    if (islands_.phase_of(cell_, touch) != phase) continue;
+    if (islands_.phase_of(cell_, touch) != phase || is_gap(touch)) continue;
     const bool link = place_link_of(touch);
     const auto& contact = touch.contact;
     const dContact description = ode_contact(touch, link, cell_.fixed.belt_axis_W,
@@ -318,8 +357,8 @@ void Solver::cut_end() {
     const int solid = on_a ? a : cell_.simplification.root(touch.contact.b);
     const auto i = static_cast<std::size_t>(solid);
     const Eigen::Vector3d f = on_a ? touch.f_W : (-touch.f_W).eval();
-    cut_.force[i] += f;
-    cut_.torque[i] += (touch.contact.p_W - cell_.bodies[i].origin_W()).cross(f);
+    memory_.force[i] += f;
+    memory_.torque[i] += (touch.contact.p_W - cell_.bodies[i].origin_W()).cross(f);
   }
 }
 

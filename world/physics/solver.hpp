@@ -25,19 +25,24 @@ class Solver {
   void step();
   [[nodiscard]] const Islands& islands() const { return islands_; }
 
-  /// What bodies at the border of a gripper's island bear from beyond it, found in the last step:
-  /// by body, force and torque about its ODE body's origin.
-  struct CutLoads {
+  /// What a step needs of the one before. Of bodies at the border of a gripper's island, what they
+  /// bear from beyond it: by body, force and torque about its ODE body's origin. Of grippers'
+  /// islands, the touches that bore something: where the search for the next forces starts.
+  struct Memory {
     std::vector<Eigen::Vector3d> force, torque;
+    std::vector<Touch> grips;
   };
-  [[nodiscard]] const CutLoads& save() const { return cut_; }
-  void restore(const CutLoads& loads) { cut_ = loads; }
+  [[nodiscard]] const Memory& save() const { return memory_; }
+  void restore(const Memory& memory) { memory_ = memory; }
 
  private:
   enum class Method { kDirect, kIterative };
   void solve_grips();
   void solve_grip(int island, RigidSystem::Normals normals);
   void add_touches(int island);
+  [[nodiscard]] Eigen::Vector3d last_force(const Touch& touch) const;
+  void note_grip(int island);
+  void copy_memory(const Memory& from, Memory& to) const;
   void solve_direct();
   void solve_iterative();
   void enable(Phase phase, bool on);
@@ -71,7 +76,8 @@ class Solver {
   Bodies saved_, before_;
   Grippers saved_grippers_, before_grippers_;
   std::vector<char> border_;  // bodies that are moved from outside in the iterative phase
-  CutLoads cut_, cut_before_;
+  Memory memory_, memory_before_;
+  std::vector<Touch> last_grips_;
 };
 
 }  // namespace aprsim::physics

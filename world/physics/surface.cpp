@@ -1,5 +1,7 @@
 #include "world/physics/surface.hpp"
 
+#include <algorithm>
+
 #include "world/physics/ode_handles.hpp"
 
 namespace aprsim::physics {
@@ -14,6 +16,24 @@ constexpr Softness kHard = {0.2, 1e-6};
 // see the force of an immovable object.
 constexpr Softness kArm = {0.45, 4.5e-3};
 
+constexpr double kSinking = 100;  // [1/s]
+
+/// Depth up to which nothing pushes back [m], so that what rests keeps its contacts: it sinks in by
+/// this much. Trays are shoved, and need more. What pads squeeze keeps its contacts anyway, and
+/// within a layer it could stick off centre.
+double layer_m(SurfacePair pair) {
+  switch (pair) {
+    case SurfacePair::kPadGear:
+      return 0;
+    case SurfacePair::kTrayBelt:
+    case SurfacePair::kTrayGround:
+    case SurfacePair::kTrayTray:
+      return 1e-5;
+    default:
+      return 2e-6;
+  }
+}
+
 }  // namespace
 
 dContact ode_contact(const Touch& touch, bool soft, const Eigen::Vector3d& belt_axis_W,
@@ -22,7 +42,8 @@ dContact ode_contact(const Touch& touch, bool soft, const Eigen::Vector3d& belt_
   dContact out = {};
   ode::copy(contact.p_W, out.geom.pos);
   ode::copy(contact.n_W, out.geom.normal);
-  out.geom.depth = contact.depth_m;
+  const double inside = contact.depth_m - layer_m(contact.pair);
+  out.geom.depth = std::max(0.0, inside);
 
   auto& surface = out.surface;
   const Softness& softness = soft ? kArm : contact.pair == SurfacePair::kPadGear ? kPad : kHard;
@@ -30,6 +51,10 @@ dContact ode_contact(const Touch& touch, bool soft, const Eigen::Vector3d& belt_
   surface.soft_erp = softness.erp;
   surface.soft_cfm = softness.cfm;
   surface.mu = touch.friction;
+  if (inside < 0) {  // or it would take its weight minutes to press it in
+    surface.mode |= dContactMotionN;
+    surface.motionN = kSinking * inside;
+  }
   if (!slide_W.isZero()) {
     surface.mode |= dContactFDir1;
     ode::copy(slide_W.normalized(), out.fdir1);

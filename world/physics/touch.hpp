@@ -51,6 +51,9 @@ class NodeNumbers {
   int free_ = 0, robots_ = 0;
 };
 
+/// Whether there still is a gap: a touch that the step may bring about, there for the solver only.
+[[nodiscard]] inline bool is_gap(const Touch& touch) { return touch.contact.depth_m < 0; }
+
 /// Whether bodies are so deep in each other that the step counts as faulty. Links are soft on
 /// purpose: an arm that crushes a part is the arm's fault, not the solver's.
 [[nodiscard]] inline bool is_fault(const Touch& touch, const NodeNumbers& nodes) {

@@ -60,35 +60,38 @@ TEST(BoxedSystem, RowsAreBetweenTheirBoundsOrPushedAgainstThem) {
   }
 }
 
+// There is not always a solution to be found on the way; where one is, it is exact.
 TEST(BoxedSystem, FrictionIsBoundedByTheNormalsFoundWithIt) {
   std::mt19937 random(2);
   std::uniform_real_distribution<double> uniform(-1, 1);
-  constexpr double kMu = 0.3;
-  for (int round = 0; round < 100; ++round) {
+  int found = 0;
+  constexpr int kRounds = 200;
+  for (int round = 0; round < kRounds; ++round) {
+    const double mu = round % 2 == 0 ? 0.3 : 1.0;
     const int contacts = 1 + round % 8, n = 3 * contacts;
     const Eigen::MatrixXd a = random_matrix(n, random);
     BoxedSystem system;
     Eigen::VectorXd b(n);
     for (int c = 0; c < contacts; ++c) {
       const int normal = system.add({.lo = 0, .hi = kInfinity});
-      system.add({.normal = normal, .mu = kMu});
-      system.add({.normal = normal, .mu = kMu});
+      system.add({.normal = normal, .mu = mu});
+      system.add({.normal = normal, .mu = mu});
     }
     for (double& value : b) value = 5 * uniform(random);
     fill(system, a, b);
-    system.solve_together(2000, 20, 1e-9);
+    const bool exact = system.solve_together(round % 3 == 0 ? 0 : 60, 100);
+    found += exact;
     const Eigen::VectorXd x = solution(system), w = a * x - b;
     for (int c = 0; c < contacts; ++c) {
-      EXPECT_LT(fault(x[3 * c], w[3 * c], 0, kInfinity), 1e-7);
-      const double bound = kMu * x[3 * c];
-      for (int i = 3 * c + 1; i < 3 * c + 3; ++i) {
-        // Bound and normal agree as far as they were asked to.
-        const bool inside = std::abs(x[i]) < bound - 1e-4;
-        EXPECT_LE(std::abs(x[i]), bound + 1e-4);
-        EXPECT_LT(inside ? std::abs(w[i]) : x[i] * w[i], 1e-6);
+      EXPECT_LT(fault(x[3 * c], w[3 * c], 0, kInfinity), 1e-6);
+      const double bound = mu * x[3 * c];
+      for (int i = 3 * c + 1; i < 3 * c + 3 && exact; ++i) {
+        const double off = bound < 1e-9 ? std::abs(x[i]) : fault(x[i], w[i], -bound, bound);
+        EXPECT_LT(off, 1e-6) << "round " << round;
       }
     }
   }
+  EXPECT_GT(found, kRounds * 9 / 10);
 }
 
 // Columns of the identity: every row on its own.
@@ -98,7 +101,7 @@ TEST(BoxedSystem, ABlockOnATableSticksOrSlides) {
     const int normal = system.add({.lo = 0, .hi = kInfinity});
     system.add({.normal = normal, .mu = 0.3});
     fill(system, Eigen::MatrixXd::Identity(2, 2), Eigen::Vector2d(1, pull));
-    system.solve_together(100, 3, 1e-9);
+    ASSERT_TRUE(system.solve_together(100, 10));
     EXPECT_NEAR(system.x(0), 1, 1e-12);
     EXPECT_NEAR(system.x(1), std::min(pull, 0.3), 1e-9);
   }
