@@ -121,6 +121,17 @@ void emit_some(const Candidates& all, const Selection& from, const Emission& to)
   emit_polygon(all, from, to);
 }
 
+/// Where a body is stuck deep in another, one candidate may be the near way out and another,
+/// against it, the way right through; both together would squeeze the body with any force.
+bool leads_through(const Candidates& all, int i) {
+  constexpr double kDeep = 1e-3, kFarDeeper = 2, kAgainst = -0.5;
+  if (all[i].depth < kDeep) return false;
+  for (int k = 0; k < all.size(); ++k) {
+    if (all[i].n.dot(all[k].n) < kAgainst && all[i].depth > kFarDeeper * all[k].depth) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 void Candidates::replace_shallowest(const Candidate& c) {
@@ -132,7 +143,9 @@ void Candidates::replace_shallowest(const Candidate& c) {
 
 void emit_reduced(const Candidates& candidates, const Emission& to) {
   Selection all;
-  for (int i = 0; i < candidates.size(); ++i) all.push(i);
+  for (int i = 0; i < candidates.size(); ++i) {
+    if (!leads_through(candidates, i)) all.push(i);
+  }
   emit_some(candidates, all, to);
 }
 
@@ -141,6 +154,7 @@ void emit_reduced_by_axis(const Candidates& candidates, const Eigen::Vector3d& u
   constexpr double kFlat = 0.8;  // steeper than any lead-in cone
   Selection flat, wall;
   for (int i = 0; i < candidates.size(); ++i) {
+    if (leads_through(candidates, i)) continue;
     (std::abs(candidates[i].n.dot(u)) > kFlat ? flat : wall).push(i);
   }
   emit_some(candidates, flat, to);

@@ -1,5 +1,6 @@
 #include <cmath>
 #include <numbers>
+#include <random>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -267,6 +268,27 @@ TEST(GearTray, AThinFloorPushesAGearBackUp) {
   double up = 0;
   for (const Contact& c : found) up = std::max(up, c.n_W.z() * c.depth_m);
   EXPECT_GT(up, 1e-3);
+}
+
+// Stuck deep in the slab, a gear is pushed out the near way; not also the way right through, for
+// the two would squeeze it with any force.
+TEST(GearTray, NothingStuckInTheSlabIsSqueezed) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  int squeezed = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const double x = 0.09 * uniform(random), y = 0.09 * uniform(random);
+    const double z = 0.03 * uniform(random), tilt = std::numbers::pi * uniform(random);
+    const Isometry3d X = test::tilted(x, y, z, tilt, std::numbers::pi * uniform(random));
+    const auto found = contacts(test::conical_gear(), test::conical_tray(), X);
+    for (const Contact& c : found) {
+      for (const Contact& d : found) {
+        const bool through = c.depth_m > 1e-3 && c.depth_m > 2 * d.depth_m;
+        squeezed += through && c.n_W.dot(d.n_W) < -0.5;
+      }
+    }
+  }
+  EXPECT_EQ(squeezed, 0);
 }
 
 }  // namespace
