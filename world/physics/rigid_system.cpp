@@ -12,7 +12,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr int kRelaxations = 60, kMostChanges = 40;
+constexpr int kRelaxations = 60, kMostChanges = 30;
 // What is only held is held still. Where it presses on something else, friction is a little soft (1
 // um/s for each N): perfectly hard friction at many points often has no solution near the last.
 constexpr double kHoldingCfm = 1e-9, kPressingCfm = 1e-6;
