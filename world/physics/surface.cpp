@@ -16,7 +16,7 @@ constexpr Softness kHard = {0.2, 1e-6};
 // see the force of an immovable object.
 constexpr Softness kArm = {0.45, 4.5e-3};
 
-constexpr double kSinking = 100;  // [1/s]
+constexpr double kSinking = 20;  // [1/s]
 
 /// Depth up to which nothing pushes back [m], so that what rests keeps its contacts: it sinks in by
 /// this much. Trays are shoved, and need more. What pads squeeze keeps its contacts anyway, and
