@@ -8,7 +8,7 @@ namespace {
 constexpr double kBeltThickness = 0.05;  // deep enough that nothing passes through in one step
 constexpr double kFloorThickness = 1.0;
 constexpr double kFloorExtent = 2e4;  // what rolls off the cell rolls far
-constexpr double kBeltCover = 5e-3;  // a frame may lie this much under or over the belt's top
+constexpr double kBeltCover = 5e-3;   // a frame may lie this much under or over the belt's top
 
 FixedShape make(std::string_view name, const Eigen::Vector3d& size, const Eigen::Isometry3d& X_WS) {
   return {name, size, X_WS, bounds_of_box(size, X_WS), false};
