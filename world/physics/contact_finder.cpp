@@ -88,12 +88,13 @@ void ContactFinder::touched_by_robot(int body, int robot) {
 
 void ContactFinder::note_pressed() {
   std::fill(pressed_.begin(), pressed_.end(), 0);
+  const auto note = [this](BodyIndex presses, BodyIndex body) {
+    if (!cell_.nodes.is_gripper(presses) || !cell_.nodes.is_free(body)) return;
+    pressed_[static_cast<std::size_t>(body)] = 1;
+  };
   for (const auto& touch : cell_.touches) {
-    const BodyIndex a = touch.contact.a, b = touch.contact.b;
-    if (cell_.nodes.is_gripper(a) && cell_.nodes.is_free(b))
-      pressed_[static_cast<std::size_t>(b)] = 1;
-    if (cell_.nodes.is_gripper(b) && cell_.nodes.is_free(a))
-      pressed_[static_cast<std::size_t>(a)] = 1;
+    note(touch.contact.a, touch.contact.b);
+    note(touch.contact.b, touch.contact.a);
   }
 }
 

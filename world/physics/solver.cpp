@@ -199,7 +199,8 @@ void Solver::solve_iterative() {
   apply_forces();
   cut_begin();
   make_contacts(Phase::kIterative);
-  // Where little is to be solved, what slides is worth more digits.
+  // Where little is to be solved, what slides is worth more digits; not beside a gripper that
+  // presses, where the step has cost enough.
   const bool busy = islands_.any(Phase::kPress);
   const double spare = busy ? 1 : kFewContacts / std::max(1.0, static_cast<double>(made_.size()));
   dWorldSetQuickStepNumIterations(
