@@ -100,8 +100,8 @@ protocols::RobotLooks looks_of(const scene::Robot& robot) {
 }
 
 /// What the page draws besides the cell's description.
-protocols::CellLooks looks_of(const scene::Scene& scene) {
-  protocols::CellLooks looks;
+protocols::VisualDescription looks_of(const scene::Scene& scene) {
+  protocols::VisualDescription looks;
   for (const auto& box : scene.fixed) looks.fixed.push_back({box.name, box.size, box.X_WS});
   for (const auto& robot : scene.robots) looks.robots.push_back(looks_of(robot));
   for (const auto& [name, gear] : scene.gear_types) {

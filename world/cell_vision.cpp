@@ -21,7 +21,7 @@ bool CellVision::due(std::uint64_t step) const {
 }
 
 void CellVision::look(std::uint64_t step, const api::CellDescription& cell,
-                      const CellSolids& solids) {
+                      const SensorOccluders& solids) {
   for (auto& feed : feeds_) {
     if (feed.due(step)) feed.expose(step, cell, solids.X_WP(), solids.all());
     feed.advance(step);

@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "world/cell_solids.hpp"
 #include "world/scene/scene.hpp"
+#include "world/sensor_occluders.hpp"
 #include "world/sensors/vision_feed.hpp"
 
 namespace aprsim::world {
@@ -19,7 +19,7 @@ class CellVision {
   /// True if some camera exposes at this step; `solids` then have to be those of its end.
   [[nodiscard]] bool due(std::uint64_t step) const;
   /// Once a step; also once before the first, with step 0.
-  void look(std::uint64_t step, const api::CellDescription& cell, const CellSolids& solids);
+  void look(std::uint64_t step, const api::CellDescription& cell, const SensorOccluders& solids);
 
   [[nodiscard]] const api::VisionFrame& latest(std::size_t robot) const {
     return feeds_[robot].latest();

@@ -7,14 +7,14 @@
 
 #include "world/api/command.hpp"
 #include "world/api/snapshot.hpp"
-#include "world/cell_solids.hpp"
 #include "world/cell_vision.hpp"
 #include "world/conveyor_drive.hpp"
 #include "world/photo_eyes.hpp"
 #include "world/physics/physics_world.hpp"
-#include "world/robot_cell.hpp"
 #include "world/scene/scene.hpp"
+#include "world/sensor_occluders.hpp"
 #include "world/sensors/light_curtain.hpp"
+#include "world/simulated_robot.hpp"
 #include "world/world_state.hpp"
 
 namespace aprsim::world {
@@ -62,12 +62,12 @@ class World {
   SimTime step_size_;
   std::uint64_t steps_ = 0;
   std::vector<robot::ArmModel> models_;
-  std::vector<RobotCell> robots_;
+  std::vector<SimulatedRobot> robots_;
   std::optional<ConveyorDrive> conveyor_;
   std::optional<PhotoEyes> photo_eyes_;  // there when the conveyor is
   std::optional<physics::PhysicsWorld> physics_;
   std::shared_ptr<const api::CellDescription> description_;
-  std::optional<CellSolids> solids_;
+  std::optional<SensorOccluders> solids_;
   std::optional<CellVision> vision_;
   std::optional<sensors::LightCurtain> light_curtain_;
   api::LightCurtainSnapshot curtain_;

@@ -9,7 +9,7 @@
 #include "world/conveyor_drive.hpp"
 #include "world/photo_eyes.hpp"
 #include "world/physics/physics_world.hpp"
-#include "world/robot_cell.hpp"
+#include "world/simulated_robot.hpp"
 
 namespace aprsim::world {
 
@@ -18,7 +18,7 @@ namespace aprsim::world {
 struct WorldState {
   std::uint64_t seed = 0;
   std::uint64_t steps = 0;
-  std::vector<RobotCell::State> robots;
+  std::vector<SimulatedRobot::State> robots;
   std::optional<ConveyorDrive> conveyor;
   std::optional<PhotoEyes> photo_eyes;
   physics::PhysicsWorld::State physics;

@@ -28,7 +28,7 @@ constexpr int kDocumentsPerTurn = 16;
 }  // namespace
 
 CrclConnection::CrclConnection(asio::ip::tcp::socket socket, std::string peer,
-                               const CrclServerOptions& options, RobotLink& link,
+                               const CrclServerOptions& options, CommandLifecycle& link,
                                CrclCounters& counters, OnEnd on_end)
     : socket_(std::move(socket)),
       peer_(std::move(peer)),
@@ -36,7 +36,7 @@ CrclConnection::CrclConnection(asio::ip::tcp::socket socket, std::string peer,
       link_(link),
       counters_(counters),
       on_end_(std::move(on_end)),
-      settings_(std::make_shared<ReportSettings>(options.units, options.joints_in_degrees)),
+      settings_(std::make_shared<ConnectionSettings>(options.units, options.joints_in_degrees)),
       framer_(crcl::Framer::for_commands(options.max_message_bytes, options.max_program_bytes)),
       write_timer_(socket_.get_executor()),
       idle_timer_(socket_.get_executor()) {}

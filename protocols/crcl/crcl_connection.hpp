@@ -13,9 +13,9 @@
 
 #include "crcl/error.hpp"
 #include "crcl/framer.hpp"
+#include "protocols/crcl/command_lifecycle.hpp"
+#include "protocols/crcl/connection_settings.hpp"
 #include "protocols/crcl/crcl_server.hpp"
-#include "protocols/crcl/report_settings.hpp"
-#include "protocols/crcl/robot_link.hpp"
 
 namespace aprsim::protocols {
 
@@ -33,7 +33,7 @@ class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
 
   /// `on_end` is called once, when the socket has been closed.
   CrclConnection(boost::asio::ip::tcp::socket socket, std::string peer,
-                 const CrclServerOptions& options, RobotLink& link, CrclCounters& counters,
+                 const CrclServerOptions& options, CommandLifecycle& link, CrclCounters& counters,
                  OnEnd on_end);
 
   void start();
@@ -67,11 +67,11 @@ class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
   boost::asio::ip::tcp::socket socket_;
   std::string peer_;
   const CrclServerOptions& options_;
-  RobotLink& link_;
+  CommandLifecycle& link_;
   CrclCounters& counters_;
   OnEnd on_end_;
 
-  std::shared_ptr<ReportSettings> settings_;  // a program that runs keeps them, too
+  std::shared_ptr<ConnectionSettings> settings_;  // a program that runs keeps them, too
   crcl::Framer framer_;
   std::array<char, 8192> input_{};
   std::string asked_;   // the latest GetStatus, which clients repeat byte for byte

@@ -5,8 +5,8 @@
 #include <spdlog/spdlog.h>
 
 #include "crcl/xml_tree.hpp"
+#include "protocols/crcl/command_lifecycle.hpp"
 #include "protocols/crcl/crcl_connection.hpp"
-#include "protocols/crcl/robot_link.hpp"
 #include "protocols/tcp_service.hpp"
 
 namespace aprsim::protocols {
@@ -15,9 +15,9 @@ namespace {
 
 constexpr auto kProgramPeriod = std::chrono::milliseconds(1);
 
-RobotLinkOptions link_options(const CrclServerOptions& options) {
+CommandLifecycleOptions link_options(const CrclServerOptions& options) {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
-  RobotLinkOptions link;
+  CommandLifecycleOptions link;
   link.robot = options.robot;
   link.endpoint = options.endpoint;
   link.clamp_targets = options.clamp_targets;
@@ -79,7 +79,7 @@ class CrclServer::Impl {
   }
 
   CrclServerOptions options_;
-  RobotLink link_;
+  CommandLifecycle link_;
   CrclCounters counters_;
   TcpService<CrclConnection> service_;
   boost::asio::steady_timer program_timer_;

@@ -7,7 +7,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "crcl/text.hpp"
-#include "protocols/crcl/status_report.hpp"
+#include "protocols/crcl/status_builder.hpp"
 
 namespace aprsim::protocols {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "crcl/documents.hpp"
 #include "crcl/sensor_status.hpp"
-#include "protocols/crcl/report_settings.hpp"
+#include "protocols/crcl/connection_settings.hpp"
 #include "world/api/error.hpp"
 #include "world/api/guard.hpp"
 #include "world/api/snapshot.hpp"

@@ -135,8 +135,8 @@ bool Connection::close_if_finished() {
 }
 
 bool Connection::take_request() {
-  const modbus::Gated gated =
-      modbus::gate(std::span(in_).subspan(in_taken_, in_size_ - in_taken_), context_.rules);
+  const modbus::ValidatedRequest gated = modbus::validate_request(
+      std::span(in_).subspan(in_taken_, in_size_ - in_taken_), context_.rules);
   incomplete_ = gated.verdict == Verdict::kIncomplete;
   if (incomplete_) {
     if (in_size_ > in_taken_ && request_due_ == kNever) {
@@ -169,7 +169,7 @@ bool Connection::take_request() {
   return true;
 }
 
-void Connection::handle(const modbus::Gated& gated) {
+void Connection::handle(const modbus::ValidatedRequest& gated) {
   if (gated.verdict == Verdict::kRefused) {
     refuse(gated.adu, gated.exception);
   } else if (gated.verdict == Verdict::kIdentification) {
@@ -181,7 +181,7 @@ void Connection::handle(const modbus::Gated& gated) {
   }
 }
 
-void Connection::execute(const modbus::Gated& gated) {
+void Connection::execute(const modbus::ValidatedRequest& gated) {
   context_.plc.refresh();
   if (!gated.request.is_write()) {
     answer(gated.adu);

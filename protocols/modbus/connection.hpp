@@ -16,10 +16,10 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
 
-#include "modbus/gate.hpp"
+#include "modbus/request_validator.hpp"
+#include "protocols/modbus/conveyor_device.hpp"
 #include "protocols/modbus/limited_log.hpp"
 #include "protocols/modbus/modbus_server.hpp"
-#include "protocols/modbus/plc.hpp"
 #include "protocols/modbus/reply_builder.hpp"
 #include "protocols/rate_limit.hpp"
 
@@ -35,11 +35,11 @@ struct Counters {
 struct ListenerContext {
   boost::asio::io_context& io;
   const ModbusServerOptions& options;
-  Plc& plc;
+  ConveyorDevice& plc;
   ReplyBuilder& replies;
   LimitedLog& log;
   Counters& counters;
-  modbus::GateRules rules;
+  modbus::RequestRules rules;
   /// Calls poll_applied() of this connection every millisecond or so until it returns false.
   std::function<void(std::shared_ptr<Connection>)> await_applied;
   std::function<void(const Connection&)> closed;
@@ -75,8 +75,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void process();
   [[nodiscard]] bool take_request();
   [[nodiscard]] bool close_if_finished();
-  void handle(const modbus::Gated& gated);
-  void execute(const modbus::Gated& gated);
+  void handle(const modbus::ValidatedRequest& gated);
+  void execute(const modbus::ValidatedRequest& gated);
   void answer(std::span<const std::uint8_t> adu);
   void refuse(std::span<const std::uint8_t> adu, modbus::ExceptionCode code);
   /// Shows one message, a whole one, to whoever watches.

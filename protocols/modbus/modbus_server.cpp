@@ -50,7 +50,7 @@ class ModbusServer::Impl {
   AllowList allow_;
   TcpService<Connection> service_;
   boost::asio::steady_timer apply_timer_{service_.io()};
-  std::unique_ptr<Plc> plc_;
+  std::unique_ptr<ConveyorDevice> plc_;
   std::unique_ptr<ReplyBuilder> replies_;
   std::unique_ptr<ListenerContext> context_;
   std::vector<std::shared_ptr<Connection>> waiting_;
@@ -69,11 +69,11 @@ Result<std::uint16_t> ModbusServer::Impl::start() {
   const auto port = service_.listen();
   if (!port) return port;
   replies_ = std::make_unique<ReplyBuilder>(std::move(*replies));
-  plc_ = std::make_unique<Plc>(options_.scaling, options_.endpoint, sink_, source_,
-                               std::chrono::duration<double>(options_.watchdog).count());
+  plc_ = std::make_unique<ConveyorDevice>(options_.scaling, options_.endpoint, sink_, source_,
+                                          std::chrono::duration<double>(options_.watchdog).count());
   context_ = std::make_unique<ListenerContext>(
       ListenerContext{service_.io(), options_, *plc_, *replies_, log_, counters_,
-                      modbus::GateRules{options_.read_only, options_.unit_ids},
+                      modbus::RequestRules{options_.read_only, options_.unit_ids},
                       [this](std::shared_ptr<Connection> c) { await_applied(std::move(c)); },
                       [this](const Connection& c) { end(c); }});
   service_.start();

@@ -10,7 +10,7 @@
 
 #include <modbus/modbus.h>
 
-#include "modbus/gate.hpp"
+#include "modbus/request_validator.hpp"
 
 namespace aprsim::protocols {
 namespace {

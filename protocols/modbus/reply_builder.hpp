@@ -21,9 +21,9 @@ class ReplyBuilder {
   ReplyBuilder& operator=(ReplyBuilder&&) noexcept;
   ~ReplyBuilder();
 
-  /// The whole reply (ADU) to a request that gate() judged kRequest. Reads answer from the image;
-  /// writes give their echo and change nothing. Empty if libmodbus did not produce a reply to this
-  /// very request. Valid until the next call.
+  /// The whole reply (ADU) to a request that validate_request() judged kRequest. Reads answer from
+  /// the image; writes give their echo and change nothing. Empty if libmodbus did not produce a
+  /// reply to this very request. Valid until the next call.
   [[nodiscard]] std::span<const std::uint8_t> build(std::span<const std::uint8_t> adu,
                                                     const modbus::RegisterImage& image);
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "aprsim/v1/web.pb.h"
-#include "protocols/modbus/plc.hpp"
+#include "protocols/modbus/conveyor_device.hpp"
 #include "protocols/web/jogger.hpp"
 #include "protocols/web/viewer.hpp"
 #include "protocols/web/web_server.hpp"
@@ -54,8 +54,8 @@ class ViewerHub {
   api::CommandSink& sink_;
   const api::SnapshotSource& source_;
   std::string instance_id_;
-  int beams_ = 0;  // of the light curtain; the same after a reset
-  Plc plc_;        // a reader's own: the registers as the snapshot makes them
+  int beams_ = 0;       // of the light curtain; the same after a reset
+  ConveyorDevice plc_;  // a reader's own: the registers as the snapshot makes them
   std::map<std::uint64_t, std::shared_ptr<Viewer>> viewers_;
   std::uint64_t next_id_ = 0;
   std::vector<Jogger> joggers_;  // by robot

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "modbus/register_map.hpp"
-#include "protocols/web/cell_looks.hpp"
+#include "protocols/web/visual_description.hpp"
 #include "protocols/wire_tap.hpp"
 #include "world/api/error.hpp"
 #include "world/api/ports.hpp"
@@ -36,7 +36,7 @@ struct WebServerOptions {
   std::vector<std::string> hosts;  ///< host names of the page besides addresses and localhost
   std::string assets;              ///< directory of the page's files
   std::vector<std::pair<std::string, std::string>> models;  ///< robot name, description file
-  CellLooks looks;                                          ///< of the cell
+  VisualDescription looks;                                  ///< of the cell
   std::string version;
   modbus::ConveyorScaling scaling;  ///< of the registers shown
   api::EndpointId endpoint = 0;     ///< stamped on every command

@@ -15,7 +15,7 @@
 #include "crcl/framer.hpp"
 #include "crcl/schema.hpp"
 #include "crcl/status_decoder.hpp"
-#include "protocols/crcl/robot_link.hpp"
+#include "protocols/crcl/command_lifecycle.hpp"
 #include "tests/support/fake_world.hpp"
 
 namespace {
@@ -48,13 +48,13 @@ class Connection {
   }
 
  private:
-  static protocols::RobotLinkOptions options() {
-    protocols::RobotLinkOptions out;
+  static protocols::CommandLifecycleOptions options() {
+    protocols::CommandLifecycleOptions out;
     out.max_program_bytes = kProgramBytes;
     return out;
   }
-  static std::shared_ptr<protocols::ReportSettings> make_settings() {
-    return std::make_shared<protocols::ReportSettings>(crcl::Units{}, true);
+  static std::shared_ptr<protocols::ConnectionSettings> make_settings() {
+    return std::make_shared<protocols::ConnectionSettings>(crcl::Units{}, true);
   }
 
   void end(const crcl::Error& error) {
@@ -111,8 +111,8 @@ class Connection {
 
   unsigned mood_;
   test_support::FakeWorld world_;
-  protocols::RobotLink link_;
-  std::shared_ptr<protocols::ReportSettings> settings_;
+  protocols::CommandLifecycle link_;
+  std::shared_ptr<protocols::ConnectionSettings> settings_;
   crcl::Framer framer_ = crcl::Framer::for_commands(kCommandBytes, kProgramBytes);
   std::size_t seen_ = 0;
   std::int64_t last_status_ = 0;

@@ -6,7 +6,7 @@
 #include <span>
 
 #include "modbus/conveyor_registers.hpp"
-#include "modbus/gate.hpp"
+#include "modbus/request_validator.hpp"
 
 namespace {
 
@@ -37,8 +37,8 @@ void use(const Request& request, std::span<const std::uint8_t> adu) {
 }
 
 /// Takes one frame off the stream; false when nothing more can be taken.
-bool take(std::span<const std::uint8_t>& stream, const GateRules& rules) {
-  const Gated gated = gate(stream, rules);
+bool take(std::span<const std::uint8_t>& stream, const RequestRules& rules) {
+  const ValidatedRequest gated = validate_request(stream, rules);
   if (gated.verdict == Verdict::kIncomplete || gated.verdict == Verdict::kBroken) {
     demand(gated.adu.empty());
     return false;
@@ -46,8 +46,9 @@ bool take(std::span<const std::uint8_t>& stream, const GateRules& rules) {
   demand(gated.adu.size() > kHeaderSize && gated.adu.size() <= kMaxAduSize);
   demand(gated.adu.data() == stream.data() && gated.adu.size() <= stream.size());
   // However the bytes arrive, a frame is judged when it is whole and not before.
-  demand(gate(gated.adu.first(gated.adu.size() - 1), rules).verdict == Verdict::kIncomplete);
-  demand(gate(gated.adu, rules).verdict == gated.verdict);
+  demand(validate_request(gated.adu.first(gated.adu.size() - 1), rules).verdict ==
+         Verdict::kIncomplete);
+  demand(validate_request(gated.adu, rules).verdict == gated.verdict);
   if (gated.verdict == Verdict::kRequest) use(gated.request, gated.adu);
   if (gated.verdict == Verdict::kIdentification) {
     demand(identification_reply(gated.adu, gated.identification).size() <= kMaxAduSize);
@@ -64,7 +65,7 @@ bool take(std::span<const std::uint8_t>& stream, const GateRules& rules) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const std::uint8_t units[] = {0, 1, 255};
-  GateRules rules;
+  RequestRules rules;
   rules.read_only = (data[0] & 1) != 0;
   if ((data[0] & 2) != 0) rules.unit_ids = units;
   std::span<const std::uint8_t> stream(data + 1, size - 1);

@@ -16,14 +16,14 @@ int index_of(const Range& named, std::string_view name) {
   return found == named.end() ? -1 : static_cast<int>(found - named.begin());
 }
 
-Side side_of(const Cell& cell, BodyIndex node, int fixed) {
+Side side_of(const PhysicsModel& cell, BodyIndex node, int fixed) {
   if (node < 0) return {Side::Kind::kFixed, fixed};
   if (cell.nodes.is_free(node)) return {Side::Kind::kBody, node};
   return {Side::Kind::kRobot, cell.nodes.robot_of(node)};
 }
 
 /// What a link touches under the penalty law: another link or something fixed.
-Side partner_of(const Cell& cell, const ArmForce& force) {
+Side partner_of(const PhysicsModel& cell, const ArmForce& force) {
   if (force.with_link >= 0) return {Side::Kind::kRobot, index_of(cell.scene.robots, force.with)};
   return {Side::Kind::kFixed, index_of(cell.fixed.shapes, force.with)};
 }
@@ -31,10 +31,10 @@ Side partner_of(const Cell& cell, const ArmForce& force) {
 }  // namespace
 
 void PhysicsWorld::write_contacts(std::vector<api::ContactSnapshot>& out) const {
-  const Cell& cell = impl_->cell;
+  const PhysicsModel& cell = impl_->cell;
   out.clear();
   out.reserve(api::kMaxContacts);
-  for (const Touch& touch : cell.touches) {
+  for (const ContactConstraint& touch : cell.touches) {
     if (out.size() == api::kMaxContacts) return;
     const Contact& contact = touch.contact;
     out.push_back({side_of(cell, contact.a, -1), side_of(cell, contact.b, touch.fixed), contact.p_W,
@@ -55,7 +55,7 @@ void PhysicsWorld::write_contacts(std::vector<api::ContactSnapshot>& out) const 
 
 std::vector<std::string> PhysicsWorld::fixed_names() const {
   std::vector<std::string> names;
-  for (const FixedShape& shape : impl_->cell.fixed.shapes) names.emplace_back(shape.name);
+  for (const StaticShape& shape : impl_->cell.fixed.shapes) names.emplace_back(shape.name);
   return names;
 }
 

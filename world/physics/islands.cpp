@@ -15,7 +15,7 @@ constexpr int kMaxQuietRows = 60;
 
 }  // namespace
 
-Islands::Islands(const Cell& cell)
+Islands::Islands(const PhysicsModel& cell)
     : nodes_(cell.nodes),
       free_(cell.nodes.free_count()),
       count_(free_ + static_cast<int>(cell.grippers.size())),
@@ -26,7 +26,7 @@ Islands::Islands(const Cell& cell)
       sums_(index(count_)),
       phase_(index(count_)) {}
 
-int Islands::node(const Cell& cell, BodyIndex body) const {
+int Islands::node(const PhysicsModel& cell, BodyIndex body) const {
   if (body < 0 || nodes_.is_link(body)) return -1;
   return nodes_.is_free(body) ? cell.simplification.root(body) : free_ + nodes_.robot_of(body);
 }
@@ -44,7 +44,7 @@ void Islands::unite(int a, int b) {
   parent_[index(std::max(ra, rb))] = std::min(ra, rb);
 }
 
-void Islands::find(const Cell& cell, std::span<Touch> touches) {
+void Islands::find(const PhysicsModel& cell, std::span<ContactConstraint> touches) {
   mark_near(cell, touches);
   for_nodes(cell, [this](int i) {
     parent_[index(i)] = i;
@@ -67,7 +67,7 @@ void Islands::find(const Cell& cell, std::span<Touch> touches) {
   }
 }
 
-void Islands::choose_phases(const Cell& cell) {
+void Islands::choose_phases(const PhysicsModel& cell) {
   any_ = {};
   for_nodes(cell, [&](int i) {
     const Sum& sum = sums_[index(root(i))];
@@ -75,7 +75,7 @@ void Islands::choose_phases(const Cell& cell) {
     if (i >= free_ && cell.grippers[index(i - free_)].idle()) {
       phase = Phase::kNone;
     } else if (sum.gripper) {
-      if (sum.rows <= kMaxGripperRows) phase = sum.foreign ? Phase::kPress : Phase::kHold;
+      if (sum.rows <= kMaxGripperRows) phase = sum.foreign ? Phase::kCoupled : Phase::kDecoupled;
     } else if (sum.rows <= kMaxQuietRows && !sum.pile) {
       phase = Phase::kDirect;
     }
@@ -88,7 +88,7 @@ void Islands::choose_phases(const Cell& cell) {
 
 /// Floods from each gripper through what it touches; trays and what is joined to them are the
 /// border, beyond which the flood does not go.
-void Islands::mark_near(const Cell& cell, std::span<Touch> touches) {
+void Islands::mark_near(const PhysicsModel& cell, std::span<ContactConstraint> touches) {
   for_nodes(cell, [this](int i) { near_[index(i)] = i < free_ ? kFar : kCore; });
   if (free_ == count_) return;
   const auto reach = [&](int from, int to) {
@@ -113,7 +113,7 @@ void Islands::mark_near(const Cell& cell, std::span<Touch> touches) {
   }
 }
 
-void Islands::sum_up(const Cell& cell, std::span<const Touch> touches) {
+void Islands::sum_up(const PhysicsModel& cell, std::span<const ContactConstraint> touches) {
   for (const auto& touch : touches) {
     const auto& contact = touch.contact;
     const int a = node(cell, contact.a), b = node(cell, contact.b);
@@ -134,12 +134,12 @@ void Islands::sum_up(const Cell& cell, std::span<const Touch> touches) {
   }
 }
 
-int Islands::number_of(const Cell& cell, const Touch& touch) const {
+int Islands::number_of(const PhysicsModel& cell, const ContactConstraint& touch) const {
   const int a = node(cell, touch.contact.a);
   return number_[index(a >= 0 ? a : node(cell, touch.contact.b))];
 }
 
-Phase Islands::phase_of(const Cell& cell, const Touch& touch) const {
+Phase Islands::phase_of(const PhysicsModel& cell, const ContactConstraint& touch) const {
   const int a = node(cell, touch.contact.a), b = node(cell, touch.contact.b);
   if (touch.cut) return Phase::kIterative;
   return phase_of_node(a >= 0 ? a : b);

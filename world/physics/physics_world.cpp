@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "world/physics/guard.hpp"
+#include "world/physics/divergence_check.hpp"
 #include "world/physics/physics_world_impl.hpp"
 #include "world/physics/state_hash.hpp"
 
@@ -56,8 +56,9 @@ void PhysicsWorld::Impl::count_faults() {
 }
 
 void PhysicsWorld::Impl::take_results() {
-  std::erase_if(cell.touches,
-                [](const Touch& touch) { return is_gap(touch) && touch.normal_n == 0; });
+  std::erase_if(cell.touches, [](const ContactConstraint& touch) {
+    return is_gap(touch) && touch.normal_n == 0;
+  });
   for (const int i : cell.simplification.solids()) {
     cell.body(i).refresh();
     cell.simplification.follow(i);
@@ -106,7 +107,7 @@ bool PhysicsWorld::Impl::in_hand(int robot, BodyIndex node) const {
   return cell.grippers[static_cast<std::size_t>(robot)].state().held_body == node;
 }
 
-void PhysicsWorld::Impl::report_touch(const Touch& touch) {
+void PhysicsWorld::Impl::report_touch(const ContactConstraint& touch) {
   const auto& contact = touch.contact;
   const auto link_of = [this](BodyIndex node) {
     return cell.nodes.is_link(node) ? cell.nodes.link_of(node) : -1;

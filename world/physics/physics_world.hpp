@@ -11,7 +11,7 @@
 
 #include "world/api/snapshot.hpp"
 #include "world/physics/physics_failure.hpp"
-#include "world/robot/arm_model.hpp"
+#include "world/robot/model/arm_model.hpp"
 #include "world/scene/scene.hpp"
 
 namespace aprsim::physics {

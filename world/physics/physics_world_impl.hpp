@@ -1,10 +1,10 @@
 #pragma once
 
-#include "world/physics/arm_contacts.hpp"
-#include "world/physics/cell.hpp"
-#include "world/physics/contact_finder.hpp"
+#include "world/physics/arm_penalty.hpp"
+#include "world/physics/contact_search.hpp"
+#include "world/physics/physics_model.hpp"
 #include "world/physics/physics_world.hpp"
-#include "world/physics/solver.hpp"
+#include "world/physics/step_solver.hpp"
 
 namespace aprsim::physics {
 
@@ -23,14 +23,14 @@ struct PhysicsWorld::Impl {
   void move_arms();
   void take_results();
   void count_faults();
-  void report_touch(const Touch& touch);
+  void report_touch(const ContactConstraint& touch);
   [[nodiscard]] bool in_hand(int robot, BodyIndex node) const;
   void observe_grippers();
 
-  Cell cell;
-  ContactFinder finder;
-  Solver solver;
-  ArmContacts arm_contacts;
+  PhysicsModel cell;
+  ContactSearch finder;
+  StepSolver solver;
+  ArmPenalty arm_contacts;
   std::vector<std::vector<ArmForce>> forces;
   std::vector<int> released;
   std::vector<Eigen::Isometry3d> next_mounts;  ///< of the grippers; set before every step

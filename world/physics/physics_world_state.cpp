@@ -7,7 +7,7 @@ namespace aprsim::physics {
 namespace {
 
 /// Where the names of an arm's contacts live in this cell; empty when there is no such name.
-std::string_view name_in(const Cell& cell, const std::string& name) {
+std::string_view name_in(const PhysicsModel& cell, const std::string& name) {
   for (const auto& body : cell.bodies) {
     if (body.name == name) return body.name;
   }
@@ -36,10 +36,10 @@ struct PhysicsWorld::State::Data {
   };
   std::vector<Body> bodies;
   std::vector<GripperMechanism::State> grippers;
-  std::vector<ArmBodies::State> arms;
+  std::vector<ArmLinks::State> arms;
   Simplification::State simplification;
-  std::vector<Touch> touches;
-  Solver::Memory solver;
+  std::vector<ContactConstraint> touches;
+  StepSolver::Memory solver;
   std::vector<std::vector<Force>> forces;
   int contacts = 0;
   double belt_speed = 0, next_belt_speed = 0, max_penetration = 0;
@@ -47,7 +47,7 @@ struct PhysicsWorld::State::Data {
 };
 
 PhysicsWorld::State PhysicsWorld::save() const {
-  const Cell& cell = impl_->cell;
+  const PhysicsModel& cell = impl_->cell;
   State::Data data{.simplification = cell.simplification.save()};
   for (const auto& body : cell.bodies) {
     auto& to = data.bodies.emplace_back(
@@ -74,7 +74,7 @@ PhysicsWorld::State PhysicsWorld::save() const {
 }
 
 void PhysicsWorld::restore(const State& state) {
-  Cell& cell = impl_->cell;
+  PhysicsModel& cell = impl_->cell;
   if (!state.data_) throw std::invalid_argument("physics state: empty");
   const State::Data& data = *state.data_;
   if (data.bodies.size() != cell.bodies.size() || data.arms.size() != cell.arms.size()) {

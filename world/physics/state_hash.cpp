@@ -28,7 +28,7 @@ class Fnv1a {
 
 }  // namespace
 
-std::uint64_t state_hash(const Cell& cell) {
+std::uint64_t state_hash(const PhysicsModel& cell) {
   Fnv1a hash;
   for (int i = 0; i < static_cast<int>(cell.bodies.size()); ++i) {
     hash.add(cell.simplification.X_WB(i).matrix());

@@ -2,11 +2,11 @@
 
 #include <cstdint>
 
-#include "world/physics/cell.hpp"
+#include "world/physics/physics_model.hpp"
 
 namespace aprsim::physics {
 
 /// FNV-1a over the bits of the poses and velocities of all free bodies and gripper parts.
-[[nodiscard]] std::uint64_t state_hash(const Cell& cell);
+[[nodiscard]] std::uint64_t state_hash(const PhysicsModel& cell);
 
 }  // namespace aprsim::physics

@@ -5,7 +5,7 @@
 
 #include <Eigen/Geometry>
 
-#include "world/robot/arm_model.hpp"
+#include "world/robot/model/arm_model.hpp"
 
 /// What stands in the way of a camera's sight or a sensor's beam.
 namespace aprsim::sensors {

@@ -6,7 +6,7 @@
 #include "tests/benchmarks/support/experiment.hpp"
 #include "tests/benchmarks/support/modes.hpp"
 #include "tests/benchmarks/trays/tray_run.hpp"
-#include "world/physics/mass_properties.hpp"
+#include "world/physics/bodies/mass_properties.hpp"
 #include "world/physics/physics_world.hpp"
 
 namespace aprsim::bench {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tests/unit/physics/cell_builder.hpp"
+#include "tests/unit/world/physics/cell_builder.hpp"
 
 namespace aprsim::bench {
 namespace {

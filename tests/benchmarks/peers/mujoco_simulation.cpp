@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "tests/benchmarks/peers/peer_geometry.hpp"
-#include "world/physics/mass_properties.hpp"
+#include "world/physics/bodies/mass_properties.hpp"
 
 namespace aprsim::bench {
 namespace {

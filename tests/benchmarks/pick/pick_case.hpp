@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/unit/physics/cell_builder.hpp"
+#include "tests/unit/world/physics/cell_builder.hpp"
 
 /// One pick out of a pocket and one placing into another, by friction alone, with a floating
 /// gripper: the experiment that the pick grid repeats.

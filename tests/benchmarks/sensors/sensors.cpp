@@ -9,7 +9,7 @@
 #include "tests/benchmarks/support/experiment.hpp"
 #include "tests/benchmarks/support/statistics.hpp"
 #include "tests/support/cell_script.hpp"
-#include "world/cell_solids.hpp"
+#include "world/sensor_occluders.hpp"
 #include "world/sensors/light_curtain.hpp"
 #include "world/sensors/overhead_camera.hpp"
 
@@ -31,7 +31,7 @@ class Cell {
       X_WL.emplace_back(links.begin(), links.end());
     }
     physics_ = std::make_unique<physics::PhysicsWorld>(*scene_, models_, X_WL);
-    solids_ = std::make_unique<world::CellSolids>(*scene_, models_);
+    solids_ = std::make_unique<world::SensorOccluders>(*scene_, models_);
     gather({});
   }
 
@@ -39,7 +39,7 @@ class Cell {
     solids_->gather(robots_, *physics_, intruder);
   }
   [[nodiscard]] const scene::Scene& scene() const { return *scene_; }
-  [[nodiscard]] const world::CellSolids& solids() const { return *solids_; }
+  [[nodiscard]] const world::SensorOccluders& solids() const { return *solids_; }
   [[nodiscard]] std::vector<sensors::Solid> arms_alone() const {
     std::vector<sensors::Solid> arms;
     for (const auto& solid : solids_->all()) {
@@ -51,9 +51,9 @@ class Cell {
  private:
   std::shared_ptr<const scene::Scene> scene_ = test::load_scene("aprs");
   std::vector<robot::ArmModel> models_;
-  std::vector<world::RobotCell> robots_;
+  std::vector<world::SimulatedRobot> robots_;
   std::unique_ptr<physics::PhysicsWorld> physics_;
-  std::unique_ptr<world::CellSolids> solids_;
+  std::unique_ptr<world::SensorOccluders> solids_;
 };
 
 /// CPU time of one call [us], the median of so many rounds of 100 calls.

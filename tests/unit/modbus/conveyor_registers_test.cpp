@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "modbus/gate.hpp"
+#include "modbus/request_validator.hpp"
 #include "tests/unit/modbus/bytes.hpp"
 
 namespace aprsim::modbus {
@@ -25,7 +25,7 @@ std::uint16_t input(const RegisterImage& image, int address) {
 
 Checked<ConveyorWrite> decode(const Bytes& body, const ConveyorScaling& scaling = {}) {
   const Bytes bytes = adu(body);
-  const Gated gated = gate(bytes);
+  const ValidatedRequest gated = validate_request(bytes);
   EXPECT_EQ(gated.verdict, Verdict::kRequest);
   return decode_write(gated.request, scaling);
 }

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "modbus/device_identification.hpp"
+#include "modbus/request.hpp"
+
+/// The way in from a byte stream: frames Modbus/TCP, judges every request, and refuses what must be
+/// refused. Nothing reaches the device but complete requests that are right in themselves.
+/// Source: MODBUS Messaging on TCP/IP Implementation Guide V1.0b, sections 3.1.3 and 4.4.2.
+namespace aprsim::modbus {
+
+/// Transaction id, protocol id, length, unit id.
+inline constexpr std::size_t kHeaderSize = 7;
+inline constexpr std::size_t kMaxPduSize = 253;
+inline constexpr std::size_t kMaxAduSize = kHeaderSize + kMaxPduSize;
+
+/// A complete answer. Function code of an exception reply: the request's with the top bit set.
+struct ExceptionReply {
+  std::array<std::uint8_t, kHeaderSize + 2> bytes{};
+};
+
+/// The exception reply to the request whose ADU begins with these kHeaderSize + 1 bytes or more:
+/// same transaction id and unit id.
+[[nodiscard]] ExceptionReply exception_reply(std::span<const std::uint8_t> adu, ExceptionCode code);
+
+enum class Verdict : std::uint8_t {
+  kIncomplete,      ///< wait for more bytes
+  kRequest,         ///< `request` may be executed
+  kIdentification,  ///< send identification_reply(adu, identification)
+  kRefused,         ///< send exception_reply(adu, exception)
+  kIgnored,         ///< complete, but not Modbus (protocol id is not 0): skip it without an answer
+  kBroken,          ///< the length is impossible, so the stream cannot be followed: close it
+};
+
+/// What an installation restricts.
+struct RequestRules {
+  bool read_only = false;  ///< functions that write: exception 1, whatever else is wrong with them
+  std::span<const std::uint8_t> unit_ids = {};  ///< others get exception 11; empty = any unit id
+};
+
+struct ValidatedRequest {
+  Verdict verdict = Verdict::kIncomplete;
+  std::span<const std::uint8_t> adu;  ///< the bytes taken off the stream; empty if none were
+  Request request;                    ///< refers to `adu`
+  IdentificationRequest identification;
+  ExceptionCode exception = ExceptionCode::kIllegalFunction;
+  std::string_view reason;  ///< of kIgnored and kBroken
+};
+
+/// Judges what a stream begins with. Pure: depends on the bytes and rules alone.
+[[nodiscard]] ValidatedRequest validate_request(std::span<const std::uint8_t> stream,
+                                                const RequestRules& rules = {});
+
+}  // namespace aprsim::modbus

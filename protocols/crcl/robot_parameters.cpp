@@ -1,0 +1,205 @@
+#include "protocols/crcl/robot_parameters.hpp"
+
+#include <cctype>
+#include <string_view>
+
+#include <spdlog/fmt/fmt.h>
+
+#include "crcl/text.hpp"
+
+namespace aprsim::protocols {
+namespace {
+
+constexpr std::size_t kMaxParameters = 256;
+constexpr std::string_view kForce = "force", kPressure = "pressure";
+constexpr std::string_view kSpeedOverride = "speed_override";
+constexpr std::string_view kTime = "simulated_time", kStop = "protective_stop", kDrives = "drives";
+
+// What clients can read, but not set.
+bool is_reading(std::string_view parameter) {
+  return parameter == kTime || parameter == kStop || parameter == kDrives;
+}
+
+tl::unexpected<Error> bad_setting(std::string_view name, std::string message) {
+  return fail(ErrorCode::kInvalidArgument, std::string(name), std::move(message));
+}
+
+// An xs:NMTOKEN.
+std::string token(std::string text) {
+  for (char& c : text) {
+    if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '.' && c != '-') c = '_';
+  }
+  return text;
+}
+
+// A number above `low` (or equal to it, when `closed`) and at most `high`.
+Result<double> within(const crcl::ParameterSetting& setting, double low, bool closed, double high,
+                      std::string_view unit) {
+  const auto value = crcl::parse_double(setting.value);
+  const bool fits = value && *value <= high && (closed ? *value >= low : *value > low);
+  if (fits) return *value;
+  return bad_setting(setting.name,
+                     fmt::format("{} {}: must be {} {:g} and at most {:g}{}{}", setting.name,
+                                 crcl::shorten(setting.value), closed ? "at least" : "above", low,
+                                 high, unit.empty() ? "" : " ", unit));
+}
+
+Result<void> keep(std::map<std::string, std::string>& kept,
+                  const std::vector<crcl::ParameterSetting>& settings) {
+  std::size_t fresh = 0;
+  for (const crcl::ParameterSetting& setting : settings) {
+    if (setting.name.empty()) return bad_setting("ParameterName", "ParameterName is empty");
+    if (!kept.contains(setting.name)) ++fresh;
+  }
+  if (kept.size() + fresh > kMaxParameters) {
+    return bad_setting("ParameterSetting", fmt::format("{} parameters, must be at most {}",
+                                                       kept.size() + fresh, kMaxParameters));
+  }
+  for (const crcl::ParameterSetting& setting : settings) kept[setting.name] = setting.value;
+  return {};
+}
+
+std::vector<crcl::ParameterSetting> listed(const std::map<std::string, std::string>& kept) {
+  std::vector<crcl::ParameterSetting> settings;
+  for (const auto& [name, value] : kept) settings.push_back({name, value});
+  return settings;
+}
+
+RobotParameters::Outcome nothing_left() { return std::optional<api::RobotAction>(); }
+
+RobotParameters::Outcome nothing_left(const Result<void>& done) {
+  if (!done) return tl::unexpected(done.error());
+  return nothing_left();
+}
+
+}  // namespace
+
+RobotParameters::RobotParameters(const api::RobotDescription& robot, int beams)
+    : gripper_name_(token(robot.name) + "_gripper"),
+      max_grip_force_n_(robot.gripper.force_n),
+      sensors_(static_cast<int>(robot.joints.size()), beams) {}
+
+RobotParameters::Outcome RobotParameters::take(const crcl::SetEndEffectorParameters& command,
+                                               ConnectionSettings& settings) {
+  const crcl::ForceUnit unit = settings.units().force;
+  std::optional<api::RobotAction> action;
+  for (const crcl::ParameterSetting& setting : command.settings) {
+    if (setting.name == kForce) {
+      const auto force =
+          within(setting, 0, false, crcl::from_si(max_grip_force_n_, unit), crcl::name_of(unit));
+      if (!force) return tl::unexpected(force.error());
+      action = api::SetGripperForce{std::min(crcl::to_si(*force, unit), max_grip_force_n_)};
+    } else if (setting.name == kPressure) {
+      const auto fraction = within(setting, 0, false, 1, "");
+      if (!fraction) return tl::unexpected(fraction.error());
+      action = api::SetGripperForce{*fraction * max_grip_force_n_};
+    }
+  }
+  if (const auto kept = keep(end_effector_, command.settings); !kept) {
+    return tl::unexpected(kept.error());
+  }
+  return action;
+}
+
+RobotParameters::Outcome RobotParameters::take(const crcl::SetRobotParameters& command,
+                                               ConnectionSettings&) {
+  std::optional<api::RobotAction> action;
+  for (const crcl::ParameterSetting& setting : command.settings) {
+    if (is_reading(setting.name)) {
+      return bad_setting(setting.name, setting.name + " can only be read");
+    }
+    if (setting.name != kSpeedOverride) continue;
+    const auto percent = within(setting, 0, true, 100, "percent");
+    if (!percent) return tl::unexpected(percent.error());
+    action = api::SetOverride{*percent / 100};
+  }
+  if (const auto kept = keep(robot_, command.settings); !kept) {
+    return tl::unexpected(kept.error());
+  }
+  return action;
+}
+
+Result<void> RobotParameters::check_gripper(const std::string& name) const {
+  if (name == gripper_name_) return {};
+  return bad_setting("GripperName", fmt::format("Unknown gripper {}; this robot has {}",
+                                                crcl::shorten(name), gripper_name_));
+}
+
+RobotParameters::Outcome RobotParameters::take(const crcl::EnableGripper& command,
+                                               ConnectionSettings& settings) {
+  if (const auto ok = check_gripper(command.gripper); !ok) return tl::unexpected(ok.error());
+  gripper_options_ = command.options;
+  settings.report_gripper(true);
+  return nothing_left();
+}
+
+RobotParameters::Outcome RobotParameters::take(const crcl::DisableGripper& command,
+                                               ConnectionSettings& settings) {
+  if (const auto ok = check_gripper(command.gripper); !ok) return tl::unexpected(ok.error());
+  settings.report_gripper(false);
+  return nothing_left();
+}
+
+RobotParameters::Outcome RobotParameters::take(const crcl::EnableSensor& command,
+                                               ConnectionSettings&) {
+  return nothing_left(sensors_.enable(command));
+}
+
+RobotParameters::Outcome RobotParameters::take(const crcl::DisableSensor& command,
+                                               ConnectionSettings&) {
+  return nothing_left(sensors_.disable(command));
+}
+
+RobotParameters::Outcome RobotParameters::take(const crcl::EnableRobotParameterStatus& command,
+                                               ConnectionSettings&) {
+  const std::string& name = command.parameter;
+  const bool readable = is_reading(name) || name == kSpeedOverride;
+  if (!readable && !robot_.contains(name)) {
+    return bad_setting("RobotParameterName",
+                       fmt::format("Unknown robot parameter {}; there are {}, {}, {}, {} and those "
+                                   "that have been set",
+                                   crcl::shorten(name), kSpeedOverride, kTime, kStop, kDrives));
+  }
+  hidden_.erase(name);
+  if (readable) shown_.insert(name);
+  return nothing_left();
+}
+
+RobotParameters::Outcome RobotParameters::take(const crcl::DisableRobotParameterStatus& command,
+                                               ConnectionSettings&) {
+  shown_.erase(command.parameter);
+  if (robot_.contains(command.parameter)) hidden_.insert(command.parameter);
+  return nothing_left();
+}
+
+RobotParameters::Outcome RobotParameters::take(const crcl::SetMotionCoordination& command,
+                                               ConnectionSettings&) {
+  coordinated_ = command.coordinated;
+  return nothing_left();
+}
+
+void RobotParameters::forget() {
+  coordinated_.reset();
+  end_effector_.clear();
+  robot_.clear();
+  hidden_.clear();
+}
+
+std::vector<crcl::ParameterSetting> RobotParameters::end_effector_parameters() const {
+  return listed(end_effector_);
+}
+
+std::vector<crcl::ParameterSetting> RobotParameters::robot_parameters(
+    const api::Snapshot& snapshot, const api::RobotSnapshot& robot) const {
+  std::map<std::string, std::string> all = robot_;
+  for (const std::string& name : shown_) {
+    if (name == kTime) all[name] = fmt::format("{:.3f}", seconds(snapshot.time));
+    if (name == kStop) all[name] = robot.protective_stop ? "true" : "false";
+    if (name == kDrives) all[name] = robot.drives_on ? "on" : "off";
+    if (name == kSpeedOverride) all[name] = fmt::format("{:g}", robot.override_fraction * 100);
+  }
+  for (const std::string& name : hidden_) all.erase(name);
+  return listed(all);
+}
+
+}  // namespace aprsim::protocols

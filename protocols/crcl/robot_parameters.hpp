@@ -1,0 +1,75 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "crcl/commands.hpp"
+#include "protocols/crcl/connection_settings.hpp"
+#include "protocols/crcl/sensor_board.hpp"
+#include "world/api/cell_description.hpp"
+#include "world/api/error.hpp"
+#include "world/api/robot_command.hpp"
+#include "world/api/snapshot.hpp"
+
+namespace aprsim::protocols {
+
+/// Parameters, sensors, gripper reports and motion coordination of one robot, shared by all its
+/// connections. What a client sets is kept over InitCanon.
+///
+/// End effector parameters with an effect: `force`, of each finger, in the connection's force unit;
+/// `pressure`, the same as a fraction of the supply's. Robot parameters with an effect:
+/// `speed_override`, in percent. Robot parameters that can be read when their report is enabled:
+/// `simulated_time` [s], `protective_stop`, `drives` (on, off). Any other parameter is kept and
+/// reported as it was set.
+class RobotParameters {
+ public:
+  /// What is left to do: an action for the robot, or nothing.
+  using Outcome = Result<std::optional<api::RobotAction>>;
+
+  /// `beams` of the cell's light curtain, 0 = none.
+  RobotParameters(const api::RobotDescription& robot, int beams);
+
+  [[nodiscard]] Outcome take(const crcl::SetEndEffectorParameters& command,
+                             ConnectionSettings& settings);
+  [[nodiscard]] Outcome take(const crcl::SetRobotParameters& command, ConnectionSettings& settings);
+  [[nodiscard]] Outcome take(const crcl::EnableGripper& command, ConnectionSettings& settings);
+  [[nodiscard]] Outcome take(const crcl::DisableGripper& command, ConnectionSettings& settings);
+  [[nodiscard]] Outcome take(const crcl::EnableSensor& command, ConnectionSettings& settings);
+  [[nodiscard]] Outcome take(const crcl::DisableSensor& command, ConnectionSettings& settings);
+  [[nodiscard]] Outcome take(const crcl::EnableRobotParameterStatus& command,
+                             ConnectionSettings& settings);
+  [[nodiscard]] Outcome take(const crcl::DisableRobotParameterStatus& command,
+                             ConnectionSettings& settings);
+  [[nodiscard]] Outcome take(const crcl::SetMotionCoordination& command,
+                             ConnectionSettings& settings);
+
+  /// The robot has been built anew, with its own parameters. Sensors stay enabled.
+  void forget();
+
+  [[nodiscard]] const SensorBoard& sensors() const { return sensors_; }
+  [[nodiscard]] std::optional<bool> coordinated() const { return coordinated_; }
+  [[nodiscard]] const std::string& gripper_name() const { return gripper_name_; }
+  [[nodiscard]] const std::vector<crcl::ParameterSetting>& gripper_options() const {
+    return gripper_options_;
+  }
+  [[nodiscard]] std::vector<crcl::ParameterSetting> end_effector_parameters() const;
+  /// Those whose report is not disabled.
+  [[nodiscard]] std::vector<crcl::ParameterSetting> robot_parameters(
+      const api::Snapshot& snapshot, const api::RobotSnapshot& robot) const;
+
+ private:
+  [[nodiscard]] Result<void> check_gripper(const std::string& name) const;
+
+  std::string gripper_name_;
+  double max_grip_force_n_;
+  SensorBoard sensors_;
+  std::optional<bool> coordinated_;
+  std::vector<crcl::ParameterSetting> gripper_options_;
+  std::map<std::string, std::string> end_effector_, robot_;  // as set
+  std::set<std::string> hidden_, shown_;                     // by Disable and Enable
+};
+
+}  // namespace aprsim::protocols

@@ -1,0 +1,140 @@
+#include "protocols/crcl/status_builder.hpp"
+
+#include <string>
+
+#include <spdlog/fmt/fmt.h>
+
+namespace aprsim::protocols {
+namespace {
+
+using crcl::from_si;
+
+crcl::Rate rate_in(const api::LimitSetting& limit, auto unit) {
+  return {limit.relative, limit.relative ? limit.value : from_si(limit.value, unit)};
+}
+
+std::optional<double> in_unit(const std::optional<double>& si, auto unit) {
+  if (!si) return std::nullopt;
+  return from_si(*si, unit);
+}
+
+std::optional<crcl::PoseTolerance> in_units(const std::optional<crcl::PoseTolerance>& si,
+                                            const crcl::Units& units) {
+  if (!si) return std::nullopt;
+  return crcl::PoseTolerance{in_unit(si->x_point, units.length), in_unit(si->y_point, units.length),
+                             in_unit(si->z_point, units.length), in_unit(si->x_axis, units.angle),
+                             in_unit(si->z_axis, units.angle)};
+}
+
+crcl::Vector in_unit(const Eigen::Vector3d& si, auto unit) {
+  return {from_si(si.x(), unit), from_si(si.y(), unit), from_si(si.z(), unit)};
+}
+
+std::string sign(int value) { return value > 0 ? "+" : "-"; }
+
+// The branch of the inverse kinematics that the arm is in.
+std::string configuration(const api::Posture& posture, int joint_count, crcl::AngleUnit unit) {
+  if (joint_count == 6) {
+    return std::string(posture.shoulder > 0 ? "front" : "back") +
+           (posture.elbow > 0 ? ", elbow up" : ", elbow down") +
+           (posture.wrist > 0 ? ", no flip" : ", flip");
+  }
+  return fmt::format("joint 2 {}, joint 4 {}, joint 6 {}, elbow at {:.3f} {}",
+                     sign(posture.shoulder), sign(posture.elbow), sign(posture.wrist),
+                     from_si(posture.elbow_rad, unit), crcl::name_of(unit));
+}
+
+std::vector<crcl::JointLimits> joint_limits(const api::RobotDescription& robot,
+                                            const ConnectionSettings& settings) {
+  std::vector<crcl::JointLimits> limits;
+  int number = 0;
+  for (const api::JointDescription& joint : robot.joints) {
+    limits.push_back({++number, from_si(joint.lower_rad, settings.joint_unit()),
+                      from_si(joint.upper_rad, settings.joint_unit()),
+                      from_si(joint.max_torque_nm, settings.units().torque),
+                      from_si(joint.max_speed_rad_s, settings.joint_unit())});
+  }
+  return limits;
+}
+
+}  // namespace
+
+std::vector<crcl::JointStatus> joint_statuses(const api::RobotSnapshot& robot, int joint_count,
+                                              const ConnectionSettings& settings) {
+  std::vector<crcl::JointStatus> statuses;
+  for (int number = 1; number <= joint_count; ++number) {
+    const crcl::JointReport wanted = settings.joint(number);
+    if (!wanted.position && !wanted.torque && !wanted.velocity) continue;
+    const api::JointSnapshot& joint = robot.joints[static_cast<std::size_t>(number - 1)];
+    crcl::JointStatus& status = statuses.emplace_back();
+    status.joint = number;
+    if (wanted.position) status.position = from_si(joint.position_rad, settings.joint_unit());
+    if (wanted.velocity) status.velocity = from_si(joint.velocity_rad_s, settings.joint_unit());
+    if (wanted.torque) status.torque = from_si(joint.torque_nm, settings.units().torque);
+  }
+  return statuses;
+}
+
+crcl::Pose pose_in(const Pose& pose, crcl::LengthUnit unit) {
+  const Eigen::Matrix3d R = pose.q.toRotationMatrix();
+  return {in_unit(pose.p, unit), {R(0, 0), R(1, 0), R(2, 0)}, {R(0, 2), R(1, 2), R(2, 2)}};
+}
+
+crcl::PoseStatus pose_status(const api::RobotSnapshot& robot, int joint_count,
+                             const ConnectionSettings& settings) {
+  const crcl::Units& units = settings.units();
+  crcl::PoseStatus status;
+  status.pose = pose_in(robot.X_RT, units.length);
+  status.twist =
+      crcl::Twist{in_unit(robot.v_RT, units.length), in_unit(robot.omega_RT, units.angle)};
+  status.wrench =
+      crcl::Wrench{in_unit(robot.force_T_R, units.force), in_unit(robot.torque_T_R, units.torque)};
+  status.configuration = configuration(robot.posture, joint_count, units.angle);
+  return status;
+}
+
+crcl::GripperStatus gripper_status(const api::RobotSnapshot& robot, const RobotParameters& services,
+                                   const ConnectionSettings& settings) {
+  crcl::GripperStatus status;
+  status.name = services.gripper_name();
+  status.options = services.gripper_options();
+  status.holding = robot.gripper.holding;
+  status.kind = crcl::ParallelGripper{from_si(robot.gripper.separation_m, settings.units().length)};
+  return status;
+}
+
+crcl::SettingsStatus settings_status(const SettingsSources& sources,
+                                     const ConnectionSettings& settings) {
+  const crcl::Units& units = settings.units();
+  const api::Snapshot& snapshot = sources.snapshot;
+  const auto index = static_cast<std::size_t>(sources.robot);
+  const Tolerances& tolerances = sources.tolerances;
+  const auto limit = [&](api::MotionLimit which) {
+    return sources.commander.limit(which, snapshot);
+  };
+  crcl::SettingsStatus status;
+  status.angle_unit = units.angle;
+  status.end_effector_parameters = sources.services.end_effector_parameters();
+  status.end_effector = snapshot.robots[index].gripper.setting;
+  status.force_unit = units.force;
+  status.joint_limits = joint_limits(snapshot.cell->robots[index], settings);
+  status.intermediate_tolerance = in_units(tolerances.intermediate, units);
+  status.length_unit = units.length;
+  status.max_cartesian = in_unit(sources.limits.max_R, units.length);
+  status.min_cartesian = in_unit(sources.limits.min_R, units.length);
+  status.coordinated = sources.services.coordinated();
+  status.robot_parameters = sources.services.robot_parameters(snapshot, snapshot.robots[index]);
+  status.end_tolerance = in_units(tolerances.end, units);
+  status.rot_accel = rate_in(limit(api::MotionLimit::kRotAccel), units.angle);
+  status.rot_speed = rate_in(limit(api::MotionLimit::kRotSpeed), units.angle);
+  status.torque_unit = units.torque;
+  status.trans_accel = rate_in(limit(api::MotionLimit::kTransAccel), units.length);
+  status.trans_speed = rate_in(limit(api::MotionLimit::kTransSpeed), units.length);
+  for (const crcl::JointTolerance& joint : tolerances.joints) {
+    status.joint_tolerances.push_back(
+        {joint.joint, from_si(joint.tolerance, settings.joint_unit())});
+  }
+  return status;
+}
+
+}  // namespace aprsim::protocols

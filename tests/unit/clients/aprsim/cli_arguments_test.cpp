@@ -1,0 +1,154 @@
+#include <cstdlib>
+
+#include "clients/aprsim/command_line.hpp"
+#include "tests/unit/clients/aprsim/cli_fixture.hpp"
+
+namespace aprsim::test {
+namespace {
+
+using client::parse_command_line;
+
+template <typename Command>
+Command parse_as(std::vector<std::string> arguments) {
+  const auto line = parse_command_line(std::move(arguments));
+  if (!line) throw std::runtime_error(line.error().text);
+  return std::get<Command>(line->command);
+}
+
+TEST(CliArguments, CommandsKeepTheirOptions) {
+  EXPECT_EQ(parse_as<client::WatchCommand>({"watch", "--rate", "50", "--count", "3"}).rate_hz, 50);
+  EXPECT_EQ(parse_as<client::StepCommand>({"step", "250"}).steps, 250U);
+  EXPECT_EQ(parse_as<client::StepCommand>({"step"}).steps, 1U);
+  EXPECT_EQ(parse_as<client::SpeedCommand>({"speed", "2.5"}).factor, 2.5);
+  EXPECT_FALSE(parse_as<client::SpeedCommand>({"speed", "max"}).factor.has_value());
+  EXPECT_EQ(parse_as<client::ResetCommand>({"reset", "--seed", "9"}).seed, 9U);
+  EXPECT_EQ(parse_as<client::SaveCommand>({"save", "here"}).name, "here");
+  EXPECT_EQ(parse_as<client::LoadCommand>({"load", "here"}).name, "here");
+  const auto run = parse_as<client::CrclRunCommand>({"crcl", "run", "a.xml", "--robot", "fanuc"});
+  EXPECT_EQ(run.file, "a.xml");
+  EXPECT_EQ(run.robot, "fanuc");
+  const auto demo = parse_as<client::DemoCommand>({"demo", "--robot", "motoman"});
+  EXPECT_EQ(demo.robots, std::vector<std::string>{"motoman"});
+}
+
+TEST(CliArguments, AnIntruderStandsSomewhereOrLeaves) {
+  const auto put = parse_as<client::IntruderCommand>({"intruder", "put", "0.5", "-1.75"});
+  ASSERT_TRUE(put.xy_m.has_value());
+  EXPECT_EQ((*put.xy_m)[1], -1.75);
+  EXPECT_EQ(put.size_m[2], 1.75);
+  const auto box = parse_as<client::IntruderCommand>(
+      {"intruder", "put", "0", "0", "--size", "0.1", "0.2", "0.3"});
+  EXPECT_EQ(box.size_m[1], 0.2);
+  EXPECT_FALSE(parse_as<client::IntruderCommand>({"intruder", "remove"}).xy_m.has_value());
+}
+
+TEST(CliArguments, BeltSpeedIsMetresPerSecondOrPercent) {
+  const auto metres = parse_as<client::ConveyorSetCommand>(
+      {"conveyor", "set", "--speed", "0.15", "--direction", "reverse"});
+  EXPECT_EQ(metres.speed_m_s, 0.15);
+  EXPECT_EQ(metres.forward, false);
+  const auto percent = parse_as<client::ConveyorSetCommand>({"conveyor", "set", "--speed", "50%"});
+  EXPECT_EQ(percent.speed_percent, 50);
+  EXPECT_FALSE(percent.speed_m_s.has_value());
+  EXPECT_TRUE(parse_as<client::ConveyorSetCommand>({"conveyor", "set", "--stop"}).stop);
+}
+
+TEST(CliArguments, EndpointsMayFollowTheCommand) {
+  const auto line =
+      parse_command_line({"status", "--host", "cell", "--grpc-port", "5", "--crcl-port", "r2=6"});
+  ASSERT_TRUE(line.has_value());
+  EXPECT_EQ(line->endpoints.host, "cell");
+  EXPECT_EQ(line->endpoints.grpc, 5);
+  EXPECT_EQ(line->endpoints.crcl.at("r2"), 6);
+}
+
+TEST(CliArguments, WrongOnesAreExitCodeTwoAndSayWhat) {
+  const std::vector<std::vector<std::string>> cases = {
+      {},
+      {"dance"},
+      {"speed", "-1"},
+      {"speed", "nan"},
+      {"speed", "2x"},
+      {"step", "0"},
+      {"conveyor", "set", "--speed", "101%"},
+      {"conveyor", "set", "--speed", "-0.1"},
+      {"conveyor", "set", "--speed", "fast"},
+      {"conveyor", "set", "--direction", "up"},
+      {"conveyor", "set", "--stop", "--speed", "1%"},
+      {"crcl", "run", "a.xml"},
+      {"status", "--grpc-port", "70000"},
+      {"status", "--crcl-port", "fanuc"},
+  };
+  for (const auto& arguments : cases) {
+    const auto result = run_cli(arguments);
+    EXPECT_EQ(result.exit_code, 2) << testing::PrintToString(arguments);
+    EXPECT_FALSE(result.err.empty());
+    EXPECT_TRUE(result.out.empty()) << result.out;
+  }
+  EXPECT_NE(run_cli({"speed", "-1"}).err.find("'-1'"), std::string::npos);
+}
+
+TEST(CliArguments, HelpAndVersionAreExitCodeZero) {
+  const auto help = run_cli({"--help"});
+  EXPECT_EQ(help.exit_code, 0);
+  EXPECT_NE(help.out.find("conveyor"), std::string::npos);
+  EXPECT_EQ(run_cli({"--version"}).exit_code, 0);
+  EXPECT_NE(run_cli({"demo", "--help"}).out.find("--robot"), std::string::npos);
+}
+
+TEST(Endpoints, PortsFileGivesAllPorts) {
+  const auto path = write_file(
+      "ports.json", R"({"crcl.fanuc": 1001, "modbus": 1002, "grpc": 1003, "web": 1, "pid": 7})");
+  const auto endpoints = client::read_ports_file(path);
+  ASSERT_TRUE(endpoints.has_value()) << endpoints.error().message;
+  EXPECT_EQ(endpoints->grpc, 1003);
+  EXPECT_EQ(endpoints->modbus, 1002);
+  EXPECT_EQ(client::crcl_port(*endpoints, "fanuc"), 1001);
+  // A robot that the daemon does not have is not at its default port either.
+  const auto missing = client::crcl_port(*endpoints, "motoman");
+  ASSERT_FALSE(missing.has_value());
+  EXPECT_NE(missing.error().message.find("fanuc"), std::string::npos);
+}
+
+TEST(Endpoints, SingleChoicesWinOverFileAndFileOverDefaults) {
+  const auto path = write_file("ports.json", R"({"grpc": 1003, "modbus": 1002})");
+  client::EndpointChoice choice;
+  choice.ports_file = path;
+  choice.modbus = 77;
+  const auto endpoints = client::find_endpoints(choice);
+  ASSERT_TRUE(endpoints.has_value());
+  EXPECT_EQ(endpoints->grpc, 1003);
+  EXPECT_EQ(endpoints->modbus, 77);
+  EXPECT_EQ(endpoints->host, "127.0.0.1");
+}
+
+TEST(Endpoints, EnvironmentNamesTheFileAndDefaultsComeLast) {
+  ASSERT_EQ(unsetenv("APRSIM_PORTS_FILE"), 0);
+  const auto defaults = client::find_endpoints({});
+  ASSERT_TRUE(defaults.has_value());
+  EXPECT_EQ(defaults->grpc, 50051);
+  EXPECT_EQ(defaults->modbus, 1502);
+  EXPECT_EQ(client::crcl_port(*defaults, "fanuc"), 64444);
+  EXPECT_EQ(client::crcl_port(*defaults, "motoman"), 64445);
+  const auto path = write_file("ports.json", R"({"grpc": 1234})");
+  ASSERT_EQ(setenv("APRSIM_PORTS_FILE", path.c_str(), 1), 0);
+  const auto named = client::find_endpoints({});
+  unsetenv("APRSIM_PORTS_FILE");
+  ASSERT_TRUE(named.has_value());
+  EXPECT_EQ(named->grpc, 1234);
+}
+
+TEST(Endpoints, BadFilesAreNamed) {
+  for (const char* content : {"", "[1]", "{\"grpc\": ", R"({"grpc": 0})", R"({"grpc": "x"})",
+                              R"({"modbus": 65536})", R"({"crcl.fanuc": 1.5})"}) {
+    const auto path = write_file("ports.json", content);
+    const auto result = run_cli({"status", "--ports-file", path});
+    EXPECT_EQ(result.exit_code, 2) << content;
+    EXPECT_NE(result.err.find(path), std::string::npos) << result.err;
+  }
+  EXPECT_NE(run_cli({"status", "--ports-file", "/no/such"}).err.find("/no/such"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace aprsim::test

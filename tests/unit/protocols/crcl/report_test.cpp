@@ -1,0 +1,144 @@
+// What a connection's statuses contain, and in which units.
+
+#include <filesystem>
+#include <numbers>
+
+#include "crcl/encoder.hpp"
+#include "tests/unit/crcl/schema_validator.hpp"
+#include "tests/unit/protocols/crcl/report_fixture.hpp"
+
+namespace aprsim::protocols {
+namespace {
+
+using Report = ReportTest;
+
+TEST_F(Report, ByDefaultPositionsPoseAndSettings) {
+  TestClient client(port_);
+  const crcl::Status status = client.status();
+  ASSERT_EQ(status.joints.size(), 6U);
+  EXPECT_EQ(status.joints[1].joint, 2);
+  EXPECT_DOUBLE_EQ(*status.joints[1].position, 0.2 * 180 / std::numbers::pi);
+  EXPECT_EQ(status.joints[1].velocity, std::nullopt);
+  EXPECT_EQ(status.joints[1].torque, std::nullopt);
+  ASSERT_TRUE(status.pose);
+  EXPECT_NEAR(status.pose->pose.point.x, 290.01, 1e-9);
+  EXPECT_NEAR(status.pose->pose.point.y, -260, 1e-9);
+  EXPECT_NEAR(status.pose->pose.z_axis.z, -1, 1e-15);
+  EXPECT_NEAR(status.pose->pose.x_axis.x, 1, 1e-15);
+  EXPECT_FALSE(status.gripper);
+  ASSERT_TRUE(status.settings);
+  EXPECT_EQ(status.settings->end_effector, 1);
+  EXPECT_EQ(status.settings->length_unit, crcl::LengthUnit::kMillimeter);
+  EXPECT_EQ(status.settings->angle_unit, crcl::AngleUnit::kDegree);
+  EXPECT_EQ(status.settings->trans_speed, (crcl::Rate{false, 250}));
+  EXPECT_EQ(status.settings->trans_accel, (crcl::Rate{true, 0.5}));
+  EXPECT_DOUBLE_EQ(status.settings->rot_speed->value, 180);
+}
+
+TEST_F(Report, UnitsBelongToTheConnection) {
+  TestClient client(port_);
+  TestClient other(port_);
+  initialize(client);
+  const crcl::Vector before = client.status().pose->pose.point;
+  client.command(5, "SetLengthUnitsType", unit("meter"));
+  const crcl::Vector in_m = client.status().pose->pose.point;
+  EXPECT_NEAR(in_m.x * 1000, before.x, 1e-9);
+  EXPECT_EQ(client.status().settings->trans_speed, (crcl::Rate{false, 0.25}));
+  client.command(6, "SetLengthUnitsType", unit("inch"));
+  EXPECT_NEAR(client.status().pose->pose.point.y * 25.4, before.y, 1e-9);
+  EXPECT_EQ(other.status().pose->pose.point, before);
+  EXPECT_EQ(other.status().settings->length_unit, crcl::LengthUnit::kMillimeter);
+  client.command(7, "InitCanonType");
+  EXPECT_EQ(client.status().settings->length_unit, crcl::LengthUnit::kInch);
+}
+
+TEST_F(Report, AnglesOfJointsStayInDegrees) {
+  TestClient client(port_);
+  initialize(client);
+  client.command(5, "SetAngleUnitsType", unit("radian"));
+  const crcl::Status status = client.status();
+  EXPECT_DOUBLE_EQ(*status.joints[0].position, 0.1 * 180 / std::numbers::pi);
+  EXPECT_DOUBLE_EQ(status.settings->rot_speed->value, std::numbers::pi);
+  EXPECT_EQ(status.settings->angle_unit, crcl::AngleUnit::kRadian);
+}
+
+TEST_F(Report, AnglesOfJointsCanFollowTheUnit) {
+  CrclServerOptions options;
+  options.joints_in_degrees = false;
+  start(options);
+  TestClient client(port_);
+  initialize(client);
+  client.command(5, "SetAngleUnitsType", unit("radian"));
+  EXPECT_EQ(client.status().joints[0].position, 0.1);
+}
+
+TEST_F(Report, SectionsBelongToTheConnection) {
+  TestClient client(port_);
+  TestClient other(port_);
+  initialize(client);
+  client.command(5, "ConfigureStatusReportType", sections("001000"));
+  const crcl::Status status = client.status();
+  EXPECT_TRUE(status.joints.empty());
+  EXPECT_FALSE(status.pose);
+  EXPECT_FALSE(status.settings);
+  ASSERT_TRUE(status.gripper);
+  EXPECT_EQ(status.gripper->name, "fanuc_gripper");
+  EXPECT_EQ(status.gripper->holding, true);
+  EXPECT_DOUBLE_EQ(std::get<crcl::ParallelGripper>(status.gripper->kind).separation, 25.4);
+  EXPECT_TRUE(other.status().pose);
+  EXPECT_FALSE(other.status().gripper);
+}
+
+TEST_F(Report, JointReportsChooseJointsAndFields) {
+  TestClient client(port_);
+  initialize(client);
+  client.command(5, "ConfigureJointReportsType",
+                 "<ResetAll>true</ResetAll>" + joint_report(2, 1, 0, 1) + joint_report(5, 0, 1, 0));
+  std::vector<crcl::JointStatus> joints = client.status().joints;
+  ASSERT_EQ(joints.size(), 2U);
+  EXPECT_EQ(joints[0].joint, 2);
+  EXPECT_TRUE(joints[0].position && joints[0].velocity && !joints[0].torque);
+  EXPECT_EQ(joints[1].joint, 5);
+  EXPECT_TRUE(!joints[1].position && !joints[1].velocity && joints[1].torque == 2.5);
+
+  client.command(6, "ConfigureJointReportsType",
+                 "<ResetAll>false</ResetAll>" + joint_report(1, 1, 0, 0));
+  EXPECT_EQ(client.status().joints.size(), 3U);
+
+  client.command(7, "ConfigureJointReportsType", "<ResetAll>true</ResetAll>");
+  client.command(8, "GetStatusType");
+  EXPECT_EQ(client.read_document().find("JointStatus"), std::string::npos);
+}
+
+TEST_F(Report, EveryStatusIsValidByTheReferenceSchema) {
+  const std::filesystem::path schema =
+      std::filesystem::path(APRSIM_REFERENCE_DIR) / "crcl/xsd/CRCLStatus.xsd";
+  if (std::string(APRSIM_REFERENCE_DIR).empty() || !std::filesystem::exists(schema)) {
+    GTEST_SKIP() << "no reference material: APRSIM_REFERENCE_DIR is not set";
+  }
+  const crcl::SchemaValidator validator(schema.string());
+  TestClient client(port_);
+  const auto check = [&] {
+    client.command(1, "GetStatusType");
+    const std::string document = client.read_document();
+    EXPECT_EQ(validator.fault(document), "") << document;
+  };
+  check();
+  initialize(client);
+  check();
+  client.command(5, "ConfigureStatusReportType", sections("111111"));
+  client.command(6, "ConfigureJointReportsType",
+                 "<ResetAll>true</ResetAll>" + joint_report(2, 1, 1, 1));
+  client.command(7, "SetEndPoseToleranceType",
+                 "<Tolerance><XPointTolerance>2</XPointTolerance></Tolerance>");
+  check();
+  client.command(8, "ConfigureJointReportsType", "<ResetAll>true</ResetAll>");
+  check();
+  client.command(9, "RunProgramType", "<ProgramText>x</ProgramText>");
+  check();
+  client.command(10, "ConfigureStatusReportType", sections("000000"));
+  check();
+}
+
+}  // namespace
+}  // namespace aprsim::protocols

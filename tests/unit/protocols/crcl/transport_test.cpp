@@ -1,0 +1,236 @@
+// Sockets: splitting, limits, peers that misbehave, shutting down.
+
+#include <random>
+#include <thread>
+#include <vector>
+
+#include "tests/support/eventually.hpp"
+#include "tests/unit/protocols/crcl/server_fixture.hpp"
+
+namespace aprsim::protocols {
+namespace {
+
+class Transport : public ServerTest {
+ protected:
+  template <typename Condition>
+  void wait_for(Condition condition) {
+    EXPECT_TRUE(test::eventually(condition));
+  }
+  void wait_for_open(std::uint64_t open) {
+    wait_for([&] { return server_->stats().open == open; });
+  }
+  void wait_for_dropped(std::uint64_t dropped) {
+    wait_for([&] { return server_->stats().dropped == dropped; });
+  }
+
+  const std::string get_status_ = crcl::with_id("GetStatusType", "");
+};
+
+TEST_F(Transport, PacketBordersDoNotMatter) {
+  TestClient client(port_);
+  std::string stream("\0\r\n", 3);
+  for (int i = 0; i < 30; ++i) {
+    stream += "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!-- \xC3\xA4 -->" + get_status_;
+    stream += std::string(1, '\0') + "\n";
+  }
+  std::mt19937 random(7);
+  std::size_t at = 0;
+  while (at < stream.size()) {
+    const std::size_t size = 1 + random() % 90;
+    client.send(std::string_view(stream).substr(at, size));
+    at += size;
+  }
+  client.finish_sending();
+  for (int i = 1; i <= 30; ++i) EXPECT_EQ(client.read_status().command.status_id, i);
+  client.expect_closed();
+}
+
+TEST_F(Transport, ConnectionsBeyondTheLimitAreClosed) {
+  CrclServerOptions options;
+  options.max_connections = 3;
+  start(options);
+  std::vector<std::unique_ptr<TestClient>> clients;
+  for (int i = 0; i < 3; ++i) {
+    clients.push_back(std::make_unique<TestClient>(port_));
+    clients.back()->status();
+  }
+  TestClient(port_).expect_closed();
+  EXPECT_EQ(server_->stats().refused, 1U);
+  for (auto& client : clients) client->status();
+  clients.pop_back();
+  wait_for_open(2);
+  TestClient(port_).status();
+}
+
+TEST_F(Transport, SixtyFourClientsAreServed) {
+  std::vector<std::unique_ptr<TestClient>> clients;
+  for (int i = 0; i < 64; ++i) clients.push_back(std::make_unique<TestClient>(port_));
+  for (int round = 0; round < 5; ++round) {
+    for (auto& client : clients) client->send(get_status_);
+    for (auto& client : clients) client->read_status();
+  }
+}
+
+TEST_F(Transport, ADocumentThatIsTooLargeEndsTheConnection) {
+  TestClient client(port_);
+  TestClient witness(port_);
+  client.send("<CRCLCommandInstance>" + std::string(70'000, 'x'));
+  client.expect_closed();
+  const crcl::CommandStatus status = witness.status().command;
+  EXPECT_EQ(status.state, CommandState::kError);
+  EXPECT_NE(status.description->find("65536 bytes"), std::string::npos);
+}
+
+TEST_F(Transport, AFloodIsAnsweredInFull) {
+  TestClient flood(port_);
+  TestClient other(port_);
+  constexpr int kFlood = 3000;
+  std::thread reader([&] {
+    for (int i = 0; i < kFlood; ++i) flood.read_status();
+  });
+  std::string packet;
+  for (int i = 0; i < 100; ++i) packet += get_status_;
+  for (int i = 0; i < kFlood; i += 100) {
+    flood.send(packet);
+    const auto before = std::chrono::steady_clock::now();
+    other.status();
+    EXPECT_LT(std::chrono::steady_clock::now() - before, std::chrono::seconds(1));
+  }
+  reader.join();
+}
+
+TEST_F(Transport, APeerThatDoesNotReadIsBoundedAndThenDropped) {
+  CrclServerOptions options;
+  options.write_timeout = std::chrono::milliseconds(300);
+  start(options);
+  TestClient deaf(port_, 4096);
+  TestClient other(port_);
+  std::string packet;
+  for (int i = 0; i < 2000; ++i) packet += get_status_;
+  try {
+    for (int i = 0; i < 20; ++i) deaf.send(packet);  // fails once the server has closed
+  } catch (const std::runtime_error&) {
+  }
+  other.status();
+  wait_for_dropped(1);
+  // Far fewer statuses were made than asked for: reading stopped with the output full.
+  EXPECT_LT(server_->stats().statuses, 20'000U);
+  other.status();
+  wait_for_open(1);
+}
+
+TEST_F(Transport, StatusesWaitForAPeerThatReadsLate) {
+  TestClient late(port_);
+  std::string packet;
+  for (int i = 0; i < 500; ++i) packet += get_status_;
+  late.send(packet);
+  TestClient(port_).status();
+  for (int i = 0; i < 500; ++i) late.read_status();
+}
+
+TEST_F(Transport, HalfADocumentHoldsUpNobody) {
+  TestClient half(port_);
+  half.send("<CRCLCommandInstance><CRCLComm");
+  TestClient other(port_);
+  for (int i = 0; i < 10; ++i) other.status();
+}
+
+TEST_F(Transport, PeersThatVanishHarmNobody) {
+  TestClient witness(port_);
+  initialize(witness);
+  const std::string command = crcl::with_id("MoveToType", move());
+  for (std::size_t cut = 0; cut < command.size(); cut += 40) {
+    TestClient client(port_);
+    client.send(get_status_ + get_status_ + command.substr(0, cut));
+    client.read_status();  // accepted, for a connection that is gone before that counts nowhere
+    client.reset();
+    wait_for([&] { return server_->stats().accepted == 2 + cut / 40; });
+  }
+  wait_for_open(1);
+  EXPECT_EQ(witness.status().command.state, CommandState::kDone);
+  EXPECT_EQ(server_->stats().dropped, 0U);
+}
+
+TEST_F(Transport, IdleConnectionsEndOnlyWhenConfigured) {
+  CrclServerOptions options;
+  options.idle_timeout = std::chrono::milliseconds(50);
+  start(options);
+  TestClient client(port_);
+  client.expect_closed();
+  wait_for_dropped(1);
+}
+
+TEST_F(Transport, APortInUseIsOneClearError) {
+  CrclServerOptions options;
+  options.port = port_;
+  CrclServer second(options, world_, world_);
+  const Result<std::uint16_t> port = second.start();
+  ASSERT_FALSE(port);
+  EXPECT_EQ(port.error().field, "crcl.fanuc");
+  EXPECT_EQ(port.error().message, "cannot listen on 127.0.0.1 port " + std::to_string(port_) +
+                                      ": Address already in use");
+}
+
+TEST_F(Transport, AnAddressMustBeNumeric) {
+  CrclServerOptions options;
+  options.bind_address = "localhost";
+  CrclServer server(options, world_, world_);
+  const Result<std::uint16_t> port = server.start();
+  ASSERT_FALSE(port);
+  EXPECT_NE(port.error().message.find("not a numeric"), std::string::npos);
+}
+
+TEST_F(Transport, StopClosesEverything) {
+  TestClient client(port_);
+  client.status();
+  server_->stop();
+  client.expect_closed();
+  EXPECT_THROW(TestClient{port_}, std::runtime_error);
+  server_->stop();
+}
+
+TEST_F(Transport, StopIsNotHeldUpByADeafPeer) {
+  CrclServerOptions options;
+  options.drain_deadline = std::chrono::milliseconds(100);
+  start(options);
+  TestClient deaf(port_, 4096);
+  std::string packet;
+  for (int i = 0; i < 3000; ++i) packet += get_status_;
+  deaf.send(packet.substr(0, packet.size() / 2));
+  TestClient(port_).status();
+  const auto before = std::chrono::steady_clock::now();
+  server_->stop();
+  EXPECT_LT(std::chrono::steady_clock::now() - before, std::chrono::seconds(2));
+}
+
+TEST_F(Transport, APortCanBeUsedAgainAtOnce) {
+  for (int i = 0; i < 3; ++i) {
+    TestClient client(port_);
+    client.status();
+    server_->stop();
+    CrclServerOptions options;
+    options.port = port_;
+    server_ = std::make_unique<CrclServer>(options, world_, world_);
+    ASSERT_TRUE(server_->start());
+  }
+}
+
+TEST_F(Transport, TheSecondRobotHasItsOwnState) {
+  CrclServerOptions options;
+  options.port = 0;
+  options.robot = 1;
+  CrclServer motoman(options, world_, world_);
+  const std::uint16_t port = motoman.start().value();
+  TestClient first(port_);
+  TestClient second(port);
+  initialize(first);
+  expect(second.status(), -1, CommandState::kReady);
+  EXPECT_EQ(second.status().joints.size(), 7U);
+  second.command(9, "InitCanonType");
+  ticket(2);
+  EXPECT_EQ(std::get<api::RobotCommand>(world_.commands()[1].body).robot, 1);
+  expect(first.status(), 4, CommandState::kDone);
+}
+
+}  // namespace
+}  // namespace aprsim::protocols

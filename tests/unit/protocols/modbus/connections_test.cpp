@@ -1,0 +1,201 @@
+// How many connect, how they end, and how the server starts and stops.
+
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <thread>
+#include <unistd.h>
+
+#include "tests/unit/protocols/modbus/listener_fixture.hpp"
+
+namespace aprsim::protocols::testing {
+namespace {
+
+using modbus::testing::write_words;
+using Connections = ListenerTest;
+
+TEST_F(Connections, ManyClientsWriteAndReadTheirOwnMemory) {
+  start();
+  constexpr std::uint16_t kClients = 64;
+  std::vector<RawClient> clients;
+  for (std::uint16_t i = 0; i < kClients; ++i) clients.emplace_back(port_);
+  for (std::uint16_t round = 0; round < 5; ++round) {
+    for (std::uint16_t i = 0; i < kClients; ++i) {
+      const auto address = static_cast<std::uint16_t>(0x8010 + i);
+      const auto value = static_cast<std::uint16_t>(i * 1000 + round);
+      ASSERT_TRUE(clients[i].send(adu(pdu(6, {address, value}), i)));
+      ASSERT_TRUE(clients[i].send(adu(pdu(3, {address, 1}), i)));
+    }
+    for (std::uint16_t i = 0; i < kClients; ++i) {
+      const auto value = static_cast<std::uint16_t>(i * 1000 + round);
+      ASSERT_TRUE(clients[i].receive().has_value());
+      ASSERT_EQ(clients[i].receive(), adu({3, 2, static_cast<std::uint8_t>(value >> 8),
+                                           static_cast<std::uint8_t>(value & 0xFF)},
+                                          i));
+    }
+  }
+  EXPECT_EQ(server_->stats().open, kClients);
+}
+
+TEST_F(Connections, TheConnectionLimitHoldsAndIsFreedAgain) {
+  start({.max_connections = 3});
+  auto first = std::make_unique<RawClient>(port_);
+  RawClient second(port_), third(port_);
+  for (RawClient* client : {first.get(), &second, &third}) {
+    ASSERT_TRUE(client->ask(adu(kReadThree)).has_value());
+  }
+  RawClient fourth(port_);
+  EXPECT_TRUE(fourth.ended());
+  EXPECT_EQ(server_->stats().refused, 1U);
+  first.reset();
+  ASSERT_TRUE(eventually([&] { return server_->stats().open == 2; }));
+  RawClient fifth(port_);
+  EXPECT_TRUE(fifth.ask(adu(kReadThree)).has_value());
+}
+
+TEST_F(Connections, RunningOutOfDescriptorsIsSurvived) {
+  start();
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &before), 0);
+  const rlimit few{128, before.rlim_max};
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &few), 0);
+  std::vector<int> fill;
+  for (int fd = 0; (fd = ::open("/dev/null", O_RDONLY | O_CLOEXEC)) >= 0;) fill.push_back(fd);
+  ASSERT_FALSE(fill.empty());
+  ::close(fill.back());
+  fill.pop_back();
+  RawClient client(port_);  // takes the last one, so the server has none to accept it with
+  ASSERT_TRUE(client.send(adu(kReadThree)));
+  EXPECT_FALSE(client.receive(250ms).has_value());
+  EXPECT_EQ(server_->stats().accepted, 0U);
+  for (const int fd : fill) ::close(fd);
+  EXPECT_TRUE(client.receive().has_value());
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &before), 0);
+}
+
+TEST_F(Connections, AnotherProtocolIsSkippedAndABrokenStreamClosed) {
+  start();
+  RawClient client(port_);
+  ASSERT_TRUE(client.send(adu(pdu(6, {0x8000, 1}), 1, 1, 7)));
+  EXPECT_EQ(client.ask(adu(pdu(3, {0x8000, 1}), 2)), adu({3, 2, 0, 0}, 2));
+  RawClient web(port_);
+  const std::string get = "GET / HTTP/1.1\r\n\r\n";
+  ASSERT_TRUE(web.send(Bytes(get.begin(), get.end())));
+  EXPECT_TRUE(web.ended());
+  EXPECT_TRUE(cell_.commands().empty());
+  EXPECT_TRUE(eventually([&] { return server_->stats().dropped == 1; }));
+}
+
+TEST_F(Connections, RequestsBeforeABrokenFrameAreStillAnswered) {
+  start();
+  cell_.hold();
+  RawClient client(port_);
+  Bytes stream = adu(pdu(6, {0x8000, 1}), 1);
+  const Bytes read = adu(pdu(3, {0x8000, 1}), 2);
+  stream.insert(stream.end(), read.begin(), read.end());
+  stream.insert(stream.end(), 50, 0xFF);
+  ASSERT_TRUE(client.send(stream));
+  ASSERT_TRUE(eventually([&] { return cell_.commands().size() == 1; }));
+  cell_.apply();
+  EXPECT_EQ(client.receive(), adu(pdu(6, {0x8000, 1}), 1));
+  EXPECT_EQ(client.receive(), adu({3, 2, 0, 1}, 2));
+  EXPECT_TRUE(client.ended());
+  EXPECT_TRUE(eventually([&] { return server_->stats().dropped == 1; }));
+}
+
+TEST_F(Connections, AHalfClosedClientStillGetsItsAnswers) {
+  start();
+  cell_.hold();
+  RawClient client(port_);
+  ASSERT_TRUE(client.send(adu(pdu(6, {0x8000, 1}), 1)));
+  ASSERT_TRUE(client.send(adu(pdu(3, {0x8000, 1}), 2)));
+  client.finish_sending();
+  ASSERT_TRUE(eventually([&] { return cell_.commands().size() == 1; }));
+  cell_.apply();
+  EXPECT_EQ(client.receive(), adu(pdu(6, {0x8000, 1}), 1));
+  EXPECT_EQ(client.receive(), adu({3, 2, 0, 1}, 2));
+  EXPECT_TRUE(client.ended());
+}
+
+TEST_F(Connections, AResetAtAnyByteLeavesTheServerWell) {
+  start();
+  const Bytes frame = adu(write_words(0x8000, {1, 1, 100}));
+  for (std::size_t size = 0; size <= frame.size(); ++size) {
+    RawClient client(port_);
+    ASSERT_TRUE(client.send(Bytes(frame.begin(), frame.begin() + static_cast<long>(size))));
+    client.reset();
+  }
+  RawClient client(port_);
+  EXPECT_TRUE(client.ask(adu(kReadThree)).has_value());
+  EXPECT_TRUE(eventually([&] { return server_->stats().open == 1; }));
+}
+
+TEST_F(Connections, AWriterThatVanishesStillTakesEffect) {
+  start();
+  cell_.hold();
+  {
+    RawClient client(port_);
+    ASSERT_TRUE(client.send(adu(write_words(0x8000, {1, 1, 32768, 99}))));
+    ASSERT_TRUE(eventually([&] { return cell_.commands().size() == 1; }));
+    client.reset();
+  }
+  cell_.apply();
+  RawClient reader(port_);
+  EXPECT_EQ(reader.ask(adu(pdu(3, {0x8002, 2}))), adu({3, 4, 0x80, 0, 0, 99}));
+}
+
+TEST_F(Connections, AnIdleClientIsClosedOnlyWhenConfigured) {
+  start({.idle_timeout = 50ms});
+  RawClient client(port_);
+  EXPECT_TRUE(client.ask(adu(kReadThree)).has_value());
+  EXPECT_TRUE(client.ended());
+}
+
+TEST_F(Connections, APortInUseIsAClearError) {
+  start();
+  ModbusServer second({.port = port_}, cell_, cell_);
+  const auto failed = second.start();
+  ASSERT_FALSE(failed.has_value());
+  EXPECT_NE(failed.error().message.find(std::to_string(port_)), std::string::npos);
+  EXPECT_NE(failed.error().message.find("in use"), std::string::npos) << failed.error().message;
+}
+
+TEST_F(Connections, BadOptionsAreNamed) {
+  ModbusServer address({.bind_address = "nowhere", .port = 0}, cell_, cell_);
+  EXPECT_EQ(address.start().error().field, "modbus.address");
+  ModbusServer scale({.port = 0, .scaling = {.full_scale_m_s = 0}}, cell_, cell_);
+  EXPECT_EQ(scale.start().error().field, "modbus.full_scale_m_s");
+  ModbusServer allow({.port = 0, .allow = {"10.0.0.0/33"}}, cell_, cell_);
+  EXPECT_EQ(allow.start().error().field, "modbus.allow");
+  EXPECT_NE(allow.start().error().message.find("10.0.0.0/33"), std::string::npos);
+}
+
+TEST_F(Connections, StoppingFinishesTheWriteUnderWay) {
+  start({.apply_deadline = 60s, .drain_deadline = 60s});
+  cell_.hold();
+  RawClient writer(port_), idle(port_);
+  ASSERT_TRUE(idle.ask(adu(kReadThree)).has_value());
+  ASSERT_TRUE(writer.send(adu(pdu(6, {0x8000, 1}), 3)));
+  ASSERT_TRUE(eventually([&] { return cell_.commands().size() == 1; }));
+  std::thread stopper([this] { server_->stop(); });
+  EXPECT_TRUE(idle.ended());
+  cell_.apply();
+  EXPECT_EQ(writer.receive(), adu(pdu(6, {0x8000, 1}), 3));
+  EXPECT_TRUE(writer.ended());
+  stopper.join();
+  EXPECT_EQ(server_->stats().open, 0U);
+}
+
+TEST_F(Connections, StoppingHasADeadline) {
+  start({.apply_deadline = 60s, .drain_deadline = 100ms});
+  cell_.hold();
+  RawClient writer(port_);
+  ASSERT_TRUE(writer.send(adu(pdu(6, {0x8000, 1}))));
+  ASSERT_TRUE(eventually([&] { return cell_.commands().size() == 1; }));
+  const auto begin = std::chrono::steady_clock::now();
+  server_->stop();
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, 5s);
+  EXPECT_TRUE(writer.ended());
+}
+
+}  // namespace
+}  // namespace aprsim::protocols::testing

@@ -1,0 +1,175 @@
+#include <grpcpp/impl/codegen/client_unary_call.h>
+#include <grpcpp/impl/codegen/sync_stream.h>
+#include <grpcpp/support/byte_buffer.h>
+
+#include "tests/support/tcp_socket.hpp"
+#include "tests/unit/protocols/telemetry/telemetry_fixture.hpp"
+
+namespace aprsim::test {
+namespace {
+
+using namespace std::chrono_literals;
+using std::chrono::steady_clock;
+using Serving = TelemetryFixture;
+
+grpc::ByteBuffer bytes(const std::string& text) {
+  const grpc::Slice slice(text);
+  return {&slice, 1};
+}
+
+std::string text(const grpc::ByteBuffer& buffer) {
+  std::vector<grpc::Slice> slices;
+  if (!buffer.Dump(&slices).ok()) return {};
+  std::string out;
+  for (const auto& slice : slices) {
+    out.append(reinterpret_cast<const char*>(slice.begin()), slice.size());
+  }
+  return out;
+}
+
+/// grpc.health.v1.Health/Check: service name in field 1, status in field 1.
+std::string health(const std::shared_ptr<grpc::Channel>& channel, const std::string& service) {
+  const grpc::internal::RpcMethod method("/grpc.health.v1.Health/Check",
+                                         grpc::internal::RpcMethod::NORMAL_RPC);
+  std::string request;
+  if (!service.empty())
+    request = "\x0a" + std::string(1, static_cast<char>(service.size())) + service;
+  grpc::ClientContext context;
+  grpc::ByteBuffer response;
+  const auto status = grpc::internal::BlockingUnaryCall<grpc::ByteBuffer, grpc::ByteBuffer>(
+      channel.get(), method, &context, bytes(request), &response);
+  if (!status.ok())
+    return status.error_code() == grpc::StatusCode::NOT_FOUND ? "not found" : "error";
+  const std::string answer = text(response);
+  if (answer == "\x08\x01") return "serving";
+  return answer == "\x08\x02" ? "not serving" : "odd answer";
+}
+
+TEST_F(Serving, HealthServesAllNamesAndFollowsTheWorld) {
+  start();
+  EXPECT_EQ(health(channel_, ""), "serving");
+  EXPECT_EQ(health(channel_, "aprsim.v1.TelemetryService"), "serving");
+  EXPECT_EQ(health(channel_, "aprsim.v1.ControlService"), "serving");
+  EXPECT_EQ(health(channel_, "aprsim.v1.NoService"), "not found");
+  cell_->publish([](auto& s) { s.world_fault = "gear_1 left the cell"; });
+  EXPECT_TRUE(eventually([&] { return health(channel_, "") == "not serving"; }));
+  cell_->publish([](auto& s) { s.world_fault.clear(); });
+  EXPECT_TRUE(eventually([&] { return health(channel_, "") == "serving"; }));
+}
+
+TEST_F(Serving, ReflectionListsTheServices) {
+  start();
+  const grpc::internal::RpcMethod method(
+      "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo",
+      grpc::internal::RpcMethod::BIDI_STREAMING);
+  grpc::ClientContext context;
+  set_deadline(context, 10s);
+  const std::unique_ptr<grpc::ClientReaderWriter<grpc::ByteBuffer, grpc::ByteBuffer>> stream(
+      grpc::internal::ClientReaderWriterFactory<grpc::ByteBuffer, grpc::ByteBuffer>::Create(
+          channel_.get(), method, &context));
+  // ServerReflectionRequest.list_services is field 7.
+  ASSERT_TRUE(stream->Write(bytes("\x3a\x01*")));
+  grpc::ByteBuffer response;
+  ASSERT_TRUE(stream->Read(&response));
+  const std::string answer = text(response);
+  for (const char* name : {"aprsim.v1.TelemetryService", "aprsim.v1.ControlService",
+                           "grpc.health.v1.Health", "grpc.reflection.v1alpha.ServerReflection"}) {
+    EXPECT_NE(answer.find(name), std::string::npos) << name;
+  }
+  context.TryCancel();
+}
+
+TEST_F(Serving, StopEndsStreamsAndWaitingCallsWithinASecond) {
+  start({.max_streams = 8}, 300);
+  cell_->set_applying(false);
+  grpc::Status waiting;
+  std::thread waiter([&] {
+    grpc::ClientContext context;
+    set_deadline(context, 30s);
+    v1::PauseResponse response;
+    waiting = control_->Pause(&context, {}, &response);
+  });
+  // Some read, some never do.
+  v1::StreamSnapshotsRequest request;
+  request.set_rate_hz(1000);
+  std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
+  std::vector<std::unique_ptr<grpc::ClientReader<v1::StreamSnapshotsResponse>>> readers;
+  for (int i = 0; i < 8; ++i) {
+    contexts.push_back(std::make_unique<grpc::ClientContext>());
+    readers.push_back(telemetry_->StreamSnapshots(contexts.back().get(), request));
+  }
+  v1::StreamSnapshotsResponse response;
+  for (int i = 0; i < 4; ++i) EXPECT_TRUE(readers[static_cast<std::size_t>(i)]->Read(&response));
+  ASSERT_TRUE(eventually([&] { return !cell_->commands().empty(); }));
+
+  const auto begin = steady_clock::now();
+  server_->stop(500ms);
+  EXPECT_LT(steady_clock::now() - begin, 1s);
+  waiter.join();
+  EXPECT_EQ(waiting.error_code(), grpc::StatusCode::UNAVAILABLE);
+  for (auto& reader : readers) {
+    while (reader->Read(&response)) {
+    }
+    EXPECT_FALSE(reader->Finish().ok());
+  }
+}
+
+TEST_F(Serving, PortInUseIsOneClearError) {
+  start();
+  protocols::TelemetryServer second({.port = port_}, *cell_, *cell_);
+  const auto result = second.start();
+  ASSERT_FALSE(result.has_value());
+  EXPECT_EQ(result.error().field, "grpc.port");
+  EXPECT_NE(result.error().message.find("Address already in use"), std::string::npos);
+  EXPECT_NE(result.error().message.find(std::to_string(port_)), std::string::npos);
+}
+
+TEST_F(Serving, BadOptionsAreNamed) {
+  FakeCell cell;
+  protocols::TelemetryServer bad_address({.address = "localhost"}, cell, cell);
+  EXPECT_EQ(bad_address.start().error().field, "grpc.address");
+  protocols::TelemetryServer bad_rate({.port = 0, .default_rate_hz = 2000}, cell, cell);
+  EXPECT_EQ(bad_rate.start().error().field, "grpc.default_rate_hz");
+}
+
+TEST_F(Serving, PortIsFreeAgainAfterStop) {
+  start();
+  server_->stop();
+  protocols::TelemetryServer second({.port = port_}, *cell_, *cell_);
+  const auto result = second.start();
+  ASSERT_TRUE(result.has_value()) << result.error().message;
+  EXPECT_EQ(*result, port_);
+}
+
+TEST_F(Serving, ConnectionsBeyondTheLimitAreClosedAndRoomComesBack) {
+  start({.max_connections = 2});
+  {
+    TcpSocket first(port_), second(port_);
+    const auto deadline = TcpSocket::Clock::now() + std::chrono::seconds(5);
+    EXPECT_FALSE(first.receive(deadline).empty());  // the server's HTTP/2 settings
+    EXPECT_FALSE(second.receive(deadline).empty());
+    TcpSocket third(port_);
+    EXPECT_TRUE(third.receive(deadline).empty());
+    EXPECT_EQ(server_->open(), 2U);
+  }
+  EXPECT_TRUE(eventually([&] { return server_->open() == 0; }));
+  EXPECT_TRUE(eventually([&] {
+    grpc::ClientContext context;
+    v1::GetCellResponse response;
+    const auto fresh = v1::TelemetryService::NewStub(new_channel());
+    return fresh->GetCell(&context, {}, &response).ok();
+  }));
+}
+
+TEST_F(Serving, OversizedRequestIsRefused) {
+  start();
+  v1::GetSnapshotRequest request;
+  request.mutable_read_mask()->add_paths(std::string(100'000, 'x'));
+  grpc::ClientContext context;
+  v1::GetSnapshotResponse response;
+  EXPECT_EQ(telemetry_->GetSnapshot(&context, request, &response).error_code(),
+            grpc::StatusCode::RESOURCE_EXHAUSTED);
+}
+
+}  // namespace
+}  // namespace aprsim::test

@@ -1,0 +1,111 @@
+#include "tests/unit/protocols/web/web_fixture.hpp"
+
+namespace aprsim {
+namespace {
+
+using test_support::RawWebClient;
+using Http = test_support::WebFixture;
+
+bool has(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST_F(Http, ServesThePageWithItsSecurityHeaders) {
+  start();
+  RawWebClient client(port);
+  const std::string answer = client.request("GET / HTTP/1.1");
+  EXPECT_TRUE(answer.starts_with("HTTP/1.1 200")) << answer;
+  EXPECT_TRUE(has(answer, "<title>cell</title>"));
+  EXPECT_TRUE(has(answer, "Content-Type: text/html"));
+  EXPECT_TRUE(has(answer, "X-Content-Type-Options: nosniff"));
+  const auto policy = answer.substr(answer.find("Content-Security-Policy: "));
+  EXPECT_TRUE(has(policy, "default-src 'none'; script-src 'self'; style-src 'self'")) << policy;
+  EXPECT_TRUE(has(policy, "connect-src 'self' ws://" + client.host())) << policy;
+  EXPECT_FALSE(has(policy, "unsafe"));
+}
+
+TEST_F(Http, OneConnectionServesManyFiles) {
+  start();
+  RawWebClient client(port);
+  EXPECT_TRUE(has(client.request("GET /app.js?v=1 HTTP/1.1"), "start();"));
+  EXPECT_TRUE(has(client.request("GET /models/fanuc.urdf HTTP/1.1"), "<robot name=\"arm\"/>"));
+  EXPECT_TRUE(has(client.request("GET /app.js HTTP/1.1", "Accept-Encoding: gzip, br\r\n"),
+                  "Content-Encoding: gzip\r\n"));
+}
+
+TEST_F(Http, AnswersHeadAndUnchangedWithoutABody) {
+  start();
+  RawWebClient client(port);
+  const std::string head = client.request("HEAD /app.js HTTP/1.1", "", false);
+  EXPECT_TRUE(has(head, "Content-Length: 8")) << head;
+  const auto at = head.find("ETag: ");
+  ASSERT_NE(at, std::string::npos);
+  const std::string etag = head.substr(at + 6, head.find("\r\n", at) - at - 6);
+  const std::string again =
+      client.request("GET /app.js HTTP/1.1", "If-None-Match: " + etag + "\r\n", false);
+  EXPECT_TRUE(again.starts_with("HTTP/1.1 304")) << again;
+  EXPECT_TRUE(has(client.request("GET / HTTP/1.1"), "cell"));
+}
+
+TEST_F(Http, NothingBesidesTheTableCanBeNamed) {
+  start();
+  for (const std::string path :
+       {"/../secret.txt", "/..%2fsecret.txt", "/web/../../secret.txt", "//secret.txt", "/app.js/",
+        "/app.js.gz", "/models/../secret.txt", "/%2e%2e/secret.txt", "/..\\secret.txt"}) {
+    RawWebClient client(port);
+    const std::string answer = client.request("GET " + path + " HTTP/1.1");
+    EXPECT_TRUE(answer.starts_with("HTTP/1.1 40")) << path << "\n" << answer;
+    EXPECT_FALSE(has(answer, "not yours")) << path;
+  }
+}
+
+TEST_F(Http, RefusesOtherMethodsBodiesAndLongHeaders) {
+  start();
+  EXPECT_TRUE(has(RawWebClient(port).request("DELETE / HTTP/1.1"), "405"));
+  EXPECT_TRUE(has(RawWebClient(port).request("POST / HTTP/1.1", "Content-Length: 5\r\n"), "413"));
+  const std::string longer = "X-Long: " + std::string(20'000, 'a') + "\r\n";
+  EXPECT_TRUE(has(RawWebClient(port).request("GET / HTTP/1.1", longer), "431"));
+  EXPECT_TRUE(has(RawWebClient(port).request("nonsense"), "400"));
+}
+
+TEST_F(Http, RefusesForeignHostsAndPages) {
+  options.hosts = {"cell.example"};
+  start();
+  RawWebClient foreign(port);
+  foreign.send("GET / HTTP/1.1\r\nHost: evil.example\r\n\r\n");
+  EXPECT_TRUE(has(foreign.answer(), "421"));
+  RawWebClient known(port);
+  known.send("GET / HTTP/1.1\r\nHost: cell.example:8080\r\n\r\n");
+  EXPECT_TRUE(has(known.answer(), "200"));
+  EXPECT_TRUE(has(RawWebClient(port).upgrade("http://evil.example"), "403"));
+  RawWebClient own(port);
+  EXPECT_TRUE(has(own.upgrade("http://" + own.host()), "101"));
+}
+
+TEST_F(Http, EndsAConnectionThatAsksTooOften) {
+  start();
+  RawWebClient client(port);
+  std::string flood;
+  for (int i = 0; i < 2000; ++i) flood += "GET /none HTTP/1.1\r\nHost: localhost\r\n\r\n";
+  client.send(flood);
+  EXPECT_TRUE(client.closed());
+}
+
+TEST_F(Http, LimitsConnectionsAndViewers) {
+  options.max_connections = 3;
+  options.max_viewers = 2;
+  start();
+  RawWebClient a(port), b(port), c(port);
+  EXPECT_TRUE(has(a.upgrade(), "101"));
+  EXPECT_TRUE(has(b.upgrade(), "101"));
+  EXPECT_TRUE(has(c.upgrade(), "503"));
+}
+
+TEST_F(Http, AMissingPageIsANotice) {
+  options.assets = "/nonexistent";
+  start();
+  EXPECT_TRUE(has(RawWebClient(port).request("GET / HTTP/1.1"), "not built into this daemon"));
+}
+
+}  // namespace
+}  // namespace aprsim

@@ -1,0 +1,107 @@
+#include "world/physics/bodies/mass_properties.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/world/physics/collision/solids.hpp"
+
+namespace aprsim::physics {
+namespace {
+
+using Eigen::Vector3d;
+
+TEST(MassProperties, AGearThatIsACylinderHasTheClosedForm) {
+  scene::GearType g;
+  g.disc_radius_m = 0.03;
+  g.disc_height_m = 0.02;
+  g.mass_kg = 0.5;
+  const MassProperties m = gear_mass(g);
+  EXPECT_DOUBLE_EQ(m.mass_kg, 0.5);
+  EXPECT_TRUE(m.com.isApprox(Vector3d(0, 0, 0.01), 1e-14));
+  EXPECT_NEAR(m.inertia(2, 2), 0.5 * 0.5 * 0.03 * 0.03, 1e-17);
+  EXPECT_NEAR(m.inertia(0, 0), 0.5 * (3 * 0.03 * 0.03 + 0.02 * 0.02) / 12, 1e-17);
+  EXPECT_NEAR(m.inertia(0, 1), 0, 1e-20);
+}
+
+TEST(MassProperties, DiscAndPegFollowTheParallelAxisTheorem) {
+  scene::GearType g;
+  g.disc_radius_m = 0.03;
+  g.disc_height_m = 0.006;
+  g.peg_radius_m = 0.004;
+  g.peg_top_m = 0.026;
+  g.mass_kg = 0.1;
+  const double vd = std::numbers::pi * 0.03 * 0.03 * 0.006;
+  const double vp = std::numbers::pi * 0.004 * 0.004 * 0.02;
+  const double md = 0.1 * vd / (vd + vp), mp = 0.1 * vp / (vd + vp);
+  const double z = (md * 0.003 + mp * 0.016) / 0.1;
+  const MassProperties m = gear_mass(g);
+  EXPECT_NEAR(m.com.z(), z, 1e-15);
+  EXPECT_NEAR(m.inertia(2, 2), 0.5 * md * 0.03 * 0.03 + 0.5 * mp * 0.004 * 0.004, 1e-17);
+  const double across = md * (3 * 0.03 * 0.03 + 0.006 * 0.006) / 12 + md * std::pow(0.003 - z, 2) +
+                        mp * (3 * 0.004 * 0.004 + 0.02 * 0.02) / 12 + mp * std::pow(0.016 - z, 2);
+  EXPECT_NEAR(m.inertia(1, 1), across, 1e-17);
+}
+
+TEST(MassProperties, AConeShapedHubHasTheFrustumsClosedForm) {
+  scene::GearType g = test::conical_gear();
+  g.disc_height_m = 1e-12;  // nothing but the hub
+  g.peg_top_m = 0;
+  const double a = g.hub_top_radius_m, b = g.hub_bottom_radius_m, h = g.hub_height_m;
+  const MassProperties m = gear_mass(g);
+  const double izz =
+      0.3 * g.mass_kg * (std::pow(a, 5) - std::pow(b, 5)) / (std::pow(a, 3) - std::pow(b, 3));
+  EXPECT_NEAR(m.inertia(2, 2), izz, 1e-9 * izz);
+  const double below_top = h / 4 * (a * a + 2 * a * b + 3 * b * b) / (a * a + a * b + b * b);
+  EXPECT_NEAR(m.com.z(), -below_top, 1e-9);
+}
+
+TEST(MassProperties, MatchesVoxelsOfTheSameSolids) {
+  const scene::GearType g = test::cylindrical_gear();
+  const double step = 4e-4;
+  double volume = 0, iz = 0, first = 0;
+  for (double z = -0.006 + step / 2; z < 0.024; z += step) {
+    for (double x = -0.030 + step / 2; x < 0.030; x += step) {
+      for (double y = -0.030 + step / 2; y < 0.030; y += step) {
+        if (test::gear_distance(g, {x, y, z}) > 0) continue;
+        volume += 1;
+        first += z;
+        iz += x * x + y * y;
+      }
+    }
+  }
+  const MassProperties m = gear_mass(g);
+  EXPECT_NEAR(m.com.z(), first / volume, 3e-5);
+  EXPECT_NEAR(m.inertia(2, 2), g.mass_kg * iz / volume, 2e-3 * m.inertia(2, 2));
+}
+
+TEST(MassProperties, ASlabWithoutPocketsIsABox) {
+  scene::TrayType t = test::conical_tray();
+  t.slots.clear();
+  t.min_xy = {-0.105, -0.025};
+  t.max_xy = {0.105, 0.113};
+  const MassProperties m = tray_mass(t);
+  EXPECT_TRUE(m.com.isApprox(Vector3d(0, 0.044, -0.0075), 1e-13));
+  EXPECT_NEAR(m.inertia(0, 0), 0.2 * (0.138 * 0.138 + 0.015 * 0.015) / 12, 1e-16);
+  EXPECT_NEAR(m.inertia(2, 2), 0.2 * (0.138 * 0.138 + 0.21 * 0.21) / 12, 1e-16);
+}
+
+TEST(MassProperties, PocketsTakeTheirShareOfATray) {
+  const scene::TrayType t = test::cylindrical_tray();
+  const MassProperties m = tray_mass(t);
+  const double box = 0.16 * 0.16 * 0.015;
+  const double r = 0.0103, R = 0.0113;
+  const double bore = std::numbers::pi * r * r * 0.0055;
+  const double cone = std::numbers::pi * 0.001 * (r * r + r * R + R * R) / 3;
+  const double cone_z = -0.001 / 4 * (R * R + 2 * R * r + 3 * r * r) / (R * R + R * r + r * r);
+  const double z =
+      (box * -0.0075 - 4 * (bore * -0.00375 + cone * cone_z)) / (box - 4 * (bore + cone));
+  EXPECT_NEAR(m.com.z(), z, 1e-12);
+  EXPECT_NEAR(m.com.x(), 0, 1e-15);
+  EXPECT_GT(m.inertia.determinant(), 0);
+  EXPECT_NEAR(m.inertia(0, 0), m.inertia(1, 1), 1e-15);
+}
+
+}  // namespace
+}  // namespace aprsim::physics

@@ -1,0 +1,226 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/world/physics/collision/solids.hpp"
+
+namespace aprsim::physics {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+/// One of the solids a gear meets, for the oracle.
+struct Other {
+  std::function<double(const Vector3d&)> distance;
+  std::vector<Vector3d> edges;
+  double top;
+};
+
+class Oracle {
+ public:
+  Oracle(const scene::GearType& gear, Other other)
+      : gear_(gear), other_(std::move(other)), surface_(test::gear_surface(gear, 60)) {
+    for (const Vector3d& p : test::gear_rims(gear, 1200)) surface_.push_back(p);
+  }
+
+  /// Deepest of the gear's surface in the other solid, and of the other's edges in the gear.
+  [[nodiscard]] double overlap(const Isometry3d& X) const {
+    double depth = 0;
+    for (const Vector3d& p : surface_) {
+      const Vector3d q = X * p;
+      if (q.z() < other_.top - depth) depth = std::max(depth, -other_.distance(q));
+    }
+    const Isometry3d inverse = X.inverse();
+    for (const Vector3d& p : other_.edges) {
+      const Vector3d q = inverse * p;
+      if (q.head<2>().squaredNorm() < 0.033 * 0.033)
+        depth = std::max(depth, -test::gear_distance(gear_, q));
+    }
+    return depth;
+  }
+
+  /// Lowers X along z from clear above until it overlaps by about `depth`.
+  [[nodiscard]] Isometry3d lowered(Isometry3d X, double depth) const {
+    double high = 0.08, low = -0.03;
+    for (int k = 0; k < 17; ++k) {
+      X.translation().z() = 0.5 * (low + high);
+      (overlap(X) < depth ? high : low) = X.translation().z();
+    }
+    X.translation().z() = low;
+    return X;
+  }
+
+  void check(const Isometry3d& X, const std::vector<Contact>& found, const std::string& what) {
+    const double depth = overlap(X);
+    ++poses_;
+    EXPECT_LE(found.size(), 8U) << what;
+    if (depth > 2e-6) {
+      ++touching_;
+      ASSERT_FALSE(found.empty()) << what << " overlap " << depth;
+    }
+    const double seen = test::deepest(found);
+    if (depth > 0 && depth < 1e-3) {
+      EXPECT_GE(seen, 0.9 * depth - 2e-6) << what << " overlap " << depth;
+      EXPECT_LE(seen, 3 * depth + 1.5e-4) << what << " overlap " << depth;
+      worst_ = std::min(worst_, (seen + 1e-6) / (depth + 1e-6));
+      most_ = std::max(most_, (seen + 1e-6) / (depth + 1e-6));
+    }
+    const Isometry3d inverse = X.inverse();
+    for (const Contact& c : found) {
+      EXPECT_GT(c.depth_m, 0) << what;
+      EXPECT_NEAR(c.n_W.norm(), 1, 1e-9) << what;
+      EXPECT_LE(test::gear_distance(gear_, inverse * c.p_W), 1e-9) << what;
+      EXPECT_LE(other_.distance(c.p_W), 1e-9) << what;
+      // Moved by its depth along the normal the point is free of one of the solids.
+      const double after =
+          std::max(other_.distance(c.p_W + c.depth_m * c.n_W),
+                   test::gear_distance(gear_, inverse * (c.p_W - c.depth_m * c.n_W)));
+      EXPECT_GE(after, -0.05 * c.depth_m - 1e-8) << what << " depth " << c.depth_m;
+    }
+  }
+
+  void report(const char* name) const {
+    EXPECT_GT(touching_, poses_ / 5);
+    std::printf("%s: %d poses, %d touching, seen / oracle depth %.3f .. %.3f\n", name, poses_,
+                touching_, worst_, most_);
+  }
+
+ private:
+  scene::GearType gear_;
+  Other other_;
+  std::vector<Vector3d> surface_;
+  int poses_ = 0, touching_ = 0;
+  double worst_ = 1e9, most_ = 0;
+};
+
+Other tray_solid(const scene::TrayType& tray) {
+  return {[tray](const Vector3d& p) { return test::tray_distance(tray, p); },
+          test::tray_edges(tray, 1200), 0};
+}
+
+Other box_solid(const Vector3d& size) {
+  return {[size](const Vector3d& p) { return test::box_distance(0.5 * size, p); },
+          test::box_edges(size, 1200), 0.5 * size.z()};
+}
+
+std::string text(const Isometry3d& X) {
+  std::ostringstream out;
+  out.precision(17);
+  out << "p " << X.translation().transpose() << " q "
+      << Eigen::Quaterniond(X.linear()).coeffs().transpose();
+  return out.str();
+}
+
+std::vector<Contact> on_tray(const scene::GearType& g, const scene::TrayType& t,
+                             const Isometry3d& X) {
+  std::vector<Contact> out;
+  gear_tray(g, X, t, Isometry3d::Identity(), 1, 0, out);
+  return out;
+}
+
+class RandomPose : public testing::TestWithParam<bool> {
+ protected:
+  scene::GearType gear() const {
+    return GetParam() ? test::conical_gear() : test::cylindrical_gear();
+  }
+  scene::TrayType tray() const {
+    return GetParam() ? test::conical_tray() : test::cylindrical_tray();
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Kinds, RandomPose, testing::Values(true, false));
+
+TEST_P(RandomPose, NearTheSeat) {
+  const scene::GearType g = gear();
+  const scene::TrayType t = tray();
+  Oracle oracle(g, tray_solid(t));
+  std::mt19937_64 random(11);
+  for (int i = 0; i < 700; ++i) {
+    const double off = 1.2e-3;
+    const Isometry3d X = test::tilted(0.045 + test::uniform(random, -off, off),
+                                      -0.045 + test::uniform(random, -off, off),
+                                      test::uniform(random, -0.3e-3, 3e-3),
+                                      test::uniform(random, 0, 0.08), test::uniform(random, 0, 7));
+    oracle.check(X, on_tray(g, t, X), text(X));
+  }
+  oracle.report("near the seat");
+}
+
+TEST_P(RandomPose, DroppedOnTheMouth) {
+  const scene::GearType g = gear();
+  const scene::TrayType t = tray();
+  Oracle oracle(g, tray_solid(t));
+  std::mt19937_64 random(13);
+  for (int i = 0; i < 120; ++i) {
+    const double off = 0.02;
+    Isometry3d X = test::tilted(0.045 + test::uniform(random, -off, off),
+                                0.045 + test::uniform(random, -off, off), 0,
+                                test::uniform(random, 0, 0.4), test::uniform(random, 0, 7));
+    X = oracle.lowered(X, test::uniform(random, 1e-5, 3e-4));
+    oracle.check(X, on_tray(g, t, X), text(X));
+  }
+  oracle.report("dropped on the mouth");
+}
+
+TEST_P(RandomPose, TumblingOverTheWholeTray) {
+  const scene::GearType g = gear();
+  const scene::TrayType t = tray();
+  Oracle oracle(g, tray_solid(t));
+  std::mt19937_64 random(17);
+  for (int i = 0; i < 150; ++i) {
+    Isometry3d X = test::random_rotation(random);
+    X.translation() << test::uniform(random, -0.1, 0.1), test::uniform(random, -0.1, 0.1), 0;
+    if (i % 4 == 0) {
+      X.linear() = test::tilted(0, 0, 0, test::uniform(random, 0, 0.3), 7.0 * i).linear();
+    }
+    X = oracle.lowered(X, test::uniform(random, 1e-5, 3e-4));
+    if (oracle.overlap(X) > 5e-4) continue;  // never touched on its way down
+    oracle.check(X, on_tray(g, t, X), text(X));
+  }
+  oracle.report("tumbling");
+}
+
+TEST_P(RandomPose, NeverNothingHoweverDeep) {
+  const scene::GearType g = gear();
+  const scene::TrayType t = tray();
+  Oracle oracle(g, tray_solid(t));
+  std::mt19937_64 random(19);
+  int touching = 0;
+  for (int i = 0; i < 5000; ++i) {
+    Isometry3d X = test::random_rotation(random);
+    for (int k = 0; k < 2; ++k) X.translation()[k] = test::uniform(random, -0.11, 0.11);
+    X.translation().z() = test::uniform(random, -0.05, 0.05);
+    if (on_tray(g, t, X).empty()) {
+      EXPECT_LT(oracle.overlap(X), 5e-6) << text(X);
+    } else {
+      ++touching;
+    }
+  }
+  EXPECT_GT(touching, 2000);
+}
+
+TEST_P(RandomPose, OnABoxInAnyAttitude) {
+  const scene::GearType g = gear();
+  const Vector3d size(0.15, 0.12, 0.05);
+  Oracle oracle(g, box_solid(size));
+  std::mt19937_64 random(23);
+  for (int i = 0; i < 200; ++i) {
+    Isometry3d X = test::random_rotation(random);
+    X.translation() << test::uniform(random, -0.1, 0.1), test::uniform(random, -0.09, 0.09), 0;
+    X = oracle.lowered(X, test::uniform(random, 1e-5, 3e-4));
+    if (oracle.overlap(X) > 5e-4) continue;
+    std::vector<Contact> found;
+    gear_box(g, X, size, Isometry3d::Identity(), 1, 0, SurfacePair::kGearGround, found);
+    oracle.check(X, found, text(X));
+  }
+  oracle.report("on a box");
+}
+
+}  // namespace
+}  // namespace aprsim::physics

@@ -1,0 +1,409 @@
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/world/physics/cell_builder.hpp"
+#include "world/physics/gripper/gripper_mechanism.hpp"
+
+namespace aprsim::physics::test {
+namespace {
+
+constexpr double kAboveDisc = 3.5e-3;  // finger tips over the disc in a pick
+constexpr double kLift = 0.05;
+
+double pitch_of(const std::string& gear) {
+  return gear == "small" ? 0.045 : gear[0] == 'd' ? 0.04 : 0.05;
+}
+
+/// Two trays, gear "g" in a slot of the first, the same slot of the second empty; a hand over "g",
+/// off by (across, along) in its own x and y.
+scene::Scene pick_scene(const std::string& gear, const Eigen::Vector2d& off = {0, 0},
+                        double yaw = 0) {
+  auto scene = empty_scene();
+  add_table(scene);
+  add_tray(scene, "a", gear + "4", {0, 0}, {"s1=g", "s2=n2", "s3=n3", "s4=n4"});
+  add_tray(scene, "b", gear + "4", {0.3, 0}, {"s2=m2", "s3=m3", "s4=m4"});
+  const double pitch = pitch_of(gear);
+  const Eigen::Vector2d at = Eigen::Vector2d(-pitch, pitch) + Eigen::Rotation2Dd(yaw) * off;
+  const double tip = 0.015 + scene.gear_types.at(gear).disc_height_m + kAboveDisc;
+  add_hand(scene, {at.x(), at.y(), tip + kLift}, yaw);
+  return scene;
+}
+
+struct Outcome {
+  Eigen::Isometry3d X_TG_closed, X_TG_carried;
+  double pop_m = 0, hop_m = 0;  // rise of gear and tray while closing and lifting off
+  bool held = false;
+  Eigen::Vector3d place_error;
+  [[nodiscard]] double slip() const {
+    return (X_TG_carried.translation() - X_TG_closed.translation()).norm();
+  }
+};
+
+Outcome pick(Bench& bench) {
+  Outcome out;
+  bench.run(120);
+  bench.move({0, 0, -kLift}, 0.15);
+  const double gear_z = bench.X_WB("g").translation().z();
+  const double tray_z = bench.X_WB("a").translation().z();
+  bench.world->set_gripper(0, 0);
+  for (int i = 0; i < 500 && !bench.world->gripper(0).settled; ++i) {
+    bench.run(1);
+    out.pop_m = std::max(out.pop_m, bench.X_WB("g").translation().z() - gear_z);
+  }
+  bench.run(50);
+  out.X_TG_closed = bench.X_TB("g");
+  bench.move({0, 0, kLift}, 0.2);
+  out.hop_m = bench.X_WB("a").translation().z() - tray_z;
+  out.held = bench.world->gripper(0).holding &&
+             bench.world->gripper(0).held_body == bench.index_of("g") &&
+             bench.X_WB("g").translation().z() > 0.06;
+  return out;
+}
+
+void shake(Bench& bench) {
+  const Eigen::Isometry3d start = bench.X_WT;
+  for (int i = 1; i <= 400; ++i) {
+    const double t = i * 1e-3, w = 2 * std::numbers::pi * 8, a = 3e-3;  // up to 7.6 m/s^2
+    Eigen::Isometry3d next = start;
+    next.translation() +=
+        a * Eigen::Vector3d(std::sin(w * t), 1 - std::cos(w * t), std::sin(0.5 * w * t));
+    bench.step_tool(next);
+  }
+}
+
+/// Over the empty slot of tray b, corrected for where the gear really is, down, open, away.
+void place(Bench& bench, const std::string& gear, Outcome& out,
+           const Eigen::Vector3d& error = Eigen::Vector3d::Zero()) {
+  bench.run(200);  // the mount comes to rest after shaking
+  const Eigen::Vector3d slot(-pitch_of(gear), pitch_of(gear), 0);
+  const Eigen::Vector3d goal = bench.X_WB("b") * slot + error;
+  Eigen::Vector3d way = goal - bench.X_WB("g").translation();
+  bench.move({way.x(), way.y(), 0}, 0.4);
+  out.X_TG_carried = bench.X_TB("g");
+  way = goal - bench.X_WB("g").translation();
+  bench.move({0, 0, way.z() + 1e-4}, 0.4);
+  bench.run(50);
+  bench.grip(1);
+  bench.move({0, 0, kLift}, 0.15);
+  bench.run(100);
+  out.place_error = bench.X_WB("b").inverse() * bench.X_WB("g").translation() - slot;
+}
+
+class PickAndPlace : public testing::TestWithParam<
+                         std::tuple<const char*, scene::PadShape, scene::Simplification>> {};
+
+TEST_P(PickAndPlace, HoldsByFrictionAloneAndSetsDownInPlace) {
+  const auto [gear, pad, simplification] = GetParam();
+  auto scene = pick_scene(gear);
+  scene.robots[0].gripper.pad = pad;
+  scene.physics.simplification = simplification;
+  Bench bench(std::move(scene));
+  Outcome out = pick(bench);
+  ASSERT_TRUE(out.held);
+  EXPECT_NEAR(bench.world->gripper(0).force_n[0], 60, 1);
+  EXPECT_NEAR(bench.world->gripper(0).force_n[1], 60, 1);
+  EXPECT_LT(out.pop_m, 30e-6);
+  EXPECT_LT(std::abs(out.hop_m), 30e-6);
+  shake(bench);
+  place(bench, gear, out);
+  EXPECT_LT(out.slip(), 2e-6);
+  EXPECT_LT(angle_between(out.X_TG_closed, out.X_TG_carried), 1e-4);
+  EXPECT_LT(out.place_error.norm(), 0.3e-3);
+  EXPECT_FALSE(bench.world->gripper(0).holding);
+  EXPECT_EQ(bench.world->penetration_faults(), 0u);
+  EXPECT_TRUE(bench.world->body(bench.index_of("g")).resting);
+}
+
+INSTANTIATE_TEST_SUITE_P(Gears, PickAndPlace,
+                         testing::Combine(testing::Values("small", "medium", "d60"),
+                                          testing::Values(scene::PadShape::kV,
+                                                          scene::PadShape::kFlat),
+                                          testing::Values(scene::Simplification::kDormant,
+                                                          scene::Simplification::kOff)));
+
+class OffCentre
+    : public testing::TestWithParam<std::tuple<scene::PadShape, double, double, double>> {};
+
+// The fingers close up to 2 mm beside the peg, along the closing direction and across it: the tray
+// gives way, V pads centre the peg both ways, flat ones along the closing direction.
+TEST_P(OffCentre, PickSucceedsAndVPadsCentreThePeg) {
+  const auto [pad, across, along, yaw] = GetParam();
+  auto scene = pick_scene("d60", {across, along}, yaw);
+  scene.robots[0].gripper.pad = pad;
+  auto& mu = scene.physics.friction;
+  mu.gear_tray = mu.tray_ground = mu.gear_gear = scene.robots[0].gripper.pad_friction = 0.6;
+  Bench bench(std::move(scene));
+  Outcome out = pick(bench);
+  ASSERT_TRUE(out.held);
+  EXPECT_LT(out.pop_m, 25e-6);
+  EXPECT_EQ(bench.world->penetration_faults(), 0u);
+  const Eigen::Vector3d in_hand = out.X_TG_closed.translation();
+  EXPECT_LT(std::abs(in_hand.y()), 30e-6);
+  const bool v = pad == scene::PadShape::kV;
+  EXPECT_NEAR(in_hand.x(), v ? 0 : -across, v ? 5e-6 : 40e-6);
+  shake(bench);
+  place(bench, "d60", out);
+  EXPECT_LT(out.slip(), 2e-6);
+  EXPECT_LT(angle_between(out.X_TG_closed, out.X_TG_carried), 1e-4);
+  EXPECT_LT(out.place_error.head<2>().norm(), 10e-6);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Grid, OffCentre,
+    testing::Combine(testing::Values(scene::PadShape::kV, scene::PadShape::kFlat),
+                     testing::Values(-2e-3, 5e-4), testing::Values(-2e-3, 1e-3),
+                     testing::Values(0.0, 0.7854)));
+
+// By a balance of moments pads and wall hold a light gear against tipping above a friction of about
+// 0.35, and not far below it.
+TEST(Tipping, FrictionDecidesWhetherAGearTipsAtAnOffCentreClose) {
+  const auto pop = [](double friction) {
+    auto scene = pick_scene("d50", {0, 2e-3}, 0.7854);
+    auto& gripper = scene.robots[0].gripper;
+    gripper.pad = scene::PadShape::kFlat;
+    gripper.finger_speed_m_s = 0.3;
+    auto& mu = scene.physics.friction;
+    mu.gear_tray = mu.tray_ground = mu.gear_gear = gripper.pad_friction = friction;
+    Bench bench(std::move(scene));
+    return pick(bench).pop_m;
+  };
+  EXPECT_GT(pop(0.2), 500e-6);
+  EXPECT_LT(pop(0.4), 40e-6);  // 20 um of it are the depth at which it rested
+}
+
+// Without friction on the pads nothing can be carried: there is no hidden attachment.
+TEST(NoAttachment, SlipperyPadsLeaveTheGearBehind) {
+  auto scene = pick_scene("small");
+  scene.robots[0].gripper.pad_friction = 0;
+  Bench bench(std::move(scene));
+  pick(bench);
+  EXPECT_LT(bench.X_WB("g").translation().z(), 0.02);
+}
+
+TEST(NoAttachment, OpeningInTheAirDropsTheGear) {
+  Bench bench(pick_scene("small"));
+  ASSERT_TRUE(pick(bench).held);
+  bench.world->set_gripper(0, 1);
+  bench.run(300);
+  EXPECT_LT(bench.X_WB("g").translation().z(), 0.03);
+  EXPECT_FALSE(bench.world->gripper(0).holding);
+}
+
+// Weak pads hold a gear at rest and lose it when the arm pulls up harder than friction can follow:
+// 2 mu F = 0.32 N carries 10.2 g up to 21.6 m/s^2 in all.
+TEST(NoAttachment, AccelerationBeyondFrictionLosesTheGear) {
+  for (const double accel : {8.0, 40.0}) {
+    auto scene = pick_scene("small");
+    scene.robots[0].gripper.pad = scene::PadShape::kFlat;
+    scene.robots[0].gripper.force_n = 0.2;
+    Bench bench(std::move(scene));
+    bench.run(120);
+    bench.move({0, 0, -kLift}, 0.15);
+    bench.grip(0);
+    const Eigen::Isometry3d before = bench.X_TB("g");
+    const Eigen::Isometry3d start = bench.X_WT;
+    for (int i = 1; i <= 100; ++i) {
+      Eigen::Isometry3d next = start;
+      next.translation().z() += 0.5 * accel * i * i * 1e-6;
+      bench.step_tool(next);
+    }
+    const double slip = (bench.X_TB("g").translation() - before.translation()).norm();
+    if (accel < 10) {
+      EXPECT_LT(slip, 50e-6);
+    } else {
+      EXPECT_GT(slip, 5e-3);
+    }
+  }
+}
+
+// Fig. 3 of the paper: displacement along the finger axis under acceleration, by controller.
+TEST(Controllers, LinkageBeatsCoupledBeatsConstantAlongTheFingers) {
+  const auto shaken = [](scene::GripperLaw law) {
+    auto scene = pick_scene("d60");
+    scene.robots[0].gripper.law = law;
+    scene.robots[0].gripper.pad = scene::PadShape::kFlat;
+    Bench bench(std::move(scene));
+    EXPECT_TRUE(pick(bench).held);
+    const Eigen::Isometry3d before = bench.X_TB("g");
+    const Eigen::Isometry3d start = bench.X_WT;
+    double worst = 0;
+    for (int i = 1; i <= 100; ++i) {  // 10 m/s^2 along the finger axis
+      Eigen::Isometry3d next = start;
+      next.translation().y() += 0.5 * 10 * i * i * 1e-6;
+      bench.step_tool(next);
+      worst = std::max(worst, (bench.X_TB("g").translation() - before.translation()).norm());
+    }
+    return worst;
+  };
+  const double constant = shaken(scene::GripperLaw::kConstant);
+  const double coupled = shaken(scene::GripperLaw::kCoupled);
+  const double linkage = shaken(scene::GripperLaw::kLinkage);
+  EXPECT_GT(constant, 1e-3);
+  EXPECT_LT(coupled, 0.25e-3);
+  EXPECT_LT(linkage, 1e-6);
+}
+
+// What a gripper remembers is plain values: put back, it does the same again, bit for bit.
+TEST(Gripper, SavedStateComesBackBitForBit) {
+  auto scene = empty_scene();
+  for (const auto law : {scene::GripperLaw::kLinkage, scene::GripperLaw::kMimicPid}) {
+    add_hand(scene, {0, 0, 0.5});
+    scene.robots[0].gripper.law = law;
+    scene.robots[0].gripper.fill_time_s = 0.02;
+    ode::prepare_thread();
+    ode::World world(dWorldCreate());
+    const Eigen::Isometry3d X_WF = scene.robots[0].X_WB.isometry();
+    GripperMechanism hand(scene.robots[0], world.get(), X_WF, 1e-3);
+    hand.command(0);
+    const auto advance = [&](int steps) {
+      for (int i = 0; i < steps; ++i) {
+        hand.begin_step(X_WF);
+        hand.apply_forces();
+        dWorldStep(world.get(), 1e-3);
+        hand.end_step();
+        hand.observe({}, false);
+      }
+    };
+    advance(40);
+    const GripperMechanism::State middle = hand.save();
+    advance(30);
+    const GripperState first = hand.state();
+    EXPECT_NE(first.travel_m[0], middle.report.travel_m[0]);
+    hand.restore(middle);
+    advance(30);
+    EXPECT_EQ(hand.state().travel_m, first.travel_m);
+    EXPECT_EQ(hand.state().palm_deflection_m, first.palm_deflection_m);
+    scene.robots.clear();
+  }
+}
+
+// At a fifth of the supply's force and with slow chambers: the pads press with what the air gives.
+TEST(Gripper, AirPressureAndFillTimeDecideForceAndTime) {
+  const auto closing_time = [](double fill_time_s, double leak_per_s, double expected_n) {
+    auto scene = pick_scene("d60");
+    scene.robots[0].gripper.fill_time_s = fill_time_s;
+    scene.robots[0].gripper.leak_per_s = leak_per_s;
+    Bench bench(std::move(scene));
+    bench.run(120);
+    bench.move({0, 0, -kLift}, 0.15);
+    bench.world->set_gripper(0, 0);
+    int steps = 0;
+    while (!bench.world->gripper(0).settled && steps < 1000) bench.run(1), ++steps;
+    bench.run(50);
+    EXPECT_NEAR(bench.world->gripper(0).force_n[0], expected_n, 0.02 * expected_n);
+    return steps;
+  };
+  const int fast = closing_time(0, 0, 60);
+  const int slow = closing_time(0.05, 0, 60);
+  EXPECT_GT(slow, fast + 30);  // ln 2 of the fill time until the net force turns round
+  EXPECT_LT(slow, 1000);
+  closing_time(0.01, 400, 12);
+}
+
+TEST(Gripper, ClosingOnNothingEndsAtTheStopWithoutHolding) {
+  auto scene = empty_scene();
+  add_hand(scene, {0, 0, 0.5});
+  Bench bench(std::move(scene));
+  bench.grip(0);
+  EXPECT_TRUE(bench.world->gripper(0).settled);
+  EXPECT_FALSE(bench.world->gripper(0).holding);
+  EXPECT_NEAR(bench.world->gripper(0).separation_m, 0.002, 20e-6);
+  bench.grip(1);
+  EXPECT_NEAR(bench.world->gripper(0).separation_m, 0.022, 20e-6);
+  EXPECT_NEAR(bench.world->gripper(0).travel_m[0], 0, 10e-6);
+}
+
+TEST(Gripper, FollowsTheFlangeWithoutLagUnderAcceleration) {
+  auto scene = empty_scene();
+  add_hand(scene, {0, 0, 0.5});
+  Bench bench(std::move(scene));
+  bench.world->set_gripper(0, 0);  // moving fingers keep the mechanism in the solver
+  double worst = 0;
+  const Eigen::Isometry3d start = bench.X_WT;
+  for (int i = 1; i <= 60; ++i) {
+    Eigen::Isometry3d next = start;
+    next.translation().x() += 0.5 * 10 * i * i * 1e-6;
+    next.linear() = Eigen::AngleAxisd(0.01 * i, Eigen::Vector3d::UnitZ()) * start.linear();
+    bench.step_tool(next);
+    worst = std::max(worst, (bench.world->gripper(0).X_WT.p - bench.X_WT.translation()).norm());
+  }
+  EXPECT_LT(worst, 50e-6);
+}
+
+// Fingers pressed on a disc: the mount gives way as its spring says, the arm feels it.
+TEST(Gripper, PressingDownLoadsTheMountAndTheArm) {
+  auto scene = empty_scene();
+  add_table(scene);
+  add_hand(scene, {0, 0, 0.02});
+  Bench bench(std::move(scene));
+  bench.move({0, 0, -0.022}, 0.2);  // 2 mm into the table
+  bench.run(100);
+  EXPECT_NEAR(bench.world->gripper(0).palm_deflection_m, 2e-3, 0.05e-3);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const auto& force : bench.world->arm_forces(0)) {
+    EXPECT_EQ(force.link, 1);
+    EXPECT_EQ(force.with, "table");
+    sum += force.f_W;
+  }
+  EXPECT_NEAR(sum.z(), 10, 0.3);  // 5 kN/m times 2 mm
+  EXPECT_NEAR(sum.head<2>().norm(), 0, 0.3);
+}
+
+// While a gear hangs in the gripper its weight is payload, not an outside force; pushed onto the
+// table it becomes one.
+TEST(Gripper, OnlyOutsideForcesOnTheHeldGearAreReported) {
+  Bench bench(pick_scene("small"));
+  ASSERT_TRUE(pick(bench).held);
+  bench.run(50);
+  EXPECT_TRUE(bench.world->arm_forces(0).empty());
+  bench.move({-0.2, 0, 0}, 0.4);
+  // Hub's underside at 3 mm over the table after this much; press 1 mm.
+  const double down = bench.X_WB("g").translation().z() - 0.012 + 1e-3;
+  bench.move({0, 0, -down}, 0.4);
+  bench.run(50);
+  double up = 0;
+  for (const auto& force : bench.world->arm_forces(0)) up += force.f_W.z();
+  EXPECT_NEAR(up, 5 - 0.1, 0.5);
+}
+
+// Any opening where nothing is between the fingers; a part stops them before it.
+TEST(Gripper, AServoGripperOpensProportionally) {
+  auto scene = pick_scene("medium");
+  auto& gripper = scene.robots[0].gripper;
+  gripper.drive = scene::GripperDrive::kServo;
+  Bench bench(std::move(scene));
+  bench.run(120);
+  for (const double setting : {0.5, 0.25, 0.75}) {
+    bench.world->set_gripper(0, setting);
+    bench.run(400);
+    const GripperState& state = bench.world->gripper(0);
+    EXPECT_TRUE(state.settled);
+    EXPECT_NEAR(state.separation_m, 0.002 + 0.02 * setting, 2e-5) << setting;
+    EXPECT_FALSE(state.holding);
+  }
+  bench.world->set_gripper(0, 1);
+  bench.run(400);
+  EXPECT_TRUE(pick(bench).held);
+  EXPECT_NEAR(bench.world->gripper(0).force_n[0], 60, 1);
+}
+
+TEST(Gripper, LessForceIsSetWhileHoldingAndSurvivesSaving) {
+  Bench bench(pick_scene("medium"));
+  ASSERT_TRUE(pick(bench).held);
+  bench.world->set_gripper_force(0, 25);
+  bench.run(100);
+  EXPECT_NEAR(bench.world->gripper(0).force_n[0], 25, 1);
+  EXPECT_TRUE(bench.world->gripper(0).holding);
+  const auto saved = bench.world->save();
+  bench.world->set_gripper_force(0, 60);
+  bench.run(100);
+  EXPECT_NEAR(bench.world->gripper(0).force_n[0], 60, 1);
+  bench.world->restore(saved);
+  bench.run(100);
+  EXPECT_NEAR(bench.world->gripper(0).force_n[0], 25, 1);
+}
+
+}  // namespace
+}  // namespace aprsim::physics::test

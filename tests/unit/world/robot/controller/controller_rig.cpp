@@ -1,0 +1,121 @@
+#include "tests/unit/world/robot/controller/controller_rig.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace aprsim::robot {
+
+ControllerSetup rig_setup(const std::string& arm) {
+  const bool fanuc = arm == "fanuc";
+  const std::string file = fanuc ? "fanuc_lrmate200id" : "motoman_sia20";
+  auto model = load_arm_model(std::string(APRSIM_SOURCE_DIR) + "/world/models/" + file + ".urdf");
+  if (!model) throw std::runtime_error(model.error().message);
+  auto ik = make_inverse_kinematics(*model);
+  if (!ik) throw std::runtime_error(ik.error().message);
+  ControllerSetup setup;
+  setup.q_home = JointVector::Zero(model->dof());
+  if (fanuc) {
+    setup.q_home(4) = radians(-90);
+    // Tool z along flange x.
+    setup.X_FT.linear() =
+        Eigen::AngleAxisd(radians(90), Eigen::Vector3d::UnitY()).toRotationMatrix();
+    setup.X_FT.translation() = Eigen::Vector3d(0.194, 0, 0);
+    setup.payload = {1.3, {0.09, 0, 0}, Eigen::Vector3d(1e-3, 2.2e-3, 2.2e-3).asDiagonal()};
+  } else {
+    setup.q_home(3) = radians(-90);
+    setup.q_home(5) = radians(-90);
+    setup.X_FT.translation() = Eigen::Vector3d(0, 0, 0.30187);
+    setup.payload = {4.24, {0, 0.02, 0.15}, Eigen::Vector3d(0.028, 0.028, 0.014).asDiagonal()};
+  }
+  // The reference frame differs from the base, so that a confusion of the two would show.
+  setup.X_BR = Eigen::Translation3d(0.1, -0.2, 0.3) *
+               Eigen::AngleAxisd(radians(30), Eigen::Vector3d::UnitZ());
+  setup.model = std::move(*model);
+  setup.ik = std::move(*ik);
+  setup.max_trans_speed_m_s = 1.5;
+  setup.max_trans_accel_m_s2 = 5;
+  setup.max_rot_speed_rad_s = 6;
+  setup.max_rot_accel_rad_s2 = 30;
+  return setup;
+}
+
+api::MoveJoints move_all(const JointVector& q) {
+  api::MoveJoints move;
+  for (int i = 0; i < q.size(); ++i) move.targets.push_back({i, q(i), {}, {}});
+  return move;
+}
+
+ControllerRig::ControllerRig(const std::string& arm)
+    : setup_(rig_setup(arm)),
+      limits_(derive_joint_limits(setup_.model, setup_.payload, setup_.gravity_B)),
+      controller_(setup_) {
+  path_.reserve(200000);
+  forget();
+}
+
+void ControllerRig::step(bool gripper_settled) {
+  path_.push_back(controller_.step({.gripper_settled = gripper_settled}));
+}
+
+api::ActionState ControllerRig::run(const api::RobotAction& action, double limit_s) {
+  take(action);
+  for (int i = 0; i < limit_s / setup_.step_s && state() == api::ActionState::kWorking; ++i) step();
+  return state();
+}
+
+void ControllerRig::ready() {
+  run(api::InitRobot{});
+  JointVector q(dof());
+  if (dof() == 6) {
+    q << 0.2, 0.4, -0.4, 0.1, -0.9, 0.3;
+  } else {
+    q << 0.2, 0.5, 0.3, -1.4, 0.2, -1.0, 0.3;
+  }
+  run(move_all(q));
+  forget();
+}
+
+void ControllerRig::rest(double limit_s) {
+  for (int i = 0; i < limit_s / setup_.step_s && controller_.moving(); ++i) step();
+}
+
+Eigen::Isometry3d ControllerRig::X_RT(const JointVector& q) const {
+  return setup_.X_BR.inverse() * flange_pose(setup_.model, q) * setup_.X_FT;
+}
+
+JointVector ControllerRig::random_posture(std::mt19937& engine, double margin) const {
+  JointVector q(dof());
+  for (int i = 0; i < dof(); ++i) {
+    const Joint& joint = setup_.model.joints[static_cast<std::size_t>(i)];
+    q(i) = std::uniform_real_distribution<double>(joint.lower_rad + margin,
+                                                  joint.upper_rad - margin)(engine);
+  }
+  return q;
+}
+
+ControllerRig::Effort ControllerRig::effort() const {
+  Effort out;
+  const double dt = setup_.step_s;
+  for (std::size_t k = 1; k < path_.size(); ++k) {
+    const JointVector qd = (path_[k] - path_[k - 1]) / dt;
+    out.speed = std::max(out.speed, (qd.cwiseAbs().array() / limits_.speed.array()).maxCoeff());
+    const Eigen::Isometry3d a = X_RT(path_[k - 1]), b = X_RT(path_[k]);
+    const Eigen::Vector3d v = (b.translation() - a.translation()) / dt;
+    out.tool_speed = std::max(out.tool_speed, v.norm());
+    out.tool_turn = std::max(out.tool_turn,
+                             Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle() / dt);
+    if (k < 2) continue;
+    const JointVector qdd = (path_[k] - 2 * path_[k - 1] + path_[k - 2]) / (dt * dt);
+    out.accel = std::max(out.accel, (qdd.cwiseAbs().array() / limits_.accel.array()).maxCoeff());
+    const Eigen::Vector3d v0 = (a.translation() - X_RT(path_[k - 2]).translation()) / dt;
+    out.tool_accel = std::max(out.tool_accel, (v - v0).norm() / dt);
+    if (k < 3) continue;
+    const JointVector qddd =
+        (path_[k] - 3 * path_[k - 1] + 3 * path_[k - 2] - path_[k - 3]) / (dt * dt * dt);
+    out.jerk = std::max(out.jerk, (qddd.cwiseAbs().array() / limits_.jerk.array()).maxCoeff());
+  }
+  return out;
+}
+
+}  // namespace aprsim::robot

@@ -1,0 +1,146 @@
+#include <chrono>
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/allocation_counter.hpp"
+#include "tests/unit/world/robot/controller/controller_rig.hpp"
+
+namespace aprsim::robot {
+namespace {
+
+using api::ActionState;
+using api::MotionLimit;
+using namespace std::chrono_literals;
+
+class SteadyState : public testing::TestWithParam<const char*> {
+ protected:
+  SteadyState() : rig(GetParam()) { rig.run(api::InitRobot{}); }
+
+  /// A command that a client might send at any time.
+  api::RobotAction draw(std::mt19937& engine) const {
+    std::uniform_real_distribution<double> shift(-0.15, 0.15), share(0.05, 1), speed(0.05, 3);
+    const auto kind = std::uniform_int_distribution<int>(0, 11)(engine);
+    Pose X = rig.tool();
+    X.p += Eigen::Vector3d(shift(engine), shift(engine), shift(engine));
+    X.q = X.q * Eigen::Quaterniond(Eigen::AngleAxisd(
+                    4 * shift(engine), Eigen::Vector3d(share(engine), 0, 1).normalized()));
+    switch (kind) {
+      case 0:
+        return move_all(rig.random_posture(engine));
+      case 1: {
+        const int joint = std::uniform_int_distribution<int>(0, rig.dof() - 1)(engine);
+        const JointVector q = rig.random_posture(engine);
+        return api::MoveJoints{{{joint, q(joint), speed(engine), {}},
+                                {(joint + 1) % rig.dof(), q((joint + 1) % rig.dof()), {}, {}}}};
+      }
+      case 2:
+      case 3:
+        return api::MoveTo{Pose::from(rig.X_RT(rig.random_posture(engine))), false};
+      case 4:
+        return api::MoveTo{X, false};
+      case 5:
+        return api::StopMotion{
+            static_cast<api::StopKind>(std::uniform_int_distribution<int>(0, 2)(engine))};
+      case 6:
+        return api::SetMotionLimit{
+            static_cast<MotionLimit>(std::uniform_int_distribution<int>(0, 3)(engine)), true,
+            share(engine)};
+      case 7:
+        return api::Dwell{20ms};
+      default:
+        return api::MoveTo{X, true};
+    }
+  }
+
+  /// Highest share of any drive's torque that the recorded references ask for.
+  double highest_torque() const {
+    const auto& path = rig.path();
+    double highest = 0;
+    for (std::size_t k = 2; k < path.size(); ++k) {
+      const JointVector qd = (path[k] - path[k - 1]) * 1e3;
+      const JointVector qdd = (path[k] - 2 * path[k - 1] + path[k - 2]) * 1e6;
+      const JointVector torque = inverse_dynamics(rig.model(), rig.setup().payload,
+                                                  rig.setup().gravity_B, path[k - 1], qd, qdd);
+      for (int i = 0; i < rig.dof(); ++i) {
+        highest =
+            std::max(highest, std::abs(torque(i)) /
+                                  rig.model().joints[static_cast<std::size_t>(i)].max_torque_nm);
+      }
+    }
+    return highest;
+  }
+
+  ControllerRig rig;
+};
+INSTANTIATE_TEST_SUITE_P(Arms, SteadyState, testing::Values("fanuc", "motoman"),
+                         [](const auto& arm) { return std::string(arm.param); });
+
+TEST_P(SteadyState, StepsDoNotAllocate) {
+  std::mt19937 engine(17);
+  int moved = 0;
+  for (int n = 0; n < 60; ++n) {
+    rig.run(api::InitRobot{});
+    rig.take(draw(engine));
+    const auto before = aprsim::test::allocations();
+    for (int i = 0; i < 600; ++i) moved += rig.controller().step().size() > 0 ? 1 : 0;
+    ASSERT_EQ(aprsim::test::allocations(), before) << n;
+  }
+  EXPECT_EQ(moved, 60 * 600);
+}
+
+/// Whatever is sent whenever: the reference stays within the joint ranges, speeds and
+/// accelerations, and comes to rest.
+TEST_P(SteadyState, AnyCommandsAtAnyTimeKeepTheJointsWithinTheirLimits) {
+  std::mt19937 engine(23);
+  std::uniform_int_distribution<int> pause(1, 700);
+  int errors = 0;
+  for (int n = 0; n < 400; ++n) {
+    rig.take(draw(engine));
+    if (rig.state() == ActionState::kError) {
+      ++errors;
+      ASSERT_NE(rig.reason(), "");
+      rig.steps(pause(engine) / 4);
+      rig.take(api::InitRobot{});
+    }
+    rig.steps(pause(engine));
+  }
+  rig.rest();
+  EXPECT_FALSE(rig.controller().moving());
+  EXPECT_LT(errors, 250);
+  for (const JointVector& q : rig.path()) {
+    ASSERT_TRUE((q.array() >= rig.limits().lower.array()).all());
+    ASSERT_TRUE((q.array() <= rig.limits().upper.array()).all());
+  }
+  const auto effort = rig.effort();
+  EXPECT_LE(effort.speed, 1.01);
+  EXPECT_LE(effort.accel, 1.1);
+  EXPECT_LE(highest_torque(), 1.0);
+}
+
+/// What the planned motions ask of the drives, with the payload they were planned for.
+TEST_P(SteadyState, DrivesKeepATenthOfTheirTorqueInReserve) {
+  for (const auto which : {MotionLimit::kTransSpeed, MotionLimit::kTransAccel,
+                           MotionLimit::kRotSpeed, MotionLimit::kRotAccel}) {
+    rig.run(api::SetMotionLimit{which, true, 1});
+  }
+  std::mt19937 engine(29);
+  rig.forget();
+  for (int n = 0; n < 40; ++n) {
+    api::MoveJoints move = move_all(rig.random_posture(engine));
+    for (auto& target : move.targets) {
+      target.speed_rad_s = 100;
+      target.accel_rad_s2 = 1000;
+    }
+    ASSERT_EQ(rig.run(move), ActionState::kDone) << rig.reason();
+    ASSERT_EQ(rig.run(api::MoveTo{Pose::from(rig.X_RT(rig.random_posture(engine))), false}),
+              ActionState::kDone);
+  }
+  const double highest = highest_torque();
+  EXPECT_LE(highest, 0.95);
+  EXPECT_GE(highest, 0.5);
+}
+
+}  // namespace
+}  // namespace aprsim::robot

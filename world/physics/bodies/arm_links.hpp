@@ -1,0 +1,78 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "world/physics/bodies/free_body.hpp"
+#include "world/physics/bodies/ode_handles.hpp"
+#include "world/physics/collision/contact.hpp"
+#include "world/robot/model/arm_model.hpp"
+
+namespace aprsim::physics {
+
+/// One primitive of a link.
+struct ArmShape {
+  int link = 0;
+  Eigen::Isometry3d X_LS = Eigen::Isometry3d::Identity();
+  Eigen::Vector3d half = Eigen::Vector3d::Zero();  ///< half extents in the shape's frame
+  ode::Geom geom;
+  Bounds bounds;
+};
+
+/// An arm's links as shapes on kinematic bodies: they push, nothing pushes them. Where they go is
+/// the arm's business (world/robot); the forces on them are reported to it.
+class ArmLinks {
+ public:
+  ArmLinks(const robot::ArmModel& model, dWorldID world, std::span<const Eigen::Isometry3d> X_WL);
+
+  /// Everything that changes from step to step.
+  struct State {
+    std::vector<Eigen::Isometry3d> X_WL_before, X_WL, X_WL_next;
+  };
+  [[nodiscard]] State save() const { return {X_WL_before_, X_WL_, X_WL_next_}; }
+  void restore(const State& state);
+
+  void set_next(std::span<const Eigen::Isometry3d> X_WL_next);
+  /// Takes over the poses of set_next().
+  void end_step();
+
+  [[nodiscard]] int links() const { return static_cast<int>(X_WL_.size()); }
+  [[nodiscard]] const Eigen::Isometry3d& X_WL(int link) const {
+    return X_WL_[static_cast<std::size_t>(link)];
+  }
+  [[nodiscard]] const Eigen::Isometry3d& X_WL_next(int link) const {
+    return X_WL_next_[static_cast<std::size_t>(link)];
+  }
+  /// Velocity in this step of the point of a link that is at p_W.
+  [[nodiscard]] Eigen::Vector3d velocity(int link, const Eigen::Vector3d& p_W, double step_s) const;
+  /// The same for the step that end_step() closed.
+  [[nodiscard]] Eigen::Vector3d last_velocity(int link, const Eigen::Vector3d& p_W,
+                                              double step_s) const;
+  /// Shapes of all links but the base.
+  [[nodiscard]] std::span<const ArmShape> shapes() const { return shapes_; }
+  [[nodiscard]] const Bounds& bounds() const { return bounds_; }  ///< of all shapes
+  [[nodiscard]] dBodyID body(int link) const {
+    return bodies_[static_cast<std::size_t>(link)].get();
+  }
+  /// Puts a link's body at the start of the step with the velocity of the step.
+  void place_link(int link, double step_s);
+
+ private:
+  void update_shapes();
+
+  std::vector<Eigen::Isometry3d> X_WL_before_, X_WL_, X_WL_next_;
+  std::vector<ode::Body> bodies_;
+  std::vector<ArmShape> shapes_;
+  Bounds bounds_;
+};
+
+/// Contact points of two ODE geoms, normals into `a`'s geom; at most `kMaxPoints`.
+inline constexpr int kMaxPoints = 4;
+void collide_geoms(dGeomID geom_a, dGeomID geom_b, BodyIndex a, BodyIndex b, SurfacePair pair,
+                   std::vector<Contact>& out);
+
+void set_geom_pose(dGeomID geom, const Eigen::Isometry3d& X_W);
+
+}  // namespace aprsim::physics

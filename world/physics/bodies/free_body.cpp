@@ -1,0 +1,116 @@
+#include "world/physics/bodies/free_body.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace aprsim::physics {
+namespace {
+
+/// A solid of revolution about z, between two heights, is bounded along each world axis by its
+/// half length and the projection of its rim.
+Bounds bounds_of_gear(const scene::GearType& gear, const Eigen::Isometry3d& X_WG) {
+  const double low = -gear.hub_height_m;
+  const double high = std::max(gear.disc_height_m, gear.peg_top_m);
+  const Eigen::Vector3d centre = X_WG * Eigen::Vector3d(0, 0, 0.5 * (low + high));
+  const double radius = std::max(gear.disc_radius_m, gear.hub_top_radius_m);
+  Eigen::Vector3d reach;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double c = X_WG.linear()(axis, 2);
+    reach[axis] = 0.5 * (high - low) * std::abs(c) + radius * std::sqrt(std::max(0.0, 1 - c * c));
+  }
+  return {centre - reach, centre + reach};
+}
+
+double gear_radius(const scene::GearType& gear, const Eigen::Vector3d& com) {
+  const double disc =
+      std::hypot(gear.disc_radius_m, std::max(std::abs(com.z()), gear.disc_height_m - com.z()));
+  const double peg = std::hypot(gear.peg_radius_m, gear.peg_top_m - com.z());
+  const double hub = std::hypot(gear.hub_top_radius_m, com.z() + gear.hub_height_m);
+  return std::max({disc, peg, hub});
+}
+
+FreeBody make_tray(const scene::TrayInstance& instance, const scene::TrayType& type,
+                   dWorldID world) {
+  FreeBody free;
+  free.name = instance.name;
+  free.tray = &type;
+  free.body.reset(dBodyCreate(world));
+  free.mass = tray_mass(type);
+  free.origin_B = free.mass.com;
+  const Eigen::Vector2d extent = type.max_xy - type.min_xy;
+  const Eigen::Vector2d middle = 0.5 * (type.max_xy + type.min_xy);
+  free.slab_size = {extent.x(), extent.y(), type.thickness_m};
+  free.X_BS.translation() = Eigen::Vector3d(middle.x(), middle.y(), -0.5 * type.thickness_m);
+  free.radius_m = 0.5 * free.slab_size.norm() + (free.mass.com - free.X_BS.translation()).norm();
+  free.carry(free.mass);
+  free.place(instance.X_WP.isometry(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
+  return free;
+}
+
+FreeBody make_gear(const scene::GearInstance& instance, const scene::GearType& type,
+                   dWorldID world) {
+  FreeBody free;
+  free.name = instance.name;
+  free.gear = &type;
+  free.body.reset(dBodyCreate(world));
+  free.mass = gear_mass(type);
+  free.origin_B = free.mass.com;
+  free.radius_m = gear_radius(type, free.mass.com);
+  free.carry(free.mass);
+  free.place(instance.X_WP.isometry(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
+  return free;
+}
+
+}  // namespace
+
+Bounds bounds_of_box(const Eigen::Vector3d& size, const Eigen::Isometry3d& X_WS) {
+  const Eigen::Vector3d reach = X_WS.linear().cwiseAbs() * (0.5 * size);
+  return {X_WS.translation() - reach, X_WS.translation() + reach};
+}
+
+void FreeBody::refresh() {
+  X_WB.linear() = ode::matrix(dBodyGetRotation(body.get()));
+  const Eigen::Vector3d origin = ode::vector(dBodyGetPosition(body.get()));
+  X_WB.translation() = origin - X_WB.linear() * origin_B;
+  omega_W = ode::vector(dBodyGetAngularVel(body.get()));
+  v_com_W = ode::vector(dBodyGetLinearVel(body.get()));
+  if (origin_B != mass.com) v_com_W += omega_W.cross(X_WB.linear() * (mass.com - origin_B));
+  update_bounds();
+}
+
+void FreeBody::place(const Eigen::Isometry3d& X_WB_new, const Eigen::Vector3d& v_com,
+                     const Eigen::Vector3d& omega) {
+  X_WB = X_WB_new;
+  v_com_W = v_com;
+  omega_W = omega;
+  ode::set_rotation(body.get(), X_WB.linear());
+  ode::set_position(body.get(), origin_W());
+  ode::set_velocity(body.get(), velocity_at(origin_W()), omega);
+  update_bounds();
+}
+
+void FreeBody::carry(const MassProperties& all) {
+  const dMass ode_mass = ode::mass(all.mass_kg, all.inertia);
+  dBodySetMass(body.get(), &ode_mass);
+  origin_B = all.com;
+  ode::set_position(body.get(), origin_W());
+  ode::set_velocity(body.get(), velocity_at(origin_W()), omega_W);
+}
+
+void FreeBody::update_bounds() {
+  bounds = is_tray() ? bounds_of_box(slab_size, X_WS()) : bounds_of_gear(*gear, X_WB);
+}
+
+std::vector<FreeBody> make_free_bodies(const scene::Scene& scene, dWorldID world) {
+  std::vector<FreeBody> bodies;
+  bodies.reserve(scene.trays.size() + scene.gears.size());
+  for (const auto& tray : scene.trays) {
+    bodies.push_back(make_tray(tray, scene.tray_types.at(tray.type), world));
+  }
+  for (const auto& gear : scene.gears) {
+    bodies.push_back(make_gear(gear, scene.gear_types.at(gear.type), world));
+  }
+  return bodies;
+}
+
+}  // namespace aprsim::physics

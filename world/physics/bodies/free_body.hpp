@@ -1,0 +1,67 @@
+#pragma once
+
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "world/physics/bodies/mass_properties.hpp"
+#include "world/physics/bodies/ode_handles.hpp"
+#include "world/scene/scene.hpp"
+
+namespace aprsim::physics {
+
+/// Axis-aligned box in world.
+struct Bounds {
+  Eigen::Vector3d min = Eigen::Vector3d::Zero(), max = Eigen::Vector3d::Zero();
+  [[nodiscard]] bool meets(const Bounds& other) const {
+    return (min.array() <= other.max.array()).all() && (other.min.array() <= max.array()).all();
+  }
+  [[nodiscard]] Bounds grown(double by) const { return {min.array() - by, max.array() + by}; }
+};
+
+/// Bounds of a box of edge lengths `size` centred at X_WS.
+[[nodiscard]] Bounds bounds_of_box(const Eigen::Vector3d& size, const Eigen::Isometry3d& X_WS);
+
+/// A tray or gear: its shape, its ODE body (axes those of the body frame, origin the centre of mass
+/// of all that it moves) and the state of the last step.
+struct FreeBody {
+  std::string_view name;
+  const scene::GearType* gear = nullptr;  ///< exactly one of the two is set
+  const scene::TrayType* tray = nullptr;
+  ode::Body body;
+  MassProperties mass;
+  double radius_m = 0;  ///< of a sphere about the centre of mass that holds the shape
+  Eigen::Vector3d origin_B = Eigen::Vector3d::Zero();  ///< of the ODE body
+  // tray slab as a box
+  Eigen::Vector3d slab_size = Eigen::Vector3d::Zero();
+  Eigen::Isometry3d X_BS = Eigen::Isometry3d::Identity();
+
+  Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+  Eigen::Vector3d v_com_W = Eigen::Vector3d::Zero();
+  Eigen::Vector3d omega_W = Eigen::Vector3d::Zero();
+  Bounds bounds;
+
+  [[nodiscard]] bool is_tray() const { return tray != nullptr; }
+  [[nodiscard]] Eigen::Vector3d com_W() const { return X_WB * mass.com; }
+  [[nodiscard]] Eigen::Vector3d origin_W() const { return X_WB * origin_B; }
+  /// Velocity of the body's point at p_W.
+  [[nodiscard]] Eigen::Vector3d velocity_at(const Eigen::Vector3d& p_W) const {
+    return v_com_W + omega_W.cross(p_W - com_W());
+  }
+  [[nodiscard]] Eigen::Isometry3d X_WS() const { return X_WB * X_BS; }
+  /// Takes pose and velocity from ODE.
+  void refresh();
+  /// Gives pose and velocity to ODE and to this record.
+  void place(const Eigen::Isometry3d& X_WB_new, const Eigen::Vector3d& v_com,
+             const Eigen::Vector3d& omega);
+  /// Makes the ODE body move `all` (in the body's frame): its own mass or that of a composite.
+  void carry(const MassProperties& all);
+  /// Recomputes the bounds from the pose.
+  void update_bounds();
+};
+
+/// Trays first, then gears, as in the scene.
+[[nodiscard]] std::vector<FreeBody> make_free_bodies(const scene::Scene& scene, dWorldID world);
+
+}  // namespace aprsim::physics

@@ -1,0 +1,108 @@
+#include "world/physics/bodies/mass_properties.hpp"
+
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "world/physics/collision/gear_shape.hpp"
+#include "world/physics/collision/pocket.hpp"
+
+namespace aprsim::physics {
+namespace {
+
+/// Volume, first moment and second moments (integral of x x^T) about the frame's origin.
+struct Moments {
+  double volume = 0;
+  Eigen::Vector3d first = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
+
+  void add(const Moments& m, double sign) {
+    volume += sign * m.volume;
+    first += sign * m.first;
+    second += sign * m.second;
+  }
+};
+
+/// Frustum about the line x = xy parallel to z. Three-point Gauss quadrature is exact here: every
+/// integrand is a polynomial in z of degree 4 or less.
+Moments frustum(double z0, double r0, double z1, double r1, const Eigen::Vector2d& xy) {
+  const std::array<double, 3> node{-std::sqrt(0.6), 0, std::sqrt(0.6)};
+  const std::array<double, 3> weight{5.0 / 9, 8.0 / 9, 5.0 / 9};
+  Moments m;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double t = 0.5 * (1 + node[i]);
+    const double z = z0 + (z1 - z0) * t, r = r0 + (r1 - r0) * t;
+    const double dv = 0.5 * weight[i] * (z1 - z0) * std::numbers::pi * r * r;
+    const Eigen::Vector3d c(xy.x(), xy.y(), z);
+    m.volume += dv;
+    m.first += dv * c;
+    m.second += dv * (c * c.transpose());
+    m.second(0, 0) += dv * r * r / 4;
+    m.second(1, 1) += dv * r * r / 4;
+  }
+  return m;
+}
+
+Moments box(const Eigen::Vector3d& lo, const Eigen::Vector3d& hi) {
+  const Eigen::Vector3d size = hi - lo, c = 0.5 * (lo + hi);
+  Moments m;
+  m.volume = size.prod();
+  m.first = m.volume * c;
+  m.second = m.volume * (c * c.transpose());
+  m.second.diagonal() += m.volume / 12 * size.cwiseAbs2();
+  return m;
+}
+
+MassProperties with_mass(const Moments& m, double mass_kg) {
+  MassProperties result;
+  result.mass_kg = mass_kg;
+  if (!(m.volume > 0)) return result;
+  const double density = mass_kg / m.volume;
+  result.com = m.first / m.volume;
+  const Eigen::Matrix3d central =
+      density * (m.second - m.volume * (result.com * result.com.transpose()));
+  result.inertia = central.trace() * Eigen::Matrix3d::Identity() - central;
+  return result;
+}
+
+}  // namespace
+
+MassProperties gear_mass(const scene::GearType& gear) {
+  const detail::GearShape shape = detail::gear_shape(gear);
+  Moments total;
+  for (int i = 0; i < shape.piece_count; ++i) {
+    const detail::Piece& p = shape.pieces[static_cast<std::size_t>(i)];
+    total.add(frustum(p.z0, p.r0, p.z1, p.r1, Eigen::Vector2d::Zero()), 1);
+  }
+  return with_mass(total, gear.mass_kg);
+}
+
+MassProperties tray_mass(const scene::TrayType& tray) {
+  Moments total = box({tray.min_xy.x(), tray.min_xy.y(), -tray.thickness_m},
+                      {tray.max_xy.x(), tray.max_xy.y(), 0});
+  for (const scene::Slot& slot : tray.slots) {
+    const detail::PocketProfile p(slot);
+    total.add(frustum(-p.depth, p.r_floor, p.z_edge, p.r_edge, slot.xy), -1);
+    total.add(frustum(p.z_edge, p.r_edge, 0, p.r_mouth, slot.xy), -1);
+  }
+  return with_mass(total, tray.mass_kg);
+}
+
+MassProperties combined(const MassProperties& a, const MassProperties& b,
+                        const Eigen::Isometry3d& X_AB) {
+  MassProperties total;
+  total.mass_kg = a.mass_kg + b.mass_kg;
+  const Eigen::Vector3d com_b = X_AB * b.com;
+  total.com = (a.mass_kg * a.com + b.mass_kg * com_b) / total.mass_kg;
+  // Parallel axes, products of inertia included.
+  const auto moved = [&total](double kg, const Eigen::Vector3d& com) {
+    const Eigen::Vector3d r = com - total.com;
+    return (kg * (r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose())).eval();
+  };
+  const Eigen::Matrix3d R = X_AB.linear();
+  total.inertia =
+      a.inertia + moved(a.mass_kg, a.com) + R * b.inertia * R.transpose() + moved(b.mass_kg, com_b);
+  return total;
+}
+
+}  // namespace aprsim::physics

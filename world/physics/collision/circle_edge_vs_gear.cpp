@@ -1,0 +1,114 @@
+#include "world/physics/collision/circle_edge_vs_gear.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "world/physics/collision/circle_maxima.hpp"
+#include "world/physics/collision/frustum_contact.hpp"
+
+namespace aprsim::physics::detail {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+/// Samples start towards the gear's axis, where an edge first meets a side; number 12 is opposite.
+CircleBasis anchored(const Circle& circle) {
+  Vector3d towards(-circle.c.x(), -circle.c.y(), 0);
+  towards -= towards.dot(circle.axis) * circle.axis;
+  if (towards.squaredNorm() < 1e-20) {
+    towards = Vector3d::UnitX() - circle.axis.x() * circle.axis;
+    if (towards.squaredNorm() < 1e-2) towards = Vector3d::UnitY() - circle.axis.y() * circle.axis;
+  }
+  const Vector3d a1 = circle.r * towards.normalized();
+  return {circle.c, a1, circle.axis.cross(a1)};
+}
+
+using RingRadii = std::array<double, kRingSamples>;
+
+/// The deepest points; returns the longest way out.
+double touch_deepest(const Piece& piece, const CircleBasis& basis, double circle_r,
+                     const RingWays& ways, const Isometry3d& X_SG, Candidates& out) {
+  double longest = 0;
+  const auto way_at = [&](double angle) {
+    const Vector3d q = basis.at(angle);
+    return way_out(piece, std::hypot(q.x(), q.y()), q.z());
+  };
+  const RingRadius radius{circle_r, std::max(1e-6, std::min(piece.r0, piece.r1))};
+  ring_maxima(ways, radius, way_at, [&](double angle) {
+    const double depth = way_at(angle).depth;
+    if (depth <= 0) return;
+    longest = std::max(longest, depth);
+    add_edge_point(piece, basis.at(angle), basis.along(angle), X_SG, out);
+  });
+  return longest;
+}
+
+/// Where the circle passes over the rim of the end face at height z_end (outward +-z): the ends of
+/// the arc that lies under the face.
+void touch_end(double z_end, double r_end, double outward, double longest, const CircleBasis& basis,
+               const RingRadii& radii, const Isometry3d& X_SG, Candidates& out) {
+  RingRadii inside;
+  for (std::size_t i = 0; i < kRingSamples; ++i) inside[i] = r_end - radii[i];
+  const auto inside_at = [&](double angle) {
+    const Vector3d q = basis.at(angle);
+    return r_end - std::hypot(q.x(), q.y());
+  };
+  ring_crossings(inside, inside_at, [&](double angle) {
+    const Vector3d q = basis.at(angle);
+    const double depth = outward * (z_end - q.z());
+    if (depth <= kEndShare * longest) out.add(X_SG * q, -outward * X_SG.linear().col(2), depth);
+  });
+}
+
+/// The circle's bounds in the gear's frame.
+struct Bounds {
+  double z_min, z_max, r_min, r_max;
+
+  explicit Bounds(const Circle& circle) {
+    const double sine = std::sqrt(std::max(0.0, 1 - circle.axis.z() * circle.axis.z()));
+    const double m = std::hypot(circle.c.x(), circle.c.y());
+    z_min = circle.c.z() - circle.r * sine;
+    z_max = circle.c.z() + circle.r * sine;
+    r_min = std::max({0.0, circle.r * std::abs(circle.axis.z()) - m, m - circle.r});
+    r_max = m + circle.r;
+  }
+};
+
+/// Can any point of the circle touch the side or an end's rim?
+bool may_touch(const Piece& piece, const Bounds& circle) {
+  const double z0 = piece.z0 - piece.low_reach, z1 = piece.z1 + piece.high_reach;
+  if (circle.z_max < z0 || circle.z_min > z1) return false;
+  const double at_lo = piece.radius(std::max(circle.z_min, z0));
+  const double at_hi = piece.radius(std::min(circle.z_max, z1));
+  return circle.r_min < std::max(at_lo, at_hi) && circle.r_max > std::min(at_lo, at_hi);
+}
+
+}  // namespace
+
+void circle_on_piece(const Piece& piece, const Isometry3d& X_SG, const Circle& circle,
+                     Candidates& out) {
+  if (!may_touch(piece, Bounds(circle))) return;
+  const CircleBasis basis = anchored(circle);
+  const auto& directions = sample_directions();
+  RingWays ways;
+  RingRadii radii;
+  for (std::size_t i = 0; i < kRingSamples; ++i) {
+    const Vector3d q = basis.c + directions[i].c * basis.a1 + directions[i].s * basis.a2;
+    radii[i] = std::sqrt(q.x() * q.x() + q.y() * q.y());
+    ways[i] = way_out(piece, radii[i], q.z());
+  }
+  const double longest = touch_deepest(piece, basis, circle.r, ways, X_SG, out);
+  if (longest <= 0) return;
+  if (piece.low_exposed) touch_end(piece.z0, piece.r0, -1, longest, basis, radii, X_SG, out);
+  if (piece.high_exposed) touch_end(piece.z1, piece.r1, 1, longest, basis, radii, X_SG, out);
+}
+
+void circle_on_gear(const GearShape& gear, const Isometry3d& X_SG, const Circle& circle,
+                    Candidates& out) {
+  for (int k = 0; k < gear.piece_count; ++k) {
+    circle_on_piece(gear.pieces[static_cast<std::size_t>(k)], X_SG, circle, out);
+  }
+}
+
+}  // namespace aprsim::physics::detail

@@ -1,0 +1,74 @@
+#include "world/physics/collision/frustum_contact.hpp"
+
+#include <cmath>
+
+namespace aprsim::physics::detail {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+/// Ways out through side and end that differ by less than this share are one through the rim.
+constexpr double kCorner = 0.05;
+/// Edge and rim more parallel than this (sine) touch face to face.
+constexpr double kAlongRim = 0.05;
+
+Vector3d side_normal(const Piece& piece, const Vector3d& q, double r) {
+  return {q.x() / r * piece.cosine, q.y() / r * piece.cosine, -piece.slope * piece.cosine};
+}
+
+/// False when the edge runs along the rim, or one of the faces alone is the way out.
+bool add_rim_crossing(const Piece& piece, const Vector3d& q, double r, bool low, const Vector3d& d,
+                      const Isometry3d& X_SG, Candidates& out) {
+  if (!(low ? piece.low_exposed : piece.high_exposed)) return false;
+  const Vector3d tangent(-q.y() / r, q.x() / r, 0);
+  Vector3d n = d.cross(tangent);
+  const double sine = n.norm();
+  if (sine < kAlongRim) return false;
+  const Vector3d side = side_normal(piece, q, r), end(0, 0, low ? -1 : 1);
+  n *= (n.dot(side + end) < 0 ? -1 : 1) / sine;
+  if (n.dot(side) < 0 || n.dot(end) < 0) return false;
+  const double rim_r = low ? piece.r0 : piece.r1, rim_z = low ? piece.z0 : piece.z1;
+  const Vector3d rim(q.x() / r * rim_r, q.y() / r * rim_r, rim_z);
+  out.add(X_SG * q, -(X_SG.linear() * n), n.dot(rim - q));
+  return true;
+}
+
+}  // namespace
+
+WayOut way_out(const Piece& piece, double r, double z) {
+  WayOut way{(piece.radius(z) - r) * piece.cosine, kThroughSide};
+  const double low = z - piece.z_out_low, high = piece.z_out_high - z;
+  if (low < way.depth) way = {low, kThroughLow};
+  if (high < way.depth) way = {high, kThroughHigh};
+  const double beyond = std::min(z - piece.z0 + piece.low_reach, piece.z1 + piece.high_reach - z);
+  if (beyond < 0 && beyond < way.depth) way = {beyond, kOutside};
+  return way;
+}
+
+void add_side_point(const Piece& piece, const Vector3d& q, const Isometry3d& X_SG,
+                    Candidates& out) {
+  const double r = std::hypot(q.x(), q.y());
+  const double depth = (piece.radius(q.z()) - r) * piece.cosine;
+  if (r < 1e-12) return;
+  out.add(X_SG * q, -(X_SG.linear() * side_normal(piece, q, r)), depth);
+}
+
+void add_edge_point(const Piece& piece, const Vector3d& q, const Vector3d& d,
+                    const Isometry3d& X_SG, Candidates& out) {
+  const double r = std::hypot(q.x(), q.y());
+  const double side = (piece.radius(q.z()) - r) * piece.cosine, end = piece.to_end(q.z());
+  const double least = std::min(side, end);
+  if (least <= 0 || r < 1e-12) return;
+  const bool low = q.z() - piece.z_out_low < piece.z_out_high - q.z();
+  if (std::abs(side - end) < kCorner * least && add_rim_crossing(piece, q, r, low, d, X_SG, out)) {
+    return;
+  }
+  if (side <= end) {
+    out.add(X_SG * q, -(X_SG.linear() * side_normal(piece, q, r)), side);
+  } else if (low ? piece.low_exposed : piece.high_exposed) {
+    out.add(X_SG * q, (low ? 1.0 : -1.0) * X_SG.linear().col(2), end);
+  }
+}
+
+}  // namespace aprsim::physics::detail

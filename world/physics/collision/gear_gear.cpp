@@ -1,0 +1,156 @@
+#include <algorithm>
+#include <cmath>
+
+#include "world/physics/collision/circle_edge_vs_gear.hpp"
+#include "world/physics/collision/narrow_phase.hpp"
+#include "world/physics/collision/rim_vs_pocket.hpp"
+
+namespace aprsim::physics {
+namespace {
+
+using detail::Candidates;
+using detail::GearShape;
+using detail::Piece;
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+/// Axes closer than this (cosine) count as parallel: sides touch along a line, not in a point.
+constexpr double kParallel = 0.98;
+
+/// The two gears in B's frame. Candidates have their normals into B; A's are flipped on the way.
+struct Gears {
+  const GearShape& a;
+  const GearShape& b;
+  const Isometry3d& X_BA;
+};
+
+struct Interval {
+  double lo, hi;
+};
+
+/// Extent of a piece of A along B's axis.
+Interval height_in_b(const Piece& piece, const Isometry3d& X_BA) {
+  const Vector3d u = X_BA.linear().col(2);
+  const double sine = std::sqrt(std::max(0.0, 1 - u.z() * u.z())), c = X_BA.translation().z();
+  const double at0 = c + piece.z0 * u.z(), at1 = c + piece.z1 * u.z();
+  return {std::min(at0 - piece.r0 * sine, at1 - piece.r1 * sine),
+          std::max(at0 + piece.r0 * sine, at1 + piece.r1 * sine)};
+}
+
+bool bounds_overlap(const Piece& a, const Piece& b, const Isometry3d& X_BA) {
+  const Interval h = height_in_b(a, X_BA);
+  if (h.hi <= b.z0 || h.lo >= b.z1) return false;
+  const Vector3d ca = X_BA * Vector3d(0, 0, 0.5 * (a.z0 + a.z1));
+  const double ra = std::hypot(std::max(a.r0, a.r1), 0.5 * (a.z1 - a.z0));
+  return std::hypot(ca.x(), ca.y()) < ra + std::max(b.r0, b.r1);
+}
+
+/// Two cylinders standing side by side: the ends of the line along which they touch. False when
+/// they do not stand so, and the general search must look.
+bool side_by_side(const Piece& a, const Piece& b, const Isometry3d& X_BA, Candidates& out) {
+  const Vector3d u = X_BA.linear().col(2), c = X_BA.translation();
+  if (a.slope != 0 || b.slope != 0 || std::abs(u.z()) < kParallel) return false;
+  // Heights of A's ends along B's axis, on A's axis.
+  const double h0 = c.z() + a.z0 * u.z(), h1 = c.z() + a.z1 * u.z();
+  const double lo = std::max(b.z0, std::min(h0, h1)), hi = std::min(b.z1, std::max(h0, h1));
+  if (hi <= lo) return false;
+  const auto axis_of_a = [&](double z) { return Vector3d(c + (z - c.z()) / u.z() * u); };
+  const Vector3d middle = axis_of_a(0.5 * (lo + hi));
+  const double overlap = a.r0 + b.r0 - std::hypot(middle.x(), middle.y());
+  if (overlap >= std::min({hi - lo, a.r0, b.r0})) return false;
+  for (const double z : {lo, hi}) {
+    const Vector3d q = axis_of_a(z);
+    const double distance = std::hypot(q.x(), q.y());
+    if (distance < 1e-9) continue;
+    const Vector3d n(-q.x() / distance, -q.y() / distance, 0);
+    const double depth = a.r0 + b.r0 - distance;
+    out.add(-(b.r0 - 0.5 * depth) * n + Vector3d(0, 0, z), n, depth);
+  }
+  return true;
+}
+
+/// Two cylinders crossing: the point between their axes, when it lies within both.
+void crossing_sides(const Piece& a, const Piece& b, const Isometry3d& X_BA, Candidates& out) {
+  const Vector3d u = X_BA.linear().col(2), c = X_BA.translation();
+  if (a.slope != 0 || b.slope != 0 || std::abs(u.z()) > kParallel) return;
+  const double s = (c.z() * u.z() - c.dot(u)) / (1 - u.z() * u.z());
+  const Vector3d on_a = c + s * u;
+  if (s < a.z0 || s > a.z1 || on_a.z() < b.z0 || on_a.z() > b.z1) return;
+  const double distance = std::hypot(on_a.x(), on_a.y());
+  const double depth = a.r0 + b.r0 - distance;
+  if (distance < 1e-9 || depth <= 0 || depth > std::min(a.r0, b.r0)) return;
+  const Vector3d n(-on_a.x() / distance, -on_a.y() / distance, 0);
+  out.add(-(b.r0 - 0.5 * depth) * n + Vector3d(0, 0, on_a.z()), n, depth);
+}
+
+/// The rim of a piece of A on an exposed end face of a piece of B (outward +-z): four points.
+void rim_on_end(const detail::RimS& rim, const Piece& b, double z_end, double r_end, double outward,
+                Candidates& out) {
+  const Vector3d face(0, 0, outward);
+  if (outward * (z_end - rim.c.z()) + rim.r * rim.sine <= 0) return;
+  Vector3d d1, d2;
+  detail::anchor_directions(rim, face, rim.sine, d1, d2);
+  for (const Vector3d& d : {d1, d2, Vector3d(-d1), Vector3d(-d2)}) {
+    const Vector3d p = rim.c + rim.r * d;
+    const double depth = outward * (z_end - p.z());
+    const double sideways = r_end - std::hypot(p.x(), p.y());
+    if (depth < sideways && depth < 0.5 * (b.z1 - b.z0)) out.add(p, -face, depth);
+  }
+}
+
+/// The rims of piece `index` of A on a piece of B. Candidates in B, normals into B.
+void rims_on_piece(const GearShape& a, int index, const Piece& b, const Isometry3d& X_BA,
+                   Candidates& out) {
+  static const Isometry3d kIdentity = Isometry3d::Identity();
+  const Eigen::Matrix3d& R = X_BA.linear();
+  const Vector3d e1 = R.col(0), e2 = R.col(1), u = R.col(2);
+  const double sine = std::sqrt(std::max(0.0, 1 - u.z() * u.z()));
+  for (int k = 0; k < a.ring_count; ++k) {
+    const detail::Ring& ring = a.rings[static_cast<std::size_t>(k)];
+    if (ring.piece != index) continue;
+    const detail::RimS rim{X_BA.translation() + ring.z * u, ring.r, u, e1, e2, sine};
+    detail::circle_on_piece(b, kIdentity, {rim.c, u, ring.r}, out);
+    if (b.low_exposed) rim_on_end(rim, b, b.z0, b.r0, -1, out);
+    if (b.high_exposed) rim_on_end(rim, b, b.z1, b.r1, 1, out);
+  }
+}
+
+void add_flipped(const Candidates& in, const Isometry3d& X_BA, Candidates& out) {
+  for (int i = 0; i < in.size(); ++i) {
+    out.add(X_BA * in[i].p, -(X_BA.linear() * in[i].n), in[i].depth);
+  }
+}
+
+void piece_on_piece(const Gears& g, int i, int j, const Isometry3d& X_AB, Candidates& out) {
+  const Piece& a = g.a.pieces[static_cast<std::size_t>(i)];
+  const Piece& b = g.b.pieces[static_cast<std::size_t>(j)];
+  if (!bounds_overlap(a, b, g.X_BA) || !bounds_overlap(b, a, X_AB)) return;
+  if (side_by_side(a, b, g.X_BA, out)) return;
+  crossing_sides(a, b, g.X_BA, out);
+  rims_on_piece(g.a, i, b, g.X_BA, out);
+  Candidates on_a;
+  rims_on_piece(g.b, j, a, X_AB, on_a);
+  add_flipped(on_a, g.X_BA, out);
+}
+
+}  // namespace
+
+void gear_gear(const scene::GearType& gear_a, const Isometry3d& X_WA, const scene::GearType& gear_b,
+               const Isometry3d& X_WB, BodyIndex a, BodyIndex b, std::vector<Contact>& out) {
+  const double far_a = gear_a.disc_radius_m + gear_a.peg_top_m + gear_a.hub_height_m;
+  const double far_b = gear_b.disc_radius_m + gear_b.peg_top_m + gear_b.hub_height_m;
+  const double far = far_a + far_b;
+  if ((X_WA.translation() - X_WB.translation()).squaredNorm() > far * far) return;
+  const GearShape shape_a = detail::gear_shape(gear_a), shape_b = detail::gear_shape(gear_b);
+  const Isometry3d X_BA = X_WB.inverse(Eigen::Isometry) * X_WA;
+  const Isometry3d X_AB = X_BA.inverse(Eigen::Isometry);
+  const Gears gears{shape_a, shape_b, X_BA};
+  Candidates points;
+  for (int i = 0; i < shape_a.piece_count; ++i) {
+    for (int j = 0; j < shape_b.piece_count; ++j) piece_on_piece(gears, i, j, X_AB, points);
+  }
+  detail::emit_reduced_by_axis(points, Vector3d::UnitZ(),
+                               {X_WB, a, b, SurfacePair::kGearGear, out, true});
+}
+
+}  // namespace aprsim::physics

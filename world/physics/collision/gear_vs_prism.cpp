@@ -1,0 +1,342 @@
+#include "world/physics/collision/gear_vs_prism.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "world/physics/collision/circle_maxima.hpp"
+#include "world/physics/collision/rim_vs_pocket.hpp"
+#include "world/physics/collision/straight_edge_vs_gear.hpp"
+
+namespace aprsim::physics::detail {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+constexpr int kMaxPlanes = Prism::kMaxSides + 2;
+constexpr int kTop = 0, kBottom = 1;
+
+/// A face plane of the prism and how the gear lies to it.
+struct Plane {
+  Vector3d n;
+  double off = 0;
+  double along = 0, sine = 0;  ///< of the angle between n and the gear's axis
+  bool crossed = false;        ///< the gear's bounds lie on both sides
+  bool exit = false;           ///< the gear may be pushed out through it
+  [[nodiscard]] double under(const Vector3d& p) const { return off - n.dot(p); }
+};
+
+struct Pair {
+  const GearShape& gear;
+  const Isometry3d& X_SG;
+  const Prism& prism;
+  std::span<const PocketProfile> pockets;
+  Vector3d c, u, e1, e2;
+  std::array<Plane, kMaxPlanes> planes;
+  int plane_count = 0;
+  int crossed_count = 0, exit_count = 0;
+
+  Pair(const GearShape& shape, const Isometry3d& X, const Prism& p,
+       std::span<const PocketProfile> holes)
+      : gear(shape),
+        X_SG(X),
+        prism(p),
+        pockets(holes),
+        c(X.translation()),
+        u(X.linear().col(2)),
+        e1(X.linear().col(0)),
+        e2(X.linear().col(1)) {}
+};
+
+/// Support points of a gear in a pocket are turned to where it leans on the pocket's wall, for that
+/// is where it would tip: four body-fixed points lack up to 29 % of the rim's support there.
+void turn_to_pocket(Pair& pair) {
+  constexpr double kCentred = 2e-5, kOff = 6e-5;  // [m] off the pocket's axis: body-fixed, turned
+  for (const PocketProfile& pocket : pair.pockets) {
+    const Vector3d off(pair.c.x() - pocket.x, pair.c.y() - pocket.y, 0);
+    const double distance = off.norm();
+    if (distance > pocket.r_mouth) continue;
+    const double share = std::clamp((distance - kCentred) / (kOff - kCentred), 0.0, 1.0);
+    if (share == 0) return;
+    const double quarter = 0.5 * std::numbers::pi;
+    const double angle = std::atan2(off.dot(pair.e2), off.dot(pair.e1));
+    const double turn = share * (angle - quarter * std::round(angle / quarter));
+    pair.e1 = (std::cos(turn) * pair.e1 + std::sin(turn) * pair.e2).eval();
+    pair.e2 = pair.u.cross(pair.e1);
+    return;
+  }
+}
+
+void set_planes(Pair& pair) {
+  const Prism& prism = pair.prism;
+  pair.planes[kTop].n = Vector3d::UnitZ();
+  pair.planes[kTop].off = prism.z1;
+  pair.planes[kBottom].n = -Vector3d::UnitZ();
+  pair.planes[kBottom].off = -prism.z0;
+  for (int i = 0; i < prism.sides; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    pair.planes[k + 2].n << prism.n[k], 0;
+    pair.planes[k + 2].off = prism.n[k].dot(prism.v[k]);
+  }
+  pair.plane_count = prism.sides + 2;
+}
+
+/// Finds the planes the gear's bounding cylinder crosses; false when one of them keeps it outside.
+bool classify_planes(Pair& pair) {
+  const GearShape& gear = pair.gear;
+  const Vector3d centre = pair.c + 0.5 * (gear.z_low + gear.z_high) * pair.u;
+  const double half = 0.5 * (gear.z_high - gear.z_low);
+  std::array<bool, kMaxPlanes> facing{};
+  for (int i = 0; i < pair.plane_count; ++i) {
+    Plane& plane = pair.planes[static_cast<std::size_t>(i)];
+    plane.along = plane.n.dot(pair.u);
+    plane.sine = std::sqrt(std::max(0.0, 1 - plane.along * plane.along));
+    const double reach = half * std::abs(plane.along) + gear.r_max * plane.sine;
+    const double under = plane.under(centre);
+    if (under <= -reach) return false;
+    plane.crossed = under < reach;
+    pair.crossed_count += plane.crossed;
+    const bool internal = i > kBottom && pair.prism.internal[static_cast<std::size_t>(i - 2)];
+    facing[static_cast<std::size_t>(i)] = !internal && under < plane.under(pair.prism.middle);
+    plane.exit = plane.crossed && facing[static_cast<std::size_t>(i)];
+    pair.exit_count += plane.exit;
+  }
+  if (pair.exit_count > 0) return true;
+  // Wholly inside: out towards where it is off the middle, or up when it is not.
+  for (int i = 0; i < pair.plane_count; ++i) {
+    const bool exit = facing[static_cast<std::size_t>(i)];
+    pair.planes[static_cast<std::size_t>(i)].exit = exit;
+    pair.exit_count += exit;
+  }
+  if (pair.exit_count == 0) {
+    pair.planes[kTop].exit = true;
+    pair.exit_count = 1;
+  }
+  return true;
+}
+
+/// How a piece of the gear lies to the faces: moved by `overlap` along the normal of `face` it is
+/// free of the prism, and no other face takes less.
+struct Resting {
+  bool apart = false;
+  int face = -1;
+  double overlap = 1e30;
+};
+
+Resting resting(const Pair& pair, const Piece& piece) {
+  Resting result;
+  for (int i = 0; i < pair.plane_count; ++i) {
+    const Plane& plane = pair.planes[static_cast<std::size_t>(i)];
+    if (!plane.crossed && !plane.exit) continue;
+    const double low = plane.under(pair.c + piece.z0 * pair.u) + piece.r0 * plane.sine;
+    const double high = plane.under(pair.c + piece.z1 * pair.u) + piece.r1 * plane.sine;
+    const double overlap = std::max(low, high);
+    if (overlap <= 0) return {true, -1, 0};
+    if (plane.exit && overlap < result.overlap) {
+      result.overlap = overlap;
+      result.face = i;
+    }
+  }
+  return result;
+}
+
+/// What a rim has to do with the pockets near it.
+struct RimPockets {
+  static constexpr int kMax = 8;
+  std::array<const PocketProfile*, kMax> touching;
+  int count = 0;
+  bool free = false;  ///< wholly in one pocket's void
+};
+
+RimPockets pockets_of(const RimS& rim, std::span<const PocketProfile> pockets) {
+  RimPockets found;
+  for (const PocketProfile& pocket : pockets) {
+    const RimInPocket where = rim_in_pocket(rim, pocket);
+    if (where == RimInPocket::kFree) found.free = true;
+    if (where == RimInPocket::kTouching && found.count < RimPockets::kMax) {
+      found.touching[static_cast<std::size_t>(found.count++)] = &pocket;
+    }
+  }
+  return found;
+}
+
+/// Is the point, `depth` below a face, in the material, with no nearer way into a pocket?
+bool held_by_pockets(const RimPockets& near, const Vector3d& p, double depth) {
+  for (int i = 0; i < near.count; ++i) {
+    const PocketProfile& pocket = *near.touching[static_cast<std::size_t>(i)];
+    const double r = std::hypot(p.x() - pocket.x, p.y() - pocket.y);
+    const double below = -pocket.depth - p.z();
+    const double to_void = below < 0 ? pocket.behind_side(r, p.z())
+                                     : std::hypot(below, std::max(0.0, r - pocket.r_floor));
+    if (to_void < depth) return false;
+  }
+  return true;
+}
+
+/// Is the point inside the prism, and unless `decided` is face f the nearest way out?
+bool held_by_face(const Pair& pair, int f, bool decided, const Vector3d& p, double depth) {
+  if (pair.crossed_count <= 1 && pair.exit_count <= 1) return true;
+  for (int i = 0; i < pair.plane_count; ++i) {
+    const Plane& plane = pair.planes[static_cast<std::size_t>(i)];
+    if (i == f || (!plane.crossed && !plane.exit)) continue;
+    const double under = plane.under(p);
+    if (under < 0 || (!decided && plane.exit && under < depth)) return false;
+  }
+  return true;
+}
+
+void rim_on_face(const Pair& pair, const RimS& rim, int f, const Resting& rest,
+                 const RimPockets& near, Candidates& out) {
+  constexpr double kDeepest = 0.9;  // share of the overlap
+  const Plane& plane = pair.planes[static_cast<std::size_t>(f)];
+  if (plane.under(rim.c) + rim.r * plane.sine <= 0) return;
+  Vector3d d1, d2;
+  anchor_directions(rim, plane.n, plane.sine, d1, d2);
+  for (const Vector3d& d : {d1, d2, Vector3d(-d1), Vector3d(-d2)}) {
+    const Vector3d p = rim.c + rim.r * d;
+    const double depth = plane.under(p);
+    if (depth <= 0) continue;
+    // Where the piece's deepest point is in the prism, its overlap with the face decides.
+    const bool decided =
+        rest.face == f && (rest.overlap < kResting || depth > kDeepest * rest.overlap);
+    if (!held_by_face(pair, f, decided, p, depth)) continue;
+    if (held_by_pockets(near, p, depth)) out.add(p, plane.n, depth);
+  }
+}
+
+void rim_on_prism(const Pair& pair, const Ring& ring, const Resting& rest, Candidates& out) {
+  const RimS rim{pair.c + ring.z * pair.u, ring.r, pair.u, pair.e1, pair.e2,
+                 pair.planes[kTop].sine};
+  if (rim.c.z() - rim.r * rim.sine >= pair.prism.z1) return;
+  const RimPockets near = pockets_of(rim, pair.pockets);
+  if (near.free) return;
+  const bool one_face = rest.face >= 0 && rest.overlap < kResting;
+  for (int f = 0; f < pair.plane_count; ++f) {
+    if (!pair.planes[static_cast<std::size_t>(f)].exit || (one_face && rest.face != f)) continue;
+    rim_on_face(pair, rim, f, rest, near, out);
+  }
+  const Slab slab{pair.prism.corner(0), pair.prism.corner(2), pair.prism.z0};
+  for (int i = 0; i < near.count; ++i) {
+    const PocketProfile& pocket = *near.touching[static_cast<std::size_t>(i)];
+    rim_on_pocket_side(rim, pocket, slab, out);
+    rim_on_pocket_floor(rim, pocket, slab, out);
+  }
+}
+
+bool crossed(const Pair& pair, int plane) {
+  return pair.planes[static_cast<std::size_t>(plane)].crossed;
+}
+
+void edges_on_gear(const Pair& pair, Candidates& out, Candidates& doubtful) {
+  const Prism& prism = pair.prism;
+  const auto normal = [&](int plane) -> const Vector3d& {
+    return pair.planes[static_cast<std::size_t>(plane)].n;
+  };
+  for (int i = 0; i < prism.sides; ++i) {
+    if (!crossed(pair, i + 2) || prism.internal[static_cast<std::size_t>(i)]) continue;
+    const Eigen::Vector2d &a = prism.corner(i), &b = prism.corner(i + 1);
+    const Vector3d a0(a.x(), a.y(), prism.z0), a1(a.x(), a.y(), prism.z1);
+    const Vector3d b0(b.x(), b.y(), prism.z0), b1(b.x(), b.y(), prism.z1);
+    const int next = (i + 1) % prism.sides, last = (i + prism.sides - 1) % prism.sides;
+    const auto touch = [&](const Vector3d& from, const Vector3d& to, int other, int end_a,
+                           int end_b) {
+      if (!crossed(pair, other)) return;
+      const StraightEdge edge{from, to, normal(i + 2), normal(other), normal(end_a), normal(end_b)};
+      edge_on_gear(pair.gear, pair.X_SG, edge, out, doubtful);
+    };
+    touch(a1, b1, kTop, last + 2, next + 2);
+    touch(a0, b0, kBottom, last + 2, next + 2);
+    const bool joint = prism.internal[static_cast<std::size_t>(next)];
+    if (!joint) touch(b0, b1, next + 2, kBottom, kTop);
+  }
+}
+
+/// Is p on the surface or inside, and not in a pocket?
+bool in_material(const Pair& pair, const Vector3d& p) {
+  constexpr double kSurface = 1e-9;
+  for (int i = 0; i < pair.plane_count; ++i) {
+    if (pair.planes[static_cast<std::size_t>(i)].under(p) < -kSurface) return false;
+  }
+  for (const PocketProfile& pocket : pair.pockets) {
+    const double r = std::hypot(p.x() - pocket.x, p.y() - pocket.y);
+    if (p.z() > -pocket.depth && pocket.behind_side(r, p.z()) < 0) return false;
+  }
+  return true;
+}
+
+/// For a gear so deep that none of its rims and none of the prism's edges lie near a surface: the
+/// axis, where it passes through a face, holds it with the whole overlap.
+void axis_on_prism(const Pair& pair, Candidates& out) {
+  for (int f = 0; f < pair.plane_count; ++f) {
+    const Plane& plane = pair.planes[static_cast<std::size_t>(f)];
+    if (!plane.exit) continue;
+    const double low = plane.under(pair.c + pair.gear.z_low * pair.u);
+    const double high = plane.under(pair.c + pair.gear.z_high * pair.u);
+    if ((low > 0) == (high > 0)) continue;
+    const double t = low / (low - high);
+    const double z = pair.gear.z_low + t * (pair.gear.z_high - pair.gear.z_low);
+    const Vector3d p = pair.c + z * pair.u;
+    if (in_material(pair, p)) out.add(p, plane.n, std::max(low, high));
+  }
+}
+
+/// The same for rims that cut right through: whatever part of them is in the material.
+void arcs_on_prism(const Pair& pair, Candidates& out) {
+  for (int k = 0; k < pair.gear.ring_count; ++k) {
+    const Ring& ring = pair.gear.rings[static_cast<std::size_t>(k)];
+    for (const Direction& d : sample_directions()) {
+      const Vector3d p = pair.c + ring.z * pair.u + ring.r * (d.c * pair.e1 + d.s * pair.e2);
+      if (!in_material(pair, p)) continue;
+      const Plane* nearest = nullptr;
+      for (int f = 0; f < pair.plane_count; ++f) {
+        const Plane& plane = pair.planes[static_cast<std::size_t>(f)];
+        if (plane.exit && (!nearest || plane.under(p) < nearest->under(p))) nearest = &plane;
+      }
+      if (nearest) out.add(p, nearest->n, nearest->under(p));
+    }
+  }
+}
+
+}  // namespace
+
+Prism box_prism(const Vector3d& lo, const Vector3d& hi) {
+  Prism prism;
+  prism.sides = 4;
+  prism.v = {Eigen::Vector2d(lo.x(), lo.y()), Eigen::Vector2d(hi.x(), lo.y()),
+             Eigen::Vector2d(hi.x(), hi.y()), Eigen::Vector2d(lo.x(), hi.y())};
+  prism.n = {Eigen::Vector2d(0, -1), Eigen::Vector2d(1, 0), Eigen::Vector2d(0, 1),
+             Eigen::Vector2d(-1, 0)};
+  prism.z0 = lo.z();
+  prism.z1 = hi.z();
+  prism.middle = 0.5 * (lo + hi);
+  return prism;
+}
+
+bool gear_on_prism(const GearShape& gear, const Isometry3d& X_SG, const Prism& prism,
+                   std::span<const PocketProfile> pockets, Candidates& out) {
+  Pair pair(gear, X_SG, prism, pockets);
+  set_planes(pair);
+  if (!classify_planes(pair)) return false;
+  turn_to_pocket(pair);
+  std::array<Resting, 4> rests;
+  for (int i = 0; i < gear.piece_count; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    rests[k] = resting(pair, gear.pieces[k]);
+  }
+  for (int i = 0; i < gear.ring_count; ++i) {
+    const Ring& ring = gear.rings[static_cast<std::size_t>(i)];
+    const Resting& rest = rests[static_cast<std::size_t>(ring.piece)];
+    if (!rest.apart) rim_on_prism(pair, ring, rest, out);
+  }
+  if (pair.crossed_count > 1) {
+    Candidates doubtful;
+    edges_on_gear(pair, out, doubtful);
+    if (out.size() == 0) out = doubtful;
+  }
+  if (out.size() == 0) axis_on_prism(pair, out);
+  if (out.size() == 0) arcs_on_prism(pair, out);
+  return true;
+}
+
+}  // namespace aprsim::physics::detail

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <vector>
+
+#include "world/physics/bodies/arm_links.hpp"
+#include "world/physics/bodies/contact_constraint.hpp"
+#include "world/physics/bodies/free_body.hpp"
+#include "world/physics/bodies/ode_handles.hpp"
+#include "world/physics/bodies/static_shapes.hpp"
+#include "world/physics/gripper/gripper_mechanism.hpp"
+#include "world/physics/simplification/simplification.hpp"
+
+namespace aprsim::physics {
+
+/// Everything that PhysicsWorld's parts share. Members that own ODE bodies and joints come after
+/// the world they live in.
+struct PhysicsModel {
+  PhysicsModel(const scene::Scene& the_scene, std::span<const robot::ArmModel> models,
+               std::span<const std::vector<Eigen::Isometry3d>> X_WL);
+
+  const scene::Scene& scene;
+  double step_s;
+  ode::World world;
+  BodyIds nodes;
+  std::vector<FreeBody> bodies;
+  StaticShapes fixed;
+  std::vector<GripperMechanism> grippers;
+  std::vector<ArmLinks> arms;
+  Simplification simplification;
+  double belt_speed_m_s = 0;
+  std::vector<ContactConstraint> touches;  ///< of the present step
+
+  [[nodiscard]] FreeBody& body(int i) { return bodies[static_cast<std::size_t>(i)]; }
+  [[nodiscard]] const FreeBody& body(int i) const { return bodies[static_cast<std::size_t>(i)]; }
+  /// The ODE body that moves a node; null for kGround.
+  [[nodiscard]] dBodyID ode_body(BodyIndex node) const;
+  /// What a touch's second side is called; for a robot's part, the robot's name.
+  [[nodiscard]] std::string_view name_of(BodyIndex node, int fixed_shape) const;
+};
+
+}  // namespace aprsim::physics

@@ -1,0 +1,114 @@
+#include "world/physics/simplification/composites.hpp"
+
+namespace aprsim::physics {
+
+Composites::Composites(std::span<FreeBody> bodies, const Eigen::Vector3d& gravity_W)
+    : bodies_(bodies), gravity_W_(gravity_W), members_(bodies.size()) {
+  moved_.reserve(bodies.size());
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    members_[i].root = static_cast<int>(i);
+    members_[i].carried = bodies[i].mass;
+  }
+}
+
+void Composites::insert(int root, int member) {
+  int before = root;
+  while (next(before) >= 0 && next(before) < member) before = next(before);
+  at(member).next = next(before);
+  at(before).next = member;
+  at(member).root = root;
+  at(member).X_RB = body(root).X_WB.inverse() * body(member).X_WB;
+}
+
+bool Composites::rests_on(int body, int below) const {
+  while (body >= 0 && body != below) body = parent(body);
+  return body == below;
+}
+
+void Composites::attach(int child, int parent, const ContactWrenchCone& support) {
+  moved_.clear();
+  for (int m = child; m >= 0; m = next(m)) moved_.push_back(m);
+  at(child).parent = parent;
+  at(child).support = support;
+  const int to = root(parent);
+  for (const int m : moved_) insert(to, m);
+  ++children_;
+  contacts_ += support.count();
+  weigh(to);
+  dBodyDisable(body(child).body.get());
+}
+
+void Composites::detach(int child) {
+  const int from = root(child);
+  moved_.clear();
+  for (int m = from; next(m) >= 0;) {
+    const int candidate = next(m);
+    if (rests_on(candidate, child)) {
+      at(m).next = next(candidate);
+      if (candidate != child) moved_.push_back(candidate);
+    } else {
+      m = candidate;
+    }
+  }
+  at(child).root = child;
+  at(child).parent = -1;
+  at(child).next = -1;
+  at(child).X_RB.setIdentity();
+  for (const int m : moved_) insert(child, m);
+  --children_;
+  contacts_ -= at(child).support.count();
+  weigh(from);
+  const FreeBody& free = body(child);
+  ode::set_rotation(free.body.get(), free.X_WB.linear());
+  weigh(child);
+}
+
+/// Sums up what each member carries, and gives the whole to the root's ODE body.
+void Composites::weigh(int root) {
+  for (int m = root; m >= 0; m = next(m)) {
+    MassProperties total = body(m).mass;
+    for (int k = root; k >= 0; k = next(k)) {
+      if (k == m || !rests_on(k, m)) continue;
+      total = combined(total, body(k).mass, at(m).X_RB.inverse() * at(k).X_RB);
+    }
+    at(m).carried = total;
+  }
+  body(root).carry(at(root).carried);
+}
+
+void Composites::follow(int root) {
+  const FreeBody& lead = body(root);
+  for (int m = next(root); m >= 0; m = next(m)) {
+    FreeBody& free = body(m);
+    free.X_WB = lead.X_WB * at(m).X_RB;
+    free.omega_W = lead.omega_W;
+    free.v_com_W = lead.velocity_at(free.com_W());
+    free.update_bounds();
+  }
+}
+
+Wrench Composites::required(int child, const RigidMotion& motion) const {
+  const Eigen::Isometry3d& X = body(child).X_WB;
+  const MassProperties& load = at(child).carried;
+  const Eigen::Vector3d r = X * load.com - motion.origin_W;
+  const Eigen::Vector3d accel =
+      motion.accel_W + motion.alpha_W.cross(r) + motion.omega_W.cross(motion.omega_W.cross(r));
+  const auto R_BW = X.linear().transpose();
+  const Eigen::Vector3d omega = R_BW * motion.omega_W;
+  Wrench wrench;
+  wrench.force = R_BW * (load.mass_kg * (accel - gravity_W_));
+  wrench.moment = load.inertia * (R_BW * motion.alpha_W) + omega.cross(load.inertia * omega) +
+                  load.com.cross(wrench.force);
+  return wrench;
+}
+
+void Composites::restore(const Composites& from) {
+  members_ = from.members_;
+  children_ = from.children_;
+  contacts_ = from.contacts_;
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    if (members_[i].root == static_cast<int>(i)) bodies_[i].carry(members_[i].carried);
+  }
+}
+
+}  // namespace aprsim::physics

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "world/physics/bodies/free_body.hpp"
+#include "world/physics/simplification/contact_wrench_cone.hpp"
+
+namespace aprsim::physics {
+
+/// How a rigid body's motion changes in a step: its ODE body's acceleration over the step.
+struct RigidMotion {
+  Eigen::Vector3d origin_W = Eigen::Vector3d::Zero();  ///< of the ODE body
+  Eigen::Vector3d accel_W = Eigen::Vector3d::Zero();   ///< there [m/s2]
+  Eigen::Vector3d alpha_W = Eigen::Vector3d::Zero();   ///< [rad/s2]
+  Eigen::Vector3d omega_W = Eigen::Vector3d::Zero();   ///< [rad/s]
+};
+
+/// Which free bodies are merged into composite rigid bodies, as trees: every member but the root
+/// rests on one other member, its parent, and touches nothing else but what rests on it. The root's
+/// ODE body moves all; the others' are idle. A body on its own is its own root.
+class Composites {
+ public:
+  Composites(std::span<FreeBody> bodies, const Eigen::Vector3d& gravity_W);
+
+  [[nodiscard]] int root(int body) const { return at(body).root; }
+  [[nodiscard]] int parent(int body) const { return at(body).parent; }  ///< -1: a root
+  /// The next member: a root's list runs from the root through its members in ascending order.
+  [[nodiscard]] int next(int body) const { return at(body).next; }  ///< -1 = no more
+  [[nodiscard]] bool is_merged(int body) const { return parent(body) >= 0 || next(body) >= 0; }
+  [[nodiscard]] const ContactWrenchCone& support(int child) const { return at(child).support; }
+  [[nodiscard]] int child_count() const { return children_; }
+  /// Contact points that the mergers have replaced.
+  [[nodiscard]] int contact_count() const { return contacts_; }
+
+  /// Merges the composite of `child`, a root, onto `parent`.
+  void attach(int child, int parent, const ContactWrenchCone& support);
+  /// Frees a child, with all that rests on it, from its parent.
+  void detach(int child);
+  /// Gives the members the pose and velocity of their root.
+  void follow(int root);
+
+  /// What the parent must exert on `child` for it and all that rests on it to move so (in the
+  /// child's frame), by Newton and Euler.
+  [[nodiscard]] Wrench required(int child, const RigidMotion& motion) const;
+  [[nodiscard]] bool contains(int child, const RigidMotion& motion) const {
+    return at(child).support.contains(required(child, motion));
+  }
+
+  /// Takes over the state of the same bodies' composites and gives ODE the masses; poses are the
+  /// caller's business.
+  void restore(const Composites& from);
+
+ private:
+  struct Member {
+    int root = -1, parent = -1, next = -1;
+    Eigen::Isometry3d X_RB = Eigen::Isometry3d::Identity();  // in the root
+    MassProperties carried;  // the body and all that rests on it, in its frame
+    ContactWrenchCone support;
+  };
+  [[nodiscard]] const Member& at(int body) const {
+    return members_[static_cast<std::size_t>(body)];
+  }
+  [[nodiscard]] Member& at(int body) { return members_[static_cast<std::size_t>(body)]; }
+  [[nodiscard]] FreeBody& body(int i) const { return bodies_[static_cast<std::size_t>(i)]; }
+  [[nodiscard]] bool rests_on(int body, int below) const;
+  void insert(int root, int member);
+  void weigh(int root);
+
+  std::span<FreeBody> bodies_;
+  Eigen::Vector3d gravity_W_;
+  std::vector<Member> members_;
+  std::vector<int> moved_;  // scratch
+  int children_ = 0, contacts_ = 0;
+};
+
+}  // namespace aprsim::physics

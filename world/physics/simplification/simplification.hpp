@@ -1,0 +1,152 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "world/api/snapshot.hpp"
+#include "world/physics/bodies/contact_constraint.hpp"
+#include "world/physics/bodies/free_body.hpp"
+#include "world/physics/bodies/static_shapes.hpp"
+#include "world/physics/simplification/composites.hpp"
+#include "world/physics/simplification/sleeping_groups.hpp"
+#include "world/physics/simplification/virtual_joints.hpp"
+#include "world/scene/scene.hpp"
+
+namespace aprsim::physics {
+
+/// Contact simplification: decides what is at rest and what that saves. The modes:
+///
+/// off: nothing. virtual_joints: see VirtualJoints. merge: a body at rest relative to the only body
+/// that it touches becomes one rigid body with it (Composites), until the coming step would ask
+/// more of their contact than friction and support can bear, something else touches it, a
+/// gripper comes near, or a body near it is in a fault. dormant: merge, and what rests on fixed
+/// things or on the belt sleeps (SleepingGroups). Rest is judged the same way in all modes.
+class Simplification {
+ public:
+  Simplification(const scene::Physics& physics, std::span<FreeBody> bodies,
+                 const StaticShapes& fixed, dWorldID world);
+
+  // ---- who is simplified how
+  [[nodiscard]] bool dormant(int body) const { return dormancy_.dormant(body); }
+  /// The body whose ODE body moves this one: itself unless merged.
+  [[nodiscard]] int root(int body) const { return composites_.root(body); }
+  /// Bodies that are not dormant, ascending.
+  [[nodiscard]] std::span<const int> awake() const { return awake_; }
+  /// The roots among them.
+  [[nodiscard]] std::span<const int> solids() const { return solids_; }
+  [[nodiscard]] const Composites& composites() const { return composites_; }
+  [[nodiscard]] SleepingGroups& dormancy() { return dormancy_; }
+  [[nodiscard]] const SleepingGroups& dormancy() const { return dormancy_; }
+  /// Pairs with virtual joints; none in other modes.
+  [[nodiscard]] std::span<const VirtualJoints::Pair> joined_pairs() const;
+  /// Null unless the mode is theirs.
+  [[nodiscard]] VirtualJoints* virtual_joints() {
+    return virtual_joints_ ? &*virtual_joints_ : nullptr;
+  }
+  [[nodiscard]] dJointID joint(const VirtualJoints::Pair& pair) const {
+    return virtual_joints_->joint(pair);
+  }
+  /// Whether contacts between two bodies are switched off by a joint.
+  [[nodiscard]] bool joined(int a, int b) const {
+    return virtual_joints_ && virtual_joints_->joined(a, b);
+  }
+  [[nodiscard]] api::GroupKind group_kind(int body) const;
+  /// Number of the body's group: one of its members, -1 = on its own.
+  [[nodiscard]] int group(int body) const;
+  /// The force that a body last asked of its parent in vain; zero unless torn off.
+  [[nodiscard]] const Eigen::Vector3d& pull_W(int body) const { return at(body).pull_W; }
+  /// At rest relative to what carries it.
+  [[nodiscard]] bool resting(int body) const;
+  /// How many bodies hang on another as if by one joint.
+  [[nodiscard]] int joint_count() const;
+  /// Contact points that are not in the solver because nothing changes at them.
+  [[nodiscard]] int frozen_contacts() const {
+    return composites_.contact_count() + dormancy_.contact_count();
+  }
+  [[nodiscard]] Eigen::Isometry3d X_WB(int body) const;
+  /// Velocity of the centre of mass.
+  [[nodiscard]] Eigen::Vector3d velocity(int body) const;
+
+  struct State;
+  [[nodiscard]] State save() const;
+  /// Poses are the caller's business, afterwards.
+  void restore(const State& state);
+
+  // ---- a step, in this order
+  /// The belt's speed in the coming step; wakes what it disturbs.
+  void begin_step(double belt_speed_m_s);
+  /// While contacts are searched.
+  void wake(int group);
+  void touched_by_robot(int body);
+  /// A gripper or a fault is next to this body: it must neither sleep nor hang on another.
+  void disturb(int body);
+  /// Gives what is merged with a solid the motion of that solid.
+  void follow(int solid) { composites_.follow(solid); }
+  /// Frees a merged body from its parent, if it has one.
+  void release(int body);
+  /// After the solver: appends the merged bodies whose parents could not have given them the motion
+  /// that came out; they have to be released and the step to be solved anew.
+  void find_overloaded(std::vector<int>& overloaded);
+  /// When the step is final: judges with the solved forces in `touches` and each solid's island in
+  /// `island_of` (by body, -1 = with a gripper).
+  void observe(std::span<const ContactConstraint> touches, std::span<const int> island_of);
+
+ private:
+  struct Rest {
+    int quiet_steps = 0;   // for how long at rest relative to the carrier
+    int pair_steps = 0;    // for how long at rest relative to `below`
+    int below = -1;        // the only body that its solid touches
+    bool crowded = false;  // its solid touches more than that
+    bool touched = false;  // by a robot, in this step
+    bool near = false;     // a gripper or a fault, in this step
+    Eigen::Vector3d pull_W = Eigen::Vector3d::Zero();
+    Eigen::Vector3d v_before = Eigen::Vector3d::Zero(), omega_before = Eigen::Vector3d::Zero();
+    Eigen::Isometry3d quiet_at = Eigen::Isometry3d::Identity();  // on the carrier, at the start
+    Eigen::Isometry3d pair_at = Eigen::Isometry3d::Identity();   // in `below`, at the start
+  };
+  struct Island {
+    bool quiet = true, on_belt = false, on_fixed = false;
+    int contacts = 0, solids = 0;
+    double belt_min = 1e30, belt_max = -1e30;  // along the belt, of the supporting points
+  };
+
+  [[nodiscard]] const Rest& at(int body) const { return rest_[static_cast<std::size_t>(body)]; }
+  [[nodiscard]] Rest& at(int body) { return rest_[static_cast<std::size_t>(body)]; }
+  [[nodiscard]] FreeBody& body(int i) const { return bodies_[static_cast<std::size_t>(i)]; }
+  [[nodiscard]] const FreeBody* free(int node) const;
+  void list_awake();
+  void note_touches(std::span<const ContactConstraint> touches);
+  void note_below(int a, int b);
+  void judge_islands(std::span<const ContactConstraint> touches, std::span<const int> island_of);
+  [[nodiscard]] bool is_quiet(int i, const Island& island);
+  void judge_pairs(std::span<const ContactConstraint> touches, std::span<const int> island_of);
+  [[nodiscard]] bool rests_on(int child, int below);
+  [[nodiscard]] ContactWrenchCone support_of(int child, int below,
+                                             std::span<const ContactConstraint> touches) const;
+  void fall_asleep(std::span<const ContactConstraint> touches, std::span<const int> island_of);
+
+  bool merges_, sleeps_;
+  double speed_, accel_, step_s_;
+  Eigen::Vector3d gravity_W_;
+  std::span<FreeBody> bodies_;
+  const StaticShapes* fixed_;
+  Composites composites_;
+  SleepingGroups dormancy_;
+  std::optional<VirtualJoints> virtual_joints_;
+  std::vector<Rest> rest_;
+  std::vector<Island> islands_;  // by island number
+  std::vector<int> awake_, solids_, scratch_;
+  double belt_speed_before_ = 0;
+};
+
+/// All that changes from step to step.
+struct Simplification::State {
+  Composites composites;
+  SleepingGroups dormancy;
+  std::optional<VirtualJoints::State> virtual_joints;
+  std::vector<Rest> rest;
+  double belt_speed_before = 0;
+};
+
+}  // namespace aprsim::physics

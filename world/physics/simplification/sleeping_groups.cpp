@@ -1,0 +1,234 @@
+#include "world/physics/simplification/sleeping_groups.hpp"
+
+#include <algorithm>
+
+namespace aprsim::physics {
+namespace {
+
+constexpr double kBeltMargin = 2e-3;  // [m] from the belt's end
+constexpr double kClearance = 1e-3;   // [m] at which a riding box counts as meeting an obstacle
+constexpr double kSameAccel = 1e-9;   // [m/s2], as rounding makes of one
+constexpr double kOnTop = 1e-4;       // [m] by which a group may sink into what carries it
+
+}  // namespace
+
+SleepingGroups::SleepingGroups(std::span<FreeBody> bodies, const StaticShapes& fixed,
+                               const Composites& composites)
+    : bodies_(bodies),
+      fixed_(&fixed),
+      composites_(&composites),
+      group_(bodies.size(), -1),
+      next_(bodies.size(), -1),
+      groups_(bodies.size()) {
+  active_.reserve(bodies.size());
+  for (std::size_t i = bodies.size(); i > 0; --i) spare_.push_back(static_cast<int>(i) - 1);
+}
+
+Eigen::Vector3d SleepingGroups::shift(const Group& group) const {
+  if (!group.belt) return Eigen::Vector3d::Zero();
+  return (travel_ - group.travel) * fixed_->belt_axis_W;
+}
+
+Bounds SleepingGroups::box(int group) const {
+  const Eigen::Vector3d d = shift(at(group));
+  return {at(group).box.min + d, at(group).box.max + d};
+}
+
+Eigen::Isometry3d SleepingGroups::X_WB(int i) const {
+  Eigen::Isometry3d X = body(i).X_WB;
+  X.translation() += shift(at(group(i)));
+  return X;
+}
+
+Eigen::Vector3d SleepingGroups::velocity(int i) const {
+  if (!at(group(i)).belt) return Eigen::Vector3d::Zero();
+  return speed_ * fixed_->belt_axis_W;
+}
+
+/// Whether the belt can take the group along: every member on what it rests on, and the root on the
+/// belt.
+bool SleepingGroups::contains(const Group& group, double belt_accel) const {
+  if (!group.has_support) return false;
+  RigidMotion motion;
+  motion.accel_W = belt_accel * fixed_->belt_axis_W;
+  for (int b = group.lowest; b >= 0; b = next(b)) {
+    if (composites_->parent(b) >= 0) {
+      if (!composites_->contains(b, motion)) return false;
+    } else if (!group.support.contains(composites_->required(b, motion))) {
+      return false;
+    }
+  }
+  return true;
+}
+
+void SleepingGroups::groups_to_wake(double belt_speed_m_s, double step_s,
+                                    std::vector<int>& to_wake) {
+  const double accel = (belt_speed_m_s - speed_) / step_s;
+  const double travel = travel_ + belt_speed_m_s * step_s;
+  const bool calm = travel <= travel_high_ && travel >= travel_low_;
+  const auto within = [accel](double low, double high) {
+    return accel >= low - kSameAccel && accel <= high + kSameAccel;
+  };
+  if (calm && within(accel_low_, accel_high_)) return;
+  for (const int g : active_) {
+    Group& group = at(g);
+    if (!group.belt) continue;
+    const bool runs_into = travel > group.travel_high || travel < group.travel_low;
+    const bool known = within(group.accel_low, group.accel_high);
+    if (runs_into || (!known && !contains(group, accel))) {
+      to_wake.push_back(g);
+      continue;
+    }
+    // What can be borne is convex in the acceleration.
+    group.accel_low = std::min(group.accel_low, accel);
+    group.accel_high = std::max(group.accel_high, accel);
+  }
+  find_tightest();
+}
+
+void SleepingGroups::find_tightest() {
+  travel_low_ = accel_low_ = -1e30;
+  travel_high_ = accel_high_ = 1e30;
+  for (const int g : active_) {
+    const Group& group = at(g);
+    if (!group.belt) continue;
+    travel_low_ = std::max(travel_low_, group.travel_low);
+    travel_high_ = std::min(travel_high_, group.travel_high);
+    accel_low_ = std::max(accel_low_, group.accel_low);
+    accel_high_ = std::min(accel_high_, group.accel_high);
+  }
+}
+
+// ---- what lies in the way
+
+/// The belt's travel at which the box meets an obstacle that stays in place: along the axis, where
+/// box and obstacle overlap in the other directions.
+void SleepingGroups::limit_by(Group& group, const Bounds& obstacle, const Eigen::Vector3d& axis,
+                              double travel) {
+  // Travel interval in which the boxes overlap, axis by axis.
+  double enter = -1e30, leave = 1e30;
+  for (int k = 0; k < 3; ++k) {
+    const double low = obstacle.min[k] - group.box.max[k] - kClearance;
+    const double high = obstacle.max[k] - group.box.min[k] + kClearance;
+    const double a = axis[k];
+    if (std::abs(a) < 1e-9) {
+      if (low > 0 || high < 0) return;
+      continue;
+    }
+    enter = std::max(enter, std::min(low / a, high / a));
+    leave = std::min(leave, std::max(low / a, high / a));
+  }
+  if (enter > leave) return;
+  const double now = travel - group.travel;
+  if (enter > now) {
+    group.travel_high = std::min(group.travel_high, group.travel + enter);
+  } else if (leave < now) {
+    group.travel_low = std::max(group.travel_low, group.travel + leave);
+  } else {
+    group.travel_low = group.travel_high = travel;  // already there: any motion may touch
+  }
+}
+
+void SleepingGroups::limit_travel(Group& group, const Carrier& carrier) {
+  const double half = 0.5 * fixed_->belt_length_m - kBeltMargin;
+  group.travel_high = std::max(travel_, travel_ + half - carrier.belt_max);
+  group.travel_low = std::min(travel_, travel_ - half - carrier.belt_min);
+  for (std::size_t i = 0; i < fixed_->shapes.size(); ++i) {
+    const StaticShape& shape = fixed_->shapes[i];
+    // What lies under the group does not stop it.
+    if (shape.belt || shape.bounds.max.z() < group.box.min.z() + kOnTop) continue;
+    limit_by(group, shape.bounds, fixed_->belt_axis_W, travel_);
+  }
+  for (const int g : active_) {
+    if (!at(g).belt) limit_by(group, at(g).box, fixed_->belt_axis_W, travel_);
+  }
+}
+
+// ---- falling asleep and waking
+
+void SleepingGroups::sleep(std::span<const int> members, const Carrier& carrier) {
+  const int slot = spare_.back();
+  spare_.pop_back();
+  Group& group = at(slot);
+  group = Group{};
+  group.lowest = members.front();
+  group.belt = carrier.belt;
+  group.travel = travel_;
+  group.contacts = carrier.contacts;
+  if (carrier.support) {
+    group.has_support = true;
+    group.support = *carrier.support;
+  }
+  const Eigen::Vector3d v =
+      carrier.belt ? (speed_ * fixed_->belt_axis_W).eval() : Eigen::Vector3d::Zero();
+  for (std::size_t k = 0; k < members.size(); ++k) {
+    const auto b = static_cast<std::size_t>(members[k]);
+    group_[b] = slot;
+    next_[b] = k + 1 < members.size() ? members[k + 1] : -1;
+    FreeBody& free = bodies_[b];
+    free.v_com_W = v;
+    free.omega_W.setZero();
+    group.box.min = k == 0 ? free.bounds.min : group.box.min.cwiseMin(free.bounds.min).eval();
+    group.box.max = k == 0 ? free.bounds.max : group.box.max.cwiseMax(free.bounds.max).eval();
+    if (composites_->parent(members[k]) < 0) ++group.roots;
+  }
+  if (carrier.belt) {
+    limit_travel(group, carrier);
+  } else {
+    for (const int g : active_) {
+      if (at(g).belt) limit_by(at(g), group.box, fixed_->belt_axis_W, travel_);
+    }
+  }
+  active_.insert(std::lower_bound(active_.begin(), active_.end(), slot), slot);
+  contacts_ += group.contacts;
+  roots_ += group.roots;
+  find_tightest();
+}
+
+void SleepingGroups::sync_poses(int g) {
+  Group& group = at(g);
+  const Eigen::Vector3d d = shift(group);
+  const Eigen::Vector3d v = velocity(group.lowest);
+  for (int b = group.lowest; b >= 0; b = next(b)) {
+    FreeBody& free = body(b);
+    free.v_com_W = v;
+    free.X_WB.translation() += d;
+    free.bounds.min += d;
+    free.bounds.max += d;
+  }
+  group.box.min += d;
+  group.box.max += d;
+  group.travel = travel_;
+}
+
+void SleepingGroups::wake(int g) {
+  sync_poses(g);
+  Group& group = at(g);
+  for (int b = group.lowest; b >= 0;) {
+    const int after = next(b);
+    group_[static_cast<std::size_t>(b)] = next_[static_cast<std::size_t>(b)] = -1;
+    if (composites_->root(b) == b) {
+      const FreeBody& free = body(b);
+      ode::set_position(free.body.get(), free.origin_W());
+      ode::set_velocity(free.body.get(), free.v_com_W, free.omega_W);
+    }
+    b = after;
+  }
+  contacts_ -= group.contacts;
+  roots_ -= group.roots;
+  active_.erase(std::lower_bound(active_.begin(), active_.end(), g));
+  spare_.push_back(g);
+  find_tightest();
+}
+
+void SleepingGroups::restore(const SleepingGroups& from) {
+  const auto bodies = bodies_;
+  const auto* fixed = fixed_;
+  const auto* composites = composites_;
+  *this = from;
+  bodies_ = bodies;
+  fixed_ = fixed;
+  composites_ = composites;
+}
+
+}  // namespace aprsim::physics

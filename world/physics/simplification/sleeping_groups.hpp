@@ -1,0 +1,105 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "world/physics/bodies/static_shapes.hpp"
+#include "world/physics/simplification/composites.hpp"
+
+namespace aprsim::physics {
+
+/// What a group that falls asleep rests on.
+struct Carrier {
+  bool belt = false;
+  /// Contact points of the group with the carrier, and with each other beyond mergers.
+  int contacts = 0;
+  double belt_min = 0, belt_max = 0;  ///< of the points on the belt, along it
+  /// When the group is one composite on the belt alone: how the belt supports its root. A group
+  /// without it bears no change of the belt's speed.
+  const ContactWrenchCone* support = nullptr;
+};
+
+/// Groups of bodies at rest on one carrier - fixed things or the belt - that have left the solver
+/// and the search for contacts, and move exactly with their carrier: on the belt through changes of
+/// its speed too, as long as friction and support bear them by Newton and Euler. Poses are computed
+/// when somebody asks. A step costs nothing per group; a group wakes when its box, swept along the
+/// belt, would meet something fixed or at rest, when the belt does what it cannot bear, or when the
+/// search for contacts finds something at it.
+class SleepingGroups {
+ public:
+  SleepingGroups(std::span<FreeBody> bodies, const StaticShapes& fixed,
+                 const Composites& composites);
+
+  [[nodiscard]] int group(int body) const { return group_[static_cast<std::size_t>(body)]; }
+  [[nodiscard]] bool dormant(int body) const { return group(body) >= 0; }
+  /// Lowest body of the group that `body` is in.
+  [[nodiscard]] int lowest(int body) const { return at(group(body)).lowest; }
+  [[nodiscard]] std::span<const int> groups() const { return active_; }
+  [[nodiscard]] int first(int group) const { return at(group).lowest; }
+  /// The next body of the same group in ascending order, -1 = no more.
+  [[nodiscard]] int next(int body) const { return next_[static_cast<std::size_t>(body)]; }
+  /// Box about a group as it lies now.
+  [[nodiscard]] Bounds box(int group) const;
+  [[nodiscard]] bool on_belt(int group) const { return at(group).belt; }
+  /// Pose and velocity of the centre of mass now.
+  [[nodiscard]] Eigen::Isometry3d X_WB(int body) const;
+  [[nodiscard]] Eigen::Vector3d velocity(int body) const;
+  [[nodiscard]] int contact_count() const { return contacts_; }
+  [[nodiscard]] int root_count() const { return roots_; }
+  [[nodiscard]] double belt_travel_m() const { return travel_; }
+  [[nodiscard]] double belt_speed_m_s() const { return speed_; }
+
+  /// Appends the groups that must not sleep through a step with this speed of the belt.
+  void groups_to_wake(double belt_speed_m_s, double step_s, std::vector<int>& to_wake);
+  /// Takes over the belt's speed, after what had to be woken has been.
+  void begin_step(double belt_speed_m_s) { speed_ = belt_speed_m_s; }
+  /// Moves the belt on.
+  void end_step(double step_s) { travel_ += speed_ * step_s; }
+
+  /// `members` ascending. Gives them exactly the carrier's velocity.
+  void sleep(std::span<const int> members, const Carrier& carrier);
+  /// Brings the records of a group's bodies up to date (they stay asleep).
+  void sync_poses(int group);
+  /// Ends a group; its bodies move as their carrier did in the last step.
+  void wake(int group);
+
+  /// Takes over the state of the same bodies' groups; poses are the caller's business.
+  void restore(const SleepingGroups& from);
+
+ private:
+  struct Group {
+    int lowest = -1;
+    bool belt = false;
+    double travel = 0;                              // of the belt, at which the records' poses hold
+    double travel_low = -1e30, travel_high = 1e30;  // of the belt, beyond which it meets something
+    double accel_low = 0, accel_high = 0;           // of the belt, known to be borne
+    bool has_support = false;
+    ContactWrenchCone support;
+    Bounds box;  // at `travel`
+    int contacts = 0, roots = 0;
+  };
+  [[nodiscard]] const Group& at(int group) const {
+    return groups_[static_cast<std::size_t>(group)];
+  }
+  [[nodiscard]] Group& at(int group) { return groups_[static_cast<std::size_t>(group)]; }
+  [[nodiscard]] FreeBody& body(int i) const { return bodies_[static_cast<std::size_t>(i)]; }
+  [[nodiscard]] Eigen::Vector3d shift(const Group& group) const;
+  [[nodiscard]] bool contains(const Group& group, double belt_accel) const;
+  void limit_travel(Group& group, const Carrier& carrier);
+  static void limit_by(Group& group, const Bounds& obstacle, const Eigen::Vector3d& axis,
+                       double travel);
+  void find_tightest();
+
+  std::span<FreeBody> bodies_;
+  const StaticShapes* fixed_;
+  const Composites* composites_;
+  std::vector<int> group_, next_;  // by body
+  std::vector<Group> groups_;
+  std::vector<int> active_, spare_;
+  double travel_ = 0, speed_ = 0;
+  int contacts_ = 0, roots_ = 0;
+  // over all groups on the belt
+  double travel_low_ = -1e30, travel_high_ = 1e30, accel_low_ = -1e30, accel_high_ = 1e30;
+};
+
+}  // namespace aprsim::physics

@@ -1,0 +1,196 @@
+#include "world/physics/simplification/virtual_joints.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <tuple>
+
+#include "world/physics/constraint/constraint_system.hpp"
+
+namespace aprsim::physics {
+namespace {
+
+constexpr double kJointErp = 0.2, kJointCfm = 1e-8;
+
+bool before(const VirtualJoints::Pair& pair, const std::tuple<int, int>& key) {
+  return std::tuple(pair.a, pair.b) < key;
+}
+
+}  // namespace
+
+VirtualJoints::VirtualJoints(const scene::Physics& physics, std::span<FreeBody> bodies,
+                             dWorldID world)
+    : step_s_(physics.step_s),
+      speed_(physics.simplify_speed_m_s),
+      accel_(physics.simplify_accel_m_s2),
+      force_(physics.simplify_force_n),
+      bodies_(bodies),
+      world_(world),
+      v_before_(bodies.size(), Eigen::Vector3d::Zero()),
+      group_(bodies.size(), -1) {}
+
+bool VirtualJoints::joined(int a, int b) const {
+  const std::tuple key(std::min(a, b), std::max(a, b));
+  const auto at = std::lower_bound(pairs_.begin(), pairs_.end(), key, before);
+  return at != pairs_.end() && std::tuple(at->a, at->b) == key;
+}
+
+void VirtualJoints::observe(std::span<const ContactConstraint> touches, double step_s) {
+  const std::uint64_t serial = next_serial_;
+  const std::size_t count = pairs_.size();
+  release_changed();
+  const bool released = pairs_.size() != count;
+  join_resting(touches, step_s);
+  if (released || next_serial_ != serial) find_groups();
+  for (std::size_t i = 0; i < bodies_.size(); ++i) v_before_[i] = bodies_[i].v_com_W;
+}
+
+void VirtualJoints::release_changed() {
+  std::erase_if(pairs_, [this](const Pair& pair) {
+    const Eigen::Vector3d transmitted = ode::vector(feedback_[pair.joint]->f2);
+    if ((pair.contact_force - transmitted).norm() <= force_) return false;
+    untie(pair);
+    return true;
+  });
+}
+
+void VirtualJoints::join_resting(std::span<const ContactConstraint> touches, double step_s) {
+  const int count = static_cast<int>(bodies_.size());
+  const auto free = [count](int node) { return node >= 0 && node < count; };
+  for (std::size_t i = 0; i < touches.size();) {
+    const int a = touches[i].contact.a, b = touches[i].contact.b;
+    Eigen::Vector3d force = Eigen::Vector3d::Zero();  // net, on a
+    // The points of one pair follow each other.
+    for (; i < touches.size() && touches[i].contact.a == a && touches[i].contact.b == b; ++i) {
+      force += touches[i].f_W;
+    }
+    if (!free(a) || !free(b)) continue;
+    const auto ia = static_cast<std::size_t>(a), ib = static_cast<std::size_t>(b);
+    const Eigen::Vector3d v = bodies_[ia].v_com_W - bodies_[ib].v_com_W;
+    const Eigen::Vector3d accel = (v - (v_before_[ia] - v_before_[ib])) / step_s;
+    if (v.norm() >= speed_ || accel.norm() >= accel_) continue;
+    if (a < b) {
+      join(a, b, -force);
+    } else {
+      join(b, a, force);
+    }
+  }
+}
+
+std::size_t VirtualJoints::take_joint() {
+  if (spare_.empty()) {
+    spare_.push_back(joints_.size());
+    joints_.emplace_back(dJointCreateFixed(world_, nullptr));
+    feedback_.push_back(std::make_unique<dJointFeedback>());
+    dJointSetFeedback(joints_.back().get(), feedback_.back().get());
+    // By default it would keep what the world's solver last worked with.
+    dJointSetFixedParam(joints_.back().get(), dParamERP, kJointErp);
+    dJointSetFixedParam(joints_.back().get(), dParamCFM, kJointCfm);
+  }
+  const std::size_t joint = spare_.back();
+  spare_.pop_back();
+  return joint;
+}
+
+void VirtualJoints::join(int a, int b, const Eigen::Vector3d& force_on_b) {
+  Pair pair;
+  pair.a = a;
+  pair.b = b;
+  pair.serial = next_serial_++;
+  pair.joint = take_joint();
+  pair.contact_force = force_on_b;
+  ode::save(ode_body(a), pair.at_a);
+  ode::save(ode_body(b), pair.at_b);
+  tie(pair, force_on_b);
+  pairs_.insert(std::lower_bound(pairs_.begin(), pairs_.end(), std::tuple(a, b), before), pair);
+}
+
+void VirtualJoints::tie(const Pair& pair, const Eigen::Vector3d& force_on_b) {
+  dJointID joint = joints_[pair.joint].get();
+  dJointAttach(joint, ode_body(pair.a), ode_body(pair.b));
+  dJointSetFixed(joint);
+  ode::copy(force_on_b, feedback_[pair.joint]->f2);
+}
+
+void VirtualJoints::untie(const Pair& pair) {
+  dJointAttach(joints_[pair.joint].get(), nullptr, nullptr);
+  dJointDisable(joints_[pair.joint].get());
+  spare_.push_back(pair.joint);
+}
+
+int VirtualJoints::add_to(ConstraintSystem& system, const Pair& pair) const {
+  using Eigen::Vector3d;
+  const double k = kJointErp / step_s_;
+  dBodyID a = ode_body(pair.a), b = ode_body(pair.b);
+  const Eigen::Matrix3d R_a = ode::matrix(dBodyGetRotation(a)),
+                        R_b = ode::matrix(dBodyGetRotation(b));
+  const Eigen::Matrix3d R_a0 = ode::matrix(pair.at_a.R), R_b0 = ode::matrix(pair.at_b.R);
+  const Vector3d apart = ode::vector(dBodyGetPosition(b)) - ode::vector(dBodyGetPosition(a));
+  const Vector3d joined = ode::vector(pair.at_b.p) - ode::vector(pair.at_a.p);
+  const Vector3d off = apart - R_a * (R_a0.transpose() * joined);
+  const Eigen::Matrix3d R_a_wanted = R_b * R_b0.transpose() * R_a0;
+  Vector3d turn = Vector3d::Zero();
+  for (int i = 0; i < 3; ++i) turn += 0.5 * R_a.col(i).cross(R_a_wanted.col(i));
+  int first = -1;
+  for (int i = 0; i < 3; ++i) {
+    const Vector3d axis = Vector3d::Unit(i);
+    const int row = system.add_tie({a, axis, apart.cross(axis)}, {b, -axis, Vector3d::Zero()},
+                                   k * off[i], kJointCfm);
+    if (i == 0) first = row;
+  }
+  for (int i = 0; i < 3; ++i) {
+    const Vector3d axis = Vector3d::Unit(i);
+    system.add_tie({a, Vector3d::Zero(), axis}, {b, Vector3d::Zero(), -axis}, k * turn[i],
+                   kJointCfm);
+  }
+  return first;
+}
+
+void VirtualJoints::note_force(const Pair& pair, const Eigen::Vector3d& force_on_b) {
+  ode::copy(force_on_b, feedback_[pair.joint]->f2);
+}
+
+VirtualJoints::State VirtualJoints::save() const {
+  State state{pairs_, {}, v_before_, group_, next_serial_};
+  for (const auto& pair : pairs_) {
+    state.forces.push_back(ode::vector(feedback_[pair.joint]->f2));
+  }
+  return state;
+}
+
+void VirtualJoints::restore(const State& state) {
+  for (const auto& pair : pairs_) untie(pair);
+  pairs_ = state.pairs;
+  v_before_ = state.v_before;
+  group_ = state.group;
+  next_serial_ = state.next_serial;
+  std::vector<std::size_t> order(pairs_.size());
+  std::iota(order.begin(), order.end(), 0u);
+  // ODE walks a body's joints in the order of their attachment.
+  std::sort(order.begin(), order.end(),
+            [this](std::size_t a, std::size_t b) { return pairs_[a].serial < pairs_[b].serial; });
+  for (const std::size_t i : order) {
+    Pair& pair = pairs_[i];
+    pair.joint = take_joint();
+    ode::restore(ode_body(pair.a), pair.at_a);
+    ode::restore(ode_body(pair.b), pair.at_b);
+    tie(pair, state.forces[i]);
+  }
+}
+
+void VirtualJoints::find_groups() {
+  std::fill(group_.begin(), group_.end(), -1);
+  bool changed = true;
+  while (changed) {  // labels sink to the lowest body of each group
+    changed = false;
+    for (const auto& pair : pairs_) {
+      auto& a = group_[static_cast<std::size_t>(pair.a)];
+      auto& b = group_[static_cast<std::size_t>(pair.b)];
+      const auto label = [](int group, int body) { return group < 0 ? body : group; };
+      const int lowest = std::min(label(a, pair.a), label(b, pair.b));
+      changed = changed || a != lowest || b != lowest;
+      a = b = lowest;
+    }
+  }
+}
+
+}  // namespace aprsim::physics

@@ -1,0 +1,78 @@
+#include "world/robot/controller/guard_monitor.hpp"
+
+#include <algorithm>
+
+#include "world/api/signal_value.hpp"
+
+namespace aprsim::robot {
+namespace {
+
+bool holds(const api::Guard& guard, double value, double start) {
+  switch (guard.limit) {
+    case api::GuardLimit::kOverMax:
+      return value > guard.value;
+    case api::GuardLimit::kUnderMin:
+      return value < guard.value;
+    case api::GuardLimit::kIncreased:
+      return value - start > guard.value;
+    case api::GuardLimit::kDecreased:
+      break;
+  }
+  return start - value > guard.value;
+}
+
+}  // namespace
+
+void GuardMonitor::begin(api::Ticket ticket, std::span<const api::Guard> guards) {
+  const std::size_t count = std::min(guards.size(), api::kMaxGuards);
+  watching_ = count > 0;
+  triggered_ = started_ = false;
+  triggered_at_.reset();
+  if (!watching_) return;
+  std::copy_n(guards.begin(), count, guards_.begin());
+  state_.ticket = ticket;
+  state_.count = count;
+  state_.guards = {};
+}
+
+std::optional<std::size_t> GuardMonitor::check(const api::RobotSnapshot& robot, SimTime now) {
+  if (!watching_) return std::nullopt;
+  for (std::size_t i = 0; i < state_.count; ++i) {
+    const api::Guard& guard = guards_[i];
+    if (started_ && now < due_[i]) continue;
+    const double value = api::value_of(guard.signal, robot);
+    if (!started_) start_[i] = value;
+    // From the time it was due: a period that is no multiple of the step must not drift.
+    due_[i] = (started_ ? due_[i] : now) + guard.recheck;
+    if (due_[i] <= now) due_[i] = now;
+    state_.guards[i] = {state_.guards[i].checks + 1, now, value};
+    if (!holds(guard, value, start_[i])) continue;
+    watching_ = false;
+    triggered_ = true;
+    triggered_at_ = now;
+    ++state_.triggers;
+    state_.stop_time = SimTime::zero();
+    state_.trigger_guard = i;
+    state_.trigger_value = value;
+    state_.trigger_X_RT = robot.X_RT;
+    return i;
+  }
+  started_ = true;
+  return std::nullopt;
+}
+
+void GuardMonitor::at_rest(SimTime now) {
+  if (!triggered_at_) return;
+  state_.stop_time = now - *triggered_at_;
+  triggered_at_.reset();
+}
+
+const api::Guard* GuardMonitor::unmet() const {
+  if (triggered_) return nullptr;
+  for (std::size_t i = 0; i < state_.count; ++i) {
+    if (guards_[i].require_trigger) return &guards_[i];
+  }
+  return nullptr;
+}
+
+}  // namespace aprsim::robot

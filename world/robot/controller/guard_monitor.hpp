@@ -1,0 +1,47 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <span>
+
+#include "world/api/guard.hpp"
+#include "world/api/robot_snapshot.hpp"
+
+namespace aprsim::robot {
+
+/// Watches the guards of a robot's running command in simulated time. Plain values. Thread: sim.
+class GuardMonitor {
+ public:
+  /// From now on watches for the command with that ticket; at most api::kMaxGuards.
+  void begin(api::Ticket ticket, std::span<const api::Guard> guards);
+  /// The command is over; what was seen stays readable.
+  void end() { watching_ = false; }
+
+  /// Looks at the guards that are due; the first call after begin() at all of them, which also
+  /// takes the values that increases are measured from. Returns the guard that triggers, after
+  /// which nothing is watched any more. `robot` is the state at `now`.
+  [[nodiscard]] std::optional<std::size_t> check(const api::RobotSnapshot& robot, SimTime now);
+
+  /// Tells that the robot has come to rest at `now`, which ends the time that a trigger's stop
+  /// takes.
+  void at_rest(SimTime now);
+
+  [[nodiscard]] bool watching() const { return watching_; }
+  /// A trigger whose stop has not ended yet.
+  [[nodiscard]] bool stopping() const { return triggered_at_.has_value(); }
+  [[nodiscard]] const api::Guard& guard(std::size_t index) const { return guards_[index]; }
+  /// The first guard that asks for a trigger; none once there has been one.
+  [[nodiscard]] const api::Guard* unmet() const;
+  [[nodiscard]] const api::GuardsSnapshot& state() const { return state_; }
+
+ private:
+  std::array<api::Guard, api::kMaxGuards> guards_;
+  std::array<double, api::kMaxGuards> start_{};  // values that increases are measured from
+  std::array<SimTime, api::kMaxGuards> due_{};   // next check
+  bool watching_ = false, triggered_ = false, started_ = false;
+  std::optional<SimTime> triggered_at_;
+  api::GuardsSnapshot state_;
+};
+
+}  // namespace aprsim::robot

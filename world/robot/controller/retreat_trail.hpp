@@ -1,0 +1,47 @@
+#pragma once
+
+#include <array>
+
+#include "world/robot/model/arm_model.hpp"
+
+namespace aprsim::robot {
+
+/// Where an arm has come from: its latest postures, evenly spaced on its way. Forgotten after a
+/// rest. A copyable value. Thread: sim.
+class RetreatTrail {
+ public:
+  void clear() { count_ = rested_ = 0; }
+  /// Once a step, with the posture that it gives.
+  void record(const JointVector& q) {
+    if (count_ > 0 && (q - back(0)).cwiseAbs().maxCoeff() < kSpacing_rad) {
+      if (q == last_) {
+        if (++rested_ >= kForgetSteps) clear();
+      } else {
+        rested_ = 0;
+      }
+      last_ = q;
+      return;
+    }
+    last_ = q;
+    rested_ = 0;
+    newest_ = (newest_ + 1) % kPoints;
+    points_[static_cast<std::size_t>(newest_)] = q;
+    if (count_ < kPoints) ++count_;
+  }
+  [[nodiscard]] int count() const { return count_; }
+  /// 0 = the newest.
+  [[nodiscard]] const JointVector& back(int age) const {
+    return points_[static_cast<std::size_t>((newest_ - age + kPoints) % kPoints)];
+  }
+
+ private:
+  static constexpr int kPoints = 64;
+  static constexpr double kSpacing_rad = 5e-4;
+  static constexpr int kForgetSteps = 300;
+
+  std::array<JointVector, kPoints> points_;
+  JointVector last_;
+  int newest_ = 0, count_ = 0, rested_ = 0;
+};
+
+}  // namespace aprsim::robot

@@ -1,0 +1,101 @@
+#include "world/robot/controller/tool_limit_settings.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+
+namespace aprsim::robot {
+namespace {
+
+constexpr std::array kAll{api::MotionLimit::kTransSpeed, api::MotionLimit::kTransAccel,
+                          api::MotionLimit::kRotSpeed, api::MotionLimit::kRotAccel};
+constexpr std::array kAtStart{0.25, 2.0, 1.0, 5.0};
+
+struct Naming {
+  const char* name;
+  const char* unit;
+};
+
+Naming naming(api::MotionLimit which) {
+  switch (which) {
+    case api::MotionLimit::kTransSpeed:
+      return {"translation speed", "m/s"};
+    case api::MotionLimit::kTransAccel:
+      return {"translation acceleration", "m/s^2"};
+    case api::MotionLimit::kRotSpeed:
+      return {"rotation speed", "rad/s"};
+    case api::MotionLimit::kRotAccel:
+      return {"rotation acceleration", "rad/s^2"};
+  }
+  throw std::logic_error("unknown motion limit");
+}
+
+double part(const ToolLimits& limits, api::MotionLimit which) {
+  switch (which) {
+    case api::MotionLimit::kTransSpeed:
+      return limits.trans_speed_m_s;
+    case api::MotionLimit::kTransAccel:
+      return limits.trans_accel_m_s2;
+    case api::MotionLimit::kRotSpeed:
+      return limits.rot_speed_rad_s;
+    case api::MotionLimit::kRotAccel:
+      return limits.rot_accel_rad_s2;
+  }
+  throw std::logic_error("unknown motion limit");
+}
+
+std::size_t index(api::MotionLimit which) { return static_cast<std::size_t>(which); }
+
+}  // namespace
+
+ToolLimitSettings::ToolLimitSettings(const ToolLimits& maximum) : maximum_(maximum) {
+  for (const auto which : kAll) {
+    const double highest = part(maximum, which);
+    if (!(highest > 0) || !std::isfinite(highest)) {
+      throw std::invalid_argument(std::string("the robot's maximal ") + naming(which).name +
+                                  " must be > 0");
+    }
+    settings_[index(which)] = {false, std::min(highest, kAtStart[index(which)])};
+  }
+}
+
+Result<void> ToolLimitSettings::set(const api::SetMotionLimit& setting) {
+  const auto [name, unit] = naming(setting.which);
+  char text[160];
+  if (!(setting.value > 0) || !std::isfinite(setting.value)) {
+    std::snprintf(text, sizeof text, "%s %g %s must be greater than 0", name, setting.value,
+                  setting.relative ? "of the maximum" : unit);
+    return fail(ErrorCode::kInvalidArgument, name, text);
+  }
+  if (setting.relative && setting.value > 1) {
+    std::snprintf(text, sizeof text, "%s as a fraction is %g, its limit is 1", name, setting.value);
+    return fail(ErrorCode::kInvalidArgument, name, text);
+  }
+  const double value =
+      setting.relative ? setting.value : std::min(setting.value, part(maximum_, setting.which));
+  settings_[index(setting.which)] = {setting.relative, value};
+  return {};
+}
+
+api::LimitSetting ToolLimitSettings::get(api::MotionLimit which) const {
+  return settings_[index(which)];
+}
+
+double ToolLimitSettings::value(api::MotionLimit which,
+                                const std::optional<api::LimitSetting>& own) const {
+  const api::LimitSetting setting = own.value_or(settings_[index(which)]);
+  const double highest = part(maximum_, which);
+  return std::min(highest, setting.relative ? setting.value * highest : setting.value);
+}
+
+ToolLimits ToolLimitSettings::effective() const { return effective({}); }
+
+ToolLimits ToolLimitSettings::effective(const api::PoseLimits& own) const {
+  return {value(api::MotionLimit::kTransSpeed, own.trans_speed),
+          value(api::MotionLimit::kTransAccel, own.trans_accel),
+          value(api::MotionLimit::kRotSpeed, own.rot_speed),
+          value(api::MotionLimit::kRotAccel, own.rot_accel)};
+}
+
+}  // namespace aprsim::robot

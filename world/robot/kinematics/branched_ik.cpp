@@ -1,0 +1,153 @@
+#include "world/robot/kinematics/branched_ik.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+namespace aprsim::robot {
+namespace {
+
+constexpr double kTurn = 2 * std::numbers::pi;
+constexpr double kLimitTolerance = 1e-10;  ///< rounding at a limit; the angle is clamped to it
+constexpr double kSameSolution = 1e-12;
+
+double degrees(double rad) { return rad * 180 / std::numbers::pi; }
+
+std::string reach_message(double excess_m, double limit_m) {
+  char text[160];
+  std::snprintf(text, sizeof text, "%s by %.4f m: wrist at %.4f m from the shoulder, limit %.4f m",
+                excess_m > 0 ? "out of reach" : "too close to the shoulder", std::abs(excess_m),
+                limit_m + excess_m, limit_m);
+  return text;
+}
+
+std::string limit_message(const std::string& joint, double angle_rad, double limit_rad) {
+  char text[160];
+  // A narrow miss must not print as the limit itself.
+  const bool narrow = std::abs(degrees(angle_rad - limit_rad)) < 0.1;
+  std::snprintf(text, sizeof text,
+                narrow ? "%s would be at %.5f deg, limit %.6g deg"
+                       : "%s would be at %.1f deg, limit %.6g deg",
+                joint.c_str(), degrees(angle_rad), degrees(limit_rad));
+  return text;
+}
+
+}  // namespace
+
+BranchedIk::BranchedIk(const ArmModel& model) {
+  for (const Joint& joint : model.joints) {
+    ranges_.push_back({joint.name, joint.lower_rad, joint.upper_rad});
+  }
+}
+
+double BranchedIk::violation(int joint, double q) const {
+  const Range& range = ranges_[static_cast<std::size_t>(joint)];
+  return std::max({0.0, range.lower - q, q - range.upper});
+}
+
+double BranchedIk::relative_position(int joint, double q) const {
+  const Range& range = ranges_[static_cast<std::size_t>(joint)];
+  return (2 * q - range.lower - range.upper) / (range.upper - range.lower);
+}
+
+/// `angle` plus full turns: within limits the value nearest to the seed, else the value with the
+/// smallest violation.
+double BranchedIk::fit(int joint, double angle, double seed) const {
+  const Range& range = ranges_[static_cast<std::size_t>(joint)];
+  double q = angle + kTurn * std::round((seed - angle) / kTurn);
+  // Turns towards the limits as long as that helps; from within limits it never does.
+  while (q > range.upper && violation(joint, q - kTurn) < violation(joint, q)) q -= kTurn;
+  while (q < range.lower && violation(joint, q + kTurn) < violation(joint, q)) q += kTurn;
+  return violation(joint, q) <= kLimitTolerance ? std::clamp(q, range.lower, range.upper) : q;
+}
+
+BranchedIk::Choice BranchedIk::choose(const Eigen::Isometry3d& X_BF, const JointVector& seed,
+                                      double elbow_rad) const {
+  const Branches all_branches = branches(X_BF, seed, elbow_rad);
+  Choice best{.excess_m = all_branches.excess_m, .limit_m = all_branches.limit_m};
+  for (int b = 0; b < all_branches.count; ++b) {
+    Choice candidate{.found = true, .q = all_branches.q[static_cast<std::size_t>(b)]};
+    for (int i = 0; i < dof(); ++i) {
+      const Range& range = ranges_[static_cast<std::size_t>(i)];
+      const double q = fit(i, candidate.q(i), seed(i));
+      const double outside = violation(i, q);
+      if (outside > candidate.violation_rad) {
+        candidate.found = false;
+        candidate.joint = i;
+        candidate.angle_rad = q;
+        candidate.violation_rad = outside;
+      }
+      const double step = (q - seed(i)) / (range.upper - range.lower);
+      candidate.cost += step * step;
+      candidate.q(i) = q;
+    }
+    const bool better = candidate.found != best.found ? candidate.found
+                        : candidate.found             ? candidate.cost < best.cost
+                                          : candidate.violation_rad < best.violation_rad;
+    if (b == 0 || better) best = candidate;
+  }
+  return best;
+}
+
+Error BranchedIk::refusal(const Choice& failed) const {
+  if (failed.joint < 0) {
+    return {ErrorCode::kUnreachable, "position", reach_message(failed.excess_m, failed.limit_m)};
+  }
+  const Range& range = ranges_[static_cast<std::size_t>(failed.joint)];
+  const double limit = failed.angle_rad > range.upper ? range.upper : range.lower;
+  return {ErrorCode::kUnreachable, range.name, limit_message(range.name, failed.angle_rad, limit)};
+}
+
+Result<JointVector> BranchedIk::nearest(const Eigen::Isometry3d& X_BF, const JointVector& seed,
+                                        double elbow_rad) const {
+  if (!X_BF.matrix().allFinite() || !seed.allFinite() || !std::isfinite(elbow_rad)) {
+    return fail(ErrorCode::kInvalidArgument, "pose", "the pose, seed or elbow is not a number");
+  }
+  const Choice choice = choose(X_BF, seed, elbow_rad);
+  if (!choice.found) return tl::unexpected(refusal(choice));
+  return choice.q;
+}
+
+std::vector<IkSolution> BranchedIk::all(const Eigen::Isometry3d& X_BF, double elbow_rad) const {
+  std::vector<IkSolution> out;
+  if (!X_BF.matrix().allFinite() || !std::isfinite(elbow_rad)) return out;
+  const Branches found = branches(X_BF, JointVector::Zero(dof()), elbow_rad);
+  for (int b = 0; b < found.count; ++b) {
+    JointVector base = found.q[static_cast<std::size_t>(b)];
+    bool within = true;
+    for (int i = 0; i < dof() && within; ++i) {
+      const Range& range = ranges_[static_cast<std::size_t>(i)];
+      // The lowest value that the limits allow; add_turns() counts up from it.
+      base(i) += kTurn * std::ceil((range.lower - kLimitTolerance - base(i)) / kTurn);
+      within = base(i) <= range.upper + kLimitTolerance;
+    }
+    if (within) add_turns(base, out);
+  }
+  return out;
+}
+
+void BranchedIk::add_turns(const JointVector& base, std::vector<IkSolution>& out) const {
+  JointVector q = base;
+  while (true) {
+    JointVector clamped = q;
+    for (int i = 0; i < dof(); ++i) {
+      const Range& range = ranges_[static_cast<std::size_t>(i)];
+      clamped(i) = std::clamp(q(i), range.lower, range.upper);
+    }
+    // Where branches meet (stretched arm, straight wrist) they give the same vector.
+    const bool known = std::any_of(out.begin(), out.end(), [&](const IkSolution& other) {
+      return (other.q - clamped).cwiseAbs().maxCoeff() < kSameSolution;
+    });
+    if (!known) out.push_back({clamped});
+    int i = 0;
+    for (; i < dof(); ++i) {
+      q(i) += kTurn;
+      if (q(i) <= ranges_[static_cast<std::size_t>(i)].upper + kLimitTolerance) break;
+      q(i) = base(i);
+    }
+    if (i == dof()) return;
+  }
+}
+
+}  // namespace aprsim::robot

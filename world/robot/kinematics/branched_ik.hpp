@@ -1,0 +1,67 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "world/robot/kinematics/inverse_kinematics.hpp"
+
+namespace aprsim::robot {
+
+/// What the solvers of both families share: choosing among branches, full turns, limits and the
+/// wording of a refusal. A family only lists its branches.
+class BranchedIk : public InverseKinematics {
+ public:
+  [[nodiscard]] std::vector<IkSolution> all(const Eigen::Isometry3d& X_BF,
+                                            double elbow_rad) const override;
+  [[nodiscard]] Result<JointVector> nearest(const Eigen::Isometry3d& X_BF, const JointVector& seed,
+                                            double elbow_rad) const override;
+
+ protected:
+  /// The joint vectors of all branches, each angle modulo full turns and regardless of limits.
+  struct Branches {
+    std::array<JointVector, 8> q;
+    int count = 0;
+    double excess_m = 0;  ///< when count is 0: how far beyond (> 0) or within (< 0) the reach
+    double limit_m = 0;   ///< then that reach, from the shoulder to the wrist's centre
+  };
+
+  /// The best branch at one elbow angle, or how the least bad one fails.
+  struct Choice {
+    bool found = false;
+    JointVector q;
+    double cost = 0;       ///< squared distance to the seed, in joint ranges
+    double excess_m = 0;   ///< not 0: out of reach
+    double limit_m = 0;    ///< then the reach
+    int joint = -1;        ///< joint farthest outside its limits ...
+    double angle_rad = 0;  ///< ... at this angle
+    double violation_rad = 0;
+  };
+
+  explicit BranchedIk(const ArmModel& model);
+
+  /// `seed` decides angles that a singularity leaves free.
+  [[nodiscard]] virtual Branches branches(const Eigen::Isometry3d& X_BF, const JointVector& seed,
+                                          double elbow_rad) const = 0;
+
+  [[nodiscard]] Choice choose(const Eigen::Isometry3d& X_BF, const JointVector& seed,
+                              double elbow_rad) const;
+  [[nodiscard]] Error refusal(const Choice& failed) const;
+  [[nodiscard]] int dof() const { return static_cast<int>(ranges_.size()); }
+  /// Position in its range: -1 lower limit .. 1 upper limit.
+  [[nodiscard]] double relative_position(int joint, double q) const;
+
+ private:
+  struct Range {
+    std::string name;
+    double lower = 0, upper = 0;
+  };
+
+  [[nodiscard]] double fit(int joint, double angle, double seed) const;
+  [[nodiscard]] double violation(int joint, double q) const;
+  void add_turns(const JointVector& base, std::vector<IkSolution>& out) const;
+
+  std::vector<Range> ranges_;
+};
+
+}  // namespace aprsim::robot

@@ -1,0 +1,127 @@
+#include "world/robot/kinematics/dynamics.hpp"
+
+#include <array>
+#include <cassert>
+#include <cstddef>
+
+#include <Eigen/Geometry>
+
+#include "world/robot/model/joint_rotation.hpp"
+
+namespace aprsim::robot {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+/// One value a link; index 0 is the base.
+template <typename T>
+using PerLink = std::array<T, kMaxDof + 1>;
+
+/// |p|^2 1 - p p^T: rotational inertia of a unit point mass at p.
+Matrix3d point_inertia(const Vector3d& p) {
+  return p.squaredNorm() * Matrix3d::Identity() - p * p.transpose();
+}
+
+struct Body {
+  double mass = 0;
+  Vector3d com = Vector3d::Zero();
+  Matrix3d inertia = Matrix3d::Zero();  ///< about the com
+};
+
+/// Link i, the last one with the payload.
+Body body(const ArmModel& model, const Payload& payload, int i) {
+  const Link& link = model.links[static_cast<std::size_t>(i)];
+  Body out{link.mass_kg, link.com_L, link.inertia_L};
+  if (i != model.dof() || payload.mass_kg <= 0) return out;
+  out.mass = link.mass_kg + payload.mass_kg;
+  const Vector3d apart = payload.com_F - link.com_L;
+  out.com += apart * (payload.mass_kg / out.mass);
+  out.inertia +=
+      payload.inertia_F + (link.mass_kg * payload.mass_kg / out.mass) * point_inertia(apart);
+  return out;
+}
+
+}  // namespace
+
+// Everything is in axes of the link it belongs to, moments about that link's origin. Gravity enters
+// as an upward acceleration of the base.
+JointVector inverse_dynamics(const ArmModel& model, const Payload& payload,
+                             const Vector3d& gravity_B, const JointVector& q, const JointVector& qd,
+                             const JointVector& qdd) {
+  const int n = model.dof();
+  assert(q.size() == n && qd.size() == n && qdd.size() == n);
+  PerLink<Matrix3d> R_PL;
+  PerLink<Vector3d> force, moment;
+  Vector3d omega = Vector3d::Zero(), alpha = Vector3d::Zero(), accel = -gravity_B;
+  for (int i = 1; i <= n; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    const Joint& joint = model.joints[at - 1];
+    const Vector3d& p = joint.X_PJ.translation();
+    R_PL[at] = joint_rotation(joint, q(i - 1));
+    accel = R_PL[at].transpose() * (accel + alpha.cross(p) + omega.cross(omega.cross(p)));
+    const Vector3d spin = joint.axis * qd(i - 1);
+    omega = R_PL[at].transpose() * omega + spin;
+    alpha = R_PL[at].transpose() * alpha + joint.axis * qdd(i - 1) + omega.cross(spin);
+
+    const Body b = body(model, payload, i);
+    force[at] = b.mass * (accel + alpha.cross(b.com) + omega.cross(omega.cross(b.com)));
+    moment[at] = b.inertia * alpha + omega.cross(b.inertia * omega) + b.com.cross(force[at]);
+  }
+  JointVector tau(n);
+  for (int i = n; i >= 1; --i) {
+    const auto at = static_cast<std::size_t>(i);
+    const Joint& joint = model.joints[at - 1];
+    tau(i - 1) = joint.axis.dot(moment[at]) + joint.rotor_inertia_kg_m2 * qdd(i - 1);
+    if (i == 1) break;
+    const Vector3d f_P = R_PL[at] * force[at];
+    force[at - 1] += f_P;
+    moment[at - 1] += R_PL[at] * moment[at] + joint.X_PJ.translation().cross(f_P);
+  }
+  return tau;
+}
+
+JointMatrix mass_matrix(const ArmModel& model, const Payload& payload, const JointVector& q) {
+  const int n = model.dof();
+  assert(q.size() == n);
+  // The composite body outboard of each joint: mass, mass times com, inertia about the origin.
+  double mass = 0;
+  Vector3d first_moment = Vector3d::Zero();
+  Matrix3d inertia = Matrix3d::Zero();
+  PerLink<Matrix3d> R_PL;
+  for (int i = 1; i <= n; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    R_PL[at] = joint_rotation(model.joints[at - 1], q(i - 1));
+  }
+  JointMatrix H(n, n);
+  for (int i = n; i >= 1; --i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (i < n) {
+      const Joint& outer = model.joints[at];
+      const Vector3d& p = outer.X_PJ.translation();
+      const Vector3d h = R_PL[at + 1] * first_moment;
+      inertia = R_PL[at + 1] * inertia * R_PL[at + 1].transpose() + mass * point_inertia(p) +
+                2 * p.dot(h) * Matrix3d::Identity() - p * h.transpose() - h * p.transpose();
+      first_moment = h + mass * p;
+    }
+    const Body b = body(model, payload, i);
+    mass += b.mass;
+    first_moment += b.mass * b.com;
+    inertia += b.inertia + b.mass * point_inertia(b.com);
+
+    // Force and moment that accelerate the composite by 1 rad/s^2 about joint i, handed inwards.
+    const Joint& joint = model.joints[at - 1];
+    Vector3d force = joint.axis.cross(first_moment);
+    Vector3d moment = inertia * joint.axis;
+    H(i - 1, i - 1) = joint.axis.dot(moment) + joint.rotor_inertia_kg_m2;
+    for (int k = i; k > 1; --k) {
+      const auto outer = static_cast<std::size_t>(k);
+      force = R_PL[outer] * force;
+      moment = R_PL[outer] * moment + model.joints[outer - 1].X_PJ.translation().cross(force);
+      H(k - 2, i - 1) = H(i - 1, k - 2) = model.joints[outer - 2].axis.dot(moment);
+    }
+  }
+  return H;
+}
+
+}  // namespace aprsim::robot

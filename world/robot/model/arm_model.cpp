@@ -1,0 +1,234 @@
+#include "world/robot/model/arm_model.hpp"
+
+#include <cmath>
+#include <console_bridge/console.h>
+#include <filesystem>
+#include <map>
+
+#include <Eigen/Eigenvalues>
+#include <urdf_parser/urdf_parser.h>
+
+#include "world/robot/model/rotor_inertia.hpp"
+
+namespace aprsim::robot {
+namespace {
+
+constexpr double kSameFrame = 1e-9;
+
+Eigen::Vector3d vector(const urdf::Vector3& v) { return {v.x, v.y, v.z}; }
+
+Eigen::Isometry3d transform(const urdf::Pose& pose) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  const urdf::Rotation& r = pose.rotation;
+  X.linear() = Eigen::Quaterniond(r.w, r.x, r.y, r.z).normalized().toRotationMatrix();
+  X.translation() = vector(pose.position);
+  return X;
+}
+
+bool is_identity(const Eigen::Isometry3d& X) {
+  return (X.matrix() - Eigen::Matrix4d::Identity()).cwiseAbs().maxCoeff() < kSameFrame;
+}
+
+/// Collects what the URDF parser would print, for the error message.
+class ParserMessages final : public console_bridge::OutputHandler {
+ public:
+  ParserMessages() { console_bridge::useOutputHandler(this); }
+  ~ParserMessages() override { console_bridge::restorePreviousOutputHandler(); }
+  ParserMessages(const ParserMessages&) = delete;
+  ParserMessages& operator=(const ParserMessages&) = delete;
+
+  void log(const std::string& text, console_bridge::LogLevel level, const char* /*file*/,
+           int /*line*/) override {
+    if (level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR) text_ += "; " + text;
+  }
+  [[nodiscard]] const std::string& text() const { return text_; }
+
+ private:
+  std::string text_;
+};
+
+/// Walks the chain of a parsed URDF and fills the model.
+class ModelReader {
+ public:
+  ModelReader(std::string path, const urdf::ModelInterface& urdf,
+              std::map<std::string, double> reflected)
+      : path_(std::move(path)), urdf_(urdf), reflected_(std::move(reflected)) {}
+
+  Result<ArmModel> read() {
+    model_.name = urdf_.getName();
+    const urdf::Link* link = urdf_.getRoot().get();
+    model_.links.push_back({.name = link->name});
+    while (true) {
+      if (auto added = add_body(*link); !added) return tl::unexpected(added.error());
+      if (link->child_joints.empty()) break;
+      if (link->child_joints.size() > 1) {
+        return error(link->name, "link \"" + link->name + "\" carries " +
+                                     std::to_string(link->child_joints.size()) +
+                                     " joints; an arm is one chain");
+      }
+      const urdf::Joint& joint = *link->child_joints.front();
+      if (auto added = add_joint(joint); !added) return tl::unexpected(added.error());
+      link = link->child_links.front().get();
+    }
+    return finish();
+  }
+
+ private:
+  [[nodiscard]] tl::unexpected<Error> error(const std::string& field,
+                                            const std::string& text) const {
+    return fail(ErrorCode::kInvalidArgument, field, path_ + ": " + text);
+  }
+
+  /// Adds a URDF link's mass and shapes to the last rigid body, at X_LC_.
+  Result<void> add_body(const urdf::Link& source) {
+    Link& body = model_.links.back();
+    for (const auto& collision : source.collision_array) {
+      auto shape = read_shape(source, *collision);
+      if (!shape) return tl::unexpected(shape.error());
+      body.collision.push_back(*shape);
+    }
+    if (!source.inertial) return {};
+    const urdf::Inertial& in = *source.inertial;
+    const Eigen::Isometry3d X_LI = X_LC_ * transform(in.origin);
+    Eigen::Matrix3d inertia;
+    inertia << in.ixx, in.ixy, in.ixz, in.ixy, in.iyy, in.iyz, in.ixz, in.iyz, in.izz;
+    if (!(in.mass > 0) || !plausible(inertia)) {
+      return error(source.name, "link \"" + source.name +
+                                    "\": <inertial> needs mass > 0 and a positive definite inertia "
+                                    "whose principal moments obey a + b >= c");
+    }
+    combine(body, in.mass, X_LI.translation(), X_LI.linear() * inertia * X_LI.linear().transpose());
+    return {};
+  }
+
+  /// Principal moments of a real body are positive and obey the triangle inequality; a part in
+  /// 1e-3 is left for rounding in the file.
+  static bool plausible(const Eigen::Matrix3d& inertia) {
+    if (!inertia.allFinite()) return false;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(inertia, Eigen::EigenvaluesOnly);
+    const Eigen::Vector3d& m = solver.eigenvalues();
+    return m(0) > 0 && m(0) + m(1) > m(2) * (1 - 1e-3);
+  }
+
+  static void combine(Link& body, double mass, const Eigen::Vector3d& com,
+                      const Eigen::Matrix3d& inertia) {
+    const double total = body.mass_kg + mass;
+    if (body.mass_kg == 0) {
+      body.com_L = com;
+      body.inertia_L = inertia;
+    } else {
+      const Eigen::Vector3d d = com - body.com_L;
+      const double reduced = body.mass_kg * mass / total;
+      body.inertia_L +=
+          inertia + reduced * (d.squaredNorm() * Eigen::Matrix3d::Identity() - d * d.transpose());
+      body.com_L += d * (mass / total);
+    }
+    body.mass_kg = total;
+  }
+
+  Result<LinkShape> read_shape(const urdf::Link& link, const urdf::Collision& collision) {
+    LinkShape out;
+    out.X_LS = X_LC_ * transform(collision.origin);
+    const std::string& name = collision.name;
+    const bool capsule = name.ends_with("_capsule");
+    const urdf::Geometry& geometry = *collision.geometry;
+    if (const auto* box = dynamic_cast<const urdf::Box*>(&geometry)) {
+      out.shape = BoxShape{vector(box->dim)};
+    } else if (const auto* cylinder = dynamic_cast<const urdf::Cylinder*>(&geometry)) {
+      if (capsule) {
+        out.shape = CapsuleShape{cylinder->radius, cylinder->length};
+      } else {
+        out.shape = CylinderShape{cylinder->radius, cylinder->length};
+      }
+    } else if (const auto* sphere = dynamic_cast<const urdf::Sphere*>(&geometry)) {
+      out.shape = SphereShape{sphere->radius};
+    } else {
+      return error(link.name, "link \"" + link.name + "\": collision \"" + name +
+                                  "\" must be a box, cylinder or sphere");
+    }
+    return out;
+  }
+
+  Result<void> add_joint(const urdf::Joint& source) {
+    const Eigen::Isometry3d X_CJ = transform(source.parent_to_joint_origin_transform);
+    if (source.type == urdf::Joint::FIXED) {
+      X_LC_ = X_LC_ * X_CJ;
+      return {};
+    }
+    if (source.type != urdf::Joint::REVOLUTE) {
+      return error(source.name, "joint \"" + source.name + "\" must be revolute or fixed");
+    }
+    if (model_.dof() == kMaxDof) {
+      return error(source.name, "joint \"" + source.name +
+                                    "\" is one too many: an arm has at most " +
+                                    std::to_string(kMaxDof) + " revolute joints");
+    }
+    Joint joint{.name = source.name, .X_PJ = X_LC_ * X_CJ, .axis = vector(source.axis)};
+    if (std::abs(joint.axis.norm() - 1) > 1e-6) {
+      return error(source.name, "joint \"" + source.name + "\": <axis> must have length 1");
+    }
+    joint.axis.normalize();
+    const urdf::JointLimits& limits = *source.limits;  // the parser demands it of revolute joints
+    if (!(limits.lower < limits.upper) || !(limits.velocity > 0) || !(limits.effort > 0)) {
+      return error(source.name, "joint \"" + source.name +
+                                    "\": <limit> needs lower < upper, velocity > 0, effort > 0");
+    }
+    joint.lower_rad = limits.lower;
+    joint.upper_rad = limits.upper;
+    joint.max_speed_rad_s = limits.velocity;
+    joint.max_torque_nm = limits.effort;
+    if (const auto found = reflected_.find(source.name); found != reflected_.end()) {
+      joint.rotor_inertia_kg_m2 = found->second;
+      reflected_.erase(found);
+    }
+    model_.joints.push_back(joint);
+    model_.links.push_back({.name = source.child_link_name});
+    X_LC_ = Eigen::Isometry3d::Identity();
+    return {};
+  }
+
+  Result<ArmModel> finish() {
+    if (model_.joints.empty()) return error("robot", "the arm has no revolute joint");
+    if (!is_identity(X_LC_)) {
+      return error("flange", "the last link's frame must coincide with that of \"" +
+                                 model_.links.back().name +
+                                 "\": put the flange offset into the last joint's origin");
+    }
+    for (const Link& link : model_.links) {
+      if (link.mass_kg == 0)
+        return error(link.name, "link \"" + link.name + "\" has no <inertial>");
+    }
+    if (!reflected_.empty()) {
+      return error(reflected_.begin()->first, "<transmission> names joint \"" +
+                                                  reflected_.begin()->first +
+                                                  "\", which is not a revolute joint of the arm");
+    }
+    return std::move(model_);
+  }
+
+  std::string path_;
+  const urdf::ModelInterface& urdf_;
+  std::map<std::string, double> reflected_;
+  ArmModel model_;
+  /// The URDF link being read in the last rigid body: fixed joints are merged into their parent.
+  Eigen::Isometry3d X_LC_ = Eigen::Isometry3d::Identity();
+};
+
+}  // namespace
+
+Result<ArmModel> load_arm_model(const std::string& urdf_path) {
+  if (!std::filesystem::is_regular_file(urdf_path)) {
+    return fail(ErrorCode::kNotFound, "urdf", urdf_path + ": no such file");
+  }
+  auto reflected = read_reflected_inertias(urdf_path);
+  if (!reflected) return tl::unexpected(reflected.error());
+  const ParserMessages messages;
+  const urdf::ModelInterfaceSharedPtr urdf = urdf::parseURDFFile(urdf_path);
+  if (!urdf) {
+    return fail(ErrorCode::kInvalidArgument, "urdf",
+                urdf_path + ": not a valid URDF robot description" + messages.text());
+  }
+  return ModelReader(urdf_path, *urdf, std::move(*reflected)).read();
+}
+
+}  // namespace aprsim::robot

@@ -1,0 +1,212 @@
+#include "world/robot/servo/servo_arm.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+#include <Eigen/Cholesky>
+
+namespace aprsim::robot {
+namespace {
+
+constexpr double kSettledAngle = 1e-9;  ///< a deviation below both of these is set to zero [rad]
+constexpr double kSettledSpeed = 1e-7;  ///< [rad/s]
+constexpr double kReturnSpeed = 0.5;    ///< of the joint's greatest speed
+constexpr double kReturnTorque = 0.3;   ///< of the joint's torque, for braking on the way back
+constexpr double kIntegralDecay = 0.9;  ///< per step while saturated
+constexpr int kTripSteps = 2;           ///< one sample may be noise
+constexpr std::size_t kReasonCapacity = 160;
+
+/// A push at the tool that no joint may take for a collision, and the share of a drive's torque up
+/// to which that holds: a wrist's drives are weak, and a hand's push must not stop the robot.
+constexpr double kBearablePush_n = 60, kMostTripShare = 0.85;
+constexpr double kWristReach_m = 0.65;      ///< joints with less of the arm beyond them are wrist
+constexpr double kTipBeyondCentre_m = 0.1;  ///< of the gripper, beyond its centre of mass
+
+/// Torque of a disturbance that trips a joint: its share of the drive's torque; for the wrist at
+/// least what the bearable push makes with the longest lever that the arm beyond the joint can
+/// have.
+double trip_torque(const ArmModel& model, const Payload& payload, int joint, double fraction) {
+  const double most = model.joints[static_cast<std::size_t>(joint)].max_torque_nm;
+  double lever = payload.mass_kg > 0 ? payload.com_F.norm() + kTipBeyondCentre_m : 0.0;
+  for (std::size_t k = static_cast<std::size_t>(joint) + 1; k < model.joints.size(); ++k) {
+    lever += model.joints[k].X_PJ.translation().norm();
+  }
+  if (lever > kWristReach_m) return fraction * most;
+  return std::max(fraction * most, std::min(kMostTripShare * most, kBearablePush_n * lever));
+}
+
+}  // namespace
+
+ServoArm::ServoArm(ArmModel model, Payload payload, const Eigen::Vector3d& gravity_B,
+                   const JointVector& q_start, double step_s, ServoParameters servo)
+    : model_(std::move(model)),
+      gravity_B_(gravity_B),
+      step_s_(step_s),
+      servo_(servo),
+      max_torque_(model_.dof()),
+      max_speed_(model_.dof()) {
+  const int n = model_.dof();
+  assert(q_start.size() == n && step_s > 0);
+  for (int i = 0; i < n; ++i) {
+    max_torque_(i) = model_.joints[static_cast<std::size_t>(i)].max_torque_nm;
+    max_speed_(i) = model_.joints[static_cast<std::size_t>(i)].max_speed_rad_s;
+  }
+  s_.payload = std::move(payload);
+  s_.q_ref = s_.q = q_start;
+  s_.intended = JointVector::Zero(n);
+  s_.qd_ref = s_.e = s_.ed = s_.integral = s_.qd = JointVector::Zero(n);
+  s_.torque = inverse_dynamics(model_, s_.payload, gravity_B_, s_.q, s_.qd, s_.qd);
+  s_.trip_reason.reserve(kReasonCapacity);
+}
+
+void ServoArm::step(const JointVector& q_ref_next, const JointVector& tau_ext) {
+  assert(q_ref_next.size() == model_.dof() && tau_ext.size() == model_.dof());
+  if (s_.braked) return hold(q_ref_next);
+  // Velocity and acceleration as this step realises them: a feedforward from them leaves no
+  // tracking error.
+  const JointVector qd_ref_next = (q_ref_next - s_.q_ref) / step_s_;
+  const JointVector qdd_ref = (qd_ref_next - s_.qd_ref) / step_s_;
+  const JointVector feedforward =
+      inverse_dynamics(model_, s_.payload, gravity_B_, s_.q_ref, qd_ref_next, qdd_ref);
+  const JointVector disturbance = beyond_friction(tau_ext);
+  const bool overloaded = (feedforward.array().abs() > max_torque_.array()).any();
+  const bool disturbed = (disturbance.array() != 0).any();
+
+  if (s_.deviating || overloaded || disturbed) {
+    deviate(feedforward, disturbance);
+    watch(feedforward);
+    const bool settled = !overloaded && !disturbed && (s_.e.array().abs() < kSettledAngle).all() &&
+                         (s_.ed.array().abs() < kSettledSpeed).all();
+    s_.deviating = !settled;
+    if (settled) s_.e = s_.ed = s_.integral = JointVector::Zero(model_.dof());
+  } else {
+    s_.torque = feedforward;
+  }
+  s_.q_ref = q_ref_next;
+  s_.qd_ref = qd_ref_next;
+  if (s_.deviating) {
+    s_.q = s_.q_ref + s_.e;
+    s_.qd = s_.qd_ref + s_.ed;
+  } else {
+    s_.q = s_.q_ref;
+    s_.qd = s_.qd_ref;
+    s_.disturbed_steps = 0;
+  }
+}
+
+/// One step in which nothing moves. Where the arm was pushed aside it stays so.
+void ServoArm::hold(const JointVector& q_ref_next) {
+  s_.q_ref = q_ref_next;
+  s_.e = s_.q - s_.q_ref;
+  s_.deviating = (s_.e.array() != 0).any();
+  s_.disturbed_steps = 0;
+  for (JointVector* rate : {&s_.qd_ref, &s_.qd, &s_.ed, &s_.integral, &s_.torque}) rate->setZero();
+}
+
+/// What is left of the external torque after the joints' friction has taken its share.
+JointVector ServoArm::beyond_friction(const JointVector& tau_ext) const {
+  JointVector out(model_.dof());
+  for (int i = 0; i < model_.dof(); ++i) {
+    const double friction = servo_.friction_fraction * max_torque_(i);
+    const double excess = std::abs(tau_ext(i)) - friction;
+    out(i) = excess > 0 ? std::copysign(excess, tau_ext(i)) : 0.0;
+  }
+  return out;
+}
+
+/// Speed with which each joint should return to its reference: proportional close to it, braking
+/// with a share of the torque from farther away, so that a saturated joint cannot overshoot for
+/// ever.
+JointVector ServoArm::return_speed(const JointMatrix& H) const {
+  JointVector out(model_.dof());
+  for (int i = 0; i < model_.dof(); ++i) {
+    const double distance = std::abs(s_.e(i));
+    const double braking = kReturnTorque * max_torque_(i) / H(i, i);
+    const double knee = braking / servo_.position_gain_1_s;
+    const double speed =
+        std::min({servo_.position_gain_1_s * distance, kReturnSpeed * max_speed_(i),
+                  std::sqrt(knee * knee + 2 * braking * distance)});
+    out(i) = -std::copysign(speed, s_.e(i));
+  }
+  return out;
+}
+
+/// One semi-implicit step of the deviation under servo, torque limits and disturbance.
+void ServoArm::deviate(const JointVector& feedforward, const JointVector& disturbance) {
+  const JointMatrix H = robot::mass_matrix(model_, s_.payload, s_.q_ref + s_.e);
+  const JointVector wanted = return_speed(H);
+  const JointVector u =
+      servo_.velocity_gain_1_s * (wanted - s_.ed - servo_.integral_gain_1_s * s_.integral);
+  const JointVector demanded = feedforward + H * u;
+  s_.torque = demanded.cwiseMax(-max_torque_).cwiseMin(max_torque_);
+  const JointVector net = s_.torque - feedforward + disturbance;
+  s_.ed += step_s_ * H.llt().solve(net);
+  s_.e += step_s_ * s_.ed;
+  for (int i = 0; i < model_.dof(); ++i) {
+    if (demanded(i) == s_.torque(i)) {
+      s_.integral(i) += step_s_ * (s_.ed(i) - wanted(i));
+    } else {
+      s_.integral(i) *= kIntegralDecay;
+    }
+  }
+}
+
+/// Trip conditions: a drive works against something, or the arm is not where it should be.
+void ServoArm::watch(const JointVector& feedforward) {
+  // A feedforward beyond the limit is the plan's fault and shows as deviation, not as disturbance.
+  const JointVector planned = feedforward.cwiseMax(-max_torque_).cwiseMin(max_torque_);
+  const JointVector against = ((s_.torque - planned).cwiseAbs() - s_.intended).cwiseMax(0);
+  int worst = 0;
+  double worst_share = 0, limit = 0;
+  for (int i = 0; i < model_.dof(); ++i) {
+    const double bearable = trip_torque(model_, s_.payload, i, servo_.trip_fraction);
+    if (against(i) / bearable <= worst_share) continue;
+    worst = i;
+    worst_share = against(i) / bearable;
+    limit = bearable;
+  }
+  s_.disturbed_steps = worst_share > 1 ? s_.disturbed_steps + 1 : 0;
+  if (!s_.trip_reason.empty()) return;
+  if (s_.disturbed_steps >= kTripSteps) {
+    trip(worst, "disturbance torque", against(worst), limit, "Nm");
+    return;
+  }
+  Eigen::Index farthest = 0;
+  const double deviation = s_.e.cwiseAbs().maxCoeff(&farthest);
+  if (deviation > servo_.trip_deviation_rad) {
+    trip(static_cast<int>(farthest), "deviation from the reference", deviation,
+         servo_.trip_deviation_rad, "rad");
+  }
+}
+
+void ServoArm::trip(int joint, const char* what, double value, double limit, const char* unit) {
+  char text[kReasonCapacity];
+  std::snprintf(text, sizeof text, "%s: %s %.3g %s, limit %.3g %s",
+                model_.joints[static_cast<std::size_t>(joint)].name.c_str(), what, value, unit,
+                limit, unit);
+  s_.trip_reason.assign(text);  // within the capacity reserved at construction
+}
+
+void ServoArm::relax() {
+  s_.q_ref = s_.q;
+  s_.qd_ref = s_.qd;
+  s_.e = s_.ed = s_.integral = JointVector::Zero(model_.dof());
+  s_.deviating = false;
+  forget_trip();
+}
+
+void ServoArm::forget_trip() {
+  s_.disturbed_steps = 0;
+  s_.trip_reason.clear();
+}
+
+void ServoArm::restore(const State& state) { s_ = state; }
+
+void ServoArm::set_payload(const Payload& payload) { s_.payload = payload; }
+
+JointMatrix ServoArm::mass_matrix() const { return robot::mass_matrix(model_, s_.payload, s_.q); }
+
+}  // namespace aprsim::robot

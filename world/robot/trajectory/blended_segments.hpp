@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace aprsim::robot {
+
+/// How far each segment of a path has come, over the path's own time s: the time that the path
+/// takes at the full speed of every segment. At a corner the two segments may overlap: the one's
+/// speed falls while the other's rises (cubic smoothstep), so that a path that adds up its segments
+/// rounds the corner with continuous velocity and acceleration. Thread: any.
+class BlendedSegments {
+ public:
+  void clear() { segments_.clear(); }
+  /// `duration_s` > 0.
+  void add(double duration_s);
+  /// Overlap of segments `corner` and `corner + 1`, so much to either side of the time where one
+  /// would give way to the other; at most half the shorter one.
+  void blend(std::size_t corner, double half_width_s);
+
+  [[nodiscard]] std::size_t size() const { return segments_.size(); }
+  [[nodiscard]] double length() const;
+  [[nodiscard]] double begin(std::size_t segment) const { return segments_[segment].begin; }
+  [[nodiscard]] double duration(std::size_t segment) const { return segments_[segment].duration; }
+  /// The widest blend that the corner has room for.
+  [[nodiscard]] double room(std::size_t corner) const;
+
+  /// Of `segment` at s: 0 before it, 1 behind it.
+  [[nodiscard]] double share(std::size_t segment, double s) const;
+  /// First, second and third derivative of share().
+  [[nodiscard]] double rate(std::size_t segment, double s) const;
+  [[nodiscard]] double curvature(std::size_t segment, double s) const;
+  [[nodiscard]] double third_derivative(std::size_t segment, double s) const;
+  /// The segments that may be under way at s: first and last, at most two apart.
+  struct Range {
+    std::size_t first = 0, last = 0;
+  };
+  [[nodiscard]] Range active(double s) const;
+  /// Where the next blend begins or ends after s, or the end of the chain.
+  [[nodiscard]] double next_break(double s) const;
+  /// A step that resolves what is going on at s.
+  [[nodiscard]] double fine_step(double s) const;
+
+ private:
+  struct Segment {
+    double begin = 0, duration = 0;
+    double blend_in = 0, blend_out = 0;  ///< half widths
+  };
+  [[nodiscard]] std::size_t at(double s) const;
+
+  std::vector<Segment> segments_;
+};
+
+}  // namespace aprsim::robot

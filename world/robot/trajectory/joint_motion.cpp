@@ -1,0 +1,147 @@
+#include "world/robot/trajectory/joint_motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace aprsim::robot {
+namespace {
+
+ScalarLimits joint_scalar(const JointLimits& limits, int i, double pace) {
+  return {limits.speed(i) * pace, limits.accel(i) * pace * pace,
+          limits.jerk(i) * pace * pace * pace};
+}
+
+}  // namespace
+
+void JointMotion::plan(const JointMove& move) {
+  move_ = move;
+  way_ = move.target - move.start;
+  speed_ = 1;
+  braking_ = false;
+  const bool moving = move.qd.size() > 0;
+  if (moving) move_.alone.fill(true);
+  plan_shared();
+  for (int i = 0; i < way_.size(); ++i) {
+    if (!alone(i)) continue;
+    const ScalarState start{move.start(i), moving ? move.qd(i) : 0, moving ? move.qdd(i) : 0};
+    own(i) = DoubleS::to_rest(start, move.target(i), joint_scalar(move.limits, i, move.pace));
+  }
+  restart();
+}
+
+void JointMotion::plan_shared() {
+  const double pace = move_.pace;
+  ScalarLimits& l = shared_limits_;
+  l = {move_.share_speed, move_.share_accel, move_.share_accel / kJerkTime_s};
+  hard_limits_ = {1e9, 1e9, 1e9};
+  bool moves = false;
+  for (int i = 0; i < way_.size(); ++i) {
+    const double way = std::abs(way_(i));
+    if (alone(i) || way == 0) continue;
+    moves = true;
+    const ScalarLimits joint = joint_scalar(move_.limits, i, 1);
+    l = {std::min(l.v, joint.v / way), std::min(l.a, joint.a / way), std::min(l.j, joint.j / way)};
+    hard_limits_.a = std::min(hard_limits_.a, move_.maximum.accel(i) / way);
+    hard_limits_.j = std::min(hard_limits_.j, move_.maximum.jerk(i) / way);
+  }
+  l = {l.v * pace, l.a * pace * pace, l.j * pace * pace * pace};
+  shared_way_ = moves;
+  shared_ = moves ? DoubleS::to_rest({0, 0, 0}, 1, l) : DoubleS();
+}
+
+void JointMotion::plan_stop(const JointVector& q, const JointVector& qd, const JointVector& qdd,
+                            const JointLimits& limits) {
+  move_ = {.start = q, .target = q, .limits = limits, .maximum = limits};
+  move_.alone.fill(true);
+  way_ = JointVector::Zero(q.size());
+  shared_ = DoubleS();
+  speed_ = 1;
+  braking_ = true;
+  for (int i = 0; i < q.size(); ++i) {
+    own(i) = DoubleS::stop({q(i), qd(i), qdd(i)}, joint_scalar(limits, i, 1));
+  }
+  restart();
+}
+
+void JointMotion::brake(Brake how) {
+  braking_ = true;
+  shared_ = DoubleS::stop(shared_.at(time_), how == Brake::kHard ? hard_limits_ : shared_limits_);
+  for (int i = 0; i < way_.size(); ++i) {
+    if (!alone(i)) continue;
+    const ScalarLimits limits = how == Brake::kHard ? joint_scalar(move_.maximum, i, 1)
+                                                    : joint_scalar(move_.limits, i, move_.pace);
+    own(i) = DoubleS::stop(own(i).at(time_), limits);
+  }
+  restart();
+}
+
+void JointMotion::set_speed(double fraction) {
+  if (braking_ || fraction == speed_) return;
+  speed_ = fraction;
+  const auto again = [&](const DoubleS& profile, double end, ScalarLimits limits) {
+    if (profile.duration() == 0 && profile.end() == end) return profile;  // has nothing to do
+    limits.v *= fraction;
+    const ScalarState here = profile.at(time_);
+    return fraction > 0 ? DoubleS::to_rest(here, end, limits) : DoubleS::stop(here, limits);
+  };
+  if (shared_way_) shared_ = again(shared_, 1, shared_limits_);
+  for (int i = 0; i < way_.size(); ++i) {
+    if (!alone(i)) continue;
+    own(i) = again(own(i), move_.target(i), joint_scalar(move_.limits, i, move_.pace));
+  }
+  restart();
+}
+
+/// The profiles begin now; where and when they end.
+void JointMotion::restart() {
+  steps_ = 0;
+  time_ = 0;
+  duration_ = 0;
+  end_ = move_.target;
+  bool shared = false;
+  for (int i = 0; i < way_.size(); ++i) {
+    if (alone(i)) {
+      end_(i) = std::clamp(own(i).end(), move_.limits.lower(i), move_.limits.upper(i));
+      duration_ = std::max(duration_, own(i).duration());
+    } else if (way_(i) != 0) {
+      shared = true;
+      if (shared_.end() != 1) end_(i) = move_.start(i) + way_(i) * shared_.end();
+    }
+  }
+  if (shared) duration_ = std::max(duration_, shared_.duration());
+}
+
+void JointMotion::at(double t, JointVector& q) const {
+  q = end_;
+  const bool shared_runs = t < shared_.duration();
+  const double share = shared_.at(t).s;
+  for (int i = 0; i < way_.size(); ++i) {
+    if (alone(i)) {
+      if (t >= own(i).duration()) continue;
+      q(i) = std::clamp(own(i).at(t).s, move_.limits.lower(i), move_.limits.upper(i));
+    } else if (shared_runs) {
+      q(i) = move_.start(i) + way_(i) * share;
+    }
+  }
+}
+
+double JointMotion::beyond_range() const {
+  constexpr int kSamples = 64;
+  double beyond = 0;
+  for (int i = 0; i < way_.size(); ++i) {
+    if (!alone(i)) continue;
+    for (int k = 1; k < kSamples; ++k) {
+      const double q = own(i).at(own(i).duration() * k / kSamples).s;
+      beyond = std::max({beyond, move_.limits.lower(i) - q, q - move_.limits.upper(i)});
+    }
+  }
+  return beyond;
+}
+
+bool JointMotion::advance(double dt, JointVector& q) {
+  time_ = static_cast<double>(++steps_) * dt;
+  at(time_, q);
+  return time_ >= duration_ && (speed_ > 0 || braking_);
+}
+
+}  // namespace aprsim::robot

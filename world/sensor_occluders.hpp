@@ -1,0 +1,46 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "world/api/light_curtain.hpp"
+#include "world/physics/physics_world.hpp"
+#include "world/scene/scene.hpp"
+#include "world/sensors/line_of_sight.hpp"
+#include "world/simulated_robot.hpp"
+
+namespace aprsim::world {
+
+/// What the cell's optical sensors can see or have in their way at one instant: links of all arms
+/// by their collision shapes, grippers, trays, gears and an intruder. Fixed things are not among
+/// them: a scene places its sensors clear of those. Thread: sim.
+class SensorOccluders {
+ public:
+  /// `scene` and `models` must outlive this.
+  SensorOccluders(const scene::Scene& scene, std::span<const robot::ArmModel> models);
+
+  /// Takes the present state. Does not allocate.
+  void gather(std::span<const SimulatedRobot> robots, const physics::PhysicsWorld& physics,
+              const std::optional<api::Intruder>& intruder);
+
+  [[nodiscard]] std::span<const sensors::Solid> all() const { return solids_; }
+  /// Poses of the free bodies, as numbered in the cell.
+  [[nodiscard]] std::span<const Eigen::Isometry3d> X_WP() const { return X_WP_; }
+
+ private:
+  void add(const Eigen::Isometry3d& X_WS, const sensors::Shape& shape, int body = -1);
+  void add_gripper(const scene::Gripper& gripper, const physics::GripperState& state);
+  void add_tray(const scene::TrayType& type, int body);
+  void add_gear(const scene::GearType& type, int body);
+  void add_bodies(const physics::PhysicsWorld& physics);
+
+  const scene::Scene& scene_;
+  std::span<const robot::ArmModel> models_;
+  std::vector<const scene::TrayType*> trays_;
+  std::vector<const scene::GearType*> gears_;
+  std::vector<Eigen::Isometry3d> X_WP_;
+  std::vector<sensors::Solid> solids_;
+};
+
+}  // namespace aprsim::world

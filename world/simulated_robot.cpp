@@ -1,0 +1,367 @@
+#include "world/simulated_robot.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+#include <string>
+
+#include "world/robot/kinematics/kinematics.hpp"
+
+namespace aprsim::world {
+namespace {
+
+/// A mount deflected further than this is pressed, not gripping: stop before something breaks.
+constexpr double kMaxPalmDeflection_m = 3e-3;
+/// A tool changer takes a gripper that sits within this of the flange, and pulls it in.
+constexpr double kTakes_m = 2e-3, kTakes_rad = 0.02;
+constexpr int kPullSteps = 100;
+constexpr std::size_t kDescriptionCapacity = 512;
+
+robot::JointVector home_of(const scene::Robot& robot, const robot::ArmModel& model) {
+  if (static_cast<int>(robot.home_rad.size()) != model.dof()) {
+    throw std::runtime_error("robot " + robot.name + ": home has " +
+                             std::to_string(robot.home_rad.size()) + " values, the model " +
+                             std::to_string(model.dof()) + " joints");
+  }
+  return Eigen::Map<const Eigen::VectorXd>(robot.home_rad.data(), model.dof());
+}
+
+/// Mount, palm and fingers as one box around the palm's centre, which sits behind the finger pads.
+robot::Payload payload_of(const scene::Gripper& gripper, const Eigen::Isometry3d& X_FT) {
+  robot::Payload payload;
+  payload.mass_kg = gripper.mount_mass_kg + gripper.palm_mass_kg + 2 * gripper.finger_mass_kg;
+  const Eigen::Vector3d com_T(0, 0, -gripper.pad_height_m - 0.5 * gripper.palm_size.z());
+  payload.com_F = X_FT * com_T;
+  const Eigen::Vector3d s2 = gripper.palm_size.cwiseAbs2();
+  const Eigen::Vector3d inertia_T =
+      payload.mass_kg / 12.0 * Eigen::Vector3d(s2.y() + s2.z(), s2.x() + s2.z(), s2.x() + s2.y());
+  payload.inertia_F = X_FT.linear() * inertia_T.asDiagonal() * X_FT.linear().transpose();
+  return payload;
+}
+
+Eigen::Vector3d gravity_in_base(const scene::Robot& robot, const scene::Physics& physics) {
+  return robot.X_WB.q.inverse() * Eigen::Vector3d(0, 0, -physics.gravity_m_s2);
+}
+
+std::shared_ptr<const robot::InverseKinematics> ik_of(const scene::Robot& robot,
+                                                      const robot::ArmModel& model) {
+  auto ik = robot::make_inverse_kinematics(model);
+  if (!ik) throw std::runtime_error("robot " + robot.name + ": " + ik.error().message);
+  return std::move(*ik);
+}
+
+robot::ControllerSetup setup_of(const scene::Robot& robot, const robot::ArmModel& model,
+                                std::shared_ptr<const robot::InverseKinematics> ik,
+                                const scene::Physics& physics) {
+  return {.model = model,
+          .ik = std::move(ik),
+          .X_BR = robot.X_BR.isometry(),
+          .X_FT = robot.X_FT.isometry(),
+          .q_home = home_of(robot, model),
+          .step_s = physics.step_s,
+          .max_trans_speed_m_s = robot.max_trans_speed_m_s,
+          .max_trans_accel_m_s2 = robot.max_trans_accel_m_s2,
+          .max_rot_speed_rad_s = robot.max_rot_speed_rad_s,
+          .max_rot_accel_rad_s2 = robot.max_rot_accel_rad_s2,
+          .payload = payload_of(robot.gripper, robot.X_FT.isometry()),
+          .gravity_B = gravity_in_base(robot, physics)};
+}
+
+bool is_setting(const api::RobotAction& action) {
+  return std::holds_alternative<api::SetMotionLimit>(action) ||
+         std::holds_alternative<api::SetOverride>(action) ||
+         std::holds_alternative<api::SetGripperForce>(action);
+}
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", value);
+  return text;
+}
+
+/// Every joint turns about a point of the link before it, so the tool point stays within the sum of
+/// the lengths from the second joint on, whose own place the first joint moves on a circle.
+double reach_of(const robot::ArmModel& model, const Eigen::Isometry3d& X_FT) {
+  double reach = X_FT.translation().norm();
+  for (std::size_t i = 2; i < model.joints.size(); ++i) {
+    reach += model.joints[i].X_PJ.translation().norm();
+  }
+  return reach + model.joints[1].X_PJ.translation().head<2>().norm();
+}
+
+/// The partner of the largest force, for the operator's message.
+const physics::ArmForce* largest(std::span<const physics::ArmForce> forces) {
+  const physics::ArmForce* most = nullptr;
+  for (const auto& force : forces) {
+    if (!most || force.f_W.squaredNorm() > most->f_W.squaredNorm()) most = &force;
+  }
+  return most;
+}
+
+std::string describe_contact(const robot::ArmModel& model,
+                             std::span<const physics::ArmForce> forces) {
+  const physics::ArmForce* force = largest(forces);
+  if (!force) return "";
+  const auto& link = model.links[static_cast<std::size_t>(force->link)].name;
+  char text[96];
+  if (force->with_link >= 0) {
+    std::snprintf(text, sizeof text, " link %d with %.0f N", force->with_link, force->f_W.norm());
+  } else {
+    std::snprintf(text, sizeof text, " with %.0f N", force->f_W.norm());
+  }
+  return " (" + (force->on_gripper ? std::string("the gripper") : link) + " touches " +
+         std::string(force->with) + text + ")";
+}
+
+}  // namespace
+
+SimulatedRobot::SimulatedRobot(const scene::Robot& robot, const robot::ArmModel& model,
+                               const scene::Physics& physics)
+    : scene_(robot),
+      X_WB_(robot.X_WB.isometry()),
+      X_WR_(X_WB_ * robot.X_BR.isometry()),
+      arm_(model, payload_of(robot.gripper, robot.X_FT.isometry()), gravity_in_base(robot, physics),
+           home_of(robot, model), physics.step_s),
+      ik_(ik_of(robot, model)),
+      controller_(setup_of(robot, model, ik_, physics)),
+      step_size_(std::llround(physics.step_s * 1e9)),
+      X_WL_(model.links.size()) {
+  seen_.action.description.reserve(kDescriptionCapacity);
+  update_link_poses();
+  state_.X_WM = X_WL_.back();
+  state_.gripper_force_n = robot.gripper.force_n;
+}
+
+void SimulatedRobot::take(api::Ticket ticket, const api::RobotCommand& command) {
+  const api::RobotAction& action = command.action;
+  const bool init = std::holds_alternative<api::InitRobot>(action);
+  if (init && !controller_.backing_off()) arm_.relax();
+  if (const auto* set = std::get_if<api::SetGripperForce>(&action))
+    state_.gripper_force_n = set->force_n;
+  controller_.take(ticket, action, arm_.q());
+  // A setting leaves the running motion alone, so its guards too.
+  if (!is_setting(action)) state_.guards.begin(ticket, command.guards);
+}
+
+void SimulatedRobot::step(const physics::GripperState& gripper,
+                          std::span<const physics::ArmForce> forces) {
+  watch_guards(gripper, forces);
+  const robot::JointVector tau = external_torque(forces);
+  const robot::JointVector& reference = controller_.step({.gripper_settled = gripper.settled,
+                                                          .tool_at_flange = tool_at_flange(),
+                                                          .external_nm = tau,
+                                                          .q_actual = arm_.q()});
+  if (controller_.tool_mounted() != state_.tool_carried) {
+    state_.tool_carried = controller_.tool_mounted();
+    state_.pull_steps = state_.tool_carried ? kPullSteps : 0;
+    arm_.set_payload(state_.tool_carried ? payload_of(scene_.gripper, scene_.X_FT.isometry())
+                                         : robot::Payload{});
+  }
+  arm_.set_intended(controller_.pressing());
+  arm_.set_braked(controller_.braked());
+  arm_.step(reference, tau);
+  state_.now += step_size_;
+  stop_if_tripped(gripper, forces);
+  finish_guards();
+  update_link_poses();
+  move_mount();
+}
+
+bool SimulatedRobot::tool_at_flange() const {
+  const Eigen::Isometry3d X_FM = X_WL_.back().inverse() * state_.X_WM;
+  return X_FM.translation().norm() < kTakes_m &&
+         Eigen::AngleAxisd(X_FM.linear()).angle() < kTakes_rad;
+}
+
+/// A gripper that is taken is drawn to the flange little by little; one that is left stays.
+void SimulatedRobot::move_mount() {
+  if (!state_.tool_carried) return;
+  const Eigen::Isometry3d& X_WF = X_WL_.back();
+  if (state_.pull_steps == 0) {
+    state_.X_WM = X_WF;
+    return;
+  }
+  const double share = 1.0 / state_.pull_steps--;
+  const Eigen::Quaterniond from(state_.X_WM.linear()), to(X_WF.linear());
+  state_.X_WM.translation() += share * (X_WF.translation() - state_.X_WM.translation());
+  state_.X_WM.linear() = from.slerp(share, to).toRotationMatrix();
+}
+
+SimulatedRobot::State SimulatedRobot::save() const {
+  return {arm_.state(), controller_.state(), state_};
+}
+
+void SimulatedRobot::restore(const State& state) {
+  arm_.restore(state.arm);
+  controller_.restore(state.controller);
+  state_ = state.own;
+  update_link_poses();
+}
+
+/// Looks at the state that the last step has left.
+void SimulatedRobot::watch_guards(const physics::GripperState& gripper,
+                                  std::span<const physics::ArmForce> forces) {
+  if (!state_.guards.watching()) return;
+  write(gripper, forces, seen_);
+  const auto triggered = state_.guards.check(seen_, state_.now);
+  if (!triggered) return;
+  const api::ActionStatus& status = controller_.status();
+  const bool current =
+      status.ticket == state_.guards.state().ticket && status.state == api::ActionState::kWorking;
+  const api::Guard& guard = state_.guards.guard(*triggered);
+  const std::string what = "Guard " + guard.label + " triggered at " +
+                           number(state_.guards.state().trigger_value) + ", limit " +
+                           number(guard.value);
+  controller_.stop_by_guard(current, what);
+  if (guard.error_on_trigger) controller_.fail(what + "; send InitCanon to go on");
+}
+
+/// After the controller's step, so that a command whose guard misses its trigger never shows done.
+void SimulatedRobot::finish_guards() {
+  if (state_.guards.stopping() && !controller_.moving()) state_.guards.at_rest(state_.now);
+  if (!state_.guards.watching()) return;
+  const api::ActionStatus& status = controller_.status();
+  if (status.state == api::ActionState::kError) return state_.guards.end();
+  if (controller_.moving() || status.state != api::ActionState::kDone) return;
+  state_.guards.end();
+  const api::Guard* unmet = state_.guards.unmet();
+  if (unmet == nullptr) return;
+  controller_.fail("Guard " + unmet->label + ": required trigger not seen, limit " +
+                   number(unmet->value) + "; send InitCanon to go on");
+}
+
+robot::JointVector SimulatedRobot::external_torque(
+    std::span<const physics::ArmForce> forces) const {
+  robot::JointVector tau = robot::JointVector::Zero(arm_.model().dof());
+  for (const auto& force : forces) {
+    if (force.on_gripper && !state_.tool_carried) continue;
+    const auto& X_WL = X_WL_[static_cast<std::size_t>(force.link)];
+    const auto J =
+        robot::point_jacobian(arm_.model(), arm_.q(), force.link, X_WL.inverse() * force.p_W);
+    tau += J.topRows<3>().transpose() * (X_WB_.linear().transpose() * force.f_W);
+  }
+  return tau;
+}
+
+void SimulatedRobot::stop_if_tripped(const physics::GripperState& gripper,
+                                     std::span<const physics::ArmForce> forces) {
+  if (controller_.backing_off()) return arm_.forget_trip();  // it still leaves what it has hit
+  // A robot that still brakes for the light curtain may yet hit something.
+  if (controller_.stopped_by_protection() && !controller_.moving()) return;
+  std::string reason;
+  if (!arm_.trip_reason().empty()) {
+    reason = arm_.trip_reason();
+  } else if (state_.tool_carried && gripper.palm_deflection_m > kMaxPalmDeflection_m) {
+    char text[96];
+    std::snprintf(text, sizeof text, "gripper mount deflected by %.1f mm, limit %.1f mm",
+                  gripper.palm_deflection_m * 1e3, kMaxPalmDeflection_m * 1e3);
+    reason = text;
+  } else {
+    return;
+  }
+  reason = "Protective stop: " + reason + describe_contact(arm_.model(), forces) +
+           "; the arm backs off by itself; send InitCanon, then move away";
+  arm_.relax();
+  controller_.protective_stop(reason, arm_.q());
+}
+
+void SimulatedRobot::stop_for_light_curtain() {
+  if (controller_.stopped_by_protection()) return;
+  controller_.protective_stop(
+      "Protective stop: the light curtain is broken; clear it, then send InitCanon");
+}
+
+void SimulatedRobot::update_link_poses() {
+  robot::link_poses(arm_.model(), arm_.q(), X_WL_);
+  for (auto& X : X_WL_) X = X_WB_ * X;
+}
+
+api::RobotDescription SimulatedRobot::description() const {
+  api::RobotDescription out;
+  out.name = scene_.name;
+  out.model = arm_.model().name;
+  for (const auto& joint : arm_.model().joints) {
+    out.joints.push_back({.name = joint.name,
+                          .lower_rad = joint.lower_rad,
+                          .upper_rad = joint.upper_rad,
+                          .max_speed_rad_s = joint.max_speed_rad_s,
+                          .max_torque_nm = joint.max_torque_nm});
+  }
+  const Eigen::Isometry3d X_RB = scene_.X_BR.isometry().inverse();
+  const auto& joints = arm_.model().joints;
+  // On axis 1 at the height of axis 2.
+  const Eigen::Vector3d centre_B(joints[0].X_PJ.translation() +
+                                 joints[1].X_PJ.translation().z() * Eigen::Vector3d::UnitZ());
+  const Eigen::Vector3d reach =
+      Eigen::Vector3d::Constant(reach_of(arm_.model(), scene_.X_FT.isometry()));
+  out.reach_min_R = X_RB * centre_B - reach;
+  out.reach_max_R = X_RB * centre_B + reach;
+  out.X_WB = scene_.X_WB;
+  out.X_BR = scene_.X_BR;
+  out.X_RV = scene_.vision.X_RV;
+  out.X_FT = scene_.X_FT;
+  out.gripper = {.stroke_m = scene_.gripper.stroke_m,
+                 .gap_open_m = scene_.gripper.gap_open_m,
+                 .gap_closed_m = scene_.gripper.gap_closed_m,
+                 .force_n = scene_.gripper.force_n,
+                 .proportional = scene_.gripper.drive == scene::GripperDrive::kServo};
+  out.max_trans_speed_m_s = scene_.max_trans_speed_m_s;
+  out.max_trans_accel_m_s2 = scene_.max_trans_accel_m_s2;
+  out.max_rot_speed_rad_s = scene_.max_rot_speed_rad_s;
+  out.max_rot_accel_rad_s2 = scene_.max_rot_accel_rad_s2;
+  return out;
+}
+
+void SimulatedRobot::write(const physics::GripperState& gripper,
+                           std::span<const physics::ArmForce> forces,
+                           api::RobotSnapshot& out) const {
+  const auto& model = arm_.model();
+  for (int i = 0; i < model.dof(); ++i) {
+    out.joints[static_cast<std::size_t>(i)] = {arm_.q()[i], arm_.qd()[i], arm_.torque()[i]};
+  }
+  const Eigen::Isometry3d X_FT = controller_.X_FT();
+  const Eigen::Isometry3d X_WT = X_WL_.back() * X_FT;
+  // Through the base, not the world: a pose that a client compares must not carry the cell's
+  // layout.
+  const Eigen::Isometry3d X_BF = robot::flange_pose(model, arm_.q());
+  const Eigen::Isometry3d X_RB = scene_.X_BR.isometry().inverse();
+  out.X_WT = Pose::from(X_WT);
+  out.X_RT = Pose::from(X_RB * X_BF * X_FT);
+  const auto J = robot::point_jacobian(model, arm_.q(), model.dof(), X_FT.translation());
+  const Eigen::Matrix<double, 6, 1> twist_B = J * arm_.qd();
+  out.v_RT = X_RB.linear() * twist_B.head<3>();
+  out.omega_RT = X_RB.linear() * twist_B.tail<3>();
+  out.force_T_R.setZero();
+  out.torque_T_R.setZero();
+  const Eigen::Matrix3d R_RW = X_WR_.linear().transpose();
+  for (const auto& force : forces) {
+    if (force.link != model.dof() || (force.on_gripper && !state_.tool_carried)) continue;
+    out.force_T_R += R_RW * force.f_W;
+    out.torque_T_R += R_RW * (force.p_W - X_WT.translation()).cross(force.f_W);
+  }
+  out.gripper = {.setting = controller_.gripper_setting(),
+                 .separation_m = gripper.separation_m,
+                 .travel_m = gripper.travel_m,
+                 .force_n = gripper.force_n,
+                 .holding = gripper.holding,
+                 .held_body = gripper.held_body,
+                 .palm_deflection_m = gripper.palm_deflection_m,
+                 .max_force_n = state_.gripper_force_n};
+  out.trans_speed = controller_.limit(api::MotionLimit::kTransSpeed);
+  out.trans_accel = controller_.limit(api::MotionLimit::kTransAccel);
+  out.rot_speed = controller_.limit(api::MotionLimit::kRotSpeed);
+  out.rot_accel = controller_.limit(api::MotionLimit::kRotAccel);
+  out.override_fraction = controller_.override_fraction();
+  out.tool_mounted = controller_.tool_mounted();
+  out.action = controller_.status();
+  out.X_RG = controller_.X_RG();
+  out.initialized = controller_.initialized();
+  out.protective_stop = controller_.stopped_by_protection();
+  out.moving = controller_.moving();
+  out.drives_on = controller_.drives_on();
+  out.posture = ik_->posture_of(arm_.q());
+  out.light_curtain_broken = state_.curtain_broken;
+  out.guards = state_.guards.state();
+}
+
+}  // namespace aprsim::world

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "world/api/robot_command.hpp"
+#include "world/api/robot_snapshot.hpp"
+#include "world/physics/physics_world.hpp"
+#include "world/robot/controller/controller_state.hpp"
+#include "world/robot/controller/guard_monitor.hpp"
+#include "world/robot/controller/robot_controller.hpp"
+#include "world/robot/kinematics/inverse_kinematics.hpp"
+#include "world/robot/servo/servo_arm.hpp"
+#include "world/scene/scene.hpp"
+
+namespace aprsim::world {
+
+/// One robot of the cell: its controller gives the reference, its arm follows it and yields to
+/// contact. Thread: sim.
+class SimulatedRobot {
+ public:
+  /// The scene's robot must outlive this. Throws std::runtime_error when `model` fits no
+  /// closed-form inverse kinematics or `robot.home_rad` is not one value a joint.
+  SimulatedRobot(const scene::Robot& robot, const robot::ArmModel& model,
+                 const scene::Physics& physics);
+
+  void take(api::Ticket ticket, const api::RobotCommand& command);
+
+  /// The cell's light curtain, as the robot sees it from the next step on.
+  void see_light_curtain(bool broken) { state_.curtain_broken = broken; }
+
+  /// One step: contact forces of the last step to joint torques, the controller's next reference,
+  /// the servo; X_WL() is then where the links are at the step's end.
+  void step(const physics::GripperState& gripper, std::span<const physics::ArmForce> forces);
+
+  /// Protective stop because something is in the light curtain; nothing while one is held.
+  void stop_for_light_curtain();
+
+  [[nodiscard]] std::span<const Eigen::Isometry3d> X_WL() const { return X_WL_; }
+  /// Where the gripper's mount is at the step's end: at the flange, or where the open tool changer
+  /// has left it. There a stand is taken to hold it; nothing falls.
+  [[nodiscard]] const Eigen::Isometry3d& X_WM() const { return state_.X_WM; }
+  [[nodiscard]] double gripper_setting() const { return controller_.gripper_setting(); }
+  /// Of each finger at the pressure that is set [N].
+  [[nodiscard]] double gripper_force_n() const { return state_.gripper_force_n; }
+
+  [[nodiscard]] api::RobotDescription description() const;
+  void write(const physics::GripperState& gripper, std::span<const physics::ArmForce> forces,
+             api::RobotSnapshot& out) const;
+
+  /// All that changes while the robot runs: a copy of it, put back later, also into another cell of
+  /// the same scene, continues bit for bit.
+  struct State;
+  [[nodiscard]] State save() const;
+  void restore(const State& state);
+
+ private:
+  /// What is not the arm's or the controller's own.
+  struct Own {
+    Eigen::Isometry3d X_WM = Eigen::Isometry3d::Identity();  ///< the gripper's mount
+    int pull_steps = 0;  ///< until a gripper that is taken sits at the flange
+    /// What loads the arm: the gripper's weight is on it.
+    bool tool_carried = true;
+    double gripper_force_n = 0;   ///< of each finger, at the pressure that is set
+    bool curtain_broken = false;  ///< the input from the cell's light curtain
+    SimTime now{};
+    robot::GuardMonitor guards;
+  };
+  [[nodiscard]] robot::JointVector external_torque(std::span<const physics::ArmForce> forces) const;
+  void stop_if_tripped(const physics::GripperState& gripper,
+                       std::span<const physics::ArmForce> forces);
+  void watch_guards(const physics::GripperState& gripper,
+                    std::span<const physics::ArmForce> forces);
+  void finish_guards();
+  void update_link_poses();
+  void move_mount();
+  [[nodiscard]] bool tool_at_flange() const;
+
+  const scene::Robot& scene_;
+  Eigen::Isometry3d X_WB_, X_WR_;
+  robot::ServoArm arm_;
+  std::shared_ptr<const robot::InverseKinematics> ik_;
+  robot::RobotController controller_;
+  api::RobotSnapshot seen_;  // what guards look at
+  SimTime step_size_;
+  std::vector<Eigen::Isometry3d> X_WL_;
+  Own state_;
+};
+
+struct SimulatedRobot::State {
+  robot::ServoArm::State arm;
+  robot::ControllerState controller;
+  Own own;
+};
+
+}  // namespace aprsim::world
