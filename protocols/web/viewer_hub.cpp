@@ -64,7 +64,7 @@ void write(const RobotLooks& robot, v1::RobotLooks& out) {
   write_message(flat(robot.area_max), *out.mutable_area_max_m());
 }
 
-void write(const VisualDescription& looks, v1::VisualDescription& out) {
+void write(const VisualDescription& looks, v1::CellLooks& out) {
   for (const FixedBoxLooks& box : looks.fixed) {
     auto& fixed = *out.add_fixed();
     fixed.set_name(box.name);
