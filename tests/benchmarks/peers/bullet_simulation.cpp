@@ -1,15 +1,30 @@
-#include "tests/benchmarks/peers/bullet_simulation.hpp"
+// The trays of Table 1 in Bullet.
 
 #include <btBulletDynamicsCommon.h>
 #include <vector>
 
 #include <Eigen/Eigenvalues>
 
+#include "tests/benchmarks/peers/peer_engine.hpp"
 #include "tests/benchmarks/peers/peer_geometry.hpp"
 #include "world/physics/bodies/mass_properties.hpp"
 
 namespace aprsim::bench {
 namespace {
+
+struct BulletSettings {
+  const char* name;
+  int iterations = 10;
+  double scale = 1;  ///< units per metre: its manual advises against objects under 0.2 units
+  double margin_m = 4e-2;
+};
+
+constexpr BulletSettings kBulletSettings[] = {
+    {"default, 10 iterations", 10, 1, 4e-2},
+    {"margin 0.1 mm, 10 iterations", 10, 1, 1e-4},
+    {"margin 0.1 mm, 50 iterations", 50, 1, 1e-4},
+    {"scaled by 20, margin 0.1 mm, 10 iterations", 10, 20, 1e-4},
+    {"scaled by 20, margin 0.1 mm, 50 iterations", 50, 20, 1e-4}};
 
 btVector3 bullet(const Eigen::Vector3d& v) {
   return {static_cast<btScalar>(v.x()), static_cast<btScalar>(v.y()), static_cast<btScalar>(v.z())};
@@ -140,17 +155,23 @@ class BulletSimulation : public TraySimulation {
   std::vector<Part> parts_;
 };
 
-}  // namespace
-
-std::unique_ptr<TraySimulation> bullet_simulation(const scene::Scene& scene,
-                                                  const BulletSettings& settings) {
-  return std::make_unique<BulletSimulation>(scene, settings);
-}
-
 std::string bullet_version() {
   const int version = btGetVersion();
   return std::to_string(version / 100) + "." + std::to_string(version % 100) +
          (sizeof(btScalar) == 8 ? ", double" : ", float");
+}
+
+}  // namespace
+
+PeerEngine bullet_engine() {
+  PeerEngine engine{
+      .name = "Bullet", .short_name = "bullet", .version = bullet_version(), .settings = {}};
+  for (const auto& settings : kBulletSettings) {
+    engine.settings.push_back({settings.name, [settings](const scene::Scene& scene) {
+                                 return std::make_unique<BulletSimulation>(scene, settings);
+                               }});
+  }
+  return engine;
 }
 
 }  // namespace aprsim::bench

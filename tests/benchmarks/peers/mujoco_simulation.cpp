@@ -1,4 +1,4 @@
-#include "tests/benchmarks/peers/mujoco_simulation.hpp"
+// The trays of Table 1 in MuJoCo.
 
 #include <array>
 #include <cstring>
@@ -7,11 +7,21 @@
 #include <stdexcept>
 #include <vector>
 
+#include "tests/benchmarks/peers/peer_engine.hpp"
 #include "tests/benchmarks/peers/peer_geometry.hpp"
 #include "world/physics/bodies/mass_properties.hpp"
 
 namespace aprsim::bench {
 namespace {
+
+struct MujocoSettings {
+  const char* name;
+  double solref_s = 0.02;  ///< time constant of contacts; at least two steps
+  bool accurate = false;   ///< elliptic cones, impratio 10, five no-slip iterations
+};
+
+constexpr MujocoSettings kMujocoSettings[] = {
+    {"default", 0.02}, {"stiff", 0.002}, {"stiff, elliptic, no slip", 0.002, true}};
 
 // Collision masks: what a geom is and what it collides with.
 constexpr const char* kBelt = " contype=\"1\" conaffinity=\"2\"";
@@ -134,11 +144,15 @@ class MujocoSimulation : public TraySimulation {
 
 }  // namespace
 
-std::unique_ptr<TraySimulation> mujoco_simulation(const scene::Scene& scene,
-                                                  const MujocoSettings& settings) {
-  return std::make_unique<MujocoSimulation>(scene, settings);
+PeerEngine mujoco_engine() {
+  PeerEngine engine{
+      .name = "MuJoCo", .short_name = "mujoco", .version = mj_versionString(), .settings = {}};
+  for (const auto& settings : kMujocoSettings) {
+    engine.settings.push_back({settings.name, [settings](const scene::Scene& scene) {
+                                 return std::make_unique<MujocoSimulation>(scene, settings);
+                               }});
+  }
+  return engine;
 }
-
-std::string mujoco_version() { return mj_versionString(); }
 
 }  // namespace aprsim::bench

@@ -1,19 +1,13 @@
-// The Table 1 scene in MuJoCo and Bullet next to our own physics, in one run. A library that is not
-// installed is left out and named.
+// The Table 1 scene in other engines next to our own physics, in one run.
 
 #include <functional>
 #include <map>
 
+#include "tests/benchmarks/peers/peer_engine.hpp"
 #include "tests/benchmarks/support/experiment.hpp"
 #include "tests/benchmarks/support/modes.hpp"
 #include "tests/benchmarks/support/statistics.hpp"
 #include "tests/benchmarks/trays/tray_run.hpp"
-#ifdef APRSIM_HAVE_MUJOCO
-#include "tests/benchmarks/peers/mujoco_simulation.hpp"
-#endif
-#ifdef APRSIM_HAVE_BULLET
-#include "tests/benchmarks/peers/bullet_simulation.hpp"
-#endif
 
 namespace aprsim::bench {
 namespace {
@@ -40,35 +34,19 @@ struct Contender {
 /// Scenes of our own modes; they must outlive the contenders.
 using Scenes = std::map<std::string, scene::Scene>;
 
-std::vector<Contender> contenders(const Scenes& scenes) {
+std::vector<Contender> contenders(const Scenes& scenes, const std::vector<PeerEngine>& peers) {
   std::vector<Contender> out;
   for (const auto& mode : kModes) {
     const scene::Scene& own = scenes.at(mode.name);
     out.push_back({"aprsim", mode.name, [&own] { return own_simulation(own); }, {}});
   }
-  [[maybe_unused]] const scene::Scene& scene = scenes.at("off");
-#ifdef APRSIM_HAVE_MUJOCO
-  for (const auto settings : {MujocoSettings{"default", 0.02}, MujocoSettings{"stiff", 0.002},
-                              MujocoSettings{"stiff, elliptic, no slip", 0.002, true}}) {
-    out.push_back({"MuJoCo",
-                   settings.name,
-                   [&scene, settings] { return mujoco_simulation(scene, settings); },
-                   {}});
+  const scene::Scene& scene = scenes.at("off");
+  for (const auto& peer : peers) {
+    for (const auto& settings : peer.settings) {
+      out.push_back(
+          {peer.name, settings.name, [&scene, make = settings.make] { return make(scene); }, {}});
+    }
   }
-#endif
-#ifdef APRSIM_HAVE_BULLET
-  for (const auto settings :
-       {BulletSettings{"default, 10 iterations", 10, 1, 4e-2},
-        BulletSettings{"margin 0.1 mm, 10 iterations", 10, 1, 1e-4},
-        BulletSettings{"margin 0.1 mm, 50 iterations", 50, 1, 1e-4},
-        BulletSettings{"scaled by 20, margin 0.1 mm, 10 iterations", 10, 20, 1e-4},
-        BulletSettings{"scaled by 20, margin 0.1 mm, 50 iterations", 50, 20, 1e-4}}) {
-    out.push_back({"Bullet",
-                   settings.name,
-                   [&scene, settings] { return bullet_simulation(scene, settings); },
-                   {}});
-  }
-#endif
   return out;
 }
 
@@ -111,29 +89,28 @@ void show(Experiment& experiment, const std::vector<Contender>& all, double dura
 }
 
 /// Against the fastest settings of an engine with which the scene is still the scene.
-void compare(Experiment& experiment, const std::vector<Contender>& all, const std::string& engine,
-             const std::string& short_name) {
+void compare(Experiment& experiment, const std::vector<Contender>& all, const PeerEngine& peer) {
   const Contender* own = nullptr;
   const Contender* best = nullptr;
   for (const auto& contender : all) {
     if (contender.engine == "aprsim" && contender.settings == kDefaultMode.name) own = &contender;
-    if (contender.engine != engine || !contender.plausible()) continue;
+    if (contender.engine != peer.name || !contender.plausible()) continue;
     if (best == nullptr || contender.cpu_s() < best->cpu_s()) best = &contender;
   }
   if (best == nullptr) {
-    experiment.note(engine + ": no settings kept the gears in their pockets; not compared.");
+    experiment.note(peer.name + ": no settings kept the gears in their pockets; not compared.");
     return;
   }
   std::vector<double> ratios;
   for (std::size_t i = 0; i < own->runs.size(); ++i) {
     ratios.push_back(best->runs[i].cpu_s / own->runs[i].cpu_s);
   }
-  const std::string name = engine + ", " + best->settings;
-  experiment.record({"table1.over_" + short_name, median(ratios), "x", name, median(ratios)});
+  const std::string name = peer.name + ", " + best->settings;
+  experiment.record({"table1.over_" + peer.short_name, median(ratios), "x", name, median(ratios)});
   experiment.record(
-      {"table1." + short_name + ".delta_settled_m", best->runs.front().delta_settled_m, "m"});
+      {"table1." + peer.short_name + ".delta_settled_m", best->runs.front().delta_settled_m, "m"});
   experiment.record(
-      {"table1." + short_name + ".delta_spawn_m", best->runs.front().delta_spawn_m, "m"});
+      {"table1." + peer.short_name + ".delta_spawn_m", best->runs.front().delta_spawn_m, "m"});
 }
 
 int run(int argc, char** argv) {
@@ -147,7 +124,8 @@ int run(int argc, char** argv) {
     scenes[mode.name] = scene;
     scenes[mode.name].physics.simplification = mode.value;
   }
-  auto all = contenders(scenes);
+  const auto peers = peer_engines();
+  auto all = contenders(scenes, peers);
   run_rounds(all, scene, plan, experiment.quick() ? 1 : 2);
   show(experiment, all, plan.duration_s);
   for (const auto& mode : kModes) {
@@ -167,18 +145,11 @@ int run(int argc, char** argv) {
       "in their pockets and sink less than 0.5 mm (\"plausible\"). Sleeping is off: what rides a "
       "belt "
       "would fall asleep.");
-#ifdef APRSIM_HAVE_MUJOCO
-  experiment.version("MuJoCo", mujoco_version());
-  compare(experiment, all, "MuJoCo", "mujoco");
-#else
-  experiment.note("MuJoCo is not installed (Debian: libmujoco-dev): not measured.");
-#endif
-#ifdef APRSIM_HAVE_BULLET
-  experiment.version("Bullet", bullet_version());
-  compare(experiment, all, "Bullet", "bullet");
-#else
-  experiment.note("Bullet is not installed (Debian: libbullet-dev): not measured.");
-#endif
+  for (const auto& peer : peers) {
+    experiment.version(peer.name, peer.version);
+    compare(experiment, all, peer);
+  }
+  if (peers.empty()) experiment.note("Built without other engines (APRSIM_PEERS is empty).");
   return experiment.finish();
 }
 
