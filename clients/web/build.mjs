@@ -1,9 +1,18 @@
 // Bundles the page: installs the packages when the lock file has changed, generates the messages
 // from proto/, bundles src/ and packs the result.
-// usage: node build.mjs [--generate] [--out DIRECTORY] [--protoc PROGRAM]
+// usage: node build.mjs [--install | --generate] [--out DIRECTORY] [--protoc PROGRAM]
+//   --install   stops after the packages, --generate after the messages
 import {execFileSync} from 'node:child_process';
 import {createHash} from 'node:crypto';
-import {cpSync, existsSync, mkdirSync, readFileSync, readdirSync, rmSync, writeFileSync} from 'node:fs';
+import {
+  cpSync,
+  existsSync,
+  mkdirSync,
+  readFileSync,
+  readdirSync,
+  rmSync,
+  writeFileSync
+} from 'node:fs';
 import {dirname, join} from 'node:path';
 import {fileURLToPath} from 'node:url';
 import {gzipSync} from 'node:zlib';
@@ -17,11 +26,15 @@ const out = option('--out', join(here, '../../build/web'));
 const protoc = option('--protoc', 'protoc');
 
 function installPackages() {
-  const lock = createHash('sha256').update(readFileSync(join(here, 'package-lock.json'))).digest('hex');
+  const lock = createHash('sha256')
+    .update(readFileSync(join(here, 'package-lock.json')))
+    .digest('hex');
   const stamp = join(here, 'node_modules/.lock-hash');
   if (existsSync(stamp) && readFileSync(stamp, 'utf8') === lock) return;
-  execFileSync('npm', ['ci', '--ignore-scripts', '--no-audit', '--no-fund', '--loglevel=error'],
-               {cwd: here, stdio: 'inherit'});
+  execFileSync('npm', ['ci', '--ignore-scripts', '--no-audit', '--no-fund', '--loglevel=error'], {
+    cwd: here,
+    stdio: 'inherit'
+  });
   writeFileSync(stamp, lock);
 }
 
@@ -29,11 +42,21 @@ function generateMessages() {
   const proto = join(here, '../../proto');
   const generated = join(here, 'generated');
   mkdirSync(generated, {recursive: true});
-  const files = readdirSync(join(proto, 'aprsim/v1')).filter((name) => !name.includes('_service') || name === 'control_service.proto');
-  execFileSync(protoc, [
-    '-I', proto, `--plugin=protoc-gen-es=${join(here, 'node_modules/.bin/protoc-gen-es')}`,
-    `--es_out=${generated}`, '--es_opt=target=ts', ...files.map((name) => join(proto, 'aprsim/v1', name))],
-    {stdio: 'inherit'});
+  const files = readdirSync(join(proto, 'aprsim/v1')).filter(
+    (name) => !name.includes('_service') || name === 'control_service.proto'
+  );
+  execFileSync(
+    protoc,
+    [
+      '-I',
+      proto,
+      `--plugin=protoc-gen-es=${join(here, 'node_modules/.bin/protoc-gen-es')}`,
+      `--es_out=${generated}`,
+      '--es_opt=target=ts',
+      ...files.map((name) => join(proto, 'aprsim/v1', name))
+    ],
+    {stdio: 'inherit'}
+  );
 }
 
 async function bundle() {
@@ -42,10 +65,16 @@ async function bundle() {
   mkdirSync(out, {recursive: true});
   await build({
     entryPoints: {app: join(here, 'src/main.ts'), style: join(here, 'src/style.css')},
-    outdir: out, bundle: true, minify: true, format: 'esm', target: 'es2020', legalComments: 'none',
+    outdir: out,
+    bundle: true,
+    minify: true,
+    format: 'esm',
+    target: 'es2020',
+    legalComments: 'none',
     logLevel: 'warning'
   });
-  for (const name of readdirSync(join(here, 'static'))) cpSync(join(here, 'static', name), join(out, name));
+  for (const name of readdirSync(join(here, 'static')))
+    cpSync(join(here, 'static', name), join(out, name));
   const licences = ['three', 'urdf-loader', 'uplot', '@bufbuild/protobuf'].map((name) => {
     const folder = join(here, 'node_modules', name);
     const file = readdirSync(folder).find((entry) => /^licen[cs]e/i.test(entry));
@@ -61,5 +90,5 @@ async function bundle() {
 }
 
 installPackages();
-generateMessages();
-if (!process.argv.includes('--generate')) await bundle();
+if (!process.argv.includes('--install')) generateMessages();
+if (!process.argv.includes('--install') && !process.argv.includes('--generate')) await bundle();

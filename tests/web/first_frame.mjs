@@ -8,13 +8,15 @@ const browser = await openBrowser();
 try {
   const took = [];
   for (let i = 0; i < times; ++i) {
-    const page = await openPage(browser, daemon);  // of a fresh profile: nothing cached
+    const page = await openPage(browser, daemon); // of a fresh profile: nothing cached
     took.push(await page.evaluate(() => performance.getEntriesByName('first-frame')[0].startTime));
     await page.context().close();
   }
   took.sort((a, b) => a - b);
   const seconds = (ms) => (ms / 1000).toFixed(2);
-  console.log(`page to first frame [s]: median ${seconds(took[took.length >> 1])}, shortest ${seconds(took[0])}, longest ${seconds(took[took.length - 1])}, of ${times}`);
+  console.log(
+    `page to first frame [s]: median ${seconds(took[took.length >> 1])}, shortest ${seconds(took[0])}, longest ${seconds(took[took.length - 1])}, of ${times}`
+  );
 } finally {
   await browser.close();
   await daemon.stop();

@@ -14,14 +14,15 @@ const browserProgram = process.env.CHROMIUM ?? '/usr/bin/chromium';
 /** Waits until `look` gives something true. */
 export async function until(what, look, deadline_ms = 15000) {
   const end = Date.now() + deadline_ms;
-  for (let last; ;) {
+  for (let last; ; ) {
     try {
       const found = await look();
       if (found) return found;
     } catch (problem) {
       last = problem;
     }
-    if (Date.now() > end) throw new Error(`waited in vain: ${what}${last ? ` (${last.message})` : ''}`);
+    if (Date.now() > end)
+      throw new Error(`waited in vain: ${what}${last ? ` (${last.message})` : ''}`);
     await new Promise((go) => setTimeout(go, 30));
   }
 }
@@ -40,7 +41,11 @@ export class Daemon {
     daemon.directory = mkdtempSync(join(tmpdir(), 'aprsim-web-'));
     const file = join(daemon.directory, 'ports.json');
     const fixed = ports ? ['--set', `web.port=${ports.web}`] : [];
-    daemon.process = spawn(join(bin, 'aprsimd'), [...(ports ? [] : ['--any-port']), '--ports-file', file, ...fixed, ...args], {stdio: ['ignore', 'ignore', 'pipe']});
+    daemon.process = spawn(
+      join(bin, 'aprsimd'),
+      [...(ports ? [] : ['--any-port']), '--ports-file', file, ...fixed, ...args],
+      {stdio: ['ignore', 'ignore', 'pipe']}
+    );
     daemon.log = '';
     daemon.process.stderr.on('data', (text) => (daemon.log += text));
     await until('the daemon to listen', () => {
@@ -65,19 +70,39 @@ export class Daemon {
 }
 
 export function openBrowser() {
-  return chromium.launch({executablePath: browserProgram, headless: true,
-                          args: ['--no-sandbox', '--disable-dev-shm-usage', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist', '--disable-gpu-rasterization']});
+  return chromium.launch({
+    executablePath: browserProgram,
+    headless: true,
+    args: [
+      '--no-sandbox',
+      '--disable-dev-shm-usage',
+      '--use-angle=swiftshader',
+      '--enable-unsafe-swiftshader',
+      '--ignore-gpu-blocklist',
+      '--disable-gpu-rasterization'
+    ]
+  });
 }
 
 /** A page of the daemon's; everything it complains of lands in `page.complaints`. */
 export async function openPage(browser, daemon, options = {}) {
   const {query = '', ...context} = options;
-  const page = await (await browser.newContext({viewport: {width: 1200, height: 800}, colorScheme: 'dark', ...context})).newPage();
-  page.setDefaultTimeout(90000);  // software rendering on a busy machine
+  const page = await (
+    await browser.newContext({
+      viewport: {width: 1200, height: 800},
+      colorScheme: 'dark',
+      ...context
+    })
+  ).newPage();
+  page.setDefaultTimeout(90000); // software rendering on a busy machine
   page.complaints = [];
   page.on('console', (message) => {
     // Software rendering has its own remarks on performance.
-    if (['error', 'warning'].includes(message.type()) && !/GL Driver Message|WebGL|swiftshader/i.test(message.text())) page.complaints.push(message.text());
+    if (
+      ['error', 'warning'].includes(message.type()) &&
+      !/GL Driver Message|WebGL|swiftshader/i.test(message.text())
+    )
+      page.complaints.push(message.text());
   });
   page.on('pageerror', (error) => page.complaints.push(String(error)));
   await page.goto(daemon.url + query);
@@ -94,12 +119,16 @@ export class CrclClient {
     client.id = 0;
     client.socket.setNoDelay(true);
     client.socket.on('data', (data) => (client.received += data));
-    await new Promise((ready, failed) => client.socket.once('connect', ready).once('error', failed));
+    await new Promise((ready, failed) =>
+      client.socket.once('connect', ready).once('error', failed)
+    );
     return client;
   }
   send(type, content = '') {
     this.id += 1;
-    this.socket.write(`<?xml version="1.0" encoding="UTF-8"?><CRCLCommandInstance xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"><CRCLCommand xsi:type="${type}"><CommandID>${this.id}</CommandID>${content}</CRCLCommand></CRCLCommandInstance>`);
+    this.socket.write(
+      `<?xml version="1.0" encoding="UTF-8"?><CRCLCommandInstance xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"><CRCLCommand xsi:type="${type}"><CommandID>${this.id}</CommandID>${content}</CRCLCommand></CRCLCommandInstance>`
+    );
     return this.id;
   }
   async status() {
@@ -111,15 +140,31 @@ export class CrclClient {
   }
   async run(type, content = '') {
     const id = this.send(type, content);
-    const end = await until(`${type} to end`, async () => {
-      const status = await this.status();
-      return status.includes(`<CommandID>${id}</CommandID>`) && /CRCL_(Done|Error)/.test(status) && status;
-    }, 60000);
+    const end = await until(
+      `${type} to end`,
+      async () => {
+        const status = await this.status();
+        return (
+          status.includes(`<CommandID>${id}</CommandID>`) &&
+          /CRCL_(Done|Error)/.test(status) &&
+          status
+        );
+      },
+      60000
+    );
     if (end.includes('CRCL_Error')) throw new Error(end);
     return end;
   }
   moveJoints(...degrees) {
-    return this.run('ActuateJointsType', degrees.map((position, i) => `<ActuateJoint><JointNumber>${i + 1}</JointNumber><JointPosition>${position}</JointPosition><JointDetails xsi:type="JointSpeedAccelType"/></ActuateJoint>`).join(''));
+    return this.run(
+      'ActuateJointsType',
+      degrees
+        .map(
+          (position, i) =>
+            `<ActuateJoint><JointNumber>${i + 1}</JointNumber><JointPosition>${position}</JointPosition><JointDetails xsi:type="JointSpeedAccelType"/></ActuateJoint>`
+        )
+        .join('')
+    );
   }
   close() {
     this.socket.destroy();
@@ -130,7 +175,20 @@ export class CrclClient {
 export async function writeRegister(port, address, value) {
   const socket = connect(port, '127.0.0.1');
   const answer = new Promise((done, failed) => socket.once('data', done).once('error', failed));
-  const request = Buffer.from([0, 9, 0, 0, 0, 6, 1, 6, address >> 8, address & 255, value >> 8, value & 255]);
+  const request = Buffer.from([
+    0,
+    9,
+    0,
+    0,
+    0,
+    6,
+    1,
+    6,
+    address >> 8,
+    address & 255,
+    value >> 8,
+    value & 255
+  ]);
   socket.write(request);
   const reply = await answer;
   socket.destroy();

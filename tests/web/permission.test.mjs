@@ -15,7 +15,9 @@ const guarded = ['play', 'reset', 'init-fanuc', 'fanuc-gripper-open', 'jog fanuc
 test('a read-only view disables every control and says why', async () => {
   const daemon = await Daemon.start(['--set', 'web.control=false']);
   const page = await openPage(browser, daemon);
-  await until('a reason', async () => /read-only/.test(await page.locator('.banner').textContent()));
+  await until('a reason', async () =>
+    /read-only/.test(await page.locator('.banner').textContent())
+  );
   for (const id of guarded) {
     assert.ok(await page.getByTestId(id).isDisabled(), id);
     assert.match(await page.getByTestId(id).getAttribute('title'), /read-only/, id);
@@ -30,11 +32,16 @@ test('a token unlocks', async () => {
   assert.ok(await page.getByTestId('play').isDisabled());
   await page.getByLabel('Access token').fill('wrong-token');
   await page.getByRole('button', {name: 'Unlock'}).click();
-  await until('a refusal', async () => /not the right one/.test(await page.locator('.toasts').textContent()));
+  await until('a refusal', async () =>
+    /not the right one/.test(await page.locator('.toasts').textContent())
+  );
   await page.getByLabel('Access token').fill('open-sesame');
   await page.getByRole('button', {name: 'Unlock'}).click();
   await until('control', () => page.getByTestId('play').isEnabled());
   await page.getByTestId('play').click();
-  await until('a paused cell', async () => await page.getByTestId('play').textContent() === 'Play');
+  await until(
+    'a paused cell',
+    async () => (await page.getByTestId('play').textContent()) === 'Play'
+  );
   await daemon.stop();
 });

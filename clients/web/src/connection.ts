@@ -4,7 +4,7 @@ import {ViewerRequestSchema, ViewerUpdateSchema, type Outcome, type ViewerUpdate
 type Body = Exclude<MessageInitShape<typeof ViewerRequestSchema>['body'], undefined>;
 
 const kLongestPause_ms = 4000;
-const kSilence_ms = 3000;  // the daemon sends at least twice a second
+const kSilence_ms = 3000; // the daemon sends at least twice a second
 
 /** The WebSocket to the daemon: comes back by itself, answers requests by their ids. */
 export class Connection {

@@ -15,14 +15,19 @@ import {TrafficPanel} from './ui/traffic_panel';
 import {units, type Angle, type Length} from './ui/units';
 
 const kLayerNames: [keyof Layers, string, string][] = [
-  ['trails', 'Trails', 't'], ['targets', 'Targets', 'x'], ['contacts', 'Contacts', 'c'], ['groups', 'Groups', 'g'], ['cameras', 'Cameras', 'v'], ['curtain', 'Beams', 'b']
+  ['trails', 'Trails', 't'],
+  ['targets', 'Targets', 'x'],
+  ['contacts', 'Contacts', 'c'],
+  ['groups', 'Groups', 'g'],
+  ['cameras', 'Cameras', 'v'],
+  ['curtain', 'Beams', 'b']
 ];
 
 const state = new State();
 const access = new Access(state);
 const stage = h('main', {class: 'stage'});
 const view = new View(stage, state);
-Object.assign(stage, {view});  // where tests look up what is drawn
+Object.assign(stage, {view}); // where tests look up what is drawn
 view.onProblem = (message) => notify(message, 'error');
 const jog = new Jog(state, access);
 
@@ -33,18 +38,29 @@ const crcl = new TrafficPanel(state, 'crcl');
 const modbus = new TrafficPanel(state, 'modbus');
 const charts = new ChartPanel(state);
 const faults = new FaultPanel(state);
-const tabs = new Tabs([
-  {name: 'Robots', content: robotsPanel},
-  {name: 'Conveyor', content: conveyor.element},
-  {name: 'CRCL', content: crcl.element},
-  {name: 'Modbus', content: modbus.element},
-  {name: 'Charts', content: charts.element},
-  {name: 'Faults', content: faults.element, mark: faults.count}
-], (name) => state.watch({crcl: name === 'CRCL', modbus: name === 'Modbus', registers: name === 'Conveyor'}));
+const tabs = new Tabs(
+  [
+    {name: 'Robots', content: robotsPanel},
+    {name: 'Conveyor', content: conveyor.element},
+    {name: 'CRCL', content: crcl.element},
+    {name: 'Modbus', content: modbus.element},
+    {name: 'Charts', content: charts.element},
+    {name: 'Faults', content: faults.element, mark: faults.count}
+  ],
+  (name) =>
+    state.watch({crcl: name === 'CRCL', modbus: name === 'Modbus', registers: name === 'Conveyor'})
+);
 
-const layerButtons = new Map(kLayerNames.map(([layer, label, key]) => [layer, button(label, () => toggleLayer(layer), {
-  'aria-pressed': String(view.layers[layer]), title: `Show or hide (${key})`, 'data-testid': `layer-${layer}`
-})]));
+const layerButtons = new Map(
+  kLayerNames.map(([layer, label, key]) => [
+    layer,
+    button(label, () => toggleLayer(layer), {
+      'aria-pressed': String(view.layers[layer]),
+      title: `Show or hide (${key})`,
+      'data-testid': `layer-${layer}`
+    })
+  ])
+);
 
 function toggleLayer(layer: keyof Layers): void {
   view.setLayer(layer, !view.layers[layer]);
@@ -59,15 +75,29 @@ function setTheme(dark: boolean): void {
 }
 
 function stopAll(): void {
-  state.cell?.robots.forEach((_, robot) => void access.command({case: 'robot', value: {robot, action: {case: 'stop', value: {}}}}));
+  state.cell?.robots.forEach(
+    (_, robot) =>
+      void access.command({case: 'robot', value: {robot, action: {case: 'stop', value: {}}}})
+  );
 }
 
 function unitChoice(): HTMLElement {
-  const length = h('select', {'aria-label': 'Unit of lengths'}, ...['mm', 'm', 'in'].map((u) => h('option', {value: u}, u)));
-  const angle = h('select', {'aria-label': 'Unit of angles'}, ...['deg', 'rad'].map((u) => h('option', {value: u}, u)));
+  const length = h(
+    'select',
+    {'aria-label': 'Unit of lengths'},
+    ...['mm', 'm', 'in'].map((u) => h('option', {value: u}, u))
+  );
+  const angle = h(
+    'select',
+    {'aria-label': 'Unit of angles'},
+    ...['deg', 'rad'].map((u) => h('option', {value: u}, u))
+  );
   length.value = units.length;
   angle.value = units.angle;
-  for (const choice of [length, angle]) choice.addEventListener('change', () => units.set(length.value as Length, angle.value as Angle));
+  for (const choice of [length, angle])
+    choice.addEventListener('change', () =>
+      units.set(length.value as Length, angle.value as Angle)
+    );
   return h('div', {class: 'row end units'}, 'units', length, angle);
 }
 
@@ -77,35 +107,60 @@ const shortcuts = new Shortcuts([
   {keys: [','], does: '100 steps while paused', run: () => toolbar.takeSteps(100)},
   {keys: ['s', 'Escape'], does: 'stop all robots', run: stopAll},
   {keys: ['h'], does: 'first view', run: () => view.goHome()},
-  {keys: ['d'], does: 'dark or light', run: () => setTheme(document.documentElement.dataset.theme !== 'dark')},
-  ...kLayerNames.map(([layer, label, key]) => ({keys: [key], does: `show or hide ${label.toLowerCase()}`, run: () => toggleLayer(layer)})),
+  {
+    keys: ['d'],
+    does: 'dark or light',
+    run: () => setTheme(document.documentElement.dataset.theme !== 'dark')
+  },
+  ...kLayerNames.map(([layer, label, key]) => ({
+    keys: [key],
+    does: `show or hide ${label.toLowerCase()}`,
+    run: () => toggleLayer(layer)
+  })),
   {keys: ['1', '2', '3', '4', '5', '6'], does: 'the panels, from left to right', run: () => {}},
   {keys: ['?'], does: 'this list', run: () => shortcuts.show()}
 ]);
 addEventListener('keydown', (event) => {
-  if (/^[1-6]$/.test(event.key) && !/^(INPUT|SELECT)$/.test((event.target as HTMLElement).tagName)) tabs.open(Number(event.key) - 1);
+  if (/^[1-6]$/.test(event.key) && !/^(INPUT|SELECT)$/.test((event.target as HTMLElement).tagName))
+    tabs.open(Number(event.key) - 1);
 });
 
-const toolbar = new Toolbar(state, access, () => setTheme(document.documentElement.dataset.theme !== 'dark'), () => shortcuts.show());
+const toolbar = new Toolbar(
+  state,
+  access,
+  () => setTheme(document.documentElement.dataset.theme !== 'dark'),
+  () => shortcuts.show()
+);
 toolbar.element.querySelector('.brand')!.addEventListener('click', (event) => {
   event.preventDefault();
   view.goHome();
 });
 
 const pick = new PickCard(state, view);
-stage.append(h('div', {class: 'layers', role: 'group', 'aria-label': 'What the view shows'}, ...layerButtons.values(), button('First view', () => view.goHome(), {title: 'Back to the first view (h)'})), pick.element);
+stage.append(
+  h(
+    'div',
+    {class: 'layers', role: 'group', 'aria-label': 'What the view shows'},
+    ...layerButtons.values(),
+    button('First view', () => view.goHome(), {title: 'Back to the first view (h)'})
+  ),
+  pick.element
+);
 
 state.cellChanged.on((cell) => {
   robots = cell.robots.map((robot, i) => new RobotPanel(state, access, jog, view, robot, i));
   robotsPanel.replaceChildren(unitChoice(), ...robots.map((panel) => panel.element));
   access.prune();
 });
-state.display.on((snapshot) => robots.forEach((panel, i) => snapshot.robots[i] && panel.update(snapshot.robots[i]!)));
+state.display.on((snapshot) =>
+  robots.forEach((panel, i) => snapshot.robots[i] && panel.update(snapshot.robots[i]!))
+);
 units.changed.on(() => state.snapshot && state.display.emit(state.snapshot));
 
 let instance = '';
 state.accessChanged.on(() => {
-  const token = new URLSearchParams(location.hash.slice(1)).get('token') ?? sessionStorage.getItem('token');
+  const token =
+    new URLSearchParams(location.hash.slice(1)).get('token') ?? sessionStorage.getItem('token');
   if (state.permission?.tokenHelps && token && !state.permission.control) {
     history.replaceState(null, '', location.pathname);
     void access.authenticate(token);
@@ -116,7 +171,21 @@ state.snapshotChanged.on((snapshot) => {
   instance = snapshot.instanceId;
 });
 
-const offline = h('div', {class: 'offline-note', role: 'alert'}, 'No connection to the daemon: trying again. What you see is old.');
-document.getElementById('app')!.replaceChildren(toolbar.element, stage, h('aside', {class: 'side', 'aria-label': 'Panels'}, access.banner, tabs.element), offline);
-setTheme((localStorage.getItem('theme') ?? (matchMedia('(prefers-color-scheme: light)').matches ? 'light' : 'dark')) === 'dark');
+const offline = h(
+  'div',
+  {class: 'offline-note', role: 'alert'},
+  'No connection to the daemon: trying again. What you see is old.'
+);
+document
+  .getElementById('app')!
+  .replaceChildren(
+    toolbar.element,
+    stage,
+    h('aside', {class: 'side', 'aria-label': 'Panels'}, access.banner, tabs.element),
+    offline
+  );
+setTheme(
+  (localStorage.getItem('theme') ??
+    (matchMedia('(prefers-color-scheme: light)').matches ? 'light' : 'dark')) === 'dark'
+);
 state.connection.start();

@@ -1,9 +1,33 @@
 // The messages that the page and the daemon exchange, under short names.
-export type {CellDescription, BodyDescription, RobotDescription, ConveyorDescription} from '../generated/aprsim/v1/cell_pb';
+export type {
+  CellDescription,
+  BodyDescription,
+  RobotDescription,
+  ConveyorDescription
+} from '../generated/aprsim/v1/cell_pb';
 export {BodyKind} from '../generated/aprsim/v1/cell_pb';
-export type {Snapshot, RobotState, BodyState, Contact, ContactSide, ConveyorState, Intruder} from '../generated/aprsim/v1/snapshot_pb';
+export type {
+  Snapshot,
+  RobotState,
+  BodyState,
+  Contact,
+  ContactSide,
+  ConveyorState,
+  Intruder
+} from '../generated/aprsim/v1/snapshot_pb';
 export {ActionKind, ActionState, DriveFault, GroupKind} from '../generated/aprsim/v1/snapshot_pb';
 export {ConveyorDirection} from '../generated/aprsim/v1/control_service_pb';
 export type {Pose, Vector3, Quaternion} from '../generated/aprsim/v1/geometry_pb';
-export type {CellLooks, ListenerStatus, RobotLooks, Outcome, Permission, RegisterInfo, ServerStatus, ViewerUpdate, Welcome, WireEvent} from '../generated/aprsim/v1/web_pb';
+export type {
+  CellLooks,
+  ListenerStatus,
+  RobotLooks,
+  Outcome,
+  Permission,
+  RegisterInfo,
+  ServerStatus,
+  ViewerUpdate,
+  Welcome,
+  WireEvent
+} from '../generated/aprsim/v1/web_pb';
 export {ViewerRequestSchema, ViewerUpdateSchema} from '../generated/aprsim/v1/web_pb';

@@ -1,5 +1,14 @@
 import {Connection} from './connection';
-import type {CellDescription, CellLooks, Permission, RegisterInfo, ServerStatus, Snapshot, Welcome, WireEvent} from './protocol';
+import type {
+  CellDescription,
+  CellLooks,
+  Permission,
+  RegisterInfo,
+  ServerStatus,
+  Snapshot,
+  Welcome,
+  WireEvent
+} from './protocol';
 
 type Listener<T> = (value: T) => void;
 

@@ -5,7 +5,10 @@ export function toVector(v: Vector3 | undefined, out = new THREE.Vector3()): THR
   return v ? out.set(v.x, v.y, v.z) : out.set(0, 0, 0);
 }
 
-export function toQuaternion(pose: Pose | undefined, out = new THREE.Quaternion()): THREE.Quaternion {
+export function toQuaternion(
+  pose: Pose | undefined,
+  out = new THREE.Quaternion()
+): THREE.Quaternion {
   const q = pose?.orientation;
   return q ? out.set(q.x, q.y, q.z, q.w) : out.identity();
 }

@@ -14,21 +14,41 @@ export class Goals {
       const frame = new THREE.Group();
       const ring = new THREE.Mesh(new THREE.RingGeometry(0.026, 0.031, 40), overlay(color));
       ring.renderOrder = 9;
-      frame.add(ring, axis(new THREE.Vector3(1, 0, 0), 0xff5a4d), axis(new THREE.Vector3(0, 1, 0), 0x59d97b), axis(new THREE.Vector3(0, 0, 1), 0x5aa9ff));
-      const way = new THREE.Line(new THREE.BufferGeometry().setFromPoints([new THREE.Vector3(), new THREE.Vector3()]),
-        new THREE.LineDashedMaterial({color, dashSize: 0.016, gapSize: 0.012, transparent: true, opacity: 0.85}));
+      frame.add(
+        ring,
+        axis(new THREE.Vector3(1, 0, 0), 0xff5a4d),
+        axis(new THREE.Vector3(0, 1, 0), 0x59d97b),
+        axis(new THREE.Vector3(0, 0, 1), 0x5aa9ff)
+      );
+      const way = new THREE.Line(
+        new THREE.BufferGeometry().setFromPoints([new THREE.Vector3(), new THREE.Vector3()]),
+        new THREE.LineDashedMaterial({
+          color,
+          dashSize: 0.016,
+          gapSize: 0.012,
+          transparent: true,
+          opacity: 0.85
+        })
+      );
       way.frustumCulled = false;
       this.root.add(frame, way);
-      return {X_WR: toMatrix(robot.baseInWorld).multiply(toMatrix(robot.referenceInBase)), frame, way};
+      return {
+        X_WR: toMatrix(robot.baseInWorld).multiply(toMatrix(robot.referenceInBase)),
+        frame,
+        way
+      };
     });
   }
 
   update(snapshot: Snapshot): void {
     this.marks.forEach(({X_WR, frame, way}, i) => {
-      const robot = snapshot.robots[i], goal = robot?.goalInReference;
+      const robot = snapshot.robots[i],
+        goal = robot?.goalInReference;
       frame.visible = way.visible = goal !== undefined;
       if (!goal) return;
-      X_WR.clone().multiply(toMatrix(goal)).decompose(frame.position, frame.quaternion, frame.scale);
+      X_WR.clone()
+        .multiply(toMatrix(goal))
+        .decompose(frame.position, frame.quaternion, frame.scale);
       const ends = way.geometry.attributes.position as THREE.BufferAttribute;
       const tool = toVector(robot?.toolInWorld?.positionM);
       ends.setXYZ(0, tool.x, tool.y, tool.z);
@@ -40,11 +60,20 @@ export class Goals {
 }
 
 function overlay(color: number): THREE.MeshBasicMaterial {
-  return new THREE.MeshBasicMaterial({color, side: THREE.DoubleSide, transparent: true, opacity: 0.95, depthTest: false});
+  return new THREE.MeshBasicMaterial({
+    color,
+    side: THREE.DoubleSide,
+    transparent: true,
+    opacity: 0.95,
+    depthTest: false
+  });
 }
 
 function axis(direction: THREE.Vector3, color: number): THREE.Mesh {
-  const rod = new THREE.Mesh(new THREE.CylinderGeometry(0.0016, 0.0016, 0.07, 6).translate(0, 0.035, 0), overlay(color));
+  const rod = new THREE.Mesh(
+    new THREE.CylinderGeometry(0.0016, 0.0016, 0.07, 6).translate(0, 0.035, 0),
+    overlay(color)
+  );
   rod.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), direction);
   rod.renderOrder = 9;
   return rod;

@@ -4,12 +4,26 @@ import {context, software} from './quality';
 import {tinted} from './shapes';
 
 export function makeRenderer(): THREE.WebGLRenderer {
-  if (!context) return new THREE.WebGLRenderer({antialias: true, powerPreference: 'high-performance'});
-  return new THREE.WebGLRenderer({canvas: context.canvas, context, antialias: false, alpha: false, stencil: false});
+  if (!context)
+    return new THREE.WebGLRenderer({antialias: true, powerPreference: 'high-performance'});
+  return new THREE.WebGLRenderer({
+    canvas: context.canvas,
+    context,
+    antialias: false,
+    alpha: false,
+    stencil: false
+  });
 }
 
-export interface Finish {roughness: number; metalness: number}
-export interface Surface extends Finish {color?: THREE.ColorRepresentation; map?: THREE.Texture; vertexColors?: boolean}
+export interface Finish {
+  roughness: number;
+  metalness: number;
+}
+export interface Surface extends Finish {
+  color?: THREE.ColorRepresentation;
+  map?: THREE.Texture;
+  vertexColors?: boolean;
+}
 export type SurfaceMaterial = THREE.MeshStandardMaterial | THREE.MeshLambertMaterial;
 
 const common = new THREE.MeshLambertMaterial({vertexColors: true});
@@ -20,7 +34,11 @@ export function surface({roughness, metalness, ...rest}: Surface): SurfaceMateri
 }
 
 /** A thing in one colour that throws and takes shadows. */
-export function painted(geometry: THREE.BufferGeometry, color: THREE.ColorRepresentation, finish: Finish): THREE.Mesh {
+export function painted(
+  geometry: THREE.BufferGeometry,
+  color: THREE.ColorRepresentation,
+  finish: Finish
+): THREE.Mesh {
   return solid(tinted(geometry, color), surface({vertexColors: true, ...finish}));
 }
 

@@ -1,14 +1,24 @@
 import * as THREE from 'three';
-import {BodyKind, GroupKind, type BodyDescription, type BodyState, type CellDescription, type CellLooks} from '../protocol';
+import {
+  BodyKind,
+  GroupKind,
+  type BodyDescription,
+  type BodyState,
+  type CellDescription,
+  type CellLooks
+} from '../protocol';
 import {place, toVector} from './convert';
 import {surface, type SurfaceMaterial} from './materials';
 import {gearGeometry, trayGeometry} from './shapes';
 
 const kGearColors = [0xf08a24, 0x18a999, 0x8a63d2, 0xd64550, 0x3f8efc];
 const kGroupNames: Record<number, string> = {
-  [GroupKind.JOINED]: 'joined, group', [GroupKind.MERGED]: 'merged, group', [GroupKind.DORMANT]: 'dormant, group'
+  [GroupKind.JOINED]: 'joined, group',
+  [GroupKind.MERGED]: 'merged, group',
+  [GroupKind.DORMANT]: 'dormant, group'
 };
-const kPartTray = 0xc9cfd6, kKitTray = 0x38495e;
+const kPartTray = 0xc9cfd6,
+  kKitTray = 0x38495e;
 
 /** Gears and trays. Bodies of one type share one geometry. */
 export class Parts {
@@ -19,12 +29,20 @@ export class Parts {
 
   constructor(cell: CellDescription, looks: CellLooks | null) {
     const shapes = new Map<string, THREE.BufferGeometry>();
-    const gears = [...new Set(cell.bodies.filter((b) => b.kind === BodyKind.GEAR).map((b) => b.type))];
-    const sizes = new Map(cell.bodies.map((b) => [b.type, b.geometry.case === 'gear' ? b.geometry.value.discRadiusM : 0]));
+    const gears = [
+      ...new Set(cell.bodies.filter((b) => b.kind === BodyKind.GEAR).map((b) => b.type))
+    ];
+    const sizes = new Map(
+      cell.bodies.map((b) => [
+        b.type,
+        b.geometry.case === 'gear' ? b.geometry.value.discRadiusM : 0
+      ])
+    );
     gears.sort((a, b) => sizes.get(b)! - sizes.get(a)!);
     cell.bodies.forEach((body, index) => {
       let shape = shapes.get(body.type);
-      if (!shape) shapes.set(body.type, (shape = geometryOf(body, looks, gears.indexOf(body.type))));
+      if (!shape)
+        shapes.set(body.type, (shape = geometryOf(body, looks, gears.indexOf(body.type))));
       const mesh = new THREE.Mesh(shape, this.plain);
       mesh.castShadow = mesh.receiveShadow = true;
       mesh.userData.pick = {kind: 'body', index};
@@ -47,8 +65,12 @@ export class Parts {
     const key = groupOf(body);
     let material = this.grouped.get(key);
     if (!material) {
-      const hue = ((body.group + 1) * 0.618034) % 1;  // neighbouring numbers far apart
-      material = surface({color: new THREE.Color().setHSL(hue, 0.62, 0.55), roughness: 0.6, metalness: 0});
+      const hue = ((body.group + 1) * 0.618034) % 1; // neighbouring numbers far apart
+      material = surface({
+        color: new THREE.Color().setHSL(hue, 0.62, 0.55),
+        roughness: 0.6,
+        metalness: 0
+      });
       this.grouped.set(key, material);
     }
     return material;
@@ -61,20 +83,44 @@ export function groupOf(body: BodyState): string {
   return body.resting ? 'at rest' : '';
 }
 
-function geometryOf(body: BodyDescription, looks: CellLooks | null, gear: number): THREE.BufferGeometry {
+function geometryOf(
+  body: BodyDescription,
+  looks: CellLooks | null,
+  gear: number
+): THREE.BufferGeometry {
   const {geometry} = body;
   if (geometry.case === 'gear') {
     const {discRadiusM, discHeightM, pegRadiusM, pegTopM} = geometry.value;
-    const {hubTopRadiusM = 0, hubBottomRadiusM = 0, hubHeightM = 0, teethRadiusM = 0} = looks?.gears.find((g) => g.type === body.type) ?? {};
-    const sizes = {discRadiusM, discHeightM, pegRadiusM, pegTopM, hubTopRadiusM, hubBottomRadiusM, hubHeightM, teethRadiusM};
-    return gearGeometry(sizes, new THREE.Color(kGearColors[Math.max(0, gear) % kGearColors.length]));
+    const {
+      hubTopRadiusM = 0,
+      hubBottomRadiusM = 0,
+      hubHeightM = 0,
+      teethRadiusM = 0
+    } = looks?.gears.find((g) => g.type === body.type) ?? {};
+    const sizes = {
+      discRadiusM,
+      discHeightM,
+      pegRadiusM,
+      pegTopM,
+      hubTopRadiusM,
+      hubBottomRadiusM,
+      hubHeightM,
+      teethRadiusM
+    };
+    return gearGeometry(
+      sizes,
+      new THREE.Color(kGearColors[Math.max(0, gear) % kGearColors.length])
+    );
   }
   if (geometry.case !== 'tray') return new THREE.BoxGeometry(0.02, 0.02, 0.02);
   const tray = geometry.value;
   const recesses = looks?.trays.find((t) => t.type === body.type)?.pockets ?? [];
   const pockets = tray.slots.flatMap((slot, i) => {
-    const p = toVector(slot.slotInTray?.positionM), recess = recesses[i];
-    return recess ? [{x: p.x, y: p.y, top: recess.topRadiusM, floor: recess.floorRadiusM, depth: recess.depthM}] : [];
+    const p = toVector(slot.slotInTray?.positionM),
+      recess = recesses[i];
+    return recess
+      ? [{x: p.x, y: p.y, top: recess.topRadiusM, floor: recess.floorRadiusM, depth: recess.depthM}]
+      : [];
   });
   const color = new THREE.Color(body.kind === BodyKind.KIT_TRAY ? kKitTray : kPartTray);
   return trayGeometry(toVector(tray.boxMinM), toVector(tray.boxMaxM), pockets, color);

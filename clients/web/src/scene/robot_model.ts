@@ -21,7 +21,11 @@ export class RobotModel {
   private readonly fingers: THREE.Mesh[] = [];
   private readonly jointNames: string[];
 
-  constructor(private readonly description: RobotDescription, looks: RobotLooks | undefined, readonly index: number) {
+  constructor(
+    private readonly description: RobotDescription,
+    looks: RobotLooks | undefined,
+    readonly index: number
+  ) {
     this.jointNames = description.joints.map((joint) => joint.name);
     if (looks) this.buildGripper(looks);
     this.root.add(this.tool);
@@ -35,13 +39,19 @@ export class RobotModel {
     loader.parseCollision = false;
     this.arm = loader.parse(await answer.text()) as URDFRobot;
     soften(this.arm);
-    toMatrix(this.description.baseInWorld).decompose(this.arm.position, this.arm.quaternion, this.arm.scale);
+    toMatrix(this.description.baseInWorld).decompose(
+      this.arm.position,
+      this.arm.quaternion,
+      this.arm.scale
+    );
     this.root.add(this.arm);
   }
 
   update(state: RobotState): void {
     if (this.arm) {
-      state.joints.forEach((joint, i) => this.arm!.setJointValue(this.jointNames[i]!, joint.positionRad));
+      state.joints.forEach((joint, i) =>
+        this.arm!.setJointValue(this.jointNames[i]!, joint.positionRad)
+      );
     }
     place(this.tool, state.toolInWorld);
     const g = this.description.gripper;
@@ -65,15 +75,40 @@ export class RobotModel {
     const mount = Math.max(0.004, reach + top);
     const along = (geometry: THREE.BufferGeometry) => geometry.rotateX(Math.PI / 2);
     const r = 0.46 * Math.min(palm.x, palm.y);
-    add(merged([
-      tinted(softBox(palm.x, palm.y, 0.62 * palm.z, 0.004).translate(0, 0, -g.padHeightM - 0.31 * palm.z), 0xaeb6bf),
-      tinted(softBox(0.86 * palm.x, 0.86 * palm.y, 0.38 * palm.z, 0.004).translate(0, 0, top + 0.19 * palm.z), 0x4a515b),
-      tinted(along(softCylinder(r, 0.3 * mount)).translate(0, 0, top - 0.15 * mount), 0x2b3037),
-      tinted(along(softCylinder(0.8 * r, 0.7 * mount)).translate(0, 0, top - 0.65 * mount), 0xc3c9cf),
-      // The two air fittings.
-      ...[-1, 1].map((side) => tinted(softCylinder(0.005, 0.016, 0.001, 16).rotateZ(Math.PI / 2)
-        .translate(0.5 * palm.x + 0.008, side * 0.28 * palm.y, top + 0.3 * palm.z), 0x2f6fb3))
-    ]));
+    add(
+      merged([
+        tinted(
+          softBox(palm.x, palm.y, 0.62 * palm.z, 0.004).translate(
+            0,
+            0,
+            -g.padHeightM - 0.31 * palm.z
+          ),
+          0xaeb6bf
+        ),
+        tinted(
+          softBox(0.86 * palm.x, 0.86 * palm.y, 0.38 * palm.z, 0.004).translate(
+            0,
+            0,
+            top + 0.19 * palm.z
+          ),
+          0x4a515b
+        ),
+        tinted(along(softCylinder(r, 0.3 * mount)).translate(0, 0, top - 0.15 * mount), 0x2b3037),
+        tinted(
+          along(softCylinder(0.8 * r, 0.7 * mount)).translate(0, 0, top - 0.65 * mount),
+          0xc3c9cf
+        ),
+        // The two air fittings.
+        ...[-1, 1].map((side) =>
+          tinted(
+            softCylinder(0.005, 0.016, 0.001, 16)
+              .rotateZ(Math.PI / 2)
+              .translate(0.5 * palm.x + 0.008, side * 0.28 * palm.y, top + 0.3 * palm.z),
+            0x2f6fb3
+          )
+        )
+      ])
+    );
     for (const side of [1, -1]) {
       const finger = add(fingerGeometry(g.padWidthM, g.padDepthM, g.padHeightM, g.vHalfAngleRad));
       if (side < 0) finger.rotation.z = Math.PI;
@@ -96,18 +131,27 @@ function soften(arm: URDFRobot): void {
         const list = pieces.get(finish) ?? [];
         pieces.set(finish, list);
         const shape = softened(object);
-        list.push(tinted(shape.applyMatrix4(toLink.clone().multiply(object.matrixWorld)), paint.color));
+        list.push(
+          tinted(shape.applyMatrix4(toLink.clone().multiply(object.matrixWorld)), paint.color)
+        );
       });
       visual.removeFromParent();
     }
-    for (const [finish, list] of pieces) link.add(solid(merged(list), surface({vertexColors: true, ...(kFinish[finish] ?? kPaint)})));
+    for (const [finish, list] of pieces)
+      link.add(solid(merged(list), surface({vertexColors: true, ...(kFinish[finish] ?? kPaint)})));
   }
 }
 
 /** The shape of a primitive with softened edges; takes its size out of its matrix. */
 function softened(mesh: THREE.Mesh): THREE.BufferGeometry {
-  const {type} = mesh.geometry, s = mesh.scale.clone();
-  const shape = type === 'BoxGeometry' ? softBox(s.x, s.y, s.z) : type === 'CylinderGeometry' ? softCylinder(s.x, s.y) : null;
+  const {type} = mesh.geometry,
+    s = mesh.scale.clone();
+  const shape =
+    type === 'BoxGeometry'
+      ? softBox(s.x, s.y, s.z)
+      : type === 'CylinderGeometry'
+        ? softCylinder(s.x, s.y)
+        : null;
   if (!shape) return mesh.geometry.clone();
   mesh.scale.set(1, 1, 1);
   mesh.updateMatrixWorld();

@@ -7,15 +7,36 @@ import {segments, software} from './quality';
 /** A box with softened edges. */
 export function softBox(x: number, y: number, z: number, radius = 0.006): THREE.BufferGeometry {
   const r = Math.min(radius, 0.24 * Math.min(x, y, z));
-  return r > 2e-4 ? new RoundedBoxGeometry(x, y, z, software ? 1 : 2, r) : new THREE.BoxGeometry(x, y, z);
+  return r > 2e-4
+    ? new RoundedBoxGeometry(x, y, z, software ? 1 : 2, r)
+    : new THREE.BoxGeometry(x, y, z);
 }
 
 /** A cylinder about y, as three.js has it, with chamfered rims. */
-export function softCylinder(radius: number, length: number, chamfer = 0.004, sides = 40): THREE.BufferGeometry {
-  const c = Math.min(chamfer, 0.3 * radius, 0.3 * length), h = length / 2;
-  const profile = [[0, -h], [radius - c, -h], [radius - c, -h], [radius, -h + c], [radius, -h + c],
-                   [radius, h - c], [radius, h - c], [radius - c, h], [radius - c, h], [0, h]];
-  return new THREE.LatheGeometry(profile.map(([r, y]) => new THREE.Vector2(r, y)), segments(sides));
+export function softCylinder(
+  radius: number,
+  length: number,
+  chamfer = 0.004,
+  sides = 40
+): THREE.BufferGeometry {
+  const c = Math.min(chamfer, 0.3 * radius, 0.3 * length),
+    h = length / 2;
+  const profile = [
+    [0, -h],
+    [radius - c, -h],
+    [radius - c, -h],
+    [radius, -h + c],
+    [radius, -h + c],
+    [radius, h - c],
+    [radius, h - c],
+    [radius - c, h],
+    [radius - c, h],
+    [0, h]
+  ];
+  return new THREE.LatheGeometry(
+    profile.map(([r, y]) => new THREE.Vector2(r, y)),
+    segments(sides)
+  );
 }
 
 /** A surface of revolution about z through points (radius, z) with sharp edges between them. */
@@ -29,7 +50,10 @@ export function turned(points: [number, number][], sides = 40): THREE.BufferGeom
 }
 
 /** Gives every vertex one colour, so that pieces of several colours become one mesh. */
-export function tinted(geometry: THREE.BufferGeometry, color: THREE.ColorRepresentation): THREE.BufferGeometry {
+export function tinted(
+  geometry: THREE.BufferGeometry,
+  color: THREE.ColorRepresentation
+): THREE.BufferGeometry {
   const plain = geometry.index ? geometry.toNonIndexed() : geometry;
   const c = new THREE.Color(color);
   const colors = new Float32Array(plain.attributes.position!.count * 3);
@@ -46,11 +70,17 @@ export function merged(parts: THREE.BufferGeometry[]): THREE.BufferGeometry {
 }
 
 export interface GearSizes {
-  discRadiusM: number; discHeightM: number; pegRadiusM: number; pegTopM: number;
-  hubTopRadiusM: number; hubBottomRadiusM: number; hubHeightM: number; teethRadiusM: number;
+  discRadiusM: number;
+  discHeightM: number;
+  pegRadiusM: number;
+  pegTopM: number;
+  hubTopRadiusM: number;
+  hubBottomRadiusM: number;
+  hubHeightM: number;
+  teethRadiusM: number;
 }
 
-const kToothPitch = 0.0075;  // [m] along the rim
+const kToothPitch = 0.0075; // [m] along the rim
 
 function toothedOutline(tip: number): THREE.Shape {
   const teeth = Math.max(12, Math.round((2 * Math.PI * tip) / kToothPitch));
@@ -74,30 +104,79 @@ export function gearGeometry(g: GearSizes, color: THREE.Color): THREE.BufferGeom
   const tip = g.teethRadiusM || g.discRadiusM;
   const bevel = software ? 0 : 0.0006;
   const teeth = new THREE.ExtrudeGeometry(toothedOutline(tip - bevel), {
-    depth: g.discHeightM - 2 * bevel, bevelEnabled: !software, bevelThickness: bevel, bevelSize: bevel, bevelSegments: 1
+    depth: g.discHeightM - 2 * bevel,
+    bevelEnabled: !software,
+    bevelThickness: bevel,
+    bevelSize: bevel,
+    bevelSegments: 1
   }).translate(0, 0, bevel);
-  const top = g.discHeightM, r = g.pegRadiusM, c = Math.min(0.001, r / 3);
+  const top = g.discHeightM,
+    r = g.pegRadiusM,
+    c = Math.min(0.001, r / 3);
   const rim = 0.72 * tip;
   const parts = [
     tinted(teeth, color),
     // A raised ring on the disc and the boss at the foot of the peg, for looks.
-    tinted(turned([[rim, top], [rim - 0.0006, top + 0.0007], [rim - 0.0022, top + 0.0007], [rim - 0.0028, top]]),
-           color.clone().multiplyScalar(0.82)),
-    tinted(turned([[2.2 * r, top], [1.7 * r, top + 0.0012], [r, top + 0.0012]]), color.clone().multiplyScalar(0.82)),
-    tinted(turned([[r, top], [r, g.pegTopM - c], [r - c, g.pegTopM], [0, g.pegTopM]], 24),
-           color.clone().lerp(new THREE.Color(0xffffff), 0.35))
+    tinted(
+      turned([
+        [rim, top],
+        [rim - 0.0006, top + 0.0007],
+        [rim - 0.0022, top + 0.0007],
+        [rim - 0.0028, top]
+      ]),
+      color.clone().multiplyScalar(0.82)
+    ),
+    tinted(
+      turned([
+        [2.2 * r, top],
+        [1.7 * r, top + 0.0012],
+        [r, top + 0.0012]
+      ]),
+      color.clone().multiplyScalar(0.82)
+    ),
+    tinted(
+      turned(
+        [
+          [r, top],
+          [r, g.pegTopM - c],
+          [r - c, g.pegTopM],
+          [0, g.pegTopM]
+        ],
+        24
+      ),
+      color.clone().lerp(new THREE.Color(0xffffff), 0.35)
+    )
   ];
   if (g.hubHeightM > 0) {
-    parts.push(tinted(turned([[0, -g.hubHeightM], [g.hubBottomRadiusM, -g.hubHeightM], [g.hubTopRadiusM, 0]]),
-                      color.clone().multiplyScalar(0.7)));
+    parts.push(
+      tinted(
+        turned([
+          [0, -g.hubHeightM],
+          [g.hubBottomRadiusM, -g.hubHeightM],
+          [g.hubTopRadiusM, 0]
+        ]),
+        color.clone().multiplyScalar(0.7)
+      )
+    );
   }
   return merged(parts);
 }
 
-export interface Pocket { x: number; y: number; top: number; floor: number; depth: number }
+export interface Pocket {
+  x: number;
+  y: number;
+  top: number;
+  floor: number;
+  depth: number;
+}
 
 /** Tray in its frame: slab from `min` to `max`, top face at z = max.z, with its pockets. */
-export function trayGeometry(min: THREE.Vector3, max: THREE.Vector3, pockets: Pocket[], color: THREE.Color): THREE.BufferGeometry {
+export function trayGeometry(
+  min: THREE.Vector3,
+  max: THREE.Vector3,
+  pockets: Pocket[],
+  color: THREE.Color
+): THREE.BufferGeometry {
   const depth = pockets.reduce((most, p) => Math.max(most, p.depth), 0.4 * (max.z - min.z));
   const sheet = roundedRectangle(min, max, 0.006);
   for (const p of pockets) {
@@ -105,15 +184,33 @@ export function trayGeometry(min: THREE.Vector3, max: THREE.Vector3, pockets: Po
     hole.absarc(p.x, p.y, p.top, 0, 2 * Math.PI, true);
     sheet.holes.push(hole);
   }
-  const upper = new THREE.ExtrudeGeometry(sheet, {depth, bevelEnabled: false, curveSegments: segments(28)}).translate(0, 0, max.z - depth);
+  const upper = new THREE.ExtrudeGeometry(sheet, {
+    depth,
+    bevelEnabled: false,
+    curveSegments: segments(28)
+  }).translate(0, 0, max.z - depth);
   const lower = new THREE.ExtrudeGeometry(roundedRectangle(min, max, 0.006), {
-    depth: max.z - depth - min.z, bevelEnabled: false, curveSegments: 6
+    depth: max.z - depth - min.z,
+    bevelEnabled: false,
+    curveSegments: 6
   }).translate(0, 0, min.z);
   const inside = color.clone().multiplyScalar(0.72);
   const parts = [tinted(upper, color), tinted(lower, color.clone().multiplyScalar(0.85))];
   for (const p of pockets) {
     // From the floor outwards and up, so that its faces look into the pocket.
-    parts.push(tinted(turned([[p.top, max.z - 1e-5], [p.floor, max.z - p.depth], [0, max.z - p.depth]], 36).translate(p.x, p.y, 0), inside));
+    parts.push(
+      tinted(
+        turned(
+          [
+            [p.top, max.z - 1e-5],
+            [p.floor, max.z - p.depth],
+            [0, max.z - p.depth]
+          ],
+          36
+        ).translate(p.x, p.y, 0),
+        inside
+      )
+    );
   }
   return merged(parts);
 }
@@ -129,14 +226,27 @@ function roundedRectangle(min: THREE.Vector3, max: THREE.Vector3, r: number): TH
 }
 
 /** Finger whose pad looks along -y from y = 0; it ends at z = 0 and reaches up to -height. */
-export function fingerGeometry(width: number, depth: number, height: number, vHalfAngle: number): THREE.BufferGeometry {
+export function fingerGeometry(
+  width: number,
+  depth: number,
+  height: number,
+  vHalfAngle: number
+): THREE.BufferGeometry {
   const w = width / 2;
   const notch = vHalfAngle > 0 ? Math.min(0.7 * depth, w / Math.tan(vHalfAngle)) : 0;
   const shape = new THREE.Shape();
   shape.moveTo(-w, 0);
   if (notch > 0) shape.lineTo(0, notch);
   shape.lineTo(w, 0).lineTo(w, depth).lineTo(-w, depth).closePath();
-  const finger = new THREE.ExtrudeGeometry(shape, {depth: height, bevelEnabled: false}).translate(0, 0, -height);
-  const carriage = softBox(1.5 * width, 1.6 * depth, 0.016, 0.002).translate(0, 0.8 * depth, -height + 0.008);
+  const finger = new THREE.ExtrudeGeometry(shape, {depth: height, bevelEnabled: false}).translate(
+    0,
+    0,
+    -height
+  );
+  const carriage = softBox(1.5 * width, 1.6 * depth, 0.016, 0.002).translate(
+    0,
+    0.8 * depth,
+    -height + 0.008
+  );
   return merged([tinted(finger, 0x3b4048), tinted(carriage, 0xb9c0c8)]);
 }

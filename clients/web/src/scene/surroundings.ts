@@ -6,10 +6,14 @@ import {painted, solid, surface} from './materials';
 import {segments, software} from './quality';
 import {merged, softBox, softCylinder, tinted} from './shapes';
 
-const kLegFrom = 0.3;  // [m] height above which a wide box gets legs
+const kLegFrom = 0.3; // [m] height above which a wide box gets legs
 const kPattern_m = 0.24;
 
-function canvas(width: number, height: number, draw: (c: CanvasRenderingContext2D) => void): THREE.CanvasTexture {
+function canvas(
+  width: number,
+  height: number,
+  draw: (c: CanvasRenderingContext2D) => void
+): THREE.CanvasTexture {
   const element = document.createElement('canvas');
   element.width = width;
   element.height = height;
@@ -37,8 +41,10 @@ export function makeFloor(): THREE.Mesh {
     }
   });
   texture.repeat.set(24, 24);
-  const floor = new THREE.Mesh(new THREE.CircleGeometry(12, segments(48)),
-    surface({map: texture, roughness: 0.95, metalness: 0}));
+  const floor = new THREE.Mesh(
+    new THREE.CircleGeometry(12, segments(48)),
+    surface({map: texture, roughness: 0.95, metalness: 0})
+  );
   floor.receiveShadow = true;
   return floor;
 }
@@ -66,10 +72,24 @@ export function makeFixed(looks: CellLooks): THREE.Group {
     piece.userData.pick = {kind: 'fixed', name: box.name, size};
     const wide = size.x * size.y > 0.25;
     const optical = /optical/.test(box.name);
-    const color = optical ? 0x3a4048 : /frame/.test(box.name) ? 0x8d97a3 : wide ? 0xd9d4c8 : 0x7d858f;
-    piece.add(painted(softBox(size.x, size.y, size.z, 0.008), color, {roughness: 0.5, metalness: wide ? 0.1 : 0.5}));
+    const color = optical
+      ? 0x3a4048
+      : /frame/.test(box.name)
+        ? 0x8d97a3
+        : wide
+          ? 0xd9d4c8
+          : 0x7d858f;
+    piece.add(
+      painted(softBox(size.x, size.y, size.z, 0.008), color, {
+        roughness: 0.5,
+        metalness: wide ? 0.1 : 0.5
+      })
+    );
     if (optical) {
-      const top = new THREE.Mesh(new THREE.PlaneGeometry(size.x - 0.03, size.y - 0.03), opticalTop(size));
+      const top = new THREE.Mesh(
+        new THREE.PlaneGeometry(size.x - 0.03, size.y - 0.03),
+        opticalTop(size)
+      );
       top.position.z = size.z / 2 + 4e-4;
       top.receiveShadow = true;
       piece.add(top);
@@ -83,13 +103,41 @@ export function makeFixed(looks: CellLooks): THREE.Group {
 
 function legs(size: THREE.Vector3, height: number): THREE.Mesh {
   const parts: THREE.BufferGeometry[] = [];
-  const x = size.x / 2 - 0.07, y = size.y / 2 - 0.07, w = 0.06;
-  for (const [sx, sy] of [[1, 1], [1, -1], [-1, 1], [-1, -1]] as const) {
-    parts.push(tinted(softBox(w, w, height - 0.03, 0.004).translate(sx * x, sy * y, -size.z / 2 - (height - 0.03) / 2), 0x4a525c));
-    parts.push(tinted(softCylinder(0.04, 0.03).rotateX(Math.PI / 2).translate(sx * x, sy * y, -size.z / 2 - height + 0.015), 0x22262b));
+  const x = size.x / 2 - 0.07,
+    y = size.y / 2 - 0.07,
+    w = 0.06;
+  for (const [sx, sy] of [
+    [1, 1],
+    [1, -1],
+    [-1, 1],
+    [-1, -1]
+  ] as const) {
+    parts.push(
+      tinted(
+        softBox(w, w, height - 0.03, 0.004).translate(
+          sx * x,
+          sy * y,
+          -size.z / 2 - (height - 0.03) / 2
+        ),
+        0x4a525c
+      )
+    );
+    parts.push(
+      tinted(
+        softCylinder(0.04, 0.03)
+          .rotateX(Math.PI / 2)
+          .translate(sx * x, sy * y, -size.z / 2 - height + 0.015),
+        0x22262b
+      )
+    );
   }
   for (const side of [1, -1]) {
-    parts.push(tinted(softBox(2 * x, 0.04, 0.05, 0.004).translate(0, side * y, -size.z / 2 - 0.75 * height), 0x4a525c));
+    parts.push(
+      tinted(
+        softBox(2 * x, 0.04, 0.05, 0.004).translate(0, side * y, -size.z / 2 - 0.75 * height),
+        0x4a525c
+      )
+    );
   }
   return solid(merged(parts), surface({vertexColors: true, roughness: 0.5, metalness: 0.4}));
 }
@@ -117,22 +165,36 @@ export class Belt {
     });
     this.texture.repeat.set(conveyor.lengthM / kPattern_m, 1);
     const {lengthM: l, widthM: w} = conveyor;
-    const top = new THREE.Mesh(new THREE.PlaneGeometry(l, w),
-      surface({map: this.texture, roughness: 0.85, metalness: 0}));
+    const top = new THREE.Mesh(
+      new THREE.PlaneGeometry(l, w),
+      surface({map: this.texture, roughness: 0.85, metalness: 0})
+    );
     top.receiveShadow = true;
     this.root.add(top);
     const parts: THREE.BufferGeometry[] = [
-      tinted(softBox(l, w, 0.02, 0.001).translate(0, 0, -0.0105), 0x2b3036)];
+      tinted(softBox(l, w, 0.02, 0.001).translate(0, 0, -0.0105), 0x2b3036)
+    ];
     for (const end of [1, -1]) {
-      parts.push(tinted(softCylinder(0.045, w - 0.01, 0.003).translate(end * l / 2, 0, -0.0455), 0x2b3036));
-      parts.push(tinted(softCylinder(0.016, w + 0.07, 0.003).translate(end * l / 2, 0, -0.0455), 0xb9c1ca));
+      parts.push(
+        tinted(softCylinder(0.045, w - 0.01, 0.003).translate((end * l) / 2, 0, -0.0455), 0x2b3036)
+      );
+      parts.push(
+        tinted(softCylinder(0.016, w + 0.07, 0.003).translate((end * l) / 2, 0, -0.0455), 0xb9c1ca)
+      );
     }
     for (const side of [1, -1]) {
-      parts.push(tinted(softBox(l + 0.06, 0.02, 0.05, 0.003).translate(0, side * (w / 2 + 0.013), -0.022), 0xbcc4cc));
+      parts.push(
+        tinted(
+          softBox(l + 0.06, 0.02, 0.05, 0.003).translate(0, side * (w / 2 + 0.013), -0.022),
+          0xbcc4cc
+        )
+      );
     }
     const motor = softBox(0.16, 0.12, 0.12, 0.01).translate(l / 2 - 0.1, -(w / 2 + 0.085), -0.09);
     parts.push(tinted(motor, 0x2f6fb3));
-    this.root.add(solid(merged(parts), surface({vertexColors: true, roughness: 0.45, metalness: 0.35})));
+    this.root.add(
+      solid(merged(parts), surface({vertexColors: true, roughness: 0.45, metalness: 0.35}))
+    );
   }
 
   update(travel_m: number): void {

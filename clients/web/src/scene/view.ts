@@ -16,8 +16,19 @@ import {Belt, makeFixed, makeFloor} from './surroundings';
 
 export const kRobotColors = [0xf5b82e, 0x3f8efc, 0x37d67a, 0xd64550];
 
-export interface Layers {groups: boolean; contacts: boolean; trails: boolean; targets: boolean; cameras: boolean; curtain: boolean}
-export type Pick = {kind: 'body'; index: number} | {kind: 'robot'; index: number} | {kind: 'fixed'; name: string} | {kind: 'belt'};
+export interface Layers {
+  groups: boolean;
+  contacts: boolean;
+  trails: boolean;
+  targets: boolean;
+  cameras: boolean;
+  curtain: boolean;
+}
+export type Pick =
+  | {kind: 'body'; index: number}
+  | {kind: 'robot'; index: number}
+  | {kind: 'fixed'; name: string}
+  | {kind: 'belt'};
 
 const kBackground = {dark: 0x171c24, light: 0xe6eaef};
 const kSlowFrame_ms = 45;
@@ -25,7 +36,14 @@ const kStill_ms = 700;
 
 /** The cell in three dimensions. Draws when something has changed, and less finely on slow machines. */
 export class View {
-  readonly layers: Layers = {groups: false, contacts: false, trails: true, targets: true, cameras: false, curtain: true};
+  readonly layers: Layers = {
+    groups: false,
+    contacts: false,
+    trails: true,
+    targets: true,
+    cameras: false,
+    curtain: true
+  };
   onPick: (pick: Pick | null) => void = () => {};
   onProblem: (message: string) => void = () => {};
 
@@ -63,7 +81,10 @@ export class View {
   private taken: Snapshot | null = null;
   private loading = 0;
 
-  constructor(private readonly container: HTMLElement, private readonly state: State) {
+  constructor(
+    private readonly container: HTMLElement,
+    private readonly state: State
+  ) {
     this.renderer = makeRenderer();
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = software ? THREE.BasicShadowMap : THREE.PCFSoftShadowMap;
@@ -82,7 +103,15 @@ export class View {
     this.controls.addEventListener('change', () => (this.dirty = true));
     this.makeLights();
     this.highlight.visible = this.contacts.root.visible = false;
-    this.scene.add(this.sky, this.sun, this.sun.target, this.floor, this.content, this.highlight, this.contacts.root);
+    this.scene.add(
+      this.sky,
+      this.sun,
+      this.sun.target,
+      this.floor,
+      this.content,
+      this.highlight,
+      this.contacts.root
+    );
     new ResizeObserver(() => this.resize()).observe(container);
     this.pixelRatio = software ? 0.8 : Math.min(devicePixelRatio, 2);
     this.setTheme(true);
@@ -146,7 +175,14 @@ export class View {
     this.sun.shadow.bias = -2e-4;
     this.sun.shadow.normalBias = software ? 0.02 : 0.006;
     this.sun.shadow.radius = 3;
-    Object.assign(this.sun.shadow.camera, {left: -2.2, right: 2.2, top: 2.2, bottom: -2.2, near: 1, far: 9});
+    Object.assign(this.sun.shadow.camera, {
+      left: -2.2,
+      right: 2.2,
+      top: 2.2,
+      bottom: -2.2,
+      near: 1,
+      far: 9
+    });
   }
 
   /** Reflections cost a moment to prepare, so they come after the first picture. */
@@ -163,15 +199,20 @@ export class View {
     this.scene.remove(this.content);
     this.content.traverse((object) => (object as Partial<THREE.Mesh>).geometry?.dispose());
     this.content = new THREE.Group();
-    this.robots = cell.robots.map((robot, i) => new RobotModel(robot, this.state.looks?.robots[i], i));
+    this.robots = cell.robots.map(
+      (robot, i) => new RobotModel(robot, this.state.looks?.robots[i], i)
+    );
     for (const robot of this.robots) {
       this.content.add(robot.root);
       ++this.loading;
-      robot.load().catch((problem: Error) => this.onProblem(problem.message)).finally(() => {
-        --this.loading;
-        if (this.state.snapshot) this.take(this.state.snapshot);
-        this.selected = null;
-      });
+      robot
+        .load()
+        .catch((problem: Error) => this.onProblem(problem.message))
+        .finally(() => {
+          --this.loading;
+          if (this.state.snapshot) this.take(this.state.snapshot);
+          this.selected = null;
+        });
     }
     this.parts = new Parts(cell, this.state.looks);
     this.belt = cell.conveyor ? new Belt(cell.conveyor) : null;
@@ -181,8 +222,14 @@ export class View {
     this.goals = new Goals(cell, kRobotColors);
     this.trails = cell.robots.map((_, i) => new Trail(kRobotColors[i % kRobotColors.length]!));
     if (this.state.looks) this.content.add(makeFixed(this.state.looks));
-    this.content.add(this.parts.root, this.cameras.root, this.eyes.root, this.curtain.root, this.goals.root,
-                     ...this.trails.map((trail) => trail.line));
+    this.content.add(
+      this.parts.root,
+      this.cameras.root,
+      this.eyes.root,
+      this.curtain.root,
+      this.goals.root,
+      ...this.trails.map((trail) => trail.line)
+    );
     if (this.belt) this.content.add(this.belt.root);
     this.scene.add(this.content);
     this.applyLayers();
@@ -198,13 +245,19 @@ export class View {
       bounds.expandByPoint(base).expandByPoint(base.clone().add(new THREE.Vector3(0, 0, 0.65)));
     }
     if (cell.conveyor) bounds.expandByPoint(toVector(cell.conveyor.beltInWorld?.positionM));
-    for (const tray of this.state.snapshot?.bodies ?? []) bounds.expandByPoint(toVector(tray.bodyInWorld?.positionM));
+    for (const tray of this.state.snapshot?.bodies ?? [])
+      bounds.expandByPoint(toVector(tray.bodyInWorld?.positionM));
     if (bounds.isEmpty()) bounds.expandByPoint(new THREE.Vector3(0, 0, 1));
     const center = bounds.getCenter(new THREE.Vector3());
     const size = Math.max(1.0, bounds.getSize(new THREE.Vector3()).length());
     this.home.center.copy(center).add(new THREE.Vector3(0.0, 0.02, -0.06));
     const wide = this.camera.aspect < 1 ? 1.35 / this.camera.aspect : 1;
-    this.home.eye.copy(this.home.center).addScaledVector(new THREE.Vector3(1.0, -1.02, 0.72).normalize(), 2.15 * size * Math.min(wide, 2));
+    this.home.eye
+      .copy(this.home.center)
+      .addScaledVector(
+        new THREE.Vector3(1.0, -1.02, 0.72).normalize(),
+        2.15 * size * Math.min(wide, 2)
+      );
     this.sun.position.copy(center).add(new THREE.Vector3(1.6, -1.9, 3.6));
     this.sun.target.position.copy(center).setZ(0.6);
     if (this.framed !== cell.scene) this.goHome();
@@ -263,13 +316,18 @@ export class View {
     canvas.addEventListener('pointerup', (e) => {
       if (Math.hypot(e.clientX - down.x, e.clientY - down.y) > 5) return;
       const area = canvas.getBoundingClientRect();
-      const at = new THREE.Vector2(((e.clientX - area.left) / area.width) * 2 - 1, 1 - ((e.clientY - area.top) / area.height) * 2);
+      const at = new THREE.Vector2(
+        ((e.clientX - area.left) / area.width) * 2 - 1,
+        1 - ((e.clientY - area.top) / area.height) * 2
+      );
       const ray = new THREE.Raycaster();
       ray.setFromCamera(at, this.camera);
       let pick: Pick | null = null;
       for (const hit of ray.intersectObject(this.content, true)) {
-        if (!(hit.object instanceof THREE.Mesh) || hit.object instanceof THREE.InstancedMesh) continue;
-        for (let o: THREE.Object3D | null = hit.object; o && !pick; o = o.parent) pick = o.userData.pick ?? null;
+        if (!(hit.object instanceof THREE.Mesh) || hit.object instanceof THREE.InstancedMesh)
+          continue;
+        for (let o: THREE.Object3D | null = hit.object; o && !pick; o = o.parent)
+          pick = o.userData.pick ?? null;
         if (pick) break;
       }
       this.select(pick);
@@ -298,7 +356,8 @@ export class View {
     else if (this.drawn) this.begunToShow();
     this.last = now;
     // Where drawing is slow, as much time again is left to others.
-    const rested = now - this.begun >= (this.frameTime_ms > kSlowFrame_ms ? 2 * this.frameTime_ms : 0);
+    const rested =
+      now - this.begun >= (this.frameTime_ms > kSlowFrame_ms ? 2 * this.frameTime_ms : 0);
     this.drawn = this.dirty && rested && !document.hidden;
     if (!this.drawn) return void (!this.dirty && now - this.begun > kStill_ms && this.refine());
     if (this.refined) this.setFineness(this.pixelRatio, false);
@@ -307,7 +366,8 @@ export class View {
     if (!this.state.snapshot || (first && this.loading > 0)) return void (this.drawn = false);
     // Shadows come after the first picture, and are drawn anew less often where drawing takes long.
     this.renderer.shadowMap.needsUpdate = !first && now >= this.shadowDue;
-    if (!first && now >= this.shadowDue) this.shadowDue = now + (this.frameTime_ms > kSlowFrame_ms ? 600 : 0);
+    if (!first && now >= this.shadowDue)
+      this.shadowDue = now + (this.frameTime_ms > kSlowFrame_ms ? 600 : 0);
     this.begun = now;
     this.renderer.render(this.scene, this.camera);
   }
@@ -341,7 +401,12 @@ export class View {
   private adapt(took_ms: number, now: number): void {
     this.frameTime_ms += 0.1 * (took_ms - this.frameTime_ms);
     this.state.watch({rateHz: this.frameTime_ms > 60 ? 12 : this.frameTime_ms > 25 ? 20 : 30});
-    if (adaptive && this.frameTime_ms > kSlowFrame_ms && this.pixelRatio > 0.5 && now > this.settled) {
+    if (
+      adaptive &&
+      this.frameTime_ms > kSlowFrame_ms &&
+      this.pixelRatio > 0.5 &&
+      now > this.settled
+    ) {
       this.pixelRatio = Math.max(0.5, this.pixelRatio * 0.7);
       this.settled = now + 3000;
       this.resize();

@@ -22,7 +22,7 @@ export class Access {
 
   /** Forgets controls that have left the page. */
   prune(): void {
-    for (let i = this.controls.length; i-- > 0;) {
+    for (let i = this.controls.length; i-- > 0; ) {
       if (!this.controls[i]!.control.isConnected) this.controls.splice(i, 1);
     }
   }
@@ -47,7 +47,8 @@ export class Access {
     this.banner.dataset.reason = reason;
     this.banner.hidden = reason === '';
     this.banner.replaceChildren(h('span', {}, reason));
-    if (reason && !stopped && this.state.permission?.tokenHelps) this.banner.append(this.tokenForm());
+    if (reason && !stopped && this.state.permission?.tokenHelps)
+      this.banner.append(this.tokenForm());
   }
 
   private apply({control, title, own}: {control: Control; title: string; own: () => string}): void {
@@ -58,15 +59,30 @@ export class Access {
   }
 
   private tokenForm(): HTMLElement {
-    const input = h('input', {type: 'password', name: 'token', 'aria-label': 'Access token', placeholder: 'Access token', autocomplete: 'off'});
-    return h('form', {class: 'token', onsubmit: (event: Event) => {
-      event.preventDefault();
-      void this.authenticate(input.value);
-    }}, input, h('button', {type: 'submit'}, 'Unlock'));
+    const input = h('input', {
+      type: 'password',
+      name: 'token',
+      'aria-label': 'Access token',
+      placeholder: 'Access token',
+      autocomplete: 'off'
+    });
+    return h(
+      'form',
+      {
+        class: 'token',
+        onsubmit: (event: Event) => {
+          event.preventDefault();
+          void this.authenticate(input.value);
+        }
+      },
+      input,
+      h('button', {type: 'submit'}, 'Unlock')
+    );
   }
 
   async authenticate(token: string): Promise<void> {
-    if (await this.command({case: 'authenticate', value: {token}})) sessionStorage.setItem('token', token);
+    if (await this.command({case: 'authenticate', value: {token}}))
+      sessionStorage.setItem('token', token);
     else sessionStorage.removeItem('token');
   }
 }

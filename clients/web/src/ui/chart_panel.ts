@@ -10,12 +10,23 @@ const kMaxPoints = 4000;
 const kMaxCharts = 6;
 const kColors = ['#f5b82e', '#3f8efc', '#37d67a', '#ff6b81', '#b88cff', '#2bd4d4'];
 
-interface Strip {signal: ChartSignal; values: number[]; plot: uPlot; element: HTMLElement}
+interface Strip {
+  signal: ChartSignal;
+  values: number[];
+  plot: uPlot;
+  element: HTMLElement;
+}
 
 export class ChartPanel {
   readonly element = h('div', {class: 'panel charts'});
   private readonly list = h('div', {class: 'strips'});
-  private readonly choice = h('input', {type: 'search', list: 'signals', placeholder: 'Add a signal …', 'aria-label': 'Signal to chart', 'data-testid': 'chart-choice'});
+  private readonly choice = h('input', {
+    type: 'search',
+    list: 'signals',
+    placeholder: 'Add a signal …',
+    'aria-label': 'Signal to chart',
+    'data-testid': 'chart-choice'
+  });
   private readonly names = h('datalist', {id: 'signals'});
   private readonly pauseButton = button('Pause', () => this.pause());
   private signals: ChartSignal[] = [];
@@ -30,11 +41,30 @@ export class ChartPanel {
       if (signal) this.add(signal);
       this.choice.value = '';
     });
-    this.element.append(card('Strip charts', h('div', {class: 'row'}, this.choice, this.names, this.pauseButton, button('CSV', () => this.save(), {title: 'Saves what the charts hold'})), this.list));
+    this.element.append(
+      card(
+        'Strip charts',
+        h(
+          'div',
+          {class: 'row'},
+          this.choice,
+          this.names,
+          this.pauseButton,
+          button('CSV', () => this.save(), {title: 'Saves what the charts hold'})
+        ),
+        this.list
+      )
+    );
     state.cellChanged.on((cell) => {
       this.signals = signalsOf(cell);
       this.names.replaceChildren(...this.signals.map((s) => h('option', {value: s.name})));
-      const names = this.strips.length ? this.strips.map((s) => s.signal.name) : [`${cell.robots[0]?.name} tool z`, `${cell.robots[0]?.name} gripper force 1`, 'step time'];
+      const names = this.strips.length
+        ? this.strips.map((s) => s.signal.name)
+        : [
+            `${cell.robots[0]?.name} tool z`,
+            `${cell.robots[0]?.name} gripper force 1`,
+            'step time'
+          ];
       this.clear();
       for (const name of names) {
         const signal = this.signals.find((s) => s.name === name);
@@ -42,7 +72,9 @@ export class ChartPanel {
       }
     });
     state.snapshotChanged.on((snapshot) => this.take(snapshot));
-    new ResizeObserver(() => this.strips.forEach((s) => s.plot.setSize({width: this.width(), height: 130}))).observe(this.list);
+    new ResizeObserver(() =>
+      this.strips.forEach((s) => s.plot.setSize({width: this.width(), height: 130}))
+    ).observe(this.list);
   }
 
   private width(): number {
@@ -58,18 +90,47 @@ export class ChartPanel {
 
   private add(signal: ChartSignal): void {
     if (this.strips.some((s) => s.signal === signal)) return;
-    if (this.strips.length >= kMaxCharts) return notify(`At most ${kMaxCharts} charts at once; remove one first.`, 'error');
+    if (this.strips.length >= kMaxCharts)
+      return notify(`At most ${kMaxCharts} charts at once; remove one first.`, 'error');
     const color = kColors[this.strips.length % kColors.length]!;
     const holder = h('div', {class: 'plot'});
-    const axis = {stroke: '#8b98a8', grid: {stroke: 'rgba(139,152,168,.18)', width: 1}, ticks: {show: false}, font: '11px system-ui'};
-    const element = h('figure', {class: 'strip'}, h('figcaption', {}, `${signal.name}${signal.unit ? ` [${signal.unit}]` : ''}`,
-      button('×', () => this.remove(strip), {class: 'icon', 'aria-label': `Remove ${signal.name}`})), holder);
+    const axis = {
+      stroke: '#8b98a8',
+      grid: {stroke: 'rgba(139,152,168,.18)', width: 1},
+      ticks: {show: false},
+      font: '11px system-ui'
+    };
+    const element = h(
+      'figure',
+      {class: 'strip'},
+      h(
+        'figcaption',
+        {},
+        `${signal.name}${signal.unit ? ` [${signal.unit}]` : ''}`,
+        button('×', () => this.remove(strip), {
+          class: 'icon',
+          'aria-label': `Remove ${signal.name}`
+        })
+      ),
+      holder
+    );
     this.list.append(element);
-    const plot = new uPlot({
-      width: this.width(), height: 130, legend: {show: false}, cursor: {y: false},
-      scales: {x: {time: false}}, axes: [{...axis, size: 24}, {...axis, size: 52}],
-      series: [{}, {stroke: color, width: 1.6, points: {show: false}, spanGaps: true}]
-    }, [[], []], holder);
+    const plot = new uPlot(
+      {
+        width: this.width(),
+        height: 130,
+        legend: {show: false},
+        cursor: {y: false},
+        scales: {x: {time: false}},
+        axes: [
+          {...axis, size: 24},
+          {...axis, size: 52}
+        ],
+        series: [{}, {stroke: color, width: 1.6, points: {show: false}, spanGaps: true}]
+      },
+      [[], []],
+      holder
+    );
     const strip: Strip = {signal, values: this.times.map(() => NaN), plot, element};
     this.strips.push(strip);
   }
@@ -108,8 +169,20 @@ export class ChartPanel {
   }
 
   private save(): void {
-    const head = ['time [s]', ...this.strips.map((s) => s.signal.name + (s.signal.unit ? ` [${s.signal.unit}]` : ''))];
-    const lines = this.times.map((t, i) => [t.toFixed(4), ...this.strips.map((s) => (Number.isFinite(s.values[i]) ? s.values[i]!.toPrecision(9) : ''))].join(','));
-    download(`${this.state.cell?.scene ?? 'cell'}.csv`, 'text/csv', [head.join(','), ...lines].join('\n') + '\n');
+    const head = [
+      'time [s]',
+      ...this.strips.map((s) => s.signal.name + (s.signal.unit ? ` [${s.signal.unit}]` : ''))
+    ];
+    const lines = this.times.map((t, i) =>
+      [
+        t.toFixed(4),
+        ...this.strips.map((s) => (Number.isFinite(s.values[i]) ? s.values[i]!.toPrecision(9) : ''))
+      ].join(',')
+    );
+    download(
+      `${this.state.cell?.scene ?? 'cell'}.csv`,
+      'text/csv',
+      [head.join(','), ...lines].join('\n') + '\n'
+    );
   }
 }

@@ -12,13 +12,29 @@ const kReactions = ['none', 'belt stop', 'protective stop', 'belt and robots sto
 export class CurtainCard {
   readonly element: HTMLElement;
   private readonly facts = new Facts();
-  private readonly beams = h('div', {class: 'beams', role: 'img', 'aria-label': 'Beams of the light curtain, the lowest on the left'});
+  private readonly beams = h('div', {
+    class: 'beams',
+    role: 'img',
+    'aria-label': 'Beams of the light curtain, the lowest on the left'
+  });
   private readonly reach: HTMLButtonElement;
 
-  constructor(private readonly state: State, access: Access) {
-    this.reach = access.guard(button('Reach in', () => void access.command({case: 'intruder', value: this.intruder()}),
-      {title: 'Puts a box into the beams, as a person would break them', 'data-testid': 'reach'}));
-    this.element = card('Light curtain', this.facts.element, this.beams, h('div', {class: 'row'}, this.reach));
+  constructor(
+    private readonly state: State,
+    access: Access
+  ) {
+    this.reach = access.guard(
+      button('Reach in', () => void access.command({case: 'intruder', value: this.intruder()}), {
+        title: 'Puts a box into the beams, as a person would break them',
+        'data-testid': 'reach'
+      })
+    );
+    this.element = card(
+      'Light curtain',
+      this.facts.element,
+      this.beams,
+      h('div', {class: 'row'}, this.reach)
+    );
     state.cellChanged.on((cell) => this.build(cell));
     state.display.on((snapshot) => this.show(snapshot));
   }
@@ -27,13 +43,17 @@ export class CurtainCard {
     const curtain = cell.lightCurtain;
     this.element.hidden = !curtain;
     if (!curtain) return;
-    this.facts.set('beams', `${curtain.beams}, ${units.lengthText(curtain.pitchM)} ${units.length} apart, ${units.lengthText(curtain.rangeM)} ${units.length} long`);
+    this.facts.set(
+      'beams',
+      `${curtain.beams}, ${units.lengthText(curtain.pitchM)} ${units.length} apart, ${units.lengthText(curtain.rangeM)} ${units.length} long`
+    );
     this.facts.set('reaction', kReactions[curtain.reaction] ?? '?');
     this.beams.replaceChildren(...Array.from({length: curtain.beams}, () => h('span')));
   }
 
   private show(snapshot: Snapshot): void {
-    const curtain = this.state.cell?.lightCurtain, now = snapshot.lightCurtain;
+    const curtain = this.state.cell?.lightCurtain,
+      now = snapshot.lightCurtain;
     if (!curtain || !now) return;
     this.facts.set('output', now.broken ? 'broken' : 'clear', now.broken ? 'bad' : 'good');
     now.distanceM.forEach((distance, i) => {
@@ -47,7 +67,19 @@ export class CurtainCard {
   private intruder() {
     const curtain = this.state.cell?.lightCurtain;
     if (!curtain || this.state.snapshot?.intruder) return {};
-    const middle = new Vector3(curtain.rangeM / 2, 0, (curtain.beams * curtain.pitchM) / 2).applyMatrix4(toMatrix(curtain.curtainInWorld as Pose));
-    return {intruder: {intruderInWorld: {positionM: {x: middle.x, y: middle.y, z: middle.z}, orientation: {w: 1, x: 0, y: 0, z: 0}}, sizeM: {x: 0.16, y: 0.3, z: 0.12}}};
+    const middle = new Vector3(
+      curtain.rangeM / 2,
+      0,
+      (curtain.beams * curtain.pitchM) / 2
+    ).applyMatrix4(toMatrix(curtain.curtainInWorld as Pose));
+    return {
+      intruder: {
+        intruderInWorld: {
+          positionM: {x: middle.x, y: middle.y, z: middle.z},
+          orientation: {w: 1, x: 0, y: 0, z: 0}
+        },
+        sizeM: {x: 0.16, y: 0.3, z: 0.12}
+      }
+    };
   }
 }

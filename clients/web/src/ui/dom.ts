@@ -2,14 +2,20 @@
 type Child = Node | string | null | undefined | false;
 type Attributes = Record<string, string | number | boolean | EventListener | null | undefined>;
 
-export function h<K extends keyof HTMLElementTagNameMap>(tag: K, attributes: Attributes = {}, ...children: Child[]): HTMLElementTagNameMap[K] {
+export function h<K extends keyof HTMLElementTagNameMap>(
+  tag: K,
+  attributes: Attributes = {},
+  ...children: Child[]
+): HTMLElementTagNameMap[K] {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
     if (value === null || value === undefined || value === false) continue;
     if (typeof value === 'function') element.addEventListener(name.replace(/^on/, ''), value);
     else element.setAttribute(name, value === true ? '' : String(value));
   }
-  element.append(...children.filter((c): c is Node | string => c !== null && c !== undefined && c !== false));
+  element.append(
+    ...children.filter((c): c is Node | string => c !== null && c !== undefined && c !== false)
+  );
   return element;
 }
 
@@ -18,7 +24,11 @@ export function text(element: Element, value: string): void {
   if (element.textContent !== value) element.textContent = value;
 }
 
-export function button(label: string, onclick: () => void, attributes: Attributes = {}): HTMLButtonElement {
+export function button(
+  label: string,
+  onclick: () => void,
+  attributes: Attributes = {}
+): HTMLButtonElement {
   return h('button', {type: 'button', onclick, ...attributes}, label);
 }
 
@@ -47,7 +57,9 @@ let toasts: HTMLElement | null = null;
 
 /** A short notice; errors stay longer. */
 export function notify(message: string, kind: 'info' | 'error' = 'info'): void {
-  toasts ??= document.body.appendChild(h('div', {class: 'toasts', role: 'status', 'aria-live': 'polite'}));
+  toasts ??= document.body.appendChild(
+    h('div', {class: 'toasts', role: 'status', 'aria-live': 'polite'})
+  );
   const toast = h('div', {class: `toast ${kind}`}, message);
   toasts.append(toast);
   if (toasts.childElementCount > 4) toasts.firstElementChild?.remove();

@@ -6,7 +6,14 @@ import type {Access} from './access';
 
 export type Direction =
   | {case: 'joint'; value: {joint: number; negative: boolean}}
-  | {case: 'tool'; value: {along?: {x: number; y: number; z: number}; about?: {x: number; y: number; z: number}; inToolFrame: boolean}};
+  | {
+      case: 'tool';
+      value: {
+        along?: {x: number; y: number; z: number};
+        about?: {x: number; y: number; z: number};
+        inToolFrame: boolean;
+      };
+    };
 
 const kRenew_ms = 100;
 
@@ -16,7 +23,10 @@ export class Jog {
   private pressed: HTMLButtonElement | null = null;
   private complained = '';
 
-  constructor(private readonly state: State, private readonly access: Access) {
+  constructor(
+    private readonly state: State,
+    private readonly access: Access
+  ) {
     for (const event of ['blur', 'pagehide']) addEventListener(event, () => this.end());
     document.addEventListener('visibilitychange', () => document.hidden && this.end());
     for (const event of ['pointerup', 'pointercancel']) addEventListener(event, () => this.end());
@@ -26,8 +36,24 @@ export class Jog {
   }
 
   /** A button that jogs `robot` one way. Space and Enter hold it as well. */
-  makeButton(label: string, name: string, robot: number, direction: () => Direction, speed: () => number): HTMLButtonElement {
-    const element = h('button', {type: 'button', class: 'jog', 'aria-label': name, 'data-testid': `jog ${name}`, title: `Hold: ${name}`}, label);
+  makeButton(
+    label: string,
+    name: string,
+    robot: number,
+    direction: () => Direction,
+    speed: () => number
+  ): HTMLButtonElement {
+    const element = h(
+      'button',
+      {
+        type: 'button',
+        class: 'jog',
+        'aria-label': name,
+        'data-testid': `jog ${name}`,
+        title: `Hold: ${name}`
+      },
+      label
+    );
     const begin = (): void => this.begin(element, robot, direction(), speed());
     element.addEventListener('pointerdown', (event) => {
       if (event.button !== 0 || element.disabled) return;
@@ -49,16 +75,24 @@ export class Jog {
     });
   }
 
-  private begin(element: HTMLButtonElement, robot: number, direction: Direction, speed: number): void {
+  private begin(
+    element: HTMLButtonElement,
+    robot: number,
+    direction: Direction,
+    speed: number
+  ): void {
     this.end();
     this.pressed = element;
     this.robot = robot;
     this.complained = '';
     element.classList.add('held');
     const renew = (): void => {
-      this.state.connection.request({case: 'jog', value: {robot, direction, speed}}).catch((problem: Error) => {
-        if (this.pressed === element && this.complained !== problem.message) notify((this.complained = problem.message), 'error');
-      });
+      this.state.connection
+        .request({case: 'jog', value: {robot, direction, speed}})
+        .catch((problem: Error) => {
+          if (this.pressed === element && this.complained !== problem.message)
+            notify((this.complained = problem.message), 'error');
+        });
     };
     renew();
     this.timer = window.setInterval(renew, kRenew_ms);
@@ -69,6 +103,9 @@ export class Jog {
     clearInterval(this.timer);
     this.pressed.classList.remove('held');
     this.pressed = null;
-    this.state.connection.send({case: 'jog', value: {robot: this.robot, direction: {case: undefined}, speed: 1}});
+    this.state.connection.send({
+      case: 'jog',
+      value: {robot: this.robot, direction: {case: undefined}, speed: 1}
+    });
   }
 }

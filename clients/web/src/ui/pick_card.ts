@@ -10,16 +10,36 @@ import {units} from './units';
 import {Vector3} from 'three';
 
 export class PickCard {
-  readonly element = h('aside', {class: 'pick', hidden: true, 'aria-label': 'Picked object', 'data-testid': 'pick'});
+  readonly element = h('aside', {
+    class: 'pick',
+    hidden: true,
+    'aria-label': 'Picked object',
+    'data-testid': 'pick'
+  });
   private readonly title = h('h2');
   private readonly facts = new Facts();
   private pick: Pick | null = null;
 
-  constructor(private readonly state: State, view: View) {
-    this.element.append(h('div', {class: 'row'}, this.title, button('×', () => {
-      view.select(null);
-      this.show(null);
-    }, {class: 'icon', 'aria-label': 'Close'})), this.facts.element);
+  constructor(
+    private readonly state: State,
+    view: View
+  ) {
+    this.element.append(
+      h(
+        'div',
+        {class: 'row'},
+        this.title,
+        button(
+          '×',
+          () => {
+            view.select(null);
+            this.show(null);
+          },
+          {class: 'icon', 'aria-label': 'Close'}
+        )
+      ),
+      this.facts.element
+    );
     view.onPick = (pick) => this.show(pick);
     state.display.on((snapshot) => this.update(snapshot));
     state.cellChanged.on(() => this.show(null));
@@ -34,18 +54,23 @@ export class PickCard {
   }
 
   private update(snapshot: Snapshot): void {
-    const cell = this.state.cell, pick = this.pick;
+    const cell = this.state.cell,
+      pick = this.pick;
     if (!pick || !cell) return;
     let name = '';
     if (pick.kind === 'body') {
-      const body = cell.bodies[pick.index], state = snapshot.bodies[pick.index];
+      const body = cell.bodies[pick.index],
+        state = snapshot.bodies[pick.index];
       if (!body || !state) return;
       name = body.name;
       this.facts.set('type', body.type);
       this.facts.set('mass', `${(body.massKg * 1000).toFixed(1)} g`);
       this.showPose(state.bodyInWorld);
       const v = state.velocityMS;
-      this.facts.set('speed', v ? `${units.lengthText(Math.hypot(v.x, v.y, v.z))} ${units.length}/s` : '–');
+      this.facts.set(
+        'speed',
+        v ? `${units.lengthText(Math.hypot(v.x, v.y, v.z))} ${units.length}/s` : '–'
+      );
       this.facts.set('state', groupOf(state) || 'moving freely');
       this.showContacts(snapshot, 'body', pick.index);
     } else if (pick.kind === 'robot') {
@@ -60,7 +85,11 @@ export class PickCard {
       name = pick.name;
       const box = this.state.looks?.fixed.find((b) => b.name === pick.name);
       const s = box?.sizeM;
-      if (s) this.facts.set('size', [s.x, s.y, s.z].map((x) => units.lengthText(x)).join(' × ') + ` ${units.length}`);
+      if (s)
+        this.facts.set(
+          'size',
+          [s.x, s.y, s.z].map((x) => units.lengthText(x)).join(' × ') + ` ${units.length}`
+        );
       this.showPose(box?.boxInWorld);
     }
     text(this.title, name);
@@ -69,7 +98,8 @@ export class PickCard {
   /** What it touches, with how many points and what force they bear together. */
   private showContacts(snapshot: Snapshot, kind: 'body' | 'robot', index: number): void {
     const totals = new Map<string, {points: number; force: Vector3}>();
-    const is = (side: ContactSide | undefined): boolean => side?.thing.case === kind && side.thing.value === index;
+    const is = (side: ContactSide | undefined): boolean =>
+      side?.thing.case === kind && side.thing.value === index;
     for (const contact of snapshot.contacts) {
       const first = is(contact.first);
       if (!first && !is(contact.second)) continue;
@@ -79,22 +109,39 @@ export class PickCard {
       ++total.points;
       total.force.addScaledVector(toVector(contact.forceN), first ? 1 : -1);
     }
-    const lines = [...totals].map(([name, {points, force}]) => `${name} (${points} ${points === 1 ? 'point' : 'points'}, ${force.length().toFixed(2)} N)`);
+    const lines = [...totals].map(
+      ([name, {points, force}]) =>
+        `${name} (${points} ${points === 1 ? 'point' : 'points'}, ${force.length().toFixed(2)} N)`
+    );
     const resting = kind === 'body' && snapshot.bodies[index]?.group !== undefined;
-    this.facts.set('contacts', lines.join('\n') || (resting ? 'within its group, not computed' : 'none'));
+    this.facts.set(
+      'contacts',
+      lines.join('\n') || (resting ? 'within its group, not computed' : 'none')
+    );
   }
 
   private nameOf(side: ContactSide | undefined): string {
-    const {cell} = this.state, thing = side?.thing;
+    const {cell} = this.state,
+      thing = side?.thing;
     if (!cell || thing?.case === undefined) return '?';
     if (thing.case === 'body') return cell.bodies[thing.value]?.name ?? '?';
-    return (thing.case === 'robot' ? cell.robots[thing.value]?.name : cell.fixed[thing.value]) ?? '?';
+    return (
+      (thing.case === 'robot' ? cell.robots[thing.value]?.name : cell.fixed[thing.value]) ?? '?'
+    );
   }
 
   private showPose(pose: import('../protocol').Pose | undefined, prefix = ''): void {
     const p = pose?.positionM;
     if (!p) return;
-    this.facts.set(`${prefix}position`, `${units.lengthText(p.x)}, ${units.lengthText(p.y)}, ${units.lengthText(p.z)} ${units.length}`);
-    this.facts.set(`${prefix}turn`, toRollPitchYaw(pose.orientation).map((a) => units.angleText(a)).join(', ') + ` ${units.angleSign}`);
+    this.facts.set(
+      `${prefix}position`,
+      `${units.lengthText(p.x)}, ${units.lengthText(p.y)}, ${units.lengthText(p.z)} ${units.length}`
+    );
+    this.facts.set(
+      `${prefix}turn`,
+      toRollPitchYaw(pose.orientation)
+        .map((a) => units.angleText(a))
+        .join(', ') + ` ${units.angleSign}`
+    );
   }
 }

@@ -17,10 +17,19 @@ const kStates: Record<number, [string, string]> = {
 };
 
 const kCommands: Record<number, string> = {
-  [ActionKind.INITIALIZE]: 'get ready', [ActionKind.END]: 'end', [ActionKind.STOP]: 'stop', [ActionKind.MOVE_TO]: 'move to',
-  [ActionKind.MOVE_THROUGH_TO]: 'move through to', [ActionKind.MOVE_SCREW]: 'screw', [ActionKind.MOVE_JOINTS]: 'move joints',
-  [ActionKind.GRIPPER]: 'gripper', [ActionKind.GRIPPER_FORCE]: 'gripper force', [ActionKind.TOOL_CHANGER]: 'tool changer', [ActionKind.OVERRIDE]: 'speed override',
-  [ActionKind.DWELL]: 'dwell', [ActionKind.MOTION_LIMIT]: 'speed limit'
+  [ActionKind.INITIALIZE]: 'get ready',
+  [ActionKind.END]: 'end',
+  [ActionKind.STOP]: 'stop',
+  [ActionKind.MOVE_TO]: 'move to',
+  [ActionKind.MOVE_THROUGH_TO]: 'move through to',
+  [ActionKind.MOVE_SCREW]: 'screw',
+  [ActionKind.MOVE_JOINTS]: 'move joints',
+  [ActionKind.GRIPPER]: 'gripper',
+  [ActionKind.GRIPPER_FORCE]: 'gripper force',
+  [ActionKind.TOOL_CHANGER]: 'tool changer',
+  [ActionKind.OVERRIDE]: 'speed override',
+  [ActionKind.DWELL]: 'dwell',
+  [ActionKind.MOTION_LIMIT]: 'speed limit'
 };
 
 const kAxes = ['x', 'y', 'z'] as const;
@@ -33,19 +42,46 @@ export class RobotPanel {
   private readonly bars: {fill: HTMLMeterElement; value: HTMLElement}[] = [];
   private readonly pose: HTMLInputElement[] = [];
   private readonly poseNow: HTMLElement[] = [];
-  private readonly speed = h('input', {type: 'range', min: 1, max: 100, value: 15, 'aria-label': 'Speed of jogs and moves in percent'});
-  private readonly frame = h('select', {'aria-label': 'Frame of tool jogs'}, h('option', {value: 'base'}, 'base frame'), h('option', {value: 'tool'}, 'tool frame'));
+  private readonly speed = h('input', {
+    type: 'range',
+    min: 1,
+    max: 100,
+    value: 15,
+    'aria-label': 'Speed of jogs and moves in percent'
+  });
+  private readonly frame = h(
+    'select',
+    {'aria-label': 'Frame of tool jogs'},
+    h('option', {value: 'base'}, 'base frame'),
+    h('option', {value: 'tool'}, 'tool frame')
+  );
 
-  constructor(private readonly state: State, private readonly access: Access, private readonly jog: Jog, private readonly view: View,
-              private readonly robot: RobotDescription, private readonly index: number) {
-    this.element = h('div', {class: 'robot', 'data-testid': `robot-${robot.name}`},
-      this.statusCard(), this.jointCard(), this.toolCard(), this.gripperCard());
+  constructor(
+    private readonly state: State,
+    private readonly access: Access,
+    private readonly jog: Jog,
+    private readonly view: View,
+    private readonly robot: RobotDescription,
+    private readonly index: number
+  ) {
+    this.element = h(
+      'div',
+      {class: 'robot', 'data-testid': `robot-${robot.name}`},
+      this.statusCard(),
+      this.jointCard(),
+      this.toolCard(),
+      this.gripperCard()
+    );
   }
 
   private command(action: Parameters<RobotPanel['send']>[0]): void {
     void this.send(action);
   }
-  private send(action: NonNullable<Extract<Parameters<Access['command']>[0], {case: 'robot'}>['value']['action']>): Promise<boolean> {
+  private send(
+    action: NonNullable<
+      Extract<Parameters<Access['command']>[0], {case: 'robot'}>['value']['action']
+    >
+  ): Promise<boolean> {
     return this.access.command({case: 'robot', value: {robot: this.index, action}});
   }
 
@@ -59,32 +95,82 @@ export class RobotPanel {
   }
 
   private statusCard(): HTMLElement {
-    const init = this.access.guard(button('Make ready', () => this.command({case: 'initialize', value: {}}),
-      {'data-testid': `init-${this.robot.name}`, title: 'Clears an error and takes commands, as InitCanon does'}));
-    const stop = this.access.guard(button('Stop', () => this.command({case: 'stop', value: {}}), {class: 'danger', title: 'Stops all motion of this robot (s stops all)'}));
-    const look = button('Look', () => this.view.focusRobot(this.index), {title: 'Looks at the tool from nearby'});
+    const init = this.access.guard(
+      button('Make ready', () => this.command({case: 'initialize', value: {}}), {
+        'data-testid': `init-${this.robot.name}`,
+        title: 'Clears an error and takes commands, as InitCanon does'
+      })
+    );
+    const stop = this.access.guard(
+      button('Stop', () => this.command({case: 'stop', value: {}}), {
+        class: 'danger',
+        title: 'Stops all motion of this robot (s stops all)'
+      })
+    );
+    const look = button('Look', () => this.view.focusRobot(this.index), {
+      title: 'Looks at the tool from nearby'
+    });
     const share = h('output', {}, `${this.speed.value} %`);
     this.speed.addEventListener('input', () => text(share, `${this.speed.value} %`));
-    return card(this.robot.name, this.badge, this.description, this.facts.element,
-      h('div', {class: 'row'}, init, stop, look), h('label', {class: 'row slider'}, 'speed', this.speed, share));
+    return card(
+      this.robot.name,
+      this.badge,
+      this.description,
+      this.facts.element,
+      h('div', {class: 'row'}, init, stop, look),
+      h('label', {class: 'row slider'}, 'speed', this.speed, share)
+    );
   }
 
   private jointCard(): HTMLElement {
     const rows = this.robot.joints.map((joint, i) => {
-      const fill = h('meter', {min: joint.lowerRad, max: joint.upperRad, value: 0, 'aria-label': `${joint.name} within its limits`});
+      const fill = h('meter', {
+        min: joint.lowerRad,
+        max: joint.upperRad,
+        value: 0,
+        'aria-label': `${joint.name} within its limits`
+      });
       const value = h('output', {'data-testid': `${this.robot.name}-joint-${i + 1}`});
       this.bars.push({fill, value});
-      const jog = (negative: boolean): HTMLButtonElement => this.jog.makeButton(negative ? '−' : '+', `${this.robot.name} joint ${i + 1} ${negative ? 'minus' : 'plus'}`,
-        this.index, () => ({case: 'joint', value: {joint: i, negative}}), () => this.speedShare());
-      return h('div', {class: 'joint'}, h('span', {}, `J${i + 1}`), jog(true), h('div', {class: 'range'}, fill, h('small', {class: 'limits'})), jog(false), value);
+      const jog = (negative: boolean): HTMLButtonElement =>
+        this.jog.makeButton(
+          negative ? '−' : '+',
+          `${this.robot.name} joint ${i + 1} ${negative ? 'minus' : 'plus'}`,
+          this.index,
+          () => ({case: 'joint', value: {joint: i, negative}}),
+          () => this.speedShare()
+        );
+      return h(
+        'div',
+        {class: 'joint'},
+        h('span', {}, `J${i + 1}`),
+        jog(true),
+        h('div', {class: 'range'}, fill, h('small', {class: 'limits'})),
+        jog(false),
+        value
+      );
     });
     return card('Joints', ...rows);
   }
 
   private toolCard(): HTMLElement {
-    const jogRow = (label: string, kind: 'along' | 'about'): HTMLElement => h('div', {class: 'jogs'}, h('span', {}, label),
-      ...kAxes.flatMap((axis) => [-1, 1].map((sign) => this.jog.makeButton(`${sign < 0 ? '−' : '+'}${kind === 'about' ? 'r' : ''}${axis}`,
-        `${this.robot.name} ${kind} ${sign < 0 ? '-' : '+'}${axis}`, this.index, () => this.toolDirection(kind, axis, sign), () => this.speedShare()))));
+    const jogRow = (label: string, kind: 'along' | 'about'): HTMLElement =>
+      h(
+        'div',
+        {class: 'jogs'},
+        h('span', {}, label),
+        ...kAxes.flatMap((axis) =>
+          [-1, 1].map((sign) =>
+            this.jog.makeButton(
+              `${sign < 0 ? '−' : '+'}${kind === 'about' ? 'r' : ''}${axis}`,
+              `${this.robot.name} ${kind} ${sign < 0 ? '-' : '+'}${axis}`,
+              this.index,
+              () => this.toolDirection(kind, axis, sign),
+              () => this.speedShare()
+            )
+          )
+        )
+      );
     const names = ['x', 'y', 'z', 'roll', 'pitch', 'yaw'];
     const fields = names.map((name) => {
       const input = h('input', {type: 'number', step: 'any', 'aria-label': `target ${name}`});
@@ -93,23 +179,55 @@ export class RobotPanel {
       this.poseNow.push(now);
       return h('div', {class: 'coordinate'}, h('span', {}, name), now, input);
     });
-    const go = (straight: boolean): HTMLButtonElement => this.access.guard(button(straight ? 'Go straight' : 'Go', () => this.goTo(straight),
-      {title: straight ? 'Moves the tool on a straight line to the target' : 'Moves the tool to the target, joints together'}), () => this.ready());
-    return card('Tool', h('div', {class: 'pose'}, ...fields),
-      h('div', {class: 'row'}, button('Take present', () => this.fillTarget(), {title: 'Copies the present pose into the target'}), go(false), go(true)),
-      h('div', {class: 'row'}, this.frame), jogRow('move', 'along'), jogRow('turn', 'about'));
+    const go = (straight: boolean): HTMLButtonElement =>
+      this.access.guard(
+        button(straight ? 'Go straight' : 'Go', () => this.goTo(straight), {
+          title: straight
+            ? 'Moves the tool on a straight line to the target'
+            : 'Moves the tool to the target, joints together'
+        }),
+        () => this.ready()
+      );
+    return card(
+      'Tool',
+      h('div', {class: 'pose'}, ...fields),
+      h(
+        'div',
+        {class: 'row'},
+        button('Take present', () => this.fillTarget(), {
+          title: 'Copies the present pose into the target'
+        }),
+        go(false),
+        go(true)
+      ),
+      h('div', {class: 'row'}, this.frame),
+      jogRow('move', 'along'),
+      jogRow('turn', 'about')
+    );
   }
 
   private gripperCard(): HTMLElement {
-    const set = (label: string, setting: number): HTMLButtonElement => this.access.guard(button(label, () => this.command({case: 'gripper', value: {setting}}),
-      {'data-testid': `${this.robot.name}-gripper-${label.toLowerCase()}`}), () => this.ready());
-    return card('Gripper', this.gripper.element, h('div', {class: 'row'}, set('Open', 1), set('Close', 0)));
+    const set = (label: string, setting: number): HTMLButtonElement =>
+      this.access.guard(
+        button(label, () => this.command({case: 'gripper', value: {setting}}), {
+          'data-testid': `${this.robot.name}-gripper-${label.toLowerCase()}`
+        }),
+        () => this.ready()
+      );
+    return card(
+      'Gripper',
+      this.gripper.element,
+      h('div', {class: 'row'}, set('Open', 1), set('Close', 0))
+    );
   }
   private readonly gripper = new Facts();
 
   private toolDirection(kind: 'along' | 'about', axis: 'x' | 'y' | 'z', sign: number) {
     const vector = {x: 0, y: 0, z: 0, [axis]: sign};
-    return {case: 'tool' as const, value: {[kind]: vector, inToolFrame: this.frame.value === 'tool'}};
+    return {
+      case: 'tool' as const,
+      value: {[kind]: vector, inToolFrame: this.frame.value === 'tool'}
+    };
   }
 
   private fillTarget(): void {
@@ -117,50 +235,95 @@ export class RobotPanel {
     if (!pose?.positionM) return;
     const {x, y, z} = pose.positionM;
     [x, y, z].forEach((v, i) => (this.pose[i]!.value = String(Number(units.lengthText(v)))));
-    toRollPitchYaw(pose.orientation).forEach((v, i) => (this.pose[3 + i]!.value = String(Number(units.angleText(v)))));
+    toRollPitchYaw(pose.orientation).forEach(
+      (v, i) => (this.pose[3 + i]!.value = String(Number(units.angleText(v))))
+    );
   }
 
   private goTo(straight: boolean): void {
     const values = this.pose.map((input) => (input.value === '' ? NaN : Number(input.value)));
-    if (values.some((v) => !Number.isFinite(v))) return notify('Fill in all six numbers of the target; "Take present" gives a start.', 'error');
+    if (values.some((v) => !Number.isFinite(v)))
+      return notify(
+        'Fill in all six numbers of the target; "Take present" gives a start.',
+        'error'
+      );
     const [x, y, z] = values.slice(0, 3).map((v) => units.metres(v)) as [number, number, number];
-    const [roll, pitch, yaw] = values.slice(3).map((v) => units.radians(v)) as [number, number, number];
-    this.command({case: 'moveTool', value: {toolInReference: {positionM: {x, y, z}, orientation: fromRollPitchYaw(roll, pitch, yaw)}, straight}});
+    const [roll, pitch, yaw] = values.slice(3).map((v) => units.radians(v)) as [
+      number,
+      number,
+      number
+    ];
+    this.command({
+      case: 'moveTool',
+      value: {
+        toolInReference: {positionM: {x, y, z}, orientation: fromRollPitchYaw(roll, pitch, yaw)},
+        straight
+      }
+    });
   }
 
   update(robot: RobotState): void {
     this.showStatus(robot);
     robot.joints.forEach((joint, i) => {
-      const limits = this.robot.joints[i], bar = this.bars[i];
+      const limits = this.robot.joints[i],
+        bar = this.bars[i];
       if (!limits || !bar) return;
       bar.fill.value = joint.positionRad;
-      const edge = Math.min(joint.positionRad - limits.lowerRad, limits.upperRad - joint.positionRad) < 0.05;
+      const edge =
+        Math.min(joint.positionRad - limits.lowerRad, limits.upperRad - joint.positionRad) < 0.05;
       bar.fill.classList.toggle('edge', edge);
       text(bar.value, `${units.angleText(joint.positionRad)} ${units.angleSign}`);
-      text(bar.fill.nextElementSibling!, `${units.angleOf(limits.lowerRad).toFixed(units.angle === 'deg' ? 0 : 2)} … ${units.angleOf(limits.upperRad).toFixed(units.angle === 'deg' ? 0 : 2)}`);
+      text(
+        bar.fill.nextElementSibling!,
+        `${units.angleOf(limits.lowerRad).toFixed(units.angle === 'deg' ? 0 : 2)} … ${units.angleOf(limits.upperRad).toFixed(units.angle === 'deg' ? 0 : 2)}`
+      );
     });
-    const pose = robot.toolInReference, p = pose?.positionM;
-    if (p) [p.x, p.y, p.z].forEach((v, i) => text(this.poseNow[i]!, `${units.lengthText(v)} ${units.length}`));
-    toRollPitchYaw(pose?.orientation).forEach((v, i) => text(this.poseNow[3 + i]!, `${units.angleText(v)} ${units.angleSign}`));
+    const pose = robot.toolInReference,
+      p = pose?.positionM;
+    if (p)
+      [p.x, p.y, p.z].forEach((v, i) =>
+        text(this.poseNow[i]!, `${units.lengthText(v)} ${units.length}`)
+      );
+    toRollPitchYaw(pose?.orientation).forEach((v, i) =>
+      text(this.poseNow[3 + i]!, `${units.angleText(v)} ${units.angleSign}`)
+    );
     const g = robot.gripper;
     if (!g) return;
     this.gripper.set('commanded', g.setting >= 0.5 ? 'open' : 'closed');
     this.gripper.set('separation', `${units.lengthText(g.separationM)} ${units.length}`);
-    this.gripper.set('force', `${(g.forceN[0] ?? 0).toFixed(1)} / ${(g.forceN[1] ?? 0).toFixed(1)} N`);
-    this.gripper.set('holds', g.holding ? g.heldBody || 'something' : 'nothing', g.holding ? 'good' : '');
+    this.gripper.set(
+      'force',
+      `${(g.forceN[0] ?? 0).toFixed(1)} / ${(g.forceN[1] ?? 0).toFixed(1)} N`
+    );
+    this.gripper.set(
+      'holds',
+      g.holding ? g.heldBody || 'something' : 'nothing',
+      g.holding ? 'good' : ''
+    );
   }
 
   private showStatus(robot: RobotState): void {
     const [name, look] = kStates[robot.action?.state ?? 0] ?? ['–', ''];
     const stopped = robot.protectiveStop;
-    text(this.badge, stopped ? 'protective stop' : robot.moving && name === 'done' ? 'moving' : name);
+    text(
+      this.badge,
+      stopped ? 'protective stop' : robot.moving && name === 'done' ? 'moving' : name
+    );
     this.badge.dataset.state = stopped ? 'bad' : look;
     text(this.description, robot.action?.description ?? '');
     this.facts.set('ready', robot.initialized ? 'yes' : 'no', robot.initialized ? 'good' : '');
     this.facts.set('drives', robot.drivesOn ? 'on' : 'off, the brakes hold');
-    this.facts.set('last command', robot.action?.ticket ? `${kCommands[robot.action.kind] ?? '?'} (no. ${robot.action.ticket})` : 'none');
+    this.facts.set(
+      'last command',
+      robot.action?.ticket
+        ? `${kCommands[robot.action.kind] ?? '?'} (no. ${robot.action.ticket})`
+        : 'none'
+    );
     const v = robot.toolVelocityMS;
-    this.facts.set('tool speed', v ? `${units.lengthText(Math.hypot(v.x, v.y, v.z))} ${units.length}/s` : '–');
+    this.facts.set(
+      'tool speed',
+      v ? `${units.lengthText(Math.hypot(v.x, v.y, v.z))} ${units.length}/s` : '–'
+    );
     const f = robot.toolForceN;
     this.facts.set('tool force', f ? `${Math.hypot(f.x, f.y, f.z).toFixed(1)} N` : '–');
   }

@@ -8,7 +8,11 @@ export function toRollPitchYaw(q: Message | undefined): [number, number, number]
   return [e.x, e.y, e.z];
 }
 
-export function fromRollPitchYaw(roll: number, pitch: number, yaw: number): {w: number; x: number; y: number; z: number} {
+export function fromRollPitchYaw(
+  roll: number,
+  pitch: number,
+  yaw: number
+): {w: number; x: number; y: number; z: number} {
   const q = new Quaternion().setFromEuler(new Euler(roll, pitch, yaw, 'ZYX'));
   return {w: q.w, x: q.x, y: q.y, z: q.z};
 }

@@ -1,19 +1,45 @@
 import {h} from './dom';
 
-export interface Tab {name: string; content: HTMLElement; mark?: HTMLElement}
+export interface Tab {
+  name: string;
+  content: HTMLElement;
+  mark?: HTMLElement;
+}
 
 /** Panels of which one shows. Arrow keys go from tab to tab. */
 export class Tabs {
   readonly element = h('div', {class: 'tabs'});
   private readonly heads: HTMLButtonElement[];
 
-  constructor(private readonly tabs: Tab[], private readonly opened: (name: string) => void) {
-    this.heads = tabs.map((tab, i) => h('button', {type: 'button', role: 'tab', id: `tab-${tab.name}`, 'aria-controls': `panel-${tab.name}`, onclick: () => this.open(i)}, tab.name, tab.mark));
-    const list = h('div', {class: 'tablist', role: 'tablist', 'aria-label': 'Panels'}, ...this.heads);
+  constructor(
+    private readonly tabs: Tab[],
+    private readonly opened: (name: string) => void
+  ) {
+    this.heads = tabs.map((tab, i) =>
+      h(
+        'button',
+        {
+          type: 'button',
+          role: 'tab',
+          id: `tab-${tab.name}`,
+          'aria-controls': `panel-${tab.name}`,
+          onclick: () => this.open(i)
+        },
+        tab.name,
+        tab.mark
+      )
+    );
+    const list = h(
+      'div',
+      {class: 'tablist', role: 'tablist', 'aria-label': 'Panels'},
+      ...this.heads
+    );
     list.addEventListener('keydown', (event) => {
       const step = event.key === 'ArrowRight' ? 1 : event.key === 'ArrowLeft' ? -1 : 0;
       if (step === 0) return;
-      const at = (this.heads.indexOf(document.activeElement as HTMLButtonElement) + step + tabs.length) % tabs.length;
+      const at =
+        (this.heads.indexOf(document.activeElement as HTMLButtonElement) + step + tabs.length) %
+        tabs.length;
       this.open(at);
       this.heads[at]!.focus();
     });

@@ -12,37 +12,121 @@ function clock(t: number): string {
 
 export class Toolbar {
   readonly element: HTMLElement;
-  private readonly time = h('output', {class: 'time', 'data-testid': 'sim-time', title: 'Simulated time since the last reset'}, '–');
-  private readonly factor = h('output', {'data-testid': 'rtf', title: 'Simulated to wall time, measured'}, '–');
+  private readonly time = h(
+    'output',
+    {class: 'time', 'data-testid': 'sim-time', title: 'Simulated time since the last reset'},
+    '–'
+  );
+  private readonly factor = h(
+    'output',
+    {'data-testid': 'rtf', title: 'Simulated to wall time, measured'},
+    '–'
+  );
   private readonly step = h('output', {title: 'Mean wall time of one physics step'}, '–');
-  private readonly clients = button('–', () => this.showListeners(), {class: 'link', title: 'Clients of all listeners; press to see each', 'data-testid': 'clients'});
+  private readonly clients = button('–', () => this.showListeners(), {
+    class: 'link',
+    title: 'Clients of all listeners; press to see each',
+    'data-testid': 'clients'
+  });
   private listeners: ListenerStatus[] = [];
   private readonly listenerRows = h('tbody', {'data-testid': 'listeners'});
   private readonly scene = h('span', {class: 'scene'}, '');
-  private readonly connection = h('span', {class: 'connection', role: 'status', 'data-testid': 'connection'}, 'connecting');
+  private readonly connection = h(
+    'span',
+    {class: 'connection', role: 'status', 'data-testid': 'connection'},
+    'connecting'
+  );
   private readonly play: HTMLButtonElement;
   private readonly speed: HTMLSelectElement;
 
-  constructor(private readonly state: State, private readonly access: Access, theme: () => void, help: () => void) {
-    this.play = access.guard(button('Pause', () => this.toggle(), {class: 'play', 'data-testid': 'play', title: 'Pause or go on (space)'}));
-    const single = access.guard(button('Step', () => this.takeSteps(1), {'data-testid': 'step', title: 'Take one step of 1 ms while paused (.)'}),
-                                () => (state.snapshot?.paused ? '' : 'Pause first.'));
-    const many = access.guard(button('+100', () => this.takeSteps(100), {title: 'Take 100 steps while paused (,)'}),
-                              () => (state.snapshot?.paused ? '' : 'Pause first.'));
-    this.speed = access.guard(h('select', {'aria-label': 'Speed', title: 'Simulated to wall time', onchange: () => this.setSpeed()},
-      ...['0.1', '0.25', '0.5', '1', '2', '5', '10', 'max'].map((v) => h('option', {value: v}, v === 'max' ? 'max' : `${v}×`))));
+  constructor(
+    private readonly state: State,
+    private readonly access: Access,
+    theme: () => void,
+    help: () => void
+  ) {
+    this.play = access.guard(
+      button('Pause', () => this.toggle(), {
+        class: 'play',
+        'data-testid': 'play',
+        title: 'Pause or go on (space)'
+      })
+    );
+    const single = access.guard(
+      button('Step', () => this.takeSteps(1), {
+        'data-testid': 'step',
+        title: 'Take one step of 1 ms while paused (.)'
+      }),
+      () => (state.snapshot?.paused ? '' : 'Pause first.')
+    );
+    const many = access.guard(
+      button('+100', () => this.takeSteps(100), {title: 'Take 100 steps while paused (,)'}),
+      () => (state.snapshot?.paused ? '' : 'Pause first.')
+    );
+    this.speed = access.guard(
+      h(
+        'select',
+        {'aria-label': 'Speed', title: 'Simulated to wall time', onchange: () => this.setSpeed()},
+        ...['0.1', '0.25', '0.5', '1', '2', '5', '10', 'max'].map((v) =>
+          h('option', {value: v}, v === 'max' ? 'max' : `${v}×`)
+        )
+      )
+    );
     this.speed.value = '1';
-    const reset = access.guard(button('Reset', () => this.reset(), {'data-testid': 'reset', title: 'Build the cell anew from its scene'}));
+    const reset = access.guard(
+      button('Reset', () => this.reset(), {
+        'data-testid': 'reset',
+        title: 'Build the cell anew from its scene'
+      })
+    );
     const states = new SavedStates(state, access);
-    this.element = h('header', {class: 'toolbar'},
-      h('a', {class: 'brand', href: '#', 'aria-label': 'aprsim, first view'}, h('img', {src: 'icon.svg', alt: '', width: 26, height: 26}), h('strong', {}, 'aprsim')),
-      this.scene, this.connection,
-      h('div', {class: 'group', role: 'group', 'aria-label': 'Simulation'}, this.play, single, many, this.speed, reset,
-        button('States', () => states.open(), {'data-testid': 'states', title: 'Save the cell’s state, or go on from a saved one'})),
-      h('div', {class: 'gauges'}, gauge('time', this.time), gauge('real time', this.factor), gauge('step', this.step), gauge('clients', this.clients)),
-      h('div', {class: 'group end'},
-        button('◐', theme, {class: 'icon', 'aria-label': 'Dark or light', title: 'Dark or light (d)'}),
-        button('?', help, {class: 'icon', 'aria-label': 'Keyboard shortcuts', title: 'Keyboard shortcuts (?)'})));
+    this.element = h(
+      'header',
+      {class: 'toolbar'},
+      h(
+        'a',
+        {class: 'brand', href: '#', 'aria-label': 'aprsim, first view'},
+        h('img', {src: 'icon.svg', alt: '', width: 26, height: 26}),
+        h('strong', {}, 'aprsim')
+      ),
+      this.scene,
+      this.connection,
+      h(
+        'div',
+        {class: 'group', role: 'group', 'aria-label': 'Simulation'},
+        this.play,
+        single,
+        many,
+        this.speed,
+        reset,
+        button('States', () => states.open(), {
+          'data-testid': 'states',
+          title: 'Save the cell’s state, or go on from a saved one'
+        })
+      ),
+      h(
+        'div',
+        {class: 'gauges'},
+        gauge('time', this.time),
+        gauge('real time', this.factor),
+        gauge('step', this.step),
+        gauge('clients', this.clients)
+      ),
+      h(
+        'div',
+        {class: 'group end'},
+        button('◐', theme, {
+          class: 'icon',
+          'aria-label': 'Dark or light',
+          title: 'Dark or light (d)'
+        }),
+        button('?', help, {
+          class: 'icon',
+          'aria-label': 'Keyboard shortcuts',
+          title: 'Keyboard shortcuts (?)'
+        })
+      )
+    );
     state.display.on((snapshot) => this.show(snapshot));
     state.cellChanged.on((cell) => text(this.scene, cell.scene));
     state.accessChanged.on(() => this.showConnection());
@@ -54,7 +138,9 @@ export class Toolbar {
   }
 
   toggle(): void {
-    void this.access.command(this.state.snapshot?.paused ? {case: 'resume', value: {}} : {case: 'pause', value: {}});
+    void this.access.command(
+      this.state.snapshot?.paused ? {case: 'resume', value: {}} : {case: 'pause', value: {}}
+    );
   }
 
   takeSteps(steps: number): void {
@@ -62,12 +148,25 @@ export class Toolbar {
   }
 
   private reset(): void {
-    const dialog = h('dialog', {class: 'dialog', 'aria-label': 'Reset the cell'},
-      h('h2', {}, 'Reset the cell?'), h('p', {}, 'Robots, parts and belt go back to the scene’s start. Connections stay open.'),
-      h('div', {class: 'row end'}, button('Cancel', () => dialog.close()), button('Reset', () => {
-        dialog.close();
-        void this.access.command({case: 'reset', value: {}});
-      }, {class: 'danger', 'data-testid': 'reset-confirm'})));
+    const dialog = h(
+      'dialog',
+      {class: 'dialog', 'aria-label': 'Reset the cell'},
+      h('h2', {}, 'Reset the cell?'),
+      h('p', {}, 'Robots, parts and belt go back to the scene’s start. Connections stay open.'),
+      h(
+        'div',
+        {class: 'row end'},
+        button('Cancel', () => dialog.close()),
+        button(
+          'Reset',
+          () => {
+            dialog.close();
+            void this.access.command({case: 'reset', value: {}});
+          },
+          {class: 'danger', 'data-testid': 'reset-confirm'}
+        )
+      )
+    );
     dialog.addEventListener('close', () => dialog.remove());
     document.body.append(dialog);
     dialog.showModal();
@@ -75,28 +174,65 @@ export class Toolbar {
 
   private showListeners(): void {
     this.fillListeners();
-    const dialog = h('dialog', {class: 'dialog', 'aria-label': 'Clients'},
-      h('h2', {}, 'Clients'), h('table', {}, h('thead', {}, h('tr', {}, ...['listener', 'port', 'clients'].map((t) => h('th', {scope: 'col'}, t)))), this.listenerRows),
-      h('div', {class: 'row end'}, button('Close', () => dialog.close())));
+    const dialog = h(
+      'dialog',
+      {class: 'dialog', 'aria-label': 'Clients'},
+      h('h2', {}, 'Clients'),
+      h(
+        'table',
+        {},
+        h(
+          'thead',
+          {},
+          h('tr', {}, ...['listener', 'port', 'clients'].map((t) => h('th', {scope: 'col'}, t)))
+        ),
+        this.listenerRows
+      ),
+      h(
+        'div',
+        {class: 'row end'},
+        button('Close', () => dialog.close())
+      )
+    );
     dialog.addEventListener('close', () => dialog.remove());
     document.body.append(dialog);
     dialog.showModal();
   }
 
   private fillListeners(): void {
-    this.listenerRows.replaceChildren(...this.listeners.map(({name, port, clients}) => h('tr', {},
-      h('td', {}, name), h('td', {}, port ? String(port) : location.port), h('td', {}, String(clients)))));
+    this.listenerRows.replaceChildren(
+      ...this.listeners.map(({name, port, clients}) =>
+        h(
+          'tr',
+          {},
+          h('td', {}, name),
+          h('td', {}, port ? String(port) : location.port),
+          h('td', {}, String(clients))
+        )
+      )
+    );
   }
 
   private setSpeed(): void {
     const value = this.speed.value;
-    void this.access.command({case: 'setSpeed', value: {speed: value === 'max' ? {case: 'maximum', value: true} : {case: 'factor', value: Number(value)}}});
+    void this.access.command({
+      case: 'setSpeed',
+      value: {
+        speed:
+          value === 'max' ? {case: 'maximum', value: true} : {case: 'factor', value: Number(value)}
+      }
+    });
   }
 
   private show(snapshot: Snapshot): void {
     text(this.time, clock(simTime(snapshot)));
     text(this.factor, snapshot.paused ? 'paused' : `${snapshot.realTimeFactor.toFixed(2)}×`);
-    text(this.step, snapshot.stepTime ? `${(Number(snapshot.stepTime.seconds) * 1e6 + snapshot.stepTime.nanos / 1e3).toFixed(0)} µs` : '–');
+    text(
+      this.step,
+      snapshot.stepTime
+        ? `${(Number(snapshot.stepTime.seconds) * 1e6 + snapshot.stepTime.nanos / 1e3).toFixed(0)} µs`
+        : '–'
+    );
     text(this.play, snapshot.paused ? 'Play' : 'Pause');
     this.play.classList.toggle('paused', snapshot.paused);
     const speed = snapshot.speedTarget === undefined ? 'max' : String(snapshot.speedTarget);
@@ -105,14 +241,18 @@ export class Toolbar {
 
   /** Other clients may set any. */
   private showSpeed(speed: string): void {
-    if (![...this.speed.options].some((o) => o.value === speed)) this.speed.append(h('option', {value: speed}, `${Number(Number(speed).toPrecision(3))}×`));
+    if (![...this.speed.options].some((o) => o.value === speed))
+      this.speed.append(h('option', {value: speed}, `${Number(Number(speed).toPrecision(3))}×`));
     this.speed.value = speed;
   }
 
   private showConnection(): void {
     const {connected, retryIn_s} = this.state;
     this.connection.dataset.state = connected ? 'up' : 'down';
-    text(this.connection, connected ? 'live' : `reconnecting in ${Math.max(retryIn_s, 0.1).toFixed(1)} s`);
+    text(
+      this.connection,
+      connected ? 'live' : `reconnecting in ${Math.max(retryIn_s, 0.1).toFixed(1)} s`
+    );
     document.body.classList.toggle('offline', !connected);
   }
 }

@@ -22,7 +22,8 @@ function write(element: Element, depth: number, out: HTMLElement): void {
   const words = element.textContent?.trim() ?? '';
   if (children.length === 0) {
     if (words === '') out.append(span('tag', '/>'), '\n');
-    else out.append(span('tag', '>'), span('text', words), span('tag', `</${element.tagName}>`), '\n');
+    else
+      out.append(span('tag', '>'), span('text', words), span('tag', `</${element.tagName}>`), '\n');
     return;
   }
   out.append(span('tag', '>'), '\n');
