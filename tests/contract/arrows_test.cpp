@@ -107,14 +107,24 @@ TEST(Arrows, ForeignLibrariesStayInTheirFolder) {
 }
 
 TEST(Arrows, NothingButTheAgreedFoldersAtTheTop) {
-  const std::set<std::string> agreed = {"CMakeLists.txt", "CMakePresets.json",
-                                        "README.md",      "ARCHITECTURE.md",
-                                        "LICENSE",        "NOTICE",
-                                        "server",         "protocols",
-                                        "crcl",           "modbus",
-                                        "world",          "proto",
-                                        "clients",        "tests",
-                                        "docker",         "build"};
+  const std::set<std::string> agreed = {"CMakeLists.txt",
+                                        "CMakePresets.json",
+                                        "README.md",
+                                        "ARCHITECTURE.md",
+                                        "LICENSE",
+                                        "NOTICE",
+                                        "CONTRIBUTING.md",
+                                        "CHANGELOG.md",
+                                        "server",
+                                        "protocols",
+                                        "crcl",
+                                        "modbus",
+                                        "world",
+                                        "proto",
+                                        "clients",
+                                        "tests",
+                                        "docker",
+                                        "build"};
   for (const auto& entry : fs::directory_iterator(APRSIM_SOURCE_DIR)) {
     const std::string name = entry.path().filename().string();
     EXPECT_TRUE(name.starts_with('.') || agreed.contains(name)) << name;
