@@ -77,7 +77,7 @@ std::string outcome_of(CrclTextClient& client, const std::string& program) {
 
 void run_programs(const std::string& robot, const std::string& prefixes) {
   const fs::path folder = fs::path(APRSIM_REFERENCE_DIR) / "aprs/data/crcl_programs";
-  if (std::string(APRSIM_REFERENCE_DIR).empty() || !fs::exists(folder)) {
+  if (std::string(APRSIM_REFERENCE_DIR).empty()) {
     GTEST_SKIP() << "no reference material: APRSIM_REFERENCE_DIR is not set";
   }
   DaemonProcess daemon({"--scene", robot + "_only", "--speed", "max"});

@@ -51,7 +51,7 @@ class Reference : public testing::Test {
  protected:
   void SetUp() override {
     root_ = fs::path(APRSIM_REFERENCE_DIR) / "crcl";
-    if (std::string(APRSIM_REFERENCE_DIR).empty() || !fs::exists(root_ / "xsd")) {
+    if (std::string(APRSIM_REFERENCE_DIR).empty()) {
       GTEST_SKIP() << "no reference material: APRSIM_REFERENCE_DIR is not set";
     }
   }

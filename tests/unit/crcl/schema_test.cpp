@@ -95,7 +95,7 @@ TEST(Schema, HasExactlyTheCommandsThatWeReadAndWrite) {
 
 TEST(Schema, DeclaresWhatTheReferenceDeclares) {
   const fs::path xsd = fs::path(APRSIM_REFERENCE_DIR) / "crcl/xsd";
-  if (std::string(APRSIM_REFERENCE_DIR).empty() || !fs::exists(xsd)) {
+  if (std::string(APRSIM_REFERENCE_DIR).empty()) {
     GTEST_SKIP() << "no reference material: APRSIM_REFERENCE_DIR is not set";
   }
   std::vector<std::string> reference;

@@ -113,7 +113,7 @@ TEST_F(Report, JointReportsChooseJointsAndFields) {
 TEST_F(Report, EveryStatusIsValidByTheReferenceSchema) {
   const std::filesystem::path schema =
       std::filesystem::path(APRSIM_REFERENCE_DIR) / "crcl/xsd/CRCLStatus.xsd";
-  if (std::string(APRSIM_REFERENCE_DIR).empty() || !std::filesystem::exists(schema)) {
+  if (std::string(APRSIM_REFERENCE_DIR).empty()) {
     GTEST_SKIP() << "no reference material: APRSIM_REFERENCE_DIR is not set";
   }
   const crcl::SchemaValidator validator(schema.string());
