@@ -54,16 +54,18 @@ int serve(const Invocation& invocation, std::shared_ptr<const scene::Scene> scen
   spdlog::info("aprsimd {}: scene {}, speed {}", kVersion, scene->name,
                to_text(invocation.config.speed));
   Daemon daemon(invocation.config, std::move(scene));
-  auto ports = daemon.start();
-  if (!ports) {
+  const auto ports = daemon.start();
+  // Whoever listens already may log: first it stops, then the log.
+  const auto give_up = [&daemon](const std::string& message) {
+    daemon.stop();
     stop_logging();
-    return refuse(ports.error().message);
-  }
+    return refuse(message);
+  };
+  if (!ports) return give_up(ports.error().message);
   announce(*ports, invocation.config.web.address);
   if (!invocation.ports_file.empty()) {
     if (auto ok = write_ports_file(invocation.ports_file, *ports); !ok) {
-      stop_logging();
-      return refuse(ok.error().message);
+      return give_up(ok.error().message);
     }
   }
   const int signal = wait_for_signal();

@@ -246,11 +246,13 @@ void ViewerHub::drop() {
   for_each([](Viewer& viewer) { viewer.drop(); });
 }
 
+// The joggers look at what the viewers are sent, and before them: who has seen another client's
+// command take a robot over finds its jog ended.
 void ViewerHub::tick(Clock::time_point now) {
   const api::SnapshotPtr snapshot = source_.latest();
   for (Jogger& jogger : joggers_) jogger.tick(*snapshot, now);
   if (viewers_.empty()) return;
-  send_snapshots(now);
+  send_snapshots(snapshot, now);
   if (now - registers_at_ >= kRegisterPeriod) {
     registers_at_ = now;
     send_registers();
@@ -263,8 +265,7 @@ void ViewerHub::tick(Clock::time_point now) {
   send_events(options_.modbus_tap, &v1::Watch::modbus);
 }
 
-void ViewerHub::send_snapshots(Clock::time_point now) {
-  const api::SnapshotPtr snapshot = source_.latest();
+void ViewerHub::send_snapshots(const api::SnapshotPtr& snapshot, Clock::time_point now) {
   if (snapshot != sent_ || now - sent_at_ >= kLongestSilence) {
     sent_ = snapshot;
     sent_at_ = now;

@@ -43,7 +43,7 @@ class ViewerHub {
 
   [[nodiscard]] v1::Permission permission(const Viewer& viewer) const;
   void greet(Viewer& viewer);
-  void send_snapshots(Clock::time_point now);
+  void send_snapshots(const api::SnapshotPtr& snapshot, Clock::time_point now);
   void send_registers();
   void send_status();
   void send_events(WireTap* tap, bool (v1::Watch::*wants)() const);

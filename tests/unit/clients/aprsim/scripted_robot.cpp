@@ -30,9 +30,12 @@ ScriptedRobot::ScriptedRobot(Script script, std::int64_t last_id) : script_(std:
 }
 
 ScriptedRobot::~ScriptedRobot() {
-  stopping_ = true;
-  shutdown(listen_fd_, SHUT_RDWR);
-  if (const int fd = client_fd_; fd >= 0) shutdown(fd, SHUT_RDWR);
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+    shutdown(listen_fd_, SHUT_RDWR);
+    if (client_fd_ >= 0) shutdown(client_fd_, SHUT_RDWR);
+  }
   thread_.join();
   close(listen_fd_);
 }
@@ -43,14 +46,28 @@ std::vector<crcl::Command> ScriptedRobot::commands() const {
 }
 
 void ScriptedRobot::serve() {
-  while (!stopping_) {
+  while (true) {
     const int fd = accept(listen_fd_, nullptr, nullptr);
     if (fd < 0) return;
-    client_fd_ = fd;
-    talk(fd);
-    client_fd_ = -1;
-    close(fd);
+    const bool begun = begin(fd);
+    if (begun) talk(fd);
+    end(fd);
+    if (!begun) return;
   }
+}
+
+bool ScriptedRobot::begin(int fd) {
+  const std::lock_guard lock(mutex_);
+  if (stopping_) return false;
+  client_fd_ = fd;
+  return true;
+}
+
+// Closed under the lock: the destructor must not meet another socket under the same number.
+void ScriptedRobot::end(int fd) {
+  const std::lock_guard lock(mutex_);
+  client_fd_ = -1;
+  close(fd);
 }
 
 void ScriptedRobot::talk(int fd) {

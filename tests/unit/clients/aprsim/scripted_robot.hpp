@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <mutex>
@@ -30,17 +29,20 @@ class ScriptedRobot {
 
  private:
   void serve();
+  /// The next client's socket, for the destructor to end; false once that has begun.
+  [[nodiscard]] bool begin(int fd);
+  void end(int fd);
   void talk(int fd);
   [[nodiscard]] std::string answer();
 
   const Script script_;
-  mutable std::mutex mutex_;
-  std::vector<crcl::Command> commands_;
-  crcl::CommandStatus now_, next_;
   int listen_fd_ = -1;
   std::uint16_t port_ = 0;
-  std::atomic<int> client_fd_{-1};
-  std::atomic<bool> stopping_{false};
+  mutable std::mutex mutex_;  // of all that follows
+  std::vector<crcl::Command> commands_;
+  crcl::CommandStatus now_, next_;
+  int client_fd_ = -1;
+  bool stopping_ = false;
   std::thread thread_;
 };
 

@@ -85,8 +85,10 @@ TEST_F(Transport, AFloodIsAnsweredInFull) {
   TestClient flood(port_);
   TestClient other(port_);
   constexpr int kFlood = 3000;
-  std::thread reader([&] {
-    for (int i = 0; i < kFlood; ++i) flood.read_status();
+  std::jthread reader([&] {
+    EXPECT_NO_THROW({
+      for (int i = 0; i < kFlood; ++i) flood.read_status();
+    });
   });
   std::string packet;
   for (int i = 0; i < 100; ++i) packet += get_status_;

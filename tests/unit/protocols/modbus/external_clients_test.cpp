@@ -100,7 +100,7 @@ TEST_F(ExternalClients, LibmodbusMasterSeesTheExceptions) {
 }
 
 TEST_F(ExternalClients, SeveralLibmodbusMastersAtOnce) {
-  std::vector<std::thread> threads;
+  std::vector<std::jthread> threads;
   for (std::uint16_t i = 0; i < 8; ++i) {
     threads.emplace_back([this, i] {
       const Master master = connect(port_);
@@ -113,7 +113,7 @@ TEST_F(ExternalClients, SeveralLibmodbusMastersAtOnce) {
       }
     });
   }
-  for (std::thread& thread : threads) thread.join();
+  for (std::jthread& thread : threads) thread.join();
 }
 
 TEST_F(ExternalClients, Mbpoll) {

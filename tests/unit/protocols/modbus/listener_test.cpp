@@ -52,7 +52,7 @@ TEST_F(ListenerTest, PipelinedRequestsAreAllAnsweredInOrder) {
                   : i % 4 == 2 ? adu({0x83, 3}, i)
                                : adu({0x83, 1}, i);
   }
-  std::thread sender([&] { EXPECT_TRUE(client.send(stream)); });
+  std::jthread sender([&] { EXPECT_TRUE(client.send(stream)); });
   for (std::uint16_t i = 0; i < 400; ++i) EXPECT_EQ(client.receive(), expected[i]) << i;
   sender.join();
 }

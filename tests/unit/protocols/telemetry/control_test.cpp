@@ -188,7 +188,7 @@ TEST_F(Control, StepAnswersWhenTheStepsHaveBeenTaken) {
   request.set_steps(5);
   v1::StepResponse response;
   std::atomic<bool> answered = false;
-  std::thread client([&] {
+  std::jthread client([&] {
     grpc::ClientContext context;
     set_deadline(context, 10s);
     EXPECT_TRUE(control_->Step(&context, request, &response).ok());
@@ -209,7 +209,7 @@ TEST_F(Control, StepsOfTwoClientsAddUp) {
   v1::StepRequest request;
   request.set_steps(5);
   std::array<v1::StepResponse, 2> responses;
-  std::vector<std::thread> clients;
+  std::vector<std::jthread> clients;
   for (auto& response : responses) {
     clients.emplace_back([&] {
       grpc::ClientContext context;
@@ -240,7 +240,7 @@ TEST_F(Control, StepEndsWhenTheCellIsResetOrFails) {
   const auto step_until = [&](const std::function<void(api::Snapshot&)>& change) {
     grpc::Status status;
     const auto before = cell_->commands().size();
-    std::thread client([&] {
+    std::jthread client([&] {
       grpc::ClientContext context;
       set_deadline(context, 10s);
       v1::StepResponse response;

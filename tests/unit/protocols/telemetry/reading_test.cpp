@@ -151,17 +151,24 @@ TEST_F(Reading, StreamKeepsTheRateAskedFor) {
   grpc::ClientContext context;
   const auto reader = telemetry_->StreamSnapshots(&context, request);
   v1::StreamSnapshotsResponse response;
-  ASSERT_TRUE(reader->Read(&response));
-  const auto first = std::chrono::steady_clock::now();
-  constexpr int kSamples = 50;
-  for (int i = 0; i < kSamples; ++i) ASSERT_TRUE(reader->Read(&response));
-  const auto span = std::chrono::steady_clock::now() - first;
-  EXPECT_EQ(response.effective_rate_hz(), 100);
-  // Samples lost to a busy machine still take up their number.
-  const auto produced = static_cast<double>(response.sequence() - 1);
-  const double rate = produced / std::chrono::duration<double>(span).count();
-  EXPECT_NEAR(rate, 100, 15);
-  EXPECT_EQ(response.sequence(), kSamples + 1 + response.dropped_count());
+  std::uint64_t samples = 0;
+  const auto read = [&] {
+    EXPECT_TRUE(reader->Read(&response));
+    EXPECT_EQ(response.effective_rate_hz(), 100);
+    EXPECT_EQ(response.sequence(), ++samples + response.dropped_count());
+  };
+  double rate = 0;
+  // A busy machine may be late now and then, not always.
+  EXPECT_TRUE(eventually([&] {
+    read();
+    const auto first = response.sequence();
+    const auto begin = std::chrono::steady_clock::now();
+    for (int i = 0; i < 50; ++i) read();
+    const std::chrono::duration<double> span = std::chrono::steady_clock::now() - begin;
+    // Samples lost to a slow reader still take up their number.
+    rate = static_cast<double>(response.sequence() - first) / span.count();
+    return std::abs(rate - 100) < 15;
+  })) << rate;
   context.TryCancel();
 }
 

@@ -83,7 +83,7 @@ TEST_F(Serving, StopEndsStreamsAndWaitingCallsWithinASecond) {
   start({.max_streams = 8}, 300);
   cell_->set_applying(false);
   grpc::Status waiting;
-  std::thread waiter([&] {
+  std::jthread waiter([&] {
     grpc::ClientContext context;
     set_deadline(context, 30s);
     v1::PauseResponse response;

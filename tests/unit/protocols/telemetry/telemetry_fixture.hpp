@@ -19,6 +19,7 @@ namespace aprsim::test {
 class TelemetryFixture : public ::testing::Test {
  protected:
   void start(protocols::TelemetryOptions options = {}, int more_gears = 0) {
+    server_.reset();  // before the cell that it uses
     cell_ = std::make_unique<FakeCell>(more_gears);
     options.port = 0;
     server_ = std::make_unique<protocols::TelemetryServer>(options, *cell_, *cell_);

@@ -8,7 +8,7 @@ using test_support::RawWebClient;
 class Jog : public test_support::WebFixture {
  protected:
   void SetUp() override {
-    options.jog_timeout = std::chrono::milliseconds(200);
+    options.jog_timeout = std::chrono::minutes(1);  // no jog ends of itself
     world.publish([](api::Snapshot& s) {
       for (auto& robot : s.robots) robot.initialized = true;
     });
@@ -62,6 +62,8 @@ TEST_F(Jog, MovesAJointUntilReleased) {
 }
 
 TEST_F(Jog, StopsWhenItIsNotRenewed) {
+  options.jog_timeout = std::chrono::milliseconds(200);
+  start();
   RawWebClient client(port);
   (void)client.upgrade();
   ASSERT_TRUE(client.ask(joint(0)).ok());

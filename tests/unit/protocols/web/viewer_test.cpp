@@ -206,18 +206,16 @@ TEST_F(Viewer, OneThatTakesNothingDelaysNoOther) {
 }
 
 TEST_F(Viewer, WatchesTrafficAndRegisters) {
-  protocols::WireTap tap;
-  options.crcl_tap = &tap;
   start();
   RawWebClient client(port);
   (void)client.upgrade();
-  EXPECT_FALSE(tap.watched());
+  EXPECT_FALSE(crcl_tap.watched());
   v1::ViewerRequest request;
   request.mutable_watch()->set_crcl(true);
   request.mutable_watch()->set_registers(true);
   EXPECT_TRUE(client.ask(request).ok());
-  EXPECT_TRUE(tap.watched());
-  tap.note({.source = "crcl.fanuc", .from_client = true, .type = "MoveToType", .id = 3});
+  EXPECT_TRUE(crcl_tap.watched());
+  crcl_tap.note({.source = "crcl.fanuc", .from_client = true, .type = "MoveToType", .id = 3});
   const auto events = client.next([](const auto& u) { return u.has_wire_events(); });
   ASSERT_TRUE(events);
   EXPECT_EQ(events->wire_events().events(0).type(), "MoveToType");
@@ -230,7 +228,7 @@ TEST_F(Viewer, WatchesTrafficAndRegisters) {
   EXPECT_TRUE(registers);
   request.mutable_watch()->Clear();
   EXPECT_TRUE(client.ask(request).ok());
-  EXPECT_FALSE(tap.watched());
+  EXPECT_FALSE(crcl_tap.watched());
 }
 
 TEST_F(Viewer, StoppingSaysGoodbye) {

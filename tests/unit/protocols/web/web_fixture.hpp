@@ -12,7 +12,8 @@
 
 namespace aprsim::test_support {
 
-/// A web server on a free port with two small files and a made-up world.
+/// A web server on a free port with two small files and a made-up world. What the options refer to
+/// is a member: the server uses it until it is destroyed.
 class WebFixture : public ::testing::Test {
  protected:
   WebFixture() {
@@ -26,6 +27,7 @@ class WebFixture : public ::testing::Test {
     options.models = {{"fanuc", directory_.path() + "/arm.urdf"}};
     options.version = "1.2.3";
     options.endpoint = 7;
+    options.crcl_tap = &crcl_tap;
   }
 
   void start() {
@@ -43,6 +45,7 @@ class WebFixture : public ::testing::Test {
  protected:
   protocols::WebServerOptions options;
   FakeWorld world;
+  protocols::WireTap crcl_tap;
   std::unique_ptr<protocols::WebServer> server;
   std::uint16_t port = 0;
 };
