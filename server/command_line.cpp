@@ -7,7 +7,7 @@
 #include <CLI/CLI.hpp>
 
 #include "server/version.hpp"
-#include "world/scene/scene_loader.hpp"
+#include "world/scene/data_paths.hpp"
 
 namespace aprsim::server {
 namespace {
@@ -57,6 +57,8 @@ std::optional<Invocation> parse_command_line(int argc, char** argv, int& exit_co
   app.add_flag("--check", invocation.check_only, "Check configuration and scene, then leave");
   app.add_flag("--print-config", invocation.print_config,
                "Print the effective configuration, then leave");
+  app.add_flag("--list-keys", invocation.list_keys,
+               "List every configuration key: its value, meaning and what it accepts; then leave");
   app.add_flag("--no-web", no_web, "Do not serve the web view");
   app.set_version_flag("--version", std::string("aprsimd ") + kVersion);
   exit_code = 0;

@@ -13,6 +13,7 @@ struct Invocation {
   std::string ports_file;     ///< empty = none
   bool check_only = false;    ///< load configuration and scene, then leave
   bool print_config = false;  ///< print the effective configuration, then leave
+  bool list_keys = false;     ///< list the configuration's keys, then leave
 };
 
 /// Parses the daemon's arguments and loads the configuration. Prints help, version or one line of

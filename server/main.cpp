@@ -85,6 +85,10 @@ int run(int argc, char** argv) {
     std::cout << to_yaml(invocation->config);
     return EXIT_SUCCESS;
   }
+  if (invocation->list_keys) {
+    std::cout << key_list(invocation->config);
+    return EXIT_SUCCESS;
+  }
   auto scene = scene::load_scene(invocation->config.scene, scene::default_data_paths());
   if (!scene) return refuse(scene.error().message);
   auto shared = std::make_shared<const scene::Scene>(std::move(*scene));

@@ -21,9 +21,9 @@ bool CellVision::due(std::uint64_t step) const {
 }
 
 void CellVision::look(std::uint64_t step, const api::CellDescription& cell,
-                      const SensorOccluders& solids) {
+                      const SensorOccluders& occluders) {
   for (auto& feed : feeds_) {
-    if (feed.due(step)) feed.expose(step, cell, solids.X_WP(), solids.all());
+    if (feed.due(step)) feed.expose(step, cell, occluders.X_WP(), occluders.all());
     feed.advance(step);
   }
 }

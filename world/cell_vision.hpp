@@ -16,10 +16,10 @@ class CellVision {
   CellVision(const scene::Scene& scene, SimTime step_size, std::uint64_t seed,
              std::size_t body_count);
 
-  /// True if some camera exposes at this step; `solids` then have to be those of its end.
+  /// True if some camera exposes at this step; `occluders` then have to be those of its end.
   [[nodiscard]] bool due(std::uint64_t step) const;
   /// Once a step; also once before the first, with step 0.
-  void look(std::uint64_t step, const api::CellDescription& cell, const SensorOccluders& solids);
+  void look(std::uint64_t step, const api::CellDescription& cell, const SensorOccluders& occluders);
 
   [[nodiscard]] const api::VisionFrame& latest(std::size_t robot) const {
     return feeds_[robot].latest();

@@ -15,7 +15,7 @@ constexpr double kForcePerAmpere = 40.0;  // N/A
 
 ConveyorDrive::ConveyorDrive(const ConveyorDriveLimits& limits) : limits_(limits) {}
 
-void ConveyorDrive::take(const api::ConveyorCommand& command) {
+void ConveyorDrive::apply(const api::ConveyorCommand& command) {
   silence_s_ = 0;
   if (command.watchdog_s) watchdog_s_ = *command.watchdog_s;
   if (command.forward) state_.forward = *command.forward;

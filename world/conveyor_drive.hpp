@@ -27,7 +27,7 @@ class ConveyorDrive {
  public:
   explicit ConveyorDrive(const ConveyorDriveLimits& limits);
 
-  void take(const api::ConveyorCommand& command);
+  void apply(const api::ConveyorCommand& command);
   /// What lies on the belt, from now on [kg].
   void set_load(double load_kg) { state_.load_kg = load_kg; }
   /// Whether the light curtain is broken, from now on; for a drive that is to stop then.

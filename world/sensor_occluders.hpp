@@ -24,7 +24,7 @@ class SensorOccluders {
   void gather(std::span<const SimulatedRobot> robots, const physics::PhysicsWorld& physics,
               const std::optional<api::Intruder>& intruder);
 
-  [[nodiscard]] std::span<const sensors::Solid> all() const { return solids_; }
+  [[nodiscard]] std::span<const sensors::Occluder> all() const { return occluders_; }
   /// Poses of the free bodies, as numbered in the cell.
   [[nodiscard]] std::span<const Eigen::Isometry3d> X_WP() const { return X_WP_; }
 
@@ -40,7 +40,7 @@ class SensorOccluders {
   std::vector<const scene::TrayType*> trays_;
   std::vector<const scene::GearType*> gears_;
   std::vector<Eigen::Isometry3d> X_WP_;
-  std::vector<sensors::Solid> solids_;
+  std::vector<sensors::Occluder> occluders_;
 };
 
 }  // namespace aprsim::world

@@ -49,9 +49,11 @@ Result<api::Ticket> Simulation::submit(api::Command command) {
 void Simulation::run(const std::stop_token& stop) {
   pacer_.restart(SteadyClock::now());
   while (!stop.stop_requested()) {
+    // Commands take effect between steps, also while paused.
     drain();
     const bool stepping = world_fault_.empty() && (!paused_ || steps_wanted_ > 0);
     if (!stepping) {
+      // Time that passes while paused or failed is not caught up with.
       const auto now = SteadyClock::now();
       pacer_.restart(now);
       pacer_.measure(now);
@@ -60,11 +62,13 @@ void Simulation::run(const std::stop_token& stop) {
       continue;
     }
     int steps = paused_ ? 1 : pacer_.due(SteadyClock::now());
+    // Ahead of the clock: sleep until the next step or a command.
     if (steps == 0) {
       if (dirty_) publish();
       queue_.wait_until(pacer_.next(SteadyClock::now()));
       continue;
     }
+    // A short burst at the most, so that commands never wait for long.
     for (; steps > 0 && world_fault_.empty(); --steps) advance();
   }
 }
@@ -114,6 +118,7 @@ void Simulation::advance() {
   try {
     world_->step();
   } catch (const std::exception& failure) {
+    // The state of the last good step stays there to be looked at until a reset or a load.
     world_fault_ = failure.what();
     paused_by_fault_ = !paused_;
     paused_ = true;

@@ -8,14 +8,14 @@ namespace aprsim::world {
 /// Outlives the slot while a reader still holds one of its snapshots.
 class SnapshotSlot::Pool {
  public:
-  std::unique_ptr<api::Snapshot> take() {
+  std::unique_ptr<api::Snapshot> acquire() {
     const std::lock_guard lock(mutex_);
     if (free_.empty()) return std::make_unique<api::Snapshot>();
     auto snapshot = std::move(free_.back());
     free_.pop_back();
     return snapshot;
   }
-  void give(std::unique_ptr<api::Snapshot> snapshot) {
+  void release(std::unique_ptr<api::Snapshot> snapshot) {
     const std::lock_guard lock(mutex_);
     if (free_.size() < kMaxFree) free_.push_back(std::move(snapshot));
   }
@@ -29,11 +29,11 @@ class SnapshotSlot::Pool {
 SnapshotSlot::SnapshotSlot()
     : pool_(std::make_shared<Pool>()), latest_(std::make_shared<const api::Snapshot>()) {}
 
-std::unique_ptr<api::Snapshot> SnapshotSlot::acquire() { return pool_->take(); }
+std::unique_ptr<api::Snapshot> SnapshotSlot::acquire() { return pool_->acquire(); }
 
 void SnapshotSlot::publish(std::unique_ptr<api::Snapshot> snapshot) {
   api::SnapshotPtr next(snapshot.release(), [pool = pool_](const api::Snapshot* done) {
-    pool->give(std::unique_ptr<api::Snapshot>(const_cast<api::Snapshot*>(done)));
+    pool->release(std::unique_ptr<api::Snapshot>(const_cast<api::Snapshot*>(done)));
   });
   {
     const std::lock_guard lock(mutex_);

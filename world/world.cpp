@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "world/describe_cell.hpp"
+
 namespace aprsim::world {
 namespace {
 
@@ -19,35 +21,6 @@ std::vector<robot::ArmModel> load_models(const scene::Scene& scene) {
     models.push_back(std::move(*model));
   }
   return models;
-}
-
-api::BodyDescription describe_tray(const scene::TrayInstance& tray, const scene::TrayType& type) {
-  api::BodyDescription out;
-  out.name = tray.name;
-  out.type = tray.type;
-  out.kind = type.kind;
-  out.mass_kg = type.mass_kg;
-  out.box_min = {type.min_xy.x(), type.min_xy.y(), -type.thickness_m};
-  out.box_max = {type.max_xy.x(), type.max_xy.y(), 0};
-  for (const auto& slot : type.slots) {
-    Pose X_PS;
-    X_PS.p = {slot.xy.x(), slot.xy.y(), 0};
-    out.slots.push_back({.name = slot.name, .gear_type = slot.gear_type, .X_PS = X_PS});
-  }
-  return out;
-}
-
-api::BodyDescription describe_gear(const scene::GearInstance& gear, const scene::GearType& type) {
-  api::BodyDescription out;
-  out.name = gear.name;
-  out.type = gear.type;
-  out.kind = api::BodyKind::kGear;
-  out.mass_kg = type.mass_kg;
-  out.disc_radius_m = type.disc_radius_m;
-  out.disc_height_m = type.disc_height_m;
-  out.peg_radius_m = type.peg_radius_m;
-  out.peg_top_m = type.peg_top_m;
-  return out;
 }
 
 /// FNV-1a over the bits of a value.
@@ -68,46 +41,24 @@ World::World(std::shared_ptr<const scene::Scene> scene, std::uint64_t seed)
     const auto links = robots_.back().X_WL();
     X_WL.emplace_back(links.begin(), links.end());
   }
+  physics_.emplace(*scene_, models_, X_WL);
+  describe(seed);
   if (const auto& belt = scene_->conveyor) {
     conveyor_.emplace(ConveyorDriveLimits{belt->max_speed_m_s, belt->max_accel_m_s2,
                                           belt->max_decel_m_s2, belt->emergency_decel_m_s2});
+    photo_eyes_.emplace(description_->conveyor);
   }
-  physics_.emplace(*scene_, models_, X_WL);
-  describe(seed);
-  solids_.emplace(*scene_, models_);
+  occluders_.emplace(*scene_, models_);
   vision_.emplace(*scene_, step_size_, seed, description_->bodies.size());
-  if (conveyor_) photo_eyes_.emplace(description_->conveyor);
   if (description_->light_curtain) light_curtain_.emplace(*description_->light_curtain);
   sense();
 }
 
 void World::describe(std::uint64_t seed) {
-  auto cell = std::make_shared<api::CellDescription>();
-  cell->scene = scene_->name;
+  auto cell = std::make_shared<api::CellDescription>(describe_cell(*scene_));
   cell->seed = seed;
   cell->step_size = step_size_;
   for (const auto& robot : robots_) cell->robots.push_back(robot.description());
-  if (const auto& belt = scene_->conveyor) {
-    cell->has_conveyor = true;
-    cell->conveyor = {.X_WC = belt->X_WC,
-                      .length_m = belt->length_m,
-                      .width_m = belt->width_m,
-                      .max_speed_m_s = belt->max_speed_m_s,
-                      .max_accel_m_s2 = belt->max_accel_m_s2,
-                      .max_decel_m_s2 = belt->max_decel_m_s2,
-                      .emergency_decel_m_s2 = belt->emergency_decel_m_s2};
-    for (const auto& eye : belt->photo_eyes) {
-      cell->conveyor.photo_eyes.push_back(
-          {.name = eye.name, .x_m = eye.x_m, .height_m = eye.height_m});
-    }
-  }
-  cell->light_curtain = scene_->light_curtain;
-  for (const auto& tray : scene_->trays) {
-    cell->bodies.push_back(describe_tray(tray, scene_->tray_types.at(tray.type)));
-  }
-  for (const auto& gear : scene_->gears) {
-    cell->bodies.push_back(describe_gear(gear, scene_->gear_types.at(gear.type)));
-  }
   cell->fixed = physics_->fixed_names();
   description_ = std::move(cell);
 }
@@ -118,28 +69,33 @@ void World::apply(api::Ticket ticket, const api::RobotCommand& command) {
 }
 
 void World::apply(api::Ticket, const api::ConveyorCommand& command) {
-  if (conveyor_) conveyor_->take(command);
+  if (conveyor_) conveyor_->apply(command);
 }
 
 void World::apply(api::Ticket, const api::SetIntruder& command) {
   intruder_ = command.intruder;
-  solids_->gather(robots_, *physics_, intruder_);
+  occluders_->gather(robots_, *physics_, intruder_);
   look_through_curtain();
 }
 
 void World::step() {
   for (std::size_t i = 0; i < robots_.size(); ++i) {
     const int index = static_cast<int>(i);
+    // The last step's contacts load the joints; the controller gives the next reference.
     robots_[i].see_light_curtain(curtain_.broken);
     robots_[i].step(physics_->gripper(index), physics_->arm_forces(index));
+    // Towards the physics, arms and grippers are where the robots say.
     physics_->set_arm(index, robots_[i].X_WL());
     physics_->set_gripper_mount(index, robots_[i].X_WM());
     physics_->set_gripper(index, robots_[i].gripper_setting());
     physics_->set_gripper_force(index, robots_[i].gripper_force_n());
   }
+  // The belt's drive advances its ramp; the physics carries what lies on the belt.
   if (conveyor_) physics_->set_belt_speed(conveyor_->step(scene_->physics.step_s));
+  // Contacts are found and solved, bodies and fingers moved.
   physics_->step();
   ++steps_;
+  // The sensors look at the step's end.
   sense();
 }
 
@@ -174,10 +130,11 @@ void World::restore(const WorldState& state) {
 
 void World::sense() {
   const bool cycle = time() % kSensorPeriod < step_size_;
+  // Cameras and light curtain look at one picture of what is in the way.
   if (vision_->due(steps_) || (light_curtain_ && cycle)) {
-    solids_->gather(robots_, *physics_, intruder_);
+    occluders_->gather(robots_, *physics_, intruder_);
   }
-  vision_->look(steps_, *description_, *solids_);
+  vision_->look(steps_, *description_, *occluders_);
   if (!cycle) return;
   look_at_belt();
   look_through_curtain();
@@ -185,7 +142,7 @@ void World::sense() {
 
 void World::look_through_curtain() {
   if (!light_curtain_) return;
-  curtain_ = light_curtain_->look(solids_->all());
+  curtain_ = light_curtain_->look(occluders_->all());
   const api::CurtainReaction reaction = description_->light_curtain->reaction;
   const bool stops_belt =
       reaction == api::CurtainReaction::kBeltStop || reaction == api::CurtainReaction::kAll;

@@ -9,11 +9,11 @@
 #include "world/api/snapshot.hpp"
 #include "world/cell_vision.hpp"
 #include "world/conveyor_drive.hpp"
-#include "world/photo_eyes.hpp"
 #include "world/physics/physics_world.hpp"
 #include "world/scene/scene.hpp"
 #include "world/sensor_occluders.hpp"
 #include "world/sensors/light_curtain.hpp"
+#include "world/sensors/photo_eyes.hpp"
 #include "world/simulated_robot.hpp"
 #include "world/world_state.hpp"
 
@@ -64,10 +64,10 @@ class World {
   std::vector<robot::ArmModel> models_;
   std::vector<SimulatedRobot> robots_;
   std::optional<ConveyorDrive> conveyor_;
-  std::optional<PhotoEyes> photo_eyes_;  // there when the conveyor is
+  std::optional<sensors::PhotoEyes> photo_eyes_;  // there when the conveyor is
   std::optional<physics::PhysicsWorld> physics_;
   std::shared_ptr<const api::CellDescription> description_;
-  std::optional<SensorOccluders> solids_;
+  std::optional<SensorOccluders> occluders_;
   std::optional<CellVision> vision_;
   std::optional<sensors::LightCurtain> light_curtain_;
   api::LightCurtainSnapshot curtain_;

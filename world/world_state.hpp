@@ -7,8 +7,8 @@
 #include "world/api/light_curtain.hpp"
 #include "world/cell_vision.hpp"
 #include "world/conveyor_drive.hpp"
-#include "world/photo_eyes.hpp"
 #include "world/physics/physics_world.hpp"
+#include "world/sensors/photo_eyes.hpp"
 #include "world/simulated_robot.hpp"
 
 namespace aprsim::world {
@@ -20,7 +20,7 @@ struct WorldState {
   std::uint64_t steps = 0;
   std::vector<SimulatedRobot::State> robots;
   std::optional<ConveyorDrive> conveyor;
-  std::optional<PhotoEyes> photo_eyes;
+  std::optional<sensors::PhotoEyes> photo_eyes;
   physics::PhysicsWorld::State physics;
   std::optional<CellVision> vision;
   api::LightCurtainSnapshot curtain;

@@ -87,44 +87,51 @@ void add_reading(CLI::App& app, CommandLine& line) {
   watch->add_flag("--json", watch_command->json, "One JSON object a line");
 }
 
-void add_pendant(CLI::App& crcl, CommandLine& line) {
-  auto [status, status_command] =
-      add<CrclStatusCommand>(crcl, line, "status", "Show a robot's status in one line");
-  status->add_option("--robot", status_command->robot, "Name of the robot")->required();
-  status->add_flag("--watch", status_command->watch, "Again and again until interrupted");
-  status->add_option("--rate", status_command->rate_hz, "Samples a second (default 10)");
-  status->add_option("--count", status_command->count, "End after so many samples");
-  auto [jog, jog_command] = add<CrclJogCommand>(
-      crcl, line, "jog", "Move one joint (degrees), or the tool straight along an axis (mm)");
-  jog->add_option("--robot", jog_command->robot, "Name of the robot")->required();
-  auto* joint = jog->add_option("--joint", jog_command->joint, "Number of the joint, from 1");
-  jog->add_option("--axis", jog_command->axis, "x, y or z of the robot's frame (default x)")
-      ->check(CLI::IsMember({'x', 'y', 'z'}))
-      ->excludes(joint);
-  jog->add_option("--by", jog_command->by, "How far, from where it is")->required();
-  jog->add_option("--speed", jog_command->speed, "Degrees or mm a second")
-      ->check(CLI::PositiveNumber);
-  jog->add_flag("--init", jog_command->init, "InitCanon first");
-  auto [validate, validate_command] = add<CrclValidateCommand>(
-      crcl, line, "validate", "Check the CRCL documents of a file against the schema");
-  validate->add_option("FILE", validate_command->file)->required();
-}
-
-void add_crcl(CLI::App& app, CommandLine& line) {
-  CLI::App* crcl = app.add_subcommand("crcl", "Command a robot");
-  crcl->require_subcommand(1);
+void add_crcl_files(CLI::App& crcl, CommandLine& line) {
   auto [send, send_command] = add<CrclSendCommand>(
-      *crcl, line, "send",
+      crcl, line, "send",
       "Send the CRCLCommandInstance documents of a file, each when the last is done");
   send->add_option("FILE", send_command->file)->required();
   send->add_option("--robot", send_command->robot, "Name of the robot")->required();
   send->add_option("--timeout", send_command->timeout_s, "Seconds for each command (default 120)");
   auto [run, run_command] =
-      add<CrclRunCommand>(*crcl, line, "run", "Run a CRCLProgram, one command at a time");
+      add<CrclRunCommand>(crcl, line, "run", "Run a CRCLProgram, one command at a time");
   run->add_option("PROGRAM", run_command->file)->required();
   run->add_option("--robot", run_command->robot, "Name of the robot")->required();
   run->add_option("--timeout", run_command->timeout_s, "Seconds for each command (default 120)");
-  add_pendant(*crcl, line);
+}
+
+void add_crcl_status(CLI::App& crcl, CommandLine& line) {
+  auto [status, command] =
+      add<CrclStatusCommand>(crcl, line, "status", "Show a robot's status in one line");
+  status->add_option("--robot", command->robot, "Name of the robot")->required();
+  status->add_flag("--watch", command->watch, "Again and again until interrupted");
+  status->add_option("--rate", command->rate_hz, "Samples a second (default 10)");
+  status->add_option("--count", command->count, "End after so many samples");
+}
+
+void add_crcl_jog(CLI::App& crcl, CommandLine& line) {
+  auto [jog, command] = add<CrclJogCommand>(
+      crcl, line, "jog", "Move one joint (degrees), or the tool straight along an axis (mm)");
+  jog->add_option("--robot", command->robot, "Name of the robot")->required();
+  auto* joint = jog->add_option("--joint", command->joint, "Number of the joint, from 1");
+  jog->add_option("--axis", command->axis, "x, y or z of the robot's frame (default x)")
+      ->check(CLI::IsMember({'x', 'y', 'z'}))
+      ->excludes(joint);
+  jog->add_option("--by", command->by, "How far, from where it is")->required();
+  jog->add_option("--speed", command->speed, "Degrees or mm a second")->check(CLI::PositiveNumber);
+  jog->add_flag("--init", command->init, "InitCanon first");
+}
+
+void add_crcl(CLI::App& app, CommandLine& line) {
+  CLI::App* crcl = app.add_subcommand("crcl", "Command a robot");
+  crcl->require_subcommand(1);
+  add_crcl_files(*crcl, line);
+  add_crcl_status(*crcl, line);
+  add_crcl_jog(*crcl, line);
+  auto [validate, command] = add<CrclValidateCommand>(
+      *crcl, line, "validate", "Check the CRCL documents of a file against the schema");
+  validate->add_option("FILE", command->file)->required();
 }
 
 template <typename Command>

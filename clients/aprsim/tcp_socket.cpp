@@ -59,7 +59,7 @@ Outcome<TcpSocket> TcpSocket::connect(const std::string& host, std::uint16_t por
   if (const int rc = getaddrinfo(host.c_str(), std::to_string(port).c_str(), &hints, &found)) {
     return tl::unexpected(connection_failure(peer, gai_strerror(rc)));
   }
-  const std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> guard(found, &freeaddrinfo);
+  const std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> owned(found, &freeaddrinfo);
   Failure failure = connection_failure(peer, "no address");
   for (const addrinfo* address = found; address != nullptr; address = address->ai_next) {
     TcpSocket out(socket(address->ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0), peer);

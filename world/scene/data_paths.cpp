@@ -1,8 +1,8 @@
+#include "world/scene/data_paths.hpp"
+
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
-
-#include "world/scene/scene_loader.hpp"
 
 namespace aprsim::scene {
 

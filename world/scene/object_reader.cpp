@@ -25,16 +25,16 @@ Friction read_friction(const yaml::Node& node) {
   if (!node) return friction;
   const yaml::Map keys = node.map(
       {"gear_tray", "gear_gear", "gear_ground", "tray_belt", "tray_ground", "tray_tray", "robot"});
-  const auto take = [&](const char* key, double& value) {
+  const auto read = [&](const char* key, double& value) {
     value = keys[key].number_or(value, kNotNegative);
   };
-  take("gear_tray", friction.gear_tray);
-  take("gear_gear", friction.gear_gear);
-  take("gear_ground", friction.gear_ground);
-  take("tray_belt", friction.tray_belt);
-  take("tray_ground", friction.tray_ground);
-  take("tray_tray", friction.tray_tray);
-  take("robot", friction.robot);
+  read("gear_tray", friction.gear_tray);
+  read("gear_gear", friction.gear_gear);
+  read("gear_ground", friction.gear_ground);
+  read("tray_belt", friction.tray_belt);
+  read("tray_ground", friction.tray_ground);
+  read("tray_tray", friction.tray_tray);
+  read("robot", friction.robot);
   return friction;
 }
 
@@ -151,7 +151,7 @@ class ObjectReader {
 
   void enable_floor() { supports_[kFloorName] = {Pose{}, {1e3, 1e3}}; }
 
-  BodyNodes take_nodes() { return std::move(nodes_); }
+  [[nodiscard]] const BodyNodes& nodes() const { return nodes_; }
 
  private:
   /// A face that a tray can be put on: its pose and half its size.
@@ -160,10 +160,10 @@ class ObjectReader {
     Eigen::Vector2d half_size;
   };
 
-  static std::string claim(const yaml::Node& node, std::set<std::string>& taken,
+  static std::string claim(const yaml::Node& node, std::set<std::string>& claimed,
                            const std::string& what) {
     std::string name = read_name(node);
-    if (!taken.insert(name).second) {
+    if (!claimed.insert(name).second) {
       node.error("a second " + what + ' ' + name, "names to differ");
     }
     return name;
@@ -268,7 +268,7 @@ BodyNodes read_objects(const yaml::Map& keys, const Types& types, Scene& scene) 
   read_light_curtain(keys["light_curtain"], scene);
   for (const yaml::Node& node : keys["trays"].items()) reader.tray(node);
   for (const yaml::Node& node : keys["gears"].items()) reader.loose_gear(node);
-  return reader.take_nodes();
+  return reader.nodes();
 }
 
 }  // namespace aprsim::scene

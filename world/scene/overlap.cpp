@@ -66,66 +66,73 @@ std::vector<Vector3d> candidate_directions(const Solid& a, const Solid& b) {
 
 /// Up to four points of the Minkowski difference b - a.
 struct Simplex {
-  std::array<Vector3d, 4> points;
+  std::array<Vector3d, 4> points{Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero(),
+                                 Vector3d::Zero()};
   int count = 0;
+  void add(const Vector3d& point) { points[static_cast<std::size_t>(count++)] = point; }
 };
 
-/// Weights, summing to one, of the point of least norm on the affine hull of some of the points;
-/// false if these are not independent.
-bool affine_weights(const Simplex& simplex, unsigned members, Eigen::Vector4d& weights) {
-  std::array<int, 4> index{};
-  int count = 0;
-  for (int i = 0; i < simplex.count; ++i) {
-    if (members >> i & 1u) index[static_cast<std::size_t>(count++)] = i;
+/// Weights, summing to one, of the point of least norm on the affine hull of the points; false if
+/// these are not independent. Barycentric coordinates as ratios of areas and volumes: Ericson,
+/// Real-Time Collision Detection (2005), 3.4.
+bool affine_weights(const Simplex& simplex, std::array<double, 4>& weights) {
+  constexpr double kFlat = 1e-15;  // sine below which edges count as parallel
+  const Vector3d& origin = simplex.points[0];
+  const Vector3d a = simplex.points[1] - origin;
+  const Vector3d b = simplex.points[2] - origin;
+  const Vector3d c = simplex.points[3] - origin;
+  weights = {};
+  if (simplex.count == 2) {
+    if (a.squaredNorm() == 0) return false;
+    weights[1] = -origin.dot(a) / a.squaredNorm();
+  } else if (simplex.count == 3) {
+    const Vector3d normal = a.cross(b);
+    if (normal.norm() <= kFlat * a.norm() * b.norm()) return false;
+    weights[1] = b.cross(origin).dot(normal) / normal.squaredNorm();
+    weights[2] = origin.cross(a).dot(normal) / normal.squaredNorm();
+  } else if (simplex.count == 4) {
+    const double volume = a.dot(b.cross(c));
+    if (std::abs(volume) <= kFlat * a.norm() * b.norm() * c.norm()) return false;
+    weights[1] = -origin.dot(b.cross(c)) / volume;
+    weights[2] = -origin.dot(c.cross(a)) / volume;
+    weights[3] = -origin.dot(a.cross(b)) / volume;
   }
-  const Vector3d origin = simplex.points[static_cast<std::size_t>(index[0])];
-  Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, 3> edges(3, count - 1);
-  for (int i = 1; i < count; ++i) {
-    edges.col(i - 1) =
-        simplex.points[static_cast<std::size_t>(index[static_cast<std::size_t>(i)])] - origin;
-  }
-  weights.setZero();
-  Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 3, 1> along(count - 1);
-  if (count > 1) {
-    const auto solver = edges.colPivHouseholderQr();
-    if (solver.rank() < count - 1) return false;
-    along = solver.solve(-origin);
-  }
-  weights[index[0]] = 1 - along.sum();
-  for (int i = 1; i < count; ++i) weights[index[static_cast<std::size_t>(i)]] = along[i - 1];
+  weights[0] = 1 - weights[1] - weights[2] - weights[3];
   return true;
 }
 
+/// Those of the simplex's points whose bits are set.
+Simplex subset(const Simplex& simplex, unsigned members) {
+  Simplex result;
+  for (int i = 0; i < simplex.count; ++i) {
+    if (members >> i & 1u) result.add(simplex.points[static_cast<std::size_t>(i)]);
+  }
+  return result;
+}
+
 /// Reduces the simplex to the points that span its point of least norm, and returns that point.
+/// Every subset is tried; there are 15 at the most.
 Vector3d nearest_to_origin(Simplex& simplex) {
+  Simplex best_points = subset(simplex, 1);
   Vector3d best = simplex.points[0];
-  unsigned best_members = 1;
   double best_norm = std::numeric_limits<double>::infinity();
   for (unsigned members = 1; members < 1u << simplex.count; ++members) {
-    Eigen::Vector4d weights;
-    if (!affine_weights(simplex, members, weights) || weights.minCoeff() < 0) continue;
+    const Simplex points = subset(simplex, members);
+    std::array<double, 4> weights{};
+    if (!affine_weights(points, weights) || *std::ranges::min_element(weights) < 0) continue;
     Vector3d point = Vector3d::Zero();
-    for (int i = 0; i < simplex.count; ++i) {
-      point += weights[i] * simplex.points[static_cast<std::size_t>(i)];
-    }
+    for (std::size_t i = 0; i < weights.size(); ++i) point += weights[i] * points.points[i];
     if (point.norm() >= best_norm) continue;
     best_norm = point.norm();
     best = point;
-    best_members = members;
+    best_points = points;
   }
-  int kept = 0;
-  for (int i = 0; i < simplex.count; ++i) {
-    if (best_members >> i & 1u) {
-      simplex.points[static_cast<std::size_t>(kept++)] =
-          simplex.points[static_cast<std::size_t>(i)];
-    }
-  }
-  simplex.count = kept;
+  simplex = best_points;
   return best;
 }
 
-/// The GJK descent: the point of b - a nearest to the origin gives the direction along which solids
-/// that are apart are apart the most.
+/// The descent of Gilbert, Johnson & Keerthi (1988): the point of b - a nearest to the origin gives
+/// the direction along which solids that are apart are apart the most.
 double depth_by_descent(const Solid& a, const Solid& b, double best) {
   constexpr int kIterations = 64;
   constexpr double kNone = 1e-9;  // [m]
@@ -136,7 +143,7 @@ double depth_by_descent(const Solid& a, const Solid& b, double best) {
     const Vector3d w = b.support(-v) - a.support(v);
     if (simplex.count > 0 && v.dot(v - w) < kNone * v.norm()) break;
     if (simplex.count == 4) break;
-    simplex.points[static_cast<std::size_t>(simplex.count++)] = w;
+    simplex.add(w);
     v = nearest_to_origin(simplex);
   }
   return best;

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "world/scene/object_reader.hpp"
+#include "world/scene/overlap_check.hpp"
 #include "world/scene/reading.hpp"
 
 namespace aprsim::scene {

@@ -1,13 +1,16 @@
 #include "world/scene/scene_solids.hpp"
 
+#include "world/scene/part_shapes.hpp"
+
 namespace aprsim::scene {
 namespace {
 
 constexpr double kBeltThickness = 1e-3;
 
-Solid frustum(const Pose& X_WP, double z_low, double z_high, double r_low, double r_high) {
-  return {FrustumSolid{(z_high - z_low) / 2, r_low, r_high},
-          X_WP.isometry() * Eigen::Translation3d(0, 0, (z_low + z_high) / 2)};
+Solid solid_of(const Frustum& frustum, const Eigen::Isometry3d& X_WP) {
+  return {
+      FrustumSolid{(frustum.z_high - frustum.z_low) / 2, frustum.radius_low, frustum.radius_high},
+      X_WP * Eigen::Translation3d(0, 0, (frustum.z_low + frustum.z_high) / 2)};
 }
 
 }  // namespace
@@ -20,15 +23,14 @@ Solid solid_of(const Conveyor& conveyor) {
 }
 
 Solid solid_of(const TrayType& type, const Pose& X_WP) {
-  const Eigen::Vector2d size = type.max_xy - type.min_xy, centre = (type.max_xy + type.min_xy) / 2;
-  return {BoxSolid{{size.x() / 2, size.y() / 2, type.thickness_m / 2}},
-          X_WP.isometry() * Eigen::Translation3d(centre.x(), centre.y(), -type.thickness_m / 2)};
+  const Eigen::AlignedBox3d slab = slab_of(type);
+  return {BoxSolid{slab.sizes() / 2}, X_WP.isometry() * Eigen::Translation3d(slab.center())};
 }
 
 std::array<Solid, 3> solids_of(const GearType& type, const Pose& X_WP) {
-  return {frustum(X_WP, 0, type.disc_height_m, type.disc_radius_m, type.disc_radius_m),
-          frustum(X_WP, type.disc_height_m, type.peg_top_m, type.peg_radius_m, type.peg_radius_m),
-          frustum(X_WP, -type.hub_height_m, 0, type.hub_bottom_radius_m, type.hub_top_radius_m)};
+  const GearShapes gear = shapes_of(type);
+  const Eigen::Isometry3d X = X_WP.isometry();
+  return {solid_of(gear.disc, X), solid_of(gear.peg, X), solid_of(gear.hub, X)};
 }
 
 }  // namespace aprsim::scene

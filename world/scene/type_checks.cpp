@@ -1,8 +1,8 @@
+#include "world/scene/type_checks.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-
-#include "world/scene/type_reader.hpp"
 
 namespace aprsim::scene {
 namespace {

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "world/scene/reading.hpp"
+#include "world/scene/type_checks.hpp"
 
 namespace aprsim::scene {
 namespace {

@@ -22,12 +22,6 @@ struct Types {
 void read_types(const yaml::Map& keys, const std::vector<std::string>& model_directories,
                 Types& types);
 
-/// Sense of a gear type in itself.
-void check_gear_type(const yaml::Node& node, const GearType& type);
-/// Pockets lie in the slab and apart from each other, and their gears fit them. One node a slot.
-void check_tray_type(const std::vector<yaml::Node>& slot_nodes, const TrayType& type,
-                     const std::map<std::string, GearType>& gears);
-
 /// Joint angles [rad] from a list in degrees.
 [[nodiscard]] std::vector<double> read_joints(const yaml::Node& node);
 

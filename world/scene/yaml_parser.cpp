@@ -25,7 +25,7 @@ class Builder : public YAML::EventHandler {
  public:
   explicit Builder(std::shared_ptr<const std::string> source) : source_(std::move(source)) {}
 
-  Value take_root() { return std::move(root_); }
+  Value release_root() { return std::move(root_); }
 
   void OnDocumentStart(const YAML::Mark&) override {}
   void OnDocumentEnd() override {}
@@ -107,7 +107,7 @@ class Builder : public YAML::EventHandler {
     if (level.value.kind == Value::Kind::kList) {
       level.value.items.push_back(std::move(value));
     } else if (!level.key) {
-      take_key(level, std::move(value));
+      set_key(level, std::move(value));
     } else {
       level.value.entries.push_back(
           {std::move(level.key->scalar), std::move(level.key->mark), std::move(value)});
@@ -115,7 +115,7 @@ class Builder : public YAML::EventHandler {
     }
   }
 
-  static void take_key(Level& level, Value key) {
+  static void set_key(Level& level, Value key) {
     if (key.kind != Value::Kind::kScalar || key.scalar.empty()) {
       throw Refused{error_at(key.mark, "", "found a key that is not a word, expected a name")};
     }
@@ -156,10 +156,10 @@ Result<Value> parse(const std::string& text, const std::string& source) {
     std::istringstream in(text);
     YAML::Parser parser(in);
     if (!parser.HandleNextDocument(builder)) return Value{.mark = {name, 1, 1}};
-    Value root = builder.take_root();
+    Value root = builder.release_root();
     Builder second(name);
     if (parser.HandleNextDocument(second)) {
-      return tl::unexpected(error_at(second.take_root().mark, "",
+      return tl::unexpected(error_at(second.release_root().mark, "",
                                      "found a second document, expected one in the file"));
     }
     return root;

@@ -145,7 +145,7 @@ std::string Node::text() const {
 
 std::string Node::text_or(const std::string& fallback) const { return value_ ? text() : fallback; }
 
-std::size_t Node::word(std::initializer_list<std::string_view> words) const {
+std::size_t Node::word(std::span<const std::string_view> words) const {
   const std::vector<std::string> known(words.begin(), words.end());
   if (value_ && value_->kind == Value::Kind::kScalar) {
     const auto it = std::find(known.begin(), known.end(), value_->scalar);
@@ -206,6 +206,10 @@ std::vector<std::pair<std::string, Node>> Node::entries() const {
 }
 
 Map Node::map(std::initializer_list<std::string_view> known) const {
+  return map(std::span(known.begin(), known.size()));
+}
+
+Map Node::map(std::span<const std::string_view> known) const {
   std::vector<std::string> words(known.begin(), known.end());
   if (!is_map()) {
     unexpected("a map with the keys " + joined(words));

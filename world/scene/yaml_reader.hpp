@@ -6,6 +6,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -63,7 +64,10 @@ class Node {
   [[nodiscard]] std::string text_or(const std::string& fallback) const;
 
   /// One of the words; the index into `words`.
-  [[nodiscard]] std::size_t word(std::initializer_list<std::string_view> words) const;
+  [[nodiscard]] std::size_t word(std::span<const std::string_view> words) const;
+  [[nodiscard]] std::size_t word(std::initializer_list<std::string_view> words) const {
+    return word(std::span(words.begin(), words.size()));
+  }
   [[nodiscard]] std::size_t word_or(std::size_t fallback,
                                     std::initializer_list<std::string_view> words) const;
 
@@ -81,6 +85,7 @@ class Node {
   [[nodiscard]] std::vector<Node> items() const;  ///< of a list; none when absent
   [[nodiscard]] std::vector<std::pair<std::string, Node>> entries() const;  ///< same, of a map
   /// A map with no keys but these; the first unknown one is an error that lists them.
+  [[nodiscard]] Map map(std::span<const std::string_view> known) const;
   [[nodiscard]] Map map(std::initializer_list<std::string_view> known) const;
 
   /// Records "found ..., expected ..." at this value, unless the document has an error already.

@@ -9,14 +9,14 @@ namespace aprsim::sensors {
 LightCurtain::LightCurtain(const api::LightCurtainDescription& curtain)
     : curtain_(curtain), X_WK_(curtain.X_WK.isometry()), X_KW_(X_WK_.inverse()) {}
 
-api::LightCurtainSnapshot LightCurtain::look(std::span<const Solid> solids) const {
+api::LightCurtainSnapshot LightCurtain::look(std::span<const Occluder> occluders) const {
   api::LightCurtainSnapshot out;
   const auto beams = out.distance_m.begin();
   std::fill_n(beams, curtain_.beams, curtain_.range_m);
-  for (const Solid& solid : solids) {
-    // Most solids are nowhere near the plane of the beams.
-    const Eigen::Vector3d p_K = X_KW_ * solid.X_WS.translation();
-    const double bound = solid.bound_m;
+  for (const Occluder& occluder : occluders) {
+    // Most occluders are nowhere near the plane of the beams.
+    const Eigen::Vector3d p_K = X_KW_ * occluder.X_WS.translation();
+    const double bound = occluder.bound_m;
     if (std::abs(p_K.y()) > bound || p_K.x() < -bound || p_K.x() > curtain_.range_m + bound) {
       continue;
     }
@@ -25,7 +25,7 @@ api::LightCurtainSnapshot LightCurtain::look(std::span<const Solid> solids) cons
     const double high = std::min(std::floor((p_K.z() + bound) / curtain_.pitch_m), last_beam);
     for (double beam = low; beam <= high; ++beam) {
       const double z = beam * curtain_.pitch_m;
-      const auto hit = first_hit(solid, X_WK_ * Eigen::Vector3d(0, 0, z),
+      const auto hit = first_hit(occluder, X_WK_ * Eigen::Vector3d(0, 0, z),
                                  X_WK_ * Eigen::Vector3d(curtain_.range_m, 0, z));
       if (!hit) continue;
       out.broken = true;

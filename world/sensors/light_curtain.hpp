@@ -16,7 +16,7 @@ class LightCurtain {
   explicit LightCurtain(const api::LightCurtainDescription& curtain);
 
   /// Looks along every beam. Pure; does not allocate.
-  [[nodiscard]] api::LightCurtainSnapshot look(std::span<const Solid> solids) const;
+  [[nodiscard]] api::LightCurtainSnapshot look(std::span<const Occluder> occluders) const;
 
  private:
   api::LightCurtainDescription curtain_;

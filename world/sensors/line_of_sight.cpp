@@ -97,11 +97,11 @@ double distance_to_segment(const Eigen::Vector3d& point, const Eigen::Vector3d& 
   return (point - a - t * d).norm();
 }
 
-std::optional<double> first_hit(const Solid& solid, const Eigen::Vector3d& a_W,
+std::optional<double> first_hit(const Occluder& occluder, const Eigen::Vector3d& a_W,
                                 const Eigen::Vector3d& b_W) {
-  const Eigen::Isometry3d X_SW = solid.X_WS.inverse();
+  const Eigen::Isometry3d X_SW = occluder.X_WS.inverse();
   const Eigen::Vector3d a_S = X_SW * a_W;
-  return std::visit(Sight{a_S, X_SW * b_W - a_S}, solid.shape);
+  return std::visit(Sight{a_S, X_SW * b_W - a_S}, occluder.shape);
 }
 
 }  // namespace aprsim::sensors

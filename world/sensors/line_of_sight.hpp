@@ -13,7 +13,7 @@ namespace aprsim::sensors {
 using Shape = decltype(robot::LinkShape::shape);
 
 /// Something opaque in the world.
-struct Solid {
+struct Occluder {
   Eigen::Isometry3d X_WS = Eigen::Isometry3d::Identity();
   Shape shape;
   double bound_m = 0;  ///< radius of a sphere around the shape's origin that holds all of it
@@ -26,15 +26,15 @@ struct Solid {
 [[nodiscard]] double distance_to_segment(const Eigen::Vector3d& point, const Eigen::Vector3d& a,
                                          const Eigen::Vector3d& b);
 
-/// Where the way from a to b first meets the solid, as a fraction of the way; 0 if a is inside.
+/// Where the way from a to b first meets the occluder, as a fraction of the way; 0 if a is inside.
 /// Exact for every shape.
-[[nodiscard]] std::optional<double> first_hit(const Solid& solid, const Eigen::Vector3d& a_W,
+[[nodiscard]] std::optional<double> first_hit(const Occluder& occluder, const Eigen::Vector3d& a_W,
                                               const Eigen::Vector3d& b_W);
 
-/// True if the segment from a to b has a point inside the solid.
-[[nodiscard]] inline bool hides(const Solid& solid, const Eigen::Vector3d& a_W,
+/// True if the segment from a to b has a point inside the occluder.
+[[nodiscard]] inline bool hides(const Occluder& occluder, const Eigen::Vector3d& a_W,
                                 const Eigen::Vector3d& b_W) {
-  return first_hit(solid, a_W, b_W).has_value();
+  return first_hit(occluder, a_W, b_W).has_value();
 }
 
 }  // namespace aprsim::sensors

@@ -31,11 +31,11 @@ Points points_of(const api::BodyDescription& body) {
            {a.x(), b.y(), z}}};
 }
 
-/// Whether a solid is part of a body, or of a gear that stands on that body, a tray.
-bool belongs_to(const Solid& solid, std::size_t body, const api::CellDescription& cell,
+/// Whether an occluder is part of a body, or of a gear that stands on that body, a tray.
+bool belongs_to(const Occluder& occluder, std::size_t body, const api::CellDescription& cell,
                 std::span<const Eigen::Isometry3d> X_WP) {
-  if (solid.body < 0) return false;
-  const auto other = static_cast<std::size_t>(solid.body);
+  if (occluder.body < 0) return false;
+  const auto other = static_cast<std::size_t>(occluder.body);
   if (other == body) return true;
   const api::BodyDescription& tray = cell.bodies[body];
   if (tray.kind == api::BodyKind::kGear || cell.bodies[other].kind != api::BodyKind::kGear) {
@@ -62,10 +62,11 @@ OverheadCamera::OverheadCamera(const scene::Vision& vision, const Eigen::Isometr
       camera_W_(X_WR * vision.X_RV.isometry() * vision.camera_V) {}
 
 void OverheadCamera::detect(const api::CellDescription& cell,
-                            std::span<const Eigen::Isometry3d> X_WP, std::span<const Solid> solids,
-                            std::uint64_t seed, api::VisionFrame& out) const {
+                            std::span<const Eigen::Isometry3d> X_WP,
+                            std::span<const Occluder> occluders, std::uint64_t seed,
+                            api::VisionFrame& out) const {
   out.detections.clear();
-  if (!vision_.occlusion) solids = {};
+  if (!vision_.occlusion) occluders = {};
   Random random(seed);
   for (std::size_t i = 0; i < X_WP.size(); ++i) {
     // Drawn for every object, seen or not: what one does must not change the others' noise.
@@ -79,7 +80,7 @@ void OverheadCamera::detect(const api::CellDescription& cell,
         (xy.array() > vision_.area_max.array()).any() || X_VP(2, 2) < std::cos(kMaxTilt)) {
       continue;
     }
-    const double score = visible_share(i, cell, X_WP, solids);
+    const double score = visible_share(i, cell, X_WP, occluders);
     if (score == 0) continue;
     out.detections.push_back({.body = static_cast<int>(i),
                               .x_m = xy.x() + dx,
@@ -96,7 +97,7 @@ void OverheadCamera::detect(const api::CellDescription& cell,
 /// 0 when the middle is hidden, else the share of points in sight.
 double OverheadCamera::visible_share(std::size_t body, const api::CellDescription& cell,
                                      std::span<const Eigen::Isometry3d> X_WP,
-                                     std::span<const Solid> solids) const {
+                                     std::span<const Occluder> occluders) const {
   Points points = points_of(cell.bodies[body]);
   double extent = 0;
   for (auto& point : points) {
@@ -104,11 +105,11 @@ double OverheadCamera::visible_share(std::size_t body, const api::CellDescriptio
     extent = std::max(extent, (point - points[0]).norm());
   }
   std::array<bool, std::tuple_size_v<Points>> hidden{};
-  for (const auto& solid : solids) {
-    const double distance = distance_to_segment(solid.X_WS.translation(), camera_W_, points[0]);
-    if (distance > solid.bound_m + extent || belongs_to(solid, body, cell, X_WP)) continue;
+  for (const auto& occluder : occluders) {
+    const double distance = distance_to_segment(occluder.X_WS.translation(), camera_W_, points[0]);
+    if (distance > occluder.bound_m + extent || belongs_to(occluder, body, cell, X_WP)) continue;
     for (std::size_t k = 0; k < points.size(); ++k) {
-      hidden[k] = hidden[k] || hides(solid, camera_W_, points[k]);
+      hidden[k] = hidden[k] || hides(occluder, camera_W_, points[k]);
     }
     if (hidden[0]) return 0;
   }

@@ -32,12 +32,12 @@ class OverheadCamera {
   /// Fills `out.detections` from poses as numbered in `cell.bodies`: a pure function of its
   /// arguments. Allocates only while the detections have too little capacity.
   void detect(const api::CellDescription& cell, std::span<const Eigen::Isometry3d> X_WP,
-              std::span<const Solid> solids, std::uint64_t seed, api::VisionFrame& out) const;
+              std::span<const Occluder> occluders, std::uint64_t seed, api::VisionFrame& out) const;
 
  private:
   [[nodiscard]] double visible_share(std::size_t body, const api::CellDescription& cell,
                                      std::span<const Eigen::Isometry3d> X_WP,
-                                     std::span<const Solid> solids) const;
+                                     std::span<const Occluder> occluders) const;
 
   scene::Vision vision_;
   Eigen::Isometry3d X_VW_;

@@ -28,11 +28,12 @@ VisionFeed::VisionFeed(const scene::Vision& vision, const Eigen::Isometry3d& X_W
 }
 
 void VisionFeed::expose(std::uint64_t step, const api::CellDescription& cell,
-                        std::span<const Eigen::Isometry3d> X_WP, std::span<const Solid> solids) {
+                        std::span<const Eigen::Isometry3d> X_WP,
+                        std::span<const Occluder> occluders) {
   Pending& pending = ring_[(first_ + count_) % ring_.size()];
   ++count_;
   ++exposures_;
-  camera_.detect(cell, X_WP, solids, mix_seed(seed_, exposures_), pending.frame);
+  camera_.detect(cell, X_WP, occluders, mix_seed(seed_, exposures_), pending.frame);
   pending.frame.number = exposures_;
   pending.frame.time = step_size_ * static_cast<SimTime::rep>(step);
   pending.out_at = exposures_ == 1 ? step : step + latency_steps_;

@@ -22,7 +22,7 @@ class VisionFeed {
   /// True if there is an exposure at this step, which then has to be made.
   [[nodiscard]] bool due(std::uint64_t step) const { return step % period_steps_ == 0; }
   void expose(std::uint64_t step, const api::CellDescription& cell,
-              std::span<const Eigen::Isometry3d> X_WP, std::span<const Solid> solids);
+              std::span<const Eigen::Isometry3d> X_WP, std::span<const Occluder> occluders);
   /// Gives out what has become old enough. Once a step, after any exposure.
   void advance(std::uint64_t step);
 

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <fstream>
+#include <sstream>
 
 #include <gtest/gtest.h>
 
@@ -123,6 +124,46 @@ TEST(WebConfig, NamesTheKeyAndWhatIsWrongWithItsValue) {
     EXPECT_NE(config.error().message.find("web"), std::string::npos) << config.error().message;
     EXPECT_NE(config.error().message.find(said), std::string::npos) << config.error().message;
   }
+}
+
+/// The lines "KEY=VALUE" of a list of keys; what has no value now is left out.
+Overrides assignments(const std::string& list) {
+  Overrides all;
+  std::istringstream lines(list);
+  for (std::string line; std::getline(lines, line);) {
+    const auto equals = line.find('=');
+    if (line.starts_with(' ') || equals == std::string::npos) continue;
+    all.emplace_back(line.substr(0, equals), line.substr(equals + 1));
+  }
+  return all;
+}
+
+TEST(KeyList, GivesKeysWithValuesThatCanBeSet) {
+  const Config config =
+      load_config("", {{"seed", "7"}, {"web.token", "long enough"}, {"modbus.unit_ids", "[1, 2]"}})
+          .value();
+  const auto again = load_config("", assignments(key_list(config)));
+  ASSERT_TRUE(again.has_value()) << again.error().message;
+  EXPECT_EQ(to_yaml(*again), to_yaml(config));
+}
+
+TEST(KeyList, SaysWhatAKeyMeansAndAccepts) {
+  const std::string list = key_list(Config{});
+  EXPECT_NE(list.find("modbus.idle_timeout_ms=0\n"
+                      "    a connection without a request for so long is closed; 0 = never: "
+                      "a whole number in [0, 86400000]\n"),
+            std::string::npos)
+      << list;
+  EXPECT_NE(list.find("crcl.ports.ROBOT\n"), std::string::npos) << list;
+  EXPECT_NE(list.find("web.token\n"), std::string::npos) << list;
+}
+
+TEST(Config, FreesThePortsOfAllListeners) {
+  Config config = load_config("", {{"crcl.ports.third", "5"}}).value();
+  use_free_ports(config);
+  EXPECT_EQ(config.crcl.ports.at("third"), 0);
+  EXPECT_EQ(config.vision.ports.at("fanuc"), 0);
+  EXPECT_EQ(config.modbus.port + config.grpc.port + config.web.port, 0);
 }
 
 TEST(Config, FindsKeysOfRobotsThatAreNotThere) {

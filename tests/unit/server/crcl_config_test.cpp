@@ -1,5 +1,3 @@
-#include "server/crcl_config.hpp"
-
 #include <array>
 #include <fstream>
 

@@ -18,7 +18,7 @@ void run_for(ConveyorDrive& drive, int steps) {
 /// Runs at a speed, forward, with the ramp behind it.
 ConveyorDrive running(double speed_m_s) {
   ConveyorDrive drive(kLimits);
-  drive.take({.run = true, .forward = true, .speed_m_s = speed_m_s});
+  drive.apply({.run = true, .forward = true, .speed_m_s = speed_m_s});
   run_for(drive, 1000);
   EXPECT_EQ(drive.state().speed_m_s, speed_m_s);
   return drive;
@@ -36,7 +36,7 @@ int steps_to_stand(ConveyorDrive& drive) {
 
 TEST(ConveyorDrive, RampsWithinItsAccelerationToTheSetSpeed) {
   ConveyorDrive drive(kLimits);
-  drive.take({.run = true, .forward = true, .speed_m_s = 0.15});
+  drive.apply({.run = true, .forward = true, .speed_m_s = 0.15});
   double before = 0;
   for (int i = 0; i < 1000; ++i) {
     const double now = drive.step(kDriveStep);
@@ -50,9 +50,9 @@ TEST(ConveyorDrive, RampsWithinItsAccelerationToTheSetSpeed) {
 
 TEST(ConveyorDrive, ReversalGoesThroughZero) {
   ConveyorDrive drive(kLimits);
-  drive.take({.run = true, .forward = true, .speed_m_s = 0.1});
+  drive.apply({.run = true, .forward = true, .speed_m_s = 0.1});
   for (int i = 0; i < 500; ++i) drive.step(kDriveStep);
-  drive.take({.run = {}, .forward = false, .speed_m_s = {}});
+  drive.apply({.run = {}, .forward = false, .speed_m_s = {}});
   bool stood = false;
   for (int i = 0; i < 500; ++i) stood = std::abs(drive.step(kDriveStep)) < 5e-4 || stood;
   EXPECT_TRUE(stood);
@@ -61,12 +61,12 @@ TEST(ConveyorDrive, ReversalGoesThroughZero) {
 
 TEST(ConveyorDrive, SpeedAloneDoesNotMoveAndStopKeepsTheSetting) {
   ConveyorDrive drive(kLimits);
-  drive.take({.run = {}, .forward = {}, .speed_m_s = 0.2});
+  drive.apply({.run = {}, .forward = {}, .speed_m_s = 0.2});
   EXPECT_EQ(drive.step(kDriveStep), 0);
-  drive.take({.run = true, .forward = {}, .speed_m_s = {}});
+  drive.apply({.run = true, .forward = {}, .speed_m_s = {}});
   for (int i = 0; i < 1000; ++i) drive.step(kDriveStep);
   EXPECT_EQ(drive.state().speed_m_s, 0.2);
-  drive.take({.run = false, .forward = {}, .speed_m_s = {}});
+  drive.apply({.run = false, .forward = {}, .speed_m_s = {}});
   for (int i = 0; i < 1000; ++i) drive.step(kDriveStep);
   EXPECT_EQ(drive.state().speed_m_s, 0);
   EXPECT_EQ(drive.state().speed_setting_m_s, 0.2);
@@ -74,7 +74,7 @@ TEST(ConveyorDrive, SpeedAloneDoesNotMoveAndStopKeepsTheSetting) {
 
 TEST(ConveyorDrive, TheMotorSaturates) {
   ConveyorDrive drive(kLimits);
-  drive.take({.run = true, .forward = true, .speed_m_s = 0.32768});
+  drive.apply({.run = true, .forward = true, .speed_m_s = 0.32768});
   for (int i = 0; i < 2000; ++i) drive.step(kDriveStep);
   EXPECT_EQ(drive.state().speed_m_s, 0.3);
   EXPECT_EQ(drive.state().speed_setting_m_s, 0.32768);
@@ -82,20 +82,20 @@ TEST(ConveyorDrive, TheMotorSaturates) {
 
 TEST(ConveyorDrive, EachRampHasItsOwnSlope) {
   ConveyorDrive drive = running(0.2);
-  drive.take({.run = false});
+  drive.apply({.run = false});
   EXPECT_EQ(steps_to_stand(drive), 500) << "0.2 m/s at 0.4 m/s^2";
   drive = running(0.2);
-  drive.take({.speed_m_s = 0.1});
+  drive.apply({.speed_m_s = 0.1});
   run_for(drive, 200);
   EXPECT_NEAR(drive.state().speed_m_s, 0.12, 1e-12) << "slowing down brakes";
   drive = running(0.2);
-  drive.take({.emergency_stop = true});
+  drive.apply({.emergency_stop = true});
   EXPECT_EQ(steps_to_stand(drive), 100) << "0.2 m/s at 2 m/s^2";
 }
 
 TEST(ConveyorDrive, ReversalBrakesToZeroAndThenAccelerates) {
   ConveyorDrive drive = running(0.2);
-  drive.take({.forward = false});
+  drive.apply({.forward = false});
   EXPECT_EQ(steps_to_stand(drive), 500);
   drive.step(kDriveStep);
   EXPECT_NEAR(drive.state().speed_m_s, -0.5 * kDriveStep, 1e-15);
@@ -103,45 +103,45 @@ TEST(ConveyorDrive, ReversalBrakesToZeroAndThenAccelerates) {
 
 TEST(ConveyorDrive, AnEmergencyStopIsHeldUntilReleasedAndReset) {
   ConveyorDrive drive = running(0.2);
-  drive.take({.emergency_stop = true});
+  drive.apply({.emergency_stop = true});
   EXPECT_TRUE(drive.state().emergency_stop);
   EXPECT_EQ(drive.state().fault, api::DriveFault::kEmergencyStop);
   EXPECT_FALSE(drive.state().run);
-  drive.take({.run = true});
+  drive.apply({.run = true});
   EXPECT_FALSE(drive.state().run);
-  drive.take({.fault_reset = true});
+  drive.apply({.fault_reset = true});
   EXPECT_EQ(drive.state().fault, api::DriveFault::kEmergencyStop) << "still engaged";
-  drive.take({.emergency_stop = false});
+  drive.apply({.emergency_stop = false});
   EXPECT_EQ(drive.state().fault, api::DriveFault::kEmergencyStop) << "released, not reset";
-  drive.take({.run = true});
+  drive.apply({.run = true});
   EXPECT_FALSE(drive.state().run);
   run_for(drive, 1000);
   EXPECT_EQ(drive.state().speed_m_s, 0);
-  drive.take({.fault_reset = true});
+  drive.apply({.fault_reset = true});
   EXPECT_EQ(drive.state().fault, api::DriveFault::kNone);
   run_for(drive, 100);
   EXPECT_EQ(drive.state().speed_m_s, 0) << "does not start by itself";
-  drive.take({.run = true});
+  drive.apply({.run = true});
   run_for(drive, 1000);
   EXPECT_EQ(drive.state().speed_m_s, 0.2) << "the setting has stayed";
 }
 
 TEST(ConveyorDrive, ReleaseResetAndRunMayComeTogetherAndTheStopWins) {
   ConveyorDrive drive(kLimits);
-  drive.take({.emergency_stop = true});
-  drive.take({.run = true, .emergency_stop = false, .fault_reset = true});
+  drive.apply({.emergency_stop = true});
+  drive.apply({.run = true, .emergency_stop = false, .fault_reset = true});
   EXPECT_TRUE(drive.state().run);
-  drive.take({.run = true, .emergency_stop = true, .fault_reset = true});
+  drive.apply({.run = true, .emergency_stop = true, .fault_reset = true});
   EXPECT_FALSE(drive.state().run);
   EXPECT_EQ(drive.state().fault, api::DriveFault::kEmergencyStop);
 }
 
 TEST(ConveyorDrive, TheWatchdogStopsARunningBeltThatNobodyTalksTo) {
   ConveyorDrive drive(kLimits);
-  drive.take({.run = true, .speed_m_s = 0.2, .watchdog_s = 0.5});
+  drive.apply({.run = true, .speed_m_s = 0.2, .watchdog_s = 0.5});
   for (int i = 0; i < 4; ++i) {
     run_for(drive, 490);
-    drive.take({});  // nothing set, and yet a sign of life
+    drive.apply({});  // nothing set, and yet a sign of life
   }
   EXPECT_EQ(drive.state().fault, api::DriveFault::kNone);
   run_for(drive, 499);
@@ -150,19 +150,19 @@ TEST(ConveyorDrive, TheWatchdogStopsARunningBeltThatNobodyTalksTo) {
   EXPECT_EQ(drive.state().fault, api::DriveFault::kWatchdog);
   EXPECT_FALSE(drive.state().run);
   EXPECT_NEAR(steps_to_stand(drive), 500, 2) << "an ordinary ramp";
-  drive.take({.run = true});
+  drive.apply({.run = true});
   EXPECT_FALSE(drive.state().run);
-  drive.take({.fault_reset = true});
-  drive.take({.run = true});
+  drive.apply({.fault_reset = true});
+  drive.apply({.run = true});
   EXPECT_TRUE(drive.state().run);
 }
 
 TEST(ConveyorDrive, TheWatchdogLeavesAStandingBeltAloneAndCanBeTurnedOff) {
   ConveyorDrive drive(kLimits);
-  drive.take({.watchdog_s = 0.1});
+  drive.apply({.watchdog_s = 0.1});
   run_for(drive, 1000);
   EXPECT_EQ(drive.state().fault, api::DriveFault::kNone);
-  drive.take({.run = true, .speed_m_s = 0.1, .watchdog_s = 0.0});
+  drive.apply({.run = true, .speed_m_s = 0.1, .watchdog_s = 0.0});
   run_for(drive, 1000);
   EXPECT_EQ(drive.state().fault, api::DriveFault::kNone);
 }
@@ -171,12 +171,12 @@ TEST(ConveyorDrive, MotorCurrentFollowsItsModel) {
   ConveyorDrive drive(kLimits);
   drive.set_load(2.0);
   EXPECT_EQ(drive.state().motor_current_a, 0);
-  drive.take({.run = true, .forward = false, .speed_m_s = 0.2});
+  drive.apply({.run = true, .forward = false, .speed_m_s = 0.2});
   drive.step(kDriveStep);
   EXPECT_NEAR(drive.state().motor_current_a, 5.0 * (0.5 + 0.3 * 9.81) / 40, 1e-9) << "accelerating";
   run_for(drive, 1000);
   EXPECT_NEAR(drive.state().motor_current_a, 5.0 * 0.3 * 9.81 / 40, 1e-9) << "at speed";
-  drive.take({.emergency_stop = true});
+  drive.apply({.emergency_stop = true});
   drive.step(kDriveStep);
   EXPECT_NEAR(drive.state().motor_current_a, 5.0 * (0.3 * 9.81 - 2.0) / 40, 1e-9) << "braking";
 }
@@ -186,14 +186,14 @@ TEST(ConveyorDrive, TheLightCurtainStopsItByTheEmergencyRampAndHolds) {
   drive.set_light_curtain(true);
   EXPECT_EQ(drive.state().fault, api::DriveFault::kLightCurtain);
   EXPECT_EQ(steps_to_stand(drive), 100) << "0.2 m/s at 2 m/s^2";
-  drive.take({.run = true, .fault_reset = true});
+  drive.apply({.run = true, .fault_reset = true});
   EXPECT_EQ(drive.state().fault, api::DriveFault::kLightCurtain) << "still broken";
   EXPECT_FALSE(drive.state().run);
   drive.set_light_curtain(false);
   EXPECT_EQ(drive.state().fault, api::DriveFault::kLightCurtain) << "clear, not reset";
-  drive.take({.run = true});
+  drive.apply({.run = true});
   EXPECT_FALSE(drive.state().run);
-  drive.take({.run = true, .fault_reset = true});
+  drive.apply({.run = true, .fault_reset = true});
   EXPECT_EQ(drive.state().fault, api::DriveFault::kNone);
   EXPECT_TRUE(drive.state().run);
 }
@@ -201,14 +201,14 @@ TEST(ConveyorDrive, TheLightCurtainStopsItByTheEmergencyRampAndHolds) {
 TEST(ConveyorDrive, OfTwoFaultsEachMustGo) {
   ConveyorDrive drive = running(0.2);
   drive.set_light_curtain(true);
-  drive.take({.emergency_stop = true});
+  drive.apply({.emergency_stop = true});
   EXPECT_EQ(drive.state().fault, api::DriveFault::kEmergencyStop);
-  drive.take({.emergency_stop = false, .fault_reset = true});
+  drive.apply({.emergency_stop = false, .fault_reset = true});
   EXPECT_EQ(drive.state().fault, api::DriveFault::kLightCurtain) << "the other cause persists";
-  drive.take({.emergency_stop = true});
+  drive.apply({.emergency_stop = true});
   drive.set_light_curtain(false);
   EXPECT_EQ(drive.state().fault, api::DriveFault::kEmergencyStop);
-  drive.take({.emergency_stop = false, .fault_reset = true});
+  drive.apply({.emergency_stop = false, .fault_reset = true});
   EXPECT_EQ(drive.state().fault, api::DriveFault::kNone);
 }
 

@@ -9,6 +9,7 @@
 #include "world/robot/kinematics/inverse_kinematics.hpp"
 #include "world/robot/kinematics/kinematics.hpp"
 #include "world/robot/model/arm_model.hpp"
+#include "world/scene/part_shapes.hpp"
 #include "world/scene/scene_loader.hpp"
 #include "world/scene/scene_solids.hpp"
 
@@ -89,11 +90,9 @@ std::vector<Solid> moving_solids(const Arm& arm, const robot::JointVector& q) {
       result.push_back(around(shape, X_WB * X_BL[i]));
     }
   }
-  const Gripper& gripper = arm.robot->gripper;
-  const double palm = -gripper.pad_height_m - gripper.palm_size.z() / 2;
-  result.push_back(
-      {BoxSolid{gripper.palm_size / 2},
-       X_WB * X_BL.back() * arm.robot->X_FT.isometry() * Eigen::Translation3d(0, 0, palm)});
+  const Block palm = palm_of(arm.robot->gripper);
+  result.push_back({BoxSolid{palm.size / 2}, X_WB * X_BL.back() * arm.robot->X_FT.isometry() *
+                                                 Eigen::Translation3d(palm.centre)});
   return result;
 }
 

@@ -18,19 +18,19 @@ api::LightCurtainDescription curtain() {
   return out;
 }
 
-Solid solid(const Shape& shape, const Eigen::Vector3d& p_W) {
-  Solid out{.shape = shape, .bound_m = bounding_radius(shape)};
+Occluder occluder(const Shape& shape, const Eigen::Vector3d& p_W) {
+  Occluder out{.shape = shape, .bound_m = bounding_radius(shape)};
   out.X_WS.translation() = p_W;
   return out;
 }
 
 TEST(LightCurtain, IsClearWithNothingInIt) {
   const LightCurtain sensor(curtain());
-  const std::vector<Solid> beside{solid(robot::BoxShape{{0.2, 0.2, 0.2}}, {2, 2.11, 0.6}),
-                                  solid(robot::SphereShape{0.1}, {0.89, 2, 0.6}),
-                                  solid(robot::SphereShape{0.1}, {3.11, 2, 0.6}),
-                                  solid(robot::SphereShape{0.09}, {2, 2, 0.2}),
-                                  solid(robot::SphereShape{0.04}, {2, 2, 0.65})};
+  const std::vector<Occluder> beside{occluder(robot::BoxShape{{0.2, 0.2, 0.2}}, {2, 2.11, 0.6}),
+                                     occluder(robot::SphereShape{0.1}, {0.89, 2, 0.6}),
+                                     occluder(robot::SphereShape{0.1}, {3.11, 2, 0.6}),
+                                     occluder(robot::SphereShape{0.09}, {2, 2, 0.2}),
+                                     occluder(robot::SphereShape{0.04}, {2, 2, 0.65})};
   const auto reading = sensor.look(beside);
   EXPECT_FALSE(reading.broken);
   for (std::size_t i = 0; i < 11; ++i) EXPECT_EQ(reading.distance_m[i], 2);
@@ -39,8 +39,8 @@ TEST(LightCurtain, IsClearWithNothingInIt) {
 
 TEST(LightCurtain, EachBeamGivesTheDistanceToTheFirstThing) {
   const LightCurtain sensor(curtain());
-  const std::vector<Solid> things{solid(robot::BoxShape{{0.2, 0.2, 0.2}}, {2.5, 2, 0.6}),
-                                  solid(robot::BoxShape{{0.2, 0.2, 0.05}}, {1.5, 2, 0.6})};
+  const std::vector<Occluder> things{occluder(robot::BoxShape{{0.2, 0.2, 0.2}}, {2.5, 2, 0.6}),
+                                     occluder(robot::BoxShape{{0.2, 0.2, 0.05}}, {1.5, 2, 0.6})};
   const auto reading = sensor.look(things);
   EXPECT_TRUE(reading.broken);
   EXPECT_NEAR(reading.distance_m[2], 1.4, 1e-12) << "only the box further away reaches it";
@@ -55,7 +55,7 @@ TEST(LightCurtain, ItsFrameTurnsItsBeams) {
   api::LightCurtainDescription up = curtain();
   up.X_WK.q = Eigen::AngleAxisd(-M_PI / 2, Eigen::Vector3d::UnitY());
   const LightCurtain sensor(up);
-  const std::vector<Solid> things{solid(robot::CylinderShape{0.04, 0.1}, {0.8, 2, 1.3})};
+  const std::vector<Occluder> things{occluder(robot::CylinderShape{0.04, 0.1}, {0.8, 2, 1.3})};
   const auto reading = sensor.look(things);
   for (std::size_t i = 0; i < 11; ++i) {
     EXPECT_NEAR(reading.distance_m[i], i == 2 ? 0.95 : 2, 1e-12) << i;
@@ -64,20 +64,20 @@ TEST(LightCurtain, ItsFrameTurnsItsBeams) {
 
 TEST(LightCurtain, SomethingAroundTheEmitterReadsZero) {
   const LightCurtain sensor(curtain());
-  const std::vector<Solid> things{solid(robot::SphereShape{0.05}, {1, 2, 0.3})};
+  const std::vector<Occluder> things{occluder(robot::SphereShape{0.05}, {1, 2, 0.3})};
   EXPECT_EQ(sensor.look(things).distance_m[0], 0);
 }
 
-/// What the culling must not change: every beam against every solid, marched in small steps.
+/// What the culling must not change: every beam against every occluder, marched in small steps.
 TEST(LightCurtain, AgreesWithPointsAlongEveryBeam) {
   std::mt19937 random(5);
   std::uniform_real_distribution<> any(-1, 1);
   const LightCurtain sensor(curtain());
   for (int round = 0; round < 50; ++round) {
-    std::vector<Solid> things;
+    std::vector<Occluder> things;
     for (int i = 0; i < 6; ++i) {
       const double r = 0.1 + 0.08 * any(random);
-      things.push_back(solid(
+      things.push_back(occluder(
           robot::SphereShape{r},
           Eigen::Vector3d(2 + 1.3 * any(random), 2 + 0.2 * any(random), 0.8 + 0.8 * any(random))));
     }
@@ -88,7 +88,7 @@ TEST(LightCurtain, AgreesWithPointsAlongEveryBeam) {
       constexpr double kStep = 1e-3;
       for (double x = 0; x < nearest; x += kStep) {
         const Eigen::Vector3d p(1 + x, 2, 0.3 + 0.1 * static_cast<double>(beam));
-        for (const Solid& thing : things) {
+        for (const Occluder& thing : things) {
           const double r = std::get<robot::SphereShape>(thing.shape).radius_m;
           if ((p - thing.X_WS.translation()).norm() < r) nearest = std::min(nearest, x);
         }

@@ -39,29 +39,29 @@ TEST_P(LineOfSight, AgreesWithPointsAlongTheLine) {
   const Shape& shape = GetParam();
   int hidden = 0, clear = 0;
   for (int round = 0; round < 2000; ++round) {
-    Solid solid{.shape = shape, .bound_m = bounding_radius(shape)};
-    solid.X_WS =
+    Occluder occluder{.shape = shape, .bound_m = bounding_radius(shape)};
+    occluder.X_WS =
         Eigen::Translation3d(vector(1)) * Eigen::AngleAxisd(vector(3).x(), vector(1).normalized());
-    const Eigen::Vector3d a = solid.X_WS.translation() + vector(0.6);
-    const Eigen::Vector3d b = solid.X_WS.translation() + vector(0.6);
+    const Eigen::Vector3d a = occluder.X_WS.translation() + vector(0.6);
+    const Eigen::Vector3d b = occluder.X_WS.translation() + vector(0.6);
     double deepest = -1;
     constexpr int kPoints = 400;
     for (int i = 0; i <= kPoints; ++i) {
       const Eigen::Vector3d p = a + (b - a) * i / kPoints;
-      deepest = std::max(deepest, depth(shape, solid.X_WS.inverse() * p));
+      deepest = std::max(deepest, depth(shape, occluder.X_WS.inverse() * p));
     }
     if (std::abs(deepest) < 0.004) continue;  // too near to tell by points
-    EXPECT_EQ(hides(solid, a, b), deepest > 0) << "round " << round;
-    if (const auto hit = first_hit(solid, a, b)) {
+    EXPECT_EQ(hides(occluder, a, b), deepest > 0) << "round " << round;
+    if (const auto hit = first_hit(occluder, a, b)) {
       const auto depth_at = [&](double t) {
-        return depth(shape, solid.X_WS.inverse() * (a + t * (b - a)));
+        return depth(shape, occluder.X_WS.inverse() * (a + t * (b - a)));
       };
       EXPECT_NEAR(depth_at(*hit), *hit == 0 ? depth_at(0) : 0, 1e-9)
           << "on the surface, or where the way begins inside";
       for (double t = 0; t < *hit - 1e-9; t += 0.01) EXPECT_LE(depth_at(t), 1e-9);
     }
     (deepest > 0 ? hidden : clear) += 1;
-    const bool beside = distance_to_segment(solid.X_WS.translation(), a, b) > solid.bound_m;
+    const bool beside = distance_to_segment(occluder.X_WS.translation(), a, b) > occluder.bound_m;
     EXPECT_FALSE(beside && deepest > 0) << "the bounding sphere holds all of the shape";
   }
   EXPECT_GT(hidden, 100);
@@ -75,11 +75,11 @@ INSTANTIATE_TEST_SUITE_P(Shapes, LineOfSight,
                                          Shape{robot::SphereShape{0.3}}));
 
 TEST(LineOfSightEdges, StraightAlongTheAxes) {
-  const Solid box{.shape = robot::BoxShape{{0.2, 0.2, 0.2}}};
+  const Occluder box{.shape = robot::BoxShape{{0.2, 0.2, 0.2}}};
   EXPECT_TRUE(hides(box, {0, 0, 2}, {0, 0, -1}));
   EXPECT_FALSE(hides(box, {0, 0, 2}, {0, 0, 0.11})) << "behind the point seen";
   EXPECT_FALSE(hides(box, {0.11, 0, 2}, {0.11, 0, -1}));
-  const Solid cylinder{.shape = robot::CylinderShape{0.1, 0.2}};
+  const Occluder cylinder{.shape = robot::CylinderShape{0.1, 0.2}};
   EXPECT_TRUE(hides(cylinder, {0, 0.05, 2}, {0, 0.05, -1})) << "parallel to its axis, inside";
   EXPECT_FALSE(hides(cylinder, {0.11, 0, 2}, {0.11, 0, -1})) << "parallel to its axis, outside";
   EXPECT_TRUE(hides(cylinder, {0, 0, 0}, {0, 0, 0})) << "a point inside";

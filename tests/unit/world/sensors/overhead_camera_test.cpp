@@ -45,14 +45,14 @@ class OverheadCameraTest : public testing::Test {
     poses.push_back(X_WP);
   }
   void hide_behind(const Shape& shape, const Eigen::Vector3d& p_W) {
-    Solid solid{.shape = shape, .bound_m = bounding_radius(shape)};
-    solid.X_WS.translation() = p_W;
-    solids.push_back(solid);
+    Occluder occluder{.shape = shape, .bound_m = bounding_radius(shape)};
+    occluder.X_WS.translation() = p_W;
+    occluders.push_back(occluder);
   }
   std::vector<api::VisionDetection> look(std::uint64_t seed = 1) {
     api::VisionFrame frame;
     frame.detections.resize(3);  // of an earlier frame
-    OverheadCamera(vision, X_WR).detect(cell, poses, solids, seed, frame);
+    OverheadCamera(vision, X_WR).detect(cell, poses, occluders, seed, frame);
     return frame.detections;
   }
 
@@ -60,7 +60,7 @@ class OverheadCameraTest : public testing::Test {
   Eigen::Isometry3d X_WR = Eigen::Isometry3d::Identity();
   api::CellDescription cell;
   std::vector<Eigen::Isometry3d> poses;
-  std::vector<Solid> solids;
+  std::vector<Occluder> occluders;
 };
 
 TEST_F(OverheadCameraTest, GivesPosesInTheVisionFrame) {
@@ -130,9 +130,9 @@ TEST_F(OverheadCameraTest, WhatIsBehindAnotherPartIsHidden) {
   add(gear(), standing(0, 0) * Eigen::Translation3d(0, 0, 0.3));
   const robot::CylinderShape disc{0.04, 0.015};
   hide_behind(disc, {0, 0, 0.0075});
-  solids.back().body = 0;
+  occluders.back().body = 0;
   hide_behind(disc, {0, 0, 0.3075});
-  solids.back().body = 1;
+  occluders.back().body = 1;
   const auto seen = look();
   ASSERT_EQ(seen.size(), 1U) << "the upper gear hides the lower, and none itself";
   EXPECT_EQ(seen[0].body, 1);
@@ -143,10 +143,10 @@ TEST_F(OverheadCameraTest, AGearOnATrayDoesNotHideItButOneAboveDoes) {
   add(tray(), standing(0, 0));
   add(gear(), standing(0, 0));
   hide_behind(robot::CylinderShape{0.04, 0.015}, {0, 0, 0.0075});
-  solids.back().body = 1;
+  occluders.back().body = 1;
   EXPECT_EQ(look().size(), 2U) << "trays are recognised full";
   poses[1].translation().z() = 0.1;
-  solids.back().X_WS.translation().z() = 0.1075;
+  occluders.back().X_WS.translation().z() = 0.1075;
   const auto seen = look();
   ASSERT_EQ(seen.size(), 1U);
   EXPECT_EQ(seen[0].body, 1);
@@ -156,7 +156,7 @@ TEST_F(OverheadCameraTest, ATrayHeldOverAPartHidesIt) {
   add(gear(), standing(0, 0));
   add(tray(), standing(0, 0) * Eigen::Translation3d(0, 0, 0.2));
   hide_behind(robot::BoxShape{{0.2, 0.2, 0.02}}, {0, 0, 0.19});
-  solids.back().body = 1;
+  occluders.back().body = 1;
   const auto seen = look();
   ASSERT_EQ(seen.size(), 1U);
   EXPECT_EQ(seen[0].body, 1);

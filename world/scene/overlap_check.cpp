@@ -1,8 +1,10 @@
+#include "world/scene/overlap_check.hpp"
+
+#include <algorithm>
 #include <cstdio>
 #include <string>
 #include <vector>
 
-#include "world/scene/object_reader.hpp"
 #include "world/scene/scene_solids.hpp"
 
 namespace aprsim::scene {

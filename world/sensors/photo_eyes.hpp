@@ -6,7 +6,7 @@
 #include "world/api/cell_description.hpp"
 #include "world/api/snapshot.hpp"
 
-namespace aprsim::world {
+namespace aprsim::sensors {
 
 /// What the belt's sensors see of the free bodies: light barriers straight across the belt, and the
 /// mass over it. Bodies only: arms and grippers do not break a beam. Thread: one at a time.
@@ -33,7 +33,7 @@ class PhotoEyes {
 
  private:
   std::vector<api::PhotoEyeDescription> beams_;
-  Eigen::Isometry3d X_CW_;
+  Eigen::Isometry3d X_WC_, X_CW_;
   double half_length_m_, half_width_m_;
   std::array<api::PhotoEyeSnapshot, api::kMaxPhotoEyes> eyes_;
   std::array<bool, api::kMaxPhotoEyes> broken_{};
@@ -41,4 +41,4 @@ class PhotoEyes {
   bool looked_ = false;
 };
 
-}  // namespace aprsim::world
+}  // namespace aprsim::sensors

@@ -1,8 +1,8 @@
-#include "world/photo_eyes.hpp"
+#include "world/sensors/photo_eyes.hpp"
 
 #include <gtest/gtest.h>
 
-namespace aprsim::world {
+namespace aprsim::sensors {
 namespace {
 
 /// A belt turned by a quarter turn, its top at z = 0.9, with two eyes.
@@ -108,4 +108,4 @@ TEST(PhotoEyes, WeighsWhatTheBeltCarries) {
 }
 
 }  // namespace
-}  // namespace aprsim::world
+}  // namespace aprsim::sensors

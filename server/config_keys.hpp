@@ -1,0 +1,121 @@
+#pragma once
+
+#include "server/config.hpp"
+#include "server/config_types.hpp"
+
+/// The keys of the configuration: each stands here once, with its value, type and meaning, in the
+/// order in which they are read and printed. An archive, in the sense of Drake's Serialize, goes
+/// over them to read, print or list them. It has
+///   key(name, value, type, meaning)            one value,
+///   by_robot(name, values, type, meaning)      the same for each robot, by its name,
+///   section(name, part, meaning)               a map of keys,
+///   section_by_robot(name, parts, common, meaning)  the same for each robot; `common` holds for
+///                                              what a robot leaves out,
+///   require(truth, expected)                   what must hold between the keys so far.
+namespace aprsim::server {
+
+inline constexpr Whole kConnections{1, 1024};
+inline constexpr std::int64_t kDay = 86'400'000;  // [ms]
+
+template <typename Archive>
+void visit(Archive& keys, CrclRobotConfig& robot) {
+  keys.key("length_unit", robot.length_unit, Word{{"meter", "millimeter", "inch"}},
+           "length unit of a new socket");
+  keys.key("angle_unit", robot.angle_unit, Word{{"degree", "radian"}},
+           "angle unit of a new socket");
+  keys.key("validation", robot.strict, Word{{"lenient", "strict"}},
+           "strict refuses what the schema does not allow");
+  keys.key("out_of_range", robot.clamp_targets, Word{{"refuse", "clamp"}},
+           "clamp moves targets beyond the limits onto them");
+  keys.key("cartesian_min_m", robot.cartesian_min_m, Maybe<Point>{},
+           "lower corner of where the tool point may be sent, in the robot's reference frame; its "
+           "reach without");
+  keys.key("cartesian_max_m", robot.cartesian_max_m, Maybe<Point>{}, "upper corner of it");
+  for (std::size_t i = 0; i < 3 && robot.cartesian_min_m && robot.cartesian_max_m; ++i) {
+    keys.require((*robot.cartesian_min_m)[i] < (*robot.cartesian_max_m)[i],
+                 "cartesian_min_m below cartesian_max_m on every axis");
+  }
+}
+
+template <typename Archive>
+void visit(Archive& keys, CrclConfig& crcl) {
+  keys.key("address", crcl.address, Text{}, "address to listen on");
+  keys.by_robot("ports", crcl.ports, Port{}, "port of a robot; a free one for a robot without");
+  keys.key("max_connections", crcl.max_connections, kConnections, "at once, to each robot");
+  visit(keys, crcl.all);
+  keys.section_by_robot("robots", crcl.robots, crcl.all, "what differs for one robot");
+}
+
+template <typename Archive>
+void visit(Archive& keys, ModbusConfig& modbus) {
+  keys.key("address", modbus.address, Text{}, "address to listen on");
+  keys.key("port", modbus.port, Port{}, "port to listen on");
+  keys.key("max_connections", modbus.max_connections, kConnections, "at once");
+  keys.key("forward_is_one", modbus.forward_is_one, Flag{},
+           "whether 1 in register 0x8001 means forward");
+  keys.key("full_scale_m_s", modbus.full_scale_m_s, Number{yaml::kPositive},
+           "belt speed that 32768 in register 0x8002 stands for");
+  keys.key("allow", modbus.allow, ListOf<Network>{}, "who is served; everybody when empty");
+  keys.key("unit_ids", modbus.unit_ids, ListOf<Whole>{{0, 255}},
+           "unit ids that are ours; any when empty");
+  keys.key("read_only", modbus.read_only, Flag{}, "refuse the functions that write");
+  keys.key("max_requests_per_s", modbus.max_requests_per_s, RateLimit{}, "of one connection");
+  keys.key("request_timeout_ms", modbus.request_timeout_ms, Whole{10, kDay},
+           "for a request to arrive, and for a reply to be taken");
+  keys.key("idle_timeout_ms", modbus.idle_timeout_ms, Whole{0, kDay},
+           "a connection without a request for so long is closed; 0 = never");
+  keys.key("watchdog_ms", modbus.watchdog_ms, Whole{0, kDay},
+           "simulated time without a write after which the belt stops; 0 = never");
+}
+
+template <typename Archive>
+void visit(Archive& keys, GrpcConfig& grpc) {
+  keys.key("address", grpc.address, Text{}, "address to listen on");
+  keys.key("port", grpc.port, Port{}, "port to listen on");
+  keys.key("max_connections", grpc.max_connections, kConnections, "at once");
+}
+
+template <typename Archive>
+void visit(Archive& keys, VisionConfig& vision) {
+  keys.key("address", vision.address, Text{}, "address to listen on");
+  keys.by_robot("ports", vision.ports, Port{},
+                "port of a robot's camera; a free one for a robot without");
+  keys.key("max_connections", vision.max_connections, kConnections, "at once, to each camera");
+  keys.key("empty_slots", vision.empty_slots, Flag{}, "lines name what was not detected, too");
+  // A frame at least every half second, as simulated cameras of APRS send; more often than a poll
+  // makes no sense.
+  keys.key("repeat_s", vision.repeat_s, Number{yaml::between(0.01, 0.5)},
+           "wall time after which a frame without successor is sent again");
+}
+
+template <typename Archive>
+void visit(Archive& keys, WebConfig& web) {
+  keys.key("enabled", web.enabled, Flag{}, "serve the page");
+  keys.key("address", web.address, Text{}, "address to listen on");
+  keys.key("port", web.port, Port{}, "port to listen on");
+  keys.key("max_connections", web.max_connections, kConnections, "at once");
+  keys.key("max_viewers", web.max_viewers, kConnections, "pages that show the cell at once");
+  keys.key("max_rate_hz", web.max_rate_hz, Number{yaml::between(1, 60)},
+           "states of the cell that a page gets a second");
+  keys.key("control", web.control, Flag{}, "whether pages may command");
+  // Guessing is limited to two attempts a second.
+  keys.key("token", web.token, Secret{8}, "what a page needs to command; nothing without");
+  keys.key("hosts", web.hosts, ListOf<Text>{},
+           "names of this machine in addresses, besides localhost");
+}
+
+template <typename Archive>
+void visit(Archive& keys, Config& config) {
+  keys.key("scene", config.scene, Text{}, "a shipped scene's name, or a file");
+  keys.key("seed", config.seed, Maybe<Whole>{}, "of everything random, in place of the scene's");
+  keys.key("speed", config.speed, Pace{}, "what the wall clock has to do with simulated time");
+  keys.key("log_level", config.log_level, Word{{"trace", "debug", "info", "warn", "error"}},
+           "least severity of what is logged");
+  keys.section("crcl", config.crcl, "CRCL, one listener a robot");
+  keys.section("modbus", config.modbus, "Modbus/TCP of the conveyor's PLC");
+  keys.section("grpc", config.grpc, "telemetry and control by gRPC");
+  keys.section("vision", config.vision, "detections of the overhead cameras, one listener each");
+  keys.section("web", config.web, "the web page");
+}
+
+}  // namespace aprsim::server

@@ -1,0 +1,13 @@
+#pragma once
+
+#include "world/api/cell_description.hpp"
+#include "world/scene/scene.hpp"
+
+namespace aprsim::world {
+
+/// What clients are told of a scene's belt, light curtain, trays and gears; bodies are numbered as
+/// in the physics: trays first, then gears. What robots and physics know of themselves (robots,
+/// fixed) is left empty.
+[[nodiscard]] api::CellDescription describe_cell(const scene::Scene& scene);
+
+}  // namespace aprsim::world
