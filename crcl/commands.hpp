@@ -1,7 +1,6 @@
 #pragma once
 
 #include <string>
-#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -105,7 +104,10 @@ using CommandBody =
                  EnableRobotParameterStatus, DisableRobotParameterStatus, SetMotionCoordination,
                  RunProgram>;
 
-/// The schema's type name, e.g. "MoveToType".
-[[nodiscard]] std::string_view type_name(const CommandBody& body);
+/// Whether the command is of one of these types.
+template <typename... Commands>
+[[nodiscard]] bool holds_any_of(const CommandBody& body) {
+  return (std::holds_alternative<Commands>(body) || ...);
+}
 
 }  // namespace aprsim::crcl

@@ -47,9 +47,9 @@ crcl::Units units_of(const CrclRobotConfig& config) {
   return units;
 }
 
-protocols::CrclServerOptions crcl_options(const CrclConfig& config, const std::string& robot,
-                                          int index, protocols::WireTap& tap) {
-  protocols::CrclServerOptions options;
+crcl_server::CrclServerOptions crcl_options(const CrclConfig& config, const std::string& robot,
+                                            int index, protocols::WireTap& tap) {
+  crcl_server::CrclServerOptions options;
   options.tap = &tap;
   options.bind_address = config.address;
   const auto port = config.ports.find(robot);
@@ -183,7 +183,7 @@ class Daemon::Impl {
       const int index = static_cast<int>(i);
       robots_.push_back(
           {name,
-           std::make_unique<protocols::CrclServer>(
+           std::make_unique<crcl_server::CrclServer>(
                crcl_options(config.crcl, name, index, crcl_tap_), simulation_, simulation_),
            std::make_unique<protocols::VisionServer>(vision_options(config.vision, name, index),
                                                      simulation_)});
@@ -261,7 +261,7 @@ class Daemon::Impl {
 
   struct Robot {
     std::string name;
-    std::unique_ptr<protocols::CrclServer> crcl;
+    std::unique_ptr<crcl_server::CrclServer> crcl;
     std::unique_ptr<protocols::VisionServer> vision;
   };
 

@@ -4,7 +4,7 @@
 
 #include "tests/unit/protocols/crcl/server_fixture.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::crcl_server {
 namespace {
 
 class Services : public ServerTest {
@@ -245,4 +245,4 @@ TEST_F(Services, ASevenAxisArmTellsItsElbow) {
 }
 
 }  // namespace
-}  // namespace aprsim::protocols
+}  // namespace aprsim::crcl_server

@@ -11,7 +11,7 @@
 #include "tests/unit/crcl/samples.hpp"
 #include "tests/unit/protocols/crcl/test_client.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::crcl_server {
 
 using api::ActionState;
 using crcl::CommandState;
@@ -70,4 +70,4 @@ class ServerTest : public testing::Test {
   std::uint16_t port_ = 0;
 };
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::crcl_server

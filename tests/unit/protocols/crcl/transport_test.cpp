@@ -7,7 +7,7 @@
 #include "tests/support/eventually.hpp"
 #include "tests/unit/protocols/crcl/server_fixture.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::crcl_server {
 namespace {
 
 class Transport : public ServerTest {
@@ -235,4 +235,4 @@ TEST_F(Transport, TheSecondRobotHasItsOwnState) {
 }
 
 }  // namespace
-}  // namespace aprsim::protocols
+}  // namespace aprsim::crcl_server
