@@ -94,7 +94,7 @@ struct LoopBlockEnd {
   bool operator==(const LoopBlockEnd&) const = default;
 };
 
-using CommandBody =
+using AnyCommand =
     std::variant<InitCanon, EndCanon, GetStatus, StopMotion, MoveTo, MoveThroughTo, MoveScrew,
                  ActuateJoints, SetEndEffector, OpenToolChanger, CloseToolChanger, Dwell, Message,
                  SetUnits, SetRate, SetEndPoseTolerance, SetIntermediatePoseTolerance,
@@ -103,6 +103,20 @@ using CommandBody =
                  EnableGripper, DisableGripper, EnableSensor, DisableSensor,
                  EnableRobotParameterStatus, DisableRobotParameterStatus, SetMotionCoordination,
                  RunProgram>;
+
+/// One of the commands. Copied, compared and destroyed out of line: code for so many alternatives
+/// in every file that does so would cost much time to compile.
+struct CommandBody : AnyCommand {
+  using AnyCommand::AnyCommand;
+  using AnyCommand::operator=;
+  CommandBody();
+  CommandBody(const CommandBody& other);
+  CommandBody(CommandBody&& other) noexcept;
+  CommandBody& operator=(const CommandBody& other);
+  CommandBody& operator=(CommandBody&& other) noexcept;
+  ~CommandBody();
+  bool operator==(const CommandBody& other) const;
+};
 
 /// Whether the command is of one of these types.
 template <typename... Commands>
