@@ -1,4 +1,5 @@
 #include "world/simulated_robot.hpp"
+#include "world/api/is_setting.hpp"
 
 #include <cmath>
 #include <cstdio>

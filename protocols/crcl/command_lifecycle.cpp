@@ -1,4 +1,5 @@
 #include "protocols/crcl/command_lifecycle.hpp"
+#include "world/api/is_setting.hpp"
 
 #include <algorithm>
 #include <utility>
