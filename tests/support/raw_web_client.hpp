@@ -41,7 +41,7 @@ class RawWebClient {
 
  private:
   bool fill();
-  std::string take(std::size_t count);
+  std::string read(std::size_t count);
   std::string read_head();
 
   test::TcpSocket socket_;

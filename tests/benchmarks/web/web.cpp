@@ -101,9 +101,9 @@ int run(int argc, char** argv) {
   Cell cell;
   NoCommands sink;
   const Source source(cell.slot());
-  protocols::WebServerOptions options;
+  web::WebServerOptions options;
   options.port = 0;
-  protocols::WebServer server(options, sink, source);
+  web::WebServer server(options, sink, source);
   const auto port = server.start();
   if (!port) throw std::runtime_error(port.error().message);
 

@@ -127,9 +127,9 @@ TEST_F(CliCell, DemoRefusesACellWithoutRobots) {
 
 TEST(CliConveyor, SetWritesTheRegisters) {
   FakeCell cell;
-  protocols::ModbusServerOptions options;
+  modbus_server::ModbusServerOptions options;
   options.port = 0;
-  protocols::ModbusServer server(options, cell, cell);
+  modbus_server::ModbusServer server(options, cell, cell);
   const auto port = server.start();
   ASSERT_TRUE(port.has_value()) << port.error().message;
   const auto conveyor = [&](std::vector<std::string> arguments) {

@@ -6,7 +6,7 @@
 #include "tests/unit/modbus/bytes.hpp"
 #include "tests/unit/protocols/modbus/fake_cell.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::modbus_server {
 namespace {
 
 using modbus::ExceptionCode;
@@ -19,24 +19,24 @@ using testing::FakeCell;
 
 constexpr api::EndpointId kEndpoint = 42;
 
-class PlcTest : public ::testing::Test {
+class ConveyorDeviceTest : public ::testing::Test {
  protected:
   modbus::Checked<api::Ticket> write(const Bytes& body) {
     const Bytes bytes = adu(body);
-    const modbus::ValidatedRequest gated = modbus::validate_request(bytes);
-    EXPECT_EQ(gated.verdict, modbus::Verdict::kRequest);
-    return plc_.write(gated.request);
+    const modbus::ValidatedRequest validated = modbus::validate_request(bytes);
+    EXPECT_EQ(validated.verdict, modbus::Verdict::kRequest);
+    return device_.write(validated.request);
   }
   std::uint16_t holding(int address) {
-    plc_.refresh();
-    return plc_.image().holding[static_cast<std::size_t>(address - 0x8000)];
+    device_.refresh();
+    return device_.image().holding[static_cast<std::size_t>(address - 0x8000)];
   }
 
   FakeCell cell_;
-  ConveyorDevice plc_{{}, kEndpoint, cell_, cell_};
+  ConveyorDevice device_{{}, kEndpoint, cell_, cell_};
 };
 
-TEST_F(PlcTest, AWriteOfThreeRegistersIsOneCommand) {
+TEST_F(ConveyorDeviceTest, AWriteOfThreeRegistersIsOneCommand) {
   const auto ticket = write(write_words(0x8000, {1, 0, 15000}));
   ASSERT_TRUE(ticket.has_value());
   const auto commands = cell_.commands();
@@ -46,27 +46,27 @@ TEST_F(PlcTest, AWriteOfThreeRegistersIsOneCommand) {
   ASSERT_TRUE(commands[0].speed_m_s.has_value());
   EXPECT_NEAR(*commands[0].speed_m_s, 0.15, 1e-15);
   EXPECT_EQ(cell_.endpoints(), std::vector<api::EndpointId>{kEndpoint});
-  plc_.refresh();
-  EXPECT_TRUE(plc_.applied(*ticket));
+  device_.refresh();
+  EXPECT_TRUE(device_.applied(*ticket));
   EXPECT_EQ(holding(0x8000), 1);
   EXPECT_EQ(holding(0x8001), 0);
   EXPECT_EQ(holding(0x8002), 15000);
 }
 
-TEST_F(PlcTest, AWriteShowsOnlyOnceApplied) {
+TEST_F(ConveyorDeviceTest, AWriteShowsOnlyOnceApplied) {
   cell_.hold();
   const auto ticket = write(write_words(0x8000, {1, 0, 15000, 0x1234}));
   ASSERT_TRUE(ticket.has_value());
   EXPECT_EQ(holding(0x8000), 0);
   EXPECT_EQ(holding(0x8003), 0) << "all of a request shows at once, its memory part too";
-  EXPECT_FALSE(plc_.applied(*ticket));
+  EXPECT_FALSE(device_.applied(*ticket));
   cell_.apply();
   EXPECT_EQ(holding(0x8000), 1);
   EXPECT_EQ(holding(0x8003), 0x1234);
-  EXPECT_TRUE(plc_.applied(*ticket));
+  EXPECT_TRUE(device_.applied(*ticket));
 }
 
-TEST_F(PlcTest, SpeedReadsBackAsWrittenThoughTheBeltLimitsIt) {
+TEST_F(ConveyorDeviceTest, SpeedReadsBackAsWrittenThoughTheBeltLimitsIt) {
   for (const bool drive_limits : {false, true}) {
     if (drive_limits) cell_.limit_settings();
     for (const int speed : {0, 1, 29999, 30000, 30001, 32768}) {
@@ -76,7 +76,7 @@ TEST_F(PlcTest, SpeedReadsBackAsWrittenThoughTheBeltLimitsIt) {
   }
 }
 
-TEST_F(PlcTest, AnotherSourcesSettingWins) {
+TEST_F(ConveyorDeviceTest, AnotherSourcesSettingWins) {
   cell_.limit_settings();
   ASSERT_TRUE(write(write_words(0x8000, {1, 1, 32768})).has_value());
   EXPECT_EQ(holding(0x8002), 32768);
@@ -90,7 +90,7 @@ TEST_F(PlcTest, AnotherSourcesSettingWins) {
   EXPECT_EQ(holding(0x8002), 30000) << "what was written before is forgotten";
 }
 
-TEST_F(PlcTest, AnotherSourceWithinTheSameStepWins) {
+TEST_F(ConveyorDeviceTest, AnotherSourceWithinTheSameStepWins) {
   cell_.hold();
   ASSERT_TRUE(write(pdu(6, {0x8002, 32768})).has_value());
   api::Command other;
@@ -100,7 +100,7 @@ TEST_F(PlcTest, AnotherSourceWithinTheSameStepWins) {
   EXPECT_EQ(holding(0x8002), 5000);
 }
 
-TEST_F(PlcTest, OneBadValueRefusesTheWholeWrite) {
+TEST_F(ConveyorDeviceTest, OneBadValueRefusesTheWholeWrite) {
   const auto refused = write(write_words(0x8000, {1, 1, 32769, 7}));
   ASSERT_FALSE(refused.has_value());
   EXPECT_EQ(refused.error(), ExceptionCode::kIllegalDataValue);
@@ -109,53 +109,53 @@ TEST_F(PlcTest, OneBadValueRefusesTheWholeWrite) {
   EXPECT_EQ(holding(0x8003), 0);
 }
 
-TEST_F(PlcTest, UnusedMemoryKeepsWhatIsWrittenUntilReset) {
+TEST_F(ConveyorDeviceTest, UnusedMemoryKeepsWhatIsWrittenUntilReset) {
   EXPECT_EQ(write(pdu(6, {0x80FF, 0xBEEF})), api::Ticket{0});
   EXPECT_EQ(write(write_many(15, 0x8010, 9, 2, {0x01, 0x01})), api::Ticket{0});
   EXPECT_EQ(write(pdu(5, {0x8020, 0xFF00})), api::Ticket{0});
   EXPECT_EQ(holding(0x80FF), 0xBEEF);
-  EXPECT_EQ(plc_.image().coils[0x10], 1);
-  EXPECT_EQ(plc_.image().coils[0x11], 0);
-  EXPECT_EQ(plc_.image().coils[0x18], 1);
-  EXPECT_EQ(plc_.image().coils[0x20], 1);
+  EXPECT_EQ(device_.image().coils[0x10], 1);
+  EXPECT_EQ(device_.image().coils[0x11], 0);
+  EXPECT_EQ(device_.image().coils[0x18], 1);
+  EXPECT_EQ(device_.image().coils[0x20], 1);
   EXPECT_TRUE(cell_.commands().empty());
 
   cell_.change([](api::Snapshot& s) { ++s.epoch; });
   EXPECT_EQ(holding(0x80FF), 0);
-  EXPECT_EQ(plc_.image().coils[0x10], 0);
+  EXPECT_EQ(device_.image().coils[0x10], 0);
 }
 
-TEST_F(PlcTest, CoilsDriveTheBeltToo) {
+TEST_F(ConveyorDeviceTest, CoilsDriveTheBeltToo) {
   ASSERT_TRUE(write(write_many(15, 0x8000, 6, 1, {0b110001})).has_value());
   EXPECT_EQ(cell_.commands().size(), 1U);
   EXPECT_EQ(holding(0x8000), 1);
   EXPECT_EQ(holding(0x8001), 0);
-  EXPECT_EQ(plc_.image().coils[0], 1);
-  EXPECT_EQ(plc_.image().coils[1], 0);
-  EXPECT_EQ(plc_.image().coils[4], 1) << "memory";
+  EXPECT_EQ(device_.image().coils[0], 1);
+  EXPECT_EQ(device_.image().coils[1], 0);
+  EXPECT_EQ(device_.image().coils[4], 1) << "memory";
   ASSERT_TRUE(write(pdu(6, {0x8001, 1})).has_value());
-  plc_.refresh();
-  EXPECT_EQ(plc_.image().coils[1], 1) << "the coil mirrors the register";
+  device_.refresh();
+  EXPECT_EQ(device_.image().coils[1], 1) << "the coil mirrors the register";
 }
 
-TEST_F(PlcTest, AnEmergencyStopHoldsTheBeltUntilReset) {
+TEST_F(ConveyorDeviceTest, AnEmergencyStopHoldsTheBeltUntilReset) {
   ASSERT_TRUE(write(pdu(6, {0x8000, 1})).has_value());
   ASSERT_TRUE(write(pdu(5, {0x8002, 0xFF00})).has_value());
   EXPECT_EQ(holding(0x8000), 0);
-  EXPECT_EQ(plc_.image().discrete[4], 1);
-  EXPECT_EQ(plc_.image().input[3], 2);
+  EXPECT_EQ(device_.image().discrete[4], 1);
+  EXPECT_EQ(device_.image().input[3], 2);
   ASSERT_TRUE(write(pdu(6, {0x8000, 1})).has_value());
   EXPECT_EQ(holding(0x8000), 0) << "what reads back is the truth";
   ASSERT_TRUE(write(pdu(5, {0x8002, 0})).has_value());
   ASSERT_TRUE(write(pdu(5, {0x8003, 0xFF00})).has_value());
-  plc_.refresh();
-  EXPECT_EQ(plc_.image().coils[3], 0) << "a pulse";
-  EXPECT_EQ(plc_.image().discrete[0], 1) << "ready";
+  device_.refresh();
+  EXPECT_EQ(device_.image().coils[3], 0) << "a pulse";
+  EXPECT_EQ(device_.image().discrete[0], 1) << "ready";
   ASSERT_TRUE(write(pdu(6, {0x8000, 1})).has_value());
   EXPECT_EQ(holding(0x8000), 1);
 }
 
-TEST_F(PlcTest, AMaskWriteSeesTheWritesBeforeItThoughNotYetApplied) {
+TEST_F(ConveyorDeviceTest, AMaskWriteSeesTheWritesBeforeItThoughNotYetApplied) {
   EXPECT_EQ(write(pdu(6, {0x8010, 0x12})), api::Ticket{0});
   EXPECT_EQ(write(pdu(22, {0x8010, 0xF2, 0x25})), api::Ticket{0});
   EXPECT_EQ(holding(0x8010), 0x17) << "the specification's own example";
@@ -170,7 +170,7 @@ TEST_F(PlcTest, AMaskWriteSeesTheWritesBeforeItThoughNotYetApplied) {
   EXPECT_EQ(refused.error(), ExceptionCode::kIllegalDataValue);
 }
 
-TEST_F(PlcTest, WithAWatchdogEveryWriteReachesTheDrive) {
+TEST_F(ConveyorDeviceTest, WithAWatchdogEveryWriteReachesTheDrive) {
   ConveyorDevice watched({}, kEndpoint, cell_, cell_, 0.25);
   for (const Bytes& body : {pdu(6, {0x8010, 1}), pdu(5, {0x8010, 0}), pdu(6, {0x8000, 1})}) {
     const Bytes bytes = adu(body);
@@ -183,7 +183,7 @@ TEST_F(PlcTest, WithAWatchdogEveryWriteReachesTheDrive) {
   EXPECT_EQ(commands[2].run, true);
 }
 
-TEST_F(PlcTest, AResetForgetsTheWrittenSpeed) {
+TEST_F(ConveyorDeviceTest, AResetForgetsTheWrittenSpeed) {
   ASSERT_TRUE(write(pdu(6, {0x8002, 20000})).has_value());
   cell_.change([](api::Snapshot& s) {
     ++s.epoch;
@@ -192,7 +192,7 @@ TEST_F(PlcTest, AResetForgetsTheWrittenSpeed) {
   EXPECT_EQ(holding(0x8002), 0);
 }
 
-TEST_F(PlcTest, AFullQueueIsBusyAndChangesNothing) {
+TEST_F(ConveyorDeviceTest, AFullQueueIsBusyAndChangesNothing) {
   cell_.refuse(Error{ErrorCode::kUnavailable, "queue", "full"});
   const auto refused = write(write_words(0x8000, {1, 1, 100, 5}));
   ASSERT_FALSE(refused.has_value());
@@ -205,14 +205,14 @@ TEST_F(PlcTest, AFullQueueIsBusyAndChangesNothing) {
 
 TEST(ConveyorDevice, WithoutAConveyorTheDriveFailsButMemoryWorks) {
   FakeCell cell(false);
-  ConveyorDevice plc({}, kEndpoint, cell, cell);
+  ConveyorDevice device({}, kEndpoint, cell, cell);
   const Bytes run = adu(pdu(6, {0x8000, 1})), memory = adu(pdu(6, {0x8003, 1}));
-  const auto refused = plc.write(modbus::validate_request(run).request);
+  const auto refused = device.write(modbus::validate_request(run).request);
   ASSERT_FALSE(refused.has_value());
   EXPECT_EQ(refused.error(), ExceptionCode::kServerDeviceFailure);
-  EXPECT_TRUE(plc.write(modbus::validate_request(memory).request).has_value());
-  EXPECT_EQ(plc.image().input[modbus::kDriveStateRegister - 0x8000], 0);
+  EXPECT_TRUE(device.write(modbus::validate_request(memory).request).has_value());
+  EXPECT_EQ(device.image().input[modbus::kDriveStateRegister - 0x8000], 0);
 }
 
 }  // namespace
-}  // namespace aprsim::protocols
+}  // namespace aprsim::modbus_server

@@ -13,7 +13,7 @@
 #include "tests/unit/protocols/modbus/fake_cell.hpp"
 
 /// Masters that others have written: libmodbus, mbpoll and pymodbus.
-namespace aprsim::protocols {
+namespace aprsim::modbus_server {
 namespace {
 
 using testing::FakeCell;
@@ -142,4 +142,4 @@ TEST_F(ExternalClients, Pymodbus) {
 }
 
 }  // namespace
-}  // namespace aprsim::protocols
+}  // namespace aprsim::modbus_server

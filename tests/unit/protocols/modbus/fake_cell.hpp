@@ -11,7 +11,7 @@
 
 #include "world/api/ports.hpp"
 
-namespace aprsim::protocols::testing {
+namespace aprsim::modbus_server::testing {
 
 /// A cell that is nothing but a conveyor's settings behind the two ports. Commands take effect at
 /// once, or when the test says so. Thread: any.
@@ -126,4 +126,4 @@ class FakeCell : public api::CommandSink, public api::SnapshotSource {
   std::optional<Error> refusal_;
 };
 
-}  // namespace aprsim::protocols::testing
+}  // namespace aprsim::modbus_server::testing

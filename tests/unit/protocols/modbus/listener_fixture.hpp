@@ -9,7 +9,7 @@
 #include "tests/unit/protocols/modbus/fake_cell.hpp"
 #include "tests/unit/protocols/modbus/raw_client.hpp"
 
-namespace aprsim::protocols::testing {
+namespace aprsim::modbus_server::testing {
 
 using modbus::testing::adu;
 using modbus::testing::pdu;
@@ -36,4 +36,4 @@ class ListenerTest : public ::testing::Test {
   std::uint16_t port_ = 0;
 };
 
-}  // namespace aprsim::protocols::testing
+}  // namespace aprsim::modbus_server::testing

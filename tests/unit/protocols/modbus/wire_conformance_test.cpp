@@ -7,7 +7,7 @@
 #include "tests/unit/protocols/modbus/fake_cell.hpp"
 #include "tests/unit/protocols/modbus/raw_client.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::modbus_server {
 namespace {
 
 using modbus::testing::adu;
@@ -75,4 +75,4 @@ INSTANTIATE_TEST_SUITE_P(Socket, WireConformance, ::testing::ValuesIn(conformanc
                          [](const auto& tested) { return tested.param.name; });
 
 }  // namespace
-}  // namespace aprsim::protocols
+}  // namespace aprsim::modbus_server

@@ -116,7 +116,7 @@ TEST_F(Serving, StopEndsStreamsAndWaitingCallsWithinASecond) {
 
 TEST_F(Serving, PortInUseIsOneClearError) {
   start();
-  protocols::TelemetryServer second({.port = port_}, *cell_, *cell_);
+  telemetry::TelemetryServer second({.port = port_}, *cell_, *cell_);
   const auto result = second.start();
   ASSERT_FALSE(result.has_value());
   EXPECT_EQ(result.error().field, "grpc.port");
@@ -126,16 +126,16 @@ TEST_F(Serving, PortInUseIsOneClearError) {
 
 TEST_F(Serving, BadOptionsAreNamed) {
   FakeCell cell;
-  protocols::TelemetryServer bad_address({.address = "localhost"}, cell, cell);
+  telemetry::TelemetryServer bad_address({.address = "localhost"}, cell, cell);
   EXPECT_EQ(bad_address.start().error().field, "grpc.address");
-  protocols::TelemetryServer bad_rate({.port = 0, .default_rate_hz = 2000}, cell, cell);
+  telemetry::TelemetryServer bad_rate({.port = 0, .default_rate_hz = 2000}, cell, cell);
   EXPECT_EQ(bad_rate.start().error().field, "grpc.default_rate_hz");
 }
 
 TEST_F(Serving, PortIsFreeAgainAfterStop) {
   start();
   server_->stop();
-  protocols::TelemetryServer second({.port = port_}, *cell_, *cell_);
+  telemetry::TelemetryServer second({.port = port_}, *cell_, *cell_);
   const auto result = second.start();
   ASSERT_TRUE(result.has_value()) << result.error().message;
   EXPECT_EQ(*result, port_);

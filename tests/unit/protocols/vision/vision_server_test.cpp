@@ -11,7 +11,7 @@
 #include "tests/support/fake_world.hpp"
 #include "tests/support/vision_client.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::vision_server {
 namespace {
 
 using namespace std::chrono_literals;
@@ -221,4 +221,4 @@ TEST_F(VisionServerTest, StopClosesEverythingSoonAndTheAddressErrorNamesThePort)
 }
 
 }  // namespace
-}  // namespace aprsim::protocols
+}  // namespace aprsim::vision_server

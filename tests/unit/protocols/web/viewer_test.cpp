@@ -69,7 +69,7 @@ TEST_F(Viewer, CommandsTheSimulation) {
 }
 
 TEST_F(Viewer, SavesAndLoadsStates) {
-  options.listeners = [] { return std::vector<protocols::ListenerCount>{}; };
+  options.listeners = [] { return std::vector<web::ListenerCount>{}; };
   start();
   RawWebClient client(port);
   (void)client.upgrade();

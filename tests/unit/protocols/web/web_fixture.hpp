@@ -31,7 +31,7 @@ class WebFixture : public ::testing::Test {
   }
 
   void start() {
-    server = std::make_unique<protocols::WebServer>(options, world, world);
+    server = std::make_unique<web::WebServer>(options, world, world);
     const auto bound = server->start();
     ASSERT_TRUE(bound) << bound.error().message;
     port = *bound;
@@ -43,10 +43,10 @@ class WebFixture : public ::testing::Test {
   test::TemporaryDirectory directory_;
 
  protected:
-  protocols::WebServerOptions options;
+  web::WebServerOptions options;
   FakeWorld world;
   protocols::WireTap crcl_tap;
-  std::unique_ptr<protocols::WebServer> server;
+  std::unique_ptr<web::WebServer> server;
   std::uint16_t port = 0;
 };
 
