@@ -67,7 +67,8 @@ protocols::CrclServerOptions crcl_options(const CrclConfig& config, const std::s
   return options;
 }
 
-modbus_server::ModbusServerOptions modbus_options(const ModbusConfig& config, protocols::WireTap& tap) {
+modbus_server::ModbusServerOptions modbus_options(const ModbusConfig& config,
+                                                  protocols::WireTap& tap) {
   modbus_server::ModbusServerOptions options;
   options.tap = &tap;
   options.bind_address = config.address;
@@ -105,8 +106,8 @@ web::VisualDescription visual_of(const scene::Scene& scene) {
   for (const auto& box : scene.fixed) visual.fixed.push_back({box.name, box.size, box.X_WS});
   for (const auto& robot : scene.robots) visual.robots.push_back(visual_of(robot));
   for (const auto& [name, gear] : scene.gear_types) {
-    visual.gears.push_back({name, gear.hub_top_radius_m, gear.hub_bottom_radius_m, gear.hub_height_m,
-                           gear.teeth_outer_radius_m});
+    visual.gears.push_back({name, gear.hub_top_radius_m, gear.hub_bottom_radius_m,
+                            gear.hub_height_m, gear.teeth_outer_radius_m});
   }
   for (const auto& [name, tray] : scene.tray_types) {
     auto& out = visual.trays.emplace_back();
@@ -148,8 +149,8 @@ telemetry::TelemetryOptions telemetry_options(const GrpcConfig& config) {
   return options;
 }
 
-vision_server::VisionServerOptions vision_options(const VisionConfig& config, const std::string& robot,
-                                              int index) {
+vision_server::VisionServerOptions vision_options(const VisionConfig& config,
+                                                  const std::string& robot, int index) {
   vision_server::VisionServerOptions options;
   options.bind_address = config.address;
   const auto port = config.ports.find(robot);
@@ -186,7 +187,7 @@ class Daemon::Impl {
            std::make_unique<protocols::CrclServer>(
                crcl_options(config.crcl, name, index, crcl_tap_), simulation_, simulation_),
            std::make_unique<vision_server::VisionServer>(vision_options(config.vision, name, index),
-                                                     simulation_)});
+                                                         simulation_)});
     }
     if (config.web.enabled) make_web(config, *scene);
   }

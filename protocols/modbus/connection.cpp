@@ -153,7 +153,8 @@ bool Connection::process_request() {
   }
   in_used_ += validated.adu.size();
   if (validated.verdict == Verdict::kIgnored) {
-    context_.log.warn(peer_ + " sent something that is not Modbus: " + std::string(validated.reason));
+    context_.log.warn(peer_ +
+                      " sent something that is not Modbus: " + std::string(validated.reason));
     return true;
   }
   ++context_.counters.requests;

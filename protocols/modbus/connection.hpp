@@ -45,8 +45,9 @@ struct ListenerContext {
   std::function<void(const Connection&)> closed;
 };
 
-/// One client: bytes in, each request validated, replies out in the order of the requests. Memory is
-/// bounded, nothing waits for the peer, and a peer that stalls is dropped. Thread: the listener's.
+/// One client: bytes in, each request validated, replies out in the order of the requests. Memory
+/// is bounded, nothing waits for the peer, and a peer that stalls is dropped. Thread: the
+/// listener's.
 class Connection : public std::enable_shared_from_this<Connection> {
  public:
   using Clock = std::chrono::steady_clock;

@@ -23,7 +23,8 @@ class ModbusServer::Impl {
         source_(source),
         service_({"modbus", options_.bind_address, options_.port, options_.max_connections,
                   [this](const boost::asio::ip::address& peer) { return allow_.allows(peer); }},
-                 options_.drain_deadline, [this](protocols::TcpListener::Socket socket, std::string peer) {
+                 options_.drain_deadline,
+                 [this](protocols::TcpListener::Socket socket, std::string peer) {
                    return std::make_shared<Connection>(std::move(socket), std::move(peer),
                                                        *context_);
                  }) {}
@@ -69,8 +70,9 @@ Result<std::uint16_t> ModbusServer::Impl::start() {
   const auto port = service_.listen();
   if (!port) return port;
   replies_ = std::make_unique<ReplyBuilder>(std::move(*replies));
-  device_ = std::make_unique<ConveyorDevice>(options_.scaling, options_.endpoint, sink_, source_,
-                                          std::chrono::duration<double>(options_.watchdog).count());
+  device_ =
+      std::make_unique<ConveyorDevice>(options_.scaling, options_.endpoint, sink_, source_,
+                                       std::chrono::duration<double>(options_.watchdog).count());
   context_ = std::make_unique<ListenerContext>(
       ListenerContext{service_.io(), options_, *device_, *replies_, log_, counters_,
                       modbus::RequestRules{options_.read_only, options_.unit_ids},

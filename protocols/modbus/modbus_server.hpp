@@ -43,8 +43,8 @@ struct ModbusServerOptions {
   /// Replies kept for one connection before its requests wait [bytes].
   std::size_t max_output_bytes = std::size_t{64} * 1024;
   modbus::ConveyorScaling scaling;
-  api::EndpointId endpoint = 0;  ///< stamped on every command
-  protocols::WireTap* tap = nullptr;        ///< sees the messages while watched; outlives the server
+  api::EndpointId endpoint = 0;       ///< stamped on every command
+  protocols::WireTap* tap = nullptr;  ///< sees the messages while watched; outlives the server
 };
 
 /// Whether a text may stand in ModbusServerOptions::allow.

@@ -174,7 +174,8 @@ grpc::ServerUnaryReactor* ControlService::SetIntruder(grpc::CallbackServerContex
   return command(context, *intruder, [response](const auto& s, auto t) {
     write_receipt(s, t, *response->mutable_receipt());
     if (s.cell->light_curtain) {
-      protocols::write_message(s.light_curtain, *s.cell->light_curtain, *response->mutable_light_curtain());
+      protocols::write_message(s.light_curtain, *s.cell->light_curtain,
+                               *response->mutable_light_curtain());
     }
   });
 }

@@ -7,8 +7,8 @@
 
 #include <fmt/format.h>
 
-#include "protocols/telemetry/field_mask.hpp"
 #include "protocols/messages/write_message.hpp"
+#include "protocols/telemetry/field_mask.hpp"
 #include "protocols/telemetry/rpc_status.hpp"
 #include "protocols/telemetry/snapshot_stream.hpp"
 

@@ -54,8 +54,9 @@ class ViewerHub {
   api::CommandSink& sink_;
   const api::SnapshotSource& source_;
   std::string instance_id_;
-  int beams_ = 0;       // of the light curtain; the same after a reset
-  modbus_server::ConveyorDevice device_;  // a reader's own: the registers as the snapshot makes them
+  int beams_ = 0;  // of the light curtain; the same after a reset
+  modbus_server::ConveyorDevice
+      device_;  // a reader's own: the registers as the snapshot makes them
   std::map<std::uint64_t, std::shared_ptr<Viewer>> viewers_;
   std::uint64_t next_id_ = 0;
   std::vector<Jogger> joggers_;  // by robot

@@ -16,7 +16,7 @@
 #include "crcl/schema.hpp"
 #include "crcl/status_decoder.hpp"
 #include "protocols/crcl/command_lifecycle.hpp"
-#include "tests/support/fake_world.hpp"
+#include "tests/support/fake_cell.hpp"
 
 namespace {
 
@@ -110,7 +110,7 @@ class Connection {
   }
 
   unsigned mood_;
-  test_support::FakeWorld world_;
+  test::FakeCell world_;
   protocols::CommandLifecycle link_;
   std::shared_ptr<protocols::ConnectionSettings> settings_;
   crcl::Framer framer_ = crcl::Framer::for_commands(kCommandBytes, kProgramBytes);

@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-namespace aprsim::test_support {
+namespace aprsim::test {
 namespace {
 
 constexpr std::chrono::seconds kPatience{10};
@@ -107,4 +107,4 @@ v1::Outcome RawWebClient::ask(v1::ViewerRequest request) {
   return update->outcome();
 }
 
-}  // namespace aprsim::test_support
+}  // namespace aprsim::test

@@ -9,7 +9,7 @@
 #include "aprsim/v1/web.pb.h"
 #include "tests/support/tcp_socket.hpp"
 
-namespace aprsim::test_support {
+namespace aprsim::test {
 
 /// An HTTP and WebSocket client of bytes and nothing else, so that tests can also be rude.
 /// Everything that takes longer than ten seconds throws.
@@ -50,4 +50,4 @@ class RawWebClient {
   std::uint32_t last_id_ = 0;
 };
 
-}  // namespace aprsim::test_support
+}  // namespace aprsim::test

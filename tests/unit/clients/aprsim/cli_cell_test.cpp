@@ -126,7 +126,7 @@ TEST_F(CliCell, DemoRefusesACellWithoutRobots) {
 }
 
 TEST(CliConveyor, SetWritesTheRegisters) {
-  FakeCell cell;
+  FakeCell cell(FakeCell::Commands::kApplied, kitting_snapshot());
   modbus_server::ModbusServerOptions options;
   options.port = 0;
   modbus_server::ModbusServer server(options, cell, cell);

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "modbus/request_validator.hpp"
+#include "tests/support/fake_cell.hpp"
 #include "tests/unit/modbus/bytes.hpp"
-#include "tests/unit/protocols/modbus/fake_cell.hpp"
 
 namespace aprsim::modbus_server {
 namespace {
@@ -15,7 +15,7 @@ using modbus::testing::Bytes;
 using modbus::testing::pdu;
 using modbus::testing::write_many;
 using modbus::testing::write_words;
-using testing::FakeCell;
+using test::FakeCell;
 
 constexpr api::EndpointId kEndpoint = 42;
 
@@ -32,20 +32,28 @@ class ConveyorDeviceTest : public ::testing::Test {
     return device_.image().holding[static_cast<std::size_t>(address - 0x8000)];
   }
 
-  FakeCell cell_;
+  std::vector<api::ConveyorCommand> conveyor_commands() const {
+    std::vector<api::ConveyorCommand> all;
+    for (const auto& command : cell_.commands()) {
+      all.push_back(std::get<api::ConveyorCommand>(command.body));
+    }
+    return all;
+  }
+
+  FakeCell cell_{FakeCell::Commands::kApplied};
   ConveyorDevice device_{{}, kEndpoint, cell_, cell_};
 };
 
 TEST_F(ConveyorDeviceTest, AWriteOfThreeRegistersIsOneCommand) {
   const auto ticket = write(write_words(0x8000, {1, 0, 15000}));
   ASSERT_TRUE(ticket.has_value());
-  const auto commands = cell_.commands();
+  const auto commands = conveyor_commands();
   ASSERT_EQ(commands.size(), 1U);
   EXPECT_EQ(commands[0].run, true);
   EXPECT_EQ(commands[0].forward, false);
   ASSERT_TRUE(commands[0].speed_m_s.has_value());
   EXPECT_NEAR(*commands[0].speed_m_s, 0.15, 1e-15);
-  EXPECT_EQ(cell_.endpoints(), std::vector<api::EndpointId>{kEndpoint});
+  EXPECT_EQ(cell_.commands()[0].endpoint, kEndpoint);
   device_.refresh();
   EXPECT_TRUE(device_.applied(*ticket));
   EXPECT_EQ(holding(0x8000), 1);
@@ -68,7 +76,7 @@ TEST_F(ConveyorDeviceTest, AWriteShowsOnlyOnceApplied) {
 
 TEST_F(ConveyorDeviceTest, SpeedReadsBackAsWrittenThoughTheBeltLimitsIt) {
   for (const bool drive_limits : {false, true}) {
-    if (drive_limits) cell_.limit_settings();
+    if (drive_limits) cell_.limit_speed();
     for (const int speed : {0, 1, 29999, 30000, 30001, 32768}) {
       ASSERT_TRUE(write(pdu(6, {0x8002, static_cast<std::uint16_t>(speed)})).has_value());
       EXPECT_EQ(holding(0x8002), speed);
@@ -77,16 +85,17 @@ TEST_F(ConveyorDeviceTest, SpeedReadsBackAsWrittenThoughTheBeltLimitsIt) {
 }
 
 TEST_F(ConveyorDeviceTest, AnotherSourcesSettingWins) {
-  cell_.limit_settings();
+  cell_.limit_speed();
   ASSERT_TRUE(write(write_words(0x8000, {1, 1, 32768})).has_value());
   EXPECT_EQ(holding(0x8002), 32768);
-  cell_.change([](api::Snapshot& s) {
+  cell_.publish([](api::Snapshot& s) {
     s.conveyor = {.run = false, .forward = false, .speed_setting_m_s = 0.1};
   });
   EXPECT_EQ(holding(0x8000), 0);
   EXPECT_EQ(holding(0x8001), 0);
   EXPECT_EQ(holding(0x8002), 10000);
-  cell_.change([](api::Snapshot& s) { s.conveyor.speed_setting_m_s = FakeCell::kMaxSpeed; });
+  cell_.publish(
+      [](api::Snapshot& s) { s.conveyor.speed_setting_m_s = s.cell->conveyor.max_speed_m_s; });
   EXPECT_EQ(holding(0x8002), 30000) << "what was written before is forgotten";
 }
 
@@ -120,7 +129,7 @@ TEST_F(ConveyorDeviceTest, UnusedMemoryKeepsWhatIsWrittenUntilReset) {
   EXPECT_EQ(device_.image().coils[0x20], 1);
   EXPECT_TRUE(cell_.commands().empty());
 
-  cell_.change([](api::Snapshot& s) { ++s.epoch; });
+  cell_.publish([](api::Snapshot& s) { ++s.epoch; });
   EXPECT_EQ(holding(0x80FF), 0);
   EXPECT_EQ(device_.image().coils[0x10], 0);
 }
@@ -176,7 +185,7 @@ TEST_F(ConveyorDeviceTest, WithAWatchdogEveryWriteReachesTheDrive) {
     const Bytes bytes = adu(body);
     ASSERT_TRUE(watched.write(modbus::validate_request(bytes).request).has_value());
   }
-  const auto commands = cell_.commands();
+  const auto commands = conveyor_commands();
   ASSERT_EQ(commands.size(), 3U);
   for (const auto& command : commands) EXPECT_EQ(command.watchdog_s, 0.25);
   EXPECT_FALSE(commands[0].run.has_value());
@@ -185,7 +194,7 @@ TEST_F(ConveyorDeviceTest, WithAWatchdogEveryWriteReachesTheDrive) {
 
 TEST_F(ConveyorDeviceTest, AResetForgetsTheWrittenSpeed) {
   ASSERT_TRUE(write(pdu(6, {0x8002, 20000})).has_value());
-  cell_.change([](api::Snapshot& s) {
+  cell_.publish([](api::Snapshot& s) {
     ++s.epoch;
     s.conveyor = {};
   });
@@ -204,7 +213,9 @@ TEST_F(ConveyorDeviceTest, AFullQueueIsBusyAndChangesNothing) {
 }
 
 TEST(ConveyorDevice, WithoutAConveyorTheDriveFailsButMemoryWorks) {
-  FakeCell cell(false);
+  auto beltless = std::make_shared<api::CellDescription>(*test::two_robot_cell());
+  beltless->has_conveyor = false;
+  FakeCell cell(FakeCell::Commands::kApplied, test::at_rest(beltless));
   ConveyorDevice device({}, kEndpoint, cell, cell);
   const Bytes run = adu(pdu(6, {0x8000, 1})), memory = adu(pdu(6, {0x8003, 1}));
   const auto refused = device.write(modbus::validate_request(run).request);

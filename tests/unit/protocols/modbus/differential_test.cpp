@@ -7,8 +7,8 @@
 #include "modbus/request_validator.hpp"
 #include "protocols/modbus/conveyor_device.hpp"
 #include "protocols/modbus/reply_builder.hpp"
+#include "tests/support/fake_cell.hpp"
 #include "tests/unit/modbus/bytes.hpp"
-#include "tests/unit/protocols/modbus/fake_cell.hpp"
 #include "tests/unit/protocols/modbus/reference_model.hpp"
 
 /// Validator, device and encoder together against the independent model, on random frames.
@@ -46,7 +46,7 @@ class Device {
     return {reply.bytes.begin(), reply.bytes.end()};
   }
 
-  testing::FakeCell cell_;
+  test::FakeCell cell_{test::FakeCell::Commands::kApplied};
   ConveyorDevice device_{{}, 1, cell_, cell_};
   ReplyBuilder builder_ = ReplyBuilder::create().value();
 };

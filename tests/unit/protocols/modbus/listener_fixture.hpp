@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 
 #include "protocols/modbus/modbus_server.hpp"
+#include "tests/support/fake_cell.hpp"
 #include "tests/unit/modbus/bytes.hpp"
-#include "tests/unit/protocols/modbus/fake_cell.hpp"
 #include "tests/unit/protocols/modbus/raw_client.hpp"
 
 namespace aprsim::modbus_server::testing {
@@ -31,7 +31,7 @@ class ListenerTest : public ::testing::Test {
     port_ = *port;
   }
 
-  FakeCell cell_;
+  test::FakeCell cell_{test::FakeCell::Commands::kApplied};
   std::unique_ptr<ModbusServer> server_;
   std::uint16_t port_ = 0;
 };

@@ -81,7 +81,7 @@ TEST_F(Serving, ReflectionListsTheServices) {
 
 TEST_F(Serving, StopEndsStreamsAndWaitingCallsWithinASecond) {
   start({.max_streams = 8}, 300);
-  cell_->set_applying(false);
+  cell_->hold();
   grpc::Status waiting;
   std::jthread waiter([&] {
     grpc::ClientContext context;

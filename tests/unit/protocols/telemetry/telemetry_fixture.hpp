@@ -11,7 +11,8 @@
 #include "aprsim/v1/telemetry_service.grpc.pb.h"
 #include "protocols/telemetry/telemetry_server.hpp"
 #include "tests/support/eventually.hpp"
-#include "tests/unit/protocols/telemetry/fake_cell.hpp"
+#include "tests/support/fake_cell.hpp"
+#include "tests/support/kitting_snapshot.hpp"
 
 namespace aprsim::test {
 
@@ -20,7 +21,7 @@ class TelemetryFixture : public ::testing::Test {
  protected:
   void start(telemetry::TelemetryOptions options = {}, int more_gears = 0) {
     server_.reset();  // before the cell that it uses
-    cell_ = std::make_unique<FakeCell>(more_gears);
+    cell_ = std::make_unique<FakeCell>(FakeCell::Commands::kApplied, kitting_snapshot(more_gears));
     options.port = 0;
     server_ = std::make_unique<telemetry::TelemetryServer>(options, *cell_, *cell_);
     const auto port = server_->start();
