@@ -15,7 +15,7 @@
 #include "crcl/schema.hpp"
 #include "crcl/status_codec.hpp"
 #include "protocols/crcl/command_executor.hpp"
-#include "tests/support/fake_world.hpp"
+#include "tests/support/fake_cell.hpp"
 
 namespace {
 
@@ -105,7 +105,7 @@ class Connection {
   }
 
   unsigned mood_;
-  test_support::FakeWorld world_;
+  test::FakeCell world_;
   crcl_server::CommandExecutor executor_;
   crcl_server::Caller caller_{
       std::make_shared<crcl_server::ConnectionSettings>(crcl::Units{}, true), "fuzz"};

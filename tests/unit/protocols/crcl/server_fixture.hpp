@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "protocols/crcl/crcl_server.hpp"
-#include "tests/support/fake_world.hpp"
+#include "tests/support/fake_cell.hpp"
 #include "tests/unit/crcl/samples.hpp"
 #include "tests/unit/protocols/crcl/test_client.hpp"
 
@@ -65,7 +65,7 @@ class ServerTest : public testing::Test {
            "</EndPosition>";
   }
 
-  test_support::FakeWorld world_;
+  test::FakeCell world_;
   std::unique_ptr<CrclServer> server_;
   std::uint16_t port_ = 0;
 };
