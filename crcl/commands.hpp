@@ -1,7 +1,6 @@
 #pragma once
 
 #include <string>
-#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -95,7 +94,7 @@ struct LoopBlockEnd {
   bool operator==(const LoopBlockEnd&) const = default;
 };
 
-using CommandBody =
+using AnyCommand =
     std::variant<InitCanon, EndCanon, GetStatus, StopMotion, MoveTo, MoveThroughTo, MoveScrew,
                  ActuateJoints, SetEndEffector, OpenToolChanger, CloseToolChanger, Dwell, Message,
                  SetUnits, SetRate, SetEndPoseTolerance, SetIntermediatePoseTolerance,
@@ -105,7 +104,24 @@ using CommandBody =
                  EnableRobotParameterStatus, DisableRobotParameterStatus, SetMotionCoordination,
                  RunProgram>;
 
-/// The schema's type name, e.g. "MoveToType".
-[[nodiscard]] std::string_view type_name(const CommandBody& body);
+/// One of the commands. Copied, compared and destroyed out of line: code for so many alternatives
+/// in every file that does so would cost much time to compile.
+struct CommandBody : AnyCommand {
+  using AnyCommand::AnyCommand;
+  using AnyCommand::operator=;
+  CommandBody();
+  CommandBody(const CommandBody& other);
+  CommandBody(CommandBody&& other) noexcept;
+  CommandBody& operator=(const CommandBody& other);
+  CommandBody& operator=(CommandBody&& other) noexcept;
+  ~CommandBody();
+  bool operator==(const CommandBody& other) const;
+};
+
+/// Whether the command is of one of these types.
+template <typename... Commands>
+[[nodiscard]] bool holds_any_of(const CommandBody& body) {
+  return (std::holds_alternative<Commands>(body) || ...);
+}
 
 }  // namespace aprsim::crcl

@@ -22,18 +22,16 @@ struct PoseSettings {
   std::optional<PoseTolerance> tolerance;
   bool operator==(const PoseSettings&) const = default;
 };
-struct MoveTo {
-  bool straight = false;
-  Pose end;
-  std::optional<PoseSettings> settings;
-  bool operator==(const MoveTo&) const = default;
-};
-
 /// PoseType, or PoseAndSetType when it has settings.
 struct Waypoint {
   Pose pose;
   std::optional<PoseSettings> settings;
   bool operator==(const Waypoint&) const = default;
+};
+struct MoveTo {
+  bool straight = false;
+  Waypoint end;  ///< EndPosition
+  bool operator==(const MoveTo&) const = default;
 };
 struct MoveThroughTo {
   bool straight = false;

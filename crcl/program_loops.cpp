@@ -5,6 +5,7 @@
 #include <utility>
 #include <variant>
 
+#include "crcl/command_codec.hpp"
 #include "crcl/text.hpp"
 
 namespace aprsim::crcl {

@@ -19,7 +19,7 @@
 
 #include "crcl/refused.hpp"
 #include "crcl/text.hpp"
-#include "crcl/xml_tree.hpp"
+#include "crcl/xml_reader.hpp"
 
 namespace aprsim::crcl {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "crcl/text.hpp"
-#include "crcl/value_writer.hpp"
+#include "crcl/value_codec.hpp"
 
 namespace aprsim::crcl {
 namespace {

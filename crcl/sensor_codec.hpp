@@ -1,7 +1,7 @@
 #pragma once
 
-#include "crcl/fields.hpp"
 #include "crcl/sensor_status.hpp"
+#include "crcl/xml_reader.hpp"
 #include "crcl/xml_writer.hpp"
 
 /// Guards, and the parts of a status about sensors and guards, as elements.

@@ -3,6 +3,9 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <utility>
+
+#include "crcl/text.hpp"
 
 namespace aprsim::crcl {
 
@@ -10,21 +13,48 @@ namespace aprsim::crcl {
 /// no attribute but xsi:type.
 class XmlWriter {
  public:
-  XmlWriter();
+  XmlWriter() {
+    out_.reserve(4096);  // more than the usual status
+    out_ += R"(<?xml version="1.0" encoding="UTF-8" standalone="yes"?>)";
+  }
 
-  void open(std::string_view name);
+  void open(std::string_view name) { tag("<", name); }
   /// An element whose type the schema cannot tell from its name.
-  void open(std::string_view name, std::string_view xsi_type);
-  void close(std::string_view name);
+  void open(std::string_view name, std::string_view xsi_type) {
+    out_ += '<';
+    out_ += name;
+    out_ += R"( xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" xsi:type=")";
+    append_escaped(out_, xsi_type);
+    out_ += "\">";
+  }
+  void close(std::string_view name) { tag("</", name); }
 
-  void text(std::string_view name, std::string_view value);
-  void number(std::string_view name, double value);
-  void integer(std::string_view name, std::int64_t value);
-  void flag(std::string_view name, bool value);
+  void text(std::string_view name, std::string_view value) {
+    open(name);
+    append_escaped(out_, value);
+    close(name);
+  }
+  void number(std::string_view name, double value) {
+    open(name);
+    append_double(out_, value);
+    close(name);
+  }
+  void integer(std::string_view name, std::int64_t value) {
+    open(name);
+    append_long(out_, value);
+    close(name);
+  }
+  void flag(std::string_view name, bool value) { text(name, value ? "true" : "false"); }
 
-  [[nodiscard]] std::string take() { return std::move(out_); }
+  [[nodiscard]] std::string document() && { return std::move(out_); }
 
  private:
+  void tag(std::string_view begin, std::string_view name) {
+    out_ += begin;
+    out_ += name;
+    out_ += '>';
+  }
+
   std::string out_;
 };
 

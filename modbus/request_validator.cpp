@@ -22,25 +22,25 @@ std::optional<ExceptionCode> forbidden(std::span<const std::uint8_t> adu,
   return std::nullopt;
 }
 
-/// Takes a complete frame of ours: what it asks for, or why it is refused.
-void judge(ValidatedRequest& gated, const RequestRules& rules) {
-  const auto refuse = [&gated](ExceptionCode code) {
-    gated.verdict = Verdict::kRefused;
-    gated.exception = code;
+/// Of a complete frame: what it asks for, or why it is refused.
+void judge(ValidatedRequest& validated, const RequestRules& rules) {
+  const auto refuse = [&validated](ExceptionCode code) {
+    validated.verdict = Verdict::kRefused;
+    validated.exception = code;
   };
-  const auto pdu = gated.adu.subspan(kHeaderSize);
-  if (const auto code = forbidden(gated.adu, rules)) return refuse(*code);
+  const auto pdu = validated.adu.subspan(kHeaderSize);
+  if (const auto code = forbidden(validated.adu, rules)) return refuse(*code);
   if (pdu[0] == kEncapsulatedInterface) {
     const auto wanted = parse_identification(pdu);
     if (!wanted) return refuse(wanted.error());
-    gated.verdict = Verdict::kIdentification;
-    gated.identification = *wanted;
+    validated.verdict = Verdict::kIdentification;
+    validated.identification = *wanted;
     return;
   }
   const Checked<Request> request = parse_request(pdu);
   if (!request) return refuse(request.error());
-  gated.verdict = Verdict::kRequest;
-  gated.request = *request;
+  validated.verdict = Verdict::kRequest;
+  validated.request = *request;
 }
 
 }  // namespace
@@ -60,23 +60,23 @@ ExceptionReply exception_reply(std::span<const std::uint8_t> adu, ExceptionCode 
 }
 
 ValidatedRequest validate_request(std::span<const std::uint8_t> stream, const RequestRules& rules) {
-  ValidatedRequest gated;
-  if (stream.size() < kLengthEnd) return gated;
+  ValidatedRequest validated;
+  if (stream.size() < kLengthEnd) return validated;
   const auto length = static_cast<std::size_t>((stream[4] << 8) | stream[5]);
   if (length < kMinLength || length > kMaxLength) {
-    gated.verdict = Verdict::kBroken;
-    gated.reason = "the header's length is outside 2 to 254";
-    return gated;
+    validated.verdict = Verdict::kBroken;
+    validated.reason = "the header's length is outside 2 to 254";
+    return validated;
   }
-  if (stream.size() < kLengthEnd + length) return gated;
-  gated.adu = stream.first(kLengthEnd + length);
+  if (stream.size() < kLengthEnd + length) return validated;
+  validated.adu = stream.first(kLengthEnd + length);
   if (stream[2] != 0 || stream[3] != 0) {
-    gated.verdict = Verdict::kIgnored;
-    gated.reason = "the protocol id is not 0";
-    return gated;
+    validated.verdict = Verdict::kIgnored;
+    validated.reason = "the protocol id is not 0";
+    return validated;
   }
-  judge(gated, rules);
-  return gated;
+  judge(validated, rules);
+  return validated;
 }
 
 }  // namespace aprsim::modbus

@@ -34,7 +34,7 @@ enum class Verdict : std::uint8_t {
   kIdentification,  ///< send identification_reply(adu, identification)
   kRefused,         ///< send exception_reply(adu, exception)
   kIgnored,         ///< complete, but not Modbus (protocol id is not 0): skip it without an answer
-  kBroken,          ///< the length is impossible, so the stream cannot be followed: close it
+  kBroken,          ///< the length is impossible, so the stream cannot be framed: close it
 };
 
 /// What an installation restricts.
@@ -45,7 +45,7 @@ struct RequestRules {
 
 struct ValidatedRequest {
   Verdict verdict = Verdict::kIncomplete;
-  std::span<const std::uint8_t> adu;  ///< the bytes taken off the stream; empty if none were
+  std::span<const std::uint8_t> adu;  ///< the bytes used up of the stream; empty if none were
   Request request;                    ///< refers to `adu`
   IdentificationRequest identification;
   ExceptionCode exception = ExceptionCode::kIllegalFunction;

@@ -99,13 +99,13 @@ void TcpListener::accept_waiting() {
       retry_later(error);
       return;
     }
-    take(std::move(socket));
+    admit(std::move(socket));
   }
   accept();
 }
 
 // A socket that is not handed on is closed.
-void TcpListener::take(tcp::socket socket) {
+void TcpListener::admit(tcp::socket socket) {
   error_code gone;
   const tcp::endpoint endpoint = socket.remote_endpoint(gone);
   if (gone) return;

@@ -28,14 +28,14 @@ struct TcpListenerOptions {
 
 /// Accepts TCP connections for a protocol: binds, counts, refuses what is over the limit or not
 /// allowed, survives running out of descriptors, prepares each socket (no Nagle delay, keepalive).
-/// Takes several at a time, so that a newcomer behind many others waits for few turns of the loop.
-/// For use inside a
-/// listener; its header stays out of other headers. Thread: the io_context's single one.
+/// Accepts several at a time, so that a newcomer behind many others waits for few turns of the
+/// loop. For use inside a listener; its header stays out of other headers.
+/// Thread: the io_context's single one.
 class TcpListener {
  public:
   using Socket = boost::asio::ip::tcp::socket;
-  /// Takes over an accepted socket; `peer` is "address:port". The taker calls release() once when
-  /// the connection has ended.
+  /// Owns an accepted socket from now on; `peer` is "address:port". Calls release() once when the
+  /// connection has ended.
   using OnAccept = std::function<void(Socket socket, std::string peer)>;
 
   TcpListener(boost::asio::io_context& io, TcpListenerOptions options, OnAccept on_accept);
@@ -54,7 +54,7 @@ class TcpListener {
  private:
   void accept();
   void accept_waiting();
-  void take(Socket socket);
+  void admit(Socket socket);
   void refuse(const std::string& peer, const std::string& why);
   void retry_later(const boost::system::error_code& error);
 

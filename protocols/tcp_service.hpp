@@ -40,7 +40,7 @@ class TcpService {
         work_(io_.get_executor()),
         listener_(io_, std::move(options),
                   [this](TcpListener::Socket socket, std::string peer) {
-                    take(std::move(socket), std::move(peer));
+                    connect(std::move(socket), std::move(peer));
                   }),
         drain_timer_(io_) {}
   ~TcpService() { stop(); }
@@ -82,7 +82,7 @@ class TcpService {
   }
 
  private:
-  void take(TcpListener::Socket socket, std::string peer) {
+  void connect(TcpListener::Socket socket, std::string peer) {
     const auto connection = make_(std::move(socket), std::move(peer));
     connections_[connection.get()] = connection;
     connection->start();

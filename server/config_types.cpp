@@ -47,7 +47,7 @@ void Secret::read(const yaml::Node& node, std::string& value) const {
 
 void Network::read(const yaml::Node& node, std::string& value) const {
   value = node.text();
-  if (!protocols::is_network(value)) node.unexpected(text());
+  if (!modbus_server::is_network(value)) node.unexpected(text());
 }
 
 void Pace::read(const yaml::Node& node, Speed& value) const {

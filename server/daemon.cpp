@@ -47,9 +47,9 @@ crcl::Units units_of(const CrclRobotConfig& config) {
   return units;
 }
 
-protocols::CrclServerOptions crcl_options(const CrclConfig& config, const std::string& robot,
-                                          int index, protocols::WireTap& tap) {
-  protocols::CrclServerOptions options;
+crcl_server::CrclServerOptions crcl_options(const CrclConfig& config, const std::string& robot,
+                                            int index, protocols::WireTap& tap) {
+  crcl_server::CrclServerOptions options;
   options.tap = &tap;
   options.bind_address = config.address;
   const auto port = config.ports.find(robot);
@@ -67,8 +67,9 @@ protocols::CrclServerOptions crcl_options(const CrclConfig& config, const std::s
   return options;
 }
 
-protocols::ModbusServerOptions modbus_options(const ModbusConfig& config, protocols::WireTap& tap) {
-  protocols::ModbusServerOptions options;
+modbus_server::ModbusServerOptions modbus_options(const ModbusConfig& config,
+                                                  protocols::WireTap& tap) {
+  modbus_server::ModbusServerOptions options;
   options.tap = &tap;
   options.bind_address = config.address;
   options.port = config.port;
@@ -87,7 +88,7 @@ protocols::ModbusServerOptions modbus_options(const ModbusConfig& config, protoc
   return options;
 }
 
-protocols::RobotLooks looks_of(const scene::Robot& robot) {
+web::RobotVisual visual_of(const scene::Robot& robot) {
   const scene::Gripper& gripper = robot.gripper;
   return {.pad_height_m = gripper.pad_height_m,
           .pad_width_m = gripper.pad_width_m,
@@ -100,27 +101,27 @@ protocols::RobotLooks looks_of(const scene::Robot& robot) {
 }
 
 /// What the page draws besides the cell's description.
-protocols::VisualDescription looks_of(const scene::Scene& scene) {
-  protocols::VisualDescription looks;
-  for (const auto& box : scene.fixed) looks.fixed.push_back({box.name, box.size, box.X_WS});
-  for (const auto& robot : scene.robots) looks.robots.push_back(looks_of(robot));
+web::VisualDescription visual_of(const scene::Scene& scene) {
+  web::VisualDescription visual;
+  for (const auto& box : scene.fixed) visual.fixed.push_back({box.name, box.size, box.X_WS});
+  for (const auto& robot : scene.robots) visual.robots.push_back(visual_of(robot));
   for (const auto& [name, gear] : scene.gear_types) {
-    looks.gears.push_back({name, gear.hub_top_radius_m, gear.hub_bottom_radius_m, gear.hub_height_m,
-                           gear.teeth_outer_radius_m});
+    visual.gears.push_back({name, gear.hub_top_radius_m, gear.hub_bottom_radius_m,
+                            gear.hub_height_m, gear.teeth_outer_radius_m});
   }
   for (const auto& [name, tray] : scene.tray_types) {
-    auto& out = looks.trays.emplace_back();
+    auto& out = visual.trays.emplace_back();
     out.type = name;
     for (const auto& slot : tray.slots) {
       out.pockets.push_back(
           {slot.pocket.top_radius_m, slot.pocket.floor_radius_m, slot.pocket.depth_m});
     }
   }
-  return looks;
+  return visual;
 }
 
-protocols::WebServerOptions web_options(const Config& config, const scene::Scene& scene) {
-  protocols::WebServerOptions options;
+web::WebServerOptions web_options(const Config& config, const scene::Scene& scene) {
+  web::WebServerOptions options;
   options.bind_address = config.web.address;
   options.port = config.web.port;
   options.max_connections = config.web.max_connections;
@@ -131,7 +132,7 @@ protocols::WebServerOptions web_options(const Config& config, const scene::Scene
   options.hosts = config.web.hosts;
   options.assets = web_directory();
   for (const auto& robot : scene.robots) options.models.emplace_back(robot.name, robot.model_file);
-  options.looks = looks_of(scene);
+  options.visual = visual_of(scene);
   options.version = kVersion;
   options.scaling = {.full_scale_m_s = config.modbus.full_scale_m_s,
                      .one_is_forward = config.modbus.forward_is_one};
@@ -139,8 +140,8 @@ protocols::WebServerOptions web_options(const Config& config, const scene::Scene
   return options;
 }
 
-protocols::TelemetryOptions telemetry_options(const GrpcConfig& config) {
-  protocols::TelemetryOptions options;
+telemetry::TelemetryOptions telemetry_options(const GrpcConfig& config) {
+  telemetry::TelemetryOptions options;
   options.address = config.address;
   options.port = config.port;
   options.max_connections = static_cast<int>(config.max_connections);
@@ -148,9 +149,9 @@ protocols::TelemetryOptions telemetry_options(const GrpcConfig& config) {
   return options;
 }
 
-protocols::VisionServerOptions vision_options(const VisionConfig& config, const std::string& robot,
-                                              int index) {
-  protocols::VisionServerOptions options;
+vision_server::VisionServerOptions vision_options(const VisionConfig& config,
+                                                  const std::string& robot, int index) {
+  vision_server::VisionServerOptions options;
   options.bind_address = config.address;
   const auto port = config.ports.find(robot);
   options.port = port == config.ports.end() ? 0 : port->second;
@@ -183,10 +184,10 @@ class Daemon::Impl {
       const int index = static_cast<int>(i);
       robots_.push_back(
           {name,
-           std::make_unique<protocols::CrclServer>(
+           std::make_unique<crcl_server::CrclServer>(
                crcl_options(config.crcl, name, index, crcl_tap_), simulation_, simulation_),
-           std::make_unique<protocols::VisionServer>(vision_options(config.vision, name, index),
-                                                     simulation_)});
+           std::make_unique<vision_server::VisionServer>(vision_options(config.vision, name, index),
+                                                         simulation_)});
     }
     if (config.web.enabled) make_web(config, *scene);
   }
@@ -239,12 +240,12 @@ class Daemon::Impl {
     options.crcl_tap = &crcl_tap_;
     options.modbus_tap = &modbus_tap_;
     options.listeners = [this] { return listeners(); };
-    web_ = std::make_unique<protocols::WebServer>(std::move(options), simulation_, simulation_);
+    web_ = std::make_unique<web::WebServer>(std::move(options), simulation_, simulation_);
   }
 
   /// Thread: the web server's; the ports stand before it starts.
-  [[nodiscard]] std::vector<protocols::ListenerCount> listeners() const {
-    std::vector<protocols::ListenerCount> all;
+  [[nodiscard]] std::vector<web::ListenerCount> listeners() const {
+    std::vector<web::ListenerCount> all;
     const auto add = [&](const std::string& name, std::uint64_t open) {
       const auto port = ports_.find(name);
       all.push_back({name, port == ports_.end() ? std::uint16_t{0} : port->second, open});
@@ -261,17 +262,17 @@ class Daemon::Impl {
 
   struct Robot {
     std::string name;
-    std::unique_ptr<protocols::CrclServer> crcl;
-    std::unique_ptr<protocols::VisionServer> vision;
+    std::unique_ptr<crcl_server::CrclServer> crcl;
+    std::unique_ptr<vision_server::VisionServer> vision;
   };
 
   protocols::WireTap crcl_tap_, modbus_tap_;
   world::Simulation simulation_;
   std::vector<Robot> robots_;
-  protocols::ModbusServer modbus_;
-  protocols::TelemetryServer telemetry_;
+  modbus_server::ModbusServer modbus_;
+  telemetry::TelemetryServer telemetry_;
   Ports ports_;  // of the other listeners, for the page
-  std::unique_ptr<protocols::WebServer> web_;
+  std::unique_ptr<web::WebServer> web_;
 };
 
 Daemon::Daemon(const Config& config, std::shared_ptr<const scene::Scene> scene)

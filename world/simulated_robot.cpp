@@ -1,4 +1,5 @@
 #include "world/simulated_robot.hpp"
+#include "world/api/is_setting.hpp"
 
 #include <cmath>
 #include <cstdio>
@@ -67,12 +68,6 @@ robot::ControllerSetup setup_of(const scene::Robot& robot, const robot::ArmModel
           .gravity_B = gravity_in_base(robot, physics)};
 }
 
-bool is_setting(const api::RobotAction& action) {
-  return std::holds_alternative<api::SetMotionLimit>(action) ||
-         std::holds_alternative<api::SetOverride>(action) ||
-         std::holds_alternative<api::SetGripperForce>(action);
-}
-
 std::string number(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.4g", value);
@@ -139,8 +134,7 @@ void SimulatedRobot::take(api::Ticket ticket, const api::RobotCommand& command) 
   if (const auto* set = std::get_if<api::SetGripperForce>(&action))
     state_.gripper_force_n = set->force_n;
   controller_.take(ticket, action, arm_.q());
-  // A setting leaves the running motion alone, so its guards too.
-  if (!is_setting(action)) state_.guards.begin(ticket, command.guards);
+  if (!api::is_setting(action)) state_.guards.begin(ticket, command.guards);
 }
 
 void SimulatedRobot::step(const physics::GripperState& gripper,

@@ -9,7 +9,7 @@
 
 #include "clients/aprsim/commands.hpp"
 #include "clients/aprsim/crcl_session.hpp"
-#include "crcl/decoder.hpp"
+#include "crcl/command_codec.hpp"
 #include "crcl/framer.hpp"
 #include "crcl/program_loops.hpp"
 #include "crcl/schema.hpp"
@@ -100,14 +100,14 @@ Outcome<crcl::CommandBody> jog_from(const crcl::Status& now, const CrclJogComman
                               *command.joint, now.joints.size()));
   }
   if (!now.pose) return failed(FailureKind::kRefused, command.robot + " reports no pose");
-  crcl::MoveTo move{true, now.pose->pose, std::nullopt};
-  double& axis = command.axis == 'x'   ? move.end.point.x
-                 : command.axis == 'y' ? move.end.point.y
-                                       : move.end.point.z;
+  crcl::MoveTo move{true, {now.pose->pose, std::nullopt}};
+  double& axis = command.axis == 'x'   ? move.end.pose.point.x
+                 : command.axis == 'y' ? move.end.pose.point.y
+                                       : move.end.pose.point.z;
   axis += command.by;
   if (command.speed) {
-    move.settings = crcl::PoseSettings{};
-    move.settings->trans_speed = crcl::Rate{false, *command.speed};
+    move.end.settings = crcl::PoseSettings{};
+    move.end.settings->trans_speed = crcl::Rate{false, *command.speed};
   }
   return move;
 }

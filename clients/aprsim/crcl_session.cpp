@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 
-#include "crcl/encoder.hpp"
-#include "crcl/status_decoder.hpp"
+#include "crcl/command_codec.hpp"
+#include "crcl/status_codec.hpp"
 
 namespace aprsim::client {
 

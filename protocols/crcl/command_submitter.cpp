@@ -4,16 +4,10 @@
 #include <utility>
 #include <variant>
 
-namespace aprsim::protocols {
+namespace aprsim::crcl_server {
 namespace {
 
 std::size_t index(api::MotionLimit which) { return static_cast<std::size_t>(which); }
-
-bool is_setting(const api::RobotAction& action) {
-  return std::holds_alternative<api::SetMotionLimit>(action) ||
-         std::holds_alternative<api::SetOverride>(action) ||
-         std::holds_alternative<api::SetGripperForce>(action);
-}
 
 const api::LimitSetting& limit_in(const api::RobotSnapshot& robot, api::MotionLimit which) {
   switch (which) {
@@ -31,21 +25,13 @@ const api::LimitSetting& limit_in(const api::RobotSnapshot& robot, api::MotionLi
 
 }  // namespace
 
-Result<api::Ticket> CommandSubmitter::send(const api::RobotAction& action) {
-  api::Command command;
-  command.endpoint = endpoint_;
-  auto& body = command.body.emplace<api::RobotCommand>();
-  body.robot = robot_;
-  body.action = action;
-  if (!is_setting(action)) body.guards = std::exchange(guards_, {});
-  return sink_.submit(std::move(command));
-}
-
-Result<api::Ticket> CommandSubmitter::submit(const api::RobotAction& action) {
-  const Result<api::Ticket> ticket = send(action);
-  if (const auto* set = std::get_if<api::SetMotionLimit>(&action); set != nullptr && ticket) {
-    latest_[index(set->which)] = Latest{*ticket, {set->relative, set->value}};
-  }
+Result<api::Ticket> CommandSubmitter::submit(api::RobotAction action,
+                                             std::vector<api::Guard> guards) {
+  std::optional<api::SetMotionLimit> limit;
+  if (const auto* set = std::get_if<api::SetMotionLimit>(&action)) limit = *set;
+  api::Command command{endpoint_, api::RobotCommand{robot_, std::move(action), std::move(guards)}};
+  const Result<api::Ticket> ticket = sink_.submit(std::move(command));
+  if (limit && ticket) latest_[index(limit->which)] = {*ticket, {limit->relative, limit->value}};
   return ticket;
 }
 
@@ -56,4 +42,4 @@ api::LimitSetting CommandSubmitter::limit(api::MotionLimit which,
   return limit_in(snapshot.robots[static_cast<std::size_t>(robot_)], which);
 }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::crcl_server

@@ -2,13 +2,12 @@
 
 #include <array>
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include "world/api/ports.hpp"
 #include "world/api/snapshot.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::crcl_server {
 
 /// Submits one robot's actions and remembers the limits that it has set until snapshots show them.
 /// Thread: the server's.
@@ -17,12 +16,8 @@ class CommandSubmitter {
   CommandSubmitter(int robot, api::EndpointId endpoint, api::CommandSink& sink)
       : robot_(robot), endpoint_(endpoint), sink_(sink) {}
 
-  [[nodiscard]] Result<api::Ticket> submit(const api::RobotAction& action);
-
-  /// Guards the next action that is submitted and no setting.
-  void guard_next(std::vector<api::Guard> guards) { guards_ = std::move(guards); }
-  /// Whether guards wait for an action still; they are forgotten.
-  [[nodiscard]] bool drop_guards() { return !std::exchange(guards_, {}).empty(); }
+  [[nodiscard]] Result<api::Ticket> submit(api::RobotAction action,
+                                           std::vector<api::Guard> guards = {});
 
   /// A limit as clients have set it, also where the snapshot does not show that yet.
   [[nodiscard]] api::LimitSetting limit(api::MotionLimit which,
@@ -36,13 +31,11 @@ class CommandSubmitter {
     api::Ticket ticket = 0;
     api::LimitSetting set;
   };
-  [[nodiscard]] Result<api::Ticket> send(const api::RobotAction& action);
 
   int robot_;
   api::EndpointId endpoint_;
   api::CommandSink& sink_;
   std::array<std::optional<Latest>, 4> latest_;  // by MotionLimit
-  std::vector<api::Guard> guards_;               // of the next action
 };
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::crcl_server

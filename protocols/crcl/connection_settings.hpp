@@ -1,11 +1,15 @@
 #pragma once
 
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <variant>
 #include <vector>
 
 #include "crcl/commands.hpp"
 #include "crcl/units.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::crcl_server {
 
 /// What one connection has chosen for itself: its units and what its statuses contain. Changes only
 /// through the commands of that connection; InitCanon leaves it alone.
@@ -15,13 +19,24 @@ class ConnectionSettings {
   ConnectionSettings(crcl::Units units, bool joints_in_degrees)
       : units_(units), joints_in_degrees_(joints_in_degrees) {}
 
-  void apply(const crcl::SetUnits& set);
+  void apply(const crcl::SetUnits& set) {
+    std::visit([this](auto unit) { store(unit); }, set.unit);
+  }
   void apply(const crcl::ConfigureStatusReport& command) {
     sections_ = command;
     configured_ = true;
   }
   /// ResetAll turns every joint off before the listed ones are set; other joints stay as they are.
-  void apply(const crcl::ConfigureJointReports& command);
+  void apply(const crcl::ConfigureJointReports& command) {
+    if (command.reset_all) {
+      listed_.clear();
+      unlisted_positions_ = false;
+    }
+    for (const crcl::JointReport& report : command.reports) {
+      std::erase_if(listed_, [&](const auto& known) { return known.joint == report.joint; });
+      listed_.push_back(report);
+    }
+  }
 
   void report_gripper(bool on) { sections_.gripper = on; }
 
@@ -35,9 +50,18 @@ class ConnectionSettings {
     return sections_.guards || (!configured_ && any);
   }
   /// For the joint with that 1-based number.
-  [[nodiscard]] crcl::JointReport joint(int number) const;
+  [[nodiscard]] crcl::JointReport joint(int number) const {
+    const auto known = std::ranges::find(listed_, number, &crcl::JointReport::joint);
+    if (known != listed_.end()) return *known;
+    return {number, unlisted_positions_, false, false};
+  }
 
  private:
+  void store(crcl::LengthUnit unit) { units_.length = unit; }
+  void store(crcl::AngleUnit unit) { units_.angle = unit; }
+  void store(crcl::ForceUnit unit) { units_.force = unit; }
+  void store(crcl::TorqueUnit unit) { units_.torque = unit; }
+
   crcl::Units units_;
   bool joints_in_degrees_;
   crcl::ConfigureStatusReport sections_{true, true, false, true, false, false};
@@ -46,4 +70,10 @@ class ConnectionSettings {
   std::vector<crcl::JointReport> listed_;  // each joint at most once
 };
 
-}  // namespace aprsim::protocols
+/// Who sends a command.
+struct Caller {
+  std::shared_ptr<ConnectionSettings> settings;  ///< of its connection; a program outlives that
+  std::string peer;                              ///< address and port
+};
+
+}  // namespace aprsim::crcl_server

@@ -12,11 +12,11 @@
 #include <boost/asio/post.hpp>
 #include <spdlog/spdlog.h>
 
-#include "crcl/decoder.hpp"
-#include "crcl/encoder.hpp"
+#include "crcl/command_codec.hpp"
 #include "crcl/schema.hpp"
+#include "crcl/status_codec.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::crcl_server {
 namespace {
 
 namespace asio = boost::asio;
@@ -28,15 +28,15 @@ constexpr int kDocumentsPerTurn = 16;
 }  // namespace
 
 CrclConnection::CrclConnection(asio::ip::tcp::socket socket, std::string peer,
-                               const CrclServerOptions& options, CommandLifecycle& link,
+                               const CrclServerOptions& options, CommandExecutor& executor,
                                CrclCounters& counters, OnEnd on_end)
     : socket_(std::move(socket)),
-      peer_(std::move(peer)),
       options_(options),
-      link_(link),
+      executor_(executor),
       counters_(counters),
       on_end_(std::move(on_end)),
-      settings_(std::make_shared<ConnectionSettings>(options.units, options.joints_in_degrees)),
+      caller_{std::make_shared<ConnectionSettings>(options.units, options.joints_in_degrees),
+              std::move(peer)},
       framer_(crcl::Framer::for_commands(options.max_message_bytes, options.max_program_bytes)),
       write_timer_(socket_.get_executor()),
       idle_timer_(socket_.get_executor()) {}
@@ -44,7 +44,7 @@ CrclConnection::CrclConnection(asio::ip::tcp::socket socket, std::string peer,
 void CrclConnection::start() {
   error_code ignored;
   socket_.non_blocking(true, ignored);
-  spdlog::info("{}: {} connected", link_.name(), peer_);
+  spdlog::info("{}: {} connected", executor_.name(), caller_.peer);
   read();
 }
 
@@ -68,7 +68,7 @@ void CrclConnection::close() {
 void CrclConnection::drop(const std::string& reason) {
   if (closed_) return;
   ++counters_.dropped;
-  spdlog::warn("{}: closing {}: {}", link_.name(), peer_, reason);
+  spdlog::warn("{}: closing {}: {}", executor_.name(), caller_.peer, reason);
   close();
 }
 
@@ -94,7 +94,7 @@ void CrclConnection::read() {
 void CrclConnection::on_read(const error_code& error, std::size_t size) {
   if (closed_) return;
   if (error) {
-    spdlog::info("{}: {} disconnected{}", link_.name(), peer_,
+    spdlog::info("{}: {} disconnected{}", executor_.name(), caller_.peer,
                  error == asio::error::eof ? "" : " (" + error.message() + ")");
     // A peer that has only finished sending may still wait for its statuses.
     return error == asio::error::eof ? drain() : close();
@@ -135,7 +135,7 @@ void CrclConnection::process() {
 
 void CrclConnection::handle(const std::string& document) {
   // Who watches sees every document, so it is read anew.
-  if (document == asked_ && !tapped()) return answer_status();
+  if (document == get_status_ && !tapped()) return answer_status();
   if (tapped()) received_ = std::chrono::steady_clock::now();
   if (options_.strict) {
     if (const auto fault = crcl::schema_fault(document)) {
@@ -153,7 +153,7 @@ void CrclConnection::handle_program(const std::string& document) {
     return handle_undecodable(program.error());
   }
   if (tapped()) tap(true, "CRCLProgramType", 0, "", document);
-  link_.execute(std::move(*program), settings_, peer_);
+  executor_.execute(std::move(*program), caller_);
 }
 
 void CrclConnection::handle_command(const std::string& document) {
@@ -168,29 +168,29 @@ void CrclConnection::handle_command(const std::string& document) {
         document);
   }
   if (std::holds_alternative<crcl::GetStatus>(instance->command.body)) {
-    asked_ = document;
+    get_status_ = document;
     return answer_status();
   }
-  link_.execute(*instance, settings_, peer_);
+  executor_.execute(*instance, caller_);
 }
 
 void CrclConnection::handle_undecodable(const crcl::Error& error) {
   if (error.kind != crcl::ErrorKind::kBadValue) return fail_document(error);
   // One status answers each GetStatus, whatever its id looks like.
   if (error.command_type == "GetStatusType") return answer_status();
-  link_.refuse(error.command_type, error.command_id.value_or(0), error.message());
+  executor_.refuse(error.command_type, error.command_id.value_or(0), error.message());
 }
 
 void CrclConnection::fail_document(const crcl::Error& error) {
-  const std::string reason = "Bad document from " + peer_ + ": " + error.message();
-  link_.bad_document(reason);
+  const std::string reason = "Bad document from " + caller_.peer + ": " + error.message();
+  executor_.bad_document(reason);
   ++counters_.dropped;
-  spdlog::warn("{}: closing {}: {}", link_.name(), peer_, error.message());
+  spdlog::warn("{}: closing {}: {}", executor_.name(), caller_.peer, error.message());
   drain();
 }
 
 void CrclConnection::answer_status() {
-  const crcl::Status status = link_.status(*settings_);
+  const crcl::Status status = executor_.status(*caller_.settings);
   const std::string document = crcl::encode_status(status);
   if (tapped()) {
     tap(false, "CRCLStatusType", status.command.command_id,
@@ -209,8 +209,8 @@ void CrclConnection::tap(const crcl::Error& error, const std::string& document) 
 void CrclConnection::tap(bool from_client, std::string type, std::int64_t id, std::string state,
                          const std::string& document) {
   const std::chrono::duration<double> since = std::chrono::steady_clock::now() - received_;
-  options_.tap->note({.source = link_.name(),
-                      .peer = peer_,
+  options_.tap->note({.source = executor_.name(),
+                      .peer = caller_.peer,
                       .from_client = from_client,
                       .time = std::chrono::system_clock::now(),
                       .type = std::move(type),
@@ -246,4 +246,4 @@ void CrclConnection::on_writable(const error_code& error) {
   if (full_ && output_.size() < options_.max_output_bytes) process();
 }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::crcl_server

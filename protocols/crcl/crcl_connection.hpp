@@ -13,18 +13,19 @@
 
 #include "crcl/error.hpp"
 #include "crcl/framer.hpp"
-#include "protocols/crcl/command_lifecycle.hpp"
+#include "protocols/crcl/command_executor.hpp"
 #include "protocols/crcl/connection_settings.hpp"
 #include "protocols/crcl/crcl_server.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::crcl_server {
 
 /// Counters of a server's connections together, for any thread to read.
 struct CrclCounters {
   std::atomic<std::uint64_t> dropped{0}, commands{0}, statuses{0};
 };
 
-/// One client's socket: frames its bytes, passes commands to the robot's link, answers GetStatus.
+/// One client's socket: frames its bytes, passes commands to the robot's executor, answers
+/// GetStatus.
 /// While the peer does not take its statuses nothing more is read from it, so that what is kept
 /// for it is bounded. Keeps itself alive while an operation is pending. Thread: the server's.
 class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
@@ -33,8 +34,8 @@ class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
 
   /// `on_end` is called once, when the socket has been closed.
   CrclConnection(boost::asio::ip::tcp::socket socket, std::string peer,
-                 const CrclServerOptions& options, CommandLifecycle& link, CrclCounters& counters,
-                 OnEnd on_end);
+                 const CrclServerOptions& options, CommandExecutor& executor,
+                 CrclCounters& counters, OnEnd on_end);
 
   void start();
   /// Takes no further commands, closes once pending statuses are out.
@@ -42,7 +43,7 @@ class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
   /// Closes at once.
   void close();
 
-  [[nodiscard]] const std::string& peer() const { return peer_; }
+  [[nodiscard]] const std::string& peer() const { return caller_.peer; }
 
  private:
   void read();
@@ -65,17 +66,16 @@ class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
   void watch(boost::asio::steady_timer& timer, std::chrono::milliseconds limit, std::string reason);
 
   boost::asio::ip::tcp::socket socket_;
-  std::string peer_;
   const CrclServerOptions& options_;
-  CommandLifecycle& link_;
+  CommandExecutor& executor_;
   CrclCounters& counters_;
   OnEnd on_end_;
 
-  std::shared_ptr<ConnectionSettings> settings_;  // a program that runs keeps them, too
+  Caller caller_;
   crcl::Framer framer_;
   std::array<char, 8192> input_{};
-  std::string asked_;   // the latest GetStatus, which clients repeat byte for byte
-  std::string output_;  // statuses, or the rest of one, that the peer has not taken yet
+  std::string get_status_;  // the latest GetStatus, which clients repeat byte for byte
+  std::string output_;      // statuses, or the rest of one, that the peer has not read yet
   boost::asio::steady_timer write_timer_, idle_timer_;
   std::chrono::steady_clock::time_point received_{};  // of the document at hand, while tapped
   bool blocked_ = false;                              // waiting for the peer to take more
@@ -84,4 +84,4 @@ class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
   bool closed_ = false;
 };
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::crcl_server

@@ -15,7 +15,7 @@
 #include "world/api/ports.hpp"
 
 /// One robot's CRCL port.
-namespace aprsim::protocols {
+namespace aprsim::crcl_server {
 
 struct CrclServerOptions {
   std::string bind_address = "127.0.0.1";  ///< a numeric IPv4 or IPv6 address
@@ -44,8 +44,8 @@ struct CrclServerOptions {
   std::chrono::milliseconds idle_timeout{0};
   /// stop() lets statuses under way go out for at most so long.
   std::chrono::milliseconds drain_deadline{500};
-  api::EndpointId endpoint = 0;  ///< stamped on every command
-  WireTap* tap = nullptr;        ///< sees the documents while watched; outlives the server
+  api::EndpointId endpoint = 0;       ///< stamped on every command
+  protocols::WireTap* tap = nullptr;  ///< sees the documents while watched; outlives the server
 };
 
 struct CrclServerStats {
@@ -95,4 +95,4 @@ class CrclServer {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::crcl_server

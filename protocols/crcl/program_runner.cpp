@@ -5,40 +5,35 @@
 
 #include "crcl/program_loops.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::crcl_server {
 
-Result<ProgramRunner> ProgramRunner::of_document(crcl::Program program,
-                                                 std::shared_ptr<ConnectionSettings> settings,
-                                                 std::string peer) {
+Result<ProgramRunner> ProgramRunner::of_document(crcl::Program program, Caller caller) {
   crcl::Result<std::vector<std::size_t>> order = crcl::expand_loops(program);
   if (!order) {
     return fail(ErrorCode::kInvalidArgument, order.error().element, order.error().message());
   }
-  ProgramRunner run;
-  run.file_ = program.name.value_or("CRCLProgram");
-  run.program_ = std::move(program);
-  run.order_ = std::move(*order);
-  run.settings_ = std::move(settings);
-  run.peer_ = std::move(peer);
-  return run;
+  ProgramRunner runner;
+  runner.file_ = program.name.value_or("CRCLProgram");
+  runner.program_ = std::move(program);
+  runner.order_ = std::move(*order);
+  runner.caller_ = std::move(caller);
+  return runner;
 }
 
-Result<ProgramRunner> ProgramRunner::of_command(crcl::Program program,
-                                                const crcl::CommandInstance& command,
-                                                std::shared_ptr<ConnectionSettings> settings,
-                                                std::string peer) {
-  Result<ProgramRunner> run = of_document(std::move(program), std::move(settings), std::move(peer));
-  if (!run) return run;
-  run->fixed_id_ = command.command.id;
-  std::erase_if(run->order_, [&](std::size_t i) {
-    const crcl::CommandBody& body = run->program_.commands[i].body;
+Result<ProgramRunner> ProgramRunner::of_command(crcl::Program program, std::int64_t id,
+                                                Caller caller) {
+  Result<ProgramRunner> runner = of_document(std::move(program), std::move(caller));
+  if (!runner) return runner;
+  runner->fixed_id_ = id;
+  std::erase_if(runner->order_, [&](std::size_t i) {
+    const crcl::CommandBody& body = runner->program_.commands[i].body;
     return std::holds_alternative<crcl::InitCanon>(body) ||
            std::holds_alternative<crcl::EndCanon>(body);
   });
-  return run;
+  return runner;
 }
 
-crcl::CommandInstance ProgramRunner::take() {
+crcl::CommandInstance ProgramRunner::next() {
   const std::size_t index = order_[next_++];
   crcl::CommandInstance instance;
   instance.command = program_.commands[index];
@@ -46,8 +41,8 @@ crcl::CommandInstance ProgramRunner::take() {
   instance.program_file = file_;
   instance.program_index = static_cast<int>(index);
   instance.program_length = static_cast<int>(program_.commands.size());
-  step = {};
+  pending_.reset();
   return instance;
 }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::crcl_server

@@ -2,44 +2,38 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "crcl/documents.hpp"
+#include "protocols/crcl/command_history.hpp"
 #include "protocols/crcl/connection_settings.hpp"
 #include "world/api/error.hpp"
-#include "world/api/robot_command.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::crcl_server {
 
-/// An uploaded program on its way: which command is next, and how each of them shows in a status.
+/// An uploaded program that runs: its commands in order, how each of them shows in a status, which
+/// is next and what the one before waits for.
 class ProgramRunner {
  public:
-  /// A CRCLProgram document: its commands under their own ids. `settings` are those of the socket
-  /// that sent it, which may close meanwhile. Errors: loops without counterpart or without bound.
-  [[nodiscard]] static Result<ProgramRunner> of_document(
-      crcl::Program program, std::shared_ptr<ConnectionSettings> settings, std::string peer);
-  /// The text of a RunProgram command: all under that command's id, without the program's own
+  /// A CRCLProgram document: its commands under their own ids. The caller's socket may close
+  /// meanwhile. Errors: loops without counterpart or without bound.
+  [[nodiscard]] static Result<ProgramRunner> of_document(crcl::Program program, Caller caller);
+  /// The text of the RunProgram command with that id: all under the id, without the program's own
   /// InitCanon and EndCanon, since the session is the caller's.
-  [[nodiscard]] static Result<ProgramRunner> of_command(
-      crcl::Program program, const crcl::CommandInstance& command,
-      std::shared_ptr<ConnectionSettings> settings, std::string peer);
+  [[nodiscard]] static Result<ProgramRunner> of_command(crcl::Program program, std::int64_t id,
+                                                        Caller caller);
 
   [[nodiscard]] bool finished() const { return next_ >= order_.size(); }
   /// The next command, with its place in the program; only while not finished().
-  [[nodiscard]] crcl::CommandInstance take();
+  [[nodiscard]] crcl::CommandInstance next();
 
-  [[nodiscard]] const std::shared_ptr<ConnectionSettings>& settings() const { return settings_; }
-  [[nodiscard]] const std::string& peer() const { return peer_; }
+  [[nodiscard]] const Caller& caller() const { return caller_; }
 
-  /// How the command that runs is followed.
-  struct Step {
-    api::Ticket ticket = 0;  // 0: done at once
-    bool setting = false;
-  };
-  Step step;
+  /// What the command under way has become in the world; nothing once it is done.
+  [[nodiscard]] const std::optional<Submission>& pending() const { return pending_; }
+  void wait_for(std::optional<Submission> pending) { pending_ = pending; }
 
  private:
   ProgramRunner() = default;
@@ -49,8 +43,8 @@ class ProgramRunner {
   std::size_t next_ = 0;
   std::string file_;
   std::optional<std::int64_t> fixed_id_;
-  std::shared_ptr<ConnectionSettings> settings_;
-  std::string peer_;
+  Caller caller_;
+  std::optional<Submission> pending_;
 };
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::crcl_server

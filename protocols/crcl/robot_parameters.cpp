@@ -7,7 +7,7 @@
 
 #include "crcl/text.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::crcl_server {
 namespace {
 
 constexpr std::size_t kMaxParameters = 256;
@@ -79,8 +79,8 @@ RobotParameters::RobotParameters(const api::RobotDescription& robot, int beams)
       max_grip_force_n_(robot.gripper.force_n),
       sensors_(static_cast<int>(robot.joints.size()), beams) {}
 
-RobotParameters::Outcome RobotParameters::take(const crcl::SetEndEffectorParameters& command,
-                                               ConnectionSettings& settings) {
+RobotParameters::Outcome RobotParameters::apply(const crcl::SetEndEffectorParameters& command,
+                                                ConnectionSettings& settings) {
   const crcl::ForceUnit unit = settings.units().force;
   std::optional<api::RobotAction> action;
   for (const crcl::ParameterSetting& setting : command.settings) {
@@ -101,8 +101,8 @@ RobotParameters::Outcome RobotParameters::take(const crcl::SetEndEffectorParamet
   return action;
 }
 
-RobotParameters::Outcome RobotParameters::take(const crcl::SetRobotParameters& command,
-                                               ConnectionSettings&) {
+RobotParameters::Outcome RobotParameters::apply(const crcl::SetRobotParameters& command,
+                                                ConnectionSettings&) {
   std::optional<api::RobotAction> action;
   for (const crcl::ParameterSetting& setting : command.settings) {
     if (is_reading(setting.name)) {
@@ -125,33 +125,33 @@ Result<void> RobotParameters::check_gripper(const std::string& name) const {
                                                 crcl::shorten(name), gripper_name_));
 }
 
-RobotParameters::Outcome RobotParameters::take(const crcl::EnableGripper& command,
-                                               ConnectionSettings& settings) {
+RobotParameters::Outcome RobotParameters::apply(const crcl::EnableGripper& command,
+                                                ConnectionSettings& settings) {
   if (const auto ok = check_gripper(command.gripper); !ok) return tl::unexpected(ok.error());
   gripper_options_ = command.options;
   settings.report_gripper(true);
   return nothing_left();
 }
 
-RobotParameters::Outcome RobotParameters::take(const crcl::DisableGripper& command,
-                                               ConnectionSettings& settings) {
+RobotParameters::Outcome RobotParameters::apply(const crcl::DisableGripper& command,
+                                                ConnectionSettings& settings) {
   if (const auto ok = check_gripper(command.gripper); !ok) return tl::unexpected(ok.error());
   settings.report_gripper(false);
   return nothing_left();
 }
 
-RobotParameters::Outcome RobotParameters::take(const crcl::EnableSensor& command,
-                                               ConnectionSettings&) {
+RobotParameters::Outcome RobotParameters::apply(const crcl::EnableSensor& command,
+                                                ConnectionSettings&) {
   return nothing_left(sensors_.enable(command));
 }
 
-RobotParameters::Outcome RobotParameters::take(const crcl::DisableSensor& command,
-                                               ConnectionSettings&) {
+RobotParameters::Outcome RobotParameters::apply(const crcl::DisableSensor& command,
+                                                ConnectionSettings&) {
   return nothing_left(sensors_.disable(command));
 }
 
-RobotParameters::Outcome RobotParameters::take(const crcl::EnableRobotParameterStatus& command,
-                                               ConnectionSettings&) {
+RobotParameters::Outcome RobotParameters::apply(const crcl::EnableRobotParameterStatus& command,
+                                                ConnectionSettings&) {
   const std::string& name = command.parameter;
   const bool readable = is_reading(name) || name == kSpeedOverride;
   if (!readable && !robot_.contains(name)) {
@@ -165,15 +165,15 @@ RobotParameters::Outcome RobotParameters::take(const crcl::EnableRobotParameterS
   return nothing_left();
 }
 
-RobotParameters::Outcome RobotParameters::take(const crcl::DisableRobotParameterStatus& command,
-                                               ConnectionSettings&) {
+RobotParameters::Outcome RobotParameters::apply(const crcl::DisableRobotParameterStatus& command,
+                                                ConnectionSettings&) {
   shown_.erase(command.parameter);
   if (robot_.contains(command.parameter)) hidden_.insert(command.parameter);
   return nothing_left();
 }
 
-RobotParameters::Outcome RobotParameters::take(const crcl::SetMotionCoordination& command,
-                                               ConnectionSettings&) {
+RobotParameters::Outcome RobotParameters::apply(const crcl::SetMotionCoordination& command,
+                                                ConnectionSettings&) {
   coordinated_ = command.coordinated;
   return nothing_left();
 }
@@ -202,4 +202,4 @@ std::vector<crcl::ParameterSetting> RobotParameters::robot_parameters(
   return listed(all);
 }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::crcl_server

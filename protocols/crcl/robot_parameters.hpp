@@ -14,7 +14,7 @@
 #include "world/api/robot_command.hpp"
 #include "world/api/snapshot.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::crcl_server {
 
 /// Parameters, sensors, gripper reports and motion coordination of one robot, shared by all its
 /// connections. What a client sets is kept over InitCanon.
@@ -32,19 +32,20 @@ class RobotParameters {
   /// `beams` of the cell's light curtain, 0 = none.
   RobotParameters(const api::RobotDescription& robot, int beams);
 
-  [[nodiscard]] Outcome take(const crcl::SetEndEffectorParameters& command,
-                             ConnectionSettings& settings);
-  [[nodiscard]] Outcome take(const crcl::SetRobotParameters& command, ConnectionSettings& settings);
-  [[nodiscard]] Outcome take(const crcl::EnableGripper& command, ConnectionSettings& settings);
-  [[nodiscard]] Outcome take(const crcl::DisableGripper& command, ConnectionSettings& settings);
-  [[nodiscard]] Outcome take(const crcl::EnableSensor& command, ConnectionSettings& settings);
-  [[nodiscard]] Outcome take(const crcl::DisableSensor& command, ConnectionSettings& settings);
-  [[nodiscard]] Outcome take(const crcl::EnableRobotParameterStatus& command,
-                             ConnectionSettings& settings);
-  [[nodiscard]] Outcome take(const crcl::DisableRobotParameterStatus& command,
-                             ConnectionSettings& settings);
-  [[nodiscard]] Outcome take(const crcl::SetMotionCoordination& command,
-                             ConnectionSettings& settings);
+  [[nodiscard]] Outcome apply(const crcl::SetEndEffectorParameters& command,
+                              ConnectionSettings& settings);
+  [[nodiscard]] Outcome apply(const crcl::SetRobotParameters& command,
+                              ConnectionSettings& settings);
+  [[nodiscard]] Outcome apply(const crcl::EnableGripper& command, ConnectionSettings& settings);
+  [[nodiscard]] Outcome apply(const crcl::DisableGripper& command, ConnectionSettings& settings);
+  [[nodiscard]] Outcome apply(const crcl::EnableSensor& command, ConnectionSettings& settings);
+  [[nodiscard]] Outcome apply(const crcl::DisableSensor& command, ConnectionSettings& settings);
+  [[nodiscard]] Outcome apply(const crcl::EnableRobotParameterStatus& command,
+                              ConnectionSettings& settings);
+  [[nodiscard]] Outcome apply(const crcl::DisableRobotParameterStatus& command,
+                              ConnectionSettings& settings);
+  [[nodiscard]] Outcome apply(const crcl::SetMotionCoordination& command,
+                              ConnectionSettings& settings);
 
   /// The robot has been built anew, with its own parameters. Sensors stay enabled.
   void forget();
@@ -72,4 +73,4 @@ class RobotParameters {
   std::set<std::string> hidden_, shown_;                     // by Disable and Enable
 };
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::crcl_server

@@ -10,7 +10,7 @@
 #include "crcl/text.hpp"
 #include "world/api/signal_value.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::crcl_server {
 namespace {
 
 using api::SignalKind;
@@ -183,4 +183,4 @@ std::optional<crcl::SensorStatuses> SensorBoard::statuses(const api::Snapshot& s
   return out;
 }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::crcl_server

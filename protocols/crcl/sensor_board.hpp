@@ -13,7 +13,7 @@
 #include "world/api/guard.hpp"
 #include "world/api/snapshot.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::crcl_server {
 
 /// What a reading is a quantity of, for its unit.
 enum class Quantity { kNone, kLength, kForce, kTorque };
@@ -80,4 +80,4 @@ class SensorBoard {
   std::vector<Enabled> enabled_;
 };
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::crcl_server

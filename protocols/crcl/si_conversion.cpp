@@ -1,6 +1,8 @@
 #include "protocols/crcl/si_conversion.hpp"
 
 #include <algorithm>
+#include <array>
+#include <chrono>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -8,12 +10,16 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "crcl/pose.hpp"
+#include "crcl/text.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::crcl_server {
 namespace {
 
 // Far beyond any use, far within what nanoseconds can count.
 constexpr double kMaxDwellS = 1e6;
+constexpr std::int64_t kMaxRecheckUs = 1'000'000'000;
+
+constexpr std::size_t kMaxLabel = 48;
 
 struct RateRow {
   api::MotionLimit limit;
@@ -103,13 +109,13 @@ Eigen::Vector3d to_point(const crcl::Vector& point, const ConnectionSettings& un
   return {crcl::to_si(point.x, unit), crcl::to_si(point.y, unit), crcl::to_si(point.z, unit)};
 }
 
-Result<Pose> to_pose(const crcl::Pose& pose, const ConnectionSettings& units, const char* element) {
-  const auto axes = crcl::orthonormal_axes(pose);
-  if (!axes) return invalid(element, axes.error().message());
+// The decoder has refused axes that give no orientation.
+Pose to_pose(const crcl::Pose& pose, const ConnectionSettings& units) {
+  const crcl::Axes axes = crcl::orthonormal_axes(pose).value();
   const auto column = [](const crcl::Vector& v) { return Eigen::Vector3d(v.x, v.y, v.z); };
   Eigen::Matrix3d R_RT;
-  R_RT << column(axes->x), column(axes->y), column(axes->z);
-  return Pose{to_point(pose.point, units), Eigen::Quaterniond(R_RT).normalized()};
+  R_RT << column(axes.x), column(axes.y), column(axes.z);
+  return {to_point(pose.point, units), Eigen::Quaterniond(R_RT).normalized()};
 }
 
 Result<api::PoseLimits> to_limits(const std::optional<crcl::PoseSettings>& settings,
@@ -136,28 +142,71 @@ Result<api::PoseLimits> to_limits(const std::optional<crcl::PoseSettings>& setti
   return limits;
 }
 
+Result<void> check_tolerance(const std::array<std::optional<double>, 5>& values) {
+  constexpr const char* kNames[] = {"XPointTolerance", "YPointTolerance", "ZPointTolerance",
+                                    "XAxisTolerance", "ZAxisTolerance"};
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::optional<double>& value = values[i];
+    if (value && !(*value >= 0)) {
+      return invalid(kNames[i], fmt::format("{} {}: must be 0 or above", kNames[i], *value));
+    }
+  }
+  return {};
+}
+
 Result<api::Waypoint> to_waypoint(const crcl::Waypoint& point, const ConnectionSettings& units,
-                                  const std::optional<crcl::PoseTolerance>& tolerance_si,
-                                  const char* element) {
-  const auto X_RT = to_pose(point.pose, units, element);
-  if (!X_RT) return tl::unexpected(X_RT.error());
+                                  const std::optional<api::PoseTolerance>& default_tolerance) {
   const auto limits = to_limits(point.settings, units);
   if (!limits) return tl::unexpected(limits.error());
-  std::optional<crcl::PoseTolerance> tolerance = tolerance_si;
-  if (point.settings && point.settings->tolerance) {
-    tolerance = in_si(*point.settings->tolerance, units.units());
+  api::Waypoint out{to_pose(point.pose, units), *limits,
+                    default_tolerance.value_or(api::PoseTolerance{})};
+  if (!point.settings || !point.settings->tolerance) return out;
+  const api::PoseTolerance own = in_si(*point.settings->tolerance, units.units());
+  out.tolerance = own;
+  const auto ok = check_tolerance({own.x_m, own.y_m, own.z_m, own.x_axis_rad, own.z_axis_rad});
+  if (!ok) return tl::unexpected(ok.error());
+  return out;
+}
+
+std::string label_of(const crcl::Guard& guard) {
+  std::string label = guard.name.value_or("");
+  if (label.empty()) label = guard.sensor_id;
+  if (!guard.name && guard.sub_field) label += " " + *guard.sub_field;
+  return crcl::shorten(label, kMaxLabel);
+}
+
+Result<api::Guard> to_guard(const crcl::Guard& guard, const SensorBoard& sensors,
+                            const crcl::Units& units) {
+  const Result<SensorSignal> signal = sensors.find(guard.sensor_id, guard.sub_field);
+  if (!signal) return tl::unexpected(signal.error());
+  const bool change = guard.limit == crcl::GuardLimit::kIncreaseOverLimit ||
+                      guard.limit == crcl::GuardLimit::kDecreaseBeyondLimit;
+  if (change && !(guard.limit_value > 0)) {
+    return invalid("LimitValue", fmt::format("LimitValue {} of guard {}: must be above 0 for an "
+                                             "increase or decrease",
+                                             guard.limit_value, label_of(guard)));
   }
-  api::Waypoint out{*X_RT, *limits, {}};
-  if (!tolerance) return out;
-  out.tolerance = {tolerance->x_point, tolerance->y_point, tolerance->z_point, tolerance->x_axis,
-                   tolerance->z_axis};
-  if (auto ok = check(*tolerance); !ok) return tl::unexpected(ok.error());
+  const std::int64_t period_us =
+      guard.recheck_time_us.value_or(api::kGuardRecheck / std::chrono::microseconds(1));
+  if (period_us < 0 || period_us > kMaxRecheckUs) {
+    return invalid("RecheckTimeMicroSeconds",
+                   fmt::format("RecheckTimeMicroSeconds {} of guard {}: must be within 0 and {}",
+                               period_us, label_of(guard), kMaxRecheckUs));
+  }
+  api::Guard out;
+  out.signal = signal->signal;
+  out.limit = static_cast<api::GuardLimit>(guard.limit);
+  out.value = in_si(guard.limit_value, signal->quantity, units);
+  out.recheck = std::chrono::microseconds(period_us);
+  out.require_trigger = guard.require_trigger.value_or(false);
+  out.error_on_trigger = guard.error_on_trigger.value_or(false);
+  out.label = label_of(guard);
   return out;
 }
 
 }  // namespace
 
-crcl::PoseTolerance in_si(const crcl::PoseTolerance& tolerance, const crcl::Units& units) {
+api::PoseTolerance in_si(const crcl::PoseTolerance& tolerance, const crcl::Units& units) {
   const auto convert = [](const std::optional<double>& value, auto unit) {
     return value ? std::optional<double>(crcl::to_si(*value, unit)) : std::nullopt;
   };
@@ -167,17 +216,8 @@ crcl::PoseTolerance in_si(const crcl::PoseTolerance& tolerance, const crcl::Unit
 }
 
 Result<void> check(const crcl::PoseTolerance& tolerance) {
-  const std::pair<const char*, const std::optional<double>&> rows[] = {
-      {"XPointTolerance", tolerance.x_point}, {"YPointTolerance", tolerance.y_point},
-      {"ZPointTolerance", tolerance.z_point}, {"XAxisTolerance", tolerance.x_axis},
-      {"ZAxisTolerance", tolerance.z_axis},
-  };
-  for (const auto& [name, value] : rows) {
-    if (value && !(*value >= 0)) {
-      return invalid(name, fmt::format("{} {}: must be 0 or above", name, *value));
-    }
-  }
-  return {};
+  return check_tolerance({tolerance.x_point, tolerance.y_point, tolerance.z_point, tolerance.x_axis,
+                          tolerance.z_axis});
 }
 
 Result<void> check(const std::vector<crcl::JointTolerance>& tolerances, int joint_count) {
@@ -193,22 +233,21 @@ Result<void> check(const std::vector<crcl::JointTolerance>& tolerances, int join
 }
 
 Result<api::MoveTo> to_action(const crcl::MoveTo& move, const ConnectionSettings& units,
-                              const std::optional<crcl::PoseTolerance>& end_si) {
-  const auto end = to_waypoint({move.end, move.settings}, units, end_si, "EndPosition");
+                              const Tolerances& tolerances) {
+  const auto end = to_waypoint(move.end, units, tolerances.end);
   if (!end) return tl::unexpected(end.error());
   return api::MoveTo{end->X_RT, move.straight, end->limits, end->tolerance};
 }
 
 Result<api::MoveThroughTo> to_action(const crcl::MoveThroughTo& move,
                                      const ConnectionSettings& units,
-                                     const std::optional<crcl::PoseTolerance>& intermediate_si,
-                                     const std::optional<crcl::PoseTolerance>& end_si) {
+                                     const Tolerances& tolerances) {
   api::MoveThroughTo action;
   action.straight = move.straight;
   for (const crcl::Waypoint& point : move.waypoints) {
     const bool last = &point == &move.waypoints.back();
     Result<api::Waypoint> waypoint =
-        to_waypoint(point, units, last ? end_si : intermediate_si, "Waypoint");
+        to_waypoint(point, units, last ? tolerances.end : tolerances.intermediate);
     if (!waypoint) return tl::unexpected(waypoint.error());
     action.waypoints.push_back(*waypoint);
   }
@@ -219,7 +258,7 @@ Result<api::MoveScrew> to_action(const crcl::MoveScrew& screw, const ConnectionS
   const crcl::LengthUnit length = units.units().length;
   api::MoveScrew action;
   if (screw.start) {
-    Result<api::Waypoint> start = to_waypoint(*screw.start, units, std::nullopt, "StartPosition");
+    Result<api::Waypoint> start = to_waypoint(*screw.start, units, std::nullopt);
     if (!start) return tl::unexpected(start.error());
     action.start = *start;
   }
@@ -232,13 +271,13 @@ Result<api::MoveScrew> to_action(const crcl::MoveScrew& screw, const ConnectionS
 
 Result<api::MoveJoints> to_action(const crcl::ActuateJoints& command,
                                   const ConnectionSettings& units, int joint_count,
-                                  const std::vector<crcl::JointTolerance>& default_si) {
+                                  const Tolerances& tolerances) {
   if (auto ok = check(command.tolerances, joint_count); !ok) return tl::unexpected(ok.error());
   api::MoveJoints action;
   for (const crcl::ActuateJoint& joint : command.joints) {
     Result<api::JointTarget> target = to_target(joint, units, joint_count);
     if (!target) return tl::unexpected(target.error());
-    target->tolerance_rad = tolerance_of(joint.joint, default_si);
+    target->tolerance_rad = tolerance_of(joint.joint, tolerances.joints);
     if (const auto own = tolerance_of(joint.joint, command.tolerances)) {
       target->tolerance_rad = crcl::to_si(*own, units.joint_unit());
     }
@@ -290,4 +329,34 @@ Result<api::SetMotionLimit> to_action(crcl::RateKind which, const crcl::Rate& ra
   return api::SetMotionLimit{kind.limit, false, value};
 }
 
-}  // namespace aprsim::protocols
+Result<std::vector<api::Guard>> to_guards(const std::vector<crcl::Guard>& guards,
+                                          const SensorBoard& sensors, const crcl::Units& units) {
+  if (guards.size() > api::kMaxGuards) {
+    return invalid("Guard",
+                   fmt::format("{} guards, must be at most {}", guards.size(), api::kMaxGuards));
+  }
+  std::vector<api::Guard> out;
+  for (const crcl::Guard& guard : guards) {
+    Result<api::Guard> converted = to_guard(guard, sensors, units);
+    if (!converted) return tl::unexpected(converted.error());
+    out.push_back(std::move(*converted));
+  }
+  return out;
+}
+
+GuardedCommand to_guarded_command(api::Ticket ticket, const std::vector<crcl::Guard>& guards,
+                                  const SensorBoard& sensors, const crcl::Units& units) {
+  GuardedCommand out{ticket, {}};
+  for (const crcl::Guard& guard : guards) {
+    const Result<SensorSignal> signal = sensors.find(guard.sensor_id, guard.sub_field);
+    GuardedCommand::Entry& entry = out.entries.emplace_back(
+        GuardedCommand::Entry{guard, signal ? signal->quantity : Quantity::kNone});
+    entry.guard.limit_value = in_si(guard.limit_value, entry.quantity, units);
+    entry.guard.check_count.reset();
+    entry.guard.last_check_time.reset();
+    entry.guard.last_check_value.reset();
+  }
+  return out;
+}
+
+}  // namespace aprsim::crcl_server

@@ -4,36 +4,42 @@
 #include <vector>
 
 #include "crcl/commands.hpp"
+#include "crcl/guard.hpp"
 #include "protocols/crcl/connection_settings.hpp"
+#include "protocols/crcl/sensor_board.hpp"
 #include "world/api/error.hpp"
 #include "world/api/robot_command.hpp"
 
 /// CRCL commands, in the units of a connection, as commands to a robot, in SI.
-namespace aprsim::protocols {
+namespace aprsim::crcl_server {
+
+/// Tolerances that clients have set, in SI.
+struct Tolerances {
+  std::optional<api::PoseTolerance> end, intermediate;
+  std::vector<crcl::JointTolerance> joints;  ///< [rad]
+};
 
 /// The same tolerance in m and rad.
-[[nodiscard]] crcl::PoseTolerance in_si(const crcl::PoseTolerance& tolerance,
-                                        const crcl::Units& units);
+[[nodiscard]] api::PoseTolerance in_si(const crcl::PoseTolerance& tolerance,
+                                       const crcl::Units& units);
 
 /// Poses are those of the tool in the robot's reference frame. What a pose sets for itself goes
-/// with it; errors name the element, the value and its limit.
-/// `end_si`, `intermediate_si`: for the last pose and the others without a tolerance of their own.
+/// with it; `tolerances` are those of poses and joints without one of their own. Errors name the
+/// element, the value and its limit.
 [[nodiscard]] Result<api::MoveTo> to_action(const crcl::MoveTo& move,
                                             const ConnectionSettings& units,
-                                            const std::optional<crcl::PoseTolerance>& end_si);
-[[nodiscard]] Result<api::MoveThroughTo> to_action(
-    const crcl::MoveThroughTo& move, const ConnectionSettings& units,
-    const std::optional<crcl::PoseTolerance>& intermediate_si,
-    const std::optional<crcl::PoseTolerance>& end_si);
+                                            const Tolerances& tolerances);
+[[nodiscard]] Result<api::MoveThroughTo> to_action(const crcl::MoveThroughTo& move,
+                                                   const ConnectionSettings& units,
+                                                   const Tolerances& tolerances);
 [[nodiscard]] Result<api::MoveScrew> to_action(const crcl::MoveScrew& screw,
                                                const ConnectionSettings& units);
 
 /// Errors name joint, value and limit: a joint outside 1 to `joint_count`, a speed, acceleration or
-/// torque that is not above 0, a tolerance below 0. `default_si`: for joints without a tolerance of
-/// their own.
-[[nodiscard]] Result<api::MoveJoints> to_action(
-    const crcl::ActuateJoints& command, const ConnectionSettings& units, int joint_count,
-    const std::vector<crcl::JointTolerance>& default_si);
+/// torque that is not above 0, a tolerance below 0.
+[[nodiscard]] Result<api::MoveJoints> to_action(const crcl::ActuateJoints& command,
+                                                const ConnectionSettings& units, int joint_count,
+                                                const Tolerances& tolerances);
 
 /// Refuses a tolerance below 0.
 [[nodiscard]] Result<void> check(const crcl::PoseTolerance& tolerance);
@@ -51,4 +57,24 @@ namespace aprsim::protocols {
 [[nodiscard]] Result<api::SetMotionLimit> to_action(crcl::RateKind which, const crcl::Rate& rate,
                                                     const ConnectionSettings& units);
 
-}  // namespace aprsim::protocols
+/// Errors: an unknown sensor or subfield, more than api::kMaxGuards, an increase or decrease that
+/// is not above 0, a negative recheck time.
+[[nodiscard]] Result<std::vector<api::Guard>> to_guards(const std::vector<crcl::Guard>& guards,
+                                                        const SensorBoard& sensors,
+                                                        const crcl::Units& units);
+
+/// What the robot's latest guarded command is guarded by, for statuses in anybody's units.
+struct GuardedCommand {
+  struct Entry {
+    crcl::Guard guard;  ///< its limit in SI; without counts and readings
+    Quantity quantity = Quantity::kNone;
+  };
+  api::Ticket ticket = 0;
+  std::vector<Entry> entries;  ///< empty before the first such command
+};
+[[nodiscard]] GuardedCommand to_guarded_command(api::Ticket ticket,
+                                                const std::vector<crcl::Guard>& guards,
+                                                const SensorBoard& sensors,
+                                                const crcl::Units& units);
+
+}  // namespace aprsim::crcl_server

@@ -1,10 +1,17 @@
 #include "protocols/crcl/status_builder.hpp"
 
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <spdlog/fmt/fmt.h>
 
-namespace aprsim::protocols {
+namespace aprsim::crcl_server {
 namespace {
 
 using crcl::from_si;
@@ -18,12 +25,12 @@ std::optional<double> in_unit(const std::optional<double>& si, auto unit) {
   return from_si(*si, unit);
 }
 
-std::optional<crcl::PoseTolerance> in_units(const std::optional<crcl::PoseTolerance>& si,
+std::optional<crcl::PoseTolerance> in_units(const std::optional<api::PoseTolerance>& si,
                                             const crcl::Units& units) {
   if (!si) return std::nullopt;
-  return crcl::PoseTolerance{in_unit(si->x_point, units.length), in_unit(si->y_point, units.length),
-                             in_unit(si->z_point, units.length), in_unit(si->x_axis, units.angle),
-                             in_unit(si->z_axis, units.angle)};
+  return crcl::PoseTolerance{in_unit(si->x_m, units.length), in_unit(si->y_m, units.length),
+                             in_unit(si->z_m, units.length), in_unit(si->x_axis_rad, units.angle),
+                             in_unit(si->z_axis_rad, units.angle)};
 }
 
 crcl::Vector in_unit(const Eigen::Vector3d& si, auto unit) {
@@ -57,8 +64,7 @@ std::vector<crcl::JointLimits> joint_limits(const api::RobotDescription& robot,
   return limits;
 }
 
-}  // namespace
-
+// Only joints of which the connection wants anything.
 std::vector<crcl::JointStatus> joint_statuses(const api::RobotSnapshot& robot, int joint_count,
                                               const ConnectionSettings& settings) {
   std::vector<crcl::JointStatus> statuses;
@@ -75,11 +81,13 @@ std::vector<crcl::JointStatus> joint_statuses(const api::RobotSnapshot& robot, i
   return statuses;
 }
 
+// Axes exactly as they are, the point in length units.
 crcl::Pose pose_in(const Pose& pose, crcl::LengthUnit unit) {
   const Eigen::Matrix3d R = pose.q.toRotationMatrix();
   return {in_unit(pose.p, unit), {R(0, 0), R(1, 0), R(2, 0)}, {R(0, 2), R(1, 2), R(2, 2)}};
 }
 
+// Pose, twist and contact wrench of the tool in the robot's frame, and the arm's branch.
 crcl::PoseStatus pose_status(const api::RobotSnapshot& robot, int joint_count,
                              const ConnectionSettings& settings) {
   const crcl::Units& units = settings.units();
@@ -93,28 +101,29 @@ crcl::PoseStatus pose_status(const api::RobotSnapshot& robot, int joint_count,
   return status;
 }
 
-crcl::GripperStatus gripper_status(const api::RobotSnapshot& robot, const RobotParameters& services,
+crcl::GripperStatus gripper_status(const api::GripperSnapshot& gripper,
+                                   const RobotParameters& parameters,
                                    const ConnectionSettings& settings) {
   crcl::GripperStatus status;
-  status.name = services.gripper_name();
-  status.options = services.gripper_options();
-  status.holding = robot.gripper.holding;
-  status.kind = crcl::ParallelGripper{from_si(robot.gripper.separation_m, settings.units().length)};
+  status.name = parameters.gripper_name();
+  status.options = parameters.gripper_options();
+  status.holding = gripper.holding;
+  status.kind = crcl::ParallelGripper{from_si(gripper.separation_m, settings.units().length)};
   return status;
 }
 
-crcl::SettingsStatus settings_status(const SettingsSources& sources,
+crcl::SettingsStatus settings_status(const StatusSources& sources,
                                      const ConnectionSettings& settings) {
   const crcl::Units& units = settings.units();
   const api::Snapshot& snapshot = sources.snapshot;
   const auto index = static_cast<std::size_t>(sources.robot);
   const Tolerances& tolerances = sources.tolerances;
   const auto limit = [&](api::MotionLimit which) {
-    return sources.commander.limit(which, snapshot);
+    return sources.submitter.limit(which, snapshot);
   };
   crcl::SettingsStatus status;
   status.angle_unit = units.angle;
-  status.end_effector_parameters = sources.services.end_effector_parameters();
+  status.end_effector_parameters = sources.parameters.end_effector_parameters();
   status.end_effector = snapshot.robots[index].gripper.setting;
   status.force_unit = units.force;
   status.joint_limits = joint_limits(snapshot.cell->robots[index], settings);
@@ -122,8 +131,8 @@ crcl::SettingsStatus settings_status(const SettingsSources& sources,
   status.length_unit = units.length;
   status.max_cartesian = in_unit(sources.limits.max_R, units.length);
   status.min_cartesian = in_unit(sources.limits.min_R, units.length);
-  status.coordinated = sources.services.coordinated();
-  status.robot_parameters = sources.services.robot_parameters(snapshot, snapshot.robots[index]);
+  status.coordinated = sources.parameters.coordinated();
+  status.robot_parameters = sources.parameters.robot_parameters(snapshot, snapshot.robots[index]);
   status.end_tolerance = in_units(tolerances.end, units);
   status.rot_accel = rate_in(limit(api::MotionLimit::kRotAccel), units.angle);
   status.rot_speed = rate_in(limit(api::MotionLimit::kRotSpeed), units.angle);
@@ -137,4 +146,61 @@ crcl::SettingsStatus settings_status(const SettingsSources& sources,
   return status;
 }
 
-}  // namespace aprsim::protocols
+// How the robot's latest guarded command stands; without readings until the world has taken it.
+crcl::GuardsStatuses guards_statuses(const GuardedCommand& command, const api::GuardsSnapshot& seen,
+                                     std::int64_t start_ms, const crcl::Units& units) {
+  const bool current = seen.ticket == command.ticket;
+  crcl::GuardsStatuses out;
+  for (std::size_t i = 0; i < command.entries.size(); ++i) {
+    const Quantity quantity = command.entries[i].quantity;
+    crcl::Guard& guard = out.guards.emplace_back(command.entries[i].guard);
+    guard.limit_value = in_unit(guard.limit_value, quantity, units);
+    if (!current || i >= seen.count || seen.guards[i].checks == 0) continue;
+    guard.check_count = static_cast<std::int64_t>(seen.guards[i].checks);
+    guard.last_check_time = start_ms + seen.guards[i].last_check / std::chrono::milliseconds(1);
+    guard.last_check_value = in_unit(seen.guards[i].last_value, quantity, units);
+  }
+  out.trigger_count = static_cast<std::int32_t>(
+      std::min<std::uint32_t>(seen.triggers, std::numeric_limits<std::int32_t>::max()));
+  out.trigger_stop_time_us = seen.stop_time / std::chrono::microseconds(1);
+  if (seen.triggers > 0) {
+    const bool known = current && seen.trigger_guard < command.entries.size();
+    const Quantity quantity =
+        known ? command.entries[seen.trigger_guard].quantity : Quantity::kNone;
+    out.trigger_value = in_unit(seen.trigger_value, quantity, units);
+    out.trigger_pose = pose_in(seen.trigger_X_RT, units.length);
+  }
+  return out;
+}
+
+}  // namespace
+
+crcl::Status build_status(crcl::CommandStatus command, const StatusSources& sources,
+                          const ConnectionSettings& settings) {
+  const api::Snapshot& snapshot = sources.snapshot;
+  const auto index = static_cast<std::size_t>(sources.robot);
+  const api::RobotSnapshot& robot = snapshot.robots[index];
+  const int joint_count = static_cast<int>(snapshot.cell->robots[index].joints.size());
+  const crcl::ConfigureStatusReport& wanted = settings.sections();
+  crcl::Status status;
+  status.command = std::move(command);
+  status.command.override_percent = static_cast<int>(std::lround(robot.override_fraction * 100));
+  if (wanted.joints) status.joints = joint_statuses(robot, joint_count, settings);
+  if (wanted.pose) status.pose = pose_status(robot, joint_count, settings);
+  if (wanted.gripper && robot.tool_mounted) {
+    status.gripper = gripper_status(robot.gripper, sources.parameters, settings);
+  }
+  if (wanted.settings) status.settings = settings_status(sources, settings);
+  if (wanted.sensors) {
+    status.sensors = sources.parameters.sensors().statuses(
+        snapshot, index, static_cast<std::int32_t>(snapshot.step & 0x7FFFFFFF),
+        sources.start_ms + snapshot.time / std::chrono::milliseconds(1), settings.units());
+  }
+  if (settings.wants_guards(!sources.guarded.entries.empty())) {
+    status.guards =
+        guards_statuses(sources.guarded, robot.guards, sources.start_ms, settings.units());
+  }
+  return status;
+}
+
+}  // namespace aprsim::crcl_server

@@ -5,7 +5,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
-namespace aprsim::protocols {
+namespace aprsim::crcl_server {
 namespace {
 
 struct Bounds {
@@ -67,4 +67,4 @@ Result<std::optional<std::string>> fit(api::MoveJoints& move, const api::RobotDe
   return note;
 }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::crcl_server

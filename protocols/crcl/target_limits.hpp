@@ -11,7 +11,7 @@
 #include "world/api/robot_command.hpp"
 
 /// What happens to targets outside the limits that a robot reports, before the robot plans.
-namespace aprsim::protocols {
+namespace aprsim::crcl_server {
 
 /// Where the tool point may be sent, in the robot's reference frame [m].
 struct CartesianLimits {
@@ -33,4 +33,4 @@ struct CartesianLimits {
                                                      const api::RobotDescription& robot, bool clamp,
                                                      crcl::AngleUnit unit);
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::crcl_server

@@ -4,7 +4,7 @@
 
 #include "protocols/modbus/modbus_server.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::modbus_server {
 namespace {
 
 namespace ip = boost::asio::ip;
@@ -48,4 +48,4 @@ bool AllowList::allows(const ip::address& address) const {
 
 bool is_network(const std::string& text) { return AllowList::from({text}).has_value(); }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::modbus_server

@@ -9,7 +9,7 @@
 
 #include "world/api/error.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::modbus_server {
 
 /// The networks whose clients are served. Thread: any, once built.
 class AllowList {
@@ -26,4 +26,4 @@ class AllowList {
   std::vector<boost::asio::ip::network_v6> v6_;
 };
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::modbus_server

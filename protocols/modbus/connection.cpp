@@ -7,7 +7,7 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/write.hpp>
 
-namespace aprsim::protocols {
+namespace aprsim::modbus_server {
 namespace {
 
 using modbus::Verdict;
@@ -37,7 +37,7 @@ void Connection::start() {
     idle_due_ = Clock::now() + context_.options.idle_timeout;
   }
   context_.log.info(peer_ + " connected");
-  watch();
+  set_timer();
   read();
 }
 
@@ -94,24 +94,24 @@ void Connection::on_end_of_stream(const boost::system::error_code& error) {
   process();
 }
 
-bool Connection::may_take_request() const {
+bool Connection::may_process_request() const {
   return !closed_ && !draining_ && !waiting_ &&
          out_.size() + sending_.size() < context_.options.max_output_bytes;
 }
 
 void Connection::process() {
   if (closed_) return;
-  int taken = 0;
-  while (taken < kRequestsPerTurn && may_take_request() && take_request()) ++taken;
+  int processed = 0;
+  while (processed < kRequestsPerTurn && may_process_request() && process_request()) ++processed;
   // The bytes move only while no read is under way into the space behind them.
-  if (!reading_ && in_taken_ > 0) {
-    std::copy(in_.begin() + static_cast<std::ptrdiff_t>(in_taken_),
+  if (!reading_ && in_used_ > 0) {
+    std::copy(in_.begin() + static_cast<std::ptrdiff_t>(in_used_),
               in_.begin() + static_cast<std::ptrdiff_t>(in_size_), in_.begin());
-    in_size_ -= in_taken_;
-    in_taken_ = 0;
+    in_size_ -= in_used_;
+    in_used_ = 0;
   }
   send();
-  if (taken == kRequestsPerTurn && may_take_request() && !scheduled_) {
+  if (processed == kRequestsPerTurn && may_process_request() && !scheduled_) {
     scheduled_ = true;
     boost::asio::post(context_.io, [self = shared_from_this()] {
       self->scheduled_ = false;
@@ -119,7 +119,7 @@ void Connection::process() {
     });
   }
   if (close_if_finished()) return;
-  watch();
+  set_timer();
   read();
 }
 
@@ -134,75 +134,76 @@ bool Connection::close_if_finished() {
   return true;
 }
 
-bool Connection::take_request() {
-  const modbus::ValidatedRequest gated = modbus::validate_request(
-      std::span(in_).subspan(in_taken_, in_size_ - in_taken_), context_.rules);
-  incomplete_ = gated.verdict == Verdict::kIncomplete;
+bool Connection::process_request() {
+  const modbus::ValidatedRequest validated = modbus::validate_request(
+      std::span(in_).subspan(in_used_, in_size_ - in_used_), context_.rules);
+  incomplete_ = validated.verdict == Verdict::kIncomplete;
   if (incomplete_) {
-    if (in_size_ > in_taken_ && request_due_ == kNever) {
+    if (in_size_ > in_used_ && request_due_ == kNever) {
       request_due_ = Clock::now() + context_.options.partial_timeout;
     }
     return false;
   }
   request_due_ = kNever;
-  if (gated.verdict == Verdict::kBroken) {
+  if (validated.verdict == Verdict::kBroken) {
     // What was asked for before still gets its answers.
-    broken_ = gated.reason;
+    broken_ = validated.reason;
     draining_ = true;
     return false;
   }
-  in_taken_ += gated.adu.size();
-  if (gated.verdict == Verdict::kIgnored) {
-    context_.log.warn(peer_ + " sent something that is not Modbus: " + std::string(gated.reason));
+  in_used_ += validated.adu.size();
+  if (validated.verdict == Verdict::kIgnored) {
+    context_.log.warn(peer_ +
+                      " sent something that is not Modbus: " + std::string(validated.reason));
     return true;
   }
   ++context_.counters.requests;
   if (context_.options.idle_timeout.count() > 0) {
     idle_due_ = Clock::now() + context_.options.idle_timeout;
   }
-  tap(true, gated.adu);
+  tap(true, validated.adu);
   if (rate_.admit(Clock::now())) {
-    handle(gated);
+    handle(validated);
   } else {
-    refuse(gated.adu, modbus::ExceptionCode::kServerDeviceBusy);
+    refuse(validated.adu, modbus::ExceptionCode::kServerDeviceBusy);
   }
   return true;
 }
 
-void Connection::handle(const modbus::ValidatedRequest& gated) {
-  if (gated.verdict == Verdict::kRefused) {
-    refuse(gated.adu, gated.exception);
-  } else if (gated.verdict == Verdict::kIdentification) {
-    const auto reply = modbus::identification_reply(gated.adu, gated.identification);
+void Connection::handle(const modbus::ValidatedRequest& validated) {
+  if (validated.verdict == Verdict::kRefused) {
+    refuse(validated.adu, validated.exception);
+  } else if (validated.verdict == Verdict::kIdentification) {
+    const auto reply = modbus::identification_reply(validated.adu, validated.identification);
     tap(false, reply);
     out_.insert(out_.end(), reply.begin(), reply.end());
   } else {
-    execute(gated);
+    execute(validated);
   }
 }
 
-void Connection::execute(const modbus::ValidatedRequest& gated) {
-  context_.plc.refresh();
-  if (!gated.request.is_write()) {
-    answer(gated.adu);
+void Connection::execute(const modbus::ValidatedRequest& validated) {
+  context_.device.refresh();
+  if (!validated.request.is_write()) {
+    answer(validated.adu);
     return;
   }
-  const auto ticket = context_.plc.write(gated.request);
+  const auto ticket = context_.device.write(validated.request);
   if (!ticket) {
-    refuse(gated.adu, ticket.error());
+    refuse(validated.adu, ticket.error());
   } else if (*ticket == 0) {
-    answer(gated.adu);
+    answer(validated.adu);
   } else {
     waiting_ = WaitingWrite{*ticket,
                             Clock::now() + context_.options.apply_deadline,
-                            {gated.adu.begin(), gated.adu.end()}};
+                            {validated.adu.begin(), validated.adu.end()}};
     context_.await_applied(shared_from_this());
   }
 }
 
 bool Connection::poll_applied(Clock::time_point now) {
   if (closed_ || !waiting_) return false;
-  const bool applied = context_.plc.applied(waiting_->ticket);
+  const bool applied = context_.device.applied(waiting_->ticket);
   if (!applied && now < waiting_->deadline) return true;
   const std::vector<std::uint8_t> adu = std::move(waiting_->adu);
   waiting_.reset();
@@ -219,7 +220,7 @@ bool Connection::poll_applied(Clock::time_point now) {
 }
 
 void Connection::answer(std::span<const std::uint8_t> adu) {
-  const auto reply = context_.replies.build(adu, context_.plc.image());
+  const auto reply = context_.replies.build(adu, context_.device.image());
   if (reply.empty()) {
     context_.log.warn(peer_ + ": no reply could be encoded");
     refuse(adu, modbus::ExceptionCode::kServerDeviceFailure);
@@ -237,10 +238,10 @@ void Connection::refuse(std::span<const std::uint8_t> adu, modbus::ExceptionCode
 }
 
 void Connection::tap(bool from_client, std::span<const std::uint8_t> adu) {
-  WireTap* const tap = context_.options.tap;
+  protocols::WireTap* const tap = context_.options.tap;
   if (!tap || !tap->watched()) return;
-  if (from_client) taken_ = Clock::now();
-  const std::chrono::duration<double> since = Clock::now() - taken_;
+  if (from_client) received_ = Clock::now();
+  const std::chrono::duration<double> since = Clock::now() - received_;
   tap->note({.source = "modbus",
              .peer = peer_,
              .from_client = from_client,
@@ -270,7 +271,7 @@ void Connection::on_sent(const boost::system::error_code& error) {
   process();
 }
 
-void Connection::watch() {
+void Connection::set_timer() {
   // The timer is left alone when it fires early: it finds nothing due and is set anew. That way an
   // ordinary request costs no timer operation.
   const Clock::time_point due = std::min({request_due_, reply_due_, idle_due_});
@@ -295,8 +296,8 @@ void Connection::on_timer() {
     close("no request for " + millis(options.idle_timeout), true);
   } else {
     if (now >= idle_due_) idle_due_ = now + options.idle_timeout;
-    watch();
+    set_timer();
   }
 }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::modbus_server

@@ -23,7 +23,7 @@
 #include "protocols/modbus/reply_builder.hpp"
 #include "protocols/rate_limit.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::modbus_server {
 
 class Connection;
 
@@ -35,7 +35,7 @@ struct Counters {
 struct ListenerContext {
   boost::asio::io_context& io;
   const ModbusServerOptions& options;
-  ConveyorDevice& plc;
+  ConveyorDevice& device;
   ReplyBuilder& replies;
   LimitedLog& log;
   Counters& counters;
@@ -45,8 +45,9 @@ struct ListenerContext {
   std::function<void(const Connection&)> closed;
 };
 
-/// One client: bytes in, through the gate, replies out in the order of the requests. Memory is
-/// bounded, nothing waits for the peer, and a peer that stalls is dropped. Thread: the listener's.
+/// One client: bytes in, each request validated, replies out in the order of the requests. Memory
+/// is bounded, nothing waits for the peer, and a peer that stalls is dropped. Thread: the
+/// listener's.
 class Connection : public std::enable_shared_from_this<Connection> {
  public:
   using Clock = std::chrono::steady_clock;
@@ -73,39 +74,39 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void on_read(std::size_t size);
   void on_end_of_stream(const boost::system::error_code& error);
   void process();
-  [[nodiscard]] bool take_request();
+  [[nodiscard]] bool process_request();
   [[nodiscard]] bool close_if_finished();
-  void handle(const modbus::ValidatedRequest& gated);
-  void execute(const modbus::ValidatedRequest& gated);
+  void handle(const modbus::ValidatedRequest& validated);
+  void execute(const modbus::ValidatedRequest& validated);
   void answer(std::span<const std::uint8_t> adu);
   void refuse(std::span<const std::uint8_t> adu, modbus::ExceptionCode code);
   /// Shows one message, a whole one, to whoever watches.
   void tap(bool from_client, std::span<const std::uint8_t> adu);
   void send();
   void on_sent(const boost::system::error_code& error);
-  [[nodiscard]] bool may_take_request() const;
-  void watch();
+  [[nodiscard]] bool may_process_request() const;
+  void set_timer();
   void on_timer();
 
   boost::asio::ip::tcp::socket socket_;
   const std::string peer_;
   ListenerContext& context_;
   boost::asio::steady_timer timer_;
-  RateLimit rate_;
+  protocols::RateLimit rate_;
 
   // Sixteen of the longest requests: a client that pipelines more waits in the kernel's buffer.
   std::array<std::uint8_t, 16 * modbus::kMaxAduSize> in_;
-  std::size_t in_size_ = 0, in_taken_ = 0;
+  std::size_t in_size_ = 0, in_used_ = 0;
   std::vector<std::uint8_t> out_, sending_;
   std::optional<WaitingWrite> waiting_;
-  Clock::time_point taken_{};  // when the request at hand was, while tapped
+  Clock::time_point received_{};  // of the request at hand, while tapped
   bool reading_ = false, scheduled_ = false, incomplete_ = true;
   bool ended_ = false, draining_ = false, closed_ = false;
-  std::string_view broken_;  // why the stream cannot be followed; empty while it can
+  std::string_view broken_;  // why the stream cannot be framed; empty while it can
 
   static constexpr Clock::time_point kNever = Clock::time_point::max();
   Clock::time_point request_due_ = kNever, reply_due_ = kNever, idle_due_ = kNever;
   Clock::time_point timer_at_ = kNever;
 };
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::modbus_server

@@ -9,7 +9,7 @@
 #include "modbus/request.hpp"
 #include "world/api/ports.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::modbus_server {
 
 /// The device behind the listener: PLC memory whose documented registers are the conveyor's state.
 /// The snapshot is the truth. What the protocol layer adds is memory that nothing in the cell uses,
@@ -64,4 +64,4 @@ class ConveyorDevice {
   std::optional<std::uint16_t> written_speed_;
 };
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::modbus_server

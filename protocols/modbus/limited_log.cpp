@@ -1,23 +1,13 @@
 #include "protocols/modbus/limited_log.hpp"
 
-#include <algorithm>
-
 #include <spdlog/spdlog.h>
 
-namespace aprsim::protocols {
+namespace aprsim::modbus_server {
 
 bool LimitedLog::admit(Clock::time_point now) {
-  const double passed = std::chrono::duration<double>(now - refilled_).count();
-  if (passed > 0) {
-    tokens_ = std::min(kBurst, tokens_ + passed * kPerSecond);
-    refilled_ = now;
-  }
-  if (tokens_ < 1) {
-    ++suppressed_;
-    return false;
-  }
-  tokens_ -= 1;
-  return true;
+  if (limit_.admit(now)) return true;
+  ++suppressed_;
+  return false;
 }
 
 void LimitedLog::info(std::string_view line) {
@@ -34,4 +24,4 @@ void LimitedLog::warn(std::string_view line) {
   spdlog::warn("modbus: {}", line);
 }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::modbus_server

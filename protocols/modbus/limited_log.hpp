@@ -4,14 +4,16 @@
 #include <cstdint>
 #include <string_view>
 
-namespace aprsim::protocols {
+#include "protocols/rate_limit.hpp"
+
+namespace aprsim::modbus_server {
 
 /// Log lines that a peer can provoke, limited in rate so that no peer can flood the log: a burst of
 /// kBurst, then kPerSecond; the next line that passes says how many did not.
 /// Thread: one at a time.
 class LimitedLog {
  public:
-  using Clock = std::chrono::steady_clock;
+  using Clock = protocols::RateLimit::Clock;
   static constexpr double kBurst = 20, kPerSecond = 5;
 
   void info(std::string_view line);
@@ -22,9 +24,8 @@ class LimitedLog {
   [[nodiscard]] std::uint64_t suppressed() const { return suppressed_; }
 
  private:
-  double tokens_ = kBurst;
-  Clock::time_point refilled_ = Clock::now();
+  protocols::RateLimit limit_{kPerSecond, kBurst};
   std::uint64_t suppressed_ = 0;
 };
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::modbus_server

@@ -6,7 +6,7 @@
 #include "protocols/modbus/connection.hpp"
 #include "protocols/tcp_service.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::modbus_server {
 namespace {
 
 using boost::system::error_code;
@@ -23,7 +23,8 @@ class ModbusServer::Impl {
         source_(source),
         service_({"modbus", options_.bind_address, options_.port, options_.max_connections,
                   [this](const boost::asio::ip::address& peer) { return allow_.allows(peer); }},
-                 options_.drain_deadline, [this](TcpListener::Socket socket, std::string peer) {
+                 options_.drain_deadline,
+                 [this](protocols::TcpListener::Socket socket, std::string peer) {
                    return std::make_shared<Connection>(std::move(socket), std::move(peer),
                                                        *context_);
                  }) {}
@@ -48,9 +49,9 @@ class ModbusServer::Impl {
   // Everything from here on belongs to the listener's thread while it runs.
   LimitedLog log_;
   AllowList allow_;
-  TcpService<Connection> service_;
+  protocols::TcpService<Connection> service_;
   boost::asio::steady_timer apply_timer_{service_.io()};
-  std::unique_ptr<ConveyorDevice> plc_;
+  std::unique_ptr<ConveyorDevice> device_;
   std::unique_ptr<ReplyBuilder> replies_;
   std::unique_ptr<ListenerContext> context_;
   std::vector<std::shared_ptr<Connection>> waiting_;
@@ -69,10 +70,11 @@ Result<std::uint16_t> ModbusServer::Impl::start() {
   const auto port = service_.listen();
   if (!port) return port;
   replies_ = std::make_unique<ReplyBuilder>(std::move(*replies));
-  plc_ = std::make_unique<ConveyorDevice>(options_.scaling, options_.endpoint, sink_, source_,
-                                          std::chrono::duration<double>(options_.watchdog).count());
+  device_ =
+      std::make_unique<ConveyorDevice>(options_.scaling, options_.endpoint, sink_, source_,
+                                       std::chrono::duration<double>(options_.watchdog).count());
   context_ = std::make_unique<ListenerContext>(
-      ListenerContext{service_.io(), options_, *plc_, *replies_, log_, counters_,
+      ListenerContext{service_.io(), options_, *device_, *replies_, log_, counters_,
                       modbus::RequestRules{options_.read_only, options_.unit_ids},
                       [this](std::shared_ptr<Connection> c) { await_applied(std::move(c)); },
                       [this](const Connection& c) { end(c); }});
@@ -90,7 +92,7 @@ void ModbusServer::Impl::await_applied(std::shared_ptr<Connection> connection) {
 }
 
 void ModbusServer::Impl::poll_applied() {
-  plc_->refresh();
+  device_->refresh();
   // Whoever begins to wait meanwhile joins the new list.
   for (auto& connection : std::exchange(waiting_, {})) {
     if (connection->poll_applied(Connection::Clock::now())) await_applied(std::move(connection));
@@ -106,7 +108,7 @@ void ModbusServer::Impl::stop() { service_.stop(); }
 
 ModbusServerStats ModbusServer::Impl::stats() const {
   ModbusServerStats stats;
-  const TcpListener& listener = service_.listener();
+  const protocols::TcpListener& listener = service_.listener();
   stats.accepted = listener.accepted();
   stats.refused = listener.refused();
   stats.dropped = counters_.dropped;
@@ -124,4 +126,4 @@ Result<std::uint16_t> ModbusServer::start() { return impl_->start(); }
 void ModbusServer::stop() { impl_->stop(); }
 ModbusServerStats ModbusServer::stats() const { return impl_->stats(); }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::modbus_server

@@ -13,7 +13,7 @@
 #include "world/api/ports.hpp"
 
 /// The conveyor's PLC as a Modbus/TCP server.
-namespace aprsim::protocols {
+namespace aprsim::modbus_server {
 
 struct ModbusServerOptions {
   std::string bind_address = "127.0.0.1";  ///< a numeric IPv4 or IPv6 address
@@ -43,8 +43,8 @@ struct ModbusServerOptions {
   /// Replies kept for one connection before its requests wait [bytes].
   std::size_t max_output_bytes = std::size_t{64} * 1024;
   modbus::ConveyorScaling scaling;
-  api::EndpointId endpoint = 0;  ///< stamped on every command
-  WireTap* tap = nullptr;        ///< sees the messages while watched; outlives the server
+  api::EndpointId endpoint = 0;       ///< stamped on every command
+  protocols::WireTap* tap = nullptr;  ///< sees the messages while watched; outlives the server
 };
 
 /// Whether a text may stand in ModbusServerOptions::allow.
@@ -91,4 +91,4 @@ class ModbusServer {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::modbus_server

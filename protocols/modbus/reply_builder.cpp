@@ -12,7 +12,7 @@
 
 #include "modbus/request_validator.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::modbus_server {
 namespace {
 
 constexpr auto kRead = static_cast<std::uint8_t>(modbus::Function::kReadHoldingRegisters);
@@ -98,4 +98,4 @@ std::span<const std::uint8_t> ReplyBuilder::build(std::span<const std::uint8_t> 
                       : std::span<const std::uint8_t>{};
 }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::modbus_server

@@ -7,11 +7,11 @@
 #include "modbus/conveyor_registers.hpp"
 #include "world/api/error.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::modbus_server {
 
 /// Encodes replies with libmodbus' modbus_reply(). That function only writes to a socket, so it is
 /// given one end of a private pair and the reply is read from the other: libmodbus never sees a
-/// client's socket. Only requests that passed the gate may come here: modbus_reply() answers those
+/// client's socket. Only valid requests may come here: modbus_reply() answers those
 /// right, whereas its exception path sleeps for half a second and flushes its socket.
 /// Thread: one at a time.
 class ReplyBuilder {
@@ -33,4 +33,4 @@ class ReplyBuilder {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::modbus_server

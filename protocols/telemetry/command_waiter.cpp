@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace aprsim::protocols {
+namespace aprsim::telemetry {
 
 using std::chrono::steady_clock;
 
@@ -75,4 +75,4 @@ void CommandWaiter::run() {
   }
 }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::telemetry

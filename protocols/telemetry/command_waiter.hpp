@@ -13,7 +13,7 @@
 
 #include "world/api/ports.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::telemetry {
 
 /// Finishes unary calls once a snapshot shows that their command has taken effect, from a thread
 /// of its own: gRPC's threads never wait.
@@ -49,4 +49,4 @@ class CommandWaiter {
   std::thread thread_;
 };
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::telemetry

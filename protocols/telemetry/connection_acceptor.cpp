@@ -17,7 +17,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-namespace aprsim::protocols {
+namespace aprsim::telemetry {
 namespace {
 
 constexpr int kBacklog = 64;
@@ -62,7 +62,7 @@ Result<std::uint16_t> ConnectionAcceptor::listen(const std::string& address, std
     return fail(ErrorCode::kInvalidArgument, "grpc.address",
                 fmt::format("'{}' is no numeric address: {}", address, gai_strerror(rc)));
   }
-  const std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> guard(found, &freeaddrinfo);
+  const std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> owner(found, &freeaddrinfo);
   listen_fd_ = socket(found->ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   const int yes = 1;
   const bool ok = listen_fd_ >= 0 &&
@@ -146,4 +146,4 @@ std::size_t ConnectionAcceptor::open() {
   return connections_.size();
 }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::telemetry

@@ -10,7 +10,7 @@
 
 #include "world/api/error.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::telemetry {
 
 /// A listening TCP socket with a thread that accepts and hands on connected sockets, never more
 /// than a fixed number at once.
@@ -60,4 +60,4 @@ class ConnectionAcceptor {
   std::thread thread_;
 };
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::telemetry

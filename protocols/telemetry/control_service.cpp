@@ -4,11 +4,11 @@
 #include <cmath>
 #include <utility>
 
-#include "protocols/telemetry/control_request.hpp"
-#include "protocols/telemetry/messages.hpp"
+#include "protocols/messages/control_request.hpp"
+#include "protocols/messages/write_message.hpp"
 #include "protocols/telemetry/rpc_status.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::telemetry {
 namespace {
 
 constexpr auto kLongestWait = std::chrono::hours(1);
@@ -17,7 +17,7 @@ void write_receipt(const api::Snapshot& snapshot, api::Ticket ticket, v1::Receip
   receipt.set_ticket(ticket);
   receipt.set_epoch(snapshot.epoch);
   receipt.set_step(snapshot.step);
-  write_message(snapshot.time, *receipt.mutable_sim_time());
+  protocols::write_message(snapshot.time, *receipt.mutable_sim_time());
 }
 
 }  // namespace
@@ -69,7 +69,7 @@ grpc::ServerUnaryReactor* ControlService::Pause(grpc::CallbackServerContext* con
 grpc::ServerUnaryReactor* ControlService::Resume(grpc::CallbackServerContext* context,
                                                  const v1::ResumeRequest* request,
                                                  v1::ResumeResponse* response) {
-  const auto resume = to_command(*request, *source_.latest());
+  const auto resume = protocols::to_command(*request, *source_.latest());
   if (!resume) return refuse(context, resume.error());
   return command(context, api::SimulationCommand(*resume), [response](const auto& s, auto t) {
     write_receipt(s, t, *response->mutable_receipt());
@@ -79,7 +79,7 @@ grpc::ServerUnaryReactor* ControlService::Resume(grpc::CallbackServerContext* co
 grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* context,
                                                const v1::StepRequest* request,
                                                v1::StepResponse* response) {
-  const auto command = to_command(*request);
+  const auto command = protocols::to_command(*request);
   if (!command) return refuse(context, command.error());
   const std::uint64_t steps = command->steps;
   std::unique_lock lock(step_mutex_);
@@ -118,7 +118,7 @@ grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* cont
 grpc::ServerUnaryReactor* ControlService::SetSpeed(grpc::CallbackServerContext* context,
                                                    const v1::SetSpeedRequest* request,
                                                    v1::SetSpeedResponse* response) {
-  const auto speed = to_command(*request);
+  const auto speed = protocols::to_command(*request);
   if (!speed) return refuse(context, speed.error());
   return command(context, api::SimulationCommand(*speed), [response](const auto& s, auto t) {
     write_receipt(s, t, *response->mutable_receipt());
@@ -138,7 +138,7 @@ grpc::ServerUnaryReactor* ControlService::Reset(grpc::CallbackServerContext* con
 grpc::ServerUnaryReactor* ControlService::SaveState(grpc::CallbackServerContext* context,
                                                     const v1::SaveStateRequest* request,
                                                     v1::SaveStateResponse* response) {
-  const auto save = to_command(*request, *source_.latest());
+  const auto save = protocols::to_command(*request, *source_.latest());
   if (!save) return refuse(context, save.error());
   return command(context, api::SimulationCommand(*save), [response](const auto& s, auto t) {
     write_receipt(s, t, *response->mutable_receipt());
@@ -148,7 +148,7 @@ grpc::ServerUnaryReactor* ControlService::SaveState(grpc::CallbackServerContext*
 grpc::ServerUnaryReactor* ControlService::LoadState(grpc::CallbackServerContext* context,
                                                     const v1::LoadStateRequest* request,
                                                     v1::LoadStateResponse* response) {
-  const auto load = to_command(*request, *source_.latest());
+  const auto load = protocols::to_command(*request, *source_.latest());
   if (!load) return refuse(context, load.error());
   return command(context, api::SimulationCommand(*load), [response](const auto& s, auto t) {
     write_receipt(s, t, *response->mutable_receipt());
@@ -158,25 +158,26 @@ grpc::ServerUnaryReactor* ControlService::LoadState(grpc::CallbackServerContext*
 grpc::ServerUnaryReactor* ControlService::SetConveyor(grpc::CallbackServerContext* context,
                                                       const v1::SetConveyorRequest* request,
                                                       v1::SetConveyorResponse* response) {
-  const auto conveyor = to_command(*request, *source_.latest()->cell);
+  const auto conveyor = protocols::to_command(*request, *source_.latest()->cell);
   if (!conveyor) return refuse(context, conveyor.error());
   return command(context, *conveyor, [response](const auto& s, auto t) {
     write_receipt(s, t, *response->mutable_receipt());
-    write_message(s.conveyor, s.cell->conveyor, *response->mutable_conveyor());
+    protocols::write_message(s.conveyor, s.cell->conveyor, *response->mutable_conveyor());
   });
 }
 
 grpc::ServerUnaryReactor* ControlService::SetIntruder(grpc::CallbackServerContext* context,
                                                       const v1::SetIntruderRequest* request,
                                                       v1::SetIntruderResponse* response) {
-  const auto intruder = to_command(*request);
+  const auto intruder = protocols::to_command(*request);
   if (!intruder) return refuse(context, intruder.error());
   return command(context, *intruder, [response](const auto& s, auto t) {
     write_receipt(s, t, *response->mutable_receipt());
     if (s.cell->light_curtain) {
-      write_message(s.light_curtain, *s.cell->light_curtain, *response->mutable_light_curtain());
+      protocols::write_message(s.light_curtain, *s.cell->light_curtain,
+                               *response->mutable_light_curtain());
     }
   });
 }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::telemetry

@@ -7,7 +7,7 @@
 #include "protocols/telemetry/command_waiter.hpp"
 #include "protocols/telemetry/telemetry_server.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::telemetry {
 
 /// aprsim.v1.ControlService on the callback API: submits a command and leaves the rest of the call
 /// to the waiter.
@@ -64,4 +64,4 @@ class ControlService final : public v1::ControlService::CallbackService {
   std::uint64_t step_epoch_ = 0;
 };
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::telemetry

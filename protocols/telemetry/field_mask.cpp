@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace aprsim::protocols {
+namespace aprsim::telemetry {
 
 Result<SnapshotMask> SnapshotMask::parse(const google::protobuf::FieldMask& mask) {
   const google::protobuf::Descriptor& type = *v1::Snapshot::descriptor();
@@ -27,4 +27,4 @@ void SnapshotMask::trim(v1::Snapshot& message) const {
   for (const auto* field : unwanted_) message.GetReflection()->ClearField(&message, field);
 }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::telemetry

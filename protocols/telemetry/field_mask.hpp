@@ -7,7 +7,7 @@
 #include "aprsim/v1/snapshot.pb.h"
 #include "world/api/error.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::telemetry {
 
 /// The part of a Snapshot message that a client asked for: a set of its top-level fields.
 class SnapshotMask {
@@ -22,4 +22,4 @@ class SnapshotMask {
   std::vector<const google::protobuf::FieldDescriptor*> unwanted_;
 };
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::telemetry

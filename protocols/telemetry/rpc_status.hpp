@@ -6,7 +6,7 @@
 
 #include "world/api/error.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::telemetry {
 
 /// gRPC form of an error of ours: "field: message" under the code that means the same.
 [[nodiscard]] inline grpc::Status rpc_status(const Error& error) {
@@ -30,4 +30,4 @@ namespace aprsim::protocols {
   return {code, error.field.empty() ? error.message : error.field + ": " + error.message};
 }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::telemetry

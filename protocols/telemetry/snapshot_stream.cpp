@@ -2,10 +2,10 @@
 
 #include <utility>
 
-#include "protocols/telemetry/messages.hpp"
+#include "protocols/messages/write_message.hpp"
 #include "protocols/telemetry/stream_hub.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::telemetry {
 
 using std::chrono::steady_clock;
 
@@ -64,7 +64,7 @@ void SnapshotStream::fill(const Sample& sample, std::uint64_t dropped) {
   response_.set_sequence(sample.sequence);
   response_.set_dropped_count(dropped);
   response_.set_effective_rate_hz(rate_hz_);
-  write_message(*sample.snapshot, instance_id_, *response_.mutable_snapshot());
+  protocols::write_message(*sample.snapshot, instance_id_, *response_.mutable_snapshot());
   mask_.trim(*response_.mutable_snapshot());
 }
 
@@ -86,4 +86,4 @@ void SnapshotStream::OnDone() {
   self.reset();
 }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::telemetry

@@ -13,7 +13,7 @@
 #include "protocols/telemetry/field_mask.hpp"
 #include "world/api/snapshot.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::telemetry {
 
 class StreamHub;
 
@@ -70,4 +70,4 @@ class SnapshotStream final : public grpc::ServerWriteReactor<v1::StreamSnapshots
   std::chrono::steady_clock::time_point write_started_;
 };
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::telemetry

@@ -6,7 +6,7 @@
 
 #include "protocols/telemetry/snapshot_stream.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::telemetry {
 
 using std::chrono::steady_clock;
 
@@ -104,4 +104,4 @@ void StreamHub::run() {
   }
 }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::telemetry

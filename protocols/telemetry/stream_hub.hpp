@@ -12,7 +12,7 @@
 
 #include "world/api/ports.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::telemetry {
 
 class SnapshotStream;
 
@@ -54,4 +54,4 @@ class StreamHub {
   std::thread thread_;
 };
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::telemetry

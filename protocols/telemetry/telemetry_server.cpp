@@ -22,7 +22,7 @@
 #include "protocols/telemetry/stream_hub.hpp"
 #include "protocols/telemetry/telemetry_service.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::telemetry {
 namespace {
 
 constexpr int kMaxMessageBytes = 64 * 1024;
@@ -109,7 +109,7 @@ class TelemetryServer::Impl {
     acceptor_->stop();
     if (waiter_) waiter_->stop();
     if (hub_) hub_->stop(deadline);
-    if (const auto server = take_server()) {
+    if (const auto server = detach_server()) {
       const auto left = deadline - std::chrono::steady_clock::now();
       server->Shutdown(std::chrono::system_clock::now() +
                        std::chrono::duration_cast<std::chrono::system_clock::duration>(left));
@@ -161,7 +161,7 @@ class TelemetryServer::Impl {
     }
   }
 
-  std::shared_ptr<grpc::Server> take_server() {
+  std::shared_ptr<grpc::Server> detach_server() {
     const std::lock_guard lock(server_mutex_);
     return std::exchange(server_, nullptr);
   }
@@ -191,4 +191,4 @@ void TelemetryServer::stop(std::chrono::milliseconds deadline) { impl_->stop(dea
 
 std::size_t TelemetryServer::open() const { return impl_->open(); }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::telemetry

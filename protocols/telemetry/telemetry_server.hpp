@@ -8,7 +8,7 @@
 #include "world/api/error.hpp"
 #include "world/api/ports.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::telemetry {
 
 struct TelemetryOptions {
   std::string address = "127.0.0.1";  ///< numeric IPv4 or IPv6 address to listen on
@@ -53,4 +53,4 @@ class TelemetryServer {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::telemetry

@@ -7,12 +7,12 @@
 
 #include <fmt/format.h>
 
+#include "protocols/messages/write_message.hpp"
 #include "protocols/telemetry/field_mask.hpp"
-#include "protocols/telemetry/messages.hpp"
 #include "protocols/telemetry/rpc_status.hpp"
 #include "protocols/telemetry/snapshot_stream.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::telemetry {
 namespace {
 
 /// A stream that is refused before it begins.
@@ -60,7 +60,7 @@ grpc::ServerUnaryReactor* TelemetryService::GetSnapshot(grpc::CallbackServerCont
     reactor->Finish(rpc_status(mask.error()));
     return reactor;
   }
-  write_message(*source_.latest(), options_.instance_id, *response->mutable_snapshot());
+  protocols::write_message(*source_.latest(), options_.instance_id, *response->mutable_snapshot());
   mask->trim(*response->mutable_snapshot());
   reactor->Finish(grpc::Status::OK);
   return reactor;
@@ -71,10 +71,10 @@ grpc::ServerUnaryReactor* TelemetryService::GetCell(grpc::CallbackServerContext*
                                                     v1::GetCellResponse* response) {
   auto* reactor = context->DefaultReactor();
   const api::SnapshotPtr snapshot = source_.latest();
-  write_message(*snapshot->cell, *response->mutable_cell());
+  protocols::write_message(*snapshot->cell, *response->mutable_cell());
   response->set_epoch(snapshot->epoch);
   reactor->Finish(grpc::Status::OK);
   return reactor;
 }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::telemetry

@@ -4,7 +4,7 @@
 #include "protocols/telemetry/stream_hub.hpp"
 #include "protocols/telemetry/telemetry_server.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::telemetry {
 
 /// aprsim.v1.TelemetryService on the callback API. Never waits.
 class TelemetryService final : public v1::TelemetryService::CallbackService {
@@ -29,4 +29,4 @@ class TelemetryService final : public v1::TelemetryService::CallbackService {
   StreamHub& hub_;
 };
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::telemetry

@@ -6,7 +6,7 @@
 #include <boost/asio/error.hpp>
 #include <spdlog/spdlog.h>
 
-namespace aprsim::protocols {
+namespace aprsim::vision_server {
 namespace {
 
 namespace asio = boost::asio;
@@ -109,4 +109,4 @@ void VisionConnection::on_write(const error_code& error, std::size_t size) {
   }
 }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::vision_server

@@ -13,7 +13,7 @@
 
 #include "protocols/vision/vision_server.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::vision_server {
 
 /// Counters of a server's connections together, for any thread to read.
 struct VisionCounters {
@@ -59,4 +59,4 @@ class VisionConnection : public std::enable_shared_from_this<VisionConnection> {
   bool draining_ = false, closed_ = false;
 };
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::vision_server

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-namespace aprsim::protocols {
+namespace aprsim::vision_server {
 namespace {
 
 const char* type_code(api::BodyKind kind) {
@@ -44,4 +44,4 @@ std::string vision_line(const api::VisionFrame& frame, const api::CellDescriptio
   return line;
 }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::vision_server

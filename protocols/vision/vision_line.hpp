@@ -5,7 +5,7 @@
 #include "world/api/cell_description.hpp"
 #include "world/api/vision.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::vision_server {
 
 /// One frame as APRS vision clients read it: `name,rotation,x,y,score,type,` for each object, all
 /// on one line that ends in a line feed. Names are type names and repeat; rotation in radians, x
@@ -15,4 +15,4 @@ namespace aprsim::protocols {
 [[nodiscard]] std::string vision_line(const api::VisionFrame& frame,
                                       const api::CellDescription& cell, bool empty_slots);
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::vision_server

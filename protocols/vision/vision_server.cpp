@@ -9,7 +9,7 @@
 #include "protocols/vision/vision_connection.hpp"
 #include "protocols/vision/vision_line.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::vision_server {
 
 namespace {
 
@@ -26,7 +26,7 @@ class VisionServer::Impl {
         name_("vision " + robot_name(*source.latest())),
         service_({name_, options_.bind_address, options_.port, options_.max_connections},
                  options_.drain_deadline,
-                 [this](TcpListener::Socket socket, std::string peer) {
+                 [this](protocols::TcpListener::Socket socket, std::string peer) {
                    return make(std::move(socket), std::move(peer));
                  }),
         poll_timer_(service_.io()) {}
@@ -47,7 +47,7 @@ class VisionServer::Impl {
   }
 
   [[nodiscard]] VisionServerStats stats() const {
-    const TcpListener& listener = service_.listener();
+    const protocols::TcpListener& listener = service_.listener();
     return {listener.accepted(), listener.refused(), counters_.dropped, listener.open(), frames_,
             counters_.skipped};
   }
@@ -57,7 +57,7 @@ class VisionServer::Impl {
     return snapshot.cell->robots.at(static_cast<std::size_t>(options_.robot)).name;
   }
 
-  std::shared_ptr<VisionConnection> make(TcpListener::Socket socket, std::string peer) {
+  std::shared_ptr<VisionConnection> make(protocols::TcpListener::Socket socket, std::string peer) {
     auto connection = std::make_shared<VisionConnection>(
         std::move(socket), name_, std::move(peer), options_, counters_,
         [this](const VisionConnection& ended) { service_.ended(ended); });
@@ -98,7 +98,7 @@ class VisionServer::Impl {
   const api::SnapshotSource& source_;
   std::string name_;
   VisionCounters counters_;
-  TcpService<VisionConnection> service_;
+  protocols::TcpService<VisionConnection> service_;
   boost::asio::steady_timer poll_timer_;
   VisionLine line_;                       // the latest frame
   std::uint64_t number_ = 0, epoch_ = 0;  // of line_
@@ -117,4 +117,4 @@ void VisionServer::stop() { impl_->stop(); }
 
 VisionServerStats VisionServer::stats() const { return impl_->stats(); }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::vision_server

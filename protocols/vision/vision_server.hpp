@@ -10,7 +10,7 @@
 #include "world/api/ports.hpp"
 
 /// The vision feed of one robot.
-namespace aprsim::protocols {
+namespace aprsim::vision_server {
 
 struct VisionServerOptions {
   std::string bind_address = "127.0.0.1";  ///< a numeric IPv4 or IPv6 address
@@ -61,4 +61,4 @@ class VisionServer {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::vision_server

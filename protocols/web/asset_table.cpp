@@ -9,7 +9,7 @@
 
 #include <fmt/format.h>
 
-namespace aprsim::protocols {
+namespace aprsim::web {
 namespace {
 
 namespace fs = std::filesystem;
@@ -80,4 +80,4 @@ const Asset* AssetTable::find(std::string_view path) const {
   return asset == assets_.end() ? nullptr : &asset->second;
 }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::web

@@ -6,7 +6,7 @@
 
 #include "world/api/error.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::web {
 
 /// A file as it is served.
 struct Asset {
@@ -34,4 +34,4 @@ class AssetTable {
   std::map<std::string, Asset, std::less<>> assets_;
 };
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::web

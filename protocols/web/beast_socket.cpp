@@ -7,7 +7,7 @@
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/websocket.hpp>
 
-namespace aprsim::protocols {
+namespace aprsim::web {
 namespace {
 
 namespace beast = boost::beast;
@@ -137,4 +137,4 @@ void accept_web_socket(beast::tcp_stream stream,
       ->accept(std::move(request), std::move(on_open));
 }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::web

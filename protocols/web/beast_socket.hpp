@@ -10,7 +10,7 @@
 
 #include "protocols/web/web_socket.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::web {
 
 /// Answers an upgrade request; `on_open` gets the socket once the handshake is out. `on_end` is
 /// called once when the connection is over, whether or not it opened.
@@ -19,4 +19,4 @@ void accept_web_socket(boost::beast::tcp_stream stream,
                        std::function<void(std::shared_ptr<WebSocket>)> on_open,
                        std::function<void()> on_end);
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::web

@@ -13,7 +13,7 @@
 #include "protocols/web/beast_socket.hpp"
 #include "protocols/web/origin_check.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::web {
 namespace {
 
 namespace beast = boost::beast;
@@ -85,7 +85,7 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
       return refuse(http::status::bad_request, error.message(), true);
     }
     if (error) return;
-    if (!rate_.admit(RateLimit::Clock::now())) {
+    if (!rate_.admit(protocols::RateLimit::Clock::now())) {
       return refuse(http::status::too_many_requests, "too many requests", true);
     }
     handle(parser_->release());
@@ -185,7 +185,7 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
   beast::tcp_stream stream_;
   std::string peer_;
   const HttpContext& context_;
-  RateLimit rate_;
+  protocols::RateLimit rate_;
   std::function<void()> on_end_;
   beast::flat_buffer buffer_{kMaxHeaderBytes + 4096};
   std::optional<http::request_parser<http::empty_body>> parser_;
@@ -201,4 +201,4 @@ std::shared_ptr<HttpSession> serve_http(boost::asio::ip::tcp::socket socket, std
   return session;
 }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::web

@@ -10,7 +10,7 @@
 #include "protocols/web/asset_table.hpp"
 #include "protocols/web/web_socket.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::web {
 
 /// What HTTP sessions share.
 struct HttpContext {
@@ -36,4 +36,4 @@ class HttpSession {
 std::shared_ptr<HttpSession> serve_http(boost::asio::ip::tcp::socket socket, std::string peer,
                                         const HttpContext& context, std::function<void()> on_end);
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::web

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-namespace aprsim::protocols {
+namespace aprsim::web {
 namespace {
 
 // A stretch that the robot refuses is tried again at half the length, down to the shortest.
@@ -142,11 +142,11 @@ void Jogger::tick(const api::Snapshot& snapshot, Clock::time_point now) {
     jog_->taken_over = true;
     jog_->blocked = "another command has taken the robot over; let go first";
   }
-  if (snapshot.applied >= jog_->ticket && jog_->blocked.empty()) follow(snapshot);
+  if (snapshot.applied >= jog_->ticket && jog_->blocked.empty()) proceed(snapshot);
 }
 
 /// Begins the next stretch, or a shorter one when the robot refuses this one.
-void Jogger::follow(const api::Snapshot& snapshot) {
+void Jogger::proceed(const api::Snapshot& snapshot) {
   const api::RobotSnapshot& robot = robot_in(snapshot, robot_);
   const bool failed = robot.action.state == api::ActionState::kError;
   if (failed && (robot.protective_stop || robot.moving || jog_->wanted.has_joint())) {
@@ -186,4 +186,4 @@ Result<void> Jogger::submit(const api::RobotAction& action) {
   return {};
 }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::web

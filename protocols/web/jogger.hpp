@@ -8,7 +8,7 @@
 #include "aprsim/v1/web.pb.h"
 #include "world/api/ports.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::web {
 
 /// Moves one robot as long as its viewer keeps asking: a dead man's switch that holds here, not in
 /// the browser. Whoever jogs keeps the robot until the jog ends; a command from another wire ends
@@ -53,7 +53,7 @@ class Jogger {
   [[nodiscard]] Result<void> begin(const api::Snapshot& snapshot);
   [[nodiscard]] Result<void> move_joint(const api::Snapshot& snapshot);
   [[nodiscard]] Result<void> move_tool(const api::Snapshot& snapshot);
-  void follow(const api::Snapshot& snapshot);
+  void proceed(const api::Snapshot& snapshot);
   void stop();
   [[nodiscard]] Result<void> submit(const api::RobotAction& action);
 
@@ -65,4 +65,4 @@ class Jogger {
   bool stop_owed_ = false;  // the queue was full
 };
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::web

@@ -5,7 +5,7 @@
 
 #include <boost/asio/ip/address.hpp>
 
-namespace aprsim::protocols {
+namespace aprsim::web {
 namespace {
 
 bool equal(std::string_view a, std::string_view b) {
@@ -54,4 +54,4 @@ bool is_same_origin(std::string_view origin, std::string_view host) {
   return false;
 }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::web

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string>
 
-namespace aprsim::protocols {
+namespace aprsim::web {
 namespace {
 
 const char* name_of(modbus::Area area) {
@@ -73,4 +73,4 @@ void write_message(const modbus::RegisterImage& image, int beams, v1::RegisterVa
   });
 }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::web

@@ -4,7 +4,7 @@
 
 #include <spdlog/spdlog.h>
 
-namespace aprsim::protocols {
+namespace aprsim::web {
 namespace {
 
 constexpr std::size_t kMaxWaiting = 256;
@@ -112,4 +112,4 @@ void Viewer::write_next() {
   socket_->write(std::move(message));
 }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::web

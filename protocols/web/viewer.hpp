@@ -12,7 +12,7 @@
 #include "protocols/rate_limit.hpp"
 #include "protocols/web/web_socket.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::web {
 
 /// One browser: what waits for it, what it watches, what it may. One write is under way at a time;
 /// of snapshots and register values only the latest waits. Thread: the server's.
@@ -57,7 +57,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   std::shared_ptr<WebSocket> socket_;
   std::string peer_;
   Events events_;
-  RateLimit rate_;
+  protocols::RateLimit rate_;
   std::deque<WebMessage> queue_;
   WebMessage snapshot_, registers_;
   Clock::duration period_{};
@@ -66,4 +66,4 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   bool writing_ = false, closed_ = false;
 };
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::web

@@ -6,9 +6,9 @@
 
 #include <fmt/format.h>
 
-#include "protocols/telemetry/control_request.hpp"
+#include "protocols/messages/control_request.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::web {
 namespace {
 
 using Body = decltype(api::Command::body);
@@ -95,28 +95,28 @@ std::optional<Bodies> commands_of(const v1::ViewerRequest& request, const api::S
     case v1::ViewerRequest::kPause:
       return one(api::SimulationCommand(api::Pause{}));
     case v1::ViewerRequest::kResume:
-      return one_of(to_command(request.resume(), snapshot));
+      return one_of(protocols::to_command(request.resume(), snapshot));
     case v1::ViewerRequest::kStep:
       if (!snapshot.paused) {
         return fail(ErrorCode::kFailedPrecondition, "step",
                     "the cell is running; pause it before stepping");
       }
-      return one_of(to_command(request.step()));
+      return one_of(protocols::to_command(request.step()));
     case v1::ViewerRequest::kSetSpeed:
-      return one_of(to_command(request.set_speed()));
+      return one_of(protocols::to_command(request.set_speed()));
     case v1::ViewerRequest::kReset: {
       api::Reset reset;
       if (request.reset().has_seed()) reset.seed = request.reset().seed();
       return one(api::SimulationCommand(reset));
     }
     case v1::ViewerRequest::kSaveState:
-      return one_of(to_command(request.save_state(), snapshot));
+      return one_of(protocols::to_command(request.save_state(), snapshot));
     case v1::ViewerRequest::kLoadState:
-      return one_of(to_command(request.load_state(), snapshot));
+      return one_of(protocols::to_command(request.load_state(), snapshot));
     case v1::ViewerRequest::kConveyor:
-      return one_of(to_command(request.conveyor(), *snapshot.cell));
+      return one_of(protocols::to_command(request.conveyor(), *snapshot.cell));
     case v1::ViewerRequest::kIntruder:
-      return one_of(to_command(request.intruder()));
+      return one_of(protocols::to_command(request.intruder()));
     case v1::ViewerRequest::kRobot:
       return robot_commands(request.robot(), *snapshot.cell);
     default:
@@ -124,4 +124,4 @@ std::optional<Bodies> commands_of(const v1::ViewerRequest& request, const api::S
   }
 }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::web

@@ -6,11 +6,11 @@
 #include "aprsim/v1/web.pb.h"
 #include "world/api/ports.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::web {
 
 /// What a viewer's request asks of the world: commands to submit in this order. Absent for requests
 /// that are no commands (watch, authenticate, jog). Errors name the field, value and limit.
 [[nodiscard]] std::optional<Result<std::vector<decltype(api::Command::body)>>> commands_of(
     const v1::ViewerRequest& request, const api::Snapshot& snapshot);
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::web

@@ -8,11 +8,11 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include "protocols/telemetry/messages.hpp"
+#include "protocols/messages/write_message.hpp"
 #include "protocols/web/register_view.hpp"
 #include "protocols/web/viewer_command.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::web {
 namespace {
 
 // Shows a viewer of a paused cell that the daemon is there.
@@ -40,7 +40,7 @@ bool equal_secrets(const std::string& given, const std::string& secret) {
   return different == 0;
 }
 
-void write(const WireEvent& event, v1::WireEvent& out) {
+void write(const protocols::WireEvent& event, v1::WireEvent& out) {
   out.set_source(event.source);
   out.set_peer(event.peer);
   out.set_from_client(event.from_client);
@@ -52,27 +52,27 @@ void write(const WireEvent& event, v1::WireEvent& out) {
   out.set_data(event.data);
 }
 
-void write(const RobotLooks& robot, v1::RobotLooks& out) {
+void write(const RobotVisual& robot, v1::RobotLooks& out) {
   const auto flat = [](const Eigen::Vector2d& p) { return Eigen::Vector3d(p.x(), p.y(), 0); };
   out.set_pad_height_m(robot.pad_height_m);
   out.set_pad_width_m(robot.pad_width_m);
   out.set_pad_depth_m(robot.pad_depth_m);
   out.set_v_half_angle_rad(robot.v_half_angle_rad);
-  write_message(robot.palm_size, *out.mutable_palm_size_m());
-  write_message(robot.camera_V, *out.mutable_camera_m());
-  write_message(flat(robot.area_min), *out.mutable_area_min_m());
-  write_message(flat(robot.area_max), *out.mutable_area_max_m());
+  protocols::write_message(robot.palm_size, *out.mutable_palm_size_m());
+  protocols::write_message(robot.camera_V, *out.mutable_camera_m());
+  protocols::write_message(flat(robot.area_min), *out.mutable_area_min_m());
+  protocols::write_message(flat(robot.area_max), *out.mutable_area_max_m());
 }
 
-void write(const VisualDescription& looks, v1::CellLooks& out) {
-  for (const FixedBoxLooks& box : looks.fixed) {
+void write(const VisualDescription& visual, v1::CellLooks& out) {
+  for (const FixedBoxVisual& box : visual.fixed) {
     auto& fixed = *out.add_fixed();
     fixed.set_name(box.name);
-    write_message(box.size, *fixed.mutable_size_m());
-    write_message(box.X_WS, *fixed.mutable_box_in_world());
+    protocols::write_message(box.size, *fixed.mutable_size_m());
+    protocols::write_message(box.X_WS, *fixed.mutable_box_in_world());
   }
-  for (const RobotLooks& robot : looks.robots) write(robot, *out.add_robots());
-  for (const GearLooks& gear : looks.gears) {
+  for (const RobotVisual& robot : visual.robots) write(robot, *out.add_robots());
+  for (const GearVisual& gear : visual.gears) {
     auto& type = *out.add_gears();
     type.set_type(gear.type);
     type.set_hub_top_radius_m(gear.hub_top_radius_m);
@@ -80,10 +80,10 @@ void write(const VisualDescription& looks, v1::CellLooks& out) {
     type.set_hub_height_m(gear.hub_height_m);
     type.set_teeth_radius_m(gear.teeth_radius_m);
   }
-  for (const TrayLooks& tray : looks.trays) {
+  for (const TrayVisual& tray : visual.trays) {
     auto& type = *out.add_trays();
     type.set_type(tray.type);
-    for (const PocketLooks& pocket : tray.pockets) {
+    for (const PocketVisual& pocket : tray.pockets) {
       auto& recess = *type.add_pockets();
       recess.set_top_radius_m(pocket.top_radius_m);
       recess.set_floor_radius_m(pocket.floor_radius_m);
@@ -100,7 +100,7 @@ ViewerHub::ViewerHub(const WebServerOptions& options, api::CommandSink& sink,
       sink_(sink),
       source_(source),
       instance_id_(random_id()),
-      plc_(options.scaling, options.endpoint, sink, source),
+      device_(options.scaling, options.endpoint, sink, source),
       token_attempts_(kTokenAttemptsPerSecond) {
   const api::SnapshotPtr snapshot = source.latest();
   if (snapshot->cell->light_curtain) beams_ = snapshot->cell->light_curtain->beams;
@@ -114,7 +114,7 @@ void ViewerHub::add(std::shared_ptr<WebSocket> socket, std::string peer) {
   spdlog::info("web: viewer {} connected", peer);
   const auto viewer = std::make_shared<Viewer>(
       ++next_id_, std::move(socket), std::move(peer),
-      Viewer::Events{[this](Viewer& from, const auto& request) { take(from, request); },
+      Viewer::Events{[this](Viewer& from, const auto& request) { answer(from, request); },
                      [this](Viewer& ended) { remove(ended); }});
   viewers_[viewer->id()] = viewer;
   viewer->set_rate(options_.max_rate_hz);
@@ -132,7 +132,7 @@ void ViewerHub::greet(Viewer& viewer) {
   viewer.send(pack(update));
   *update.mutable_permission() = permission(viewer);
   viewer.send(pack(update));
-  write(options_.looks, *update.mutable_looks());
+  write(options_.visual, *update.mutable_looks());
   viewer.send(pack(update));
   write_message(options_.scaling, beams_, *update.mutable_register_map());
   viewer.send(pack(update));
@@ -151,7 +151,7 @@ v1::Permission ViewerHub::permission(const Viewer& viewer) const {
   return permission;
 }
 
-void ViewerHub::take(Viewer& viewer, const v1::ViewerRequest& request) {
+void ViewerHub::answer(Viewer& viewer, const v1::ViewerRequest& request) {
   const auto done = execute(viewer, request);
   if (request.id() == 0) return;
   v1::ViewerUpdate update;
@@ -280,7 +280,7 @@ void ViewerHub::send_snapshots(const api::SnapshotPtr& snapshot, Clock::time_poi
     if (viewer.cell != snapshot->cell) {
       if (!cell) {
         update_.Clear();
-        write_message(*snapshot->cell, *update_.mutable_cell());
+        protocols::write_message(*snapshot->cell, *update_.mutable_cell());
         cell = pack(update_);
       }
       viewer.cell = snapshot->cell;
@@ -288,7 +288,7 @@ void ViewerHub::send_snapshots(const api::SnapshotPtr& snapshot, Clock::time_poi
     }
     if (!state) {
       update_.Clear();
-      write_message(*snapshot, instance_id_, *update_.mutable_snapshot());
+      protocols::write_message(*snapshot, instance_id_, *update_.mutable_snapshot());
       for (auto& body : *update_.mutable_snapshot()->mutable_bodies()) {
         body.clear_name();
         body.clear_type();
@@ -304,9 +304,9 @@ void ViewerHub::send_registers() {
   for_each([&](Viewer& viewer) {
     if (!viewer.watch.registers()) return;
     if (!message) {
-      plc_.refresh();
+      device_.refresh();
       update_.Clear();
-      write_message(plc_.image(), beams_, *update_.mutable_registers());
+      write_message(device_.image(), beams_, *update_.mutable_registers());
       message = pack(update_);
     }
     viewer.offer_registers(message);
@@ -332,7 +332,7 @@ void ViewerHub::send_status() {
   });
 }
 
-void ViewerHub::send_events(WireTap* tap, bool (v1::Watch::*wants)() const) {
+void ViewerHub::send_events(protocols::WireTap* tap, bool (v1::Watch::*wants)() const) {
   if (!tap || !tap->watched()) return;
   events_.clear();
   const std::uint64_t dropped = tap->fetch(kEventsPerTick, events_);
@@ -340,7 +340,7 @@ void ViewerHub::send_events(WireTap* tap, bool (v1::Watch::*wants)() const) {
   update_.Clear();
   auto& out = *update_.mutable_wire_events();
   out.set_dropped(dropped);
-  for (const WireEvent& event : events_) write(event, *out.add_events());
+  for (const protocols::WireEvent& event : events_) write(event, *out.add_events());
   const WebMessage message = pack(update_);
   for_each([&](Viewer& viewer) {
     if ((viewer.watch.*wants)()) (void)viewer.send_if_quick(message);
@@ -356,4 +356,4 @@ void ViewerHub::for_each(const Visit& visit) {
   for (const auto& viewer : all) visit(*viewer);
 }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::web

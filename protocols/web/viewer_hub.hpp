@@ -13,7 +13,7 @@
 #include "protocols/web/viewer.hpp"
 #include "protocols/web/web_server.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::web {
 
 /// All viewers: what each is sent when, and what becomes of its requests. Knows no HTTP.
 /// Thread: the server's.
@@ -34,7 +34,7 @@ class ViewerHub {
   [[nodiscard]] std::size_t size() const { return viewers_.size(); }
 
  private:
-  void take(Viewer& viewer, const v1::ViewerRequest& request);
+  void answer(Viewer& viewer, const v1::ViewerRequest& request);
   [[nodiscard]] Result<void> execute(Viewer& viewer, const v1::ViewerRequest& request);
   [[nodiscard]] Result<void> authenticate(Viewer& viewer, const std::string& token);
   void set_watch(Viewer& viewer, const v1::Watch& watch);
@@ -46,7 +46,7 @@ class ViewerHub {
   void send_snapshots(const api::SnapshotPtr& snapshot, Clock::time_point now);
   void send_registers();
   void send_status();
-  void send_events(WireTap* tap, bool (v1::Watch::*wants)() const);
+  void send_events(protocols::WireTap* tap, bool (v1::Watch::*wants)() const);
   template <typename Visit>
   void for_each(const Visit& visit);
 
@@ -54,16 +54,17 @@ class ViewerHub {
   api::CommandSink& sink_;
   const api::SnapshotSource& source_;
   std::string instance_id_;
-  int beams_ = 0;       // of the light curtain; the same after a reset
-  ConveyorDevice plc_;  // a reader's own: the registers as the snapshot makes them
+  int beams_ = 0;  // of the light curtain; the same after a reset
+  modbus_server::ConveyorDevice
+      device_;  // a reader's own: the registers as the snapshot makes them
   std::map<std::uint64_t, std::shared_ptr<Viewer>> viewers_;
   std::uint64_t next_id_ = 0;
   std::vector<Jogger> joggers_;  // by robot
-  RateLimit token_attempts_;
+  protocols::RateLimit token_attempts_;
   api::SnapshotPtr sent_;
   Clock::time_point sent_at_{}, registers_at_{}, status_at_{};
   v1::ViewerUpdate update_;  // keeps its memory from message to message
-  std::vector<WireEvent> events_;
+  std::vector<protocols::WireEvent> events_;
 };
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::web

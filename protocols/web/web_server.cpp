@@ -14,7 +14,7 @@
 #include "protocols/web/http_session.hpp"
 #include "protocols/web/viewer_hub.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::web {
 namespace {
 
 namespace asio = boost::asio;
@@ -32,8 +32,8 @@ class WebServer::Impl {
       : options_(std::move(options)),
         hub_(options_, sink, source),
         listener_(io_, {"web", options_.bind_address, options_.port, options_.max_connections},
-                  [this](TcpListener::Socket socket, std::string peer) {
-                    take(std::move(socket), std::move(peer));
+                  [this](protocols::TcpListener::Socket socket, std::string peer) {
+                    serve(std::move(socket), std::move(peer));
                   }),
         tick_timer_(io_),
         drain_timer_(io_) {}
@@ -46,7 +46,7 @@ class WebServer::Impl {
     if (!port) return port;
     next_tick_ = std::chrono::steady_clock::now();
     tick();
-    thread_ = std::jthread([this] { run_loop(io_, "web"); });
+    thread_ = std::jthread([this] { protocols::run_loop(io_, "web"); });
     return port;
   }
 
@@ -79,7 +79,7 @@ class WebServer::Impl {
     return {};
   }
 
-  void take(TcpListener::Socket socket, std::string peer) {
+  void serve(protocols::TcpListener::Socket socket, std::string peer) {
     const std::uint64_t id = ++next_session_;
     sessions_[id] = serve_http(std::move(socket), std::move(peer), context_, [this, id] {
       if (over_) return;
@@ -135,7 +135,7 @@ class WebServer::Impl {
   ViewerHub hub_;
   // Its pending handlers own sessions and sockets, whose ends refer to what stands above.
   asio::io_context io_{1};
-  TcpListener listener_;
+  protocols::TcpListener listener_;
   asio::steady_timer tick_timer_, drain_timer_;
   std::chrono::steady_clock::time_point next_tick_;
   std::jthread thread_;
@@ -149,4 +149,4 @@ Result<std::uint16_t> WebServer::start() { return impl_->start(); }
 void WebServer::stop() { impl_->stop(); }
 std::size_t WebServer::open() const { return impl_->open(); }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::web

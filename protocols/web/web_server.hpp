@@ -16,7 +16,7 @@
 #include "world/api/ports.hpp"
 
 /// The web page and its WebSocket.
-namespace aprsim::protocols {
+namespace aprsim::web {
 
 /// One listener of the daemon, as the page shows it.
 struct ListenerCount {
@@ -36,15 +36,15 @@ struct WebServerOptions {
   std::vector<std::string> hosts;  ///< host names of the page besides addresses and localhost
   std::string assets;              ///< directory of the page's files
   std::vector<std::pair<std::string, std::string>> models;  ///< robot name, description file
-  VisualDescription looks;                                  ///< of the cell
+  VisualDescription visual;                                 ///< of the cell
   std::string version;
   modbus::ConveyorScaling scaling;  ///< of the registers shown
   api::EndpointId endpoint = 0;     ///< stamped on every command
   std::chrono::milliseconds jog_timeout{400};
   /// stop() lets closing handshakes go on for at most so long.
   std::chrono::milliseconds drain_deadline{300};
-  WireTap* crcl_tap = nullptr;  ///< both outlive the server; may be null
-  WireTap* modbus_tap = nullptr;
+  protocols::WireTap* crcl_tap = nullptr;  ///< both outlive the server; may be null
+  protocols::WireTap* modbus_tap = nullptr;
   std::function<std::vector<ListenerCount>()> listeners;  ///< called on the server's thread
 };
 
@@ -72,4 +72,4 @@ class WebServer {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::web

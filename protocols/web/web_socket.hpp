@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace aprsim::protocols {
+namespace aprsim::web {
 
 /// A message on its way to any number of viewers.
 using WebMessage = std::shared_ptr<const std::string>;
@@ -29,4 +29,4 @@ class WebSocket {
   virtual void drop() = 0;
 };
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::web

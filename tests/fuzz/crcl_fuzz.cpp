@@ -1,4 +1,4 @@
-// Bytes of one CRCL connection through framing, codec and a robot's command lifecycle.
+// Bytes of one CRCL connection through framing, codec and a robot's command executor.
 // First byte: how the bytes are split into packets and what the robot makes of its commands.
 
 #include <algorithm>
@@ -10,13 +10,12 @@
 
 #include <spdlog/spdlog.h>
 
-#include "crcl/decoder.hpp"
-#include "crcl/encoder.hpp"
+#include "crcl/command_codec.hpp"
 #include "crcl/framer.hpp"
 #include "crcl/schema.hpp"
-#include "crcl/status_decoder.hpp"
-#include "protocols/crcl/command_lifecycle.hpp"
-#include "tests/support/fake_world.hpp"
+#include "crcl/status_codec.hpp"
+#include "protocols/crcl/command_executor.hpp"
+#include "tests/support/fake_cell.hpp"
 
 namespace {
 
@@ -31,8 +30,7 @@ void demand(bool truth) {
 /// One robot, one connection, and a robot that finishes or fails what it is told.
 class Connection {
  public:
-  explicit Connection(unsigned mood)
-      : mood_(mood), link_(options(), world_, world_), settings_(make_settings()) {}
+  explicit Connection(unsigned mood) : mood_(mood), executor_(options(), world_, world_) {}
 
   void take(std::string_view bytes) {
     framer_.append(bytes);
@@ -48,18 +46,15 @@ class Connection {
   }
 
  private:
-  static protocols::CommandLifecycleOptions options() {
-    protocols::CommandLifecycleOptions out;
+  static crcl_server::CommandExecutorOptions options() {
+    crcl_server::CommandExecutorOptions out;
     out.max_program_bytes = kProgramBytes;
     return out;
-  }
-  static std::shared_ptr<protocols::ConnectionSettings> make_settings() {
-    return std::make_shared<protocols::ConnectionSettings>(crcl::Units{}, true);
   }
 
   void end(const crcl::Error& error) {
     demand(!error.message().empty());
-    link_.bad_document(error.message());
+    executor_.bad_document(error.message());
     broken_ = true;
     answer();
   }
@@ -69,7 +64,7 @@ class Connection {
     if (framer_.last_root() != 0) {
       auto program = crcl::decode_program(document, kProgramBytes);
       if (!program) return refuse(program.error());
-      return link_.execute(std::move(*program), settings_, "fuzz");
+      return executor_.execute(std::move(*program), caller_);
     }
     const auto instance = crcl::decode_command(document, kCommandBytes);
     if (!instance) return refuse(instance.error());
@@ -77,12 +72,12 @@ class Connection {
     const auto again = crcl::decode_command(crcl::encode_command(*instance), 16 * kCommandBytes);
     demand(again && *again == *instance);
     if (std::holds_alternative<crcl::GetStatus>(instance->command.body)) return;
-    link_.execute(*instance, settings_, "fuzz");
+    executor_.execute(*instance, caller_);
   }
 
   void refuse(const crcl::Error& error) {
     if (error.kind != crcl::ErrorKind::kBadValue) return end(error);
-    link_.refuse(error.command_type, error.command_id.value_or(0), error.message());
+    executor_.refuse(error.command_type, error.command_id.value_or(0), error.message());
   }
 
   /// The robot gets on with its latest command.
@@ -95,11 +90,11 @@ class Connection {
                        : turn % 3 == 0 ? api::ActionState::kWorking
                                        : api::ActionState::kDone;
     world_.report(0, count, state, state == api::ActionState::kError ? "no" : "");
-    if (link_.runs_program()) link_.advance();
+    if (executor_.runs_program()) executor_.advance();
   }
 
   void answer() {
-    const crcl::Status status = link_.status(*settings_);
+    const crcl::Status status = executor_.status(*caller_.settings);
     const std::string document = crcl::encode_status(status);
     demand(!crcl::schema_fault(document));
     demand(crcl::decode_status(document).has_value());
@@ -110,9 +105,10 @@ class Connection {
   }
 
   unsigned mood_;
-  test_support::FakeWorld world_;
-  protocols::CommandLifecycle link_;
-  std::shared_ptr<protocols::ConnectionSettings> settings_;
+  test::FakeCell world_;
+  crcl_server::CommandExecutor executor_;
+  crcl_server::Caller caller_{
+      std::make_shared<crcl_server::ConnectionSettings>(crcl::Units{}, true), "fuzz"};
   crcl::Framer framer_ = crcl::Framer::for_commands(kCommandBytes, kProgramBytes);
   std::size_t seen_ = 0;
   std::int64_t last_status_ = 0;

@@ -38,25 +38,25 @@ void use(const Request& request, std::span<const std::uint8_t> adu) {
 
 /// Takes one frame off the stream; false when nothing more can be taken.
 bool take(std::span<const std::uint8_t>& stream, const RequestRules& rules) {
-  const ValidatedRequest gated = validate_request(stream, rules);
-  if (gated.verdict == Verdict::kIncomplete || gated.verdict == Verdict::kBroken) {
-    demand(gated.adu.empty());
+  const ValidatedRequest validated = validate_request(stream, rules);
+  if (validated.verdict == Verdict::kIncomplete || validated.verdict == Verdict::kBroken) {
+    demand(validated.adu.empty());
     return false;
   }
-  demand(gated.adu.size() > kHeaderSize && gated.adu.size() <= kMaxAduSize);
-  demand(gated.adu.data() == stream.data() && gated.adu.size() <= stream.size());
+  demand(validated.adu.size() > kHeaderSize && validated.adu.size() <= kMaxAduSize);
+  demand(validated.adu.data() == stream.data() && validated.adu.size() <= stream.size());
   // However the bytes arrive, a frame is judged when it is whole and not before.
-  demand(validate_request(gated.adu.first(gated.adu.size() - 1), rules).verdict ==
+  demand(validate_request(validated.adu.first(validated.adu.size() - 1), rules).verdict ==
          Verdict::kIncomplete);
-  demand(validate_request(gated.adu, rules).verdict == gated.verdict);
-  if (gated.verdict == Verdict::kRequest) use(gated.request, gated.adu);
-  if (gated.verdict == Verdict::kIdentification) {
-    demand(identification_reply(gated.adu, gated.identification).size() <= kMaxAduSize);
+  demand(validate_request(validated.adu, rules).verdict == validated.verdict);
+  if (validated.verdict == Verdict::kRequest) use(validated.request, validated.adu);
+  if (validated.verdict == Verdict::kIdentification) {
+    demand(identification_reply(validated.adu, validated.identification).size() <= kMaxAduSize);
   }
-  if (gated.verdict == Verdict::kRefused) {
-    demand((exception_reply(gated.adu, gated.exception).bytes[kHeaderSize] & 0x80) != 0);
+  if (validated.verdict == Verdict::kRefused) {
+    demand((exception_reply(validated.adu, validated.exception).bytes[kHeaderSize] & 0x80) != 0);
   }
-  stream = stream.subspan(gated.adu.size());
+  stream = stream.subspan(validated.adu.size());
   return true;
 }
 

@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-namespace aprsim::test_support {
+namespace aprsim::test {
 namespace {
 
 constexpr std::chrono::seconds kPatience{10};
@@ -23,13 +23,13 @@ bool RawWebClient::fill() {
   return !bytes.empty();
 }
 
-std::string RawWebClient::take(std::size_t count) {
+std::string RawWebClient::read(std::size_t count) {
   while (input_.size() < count) {
     if (!fill()) return {};
   }
-  std::string taken = input_.substr(0, count);
+  std::string bytes = input_.substr(0, count);
   input_.erase(0, count);
-  return taken;
+  return bytes;
 }
 
 std::string RawWebClient::read_head() {
@@ -37,7 +37,7 @@ std::string RawWebClient::read_head() {
   while ((end = input_.find("\r\n\r\n")) == std::string::npos) {
     if (!fill()) return {};
   }
-  return take(end + 4);
+  return read(end + 4);
 }
 
 std::string RawWebClient::request(const std::string& head, const std::string& headers,
@@ -49,7 +49,7 @@ std::string RawWebClient::request(const std::string& head, const std::string& he
 std::string RawWebClient::answer(bool with_body) {
   std::string answer = read_head();
   const auto at = answer.find("Content-Length: ");
-  if (with_body && at != std::string::npos) answer += take(std::stoul(answer.substr(at + 16)));
+  if (with_body && at != std::string::npos) answer += read(std::stoul(answer.substr(at + 16)));
   return answer;
 }
 
@@ -82,15 +82,15 @@ std::optional<v1::ViewerUpdate> RawWebClient::next(
     const std::function<bool(const v1::ViewerUpdate&)>& wanted) {
   const auto end = std::chrono::steady_clock::now() + kPatience;
   while (std::chrono::steady_clock::now() < end) {
-    const std::string head = take(2);
+    const std::string head = read(2);
     if (head.size() < 2 || (head[0] & 0x0F) == 8) return std::nullopt;
     std::size_t size = static_cast<unsigned char>(head[1]) & 0x7FU;
     if (size >= 126) {
-      const std::string length = take(size == 126 ? 2 : 8);
+      const std::string length = read(size == 126 ? 2 : 8);
       size = 0;
       for (const char byte : length) size = (size << 8) | static_cast<unsigned char>(byte);
     }
-    const std::string payload = take(size);
+    const std::string payload = read(size);
     v1::ViewerUpdate update;
     if ((head[0] & 0x0F) == 2 && update.ParseFromString(payload) && wanted(update)) return update;
   }
@@ -107,4 +107,4 @@ v1::Outcome RawWebClient::ask(v1::ViewerRequest request) {
   return update->outcome();
 }
 
-}  // namespace aprsim::test_support
+}  // namespace aprsim::test

@@ -9,7 +9,7 @@
 #include "aprsim/v1/web.pb.h"
 #include "tests/support/tcp_socket.hpp"
 
-namespace aprsim::test_support {
+namespace aprsim::test {
 
 /// An HTTP and WebSocket client of bytes and nothing else, so that tests can also be rude.
 /// Everything that takes longer than ten seconds throws.
@@ -41,7 +41,7 @@ class RawWebClient {
 
  private:
   bool fill();
-  std::string take(std::size_t count);
+  std::string read(std::size_t count);
   std::string read_head();
 
   test::TcpSocket socket_;
@@ -50,4 +50,4 @@ class RawWebClient {
   std::uint32_t last_id_ = 0;
 };
 
-}  // namespace aprsim::test_support
+}  // namespace aprsim::test

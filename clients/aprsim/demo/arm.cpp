@@ -49,7 +49,7 @@ Outcome<void> Arm::initialise() { return run(crcl::InitCanon{}); }
 Outcome<void> Arm::move(const Eigen::Isometry3d& X_WT, bool straight) {
   crcl::MoveTo move;
   move.straight = straight;
-  move.end = crcl_pose_mm(X_RW_ * X_WT);
+  move.end.pose = crcl_pose_mm(X_RW_ * X_WT);
   return run(move);
 }
 

@@ -52,12 +52,12 @@ struct Serving {
 
 Outcome measure_crcl(std::size_t clients, std::chrono::seconds duration) {
   return measure(clients, duration, [](world::Simulation& simulation) {
-    protocols::CrclServerOptions options;
+    crcl_server::CrclServerOptions options;
     options.port = 0;
-    auto server = std::make_unique<protocols::CrclServer>(options, simulation, simulation);
+    auto server = std::make_unique<crcl_server::CrclServer>(options, simulation, simulation);
     const auto port = server->start();
     if (!port) throw std::runtime_error(port.error().message);
-    return Serving<protocols::CrclServer>{std::move(server), *port};
+    return Serving<crcl_server::CrclServer>{std::move(server), *port};
   });
 }
 

@@ -50,7 +50,7 @@ class Source final : public api::SnapshotSource {
 
 /// One browser's share: takes what it is sent. Counts snapshots.
 void view(std::uint16_t port, std::atomic<std::uint64_t>& seen, const std::stop_token& stop) {
-  test_support::RawWebClient client(port);
+  test::RawWebClient client(port);
   (void)client.upgrade();
   v1::ViewerRequest request;
   request.mutable_watch()->set_rate_hz(kRate_hz);
@@ -101,9 +101,9 @@ int run(int argc, char** argv) {
   Cell cell;
   NoCommands sink;
   const Source source(cell.slot());
-  protocols::WebServerOptions options;
+  web::WebServerOptions options;
   options.port = 0;
-  protocols::WebServer server(options, sink, source);
+  web::WebServer server(options, sink, source);
   const auto port = server.start();
   if (!port) throw std::runtime_error(port.error().message);
 

@@ -3,8 +3,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
-#include "crcl/decoder.hpp"
-#include "crcl/encoder.hpp"
+#include "crcl/command_codec.hpp"
 #include "tests/unit/crcl/every_command.hpp"
 #include "tests/unit/crcl/golden.hpp"
 #include "tests/unit/crcl/samples.hpp"
@@ -44,7 +43,7 @@ TEST(Commands, MoveToKeepsEveryBitOfItsNumbers) {
   EXPECT_TRUE(rc::check("numbers survive encoding and decoding", [](double x, double y) {
     RC_PRE(std::isfinite(x) && std::isfinite(y));
     const CommandInstance sent{
-        {}, command(MoveTo{true, {{x, y, -x}, {1, 0, 0}, {0, 1, 0}}, {}}), {}, {}, {}};
+        {}, command(MoveTo{true, {{{x, y, -x}, {1, 0, 0}, {0, 1, 0}}, {}}}), {}, {}, {}};
     RC_ASSERT(decode_command(encode_command(sent)).value() == sent);
   }));
 }
@@ -56,7 +55,7 @@ TEST(Commands, ElementsMayComeInAnyOrderAndUnknownOnesToo) {
                "<XAxis><K>0</K><J>1</J><I>0</I></XAxis><Point><Z>3</Z><Y>2</Y><X>1</X></Point>"
                "</EndPosition><MoveStraight> 1 </MoveStraight><CommandID>5</CommandID>"));
   EXPECT_TRUE(move.straight);
-  EXPECT_EQ(move.end, (Pose{{1, 2, 3}, {0, 1, 0}, {0, 0, 1}}));
+  EXPECT_EQ(move.end.pose, (Pose{{1, 2, 3}, {0, 1, 0}, {0, 0, 1}}));
 }
 
 TEST(Commands, NoCommandIdIsZero) {

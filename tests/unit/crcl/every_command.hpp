@@ -20,7 +20,7 @@ inline std::vector<std::pair<std::string, CommandInstance>> every_command() {
   settings.trans_accel = Rate{false, 500};
   settings.rot_accel = Rate{true, 0.5};
   settings.tolerance = PoseTolerance{0.005, 0.01, std::nullopt, std::nullopt, 1};
-  Command guarded = command(MoveTo{true, pose, std::nullopt});
+  Command guarded = command(MoveTo{true, {pose, std::nullopt}});
   guarded.name = "down";
   guarded.guards = {
       {"g", "ft", "Fz", GuardLimit::kIncreaseOverLimit, 10, 5000, 3, 4, 2.5, true, false}};
@@ -29,8 +29,8 @@ inline std::vector<std::pair<std::string, CommandInstance>> every_command() {
       {"end_canon", {"inst", command(EndCanon{}), "prog.xml", 3, 22}},
       {"get_status", {{}, command(GetStatus{}), {}, {}, {}}},
       {"stop_motion", {{}, command(StopMotion{StopCondition::kImmediate}), {}, {}, {}}},
-      {"move_to", {{}, command(MoveTo{false, pose, {}}), {}, {}, {}}},
-      {"move_to_and_set", {{}, command(MoveTo{true, pose, settings}), {}, {}, {}}},
+      {"move_to", {{}, command(MoveTo{false, {pose, {}}}), {}, {}, {}}},
+      {"move_to_and_set", {{}, command(MoveTo{true, {pose, settings}}), {}, {}, {}}},
       {"move_to_guarded", {{}, guarded, {}, {}, {}}},
       {"move_through_to",
        {{}, command(MoveThroughTo{true, {{pose, settings}, {pose, {}}}}), {}, {}, {}}},

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
-#include "crcl/decoder.hpp"
+#include "crcl/command_codec.hpp"
 #include "tests/unit/crcl/samples.hpp"
 
 namespace aprsim::crcl {

@@ -7,11 +7,10 @@
 
 #include <gtest/gtest.h>
 
-#include "crcl/decoder.hpp"
-#include "crcl/encoder.hpp"
-#include "crcl/status_decoder.hpp"
+#include "crcl/command_codec.hpp"
+#include "crcl/status_codec.hpp"
 #include "crcl/text.hpp"
-#include "crcl/xml_tree.hpp"
+#include "crcl/xml_reader.hpp"
 #include "tests/unit/crcl/golden.hpp"
 #include "tests/unit/crcl/samples.hpp"
 #include "tests/unit/crcl/schema_validator.hpp"

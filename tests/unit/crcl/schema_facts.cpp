@@ -5,7 +5,7 @@
 #include <xercesc/parsers/XercesDOMParser.hpp>
 #include <xercesc/util/XMLString.hpp>
 
-#include "crcl/xml_tree.hpp"
+#include "crcl/xml_reader.hpp"
 
 namespace aprsim::crcl {
 namespace {

@@ -9,7 +9,8 @@
 
 #include <gtest/gtest.h>
 
-#include "crcl/encoder.hpp"
+#include "crcl/command_codec.hpp"
+#include "crcl/status_codec.hpp"
 #include "tests/unit/crcl/every_command.hpp"
 #include "tests/unit/crcl/golden.hpp"
 #include "tests/unit/crcl/samples.hpp"

@@ -13,7 +13,7 @@
 #include <xercesc/util/XMLUni.hpp>
 #include <xercesc/validators/common/Grammar.hpp>
 
-#include "crcl/xml_tree.hpp"
+#include "crcl/xml_reader.hpp"
 
 namespace aprsim::crcl {
 namespace {

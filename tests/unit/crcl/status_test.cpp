@@ -3,8 +3,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
-#include "crcl/encoder.hpp"
-#include "crcl/status_decoder.hpp"
+#include "crcl/status_codec.hpp"
 #include "tests/unit/crcl/golden.hpp"
 #include "tests/unit/crcl/samples.hpp"
 

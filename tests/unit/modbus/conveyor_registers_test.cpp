@@ -25,9 +25,9 @@ std::uint16_t input(const RegisterImage& image, int address) {
 
 Checked<ConveyorWrite> decode(const Bytes& body, const ConveyorScaling& scaling = {}) {
   const Bytes bytes = adu(body);
-  const ValidatedRequest gated = validate_request(bytes);
-  EXPECT_EQ(gated.verdict, Verdict::kRequest);
-  return decode_write(gated.request, scaling);
+  const ValidatedRequest validated = validate_request(bytes);
+  EXPECT_EQ(validated.verdict, Verdict::kRequest);
+  return decode_write(validated.request, scaling);
 }
 
 TEST(Scaling, EverySpeedCountSurvivesTheWayThereAndBack) {

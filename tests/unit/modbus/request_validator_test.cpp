@@ -24,21 +24,21 @@ class Conformance : public ::testing::TestWithParam<ConformanceCase> {};
 
 TEST_P(Conformance, IsJudgedAsTheSpecificationSays) {
   const Bytes bytes = adu(GetParam().pdu, 0xBEEF, 255);
-  const ValidatedRequest gated = validate_request(bytes);
-  EXPECT_EQ(gated.adu.size(), bytes.size());
+  const ValidatedRequest validated = validate_request(bytes);
+  EXPECT_EQ(validated.adu.size(), bytes.size());
   if (GetParam().exception == kAccepted) {
-    ASSERT_EQ(gated.verdict, Verdict::kRequest);
-    EXPECT_EQ(static_cast<int>(gated.request.function), GetParam().pdu[0]);
+    ASSERT_EQ(validated.verdict, Verdict::kRequest);
+    EXPECT_EQ(static_cast<int>(validated.request.function), GetParam().pdu[0]);
   } else {
-    ASSERT_EQ(gated.verdict, Verdict::kRefused);
-    EXPECT_EQ(static_cast<int>(gated.exception), GetParam().exception);
+    ASSERT_EQ(validated.verdict, Verdict::kRefused);
+    EXPECT_EQ(static_cast<int>(validated.exception), GetParam().exception);
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Gate, Conformance, ::testing::ValuesIn(conformance_cases()),
+INSTANTIATE_TEST_SUITE_P(RequestValidator, Conformance, ::testing::ValuesIn(conformance_cases()),
                          [](const auto& tested) { return tested.param.name; });
 
-TEST(Gate, EveryOtherFunctionIsIllegal) {
+TEST(RequestValidator, EveryOtherFunctionIsIllegal) {
   for (int fc = 0; fc < 256; ++fc) {
     if ((fc >= 1 && fc <= 6) || fc == 15 || fc == 16 || fc == 22 || fc == 23) continue;
     if (fc == 43) continue;
@@ -46,10 +46,10 @@ TEST(Gate, EveryOtherFunctionIsIllegal) {
       Bytes body{static_cast<std::uint8_t>(fc)};
       body.resize(1 + extra, 0);
       const Bytes bytes = adu(body, 0x1234, 77);
-      const ValidatedRequest gated = validate_request(bytes);
-      ASSERT_EQ(gated.verdict, Verdict::kRefused) << fc;
-      EXPECT_EQ(gated.exception, ExceptionCode::kIllegalFunction) << fc;
-      const ExceptionReply reply = exception_reply(gated.adu, gated.exception);
+      const ValidatedRequest validated = validate_request(bytes);
+      ASSERT_EQ(validated.verdict, Verdict::kRefused) << fc;
+      EXPECT_EQ(validated.exception, ExceptionCode::kIllegalFunction) << fc;
+      const ExceptionReply reply = exception_reply(validated.adu, validated.exception);
       const Bytes expected{0x12, 0x34, 0, 0, 0, 3, 77, static_cast<std::uint8_t>(fc | 0x80), 1};
       EXPECT_EQ(Bytes(reply.bytes.begin(), reply.bytes.end()), expected) << fc;
     }
@@ -58,9 +58,9 @@ TEST(Gate, EveryOtherFunctionIsIllegal) {
 
 Bytes identification(std::uint8_t level, std::uint8_t object) {
   const Bytes bytes = adu({43, 14, level, object}, 0x0102, 9);
-  const ValidatedRequest gated = validate_request(bytes);
-  EXPECT_EQ(gated.verdict, Verdict::kIdentification);
-  return identification_reply(gated.adu, gated.identification);
+  const ValidatedRequest validated = validate_request(bytes);
+  EXPECT_EQ(validated.verdict, Verdict::kIdentification);
+  return identification_reply(validated.adu, validated.identification);
 }
 
 /// The objects of a reply as "id=value;".
@@ -109,9 +109,9 @@ TEST(RequestRules, ReadOnlyRefusesWhatWritesAsAnUnknownFunction) {
   EXPECT_EQ(validate_request(adu({43, 14, 1, 0}), rules).verdict, Verdict::kIdentification);
   for (const std::uint8_t fc : Bytes{5, 6, 15, 16, 22, 23}) {
     const Bytes bytes = adu(pdu(fc, {0x8000, 1}));  // malformed or not
-    const ValidatedRequest gated = validate_request(bytes, rules);
-    EXPECT_EQ(gated.verdict, Verdict::kRefused) << int{fc};
-    EXPECT_EQ(gated.exception, ExceptionCode::kIllegalFunction) << int{fc};
+    const ValidatedRequest validated = validate_request(bytes, rules);
+    EXPECT_EQ(validated.verdict, Verdict::kRefused) << int{fc};
+    EXPECT_EQ(validated.exception, ExceptionCode::kIllegalFunction) << int{fc};
   }
 }
 
@@ -120,15 +120,15 @@ TEST(RequestRules, OtherUnitsAreNotOurs) {
   const RequestRules rules{.unit_ids = units};
   for (int unit = 0; unit < 256; ++unit) {
     const Bytes bytes = adu(pdu(3, {0x8000, 1}), 1, static_cast<std::uint8_t>(unit));
-    const ValidatedRequest gated = validate_request(bytes, rules);
+    const ValidatedRequest validated = validate_request(bytes, rules);
     const bool ours = unit == 1 || unit == 255;
-    EXPECT_EQ(gated.verdict, ours ? Verdict::kRequest : Verdict::kRefused) << unit;
+    EXPECT_EQ(validated.verdict, ours ? Verdict::kRequest : Verdict::kRefused) << unit;
     if (ours) continue;
-    EXPECT_EQ(static_cast<int>(gated.exception), 11);
+    EXPECT_EQ(static_cast<int>(validated.exception), 11);
   }
 }
 
-TEST(Gate, AnyUnitAndTransactionIdIsAcceptedAndEchoed) {
+TEST(RequestValidator, AnyUnitAndTransactionIdIsAcceptedAndEchoed) {
   for (int unit = 0; unit < 256; ++unit) {
     const auto transaction = static_cast<std::uint16_t>(unit * 257);
     const Bytes bytes = adu(pdu(3, {0x8000, 0}), transaction, static_cast<std::uint8_t>(unit));
@@ -140,18 +140,18 @@ TEST(Gate, AnyUnitAndTransactionIdIsAcceptedAndEchoed) {
   }
 }
 
-TEST(Gate, EveryPrefixOfARequestIsIncomplete) {
+TEST(RequestValidator, EveryPrefixOfARequestIsIncomplete) {
   const Bytes bytes = adu(write_many(16, 0x8000, 123, 246, zeros(246)));
   ASSERT_EQ(bytes.size(), kHeaderSize + 6 + 246);
   for (std::size_t size = 0; size < bytes.size(); ++size) {
     const Bytes prefix(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size));
-    const ValidatedRequest gated = validate_request(prefix);
-    EXPECT_EQ(gated.verdict, Verdict::kIncomplete) << size;
-    EXPECT_TRUE(gated.adu.empty());
+    const ValidatedRequest validated = validate_request(prefix);
+    EXPECT_EQ(validated.verdict, Verdict::kIncomplete) << size;
+    EXPECT_TRUE(validated.adu.empty());
   }
 }
 
-TEST(Gate, PipelinedRequestsComeOutOneByOne) {
+TEST(RequestValidator, PipelinedRequestsComeOutOneByOne) {
   Bytes stream = adu(pdu(6, {0x8002, 15000}), 7);
   const Bytes second = adu(pdu(44, {0}), 8), third = adu(pdu(3, {0x8000, 3}), 9);
   stream.insert(stream.end(), second.begin(), second.end());
@@ -174,7 +174,7 @@ TEST(Gate, PipelinedRequestsComeOutOneByOne) {
   EXPECT_EQ(c.adu.size(), rest.size());
 }
 
-TEST(Gate, ImpossibleLengthsBreakTheStream) {
+TEST(RequestValidator, ImpossibleLengthsBreakTheStream) {
   for (const int length : {0, 1, 255, 256, 0x2F20, 0xFFFF}) {
     Bytes bytes = adu(pdu(3, {0x8000, 1}));
     bytes[4] = static_cast<std::uint8_t>(length >> 8);
@@ -183,38 +183,38 @@ TEST(Gate, ImpossibleLengthsBreakTheStream) {
   }
 }
 
-TEST(Gate, ALengthThatLiesWithinReasonOnlyHurtsItsOwnFrame) {
+TEST(RequestValidator, ALengthThatLiesWithinReasonOnlyHurtsItsOwnFrame) {
   // Too long: waits for bytes that belong to it. Too short: the frame ends where it says.
   Bytes longer = adu(pdu(6, {0x8000, 1}));
   longer[5] = 7;
   EXPECT_EQ(validate_request(longer).verdict, Verdict::kIncomplete);
   Bytes shorter = adu(pdu(6, {0x8000, 1}));
   shorter[5] = 4;
-  const ValidatedRequest gated = validate_request(shorter);
-  EXPECT_EQ(gated.verdict, Verdict::kRefused);
-  EXPECT_EQ(gated.exception, ExceptionCode::kIllegalDataValue);
-  EXPECT_EQ(gated.adu.size(), 10U);
+  const ValidatedRequest validated = validate_request(shorter);
+  EXPECT_EQ(validated.verdict, Verdict::kRefused);
+  EXPECT_EQ(validated.exception, ExceptionCode::kIllegalDataValue);
+  EXPECT_EQ(validated.adu.size(), 10U);
 }
 
-TEST(Gate, AnotherProtocolIsSkippedUnanswered) {
+TEST(RequestValidator, AnotherProtocolIsSkippedUnanswered) {
   for (const int protocol : {0x0001, 0x0100, 0xFFFF}) {
     const Bytes bytes = adu(pdu(6, {0x8000, 1}), 1, 1, static_cast<std::uint16_t>(protocol));
-    const ValidatedRequest gated = validate_request(bytes);
-    EXPECT_EQ(gated.verdict, Verdict::kIgnored);
-    EXPECT_EQ(gated.adu.size(), bytes.size());
-    EXPECT_FALSE(gated.reason.empty());
+    const ValidatedRequest validated = validate_request(bytes);
+    EXPECT_EQ(validated.verdict, Verdict::kIgnored);
+    EXPECT_EQ(validated.adu.size(), bytes.size());
+    EXPECT_FALSE(validated.reason.empty());
   }
 }
 
-TEST(Gate, CoilValuesAreTakenFromTheirBits) {
+TEST(RequestValidator, CoilValuesAreTakenFromTheirBits) {
   const Bytes bytes = adu(write_many(15, 0x8000, 10, 2, {0xCD, 0x01}));
-  const ValidatedRequest gated = validate_request(bytes);
-  ASSERT_EQ(gated.verdict, Verdict::kRequest);
+  const ValidatedRequest validated = validate_request(bytes);
+  ASSERT_EQ(validated.verdict, Verdict::kRequest);
   const std::vector<bool> expected{true, false, true, true, false, false, true, true, true, false};
-  for (std::uint16_t i = 0; i < 10; ++i) EXPECT_EQ(gated.request.bit(i), expected[i]) << i;
+  for (std::uint16_t i = 0; i < 10; ++i) EXPECT_EQ(validated.request.bit(i), expected[i]) << i;
 }
 
-TEST(Gate, GarbageNeverYieldsMoreThanTheStreamHolds) {
+TEST(RequestValidator, GarbageNeverYieldsMoreThanTheStreamHolds) {
   std::mt19937 random(1);
   int requests = 0;
   for (int round = 0; round < 200000; ++round) {
@@ -228,16 +228,16 @@ TEST(Gate, GarbageNeverYieldsMoreThanTheStreamHolds) {
       bytes[8] = 0x80;
       bytes[10] = static_cast<std::uint8_t>(random() % 2);
     }
-    const ValidatedRequest gated = validate_request(bytes);
-    const bool taken = gated.verdict == Verdict::kRequest || gated.verdict == Verdict::kRefused ||
-                       gated.verdict == Verdict::kIgnored;
-    ASSERT_EQ(taken, !gated.adu.empty());
-    ASSERT_LE(gated.adu.size(), bytes.size());
-    if (gated.verdict != Verdict::kRequest) continue;
+    const ValidatedRequest validated = validate_request(bytes);
+    const bool taken = validated.verdict == Verdict::kRequest || validated.verdict == Verdict::kRefused ||
+                       validated.verdict == Verdict::kIgnored;
+    ASSERT_EQ(taken, !validated.adu.empty());
+    ASSERT_LE(validated.adu.size(), bytes.size());
+    if (validated.verdict != Verdict::kRequest) continue;
     ++requests;
-    ASSERT_TRUE(is_mapped(gated.request.address, gated.request.quantity));
-    ASSERT_GE(gated.request.quantity, 1);
-    ASSERT_LE(gated.request.data.size(), gated.adu.size() - kHeaderSize - 3);
+    ASSERT_TRUE(is_mapped(validated.request.address, validated.request.quantity));
+    ASSERT_GE(validated.request.quantity, 1);
+    ASSERT_LE(validated.request.data.size(), validated.adu.size() - kHeaderSize - 3);
   }
   EXPECT_GT(requests, 100);
 }

@@ -126,10 +126,10 @@ TEST_F(CliCell, DemoRefusesACellWithoutRobots) {
 }
 
 TEST(CliConveyor, SetWritesTheRegisters) {
-  FakeCell cell;
-  protocols::ModbusServerOptions options;
+  FakeCell cell(FakeCell::Commands::kApplied, kitting_snapshot());
+  modbus_server::ModbusServerOptions options;
   options.port = 0;
-  protocols::ModbusServer server(options, cell, cell);
+  modbus_server::ModbusServer server(options, cell, cell);
   const auto port = server.start();
   ASSERT_TRUE(port.has_value()) << port.error().message;
   const auto conveyor = [&](std::vector<std::string> arguments) {

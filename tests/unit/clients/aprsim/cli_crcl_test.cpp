@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "crcl/encoder.hpp"
+#include "crcl/command_codec.hpp"
 #include "tests/unit/clients/aprsim/cli_fixture.hpp"
 #include "tests/unit/clients/aprsim/scripted_robot.hpp"
 
@@ -171,7 +171,7 @@ TEST(CliPendant, JogMovesFromWhereTheRobotIs) {
   EXPECT_TRUE(std::holds_alternative<crcl::InitCanon>(commands[1].body));
   const auto move = std::get<crcl::MoveTo>(commands[2].body);
   EXPECT_TRUE(move.straight);
-  EXPECT_EQ(move.end.point, (crcl::Vector{300, 0, 420}));
+  EXPECT_EQ(move.end.pose.point, (crcl::Vector{300, 0, 420}));
 }
 
 TEST(CliPendant, JogRefusesWhatIsNoJointOrAxis) {

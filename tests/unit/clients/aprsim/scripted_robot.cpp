@@ -6,8 +6,8 @@
 #include <unistd.h>
 #include <utility>
 
-#include "crcl/decoder.hpp"
-#include "crcl/encoder.hpp"
+#include "crcl/command_codec.hpp"
+#include "crcl/status_codec.hpp"
 
 namespace aprsim::test {
 

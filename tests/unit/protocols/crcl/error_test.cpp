@@ -2,7 +2,7 @@
 
 #include "tests/unit/protocols/crcl/server_fixture.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::crcl_server {
 namespace {
 
 using Errors = ServerTest;
@@ -156,4 +156,4 @@ TEST_F(Errors, AForeignCommandThatReplacesOursIsAnError) {
 }
 
 }  // namespace
-}  // namespace aprsim::protocols
+}  // namespace aprsim::crcl_server

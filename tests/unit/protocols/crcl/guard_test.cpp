@@ -2,7 +2,7 @@
 
 #include "tests/unit/protocols/crcl/server_fixture.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::crcl_server {
 namespace {
 
 using std::chrono::milliseconds;
@@ -154,4 +154,4 @@ TEST_F(Guards, WhatTheRobotTellsOfItsDoneCommandIsReported) {
 }
 
 }  // namespace
-}  // namespace aprsim::protocols
+}  // namespace aprsim::crcl_server

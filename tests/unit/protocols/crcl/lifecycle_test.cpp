@@ -2,7 +2,7 @@
 
 #include "tests/unit/protocols/crcl/server_fixture.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::crcl_server {
 namespace {
 
 using Lifecycle = ServerTest;
@@ -359,4 +359,4 @@ TEST_F(Lifecycle, ThreeSocketsAsThePendantOpensThem) {
 }
 
 }  // namespace
-}  // namespace aprsim::protocols
+}  // namespace aprsim::crcl_server

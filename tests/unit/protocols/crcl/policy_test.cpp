@@ -2,7 +2,7 @@
 
 #include "tests/unit/protocols/crcl/server_fixture.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::crcl_server {
 namespace {
 
 class Policy : public ServerTest {
@@ -88,4 +88,4 @@ TEST_F(Policy, StrictEndsTheConnectionOfAnInvalidDocument) {
 }
 
 }  // namespace
-}  // namespace aprsim::protocols
+}  // namespace aprsim::crcl_server

@@ -2,7 +2,7 @@
 
 #include "tests/unit/protocols/crcl/server_fixture.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::crcl_server {
 namespace {
 
 class Programs : public ServerTest {
@@ -166,6 +166,20 @@ TEST_F(Programs, InARunProgramCommandRunUnderItsId) {
   ticket(3);  // neither InitCanon nor EndCanon: the session is the client's
 }
 
+// The command is over once the program is loaded: nothing has been looked at.
+TEST_F(Programs, DoNotRunForARunProgramThatRequiresAGuardTrigger) {
+  TestClient client(port_);
+  initialize(client);
+  client.command(7, "RunProgramType",
+                 "<Guard><SensorID>MotoFit</SensorID><SubField>Fz</SubField><LimitType>OVER_MAX"
+                 "</LimitType><LimitValue>5</LimitValue><RequireTrigger>true</RequireTrigger>"
+                 "</Guard><ProgramText>" +
+                     escaped(program(dwell(2))) + "</ProgramText>");
+  expect(client.status(), 7, CommandState::kError,
+         "RunProgramType ended without the required guard trigger.");
+  ticket(1);  // InitCanon alone
+}
+
 TEST_F(Programs, OfAnotherLanguageAreRefused) {
   TestClient client(port_);
   initialize(client);
@@ -192,4 +206,4 @@ TEST_F(Programs, TooLargeOnesEndTheirConnection) {
 }
 
 }  // namespace
-}  // namespace aprsim::protocols
+}  // namespace aprsim::crcl_server

@@ -5,7 +5,7 @@
 
 #include "tests/unit/protocols/crcl/server_fixture.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::crcl_server {
 
 /// A server of a robot of which there is something to report.
 class ReportTest : public ServerTest {
@@ -51,4 +51,4 @@ class ReportTest : public ServerTest {
   static std::string unit(const std::string& name) { return "<UnitName>" + name + "</UnitName>"; }
 };
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::crcl_server

@@ -3,11 +3,10 @@
 #include <filesystem>
 #include <numbers>
 
-#include "crcl/encoder.hpp"
 #include "tests/unit/crcl/schema_validator.hpp"
 #include "tests/unit/protocols/crcl/report_fixture.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::crcl_server {
 namespace {
 
 using Report = ReportTest;
@@ -141,4 +140,4 @@ TEST_F(Report, EveryStatusIsValidByTheReferenceSchema) {
 }
 
 }  // namespace
-}  // namespace aprsim::protocols
+}  // namespace aprsim::crcl_server

@@ -4,7 +4,7 @@
 
 #include "tests/unit/protocols/crcl/server_fixture.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::crcl_server {
 namespace {
 
 class Services : public ServerTest {
@@ -85,9 +85,9 @@ TEST_F(Services, UnknownSensorsAreNamedTogetherWithTheKnown) {
 }
 
 TEST_F(Services, TheLightCurtainIsASensorWithItsBeamsWhereThereIsOne) {
-  auto cell = std::make_shared<api::CellDescription>(*test_support::two_robot_cell());
+  auto cell = std::make_shared<api::CellDescription>(*test::two_robot_cell());
   cell->light_curtain = {.X_WK = {}, .beams = 2, .pitch_m = 0.04, .range_m = 2.4};
-  test_support::FakeWorld world(cell);
+  test::FakeCell world(test::FakeCell::Commands::kHeld, test::at_rest(cell));
   CrclServerOptions options;
   options.port = 0;
   CrclServer server(options, world, world);
@@ -245,4 +245,4 @@ TEST_F(Services, ASevenAxisArmTellsItsElbow) {
 }
 
 }  // namespace
-}  // namespace aprsim::protocols
+}  // namespace aprsim::crcl_server

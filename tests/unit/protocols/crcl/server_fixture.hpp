@@ -7,11 +7,11 @@
 #include <gtest/gtest.h>
 
 #include "protocols/crcl/crcl_server.hpp"
-#include "tests/support/fake_world.hpp"
+#include "tests/support/fake_cell.hpp"
 #include "tests/unit/crcl/samples.hpp"
 #include "tests/unit/protocols/crcl/test_client.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::crcl_server {
 
 using api::ActionState;
 using crcl::CommandState;
@@ -65,9 +65,9 @@ class ServerTest : public testing::Test {
            "</EndPosition>";
   }
 
-  test_support::FakeWorld world_;
+  test::FakeCell world_;
   std::unique_ptr<CrclServer> server_;
   std::uint16_t port_ = 0;
 };
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::crcl_server

@@ -4,7 +4,7 @@
 
 #include "tests/unit/protocols/crcl/report_fixture.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::crcl_server {
 namespace {
 
 using Conversion = ReportTest;
@@ -256,4 +256,4 @@ TEST_F(Conversion, TolerancesGoWithTheCommandsThatMove) {
 }
 
 }  // namespace
-}  // namespace aprsim::protocols
+}  // namespace aprsim::crcl_server

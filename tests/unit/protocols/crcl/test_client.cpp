@@ -4,10 +4,10 @@
 #include <stdexcept>
 
 #include "crcl/schema.hpp"
-#include "crcl/status_decoder.hpp"
+#include "crcl/status_codec.hpp"
 #include "tests/unit/crcl/samples.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::crcl_server {
 namespace {
 
 constexpr std::chrono::seconds kPatience{10};
@@ -64,4 +64,4 @@ bool TestClient::readable(std::chrono::milliseconds wait) {
   return socket_.readable(std::chrono::steady_clock::now() + wait);
 }
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::crcl_server

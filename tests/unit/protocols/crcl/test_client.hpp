@@ -9,7 +9,7 @@
 #include "crcl/status.hpp"
 #include "tests/support/tcp_socket.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::crcl_server {
 
 /// A blocking CRCL client over a real socket. Throws std::runtime_error when the server does not
 /// answer within ten seconds or not as it must.
@@ -55,4 +55,4 @@ class TestClient {
   crcl::Framer framer_ = crcl::Framer::for_statuses();
 };
 
-}  // namespace aprsim::protocols
+}  // namespace aprsim::crcl_server

@@ -4,7 +4,7 @@
 
 #include "protocols/modbus/modbus_server.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::modbus_server {
 namespace {
 
 bool allows(const AllowList& list, const char* address) {
@@ -50,4 +50,4 @@ TEST(AllowList, RefusesWhatIsNoNetwork) {
 }
 
 }  // namespace
-}  // namespace aprsim::protocols
+}  // namespace aprsim::modbus_server

@@ -7,7 +7,7 @@
 
 #include "tests/unit/protocols/modbus/listener_fixture.hpp"
 
-namespace aprsim::protocols::testing {
+namespace aprsim::modbus_server::testing {
 namespace {
 
 using modbus::testing::write_words;
@@ -198,4 +198,4 @@ TEST_F(Connections, StoppingHasADeadline) {
 }
 
 }  // namespace
-}  // namespace aprsim::protocols::testing
+}  // namespace aprsim::modbus_server::testing

@@ -7,12 +7,12 @@
 #include "modbus/request_validator.hpp"
 #include "protocols/modbus/conveyor_device.hpp"
 #include "protocols/modbus/reply_builder.hpp"
+#include "tests/support/fake_cell.hpp"
 #include "tests/unit/modbus/bytes.hpp"
-#include "tests/unit/protocols/modbus/fake_cell.hpp"
 #include "tests/unit/protocols/modbus/reference_model.hpp"
 
-/// Gate, device and encoder together against the independent model, on random frames.
-namespace aprsim::protocols {
+/// Validator, device and encoder together against the independent model, on random frames.
+namespace aprsim::modbus_server {
 namespace {
 
 using modbus::Verdict;
@@ -22,21 +22,21 @@ using modbus::testing::Bytes;
 class Device {
  public:
   std::optional<Bytes> answer(const Bytes& frame) {
-    const modbus::ValidatedRequest gated = modbus::validate_request(frame);
-    if (gated.verdict == Verdict::kIgnored) return std::nullopt;
-    if (gated.verdict == Verdict::kRefused) return refuse(frame, gated.exception);
-    if (gated.verdict == Verdict::kIdentification) {
-      return modbus::identification_reply(frame, gated.identification);
+    const modbus::ValidatedRequest validated = modbus::validate_request(frame);
+    if (validated.verdict == Verdict::kIgnored) return std::nullopt;
+    if (validated.verdict == Verdict::kRefused) return refuse(frame, validated.exception);
+    if (validated.verdict == Verdict::kIdentification) {
+      return modbus::identification_reply(frame, validated.identification);
     }
-    EXPECT_EQ(gated.verdict, Verdict::kRequest);
-    plc_.refresh();
-    if (gated.request.is_write()) {
-      const auto ticket = plc_.write(gated.request);
+    EXPECT_EQ(validated.verdict, Verdict::kRequest);
+    device_.refresh();
+    if (validated.request.is_write()) {
+      const auto ticket = device_.write(validated.request);
       if (!ticket) return refuse(frame, ticket.error());
-      plc_.refresh();
-      EXPECT_TRUE(plc_.applied(*ticket));
+      device_.refresh();
+      EXPECT_TRUE(device_.applied(*ticket));
     }
-    const auto reply = builder_.build(frame, plc_.image());
+    const auto reply = builder_.build(frame, device_.image());
     return Bytes(reply.begin(), reply.end());
   }
 
@@ -46,8 +46,8 @@ class Device {
     return {reply.bytes.begin(), reply.bytes.end()};
   }
 
-  testing::FakeCell cell_;
-  ConveyorDevice plc_{{}, 1, cell_, cell_};
+  test::FakeCell cell_{test::FakeCell::Commands::kApplied};
+  ConveyorDevice device_{{}, 1, cell_, cell_};
   ReplyBuilder builder_ = ReplyBuilder::create().value();
 };
 
@@ -160,4 +160,4 @@ TEST(Differential, RandomFramesGetTheModelsAnswers) {
 }
 
 }  // namespace
-}  // namespace aprsim::protocols
+}  // namespace aprsim::modbus_server

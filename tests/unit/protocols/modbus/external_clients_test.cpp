@@ -10,20 +10,20 @@
 #include <modbus/modbus.h>
 
 #include "protocols/modbus/modbus_server.hpp"
-#include "tests/unit/protocols/modbus/fake_cell.hpp"
+#include "tests/support/fake_cell.hpp"
 
 /// Masters that others have written: libmodbus, mbpoll and pymodbus.
-namespace aprsim::protocols {
+namespace aprsim::modbus_server {
 namespace {
 
-using testing::FakeCell;
+using test::FakeCell;
 
 class ExternalClients : public ::testing::Test {
  protected:
   ExternalClients() { port_ = server_.start().value(); }
   ~ExternalClients() override { server_.stop(); }
 
-  FakeCell cell_;
+  FakeCell cell_{FakeCell::Commands::kApplied};
   ModbusServer server_{{.port = 0}, cell_, cell_};
   std::uint16_t port_ = 0;
 };
@@ -67,7 +67,7 @@ TEST_F(ExternalClients, LibmodbusMasterWritesAndReadsBack) {
   EXPECT_EQ(got[1], 0);
   EXPECT_EQ(got[2], 32768);
   ASSERT_EQ(modbus_write_register(master.get(), 0x8000, 0), 1);
-  cell_.change([](api::Snapshot& s) { s.conveyor.speed_m_s = -0.12345; });
+  cell_.publish([](api::Snapshot& s) { s.conveyor.speed_m_s = -0.12345; });
   ASSERT_EQ(modbus_read_input_registers(master.get(), 0x8000, 9, got.data()), 9);
   EXPECT_EQ(static_cast<std::int16_t>(got[0]), -12345);
   std::array<std::uint8_t, 16> bits{};
@@ -130,7 +130,8 @@ TEST_F(ExternalClients, Mbpoll) {
   EXPECT_NE(read.output.find("[32770]: \t32768"), std::string::npos) << read.output;
   const auto commands = cell_.commands();
   ASSERT_EQ(commands.size(), 2U);
-  EXPECT_NEAR(commands[0].speed_m_s.value_or(0), 0.2, 1e-12);
+  const auto first = std::get<api::ConveyorCommand>(commands[0].body);
+  EXPECT_NEAR(first.speed_m_s.value_or(0), 0.2, 1e-12);
 }
 
 TEST_F(ExternalClients, Pymodbus) {
@@ -142,4 +143,4 @@ TEST_F(ExternalClients, Pymodbus) {
 }
 
 }  // namespace
-}  // namespace aprsim::protocols
+}  // namespace aprsim::modbus_server

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace aprsim::protocols {
+namespace aprsim::modbus_server {
 namespace {
 
 TEST(LimitedLog, PassesABurstThenASteadyRate) {
@@ -20,4 +20,4 @@ TEST(LimitedLog, PassesABurstThenASteadyRate) {
 }
 
 }  // namespace
-}  // namespace aprsim::protocols
+}  // namespace aprsim::modbus_server

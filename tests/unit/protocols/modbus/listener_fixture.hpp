@@ -5,11 +5,11 @@
 #include <gtest/gtest.h>
 
 #include "protocols/modbus/modbus_server.hpp"
+#include "tests/support/fake_cell.hpp"
 #include "tests/unit/modbus/bytes.hpp"
-#include "tests/unit/protocols/modbus/fake_cell.hpp"
 #include "tests/unit/protocols/modbus/raw_client.hpp"
 
-namespace aprsim::protocols::testing {
+namespace aprsim::modbus_server::testing {
 
 using modbus::testing::adu;
 using modbus::testing::pdu;
@@ -31,9 +31,9 @@ class ListenerTest : public ::testing::Test {
     port_ = *port;
   }
 
-  FakeCell cell_;
+  test::FakeCell cell_{test::FakeCell::Commands::kApplied};
   std::unique_ptr<ModbusServer> server_;
   std::uint16_t port_ = 0;
 };
 
-}  // namespace aprsim::protocols::testing
+}  // namespace aprsim::modbus_server::testing

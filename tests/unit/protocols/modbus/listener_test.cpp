@@ -3,7 +3,7 @@
 
 #include "tests/unit/protocols/modbus/listener_fixture.hpp"
 
-namespace aprsim::protocols::testing {
+namespace aprsim::modbus_server::testing {
 namespace {
 
 using modbus::testing::write_words;
@@ -179,4 +179,4 @@ TEST_F(ListenerTest, WhoAsksTooOftenIsToldBusyAndNobodyElse) {
 }
 
 }  // namespace
-}  // namespace aprsim::protocols::testing
+}  // namespace aprsim::modbus_server::testing

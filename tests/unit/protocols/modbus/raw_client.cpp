@@ -2,9 +2,9 @@
 
 #include <span>
 
-namespace aprsim::protocols::testing {
+namespace aprsim::modbus_server::testing {
 
-bool RawClient::take(Bytes& into, std::size_t count, Clock::time_point deadline) {
+bool RawClient::read(Bytes& into, std::size_t count, Clock::time_point deadline) {
   std::size_t at = into.size();
   into.resize(at + count);
   while (at < into.size()) {
@@ -20,8 +20,8 @@ bool RawClient::take(Bytes& into, std::size_t count, Clock::time_point deadline)
 std::optional<Bytes> RawClient::receive(std::chrono::milliseconds within) {
   const auto deadline = Clock::now() + within;
   Bytes frame;
-  if (!take(frame, 6, deadline)) return std::nullopt;
-  if (!take(frame, frame[4] * 256U + frame[5], deadline)) return std::nullopt;
+  if (!read(frame, 6, deadline)) return std::nullopt;
+  if (!read(frame, frame[4] * 256U + frame[5], deadline)) return std::nullopt;
   return frame;
 }
 
@@ -30,4 +30,4 @@ std::optional<Bytes> RawClient::ask(const Bytes& frame, std::chrono::millisecond
   return receive(within);
 }
 
-}  // namespace aprsim::protocols::testing
+}  // namespace aprsim::modbus_server::testing

@@ -8,7 +8,7 @@
 #include "tests/support/tcp_socket.hpp"
 #include "tests/unit/modbus/bytes.hpp"
 
-namespace aprsim::protocols::testing {
+namespace aprsim::modbus_server::testing {
 
 using modbus::testing::Bytes;
 using test::eventually;
@@ -33,7 +33,7 @@ class RawClient : public test::TcpSocket {
   static std::string_view text(const Bytes& bytes) {
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
   }
-  bool take(Bytes& into, std::size_t count, Clock::time_point deadline);
+  bool read(Bytes& into, std::size_t count, Clock::time_point deadline);
 };
 
-}  // namespace aprsim::protocols::testing
+}  // namespace aprsim::modbus_server::testing

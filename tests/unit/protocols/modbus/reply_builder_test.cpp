@@ -13,7 +13,7 @@
 #include "modbus/request_validator.hpp"
 #include "tests/unit/modbus/bytes.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::modbus_server {
 namespace {
 
 using modbus::testing::adu;
@@ -119,4 +119,4 @@ TEST(ReplyBuilder, CostsMicroseconds) {
 }
 
 }  // namespace
-}  // namespace aprsim::protocols
+}  // namespace aprsim::modbus_server

@@ -6,7 +6,7 @@
 #include "tests/unit/protocols/modbus/listener_fixture.hpp"
 
 /// Clients that stall in every way there is, and what they cost: themselves only.
-namespace aprsim::protocols::testing {
+namespace aprsim::modbus_server::testing {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -114,4 +114,4 @@ TEST_F(StallingClients, DoNotDelayTheOthers) {
 }
 
 }  // namespace
-}  // namespace aprsim::protocols::testing
+}  // namespace aprsim::modbus_server::testing

@@ -3,19 +3,19 @@
 #include <gtest/gtest.h>
 
 #include "protocols/modbus/modbus_server.hpp"
+#include "tests/support/fake_cell.hpp"
 #include "tests/unit/modbus/conformance_cases.hpp"
-#include "tests/unit/protocols/modbus/fake_cell.hpp"
 #include "tests/unit/protocols/modbus/raw_client.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::modbus_server {
 namespace {
 
 using modbus::testing::adu;
 using modbus::testing::conformance_cases;
 using modbus::testing::ConformanceCase;
 using modbus::testing::kAccepted;
+using test::FakeCell;
 using testing::Bytes;
-using testing::FakeCell;
 using testing::RawClient;
 
 /// Size of the reply's PDU to an accepted request, and what of the request it repeats.
@@ -45,7 +45,7 @@ class WireConformance : public ::testing::TestWithParam<ConformanceCase> {
   WireConformance() { port_ = server_.start().value(); }
   ~WireConformance() override { server_.stop(); }
 
-  FakeCell cell_;
+  FakeCell cell_{FakeCell::Commands::kApplied};
   ModbusServer server_{{.port = 0}, cell_, cell_};
   std::uint16_t port_ = 0;
 };
@@ -75,4 +75,4 @@ INSTANTIATE_TEST_SUITE_P(Socket, WireConformance, ::testing::ValuesIn(conformanc
                          [](const auto& tested) { return tested.param.name; });
 
 }  // namespace
-}  // namespace aprsim::protocols
+}  // namespace aprsim::modbus_server

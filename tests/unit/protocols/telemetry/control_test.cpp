@@ -259,7 +259,7 @@ TEST_F(Control, StepEndsWhenTheCellIsResetOrFails) {
 
 TEST_F(Control, CommandWithoutEffectEndsAtTheDeadline) {
   start({.command_timeout = 100ms});
-  cell_->set_applying(false);
+  cell_->hold();
   v1::PauseResponse response;
   grpc::ClientContext server_deadline;
   EXPECT_EQ(control_->Pause(&server_deadline, {}, &response).error_code(),
@@ -272,7 +272,7 @@ TEST_F(Control, CommandWithoutEffectEndsAtTheDeadline) {
 
 TEST_F(Control, RefusalsKeepTheirKindFieldAndReason) {
   start();
-  cell_->set_refusal(Error{ErrorCode::kUnavailable, "queue", "the command queue is full"});
+  cell_->refuse(Error{ErrorCode::kUnavailable, "queue", "the command queue is full"});
   v1::PauseResponse response;
   grpc::ClientContext context;
   const auto status = control_->Pause(&context, {}, &response);

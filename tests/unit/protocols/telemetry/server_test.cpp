@@ -79,13 +79,13 @@ TEST_F(Serving, ReflectionListsTheServices) {
   context.TryCancel();
 }
 
-TEST_F(Serving, StopEndsStreamsAndWaitingCallsWithinASecond) {
-  start({.max_streams = 8}, 300);
-  cell_->set_applying(false);
+TEST_F(Serving, StopEndsStreamsAndWaitingCalls) {
+  start({.max_streams = 8, .write_timeout = 60s}, 300);
+  cell_->hold();
   grpc::Status waiting;
   std::jthread waiter([&] {
     grpc::ClientContext context;
-    set_deadline(context, 30s);
+    set_deadline(context, 60s);
     v1::PauseResponse response;
     waiting = control_->Pause(&context, {}, &response);
   });
@@ -104,7 +104,7 @@ TEST_F(Serving, StopEndsStreamsAndWaitingCallsWithinASecond) {
 
   const auto begin = steady_clock::now();
   server_->stop(500ms);
-  EXPECT_LT(steady_clock::now() - begin, 1s);
+  EXPECT_LT(steady_clock::now() - begin, 20s) << "it waits neither for readers nor for calls";
   waiter.join();
   EXPECT_EQ(waiting.error_code(), grpc::StatusCode::UNAVAILABLE);
   for (auto& reader : readers) {
@@ -116,7 +116,7 @@ TEST_F(Serving, StopEndsStreamsAndWaitingCallsWithinASecond) {
 
 TEST_F(Serving, PortInUseIsOneClearError) {
   start();
-  protocols::TelemetryServer second({.port = port_}, *cell_, *cell_);
+  telemetry::TelemetryServer second({.port = port_}, *cell_, *cell_);
   const auto result = second.start();
   ASSERT_FALSE(result.has_value());
   EXPECT_EQ(result.error().field, "grpc.port");
@@ -126,16 +126,16 @@ TEST_F(Serving, PortInUseIsOneClearError) {
 
 TEST_F(Serving, BadOptionsAreNamed) {
   FakeCell cell;
-  protocols::TelemetryServer bad_address({.address = "localhost"}, cell, cell);
+  telemetry::TelemetryServer bad_address({.address = "localhost"}, cell, cell);
   EXPECT_EQ(bad_address.start().error().field, "grpc.address");
-  protocols::TelemetryServer bad_rate({.port = 0, .default_rate_hz = 2000}, cell, cell);
+  telemetry::TelemetryServer bad_rate({.port = 0, .default_rate_hz = 2000}, cell, cell);
   EXPECT_EQ(bad_rate.start().error().field, "grpc.default_rate_hz");
 }
 
 TEST_F(Serving, PortIsFreeAgainAfterStop) {
   start();
   server_->stop();
-  protocols::TelemetryServer second({.port = port_}, *cell_, *cell_);
+  telemetry::TelemetryServer second({.port = port_}, *cell_, *cell_);
   const auto result = second.start();
   ASSERT_TRUE(result.has_value()) << result.error().message;
   EXPECT_EQ(*result, port_);

@@ -11,18 +11,19 @@
 #include "aprsim/v1/telemetry_service.grpc.pb.h"
 #include "protocols/telemetry/telemetry_server.hpp"
 #include "tests/support/eventually.hpp"
-#include "tests/unit/protocols/telemetry/fake_cell.hpp"
+#include "tests/support/fake_cell.hpp"
+#include "tests/support/kitting_snapshot.hpp"
 
 namespace aprsim::test {
 
 /// A telemetry server on a free port in front of a fake cell, and clients of it.
 class TelemetryFixture : public ::testing::Test {
  protected:
-  void start(protocols::TelemetryOptions options = {}, int more_gears = 0) {
+  void start(telemetry::TelemetryOptions options = {}, int more_gears = 0) {
     server_.reset();  // before the cell that it uses
-    cell_ = std::make_unique<FakeCell>(more_gears);
+    cell_ = std::make_unique<FakeCell>(FakeCell::Commands::kApplied, kitting_snapshot(more_gears));
     options.port = 0;
-    server_ = std::make_unique<protocols::TelemetryServer>(options, *cell_, *cell_);
+    server_ = std::make_unique<telemetry::TelemetryServer>(options, *cell_, *cell_);
     const auto port = server_->start();
     ASSERT_TRUE(port.has_value()) << port.error().message;
     ASSERT_NE(*port, 0);
@@ -44,7 +45,7 @@ class TelemetryFixture : public ::testing::Test {
   }
 
   std::unique_ptr<FakeCell> cell_;
-  std::unique_ptr<protocols::TelemetryServer> server_;
+  std::unique_ptr<telemetry::TelemetryServer> server_;
   std::uint16_t port_ = 0;
   std::shared_ptr<grpc::Channel> channel_;
   std::unique_ptr<v1::TelemetryService::Stub> telemetry_;

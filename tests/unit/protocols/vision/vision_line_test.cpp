@@ -4,7 +4,7 @@
 
 #include "tests/support/vision_client.hpp"
 
-namespace aprsim::protocols {
+namespace aprsim::vision_server {
 namespace {
 
 api::CellDescription three_bodies() {
@@ -61,4 +61,4 @@ TEST(VisionLine, TheTestsParserReadsALabLine) {
 }
 
 }  // namespace
-}  // namespace aprsim::protocols
+}  // namespace aprsim::vision_server

@@ -3,8 +3,8 @@
 namespace aprsim {
 namespace {
 
-using test_support::RawWebClient;
-using Http = test_support::WebFixture;
+using test::RawWebClient;
+using Http = test::WebFixture;
 
 bool has(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;

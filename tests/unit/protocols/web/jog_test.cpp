@@ -3,9 +3,9 @@
 namespace aprsim {
 namespace {
 
-using test_support::RawWebClient;
+using test::RawWebClient;
 
-class Jog : public test_support::WebFixture {
+class Jog : public test::WebFixture {
  protected:
   void SetUp() override {
     options.jog_timeout = std::chrono::minutes(1);  // no jog ends of itself

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace aprsim::protocols {
+namespace aprsim::web {
 namespace {
 
 TEST(OriginCheck, KnowsItsOwnHosts) {
@@ -31,4 +31,4 @@ TEST(OriginCheck, KnowsItsOwnPage) {
 }
 
 }  // namespace
-}  // namespace aprsim::protocols
+}  // namespace aprsim::web

@@ -3,8 +3,8 @@
 namespace aprsim {
 namespace {
 
-using test_support::RawWebClient;
-using Viewer = test_support::WebFixture;
+using test::RawWebClient;
+using Viewer = test::WebFixture;
 
 v1::ViewerRequest pause() {
   v1::ViewerRequest request;
@@ -43,7 +43,7 @@ TEST_F(Viewer, GetsANewCellBeforeItsStates) {
   RawWebClient client(port);
   (void)client.upgrade();
   (void)client.next([](const auto& u) { return u.has_snapshot(); });
-  auto cell = std::make_shared<api::CellDescription>(*test_support::two_robot_cell());
+  auto cell = std::make_shared<api::CellDescription>(*test::two_robot_cell());
   cell->scene = "other";
   world.publish([&](api::Snapshot& s) {
     s.cell = cell;
@@ -69,7 +69,7 @@ TEST_F(Viewer, CommandsTheSimulation) {
 }
 
 TEST_F(Viewer, SavesAndLoadsStates) {
-  options.listeners = [] { return std::vector<protocols::ListenerCount>{}; };
+  options.listeners = [] { return std::vector<web::ListenerCount>{}; };
   start();
   RawWebClient client(port);
   (void)client.upgrade();

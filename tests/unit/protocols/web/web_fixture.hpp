@@ -6,11 +6,11 @@
 #include <gtest/gtest.h>
 
 #include "protocols/web/web_server.hpp"
-#include "tests/support/fake_world.hpp"
+#include "tests/support/fake_cell.hpp"
 #include "tests/support/raw_web_client.hpp"
 #include "tests/support/temporary_directory.hpp"
 
-namespace aprsim::test_support {
+namespace aprsim::test {
 
 /// A web server on a free port with two small files and a made-up world. What the options refer to
 /// is a member: the server uses it until it is destroyed.
@@ -31,7 +31,7 @@ class WebFixture : public ::testing::Test {
   }
 
   void start() {
-    server = std::make_unique<protocols::WebServer>(options, world, world);
+    server = std::make_unique<web::WebServer>(options, world, world);
     const auto bound = server->start();
     ASSERT_TRUE(bound) << bound.error().message;
     port = *bound;
@@ -43,11 +43,11 @@ class WebFixture : public ::testing::Test {
   test::TemporaryDirectory directory_;
 
  protected:
-  protocols::WebServerOptions options;
-  FakeWorld world;
+  web::WebServerOptions options;
+  FakeCell world;
   protocols::WireTap crcl_tap;
-  std::unique_ptr<protocols::WebServer> server;
+  std::unique_ptr<web::WebServer> server;
   std::uint16_t port = 0;
 };
 
-}  // namespace aprsim::test_support
+}  // namespace aprsim::test

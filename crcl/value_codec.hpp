@@ -1,14 +1,28 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include "crcl/values.hpp"
+#include "crcl/xml_reader.hpp"
 #include "crcl/xml_writer.hpp"
 
-/// The shared value types as elements, in schema order. DataPrimitives.xsd.
+/// The value types that commands and statuses share as elements, in schema order when written.
+/// DataPrimitives.xsd.
 namespace aprsim::crcl {
+
+[[nodiscard]] Vector read_point(const Fields& point);
+[[nodiscard]] Vector read_vector(const Fields& vector);
+[[nodiscard]] Pose read_pose(const Fields& pose);
+[[nodiscard]] PoseTolerance read_pose_tolerance(const Fields& tolerance);
+[[nodiscard]] std::vector<JointTolerance> read_joint_tolerances(const Fields& tolerances);
+[[nodiscard]] ParameterSetting read_parameter(const Fields& setting);
+/// All children with that name.
+[[nodiscard]] std::vector<ParameterSetting> read_parameters(const Fields& parent,
+                                                            std::string_view name);
 
 /// PointType.
 void write_point(XmlWriter& out, std::string_view name, const Vector& point);

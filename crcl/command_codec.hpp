@@ -1,12 +1,14 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <string_view>
 
 #include "crcl/documents.hpp"
 #include "crcl/error.hpp"
 #include "crcl/framer.hpp"
 
+/// Commands and programs between documents and values.
 namespace aprsim::crcl {
 
 /// Reads one CRCLCommandInstance document. Lenient where the reference servers are: elements in any
@@ -22,5 +24,11 @@ namespace aprsim::crcl {
 /// Reads a CRCLProgram document; the same rules for each of its commands.
 [[nodiscard]] Result<Program> decode_program(std::string_view document,
                                              std::size_t max_bytes = kMaxProgramBytes);
+
+/// One CRCLCommandInstance document on one line, elements in schema order.
+[[nodiscard]] std::string encode_command(const CommandInstance& instance);
+
+/// The schema's type name, e.g. "MoveToType".
+[[nodiscard]] std::string_view type_name(const CommandBody& body);
 
 }  // namespace aprsim::crcl

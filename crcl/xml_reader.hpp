@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -7,10 +8,34 @@
 #include <vector>
 
 #include "crcl/error.hpp"
-#include "crcl/values.hpp"
-#include "crcl/xml_tree.hpp"
 
+/// The part of XML that CRCL uses: elements without namespace, text, and xsi:type.
 namespace aprsim::crcl {
+
+struct XmlNode {
+  std::string name;
+  std::string type;  ///< local part of xsi:type, empty when absent
+  std::string text;  ///< all character data directly inside, undivided by children
+  std::vector<XmlNode> children;
+
+  /// The first child with that name, or null.
+  [[nodiscard]] const XmlNode* child(std::string_view child_name) const;
+};
+
+struct XmlLimits {
+  std::size_t max_bytes = 65'536;
+  std::size_t max_depth = 32;
+  std::size_t max_attributes = 64;  ///< of one element
+};
+
+/// Parses one document. Refused as kMalformed: anything not well formed, any DOCTYPE, an element in
+/// a namespace, a limit exceeded. Schema hints are ignored and nothing is ever fetched.
+/// Thread: any; each thread keeps a parser of its own.
+[[nodiscard]] Result<XmlNode> parse_xml(std::string_view document, const XmlLimits& limits = {});
+
+/// Sets the XML library up, once; parse_xml() does so by itself. A process that reads its
+/// environment from several threads calls this before it starts them.
+void initialize_xml();
 
 /// The first thing found wrong while a document is decoded; later ones are not recorded.
 using ErrorSlot = std::optional<Error>;
@@ -56,16 +81,5 @@ class Fields {
   ErrorSlot* slot_;
   const Fields* parent_ = nullptr;
 };
-
-/// The shared value types. Elements as in DataPrimitives.xsd.
-[[nodiscard]] Vector read_point(const Fields& point);
-[[nodiscard]] Vector read_vector(const Fields& vector);
-[[nodiscard]] Pose read_pose(const Fields& pose);
-[[nodiscard]] PoseTolerance read_pose_tolerance(const Fields& tolerance);
-[[nodiscard]] std::vector<JointTolerance> read_joint_tolerances(const Fields& tolerances);
-[[nodiscard]] ParameterSetting read_parameter(const Fields& setting);
-/// All children with that name.
-[[nodiscard]] std::vector<ParameterSetting> read_parameters(const Fields& parent,
-                                                            std::string_view name);
 
 }  // namespace aprsim::crcl

@@ -1,6 +1,47 @@
-#include "crcl/value_writer.hpp"
+#include "crcl/value_codec.hpp"
+
+#include "crcl/text.hpp"
 
 namespace aprsim::crcl {
+
+Vector read_point(const Fields& point) {
+  return {point.number("X"), point.number("Y"), point.number("Z")};
+}
+
+Vector read_vector(const Fields& vector) {
+  return {vector.number("I"), vector.number("J"), vector.number("K")};
+}
+
+Pose read_pose(const Fields& pose) {
+  return {read_point(pose.child("Point")), read_vector(pose.child("XAxis")),
+          read_vector(pose.child("ZAxis"))};
+}
+
+PoseTolerance read_pose_tolerance(const Fields& tolerance) {
+  return {tolerance.optional_number("XPointTolerance"),
+          tolerance.optional_number("YPointTolerance"),
+          tolerance.optional_number("ZPointTolerance"), tolerance.optional_number("XAxisTolerance"),
+          tolerance.optional_number("ZAxisTolerance")};
+}
+
+std::vector<JointTolerance> read_joint_tolerances(const Fields& tolerances) {
+  std::vector<JointTolerance> values;
+  for (const Fields& setting : tolerances.children("Setting")) {
+    values.push_back({setting.integer("JointNumber"), setting.number("JointPositionTolerance")});
+  }
+  return values;
+}
+
+ParameterSetting read_parameter(const Fields& setting) {
+  return {std::string(trim(setting.text("ParameterName"))),
+          std::string(trim(setting.text("ParameterValue")))};
+}
+
+std::vector<ParameterSetting> read_parameters(const Fields& parent, std::string_view name) {
+  std::vector<ParameterSetting> settings;
+  for (const Fields& setting : parent.children(name)) settings.push_back(read_parameter(setting));
+  return settings;
+}
 
 void write_point(XmlWriter& out, std::string_view name, const Vector& point) {
   out.open(name);

@@ -1,4 +1,4 @@
-#include "protocols/telemetry/messages.hpp"
+#include "protocols/messages/write_message.hpp"
 
 namespace aprsim::protocols {
 namespace {

@@ -1,4 +1,4 @@
-#include "tests/unit/protocols/telemetry/fake_cell.hpp"
+#include "tests/support/kitting_snapshot.hpp"
 
 #include <utility>
 
@@ -43,7 +43,7 @@ api::BodyDescription make_tray() {
 
 }  // namespace
 
-FakeCell::FakeCell(int more_gears) {
+api::SnapshotPtr kitting_snapshot(int more_gears) {
   auto cell = std::make_shared<api::CellDescription>();
   cell->scene = "fake";
   cell->seed = 7;
@@ -91,87 +91,7 @@ FakeCell::FakeCell(int more_gears) {
   snapshot->contacts = {{{Side::kRobot, 0}, {Side::kBody, 0}, {0.1, -1, 0.96}, {0, 60, 0}},
                         {{Side::kBody, 1}, {Side::kFixed, 1}, {0, 0, 0.93}, {0, 0, 2}}};
   snapshot->cell = std::move(cell);
-  latest_ = std::move(snapshot);
-}
-
-Result<api::Ticket> FakeCell::submit(api::Command command) {
-  const std::lock_guard lock(mutex_);
-  if (refusal_) return tl::unexpected(*refusal_);
-  commands_.push_back(std::move(command));
-  const auto ticket = static_cast<api::Ticket>(commands_.size());
-  if (applying_) {
-    auto next = std::make_shared<api::Snapshot>(*latest_);
-    apply(commands_.back(), ticket, *next);
-    latest_ = std::move(next);
-    changed_.notify_all();
-  }
-  return ticket;
-}
-
-void FakeCell::apply(const api::Command& command, api::Ticket ticket,
-                     api::Snapshot& snapshot) const {
-  snapshot.applied = ticket;
-  if (const auto* conveyor = std::get_if<api::ConveyorCommand>(&command.body)) {
-    if (conveyor->run) snapshot.conveyor.run = *conveyor->run;
-    if (conveyor->forward) snapshot.conveyor.forward = *conveyor->forward;
-    if (conveyor->speed_m_s) snapshot.conveyor.speed_setting_m_s = *conveyor->speed_m_s;
-  }
-  if (const auto* set = std::get_if<api::SetIntruder>(&command.body)) {
-    snapshot.intruder = set->intruder;
-    snapshot.light_curtain.broken = set->intruder.has_value();
-  }
-  const auto* simulation = std::get_if<api::SimulationCommand>(&command.body);
-  if (simulation == nullptr) return;
-  if (std::holds_alternative<api::Pause>(*simulation)) snapshot.paused = true;
-  if (std::holds_alternative<api::Resume>(*simulation)) snapshot.paused = false;
-  if (const auto* speed = std::get_if<api::SetSpeed>(simulation)) {
-    snapshot.speed_target = speed->factor;
-  }
-  if (const auto* save = std::get_if<api::SaveState>(simulation)) {
-    snapshot.saved_states =
-        std::make_shared<const std::vector<std::string>>(std::vector{save->name});
-  }
-  if (std::holds_alternative<api::LoadState>(*simulation)) ++snapshot.epoch;
-  if (std::holds_alternative<api::Reset>(*simulation)) {
-    ++snapshot.epoch;
-    snapshot.step = 0;
-    snapshot.time = {};
-  }
-}
-
-api::SnapshotPtr FakeCell::latest() const {
-  const std::lock_guard lock(mutex_);
-  return latest_;
-}
-
-api::SnapshotPtr FakeCell::wait_newer(const api::SnapshotPtr& seen,
-                                      std::chrono::steady_clock::time_point deadline) const {
-  std::unique_lock lock(mutex_);
-  changed_.wait_until(lock, deadline, [&] { return latest_ != seen; });
-  return latest_;
-}
-
-void FakeCell::publish(const std::function<void(api::Snapshot&)>& change) {
-  const std::lock_guard lock(mutex_);
-  auto next = std::make_shared<api::Snapshot>(*latest_);
-  change(*next);
-  latest_ = std::move(next);
-  changed_.notify_all();
-}
-
-std::vector<api::Command> FakeCell::commands() const {
-  const std::lock_guard lock(mutex_);
-  return commands_;
-}
-
-void FakeCell::set_applying(bool applying) {
-  const std::lock_guard lock(mutex_);
-  applying_ = applying;
-}
-
-void FakeCell::set_refusal(std::optional<Error> refusal) {
-  const std::lock_guard lock(mutex_);
-  refusal_ = std::move(refusal);
+  return snapshot;
 }
 
 }  // namespace aprsim::test

@@ -1,4 +1,4 @@
-#include "protocols/telemetry/control_request.hpp"
+#include "protocols/messages/control_request.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,6 @@
-#include "crcl/xml_tree.hpp"
+#include "crcl/xml_reader.hpp"
 
+#include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <memory>
@@ -83,7 +84,7 @@ class TreeBuilder final : public xc::DefaultHandler {
  public:
   explicit TreeBuilder(const XmlLimits& limits) : limits_(limits) {}
 
-  XmlNode take_root() { return std::move(root_); }
+  XmlNode root() && { return std::move(root_); }
 
   void startElement(const XMLCh* uri, const XMLCh* local_name, const XMLCh* /*qualified*/,
                     const xc::Attributes& attributes) override {
@@ -174,7 +175,7 @@ class Parser {
     xc::MemBufInputSource source(bytes, document.size(), "CRCL", false);
     source.setCopyBufToStream(false);
     reader_->parse(source);
-    return builder.take_root();
+    return std::move(builder).root();
   }
 
  private:
@@ -196,6 +197,15 @@ std::string reason(const Refused& refused, std::string_view document) {
   if (!structure || document.find("<!DOCTYPE") == std::string_view::npos) return refused.what;
   return "document type declarations are not accepted";
 }
+
+const XmlNode& empty_node() {
+  static const XmlNode node;
+  return node;
+}
+
+constexpr const char* kNumber = "expected a finite number";
+constexpr const char* kInteger = "expected an integer";
+constexpr const char* kMissing = "missing";
 
 }  // namespace
 
@@ -233,6 +243,96 @@ Result<XmlNode> parse_xml(std::string_view document, const XmlLimits& limits) {
   } catch (const xc::SAXException& problem) {
     return malformed(to_utf8(problem.getMessage()));
   }
+}
+
+Fields Fields::child(std::string_view name) const {
+  const XmlNode* found = node_->child(name);
+  if (found == nullptr) {
+    fail(name, "", kMissing);
+    return {empty_node(), *slot_, this};
+  }
+  return {*found, *slot_, this};
+}
+
+std::vector<Fields> Fields::children(std::string_view name) const {
+  std::vector<Fields> found;
+  for (const XmlNode& node : node_->children) {
+    if (node.name == name) found.push_back(Fields(node, *slot_, this));
+  }
+  return found;
+}
+
+std::optional<double> Fields::optional_number(std::string_view name) const {
+  const XmlNode* found = node_->child(name);
+  if (found == nullptr) return std::nullopt;
+  const std::optional<double> value = parse_double(found->text);
+  if (value && std::isfinite(*value)) return value;
+  fail(name, found->text, kNumber);
+  return std::nullopt;
+}
+
+double Fields::number(std::string_view name) const {
+  if (!has(name)) fail(name, "", kMissing);
+  return optional_number(name).value_or(0);
+}
+
+std::optional<int> Fields::optional_integer(std::string_view name) const {
+  const XmlNode* found = node_->child(name);
+  if (found == nullptr) return std::nullopt;
+  const std::optional<int> value = parse_int(found->text);
+  if (!value) fail(name, found->text, kInteger);
+  return value;
+}
+
+int Fields::integer(std::string_view name) const {
+  if (!has(name)) fail(name, "", kMissing);
+  return optional_integer(name).value_or(0);
+}
+
+std::optional<std::int64_t> Fields::optional_long(std::string_view name) const {
+  const XmlNode* found = node_->child(name);
+  if (found == nullptr) return std::nullopt;
+  const std::optional<std::int64_t> value = parse_long(found->text);
+  if (!value) fail(name, found->text, kInteger);
+  return value;
+}
+
+std::optional<bool> Fields::optional_flag(std::string_view name) const {
+  const XmlNode* found = node_->child(name);
+  if (found == nullptr) return std::nullopt;
+  const std::optional<bool> value = parse_bool(found->text);
+  if (!value) fail(name, found->text, "expected true or false");
+  return value;
+}
+
+bool Fields::flag(std::string_view name) const { return optional_flag(name).value_or(false); }
+
+std::optional<std::string> Fields::optional_text(std::string_view name) const {
+  const XmlNode* found = node_->child(name);
+  if (found == nullptr) return std::nullopt;
+  return found->text;
+}
+
+std::string Fields::text(std::string_view name) const {
+  if (!has(name)) fail(name, "", kMissing);
+  return optional_text(name).value_or("");
+}
+
+void Fields::fail(std::string_view name, std::string_view value, std::string expected,
+                  ErrorKind kind) const {
+  if (slot_->has_value()) return;
+  Error error;
+  error.kind = kind;
+  error.element = path();
+  if (!name.empty()) error.element += "/" + std::string(name);
+  error.value = shorten(trim(value));
+  error.expected = std::move(expected);
+  *slot_ = std::move(error);
+}
+
+std::string Fields::path() const {
+  if (parent_ == nullptr) return node_->type.empty() ? node_->name : node_->type;
+  return parent_->path() + "/" + node_->name;
 }
 
 }  // namespace aprsim::crcl

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "protocols/telemetry/messages.hpp"
+#include "protocols/messages/write_message.hpp"
 
 namespace aprsim::protocols {
 namespace {

@@ -1,0 +1,362 @@
+#include "protocols/crcl/command_executor.hpp"
+#include "world/api/is_setting.hpp"
+
+#include <algorithm>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include <spdlog/spdlog.h>
+
+#include "crcl/command_codec.hpp"
+#include "crcl/text.hpp"
+#include "protocols/crcl/status_builder.hpp"
+
+namespace aprsim::crcl_server {
+namespace {
+
+constexpr std::size_t kMaxDescriptionBytes = 4096;
+
+// A program of settings alone must not keep the others waiting.
+constexpr int kCommandsPerTurn = 64;
+
+// Commands that end an uploaded program: those that the robot cannot do beside another one.
+bool ends_program(const crcl::CommandBody& body) {
+  return crcl::holds_any_of<crcl::InitCanon, crcl::EndCanon, crcl::StopMotion, crcl::MoveTo,
+                            crcl::MoveThroughTo, crcl::MoveScrew, crcl::ActuateJoints,
+                            crcl::SetEndEffector, crcl::OpenToolChanger, crcl::CloseToolChanger,
+                            crcl::Dwell, crcl::RunProgram>(body);
+}
+
+}  // namespace
+
+// Carries out one admitted command.
+struct CommandExecutor::Visitor {
+  CommandExecutor& robot;
+  const Caller& caller;
+  std::vector<api::Guard> guards;  // of the command, until an action carries them
+  CommandLifecycle& lifecycle = robot.lifecycle_;
+  ConnectionSettings& settings = *caller.settings;
+
+  void operator()(const crcl::GetStatus&) const {}
+
+  void operator()(const crcl::InitCanon&) {
+    lifecycle.clear_error();
+    const Result<api::Ticket> ticket = submit(api::InitRobot{});
+    if (ticket) lifecycle.open_session(*ticket);
+  }
+
+  void operator()(const crcl::EndCanon&) {
+    if (!lifecycle.session_open()) return lifecycle.done();
+    lifecycle.end_session();
+    submit(api::EndRobot{});
+  }
+
+  // Outside a session nothing of ours moves, and a robot may refuse commands then.
+  void operator()(const crcl::StopMotion& stop) {
+    if (!lifecycle.session_open()) return lifecycle.done();
+    submit(to_action(stop));
+  }
+
+  void operator()(const crcl::MoveTo& move) {
+    Result<api::MoveTo> action = to_action(move, settings, robot.tolerances_);
+    if (!action) return lifecycle.latch_error(action.error().message);
+    const auto note = fit_pose(action->X_RT);
+    if (!note) return lifecycle.latch_error(note.error().message);
+    submit(*std::move(action));
+    lifecycle.append_note(*note);
+  }
+
+  void operator()(const crcl::MoveThroughTo& move) {
+    Result<api::MoveThroughTo> action = to_action(move, settings, robot.tolerances_);
+    if (!action) return lifecycle.latch_error(action.error().message);
+    std::optional<std::string> last_note;
+    for (api::Waypoint& point : action->waypoints) {
+      const auto note = fit_pose(point.X_RT);
+      if (!note) return lifecycle.latch_error(note.error().message);
+      if (*note) last_note = *note;
+    }
+    submit(*std::move(action));
+    lifecycle.append_note(last_note);
+  }
+
+  void operator()(const crcl::MoveScrew& screw) {
+    Result<api::MoveScrew> action = to_action(screw, settings);
+    if (!action) return lifecycle.latch_error(action.error().message);
+    std::optional<std::string> note;
+    if (action->start) {
+      const auto fitted = fit_pose(action->start->X_RT);
+      if (!fitted) return lifecycle.latch_error(fitted.error().message);
+      note = *fitted;
+    }
+    submit(*std::move(action));
+    lifecycle.append_note(note);
+  }
+
+  void operator()(const crcl::ActuateJoints& command) {
+    Result<api::MoveJoints> action = to_action(command, settings, joint_count(), robot.tolerances_);
+    if (!action) return lifecycle.latch_error(action.error().message);
+    const auto note =
+        fit(*action, robot.description(), robot.options_.clamp_targets, settings.joint_unit());
+    if (!note) return lifecycle.latch_error(note.error().message);
+    submit(*std::move(action));
+    lifecycle.append_note(*note);
+  }
+
+  void operator()(const crcl::OpenToolChanger&) { submit(api::SetToolChanger{.open = true}); }
+  void operator()(const crcl::CloseToolChanger&) { submit(api::SetToolChanger{.open = false}); }
+  void operator()(const crcl::SetEndEffector& set) { submit(to_action(set)); }
+
+  void operator()(const crcl::Dwell& dwell) {
+    const Result<api::Dwell> action = to_action(dwell);
+    if (!action) return lifecycle.latch_error(action.error().message);
+    submit(*action);
+  }
+
+  // Done at once: whatever comes next finds it applied.
+  void operator()(const crcl::SetRate& set) {
+    const Result<api::SetMotionLimit> action = to_action(set.which, set.rate, settings);
+    if (!action) return lifecycle.latch_error(action.error().message);
+    if (submit(*action)) lifecycle.done();
+  }
+
+  void operator()(const crcl::Message& message) const {
+    spdlog::info("{}: message from {}: {}", robot.name_, caller.peer, message.text);
+    lifecycle.done(crcl::shorten(message.text, kMaxDescriptionBytes));
+  }
+
+  void operator()(const crcl::SetEndPoseTolerance& set) const {
+    keep(robot.tolerances_.end, set.tolerance);
+  }
+  void operator()(const crcl::SetIntermediatePoseTolerance& set) const {
+    keep(robot.tolerances_.intermediate, set.tolerance);
+  }
+  void operator()(const crcl::SetDefaultJointTolerances& set) const {
+    if (const auto ok = check(set.tolerances, joint_count()); !ok) {
+      return lifecycle.latch_error(ok.error().message);
+    }
+    robot.tolerances_.joints.clear();
+    for (const crcl::JointTolerance& joint : set.tolerances) {
+      robot.tolerances_.joints.push_back(
+          {joint.joint, crcl::to_si(joint.tolerance, settings.joint_unit())});
+    }
+    lifecycle.done();
+  }
+
+  void operator()(const crcl::SetUnits& set) const { configure(set); }
+  void operator()(const crcl::ConfigureJointReports& command) const { configure(command); }
+  void operator()(const crcl::ConfigureStatusReport& command) const { configure(command); }
+
+  // Loads the program; execute() starts it.
+  void operator()(const crcl::RunProgram& command) const {
+    if (robot.in_program_) {
+      return lifecycle.latch_error("RunProgram within a program is not supported.");
+    }
+    auto program = crcl::decode_program(command.text, robot.options_.max_program_bytes);
+    if (!program && program.error().kind != crcl::ErrorKind::kBadValue) {
+      return lifecycle.latch_error(
+          "RunProgram runs a CRCLProgram document only; the text begins with \"" +
+          crcl::shorten(crcl::trim(command.text), 40) + "\".");
+    }
+    if (!program) return lifecycle.latch_error("RunProgram: " + program.error().message());
+    Result<ProgramRunner> runner =
+        ProgramRunner::of_command(*std::move(program), lifecycle.command_id(), caller);
+    if (!runner) return lifecycle.latch_error("RunProgram: " + runner.error().message);
+    lifecycle.done();
+    if (!runner->finished()) robot.program_ = *std::move(runner);
+  }
+
+  void operator()(const crcl::LoopBlockStart&) const { refuse_loop(); }
+  void operator()(const crcl::LoopBlockEnd&) const { refuse_loop(); }
+
+  // The commands that set or enable what RobotParameters keeps.
+  template <typename Command>
+  requires requires(RobotParameters& parameters, const Command& command,
+                    ConnectionSettings& reports) {
+    parameters.apply(command, reports);
+  }
+  void operator()(const Command& command) {
+    const RobotParameters::Outcome action = robot.parameters_.apply(command, settings);
+    if (!action) return lifecycle.latch_error(action.error().message);
+    if (!*action) return lifecycle.done();
+    submit(**action);
+  }
+
+ private:
+  int joint_count() const { return static_cast<int>(robot.description().joints.size()); }
+
+  Result<std::optional<std::string>> fit_pose(Pose& X_RT) const {
+    return fit(X_RT, robot.limits_, robot.options_.clamp_targets, settings.units().length);
+  }
+
+  // A setting carries no guards.
+  Result<api::Ticket> submit(const api::RobotAction& action) {
+    std::vector<api::Guard> carried;
+    if (!api::is_setting(action)) carried = std::exchange(guards, {});
+    Result<api::Ticket> ticket = robot.submitter_.submit(action, std::move(carried));
+    lifecycle.submitted(action, ticket);
+    return ticket;
+  }
+
+  void keep(std::optional<api::PoseTolerance>& kept, const crcl::PoseTolerance& tolerance) const {
+    if (const auto ok = check(tolerance); !ok) return lifecycle.latch_error(ok.error().message);
+    kept = in_si(tolerance, settings.units());
+    lifecycle.done();
+  }
+
+  void refuse_loop() const {
+    lifecycle.latch_error(
+        lifecycle.type() +
+        " stands only within a program: send the whole CRCLProgram, or expand the loop.");
+  }
+
+  template <typename Configuration>
+  void configure(const Configuration& configuration) const {
+    settings.apply(configuration);
+    lifecycle.done();
+  }
+};
+
+CommandExecutor::CommandExecutor(CommandExecutorOptions options, api::CommandSink& sink,
+                                 const api::SnapshotSource& source)
+    : options_(std::move(options)),
+      source_(source),
+      cell_(source.latest()->cell),
+      name_("crcl." + description().name),
+      lifecycle_(name_, options_.robot, source.latest()->epoch),
+      submitter_(options_.robot, options_.endpoint, sink),
+      parameters_(description(), cell_->light_curtain ? cell_->light_curtain->beams : 0),
+      limits_(cartesian_limits(description(), options_.cartesian_min_R, options_.cartesian_max_R)) {
+}
+
+void CommandExecutor::execute(const crcl::CommandInstance& instance, const Caller& caller) {
+  observe(*source_.latest());
+  if (ends_program(instance.command.body)) program_.reset();
+  in_program_ = false;
+  carry_out(instance, caller);
+  if (!std::holds_alternative<crcl::RunProgram>(instance.command.body) || !program_) return;
+  ProgramRunner loaded = *std::exchange(program_, std::nullopt);
+  if (!lifecycle_.in_error()) start(std::move(loaded));
+}
+
+void CommandExecutor::execute(crcl::Program program, const Caller& caller) {
+  observe(*source_.latest());
+  program_.reset();
+  const std::int64_t id = program.commands.empty() ? 0 : program.commands.front().id;
+  Result<ProgramRunner> runner = ProgramRunner::of_document(std::move(program), caller);
+  if (!runner) return refuse("CRCLProgram", id, runner.error().message);
+  spdlog::info("{}: program from {}", name_, caller.peer);
+  start(*std::move(runner));
+}
+
+void CommandExecutor::refuse(const std::string& type, std::int64_t id, const std::string& reason) {
+  observe(*source_.latest());
+  in_program_ = false;
+  crcl::CommandInstance instance;
+  instance.command.id = id;
+  lifecycle_.begin(type, instance);
+  if (!lifecycle_.in_error()) lifecycle_.latch_error(reason);
+}
+
+void CommandExecutor::bad_document(const std::string& reason) {
+  observe(*source_.latest());
+  program_.reset();
+  if (lifecycle_.session_open()) {
+    const auto stopped = submitter_.submit(api::StopMotion{api::StopKind::kFast});
+    if (!stopped) spdlog::error("{}: cannot stop: {}", name_, stopped.error().message);
+  }
+  if (!lifecycle_.in_error()) lifecycle_.latch_error(reason);
+}
+
+void CommandExecutor::carry_out(const crcl::CommandInstance& instance, const Caller& caller) {
+  const crcl::Command& command = instance.command;
+  lifecycle_.begin(std::string(crcl::type_name(command.body)), instance);
+  spdlog::debug("{}: {} {} from {}", name_, lifecycle_.type(), command.id, caller.peer);
+  if (!lifecycle_.admits(command.body)) return;
+  const crcl::Units units = caller.settings->units();  // a guard's, whatever the command sets
+  auto guards = to_guards(command.guards, parameters_.sensors(), units);
+  if (!guards) {
+    if (!lifecycle_.in_error()) lifecycle_.latch_error(guards.error().message);
+    return;
+  }
+  const bool required = std::ranges::any_of(*guards, &api::Guard::require_trigger);
+  Visitor visitor{*this, caller, *std::move(guards)};
+  std::visit(visitor, command.body);
+  if (!visitor.guards.empty()) {
+    // The command is over before anything could be looked at.
+    if (required && !lifecycle_.in_error()) {
+      lifecycle_.latch_error(lifecycle_.type() + " ended without the required guard trigger.");
+    }
+  } else if (const auto pending = lifecycle_.pending(); pending && !command.guards.empty()) {
+    guarded_ = to_guarded_command(pending->ticket, command.guards, parameters_.sensors(), units);
+  }
+}
+
+void CommandExecutor::start(ProgramRunner program) {
+  program_ = std::move(program);
+  advance();
+  if (program_ && wake_) wake_();
+}
+
+void CommandExecutor::advance() {
+  const api::SnapshotPtr snapshot = source_.latest();
+  observe(*snapshot);
+  for (int i = 0; i < kCommandsPerTurn && program_; ++i) {
+    if (!step_done(*snapshot)) return;
+    if (program_->finished()) return program_.reset();
+    const crcl::CommandInstance instance = program_->next();
+    if (std::holds_alternative<crcl::GetStatus>(instance.command.body)) continue;
+    in_program_ = true;
+    carry_out(instance, program_->caller());
+    if (lifecycle_.in_error()) return program_.reset();
+    program_->wait_for(lifecycle_.pending());
+  }
+}
+
+// Whether the program's next command may begin; ends the program that cannot go on.
+bool CommandExecutor::step_done(const api::Snapshot& snapshot) {
+  const std::optional<Submission> step = program_->pending();
+  if (!step) return true;
+  if (lifecycle_.in_error()) {
+    program_.reset();
+    return false;
+  }
+  switch (lifecycle_.outcome_of(*step, snapshot)) {
+    case CommandLifecycle::Outcome::kPending:
+      return false;
+    case CommandLifecycle::Outcome::kDone:
+      return true;
+    case CommandLifecycle::Outcome::kBesideSetting:
+      return !snapshot.robots[static_cast<std::size_t>(options_.robot)].moving;
+    case CommandLifecycle::Outcome::kReplaced:
+      break;
+  }
+  program_.reset();
+  lifecycle_.latch_error("The program was interrupted by a command from another interface.");
+  return false;
+}
+
+void CommandExecutor::observe(const api::Snapshot& snapshot) {
+  if (!lifecycle_.observe(snapshot)) return;
+  submitter_.forget();
+  parameters_.forget();
+  program_.reset();
+}
+
+crcl::Status CommandExecutor::status(const ConnectionSettings& settings) {
+  if (program_) advance();
+  const api::SnapshotPtr snapshot = source_.latest();
+  observe(*snapshot);
+  return build_status(lifecycle_.next_status(program_ && in_program_),
+                      {.snapshot = *snapshot,
+                       .robot = options_.robot,
+                       .start_ms = options_.start_ms,
+                       .submitter = submitter_,
+                       .parameters = parameters_,
+                       .tolerances = tolerances_,
+                       .limits = limits_,
+                       .guarded = guarded_},
+                      settings);
+}
+
+}  // namespace aprsim::crcl_server

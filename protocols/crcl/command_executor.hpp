@@ -1,0 +1,89 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "crcl/documents.hpp"
+#include "crcl/status.hpp"
+#include "protocols/crcl/command_lifecycle.hpp"
+#include "protocols/crcl/command_submitter.hpp"
+#include "protocols/crcl/connection_settings.hpp"
+#include "protocols/crcl/program_runner.hpp"
+#include "protocols/crcl/robot_parameters.hpp"
+#include "protocols/crcl/si_conversion.hpp"
+#include "protocols/crcl/target_limits.hpp"
+#include "world/api/ports.hpp"
+
+namespace aprsim::crcl_server {
+
+struct CommandExecutorOptions {
+  int robot = 0;                 ///< index into CellDescription::robots
+  api::EndpointId endpoint = 0;  ///< stamped on every command
+  bool clamp_targets = false;    ///< else targets beyond the limits are refused
+  std::optional<Eigen::Vector3d> cartesian_min_R, cartesian_max_R;  ///< [m]
+  std::size_t max_program_bytes = 0;
+  std::int64_t start_ms = 0;  ///< simulated time 0 in ms since 1970
+};
+
+/// Carries out the commands and programs that all clients of one robot send, and answers for it.
+/// Which commands are admitted and how far the latest has come is the CommandLifecycle's. Knows no
+/// sockets. Thread: the server's.
+class CommandExecutor {
+ public:
+  CommandExecutor(CommandExecutorOptions options, api::CommandSink& sink,
+                  const api::SnapshotSource& source);
+
+  /// Executes any command but GetStatus.
+  void execute(const crcl::CommandInstance& instance, const Caller& caller);
+  /// Executes the commands of a program in order, each once the one before is done, until the end,
+  /// an error, or a command of any client that needs the robot.
+  void execute(crcl::Program program, const Caller& caller);
+  /// Takes a command that could not be decoded into an error under its own id.
+  void refuse(const std::string& type, std::int64_t id, const std::string& reason);
+  /// Stops the robot and latches an error, under the id of the last command.
+  void bad_document(const std::string& reason);
+
+  /// Goes on with the program that runs. To be called again and again while runs_program().
+  void advance();
+  [[nodiscard]] bool runs_program() const { return program_.has_value(); }
+  /// `wake` is called when a program begins to run.
+  void on_program(std::function<void()> wake) { wake_ = std::move(wake); }
+
+  /// The answer to one GetStatus. Every call gives a new StatusID.
+  [[nodiscard]] crcl::Status status(const ConnectionSettings& settings);
+
+  /// "crcl.fanuc", for log lines.
+  [[nodiscard]] const std::string& name() const { return name_; }
+
+ private:
+  struct Visitor;
+  friend struct Visitor;
+
+  void carry_out(const crcl::CommandInstance& instance, const Caller& caller);
+  void start(ProgramRunner program);
+  [[nodiscard]] bool step_done(const api::Snapshot& snapshot);
+  void observe(const api::Snapshot& snapshot);
+  [[nodiscard]] const api::RobotDescription& description() const {
+    return cell_->robots[static_cast<std::size_t>(options_.robot)];
+  }
+
+  CommandExecutorOptions options_;
+  const api::SnapshotSource& source_;
+  std::shared_ptr<const api::CellDescription> cell_;
+  std::string name_;
+  CommandLifecycle lifecycle_;
+  CommandSubmitter submitter_;
+  RobotParameters parameters_;
+  CartesianLimits limits_;
+  Tolerances tolerances_;
+  GuardedCommand guarded_;
+  std::optional<ProgramRunner> program_;
+  bool in_program_ = false;  // the latest command is the program's
+  std::function<void()> wake_;
+};
+
+}  // namespace aprsim::crcl_server
