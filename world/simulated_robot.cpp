@@ -132,20 +132,20 @@ SimulatedRobot::SimulatedRobot(const scene::Robot& robot, const robot::ArmModel&
   state_.gripper_force_n = robot.gripper.force_n;
 }
 
-void SimulatedRobot::take(api::Ticket ticket, const api::RobotCommand& command) {
+void SimulatedRobot::apply(api::Ticket ticket, const api::RobotCommand& command) {
   const api::RobotAction& action = command.action;
   const bool init = std::holds_alternative<api::InitRobot>(action);
-  if (init && !controller_.backing_off()) arm_.relax();
+  if (init && !controller_.retreating()) arm_.relax();
   if (const auto* set = std::get_if<api::SetGripperForce>(&action))
     state_.gripper_force_n = set->force_n;
-  controller_.take(ticket, action, arm_.q());
+  controller_.apply(ticket, action, arm_.q());
   // A setting leaves the running motion alone, so its guards too.
   if (!is_setting(action)) state_.guards.begin(ticket, command.guards);
 }
 
 void SimulatedRobot::step(const physics::GripperState& gripper,
                           std::span<const physics::ArmForce> forces) {
-  watch_guards(gripper, forces);
+  check_guards(gripper, forces);
   const robot::JointVector tau = external_torque(forces);
   const robot::JointVector& reference = controller_.step({.gripper_settled = gripper.settled,
                                                           .tool_at_flange = tool_at_flange(),
@@ -157,7 +157,7 @@ void SimulatedRobot::step(const physics::GripperState& gripper,
     arm_.set_payload(state_.tool_carried ? payload_of(scene_.gripper, scene_.X_FT.isometry())
                                          : robot::Payload{});
   }
-  arm_.set_intended(controller_.pressing());
+  arm_.set_applied_torque(controller_.applied_torque());
   arm_.set_braked(controller_.braked());
   arm_.step(reference, tau);
   state_.now += step_size_;
@@ -199,7 +199,7 @@ void SimulatedRobot::restore(const State& state) {
 }
 
 /// Looks at the state that the last step has left.
-void SimulatedRobot::watch_guards(const physics::GripperState& gripper,
+void SimulatedRobot::check_guards(const physics::GripperState& gripper,
                                   std::span<const physics::ArmForce> forces) {
   if (!state_.guards.watching()) return;
   write(gripper, forces, seen_);
@@ -245,7 +245,7 @@ robot::JointVector SimulatedRobot::external_torque(
 
 void SimulatedRobot::stop_if_tripped(const physics::GripperState& gripper,
                                      std::span<const physics::ArmForce> forces) {
-  if (controller_.backing_off()) return arm_.forget_trip();  // it still leaves what it has hit
+  if (controller_.retreating()) return arm_.forget_trip();  // it still leaves what it has hit
   // A robot that still brakes for the light curtain may yet hit something.
   if (controller_.stopped_by_protection() && !controller_.moving()) return;
   std::string reason;

@@ -7,7 +7,6 @@
 #include "world/api/robot_command.hpp"
 #include "world/api/robot_snapshot.hpp"
 #include "world/physics/physics_world.hpp"
-#include "world/robot/controller/controller_state.hpp"
 #include "world/robot/controller/guard_monitor.hpp"
 #include "world/robot/controller/robot_controller.hpp"
 #include "world/robot/kinematics/inverse_kinematics.hpp"
@@ -25,7 +24,7 @@ class SimulatedRobot {
   SimulatedRobot(const scene::Robot& robot, const robot::ArmModel& model,
                  const scene::Physics& physics);
 
-  void take(api::Ticket ticket, const api::RobotCommand& command);
+  void apply(api::Ticket ticket, const api::RobotCommand& command);
 
   /// The cell's light curtain, as the robot sees it from the next step on.
   void see_light_curtain(bool broken) { state_.curtain_broken = broken; }
@@ -70,7 +69,7 @@ class SimulatedRobot {
   [[nodiscard]] robot::JointVector external_torque(std::span<const physics::ArmForce> forces) const;
   void stop_if_tripped(const physics::GripperState& gripper,
                        std::span<const physics::ArmForce> forces);
-  void watch_guards(const physics::GripperState& gripper,
+  void check_guards(const physics::GripperState& gripper,
                     std::span<const physics::ArmForce> forces);
   void finish_guards();
   void update_link_poses();

@@ -56,7 +56,7 @@ ServoArm::ServoArm(ArmModel model, Payload payload, const Eigen::Vector3d& gravi
   }
   s_.payload = std::move(payload);
   s_.q_ref = s_.q = q_start;
-  s_.intended = JointVector::Zero(n);
+  s_.applied = JointVector::Zero(n);
   s_.qd_ref = s_.e = s_.ed = s_.integral = s_.qd = JointVector::Zero(n);
   s_.torque = inverse_dynamics(model_, s_.payload, gravity_B_, s_.q, s_.qd, s_.qd);
   s_.trip_reason.reserve(kReasonCapacity);
@@ -77,7 +77,7 @@ void ServoArm::step(const JointVector& q_ref_next, const JointVector& tau_ext) {
 
   if (s_.deviating || overloaded || disturbed) {
     deviate(feedforward, disturbance);
-    watch(feedforward);
+    check_trip(feedforward);
     const bool settled = !overloaded && !disturbed && (s_.e.array().abs() < kSettledAngle).all() &&
                          (s_.ed.array().abs() < kSettledSpeed).all();
     s_.deviating = !settled;
@@ -155,10 +155,10 @@ void ServoArm::deviate(const JointVector& feedforward, const JointVector& distur
 }
 
 /// Trip conditions: a drive works against something, or the arm is not where it should be.
-void ServoArm::watch(const JointVector& feedforward) {
+void ServoArm::check_trip(const JointVector& feedforward) {
   // A feedforward beyond the limit is the plan's fault and shows as deviation, not as disturbance.
   const JointVector planned = feedforward.cwiseMax(-max_torque_).cwiseMin(max_torque_);
-  const JointVector against = ((s_.torque - planned).cwiseAbs() - s_.intended).cwiseMax(0);
+  const JointVector against = ((s_.torque - planned).cwiseAbs() - s_.applied).cwiseMax(0);
   int worst = 0;
   double worst_share = 0, limit = 0;
   for (int i = 0; i < model_.dof(); ++i) {

@@ -8,7 +8,7 @@
 
 namespace aprsim::robot {
 
-/// One motion of a robot of either kind. Holds the buffers of both, so that nothing is allocated
+/// One motion of a robot of either kind, with the buffers of both, so that nothing is allocated
 /// while a robot runs. A copyable value. Thread: sim.
 class Motion {
  public:
@@ -35,7 +35,7 @@ class Motion {
   void brake(const ArmGeometry& arm, Brake how) {
     kind_ == Kind::kJoint ? joint_.brake(how) : path_.brake(arm, how);
   }
-  /// From now on so much of the full speed, 0..1.
+  /// Speed override 0..1 from now on.
   void set_speed(double fraction) {
     kind_ == Kind::kJoint ? joint_.set_speed(fraction) : path_.set_speed(fraction);
   }
@@ -49,11 +49,11 @@ class Motion {
   PathMotion path_;
 };
 
-/// Motions one after the other, each from rest to rest where the one before ends. Keeps the buffers
-/// of motions that it no longer needs. A copyable value. Thread: sim.
+/// Motions one after the other, each from rest to rest, each from the end of the one before. Keeps
+/// the buffers of motions that are over. A copyable value. Thread: sim.
 class MotionSequence {
  public:
-  /// So that a sequence of that many motions takes no memory later.
+  /// A sequence of up to `reserve` motions does not allocate later.
   explicit MotionSequence(std::size_t reserve) : motions_(reserve) {}
 
   void clear() { count_ = at_ = 0; }
@@ -62,7 +62,7 @@ class MotionSequence {
     if (count_ == motions_.size()) motions_.emplace_back();
     return motions_[count_++];
   }
-  /// The motion that runs or is the first to.
+  /// The running or first motion.
   [[nodiscard]] Motion& now() { return motions_[at_]; }
   [[nodiscard]] bool empty() const { return count_ == 0; }
   [[nodiscard]] const Motion& now() const { return motions_[at_]; }
@@ -71,7 +71,7 @@ class MotionSequence {
     if (!motions_[at_].advance(arm, dt, q)) return false;
     return ++at_ >= count_;
   }
-  /// To rest on the way; what was to follow is given up.
+  /// To rest on the way; later motions are dropped.
   void brake(const ArmGeometry& arm, Brake how) {
     motions_[at_].brake(arm, how);
     count_ = at_ + 1;

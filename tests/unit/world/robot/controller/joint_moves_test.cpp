@@ -117,7 +117,7 @@ TEST_P(JointMoves, RefuseWhatIsNoJointOrNoNumber) {
 
 TEST_P(JointMoves, NothingToDoIsDoneInTheNextStep) {
   const JointVector here = rig.controller().reference();
-  rig.take(move_all(here));
+  rig.apply(move_all(here));
   EXPECT_EQ(rig.state(), ActionState::kWorking);
   rig.step();
   EXPECT_EQ(rig.state(), ActionState::kDone);

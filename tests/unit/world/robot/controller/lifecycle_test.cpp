@@ -72,7 +72,7 @@ TEST_F(Lifecycle, DwellTakesItsTime) {
   rig.run(api::InitRobot{});
   for (const auto& [duration, steps] :
        {std::pair<SimTime, int>{0ns, 1}, {1ms, 1}, {250ms, 250}, {1500us, 2}}) {
-    rig.take(api::Dwell{duration});
+    rig.apply(api::Dwell{duration});
     for (int i = 1; i < steps; ++i) {
       rig.step();
       ASSERT_EQ(rig.state(), ActionState::kWorking) << i;
@@ -86,7 +86,7 @@ TEST_F(Lifecycle, DwellTakesItsTime) {
 TEST_F(Lifecycle, GripperIsDoneWhenItHasSettled) {
   rig.run(api::InitRobot{});
   EXPECT_EQ(rig.controller().gripper_setting(), 1.0);
-  rig.take(api::SetGripper{0});
+  rig.apply(api::SetGripper{0});
   EXPECT_EQ(rig.controller().gripper_setting(), 0.0);
   rig.step(true);  // settled under the setting before
   EXPECT_EQ(rig.state(), ActionState::kWorking);
@@ -100,7 +100,7 @@ TEST_F(Lifecycle, GripperIsDoneWhenItHasSettled) {
 
 TEST_F(Lifecycle, GripperThatNeverSettlesIsGivenUpAfterTwoSeconds) {
   rig.run(api::InitRobot{});
-  rig.take(api::SetGripper{1});
+  rig.apply(api::SetGripper{1});
   int steps = 0;
   while (rig.state() == ActionState::kWorking && steps < 5000) {
     rig.step(false);
@@ -142,7 +142,7 @@ TEST_F(Lifecycle, RestKeepsEveryBit) {
 TEST_F(Lifecycle, MotionStartsInTheStepAfterTheCommand) {
   rig.run(api::InitRobot{});
   const JointVector here = rig.controller().reference();
-  rig.take(move_all(here + JointVector::Constant(6, 0.1)));
+  rig.apply(move_all(here + JointVector::Constant(6, 0.1)));
   EXPECT_EQ(rig.controller().reference(), here);
   EXPECT_TRUE(rig.controller().moving());
   rig.step();

@@ -200,9 +200,9 @@ TEST_P(ThroughMoves, StopsOnTheWayAlsoInACorner) {
       const std::vector<JointVector> whole = rig.path();
       rig.run(api::MoveTo{Pose::from(home), true});
       rig.forget();
-      rig.take(api::MoveThroughTo{square(8e-3), true});
+      rig.apply(api::MoveThroughTo{square(8e-3), true});
       rig.steps(steps);
-      rig.take(api::StopMotion{kind});
+      rig.apply(api::StopMotion{kind});
       rig.rest();
       EXPECT_EQ(rig.state(), ActionState::kDone);
       const Vector3d stopped = rig.tool().p;

@@ -1,4 +1,4 @@
-#include "world/robot/controller/tool_limit_settings.hpp"
+#include "world/robot/planning/tool_limit_settings.hpp"
 
 #include <algorithm>
 #include <cmath>
