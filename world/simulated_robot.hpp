@@ -15,7 +15,7 @@
 
 namespace aprsim::world {
 
-/// One robot of the cell: its controller gives the reference, its arm follows it and yields to
+/// One robot of the cell: its controller gives the reference, its arm tracks it and yields to
 /// contact. Thread: sim.
 class SimulatedRobot {
  public:
@@ -37,8 +37,8 @@ class SimulatedRobot {
   void stop_for_light_curtain();
 
   [[nodiscard]] std::span<const Eigen::Isometry3d> X_WL() const { return X_WL_; }
-  /// Where the gripper's mount is at the step's end: at the flange, or where the open tool changer
-  /// has left it. There a stand is taken to hold it; nothing falls.
+  /// The gripper's mount at the step's end: at the flange, or where the open tool changer has left
+  /// it, as in a stand; nothing falls.
   [[nodiscard]] const Eigen::Isometry3d& X_WM() const { return state_.X_WM; }
   [[nodiscard]] double gripper_setting() const { return controller_.gripper_setting(); }
   /// Of each finger at the pressure that is set [N].
@@ -55,11 +55,11 @@ class SimulatedRobot {
   void restore(const State& state);
 
  private:
-  /// What is not the arm's or the controller's own.
+  /// State beside that of arm and controller.
   struct Own {
     Eigen::Isometry3d X_WM = Eigen::Isometry3d::Identity();  ///< the gripper's mount
-    int pull_steps = 0;  ///< until a gripper that is taken sits at the flange
-    /// What loads the arm: the gripper's weight is on it.
+    int pull_steps = 0;  ///< until a coupled gripper sits at the flange
+    /// The gripper's weight loads the arm.
     bool tool_carried = true;
     double gripper_force_n = 0;   ///< of each finger, at the pressure that is set
     bool curtain_broken = false;  ///< the input from the cell's light curtain
@@ -81,7 +81,7 @@ class SimulatedRobot {
   robot::ServoArm arm_;
   std::shared_ptr<const robot::InverseKinematics> ik_;
   robot::RobotController controller_;
-  api::RobotSnapshot seen_;  // what guards look at
+  api::RobotSnapshot guard_input_;  ///< the state that guards are checked against
   SimTime step_size_;
   std::vector<Eigen::Isometry3d> X_WL_;
   Own state_;

@@ -70,10 +70,12 @@ void RobotController::apply(api::Ticket ticket, const api::RobotAction& action,
 }
 
 const JointVector& RobotController::step(const ControllerInput& input) {
+  // The reference of this step.
   s_.drive_power.step(at_rest());
   advance_motion();
   advance_torque_mode(input.external_nm);
   s_.retreat_trail.record(s_.reference);
+  // The end of the command that runs.
   switch (s_.task) {
     case Task::kNone:
       break;
@@ -102,6 +104,7 @@ const JointVector& RobotController::step(const ControllerInput& input) {
 }
 
 void RobotController::protective_stop(const std::string& reason, const JointVector& q_actual) {
+  // The reference stands still where the arm is.
   s_.is_running = s_.has_next = s_.to_joint_targets = false;
   s_.torque_mode.clear();
   s_.reference = s_.last_reference = s_.second_last_reference = q_actual;
@@ -119,6 +122,7 @@ void RobotController::protective_stop(const std::string& reason) {
 void RobotController::stop_by_guard(bool ends_command, const std::string& why) {
   brake(Brake::kHard);
   if (!ends_command) return;
+  // The command ends well, with the trigger as its description.
   begin_task(Task::kRest);
   s_.note.assign(why, 0, kReasonCapacity);
 }
@@ -173,6 +177,7 @@ void RobotController::execute(const api::StopMotion& stop, const JointVector&) {
 void RobotController::execute(const api::MoveTo& move, const JointVector&) {
   if (!require_initialized()) return;
   const JointVector from = brake(Brake::kSet);
+  // Planned from rest; a free move may then blend from the motion that brakes.
   enqueue(planner_.plan(move, plan_start(from), s_.tool_limits, s_.next));
   s_.arrival_tolerance.pose = move.tolerance;
   if (!move.straight) blend_from_running(s_.tool_limits.effective(move.limits));
@@ -224,6 +229,7 @@ void RobotController::execute(const api::SetGripper& gripper, const JointVector&
     set_error(text);
     return;
   }
+  // The deadline is for a gripper that reports nothing.
   brake(Brake::kSet);
   s_.gripper_setting = gripper.setting;
   s_.gripper_applied = false;
@@ -249,6 +255,7 @@ void RobotController::execute(const api::SetOverride& setting, const JointVector
     if (s_.held_error.empty()) set_error(text);
     return;
   }
+  // It applies to the running motion, but not to the braking of a protective stop.
   s_.override_fraction = setting.fraction;
   if (s_.is_running && !s_.protection) s_.running.set_speed(setting.fraction);
   if (s_.has_next) s_.next.set_speed(setting.fraction);
@@ -288,6 +295,7 @@ bool RobotController::require_initialized() {
   return s_.initialized;
 }
 
+/// The error is held, and the motion brakes.
 void RobotController::set_error(const std::string& reason) {
   s_.held_error = reason;
   s_.initialized = false;
@@ -297,6 +305,7 @@ void RobotController::set_error(const std::string& reason) {
   brake(Brake::kSet);
 }
 
+/// Where the command leads the tool; none for commands that stop it.
 void RobotController::update_goal() {
   switch (s_.status.kind) {
     case api::ActionKind::kGripperForce:
@@ -335,7 +344,8 @@ void RobotController::complete_task() {
   s_.status.description = s_.note;
 }
 
-/// The motion has come to rest, or a joint in torque mode is in balance.
+/// The motion has come to rest, or a joint in torque mode is in balance, which the description then
+/// tells.
 void RobotController::complete_motion() {
   complete_task();
   const int joint = s_.torque_mode.active() ? s_.torque_mode.balanced_joint() : -1;
@@ -369,8 +379,10 @@ JointVector RobotController::brake(Brake how) {
   s_.has_next = false;
   s_.to_joint_targets = false;
   s_.retreating = false;
+  // Torque mode has no path to brake on.
   if (s_.torque_mode.active()) stop_at_once(s_.reference);
   if (!s_.is_running) return s_.reference;
+  // A hard stop is not softened.
   const bool already = s_.braking && (*s_.braking == how || *s_.braking == Brake::kHard);
   if (!already) {
     s_.running.brake(arm(), how);
@@ -394,6 +406,7 @@ void RobotController::stop_at_once(const JointVector& from) {
   s_.to_joint_targets = false;
   s_.retreating = false;
   s_.torque_mode.clear();
+  // The history moves along, so that the reference's velocity stays.
   const JointVector shift = from - s_.reference;
   s_.reference = from;
   s_.last_reference += shift;
@@ -420,6 +433,7 @@ void RobotController::blend_from_running(const ToolLimits& tool) {
   if (!planner_.blend_from_motion(reference_state(), plan_start(s_.reference), tool, s_.next)) {
     return;
   }
+  // The new motion replaces the running one, which need not come to rest.
   s_.next.set_speed(s_.override_fraction);
   std::swap(s_.running, s_.next);
   s_.has_next = false;
@@ -443,6 +457,7 @@ void RobotController::advance_motion() {
   s_.second_last_reference = s_.last_reference;
   s_.last_reference = s_.reference;
   if (s_.drive_power.braked()) return;
+  // The next motion begins where the one before has come to rest.
   if (!s_.is_running && s_.has_next) {
     std::swap(s_.running, s_.next);
     s_.has_next = false;
@@ -476,6 +491,7 @@ void RobotController::retreat(const JointVector& from) {
   const Eigen::Vector3d here = tool(from);
   for (int age = 0; age < s_.retreat_trail.count(); ++age) {
     const JointVector& q = s_.retreat_trail.back(age);
+    // The oldest posture is far enough in any case.
     const bool last = age + 1 == s_.retreat_trail.count();
     if (!last && (tool(q) - here).norm() < kRetreat_m &&
         (q - from).cwiseAbs().maxCoeff() < kRetreat_rad) {

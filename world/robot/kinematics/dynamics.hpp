@@ -12,8 +12,8 @@ struct Payload {
   Eigen::Matrix3d inertia_F = Eigen::Matrix3d::Zero();  ///< about its com
 };
 
-/// Joint torques for (q, qd, qdd), recursive Newton-Euler, with rotor inertia. `gravity_B` is the
-/// gravitational acceleration in base axes [m/s^2].
+/// Joint torques for (q, qd, qdd), recursive Newton-Euler algorithm, with rotor inertia.
+/// `gravity_B` is the gravitational acceleration in base axes [m/s^2].
 [[nodiscard]] JointVector inverse_dynamics(const ArmModel& model, const Payload& payload,
                                            const Eigen::Vector3d& gravity_B, const JointVector& q,
                                            const JointVector& qd, const JointVector& qdd);

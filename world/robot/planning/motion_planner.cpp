@@ -119,6 +119,7 @@ Result<void> MotionPlanner::plan(const api::MoveJoints& move, const PlanStart& s
                                  const ToolLimitSettings& limits, JointVector& targets,
                                  MotionSequence& out) const {
   out.clear();
+  // Default limits; joints with limits of their own run independently of the others.
   JointMove joints{.start = start.q, .target = targets, .limits = limits_, .maximum = limits_};
   joints.limits.speed *= kJointSpeedShare;
   joints.limits.accel *= kJointAccelShare;
@@ -132,7 +133,7 @@ Result<void> MotionPlanner::plan(const api::MoveJoints& move, const PlanStart& s
                   setup_.model.joints[slot].name + " is named twice");
     }
     named[slot] = true;
-    if (target.torque) {
+    if (target.torque) {  // torque mode moves it
       joints.target(i) = start.q(i);
       continue;
     }
@@ -160,6 +161,7 @@ bool MotionPlanner::blend_from_motion(const JointState& state, const PlanStart& 
                                       const ToolLimits& tool, MotionSequence& out) const {
   const JointMotion* planned = out.now().joint();
   if (planned == nullptr) return false;
+  // The same task from the present state.
   const JointMotion from_rest = *planned;
   JointMove move = from_rest.move();
   move.start = state.q;
@@ -230,10 +232,12 @@ bool MotionPlanner::clear_of_limits(const JointVector& q) const {
 
 Result<JointVector> MotionPlanner::target_posture(const Eigen::Isometry3d& X_BF,
                                                   const JointVector& start) const {
+  // The present elbow angle; a non-redundant arm has no other.
   const InverseKinematics& ik = *setup_.ik;
   const auto kept = ik.nearest(X_BF, start, ik.elbow_of(start));
   if (setup_.model.dof() <= 6) return kept;
   if (kept && range_distance(*kept, start) < kAtPose) return kept;
+  // The best elbow angle, where the present one is close to a limit or a long way off.
   const auto elbow = ik.choose_elbow(X_BF, start);
   if (!elbow) return kept ? kept : tl::unexpected(elbow.error());
   const auto chosen = ik.nearest(X_BF, start, *elbow);
@@ -262,6 +266,7 @@ Result<void> MotionPlanner::add_line(const Eigen::Isometry3d& X_BT, const PlanSt
     tool_path.add_line(way, segment.add(way.length_m(), way.angle_rad(), tool, tool_maximum));
     return plan_path(segment.move(start.q, limits_), path);
   };
+  // The shorter rotation, and for half a turn the other one where that fails.
   const ToolLine way(X_BT_start, X_BT);
   const Result<void> planned = along(way);
   if (planned || !way.half_turn()) return planned;
@@ -295,6 +300,7 @@ double MotionPlanner::scale_for_torques(const JointMotion& motion) const {
                         position);
 }
 
+/// A second plan with the time scale that the torques of the first require.
 void MotionPlanner::plan_joint_motion(JointMove& move, JointMotion& motion) const {
   motion.plan(move);
   move.time_scale = scale_for_torques(motion);

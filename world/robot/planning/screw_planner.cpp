@@ -20,6 +20,7 @@ Result<void> ScrewPlanner::plan(const api::MoveScrew& screw, MotionSequence& out
   const auto nearest = planner_.target_posture(*X_BT * start_.X_FT.inverse(), start_.q);
   if (!nearest) return tl::unexpected(nearest.error());
   const ToolLimits tool = limits_.effective(screw.start->limits);
+  // The whole motion from one start posture.
   const auto from = [&](const JointVector& posture) -> Result<void> {
     out.clear();
     planner_.add_joint_motion(posture, start_, tool, out);
@@ -72,6 +73,7 @@ Result<void> ScrewPlanner::add_screw(const api::MoveScrew& screw, const JointVec
     if (out.empty()) planner_.add_joint_motion(q, {q, start_.X_FT}, tool, out);
     return {};
   }
+  // The helix about the tool's axis, or one parallel to it.
   ToolHelix helix{.X_BT_start = X_BT,
                   .point_B = X_BT.translation(),
                   .direction_B = axis,

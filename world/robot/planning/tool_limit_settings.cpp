@@ -10,8 +10,10 @@ namespace {
 
 constexpr std::array kAll{api::MotionLimit::kTransSpeed, api::MotionLimit::kTransAccel,
                           api::MotionLimit::kRotSpeed, api::MotionLimit::kRotAccel};
+/// In the order of kAll [m/s, m/s^2, rad/s, rad/s^2].
 constexpr std::array kAtStart{0.25, 2.0, 1.0, 5.0};
 
+/// For messages.
 struct Naming {
   const char* name;
   const char* unit;
@@ -31,6 +33,7 @@ Naming naming(api::MotionLimit which) {
   throw std::logic_error("unknown motion limit");
 }
 
+/// One of the four limits.
 double part(const ToolLimits& limits, api::MotionLimit which) {
   switch (which) {
     case api::MotionLimit::kTransSpeed:
@@ -72,6 +75,7 @@ Result<void> ToolLimitSettings::set(const api::SetMotionLimit& setting) {
     std::snprintf(text, sizeof text, "%s as a fraction is %g, its limit is 1", name, setting.value);
     return fail(ErrorCode::kInvalidArgument, name, text);
   }
+  // A fraction refers to the maximum and stays a fraction.
   const double value =
       setting.relative ? setting.value : std::min(setting.value, part(maximum_, setting.which));
   settings_[index(setting.which)] = {setting.relative, value};

@@ -21,7 +21,7 @@ struct ServoParameters {
 /// A servo-driven arm: joint state = reference + deviation. With nothing touching and torques
 /// within limits the arm is its reference, bit for bit; an external torque beyond friction or a
 /// torque limit wakes the deviation, which yields, saturates, trips and returns to exactly zero.
-/// A trip changes nothing by itself: whoever sees trip_reason() stops the motion. No call but the
+/// A trip changes nothing by itself: the caller stops the motion on trip_reason(). No call but the
 /// constructor allocates. Thread: sim.
 class ServoArm {
  public:
@@ -46,7 +46,7 @@ class ServoArm {
   /// (J^T w of all contact wrenches on links and tool, grip excluded) as they are at its start.
   void step(const JointVector& q_ref_next, const JointVector& tau_ext);
 
-  /// Takes position and velocity of the deviation into the reference: the next reference must start
+  /// Adds position and velocity of the deviation to the reference: the next reference must start
   /// from q(). The arm keeps its momentum: where the next reference has another velocity, the
   /// drives change it within their limits. Used after a trip and by InitRobot, so that a loaded
   /// arm does not snap back.

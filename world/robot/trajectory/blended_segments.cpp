@@ -34,6 +34,8 @@ double BlendedSegments::room(std::size_t corner) const {
   return 0.5 * std::min(segments_[corner].duration, segments_[corner + 1].duration);
 }
 
+/// In a blend of half width w the speed rises or falls over 2 w, so that the segment covers the
+/// same way as without it.
 double BlendedSegments::share(std::size_t segment, double s) const {
   const Segment& x = segments_[segment];
   const double t = s - x.begin;
@@ -99,6 +101,7 @@ std::size_t BlendedSegments::at(double s) const {
 }
 
 BlendedSegments::Range BlendedSegments::active(double s) const {
+  // A blend reaches into the segment on either side of its corner.
   const std::size_t i = at(s);
   const Segment& x = segments_[i];
   Range range{i, i};
@@ -118,6 +121,7 @@ double BlendedSegments::next_break(double s) const {
   return length();
 }
 
+/// At an edge the step belongs to what comes after it.
 double BlendedSegments::fine_step(double s) const {
   const std::size_t i = at(s);
   const Segment& x = segments_[i];

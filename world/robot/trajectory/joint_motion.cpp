@@ -3,9 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+// Point-to-point motion, synchronised where all joints start at rest: one double-S profile of the
+// progress 0..1 within the limits of every joint.
+
 namespace aprsim::robot {
 namespace {
 
+/// Limits of one joint, scaled in time.
 ScalarLimits joint_scalar(const JointLimits& limits, int i, double scale) {
   return {limits.speed(i) * scale, limits.accel(i) * scale * scale,
           limits.jerk(i) * scale * scale * scale};
@@ -29,6 +33,7 @@ void JointMotion::plan(const JointMove& move) {
   restart();
 }
 
+/// Limits of the progress: those of the tool and of each synchronised joint over its way.
 void JointMotion::plan_shared() {
   const double scale = move_.time_scale;
   ScalarLimits& l = shared_limits_;
@@ -44,6 +49,7 @@ void JointMotion::plan_shared() {
     hard_limits_.a = std::min(hard_limits_.a, move_.maximum.accel(i) / way);
     hard_limits_.j = std::min(hard_limits_.j, move_.maximum.jerk(i) / way);
   }
+  // Only what is planned is slowed; a hard stop has the full limits.
   l = {l.v * scale, l.a * scale * scale, l.j * scale * scale * scale};
   any_synchronised_ = moves;
   shared_ = moves ? DoubleS::to_rest({0, 0, 0}, 1, l) : DoubleS();
@@ -79,8 +85,9 @@ void JointMotion::brake(Brake how) {
 void JointMotion::set_speed(double fraction) {
   if (braking_ || fraction == speed_) return;
   speed_ = fraction;
+  // A new profile from the present state, to the end or, at 0, to rest.
   const auto again = [&](const DoubleS& profile, double end, ScalarLimits limits) {
-    if (profile.duration() == 0 && profile.end() == end) return profile;  // has nothing to do
+    if (profile.duration() == 0 && profile.end() == end) return profile;  // a joint without way
     limits.v *= fraction;
     const ScalarState here = profile.at(time_);
     return fraction > 0 ? DoubleS::to_rest(here, end, limits) : DoubleS::stop(here, limits);
@@ -93,7 +100,7 @@ void JointMotion::set_speed(double fraction) {
   restart();
 }
 
-/// The profiles begin now; where and when they end.
+/// The profiles begin now; their common end and duration.
 void JointMotion::restart() {
   steps_ = 0;
   time_ = 0;
@@ -102,6 +109,7 @@ void JointMotion::restart() {
   bool shared = false;
   for (int i = 0; i < way_.size(); ++i) {
     if (independent(i)) {
+      // A stop may end beyond a joint's range by its braking distance.
       end_(i) = std::clamp(own(i).end(), move_.limits.lower(i), move_.limits.upper(i));
       duration_ = std::max(duration_, own(i).duration());
     } else if (way_(i) != 0) {
@@ -113,6 +121,7 @@ void JointMotion::restart() {
 }
 
 void JointMotion::at(double t, JointVector& q) const {
+  // Exactly at the end what has arrived.
   q = end_;
   const bool shared_runs = t < shared_.duration();
   const double share = shared_.at(t).s;
@@ -127,6 +136,7 @@ void JointMotion::at(double t, JointVector& q) const {
 }
 
 double JointMotion::beyond_range() const {
+  // A synchronised joint stays between its ends.
   constexpr int kSamples = 64;
   double beyond = 0;
   for (int i = 0; i < way_.size(); ++i) {

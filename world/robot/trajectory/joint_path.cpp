@@ -20,12 +20,14 @@ void JointPath::add(const JointVector& q, double duration_s) {
 
 JointVector JointPath::at(double s) const {
   if (s >= segments_.length()) return postures_.back();
+  // Superposition of the segments under way.
   const auto [first, last] = segments_.active(s);
   JointVector q = postures_[first];
   for (std::size_t i = first; i <= last; ++i) q += segments_.share(i, s) * way(i);
   return q;
 }
 
+/// Derivatives by u = s / length.
 PathSample JointPath::sample_at(double s) const {
   const double length = segments_.length();
   PathSample sample{s / length, at(s), {}, {}, {}};
@@ -46,6 +48,7 @@ void JointPath::sample(std::vector<PathSample>& out) const {
   const double length = segments_.length();
   double s = 0;
   while (s < length) {
+    // Every edge of a blend is a sample.
     const double edge = segments_.next_break(s);
     for (int i = 0; i < kJointPathSteps; ++i) {
       out.push_back(sample_at(s + i * (edge - s) / kJointPathSteps));

@@ -86,8 +86,10 @@ Result<void> PathMotion::plan(const ArmGeometry& arm, const PathMove& move) {
 /// The elbow angle stays; else it turns to where the end pose suits it best; else to the nearest
 /// angle with which the whole path is feasible.
 Result<void> PathMotion::find_branch(const ArmGeometry& arm, const PathMove& move) {
+  // The present elbow angle.
   const Result<void> first = tool_path_.trace(arm, route(arm, move.start, 0));
   if (first) return {};
+  // From a singular start by a self-motion.
   if (tool_path_.singular_start()) {
     const JointVector required = tool_path_.required_start();
     if (is_self_motion(arm, move.start, required) &&
@@ -96,6 +98,7 @@ Result<void> PathMotion::find_branch(const ArmGeometry& arm, const PathMove& mov
       return {};
     }
   }
+  // Another elbow angle at the end.
   const auto chosen = arm.ik.choose_elbow(tool_path_.tool().end() * X_FT_.inverse(), move.start);
   if (!chosen) return tl::unexpected(chosen.error());  // the end itself is out of reach
   if (arm.model.dof() <= 6) return first;
@@ -172,6 +175,7 @@ bool PathMotion::advance(const ArmGeometry& arm, double dt, JointVector& q) {
     in_self_motion_ = false;
     return braking_;
   }
+  // Time from the count of steps: no drift.
   time_ = static_cast<double>(++steps_) * dt;
   if (time_ < profile_.duration()) {
     q = position(arm, limits_.scaling().u_at(profile_.at(time_).s));
