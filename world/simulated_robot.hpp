@@ -24,6 +24,7 @@ class SimulatedRobot {
   SimulatedRobot(const scene::Robot& robot, const robot::ArmModel& model,
                  const scene::Physics& physics);
 
+  /// Applies a command that has been checked (command_check.hpp).
   void apply(api::Ticket ticket, const api::RobotCommand& command);
 
   /// The cell's light curtain, as the robot sees it from the next step on.

@@ -188,7 +188,7 @@ void RobotController::execute(const api::MoveThroughTo& move, const JointVector&
   const JointVector from = brake(Brake::kSet);
   const WaypointPlanner planner(planner_, plan_start(from), s_.tool_limits);
   enqueue(planner.plan(move, s_.next));
-  if (!move.waypoints.empty()) s_.arrival_tolerance.pose = move.waypoints.back().tolerance;
+  s_.arrival_tolerance.pose = move.waypoints.back().tolerance;
 }
 
 void RobotController::execute(const api::MoveScrew& screw, const JointVector&) {
@@ -222,13 +222,6 @@ void RobotController::execute(const api::SetGripper& gripper, const JointVector&
     set_error(kNoTool);
     return;
   }
-  if (!(gripper.setting >= 0 && gripper.setting <= 1)) {
-    char text[96];
-    std::snprintf(text, sizeof text, "gripper setting %g is outside its limits 0 to 1",
-                  gripper.setting);
-    set_error(text);
-    return;
-  }
   // The deadline is for a gripper that reports nothing.
   brake(Brake::kSet);
   s_.gripper_setting = gripper.setting;
@@ -248,13 +241,6 @@ void RobotController::execute(const api::SetToolChanger& changer, const JointVec
 void RobotController::execute(const api::SetGripperForce&, const JointVector&) { complete_task(); }
 
 void RobotController::execute(const api::SetOverride& setting, const JointVector&) {
-  if (!(setting.fraction >= 0 && setting.fraction <= 1)) {
-    char text[96];
-    std::snprintf(text, sizeof text, "speed override %g %% is outside its limits 0 to 100 %%",
-                  setting.fraction * 100);
-    if (s_.held_error.empty()) set_error(text);
-    return;
-  }
   // It applies to the running motion, but not to the braking of a protective stop.
   s_.override_fraction = setting.fraction;
   if (s_.is_running && !s_.protection) s_.running.set_speed(setting.fraction);
@@ -264,13 +250,6 @@ void RobotController::execute(const api::SetOverride& setting, const JointVector
 
 void RobotController::execute(const api::Dwell& dwell, const JointVector&) {
   if (!require_initialized()) return;
-  if (dwell.duration < SimTime::zero()) {
-    char text[96];
-    std::snprintf(text, sizeof text, "dwell time %g s is less than its limit 0 s",
-                  seconds(dwell.duration));
-    set_error(text);
-    return;
-  }
   brake(Brake::kSet);
   // Whole steps, rounded up.
   const std::int64_t step_ns = std::llround(setup_.step_s * 1e9);
@@ -280,10 +259,7 @@ void RobotController::execute(const api::Dwell& dwell, const JointVector&) {
 }
 
 void RobotController::execute(const api::SetMotionLimit& setting, const JointVector&) {
-  if (const auto ok = s_.tool_limits.set(setting); !ok) {
-    if (s_.held_error.empty()) set_error(ok.error().message);
-    return;
-  }
+  s_.tool_limits.set(setting);
   complete_task();
 }
 

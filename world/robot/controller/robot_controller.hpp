@@ -60,7 +60,8 @@ class RobotController {
   /// joint limits, no inverse kinematics).
   explicit RobotController(ControllerSetup setup);
 
-  /// Executes one command at a step boundary; the newest replaces whatever was running. `q_actual`
+  /// Executes one command at a step boundary; the newest replaces whatever was running. Its indices
+  /// and numbers have been checked (world/command_check.hpp). `q_actual`
   /// is the arm's present position: InitRobot makes it the reference (the arm is to be relaxed with
   /// it), the others go on from the reference. The outcome shows in status().
   void apply(api::Ticket ticket, const api::RobotAction& action, const JointVector& q_actual);

@@ -16,7 +16,6 @@ namespace {
 constexpr double kJointSpeedShare = 0.25, kJointAccelShare = 0.5;
 constexpr double kLeastTravel = 1e-12;
 constexpr double kAtLimit_rad = 1e-9;  ///< rounding of a limit that was meant exactly
-constexpr double kUnitTolerance = 1e-3;
 constexpr int kRateSamples = 33;
 /// A kept elbow angle must leave the joints within this share of their ranges, and cost at most
 /// this much more joint motion than the best one.
@@ -37,37 +36,16 @@ std::string limit_text(const Joint& joint, double q) {
   return text;
 }
 
-Result<void> check_pose(const Pose& pose) {
-  if (!pose.p.allFinite() || !pose.q.coeffs().allFinite()) {
-    return fail(ErrorCode::kInvalidArgument, "pose", "the pose is not a number");
+/// The position within the joint's range, the torque within the drive's.
+Result<void> check_target(const Joint& joint, const api::JointTarget& target) {
+  if (target.position_rad < joint.lower_rad - kAtLimit_rad ||
+      target.position_rad > joint.upper_rad + kAtLimit_rad) {
+    return fail(ErrorCode::kUnreachable, joint.name, limit_text(joint, target.position_rad));
   }
-  if (std::abs(pose.q.norm() - 1) > kUnitTolerance) {
-    char text[120];
-    std::snprintf(text, sizeof text, "the rotation's quaternion has norm %g, it must be 1",
-                  pose.q.norm());
-    return fail(ErrorCode::kInvalidArgument, "pose", text);
-  }
-  return {};
-}
-
-Result<void> check_own_limit(const Joint& joint, const char* what, const char* unit,
-                             const std::optional<double>& value) {
-  if (!value || (*value > 0 && std::isfinite(*value))) return {};
-  char text[160];
-  std::snprintf(text, sizeof text, "%s: %s %g %s must be greater than 0", joint.name.c_str(), what,
-                *value, unit);
-  return fail(ErrorCode::kInvalidArgument, joint.name, text);
-}
-
-Result<void> check_torque(const Joint& joint, const api::JointTorque& torque) {
-  if (auto ok = check_own_limit(joint, "torque", "Nm", torque.setting_nm); !ok) return ok;
-  if (auto ok = check_own_limit(joint, "torque change rate", "Nm/s", torque.rate_nm_s); !ok) {
-    return ok;
-  }
-  if (torque.setting_nm <= joint.max_torque_nm) return {};
+  if (!target.torque || target.torque->setting_nm <= joint.max_torque_nm) return {};
   char text[160];
   std::snprintf(text, sizeof text, "%s: torque %g Nm is greater than its limit %g Nm",
-                joint.name.c_str(), torque.setting_nm, joint.max_torque_nm);
+                joint.name.c_str(), target.torque->setting_nm, joint.max_torque_nm);
   return fail(ErrorCode::kInvalidArgument, joint.name, text);
 }
 
@@ -82,37 +60,13 @@ MotionPlanner::MotionPlanner(PlannerSetup setup)
 Result<void> MotionPlanner::plan(const api::MoveTo& move, const PlanStart& start,
                                  const ToolLimitSettings& limits, MotionSequence& out) const {
   out.clear();
-  const auto X_BT = pose_in_base(move.X_RT);
-  if (!X_BT) return tl::unexpected(X_BT.error());
+  const Eigen::Isometry3d X_BT = pose_in_base(move.X_RT);
   const ToolLimits tool = limits.effective(move.limits);
-  if (move.straight) return add_line(*X_BT, start, tool, limits.maximum(), out);
-  const auto target = target_posture(*X_BT * start.X_FT.inverse(), start.q);
+  if (move.straight) return add_line(X_BT, start, tool, limits.maximum(), out);
+  const auto target = target_posture(X_BT * start.X_FT.inverse(), start.q);
   if (!target) return tl::unexpected(target.error());
   add_joint_motion(*target, start, tool, out);
   return {};
-}
-
-Result<void> MotionPlanner::check(const api::JointTarget& target) const {
-  const int dof = setup_.model.dof();
-  if (target.joint < 0 || target.joint >= dof) {
-    return fail(ErrorCode::kInvalidArgument, "joint",
-                "joint number " + std::to_string(target.joint + 1) + " does not exist: " +
-                    setup_.model.name + " has joints 1 to " + std::to_string(dof));
-  }
-  const Joint& joint = setup_.model.joints[static_cast<std::size_t>(target.joint)];
-  if (!std::isfinite(target.position_rad)) {
-    return fail(ErrorCode::kInvalidArgument, joint.name,
-                joint.name + ": the position is not a number");
-  }
-  if (target.position_rad < joint.lower_rad - kAtLimit_rad ||
-      target.position_rad > joint.upper_rad + kAtLimit_rad) {
-    return fail(ErrorCode::kUnreachable, joint.name, limit_text(joint, target.position_rad));
-  }
-  if (auto ok = check_own_limit(joint, "speed", "rad/s", target.speed_rad_s); !ok) return ok;
-  if (auto ok = check_own_limit(joint, "acceleration", "rad/s^2", target.accel_rad_s2); !ok) {
-    return ok;
-  }
-  return target.torque ? check_torque(joint, *target.torque) : Result<void>{};
 }
 
 Result<void> MotionPlanner::plan(const api::MoveJoints& move, const PlanStart& start,
@@ -125,12 +79,12 @@ Result<void> MotionPlanner::plan(const api::MoveJoints& move, const PlanStart& s
   joints.limits.accel *= kJointAccelShare;
   std::array<bool, kMaxDof> named{};
   for (const api::JointTarget& target : move.targets) {
-    if (auto ok = check(target); !ok) return ok;
     const int i = target.joint;
     const auto slot = static_cast<std::size_t>(i);
+    const Joint& joint = setup_.model.joints[slot];
+    if (auto ok = check_target(joint, target); !ok) return ok;
     if (named[slot]) {
-      return fail(ErrorCode::kInvalidArgument, setup_.model.joints[slot].name,
-                  setup_.model.joints[slot].name + " is named twice");
+      return fail(ErrorCode::kInvalidArgument, joint.name, joint.name + " is named twice");
     }
     named[slot] = true;
     if (target.torque) {  // torque mode moves it
@@ -209,8 +163,7 @@ void MotionPlanner::plan_retreat(const JointVector& from, const JointVector& to,
 
 // ---- segments
 
-Result<Eigen::Isometry3d> MotionPlanner::pose_in_base(const Pose& X_RT) const {
-  if (auto ok = check_pose(X_RT); !ok) return tl::unexpected(ok.error());
+Eigen::Isometry3d MotionPlanner::pose_in_base(const Pose& X_RT) const {
   const Pose unit{X_RT.p, X_RT.q.normalized()};
   return setup_.X_BR * unit.isometry();
 }

@@ -33,16 +33,16 @@ struct JointState {
 };
 
 /// Plans the motions of one robot that have one target, and the segments of which the other
-/// planners compose theirs. Every motion is checked as a whole before it may start. Immutable.
-/// Thread: sim, between steps.
+/// planners compose theirs. Every motion is checked as a whole before it may start; indices and
+/// numbers have been checked before (world/command_check.hpp). Immutable. Thread: sim, between
+/// steps.
 class MotionPlanner {
  public:
   explicit MotionPlanner(PlannerSetup setup);
 
   // ---- whole motions from rest
 
-  /// Into `out`. Errors: kInvalidArgument for a pose that is none, kUnreachable with the joint or
-  /// axis, value and limit.
+  /// Into `out`. Errors: kUnreachable with the joint or axis, value and limit.
   [[nodiscard]] Result<void> plan(const api::MoveTo& move, const PlanStart& start,
                                   const ToolLimitSettings& limits, MotionSequence& out) const;
   /// Motion of joints; `targets` holds the targets of the joints that are not named and receives
@@ -64,7 +64,7 @@ class MotionPlanner {
 
   // ---- segments, added to `out`
 
-  [[nodiscard]] Result<Eigen::Isometry3d> pose_in_base(const Pose& X_RT) const;
+  [[nodiscard]] Eigen::Isometry3d pose_in_base(const Pose& X_RT) const;
   /// The posture for a pose that is nearest to `start`; a redundant arm keeps its elbow angle where
   /// that costs little more joint motion.
   [[nodiscard]] Result<JointVector> target_posture(const Eigen::Isometry3d& X_BF,
@@ -94,7 +94,6 @@ class MotionPlanner {
  private:
   void plan_joint_motion(JointMove& move, JointMotion& motion) const;
   [[nodiscard]] double scale_for_torques(const JointMotion& motion) const;
-  [[nodiscard]] Result<void> check(const api::JointTarget& target) const;
   [[nodiscard]] bool clear_of_limits(const JointVector& q) const;
 
   PlannerSetup setup_;

@@ -15,9 +15,8 @@ constexpr std::size_t kMaxStarts = 24;  ///< start postures to try
 Result<void> ScrewPlanner::plan(const api::MoveScrew& screw, MotionSequence& out) const {
   out.clear();
   if (!screw.start) return add_screw(screw, start_.q, out);
-  const auto X_BT = planner_.pose_in_base(screw.start->X_RT);
-  if (!X_BT) return tl::unexpected(X_BT.error());
-  const auto nearest = planner_.target_posture(*X_BT * start_.X_FT.inverse(), start_.q);
+  const Eigen::Isometry3d X_BT = planner_.pose_in_base(screw.start->X_RT);
+  const auto nearest = planner_.target_posture(X_BT * start_.X_FT.inverse(), start_.q);
   if (!nearest) return tl::unexpected(nearest.error());
   const ToolLimits tool = limits_.effective(screw.start->limits);
   // The whole motion from one start posture.
@@ -29,7 +28,7 @@ Result<void> ScrewPlanner::plan(const api::MoveScrew& screw, MotionSequence& out
   const Result<void> first = from(*nearest);
   if (first) return first;
   // Another posture may have enough of its last joint's range left for the turn.
-  for (const JointVector& posture : start_postures(*X_BT)) {
+  for (const JointVector& posture : start_postures(X_BT)) {
     if (from(posture)) return {};
   }
   return first;

@@ -14,8 +14,7 @@ class ScrewPlanner {
   ScrewPlanner(const MotionPlanner& planner, PlanStart start, const ToolLimitSettings& limits)
       : planner_(planner), start_(std::move(start)), limits_(limits) {}
 
-  /// From rest, into `out`. Errors: kInvalidArgument for a pose that is none, kUnreachable with the
-  /// joint or axis, value and limit.
+  /// From rest, into `out`. Errors: kUnreachable with the joint or axis, value and limit.
   [[nodiscard]] Result<void> plan(const api::MoveScrew& screw, MotionSequence& out) const;
 
  private:

@@ -43,9 +43,6 @@ struct WaypointPlanner::JointSegment {
 
 Result<void> WaypointPlanner::plan(const api::MoveThroughTo& move, MotionSequence& out) const {
   out.clear();
-  if (move.waypoints.empty()) {
-    return fail(ErrorCode::kInvalidArgument, "waypoints", "no waypoint is given");
-  }
   if (auto ok = move.straight ? plan_lines(move, out) : plan_joint_segments(move, out); !ok) {
     return ok;
   }
@@ -61,17 +58,16 @@ Result<std::vector<WaypointPlanner::Line>> WaypointPlanner::find_lines(
   Eigen::Isometry3d X_BT = planner_.tool_pose(start_.q, start_.X_FT);
   const std::size_t count = move.waypoints.size();
   for (std::size_t i = 0; i < count; ++i) {
-    const auto X_BT_next = planner_.pose_in_base(move.waypoints[i].X_RT);
-    if (!X_BT_next) return at_waypoint(i, count, X_BT_next.error());
-    const auto posture = planner_.target_posture(*X_BT_next * start_.X_FT.inverse(), start_.q);
+    const Eigen::Isometry3d X_BT_next = planner_.pose_in_base(move.waypoints[i].X_RT);
+    const auto posture = planner_.target_posture(X_BT_next * start_.X_FT.inverse(), start_.q);
     if (!posture) return at_waypoint(i, count, posture.error());
-    const ToolLine way(X_BT, *X_BT_next);
+    const ToolLine way(X_BT, X_BT_next);
     if (way.length_m() < kSame_m && way.angle_rad() < kSame_rad) continue;
     const double duration =
         SegmentLimits().add(way.length_m(), way.angle_rad(),
                             limits_.effective(move.waypoints[i].limits), limits_.maximum());
     lines.push_back({way, duration, i});
-    X_BT = *X_BT_next;
+    X_BT = X_BT_next;
   }
   return lines;
 }
@@ -115,9 +111,8 @@ Result<std::vector<WaypointPlanner::JointSegment>> WaypointPlanner::find_joint_s
   JointVector q = start_.q;
   const std::size_t count = move.waypoints.size();
   for (std::size_t i = 0; i < count; ++i) {
-    const auto X_BT = planner_.pose_in_base(move.waypoints[i].X_RT);
-    if (!X_BT) return at_waypoint(i, count, X_BT.error());
-    const auto target = planner_.target_posture(*X_BT * start_.X_FT.inverse(), q);
+    const Eigen::Isometry3d X_BT = planner_.pose_in_base(move.waypoints[i].X_RT);
+    const auto target = planner_.target_posture(X_BT * start_.X_FT.inverse(), q);
     if (!target) return at_waypoint(i, count, target.error());
     const JointVector way = (*target - q).cwiseAbs();
     if (way.maxCoeff() < kSame_rad) continue;

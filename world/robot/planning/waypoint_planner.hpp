@@ -16,8 +16,8 @@ class WaypointPlanner {
   WaypointPlanner(const MotionPlanner& planner, PlanStart start, const ToolLimitSettings& limits)
       : planner_(planner), start_(std::move(start)), limits_(limits) {}
 
-  /// From rest, into `out`. Errors: kInvalidArgument for a pose that is none, kUnreachable with the
-  /// waypoint, the joint or axis, value and limit.
+  /// From rest, into `out`. Errors: kUnreachable with the waypoint, the joint or axis, value and
+  /// limit.
   [[nodiscard]] Result<void> plan(const api::MoveThroughTo& move, MotionSequence& out) const;
 
  private:

@@ -119,11 +119,6 @@ TEST_P(Features, OverrideZeroHoldsTheMotionAndAStopStillStops) {
   }
 }
 
-TEST_P(Features, OverrideOutOfRangeIsRefused) {
-  EXPECT_EQ(rig.run(api::SetOverride{1.2}), ActionState::kError);
-  EXPECT_EQ(rig.reason(), "speed override 120 % is outside its limits 0 to 100 %");
-}
-
 /// Two free moves the same way: the second one takes over without a stop, in the step after the
 /// command.
 TEST_P(Features, AFreeMovePassesOverWithoutStopping) {

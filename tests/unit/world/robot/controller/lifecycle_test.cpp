@@ -80,7 +80,6 @@ TEST_F(Lifecycle, DwellTakesItsTime) {
     rig.step();
     EXPECT_EQ(rig.state(), ActionState::kDone) << steps;
   }
-  EXPECT_EQ(rig.run(api::Dwell{-1ns}), ActionState::kError);
 }
 
 TEST_F(Lifecycle, GripperIsDoneWhenItHasSettled) {
@@ -108,12 +107,9 @@ TEST_F(Lifecycle, GripperThatNeverSettlesIsGivenUpAfterTwoSeconds) {
   }
   EXPECT_EQ(rig.state(), ActionState::kDone);
   EXPECT_EQ(steps, 2000);
-  EXPECT_EQ(rig.run(api::SetGripper{1.5}), ActionState::kError);
-  rig.run(api::InitRobot{});
-  EXPECT_EQ(rig.run(api::SetGripper{NAN}), ActionState::kError);
 }
 
-TEST_F(Lifecycle, LimitsAreValidatedAndClamped) {
+TEST_F(Lifecycle, LimitsAreClamped) {
   const auto set = [&](MotionLimit which, bool relative, double value) {
     rig.run(api::InitRobot{});
     return rig.run(api::SetMotionLimit{which, relative, value});
@@ -123,11 +119,6 @@ TEST_F(Lifecycle, LimitsAreValidatedAndClamped) {
   EXPECT_EQ(set(MotionLimit::kRotAccel, true, 0.5), ActionState::kDone);
   EXPECT_TRUE(rig.controller().limit(MotionLimit::kRotAccel).relative);
   EXPECT_EQ(rig.controller().limit(MotionLimit::kRotAccel).value, 0.5);
-  EXPECT_EQ(set(MotionLimit::kTransAccel, false, 0), ActionState::kError);
-  EXPECT_EQ(rig.reason(), "translation acceleration 0 m/s^2 must be greater than 0");
-  EXPECT_EQ(set(MotionLimit::kTransAccel, true, 1.2), ActionState::kError);
-  EXPECT_EQ(rig.reason(), "translation acceleration as a fraction is 1.2, its limit is 1");
-  EXPECT_EQ(set(MotionLimit::kRotSpeed, false, NAN), ActionState::kError);
 }
 
 TEST_F(Lifecycle, RestKeepsEveryBit) {
