@@ -10,7 +10,7 @@
 namespace aprsim::world {
 namespace {
 
-/// A mount deflected further than this is pressed, not gripping: stop before something breaks.
+/// A deflection of the mount beyond this is a collision of the gripper.
 constexpr double kMaxPalmDeflection_m = 3e-3;
 /// Capture range of the tool changer, and the steps in which it pulls the gripper in.
 constexpr double kCapture_m = 2e-3, kCapture_rad = 0.02;
@@ -245,7 +245,7 @@ robot::JointVector SimulatedRobot::external_torque(
 
 void SimulatedRobot::stop_if_tripped(const physics::GripperState& gripper,
                                      std::span<const physics::ArmForce> forces) {
-  if (controller_.retreating()) return arm_.forget_trip();  // it still leaves what it has hit
+  if (controller_.retreating()) return arm_.forget_trip();  // still in contact
   // A robot that still brakes for the light curtain may yet collide.
   if (controller_.stopped_by_protection() && !controller_.moving()) return;
   std::string reason;

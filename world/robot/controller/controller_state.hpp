@@ -14,7 +14,7 @@
 
 namespace aprsim::robot {
 
-/// What the running command still waits for.
+/// What completes the running command.
 enum class Task { kNone, kRest, kGripper, kDwell, kToolChanger };
 
 /// All that changes while a controller runs: a copy of it, put back later, continues bit for bit.

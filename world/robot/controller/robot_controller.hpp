@@ -14,7 +14,7 @@
 
 namespace aprsim::robot {
 
-/// What a robot controller is told at start; SI.
+/// Constants of one robot; SI.
 struct ControllerSetup {
   ArmModel model;
   std::shared_ptr<const InverseKinematics> ik;
@@ -28,9 +28,9 @@ struct ControllerSetup {
   Eigen::Vector3d gravity_B{0, 0, -9.81};
 };
 
-/// What a controller is told about its robot each step.
+/// State of the robot before a step.
 struct ControllerInput {
-  /// The gripper has reached what was commanded (open end, closed end or a grasp).
+  /// The gripper has reached its setting (open end, closed end or a grasp).
   bool gripper_settled = true;
   bool tool_at_flange = true;  ///< the gripper is within the tool changer's capture range
   JointVector external_nm{};   ///< contact torques on the joints; empty = none
@@ -53,7 +53,8 @@ struct ControllerInput {
 ///   torque until the next motion.
 /// - An immediate stop, and a fast one a second later, leaves the arm to its brakes with the drives
 ///   off. InitRobot and every motion switch them on again and wait until the brakes have released.
-/// - After a protective stop the arm retreats some millimetres on its way; InitRobot waits for it.
+/// - After a protective stop the arm retreats some millimetres along its trail; InitRobot waits for
+///   that.
 class RobotController {
  public:
   /// Throws std::invalid_argument for a setup that makes no robot (limits not > 0, home outside the
@@ -161,7 +162,7 @@ class RobotController {
   [[nodiscard]] bool at_rest() const {
     return !s_.is_running && !s_.has_next && !torque_mode_busy();
   }
-  /// A joint in torque mode is still on its way.
+  /// A joint in torque mode has not settled yet.
   [[nodiscard]] bool torque_mode_busy() const {
     return s_.torque_mode.active() && !s_.torque_mode.settled();
   }

@@ -5,7 +5,7 @@
 /// Rigid-body dynamics of an arm with a rigid payload at the flange. No call allocates.
 namespace aprsim::robot {
 
-/// What the flange carries: gripper and held part as one rigid body, in flange axes.
+/// Gripper and held part as one rigid body, in flange axes.
 struct Payload {
   double mass_kg = 0;
   Eigen::Vector3d com_F = Eigen::Vector3d::Zero();

@@ -30,7 +30,7 @@ bool is_identity(const Eigen::Isometry3d& X) {
   return (X.matrix() - Eigen::Matrix4d::Identity()).cwiseAbs().maxCoeff() < kSameFrame;
 }
 
-/// Collects what the URDF parser would print, for the error message.
+/// Collects the URDF parser's messages for our own error message.
 class ParserMessages final : public console_bridge::OutputHandler {
  public:
   ParserMessages() { console_bridge::useOutputHandler(this); }
@@ -192,7 +192,7 @@ class ModelReader {
     return {};
   }
 
-  /// Checks what only the whole chain shows.
+  /// Checks that need the whole chain.
   Result<ArmModel> finish() {
     if (model_.joints.empty()) return error("robot", "the arm has no revolute joint");
     if (!is_identity(X_LC_)) {

@@ -113,7 +113,7 @@ Result<void> MotionPlanner::plan(const api::MoveJoints& move, const PlanStart& s
 /// so that they arrive nearly together.
 bool MotionPlanner::blend_from_motion(const JointState& state, const PlanStart& start,
                                       const ToolLimits& tool, MotionSequence& out) const {
-  const JointMotion* planned = out.now().joint();
+  const JointMotion* planned = out.current().joint();
   if (planned == nullptr) return false;
   // The same task from the present state.
   const JointMotion from_rest = *planned;
@@ -137,7 +137,7 @@ bool MotionPlanner::blend_from_motion(const JointState& state, const PlanStart& 
         std::min(move.limits.accel(i), std::max(move.progress_accel * way, least_accel));
     move.limits.jerk(i) = limits_.jerk(i);
   }
-  JointMotion& joints = out.now().as_joint();
+  JointMotion& joints = out.current().as_joint();
   joints.plan(move);
   // A profile from a moving state cannot be slowed for the torques as a whole.
   const bool possible = joints.beyond_range() <= 0 && scale_for_torques(joints) == 1;

@@ -49,7 +49,7 @@ void JointMotion::plan_shared() {
     hard_limits_.a = std::min(hard_limits_.a, move_.maximum.accel(i) / way);
     hard_limits_.j = std::min(hard_limits_.j, move_.maximum.jerk(i) / way);
   }
-  // Only what is planned is slowed; a hard stop has the full limits.
+  // A hard stop has the unscaled limits.
   l = {l.v * scale, l.a * scale * scale, l.j * scale * scale * scale};
   any_synchronised_ = moves;
   shared_ = moves ? DoubleS::to_rest({0, 0, 0}, 1, l) : DoubleS();
@@ -121,7 +121,7 @@ void JointMotion::restart() {
 }
 
 void JointMotion::at(double t, JointVector& q) const {
-  // Exactly at the end what has arrived.
+  // Joints that have arrived are exactly at their end.
   q = end_;
   const bool shared_runs = t < shared_.duration();
   const double share = shared_.at(t).s;

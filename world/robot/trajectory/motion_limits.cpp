@@ -8,7 +8,7 @@ namespace {
 
 constexpr int kPostures = 400;
 constexpr double kShortestRunUp_s = 0.2;
-constexpr double kLeastTorqueForMotion = 0.1;  ///< of the maximal torque, if gravity takes the rest
+constexpr double kLeastTorqueForMotion = 0.1;  ///< of the maximal torque, if gravity needs the rest
 
 /// Quasi-random postures over the joint ranges: the R sequence of Roberts 2018, an additive
 /// recurrence with the generalised golden ratio; the same on every run.
@@ -48,7 +48,7 @@ JointLimits derive_joint_limits(const ArmModel& model, const Payload& payload,
     limits.lower(i) = joint.lower_rad;
     limits.upper(i) = joint.upper_rad;
     limits.speed(i) = joint.max_speed_rad_s;
-    // What gravity leaves of the torque accelerates the axis.
+    // The torque beyond gravity accelerates the axis.
     const double torque = std::max(kTorqueShare * joint.max_torque_nm - gravity(i),
                                    kLeastTorqueForMotion * joint.max_torque_nm);
     limits.accel(i) = joint.max_speed_rad_s / kShortestRunUp_s;

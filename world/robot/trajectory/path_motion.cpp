@@ -33,8 +33,8 @@ bool is_self_motion(const ArmGeometry& arm, const JointVector& from, const Joint
 ToolPath& PathMotion::begin_tool_path(const Eigen::Isometry3d& X_FT) {
   in_joint_space_ = false;
   X_FT_ = X_FT;
-  tool_path_.set_tool_frame(X_FT);
-  return tool_path_.tool();
+  ik_path_.set_tool_frame(X_FT);
+  return ik_path_.tool();
 }
 
 JointPath& PathMotion::begin_joint_path(const Eigen::Isometry3d& X_FT) {
@@ -44,22 +44,22 @@ JointPath& PathMotion::begin_joint_path(const Eigen::Isometry3d& X_FT) {
 }
 
 double PathMotion::length_s() const {
-  return in_joint_space_ ? joint_path_.segments().length() : tool_path_.tool().segments().length();
+  return in_joint_space_ ? joint_path_.segments().length() : ik_path_.tool().segments().length();
 }
 
 std::span<const PathSample> PathMotion::samples() const {
   if (in_joint_space_) return joint_samples_;
-  return tool_path_.samples();
+  return ik_path_.samples();
 }
 
 JointVector PathMotion::position(const ArmGeometry& arm, double u) const {
-  if (!in_joint_space_) return tool_path_.at(arm, u);
+  if (!in_joint_space_) return ik_path_.at(arm, u);
   return joint_path_.at(u >= 1 ? length_s() : u * length_s());
 }
 
 JointVector PathMotion::approximate_at(double t) const {
   const double u = limits_.scaling().u_at(profile_.at(t).s);
-  if (!in_joint_space_) return tool_path_.interpolate(u);
+  if (!in_joint_space_) return ik_path_.interpolate(u);
   return joint_path_.at(u >= 1 ? length_s() : u * length_s());
 }
 
@@ -75,7 +75,7 @@ Result<void> PathMotion::plan(const ArmGeometry& arm, const PathMove& move) {
   }
   limits_.choose({.model = arm.model,
                   .X_FT = X_FT_,
-                  .tool_path = in_joint_space_ ? nullptr : &tool_path_.tool(),
+                  .tool_path = in_joint_space_ ? nullptr : &ik_path_.tool(),
                   .length_s = length_s(),
                   .samples = samples()},
                  move);
@@ -87,19 +87,18 @@ Result<void> PathMotion::plan(const ArmGeometry& arm, const PathMove& move) {
 /// angle with which the whole path is feasible.
 Result<void> PathMotion::find_branch(const ArmGeometry& arm, const PathMove& move) {
   // The present elbow angle.
-  const Result<void> first = tool_path_.trace(arm, route(arm, move.start, 0));
+  const Result<void> first = ik_path_.trace(arm, route(arm, move.start, 0));
   if (first) return {};
   // From a singular start by a self-motion.
-  if (tool_path_.singular_start()) {
-    const JointVector required = tool_path_.required_start();
-    if (is_self_motion(arm, move.start, required) &&
-        tool_path_.trace(arm, route(arm, required, 0))) {
+  if (ik_path_.singular_start()) {
+    const JointVector required = ik_path_.required_start();
+    if (is_self_motion(arm, move.start, required) && ik_path_.trace(arm, route(arm, required, 0))) {
       plan_self_motion(move, required);
       return {};
     }
   }
   // Another elbow angle at the end.
-  const auto chosen = arm.ik.choose_elbow(tool_path_.tool().end() * X_FT_.inverse(), move.start);
+  const auto chosen = arm.ik.choose_elbow(ik_path_.tool().end() * X_FT_.inverse(), move.start);
   if (!chosen) return tl::unexpected(chosen.error());  // the end itself is out of reach
   if (arm.model.dof() <= 6) return first;
   const double best = std::remainder(*chosen - arm.ik.elbow_of(move.start), 2 * std::numbers::pi);
@@ -113,7 +112,7 @@ Result<void> PathMotion::find_branch(const ArmGeometry& arm, const PathMove& mov
 bool PathMotion::try_elbow_turn(const ArmGeometry& arm, const JointVector& start,
                                 double elbow_turn_rad) {
   const IkPath::Route way = route(arm, start, elbow_turn_rad);
-  return tool_path_.seems_feasible(arm, way) && tool_path_.trace(arm, way);
+  return ik_path_.seems_feasible(arm, way) && ik_path_.trace(arm, way);
 }
 
 /// At a moderate speed: the tool's limits say nothing about a motion that leaves it at rest.

@@ -51,7 +51,7 @@ class PathMotion {
   void restart(const DoubleS& profile);
 
   bool in_joint_space_ = false;
-  IkPath tool_path_;
+  IkPath ik_path_;
   Eigen::Isometry3d X_FT_ = Eigen::Isometry3d::Identity();
   JointPath joint_path_;
   std::vector<PathSample> joint_samples_;

@@ -14,7 +14,7 @@ struct PathSample {
   JointVector third_derivative;  ///< d3q/du3
 };
 
-/// Of a path of one segment; longer paths take more, and memory when they are planned.
+/// Of a path of one segment; paths of more segments may have more, and allocate when planned.
 inline constexpr std::size_t kMaxPathSamples = 4000;
 
 }  // namespace aprsim::robot

@@ -12,7 +12,7 @@ namespace aprsim::robot {
 /// Built when a motion is planned; evaluation never allocates. A copyable value. Thread: sim.
 class TimeScaling {
  public:
-  /// What the path allows at one u.
+  /// Highest rate and slope at one u.
   struct RateLimit {
     double u = 0;
     double rate = 1;   ///< highest du/drho, in (0, 1]

@@ -13,7 +13,7 @@ namespace {
 using api::ActionState;
 using Eigen::Vector3d;
 
-/// Speed override, passing over, torque, tool changer, checkpoints.
+/// Speed override, blending, torque, tool changer, checkpoints.
 class Features : public testing::TestWithParam<const char*> {
  protected:
   Features() : rig(GetParam()) {
@@ -119,9 +119,9 @@ TEST_P(Features, OverrideZeroHoldsTheMotionAndAStopStillStops) {
   }
 }
 
-/// Two free moves the same way: the second one takes over without a stop, in the step after the
+/// Two free moves the same way: the second one blends without a stop, in the step after the
 /// command.
-TEST_P(Features, AFreeMovePassesOverWithoutStopping) {
+TEST_P(Features, AFreeMoveBlendsWithoutStopping) {
   rig.apply(api::MoveTo{shifted({0.06, 0, 0}), false});
   rig.steps(350);
   const double before = speed();
@@ -219,7 +219,7 @@ TEST_P(Features, ATorqueDrivenJointComesToBalance) {
   EXPECT_LE(most, 1.1 * setting);
   EXPECT_NE(rig.reason().find("is held at"), std::string::npos) << rig.reason();
   EXPECT_EQ(rig.controller().reference()(1), posture(1) - 0.05);
-  // It gives way to more than its torque, and follows again when that goes.
+  // It yields to more than its torque, and advances again when that goes.
   for (int i = 0; i < 4000; ++i) {
     external(0) = -30;
     rig.load(external);

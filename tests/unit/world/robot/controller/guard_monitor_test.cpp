@@ -24,7 +24,7 @@ api::Guard guard(GuardLimit limit, double value, SimTime recheck = milliseconds(
   return out;
 }
 
-class Watch : public testing::Test {
+class Monitor : public testing::Test {
  protected:
   /// One step with that force along z.
   std::optional<std::size_t> step(double fz) {
@@ -39,7 +39,7 @@ class Watch : public testing::Test {
   SimTime now_ = milliseconds(100);
 };
 
-TEST_F(Watch, EachLimitTriggersBeyondItsValueOnly) {
+TEST_F(Monitor, EachLimitTriggersBeyondItsValueOnly) {
   struct Case {
     GuardLimit limit;
     double stays, triggers;
@@ -63,13 +63,13 @@ TEST_F(Watch, EachLimitTriggersBeyondItsValueOnly) {
   EXPECT_EQ(monitor_.state().triggers, 4U);
 }
 
-TEST_F(Watch, AnAbsoluteLimitMayTriggerAtOnce) {
+TEST_F(Monitor, AnAbsoluteLimitMayTriggerAtOnce) {
   const api::Guard only[] = {guard(GuardLimit::kOverMax, 2)};
   monitor_.begin(1, only);
   EXPECT_EQ(step(3), 0U);
 }
 
-TEST_F(Watch, LooksOnlyWhenItIsTime) {
+TEST_F(Monitor, ChecksOnlyWhenDue) {
   const api::Guard only[] = {guard(GuardLimit::kOverMax, 2, milliseconds(10))};
   monitor_.begin(1, only);
   EXPECT_FALSE(step(0));
@@ -81,7 +81,7 @@ TEST_F(Watch, LooksOnlyWhenItIsTime) {
   EXPECT_EQ(monitor_.state().guards[0].last_value, 3);
 }
 
-TEST_F(Watch, APeriodBelowAStepIsEveryStepAndOthersKeepTheirMean) {
+TEST_F(Monitor, APeriodBelowAStepIsEveryStepAndOthersKeepTheirMean) {
   const api::Guard both[] = {guard(GuardLimit::kOverMax, 2, microseconds(20)),
                              guard(GuardLimit::kOverMax, 2, microseconds(2500))};
   monitor_.begin(1, both);
@@ -90,7 +90,7 @@ TEST_F(Watch, APeriodBelowAStepIsEveryStepAndOthersKeepTheirMean) {
   EXPECT_EQ(monitor_.state().guards[1].checks, 40U);
 }
 
-TEST_F(Watch, KeepsWhereAndHowLong) {
+TEST_F(Monitor, KeepsWhereAndHowLong) {
   const api::Guard both[] = {guard(GuardLimit::kUnderMin, -9), guard(GuardLimit::kOverMax, 2)};
   monitor_.begin(7, both);
   robot_.X_RT.p = {1, 2, 3};
@@ -107,7 +107,7 @@ TEST_F(Watch, KeepsWhereAndHowLong) {
   EXPECT_EQ(state.stop_time, milliseconds(5));
 }
 
-TEST_F(Watch, TellsWhichTriggerIsMissing) {
+TEST_F(Monitor, TellsWhichTriggerIsMissing) {
   api::Guard both[] = {guard(GuardLimit::kOverMax, 2), guard(GuardLimit::kOverMax, 3)};
   both[1].require_trigger = true;
   monitor_.begin(1, both);
@@ -118,7 +118,7 @@ TEST_F(Watch, TellsWhichTriggerIsMissing) {
   EXPECT_EQ(monitor_.unmet(), nullptr);
 }
 
-TEST_F(Watch, ACommandWithoutGuardsEndsTheWatchAndKeepsTheLastTrigger) {
+TEST_F(Monitor, ACommandWithoutGuardsEndsTheMonitoringAndKeepsTheLastTrigger) {
   const api::Guard only[] = {guard(GuardLimit::kOverMax, 2)};
   monitor_.begin(1, only);
   EXPECT_EQ(step(3), 0U);
