@@ -11,13 +11,14 @@
 namespace aprsim::world {
 namespace {
 
-/// A mount deflected further than this is pressed, not gripping: stop before something breaks.
+/// A deflection of the mount beyond this is a collision of the gripper.
 constexpr double kMaxPalmDeflection_m = 3e-3;
-/// A tool changer takes a gripper that sits within this of the flange, and pulls it in.
-constexpr double kTakes_m = 2e-3, kTakes_rad = 0.02;
+/// Capture range of the tool changer, and the steps in which it pulls the gripper in.
+constexpr double kCapture_m = 2e-3, kCapture_rad = 0.02;
 constexpr int kPullSteps = 100;
 constexpr std::size_t kDescriptionCapacity = 512;
 
+/// One value a joint, or an exception.
 robot::JointVector home_of(const scene::Robot& robot, const robot::ArmModel& model) {
   if (static_cast<int>(robot.home_rad.size()) != model.dof()) {
     throw std::runtime_error("robot " + robot.name + ": home has " +
@@ -74,8 +75,8 @@ std::string number(double value) {
   return text;
 }
 
-/// Every joint turns about a point of the link before it, so the tool point stays within the sum of
-/// the lengths from the second joint on, whose own place the first joint moves on a circle.
+/// Bound of the tool point's distance from axis 1 at the height of axis 2: the sum of the lengths
+/// from the second joint on, and the radius of the circle on which the first joint moves that one.
 double reach_of(const robot::ArmModel& model, const Eigen::Isometry3d& X_FT) {
   double reach = X_FT.translation().norm();
   for (std::size_t i = 2; i < model.joints.size(); ++i) {
@@ -84,7 +85,7 @@ double reach_of(const robot::ArmModel& model, const Eigen::Isometry3d& X_FT) {
   return reach + model.joints[1].X_PJ.translation().head<2>().norm();
 }
 
-/// The partner of the largest force, for the operator's message.
+/// The largest contact force.
 const physics::ArmForce* largest(std::span<const physics::ArmForce> forces) {
   const physics::ArmForce* most = nullptr;
   for (const auto& force : forces) {
@@ -93,6 +94,7 @@ const physics::ArmForce* largest(std::span<const physics::ArmForce> forces) {
   return most;
 }
 
+/// For the operator's message: what touches what.
 std::string describe_contact(const robot::ArmModel& model,
                              std::span<const physics::ArmForce> forces) {
   const physics::ArmForce* force = largest(forces);
@@ -121,37 +123,40 @@ SimulatedRobot::SimulatedRobot(const scene::Robot& robot, const robot::ArmModel&
       controller_(setup_of(robot, model, ik_, physics)),
       step_size_(std::llround(physics.step_s * 1e9)),
       X_WL_(model.links.size()) {
-  seen_.action.description.reserve(kDescriptionCapacity);
+  guard_input_.action.description.reserve(kDescriptionCapacity);
   update_link_poses();
   state_.X_WM = X_WL_.back();
   state_.gripper_force_n = robot.gripper.force_n;
 }
 
-void SimulatedRobot::take(api::Ticket ticket, const api::RobotCommand& command) {
+void SimulatedRobot::apply(api::Ticket ticket, const api::RobotCommand& command) {
   const api::RobotAction& action = command.action;
   const bool init = std::holds_alternative<api::InitRobot>(action);
-  if (init && !controller_.backing_off()) arm_.relax();
+  if (init && !controller_.retreating()) arm_.relax();
   if (const auto* set = std::get_if<api::SetGripperForce>(&action))
     state_.gripper_force_n = set->force_n;
-  controller_.take(ticket, action, arm_.q());
+  controller_.apply(ticket, action, arm_.q());
   if (!api::is_setting(action)) state_.guards.begin(ticket, command.guards);
 }
 
 void SimulatedRobot::step(const physics::GripperState& gripper,
                           std::span<const physics::ArmForce> forces) {
-  watch_guards(gripper, forces);
+  check_guards(gripper, forces);
+  // Contact torques of the last step, then the controller's reference for this one.
   const robot::JointVector tau = external_torque(forces);
   const robot::JointVector& reference = controller_.step({.gripper_settled = gripper.settled,
                                                           .tool_at_flange = tool_at_flange(),
                                                           .external_nm = tau,
                                                           .q_actual = arm_.q()});
+  // The tool changer has coupled or released the gripper.
   if (controller_.tool_mounted() != state_.tool_carried) {
     state_.tool_carried = controller_.tool_mounted();
     state_.pull_steps = state_.tool_carried ? kPullSteps : 0;
     arm_.set_payload(state_.tool_carried ? payload_of(scene_.gripper, scene_.X_FT.isometry())
                                          : robot::Payload{});
   }
-  arm_.set_intended(controller_.pressing());
+  // The servo.
+  arm_.set_applied_torque(controller_.applied_torque());
   arm_.set_braked(controller_.braked());
   arm_.step(reference, tau);
   state_.now += step_size_;
@@ -163,11 +168,11 @@ void SimulatedRobot::step(const physics::GripperState& gripper,
 
 bool SimulatedRobot::tool_at_flange() const {
   const Eigen::Isometry3d X_FM = X_WL_.back().inverse() * state_.X_WM;
-  return X_FM.translation().norm() < kTakes_m &&
-         Eigen::AngleAxisd(X_FM.linear()).angle() < kTakes_rad;
+  return X_FM.translation().norm() < kCapture_m &&
+         Eigen::AngleAxisd(X_FM.linear()).angle() < kCapture_rad;
 }
 
-/// A gripper that is taken is drawn to the flange little by little; one that is left stays.
+/// A coupled gripper is pulled to the flange in equal steps; an uncoupled one stays.
 void SimulatedRobot::move_mount() {
   if (!state_.tool_carried) return;
   const Eigen::Isometry3d& X_WF = X_WL_.back();
@@ -192,14 +197,15 @@ void SimulatedRobot::restore(const State& state) {
   update_link_poses();
 }
 
-/// Looks at the state that the last step has left.
-void SimulatedRobot::watch_guards(const physics::GripperState& gripper,
+/// Against the state at the end of the last step.
+void SimulatedRobot::check_guards(const physics::GripperState& gripper,
                                   std::span<const physics::ArmForce> forces) {
-  if (!state_.guards.watching()) return;
-  write(gripper, forces, seen_);
-  const auto triggered = state_.guards.check(seen_, state_.now);
+  if (!state_.guards.active()) return;
+  write(gripper, forces, guard_input_);
+  const auto triggered = state_.guards.check(guard_input_, state_.now);
   if (!triggered) return;
   const api::ActionStatus& status = controller_.status();
+  // A guard of a command that is over stops the motion but ends nothing.
   const bool current =
       status.ticket == state_.guards.state().ticket && status.state == api::ActionState::kWorking;
   const api::Guard& guard = state_.guards.guard(*triggered);
@@ -213,7 +219,7 @@ void SimulatedRobot::watch_guards(const physics::GripperState& gripper,
 /// After the controller's step, so that a command whose guard misses its trigger never shows done.
 void SimulatedRobot::finish_guards() {
   if (state_.guards.stopping() && !controller_.moving()) state_.guards.at_rest(state_.now);
-  if (!state_.guards.watching()) return;
+  if (!state_.guards.active()) return;
   const api::ActionStatus& status = controller_.status();
   if (status.state == api::ActionState::kError) return state_.guards.end();
   if (controller_.moving() || status.state != api::ActionState::kDone) return;
@@ -229,6 +235,7 @@ robot::JointVector SimulatedRobot::external_torque(
   robot::JointVector tau = robot::JointVector::Zero(arm_.model().dof());
   for (const auto& force : forces) {
     if (force.on_gripper && !state_.tool_carried) continue;
+    // tau = J^T f.
     const auto& X_WL = X_WL_[static_cast<std::size_t>(force.link)];
     const auto J =
         robot::point_jacobian(arm_.model(), arm_.q(), force.link, X_WL.inverse() * force.p_W);
@@ -239,8 +246,8 @@ robot::JointVector SimulatedRobot::external_torque(
 
 void SimulatedRobot::stop_if_tripped(const physics::GripperState& gripper,
                                      std::span<const physics::ArmForce> forces) {
-  if (controller_.backing_off()) return arm_.forget_trip();  // it still leaves what it has hit
-  // A robot that still brakes for the light curtain may yet hit something.
+  if (controller_.retreating()) return arm_.forget_trip();  // still in contact
+  // A robot that still brakes for the light curtain may yet collide.
   if (controller_.stopped_by_protection() && !controller_.moving()) return;
   std::string reason;
   if (!arm_.trip_reason().empty()) {
@@ -283,7 +290,7 @@ api::RobotDescription SimulatedRobot::description() const {
   }
   const Eigen::Isometry3d X_RB = scene_.X_BR.isometry().inverse();
   const auto& joints = arm_.model().joints;
-  // On axis 1 at the height of axis 2.
+  // Reach: a box about the point on axis 1 at the height of axis 2.
   const Eigen::Vector3d centre_B(joints[0].X_PJ.translation() +
                                  joints[1].X_PJ.translation().z() * Eigen::Vector3d::UnitZ());
   const Eigen::Vector3d reach =
@@ -313,6 +320,7 @@ void SimulatedRobot::write(const physics::GripperState& gripper,
   for (int i = 0; i < model.dof(); ++i) {
     out.joints[static_cast<std::size_t>(i)] = {arm_.q()[i], arm_.qd()[i], arm_.torque()[i]};
   }
+  // Pose and velocity of the tool.
   const Eigen::Isometry3d X_FT = controller_.X_FT();
   const Eigen::Isometry3d X_WT = X_WL_.back() * X_FT;
   // Through the base, not the world: a pose that a client compares must not carry the cell's
@@ -325,6 +333,7 @@ void SimulatedRobot::write(const physics::GripperState& gripper,
   const Eigen::Matrix<double, 6, 1> twist_B = J * arm_.qd();
   out.v_RT = X_RB.linear() * twist_B.head<3>();
   out.omega_RT = X_RB.linear() * twist_B.tail<3>();
+  // Contact wrench on flange and tool, about the tool point.
   out.force_T_R.setZero();
   out.torque_T_R.setZero();
   const Eigen::Matrix3d R_RW = X_WR_.linear().transpose();

@@ -7,7 +7,6 @@
 #include "world/api/robot_command.hpp"
 #include "world/api/robot_snapshot.hpp"
 #include "world/physics/physics_world.hpp"
-#include "world/robot/controller/controller_state.hpp"
 #include "world/robot/controller/guard_monitor.hpp"
 #include "world/robot/controller/robot_controller.hpp"
 #include "world/robot/kinematics/inverse_kinematics.hpp"
@@ -16,7 +15,7 @@
 
 namespace aprsim::world {
 
-/// One robot of the cell: its controller gives the reference, its arm follows it and yields to
+/// One robot of the cell: its controller gives the reference, its arm tracks it and yields to
 /// contact. Thread: sim.
 class SimulatedRobot {
  public:
@@ -25,7 +24,8 @@ class SimulatedRobot {
   SimulatedRobot(const scene::Robot& robot, const robot::ArmModel& model,
                  const scene::Physics& physics);
 
-  void take(api::Ticket ticket, const api::RobotCommand& command);
+  /// Applies a command that has been checked (command_check.hpp).
+  void apply(api::Ticket ticket, const api::RobotCommand& command);
 
   /// The cell's light curtain, as the robot sees it from the next step on.
   void see_light_curtain(bool broken) { state_.curtain_broken = broken; }
@@ -38,8 +38,8 @@ class SimulatedRobot {
   void stop_for_light_curtain();
 
   [[nodiscard]] std::span<const Eigen::Isometry3d> X_WL() const { return X_WL_; }
-  /// Where the gripper's mount is at the step's end: at the flange, or where the open tool changer
-  /// has left it. There a stand is taken to hold it; nothing falls.
+  /// The gripper's mount at the step's end: at the flange, or where the open tool changer has left
+  /// it, as in a stand; nothing falls.
   [[nodiscard]] const Eigen::Isometry3d& X_WM() const { return state_.X_WM; }
   [[nodiscard]] double gripper_setting() const { return controller_.gripper_setting(); }
   /// Of each finger at the pressure that is set [N].
@@ -56,11 +56,11 @@ class SimulatedRobot {
   void restore(const State& state);
 
  private:
-  /// What is not the arm's or the controller's own.
+  /// State beside that of arm and controller.
   struct Own {
     Eigen::Isometry3d X_WM = Eigen::Isometry3d::Identity();  ///< the gripper's mount
-    int pull_steps = 0;  ///< until a gripper that is taken sits at the flange
-    /// What loads the arm: the gripper's weight is on it.
+    int pull_steps = 0;  ///< until a coupled gripper sits at the flange
+    /// The gripper's weight loads the arm.
     bool tool_carried = true;
     double gripper_force_n = 0;   ///< of each finger, at the pressure that is set
     bool curtain_broken = false;  ///< the input from the cell's light curtain
@@ -70,7 +70,7 @@ class SimulatedRobot {
   [[nodiscard]] robot::JointVector external_torque(std::span<const physics::ArmForce> forces) const;
   void stop_if_tripped(const physics::GripperState& gripper,
                        std::span<const physics::ArmForce> forces);
-  void watch_guards(const physics::GripperState& gripper,
+  void check_guards(const physics::GripperState& gripper,
                     std::span<const physics::ArmForce> forces);
   void finish_guards();
   void update_link_poses();
@@ -82,7 +82,7 @@ class SimulatedRobot {
   robot::ServoArm arm_;
   std::shared_ptr<const robot::InverseKinematics> ik_;
   robot::RobotController controller_;
-  api::RobotSnapshot seen_;  // what guards look at
+  api::RobotSnapshot guard_input_;  ///< the state that guards are checked against
   SimTime step_size_;
   std::vector<Eigen::Isometry3d> X_WL_;
   Own state_;

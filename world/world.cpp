@@ -64,7 +64,7 @@ void World::describe(std::uint64_t seed) {
 }
 
 void World::apply(api::Ticket ticket, const api::RobotCommand& command) {
-  robots_.at(static_cast<std::size_t>(command.robot)).take(ticket, command);
+  robots_.at(static_cast<std::size_t>(command.robot)).apply(ticket, command);
   stop_robots_if_broken();
 }
 

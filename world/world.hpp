@@ -26,6 +26,7 @@ class World {
   /// Throws std::runtime_error naming the robot and cause when a model cannot be used.
   World(std::shared_ptr<const scene::Scene> scene, std::uint64_t seed);
 
+  /// Applies a command that has been checked (command_check.hpp).
   void apply(api::Ticket ticket, const api::RobotCommand& command);
   void apply(api::Ticket ticket, const api::ConveyorCommand& command);
   void apply(api::Ticket ticket, const api::SetIntruder& command);

@@ -87,6 +87,14 @@ static_assert(std::variant_size_v<RobotAction> ==
   return static_cast<ActionKind>(action.index() + 1);
 }
 
+/// Whether the action only changes a setting: it takes effect at once, leaves the running motion
+/// and its guards alone and has no guards of its own.
+[[nodiscard]] inline bool is_setting(const RobotAction& action) {
+  return std::holds_alternative<SetMotionLimit>(action) ||
+         std::holds_alternative<SetOverride>(action) ||
+         std::holds_alternative<SetGripperForce>(action);
+}
+
 struct RobotCommand {
   int robot = 0;  ///< index into CellDescription::robots
   RobotAction action;

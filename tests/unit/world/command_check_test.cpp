@@ -29,7 +29,10 @@ TEST(CommandCheck, RefusesWhatIsNotThere) {
   EXPECT_EQ(error_of(api::InitRobot{}, 1), "robot 1 does not exist; the cell has 1");
   EXPECT_EQ(error_of(api::MoveJoints{{{.joint = 6}}}),
             "joint 7 does not exist; fanuc has joints 1 to 6");
+  EXPECT_EQ(error_of(api::MoveJoints{{{.joint = -1}}}),
+            "joint 0 does not exist; fanuc has joints 1 to 6");
   EXPECT_EQ(error_of(api::MoveJoints{}), "no joint is named");
+  EXPECT_EQ(error_of(api::MoveThroughTo{}), "no waypoint is given");
   const auto belt = check({.endpoint = 0, .body = api::ConveyorCommand{}}, cell());
   ASSERT_FALSE(belt);
   EXPECT_EQ(belt.error().message, "scene test has no conveyor");
@@ -44,10 +47,21 @@ TEST(CommandCheck, RefusesNonsenseNumbers) {
   move.X_RT.q.coeffs() *= 2;
   EXPECT_EQ(error_of(move), "the rotation is not a unit quaternion");
   EXPECT_NE(error_of(api::MoveJoints{{{.joint = 0, .position_rad = kNan}}}), "");
+  EXPECT_EQ(error_of(api::MoveJoints{{{0, 0, -1.0, {}}}}), "speed is -1.000000, must be above 0");
+  EXPECT_EQ(error_of(api::MoveJoints{{{0, 0, {}, 0.0}}}),
+            "acceleration is 0.000000, must be above 0");
+  EXPECT_EQ(error_of(api::MoveJoints{{{0, 0, {}, {}, api::JointTorque{kNan, {}}}}}),
+            "torque is nan, must be above 0");
+  EXPECT_EQ(error_of(api::MoveJoints{{{0, 0, {}, {}, api::JointTorque{1, 0.0}}}}),
+            "torque change rate is 0.000000, must be above 0");
+  EXPECT_NE(error_of(api::SetOverride{1.2}), "");
+  EXPECT_NE(error_of(api::SetOverride{kNan}), "");
   EXPECT_NE(error_of(api::SetGripper{1.5}), "");
   EXPECT_NE(error_of(api::SetGripper{kNan}), "");
   EXPECT_NE(error_of(api::SetMotionLimit{api::MotionLimit::kRotSpeed, true, 1.1}), "");
   EXPECT_NE(error_of(api::SetMotionLimit{api::MotionLimit::kRotSpeed, false, -1}), "");
+  EXPECT_NE(error_of(api::SetMotionLimit{api::MotionLimit::kTransAccel, false, 0}), "");
+  EXPECT_NE(error_of(api::SetMotionLimit{api::MotionLimit::kRotSpeed, false, kNan}), "");
   EXPECT_NE(error_of(api::Dwell{SimTime(-1)}), "");
 }
 

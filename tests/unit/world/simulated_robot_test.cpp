@@ -157,7 +157,7 @@ class Pushed : public testing::TestWithParam<int> {
       : scene(load_scene("aprs")),
         model(*robot::load_arm_model(robot().model_file)),
         cell(robot(), model, scene->physics) {
-    cell.take(1, {GetParam(), api::InitRobot{}});
+    cell.apply(1, {GetParam(), api::InitRobot{}});
     step(20);
   }
   const scene::Robot& robot() const { return scene->robots[static_cast<std::size_t>(GetParam())]; }
@@ -212,14 +212,14 @@ TEST_P(Pushed, YieldsAFewMillimetresTo50NAndReturnsExactly) {
 }
 
 TEST_P(Pushed, AStateSavedInMidMotionGoesOnBitForBit) {
-  cell.take(2, {GetParam(), api::MoveJoints{{{.joint = 0, .position_rad = 0.5}}}});
+  cell.apply(2, {GetParam(), api::MoveJoints{{{.joint = 0, .position_rad = 0.5}}}});
   step(250);
   step(30, {0, 60, 0});
   const world::SimulatedRobot::State saved = cell.save();
   const auto go_on = [&](world::SimulatedRobot& which) {
     std::vector<double> path;
     for (int i = 0; i < 600; ++i) {
-      if (i == 300) which.take(3, {GetParam(), api::StopMotion{api::StopKind::kNormal}});
+      if (i == 300) which.apply(3, {GetParam(), api::StopMotion{api::StopKind::kNormal}});
       which.step(gripper, {});
       api::RobotSnapshot out;
       which.write(gripper, {}, out);

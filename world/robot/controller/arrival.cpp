@@ -9,7 +9,7 @@
 namespace aprsim::robot {
 namespace {
 
-constexpr double kResolution = 1e-6;  // [m, rad]
+constexpr double kResolution = 1e-6;  ///< of the servo [m, rad]
 
 bool within(const std::optional<double>& tolerance, double deviation) {
   return !tolerance || std::abs(deviation) <= std::max(*tolerance, kResolution);
@@ -20,10 +20,13 @@ bool within(const std::optional<double>& tolerance, double deviation) {
 bool has_arrived(const ArrivalTolerance& tolerance, const ArmModel& model,
                  const Eigen::Isometry3d& X_RB, const Eigen::Isometry3d& X_FT, const JointVector& q,
                  const JointVector& target) {
+  // The common case: nothing pushes the arm aside.
   if (q == target) return true;
   for (Eigen::Index i = 0; i < q.size(); ++i) {
     if (!within(tolerance.joint_rad[static_cast<std::size_t>(i)], q(i) - target(i))) return false;
   }
+  // Deviation of the tool in R: of its position, and of its x and z axis (CRCL's
+  // PoseToleranceType).
   const api::PoseTolerance& pose = tolerance.pose;
   const bool any = pose.x_m || pose.y_m || pose.z_m || pose.x_axis_rad || pose.z_axis_rad;
   if (!any) return true;

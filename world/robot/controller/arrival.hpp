@@ -9,8 +9,8 @@
 
 namespace aprsim::robot {
 
-/// How near its target an arm that is pushed aside must be before its motion counts as done. What
-/// is absent, or infinite, does not matter.
+/// Largest deviation from its target with which the motion of an arm that is pushed aside counts as
+/// done. An absent or infinite tolerance does not matter.
 struct ArrivalTolerance {
   ArrivalTolerance() { joint_rad.fill(std::numeric_limits<double>::infinity()); }
 
@@ -18,8 +18,8 @@ struct ArrivalTolerance {
   std::array<double, api::kMaxJoints> joint_rad{};
 };
 
-/// Whether the arm at `q` is near enough to `target`. Poses are those of the tool in R. Tolerances
-/// below what the servo can tell (1 um, 1 urad) count as that much.
+/// Whether the arm at `q` is within tolerance of `target`. Poses are those of the tool in R.
+/// Tolerances below the servo's resolution (1 um, 1 urad) count as that.
 [[nodiscard]] bool has_arrived(const ArrivalTolerance& tolerance, const ArmModel& model,
                                const Eigen::Isometry3d& X_RB, const Eigen::Isometry3d& X_FT,
                                const JointVector& q, const JointVector& target);

@@ -8,45 +8,45 @@
 #include "world/robot/controller/arrival.hpp"
 #include "world/robot/controller/drive_power.hpp"
 #include "world/robot/controller/retreat_trail.hpp"
-#include "world/robot/controller/tool_limit_settings.hpp"
 #include "world/robot/controller/torque_mode.hpp"
+#include "world/robot/planning/tool_limit_settings.hpp"
 #include "world/robot/trajectory/motion_sequence.hpp"
 
 namespace aprsim::robot {
 
-/// What the running command still waits for.
+/// What completes the running command.
 enum class Task { kNone, kRest, kGripper, kDwell, kToolChanger };
 
 /// All that changes while a controller runs: a copy of it, put back later, continues bit for bit.
 struct ControllerState {
   ControllerState(const ToolLimits& maximum, const JointVector& q_home)
-      : limits(maximum),
+      : tool_limits(maximum),
         reference(q_home),
-        before(q_home),
-        before_that(q_home),
+        last_reference(q_home),
+        second_last_reference(q_home),
         joint_targets(q_home) {}
 
-  ToolLimitSettings limits;
+  ToolLimitSettings tool_limits;
   MotionSequence running{1}, next{1};
   bool is_running = false, has_next = false;
   std::optional<Brake> braking;
-  JointVector reference, before, before_that;
+  JointVector reference, last_reference, second_last_reference;
   JointVector joint_targets;
-  bool joint_move = false;  ///< the running motion goes to joint_targets
-  TorqueMode torque;
-  bool torque_waits = false;  ///< until the other joints are at rest
-  RetreatTrail trail;
-  DrivePower drives;
+  bool to_joint_targets = false;  ///< the running motion goes to joint_targets
+  TorqueMode torque_mode;
+  bool torque_mode_pending = false;  ///< until the other joints are at rest
+  RetreatTrail retreat_trail;
+  DrivePower drive_power;
   double override_fraction = 1;
 
   api::ActionStatus status;
-  std::optional<Pose> X_RG;  ///< where the tool was to go by the latest move
+  std::optional<Pose> X_RG;  ///< goal pose of the tool by the latest move
   Task task = Task::kNone;
-  ArrivalTolerance arrival;  ///< of the running motion
+  ArrivalTolerance arrival_tolerance;  ///< of the running motion
   std::string held_error;
-  std::string note;  ///< what there is to tell of the running command once it is done
+  std::string note;  ///< description of the running command once it is done
   bool initialized = false, protection = false;
-  bool backing_off = false;  ///< the running motion is the retreat of a protective stop
+  bool retreating = false;  ///< the running motion is the retreat of a protective stop
   bool tool_mounted = true, changer_open = false;
   double gripper_setting = 1;
   std::int64_t steps_left = 0;   ///< of a dwell, or until a gripper's deadline

@@ -2,17 +2,16 @@
 
 namespace aprsim::robot {
 
-/// Whether an arm's drives hold it, or with the drives off its brakes; after an immediate stop, and
+/// Whether an arm's drives hold it, or its brakes with the drives off: after an immediate stop, and
 /// some time after a fast one (CRCL's StopConditionEnumType). A copyable value. Thread: sim.
 class DrivePower {
  public:
-  /// Off at rest, as soon as so many steps have passed.
+  /// Off after so many steps, or at rest if that is later.
   void switch_off_after(int steps) { off_in_ = steps; }
-  /// As they are: nothing that was to switch them off still does.
-  void keep() { off_in_ = kNever; }
-  /// On; where they were off the brakes take so many steps to release.
+  void cancel_switch_off() { off_in_ = kNever; }
+  /// On; brakes that were engaged need so many steps to release.
   void switch_on(int release_steps) {
-    keep();
+    cancel_switch_off();
     if (!on_) release_in_ = release_steps;
     on_ = true;
   }
@@ -22,7 +21,7 @@ class DrivePower {
     if (off_in_ > 0) --off_in_;
     if (off_in_ != 0 || !at_rest) return;
     on_ = false;
-    keep();
+    cancel_switch_off();
   }
 
   [[nodiscard]] bool on() const { return on_; }

@@ -7,6 +7,7 @@
 namespace aprsim::robot {
 namespace {
 
+/// Whether the guard's condition is met.
 bool holds(const api::Guard& guard, double value, double start) {
   switch (guard.limit) {
     case api::GuardLimit::kOverMax:
@@ -25,10 +26,10 @@ bool holds(const api::Guard& guard, double value, double start) {
 
 void GuardMonitor::begin(api::Ticket ticket, std::span<const api::Guard> guards) {
   const std::size_t count = std::min(guards.size(), api::kMaxGuards);
-  watching_ = count > 0;
+  active_ = count > 0;
   triggered_ = started_ = false;
   triggered_at_.reset();
-  if (!watching_) return;
+  if (!active_) return;
   std::copy_n(guards.begin(), count, guards_.begin());
   state_.ticket = ticket;
   state_.count = count;
@@ -36,18 +37,20 @@ void GuardMonitor::begin(api::Ticket ticket, std::span<const api::Guard> guards)
 }
 
 std::optional<std::size_t> GuardMonitor::check(const api::RobotSnapshot& robot, SimTime now) {
-  if (!watching_) return std::nullopt;
+  if (!active_) return std::nullopt;
   for (std::size_t i = 0; i < state_.count; ++i) {
     const api::Guard& guard = guards_[i];
     if (started_ && now < due_[i]) continue;
     const double value = api::value_of(guard.signal, robot);
+    // Increases and decreases are measured from the first value.
     if (!started_) start_[i] = value;
     // From the time it was due: a period that is no multiple of the step must not drift.
     due_[i] = (started_ ? due_[i] : now) + guard.recheck;
     if (due_[i] <= now) due_[i] = now;
     state_.guards[i] = {state_.guards[i].checks + 1, now, value};
     if (!holds(guard, value, start_[i])) continue;
-    watching_ = false;
+    // Trigger: one a command.
+    active_ = false;
     triggered_ = true;
     triggered_at_ = now;
     ++state_.triggers;

@@ -10,24 +10,24 @@
 
 namespace aprsim::robot {
 
-/// Watches the guards of a robot's running command in simulated time. Plain values. Thread: sim.
+/// Monitors the guards of a robot's running command in simulated time. A copyable value. Thread:
+/// sim.
 class GuardMonitor {
  public:
-  /// From now on watches for the command with that ticket; at most api::kMaxGuards.
+  /// From now on monitors for the command with that ticket; at most api::kMaxGuards.
   void begin(api::Ticket ticket, std::span<const api::Guard> guards);
-  /// The command is over; what was seen stays readable.
-  void end() { watching_ = false; }
+  /// The command is over; state() stays readable.
+  void end() { active_ = false; }
 
-  /// Looks at the guards that are due; the first call after begin() at all of them, which also
-  /// takes the values that increases are measured from. Returns the guard that triggers, after
-  /// which nothing is watched any more. `robot` is the state at `now`.
+  /// Checks the guards that are due; the first call after begin() checks all of them and samples
+  /// the values that increases are measured from. Returns the guard that triggers, after which the
+  /// monitor is inactive. `robot` is the state at `now`.
   [[nodiscard]] std::optional<std::size_t> check(const api::RobotSnapshot& robot, SimTime now);
 
-  /// Tells that the robot has come to rest at `now`, which ends the time that a trigger's stop
-  /// takes.
+  /// The robot has come to rest at `now`: the end of a trigger's stop time.
   void at_rest(SimTime now);
 
-  [[nodiscard]] bool watching() const { return watching_; }
+  [[nodiscard]] bool active() const { return active_; }
   /// A trigger whose stop has not ended yet.
   [[nodiscard]] bool stopping() const { return triggered_at_.has_value(); }
   [[nodiscard]] const api::Guard& guard(std::size_t index) const { return guards_[index]; }
@@ -39,7 +39,7 @@ class GuardMonitor {
   std::array<api::Guard, api::kMaxGuards> guards_;
   std::array<double, api::kMaxGuards> start_{};  // values that increases are measured from
   std::array<SimTime, api::kMaxGuards> due_{};   // next check
-  bool watching_ = false, triggered_ = false, started_ = false;
+  bool active_ = false, triggered_ = false, started_ = false;
   std::optional<SimTime> triggered_at_;
   api::GuardsSnapshot state_;
 };

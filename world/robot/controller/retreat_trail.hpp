@@ -6,24 +6,24 @@
 
 namespace aprsim::robot {
 
-/// Where an arm has come from: its latest postures, evenly spaced on its way. Forgotten after a
-/// rest. A copyable value. Thread: sim.
+/// An arm's latest postures, evenly spaced on its way, for the retreat from a collision. Cleared
+/// after a rest. A copyable value. Thread: sim.
 class RetreatTrail {
  public:
-  void clear() { count_ = rested_ = 0; }
-  /// Once a step, with the posture that it gives.
+  void clear() { count_ = rest_steps_ = 0; }
+  /// Once a step, with the reference at its end.
   void record(const JointVector& q) {
     if (count_ > 0 && (q - back(0)).cwiseAbs().maxCoeff() < kSpacing_rad) {
       if (q == last_) {
-        if (++rested_ >= kForgetSteps) clear();
+        if (++rest_steps_ >= kForgetSteps) clear();
       } else {
-        rested_ = 0;
+        rest_steps_ = 0;
       }
       last_ = q;
       return;
     }
     last_ = q;
-    rested_ = 0;
+    rest_steps_ = 0;
     newest_ = (newest_ + 1) % kPoints;
     points_[static_cast<std::size_t>(newest_)] = q;
     if (count_ < kPoints) ++count_;
@@ -41,7 +41,7 @@ class RetreatTrail {
 
   std::array<JointVector, kPoints> points_;
   JointVector last_;
-  int newest_ = 0, count_ = 0, rested_ = 0;
+  int newest_ = 0, count_ = 0, rest_steps_ = 0;
 };
 
 }  // namespace aprsim::robot

@@ -6,13 +6,15 @@
 
 #include "world/api/robot_command.hpp"
 #include "world/api/robot_snapshot.hpp"
+#include "world/robot/controller/controller_state.hpp"
 #include "world/robot/kinematics/dynamics.hpp"
 #include "world/robot/kinematics/inverse_kinematics.hpp"
 #include "world/robot/model/arm_model.hpp"
+#include "world/robot/planning/motion_planner.hpp"
 
 namespace aprsim::robot {
 
-/// What a robot controller is told at start; SI.
+/// Constants of one robot; SI.
 struct ControllerSetup {
   ArmModel model;
   std::shared_ptr<const InverseKinematics> ik;
@@ -26,56 +28,53 @@ struct ControllerSetup {
   Eigen::Vector3d gravity_B{0, 0, -9.81};
 };
 
-/// What a controller is told about its robot each step.
+/// State of the robot before a step.
 struct ControllerInput {
-  /// The gripper has reached what was commanded (open end, closed end or a grasp).
+  /// The gripper has reached its setting (open end, closed end or a grasp).
   bool gripper_settled = true;
-  bool tool_at_flange = true;  ///< the tool changer could take the gripper
+  bool tool_at_flange = true;  ///< the gripper is within the tool changer's capture range
   JointVector external_nm{};   ///< contact torques on the joints; empty = none
   JointVector q_actual{};      ///< where the arm is; empty = at the reference
 };
 
-struct ControllerState;
-
-/// The robot controller's state machine: takes commands, plans motion, gives one joint reference a
-/// step. Knows units of SI only and nothing of CRCL ids. Thread: sim.
+/// The robot controller's state machine: executes commands, plans motion, gives one joint reference
+/// a step. Knows units of SI only and nothing of CRCL ids. Thread: sim.
 ///
 /// - Before InitRobot, and after EndRobot, only InitRobot, EndRobot, StopMotion and SetMotionLimit
 ///   are executed. An error is held: the state stays kError, whatever is sent, until InitRobot.
 /// - The newest command replaces the one that runs, which then never becomes done. Moves of joints
-///   and free moves of the tool begin at once, passing over from the motion that runs; the others
-///   begin where it comes to rest on its own path. SetMotionLimit is for later moves and leaves a
-///   running motion alone; SetOverride changes its speed.
+///   and free moves of the tool begin at once, blended from the motion that runs; the others begin
+///   where it comes to rest on its own path. SetMotionLimit is for later moves and leaves a running
+///   motion alone; SetOverride changes its speed.
 /// - A command is done when the reference has reached its target exactly and is at rest, and the
 ///   arm, if something pushes it aside, is within the command's tolerance; SetGripper when the
 ///   gripper has settled, or 2 s after the command if it does not; a joint driven by torque when it
-///   has reached its position or stands still against what bears the torque, and it keeps pressing
-///   until the next motion.
+///   has reached its position or stands still in balance with its load, and it keeps applying its
+///   torque until the next motion.
 /// - An immediate stop, and a fast one a second later, leaves the arm to its brakes with the drives
 ///   off. InitRobot and every motion switch them on again and wait until the brakes have released.
-/// - After a protective stop the arm backs off some millimetres on its way; InitRobot waits for it.
+/// - After a protective stop the arm retreats some millimetres along its trail; InitRobot waits for
+///   that.
 class RobotController {
  public:
   /// Throws std::invalid_argument for a setup that makes no robot (limits not > 0, home outside the
   /// joint limits, no inverse kinematics).
   explicit RobotController(ControllerSetup setup);
-  ~RobotController();
-  RobotController(RobotController&&) noexcept;
-  RobotController& operator=(RobotController&&) noexcept;
 
-  /// Takes one command at a step boundary; the newest replaces whatever was running. `q_actual` is
-  /// the arm's present position: InitRobot takes it over as the reference (the arm is to be relaxed
-  /// with it), the others go on from the reference. The outcome shows in status().
-  void take(api::Ticket ticket, const api::RobotAction& action, const JointVector& q_actual);
+  /// Executes one command at a step boundary; the newest replaces whatever was running. Its indices
+  /// and numbers have been checked (world/command_check.hpp). `q_actual` is the arm's present
+  /// position: InitRobot makes it the reference (the arm is to be relaxed with it), the others go on
+  /// from the reference. The outcome shows in status().
+  void apply(api::Ticket ticket, const api::RobotAction& action, const JointVector& q_actual);
 
   /// Advances one step and returns the reference for its end; the same bits while nothing moves.
-  /// `input` is what was seen before this step. Does not allocate.
+  /// `input` is the robot's state before this step. Does not allocate.
   const JointVector& step(const ControllerInput& input = {});
 
-  /// Protective stop: motion ends at once at `q_actual`, then backs off; the state is error with
+  /// Protective stop: motion ends at once at `q_actual`, then retreats; the state is error with
   /// `reason` until InitRobot.
   void protective_stop(const std::string& reason, const JointVector& q_actual);
-  /// The same where nothing has been hit: motion ends by braking hard on its path.
+  /// The same without a collision: motion ends by braking hard on its path.
   void protective_stop(const std::string& reason);
 
   /// A guard has triggered: motion ends on its path as fast as it can. If `ends_command`, the
@@ -84,33 +83,93 @@ class RobotController {
   /// The present command is in error, held until InitRobot; motion brakes.
   void fail(const std::string& reason);
 
-  [[nodiscard]] const api::ActionStatus& status() const;
-  /// Where the running motion is to take the tool, in R; none when nothing is on its way.
+  [[nodiscard]] const api::ActionStatus& status() const { return s_.status; }
+  /// Goal pose of the tool in R while a motion runs.
   [[nodiscard]] std::optional<Pose> X_RG() const;
-  [[nodiscard]] const JointVector& reference() const;
-  [[nodiscard]] double gripper_setting() const;  ///< 0..1; 1 at start
-  [[nodiscard]] bool initialized() const;
-  [[nodiscard]] bool stopped_by_protection() const;
-  [[nodiscard]] bool moving() const;
-  [[nodiscard]] api::LimitSetting limit(api::MotionLimit which) const;
+  [[nodiscard]] const JointVector& reference() const { return s_.reference; }
+  [[nodiscard]] double gripper_setting() const { return s_.gripper_setting; }  ///< 0..1; 1 at start
+  [[nodiscard]] bool initialized() const { return s_.initialized; }
+  [[nodiscard]] bool stopped_by_protection() const { return s_.protection; }
+  [[nodiscard]] bool moving() const { return !at_rest(); }
+  [[nodiscard]] api::LimitSetting limit(api::MotionLimit which) const {
+    return s_.tool_limits.get(which);
+  }
   /// After a protective stop, on the way back.
-  [[nodiscard]] bool backing_off() const;
-  [[nodiscard]] bool drives_on() const;
-  [[nodiscard]] bool braked() const;  ///< the arm's brakes hold it
-  [[nodiscard]] double override_fraction() const;
-  [[nodiscard]] bool tool_mounted() const;
+  [[nodiscard]] bool retreating() const { return s_.retreating && s_.is_running; }
+  [[nodiscard]] bool drives_on() const { return s_.drive_power.on(); }
+  [[nodiscard]] bool braked() const {
+    return s_.drive_power.braked();
+  }  ///< the arm's brakes hold it
+  [[nodiscard]] double override_fraction() const { return s_.override_fraction; }
+  [[nodiscard]] bool tool_mounted() const { return s_.tool_mounted; }
   [[nodiscard]] Eigen::Isometry3d X_FT() const;  ///< of the tool, or the flange itself without one
-  /// Torques with which joints press on purpose [Nm].
-  [[nodiscard]] JointVector pressing() const;
+  /// Torques that the joints in torque mode apply [Nm], >= 0; the others 0.
+  [[nodiscard]] JointVector applied_torque() const {
+    return s_.torque_mode.applied_torque(setup_.model.dof());
+  }
 
-  /// Everything that changes (controller_state.hpp): a copy put back continues bit for bit, also in
-  /// another controller of the same setup.
-  [[nodiscard]] const ControllerState& state() const;
-  void restore(const ControllerState& state);
+  /// Everything that changes: a copy put back continues bit for bit, also in another controller of
+  /// the same setup.
+  [[nodiscard]] const ControllerState& state() const { return s_; }
+  void restore(const ControllerState& state) { s_ = state; }
 
  private:
-  struct Core;
-  std::unique_ptr<Core> core_;
+  // ---- commands
+  void execute(const api::InitRobot&, const JointVector& q_actual);
+  void execute(const api::EndRobot&, const JointVector& q_actual);
+  void execute(const api::StopMotion& stop, const JointVector& q_actual);
+  void execute(const api::MoveTo& move, const JointVector& q_actual);
+  void execute(const api::MoveThroughTo& move, const JointVector& q_actual);
+  void execute(const api::MoveScrew& screw, const JointVector& q_actual);
+  void execute(const api::MoveJoints& move, const JointVector& q_actual);
+  void execute(const api::SetGripper& gripper, const JointVector& q_actual);
+  void execute(const api::SetToolChanger& changer, const JointVector& q_actual);
+  void execute(const api::SetGripperForce& set, const JointVector& q_actual);
+  void execute(const api::SetOverride& setting, const JointVector& q_actual);
+  void execute(const api::Dwell& dwell, const JointVector& q_actual);
+  void execute(const api::SetMotionLimit& setting, const JointVector& q_actual);
+
+  // ---- status
+  /// Whether commands that act are executed; else the state is error.
+  bool require_initialized();
+  void set_error(const std::string& reason);
+  void update_goal();
+  void begin_task(Task task);
+  void complete_task();
+  void complete_motion();
+
+  // ---- motion
+  /// Brakes the running motion and drops the next one; returns the posture of rest.
+  JointVector brake(Brake how);
+  void stop_at_once(const JointVector& from);
+  /// Position, velocity and acceleration of the reference.
+  [[nodiscard]] JointState reference_state() const;
+  /// The motion planned in `next` is the next one, or the command is refused.
+  void enqueue(const Result<void>& planned);
+  /// Starts the next motion at once if it can blend from the running one.
+  void blend_from_running(const ToolLimits& tool);
+  void start_torque_mode(const api::MoveJoints& move, const JointVector& from);
+  void advance_motion();
+  void advance_torque_mode(const JointVector& external_nm);
+  void retreat(const JointVector& from);
+  void switch_drives_on();
+  void change_tool(bool tool_at_flange);
+  /// Whether an arm that was at `q_actual` before this step (empty: at the reference) is within the
+  /// command's tolerance.
+  [[nodiscard]] bool within_tolerance(const JointVector& q_actual) const;
+  [[nodiscard]] PlanStart plan_start(const JointVector& q) const { return {q, X_FT()}; }
+  [[nodiscard]] ArmGeometry arm() const { return {setup_.model, *setup_.ik}; }
+  [[nodiscard]] bool at_rest() const {
+    return !s_.is_running && !s_.has_next && !torque_mode_busy();
+  }
+  /// A joint in torque mode has not settled yet.
+  [[nodiscard]] bool torque_mode_busy() const {
+    return s_.torque_mode.active() && !s_.torque_mode.settled();
+  }
+
+  ControllerSetup setup_;
+  MotionPlanner planner_;
+  ControllerState s_;
 };
 
 }  // namespace aprsim::robot

@@ -41,6 +41,7 @@ BranchedIk::BranchedIk(const ArmModel& model) {
   }
 }
 
+/// Beyond the nearer limit [rad]; 0 within limits.
 double BranchedIk::violation(int joint, double q) const {
   const Range& range = ranges_[static_cast<std::size_t>(joint)];
   return std::max({0.0, range.lower - q, q - range.upper});
@@ -56,18 +57,20 @@ double BranchedIk::relative_position(int joint, double q) const {
 double BranchedIk::fit(int joint, double angle, double seed) const {
   const Range& range = ranges_[static_cast<std::size_t>(joint)];
   double q = angle + kTurn * std::round((seed - angle) / kTurn);
-  // Turns towards the limits as long as that helps; from within limits it never does.
+  // Full turns towards the limits while the violation falls; within limits none.
   while (q > range.upper && violation(joint, q - kTurn) < violation(joint, q)) q -= kTurn;
   while (q < range.lower && violation(joint, q + kTurn) < violation(joint, q)) q += kTurn;
   return violation(joint, q) <= kLimitTolerance ? std::clamp(q, range.lower, range.upper) : q;
 }
 
+/// The cheapest branch within limits, else the one with the smallest violation.
 BranchedIk::Choice BranchedIk::choose(const Eigen::Isometry3d& X_BF, const JointVector& seed,
                                       double elbow_rad) const {
   const Branches all_branches = branches(X_BF, seed, elbow_rad);
   Choice best{.excess_m = all_branches.excess_m, .limit_m = all_branches.limit_m};
   for (int b = 0; b < all_branches.count; ++b) {
     Choice candidate{.found = true, .q = all_branches.q[static_cast<std::size_t>(b)]};
+    // Full turns, largest violation, and squared distance to the seed in joint ranges.
     for (int i = 0; i < dof(); ++i) {
       const Range& range = ranges_[static_cast<std::size_t>(i)];
       const double q = fit(i, candidate.q(i), seed(i));
@@ -90,6 +93,7 @@ BranchedIk::Choice BranchedIk::choose(const Eigen::Isometry3d& X_BF, const Joint
   return best;
 }
 
+/// Out of reach, else the limit of the joint farthest beyond its own.
 Error BranchedIk::refusal(const Choice& failed) const {
   if (failed.joint < 0) {
     return {ErrorCode::kUnreachable, "position", reach_message(failed.excess_m, failed.limit_m)};
@@ -127,6 +131,7 @@ std::vector<IkSolution> BranchedIk::all(const Eigen::Isometry3d& X_BF, double el
   return out;
 }
 
+/// All combinations of full turns within limits, counted up like an odometer.
 void BranchedIk::add_turns(const JointVector& base, std::vector<IkSolution>& out) const {
   JointVector q = base;
   while (true) {
@@ -135,7 +140,7 @@ void BranchedIk::add_turns(const JointVector& base, std::vector<IkSolution>& out
       const Range& range = ranges_[static_cast<std::size_t>(i)];
       clamped(i) = std::clamp(q(i), range.lower, range.upper);
     }
-    // Where branches meet (stretched arm, straight wrist) they give the same vector.
+    // Branches coincide at singularities (stretched arm, straight wrist).
     const bool known = std::any_of(out.begin(), out.end(), [&](const IkSolution& other) {
       return (other.q - clamped).cwiseAbs().maxCoeff() < kSameSolution;
     });

@@ -8,8 +8,8 @@
 
 namespace aprsim::robot {
 
-/// What the solvers of both families share: choosing among branches, full turns, limits and the
-/// wording of a refusal. A family only lists its branches.
+/// Common part of the solvers of both families: choice of a branch, full turns, limits, the wording
+/// of a refusal. A family only lists its branches.
 class BranchedIk : public InverseKinematics {
  public:
   [[nodiscard]] std::vector<IkSolution> all(const Eigen::Isometry3d& X_BF,

@@ -29,7 +29,7 @@ struct Body {
   Matrix3d inertia = Matrix3d::Zero();  ///< about the com
 };
 
-/// Link i, the last one with the payload.
+/// Link i, the last one combined with the payload (parallel axis theorem).
 Body body(const ArmModel& model, const Payload& payload, int i) {
   const Link& link = model.links[static_cast<std::size_t>(i)];
   Body out{link.mass_kg, link.com_L, link.inertia_L};
@@ -44,8 +44,9 @@ Body body(const ArmModel& model, const Payload& payload, int i) {
 
 }  // namespace
 
-// Everything is in axes of the link it belongs to, moments about that link's origin. Gravity enters
-// as an upward acceleration of the base.
+// Recursive Newton-Euler algorithm: Luh, Walker & Paul 1980; Featherstone 2008, sec. 5.3, here with
+// 3-D vectors. Everything is in axes of the link it belongs to, moments about that link's origin.
+// Gravity enters as an upward acceleration of the base.
 JointVector inverse_dynamics(const ArmModel& model, const Payload& payload,
                              const Vector3d& gravity_B, const JointVector& q, const JointVector& qd,
                              const JointVector& qdd) {
@@ -54,6 +55,8 @@ JointVector inverse_dynamics(const ArmModel& model, const Payload& payload,
   PerLink<Matrix3d> R_PL;
   PerLink<Vector3d> force, moment;
   Vector3d omega = Vector3d::Zero(), alpha = Vector3d::Zero(), accel = -gravity_B;
+  // Outwards: velocities and accelerations of the links, and the forces and moments that these
+  // take.
   for (int i = 1; i <= n; ++i) {
     const auto at = static_cast<std::size_t>(i);
     const Joint& joint = model.joints[at - 1];
@@ -64,10 +67,12 @@ JointVector inverse_dynamics(const ArmModel& model, const Payload& payload,
     omega = R_PL[at].transpose() * omega + spin;
     alpha = R_PL[at].transpose() * alpha + joint.axis * qdd(i - 1) + omega.cross(spin);
 
+    // Newton and Euler, about the link's origin.
     const Body b = body(model, payload, i);
     force[at] = b.mass * (accel + alpha.cross(b.com) + omega.cross(omega.cross(b.com)));
     moment[at] = b.inertia * alpha + omega.cross(b.inertia * omega) + b.com.cross(force[at]);
   }
+  // Inwards: each joint transmits the sum of all beyond it; its torque is the part along its axis.
   JointVector tau(n);
   for (int i = n; i >= 1; --i) {
     const auto at = static_cast<std::size_t>(i);
@@ -81,6 +86,7 @@ JointVector inverse_dynamics(const ArmModel& model, const Payload& payload,
   return tau;
 }
 
+// Composite-rigid-body algorithm: Walker & Orin 1982; Featherstone 2008, sec. 6.2.
 JointMatrix mass_matrix(const ArmModel& model, const Payload& payload, const JointVector& q) {
   const int n = model.dof();
   assert(q.size() == n);
@@ -96,6 +102,7 @@ JointMatrix mass_matrix(const ArmModel& model, const Payload& payload, const Joi
   JointMatrix H(n, n);
   for (int i = n; i >= 1; --i) {
     const auto at = static_cast<std::size_t>(i);
+    // The composite, moved to this link's origin (parallel axes), and the link itself.
     if (i < n) {
       const Joint& outer = model.joints[at];
       const Vector3d& p = outer.X_PJ.translation();

@@ -5,15 +5,15 @@
 /// Rigid-body dynamics of an arm with a rigid payload at the flange. No call allocates.
 namespace aprsim::robot {
 
-/// What the flange carries: gripper and held part as one rigid body, in flange axes.
+/// Gripper and held part as one rigid body, in flange axes.
 struct Payload {
   double mass_kg = 0;
   Eigen::Vector3d com_F = Eigen::Vector3d::Zero();
   Eigen::Matrix3d inertia_F = Eigen::Matrix3d::Zero();  ///< about its com
 };
 
-/// Joint torques for (q, qd, qdd), recursive Newton-Euler, with rotor inertia. `gravity_B` is the
-/// gravitational acceleration in base axes [m/s^2].
+/// Joint torques for (q, qd, qdd), recursive Newton-Euler algorithm, with rotor inertia.
+/// `gravity_B` is the gravitational acceleration in base axes [m/s^2].
 [[nodiscard]] JointVector inverse_dynamics(const ArmModel& model, const Payload& payload,
                                            const Eigen::Vector3d& gravity_B, const JointVector& q,
                                            const JointVector& qd, const JointVector& qdd);

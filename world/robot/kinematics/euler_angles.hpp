@@ -4,9 +4,9 @@
 
 #include <Eigen/Geometry>
 
-/// Closed-form splits of a rotation into three turns about two axes. The last turn is taken from
-/// what the first two leave of the rotation, so the product is exact also close to the singular
-/// middle angle, where the first turn itself is hardly determined.
+/// Closed-form Euler angles of a rotation about two axes (Siciliano et al. 2009, sec. 2.4.1). The
+/// last angle is computed from the rotation that remains after the first two, so the product is
+/// exact also close to the singular middle angle, where the first angle is hardly determined.
 namespace aprsim::robot {
 
 inline constexpr double kSingularSine = 1e-10;  ///< of the middle angle; below, `seed` decides

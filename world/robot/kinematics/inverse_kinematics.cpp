@@ -14,8 +14,8 @@ namespace {
 constexpr double kFits = 1e-9;  ///< tolerated in offsets [m] and axis components
 constexpr int kX = 0, kY = 1, kZ = 2;
 
-/// What a family demands of one joint at its zero position: frames parallel to the base, the axis
-/// along one base axis (either way), and an offset along the marked base axes only.
+/// Requirements of a family on one joint at its zero position: frames parallel to the base, the
+/// axis along one base axis (either way), and an offset along the marked base axes only.
 struct JointPattern {
   int axis;
   std::array<bool, 3> offset;
@@ -50,6 +50,7 @@ Result<JointVector> match(const ArmModel& model, std::span<const JointPattern> p
   JointVector sign(model.dof());
   for (std::size_t i = 0; i < patterns.size(); ++i) {
     const Joint& joint = model.joints[i];
+    // The error lists what the joint has and what the family requires.
     if (!fits(joint, patterns[i])) {
       std::ostringstream text;
       text << "no closed form fits \"" << model.name << "\": joint \"" << joint.name
@@ -67,6 +68,7 @@ Result<JointVector> match(const ArmModel& model, std::span<const JointPattern> p
   return sign;
 }
 
+/// Refuses arms without upper arm or forearm.
 Result<void> need_positive(const ArmModel& model, std::initializer_list<double> lengths) {
   for (const double length : lengths) {
     if (!(length > kFits)) {
@@ -78,6 +80,7 @@ Result<void> need_positive(const ArmModel& model, std::initializer_list<double> 
   return {};
 }
 
+/// Six axes with a spherical wrist: the lengths from the joints' offsets at zero.
 Result<std::unique_ptr<InverseKinematics>> make_spherical_wrist(const ArmModel& model) {
   auto sign = match(model, kSphericalWrist);
   if (!sign) return tl::unexpected(sign.error());
@@ -97,6 +100,7 @@ Result<std::unique_ptr<InverseKinematics>> make_spherical_wrist(const ArmModel& 
   return std::make_unique<SphericalWristIk>(model, std::move(geometry));
 }
 
+/// Seven axes, spherical shoulder, revolute elbow, spherical wrist.
 Result<std::unique_ptr<InverseKinematics>> make_srs(const ArmModel& model) {
   auto sign = match(model, kSrs);
   if (!sign) return tl::unexpected(sign.error());

@@ -18,6 +18,7 @@ void advance(Eigen::Isometry3d& X_BL, const Joint& joint, double q) {
 
 }  // namespace
 
+/// Product of the joint transforms from the base outwards.
 void link_poses(const ArmModel& model, const JointVector& q, std::span<Eigen::Isometry3d> X_BL) {
   assert(q.size() == model.dof() && X_BL.size() == model.links.size());
   X_BL[0].setIdentity();
@@ -36,6 +37,8 @@ Eigen::Isometry3d flange_pose(const ArmModel& model, const JointVector& q) {
   return X_BL;
 }
 
+/// Geometric Jacobian of revolute joints: columns z x (p - o) and z (Siciliano et al. 2009,
+/// sec. 3.1).
 Jacobian point_jacobian(const ArmModel& model, const JointVector& q, int link,
                         const Eigen::Vector3d& p_L) {
   assert(q.size() == model.dof() && link >= 0 && link <= model.dof());
@@ -44,7 +47,8 @@ Jacobian point_jacobian(const ArmModel& model, const JointVector& q, int link,
   for (int i = 0; i < link; ++i) {
     const Joint& joint = model.joints[static_cast<std::size_t>(i)];
     advance(X_BL, joint, q(i));
-    // The axis is the same seen from the link; the origin waits until the point is known.
+    // The axis is invariant under the joint's own rotation. The upper rows hold the joint's origin
+    // until the point is known.
     J.block<3, 1>(3, i) = X_BL.linear() * joint.axis;
     J.block<3, 1>(0, i) = X_BL.translation();
   }

@@ -21,10 +21,12 @@ SphericalWristIk::SphericalWristIk(const ArmModel& model, SphericalWristGeometry
       fore_(std::hypot(geometry_.fore_x, geometry_.elbow_z)),
       fore_angle_(std::atan2(geometry_.elbow_z, geometry_.fore_x)) {}
 
-/// The angles t are those about +z +y +y +x +y +x; q = sign t.
+/// Kinematic decoupling: Pieper 1968; Siciliano et al. 2009, sec. 2.12. The angles t are those
+/// about +z +y +y +x +y +x; q = sign t.
 BranchedIk::Branches SphericalWristIk::branches(const Eigen::Isometry3d& X_BF,
                                                 const JointVector& seed,
                                                 double /*elbow_rad*/) const {
+  // Wrist centre, in cylindrical coordinates about axis 1 from the height of axis 2.
   const Eigen::Matrix3d R = X_BF.linear();
   const Eigen::Vector3d wrist = X_BF.translation() - geometry_.flange_x * R.col(0);
   const double z = wrist.z() - geometry_.shoulder_z;
@@ -32,8 +34,10 @@ BranchedIk::Branches SphericalWristIk::branches(const Eigen::Isometry3d& X_BF,
   const JointVector& sign = geometry_.sign;
   Branches out;
   for (const double facing : {1.0, -1.0}) {
+    // Axis 1 towards the wrist centre or away from it.
     const double t1 = radius < kOnFirstAxis ? sign(0) * seed(0)
                                             : std::atan2(facing * wrist.y(), facing * wrist.x());
+    // Elbow from the triangle of upper arm, forearm and shoulder-wrist line.
     const double r = facing * radius - geometry_.shoulder_x;
     const TwoBone arm = solve_two_bone(geometry_.upper, fore_, std::hypot(r, z));
     if (arm.excess_m != 0) {
@@ -52,6 +56,7 @@ BranchedIk::Branches SphericalWristIk::branches(const Eigen::Isometry3d& X_BF,
           std::atan2(fore_ * std::sin(bend), geometry_.upper + fore_ * std::cos(bend));
       const double t2 = std::numbers::pi / 2 - upper_elevation;
       const double t3 = fore_angle_ - std::numbers::pi / 2 - bend;
+      // Wrist angles from the rotation that the forearm leaves.
       Eigen::Matrix3d R_forearm = Eigen::Matrix3d::Identity();
       rotate_by(R_forearm, Eigen::Vector3d::UnitZ(), t1);
       rotate_by(R_forearm, Eigen::Vector3d::UnitY(), t2 + t3);
@@ -70,6 +75,7 @@ BranchedIk::Branches SphericalWristIk::branches(const Eigen::Isometry3d& X_BF,
 
 double SphericalWristIk::elbow_of(const JointVector& /*q*/) const { return 0; }
 
+/// Signs of the branch: facing the target, elbow above the shoulder-wrist line, wrist not flipped.
 api::Posture SphericalWristIk::posture_of(const JointVector& q) const {
   const JointVector t = q.cwiseProduct(geometry_.sign);
   const double elevation = std::numbers::pi / 2 - t(1);

@@ -15,7 +15,8 @@ struct SphericalWristGeometry {
   JointVector sign;       ///< of each joint axis: +1 along the axis named above, else -1
 };
 
-/// Up to 8 branches: facing the target or away from it, elbow up or down, wrist flipped or not.
+/// Closed form by decoupling of position and orientation at the wrist centre (Pieper 1968). Up to 8
+/// branches: facing the target or away from it, elbow up or down, wrist flipped or not.
 class SphericalWristIk final : public BranchedIk {
  public:
   SphericalWristIk(const ArmModel& model, SphericalWristGeometry geometry);

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kUpright = 1e-9;      ///< sine between shoulder-wrist line and vertical
 constexpr int kElbowCandidates = 72;   ///< of the search round the circle
-constexpr int kRefinements = 16;       ///< golden sections of the best candidate's surroundings
+constexpr int kRefinements = 16;       ///< steps of the pattern search round the best candidate
 constexpr double kLimitWeight = 0.25;  ///< of closeness to limits against distance to the seed
 
 /// Right-handed frame about the shoulder-wrist direction: `up` and `side` span the elbow's circle.
@@ -20,7 +20,7 @@ struct ElbowCircle {
   Eigen::Vector3d n, up, side;
 };
 
-/// The side is horizontal; as a cross product it stays orthogonal to n also close to the vertical.
+/// The side is horizontal. As a cross product it is orthogonal to n also close to the vertical.
 ElbowCircle elbow_circle(const Eigen::Vector3d& n) {
   Eigen::Vector3d side(n.y(), -n.x(), 0);
   if (side.norm() < kUpright) side = n.z() * Eigen::Vector3d::UnitY();
@@ -36,9 +36,11 @@ const Eigen::Vector3d kUnitZ = Eigen::Vector3d::UnitZ();
 SrsIk::SrsIk(const ArmModel& model, SrsGeometry geometry)
     : BranchedIk(model), geometry_(std::move(geometry)) {}
 
-/// The angles t are those about +z +y +z +y +z +y +z; q = sign t.
+/// Shimizu et al. 2008, with the elbow placed on its circle directly instead of by the
+/// rotation of a reference plane. The angles t are those about +z +y +z +y +z +y +z; q = sign t.
 BranchedIk::Branches SrsIk::branches(const Eigen::Isometry3d& X_BF, const JointVector& seed,
                                      double elbow_rad) const {
+  // Shoulder to wrist centre; its length alone decides the elbow joint.
   const Eigen::Matrix3d R = X_BF.linear();
   const Eigen::Vector3d wrist =
       X_BF.translation() - geometry_.flange_z * R.col(2) - geometry_.shoulder_z * kUnitZ;
@@ -51,6 +53,7 @@ BranchedIk::Branches SrsIk::branches(const Eigen::Isometry3d& X_BF, const JointV
     out.limit_m = kReachTolerance;
     return out;
   }
+  // Upper arm: to the point of the elbow's circle at the elbow angle.
   const ElbowCircle circle = elbow_circle(wrist / distance);
   const Eigen::Vector3d outwards =
       std::cos(elbow_rad) * circle.up + std::sin(elbow_rad) * circle.side;
@@ -61,6 +64,7 @@ BranchedIk::Branches SrsIk::branches(const Eigen::Isometry3d& X_BF, const JointV
   const JointVector& sign = geometry_.sign;
   for (const double bend : {1.0, -1.0}) {
     const double t4 = bend * arm.bend_rad;
+    // Frames of upper arm and forearm; shoulder and wrist angles from them.
     Eigen::Matrix3d R_upper;
     R_upper.col(0) = bend * (sine * circle.n - cosine * outwards);
     R_upper.col(2) = upper_dir;
@@ -82,7 +86,7 @@ BranchedIk::Branches SrsIk::branches(const Eigen::Isometry3d& X_BF, const JointV
   return out;
 }
 
-/// The elbow's axis gives the angle also for a stretched arm, where the elbow itself is on the
+/// From the elbow's axis, which is defined also for a stretched arm, whose elbow is on the
 /// shoulder-wrist line.
 double SrsIk::elbow_of(const JointVector& q) const {
   const JointVector t = q.cwiseProduct(geometry_.sign);
@@ -105,6 +109,7 @@ api::Posture SrsIk::posture_of(const JointVector& q) const {
   return {sign(t(1)), sign(t(3)), sign(t(5)), elbow_of(q)};
 }
 
+/// Distance to the seed, and closeness to limits as the eighth power of the position in the range.
 double SrsIk::posture_cost(const Choice& choice) const {
   double crowding = 0;
   for (int i = 0; i < dof(); ++i) {
@@ -136,6 +141,7 @@ Result<double> SrsIk::choose_elbow(const Eigen::Isometry3d& X_BF, const JointVec
   }
   if (!found) return tl::unexpected(refusal(least_bad));
 
+  // Refinement by a shrinking pattern search.
   double step = kSpacing / 2;
   for (int i = 0; i < kRefinements; ++i, step *= 0.7) {
     for (const double elbow : {best_elbow - step, best_elbow + step}) {

@@ -14,9 +14,10 @@ struct SrsGeometry {
   JointVector sign;       ///< of each joint axis: +1 along the axis named above, else -1
 };
 
-/// Up to 8 branches per elbow angle. The elbow angle turns the elbow about the line from shoulder
-/// to wrist; at 0 it is straight above that line. It is undefined only when the wrist centre is on
-/// axis 1.
+/// Closed form with the elbow angle as the parameter of redundancy (the arm angle of
+/// Kreutz-Delgado, Long & Seraji 1992; Shimizu et al. 2008). Up to 8 branches per elbow angle. The
+/// elbow angle turns the elbow about the line from shoulder to wrist; at 0 it is straight above
+/// that line. It is undefined only when the wrist centre is on axis 1.
 class SrsIk final : public BranchedIk {
  public:
   SrsIk(const ArmModel& model, SrsGeometry geometry);

@@ -14,8 +14,8 @@ struct TwoBone {
   double bend_rad = 0;  ///< 0 = stretched .. pi = folded
 };
 
-/// `distance_m` from shoulder to wrist. Half-angle form: exact also where the arm is nearly
-/// stretched and the cosine rule would lose half the digits.
+/// `distance_m` from shoulder to wrist. Half-angle form of the law of cosines: exact also for a
+/// nearly stretched arm, where the usual form loses half the digits.
 [[nodiscard]] inline TwoBone solve_two_bone(double upper_m, double fore_m, double distance_m) {
   const double longest = upper_m + fore_m;
   const double shortest = std::abs(upper_m - fore_m);

@@ -25,11 +25,12 @@ Eigen::Isometry3d transform(const urdf::Pose& pose) {
   return X;
 }
 
+/// Within rounding of the file's numbers.
 bool is_identity(const Eigen::Isometry3d& X) {
   return (X.matrix() - Eigen::Matrix4d::Identity()).cwiseAbs().maxCoeff() < kSameFrame;
 }
 
-/// Collects what the URDF parser would print, for the error message.
+/// Collects the URDF parser's messages for our own error message.
 class ParserMessages final : public console_bridge::OutputHandler {
  public:
   ParserMessages() { console_bridge::useOutputHandler(this); }
@@ -47,7 +48,7 @@ class ParserMessages final : public console_bridge::OutputHandler {
   std::string text_;
 };
 
-/// Walks the chain of a parsed URDF and fills the model.
+/// Fills the model from the chain of a parsed URDF.
 class ModelReader {
  public:
   ModelReader(std::string path, const urdf::ModelInterface& urdf,
@@ -110,6 +111,7 @@ class ModelReader {
     return m(0) > 0 && m(0) + m(1) > m(2) * (1 - 1e-3);
   }
 
+  /// Adds a mass to a body: parallel axis theorem for two bodies with the reduced mass.
   static void combine(Link& body, double mass, const Eigen::Vector3d& com,
                       const Eigen::Matrix3d& inertia) {
     const double total = body.mass_kg + mass;
@@ -126,6 +128,7 @@ class ModelReader {
     body.mass_kg = total;
   }
 
+  /// Boxes, cylinders, spheres; URDF has no capsule, so a cylinder's name says it is one.
   Result<LinkShape> read_shape(const urdf::Link& link, const urdf::Collision& collision) {
     LinkShape out;
     out.X_LS = X_LC_ * transform(collision.origin);
@@ -149,6 +152,7 @@ class ModelReader {
     return out;
   }
 
+  /// A revolute joint starts the next rigid body; a fixed one only moves the frame to read in.
   Result<void> add_joint(const urdf::Joint& source) {
     const Eigen::Isometry3d X_CJ = transform(source.parent_to_joint_origin_transform);
     if (source.type == urdf::Joint::FIXED) {
@@ -177,6 +181,7 @@ class ModelReader {
     joint.upper_rad = limits.upper;
     joint.max_speed_rad_s = limits.velocity;
     joint.max_torque_nm = limits.effort;
+    // What remains in the map names no joint of the arm.
     if (const auto found = reflected_.find(source.name); found != reflected_.end()) {
       joint.rotor_inertia_kg_m2 = found->second;
       reflected_.erase(found);
@@ -187,6 +192,7 @@ class ModelReader {
     return {};
   }
 
+  /// Checks that need the whole chain.
   Result<ArmModel> finish() {
     if (model_.joints.empty()) return error("robot", "the arm has no revolute joint");
     if (!is_identity(X_LC_)) {

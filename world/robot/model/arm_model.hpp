@@ -65,7 +65,7 @@ struct ArmModel {
 
 /// Reads a URDF file: one chain of revolute joints; fixed joints are merged into their parent, so a
 /// trailing `flange` link must coincide with the last moving link. Rotor inertias come from
-/// drive_data.hpp; a collision cylinder whose name ends in `_capsule` becomes a CapsuleShape.
+/// rotor_inertia.hpp; a collision cylinder whose name ends in `_capsule` becomes a CapsuleShape.
 /// Not for two threads at once. Errors name the file, the element and what was expected.
 [[nodiscard]] Result<ArmModel> load_arm_model(const std::string& urdf_path);
 

@@ -7,6 +7,7 @@
 namespace aprsim::robot {
 namespace {
 
+/// File, line and element, for messages.
 std::string where(const std::string& path, const TiXmlElement& element) {
   std::ostringstream text;
   text << path << ": line " << element.Row() << ": <" << element.ValueStr() << ">";
@@ -50,6 +51,7 @@ Result<std::map<std::string, double>> read_reflected_inertias(const std::string&
       return fail(ErrorCode::kInvalidArgument, "transmission",
                   where(urdf_path, *transmission) + " needs <joint name=\"...\"> and <actuator>");
     }
+    // Reflected to the joint's side of the gear.
     const auto ratio = child_value(urdf_path, *actuator, "drake:gear_ratio");
     if (!ratio) return tl::unexpected(ratio.error());
     const auto rotor = child_value(urdf_path, *actuator, "drake:rotor_inertia");

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "world/robot/kinematics/kinematics.hpp"
+#include "world/robot/trajectory/segment_limits.hpp"
 #include "world/robot/trajectory/torque_scaling.hpp"
 
 namespace aprsim::robot {
@@ -15,15 +16,14 @@ namespace {
 constexpr double kJointSpeedShare = 0.25, kJointAccelShare = 0.5;
 constexpr double kLeastTravel = 1e-12;
 constexpr double kAtLimit_rad = 1e-9;  ///< rounding of a limit that was meant exactly
-constexpr double kUnitTolerance = 1e-3;
-constexpr int kWaySamples = 33;
-/// An elbow that stays must leave the joints within this share of their ranges, and must not cost
-/// this much more joint motion than the best elbow.
-constexpr double kComfortable = 0.98, kElbowPatience = 1.5;
+constexpr int kRateSamples = 33;
+/// A kept elbow angle must leave the joints within this share of their ranges, and cost at most
+/// this much more joint motion than the best one.
+constexpr double kClearShare = 0.98, kMaxDetour = 1.5;
 /// Of a joint's speed, for joints that have hardly any way but must slow down and come back.
-constexpr double kPassingSpeed = 0.05;
-constexpr double kRetreatPace = 0.3;
-constexpr double kThere = 1e-6;  ///< of the joint ranges: the arm is at the pose already
+constexpr double kLeastBlendSpeed = 0.05;
+constexpr double kRetreatScale = 0.3;
+constexpr double kAtPose = 1e-6;  ///< of the joint ranges: the arm is at the pose already
 
 std::string limit_text(const Joint& joint, double q) {
   const double unit = 180 / std::numbers::pi;
@@ -36,182 +36,63 @@ std::string limit_text(const Joint& joint, double q) {
   return text;
 }
 
-Result<void> check_pose(const Pose& pose) {
-  if (!pose.p.allFinite() || !pose.q.coeffs().allFinite()) {
-    return fail(ErrorCode::kInvalidArgument, "pose", "the pose is not a number");
+/// The position within the joint's range, the torque within the drive's.
+Result<void> check_target(const Joint& joint, const api::JointTarget& target) {
+  if (target.position_rad < joint.lower_rad - kAtLimit_rad ||
+      target.position_rad > joint.upper_rad + kAtLimit_rad) {
+    return fail(ErrorCode::kUnreachable, joint.name, limit_text(joint, target.position_rad));
   }
-  if (std::abs(pose.q.norm() - 1) > kUnitTolerance) {
-    char text[120];
-    std::snprintf(text, sizeof text, "the rotation's quaternion has norm %g, it must be 1",
-                  pose.q.norm());
-    return fail(ErrorCode::kInvalidArgument, "pose", text);
-  }
-  return {};
-}
-
-Result<void> check_own_limit(const Joint& joint, const char* what, const char* unit,
-                             const std::optional<double>& value) {
-  if (!value || (*value > 0 && std::isfinite(*value))) return {};
+  if (!target.torque || target.torque->setting_nm <= joint.max_torque_nm) return {};
   char text[160];
-  std::snprintf(text, sizeof text, "%s: %s %g %s must be greater than 0", joint.name.c_str(), what,
-                *value, unit);
+  std::snprintf(text, sizeof text, "%s: torque %g Nm is greater than its limit %g Nm",
+                joint.name.c_str(), target.torque->setting_nm, joint.max_torque_nm);
   return fail(ErrorCode::kInvalidArgument, joint.name, text);
 }
 
 }  // namespace
 
-MotionPlanner::MotionPlanner(const ControllerSetup& setup)
-    : setup_(setup), limits_(derive_joint_limits(setup.model, setup.payload, setup.gravity_B)) {}
+MotionPlanner::MotionPlanner(PlannerSetup setup)
+    : setup_(std::move(setup)),
+      limits_(derive_joint_limits(setup_.model, setup_.payload, setup_.gravity_B)) {}
 
-Result<Eigen::Isometry3d> MotionPlanner::pose_in_base(const Pose& X_RT) const {
-  if (auto ok = check_pose(X_RT); !ok) return tl::unexpected(ok.error());
-  const Pose unit{X_RT.p, X_RT.q.normalized()};
-  return setup_.X_BR * unit.isometry();
-}
+// ---- whole motions from rest
 
 Result<void> MotionPlanner::plan(const api::MoveTo& move, const PlanStart& start,
                                  const ToolLimitSettings& limits, MotionSequence& out) const {
   out.clear();
-  const auto X_BT = pose_in_base(move.X_RT);
-  if (!X_BT) return tl::unexpected(X_BT.error());
+  const Eigen::Isometry3d X_BT = pose_in_base(move.X_RT);
   const ToolLimits tool = limits.effective(move.limits);
-  if (!move.straight) {
-    const auto target = free_target(*X_BT * start.X_FT.inverse(), start.q);
-    if (!target) return tl::unexpected(target.error());
-    plan_free(*target, start, tool, out);
-    return {};
-  }
-  return plan_line(*X_BT, start, tool, limits.maximum(), out);
-}
-
-void MotionPlanner::plan_free(const JointVector& target, const PlanStart& start,
-                              const ToolLimits& tool, MotionSequence& out) const {
-  JointMove joints{.start = start.q, .target = target, .limits = limits_, .maximum = limits_};
-  cap_share(joints, start.X_FT, tool);
-  start_joint_motion(joints, out.add());
-}
-
-double MotionPlanner::range_distance(const JointVector& a, const JointVector& b) const {
-  return ((a - b).array() / (limits_.upper - limits_.lower).array()).matrix().norm();
-}
-
-bool MotionPlanner::comfortable(const JointVector& q) const {
-  const auto middle = (limits_.upper + limits_.lower).array() / 2;
-  const auto half = (limits_.upper - limits_.lower).array() / 2;
-  return ((q.array() - middle).abs() <= kComfortable * half).all();
-}
-
-/// The nearest posture. A redundant arm keeps its elbow where that is nearly as near.
-Result<JointVector> MotionPlanner::free_target(const Eigen::Isometry3d& X_BF,
-                                               const JointVector& start) const {
-  const InverseKinematics& ik = *setup_.ik;
-  const auto kept = ik.nearest(X_BF, start, ik.elbow_of(start));
-  if (setup_.model.dof() <= 6) return kept;
-  if (kept && range_distance(*kept, start) < kThere) return kept;
-  const auto elbow = ik.choose_elbow(X_BF, start);
-  if (!elbow) return kept ? kept : tl::unexpected(elbow.error());
-  const auto chosen = ik.nearest(X_BF, start, *elbow);
-  if (!chosen) return kept;
-  const bool keep = kept && comfortable(*kept) &&
-                    range_distance(*kept, start) <= kElbowPatience * range_distance(*chosen, start);
-  return keep ? kept : chosen;
-}
-
-/// Limits the shared profile so that the tool keeps its speeds and accelerations along the way.
-void MotionPlanner::cap_share(JointMove& move, const Eigen::Isometry3d& X_FT,
-                              const ToolLimits& tool) const {
-  const JointVector way = move.target - move.start;
-  double trans = kLeastTravel, rot = kLeastTravel;  // per share of the way
-  for (int i = 0; i < kWaySamples; ++i) {
-    const JointVector q = move.start + i / (kWaySamples - 1.0) * way;
-    const Eigen::Matrix<double, 6, 1> rate =
-        point_jacobian(setup_.model, q, setup_.model.dof(), X_FT.translation()) * way;
-    trans = std::max(trans, rate.head<3>().norm());
-    rot = std::max(rot, rate.tail<3>().norm());
-  }
-  move.share_speed = std::min(tool.trans_speed_m_s / trans, tool.rot_speed_rad_s / rot);
-  move.share_accel = std::min(tool.trans_accel_m_s2 / trans, tool.rot_accel_rad_s2 / rot);
-}
-
-void MotionPlanner::start_joint_motion(JointMove& move, Motion& motion) const {
-  JointMotion& joints = motion.as_joint();
-  joints.plan(move);
-  const auto position = [&joints](double t) {
-    JointVector q;
-    joints.at(t, q);
-    return q;
-  };
-  move.pace =
-      torque_pace(setup_.model, setup_.payload, setup_.gravity_B, joints.duration(), position);
-  if (move.pace < 1) joints.plan(move);
-}
-
-Result<void> MotionPlanner::start_path(const PathMove& move, PathMotion& path) const {
-  if (auto ok = path.plan(arm(), move); !ok) return ok;
-  const double pace = torque_pace(setup_.model, setup_.payload, setup_.gravity_B, path.duration(),
-                                  [&path](double t) { return path.roughly_at(t); });
-  if (pace < 1) path.set_pace(pace);
+  if (move.straight) return add_line(X_BT, start, tool, limits.maximum(), out);
+  const auto target = target_posture(X_BT * start.X_FT.inverse(), start.q);
+  if (!target) return tl::unexpected(target.error());
+  add_joint_motion(*target, start, tool, out);
   return {};
-}
-
-Result<void> MotionPlanner::check(const api::JointTarget& target) const {
-  const int dof = setup_.model.dof();
-  if (target.joint < 0 || target.joint >= dof) {
-    return fail(ErrorCode::kInvalidArgument, "joint",
-                "joint number " + std::to_string(target.joint + 1) + " does not exist: " +
-                    setup_.model.name + " has joints 1 to " + std::to_string(dof));
-  }
-  const Joint& joint = setup_.model.joints[static_cast<std::size_t>(target.joint)];
-  if (!std::isfinite(target.position_rad)) {
-    return fail(ErrorCode::kInvalidArgument, joint.name,
-                joint.name + ": the position is not a number");
-  }
-  if (target.position_rad < joint.lower_rad - kAtLimit_rad ||
-      target.position_rad > joint.upper_rad + kAtLimit_rad) {
-    return fail(ErrorCode::kUnreachable, joint.name, limit_text(joint, target.position_rad));
-  }
-  if (auto ok = check_own_limit(joint, "speed", "rad/s", target.speed_rad_s); !ok) return ok;
-  if (auto ok = check_own_limit(joint, "acceleration", "rad/s^2", target.accel_rad_s2); !ok) {
-    return ok;
-  }
-  return target.torque ? check_torque(joint, *target.torque) : Result<void>{};
-}
-
-Result<void> MotionPlanner::check_torque(const Joint& joint, const api::JointTorque& torque) const {
-  if (auto ok = check_own_limit(joint, "torque", "Nm", torque.setting_nm); !ok) return ok;
-  if (auto ok = check_own_limit(joint, "torque change rate", "Nm/s", torque.rate_nm_s); !ok) {
-    return ok;
-  }
-  if (torque.setting_nm <= joint.max_torque_nm) return {};
-  char text[160];
-  std::snprintf(text, sizeof text, "%s: torque %g Nm is greater than its limit %g Nm",
-                joint.name.c_str(), torque.setting_nm, joint.max_torque_nm);
-  return fail(ErrorCode::kInvalidArgument, joint.name, text);
 }
 
 Result<void> MotionPlanner::plan(const api::MoveJoints& move, const PlanStart& start,
                                  const ToolLimitSettings& limits, JointVector& targets,
                                  MotionSequence& out) const {
   out.clear();
+  // Default limits; joints with limits of their own run independently of the others.
   JointMove joints{.start = start.q, .target = targets, .limits = limits_, .maximum = limits_};
   joints.limits.speed *= kJointSpeedShare;
   joints.limits.accel *= kJointAccelShare;
   std::array<bool, kMaxDof> named{};
   for (const api::JointTarget& target : move.targets) {
-    if (auto ok = check(target); !ok) return ok;
     const int i = target.joint;
     const auto slot = static_cast<std::size_t>(i);
+    const Joint& joint = setup_.model.joints[slot];
+    if (auto ok = check_target(joint, target); !ok) return ok;
     if (named[slot]) {
-      return fail(ErrorCode::kInvalidArgument, setup_.model.joints[slot].name,
-                  setup_.model.joints[slot].name + " is named twice");
+      return fail(ErrorCode::kInvalidArgument, joint.name, joint.name + " is named twice");
     }
     named[slot] = true;
-    if (target.torque) {
+    if (target.torque) {  // torque mode moves it
       joints.target(i) = start.q(i);
       continue;
     }
     joints.target(i) = std::clamp(target.position_rad, limits_.lower(i), limits_.upper(i));
-    joints.alone[slot] = target.speed_rad_s || target.accel_rad_s2;
+    joints.independent[slot] = target.speed_rad_s || target.accel_rad_s2;
     if (target.speed_rad_s) {
       joints.limits.speed(i) = std::min(*target.speed_rad_s, limits_.speed(i));
     }
@@ -220,69 +101,172 @@ Result<void> MotionPlanner::plan(const api::MoveJoints& move, const PlanStart& s
     }
   }
   joints.limits.jerk = joints.limits.accel / kJerkTime_s;
-  cap_share(joints, start.X_FT, limits.maximum());
-  start_joint_motion(joints, out.add());
+  limit_tool_rates(joints, start.X_FT, limits.maximum());
+  plan_joint_motion(joints, out.add().as_joint());
   targets = joints.target;
   return {};
 }
 
-/// Every joint from its state to its target by itself, at speeds in the proportion of the ways, so
-/// that they arrive nearly together.
-bool MotionPlanner::blend_from_motion(const PassingState& passing, const PlanStart& start,
+// ---- motions from a moving arm
+
+/// Every joint independently from its state to its target, at speeds in the proportion of the ways,
+/// so that they arrive nearly together.
+bool MotionPlanner::blend_from_motion(const JointState& state, const PlanStart& start,
                                       const ToolLimits& tool, MotionSequence& out) const {
-  const JointMotion* planned = out.now().joint();
+  const JointMotion* planned = out.current().joint();
   if (planned == nullptr) return false;
+  // The same task from the present state.
   const JointMotion from_rest = *planned;
   JointMove move = from_rest.move();
-  move.start = passing.q;
-  move.qd = passing.qd;
-  move.qdd = passing.qdd;
-  move.pace = 1;
-  cap_share(move, start.X_FT, tool);
+  move.start = state.q;
+  move.qd = state.qd;
+  move.qdd = state.qdd;
+  move.time_scale = 1;
+  limit_tool_rates(move, start.X_FT, tool);
   const Jacobian J =
-      point_jacobian(setup_.model, passing.q, setup_.model.dof(), start.X_FT.translation());
+      point_jacobian(setup_.model, state.q, setup_.model.dof(), start.X_FT.translation());
   for (int i = 0; i < setup_.model.dof(); ++i) {
+    // The joint's part of the shared profile; enough to reverse a joint that moves the other way.
     const double way = std::abs(move.target(i) - move.start(i));
     const double lever = std::max(J.col(i).head<3>().norm(), kLeastTravel);
-    const double least_speed = std::max(std::abs(move.qd(i)), kPassingSpeed * limits_.speed(i));
+    const double least_speed = std::max(std::abs(move.qd(i)), kLeastBlendSpeed * limits_.speed(i));
     const double least_accel = 0.5 * tool.trans_accel_m_s2 / lever;
     move.limits.speed(i) =
-        std::min(move.limits.speed(i), std::max(move.share_speed * way, least_speed));
+        std::min(move.limits.speed(i), std::max(move.progress_speed * way, least_speed));
     move.limits.accel(i) =
-        std::min(move.limits.accel(i), std::max(move.share_accel * way, least_accel));
+        std::min(move.limits.accel(i), std::max(move.progress_accel * way, least_accel));
     move.limits.jerk(i) = limits_.jerk(i);
   }
-  JointMotion& joints = out.now().as_joint();
+  JointMotion& joints = out.current().as_joint();
   joints.plan(move);
-  const auto give_up = [&] {
-    joints = from_rest;
-    return false;
-  };
-  if (joints.beyond_range() > 0) return give_up();
-  const auto position = [&joints](double t) {
-    JointVector q;
-    joints.at(t, q);
-    return q;
-  };
-  const double pace =
-      torque_pace(setup_.model, setup_.payload, setup_.gravity_B, joints.duration(), position);
-  return pace == 1 || give_up();
+  // A profile from a moving state cannot be slowed for the torques as a whole.
+  const bool possible = joints.beyond_range() <= 0 && scale_for_torques(joints) == 1;
+  if (!possible) joints = from_rest;
+  return possible;
 }
 
-void MotionPlanner::plan_stop(const PassingState& passing, MotionSequence& out) const {
+void MotionPlanner::plan_stop(const JointState& state, MotionSequence& out) const {
   constexpr double kStopJerkTime_s = 0.02;
   JointLimits limits = limits_;
   limits.jerk = limits.accel / kStopJerkTime_s;
   out.clear();
-  out.add().as_joint().plan_stop(passing.q, passing.qd, passing.qdd, limits);
+  out.add().as_joint().plan_stop(state.q, state.qd, state.qdd, limits);
 }
 
 void MotionPlanner::plan_retreat(const JointVector& from, const JointVector& to,
                                  MotionSequence& out) const {
   JointMove move{.start = from, .target = to, .limits = limits_, .maximum = limits_};
-  move.pace = kRetreatPace;
+  move.time_scale = kRetreatScale;
   out.clear();
   out.add().as_joint().plan(move);
+}
+
+// ---- segments
+
+Eigen::Isometry3d MotionPlanner::pose_in_base(const Pose& X_RT) const {
+  const Pose unit{X_RT.p, X_RT.q.normalized()};
+  return setup_.X_BR * unit.isometry();
+}
+
+Eigen::Isometry3d MotionPlanner::tool_pose(const JointVector& q,
+                                           const Eigen::Isometry3d& X_FT) const {
+  return flange_pose(setup_.model, q) * X_FT;
+}
+
+double MotionPlanner::range_distance(const JointVector& a, const JointVector& b) const {
+  return ((a - b).array() / (limits_.upper - limits_.lower).array()).matrix().norm();
+}
+
+bool MotionPlanner::clear_of_limits(const JointVector& q) const {
+  const auto middle = (limits_.upper + limits_.lower).array() / 2;
+  const auto half = (limits_.upper - limits_.lower).array() / 2;
+  return ((q.array() - middle).abs() <= kClearShare * half).all();
+}
+
+Result<JointVector> MotionPlanner::target_posture(const Eigen::Isometry3d& X_BF,
+                                                  const JointVector& start) const {
+  // The present elbow angle; a non-redundant arm has no other.
+  const InverseKinematics& ik = *setup_.ik;
+  const auto kept = ik.nearest(X_BF, start, ik.elbow_of(start));
+  if (setup_.model.dof() <= 6) return kept;
+  if (kept && range_distance(*kept, start) < kAtPose) return kept;
+  // The best elbow angle, where the present one is close to a limit or a long way off.
+  const auto elbow = ik.choose_elbow(X_BF, start);
+  if (!elbow) return kept ? kept : tl::unexpected(elbow.error());
+  const auto chosen = ik.nearest(X_BF, start, *elbow);
+  if (!chosen) return kept;
+  const bool keep = kept && clear_of_limits(*kept) &&
+                    range_distance(*kept, start) <= kMaxDetour * range_distance(*chosen, start);
+  return keep ? kept : chosen;
+}
+
+void MotionPlanner::add_joint_motion(const JointVector& target, const PlanStart& start,
+                                     const ToolLimits& tool, MotionSequence& out) const {
+  JointMove joints{.start = start.q, .target = target, .limits = limits_, .maximum = limits_};
+  limit_tool_rates(joints, start.X_FT, tool);
+  plan_joint_motion(joints, out.add().as_joint());
+}
+
+Result<void> MotionPlanner::add_line(const Eigen::Isometry3d& X_BT, const PlanStart& start,
+                                     const ToolLimits& tool, const ToolLimits& tool_maximum,
+                                     MotionSequence& out) const {
+  PathMotion& path = out.add().as_path();
+  ToolPath& tool_path = path.begin_tool_path(start.X_FT);
+  const Eigen::Isometry3d X_BT_start = tool_pose(start.q, start.X_FT);
+  const auto along = [&](const ToolLine& way) {
+    SegmentLimits segment;
+    tool_path.start(X_BT_start);
+    tool_path.add_line(way, segment.add(way.length_m(), way.angle_rad(), tool, tool_maximum));
+    return plan_path(segment.move(start.q, limits_), path);
+  };
+  // The shorter rotation, and for half a turn the other one where that fails.
+  const ToolLine way(X_BT_start, X_BT);
+  const Result<void> planned = along(way);
+  if (planned || !way.half_turn()) return planned;
+  return along(ToolLine(X_BT_start, X_BT, true)) ? Result<void>{} : planned;
+}
+
+/// The tool's velocity per unit of progress from the Jacobian at samples of the way. The
+/// acceleration limit leaves out the Jacobian's own change.
+void MotionPlanner::limit_tool_rates(JointMove& move, const Eigen::Isometry3d& X_FT,
+                                     const ToolLimits& tool) const {
+  const JointVector way = move.target - move.start;
+  double trans = kLeastTravel, rot = kLeastTravel;  // per unit of progress
+  for (int i = 0; i < kRateSamples; ++i) {
+    const JointVector q = move.start + i / (kRateSamples - 1.0) * way;
+    const Eigen::Matrix<double, 6, 1> rate =
+        point_jacobian(setup_.model, q, setup_.model.dof(), X_FT.translation()) * way;
+    trans = std::max(trans, rate.head<3>().norm());
+    rot = std::max(rot, rate.tail<3>().norm());
+  }
+  move.progress_speed = std::min(tool.trans_speed_m_s / trans, tool.rot_speed_rad_s / rot);
+  move.progress_accel = std::min(tool.trans_accel_m_s2 / trans, tool.rot_accel_rad_s2 / rot);
+}
+
+double MotionPlanner::scale_for_torques(const JointMotion& motion) const {
+  const auto position = [&motion](double t) {
+    JointVector q;
+    motion.at(t, q);
+    return q;
+  };
+  return torque_scaling(setup_.model, setup_.payload, setup_.gravity_B, motion.duration(),
+                        position);
+}
+
+/// A second plan with the time scale that the torques of the first require.
+void MotionPlanner::plan_joint_motion(JointMove& move, JointMotion& motion) const {
+  motion.plan(move);
+  move.time_scale = scale_for_torques(motion);
+  if (move.time_scale < 1) motion.plan(move);
+}
+
+Result<void> MotionPlanner::plan_path(const PathMove& move, PathMotion& path) const {
+  if (auto ok = path.plan(arm(), move); !ok) return ok;
+  const double scale =
+      torque_scaling(setup_.model, setup_.payload, setup_.gravity_B, path.duration(),
+                     [&path](double t) { return path.approximate_at(t); });
+  if (scale < 1) path.set_time_scale(scale);
+  return {};
 }
 
 }  // namespace aprsim::robot

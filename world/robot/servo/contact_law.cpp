@@ -9,9 +9,9 @@ namespace aprsim::robot {
 namespace {
 
 constexpr double kDampingRatio = 0.7;      ///< of sqrt(k m)
-constexpr double kDampingPerStep = 0.2;    ///< of m / dt: momentum taken per step
+constexpr double kDampingPerStep = 0.2;    ///< of m / dt: momentum damped per step
 constexpr double kStiffnessPerStep = 0.3;  ///< of m / dt^2
-/// Immovable partners (mobility 0) press with the stiffness of the law and this damping mass.
+/// Mass of immovable partners (mobility 0), for the damping.
 constexpr double kHeaviest = 1e3;
 
 double effective_mass(double mobility_1_kg) {
@@ -21,6 +21,7 @@ double effective_mass(double mobility_1_kg) {
 }  // namespace
 
 double mobility(const Jacobian& J, const JointMatrix& H, const Eigen::Vector3d& direction_B) {
+  // n^T J H^-1 J^T n by Cholesky factorisation.
   const JointVector tau = J.topRows<3>().transpose() * direction_B;
   return tau.dot(H.llt().solve(tau));
 }
@@ -28,6 +29,7 @@ double mobility(const Jacobian& J, const JointMatrix& H, const Eigen::Vector3d& 
 double normal_force(const ContactLaw& law, double depth_m, double closing_speed_m_s,
                     double mobility_1_kg, double step_s, int points) {
   if (depth_m <= 0) return 0;
+  // Stiffness and damping within the stability of a force that lags by one step.
   const double m = effective_mass(mobility_1_kg);
   const double k = std::min(law.stiffness_n_m, kStiffnessPerStep * m / (step_s * step_s));
   const double d = std::min(kDampingRatio * std::sqrt(k * m), kDampingPerStep * m / step_s);
@@ -39,6 +41,7 @@ Eigen::Vector3d friction_force(const ContactLaw& law, double normal_force_n,
                                int points) {
   const double speed = slip_W.norm();
   if (speed == 0 || normal_force_n <= 0) return Eigen::Vector3d::Zero();
+  // Coulomb, regularised: viscous where that is less.
   const double viscous = kDampingPerStep * effective_mass(mobility_1_kg) * speed / step_s / points;
   return -slip_W / speed * std::min(law.friction * normal_force_n, viscous);
 }

@@ -4,9 +4,9 @@
 
 #include "world/robot/model/arm_model.hpp"
 
-/// Contact of an arm with fixed things or another arm. The physics engine computes no force between
-/// kinematic bodies, so this penalty law does; its force becomes joint torques by J^T in the next
-/// step. Pure functions; no call allocates.
+/// Contact of an arm with fixed bodies or another arm: a penalty law (linear spring and damper with
+/// Coulomb friction), because the physics engine computes no force between kinematic bodies. Its
+/// force becomes joint torques by J^T in the next step. Pure functions; no call allocates.
 namespace aprsim::robot {
 
 struct ContactLaw {

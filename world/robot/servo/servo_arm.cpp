@@ -19,15 +19,14 @@ constexpr double kIntegralDecay = 0.9;  ///< per step while saturated
 constexpr int kTripSteps = 2;           ///< one sample may be noise
 constexpr std::size_t kReasonCapacity = 160;
 
-/// A push at the tool that no joint may take for a collision, and the share of a drive's torque up
-/// to which that holds: a wrist's drives are weak, and a hand's push must not stop the robot.
+/// A push at the tool that trips no joint, and the share of a drive's torque up to which that
+/// holds: a wrist's drives are weak, and a hand's push must not stop the robot.
 constexpr double kBearablePush_n = 60, kMostTripShare = 0.85;
 constexpr double kWristReach_m = 0.65;      ///< joints with less of the arm beyond them are wrist
 constexpr double kTipBeyondCentre_m = 0.1;  ///< of the gripper, beyond its centre of mass
 
-/// Torque of a disturbance that trips a joint: its share of the drive's torque; for the wrist at
-/// least what the bearable push makes with the longest lever that the arm beyond the joint can
-/// have.
+/// Disturbance torque that trips a joint: its share of the drive's torque; for the wrist at least
+/// the torque of the bearable push at the longest lever of the arm beyond the joint.
 double trip_torque(const ArmModel& model, const Payload& payload, int joint, double fraction) {
   const double most = model.joints[static_cast<std::size_t>(joint)].max_torque_nm;
   double lever = payload.mass_kg > 0 ? payload.com_F.norm() + kTipBeyondCentre_m : 0.0;
@@ -56,7 +55,7 @@ ServoArm::ServoArm(ArmModel model, Payload payload, const Eigen::Vector3d& gravi
   }
   s_.payload = std::move(payload);
   s_.q_ref = s_.q = q_start;
-  s_.intended = JointVector::Zero(n);
+  s_.applied = JointVector::Zero(n);
   s_.qd_ref = s_.e = s_.ed = s_.integral = s_.qd = JointVector::Zero(n);
   s_.torque = inverse_dynamics(model_, s_.payload, gravity_B_, s_.q, s_.qd, s_.qd);
   s_.trip_reason.reserve(kReasonCapacity);
@@ -77,7 +76,7 @@ void ServoArm::step(const JointVector& q_ref_next, const JointVector& tau_ext) {
 
   if (s_.deviating || overloaded || disturbed) {
     deviate(feedforward, disturbance);
-    watch(feedforward);
+    check_trip(feedforward);
     const bool settled = !overloaded && !disturbed && (s_.e.array().abs() < kSettledAngle).all() &&
                          (s_.ed.array().abs() < kSettledSpeed).all();
     s_.deviating = !settled;
@@ -97,7 +96,7 @@ void ServoArm::step(const JointVector& q_ref_next, const JointVector& tau_ext) {
   }
 }
 
-/// One step in which nothing moves. Where the arm was pushed aside it stays so.
+/// One step with the brakes on: nothing moves, and a deviation stays.
 void ServoArm::hold(const JointVector& q_ref_next) {
   s_.q_ref = q_ref_next;
   s_.e = s_.q - s_.q_ref;
@@ -106,7 +105,7 @@ void ServoArm::hold(const JointVector& q_ref_next) {
   for (JointVector* rate : {&s_.qd_ref, &s_.qd, &s_.ed, &s_.integral, &s_.torque}) rate->setZero();
 }
 
-/// What is left of the external torque after the joints' friction has taken its share.
+/// External torque beyond the joints' static friction.
 JointVector ServoArm::beyond_friction(const JointVector& tau_ext) const {
   JointVector out(model_.dof());
   for (int i = 0; i < model_.dof(); ++i) {
@@ -117,9 +116,8 @@ JointVector ServoArm::beyond_friction(const JointVector& tau_ext) const {
   return out;
 }
 
-/// Speed with which each joint should return to its reference: proportional close to it, braking
-/// with a share of the torque from farther away, so that a saturated joint cannot overshoot for
-/// ever.
+/// Return speed of each joint to its reference: proportional close to it, a braking parabola with a
+/// share of the torque from farther away, so that a saturated joint does not limit-cycle.
 JointVector ServoArm::return_speed(const JointMatrix& H) const {
   JointVector out(model_.dof());
   for (int i = 0; i < model_.dof(); ++i) {
@@ -134,10 +132,11 @@ JointVector ServoArm::return_speed(const JointMatrix& H) const {
   return out;
 }
 
-/// One semi-implicit step of the deviation under servo, torque limits and disturbance.
+/// One semi-implicit Euler step of the deviation: H edd = torque - feedforward + disturbance.
 void ServoArm::deviate(const JointVector& feedforward, const JointVector& disturbance) {
   const JointMatrix H = robot::mass_matrix(model_, s_.payload, s_.q_ref + s_.e);
   const JointVector wanted = return_speed(H);
+  // Velocity loop inside a position loop, with integral action; torques saturate.
   const JointVector u =
       servo_.velocity_gain_1_s * (wanted - s_.ed - servo_.integral_gain_1_s * s_.integral);
   const JointVector demanded = feedforward + H * u;
@@ -145,6 +144,7 @@ void ServoArm::deviate(const JointVector& feedforward, const JointVector& distur
   const JointVector net = s_.torque - feedforward + disturbance;
   s_.ed += step_s_ * H.llt().solve(net);
   s_.e += step_s_ * s_.ed;
+  // Anti-windup: a saturated joint's integral decays.
   for (int i = 0; i < model_.dof(); ++i) {
     if (demanded(i) == s_.torque(i)) {
       s_.integral(i) += step_s_ * (s_.ed(i) - wanted(i));
@@ -154,11 +154,12 @@ void ServoArm::deviate(const JointVector& feedforward, const JointVector& distur
   }
 }
 
-/// Trip conditions: a drive works against something, or the arm is not where it should be.
-void ServoArm::watch(const JointVector& feedforward) {
+/// Trip conditions: disturbance torque of a drive, or deviation from the reference.
+void ServoArm::check_trip(const JointVector& feedforward) {
   // A feedforward beyond the limit is the plan's fault and shows as deviation, not as disturbance.
   const JointVector planned = feedforward.cwiseMax(-max_torque_).cwiseMin(max_torque_);
-  const JointVector against = ((s_.torque - planned).cwiseAbs() - s_.intended).cwiseMax(0);
+  const JointVector against = ((s_.torque - planned).cwiseAbs() - s_.applied).cwiseMax(0);
+  // The joint with the largest share of its trip torque.
   int worst = 0;
   double worst_share = 0, limit = 0;
   for (int i = 0; i < model_.dof(); ++i) {

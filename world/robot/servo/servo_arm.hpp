@@ -21,7 +21,7 @@ struct ServoParameters {
 /// A servo-driven arm: joint state = reference + deviation. With nothing touching and torques
 /// within limits the arm is its reference, bit for bit; an external torque beyond friction or a
 /// torque limit wakes the deviation, which yields, saturates, trips and returns to exactly zero.
-/// A trip changes nothing by itself: whoever sees trip_reason() stops the motion. No call but the
+/// A trip changes nothing by itself: the caller stops the motion on trip_reason(). No call but the
 /// constructor allocates. Thread: sim.
 class ServoArm {
  public:
@@ -32,8 +32,8 @@ class ServoArm {
     bool deviating = false;
     int disturbed_steps = 0;  ///< in a row above the trip torque
     JointVector q, qd, torque;
-    JointVector intended;  ///< torques that the joints exert on purpose
-    bool braked = false;   ///< drives off, brakes on
+    JointVector applied;  ///< torques that joints in torque mode apply
+    bool braked = false;  ///< drives off, brakes on
     Payload payload;
     std::string trip_reason;
   };
@@ -46,9 +46,9 @@ class ServoArm {
   /// (J^T w of all contact wrenches on links and tool, grip excluded) as they are at its start.
   void step(const JointVector& q_ref_next, const JointVector& tau_ext);
 
-  /// Takes position and velocity of the deviation into the reference: the next reference must start
+  /// Adds position and velocity of the deviation to the reference: the next reference must start
   /// from q(). The arm keeps its momentum: where the next reference has another velocity, the
-  /// drives change it within their limits. Used after a trip and by InitRobot, so that a pressed
+  /// drives change it within their limits. Used after a trip and by InitRobot, so that a loaded
   /// arm does not snap back.
   void relax();
   /// As if it had not tripped; the deviation stays.
@@ -57,10 +57,10 @@ class ServoArm {
   /// From the next step on.
   void set_payload(const Payload& payload);
 
-  /// Torques that the joints shall press with [Nm], >= 0: no cause for a trip.
-  void set_intended(const JointVector& torque_nm) { s_.intended = torque_nm; }
+  /// Torques that joints in torque mode apply to their load [Nm], >= 0: no cause for a trip.
+  void set_applied_torque(const JointVector& torque_nm) { s_.applied = torque_nm; }
 
-  /// From the next step on: whether the brakes hold it, whatever presses, and the drives are off.
+  /// From the next step on: whether the brakes hold it, whatever the load, and the drives are off.
   void set_braked(bool braked) { s_.braked = braked; }
 
   [[nodiscard]] const State& state() const { return s_; }
@@ -83,7 +83,7 @@ class ServoArm {
   [[nodiscard]] JointVector return_speed(const JointMatrix& H) const;
   void hold(const JointVector& q_ref_next);
   void deviate(const JointVector& feedforward, const JointVector& disturbance);
-  void watch(const JointVector& feedforward);
+  void check_trip(const JointVector& feedforward);
   void trip(int joint, const char* what, double value, double limit, const char* unit);
 
   ArmModel model_;

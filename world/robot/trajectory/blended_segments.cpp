@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+// Linear segments with blends at the via points: Siciliano et al. 2009, sec. 4.2.2, where they are
+// parabolic; here the speed changes by a cubic smoothstep, for continuous acceleration.
+
 namespace aprsim::robot {
 namespace {
 
@@ -9,12 +12,11 @@ constexpr double kBlendSteps = 8;
 constexpr double kSegmentSteps = 8, kOnlySegmentSteps = 32;
 constexpr double kSame = 1e-12;  ///< of the segment's duration
 
-/// Integral of the smoothstep 3 x^2 - 2 x^3 from 0 to x, for x in 0..1.
+/// Integral of the smoothstep 3 x^2 - 2 x^3 from 0 to x, for x in 0..1, and its derivatives.
 double ramp(double x) { return x * x * x * (1 - x / 2); }
 double ramp_rate(double x) { return x * x * (3 - 2 * x); }
-double ramp_bend(double x) { return 6 * x * (1 - x); }
-
-double ramp_twist(double x) { return 6 - 12 * x; }
+double ramp_curvature(double x) { return 6 * x * (1 - x); }
+double ramp_third_derivative(double x) { return 6 - 12 * x; }
 
 }  // namespace
 
@@ -32,6 +34,8 @@ double BlendedSegments::room(std::size_t corner) const {
   return 0.5 * std::min(segments_[corner].duration, segments_[corner + 1].duration);
 }
 
+/// In a blend of half width w the speed rises or falls over 2 w, so that the segment covers the
+/// same way as without it.
 double BlendedSegments::share(std::size_t segment, double s) const {
   const Segment& x = segments_[segment];
   const double t = s - x.begin;
@@ -64,11 +68,11 @@ double BlendedSegments::curvature(std::size_t segment, double s) const {
   if (t < -x.blend_in || t > x.duration + x.blend_out) return 0;
   if (t < x.blend_in) {
     const double width = 2 * x.blend_in;
-    return ramp_bend((t + x.blend_in) / width) / (width * x.duration);
+    return ramp_curvature((t + x.blend_in) / width) / (width * x.duration);
   }
   if (t > x.duration - x.blend_out) {
     const double width = 2 * x.blend_out;
-    return -ramp_bend((x.duration + x.blend_out - t) / width) / (width * x.duration);
+    return -ramp_curvature((x.duration + x.blend_out - t) / width) / (width * x.duration);
   }
   return 0;
 }
@@ -79,11 +83,12 @@ double BlendedSegments::third_derivative(std::size_t segment, double s) const {
   if (t < -x.blend_in || t > x.duration + x.blend_out) return 0;
   if (t < x.blend_in) {
     const double width = 2 * x.blend_in;
-    return ramp_twist((t + x.blend_in) / width) / (width * width * x.duration);
+    return ramp_third_derivative((t + x.blend_in) / width) / (width * width * x.duration);
   }
   if (t > x.duration - x.blend_out) {
     const double width = 2 * x.blend_out;
-    return ramp_twist((x.duration + x.blend_out - t) / width) / (width * width * x.duration);
+    return ramp_third_derivative((x.duration + x.blend_out - t) / width) /
+           (width * width * x.duration);
   }
   return 0;
 }
@@ -96,6 +101,7 @@ std::size_t BlendedSegments::at(double s) const {
 }
 
 BlendedSegments::Range BlendedSegments::active(double s) const {
+  // A blend reaches into the segment on either side of its corner.
   const std::size_t i = at(s);
   const Segment& x = segments_[i];
   Range range{i, i};
@@ -115,6 +121,7 @@ double BlendedSegments::next_break(double s) const {
   return length();
 }
 
+/// At an edge the step belongs to what comes after it.
 double BlendedSegments::fine_step(double s) const {
   const std::size_t i = at(s);
   const Segment& x = segments_[i];

@@ -5,17 +5,17 @@
 
 namespace aprsim::robot {
 
-/// How far each segment of a path has come, over the path's own time s: the time that the path
-/// takes at the full speed of every segment. At a corner the two segments may overlap: the one's
-/// speed falls while the other's rises (cubic smoothstep), so that a path that adds up its segments
-/// rounds the corner with continuous velocity and acceleration. Thread: any.
+/// The progress of each segment of a path over the path's own time s: its duration with every
+/// segment at full speed. At a corner the two segments may overlap: the speed of one falls while
+/// that of the other rises (cubic smoothstep), so that a path that superposes its segments rounds
+/// the corner with continuous velocity and acceleration. Thread: any.
 class BlendedSegments {
  public:
   void clear() { segments_.clear(); }
   /// `duration_s` > 0.
   void add(double duration_s);
-  /// Overlap of segments `corner` and `corner + 1`, so much to either side of the time where one
-  /// would give way to the other; at most half the shorter one.
+  /// Overlap of segments `corner` and `corner + 1`, to either side of the end of the one; at most
+  /// half the shorter one.
   void blend(std::size_t corner, double half_width_s);
 
   [[nodiscard]] std::size_t size() const { return segments_.size(); }
@@ -25,7 +25,7 @@ class BlendedSegments {
   /// The widest blend that the corner has room for.
   [[nodiscard]] double room(std::size_t corner) const;
 
-  /// Of `segment` at s: 0 before it, 1 behind it.
+  /// Progress of `segment` at s: 0 before it, 1 behind it.
   [[nodiscard]] double share(std::size_t segment, double s) const;
   /// First, second and third derivative of share().
   [[nodiscard]] double rate(std::size_t segment, double s) const;
@@ -36,9 +36,9 @@ class BlendedSegments {
     std::size_t first = 0, last = 0;
   };
   [[nodiscard]] Range active(double s) const;
-  /// Where the next blend begins or ends after s, or the end of the chain.
+  /// Where the next blend begins or ends after s, or the end of the path.
   [[nodiscard]] double next_break(double s) const;
-  /// A step that resolves what is going on at s.
+  /// A step that resolves the segment or blend at s.
   [[nodiscard]] double fine_step(double s) const;
 
  private:

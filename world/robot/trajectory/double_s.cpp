@@ -3,14 +3,19 @@
 #include <algorithm>
 #include <cmath>
 
+// Double-S profile: Biagiotti & Melchiorri 2008, sec. 3.4. Deviations: any initial velocity and
+// acceleration, as in online trajectory generation (Kroeger & Wahl 2010), and the cruise speed of a
+// way too short for the speed limit by bisection instead of case distinctions.
+
 namespace aprsim::robot {
 namespace {
 
+/// Constant jerk for a time.
 struct Piece {
   double dt = 0, jerk = 0;
 };
 
-/// The pieces that lead from (v, a) to (v_end, 0) in the shortest time.
+/// Time-optimal pieces from (v, a) to (v_end, 0).
 struct SpeedChange {
   std::array<Piece, 4> pieces{};
   int count = 0;
@@ -22,7 +27,8 @@ struct SpeedChange {
 SpeedChange speed_change(double v, double a, double v_end, const ScalarLimits& limits) {
   SpeedChange out;
   const double j = limits.j;
-  if (std::abs(a) > limits.a) {  // back within the limit first
+  // Back within the acceleration limit first.
+  if (std::abs(a) > limits.a) {
     const double dt = (std::abs(a) - limits.a) / j;
     const double jerk = -std::copysign(j, a);
     v += a * dt + jerk * dt * dt / 2;
@@ -33,6 +39,8 @@ SpeedChange speed_change(double v, double a, double v_end, const ScalarLimits& l
   const double sigma = v_end >= v + a * std::abs(a) / (2 * j) ? 1.0 : -1.0;
   const double dv = sigma * (v_end - v);
   a *= sigma;
+  // Jerk phases up to the peak acceleration and back to 0, and between them constant acceleration
+  // where its limit is reached.
   const double peak = std::min(limits.a, std::sqrt(std::max(0.0, j * dv + a * a / 2)));
   const double hold = peak > 0 ? (dv - (2 * peak * peak - a * a) / (2 * j)) / peak : 0.0;
   out.add((peak - a) / j, sigma * j);
@@ -46,8 +54,8 @@ ScalarState integrate(const ScalarState& x, double jerk, double t) {
           x.a + t * jerk};
 }
 
-/// Way from `start` over cruise speed `v` to rest, without cruising.
-double way(const ScalarState& start, double v, const ScalarLimits& limits) {
+/// Distance from `start` over cruise speed `v` to rest, without cruise phase.
+double distance_over(const ScalarState& start, double v, const ScalarLimits& limits) {
   ScalarState x{0, start.v, start.a};
   const auto up = speed_change(start.v, start.a, v, limits);
   for (int i = 0; i < up.count; ++i) {
@@ -62,24 +70,25 @@ double way(const ScalarState& start, double v, const ScalarLimits& limits) {
   return x.s + v * time / 2;
 }
 
-/// Cruise speed whose way without cruising is `distance`; the highest bracket found from above,
-/// because the way is not monotone in the speed for a moving start.
+/// Cruise speed with which the distance without cruise phase is `distance`.
 double cruise_speed(const ScalarState& start, double distance, const ScalarLimits& limits) {
+  // Bracket: the highest, because the distance is not monotone in the speed for a moving start.
   constexpr int kScan = 16;
   double high = limits.v;
   double low = -limits.v;
   for (int i = 1; i < kScan; ++i) {
     const double v = limits.v * (1 - 2.0 * i / kScan);
-    if (way(start, v, limits) <= distance) {
+    if (distance_over(start, v, limits) <= distance) {
       low = v;
       break;
     }
     high = v;
   }
+  // Bisection to the last bit.
   for (int i = 0; i < 100; ++i) {
     const double mid = low + (high - low) / 2;
     if (mid <= low || mid >= high) break;
-    (way(start, mid, limits) <= distance ? low : high) = mid;
+    (distance_over(start, mid, limits) <= distance ? low : high) = mid;
   }
   return low;
 }
@@ -99,6 +108,7 @@ void DoubleS::change_speed(double v_end, const ScalarLimits& limits, ScalarState
     const auto& piece = change.pieces[static_cast<std::size_t>(i)];
     add(piece.dt, piece.jerk, state);
   }
+  // Exactly at the end speed, without rounding.
   if (change.count > 0) state = {state.s, v_end, 0};
 }
 
@@ -108,8 +118,9 @@ DoubleS DoubleS::to_rest(const ScalarState& start, double s_end, const ScalarLim
   ScalarState state = start;
   const double distance = s_end - start.s;
   if (distance == 0 && start.v == 0 && start.a == 0) return plan;
-  const double forward = way(start, limits.v, limits);
-  const double backward = way(start, -limits.v, limits);
+  // With a cruise phase at full speed in either direction, else without one.
+  const double forward = distance_over(start, limits.v, limits);
+  const double backward = distance_over(start, -limits.v, limits);
   double cruise = 0;
   double time = 0;
   if (distance >= forward) {

@@ -6,11 +6,15 @@
 #include <cstdio>
 #include <numbers>
 
+// Path tracking in predictor-corrector form, as in numerical continuation (Allgower & Georg 1990):
+// extrapolation predicts the next posture, closed-form inverse kinematics corrects it, and the step
+// length follows from the prediction error. A large error means another branch: a singularity.
+
 namespace aprsim::robot {
 namespace {
 
-/// A sample may miss its prediction by this much [rad]. A change of branch within one sample is
-/// larger, or too small to matter to the drives.
+/// Largest prediction error of a sample [rad]. A change of branch within one sample is larger, or
+/// too small to matter to the drives.
 constexpr double kPredictionError = 5e-6;
 constexpr double kLongestStep = 1.0 / 32;
 constexpr double kFirstStep = 1e-6;
@@ -19,21 +23,21 @@ constexpr double kFirstStep = 1e-6;
 constexpr double kShortestStep = 1e-8;
 constexpr double kShortestFirstStep = 1e-12;
 constexpr std::size_t kMoreSamples = 64;  ///< a segment
-constexpr std::size_t kPredictFrom = 4;   ///< samples
+constexpr std::size_t kExtrapolationPoints = 4;
 /// Samples nearer than both of these to the one before are dropped after the trace.
-constexpr double kThinStep = 1e-4;
-constexpr double kThinTurn = 1e-3;  // [rad]
+constexpr double kCloseStep = 1e-4;
+constexpr double kCloseTurn = 1e-3;  // [rad]
 /// A solution this far from the interpolated samples is on another branch [rad].
 constexpr double kBranchDistance = 1e-2;
 
-/// How far beyond the end of a trace its reason is looked for.
+/// Where the reason of a refusal is looked for, beyond the end of the trace.
 constexpr double kBeyond = 1e-5;
 
 double degrees(double rad) { return rad * 180 / std::numbers::pi; }
 
 }  // namespace
 
-IkPath::IkPath() { samples_.reserve(kMaxSamples + 1); }
+IkPath::IkPath() { samples_.reserve(kMaxPathSamples + 1); }
 
 Result<JointVector> IkPath::solve(const ArmGeometry& arm, double u, const JointVector& seed) const {
   const double elbow = route_.elbow_start_rad + u * route_.elbow_turn_rad;
@@ -41,10 +45,10 @@ Result<JointVector> IkPath::solve(const ArmGeometry& arm, double u, const JointV
 }
 
 /// The polynomial through the last samples (Newton's divided differences), evaluated at u.
-JointVector IkPath::predict(double u) const {
-  const std::size_t n = std::min(samples_.size(), kPredictFrom);
-  const Sample* last = samples_.data() + samples_.size() - n;
-  std::array<JointVector, kPredictFrom> coefficient;
+JointVector IkPath::extrapolate(double u) const {
+  const std::size_t n = std::min(samples_.size(), kExtrapolationPoints);
+  const PathSample* last = samples_.data() + samples_.size() - n;
+  std::array<JointVector, kExtrapolationPoints> coefficient;
   for (std::size_t i = 0; i < n; ++i) coefficient[i] = last[i].q;
   for (std::size_t order = 1; order < n; ++order) {
     for (std::size_t i = n - 1; i >= order; --i) {
@@ -56,14 +60,15 @@ JointVector IkPath::predict(double u) const {
   return q;
 }
 
-bool IkPath::looks_passable(const ArmGeometry& arm, const Route& route) {
+bool IkPath::seems_feasible(const ArmGeometry& arm, const Route& route) {
   constexpr int kPoints = 8;          // of each segment
   constexpr double kLargeTurn = 1.2;  // [rad] between two points
   route_ = route;
-  length_ = tool_.chain().length();
+  length_ = tool_.segments().length();
   JointVector q = route.start;
-  for (std::size_t segment = 0; segment < tool_.chain().size(); ++segment) {
-    const double begin = tool_.chain().begin(segment), duration = tool_.chain().duration(segment);
+  for (std::size_t segment = 0; segment < tool_.segments().size(); ++segment) {
+    const double begin = tool_.segments().begin(segment),
+                 duration = tool_.segments().duration(segment);
     for (int i = 1; i <= kPoints; ++i) {
       const auto next = solve(arm, (begin + i * duration / kPoints) / length_, q);
       if (!next || (*next - q).cwiseAbs().maxCoeff() > kLargeTurn) return false;
@@ -75,51 +80,55 @@ bool IkPath::looks_passable(const ArmGeometry& arm, const Route& route) {
 
 Result<void> IkPath::trace(const ArmGeometry& arm, const Route& route) {
   route_ = route;
-  length_ = tool_.chain().length();
+  length_ = tool_.segments().length();
   singular_start_ = false;
   samples_.clear();
   samples_.push_back({0, route.start, {}, {}, {}});
   double u = 0;
   double step = kFirstStep;
   while (u < 1) {
+    // Step: as far as the prediction has been good, never over an edge of a blend, beyond which the
+    // joints' course is another one.
     const double s = u * length_;
-    const double edge = tool_.chain().next_break(s) / length_;
-    double next = u + std::min(step, tool_.chain().fine_step(s) / length_);
-    // Lands on every edge of a blend: beyond it the joints' course is another one.
+    const double edge = tool_.segments().next_break(s) / length_;
+    double next = u + std::min(step, tool_.segments().fine_step(s) / length_);
     if (next > edge - kShortestStep) next = edge;
     if (1 - next < kShortestStep) next = 1;
-    const JointVector guess = predict(next);
+    // Predictor and corrector.
+    const JointVector guess = extrapolate(next);
     const auto q = solve(arm, next, guess);
     const double miss = q ? (*q - guess).cwiseAbs().maxCoeff() : 1.0;
+    // Rejected: a shorter step (the error of a cubic grows with its fourth power), or the end.
     if (miss > kPredictionError) {
       step = std::min(step, next - u) *
              std::clamp(0.8 * std::sqrt(std::sqrt(kPredictionError / miss)), 0.1, 0.7);
-      if (step < (samples_.size() < kPredictFrom ? kShortestFirstStep : kShortestStep)) {
-        if (u < kFirstStep) find_needed_start(arm);
-        return blocked(arm, u);
+      if (step < (samples_.size() < kExtrapolationPoints ? kShortestFirstStep : kShortestStep)) {
+        if (u < kFirstStep) find_required_start(arm);
+        return refusal(arm, u);
       }
       continue;
     }
-    if (samples_.size() >= kMaxSamples + kMoreSamples * tool_.chain().size()) {
-      return blocked(arm, u);
+    if (samples_.size() >= kMaxPathSamples + kMoreSamples * tool_.segments().size()) {
+      return refusal(arm, u);
     }
+    // Accepted: the next step may be longer.
     samples_.push_back({next, *q, {}, {}, {}});
     u = next;
     const double growth = miss > 0 ? 0.8 * std::sqrt(std::sqrt(kPredictionError / miss)) : 2.0;
     step = std::min(kLongestStep, step * std::clamp(growth, 0.5, 2.0));
   }
-  thin();
+  drop_close_samples();
   differentiate();
   return {};
 }
 
-void IkPath::find_needed_start(const ArmGeometry& arm) {
+void IkPath::find_required_start(const ArmGeometry& arm) {
   const auto ahead = solve(arm, kFirstStep, route_.start);
   if (!ahead) return;
-  const auto needed = solve(arm, 0, *ahead);
-  if (!needed || (*needed - route_.start).cwiseAbs().maxCoeff() < kThinTurn) return;
+  const auto required = solve(arm, 0, *ahead);
+  if (!required || (*required - route_.start).cwiseAbs().maxCoeff() < kCloseTurn) return;
   singular_start_ = true;
-  needed_start_ = *needed;
+  required_start_ = *required;
 }
 
 /// The last sample at or before u, or the first one.
@@ -131,7 +140,7 @@ const JointVector& IkPath::posture_before(double u) const {
 
 /// Why the trace ended at `u`: a joint that was about to pass a limit, a pose that cannot be
 /// reached, or a posture that the branch cannot leave continuously.
-tl::unexpected<Error> IkPath::blocked(const ArmGeometry& arm, double u) const {
+tl::unexpected<Error> IkPath::refusal(const ArmGeometry& arm, double u) const {
   char text[320];
   const std::string place = tool_.place(u * length_);
   constexpr double kNear = 1e-3;  // [rad]
@@ -141,7 +150,7 @@ tl::unexpected<Error> IkPath::blocked(const ArmGeometry& arm, double u) const {
     const Joint& joint = arm.model.joints[static_cast<std::size_t>(i)];
     const bool below = here(i) < joint.lower_rad + kNear && here(i) < earlier(i);
     const bool above = here(i) > joint.upper_rad - kNear && here(i) > earlier(i);
-    if (!below && !above) continue;
+    if (!below && !above) continue;  // not about to pass a limit
     std::snprintf(text, sizeof text, "%s would pass its limit %.1f deg at %s", joint.name.c_str(),
                   degrees(below ? joint.lower_rad : joint.upper_rad), place.c_str());
     return fail(ErrorCode::kUnreachable, joint.name, text);
@@ -161,42 +170,41 @@ tl::unexpected<Error> IkPath::blocked(const ArmGeometry& arm, double u) const {
   return fail(ErrorCode::kUnreachable, name, text);
 }
 
-/// Drops the samples that the cautious start of a trace leaves behind: too near for differences.
-void IkPath::thin() {
+/// The short first steps of a trace leave samples too close for differences.
+void IkPath::drop_close_samples() {
   std::size_t kept = 0;
   for (std::size_t i = 1; i + 1 < samples_.size(); ++i) {
-    const double fine = tool_.chain().fine_step(samples_[i].u * length_) / length_;
-    const bool near = samples_[i].u - samples_[kept].u < std::min(kThinStep, 0.5 * fine) &&
-                      (samples_[i].q - samples_[kept].q).cwiseAbs().maxCoeff() < kThinTurn;
+    const double fine = tool_.segments().fine_step(samples_[i].u * length_) / length_;
+    const bool near = samples_[i].u - samples_[kept].u < std::min(kCloseStep, 0.5 * fine) &&
+                      (samples_[i].q - samples_[kept].q).cwiseAbs().maxCoeff() < kCloseTurn;
     if (!near) samples_[++kept] = samples_[i];
   }
   samples_[kept + 1] = samples_.back();
   samples_.resize(kept + 2);
 }
 
-/// Three-point differences.
-void IkPath::differentiate() { differentiate_samples(samples_); }
-
-void differentiate_samples(std::span<IkPath::Sample> samples) {
+/// Three-point differences on the uneven grid; at the ends extrapolated.
+void IkPath::differentiate() {
+  std::vector<PathSample>& samples = samples_;
   const std::size_t n = samples.size();
   if (n == 2) {
     const JointVector slope = (samples[1].q - samples[0].q) / (samples[1].u - samples[0].u);
-    for (auto& sample : samples) {
+    for (PathSample& sample : samples) {
       sample.slope = slope;
       sample.curvature = sample.third_derivative = JointVector::Zero(slope.size());
     }
     return;
   }
   for (std::size_t i = 1; i + 1 < n; ++i) {
-    IkPath::Sample& here = samples[i];
-    const auto& before = samples[i - 1];
-    const IkPath::Sample& after = samples[i + 1];
+    PathSample& here = samples[i];
+    const PathSample& before = samples[i - 1];
+    const PathSample& after = samples[i + 1];
     const double h0 = here.u - before.u, h1 = after.u - here.u;
     const JointVector s0 = (here.q - before.q) / h0, s1 = (after.q - here.q) / h1;
     here.slope = (h1 * s0 + h0 * s1) / (h0 + h1);
     here.curvature = 2 * (s1 - s0) / (h0 + h1);
   }
-  const auto extend = [](IkPath::Sample& end, const IkPath::Sample& inner) {
+  const auto extend = [](PathSample& end, const PathSample& inner) {
     end.curvature = inner.curvature;
     end.slope = inner.slope + (end.u - inner.u) * inner.curvature;
   };
@@ -212,14 +220,14 @@ void differentiate_samples(std::span<IkPath::Sample> samples) {
   samples[n - 1].third_derivative = third_derivative(n - 2, n - 1);
 }
 
-/// Cubic through the neighbouring samples and their slopes.
+/// Cubic Hermite polynomial between the neighbouring samples.
 JointVector IkPath::interpolate(double u) const {
   auto after = std::upper_bound(samples_.begin(), samples_.end(), u,
-                                [](double x, const Sample& sample) { return x < sample.u; });
+                                [](double x, const PathSample& sample) { return x < sample.u; });
   if (after == samples_.end()) return samples_.back().q;
   if (after == samples_.begin()) return samples_.front().q;
-  const Sample& a = *(after - 1);
-  const Sample& b = *after;
+  const PathSample& a = *(after - 1);
+  const PathSample& b = *after;
   const double h = b.u - a.u, x = (u - a.u) / h, y = 1 - x;
   return y * y * (1 + 2 * x) * a.q + x * x * (1 + 2 * y) * b.q +
          h * x * y * (y * a.slope - x * b.slope);
@@ -231,6 +239,7 @@ JointVector IkPath::at(const ArmGeometry& arm, double u) const {
   const JointVector guess = interpolate(u);
   const auto q = solve(arm, u, guess);
   if (q && (*q - guess).cwiseAbs().maxCoeff() < kBranchDistance) return *q;
+  // On another branch or beyond a limit: interpolated, within the limits.
   JointVector held = guess;
   for (int i = 0; i < arm.model.dof(); ++i) {
     const Joint& joint = arm.model.joints[static_cast<std::size_t>(i)];

@@ -3,12 +3,16 @@
 #include <algorithm>
 #include <cmath>
 
+// Point-to-point motion, synchronised where all joints start at rest: one double-S profile of the
+// progress 0..1 within the limits of every joint.
+
 namespace aprsim::robot {
 namespace {
 
-ScalarLimits joint_scalar(const JointLimits& limits, int i, double pace) {
-  return {limits.speed(i) * pace, limits.accel(i) * pace * pace,
-          limits.jerk(i) * pace * pace * pace};
+/// Limits of one joint, scaled in time.
+ScalarLimits joint_scalar(const JointLimits& limits, int i, double scale) {
+  return {limits.speed(i) * scale, limits.accel(i) * scale * scale,
+          limits.jerk(i) * scale * scale * scale};
 }
 
 }  // namespace
@@ -19,40 +23,42 @@ void JointMotion::plan(const JointMove& move) {
   speed_ = 1;
   braking_ = false;
   const bool moving = move.qd.size() > 0;
-  if (moving) move_.alone.fill(true);
+  if (moving) move_.independent.fill(true);
   plan_shared();
   for (int i = 0; i < way_.size(); ++i) {
-    if (!alone(i)) continue;
+    if (!independent(i)) continue;
     const ScalarState start{move.start(i), moving ? move.qd(i) : 0, moving ? move.qdd(i) : 0};
-    own(i) = DoubleS::to_rest(start, move.target(i), joint_scalar(move.limits, i, move.pace));
+    own(i) = DoubleS::to_rest(start, move.target(i), joint_scalar(move.limits, i, move.time_scale));
   }
   restart();
 }
 
+/// Limits of the progress: those of the tool and of each synchronised joint over its way.
 void JointMotion::plan_shared() {
-  const double pace = move_.pace;
+  const double scale = move_.time_scale;
   ScalarLimits& l = shared_limits_;
-  l = {move_.share_speed, move_.share_accel, move_.share_accel / kJerkTime_s};
+  l = {move_.progress_speed, move_.progress_accel, move_.progress_accel / kJerkTime_s};
   hard_limits_ = {1e9, 1e9, 1e9};
   bool moves = false;
   for (int i = 0; i < way_.size(); ++i) {
     const double way = std::abs(way_(i));
-    if (alone(i) || way == 0) continue;
+    if (independent(i) || way == 0) continue;
     moves = true;
     const ScalarLimits joint = joint_scalar(move_.limits, i, 1);
     l = {std::min(l.v, joint.v / way), std::min(l.a, joint.a / way), std::min(l.j, joint.j / way)};
     hard_limits_.a = std::min(hard_limits_.a, move_.maximum.accel(i) / way);
     hard_limits_.j = std::min(hard_limits_.j, move_.maximum.jerk(i) / way);
   }
-  l = {l.v * pace, l.a * pace * pace, l.j * pace * pace * pace};
-  shared_way_ = moves;
+  // A hard stop has the unscaled limits.
+  l = {l.v * scale, l.a * scale * scale, l.j * scale * scale * scale};
+  any_synchronised_ = moves;
   shared_ = moves ? DoubleS::to_rest({0, 0, 0}, 1, l) : DoubleS();
 }
 
 void JointMotion::plan_stop(const JointVector& q, const JointVector& qd, const JointVector& qdd,
                             const JointLimits& limits) {
   move_ = {.start = q, .target = q, .limits = limits, .maximum = limits};
-  move_.alone.fill(true);
+  move_.independent.fill(true);
   way_ = JointVector::Zero(q.size());
   shared_ = DoubleS();
   speed_ = 1;
@@ -67,9 +73,10 @@ void JointMotion::brake(Brake how) {
   braking_ = true;
   shared_ = DoubleS::stop(shared_.at(time_), how == Brake::kHard ? hard_limits_ : shared_limits_);
   for (int i = 0; i < way_.size(); ++i) {
-    if (!alone(i)) continue;
-    const ScalarLimits limits = how == Brake::kHard ? joint_scalar(move_.maximum, i, 1)
-                                                    : joint_scalar(move_.limits, i, move_.pace);
+    if (!independent(i)) continue;
+    const ScalarLimits limits = how == Brake::kHard
+                                    ? joint_scalar(move_.maximum, i, 1)
+                                    : joint_scalar(move_.limits, i, move_.time_scale);
     own(i) = DoubleS::stop(own(i).at(time_), limits);
   }
   restart();
@@ -78,21 +85,22 @@ void JointMotion::brake(Brake how) {
 void JointMotion::set_speed(double fraction) {
   if (braking_ || fraction == speed_) return;
   speed_ = fraction;
+  // A new profile from the present state, to the end or, at 0, to rest.
   const auto again = [&](const DoubleS& profile, double end, ScalarLimits limits) {
-    if (profile.duration() == 0 && profile.end() == end) return profile;  // has nothing to do
+    if (profile.duration() == 0 && profile.end() == end) return profile;  // a joint without way
     limits.v *= fraction;
     const ScalarState here = profile.at(time_);
     return fraction > 0 ? DoubleS::to_rest(here, end, limits) : DoubleS::stop(here, limits);
   };
-  if (shared_way_) shared_ = again(shared_, 1, shared_limits_);
+  if (any_synchronised_) shared_ = again(shared_, 1, shared_limits_);
   for (int i = 0; i < way_.size(); ++i) {
-    if (!alone(i)) continue;
-    own(i) = again(own(i), move_.target(i), joint_scalar(move_.limits, i, move_.pace));
+    if (!independent(i)) continue;
+    own(i) = again(own(i), move_.target(i), joint_scalar(move_.limits, i, move_.time_scale));
   }
   restart();
 }
 
-/// The profiles begin now; where and when they end.
+/// The profiles begin now; their common end and duration.
 void JointMotion::restart() {
   steps_ = 0;
   time_ = 0;
@@ -100,7 +108,8 @@ void JointMotion::restart() {
   end_ = move_.target;
   bool shared = false;
   for (int i = 0; i < way_.size(); ++i) {
-    if (alone(i)) {
+    if (independent(i)) {
+      // A stop may end beyond a joint's range by its braking distance.
       end_(i) = std::clamp(own(i).end(), move_.limits.lower(i), move_.limits.upper(i));
       duration_ = std::max(duration_, own(i).duration());
     } else if (way_(i) != 0) {
@@ -112,11 +121,12 @@ void JointMotion::restart() {
 }
 
 void JointMotion::at(double t, JointVector& q) const {
+  // Joints that have arrived are exactly at their end.
   q = end_;
   const bool shared_runs = t < shared_.duration();
   const double share = shared_.at(t).s;
   for (int i = 0; i < way_.size(); ++i) {
-    if (alone(i)) {
+    if (independent(i)) {
       if (t >= own(i).duration()) continue;
       q(i) = std::clamp(own(i).at(t).s, move_.limits.lower(i), move_.limits.upper(i));
     } else if (shared_runs) {
@@ -126,10 +136,11 @@ void JointMotion::at(double t, JointVector& q) const {
 }
 
 double JointMotion::beyond_range() const {
+  // A synchronised joint stays between its ends.
   constexpr int kSamples = 64;
   double beyond = 0;
   for (int i = 0; i < way_.size(); ++i) {
-    if (!alone(i)) continue;
+    if (!independent(i)) continue;
     for (int k = 1; k < kSamples; ++k) {
       const double q = own(i).at(own(i).duration() * k / kSamples).s;
       beyond = std::max({beyond, move_.limits.lower(i) - q, q - move_.limits.upper(i)});

@@ -11,38 +11,39 @@ namespace aprsim::robot {
 /// How hard a motion is braked on its path.
 enum class Brake {
   kSet,   ///< with the deceleration the motion was planned with
-  kHard,  ///< with all that the joints may do
+  kHard,  ///< at the joints' limits
 };
 
-/// What a joint motion shall do.
+/// Task of a joint motion.
 struct JointMove {
   JointVector start, target;
   JointLimits limits;   ///< to plan with
   JointLimits maximum;  ///< to brake hard with
-  /// Joints that run their own profile at their own limits. The others share one, so that they
-  /// arrive together and move on a straight line in joint space.
-  std::array<bool, kMaxDof> alone{};
-  /// Caps on the share of the way that all joints together make in a second (1/s, 1/s^2).
-  double share_speed = 1e9, share_accel = 1e9;
-  /// Slows everything: speeds by it, accelerations by its square. In (0, 1].
-  double pace = 1;
-  /// State at the start, in motion; empty = at rest. Every joint then runs alone.
+  /// Joints with a profile of their own at their own limits. The others are synchronised: they
+  /// share a profile of the progress 0..1, arrive together and move on a straight line in joint
+  /// space.
+  std::array<bool, kMaxDof> independent{};
+  /// Limits of the shared profile (1/s, 1/s^2).
+  double progress_speed = 1e9, progress_accel = 1e9;
+  /// Factor on the speeds, its square on the accelerations; in (0, 1].
+  double time_scale = 1;
+  /// Velocity and acceleration at the start; empty = at rest. Every joint is then independent.
   JointVector qd{}, qdd{};
 };
 
-/// Motion of all joints to a posture, jerk-limited, from rest or in passing; or the stop of all
-/// joints from any state. Never allocates. A copyable value. Thread: sim.
+/// Motion of all joints to a posture, jerk-limited, from any state; or the stop of all joints from
+/// any state. Never allocates. A copyable value. Thread: sim.
 class JointMotion {
  public:
   void plan(const JointMove& move);
-  /// Every joint for itself to rest, as fast as its limits allow and within its range.
+  /// Every joint independently to rest, as fast as its limits allow and within its range.
   void plan_stop(const JointVector& q, const JointVector& qd, const JointVector& qdd,
                  const JointLimits& limits);
   /// To rest on the way; end() is then where that will be.
   void brake(Brake how);
-  /// From now on so much of the full speed, 0..1; at 0 it comes to rest and waits.
+  /// Speed override 0..1 from now on; at 0 it comes to rest and waits.
   void set_speed(double fraction);
-  /// How far the joints leave their ranges on the way [rad]: a motion that starts in passing may.
+  /// Largest excursion of a joint beyond its range on the way [rad]: possible from a moving start.
   [[nodiscard]] double beyond_range() const;
 
   /// Advances by `dt` and writes the position. True once at rest at end(), then exactly.
@@ -58,13 +59,15 @@ class JointMotion {
   [[nodiscard]] const DoubleS& own(int joint) const {
     return own_[static_cast<std::size_t>(joint)];
   }
-  [[nodiscard]] bool alone(int joint) const { return move_.alone[static_cast<std::size_t>(joint)]; }
+  [[nodiscard]] bool independent(int joint) const {
+    return move_.independent[static_cast<std::size_t>(joint)];
+  }
   void plan_shared();
   void restart();
 
   JointMove move_;
   JointVector way_;
-  DoubleS shared_;  ///< share of the way made, 0 .. 1
+  DoubleS shared_;  ///< progress of the synchronised joints, 0 .. 1
   ScalarLimits shared_limits_, hard_limits_;
   std::array<DoubleS, kMaxDof> own_;
   JointVector end_;
@@ -72,7 +75,7 @@ class JointMotion {
   double time_ = 0, duration_ = 0;
   double speed_ = 1;
   bool braking_ = false;
-  bool shared_way_ = false;  ///< some joints share a profile
+  bool any_synchronised_ = false;
 };
 
 }  // namespace aprsim::robot

@@ -8,12 +8,13 @@ namespace {
 
 constexpr int kPostures = 400;
 constexpr double kShortestRunUp_s = 0.2;
-constexpr double kLeastTorqueForMotion = 0.1;  ///< of the maximal torque, if gravity takes the rest
+constexpr double kLeastTorqueForMotion = 0.1;  ///< of the maximal torque, if gravity needs the rest
 
-/// Postures spread evenly over the joint ranges: the additive recurrence with the generalised
-/// golden ratio, the same on every run.
+/// Quasi-random postures over the joint ranges: the R sequence of Roberts 2018, an additive
+/// recurrence with the generalised golden ratio; the same on every run.
 JointVector spread_posture(const ArmModel& model, int number) {
   const int n = model.dof();
+  // The positive root of x^(n+1) = x + 1, by fixed-point iteration.
   double ratio = 2;
   for (int i = 0; i < 40; ++i) ratio = std::pow(1 + ratio, 1.0 / (n + 1));
   JointVector q(n);
@@ -31,6 +32,7 @@ JointVector spread_posture(const ArmModel& model, int number) {
 
 JointLimits derive_joint_limits(const ArmModel& model, const Payload& payload,
                                 const Eigen::Vector3d& gravity_B) {
+  // Largest axis inertia and gravity torque over the joint ranges.
   const int n = model.dof();
   const JointVector rest = JointVector::Zero(n);
   JointVector inertia = rest, gravity = rest;
@@ -46,6 +48,7 @@ JointLimits derive_joint_limits(const ArmModel& model, const Payload& payload,
     limits.lower(i) = joint.lower_rad;
     limits.upper(i) = joint.upper_rad;
     limits.speed(i) = joint.max_speed_rad_s;
+    // The torque beyond gravity accelerates the axis.
     const double torque = std::max(kTorqueShare * joint.max_torque_nm - gravity(i),
                                    kLeastTorqueForMotion * joint.max_torque_nm);
     limits.accel(i) = joint.max_speed_rad_s / kShortestRunUp_s;

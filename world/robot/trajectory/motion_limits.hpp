@@ -5,7 +5,7 @@
 
 namespace aprsim::robot {
 
-/// What each joint may do; SI.
+/// Limits of each joint's motion; SI.
 struct JointLimits {
   JointVector lower, upper;
   JointVector speed, accel, jerk;
@@ -17,7 +17,8 @@ struct ToolLimits {
   double rot_speed_rad_s = 0, rot_accel_rad_s2 = 0;
 };
 
-/// Share of the drives' maximal torque that a planned motion may use; the rest is for contacts.
+/// Share of the drives' maximal torque that a planned motion may use; the rest is reserved for
+/// contacts.
 inline constexpr double kTorqueShare = 0.9;
 /// An acceleration builds up over this time, which sets the jerk limits.
 inline constexpr double kJerkTime_s = 0.1;

@@ -3,14 +3,19 @@
 #include <algorithm>
 #include <cmath>
 
+// Highest rates under limits of the rate and its slope: the velocity curve of Bobrow, Dubowsky &
+// Gibson 1985, found by a forward and a backward pass over the squared rate, which is linear in u
+// under a constant slope (Verscheure et al. 2009). Deviation: the slope limit is one number a
+// sample; smoothing then bounds the change of the slope.
+
 namespace aprsim::robot {
 namespace {
 
 constexpr int kHalfWindow = 5;  ///< steps of the grid on which rates are smoothed
 constexpr std::size_t kMaxGrid = 8000;
-constexpr int kParts = 16;  ///< of a step, while the smoothed rates are laid out anew
+constexpr int kParts = 16;  ///< of a step, while the smoothed rates are integrated
 
-/// The lowest value within `half` steps of each.
+/// Erosion: the lowest value within `half` steps of each.
 void erode(const std::vector<double>& in, int half, std::vector<double>& out) {
   const int n = static_cast<int>(in.size());
   for (int i = 0; i < n; ++i) {
@@ -22,7 +27,7 @@ void erode(const std::vector<double>& in, int half, std::vector<double>& out) {
   }
 }
 
-/// The mean within `half` steps of each; beyond the ends the values there.
+/// Moving average over `half` steps to either side; beyond the ends the values there.
 void average(const std::vector<double>& in, int half, std::vector<double>& out) {
   const int n = static_cast<int>(in.size());
   for (int i = 0; i < n; ++i) {
@@ -36,47 +41,51 @@ void average(const std::vector<double>& in, int half, std::vector<double>& out) 
 
 }  // namespace
 
-void TimeScaling::reserve(std::size_t knots) {
-  cells_.reserve(std::max(knots, kMaxGrid + 2));
+void TimeScaling::reserve(std::size_t limits) {
+  pieces_.reserve(std::max(limits, kMaxGrid + 2));
   rates_.reserve(kMaxGrid + 2);
   work_.reserve(kMaxGrid + 2);
 }
 
 void TimeScaling::clear() {
-  cells_.clear();
+  pieces_.clear();
   length_ = 1;
 }
 
-void TimeScaling::build(std::span<const Knot> knots, double window) {
-  cells_.clear();
-  for (const Knot& knot : knots) cells_.push_back({0, knot.u, std::min(1.0, knot.rate), 0, 0});
-  const std::size_t n = cells_.size();
-  // rate^2 changes by at most 2 * slope * du: once forwards, once backwards.
+void TimeScaling::build(std::span<const RateLimit> limits, double window) {
+  pieces_.clear();
+  for (const RateLimit& limit : limits)
+    pieces_.push_back({0, limit.u, std::min(1.0, limit.rate), 0, 0});
+  const std::size_t n = pieces_.size();
+  // The squared rate changes by at most 2 slope du.
   const auto reach = [&](std::size_t from, std::size_t to) {
-    const double du = std::abs(cells_[to].u - cells_[from].u);
-    const double slope = std::min(knots[from].slope, knots[to].slope);
-    return std::sqrt(cells_[from].rate * cells_[from].rate + 2 * slope * du);
+    const double du = std::abs(pieces_[to].u - pieces_[from].u);
+    const double slope = std::min(limits[from].slope, limits[to].slope);
+    return std::sqrt(pieces_[from].rate * pieces_[from].rate + 2 * slope * du);
   };
+  // Forward and backward pass.
   for (std::size_t i = 1; i < n; ++i) {
-    cells_[i].rate = std::min(cells_[i].rate, reach(i - 1, i));
+    pieces_[i].rate = std::min(pieces_[i].rate, reach(i - 1, i));
   }
   for (std::size_t i = n - 1; i-- > 0;) {
-    cells_[i].rate = std::min(cells_[i].rate, reach(i + 1, i));
+    pieces_[i].rate = std::min(pieces_[i].rate, reach(i + 1, i));
   }
+  // Pieces of constant slope and their rho.
   for (std::size_t i = 0; i + 1 < n; ++i) {
-    Cell& cell = cells_[i];
-    Cell& next = cells_[i + 1];
-    const double du = next.u - cell.u;
-    cell.slope = (next.rate * next.rate - cell.rate * cell.rate) / (2 * du);
-    next.rho = cell.rho + 2 * du / (cell.rate + next.rate);
+    Piece& piece = pieces_[i];
+    Piece& next = pieces_[i + 1];
+    const double du = next.u - piece.u;
+    piece.slope = (next.rate * next.rate - piece.rate * piece.rate) / (2 * du);
+    next.rho = piece.rho + 2 * du / (piece.rate + next.rate);
   }
-  length_ = cells_.back().rho;
+  length_ = pieces_.back().rho;
   if (window > 0) smooth(window);
 }
 
-/// Takes the lowest rate within the window and then the mean within it: nowhere faster than
-/// before, and the slope no steeper.
+/// Erosion by the window, then the moving average over it: nowhere faster than before, and the
+/// slope no steeper.
 void TimeScaling::smooth(double window) {
+  // The rates on an even grid.
   const double step =
       std::max(window / (2 * kHalfWindow), length_ / static_cast<double>(kMaxGrid - 2));
   const auto grid = static_cast<std::size_t>(std::ceil(length_ / step)) + 1;
@@ -85,16 +94,16 @@ void TimeScaling::smooth(double window) {
   for (std::size_t i = 0; i < grid; ++i) {
     rates_[i] = rate_at(std::min(length_, static_cast<double>(i) * step));
   }
-  for (const Cell& cell : cells_) {  // dips between two points of the grid
-    const auto i = std::min(static_cast<std::size_t>(cell.rho / step), grid - 1);
-    rates_[i] = std::min(rates_[i], cell.rate);
-    if (i + 1 < grid) rates_[i + 1] = std::min(rates_[i + 1], cell.rate);
+  for (const Piece& piece : pieces_) {  // minima between two points of the grid
+    const auto i = std::min(static_cast<std::size_t>(piece.rho / step), grid - 1);
+    rates_[i] = std::min(rates_[i], piece.rate);
+    if (i + 1 < grid) rates_[i + 1] = std::min(rates_[i + 1], piece.rate);
   }
-  // One step more, for what the means below and the grid itself take.
+  // Wider by the steps that average and grid reach beyond it.
   erode(rates_, kHalfWindow + 2, work_);
   average(work_, kHalfWindow, rates_);
 
-  // The smoothed rates by u, while the cells of before are still there.
+  // The smoothed rates as functions of u, by way of the unsmoothed pieces.
   work_.clear();
   const double end = length_;
   const auto rate_here = [&](double rho) {
@@ -103,7 +112,7 @@ void TimeScaling::smooth(double window) {
     const auto j = std::min(i + 1, grid - 1);
     return rates_[i] + (x - static_cast<double>(i)) * (rates_[j] - rates_[i]);
   };
-  // Along the new rho the old one advances as the rates differ.
+  // Length of the new rho: d(rho_new) = rate_old / rate_new d(rho_old).
   double total = 0;
   for (std::size_t i = 0; i + 1 < grid; ++i) {
     const double from = static_cast<double>(i) * step, to = std::min(end, from + step);
@@ -113,6 +122,7 @@ void TimeScaling::smooth(double window) {
       total += part * rate_at(middle) / rate_here(middle);
     }
   }
+  // The new rates at even steps of the new rho (midpoint rule).
   const auto steps = static_cast<std::size_t>(std::ceil(total / step));
   const double stride = total / static_cast<double>(steps);
   double rho = 0;
@@ -125,65 +135,68 @@ void TimeScaling::smooth(double window) {
     }
   }
   work_.push_back(rate_here(end));
-  lay_cells(stride);
+  fit_pieces(stride);
 }
 
-/// Cells of equal length through the rates of work_.
-void TimeScaling::lay_cells(double step) {
+/// Pieces of equal length through the rates in work_, with continuous slope.
+void TimeScaling::fit_pieces(double step) {
   const std::size_t n = work_.size();
-  cells_.clear();
+  pieces_.clear();
   const auto slope = [&](std::size_t i) {
     const std::size_t a = i == 0 ? 0 : i - 1, b = std::min(i + 1, n - 1);
     return b > a ? (work_[b] - work_[a]) / (static_cast<double>(b - a) * step) : 0.0;
   };
-  Cell cell{0, 0, work_[0], slope(0), 0};
+  Piece piece{0, 0, work_[0], slope(0), 0};
   double rho_new = 0;
   for (std::size_t i = 0; i + 1 < n; ++i) {
     const double next_slope = slope(i + 1);
-    cell.curve = (next_slope - cell.slope) / step;
-    cells_.push_back(cell);
+    piece.curvature = (next_slope - piece.slope) / step;
+    pieces_.push_back(piece);
     rho_new += step;
-    cell = {rho_new, cell.u + step * (cell.rate + step * (cell.slope / 2 + step * cell.curve / 6)),
-            cell.rate + step * (cell.slope + step * cell.curve / 2), next_slope, 0};
+    piece = {rho_new,
+             piece.u + step * (piece.rate + step * (piece.slope / 2 + step * piece.curvature / 6)),
+             piece.rate + step * (piece.slope + step * piece.curvature / 2), next_slope, 0};
   }
-  cells_.push_back({cell.rho, cell.u, cell.rate, 0, 0});
-  const double scale = 1 / cell.u;  // 1 but for what the integration leaves
+  pieces_.push_back({piece.rho, piece.u, piece.rate, 0, 0});
+  // Corrects the integration error, so that u ends at 1.
+  const double scale = 1 / piece.u;
   length_ = rho_new * scale;
-  for (Cell& each : cells_) {
+  for (Piece& each : pieces_) {
     each.rho *= scale;
     each.u *= scale;
     each.slope /= scale;
-    each.curve /= scale * scale;
+    each.curvature /= scale * scale;
   }
 }
 
-const TimeScaling::Cell& TimeScaling::cell_at(double rho) const {
-  const auto after = std::upper_bound(cells_.begin(), cells_.end(), rho,
-                                      [](double r, const Cell& cell) { return r < cell.rho; });
-  return after == cells_.begin() ? cells_.front() : *(after - 1);
+const TimeScaling::Piece& TimeScaling::piece_at(double rho) const {
+  const auto after = std::upper_bound(pieces_.begin(), pieces_.end(), rho,
+                                      [](double r, const Piece& piece) { return r < piece.rho; });
+  return after == pieces_.begin() ? pieces_.front() : *(after - 1);
 }
 
 double TimeScaling::u_at(double rho) const {
-  if (cells_.empty()) return std::clamp(rho, 0.0, 1.0);
-  const Cell& cell = cell_at(rho);
-  const double r = std::max(0.0, rho - cell.rho);
-  return std::clamp(cell.u + r * (cell.rate + r * (cell.slope / 2 + r * cell.curve / 6)), 0.0, 1.0);
+  if (pieces_.empty()) return std::clamp(rho, 0.0, 1.0);
+  const Piece& piece = piece_at(rho);
+  const double r = std::max(0.0, rho - piece.rho);
+  return std::clamp(piece.u + r * (piece.rate + r * (piece.slope / 2 + r * piece.curvature / 6)),
+                    0.0, 1.0);
 }
 
 double TimeScaling::rate_at(double rho) const {
-  if (cells_.empty()) return 1;
-  const Cell& cell = cell_at(rho);
-  const double r = std::max(0.0, rho - cell.rho);
-  return cell.rate + r * (cell.slope + r * cell.curve / 2);
+  if (pieces_.empty()) return 1;
+  const Piece& piece = piece_at(rho);
+  const double r = std::max(0.0, rho - piece.rho);
+  return piece.rate + r * (piece.slope + r * piece.curvature / 2);
 }
 
 double TimeScaling::rate_of(double u) const {
-  if (cells_.empty()) return 1;
-  const auto after = std::upper_bound(cells_.begin(), cells_.end(), u,
-                                      [](double x, const Cell& cell) { return x < cell.u; });
-  const Cell& cell = after == cells_.begin() ? cells_.front() : *(after - 1);
-  // The cells are short: their slope is nearly even.
-  return std::sqrt(std::max(0.0, cell.rate * cell.rate + 2 * cell.slope * (u - cell.u)));
+  if (pieces_.empty()) return 1;
+  const auto after = std::upper_bound(pieces_.begin(), pieces_.end(), u,
+                                      [](double x, const Piece& piece) { return x < piece.u; });
+  const Piece& piece = after == pieces_.begin() ? pieces_.front() : *(after - 1);
+  // The pieces are short: constant slope.
+  return std::sqrt(std::max(0.0, piece.rate * piece.rate + 2 * piece.slope * (u - piece.u)));
 }
 
 }  // namespace aprsim::robot

@@ -7,7 +7,8 @@
 
 namespace aprsim::robot {
 
-/// Straight line of the tool point with rotation by the shortest way, parameter u in [0, 1].
+/// Straight line of the tool point with rotation about a fixed axis by the smallest angle
+/// (Siciliano et al. 2009, sec. 4.3.3), parameter u in [0, 1].
 class ToolLine {
  public:
   ToolLine() = default;
@@ -32,14 +33,15 @@ class ToolLine {
     X_BT.linear() = start_.linear() * Eigen::AngleAxisd(u * angle_, axis_).toRotationMatrix();
     return X_BT;
   }
+  [[nodiscard]] const Eigen::Isometry3d& start() const { return start_; }
   [[nodiscard]] const Eigen::Isometry3d& end() const { return end_; }
-  /// The whole way, and the turn of a share of it in the tool frame.
+  /// The whole translation, and the rotation over a share of the line in the tool frame.
   [[nodiscard]] Eigen::Vector3d shift() const { return end_.translation() - start_.translation(); }
   [[nodiscard]] Eigen::Matrix3d turn(double u) const {
     return Eigen::AngleAxisd(u * angle_, axis_).toRotationMatrix();
   }
   [[nodiscard]] Eigen::Vector3d turn_vector_B() const { return start_.linear() * (angle_ * axis_); }
-  /// The turn is so near to half a one that the other way round is no detour.
+  /// The rotation is so near to half a turn that the other way round is no detour.
   [[nodiscard]] bool half_turn() const { return half_turn_; }
   [[nodiscard]] double length_m() const { return length_; }
   [[nodiscard]] double angle_rad() const { return angle_; }

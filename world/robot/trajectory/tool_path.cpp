@@ -22,7 +22,7 @@ double ToolHelix::radius_m() const {
 double ToolHelix::length_m() const { return std::hypot(travel_m, radius_m() * turn_rad); }
 
 void ToolPath::start(const Eigen::Isometry3d& X_BT) {
-  chain_.clear();
+  segments_.clear();
   lines_.clear();
   waypoints_.clear();
   is_helix_ = false;
@@ -32,7 +32,7 @@ void ToolPath::start(const Eigen::Isometry3d& X_BT) {
 void ToolPath::add_line(const ToolLine& line, double duration_s, int waypoint) {
   lines_.push_back(line);
   waypoints_.push_back(waypoint);
-  chain_.add(duration_s);
+  segments_.add(duration_s);
   end_ = line.end();
 }
 
@@ -41,16 +41,17 @@ void ToolPath::make_helix(const ToolHelix& helix, double duration_s) {
   helix_ = helix;
   is_helix_ = true;
   end_ = helix.at(1);
-  chain_.add(duration_s);
+  segments_.add(duration_s);
 }
 
 Eigen::Isometry3d ToolPath::at(double s) const {
-  if (s >= chain_.length()) return end_;
-  if (is_helix_) return helix_.at(chain_.share(0, s));
-  const auto [first, last] = chain_.active(s);
-  Eigen::Isometry3d X_BT = lines_[first].at(chain_.share(first, s));
+  if (s >= segments_.length()) return end_;
+  if (is_helix_) return helix_.at(segments_.share(0, s));
+  // Superposition of the lines under way, each with its share; rotations in their order.
+  const auto [first, last] = segments_.active(s);
+  Eigen::Isometry3d X_BT = lines_[first].at(segments_.share(first, s));
   for (std::size_t i = first + 1; i <= last; ++i) {
-    const double share = chain_.share(i, s);
+    const double share = segments_.share(i, s);
     X_BT.translation() += share * lines_[i].shift();
     X_BT.linear() = X_BT.linear() * lines_[i].turn(share);
   }
@@ -58,14 +59,16 @@ Eigen::Isometry3d ToolPath::at(double s) const {
 }
 
 ToolPath::Curvature ToolPath::curvature(double s) const {
+  // A helix turns at constant speed: centripetal acceleration only.
   if (is_helix_) {
-    const double turn_rate = helix_.turn_rad * chain_.rate(0, s);
+    const double turn_rate = helix_.turn_rad * segments_.rate(0, s);
     return {helix_.radius_m() * turn_rate * turn_rate, 0};
   }
-  const auto [first, last] = chain_.active(s);
+  // Lines curve in their blends only; the change of the axes in a blend is left out.
+  const auto [first, last] = segments_.active(s);
   Eigen::Vector3d trans = Eigen::Vector3d::Zero(), rot = trans;
   for (std::size_t i = first; i <= last; ++i) {
-    const double curvature = chain_.curvature(i, s);
+    const double curvature = segments_.curvature(i, s);
     trans += curvature * lines_[i].shift();
     rot += curvature * lines_[i].turn_vector_B();
   }
@@ -73,9 +76,9 @@ ToolPath::Curvature ToolPath::curvature(double s) const {
 }
 
 std::string ToolPath::place(double s) const {
-  const auto [first, last] = chain_.active(s);
-  const std::size_t i = last > first && s >= chain_.begin(last) ? last : first;
-  const double percent = 100 * (s - chain_.begin(i)) / chain_.duration(i);
+  const auto [first, last] = segments_.active(s);
+  const std::size_t i = last > first && s >= segments_.begin(last) ? last : first;
+  const double percent = 100 * (s - segments_.begin(i)) / segments_.duration(i);
   char text[80];
   if (is_helix_) {
     std::snprintf(text, sizeof text, "%.0f %% of the screw", percent);

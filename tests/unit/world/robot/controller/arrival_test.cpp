@@ -33,7 +33,7 @@ TEST_F(Arrival, AJointThatIsPushedAsideByMoreThanItsToleranceHasNotArrived) {
   rig_.run(api::InitRobot{});
   api::MoveJoints move{{{.joint = 1, .position_rad = 0.2, .speed_rad_s = {}, .accel_rad_s2 = {}}}};
   move.targets[0].tolerance_rad = 1e-3;
-  rig_.take(move);
+  rig_.apply(move);
   steps(5000, off(1, 2e-3));
   EXPECT_FALSE(rig_.controller().moving());
   EXPECT_EQ(rig_.state(), ActionState::kWorking);
@@ -44,7 +44,7 @@ TEST_F(Arrival, AJointThatIsPushedAsideByMoreThanItsToleranceHasNotArrived) {
 
 TEST_F(Arrival, WithoutAToleranceTheReferenceDecides) {
   rig_.run(api::InitRobot{});
-  rig_.take(
+  rig_.apply(
       api::MoveJoints{{{.joint = 1, .position_rad = 0.2, .speed_rad_s = {}, .accel_rad_s2 = {}}}});
   steps(5000, off(1, 5e-3));
   EXPECT_EQ(rig_.state(), ActionState::kDone);
@@ -55,16 +55,16 @@ TEST_F(Arrival, APoseCountsPartByPart) {
   api::MoveTo move{rig_.tool(), true};
   move.X_RT.p.z() += 0.02;
   move.tolerance = {.x_m = {}, .y_m = 1e-3, .z_m = {}, .x_axis_rad = {}, .z_axis_rad = {}};
-  rig_.take(move);
+  rig_.apply(move);
   steps(5000, off(0, 0.01));  // some 5 mm along y
   EXPECT_EQ(rig_.state(), ActionState::kWorking);
-  rig_.take(api::StopMotion{});
+  rig_.apply(api::StopMotion{});
   steps(10, off(0, 0.01));
   EXPECT_EQ(rig_.state(), ActionState::kDone) << "a stop is no arrival";
 
   move.tolerance = {.x_m = 5e-3, .y_m = {}, .z_m = {}, .x_axis_rad = {}, .z_axis_rad = {}};
   move.X_RT.p.z() -= 0.02;
-  rig_.take(move);
+  rig_.apply(move);
   steps(5000, off(0, 0.01));
   EXPECT_EQ(rig_.state(), ActionState::kDone) << "hardly off along x";
 }

@@ -13,7 +13,7 @@ namespace {
 using api::ActionState;
 using Eigen::Vector3d;
 
-/// Speed override, passing over, torque, tool changer, checkpoints.
+/// Speed override, blending, torque, tool changer, checkpoints.
 class Features : public testing::TestWithParam<const char*> {
  protected:
   Features() : rig(GetParam()) {
@@ -64,17 +64,17 @@ TEST_P(Features, OverrideScalesRunningMotionSmoothlyAndEndsExactly) {
     const JointVector end = rig.controller().reference();
     rig.run(move_all(posture));
     rig.forget();
-    rig.take(action);
+    rig.apply(action);
     rig.steps(300);
-    rig.take(api::SetOverride{0.2});
+    rig.apply(api::SetOverride{0.2});
     EXPECT_EQ(rig.state(), ActionState::kDone);  // a setting, done at once
     EXPECT_TRUE(rig.controller().moving());
     rig.steps(400);
-    rig.take(api::SetOverride{0.7});
+    rig.apply(api::SetOverride{0.7});
     rig.steps(300);
-    rig.take(api::SetOverride{0.1});
+    rig.apply(api::SetOverride{0.1});
     rig.steps(10);
-    rig.take(api::SetOverride{1});
+    rig.apply(api::SetOverride{1});
     rig.rest();
     EXPECT_LE((rig.controller().reference() - end).cwiseAbs().maxCoeff(), 1e-12);
     const auto effort = rig.effort();
@@ -96,42 +96,37 @@ TEST_P(Features, OverrideZeroHoldsTheMotionAndAStopStillStops) {
   for (const api::RobotAction& action : motions()) {
     SCOPED_TRACE(action.index());
     rig.run(move_all(posture));
-    rig.take(action);
+    rig.apply(action);
     rig.steps(250);
-    rig.take(api::SetOverride{0});
+    rig.apply(api::SetOverride{0});
     rig.steps(2500);
     const JointVector held = rig.controller().reference();
     rig.steps(500);
     EXPECT_EQ(rig.controller().reference(), held);
     EXPECT_TRUE(rig.controller().moving());
-    rig.take(api::StopMotion{});
+    rig.apply(api::StopMotion{});
     rig.steps(2);
     EXPECT_EQ(rig.state(), ActionState::kDone);
     EXPECT_EQ(rig.controller().reference(), held);
     // A move that is given now waits as well.
-    rig.take(api::MoveTo{shifted({0, 0, 0}), true});
+    rig.apply(api::MoveTo{shifted({0, 0, 0}), true});
     rig.steps(50);
     EXPECT_EQ(rig.controller().reference(), held);
     EXPECT_EQ(rig.state(), ActionState::kWorking);
-    rig.take(api::SetOverride{1});
+    rig.apply(api::SetOverride{1});
     rig.rest();
     EXPECT_LE((rig.tool().p - shifted({0, 0, 0}).p).norm(), 1e-9);
   }
 }
 
-TEST_P(Features, OverrideOutOfRangeIsRefused) {
-  EXPECT_EQ(rig.run(api::SetOverride{1.2}), ActionState::kError);
-  EXPECT_EQ(rig.reason(), "speed override 120 % is outside its limits 0 to 100 %");
-}
-
-/// Two free moves the same way: the second one takes over without a stop, in the step after the
+/// Two free moves the same way: the second one blends without a stop, in the step after the
 /// command.
-TEST_P(Features, AFreeMovePassesOverWithoutStopping) {
-  rig.take(api::MoveTo{shifted({0.06, 0, 0}), false});
+TEST_P(Features, AFreeMoveBlendsWithoutStopping) {
+  rig.apply(api::MoveTo{shifted({0.06, 0, 0}), false});
   rig.steps(350);
   const double before = speed();
   ASSERT_GT(before, 0.05);
-  rig.take(api::MoveTo{shifted({0.15, 0.02, 0}), false});
+  rig.apply(api::MoveTo{shifted({0.15, 0.02, 0}), false});
   double slowest = 1e9;
   for (int i = 0; i < 200; ++i) {
     rig.step();
@@ -150,9 +145,9 @@ TEST_P(Features, AFreeMovePassesOverWithoutStopping) {
 
 TEST_P(Features, AReversedMovePassesOverSmoothly) {
   const JointVector start = posture;
-  rig.take(api::MoveJoints{{{0, start(0) + 0.6, {}, {}}}});
+  rig.apply(api::MoveJoints{{{0, start(0) + 0.6, {}, {}}}});
   rig.steps(500);
-  rig.take(api::MoveJoints{{{0, start(0) - 0.2, {}, {}}}});
+  rig.apply(api::MoveJoints{{{0, start(0) - 0.2, {}, {}}}});
   rig.rest();
   EXPECT_EQ(rig.controller().reference()(0), start(0) - 0.2);
   const auto effort = rig.effort();
@@ -167,16 +162,16 @@ TEST_P(Features, ACopyOfTheStateContinuesBitForBit) {
     for (const int steps : {0, 1, 150, 420}) {
       SCOPED_TRACE(testing::Message() << action.index() << " after " << steps);
       rig.run(move_all(posture));
-      rig.take(action);
+      rig.apply(action);
       rig.steps(steps);
       const ControllerState saved = rig.controller().state();
       std::vector<JointVector> expected;
       const auto go_on = [&](RobotController& controller) {
         std::vector<JointVector> path;
         for (int i = 0; i < 200; ++i) path.push_back(controller.step());
-        controller.take(99, api::StopMotion{api::StopKind::kFast}, controller.reference());
+        controller.apply(99, api::StopMotion{api::StopKind::kFast}, controller.reference());
         for (int i = 0; i < 400; ++i) path.push_back(controller.step());
-        controller.take(100, api::MoveTo{shifted({0, 0.05, 0}), false}, controller.reference());
+        controller.apply(100, api::MoveTo{shifted({0, 0.05, 0}), false}, controller.reference());
         for (int i = 0; i < 200; ++i) path.push_back(controller.step());
         return path;
       };
@@ -192,7 +187,7 @@ TEST_P(Features, ACopyOfTheStateContinuesBitForBit) {
 }
 
 TEST_P(Features, ARestoredControllerStepsWithoutAllocation) {
-  rig.take(motions()[2]);
+  rig.apply(motions()[2]);
   rig.steps(100);
   const ControllerState saved = rig.controller().state();
   rig.steps(50);
@@ -206,16 +201,16 @@ TEST_P(Features, ARestoredControllerStepsWithoutAllocation) {
 TEST_P(Features, ATorqueDrivenJointComesToBalance) {
   const double wall = posture(0) + 0.1;
   const double setting = 20;
-  rig.take(api::MoveJoints{{{.joint = 0,
-                             .position_rad = posture(0) + 0.25,
-                             .speed_rad_s = {},
-                             .accel_rad_s2 = {},
-                             .torque = api::JointTorque{setting, 100}},
-                            {1, posture(1) - 0.05, {}, {}}}});
+  rig.apply(api::MoveJoints{{{.joint = 0,
+                              .position_rad = posture(0) + 0.25,
+                              .speed_rad_s = {},
+                              .accel_rad_s2 = {},
+                              .torque = api::JointTorque{setting, 100}},
+                             {1, posture(1) - 0.05, {}, {}}}});
   JointVector external = JointVector::Zero(rig.dof());
   double most = 0;
   for (int i = 0; i < 20000 && rig.state() == ActionState::kWorking; ++i) {
-    rig.press(external);
+    rig.load(external);
     external(0) = -2000 * std::max(0.0, rig.controller().reference()(0) - wall);
     most = std::max(most, -external(0));
   }
@@ -224,14 +219,14 @@ TEST_P(Features, ATorqueDrivenJointComesToBalance) {
   EXPECT_LE(most, 1.1 * setting);
   EXPECT_NE(rig.reason().find("is held at"), std::string::npos) << rig.reason();
   EXPECT_EQ(rig.controller().reference()(1), posture(1) - 0.05);
-  // It gives way to more than its torque, and follows again when that goes.
+  // It yields to more than its torque, and advances again when that goes.
   for (int i = 0; i < 4000; ++i) {
     external(0) = -30;
-    rig.press(external);
+    rig.load(external);
   }
   EXPECT_LT(rig.controller().reference()(0), wall);
   external.setZero();
-  for (int i = 0; i < 60000; ++i) rig.press(external);
+  for (int i = 0; i < 60000; ++i) rig.load(external);
   EXPECT_EQ(rig.controller().reference()(0), posture(0) + 0.25);
 }
 
@@ -248,13 +243,13 @@ TEST_P(Features, ATorqueDrivenJointReachesItsPositionWhereNothingStands) {
 }
 
 TEST_P(Features, AStopEndsATorqueDrive) {
-  rig.take(api::MoveJoints{{{.joint = 0,
-                             .position_rad = posture(0) + 1,
-                             .speed_rad_s = {},
-                             .accel_rad_s2 = {},
-                             .torque = api::JointTorque{10, {}}}}});
+  rig.apply(api::MoveJoints{{{.joint = 0,
+                              .position_rad = posture(0) + 1,
+                              .speed_rad_s = {},
+                              .accel_rad_s2 = {},
+                              .torque = api::JointTorque{10, {}}}}});
   rig.steps(300);
-  rig.take(api::StopMotion{});
+  rig.apply(api::StopMotion{});
   rig.rest();
   EXPECT_EQ(rig.state(), ActionState::kDone);
   const JointVector stopped = rig.controller().reference();
@@ -288,7 +283,7 @@ TEST_P(Features, TheToolChangerChangesTheControlledPoint) {
   EXPECT_EQ(rig.run(api::SetGripper{0}), ActionState::kError);
   EXPECT_EQ(rig.reason().rfind("the gripper is not on the robot", 0), 0u) << rig.reason();
   rig.run(api::InitRobot{});
-  rig.take(api::SetToolChanger{false});
+  rig.apply(api::SetToolChanger{false});
   rig.controller().step({.tool_at_flange = false});
   EXPECT_EQ(rig.state(), ActionState::kDone);
   EXPECT_EQ(rig.reason(), "nothing taken: the gripper is not at the flange");

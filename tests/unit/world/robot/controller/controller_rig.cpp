@@ -59,7 +59,7 @@ void ControllerRig::step(bool gripper_settled) {
 }
 
 api::ActionState ControllerRig::run(const api::RobotAction& action, double limit_s) {
-  take(action);
+  apply(action);
   for (int i = 0; i < limit_s / setup_.step_s && state() == api::ActionState::kWorking; ++i) step();
   return state();
 }

@@ -23,8 +23,8 @@ class ControllerRig {
   RobotController& controller() { return controller_; }
   int dof() const { return setup_.model.dof(); }
 
-  void take(const api::RobotAction& action) {
-    controller_.take(++ticket_, action, controller_.reference());
+  void apply(const api::RobotAction& action) {
+    controller_.apply(++ticket_, action, controller_.reference());
   }
   api::Ticket ticket() const { return ticket_; }
   api::ActionState state() const { return controller_.status().state; }
@@ -34,13 +34,13 @@ class ControllerRig {
   void steps(int count) {
     for (int i = 0; i < count; ++i) step();
   }
-  /// A step while something presses on the joints [Nm].
-  void press(const JointVector& external_nm) {
+  /// A step with external torques on the joints [Nm].
+  void load(const JointVector& external_nm) {
     path_.push_back(controller_.step({.external_nm = external_nm}));
   }
-  /// Takes the command and steps until it is done or failed; at most `limit_s` simulated seconds.
+  /// Applies the command and steps until it is done or failed; at most `limit_s` simulated seconds.
   api::ActionState run(const api::RobotAction& action, double limit_s = 120);
-  /// Initialises the robot, takes it to a posture with room all round and forgets the way there.
+  /// Initialises the robot, moves it to a posture with room all round and forgets the way there.
   void ready();
   /// Steps until nothing moves any more.
   void rest(double limit_s = 30);

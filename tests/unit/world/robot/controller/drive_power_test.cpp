@@ -20,10 +20,10 @@ class DrivesAfterStops : public testing::Test {
 
   /// Stops a motion that is well under way.
   void stop(StopKind kind) {
-    rig.take(there());
+    rig.apply(there());
     rig.steps(300);
     ASSERT_TRUE(rig.controller().moving());
-    rig.take(api::StopMotion{kind});
+    rig.apply(api::StopMotion{kind});
   }
   api::MoveJoints there() const {
     return {{{.joint = 0, .position_rad = rig_setup("fanuc").q_home(0) + 0.7}}};
@@ -82,7 +82,7 @@ TEST_F(DrivesAfterStops, AMotionWaitsForTheBrakesToRelease) {
   rig.steps(kSecond);
   ASSERT_FALSE(on());
   const JointVector here = rig.controller().reference();
-  rig.take(there());
+  rig.apply(there());
   EXPECT_TRUE(on());
   EXPECT_TRUE(rig.controller().moving());
   rig.steps(kRelease - 1);
@@ -101,7 +101,7 @@ TEST_F(DrivesAfterStops, InitRobotIsDoneOnceTheBrakesHaveReleased) {
   rig.rest();
   rig.step();
   ASSERT_FALSE(on());
-  rig.take(api::InitRobot{});
+  rig.apply(api::InitRobot{});
   rig.steps(kRelease - 1);
   EXPECT_EQ(rig.state(), ActionState::kWorking);
   rig.step();

@@ -24,22 +24,22 @@ api::Guard guard(GuardLimit limit, double value, SimTime recheck = milliseconds(
   return out;
 }
 
-class Watch : public testing::Test {
+class Monitor : public testing::Test {
  protected:
   /// One step with that force along z.
   std::optional<std::size_t> step(double fz) {
     robot_.force_T_R.z() = fz;
-    const auto triggered = watch_.check(robot_, now_);
+    const auto triggered = monitor_.check(robot_, now_);
     now_ += milliseconds(1);
     return triggered;
   }
 
-  GuardMonitor watch_;
+  GuardMonitor monitor_;
   api::RobotSnapshot robot_;
   SimTime now_ = milliseconds(100);
 };
 
-TEST_F(Watch, EachLimitTriggersBeyondItsValueOnly) {
+TEST_F(Monitor, EachLimitTriggersBeyondItsValueOnly) {
   struct Case {
     GuardLimit limit;
     double stays, triggers;
@@ -48,57 +48,57 @@ TEST_F(Watch, EachLimitTriggersBeyondItsValueOnly) {
   for (const Case& one :
        {Case{GuardLimit::kIncreased, 7, 7.01}, {GuardLimit::kDecreased, 3, 2.99}}) {
     const api::Guard only[] = {guard(one.limit, 2)};
-    watch_.begin(1, only);
+    monitor_.begin(1, only);
     EXPECT_FALSE(step(5));
     EXPECT_FALSE(step(one.stays));
     EXPECT_EQ(step(one.triggers), 0U);
-    EXPECT_FALSE(watch_.watching());
+    EXPECT_FALSE(monitor_.active());
   }
   for (const Case& one : {Case{GuardLimit::kOverMax, 2, 2.01}, {GuardLimit::kUnderMin, 2, 1.99}}) {
     const api::Guard only[] = {guard(one.limit, 2)};
-    watch_.begin(1, only);
+    monitor_.begin(1, only);
     EXPECT_FALSE(step(one.stays));
     EXPECT_EQ(step(one.triggers), 0U);
   }
-  EXPECT_EQ(watch_.state().triggers, 4U);
+  EXPECT_EQ(monitor_.state().triggers, 4U);
 }
 
-TEST_F(Watch, AnAbsoluteLimitMayTriggerAtOnce) {
+TEST_F(Monitor, AnAbsoluteLimitMayTriggerAtOnce) {
   const api::Guard only[] = {guard(GuardLimit::kOverMax, 2)};
-  watch_.begin(1, only);
+  monitor_.begin(1, only);
   EXPECT_EQ(step(3), 0U);
 }
 
-TEST_F(Watch, LooksOnlyWhenItIsTime) {
+TEST_F(Monitor, ChecksOnlyWhenDue) {
   const api::Guard only[] = {guard(GuardLimit::kOverMax, 2, milliseconds(10))};
-  watch_.begin(1, only);
+  monitor_.begin(1, only);
   EXPECT_FALSE(step(0));
   for (int i = 0; i < 9; ++i) EXPECT_FALSE(step(3)) << i;
-  EXPECT_EQ(watch_.state().guards[0].checks, 1U);
+  EXPECT_EQ(monitor_.state().guards[0].checks, 1U);
   EXPECT_EQ(step(3), 0U);
-  EXPECT_EQ(watch_.state().guards[0].checks, 2U);
-  EXPECT_EQ(watch_.state().guards[0].last_check, milliseconds(110));
-  EXPECT_EQ(watch_.state().guards[0].last_value, 3);
+  EXPECT_EQ(monitor_.state().guards[0].checks, 2U);
+  EXPECT_EQ(monitor_.state().guards[0].last_check, milliseconds(110));
+  EXPECT_EQ(monitor_.state().guards[0].last_value, 3);
 }
 
-TEST_F(Watch, APeriodBelowAStepIsEveryStepAndOthersKeepTheirMean) {
+TEST_F(Monitor, APeriodBelowAStepIsEveryStepAndOthersKeepTheirMean) {
   const api::Guard both[] = {guard(GuardLimit::kOverMax, 2, microseconds(20)),
                              guard(GuardLimit::kOverMax, 2, microseconds(2500))};
-  watch_.begin(1, both);
+  monitor_.begin(1, both);
   for (int i = 0; i < 100; ++i) EXPECT_FALSE(step(0));
-  EXPECT_EQ(watch_.state().guards[0].checks, 100U);
-  EXPECT_EQ(watch_.state().guards[1].checks, 40U);
+  EXPECT_EQ(monitor_.state().guards[0].checks, 100U);
+  EXPECT_EQ(monitor_.state().guards[1].checks, 40U);
 }
 
-TEST_F(Watch, KeepsWhereAndHowLong) {
+TEST_F(Monitor, KeepsWhereAndHowLong) {
   const api::Guard both[] = {guard(GuardLimit::kUnderMin, -9), guard(GuardLimit::kOverMax, 2)};
-  watch_.begin(7, both);
+  monitor_.begin(7, both);
   robot_.X_RT.p = {1, 2, 3};
   EXPECT_EQ(step(4), 1U);
-  EXPECT_TRUE(watch_.stopping());
-  watch_.at_rest(milliseconds(105));
-  watch_.at_rest(milliseconds(200));
-  const api::GuardsSnapshot& state = watch_.state();
+  EXPECT_TRUE(monitor_.stopping());
+  monitor_.at_rest(milliseconds(105));
+  monitor_.at_rest(milliseconds(200));
+  const api::GuardsSnapshot& state = monitor_.state();
   EXPECT_EQ(state.ticket, 7U);
   EXPECT_EQ(state.count, 2U);
   EXPECT_EQ(state.trigger_guard, 1U);
@@ -107,25 +107,25 @@ TEST_F(Watch, KeepsWhereAndHowLong) {
   EXPECT_EQ(state.stop_time, milliseconds(5));
 }
 
-TEST_F(Watch, TellsWhichTriggerIsMissing) {
+TEST_F(Monitor, TellsWhichTriggerIsMissing) {
   api::Guard both[] = {guard(GuardLimit::kOverMax, 2), guard(GuardLimit::kOverMax, 3)};
   both[1].require_trigger = true;
-  watch_.begin(1, both);
+  monitor_.begin(1, both);
   EXPECT_FALSE(step(0));
-  ASSERT_NE(watch_.unmet(), nullptr);
-  EXPECT_EQ(watch_.unmet()->value, 3);
+  ASSERT_NE(monitor_.unmet(), nullptr);
+  EXPECT_EQ(monitor_.unmet()->value, 3);
   EXPECT_EQ(step(2.5), 0U);
-  EXPECT_EQ(watch_.unmet(), nullptr);
+  EXPECT_EQ(monitor_.unmet(), nullptr);
 }
 
-TEST_F(Watch, ACommandWithoutGuardsEndsTheWatchAndKeepsTheLastTrigger) {
+TEST_F(Monitor, ACommandWithoutGuardsEndsTheMonitoringAndKeepsTheLastTrigger) {
   const api::Guard only[] = {guard(GuardLimit::kOverMax, 2)};
-  watch_.begin(1, only);
+  monitor_.begin(1, only);
   EXPECT_EQ(step(3), 0U);
-  watch_.begin(2, {});
+  monitor_.begin(2, {});
   EXPECT_FALSE(step(9));
-  EXPECT_EQ(watch_.state().ticket, 1U);
-  EXPECT_EQ(watch_.state().triggers, 1U);
+  EXPECT_EQ(monitor_.state().ticket, 1U);
+  EXPECT_EQ(monitor_.state().triggers, 1U);
 }
 
 TEST(Signals, ReadInTheirFrames) {

@@ -99,25 +99,14 @@ TEST_P(JointMoves, RefuseWithJointValueLimitAndUnit) {
   EXPECT_EQ(rig.controller().reference(), rig.setup().q_home);
 }
 
-TEST_P(JointMoves, RefuseWhatIsNoJointOrNoNumber) {
-  const auto refused = [&](api::JointTarget target) {
-    EXPECT_EQ(rig.run(api::InitRobot{}), ActionState::kDone);
-    EXPECT_EQ(rig.run(api::MoveJoints{{target}}), ActionState::kError);
-    return rig.reason();
-  };
-  EXPECT_NE(refused({rig.dof(), 0, {}, {}}).find("does not exist"), std::string::npos);
-  EXPECT_NE(refused({-1, 0, {}, {}}).find("joint number 0"), std::string::npos);
-  EXPECT_NE(refused({0, NAN, {}, {}}).find("not a number"), std::string::npos);
-  EXPECT_NE(refused({0, 0.1, -1.0, {}}).find("speed -1 rad/s"), std::string::npos);
-  EXPECT_NE(refused({0, 0.1, {}, 0.0}).find("acceleration 0 rad/s^2"), std::string::npos);
-  rig.run(api::InitRobot{});
+TEST_P(JointMoves, RefuseAJointThatIsNamedTwice) {
   EXPECT_EQ(rig.run(api::MoveJoints{{{0, 0.1, {}, {}}, {0, 0.2, {}, {}}}}), ActionState::kError);
   EXPECT_NE(rig.reason().find("named twice"), std::string::npos);
 }
 
 TEST_P(JointMoves, NothingToDoIsDoneInTheNextStep) {
   const JointVector here = rig.controller().reference();
-  rig.take(move_all(here));
+  rig.apply(move_all(here));
   EXPECT_EQ(rig.state(), ActionState::kWorking);
   rig.step();
   EXPECT_EQ(rig.state(), ActionState::kDone);
@@ -187,14 +176,6 @@ TEST_P(JointMoves, UnreachablePoseIsRefusedWithTheReason) {
   X.p.x() += 5;
   ASSERT_EQ(rig.run(api::MoveTo{X, false}), ActionState::kError);
   EXPECT_NE(rig.reason().find("out of reach by"), std::string::npos) << rig.reason();
-  X.p.x() = NAN;
-  rig.run(api::InitRobot{});
-  ASSERT_EQ(rig.run(api::MoveTo{X, false}), ActionState::kError);
-  X = rig.tool();
-  X.q.coeffs() *= 2;
-  rig.run(api::InitRobot{});
-  ASSERT_EQ(rig.run(api::MoveTo{X, false}), ActionState::kError);
-  EXPECT_NE(rig.reason().find("norm 2"), std::string::npos) << rig.reason();
 }
 
 TEST_P(JointMoves, SameCommandsGiveTheSameBits) {

@@ -72,7 +72,7 @@ TEST_F(Lifecycle, DwellTakesItsTime) {
   rig.run(api::InitRobot{});
   for (const auto& [duration, steps] :
        {std::pair<SimTime, int>{0ns, 1}, {1ms, 1}, {250ms, 250}, {1500us, 2}}) {
-    rig.take(api::Dwell{duration});
+    rig.apply(api::Dwell{duration});
     for (int i = 1; i < steps; ++i) {
       rig.step();
       ASSERT_EQ(rig.state(), ActionState::kWorking) << i;
@@ -80,13 +80,12 @@ TEST_F(Lifecycle, DwellTakesItsTime) {
     rig.step();
     EXPECT_EQ(rig.state(), ActionState::kDone) << steps;
   }
-  EXPECT_EQ(rig.run(api::Dwell{-1ns}), ActionState::kError);
 }
 
 TEST_F(Lifecycle, GripperIsDoneWhenItHasSettled) {
   rig.run(api::InitRobot{});
   EXPECT_EQ(rig.controller().gripper_setting(), 1.0);
-  rig.take(api::SetGripper{0});
+  rig.apply(api::SetGripper{0});
   EXPECT_EQ(rig.controller().gripper_setting(), 0.0);
   rig.step(true);  // settled under the setting before
   EXPECT_EQ(rig.state(), ActionState::kWorking);
@@ -100,7 +99,7 @@ TEST_F(Lifecycle, GripperIsDoneWhenItHasSettled) {
 
 TEST_F(Lifecycle, GripperThatNeverSettlesIsGivenUpAfterTwoSeconds) {
   rig.run(api::InitRobot{});
-  rig.take(api::SetGripper{1});
+  rig.apply(api::SetGripper{1});
   int steps = 0;
   while (rig.state() == ActionState::kWorking && steps < 5000) {
     rig.step(false);
@@ -108,12 +107,9 @@ TEST_F(Lifecycle, GripperThatNeverSettlesIsGivenUpAfterTwoSeconds) {
   }
   EXPECT_EQ(rig.state(), ActionState::kDone);
   EXPECT_EQ(steps, 2000);
-  EXPECT_EQ(rig.run(api::SetGripper{1.5}), ActionState::kError);
-  rig.run(api::InitRobot{});
-  EXPECT_EQ(rig.run(api::SetGripper{NAN}), ActionState::kError);
 }
 
-TEST_F(Lifecycle, LimitsAreValidatedAndClamped) {
+TEST_F(Lifecycle, LimitsAreClamped) {
   const auto set = [&](MotionLimit which, bool relative, double value) {
     rig.run(api::InitRobot{});
     return rig.run(api::SetMotionLimit{which, relative, value});
@@ -123,11 +119,6 @@ TEST_F(Lifecycle, LimitsAreValidatedAndClamped) {
   EXPECT_EQ(set(MotionLimit::kRotAccel, true, 0.5), ActionState::kDone);
   EXPECT_TRUE(rig.controller().limit(MotionLimit::kRotAccel).relative);
   EXPECT_EQ(rig.controller().limit(MotionLimit::kRotAccel).value, 0.5);
-  EXPECT_EQ(set(MotionLimit::kTransAccel, false, 0), ActionState::kError);
-  EXPECT_EQ(rig.reason(), "translation acceleration 0 m/s^2 must be greater than 0");
-  EXPECT_EQ(set(MotionLimit::kTransAccel, true, 1.2), ActionState::kError);
-  EXPECT_EQ(rig.reason(), "translation acceleration as a fraction is 1.2, its limit is 1");
-  EXPECT_EQ(set(MotionLimit::kRotSpeed, false, NAN), ActionState::kError);
 }
 
 TEST_F(Lifecycle, RestKeepsEveryBit) {
@@ -142,7 +133,7 @@ TEST_F(Lifecycle, RestKeepsEveryBit) {
 TEST_F(Lifecycle, MotionStartsInTheStepAfterTheCommand) {
   rig.run(api::InitRobot{});
   const JointVector here = rig.controller().reference();
-  rig.take(move_all(here + JointVector::Constant(6, 0.1)));
+  rig.apply(move_all(here + JointVector::Constant(6, 0.1)));
   EXPECT_EQ(rig.controller().reference(), here);
   EXPECT_TRUE(rig.controller().moving());
   rig.step();

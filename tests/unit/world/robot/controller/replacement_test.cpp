@@ -35,7 +35,7 @@ TEST_P(Replacement, NewestMoveWinsAndTheOldOneIsNeverDone) {
     for (const bool second_straight : {false, true}) {
       const Pose a = Pose::from(shifted({0.1, 0, -0.05}));
       const Pose b = Pose::from(shifted({0, 0.08, 0.03}));
-      rig.take(api::MoveTo{a, first_straight});
+      rig.apply(api::MoveTo{a, first_straight});
       const api::Ticket old = rig.ticket();
       for (int i = 0; i < 250; ++i) {
         rig.step();
@@ -59,7 +59,7 @@ TEST_P(Replacement, ManyReplacementsAtRandomTimesStaySmooth) {
   for (int n = 0; n < 40; ++n) {
     X = centre;
     X.translation() += Eigen::Vector3d(shift(engine), shift(engine), shift(engine));
-    rig.take(api::MoveTo{Pose::from(X), n % 3 != 0});
+    rig.apply(api::MoveTo{Pose::from(X), n % 3 != 0});
     ASSERT_NE(rig.state(), ActionState::kError) << rig.reason();
     rig.steps(pause(engine));
   }
@@ -75,11 +75,11 @@ TEST_P(Replacement, StopsOfEveryKind) {
     for (const StopKind kind : {StopKind::kImmediate, StopKind::kFast, StopKind::kNormal}) {
       const Eigen::Isometry3d from = shifted({0, 0, 0});
       const Eigen::Isometry3d to = shifted({0.12, 0.05, -0.08});
-      rig.take(api::MoveTo{Pose::from(to), straight});
+      rig.apply(api::MoveTo{Pose::from(to), straight});
       const api::Ticket interrupted = rig.ticket();
       rig.steps(350);
       const Eigen::Vector3d before = rig.tool().p;
-      rig.take(api::StopMotion{kind});
+      rig.apply(api::StopMotion{kind});
       EXPECT_EQ(rig.state(), ActionState::kWorking);
       EXPECT_EQ(rig.controller().status().ticket, interrupted + 1);
       EXPECT_TRUE(rig.controller().moving());
@@ -116,10 +116,10 @@ TEST_P(Replacement, TheThreeStopsDiffer) {
   for (const StopKind kind : {StopKind::kImmediate, StopKind::kFast, StopKind::kNormal}) {
     const auto i = static_cast<std::size_t>(kind);
     ASSERT_EQ(rig.run(api::MoveTo{Pose::from(from), true}), ActionState::kDone);
-    rig.take(api::MoveTo{Pose::from(to), true});
+    rig.apply(api::MoveTo{Pose::from(to), true});
     rig.steps(450);
     const Eigen::Vector3d before = rig.tool().p;
-    rig.take(api::StopMotion{kind});
+    rig.apply(api::StopMotion{kind});
     for (; rig.controller().moving(); ++steps[i]) {
       rig.step();
       const Eigen::Vector3d d = rig.tool().p - from.translation();
@@ -138,7 +138,7 @@ TEST_P(Replacement, TheThreeStopsDiffer) {
 
 TEST_P(Replacement, StopAtRestIsDoneInTheNextStep) {
   const JointVector here = rig.controller().reference();
-  rig.take(api::StopMotion{});
+  rig.apply(api::StopMotion{});
   rig.step();
   EXPECT_EQ(rig.state(), ActionState::kDone);
   EXPECT_EQ(rig.controller().reference(), here);
@@ -146,7 +146,7 @@ TEST_P(Replacement, StopAtRestIsDoneInTheNextStep) {
 
 TEST_P(Replacement, UnnamedJointsKeepTheirTargets) {
   const JointVector start = rig.controller().reference();
-  rig.take(api::MoveJoints{{{0, start(0) + 0.5, {}, {}}}});
+  rig.apply(api::MoveJoints{{{0, start(0) + 0.5, {}, {}}}});
   rig.steps(200);
   ASSERT_EQ(rig.run(api::MoveJoints{{{1, start(1) - 0.2, {}, {}}}}), ActionState::kDone);
   EXPECT_EQ(rig.controller().reference()(0), start(0) + 0.5);
@@ -156,7 +156,7 @@ TEST_P(Replacement, UnnamedJointsKeepTheirTargets) {
 
 TEST_P(Replacement, AStopEndsTheTargetsOfJoints) {
   const JointVector start = rig.controller().reference();
-  rig.take(api::MoveJoints{{{0, start(0) + 0.5, {}, {}}}});
+  rig.apply(api::MoveJoints{{{0, start(0) + 0.5, {}, {}}}});
   rig.steps(200);
   rig.run(api::StopMotion{});
   const double stopped = rig.controller().reference()(0);
@@ -165,11 +165,11 @@ TEST_P(Replacement, AStopEndsTheTargetsOfJoints) {
 }
 
 TEST_P(Replacement, ARefusedMoveStopsTheRunningOne) {
-  rig.take(api::MoveTo{Pose::from(shifted({0.1, 0, 0})), true});
+  rig.apply(api::MoveTo{Pose::from(shifted({0.1, 0, 0})), true});
   rig.steps(300);
   Pose far = rig.tool();
   far.p.x() += 5;
-  rig.take(api::MoveTo{far, true});
+  rig.apply(api::MoveTo{far, true});
   EXPECT_EQ(rig.state(), ActionState::kError);
   rig.rest();
   EXPECT_EQ(rig.state(), ActionState::kError);
@@ -181,25 +181,25 @@ TEST_P(Replacement, TheGoalIsThatOfTheRunningMove) {
   std::mt19937 engine(3);
   const JointVector q = rig.random_posture(engine, 0.2);
   EXPECT_FALSE(rig.controller().X_RG());
-  rig.take(move_all(q));
+  rig.apply(move_all(q));
   rig.steps(20);
   ASSERT_TRUE(rig.controller().X_RG());
   EXPECT_LT((rig.controller().X_RG()->p - rig.X_RT(q).translation()).norm(), 1e-9);
   EXPECT_EQ(rig.controller().status().kind, api::ActionKind::kMoveJoints);
-  rig.take(api::SetOverride{0.5});
+  rig.apply(api::SetOverride{0.5});
   EXPECT_TRUE(rig.controller().X_RG()) << "a setting leaves the move alone";
   EXPECT_EQ(rig.controller().status().kind, api::ActionKind::kOverride);
   Pose aside = rig.tool();
   aside.p.z() += 0.01;
-  rig.take(api::MoveTo{aside, false});
+  rig.apply(api::MoveTo{aside, false});
   ASSERT_TRUE(rig.controller().X_RG());
   EXPECT_LT((rig.controller().X_RG()->p - aside.p).norm(), 1e-9);
-  rig.take(api::StopMotion{});
+  rig.apply(api::StopMotion{});
   EXPECT_FALSE(rig.controller().X_RG());
 }
 
 TEST_P(Replacement, InitRobotAbortsMotion) {
-  rig.take(api::MoveTo{Pose::from(shifted({0.1, 0, 0})), true});
+  rig.apply(api::MoveTo{Pose::from(shifted({0.1, 0, 0})), true});
   rig.steps(300);
   const JointVector before = rig.controller().reference();
   ASSERT_EQ(rig.run(api::InitRobot{}), ActionState::kDone);
@@ -210,9 +210,9 @@ TEST_P(Replacement, InitRobotAbortsMotion) {
 
 TEST_P(Replacement, ASettingLeavesTheRunningMoveAlone) {
   const Eigen::Isometry3d X = shifted({0.1, 0, 0});
-  rig.take(api::MoveTo{Pose::from(X), true});
+  rig.apply(api::MoveTo{Pose::from(X), true});
   rig.steps(100);
-  rig.take(api::SetMotionLimit{api::MotionLimit::kTransSpeed, true, 0.1});
+  rig.apply(api::SetMotionLimit{api::MotionLimit::kTransSpeed, true, 0.1});
   EXPECT_EQ(rig.state(), ActionState::kDone);
   EXPECT_TRUE(rig.controller().moving());
   rig.rest();
@@ -222,7 +222,7 @@ TEST_P(Replacement, ASettingLeavesTheRunningMoveAlone) {
 
 TEST_P(Replacement, ProtectiveStopHoldsUntilInit) {
   const Eigen::Isometry3d X = shifted({0.1, 0, 0});
-  rig.take(api::MoveTo{Pose::from(X), true});
+  rig.apply(api::MoveTo{Pose::from(X), true});
   rig.steps(300);
   JointVector actual = rig.controller().reference();
   actual(1) += 1e-3;

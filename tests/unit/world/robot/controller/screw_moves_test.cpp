@@ -146,9 +146,9 @@ TEST_P(ScrewMoves, RefusedBeforeMoving) {
 TEST_P(ScrewMoves, StopsOnTheHelix) {
   for (const auto kind : {api::StopKind::kFast, api::StopKind::kNormal}) {
     rig.run(api::MoveTo{Pose::from(start), true});
-    rig.take(api::MoveScrew{.screw_m = 0.02, .turn_rad = 2.5});
+    rig.apply(api::MoveScrew{.screw_m = 0.02, .turn_rad = 2.5});
     rig.steps(900);
-    rig.take(api::StopMotion{kind});
+    rig.apply(api::StopMotion{kind});
     rig.rest();
     const Eigen::Isometry3d X = rig.X_RT(rig.controller().reference());
     const Vector3d way = X.translation() - start.translation();

@@ -82,7 +82,7 @@ TEST_P(SteadyState, StepsDoNotAllocate) {
   int moved = 0;
   for (int n = 0; n < 60; ++n) {
     rig.run(api::InitRobot{});
-    rig.take(draw(engine));
+    rig.apply(draw(engine));
     const auto before = aprsim::test::allocations();
     for (int i = 0; i < 600; ++i) moved += rig.controller().step().size() > 0 ? 1 : 0;
     ASSERT_EQ(aprsim::test::allocations(), before) << n;
@@ -97,12 +97,12 @@ TEST_P(SteadyState, AnyCommandsAtAnyTimeKeepTheJointsWithinTheirLimits) {
   std::uniform_int_distribution<int> pause(1, 700);
   int errors = 0;
   for (int n = 0; n < 400; ++n) {
-    rig.take(draw(engine));
+    rig.apply(draw(engine));
     if (rig.state() == ActionState::kError) {
       ++errors;
       ASSERT_NE(rig.reason(), "");
       rig.steps(pause(engine) / 4);
-      rig.take(api::InitRobot{});
+      rig.apply(api::InitRobot{});
     }
     rig.steps(pause(engine));
   }

@@ -219,7 +219,7 @@ TEST(StraightMovesFanuc, ReplacementWhileTheFreeAxesTurn) {
   Eigen::Isometry3d to = from;
   to.translation() += Eigen::Vector3d(0, 0.1, 0);
   rig.forget();
-  rig.take(api::MoveTo{Pose::from(to), true});
+  rig.apply(api::MoveTo{Pose::from(to), true});
   rig.steps(100);
   ASSERT_LE((rig.X_RT(rig.controller().reference()).translation() - from.translation()).norm(),
             1e-9);

@@ -33,13 +33,13 @@ class ThroughMoves : public testing::TestWithParam<const char*> {
             at({0, 0.08, -0.04}, 0, tolerance_m), at({0, 0, 0}, 0, tolerance_m)};
   }
 
-  struct Passing {
+  struct Approach {
     double outside = 1e9;   ///< least distance beyond the tolerance box over the path
     double distance = 1e9;  ///< least distance
     double slowest = 1e9;   ///< least tool speed at the nearest point
   };
-  Passing passing(const api::Waypoint& point) const {
-    Passing out;
+  Approach approach(const api::Waypoint& point) const {
+    Approach out;
     const auto& path = rig.path();
     for (std::size_t k = 1; k < path.size(); ++k) {
       const Eigen::Isometry3d X = rig.X_RT(path[k]);
@@ -83,10 +83,10 @@ TEST_P(ThroughMoves, PassEveryWaypointWithinItsToleranceWithoutStopping) {
       const auto points = square(tolerance);
       ASSERT_EQ(rig.run(api::MoveThroughTo{points, straight}), ActionState::kDone) << rig.reason();
       for (std::size_t i = 0; i + 1 < points.size(); ++i) {
-        const Passing passed = passing(points[i]);
-        EXPECT_LE(passed.outside, 1e-9) << i;
-        EXPECT_GT(passed.slowest, 0.02) << i;
-        EXPECT_GT(passed.distance, 1e-5) << i;
+        const Approach nearest = approach(points[i]);
+        EXPECT_LE(nearest.outside, 1e-9) << i;
+        EXPECT_GT(nearest.slowest, 0.02) << i;
+        EXPECT_GT(nearest.distance, 1e-5) << i;
       }
       EXPECT_GT(slowest_in_between(), 0.02);
       EXPECT_LE((rig.tool().p - points.back().X_RT.p).norm(), 1e-9);
@@ -124,7 +124,7 @@ TEST_P(ThroughMoves, WithoutToleranceItStopsAtTheWaypoint) {
     auto points = square(0);
     rig.forget();
     ASSERT_EQ(rig.run(api::MoveThroughTo{points, straight}), ActionState::kDone) << rig.reason();
-    for (const auto& point : points) EXPECT_LE(passing(point).distance, 1e-9);
+    for (const auto& point : points) EXPECT_LE(approach(point).distance, 1e-9);
   }
 }
 
@@ -200,9 +200,9 @@ TEST_P(ThroughMoves, StopsOnTheWayAlsoInACorner) {
       const std::vector<JointVector> whole = rig.path();
       rig.run(api::MoveTo{Pose::from(home), true});
       rig.forget();
-      rig.take(api::MoveThroughTo{square(8e-3), true});
+      rig.apply(api::MoveThroughTo{square(8e-3), true});
       rig.steps(steps);
-      rig.take(api::StopMotion{kind});
+      rig.apply(api::StopMotion{kind});
       rig.rest();
       EXPECT_EQ(rig.state(), ActionState::kDone);
       const Vector3d stopped = rig.tool().p;

@@ -52,11 +52,11 @@ TEST_P(PlanningCost, OfStraightLinesIsBounded) {
   for (int n = 0; n < 200; ++n) {
     setup.q_home = rig.random_posture(engine, 0.05);
     RobotController controller(setup);
-    controller.take(1, api::InitRobot{}, setup.q_home);
+    controller.apply(1, api::InitRobot{}, setup.q_home);
     Eigen::Isometry3d X = rig.X_RT(setup.q_home);
     X.translation() += Eigen::Vector3d(shift(engine), shift(engine), shift(engine));
     count = 0;
-    controller.take(2, api::MoveTo{Pose::from(X), true}, setup.q_home);
+    controller.apply(2, api::MoveTo{Pose::from(X), true}, setup.q_home);
     const bool ok = controller.status().state == api::ActionState::kWorking;
     (ok ? planned : refused).push_back(count);
   }
@@ -69,7 +69,7 @@ TEST_P(PlanningCost, OfStraightLinesIsBounded) {
 }
 
 /// One joint swung by a sine, far beyond its drive.
-TEST_P(PlanningCost, TorquePaceBringsADriveToItsShare) {
+TEST_P(PlanningCost, TorqueScalingBringsADriveToItsShare) {
   const ControllerRig rig(GetParam());
   const ArmModel& model = rig.model();
   const auto& [payload, gravity_B] = std::pair(rig.setup().payload, rig.setup().gravity_B);
@@ -80,12 +80,12 @@ TEST_P(PlanningCost, TorquePaceBringsADriveToItsShare) {
       q(joint) += amplitude * std::sin(frequency * t);
       return q;
     };
-    const double pace = torque_pace(model, payload, gravity_B, duration, position);
-    if (pace == 1) continue;
-    ASSERT_GT(pace, 0.1);
+    const double scale = torque_scaling(model, payload, gravity_B, duration, position);
+    if (scale == 1) continue;
+    ASSERT_GT(scale, 0.1);
     double share = 0;
     for (int k = 0; k < 400; ++k) {
-      const double t = duration * k / 400, rate = frequency * pace;
+      const double t = duration * k / 400, rate = frequency * scale;
       JointVector qd = JointVector::Zero(model.dof()), qdd = qd;
       qd(joint) = amplitude * rate * std::cos(frequency * t);
       qdd(joint) = -amplitude * rate * rate * std::sin(frequency * t);
@@ -98,8 +98,8 @@ TEST_P(PlanningCost, TorquePaceBringsADriveToItsShare) {
     EXPECT_NEAR(share, kTorqueShare, 0.02) << joint;
   }
   const auto still = [&](double) { return rig.setup().q_home; };
-  EXPECT_EQ(torque_pace(model, payload, gravity_B, 1, still), 1.0);
-  EXPECT_EQ(torque_pace(model, payload, gravity_B, 0, still), 1.0);
+  EXPECT_EQ(torque_scaling(model, payload, gravity_B, 1, still), 1.0);
+  EXPECT_EQ(torque_scaling(model, payload, gravity_B, 0, still), 1.0);
 }
 
 TEST_P(PlanningCost, JointAccelerationsFitTheDrives) {

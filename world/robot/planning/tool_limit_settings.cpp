@@ -1,36 +1,34 @@
-#include "world/robot/controller/tool_limit_settings.hpp"
+#include "world/robot/planning/tool_limit_settings.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
+#include <string>
 
 namespace aprsim::robot {
 namespace {
 
 constexpr std::array kAll{api::MotionLimit::kTransSpeed, api::MotionLimit::kTransAccel,
                           api::MotionLimit::kRotSpeed, api::MotionLimit::kRotAccel};
+/// In the order of kAll [m/s, m/s^2, rad/s, rad/s^2].
 constexpr std::array kAtStart{0.25, 2.0, 1.0, 5.0};
 
-struct Naming {
-  const char* name;
-  const char* unit;
-};
-
-Naming naming(api::MotionLimit which) {
+/// For messages.
+const char* name_of(api::MotionLimit which) {
   switch (which) {
     case api::MotionLimit::kTransSpeed:
-      return {"translation speed", "m/s"};
+      return "translation speed";
     case api::MotionLimit::kTransAccel:
-      return {"translation acceleration", "m/s^2"};
+      return "translation acceleration";
     case api::MotionLimit::kRotSpeed:
-      return {"rotation speed", "rad/s"};
+      return "rotation speed";
     case api::MotionLimit::kRotAccel:
-      return {"rotation acceleration", "rad/s^2"};
+      return "rotation acceleration";
   }
   throw std::logic_error("unknown motion limit");
 }
 
+/// One of the four limits.
 double part(const ToolLimits& limits, api::MotionLimit which) {
   switch (which) {
     case api::MotionLimit::kTransSpeed:
@@ -53,29 +51,18 @@ ToolLimitSettings::ToolLimitSettings(const ToolLimits& maximum) : maximum_(maxim
   for (const auto which : kAll) {
     const double highest = part(maximum, which);
     if (!(highest > 0) || !std::isfinite(highest)) {
-      throw std::invalid_argument(std::string("the robot's maximal ") + naming(which).name +
+      throw std::invalid_argument(std::string("the robot's maximal ") + name_of(which) +
                                   " must be > 0");
     }
     settings_[index(which)] = {false, std::min(highest, kAtStart[index(which)])};
   }
 }
 
-Result<void> ToolLimitSettings::set(const api::SetMotionLimit& setting) {
-  const auto [name, unit] = naming(setting.which);
-  char text[160];
-  if (!(setting.value > 0) || !std::isfinite(setting.value)) {
-    std::snprintf(text, sizeof text, "%s %g %s must be greater than 0", name, setting.value,
-                  setting.relative ? "of the maximum" : unit);
-    return fail(ErrorCode::kInvalidArgument, name, text);
-  }
-  if (setting.relative && setting.value > 1) {
-    std::snprintf(text, sizeof text, "%s as a fraction is %g, its limit is 1", name, setting.value);
-    return fail(ErrorCode::kInvalidArgument, name, text);
-  }
+/// A fraction refers to the maximum and stays a fraction.
+void ToolLimitSettings::set(const api::SetMotionLimit& setting) {
   const double value =
       setting.relative ? setting.value : std::min(setting.value, part(maximum_, setting.which));
   settings_[index(setting.which)] = {setting.relative, value};
-  return {};
 }
 
 api::LimitSetting ToolLimitSettings::get(api::MotionLimit which) const {

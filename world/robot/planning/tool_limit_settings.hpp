@@ -3,7 +3,6 @@
 #include <array>
 #include <optional>
 
-#include "world/api/error.hpp"
 #include "world/api/robot_command.hpp"
 #include "world/api/snapshot.hpp"
 #include "world/robot/trajectory/motion_limits.hpp"
@@ -16,9 +15,8 @@ class ToolLimitSettings {
  public:
   explicit ToolLimitSettings(const ToolLimits& maximum);
 
-  /// A value above the maximum is clamped to it. Errors: kInvalidArgument for a value that is not
-  /// > 0, or a fraction above 1.
-  [[nodiscard]] Result<void> set(const api::SetMotionLimit& setting);
+  /// A value > 0, or a fraction in (0, 1]. A value above the maximum is clamped to it.
+  void set(const api::SetMotionLimit& setting);
 
   [[nodiscard]] api::LimitSetting get(api::MotionLimit which) const;
   [[nodiscard]] ToolLimits effective() const;
