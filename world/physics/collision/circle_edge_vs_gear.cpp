@@ -62,10 +62,10 @@ void touch_end(double z_end, double r_end, double outward, double longest, const
 }
 
 /// The circle's bounds in the gear's frame.
-struct Bounds {
+struct CircleBounds {
   double z_min, z_max, r_min, r_max;
 
-  explicit Bounds(const Circle& circle) {
+  explicit CircleBounds(const Circle& circle) {
     const double sine = std::sqrt(std::max(0.0, 1 - circle.axis.z() * circle.axis.z()));
     const double m = std::hypot(circle.c.x(), circle.c.y());
     z_min = circle.c.z() - circle.r * sine;
@@ -76,7 +76,7 @@ struct Bounds {
 };
 
 /// Can any point of the circle touch the side or an end's rim?
-bool may_touch(const Piece& piece, const Bounds& circle) {
+bool may_touch(const Piece& piece, const CircleBounds& circle) {
   const double z0 = piece.z0 - piece.low_reach, z1 = piece.z1 + piece.high_reach;
   if (circle.z_max < z0 || circle.z_min > z1) return false;
   const double at_lo = piece.radius(std::max(circle.z_min, z0));
@@ -88,7 +88,8 @@ bool may_touch(const Piece& piece, const Bounds& circle) {
 
 void circle_on_piece(const Piece& piece, const Isometry3d& X_SG, const Circle& circle,
                      Candidates& out) {
-  if (!may_touch(piece, Bounds(circle))) return;
+  if (!may_touch(piece, CircleBounds(circle))) return;
+  // Sampled around the circle; the local maxima of depth are refined.
   const CircleBasis basis = anchored(circle);
   const auto& directions = sample_directions();
   RingWays ways;
