@@ -85,7 +85,7 @@ void BodyCollider::gripper_on_free(int robot, int p, int body, std::vector<Conta
   }
 }
 
-/// A gear as its three cylinders; a tray as its slab.
+/// By ODE's primitives: a gear as its three cylinders, a tray as its slab.
 void BodyCollider::link_on_free(const ArmShape& shape, BodyIndex link, int body,
                                 std::vector<Contact>& out) {
   const auto& free = model_.body(body);
@@ -134,6 +134,7 @@ void BodyCollider::gripper_on_fixed(int robot, int p, const StaticShape& shape,
           SurfacePair::kRobotAny, out);
 }
 
+/// A gripper's part as a box against a link's primitive.
 void BodyCollider::gripper_on_link(int robot, int p, int other, const ArmShape& shape,
                                    std::vector<Contact>& out) {
   const auto& box = gripper(robot).part(p);
@@ -143,6 +144,7 @@ void BodyCollider::gripper_on_link(int robot, int p, int other, const ArmShape& 
                 model_.ids.link(other, shape.link), SurfacePair::kRobotAny, out);
 }
 
+/// Parts of two grippers as boxes.
 void BodyCollider::gripper_on_gripper(int robot, int p, int other, int q,
                                       std::vector<Contact>& out) const {
   const auto& box = gripper(robot).part(p);

@@ -35,6 +35,7 @@ void check_state(const PhysicsModel& model, std::uint64_t step) {
     const auto& body = model.body(i);
     check(body.name, body.radius_m, body.X_WB.translation(), body.v_com_W, body.omega_W, step);
   }
+  // Idle grippers are moved by kinematics alone.
   for (std::size_t r = 0; r < model.grippers.size(); ++r) {
     const auto& gripper = model.grippers[r];
     if (gripper.idle()) continue;

@@ -69,6 +69,7 @@ void Islands::find(const PhysicsModel& model, std::span<ContactConstraint> const
   }
 }
 
+/// The cheapest solver that is exact enough for the island.
 void Islands::choose_phases(const PhysicsModel& model) {
   any_ = {};
   for_nodes(model, [&](int i) {
@@ -115,6 +116,7 @@ void Islands::mark_near(const PhysicsModel& model, std::span<ContactConstraint> 
   }
 }
 
+/// Rows and kinds of contacts of each island.
 void Islands::sum_up(const PhysicsModel& model, std::span<const ContactConstraint> constraints) {
   for (const auto& constraint : constraints) {
     const auto& contact = constraint.contact;
@@ -129,6 +131,7 @@ void Islands::sum_up(const PhysicsModel& model, std::span<const ContactConstrain
   for (const auto& pair : model.simplification.joined_pairs()) {
     sums_[index(root(pair.a))].rows += kJointRows;
   }
+  // A gripper makes the island its own, touching or not.
   for (int r = free_; r < count_; ++r) {
     Sum& sum = sums_[index(root(r))];
     sum.gripper = true;

@@ -86,6 +86,7 @@ void PhysicsWorld::Impl::solve() {
   const bool merged = model.simplification.composites().child_count() > 0;
   if (merged) solver.begin();
   solver.step();
+  // Every round frees at least one body, so it ends.
   while (merged) {
     released.clear();
     model.simplification.find_overstressed(released);

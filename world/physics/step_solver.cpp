@@ -233,6 +233,7 @@ void StepSolver::solve_iterative() {
   keep_reactions();
 }
 
+/// ODE steps all enabled bodies and joints; the rest is left out.
 void StepSolver::enable_only(std::initializer_list<Phase> phases) {
   const auto wanted = [&](Phase phase) {
     return std::find(phases.begin(), phases.end(), phase) != phases.end();
@@ -259,6 +260,7 @@ void StepSolver::enable_only(std::initializer_list<Phase> phases) {
   }
 }
 
+/// Of the enabled bodies: gripper laws, and reactions kept from the last step.
 void StepSolver::apply_forces() {
   for (std::size_t r = 0; r < model_.grippers.size(); ++r) {
     if (dBodyIsEnabled(model_.grippers[r].carriage())) model_.grippers[r].apply_forces();
@@ -270,6 +272,7 @@ void StepSolver::apply_forces() {
   }
 }
 
+/// Contact joints of the phase; gaps are for the solver of grips only.
 void StepSolver::make_contacts(Phase phase) {
   for (std::size_t i = 0; i < model_.constraints.size(); ++i) {
     const ContactConstraint& constraint = model_.constraints[i];

@@ -72,6 +72,7 @@ void ArmLinks::restore(const State& state) {
   update_shapes();
 }
 
+/// Geoms and bounds at the poses of now.
 void ArmLinks::update_shapes() {
   bool first = true;
   for (auto& shape : shapes_) {
@@ -102,6 +103,7 @@ void ArmLinks::place_link(int link, double step_s) {
 
 void set_geom_pose(dGeomID geom, const Eigen::Isometry3d& X_W) {
   const Eigen::Matrix3d& R = X_W.linear();
+  // Rows padded to four, as ODE has them.
   const dMatrix3 rotation = {R(0, 0), R(0, 1), R(0, 2), 0,       R(1, 0), R(1, 1),
                              R(1, 2), 0,       R(2, 0), R(2, 1), R(2, 2), 0};
   dGeomSetRotation(geom, rotation);

@@ -43,6 +43,7 @@ FreeBody make_tray(const scene::TrayInstance& instance, const scene::TrayType& t
   const Eigen::Vector2d middle = 0.5 * (type.max_xy + type.min_xy);
   free.slab_size = {extent.x(), extent.y(), type.thickness_m};
   free.X_BS.translation() = Eigen::Vector3d(middle.x(), middle.y(), -0.5 * type.thickness_m);
+  // Of the slab's corner, seen from the centre of mass.
   free.radius_m = 0.5 * free.slab_size.norm() + (free.mass.com - free.X_BS.translation()).norm();
   free.carry(free.mass);
   free.place(instance.X_WP.isometry(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());

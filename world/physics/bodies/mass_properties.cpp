@@ -43,6 +43,7 @@ Moments frustum(double z0, double r0, double z1, double r1, const Eigen::Vector2
   return m;
 }
 
+/// Between two corners.
 Moments box(const Eigen::Vector3d& lo, const Eigen::Vector3d& hi) {
   const Eigen::Vector3d size = hi - lo, c = 0.5 * (lo + hi);
   Moments m;

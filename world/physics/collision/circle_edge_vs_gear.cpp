@@ -79,6 +79,7 @@ struct CircleBounds {
 bool may_touch(const Piece& piece, const CircleBounds& circle) {
   const double z0 = piece.z0 - piece.low_reach, z1 = piece.z1 + piece.high_reach;
   if (circle.z_max < z0 || circle.z_min > z1) return false;
+  // Between the least and the greatest radius of the side at the circle's heights.
   const double at_lo = piece.radius(std::max(circle.z_min, z0));
   const double at_hi = piece.radius(std::min(circle.z_max, z1));
   return circle.r_min < std::max(at_lo, at_hi) && circle.r_max > std::min(at_lo, at_hi);
@@ -101,6 +102,7 @@ void circle_on_piece(const Piece& piece, const Isometry3d& X_SG, const Circle& c
   }
   const double longest = touch_deepest(piece, basis, circle.r, ways, X_SG, out);
   if (longest <= 0) return;
+  // Ends of the arc that lies under an exposed end face.
   if (piece.low_exposed) touch_end(piece.z0, piece.r0, -1, longest, basis, radii, X_SG, out);
   if (piece.high_exposed) touch_end(piece.z1, piece.r1, 1, longest, basis, radii, X_SG, out);
 }

@@ -53,6 +53,7 @@ void add_hub(GearShape& shape, const scene::GearType& gear) {
 
 GearShape gear_shape(const scene::GearType& gear) {
   GearShape shape;
+  // Disc from z = 0 up, hub below it, peg on top of it.
   Piece& disc = add_piece(shape, 0, gear.disc_radius_m, gear.disc_height_m, gear.disc_radius_m);
   disc.low_exposed = disc.high_exposed = true;
   disc.z_out_low = 0;

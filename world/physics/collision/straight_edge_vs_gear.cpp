@@ -101,6 +101,7 @@ void touch_end(double z_end, double r_end, double outward, double longest, const
 }
 
 void edge_on_piece(const Piece& piece, const Edge& e, const Isometry3d& X_SG, Candidates& out) {
+  // Deepest point first, then both ends of what lies along the side, then what lies under the ends.
   const Range range = within_height(e, piece.z0 - piece.low_reach, piece.z1 + piece.high_reach);
   if (range.empty()) return;
   const double inner = innermost(piece, e, range);

@@ -25,6 +25,7 @@ void subtract_plain(double a, const double* x, double* y, int n) { subtract_by_f
 [[gnu::target("avx2")]] void subtract_wide(double a, const double* x, double* y, int n) {
   subtract_by_four(a, x, y, n);
 }
+// Chosen once, by the processor.
 const Subtract kSubtract = __builtin_cpu_supports("avx2") ? subtract_wide : subtract_plain;
 #else
 const Subtract kSubtract = subtract_plain;
