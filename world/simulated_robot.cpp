@@ -94,20 +94,34 @@ const physics::ArmForce* largest(std::span<const physics::ArmForce> forces) {
   return most;
 }
 
+std::string name_of(const api::CellDescription& cell, const api::ContactSide& side) {
+  const auto index = static_cast<std::size_t>(side.index);
+  switch (side.kind) {
+    case api::ContactSide::Kind::kBody:
+      return cell.bodies[index].name;
+    case api::ContactSide::Kind::kRobot:
+      return cell.robots[index].name;
+    case api::ContactSide::Kind::kFixed:
+      break;
+  }
+  return cell.fixed[index];
+}
+
 /// For the operator's message: what touches what.
-std::string describe_contact(const robot::ArmModel& model,
+std::string describe_contact(const robot::ArmModel& model, const api::CellDescription& cell,
                              std::span<const physics::ArmForce> forces) {
   const physics::ArmForce* force = largest(forces);
   if (!force) return "";
   const auto& link = model.links[static_cast<std::size_t>(force->link)].name;
   char text[96];
-  if (force->with_link >= 0) {
-    std::snprintf(text, sizeof text, " link %d with %.0f N", force->with_link, force->f_W.norm());
+  if (force->partner_link >= 0) {
+    std::snprintf(text, sizeof text, " link %d with %.0f N", force->partner_link,
+                  force->f_W.norm());
   } else {
     std::snprintf(text, sizeof text, " with %.0f N", force->f_W.norm());
   }
   return " (" + (force->on_gripper ? std::string("the gripper") : link) + " touches " +
-         std::string(force->with) + text + ")";
+         name_of(cell, force->partner) + text + ")";
 }
 
 }  // namespace
@@ -140,7 +154,8 @@ void SimulatedRobot::apply(api::Ticket ticket, const api::RobotCommand& command)
 }
 
 void SimulatedRobot::step(const physics::GripperState& gripper,
-                          std::span<const physics::ArmForce> forces) {
+                          std::span<const physics::ArmForce> forces,
+                          const api::CellDescription& cell) {
   check_guards(gripper, forces);
   // Contact torques of the last step, then the controller's reference for this one.
   const robot::JointVector tau = external_torque(forces);
@@ -160,7 +175,7 @@ void SimulatedRobot::step(const physics::GripperState& gripper,
   arm_.set_braked(controller_.braked());
   arm_.step(reference, tau);
   state_.now += step_size_;
-  stop_if_tripped(gripper, forces);
+  stop_if_tripped(gripper, forces, cell);
   finish_guards();
   update_link_poses();
   move_mount();
@@ -245,7 +260,8 @@ robot::JointVector SimulatedRobot::external_torque(
 }
 
 void SimulatedRobot::stop_if_tripped(const physics::GripperState& gripper,
-                                     std::span<const physics::ArmForce> forces) {
+                                     std::span<const physics::ArmForce> forces,
+                                     const api::CellDescription& cell) {
   if (controller_.retreating()) return arm_.forget_trip();  // still in contact
   // A robot that still brakes for the light curtain may yet collide.
   if (controller_.stopped_by_protection() && !controller_.moving()) return;
@@ -260,7 +276,7 @@ void SimulatedRobot::stop_if_tripped(const physics::GripperState& gripper,
   } else {
     return;
   }
-  reason = "Protective stop: " + reason + describe_contact(arm_.model(), forces) +
+  reason = "Protective stop: " + reason + describe_contact(arm_.model(), cell, forces) +
            "; the arm backs off by itself; send InitCanon, then move away";
   arm_.relax();
   controller_.protective_stop(reason, arm_.q());

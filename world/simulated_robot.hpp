@@ -31,8 +31,10 @@ class SimulatedRobot {
   void see_light_curtain(bool broken) { state_.curtain_broken = broken; }
 
   /// One step: contact forces of the last step to joint torques, the controller's next reference,
-  /// the servo; X_WL() is then where the links are at the step's end.
-  void step(const physics::GripperState& gripper, std::span<const physics::ArmForce> forces);
+  /// the servo; X_WL() is then where the links are at the step's end. `cell` names the forces'
+  /// partners for the operator.
+  void step(const physics::GripperState& gripper, std::span<const physics::ArmForce> forces,
+            const api::CellDescription& cell);
 
   /// Protective stop because something is in the light curtain; nothing while one is held.
   void stop_for_light_curtain();
@@ -69,7 +71,7 @@ class SimulatedRobot {
   };
   [[nodiscard]] robot::JointVector external_torque(std::span<const physics::ArmForce> forces) const;
   void stop_if_tripped(const physics::GripperState& gripper,
-                       std::span<const physics::ArmForce> forces);
+                       std::span<const physics::ArmForce> forces, const api::CellDescription& cell);
   void check_guards(const physics::GripperState& gripper,
                     std::span<const physics::ArmForce> forces);
   void finish_guards();

@@ -83,7 +83,7 @@ void World::step() {
     const int index = static_cast<int>(i);
     // The last step's contacts load the joints; the controller gives the next reference.
     robots_[i].see_light_curtain(curtain_.broken);
-    robots_[i].step(physics_->gripper(index), physics_->arm_forces(index));
+    robots_[i].step(physics_->gripper(index), physics_->arm_forces(index), *description_);
     // Towards the physics, arms and grippers are where the robots say.
     physics_->set_arm(index, robots_[i].X_WL());
     physics_->set_gripper_mount(index, robots_[i].X_WM());

@@ -2,16 +2,18 @@
 
 #include <vector>
 
+#include "world/physics/arm_force.hpp"
 #include "world/physics/physics_model.hpp"
 
 namespace aprsim::physics {
 
-/// Contact of arm links with fixed things, with other arms and with themselves. ODE computes no
-/// force between bodies that are both moved from outside, so these follow the law of
-/// world/robot/contact_law.hpp.
+/// Contact of arm links with fixed things, with other arms and with each other. ODE computes no
+/// force between kinematic bodies, so these follow the penalty law of
+/// world/robot/servo/contact_law.hpp (spring, damper and regularised Coulomb friction). What
+/// overlaps at the start is exempt for good: neighbouring links, a base in its pedestal.
 class ArmPenalty {
  public:
-  explicit ArmPenalty(PhysicsModel& cell);
+  explicit ArmPenalty(PhysicsModel& model);
 
   /// Appends the forces at the present poses to `forces` (per robot).
   void find(std::vector<std::vector<ArmForce>>& forces);
@@ -26,7 +28,7 @@ class ArmPenalty {
   [[nodiscard]] bool may_touch(int robot_a, int shape_a, int robot_b, int shape_b) const;
   [[nodiscard]] const ArmShape& shape(int robot, int index) const;
 
-  PhysicsModel& cell_;
+  PhysicsModel& model_;
   std::vector<ode::Geom> fixed_geoms_;
   std::vector<std::vector<char>> exempt_fixed_;  // robot; shape x fixed
   std::vector<LinkPair> exempt_links_;

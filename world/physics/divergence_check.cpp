@@ -3,7 +3,7 @@
 #include <cmath>
 #include <string>
 
-#include "world/physics/physics_failure.hpp"
+#include "world/physics/bodies/physics_failure.hpp"
 
 namespace aprsim::physics {
 namespace {
@@ -30,16 +30,17 @@ void check(std::string_view name, double radius, const Eigen::Vector3d& p, const
 
 }  // namespace
 
-void check_state(const PhysicsModel& cell, std::uint64_t step) {
-  for (const int i : cell.simplification.awake()) {
-    const auto& body = cell.body(i);
+void check_state(const PhysicsModel& model, std::uint64_t step) {
+  for (const int i : model.simplification.awake()) {
+    const auto& body = model.body(i);
     check(body.name, body.radius_m, body.X_WB.translation(), body.v_com_W, body.omega_W, step);
   }
-  for (std::size_t r = 0; r < cell.grippers.size(); ++r) {
-    const auto& gripper = cell.grippers[r];
+  // Idle grippers are moved by kinematics alone.
+  for (std::size_t r = 0; r < model.grippers.size(); ++r) {
+    const auto& gripper = model.grippers[r];
     if (gripper.idle()) continue;
     for (dBodyID body : gripper.bodies()) {
-      check(cell.scene.robots[r].name, 0, ode::vector(dBodyGetPosition(body)),
+      check(model.scene.robots[r].name, 0, ode::vector(dBodyGetPosition(body)),
             ode::vector(dBodyGetLinearVel(body)), ode::vector(dBodyGetAngularVel(body)), step);
     }
   }

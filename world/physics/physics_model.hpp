@@ -12,30 +12,28 @@
 
 namespace aprsim::physics {
 
-/// Everything that PhysicsWorld's parts share. Members that own ODE bodies and joints come after
-/// the world they live in.
+/// Everything that PhysicsWorld's parts share: bodies, mechanisms, who is simplified how, and the
+/// contacts of the step. Members that own ODE bodies and joints come after the world they live in.
 struct PhysicsModel {
-  PhysicsModel(const scene::Scene& the_scene, std::span<const robot::ArmModel> models,
+  PhysicsModel(const scene::Scene& the_scene, std::span<const robot::ArmModel> arm_models,
                std::span<const std::vector<Eigen::Isometry3d>> X_WL);
 
   const scene::Scene& scene;
   double step_s;
   ode::World world;
-  BodyIds nodes;
+  BodyIds ids;
   std::vector<FreeBody> bodies;
   StaticShapes fixed;
   std::vector<GripperMechanism> grippers;
   std::vector<ArmLinks> arms;
   Simplification simplification;
   double belt_speed_m_s = 0;
-  std::vector<ContactConstraint> touches;  ///< of the present step
+  std::vector<ContactConstraint> constraints;  ///< of the present step
 
   [[nodiscard]] FreeBody& body(int i) { return bodies[static_cast<std::size_t>(i)]; }
   [[nodiscard]] const FreeBody& body(int i) const { return bodies[static_cast<std::size_t>(i)]; }
-  /// The ODE body that moves a node; null for kGround.
-  [[nodiscard]] dBodyID ode_body(BodyIndex node) const;
-  /// What a touch's second side is called; for a robot's part, the robot's name.
-  [[nodiscard]] std::string_view name_of(BodyIndex node, int fixed_shape) const;
+  /// The ODE body that moves a body; null for kGround.
+  [[nodiscard]] dBodyID ode_body(BodyIndex id) const;
 };
 
 }  // namespace aprsim::physics

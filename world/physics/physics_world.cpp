@@ -1,145 +1,161 @@
 #include "world/physics/physics_world.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <array>
+#include <stdexcept>
 #include <string>
 
+#include "world/physics/arm_penalty.hpp"
+#include "world/physics/contact_report.hpp"
+#include "world/physics/contact_search.hpp"
 #include "world/physics/divergence_check.hpp"
-#include "world/physics/physics_world_impl.hpp"
+#include "world/physics/physics_model.hpp"
 #include "world/physics/state_hash.hpp"
+#include "world/physics/step_solver.hpp"
 
 namespace aprsim::physics {
 
+struct PhysicsWorld::Impl {
+  Impl(const scene::Scene& scene, std::span<const robot::ArmModel> arm_models,
+       std::span<const std::vector<Eigen::Isometry3d>> X_WL)
+      : model(scene, arm_models, X_WL),
+        search(model),
+        solver(model),
+        penalty(model),
+        report(model) {
+    released.reserve(model.bodies.size());
+    for (const auto& links : X_WL) next_mounts.push_back(links.back());
+  }
+
+  void step();
+  void move_mounts();
+  void count_faults();
+  void solve();
+  void collect_results();
+  void observe_grippers();
+
+  PhysicsModel model;
+  ContactSearch search;
+  StepSolver solver;
+  ArmPenalty penalty;
+  ContactReport report;
+  std::vector<int> released;
+  std::vector<Eigen::Isometry3d> next_mounts;  // of the grippers; set before every step
+  double next_belt_speed = 0;
+  std::uint64_t steps = 0, faults = 0;
+  double max_penetration = 0;
+  int contacts = 0;  // of the last step
+};
+
+// ---- a step
+
+/// Kinematics first, then contacts at the poses of now, forces and velocities from these
+/// (semi-implicit Euler), and what the new poses mean.
 void PhysicsWorld::Impl::step() {
   ode::prepare_thread();
-  cell.belt_speed_m_s = next_belt_speed;
-  cell.simplification.begin_step(next_belt_speed);
-  move_arms();
-  finder.find();
+  model.belt_speed_m_s = next_belt_speed;
+  model.simplification.begin_step(next_belt_speed);
+  move_mounts();
+  search.find();
   count_faults();
   solve();
-  take_results();
+  collect_results();
   ++steps;
-  check_state(cell, steps);
+  check_state(model, steps);
 }
 
-/// What merged bodies ask of their contacts is known when the step has been solved; if some could
-/// not bear it, they are freed and the same step is solved anew.
+void PhysicsWorld::Impl::move_mounts() {
+  for (std::size_t r = 0; r < model.grippers.size(); ++r) {
+    model.grippers[r].begin_step(next_mounts[r]);
+  }
+}
+
+/// Before the step is solved: depths are those that the last step left.
+void PhysicsWorld::Impl::count_faults() {
+  max_penetration = 0;
+  for (const auto& constraint : model.constraints) {
+    if (model.ids.is_link(constraint.contact.b)) continue;  // soft on purpose
+    max_penetration = std::max(max_penetration, constraint.contact.depth_m);
+    if (is_fault(constraint, model.ids)) ++faults;
+  }
+}
+
+/// The wrenches that merged bodies require of their contacts are known when the step has been
+/// solved; those outside their cone are freed and the same step is solved anew.
 void PhysicsWorld::Impl::solve() {
-  const bool merged = cell.simplification.composites().child_count() > 0;
+  const bool merged = model.simplification.composites().child_count() > 0;
   if (merged) solver.begin();
   solver.step();
+  // Every round frees at least one body, so it ends.
   while (merged) {
     released.clear();
-    cell.simplification.find_overloaded(released);
+    model.simplification.find_overstressed(released);
     if (released.empty()) return;
     solver.undo();
-    finder.release(released);
+    search.release(released);
     solver.begin();
     solver.step();
   }
 }
 
-void PhysicsWorld::Impl::move_arms() {
-  for (std::size_t r = 0; r < cell.arms.size(); ++r) {
-    cell.grippers[r].begin_step(next_mounts[r]);
-  }
-}
-
-void PhysicsWorld::Impl::count_faults() {
-  max_penetration = 0;
-  for (const auto& touch : cell.touches) {
-    if (cell.nodes.is_link(touch.contact.b)) continue;  // soft on purpose
-    max_penetration = std::max(max_penetration, touch.contact.depth_m);
-    if (is_fault(touch, cell.nodes)) ++faults;
-  }
-}
-
-void PhysicsWorld::Impl::take_results() {
-  std::erase_if(cell.touches, [](const ContactConstraint& touch) {
-    return is_gap(touch) && touch.normal_n == 0;
+void PhysicsWorld::Impl::collect_results() {
+  // Gaps that did not close.
+  std::erase_if(model.constraints, [](const ContactConstraint& constraint) {
+    return is_gap(constraint) && constraint.normal_n == 0;
   });
-  for (const int i : cell.simplification.solids()) {
-    cell.body(i).refresh();
-    cell.simplification.follow(i);
+  // From ODE to our records.
+  for (const int i : model.simplification.awake_roots()) {
+    model.body(i).refresh();
+    model.simplification.move_members(i);
   }
-  for (auto& gripper : cell.grippers) gripper.end_step();
-  for (auto& arm : cell.arms) arm.end_step();
+  for (auto& gripper : model.grippers) gripper.end_step();
+  for (auto& arm : model.arms) arm.end_step();
   observe_grippers();
-  for (auto& list : forces) list.clear();
-  for (const auto& touch : cell.touches) report_touch(touch);
-  arm_contacts.find(forces);
-  // What is merged or falls asleep now has still been solved in this step.
-  contacts = static_cast<int>(cell.touches.size()) + cell.simplification.frozen_contacts();
-  cell.simplification.observe(cell.touches, solver.islands().island_of());
+  report.update(penalty);
+  // Bodies that merge or fall asleep now have still been solved in this step.
+  contacts = static_cast<int>(model.constraints.size()) + model.simplification.frozen_contacts();
+  model.simplification.observe(model.constraints, solver.islands().island_of());
 }
 
+/// The pads' forces, each summed up over the contacts of its pad.
 void PhysicsWorld::Impl::observe_grippers() {
-  for (std::size_t r = 0; r < cell.grippers.size(); ++r) {
+  for (std::size_t r = 0; r < model.grippers.size(); ++r) {
     const int robot = static_cast<int>(r);
     PadForces pads;
     std::array<double, 2> hardest{};
     bool touched = false;
-    for (const auto& touch : cell.touches) {
-      const auto& contact = touch.contact;
-      const auto mine = [&](BodyIndex node) {
-        return cell.nodes.is_gripper(node) && cell.nodes.robot_of(node) == robot;
+    for (const auto& constraint : model.constraints) {
+      const auto& contact = constraint.contact;
+      const auto mine = [&](BodyIndex id) {
+        return model.ids.is_gripper(id) && model.ids.robot_of(id) == robot;
       };
       touched = touched || mine(contact.a) || mine(contact.b);
       if (contact.pair != SurfacePair::kPadGear || !mine(contact.a)) continue;
-      const int finger = cell.nodes.part_of(contact.a) - 1;
+      const int finger = model.ids.part_of(contact.a) - 1;
       const auto f = static_cast<std::size_t>(finger);
-      const double force = -touch.f_W.dot(cell.grippers[r].closing_W(finger));
+      const double force = -constraint.f_W.dot(model.grippers[r].closing_W(finger));
       pads.closing_n[f] += force;
       if (force > hardest[f]) {
         hardest[f] = force;
         pads.body[f] = contact.b;
       }
     }
-    cell.grippers[r].observe(pads, touched);
+    model.grippers[r].observe(pads, touched);
   }
 }
 
-/// Palm, fingers and what they hold: forces among these are the grip, not a load on the arm.
-bool PhysicsWorld::Impl::in_hand(int robot, BodyIndex node) const {
-  if (node < 0) return false;
-  if (cell.nodes.is_gripper(node)) return cell.nodes.robot_of(node) == robot;
-  return cell.grippers[static_cast<std::size_t>(robot)].state().held_body == node;
-}
+// ---- the interface
 
-void PhysicsWorld::Impl::report_touch(const ContactConstraint& touch) {
-  const auto& contact = touch.contact;
-  const auto link_of = [this](BodyIndex node) {
-    return cell.nodes.is_link(node) ? cell.nodes.link_of(node) : -1;
-  };
-  for (std::size_t r = 0; r < cell.arms.size(); ++r) {
-    const int robot = static_cast<int>(r);
-    const bool a = in_hand(robot, contact.a), b = in_hand(robot, contact.b);
-    const int flange = cell.arms[r].links() - 1;
-    if (a && !b) {
-      forces[r].push_back({flange, contact.p_W, touch.f_W, cell.name_of(contact.b, touch.fixed),
-                           link_of(contact.b), true});
-    } else if (b && !a) {
-      forces[r].push_back(
-          {flange, contact.p_W, -touch.f_W, cell.name_of(contact.a, -1), link_of(contact.a), true});
-    }
-    if (cell.nodes.is_link(contact.b) && cell.nodes.robot_of(contact.b) == robot) {
-      forces[r].push_back(
-          {cell.nodes.link_of(contact.b), contact.p_W, -touch.f_W, cell.name_of(contact.a, -1)});
-    }
-  }
-}
-
-PhysicsWorld::PhysicsWorld(const scene::Scene& scene, std::span<const robot::ArmModel> models,
+PhysicsWorld::PhysicsWorld(const scene::Scene& scene, std::span<const robot::ArmModel> arm_models,
                            std::span<const std::vector<Eigen::Isometry3d>> X_WL)
-    : impl_(std::make_unique<Impl>(scene, models, X_WL)) {}
+    : impl_(std::make_unique<Impl>(scene, arm_models, X_WL)) {}
 PhysicsWorld::~PhysicsWorld() = default;
 PhysicsWorld::PhysicsWorld(PhysicsWorld&&) noexcept = default;
 PhysicsWorld& PhysicsWorld::operator=(PhysicsWorld&&) noexcept = default;
 
 void PhysicsWorld::set_arm(int robot, std::span<const Eigen::Isometry3d> X_WL_next) {
   const auto r = static_cast<std::size_t>(robot);
-  impl_->cell.arms[r].set_next(X_WL_next);
+  impl_->model.arms[r].set_next(X_WL_next);
   impl_->next_mounts[r] = X_WL_next.back();
 }
 
@@ -148,32 +164,34 @@ void PhysicsWorld::set_gripper_mount(int robot, const Eigen::Isometry3d& X_WF_ne
 }
 
 void PhysicsWorld::set_gripper(int robot, double setting) {
-  impl_->cell.grippers[static_cast<std::size_t>(robot)].command(setting);
+  impl_->model.grippers[static_cast<std::size_t>(robot)].command(setting);
 }
 
 void PhysicsWorld::set_gripper_force(int robot, double force_n) {
-  impl_->cell.grippers[static_cast<std::size_t>(robot)].set_force(force_n);
+  impl_->model.grippers[static_cast<std::size_t>(robot)].set_force(force_n);
 }
 
 void PhysicsWorld::set_belt_speed(double speed_m_s) { impl_->next_belt_speed = speed_m_s; }
 
 void PhysicsWorld::set_velocity(int body, const Eigen::Vector3d& v_com_W,
                                 const Eigen::Vector3d& omega_W) {
-  auto& simplification = impl_->cell.simplification;
-  if (simplification.dormant(body)) simplification.wake(simplification.dormancy().group(body));
+  auto& simplification = impl_->model.simplification;
+  if (simplification.dormant(body)) simplification.wake(simplification.sleeping().group(body));
   simplification.release(body);
-  FreeBody& free = impl_->cell.body(body);
+  // Only now is its ODE body its own.
+  FreeBody& free = impl_->model.body(body);
   free.place(free.X_WB, v_com_W, omega_W);
 }
 
 void PhysicsWorld::step() { impl_->step(); }
 
-int PhysicsWorld::body_count() const { return static_cast<int>(impl_->cell.bodies.size()); }
+int PhysicsWorld::body_count() const { return static_cast<int>(impl_->model.bodies.size()); }
 
 BodyState PhysicsWorld::body(int index) const {
-  const FreeBody& free = impl_->cell.body(index);
-  const auto& simplification = impl_->cell.simplification;
+  const FreeBody& free = impl_->model.body(index);
+  const auto& simplification = impl_->model.simplification;
   const Eigen::Isometry3d X_WB = simplification.X_WB(index);
+  // A dormant body's record is brought up to date only when needed; its group knows where it is.
   BodyState state;
   state.p_WB = X_WB.translation();
   state.q_WB = Eigen::Quaterniond(X_WB.linear());
@@ -186,21 +204,115 @@ BodyState PhysicsWorld::body(int index) const {
 }
 
 GripperState PhysicsWorld::gripper(int robot) const {
-  return impl_->cell.grippers[static_cast<std::size_t>(robot)].state();
+  return impl_->model.grippers[static_cast<std::size_t>(robot)].state();
 }
 
 std::span<const ArmForce> PhysicsWorld::arm_forces(int robot) const {
-  return impl_->forces[static_cast<std::size_t>(robot)];
+  return impl_->report.arm_forces(robot);
 }
 
 int PhysicsWorld::contact_count() const { return impl_->contacts; }
 
-int PhysicsWorld::virtual_joint_count() const { return impl_->cell.simplification.joint_count(); }
+int PhysicsWorld::virtual_joint_count() const { return impl_->model.simplification.joint_count(); }
 
 double PhysicsWorld::max_penetration_m() const { return impl_->max_penetration; }
 
 std::uint64_t PhysicsWorld::penetration_faults() const { return impl_->faults; }
 
-std::uint64_t PhysicsWorld::state_hash() const { return physics::state_hash(impl_->cell); }
+void PhysicsWorld::write_contacts(std::vector<api::ContactSnapshot>& out) const {
+  impl_->report.write(out);
+}
+
+std::vector<std::string> PhysicsWorld::fixed_names() const {
+  std::vector<std::string> names;
+  for (const StaticShape& shape : impl_->model.fixed.shapes) names.emplace_back(shape.name);
+  return names;
+}
+
+std::uint64_t PhysicsWorld::state_hash() const { return physics::state_hash(impl_->model); }
+
+// ---- keeping a state
+
+struct PhysicsWorld::State::Data {
+  struct Body {
+    ode::SavedState ode;
+    Eigen::Vector3d origin_B;
+    Eigen::Isometry3d X_WB;
+    Eigen::Vector3d v_com_W, omega_W;
+    Aabb bounds;
+  };
+  std::vector<Body> bodies;
+  std::vector<GripperMechanism::State> grippers;
+  std::vector<ArmLinks::State> arms;
+  Simplification::State simplification;
+  std::vector<ContactConstraint> constraints;
+  StepSolver::Memory solver;
+  ContactReport::State forces;
+  int contacts = 0;
+  double belt_speed = 0, next_belt_speed = 0, max_penetration = 0;
+  std::uint64_t steps = 0, faults = 0;
+};
+
+PhysicsWorld::State PhysicsWorld::save() const {
+  const PhysicsModel& model = impl_->model;
+  State::Data data{.simplification = model.simplification.save()};
+  for (const auto& body : model.bodies) {
+    auto& to = data.bodies.emplace_back(
+        State::Data::Body{{}, body.origin_B, body.X_WB, body.v_com_W, body.omega_W, body.bounds});
+    ode::save(body.body.get(), to.ode);
+  }
+  for (const auto& gripper : model.grippers) data.grippers.push_back(gripper.save());
+  for (const auto& arm : model.arms) data.arms.push_back(arm.save());
+  data.constraints = model.constraints;
+  data.solver = impl_->solver.save();
+  data.forces = impl_->report.save();
+  data.belt_speed = model.belt_speed_m_s;
+  data.next_belt_speed = impl_->next_belt_speed;
+  data.max_penetration = impl_->max_penetration;
+  data.contacts = impl_->contacts;
+  data.steps = impl_->steps;
+  data.faults = impl_->faults;
+  State state;
+  state.data_ = std::make_shared<const State::Data>(std::move(data));
+  return state;
+}
+
+void PhysicsWorld::restore(const State& state) {
+  PhysicsModel& model = impl_->model;
+  if (!state.data_) throw std::invalid_argument("physics state: empty");
+  const State::Data& data = *state.data_;
+  if (data.bodies.size() != model.bodies.size() || data.arms.size() != model.arms.size()) {
+    throw std::invalid_argument(
+        "physics state: of " + std::to_string(data.bodies.size()) + " bodies and " +
+        std::to_string(data.arms.size()) + " robots, but the scene has " +
+        std::to_string(model.bodies.size()) + " and " + std::to_string(model.arms.size()));
+  }
+  // Composites first: they decide what each ODE body moves. Poses follow.
+  model.simplification.restore(data.simplification);
+  for (std::size_t i = 0; i < data.bodies.size(); ++i) {
+    const auto& from = data.bodies[i];
+    FreeBody& body = model.bodies[i];
+    body.origin_B = from.origin_B;
+    body.X_WB = from.X_WB;
+    body.v_com_W = from.v_com_W;
+    body.omega_W = from.omega_W;
+    body.bounds = from.bounds;
+    ode::restore(body.body.get(), from.ode);
+    dBodyDisable(body.body.get());
+  }
+  for (std::size_t r = 0; r < data.arms.size(); ++r) {
+    model.arms[r].restore(data.arms[r]);
+    model.grippers[r].restore(data.grippers[r]);
+  }
+  impl_->report.restore(data.forces);
+  model.constraints = data.constraints;
+  impl_->solver.restore(data.solver);
+  model.belt_speed_m_s = data.belt_speed;
+  impl_->next_belt_speed = data.next_belt_speed;
+  impl_->max_penetration = data.max_penetration;
+  impl_->contacts = data.contacts;
+  impl_->steps = data.steps;
+  impl_->faults = data.faults;
+}
 
 }  // namespace aprsim::physics

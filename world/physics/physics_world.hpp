@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -10,7 +9,9 @@
 #include <Eigen/Geometry>
 
 #include "world/api/snapshot.hpp"
-#include "world/physics/physics_failure.hpp"
+#include "world/physics/arm_force.hpp"
+#include "world/physics/bodies/physics_failure.hpp"
+#include "world/physics/gripper/gripper_state.hpp"
 #include "world/robot/model/arm_model.hpp"
 #include "world/scene/scene.hpp"
 
@@ -27,35 +28,13 @@ struct BodyState {
   int group = -1;  ///< bodies of one number are simplified together, -1 = none
 };
 
-struct GripperState {
-  double separation_m = 0;
-  std::array<double, 2> travel_m{};
-  std::array<double, 2> force_n{};  ///< pad normal force on gears
-  bool holding = false;
-  int held_body = -1;   ///< index of the gear, -1 = none
-  bool settled = true;  ///< reached what was commanded: open, closed, or stalled on a part
-  double palm_deflection_m = 0;
-  Pose X_WT;  ///< where the tool frame really is, the mount's deflection included
-};
-
-/// An external force on an arm, to be turned into joint torques by J^T.
-struct ArmForce {
-  int link = 0;  ///< index into ArmModel::links; the last one for the gripper and what it holds
-  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();
-  Eigen::Vector3d f_W = Eigen::Vector3d::Zero();
-  std::string_view with;  ///< name of what it touches; outlives the step
-  int with_link = -1;     ///< index into the links of the robot `with`, where it touches one
-  bool on_gripper = false;
-  bool by_law = false;  ///< of the penalty law between what ODE does not move
-};
-
 /// Gears, trays, belt, tables, grippers and arm bodies in ODE: contact generation, solver policy,
 /// contact simplification. Bodies are numbered as in the scene: trays first, then gears.
 /// Deterministic: the same scene and calls give the same bits. Thread: sim.
 class PhysicsWorld {
  public:
-  /// `X_WL` per robot: link poses at the start. The scene and models must outlive the world.
-  PhysicsWorld(const scene::Scene& scene, std::span<const robot::ArmModel> models,
+  /// `X_WL` per robot: link poses at the start. The scene and arm models must outlive the world.
+  PhysicsWorld(const scene::Scene& scene, std::span<const robot::ArmModel> arm_models,
                std::span<const std::vector<Eigen::Isometry3d>> X_WL);
   ~PhysicsWorld();
   PhysicsWorld(PhysicsWorld&&) noexcept;

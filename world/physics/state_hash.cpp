@@ -5,6 +5,7 @@
 namespace aprsim::physics {
 namespace {
 
+/// Fowler, Noll & Vo, 64 bits, variant 1a.
 class Fnv1a {
  public:
   void add(double value) {
@@ -28,17 +29,15 @@ class Fnv1a {
 
 }  // namespace
 
-std::uint64_t state_hash(const PhysicsModel& cell) {
+std::uint64_t state_hash(const PhysicsModel& model) {
   Fnv1a hash;
-  for (int i = 0; i < static_cast<int>(cell.bodies.size()); ++i) {
-    hash.add(cell.simplification.X_WB(i).matrix());
-    hash.add(cell.simplification.velocity(i));
-    hash.add(cell.body(i).omega_W);
+  for (int i = 0; i < static_cast<int>(model.bodies.size()); ++i) {
+    hash.add(model.simplification.X_WB(i).matrix());
+    hash.add(model.simplification.velocity(i));
+    hash.add(model.body(i).omega_W);
   }
-  for (const auto& gripper : cell.grippers) {
-    for (const auto* part : {&gripper.palm(), &gripper.finger(0), &gripper.finger(1)}) {
-      hash.add(part->X_WS.matrix());
-    }
+  for (const auto& gripper : model.grippers) {
+    for (int p = 0; p < GripperMechanism::kParts; ++p) hash.add(gripper.part(p).X_WS.matrix());
   }
   return hash.value();
 }

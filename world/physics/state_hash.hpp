@@ -7,6 +7,6 @@
 namespace aprsim::physics {
 
 /// FNV-1a over the bits of the poses and velocities of all free bodies and gripper parts.
-[[nodiscard]] std::uint64_t state_hash(const PhysicsModel& cell);
+[[nodiscard]] std::uint64_t state_hash(const PhysicsModel& model);
 
 }  // namespace aprsim::physics

@@ -168,11 +168,10 @@ class Pushed : public testing::TestWithParam<int> {
         forces.push_back({.link = model.dof(),
                           .p_W = snapshot().X_WT.p,
                           .f_W = push_W,
-                          .with = "hand",
-                          .with_link = -1,
+                          .partner = {api::ContactSide::Kind::kFixed, 0},
                           .on_gripper = true});
       }
-      cell.step(gripper, forces);
+      cell.step(gripper, forces, description);
     }
   }
   api::RobotSnapshot snapshot() const {
@@ -190,6 +189,7 @@ class Pushed : public testing::TestWithParam<int> {
   world::SimulatedRobot cell;
   physics::GripperState gripper;
   std::vector<physics::ArmForce> forces;
+  api::CellDescription description{.fixed = {"hand"}};
 };
 INSTANTIATE_TEST_SUITE_P(Robots, Pushed, testing::Values(kFanuc, kMotoman), [](const auto& robot) {
   return robot.param == kFanuc ? "fanuc" : "motoman";
@@ -220,7 +220,7 @@ TEST_P(Pushed, AStateSavedInMidMotionGoesOnBitForBit) {
     std::vector<double> path;
     for (int i = 0; i < 600; ++i) {
       if (i == 300) which.apply(3, {GetParam(), api::StopMotion{api::StopKind::kNormal}});
-      which.step(gripper, {});
+      which.step(gripper, {}, description);
       api::RobotSnapshot out;
       which.write(gripper, {}, out);
       for (const auto& joint : out.joints) {

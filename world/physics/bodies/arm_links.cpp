@@ -7,6 +7,7 @@
 namespace aprsim::physics {
 namespace {
 
+/// ODE geom and half extents of a primitive of the arm's description.
 struct MakeShape {
   ArmShape& shape;
   void operator()(const robot::BoxShape& box) const {
@@ -36,7 +37,7 @@ ArmLinks::ArmLinks(const robot::ArmModel& model, dWorldID world,
     auto& body = bodies_.emplace_back(dBodyCreate(world));
     dBodySetKinematic(body.get());
     dBodyDisable(body.get());
-    if (link == 0) continue;
+    if (link == 0) continue;  // the base stands on its pedestal, inside fixed things
     for (const auto& collision : model.links[link].collision) {
       ArmShape shape;
       shape.link = static_cast<int>(link);
@@ -56,6 +57,7 @@ void ArmLinks::end_step() {
   bool moved = false;
   for (std::size_t i = 0; i < X_WL_.size(); ++i) {
     X_WL_before_[i] = X_WL_[i];
+    // An arm that stands still costs no new bounds.
     if (X_WL_[i].matrix() == X_WL_next_[i].matrix()) continue;
     X_WL_[i] = X_WL_next_[i];
     moved = true;
@@ -70,23 +72,20 @@ void ArmLinks::restore(const State& state) {
   update_shapes();
 }
 
+/// Geoms and bounds at the poses of now.
 void ArmLinks::update_shapes() {
   bool first = true;
   for (auto& shape : shapes_) {
     const Eigen::Isometry3d X_WS = X_WL(shape.link) * shape.X_LS;
     set_geom_pose(shape.geom.get(), X_WS);
-    shape.bounds = bounds_of_box(2 * shape.half, X_WS);
-    bounds_.min = first ? shape.bounds.min : bounds_.min.cwiseMin(shape.bounds.min).eval();
-    bounds_.max = first ? shape.bounds.max : bounds_.max.cwiseMax(shape.bounds.max).eval();
+    shape.bounds = aabb_of_box(2 * shape.half, X_WS);
+    bounds_ = first ? shape.bounds : bounds_.joined(shape.bounds);
     first = false;
   }
 }
 
-Eigen::Vector3d ArmLinks::velocity(int link, const Eigen::Vector3d& p_W, double step_s) const {
-  return (X_WL_next(link) * (X_WL(link).inverse() * p_W) - p_W) / step_s;
-}
-
 Eigen::Vector3d ArmLinks::last_velocity(int link, const Eigen::Vector3d& p_W, double step_s) const {
+  // The material point that is at p_W now, one step ago.
   const auto& before = X_WL_before_[static_cast<std::size_t>(link)];
   return (p_W - before * (X_WL(link).inverse() * p_W)) / step_s;
 }
@@ -94,6 +93,7 @@ Eigen::Vector3d ArmLinks::last_velocity(int link, const Eigen::Vector3d& p_W, do
 void ArmLinks::place_link(int link, double step_s) {
   const Eigen::Isometry3d& X = X_WL(link);
   const Eigen::Isometry3d& X_next = X_WL_next(link);
+  // The screw from the one pose to the other, spread evenly over the step.
   const Eigen::AngleAxisd turn(X_next.linear() * X.linear().transpose());
   ode::set_rotation(body(link), X.linear());
   ode::set_position(body(link), X.translation());
@@ -103,6 +103,7 @@ void ArmLinks::place_link(int link, double step_s) {
 
 void set_geom_pose(dGeomID geom, const Eigen::Isometry3d& X_W) {
   const Eigen::Matrix3d& R = X_W.linear();
+  // Rows padded to four, as ODE has them.
   const dMatrix3 rotation = {R(0, 0), R(0, 1), R(0, 2), 0,       R(1, 0), R(1, 1),
                              R(1, 2), 0,       R(2, 0), R(2, 1), R(2, 2), 0};
   dGeomSetRotation(geom, rotation);

@@ -18,7 +18,7 @@ struct ArmShape {
   Eigen::Isometry3d X_LS = Eigen::Isometry3d::Identity();
   Eigen::Vector3d half = Eigen::Vector3d::Zero();  ///< half extents in the shape's frame
   ode::Geom geom;
-  Bounds bounds;
+  Aabb bounds;
 };
 
 /// An arm's links as shapes on kinematic bodies: they push, nothing pushes them. Where they go is
@@ -35,7 +35,7 @@ class ArmLinks {
   void restore(const State& state);
 
   void set_next(std::span<const Eigen::Isometry3d> X_WL_next);
-  /// Takes over the poses of set_next().
+  /// The poses of set_next() are those of now.
   void end_step();
 
   [[nodiscard]] int links() const { return static_cast<int>(X_WL_.size()); }
@@ -45,14 +45,12 @@ class ArmLinks {
   [[nodiscard]] const Eigen::Isometry3d& X_WL_next(int link) const {
     return X_WL_next_[static_cast<std::size_t>(link)];
   }
-  /// Velocity in this step of the point of a link that is at p_W.
-  [[nodiscard]] Eigen::Vector3d velocity(int link, const Eigen::Vector3d& p_W, double step_s) const;
-  /// The same for the step that end_step() closed.
+  /// Velocity, in the step that end_step() closed, of the point of a link that is at p_W now.
   [[nodiscard]] Eigen::Vector3d last_velocity(int link, const Eigen::Vector3d& p_W,
                                               double step_s) const;
   /// Shapes of all links but the base.
   [[nodiscard]] std::span<const ArmShape> shapes() const { return shapes_; }
-  [[nodiscard]] const Bounds& bounds() const { return bounds_; }  ///< of all shapes
+  [[nodiscard]] const Aabb& bounds() const { return bounds_; }  ///< of all shapes
   [[nodiscard]] dBodyID body(int link) const {
     return bodies_[static_cast<std::size_t>(link)].get();
   }
@@ -65,8 +63,11 @@ class ArmLinks {
   std::vector<Eigen::Isometry3d> X_WL_before_, X_WL_, X_WL_next_;
   std::vector<ode::Body> bodies_;
   std::vector<ArmShape> shapes_;
-  Bounds bounds_;
+  Aabb bounds_;
 };
+
+/// Links of one arm collide with each other only if they are so many links apart.
+inline constexpr int kSelfCollisionDistance = 3;
 
 /// Contact points of two ODE geoms, normals into `a`'s geom; at most `kMaxPoints`.
 inline constexpr int kMaxPoints = 4;

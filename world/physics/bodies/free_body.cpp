@@ -8,7 +8,7 @@ namespace {
 
 /// A solid of revolution about z, between two heights, is bounded along each world axis by its
 /// half length and the projection of its rim.
-Bounds bounds_of_gear(const scene::GearType& gear, const Eigen::Isometry3d& X_WG) {
+Aabb aabb_of_gear(const scene::GearType& gear, const Eigen::Isometry3d& X_WG) {
   const double low = -gear.hub_height_m;
   const double high = std::max(gear.disc_height_m, gear.peg_top_m);
   const Eigen::Vector3d centre = X_WG * Eigen::Vector3d(0, 0, 0.5 * (low + high));
@@ -21,6 +21,7 @@ Bounds bounds_of_gear(const scene::GearType& gear, const Eigen::Isometry3d& X_WG
   return {centre - reach, centre + reach};
 }
 
+/// Distance of the rim farthest from the centre of mass.
 double gear_radius(const scene::GearType& gear, const Eigen::Vector3d& com) {
   const double disc =
       std::hypot(gear.disc_radius_m, std::max(std::abs(com.z()), gear.disc_height_m - com.z()));
@@ -29,6 +30,7 @@ double gear_radius(const scene::GearType& gear, const Eigen::Vector3d& com) {
   return std::max({disc, peg, hub});
 }
 
+/// A tray's slab is a box under z = 0 of its frame.
 FreeBody make_tray(const scene::TrayInstance& instance, const scene::TrayType& type,
                    dWorldID world) {
   FreeBody free;
@@ -41,6 +43,7 @@ FreeBody make_tray(const scene::TrayInstance& instance, const scene::TrayType& t
   const Eigen::Vector2d middle = 0.5 * (type.max_xy + type.min_xy);
   free.slab_size = {extent.x(), extent.y(), type.thickness_m};
   free.X_BS.translation() = Eigen::Vector3d(middle.x(), middle.y(), -0.5 * type.thickness_m);
+  // Of the slab's corner, seen from the centre of mass.
   free.radius_m = 0.5 * free.slab_size.norm() + (free.mass.com - free.X_BS.translation()).norm();
   free.carry(free.mass);
   free.place(instance.X_WP.isometry(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
@@ -63,17 +66,13 @@ FreeBody make_gear(const scene::GearInstance& instance, const scene::GearType& t
 
 }  // namespace
 
-Bounds bounds_of_box(const Eigen::Vector3d& size, const Eigen::Isometry3d& X_WS) {
-  const Eigen::Vector3d reach = X_WS.linear().cwiseAbs() * (0.5 * size);
-  return {X_WS.translation() - reach, X_WS.translation() + reach};
-}
-
 void FreeBody::refresh() {
   X_WB.linear() = ode::matrix(dBodyGetRotation(body.get()));
   const Eigen::Vector3d origin = ode::vector(dBodyGetPosition(body.get()));
   X_WB.translation() = origin - X_WB.linear() * origin_B;
   omega_W = ode::vector(dBodyGetAngularVel(body.get()));
   v_com_W = ode::vector(dBodyGetLinearVel(body.get()));
+  // A composite's ODE body sits at the centre of mass of the whole, this record speaks of its own.
   if (origin_B != mass.com) v_com_W += omega_W.cross(X_WB.linear() * (mass.com - origin_B));
   update_bounds();
 }
@@ -90,6 +89,7 @@ void FreeBody::place(const Eigen::Isometry3d& X_WB_new, const Eigen::Vector3d& v
 }
 
 void FreeBody::carry(const MassProperties& all) {
+  // The new centre of mass moves as the material point there did.
   const dMass ode_mass = ode::mass(all.mass_kg, all.inertia);
   dBodySetMass(body.get(), &ode_mass);
   origin_B = all.com;
@@ -98,7 +98,7 @@ void FreeBody::carry(const MassProperties& all) {
 }
 
 void FreeBody::update_bounds() {
-  bounds = is_tray() ? bounds_of_box(slab_size, X_WS()) : bounds_of_gear(*gear, X_WB);
+  bounds = is_tray() ? aabb_of_box(slab_size, X_WS()) : aabb_of_gear(*gear, X_WB);
 }
 
 std::vector<FreeBody> make_free_bodies(const scene::Scene& scene, dWorldID world) {

@@ -7,21 +7,10 @@
 
 #include "world/physics/bodies/mass_properties.hpp"
 #include "world/physics/bodies/ode_handles.hpp"
+#include "world/physics/collision/aabb.hpp"
 #include "world/scene/scene.hpp"
 
 namespace aprsim::physics {
-
-/// Axis-aligned box in world.
-struct Bounds {
-  Eigen::Vector3d min = Eigen::Vector3d::Zero(), max = Eigen::Vector3d::Zero();
-  [[nodiscard]] bool meets(const Bounds& other) const {
-    return (min.array() <= other.max.array()).all() && (other.min.array() <= max.array()).all();
-  }
-  [[nodiscard]] Bounds grown(double by) const { return {min.array() - by, max.array() + by}; }
-};
-
-/// Bounds of a box of edge lengths `size` centred at X_WS.
-[[nodiscard]] Bounds bounds_of_box(const Eigen::Vector3d& size, const Eigen::Isometry3d& X_WS);
 
 /// A tray or gear: its shape, its ODE body (axes those of the body frame, origin the centre of mass
 /// of all that it moves) and the state of the last step.
@@ -40,7 +29,7 @@ struct FreeBody {
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
   Eigen::Vector3d v_com_W = Eigen::Vector3d::Zero();
   Eigen::Vector3d omega_W = Eigen::Vector3d::Zero();
-  Bounds bounds;
+  Aabb bounds;
 
   [[nodiscard]] bool is_tray() const { return tray != nullptr; }
   [[nodiscard]] Eigen::Vector3d com_W() const { return X_WB * mass.com; }
@@ -50,7 +39,7 @@ struct FreeBody {
     return v_com_W + omega_W.cross(p_W - com_W());
   }
   [[nodiscard]] Eigen::Isometry3d X_WS() const { return X_WB * X_BS; }
-  /// Takes pose and velocity from ODE.
+  /// Reads pose and velocity back from ODE.
   void refresh();
   /// Gives pose and velocity to ODE and to this record.
   void place(const Eigen::Isometry3d& X_WB_new, const Eigen::Vector3d& v_com,

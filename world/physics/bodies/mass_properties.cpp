@@ -43,6 +43,7 @@ Moments frustum(double z0, double r0, double z1, double r1, const Eigen::Vector2
   return m;
 }
 
+/// Between two corners.
 Moments box(const Eigen::Vector3d& lo, const Eigen::Vector3d& hi) {
   const Eigen::Vector3d size = hi - lo, c = 0.5 * (lo + hi);
   Moments m;
@@ -53,6 +54,8 @@ Moments box(const Eigen::Vector3d& lo, const Eigen::Vector3d& hi) {
   return m;
 }
 
+/// Steiner's theorem back to the centre of mass, and from second moments to inertia: I = tr(S) 1 -
+/// S.
 MassProperties with_mass(const Moments& m, double mass_kg) {
   MassProperties result;
   result.mass_kg = mass_kg;
@@ -78,6 +81,7 @@ MassProperties gear_mass(const scene::GearType& gear) {
 }
 
 MassProperties tray_mass(const scene::TrayType& tray) {
+  // The slab, less a frustum for each pocket's wall and one for its chamfer.
   Moments total = box({tray.min_xy.x(), tray.min_xy.y(), -tray.thickness_m},
                       {tray.max_xy.x(), tray.max_xy.y(), 0});
   for (const scene::Slot& slot : tray.slots) {
@@ -94,7 +98,7 @@ MassProperties combined(const MassProperties& a, const MassProperties& b,
   total.mass_kg = a.mass_kg + b.mass_kg;
   const Eigen::Vector3d com_b = X_AB * b.com;
   total.com = (a.mass_kg * a.com + b.mass_kg * com_b) / total.mass_kg;
-  // Parallel axes, products of inertia included.
+  // Steiner's theorem (parallel axes), products of inertia included.
   const auto moved = [&total](double kg, const Eigen::Vector3d& com) {
     const Eigen::Vector3d r = com - total.com;
     return (kg * (r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose())).eval();

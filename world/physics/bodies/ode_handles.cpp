@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <string>
 
-#include "world/physics/physics_failure.hpp"
+#include "world/physics/bodies/physics_failure.hpp"
 
 namespace aprsim::physics::ode {
 namespace {

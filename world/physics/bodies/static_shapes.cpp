@@ -12,7 +12,7 @@ constexpr double kBeltCover = 5e-3;   // a frame may lie this much under or over
 
 StaticShape make(std::string_view name, const Eigen::Vector3d& size,
                  const Eigen::Isometry3d& X_WS) {
-  return {name, size, X_WS, bounds_of_box(size, X_WS), false};
+  return {name, size, X_WS, aabb_of_box(size, X_WS), false};
 }
 
 }  // namespace

@@ -14,7 +14,7 @@ struct StaticShape {
   std::string_view name;
   Eigen::Vector3d size = Eigen::Vector3d::Zero();
   Eigen::Isometry3d X_WS = Eigen::Isometry3d::Identity();
-  Bounds bounds;
+  Aabb bounds;
   bool belt = false;
 };
 

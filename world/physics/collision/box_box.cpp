@@ -4,6 +4,9 @@
 #include "world/physics/collision/contact_reduction.hpp"
 #include "world/physics/collision/narrow_phase.hpp"
 
+// Separating axes of oriented boxes (Gottschalk, Lin & Manocha 1996), then the contact manifold:
+// the incident face clipped by the reference face (Sutherland & Hodgman 1974), or the points where
+// two edges come closest (Ericson 2005, ch. 5.1.8).
 namespace aprsim::physics {
 namespace {
 
@@ -46,6 +49,7 @@ double overlap(const Box& a, const Box& b, Vector3d& n) {
   return reach(a, n) + reach(b, n) - d;
 }
 
+/// The shallowest of the six face normals; false when one separates the boxes.
 bool face_axes(const Box& a, const Box& b, Axis& best) {
   for (const bool of_a : {true, false}) {
     for (int i = 0; i < 3; ++i) {
@@ -165,6 +169,7 @@ void box_box(const Vector3d& size_a, const Isometry3d& X_WA, const Vector3d& siz
   if (gap2 > radii * radii) return;
   const Box box_a{0.5 * size_a, X_WA.translation(), X_WA.linear()};
   const Box box_b{0.5 * size_b, X_WB.translation(), X_WB.linear()};
+  // Separating axes: six face normals, nine cross products of edges.
   Axis face, edge;
   if (!face_axes(box_a, box_b, face) || !edge_axes(box_a, box_b, edge)) return;
   detail::Candidates points;

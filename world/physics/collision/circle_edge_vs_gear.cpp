@@ -62,10 +62,10 @@ void touch_end(double z_end, double r_end, double outward, double longest, const
 }
 
 /// The circle's bounds in the gear's frame.
-struct Bounds {
+struct CircleBounds {
   double z_min, z_max, r_min, r_max;
 
-  explicit Bounds(const Circle& circle) {
+  explicit CircleBounds(const Circle& circle) {
     const double sine = std::sqrt(std::max(0.0, 1 - circle.axis.z() * circle.axis.z()));
     const double m = std::hypot(circle.c.x(), circle.c.y());
     z_min = circle.c.z() - circle.r * sine;
@@ -76,9 +76,10 @@ struct Bounds {
 };
 
 /// Can any point of the circle touch the side or an end's rim?
-bool may_touch(const Piece& piece, const Bounds& circle) {
+bool may_touch(const Piece& piece, const CircleBounds& circle) {
   const double z0 = piece.z0 - piece.low_reach, z1 = piece.z1 + piece.high_reach;
   if (circle.z_max < z0 || circle.z_min > z1) return false;
+  // Between the least and the greatest radius of the side at the circle's heights.
   const double at_lo = piece.radius(std::max(circle.z_min, z0));
   const double at_hi = piece.radius(std::min(circle.z_max, z1));
   return circle.r_min < std::max(at_lo, at_hi) && circle.r_max > std::min(at_lo, at_hi);
@@ -88,7 +89,8 @@ bool may_touch(const Piece& piece, const Bounds& circle) {
 
 void circle_on_piece(const Piece& piece, const Isometry3d& X_SG, const Circle& circle,
                      Candidates& out) {
-  if (!may_touch(piece, Bounds(circle))) return;
+  if (!may_touch(piece, CircleBounds(circle))) return;
+  // Sampled around the circle; the local maxima of depth are refined.
   const CircleBasis basis = anchored(circle);
   const auto& directions = sample_directions();
   RingWays ways;
@@ -100,6 +102,7 @@ void circle_on_piece(const Piece& piece, const Isometry3d& X_SG, const Circle& c
   }
   const double longest = touch_deepest(piece, basis, circle.r, ways, X_SG, out);
   if (longest <= 0) return;
+  // Ends of the arc that lies under an exposed end face.
   if (piece.low_exposed) touch_end(piece.z0, piece.r0, -1, longest, basis, radii, X_SG, out);
   if (piece.high_exposed) touch_end(piece.z1, piece.r1, 1, longest, basis, radii, X_SG, out);
 }

@@ -3,6 +3,7 @@
 namespace aprsim::physics::detail {
 
 const std::array<Direction, kRingSamples>& sample_directions() {
+  // Computed once: every circle of every pair starts from these.
   static const std::array<Direction, kRingSamples> directions = [] {
     std::array<Direction, kRingSamples> d;
     for (int i = 0; i < kRingSamples; ++i) {

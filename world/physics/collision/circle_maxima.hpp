@@ -43,7 +43,8 @@ using RingWays = std::array<WayOut, kRingSamples>;
   return v[static_cast<std::size_t>((i + kRingSamples) % kRingSamples)];
 }
 
-/// Angle of the maximum of f between a and b, by golden sections.
+/// Angle of the maximum of f between a and b, by golden sections (Press et al., Numerical Recipes,
+/// ch. 10.2).
 template <class F>
 double golden_maximum(double a, double b, const F& f) {
   constexpr double kGolden = 0.6180339887498949;
@@ -150,7 +151,7 @@ void ring_crossings(const std::array<double, kRingSamples>& v, const F& f, const
     double hi = v[static_cast<std::size_t>((i + 1) % kRingSamples)];
     if ((lo > 0) == (hi > 0)) continue;
     double a = kSampleAngle * i, b = a + kSampleAngle, m = a;
-    // Regula falsi with the Illinois halving.
+    // Regula falsi with the Illinois halving (Dowell & Jarratt 1971).
     for (int pass = 0; pass < 20; ++pass) {
       m = a + (b - a) * (lo / (lo - hi));
       const double value = f(m);

@@ -65,18 +65,21 @@ int best_of(const Selection& from, double least, const Score& score) {
   return best;
 }
 
-/// Four corners of about the largest polygon of support: points of one plane.
+/// Points of one plane: four corners of about the largest polygon, the deepest first (Gregorius,
+/// "Robust Contact Creation", GDC 2015).
 void emit_polygon(const Candidates& all, const Selection& from, const Emission& to) {
   constexpr double kWidth = 1e-6;  // of the smallest triangle worth keeping [m]
   const int a = deepest_of(all, from);
   emit(all[a], to);
   const Vector3d pa = all[a].p;
+  // The point farthest from it.
   const int b = best_of(from, kSamePoint2, [&](int i) { return (all[i].p - pa).squaredNorm(); });
   if (b < 0) return;
   emit(all[b], to);
   const Vector3d& n = all[a].n;
   const Vector3d ab = all[b].p - pa, across = n.cross(ab).normalized();
   const auto beside = [&](int i) { return across.dot(all[i].p - pa); };
+  // The point farthest from the line through both.
   const int c = best_of(from, kWidth, [&](int i) { return std::abs(beside(i)); });
   if (c < 0) return;
   emit(all[c], to);
@@ -112,6 +115,7 @@ void emit_spread(const Candidates& all, const Selection& from, const Emission& t
 void emit_some(const Candidates& all, const Selection& from, const Emission& to) {
   constexpr double kSameDirection = 0.99;
   if (from.count == 0) return;
+  // One plane, or surfaces of several directions.
   for (int k = 1; k < from.count; ++k) {
     if (all[from.at(k)].n.dot(all[from.at(0)].n) < kSameDirection) {
       emit_spread(all, from, to);

@@ -17,7 +17,8 @@ Vector3d side_normal(const Piece& piece, const Vector3d& q, double r) {
   return {q.x() / r * piece.cosine, q.y() / r * piece.cosine, -piece.slope * piece.cosine};
 }
 
-/// False when the edge runs along the rim, or one of the faces alone is the way out.
+/// Edge against rim, as two edges of polyhedra: the normal is across both. False when the edge runs
+/// along the rim, or one of the faces alone is the way out.
 bool add_rim_crossing(const Piece& piece, const Vector3d& q, double r, bool low, const Vector3d& d,
                       const Isometry3d& X_SG, Candidates& out) {
   if (!(low ? piece.low_exposed : piece.high_exposed)) return false;
@@ -37,10 +38,12 @@ bool add_rim_crossing(const Piece& piece, const Vector3d& q, double r, bool low,
 }  // namespace
 
 WayOut way_out(const Piece& piece, double r, double z) {
+  // The nearest of the side and both ends.
   WayOut way{(piece.radius(z) - r) * piece.cosine, kThroughSide};
   const double low = z - piece.z_out_low, high = piece.z_out_high - z;
   if (low < way.depth) way = {low, kThroughLow};
   if (high < way.depth) way = {high, kThroughHigh};
+  // Above or below the piece there is nothing to leave.
   const double beyond = std::min(z - piece.z0 + piece.low_reach, piece.z1 + piece.high_reach - z);
   if (beyond < 0 && beyond < way.depth) way = {beyond, kOutside};
   return way;
@@ -64,6 +67,7 @@ void add_edge_point(const Piece& piece, const Vector3d& q, const Vector3d& d,
   if (std::abs(side - end) < kCorner * least && add_rim_crossing(piece, q, r, low, d, X_SG, out)) {
     return;
   }
+  // One of the faces alone.
   if (side <= end) {
     out.add(X_SG * q, -(X_SG.linear() * side_normal(piece, q, r)), side);
   } else if (low ? piece.low_exposed : piece.high_exposed) {

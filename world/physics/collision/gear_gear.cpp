@@ -5,6 +5,8 @@
 #include "world/physics/collision/narrow_phase.hpp"
 #include "world/physics/collision/rim_vs_pocket.hpp"
 
+// Two unions of frusta about their axes, piece against piece: sides along a line, sides in a point,
+// and the rims of each on the sides and end faces of the other.
 namespace aprsim::physics {
 namespace {
 
@@ -56,6 +58,7 @@ bool side_by_side(const Piece& a, const Piece& b, const Isometry3d& X_BA, Candid
   if (hi <= lo) return false;
   const auto axis_of_a = [&](double z) { return Vector3d(c + (z - c.z()) / u.z() * u); };
   const Vector3d middle = axis_of_a(0.5 * (lo + hi));
+  // Where another way out is shorter, the general search finds it.
   const double overlap = a.r0 + b.r0 - std::hypot(middle.x(), middle.y());
   if (overlap >= std::min({hi - lo, a.r0, b.r0})) return false;
   for (const double z : {lo, hi}) {
@@ -73,6 +76,7 @@ bool side_by_side(const Piece& a, const Piece& b, const Isometry3d& X_BA, Candid
 void crossing_sides(const Piece& a, const Piece& b, const Isometry3d& X_BA, Candidates& out) {
   const Vector3d u = X_BA.linear().col(2), c = X_BA.translation();
   if (a.slope != 0 || b.slope != 0 || std::abs(u.z()) > kParallel) return;
+  // The point of A's axis that is nearest to B's.
   const double s = (c.z() * u.z() - c.dot(u)) / (1 - u.z() * u.z());
   const Vector3d on_a = c + s * u;
   if (s < a.z0 || s > a.z1 || on_a.z() < b.z0 || on_a.z() > b.z1) return;

@@ -6,6 +6,7 @@
 namespace aprsim::physics::detail {
 namespace {
 
+/// Frustum between two heights with a radius at each.
 Piece& add_piece(GearShape& shape, double z0, double r0, double z1, double r1) {
   Piece& p = shape.pieces[static_cast<std::size_t>(shape.piece_count++)];
   p.z0 = z0;
@@ -26,12 +27,14 @@ void add_ring(GearShape& shape, double z, double r) {
   shape.rings[static_cast<std::size_t>(shape.ring_count++)] = {z, r, shape.piece_count - 1};
 }
 
+/// The hub's cone below the disc, cut off by its chamfer.
 void add_hub(GearShape& shape, const scene::GearType& gear) {
   const double h = gear.hub_height_m, c = std::min(gear.hub_chamfer_m, h);
   const double slope = (gear.hub_top_radius_m - gear.hub_bottom_radius_m) / h;
   const double r_edge = gear.hub_bottom_radius_m + slope * c;
   if (c < h) {
     Piece& hub = add_piece(shape, c - h, r_edge, 0, gear.hub_top_radius_m);
+    // Glued to the disc above it, and below to its chamfer, if it has one.
     hub.low_exposed = c <= 0;
     hub.z_out_low = -h;
     hub.high_reach = kGluedReach;
@@ -50,6 +53,7 @@ void add_hub(GearShape& shape, const scene::GearType& gear) {
 
 GearShape gear_shape(const scene::GearType& gear) {
   GearShape shape;
+  // Disc from z = 0 up, hub below it, peg on top of it.
   Piece& disc = add_piece(shape, 0, gear.disc_radius_m, gear.disc_height_m, gear.disc_radius_m);
   disc.low_exposed = disc.high_exposed = true;
   disc.z_out_low = 0;

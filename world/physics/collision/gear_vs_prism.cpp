@@ -8,6 +8,9 @@
 #include "world/physics/collision/rim_vs_pocket.hpp"
 #include "world/physics/collision/straight_edge_vs_gear.hpp"
 
+// The gear's rims against the prism's planes and pockets, and the prism's edges against the gear's
+// pieces: both contain the points of a convex body against another that are farthest inside. A rim
+// point belongs to the face that is its nearest way out.
 namespace aprsim::physics::detail {
 namespace {
 
@@ -27,6 +30,7 @@ struct Plane {
   [[nodiscard]] double under(const Vector3d& p) const { return off - n.dot(p); }
 };
 
+/// The gear and the prism at hand, in the prism's frame S: c, u, e1, e2 are the gear's frame.
 struct Pair {
   const GearShape& gear;
   const Isometry3d& X_SG;
@@ -68,6 +72,7 @@ void turn_to_pocket(Pair& pair) {
   }
 }
 
+/// Top, bottom, then the sides.
 void set_planes(Pair& pair) {
   const Prism& prism = pair.prism;
   pair.planes[kTop].n = Vector3d::UnitZ();
@@ -186,6 +191,7 @@ bool held_by_face(const Pair& pair, int f, bool decided, const Vector3d& p, doub
   return true;
 }
 
+/// Four points of a rim below face f.
 void rim_on_face(const Pair& pair, const RimS& rim, int f, const Resting& rest,
                  const RimPockets& near, Candidates& out) {
   constexpr double kDeepest = 0.9;  // share of the overlap
@@ -205,12 +211,14 @@ void rim_on_face(const Pair& pair, const RimS& rim, int f, const Resting& rest,
   }
 }
 
+/// A rim on all faces through which its piece may leave, and on the pockets near it.
 void rim_on_prism(const Pair& pair, const Ring& ring, const Resting& rest, Candidates& out) {
   const RimS rim{pair.c + ring.z * pair.u, ring.r, pair.u, pair.e1, pair.e2,
                  pair.planes[kTop].sine};
   if (rim.c.z() - rim.r * rim.sine >= pair.prism.z1) return;
   const RimPockets near = pockets_of(rim, pair.pockets);
   if (near.free) return;
+  // A piece that only just overlaps with one face rests on that face alone.
   const bool one_face = rest.face >= 0 && rest.overlap < kResting;
   for (int f = 0; f < pair.plane_count; ++f) {
     if (!pair.planes[static_cast<std::size_t>(f)].exit || (one_face && rest.face != f)) continue;
@@ -228,6 +236,7 @@ bool crossed(const Pair& pair, int plane) {
   return pair.planes[static_cast<std::size_t>(plane)].crossed;
 }
 
+/// Edges between two faces that the gear crosses both: of the top, of the bottom, along the prism.
 void edges_on_gear(const Pair& pair, Candidates& out, Candidates& doubtful) {
   const Prism& prism = pair.prism;
   const auto normal = [&](int plane) -> const Vector3d& {
@@ -329,6 +338,7 @@ bool gear_on_prism(const GearShape& gear, const Isometry3d& X_SG, const Prism& p
     const Resting& rest = rests[static_cast<std::size_t>(ring.piece)];
     if (!rest.apart) rim_on_prism(pair, ring, rest, out);
   }
+  // Edges only where the gear reaches over one.
   if (pair.crossed_count > 1) {
     Candidates doubtful;
     edges_on_gear(pair, out, doubtful);

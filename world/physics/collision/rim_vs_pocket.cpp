@@ -47,6 +47,7 @@ WayOut way_into(const PocketProfile& pocket, const Slab& slab, const Vector3d& p
 
 void anchor_directions(const RimS& rim, const Vector3d& n, double sine, Vector3d& d1,
                        Vector3d& d2) {
+  // Level: body-fixed. Tilted: towards the deepest point.
   d1 = rim.e1;
   d2 = rim.e2;
   if (sine < kLevel) return;
@@ -56,6 +57,7 @@ void anchor_directions(const RimS& rim, const Vector3d& n, double sine, Vector3d
     d2 = rim.u.cross(down);
     return;
   }
+  // Between: turned from the nearest body-fixed radius towards the deepest point.
   const double c = down.dot(rim.e1), s = down.dot(rim.e2);
   if (std::abs(c) < std::abs(s)) {
     d1 = s > 0 ? rim.e2 : Vector3d(-rim.e2);
@@ -74,6 +76,7 @@ RimInPocket rim_in_pocket(const RimS& rim, const PocketProfile& pocket) {
   if (off - rim.r > pocket.r_mouth || rim.r * std::abs(rim.u.z()) - off > pocket.r_mouth) {
     return RimInPocket::kApart;
   }
+  // By the rim's lowest point, and the pocket's radius there.
   const double low = rim.c.z() - rim.r * rim.sine;
   if (low >= 0) return RimInPocket::kApart;
   const bool above_floor = low > -pocket.depth;
@@ -90,6 +93,7 @@ void rim_on_pocket_side(const RimS& rim, const PocketProfile& pocket, const Slab
     const double x = p.x() - pocket.x, y = p.y() - pocket.y;
     return way_into(pocket, slab, p, std::sqrt(x * x + y * y));
   };
+  // Sampled around the rim; the local maxima of depth are refined.
   RingWays ways;
   for (std::size_t i = 0; i < kRingSamples; ++i) {
     ways[i] = way_of(basis.c + directions[i].c * basis.a1 + directions[i].s * basis.a2);

@@ -61,6 +61,7 @@ double shortest(const Piece& piece, const Edge& e, double t) {
 /// The point of the range with the longest way out, by golden sections.
 double innermost(const Piece& piece, const Edge& e, Range range) {
   constexpr double kGolden = 0.6180339887498949;
+  // On a cylinder the way through the side is longest where the edge is nearest to the axis.
   if (piece.slope == 0) {
     const double nearest = std::clamp(e.closest, range.lo, range.hi);
     if (behind_side(piece, e, nearest) <= piece.to_end(e.z(nearest))) return nearest;
@@ -100,6 +101,7 @@ void touch_end(double z_end, double r_end, double outward, double longest, const
 }
 
 void edge_on_piece(const Piece& piece, const Edge& e, const Isometry3d& X_SG, Candidates& out) {
+  // Deepest point first, then both ends of what lies along the side, then what lies under the ends.
   const Range range = within_height(e, piece.z0 - piece.low_reach, piece.z1 + piece.high_reach);
   if (range.empty()) return;
   const double inner = innermost(piece, e, range);
@@ -127,6 +129,7 @@ bool between_faces(const StraightEdge& edge, const Vector3d& p, const Vector3d& 
     const double c = edge.m0.dot(edge.m1), n0 = n.dot(edge.m0), n1 = n.dot(edge.m1);
     return n0 - c * n1 > -kAside && n1 - c * n0 > -kAside;
   }
+  // At a corner, n's share of each of three faces' normals.
   const Vector3d& m2 = at_a ? edge.m_a : edge.m_b;
   const double volume = edge.m0.dot(edge.m1.cross(m2));
   if (std::abs(volume) < 1e-6) return true;
@@ -151,6 +154,7 @@ void edge_on_gear(const GearShape& gear, const Isometry3d& X_SG, const StraightE
   e.d2 = e.d.x() * e.d.x() + e.d.y() * e.d.y();
   e.closest = e.d2 < 1e-12 ? 0 : -(e.p.x() * e.d.x() + e.p.y() * e.d.y()) / e.d2;
   if (e.r(std::clamp(e.closest, 0.0, e.length)) >= gear.r_max) return;
+  // In doubt: a normal that does not lie between those of the edge's faces.
   Candidates found;
   for (int k = 0; k < gear.piece_count; ++k) {
     edge_on_piece(gear.pieces[static_cast<std::size_t>(k)], e, X_SG, found);

@@ -25,6 +25,7 @@ void subtract_plain(double a, const double* x, double* y, int n) { subtract_by_f
 [[gnu::target("avx2")]] void subtract_wide(double a, const double* x, double* y, int n) {
   subtract_by_four(a, x, y, n);
 }
+// Chosen once, by the processor.
 const Subtract kSubtract = __builtin_cpu_supports("avx2") ? subtract_wide : subtract_plain;
 #else
 const Subtract kSubtract = subtract_plain;
@@ -34,6 +35,7 @@ const Subtract kSubtract = subtract_plain;
 
 void subtract(double a, const double* x, double* y, int n) { kSubtract(a, x, y, n); }
 
+/// Left-looking, column by column (Golub & Van Loan, Matrix Computations, ch. 4.2).
 void factorise(double* a, int n, int stride) {
   for (int j = 0; j < n; ++j) {
     double* column = a + j * stride;
@@ -63,6 +65,8 @@ void solve_lower_transposed(const double* l, int n, int stride, double* x) {
   }
 }
 
+/// Gaussian elimination with partial pivoting on both right sides at once (Golub & Van Loan,
+/// ch. 3.4).
 bool solve_two(double* a, int n, int stride, double* right, double* other) {
   for (int k = 0; k < n; ++k) {
     double* column = a + k * stride;
@@ -76,6 +80,7 @@ bool solve_two(double* a, int n, int stride, double* right, double* other) {
       std::swap(right[k], right[pivot]);
       std::swap(other[k], other[pivot]);
     }
+    // Column k of L, then what it takes from the columns and right sides after it.
     const int below = n - k - 1;
     const double scale = 1 / column[k];
     for (int i = k + 1; i < n; ++i) column[i] *= scale;
@@ -86,6 +91,7 @@ bool solve_two(double* a, int n, int stride, double* right, double* other) {
     subtract(right[k], column + k + 1, right + k + 1, below);
     subtract(other[k], column + k + 1, other + k + 1, below);
   }
+  // Back substitution, column by column.
   for (int k = n - 1; k >= 0; --k) {
     const double* column = a + k * stride;
     right[k] /= column[k];

@@ -13,9 +13,9 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr int kRelaxations = 60, kMostChanges = 30;
-// What is only held is held still. Where it presses on something else, friction is a little soft (1
-// um/s for each N): perfectly hard friction at many points often has no solution near the last.
-constexpr double kHoldingCfm = 1e-9, kPressingCfm = 1e-6;
+// A part that is only held is held still. Coupled friction is a little soft (1 um/s for each N):
+// perfectly hard friction at many points often has no solution near the last.
+constexpr double kDecoupledCfm = 1e-9, kCoupledCfm = 1e-6;
 
 using Values = Eigen::Map<Eigen::VectorXd>;
 
@@ -28,7 +28,8 @@ void across(const Vector3d& n, Vector3d& t1, Vector3d& t2) {
   t2 = ode::vector(q);
 }
 
-/// Change of angular velocity of a free body in a step: one Newton step of the implicit equation.
+/// Change of angular velocity of a free body in a step: one Newton iteration of the implicit Euler
+/// step of I omega' + omega x I omega = 0, as in Catto, "Numerical Methods" (GDC 2015).
 Vector3d gyroscopic(const Matrix3d& inertia_W, const Vector3d& omega, double step_s) {
   const Vector3d momentum = inertia_W * omega;
   const auto cross = [](const Vector3d& v) {
@@ -43,27 +44,28 @@ Vector3d gyroscopic(const Matrix3d& inertia_W, const Vector3d& omega, double ste
 }  // namespace
 
 ConstraintSystem::ConstraintSystem(double step_s) : step_s_(step_s) {
-  constexpr std::size_t kBodies = 32, kTies = 96, kLimited = MixedLcp::kCapacity;
+  constexpr std::size_t kBodies = 32, kBilateral = 96, kBounded = MixedLcp::kCapacity;
   bodies_.reserve(kBodies);
-  ties_.reserve(kTies);
-  limited_.reserve(kLimited);
-  contacts_.reserve(kLimited / 3);
-  tie_factor_.reserve(kTies * kTies);
-  link_.reserve(kTies * kLimited);
-  linked_.reserve(kLimited);
-  y_tie_.reserve(kTies);
-  p_tie_.reserve(kTies);
+  bilateral_.reserve(kBilateral);
+  bounded_.reserve(kBounded);
+  contacts_.reserve(kBounded / 3);
+  bilateral_factor_.reserve(kBilateral * kBilateral);
+  coupling_.reserve(kBilateral * kBounded);
+  coupled_.reserve(kBounded);
+  y_.reserve(kBilateral);
+  bilateral_forces_.reserve(kBilateral);
 }
 
 void ConstraintSystem::begin(Normals normals) {
   normals_ = normals;
   bodies_.clear();
-  ties_.clear();
-  limited_.clear();
+  bilateral_.clear();
+  bounded_.clear();
   contacts_.clear();
-  boxed_.clear();
+  lcp_.clear();
 }
 
+/// Semi-implicit Euler as in ODE: forces, gravity and gyroscopic torque change the velocity first.
 void ConstraintSystem::add_body(dBodyID ode, const Vector3d& force, const Vector3d& torque) {
   dMass mass;
   dBodyGetMass(ode, &mass);
@@ -77,6 +79,7 @@ void ConstraintSystem::add_body(dBodyID ode, const Vector3d& force, const Vector
   if (dBodyGetGyroscopicMode(ode) != 0) {
     body.omega += gyroscopic(R * inertia * R.transpose(), body.omega, step_s_);
   }
+  // Velocities after the step as forces alone would make them.
   const Vector3d f = force + ode::vector(dBodyGetForce(ode));
   const Vector3d m = torque + ode::vector(dBodyGetTorque(ode));
   body.v = ode::vector(dBodyGetLinearVel(ode)) + step_s_ * body.inverse_kg * f;
@@ -98,47 +101,50 @@ int ConstraintSystem::index_of(dBodyID body) const {
   return -1;
 }
 
-void ConstraintSystem::join(int& index, Vector6& j, Vector6& m, double& missing,
+/// One side's Jacobian, its product with the inverse mass, and what its velocity lacks of the
+/// target.
+void ConstraintSystem::join(int& index, Vector6& j, Vector6& m, double& deficit,
                             const RowSide& side) const {
   if (side.body == nullptr) return;
   index = index_of(side.body);
-  if (index < 0) {
-    missing -= side.linear.dot(ode::vector(dBodyGetLinearVel(side.body))) +
+  if (index < 0) {  // kinematic: it moves as it does
+    deficit -= side.linear.dot(ode::vector(dBodyGetLinearVel(side.body))) +
                side.angular.dot(ode::vector(dBodyGetAngularVel(side.body)));
     return;
   }
   const Body& body = bodies_[static_cast<std::size_t>(index)];
   j << side.linear, side.angular;
   m << body.inverse_kg * side.linear, body.inverse_inertia_W * side.angular;
-  missing -= side.linear.dot(body.v) + side.angular.dot(body.omega);
+  deficit -= side.linear.dot(body.v) + side.angular.dot(body.omega);
 }
 
 ConstraintSystem::Row ConstraintSystem::make_row(const RowSide& a, const RowSide& b, double target,
                                                  double cfm) const {
   Row row;
   row.softness = cfm / step_s_;
-  row.missing = target;
-  join(row.a, row.j_a, row.m_a, row.missing, a);
-  join(row.b, row.j_b, row.m_b, row.missing, b);
+  row.deficit = target;
+  join(row.a, row.j_a, row.m_a, row.deficit, a);
+  join(row.b, row.j_b, row.m_b, row.deficit, b);
   return row;
 }
 
-int ConstraintSystem::add_tie(const RowSide& a, const RowSide& b, double target_m_s, double cfm) {
-  ties_.push_back(make_row(a, b, target_m_s, cfm));
-  return static_cast<int>(ties_.size()) - 1;
+int ConstraintSystem::add_bilateral(const RowSide& a, const RowSide& b, double target_m_s,
+                                    double cfm) {
+  bilateral_.push_back(make_row(a, b, target_m_s, cfm));
+  return static_cast<int>(bilateral_.size()) - 1;
 }
 
-void ConstraintSystem::add_limited(const RowSide& a, const RowSide& b, double target_m_s,
+void ConstraintSystem::add_bounded(const RowSide& a, const RowSide& b, double target_m_s,
                                    double cfm, double lo_n, double hi_n) {
-  limited_.push_back(make_row(a, b, target_m_s, cfm));
-  boxed_.add({.lo = lo_n * step_s_, .hi = hi_n * step_s_});
+  bounded_.push_back(make_row(a, b, target_m_s, cfm));
+  lcp_.add({.lo = lo_n * step_s_, .hi = hi_n * step_s_});
 }
 
-void ConstraintSystem::add_touch(ContactConstraint& touch, dBodyID a, dBodyID b, double target_m_s,
-                                 double cfm, const Vector3d& slide_W, double slide_m_s,
-                                 const Vector3d& guess_W) {
-  const Vector3d& p = touch.contact.p_W;
-  const Vector3d& n = touch.contact.n_W;
+void ConstraintSystem::add_contact(ContactConstraint& constraint, dBodyID a, dBodyID b,
+                                   const ContactResponse& response, double target_m_s,
+                                   const Vector3d& guess_W) {
+  const Vector3d& p = constraint.contact.p_W;
+  const Vector3d& n = constraint.contact.n_W;
   const auto side = [&p](dBodyID body, const Vector3d& direction) {
     if (body == nullptr) return RowSide{};
     const Vector3d lever = p - ode::vector(dBodyGetPosition(body));
@@ -146,22 +152,26 @@ void ConstraintSystem::add_touch(ContactConstraint& touch, dBodyID a, dBodyID b,
   };
   const auto add = [&](const Vector3d& direction, double target, double softness,
                        const MixedLcp::Row& bounds) {
-    limited_.push_back(make_row(side(a, direction), side(b, -direction), target, softness));
-    return boxed_.add(bounds, step_s_ * guess_W.dot(direction));
+    bounded_.push_back(make_row(side(a, direction), side(b, -direction), target, softness));
+    return lcp_.add(bounds, step_s_ * guess_W.dot(direction));
   };
-  Contact contact{.touch = &touch};
-  contact.first = add(n, target_m_s, cfm, {.lo = 0, .hi = std::numeric_limits<double>::infinity()});
+  // Normal, then both axes of friction: ODE's own choice unless one is given.
+  Contact contact{.constraint = &constraint};
+  contact.first =
+      add(n, target_m_s, response.cfm, {.lo = 0, .hi = std::numeric_limits<double>::infinity()});
   across(n, contact.t1, contact.t2);
-  if (!slide_W.isZero()) {
-    contact.t1 = slide_W;
-    contact.t2 = n.cross(slide_W);
+  if (response.directed) {
+    contact.t1 = response.axis_W;
+    contact.t2 = n.cross(response.axis_W);
   }
-  const double hard = normals_ == Normals::kTogether ? kPressingCfm : kHoldingCfm;
-  add(contact.t1, slide_m_s, hard, {.normal = contact.first, .mu = touch.friction});
-  add(contact.t2, 0, hard, {.normal = contact.first, .mu = touch.friction});
+  const double hard = normals_ == Normals::kCoupled ? kCoupledCfm : kDecoupledCfm;
+  const MixedLcp::Row friction{.normal = contact.first, .mu = constraint.friction};
+  add(contact.t1, response.belt_m_s, hard, friction);
+  add(contact.t2, 0, hard, friction);
   contacts_.push_back(contact);
 }
 
+/// An element of J M^-1 J^T.
 double ConstraintSystem::coupling(const Row& r, const Row& s) {
   double sum = 0;
   if (r.a >= 0) {
@@ -175,81 +185,89 @@ double ConstraintSystem::coupling(const Row& r, const Row& s) {
   return sum;
 }
 
-/// Factorises the ties' matrix and solves it for what is missing of them.
-void ConstraintSystem::eliminate_ties() {
-  const std::size_t n = ties_.size();
-  tie_factor_.resize(n * n);
-  y_tie_.resize(n);
+/// A_bb = L L^T for the bilateral rows, and y = L^-1 b for their velocity deficits.
+void ConstraintSystem::eliminate_bilateral() {
+  const std::size_t n = bilateral_.size();
+  bilateral_factor_.resize(n * n);
+  y_.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t k = i; k < n; ++k) tie_factor_[i * n + k] = coupling(ties_[i], ties_[k]);
-    tie_factor_[i * n + i] += ties_[i].softness;
-    y_tie_[i] = ties_[i].missing;
+    for (std::size_t k = i; k < n; ++k)
+      bilateral_factor_[i * n + k] = coupling(bilateral_[i], bilateral_[k]);
+    bilateral_factor_[i * n + i] += bilateral_[i].softness;
+    y_[i] = bilateral_[i].deficit;
   }
   const int count = static_cast<int>(n);
-  factorise(tie_factor_.data(), count, count);
-  solve_lower(tie_factor_.data(), count, count, y_tie_.data());
+  factorise(bilateral_factor_.data(), count, count);
+  solve_lower(bilateral_factor_.data(), count, count, y_.data());
 }
 
-/// The matrix of the limited rows, given that the ties hold.
-void ConstraintSystem::couple_limited() {
-  const std::size_t n = ties_.size(), m = limited_.size();
+/// The bounded rows' problem with the bilateral rows eliminated: Schur complement
+/// A_uu - A_ub A_bb^-1 A_bu, and right side b_u - A_ub A_bb^-1 b_b, both by way of L^-1 A_bu.
+void ConstraintSystem::couple_bounded() {
+  const std::size_t n = bilateral_.size(), m = bounded_.size();
   const int count = static_cast<int>(n);
-  link_.resize(n * m);
-  linked_.resize(m);
+  coupling_.resize(n * m);
+  coupled_.resize(m);
   for (std::size_t i = 0; i < m; ++i) {
-    double* link = link_.data() + i * n;
+    double* c = coupling_.data() + i * n;
     bool any = false;
     for (std::size_t k = 0; k < n; ++k) {
-      link[k] = coupling(limited_[i], ties_[k]);
-      any = any || link[k] != 0;
+      c[k] = coupling(bounded_[i], bilateral_[k]);
+      any = any || c[k] != 0;
     }
-    linked_[i] = any;
-    if (any) solve_lower(tie_factor_.data(), count, count, link);
-    boxed_.b(static_cast<int>(i)) = limited_[i].missing;
+    coupled_[i] = any;
+    if (any) solve_lower(bilateral_factor_.data(), count, count, c);
+    lcp_.b(static_cast<int>(i)) = bounded_[i].deficit;
     if (any) {
-      boxed_.b(static_cast<int>(i)) -= Values(link, count).dot(Values(y_tie_.data(), count));
+      lcp_.b(static_cast<int>(i)) -= Values(c, count).dot(Values(y_.data(), count));
     }
   }
   for (std::size_t i = 0; i < m; ++i) {
-    double* column = boxed_.column(static_cast<int>(i));
+    // Symmetric: both halves at once.
+    double* column = lcp_.column(static_cast<int>(i));
     for (std::size_t k = i; k < m; ++k) {
-      double value = coupling(limited_[i], limited_[k]);
-      if (linked_[i] && linked_[k]) {
-        value -= Values(link_.data() + i * n, count).dot(Values(link_.data() + k * n, count));
+      double value = coupling(bounded_[i], bounded_[k]);
+      if (coupled_[i] && coupled_[k]) {
+        value -=
+            Values(coupling_.data() + i * n, count).dot(Values(coupling_.data() + k * n, count));
       }
       column[k] = value;
-      boxed_.column(static_cast<int>(k))[i] = value;
+      lcp_.column(static_cast<int>(k))[i] = value;
     }
-    column[i] += limited_[i].softness;
+    column[i] += bounded_[i].softness;
   }
 }
 
+/// Bilateral rows are eliminated, the bounded ones solved, the bilateral ones follow.
 void ConstraintSystem::advance() {
-  eliminate_ties();
-  couple_limited();
-  if (normals_ == Normals::kTogether) {
-    boxed_.solve_together(kRelaxations, kMostChanges);
+  eliminate_bilateral();
+  couple_bounded();
+  if (normals_ == Normals::kCoupled) {
+    lcp_.solve_estimated(kRelaxations);
+    homotopy_.continue_friction(lcp_, kMostChanges);  // or else the estimate stands
   } else {
-    boxed_.solve_one_after_the_other();
+    lcp_.solve_decoupled();
   }
-  const std::size_t n = ties_.size();
+  // Back substitution: what the bounded rows leave for the bilateral ones.
+  const std::size_t n = bilateral_.size();
   const int count = static_cast<int>(n);
-  for (std::size_t i = 0; i < limited_.size(); ++i) {
-    const double impulse = boxed_.x(static_cast<int>(i));
+  for (std::size_t i = 0; i < bounded_.size(); ++i) {
+    const double impulse = lcp_.x(static_cast<int>(i));
     if (impulse == 0) continue;
-    apply(limited_[i], impulse);
-    if (linked_[i]) Values(y_tie_.data(), count) -= impulse * Values(link_.data() + i * n, count);
+    apply(bounded_[i], impulse);
+    if (coupled_[i]) Values(y_.data(), count) -= impulse * Values(coupling_.data() + i * n, count);
   }
-  solve_lower_transposed(tie_factor_.data(), count, count, y_tie_.data());
-  p_tie_.resize(n);
+  solve_lower_transposed(bilateral_factor_.data(), count, count, y_.data());
+  bilateral_forces_.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
-    apply(ties_[i], y_tie_[i]);
-    p_tie_[i] = y_tie_[i] / step_s_;
+    apply(bilateral_[i], y_[i]);
+    bilateral_forces_[i] = y_[i] / step_s_;
   }
   for (Body& body : bodies_) move(body);
   write_forces();
 }
 
+/// v += M^-1 J^T impulse.
 void ConstraintSystem::apply(const Row& row, double impulse) {
   const auto push = [&](int index, const Vector6& m) {
     if (index < 0) return;
@@ -261,8 +279,10 @@ void ConstraintSystem::apply(const Row& row, double impulse) {
   push(row.b, row.m_b);
 }
 
+/// Positions from the new velocities.
 void ConstraintSystem::move(Body& body) const {
   const Vector3d p = ode::vector(dBodyGetPosition(body.ode)) + step_s_ * body.v;
+  // Rotation by the exponential map of omega over the step, as ODE does for finite rotations.
   const dReal* q = dBodyGetQuaternion(body.ode);
   const double half = 0.5 * step_s_, angle = half * body.omega.norm();
   const double sinc = angle < 1e-4 ? 1 - angle * angle / 6 : std::sin(angle) / angle;
@@ -278,11 +298,11 @@ void ConstraintSystem::move(Body& body) const {
 
 void ConstraintSystem::write_forces() {
   for (const Contact& contact : contacts_) {
-    ContactConstraint& touch = *contact.touch;
-    touch.normal_n = boxed_.x(contact.first) / step_s_;
-    touch.f_W = touch.normal_n * touch.contact.n_W +
-                boxed_.x(contact.first + 1) / step_s_ * contact.t1 +
-                boxed_.x(contact.first + 2) / step_s_ * contact.t2;
+    ContactConstraint& constraint = *contact.constraint;
+    constraint.normal_n = lcp_.x(contact.first) / step_s_;
+    constraint.f_W = constraint.normal_n * constraint.contact.n_W +
+                     lcp_.x(contact.first + 1) / step_s_ * contact.t1 +
+                     lcp_.x(contact.first + 2) / step_s_ * contact.t2;
   }
 }
 

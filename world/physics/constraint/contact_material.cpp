@@ -16,11 +16,12 @@ constexpr Softness kHard = {0.2, 1e-6};
 // see the force of an immovable object.
 constexpr Softness kArm = {0.45, 4.5e-3};
 
-constexpr double kSinking = 20;  // [1/s]
+constexpr double kSinkRate = 20;     // [1/s], of the remaining slop
+constexpr double kLeastAlong = 0.1;  // share of the belt's axis that lies in the contact's plane
 
-/// Depth up to which nothing pushes back [m], so that what rests keeps its contacts: it sinks in by
-/// this much. Trays are shoved, and need more. What pads squeeze keeps its contacts anyway, and
-/// within a layer it could stick off centre.
+/// Penetration slop: resting bodies keep this depth, and with it their contacts. Trays are shoved,
+/// and need more. What pads squeeze keeps its contacts anyway, and within a slop it could stick off
+/// centre.
 double penetration_slop_m(SurfacePair pair) {
   switch (pair) {
     case SurfacePair::kPadGear:
@@ -36,39 +37,58 @@ double penetration_slop_m(SurfacePair pair) {
 
 }  // namespace
 
-dContact ode_contact(const ContactConstraint& touch, bool soft, const Eigen::Vector3d& belt_axis_W,
-                     double belt_speed_m_s, const Eigen::Vector3d& slide_W) {
-  const auto& contact = touch.contact;
-  dContact out = {};
-  ode::copy(contact.p_W, out.geom.pos);
-  ode::copy(contact.n_W, out.geom.normal);
+ContactResponse contact_response(const ContactConstraint& constraint, bool arm_link,
+                                 const Eigen::Vector3d& belt_axis_W, double belt_speed_m_s,
+                                 const Eigen::Vector3d& slide_W) {
+  const auto& contact = constraint.contact;
+  const Softness& softness = arm_link ? kArm : contact.pair == SurfacePair::kPadGear ? kPad : kHard;
+  ContactResponse response;
+  response.erp = softness.erp;
+  response.cfm = softness.cfm;
+  // Within the slop a body sinks slowly; by its weight alone, against the soft normal, that would
+  // take minutes.
   const double inside = contact.depth_m - penetration_slop_m(contact.pair);
-  out.geom.depth = std::max(0.0, inside);
-
-  auto& surface = out.surface;
-  const Softness& softness = soft ? kArm : contact.pair == SurfacePair::kPadGear ? kPad : kHard;
-  surface.mode = dContactSoftERP | dContactSoftCFM | dContactApprox1;
-  surface.soft_erp = softness.erp;
-  surface.soft_cfm = softness.cfm;
-  surface.mu = touch.friction;
-  if (inside < 0) {  // or it would take its weight minutes to press it in
-    surface.mode |= dContactMotionN;
-    surface.motionN = kSinking * inside;
-  }
+  response.depth_m = std::max(0.0, inside);
+  if (inside < 0) response.approach_m_s = kSinkRate * inside;
   if (!slide_W.isZero()) {
-    surface.mode |= dContactFDir1;
-    ode::copy(slide_W.normalized(), out.fdir1);
+    response.directed = true;
+    response.axis_W = slide_W.normalized();
   }
-  if (touch.belt) {
-    const Eigen::Vector3d along = belt_axis_W - belt_axis_W.dot(contact.n_W) * contact.n_W;
-    if (along.norm() > 0.1) {
-      const Eigen::Vector3d t1 = (slide_W.isZero() ? along : slide_W).normalized();
-      const Eigen::Vector3d v_belt_W = belt_speed_m_s * along;
-      surface.mode |= dContactFDir1 | dContactMotion1 | dContactMotion2;
-      surface.motion1 = v_belt_W.dot(t1);
-      surface.motion2 = v_belt_W.dot(contact.n_W.cross(t1));
-      ode::copy(t1, out.fdir1);
-    }
+  if (!constraint.belt) return response;
+  // The belt's velocity, split along both axes of friction: a body-less surface in motion.
+  const Eigen::Vector3d along = belt_axis_W - belt_axis_W.dot(contact.n_W) * contact.n_W;
+  if (along.norm() <= kLeastAlong) return response;  // on the belt's end or side
+  const Eigen::Vector3d t1 = (slide_W.isZero() ? along : slide_W).normalized();
+  const Eigen::Vector3d v_belt_W = belt_speed_m_s * along;
+  response.directed = response.belt = true;
+  response.axis_W = t1;
+  response.belt_m_s = v_belt_W.dot(t1);
+  response.belt_across_m_s = v_belt_W.dot(contact.n_W.cross(t1));
+  return response;
+}
+
+dContact ode_contact(const ContactConstraint& constraint, const ContactResponse& response) {
+  dContact out = {};
+  ode::copy(constraint.contact.p_W, out.geom.pos);
+  ode::copy(constraint.contact.n_W, out.geom.normal);
+  out.geom.depth = response.depth_m;
+  auto& surface = out.surface;
+  surface.mode = dContactSoftERP | dContactSoftCFM | dContactApprox1;
+  surface.soft_erp = response.erp;
+  surface.soft_cfm = response.cfm;
+  surface.mu = constraint.friction;
+  if (response.approach_m_s < 0) {
+    surface.mode |= dContactMotionN;
+    surface.motionN = response.approach_m_s;
+  }
+  if (response.directed) {
+    surface.mode |= dContactFDir1;
+    ode::copy(response.axis_W, out.fdir1);
+  }
+  if (response.belt) {
+    surface.mode |= dContactMotion1 | dContactMotion2;
+    surface.motion1 = response.belt_m_s;
+    surface.motion2 = response.belt_across_m_s;
   }
   return out;
 }

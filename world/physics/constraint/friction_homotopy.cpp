@@ -1,192 +1,208 @@
+#include "world/physics/constraint/friction_homotopy.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "world/physics/constraint/cholesky.hpp"
-#include "world/physics/constraint/mixed_lcp.hpp"
 
-// From a solution for fixed bounds of friction to one for bounds that follow the normals. With
-// `left` of the bounds' error still there, a bound is mu x_normal + left error, or zero when that
-// is negative. As long as no row changes its place, x and w are linear in `left`. Where the next
-// row does, it is moved and the line goes on on the other side, if need be backwards in `left` (as
-// in Lemke's method), until nothing is left.
 namespace aprsim::physics {
 namespace {
 
 constexpr double kNoError = 1e-12;  // of the bound
-constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
-void MixedLcp::note_errors() {
+bool FrictionHomotopy::continue_friction(MixedLcp& lcp, int most_changes) {
+  lcp_ = &lcp;
+  rows_ = lcp.rows();
+  state_ = lcp.states();
+  find_errors();
+  double residual = 1, direction = -1;
+  Change last;
+  for (int changes = 0; changes <= most_changes; ++changes) {
+    if (!find_piece()) return false;
+    // Forwards or backwards: away from the state that was just left.
+    if (last.row >= 0) {
+      const double forwards = direction_after(last);
+      if (forwards == 0) return false;
+      direction = forwards > 0 ? 1 : -1;
+    }
+    const Change next = next_change(residual, direction, last);
+    if (next.row < 0) {
+      // No more change before residual 0, or none at all on a path that leads away from it.
+      if (direction < 0) lcp.set_x(x_.end);
+      return direction < 0;
+    }
+    residual += direction * next.distance;
+    apply(next, residual);
+    last = next;
+  }
+  return false;
+}
+
+/// Of the bounds that the starting solution was found with, against those of its own normals.
+void FrictionHomotopy::find_errors() {
   for (int i = 0; i < rows_; ++i) {
-    const Row& row = row_[at(i)];
     double& error = error_[at(i)];
     error = 0;
-    if (row.normal < 0) continue;
-    error = hi_[at(i)] - row.mu * std::max(0.0, x_[at(row.normal)]);
-    if (std::abs(error) <= kNoError * hi_[at(i)]) error = 0;
+    if (row(i).normal < 0) continue;
+    const double bound = lcp_->upper_bound(i);
+    error = bound - row(i).mu * std::max(0.0, lcp_->x(row(i).normal));
+    if (std::abs(error) <= kNoError * bound) error = 0;
   }
 }
 
-double MixedLcp::bound_end(int i) const {
-  return row_[at(i)].mu * x_line_.end[at(row_[at(i)].normal)];
+double FrictionHomotopy::bound_end(int i) const { return row(i).mu * x_.end[at(row(i).normal)]; }
+
+double FrictionHomotopy::bound_slope(int i) const {
+  return row(i).mu * x_.slope[at(row(i).normal)] + error_[at(i)];
 }
 
-double MixedLcp::bound_slope(int i) const {
-  return row_[at(i)].mu * x_line_.slope[at(row_[at(i)].normal)] + error_[at(i)];
-}
-
-/// The equations of the free rows; those of friction at their bounds move with their normals, so
-/// their columns are part of these. Returns the number of free rows.
-int MixedLcp::gather_piece(Numbers& right, Numbers& slope) {
-  const int n = rows_, count = list_free();
-  std::copy_n(b_.data(), n, right.data());
-  std::fill_n(slope.data(), n, 0.0);
-  for (int k = 0; k < count; ++k) {
-    const double* from = column(free_[at(k)]);
-    double* to = factor_.data() + at(k) * kCapacity;
-    for (int m = 0; m < count; ++m) to[m] = from[free_[at(m)]];
-  }
-  for (int i = 0; i < n; ++i) {
-    const Row& row = row_[at(i)];
-    const Where where = where_[at(i)];
-    x_line_.end[at(i)] = x_line_.slope[at(i)] = 0;
-    if (where == Where::kFree || where == Where::kNever) continue;
-    if (row.normal < 0) {
-      const double x = where == Where::kLow ? row.lo : row.hi;
-      x_line_.end[at(i)] = x;
-      if (x != 0) subtract(x, column(i), right.data(), n);
-      continue;
-    }
-    if (error_[at(i)] != 0) subtract(sign(i) * error_[at(i)], column(i), slope.data(), n);
-    const int k = place_[at(row.normal)];
-    if (k < 0) continue;
-    const double* from = column(i);
-    double* to = factor_.data() + at(k) * kCapacity;
-    for (int m = 0; m < count; ++m) to[m] += sign(i) * row.mu * from[free_[at(m)]];
+int FrictionHomotopy::list_free() {
+  int count = 0;
+  for (int i = 0; i < rows_; ++i) {
+    const bool free = state_[at(i)] == RowState::kFree;
+    place_[at(i)] = free ? count : -1;
+    if (free) free_[at(count++)] = i;
   }
   return count;
 }
 
-/// x and w on the present piece; false when they are not determined.
-bool MixedLcp::find_piece() {
-  const int n = rows_;
-  const int count = gather_piece(y_, z_);
+/// The equations of the free rows, for the values at residual 0 (`right`) and for those by residual
+/// (`slope`). Friction at its bounds moves with its normal, so its column adds to the normal's: the
+/// matrix is not symmetric. Returns the number of free rows.
+int FrictionHomotopy::gather_equations(Numbers& right, Numbers& slope) {
+  const int n = rows_, count = list_free();
+  std::copy_n(lcp_->b().data(), n, right.data());
+  std::fill_n(slope.data(), n, 0.0);
+  for (int k = 0; k < count; ++k) {
+    const double* from = lcp_->column(free_[at(k)]);
+    double* to = factor_.data() + at(k) * MixedLcp::kCapacity;
+    for (int m = 0; m < count; ++m) to[m] = from[free_[at(m)]];
+  }
+  for (int i = 0; i < n; ++i) {
+    const RowState state = state_[at(i)];
+    x_.end[at(i)] = x_.slope[at(i)] = 0;
+    if (state == RowState::kFree || state == RowState::kLocked) continue;
+    // A row at a constant bound is a number on the right side.
+    if (row(i).normal < 0) {
+      const double x = state == RowState::kLow ? row(i).lo : row(i).hi;
+      x_.end[at(i)] = x;
+      if (x != 0) subtract(x, lcp_->column(i), right.data(), n);
+      continue;
+    }
+    // Friction at its bound: the error is a number, the rest a multiple of the normal.
+    if (error_[at(i)] != 0) subtract(sign(i) * error_[at(i)], lcp_->column(i), slope.data(), n);
+    const int k = place_[at(row(i).normal)];
+    if (k < 0) continue;
+    const double* from = lcp_->column(i);
+    double* to = factor_.data() + at(k) * MixedLcp::kCapacity;
+    for (int m = 0; m < count; ++m) to[m] += sign(i) * row(i).mu * from[free_[at(m)]];
+  }
+  return count;
+}
+
+/// x and w on the piece of the path with the present states; false when it is not determined.
+bool FrictionHomotopy::find_piece() {
+  const int count = gather_equations(right_, slope_);
   Numbers right, slope;
   for (int k = 0; k < count; ++k) {
-    right[at(k)] = y_[at(free_[at(k)])];
-    slope[at(k)] = z_[at(free_[at(k)])];
+    right[at(k)] = right_[at(free_[at(k)])];
+    slope[at(k)] = slope_[at(free_[at(k)])];
   }
-  if (!solve_two(factor_.data(), count, kCapacity, right.data(), slope.data())) return false;
+  if (!solve_two(factor_.data(), count, MixedLcp::kCapacity, right.data(), slope.data())) {
+    return false;
+  }
   for (int k = 0; k < count; ++k) {
-    x_line_.end[at(free_[at(k)])] = right[at(k)];
-    x_line_.slope[at(free_[at(k)])] = slope[at(k)];
+    x_.end[at(free_[at(k)])] = right[at(k)];
+    x_.slope[at(free_[at(k)])] = slope[at(k)];
   }
-  for (int i = 0; i < n; ++i) {
-    if (row_[at(i)].normal < 0) continue;
-    if (where_[at(i)] != Where::kLow && where_[at(i)] != Where::kHigh) continue;
-    x_line_.end[at(i)] = sign(i) * bound_end(i);
-    x_line_.slope[at(i)] = sign(i) * bound_slope(i);
+  // Friction at its bounds follows from its normal.
+  for (int i = 0; i < rows_; ++i) {
+    if (row(i).normal < 0) continue;
+    if (state_[at(i)] != RowState::kLow && state_[at(i)] != RowState::kHigh) continue;
+    x_.end[at(i)] = sign(i) * bound_end(i);
+    x_.slope[at(i)] = sign(i) * bound_slope(i);
   }
-  find_w(x_line_.end.data(), w_line_.end.data());
-  std::fill_n(w_line_.slope.data(), n, 0.0);
-  for (int i = 0; i < n; ++i) {
-    const double x = x_line_.slope[at(i)];
-    if (x != 0) subtract(-x, column(i), w_line_.slope.data(), n);
+  lcp_->find_w(x_.end, w_.end);
+  std::fill_n(w_.slope.data(), rows_, 0.0);
+  for (int i = 0; i < rows_; ++i) {
+    const double x = x_.slope[at(i)];
+    if (x != 0) subtract(-x, lcp_->column(i), w_.slope.data(), rows_);
   }
   return true;
 }
 
-/// The direction in `left` that takes the row that has just changed further into its new place.
-double MixedLcp::way_on(const Change& last) const {
+/// The change of the residual that takes the row that has just changed further into its new state.
+double FrictionHomotopy::direction_after(const Change& last) const {
   const int i = last.row;
-  const bool friction = row_[at(i)].normal >= 0;
-  const double x = x_line_.slope[at(i)], w = w_line_.slope[at(i)];
-  if (last.to == Where::kNever) return -bound_slope(i);
-  if (last.from == Where::kNever) return bound_slope(i);
-  if (last.to == Where::kLow) return w;
-  if (last.to == Where::kHigh) return -w;
-  const double bound = friction ? bound_slope(i) : 0;
-  return last.from == Where::kLow ? x + bound : bound - x;
+  const double x = x_.slope[at(i)], w = w_.slope[at(i)];
+  if (last.to == RowState::kLocked) return -bound_slope(i);
+  if (last.from == RowState::kLocked) return bound_slope(i);
+  if (last.to == RowState::kLow) return w;
+  if (last.to == RowState::kHigh) return -w;
+  const double bound = row(i).normal >= 0 ? bound_slope(i) : 0;
+  return last.from == RowState::kLow ? x + bound : bound - x;
 }
 
-/// Where a row of friction goes that is allowed a force again.
-MixedLcp::Where MixedLcp::pushed(int i, double left) const {
-  return w_line_.at(i, left) > 0 ? Where::kLow : Where::kHigh;
+/// A friction row that is allowed a force again acts against its velocity.
+MixedLcp::RowState FrictionHomotopy::state_when_unlocked(int i, double residual) const {
+  return w_.at(i, residual) > 0 ? RowState::kLow : RowState::kHigh;
 }
 
-/// The first row that leaves its place on the way from `left` on.
-MixedLcp::Change MixedLcp::next_change(double left, double direction, const Change& last) const {
-  Change next{.distance = direction < 0 ? left : kNever};
-  const auto meet = [&](int i, double end, double slope, Where to) {
+/// The first row whose state ends on the way on from `residual`: a free x that meets a bound, a w
+/// at a bound that vanishes, a bound of friction that becomes or stops being zero.
+FrictionHomotopy::Change FrictionHomotopy::next_change(double residual, double direction,
+                                                       const Change& last) const {
+  Change next{.distance = direction < 0 ? residual : kInfinity};
+  // Where a value that is positive now, end + residual slope, comes down to zero.
+  const auto meet = [&](int i, double end, double slope, RowState to) {
     const double falls = -direction * slope;
     if (falls <= 0 || (i == last.row && to == last.from)) return;
-    const double distance = std::max(0.0, (end + left * slope) / falls);
-    if (distance < next.distance) next = {i, where_[at(i)], to, distance};
+    const double distance = std::max(0.0, (end + residual * slope) / falls);
+    if (distance < next.distance) next = {i, state_[at(i)], to, distance};
   };
   for (int i = 0; i < rows_; ++i) {
-    const Row& row = row_[at(i)];
-    const Where where = where_[at(i)];
-    const bool friction = row.normal >= 0;
-    if (friction ? row.mu == 0 : row.lo == row.hi) continue;
-    const double x = x_line_.end[at(i)], dx = x_line_.slope[at(i)];
-    const double w = w_line_.end[at(i)], dw = w_line_.slope[at(i)];
+    const RowState state = state_[at(i)];
+    const bool friction = row(i).normal >= 0;
+    if (friction ? row(i).mu == 0 : row(i).lo == row(i).hi) continue;
+    const double x = x_.end[at(i)], dx = x_.slope[at(i)];
+    const double w = w_.end[at(i)], dw = w_.slope[at(i)];
     const double bound = friction ? bound_end(i) : 0, dbound = friction ? bound_slope(i) : 0;
-    if (where == Where::kFree) {
-      meet(i, friction ? x + bound : x - row.lo, dx + dbound, Where::kLow);
-      if (friction || row.hi < kNever) {
-        meet(i, friction ? bound - x : row.hi - x, dbound - dx, Where::kHigh);
+    if (state == RowState::kFree) {
+      meet(i, friction ? x + bound : x - row(i).lo, dx + dbound, RowState::kLow);
+      if (friction || row(i).hi < kInfinity) {
+        meet(i, friction ? bound - x : row(i).hi - x, dbound - dx, RowState::kHigh);
       }
-    } else if (where == Where::kNever) {
-      if (error_[at(i)] != 0) meet(i, -bound, -dbound, pushed(i, left));
+    } else if (state == RowState::kLocked) {
+      if (error_[at(i)] != 0) meet(i, -bound, -dbound, state_when_unlocked(i, residual));
     } else {
-      meet(i, -sign(i) * w, -sign(i) * dw, Where::kFree);
-      if (friction && error_[at(i)] != 0) meet(i, bound, dbound, Where::kNever);
+      meet(i, -sign(i) * w, -sign(i) * dw, RowState::kFree);
+      if (friction && error_[at(i)] != 0) meet(i, bound, dbound, RowState::kLocked);
     }
   }
   return next;
 }
 
-/// The two rows of friction of a contact get and lose their bound together; without an error of
-/// their own they do so with their normal.
-void MixedLcp::make(const Change& change, double left) {
-  const int normal = row_[at(change.row)].normal;
-  where_[at(change.row)] = change.to;
-  const bool of_bound = change.from == Where::kNever || change.to == Where::kNever;
+/// The two friction rows of a contact are locked and unlocked together; without an error of their
+/// own they are so with their normal.
+void FrictionHomotopy::apply(const Change& change, double residual) {
+  const int normal = row(change.row).normal;
+  state_[at(change.row)] = change.to;
+  const bool of_bound = change.from == RowState::kLocked || change.to == RowState::kLocked;
   if (normal >= 0 && !of_bound) return;
   for (int i = 0; i < rows_; ++i) {
-    const Row& row = row_[at(i)];
-    if (i == change.row || row.normal < 0 || row.mu == 0) continue;
-    if (normal >= 0 && row.normal == normal) {
-      where_[at(i)] = change.to == Where::kNever ? Where::kNever : pushed(i, left);
-    } else if (row.normal == change.row && error_[at(i)] == 0) {
-      where_[at(i)] = change.to == Where::kFree ? pushed(i, left) : Where::kNever;
+    if (i == change.row || row(i).normal < 0 || row(i).mu == 0) continue;
+    if (normal >= 0 && row(i).normal == normal) {
+      state_[at(i)] =
+          change.to == RowState::kLocked ? RowState::kLocked : state_when_unlocked(i, residual);
+    } else if (row(i).normal == change.row && error_[at(i)] == 0) {
+      state_[at(i)] =
+          change.to == RowState::kFree ? state_when_unlocked(i, residual) : RowState::kLocked;
     }
   }
-}
-
-bool MixedLcp::follow(int most_changes) {
-  note_errors();
-  double left = 1, direction = -1;
-  Change last;
-  for (int changes = 0; changes <= most_changes; ++changes) {
-    if (!find_piece()) return false;
-    if (last.row >= 0) {
-      const double way = way_on(last);
-      if (way == 0) return false;
-      direction = way > 0 ? 1 : -1;
-    }
-    const Change next = next_change(left, direction, last);
-    if (next.row < 0) {
-      if (direction < 0) x_ = x_line_.end;
-      return direction < 0;
-    }
-    left += direction * next.distance;
-    make(next, left);
-    last = next;
-  }
-  return false;
 }
 
 }  // namespace aprsim::physics

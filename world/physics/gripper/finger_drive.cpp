@@ -17,6 +17,8 @@ double throttled(double speed, double distance) {
   return std::min(speed, kCreep + kCushionRate * std::max(0.0, distance));
 }
 
+/// A pneumatic piston: net pressure less Coulomb friction, speed throttled near the end
+/// (cushioning).
 FingerDrive piston(const scene::Gripper& gripper, const Chambers& air, const FingerMotion& finger,
                    double end) {
   const double gross = (gripper.force_n + gripper.friction_n) * (air.closing - air.opening);
@@ -36,6 +38,8 @@ FingerDrive piston(const scene::Gripper& gripper, const Chambers& air, const Fin
 
 }  // namespace
 
+/// Eq. 3 of IMECE2019-11345 without a single-joint law; for two fingers the terms kp (p2 - p1) and
+/// kp (p1 - p2) of eq. 1-2.
 void coupling_forces(std::span<const FingerMotion> fingers, double stiffness_n_m,
                      double damping_ns_m, std::span<double> on) {
   mimic_joint_forces(
@@ -53,6 +57,7 @@ double mimic_pid_force(const scene::MimicPid& gains, double max_n, double error_
   const double grown =
       std::clamp(state.integral_n + gains.i_n_ms * error_m * step_s, -max_n, max_n);
   const double wanted = direct + grown;
+  // Conditional integration: not while it would drive the force further into its limit.
   const bool winding_up = std::abs(wanted) > max_n && wanted * error_m > 0;
   if (!winding_up) state.integral_n = grown;
   return std::clamp(direct + state.integral_n, -max_n, max_n);
@@ -64,6 +69,7 @@ double full_pressure(const scene::Gripper& gripper) {
 
 void advance_air(const scene::Gripper& gripper, bool closing, double step_s, Chambers& air) {
   const double full = full_pressure(gripper);
+  // First-order filling and venting, exact over the step.
   const double kept =
       gripper.fill_time_s > 0 ? std::exp(-step_s / (gripper.fill_time_s * full)) : 0;
   const double closing_end = closing ? full : 0, opening_end = closing ? 0 : full;

@@ -1,10 +1,7 @@
+#include "world/physics/gripper/gripper_constraints.hpp"
+
 #include <limits>
 
-#include "world/physics/constraint/constraint_system.hpp"
-#include "world/physics/gripper/gripper_mechanism.hpp"
-
-// The gripper's joints as rows of a system: the same equations as those of its ODE joints, save
-// that a driven finger at its end stop has a row for each.
 namespace aprsim::physics {
 namespace {
 
@@ -20,94 +17,123 @@ struct Place {
   Eigen::Matrix3d R;
 };
 
-/// The small turn in world that takes axes `from` to axes `to`.
+/// The small rotation in world that takes axes `from` to axes `to`.
 Vector3d turn_between(const Eigen::Matrix3d& from, const Eigen::Matrix3d& to) {
   return 0.5 * (from.col(0).cross(to.col(0)) + from.col(1).cross(to.col(1)) +
                 from.col(2).cross(to.col(2)));
 }
 
-}  // namespace
+/// A force between finger and palm. It acts halfway between their centres, so that it leaves no net
+/// torque.
+struct FingerForce {
+  dBodyID finger_body, palm_body;
+  Vector3d lever;
+  [[nodiscard]] RowSide on_finger(const Vector3d& d) const {
+    return {finger_body, d, lever.cross(d)};
+  }
+  [[nodiscard]] RowSide on_palm(const Vector3d& d) const { return {palm_body, -d, lever.cross(d)}; }
+};
 
-void GripperMechanism::add_to(ConstraintSystem& system) {
-  place_carriage();
-  apply_forces();
-  for (dBodyID body : bodies()) system.add_body(body);
-  add_mount(system);
-  for (std::size_t i = 0; i < 2; ++i) add_slider(system, i);
-  if (settings_.law == scene::GripperLaw::kLinkage) add_linkage(system);
+FingerForce between(dBodyID finger_body, dBodyID palm_body) {
+  return {finger_body, palm_body, 0.5 * (Place(palm_body).p - Place(finger_body).p)};
 }
 
-void GripperMechanism::add_mount(ConstraintSystem& system) const {
-  const Place palm(bodies_[0]), carriage(carriage_.get());
-  const double erp = dJointGetFixedParam(mount_.get(), dParamERP);
-  const double cfm = dJointGetFixedParam(mount_.get(), dParamCFM);
+}  // namespace
+
+void GripperConstraints::add_to(ConstraintSystem& system, const std::array<FingerMotion, 2>& motion,
+                                const std::array<FingerDrive, 2>& drives) const {
+  for (dBodyID body : joints_.moved()) system.add_body(body);
+  add_mount(system);
+  for (std::size_t i = 0; i < 2; ++i) {
+    add_slider(system, i);
+    add_drive(system, i, motion[i], drives[i]);
+  }
+  if (joints_.linkage) add_linkage(system);
+}
+
+/// The palm fixed to the carriage: compliant in translation, stiff in rotation.
+void GripperConstraints::add_mount(ConstraintSystem& system) const {
+  dBodyID palm_body = joints_.bodies[0], carriage_body = joints_.carriage;
+  const Place palm(palm_body), carriage(carriage_body);
   const Vector3d off = carriage.p - palm.p, turn = turn_between(palm.R, carriage.R);
   for (int i = 0; i < 3; ++i) {
     const Vector3d axis = Vector3d::Unit(i);
-    system.add_tie({bodies_[0], axis, Vector3d::Zero()}, {carriage_.get(), -axis, Vector3d::Zero()},
-                   erp / step_s_ * off[i], cfm);
-    system.add_tie({bodies_[0], Vector3d::Zero(), axis}, {carriage_.get(), Vector3d::Zero(), -axis},
-                   kRowErp / step_s_ * turn[i], kRowCfm);
+    system.add_bilateral({palm_body, axis, Vector3d::Zero()},
+                         {carriage_body, -axis, Vector3d::Zero()},
+                         joints_.mount_erp / step_s_ * off[i], joints_.mount_cfm);
+    system.add_bilateral({palm_body, Vector3d::Zero(), axis},
+                         {carriage_body, Vector3d::Zero(), -axis}, kRowErp / step_s_ * turn[i],
+                         kRowCfm);
   }
 }
 
-void GripperMechanism::add_slider(ConstraintSystem& system, std::size_t i) const {
+/// A finger on its rail: no rotation, and translation along the closing direction only.
+void GripperConstraints::add_slider(ConstraintSystem& system, std::size_t i) const {
   const double k = kRowErp / step_s_;
-  dBodyID finger_body = bodies_[i + 1], palm_body = bodies_[0];
+  dBodyID finger_body = joints_.bodies[i + 1], palm_body = joints_.bodies[0];
   const Place finger(finger_body), palm(palm_body);
   const Vector3d turn = turn_between(finger.R, palm.R);
   for (int axis = 0; axis < 3; ++axis) {
-    system.add_tie({finger_body, Vector3d::Zero(), Vector3d::Unit(axis)},
-                   {palm_body, Vector3d::Zero(), -Vector3d::Unit(axis)}, k * turn[axis], kRowCfm);
+    system.add_bilateral({finger_body, Vector3d::Zero(), Vector3d::Unit(axis)},
+                         {palm_body, Vector3d::Zero(), -Vector3d::Unit(axis)}, k * turn[axis],
+                         kRowCfm);
   }
-  // Forces between the two act halfway between their centres, so that they leave no net torque.
-  const Vector3d lever = 0.5 * (palm.p - finger.p);
-  const Vector3d off = palm.p + palm.R * rail_[i] - finger.p;
-  const auto on_finger = [&](const Vector3d& d) { return RowSide{finger_body, d, lever.cross(d)}; };
-  const auto on_palm = [&](const Vector3d& d) { return RowSide{palm_body, -d, lever.cross(d)}; };
+  const FingerForce force = between(finger_body, palm_body);
+  const Vector3d off = palm.p + palm.R * joints_.rail[i] - finger.p;
   for (const int column : {0, 2}) {
     const Vector3d d = finger.R.col(column);
-    system.add_tie(on_finger(d), on_palm(d), k * d.dot(off), kRowCfm);
-  }
-  const Vector3d closing = (i == 0 ? -1.0 : 1.0) * finger.R.col(1);
-  const FingerDrive& drive = now_.drives[i];
-  const double travel = now_.motion[i].travel_m;
-  constexpr double kUnbounded = std::numeric_limits<double>::infinity();
-  if (drive.piston_n > 0) {
-    system.add_limited(on_finger(closing), on_palm(closing), drive.speed_m_s, kPistonCfm,
-                       -drive.piston_n, drive.piston_n);
-  }
-  if (travel <= 0) {
-    system.add_limited(on_finger(closing), on_palm(closing), -k * travel, kStopCfm, 0, kUnbounded);
-  } else if (travel >= end_m_) {
-    system.add_limited(on_finger(-closing), on_palm(-closing), k * (travel - end_m_), kStopCfm, 0,
-                       kUnbounded);
+    system.add_bilateral(force.on_finger(d), force.on_palm(d), k * d.dot(off), kRowCfm);
   }
 }
 
-void GripperMechanism::add_linkage(ConstraintSystem& system) const {
+/// The piston as a motor of limited force, and the end stop that the finger is at.
+void GripperConstraints::add_drive(ConstraintSystem& system, std::size_t i,
+                                   const FingerMotion& motion, const FingerDrive& drive) const {
+  constexpr double kUnbounded = std::numeric_limits<double>::infinity();
   const double k = kRowErp / step_s_;
-  dBodyID lever_body = bodies_[3], palm_body = bodies_[0];
+  dBodyID finger_body = joints_.bodies[i + 1];
+  const FingerForce force = between(finger_body, joints_.bodies[0]);
+  const Vector3d closing = (i == 0 ? -1.0 : 1.0) * Place(finger_body).R.col(1);
+  if (drive.piston_n > 0) {
+    system.add_bounded(force.on_finger(closing), force.on_palm(closing), drive.speed_m_s,
+                       kPistonCfm, -drive.piston_n, drive.piston_n);
+  }
+  if (motion.travel_m <= 0) {
+    system.add_bounded(force.on_finger(closing), force.on_palm(closing), -k * motion.travel_m,
+                       kStopCfm, 0, kUnbounded);
+  } else if (motion.travel_m >= joints_.closed_travel_m) {
+    system.add_bounded(force.on_finger(-closing), force.on_palm(-closing),
+                       k * (motion.travel_m - joints_.closed_travel_m), kStopCfm, 0, kUnbounded);
+  }
+}
+
+/// The lever on a hinge in the palm, and a rod of constant length from each of its ends to a
+/// finger.
+void GripperConstraints::add_linkage(ConstraintSystem& system) const {
+  const double k = kRowErp / step_s_;
+  dBodyID lever_body = joints_.bodies[3], palm_body = joints_.bodies[0];
   const Place lever(lever_body), palm(palm_body);
-  const Vector3d arm = palm.R * pivot_, off = palm.p + arm - lever.p;
+  const Vector3d arm = palm.R * joints_.pivot, off = palm.p + arm - lever.p;
   for (int i = 0; i < 3; ++i) {
     const Vector3d axis = Vector3d::Unit(i);
-    system.add_tie({lever_body, axis, Vector3d::Zero()}, {palm_body, -axis, -arm.cross(axis)},
-                   k * off[i], kRowCfm);
+    system.add_bilateral({lever_body, axis, Vector3d::Zero()}, {palm_body, -axis, -arm.cross(axis)},
+                         k * off[i], kRowCfm);
   }
   const Vector3d tilt = lever.R.col(2).cross(palm.R.col(2));
   for (const int column : {0, 1}) {
     const Vector3d d = palm.R.col(column);
-    system.add_tie({lever_body, Vector3d::Zero(), d}, {palm_body, Vector3d::Zero(), -d},
-                   k * d.dot(tilt), kRowCfm);
+    system.add_bilateral({lever_body, Vector3d::Zero(), d}, {palm_body, Vector3d::Zero(), -d},
+                         k * d.dot(tilt), kRowCfm);
   }
   for (std::size_t i = 0; i < 2; ++i) {
-    const Place finger(bodies_[i + 1]);
-    const Vector3d on_finger = finger.R * rod_on_finger_[i], on_lever = lever.R * rod_on_lever_[i];
+    dBodyID finger_body = joints_.bodies[i + 1];
+    const Place finger(finger_body);
+    const Vector3d on_finger = finger.R * joints_.rod_on_finger[i];
+    const Vector3d on_lever = lever.R * joints_.rod_on_lever[i];
     const Vector3d rod = finger.p + on_finger - lever.p - on_lever;
     const Vector3d d = rod.normalized();
-    system.add_tie({bodies_[i + 1], d, on_finger.cross(d)}, {lever_body, -d, -on_lever.cross(d)},
-                   k * (kRodLength - rod.norm()), kRowCfm);
+    system.add_bilateral({finger_body, d, on_finger.cross(d)}, {lever_body, -d, -on_lever.cross(d)},
+                         k * (kRodLength - rod.norm()), kRowCfm);
   }
 }
 

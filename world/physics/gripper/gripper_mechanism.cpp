@@ -6,40 +6,156 @@
 namespace aprsim::physics {
 namespace {
 
-constexpr double kStillRate = 2e-3;  // [m/s] below which a finger counts as stopped
-constexpr int kStillSteps = 20;      // for as long
-constexpr int kHoldSteps = 5;
-constexpr int kLostSteps = 3;
-constexpr double kHoldShare = 0.05;    // of the piston force that both pads must bear
-constexpr double kShortOfStop = 2e-5;  // [m]
-constexpr double kStopZone = 2e-4;     // [m] next to a stop
-constexpr int kIdleSteps = 50;
-constexpr double kIdleDeflection = 2e-6;  // [m]
+constexpr double kStopZone = 2e-4;   // [m] next to a stop
+constexpr double kLeverShare = 0.2;  // of a finger's mass
+
+dMass box_mass(double kg, const Eigen::Vector3d& size) {
+  dMass m;
+  dMassSetBoxTotal(&m, kg, size.x(), size.y(), size.z());
+  return m;
+}
 
 }  // namespace
+
+// ---- construction
+
+GripperMechanism::GripperMechanism(const scene::Robot& robot, dWorldID world,
+                                   const Eigen::Isometry3d& X_WF, double step_s)
+    : settings_(robot.gripper), step_s_(step_s), X_FT_(robot.X_FT.isometry()) {
+  joints_.linkage = settings_.law == scene::GripperLaw::kLinkage;
+  joints_.closed_travel_m = 0.5 * (settings_.gap_open_m - settings_.gap_closed_m);
+  now_.X_WT = now_.X_WT_next = X_WF * X_FT_;
+  now_.law.air = {0, full_pressure(settings_)};
+  pad_ = {settings_.pad,         settings_.pad_height_m,     settings_.pad_width_m,
+          settings_.pad_depth_m, settings_.v_half_angle_rad, settings_.v_depth_m};
+  now_.report.separation_m = settings_.gap_open_m;
+  now_.report.X_WT = Pose::from(now_.X_WT);
+  make_parts(world);
+  make_mount(world);
+  for (int i = 0; i < 2; ++i) make_slider(world, i);
+  if (joints_.linkage) make_linkage(world);
+}
+
+/// Their order is also that in which ODE's solvers see them.
+void GripperMechanism::make_parts(dWorldID world) {
+  const Eigen::Vector3d finger(settings_.pad_width_m, settings_.pad_depth_m,
+                               settings_.pad_height_m);
+  now_.parts[0].size = settings_.palm_size;
+  now_.parts[0].X_TS.translation().z() = -settings_.pad_height_m - 0.5 * settings_.palm_size.z();
+  for (std::size_t i = 0; i < 2; ++i) {
+    const double side = i == 0 ? 1 : -1;
+    now_.parts[i + 1].size = finger;
+    now_.parts[i + 1].X_TS.translation() =
+        Eigen::Vector3d(0, side * 0.5 * (settings_.gap_open_m + settings_.pad_depth_m),
+                        -0.5 * settings_.pad_height_m);
+  }
+  const double lever_kg = kLeverShare * settings_.finger_mass_kg;
+  const double travel = joints_.closed_travel_m;
+  now_.parts[3].size = Eigen::Vector3d(4 * travel, 0.25 * travel, 0.25 * travel);
+  now_.parts[3].X_TS.translation().z() = -0.5 * settings_.pad_height_m;
+
+  const std::array<double, 4> kg = {settings_.palm_mass_kg, settings_.finger_mass_kg,
+                                    settings_.finger_mass_kg, lever_kg};
+  for (std::size_t i = 0; i < bodies().size(); ++i) {
+    auto& part = now_.parts[i];
+    bodies_[i].reset(dBodyCreate(world));
+    dBodyID body = joints_.bodies[i] = bodies_[i].get();
+    const dMass m = box_mass(kg[i], part.size);
+    dBodySetMass(body, &m);
+    // Weight and inertia of the gripper are the arm's business: see the class.
+    dBodySetGravityMode(body, 0);
+    dBodySetGyroscopicMode(body, 0);
+    dBodySetFiniteRotationMode(body, 1);
+    part.X_WS = now_.X_WT * part.X_TS;
+    part.bounds = aabb_of_box(part.size, part.X_WS);
+    ode::set_rotation(body, part.X_WS.linear());
+    ode::set_position(body, part.X_WS.translation());
+  }
+  // The carriage sits at the palm's centre, so that the mount sees no lever arm.
+  carriage_.reset(dBodyCreate(world));
+  dBodySetKinematic(carriage_.get());
+  dBodySetFiniteRotationMode(carriage_.get(), 1);
+  joints_.carriage = carriage_.get();
+  place_carriage();
+}
+
+/// Palm on carriage.
+void GripperMechanism::make_mount(dWorldID world) {
+  mount_.reset(dJointCreateFixed(world, nullptr));
+  dJointAttach(mount_.get(), joints_.bodies[0], carriage_.get());
+  dJointSetFixed(mount_.get());
+  // The implicit spring and damper of ODE's manual, section "How to use ERP and CFM".
+  const double hk = step_s_ * settings_.palm_stiffness_n_m;
+  joints_.mount_erp = hk / (hk + settings_.palm_damping_ns_m);
+  joints_.mount_cfm = 1 / (hk + settings_.palm_damping_ns_m);
+  dJointSetFixedParam(mount_.get(), dParamERP, joints_.mount_erp);
+  dJointSetFixedParam(mount_.get(), dParamCFM, joints_.mount_cfm);
+}
+
+/// Finger on palm, positive travel closing.
+void GripperMechanism::make_slider(dWorldID world, int i) {
+  const auto index = static_cast<std::size_t>(i);
+  const Eigen::Vector3d axis = closing_W(i);
+  joints_.rail[index] = now_.parts[index + 1].X_TS.translation() - now_.parts[0].X_TS.translation();
+  auto& slider = sliders_[index];
+  slider.reset(dJointCreateSlider(world, nullptr));
+  dJointAttach(slider.get(), joints_.bodies[index + 1], joints_.bodies[0]);
+  dJointSetSliderAxis(slider.get(), axis.x(), axis.y(), axis.z());
+  dJointSetSliderParam(slider.get(), dParamCFM, GripperConstraints::kPistonCfm);
+  dJointSetSliderParam(slider.get(), dParamStopCFM, GripperConstraints::kStopCfm);
+}
+
+/// A lever on the palm, turning about the tool's axis, with a rod to each finger.
+void GripperMechanism::make_linkage(dWorldID world) {
+  const Eigen::Vector3d pivot = now_.parts[3].X_WS.translation();
+  const Eigen::Vector3d axis = now_.X_WT.linear().col(2);
+  hinge_.reset(dJointCreateHinge(world, nullptr));
+  dJointAttach(hinge_.get(), joints_.bodies[3], joints_.bodies[0]);
+  dJointSetHingeAnchor(hinge_.get(), pivot.x(), pivot.y(), pivot.z());
+  dJointSetHingeAxis(hinge_.get(), axis.x(), axis.y(), axis.z());
+  // Lever ends and rods are mirror images through the pivot, so equal travels are exact.
+  const double arm = std::max(0.02, 2 * joints_.closed_travel_m);
+  const double rod_length = GripperConstraints::kRodLength;
+  joints_.pivot = now_.parts[3].X_TS.translation() - now_.parts[0].X_TS.translation();
+  for (std::size_t i = 0; i < 2; ++i) {
+    const double side = i == 0 ? 1 : -1;
+    joints_.rod_on_lever[i] = side * arm * Eigen::Vector3d::UnitX();
+    joints_.rod_on_finger[i] = joints_.pivot + joints_.rod_on_lever[i] +
+                               side * rod_length * Eigen::Vector3d::UnitY() - joints_.rail[i];
+    const Eigen::Vector3d end = pivot + side * arm * now_.X_WT.linear().col(0);
+    const Eigen::Vector3d on_finger = end + side * rod_length * now_.X_WT.linear().col(1);
+    auto& rod = rods_[i];
+    rod.reset(dJointCreateDBall(world, nullptr));
+    dJointAttach(rod.get(), joints_.bodies[i + 1], joints_.bodies[3]);
+    dJointSetDBallAnchor1(rod.get(), on_finger.x(), on_finger.y(), on_finger.z());
+    dJointSetDBallAnchor2(rod.get(), end.x(), end.y(), end.z());
+  }
+}
+
+// ---- a step
 
 GripperMechanism::State GripperMechanism::save() const {
   State state = now_;
   state.force_n = settings_.force_n;
-  for (std::size_t i = 0; i < body_count_; ++i) ode::save(bodies_[i], state.bodies[i]);
+  for (std::size_t i = 0; i < bodies().size(); ++i) ode::save(joints_.bodies[i], state.bodies[i]);
   return state;
 }
 
 void GripperMechanism::restore(const State& state) {
   now_ = state;
   settings_.force_n = state.force_n;
-  for (std::size_t i = 0; i < body_count_; ++i) ode::restore(bodies_[i], state.bodies[i]);
+  for (std::size_t i = 0; i < bodies().size(); ++i)
+    ode::restore(joints_.bodies[i], state.bodies[i]);
   place_carriage();
 }
 
 void GripperMechanism::command(double setting) {
   const bool servo = settings_.drive == scene::GripperDrive::kServo;
-  const double taken = servo ? setting : setting > 0.5 ? 1 : 0;
-  if (taken == now_.setting) return;
-  now_.setting = taken;
+  const double reached = servo ? setting : setting > 0.5 ? 1 : 0;  // a piston knows two
+  if (reached == now_.setting) return;
+  now_.setting = reached;
   now_.law.mimic = {};
-  now_.still_steps = 0;
-  now_.report.settled = false;
+  now_.grasp.restart(now_.report);
   wake();
 }
 
@@ -56,48 +172,59 @@ void GripperMechanism::begin_step(const Eigen::Isometry3d& X_WF_next) {
   const Eigen::Vector3d omega_before = now_.omega;
   now_.omega = turn.angle() / step_s_ * turn.axis();
   if (now_.idle) return;
-  for (std::size_t i = 0; i < body_count_; ++i) {
+  // Velocities relative to the carriage turn with it; its own change is the arm's business.
+  for (std::size_t i = 0; i < bodies().size(); ++i) {
     auto& part = now_.parts[i];
-    const Eigen::Vector3d v = ode::vector(dBodyGetLinearVel(bodies_[i]));
-    const Eigen::Vector3d w = ode::vector(dBodyGetAngularVel(bodies_[i]));
+    const Eigen::Vector3d v = ode::vector(dBodyGetLinearVel(joints_.bodies[i]));
+    const Eigen::Vector3d w = ode::vector(dBodyGetAngularVel(joints_.bodies[i]));
     const Eigen::Vector3d u = carried_velocity(part.X_WS.translation());
-    ode::set_velocity(bodies_[i], u + now_.delta.linear() * (v - part.carried_v),
+    ode::set_velocity(joints_.bodies[i], u + now_.delta.linear() * (v - part.carried_v),
                       now_.omega + now_.delta.linear() * (w - omega_before));
     part.carried_v = u;
   }
   place_carriage();
-  drive();
+  set_drives();
 }
 
-void GripperMechanism::drive() {
+/// From the fingers' motion, by the law, to the sliders' motors and end stops.
+void GripperMechanism::set_drives() {
   for (std::size_t i = 0; i < 2; ++i) {
     now_.motion[i] = {dJointGetSliderPosition(sliders_[i].get()),
                       dJointGetSliderPositionRate(sliders_[i].get())};
   }
   now_.drives = settings_.drive == scene::GripperDrive::kServo
-                    ? servo_drives(settings_, stop(), now_.motion)
-                    : finger_drives(settings_, closing(), now_.motion, end_m_, step_s_, now_.law);
+                    ? servo_drives(settings_, stop_travel(), now_.motion)
+                    : finger_drives(settings_, closing(), now_.motion, joints_.closed_travel_m,
+                                    step_s_, now_.law);
   for (std::size_t i = 0; i < 2; ++i) {
     dJointID slider = sliders_[i].get();
     dJointSetSliderParam(slider, dParamVel, now_.drives[i].speed_m_s);
     dJointSetSliderParam(slider, dParamFMax, now_.drives[i].piston_n);
     // ODE's motor pushes with all its force, unlimited in speed, in a step that begins at a stop:
-    // right against the stop, wrong away from it. The stop that a finger leaves is taken away.
+    // right against the stop, wrong away from it. So the stop that a finger leaves is removed.
     const double travel = now_.motion[i].travel_m;
-    const bool leaves_open = stop() > kStopZone && travel < kStopZone;
-    const bool leaves_closed = stop() < end_m_ - kStopZone && travel > end_m_ - kStopZone;
+    const bool leaves_open = stop_travel() > kStopZone && travel < kStopZone;
+    const bool leaves_closed = stop_travel() < joints_.closed_travel_m - kStopZone &&
+                               travel > joints_.closed_travel_m - kStopZone;
     dJointSetSliderParam(slider, dParamLoStop, leaves_open ? -dInfinity : 0);
-    dJointSetSliderParam(slider, dParamHiStop, leaves_closed ? dInfinity : end_m_);
+    dJointSetSliderParam(slider, dParamHiStop, leaves_closed ? dInfinity : joints_.closed_travel_m);
   }
+}
+
+void GripperMechanism::add_to(ConstraintSystem& system) {
+  place_carriage();
+  apply_forces();
+  GripperConstraints(joints_, step_s_).add_to(system, now_.motion, now_.drives);
 }
 
 void GripperMechanism::apply_forces() {
   for (std::size_t i = 0; i < 2; ++i) {
-    if (now_.drives[i].extra_n != 0)
-      dJointAddSliderForce(sliders_[i].get(), now_.drives[i].extra_n);
+    const double extra_n = now_.drives[i].extra_n;
+    if (extra_n != 0) dJointAddSliderForce(sliders_[i].get(), extra_n);
   }
 }
 
+/// The carriage's velocity takes it to its next pose in this step.
 void GripperMechanism::place_carriage() {
   const Eigen::Isometry3d X_WS = now_.X_WT * now_.parts[0].X_TS;
   ode::set_rotation(carriage_.get(), X_WS.linear());
@@ -108,19 +235,20 @@ void GripperMechanism::place_carriage() {
 void GripperMechanism::end_step() {
   now_.X_WT = now_.X_WT_next;
   if (now_.idle) {
-    follow();
+    move_with_mount();
   } else {
     read_back();
   }
   now_.report.X_WT = Pose::from(now_.parts[0].X_WS * now_.parts[0].X_TS.inverse());
 }
 
+/// From ODE to our records.
 void GripperMechanism::read_back() {
-  for (std::size_t i = 0; i < body_count_; ++i) {
+  for (std::size_t i = 0; i < bodies().size(); ++i) {
     auto& part = now_.parts[i];
-    part.X_WS.linear() = ode::matrix(dBodyGetRotation(bodies_[i]));
-    part.X_WS.translation() = ode::vector(dBodyGetPosition(bodies_[i]));
-    part.bounds = bounds_of_box(part.size, part.X_WS);
+    part.X_WS.linear() = ode::matrix(dBodyGetRotation(joints_.bodies[i]));
+    part.X_WS.translation() = ode::vector(dBodyGetPosition(joints_.bodies[i]));
+    part.bounds = aabb_of_box(part.size, part.X_WS);
   }
   for (std::size_t i = 0; i < 2; ++i) {
     now_.motion[i] = {dJointGetSliderPosition(sliders_[i].get()),
@@ -133,6 +261,7 @@ void GripperMechanism::read_back() {
       (now_.parts[0].X_WS.translation() - (now_.X_WT * now_.parts[0].X_TS).translation()).norm();
 }
 
+/// Fingers at their travels, the mount undeflected.
 Eigen::Isometry3d GripperMechanism::resting_X_TS(std::size_t part) const {
   Eigen::Isometry3d X_TS = now_.parts[part].X_TS;
   if (part == 1) X_TS.translation().y() -= now_.report.travel_m[0];
@@ -140,24 +269,26 @@ Eigen::Isometry3d GripperMechanism::resting_X_TS(std::size_t part) const {
   return X_TS;
 }
 
-void GripperMechanism::follow() {
+/// Idle: the parts move with the mount as one.
+void GripperMechanism::move_with_mount() {
   for (std::size_t i = 0; i < 3; ++i) {
     now_.parts[i].X_WS = now_.X_WT * resting_X_TS(i);
-    now_.parts[i].bounds = bounds_of_box(now_.parts[i].size, now_.parts[i].X_WS);
+    now_.parts[i].bounds = aabb_of_box(now_.parts[i].size, now_.parts[i].X_WS);
   }
 }
 
 void GripperMechanism::wake() {
-  now_.free_steps = 0;
+  now_.grasp.stay_awake();
   if (!now_.idle) return;
   now_.idle = false;
-  for (std::size_t i = 0; i < body_count_; ++i) {
+  // Bodies where the parts are, moving with the mount.
+  for (std::size_t i = 0; i < bodies().size(); ++i) {
     auto& part = now_.parts[i];
     if (i == 3) part.X_WS = now_.X_WT * part.X_TS;
-    ode::set_rotation(bodies_[i], part.X_WS.linear());
-    ode::set_position(bodies_[i], part.X_WS.translation());
+    ode::set_rotation(joints_.bodies[i], part.X_WS.linear());
+    ode::set_position(joints_.bodies[i], part.X_WS.translation());
     part.carried_v = carried_velocity(part.X_WS.translation());
-    ode::set_velocity(bodies_[i], part.carried_v, now_.omega);
+    ode::set_velocity(joints_.bodies[i], part.carried_v, now_.omega);
   }
   place_carriage();
 }
@@ -165,40 +296,22 @@ void GripperMechanism::wake() {
 void GripperMechanism::observe(const PadForces& pads, bool touched) {
   now_.report.force_n = pads.closing_n;
   if (now_.idle) return;
-  const bool still = std::abs(now_.motion[0].rate_m_s) < kStillRate &&
-                     std::abs(now_.motion[1].rate_m_s) < kStillRate;
-  const bool driven = settings_.drive == scene::GripperDrive::kServo ||
-                      air_is_steady(settings_, closing(), now_.law.air);
-  now_.still_steps = still && driven ? now_.still_steps + 1 : 0;
-  if (now_.still_steps >= kStillSteps) now_.report.settled = true;
-  watch_grip(pads, still);
-
-  const bool at_stop = std::abs(now_.motion[0].travel_m - stop()) < kShortOfStop &&
-                       std::abs(now_.motion[1].travel_m - stop()) < kShortOfStop;
-  const bool rests = still && at_stop && !touched && now_.report.settled &&
-                     now_.report.palm_deflection_m < kIdleDeflection;
-  now_.free_steps = rests ? now_.free_steps + 1 : 0;
-  if (now_.free_steps >= kIdleSteps) fall_idle(stop());
+  const bool at_full_force = settings_.drive == scene::GripperDrive::kServo ||
+                             air_is_steady(settings_, closing(), now_.law.air);
+  const bool idle = now_.grasp.observe({.pads = pads,
+                                        .motion = now_.motion,
+                                        .stop_travel_m = stop_travel(),
+                                        .closed_travel_m = joints_.closed_travel_m,
+                                        .force_n = settings_.force_n,
+                                        .at_full_force = at_full_force,
+                                        .touched = touched},
+                                       now_.report);
+  if (idle) become_idle();
 }
 
-void GripperMechanism::watch_grip(const PadForces& pads, bool still) {
-  const double bearing = kHoldShare * settings_.force_n;
-  const bool pressing = pads.body[0] >= 0 && pads.body[0] == pads.body[1] &&
-                        pads.closing_n[0] > bearing && pads.closing_n[1] > bearing;
-  const bool stopped_short = now_.motion[0].travel_m < end_m_ - kShortOfStop ||
-                             now_.motion[1].travel_m < end_m_ - kShortOfStop;
-  now_.hold_steps = pressing && still && stopped_short ? now_.hold_steps + 1 : 0;
-  now_.lost_steps = pressing ? 0 : now_.lost_steps + 1;
-  if (now_.hold_steps >= kHoldSteps) {
-    now_.report.holding = true;
-    now_.report.held_body = pads.body[0];
-  } else if (now_.lost_steps >= kLostSteps) {
-    now_.report.holding = false;
-    now_.report.held_body = -1;
-  }
-}
-
-void GripperMechanism::fall_idle(double stop) {
+/// Exactly at the stop and on the mount; the lever, which has no travel of its own, where it is.
+void GripperMechanism::become_idle() {
+  const double stop = stop_travel();
   now_.idle = true;
   now_.report.travel_m = {stop, stop};
   now_.report.separation_m = settings_.gap_open_m - 2 * stop;
@@ -206,9 +319,10 @@ void GripperMechanism::fall_idle(double stop) {
   now_.motion = {FingerMotion{stop, 0}, FingerMotion{stop, 0}};
   auto& lever = now_.parts[3];
   lever.X_TS = now_.X_WT.inverse() * lever.X_WS;
-  follow();
+  move_with_mount();
 }
 
+/// Of the point at p_W, if it moved with the mount.
 Eigen::Vector3d GripperMechanism::carried_velocity(const Eigen::Vector3d& p_W) const {
   return (now_.delta * p_W - p_W) / step_s_;
 }
@@ -227,10 +341,6 @@ Eigen::Isometry3d GripperMechanism::X_WD(int finger) const {
 Eigen::Vector3d GripperMechanism::closing_W(int finger) const {
   const auto& part = now_.parts[static_cast<std::size_t>(finger) + 1];
   return (finger == 0 ? -1.0 : 1.0) * part.X_WS.linear().col(1);
-}
-
-int GripperMechanism::rows() const {
-  return 6 + 12 + (settings_.law == scene::GripperLaw::kLinkage ? 7 : 0);
 }
 
 }  // namespace aprsim::physics

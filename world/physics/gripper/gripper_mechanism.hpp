@@ -1,7 +1,7 @@
 #pragma once
 
 #include <array>
-#include <optional>
+#include <span>
 
 #include <Eigen/Geometry>
 
@@ -9,26 +9,20 @@
 #include "world/physics/bodies/ode_handles.hpp"
 #include "world/physics/collision/narrow_phase.hpp"
 #include "world/physics/gripper/finger_drive.hpp"
-#include "world/physics/physics_world.hpp"
+#include "world/physics/gripper/grasp_monitor.hpp"
+#include "world/physics/gripper/gripper_constraints.hpp"
+#include "world/physics/gripper/gripper_state.hpp"
 
 namespace aprsim::physics {
-
-class ConstraintSystem;
 
 /// A palm or finger as a box; `X_WS` is its centre.
 struct GripperPart {
   Eigen::Vector3d size = Eigen::Vector3d::Zero();
   Eigen::Isometry3d X_TS = Eigen::Isometry3d::Identity();  ///< in the tool frame, open, unloaded
   Eigen::Isometry3d X_WS = Eigen::Isometry3d::Identity();
-  Bounds bounds;
+  Aabb bounds;
   // velocity of the carriage's rigid motion at this part, last step
   Eigen::Vector3d carried_v = Eigen::Vector3d::Zero();
-};
-
-/// What the pads touched in one step.
-struct PadForces {
-  std::array<double, 2> closing_n{};  ///< reaction of gears on each pad along the closing direction
-  std::array<int, 2> body{-1, -1};    ///< gear that each pad presses hardest, by body index
 };
 
 /// A parallel gripper on the flange, pads as high as the fingers, the palm's box on top of them: a
@@ -53,10 +47,10 @@ class GripperMechanism {
     std::array<FingerMotion, 2> motion{};
     std::array<FingerDrive, 2> drives{};
     LawState law;
-    double setting = 1;  ///< as taken: 0 closed .. 1 open, one of the two for pistons
+    double setting = 1;  ///< 0 closed .. 1 open, one of the two for pistons
     double force_n = 0;  ///< of each finger
     bool idle = true;
-    int still_steps = 0, hold_steps = 0, lost_steps = 0, free_steps = 0;
+    GraspMonitor grasp;
     GripperState report;
   };
   [[nodiscard]] State save() const;
@@ -73,16 +67,20 @@ class GripperMechanism {
   void apply_forces();
   /// Puts the carriage where kinematics says, reads back the parts.
   void end_step();
-  /// Decides settled, holding and idleness from this step's pad forces; `touched` by anything.
+  /// See GraspMonitor; `touched` by anything.
   void observe(const PadForces& pads, bool touched);
 
   /// At an end stop with nothing touching, the mechanism follows the flange without being solved.
   [[nodiscard]] bool idle() const { return now_.idle; }
   void wake();
 
-  [[nodiscard]] const GripperPart& palm() const { return now_.parts[0]; }
-  [[nodiscard]] const GripperPart& finger(int i) const {
-    return now_.parts[static_cast<std::size_t>(i) + 1];
+  static constexpr int kParts = 3;  ///< palm and two fingers
+  [[nodiscard]] const GripperPart& part(int i) const {
+    return now_.parts[static_cast<std::size_t>(i)];
+  }
+  /// Of all parts.
+  [[nodiscard]] Aabb bounds() const {
+    return part(0).bounds.joined(part(1).bounds).joined(part(2).bounds);
   }
   [[nodiscard]] const Pad& pad() const { return pad_; }
   [[nodiscard]] Eigen::Isometry3d X_WD(int finger) const;  ///< see Pad
@@ -91,48 +89,35 @@ class GripperMechanism {
   [[nodiscard]] const GripperState& state() const { return now_.report; }
   [[nodiscard]] double pad_friction() const { return settings_.pad_friction; }
   /// Bodies that are solved together, without the carriage.
-  [[nodiscard]] std::span<const dBodyID> bodies() const { return {bodies_.data(), body_count_}; }
+  [[nodiscard]] std::span<const dBodyID> bodies() const { return joints_.moved(); }
   [[nodiscard]] dBodyID carriage() const { return carriage_.get(); }
   /// Puts the carriage body at the start of the step (solvers move it along).
   void place_carriage();
-  [[nodiscard]] int rows() const;
+  /// How many rows it adds to a system at most.
+  [[nodiscard]] int rows() const { return GripperConstraints(joints_, step_s_).rows(); }
 
  private:
   void make_parts(dWorldID world);
   void make_mount(dWorldID world);
   void make_slider(dWorldID world, int i);
   void make_linkage(dWorldID world);
-  void drive();
-  void add_mount(ConstraintSystem& system) const;
-  void add_slider(ConstraintSystem& system, std::size_t i) const;
-  void add_linkage(ConstraintSystem& system) const;
+  void set_drives();
   [[nodiscard]] bool closing() const { return now_.setting <= 0.5; }  ///< of pistons
   /// Travel at which the fingers stop with nothing between them.
-  [[nodiscard]] double stop() const { return (1 - now_.setting) * end_m_; }
-  void watch_grip(const PadForces& pads, bool still);
-  void fall_idle(double stop);
-  void follow();
+  [[nodiscard]] double stop_travel() const { return (1 - now_.setting) * joints_.closed_travel_m; }
+  void become_idle();
+  void move_with_mount();
   void read_back();
   [[nodiscard]] Eigen::Vector3d carried_velocity(const Eigen::Vector3d& p_W) const;
   [[nodiscard]] Eigen::Isometry3d resting_X_TS(std::size_t part) const;
 
-  // Soft enough that piston, stop and linkage, which hold the same finger, stay well conditioned:
-  // 60 N move it by less than 0.1 mm/s against the piston, and not at all against the stop.
-  static constexpr double kPistonCfm = 1e-6, kStopCfm = 1e-7;
-  static constexpr double kRodLength = 0.05;  // [m]
-
   scene::Gripper settings_;
   double step_s_;
-  double end_m_;  // travel of the closed stop
   Eigen::Isometry3d X_FT_;
   Pad pad_;
-  // Where the joints are: fingers (open) and the lever's pivot in the palm, the rods' ends.
-  std::array<Eigen::Vector3d, 2> rail_, rod_on_finger_, rod_on_lever_;
-  Eigen::Vector3d pivot_ = Eigen::Vector3d::Zero();
-  std::array<ode::Body, 4> body_handles_;  // of the parts
+  GripperJoints joints_;
+  std::array<ode::Body, 4> bodies_;  // of the parts
   ode::Body carriage_;
-  std::array<dBodyID, 4> bodies_{};
-  std::size_t body_count_ = 3;
   ode::Joint mount_, hinge_;
   std::array<ode::Joint, 2> sliders_, rods_;
   State now_;

@@ -11,6 +11,7 @@ Composites::Composites(std::span<FreeBody> bodies, const Eigen::Vector3d& gravit
   }
 }
 
+/// Into the root's list, which ascends.
 void Composites::insert(int root, int member) {
   int before = root;
   while (next(before) >= 0 && next(before) < member) before = next(before);
@@ -25,21 +26,23 @@ bool Composites::rests_on(int body, int below) const {
   return body == below;
 }
 
-void Composites::attach(int child, int parent, const ContactWrenchCone& support) {
+void Composites::attach(int child, int parent, const ContactWrenchCone& cone) {
+  // The child's whole list goes over to the parent's root.
   moved_.clear();
   for (int m = child; m >= 0; m = next(m)) moved_.push_back(m);
   at(child).parent = parent;
-  at(child).support = support;
+  at(child).cone = cone;
   const int to = root(parent);
   for (const int m : moved_) insert(to, m);
   ++children_;
-  contacts_ += support.count();
+  contacts_ += cone.count();
   weigh(to);
   dBodyDisable(body(child).body.get());
 }
 
 void Composites::detach(int child) {
   const int from = root(child);
+  // Take the child and all that rests on it out of the list, and make it a list of its own.
   moved_.clear();
   for (int m = from; next(m) >= 0;) {
     const int candidate = next(m);
@@ -56,14 +59,15 @@ void Composites::detach(int child) {
   at(child).X_RB.setIdentity();
   for (const int m : moved_) insert(child, m);
   --children_;
-  contacts_ -= at(child).support.count();
+  contacts_ -= at(child).cone.count();
   weigh(from);
   const FreeBody& free = body(child);
   ode::set_rotation(free.body.get(), free.X_WB.linear());
   weigh(child);
 }
 
-/// Sums up what each member carries, and gives the whole to the root's ODE body.
+/// Composite inertia of each member: itself and all that rests on it. The root's ODE body moves the
+/// whole.
 void Composites::weigh(int root) {
   for (int m = root; m >= 0; m = next(m)) {
     MassProperties total = body(m).mass;
@@ -76,7 +80,7 @@ void Composites::weigh(int root) {
   body(root).carry(at(root).carried);
 }
 
-void Composites::follow(int root) {
+void Composites::move_members(int root) {
   const FreeBody& lead = body(root);
   for (int m = next(root); m >= 0; m = next(m)) {
     FreeBody& free = body(m);
@@ -91,8 +95,11 @@ Wrench Composites::required(int child, const RigidMotion& motion) const {
   const Eigen::Isometry3d& X = body(child).X_WB;
   const MassProperties& load = at(child).carried;
   const Eigen::Vector3d r = X * load.com - motion.origin_W;
+  // Acceleration of the load's centre of mass.
   const Eigen::Vector3d accel =
       motion.accel_W + motion.alpha_W.cross(r) + motion.omega_W.cross(motion.omega_W.cross(r));
+  // In the child's frame: force, then Euler's equation about the centre of mass, moved to the
+  // origin.
   const auto R_BW = X.linear().transpose();
   const Eigen::Vector3d omega = R_BW * motion.omega_W;
   Wrench wrench;

@@ -28,26 +28,28 @@ class Composites {
   /// The next member: a root's list runs from the root through its members in ascending order.
   [[nodiscard]] int next(int body) const { return at(body).next; }  ///< -1 = no more
   [[nodiscard]] bool is_merged(int body) const { return parent(body) >= 0 || next(body) >= 0; }
-  [[nodiscard]] const ContactWrenchCone& support(int child) const { return at(child).support; }
+  /// Of its contact with its parent.
+  [[nodiscard]] const ContactWrenchCone& cone(int child) const { return at(child).cone; }
   [[nodiscard]] int child_count() const { return children_; }
   /// Contact points that the mergers have replaced.
   [[nodiscard]] int contact_count() const { return contacts_; }
 
   /// Merges the composite of `child`, a root, onto `parent`.
-  void attach(int child, int parent, const ContactWrenchCone& support);
+  void attach(int child, int parent, const ContactWrenchCone& cone);
   /// Frees a child, with all that rests on it, from its parent.
   void detach(int child);
   /// Gives the members the pose and velocity of their root.
-  void follow(int root);
+  void move_members(int root);
 
-  /// What the parent must exert on `child` for it and all that rests on it to move so (in the
-  /// child's frame), by Newton and Euler.
+  /// The wrench that the parent must exert on `child`, in the child's frame, for it and all that
+  /// rests on it to move so: Newton and Euler for its composite rigid body (Featherstone 2008,
+  /// ch. 5.3 and 6.2).
   [[nodiscard]] Wrench required(int child, const RigidMotion& motion) const;
   [[nodiscard]] bool contains(int child, const RigidMotion& motion) const {
-    return at(child).support.contains(required(child, motion));
+    return at(child).cone.contains(required(child, motion));
   }
 
-  /// Takes over the state of the same bodies' composites and gives ODE the masses; poses are the
+  /// Copies the state of the same bodies' composites and gives ODE the masses; poses are the
   /// caller's business.
   void restore(const Composites& from);
 
@@ -56,7 +58,7 @@ class Composites {
     int root = -1, parent = -1, next = -1;
     Eigen::Isometry3d X_RB = Eigen::Isometry3d::Identity();  // in the root
     MassProperties carried;  // the body and all that rests on it, in its frame
-    ContactWrenchCone support;
+    ContactWrenchCone cone;
   };
   [[nodiscard]] const Member& at(int body) const {
     return members_[static_cast<std::size_t>(body)];

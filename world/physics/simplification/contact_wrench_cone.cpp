@@ -21,8 +21,9 @@ Vector3d across(const Vector3d& n) {
   return n.cross(axis).normalized();
 }
 
-/// Lawson and Hanson's algorithm for min |G x - w|, x >= 0, with six rows: whether the minimum is
-/// zero, that is, whether w lies in the cone that G's columns span.
+/// Non-negative least squares, min |G x - w| for x >= 0, by Lawson & Hanson (Solving Least Squares
+/// Problems, 1974, ch. 23), with six rows: whether the minimum is zero, that is, whether w lies in
+/// the cone that G's columns span. Deviation: at most six columns are active.
 class ConeTest {
  public:
   static constexpr int kColumns = 9 * ContactWrenchCone::kMaxPoints;
@@ -31,7 +32,7 @@ class ConeTest {
   void add(const Vector6& column) { columns_.col(count_++) = column / column.norm(); }
   bool holds(const Vector6& w) {
     const double scale = w.norm();
-    Vector6 rest = w;
+    Vector6 rest = w;  // residual w - G x
     for (int round = 0; round < kRounds; ++round) {
       if (rest.norm() <= kTolerance * scale) return true;
       const int best = steepest(rest);
@@ -54,6 +55,7 @@ class ConeTest {
   [[nodiscard]] int at(int k) const { return active_[static_cast<std::size_t>(k)]; }
   [[nodiscard]] double& x(int k) { return x_[static_cast<std::size_t>(k)]; }
 
+  /// The idle column along which the residual falls fastest; -1: none, w lies outside.
   [[nodiscard]] int steepest(const Vector6& rest) const {
     if (size_ >= 6) return -1;
     int best = -1;
@@ -106,6 +108,7 @@ void ContactWrenchCone::add(const Vector3d& p, const Vector3d& n, double frictio
   if (count_ < kMaxPoints) points_[static_cast<std::size_t>(count_++)] = {p, n, friction};
 }
 
+/// The largest set of points with one normal, sorted into a polygon.
 void ContactWrenchCone::finish() {
   corners_ = 0;
   for (int i = 0; i < count_; ++i) {
@@ -143,11 +146,13 @@ void ContactWrenchCone::finish() {
 
 bool ContactWrenchCone::contains(const Wrench& wrench) const {
   if (count_ == 0) return wrench.force.isZero() && wrench.moment.isZero();
-  return flat_bears(wrench) || cones_bear(wrench);
+  return polygon_contains(wrench) || cones_contain(wrench);
 }
 
-/// Enough, and cheap: forces in proportion to the pressure, plus a turn about its centre.
-bool ContactWrenchCone::flat_bears(const Wrench& wrench) const {
+/// Sufficient, and cheap: the centre of pressure lies in the polygon of the points, and friction
+/// splits into sliding in proportion to the pressure and spin about its centre; both together bound
+/// the load of the worst point.
+bool ContactWrenchCone::polygon_contains(const Wrench& wrench) const {
   if (corners_ < 3) return false;
   const double pressure = wrench.force.dot(normal_);
   if (!(pressure > 0)) return false;
@@ -168,9 +173,10 @@ bool ContactWrenchCone::flat_bears(const Wrench& wrench) const {
   return sliding * nearest2 + spin * std::sqrt(farthest2) <= limit * nearest2;
 }
 
-/// Whether forces within the cones of all points add up to the wrench. Each cone is spanned by its
-/// axis and eight edges, one of them along the sliding force, so that plain sliding is exact.
-bool ContactWrenchCone::cones_bear(const Wrench& wrench) const {
+/// Exact but for the cones' edges: whether forces within the friction cones of all points add up to
+/// the wrench. Each cone is spanned by its axis and eight edges, one of them along the sliding
+/// force, so that plain sliding is exact.
+bool ContactWrenchCone::cones_contain(const Wrench& wrench) const {
   constexpr int kEdges = 8;
   constexpr double kTurn = 0.78539816339744831;  // 2 pi / kEdges
   ConeTest test;

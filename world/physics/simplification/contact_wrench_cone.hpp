@@ -12,23 +12,20 @@ struct Wrench {
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();  ///< [Nm]
 };
 
-/// The contact points through which one body carries another that rests on it, in the frame of the
-/// carried body. Says which forces they can pass on by Coulomb's law.
+/// The wrenches that the contact points between a body and its carrier can transmit by Coulomb's
+/// law, in the frame of the carried body: the sum of the points' friction cones.
 class ContactWrenchCone {
  public:
   static constexpr int kMaxPoints = 8;
 
-  /// `n` points into the carried body. Points beyond kMaxPoints are left out: the support is then
-  /// taken for weaker than it is.
+  /// `n` points into the carried body. Points beyond kMaxPoints are left out: the cone is then
+  /// narrower than it is.
   void add(const Eigen::Vector3d& p, const Eigen::Vector3d& n, double friction);
   /// To be called once after the last add().
   void finish();
   [[nodiscard]] int count() const { return count_; }
-  /// The moment's unit of length: about how far the points are apart.
-  [[nodiscard]] double extent_m() const { return extent_; }
 
-  /// True when the carrier can exert this wrench on the carried body: pushing only, within every
-  /// point's friction cone, the centre of pressure within the polygon of the points.
+  /// True when the carrier can exert this wrench on the carried body.
   [[nodiscard]] bool contains(const Wrench& wrench) const;
 
  private:
@@ -36,12 +33,12 @@ class ContactWrenchCone {
     Eigen::Vector3d p, n;
     double friction;
   };
-  [[nodiscard]] bool flat_bears(const Wrench& wrench) const;
-  [[nodiscard]] bool cones_bear(const Wrench& wrench) const;
+  [[nodiscard]] bool polygon_contains(const Wrench& wrench) const;
+  [[nodiscard]] bool cones_contain(const Wrench& wrench) const;
 
   std::array<Point, kMaxPoints> points_;
   int count_ = 0;
-  double extent_ = 0;
+  double extent_ = 0;  // the moment's unit of length: about how far the points are apart
   // The points of the commonest normal, as a polygon in order about its centre.
   std::array<Eigen::Vector3d, kMaxPoints> corner_;
   int corners_ = 0;

@@ -1,50 +1,39 @@
 #include "world/physics/simplification/simplification.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace aprsim::physics {
-namespace {
-
-constexpr int kMergeSteps = 20;  // at rest relative to each other before two are merged
-constexpr int kRestSteps = 20;   // at rest on the carrier before it counts
-constexpr int kSleepSteps = 40;  // before a group falls asleep
-constexpr double kShare = 0.1;   // of e1 and e2: stricter than the paper's criteria
-constexpr double kDrift = 2e-7;  // [m] over all of that time: slow sliding is no rest
-
-}  // namespace
 
 Simplification::Simplification(const scene::Physics& physics, std::span<FreeBody> bodies,
                                const StaticShapes& fixed, dWorldID world)
     : merges_(physics.simplification == scene::Simplification::kMerge ||
               physics.simplification == scene::Simplification::kDormant),
       sleeps_(physics.simplification == scene::Simplification::kDormant),
-      speed_(kShare * physics.simplify_speed_m_s),
-      accel_(kShare * physics.simplify_accel_m_s2),
       step_s_(physics.step_s),
       gravity_W_(0, 0, -physics.gravity_m_s2),
       bodies_(bodies),
       fixed_(&fixed),
       composites_(bodies, gravity_W_),
-      dormancy_(bodies, fixed, composites_),
-      rest_(bodies.size()),
+      sleeping_(bodies, fixed, composites_),
+      rest_(physics, bodies),
+      neighbours_(bodies.size()),
       islands_(bodies.size()) {
   if (physics.simplification == scene::Simplification::kVirtualJoints) {
     virtual_joints_.emplace(physics, bodies, world);
   }
   awake_.reserve(bodies.size());
-  solids_.reserve(bodies.size());
+  awake_roots_.reserve(bodies.size());
   scratch_.reserve(bodies.size());
   list_awake();
 }
 
 void Simplification::list_awake() {
   awake_.clear();
-  solids_.clear();
+  awake_roots_.clear();
   for (int i = 0; i < static_cast<int>(bodies_.size()); ++i) {
     if (dormant(i)) continue;
     awake_.push_back(i);
-    if (root(i) == i) solids_.push_back(i);
+    if (root(i) == i) awake_roots_.push_back(i);
   }
 }
 
@@ -62,40 +51,36 @@ api::GroupKind Simplification::group_kind(int i) const {
 }
 
 int Simplification::group(int i) const {
-  if (dormant(i)) return dormancy_.lowest(i);
+  if (dormant(i)) return sleeping_.lowest(i);
   if (composites_.is_merged(root(i))) return root(i);
   return virtual_joints_ ? virtual_joints_->group(i) : -1;
 }
 
-bool Simplification::resting(int i) const { return dormant(i) || at(i).quiet_steps >= kRestSteps; }
+bool Simplification::resting(int i) const { return dormant(i) || rest_.resting(i); }
 
 int Simplification::joint_count() const {
   return static_cast<int>(joined_pairs().size()) + composites_.child_count() +
-         dormancy_.root_count();
+         sleeping_.root_count();
 }
 
 Eigen::Isometry3d Simplification::X_WB(int i) const {
-  return dormant(i) ? dormancy_.X_WB(i) : body(i).X_WB;
+  return dormant(i) ? sleeping_.X_WB(i) : body(i).X_WB;
 }
 
 Eigen::Vector3d Simplification::velocity(int i) const {
-  return dormant(i) ? dormancy_.velocity(i) : body(i).v_com_W;
+  return dormant(i) ? sleeping_.velocity(i) : body(i).v_com_W;
 }
 
 // ---- waking and releasing
 
 void Simplification::wake(int group) {
-  const Eigen::Vector3d v = dormancy_.velocity(dormancy_.first(group));
-  for (int i = dormancy_.first(group); i >= 0; i = dormancy_.next(i)) {
-    Rest& rest = at(i);
-    rest.quiet_steps = kRestSteps;  // it was, and will be unless it moves
-    rest.pair_steps = 0;
-    rest.below = -1;
-    rest.touched = rest.near = false;
-    rest.v_before = v;
-    rest.omega_before.setZero();
+  const Eigen::Vector3d v = sleeping_.velocity(sleeping_.first(group));
+  for (int i = sleeping_.first(group); i >= 0; i = sleeping_.next(i)) {
+    rest_.wake(i, v);
+    at(i).below = -1;
+    at(i).touched = at(i).near = false;
   }
-  dormancy_.wake(group);
+  sleeping_.wake(group);
   list_awake();
 }
 
@@ -112,22 +97,25 @@ void Simplification::disturb(int i) {
 void Simplification::release(int i) {
   if (composites_.parent(i) < 0) return;
   composites_.detach(i);
-  at(i).pair_steps = 0;
-  solids_.insert(std::lower_bound(solids_.begin(), solids_.end(), i), i);
+  rest_.restart_on_body(i);
+  awake_roots_.insert(std::lower_bound(awake_roots_.begin(), awake_roots_.end(), i), i);
 }
 
+/// What wakes has moved with the belt's old speed so far.
 void Simplification::begin_step(double belt_speed_m_s) {
   for (const int i : awake_) at(i).touched = at(i).near = false;
   scratch_.clear();
-  dormancy_.groups_to_wake(belt_speed_m_s, step_s_, scratch_);
+  sleeping_.groups_to_wake(belt_speed_m_s, step_s_, scratch_);
   for (const int group : scratch_) wake(group);
-  belt_speed_before_ = dormancy_.belt_speed_m_s();
-  dormancy_.begin_step(belt_speed_m_s);
+  belt_speed_before_ = sleeping_.belt_speed_m_s();
+  sleeping_.begin_step(belt_speed_m_s);
 }
 
-void Simplification::find_overloaded(std::vector<int>& overloaded) {
-  for (const int i : solids_) {
+/// Newton and Euler for every member of every awake composite, against the cone of its contact.
+void Simplification::find_overstressed(std::vector<int>& overstressed) {
+  for (const int i : awake_roots_) {
     if (composites_.next(i) < 0) continue;
+    // The composite's acceleration over the step: before it by our record, after it by ODE.
     const FreeBody& lead = body(i);
     RigidMotion motion;
     motion.origin_W = lead.origin_W();
@@ -137,8 +125,8 @@ void Simplification::find_overloaded(std::vector<int>& overloaded) {
     motion.alpha_W = (motion.omega_W - lead.omega_W) / step_s_;
     for (int m = composites_.next(i); m >= 0; m = composites_.next(m)) {
       const Wrench wrench = composites_.required(m, motion);
-      if (composites_.support(m).contains(wrench)) continue;
-      overloaded.push_back(m);
+      if (composites_.cone(m).contains(wrench)) continue;
+      overstressed.push_back(m);
       at(m).pull_W = body(m).X_WB.linear() * wrench.force;
     }
   }
@@ -146,189 +134,164 @@ void Simplification::find_overloaded(std::vector<int>& overloaded) {
 
 // ---- after a step
 
-const FreeBody* Simplification::free(int node) const {
-  const bool is_free = node >= 0 && node < static_cast<int>(bodies_.size());
-  return is_free ? &bodies_[static_cast<std::size_t>(node)] : nullptr;
+bool Simplification::is_free(int id) const {
+  return id >= 0 && id < static_cast<int>(bodies_.size());
 }
 
-void Simplification::observe(std::span<const ContactConstraint> touches,
+void Simplification::observe(std::span<const ContactConstraint> constraints,
                              std::span<const int> island_of) {
-  dormancy_.end_step(step_s_);
-  if (virtual_joints_) virtual_joints_->observe(touches, step_s_);
-  judge_islands(touches, island_of);
+  sleeping_.end_step(step_s_);
+  if (virtual_joints_) virtual_joints_->observe(constraints, step_s_);
+  judge_islands(constraints, island_of);
   if (merges_) {
-    note_touches(touches);
-    judge_pairs(touches, island_of);
+    note_contacts(constraints);
+    judge_pairs(constraints, island_of);
   }
-  if (sleeps_) fall_asleep(touches, island_of);
-  for (const int i : awake_) {
-    at(i).v_before = body(i).v_com_W;
-    at(i).omega_before = body(i).omega_W;
-  }
+  if (sleeps_) fall_asleep(constraints, island_of);
+  for (const int i : awake_) rest_.end_step(i);
 }
 
-void Simplification::note_touches(std::span<const ContactConstraint> touches) {
-  scratch_.clear();
-  for (const int i : solids_) {
+/// Finds the only body that each composite touches. Another one, or one more, starts the count
+/// anew.
+void Simplification::note_contacts(std::span<const ContactConstraint> constraints) {
+  scratch_.clear();  // bodies below in the last step
+  for (const int i : awake_roots_) {
     at(i).crowded = false;
     scratch_.push_back(at(i).below);
     at(i).below = -1;
   }
-  for (const auto& touch : touches) {
-    note_below(touch.contact.a, touch.contact.b);
-    note_below(touch.contact.b, touch.contact.a);
+  for (const auto& constraint : constraints) {
+    note_below(constraint.contact.a, constraint.contact.b);
+    note_below(constraint.contact.b, constraint.contact.a);
   }
-  for (std::size_t k = 0; k < solids_.size(); ++k) {
-    Rest& rest = at(solids_[k]);
-    if (rest.below != scratch_[k] || rest.crowded) rest.pair_steps = 0;
+  for (std::size_t k = 0; k < awake_roots_.size(); ++k) {
+    const int i = awake_roots_[k];
+    if (at(i).below != scratch_[k] || at(i).crowded) rest_.restart_on_body(i);
   }
 }
 
 void Simplification::note_below(int a, int b) {
-  if (!free(a)) return;
-  Rest& rest = at(root(a));
-  if (!free(b) || root(a) != a || (rest.below >= 0 && rest.below != b)) {
-    rest.crowded = true;
+  if (!is_free(a)) return;
+  Neighbours& of_root = at(root(a));
+  if (!is_free(b) || root(a) != a || (of_root.below >= 0 && of_root.below != b)) {
+    of_root.crowded = true;
   } else {
-    rest.below = b;
+    of_root.below = b;
   }
 }
 
-void Simplification::judge_islands(std::span<const ContactConstraint> touches,
+/// Which islands have been at rest on their carriers for long enough.
+void Simplification::judge_islands(std::span<const ContactConstraint> constraints,
                                    std::span<const int> island_of) {
-  for (const int i : solids_) islands_[static_cast<std::size_t>(i)] = {};
-  for (const auto& touch : touches) {
-    if (!free(touch.contact.a)) continue;
-    const int number = island_of[static_cast<std::size_t>(root(touch.contact.a))];
+  // What carries each island, and how far along the belt it reaches.
+  for (const int i : awake_roots_) islands_[static_cast<std::size_t>(i)] = {};
+  for (const auto& constraint : constraints) {
+    if (!is_free(constraint.contact.a)) continue;
+    const int number = island_of[static_cast<std::size_t>(root(constraint.contact.a))];
     if (number < 0) continue;
     Island& island = islands_[static_cast<std::size_t>(number)];
     ++island.contacts;
-    if (touch.fixed < 0) continue;
-    if (!touch.belt) {
+    if (constraint.fixed < 0) continue;
+    if (!constraint.belt) {
       island.on_fixed = true;
       continue;
     }
-    const double x = (fixed_->X_CW * touch.contact.p_W).x();
+    const double x = (fixed_->X_CW * constraint.contact.p_W).x();
     island.on_belt = true;
     island.belt_min = std::min(island.belt_min, x);
     island.belt_max = std::max(island.belt_max, x);
   }
+  // An island is quiet when all its bodies are.
   for (const int i : awake_) {
     const int number = island_of[static_cast<std::size_t>(root(i))];
-    Rest& rest = at(i);
     if (number < 0) {
-      rest.quiet_steps = 0;
+      rest_.restart_on_carrier(i);
       continue;
     }
     Island& island = islands_[static_cast<std::size_t>(number)];
-    if (root(i) == i) ++island.solids;
-    rest.quiet_steps = is_quiet(i, island) && !rest.touched ? rest.quiet_steps + 1 : 0;
-    if (rest.quiet_steps < kSleepSteps || rest.near) island.quiet = false;
+    if (root(i) == i) ++island.roots;
+    count_on_carrier(i, island);
+    if (!rest_.may_sleep(i) || at(i).near) island.quiet = false;
   }
 }
 
 /// At rest relative to the belt or to fixed things, through changes of the belt's speed too.
-bool Simplification::is_quiet(int i, const Island& island) {
-  Rest& rest = at(i);
-  const FreeBody& free = body(i);
+void Simplification::count_on_carrier(int i, const Island& island) {
   const Eigen::Vector3d axis = island.on_belt ? fixed_->belt_axis_W : Eigen::Vector3d::Zero();
-  const Eigen::Vector3d v = free.v_com_W - dormancy_.belt_speed_m_s() * axis;
-  const Eigen::Vector3d v_before = rest.v_before - belt_speed_before_ * axis;
-  Eigen::Isometry3d now = free.X_WB;
-  now.translation() -= dormancy_.belt_travel_m() * axis;
-  if (rest.quiet_steps == 0) rest.quiet_at = now;
-  const double drift = (now.translation() - rest.quiet_at.translation()).norm() +
-                       (now.linear() - rest.quiet_at.linear()).norm() * free.radius_m;
-  // Crawling starts the count anew, but is rest enough for those who look.
-  if (drift > kDrift && rest.quiet_steps > kRestSteps) {
-    rest.quiet_steps = kRestSteps;
-    rest.quiet_at = now;
-  }
-  return v.norm() < speed_ && free.omega_W.norm() * free.radius_m < speed_ &&
-         (v - v_before).norm() < accel_ * step_s_;
+  const RestDetector::CarrierMotion carrier{.v_W = sleeping_.belt_speed_m_s() * axis,
+                                            .v_before_W = belt_speed_before_ * axis,
+                                            .travel_W = sleeping_.belt_travel_m() * axis};
+  rest_.count_on_carrier(i, carrier, at(i).touched);
 }
 
-/// A solid at rest for some time relative to the only body that it touches is merged with it when
-/// their contact can bear it: while sliding it can not.
-void Simplification::judge_pairs(std::span<const ContactConstraint> touches,
+/// A composite at rest for some time relative to the only body that it touches is merged with it if
+/// the wrench that this requires lies in the cone of their contact: while sliding it does not.
+void Simplification::judge_pairs(std::span<const ContactConstraint> constraints,
                                  std::span<const int> island_of) {
   scratch_.clear();
-  for (const int i : solids_) {
-    Rest& rest = at(i);
-    if (rest.below < 0 || rest.crowded) continue;
-    const Rest& under = at(rest.below);
-    const bool held = island_of[static_cast<std::size_t>(i)] < 0;
-    const bool mutual = under.below == i && !under.crowded && rest.below > i;
-    if (held || mutual || rest.touched || rest.near || !rests_on(i, rest.below)) {
-      rest.pair_steps = 0;
-      continue;
-    }
-    if (++rest.pair_steps >= kMergeSteps) scratch_.push_back(i);
-  }
-  for (const int i : scratch_) {
+  for (const int i : awake_roots_) {
     const int below = at(i).below;
-    if (root(i) != i || root(below) == i) continue;
-    const FreeBody& lower = body(below);
-    RigidMotion motion;
-    motion.origin_W = lower.com_W();
-    motion.accel_W = (lower.v_com_W - at(below).v_before) / step_s_;
-    motion.alpha_W = (lower.omega_W - at(below).omega_before) / step_s_;
-    motion.omega_W = lower.omega_W;
-    const ContactWrenchCone support = support_of(i, below, touches);
-    if (!support.contains(composites_.required(i, motion))) continue;
-    composites_.attach(i, below, support);
-    at(i).pair_steps = 0;
-    at(i).pull_W.setZero();
-    islands_[static_cast<std::size_t>(island_of[static_cast<std::size_t>(i)])].quiet = false;
-    solids_.erase(std::lower_bound(solids_.begin(), solids_.end(), i));
+    if (below < 0 || at(i).crowded) continue;
+    const bool held = island_of[static_cast<std::size_t>(i)] < 0;
+    // Of two lone bodies the one with the higher number, a gear, is the child.
+    const bool mutual = at(below).below == i && !at(below).crowded && below > i;
+    if (held || mutual || at(i).touched || at(i).near) {
+      rest_.restart_on_body(i);
+    } else if (rest_.count_on_body(i, below)) {
+      scratch_.push_back(i);
+    }
   }
+  for (const int i : scratch_) merge(i, at(i).below, constraints, island_of);
 }
 
-bool Simplification::rests_on(int child, int below) {
-  Rest& rest = at(child);
-  const FreeBody& upper = body(child);
+void Simplification::merge(int child, int below, std::span<const ContactConstraint> constraints,
+                           std::span<const int> island_of) {
+  // A merger of this very step may have made the child a member, or the body below one of its own.
+  if (root(child) != child || root(below) == child) return;
   const FreeBody& lower = body(below);
-  const Eigen::Vector3d lever = upper.com_W() - lower.com_W();
-  const Eigen::Vector3d v = upper.v_com_W - lower.v_com_W - lower.omega_W.cross(lever);
-  const Eigen::Vector3d v_before =
-      rest.v_before - at(below).v_before - at(below).omega_before.cross(lever);
-  const Eigen::Vector3d spin = upper.omega_W - lower.omega_W;
-  const bool slow = v.norm() < speed_ && spin.norm() * upper.radius_m < speed_ &&
-                    (v - v_before).norm() < accel_ * step_s_;
-  if (!slow) return false;
-  const Eigen::Isometry3d X = lower.X_WB.inverse() * upper.X_WB;
-  if (rest.pair_steps == 0) rest.pair_at = X;
-  return (X.translation() - rest.pair_at.translation()).norm() +
-             (X.linear() - rest.pair_at.linear()).norm() * upper.radius_m <
-         kDrift;
+  RigidMotion motion;
+  motion.origin_W = lower.com_W();
+  motion.accel_W = rest_.accel_W(below);
+  motion.alpha_W = rest_.alpha_W(below);
+  motion.omega_W = lower.omega_W;
+  const ContactWrenchCone cone = cone_of(child, below, constraints);
+  if (!cone.contains(composites_.required(child, motion))) return;
+  composites_.attach(child, below, cone);
+  rest_.restart_on_body(child);
+  at(child).pull_W.setZero();
+  const auto number = static_cast<std::size_t>(island_of[static_cast<std::size_t>(child)]);
+  islands_[number].quiet = false;
+  awake_roots_.erase(std::lower_bound(awake_roots_.begin(), awake_roots_.end(), child));
 }
 
-/// The contact of a solid with the body or, for below = -1, the belt under it. The points were
-/// found before the step moved everything.
-ContactWrenchCone Simplification::support_of(int child, int below,
-                                             std::span<const ContactConstraint> touches) const {
+/// The contact of a composite with the body or, for below = kGround, the belt under it. The points
+/// were found before the step moved everything.
+ContactWrenchCone Simplification::cone_of(int child, int below,
+                                          std::span<const ContactConstraint> constraints) const {
   const FreeBody& upper = body(child);
   const Eigen::Isometry3d X_BW = upper.X_WB.inverse();
-  ContactWrenchCone support;
-  for (const auto& touch : touches) {
-    const auto& contact = touch.contact;
+  ContactWrenchCone cone;
+  for (const auto& constraint : constraints) {
+    const auto& contact = constraint.contact;
     const bool on_a = contact.a == child && contact.b == below;
     if (!on_a && !(contact.b == child && contact.a == below)) continue;
     const Eigen::Vector3d p = contact.p_W + step_s_ * upper.velocity_at(contact.p_W);
     const Eigen::Vector3d n = X_BW.linear() * contact.n_W;
-    support.add(X_BW * p, on_a ? n : -n, touch.friction);
+    cone.add(X_BW * p, on_a ? n : -n, constraint.friction);
   }
-  support.finish();
-  return support;
+  cone.finish();
+  return cone;
 }
 
-void Simplification::fall_asleep(std::span<const ContactConstraint> touches,
+/// Quiet islands on one carrier become sleeping groups.
+void Simplification::fall_asleep(std::span<const ContactConstraint> constraints,
                                  std::span<const int> island_of) {
-  bool any = false;
-  for (const int number : solids_) {
+  bool any = false;  // fell asleep
+  for (const int number : awake_roots_) {
     const Island& island = islands_[static_cast<std::size_t>(number)];
-    if (island.solids == 0 || !island.quiet || !(island.on_belt || island.on_fixed)) continue;
-    if (island.on_belt && island.on_fixed && dormancy_.belt_speed_m_s() != 0) continue;
+    if (island.roots == 0 || !island.quiet || !(island.on_belt || island.on_fixed)) continue;
+    // Bridging the belt and what stands beside it is rest only while the belt does not run.
+    if (island.on_belt && island.on_fixed && sleeping_.belt_speed_m_s() != 0) continue;
     scratch_.clear();
     int lone = -1;
     for (const int i : awake_) {
@@ -341,12 +304,12 @@ void Simplification::fall_asleep(std::span<const ContactConstraint> touches,
     carrier.contacts = island.contacts;
     carrier.belt_min = island.belt_min;
     carrier.belt_max = island.belt_max;
-    ContactWrenchCone support;
-    if (island.on_belt && !island.on_fixed && island.solids == 1) {
-      support = support_of(lone, kGround, touches);
-      carrier.support = &support;
+    ContactWrenchCone cone;
+    if (island.on_belt && !island.on_fixed && island.roots == 1) {
+      cone = cone_of(lone, kGround, constraints);
+      carrier.cone = &cone;
     }
-    dormancy_.sleep(scratch_, carrier);
+    sleeping_.sleep(scratch_, carrier);
     any = true;
   }
   if (!any) return;
@@ -357,16 +320,17 @@ void Simplification::fall_asleep(std::span<const ContactConstraint> touches,
 // ---- keeping a state
 
 Simplification::State Simplification::save() const {
-  State state{composites_, dormancy_, std::nullopt, rest_, belt_speed_before_};
+  State state{composites_, sleeping_, std::nullopt, rest_.save(), neighbours_, belt_speed_before_};
   if (virtual_joints_) state.virtual_joints = virtual_joints_->save();
   return state;
 }
 
 void Simplification::restore(const State& state) {
   composites_.restore(state.composites);
-  dormancy_.restore(state.dormancy);
+  sleeping_.restore(state.sleeping);
   if (virtual_joints_ && state.virtual_joints) virtual_joints_->restore(*state.virtual_joints);
-  rest_ = state.rest;
+  rest_.restore(state.rest);
+  neighbours_ = state.neighbours;
   belt_speed_before_ = state.belt_speed_before;
   list_awake();
 }

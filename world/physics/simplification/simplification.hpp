@@ -9,6 +9,7 @@
 #include "world/physics/bodies/free_body.hpp"
 #include "world/physics/bodies/static_shapes.hpp"
 #include "world/physics/simplification/composites.hpp"
+#include "world/physics/simplification/rest_detector.hpp"
 #include "world/physics/simplification/sleeping_groups.hpp"
 #include "world/physics/simplification/virtual_joints.hpp"
 #include "world/scene/scene.hpp"
@@ -18,26 +19,26 @@ namespace aprsim::physics {
 /// Contact simplification: decides what is at rest and what that saves. The modes:
 ///
 /// off: nothing. virtual_joints: see VirtualJoints. merge: a body at rest relative to the only body
-/// that it touches becomes one rigid body with it (Composites), until the coming step would ask
-/// more of their contact than friction and support can bear, something else touches it, a
-/// gripper comes near, or a body near it is in a fault. dormant: merge, and what rests on fixed
-/// things or on the belt sleeps (SleepingGroups). Rest is judged the same way in all modes.
+/// that it touches becomes one rigid body with it (Composites), until the contact wrench that the
+/// coming step requires leaves the cone of their contact, something else touches it, a gripper
+/// comes near, or a body near it is in a fault. dormant: merge, and what rests on fixed things or
+/// on the belt sleeps (SleepingGroups). Rest is judged the same way in all modes (RestDetector).
 class Simplification {
  public:
   Simplification(const scene::Physics& physics, std::span<FreeBody> bodies,
                  const StaticShapes& fixed, dWorldID world);
 
   // ---- who is simplified how
-  [[nodiscard]] bool dormant(int body) const { return dormancy_.dormant(body); }
+  [[nodiscard]] bool dormant(int body) const { return sleeping_.dormant(body); }
   /// The body whose ODE body moves this one: itself unless merged.
   [[nodiscard]] int root(int body) const { return composites_.root(body); }
   /// Bodies that are not dormant, ascending.
   [[nodiscard]] std::span<const int> awake() const { return awake_; }
   /// The roots among them.
-  [[nodiscard]] std::span<const int> solids() const { return solids_; }
+  [[nodiscard]] std::span<const int> awake_roots() const { return awake_roots_; }
   [[nodiscard]] const Composites& composites() const { return composites_; }
-  [[nodiscard]] SleepingGroups& dormancy() { return dormancy_; }
-  [[nodiscard]] const SleepingGroups& dormancy() const { return dormancy_; }
+  [[nodiscard]] SleepingGroups& sleeping() { return sleeping_; }
+  [[nodiscard]] const SleepingGroups& sleeping() const { return sleeping_; }
   /// Pairs with virtual joints; none in other modes.
   [[nodiscard]] std::span<const VirtualJoints::Pair> joined_pairs() const;
   /// Null unless the mode is theirs.
@@ -54,7 +55,7 @@ class Simplification {
   [[nodiscard]] api::GroupKind group_kind(int body) const;
   /// Number of the body's group: one of its members, -1 = on its own.
   [[nodiscard]] int group(int body) const;
-  /// The force that a body last asked of its parent in vain; zero unless torn off.
+  /// The force outside the cone for which a body was last torn off its parent; zero otherwise.
   [[nodiscard]] const Eigen::Vector3d& pull_W(int body) const { return at(body).pull_W; }
   /// At rest relative to what carries it.
   [[nodiscard]] bool resting(int body) const;
@@ -62,7 +63,7 @@ class Simplification {
   [[nodiscard]] int joint_count() const;
   /// Contact points that are not in the solver because nothing changes at them.
   [[nodiscard]] int frozen_contacts() const {
-    return composites_.contact_count() + dormancy_.contact_count();
+    return composites_.contact_count() + sleeping_.contact_count();
   }
   [[nodiscard]] Eigen::Isometry3d X_WB(int body) const;
   /// Velocity of the centre of mass.
@@ -81,71 +82,73 @@ class Simplification {
   void touched_by_robot(int body);
   /// A gripper or a fault is next to this body: it must neither sleep nor hang on another.
   void disturb(int body);
-  /// Gives what is merged with a solid the motion of that solid.
-  void follow(int solid) { composites_.follow(solid); }
+  /// Gives the members of a root's composite the motion of the root.
+  void move_members(int root) { composites_.move_members(root); }
   /// Frees a merged body from its parent, if it has one.
   void release(int body);
-  /// After the solver: appends the merged bodies whose parents could not have given them the motion
-  /// that came out; they have to be released and the step to be solved anew.
-  void find_overloaded(std::vector<int>& overloaded);
-  /// When the step is final: judges with the solved forces in `touches` and each solid's island in
-  /// `island_of` (by body, -1 = with a gripper).
-  void observe(std::span<const ContactConstraint> touches, std::span<const int> island_of);
+  /// After the solver: appends the merged bodies that require a wrench of their parents outside the
+  /// cone of their contact; they have to be released and the step to be solved anew.
+  void find_overstressed(std::vector<int>& overstressed);
+  /// When the step is final: judges with the solved forces in `constraints` and each root's island
+  /// in `island_of` (by body, -1 = with a gripper).
+  void observe(std::span<const ContactConstraint> constraints, std::span<const int> island_of);
 
  private:
-  struct Rest {
-    int quiet_steps = 0;   // for how long at rest relative to the carrier
-    int pair_steps = 0;    // for how long at rest relative to `below`
-    int below = -1;        // the only body that its solid touches
-    bool crowded = false;  // its solid touches more than that
-    bool touched = false;  // by a robot, in this step
-    bool near = false;     // a gripper or a fault, in this step
-    Eigen::Vector3d pull_W = Eigen::Vector3d::Zero();
-    Eigen::Vector3d v_before = Eigen::Vector3d::Zero(), omega_before = Eigen::Vector3d::Zero();
-    Eigen::Isometry3d quiet_at = Eigen::Isometry3d::Identity();  // on the carrier, at the start
-    Eigen::Isometry3d pair_at = Eigen::Isometry3d::Identity();   // in `below`, at the start
+  /// What is at a body.
+  struct Neighbours {
+    int below = -1;                                    // the only body that its composite touches
+    bool crowded = false;                              // its composite touches more than that
+    bool touched = false;                              // by a robot, in this step
+    bool near = false;                                 // a gripper or a fault, in this step
+    Eigen::Vector3d pull_W = Eigen::Vector3d::Zero();  // see pull_W()
   };
   struct Island {
     bool quiet = true, on_belt = false, on_fixed = false;
-    int contacts = 0, solids = 0;
+    int contacts = 0, roots = 0;
     double belt_min = 1e30, belt_max = -1e30;  // along the belt, of the supporting points
   };
 
-  [[nodiscard]] const Rest& at(int body) const { return rest_[static_cast<std::size_t>(body)]; }
-  [[nodiscard]] Rest& at(int body) { return rest_[static_cast<std::size_t>(body)]; }
+  [[nodiscard]] const Neighbours& at(int body) const {
+    return neighbours_[static_cast<std::size_t>(body)];
+  }
+  [[nodiscard]] Neighbours& at(int body) { return neighbours_[static_cast<std::size_t>(body)]; }
   [[nodiscard]] FreeBody& body(int i) const { return bodies_[static_cast<std::size_t>(i)]; }
-  [[nodiscard]] const FreeBody* free(int node) const;
+  [[nodiscard]] bool is_free(int id) const;
   void list_awake();
-  void note_touches(std::span<const ContactConstraint> touches);
+  void note_contacts(std::span<const ContactConstraint> constraints);
   void note_below(int a, int b);
-  void judge_islands(std::span<const ContactConstraint> touches, std::span<const int> island_of);
-  [[nodiscard]] bool is_quiet(int i, const Island& island);
-  void judge_pairs(std::span<const ContactConstraint> touches, std::span<const int> island_of);
-  [[nodiscard]] bool rests_on(int child, int below);
-  [[nodiscard]] ContactWrenchCone support_of(int child, int below,
-                                             std::span<const ContactConstraint> touches) const;
-  void fall_asleep(std::span<const ContactConstraint> touches, std::span<const int> island_of);
+  void judge_islands(std::span<const ContactConstraint> constraints,
+                     std::span<const int> island_of);
+  void count_on_carrier(int i, const Island& island);
+  void judge_pairs(std::span<const ContactConstraint> constraints, std::span<const int> island_of);
+  void merge(int child, int below, std::span<const ContactConstraint> constraints,
+             std::span<const int> island_of);
+  [[nodiscard]] ContactWrenchCone cone_of(int child, int below,
+                                          std::span<const ContactConstraint> constraints) const;
+  void fall_asleep(std::span<const ContactConstraint> constraints, std::span<const int> island_of);
 
   bool merges_, sleeps_;
-  double speed_, accel_, step_s_;
+  double step_s_;
   Eigen::Vector3d gravity_W_;
   std::span<FreeBody> bodies_;
   const StaticShapes* fixed_;
   Composites composites_;
-  SleepingGroups dormancy_;
+  SleepingGroups sleeping_;
   std::optional<VirtualJoints> virtual_joints_;
-  std::vector<Rest> rest_;
+  RestDetector rest_;
+  std::vector<Neighbours> neighbours_;
   std::vector<Island> islands_;  // by island number
-  std::vector<int> awake_, solids_, scratch_;
+  std::vector<int> awake_, awake_roots_, scratch_;
   double belt_speed_before_ = 0;
 };
 
 /// All that changes from step to step.
 struct Simplification::State {
   Composites composites;
-  SleepingGroups dormancy;
+  SleepingGroups sleeping;
   std::optional<VirtualJoints::State> virtual_joints;
-  std::vector<Rest> rest;
+  RestDetector::State rest;
+  std::vector<Neighbours> neighbours;
   double belt_speed_before = 0;
 };
 

@@ -29,10 +29,7 @@ Eigen::Vector3d SleepingGroups::shift(const Group& group) const {
   return (travel_ - group.travel) * fixed_->belt_axis_W;
 }
 
-Bounds SleepingGroups::box(int group) const {
-  const Eigen::Vector3d d = shift(at(group));
-  return {at(group).box.min + d, at(group).box.max + d};
-}
+Aabb SleepingGroups::box(int group) const { return at(group).box.moved(shift(at(group))); }
 
 Eigen::Isometry3d SleepingGroups::X_WB(int i) const {
   Eigen::Isometry3d X = body(i).X_WB;
@@ -45,16 +42,16 @@ Eigen::Vector3d SleepingGroups::velocity(int i) const {
   return speed_ * fixed_->belt_axis_W;
 }
 
-/// Whether the belt can take the group along: every member on what it rests on, and the root on the
-/// belt.
+/// Whether the belt can accelerate the group: the wrench that each member requires of what it rests
+/// on lies in the cone of that contact, the root's in that of its contact with the belt.
 bool SleepingGroups::contains(const Group& group, double belt_accel) const {
-  if (!group.has_support) return false;
+  if (!group.has_cone) return false;
   RigidMotion motion;
   motion.accel_W = belt_accel * fixed_->belt_axis_W;
   for (int b = group.lowest; b >= 0; b = next(b)) {
     if (composites_->parent(b) >= 0) {
       if (!composites_->contains(b, motion)) return false;
-    } else if (!group.support.contains(composites_->required(b, motion))) {
+    } else if (!group.cone.contains(composites_->required(b, motion))) {
       return false;
     }
   }
@@ -69,6 +66,7 @@ void SleepingGroups::groups_to_wake(double belt_speed_m_s, double step_s,
   const auto within = [accel](double low, double high) {
     return accel >= low - kSameAccel && accel <= high + kSameAccel;
   };
+  // No group on the belt is concerned: nothing is looked at.
   if (calm && within(accel_low_, accel_high_)) return;
   for (const int g : active_) {
     Group& group = at(g);
@@ -79,13 +77,15 @@ void SleepingGroups::groups_to_wake(double belt_speed_m_s, double step_s,
       to_wake.push_back(g);
       continue;
     }
-    // What can be borne is convex in the acceleration.
+    // The required wrench is linear in the acceleration and the cones are convex: all between two
+    // bearable accelerations is bearable.
     group.accel_low = std::min(group.accel_low, accel);
     group.accel_high = std::max(group.accel_high, accel);
   }
   find_tightest();
 }
 
+/// The intervals of travel and acceleration within which no group wakes.
 void SleepingGroups::find_tightest() {
   travel_low_ = accel_low_ = -1e30;
   travel_high_ = accel_high_ = 1e30;
@@ -101,9 +101,9 @@ void SleepingGroups::find_tightest() {
 
 // ---- what lies in the way
 
-/// The belt's travel at which the box meets an obstacle that stays in place: along the axis, where
-/// box and obstacle overlap in the other directions.
-void SleepingGroups::limit_by(Group& group, const Bounds& obstacle, const Eigen::Vector3d& axis,
+/// The belt's travel at which the group's box meets an obstacle that stays in place: moving box
+/// against box, axis by axis (Ericson 2005, ch. 5.5.8).
+void SleepingGroups::limit_by(Group& group, const Aabb& obstacle, const Eigen::Vector3d& axis,
                               double travel) {
   // Travel interval in which the boxes overlap, axis by axis.
   double enter = -1e30, leave = 1e30;
@@ -119,6 +119,7 @@ void SleepingGroups::limit_by(Group& group, const Bounds& obstacle, const Eigen:
     leave = std::min(leave, std::max(low / a, high / a));
   }
   if (enter > leave) return;
+  // Ahead, behind, or around the box already.
   const double now = travel - group.travel;
   if (enter > now) {
     group.travel_high = std::min(group.travel_high, group.travel + enter);
@@ -155,9 +156,9 @@ void SleepingGroups::sleep(std::span<const int> members, const Carrier& carrier)
   group.belt = carrier.belt;
   group.travel = travel_;
   group.contacts = carrier.contacts;
-  if (carrier.support) {
-    group.has_support = true;
-    group.support = *carrier.support;
+  if (carrier.cone) {
+    group.has_cone = true;
+    group.cone = *carrier.cone;
   }
   const Eigen::Vector3d v =
       carrier.belt ? (speed_ * fixed_->belt_axis_W).eval() : Eigen::Vector3d::Zero();
@@ -168,10 +169,10 @@ void SleepingGroups::sleep(std::span<const int> members, const Carrier& carrier)
     FreeBody& free = bodies_[b];
     free.v_com_W = v;
     free.omega_W.setZero();
-    group.box.min = k == 0 ? free.bounds.min : group.box.min.cwiseMin(free.bounds.min).eval();
-    group.box.max = k == 0 ? free.bounds.max : group.box.max.cwiseMax(free.bounds.max).eval();
+    group.box = k == 0 ? free.bounds : group.box.joined(free.bounds);
     if (composites_->parent(members[k]) < 0) ++group.roots;
   }
+  // A group at rest is in the way of those that ride the belt.
   if (carrier.belt) {
     limit_travel(group, carrier);
   } else {
@@ -193,11 +194,9 @@ void SleepingGroups::sync_poses(int g) {
     FreeBody& free = body(b);
     free.v_com_W = v;
     free.X_WB.translation() += d;
-    free.bounds.min += d;
-    free.bounds.max += d;
+    free.bounds = free.bounds.moved(d);
   }
-  group.box.min += d;
-  group.box.max += d;
+  group.box = group.box.moved(d);
   group.travel = travel_;
 }
 
@@ -222,6 +221,7 @@ void SleepingGroups::wake(int g) {
 }
 
 void SleepingGroups::restore(const SleepingGroups& from) {
+  // The references stay those of this world.
   const auto bodies = bodies_;
   const auto* fixed = fixed_;
   const auto* composites = composites_;

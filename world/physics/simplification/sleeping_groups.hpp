@@ -14,17 +14,17 @@ struct Carrier {
   /// Contact points of the group with the carrier, and with each other beyond mergers.
   int contacts = 0;
   double belt_min = 0, belt_max = 0;  ///< of the points on the belt, along it
-  /// When the group is one composite on the belt alone: how the belt supports its root. A group
-  /// without it bears no change of the belt's speed.
-  const ContactWrenchCone* support = nullptr;
+  /// When the group is one composite on the belt alone: of its root's contact with the belt. A
+  /// group without it wakes at any change of the belt's speed.
+  const ContactWrenchCone* cone = nullptr;
 };
 
 /// Groups of bodies at rest on one carrier - fixed things or the belt - that have left the solver
 /// and the search for contacts, and move exactly with their carrier: on the belt through changes of
-/// its speed too, as long as friction and support bear them by Newton and Euler. Poses are computed
-/// when somebody asks. A step costs nothing per group; a group wakes when its box, swept along the
-/// belt, would meet something fixed or at rest, when the belt does what it cannot bear, or when the
-/// search for contacts finds something at it.
+/// its speed too, as long as the wrenches that these require lie in the contacts' cones. Poses are
+/// computed when somebody asks. A step costs nothing per group; a group wakes when its box, swept
+/// along the belt, would meet something fixed or at rest, when an acceleration of the belt requires
+/// more than its contacts can bear, or when the search for contacts finds something at it.
 class SleepingGroups {
  public:
   SleepingGroups(std::span<FreeBody> bodies, const StaticShapes& fixed,
@@ -39,8 +39,7 @@ class SleepingGroups {
   /// The next body of the same group in ascending order, -1 = no more.
   [[nodiscard]] int next(int body) const { return next_[static_cast<std::size_t>(body)]; }
   /// Box about a group as it lies now.
-  [[nodiscard]] Bounds box(int group) const;
-  [[nodiscard]] bool on_belt(int group) const { return at(group).belt; }
+  [[nodiscard]] Aabb box(int group) const;
   /// Pose and velocity of the centre of mass now.
   [[nodiscard]] Eigen::Isometry3d X_WB(int body) const;
   [[nodiscard]] Eigen::Vector3d velocity(int body) const;
@@ -51,7 +50,7 @@ class SleepingGroups {
 
   /// Appends the groups that must not sleep through a step with this speed of the belt.
   void groups_to_wake(double belt_speed_m_s, double step_s, std::vector<int>& to_wake);
-  /// Takes over the belt's speed, after what had to be woken has been.
+  /// Sets the belt's speed, after what had to be woken has been.
   void begin_step(double belt_speed_m_s) { speed_ = belt_speed_m_s; }
   /// Moves the belt on.
   void end_step(double step_s) { travel_ += speed_ * step_s; }
@@ -63,7 +62,7 @@ class SleepingGroups {
   /// Ends a group; its bodies move as their carrier did in the last step.
   void wake(int group);
 
-  /// Takes over the state of the same bodies' groups; poses are the caller's business.
+  /// Copies the state of the same bodies' groups; poses are the caller's business.
   void restore(const SleepingGroups& from);
 
  private:
@@ -72,10 +71,10 @@ class SleepingGroups {
     bool belt = false;
     double travel = 0;                              // of the belt, at which the records' poses hold
     double travel_low = -1e30, travel_high = 1e30;  // of the belt, beyond which it meets something
-    double accel_low = 0, accel_high = 0;           // of the belt, known to be borne
-    bool has_support = false;
-    ContactWrenchCone support;
-    Bounds box;  // at `travel`
+    double accel_low = 0, accel_high = 0;           // of the belt, known to be bearable
+    bool has_cone = false;
+    ContactWrenchCone cone;
+    Aabb box;  // at `travel`
     int contacts = 0, roots = 0;
   };
   [[nodiscard]] const Group& at(int group) const {
@@ -86,7 +85,7 @@ class SleepingGroups {
   [[nodiscard]] Eigen::Vector3d shift(const Group& group) const;
   [[nodiscard]] bool contains(const Group& group, double belt_accel) const;
   void limit_travel(Group& group, const Carrier& carrier);
-  static void limit_by(Group& group, const Bounds& obstacle, const Eigen::Vector3d& axis,
+  static void limit_by(Group& group, const Aabb& obstacle, const Eigen::Vector3d& axis,
                        double travel);
   void find_tightest();
 
@@ -95,7 +94,7 @@ class SleepingGroups {
   const Composites* composites_;
   std::vector<int> group_, next_;  // by body
   std::vector<Group> groups_;
-  std::vector<int> active_, spare_;
+  std::vector<int> active_, spare_;  // groups that sleep; records without a group
   double travel_ = 0, speed_ = 0;
   int contacts_ = 0, roots_ = 0;
   // over all groups on the belt

@@ -28,40 +28,45 @@ VirtualJoints::VirtualJoints(const scene::Physics& physics, std::span<FreeBody> 
       v_before_(bodies.size(), Eigen::Vector3d::Zero()),
       group_(bodies.size(), -1) {}
 
+/// The pairs are sorted.
 bool VirtualJoints::joined(int a, int b) const {
   const std::tuple key(std::min(a, b), std::max(a, b));
   const auto at = std::lower_bound(pairs_.begin(), pairs_.end(), key, before);
   return at != pairs_.end() && std::tuple(at->a, at->b) == key;
 }
 
-void VirtualJoints::observe(std::span<const ContactConstraint> touches, double step_s) {
+void VirtualJoints::observe(std::span<const ContactConstraint> constraints, double step_s) {
   const std::uint64_t serial = next_serial_;
   const std::size_t count = pairs_.size();
   release_changed();
   const bool released = pairs_.size() != count;
-  join_resting(touches, step_s);
+  join_resting(constraints, step_s);
   if (released || next_serial_ != serial) find_groups();
   for (std::size_t i = 0; i < bodies_.size(); ++i) v_before_[i] = bodies_[i].v_com_W;
 }
 
+/// Algorithm 2: the joint goes when |Fc - Fv| > e.
 void VirtualJoints::release_changed() {
   std::erase_if(pairs_, [this](const Pair& pair) {
     const Eigen::Vector3d transmitted = ode::vector(feedback_[pair.joint]->f2);
     if ((pair.contact_force - transmitted).norm() <= force_) return false;
-    untie(pair);
+    detach(pair);
     return true;
   });
 }
 
-void VirtualJoints::join_resting(std::span<const ContactConstraint> touches, double step_s) {
+/// Algorithm 1: a pair with |v1 - v2| < e1 and |a1 - a2| < e2 gets a joint in place of its net
+/// contact force Fc.
+void VirtualJoints::join_resting(std::span<const ContactConstraint> constraints, double step_s) {
   const int count = static_cast<int>(bodies_.size());
-  const auto free = [count](int node) { return node >= 0 && node < count; };
-  for (std::size_t i = 0; i < touches.size();) {
-    const int a = touches[i].contact.a, b = touches[i].contact.b;
+  const auto free = [count](int id) { return id >= 0 && id < count; };
+  for (std::size_t i = 0; i < constraints.size();) {
+    const int a = constraints[i].contact.a, b = constraints[i].contact.b;
     Eigen::Vector3d force = Eigen::Vector3d::Zero();  // net, on a
-    // The points of one pair follow each other.
-    for (; i < touches.size() && touches[i].contact.a == a && touches[i].contact.b == b; ++i) {
-      force += touches[i].f_W;
+    // The points of one pair follow each other in the list.
+    for (; i < constraints.size() && constraints[i].contact.a == a && constraints[i].contact.b == b;
+         ++i) {
+      force += constraints[i].f_W;
     }
     if (!free(a) || !free(b)) continue;
     const auto ia = static_cast<std::size_t>(a), ib = static_cast<std::size_t>(b);
@@ -76,7 +81,7 @@ void VirtualJoints::join_resting(std::span<const ContactConstraint> touches, dou
   }
 }
 
-std::size_t VirtualJoints::take_joint() {
+std::size_t VirtualJoints::acquire_joint() {
   if (spare_.empty()) {
     spare_.push_back(joints_.size());
     joints_.emplace_back(dJointCreateFixed(world_, nullptr));
@@ -92,31 +97,34 @@ std::size_t VirtualJoints::take_joint() {
 }
 
 void VirtualJoints::join(int a, int b, const Eigen::Vector3d& force_on_b) {
+  // Fc of eq. 5 is noted as the joint's first force.
   Pair pair;
   pair.a = a;
   pair.b = b;
   pair.serial = next_serial_++;
-  pair.joint = take_joint();
+  pair.joint = acquire_joint();
   pair.contact_force = force_on_b;
   ode::save(ode_body(a), pair.at_a);
   ode::save(ode_body(b), pair.at_b);
-  tie(pair, force_on_b);
+  attach(pair, force_on_b);
   pairs_.insert(std::lower_bound(pairs_.begin(), pairs_.end(), std::tuple(a, b), before), pair);
 }
 
-void VirtualJoints::tie(const Pair& pair, const Eigen::Vector3d& force_on_b) {
+void VirtualJoints::attach(const Pair& pair, const Eigen::Vector3d& force_on_b) {
   dJointID joint = joints_[pair.joint].get();
   dJointAttach(joint, ode_body(pair.a), ode_body(pair.b));
   dJointSetFixed(joint);
   ode::copy(force_on_b, feedback_[pair.joint]->f2);
 }
 
-void VirtualJoints::untie(const Pair& pair) {
+void VirtualJoints::detach(const Pair& pair) {
   dJointAttach(joints_[pair.joint].get(), nullptr, nullptr);
   dJointDisable(joints_[pair.joint].get());
   spare_.push_back(pair.joint);
 }
 
+/// A fixed joint as six bilateral rows, with the equations of ODE's: translation at b's origin,
+/// then rotation.
 int VirtualJoints::add_to(ConstraintSystem& system, const Pair& pair) const {
   using Eigen::Vector3d;
   const double k = kJointErp / step_s_;
@@ -126,6 +134,7 @@ int VirtualJoints::add_to(ConstraintSystem& system, const Pair& pair) const {
   const Eigen::Matrix3d R_a0 = ode::matrix(pair.at_a.R), R_b0 = ode::matrix(pair.at_b.R);
   const Vector3d apart = ode::vector(dBodyGetPosition(b)) - ode::vector(dBodyGetPosition(a));
   const Vector3d joined = ode::vector(pair.at_b.p) - ode::vector(pair.at_a.p);
+  // Errors against the relative pose when joined: of position, and the small rotation between them.
   const Vector3d off = apart - R_a * (R_a0.transpose() * joined);
   const Eigen::Matrix3d R_a_wanted = R_b * R_b0.transpose() * R_a0;
   Vector3d turn = Vector3d::Zero();
@@ -133,14 +142,14 @@ int VirtualJoints::add_to(ConstraintSystem& system, const Pair& pair) const {
   int first = -1;
   for (int i = 0; i < 3; ++i) {
     const Vector3d axis = Vector3d::Unit(i);
-    const int row = system.add_tie({a, axis, apart.cross(axis)}, {b, -axis, Vector3d::Zero()},
-                                   k * off[i], kJointCfm);
+    const int row = system.add_bilateral({a, axis, apart.cross(axis)}, {b, -axis, Vector3d::Zero()},
+                                         k * off[i], kJointCfm);
     if (i == 0) first = row;
   }
   for (int i = 0; i < 3; ++i) {
     const Vector3d axis = Vector3d::Unit(i);
-    system.add_tie({a, Vector3d::Zero(), axis}, {b, Vector3d::Zero(), -axis}, k * turn[i],
-                   kJointCfm);
+    system.add_bilateral({a, Vector3d::Zero(), axis}, {b, Vector3d::Zero(), -axis}, k * turn[i],
+                         kJointCfm);
   }
   return first;
 }
@@ -158,7 +167,7 @@ VirtualJoints::State VirtualJoints::save() const {
 }
 
 void VirtualJoints::restore(const State& state) {
-  for (const auto& pair : pairs_) untie(pair);
+  for (const auto& pair : pairs_) detach(pair);
   pairs_ = state.pairs;
   v_before_ = state.v_before;
   group_ = state.group;
@@ -170,13 +179,14 @@ void VirtualJoints::restore(const State& state) {
             [this](std::size_t a, std::size_t b) { return pairs_[a].serial < pairs_[b].serial; });
   for (const std::size_t i : order) {
     Pair& pair = pairs_[i];
-    pair.joint = take_joint();
+    pair.joint = acquire_joint();
     ode::restore(ode_body(pair.a), pair.at_a);
     ode::restore(ode_body(pair.b), pair.at_b);
-    tie(pair, state.forces[i]);
+    attach(pair, state.forces[i]);
   }
 }
 
+/// Connected components of the pairs, each labelled by its lowest body.
 void VirtualJoints::find_groups() {
   std::fill(group_.begin(), group_.end(), -1);
   bool changed = true;

@@ -53,16 +53,16 @@ class VirtualJoints {
   /// Makes the same joints in the same order; leaves the bodies where they were when joined.
   void restore(const State& state);
 
-  /// After a step: both algorithms, with the solved forces in `touches`.
-  void observe(std::span<const ContactConstraint> touches, double step_s);
+  /// After a step: both algorithms, with the solved forces in `constraints`.
+  void observe(std::span<const ContactConstraint> constraints, double step_s);
 
  private:
   void release_changed();
-  void join_resting(std::span<const ContactConstraint> touches, double step_s);
+  void join_resting(std::span<const ContactConstraint> constraints, double step_s);
   void join(int a, int b, const Eigen::Vector3d& force_on_b);
-  [[nodiscard]] std::size_t take_joint();
-  void tie(const Pair& pair, const Eigen::Vector3d& force_on_b);
-  void untie(const Pair& pair);
+  [[nodiscard]] std::size_t acquire_joint();
+  void attach(const Pair& pair, const Eigen::Vector3d& force_on_b);
+  void detach(const Pair& pair);
   [[nodiscard]] dBodyID ode_body(int i) const {
     return bodies_[static_cast<std::size_t>(i)].body.get();
   }

@@ -53,6 +53,10 @@ class Balls {
     return f;
   }
 
+  [[nodiscard]] std::string partner_of(const ArmForce& force) const {
+    return name_of(scene, *world, force.partner);
+  }
+
   scene::Scene scene;
   std::vector<robot::ArmModel> models;
   std::vector<Vector3d> at;
@@ -88,8 +92,8 @@ TEST(ArmAgainstArm, ForcesAreEqualAndOppositeAndFollowThePenaltyLaw) {
   EXPECT_TRUE(on_a.p_W.isApprox(on_b.p_W, 0));
   EXPECT_EQ(on_a.link, 1);
   EXPECT_EQ(on_b.link, 1);
-  EXPECT_EQ(on_a.with, balls.scene.robots[1].name);
-  EXPECT_EQ(on_b.with, balls.scene.robots[0].name);
+  EXPECT_EQ(balls.partner_of(on_a), balls.scene.robots[1].name);
+  EXPECT_EQ(balls.partner_of(on_b), balls.scene.robots[0].name);
   EXPECT_NEAR(on_b.f_W.x(), 100, 1e-6);  // 1e5 N/m, 1 mm deep
   EXPECT_NEAR(on_b.f_W.tail<2>().norm(), 0, 1e-9);
   EXPECT_NEAR(on_a.p_W.x(), kRadius, 1e-3);
@@ -127,7 +131,7 @@ TEST(ArmAgainstFixedThings, ATablePushesBackByItsName) {
   for (int i = 0; i < 20; ++i) balls.step({Vector3d(0, 0, -0.1)});
   for (int i = 0; i < 5; ++i) balls.step({Vector3d::Zero()});
   ASSERT_EQ(balls.world->arm_forces(0).size(), 1u);
-  EXPECT_EQ(balls.world->arm_forces(0)[0].with, "table");
+  EXPECT_EQ(balls.partner_of(balls.world->arm_forces(0)[0]), "table");
   EXPECT_NEAR(balls.sum(0).z(), 100, 1e-6);
 }
 
@@ -159,7 +163,7 @@ TEST(ArmAgainstLooseParts, APushedPartYieldsAndLoadsTheArm) {
   const double friction = balls.scene.physics.friction.gear_ground * kMass * 9.81;
   EXPECT_NEAR(mean.x(), -friction, 0.2 * friction);
   ASSERT_FALSE(balls.world->arm_forces(0).empty());
-  EXPECT_EQ(balls.world->arm_forces(0)[0].with, "puck");
+  EXPECT_EQ(balls.partner_of(balls.world->arm_forces(0)[0]), "puck");
   EXPECT_EQ(balls.world->arm_forces(0)[0].link, 1);
 }
 

@@ -199,4 +199,13 @@ double angle_between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   return 2 * std::atan2(q.vec().norm(), std::abs(q.w()));
 }
 
+std::string name_of(const scene::Scene& scene, const PhysicsWorld& world,
+                    const api::ContactSide& side) {
+  const auto index = static_cast<std::size_t>(side.index);
+  if (side.kind == api::ContactSide::Kind::kFixed) return world.fixed_names().at(index);
+  if (side.kind == api::ContactSide::Kind::kRobot) return scene.robots.at(index).name;
+  const std::size_t trays = scene.trays.size();
+  return index < trays ? scene.trays[index].name : scene.gears.at(index - trays).name;
+}
+
 }  // namespace aprsim::physics::test

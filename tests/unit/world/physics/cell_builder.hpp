@@ -58,6 +58,10 @@ class Bench {
   int steps = 0;
 };
 
+/// What a contact's side is called in the scene.
+std::string name_of(const scene::Scene& scene, const PhysicsWorld& world,
+                    const api::ContactSide& side);
+
 /// Eq. 7 without its loss of digits near zero.
 double angle_between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b);
 

@@ -7,7 +7,7 @@
 namespace aprsim::physics::test {
 namespace {
 
-TEST(Guard, NotANumberIsReportedInsteadOfEndingTheProcess) {
+TEST(DivergenceCheck, NotANumberIsReportedInsteadOfEndingTheProcess) {
   auto scene = empty_scene();
   add_table(scene);
   add_tray(scene, "tray", "small4", {0, 0}, {"s1=g1"});
@@ -23,11 +23,11 @@ TEST(Guard, NotANumberIsReportedInsteadOfEndingTheProcess) {
   }
 }
 
-TEST(Guard, RunawaySpeedIsReported) {
+TEST(DivergenceCheck, RunawaySpeedIsReported) {
   auto scene = empty_scene();
   Pose high;
   high.p.z() = 1000;
-  add_gear(scene, "meteor", "small", high);  // nothing below: falls until the guard objects
+  add_gear(scene, "meteor", "small", high);  // nothing below: falls until the check objects
   Bench bench(std::move(scene));
   try {
     bench.run(8000);
@@ -40,7 +40,7 @@ TEST(Guard, RunawaySpeedIsReported) {
 }
 
 // Started 2 mm deep in the table: counted, reported, pushed out without an explosion.
-TEST(Guard, PenetrationIsCounted) {
+TEST(DivergenceCheck, PenetrationIsCounted) {
   auto scene = empty_scene();
   add_table(scene);
   add_tray(scene, "tray", "small4", {0, 0}, {});

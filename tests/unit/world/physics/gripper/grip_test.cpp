@@ -344,7 +344,7 @@ TEST(Gripper, PressingDownLoadsTheMountAndTheArm) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const auto& force : bench.world->arm_forces(0)) {
     EXPECT_EQ(force.link, 1);
-    EXPECT_EQ(force.with, "table");
+    EXPECT_EQ(name_of(bench.scene, *bench.world, force.partner), "table");
     sum += force.f_W;
   }
   EXPECT_NEAR(sum.z(), 10, 0.3);  // 5 kN/m times 2 mm

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "world/api/snapshot.hpp"
+
+namespace aprsim::physics {
+
+/// An external force on an arm, to be turned into joint torques by J^T.
+struct ArmForce {
+  int link = 0;  ///< index into ArmModel::links; the last one for the gripper and what it holds
+  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();
+  Eigen::Vector3d f_W = Eigen::Vector3d::Zero();  ///< [N]
+  api::ContactSide partner;                       ///< what it is in contact with
+  int partner_link = -1;                          ///< of the robot `partner`, where it is a link
+  bool on_gripper = false;
+  bool penalty = false;  ///< by ArmPenalty, not by a solver
+};
+
+}  // namespace aprsim::physics

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <array>
+
+#include "world/api/pose.hpp"
+
+namespace aprsim::physics {
+
+/// What can be seen of a gripper after a step.
+struct GripperState {
+  double separation_m = 0;
+  std::array<double, 2> travel_m{};
+  std::array<double, 2> force_n{};  ///< pad normal force on gears
+  bool holding = false;
+  int held_body = -1;   ///< index of the gear, -1 = none
+  bool settled = true;  ///< reached what was commanded: open, closed, or stalled on a part
+  double palm_deflection_m = 0;
+  Pose X_WT;  ///< where the tool frame really is, the mount's deflection included
+};
+
+}  // namespace aprsim::physics
