@@ -1,5 +1,4 @@
 #include "world/simulated_robot.hpp"
-#include "world/api/is_setting.hpp"
 
 #include <cmath>
 #include <cstdio>

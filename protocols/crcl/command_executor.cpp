@@ -1,5 +1,4 @@
 #include "protocols/crcl/command_executor.hpp"
-#include "world/api/is_setting.hpp"
 
 #include <algorithm>
 #include <utility>

@@ -1,11 +1,11 @@
 #include "protocols/crcl/command_lifecycle.hpp"
-#include "world/api/is_setting.hpp"
 
 #include <algorithm>
 #include <utility>
 #include <variant>
 
 #include <spdlog/spdlog.h>
+
 
 namespace aprsim::crcl_server {
 namespace {

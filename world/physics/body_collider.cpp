@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "world/physics/collision/narrow_phase.hpp"
+#include "world/scene/part_shapes.hpp"
 
 namespace aprsim::physics {
 namespace {
@@ -98,17 +99,18 @@ void BodyCollider::link_on_free(const ArmShape& shape, BodyIndex link, int body,
     collide(box_, free.X_WS());
     return;
   }
-  const auto& gear = *free.gear;
-  const auto cylinder = [&](double radius, double low, double high) {
-    if (radius <= 0 || high <= low) return;
-    dGeomCylinderSetParams(cylinder_.get(), radius, high - low);
+  const scene::GearShapes gear = scene::shapes_of(*free.gear);
+  const auto cylinder = [&](const scene::Frustum& piece) {
+    const double radius = piece.radius_high, length = piece.z_high - piece.z_low;
+    if (radius <= 0 || length <= 0) return;
+    dGeomCylinderSetParams(cylinder_.get(), radius, length);
     Eigen::Isometry3d X_WS = free.X_WB;
-    X_WS.translation() = free.X_WB * Eigen::Vector3d(0, 0, 0.5 * (low + high));
+    X_WS.translation() = free.X_WB * Eigen::Vector3d(0, 0, 0.5 * (piece.z_low + piece.z_high));
     collide(cylinder_, X_WS);
   };
-  cylinder(gear.disc_radius_m, 0, gear.disc_height_m);
-  cylinder(gear.hub_top_radius_m, -gear.hub_height_m, 0);
-  cylinder(gear.peg_radius_m, gear.disc_height_m, gear.peg_top_m);
+  cylinder(gear.disc);
+  cylinder(gear.hub);
+  cylinder(gear.peg);
 }
 
 void BodyCollider::free_on_fixed(int body, const StaticShape& shape,

@@ -229,7 +229,8 @@ TEST(RequestValidator, GarbageNeverYieldsMoreThanTheStreamHolds) {
       bytes[10] = static_cast<std::uint8_t>(random() % 2);
     }
     const ValidatedRequest validated = validate_request(bytes);
-    const bool taken = validated.verdict == Verdict::kRequest || validated.verdict == Verdict::kRefused ||
+    const bool taken = validated.verdict == Verdict::kRequest ||
+                       validated.verdict == Verdict::kRefused ||
                        validated.verdict == Verdict::kIgnored;
     ASSERT_EQ(taken, !validated.adu.empty());
     ASSERT_LE(validated.adu.size(), bytes.size());

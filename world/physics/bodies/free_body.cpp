@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "world/scene/part_shapes.hpp"
+
 namespace aprsim::physics {
 namespace {
 
@@ -39,10 +41,9 @@ FreeBody make_tray(const scene::TrayInstance& instance, const scene::TrayType& t
   free.body.reset(dBodyCreate(world));
   free.mass = tray_mass(type);
   free.origin_B = free.mass.com;
-  const Eigen::Vector2d extent = type.max_xy - type.min_xy;
-  const Eigen::Vector2d middle = 0.5 * (type.max_xy + type.min_xy);
-  free.slab_size = {extent.x(), extent.y(), type.thickness_m};
-  free.X_BS.translation() = Eigen::Vector3d(middle.x(), middle.y(), -0.5 * type.thickness_m);
+  const Eigen::AlignedBox3d slab = scene::slab_of(type);
+  free.slab_size = slab.sizes();
+  free.X_BS.translation() = slab.center();
   // Of the slab's corner, seen from the centre of mass.
   free.radius_m = 0.5 * free.slab_size.norm() + (free.mass.com - free.X_BS.translation()).norm();
   free.carry(free.mass);

@@ -6,6 +6,7 @@
 
 #include "world/physics/collision/gear_shape.hpp"
 #include "world/physics/collision/pocket.hpp"
+#include "world/scene/part_shapes.hpp"
 
 namespace aprsim::physics {
 namespace {
@@ -82,8 +83,8 @@ MassProperties gear_mass(const scene::GearType& gear) {
 
 MassProperties tray_mass(const scene::TrayType& tray) {
   // The slab, less a frustum for each pocket's wall and one for its chamfer.
-  Moments total = box({tray.min_xy.x(), tray.min_xy.y(), -tray.thickness_m},
-                      {tray.max_xy.x(), tray.max_xy.y(), 0});
+  const Eigen::AlignedBox3d slab = scene::slab_of(tray);
+  Moments total = box(slab.min(), slab.max());
   for (const scene::Slot& slot : tray.slots) {
     const detail::PocketProfile p(slot);
     total.add(frustum(-p.depth, p.r_floor, p.z_edge, p.r_edge, slot.xy), -1);

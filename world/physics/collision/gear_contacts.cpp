@@ -4,6 +4,7 @@
 #include "world/physics/collision/circle_edge_vs_gear.hpp"
 #include "world/physics/collision/gear_vs_prism.hpp"
 #include "world/physics/collision/narrow_phase.hpp"
+#include "world/scene/part_shapes.hpp"
 
 // A gear against each thing made of prisms: a box, a tray's slab with pockets, a finger's pad. Each
 // takes the pair into the frame of the prism, collects candidates, and keeps what supports the
@@ -96,8 +97,8 @@ void gear_tray(const scene::GearType& gear, const Isometry3d& X_WG, const scene:
                const Isometry3d& X_WP, BodyIndex a, BodyIndex b, std::vector<Contact>& out) {
   const Isometry3d X_PG = X_WP.inverse(Eigen::Isometry) * X_WG;
   const detail::GearShape shape = detail::gear_shape(gear);
-  const detail::Prism slab = detail::box_prism(
-      {tray.min_xy.x(), tray.min_xy.y(), -tray.thickness_m}, {tray.max_xy.x(), tray.max_xy.y(), 0});
+  const Eigen::AlignedBox3d box = scene::slab_of(tray);
+  const detail::Prism slab = detail::box_prism(box.min(), box.max());
   NearPockets near;
   find_near_pockets(shape, X_PG, tray, near);
   const std::span<const detail::PocketProfile> pockets(near.items.data(), near.count);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "world/scene/part_shapes.hpp"
+
 namespace aprsim::physics {
 namespace {
 
@@ -38,16 +40,13 @@ GripperMechanism::GripperMechanism(const scene::Robot& robot, dWorldID world,
 
 /// Their order is also that in which ODE's solvers see them.
 void GripperMechanism::make_parts(dWorldID world) {
-  const Eigen::Vector3d finger(settings_.pad_width_m, settings_.pad_depth_m,
-                               settings_.pad_height_m);
-  now_.parts[0].size = settings_.palm_size;
-  now_.parts[0].X_TS.translation().z() = -settings_.pad_height_m - 0.5 * settings_.palm_size.z();
+  const scene::Block palm = scene::palm_of(settings_);
+  now_.parts[0].size = palm.size;
+  now_.parts[0].X_TS.translation() = palm.centre;
+  const auto fingers = scene::fingers_of(settings_, settings_.gap_open_m);
   for (std::size_t i = 0; i < 2; ++i) {
-    const double side = i == 0 ? 1 : -1;
-    now_.parts[i + 1].size = finger;
-    now_.parts[i + 1].X_TS.translation() =
-        Eigen::Vector3d(0, side * 0.5 * (settings_.gap_open_m + settings_.pad_depth_m),
-                        -0.5 * settings_.pad_height_m);
+    now_.parts[i + 1].size = fingers[i].size;
+    now_.parts[i + 1].X_TS.translation() = fingers[i].centre;
   }
   const double lever_kg = kLeverShare * settings_.finger_mass_kg;
   const double travel = joints_.closed_travel_m;

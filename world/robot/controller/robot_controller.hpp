@@ -63,8 +63,8 @@ class RobotController {
 
   /// Executes one command at a step boundary; the newest replaces whatever was running. Its indices
   /// and numbers have been checked (world/command_check.hpp). `q_actual` is the arm's present
-  /// position: InitRobot makes it the reference (the arm is to be relaxed with it), the others go on
-  /// from the reference. The outcome shows in status().
+  /// position: InitRobot makes it the reference (the arm is to be relaxed with it), the others go
+  /// on from the reference. The outcome shows in status().
   void apply(api::Ticket ticket, const api::RobotAction& action, const JointVector& q_actual);
 
   /// Advances one step and returns the reference for its end; the same bits while nothing moves.
