@@ -52,7 +52,7 @@ TEST_F(Lifecycle, InitThenEnd) {
 
 TEST_F(Lifecycle, ErrorsAreHeldUntilInit) {
   rig.run(api::InitRobot{});
-  ASSERT_EQ(rig.run(api::MoveJoints{{{9, 0, {}, {}}}}), ActionState::kError);
+  ASSERT_EQ(rig.run(api::MoveJoints{{{0, 9, {}, {}}}}), ActionState::kError);
   const std::string held = rig.reason();
   EXPECT_FALSE(rig.controller().initialized());
   rig.steps(20);
