@@ -28,7 +28,7 @@ constexpr double kSpeed_m_s = 0.15;
 
 /// Two robots that stand apart and a belt between them with trays and gears; cameras that look down
 /// on the belt from beside the arms, with these tests' noise, rate and latency.
-std::string scene_text() {
+std::string vision_scene_text() {
   const std::string types = std::string(APRSIM_SOURCE_DIR) + "/world/scenes/types/";
   const std::string camera =
       "rate_hz: 10, latency_s: 0.2, position_noise_m: 0.0005, rotation_noise_deg: 1}\n";
@@ -158,7 +158,7 @@ class Vision : public testing::Test {
 
   TemporaryDirectory directory;
   DaemonProcess daemon{
-      {"--scene", directory.write("belt.yaml", scene_text()), "--speed", "stepped"}};
+      {"--scene", directory.write("belt.yaml", vision_scene_text()), "--speed", "stepped"}};
   CellClient client{daemon.port("grpc")};
   std::vector<Feed> feeds;
   std::map<std::uint64_t, v1::Snapshot> exposures;  ///< by step

@@ -14,7 +14,7 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr double kRadius = 0.05;
+constexpr double kBallRadius = 0.05;
 
 /// Arms that are one ball (or another shape) each; their grippers are far above.
 class Balls {
@@ -22,7 +22,7 @@ class Balls {
   using Shape = decltype(robot::LinkShape::shape);
 
   explicit Balls(scene::Scene the_scene, const std::vector<Vector3d>& centres,
-                 const Shape& shape = robot::SphereShape{kRadius})
+                 const Shape& shape = robot::SphereShape{kBallRadius})
       : scene(std::move(the_scene)) {
     std::vector<std::vector<Isometry3d>> X_WL;
     for (const Vector3d& centre : centres) {
@@ -74,7 +74,7 @@ class Balls {
 /// Two balls that have just come together along x, to this depth; what overlaps from the start is
 /// exempt.
 Balls pressed(double depth_m) {
-  Balls balls(empty_scene(), {{0, 0, 0.5}, {2 * kRadius + 1e-4, 0, 0.5}});
+  Balls balls(empty_scene(), {{0, 0, 0.5}, {2 * kBallRadius + 1e-4, 0, 0.5}});
   balls.step({Vector3d::Zero(), Vector3d::Zero()});
   EXPECT_TRUE(balls.world->arm_forces(0).empty());
   EXPECT_TRUE(balls.world->arm_forces(1).empty());
@@ -96,7 +96,7 @@ TEST(ArmAgainstArm, ForcesAreEqualAndOppositeAndFollowThePenaltyLaw) {
   EXPECT_EQ(balls.partner_of(on_b), balls.scene.robots[0].name);
   EXPECT_NEAR(on_b.f_W.x(), 100, 1e-6);  // 1e5 N/m, 1 mm deep
   EXPECT_NEAR(on_b.f_W.tail<2>().norm(), 0, 1e-9);
-  EXPECT_NEAR(on_a.p_W.x(), kRadius, 1e-3);
+  EXPECT_NEAR(on_a.p_W.x(), kBallRadius, 1e-3);
 }
 
 TEST(ArmAgainstArm, DepthAndClosingSpeedAddUpAndNothingPulls) {
@@ -125,7 +125,7 @@ TEST(ArmAgainstArm, SlidingMeetsCoulombFriction) {
 TEST(ArmAgainstFixedThings, ATablePushesBackByItsName) {
   auto scene = empty_scene();
   add_table(scene);
-  Balls balls(std::move(scene), {{0, 0, kRadius + 1e-3}});
+  Balls balls(std::move(scene), {{0, 0, kBallRadius + 1e-3}});
   balls.step({Vector3d(0, 0, 0)});
   EXPECT_TRUE(balls.world->arm_forces(0).empty());
   for (int i = 0; i < 20; ++i) balls.step({Vector3d(0, 0, -0.1)});

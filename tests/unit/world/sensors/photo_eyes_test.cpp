@@ -25,7 +25,7 @@ Pose on_belt(double x, double y, double z, double yaw = 0) {
   return Pose::from(belt().X_WC.isometry() * X_CB.isometry());
 }
 
-api::BodyDescription tray() {
+api::BodyDescription tray_on_belt() {
   api::BodyDescription body;
   body.kind = api::BodyKind::kPartTray;
   body.mass_kg = 0.5;
@@ -34,7 +34,7 @@ api::BodyDescription tray() {
   return body;
 }
 
-api::BodyDescription gear() {
+api::BodyDescription gear_on_belt() {
   api::BodyDescription body;
   body.kind = api::BodyKind::kGear;
   body.mass_kg = 0.03;
@@ -47,38 +47,38 @@ api::BodyDescription gear() {
 
 TEST(PhotoEyes, ATrayBreaksTheBeamFromItsFrontEdgeToItsBack) {
   const PhotoEyes eyes(belt());
-  EXPECT_FALSE(eyes.breaks(0, tray(), on_belt(0.439, 0.1, 0.017)));
-  EXPECT_TRUE(eyes.breaks(0, tray(), on_belt(0.441, 0.1, 0.017)));
-  EXPECT_TRUE(eyes.breaks(0, tray(), on_belt(0.559, -0.1, 0.017)));
-  EXPECT_FALSE(eyes.breaks(0, tray(), on_belt(0.561, 0, 0.017)));
-  EXPECT_TRUE(eyes.breaks(0, tray(), on_belt(0.405, 0, 0.017, M_PI / 2))) << "across";
+  EXPECT_FALSE(eyes.breaks(0, tray_on_belt(), on_belt(0.439, 0.1, 0.017)));
+  EXPECT_TRUE(eyes.breaks(0, tray_on_belt(), on_belt(0.441, 0.1, 0.017)));
+  EXPECT_TRUE(eyes.breaks(0, tray_on_belt(), on_belt(0.559, -0.1, 0.017)));
+  EXPECT_FALSE(eyes.breaks(0, tray_on_belt(), on_belt(0.561, 0, 0.017)));
+  EXPECT_TRUE(eyes.breaks(0, tray_on_belt(), on_belt(0.405, 0, 0.017, M_PI / 2))) << "across";
 }
 
 TEST(PhotoEyes, TheBeamHasAHeightAndEndsAtTheBeltsEdges) {
   const PhotoEyes eyes(belt());
-  EXPECT_FALSE(eyes.breaks(1, tray(), on_belt(-0.5, 0, 0.017))) << "passes over the tray";
-  EXPECT_FALSE(eyes.breaks(0, tray(), on_belt(0.5, 0, 0.1))) << "lifted out";
-  EXPECT_TRUE(eyes.breaks(0, tray(), on_belt(0.5, 0.399, 0.017)));
-  EXPECT_FALSE(eyes.breaks(0, tray(), on_belt(0.5, 0.401, 0.017))) << "beside the belt";
+  EXPECT_FALSE(eyes.breaks(1, tray_on_belt(), on_belt(-0.5, 0, 0.017))) << "passes over the tray";
+  EXPECT_FALSE(eyes.breaks(0, tray_on_belt(), on_belt(0.5, 0, 0.1))) << "lifted out";
+  EXPECT_TRUE(eyes.breaks(0, tray_on_belt(), on_belt(0.5, 0.399, 0.017)));
+  EXPECT_FALSE(eyes.breaks(0, tray_on_belt(), on_belt(0.5, 0.401, 0.017))) << "beside the belt";
 }
 
 TEST(PhotoEyes, AGearBreaksItWithDiscAndPeg) {
   const PhotoEyes eyes(belt());
-  EXPECT_TRUE(eyes.breaks(0, gear(), on_belt(0.451, 0, 0)));
-  EXPECT_FALSE(eyes.breaks(0, gear(), on_belt(0.449, 0, 0)));
-  EXPECT_TRUE(eyes.breaks(1, gear(), on_belt(-0.503, 0, 0))) << "the peg, above the disc";
-  EXPECT_FALSE(eyes.breaks(1, gear(), on_belt(-0.505, 0, 0)));
+  EXPECT_TRUE(eyes.breaks(0, gear_on_belt(), on_belt(0.451, 0, 0)));
+  EXPECT_FALSE(eyes.breaks(0, gear_on_belt(), on_belt(0.449, 0, 0)));
+  EXPECT_TRUE(eyes.breaks(1, gear_on_belt(), on_belt(-0.503, 0, 0))) << "the peg, above the disc";
+  EXPECT_FALSE(eyes.breaks(1, gear_on_belt(), on_belt(-0.505, 0, 0)));
   // Lying on its side, the disc's edge is up to 0.05 m from the axis.
   Pose lying = on_belt(0.5, 0, 0.05);
   lying.q = lying.q * Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitX());
-  EXPECT_TRUE(eyes.breaks(0, gear(), lying));
+  EXPECT_TRUE(eyes.breaks(0, gear_on_belt(), lying));
 }
 
 TEST(PhotoEyes, CountsEachTimeTheBeamIsBrokenAnew) {
   PhotoEyes eyes(belt());
   const auto look = [&](double x) {
     eyes.begin();
-    eyes.see(tray(), on_belt(x, 0, 0.017));
+    eyes.see(tray_on_belt(), on_belt(x, 0, 0.017));
     eyes.finish();
   };
   look(0.5);
@@ -98,11 +98,11 @@ TEST(PhotoEyes, CountsEachTimeTheBeamIsBrokenAnew) {
 TEST(PhotoEyes, WeighsWhatTheBeltCarries) {
   PhotoEyes eyes(belt());
   eyes.begin();
-  eyes.see(tray(), on_belt(1.4, 0.2, 0.017));
-  eyes.see(gear(), on_belt(1.4, 0.2, 0.017));
-  eyes.see(gear(), on_belt(0, 0.31, 0.017));  // beside
-  eyes.see(gear(), on_belt(0, 0, 0.2));       // in a gripper
-  eyes.see(gear(), on_belt(0, 0, -0.9));      // on the floor
+  eyes.see(tray_on_belt(), on_belt(1.4, 0.2, 0.017));
+  eyes.see(gear_on_belt(), on_belt(1.4, 0.2, 0.017));
+  eyes.see(gear_on_belt(), on_belt(0, 0.31, 0.017));  // beside
+  eyes.see(gear_on_belt(), on_belt(0, 0, 0.2));       // in a gripper
+  eyes.see(gear_on_belt(), on_belt(0, 0, -0.9));      // on the floor
   eyes.finish();
   EXPECT_NEAR(eyes.load_kg(), 0.53, 1e-12);
 }

@@ -15,7 +15,7 @@ namespace {
 using Eigen::Vector3d;
 
 using test::kServoStep;
-const Vector3d kGravity(0, 0, -9.81);
+const Vector3d kGravity_W(0, 0, -9.81);
 
 bool same_bits(const JointVector& a, const JointVector& b) {
   return a.size() == b.size() &&
@@ -39,7 +39,7 @@ class Servo : public testing::TestWithParam<bool> {
   Vector3d tool_F_ = GetParam() ? Vector3d(.194, 0, 0) : Vector3d(0, 0, .30187);
 
   ServoArm arm(const JointVector& q, ServoParameters servo = {}) {
-    return ServoArm(model_, gripper_, kGravity, q, kServoStep, servo);
+    return ServoArm(model_, gripper_, kGravity_W, q, kServoStep, servo);
   }
   Vector3d tool(const JointVector& q) { return flange_pose(model_, q) * tool_F_; }
   JointVector torque_of(const JointVector& q, const Vector3d& force_B) {
@@ -96,7 +96,7 @@ TEST_P(Servo, TenMinutesAtRestChangeNoBit) {
 
 TEST_P(Servo, HoldingTorqueIsGravity) {
   const ServoArm arm = this->arm(home_);
-  EXPECT_EQ(arm.torque(), inverse_dynamics(model_, gripper_, kGravity, home_, zero_, zero_));
+  EXPECT_EQ(arm.torque(), inverse_dynamics(model_, gripper_, kGravity_W, home_, zero_, zero_));
 }
 
 TEST_P(Servo, FreeMotionIsTheReferenceBitForBit) {
@@ -137,7 +137,7 @@ TEST_P(Servo, FiftyNewtonsGiveWayByMillimetresAndComeBackExactly) {
     EXPECT_TRUE(arm.deviating());
     // The drives have taken up the push: what they add is what it asks beyond friction.
     const JointVector extra =
-        arm.torque() - inverse_dynamics(model_, gripper_, kGravity, home_, zero_, zero_);
+        arm.torque() - inverse_dynamics(model_, gripper_, kGravity_W, home_, zero_, zero_);
     const JointVector asked = torque_of(home_, push);
     for (int i = 0; i < n_; ++i) {
       const double friction = 0.04 * model_.joints[static_cast<std::size_t>(i)].max_torque_nm;
@@ -171,8 +171,8 @@ TEST_P(Servo, DeviationIsThatOfFullForwardDynamics) {
     const JointMatrix H = mass_matrix(model_, gripper_, q);
     const JointVector u = servo.velocity_gain_1_s * (servo.position_gain_1_s * (home_ - q) - qd);
     const JointVector drive =
-        inverse_dynamics(model_, gripper_, kGravity, home_, zero_, zero_) + H * u;
-    const JointVector bias = inverse_dynamics(model_, gripper_, kGravity, q, qd, zero_);
+        inverse_dynamics(model_, gripper_, kGravity_W, home_, zero_, zero_) + H * u;
+    const JointVector bias = inverse_dynamics(model_, gripper_, kGravity_W, q, qd, zero_);
     qd += kServoStep * H.llt().solve(drive + tau_ext - bias);
     q += kServoStep * qd;
     arm.step(home_, tau_ext);
@@ -198,12 +198,12 @@ TEST_P(Servo, TooLittleTorqueLagsAndRecovers) {
       }
     }
     ArmModel weak = model_;
-    const JointVector hold = inverse_dynamics(model_, gripper_, kGravity, to, zero_, zero_);
+    const JointVector hold = inverse_dynamics(model_, gripper_, kGravity_W, to, zero_, zero_);
     for (std::size_t i = 0; i < 2; ++i) {
       weak.joints[i].max_torque_nm = std::max(weak.joints[i].max_torque_nm * need * share,
                                               1.05 * std::abs(hold(static_cast<Eigen::Index>(i))));
     }
-    ServoArm arm(weak, gripper_, kGravity, home_, kServoStep);
+    ServoArm arm(weak, gripper_, kGravity_W, home_, kServoStep);
     double lag = 0;
     for (int k = 1; k <= steps; ++k) {
       const JointVector reference = blend(home_, to, static_cast<double>(k) / steps);
@@ -310,7 +310,7 @@ TEST_P(Servo, PayloadShowsInTheTorque) {
   EXPECT_TRUE(same_bits(arm.q(), home_));
   const JointVector change = arm.torque() - before;
   const JointVector expected =
-      -(point_jacobian(model_, home_, n_, gripper_.com_F).topRows<3>().transpose() * kGravity);
+      -(point_jacobian(model_, home_, n_, gripper_.com_F).topRows<3>().transpose() * kGravity_W);
   EXPECT_LT((change - expected).cwiseAbs().maxCoeff(), 1e-10);
 }
 
