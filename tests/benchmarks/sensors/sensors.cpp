@@ -31,19 +31,19 @@ class Cell {
       X_WL.emplace_back(links.begin(), links.end());
     }
     physics_ = std::make_unique<physics::PhysicsWorld>(*scene_, models_, X_WL);
-    solids_ = std::make_unique<world::SensorOccluders>(*scene_, models_);
+    occluders_ = std::make_unique<world::SensorOccluders>(*scene_, models_);
     gather({});
   }
 
   void gather(const std::optional<api::Intruder>& intruder) {
-    solids_->gather(robots_, *physics_, intruder);
+    occluders_->gather(robots_, *physics_, intruder);
   }
   [[nodiscard]] const scene::Scene& scene() const { return *scene_; }
-  [[nodiscard]] const world::SensorOccluders& solids() const { return *solids_; }
-  [[nodiscard]] std::vector<sensors::Solid> arms_alone() const {
-    std::vector<sensors::Solid> arms;
-    for (const auto& solid : solids_->all()) {
-      if (solid.body < 0) arms.push_back(solid);
+  [[nodiscard]] const world::SensorOccluders& occluders() const { return *occluders_; }
+  [[nodiscard]] std::vector<sensors::Occluder> arms_alone() const {
+    std::vector<sensors::Occluder> arms;
+    for (const auto& occluder : occluders_->all()) {
+      if (occluder.body < 0) arms.push_back(occluder);
     }
     return arms;
   }
@@ -53,7 +53,7 @@ class Cell {
   std::vector<robot::ArmModel> models_;
   std::vector<world::SimulatedRobot> robots_;
   std::unique_ptr<physics::PhysicsWorld> physics_;
-  std::unique_ptr<world::SensorOccluders> solids_;
+  std::unique_ptr<world::SensorOccluders> occluders_;
 };
 
 /// CPU time of one call [us], the median of so many rounds of 100 calls.
@@ -84,7 +84,7 @@ int run(int argc, char** argv) {
 
   const sensors::LightCurtain curtain(*cell.scene().light_curtain);
   double sum = 0;
-  const auto look = [&] { sum += curtain.look(cell.solids().all()).distance_m[0]; };
+  const auto look = [&] { sum += curtain.look(cell.occluders().all()).distance_m[0]; };
   record("curtain_clear", "light curtain, clear", cost_us(rounds, look), 10);
   api::Intruder person;
   person.X_WI.p = {0, -1.75, 0.9};
@@ -97,11 +97,11 @@ int run(int argc, char** argv) {
   const sensors::OverheadCamera camera(robot.vision, robot.X_WB.isometry() * robot.X_BR.isometry());
   api::VisionFrame frame;
   const double period_ms = 1e3 / robot.vision.rate_hz;
-  const std::vector<sensors::Solid> arms = cell.arms_alone();
+  const std::vector<sensors::Occluder> arms = cell.arms_alone();
   const double without =
-      cost_us(rounds, [&] { camera.detect(description, cell.solids().X_WP(), arms, 1, frame); });
+      cost_us(rounds, [&] { camera.detect(description, cell.occluders().X_WP(), arms, 1, frame); });
   const double with = cost_us(rounds, [&] {
-    camera.detect(description, cell.solids().X_WP(), cell.solids().all(), 1, frame);
+    camera.detect(description, cell.occluders().X_WP(), cell.occluders().all(), 1, frame);
   });
   table.row({"camera, arms in its way", without, period_ms});
   table.row({"camera, arms, trays and gears in its way", with, period_ms});
@@ -115,7 +115,7 @@ int run(int argc, char** argv) {
     size.beams = beams;
     const sensors::LightCurtain one(size);
     growing.points.emplace_back(
-        beams, cost_us(rounds, [&] { sum += one.look(cell.solids().all()).distance_m[0]; }));
+        beams, cost_us(rounds, [&] { sum += one.look(cell.occluders().all()).distance_m[0]; }));
   }
   experiment.plot("curtain", {.title = "One look through a light curtain",
                               .x = {.label = "beams"},
