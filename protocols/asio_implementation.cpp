@@ -1,0 +1,3 @@
+// Asio, compiled here once instead of in every file that uses it.
+
+#include <boost/asio/impl/src.hpp>
