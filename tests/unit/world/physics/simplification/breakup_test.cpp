@@ -41,7 +41,7 @@ void stand_gear(scene::Scene& scene, const std::string& name, double x, double y
 
 /// Runs the belt at `accel` for kTime; the slip of `body` on the plate.
 double slip(Bench& bench, const std::string& body, double accel) {
-  const auto place = [&] {
+  const auto place = [&]() -> Eigen::Vector3d {
     return (bench.X_WB("plate").inverse() * bench.X_WB(body)).translation();
   };
   const Eigen::Vector3d before = place();
