@@ -16,6 +16,19 @@
 #include "crcl/value_codec.hpp"
 
 namespace aprsim::crcl {
+
+// The largest of the language's types are copied and destroyed in one place only.
+CommandBody::CommandBody() = default;
+CommandBody::CommandBody(const CommandBody& other) = default;
+CommandBody::CommandBody(CommandBody&& other) noexcept = default;
+CommandBody& CommandBody::operator=(const CommandBody& other) = default;
+CommandBody& CommandBody::operator=(CommandBody&& other) noexcept = default;
+CommandBody::~CommandBody() = default;
+
+bool CommandBody::operator==(const CommandBody& other) const {
+  return static_cast<const AnyCommand&>(*this) == static_cast<const AnyCommand&>(other);
+}
+
 namespace {
 
 constexpr std::array<const char*, 4> kRateElements{"TransSpeed", "TransAccel", "RotSpeed",

@@ -1,0 +1,118 @@
+#include "server/run.hpp"
+
+#include <cstdlib>
+#include <exception>
+#include <iostream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <spdlog/spdlog.h>
+
+#include "server/command_line.hpp"
+#include "server/config.hpp"
+#include "server/daemon.hpp"
+#include "server/logging.hpp"
+#include "server/ports_file.hpp"
+#include "server/process.hpp"
+#include "server/version.hpp"
+#include "world/scene/scene_loader.hpp"
+
+namespace aprsim::server {
+namespace {
+
+/// One clear line on standard error; exit code 1.
+int refuse(const std::string& message) {
+  std::cerr << "aprsimd: " << message << std::endl;
+  return EXIT_FAILURE;
+}
+
+void announce(const Ports& ports, const std::string& address) {
+  for (const auto& [name, port] : ports) spdlog::info("listening: {} on port {}", name, port);
+  if (const auto web = ports.find("web"); web != ports.end()) {
+    const bool any = address == "0.0.0.0" || address == "::";
+    const std::string host = any                                      ? "localhost"
+                             : address.find(':') != std::string::npos ? "[" + address + "]"
+                                                                      : address;
+    spdlog::info("see it: http://{}:{}/", host, web->second);
+  }
+}
+
+/// A misspelt name would silently leave a robot at its defaults.
+void warn_of_unknown_robots(const Config& config, const scene::Scene& scene) {
+  std::vector<std::string> robots;
+  for (const auto& robot : scene.robots) robots.push_back(robot.name);
+  for (const std::string& key : keys_of_unknown_robots(config, robots)) {
+    std::cerr << "aprsimd: warning: " << key << ": scene " << scene.name << " has no such robot"
+              << std::endl;
+  }
+}
+
+int serve(const Invocation& invocation, std::shared_ptr<const scene::Scene> scene) {
+  block_signals();
+  if (auto ok = raise_file_limit(needed_files(invocation.config, scene->robots.size())); !ok) {
+    return refuse(ok.error().message);
+  }
+  start_logging(invocation.config.log_level);
+  spdlog::info("aprsimd {}: scene {}, speed {}", kVersion, scene->name,
+               to_text(invocation.config.speed));
+  Daemon daemon(invocation.config, std::move(scene));
+  const auto ports = daemon.start();
+  // Whoever listens already may log: first it stops, then the log.
+  const auto give_up = [&daemon](const std::string& message) {
+    daemon.stop();
+    stop_logging();
+    return refuse(message);
+  };
+  if (!ports) return give_up(ports.error().message);
+  announce(*ports, invocation.config.web.address);
+  if (!invocation.ports_file.empty()) {
+    if (auto ok = write_ports_file(invocation.ports_file, *ports); !ok) {
+      return give_up(ok.error().message);
+    }
+  }
+  const int signal = wait_for_signal();
+  spdlog::info("signal {}: stopping", signal);
+  unblock_signals();
+  daemon.stop();
+  spdlog::info("stopped");
+  stop_logging();
+  return EXIT_SUCCESS;
+}
+
+int start(int argc, char** argv) {
+  int exit_code = 0;
+  const auto invocation = parse_command_line(argc, argv, exit_code);
+  if (!invocation) return exit_code;
+  if (invocation->print_config) {
+    std::cout << to_yaml(invocation->config);
+    return EXIT_SUCCESS;
+  }
+  if (invocation->list_keys) {
+    std::cout << key_list(invocation->config);
+    return EXIT_SUCCESS;
+  }
+  auto scene = scene::load_scene(invocation->config.scene, scene::default_data_paths());
+  if (!scene) return refuse(scene.error().message);
+  auto shared = std::make_shared<const scene::Scene>(std::move(*scene));
+  warn_of_unknown_robots(invocation->config, *shared);
+  if (invocation->check_only) {
+    const Daemon probe(invocation->config, shared);
+    std::cout << "scene " << shared->name << ": " << shared->robots.size() << " robots, "
+              << shared->trays.size() << " trays, " << shared->gears.size() << " gears; ok\n";
+    return EXIT_SUCCESS;
+  }
+  return serve(*invocation, std::move(shared));
+}
+
+}  // namespace
+
+int run(int argc, char** argv) {
+  try {
+    return start(argc, argv);
+  } catch (const std::exception& failure) {
+    return refuse(failure.what());
+  }
+}
+
+}  // namespace aprsim::server
