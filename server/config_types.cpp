@@ -4,6 +4,7 @@
 #include <charconv>
 
 #include "protocols/modbus/modbus_server.hpp"
+#include "world/api/simulation_command.hpp"
 
 namespace aprsim::server {
 
@@ -59,8 +60,8 @@ void Pace::read(const yaml::Node& node, Speed& value) const {
   } else {
     const auto end = pace.data() + pace.size();
     const auto parsed = std::from_chars(pace.data(), end, value.factor);
-    if (parsed.ec != std::errc{} || parsed.ptr != end || !(value.factor > 0) ||
-        value.factor > 1e6) {
+    if (parsed.ec != std::errc{} || parsed.ptr != end || !(value.factor >= api::kMinSpeed) ||
+        !(value.factor <= api::kMaxSpeed)) {
       node.unexpected(text());
     }
   }

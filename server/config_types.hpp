@@ -103,7 +103,7 @@ struct Pace {
   void read(const yaml::Node& node, Speed& value) const;
   [[nodiscard]] std::string write(const Speed& value) const { return to_text(value); }
   [[nodiscard]] std::string text() const {
-    return "max, stepped, or a ratio of simulated to real time > 0";
+    return "max, stepped, or a ratio of simulated to real time within 0.001 and 1e6";
   }
 };
 

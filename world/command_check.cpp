@@ -1,6 +1,7 @@
 #include "world/command_check.hpp"
 
 #include <cmath>
+#include <cstdio>
 #include <string>
 
 namespace aprsim::world {
@@ -10,6 +11,12 @@ constexpr double kFar = 1000, kLargestIntruder = 10;  // m
 
 tl::unexpected<Error> bad(std::string field, std::string message) {
   return fail(ErrorCode::kInvalidArgument, std::move(field), std::move(message));
+}
+
+std::string text_of(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g", value);
+  return text;
 }
 
 Result<void> finite(double value, const char* field) {
@@ -223,7 +230,10 @@ Result<void> check_name(const std::string& name) {
 
 Result<void> check_body(const api::SimulationCommand& command, const api::CellDescription&) {
   const auto* set = std::get_if<api::SetSpeed>(&command);
-  if (set && set->factor) return positive(*set->factor, "factor");
+  if (set && set->factor && !(*set->factor >= api::kMinSpeed && *set->factor <= api::kMaxSpeed)) {
+    return bad("factor", "factor is " + text_of(*set->factor) + ", must be within " +
+                             text_of(api::kMinSpeed) + " to " + text_of(api::kMaxSpeed));
+  }
   if (const auto* save = std::get_if<api::SaveState>(&command)) return check_name(save->name);
   if (const auto* load = std::get_if<api::LoadState>(&command)) return check_name(load->name);
   return {};

@@ -2,15 +2,55 @@
 
 #include <string>
 #include <utility>
+#include <variant>
 
 namespace aprsim::world {
+namespace {
 
-CommandQueue::CommandQueue(std::size_t capacity) : capacity_(capacity) { queue_.reserve(capacity); }
+/// Places beyond the capacity, for stops. No two of them are the same.
+constexpr std::size_t kStops = 64;
+
+const api::StopMotion* stop_of(const api::RobotCommand& command) {
+  return std::get_if<api::StopMotion>(&command.action);
+}
+
+bool is_stop(const api::ConveyorCommand& belt) {
+  const bool stops = belt.run == false || belt.emergency_stop == true;
+  return stops && belt.run != true && belt.emergency_stop != false && !belt.fault_reset;
+}
+
+bool is_stop(const api::Command& command) {
+  if (const auto* robot = std::get_if<api::RobotCommand>(&command.body)) return stop_of(*robot);
+  if (const auto* belt = std::get_if<api::ConveyorCommand>(&command.body)) return is_stop(*belt);
+  const auto* simulation = std::get_if<api::SimulationCommand>(&command.body);
+  return simulation && std::holds_alternative<api::Pause>(*simulation);
+}
+
+/// Whether one of two stops is enough, whoever sent them.
+bool same_stop(const api::Command& a, const api::Command& b) {
+  if (a.body.index() != b.body.index() || !is_stop(a)) return false;
+  if (const auto* robot = std::get_if<api::RobotCommand>(&a.body)) {
+    const auto& other = std::get<api::RobotCommand>(b.body);
+    const api::StopMotion* stop = stop_of(other);
+    return stop && robot->robot == other.robot && stop_of(*robot)->kind == stop->kind;
+  }
+  if (const auto* belt = std::get_if<api::ConveyorCommand>(&a.body)) {
+    return *belt == std::get<api::ConveyorCommand>(b.body);
+  }
+  return true;
+}
+
+}  // namespace
+
+CommandQueue::CommandQueue(std::size_t capacity) : capacity_(capacity) {
+  queue_.reserve(capacity + kStops);
+}
 
 Result<api::Ticket> CommandQueue::push(api::Command command) {
   const std::lock_guard lock(mutex_);
   if (closed_) return fail(ErrorCode::kUnavailable, "simulation", "the simulation has ended");
-  if (queue_.size() >= capacity_) {
+  if (queue_.size() >= capacity_ && is_stop(command)) drop_same_stop(command);
+  if (queue_.size() >= capacity_ + (is_stop(command) ? kStops : 0)) {
     return fail(ErrorCode::kUnavailable, "command queue",
                 std::to_string(capacity_) + " commands wait already; try again later");
   }
@@ -24,7 +64,14 @@ void CommandQueue::drain(std::vector<QueuedCommand>& out) {
   const std::lock_guard lock(mutex_);
   std::swap(out, queue_);
   // Both vectors keep their capacity, so that neither side allocates again.
-  queue_.reserve(capacity_);
+  queue_.reserve(capacity_ + kStops);
+}
+
+/// The same stop, later, does what the earlier one would do: both act between the same two steps.
+void CommandQueue::drop_same_stop(const api::Command& stop) {
+  std::erase_if(queue_, [&](const QueuedCommand& queued) {
+    return is_stop(queued.command) && same_stop(queued.command, stop);
+  });
 }
 
 void CommandQueue::wait_until(std::chrono::steady_clock::time_point deadline) {

@@ -17,7 +17,8 @@ struct QueuedCommand {
 };
 
 /// Bounded queue from any thread to the simulation thread. The lock is held for a push or a swap of
-/// two vectors, never across I/O.
+/// two vectors, never across I/O. Stops of a robot, of the belt and of the simulation have room of
+/// their own: a queue that is full of other commands takes them still, in their order.
 class CommandQueue {
  public:
   explicit CommandQueue(std::size_t capacity);
@@ -35,6 +36,8 @@ class CommandQueue {
   void close();
 
  private:
+  void drop_same_stop(const api::Command& stop);
+
   const std::size_t capacity_;
   std::mutex mutex_;
   std::condition_variable filled_;

@@ -16,6 +16,10 @@ constexpr double kMaxPalmDeflection_m = 3e-3;
 constexpr double kCapture_m = 2e-3, kCapture_rad = 0.02;
 constexpr int kPullSteps = 100;
 constexpr std::size_t kDescriptionCapacity = 512;
+/// From a move's command to its motion: an interpolation cycle of an ordinary robot controller, and
+/// what long or searched paths take more.
+constexpr robot::PlanningLatency kPlanningLatency{
+    .base_s = 8e-3, .waypoint_s = 1e-3, .screw_s = 40e-3};
 
 /// One value a joint, or an exception.
 robot::JointVector home_of(const scene::Robot& robot, const robot::ArmModel& model) {
@@ -53,7 +57,7 @@ std::shared_ptr<const robot::InverseKinematics> ik_of(const scene::Robot& robot,
 
 robot::ControllerSetup setup_of(const scene::Robot& robot, const robot::ArmModel& model,
                                 std::shared_ptr<const robot::InverseKinematics> ik,
-                                const scene::Physics& physics) {
+                                const scene::Physics& physics, robot::PlanPrefetcher* prefetcher) {
   return {.model = model,
           .ik = std::move(ik),
           .X_BR = robot.X_BR.isometry(),
@@ -65,7 +69,9 @@ robot::ControllerSetup setup_of(const scene::Robot& robot, const robot::ArmModel
           .max_rot_speed_rad_s = robot.max_rot_speed_rad_s,
           .max_rot_accel_rad_s2 = robot.max_rot_accel_rad_s2,
           .payload = payload_of(robot.gripper, robot.X_FT.isometry()),
-          .gravity_B = gravity_in_base(robot, physics)};
+          .gravity_B = gravity_in_base(robot, physics),
+          .latency = kPlanningLatency,
+          .prefetcher = prefetcher};
 }
 
 std::string number(double value) {
@@ -126,14 +132,14 @@ std::string describe_contact(const robot::ArmModel& model, const api::CellDescri
 }  // namespace
 
 SimulatedRobot::SimulatedRobot(const scene::Robot& robot, const robot::ArmModel& model,
-                               const scene::Physics& physics)
+                               const scene::Physics& physics, robot::PlanPrefetcher* prefetcher)
     : scene_(robot),
       X_WB_(robot.X_WB.isometry()),
       X_WR_(X_WB_ * robot.X_BR.isometry()),
       arm_(model, payload_of(robot.gripper, robot.X_FT.isometry()), gravity_in_base(robot, physics),
            home_of(robot, model), physics.step_s),
       ik_(ik_of(robot, model)),
-      controller_(setup_of(robot, model, ik_, physics)),
+      controller_(setup_of(robot, model, ik_, physics, prefetcher)),
       step_size_(std::llround(physics.step_s * 1e9)),
       X_WL_(model.links.size()) {
   guard_input_.action.description.reserve(kDescriptionCapacity);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
@@ -21,8 +22,9 @@ class SimulatedRobot {
  public:
   /// The scene's robot must outlive this. Throws std::runtime_error when `model` fits no
   /// closed-form inverse kinematics or `robot.home_rad` is not one value a joint.
+  /// `prefetcher` makes motion plans ahead and must outlive this; null = none does.
   SimulatedRobot(const scene::Robot& robot, const robot::ArmModel& model,
-                 const scene::Physics& physics);
+                 const scene::Physics& physics, robot::PlanPrefetcher* prefetcher = nullptr);
 
   /// Applies a command that has been checked (command_check.hpp).
   void apply(api::Ticket ticket, const api::RobotCommand& command);
@@ -47,6 +49,8 @@ class SimulatedRobot {
   /// Of each finger at the pressure that is set [N].
   [[nodiscard]] double gripper_force_n() const { return state_.gripper_force_n; }
 
+  /// How often a step waited for a motion plan.
+  [[nodiscard]] std::uint64_t plan_waits() const { return controller_.plan_waits(); }
   [[nodiscard]] api::RobotDescription description() const;
   void write(const physics::GripperState& gripper, std::span<const physics::ArmForce> forces,
              api::RobotSnapshot& out) const;

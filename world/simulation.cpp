@@ -1,6 +1,8 @@
 #include "world/simulation.hpp"
 
+#include <algorithm>
 #include <exception>
+#include <new>
 #include <utility>
 
 #include "world/command_check.hpp"
@@ -13,19 +15,35 @@ using SteadyClock = std::chrono::steady_clock;
 /// How long the thread sleeps at most while nothing is to be stepped.
 constexpr std::chrono::milliseconds kIdle{20};
 
+std::vector<std::unique_ptr<robot::PlanningThread>> start_planning_threads(std::size_t count) {
+  std::vector<std::unique_ptr<robot::PlanningThread>> threads(count);
+  for (auto& thread : threads) thread = std::make_unique<robot::PlanningThread>();
+  return threads;
+}
+
+std::vector<robot::PlanPrefetcher*> pointers(
+    const std::vector<std::unique_ptr<robot::PlanningThread>>& threads) {
+  std::vector<robot::PlanPrefetcher*> out;
+  for (const auto& thread : threads) out.push_back(thread.get());
+  return out;
+}
+
 }  // namespace
 
 Simulation::Simulation(std::shared_ptr<const scene::Scene> scene, SimulationOptions options)
     : scene_(std::move(scene)),
       seed_(options.seed),
       queue_(options.queue_capacity),
-      world_(std::in_place, scene_, seed_),
+      planning_threads_(start_planning_threads(scene_->robots.size())),
+      prefetchers_(pointers(planning_threads_)),
+      models_(load_models(*scene_)),
+      world_(std::make_unique<World>(scene_, models_, seed_, prefetchers_)),
       pacer_(world_->step_size(), SteadyClock::now()),
       description_(world_->description()),
       paused_(options.paused) {
   drained_.reserve(options.queue_capacity);
   pacer_.set_speed(options.speed, SteadyClock::now());
-  publish();
+  write_snapshot();
 }
 
 Simulation::~Simulation() { stop(); }
@@ -75,22 +93,36 @@ void Simulation::run(const std::stop_token& stop) {
 
 void Simulation::drain() {
   queue_.drain(drained_);
-  for (const auto& [ticket, command] : drained_) {
-    std::visit(
-        [&, id = ticket](const auto& body) {
-          if constexpr (std::is_same_v<std::decay_t<decltype(body)>, api::SimulationCommand>) {
-            apply(body);
-          } else {
-            world_->apply(id, body);
-          }
-        },
-        command.body);
-    applied_ = ticket;
+  for (const QueuedCommand& queued : drained_) {
+    apply(queued);
+    applied_ = queued.ticket;
     dirty_ = true;
   }
 }
 
-void Simulation::apply(const api::SimulationCommand& command) {
+void Simulation::apply(const QueuedCommand& queued) {
+  const auto* simulation = std::get_if<api::SimulationCommand>(&queued.command.body);
+  try {
+    if (simulation != nullptr) {
+      if (auto done = apply(*simulation); !done) record_failure(queued.ticket, done.error());
+      return;
+    }
+    std::visit(
+        [&](const auto& body) {
+          if constexpr (!std::is_same_v<std::decay_t<decltype(body)>, api::SimulationCommand>) {
+            world_->apply(queued.ticket, body);
+          }
+        },
+        queued.command.body);
+  } catch (const std::exception& failure) {
+    const std::string why = "a command failed: " + std::string(failure.what());
+    record_failure(queued.ticket, {ErrorCode::kUnavailable, "simulation", why});
+    // Half a command may have been carried out.
+    if (simulation == nullptr) stop_world(why);
+  }
+}
+
+Result<void> Simulation::apply(const api::SimulationCommand& command) {
   const auto now = SteadyClock::now();
   if (std::holds_alternative<api::Pause>(command)) {
     paused_ = true;
@@ -105,12 +137,13 @@ void Simulation::apply(const api::SimulationCommand& command) {
   } else if (const auto* speed = std::get_if<api::SetSpeed>(&command)) {
     pacer_.set_speed(speed->factor, now);
   } else if (const auto* again = std::get_if<api::Reset>(&command)) {
-    reset(again->seed);
+    return reset(again->seed);
   } else if (const auto* saving = std::get_if<api::SaveState>(&command)) {
-    save(saving->name);
+    return save(saving->name);
   } else if (const auto* loading = std::get_if<api::LoadState>(&command)) {
-    load(loading->name);
+    return load(loading->name);
   }
+  return {};
 }
 
 void Simulation::advance() {
@@ -118,12 +151,8 @@ void Simulation::advance() {
   try {
     world_->step();
   } catch (const std::exception& failure) {
-    // The state of the last good step stays there to be looked at until a reset or a load.
-    world_fault_ = failure.what();
-    paused_by_fault_ = !paused_;
-    paused_ = true;
-    dirty_ = true;
-    return;
+    // The state of the last good step stays there to be looked at.
+    return stop_world(failure.what());
   }
   if (paused_ && steps_wanted_ > 0) --steps_wanted_;
   const auto after = SteadyClock::now();
@@ -131,28 +160,67 @@ void Simulation::advance() {
   publish();
 }
 
-void Simulation::reset(std::optional<std::uint64_t> seed) {
-  if (seed) seed_ = *seed;
-  // The old world goes first: one physics world at a time keeps ODE's globals out of the question.
-  world_.reset();
-  world_.emplace(scene_, seed_);
+Result<void> Simulation::reset(std::optional<std::uint64_t> seed) {
+  // The old world goes when the new one is there.
+  auto fresh = std::make_unique<World>(scene_, models_, seed.value_or(seed_), prefetchers_);
+  world_ = std::move(fresh);
+  seed_ = seed.value_or(seed_);
   begin_epoch();
+  return {};
 }
 
-void Simulation::save(const std::string& name) {
-  if (!saved_.contains(name) && saved_.size() >= api::kMaxSavedStates) return;
-  saved_.insert_or_assign(name, world_->save());
-  std::vector<std::string> names;
-  for (const auto& [saved, state] : saved_) names.push_back(saved);
-  saved_names_ = std::make_shared<const std::vector<std::string>>(std::move(names));
+Result<void> Simulation::save(const std::string& name) {
+  if (!saved_.contains(name) && saved_.size() >= api::kMaxSavedStates) {
+    return fail(ErrorCode::kFailedPrecondition, "name",
+                "all " + std::to_string(api::kMaxSavedStates) +
+                    " places for saved states are taken; use one of their names again");
+  }
+  // All or nothing, should memory run out.
+  WorldState state = world_->save();
+  std::vector<std::string> names{name};
+  for (const auto& [saved, kept] : saved_) {
+    if (saved != name) names.push_back(saved);
+  }
+  std::sort(names.begin(), names.end());
+  auto shared = std::make_shared<const std::vector<std::string>>(std::move(names));
+  saved_.insert_or_assign(name, std::move(state));
+  saved_names_ = std::move(shared);
+  return {};
 }
 
-void Simulation::load(const std::string& name) {
+Result<void> Simulation::load(const std::string& name) {
   const auto found = saved_.find(name);
-  if (found == saved_.end()) return;
-  world_->restore(found->second);
+  if (found == saved_.end()) {
+    return fail(ErrorCode::kNotFound, "name", "no state is saved as '" + name + "'");
+  }
+  try {
+    world_->restore(found->second);
+  } catch (const std::exception& failure) {
+    stop_world("a saved state could not be restored: " + std::string(failure.what()));
+    throw;
+  }
   seed_ = found->second.seed;
   begin_epoch();
+  return {};
+}
+
+void Simulation::stop_world(const std::string& why) {
+  world_fault_ = why;
+  paused_by_fault_ = !paused_;
+  paused_ = true;
+  dirty_ = true;
+}
+
+void Simulation::record_failure(api::Ticket ticket, Error error) {
+  try {
+    std::vector<api::CommandFailure> all;
+    if (failures_) all = *failures_;
+    if (all.size() >= api::kMaxFailures) all.erase(all.begin());
+    all.push_back({ticket, std::move(error)});
+    failures_ = std::make_shared<const std::vector<api::CommandFailure>>(std::move(all));
+  } catch (const std::bad_alloc&) {
+    // No memory to tell it: the command looks carried out, as far as its sender can see.
+  }
 }
 
 void Simulation::begin_epoch() {
@@ -164,19 +232,29 @@ void Simulation::begin_epoch() {
 }
 
 void Simulation::publish() {
+  try {
+    write_snapshot();
+    dirty_ = false;
+  } catch (const std::bad_alloc&) {
+    dirty_ = true;  // the next one may find memory again
+  }
+}
+
+void Simulation::write_snapshot() {
   auto snapshot = slot_.acquire();
   world_->write(*snapshot);
   snapshot->epoch = epoch_;
   snapshot->applied = applied_;
+  snapshot->failures = failures_;
   snapshot->paused = paused_;
   snapshot->speed_target = pacer_.speed();
   snapshot->real_time_factor = pacer_.real_time_factor();
   snapshot->missed_steps = pacer_.missed_steps();
   snapshot->step_time_s = pacer_.step_time_s();
+  snapshot->plan_waits = world_->plan_waits();
   snapshot->saved_states = saved_names_;
   snapshot->world_fault = world_fault_;
   slot_.publish(std::move(snapshot));
-  dirty_ = false;
 }
 
 }  // namespace aprsim::world

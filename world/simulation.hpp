@@ -11,6 +11,7 @@
 #include "world/api/ports.hpp"
 #include "world/command_queue.hpp"
 #include "world/pacer.hpp"
+#include "world/robot/planning/planning_thread.hpp"
 #include "world/snapshot_slot.hpp"
 #include "world/world.hpp"
 
@@ -24,7 +25,7 @@ struct SimulationOptions {
 };
 
 /// Runs a world on its own thread: drain commands, step, publish, pace. The only code that touches
-/// the world once it runs.
+/// the world once it runs; motion plans are made ahead by a thread for each robot.
 class Simulation final : public api::CommandSink, public api::SnapshotSource {
  public:
   /// Builds the world (throws std::runtime_error as World does) and publishes its first snapshot;
@@ -48,19 +49,28 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
  private:
   void run(const std::stop_token& stop);
   void drain();
-  void apply(const api::SimulationCommand& command);
+  /// Applies one command; what it throws is a fault or that command's failure.
+  void apply(const QueuedCommand& queued);
+  [[nodiscard]] Result<void> apply(const api::SimulationCommand& command);
   void advance();
-  void reset(std::optional<std::uint64_t> seed);
-  void save(const std::string& name);
-  void load(const std::string& name);
+  [[nodiscard]] Result<void> reset(std::optional<std::uint64_t> seed);
+  [[nodiscard]] Result<void> save(const std::string& name);
+  [[nodiscard]] Result<void> load(const std::string& name);
+  /// The world stands still until a reset or a load.
+  void stop_world(const std::string& why);
+  void record_failure(api::Ticket ticket, Error error);
   void begin_epoch();
   void publish();
+  void write_snapshot();
 
   std::shared_ptr<const scene::Scene> scene_;
   std::uint64_t seed_;
   CommandQueue queue_;
   SnapshotSlot slot_;
-  std::optional<World> world_;
+  std::vector<std::unique_ptr<robot::PlanningThread>> planning_threads_;  ///< one a robot
+  std::vector<robot::PlanPrefetcher*> prefetchers_;                       ///< the same
+  ArmModels models_;                                                      ///< read once
+  std::unique_ptr<World> world_;
   Pacer pacer_;
   std::vector<QueuedCommand> drained_;
   std::shared_ptr<const api::CellDescription> description_;  ///< for validation, by any thread
@@ -72,6 +82,7 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   bool paused_by_fault_ = false;  ///< the next epoch runs again
   std::map<std::string, WorldState> saved_;
   std::shared_ptr<const std::vector<std::string>> saved_names_;
+  std::shared_ptr<const std::vector<api::CommandFailure>> failures_;
   bool dirty_ = false;  ///< something to publish although nothing stepped
   std::jthread thread_;
 };

@@ -13,16 +13,6 @@ namespace {
 // How often belt sensors and light curtain are looked at: the cycle of an ordinary PLC.
 constexpr SimTime kSensorPeriod = std::chrono::milliseconds(10);
 
-std::vector<robot::ArmModel> load_models(const scene::Scene& scene) {
-  std::vector<robot::ArmModel> models;
-  for (const auto& robot : scene.robots) {
-    auto model = robot::load_arm_model(robot.model_file);
-    if (!model) throw std::runtime_error("robot " + robot.name + ": " + model.error().message);
-    models.push_back(std::move(*model));
-  }
-  return models;
-}
-
 /// FNV-1a over the bits of a value.
 void mix(std::uint64_t& hash, double value) {
   hash = (hash ^ std::bit_cast<std::uint64_t>(value)) * 0x100000001b3ULL;
@@ -30,25 +20,41 @@ void mix(std::uint64_t& hash, double value) {
 
 }  // namespace
 
-World::World(std::shared_ptr<const scene::Scene> scene, std::uint64_t seed)
+ArmModels load_models(const scene::Scene& scene) {
+  std::vector<robot::ArmModel> models;
+  for (const auto& robot : scene.robots) {
+    auto model = robot::load_arm_model(robot.model_file);
+    if (!model) throw std::runtime_error("robot " + robot.name + ": " + model.error().message);
+    models.push_back(std::move(*model));
+  }
+  return std::make_shared<const std::vector<robot::ArmModel>>(std::move(models));
+}
+
+World::World(std::shared_ptr<const scene::Scene> scene, std::uint64_t seed,
+             std::span<robot::PlanPrefetcher* const> prefetchers)
+    : World(scene, load_models(*scene), seed, prefetchers) {}
+
+World::World(std::shared_ptr<const scene::Scene> scene, ArmModels models, std::uint64_t seed,
+             std::span<robot::PlanPrefetcher* const> prefetchers)
     : scene_(std::move(scene)),
       step_size_(std::llround(scene_->physics.step_s * 1e9)),
-      models_(load_models(*scene_)) {
-  robots_.reserve(models_.size());
+      models_(std::move(models)) {
+  robots_.reserve(models_->size());
   std::vector<std::vector<Eigen::Isometry3d>> X_WL;
-  for (std::size_t i = 0; i < models_.size(); ++i) {
-    robots_.emplace_back(scene_->robots[i], models_[i], scene_->physics);
+  for (std::size_t i = 0; i < models_->size(); ++i) {
+    robots_.emplace_back(scene_->robots[i], (*models_)[i], scene_->physics,
+                         i < prefetchers.size() ? prefetchers[i] : nullptr);
     const auto links = robots_.back().X_WL();
     X_WL.emplace_back(links.begin(), links.end());
   }
-  physics_.emplace(*scene_, models_, X_WL);
+  physics_.emplace(*scene_, *models_, X_WL);
   describe(seed);
   if (const auto& belt = scene_->conveyor) {
     conveyor_.emplace(ConveyorDriveLimits{belt->max_speed_m_s, belt->max_accel_m_s2,
                                           belt->max_decel_m_s2, belt->emergency_decel_m_s2});
     photo_eyes_.emplace(description_->conveyor);
   }
-  occluders_.emplace(*scene_, models_);
+  occluders_.emplace(*scene_, *models_);
   vision_.emplace(*scene_, step_size_, seed, description_->bodies.size());
   if (description_->light_curtain) light_curtain_.emplace(*description_->light_curtain);
   sense();
@@ -173,12 +179,18 @@ void World::look_at_belt() {
 
 SimTime World::time() const { return step_size_ * static_cast<SimTime::rep>(steps_); }
 
+std::uint64_t World::plan_waits() const {
+  std::uint64_t waits = 0;
+  for (const auto& robot : robots_) waits += robot.plan_waits();
+  return waits;
+}
+
 std::uint64_t World::state_hash() const {
   std::uint64_t hash = physics_->state_hash();
   api::RobotSnapshot robot;
   for (std::size_t i = 0; i < robots_.size(); ++i) {
     robots_[i].write({}, {}, robot);
-    for (int j = 0; j < models_[i].dof(); ++j) {
+    for (int j = 0; j < (*models_)[i].dof(); ++j) {
       mix(hash, robot.joints[static_cast<std::size_t>(j)].position_rad);
     }
   }

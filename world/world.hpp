@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "world/api/command.hpp"
@@ -19,12 +20,23 @@
 
 namespace aprsim::world {
 
+/// The models of a scene's robots, in their order.
+using ArmModels = std::shared_ptr<const std::vector<robot::ArmModel>>;
+/// Reads them. Throws std::runtime_error naming the robot and cause.
+[[nodiscard]] ArmModels load_models(const scene::Scene& scene);
+
 /// The simulated cell, without threads or clocks: commands in, fixed steps, state out. The same
 /// scene, seed and commands at the same steps give the same bits. Thread: one at a time.
 class World {
  public:
   /// Throws std::runtime_error naming the robot and cause when a model cannot be used.
-  World(std::shared_ptr<const scene::Scene> scene, std::uint64_t seed);
+  /// `prefetchers`, one a robot, make motion plans ahead and must outlive the world; without them
+  /// plans are made when they are needed, with the same bits.
+  World(std::shared_ptr<const scene::Scene> scene, std::uint64_t seed,
+        std::span<robot::PlanPrefetcher* const> prefetchers = {});
+  /// The same with models that load_models() has read.
+  World(std::shared_ptr<const scene::Scene> scene, ArmModels models, std::uint64_t seed,
+        std::span<robot::PlanPrefetcher* const> prefetchers);
 
   /// Applies a command that has been checked (command_check.hpp).
   void apply(api::Ticket ticket, const api::RobotCommand& command);
@@ -43,6 +55,8 @@ class World {
   [[nodiscard]] SimTime time() const;
   [[nodiscard]] std::uint64_t step_count() const { return steps_; }
   [[nodiscard]] SimTime step_size() const { return step_size_; }
+  /// How often a step waited for a motion plan: a matter of the machine's load, not of the state.
+  [[nodiscard]] std::uint64_t plan_waits() const;
   [[nodiscard]] const std::shared_ptr<const api::CellDescription>& description() const {
     return description_;
   }
@@ -62,7 +76,7 @@ class World {
   std::shared_ptr<const scene::Scene> scene_;
   SimTime step_size_;
   std::uint64_t steps_ = 0;
-  std::vector<robot::ArmModel> models_;
+  ArmModels models_;
   std::vector<SimulatedRobot> robots_;
   std::optional<ConveyorDrive> conveyor_;
   std::optional<sensors::PhotoEyes> photo_eyes_;  // there when the conveyor is

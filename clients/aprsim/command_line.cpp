@@ -36,8 +36,8 @@ void set_belt_speed(ConveyorSetCommand& command, const std::string& text) {
 void set_factor(SpeedCommand& command, const std::string& text) {
   if (text == "max") return;
   command.factor = number(text);
-  if (!command.factor || *command.factor <= 0) {
-    throw CLI::ValidationError("X", "'" + text + "' is neither a number above 0 nor 'max'");
+  if (!command.factor || *command.factor < 1e-3 || *command.factor > 1e6) {
+    throw CLI::ValidationError("X", "'" + text + "' is neither within 0.001 and 1e6 nor 'max'");
   }
 }
 

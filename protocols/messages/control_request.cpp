@@ -34,9 +34,10 @@ Result<api::StepBy> to_command(const v1::StepRequest& request) {
 Result<api::SetSpeed> to_command(const v1::SetSpeedRequest& request) {
   switch (request.speed_case()) {
     case v1::SetSpeedRequest::kFactor:
-      if (!std::isfinite(request.factor()) || request.factor() <= 0) {
+      if (!(request.factor() >= api::kMinSpeed && request.factor() <= api::kMaxSpeed)) {
         return fail(ErrorCode::kInvalidArgument, "factor",
-                    fmt::format("{} is not a finite number above 0", request.factor()));
+                    fmt::format("{} is not within {} and {}", request.factor(), api::kMinSpeed,
+                                api::kMaxSpeed));
       }
       return api::SetSpeed{request.factor()};
     case v1::SetSpeedRequest::kMaximum:

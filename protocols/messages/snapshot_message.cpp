@@ -162,6 +162,7 @@ void write_time(const api::Snapshot& snapshot, v1::Snapshot& message) {
   if (snapshot.speed_target) message.set_speed_target(*snapshot.speed_target);
   message.set_real_time_factor(snapshot.real_time_factor);
   message.set_missed_steps(snapshot.missed_steps);
+  message.set_plan_waits(snapshot.plan_waits);
   write_message(std::chrono::nanoseconds(static_cast<std::int64_t>(snapshot.step_time_s * 1e9)),
                 *message.mutable_step_time());
 }

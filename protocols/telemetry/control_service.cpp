@@ -20,6 +20,13 @@ void write_receipt(const api::Snapshot& snapshot, api::Ticket ticket, v1::Receip
   protocols::write_message(snapshot.time, *receipt.mutable_sim_time());
 }
 
+/// Why the command could not be carried out; null = it was.
+const Error* failure_of(const api::Snapshot& snapshot, api::Ticket ticket) {
+  if (!snapshot.failures) return nullptr;
+  const auto found = std::ranges::find(*snapshot.failures, ticket, &api::CommandFailure::ticket);
+  return found == snapshot.failures->end() ? nullptr : &found->error;
+}
+
 }  // namespace
 
 ControlService::ControlService(const TelemetryOptions& options, api::CommandSink& sink,
@@ -51,6 +58,7 @@ grpc::ServerUnaryReactor* ControlService::command(grpc::CallbackServerContext* c
   auto outcome = [ticket = *ticket, fill = std::move(fill)](
                      const api::Snapshot& snapshot) -> std::optional<grpc::Status> {
     if (snapshot.applied < ticket) return std::nullopt;
+    if (const Error* error = failure_of(snapshot, ticket)) return rpc_status(*error);
     fill(snapshot, ticket);
     return grpc::Status::OK;
   };
@@ -106,9 +114,13 @@ grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* cont
     write_receipt(s, ticket, *response->mutable_receipt());
     return grpc::Status::OK;
   };
-  // A pause in between forgets the rest of the steps: do not count on them for the next call.
-  auto forget = [this] {
+  auto forget = [this, context, goal] {
     const std::lock_guard goal_lock(step_mutex_);
+    // A caller that has gone wants no more steps; others that wait for some keep theirs.
+    if (context->IsCancelled() && step_goal_ == goal) {
+      (void)sink_.submit({options_.endpoint, api::SimulationCommand(api::Pause{})});
+    }
+    // A pause in between forgets the rest of the steps: do not count on them for the next call.
     step_goal_ = 0;
   };
   waiter_.wait({context, reactor, deadline(*context), std::move(outcome), std::move(forget)});

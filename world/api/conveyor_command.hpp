@@ -14,6 +14,8 @@ struct ConveyorCommand {
   /// The drive trips if it is told to run and gets no command for so long, in simulated time;
   /// 0 = never.
   std::optional<double> watchdog_s;
+
+  bool operator==(const ConveyorCommand&) const = default;
 };
 
 }  // namespace aprsim::api

@@ -95,6 +95,12 @@ static_assert(std::variant_size_v<RobotAction> ==
          std::holds_alternative<SetGripperForce>(action);
 }
 
+/// Whether the action is a motion that is planned.
+[[nodiscard]] inline bool is_move(const RobotAction& action) {
+  return std::holds_alternative<MoveTo>(action) || std::holds_alternative<MoveThroughTo>(action) ||
+         std::holds_alternative<MoveScrew>(action) || std::holds_alternative<MoveJoints>(action);
+}
+
 struct RobotCommand {
   int robot = 0;  ///< index into CellDescription::robots
   RobotAction action;

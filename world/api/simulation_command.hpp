@@ -15,7 +15,9 @@ struct Resume {};
 struct StepBy {
   std::uint64_t steps = 1;
 };
-/// Target ratio of simulated to wall time; nullopt = as fast as possible. Never changes the step.
+inline constexpr double kMinSpeed = 1e-3, kMaxSpeed = 1e6;
+/// Target ratio of simulated to wall time, kMinSpeed to kMaxSpeed; nullopt = as fast as possible.
+/// Never changes the step.
 struct SetSpeed {
   std::optional<double> factor;
 };
@@ -26,13 +28,13 @@ struct Reset {
 
 inline constexpr std::size_t kMaxSavedStates = 64;
 inline constexpr std::size_t kMaxStateName = 64;
-/// Keeps the present state of the world under a name, in place of what had it; ignored when
+/// Keeps the present state of the world under a name, in place of what had it; fails when
 /// kMaxSavedStates others are kept. Saved states outlive resets, not the process.
 struct SaveState {
   std::string name;
 };
-/// Goes on from a saved state, bit for bit; ignored when none has the name. Snapshot::epoch rises
-/// by one.
+/// Goes on from a saved state, bit for bit; fails when none has the name. Snapshot::epoch rises by
+/// one.
 struct LoadState {
   std::string name;
 };

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "world/api/cell_description.hpp"
+#include "world/api/error.hpp"
 #include "world/api/light_curtain.hpp"
 #include "world/api/pose.hpp"
 #include "world/api/robot_snapshot.hpp"
@@ -70,17 +71,28 @@ struct ContactSnapshot {
   Eigen::Vector3d f_W = Eigen::Vector3d::Zero();  ///< on the first [N]
 };
 
+/// A command that was taken but could not be carried out.
+struct CommandFailure {
+  Ticket ticket = 0;
+  Error error;
+};
+inline constexpr std::size_t kMaxFailures = 64;
+
 struct Snapshot {
   std::shared_ptr<const CellDescription> cell;
   std::uint64_t epoch = 0;  ///< counts resets and loads of a saved state
   std::uint64_t step = 0;   ///< since reset
   SimTime time{};
   Ticket applied = 0;  ///< every command up to this ticket has taken effect
+  /// The latest kMaxFailures commands that failed between two steps, by ticket; null = none. What
+  /// robots refuse shows in RobotSnapshot::action instead.
+  std::shared_ptr<const std::vector<CommandFailure>> failures;
   bool paused = false;
   std::optional<double> speed_target;  ///< nullopt = as fast as possible
   double real_time_factor = 0;         ///< measured over the last second
   std::uint64_t missed_steps = 0;      ///< steps given up because the clock ran ahead
   double step_time_s = 0;              ///< mean wall time of a step over the last second
+  std::uint64_t plan_waits = 0;        ///< motion plans that a step waited for, since reset
   std::shared_ptr<const std::vector<std::string>> saved_states;  ///< names; null = none
 
   std::vector<RobotSnapshot> robots;

@@ -89,11 +89,17 @@ TEST(CommandCheck, AnIntruderHasAPlaceAndASize) {
   EXPECT_EQ(error(set), "rotation");
 }
 
-TEST(CommandCheck, RefusesASpeedFactorOfZero) {
-  const auto zero =
-      check({.endpoint = 0, .body = api::SimulationCommand{api::SetSpeed{0.0}}}, cell());
-  ASSERT_FALSE(zero);
-  EXPECT_EQ(zero.error().field, "factor");
+TEST(CommandCheck, ASpeedIsWithinAThousandthAndAMillion) {
+  const auto field = [](double factor) -> std::string {
+    const auto ok =
+        check({.endpoint = 0, .body = api::SimulationCommand{api::SetSpeed{factor}}}, cell());
+    return ok ? "" : ok.error().field;
+  };
+  for (const double good : {1e-3, 0.5, 1.0, 1e6}) EXPECT_EQ(field(good), "") << good;
+  for (const double bad : {0.0, -1.0, 1e-13, 9.99e-4, 1.01e6, 1e14, 1e19, kNan,
+                           std::numeric_limits<double>::infinity()}) {
+    EXPECT_EQ(field(bad), "factor") << bad;
+  }
 }
 
 }  // namespace

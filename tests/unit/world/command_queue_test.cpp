@@ -9,6 +9,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
+api::Command resume() { return {.endpoint = 7, .body = api::SimulationCommand{api::Resume{}}}; }
 api::Command pause() { return {.endpoint = 7, .body = api::SimulationCommand{api::Pause{}}}; }
 
 TEST(CommandQueue, NumbersCommandsInOrder) {
@@ -26,11 +27,44 @@ TEST(CommandQueue, NumbersCommandsInOrder) {
   EXPECT_EQ(queue.push(pause()).value(), 3U);
 }
 
+/// Every stop is taken however full the queue is, after what came before it.
+TEST(CommandQueue, AFullQueueTakesStops) {
+  CommandQueue queue(4);
+  for (int i = 0; i < 4; ++i) ASSERT_TRUE(queue.push(resume()));
+  std::vector<api::Command> stops{pause()};
+  for (const int robot : {0, 1}) {
+    for (const auto kind :
+         {api::StopKind::kNormal, api::StopKind::kFast, api::StopKind::kImmediate}) {
+      stops.push_back({.body = api::RobotCommand{robot, api::StopMotion{kind}}});
+    }
+  }
+  stops.push_back({.body = api::ConveyorCommand{.emergency_stop = true}});
+  stops.push_back({.body = api::ConveyorCommand{.run = false}});
+  stops.push_back({.body = api::ConveyorCommand{.run = false, .speed_m_s = 0.1}});
+  api::Ticket last = 0;
+  for (int again = 0; again < 1000; ++again) {
+    for (const api::Command& stop : stops) {
+      const auto ticket = queue.push(stop);
+      ASSERT_TRUE(ticket) << ticket.error().message;
+      EXPECT_GT(*ticket, last);
+      last = *ticket;
+    }
+    EXPECT_FALSE(queue.push(resume()));
+    EXPECT_FALSE(queue.push({.body = api::RobotCommand{0, api::InitRobot{}}}));
+    EXPECT_FALSE(queue.push({.body = api::ConveyorCommand{.run = true, .emergency_stop = true}}));
+  }
+  std::vector<QueuedCommand> out;
+  queue.drain(out);
+  ASSERT_EQ(out.size(), 4 + stops.size());
+  for (std::size_t i = 1; i < out.size(); ++i) EXPECT_GT(out[i].ticket, out[i - 1].ticket);
+  EXPECT_EQ(out.back().ticket, last);
+}
+
 TEST(CommandQueue, FullQueueRefusesAndDoesNotUseUpATicket) {
   CommandQueue queue(2);
-  ASSERT_TRUE(queue.push(pause()));
-  ASSERT_TRUE(queue.push(pause()));
-  const auto refused = queue.push(pause());
+  ASSERT_TRUE(queue.push(resume()));
+  ASSERT_TRUE(queue.push(resume()));
+  const auto refused = queue.push(resume());
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, ErrorCode::kUnavailable);
   std::vector<QueuedCommand> out;

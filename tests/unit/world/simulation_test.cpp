@@ -99,6 +99,25 @@ TEST_F(SimulationTest, ALoadedStateGoesOnWhereItWasSaved) {
   EXPECT_FALSE(simulation.submit({.body = api::SimulationCommand(api::SaveState{""})}));
 }
 
+/// Whoever sent a command that failed can tell it from one that was carried out.
+TEST_F(SimulationTest, ACommandThatFailsIsOnTheListOfFailures) {
+  const auto error_of = [](const api::Snapshot& snapshot) -> std::string {
+    if (!snapshot.failures || snapshot.failures->back().ticket != snapshot.applied) return "";
+    return snapshot.failures->back().error.message;
+  };
+  EXPECT_NE(error_of(*command(api::LoadState{"nowhere"})).find("nowhere"), std::string::npos);
+  for (std::size_t i = 0; i < api::kMaxSavedStates; ++i) {
+    EXPECT_EQ(error_of(*command(api::SaveState{std::to_string(i)})), "");
+  }
+  EXPECT_NE(error_of(*command(api::SaveState{"one more"})), "");
+  EXPECT_EQ(error_of(*command(api::SaveState{"7"})), "") << "in place of what had the name";
+  EXPECT_EQ(error_of(*command(api::LoadState{"63"})), "");
+  api::SnapshotPtr last;
+  for (int i = 0; i < 100; ++i) last = command(api::LoadState{"nowhere"});
+  EXPECT_EQ(last->failures->size(), api::kMaxFailures);
+  EXPECT_NE(error_of(*last), "");
+}
+
 TEST_F(SimulationTest, ResumeRunsAtTheSetSpeedAndPauseStops) {
   command(api::SetSpeed{20.0});
   command(api::Resume{});

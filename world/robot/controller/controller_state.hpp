@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -9,8 +10,7 @@
 #include "world/robot/controller/drive_power.hpp"
 #include "world/robot/controller/retreat_trail.hpp"
 #include "world/robot/controller/torque_mode.hpp"
-#include "world/robot/planning/tool_limit_settings.hpp"
-#include "world/robot/trajectory/motion_sequence.hpp"
+#include "world/robot/planning/plan_job.hpp"
 
 namespace aprsim::robot {
 
@@ -20,17 +20,15 @@ enum class Task { kNone, kRest, kGripper, kDwell, kToolChanger };
 /// All that changes while a controller runs: a copy of it, put back later, continues bit for bit.
 struct ControllerState {
   ControllerState(const ToolLimits& maximum, const JointVector& q_home)
-      : tool_limits(maximum),
-        reference(q_home),
-        last_reference(q_home),
-        second_last_reference(q_home),
-        joint_targets(q_home) {}
+      : tool_limits(maximum), runner(q_home), joint_targets(q_home) {}
 
   ToolLimitSettings tool_limits;
-  MotionSequence running{1}, next{1};
-  bool is_running = false, has_next = false;
-  std::optional<Brake> braking;
-  JointVector reference, last_reference, second_last_reference;
+  MotionRunner runner;
+  /// The move whose motion begins in `planning_steps`; null = none. Shared by copies, which read
+  /// its request only.
+  std::shared_ptr<PlanJob> planning;
+  int planning_steps = 0;
+  std::optional<MoveRequest> waiting;  ///< to be planned next: the latest that came meanwhile
   JointVector joint_targets;
   bool to_joint_targets = false;  ///< the running motion goes to joint_targets
   TorqueMode torque_mode;

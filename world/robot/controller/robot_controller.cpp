@@ -8,8 +8,6 @@
 #include <utility>
 
 #include "world/robot/kinematics/kinematics.hpp"
-#include "world/robot/planning/screw_planner.hpp"
-#include "world/robot/planning/waypoint_planner.hpp"
 
 namespace aprsim::robot {
 namespace {
@@ -66,15 +64,24 @@ void RobotController::apply(api::Ticket ticket, const api::RobotAction& action,
   s_.status.ticket = ticket;
   s_.status.kind = api::kind_of(action);
   std::visit([&](const auto& command) { execute(command, q_actual); }, action);
-  update_goal();
+  // Settings leave a motion alone, and so does a move until it begins.
+  if (api::is_move(action)) {
+    if (!s_.planning) update_goal();
+  } else if (!api::is_setting(action)) {
+    s_.X_RG.reset();
+  }
 }
 
 const JointVector& RobotController::step(const ControllerInput& input) {
+  if (s_.planning && s_.planning_steps-- == 0) {
+    begin_planned();
+    if (s_.planning) --s_.planning_steps;  // of the next plan this step is the first
+  }
   // The reference of this step.
   s_.drive_power.step(at_rest());
-  advance_motion();
+  s_.runner.advance(arm(), setup_.step_s, s_.drive_power.braked());
   advance_torque_mode(input.external_nm);
-  s_.retreat_trail.record(s_.reference);
+  s_.retreat_trail.record(reference());
   // The end of the command that runs.
   switch (s_.task) {
     case Task::kNone:
@@ -100,14 +107,15 @@ const JointVector& RobotController::step(const ControllerInput& input) {
       if (at_rest() && --s_.steps_left <= 0) complete_task();
       break;
   }
-  return s_.reference;
+  return reference();
 }
 
 void RobotController::protective_stop(const std::string& reason, const JointVector& q_actual) {
   // The reference stands still where the arm is.
-  s_.is_running = s_.has_next = s_.to_joint_targets = false;
+  cancel_planning();
+  s_.to_joint_targets = false;
   s_.torque_mode.clear();
-  s_.reference = s_.last_reference = s_.second_last_reference = q_actual;
+  s_.runner.stand_at(q_actual);
   s_.protection = true;
   set_error(reason);
   retreat(q_actual);
@@ -158,7 +166,7 @@ void RobotController::execute(const api::EndRobot&, const JointVector&) {
 void RobotController::execute(const api::StopMotion& stop, const JointVector&) {
   switch (stop.kind) {
     case api::StopKind::kImmediate:
-      stop_at_once(s_.reference);
+      stop_at_once(reference());
       s_.drive_power.switch_off_after(0);
       break;
     case api::StopKind::kFast:
@@ -174,47 +182,13 @@ void RobotController::execute(const api::StopMotion& stop, const JointVector&) {
   begin_task(Task::kRest);
 }
 
-void RobotController::execute(const api::MoveTo& move, const JointVector&) {
-  if (!require_initialized()) return;
-  const JointVector from = brake(Brake::kSet);
-  // Planned from rest; a free move may then blend from the motion that brakes.
-  enqueue(planner_.plan(move, plan_start(from), s_.tool_limits, s_.next));
-  s_.arrival_tolerance.pose = move.tolerance;
-  if (!move.straight) blend_from_running(s_.tool_limits.effective(move.limits));
-}
+void RobotController::execute(const api::MoveTo& move, const JointVector&) { request(move); }
 
-void RobotController::execute(const api::MoveThroughTo& move, const JointVector&) {
-  if (!require_initialized()) return;
-  const JointVector from = brake(Brake::kSet);
-  const WaypointPlanner planner(planner_, plan_start(from), s_.tool_limits);
-  enqueue(planner.plan(move, s_.next));
-  s_.arrival_tolerance.pose = move.waypoints.back().tolerance;
-}
+void RobotController::execute(const api::MoveThroughTo& move, const JointVector&) { request(move); }
 
-void RobotController::execute(const api::MoveScrew& screw, const JointVector&) {
-  if (!require_initialized()) return;
-  const JointVector from = brake(Brake::kSet);
-  const ScrewPlanner planner(planner_, plan_start(from), s_.tool_limits);
-  enqueue(planner.plan(screw, s_.next));
-}
+void RobotController::execute(const api::MoveScrew& screw, const JointVector&) { request(screw); }
 
-void RobotController::execute(const api::MoveJoints& move, const JointVector&) {
-  if (!require_initialized()) return;
-  s_.torque_mode_pending = s_.is_running || s_.torque_mode.active();
-  // Joints that the command does not name keep the targets of the move that it replaces.
-  const bool keep_targets = (s_.is_running || s_.has_next) && s_.to_joint_targets;
-  const JointVector from = brake(Brake::kSet);
-  if (!keep_targets) s_.joint_targets = from;
-  enqueue(planner_.plan(move, plan_start(from), s_.tool_limits, s_.joint_targets, s_.next));
-  s_.to_joint_targets = s_.has_next;
-  for (const api::JointTarget& target : move.targets) {
-    if (!target.tolerance_rad || target.torque) continue;
-    s_.arrival_tolerance.joint_rad[static_cast<std::size_t>(target.joint)] = *target.tolerance_rad;
-  }
-  if (!s_.has_next) return;
-  blend_from_running(s_.tool_limits.maximum());
-  start_torque_mode(move, from);
-}
+void RobotController::execute(const api::MoveJoints& move, const JointVector&) { request(move); }
 
 void RobotController::execute(const api::SetGripper& gripper, const JointVector&) {
   if (!require_initialized()) return;
@@ -243,8 +217,7 @@ void RobotController::execute(const api::SetGripperForce&, const JointVector&) {
 void RobotController::execute(const api::SetOverride& setting, const JointVector&) {
   // It applies to the running motion, but not to the braking of a protective stop.
   s_.override_fraction = setting.fraction;
-  if (s_.is_running && !s_.protection) s_.running.set_speed(setting.fraction);
-  if (s_.has_next) s_.next.set_speed(setting.fraction);
+  s_.runner.set_speed(setting.fraction, s_.protection);
   complete_task();
 }
 
@@ -281,27 +254,10 @@ void RobotController::set_error(const std::string& reason) {
   brake(Brake::kSet);
 }
 
-/// Where the command leads the tool; none for commands that stop it.
 void RobotController::update_goal() {
-  switch (s_.status.kind) {
-    case api::ActionKind::kGripperForce:
-    case api::ActionKind::kOverride:
-    case api::ActionKind::kMotionLimit:
-      return;  // settings leave a motion alone
-    case api::ActionKind::kMoveTo:
-    case api::ActionKind::kMoveThroughTo:
-    case api::ActionKind::kMoveScrew:
-    case api::ActionKind::kMoveJoints:
-      if (s_.has_next || s_.is_running) {
-        const JointVector& end = s_.has_next ? s_.next.end() : s_.running.end();
-        s_.X_RG = Pose::from(setup_.X_BR.inverse() * flange_pose(setup_.model, end) * X_FT());
-        return;
-      }
-      break;
-    default:
-      break;
-  }
   s_.X_RG.reset();
+  if (s_.runner.idle()) return;
+  s_.X_RG = Pose::from(setup_.X_BR.inverse() * flange_pose(setup_.model, s_.runner.end()) * X_FT());
 }
 
 void RobotController::begin_task(Task task) {
@@ -329,14 +285,14 @@ void RobotController::complete_motion() {
   char text[160];
   std::snprintf(text, sizeof text, "%s is held at %.2f deg by what it presses against",
                 setup_.model.joints[static_cast<std::size_t>(joint)].name.c_str(),
-                s_.reference(joint) * 180 / std::numbers::pi);
+                reference()(joint) * 180 / std::numbers::pi);
   s_.status.description.assign(text);  // within the capacity reserved at construction
 }
 
 bool RobotController::within_tolerance(const JointVector& q_actual) const {
   if (q_actual.size() == 0) return true;
   return has_arrived(s_.arrival_tolerance, setup_.model, setup_.X_BR.inverse(), X_FT(), q_actual,
-                     s_.last_reference);
+                     s_.runner.last_reference());
 }
 
 /// At rest. A changer that closes with nothing at the flange just closes.
@@ -351,70 +307,153 @@ void RobotController::change_tool(bool tool_at_flange) {
 
 // ---- motion
 
-JointVector RobotController::brake(Brake how) {
-  s_.has_next = false;
+void RobotController::brake(Brake how) {
+  cancel_planning();
   s_.to_joint_targets = false;
   s_.retreating = false;
   // Torque mode has no path to brake on.
-  if (s_.torque_mode.active()) stop_at_once(s_.reference);
-  if (!s_.is_running) return s_.reference;
-  // A hard stop is not softened.
-  const bool already = s_.braking && (*s_.braking == how || *s_.braking == Brake::kHard);
-  if (!already) {
-    s_.running.brake(arm(), how);
-    s_.braking = how;
-  }
-  return s_.running.end();
-}
-
-/// Backward differences; the velocity is extrapolated by half a step to the reference itself.
-JointState RobotController::reference_state() const {
-  const double dt = setup_.step_s;
-  const JointVector qdd =
-      (s_.reference - 2 * s_.last_reference + s_.second_last_reference) / (dt * dt);
-  return {s_.reference, (s_.reference - s_.last_reference) / dt + qdd * (dt / 2), qdd};
+  if (s_.torque_mode.active()) stop_at_once(reference());
+  s_.runner.brake(arm(), how);
 }
 
 /// From `from`, which is the reference or the arm's actual posture, at the reference's velocity.
 void RobotController::stop_at_once(const JointVector& from) {
-  const bool torque_was_applied = s_.torque_mode.active();
-  s_.has_next = false;
+  const bool moves = s_.runner.running() || s_.torque_mode.active();
+  cancel_planning();
   s_.to_joint_targets = false;
   s_.retreating = false;
   s_.torque_mode.clear();
-  // The history moves along, so that the reference's velocity stays.
-  const JointVector shift = from - s_.reference;
-  s_.reference = from;
-  s_.last_reference += shift;
-  s_.second_last_reference += shift;
-  if (!s_.is_running && !torque_was_applied) return;
-  planner_.plan_stop(reference_state(), s_.running);
-  s_.is_running = true;
-  s_.braking = Brake::kHard;
+  s_.runner.drop_next();
+  s_.runner.shift_to(from);
+  if (!moves) return;
+  const JointState state = s_.runner.state(setup_.step_s);
+  s_.runner.replace(MotionSequence(planner_.plan_stop(state)), Brake::kHard);
 }
 
-void RobotController::enqueue(const Result<void>& planned) {
-  if (!planned) {
-    set_error(planned.error().message);
-    return;
+// ---- planning
+
+void RobotController::cancel_planning() {
+  s_.waiting.reset();
+  if (!s_.planning) return;
+  s_.planning->cancel();
+  s_.planning.reset();
+}
+
+/// By what the command says alone, so that it is the same on any machine.
+int RobotController::planning_steps(const PlannedMove& move) const {
+  double latency_s = setup_.latency.base_s;
+  if (const auto* through = std::get_if<api::MoveThroughTo>(&move)) {
+    latency_s += setup_.latency.waypoint_s * static_cast<double>(through->waypoints.size());
   }
-  switch_drives_on();
-  s_.next.set_speed(s_.override_fraction);
-  s_.has_next = true;
+  if (std::holds_alternative<api::MoveScrew>(move)) latency_s += setup_.latency.screw_s;
+  return static_cast<int>(std::lround(latency_s / setup_.step_s));
+}
+
+void RobotController::request(PlannedMove move) {
+  if (!require_initialized()) return;
   begin_task(Task::kRest);
-}
-
-void RobotController::blend_from_running(const ToolLimits& tool) {
-  if (!s_.is_running || !s_.has_next) return;
-  if (!planner_.blend_from_motion(reference_state(), plan_start(s_.reference), tool, s_.next)) {
+  MoveRequest request{std::move(move), X_FT(), s_.tool_limits};
+  // A plan that is nearly ready is waited for, so that moves in quick succession do move the arm;
+  // one that takes longer than the new one is given up.
+  if (s_.planning && s_.planning_steps <= planning_steps(request.move)) {
+    s_.waiting = std::move(request);
     return;
   }
-  // The new motion replaces the running one, which need not come to rest.
-  s_.next.set_speed(s_.override_fraction);
-  std::swap(s_.running, s_.next);
-  s_.has_next = false;
-  s_.braking.reset();
+  begin_planning(std::move(request));
 }
+
+void RobotController::begin_planning(MoveRequest request) {
+  cancel_planning();
+  // Joints that the command does not name keep the targets of the move that it replaces.
+  const bool keep_targets = s_.to_joint_targets && !s_.runner.idle();
+  // Torque mode ends now: what it meets cannot be foreseen.
+  s_.torque_mode_pending = s_.torque_mode.active();
+  if (s_.torque_mode.active()) stop_at_once(reference());
+  PlanRequest job{.request = std::move(request),
+                  .step_s = setup_.step_s,
+                  .runner = s_.runner,
+                  .drive_power = s_.drive_power};
+  job.steps = planning_steps(job.request.move);
+  if (keep_targets) job.joint_targets = s_.joint_targets;
+  s_.planning_steps = job.steps;
+  s_.planning = std::make_shared<PlanJob>(planner_, std::move(job));
+  if (s_.planning_steps == 0) {
+    begin_planned();
+  } else if (setup_.prefetcher != nullptr) {
+    setup_.prefetcher->prefetch(s_.planning);
+  }
+}
+
+void RobotController::begin_planned() {
+  if (setup_.prefetcher != nullptr && !s_.planning->ready()) ++plan_waits_;
+  const std::shared_ptr<PlanJob> job = std::exchange(s_.planning, nullptr);
+  const Plan& plan = job->get();
+  const PlannedMove& move = job->request().request.move;
+  // The motion that runs may have been changed meanwhile: planned again from where it is now.
+  MotionRunner braked = s_.runner;
+  const JointVector rest = braked.brake(arm(), Brake::kSet);
+  const JointState state = s_.runner.state(setup_.step_s);
+  const bool foreseen = plan.rest == rest && plan.state.q == state.q && plan.state.qd == state.qd &&
+                        plan.state.qdd == state.qdd;
+  if (!foreseen) {
+    MoveRequest next =
+        s_.waiting ? *std::exchange(s_.waiting, std::nullopt) : job->request().request;
+    return begin_planning(std::move(next));
+  }
+  if (plan.outcome) {
+    begin_motion(move, plan);
+  } else if (!s_.waiting) {
+    set_error(plan.outcome.error().message);
+  }
+  if (s_.waiting) begin_planning(*std::exchange(s_.waiting, std::nullopt));
+}
+
+void RobotController::begin_motion(const PlannedMove& move, const Plan& plan) {
+  const auto* joints = std::get_if<api::MoveJoints>(&move);
+  if (joints) s_.torque_mode_pending = s_.torque_mode_pending || s_.runner.running();
+  s_.retreating = false;
+  switch_drives_on();
+  MotionSequence next = plan.blended ? MotionSequence(*plan.blended) : MotionSequence(plan.motions);
+  next.set_speed(s_.override_fraction);
+  if (plan.blended) {
+    s_.runner.replace(std::move(next));
+  } else {
+    s_.runner.brake(arm(), Brake::kSet);
+    s_.runner.queue(std::move(next));
+  }
+  s_.to_joint_targets = joints != nullptr;
+  if (joints) {
+    s_.joint_targets = plan.joint_targets;
+    start_torque_mode(*joints, plan.rest);
+  }
+  set_tolerance(move);
+  update_goal();
+}
+
+void RobotController::set_tolerance(const PlannedMove& move) {
+  s_.arrival_tolerance = {};
+  if (const auto* to = std::get_if<api::MoveTo>(&move)) {
+    s_.arrival_tolerance.pose = to->tolerance;
+  } else if (const auto* through = std::get_if<api::MoveThroughTo>(&move)) {
+    s_.arrival_tolerance.pose = through->waypoints.back().tolerance;
+  } else if (const auto* joints = std::get_if<api::MoveJoints>(&move)) {
+    for (const api::JointTarget& target : joints->targets) {
+      if (!target.tolerance_rad || target.torque) continue;
+      s_.arrival_tolerance.joint_rad[static_cast<std::size_t>(target.joint)] =
+          *target.tolerance_rad;
+    }
+  }
+}
+
+void RobotController::restore(const ControllerState& state) {
+  s_ = state;
+  if (!s_.planning) return;
+  // Whoever else has the job may cancel it.
+  s_.planning = std::make_shared<PlanJob>(planner_, s_.planning->request());
+  if (setup_.prefetcher != nullptr) setup_.prefetcher->prefetch(s_.planning);
+}
+
+// ---- motion
 
 /// Joints in torque mode begin at rest, together with the motion of the others where that is so.
 void RobotController::start_torque_mode(const api::MoveJoints& move, const JointVector& from) {
@@ -429,34 +468,19 @@ void RobotController::start_torque_mode(const api::MoveJoints& move, const Joint
   }
 }
 
-void RobotController::advance_motion() {
-  s_.second_last_reference = s_.last_reference;
-  s_.last_reference = s_.reference;
-  if (s_.drive_power.braked()) return;
-  // The next motion begins where the one before has come to rest.
-  if (!s_.is_running && s_.has_next) {
-    std::swap(s_.running, s_.next);
-    s_.has_next = false;
-    s_.is_running = true;
-    s_.braking.reset();
-  }
-  if (!s_.is_running) return;
-  if (s_.running.advance(arm(), setup_.step_s, s_.reference)) s_.is_running = false;
-}
-
 /// On top of the motion of the other joints.
 void RobotController::advance_torque_mode(const JointVector& external_nm) {
   if (!s_.torque_mode.active() || s_.drive_power.braked()) return;
-  if (s_.torque_mode_pending && (s_.is_running || s_.has_next)) return;
+  if (s_.torque_mode_pending && !s_.runner.idle()) return;
   s_.torque_mode_pending = false;
   const JointVector inertia =
-      mass_matrix(setup_.model, setup_.payload, s_.last_reference).diagonal();
+      mass_matrix(setup_.model, setup_.payload, s_.runner.last_reference()).diagonal();
   s_.torque_mode.advance({.limits = planner_.joint_limits(),
                           .external_nm = external_nm,
                           .inertia = inertia,
                           .speed = s_.override_fraction,
                           .step_s = setup_.step_s},
-                         s_.reference);
+                         s_.runner.reference());
 }
 
 /// Straight in joint space to the newest posture of the trail that is far enough from `from`.
@@ -474,9 +498,8 @@ void RobotController::retreat(const JointVector& from) {
       continue;
     }
     switch_drives_on();
-    planner_.plan_retreat(from, q, s_.running);
-    s_.is_running = s_.retreating = true;
-    s_.braking.reset();
+    s_.runner.replace(MotionSequence(planner_.plan_retreat(from, q)));
+    s_.retreating = true;
     break;
   }
   s_.retreat_trail.clear();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -10,9 +11,16 @@
 #include "world/robot/kinematics/dynamics.hpp"
 #include "world/robot/kinematics/inverse_kinematics.hpp"
 #include "world/robot/model/arm_model.hpp"
-#include "world/robot/planning/motion_planner.hpp"
+#include "world/robot/planning/plan_job.hpp"
 
 namespace aprsim::robot {
+
+/// Simulated time from a move's command to its motion, in which it is planned.
+struct PlanningLatency {
+  double base_s = 0;
+  double waypoint_s = 0;  ///< for each waypoint of MoveThroughTo
+  double screw_s = 0;     ///< for a screw, which tries several postures
+};
 
 /// Constants of one robot; SI.
 struct ControllerSetup {
@@ -26,6 +34,9 @@ struct ControllerSetup {
   double max_rot_speed_rad_s = 0, max_rot_accel_rad_s2 = 0;
   Payload payload;  ///< gripper and the heaviest part: motions are planned to carry it
   Eigen::Vector3d gravity_B{0, 0, -9.81};
+  PlanningLatency latency;
+  /// Makes plans ahead; null = they are made when they are needed, with the same bits.
+  PlanPrefetcher* prefetcher = nullptr;
 };
 
 /// State of the robot before a step.
@@ -42,10 +53,12 @@ struct ControllerInput {
 ///
 /// - Before InitRobot, and after EndRobot, only InitRobot, EndRobot, StopMotion and SetMotionLimit
 ///   are executed. An error is held: the state stays kError, whatever is sent, until InitRobot.
-/// - The newest command replaces the one that runs, which then never becomes done. Moves of joints
-///   and free moves of the tool begin at once, blended from the motion that runs; the others begin
-///   where it comes to rest on its own path. SetMotionLimit is for later moves and leaves a running
-///   motion alone; SetOverride changes its speed.
+/// - The newest command replaces the one that runs, which then never becomes done. A move begins
+///   after the planning latency; until then the motion before it goes on. Moves of joints and free
+///   moves of the tool are blended from the motion that runs then; the others begin where it comes
+///   to rest on its own path. Moves that come while one is being planned wait for that; only the
+///   last of them is planned. SetMotionLimit is for later moves and leaves a running motion alone;
+///   SetOverride changes its speed.
 /// - A command is done when the reference has reached its target exactly and is at rest, and the
 ///   arm, if something pushes it aside, is within the command's tolerance; SetGripper when the
 ///   gripper has settled, or 2 s after the command if it does not; a joint driven by torque when it
@@ -86,7 +99,7 @@ class RobotController {
   [[nodiscard]] const api::ActionStatus& status() const { return s_.status; }
   /// Goal pose of the tool in R while a motion runs.
   [[nodiscard]] std::optional<Pose> X_RG() const;
-  [[nodiscard]] const JointVector& reference() const { return s_.reference; }
+  [[nodiscard]] const JointVector& reference() const { return s_.runner.reference(); }
   [[nodiscard]] double gripper_setting() const { return s_.gripper_setting; }  ///< 0..1; 1 at start
   [[nodiscard]] bool initialized() const { return s_.initialized; }
   [[nodiscard]] bool stopped_by_protection() const { return s_.protection; }
@@ -95,7 +108,7 @@ class RobotController {
     return s_.tool_limits.get(which);
   }
   /// After a protective stop, on the way back.
-  [[nodiscard]] bool retreating() const { return s_.retreating && s_.is_running; }
+  [[nodiscard]] bool retreating() const { return s_.retreating && s_.runner.running(); }
   [[nodiscard]] bool drives_on() const { return s_.drive_power.on(); }
   [[nodiscard]] bool braked() const {
     return s_.drive_power.braked();
@@ -111,7 +124,10 @@ class RobotController {
   /// Everything that changes: a copy put back continues bit for bit, also in another controller of
   /// the same setup.
   [[nodiscard]] const ControllerState& state() const { return s_; }
-  void restore(const ControllerState& state) { s_ = state; }
+  void restore(const ControllerState& state);
+
+  /// How often a step had to wait for a plan, since construction: a matter of the machine's load.
+  [[nodiscard]] std::uint64_t plan_waits() const { return plan_waits_; }
 
  private:
   // ---- commands
@@ -133,21 +149,25 @@ class RobotController {
   /// Whether commands that act are executed; else the state is error.
   bool require_initialized();
   void set_error(const std::string& reason);
+  /// Where the running and the next motion lead the tool.
   void update_goal();
   void begin_task(Task task);
   void complete_task();
   void complete_motion();
 
   // ---- motion
-  /// Brakes the running motion and drops the next one; returns the posture of rest.
-  JointVector brake(Brake how);
+  /// Brakes the running motion and drops the next one and what is being planned.
+  void brake(Brake how);
   void stop_at_once(const JointVector& from);
-  /// Position, velocity and acceleration of the reference.
-  [[nodiscard]] JointState reference_state() const;
-  /// The motion planned in `next` is the next one, or the command is refused.
-  void enqueue(const Result<void>& planned);
-  /// Starts the next motion at once if it can blend from the running one.
-  void blend_from_running(const ToolLimits& tool);
+  void cancel_planning();
+  [[nodiscard]] int planning_steps(const PlannedMove& move) const;
+  /// A move is to be planned and then to begin.
+  void request(PlannedMove move);
+  void begin_planning(MoveRequest request);
+  /// The planned motion begins, or its command is refused.
+  void begin_planned();
+  void begin_motion(const PlannedMove& move, const Plan& plan);
+  void set_tolerance(const PlannedMove& move);
   void start_torque_mode(const api::MoveJoints& move, const JointVector& from);
   void advance_motion();
   void advance_torque_mode(const JointVector& external_nm);
@@ -157,10 +177,9 @@ class RobotController {
   /// Whether an arm that was at `q_actual` before this step (empty: at the reference) is within the
   /// command's tolerance.
   [[nodiscard]] bool within_tolerance(const JointVector& q_actual) const;
-  [[nodiscard]] PlanStart plan_start(const JointVector& q) const { return {q, X_FT()}; }
   [[nodiscard]] ArmGeometry arm() const { return {setup_.model, *setup_.ik}; }
   [[nodiscard]] bool at_rest() const {
-    return !s_.is_running && !s_.has_next && !torque_mode_busy();
+    return s_.runner.idle() && !s_.planning && !torque_mode_busy();
   }
   /// A joint in torque mode has not settled yet.
   [[nodiscard]] bool torque_mode_busy() const {
@@ -170,6 +189,7 @@ class RobotController {
   ControllerSetup setup_;
   MotionPlanner planner_;
   ControllerState s_;
+  std::uint64_t plan_waits_ = 0;
 };
 
 }  // namespace aprsim::robot

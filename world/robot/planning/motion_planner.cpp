@@ -52,13 +52,19 @@ Result<void> check_target(const Joint& joint, const api::JointTarget& target) {
 }  // namespace
 
 MotionPlanner::MotionPlanner(PlannerSetup setup)
-    : setup_(std::move(setup)),
-      limits_(derive_joint_limits(setup_.model, setup_.payload, setup_.gravity_B)) {}
+    : setup_(std::make_shared<const PlannerSetup>(std::move(setup))),
+      limits_(derive_joint_limits(setup_->model, setup_->payload, setup_->gravity_B)) {}
+
+MotionPlanner MotionPlanner::until(const std::atomic<bool>& cancelled) const {
+  MotionPlanner planner = *this;
+  planner.cancelled_ = &cancelled;
+  return planner;
+}
 
 // ---- whole motions from rest
 
 Result<void> MotionPlanner::plan(const api::MoveTo& move, const PlanStart& start,
-                                 const ToolLimitSettings& limits, MotionSequence& out) const {
+                                 const ToolLimitSettings& limits, MotionPlan& out) const {
   out.clear();
   const Eigen::Isometry3d X_BT = pose_in_base(move.X_RT);
   const ToolLimits tool = limits.effective(move.limits);
@@ -71,7 +77,7 @@ Result<void> MotionPlanner::plan(const api::MoveTo& move, const PlanStart& start
 
 Result<void> MotionPlanner::plan(const api::MoveJoints& move, const PlanStart& start,
                                  const ToolLimitSettings& limits, JointVector& targets,
-                                 MotionSequence& out) const {
+                                 MotionPlan& out) const {
   out.clear();
   // Default limits; joints with limits of their own run independently of the others.
   JointMove joints{.start = start.q, .target = targets, .limits = limits_, .maximum = limits_};
@@ -81,7 +87,7 @@ Result<void> MotionPlanner::plan(const api::MoveJoints& move, const PlanStart& s
   for (const api::JointTarget& target : move.targets) {
     const int i = target.joint;
     const auto slot = static_cast<std::size_t>(i);
-    const Joint& joint = setup_.model.joints[slot];
+    const Joint& joint = setup_->model.joints[slot];
     if (auto ok = check_target(joint, target); !ok) return ok;
     if (named[slot]) {
       return fail(ErrorCode::kInvalidArgument, joint.name, joint.name + " is named twice");
@@ -111,21 +117,20 @@ Result<void> MotionPlanner::plan(const api::MoveJoints& move, const PlanStart& s
 
 /// Every joint independently from its state to its target, at speeds in the proportion of the ways,
 /// so that they arrive nearly together.
-bool MotionPlanner::blend_from_motion(const JointState& state, const PlanStart& start,
-                                      const ToolLimits& tool, MotionSequence& out) const {
-  const JointMotion* planned = out.current().joint();
-  if (planned == nullptr) return false;
+std::optional<JointMotion> MotionPlanner::blend_from_motion(const JointState& state,
+                                                            const Eigen::Isometry3d& X_FT,
+                                                            const ToolLimits& tool,
+                                                            const JointMotion& from_rest) const {
   // The same task from the present state.
-  const JointMotion from_rest = *planned;
   JointMove move = from_rest.move();
   move.start = state.q;
   move.qd = state.qd;
   move.qdd = state.qdd;
   move.time_scale = 1;
-  limit_tool_rates(move, start.X_FT, tool);
-  const Jacobian J =
-      point_jacobian(setup_.model, state.q, setup_.model.dof(), start.X_FT.translation());
-  for (int i = 0; i < setup_.model.dof(); ++i) {
+  limit_tool_rates(move, X_FT, tool);
+  const int dof = setup_->model.dof();
+  const Jacobian J = point_jacobian(setup_->model, state.q, dof, X_FT.translation());
+  for (int i = 0; i < dof; ++i) {
     // The joint's part of the shared profile; enough to reverse a joint that moves the other way.
     const double way = std::abs(move.target(i) - move.start(i));
     const double lever = std::max(J.col(i).head<3>().norm(), kLeastTravel);
@@ -137,40 +142,40 @@ bool MotionPlanner::blend_from_motion(const JointState& state, const PlanStart& 
         std::min(move.limits.accel(i), std::max(move.progress_accel * way, least_accel));
     move.limits.jerk(i) = limits_.jerk(i);
   }
-  JointMotion& joints = out.current().as_joint();
-  joints.plan(move);
+  JointMotion motion;
+  motion.plan(move);
   // A profile from a moving state cannot be slowed for the torques as a whole.
-  const bool possible = joints.beyond_range() <= 0 && scale_for_torques(joints) == 1;
-  if (!possible) joints = from_rest;
-  return possible;
+  if (motion.beyond_range() > 0 || scale_for_torques(motion) != 1) return std::nullopt;
+  return motion;
 }
 
-void MotionPlanner::plan_stop(const JointState& state, MotionSequence& out) const {
+JointMotion MotionPlanner::plan_stop(const JointState& state) const {
   constexpr double kStopJerkTime_s = 0.02;
   JointLimits limits = limits_;
   limits.jerk = limits.accel / kStopJerkTime_s;
-  out.clear();
-  out.add().as_joint().plan_stop(state.q, state.qd, state.qdd, limits);
+  JointMotion stop;
+  stop.plan_stop(state.q, state.qd, state.qdd, limits);
+  return stop;
 }
 
-void MotionPlanner::plan_retreat(const JointVector& from, const JointVector& to,
-                                 MotionSequence& out) const {
+JointMotion MotionPlanner::plan_retreat(const JointVector& from, const JointVector& to) const {
   JointMove move{.start = from, .target = to, .limits = limits_, .maximum = limits_};
   move.time_scale = kRetreatScale;
-  out.clear();
-  out.add().as_joint().plan(move);
+  JointMotion retreat;
+  retreat.plan(move);
+  return retreat;
 }
 
 // ---- segments
 
 Eigen::Isometry3d MotionPlanner::pose_in_base(const Pose& X_RT) const {
   const Pose unit{X_RT.p, X_RT.q.normalized()};
-  return setup_.X_BR * unit.isometry();
+  return setup_->X_BR * unit.isometry();
 }
 
 Eigen::Isometry3d MotionPlanner::tool_pose(const JointVector& q,
                                            const Eigen::Isometry3d& X_FT) const {
-  return flange_pose(setup_.model, q) * X_FT;
+  return flange_pose(setup_->model, q) * X_FT;
 }
 
 double MotionPlanner::range_distance(const JointVector& a, const JointVector& b) const {
@@ -186,9 +191,9 @@ bool MotionPlanner::clear_of_limits(const JointVector& q) const {
 Result<JointVector> MotionPlanner::target_posture(const Eigen::Isometry3d& X_BF,
                                                   const JointVector& start) const {
   // The present elbow angle; a non-redundant arm has no other.
-  const InverseKinematics& ik = *setup_.ik;
+  const InverseKinematics& ik = *setup_->ik;
   const auto kept = ik.nearest(X_BF, start, ik.elbow_of(start));
-  if (setup_.model.dof() <= 6) return kept;
+  if (setup_->model.dof() <= 6) return kept;
   if (kept && range_distance(*kept, start) < kAtPose) return kept;
   // The best elbow angle, where the present one is close to a limit or a long way off.
   const auto elbow = ik.choose_elbow(X_BF, start);
@@ -201,7 +206,7 @@ Result<JointVector> MotionPlanner::target_posture(const Eigen::Isometry3d& X_BF,
 }
 
 void MotionPlanner::add_joint_motion(const JointVector& target, const PlanStart& start,
-                                     const ToolLimits& tool, MotionSequence& out) const {
+                                     const ToolLimits& tool, MotionPlan& out) const {
   JointMove joints{.start = start.q, .target = target, .limits = limits_, .maximum = limits_};
   limit_tool_rates(joints, start.X_FT, tool);
   plan_joint_motion(joints, out.add().as_joint());
@@ -209,7 +214,7 @@ void MotionPlanner::add_joint_motion(const JointVector& target, const PlanStart&
 
 Result<void> MotionPlanner::add_line(const Eigen::Isometry3d& X_BT, const PlanStart& start,
                                      const ToolLimits& tool, const ToolLimits& tool_maximum,
-                                     MotionSequence& out) const {
+                                     MotionPlan& out) const {
   PathMotion& path = out.add().as_path();
   ToolPath& tool_path = path.begin_tool_path(start.X_FT);
   const Eigen::Isometry3d X_BT_start = tool_pose(start.q, start.X_FT);
@@ -235,7 +240,7 @@ void MotionPlanner::limit_tool_rates(JointMove& move, const Eigen::Isometry3d& X
   for (int i = 0; i < kRateSamples; ++i) {
     const JointVector q = move.start + i / (kRateSamples - 1.0) * way;
     const Eigen::Matrix<double, 6, 1> rate =
-        point_jacobian(setup_.model, q, setup_.model.dof(), X_FT.translation()) * way;
+        point_jacobian(setup_->model, q, setup_->model.dof(), X_FT.translation()) * way;
     trans = std::max(trans, rate.head<3>().norm());
     rot = std::max(rot, rate.tail<3>().norm());
   }
@@ -249,7 +254,7 @@ double MotionPlanner::scale_for_torques(const JointMotion& motion) const {
     motion.at(t, q);
     return q;
   };
-  return torque_scaling(setup_.model, setup_.payload, setup_.gravity_B, motion.duration(),
+  return torque_scaling(setup_->model, setup_->payload, setup_->gravity_B, motion.duration(),
                         position);
 }
 
@@ -263,7 +268,7 @@ void MotionPlanner::plan_joint_motion(JointMove& move, JointMotion& motion) cons
 Result<void> MotionPlanner::plan_path(const PathMove& move, PathMotion& path) const {
   if (auto ok = path.plan(arm(), move); !ok) return ok;
   const double scale =
-      torque_scaling(setup_.model, setup_.payload, setup_.gravity_B, path.duration(),
+      torque_scaling(setup_->model, setup_->payload, setup_->gravity_B, path.duration(),
                      [&path](double t) { return path.approximate_at(t); });
   if (scale < 1) path.set_time_scale(scale);
   return {};

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <atomic>
 #include <memory>
+#include <optional>
 
 #include "world/api/error.hpp"
 #include "world/api/robot_command.hpp"
@@ -8,7 +10,7 @@
 #include "world/robot/kinematics/inverse_kinematics.hpp"
 #include "world/robot/planning/tool_limit_settings.hpp"
 #include "world/robot/trajectory/motion_limits.hpp"
-#include "world/robot/trajectory/motion_sequence.hpp"
+#include "world/robot/trajectory/motion_runner.hpp"
 
 namespace aprsim::robot {
 
@@ -27,40 +29,41 @@ struct PlanStart {
   Eigen::Isometry3d X_FT = Eigen::Isometry3d::Identity();  ///< the tool frame to move
 };
 
-/// Positions, velocities and accelerations of all joints.
-struct JointState {
-  JointVector q, qd, qdd;
-};
-
 /// Plans the motions of one robot that have one target, and the segments of which the other
 /// planners compose theirs. Every motion is checked as a whole before it may start; indices and
-/// numbers have been checked before (world/command_check.hpp). Immutable. Thread: sim, between
-/// steps.
+/// numbers have been checked before (world/command_check.hpp). Immutable; copies share the arm.
+/// Thread: any.
 class MotionPlanner {
  public:
   explicit MotionPlanner(PlannerSetup setup);
+  /// The same planner, which gives up soon after `cancelled` has become true: with kUnavailable, or
+  /// with a plan of no use. The flag must outlive it.
+  [[nodiscard]] MotionPlanner until(const std::atomic<bool>& cancelled) const;
+  [[nodiscard]] bool cancelled() const { return arm().cancelled(); }
 
   // ---- whole motions from rest
 
   /// Into `out`. Errors: kUnreachable with the joint or axis, value and limit.
   [[nodiscard]] Result<void> plan(const api::MoveTo& move, const PlanStart& start,
-                                  const ToolLimitSettings& limits, MotionSequence& out) const;
+                                  const ToolLimitSettings& limits, MotionPlan& out) const;
   /// Motion of joints; `targets` holds the targets of the joints that are not named and receives
   /// those that are. Joints in torque mode stay out of it. Errors name the joint, value and limit.
   [[nodiscard]] Result<void> plan(const api::MoveJoints& move, const PlanStart& start,
                                   const ToolLimitSettings& limits, JointVector& targets,
-                                  MotionSequence& out) const;
+                                  MotionPlan& out) const;
 
   // ---- motions from a moving arm
 
-  /// Makes the joint motion that was planned into `out` begin from `state`, without coming to rest
-  /// first. False where that would leave the joints' ranges or torques: `out` is then as it was.
-  [[nodiscard]] bool blend_from_motion(const JointState& state, const PlanStart& start,
-                                       const ToolLimits& tool, MotionSequence& out) const;
+  /// The joint motion that was planned from rest, but beginning from `state` without coming to rest
+  /// first. None where that would leave the joints' ranges or torques.
+  [[nodiscard]] std::optional<JointMotion> blend_from_motion(const JointState& state,
+                                                             const Eigen::Isometry3d& X_FT,
+                                                             const ToolLimits& tool,
+                                                             const JointMotion& from_rest) const;
   /// The fastest stop of all joints from any state.
-  void plan_stop(const JointState& state, MotionSequence& out) const;
+  [[nodiscard]] JointMotion plan_stop(const JointState& state) const;
   /// From posture to posture at a moderate speed.
-  void plan_retreat(const JointVector& from, const JointVector& to, MotionSequence& out) const;
+  [[nodiscard]] JointMotion plan_retreat(const JointVector& from, const JointVector& to) const;
 
   // ---- segments, added to `out`
 
@@ -71,11 +74,11 @@ class MotionPlanner {
                                                    const JointVector& start) const;
   /// All joints together to a posture.
   void add_joint_motion(const JointVector& target, const PlanStart& start, const ToolLimits& tool,
-                        MotionSequence& out) const;
+                        MotionPlan& out) const;
   /// A straight line of the tool; of two ways round for a half turn either that is possible.
   [[nodiscard]] Result<void> add_line(const Eigen::Isometry3d& X_BT, const PlanStart& start,
                                       const ToolLimits& tool, const ToolLimits& tool_maximum,
-                                      MotionSequence& out) const;
+                                      MotionPlan& out) const;
   /// Plans the path that `path` holds, slowed for the drives' torques.
   [[nodiscard]] Result<void> plan_path(const PathMove& move, PathMotion& path) const;
   /// Limits the rate and acceleration of the shared profile so that the tool keeps its limits along
@@ -86,8 +89,8 @@ class MotionPlanner {
   /// In shares of the joint ranges.
   [[nodiscard]] double range_distance(const JointVector& a, const JointVector& b) const;
   [[nodiscard]] const JointLimits& joint_limits() const { return limits_; }
-  [[nodiscard]] ArmGeometry arm() const { return {setup_.model, *setup_.ik}; }
-  [[nodiscard]] const Eigen::Isometry3d& X_BR() const { return setup_.X_BR; }
+  [[nodiscard]] ArmGeometry arm() const { return {setup_->model, *setup_->ik, cancelled_}; }
+  [[nodiscard]] const Eigen::Isometry3d& X_BR() const { return setup_->X_BR; }
   [[nodiscard]] Eigen::Isometry3d tool_pose(const JointVector& q,
                                             const Eigen::Isometry3d& X_FT) const;
 
@@ -96,8 +99,9 @@ class MotionPlanner {
   [[nodiscard]] double scale_for_torques(const JointMotion& motion) const;
   [[nodiscard]] bool clear_of_limits(const JointVector& q) const;
 
-  PlannerSetup setup_;
+  std::shared_ptr<const PlannerSetup> setup_;
   JointLimits limits_;
+  const std::atomic<bool>* cancelled_ = nullptr;
 };
 
 }  // namespace aprsim::robot

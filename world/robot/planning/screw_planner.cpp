@@ -12,7 +12,7 @@ constexpr std::size_t kMaxStarts = 24;  ///< start postures to try
 
 }  // namespace
 
-Result<void> ScrewPlanner::plan(const api::MoveScrew& screw, MotionSequence& out) const {
+Result<void> ScrewPlanner::plan(const api::MoveScrew& screw, MotionPlan& out) const {
   out.clear();
   if (!screw.start) return add_screw(screw, start_.q, out);
   const Eigen::Isometry3d X_BT = planner_.pose_in_base(screw.start->X_RT);
@@ -53,7 +53,7 @@ std::vector<JointVector> ScrewPlanner::start_postures(const Eigen::Isometry3d& X
 
 /// The free advance along the axis, then the helix.
 Result<void> ScrewPlanner::add_screw(const api::MoveScrew& screw, const JointVector& start,
-                                     MotionSequence& out) const {
+                                     MotionPlan& out) const {
   const ToolLimits tool = limits_.effective({});
   JointVector q = start;
   Eigen::Isometry3d X_BT = planner_.tool_pose(q, start_.X_FT);

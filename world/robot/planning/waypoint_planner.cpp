@@ -41,7 +41,7 @@ struct WaypointPlanner::JointSegment {
   ToolLimits tool;
 };
 
-Result<void> WaypointPlanner::plan(const api::MoveThroughTo& move, MotionSequence& out) const {
+Result<void> WaypointPlanner::plan(const api::MoveThroughTo& move, MotionPlan& out) const {
   out.clear();
   if (auto ok = move.straight ? plan_lines(move, out) : plan_joint_segments(move, out); !ok) {
     return ok;
@@ -58,6 +58,7 @@ Result<std::vector<WaypointPlanner::Line>> WaypointPlanner::find_lines(
   Eigen::Isometry3d X_BT = planner_.tool_pose(start_.q, start_.X_FT);
   const std::size_t count = move.waypoints.size();
   for (std::size_t i = 0; i < count; ++i) {
+    if (planner_.cancelled()) return given_up();
     const Eigen::Isometry3d X_BT_next = planner_.pose_in_base(move.waypoints[i].X_RT);
     const auto posture = planner_.target_posture(X_BT_next * start_.X_FT.inverse(), start_.q);
     if (!posture) return at_waypoint(i, count, posture.error());
@@ -72,8 +73,7 @@ Result<std::vector<WaypointPlanner::Line>> WaypointPlanner::find_lines(
   return lines;
 }
 
-Result<void> WaypointPlanner::plan_lines(const api::MoveThroughTo& move,
-                                         MotionSequence& out) const {
+Result<void> WaypointPlanner::plan_lines(const api::MoveThroughTo& move, MotionPlan& out) const {
   const auto found = find_lines(move);
   if (!found) return tl::unexpected(found.error());
   const std::vector<Line>& lines = *found;
@@ -111,6 +111,7 @@ Result<std::vector<WaypointPlanner::JointSegment>> WaypointPlanner::find_joint_s
   JointVector q = start_.q;
   const std::size_t count = move.waypoints.size();
   for (std::size_t i = 0; i < count; ++i) {
+    if (planner_.cancelled()) return given_up();
     const Eigen::Isometry3d X_BT = planner_.pose_in_base(move.waypoints[i].X_RT);
     const auto target = planner_.target_posture(X_BT * start_.X_FT.inverse(), q);
     if (!target) return at_waypoint(i, count, target.error());
@@ -132,7 +133,7 @@ Result<std::vector<WaypointPlanner::JointSegment>> WaypointPlanner::find_joint_s
 }
 
 Result<void> WaypointPlanner::plan_joint_segments(const api::MoveThroughTo& move,
-                                                  MotionSequence& out) const {
+                                                  MotionPlan& out) const {
   const auto found = find_joint_segments(move);
   if (!found) return tl::unexpected(found.error());
   const std::vector<JointSegment>& segments = *found;

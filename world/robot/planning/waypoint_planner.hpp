@@ -9,7 +9,7 @@ namespace aprsim::robot {
 /// Plans a motion past waypoints: straight lines of the tool or straight ways in joint space,
 /// blended where two of them meet within the waypoint's tolerance (5 mm and 0.05 rad where none is
 /// set). Where a tolerance leaves no room for a blend the path stops and another one begins.
-/// Thread: sim, between steps.
+/// Thread: any.
 class WaypointPlanner {
  public:
   /// The arguments must outlive the planner.
@@ -18,18 +18,18 @@ class WaypointPlanner {
 
   /// From rest, into `out`. Errors: kUnreachable with the waypoint, the joint or axis, value and
   /// limit.
-  [[nodiscard]] Result<void> plan(const api::MoveThroughTo& move, MotionSequence& out) const;
+  [[nodiscard]] Result<void> plan(const api::MoveThroughTo& move, MotionPlan& out) const;
 
  private:
   struct Line;
   struct JointSegment;
 
   [[nodiscard]] Result<std::vector<Line>> find_lines(const api::MoveThroughTo& move) const;
-  [[nodiscard]] Result<void> plan_lines(const api::MoveThroughTo& move, MotionSequence& out) const;
+  [[nodiscard]] Result<void> plan_lines(const api::MoveThroughTo& move, MotionPlan& out) const;
   [[nodiscard]] Result<std::vector<JointSegment>> find_joint_segments(
       const api::MoveThroughTo& move) const;
   [[nodiscard]] Result<void> plan_joint_segments(const api::MoveThroughTo& move,
-                                                 MotionSequence& out) const;
+                                                 MotionPlan& out) const;
   [[nodiscard]] double corner_width(const Line& line, const Line& next,
                                     const api::PoseTolerance& tolerance) const;
   [[nodiscard]] double corner_width(const JointSegment& segment, const JointSegment& next,

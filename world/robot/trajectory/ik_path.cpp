@@ -37,8 +37,6 @@ double degrees(double rad) { return rad * 180 / std::numbers::pi; }
 
 }  // namespace
 
-IkPath::IkPath() { samples_.reserve(kMaxPathSamples + 1); }
-
 Result<JointVector> IkPath::solve(const ArmGeometry& arm, double u, const JointVector& seed) const {
   const double elbow = route_.elbow_start_rad + u * route_.elbow_turn_rad;
   return arm.ik.nearest(tool_.at(u >= 1 ? length_ : u * length_) * X_TF_, seed, elbow);
@@ -87,6 +85,7 @@ Result<void> IkPath::trace(const ArmGeometry& arm, const Route& route) {
   double u = 0;
   double step = kFirstStep;
   while (u < 1) {
+    if (arm.cancelled()) return given_up();
     // Step: as far as the prediction has been good, never over an edge of a blend, beyond which the
     // joints' course is another one.
     const double s = u * length_;
@@ -181,6 +180,7 @@ void IkPath::drop_close_samples() {
   }
   samples_[kept + 1] = samples_.back();
   samples_.resize(kept + 2);
+  samples_.shrink_to_fit();
 }
 
 /// Three-point differences on the uneven grid; at the ends extrapolated.

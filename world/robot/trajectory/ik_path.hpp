@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -15,7 +16,16 @@ namespace aprsim::robot {
 struct ArmGeometry {
   const ArmModel& model;
   const InverseKinematics& ik;
+  /// Planning that nobody waits for any more ends soon after this has become true; null = never.
+  const std::atomic<bool>* cancel = nullptr;
+  [[nodiscard]] bool cancelled() const {
+    return cancel != nullptr && cancel->load(std::memory_order_relaxed);
+  }
 };
+/// The outcome of planning that was cancelled.
+[[nodiscard]] inline tl::unexpected<Error> given_up() {
+  return fail(ErrorCode::kUnavailable, "planning", "planning was given up");
+}
 
 /// The joint path of a tool path, exact, on one branch of the inverse kinematics. trace() samples
 /// the whole of it, densely where the joints turn fast, so that a path that leaves the joint
@@ -29,8 +39,6 @@ class IkPath {
     double elbow_start_rad = 0, elbow_turn_rad = 0;
     JointVector start;  ///< posture at u = 0
   };
-
-  IkPath();
 
   /// The path to trace, of the frame T that is fixed to the flange at X_FT.
   [[nodiscard]] ToolPath& tool() { return tool_; }

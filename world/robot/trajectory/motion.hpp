@@ -1,49 +1,45 @@
 #pragma once
 
+#include <variant>
+
 #include "world/robot/trajectory/joint_motion.hpp"
 #include "world/robot/trajectory/path_motion.hpp"
 
 namespace aprsim::robot {
 
-/// One motion of a robot of either kind, with the buffers of both, so that nothing is allocated
-/// while a robot runs. A copyable value. Thread: sim.
+/// One motion of a robot of either kind. A copyable value; copies share what was planned. Thread:
+/// any, one at a time.
 class Motion {
  public:
-  enum class Kind { kJoint, kPath };
+  Motion() = default;
+  explicit Motion(const JointMotion& motion) : motion_(motion) {}
 
   /// The motion to plan, of the kind that it then is.
-  JointMotion& as_joint() {
-    kind_ = Kind::kJoint;
-    return joint_;
-  }
-  PathMotion& as_path() {
-    kind_ = Kind::kPath;
-    return path_;
-  }
+  JointMotion& as_joint() { return motion_.emplace<JointMotion>(); }
+  PathMotion& as_path() { return motion_.emplace<PathMotion>(); }
   /// The joint motion, if it is one.
-  [[nodiscard]] const JointMotion* joint() const {
-    return kind_ == Kind::kJoint ? &joint_ : nullptr;
-  }
+  [[nodiscard]] const JointMotion* joint() const { return std::get_if<JointMotion>(&motion_); }
 
   /// Advances by `dt` and writes the position. True once at rest at end(), then exactly.
   bool advance(const ArmGeometry& arm, double dt, JointVector& q) {
-    return kind_ == Kind::kJoint ? joint_.advance(dt, q) : path_.advance(arm, dt, q);
+    auto* joint = std::get_if<JointMotion>(&motion_);
+    return joint ? joint->advance(dt, q) : std::get<PathMotion>(motion_).advance(arm, dt, q);
   }
   void brake(const ArmGeometry& arm, Brake how) {
-    kind_ == Kind::kJoint ? joint_.brake(how) : path_.brake(arm, how);
+    auto* joint = std::get_if<JointMotion>(&motion_);
+    joint ? joint->brake(how) : std::get<PathMotion>(motion_).brake(arm, how);
   }
   /// Speed override 0..1 from now on.
   void set_speed(double fraction) {
-    kind_ == Kind::kJoint ? joint_.set_speed(fraction) : path_.set_speed(fraction);
+    std::visit([fraction](auto& motion) { motion.set_speed(fraction); }, motion_);
   }
   [[nodiscard]] const JointVector& end() const {
-    return kind_ == Kind::kJoint ? joint_.end() : path_.end();
+    return std::visit([](const auto& motion) -> const JointVector& { return motion.end(); },
+                      motion_);
   }
 
  private:
-  Kind kind_ = Kind::kJoint;
-  JointMotion joint_;
-  PathMotion path_;
+  std::variant<JointMotion, PathMotion> motion_;
 };
 
 }  // namespace aprsim::robot

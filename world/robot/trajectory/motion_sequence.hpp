@@ -1,46 +1,63 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 #include "world/robot/trajectory/motion.hpp"
 
 namespace aprsim::robot {
 
-/// Motions one after the other, each from rest to rest, each from the end of the one before. Keeps
-/// the buffers of motions that are over. A copyable value. Thread: sim.
-class MotionSequence {
+/// Motions planned to run one after the other, each from rest to rest, each from the end of the one
+/// before. Thread: any, one at a time.
+class MotionPlan {
  public:
-  /// A sequence of up to `reserve` motions does not allocate later.
-  explicit MotionSequence(std::size_t reserve) : motions_(reserve) {}
-
-  void clear() { count_ = current_ = 0; }
+  void clear() { motions_.clear(); }
   /// A further motion, to be planned from end().
-  Motion& add() {
-    if (count_ == motions_.size()) motions_.emplace_back();
-    return motions_[count_++];
-  }
-  [[nodiscard]] bool empty() const { return count_ == 0; }
-  /// The running or first motion.
-  [[nodiscard]] Motion& current() { return motions_[current_]; }
-
-  bool advance(const ArmGeometry& arm, double dt, JointVector& q) {
-    if (!motions_[current_].advance(arm, dt, q)) return false;
-    return ++current_ >= count_;
-  }
-  /// To rest on the way; later motions are dropped.
-  void brake(const ArmGeometry& arm, Brake how) {
-    motions_[current_].brake(arm, how);
-    count_ = current_ + 1;
-  }
-  void set_speed(double fraction) {
-    for (std::size_t i = current_; i < count_; ++i) motions_[i].set_speed(fraction);
-  }
-  [[nodiscard]] const JointVector& end() const { return motions_[count_ - 1].end(); }
+  Motion& add() { return motions_.emplace_back(); }
+  [[nodiscard]] bool empty() const { return motions_.empty(); }
+  [[nodiscard]] std::size_t size() const { return motions_.size(); }
+  [[nodiscard]] const Motion& operator[](std::size_t i) const { return motions_[i]; }
+  [[nodiscard]] const JointVector& end() const { return motions_.back().end(); }
 
  private:
   std::vector<Motion> motions_;
-  std::size_t count_ = 0, current_ = 0;
+};
+
+/// Runs the motions of a plan, or a single one. A copyable value of a few kilobytes, whatever was
+/// planned: copies share the plan. Never allocates. Thread: any, one at a time.
+class MotionSequence {
+ public:
+  MotionSequence() = default;
+  /// `plan` has at least one motion.
+  explicit MotionSequence(std::shared_ptr<const MotionPlan> plan)
+      : plan_(std::move(plan)), left_(plan_->size() - 1), motion_((*plan_)[0]) {}
+  explicit MotionSequence(const JointMotion& motion) : motion_(motion) {}
+
+  bool advance(const ArmGeometry& arm, double dt, JointVector& q) {
+    if (!motion_.advance(arm, dt, q)) return false;
+    if (left_ == 0) return true;
+    motion_ = (*plan_)[plan_->size() - left_--];
+    motion_.set_speed(speed_);
+    return false;
+  }
+  /// To rest on the way; later motions are dropped.
+  void brake(const ArmGeometry& arm, Brake how) {
+    motion_.brake(arm, how);
+    left_ = 0;
+  }
+  /// Speed override 0..1 of this and all later motions from now on.
+  void set_speed(double fraction) {
+    speed_ = fraction;
+    motion_.set_speed(fraction);
+  }
+  [[nodiscard]] const JointVector& end() const { return left_ > 0 ? plan_->end() : motion_.end(); }
+
+ private:
+  std::shared_ptr<const MotionPlan> plan_;
+  std::size_t left_ = 0;  ///< motions after the present one
+  double speed_ = 1;
+  Motion motion_;  ///< the running or first one
 };
 
 }  // namespace aprsim::robot

@@ -55,11 +55,6 @@ double typical_accel(const SampledPath& path, const JointLimits& joints) {
 
 }  // namespace
 
-PathLimits::PathLimits() {
-  rate_limits_.reserve(kMaxPathSamples + 1);
-  scaling_.reserve(kMaxPathSamples + 1);
-}
-
 /// Full rate where every joint and the tool keep their limits with it, else rates.
 void PathLimits::choose(const SampledPath& path, const PathMove& move) {
   const double length = path.length_s;
@@ -164,11 +159,12 @@ TimeScaling::RateLimit PathLimits::rate_limit(const SampledPath& path, const Pat
 void PathLimits::limit_rates(const SampledPath& path, const PathMove& move) {
   planned_.a *= 0.5;
   planned_.j *= 0.5;
-  rate_limits_.clear();
+  std::vector<TimeScaling::RateLimit> limits;
+  limits.reserve(path.samples.size());
   for (const PathSample& sample : path.samples) {
-    rate_limits_.push_back(rate_limit(path, move, sample));
+    limits.push_back(rate_limit(path, move, sample));
   }
-  scaling_.build(rate_limits_, kRateWindow_s * planned_.v);
+  scaling_.build(limits, kRateWindow_s * planned_.v);
 }
 
 }  // namespace aprsim::robot

@@ -38,8 +38,6 @@ struct SampledPath {
 /// slowed. A copyable value. Thread: sim.
 class PathLimits {
  public:
-  PathLimits();
-
   void choose(const SampledPath& path, const PathMove& move);
 
   /// Of the profile along the scaled parameter, as planned and for a hard stop.
@@ -57,7 +55,6 @@ class PathLimits {
 
   ScalarLimits planned_, hard_;
   TimeScaling scaling_;
-  std::vector<TimeScaling::RateLimit> rate_limits_;
 };
 
 }  // namespace aprsim::robot

@@ -31,36 +31,38 @@ bool is_self_motion(const ArmGeometry& arm, const JointVector& from, const Joint
 }  // namespace
 
 ToolPath& PathMotion::begin_tool_path(const Eigen::Isometry3d& X_FT) {
-  in_joint_space_ = false;
-  X_FT_ = X_FT;
-  ik_path_.set_tool_frame(X_FT);
-  return ik_path_.tool();
+  path_ = std::make_shared<Path>();
+  path_->X_FT = X_FT;
+  path_->ik.set_tool_frame(X_FT);
+  return path_->ik.tool();
 }
 
 JointPath& PathMotion::begin_joint_path(const Eigen::Isometry3d& X_FT) {
-  in_joint_space_ = true;
-  X_FT_ = X_FT;
-  return joint_path_;
+  path_ = std::make_shared<Path>();
+  path_->in_joint_space = true;
+  path_->X_FT = X_FT;
+  return path_->joint;
 }
 
 double PathMotion::length_s() const {
-  return in_joint_space_ ? joint_path_.segments().length() : ik_path_.tool().segments().length();
+  return path_->in_joint_space ? path_->joint.segments().length()
+                               : path_->ik.tool().segments().length();
 }
 
 std::span<const PathSample> PathMotion::samples() const {
-  if (in_joint_space_) return joint_samples_;
-  return ik_path_.samples();
+  if (path_->in_joint_space) return path_->joint_samples;
+  return path_->ik.samples();
 }
 
 JointVector PathMotion::position(const ArmGeometry& arm, double u) const {
-  if (!in_joint_space_) return ik_path_.at(arm, u);
-  return joint_path_.at(u >= 1 ? length_s() : u * length_s());
+  if (!path_->in_joint_space) return path_->ik.at(arm, u);
+  return path_->joint.at(u >= 1 ? length_s() : u * length_s());
 }
 
 JointVector PathMotion::approximate_at(double t) const {
-  const double u = limits_.scaling().u_at(profile_.at(t).s);
-  if (!in_joint_space_) return ik_path_.interpolate(u);
-  return joint_path_.at(u >= 1 ? length_s() : u * length_s());
+  const double u = path_->limits.scaling().u_at(profile_.at(t).s);
+  if (!path_->in_joint_space) return path_->ik.interpolate(u);
+  return path_->joint.at(u >= 1 ? length_s() : u * length_s());
 }
 
 // ---- planning
@@ -68,17 +70,17 @@ JointVector PathMotion::approximate_at(double t) const {
 Result<void> PathMotion::plan(const ArmGeometry& arm, const PathMove& move) {
   in_self_motion_ = braking_ = false;
   time_scale_ = speed_ = 1;
-  if (in_joint_space_) {
-    joint_path_.sample(joint_samples_);
+  if (path_->in_joint_space) {
+    path_->joint.sample(path_->joint_samples);
   } else if (auto ok = find_branch(arm, move); !ok) {
     return ok;
   }
-  limits_.choose({.model = arm.model,
-                  .X_FT = X_FT_,
-                  .tool_path = in_joint_space_ ? nullptr : &ik_path_.tool(),
-                  .length_s = length_s(),
-                  .samples = samples()},
-                 move);
+  path_->limits.choose({.model = arm.model,
+                        .X_FT = path_->X_FT,
+                        .tool_path = path_->in_joint_space ? nullptr : &path_->ik.tool(),
+                        .length_s = length_s(),
+                        .samples = samples()},
+                       move);
   set_time_scale(1);
   return {};
 }
@@ -87,18 +89,20 @@ Result<void> PathMotion::plan(const ArmGeometry& arm, const PathMove& move) {
 /// angle with which the whole path is feasible.
 Result<void> PathMotion::find_branch(const ArmGeometry& arm, const PathMove& move) {
   // The present elbow angle.
-  const Result<void> first = ik_path_.trace(arm, route(arm, move.start, 0));
+  const Result<void> first = path_->ik.trace(arm, route(arm, move.start, 0));
   if (first) return {};
   // From a singular start by a self-motion.
-  if (ik_path_.singular_start()) {
-    const JointVector required = ik_path_.required_start();
-    if (is_self_motion(arm, move.start, required) && ik_path_.trace(arm, route(arm, required, 0))) {
+  if (path_->ik.singular_start()) {
+    const JointVector required = path_->ik.required_start();
+    if (is_self_motion(arm, move.start, required) &&
+        path_->ik.trace(arm, route(arm, required, 0))) {
       plan_self_motion(move, required);
       return {};
     }
   }
   // Another elbow angle at the end.
-  const auto chosen = arm.ik.choose_elbow(ik_path_.tool().end() * X_FT_.inverse(), move.start);
+  const auto chosen =
+      arm.ik.choose_elbow(path_->ik.tool().end() * path_->X_FT.inverse(), move.start);
   if (!chosen) return tl::unexpected(chosen.error());  // the end itself is out of reach
   if (arm.model.dof() <= 6) return first;
   const double best = std::remainder(*chosen - arm.ik.elbow_of(move.start), 2 * std::numbers::pi);
@@ -112,7 +116,7 @@ Result<void> PathMotion::find_branch(const ArmGeometry& arm, const PathMove& mov
 bool PathMotion::try_elbow_turn(const ArmGeometry& arm, const JointVector& start,
                                 double elbow_turn_rad) {
   const IkPath::Route way = route(arm, start, elbow_turn_rad);
-  return ik_path_.seems_feasible(arm, way) && ik_path_.trace(arm, way);
+  return path_->ik.seems_feasible(arm, way) && path_->ik.trace(arm, way);
 }
 
 /// At a moderate speed: the tool's limits say nothing about a motion that leaves it at rest.
@@ -136,14 +140,14 @@ void PathMotion::restart(const DoubleS& profile) {
 }
 
 ScalarLimits PathMotion::limits_now() const {
-  const ScalarLimits& planned = limits_.planned();
+  const ScalarLimits& planned = path_->limits.planned();
   const double c = time_scale_;
   return {planned.v * c * speed_, planned.a * c * c, planned.j * c * c * c};
 }
 
 void PathMotion::set_time_scale(double scale) {
   time_scale_ = scale;
-  restart(DoubleS::to_rest({0, 0, 0}, limits_.scaling().length(), limits_now()));
+  restart(DoubleS::to_rest({0, 0, 0}, path_->limits.scaling().length(), limits_now()));
   end_ = samples().back().q;
 }
 
@@ -152,7 +156,7 @@ void PathMotion::set_speed(double fraction) {
   speed_ = fraction;
   if (in_self_motion_) self_motion_.set_speed(fraction);
   const ScalarState here = profile_.at(time_);
-  restart(fraction > 0 ? DoubleS::to_rest(here, limits_.scaling().length(), limits_now())
+  restart(fraction > 0 ? DoubleS::to_rest(here, path_->limits.scaling().length(), limits_now())
                        : DoubleS::stop(here, limits_now()));
 }
 
@@ -164,8 +168,9 @@ void PathMotion::brake(const ArmGeometry& arm, Brake how) {
     restart(DoubleS());
     return;
   }
-  restart(DoubleS::stop(profile_.at(time_), how == Brake::kHard ? limits_.hard() : limits_now()));
-  end_ = position(arm, limits_.scaling().u_at(profile_.end()));
+  restart(
+      DoubleS::stop(profile_.at(time_), how == Brake::kHard ? path_->limits.hard() : limits_now()));
+  end_ = position(arm, path_->limits.scaling().u_at(profile_.end()));
 }
 
 bool PathMotion::advance(const ArmGeometry& arm, double dt, JointVector& q) {
@@ -177,11 +182,11 @@ bool PathMotion::advance(const ArmGeometry& arm, double dt, JointVector& q) {
   // Time from the count of steps: no drift.
   time_ = static_cast<double>(++steps_) * dt;
   if (time_ < profile_.duration()) {
-    q = position(arm, limits_.scaling().u_at(profile_.at(time_).s));
+    q = position(arm, path_->limits.scaling().u_at(profile_.at(time_).s));
     return false;
   }
   if (speed_ == 0 && !braking_) {  // waits on the path
-    q = position(arm, limits_.scaling().u_at(profile_.end()));
+    q = position(arm, path_->limits.scaling().u_at(profile_.end()));
     return false;
   }
   q = end_;

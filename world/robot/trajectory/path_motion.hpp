@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -15,10 +16,11 @@ namespace aprsim::robot {
 /// Motion along a path from rest to rest, jerk-limited, slowed where a joint would be too fast. The
 /// path is one of the tool (lines with blended corners, a helix), kept exactly, or one in joint
 /// space. A tool path from a singular start that its branch cannot leave begins with a self-motion
-/// of the arm, while the tool rests. A copyable value. Thread: sim.
+/// of the arm, while the tool rests. A copyable value; copies share the path. Thread: any, one at a
+/// time.
 class PathMotion {
  public:
-  /// The path to plan; it is built before plan().
+  /// A new path to plan; it is built before plan().
   ToolPath& begin_tool_path(const Eigen::Isometry3d& X_FT);
   JointPath& begin_joint_path(const Eigen::Isometry3d& X_FT);
 
@@ -50,12 +52,17 @@ class PathMotion {
   [[nodiscard]] ScalarLimits limits_now() const;
   void restart(const DoubleS& profile);
 
-  bool in_joint_space_ = false;
-  IkPath ik_path_;
-  Eigen::Isometry3d X_FT_ = Eigen::Isometry3d::Identity();
-  JointPath joint_path_;
-  std::vector<PathSample> joint_samples_;
-  PathLimits limits_;
+  /// What planning finds; it does not change any more once the motion runs.
+  struct Path {
+    bool in_joint_space = false;
+    IkPath ik;
+    Eigen::Isometry3d X_FT = Eigen::Isometry3d::Identity();
+    JointPath joint;
+    std::vector<PathSample> joint_samples;
+    PathLimits limits;
+  };
+
+  std::shared_ptr<Path> path_;
   double time_scale_ = 1, speed_ = 1;
   bool braking_ = false;
   DoubleS profile_;  ///< of the scaled parameter

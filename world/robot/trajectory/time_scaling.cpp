@@ -41,12 +41,6 @@ void average(const std::vector<double>& in, int half, std::vector<double>& out) 
 
 }  // namespace
 
-void TimeScaling::reserve(std::size_t limits) {
-  pieces_.reserve(std::max(limits, kMaxGrid + 2));
-  rates_.reserve(kMaxGrid + 2);
-  work_.reserve(kMaxGrid + 2);
-}
-
 void TimeScaling::clear() {
   pieces_.clear();
   length_ = 1;
@@ -80,6 +74,8 @@ void TimeScaling::build(std::span<const RateLimit> limits, double window) {
   }
   length_ = pieces_.back().rho;
   if (window > 0) smooth(window);
+  rates_ = {};
+  work_ = {};
 }
 
 /// Erosion by the window, then the moving average over it: nowhere faster than before, and the

@@ -19,7 +19,6 @@ class TimeScaling {
     double slope = 0;  ///< highest |d(rate)/drho|, > 0
   };
 
-  void reserve(std::size_t limits);
   /// The identity: rho == u.
   void clear();
   /// `limits` with u rising from 0 to 1. The rates are the highest within all limits; with a

@@ -1,6 +1,7 @@
 #include "tests/unit/world/robot/controller/controller_rig.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <stdexcept>
 
@@ -46,8 +47,10 @@ api::MoveJoints move_all(const JointVector& q) {
   return move;
 }
 
-ControllerRig::ControllerRig(const std::string& arm)
-    : setup_(rig_setup(arm)),
+ControllerRig::ControllerRig(const std::string& arm) : ControllerRig(rig_setup(arm)) {}
+
+ControllerRig::ControllerRig(ControllerSetup setup)
+    : setup_(std::move(setup)),
       limits_(derive_joint_limits(setup_.model, setup_.payload, setup_.gravity_B)),
       controller_(setup_) {
   path_.reserve(200000);
@@ -92,6 +95,41 @@ JointVector ControllerRig::random_posture(std::mt19937& engine, double margin) c
                                                   joint.upper_rad - margin)(engine);
   }
   return q;
+}
+
+api::RobotAction ControllerRig::random_command(std::mt19937& engine) const {
+  std::uniform_real_distribution<double> shift(-0.15, 0.15), share(0.05, 1), speed(0.05, 3);
+  const auto kind = std::uniform_int_distribution<int>(0, 11)(engine);
+  Pose X = tool();
+  X.p += Eigen::Vector3d(shift(engine), shift(engine), shift(engine));
+  X.q = X.q * Eigen::Quaterniond(Eigen::AngleAxisd(
+                  4 * shift(engine), Eigen::Vector3d(share(engine), 0, 1).normalized()));
+  switch (kind) {
+    case 0:
+      return move_all(random_posture(engine));
+    case 1: {
+      const int joint = std::uniform_int_distribution<int>(0, dof() - 1)(engine);
+      const JointVector q = random_posture(engine);
+      return api::MoveJoints{{{joint, q(joint), speed(engine), {}},
+                              {(joint + 1) % dof(), q((joint + 1) % dof()), {}, {}}}};
+    }
+    case 2:
+    case 3:
+      return api::MoveTo{Pose::from(X_RT(random_posture(engine))), false};
+    case 4:
+      return api::MoveTo{X, false};
+    case 5:
+      return api::StopMotion{
+          static_cast<api::StopKind>(std::uniform_int_distribution<int>(0, 2)(engine))};
+    case 6:
+      return api::SetMotionLimit{
+          static_cast<api::MotionLimit>(std::uniform_int_distribution<int>(0, 3)(engine)), true,
+          share(engine)};
+    case 7:
+      return api::Dwell{std::chrono::milliseconds(20)};
+    default:
+      return api::MoveTo{X, true};
+  }
 }
 
 ControllerRig::Effort ControllerRig::effort() const {

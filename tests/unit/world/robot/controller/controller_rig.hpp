@@ -16,6 +16,7 @@ class ControllerRig {
  public:
   /// `arm`: "fanuc" or "motoman".
   explicit ControllerRig(const std::string& arm);
+  explicit ControllerRig(ControllerSetup setup);
 
   const ArmModel& model() const { return setup_.model; }
   const ControllerSetup& setup() const { return setup_; }
@@ -52,6 +53,8 @@ class ControllerRig {
   Eigen::Isometry3d X_RT(const JointVector& q) const;
   Pose tool() const { return Pose::from(X_RT(controller_.reference())); }
   JointVector random_posture(std::mt19937& engine, double margin = 0) const;
+  /// A command that a client might send at any time.
+  api::RobotAction random_command(std::mt19937& engine) const;
 
   /// Highest share of the joint speed, acceleration and jerk limits that the recorded references
   /// take.

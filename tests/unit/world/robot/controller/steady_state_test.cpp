@@ -1,4 +1,3 @@
-#include <chrono>
 #include <cmath>
 #include <random>
 
@@ -12,47 +11,10 @@ namespace {
 
 using api::ActionState;
 using api::MotionLimit;
-using namespace std::chrono_literals;
 
 class SteadyState : public testing::TestWithParam<const char*> {
  protected:
   SteadyState() : rig(GetParam()) { rig.run(api::InitRobot{}); }
-
-  /// A command that a client might send at any time.
-  api::RobotAction draw(std::mt19937& engine) const {
-    std::uniform_real_distribution<double> shift(-0.15, 0.15), share(0.05, 1), speed(0.05, 3);
-    const auto kind = std::uniform_int_distribution<int>(0, 11)(engine);
-    Pose X = rig.tool();
-    X.p += Eigen::Vector3d(shift(engine), shift(engine), shift(engine));
-    X.q = X.q * Eigen::Quaterniond(Eigen::AngleAxisd(
-                    4 * shift(engine), Eigen::Vector3d(share(engine), 0, 1).normalized()));
-    switch (kind) {
-      case 0:
-        return move_all(rig.random_posture(engine));
-      case 1: {
-        const int joint = std::uniform_int_distribution<int>(0, rig.dof() - 1)(engine);
-        const JointVector q = rig.random_posture(engine);
-        return api::MoveJoints{{{joint, q(joint), speed(engine), {}},
-                                {(joint + 1) % rig.dof(), q((joint + 1) % rig.dof()), {}, {}}}};
-      }
-      case 2:
-      case 3:
-        return api::MoveTo{Pose::from(rig.X_RT(rig.random_posture(engine))), false};
-      case 4:
-        return api::MoveTo{X, false};
-      case 5:
-        return api::StopMotion{
-            static_cast<api::StopKind>(std::uniform_int_distribution<int>(0, 2)(engine))};
-      case 6:
-        return api::SetMotionLimit{
-            static_cast<MotionLimit>(std::uniform_int_distribution<int>(0, 3)(engine)), true,
-            share(engine)};
-      case 7:
-        return api::Dwell{20ms};
-      default:
-        return api::MoveTo{X, true};
-    }
-  }
 
   /// Highest share of any drive's torque that the recorded references ask for.
   double highest_torque() const {
@@ -82,7 +44,7 @@ TEST_P(SteadyState, StepsDoNotAllocate) {
   int moved = 0;
   for (int n = 0; n < 60; ++n) {
     rig.run(api::InitRobot{});
-    rig.apply(draw(engine));
+    rig.apply(rig.random_command(engine));
     const auto before = aprsim::test::allocations();
     for (int i = 0; i < 600; ++i) moved += rig.controller().step().size() > 0 ? 1 : 0;
     ASSERT_EQ(aprsim::test::allocations(), before) << n;
@@ -97,7 +59,7 @@ TEST_P(SteadyState, AnyCommandsAtAnyTimeKeepTheJointsWithinTheirLimits) {
   std::uniform_int_distribution<int> pause(1, 700);
   int errors = 0;
   for (int n = 0; n < 400; ++n) {
-    rig.apply(draw(engine));
+    rig.apply(rig.random_command(engine));
     if (rig.state() == ActionState::kError) {
       ++errors;
       ASSERT_NE(rig.reason(), "");

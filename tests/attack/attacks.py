@@ -1,0 +1,297 @@
+"""The attacks: each takes a daemon and a number of seconds, and does its worst for so long."""
+
+import random
+import re
+import socket
+import struct
+import threading
+import time
+
+from cell import Crcl, document, pose
+
+ATTACKS = {}
+
+
+def attack(function):
+    ATTACKS[function.__name__.replace("_", " ")] = function
+    return function
+
+
+def until(seconds):
+    return time.monotonic() + seconds
+
+
+def reader(connection, stop):
+    """Reads and forgets what comes."""
+    connection.settimeout(0.5)
+    while not stop.is_set():
+        try:
+            if not connection.recv(1 << 16):
+                return
+        except socket.timeout:
+            continue
+        except OSError:
+            return
+
+
+def flood(daemon, seconds, clients, make, pause=0):
+    """So many clients that send documents as fast as they are taken, or every `pause` seconds;
+    `make(number)` makes one."""
+    stop = threading.Event()
+
+    def run():
+        try:
+            client = Crcl(daemon.ports["crcl.fanuc"], 5)
+            threading.Thread(target=reader, args=(client.socket, stop), daemon=True).start()
+            client.socket.settimeout(5)
+            client.socket.sendall(document("InitCanon", 1))
+            number = 1
+            while not stop.is_set():
+                number += 1
+                client.socket.sendall(make(number))
+                time.sleep(pause)
+        except OSError:
+            pass
+
+    threads = [threading.Thread(target=run, daemon=True) for _ in range(clients)]
+    for thread in threads:
+        thread.start()
+    time.sleep(seconds)
+    stop.set()
+    for thread in threads:
+        thread.join(10)
+
+
+def move_to(number, straight=False):
+    end = pose("EndPosition", 450 + 20 * (number % 3), -60 + 10 * (number % 7), 250)
+    return document("MoveTo", number, f"<MoveStraight>{str(straight).lower()}</MoveStraight>{end}")
+
+
+def program_of(*commands):
+    """Commands without their documents, as a CRCLProgram."""
+    return (
+        b'<?xml version="1.0" encoding="UTF-8"?>'
+        b'<CRCLProgram xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance">'
+        + b"".join(
+            b"<"
+            + tag
+            + b" "
+            + re.search(rb"<CRCLCommand (.*)</CRCLCommand>", text, re.S).group(1)
+            + b"</"
+            + tag
+            + b">"
+            for tag, text in zip(
+                [b"InitCanon"] + [b"MiddleCommand"] * (len(commands) - 2) + [b"EndCanon"], commands
+            )
+        )
+        + b"</CRCLProgram>"
+    )
+
+
+def move_through(number, waypoints):
+    """A zigzag, as one command; documents of more than 64 KB are refused."""
+    points = "".join(
+        pose("Waypoint", round(450 + 0.04 * i, 2), (i * 37) % 100 * 0.6 // 1, 250)
+        for i in range(waypoints)
+    )
+    return document(
+        "MoveThroughTo",
+        number,
+        f"<MoveStraight>true</MoveStraight>{points}<NumPositions>{waypoints}</NumPositions>",
+    )
+
+
+@attack
+def nothing(_daemon, seconds):
+    """What the rest is compared with."""
+    time.sleep(seconds)
+
+
+@attack
+def MoveTo_by_1_client(daemon, seconds):
+    flood(daemon, seconds, 1, move_to)
+
+
+@attack
+def MoveTo_by_50_clients(daemon, seconds):
+    flood(daemon, seconds, 50, move_to)
+
+
+@attack
+def straight_MoveTo_by_8_clients(daemon, seconds):
+    flood(daemon, seconds, 8, lambda number: move_to(number, True))
+
+
+@attack
+def MoveThroughTo_of_1000(daemon, seconds):
+    """Programs of one long move, each given up for the next."""
+    text = program_of(document("InitCanon", 1), move_through(2, 1000), document("EndCanon", 3))
+    flood(daemon, seconds, 1, lambda _number: text, pause=0.1)
+
+
+@attack
+def MoveThroughTo_of_230(daemon, seconds):
+    text = move_through(7, 230)
+    flood(daemon, seconds, 4, lambda _number: text)
+
+
+@attack
+def long_plans_and_short_ones(daemon, seconds):
+    long = move_through(7, 230)
+    flood(daemon, seconds, 2, lambda number: long if number % 5 == 0 else move_to(number))
+
+
+@attack
+def GetStatus_by_50_clients(daemon, seconds):
+    flood(daemon, seconds, 50, lambda number: document("GetStatus", number))
+
+
+@attack
+def statuses_that_nobody_reads(daemon, seconds):
+    end = until(seconds)
+    connections = []
+    for _ in range(20):
+        connection = socket.create_connection(("127.0.0.1", daemon.ports["crcl.fanuc"]), 5)
+        connection.setblocking(False)
+        connections.append(connection)
+    ask = document("GetStatus", 1) * 50
+    while time.monotonic() < end:
+        for connection in connections:
+            try:
+                connection.send(ask)
+            except OSError:
+                pass
+        time.sleep(0.001)
+    for connection in connections:
+        connection.close()
+
+
+@attack
+def connect_storm(daemon, seconds):
+    """Connections that come and end with RST, on every port."""
+    end = until(seconds)
+    ports = list(daemon.ports.values())
+    while time.monotonic() < end:
+        for port in ports:
+            try:
+                connection = socket.create_connection(("127.0.0.1", port), 1)
+                connection.setsockopt(
+                    socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0)
+                )
+                connection.close()
+            except OSError:
+                pass
+
+
+@attack
+def idle_connections_1000(daemon, seconds):
+    connections = []
+    for port in daemon.ports.values():
+        for _ in range(150):
+            try:
+                connections.append(socket.create_connection(("127.0.0.1", port), 1))
+            except OSError:
+                break
+    time.sleep(seconds)
+    for connection in connections:
+        connection.close()
+
+
+@attack
+def garbage(daemon, seconds):
+    end = until(seconds)
+    noise = random.Random(5)
+    ports = list(daemon.ports.values())
+    while time.monotonic() < end:
+        try:
+            connection = socket.create_connection(("127.0.0.1", noise.choice(ports)), 1)
+            connection.sendall(noise.randbytes(noise.randrange(1, 20000)))
+            connection.close()
+        except OSError:
+            pass
+
+
+@attack
+def documents_that_never_end(daemon, seconds):
+    """A byte at a time, on 30 connections."""
+    end = until(seconds)
+    text = document("MoveTo", 1, " " * 4000)
+    connections = [
+        socket.create_connection(("127.0.0.1", daemon.ports["crcl.fanuc"]), 5) for _ in range(30)
+    ]
+    at = 0
+    while time.monotonic() < end:
+        for connection in connections:
+            try:
+                connection.send(text[at : at + 1])
+            except OSError:
+                pass
+        at = min(at + 1, len(text) - 60)
+        time.sleep(0.002)
+    for connection in connections:
+        connection.close()
+
+
+@attack
+def bombs(daemon, seconds):
+    """Entities that multiply, deep nesting, huge attributes, NaN."""
+    end = until(seconds)
+    entities = b'<!DOCTYPE x [<!ENTITY a "ha">' + b"".join(
+        b'<!ENTITY a%d "%s">' % (i, b"&a%s;" % (b"" if i == 0 else b"%d" % (i - 1)) * 10)
+        for i in range(10)
+    )
+    texts = [
+        b'<?xml version="1.0"?>' + entities + b"]><CRCLCommandInstance>&a9;</CRCLCommandInstance>",
+        b"<CRCLCommandInstance>" + b"<a>" * 5000 + b"</CRCLCommandInstance>",
+        b'<CRCLCommandInstance a="' + b"x" * 200000 + b'"></CRCLCommandInstance>',
+        move_to(1).replace(b"450", b"NaN").replace(b"470", b"INF"),
+    ]
+    while time.monotonic() < end:
+        for text in texts:
+            try:
+                connection = socket.create_connection(
+                    ("127.0.0.1", daemon.ports["crcl.fanuc"]), 2
+                )
+                connection.sendall(text)
+                connection.close()
+            except OSError:
+                pass
+
+
+@attack
+def Modbus_flood(daemon, seconds):
+    end = until(seconds)
+    request = struct.pack(">HHHBBHH", 1, 0, 6, 1, 6, 0x8002, 1000) * 50
+    connections = []
+    for _ in range(10):
+        connection = socket.create_connection(("127.0.0.1", daemon.ports["modbus"]), 5)
+        connection.setblocking(False)
+        connections.append(connection)
+    while time.monotonic() < end:
+        for connection in connections:
+            try:
+                connection.send(request)
+                connection.recv(1 << 16)
+            except OSError:
+                pass
+    for connection in connections:
+        connection.close()
+
+
+@attack
+def settings_while_moving(daemon, seconds):
+    """Overrides that change what has been planned."""
+
+    def make(number):
+        if number % 3:
+            return move_to(number)
+        value = 30 + number % 60
+        return document(
+            "SetRobotParameters",
+            number,
+            "<ParameterSetting><ParameterName>speed_override</ParameterName>"
+            f"<ParameterValue>{value}</ParameterValue></ParameterSetting>",
+        )
+
+    flood(daemon, seconds, 4, make)
+

@@ -1,0 +1,244 @@
+"""A daemon to attack, and the clients that look on meanwhile: standard library only."""
+
+import json
+import multiprocessing
+import os
+import re
+import signal
+import socket
+import struct
+import subprocess
+import tempfile
+import threading
+import time
+
+PRELUDE = (
+    '<?xml version="1.0" encoding="UTF-8"?><CRCLCommandInstance '
+    'xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"><CRCLCommand xsi:type="'
+)
+
+
+def document(kind, number, fields=""):
+    """One CRCL command as it goes over the wire."""
+    return (
+        f'{PRELUDE}{kind}Type"><CommandID>{number}</CommandID>{fields}'
+        "</CRCLCommand></CRCLCommandInstance>"
+    ).encode()
+
+
+def pose(element, x_mm, y_mm, z_mm):
+    """A pose with the tool pointing down."""
+    return (
+        f"<{element}><Point><X>{x_mm}</X><Y>{y_mm}</Y><Z>{z_mm}</Z></Point>"
+        "<XAxis><I>1</I><J>0</J><K>0</K></XAxis><ZAxis><I>0</I><J>0</J><K>-1</K></ZAxis>"
+        f"</{element}>"
+    )
+
+
+class Crcl:
+    """A CRCL client that asks for a status and waits for it."""
+
+    def __init__(self, port, timeout=10):
+        self.socket = socket.create_connection(("127.0.0.1", port), timeout)
+        self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self.number = 0
+        self.buffer = b""
+
+    def send(self, kind, fields=""):
+        self.number += 1
+        self.socket.sendall(document(kind, self.number, fields))
+        return self.number
+
+    def status(self):
+        self.socket.sendall(document("GetStatus", self.number))
+        while b"</CRCLStatus>" not in self.buffer:
+            data = self.socket.recv(1 << 16)
+            if not data:
+                raise ConnectionError("closed while a status was expected")
+            self.buffer += data
+        text, self.buffer = self.buffer.split(b"</CRCLStatus>", 1)
+        return text.decode()
+
+    def close(self):
+        self.socket.close()
+
+
+class Modbus:
+    """A Modbus client that writes coils."""
+
+    STOP = 0x8002
+
+    def __init__(self, port, timeout=10):
+        self.socket = socket.create_connection(("127.0.0.1", port), timeout)
+        self.transaction = 0
+
+    def write_coil(self, address, value):
+        """The exception code of the answer, 0 for none."""
+        self.transaction = (self.transaction + 1) & 0xFFFF
+        self.socket.sendall(
+            struct.pack(
+                ">HHHBBHH", self.transaction, 0, 6, 1, 5, address, 0xFF00 if value else 0
+            )
+        )
+        reply = b""
+        while len(reply) < 9:
+            data = self.socket.recv(64)
+            if not data:
+                raise ConnectionError("closed while an answer was expected")
+            reply += data
+        return reply[8] if reply[7] & 0x80 else 0
+
+    def close(self):
+        self.socket.close()
+
+
+class Daemon:
+    """aprsimd on ports of its own, with what it uses measured."""
+
+    def __init__(self, binaries, *arguments):
+        self.binaries = binaries
+        self.folder = tempfile.TemporaryDirectory(prefix="aprsim-attack-")
+        ports = os.path.join(self.folder.name, "ports.json")
+        self.log = open(os.path.join(self.folder.name, "log"), "wb")
+        self.process = subprocess.Popen(
+            [os.path.join(binaries, "aprsimd"), "--any-port", "--ports-file", ports, *arguments],
+            stdout=self.log,
+            stderr=subprocess.STDOUT,
+        )
+        deadline = time.monotonic() + 60
+        while not os.path.exists(ports):
+            if self.process.poll() is not None or time.monotonic() > deadline:
+                raise RuntimeError("aprsimd does not start: " + self.log_text())
+            time.sleep(0.02)
+        with open(ports, encoding="utf-8") as file:
+            self.ports = json.load(file)
+        self.ports_file = ports
+
+    def log_text(self):
+        with open(os.path.join(self.folder.name, "log"), encoding="utf-8", errors="replace") as file:
+            return file.read()
+
+    def rss_mb(self, field="VmRSS"):
+        with open(f"/proc/{self.process.pid}/status", encoding="ascii") as file:
+            return int(re.search(field + r":\s+(\d+)", file.read()).group(1)) / 1024
+
+    def status(self):
+        """What `aprsim status` says: its exit code and text."""
+        done = subprocess.run(
+            [os.path.join(self.binaries, "aprsim"), "--ports-file", self.ports_file, "status"],
+            capture_output=True,
+            text=True,
+            timeout=30,
+        )
+        return done.returncode, done.stdout + done.stderr
+
+    def missed_steps(self):
+        found = re.search(r"(\d+) steps missed", self.status()[1])
+        return int(found.group(1)) if found else None
+
+    def simulated_ms(self, robot="motoman"):
+        """The step that the simulation has reached, by the CRCL parameter simulated_time."""
+        client = Crcl(self.ports["crcl." + robot])
+        client.send("InitCanon")
+        client.send(
+            "EnableRobotParameterStatus",
+            "<RobotParameterName>simulated_time</RobotParameterName>",
+        )
+        text = client.status()
+        client.close()
+        found = re.search(
+            r"<ParameterName>simulated_time</ParameterName><ParameterValue>([\d.]+)<", text
+        )
+        return float(found.group(1)) * 1000
+
+    def stop(self):
+        """SIGTERM; the exit code and how long it took [s]."""
+        began = time.monotonic()
+        self.process.send_signal(signal.SIGTERM)
+        try:
+            code = self.process.wait(30)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            code = "hangs"
+        self.log.close()
+        return code, time.monotonic() - began
+
+    def close(self):
+        if self.process.poll() is None:
+            self.process.kill()
+            self.process.wait()
+        self.folder.cleanup()
+
+
+class Observer:
+    """Other clients, which go on as always while an attack runs, in a process of their own: a
+    status of the other robot every 10 ms, an emergency stop every 400 ms, and the memory's peak."""
+
+    def __init__(self, daemon):
+        self.daemon = daemon
+        self.status_ms, self.stop_ms, self.faults = [], [], []
+        self.peak_mb = daemon.rss_mb()
+        self._ended = multiprocessing.Event()
+        self._results = multiprocessing.Queue()
+        self._process = multiprocessing.Process(target=self._run, daemon=True)
+
+    def __enter__(self):
+        self._process.start()
+        return self
+
+    def __exit__(self, *_):
+        self._ended.set()
+        self.status_ms, self.stop_ms, self.faults, self.peak_mb = self._results.get(timeout=60)
+        self._process.join()
+
+    def _run(self):
+        threads = [
+            threading.Thread(target=run, daemon=True)
+            for run in (self._statuses, self._stops, self._memory)
+        ]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self._results.put((self.status_ms, self.stop_ms, self.faults, self.peak_mb))
+
+    def _statuses(self):
+        try:
+            client = Crcl(self.daemon.ports["crcl.motoman"])
+            while not self._ended.wait(0.01):
+                began = time.monotonic()
+                client.status()
+                self.status_ms.append((time.monotonic() - began) * 1e3)
+        except OSError as error:
+            self.faults.append(f"status: {error}")
+
+    def _stops(self):
+        try:
+            client = Modbus(self.daemon.ports["modbus"])
+            stopped = True
+            while not self._ended.wait(0.2):
+                began = time.monotonic()
+                code = client.write_coil(Modbus.STOP, stopped)
+                took = (time.monotonic() - began) * 1e3
+                if code:
+                    self.faults.append(f"emergency stop: exception {code}")
+                if stopped:
+                    self.stop_ms.append(took)
+                stopped = not stopped
+        except OSError as error:
+            self.faults.append(f"emergency stop: {error}")
+
+    def _memory(self):
+        while not self._ended.wait(0.05):
+            try:
+                self.peak_mb = max(self.peak_mb, self.daemon.rss_mb())
+            except (OSError, AttributeError):
+                return
+
+
+def percentile(values, share):
+    """Of a list; nothing when it is empty."""
+    if not values:
+        return None
+    ordered = sorted(values)
+    return ordered[min(len(ordered) - 1, int(share * len(ordered)))]

@@ -1,0 +1,213 @@
+// Moves begin a fixed simulated time after their command, whoever plans them and whenever.
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/world/robot/controller/controller_rig.hpp"
+#include "world/robot/planning/planning_thread.hpp"
+
+namespace aprsim::robot {
+namespace {
+
+using api::ActionState;
+
+constexpr int kBase = 8, kWaypoint = 2, kScrew = 30;  // steps of 1 ms
+
+/// Makes no plan, but counts what it is asked for.
+class Counter : public PlanPrefetcher {
+ public:
+  void prefetch(std::shared_ptr<PlanJob>) override { ++jobs; }
+  int jobs = 0;
+};
+
+ControllerSetup with_latency(const std::string& arm, PlanPrefetcher* prefetcher = nullptr) {
+  ControllerSetup setup = rig_setup(arm);
+  setup.latency = {kBase * 1e-3, kWaypoint * 1e-3, kScrew * 1e-3};
+  setup.prefetcher = prefetcher;
+  return setup;
+}
+
+class Latency : public testing::TestWithParam<const char*> {
+ protected:
+  Latency() : rig(with_latency(GetParam(), &counter)) { rig.ready(); }
+
+  api::MoveTo shifted(double x, double y, double z, bool straight) const {
+    Pose X = rig.tool();
+    X.p += Eigen::Vector3d(x, y, z);
+    return {X, straight};
+  }
+  /// Steps until the reference moves.
+  int delay() {
+    const JointVector before = rig.controller().reference();
+    for (int i = 0; i < 1000; ++i) {
+      rig.step();
+      if (rig.controller().reference() != before) return i;
+    }
+    return -1;
+  }
+
+  Counter counter;
+  ControllerRig rig;
+};
+INSTANTIATE_TEST_SUITE_P(Arms, Latency, testing::Values("fanuc", "motoman"),
+                         [](const auto& arm) { return std::string(arm.param); });
+
+TEST_P(Latency, IsThatOfTheKindOfMove) {
+  rig.apply(shifted(0, 0, 0.05, true));
+  EXPECT_EQ(rig.state(), ActionState::kWorking);
+  EXPECT_TRUE(rig.controller().moving());
+  EXPECT_EQ(delay(), kBase);
+  rig.rest();
+  rig.apply(shifted(0, 0, -0.05, false));
+  EXPECT_EQ(delay(), kBase);
+  rig.rest();
+  rig.apply(api::MoveJoints{{{.joint = 0, .position_rad = 0}}});
+  EXPECT_EQ(delay(), kBase);
+  rig.rest();
+  const api::Waypoint up{shifted(0, 0, 0.05, true).X_RT}, back{rig.tool()};
+  rig.apply(api::MoveThroughTo{{up, back, up}, true});
+  EXPECT_EQ(delay(), kBase + 3 * kWaypoint);
+  rig.rest();
+  rig.apply(api::MoveScrew{.screw_m = 0.01, .turn_rad = 0.1});
+  EXPECT_EQ(delay(), kBase + kScrew);
+  rig.rest();
+  EXPECT_EQ(rig.state(), ActionState::kDone) << rig.reason();
+}
+
+TEST_P(Latency, OfMovesInQuickSuccessionOnlyTheLastIsPlannedBesideTheOneUnderWay) {
+  rig.apply(shifted(0, 0, 0.01, false));
+  rig.step();
+  counter.jobs = 0;
+  for (int i = 2; i <= 6; ++i) {
+    rig.apply(shifted(0, 0, 0.01 * i, i % 2 == 0));
+    rig.step();
+  }
+  const Pose last = shifted(0, 0, 0.07, false).X_RT;
+  rig.apply(api::MoveTo{last, false});
+  EXPECT_EQ(counter.jobs, 0);
+  rig.rest();
+  EXPECT_EQ(counter.jobs, 1);
+  EXPECT_EQ(rig.state(), ActionState::kDone) << rig.reason();
+  EXPECT_LT((rig.tool().p - last.p).norm(), 1e-9);
+}
+
+TEST_P(Latency, AStreamOfMovesMovesTheArm) {
+  const JointVector before = rig.controller().reference();
+  const Pose goal = shifted(0, 0, 0.1, false).X_RT;
+  for (int i = 0; i < 2000; ++i) {
+    rig.apply(api::MoveTo{goal, false});
+    rig.step();
+  }
+  EXPECT_NE(rig.controller().reference(), before);
+  EXPECT_LT((rig.tool().p - goal.p).norm(), 1e-6);
+  EXPECT_LE(rig.effort().accel, 1.05);
+}
+
+TEST_P(Latency, AShortPlanDoesNotWaitForALongOne) {
+  std::vector<api::Waypoint> points;
+  for (int i = 0; i < 300; ++i) points.push_back({shifted(0, 0, 1e-4 * i, true).X_RT});
+  rig.apply(api::MoveThroughTo{points, true});
+  rig.steps(5);
+  rig.apply(shifted(0, 0.03, 0, true));
+  EXPECT_EQ(delay(), kBase);
+  rig.rest();
+  EXPECT_EQ(rig.state(), ActionState::kDone);
+}
+
+TEST_P(Latency, WhateverStopsTheArmEndsThePlanToo) {
+  const JointVector before = rig.controller().reference();
+  const std::vector<api::RobotAction> others{
+      api::StopMotion{api::StopKind::kNormal}, api::StopMotion{api::StopKind::kFast},
+      api::StopMotion{api::StopKind::kImmediate}, api::SetGripper{0.5},
+      api::Dwell{std::chrono::milliseconds(5)}, api::InitRobot{}};
+  for (const api::RobotAction& other : others) {
+    for (const int steps : {0, 3, kBase}) {
+      rig.apply(shifted(0, 0, 0.05, steps > 0));
+      rig.steps(steps);
+      rig.apply(other);
+      rig.rest();
+      rig.steps(100);
+      EXPECT_EQ(rig.controller().reference(), before) << other.index();
+      EXPECT_EQ(rig.state(), ActionState::kDone) << rig.reason();
+    }
+  }
+}
+
+TEST_P(Latency, SettingsNeitherEndNorDelayAPlan) {
+  rig.apply(shifted(0, 0, 0.05, true));
+  rig.steps(3);
+  rig.apply(api::SetMotionLimit{api::MotionLimit::kTransSpeed, true, 0.5});
+  rig.apply(api::SetOverride{0.5});
+  EXPECT_EQ(delay(), kBase - 3);
+}
+
+TEST_P(Latency, AMoveThatCannotBePlannedIsRefusedWhenItWouldBegin) {
+  rig.apply(shifted(30, 0, 0, false));
+  rig.steps(kBase);
+  EXPECT_EQ(rig.state(), ActionState::kWorking);
+  rig.step();
+  EXPECT_EQ(rig.state(), ActionState::kError);
+  EXPECT_NE(rig.reason().find("reach"), std::string::npos) << rig.reason();
+  // The error of a move that has been replaced is nobody's.
+  rig.run(api::InitRobot{});
+  rig.apply(shifted(30, 0, 0, false));
+  rig.steps(3);
+  EXPECT_EQ(rig.run(shifted(0, 0, 0.02, false)), ActionState::kDone) << rig.reason();
+}
+
+/// The same commands at the same steps, with plans made by a thread, by the stepping thread, and by
+/// both in controllers that take over from each other: the same bits.
+TEST_P(Latency, WhoPlansMakesNoDifference) {
+  PlanningThread thread;
+  const auto play = [&](PlanPrefetcher* prefetcher, bool handed_over) {
+    ControllerRig robot(with_latency(GetParam(), prefetcher));
+    robot.ready();
+    ControllerRig other(with_latency(GetParam(), prefetcher));
+    std::mt19937 engine(41);
+    std::uniform_int_distribution<int> pause(0, 300), some(0, 3);
+    std::vector<JointVector> path;
+    ControllerRig* now = &robot;
+    ControllerRig* next = &other;
+    for (int n = 0; n < 300; ++n) {
+      now->apply(now->state() == ActionState::kError ? api::RobotAction(api::InitRobot{})
+                                                     : now->random_command(engine));
+      if (some(engine) == 0) now->apply(api::SetOverride{0.25 * (1 + some(engine))});
+      const int steps = some(engine) == 0 ? pause(engine) / 30 : pause(engine);
+      for (int i = 0; i < steps; ++i) {
+        now->step();
+        path.push_back(now->controller().reference());
+      }
+      if (!handed_over) continue;
+      next->controller().restore(now->controller().state());
+      std::swap(now, next);
+    }
+    return path;
+  };
+  const auto expected = play(nullptr, false);
+  EXPECT_EQ(play(&thread, false), expected);
+  EXPECT_EQ(play(nullptr, true), expected);
+  EXPECT_EQ(play(&thread, true), expected);
+}
+
+/// As SteadyState's, with commands that come while others are being planned.
+TEST_P(Latency, AnyCommandsAtAnyTimeKeepTheJointsWithinTheirLimits) {
+  std::mt19937 engine(43);
+  std::uniform_int_distribution<int> pause(0, 60);
+  rig.forget();
+  for (int n = 0; n < 1500; ++n) {
+    rig.apply(rig.state() == ActionState::kError ? api::RobotAction(api::InitRobot{})
+                                                 : rig.random_command(engine));
+    rig.steps(n % 3 == 0 ? 10 * pause(engine) : pause(engine) / 6);
+  }
+  rig.rest();
+  EXPECT_FALSE(rig.controller().moving());
+  for (const JointVector& q : rig.path()) {
+    ASSERT_TRUE((q.array() >= rig.limits().lower.array()).all());
+    ASSERT_TRUE((q.array() <= rig.limits().upper.array()).all());
+  }
+  const auto effort = rig.effort();
+  EXPECT_LE(effort.speed, 1.01);
+  EXPECT_LE(effort.accel, 1.1);
+}
+
+}  // namespace
+}  // namespace aprsim::robot

@@ -1,0 +1,81 @@
+#include "world/robot/planning/plan_job.hpp"
+
+#include "world/robot/planning/screw_planner.hpp"
+#include "world/robot/planning/waypoint_planner.hpp"
+
+namespace aprsim::robot {
+namespace {
+
+Result<void> plan_move(const MotionPlanner& planner, const api::MoveTo& move,
+                       const PlanStart& start, const ToolLimitSettings& limits, JointVector&,
+                       MotionPlan& out) {
+  return planner.plan(move, start, limits, out);
+}
+Result<void> plan_move(const MotionPlanner& planner, const api::MoveThroughTo& move,
+                       const PlanStart& start, const ToolLimitSettings& limits, JointVector&,
+                       MotionPlan& out) {
+  return WaypointPlanner(planner, start, limits).plan(move, out);
+}
+Result<void> plan_move(const MotionPlanner& planner, const api::MoveScrew& screw,
+                       const PlanStart& start, const ToolLimitSettings& limits, JointVector&,
+                       MotionPlan& out) {
+  return ScrewPlanner(planner, start, limits).plan(screw, out);
+}
+Result<void> plan_move(const MotionPlanner& planner, const api::MoveJoints& move,
+                       const PlanStart& start, const ToolLimitSettings& limits,
+                       JointVector& targets, MotionPlan& out) {
+  return planner.plan(move, start, limits, targets, out);
+}
+
+/// The tool's limits for a blend from the motion that runs; none for moves that begin at rest.
+std::optional<ToolLimits> blend_limits(const PlannedMove& move, const ToolLimitSettings& limits) {
+  if (const auto* to = std::get_if<api::MoveTo>(&move); to && !to->straight) {
+    return limits.effective(to->limits);
+  }
+  if (std::holds_alternative<api::MoveJoints>(move)) return limits.maximum();
+  return std::nullopt;
+}
+
+}  // namespace
+
+const Plan& PlanJob::get() {
+  std::call_once(once_, [this] {
+    plan_ = make();
+    ready_.store(true, std::memory_order_release);
+  });
+  return plan_;
+}
+
+Plan PlanJob::make() const {
+  const auto& [move, X_FT, limits] = request_.request;
+  // The robot when the motion begins: until then it goes on as it does, and no drive goes off.
+  MotionRunner runner = request_.runner;
+  DrivePower drives = request_.drive_power;
+  for (int i = 0; i < request_.steps; ++i) {
+    drives.step(false);
+    runner.advance(planner_.arm(), request_.step_s, drives.braked());
+  }
+  Plan plan;
+  plan.state = runner.state(request_.step_s);
+  const bool moves = runner.running();
+  plan.rest = runner.brake(planner_.arm(), Brake::kSet);
+  // From rest.
+  plan.joint_targets = request_.joint_targets.value_or(plan.rest);
+  auto motions = std::make_shared<MotionPlan>();
+  plan.outcome = std::visit(
+      [&](const auto& body) {
+        return plan_move(planner_, body, {plan.rest, X_FT}, limits, plan.joint_targets, *motions);
+      },
+      move);
+  if (!plan.outcome) return plan;
+  // From the motion that runs, where it can.
+  const auto tool = blend_limits(move, limits);
+  const JointMotion* from_rest = (*motions)[0].joint();
+  if (moves && tool && from_rest != nullptr) {
+    plan.blended = planner_.blend_from_motion(plan.state, X_FT, *tool, *from_rest);
+  }
+  plan.motions = std::move(motions);
+  return plan;
+}
+
+}  // namespace aprsim::robot

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <variant>
+
+#include "world/robot/controller/drive_power.hpp"
+#include "world/robot/planning/motion_planner.hpp"
+#include "world/robot/planning/tool_limit_settings.hpp"
+#include "world/robot/trajectory/motion_runner.hpp"
+
+namespace aprsim::robot {
+
+/// The commands that need a plan.
+using PlannedMove = std::variant<api::MoveTo, api::MoveThroughTo, api::MoveScrew, api::MoveJoints>;
+
+/// A move as it was commanded.
+struct MoveRequest {
+  PlannedMove move;
+  Eigen::Isometry3d X_FT = Eigen::Isometry3d::Identity();
+  ToolLimitSettings limits;
+};
+
+/// A move and the robot at the moment when its planning begins.
+struct PlanRequest {
+  MoveRequest request;
+  int steps = 0;  ///< until the motion begins
+  double step_s = 1e-3;
+  MotionRunner runner;
+  DrivePower drive_power;
+  /// Targets of joints that MoveJoints does not name; none = where they come to rest.
+  std::optional<JointVector> joint_targets;
+};
+
+/// What is to begin when the request's steps are over.
+struct Plan {
+  Result<void> outcome;
+  /// What the planner expects of the robot then: its reference, and where it would come to rest.
+  JointState state;
+  JointVector rest;
+  std::shared_ptr<const MotionPlan> motions;  ///< from rest
+  std::optional<JointMotion> blended;         ///< from the motion that runs, in their place
+  JointVector joint_targets;                  ///< of MoveJoints
+};
+
+/// The planning of one move, as a function of its request alone: it gives the same bits whichever
+/// thread makes it, and whenever. Made once; several threads may ask for it.
+class PlanJob {
+ public:
+  PlanJob(const MotionPlanner& planner, PlanRequest request)
+      : planner_(planner.until(cancelled_)), request_(std::move(request)) {}
+  PlanJob(const PlanJob&) = delete;
+  PlanJob& operator=(const PlanJob&) = delete;
+
+  /// The plan; made here unless it is made already, or waited for while another thread makes it.
+  const Plan& get();
+  /// Whether get() returns at once.
+  [[nodiscard]] bool ready() const { return ready_.load(std::memory_order_acquire); }
+  /// Nobody will ask for it: whoever makes it may give up.
+  void cancel() { cancelled_.store(true, std::memory_order_relaxed); }
+  [[nodiscard]] const PlanRequest& request() const { return request_; }
+
+ private:
+  [[nodiscard]] Plan make() const;
+
+  std::atomic<bool> cancelled_{false};
+  MotionPlanner planner_;
+  PlanRequest request_;
+  std::once_flag once_;
+  std::atomic<bool> ready_{false};
+  Plan plan_;
+};
+
+/// Makes plans ahead of the time when they are needed, so that nobody waits for them. Thread: any.
+class PlanPrefetcher {
+ public:
+  virtual ~PlanPrefetcher() = default;
+  /// Takes the place of a job that has not begun.
+  virtual void prefetch(std::shared_ptr<PlanJob> job) = 0;
+};
+
+}  // namespace aprsim::robot

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <optional>
+
+#include "world/robot/trajectory/motion_sequence.hpp"
+
+namespace aprsim::robot {
+
+/// Positions, velocities and accelerations of all joints.
+struct JointState {
+  JointVector q, qd, qdd;
+};
+
+/// Gives the reference of each step: runs one motion, and the next one where that has come to rest.
+/// A copyable value, cheap to copy: a copy that is advanced tells where the robot will be. Never
+/// allocates. Thread: any, one at a time.
+class MotionRunner {
+ public:
+  explicit MotionRunner(const JointVector& q)
+      : reference_(q), last_reference_(q), second_last_reference_(q) {}
+
+  /// One step. `held`: the brakes hold the arm, the reference rests.
+  void advance(const ArmGeometry& arm, double dt, bool held);
+
+  /// The running motion ends here at once; `next` runs from the next step on. `braking`: it is a
+  /// stop of that kind.
+  void replace(MotionSequence next, std::optional<Brake> braking = {});
+  /// `next` runs where the running motion comes to rest.
+  void queue(MotionSequence next);
+  /// Brakes the running motion and drops the next one; returns the posture of rest.
+  JointVector brake(const ArmGeometry& arm, Brake how);
+  void drop_next() { has_next_ = false; }
+  /// Speed override of the next motion and, unless `next_only`, of the running one.
+  void set_speed(double fraction, bool next_only);
+
+  /// The reference is `q` from now on, at the velocity that it has.
+  void shift_to(const JointVector& q);
+  /// The reference is `q`, at rest; nothing runs any more.
+  void stand_at(const JointVector& q);
+
+  [[nodiscard]] const JointVector& reference() const { return reference_; }
+  /// For joints that something else moves.
+  [[nodiscard]] JointVector& reference() { return reference_; }
+  [[nodiscard]] const JointVector& last_reference() const { return last_reference_; }
+  /// Backward differences; the velocity is extrapolated by half a step to the reference itself.
+  [[nodiscard]] JointState state(double dt) const;
+  [[nodiscard]] bool running() const { return running_; }
+  [[nodiscard]] bool has_next() const { return has_next_; }
+  [[nodiscard]] bool idle() const { return !running_ && !has_next_; }
+  /// Where the last of the motions ends; only while not idle.
+  [[nodiscard]] const JointVector& end() const { return has_next_ ? next_.end() : motion_.end(); }
+
+ private:
+  MotionSequence motion_, next_;
+  bool running_ = false, has_next_ = false;
+  std::optional<Brake> braking_;
+  JointVector reference_, last_reference_, second_last_reference_;
+};
+
+}  // namespace aprsim::robot
