@@ -61,8 +61,7 @@ void MotionRunner::stand_at(const JointVector& q) {
 }
 
 JointState MotionRunner::state(double dt) const {
-  const JointVector qdd =
-      (reference_ - 2 * last_reference_ + second_last_reference_) / (dt * dt);
+  const JointVector qdd = (reference_ - 2 * last_reference_ + second_last_reference_) / (dt * dt);
   return {reference_, (reference_ - last_reference_) / dt + qdd * (dt / 2), qdd};
 }
 

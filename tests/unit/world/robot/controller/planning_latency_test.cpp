@@ -116,9 +116,9 @@ TEST_P(Latency, AShortPlanDoesNotWaitForALongOne) {
 TEST_P(Latency, WhateverStopsTheArmEndsThePlanToo) {
   const JointVector before = rig.controller().reference();
   const std::vector<api::RobotAction> others{
-      api::StopMotion{api::StopKind::kNormal}, api::StopMotion{api::StopKind::kFast},
+      api::StopMotion{api::StopKind::kNormal},    api::StopMotion{api::StopKind::kFast},
       api::StopMotion{api::StopKind::kImmediate}, api::SetGripper{0.5},
-      api::Dwell{std::chrono::milliseconds(5)}, api::InitRobot{}};
+      api::Dwell{std::chrono::milliseconds(5)},   api::InitRobot{}};
   for (const api::RobotAction& other : others) {
     for (const int steps : {0, 3, kBase}) {
       rig.apply(shifted(0, 0, 0.05, steps > 0));
