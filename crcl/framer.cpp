@@ -68,8 +68,12 @@ std::size_t Framer::find_end() {
       return std::string::npos;
     }
     scanned_ = tag;
-    const std::size_t close = buffer_.find_first_not_of(kXmlSpace, tag + end_tag.size());
-    if (close == std::string::npos) return std::string::npos;
+    const std::size_t close =
+        buffer_.find_first_not_of(kXmlSpace, std::max(tag + end_tag.size(), blank_until_));
+    if (close == std::string::npos) {
+      blank_until_ = buffer_.size();
+      return std::string::npos;
+    }
     if (buffer_[close] == '>') return close + 1;
     scanned_ = tag + 1;
   }
@@ -107,6 +111,7 @@ void Framer::discard_consumed() {
   buffer_.erase(0, start_);
   scanned_ -= start_;
   rooted_ -= start_;
+  blank_until_ -= std::min(blank_until_, start_);
   start_ = 0;
 }
 

@@ -65,8 +65,9 @@ class Framer {
   std::size_t start_ = 0;            // of the present document
   std::optional<std::size_t> root_;  // index of its kind, once its start tag has come
   std::size_t last_ = 0;
-  std::size_t rooted_ = 0;   // no start tag begins before this
-  std::size_t scanned_ = 0;  // no end tag begins before this
+  std::size_t rooted_ = 0;       // no start tag begins before this
+  std::size_t scanned_ = 0;      // no end tag begins before this
+  std::size_t blank_until_ = 0;  // an end tag without '>' is followed by blanks up to here
 };
 
 }  // namespace aprsim::crcl

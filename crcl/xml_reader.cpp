@@ -231,9 +231,16 @@ Result<XmlNode> parse_xml(std::string_view document, const XmlLimits& limits) {
     return malformed("expected at most " + std::to_string(limits.max_bytes) + " bytes, got " +
                      std::to_string(document.size()));
   }
-  thread_local Parser parser;
+  // A parser keeps every namespace that it has seen, so it serves for a while only.
+  constexpr int kDocumentsPerParser = 64;
+  thread_local std::unique_ptr<Parser> parser;
+  thread_local int left = 0;
+  if (left-- <= 0) {
+    parser = std::make_unique<Parser>();
+    left = kDocumentsPerParser - 1;
+  }
   try {
-    return parser.parse(document, limits);
+    return parser->parse(document, limits);
   } catch (const Refused& refused) {
     return malformed(reason(refused, document));
   } catch (const xc::OutOfMemoryException&) {

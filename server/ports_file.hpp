@@ -11,8 +11,22 @@ namespace aprsim::server {
 /// Listener name ("crcl.fanuc", "modbus", "grpc") to bound port.
 using Ports = std::map<std::string, std::uint16_t>;
 
-/// Writes {"NAME": PORT, ..., "pid": N} as one JSON object, by renaming a complete file into place,
-/// so that whoever sees the file sees all of it.
-[[nodiscard]] Result<void> write_ports_file(const std::string& path, const Ports& ports);
+/// A file that tells clients the ports: {"NAME": PORT, ..., "pid": N} as one JSON object. Written
+/// beside its place and renamed there, so that whoever sees the file sees all of it. Only a regular
+/// file is replaced, and none that a running daemon has written; removed with this, if it is still
+/// ours. Thread: one.
+class PortsFile {
+ public:
+  PortsFile() = default;
+  ~PortsFile();
+  PortsFile(const PortsFile&) = delete;
+  PortsFile& operator=(const PortsFile&) = delete;
+
+  /// Errors: kUnavailable with the path and the cause.
+  [[nodiscard]] Result<void> write(const std::string& path, const Ports& ports);
+
+ private:
+  std::string path_;
+};
 
 }  // namespace aprsim::server

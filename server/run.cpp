@@ -56,6 +56,7 @@ int serve(const Invocation& invocation, std::shared_ptr<const scene::Scene> scen
   start_logging(invocation.config.log_level);
   spdlog::info("aprsimd {}: scene {}, speed {}", kVersion, scene->name,
                to_text(invocation.config.speed));
+  PortsFile ports_file;
   Daemon daemon(invocation.config, std::move(scene));
   const auto ports = daemon.start();
   // Whoever listens already may log: first it stops, then the log.
@@ -67,7 +68,7 @@ int serve(const Invocation& invocation, std::shared_ptr<const scene::Scene> scen
   if (!ports) return give_up(ports.error().message);
   announce(*ports, invocation.config.web.address);
   if (!invocation.ports_file.empty()) {
-    if (auto ok = write_ports_file(invocation.ports_file, *ports); !ok) {
+    if (auto ok = ports_file.write(invocation.ports_file, *ports); !ok) {
       return give_up(ok.error().message);
     }
   }

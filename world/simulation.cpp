@@ -1,6 +1,7 @@
 #include "world/simulation.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <exception>
 #include <new>
 #include <utility>
@@ -14,6 +15,14 @@ using SteadyClock = std::chrono::steady_clock;
 
 /// How long the thread sleeps at most while nothing is to be stepped.
 constexpr std::chrono::milliseconds kIdle{20};
+
+/// A problem: no turn of the thread for so long, or less than this share of the pace for so long.
+constexpr std::chrono::seconds kStuck{1}, kSlow{3};
+constexpr double kLeastPace = 0.9;
+
+std::int64_t now_ns() {
+  return std::chrono::nanoseconds(SteadyClock::now().time_since_epoch()).count();
+}
 
 std::vector<std::unique_ptr<robot::PlanningThread>> start_planning_threads(std::size_t count) {
   std::vector<std::unique_ptr<robot::PlanningThread>> threads(count);
@@ -56,6 +65,7 @@ void Simulation::stop() {
   thread_.request_stop();
   queue_.close();
   if (thread_.joinable()) thread_.join();
+  last_turn_ns_ = 0;
 }
 
 Result<api::Ticket> Simulation::submit(api::Command command) {
@@ -67,6 +77,7 @@ Result<api::Ticket> Simulation::submit(api::Command command) {
 void Simulation::run(const std::stop_token& stop) {
   pacer_.restart(SteadyClock::now());
   while (!stop.stop_requested()) {
+    note_progress();
     // Commands take effect between steps, also while paused.
     drain();
     const bool stepping = world_fault_.empty() && (!paused_ || steps_wanted_ > 0);
@@ -89,6 +100,38 @@ void Simulation::run(const std::stop_token& stop) {
     // A short burst at the most, so that commands never wait for long.
     for (; steps > 0 && world_fault_.empty(); --steps) advance();
   }
+}
+
+void Simulation::note_progress() {
+  const std::int64_t now = now_ns();
+  last_turn_ns_ = now;
+  const double pace = pacer_.real_time_factor();
+  const bool slow = !paused_ && pacer_.speed() && pace > 0 && pace < kLeastPace * *pacer_.speed();
+  if (!slow) {
+    slow_since_ns_ = 0;
+  } else if (slow_since_ns_ == 0) {
+    slow_since_ns_ = now;
+  }
+}
+
+std::string Simulation::problem() const {
+  const api::SnapshotPtr snapshot = latest();
+  if (!snapshot->world_fault.empty()) {
+    return "the simulation has stopped until the cell is reset: " + snapshot->world_fault;
+  }
+  const std::int64_t now = now_ns(), turn = last_turn_ns_, slow = slow_since_ns_;
+  char text[120];
+  if (turn != 0 && now - turn > std::chrono::nanoseconds(kStuck).count()) {
+    std::snprintf(text, sizeof text, "the simulation has not moved on for %.1f s",
+                  static_cast<double>(now - turn) * 1e-9);
+    return text;
+  }
+  if (slow != 0 && now - slow > std::chrono::nanoseconds(kSlow).count()) {
+    std::snprintf(text, sizeof text, "the pace is %.2f instead of %g", snapshot->real_time_factor,
+                  snapshot->speed_target.value_or(0));
+    return text;
+  }
+  return {};
 }
 
 void Simulation::drain() {

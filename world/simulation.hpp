@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -45,6 +46,7 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
       const api::SnapshotPtr& seen, std::chrono::steady_clock::time_point deadline) const override {
     return slot_.wait_newer(seen, deadline);
   }
+  [[nodiscard]] std::string problem() const override;
 
  private:
   void run(const std::stop_token& stop);
@@ -60,6 +62,8 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   void stop_world(const std::string& why);
   void record_failure(api::Ticket ticket, Error error);
   void begin_epoch();
+  /// For problem(): once a turn of the thread.
+  void note_progress();
   void publish();
   void write_snapshot();
 
@@ -84,6 +88,8 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   std::shared_ptr<const std::vector<std::string>> saved_names_;
   std::shared_ptr<const std::vector<api::CommandFailure>> failures_;
   bool dirty_ = false;  ///< something to publish although nothing stepped
+  /// Wall times [ns]: of the thread's latest turn, and since when the pace is too low (0 = is not).
+  std::atomic<std::int64_t> last_turn_ns_{0}, slow_since_ns_{0};
   std::jthread thread_;
 };
 

@@ -63,9 +63,13 @@ CellConnection::CellConnection(const Endpoints& endpoints)
 CellConnection::~CellConnection() = default;
 CellConnection::CellConnection(CellConnection&&) noexcept = default;
 
+Outcome<v1::GetSnapshotResponse> CellConnection::status() {
+  return call(stubs_->telemetry, &v1::TelemetryService::Stub::GetSnapshot, v1::GetSnapshotRequest(),
+              address_);
+}
+
 Outcome<v1::Snapshot> CellConnection::snapshot() {
-  auto response = call(stubs_->telemetry, &v1::TelemetryService::Stub::GetSnapshot,
-                       v1::GetSnapshotRequest(), address_);
+  auto response = status();
   if (!response) return tl::unexpected(response.error());
   return std::move(*response->mutable_snapshot());
 }

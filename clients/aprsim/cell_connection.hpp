@@ -19,6 +19,8 @@ class CellConnection {
   ~CellConnection();
   CellConnection(CellConnection&&) noexcept;
 
+  /// The snapshot, and what keeps the simulation from running as it is told to.
+  [[nodiscard]] Outcome<v1::GetSnapshotResponse> status();
   [[nodiscard]] Outcome<v1::Snapshot> snapshot();
   [[nodiscard]] Outcome<v1::CellDescription> cell();
   /// Calls `show` with each sample until it returns false.

@@ -25,6 +25,10 @@ Outcome<std::optional<std::uint16_t>> speed_count(const ConveyorSetCommand& comm
 }  // namespace
 
 Outcome<void> run_command(const ConveyorSetCommand& command, Console& console) {
+  // A word forgotten must not start the belt.
+  if (!command.stop && !command.forward && !command.speed_percent && !command.speed_m_s) {
+    return failed(FailureKind::kUsage, "nothing to set: give --speed, --direction or --stop");
+  }
   const auto speed = speed_count(command);
   if (!speed) return tl::unexpected(speed.error());
   auto conveyor = ConveyorConnection::connect(console.endpoints.host, console.endpoints.modbus);

@@ -21,26 +21,25 @@ Outcome<std::string> json_text(const google::protobuf::Message& message, bool pr
 }
 
 // The exit code tells scripts and containers that watch the cell's health.
-Outcome<void> healthy(const v1::Snapshot& snapshot) {
-  if (snapshot.world_fault().empty()) return {};
-  return failed(FailureKind::kCheck,
-                "the simulation has stopped until the cell is reset: " + snapshot.world_fault());
+Outcome<void> healthy(const v1::GetSnapshotResponse& status) {
+  if (status.problem().empty()) return {};
+  return failed(FailureKind::kCheck, status.problem());
 }
 
 }  // namespace
 
 Outcome<void> run_command(const StatusCommand& command, Console& console) {
-  const auto snapshot = CellConnection(console.endpoints).snapshot();
-  if (!snapshot) return tl::unexpected(snapshot.error());
+  const auto status = CellConnection(console.endpoints).status();
+  if (!status) return tl::unexpected(status.error());
   if (command.json) {
-    const auto text = json_text(*snapshot, true);
+    const auto text = json_text(status->snapshot(), true);
     if (!text) return tl::unexpected(text.error());
     console.out << *text;
-    return healthy(*snapshot);
+    return healthy(*status);
   }
-  console.out << status_text(*snapshot);
-  if (command.bodies) console.out << bodies_text(*snapshot);
-  return healthy(*snapshot);
+  console.out << status_text(status->snapshot());
+  if (command.bodies) console.out << bodies_text(status->snapshot());
+  return healthy(*status);
 }
 
 Outcome<void> run_command(const WatchCommand& command, Console& console) {

@@ -14,7 +14,7 @@
 namespace aprsim::crcl_server {
 namespace {
 
-constexpr std::size_t kMaxDescriptionBytes = 4096;
+constexpr std::size_t kMaxDescriptionBytes = 4096, kMaxMessageLog = 200;
 
 // A program of settings alone must not keep the others waiting.
 constexpr int kCommandsPerTurn = 64;
@@ -120,7 +120,8 @@ struct CommandExecutor::Visitor {
   }
 
   void operator()(const crcl::Message& message) const {
-    spdlog::info("{}: message from {}: {}", robot.name_, caller.peer, message.text);
+    robot.log_.info(fmt::format("message from {}: {}", caller.peer,
+                                protocols::log_text(message.text, kMaxMessageLog)));
     lifecycle.done(crcl::shorten(message.text, kMaxDescriptionBytes));
   }
 
@@ -221,8 +222,8 @@ CommandExecutor::CommandExecutor(CommandExecutorOptions options, api::CommandSin
     : options_(std::move(options)),
       source_(source),
       cell_(source.latest()->cell),
-      name_("crcl." + description().name),
-      lifecycle_(name_, options_.robot, source.latest()->epoch),
+      log_("crcl." + description().name),
+      lifecycle_(log_, options_.robot, source.latest()->epoch),
       submitter_(options_.robot, options_.endpoint, sink),
       parameters_(description(), cell_->light_curtain ? cell_->light_curtain->beams : 0),
       limits_(cartesian_limits(description(), options_.cartesian_min_R, options_.cartesian_max_R)) {
@@ -244,7 +245,7 @@ void CommandExecutor::execute(crcl::Program program, const Caller& caller) {
   const std::int64_t id = program.commands.empty() ? 0 : program.commands.front().id;
   Result<ProgramRunner> runner = ProgramRunner::of_document(std::move(program), caller);
   if (!runner) return refuse("CRCLProgram", id, runner.error().message);
-  spdlog::info("{}: program from {}", name_, caller.peer);
+  log_.info("program from " + caller.peer);
   start(*std::move(runner));
 }
 
@@ -262,7 +263,7 @@ void CommandExecutor::bad_document(const std::string& reason) {
   program_.reset();
   if (lifecycle_.session_open()) {
     const auto stopped = submitter_.submit(api::StopMotion{api::StopKind::kFast});
-    if (!stopped) spdlog::error("{}: cannot stop: {}", name_, stopped.error().message);
+    if (!stopped) spdlog::error("{}: cannot stop: {}", name(), stopped.error().message);
   }
   if (!lifecycle_.in_error()) lifecycle_.latch_error(reason);
 }
@@ -270,7 +271,7 @@ void CommandExecutor::bad_document(const std::string& reason) {
 void CommandExecutor::carry_out(const crcl::CommandInstance& instance, const Caller& caller) {
   const crcl::Command& command = instance.command;
   lifecycle_.begin(std::string(crcl::type_name(command.body)), instance);
-  spdlog::debug("{}: {} {} from {}", name_, lifecycle_.type(), command.id, caller.peer);
+  spdlog::debug("{}: {} {} from {}", name(), lifecycle_.type(), command.id, caller.peer);
   if (!lifecycle_.admits(command.body)) return;
   const crcl::Units units = caller.settings->units();  // a guard's, whatever the command sets
   auto guards = to_guards(command.guards, parameters_.sensors(), units);

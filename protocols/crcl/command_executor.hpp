@@ -16,6 +16,7 @@
 #include "protocols/crcl/robot_parameters.hpp"
 #include "protocols/crcl/si_conversion.hpp"
 #include "protocols/crcl/target_limits.hpp"
+#include "protocols/limited_log.hpp"
 #include "world/api/ports.hpp"
 
 namespace aprsim::crcl_server {
@@ -56,8 +57,9 @@ class CommandExecutor {
   /// The answer to one GetStatus. Every call gives a new StatusID.
   [[nodiscard]] crcl::Status status(const ConnectionSettings& settings);
 
-  /// "crcl.fanuc", for log lines.
-  [[nodiscard]] const std::string& name() const { return name_; }
+  /// What peers do is logged here, under the name "crcl.fanuc".
+  [[nodiscard]] protocols::LimitedLog& log() { return log_; }
+  [[nodiscard]] const std::string& name() const { return log_.name(); }
 
  private:
   struct Visitor;
@@ -74,7 +76,7 @@ class CommandExecutor {
   CommandExecutorOptions options_;
   const api::SnapshotSource& source_;
   std::shared_ptr<const api::CellDescription> cell_;
-  std::string name_;
+  protocols::LimitedLog log_;
   CommandLifecycle lifecycle_;
   CommandSubmitter submitter_;
   RobotParameters parameters_;

@@ -4,7 +4,7 @@
 #include <utility>
 #include <variant>
 
-#include <spdlog/spdlog.h>
+#include <spdlog/fmt/fmt.h>
 
 namespace aprsim::crcl_server {
 namespace {
@@ -28,8 +28,8 @@ bool has_failed(const api::RobotSnapshot& robot) {
 
 }  // namespace
 
-CommandLifecycle::CommandLifecycle(std::string name, int robot, std::uint64_t epoch)
-    : name_(std::move(name)), robot_(robot), epoch_(epoch) {
+CommandLifecycle::CommandLifecycle(protocols::LimitedLog& log, int robot, std::uint64_t epoch)
+    : log_(log), robot_(robot), epoch_(epoch) {
   latest_.command_id = -1;
 }
 
@@ -90,14 +90,14 @@ void CommandLifecycle::done(std::optional<std::string> description) {
 
 void CommandLifecycle::append_note(const std::optional<std::string>& note) {
   if (!note) return;
-  spdlog::warn("{}: {} {}: {}", name_, type(), latest_.command_id, *note);
+  log_.warn(fmt::format("{} {}: {}", type(), latest_.command_id, *note));
   if (!error_) latest_.description = *note;
 }
 
 void CommandLifecycle::latch_error(std::string reason) {
   if (reason.empty()) reason = "The robot gives no reason.";
-  spdlog::warn("{}: {} {}: {}", name_, latest_.name.value_or("no command"), latest_.command_id,
-               reason);
+  log_.warn(
+      fmt::format("{} {}: {}", latest_.name.value_or("no command"), latest_.command_id, reason));
   error_ = reason;
   latest_.description = std::move(reason);
 }

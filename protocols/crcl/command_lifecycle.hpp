@@ -7,6 +7,7 @@
 #include "crcl/documents.hpp"
 #include "crcl/status.hpp"
 #include "protocols/crcl/command_history.hpp"
+#include "protocols/limited_log.hpp"
 #include "world/api/error.hpp"
 #include "world/api/robot_command.hpp"
 #include "world/api/snapshot.hpp"
@@ -26,8 +27,8 @@ class CommandLifecycle {
     kReplaced,       ///< by a command from another interface
   };
 
-  /// `name` for log lines; `robot` indexes Snapshot::robots; `epoch` is the snapshot's.
-  CommandLifecycle(std::string name, int robot, std::uint64_t epoch);
+  /// `log` outlives this; `robot` indexes Snapshot::robots; `epoch` is the snapshot's.
+  CommandLifecycle(protocols::LimitedLog& log, int robot, std::uint64_t epoch);
 
   // What clients ask.
 
@@ -75,7 +76,7 @@ class CommandLifecycle {
     return snapshot.robots[static_cast<std::size_t>(robot_)];
   }
 
-  std::string name_;
+  protocols::LimitedLog& log_;
   int robot_;
   std::uint64_t epoch_;
 

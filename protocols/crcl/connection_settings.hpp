@@ -8,6 +8,7 @@
 
 #include "crcl/commands.hpp"
 #include "crcl/units.hpp"
+#include "world/api/robot_snapshot.hpp"
 
 namespace aprsim::crcl_server {
 
@@ -33,6 +34,7 @@ class ConnectionSettings {
       unlisted_positions_ = false;
     }
     for (const crcl::JointReport& report : command.reports) {
+      if (report.joint < 1 || report.joint > api::kMaxJoints) continue;  // no robot has it
       std::erase_if(listed_, [&](const auto& known) { return known.joint == report.joint; });
       listed_.push_back(report);
     }

@@ -10,11 +10,11 @@
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/error.hpp>
 #include <boost/asio/post.hpp>
-#include <spdlog/spdlog.h>
 
 #include "crcl/command_codec.hpp"
 #include "crcl/schema.hpp"
 #include "crcl/status_codec.hpp"
+#include "protocols/foreign_protocol.hpp"
 
 namespace aprsim::crcl_server {
 namespace {
@@ -44,7 +44,7 @@ CrclConnection::CrclConnection(asio::ip::tcp::socket socket, std::string peer,
 void CrclConnection::start() {
   error_code ignored;
   socket_.non_blocking(true, ignored);
-  spdlog::info("{}: {} connected", executor_.name(), caller_.peer);
+  executor_.log().info(caller_.peer + " connected");
   read();
 }
 
@@ -68,7 +68,7 @@ void CrclConnection::close() {
 void CrclConnection::drop(const std::string& reason) {
   if (closed_) return;
   ++counters_.dropped;
-  spdlog::warn("{}: closing {}: {}", executor_.name(), caller_.peer, reason);
+  executor_.log().warn("closing " + caller_.peer + ": " + reason);
   close();
 }
 
@@ -94,15 +94,22 @@ void CrclConnection::read() {
 void CrclConnection::on_read(const error_code& error, std::size_t size) {
   if (closed_) return;
   if (error) {
-    spdlog::info("{}: {} disconnected{}", executor_.name(), caller_.peer,
-                 error == asio::error::eof ? "" : " (" + error.message() + ")");
+    executor_.log().info(caller_.peer + " disconnected" +
+                         (error == asio::error::eof ? "" : " (" + error.message() + ")"));
     // A peer that has only finished sending may still wait for its statuses.
     return error == asio::error::eof ? drain() : close();
   }
   if (draining_) return;
   error_code ignored;
   idle_timer_.cancel(ignored);
-  framer_.append({input_.data(), size});
+  const std::string_view bytes(input_.data(), size);
+  // What a web page has sent is nobody's command, and no error of the robot's.
+  if (!heard_) {
+    const std::string_view protocol = protocols::foreign_protocol(bytes);
+    if (!protocol.empty()) return drop("it speaks " + std::string(protocol) + ", not CRCL");
+    heard_ = true;
+  }
+  framer_.append(bytes);
   process();
 }
 
@@ -185,7 +192,7 @@ void CrclConnection::fail_document(const crcl::Error& error) {
   const std::string reason = "Bad document from " + caller_.peer + ": " + error.message();
   executor_.bad_document(reason);
   ++counters_.dropped;
-  spdlog::warn("{}: closing {}: {}", executor_.name(), caller_.peer, error.message());
+  executor_.log().warn("closing " + caller_.peer + ": " + error.message());
   drain();
 }
 

@@ -73,6 +73,7 @@ class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
 
   Caller caller_;
   crcl::Framer framer_;
+  bool heard_ = false;  // anything yet
   std::array<char, 8192> input_{};
   std::string get_status_;  // the latest GetStatus, which clients repeat byte for byte
   std::string output_;      // statuses, or the rest of one, that the peer has not read yet

@@ -6,11 +6,11 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "crcl/text.hpp"
+#include "protocols/crcl/parameter_limits.hpp"
 
 namespace aprsim::crcl_server {
 namespace {
 
-constexpr std::size_t kMaxParameters = 256;
 constexpr std::string_view kForce = "force", kPressure = "pressure";
 constexpr std::string_view kSpeedOverride = "speed_override";
 constexpr std::string_view kTime = "simulated_time", kStop = "protective_stop", kDrives = "drives";
@@ -46,16 +46,23 @@ Result<double> within(const crcl::ParameterSetting& setting, double low, bool cl
 
 Result<void> keep(std::map<std::string, std::string>& kept,
                   const std::vector<crcl::ParameterSetting>& settings) {
-  std::size_t fresh = 0;
   for (const crcl::ParameterSetting& setting : settings) {
-    if (setting.name.empty()) return bad_setting("ParameterName", "ParameterName is empty");
-    if (!kept.contains(setting.name)) ++fresh;
+    if (auto ok = check_size(setting); !ok) return ok;
   }
-  if (kept.size() + fresh > kMaxParameters) {
+  std::map<std::string, std::string> all = kept;
+  for (const crcl::ParameterSetting& setting : settings) all[setting.name] = setting.value;
+  if (all.size() > kMaxParameters) {
     return bad_setting("ParameterSetting", fmt::format("{} parameters, must be at most {}",
-                                                       kept.size() + fresh, kMaxParameters));
+                                                       all.size(), kMaxParameters));
   }
-  for (const crcl::ParameterSetting& setting : settings) kept[setting.name] = setting.value;
+  std::size_t bytes = 0;
+  for (const auto& [name, value] : all) bytes += name.size() + value.size();
+  if (bytes > kMaxKeptBytes) {
+    return bad_setting("ParameterSetting", fmt::format("all parameters have {} bytes, must have at "
+                                                       "most {}",
+                                                       bytes, kMaxKeptBytes));
+  }
+  kept = std::move(all);
   return {};
 }
 
@@ -128,6 +135,9 @@ Result<void> RobotParameters::check_gripper(const std::string& name) const {
 RobotParameters::Outcome RobotParameters::apply(const crcl::EnableGripper& command,
                                                 ConnectionSettings& settings) {
   if (const auto ok = check_gripper(command.gripper); !ok) return tl::unexpected(ok.error());
+  if (const auto ok = check_size("GripperName", command.gripper, command.options); !ok) {
+    return tl::unexpected(ok.error());
+  }
   gripper_options_ = command.options;
   settings.report_gripper(true);
   return nothing_left();

@@ -8,6 +8,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "crcl/text.hpp"
+#include "protocols/crcl/parameter_limits.hpp"
 #include "world/api/signal_value.hpp"
 
 namespace aprsim::crcl_server {
@@ -15,6 +16,7 @@ namespace {
 
 using api::SignalKind;
 
+constexpr std::size_t kMaxEnabled = 32;
 constexpr std::string_view kCurtain = "light_curtain";
 constexpr std::string_view kJointTorque = "joint_torque_";
 
@@ -95,14 +97,19 @@ Result<SensorBoard::Sensor> SensorBoard::sensor(const std::string& id) const {
 Result<void> SensorBoard::enable(const crcl::EnableSensor& command) {
   const Result<Sensor> found = sensor(command.sensor_id);
   if (!found) return tl::unexpected(found.error());
+  if (auto ok = check_size("SensorID", command.sensor_id, command.options); !ok) return ok;
   const auto known = std::find_if(enabled_.begin(), enabled_.end(), [&](const Enabled& entry) {
     return entry.as.sensor_id == command.sensor_id;
   });
   if (known != enabled_.end()) {
     known->as.options = command.options;
-  } else {
-    enabled_.push_back({command, *found});
+    return {};
   }
+  if (enabled_.size() >= kMaxEnabled) {
+    return fail(ErrorCode::kFailedPrecondition, "SensorID",
+                fmt::format("{} sensors are enabled already; disable one first", kMaxEnabled));
+  }
+  enabled_.push_back({command, *found});
   return {};
 }
 

@@ -17,8 +17,8 @@
 #include <boost/asio/steady_timer.hpp>
 
 #include "modbus/request_validator.hpp"
+#include "protocols/limited_log.hpp"
 #include "protocols/modbus/conveyor_device.hpp"
-#include "protocols/modbus/limited_log.hpp"
 #include "protocols/modbus/modbus_server.hpp"
 #include "protocols/modbus/reply_builder.hpp"
 #include "protocols/rate_limit.hpp"
@@ -37,7 +37,7 @@ struct ListenerContext {
   const ModbusServerOptions& options;
   ConveyorDevice& device;
   ReplyBuilder& replies;
-  LimitedLog& log;
+  protocols::LimitedLog& log;
   Counters& counters;
   modbus::RequestRules rules;
   /// Calls poll_applied() of this connection every millisecond or so until it returns false.

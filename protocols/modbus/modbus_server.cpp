@@ -47,7 +47,7 @@ class ModbusServer::Impl {
   Counters counters_;
 
   // Everything from here on belongs to the listener's thread while it runs.
-  LimitedLog log_;
+  protocols::LimitedLog log_{"modbus"};
   AllowList allow_;
   protocols::TcpService<Connection> service_;
   boost::asio::steady_timer apply_timer_{service_.io()};

@@ -15,8 +15,7 @@ constexpr auto kBeat = std::chrono::milliseconds(200);
 }
 
 StreamHub::StreamHub(const api::SnapshotSource& source, int max_streams,
-                     std::chrono::milliseconds write_timeout,
-                     std::function<void(const api::Snapshot&)> on_beat)
+                     std::chrono::milliseconds write_timeout, std::function<void()> on_beat)
     : source_(source),
       max_streams_(static_cast<std::size_t>(max_streams)),
       write_timeout_(write_timeout),
@@ -92,7 +91,7 @@ void StreamHub::run() {
       for (const auto& stream : due) stream->produce(snapshot);
       for (const auto& stream : all) stream->cancel_if_stuck(now, write_timeout_);
       if (beat) {
-        on_beat_(*snapshot);
+        on_beat_();
         next_beat = now + kBeat;
       }
       due.clear();

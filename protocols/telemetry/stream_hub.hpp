@@ -20,10 +20,9 @@ class SnapshotStream;
 /// that the thread itself was too late for are skipped, not made up in a burst.
 class StreamHub {
  public:
-  /// on_beat is called from the hub's thread a few times a second with the latest snapshot.
+  /// on_beat is called from the hub's thread a few times a second.
   StreamHub(const api::SnapshotSource& source, int max_streams,
-            std::chrono::milliseconds write_timeout,
-            std::function<void(const api::Snapshot&)> on_beat);
+            std::chrono::milliseconds write_timeout, std::function<void()> on_beat);
   ~StreamHub();
 
   /// Not OK: RESOURCE_EXHAUSTED with too many streams, UNAVAILABLE once stopped.
@@ -45,7 +44,7 @@ class StreamHub {
   const api::SnapshotSource& source_;
   const std::size_t max_streams_;
   const std::chrono::milliseconds write_timeout_;
-  const std::function<void(const api::Snapshot&)> on_beat_;
+  const std::function<void()> on_beat_;
 
   std::mutex mutex_;
   std::condition_variable changed_;

@@ -93,7 +93,7 @@ class TelemetryServer::Impl {
     const auto port = acceptor_->listen(options_.address, options_.port);
     if (!port) return port;
     hub_ = std::make_unique<StreamHub>(source_, options_.max_streams, options_.write_timeout,
-                                       [this](const auto& snapshot) { report_health(snapshot); });
+                                       [this] { report_health(); });
     waiter_ = std::make_unique<CommandWaiter>(source_);
     telemetry_ = std::make_unique<TelemetryService>(options_, source_, *hub_);
     control_ = std::make_unique<ControlService>(options_, sink_, source_, *waiter_);
@@ -138,7 +138,7 @@ class TelemetryServer::Impl {
       const std::lock_guard lock(server_mutex_);
       server_ = std::move(server);
     }
-    report_health(*source_.latest());
+    report_health();
     acceptor_->run([handover](int fd) {
       Handover::NewConnectionParameters connection;
       connection.fd = fd;
@@ -147,13 +147,15 @@ class TelemetryServer::Impl {
     return true;
   }
 
-  void report_health(const api::Snapshot& snapshot) {
+  void report_health() {
     const std::lock_guard lock(server_mutex_);
     if (!server_) return;
-    const bool serving = snapshot.world_fault.empty();
+    const std::string problem = source_.problem();
+    const bool serving = problem.empty();
     if (serving_ == serving) return;
+    if (!serving) spdlog::error("not serving: {}", problem);
+    if (serving && serving_) spdlog::info("serving again");
     serving_ = serving;
-    if (!serving) spdlog::error("the simulation has stopped: {}", snapshot.world_fault);
     auto& health = *server_->GetHealthCheckService();
     for (const char* name :
          {"", v1::TelemetryService::service_full_name(), v1::ControlService::service_full_name()}) {

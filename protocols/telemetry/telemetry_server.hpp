@@ -27,7 +27,7 @@ struct TelemetryOptions {
 ///
 /// Answers only from the latest snapshot. A slow stream reader loses samples and is told how many;
 /// it never holds up the simulation or other clients. The health status of "" and of both services
-/// is SERVING while the server runs, NOT_SERVING when the snapshot names a world fault.
+/// is SERVING while the server runs, NOT_SERVING while the simulation has a problem().
 class TelemetryServer {
  public:
   /// Sink and source must outlive the server.

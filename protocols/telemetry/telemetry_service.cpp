@@ -61,6 +61,7 @@ grpc::ServerUnaryReactor* TelemetryService::GetSnapshot(grpc::CallbackServerCont
     return reactor;
   }
   protocols::write_message(*source_.latest(), options_.instance_id, *response->mutable_snapshot());
+  response->set_problem(source_.problem());
   mask->trim(*response->mutable_snapshot());
   reactor->Finish(grpc::Status::OK);
   return reactor;

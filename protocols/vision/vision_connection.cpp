@@ -4,7 +4,6 @@
 
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/error.hpp>
-#include <spdlog/spdlog.h>
 
 namespace aprsim::vision_server {
 namespace {
@@ -17,11 +16,11 @@ constexpr int kSendBufferBytes = 8 * 1024;
 
 }  // namespace
 
-VisionConnection::VisionConnection(asio::ip::tcp::socket socket, std::string name, std::string peer,
-                                   const VisionServerOptions& options, VisionCounters& counters,
-                                   OnEnd on_end)
+VisionConnection::VisionConnection(asio::ip::tcp::socket socket, protocols::LimitedLog& log,
+                                   std::string peer, const VisionServerOptions& options,
+                                   VisionCounters& counters, OnEnd on_end)
     : socket_(std::move(socket)),
-      name_(std::move(name)),
+      log_(log),
       peer_(std::move(peer)),
       options_(options),
       counters_(counters),
@@ -32,7 +31,7 @@ VisionConnection::VisionConnection(asio::ip::tcp::socket socket, std::string nam
 }
 
 void VisionConnection::start() {
-  spdlog::info("{}: {} connected", name_, peer_);
+  log_.info(peer_ + " connected");
   read();
 }
 
@@ -64,7 +63,7 @@ void VisionConnection::read() {
       asio::buffer(input_), [self = shared_from_this()](const error_code& error, std::size_t) {
         if (self->closed_ || error == asio::error::eof) return;
         if (!error) return self->read();
-        spdlog::info("{}: {} disconnected ({})", self->name_, self->peer_, error.message());
+        self->log_.info(self->peer_ + " disconnected (" + error.message() + ")");
         self->close();
       });
 }
@@ -78,7 +77,7 @@ void VisionConnection::send_next() {
     const auto connection = self.lock();
     if (cancelled || !connection || connection->closed_) return;
     ++connection->counters_.dropped;
-    spdlog::warn("{}: closing {}: takes no frames", connection->name_, connection->peer_);
+    connection->log_.warn("closing " + connection->peer_ + ": takes no frames");
     connection->close();
   });
   write();
@@ -94,7 +93,7 @@ void VisionConnection::write() {
 void VisionConnection::on_write(const error_code& error, std::size_t size) {
   if (closed_) return;
   if (error) {
-    spdlog::info("{}: {} disconnected ({})", name_, peer_, error.message());
+    log_.info(peer_ + " disconnected (" + error.message() + ")");
     return close();
   }
   sent_ += size;

@@ -11,6 +11,7 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
 
+#include "protocols/limited_log.hpp"
 #include "protocols/vision/vision_server.hpp"
 
 namespace aprsim::vision_server {
@@ -31,8 +32,9 @@ class VisionConnection : public std::enable_shared_from_this<VisionConnection> {
   using OnEnd = std::function<void(VisionConnection&)>;
 
   /// `on_end` is called once, when the socket has been closed.
-  VisionConnection(boost::asio::ip::tcp::socket socket, std::string name, std::string peer,
-                   const VisionServerOptions& options, VisionCounters& counters, OnEnd on_end);
+  VisionConnection(boost::asio::ip::tcp::socket socket, protocols::LimitedLog& log,
+                   std::string peer, const VisionServerOptions& options, VisionCounters& counters,
+                   OnEnd on_end);
 
   void start();
   void offer(VisionLine line);
@@ -48,7 +50,8 @@ class VisionConnection : public std::enable_shared_from_this<VisionConnection> {
   void on_write(const boost::system::error_code& error, std::size_t size);
 
   boost::asio::ip::tcp::socket socket_;
-  std::string name_, peer_;
+  protocols::LimitedLog& log_;
+  std::string peer_;
   const VisionServerOptions& options_;
   VisionCounters& counters_;
   OnEnd on_end_;

@@ -23,8 +23,8 @@ class VisionServer::Impl {
   Impl(VisionServerOptions options, const api::SnapshotSource& source)
       : options_(std::move(options)),
         source_(source),
-        name_("vision " + robot_name(*source.latest())),
-        service_({name_, options_.bind_address, options_.port, options_.max_connections},
+        log_("vision " + robot_name(*source.latest())),
+        service_({log_.name(), options_.bind_address, options_.port, options_.max_connections},
                  options_.drain_deadline,
                  [this](protocols::TcpListener::Socket socket, std::string peer) {
                    return make(std::move(socket), std::move(peer));
@@ -36,7 +36,7 @@ class VisionServer::Impl {
   Result<std::uint16_t> start() {
     const Result<std::uint16_t> port = service_.listen();
     if (!port) return port;
-    spdlog::info("{}: listening on {} port {}", name_, options_.bind_address, *port);
+    spdlog::info("{}: listening on {} port {}", log_.name(), options_.bind_address, *port);
     poll();
     service_.start();
     return port;
@@ -59,7 +59,7 @@ class VisionServer::Impl {
 
   std::shared_ptr<VisionConnection> make(protocols::TcpListener::Socket socket, std::string peer) {
     auto connection = std::make_shared<VisionConnection>(
-        std::move(socket), name_, std::move(peer), options_, counters_,
+        std::move(socket), log_, std::move(peer), options_, counters_,
         [this](const VisionConnection& ended) { service_.ended(ended); });
     connection->offer(line_);
     return connection;
@@ -96,7 +96,7 @@ class VisionServer::Impl {
 
   VisionServerOptions options_;
   const api::SnapshotSource& source_;
-  std::string name_;
+  protocols::LimitedLog log_;
   VisionCounters counters_;
   protocols::TcpService<VisionConnection> service_;
   boost::asio::steady_timer poll_timer_;

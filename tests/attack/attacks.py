@@ -295,3 +295,73 @@ def settings_while_moving(daemon, seconds):
 
     flood(daemon, seconds, 4, make)
 
+
+
+@attack
+def blanks_after_an_end_tag(daemon, seconds):
+    """An end tag that goes on with blanks, a few at a time, on 8 connections."""
+    end = until(seconds)
+    connections = [
+        socket.create_connection(("127.0.0.1", daemon.ports["crcl.fanuc"]), 5) for _ in range(8)
+    ]
+    for connection in connections:
+        connection.sendall(b"<CRCLCommandInstance></CRCLCommandInstance")
+    while time.monotonic() < end:
+        for connection in connections:
+            try:
+                connection.send(b" ")
+            except OSError:
+                pass
+        time.sleep(0.0003)
+    for connection in connections:
+        connection.close()
+
+
+@attack
+def a_web_page(daemon, seconds):
+    """What a page can make its reader's browser send to every port."""
+    end = until(seconds)
+    body = document("StopMotion", 1, "<StopCondition>Fast</StopCondition>")
+    request = b"POST / HTTP/1.1\r\nContent-Length: %d\r\n\r\n" % len(body) + body
+    while time.monotonic() < end:
+        for port in daemon.ports.values():
+            try:
+                connection = socket.create_connection(("127.0.0.1", port), 1)
+                connection.sendall(request)
+                connection.close()
+            except OSError:
+                pass
+
+
+@attack
+def messages_without_end(daemon, seconds):
+    """A program of one loop of long messages, and forged lines for the log."""
+    text = b"x" * 20000 + b"&#10;[2026-01-01] [error] forged"
+    program = (
+        b'<?xml version="1.0"?><CRCLProgram xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance">'
+        b"<InitCanon><CommandID>1</CommandID></InitCanon>"
+        b'<MiddleCommand xsi:type="LoopBlockStartType"><CommandID>2</CommandID>'
+        b"<RepeatCount>999000</RepeatCount></MiddleCommand>"
+        b'<MiddleCommand xsi:type="MessageType"><CommandID>3</CommandID><Message>'
+        + text
+        + b"</Message></MiddleCommand>"
+        b'<MiddleCommand xsi:type="LoopBlockEndType"><CommandID>4</CommandID></MiddleCommand>'
+        b"<EndCanon><CommandID>5</CommandID></EndCanon></CRCLProgram>"
+    )
+    client = Crcl(daemon.ports["crcl.fanuc"])
+    client.socket.sendall(program)
+    time.sleep(seconds)
+    client.close()
+    if len(daemon.log_text()) > 200_000:
+        raise RuntimeError(f"a log of {len(daemon.log_text())} bytes")
+
+
+@attack
+def new_namespaces(daemon, seconds):
+    def make(number):
+        prefixes = " ".join(
+            f'xmlns:p{number}x{i}="http://example.org/{number}/{i}"' for i in range(100)
+        )
+        return document("GetStatus", number).replace(b"<CRCLCommandInstance", b"<CRCLCommandInstance " + prefixes.encode(), 1)
+
+    flood(daemon, seconds, 4, make)

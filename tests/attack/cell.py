@@ -112,6 +112,7 @@ class Daemon:
             time.sleep(0.02)
         with open(ports, encoding="utf-8") as file:
             self.ports = json.load(file)
+        self.ports.pop("pid")
         self.ports_file = ports
 
     def log_text(self):

@@ -64,6 +64,16 @@ api::SnapshotPtr FakeCell::wait_newer(const api::SnapshotPtr& seen,
   return latest_;
 }
 
+std::string FakeCell::problem() const {
+  const std::lock_guard lock(mutex_);
+  return latest_->world_fault.empty() ? problem_ : latest_->world_fault;
+}
+
+void FakeCell::complain(const std::string& problem) {
+  const std::lock_guard lock(mutex_);
+  problem_ = problem;
+}
+
 void FakeCell::publish(const std::function<void(api::Snapshot&)>& change) {
   const std::lock_guard lock(mutex_);
   auto next = std::make_shared<api::Snapshot>(*latest_);

@@ -36,6 +36,10 @@ class FakeCell final : public api::CommandSink, public api::SnapshotSource {
   [[nodiscard]] api::SnapshotPtr wait_newer(
       const api::SnapshotPtr& seen, std::chrono::steady_clock::time_point deadline) const override;
 
+  [[nodiscard]] std::string problem() const override;
+  /// From now on problem() says this.
+  void complain(const std::string& problem);
+
   /// Publishes the next snapshot with the test's changes: one step later, unless paused.
   void publish(const std::function<void(api::Snapshot&)>& change);
   /// Publishes that a robot has begun `ticket` and how far it is with it.
@@ -69,6 +73,7 @@ class FakeCell final : public api::CommandSink, public api::SnapshotSource {
   std::size_t applied_ = 0;  // of commands_
   bool held_, speed_limited_ = false;
   std::optional<Error> refusal_;
+  std::string problem_;
 };
 
 }  // namespace aprsim::test

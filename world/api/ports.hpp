@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <string>
 
 #include "world/api/command.hpp"
 #include "world/api/error.hpp"
@@ -27,6 +28,9 @@ class SnapshotSource {
   /// the latest. Thread: any but the simulation's, and not a listener's I/O thread.
   [[nodiscard]] virtual SnapshotPtr wait_newer(
       const SnapshotPtr& seen, std::chrono::steady_clock::time_point deadline) const = 0;
+  /// What keeps the simulation from running as it is told to, in a sentence; empty = nothing: a
+  /// fault of the world, a thread that makes no turn, a pace far below the one wanted. Thread: any.
+  [[nodiscard]] virtual std::string problem() const = 0;
 };
 
 }  // namespace aprsim::api

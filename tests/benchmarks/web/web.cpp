@@ -43,6 +43,7 @@ class Source final : public api::SnapshotSource {
       const api::SnapshotPtr& seen, std::chrono::steady_clock::time_point deadline) const override {
     return slot_.wait_newer(seen, deadline);
   }
+  [[nodiscard]] std::string problem() const override { return {}; }
 
  private:
   const world::SnapshotSlot& slot_;

@@ -165,5 +165,28 @@ TEST(Framer, FindsStatusesForAClient) {
   EXPECT_EQ(drain(framer).size(), 2U);
 }
 
+TEST(Framer, AnEndTagMayGoOnWithBlanksInPieces) {
+  Framer framer = Framer::for_commands();
+  const std::string head = "<CRCLCommandInstance></CRCLCommandInstance";
+  for (const char* last : {">", "x></CRCLCommandInstance >"}) {
+    framer.append(head);
+    for (int i = 0; i < 5000; ++i) {
+      EXPECT_EQ(framer.next().value(), std::nullopt);
+      framer.append(i % 2 == 0 ? " " : "\n\t");
+    }
+    framer.append(last);
+    const auto document = framer.next();
+    ASSERT_TRUE(document && *document);
+    EXPECT_TRUE((*document)->starts_with(head + " \n\t"));
+    EXPECT_TRUE((*document)->ends_with(last));
+    EXPECT_EQ(framer.buffered(), 0U);
+  }
+  framer.append(head + ">" + head + " ");
+  EXPECT_EQ(framer.next().value(), head + ">");
+  EXPECT_EQ(framer.next().value(), std::nullopt);
+  framer.append(">");
+  EXPECT_EQ(framer.next().value(), head + " >");
+}
+
 }  // namespace
 }  // namespace aprsim::crcl

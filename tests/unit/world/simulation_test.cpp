@@ -127,6 +127,22 @@ TEST_F(SimulationTest, ResumeRunsAtTheSetSpeedAndPauseStops) {
   EXPECT_EQ(command(api::Pause{})->step, paused->step) << "time passed while paused";
 }
 
+TEST_F(SimulationTest, APaceFarBelowTheOneWantedIsAProblem) {
+  const auto has_problem = [this](bool wanted) {
+    const auto deadline = std::chrono::steady_clock::now() + 30s;
+    while (simulation.problem().empty() == wanted && std::chrono::steady_clock::now() < deadline) {
+      (void)simulation.wait_newer(simulation.latest(), std::chrono::steady_clock::now() + 50ms);
+    }
+    return simulation.problem();
+  };
+  EXPECT_EQ(simulation.problem(), "");
+  command(api::SetSpeed{api::kMaxSpeed});
+  command(api::Resume{});
+  EXPECT_NE(has_problem(true).find("instead of 1e+06"), std::string::npos);
+  command(api::SetSpeed{});
+  EXPECT_EQ(has_problem(false), "");
+}
+
 TEST_F(SimulationTest, BadCommandsAreRefusedAtOnce) {
   const auto robot = simulation.submit({.endpoint = 3, .body = api::RobotCommand{5, {}}});
   ASSERT_FALSE(robot);

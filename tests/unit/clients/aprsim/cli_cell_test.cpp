@@ -153,6 +153,10 @@ TEST(CliConveyor, SetWritesTheRegisters) {
   EXPECT_EQ(too_fast.exit_code, 2);
   EXPECT_NE(too_fast.err.find("0.32768"), std::string::npos) << too_fast.err;
   EXPECT_FALSE(cell.latest()->conveyor.run);
+  const auto nothing = conveyor({});
+  EXPECT_EQ(nothing.exit_code, 2);
+  EXPECT_NE(nothing.err.find("--stop"), std::string::npos) << nothing.err;
+  EXPECT_FALSE(cell.latest()->conveyor.run);
   server.stop();
   EXPECT_EQ(conveyor({"--stop"}).exit_code, 3);
 }

@@ -111,6 +111,58 @@ TEST_F(Services, TheLightCurtainIsASensorWithItsBeamsWhereThereIsOne) {
   EXPECT_FALSE(client.status().sensors);
 }
 
+/// Whatever clients enable and set under names of their own, a status stays one that others can
+/// read.
+TEST_F(Services, WhatIsKeptForClientsIsBounded) {
+  int id = 100;
+  const auto send = [&](const std::string& type, const std::string& body) {
+    client_->command(++id, type, body);
+    const crcl::Status status = client_->status();
+    EXPECT_EQ(status.command.command_id, id);
+    if (status.command.state != CommandState::kError) return std::string();
+    client_->command(++id, "InitCanonType");
+    client_->status();
+    world_.report(0, world_.commands().size(), ActionState::kDone);
+    return status.command.description.value_or("?");
+  };
+  int enabled = 0;
+  std::string refusal;
+  for (int i = 0; i < 100 && refusal.empty(); ++i, ++enabled) {
+    refusal = send("EnableSensorType", sensor("RemoteCrclSensor" + std::to_string(i)));
+  }
+  EXPECT_EQ(enabled - 1, 32);
+  EXPECT_NE(refusal.find("32 sensors"), std::string::npos) << refusal;
+  EXPECT_EQ(send("DisableSensorType", sensor("RemoteCrclSensor7")), "");
+  const std::string long_name = "RemoteCrclSensor" + std::string(5000, 'x');
+  EXPECT_NE(send("EnableSensorType", sensor(long_name)).find("5016 bytes"), std::string::npos);
+
+  EXPECT_NE(send("SetRobotParametersType", parameter("big", std::string(1025, 'x'))).find("1024"),
+            std::string::npos);
+  EXPECT_NE(send("SetRobotParametersType", parameter(std::string(129, 'n'), "1")).find("128"),
+            std::string::npos);
+  refusal.clear();
+  int kept = 0;
+  for (int i = 0; i < 300 && refusal.empty(); ++i, ++kept) {
+    refusal =
+        send("SetRobotParametersType", parameter("p" + std::to_string(i), std::string(1000, 'x')));
+  }
+  EXPECT_LT(kept, 70);
+  EXPECT_NE(refusal.find("65536"), std::string::npos) << refusal;
+  for (int i = 0; i < 50; ++i) {
+    std::string reports;
+    for (int joint = 1; joint <= 200; ++joint) {
+      reports += "<ConfigureJointReport><JointNumber>" + std::to_string(200 * i + joint) +
+                 "</JointNumber><ReportPosition>true</ReportPosition><ReportTorqueOrForce>false"
+                 "</ReportTorqueOrForce><ReportVelocity>false</ReportVelocity>"
+                 "</ConfigureJointReport>";
+    }
+    EXPECT_EQ(send("ConfigureJointReportsType", "<ResetAll>false</ResetAll>" + reports), "");
+  }
+  TestClient other(port_);
+  other.send(crcl::with_id("GetStatusType", ""));
+  EXPECT_LT(other.read_document().size(), 200'000U);
+}
+
 TEST_F(Services, ParametersAreKeptAndReported) {
   client_->command(6, "SetRobotParametersType", parameter("mood", "good") + parameter("a", "1"));
   client_->command(7, "SetEndEffectorParametersType", parameter("mode", "soft"));

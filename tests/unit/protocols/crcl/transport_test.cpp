@@ -45,6 +45,23 @@ TEST_F(Transport, PacketBordersDoNotMatter) {
   client.expect_closed();
 }
 
+/// Any web page can make its reader's browser send this.
+TEST_F(Transport, HttpLeavesNoTraceInTheRobot) {
+  TestClient controller(port_);
+  initialize(controller);
+  const std::string body = crcl::with_id("StopMotionType", "<StopCondition>Fast</StopCondition>");
+  for (const std::string& request :
+       {"POST / HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: " + std::to_string(body.size()) +
+            "\r\n\r\n" + body,
+        std::string("GET /status HTTP/1.1\r\n\r\n"), std::string("\x16\x03\x01\x02\x00", 5)}) {
+    TestClient browser(port_);
+    browser.send(request);
+    browser.expect_closed();
+  }
+  expect(controller.status(), 4, CommandState::kDone);
+  EXPECT_EQ(world_.commands().size(), 1U) << "nothing but the controller's InitCanon";
+}
+
 TEST_F(Transport, ConnectionsBeyondTheLimitAreClosed) {
   CrclServerOptions options;
   options.max_connections = 3;

@@ -57,12 +57,14 @@ TEST_F(Control, SpeedArrivesAsFactorOrMaximum) {
 
 TEST_F(Control, BadSpeedsAreInvalidAndSubmitNothing) {
   start();
-  v1::SetSpeedRequest none, zero, negative, infinite, not_maximum;
+  v1::SetSpeedRequest none, zero, negative, infinite, not_maximum, slow, fast;
+  slow.set_factor(1e-13);
+  fast.set_factor(1e14);
   zero.set_factor(0);
   negative.set_factor(-1);
   infinite.set_factor(std::numeric_limits<double>::infinity());
   not_maximum.set_maximum(false);
-  for (const auto& request : {none, zero, negative, infinite, not_maximum}) {
+  for (const auto& request : {none, zero, negative, infinite, not_maximum, slow, fast}) {
     grpc::ClientContext context;
     v1::SetSpeedResponse response;
     EXPECT_EQ(control_->SetSpeed(&context, request, &response).error_code(),
@@ -257,6 +259,50 @@ TEST_F(Control, StepEndsWhenTheCellIsResetOrFails) {
   const auto fault = step_until([](auto& s) { s.world_fault = "gear_1 left the cell"; });
   EXPECT_EQ(fault.error_code(), grpc::StatusCode::ABORTED);
   EXPECT_EQ(fault.error_message(), "gear_1 left the cell");
+}
+
+TEST_F(Control, ACancelledStepStopsStepping) {
+  start();
+  cell_->publish([](auto& s) { s.paused = true; });
+  grpc::ClientContext context;
+  set_deadline(context, 20s);
+  v1::StepRequest request;
+  request.set_steps(10'000'000);
+  std::jthread client([&] {
+    v1::StepResponse response;
+    EXPECT_EQ(control_->Step(&context, request, &response).error_code(),
+              grpc::StatusCode::CANCELLED);
+  });
+  ASSERT_TRUE(cell_->wait_for_commands(1));
+  context.TryCancel();
+  client.join();
+  ASSERT_TRUE(cell_->wait_for_commands(2));
+  EXPECT_TRUE(std::holds_alternative<api::Pause>(
+      std::get<api::SimulationCommand>(cell_->commands().at(1).body)));
+}
+
+/// The simulation has taken the command but could not carry it out.
+TEST_F(Control, ACommandThatFailsIsAnErrorForItsSender) {
+  start();
+  cell_->hold();
+  grpc::Status status;
+  std::jthread client([&] {
+    grpc::ClientContext context;
+    set_deadline(context, 10s);
+    v1::SaveStateRequest request;
+    request.set_name("here");
+    v1::SaveStateResponse response;
+    status = control_->SaveState(&context, request, &response);
+  });
+  ASSERT_TRUE(cell_->wait_for_commands(1));
+  cell_->publish([](auto& s) {
+    s.failures = std::make_shared<const std::vector<api::CommandFailure>>(
+        1, api::CommandFailure{1, {ErrorCode::kUnavailable, "simulation", "no memory is left"}});
+    s.applied = 1;
+  });
+  client.join();
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAVAILABLE);
+  EXPECT_NE(status.error_message().find("no memory is left"), std::string::npos);
 }
 
 TEST_F(Control, CommandWithoutEffectEndsAtTheDeadline) {

@@ -55,6 +55,15 @@ TEST_F(Serving, HealthServesAllNamesAndFollowsTheWorld) {
   EXPECT_TRUE(eventually([&] { return health(channel_, "") == "not serving"; }));
   cell_->publish([](auto& s) { s.world_fault.clear(); });
   EXPECT_TRUE(eventually([&] { return health(channel_, "") == "serving"; }));
+  // Whatever else keeps the simulation from running, with its reason.
+  cell_->complain("the pace is 0.11 instead of 1");
+  EXPECT_TRUE(eventually([&] { return health(channel_, "") == "not serving"; }));
+  grpc::ClientContext context;
+  v1::GetSnapshotResponse response;
+  ASSERT_TRUE(telemetry_->GetSnapshot(&context, {}, &response).ok());
+  EXPECT_EQ(response.problem(), "the pace is 0.11 instead of 1");
+  cell_->complain("");
+  EXPECT_TRUE(eventually([&] { return health(channel_, "") == "serving"; }));
 }
 
 TEST_F(Serving, ReflectionListsTheServices) {
