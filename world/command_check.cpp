@@ -89,6 +89,14 @@ Result<void> check_action(const api::MoveThroughTo& move, const api::RobotDescri
       return bad(ok.error().field, "waypoint " + std::to_string(i + 1) + ": " + ok.error().message);
     }
   }
+  double length_m = 0;
+  for (std::size_t i = 1; i < move.waypoints.size(); ++i) {
+    length_m += (move.waypoints[i].X_RT.p - move.waypoints[i - 1].X_RT.p).norm();
+  }
+  if (length_m > api::kMaxPath_m) {
+    return bad("waypoints", "the path past them is " + text_of(length_m) + " m long, the limit is " +
+                                text_of(api::kMaxPath_m) + " m");
+  }
   return {};
 }
 

@@ -36,6 +36,7 @@ struct MoveTo {
 };
 
 inline constexpr std::size_t kMaxWaypoints = 1000;
+inline constexpr double kMaxPath_m = 100;  ///< from the first waypoint to the last
 struct Waypoint {
   Pose X_RT;
   PoseLimits limits{};        ///< for the way to it

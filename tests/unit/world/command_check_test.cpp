@@ -38,6 +38,20 @@ TEST(CommandCheck, RefusesWhatIsNotThere) {
   EXPECT_EQ(belt.error().message, "scene test has no conveyor");
 }
 
+TEST(CommandCheck, APathIsBoundedInWaypointsAndLength) {
+  const auto path = [](std::size_t count, double spacing_m) {
+    api::MoveThroughTo move;
+    for (std::size_t i = 0; i < count; ++i) {
+      move.waypoints.push_back(
+          {Pose{{0.4, i % 2 == 0 ? 0 : spacing_m, 0.3}, Eigen::Quaterniond::Identity()}});
+    }
+    return move;
+  };
+  EXPECT_EQ(error_of(path(1000, 0.1)), "");
+  EXPECT_EQ(error_of(path(1001, 0.01)), "there are 1001 waypoints, the limit is 1000");
+  EXPECT_EQ(error_of(path(500, 0.3)), "the path past them is 149.7 m long, the limit is 100 m");
+}
+
 TEST(CommandCheck, RefusesNonsenseNumbers) {
   api::MoveTo move;
   EXPECT_EQ(error_of(move), "");
