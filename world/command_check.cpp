@@ -94,8 +94,8 @@ Result<void> check_action(const api::MoveThroughTo& move, const api::RobotDescri
     length_m += (move.waypoints[i].X_RT.p - move.waypoints[i - 1].X_RT.p).norm();
   }
   if (length_m > api::kMaxPath_m) {
-    return bad("waypoints", "the path past them is " + text_of(length_m) + " m long, the limit is " +
-                                text_of(api::kMaxPath_m) + " m");
+    return bad("waypoints", "the path past them is " + text_of(length_m) +
+                                " m long, the limit is " + text_of(api::kMaxPath_m) + " m");
   }
   return {};
 }
