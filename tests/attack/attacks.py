@@ -34,6 +34,20 @@ def reader(connection, stop):
             return
 
 
+def send_to_all(connections, data):
+    """What each takes at once."""
+    for connection in connections:
+        try:
+            connection.send(data)
+        except OSError:
+            pass
+
+
+def close_all(connections):
+    for connection in connections:
+        connection.close()
+
+
 def flood(daemon, seconds, clients, make, pause=0):
     """So many clients that send documents as fast as they are taken, or every `pause` seconds;
     `make(number)` makes one."""
@@ -156,14 +170,9 @@ def statuses_that_nobody_reads(daemon, seconds):
         connections.append(connection)
     ask = document("GetStatus", 1) * 50
     while time.monotonic() < end:
-        for connection in connections:
-            try:
-                connection.send(ask)
-            except OSError:
-                pass
+        send_to_all(connections, ask)
         time.sleep(0.001)
-    for connection in connections:
-        connection.close()
+    close_all(connections)
 
 
 @attack
@@ -193,8 +202,7 @@ def idle_connections_1000(daemon, seconds):
             except OSError:
                 break
     time.sleep(seconds)
-    for connection in connections:
-        connection.close()
+    close_all(connections)
 
 
 @attack
@@ -221,15 +229,10 @@ def documents_that_never_end(daemon, seconds):
     ]
     at = 0
     while time.monotonic() < end:
-        for connection in connections:
-            try:
-                connection.send(text[at : at + 1])
-            except OSError:
-                pass
+        send_to_all(connections, text[at : at + 1])
         at = min(at + 1, len(text) - 60)
         time.sleep(0.002)
-    for connection in connections:
-        connection.close()
+    close_all(connections)
 
 
 @attack
@@ -274,8 +277,7 @@ def Modbus_flood(daemon, seconds):
                 connection.recv(1 << 16)
             except OSError:
                 pass
-    for connection in connections:
-        connection.close()
+    close_all(connections)
 
 
 @attack
@@ -307,14 +309,9 @@ def blanks_after_an_end_tag(daemon, seconds):
     for connection in connections:
         connection.sendall(b"<CRCLCommandInstance></CRCLCommandInstance")
     while time.monotonic() < end:
-        for connection in connections:
-            try:
-                connection.send(b" ")
-            except OSError:
-                pass
+        send_to_all(connections, b" ")
         time.sleep(0.0003)
-    for connection in connections:
-        connection.close()
+    close_all(connections)
 
 
 @attack
