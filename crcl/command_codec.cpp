@@ -10,7 +10,6 @@
 #include <variant>
 #include <vector>
 
-#include "crcl/pose.hpp"
 #include "crcl/sensor_codec.hpp"
 #include "crcl/text.hpp"
 #include "crcl/value_codec.hpp"

@@ -6,13 +6,24 @@
 #include <string_view>
 #include <vector>
 
+#include "crcl/error.hpp"
 #include "crcl/values.hpp"
 #include "crcl/xml_reader.hpp"
 #include "crcl/xml_writer.hpp"
 
-/// The value types that commands and statuses share as elements, in schema order when written.
-/// DataPrimitives.xsd.
+/// The value types that commands and statuses share as elements, in schema order when written, and
+/// what a pose's axes stand for. DataPrimitives.xsd.
 namespace aprsim::crcl {
+
+/// A right-handed orthonormal triad: the columns of the rotation that a pose's axes stand for.
+struct Axes {
+  Vector x, y, z;
+};
+
+/// The triad of a pose: ZAxis normalised, XAxis made perpendicular to it and normalised, Y = Z x X.
+/// Writers round their axes (0.707), so lengths and right angles need not be exact. An axis without
+/// length, or axes closer to parallel than about 6 degrees, give no orientation: kBadValue.
+[[nodiscard]] Result<Axes> orthonormal_axes(const Pose& pose);
 
 [[nodiscard]] Vector read_point(const Fields& point);
 [[nodiscard]] Vector read_vector(const Fields& vector);

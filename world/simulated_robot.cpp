@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "world/robot/kinematics/kinematics.hpp"
+#include "world/robot/kinematics/dynamics.hpp"
 
 namespace aprsim::world {
 namespace {

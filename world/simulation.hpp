@@ -12,7 +12,7 @@
 #include "world/api/ports.hpp"
 #include "world/command_queue.hpp"
 #include "world/pacer.hpp"
-#include "world/robot/planning/planning_thread.hpp"
+#include "world/robot/planning/plan_job.hpp"
 #include "world/snapshot_slot.hpp"
 #include "world/world.hpp"
 

@@ -15,7 +15,6 @@
 #include "protocols/crcl/program_runner.hpp"
 #include "protocols/crcl/robot_parameters.hpp"
 #include "protocols/crcl/si_conversion.hpp"
-#include "protocols/crcl/target_limits.hpp"
 #include "protocols/limited_log.hpp"
 #include "world/api/ports.hpp"
 

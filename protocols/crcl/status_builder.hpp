@@ -7,7 +7,6 @@
 #include "protocols/crcl/connection_settings.hpp"
 #include "protocols/crcl/robot_parameters.hpp"
 #include "protocols/crcl/si_conversion.hpp"
-#include "protocols/crcl/target_limits.hpp"
 #include "world/api/snapshot.hpp"
 
 namespace aprsim::crcl_server {

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "world/robot/planning/planning_thread.hpp"
+#include "world/robot/planning/plan_job.hpp"
 #include "world/scene/scene_loader.hpp"
 #include "world/world.hpp"
 

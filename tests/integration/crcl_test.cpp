@@ -9,7 +9,7 @@
 #include "tests/support/cell_client.hpp"
 #include "tests/support/crcl_text_client.hpp"
 #include "tests/support/daemon_process.hpp"
-#include "world/robot/kinematics/kinematics.hpp"
+#include "world/robot/kinematics/dynamics.hpp"
 #include "world/scene/scene_loader.hpp"
 
 namespace aprsim::test {

@@ -1,8 +1,8 @@
-#include "crcl/pose.hpp"
-
 #include <cmath>
 
 #include <gtest/gtest.h>
+
+#include "crcl/value_codec.hpp"
 
 namespace aprsim::crcl {
 namespace {

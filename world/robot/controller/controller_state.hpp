@@ -1,18 +1,30 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
 
+#include "world/api/motion_command.hpp"
 #include "world/api/robot_snapshot.hpp"
-#include "world/robot/controller/arrival.hpp"
 #include "world/robot/controller/drive_power.hpp"
 #include "world/robot/controller/retreat_trail.hpp"
 #include "world/robot/controller/torque_mode.hpp"
+#include "world/robot/model/arm_model.hpp"
 #include "world/robot/planning/plan_job.hpp"
 
 namespace aprsim::robot {
+
+/// Largest deviation from its target with which the motion of an arm that is pushed aside counts as
+/// done. An absent or infinite tolerance does not matter.
+struct ArrivalTolerance {
+  ArrivalTolerance() { joint_rad.fill(std::numeric_limits<double>::infinity()); }
+
+  api::PoseTolerance pose;
+  std::array<double, api::kMaxJoints> joint_rad{};
+};
 
 /// What completes the running command.
 enum class Task { kNone, kRest, kGripper, kDwell, kToolChanger };

@@ -5,9 +5,9 @@
 #include <cstdio>
 #include <numbers>
 
-#include "world/robot/kinematics/kinematics.hpp"
+#include "world/robot/kinematics/dynamics.hpp"
+#include "world/robot/trajectory/motion_limits.hpp"
 #include "world/robot/trajectory/segment_limits.hpp"
-#include "world/robot/trajectory/torque_scaling.hpp"
 
 namespace aprsim::robot {
 namespace {

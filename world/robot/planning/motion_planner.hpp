@@ -8,7 +8,6 @@
 #include "world/api/robot_command.hpp"
 #include "world/robot/kinematics/dynamics.hpp"
 #include "world/robot/kinematics/inverse_kinematics.hpp"
-#include "world/robot/planning/tool_limit_settings.hpp"
 #include "world/robot/trajectory/motion_limits.hpp"
 #include "world/robot/trajectory/motion_runner.hpp"
 

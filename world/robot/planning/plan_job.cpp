@@ -1,5 +1,7 @@
 #include "world/robot/planning/plan_job.hpp"
 
+#include <utility>
+
 #include "world/robot/planning/screw_planner.hpp"
 #include "world/robot/planning/waypoint_planner.hpp"
 
@@ -76,6 +78,38 @@ Plan PlanJob::make() const {
   }
   plan.motions = std::move(motions);
   return plan;
+}
+
+PlanningThread::PlanningThread() {
+  thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
+}
+
+PlanningThread::~PlanningThread() = default;
+
+void PlanningThread::prefetch(std::shared_ptr<PlanJob> job) {
+  {
+    const std::lock_guard lock(mutex_);
+    next_.swap(job);
+  }
+  given_.notify_one();
+  // `job`, which has not begun, is let go here, outside the lock.
+}
+
+void PlanningThread::run(const std::stop_token& stop) {
+  while (true) {
+    std::shared_ptr<PlanJob> job;
+    {
+      std::unique_lock lock(mutex_);
+      if (!given_.wait(lock, stop, [this] { return next_ != nullptr; })) return;
+      job = std::move(next_);
+      next_ = nullptr;
+    }
+    try {
+      job->get();
+    } catch (...) {
+      // Out of memory: the simulation asks again when it needs the plan, and has the exception.
+    }
+  }
 }
 
 }  // namespace aprsim::robot

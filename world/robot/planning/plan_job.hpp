@@ -1,14 +1,16 @@
 #pragma once
 
 #include <atomic>
+#include <condition_variable>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <thread>
 #include <variant>
 
 #include "world/robot/controller/drive_power.hpp"
 #include "world/robot/planning/motion_planner.hpp"
-#include "world/robot/planning/tool_limit_settings.hpp"
+#include "world/robot/trajectory/motion_limits.hpp"
 #include "world/robot/trajectory/motion_runner.hpp"
 
 namespace aprsim::robot {
@@ -79,6 +81,25 @@ class PlanPrefetcher {
   virtual ~PlanPrefetcher() = default;
   /// Takes the place of a job that has not begun.
   virtual void prefetch(std::shared_ptr<PlanJob> job) = 0;
+};
+
+/// A thread that makes one robot's plans ahead: the latest job that was given, one at a time.
+class PlanningThread final : public PlanPrefetcher {
+ public:
+  PlanningThread();
+  ~PlanningThread() override;
+  PlanningThread(const PlanningThread&) = delete;
+  PlanningThread& operator=(const PlanningThread&) = delete;
+
+  void prefetch(std::shared_ptr<PlanJob> job) override;
+
+ private:
+  void run(const std::stop_token& stop);
+
+  std::mutex mutex_;
+  std::condition_variable_any given_;
+  std::shared_ptr<PlanJob> next_;
+  std::jthread thread_;  // ends first
 };
 
 }  // namespace aprsim::robot

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "world/robot/kinematics/kinematics.hpp"
+#include "world/robot/kinematics/dynamics.hpp"
 #include "world/robot/trajectory/segment_limits.hpp"
 
 namespace aprsim::robot {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <string>
 
 namespace aprsim::robot {
 namespace {
@@ -27,6 +29,47 @@ JointVector spread_posture(const ArmModel& model, int number) {
   }
   return q;
 }
+
+constexpr int kTorqueSamples = 48;
+constexpr double kTorqueDifference_s = 1e-3;
+constexpr double kSlowestScale = 0.1;
+
+constexpr std::array kAll{api::MotionLimit::kTransSpeed, api::MotionLimit::kTransAccel,
+                          api::MotionLimit::kRotSpeed, api::MotionLimit::kRotAccel};
+/// In the order of kAll [m/s, m/s^2, rad/s, rad/s^2].
+constexpr std::array kAtStart{0.25, 2.0, 1.0, 5.0};
+
+/// For messages.
+const char* name_of(api::MotionLimit which) {
+  switch (which) {
+    case api::MotionLimit::kTransSpeed:
+      return "translation speed";
+    case api::MotionLimit::kTransAccel:
+      return "translation acceleration";
+    case api::MotionLimit::kRotSpeed:
+      return "rotation speed";
+    case api::MotionLimit::kRotAccel:
+      return "rotation acceleration";
+  }
+  throw std::logic_error("unknown motion limit");
+}
+
+/// One of the four limits.
+double part(const ToolLimits& limits, api::MotionLimit which) {
+  switch (which) {
+    case api::MotionLimit::kTransSpeed:
+      return limits.trans_speed_m_s;
+    case api::MotionLimit::kTransAccel:
+      return limits.trans_accel_m_s2;
+    case api::MotionLimit::kRotSpeed:
+      return limits.rot_speed_rad_s;
+    case api::MotionLimit::kRotAccel:
+      return limits.rot_accel_rad_s2;
+  }
+  throw std::logic_error("unknown motion limit");
+}
+
+std::size_t index(api::MotionLimit which) { return static_cast<std::size_t>(which); }
 
 }  // namespace
 
@@ -56,6 +99,72 @@ JointLimits derive_joint_limits(const ArmModel& model, const Payload& payload,
     limits.jerk(i) = limits.accel(i) / kJerkTime_s;
   }
   return limits;
+}
+
+// Dynamic scaling: Hollerbach 1984. The torques of a motion slowed by the factor c are those that
+// hold the arm plus c^2 times those that motion adds. Deviation: one factor for the whole motion.
+double torque_scaling(const ArmModel& model, const Payload& payload,
+                      const Eigen::Vector3d& gravity_B, double duration_s,
+                      const std::function<JointVector(double)>& position) {
+  const JointVector rest = JointVector::Zero(model.dof());
+  double square = 1;  // of the scale
+  for (int k = 0; k < kTorqueSamples; ++k) {
+    const double t = duration_s * (k + 0.5) / kTorqueSamples;
+    const double h = std::min(kTorqueDifference_s, duration_s / (2 * kTorqueSamples));
+    if (!(h > 0)) return 1;
+    // Central differences.
+    const JointVector before = position(t - h), q = position(t), after = position(t + h);
+    const JointVector qd = (after - before) / (2 * h);
+    const JointVector qdd = (after - 2 * q + before) / (h * h);
+    // Torques that hold the arm, and that motion adds.
+    const JointVector hold = inverse_dynamics(model, payload, gravity_B, q, rest, rest);
+    const JointVector moving = inverse_dynamics(model, payload, gravity_B, q, qd, qdd) - hold;
+    // The scale that leaves the worst drive its share.
+    for (int i = 0; i < model.dof(); ++i) {
+      const double limit = kTorqueShare * model.joints[static_cast<std::size_t>(i)].max_torque_nm;
+      const double room = limit - std::copysign(1.0, moving(i)) * hold(i);
+      if (std::abs(moving(i)) * square > room) square = room / std::abs(moving(i));
+    }
+  }
+  return std::sqrt(std::clamp(square, kSlowestScale * kSlowestScale, 1.0));
+}
+
+ToolLimitSettings::ToolLimitSettings(const ToolLimits& maximum) : maximum_(maximum) {
+  for (const auto which : kAll) {
+    const double highest = part(maximum, which);
+    if (!(highest > 0) || !std::isfinite(highest)) {
+      throw std::invalid_argument(std::string("the robot's maximal ") + name_of(which) +
+                                  " must be > 0");
+    }
+    settings_[index(which)] = {false, std::min(highest, kAtStart[index(which)])};
+  }
+}
+
+/// A fraction refers to the maximum and stays a fraction.
+void ToolLimitSettings::set(const api::SetMotionLimit& setting) {
+  const double value =
+      setting.relative ? setting.value : std::min(setting.value, part(maximum_, setting.which));
+  settings_[index(setting.which)] = {setting.relative, value};
+}
+
+api::LimitSetting ToolLimitSettings::get(api::MotionLimit which) const {
+  return settings_[index(which)];
+}
+
+double ToolLimitSettings::value(api::MotionLimit which,
+                                const std::optional<api::LimitSetting>& own) const {
+  const api::LimitSetting setting = own.value_or(settings_[index(which)]);
+  const double highest = part(maximum_, which);
+  return std::min(highest, setting.relative ? setting.value * highest : setting.value);
+}
+
+ToolLimits ToolLimitSettings::effective() const { return effective({}); }
+
+ToolLimits ToolLimitSettings::effective(const api::PoseLimits& own) const {
+  return {value(api::MotionLimit::kTransSpeed, own.trans_speed),
+          value(api::MotionLimit::kTransAccel, own.trans_accel),
+          value(api::MotionLimit::kRotSpeed, own.rot_speed),
+          value(api::MotionLimit::kRotAccel, own.rot_accel)};
 }
 
 }  // namespace aprsim::robot

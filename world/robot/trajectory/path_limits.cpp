@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "world/robot/kinematics/kinematics.hpp"
+#include "world/robot/kinematics/dynamics.hpp"
 #include "world/robot/trajectory/ik_path.hpp"
 
 // Limits of a path's parameter from limits of the joints, after Bobrow, Dubowsky & Gibson 1985,

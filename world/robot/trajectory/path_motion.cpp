@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "world/robot/kinematics/kinematics.hpp"
+#include "world/robot/kinematics/dynamics.hpp"
 
 namespace aprsim::robot {
 namespace {

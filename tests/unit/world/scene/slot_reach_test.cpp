@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include "world/robot/kinematics/dynamics.hpp"
 #include "world/robot/kinematics/inverse_kinematics.hpp"
-#include "world/robot/kinematics/kinematics.hpp"
 #include "world/robot/model/arm_model.hpp"
 #include "world/scene/part_shapes.hpp"
 #include "world/scene/scene_loader.hpp"

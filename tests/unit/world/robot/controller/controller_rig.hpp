@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "world/robot/controller/robot_controller.hpp"
-#include "world/robot/kinematics/kinematics.hpp"
+#include "world/robot/kinematics/dynamics.hpp"
 #include "world/robot/trajectory/motion_limits.hpp"
 
 namespace aprsim::robot {

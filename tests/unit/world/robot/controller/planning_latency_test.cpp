@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/unit/world/robot/controller/controller_rig.hpp"
-#include "world/robot/planning/planning_thread.hpp"
+#include "world/robot/planning/plan_job.hpp"
 
 namespace aprsim::robot {
 namespace {

@@ -7,7 +7,6 @@
 #include <kdl/chainidsolver_recursive_newton_euler.hpp>
 
 #include "tests/unit/world/robot/test_arms.hpp"
-#include "world/robot/kinematics/kinematics.hpp"
 
 namespace aprsim::robot {
 namespace {

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/unit/world/robot/test_arms.hpp"
-#include "world/robot/kinematics/kinematics.hpp"
+#include "world/robot/kinematics/dynamics.hpp"
 
 namespace aprsim::robot {
 namespace {

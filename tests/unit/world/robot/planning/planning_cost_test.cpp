@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/unit/world/robot/controller/controller_rig.hpp"
-#include "world/robot/trajectory/torque_scaling.hpp"
+#include "world/robot/trajectory/motion_limits.hpp"
 
 namespace aprsim::robot {
 namespace {

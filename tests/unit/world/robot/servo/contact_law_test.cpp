@@ -6,7 +6,6 @@
 
 #include "tests/unit/world/robot/test_arms.hpp"
 #include "world/robot/kinematics/dynamics.hpp"
-#include "world/robot/kinematics/kinematics.hpp"
 
 namespace aprsim::robot {
 namespace {

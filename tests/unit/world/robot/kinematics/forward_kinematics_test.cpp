@@ -1,5 +1,3 @@
-#include "world/robot/kinematics/kinematics.hpp"
-
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -7,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/unit/world/robot/test_arms.hpp"
+#include "world/robot/kinematics/dynamics.hpp"
 
 namespace aprsim::robot {
 namespace {
