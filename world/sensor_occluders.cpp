@@ -9,6 +9,7 @@ namespace aprsim::world {
 namespace {
 
 constexpr std::size_t kGripperOccluders = 3, kGearOccluders = 3;
+constexpr double kOutOfSight_m = 1e6;  // to the side of every camera's area
 
 }  // namespace
 
@@ -61,6 +62,10 @@ void SensorOccluders::add_bodies(const physics::PhysicsWorld& physics) {
     const int body = static_cast<int>(i);
     const physics::BodyState state = physics.body(body);
     X_WP_[i] = Pose{state.p_WB, state.q_WB}.isometry();
+    if (state.lost_step) {
+      X_WP_[i].translation().head<2>().setConstant(kOutOfSight_m);
+      continue;
+    }
     if (i < trays_.size()) {
       add_tray(*trays_[i], body);
     } else {

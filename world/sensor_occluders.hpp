@@ -25,7 +25,7 @@ class SensorOccluders {
               const std::optional<api::Intruder>& intruder);
 
   [[nodiscard]] std::span<const sensors::Occluder> all() const { return occluders_; }
-  /// Poses of the free bodies, as numbered in the cell.
+  /// Poses of the free bodies, as numbered in the cell; lost ones are out of sight.
   [[nodiscard]] std::span<const Eigen::Isometry3d> X_WP() const { return X_WP_; }
 
  private:

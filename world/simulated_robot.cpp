@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "world/api/contact_names.hpp"
 #include "world/robot/kinematics/dynamics.hpp"
 
 namespace aprsim::world {
@@ -90,32 +91,24 @@ double reach_of(const robot::ArmModel& model, const Eigen::Isometry3d& X_FT) {
   return reach + model.joints[1].X_PJ.translation().head<2>().norm();
 }
 
-/// The largest contact force.
-const physics::ArmForce* largest(std::span<const physics::ArmForce> forces) {
+/// The largest contact force, those of the grip on a held body left out.
+const physics::ArmForce* largest(std::span<const physics::ArmForce> forces, int held_body) {
+  const auto grip = [held_body](const physics::ArmForce& force) {
+    return force.on_gripper && !force.relayed && held_body >= 0 &&
+           force.partner.kind == api::ContactSide::Kind::kBody && force.partner.index == held_body;
+  };
   const physics::ArmForce* most = nullptr;
   for (const auto& force : forces) {
+    if (grip(force)) continue;
     if (!most || force.f_W.squaredNorm() > most->f_W.squaredNorm()) most = &force;
   }
   return most;
 }
 
-std::string name_of(const api::CellDescription& cell, const api::ContactSide& side) {
-  const auto index = static_cast<std::size_t>(side.index);
-  switch (side.kind) {
-    case api::ContactSide::Kind::kBody:
-      return cell.bodies[index].name;
-    case api::ContactSide::Kind::kRobot:
-      return cell.robots[index].name;
-    case api::ContactSide::Kind::kFixed:
-      break;
-  }
-  return cell.fixed[index];
-}
-
 /// For the operator's message: what touches what.
 std::string describe_contact(const robot::ArmModel& model, const api::CellDescription& cell,
-                             std::span<const physics::ArmForce> forces) {
-  const physics::ArmForce* force = largest(forces);
+                             std::span<const physics::ArmForce> forces, int held_body) {
+  const physics::ArmForce* force = largest(forces, held_body);
   if (!force) return "";
   const auto& link = model.links[static_cast<std::size_t>(force->link)].name;
   char text[96];
@@ -126,7 +119,7 @@ std::string describe_contact(const robot::ArmModel& model, const api::CellDescri
     std::snprintf(text, sizeof text, " with %.0f N", force->f_W.norm());
   }
   return " (" + (force->on_gripper ? std::string("the gripper") : link) + " touches " +
-         name_of(cell, force->partner) + text + ")";
+         api::contact_name(cell, force->partner) + text + ")";
 }
 
 }  // namespace
@@ -163,10 +156,10 @@ void SimulatedRobot::step(const physics::GripperState& gripper,
                           const api::CellDescription& cell) {
   check_guards(gripper, forces);
   // Contact torques of the last step, then the controller's reference for this one.
-  const robot::JointVector tau = external_torque(forces);
+  const ExternalTorque tau = external_torque(forces);
   const robot::JointVector& reference = controller_.step({.gripper_settled = gripper.settled,
                                                           .tool_at_flange = tool_at_flange(),
-                                                          .external_nm = tau,
+                                                          .external_nm = tau.all,
                                                           .q_actual = arm_.q()});
   // The tool changer has coupled or released the gripper.
   if (controller_.tool_mounted() != state_.tool_carried) {
@@ -178,7 +171,7 @@ void SimulatedRobot::step(const physics::GripperState& gripper,
   // The servo.
   arm_.set_applied_torque(controller_.applied_torque());
   arm_.set_braked(controller_.braked());
-  arm_.step(reference, tau);
+  arm_.step(reference, tau.all, tau.load);
   state_.now += step_size_;
   stop_if_tripped(gripper, forces, cell);
   finish_guards();
@@ -250,16 +243,21 @@ void SimulatedRobot::finish_guards() {
                    number(unmet->value) + "; send InitCanon to go on");
 }
 
-robot::JointVector SimulatedRobot::external_torque(
+SimulatedRobot::ExternalTorque SimulatedRobot::external_torque(
     std::span<const physics::ArmForce> forces) const {
-  robot::JointVector tau = robot::JointVector::Zero(arm_.model().dof());
+  ExternalTorque tau;
+  tau.all = tau.load = robot::JointVector::Zero(arm_.model().dof());
   for (const auto& force : forces) {
-    if (force.on_gripper && !state_.tool_carried) continue;
+    if (force.relayed || (force.on_gripper && !state_.tool_carried)) continue;
     // tau = J^T f.
     const auto& X_WL = X_WL_[static_cast<std::size_t>(force.link)];
     const auto J =
         robot::point_jacobian(arm_.model(), arm_.q(), force.link, X_WL.inverse() * force.p_W);
-    tau += J.topRows<3>().transpose() * (X_WB_.linear().transpose() * force.f_W);
+    const robot::JointVector part =
+        J.topRows<3>().transpose() * (X_WB_.linear().transpose() * force.f_W);
+    tau.all += part;
+    const bool body = force.partner.kind == api::ContactSide::Kind::kBody;
+    if (force.on_gripper && body) tau.load += part;
   }
   return tau;
 }
@@ -281,7 +279,8 @@ void SimulatedRobot::stop_if_tripped(const physics::GripperState& gripper,
   } else {
     return;
   }
-  reason = "Protective stop: " + reason + describe_contact(arm_.model(), cell, forces) +
+  reason = "Protective stop: " + reason +
+           describe_contact(arm_.model(), cell, forces, gripper.held_body) +
            "; the arm backs off by itself; send InitCanon, then move away";
   arm_.relax();
   controller_.protective_stop(reason, arm_.q());
@@ -309,6 +308,7 @@ api::RobotDescription SimulatedRobot::description() const {
                           .max_speed_rad_s = joint.max_speed_rad_s,
                           .max_torque_nm = joint.max_torque_nm});
   }
+  for (const auto& link : arm_.model().links) out.links.push_back(link.name);
   const Eigen::Isometry3d X_RB = scene_.X_BR.isometry().inverse();
   const auto& joints = arm_.model().joints;
   // Reach: a box about the point on axis 1 at the height of axis 2.
@@ -359,7 +359,8 @@ void SimulatedRobot::write(const physics::GripperState& gripper,
   out.torque_T_R.setZero();
   const Eigen::Matrix3d R_RW = X_WR_.linear().transpose();
   for (const auto& force : forces) {
-    if (force.link != model.dof() || (force.on_gripper && !state_.tool_carried)) continue;
+    if (force.link != model.dof() || force.relayed) continue;
+    if (force.on_gripper && !state_.tool_carried) continue;
     out.force_T_R += R_RW * force.f_W;
     out.torque_T_R += R_RW * (force.p_W - X_WT.translation()).cross(force.f_W);
   }

@@ -73,7 +73,11 @@ class SimulatedRobot {
     SimTime now{};
     robot::GuardMonitor guards;
   };
-  [[nodiscard]] robot::JointVector external_torque(std::span<const physics::ArmForce> forces) const;
+  struct ExternalTorque {
+    robot::JointVector all;   ///< of all contacts
+    robot::JointVector load;  ///< of those of the gripper with gears and trays
+  };
+  [[nodiscard]] ExternalTorque external_torque(std::span<const physics::ArmForce> forces) const;
   void stop_if_tripped(const physics::GripperState& gripper,
                        std::span<const physics::ArmForce> forces, const api::CellDescription& cell);
   void check_guards(const physics::GripperState& gripper,

@@ -249,6 +249,7 @@ Result<void> Simulation::load(const std::string& name) {
 
 void Simulation::stop_world(const std::string& why) {
   world_fault_ = why;
+  ++world_stops_;
   paused_by_fault_ = !paused_;
   paused_ = true;
   dirty_ = true;
@@ -297,6 +298,7 @@ void Simulation::write_snapshot() {
   snapshot->plan_waits = world_->plan_waits();
   snapshot->saved_states = saved_names_;
   snapshot->world_fault = world_fault_;
+  snapshot->world_stops = world_stops_;
   slot_.publish(std::move(snapshot));
 }
 

@@ -83,6 +83,7 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   bool paused_;
   std::uint64_t steps_wanted_ = 0;  ///< while paused
   std::string world_fault_;
+  std::uint64_t world_stops_ = 0;
   bool paused_by_fault_ = false;  ///< the next epoch runs again
   std::map<std::string, WorldState> saved_;
   std::shared_ptr<const std::vector<std::string>> saved_names_;

@@ -171,6 +171,7 @@ void World::look_at_belt() {
   photo_eyes_->begin();
   for (int i = 0; i < physics_->body_count(); ++i) {
     const physics::BodyState state = physics_->body(i);
+    if (state.lost_step) continue;
     photo_eyes_->see(description_->bodies[static_cast<std::size_t>(i)], {state.p_WB, state.q_WB});
   }
   photo_eyes_->finish();
@@ -221,13 +222,15 @@ void World::write(api::Snapshot& out) const {
                                                .omega_W = state.omega_W,
                                                .resting = state.resting,
                                                .group_kind = state.group_kind,
-                                               .group = state.group};
+                                               .group = state.group,
+                                               .lost_step = state.lost_step};
   }
   out.contact_count = physics_->contact_count();
   physics_->write_contacts(out.contacts);
   out.virtual_joint_count = physics_->virtual_joint_count();
   out.max_penetration_m = physics_->max_penetration_m();
   out.physics_faults = physics_->penetration_faults();
+  out.solver_failures = physics_->solver_failures();
 }
 
 }  // namespace aprsim::world

@@ -2,6 +2,7 @@
 #include <cstddef>
 
 #include "protocols/messages/write_message.hpp"
+#include "world/api/contact_names.hpp"
 
 namespace aprsim::protocols {
 namespace {
@@ -63,7 +64,11 @@ void write(const api::GripperSnapshot& gripper, const api::CellDescription& cell
   message.set_holding(gripper.holding);
   if (gripper.held_body >= 0) {
     const auto index = static_cast<std::size_t>(gripper.held_body);
-    if (index < cell.bodies.size()) message.set_held_body(cell.bodies[index].name);
+    if (index < cell.bodies.size()) {
+      message.set_held_body(cell.bodies[index].name);
+      message.set_held_index(static_cast<std::uint32_t>(index));
+      message.set_held_kind(body_kind(cell.bodies[index].kind));
+    }
   }
   message.set_palm_deflection_m(gripper.palm_deflection_m);
 }
@@ -124,9 +129,11 @@ void write(const api::BodySnapshot& body, const api::BodyDescription& descriptio
   message.set_resting(body.resting);
   message.set_group_kind(group_kind(body.group_kind));
   if (body.group >= 0) message.set_group(static_cast<std::uint32_t>(body.group));
+  if (body.lost_step) message.set_lost_step(*body.lost_step);
 }
 
-void write(const api::ContactSide& side, v1::ContactSide& message) {
+void write(const api::ContactSide& side, const api::CellDescription& cell,
+           v1::ContactSide& message) {
   const auto index = static_cast<std::uint32_t>(side.index);
   switch (side.kind) {
     case api::ContactSide::Kind::kBody:
@@ -134,6 +141,9 @@ void write(const api::ContactSide& side, v1::ContactSide& message) {
       break;
     case api::ContactSide::Kind::kRobot:
       message.set_robot(index);
+      if (index < cell.robots.size()) {
+        message.set_part(api::part_name(cell.robots[index], side.part));
+      }
       break;
     case api::ContactSide::Kind::kFixed:
       message.set_fixed(index);
@@ -141,11 +151,19 @@ void write(const api::ContactSide& side, v1::ContactSide& message) {
   }
 }
 
-void write(const api::ContactSnapshot& contact, v1::Contact& message) {
-  write(contact.first, *message.mutable_first());
-  write(contact.second, *message.mutable_second());
+void write(const api::ContactSnapshot& contact, const api::CellDescription& cell,
+           v1::Contact& message) {
+  write(contact.first, cell, *message.mutable_first());
+  write(contact.second, cell, *message.mutable_second());
   write_message(contact.p_W, *message.mutable_point_m());
   write_message(contact.f_W, *message.mutable_force_n());
+}
+
+void write(const api::SolverFailures& failures, v1::SolverFailures& message) {
+  message.set_estimated(failures.estimated);
+  message.set_not_converged(failures.not_converged);
+  message.set_fallbacks(failures.fallbacks);
+  message.set_oversized(failures.oversized);
 }
 
 void write_time(const api::Snapshot& snapshot, v1::Snapshot& message) {
@@ -242,10 +260,12 @@ void write_message(const api::Snapshot& snapshot, const std::string& instance_id
   }
   message.set_contact_count(static_cast<std::uint32_t>(snapshot.contact_count));
   message.set_virtual_joint_count(static_cast<std::uint32_t>(snapshot.virtual_joint_count));
-  for (const auto& contact : snapshot.contacts) write(contact, *message.add_contacts());
+  for (const auto& contact : snapshot.contacts) write(contact, cell, *message.add_contacts());
   message.set_max_penetration_m(snapshot.max_penetration_m);
   message.set_physics_faults(snapshot.physics_faults);
+  write(snapshot.solver_failures, *message.mutable_solver_failures());
   message.set_world_fault(snapshot.world_fault);
+  message.set_world_stops(snapshot.world_stops);
 }
 
 }  // namespace aprsim::protocols

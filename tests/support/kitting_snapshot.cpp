@@ -88,7 +88,7 @@ api::SnapshotPtr kitting_snapshot(int more_gears) {
   snapshot->bodies[1].group = 0;
   snapshot->contact_count = 12;
   using Side = api::ContactSide::Kind;
-  snapshot->contacts = {{{Side::kRobot, 0}, {Side::kBody, 0}, {0.1, -1, 0.96}, {0, 60, 0}},
+  snapshot->contacts = {{{Side::kRobot, 0, 2}, {Side::kBody, 0}, {0.1, -1, 0.96}, {0, 60, 0}},
                         {{Side::kBody, 1}, {Side::kFixed, 1}, {0, 0, 0.93}, {0, 0, 2}}};
   snapshot->cell = std::move(cell);
   return snapshot;

@@ -32,10 +32,11 @@ struct RobotDescription {
   std::string name;   ///< "fanuc", "motoman"
   std::string model;  ///< name in the robot description file
   std::vector<JointDescription> joints;
-  Pose X_WB;  ///< base mounting frame in world
-  Pose X_BR;  ///< reference frame of wire poses in base
-  Pose X_RV;  ///< frame of its camera's detections in the reference frame
-  Pose X_FT;  ///< tool frame in flange
+  std::vector<std::string> links;  ///< base first, one more than joints
+  Pose X_WB;                       ///< base mounting frame in world
+  Pose X_BR;                       ///< reference frame of wire poses in base
+  Pose X_RV;                       ///< frame of its camera's detections in the reference frame
+  Pose X_FT;                       ///< tool frame in flange
   GripperDescription gripper;
   /// Box in R that the tool point cannot leave, whatever the joints do.
   Eigen::Vector3d reach_min_R = Eigen::Vector3d::Zero(), reach_max_R = Eigen::Vector3d::Zero();

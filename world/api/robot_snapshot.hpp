@@ -25,8 +25,8 @@ struct GripperSnapshot {
   double separation_m = 0;           ///< pad to pad
   std::array<double, 2> travel_m{};  ///< closing travel of each finger
   std::array<double, 2> force_n{};   ///< normal force of each pad on what it holds
-  bool holding = false;              ///< both pads press and the fingers stopped short
-  int held_body = -1;                ///< index into bodies while holding, else -1
+  bool holding = false;              ///< both pads press on one body, the fingers stopped short
+  int held_body = -1;                ///< a gear or tray: index into bodies while holding, else -1
   double palm_deflection_m = 0;      ///< of the compliant mount
   double max_force_n = 0;            ///< of each finger at the pressure that is set
 };
@@ -47,8 +47,11 @@ struct RobotSnapshot {
   Pose X_WT;                                       ///< tool in world
   Pose X_RT;                                       ///< tool in the robot's reference frame
   Eigen::Vector3d v_RT = Eigen::Vector3d::Zero();  ///< tool point velocity in R [m/s]
-  Eigen::Vector3d omega_RT = Eigen::Vector3d::Zero();    ///< angular velocity in R [rad/s]
-  Eigen::Vector3d force_T_R = Eigen::Vector3d::Zero();   ///< contact force on the tool in R [N]
+  Eigen::Vector3d omega_RT = Eigen::Vector3d::Zero();  ///< angular velocity in R [rad/s]
+  /// Contact force on flange and gripper in R [N], what the gripper holds included: its weight, its
+  /// inertia and what it meets. Zero with nothing held and nothing touched: the gripper's own
+  /// weight is tared.
+  Eigen::Vector3d force_T_R = Eigen::Vector3d::Zero();
   Eigen::Vector3d torque_T_R = Eigen::Vector3d::Zero();  ///< about the tool point, in R [Nm]
   GripperSnapshot gripper;
   LimitSetting trans_speed, trans_accel, rot_speed, rot_accel;

@@ -55,12 +55,18 @@ struct BodySnapshot {
   bool resting = false;                               ///< at rest relative to what carries it
   GroupKind group_kind = GroupKind::kNone;
   int group = -1;  ///< bodies of one number are simplified together, -1 = none
+  /// Step in which it fell so far that nothing of the cell can catch it. From then on until a reset
+  /// it takes part in nothing and stays where it was lost; no sensor sees it.
+  std::optional<std::uint64_t> lost_step;
 };
 
 /// One of the two things that touch at a point.
 struct ContactSide {
   enum class Kind { kBody, kRobot, kFixed } kind = Kind::kFixed;
-  int index = 0;  ///< into bodies, robots (its gripper or a link) or CellDescription::fixed
+  int index = 0;  ///< into bodies, robots or CellDescription::fixed
+  int part = -1;  ///< of a robot: 0 palm, 1-2 fingers, from kFirstLink on its links; else -1
+
+  static constexpr int kFirstLink = 3;
 };
 
 inline constexpr std::size_t kMaxContacts = 256;
@@ -69,6 +75,16 @@ struct ContactSnapshot {
   ContactSide first, second;
   Eigen::Vector3d p_W = Eigen::Vector3d::Zero();
   Eigen::Vector3d f_W = Eigen::Vector3d::Zero();  ///< on the first [N]
+};
+
+/// How often the solver of contacts did less than it should, since reset. The cell goes on.
+struct SolverFailures {
+  std::uint64_t estimated = 0;  ///< grips for whose friction no exact solution was found near by
+  std::uint64_t not_converged = 0;  ///< grips whose solution was given up after the most rounds
+  std::uint64_t fallbacks = 0;      ///< the direct solver broke down, the iterative one took over
+  std::uint64_t oversized = 0;      ///< grips with more rows than the exact solver takes
+
+  bool operator==(const SolverFailures&) const = default;
 };
 
 /// A command that was taken but could not be carried out.
@@ -102,13 +118,16 @@ struct Snapshot {
   std::vector<BodySnapshot> bodies;
 
   int contact_count = 0;
-  /// Those that are computed, at most kMaxContacts: what merged bodies and sleeping groups bear
-  /// among themselves is not.
+  /// By their sides, robots last, at most kMaxContacts. Merged bodies and sleeping groups have
+  /// those among themselves that they had when they came to rest, as nothing has changed at them
+  /// since.
   std::vector<ContactSnapshot> contacts;
   int virtual_joint_count = 0;       ///< contact simplification at work
   double max_penetration_m = 0;      ///< deepest contact in this step
   std::uint64_t physics_faults = 0;  ///< penetrations over 0.5 mm since reset
-  std::string world_fault;           ///< not empty: stopped; names bodies, step and cause
+  SolverFailures solver_failures;
+  std::string world_fault;        ///< not empty: stopped; names bodies, step and cause
+  std::uint64_t world_stops = 0;  ///< by a fault, since the daemon started
 };
 
 using SnapshotPtr = std::shared_ptr<const Snapshot>;

@@ -8,13 +8,16 @@ namespace aprsim::physics {
 
 /// An external force on an arm, to be turned into joint torques by J^T.
 struct ArmForce {
-  int link = 0;  ///< index into ArmModel::links; the last one for the gripper and what it holds
+  int link = 0;  ///< index into ArmModel::links; the last one for the gripper
   Eigen::Vector3d p_W = Eigen::Vector3d::Zero();
   Eigen::Vector3d f_W = Eigen::Vector3d::Zero();  ///< [N]
   api::ContactSide partner;                       ///< what it is in contact with
   int partner_link = -1;                          ///< of the robot `partner`, where it is a link
   bool on_gripper = false;
   bool penalty = false;  ///< by ArmPenalty, not by a solver
+  /// On what the gripper holds: tells what that meets. It reaches the arm through the grip, whose
+  /// forces are in the list too, so it is no load of its own.
+  bool relayed = false;
 };
 
 }  // namespace aprsim::physics

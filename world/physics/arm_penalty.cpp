@@ -131,10 +131,21 @@ void ArmPenalty::on_other(int robot_a, int robot_b, std::vector<std::vector<ArmF
                                   arm_b.last_velocity(other.link, point.p_W, model_.step_s);
         const Eigen::Vector3d force = contact_force(point, v, model_, found_.size());
         using enum api::ContactSide::Kind;
-        forces[a].push_back(
-            {one.link, point.p_W, force, {kRobot, robot_b}, other.link, false, true});
-        forces[b].push_back(
-            {other.link, point.p_W, -force, {kRobot, robot_a}, one.link, false, true});
+        constexpr int first = api::ContactSide::kFirstLink;
+        forces[a].push_back({one.link,
+                             point.p_W,
+                             force,
+                             {kRobot, robot_b, first + other.link},
+                             other.link,
+                             false,
+                             true});
+        forces[b].push_back({other.link,
+                             point.p_W,
+                             -force,
+                             {kRobot, robot_a, first + one.link},
+                             one.link,
+                             false,
+                             true});
       }
     }
   }

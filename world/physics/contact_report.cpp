@@ -1,17 +1,25 @@
 #include "world/physics/contact_report.hpp"
 
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
 namespace aprsim::physics {
 namespace {
 
 using Side = api::ContactSide;
 
 constexpr std::size_t kForceCapacity = 256;  // of an arm
+constexpr std::size_t kListCapacity = 1024;  // contacts to reserve for
 
 }  // namespace
 
 ContactReport::ContactReport(const PhysicsModel& model)
     : model_(model), forces_(model.arms.size()) {
   for (auto& list : forces_) list.reserve(kForceCapacity);
+  frozen_.reserve(kListCapacity);
+  all_.reserve(kListCapacity);
+  for (auto* list : {&keys_, &last_keys_, &order_}) list->reserve(kListCapacity);
 }
 
 void ContactReport::update(ArmPenalty& penalty) {
@@ -20,32 +28,39 @@ void ContactReport::update(ArmPenalty& penalty) {
   penalty.find(forces_);
 }
 
-/// Of each arm that has the contact: at the flange when it is with gripper or held part, or at the
-/// link itself.
+/// Of each arm that has the contact: at the flange when it is with the gripper, or at the link
+/// itself. Forces between a gripper's own parts are inside it.
 void ContactReport::add_arm_forces(const ContactConstraint& constraint) {
   const auto& contact = constraint.contact;
   for (std::size_t r = 0; r < forces_.size(); ++r) {
     const int robot = static_cast<int>(r);
-    const bool a = in_hand(robot, contact.a), b = in_hand(robot, contact.b);
+    const bool a = of_gripper(robot, contact.a), b = of_gripper(robot, contact.b);
     const int flange = model_.arms[r].links() - 1;
-    if (a && !b) {
-      forces_[r].push_back({flange, contact.p_W, constraint.f_W, side(contact.b, constraint.fixed),
-                            link(contact.b), true});
-    } else if (b && !a) {
-      forces_[r].push_back(
-          {flange, contact.p_W, -constraint.f_W, side(contact.a, -1), link(contact.a), true});
+    const auto on_gripper = [&](const Eigen::Vector3d& f_W, BodyIndex other, int fixed,
+                                bool relayed) {
+      forces_[r].push_back({.link = flange,
+                            .p_W = contact.p_W,
+                            .f_W = f_W,
+                            .partner = side(other, fixed),
+                            .partner_link = link(other),
+                            .on_gripper = true,
+                            .relayed = relayed});
+    };
+    if (a && !b) on_gripper(constraint.f_W, contact.b, constraint.fixed, false);
+    if (b && !a) on_gripper(-constraint.f_W, contact.a, -1, false);
+    const int held = model_.grippers[r].state().held_body;
+    if (held >= 0 && contact.a == held && !b) {
+      on_gripper(constraint.f_W, contact.b, constraint.fixed, true);
     }
+    if (held >= 0 && contact.b == held && !a) on_gripper(-constraint.f_W, contact.a, -1, true);
     if (model_.ids.is_link(contact.b) && model_.ids.robot_of(contact.b) == robot) {
       forces_[r].push_back({link(contact.b), contact.p_W, -constraint.f_W, side(contact.a, -1)});
     }
   }
 }
 
-/// Palm, fingers and what they hold: forces among these are the grip, not a load on the arm.
-bool ContactReport::in_hand(int robot, BodyIndex id) const {
-  if (id < 0) return false;
-  if (model_.ids.is_gripper(id)) return model_.ids.robot_of(id) == robot;
-  return model_.grippers[static_cast<std::size_t>(robot)].state().held_body == id;
+bool ContactReport::of_gripper(int robot, BodyIndex id) const {
+  return model_.ids.is_gripper(id) && model_.ids.robot_of(id) == robot;
 }
 
 int ContactReport::link(BodyIndex id) const {
@@ -53,30 +68,101 @@ int ContactReport::link(BodyIndex id) const {
 }
 
 Side ContactReport::side(BodyIndex id, int fixed) const {
+  const BodyIds& ids = model_.ids;
   if (id < 0) return {Side::Kind::kFixed, fixed};
-  if (model_.ids.is_free(id)) return {Side::Kind::kBody, id};
-  return {Side::Kind::kRobot, model_.ids.robot_of(id)};
+  if (ids.is_free(id)) return {Side::Kind::kBody, id};
+  const int part = ids.is_link(id) ? Side::kFirstLink + ids.link_of(id) : ids.part_of(id);
+  return {Side::Kind::kRobot, ids.robot_of(id), part};
 }
 
-void ContactReport::write(std::vector<api::ContactSnapshot>& out) const {
+void ContactReport::restore(const State& state) {
+  forces_ = state;
+  frozen_known_ = false;
+}
+
+void ContactReport::write(std::vector<api::ContactSnapshot>& out) {
+  gather();
+  sort();
   out.clear();
   out.reserve(api::kMaxContacts);
-  for (const ContactConstraint& constraint : model_.constraints) {
+  for (const std::uint64_t i : order_) {
     if (out.size() == api::kMaxContacts) return;
+    out.push_back(all_[i]);
+  }
+}
+
+void ContactReport::gather() {
+  all_.clear();
+  for (const ContactConstraint& constraint : model_.constraints) {
     const Contact& contact = constraint.contact;
-    out.push_back(
+    all_.push_back(
         {side(contact.a, -1), side(contact.b, constraint.fixed), contact.p_W, constraint.f_W});
   }
+  refresh_frozen();
+  all_.insert(all_.end(), frozen_.begin(), frozen_.end());
   for (std::size_t r = 0; r < forces_.size(); ++r) {
     const int robot = static_cast<int>(r);
     for (const ArmForce& force : forces_[r]) {
       if (!force.penalty) continue;
       // Of a pair of arms, either has the contact in its list.
       if (force.partner.kind == Side::Kind::kRobot && force.partner.index < robot) continue;
-      if (out.size() == api::kMaxContacts) return;
-      out.push_back({{Side::Kind::kRobot, robot}, force.partner, force.p_W, force.f_W});
+      const Side own{Side::Kind::kRobot, robot, Side::kFirstLink + force.link};
+      all_.push_back({own, force.partner, force.p_W, force.f_W});
     }
   }
+}
+
+/// They change only when something falls asleep, wakes, merges, comes apart or is carried along.
+void ContactReport::refresh_frozen() {
+  const auto& simplification = model_.simplification;
+  const FrozenKey key{simplification.merged_contacts().version(),
+                      simplification.sleeping_contacts().version(),
+                      simplification.sleeping().belt_travel_m()};
+  const auto awake = simplification.awake();
+  const bool moving = std::any_of(awake.begin(), awake.end(), [&](int body) {
+    return simplification.composites().parent(body) >= 0;
+  });
+  if (frozen_known_ && !moving && key == frozen_key_) return;
+  frozen_.clear();
+  add_frozen(simplification.merged_contacts());
+  add_frozen(simplification.sleeping_contacts());
+  frozen_key_ = key;
+  frozen_known_ = !moving;
+}
+
+/// Where they were found, at the step's start, as all contacts.
+void ContactReport::add_frozen(const FrozenContacts& frozen) {
+  for (const FrozenContact& contact : frozen.settled()) {
+    const Eigen::Isometry3d X_WA = model_.simplification.X_WB(contact.a);
+    const FreeBody& body = model_.body(contact.a);
+    const Eigen::Vector3d p = X_WA * contact.p_A;
+    const Eigen::Vector3d v =
+        model_.simplification.velocity(contact.a) + body.omega_W.cross(p - X_WA * body.mass.com);
+    frozen_.push_back({side(contact.a, -1), side(contact.b, contact.fixed), p - model_.step_s * v,
+                       X_WA.linear() * contact.f_A});
+  }
+}
+
+/// By first side, then second side, robots first; of one pair as they were found. The sorting is
+/// done again only when the list has changed.
+void ContactReport::sort() {
+  const auto code = [](const Side& side) {
+    const std::uint64_t rank = side.kind == Side::Kind::kRobot  ? 0
+                               : side.kind == Side::Kind::kBody ? 1
+                                                                : 2;
+    return rank << 24 | static_cast<std::uint64_t>(side.index) << 8 |
+           static_cast<std::uint64_t>(side.part + 1);
+  };
+  keys_.clear();
+  for (const auto& contact : all_)
+    keys_.push_back(code(contact.first) << 26 | code(contact.second));
+  if (keys_ == last_keys_) return;
+  last_keys_ = keys_;
+  order_.resize(keys_.size());
+  std::iota(order_.begin(), order_.end(), 0u);
+  std::sort(order_.begin(), order_.end(), [this](std::uint64_t i, std::uint64_t k) {
+    return std::pair(keys_[i], i) < std::pair(keys_[k], k);
+  });
 }
 
 }  // namespace aprsim::physics

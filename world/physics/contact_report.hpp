@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -17,25 +18,42 @@ class ContactReport {
 
   /// After a step: from the solved constraints, and by the penalty law at the present poses.
   void update(ArmPenalty& penalty);
-  /// Forces on links, palm, fingers and held part from outside (the grip itself left out).
+  /// Forces on links, palm and fingers, with those of what they hold: its weight and inertia and
+  /// whatever it meets come through the pads.
   [[nodiscard]] std::span<const ArmForce> arm_forces(int robot) const {
     return forces_[static_cast<std::size_t>(robot)];
   }
-  /// Replaces `out` by the contacts, at most api::kMaxContacts.
-  void write(std::vector<api::ContactSnapshot>& out) const;
+  /// Replaces `out` by the contacts in the order of their sides, robots first, at most
+  /// api::kMaxContacts: those of the last step, and those that contact simplification has frozen.
+  void write(std::vector<api::ContactSnapshot>& out);
 
   using State = std::vector<std::vector<ArmForce>>;  ///< by robot
   [[nodiscard]] const State& save() const { return forces_; }
-  void restore(const State& state) { forces_ = state; }
+  void restore(const State& state);
 
  private:
+  /// Of what the list of frozen contacts is a function.
+  struct FrozenKey {
+    std::uint64_t merged = 0, asleep = 0;
+    double belt_travel_m = 0;
+    bool operator==(const FrozenKey&) const = default;
+  };
   void add_arm_forces(const ContactConstraint& constraint);
-  [[nodiscard]] bool in_hand(int robot, BodyIndex id) const;
+  [[nodiscard]] bool of_gripper(int robot, BodyIndex id) const;
   [[nodiscard]] api::ContactSide side(BodyIndex id, int fixed) const;
   [[nodiscard]] int link(BodyIndex id) const;
+  void refresh_frozen();
+  void add_frozen(const FrozenContacts& frozen);
+  void gather();
+  void sort();
 
   const PhysicsModel& model_;
   State forces_;
+  std::vector<api::ContactSnapshot> frozen_;  // in the world
+  FrozenKey frozen_key_;
+  bool frozen_known_ = false;
+  std::vector<api::ContactSnapshot> all_;  // of the list at hand
+  std::vector<std::uint64_t> keys_, last_keys_, order_;
 };
 
 }  // namespace aprsim::physics

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "world/physics/constraint/mixed_lcp.hpp"
+
 namespace aprsim::physics {
 namespace {
 
@@ -9,6 +11,7 @@ constexpr int kContactRows = 3;
 constexpr int kJointRows = 6;
 // Above this an exact solve costs more than a step has; the island falls back to the iterative one.
 constexpr int kMaxGripperRows = 150;
+static_assert(kMaxGripperRows <= MixedLcp::kCapacity);
 // A few bodies on a carrier: the direct solver is exact and cheaper. Piles (gears loose in a tray)
 // are redundant, where it may take milliseconds.
 constexpr int kMaxDirectRows = 60;
@@ -72,13 +75,18 @@ void Islands::find(const PhysicsModel& model, std::span<ContactConstraint> const
 /// The cheapest solver that is exact enough for the island.
 void Islands::choose_phases(const PhysicsModel& model) {
   any_ = {};
+  oversized_ = 0;
   for_nodes(model, [&](int i) {
     const Sum& sum = sums_[index(root(i))];
     Phase phase = Phase::kIterative;
     if (i >= free_ && model.grippers[index(i - free_)].idle()) {
       phase = Phase::kNone;
     } else if (sum.gripper) {
-      if (sum.rows <= kMaxGripperRows) phase = sum.foreign ? Phase::kCoupled : Phase::kDecoupled;
+      if (sum.rows <= kMaxGripperRows) {
+        phase = sum.foreign ? Phase::kCoupled : Phase::kDecoupled;
+      } else if (root(i) == i) {
+        ++oversized_;
+      }
     } else if (sum.rows <= kMaxDirectRows && !sum.pile) {
       phase = Phase::kDirect;
     }

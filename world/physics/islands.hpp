@@ -47,6 +47,8 @@ class Islands {
   /// Per root: number of its island (a root's index), -1 = with a gripper.
   [[nodiscard]] std::span<const int> island_of() const { return island_of_; }
   [[nodiscard]] bool any(Phase phase) const { return any_[static_cast<std::size_t>(phase)]; }
+  /// Islands of grippers that are too large for the exact solver, in this step.
+  [[nodiscard]] int oversized() const { return oversized_; }
 
  private:
   /// To a gripper: not connected, within its island, or a tray where that is cut.
@@ -80,6 +82,7 @@ class Islands {
   std::vector<Sum> sums_;
   std::vector<Phase> phase_;
   std::array<bool, 5> any_{};  // by phase
+  int oversized_ = 0;
 };
 
 }  // namespace aprsim::physics

@@ -1,11 +1,15 @@
 #include "world/physics/physics_model.hpp"
 
+#include <algorithm>
+#include <limits>
+
 namespace aprsim::physics {
 namespace {
 
 constexpr double kWorldErp = 0.2;
 constexpr double kWorldCfm = 1e-9;
 constexpr double kMaxCorrectingVelocity = 0.5;  // [m/s]
+constexpr double kFall = 2;                     // [m] below the lowest thing until a body is lost
 constexpr unsigned kSolverMemory = 4u << 20;    // [bytes], so that no step has to allocate
 
 ode::World make_world(const scene::Scene& scene) {
@@ -20,6 +24,15 @@ ode::World make_world(const scene::Scene& scene) {
   const dWorldStepReserveInfo reserve = {sizeof(dWorldStepReserveInfo), 1.5f, kSolverMemory};
   dWorldSetStepMemoryReservationPolicy(world.get(), &reserve);
   return world;
+}
+
+/// Below all that stands, lies or reaches there.
+double lost_below(const PhysicsModel& model) {
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const auto& shape : model.fixed.shapes) lowest = std::min(lowest, shape.bounds.min.z());
+  for (const auto& body : model.bodies) lowest = std::min(lowest, body.bounds.min.z());
+  for (const auto& arm : model.arms) lowest = std::min(lowest, arm.X_WL(0).translation().z());
+  return lowest - kFall;
 }
 
 }  // namespace
@@ -39,6 +52,7 @@ PhysicsModel::PhysicsModel(const scene::Scene& the_scene,
     arms.emplace_back(arm_models[r], world.get(), X_WL[r]);
   }
   constraints.reserve(kConstraintCapacity);
+  lost_below_m = lost_below(*this);
 }
 
 dBodyID PhysicsModel::ode_body(BodyIndex id) const {

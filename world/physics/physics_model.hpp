@@ -28,6 +28,7 @@ struct PhysicsModel {
   std::vector<ArmLinks> arms;
   Simplification simplification;
   double belt_speed_m_s = 0;
+  double lost_below_m = 0;                     ///< z in world under which nothing can catch a body
   std::vector<ContactConstraint> constraints;  ///< of the present step
 
   [[nodiscard]] FreeBody& body(int i) { return bodies[static_cast<std::size_t>(i)]; }

@@ -14,6 +14,11 @@
 #include "world/physics/step_solver.hpp"
 
 namespace aprsim::physics {
+namespace {
+
+constexpr double kBeforePad = 0.7;  // cosine between a pad's direction and that of a contact
+
+}  // namespace
 
 struct PhysicsWorld::Impl {
   Impl(const scene::Scene& scene, std::span<const robot::ArmModel> arm_models,
@@ -24,6 +29,7 @@ struct PhysicsWorld::Impl {
         penalty(model),
         report(model) {
     released.reserve(model.bodies.size());
+    fallen.reserve(model.bodies.size());
     for (const auto& links : X_WL) next_mounts.push_back(links.back());
   }
 
@@ -33,13 +39,14 @@ struct PhysicsWorld::Impl {
   void solve();
   void collect_results();
   void observe_grippers();
+  void lose_fallen();
 
   PhysicsModel model;
   ContactSearch search;
   StepSolver solver;
   ArmPenalty penalty;
   ContactReport report;
-  std::vector<int> released;
+  std::vector<int> released, fallen;
   std::vector<Eigen::Isometry3d> next_mounts;  // of the grippers; set before every step
   double next_belt_speed = 0;
   std::uint64_t steps = 0, faults = 0;
@@ -61,6 +68,7 @@ void PhysicsWorld::Impl::step() {
   solve();
   collect_results();
   ++steps;
+  lose_fallen();
   check_state(model, steps);
 }
 
@@ -113,11 +121,11 @@ void PhysicsWorld::Impl::collect_results() {
   observe_grippers();
   report.update(penalty);
   // Bodies that merge or fall asleep now have still been solved in this step.
-  contacts = static_cast<int>(model.constraints.size()) + model.simplification.frozen_contacts();
+  contacts = static_cast<int>(model.constraints.size()) + model.simplification.frozen_count();
   model.simplification.observe(model.constraints, solver.islands().island_of());
 }
 
-/// The pads' forces, each summed up over the contacts of its pad.
+/// The pads' forces on gears and trays, each summed up over the contacts of its pad.
 void PhysicsWorld::Impl::observe_grippers() {
   for (std::size_t r = 0; r < model.grippers.size(); ++r) {
     const int robot = static_cast<int>(r);
@@ -130,10 +138,15 @@ void PhysicsWorld::Impl::observe_grippers() {
         return model.ids.is_gripper(id) && model.ids.robot_of(id) == robot;
       };
       touched = touched || mine(contact.a) || mine(contact.b);
-      if (contact.pair != SurfacePair::kPadGear || !mine(contact.a)) continue;
+      if (!mine(contact.a) || !model.ids.is_free(contact.b)) continue;
       const int finger = model.ids.part_of(contact.a) - 1;
+      if (finger < 0) continue;
+      const Eigen::Vector3d closing_W = model.grippers[r].closing_W(finger);
+      // A tray meets the whole finger; only what is before the pad is between the fingers.
+      const bool pad = contact.pair == SurfacePair::kPadGear;
+      if (!pad && -contact.n_W.dot(closing_W) < kBeforePad) continue;
       const auto f = static_cast<std::size_t>(finger);
-      const double force = -constraint.f_W.dot(model.grippers[r].closing_W(finger));
+      const double force = -constraint.f_W.dot(closing_W);
       pads.closing_n[f] += force;
       if (force > hardest[f]) {
         hardest[f] = force;
@@ -141,6 +154,20 @@ void PhysicsWorld::Impl::observe_grippers() {
       }
     }
     model.grippers[r].observe(pads, touched);
+  }
+}
+
+/// What nothing can catch any more is lost, before its speed looks like runaway energy.
+void PhysicsWorld::Impl::lose_fallen() {
+  fallen.clear();
+  for (const int i : model.simplification.awake()) {
+    if (model.body(i).bounds.max.z() < model.lost_below_m) fallen.push_back(i);
+  }
+  for (const int i : fallen) {
+    FreeBody& body = model.body(i);
+    body.lost_step = steps;
+    model.simplification.lose(i);
+    body.place(body.X_WB, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
   }
 }
 
@@ -198,6 +225,7 @@ BodyState PhysicsWorld::body(int index) const {
   state.omega_W = free.omega_W;
   state.v_W = simplification.velocity(index) - free.omega_W.cross(X_WB.linear() * free.mass.com);
   state.resting = simplification.resting(index);
+  state.lost_step = free.lost_step;
   state.group_kind = simplification.group_kind(index);
   state.group = simplification.group(index);
   return state;
@@ -229,6 +257,10 @@ std::vector<std::string> PhysicsWorld::fixed_names() const {
   return names;
 }
 
+const api::SolverFailures& PhysicsWorld::solver_failures() const {
+  return impl_->solver.failures();
+}
+
 std::uint64_t PhysicsWorld::state_hash() const { return physics::state_hash(impl_->model); }
 
 // ---- keeping a state
@@ -240,6 +272,7 @@ struct PhysicsWorld::State::Data {
     Eigen::Isometry3d X_WB;
     Eigen::Vector3d v_com_W, omega_W;
     Aabb bounds;
+    std::optional<std::uint64_t> lost_step;
   };
   std::vector<Body> bodies;
   std::vector<GripperMechanism::State> grippers;
@@ -257,8 +290,8 @@ PhysicsWorld::State PhysicsWorld::save() const {
   const PhysicsModel& model = impl_->model;
   State::Data data{.simplification = model.simplification.save()};
   for (const auto& body : model.bodies) {
-    auto& to = data.bodies.emplace_back(
-        State::Data::Body{{}, body.origin_B, body.X_WB, body.v_com_W, body.omega_W, body.bounds});
+    auto& to = data.bodies.emplace_back(State::Data::Body{
+        {}, body.origin_B, body.X_WB, body.v_com_W, body.omega_W, body.bounds, body.lost_step});
     ode::save(body.body.get(), to.ode);
   }
   for (const auto& gripper : model.grippers) data.grippers.push_back(gripper.save());
@@ -287,7 +320,10 @@ void PhysicsWorld::restore(const State& state) {
         std::to_string(data.arms.size()) + " robots, but the scene has " +
         std::to_string(model.bodies.size()) + " and " + std::to_string(model.arms.size()));
   }
-  // Composites first: they decide what each ODE body moves. Poses follow.
+  for (std::size_t i = 0; i < data.bodies.size(); ++i) {
+    model.bodies[i].lost_step = data.bodies[i].lost_step;
+  }
+  // Composites before poses: they decide what each ODE body moves.
   model.simplification.restore(data.simplification);
   for (std::size_t i = 0; i < data.bodies.size(); ++i) {
     const auto& from = data.bodies[i];

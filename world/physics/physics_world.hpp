@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -24,6 +25,7 @@ struct BodyState {
   Eigen::Vector3d v_W = Eigen::Vector3d::Zero();  ///< of the frame origin
   Eigen::Vector3d omega_W = Eigen::Vector3d::Zero();
   bool resting = false;
+  std::optional<std::uint64_t> lost_step;  ///< in which it fell out of the cell
   api::GroupKind group_kind = api::GroupKind::kNone;
   int group = -1;  ///< bodies of one number are simplified together, -1 = none
 };
@@ -79,16 +81,17 @@ class PhysicsWorld {
   [[nodiscard]] int body_count() const;
   [[nodiscard]] BodyState body(int index) const;
   [[nodiscard]] GripperState gripper(int robot) const;
-  /// Contact forces on links, palm, fingers and held part from outside (the grip itself left out).
+  /// Contact forces on links, palm and fingers; what is held loads them through the pads.
   [[nodiscard]] std::span<const ArmForce> arm_forces(int robot) const;
   [[nodiscard]] int contact_count() const;
-  /// Replaces `out` by the contacts computed, at most api::kMaxContacts.
+  /// Replaces `out` by the contacts, at most api::kMaxContacts; see api::Snapshot::contacts.
   void write_contacts(std::vector<api::ContactSnapshot>& out) const;
   /// Names of what never moves; ContactSide::index counts them.
   [[nodiscard]] std::vector<std::string> fixed_names() const;
   [[nodiscard]] int virtual_joint_count() const;
   [[nodiscard]] double max_penetration_m() const;
   [[nodiscard]] std::uint64_t penetration_faults() const;
+  [[nodiscard]] const api::SolverFailures& solver_failures() const;
   /// FNV-1a over the bits of every body's state.
   [[nodiscard]] std::uint64_t state_hash() const;
 

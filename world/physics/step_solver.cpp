@@ -33,6 +33,7 @@ StepSolver::StepSolver(PhysicsModel& model)
       border_(model.bodies.size()),
       memory_{std::vector<Eigen::Vector3d>(model.bodies.size(), Eigen::Vector3d::Zero()),
               std::vector<Eigen::Vector3d>(model.bodies.size(), Eigen::Vector3d::Zero()),
+              {},
               {}},
       memory_before_(memory_) {
   made_.reserve(kConstraintCapacity);
@@ -81,6 +82,7 @@ void StepSolver::copy_memory(const Memory& from, Memory& to) const {
     to.torque[i] = from.torque[i];
   }
   to.grips = from.grips;
+  to.failures = from.failures;
 }
 
 // ---- grips
@@ -89,6 +91,7 @@ void StepSolver::copy_memory(const Memory& from, Memory& to) const {
 void StepSolver::solve_grips() {
   std::swap(last_grips_, memory_.grips);
   memory_.grips.clear();
+  memory_.failures.oversized += static_cast<std::uint64_t>(islands_.oversized());
   const int robots = static_cast<int>(model_.grippers.size());
   for (int robot = 0; robot < robots; ++robot) {
     const Phase phase = islands_.phase_of_gripper(robot);
@@ -124,7 +127,7 @@ void StepSolver::solve_grip(int island, ConstraintSystem::Normals normals) {
     if (here(pair)) first_row_of_pair_.push_back(joints->add_to(system_, pair));
   }
   add_contacts(island);
-  system_.advance();
+  system_.advance(memory_.failures);
   keep_grip(island);
   // The joints' forces, which their own criterion looks at.
   auto next = first_row_of_pair_.begin();
@@ -208,6 +211,7 @@ void StepSolver::solve_direct() {
     dWorldSetQuickStepNumIterations(model_.world.get(), kFallbackIterations);
     run(method);
     if (method == Method::kIterative || ode::complaints() == complaints) break;
+    ++memory_.failures.fallbacks;
     drop_contacts();
     restore(direct, saved_, saved_grippers_);
   }

@@ -30,9 +30,11 @@ class StepSolver {
   struct Memory {
     std::vector<Eigen::Vector3d> force, torque;
     std::vector<ContactConstraint> grips;
+    api::SolverFailures failures;  ///< so far
   };
   [[nodiscard]] const Memory& save() const { return memory_; }
   void restore(const Memory& memory) { memory_ = memory; }
+  [[nodiscard]] const api::SolverFailures& failures() const { return memory_.failures; }
 
  private:
   enum class Method { kDirect, kIterative };

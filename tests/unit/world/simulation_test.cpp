@@ -182,10 +182,12 @@ TEST(SimulationFault, AResetRunsOnAfterAFault) {
   };
   const auto stopped = wait_for([](const auto& now) { return !now.world_fault.empty(); });
   EXPECT_TRUE(stopped->paused);
+  EXPECT_EQ(stopped->world_stops, 1u);
   EXPECT_NE(stopped->world_fault.find("falling"), std::string::npos) << stopped->world_fault;
   ASSERT_TRUE(simulation.submit({.body = api::SimulationCommand(api::Reset{})}));
   const auto again = wait_for([](const auto& now) { return now.epoch == 1 && now.step > 10; });
   EXPECT_TRUE(again->world_fault.empty());
+  EXPECT_EQ(again->world_stops, 1u) << "counted over resets";
   EXPECT_FALSE(again->paused);
   // Paused by a client, it stays so.
   wait_for([](const auto& now) { return !now.world_fault.empty(); });

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -30,6 +32,8 @@ struct FreeBody {
   Eigen::Vector3d v_com_W = Eigen::Vector3d::Zero();
   Eigen::Vector3d omega_W = Eigen::Vector3d::Zero();
   Aabb bounds;
+  /// Step in which it fell out of the cell; it takes part in nothing any more.
+  std::optional<std::uint64_t> lost_step;
 
   [[nodiscard]] bool is_tray() const { return tray != nullptr; }
   [[nodiscard]] Eigen::Vector3d com_W() const { return X_WB * mass.com; }

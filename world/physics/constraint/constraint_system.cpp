@@ -239,14 +239,14 @@ void ConstraintSystem::couple_bounded() {
 }
 
 /// Bilateral rows are eliminated, the bounded ones solved, the bilateral ones follow.
-void ConstraintSystem::advance() {
+void ConstraintSystem::advance(api::SolverFailures& failures) {
   eliminate_bilateral();
   couple_bounded();
   if (normals_ == Normals::kCoupled) {
-    lcp_.solve_estimated(kRelaxations);
-    homotopy_.continue_friction(lcp_, kMostChanges);  // or else the estimate stands
+    if (!lcp_.solve_estimated(kRelaxations)) ++failures.not_converged;
+    if (!homotopy_.continue_friction(lcp_, kMostChanges)) ++failures.estimated;
   } else {
-    lcp_.solve_decoupled();
+    if (!lcp_.solve_decoupled()) ++failures.not_converged;
   }
   // Back substitution: what the bounded rows leave for the bilateral ones.
   const std::size_t n = bilateral_.size();

@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 
+#include "world/api/snapshot.hpp"
 #include "world/physics/bodies/contact_constraint.hpp"
 #include "world/physics/bodies/ode_handles.hpp"
 #include "world/physics/constraint/contact_material.hpp"
@@ -49,8 +50,9 @@ class ConstraintSystem {
                    const ContactResponse& response, double target_m_s,
                    const Eigen::Vector3d& guess_W);
 
-  /// Solves, moves the bodies, and writes the forces into the contacts' constraints.
-  void advance();
+  /// Solves, moves the bodies, and writes the forces into the contacts' constraints. Counts what
+  /// it could not solve exactly.
+  void advance(api::SolverFailures& failures);
   [[nodiscard]] double bilateral_force_n(int row) const {
     return bilateral_forces_[static_cast<std::size_t>(row)];
   }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <string>
 
 #include "world/physics/constraint/cholesky.hpp"
 
@@ -20,6 +22,10 @@ using ConstValues = Eigen::Map<const Eigen::VectorXd>;
 }  // namespace
 
 int MixedLcp::add(const Row& row, double guess) {
+  if (rows_ == kCapacity) {
+    throw std::length_error("a contact problem of more than " + std::to_string(kCapacity) +
+                            " rows");
+  }
   const int i = rows_++;
   row_[at(i)] = row;
   std::fill_n(column(i), kCapacity, 0.0);
@@ -71,22 +77,22 @@ void MixedLcp::fix_friction_bounds() {
   }
 }
 
-void MixedLcp::solve_estimated(int most_rounds) {
+bool MixedLcp::solve_estimated(int most_rounds) {
   relax(most_rounds);
   fix_friction_bounds();
-  solve_for_bounds();
+  return solve_for_bounds();
 }
 
-void MixedLcp::solve_decoupled() {
+bool MixedLcp::solve_decoupled() {
   for (int i = 0; i < rows_; ++i) {
     const Row& row = row_[at(i)];
     lo_[at(i)] = row.lo;
     hi_[at(i)] = row.hi;
     if (row.normal >= 0) lo_[at(i)] = hi_[at(i)] = 0;
   }
-  solve_for_bounds();
+  const bool without_friction = solve_for_bounds();
   fix_friction_bounds();
-  solve_for_bounds();
+  return solve_for_bounds() && without_friction;
 }
 
 int MixedLcp::list_free() {
@@ -268,9 +274,9 @@ void MixedLcp::project() {
 }
 
 /// Exactly for the present bounds, from the present x.
-void MixedLcp::solve_for_bounds() {
+bool MixedLcp::solve_for_bounds() {
   project();
-  if (!pivot_blocks()) solve_active_set();
+  return pivot_blocks() || solve_active_set();
 }
 
 /// Primal active-set method for the convex quadratic programme of the same solution (Nocedal &

@@ -30,7 +30,8 @@ class MixedLcp {
   using RowStates = std::array<RowState, kCapacity>;
 
   void clear() { rows_ = 0; }
-  /// Adds a row, its part of A to be filled in; the search starts at `guess`.
+  /// Adds a row, its part of A to be filled in; the search starts at `guess`. Throws
+  /// std::length_error beyond kCapacity.
   int add(const Row& row, double guess = 0);
   [[nodiscard]] int rows() const { return rows_; }
   [[nodiscard]] const Row& row(int i) const { return row_[at(i)]; }
@@ -40,11 +41,12 @@ class MixedLcp {
   [[nodiscard]] double& b(int i) { return b_[at(i)]; }
 
   /// With friction bounds from normals that projected Gauss-Seidel estimates (at most `most_rounds`
-  /// sweeps); exact for these bounds. FrictionHomotopy goes on from here.
-  void solve_estimated(int most_rounds);
+  /// sweeps); exact for these bounds. FrictionHomotopy goes on from here. False: given up, as near
+  /// to the solution as it got.
+  bool solve_estimated(int most_rounds);
   /// First without friction, then exactly with the bounds that follow: right where friction does
-  /// not change the normals.
-  void solve_decoupled();
+  /// not change the normals. False as above.
+  bool solve_decoupled();
 
   // ---- the solution
   [[nodiscard]] double x(int i) const { return x_[at(i)]; }
@@ -60,7 +62,7 @@ class MixedLcp {
   [[nodiscard]] static std::size_t at(int i) { return static_cast<std::size_t>(i); }
   void relax(int most_rounds);
   void fix_friction_bounds();
-  void solve_for_bounds();
+  bool solve_for_bounds();
   int list_free();
   [[nodiscard]] double slack() const;
   void project();

@@ -39,7 +39,7 @@ bool GraspMonitor::observe(const Observation& now, GripperState& state) {
   return idle_steps_ >= kIdleSteps;
 }
 
-/// Holding: both pads press on one gear, at rest and short of the closed stop. Lost: no longer so.
+/// Holding: both pads press on one body, at rest and short of the closed stop. Lost: no longer so.
 void GraspMonitor::watch_hold(const Observation& now, bool still, GripperState& state) {
   const PadForces& pads = now.pads;
   const double least = kHoldShare * now.force_n;

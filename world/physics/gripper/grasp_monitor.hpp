@@ -9,12 +9,14 @@ namespace aprsim::physics {
 
 /// What the pads met in one step.
 struct PadForces {
-  std::array<double, 2> closing_n{};  ///< reaction of gears on each pad along the closing direction
-  std::array<int, 2> body{-1, -1};    ///< gear that each pad presses hardest, by body index
+  std::array<double, 2>
+      closing_n{};                  ///< reaction of bodies on each pad along its closing direction
+  std::array<int, 2> body{-1, -1};  ///< that each pad presses hardest, by body index
 };
 
-/// Decides from what can be measured of a gripper whether it is settled, holds a gear, or may be
-/// left alone (idle). Each needs some steps in a row. A value: copied with the gripper's state.
+/// Decides from what can be measured of a gripper whether it is settled, holds a gear or a tray, or
+/// may be left alone (idle). Each needs some steps in a row. A value: copied with the gripper's
+/// state.
 class GraspMonitor {
  public:
   struct Observation {

@@ -10,9 +10,9 @@ namespace aprsim::physics {
 struct GripperState {
   double separation_m = 0;
   std::array<double, 2> travel_m{};
-  std::array<double, 2> force_n{};  ///< pad normal force on gears
+  std::array<double, 2> force_n{};  ///< pad normal force on gears and trays
   bool holding = false;
-  int held_body = -1;   ///< index of the gear, -1 = none
+  int held_body = -1;   ///< index of the gear or tray, -1 = none
   bool settled = true;  ///< reached what was commanded: open, closed, or stalled on a part
   double palm_deflection_m = 0;
   Pose X_WT;  ///< where the tool frame really is, the mount's deflection included

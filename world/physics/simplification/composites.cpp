@@ -35,7 +35,6 @@ void Composites::attach(int child, int parent, const ContactWrenchCone& cone) {
   const int to = root(parent);
   for (const int m : moved_) insert(to, m);
   ++children_;
-  contacts_ += cone.count();
   weigh(to);
   dBodyDisable(body(child).body.get());
 }
@@ -59,7 +58,6 @@ void Composites::detach(int child) {
   at(child).X_RB.setIdentity();
   for (const int m : moved_) insert(child, m);
   --children_;
-  contacts_ -= at(child).cone.count();
   weigh(from);
   const FreeBody& free = body(child);
   ode::set_rotation(free.body.get(), free.X_WB.linear());
@@ -112,7 +110,6 @@ Wrench Composites::required(int child, const RigidMotion& motion) const {
 void Composites::restore(const Composites& from) {
   members_ = from.members_;
   children_ = from.children_;
-  contacts_ = from.contacts_;
   for (std::size_t i = 0; i < members_.size(); ++i) {
     if (members_[i].root == static_cast<int>(i)) bodies_[i].carry(members_[i].carried);
   }

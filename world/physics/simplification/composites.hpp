@@ -31,8 +31,6 @@ class Composites {
   /// Of its contact with its parent.
   [[nodiscard]] const ContactWrenchCone& cone(int child) const { return at(child).cone; }
   [[nodiscard]] int child_count() const { return children_; }
-  /// Contact points that the mergers have replaced.
-  [[nodiscard]] int contact_count() const { return contacts_; }
 
   /// Merges the composite of `child`, a root, onto `parent`.
   void attach(int child, int parent, const ContactWrenchCone& cone);
@@ -73,7 +71,7 @@ class Composites {
   Eigen::Vector3d gravity_W_;
   std::vector<Member> members_;
   std::vector<int> moved_;  // scratch
-  int children_ = 0, contacts_ = 0;
+  int children_ = 0;
 };
 
 }  // namespace aprsim::physics

@@ -3,6 +3,11 @@
 #include <algorithm>
 
 namespace aprsim::physics {
+namespace {
+
+constexpr std::size_t kFrozenCapacity = 1024;  // contacts to reserve for
+
+}  // namespace
 
 Simplification::Simplification(const scene::Physics& physics, std::span<FreeBody> bodies,
                                const StaticShapes& fixed, dWorldID world)
@@ -24,6 +29,8 @@ Simplification::Simplification(const scene::Physics& physics, std::span<FreeBody
   awake_.reserve(bodies.size());
   awake_roots_.reserve(bodies.size());
   scratch_.reserve(bodies.size());
+  merged_.reserve(kFrozenCapacity);
+  asleep_.reserve(kFrozenCapacity);
   list_awake();
 }
 
@@ -31,7 +38,7 @@ void Simplification::list_awake() {
   awake_.clear();
   awake_roots_.clear();
   for (int i = 0; i < static_cast<int>(bodies_.size()); ++i) {
-    if (dormant(i)) continue;
+    if (dormant(i) || body(i).lost_step) continue;
     awake_.push_back(i);
     if (root(i) == i) awake_roots_.push_back(i);
   }
@@ -56,7 +63,9 @@ int Simplification::group(int i) const {
   return virtual_joints_ ? virtual_joints_->group(i) : -1;
 }
 
-bool Simplification::resting(int i) const { return dormant(i) || rest_.resting(i); }
+bool Simplification::resting(int i) const {
+  return dormant(i) || (rest_.resting(i) && !body(i).lost_step);
+}
 
 int Simplification::joint_count() const {
   return static_cast<int>(joined_pairs().size()) + composites_.child_count() +
@@ -81,6 +90,7 @@ void Simplification::wake(int group) {
     at(i).touched = at(i).near = false;
   }
   sleeping_.wake(group);
+  asleep_.drop(group);
   list_awake();
 }
 
@@ -97,8 +107,25 @@ void Simplification::disturb(int i) {
 void Simplification::release(int i) {
   if (composites_.parent(i) < 0) return;
   composites_.detach(i);
+  merged_.drop(i);
   rest_.restart_on_body(i);
   awake_roots_.insert(std::lower_bound(awake_roots_.begin(), awake_roots_.end(), i), i);
+}
+
+/// What rests on it is on its own from now on.
+void Simplification::lose(int i) {
+  for (int m = composites_.root(i); m >= 0;) {
+    const int after = composites_.next(m);
+    if (composites_.parent(m) == i) {
+      release(m);
+      m = composites_.root(i);  // its list has changed
+    } else {
+      m = after;
+    }
+  }
+  release(i);
+  if (virtual_joints_) virtual_joints_->forget(i);
+  list_awake();
 }
 
 /// What wakes has moved with the belt's old speed so far.
@@ -141,6 +168,8 @@ bool Simplification::is_free(int id) const {
 void Simplification::observe(std::span<const ContactConstraint> constraints,
                              std::span<const int> island_of) {
   sleeping_.end_step(step_s_);
+  merged_.settle();
+  asleep_.settle();
   if (virtual_joints_) virtual_joints_->observe(constraints, step_s_);
   judge_islands(constraints, island_of);
   if (merges_) {
@@ -190,7 +219,6 @@ void Simplification::judge_islands(std::span<const ContactConstraint> constraint
     const int number = island_of[static_cast<std::size_t>(root(constraint.contact.a))];
     if (number < 0) continue;
     Island& island = islands_[static_cast<std::size_t>(number)];
-    ++island.contacts;
     if (constraint.fixed < 0) continue;
     if (!constraint.belt) {
       island.on_fixed = true;
@@ -257,11 +285,21 @@ void Simplification::merge(int child, int below, std::span<const ContactConstrai
   const ContactWrenchCone cone = cone_of(child, below, constraints);
   if (!cone.contains(composites_.required(child, motion))) return;
   composites_.attach(child, below, cone);
+  for (const auto& constraint : constraints) {
+    const auto& contact = constraint.contact;
+    const bool on_a = contact.a == child && contact.b == below;
+    if (!on_a && !(contact.b == child && contact.a == below)) continue;
+    merged_.keep(child, constraint, body(contact.a).X_WB, carried(contact));
+  }
   rest_.restart_on_body(child);
   at(child).pull_W.setZero();
   const auto number = static_cast<std::size_t>(island_of[static_cast<std::size_t>(child)]);
   islands_[number].quiet = false;
   awake_roots_.erase(std::lower_bound(awake_roots_.begin(), awake_roots_.end(), child));
+}
+
+Eigen::Vector3d Simplification::carried(const Contact& contact) const {
+  return contact.p_W + step_s_ * body(contact.a).velocity_at(contact.p_W);
 }
 
 /// The contact of a composite with the body or, for below = kGround, the belt under it. The points
@@ -301,7 +339,6 @@ void Simplification::fall_asleep(std::span<const ContactConstraint> constraints,
     }
     Carrier carrier;
     carrier.belt = island.on_belt;
-    carrier.contacts = island.contacts;
     carrier.belt_min = island.belt_min;
     carrier.belt_max = island.belt_max;
     ContactWrenchCone cone;
@@ -309,7 +346,14 @@ void Simplification::fall_asleep(std::span<const ContactConstraint> constraints,
       cone = cone_of(lone, kGround, constraints);
       carrier.cone = &cone;
     }
-    sleeping_.sleep(scratch_, carrier);
+    const int group = sleeping_.sleep(scratch_, carrier);
+    for (const auto& constraint : constraints) {
+      const auto& contact = constraint.contact;
+      if (!is_free(contact.a) || island_of[static_cast<std::size_t>(root(contact.a))] != number) {
+        continue;
+      }
+      asleep_.keep(group, constraint, body(contact.a).X_WB, carried(contact));
+    }
     any = true;
   }
   if (!any) return;
@@ -320,7 +364,8 @@ void Simplification::fall_asleep(std::span<const ContactConstraint> constraints,
 // ---- keeping a state
 
 Simplification::State Simplification::save() const {
-  State state{composites_, sleeping_, std::nullopt, rest_.save(), neighbours_, belt_speed_before_};
+  State state{composites_, sleeping_, std::nullopt, rest_.save(),
+              merged_,     asleep_,   neighbours_,  belt_speed_before_};
   if (virtual_joints_) state.virtual_joints = virtual_joints_->save();
   return state;
 }
@@ -330,6 +375,8 @@ void Simplification::restore(const State& state) {
   sleeping_.restore(state.sleeping);
   if (virtual_joints_ && state.virtual_joints) virtual_joints_->restore(*state.virtual_joints);
   rest_.restore(state.rest);
+  merged_ = state.merged_contacts;
+  asleep_ = state.sleeping_contacts;
   neighbours_ = state.neighbours;
   belt_speed_before_ = state.belt_speed_before;
   list_awake();

@@ -9,6 +9,7 @@
 #include "world/physics/bodies/free_body.hpp"
 #include "world/physics/bodies/static_shapes.hpp"
 #include "world/physics/simplification/composites.hpp"
+#include "world/physics/simplification/frozen_contacts.hpp"
 #include "world/physics/simplification/rest_detector.hpp"
 #include "world/physics/simplification/sleeping_groups.hpp"
 #include "world/physics/simplification/virtual_joints.hpp"
@@ -62,9 +63,10 @@ class Simplification {
   /// How many bodies hang on another as if by one joint.
   [[nodiscard]] int joint_count() const;
   /// Contact points that are not in the solver because nothing changes at them.
-  [[nodiscard]] int frozen_contacts() const {
-    return composites_.contact_count() + sleeping_.contact_count();
-  }
+  [[nodiscard]] int frozen_count() const { return merged_.count() + asleep_.count(); }
+  /// Those of merged bodies with what they rest on, and those of sleeping groups, as they were.
+  [[nodiscard]] const FrozenContacts& merged_contacts() const { return merged_; }
+  [[nodiscard]] const FrozenContacts& sleeping_contacts() const { return asleep_; }
   [[nodiscard]] Eigen::Isometry3d X_WB(int body) const;
   /// Velocity of the centre of mass.
   [[nodiscard]] Eigen::Vector3d velocity(int body) const;
@@ -86,6 +88,8 @@ class Simplification {
   void move_members(int root) { composites_.move_members(root); }
   /// Frees a merged body from its parent, if it has one.
   void release(int body);
+  /// Between two steps: takes an awake body that is lost (FreeBody::lost_step) out of everything.
+  void lose(int body);
   /// After the solver: appends the merged bodies that require a wrench of their parents outside the
   /// cone of their contact; they have to be released and the step to be solved anew.
   void find_overstressed(std::vector<int>& overstressed);
@@ -104,7 +108,7 @@ class Simplification {
   };
   struct Island {
     bool quiet = true, on_belt = false, on_fixed = false;
-    int contacts = 0, roots = 0;
+    int roots = 0;
     double belt_min = 1e30, belt_max = -1e30;  // along the belt, of the supporting points
   };
 
@@ -123,6 +127,8 @@ class Simplification {
   void judge_pairs(std::span<const ContactConstraint> constraints, std::span<const int> island_of);
   void merge(int child, int below, std::span<const ContactConstraint> constraints,
              std::span<const int> island_of);
+  /// Where a contact point found at a step's start is at its end, carried along by its first body.
+  [[nodiscard]] Eigen::Vector3d carried(const Contact& contact) const;
   [[nodiscard]] ContactWrenchCone cone_of(int child, int below,
                                           std::span<const ContactConstraint> constraints) const;
   void fall_asleep(std::span<const ContactConstraint> constraints, std::span<const int> island_of);
@@ -136,6 +142,7 @@ class Simplification {
   SleepingGroups sleeping_;
   std::optional<VirtualJoints> virtual_joints_;
   RestDetector rest_;
+  FrozenContacts merged_, asleep_;  // by child; by sleeping group
   std::vector<Neighbours> neighbours_;
   std::vector<Island> islands_;  // by island number
   std::vector<int> awake_, awake_roots_, scratch_;
@@ -148,6 +155,7 @@ struct Simplification::State {
   SleepingGroups sleeping;
   std::optional<VirtualJoints::State> virtual_joints;
   RestDetector::State rest;
+  FrozenContacts merged_contacts, sleeping_contacts;
   std::vector<Neighbours> neighbours;
   double belt_speed_before = 0;
 };

@@ -147,7 +147,7 @@ void SleepingGroups::limit_travel(Group& group, const Carrier& carrier) {
 
 // ---- falling asleep and waking
 
-void SleepingGroups::sleep(std::span<const int> members, const Carrier& carrier) {
+int SleepingGroups::sleep(std::span<const int> members, const Carrier& carrier) {
   const int slot = spare_.back();
   spare_.pop_back();
   Group& group = at(slot);
@@ -155,7 +155,6 @@ void SleepingGroups::sleep(std::span<const int> members, const Carrier& carrier)
   group.lowest = members.front();
   group.belt = carrier.belt;
   group.travel = travel_;
-  group.contacts = carrier.contacts;
   if (carrier.cone) {
     group.has_cone = true;
     group.cone = *carrier.cone;
@@ -181,9 +180,9 @@ void SleepingGroups::sleep(std::span<const int> members, const Carrier& carrier)
     }
   }
   active_.insert(std::lower_bound(active_.begin(), active_.end(), slot), slot);
-  contacts_ += group.contacts;
   roots_ += group.roots;
   find_tightest();
+  return slot;
 }
 
 void SleepingGroups::sync_poses(int g) {
@@ -213,7 +212,6 @@ void SleepingGroups::wake(int g) {
     }
     b = after;
   }
-  contacts_ -= group.contacts;
   roots_ -= group.roots;
   active_.erase(std::lower_bound(active_.begin(), active_.end(), g));
   spare_.push_back(g);

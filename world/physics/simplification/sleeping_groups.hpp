@@ -11,8 +11,6 @@ namespace aprsim::physics {
 /// What a group that falls asleep rests on.
 struct Carrier {
   bool belt = false;
-  /// Contact points of the group with the carrier, and with each other beyond mergers.
-  int contacts = 0;
   double belt_min = 0, belt_max = 0;  ///< of the points on the belt, along it
   /// When the group is one composite on the belt alone: of its root's contact with the belt. A
   /// group without it wakes at any change of the belt's speed.
@@ -43,7 +41,6 @@ class SleepingGroups {
   /// Pose and velocity of the centre of mass now.
   [[nodiscard]] Eigen::Isometry3d X_WB(int body) const;
   [[nodiscard]] Eigen::Vector3d velocity(int body) const;
-  [[nodiscard]] int contact_count() const { return contacts_; }
   [[nodiscard]] int root_count() const { return roots_; }
   [[nodiscard]] double belt_travel_m() const { return travel_; }
   [[nodiscard]] double belt_speed_m_s() const { return speed_; }
@@ -55,8 +52,8 @@ class SleepingGroups {
   /// Moves the belt on.
   void end_step(double step_s) { travel_ += speed_ * step_s; }
 
-  /// `members` ascending. Gives them exactly the carrier's velocity.
-  void sleep(std::span<const int> members, const Carrier& carrier);
+  /// `members` ascending. Gives them exactly the carrier's velocity. Returns the group.
+  int sleep(std::span<const int> members, const Carrier& carrier);
   /// Brings the records of a group's bodies up to date (they stay asleep).
   void sync_poses(int group);
   /// Ends a group; its bodies move as their carrier did in the last step.
@@ -75,7 +72,7 @@ class SleepingGroups {
     bool has_cone = false;
     ContactWrenchCone cone;
     Aabb box;  // at `travel`
-    int contacts = 0, roots = 0;
+    int roots = 0;
   };
   [[nodiscard]] const Group& at(int group) const {
     return groups_[static_cast<std::size_t>(group)];
@@ -96,7 +93,7 @@ class SleepingGroups {
   std::vector<Group> groups_;
   std::vector<int> active_, spare_;  // groups that sleep; records without a group
   double travel_ = 0, speed_ = 0;
-  int contacts_ = 0, roots_ = 0;
+  int roots_ = 0;
   // over all groups on the belt
   double travel_low_ = -1e30, travel_high_ = 1e30, accel_low_ = -1e30, accel_high_ = 1e30;
 };

@@ -45,6 +45,15 @@ void VirtualJoints::observe(std::span<const ContactConstraint> constraints, doub
   for (std::size_t i = 0; i < bodies_.size(); ++i) v_before_[i] = bodies_[i].v_com_W;
 }
 
+void VirtualJoints::forget(int body) {
+  const std::size_t count = std::erase_if(pairs_, [&](const Pair& pair) {
+    if (pair.a != body && pair.b != body) return false;
+    detach(pair);
+    return true;
+  });
+  if (count > 0) find_groups();
+}
+
 /// Algorithm 2: the joint goes when |Fc - Fv| > e.
 void VirtualJoints::release_changed() {
   std::erase_if(pairs_, [this](const Pair& pair) {

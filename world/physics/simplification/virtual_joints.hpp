@@ -53,6 +53,9 @@ class VirtualJoints {
   /// Makes the same joints in the same order; leaves the bodies where they were when joined.
   void restore(const State& state);
 
+  /// Removes the joints of a body.
+  void forget(int body);
+
   /// After a step: both algorithms, with the solved forces in `constraints`.
   void observe(std::span<const ContactConstraint> constraints, double step_s);
 

@@ -61,7 +61,8 @@ ServoArm::ServoArm(ArmModel model, Payload payload, const Eigen::Vector3d& gravi
   s_.trip_reason.reserve(kReasonCapacity);
 }
 
-void ServoArm::step(const JointVector& q_ref_next, const JointVector& tau_ext) {
+void ServoArm::step(const JointVector& q_ref_next, const JointVector& tau_ext,
+                    const JointVector& tau_load) {
   assert(q_ref_next.size() == model_.dof() && tau_ext.size() == model_.dof());
   if (s_.braked) return hold(q_ref_next);
   // Velocity and acceleration as this step realises them: a feedforward from them leaves no
@@ -94,6 +95,14 @@ void ServoArm::step(const JointVector& q_ref_next, const JointVector& tau_ext) {
     s_.qd = s_.qd_ref;
     s_.disturbed_steps = 0;
   }
+  bear(tau_load);
+}
+
+/// What the servo has not answered of a load, because it is within friction.
+void ServoArm::bear(const JointVector& tau_load) {
+  if (tau_load.size() == 0 || (tau_load.array() == 0).all()) return;
+  const JointVector within = tau_load - beyond_friction(tau_load);
+  s_.torque = (s_.torque - within).cwiseMax(-max_torque_).cwiseMin(max_torque_);
 }
 
 /// One step with the brakes on: nothing moves, and a deviation stays.

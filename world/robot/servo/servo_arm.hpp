@@ -43,8 +43,11 @@ class ServoArm {
            const JointVector& q_start, double step_s, ServoParameters servo = {});
 
   /// Advances one step to the reference `q_ref_next`, with external joint torques `tau_ext`
-  /// (J^T w of all contact wrenches on links and tool, grip excluded) as they are at its start.
-  void step(const JointVector& q_ref_next, const JointVector& tau_ext);
+  /// (J^T w of all contact wrenches on links and tool) as they are at its start. `tau_load` is what
+  /// of them bodies on the tool exert, as a held part by its weight: friction keeps it from moving
+  /// the arm as any other torque, but the drives bear all of it. Empty: none.
+  void step(const JointVector& q_ref_next, const JointVector& tau_ext,
+            const JointVector& tau_load = {});
 
   /// Adds position and velocity of the deviation to the reference: the next reference must start
   /// from q(). The arm keeps its momentum: where the next reference has another velocity, the
@@ -80,6 +83,7 @@ class ServoArm {
 
  private:
   [[nodiscard]] JointVector beyond_friction(const JointVector& tau_ext) const;
+  void bear(const JointVector& tau_load);
   [[nodiscard]] JointVector return_speed(const JointMatrix& H) const;
   void hold(const JointVector& q_ref_next);
   void deviate(const JointVector& feedforward, const JointVector& disturbance);

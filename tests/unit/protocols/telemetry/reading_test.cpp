@@ -26,6 +26,8 @@ TEST_F(Reading, SnapshotCarriesTheCell) {
   EXPECT_EQ(robot.joints(1).position_rad(), 0.25);
   EXPECT_EQ(robot.gripper().separation_m(), 0.0077);
   EXPECT_EQ(robot.gripper().held_body(), "gear_1");
+  EXPECT_EQ(robot.gripper().held_index(), 0u);
+  EXPECT_EQ(robot.gripper().held_kind(), v1::BODY_KIND_GEAR);
   ASSERT_EQ(robot.gripper().force_n_size(), 2);
   EXPECT_EQ(robot.gripper().force_n(1), 61);
   EXPECT_EQ(robot.action().state(), v1::ACTION_STATE_NONE);
@@ -44,10 +46,36 @@ TEST_F(Reading, SnapshotCarriesTheCell) {
   ASSERT_EQ(snapshot.contacts_size(), 2);
   EXPECT_EQ(snapshot.contacts(0).first().robot(), 0U);
   EXPECT_TRUE(snapshot.contacts(0).first().has_robot());
+  EXPECT_EQ(snapshot.contacts(0).first().part(), "finger_2");
   EXPECT_TRUE(snapshot.contacts(0).second().has_body());
+  EXPECT_EQ(snapshot.contacts(0).second().part(), "");
   EXPECT_EQ(snapshot.contacts(0).force_n().y(), 60);
   EXPECT_EQ(snapshot.contacts(1).second().fixed(), 1U);
   EXPECT_EQ(snapshot.contacts(1).point_m().z(), 0.93);
+}
+
+TEST_F(Reading, SnapshotCarriesWhatIsLostAndWhatTheSolverFailedAt) {
+  start();
+  cell_->publish([](api::Snapshot& s) {
+    s.bodies[0].lost_step = 4711;
+    s.robots[0].gripper.holding = false;
+    s.robots[0].gripper.held_body = -1;
+    s.solver_failures = {.estimated = 1, .not_converged = 2, .fallbacks = 3, .oversized = 4};
+    s.world_stops = 5;
+  });
+  v1::GetSnapshotResponse response;
+  grpc::ClientContext context;
+  ASSERT_TRUE(telemetry_->GetSnapshot(&context, {}, &response).ok());
+  const auto& snapshot = response.snapshot();
+  EXPECT_EQ(snapshot.bodies(0).lost_step(), 4711u);
+  EXPECT_FALSE(snapshot.bodies(1).has_lost_step());
+  EXPECT_FALSE(snapshot.robots(0).gripper().has_held_index());
+  EXPECT_EQ(snapshot.robots(0).gripper().held_kind(), v1::BODY_KIND_UNSPECIFIED);
+  EXPECT_EQ(snapshot.solver_failures().estimated(), 1u);
+  EXPECT_EQ(snapshot.solver_failures().not_converged(), 2u);
+  EXPECT_EQ(snapshot.solver_failures().fallbacks(), 3u);
+  EXPECT_EQ(snapshot.solver_failures().oversized(), 4u);
+  EXPECT_EQ(snapshot.world_stops(), 5u);
 }
 
 TEST_F(Reading, CellDescriptionCarriesGeometry) {

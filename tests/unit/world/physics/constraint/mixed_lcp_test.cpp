@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <stdexcept>
 
 #include <gtest/gtest.h>
 
@@ -69,6 +70,19 @@ TEST(MixedLcp, RowsAreBetweenTheirBoundsOrPushedAgainstThem) {
 }
 
 // There is not always a solution to be found on the way; where one is, it is exact.
+TEST(MixedLcp, TakesAsManyRowsAsItHasRoomForAndNoMore) {
+  MixedLcp system;
+  for (int i = 0; i < MixedLcp::kCapacity; ++i) {
+    ASSERT_EQ(system.add({.lo = -1, .hi = 1}), i);
+    system.column(i)[i] = 1;
+    system.b(i) = 0.5;
+  }
+  EXPECT_THROW(system.add({.lo = -1, .hi = 1}), std::length_error);
+  EXPECT_EQ(system.rows(), MixedLcp::kCapacity);
+  EXPECT_TRUE(system.solve_estimated(10));
+  for (int i = 0; i < MixedLcp::kCapacity; ++i) EXPECT_NEAR(system.x(i), 0.5, 1e-12);
+}
+
 TEST(MixedLcp, FrictionIsBoundedByTheNormalsFoundWithIt) {
   std::mt19937 random(2);
   std::uniform_real_distribution<double> uniform(-1, 1);

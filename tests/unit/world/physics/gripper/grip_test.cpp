@@ -351,21 +351,202 @@ TEST(Gripper, PressingDownLoadsTheMountAndTheArm) {
   EXPECT_NEAR(sum.head<2>().norm(), 0, 0.3);
 }
 
-// While a gear hangs in the gripper its weight is payload, not an outside force; pushed onto the
-// table it becomes one.
-TEST(Gripper, OnlyOutsideForcesOnTheHeldGearAreReported) {
+/// What the contacts do to the arm, about a point.
+struct Load {
+  Eigen::Vector3d force_n = Eigen::Vector3d::Zero(), moment_nm = Eigen::Vector3d::Zero();
+};
+
+Load load_on_arm(const Bench& bench, const Eigen::Vector3d& about_W) {
+  Load load;
+  for (const auto& force : bench.world->arm_forces(0)) {
+    if (force.relayed) continue;
+    EXPECT_TRUE(force.on_gripper);
+    load.force_n += force.f_W;
+    load.moment_nm += (force.p_W - about_W).cross(force.f_W);
+  }
+  return load;
+}
+
+Eigen::Vector3d com_of(const Bench& bench, const std::string& body) {
+  const BodyState state = bench.world->body(bench.index_of(body));
+  return state.p_WB;  // of a gear of even density, a few millimetres off at most
+}
+
+/// A gear of the shape of d60 and that mass in the hand, lifted.
+class Heavy : public testing::TestWithParam<double> {
+ protected:
+  static scene::Scene scene_with(double kg) {
+    auto scene = pick_scene("d60");
+    scene.gear_types.at("d60").mass_kg = kg;
+    scene.robots[0].gripper.pad = scene::PadShape::kFlat;
+    return scene;
+  }
+};
+
+// The grip's own forces cancel; what is left is the weight, at the gear's centre of mass, and it
+// bends the mount.
+TEST_P(Heavy, WeightLoadsArmAndMount) {
+  const double kg = GetParam(), weight = kg * 9.81;
+  Bench bench(scene_with(kg));
+  ASSERT_TRUE(pick(bench).held);
+  bench.run(300);
+  const Load load = load_on_arm(bench, com_of(bench, "g"));
+  EXPECT_NEAR(load.force_n.z(), -weight, 0.01 * weight);
+  EXPECT_LT(load.force_n.head<2>().norm(), 0.01 * weight);
+  EXPECT_LT(load.moment_nm.head<2>().norm(), 0.002 * weight) << "acts on a vertical through it";
+  const double sag = weight / bench.scene.robots[0].gripper.palm_stiffness_n_m;
+  EXPECT_NEAR(bench.world->gripper(0).palm_deflection_m, sag, 0.02 * sag + 1e-7);
+}
+
+// In motion its inertia adds: the force on the arm is m (g - a), whatever the direction.
+TEST_P(Heavy, InertiaLoadsTheArm) {
+  const double kg = GetParam();
+  for (const Eigen::Vector3d& a :
+       {Eigen::Vector3d(0, 0, 20), Eigen::Vector3d(20, 0, 0), Eigen::Vector3d(0, -8, -5)}) {
+    Bench bench(scene_with(kg));
+    ASSERT_TRUE(pick(bench).held);
+    bench.run(300);
+    const Eigen::Isometry3d start = bench.X_WT;
+    const BodyState before = bench.world->body(bench.index_of("g"));
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    constexpr int kFirst = 60, kSteps = 160;
+    Eigen::Vector3d v_first = before.v_W;
+    for (int i = 1; i <= kSteps; ++i) {
+      Eigen::Isometry3d next = start;
+      next.translation() += 0.5 * a * i * i * 1e-6;
+      bench.step_tool(next);
+      if (i == kFirst) v_first = bench.world->body(bench.index_of("g")).v_W;
+      if (i > kFirst) mean += load_on_arm(bench, {0, 0, 0}).force_n / (kSteps - kFirst);
+    }
+    // Newton's second law for the gear itself, whose acceleration is the arm's in the mean.
+    const Eigen::Vector3d v = bench.world->body(bench.index_of("g")).v_W;
+    const Eigen::Vector3d own = (v - v_first) / ((kSteps - kFirst) * 1e-3);
+    const Eigen::Vector3d g(0, 0, -9.81);
+    EXPECT_LT((mean - kg * (g - own)).norm(), 0.01 * (kg * (g - own)).norm());
+    EXPECT_LT((own - a).norm(), 0.05 * a.norm());
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Masses, Heavy, testing::Values(0.02, 1.0));
+
+// A gear that hangs in the gripper loads the arm by its weight through the pads; pushed onto the
+// table, by what the table does to it too, which is told with its name.
+TEST(Gripper, WhatAHeldGearMeetsLoadsTheArmThroughThePads) {
   Bench bench(pick_scene("small"));
   ASSERT_TRUE(pick(bench).held);
   bench.run(50);
-  EXPECT_TRUE(bench.world->arm_forces(0).empty());
+  const double weight = bench.scene.gear_types.at("small").mass_kg * 9.81;
+  EXPECT_NEAR(load_on_arm(bench, {0, 0, 0}).force_n.z(), -weight, 0.01 * weight);
+  for (const auto& force : bench.world->arm_forces(0)) {
+    EXPECT_FALSE(force.relayed) << "it meets nothing";
+    EXPECT_EQ(name_of(bench.scene, *bench.world, force.partner), "g");
+  }
   bench.move({-0.2, 0, 0}, 0.4);
   // Hub's underside at 3 mm over the table after this much; press 1 mm.
   const double down = bench.X_WB("g").translation().z() - 0.012 + 1e-3;
   bench.move({0, 0, -down}, 0.4);
   bench.run(50);
-  double up = 0;
-  for (const auto& force : bench.world->arm_forces(0)) up += force.f_W.z();
-  EXPECT_NEAR(up, 5 - 0.1, 0.5);
+  EXPECT_NEAR(load_on_arm(bench, {0, 0, 0}).force_n.z(), 5 - 0.1, 0.5);
+  double table = 0;
+  for (const auto& force : bench.world->arm_forces(0)) {
+    if (!force.relayed) continue;
+    EXPECT_EQ(name_of(bench.scene, *bench.world, force.partner), "table");
+    table += force.f_W.z();
+  }
+  EXPECT_NEAR(table, 5, 0.5);
+}
+
+/// A bar as a tray, narrow enough for the fingers, and a hand over it.
+scene::Scene bar_scene(scene::Simplification mode) {
+  auto scene = empty_scene();
+  scene.physics.simplification = mode;
+  add_table(scene);
+  scene::TrayType bar;
+  bar.name = "bar";
+  bar.kind = api::BodyKind::kKitTray;
+  bar.min_xy = {-0.05, -0.006};
+  bar.max_xy = {0.05, 0.006};
+  bar.thickness_m = 0.02;
+  bar.mass_kg = 0.15;
+  scene.tray_types["bar"] = bar;
+  add_tray(scene, "other", "small4", {0.4, 0}, {"s1=g"});
+  add_tray(scene, "bar", "bar", {0, 0}, {});
+  add_hand(scene, {0, 0, 0.006 + kLift});
+  return scene;
+}
+
+class HeldTray : public testing::TestWithParam<scene::Simplification> {};
+
+TEST_P(HeldTray, IsToldByItsIndexAndLoadsTheArm) {
+  Bench bench(bar_scene(GetParam()));
+  bench.run(120);
+  bench.move({0, 0, -kLift}, 0.15);
+  EXPECT_FALSE(bench.world->gripper(0).holding);
+  bench.grip(0);
+  EXPECT_TRUE(bench.world->gripper(0).holding) << "already on the table";
+  bench.move({0, 0, kLift}, 0.3);
+  bench.run(200);
+  const GripperState& hand = bench.world->gripper(0);
+  EXPECT_TRUE(hand.holding);
+  EXPECT_EQ(hand.held_body, bench.index_of("bar"));
+  EXPECT_NEAR(hand.force_n[0], 60, 1.5);
+  EXPECT_NEAR(hand.force_n[1], 60, 1.5);
+  EXPECT_GT(bench.X_WB("bar").translation().z(), 0.05);
+  const double weight = 0.15 * 9.81;
+  EXPECT_NEAR(load_on_arm(bench, {0, 0, 0}).force_n.z(), -weight, 0.01 * weight);
+  bench.grip(1);
+  bench.run(300);
+  EXPECT_FALSE(bench.world->gripper(0).holding);
+  EXPECT_EQ(bench.world->gripper(0).held_body, -1);
+}
+
+// A finger that stands on a tray, or beside it, holds nothing.
+TEST_P(HeldTray, PressingOnATrayIsNoHold) {
+  auto scene = bar_scene(GetParam());
+  scene.tray_types.at("bar").min_xy.y() = -0.04;
+  scene.tray_types.at("bar").max_xy.y() = 0.04;
+  Bench bench(std::move(scene));
+  bench.run(120);
+  bench.move({0, 0, -kLift + 0.014 - 0.001}, 0.2);  // 1 mm into its top
+  bench.grip(0);
+  EXPECT_FALSE(bench.world->gripper(0).holding);
+  EXPECT_LT(bench.world->gripper(0).force_n[0], 5);
+  EXPECT_LT(bench.world->gripper(0).force_n[1], 5);
+}
+
+INSTANTIATE_TEST_SUITE_P(Modes, HeldTray,
+                         testing::Values(scene::Simplification::kOff,
+                                         scene::Simplification::kVirtualJoints,
+                                         scene::Simplification::kMerge,
+                                         scene::Simplification::kDormant));
+
+// More contacts than the exact solver takes: told, and solved by the other one.
+TEST(SolverFailures, APileUnderThePalmIsTooLarge) {
+  auto scene = empty_scene();
+  add_table(scene);
+  const scene::GearType& gear = scene.gear_types.at("d50");
+  for (int i = 0; i < 25; ++i) {
+    Pose pose;
+    pose.p = {0.06 * (i % 5 - 2), 0.06 * (i / 5 - 2), gear.hub_height_m};
+    add_gear(scene, "g" + std::to_string(i), "d50", pose);
+  }
+  auto& hand = add_hand(scene, {0, 0, 0.05});
+  hand.gripper.palm_size = {0.4, 0.4, 0.08};
+  hand.gripper.pad_height_m = 0.01;
+  Bench bench(std::move(scene));
+  bench.run(100);
+  EXPECT_EQ(bench.world->solver_failures(), api::SolverFailures{});
+  // The palm's face, 10 mm over the finger tips, comes down onto the pegs, fingers between them.
+  bench.move({0.03, 0.03, 0}, 0.1);
+  bench.move({0, 0, -(0.05 + 0.01 - gear.hub_height_m - gear.peg_top_m + 0.5e-3)}, 0.4);
+  bench.run(20);
+  const auto failures = bench.world->solver_failures();
+  EXPECT_GT(failures.oversized, 0u);
+  const auto saved = bench.world->save();
+  bench.run(20);
+  EXPECT_GT(bench.world->solver_failures().oversized, failures.oversized);
+  bench.world->restore(saved);
+  EXPECT_EQ(bench.world->solver_failures(), failures);
 }
 
 // Any opening where nothing is between the fingers; a part stops them before it.

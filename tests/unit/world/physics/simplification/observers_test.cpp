@@ -1,6 +1,8 @@
 // A merged or dormant group is indistinguishable to those who look.
 
 #include <cmath>
+#include <map>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -89,7 +91,94 @@ TEST(Contacts, BearTheWeightOfWhatRests) {
   EXPECT_LT(on_gear.head<2>().norm() + on_tray.head<2>().norm(), 1e-3);
 }
 
-// What sleeps has no forces, and what a gripper holds has those of its pads.
+/// Contacts of one pair of things, summed up.
+struct PairContact {
+  int points = 0;
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();
+};
+
+std::map<std::string, PairContact> by_pair(const Bench& bench) {
+  std::map<std::string, PairContact> pairs;
+  for (const auto& contact : contacts_of(bench)) {
+    const auto side = [&](const api::ContactSide& which) {
+      return std::to_string(static_cast<int>(which.kind)) + ' ' + std::to_string(which.index);
+    };
+    PairContact& pair = pairs[side(contact.first) + " on " + side(contact.second)];
+    ++pair.points;
+    pair.force += contact.f_W;
+  }
+  return pairs;
+}
+
+/// The same partners at the same points with the same forces, in the same order.
+void expect_same_contacts(const Bench& one, const Bench& other, const std::string& when) {
+  const auto full = contacts_of(one), simplified = contacts_of(other);
+  ASSERT_GT(full.size(), 20u) << when;
+  ASSERT_EQ(full.size(), simplified.size()) << when;
+  for (std::size_t i = 0; i < full.size(); ++i) {
+    const auto same = [](const api::ContactSide& a, const api::ContactSide& b) {
+      return a.kind == b.kind && a.index == b.index && a.part == b.part;
+    };
+    ASSERT_TRUE(same(full[i].first, simplified[i].first)) << when << ' ' << i;
+    ASSERT_TRUE(same(full[i].second, simplified[i].second)) << when << ' ' << i;
+    ASSERT_LT((full[i].p_W - simplified[i].p_W).norm(), 1e-5) << when << ' ' << i;
+  }
+  const auto full_pairs = by_pair(one), pairs = by_pair(other);
+  for (const auto& [name, pair] : full_pairs) {
+    ASSERT_TRUE(pairs.contains(name)) << when << ' ' << name;
+    EXPECT_EQ(pairs.at(name).points, pair.points) << when << ' ' << name;
+    EXPECT_LT((pairs.at(name).force - pair.force).norm(), 0.02 * pair.force.norm() + 2e-3)
+        << when << ' ' << name;
+  }
+}
+
+// Where nothing is solved any more, contacts are told as they were: the list is the same in every
+// mode, at rest, on the running belt, and after going back to a saved state.
+TEST_P(Observers, ListTheSameContacts) {
+  Bench full(loaded_belt(Simplification::kOff)), bench(loaded_belt(GetParam()));
+  const auto run = [&](int steps, double speed) {
+    for (Bench* each : {&full, &bench}) {
+      each->world->set_belt_speed(speed);
+      each->run(steps);
+    }
+  };
+  run(400, 0);
+  expect_same_contacts(full, bench, "at rest");
+  const auto saved = bench.world->save();
+  const auto before = contacts_of(bench);
+  for (int i = 1; i <= 400; ++i) run(1, 5e-4 * i);
+  run(300, 0.2);
+  expect_same_contacts(full, bench, "on the running belt");
+  Bench fresh(loaded_belt(GetParam()));
+  for (Bench* each : {&bench, &fresh}) {
+    each->world->restore(saved);
+    const auto after = contacts_of(*each);
+    ASSERT_EQ(after.size(), before.size());
+    for (std::size_t i = 0; i < after.size(); ++i) {
+      EXPECT_EQ(after[i].p_W, before[i].p_W);
+      EXPECT_EQ(after[i].f_W, before[i].f_W);
+    }
+  }
+}
+
+// Struck, a body leaves its group: nothing is told twice, nothing is left behind.
+TEST_P(Observers, ForgetTheContactsOfWhatHasBeenStruck) {
+  Bench bench(loaded_belt(GetParam()));
+  bench.run(400);
+  const std::size_t before = contacts_of(bench).size();
+  const int gear = bench.index_of("a2");
+  bench.world->set_velocity(gear, {0, 0, 1}, {0, 0, 0});
+  bench.run(60);  // in the air
+  for (const auto& contact : contacts_of(bench)) {
+    EXPECT_FALSE(is(contact.first, api::ContactSide::Kind::kBody, gear));
+    EXPECT_FALSE(is(contact.second, api::ContactSide::Kind::kBody, gear));
+  }
+  EXPECT_LT(contacts_of(bench).size(), before);
+  bench.run(1500);
+  EXPECT_EQ(static_cast<int>(contacts_of(bench).size()), bench.world->contact_count());
+}
+
+// What a gripper holds has the contacts of its pads.
 TEST(Contacts, OfAGripAreThoseOfThePads) {
   using Kind = api::ContactSide::Kind;
   auto scene = empty_scene();
@@ -99,7 +188,7 @@ TEST(Contacts, OfAGripAreThoseOfThePads) {
   add_hand(scene, peg + Eigen::Vector3d(0, 0, 0.05));
   Bench bench(std::move(scene));
   bench.run(300);
-  EXPECT_TRUE(contacts_of(bench).empty()) << "dormant";
+  EXPECT_EQ(bench.world->body(1).group_kind, api::GroupKind::kDormant);
   bench.move({0, 0, -0.05}, 0.5);
   bench.grip(0);
   double pressing = 0;

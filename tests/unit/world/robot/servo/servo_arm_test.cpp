@@ -314,6 +314,27 @@ TEST_P(Servo, PayloadShowsInTheTorque) {
   EXPECT_LT((change - expected).cwiseAbs().maxCoeff(), 1e-10);
 }
 
+/// A weight on the tool within the joints' friction moves nothing, and the drives bear it; beyond
+/// friction the arm gives way a little, comes back, and the drives bear all of it again.
+TEST_P(Servo, TheDrivesBearWhatTheToolCarries) {
+  for (const double kg : {0.1, 2.0}) {
+    ServoArm arm = this->arm(home_);
+    const JointVector before = arm.torque();
+    const JointVector load = torque_of(home_, kg * kGravity_W);
+    for (int k = 0; k < 3000; ++k) arm.step(home_, load, load);
+    if (kg < 1) {
+      EXPECT_TRUE(same_bits(arm.q(), home_));
+    }
+    EXPECT_LT((arm.q() - home_).cwiseAbs().maxCoeff(), 1e-6);
+    EXPECT_LT((arm.torque() - before + load).cwiseAbs().maxCoeff(),
+              0.01 * load.cwiseAbs().maxCoeff());
+    EXPECT_TRUE(arm.trip_reason().empty()) << arm.trip_reason();
+    for (int k = 0; k < 3000; ++k) arm.step(home_, zero_, zero_);
+    EXPECT_TRUE(same_bits(arm.q(), home_));
+    EXPECT_TRUE(same_bits(arm.torque(), before));
+  }
+}
+
 TEST_P(Servo, SameInputsGiveTheSameBits) {
   const auto run = [&] {
     ServoArm arm = this->arm(home_);

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "world/physics/bodies/contact_constraint.hpp"
+
+namespace aprsim::physics {
+
+/// A contact that is not computed any more, in the frame of its first body, which it moves with.
+struct FrozenContact {
+  int owner = -1;  ///< what froze it: a merged body or a sleeping group
+  BodyIndex a = kGround, b = kGround;
+  int fixed = -1;                                 ///< index of the fixed shape when b is kGround
+  Eigen::Vector3d p_A = Eigen::Vector3d::Zero();  ///< [m]
+  Eigen::Vector3d f_A = Eigen::Vector3d::Zero();  ///< that it bore last, on a [N]
+};
+
+/// The contacts that contact simplification has taken out of the solver, as they were then. A
+/// value: copied with the state.
+class FrozenContacts {
+ public:
+  void reserve(std::size_t count) { all_.reserve(count); }
+
+  /// Keeps a contact solved in this step; `X_WA` and `p_W` are those at its end.
+  void keep(int owner, const ContactConstraint& constraint, const Eigen::Isometry3d& X_WA,
+            const Eigen::Vector3d& p_W);
+  /// Forgets those of an owner.
+  void drop(int owner);
+  /// Before a step's contacts are frozen: until the next call settled() are those frozen so far.
+  /// Those frozen later are still among the contacts of that step.
+  void settle();
+
+  [[nodiscard]] std::span<const FrozenContact> settled() const { return {all_.data(), settled_}; }
+  [[nodiscard]] int count() const { return static_cast<int>(all_.size()); }
+  /// Another number whenever settled() has changed.
+  [[nodiscard]] std::uint64_t version() const { return version_; }
+
+ private:
+  std::vector<FrozenContact> all_;
+  std::size_t settled_ = 0;
+  std::uint64_t version_ = 0;
+};
+
+}  // namespace aprsim::physics
