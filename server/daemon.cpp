@@ -2,10 +2,15 @@
 
 #include <chrono>
 #include <cmath>
+#include <condition_variable>
+#include <mutex>
+#include <stop_token>
 #include <string>
 #include <thread>
 #include <utility>
 #include <vector>
+
+#include <spdlog/spdlog.h>
 
 #include "crcl/units.hpp"
 #include "protocols/crcl/crcl_server.hpp"
@@ -13,6 +18,7 @@
 #include "protocols/telemetry/telemetry_server.hpp"
 #include "protocols/vision/vision_server.hpp"
 #include "protocols/web/web_server.hpp"
+#include "server/cell_news.hpp"
 #include "server/process.hpp"
 #include "server/version.hpp"
 #include "world/simulation.hpp"
@@ -25,6 +31,8 @@ constexpr api::EndpointId kModbusEndpoint = 1;
 constexpr api::EndpointId kGrpcEndpoint = 2;
 constexpr api::EndpointId kWebEndpoint = 3;
 constexpr api::EndpointId kFirstCrclEndpoint = 16;
+
+constexpr std::chrono::milliseconds kNewsPeriod{200};
 
 world::SimulationOptions simulation_options(const Config& config, const scene::Scene& scene) {
   world::SimulationOptions options;
@@ -215,6 +223,7 @@ class Daemon::Impl {
       ports["web"] = *web;
     }
     simulation_.start();
+    news_ = std::jthread([this](const std::stop_token& stop) { log_news(stop); });
     return ports;
   }
 
@@ -232,9 +241,29 @@ class Daemon::Impl {
       ending.emplace_back([this] { telemetry_.stop(); });
     }
     simulation_.stop();
+    if (news_.joinable()) {
+      news_.request_stop();
+      news_.join();
+    }
   }
 
  private:
+  /// What happens to the cell, into the log: the simulation's own thread never writes there.
+  void log_news(const std::stop_token& stop) {
+    CellNews news;
+    std::mutex mutex;
+    std::condition_variable_any condition;
+    std::unique_lock lock(mutex);
+    while (true) {
+      const bool ended = stop.stop_requested();
+      for (const NewsLine& line : news.look(*simulation_.latest())) {
+        spdlog::log(line.error ? spdlog::level::err : spdlog::level::warn, "cell: {}", line.text);
+      }
+      if (ended) return;
+      condition.wait_for(lock, stop, kNewsPeriod, [] { return false; });
+    }
+  }
+
   void make_web(const Config& config, const scene::Scene& scene) {
     auto options = web_options(config, scene);
     options.crcl_tap = &crcl_tap_;
@@ -273,6 +302,7 @@ class Daemon::Impl {
   telemetry::TelemetryServer telemetry_;
   Ports ports_;  // of the other listeners, for the page
   std::unique_ptr<web::WebServer> web_;
+  std::jthread news_;
 };
 
 Daemon::Daemon(const Config& config, std::shared_ptr<const scene::Scene> scene)

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "world/api/snapshot.hpp"
+
+namespace aprsim::server {
+
+/// One line for the log.
+struct NewsLine {
+  bool error = false;  ///< else a warning
+  std::string text;
+};
+
+/// Tells what has happened to the cell since it was last looked at, whatever was missed in between:
+/// the simulation has stopped, a part is lost, the solver has failed for the first time since a
+/// reset. Thread: one at a time.
+class CellNews {
+ public:
+  [[nodiscard]] std::vector<NewsLine> look(const api::Snapshot& now);
+
+ private:
+  void forget();
+  void tell_once(bool happened, bool& told, const char* text, std::vector<NewsLine>& out);
+
+  std::uint64_t epoch_ = 0, world_stops_ = 0;
+  std::vector<bool> lost_;
+  bool estimated_ = false, not_converged_ = false, fallback_ = false, oversized_ = false;
+};
+
+}  // namespace aprsim::server

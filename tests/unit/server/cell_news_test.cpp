@@ -1,0 +1,74 @@
+#include "server/cell_news.hpp"
+
+#include <memory>
+
+#include <gtest/gtest.h>
+
+namespace aprsim::server {
+namespace {
+
+class News : public testing::Test {
+ protected:
+  News() {
+    auto cell = std::make_shared<api::CellDescription>();
+    cell->bodies.resize(2);
+    cell->bodies[0].name = "tray";
+    cell->bodies[1].name = "gear";
+    now.cell = std::move(cell);
+    now.bodies.resize(2);
+  }
+  std::string told() {
+    std::string all;
+    for (const NewsLine& line : news.look(now))
+      all += (line.error ? "! " : "- ") + line.text + '\n';
+    return all;
+  }
+  CellNews news;
+  api::Snapshot now;
+};
+
+TEST_F(News, NothingHappensNothingIsTold) {
+  EXPECT_EQ(told(), "");
+  EXPECT_EQ(told(), "");
+}
+
+TEST_F(News, APartIsLostOnceInAnEpoch) {
+  now.bodies[1].lost_step = 812;
+  EXPECT_EQ(told(), "- gear fell out of the cell in step 812; a reset brings it back\n");
+  EXPECT_EQ(told(), "");
+  now.epoch = 1;
+  now.bodies[1].lost_step.reset();
+  EXPECT_EQ(told(), "");
+  now.bodies[0].lost_step = 5;
+  now.bodies[1].lost_step = 900;
+  EXPECT_EQ(told(),
+            "- tray fell out of the cell in step 5; a reset brings it back\n"
+            "- gear fell out of the cell in step 900; a reset brings it back\n");
+}
+
+TEST_F(News, AStopIsToldEvenIfAResetFollowedAtOnce) {
+  now.world_fault = "step 3, body gear: not a number";
+  now.world_stops = 1;
+  EXPECT_EQ(told(), "! the simulation has stopped: step 3, body gear: not a number\n");
+  EXPECT_EQ(told(), "");
+  now.epoch = 1;
+  now.world_fault.clear();
+  EXPECT_EQ(told(), "");
+  now.epoch = 3;
+  now.world_stops = 2;
+  EXPECT_EQ(told(), "! the simulation has stopped: reset since\n");
+}
+
+TEST_F(News, TheSolversFailuresAreToldOncePerEpochAndKind) {
+  now.solver_failures.oversized = 4;
+  EXPECT_NE(told().find("more than the exact solver takes"), std::string::npos);
+  now.solver_failures.oversized = 5;
+  EXPECT_EQ(told(), "");
+  now.solver_failures.fallbacks = 1;
+  EXPECT_NE(told().find("direct solver broke down"), std::string::npos);
+  now.epoch = 1;
+  EXPECT_NE(told(), "");
+}
+
+}  // namespace
+}  // namespace aprsim::server
