@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -152,6 +153,31 @@ void expect_demo(const std::string& robot) {
 TEST(Demo, TheFanucPutsAGearIntoAKit) { expect_demo("fanuc"); }
 
 TEST(Demo, TheMotomanPutsAGearIntoAKit) { expect_demo("motoman"); }
+
+/// The number after `words` in a text; a failure when they are not there.
+double number_after(const std::string& text, const std::string& words) {
+  const auto at = text.find(words);
+  EXPECT_NE(at, std::string::npos) << words << " is not in\n" << text;
+  return at == std::string::npos ? 0 : std::stod(text.substr(at + words.size()));
+}
+
+// However fast the simulation goes and however busy the machine is, the belt stops where it is
+// wanted: its way decides what the robot reaches, and whether something falls off its end.
+TEST(Demo, TheBeltStopsWhereItIsWantedAtTheGreatestPace) {
+  DaemonProcess daemon({"--speed", "max"});
+  CellClient client(daemon.port("grpc"));
+  std::vector<std::unique_ptr<Observer>> observers;
+  for (int i = 0; i < 8; ++i) observers.push_back(std::make_unique<Observer>(client));
+  const auto demo = run_process({std::string(APRSIM_BIN_DIR) + "/aprsim", "--ports-file",
+                                 daemon.ports_file(), "demo", "--belt"},
+                                std::chrono::seconds(100));
+  ASSERT_EQ(demo.exit_code, 0) << demo.out << demo.err;
+  EXPECT_NEAR(number_after(demo.out, "belt: ran "), number_after(demo.out, "before the motoman, "),
+              20);
+  const auto end = client.snapshot();
+  EXPECT_FALSE(end.has_speed_target()) << "as fast as before";
+  EXPECT_EQ(end.physics_faults(), 0U);
+}
 
 }  // namespace
 }  // namespace aprsim::test
