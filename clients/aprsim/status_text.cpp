@@ -116,7 +116,9 @@ std::string bodies_text(const v1::Snapshot& snapshot) {
     out += fmt::format("  {:<28} [mm] {} yaw {:.1f} deg{}\n", body.name(),
                        point_mm(body.body_in_world().position_m()),
                        yaw_degrees(body.body_in_world().orientation()),
-                       body.resting() ? "" : ", moving");
+                       body.has_lost_step() ? ", lost"
+                       : body.resting()     ? ""
+                                            : ", moving");
   }
   return out;
 }

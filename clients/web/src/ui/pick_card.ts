@@ -71,7 +71,8 @@ export class PickCard {
         'speed',
         v ? `${units.lengthText(Math.hypot(v.x, v.y, v.z))} ${units.length}/s` : '–'
       );
-      this.facts.set('state', groupOf(state) || 'moving freely');
+      const lost = state.lostStep !== undefined ? 'lost, fallen out of the cell' : '';
+      this.facts.set('state', lost || groupOf(state) || 'moving freely');
       this.showContacts(snapshot, 'body', pick.index);
     } else if (pick.kind === 'robot') {
       name = cell.robots[pick.index]?.name ?? '';
@@ -97,37 +98,44 @@ export class PickCard {
 
   /** What it touches, with how many points and what force they bear together. */
   private showContacts(snapshot: Snapshot, kind: 'body' | 'robot', index: number): void {
-    const totals = new Map<string, {points: number; force: Vector3}>();
+    const totals = new Map<string, {name: string; points: number; force: Vector3}>();
     const is = (side: ContactSide | undefined): boolean =>
       side?.thing.case === kind && side.thing.value === index;
     for (const contact of snapshot.contacts) {
       const first = is(contact.first);
       if (!first && !is(contact.second)) continue;
-      const name = this.nameOf(first ? contact.second : contact.first);
-      const total = totals.get(name) ?? {points: 0, force: new Vector3()};
-      totals.set(name, total);
+      const other = first ? contact.second : contact.first;
+      // By what it is, not by its name: a tray, a robot and something fixed may share one.
+      const key = `${other?.thing.case} ${other?.thing.value} ${other?.part}`;
+      const total = totals.get(key) ?? {
+        name: this.nameOf(other),
+        points: 0,
+        force: new Vector3()
+      };
+      totals.set(key, total);
       ++total.points;
       total.force.addScaledVector(toVector(contact.forceN), first ? 1 : -1);
     }
-    const lines = [...totals].map(
-      ([name, {points, force}]) =>
+    const lines = [...totals.values()].map(
+      ({name, points, force}) =>
         `${name} (${points} ${points === 1 ? 'point' : 'points'}, ${force.length().toFixed(2)} N)`
     );
-    const resting = kind === 'body' && snapshot.bodies[index]?.group !== undefined;
-    this.facts.set(
-      'contacts',
-      lines.join('\n') || (resting ? 'within its group, not computed' : 'none')
-    );
+    this.facts.set('contacts', lines.join('\n') || 'none');
   }
 
   private nameOf(side: ContactSide | undefined): string {
     const {cell} = this.state,
       thing = side?.thing;
     if (!cell || thing?.case === undefined) return '?';
-    if (thing.case === 'body') return cell.bodies[thing.value]?.name ?? '?';
-    return (
-      (thing.case === 'robot' ? cell.robots[thing.value]?.name : cell.fixed[thing.value]) ?? '?'
-    );
+    const names = {
+      body: cell.bodies.map((body) => body.name),
+      robot: cell.robots.map((robot) => robot.name),
+      fixed: cell.fixed
+    };
+    const name = names[thing.case][thing.value] ?? '?';
+    const part = side?.part ? ` ${side.part}` : '';
+    const shared = Object.values(names).filter((all) => all.includes(name)).length > 1;
+    return (shared ? `${thing.case} ${name}` : name) + part;
   }
 
   private showPose(pose: import('../protocol').Pose | undefined, prefix = ''): void {
