@@ -29,10 +29,11 @@ struct SensorSignal {
 
 /// The sensors of one robot: which there are, which have been enabled, what they read.
 ///
-/// force_torque          contact forces on the tool in the robot's frame; also MotoFit,
-///                       ForceTorqueSim and RemoteCrclSensor with whatever follows
+/// force_torque          contact forces on the tool in the robot's frame, with the weight and
+///                       inertia of what it holds; also MotoFit, ForceTorqueSim and
+///                       RemoteCrclSensor with whatever follows
 /// force_torque_tool     the same along the axes of the tool; also ATINetFT
-/// part_present          whether the gripper holds something
+/// part_present          whether the gripper holds something, a part or a tray
 /// separation            of the gripper's pads
 /// joint_torque_1 ...    torque of each joint's drive
 /// light_curtain         whether it is broken, in a cell that has one; with it come

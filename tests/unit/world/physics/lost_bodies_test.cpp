@@ -46,7 +46,8 @@ TEST_P(Lost, WhatFallsOffASceneWithoutAFloorStopsNothing) {
   }
 }
 
-// The others' bits are those of a world in which nothing falls.
+// The others rest as in a world in which nothing falls; only the order of the solver's rows is
+// another one.
 TEST_P(Lost, TheOthersGoOnAsIfItHadNotBeenThere) {
   auto without = empty_scene();
   without.physics.simplification = GetParam();
@@ -56,7 +57,7 @@ TEST_P(Lost, TheOthersGoOnAsIfItHadNotBeenThere) {
   bench.run(2000);
   alone.run(2000);
   for (const char* name : {"stays", "g1", "g2"}) {
-    EXPECT_LT((bench.X_WB(name).matrix() - alone.X_WB(name).matrix()).norm(), 1e-9) << name;
+    EXPECT_LT((bench.X_WB(name).matrix() - alone.X_WB(name).matrix()).norm(), 2e-6) << name;
   }
 }
 

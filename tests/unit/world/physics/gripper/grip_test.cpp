@@ -402,7 +402,7 @@ TEST_P(Heavy, WeightLoadsArmAndMount) {
 TEST_P(Heavy, InertiaLoadsTheArm) {
   const double kg = GetParam();
   for (const Eigen::Vector3d& a :
-       {Eigen::Vector3d(0, 0, 20), Eigen::Vector3d(20, 0, 0), Eigen::Vector3d(0, -8, -5)}) {
+       {Eigen::Vector3d(0, 0, 20), Eigen::Vector3d(20, 0, 0), Eigen::Vector3d(0, -8, 5)}) {
     Bench bench(scene_with(kg));
     ASSERT_TRUE(pick(bench).held);
     bench.run(300);
@@ -543,7 +543,8 @@ TEST(SolverFailures, APileUnderThePalmIsTooLarge) {
   const auto failures = bench.world->solver_failures();
   EXPECT_GT(failures.oversized, 0u);
   const auto saved = bench.world->save();
-  bench.run(20);
+  bench.move({0, 0, 0.01}, 0.1);
+  bench.move({0, 0, -0.01}, 0.1);
   EXPECT_GT(bench.world->solver_failures().oversized, failures.oversized);
   bench.world->restore(saved);
   EXPECT_EQ(bench.world->solver_failures(), failures);
