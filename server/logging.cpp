@@ -8,7 +8,7 @@
 
 namespace aprsim::server {
 
-void start_logging(const std::string& level) {
+Logging::Logging(const std::string& level) {
   spdlog::init_thread_pool(8192, 1);
   auto sink = std::make_shared<spdlog::sinks::stderr_color_sink_mt>();
   auto logger =
@@ -20,6 +20,6 @@ void start_logging(const std::string& level) {
   spdlog::set_default_logger(std::move(logger));
 }
 
-void stop_logging() { spdlog::shutdown(); }
+Logging::~Logging() { spdlog::shutdown(); }
 
 }  // namespace aprsim::server

@@ -4,10 +4,15 @@
 
 namespace aprsim::server {
 
-/// Sets up the process's log: standard error, written by a thread of its own, the oldest lines
-/// given up when the reader is slow, so that logging never holds up whoever logs.
-void start_logging(const std::string& level);
-/// Writes out what is queued and ends the thread.
-void stop_logging();
+/// The process's log: standard error, written by a thread of its own, the oldest lines given up
+/// when the reader is slow, so that logging never holds up whoever logs. What is queued is written
+/// out at the end; whoever logs has to end before.
+class Logging {
+ public:
+  explicit Logging(const std::string& level);
+  ~Logging();
+  Logging(const Logging&) = delete;
+  Logging& operator=(const Logging&) = delete;
+};
 
 }  // namespace aprsim::server

@@ -53,23 +53,17 @@ int serve(const Invocation& invocation, std::shared_ptr<const scene::Scene> scen
   if (auto ok = raise_file_limit(needed_files(invocation.config, scene->robots.size())); !ok) {
     return refuse(ok.error().message);
   }
-  start_logging(invocation.config.log_level);
+  const Logging logging(invocation.config.log_level);
   spdlog::info("aprsimd {}: scene {}, speed {}", kVersion, scene->name,
                to_text(invocation.config.speed));
   PortsFile ports_file;
   Daemon daemon(invocation.config, std::move(scene));
   const auto ports = daemon.start();
-  // Whoever listens already may log: first it stops, then the log.
-  const auto give_up = [&daemon](const std::string& message) {
-    daemon.stop();
-    stop_logging();
-    return refuse(message);
-  };
-  if (!ports) return give_up(ports.error().message);
+  if (!ports) return refuse(ports.error().message);
   announce(*ports, invocation.config.web.address);
   if (!invocation.ports_file.empty()) {
     if (auto ok = ports_file.write(invocation.ports_file, *ports); !ok) {
-      return give_up(ok.error().message);
+      return refuse(ok.error().message);
     }
   }
   const int signal = wait_for_signal();
@@ -77,7 +71,6 @@ int serve(const Invocation& invocation, std::shared_ptr<const scene::Scene> scen
   unblock_signals();
   daemon.stop();
   spdlog::info("stopped");
-  stop_logging();
   return EXIT_SUCCESS;
 }
 
