@@ -1,6 +1,7 @@
 #include "protocols/tcp_listener.hpp"
 
 #include <chrono>
+#include <exception>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <sys/socket.h>
@@ -47,7 +48,11 @@ void prepare(tcp::socket& socket) {
 }  // namespace
 
 TcpListener::TcpListener(asio::io_context& io, TcpListenerOptions options, OnAccept on_accept)
-    : options_(std::move(options)), on_accept_(std::move(on_accept)), acceptor_(io), retry_(io) {}
+    : options_(std::move(options)),
+      on_accept_(std::move(on_accept)),
+      acceptor_(io),
+      retry_(io),
+      places_(ConnectionPlaces::create(options_.limits)) {}
 
 Result<std::uint16_t> TcpListener::listen() {
   const auto failed = [this](const std::string& cause) {
@@ -95,11 +100,12 @@ void TcpListener::accept_waiting() {
     acceptor_.accept(socket, error);
     if (error == asio::error::would_block) break;
     if (error == asio::error::connection_aborted) continue;
-    if (error) {
-      retry_later(error);
-      return;
+    if (error) return retry_later(error.message());
+    try {
+      admit(std::move(socket));
+    } catch (const std::exception& problem) {
+      return retry_later(problem.what());
     }
-    admit(std::move(socket));
   }
   accept();
 }
@@ -114,14 +120,14 @@ void TcpListener::admit(tcp::socket socket) {
     refuse(peer, "its address is not on the allow list");
     return;
   }
-  if (open_ >= options_.max_connections) {
-    refuse(peer, std::to_string(open()) + " connections open, the limit");
+  Result<Place> place = places_->take(endpoint.address().to_string());
+  if (!place) {
+    refuse(peer, place.error().message);
     return;
   }
-  ++open_;
   ++accepted_;
   prepare(socket);
-  on_accept_(std::move(socket), std::move(peer));
+  on_accept_(std::move(socket), std::move(peer), std::move(*place));
 }
 
 // A flood of refusals makes one log line a second.
@@ -138,10 +144,10 @@ void TcpListener::refuse(const std::string& peer, const std::string& why) {
 
 // Out of descriptors or memory: the connection stays in the queue, and accepting it at once would
 // spin.
-void TcpListener::retry_later(const error_code& error) {
+void TcpListener::retry_later(const std::string& why) {
   const auto now = std::chrono::steady_clock::now();
   if (now - last_failure_log_ >= kLogInterval) {
-    spdlog::error("{}: cannot accept: {}; trying again", options_.name, error.message());
+    spdlog::error("{}: cannot accept: {}; trying again", options_.name, why);
     last_failure_log_ = now;
   }
   retry_.expires_after(kRetryDelay);

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 
 #include <boost/asio/io_context.hpp>
@@ -12,31 +13,33 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
 
+#include "protocols/connection_places.hpp"
 #include "world/api/error.hpp"
 
 namespace aprsim::protocols {
 
 struct TcpListenerOptions {
-  std::string name;                  ///< of the listener, for log lines
-  std::string address;               ///< numeric IPv4 or IPv6
-  std::uint16_t port = 0;            ///< 0 = any free port
-  std::size_t max_connections = 64;  ///< a further one is closed at once
+  std::string name;         ///< of the listener, for log lines
+  std::string address;      ///< numeric IPv4 or IPv6
+  std::uint16_t port = 0;   ///< 0 = any free port
+  ConnectionLimits limits;  ///< a connection without a place is closed at once
   /// Whether clients from this address are served; the others' connections are closed at once.
   /// Empty = everybody is.
   std::function<bool(const boost::asio::ip::address&)> allows = {};
 };
 
-/// Accepts TCP connections for a protocol: binds, counts, refuses what is over the limit or not
-/// allowed, survives running out of descriptors, prepares each socket (no Nagle delay, keepalive).
-/// Accepts several at a time, so that a newcomer behind many others waits for few turns of the
-/// loop. For use inside a listener; its header stays out of other headers.
-/// Thread: the io_context's single one.
+/// Accepts TCP connections for a protocol: binds, gives each a place or refuses it, survives
+/// running out of descriptors or memory, prepares each socket (no Nagle delay, keepalive). Accepts
+/// several at a time, so that a newcomer behind many others waits for few turns of the loop. For
+/// use inside a listener; its header stays out of other headers. Thread: the io_context's single
+/// one.
 class TcpListener {
  public:
   using Socket = boost::asio::ip::tcp::socket;
-  /// Owns an accepted socket from now on; `peer` is "address:port". Calls release() once when the
-  /// connection has ended.
-  using OnAccept = std::function<void(Socket socket, std::string peer)>;
+  using Place = ConnectionPlaces::Place;
+  /// Owns an accepted socket and its place from now on; `peer` is "address:port". What it throws
+  /// costs this connection only.
+  using OnAccept = std::function<void(Socket socket, std::string peer, Place place)>;
 
   TcpListener(boost::asio::io_context& io, TcpListenerOptions options, OnAccept on_accept);
 
@@ -44,10 +47,9 @@ class TcpListener {
   /// port and cause.
   [[nodiscard]] Result<std::uint16_t> listen();
   void close();
-  void release() { --open_; }
 
   // Thread: any.
-  [[nodiscard]] std::size_t open() const { return open_; }
+  [[nodiscard]] std::size_t open() const { return places_->open(); }
   [[nodiscard]] std::uint64_t accepted() const { return accepted_; }
   [[nodiscard]] std::uint64_t refused() const { return refused_; }
 
@@ -56,13 +58,13 @@ class TcpListener {
   void accept_waiting();
   void admit(Socket socket);
   void refuse(const std::string& peer, const std::string& why);
-  void retry_later(const boost::system::error_code& error);
+  void retry_later(const std::string& why);
 
   TcpListenerOptions options_;
   OnAccept on_accept_;
   boost::asio::ip::tcp::acceptor acceptor_;
   boost::asio::steady_timer retry_;
-  std::atomic<std::size_t> open_{0};
+  std::shared_ptr<ConnectionPlaces> places_;
   std::atomic<std::uint64_t> accepted_{0}, refused_{0};
   std::uint64_t refused_unlogged_ = 0;
   std::chrono::steady_clock::time_point last_refusal_log_{}, last_failure_log_{};

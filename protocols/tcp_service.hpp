@@ -23,14 +23,16 @@ namespace aprsim::protocols {
 /// acceptor, the open connections, and an orderly end. For use inside a listener; its header stays
 /// out of other headers.
 ///
-/// A `Connection` has start(); drain(), which finishes what is on its way and ends; and close(),
-/// which ends at once. When it has ended it calls ended() of its service, once.
+/// A `Connection` has start(); drain(), which finishes what is on its way and ends; close(), which
+/// ends at once; give_way(), which does so for a newcomer's sake; and place(). When it has ended it
+/// calls ended() of its service, once.
 ///
 /// The owner destroys it, or calls stop(), before what the connections refer to ends.
 template <typename Connection>
 class TcpService {
  public:
-  using Make = std::function<std::shared_ptr<Connection>(TcpListener::Socket, std::string peer)>;
+  using Make = std::function<std::shared_ptr<Connection>(TcpListener::Socket, std::string peer,
+                                                         TcpListener::Place place)>;
 
   /// `make` wraps an accepted socket. After `drain_deadline` what still drains is closed.
   TcpService(TcpListenerOptions options, std::chrono::milliseconds drain_deadline, Make make)
@@ -39,8 +41,8 @@ class TcpService {
         make_(std::move(make)),
         work_(io_.get_executor()),
         listener_(io_, std::move(options),
-                  [this](TcpListener::Socket socket, std::string peer) {
-                    connect(std::move(socket), std::move(peer));
+                  [this](TcpListener::Socket socket, std::string peer, TcpListener::Place place) {
+                    connect(std::move(socket), std::move(peer), std::move(place));
                   }),
         drain_timer_(io_) {}
   ~TcpService() { stop(); }
@@ -68,9 +70,9 @@ class TcpService {
   // Thread: the service's.
 
   [[nodiscard]] bool draining() const { return draining_; }
-  void ended(const Connection& connection) {
+  void ended(Connection& connection) {
+    connection.place().leave();
     connections_.erase(&connection);
-    listener_.release();
     finish_if_drained();
   }
   /// A connection may end while it is visited.
@@ -82,10 +84,18 @@ class TcpService {
   }
 
  private:
-  void connect(TcpListener::Socket socket, std::string peer) {
-    const auto connection = make_(std::move(socket), std::move(peer));
+  void connect(TcpListener::Socket socket, std::string peer, TcpListener::Place place) {
+    const auto connection = make_(std::move(socket), std::move(peer), std::move(place));
     connections_[connection.get()] = connection;
-    connection->start();
+    connection->place().on_needed([weak = std::weak_ptr<Connection>(connection)] {
+      if (const auto open = weak.lock()) open->give_way();
+    });
+    try {
+      connection->start();
+    } catch (...) {
+      connections_.erase(connection.get());
+      throw;
+    }
   }
 
   void drain(const std::function<void()>& on_drain) {

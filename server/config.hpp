@@ -34,6 +34,8 @@ struct CrclConfig {
   std::string address = "127.0.0.1";
   std::map<std::string, std::uint16_t> ports = {{"fanuc", 64444}, {"motoman", 64445}};
   std::uint32_t max_connections = 64;
+  std::uint32_t document_timeout_ms = 10'000;
+  std::uint32_t idle_timeout_ms = 0;
   CrclRobotConfig all;                            ///< what holds for a robot that says nothing else
   std::map<std::string, CrclRobotConfig> robots;  ///< by name, complete
 
@@ -86,11 +88,18 @@ struct WebConfig {
   std::vector<std::string> hosts;
 };
 
+/// What holds for the connections of every listener.
+struct ConnectionsConfig {
+  std::uint32_t per_address = 32;
+  std::uint32_t yield_after_ms = 60'000;
+};
+
 struct Config {
   std::string scene = "aprs";
   std::optional<std::uint64_t> seed;
   Speed speed;
   std::string log_level = "info";
+  ConnectionsConfig connections;
   CrclConfig crcl;
   ModbusConfig modbus;
   GrpcConfig grpc;

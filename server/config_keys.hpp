@@ -42,6 +42,10 @@ void visit(Archive& keys, CrclConfig& crcl) {
   keys.key("address", crcl.address, Text{}, "address to listen on");
   keys.by_robot("ports", crcl.ports, Port{}, "port of a robot; a free one for a robot without");
   keys.key("max_connections", crcl.max_connections, kConnections, "at once, to each robot");
+  keys.key("document_timeout_ms", crcl.document_timeout_ms, Whole{10, kDay},
+           "for a document to arrive from its first byte on");
+  keys.key("idle_timeout_ms", crcl.idle_timeout_ms, Whole{0, kDay},
+           "a connection that has sent nothing for so long is closed; 0 = never");
   visit(keys, crcl.all);
   keys.section_by_robot("robots", crcl.robots, crcl.all, "what differs for one robot");
 }
@@ -105,12 +109,21 @@ void visit(Archive& keys, WebConfig& web) {
 }
 
 template <typename Archive>
+void visit(Archive& keys, ConnectionsConfig& connections) {
+  keys.key("per_address", connections.per_address, kConnections,
+           "at once from one address to one listener; this machine's own may have all");
+  keys.key("yield_after_ms", connections.yield_after_ms, Whole{0, kDay},
+           "a connection without a request for so long is closed when a newcomer needs its place");
+}
+
+template <typename Archive>
 void visit(Archive& keys, Config& config) {
   keys.key("scene", config.scene, Text{}, "a shipped scene's name, or a file");
   keys.key("seed", config.seed, Maybe<Whole>{}, "of everything random, in place of the scene's");
   keys.key("speed", config.speed, Pace{}, "what the wall clock has to do with simulated time");
   keys.key("log_level", config.log_level, Word{{"trace", "debug", "info", "warn", "error"}},
            "least severity of what is logged");
+  keys.section("connections", config.connections, "the connections of every listener");
   keys.section("crcl", config.crcl, "CRCL, one listener a robot");
   keys.section("modbus", config.modbus, "Modbus/TCP of the conveyor's PLC");
   keys.section("grpc", config.grpc, "telemetry and control by gRPC");

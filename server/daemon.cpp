@@ -55,8 +55,16 @@ crcl::Units units_of(const CrclRobotConfig& config) {
   return units;
 }
 
-crcl_server::CrclServerOptions crcl_options(const CrclConfig& config, const std::string& robot,
-                                            int index, protocols::WireTap& tap) {
+/// Of a listener that takes so many connections.
+protocols::ConnectionLimits limits_of(const ConnectionsConfig& config, std::size_t at_once) {
+  return {.at_once = at_once,
+          .per_address = config.per_address,
+          .yield_after = std::chrono::milliseconds(config.yield_after_ms)};
+}
+
+crcl_server::CrclServerOptions crcl_options(const Config& all, const std::string& robot, int index,
+                                            protocols::WireTap& tap) {
+  const CrclConfig& config = all.crcl;
   crcl_server::CrclServerOptions options;
   options.tap = &tap;
   options.bind_address = config.address;
@@ -70,18 +78,20 @@ crcl_server::CrclServerOptions crcl_options(const CrclConfig& config, const std:
   const auto corner = [](const std::array<double, 3>& p) { return Eigen::Vector3d(p.data()); };
   if (own.cartesian_min_m) options.cartesian_min_R = corner(*own.cartesian_min_m);
   if (own.cartesian_max_m) options.cartesian_max_R = corner(*own.cartesian_max_m);
-  options.max_connections = config.max_connections;
+  options.limits = limits_of(all.connections, config.max_connections);
+  options.document_timeout = std::chrono::milliseconds(config.document_timeout_ms);
+  options.idle_timeout = std::chrono::milliseconds(config.idle_timeout_ms);
   options.endpoint = kFirstCrclEndpoint + static_cast<api::EndpointId>(index);
   return options;
 }
 
-modbus_server::ModbusServerOptions modbus_options(const ModbusConfig& config,
-                                                  protocols::WireTap& tap) {
+modbus_server::ModbusServerOptions modbus_options(const Config& all, protocols::WireTap& tap) {
+  const ModbusConfig& config = all.modbus;
   modbus_server::ModbusServerOptions options;
   options.tap = &tap;
   options.bind_address = config.address;
   options.port = config.port;
-  options.max_connections = config.max_connections;
+  options.limits = limits_of(all.connections, config.max_connections);
   options.scaling = {.full_scale_m_s = config.full_scale_m_s,
                      .one_is_forward = config.forward_is_one};
   options.allow = config.allow;
@@ -132,7 +142,7 @@ web::WebServerOptions web_options(const Config& config, const scene::Scene& scen
   web::WebServerOptions options;
   options.bind_address = config.web.address;
   options.port = config.web.port;
-  options.max_connections = config.web.max_connections;
+  options.limits = limits_of(config.connections, config.web.max_connections);
   options.max_viewers = config.web.max_viewers;
   options.max_rate_hz = config.web.max_rate_hz;
   options.control = config.web.control;
@@ -148,23 +158,25 @@ web::WebServerOptions web_options(const Config& config, const scene::Scene& scen
   return options;
 }
 
-telemetry::TelemetryOptions telemetry_options(const GrpcConfig& config) {
+telemetry::TelemetryOptions telemetry_options(const Config& all) {
+  const GrpcConfig& config = all.grpc;
   telemetry::TelemetryOptions options;
   options.address = config.address;
   options.port = config.port;
-  options.max_connections = static_cast<int>(config.max_connections);
+  options.limits = limits_of(all.connections, config.max_connections);
   options.endpoint = kGrpcEndpoint;
   return options;
 }
 
-vision_server::VisionServerOptions vision_options(const VisionConfig& config,
-                                                  const std::string& robot, int index) {
+vision_server::VisionServerOptions vision_options(const Config& all, const std::string& robot,
+                                                  int index) {
+  const VisionConfig& config = all.vision;
   vision_server::VisionServerOptions options;
   options.bind_address = config.address;
   const auto port = config.ports.find(robot);
   options.port = port == config.ports.end() ? 0 : port->second;
   options.robot = index;
-  options.max_connections = config.max_connections;
+  options.limits = limits_of(all.connections, config.max_connections);
   options.empty_slots = config.empty_slots;
   options.repeat = std::chrono::milliseconds(std::llround(config.repeat_s * 1e3));
   return options;
@@ -185,20 +197,24 @@ class Daemon::Impl {
  public:
   Impl(const Config& config, std::shared_ptr<const scene::Scene> scene)
       : simulation_(scene, simulation_options(config, *scene)),
-        modbus_(modbus_options(config.modbus, modbus_tap_), simulation_, simulation_),
-        telemetry_(telemetry_options(config.grpc), simulation_, simulation_) {
+        modbus_(modbus_options(config, modbus_tap_), simulation_, simulation_),
+        telemetry_(telemetry_options(config), simulation_, simulation_) {
     for (std::size_t i = 0; i < scene->robots.size(); ++i) {
       const std::string& name = scene->robots[i].name;
       const int index = static_cast<int>(i);
       robots_.push_back(
           {name,
-           std::make_unique<crcl_server::CrclServer>(
-               crcl_options(config.crcl, name, index, crcl_tap_), simulation_, simulation_),
-           std::make_unique<vision_server::VisionServer>(vision_options(config.vision, name, index),
+           std::make_unique<crcl_server::CrclServer>(crcl_options(config, name, index, crcl_tap_),
+                                                     simulation_, simulation_),
+           std::make_unique<vision_server::VisionServer>(vision_options(config, name, index),
                                                          simulation_)});
     }
     if (config.web.enabled) make_web(config, *scene);
   }
+
+  ~Impl() { stop(); }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
 
   Result<Ports> start() {
     Ports ports;

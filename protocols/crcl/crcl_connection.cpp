@@ -28,9 +28,11 @@ constexpr int kDocumentsPerTurn = 16;
 }  // namespace
 
 CrclConnection::CrclConnection(asio::ip::tcp::socket socket, std::string peer,
+                               protocols::ConnectionPlaces::Place place,
                                const CrclServerOptions& options, CommandExecutor& executor,
                                CrclCounters& counters, OnEnd on_end)
     : socket_(std::move(socket)),
+      place_(std::move(place)),
       options_(options),
       executor_(executor),
       counters_(counters),
@@ -39,7 +41,8 @@ CrclConnection::CrclConnection(asio::ip::tcp::socket socket, std::string peer,
               std::move(peer)},
       framer_(crcl::Framer::for_commands(options.max_message_bytes, options.max_program_bytes)),
       write_timer_(socket_.get_executor()),
-      idle_timer_(socket_.get_executor()) {}
+      idle_timer_(socket_.get_executor()),
+      document_timer_(socket_.get_executor()) {}
 
 void CrclConnection::start() {
   error_code ignored;
@@ -60,6 +63,7 @@ void CrclConnection::close() {
   error_code ignored;
   write_timer_.cancel(ignored);
   idle_timer_.cancel(ignored);
+  document_timer_.cancel(ignored);
   socket_.shutdown(asio::ip::tcp::socket::shutdown_both, ignored);
   socket_.close(ignored);
   on_end_(*this);
@@ -129,7 +133,9 @@ void CrclConnection::process() {
     if (closed_ || draining_ || full_) return;
     crcl::Result<std::optional<std::string>> document = framer_.next();
     if (!document) return fail_document(document.error());
+    watch_document(!*document && framer_.buffered() > 0);
     if (!*document) return read();
+    place_.used();
     ++counters_.commands;
     try {
       handle(**document);
@@ -138,6 +144,18 @@ void CrclConnection::process() {
     }
   }
   asio::post(socket_.get_executor(), [self = shared_from_this()] { self->process(); });
+}
+
+// However the rest drips in, it has to be there in time.
+void CrclConnection::watch_document(bool incomplete) {
+  if (incomplete == incomplete_) return;
+  incomplete_ = incomplete;
+  error_code ignored;
+  if (incomplete) {
+    watch(document_timer_, options_.document_timeout, "a document stayed incomplete");
+  } else {
+    document_timer_.cancel(ignored);
+  }
 }
 
 void CrclConnection::handle(const std::string& document) {

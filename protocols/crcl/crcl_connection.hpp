@@ -13,6 +13,7 @@
 
 #include "crcl/error.hpp"
 #include "crcl/framer.hpp"
+#include "protocols/connection_places.hpp"
 #include "protocols/crcl/command_executor.hpp"
 #include "protocols/crcl/connection_settings.hpp"
 #include "protocols/crcl/crcl_server.hpp"
@@ -34,15 +35,17 @@ class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
 
   /// `on_end` is called once, when the socket has been closed.
   CrclConnection(boost::asio::ip::tcp::socket socket, std::string peer,
-                 const CrclServerOptions& options, CommandExecutor& executor,
-                 CrclCounters& counters, OnEnd on_end);
+                 protocols::ConnectionPlaces::Place place, const CrclServerOptions& options,
+                 CommandExecutor& executor, CrclCounters& counters, OnEnd on_end);
 
   void start();
   /// Takes no further commands, closes once pending statuses are out.
   void drain();
   /// Closes at once.
   void close();
+  void give_way() { drop("its place is needed"); }
 
+  [[nodiscard]] protocols::ConnectionPlaces::Place& place() { return place_; }
   [[nodiscard]] const std::string& peer() const { return caller_.peer; }
 
  private:
@@ -60,12 +63,14 @@ class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
   void tap(const crcl::Error& error, const std::string& document);
   void tap(bool from_client, std::string type, std::int64_t id, std::string state,
            const std::string& document);
+  void watch_document(bool incomplete);
   void flush();
   void on_writable(const boost::system::error_code& error);
   void drop(const std::string& reason);
   void watch(boost::asio::steady_timer& timer, std::chrono::milliseconds limit, std::string reason);
 
   boost::asio::ip::tcp::socket socket_;
+  protocols::ConnectionPlaces::Place place_;
   const CrclServerOptions& options_;
   CommandExecutor& executor_;
   CrclCounters& counters_;
@@ -77,7 +82,8 @@ class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
   std::array<char, 8192> input_{};
   std::string get_status_;  // the latest GetStatus, which clients repeat byte for byte
   std::string output_;      // statuses, or the rest of one, that the peer has not read yet
-  boost::asio::steady_timer write_timer_, idle_timer_;
+  boost::asio::steady_timer write_timer_, idle_timer_, document_timer_;
+  bool incomplete_ = false;  // the beginning of a document waits for its rest
   std::chrono::steady_clock::time_point received_{};  // of the document at hand, while tapped
   bool blocked_ = false;                              // waiting for the peer to take more
   bool full_ = false;                                 // nothing more is handled until then

@@ -35,12 +35,13 @@ class CrclServer::Impl {
   Impl(CrclServerOptions options, api::CommandSink& sink, const api::SnapshotSource& source)
       : options_(std::move(options)),
         executor_(executor_options(options_), sink, source),
-        service_({executor_.name(), options_.bind_address, options_.port, options_.max_connections},
+        service_({executor_.name(), options_.bind_address, options_.port, options_.limits},
                  options_.drain_deadline,
-                 [this](protocols::TcpListener::Socket socket, std::string peer) {
+                 [this](protocols::TcpListener::Socket socket, std::string peer,
+                        protocols::TcpListener::Place place) {
                    return std::make_shared<CrclConnection>(
-                       std::move(socket), std::move(peer), options_, executor_, counters_,
-                       [this](const CrclConnection& ended) { service_.ended(ended); });
+                       std::move(socket), std::move(peer), std::move(place), options_, executor_,
+                       counters_, [this](CrclConnection& ended) { service_.ended(ended); });
                  }),
         program_timer_(service_.io()) {
     crcl::initialize_xml();

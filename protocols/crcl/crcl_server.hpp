@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 
 #include "crcl/units.hpp"
+#include "protocols/connection_places.hpp"
 #include "protocols/wire_tap.hpp"
 #include "world/api/error.hpp"
 #include "world/api/ports.hpp"
@@ -33,13 +34,15 @@ struct CrclServerOptions {
   bool clamp_targets = false;
   /// Where the tool point may be sent, in the robot's reference frame [m]; its reach when absent.
   std::optional<Eigen::Vector3d> cartesian_min_R, cartesian_max_R;
-  std::size_t max_connections = 64;  ///< a further one is closed at once
+  protocols::ConnectionLimits limits;  ///< a connection without a place is closed at once
   std::size_t max_message_bytes = 65'536;
   std::size_t max_program_bytes = 1'048'576;  ///< of a whole CRCLProgram
   /// Statuses kept for one connection before its next commands wait [bytes].
   std::size_t max_output_bytes = 65'536;
   /// A connection whose peer takes none of its pending statuses for so long is closed.
   std::chrono::milliseconds write_timeout{5000};
+  /// A document must be complete this long after its first byte, however it drips.
+  std::chrono::milliseconds document_timeout{10'000};
   /// Closes a connection that has sent nothing for so long; 0 = never.
   std::chrono::milliseconds idle_timeout{0};
   /// stop() lets statuses under way go out for at most so long.

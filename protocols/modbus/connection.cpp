@@ -7,6 +7,8 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/write.hpp>
 
+#include "protocols/foreign_protocol.hpp"
+
 namespace aprsim::modbus_server {
 namespace {
 
@@ -14,6 +16,9 @@ using modbus::Verdict;
 
 // Requests of one connection answered before the others get their turn.
 constexpr int kRequestsPerTurn = 16;
+
+// Transaction and protocol id: less does not tell Modbus from other protocols.
+constexpr std::size_t kProtocolBytes = 4;
 
 // What the kernel keeps for a client that does not read.
 constexpr int kSendBufferBytes = 64 * 1024;
@@ -23,9 +28,10 @@ std::string millis(std::chrono::milliseconds time) { return std::to_string(time.
 }  // namespace
 
 Connection::Connection(boost::asio::ip::tcp::socket socket, std::string peer,
-                       ListenerContext& context)
+                       protocols::ConnectionPlaces::Place place, ListenerContext& context)
     : socket_(std::move(socket)),
       peer_(std::move(peer)),
+      place_(std::move(place)),
       context_(context),
       timer_(context.io),
       rate_(context.options.max_requests_per_s) {}
@@ -81,6 +87,15 @@ void Connection::read() {
 
 void Connection::on_read(std::size_t size) {
   in_size_ += size;
+  if (!heard_ && in_size_ >= kProtocolBytes) {
+    heard_ = true;
+    // In these, a Modbus master would name protocol 0.
+    const std::string_view protocol =
+        protocols::foreign_protocol({reinterpret_cast<const char*>(in_.data()), in_size_});
+    if (!protocol.empty() && (in_[2] != 0 || in_[3] != 0)) {
+      return close("it speaks " + std::string(protocol) + ", not Modbus", true);
+    }
+  }
   process();
 }
 
@@ -157,6 +172,7 @@ bool Connection::process_request() {
                       " sent something that is not Modbus: " + std::string(validated.reason));
     return true;
   }
+  place_.used();
   ++context_.counters.requests;
   if (context_.options.idle_timeout.count() > 0) {
     idle_due_ = Clock::now() + context_.options.idle_timeout;

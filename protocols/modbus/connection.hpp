@@ -17,6 +17,7 @@
 #include <boost/asio/steady_timer.hpp>
 
 #include "modbus/request_validator.hpp"
+#include "protocols/connection_places.hpp"
 #include "protocols/limited_log.hpp"
 #include "protocols/modbus/conveyor_device.hpp"
 #include "protocols/modbus/modbus_server.hpp"
@@ -42,7 +43,7 @@ struct ListenerContext {
   modbus::RequestRules rules;
   /// Calls poll_applied() of this connection every millisecond or so until it returns false.
   std::function<void(std::shared_ptr<Connection>)> await_applied;
-  std::function<void(const Connection&)> closed;
+  std::function<void(Connection&)> closed;
 };
 
 /// One client: bytes in, each request validated, replies out in the order of the requests. Memory
@@ -52,7 +53,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
  public:
   using Clock = std::chrono::steady_clock;
 
-  Connection(boost::asio::ip::tcp::socket socket, std::string peer, ListenerContext& context);
+  Connection(boost::asio::ip::tcp::socket socket, std::string peer,
+             protocols::ConnectionPlaces::Place place, ListenerContext& context);
 
   void start();
   /// Answers the write under way, sends what is ready, then closes. Takes no more requests.
@@ -60,6 +62,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
   /// Ends the connection now; `fault` when the peer is to blame.
   void close(std::string_view why, bool fault);
   void close() { close("the server stops", false); }
+  void give_way() { close("its place is needed", true); }
+  [[nodiscard]] protocols::ConnectionPlaces::Place& place() { return place_; }
   /// Looks whether the write under way has been applied or has run out of time. False: done.
   [[nodiscard]] bool poll_applied(Clock::time_point now);
 
@@ -90,6 +94,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   boost::asio::ip::tcp::socket socket_;
   const std::string peer_;
+  protocols::ConnectionPlaces::Place place_;
   ListenerContext& context_;
   boost::asio::steady_timer timer_;
   protocols::RateLimit rate_;
@@ -100,6 +105,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   std::vector<std::uint8_t> out_, sending_;
   std::optional<WaitingWrite> waiting_;
   Clock::time_point received_{};  // of the request at hand, while tapped
+  bool heard_ = false;            // enough to tell the protocol
   bool reading_ = false, scheduled_ = false, incomplete_ = true;
   bool ended_ = false, draining_ = false, closed_ = false;
   std::string_view broken_;  // why the stream cannot be framed; empty while it can

@@ -21,12 +21,13 @@ class ModbusServer::Impl {
       : options_(std::move(options)),
         sink_(sink),
         source_(source),
-        service_({"modbus", options_.bind_address, options_.port, options_.max_connections,
+        service_({"modbus", options_.bind_address, options_.port, options_.limits,
                   [this](const boost::asio::ip::address& peer) { return allow_.allows(peer); }},
                  options_.drain_deadline,
-                 [this](protocols::TcpListener::Socket socket, std::string peer) {
+                 [this](protocols::TcpListener::Socket socket, std::string peer,
+                        protocols::TcpListener::Place place) {
                    return std::make_shared<Connection>(std::move(socket), std::move(peer),
-                                                       *context_);
+                                                       std::move(place), *context_);
                  }) {}
   ~Impl() { stop(); }
   Impl(const Impl&) = delete;
@@ -39,7 +40,7 @@ class ModbusServer::Impl {
  private:
   void await_applied(std::shared_ptr<Connection> connection);
   void poll_applied();
-  void end(const Connection& connection);
+  void end(Connection& connection);
 
   const ModbusServerOptions options_;
   api::CommandSink& sink_;
@@ -77,7 +78,7 @@ Result<std::uint16_t> ModbusServer::Impl::start() {
       ListenerContext{service_.io(), options_, *device_, *replies_, log_, counters_,
                       modbus::RequestRules{options_.read_only, options_.unit_ids},
                       [this](std::shared_ptr<Connection> c) { await_applied(std::move(c)); },
-                      [this](const Connection& c) { end(c); }});
+                      [this](Connection& c) { end(c); }});
   service_.start();
   return *port;
 }
@@ -99,7 +100,7 @@ void ModbusServer::Impl::poll_applied() {
   }
 }
 
-void ModbusServer::Impl::end(const Connection& connection) {
+void ModbusServer::Impl::end(Connection& connection) {
   std::erase_if(waiting_, [&](const auto& waits) { return waits.get() == &connection; });
   service_.ended(connection);
 }

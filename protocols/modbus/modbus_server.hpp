@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "modbus/register_map.hpp"
+#include "protocols/connection_places.hpp"
 #include "protocols/wire_tap.hpp"
 #include "world/api/error.hpp"
 #include "world/api/ports.hpp"
@@ -18,7 +19,8 @@ namespace aprsim::modbus_server {
 struct ModbusServerOptions {
   std::string bind_address = "127.0.0.1";  ///< a numeric IPv4 or IPv6 address
   std::uint16_t port = 1502;               ///< 0 = any free port
-  std::size_t max_connections = 128;       ///< a further one is closed at once
+  /// A connection without a place is closed at once.
+  protocols::ConnectionLimits limits{.at_once = 128};
   /// Networks or addresses that are served, "192.168.1.0/24"; others are closed at once. None =
   /// whoever reaches the bind address.
   std::vector<std::string> allow;

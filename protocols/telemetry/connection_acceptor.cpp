@@ -2,11 +2,13 @@
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
+#include <exception>
+#include <linux/tcp.h>
 #include <memory>
 #include <netdb.h>
 #include <netinet/in.h>
-#include <netinet/tcp.h>
 #include <optional>
 #include <poll.h>
 #include <sys/eventfd.h>
@@ -15,7 +17,6 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 namespace aprsim::telemetry {
 namespace {
@@ -37,7 +38,20 @@ std::string peer_of(const sockaddr_storage& address, socklen_t size) {
                   service.data(), service.size(), NI_NUMERICHOST | NI_NUMERICSERV) != 0) {
     return "unknown peer";
   }
-  return fmt::format("{}:{}", host.data(), service.data());
+  return fmt::format(address.ss_family == AF_INET6 ? "[{}]:{}" : "{}:{}", host.data(),
+                     service.data());
+}
+
+// Who has sent less than HTTP/2's preface has asked for nothing.
+constexpr std::uint64_t kPrefaceBytes = 24;
+
+/// How long ago the peer has sent something; nothing when it has not sent enough to be a client.
+std::optional<std::chrono::milliseconds> silence_of(int fd) {
+  tcp_info info{};
+  socklen_t size = sizeof info;
+  if (getsockopt(fd, IPPROTO_TCP, TCP_INFO, &info, &size) != 0) return std::nullopt;
+  if (info.tcpi_bytes_received < kPrefaceBytes) return std::nullopt;
+  return std::chrono::milliseconds(info.tcpi_last_data_recv);
 }
 
 std::uint16_t port_of(int fd) {
@@ -100,14 +114,15 @@ void ConnectionAcceptor::stop() {
 void ConnectionAcceptor::loop() {
   std::array<pollfd, 2> waits{{{stop_fd_, POLLIN, 0}, {listen_fd_, POLLIN, 0}}};
   while (true) {
-    if (poll(waits.data(), waits.size(), -1) < 0 && errno != EINTR) return;
-    if (waits[0].revents != 0) return;
-    if (waits[1].revents == 0 || accept_one()) continue;
+    const bool waited = poll(waits.data(), waits.size(), -1) > 0;
+    if (waited && waits[0].revents != 0) return;
+    if (waited && (waits[1].revents == 0 || accept_one())) continue;
     // Out of descriptors or memory: the connection stays in the backlog until some are free.
     if (poll(waits.data(), 1, kPauseWhenExhaustedMs) > 0) return;
   }
 }
 
+/// False when the next one had better wait a while.
 bool ConnectionAcceptor::accept_one() {
   sockaddr_storage address{};
   socklen_t size = sizeof address;
@@ -116,34 +131,69 @@ bool ConnectionAcceptor::accept_one() {
   if (fd < 0) {
     const bool exhausted =
         errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM;
-    if (exhausted) spdlog::warn("grpc: cannot accept a connection: {}", std::strerror(errno));
+    if (exhausted) log_.warn(fmt::format("cannot accept: {}; trying again", std::strerror(errno)));
     return !exhausted;
   }
-  if (open() >= static_cast<std::size_t>(max_connections_)) {
-    ++refused_;
-    spdlog::warn("grpc: {} refused, {} connections are open already", peer_of(address, size),
-                 max_connections_);
-    close(fd);
-    return true;
+  try {
+    admit(fd, peer_of(address, size));
+  } catch (const std::exception& problem) {
+    log_.warn(fmt::format("cannot accept: {}; trying again", problem.what()));
+    return false;
   }
-  const int yes = 1;
-  setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
-  if (const auto cookie = cookie_of(fd)) {
-    const std::lock_guard lock(mutex_);
-    connections_.push_back({fd, *cookie});
-  }
-  spdlog::debug("grpc: {} connected", peer_of(address, size));
-  handler_(fd);
   return true;
+}
+
+void ConnectionAcceptor::admit(int fd, const std::string& peer) {
+  struct Closing {
+    int fd;
+    ~Closing() {
+      if (fd >= 0) close(fd);
+    }
+  } owned{fd};
+  {
+    const std::lock_guard lock(mutex_);
+    forget_ended();
+    look_at_use();
+    auto place = places_->take(protocols::host_of(peer));
+    if (!place) {
+      ++refused_;
+      log_.warn(fmt::format("refused {}: {}", peer, place.error().message));
+      return;
+    }
+    const int yes = 1;
+    setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
+    const auto cookie = cookie_of(fd);
+    if (!cookie) return;
+    place->on_needed([fd, cookie, peer, this] {
+      if (cookie_of(fd) != cookie) return;
+      log_.warn(fmt::format("closing {}: its place is needed", peer));
+      // gRPC, whose socket it is, sees its end.
+      shutdown(fd, SHUT_RDWR);
+    });
+    connections_.push_back({fd, *cookie, std::move(*place)});
+  }
+  handler_(std::exchange(owned.fd, -1));
 }
 
 std::size_t ConnectionAcceptor::open() {
   const std::lock_guard lock(mutex_);
-  // gRPC does not tell when it closes a socket it was given: ask the kernel which are still there.
+  forget_ended();
+  return connections_.size();
+}
+
+// gRPC does not tell when it closes a socket it was given: ask the kernel which are still there.
+void ConnectionAcceptor::forget_ended() {
   std::erase_if(connections_, [](const Connection& connection) {
     return cookie_of(connection.fd) != connection.cookie;
   });
-  return connections_.size();
+}
+
+// Nor does it tell which are in use.
+void ConnectionAcceptor::look_at_use() {
+  const auto now = protocols::ConnectionPlaces::Clock::now();
+  for (Connection& connection : connections_) {
+    if (const auto silence = silence_of(connection.fd)) connection.place.used(now - *silence);
+  }
 }
 
 }  // namespace aprsim::telemetry

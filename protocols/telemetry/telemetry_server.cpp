@@ -47,10 +47,10 @@ Result<void> check(const TelemetryOptions& options) {
                 fmt::format("{} is not above 0 and up to the maximum of {} Hz",
                             options.default_rate_hz, options.max_rate_hz));
   }
-  if (options.max_streams < 1 || options.max_connections < 1) {
+  if (options.max_streams < 1 || options.limits.at_once < 1) {
     return fail(ErrorCode::kInvalidArgument, "grpc",
                 fmt::format("max_streams {} and max_connections {} must be at least 1",
-                            options.max_streams, options.max_connections));
+                            options.max_streams, options.limits.at_once));
   }
   return {};
 }
@@ -89,7 +89,7 @@ class TelemetryServer::Impl {
 
   Result<std::uint16_t> start() {
     if (const auto ok = check(options_); !ok) return tl::unexpected(ok.error());
-    acceptor_ = std::make_unique<ConnectionAcceptor>(options_.max_connections);
+    acceptor_ = std::make_unique<ConnectionAcceptor>(options_.limits);
     const auto port = acceptor_->listen(options_.address, options_.port);
     if (!port) return port;
     hub_ = std::make_unique<StreamHub>(source_, options_.max_streams, options_.write_timeout,

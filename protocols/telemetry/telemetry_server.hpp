@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "protocols/connection_places.hpp"
 #include "world/api/error.hpp"
 #include "world/api/ports.hpp"
 
@@ -13,10 +14,11 @@ namespace aprsim::telemetry {
 struct TelemetryOptions {
   std::string address = "127.0.0.1";  ///< numeric IPv4 or IPv6 address to listen on
   std::uint16_t port = 50051;         ///< 0 = any free port
-  int max_connections = 64;           ///< more are accepted, logged and closed at once
-  int max_streams = 32;               ///< snapshot streams at once; more get RESOURCE_EXHAUSTED
-  double default_rate_hz = 20;        ///< of a stream that asks for 0
-  double max_rate_hz = 1000;          ///< asking for more is INVALID_ARGUMENT
+  /// A connection without a place is logged and closed at once.
+  protocols::ConnectionLimits limits;
+  int max_streams = 32;         ///< snapshot streams at once; more get RESOURCE_EXHAUSTED
+  double default_rate_hz = 20;  ///< of a stream that asks for 0
+  double max_rate_hz = 1000;    ///< asking for more is INVALID_ARGUMENT
   std::chrono::milliseconds command_timeout{2000};  ///< for calls that carry no deadline
   std::chrono::milliseconds write_timeout{10000};   ///< a stream stuck in one write ends
   api::EndpointId endpoint = 0;                     ///< put on every command of this listener

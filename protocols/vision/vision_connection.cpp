@@ -1,9 +1,12 @@
 #include "protocols/vision/vision_connection.hpp"
 
+#include <string_view>
 #include <utility>
 
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/error.hpp>
+
+#include "protocols/foreign_protocol.hpp"
 
 namespace aprsim::vision_server {
 namespace {
@@ -17,11 +20,13 @@ constexpr int kSendBufferBytes = 8 * 1024;
 }  // namespace
 
 VisionConnection::VisionConnection(asio::ip::tcp::socket socket, protocols::LimitedLog& log,
-                                   std::string peer, const VisionServerOptions& options,
-                                   VisionCounters& counters, OnEnd on_end)
+                                   std::string peer, protocols::ConnectionPlaces::Place place,
+                                   const VisionServerOptions& options, VisionCounters& counters,
+                                   OnEnd on_end)
     : socket_(std::move(socket)),
       log_(log),
       peer_(std::move(peer)),
+      place_(std::move(place)),
       options_(options),
       counters_(counters),
       on_end_(std::move(on_end)),
@@ -60,12 +65,29 @@ void VisionConnection::close() {
 
 void VisionConnection::read() {
   socket_.async_read_some(
-      asio::buffer(input_), [self = shared_from_this()](const error_code& error, std::size_t) {
+      asio::buffer(input_), [self = shared_from_this()](const error_code& error, std::size_t size) {
         if (self->closed_ || error == asio::error::eof) return;
-        if (!error) return self->read();
+        if (!error) return self->on_read(size);
         self->log_.info(self->peer_ + " disconnected (" + error.message() + ")");
         self->close();
       });
+}
+
+void VisionConnection::on_read(std::size_t size) {
+  if (!std::exchange(heard_, true)) {
+    const std::string_view protocol = protocols::foreign_protocol({input_.data(), size});
+    if (!protocol.empty()) {
+      return drop("it speaks " + std::string(protocol) + ", which has no business here");
+    }
+  }
+  read();
+}
+
+void VisionConnection::drop(const std::string& why) {
+  if (closed_) return;
+  ++counters_.dropped;
+  log_.warn("closing " + peer_ + ": " + why);
+  close();
 }
 
 void VisionConnection::send_next() {
@@ -75,10 +97,7 @@ void VisionConnection::send_next() {
   write_timer_.expires_after(options_.write_timeout);
   write_timer_.async_wait([self = weak_from_this()](const error_code& cancelled) {
     const auto connection = self.lock();
-    if (cancelled || !connection || connection->closed_) return;
-    ++connection->counters_.dropped;
-    connection->log_.warn("closing " + connection->peer_ + ": takes no frames");
-    connection->close();
+    if (!cancelled && connection) connection->drop("takes no frames");
   });
   write();
 }
@@ -99,6 +118,7 @@ void VisionConnection::on_write(const error_code& error, std::size_t size) {
   sent_ += size;
   if (sent_ < sending_->size()) return write();
   sending_.reset();
+  place_.used();
   error_code ignored;
   write_timer_.cancel(ignored);
   if (next_) {

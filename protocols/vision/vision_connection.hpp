@@ -11,6 +11,7 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
 
+#include "protocols/connection_places.hpp"
 #include "protocols/limited_log.hpp"
 #include "protocols/vision/vision_server.hpp"
 
@@ -25,16 +26,17 @@ struct VisionCounters {
 using VisionLine = std::shared_ptr<const std::string>;
 
 /// One client's socket: sends whole lines, of those that came while one was on its way only the
-/// latest. What the client sends is read and thrown away; a client that has finished sending still
-/// gets lines. Keeps itself alive while an operation is pending. Thread: the server's.
+/// latest. What the client sends is read and thrown away, unless it begins as browsers do: then the
+/// connection ends. A client that has finished sending still gets lines. Keeps itself alive while
+/// an operation is pending. Thread: the server's.
 class VisionConnection : public std::enable_shared_from_this<VisionConnection> {
  public:
   using OnEnd = std::function<void(VisionConnection&)>;
 
   /// `on_end` is called once, when the socket has been closed.
   VisionConnection(boost::asio::ip::tcp::socket socket, protocols::LimitedLog& log,
-                   std::string peer, const VisionServerOptions& options, VisionCounters& counters,
-                   OnEnd on_end);
+                   std::string peer, protocols::ConnectionPlaces::Place place,
+                   const VisionServerOptions& options, VisionCounters& counters, OnEnd on_end);
 
   void start();
   void offer(VisionLine line);
@@ -42,9 +44,13 @@ class VisionConnection : public std::enable_shared_from_this<VisionConnection> {
   void drain();
   /// Closes at once.
   void close();
+  void give_way() { drop("its place is needed"); }
+  [[nodiscard]] protocols::ConnectionPlaces::Place& place() { return place_; }
 
  private:
   void read();
+  void on_read(std::size_t size);
+  void drop(const std::string& why);
   void send_next();
   void write();
   void on_write(const boost::system::error_code& error, std::size_t size);
@@ -52,6 +58,7 @@ class VisionConnection : public std::enable_shared_from_this<VisionConnection> {
   boost::asio::ip::tcp::socket socket_;
   protocols::LimitedLog& log_;
   std::string peer_;
+  protocols::ConnectionPlaces::Place place_;
   const VisionServerOptions& options_;
   VisionCounters& counters_;
   OnEnd on_end_;
@@ -59,6 +66,7 @@ class VisionConnection : public std::enable_shared_from_this<VisionConnection> {
   std::array<char, 1024> input_{};
   VisionLine sending_, next_;
   std::size_t sent_ = 0;  // of sending_
+  bool heard_ = false;    // anything yet
   bool draining_ = false, closed_ = false;
 };
 

@@ -23,11 +23,12 @@ class VisionServer::Impl {
   Impl(VisionServerOptions options, const api::SnapshotSource& source)
       : options_(std::move(options)),
         source_(source),
-        log_("vision " + robot_name(*source.latest())),
-        service_({log_.name(), options_.bind_address, options_.port, options_.max_connections},
+        log_("vision." + robot_name(*source.latest())),
+        service_({log_.name(), options_.bind_address, options_.port, options_.limits},
                  options_.drain_deadline,
-                 [this](protocols::TcpListener::Socket socket, std::string peer) {
-                   return make(std::move(socket), std::move(peer));
+                 [this](protocols::TcpListener::Socket socket, std::string peer,
+                        protocols::TcpListener::Place place) {
+                   return make(std::move(socket), std::move(peer), std::move(place));
                  }),
         poll_timer_(service_.io()) {}
 
@@ -57,10 +58,11 @@ class VisionServer::Impl {
     return snapshot.cell->robots.at(static_cast<std::size_t>(options_.robot)).name;
   }
 
-  std::shared_ptr<VisionConnection> make(protocols::TcpListener::Socket socket, std::string peer) {
+  std::shared_ptr<VisionConnection> make(protocols::TcpListener::Socket socket, std::string peer,
+                                         protocols::TcpListener::Place place) {
     auto connection = std::make_shared<VisionConnection>(
-        std::move(socket), log_, std::move(peer), options_, counters_,
-        [this](const VisionConnection& ended) { service_.ended(ended); });
+        std::move(socket), log_, std::move(peer), std::move(place), options_, counters_,
+        [this](VisionConnection& ended) { service_.ended(ended); });
     connection->offer(line_);
     return connection;
   }

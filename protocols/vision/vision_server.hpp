@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "protocols/connection_places.hpp"
 #include "world/api/error.hpp"
 #include "world/api/ports.hpp"
 
@@ -16,7 +17,7 @@ struct VisionServerOptions {
   std::string bind_address = "127.0.0.1";  ///< a numeric IPv4 or IPv6 address
   std::uint16_t port = 4000;               ///< 0 = any free port
   int robot = 0;                           ///< index into CellDescription::robots
-  std::size_t max_connections = 64;        ///< a further one is closed at once
+  protocols::ConnectionLimits limits;      ///< a connection without a place is closed at once
   bool empty_slots = false;                ///< name what was not detected, see vision_line.hpp
   /// A frame that no other follows is sent again after so long, in wall time: readers time out.
   std::chrono::milliseconds repeat{250};
@@ -29,7 +30,7 @@ struct VisionServerOptions {
 struct VisionServerStats {
   std::uint64_t accepted = 0;  ///< connections taken
   std::uint64_t refused = 0;   ///< connections closed at once: over the limit
-  std::uint64_t dropped = 0;   ///< connections closed because their peer took no frames
+  std::uint64_t dropped = 0;   ///< connections we ended: peers that take no frames, browsers
   std::uint64_t open = 0;      ///< connections now
   std::uint64_t frames = 0;    ///< new frames from the camera, repetitions left out
   std::uint64_t skipped = 0;   ///< frames that slow clients did not get

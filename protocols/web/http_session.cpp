@@ -47,11 +47,14 @@ void set_security(Response& response, const std::string& host) {
 
 class Session final : public HttpSession, public std::enable_shared_from_this<Session> {
  public:
+  using Place = protocols::ConnectionPlaces::Place;
+
   Session(boost::asio::ip::tcp::socket socket, std::string peer, const HttpContext& context,
-          std::function<void()> on_end)
+          std::shared_ptr<Place> place, std::function<void()> on_end)
       : stream_(std::move(socket)),
         peer_(std::move(peer)),
         context_(context),
+        place_(std::move(place)),
         rate_(context.max_requests_per_s),
         on_end_(std::move(on_end)) {}
 
@@ -88,6 +91,7 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
     if (!rate_.admit(protocols::RateLimit::Clock::now())) {
       return refuse(http::status::too_many_requests, "too many requests", true);
     }
+    place_->used();
     handle(parser_->release());
   }
 
@@ -121,7 +125,11 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
     }
     accept_web_socket(
         std::move(stream_), std::move(request),
-        [&context = context_, peer = peer_](std::shared_ptr<WebSocket> socket) {
+        [&context = context_, peer = peer_, place = place_](std::shared_ptr<WebSocket> socket) {
+          place->keep();
+          place->on_needed([viewer = std::weak_ptr<WebSocket>(socket)] {
+            if (const auto open = viewer.lock()) open->drop();
+          });
           context.on_viewer(std::move(socket), peer);
         },
         std::exchange(on_end_, nullptr));
@@ -185,6 +193,7 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
   beast::tcp_stream stream_;
   std::string peer_;
   const HttpContext& context_;
+  std::shared_ptr<Place> place_;
   protocols::RateLimit rate_;
   std::function<void()> on_end_;
   beast::flat_buffer buffer_{kMaxHeaderBytes + 4096};
@@ -194,9 +203,14 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
 }  // namespace
 
 std::shared_ptr<HttpSession> serve_http(boost::asio::ip::tcp::socket socket, std::string peer,
-                                        const HttpContext& context, std::function<void()> on_end) {
-  const auto session =
-      std::make_shared<Session>(std::move(socket), std::move(peer), context, std::move(on_end));
+                                        const HttpContext& context,
+                                        std::shared_ptr<protocols::ConnectionPlaces::Place> place,
+                                        std::function<void()> on_end) {
+  const auto session = std::make_shared<Session>(std::move(socket), std::move(peer), context, place,
+                                                 std::move(on_end));
+  place->on_needed([weak = std::weak_ptr<Session>(session)] {
+    if (const auto open = weak.lock()) open->close();
+  });
   session->read();
   return session;
 }

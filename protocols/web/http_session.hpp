@@ -7,6 +7,7 @@
 
 #include <boost/asio/ip/tcp.hpp>
 
+#include "protocols/connection_places.hpp"
 #include "protocols/web/asset_table.hpp"
 #include "protocols/web/web_socket.hpp"
 
@@ -32,8 +33,11 @@ class HttpSession {
 };
 
 /// Starts a session; `on_end` is called once when the TCP connection is over, the WebSocket that it
-/// may have become included. The context must outlive it.
+/// may have become included. A viewer keeps its place, an idle session yields it. The context must
+/// outlive it.
 std::shared_ptr<HttpSession> serve_http(boost::asio::ip::tcp::socket socket, std::string peer,
-                                        const HttpContext& context, std::function<void()> on_end);
+                                        const HttpContext& context,
+                                        std::shared_ptr<protocols::ConnectionPlaces::Place> place,
+                                        std::function<void()> on_end);
 
 }  // namespace aprsim::web

@@ -31,9 +31,10 @@ class WebServer::Impl {
   Impl(WebServerOptions options, api::CommandSink& sink, const api::SnapshotSource& source)
       : options_(std::move(options)),
         hub_(options_, sink, source),
-        listener_(io_, {"web", options_.bind_address, options_.port, options_.max_connections},
-                  [this](protocols::TcpListener::Socket socket, std::string peer) {
-                    serve(std::move(socket), std::move(peer));
+        listener_(io_, {"web", options_.bind_address, options_.port, options_.limits},
+                  [this](protocols::TcpListener::Socket socket, std::string peer,
+                         protocols::TcpListener::Place place) {
+                    serve(std::move(socket), std::move(peer), std::move(place));
                   }),
         tick_timer_(io_),
         drain_timer_(io_) {}
@@ -79,13 +80,16 @@ class WebServer::Impl {
     return {};
   }
 
-  void serve(protocols::TcpListener::Socket socket, std::string peer) {
+  void serve(protocols::TcpListener::Socket socket, std::string peer,
+             protocols::TcpListener::Place place) {
     const std::uint64_t id = ++next_session_;
-    sessions_[id] = serve_http(std::move(socket), std::move(peer), context_, [this, id] {
-      if (over_) return;
-      sessions_.erase(id);
-      listener_.release();
-    });
+    const auto held = std::make_shared<protocols::TcpListener::Place>(std::move(place));
+    sessions_[id] =
+        serve_http(std::move(socket), std::move(peer), context_, held, [this, id, held] {
+          if (over_) return;
+          sessions_.erase(id);
+          held->leave();
+        });
   }
 
   void tick() {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "modbus/register_map.hpp"
+#include "protocols/connection_places.hpp"
 #include "protocols/web/visual_description.hpp"
 #include "protocols/wire_tap.hpp"
 #include "world/api/error.hpp"
@@ -28,11 +29,12 @@ struct ListenerCount {
 struct WebServerOptions {
   std::string bind_address = "127.0.0.1";  ///< a numeric IPv4 or IPv6 address
   std::uint16_t port = 8080;               ///< 0 = any free port
-  std::size_t max_connections = 32;        ///< a further one is closed at once
-  std::size_t max_viewers = 24;            ///< WebSockets among them; a further one gets 503
-  double max_rate_hz = 60;                 ///< of snapshots
-  bool control = true;                     ///< false: no viewer may command
-  std::string token;                       ///< not empty: viewers need it to command
+  /// A connection without a place is closed at once.
+  protocols::ConnectionLimits limits{.at_once = 32};
+  std::size_t max_viewers = 24;    ///< WebSockets among them; a further one gets 503
+  double max_rate_hz = 60;         ///< of snapshots
+  bool control = true;             ///< false: no viewer may command
+  std::string token;               ///< not empty: viewers need it to command
   std::vector<std::string> hosts;  ///< host names of the page besides addresses and localhost
   std::string assets;              ///< directory of the page's files
   std::vector<std::pair<std::string, std::string>> models;  ///< robot name, description file

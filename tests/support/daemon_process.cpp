@@ -116,6 +116,8 @@ void DaemonProcess::read_ports() {
   }
 }
 
+std::string DaemonProcess::log() const { return slurp(directory_.path() + "/err"); }
+
 ProcessResult DaemonProcess::stop(int signal) {
   const auto start = Clock::now();
   kill(pid_, signal);

@@ -38,6 +38,9 @@ class DaemonProcess {
   [[nodiscard]] std::uint16_t port(const std::string& name) const { return ports_.at(name); }
   [[nodiscard]] const std::string& ports_file() const { return ports_file_; }
   [[nodiscard]] pid_t pid() const { return pid_; }
+  [[nodiscard]] const std::map<std::string, std::uint16_t>& ports() const { return ports_; }
+  /// What it has logged so far.
+  [[nodiscard]] std::string log() const;
 
   /// Sends a signal and waits for the end.
   ProcessResult stop(int signal);

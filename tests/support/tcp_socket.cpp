@@ -1,6 +1,7 @@
 #include "tests/support/tcp_socket.hpp"
 
 #include <algorithm>
+#include <arpa/inet.h>
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -24,7 +25,7 @@ bool wait(int fd, short events, TcpSocket::Clock::time_point deadline) {
 
 }  // namespace
 
-TcpSocket::TcpSocket(std::uint16_t port, int receive_buffer)
+TcpSocket::TcpSocket(std::uint16_t port, int receive_buffer, const std::string& from)
     : fd_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
   if (receive_buffer > 0) {
     ::setsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &receive_buffer, sizeof receive_buffer);
@@ -33,6 +34,10 @@ TcpSocket::TcpSocket(std::uint16_t port, int receive_buffer)
   ::setsockopt(fd_, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
   sockaddr_in address{};
   address.sin_family = AF_INET;
+  if (!from.empty()) {
+    ::inet_pton(AF_INET, from.c_str(), &address.sin_addr);
+    ::bind(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address);
+  }
   address.sin_port = htons(port);
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   if (::connect(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {

@@ -18,7 +18,8 @@ class TcpSocket {
   /// Connects; throws std::runtime_error when it cannot. receive_buffer: the kernel's [bytes],
   /// 0 = the system's. It is set before connecting: one that shrank later would take back what the
   /// peer has been promised, and acknowledgements would be lost with it.
-  explicit TcpSocket(std::uint16_t port, int receive_buffer = 0);
+  /// from: this end's address, one of 127.0.0.0/8; empty = 127.0.0.1.
+  explicit TcpSocket(std::uint16_t port, int receive_buffer = 0, const std::string& from = "");
   ~TcpSocket();
   TcpSocket(TcpSocket&& other) noexcept;
   TcpSocket& operator=(TcpSocket&&) = delete;

@@ -60,8 +60,8 @@ class VisionClient {
  public:
   static constexpr std::chrono::seconds kPatience{10};
 
-  explicit VisionClient(std::uint16_t port, int receive_buffer = 0)
-      : socket_(port, receive_buffer) {}
+  explicit VisionClient(std::uint16_t port, int receive_buffer = 0, const std::string& from = "")
+      : socket_(port, receive_buffer, from) {}
 
   /// The next line, its line feed included.
   std::string line(std::chrono::milliseconds limit = kPatience) {

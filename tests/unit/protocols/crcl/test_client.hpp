@@ -15,8 +15,9 @@ namespace aprsim::crcl_server {
 /// answer within ten seconds or not as it must.
 class TestClient {
  public:
-  /// receive_buffer as TcpSocket's.
-  explicit TestClient(std::uint16_t port, int receive_buffer = 0) : socket_(port, receive_buffer) {}
+  /// receive_buffer and from as TcpSocket's.
+  explicit TestClient(std::uint16_t port, int receive_buffer = 0, const std::string& from = "")
+      : socket_(port, receive_buffer, from) {}
 
   void send(std::string_view bytes);
   /// One command of the given type.

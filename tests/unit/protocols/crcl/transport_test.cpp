@@ -64,7 +64,7 @@ TEST_F(Transport, HttpLeavesNoTraceInTheRobot) {
 
 TEST_F(Transport, ConnectionsBeyondTheLimitAreClosed) {
   CrclServerOptions options;
-  options.max_connections = 3;
+  options.limits.at_once = 3;
   start(options);
   std::vector<std::unique_ptr<TestClient>> clients;
   for (int i = 0; i < 3; ++i) {
@@ -181,6 +181,78 @@ TEST_F(Transport, IdleConnectionsEndOnlyWhenConfigured) {
   TestClient client(port_);
   client.expect_closed();
   wait_for_dropped(1);
+}
+
+TEST_F(Transport, AnIncompleteDocumentIsNotWaitedForLongHoweverItDrips) {
+  CrclServerOptions options;
+  options.document_timeout = std::chrono::milliseconds(300);
+  start(options);
+  TestClient witness(port_);
+  initialize(witness);
+  TestClient silent(port_), dripping(port_);
+  silent.send("<CRCLCommandInstance>");
+  std::jthread drip([&](const std::stop_token& stop) {
+    try {
+      dripping.send("<CRCLCommandInstance>");
+      while (!stop.stop_requested()) {
+        dripping.send(" ");
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+      }
+    } catch (const std::runtime_error&) {  // closed
+    }
+  });
+  wait_for_dropped(2);
+  // Who has asked for something before has no longer, and silence between documents is no fault.
+  TestClient asked(port_);
+  asked.status();
+  asked.send(get_status_.substr(0, 20));
+  wait_for_dropped(3);
+  expect(witness.status(), 4, CommandState::kDone);
+  EXPECT_EQ(world_.commands().size(), 1U) << "nothing but the InitCanon";
+  wait_for_open(1);
+}
+
+TEST_F(Transport, ConnectionsThatAskForNothingGiveWayToNewcomers) {
+  CrclServerOptions options;
+  options.limits.at_once = 4;
+  start(options);
+  TestClient controller(port_);
+  initialize(controller);
+  std::vector<std::unique_ptr<TestClient>> idle;
+  for (int i = 0; i < 3; ++i) idle.push_back(std::make_unique<TestClient>(port_));
+  idle[1]->send("<CRCLCommandInstance>");
+  wait_for_open(4);
+  for (int i = 0; i < 3; ++i) {
+    idle.push_back(std::make_unique<TestClient>(port_));
+    idle.back()->status();
+    EXPECT_NO_THROW(idle[static_cast<std::size_t>(i)]->expect_closed()) << i;
+  }
+  EXPECT_EQ(server_->stats().refused, 0U);
+  // Now all have asked for something just now.
+  TestClient(port_).expect_closed();
+  EXPECT_EQ(server_->stats().refused, 1U);
+  controller.status();
+}
+
+TEST_F(Transport, ATableFullOfOneAddressHasAPlaceForAnother) {
+  CrclServerOptions options;
+  options.limits.at_once = 3;
+  start(options);
+  std::vector<std::unique_ptr<TestClient>> hog;
+  for (int i = 0; i < 3; ++i) {
+    hog.push_back(std::make_unique<TestClient>(port_));
+    hog.back()->status();
+  }
+  TestClient(port_).expect_closed();
+  TestClient second(port_, 0, "127.0.0.2");
+  second.status();
+  // The place that was kept is taken: one of the address that has most is given up.
+  TestClient third(port_, 0, "127.0.0.3");
+  third.status();
+  EXPECT_NO_THROW(hog[0]->expect_closed());
+  second.status();
+  hog[1]->status();
+  hog[2]->status();
 }
 
 TEST_F(Transport, APortInUseIsOneClearError) {

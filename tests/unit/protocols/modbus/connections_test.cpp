@@ -37,7 +37,7 @@ TEST_F(Connections, ManyClientsWriteAndReadTheirOwnMemory) {
 }
 
 TEST_F(Connections, TheConnectionLimitHoldsAndIsFreedAgain) {
-  start({.max_connections = 3});
+  start({.limits = {.at_once = 3}});
   auto first = std::make_unique<RawClient>(port_);
   RawClient second(port_), third(port_);
   for (RawClient* client : {first.get(), &second, &third}) {
@@ -50,6 +50,77 @@ TEST_F(Connections, TheConnectionLimitHoldsAndIsFreedAgain) {
   ASSERT_TRUE(eventually([&] { return server_->stats().open == 2; }));
   RawClient fifth(port_);
   EXPECT_TRUE(fifth.ask(adu(kReadThree)).has_value());
+}
+
+TEST_F(Connections, ConnectionsThatAskForNothingGiveWayToNewcomers) {
+  start({.limits = {.at_once = 3}});
+  RawClient master(port_);
+  ASSERT_TRUE(master.ask(adu(kReadThree)).has_value());
+  RawClient silent(port_), partial(port_);
+  ASSERT_TRUE(partial.send(Bytes{0, 1, 0, 0}));
+  ASSERT_TRUE(eventually([&] { return server_->stats().open == 3; }));
+  RawClient fourth(port_);
+  EXPECT_TRUE(fourth.ask(adu(kReadThree)).has_value());
+  EXPECT_TRUE(silent.ended());
+  RawClient fifth(port_);
+  EXPECT_TRUE(fifth.ask(adu(kReadThree)).has_value());
+  EXPECT_TRUE(partial.ended());
+  EXPECT_EQ(server_->stats().refused, 0U);
+  RawClient sixth(port_);
+  EXPECT_TRUE(sixth.ended()) << "all others have asked for something just now";
+  EXPECT_TRUE(master.ask(adu(kReadThree)).has_value());
+}
+
+TEST_F(Connections, TheLongestIdleGivesWayAfterItsTime) {
+  start({.limits = {.at_once = 2, .yield_after = 0ms}});
+  RawClient first(port_), second(port_);
+  ASSERT_TRUE(first.ask(adu(kReadThree)).has_value());
+  ASSERT_TRUE(second.ask(adu(kReadThree)).has_value());
+  ASSERT_TRUE(first.ask(adu(kReadThree)).has_value());
+  RawClient third(port_);
+  EXPECT_TRUE(third.ask(adu(kReadThree)).has_value());
+  EXPECT_TRUE(second.ended());
+  EXPECT_TRUE(first.ask(adu(kReadThree)).has_value());
+}
+
+TEST_F(Connections, ATableFullOfOneAddressHasAPlaceForAnother) {
+  start({.limits = {.at_once = 2}});
+  RawClient first(port_), second(port_);
+  ASSERT_TRUE(first.ask(adu(kReadThree)).has_value());
+  ASSERT_TRUE(second.ask(adu(kReadThree)).has_value());
+  RawClient same(port_);
+  EXPECT_TRUE(same.ended());
+  // The place that is kept, and then one of the address that has most.
+  RawClient other(port_, 0, "127.0.0.2"), another(port_, 0, "127.0.0.3");
+  EXPECT_TRUE(other.ask(adu(kReadThree)).has_value());
+  EXPECT_TRUE(another.ask(adu(kReadThree)).has_value());
+  EXPECT_TRUE(first.ended());
+  EXPECT_TRUE(second.ask(adu(kReadThree)).has_value());
+}
+
+/// Any web page can make its reader's browser send this; in the second, a frame that sets the speed
+/// follows.
+TEST_F(Connections, BrowsersAreSentAway) {
+  start();
+  const Bytes write = adu(pdu(6, {0x8002, 1000}));
+  const std::string frame(write.begin(), write.end());
+  for (const std::string& bytes :
+       {std::string("GET / HTTP/1.1\r\nHost: a\r\n\r\n"), "POST / HTTP/1.1\r\n\r\n" + frame,
+        std::string("\x16\x03\x01\0\x02", 5) + "xx" + frame}) {
+    RawClient browser(port_);
+    // In pieces, too.
+    for (const char c : bytes.substr(0, 4)) {
+      ASSERT_TRUE(browser.send(Bytes{static_cast<std::uint8_t>(c)}));
+    }
+    (void)browser.send(Bytes(bytes.begin() + 4, bytes.end()));
+    EXPECT_TRUE(browser.ended());
+  }
+  EXPECT_TRUE(eventually([&] { return server_->stats().dropped == 3; }));
+  EXPECT_EQ(server_->stats().requests, 0U);
+  EXPECT_TRUE(cell_.commands().empty());
+  // A master may choose transaction ids that look like letters.
+  RawClient master(port_);
+  EXPECT_TRUE(master.ask(adu(kReadThree, 0x4745)).has_value());
 }
 
 TEST_F(Connections, RunningOutOfDescriptorsIsSurvived) {

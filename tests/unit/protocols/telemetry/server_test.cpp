@@ -45,6 +45,12 @@ std::string health(const std::shared_ptr<grpc::Channel>& channel, const std::str
   return answer == "\x08\x02" ? "not serving" : "odd answer";
 }
 
+bool answers(const std::shared_ptr<grpc::Channel>& channel) {
+  grpc::ClientContext context;
+  v1::GetCellResponse response;
+  return v1::TelemetryService::NewStub(channel)->GetCell(&context, {}, &response).ok();
+}
+
 TEST_F(Serving, HealthServesAllNamesAndFollowsTheWorld) {
   start();
   EXPECT_EQ(health(channel_, ""), "serving");
@@ -151,23 +157,41 @@ TEST_F(Serving, PortIsFreeAgainAfterStop) {
 }
 
 TEST_F(Serving, ConnectionsBeyondTheLimitAreClosedAndRoomComesBack) {
-  start({.max_connections = 2});
+  start({.limits = {.at_once = 2}});
   {
-    TcpSocket first(port_), second(port_);
-    const auto deadline = TcpSocket::Clock::now() + std::chrono::seconds(5);
-    EXPECT_FALSE(first.receive(deadline).empty());  // the server's HTTP/2 settings
-    EXPECT_FALSE(second.receive(deadline).empty());
+    const auto first = new_channel(), second = new_channel();
+    EXPECT_TRUE(answers(first));
+    EXPECT_TRUE(answers(second));
     TcpSocket third(port_);
-    EXPECT_TRUE(third.receive(deadline).empty());
+    EXPECT_TRUE(third.ended());
     EXPECT_EQ(server_->open(), 2U);
   }
   EXPECT_TRUE(eventually([&] { return server_->open() == 0; }));
-  EXPECT_TRUE(eventually([&] {
-    grpc::ClientContext context;
-    v1::GetCellResponse response;
-    const auto fresh = v1::TelemetryService::NewStub(new_channel());
-    return fresh->GetCell(&context, {}, &response).ok();
-  }));
+  EXPECT_TRUE(eventually([&] { return answers(new_channel()); }));
+}
+
+TEST_F(Serving, IdleConnectionsGiveWayToANewcomer) {
+  start({.limits = {.at_once = 3}});
+  std::vector<TcpSocket> idle;
+  for (int i = 0; i < 3; ++i) idle.emplace_back(port_);
+  EXPECT_TRUE(eventually([&] { return server_->open() == 3; }));
+  const auto client = new_channel();
+  EXPECT_TRUE(eventually([&] { return answers(client); }));
+  EXPECT_TRUE(idle[0].ended());
+}
+
+TEST_F(Serving, ATableFullOfOneAddressHasAPlaceForAnother) {
+  start({.limits = {.at_once = 2}});
+  const auto first = new_channel(), second = new_channel();
+  EXPECT_TRUE(answers(first));
+  EXPECT_TRUE(answers(second));
+  TcpSocket same(port_);
+  EXPECT_TRUE(same.ended());
+  // The place that is kept, and then one of the address that has most.
+  for (const char* address : {"127.0.0.2", "127.0.0.3"}) {
+    TcpSocket newcomer(port_, 0, address);
+    EXPECT_FALSE(newcomer.receive(TcpSocket::Clock::now() + 10s).empty()) << address;
+  }
 }
 
 TEST_F(Serving, OversizedRequestIsRefused) {

@@ -123,7 +123,7 @@ TEST_F(VisionServerTest, EmptySlotsAreNamedWhenConfigured) {
 }
 
 TEST_F(VisionServerTest, ManyClientsGetTheSameAndOneTooManyIsClosed) {
-  options.max_connections = 20;
+  options.limits.at_once = 20;
   const auto port = start();
   std::vector<std::unique_ptr<VisionClient>> clients;
   for (int i = 0; i < 20; ++i) {
@@ -145,13 +145,48 @@ TEST_F(VisionServerTest, ManyClientsGetTheSameAndOneTooManyIsClosed) {
 TEST_F(VisionServerTest, WhatClientsSendIsIgnoredAndAHalfClosedOneStillGetsFrames) {
   options.repeat = 10s;
   VisionClient client(start());
-  client.say("GET / HTTP/1.1\r\n\r\n");
+  client.say("is anybody there?\r\n");
   client.line();
   client.finish_sending();
   frame(5);
   EXPECT_EQ(x(client.line_after("\n")), 5);
   frame(6);
   EXPECT_EQ(x(client.line()), 6);
+}
+
+/// Any web page can make its reader's browser send this.
+TEST_F(VisionServerTest, BrowsersAreSentAway) {
+  const auto port = start();
+  VisionClient client(port);
+  for (const std::string& bytes :
+       {std::string("GET / HTTP/1.1\r\nHost: a\r\n\r\n"), std::string("POST / HTTP/1.1\r\n\r\nx"),
+        std::string("\x16\x03\x01\x02\x00", 5)}) {
+    VisionClient browser(port);
+    browser.say(bytes);
+    EXPECT_TRUE(browser.closed(10s));
+  }
+  EXPECT_EQ(server->stats().dropped, 3U);
+  frame(5);
+  EXPECT_EQ(x(client.line_after("\n")), 5);
+}
+
+TEST_F(VisionServerTest, ATableFullOfOneAddressHasAPlaceForAnother) {
+  options.limits.at_once = 3;
+  const auto port = start();
+  std::vector<std::unique_ptr<VisionClient>> hog;
+  for (int i = 0; i < 3; ++i) {
+    hog.push_back(std::make_unique<VisionClient>(port));
+    hog.back()->line();
+  }
+  VisionClient same(port);
+  EXPECT_TRUE(same.closed(10s));
+  // The place that is kept, and then one of the address that has most.
+  VisionClient second(port, 0, "127.0.0.2");
+  second.line();
+  VisionClient third(port, 0, "127.0.0.3");
+  third.line();
+  EXPECT_TRUE(eventually([&] { return server->stats().dropped == 1; }));
+  EXPECT_EQ(server->stats().open, 4U);
 }
 
 /// Lines of some 40 kB, so that a client that does not read fills its buffers soon.

@@ -92,13 +92,25 @@ TEST_F(Http, EndsAConnectionThatAsksTooOften) {
 }
 
 TEST_F(Http, LimitsConnectionsAndViewers) {
-  options.max_connections = 3;
+  options.limits.at_once = 3;
   options.max_viewers = 2;
   start();
   RawWebClient a(port), b(port), c(port);
   EXPECT_TRUE(has(a.upgrade(), "101"));
   EXPECT_TRUE(has(b.upgrade(), "101"));
   EXPECT_TRUE(has(c.upgrade(), "503"));
+}
+
+TEST_F(Http, IdleSessionsGiveWayToANewcomerViewersDoNot) {
+  options.limits.at_once = 2;
+  start();
+  RawWebClient viewer(port), idle(port);
+  EXPECT_TRUE(has(viewer.upgrade(), "101"));
+  EXPECT_TRUE(has(RawWebClient(port).request("GET / HTTP/1.1"), "200"));
+  EXPECT_TRUE(idle.closed());
+  v1::ViewerRequest watch;
+  watch.mutable_watch();
+  EXPECT_TRUE(viewer.ask(watch).ok());
 }
 
 TEST_F(Http, AMissingPageIsANotice) {
