@@ -236,6 +236,7 @@ Result<void> Simulation::load(const std::string& name) {
   if (found == saved_.end()) {
     return fail(ErrorCode::kNotFound, "name", "no state is saved as '" + name + "'");
   }
+  auto loaded = std::make_shared<const std::string>(name);
   try {
     world_->restore(found->second);
   } catch (const std::exception& failure) {
@@ -243,7 +244,7 @@ Result<void> Simulation::load(const std::string& name) {
     throw;
   }
   seed_ = found->second.seed;
-  begin_epoch();
+  begin_epoch(std::move(loaded));
   return {};
 }
 
@@ -267,8 +268,9 @@ void Simulation::record_failure(api::Ticket ticket, Error error) {
   }
 }
 
-void Simulation::begin_epoch() {
+void Simulation::begin_epoch(std::shared_ptr<const std::string> loaded) {
   ++epoch_;
+  loaded_state_ = std::move(loaded);
   steps_wanted_ = 0;
   world_fault_.clear();
   if (std::exchange(paused_by_fault_, false)) paused_ = false;
@@ -288,6 +290,7 @@ void Simulation::write_snapshot() {
   auto snapshot = slot_.acquire();
   world_->write(*snapshot);
   snapshot->epoch = epoch_;
+  snapshot->loaded_state = loaded_state_;
   snapshot->applied = applied_;
   snapshot->failures = failures_;
   snapshot->paused = paused_;

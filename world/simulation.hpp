@@ -61,7 +61,8 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   /// The world stands still until a reset or a load.
   void stop_world(const std::string& why);
   void record_failure(api::Ticket ticket, Error error);
-  void begin_epoch();
+  /// `loaded`: name of the saved state that it begins with; null = none.
+  void begin_epoch(std::shared_ptr<const std::string> loaded = nullptr);
   /// For problem(): once a turn of the thread.
   void note_progress();
   void publish();
@@ -79,6 +80,7 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   std::vector<QueuedCommand> drained_;
   std::shared_ptr<const api::CellDescription> description_;  ///< for validation, by any thread
   std::uint64_t epoch_ = 0;
+  std::shared_ptr<const std::string> loaded_state_;
   api::Ticket applied_ = 0;
   bool paused_;
   std::uint64_t steps_wanted_ = 0;  ///< while paused

@@ -163,9 +163,13 @@ void FakeCell::apply(const api::SimulationCommand& command, api::Snapshot& next)
   if (const auto* save = std::get_if<api::SaveState>(&command)) {
     next.saved_states = std::make_shared<const std::vector<std::string>>(std::vector{save->name});
   }
-  if (std::holds_alternative<api::LoadState>(command)) ++next.epoch;
+  if (const auto* load = std::get_if<api::LoadState>(&command)) {
+    ++next.epoch;
+    next.loaded_state = std::make_shared<const std::string>(load->name);
+  }
   if (std::holds_alternative<api::Reset>(command)) {
     ++next.epoch;
+    next.loaded_state.reset();
     next.step = 0;
     next.time = {};
   }

@@ -96,8 +96,9 @@ inline constexpr std::size_t kMaxFailures = 64;
 
 struct Snapshot {
   std::shared_ptr<const CellDescription> cell;
-  std::uint64_t epoch = 0;  ///< counts resets and loads of a saved state
-  std::uint64_t step = 0;   ///< since reset
+  std::uint64_t epoch = 0;                          ///< counts resets and loads of a saved state
+  std::shared_ptr<const std::string> loaded_state;  ///< that the epoch began with; null = none
+  std::uint64_t step = 0;                           ///< since reset
   SimTime time{};
   Ticket applied = 0;  ///< every command up to this ticket has taken effect
   /// The latest kMaxFailures commands that failed between two steps, by ticket; null = none. What

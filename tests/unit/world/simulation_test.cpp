@@ -94,6 +94,8 @@ TEST_F(SimulationTest, ALoadedStateGoesOnWhereItWasSaved) {
   const auto loaded = command(api::LoadState{"here"});
   EXPECT_EQ(loaded->step, 100U);
   EXPECT_EQ(loaded->epoch, saved->epoch + 2);
+  ASSERT_TRUE(loaded->loaded_state);
+  EXPECT_EQ(*loaded->loaded_state, "here");
   EXPECT_EQ(loaded->cell->seed, saved->cell->seed);
   EXPECT_EQ(command(api::LoadState{"elsewhere"})->epoch, loaded->epoch);
   EXPECT_FALSE(simulation.submit({.body = api::SimulationCommand(api::SaveState{""})}));
