@@ -1,20 +1,24 @@
 // Strip charts of any signal over simulated time.
 import uPlot from 'uplot';
+import {column, History, type Recording} from '../history';
 import type {Snapshot} from '../protocol';
 import {simTime, type State} from '../state';
 import {button, card, download, h, notify, text} from './dom';
 import {signalsOf, type ChartSignal} from './signals';
+import {suggest} from './suggest';
 
 const kSpan_s = 60;
 const kMaxPoints = 4000;
 const kMaxCharts = 6;
+const kDrawPeriod_ms = 100;
 const kColors = ['#f5b82e', '#3f8efc', '#37d67a', '#ff6b81', '#b88cff', '#2bd4d4'];
 
 interface Strip {
   signal: ChartSignal;
-  values: number[];
+  index: number; // of the signal
   plot: uPlot;
   element: HTMLElement;
+  reading: HTMLElement;
 }
 
 export class ChartPanel {
@@ -28,19 +32,21 @@ export class ChartPanel {
     'data-testid': 'chart-choice'
   });
   private readonly names = h('datalist', {id: 'signals'});
+  private readonly complaint = h('p', {
+    class: 'complaint',
+    role: 'alert',
+    'data-testid': 'chart-complaint'
+  });
   private readonly pauseButton = button('Pause', () => this.pause());
   private signals: ChartSignal[] = [];
   private strips: Strip[] = [];
-  private times: number[] = [];
-  private paused = false;
+  private history = new History([], kSpan_s, kMaxPoints);
+  private frozen: Recording | null = null; // what is shown while paused
   private drawn = 0;
 
   constructor(private readonly state: State) {
-    this.choice.addEventListener('change', () => {
-      const signal = this.signals.find((s) => s.name === this.choice.value);
-      if (signal) this.add(signal);
-      this.choice.value = '';
-    });
+    this.choice.addEventListener('change', () => this.choose(this.choice.value));
+    this.choice.addEventListener('input', () => this.complaint.replaceChildren());
     this.element.append(
       card(
         'Strip charts',
@@ -52,11 +58,13 @@ export class ChartPanel {
           this.pauseButton,
           button('CSV', () => this.save(), {title: 'Saves what the charts hold'})
         ),
+        this.complaint,
         this.list
       )
     );
     state.cellChanged.on((cell) => {
       this.signals = signalsOf(cell);
+      this.history = new History(this.signals, kSpan_s, kMaxPoints);
       this.names.replaceChildren(...this.signals.map((s) => h('option', {value: s.name})));
       const names = this.strips.length
         ? this.strips.map((s) => s.signal.name)
@@ -72,20 +80,50 @@ export class ChartPanel {
       }
     });
     state.snapshotChanged.on((snapshot) => this.take(snapshot));
-    new ResizeObserver(() =>
-      this.strips.forEach((s) => s.plot.setSize({width: this.width(), height: 130}))
-    ).observe(this.list);
+    new ResizeObserver(() => {
+      this.strips.forEach((s) => s.plot.setSize({width: this.width(), height: 130}));
+      this.draw();
+    }).observe(this.list);
   }
 
   private width(): number {
     return Math.max(200, this.list.clientWidth - 2);
   }
 
+  private get shown(): Recording {
+    return this.frozen ?? this.history.live;
+  }
+
   private clear(): void {
     this.strips.forEach((s) => s.plot.destroy());
     this.strips = [];
-    this.times = [];
     this.list.replaceChildren();
+  }
+
+  /** Adds the signal of this name; says so when there is none, and which there are. */
+  private choose(typed: string): void {
+    const name = typed.trim().toLowerCase();
+    this.complaint.replaceChildren();
+    if (!name) return;
+    const signal = this.signals.find((s) => s.name.toLowerCase() === name);
+    if (signal) {
+      this.add(signal);
+      this.choice.value = '';
+      return;
+    }
+    const meant = suggest(
+      name,
+      this.signals.map((s) => s.name)
+    );
+    this.complaint.append(
+      `There is no signal “${typed.trim()}”.`,
+      ...(meant.length ? [' Did you mean '] : [' Try a robot’s name, “belt”, “tool”, “J1”.']),
+      ...meant.flatMap((other, i) => [
+        i === 0 ? '' : i === meant.length - 1 ? ' or ' : ', ',
+        button(other, () => this.choose(other), {class: 'link'})
+      ]),
+      meant.length ? '?' : ''
+    );
   }
 
   private add(signal: ChartSignal): void {
@@ -94,6 +132,7 @@ export class ChartPanel {
       return notify(`At most ${kMaxCharts} charts at once; remove one first.`, 'error');
     const color = kColors[this.strips.length % kColors.length]!;
     const holder = h('div', {class: 'plot'});
+    const reading = h('output', {'data-testid': `reading ${signal.name}`});
     const axis = {
       stroke: '#8b98a8',
       grid: {stroke: 'rgba(139,152,168,.18)', width: 1},
@@ -106,7 +145,8 @@ export class ChartPanel {
       h(
         'figcaption',
         {},
-        `${signal.name}${signal.unit ? ` [${signal.unit}]` : ''}`,
+        h('span', {}, `${signal.name}${signal.unit ? ` [${signal.unit}]` : ''}`),
+        reading,
         button('×', () => this.remove(strip), {
           class: 'icon',
           'aria-label': `Remove ${signal.name}`
@@ -120,19 +160,21 @@ export class ChartPanel {
         width: this.width(),
         height: 130,
         legend: {show: false},
-        cursor: {y: false},
+        cursor: {y: false, sync: {key: 'charts'}},
         scales: {x: {time: false}},
         axes: [
           {...axis, size: 24},
           {...axis, size: 52}
         ],
-        series: [{}, {stroke: color, width: 1.6, points: {show: false}, spanGaps: true}]
+        series: [{}, {stroke: color, width: 1.6, points: {show: false}}],
+        hooks: {setCursor: [() => this.read(strip)]}
       },
       [[], []],
       holder
     );
-    const strip: Strip = {signal, values: this.times.map(() => NaN), plot, element};
+    const strip: Strip = {signal, index: this.signals.indexOf(signal), plot, element, reading};
     this.strips.push(strip);
+    this.show(strip);
   }
 
   private remove(strip: Strip): void {
@@ -142,30 +184,36 @@ export class ChartPanel {
   }
 
   private take(snapshot: Snapshot): void {
-    if (this.paused || this.strips.length === 0) return;
-    const now = simTime(snapshot);
-    const last = this.times[this.times.length - 1];
-    if (last !== undefined && now === last) return;
-    if (last !== undefined && now < last) {
-      this.times = [];
-      this.strips.forEach((s) => (s.values = []));
-    }
-    this.times.push(now);
-    this.strips.forEach((s) => s.values.push(s.signal.read(snapshot)));
-    let old = Math.max(0, this.times.length - kMaxPoints);
-    while (this.times[old]! < now - kSpan_s) ++old;
-    if (old > 200 || this.times.length > kMaxPoints) {
-      this.times.splice(0, old);
-      this.strips.forEach((s) => s.values.splice(0, old));
-    }
-    if (!this.element.offsetParent || performance.now() - this.drawn < 100) return;
+    this.history.take(simTime(snapshot), snapshot);
+    if (performance.now() - this.drawn >= kDrawPeriod_ms && !this.frozen) this.draw();
+  }
+
+  private draw(): void {
+    if (!this.element.offsetParent) return;
     this.drawn = performance.now();
-    this.strips.forEach((s) => s.plot.setData([this.times, s.values]));
+    this.strips.forEach((strip) => this.show(strip));
+  }
+
+  private show(strip: Strip): void {
+    strip.plot.setData([this.shown.times, column(this.shown, strip.index)]);
+    this.read(strip);
+  }
+
+  /** The value under the cursor with its time, else the latest. */
+  private read(strip: Strip): void {
+    const [times, values] = strip.plot.data;
+    const at = strip.plot.cursor.idx;
+    const pointed = at !== null && at !== undefined && (strip.plot.cursor.left ?? -1) >= 0;
+    const value = values?.[pointed ? at : times.length - 1];
+    const number = value === null || value === undefined ? '–' : tidy(value);
+    const shown = `${number} ${strip.signal.unit}`.trim();
+    text(strip.reading, pointed ? `${times[at]!.toFixed(3)} s: ${shown}` : shown);
   }
 
   private pause(): void {
-    this.paused = !this.paused;
-    text(this.pauseButton, this.paused ? 'Go on' : 'Pause');
+    this.frozen = this.frozen ? null : this.history.copy();
+    text(this.pauseButton, this.frozen ? 'Go on' : 'Pause');
+    this.draw();
   }
 
   private save(): void {
@@ -173,11 +221,9 @@ export class ChartPanel {
       'time [s]',
       ...this.strips.map((s) => s.signal.name + (s.signal.unit ? ` [${s.signal.unit}]` : ''))
     ];
-    const lines = this.times.map((t, i) =>
-      [
-        t.toFixed(4),
-        ...this.strips.map((s) => (Number.isFinite(s.values[i]) ? s.values[i]!.toPrecision(9) : ''))
-      ].join(',')
+    const columns = this.strips.map((s) => column(this.shown, s.index));
+    const lines = this.shown.times.map((t, i) =>
+      [t.toFixed(4), ...columns.map((values) => values[i]?.toPrecision(9) ?? '')].join(',')
     );
     download(
       `${this.state.cell?.scene ?? 'cell'}.csv`,
@@ -185,4 +231,12 @@ export class ChartPanel {
       [head.join(','), ...lines].join('\n') + '\n'
     );
   }
+}
+
+/** Five digits that count, without powers of ten where they can be left out. */
+function tidy(value: number): string {
+  const size = Math.abs(value);
+  if (size !== 0 && (size < 1e-4 || size >= 1e6)) return value.toExponential(3);
+  const whole = size < 1 ? 1 : Math.floor(Math.log10(size)) + 1;
+  return value.toFixed(Math.max(0, 5 - whole));
 }
