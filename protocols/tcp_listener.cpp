@@ -123,6 +123,10 @@ void TcpListener::admit(tcp::socket socket) {
   Result<Place> place = places_->take(endpoint.address().to_string());
   if (!place) {
     refuse(peer, place.error().message);
+    if (options_.on_refused) {
+      prepare(socket);
+      options_.on_refused(std::move(socket), peer);
+    }
     return;
   }
   ++accepted_;

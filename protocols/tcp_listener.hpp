@@ -22,7 +22,9 @@ struct TcpListenerOptions {
   std::string name;         ///< of the listener, for log lines
   std::string address;      ///< numeric IPv4 or IPv6
   std::uint16_t port = 0;   ///< 0 = any free port
-  ConnectionLimits limits;  ///< a connection without a place is closed at once
+  ConnectionLimits limits;  ///< a connection without a place is given to on_refused
+  /// What takes over the socket of a connection without a place; null = it is closed.
+  std::function<void(boost::asio::ip::tcp::socket, const std::string& peer)> on_refused = {};
   /// Whether clients from this address are served; the others' connections are closed at once.
   /// Empty = everybody is.
   std::function<bool(const boost::asio::ip::address&)> allows = {};

@@ -33,6 +33,7 @@ constexpr api::EndpointId kWebEndpoint = 3;
 constexpr api::EndpointId kFirstCrclEndpoint = 16;
 
 constexpr std::chrono::milliseconds kNewsPeriod{200};
+constexpr std::size_t kModbusTapBytes = std::size_t{4} << 20;
 
 world::SimulationOptions simulation_options(const Config& config, const scene::Scene& scene) {
   world::SimulationOptions options;
@@ -63,10 +64,10 @@ protocols::ConnectionLimits limits_of(const ConnectionsConfig& config, std::size
 }
 
 crcl_server::CrclServerOptions crcl_options(const Config& all, const std::string& robot, int index,
-                                            protocols::WireTap& tap) {
+                                            protocols::WireTap* tap) {
   const CrclConfig& config = all.crcl;
   crcl_server::CrclServerOptions options;
-  options.tap = &tap;
+  options.tap = tap;
   options.bind_address = config.address;
   const auto port = config.ports.find(robot);
   options.port = port == config.ports.end() ? 0 : port->second;
@@ -85,10 +86,10 @@ crcl_server::CrclServerOptions crcl_options(const Config& all, const std::string
   return options;
 }
 
-modbus_server::ModbusServerOptions modbus_options(const Config& all, protocols::WireTap& tap) {
+modbus_server::ModbusServerOptions modbus_options(const Config& all, protocols::WireTap* tap) {
   const ModbusConfig& config = all.modbus;
   modbus_server::ModbusServerOptions options;
-  options.tap = &tap;
+  options.tap = tap;
   options.bind_address = config.address;
   options.port = config.port;
   options.limits = limits_of(all.connections, config.max_connections);
@@ -197,15 +198,17 @@ class Daemon::Impl {
  public:
   Impl(const Config& config, std::shared_ptr<const scene::Scene> scene)
       : simulation_(scene, simulation_options(config, *scene)),
-        modbus_(modbus_options(config, modbus_tap_), simulation_, simulation_),
+        modbus_(modbus_options(config, config.web.enabled ? &modbus_tap_ : nullptr), simulation_,
+                simulation_),
         telemetry_(telemetry_options(config), simulation_, simulation_) {
     for (std::size_t i = 0; i < scene->robots.size(); ++i) {
       const std::string& name = scene->robots[i].name;
       const int index = static_cast<int>(i);
       robots_.push_back(
           {name,
-           std::make_unique<crcl_server::CrclServer>(crcl_options(config, name, index, crcl_tap_),
-                                                     simulation_, simulation_),
+           std::make_unique<crcl_server::CrclServer>(
+               crcl_options(config, name, index, config.web.enabled ? &crcl_tap_ : nullptr),
+               simulation_, simulation_),
            std::make_unique<vision_server::VisionServer>(vision_options(config, name, index),
                                                          simulation_)});
     }
@@ -311,8 +314,9 @@ class Daemon::Impl {
     std::unique_ptr<vision_server::VisionServer> vision;
   };
 
-  protocols::WireTap crcl_tap_, modbus_tap_;
   world::Simulation simulation_;
+  // Only the page shows what they keep.
+  protocols::WireTap crcl_tap_{simulation_}, modbus_tap_{simulation_, kModbusTapBytes};
   std::vector<Robot> robots_;
   modbus_server::ModbusServer modbus_;
   telemetry::TelemetryServer telemetry_;
@@ -333,7 +337,7 @@ std::uint64_t needed_files(const Config& config, std::size_t robots) {
       config.modbus.max_connections + config.grpc.max_connections +
       (config.web.enabled ? config.web.max_connections : 0);
   // Twice what the listeners may take: running out of descriptors must never come from clients.
-  return 2 * connections + 64;
+  return 2 * connections + web::kMaxTurnedAway + 64;
 }
 
 }  // namespace aprsim::server

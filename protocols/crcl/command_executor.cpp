@@ -255,6 +255,7 @@ void CommandExecutor::refuse(const std::string& type, std::int64_t id, const std
   crcl::CommandInstance instance;
   instance.command.id = id;
   lifecycle_.begin(type, instance);
+  end_told_.reset();
   if (!lifecycle_.in_error()) lifecycle_.latch_error(reason);
 }
 
@@ -271,6 +272,7 @@ void CommandExecutor::bad_document(const std::string& reason) {
 void CommandExecutor::carry_out(const crcl::CommandInstance& instance, const Caller& caller) {
   const crcl::Command& command = instance.command;
   lifecycle_.begin(std::string(crcl::type_name(command.body)), instance);
+  end_told_.reset();
   spdlog::debug("{}: {} {} from {}", name(), lifecycle_.type(), command.id, caller.peer);
   if (!lifecycle_.admits(command.body)) return;
   const crcl::Units units = caller.settings->units();  // a guard's, whatever the command sets
@@ -341,6 +343,13 @@ void CommandExecutor::observe(const api::Snapshot& snapshot) {
   submitter_.forget();
   parameters_.forget();
   program_.reset();
+}
+
+bool CommandExecutor::first_to_tell_end(crcl::CommandState state) {
+  const bool over = state == crcl::CommandState::kDone || state == crcl::CommandState::kError;
+  if (!over || end_told_ == state) return false;
+  end_told_ = state;
+  return true;
 }
 
 crcl::Status CommandExecutor::status(const ConnectionSettings& settings) {

@@ -56,6 +56,10 @@ class CommandExecutor {
   /// The answer to one GetStatus. Every call gives a new StatusID.
   [[nodiscard]] crcl::Status status(const ConnectionSettings& settings);
 
+  /// Whether no status of this state has told before that the latest command is over: done or in
+  /// error. To be asked for every status once.
+  [[nodiscard]] bool first_to_tell_end(crcl::CommandState state);
+
   /// What peers do is logged here, under the name "crcl.fanuc".
   [[nodiscard]] protocols::LimitedLog& log() { return log_; }
   [[nodiscard]] const std::string& name() const { return log_.name(); }
@@ -83,7 +87,8 @@ class CommandExecutor {
   Tolerances tolerances_;
   GuardedCommand guarded_;
   std::optional<ProgramRunner> program_;
-  bool in_program_ = false;  // the latest command is the program's
+  bool in_program_ = false;                     // the latest command is the program's
+  std::optional<crcl::CommandState> end_told_;  // of the latest command
   std::function<void()> wake_;
 };
 

@@ -159,12 +159,12 @@ void CrclConnection::watch_document(bool incomplete) {
 }
 
 void CrclConnection::handle(const std::string& document) {
-  // Who watches sees every document, so it is read anew.
-  if (document == get_status_ && !tapped()) return answer_status();
-  if (tapped()) received_ = std::chrono::steady_clock::now();
+  // Who watches polls sees every document, so it is read anew.
+  if (document == get_status_ && !polls_tapped()) return answer_status();
+  if (polls_tapped()) received_ = std::chrono::steady_clock::now();
   if (options_.strict) {
     if (const auto fault = crcl::schema_fault(document)) {
-      tap(*fault, document);
+      tap_error(*fault, document);
       return fail_document(*fault);
     }
   }
@@ -174,10 +174,10 @@ void CrclConnection::handle(const std::string& document) {
 void CrclConnection::handle_program(const std::string& document) {
   crcl::Result<crcl::Program> program = crcl::decode_program(document, options_.max_program_bytes);
   if (!program) {
-    tap(program.error(), document);
+    tap_error(program.error(), document);
     return handle_undecodable(program.error());
   }
-  if (tapped()) tap(true, "CRCLProgramType", 0, "", document);
+  tap_command("CRCLProgramType", 0, "", document);
   executor_.execute(std::move(*program), caller_);
 }
 
@@ -185,13 +185,11 @@ void CrclConnection::handle_command(const std::string& document) {
   const crcl::Result<crcl::CommandInstance> instance =
       crcl::decode_command(document, options_.max_message_bytes);
   if (!instance) {
-    tap(instance.error(), document);
+    tap_error(instance.error(), document);
     return handle_undecodable(instance.error());
   }
-  if (tapped()) {
-    tap(true, std::string(crcl::type_name(instance->command.body)), instance->command.id, "",
-        document);
-  }
+  tap_command(std::string(crcl::type_name(instance->command.body)), instance->command.id, "",
+              document);
   if (std::holds_alternative<crcl::GetStatus>(instance->command.body)) {
     get_status_ = document;
     return answer_status();
@@ -217,32 +215,52 @@ void CrclConnection::fail_document(const crcl::Error& error) {
 void CrclConnection::answer_status() {
   const crcl::Status status = executor_.status(*caller_.settings);
   const std::string document = crcl::encode_status(status);
-  if (tapped()) {
-    tap(false, "CRCLStatusType", status.command.command_id,
-        std::string(crcl::name_of(status.command.state)), document);
-  }
+  tap_status(status.command, document);
   output_ += document;
   ++counters_.statuses;
   if (!blocked_) flush();
 }
 
-void CrclConnection::tap(const crcl::Error& error, const std::string& document) {
-  if (!tapped()) return;
-  tap(true, error.command_type, error.command_id.value_or(0), error.message(), document);
+void CrclConnection::tap_error(const crcl::Error& error, const std::string& document) {
+  tap_command(error.command_type, error.command_id.value_or(0), error.message(), document);
 }
 
-void CrclConnection::tap(bool from_client, std::string type, std::int64_t id, std::string state,
-                         const std::string& document) {
-  const std::chrono::duration<double> since = std::chrono::steady_clock::now() - received_;
+void CrclConnection::tap_command(std::string type, std::int64_t id, std::string fault,
+                                 const std::string& document) {
+  if (!options_.tap) return;
+  const bool poll = type == "GetStatusType" && fault.empty();
+  if (poll && !polls_tapped()) return;
   options_.tap->note({.source = executor_.name(),
                       .peer = caller_.peer,
-                      .from_client = from_client,
+                      .from_client = true,
+                      .poll = poll,
                       .time = std::chrono::system_clock::now(),
                       .type = std::move(type),
                       .id = id,
-                      .state = std::move(state),
-                      .latency_s = from_client ? 0 : since.count(),
+                      .state = std::move(fault),
                       .data = document});
+}
+
+// The first status that tells the end of a command stands with the commands, without its document.
+void CrclConnection::tap_status(const crcl::CommandStatus& status, const std::string& document) {
+  if (!options_.tap) return;
+  protocols::WireEvent event{.source = executor_.name(),
+                             .peer = caller_.peer,
+                             .time = std::chrono::system_clock::now(),
+                             .type = "CRCLStatusType",
+                             .id = status.command_id,
+                             .state = std::string(crcl::name_of(status.state))};
+  if (executor_.first_to_tell_end(status.state)) {
+    protocols::WireEvent end = event;
+    if (status.description) end.state += ": " + *status.description;
+    options_.tap->note(std::move(end));
+  }
+  if (!polls_tapped()) return;
+  event.poll = true;
+  const std::chrono::duration<double> since = std::chrono::steady_clock::now() - received_;
+  event.latency_s = since.count();
+  event.data = document;
+  options_.tap->note(std::move(event));
 }
 
 // Sends at once what the peer takes, which is nearly always all, and waits with the rest.

@@ -59,10 +59,11 @@ class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
   void handle_undecodable(const crcl::Error& error);
   void fail_document(const crcl::Error& error);
   void answer_status();
-  [[nodiscard]] bool tapped() const { return options_.tap && options_.tap->watched(); }
-  void tap(const crcl::Error& error, const std::string& document);
-  void tap(bool from_client, std::string type, std::int64_t id, std::string state,
-           const std::string& document);
+  [[nodiscard]] bool polls_tapped() const { return options_.tap && options_.tap->wants_polls(); }
+  void tap_command(std::string type, std::int64_t id, std::string fault,
+                   const std::string& document);
+  void tap_error(const crcl::Error& error, const std::string& document);
+  void tap_status(const crcl::CommandStatus& status, const std::string& document);
   void watch_document(bool incomplete);
   void flush();
   void on_writable(const boost::system::error_code& error);
@@ -84,10 +85,11 @@ class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
   std::string output_;      // statuses, or the rest of one, that the peer has not read yet
   boost::asio::steady_timer write_timer_, idle_timer_, document_timer_;
   bool incomplete_ = false;  // the beginning of a document waits for its rest
-  std::chrono::steady_clock::time_point received_{};  // of the document at hand, while tapped
-  bool blocked_ = false;                              // waiting for the peer to take more
-  bool full_ = false;                                 // nothing more is handled until then
-  bool draining_ = false;                             // nothing more is taken from the peer
+  std::chrono::steady_clock::time_point
+      received_{};         // of the document at hand, while polls are tapped
+  bool blocked_ = false;   // waiting for the peer to take more
+  bool full_ = false;      // nothing more is handled until then
+  bool draining_ = false;  // nothing more is taken from the peer
   bool closed_ = false;
 };
 

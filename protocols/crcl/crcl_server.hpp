@@ -48,7 +48,7 @@ struct CrclServerOptions {
   /// stop() lets statuses under way go out for at most so long.
   std::chrono::milliseconds drain_deadline{500};
   api::EndpointId endpoint = 0;       ///< stamped on every command
-  protocols::WireTap* tap = nullptr;  ///< sees the documents while watched; outlives the server
+  protocols::WireTap* tap = nullptr;  ///< sees the documents; outlives the server
 };
 
 struct CrclServerStats {

@@ -254,13 +254,16 @@ void Connection::refuse(std::span<const std::uint8_t> adu, modbus::ExceptionCode
 }
 
 void Connection::tap(bool from_client, std::span<const std::uint8_t> adu) {
+  constexpr std::size_t kFunction = 7;  // behind the MBAP header
   protocols::WireTap* const tap = context_.options.tap;
-  if (!tap || !tap->watched()) return;
+  const bool poll = adu.size() <= kFunction || !modbus::is_writing_function(adu[kFunction] & 0x7F);
+  if (!tap || (poll && !tap->wants_polls())) return;
   if (from_client) received_ = Clock::now();
   const std::chrono::duration<double> since = Clock::now() - received_;
   tap->note({.source = "modbus",
              .peer = peer_,
              .from_client = from_client,
+             .poll = poll,
              .time = std::chrono::system_clock::now(),
              .id = adu.size() < 2 ? 0 : adu[0] * 256 + adu[1],
              .latency_s = from_client ? 0 : since.count(),

@@ -85,6 +85,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void answer(std::span<const std::uint8_t> adu);
   void refuse(std::span<const std::uint8_t> adu, modbus::ExceptionCode code);
   /// Shows one message, a whole one, to whoever watches.
+  /// A reply is as much of a poll as its request.
   void tap(bool from_client, std::span<const std::uint8_t> adu);
   void send();
   void on_sent(const boost::system::error_code& error);
@@ -104,7 +105,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   std::size_t in_size_ = 0, in_used_ = 0;
   std::vector<std::uint8_t> out_, sending_;
   std::optional<WaitingWrite> waiting_;
-  Clock::time_point received_{};  // of the request at hand, while tapped
+  Clock::time_point received_{};  // of the request at hand, while it is tapped
   bool heard_ = false;            // enough to tell the protocol
   bool reading_ = false, scheduled_ = false, incomplete_ = true;
   bool ended_ = false, draining_ = false, closed_ = false;

@@ -46,7 +46,7 @@ struct ModbusServerOptions {
   std::size_t max_output_bytes = std::size_t{64} * 1024;
   modbus::ConveyorScaling scaling;
   api::EndpointId endpoint = 0;       ///< stamped on every command
-  protocols::WireTap* tap = nullptr;  ///< sees the messages while watched; outlives the server
+  protocols::WireTap* tap = nullptr;  ///< sees the messages; outlives the server
 };
 
 /// Whether a text may stand in ModbusServerOptions::allow.

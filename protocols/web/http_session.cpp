@@ -25,6 +25,7 @@ using Response = http::response<http::string_body>;
 
 constexpr std::uint32_t kMaxHeaderBytes = 8 * 1024;
 constexpr auto kTimeout = std::chrono::seconds(20);
+constexpr auto kFullTimeout = std::chrono::seconds(3);
 
 std::string_view view(beast::string_view text) { return {text.data(), text.size()}; }
 
@@ -68,7 +69,7 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
     parser_.emplace();
     parser_->header_limit(kMaxHeaderBytes);
     parser_->body_limit(0);
-    stream_.expires_after(kTimeout);
+    stream_.expires_after(context_.full.empty() ? kTimeout : kFullTimeout);
     http::async_read(stream_, buffer_, *parser_,
                      [self = shared_from_this()](const error_code& error, std::size_t) {
                        self->on_read(error);
@@ -96,6 +97,7 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
   }
 
   void handle(Request request) {
+    if (!context_.full.empty()) return turn_away();
     const std::string host(view(request[http::field::host]));
     if (!is_own_host(host, context_.hosts)) {
       return refuse(http::status::misdirected_request,
@@ -113,15 +115,18 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
   }
 
   void open_socket(Request request, const std::string& host) {
-    if (!beast::websocket::is_upgrade(request)) {
-      return refuse(http::status::upgrade_required, "a WebSocket is spoken here", true);
-    }
     if (!is_same_origin(view(request[http::field::origin]), host)) {
       spdlog::warn("web: refused {}: page of another origin", peer_);
       return refuse(http::status::forbidden, "only this daemon's own page may connect", true);
     }
-    if (!context_.may_view()) {
-      return refuse(http::status::service_unavailable, "too many viewers", true);
+    auto seat = context_.take_seat();
+    if (!seat) {
+      return refuse(http::status::service_unavailable,
+                    "There are as many viewers as this daemon serves at once.", true);
+    }
+    // The page asks so for the reason of a refusal, which browsers do not tell it.
+    if (!beast::websocket::is_upgrade(request)) {
+      return refuse(http::status::upgrade_required, "a WebSocket is spoken here", true);
     }
     accept_web_socket(
         std::move(stream_), std::move(request),
@@ -132,7 +137,9 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
           });
           context.on_viewer(std::move(socket), peer);
         },
-        std::exchange(on_end_, nullptr));
+        [seat = std::move(seat), end = std::exchange(on_end_, nullptr)] {
+          if (end) end();
+        });
   }
 
   void send_asset(const Request& request, const Asset& asset, const std::string& host) {
@@ -162,6 +169,21 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
     response->set(http::field::content_type, "text/plain; charset=utf-8");
     response->body() = why + "\n";
     response->keep_alive(!last);
+    response->prepare_payload();
+    send(std::move(response));
+  }
+
+  void turn_away() {
+    auto response = std::make_shared<Response>(http::status::service_unavailable, 11);
+    set_security(*response, "");
+    response->set(http::field::content_type, "text/html; charset=utf-8");
+    response->set(http::field::retry_after, "5");
+    response->body() =
+        "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\">"
+        "<meta http-equiv=\"refresh\" content=\"5\"><title>aprsim: no room</title>"
+        "<h1>aprsim</h1><p>" +
+        context_.full + "</p></html>\n";
+    response->keep_alive(false);
     response->prepare_payload();
     send(std::move(response));
   }

@@ -18,7 +18,11 @@ struct HttpContext {
   std::shared_ptr<const AssetTable> assets;
   std::vector<std::string> hosts;   ///< names of this daemon besides numbers and localhost
   double max_requests_per_s = 200;  ///< of one connection; then 429 and the end
-  std::function<bool()> may_view;   ///< room for another viewer
+  /// Room for another viewer: a seat, taken until it is destroyed; null when all are.
+  std::function<std::shared_ptr<void>()> take_seat;
+  /// Not empty: there is no room for this connection; whatever it asks for is answered with 503
+  /// and this sentence.
+  std::string full;
   /// Takes over an upgraded connection.
   std::function<void(std::shared_ptr<WebSocket>, std::string peer)> on_viewer;
 };

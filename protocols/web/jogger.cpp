@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "protocols/web/robot_ready.hpp"
+
 namespace aprsim::web {
 namespace {
 
@@ -78,14 +80,9 @@ Result<void> Jogger::renew(Viewer viewer, const v1::JogRequest& request,
     return {};
   }
   if (jog_) stop();
-  const api::RobotSnapshot& robot = robot_in(snapshot, robot_);
-  if (!robot.initialized) {
-    const std::string why = robot.action.state == api::ActionState::kError
-                                ? "it holds an error (" + robot.action.description + ")"
-                                : "it is not initialised";
-    return fail(ErrorCode::kFailedPrecondition, "robot", why + "; make it ready first");
-  }
+  if (const auto ready = check_ready(robot_in(snapshot, robot_)); !ready) return ready;
   jog_ = Jog{};
+  first_ = last_ + 1;
   jog_->viewer = viewer;
   jog_->request = std::move(serialised);
   jog_->wanted = request;
@@ -183,6 +180,8 @@ Result<void> Jogger::submit(const api::RobotAction& action) {
   const auto ticket = sink_.submit({endpoint_, api::RobotCommand{robot_, action}});
   if (!ticket) return tl::unexpected(ticket.error());
   jog_->ticket = *ticket;
+  if (first_ > last_) first_ = *ticket;
+  last_ = *ticket;
   return {};
 }
 

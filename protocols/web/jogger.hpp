@@ -33,6 +33,9 @@ class Jogger {
   void tick(const api::Snapshot& snapshot, Clock::time_point now);
 
   [[nodiscard]] bool active() const { return jog_.has_value(); }
+  /// Whether the jog under way, or the last one, has sent this command. The robot may refuse such a
+  /// one: then a shorter stretch follows, and in the end who jogs is told.
+  [[nodiscard]] bool sent(api::Ticket ticket) const { return first_ <= ticket && ticket <= last_; }
 
  private:
   struct Jog {
@@ -62,7 +65,8 @@ class Jogger {
   api::CommandSink& sink_;
   std::chrono::milliseconds timeout_;
   std::optional<Jog> jog_;
-  bool stop_owed_ = false;  // the queue was full
+  api::Ticket first_ = 1, last_ = 0;  // of the commands of a jog
+  bool stop_owed_ = false;            // the queue was full
 };
 
 }  // namespace aprsim::web

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <string>
 
+#include <fmt/format.h>
+
 namespace aprsim::web {
 namespace {
 
@@ -64,6 +66,8 @@ void write_message(const modbus::ConveyorScaling& scaling, int beams, v1::Regist
     out.set_unit(std::string(info.unit));
     out.set_resolution(modbus::resolution(info.scaling, scaling));
     out.set_meaning(std::string(info.meaning));
+    out.set_min(info.min);
+    out.set_max(info.max);
   });
 }
 
@@ -71,6 +75,49 @@ void write_message(const modbus::RegisterImage& image, int beams, v1::RegisterVa
   for_each_register(beams, [&](const modbus::RegisterInfo& info, std::uint16_t address, int) {
     message.add_values(value_of(info, address, image));
   });
+}
+
+modbus::Request RegisterWrite::request() const {
+  modbus::Request request;
+  request.function = function;
+  request.address = address;
+  request.quantity = 1;
+  request.data = data;
+  return request;
+}
+
+Result<RegisterWrite> to_register_write(const v1::WriteRegister& message) {
+  const bool coil = message.area() == name_of(modbus::Area::kCoil);
+  if (!coil && message.area() != name_of(modbus::Area::kHoldingRegister)) {
+    return fail(ErrorCode::kInvalidArgument, "area",
+                fmt::format("'{}' is neither holding nor coil, the areas that can be written",
+                            message.area()));
+  }
+  const modbus::RegisterInfo* info = nullptr;
+  if (message.address() <= UINT16_MAX) {
+    info = modbus::find_register(coil ? modbus::Area::kCoil : modbus::Area::kHoldingRegister,
+                                 static_cast<std::uint16_t>(message.address()));
+  }
+  if (info == nullptr || info->access != modbus::Access::kReadWrite || info->words() != 1) {
+    return fail(ErrorCode::kInvalidArgument, "address",
+                fmt::format("0x{:04X} is no {} of the map that can be written", message.address(),
+                            coil ? "coil" : "holding register"));
+  }
+  if (message.value() < info->min || message.value() > info->max) {
+    return fail(ErrorCode::kInvalidArgument, "value",
+                fmt::format("{} is not in {}..{}, the range of {} (0x{:04X})", message.value(),
+                            info->min, info->max, info->name, info->address));
+  }
+  RegisterWrite write;
+  write.address = info->address;
+  if (coil) {
+    write.function = modbus::Function::kWriteSingleCoil;
+    write.data[0] = message.value() != 0 ? 0xFF : 0;
+  } else {
+    write.data = {static_cast<std::uint8_t>((message.value() >> 8) & 0xFF),
+                  static_cast<std::uint8_t>(message.value() & 0xFF)};
+  }
+  return write;
 }
 
 }  // namespace aprsim::web

@@ -40,6 +40,9 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   [[nodiscard]] bool due(Clock::time_point now);
   void set_rate(double hz);
 
+  /// Nothing that must arrive is waiting.
+  [[nodiscard]] bool idle() const { return queue_.empty() && !closed_; }
+
   [[nodiscard]] std::uint64_t id() const { return id_; }
   [[nodiscard]] const std::string& peer() const { return peer_; }
   [[nodiscard]] std::uint64_t skipped() const { return skipped_; }
@@ -47,6 +50,11 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   v1::Watch watch;
   bool authenticated = false;
   std::shared_ptr<const void> cell;  ///< the description that it has
+  struct Next {
+    std::uint64_t crcl = 1, modbus = 1;        ///< numbers of the events that it is to get next
+    std::uint64_t faults = ~std::uint64_t{0};  ///< revision of the list that it has
+  } next_events;
+  std::string noted;  ///< what was last noted of its jog
 
  private:
   void on_message(std::string_view data);

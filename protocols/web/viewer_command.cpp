@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "protocols/messages/control_request.hpp"
+#include "protocols/web/robot_ready.hpp"
 
 namespace aprsim::web {
 namespace {
@@ -61,13 +62,17 @@ Bodies joints_of(const v1::MoveJoints& move, const api::RobotDescription& robot,
   return one(api::RobotCommand{index, std::move(action)});
 }
 
-Bodies robot_commands(const v1::RobotRequest& request, const api::CellDescription& cell) {
+Bodies robot_commands(const v1::RobotRequest& request, const api::Snapshot& snapshot) {
+  const api::CellDescription& cell = *snapshot.cell;
   if (request.robot() >= cell.robots.size()) {
     return fail(ErrorCode::kNotFound, "robot",
                 fmt::format("{} is not below {}, the robots of this cell", request.robot(),
                             cell.robots.size()));
   }
   const int index = static_cast<int>(request.robot());
+  const bool moves = request.has_move_tool() || request.has_move_joints() || request.has_gripper();
+  const auto ready = check_ready(snapshot.robots[request.robot()]);
+  if (moves && !ready) return tl::unexpected(ready.error());
   switch (request.action_case()) {
     case v1::RobotRequest::kInitialize:
       return one(api::RobotCommand{index, api::InitRobot{}});
@@ -86,6 +91,17 @@ Bodies robot_commands(const v1::RobotRequest& request, const api::CellDescriptio
       break;
   }
   return fail(ErrorCode::kInvalidArgument, "action", "one must be set");
+}
+
+std::vector<Body> stop_cell(const api::CellDescription& cell) {
+  std::vector<Body> all;
+  for (int robot = 0; robot < static_cast<int>(cell.robots.size()); ++robot) {
+    all.emplace_back(api::RobotCommand{robot, api::StopMotion{api::StopKind::kFast}});
+  }
+  api::ConveyorCommand belt;
+  belt.run = false;
+  if (cell.has_conveyor) all.emplace_back(belt);
+  return all;
 }
 
 }  // namespace
@@ -117,8 +133,10 @@ std::optional<Bodies> commands_of(const v1::ViewerRequest& request, const api::S
       return one_of(protocols::to_command(request.conveyor(), *snapshot.cell));
     case v1::ViewerRequest::kIntruder:
       return one_of(protocols::to_command(request.intruder()));
+    case v1::ViewerRequest::kStopCell:
+      return stop_cell(*snapshot.cell);
     case v1::ViewerRequest::kRobot:
-      return robot_commands(request.robot(), *snapshot.cell);
+      return robot_commands(request.robot(), snapshot);
     default:
       return std::nullopt;
   }

@@ -9,7 +9,8 @@
 namespace aprsim::web {
 
 /// What a viewer's request asks of the world: commands to submit in this order. Absent for requests
-/// that are no commands (watch, authenticate, jog). Errors name the field, value and limit.
+/// that are no commands for the world as they stand (watch, authenticate, jog, write_register).
+/// Errors name the field, value and limit.
 [[nodiscard]] std::optional<Result<std::vector<decltype(api::Command::body)>>> commands_of(
     const v1::ViewerRequest& request, const api::Snapshot& snapshot);
 

@@ -10,6 +10,7 @@
 
 #include "protocols/messages/write_message.hpp"
 #include "protocols/web/register_view.hpp"
+#include "protocols/web/request_text.hpp"
 #include "protocols/web/viewer_command.hpp"
 
 namespace aprsim::web {
@@ -19,7 +20,8 @@ namespace {
 constexpr auto kLongestSilence = std::chrono::milliseconds(500);
 constexpr auto kRegisterPeriod = std::chrono::milliseconds(100);
 constexpr auto kStatusPeriod = std::chrono::seconds(1);
-constexpr std::size_t kEventsPerTick = 200;
+constexpr auto kFaultPeriod = std::chrono::milliseconds(500);
+constexpr std::size_t kEventBytesPerTick = std::size_t{96} << 10;
 constexpr double kTokenAttemptsPerSecond = 2;
 
 WebMessage pack(const v1::ViewerUpdate& update) {
@@ -40,16 +42,60 @@ bool equal_secrets(const std::string& given, const std::string& secret) {
   return different == 0;
 }
 
+double seconds(std::chrono::system_clock::time_point time) {
+  return std::chrono::duration<double>(time.time_since_epoch()).count();
+}
+
 void write(const protocols::WireEvent& event, v1::WireEvent& out) {
   out.set_source(event.source);
   out.set_peer(event.peer);
   out.set_from_client(event.from_client);
-  out.set_time_s(std::chrono::duration<double>(event.time.time_since_epoch()).count());
+  out.set_time_s(seconds(event.time));
   out.set_type(event.type);
   out.set_id(event.id);
   out.set_state(event.state);
   out.set_latency_s(event.latency_s);
   out.set_data(event.data);
+  out.set_data_bytes(event.data_bytes);
+  out.set_sim_time_s(event.sim_time_s);
+  out.set_epoch(event.sim_epoch);
+  out.set_poll(event.poll);
+  out.set_number(event.number);
+}
+
+v1::FaultSeverity severity_of(FaultSeverity severity) {
+  switch (severity) {
+    case FaultSeverity::kNote:
+      return v1::FAULT_SEVERITY_NOTE;
+    case FaultSeverity::kWarning:
+      return v1::FAULT_SEVERITY_WARNING;
+    case FaultSeverity::kError:
+      return v1::FAULT_SEVERITY_ERROR;
+    case FaultSeverity::kStop:
+      break;
+  }
+  return v1::FAULT_SEVERITY_STOP;
+}
+
+void write(const FaultTime& time, v1::FaultTime& out) {
+  out.set_epoch(time.epoch);
+  out.set_sim_time_s(time.sim_time_s);
+  out.set_time_s(seconds(time.wall));
+}
+
+void write(const FaultLog& log, v1::FaultList& out) {
+  for (const Fault& fault : log.faults()) {
+    auto& entry = *out.add_faults();
+    entry.set_id(fault.id);
+    entry.set_severity(severity_of(fault.severity));
+    entry.set_source(fault.source);
+    entry.set_message(fault.message);
+    entry.set_count(fault.count);
+    write(fault.first, *entry.mutable_first());
+    write(fault.last, *entry.mutable_last());
+    entry.set_holds(fault.holds);
+  }
+  out.set_given_up(log.given_up());
 }
 
 void write(const RobotVisual& robot, v1::RobotLooks& out) {
@@ -101,6 +147,7 @@ ViewerHub::ViewerHub(const WebServerOptions& options, api::CommandSink& sink,
       source_(source),
       instance_id_(random_id()),
       device_(options.scaling, options.endpoint, sink, source),
+      faults_(source.latest()),
       token_attempts_(kTokenAttemptsPerSecond) {
   const api::SnapshotPtr snapshot = source.latest();
   if (snapshot->cell->light_curtain) beams_ = snapshot->cell->light_curtain->beams;
@@ -171,10 +218,17 @@ Result<void> ViewerHub::execute(Viewer& viewer, const v1::ViewerRequest& request
     return {};
   }
   if (request.has_authenticate()) return authenticate(viewer, request.authenticate().token());
+  const auto done = command(viewer, request);
+  note(viewer, request, done);
+  return done;
+}
+
+Result<void> ViewerHub::command(Viewer& viewer, const v1::ViewerRequest& request) {
   const v1::Permission allowed = permission(viewer);
   if (!allowed.control()) {
     return fail(ErrorCode::kFailedPrecondition, "permission", allowed.reason());
   }
+  if (request.has_write_register()) return write_register(request.write_register());
   const api::SnapshotPtr snapshot = source_.latest();
   if (request.has_jog()) {
     if (request.jog().robot() >= joggers_.size()) {
@@ -187,12 +241,53 @@ Result<void> ViewerHub::execute(Viewer& viewer, const v1::ViewerRequest& request
   const auto commands = commands_of(request, *snapshot);
   if (!commands) return fail(ErrorCode::kUnimplemented, "body", "no request that is known here");
   if (!*commands) return tl::unexpected(commands->error());
+  // All are tried: of a stop of the whole cell, whatever can be stopped is.
+  Result<void> done;
   for (const auto& body : **commands) {
-    if (const auto ticket = sink_.submit({options_.endpoint, body}); !ticket) {
-      return tl::unexpected(ticket.error());
-    }
+    const auto ticket = sink_.submit({options_.endpoint, body});
+    if (!ticket && done) done = tl::unexpected(ticket.error());
   }
-  return {};
+  return done;
+}
+
+Result<void> ViewerHub::write_register(const v1::WriteRegister& write) {
+  const auto checked = to_register_write(write);
+  if (!checked) return tl::unexpected(checked.error());
+  device_.refresh();
+  const auto ticket = device_.write(checked->request());
+  if (ticket) return {};
+  switch (ticket.error()) {
+    case modbus::ExceptionCode::kServerDeviceBusy:
+      return fail(ErrorCode::kUnavailable, "value",
+                  "not written: too many commands wait for the simulation; try again");
+    case modbus::ExceptionCode::kServerDeviceFailure:
+      return fail(ErrorCode::kFailedPrecondition, "value",
+                  "not written: this cell has no conveyor");
+    default:
+      return fail(ErrorCode::kInvalidArgument, "value",
+                  fmt::format("{}: not written (Modbus exception {})", write.value(),
+                              static_cast<int>(ticket.error())));
+  }
+}
+
+void ViewerHub::note(Viewer& viewer, const v1::ViewerRequest& request, const Result<void>& done) {
+  protocols::WireEvent event{.source = "page",
+                             .peer = viewer.peer(),
+                             .from_client = true,
+                             .time = std::chrono::system_clock::now(),
+                             .id = request.id(),
+                             .state = done ? "" : done.error().message};
+  if (request.has_jog()) {
+    // It is renewed all the time: what differs is what counts.
+    std::string jog = request.jog().SerializeAsString() + event.state;
+    if (viewer.noted == jog) return;
+    viewer.noted = std::move(jog);
+  }
+  event.type = title_of(request, *source_.latest()->cell);
+  event.data = json_of(request);
+  const bool of_the_belt = request.has_conveyor() || request.has_write_register();
+  if (options_.modbus_tap && of_the_belt) options_.modbus_tap->note(event);
+  if (options_.crcl_tap) options_.crcl_tap->note(std::move(event));
 }
 
 Result<void> ViewerHub::authenticate(Viewer& viewer, const std::string& token) {
@@ -222,11 +317,11 @@ void ViewerHub::set_watch(Viewer& viewer, const v1::Watch& watch) {
 void ViewerHub::update_taps() {
   bool crcl = false, modbus = false;
   for (const auto& [id, viewer] : viewers_) {
-    crcl = crcl || viewer->watch.crcl();
-    modbus = modbus || viewer->watch.modbus();
+    crcl = crcl || (viewer->watch.crcl() && viewer->watch.polls());
+    modbus = modbus || (viewer->watch.modbus() && viewer->watch.polls());
   }
-  if (options_.crcl_tap) options_.crcl_tap->watch(crcl);
-  if (options_.modbus_tap) options_.modbus_tap->watch(modbus);
+  if (options_.crcl_tap) options_.crcl_tap->want_polls(crcl);
+  if (options_.modbus_tap) options_.modbus_tap->want_polls(modbus);
 }
 
 void ViewerHub::remove(Viewer& viewer) {
@@ -251,6 +346,10 @@ void ViewerHub::drop() {
 void ViewerHub::tick(Clock::time_point now) {
   const api::SnapshotPtr snapshot = source_.latest();
   for (Jogger& jogger : joggers_) jogger.tick(*snapshot, now);
+  faults_.look(snapshot, source_.problem(), std::chrono::system_clock::now(),
+               [this](int robot, api::Ticket ticket) {
+                 return joggers_[static_cast<std::size_t>(robot)].sent(ticket);
+               });
   if (viewers_.empty()) return;
   send_snapshots(snapshot, now);
   if (now - registers_at_ >= kRegisterPeriod) {
@@ -261,8 +360,9 @@ void ViewerHub::tick(Clock::time_point now) {
     status_at_ = now;
     send_status();
   }
-  send_events(options_.crcl_tap, &v1::Watch::crcl);
-  send_events(options_.modbus_tap, &v1::Watch::modbus);
+  send_faults(now);
+  send_events(options_.crcl_tap, "crcl", &v1::Watch::crcl, &Viewer::Next::crcl);
+  send_events(options_.modbus_tap, "modbus", &v1::Watch::modbus, &Viewer::Next::modbus);
 }
 
 void ViewerHub::send_snapshots(const api::SnapshotPtr& snapshot, Clock::time_point now) {
@@ -332,18 +432,39 @@ void ViewerHub::send_status() {
   });
 }
 
-void ViewerHub::send_events(protocols::WireTap* tap, bool (v1::Watch::*wants)() const) {
-  if (!tap || !tap->watched()) return;
-  events_.clear();
-  const std::uint64_t dropped = tap->fetch(kEventsPerTick, events_);
-  if (events_.empty()) return;
-  update_.Clear();
-  auto& out = *update_.mutable_wire_events();
-  out.set_dropped(dropped);
-  for (const protocols::WireEvent& event : events_) write(event, *out.add_events());
-  const WebMessage message = pack(update_);
+void ViewerHub::send_faults(Clock::time_point now) {
+  const bool due = now - faults_at_ >= kFaultPeriod;
+  if (due) faults_at_ = now;
+  WebMessage message;
   for_each([&](Viewer& viewer) {
-    if ((viewer.watch.*wants)()) (void)viewer.send_if_quick(message);
+    const bool first = viewer.next_events.faults == ~std::uint64_t{0};
+    if (viewer.next_events.faults == faults_.revision() || !(due || first)) return;
+    if (!message) {
+      update_.Clear();
+      write(faults_, *update_.mutable_faults());
+      message = pack(update_);
+    }
+    if (viewer.send_if_quick(message)) viewer.next_events.faults = faults_.revision();
+  });
+}
+
+// A viewer gets the next of them when it has taken those before: a slow one, or one that catches up
+// with what was kept, has no more than one message waiting.
+void ViewerHub::send_events(protocols::WireTap* tap, const char* wire,
+                            bool (v1::Watch::*wants)() const, std::uint64_t Viewer::Next::*next) {
+  if (!tap) return;
+  for_each([&](Viewer& viewer) {
+    if (!(viewer.watch.*wants)() || !viewer.idle()) return;
+    std::uint64_t& from = viewer.next_events.*next;
+    events_.clear();
+    from = tap->read(from, viewer.watch.polls(), kEventBytesPerTick, events_);
+    if (events_.empty()) return;
+    update_.Clear();
+    auto& out = *update_.mutable_wire_events();
+    out.set_wire(wire);
+    out.set_dropped(tap->given_up());
+    for (const auto& event : events_) write(*event, *out.add_events());
+    viewer.send(pack(update_));
   });
 }
 

@@ -9,6 +9,7 @@
 
 #include "aprsim/v1/web.pb.h"
 #include "protocols/modbus/conveyor_device.hpp"
+#include "protocols/web/fault_log.hpp"
 #include "protocols/web/jogger.hpp"
 #include "protocols/web/viewer.hpp"
 #include "protocols/web/web_server.hpp"
@@ -36,6 +37,10 @@ class ViewerHub {
  private:
   void answer(Viewer& viewer, const v1::ViewerRequest& request);
   [[nodiscard]] Result<void> execute(Viewer& viewer, const v1::ViewerRequest& request);
+  [[nodiscard]] Result<void> command(Viewer& viewer, const v1::ViewerRequest& request);
+  [[nodiscard]] Result<void> write_register(const v1::WriteRegister& write);
+  /// Puts what a viewer asks of the cell, and whether it was taken, among the wires' commands.
+  void note(Viewer& viewer, const v1::ViewerRequest& request, const Result<void>& done);
   [[nodiscard]] Result<void> authenticate(Viewer& viewer, const std::string& token);
   void set_watch(Viewer& viewer, const v1::Watch& watch);
   void remove(Viewer& viewer);
@@ -46,7 +51,9 @@ class ViewerHub {
   void send_snapshots(const api::SnapshotPtr& snapshot, Clock::time_point now);
   void send_registers();
   void send_status();
-  void send_events(protocols::WireTap* tap, bool (v1::Watch::*wants)() const);
+  void send_faults(Clock::time_point now);
+  void send_events(protocols::WireTap* tap, const char* wire, bool (v1::Watch::*wants)() const,
+                   std::uint64_t Viewer::Next::*next);
   template <typename Visit>
   void for_each(const Visit& visit);
 
@@ -60,11 +67,12 @@ class ViewerHub {
   std::map<std::uint64_t, std::shared_ptr<Viewer>> viewers_;
   std::uint64_t next_id_ = 0;
   std::vector<Jogger> joggers_;  // by robot
+  FaultLog faults_;
   protocols::RateLimit token_attempts_;
   api::SnapshotPtr sent_;
-  Clock::time_point sent_at_{}, registers_at_{}, status_at_{};
+  Clock::time_point sent_at_{}, registers_at_{}, status_at_{}, faults_at_{};
   v1::ViewerUpdate update_;  // keeps its memory from message to message
-  std::vector<protocols::WireEvent> events_;
+  std::vector<protocols::WireEventPtr> events_;
 };
 
 }  // namespace aprsim::web

@@ -7,8 +7,10 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include "protocols/limited_log.hpp"
 #include "protocols/run_loop.hpp"
 #include "protocols/tcp_listener.hpp"
 #include "protocols/web/http_session.hpp"
@@ -31,7 +33,15 @@ class WebServer::Impl {
   Impl(WebServerOptions options, api::CommandSink& sink, const api::SnapshotSource& source)
       : options_(std::move(options)),
         hub_(options_, sink, source),
-        listener_(io_, {"web", options_.bind_address, options_.port, options_.limits},
+        listener_(io_,
+                  {.name = "web",
+                   .address = options_.bind_address,
+                   .port = options_.port,
+                   .limits = options_.limits,
+                   .on_refused =
+                       [this](protocols::TcpListener::Socket socket, const std::string& peer) {
+                         turn_away(std::move(socket), peer);
+                       }},
                   [this](protocols::TcpListener::Socket socket, std::string peer,
                          protocols::TcpListener::Place place) {
                     serve(std::move(socket), std::move(peer), std::move(place));
@@ -72,12 +82,23 @@ class WebServer::Impl {
     }
     context_.assets = std::move(assets);
     context_.hosts = options_.hosts;
-    context_.may_view = [this] { return !draining_ && hub_.size() < options_.max_viewers; };
+    context_.take_seat = [this] { return take_seat(); };
     context_.on_viewer = [this](std::shared_ptr<WebSocket> socket, std::string peer) {
       hub_.add(std::move(socket), std::move(peer));
       if (draining_) hub_.close();
     };
+    turned_away_.full = fmt::format(
+        "This daemon has all of its {} connections for browsers in use; somebody has to leave "
+        "first. This page tries again by itself.",
+        options_.limits.at_once);
     return {};
+  }
+
+  /// Counts from the request on: many may be on their way to a WebSocket at a time.
+  std::shared_ptr<void> take_seat() {
+    if (draining_ || *seats_taken_ >= options_.max_viewers) return nullptr;
+    ++*seats_taken_;
+    return {this, [taken = seats_taken_](void*) { --*taken; }};
   }
 
   void serve(protocols::TcpListener::Socket socket, std::string peer,
@@ -90,6 +111,17 @@ class WebServer::Impl {
           sessions_.erase(id);
           held->leave();
         });
+  }
+
+  /// Who finds no place gets a page that says so.
+  void turn_away(protocols::TcpListener::Socket socket, const std::string& peer) {
+    if (draining_ || turned_away_sessions_.size() >= kMaxTurnedAway) return;
+    const std::uint64_t id = ++next_session_;
+    turned_away_sessions_[id] =
+        serve_http(std::move(socket), peer, turned_away_,
+                   std::make_shared<protocols::TcpListener::Place>(), [this, id] {
+                     if (!over_) turned_away_sessions_.erase(id);
+                   });
   }
 
   void tick() {
@@ -110,8 +142,10 @@ class WebServer::Impl {
     listener_.close();
     tick_timer_.cancel();
     hub_.close();
-    for (const auto& [id, session] : sessions_) {
-      if (const auto open = session.lock()) open->close();
+    for (const auto* sessions : {&sessions_, &turned_away_sessions_}) {
+      for (const auto& [id, session] : *sessions) {
+        if (const auto open = session.lock()) open->close();
+      }
     }
     // Everything pending ends by itself but a viewer that does not answer the goodbye.
     drain_timer_.expires_after(options_.drain_deadline);
@@ -122,7 +156,7 @@ class WebServer::Impl {
   }
 
   void poll_drained() {
-    if (listener_.open() == 0) {
+    if (listener_.open() == 0 && turned_away_sessions_.empty()) {
       drain_timer_.cancel();
       return;
     }
@@ -131,11 +165,12 @@ class WebServer::Impl {
   }
 
   WebServerOptions options_;
-  HttpContext context_;
+  HttpContext context_, turned_away_;
+  std::shared_ptr<std::size_t> seats_taken_ = std::make_shared<std::size_t>(0);
   bool draining_ = false;
   bool over_ = false;  // what ends now ends with the io_context
   std::uint64_t next_session_ = 0;
-  std::map<std::uint64_t, std::weak_ptr<HttpSession>> sessions_;
+  std::map<std::uint64_t, std::weak_ptr<HttpSession>> sessions_, turned_away_sessions_;
   ViewerHub hub_;
   // Its pending handlers own sessions and sockets, whose ends refer to what stands above.
   asio::io_context io_{1};

@@ -26,10 +26,13 @@ struct ListenerCount {
   std::uint64_t clients = 0;
 };
 
+/// Connections beyond the limit that are told so at a time; those beyond are closed at once.
+inline constexpr std::size_t kMaxTurnedAway = 256;
+
 struct WebServerOptions {
   std::string bind_address = "127.0.0.1";  ///< a numeric IPv4 or IPv6 address
   std::uint16_t port = 8080;               ///< 0 = any free port
-  /// A connection without a place is closed at once.
+  /// A connection without a place gets a page that says so, and 503.
   protocols::ConnectionLimits limits{.at_once = 32};
   std::size_t max_viewers = 24;    ///< WebSockets among them; a further one gets 503
   double max_rate_hz = 60;         ///< of snapshots
@@ -52,7 +55,8 @@ struct WebServerOptions {
 
 /// Serves the page over HTTP from a table of files, and to each viewer, over a WebSocket, the
 /// latest snapshot at the rate it asks for, besides traffic and registers that it watches. Takes
-/// commands and jogs from viewers that may. Connects browsers from its own page only. One thread.
+/// commands and jogs from viewers that may. Keeps what goes wrong in the cell, and what was asked
+/// for, for viewers that come later. Connects browsers from its own page only. One thread.
 class WebServer {
  public:
   /// Keeps references to both; they must outlive the server.

@@ -1,3 +1,4 @@
+#include "tests/support/eventually.hpp"
 #include "tests/unit/protocols/web/web_fixture.hpp"
 
 namespace aprsim {
@@ -111,6 +112,52 @@ TEST_F(Http, IdleSessionsGiveWayToANewcomerViewersDoNot) {
   v1::ViewerRequest watch;
   watch.mutable_watch();
   EXPECT_TRUE(viewer.ask(watch).ok());
+}
+
+TEST_F(Http, TheViewerLimitHoldsForManyAtOnce) {
+  options.limits.at_once = 300;
+  options.max_viewers = 24;
+  start();
+  std::vector<std::unique_ptr<RawWebClient>> clients;
+  for (int i = 0; i < 200; ++i) {
+    clients.push_back(std::make_unique<RawWebClient>(port));
+    // Half a request: all are at the door before the first is through it.
+    clients.back()->send("GET /ws HTTP/1.1\r\nHost: " + clients.back()->host() + "\r\n");
+  }
+  for (const auto& client : clients) {
+    client->send(
+        "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+        "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n");
+  }
+  int viewers = 0, refused = 0;
+  for (const auto& client : clients) {
+    const std::string answer = client->answer();
+    viewers += answer.starts_with("HTTP/1.1 101");
+    refused += answer.starts_with("HTTP/1.1 503") && has(answer, "as many viewers as");
+  }
+  EXPECT_EQ(viewers, 24);
+  EXPECT_EQ(refused, 176);
+  // The page asks why without an upgrade, and gets the same answer.
+  EXPECT_TRUE(RawWebClient(port).request("GET /ws HTTP/1.1").starts_with("HTTP/1.1 503"));
+  clients.clear();
+  EXPECT_TRUE(
+      test::eventually([&] { return has(RawWebClient(port).request("GET /ws HTTP/1.1"), "426"); }));
+}
+
+TEST_F(Http, WhoFindsNoRoomIsToldSo) {
+  options.limits.at_once = 2;
+  start();
+  RawWebClient a(port), b(port);
+  ASSERT_TRUE(has(a.upgrade(), "101"));
+  ASSERT_TRUE(has(b.upgrade(), "101"));
+  for (int i = 0; i < 100; ++i) {
+    RawWebClient late(port);
+    const std::string answer = late.request("GET / HTTP/1.1");
+    ASSERT_TRUE(answer.starts_with("HTTP/1.1 503")) << answer;
+    ASSERT_TRUE(has(answer, "<p>This daemon has all of its 2 connections")) << answer;
+    ASSERT_TRUE(late.closed());
+  }
+  EXPECT_TRUE(has(RawWebClient(port).upgrade(), "503"));
 }
 
 TEST_F(Http, AMissingPageIsANotice) {

@@ -123,6 +123,8 @@ TEST_F(Viewer, BadRequestsNameTheFieldAndChangeNothing) {
   request.mutable_robot()->set_robot(0);
   EXPECT_EQ(client.ask(request).field(), "action");
   request.mutable_robot()->mutable_move_joints()->add_positions_rad(0);
+  EXPECT_EQ(client.ask(request).message(), "The robot is not ready: make it ready first.");
+  world.publish([](api::Snapshot& s) { s.robots[0].initialized = true; });
   EXPECT_EQ(client.ask(request).field(), "positions_rad");
   request.mutable_robot()->mutable_move_tool()->mutable_tool_in_reference();
   EXPECT_EQ(client.ask(request).field(), "orientation");
@@ -205,20 +207,110 @@ TEST_F(Viewer, OneThatTakesNothingDelaysNoOther) {
   }
 }
 
-TEST_F(Viewer, WatchesTrafficAndRegisters) {
+v1::ViewerRequest watch(bool crcl, bool modbus, bool polls) {
+  v1::ViewerRequest request;
+  request.mutable_watch()->set_crcl(crcl);
+  request.mutable_watch()->set_modbus(modbus);
+  request.mutable_watch()->set_polls(polls);
+  return request;
+}
+
+/// The next event of a wire of this type.
+std::optional<v1::WireEvent> next_event(RawWebClient& client, const std::string& wire,
+                                        const std::string& type) {
+  std::optional<v1::WireEvent> found;
+  (void)client.next([&](const auto& update) {
+    if (!update.has_wire_events() || update.wire_events().wire() != wire) return false;
+    for (const auto& event : update.wire_events().events()) {
+      if (event.type() == type) found = event;
+    }
+    return found.has_value();
+  });
+  return found;
+}
+
+TEST_F(Viewer, SeesTheCommandsFromBeforeItCame) {
+  start();
+  world.publish([](api::Snapshot& s) { s.time = std::chrono::milliseconds(1250); });
+  crcl_tap.note({.source = "crcl.fanuc", .from_client = true, .type = "MoveToType", .id = 3});
+  crcl_tap.note({.source = "crcl.fanuc", .poll = true, .type = "GetStatusType"});
+  RawWebClient client(port);
+  (void)client.upgrade();
+  EXPECT_TRUE(client.ask(watch(true, false, false)).ok());
+  const auto update = client.next([](const auto& u) { return u.has_wire_events(); });
+  ASSERT_TRUE(update);
+  ASSERT_EQ(update->wire_events().events_size(), 1);
+  EXPECT_EQ(update->wire_events().wire(), "crcl");
+  const v1::WireEvent& event = update->wire_events().events(0);
+  EXPECT_EQ(event.type(), "MoveToType");
+  EXPECT_DOUBLE_EQ(event.sim_time_s(), 1.25);
+  EXPECT_FALSE(crcl_tap.wants_polls());
+  EXPECT_TRUE(client.ask(watch(true, false, true)).ok());
+  EXPECT_TRUE(crcl_tap.wants_polls());
+  crcl_tap.note(
+      {.source = "crcl.fanuc", .from_client = true, .poll = true, .type = "GetStatusType"});
+  const auto poll = next_event(client, "crcl", "GetStatusType");
+  ASSERT_TRUE(poll);
+  EXPECT_TRUE(poll->poll());
+  EXPECT_TRUE(client.ask(watch(false, false, true)).ok());
+  EXPECT_FALSE(crcl_tap.wants_polls());
+}
+
+TEST_F(Viewer, GetsAllOfManyCommandsInOrder) {
+  start();
+  for (int i = 1; i <= 3000; ++i) {
+    crcl_tap.note({.source = i % 2 ? "crcl.fanuc" : "crcl.motoman",
+                   .from_client = true,
+                   .type = "DwellType",
+                   .id = i,
+                   .data = std::string(900, 'x')});
+  }
+  RawWebClient client(port);
+  (void)client.upgrade();
+  client.send(watch(true, false, false));
+  std::int64_t last = 0;
+  const auto done = client.next([&](const auto& update) {
+    for (const auto& event : update.wire_events().events()) EXPECT_EQ(event.id(), ++last);
+    return last == 3000;
+  });
+  EXPECT_TRUE(done) << last;
+}
+
+TEST_F(Viewer, CommandsOfPagesStandAmongTheOthers) {
+  start();
+  RawWebClient client(port), other(port);
+  (void)client.upgrade();
+  (void)other.upgrade();
+  EXPECT_TRUE(client.ask(pause()).ok());
+  EXPECT_TRUE(client.ask(token("never-kept")).ok());
+  v1::ViewerRequest request;
+  request.mutable_robot()->set_robot(1);
+  (void)request.mutable_robot()->mutable_move_tool();
+  EXPECT_FALSE(client.ask(request).ok());
+  request.mutable_conveyor()->set_run(true);
+  EXPECT_TRUE(client.ask(request).ok());
+  other.send(watch(true, true, false));
+  const auto moved = next_event(other, "crcl", "motoman move_tool");
+  ASSERT_TRUE(moved);
+  EXPECT_EQ(moved->source(), "page");
+  EXPECT_EQ(moved->state(), "The robot is not ready: make it ready first.");
+  const auto belt = next_event(other, "modbus", "conveyor");
+  ASSERT_TRUE(belt);
+  EXPECT_NE(belt->data().find("\"run\":true"), std::string::npos) << belt->data();
+  std::vector<protocols::WireEventPtr> all;
+  (void)crcl_tap.read(1, true, 1 << 20, all);
+  ASSERT_EQ(all.size(), 3u);
+  EXPECT_EQ(all[0]->type, "pause");
+  for (const auto& event : all) EXPECT_EQ(event->data.find("never-kept"), std::string::npos);
+}
+
+TEST_F(Viewer, WatchesRegisters) {
   start();
   RawWebClient client(port);
   (void)client.upgrade();
-  EXPECT_FALSE(crcl_tap.watched());
   v1::ViewerRequest request;
-  request.mutable_watch()->set_crcl(true);
   request.mutable_watch()->set_registers(true);
   EXPECT_TRUE(client.ask(request).ok());
-  EXPECT_TRUE(crcl_tap.watched());
-  crcl_tap.note({.source = "crcl.fanuc", .from_client = true, .type = "MoveToType", .id = 3});
-  const auto events = client.next([](const auto& u) { return u.has_wire_events(); });
-  ASSERT_TRUE(events);
-  EXPECT_EQ(events->wire_events().events(0).type(), "MoveToType");
   world.publish([](api::Snapshot& s) {
     s.conveyor.run = true;
     s.conveyor.speed_setting_m_s = 0.15;
@@ -226,9 +318,94 @@ TEST_F(Viewer, WatchesTrafficAndRegisters) {
   const auto registers = client.next(
       [](const auto& u) { return u.has_registers() && u.registers().values(2) == 15'000; });
   EXPECT_TRUE(registers);
-  request.mutable_watch()->Clear();
-  EXPECT_TRUE(client.ask(request).ok());
-  EXPECT_FALSE(crcl_tap.watched());
+}
+
+v1::ViewerRequest write_of(const std::string& area, std::uint32_t address, std::int64_t value) {
+  v1::ViewerRequest request;
+  auto& inner = *request.mutable_write_register();
+  inner.set_area(area);
+  inner.set_address(address);
+  inner.set_value(value);
+  return request;
+}
+
+TEST_F(Viewer, WritesRegisters) {
+  start();
+  RawWebClient client(port);
+  (void)client.upgrade();
+  EXPECT_TRUE(client.ask(write_of("holding", 0x8002, 15'000)).ok());
+  EXPECT_TRUE(client.ask(write_of("coil", 0x8002, 1)).ok());
+  const auto commands = world.commands();
+  ASSERT_EQ(commands.size(), 2u);
+  EXPECT_EQ(commands[0].endpoint, 7u);
+  EXPECT_DOUBLE_EQ(std::get<api::ConveyorCommand>(commands[0].body).speed_m_s.value_or(0), 0.15);
+  EXPECT_EQ(std::get<api::ConveyorCommand>(commands[1].body).emergency_stop, true);
+  const auto too_fast = client.ask(write_of("holding", 0x8002, 40'000));
+  EXPECT_EQ(too_fast.field(), "value");
+  EXPECT_EQ(too_fast.message(), "40000 is not in 0..32768, the range of speed (0x8002)");
+  EXPECT_EQ(client.ask(write_of("coil", 0x8002, 2)).field(), "value");
+  EXPECT_EQ(client.ask(write_of("holding", 0x8002, -1)).field(), "value");
+  EXPECT_EQ(client.ask(write_of("input", 0x8000, 1)).field(), "area");
+  EXPECT_EQ(client.ask(write_of("holding", 0x8003, 1)).field(), "address");
+  EXPECT_EQ(client.ask(write_of("holding", 0x18002, 1)).field(), "address");
+  world.refuse(Error{ErrorCode::kUnavailable, "queue", "full"});
+  EXPECT_NE(client.ask(write_of("holding", 0x8002, 1)).message().find("try again"),
+            std::string::npos);
+  EXPECT_EQ(world.commands().size(), 2u);
+}
+
+TEST_F(Viewer, WritesNoRegistersWithoutPermission) {
+  options.control = false;
+  start();
+  RawWebClient client(port);
+  (void)client.upgrade();
+  EXPECT_FALSE(client.ask(write_of("holding", 0x8002, 15'000)).ok());
+  EXPECT_TRUE(world.commands().empty());
+}
+
+TEST_F(Viewer, StopsTheWholeCellAtOnce) {
+  start();
+  RawWebClient client(port);
+  (void)client.upgrade();
+  v1::ViewerRequest stop;
+  (void)stop.mutable_stop_cell();
+  EXPECT_TRUE(client.ask(stop).ok());
+  const auto commands = world.commands();
+  ASSERT_EQ(commands.size(), 3u);
+  for (int robot = 0; robot < 2; ++robot) {
+    const auto& command =
+        std::get<api::RobotCommand>(commands[static_cast<std::size_t>(robot)].body);
+    EXPECT_EQ(command.robot, robot);
+    EXPECT_TRUE(std::holds_alternative<api::StopMotion>(command.action));
+  }
+  EXPECT_EQ(std::get<api::ConveyorCommand>(commands[2].body).run, false);
+}
+
+TEST_F(Viewer, IsToldWhatWentWrongBeforeItCame) {
+  start();
+  {
+    RawWebClient first(port);
+    (void)first.upgrade();
+    world.publish([](api::Snapshot& s) {
+      s.robots[1].protective_stop = true;
+      s.robots[1].action.description = "joint 3: collision";
+    });
+    EXPECT_TRUE(first.next([](const auto& u) { return u.faults().faults_size() == 1; }));
+  }
+  RawWebClient later(port);
+  (void)later.upgrade();
+  const auto list = later.next([](const auto& u) { return u.has_faults(); });
+  ASSERT_TRUE(list);
+  ASSERT_EQ(list->faults().faults_size(), 1);
+  const v1::Fault& fault = list->faults().faults(0);
+  EXPECT_EQ(fault.source(), "motoman");
+  EXPECT_EQ(fault.severity(), v1::FAULT_SEVERITY_STOP);
+  EXPECT_EQ(fault.message(), "joint 3: collision");
+  EXPECT_TRUE(fault.holds());
+  EXPECT_GT(fault.last().time_s(), 1.5e9);
+  world.publish([](api::Snapshot& s) { s.robots[1].protective_stop = false; });
+  EXPECT_TRUE(
+      later.next([](const auto& u) { return u.has_faults() && !u.faults().faults(0).holds(); }));
 }
 
 TEST_F(Viewer, StoppingSaysGoodbye) {

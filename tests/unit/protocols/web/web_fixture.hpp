@@ -28,6 +28,7 @@ class WebFixture : public ::testing::Test {
     options.version = "1.2.3";
     options.endpoint = 7;
     options.crcl_tap = &crcl_tap;
+    options.modbus_tap = &modbus_tap;
   }
 
   void start() {
@@ -45,7 +46,7 @@ class WebFixture : public ::testing::Test {
  protected:
   web::WebServerOptions options;
   FakeCell world;
-  protocols::WireTap crcl_tap;
+  protocols::WireTap crcl_tap{world}, modbus_tap{world};
   std::unique_ptr<web::WebServer> server;
   std::uint16_t port = 0;
 };
