@@ -184,7 +184,7 @@ test('a Modbus write shows in the registers and in the traffic', async () => {
   );
   await tab('Conveyor');
   const row = page.getByTestId('register-holding-speed');
-  await until('the register', async () => /0x3A98.*0\.15000 m\/s/.test(await row.textContent()));
+  await until('the register', async () => /0\.15000 m\/s.*0x3A98/.test(await row.textContent()));
   await page.getByTestId('belt-forward').click();
   await until('the belt to run', async () =>
     /0x0001/.test(await page.getByTestId('register-holding-run').textContent())

@@ -10,7 +10,14 @@ after(async () => {
   await stopAll();
 });
 
-const guarded = ['play', 'reset', 'init-fanuc', 'fanuc-gripper-open', 'jog fanuc joint 1 plus'];
+const guarded = [
+  'play',
+  'reset',
+  'stop-cell',
+  'init-fanuc',
+  'fanuc-gripper-open',
+  'jog fanuc joint 1 plus'
+];
 
 test('a read-only view disables every control and says why', async () => {
   const daemon = await Daemon.start(['--set', 'web.control=false']);

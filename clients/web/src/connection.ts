@@ -9,7 +9,8 @@ const kSilence_ms = 3000; // the daemon sends at least twice a second
 /** The WebSocket to the daemon: comes back by itself, answers requests by their ids. */
 export class Connection {
   onUpdate: (update: ViewerUpdate) => void = () => {};
-  onState: (connected: boolean, retryIn_s: number) => void = () => {};
+  /** `refusal`: what the daemon says when it takes no further viewer; else empty. */
+  onState: (connected: boolean, retryIn_s: number, refusal: string) => void = () => {};
 
   private socket: WebSocket | null = null;
   private waiting = new Map<number, (outcome: Outcome) => void>();
@@ -55,9 +56,11 @@ export class Connection {
     socket.binaryType = 'arraybuffer';
     this.socket = socket;
     this.heard = performance.now();
+    let opened = false;
     socket.onopen = () => {
+      opened = true;
       this.pause_ms = 250;
-      this.onState(true, 0);
+      this.onState(true, 0, '');
     };
     socket.onmessage = (event: MessageEvent<ArrayBuffer>) => {
       this.heard = performance.now();
@@ -73,9 +76,27 @@ export class Connection {
       if (this.socket !== socket) return;
       this.socket = null;
       this.waiting.clear();
-      this.onState(false, this.pause_ms / 1000);
+      this.onState(false, this.pause_ms / 1000, '');
+      if (!opened) void this.askWhy();
       setTimeout(() => this.socket ?? this.open(), this.pause_ms);
       this.pause_ms = Math.min(this.pause_ms * 1.6, kLongestPause_ms);
     };
   }
+
+  /** Browsers do not tell a page why its WebSocket was refused; the same address without one does. */
+  private async askWhy(): Promise<void> {
+    try {
+      const answer = await fetch('/ws');
+      if (answer.status === 503 && !this.connected)
+        this.onState(false, this.pause_ms / 1000, (await sentence(answer)).trim());
+    } catch {
+      // Nobody there.
+    }
+  }
+}
+
+async function sentence(answer: Response): Promise<string> {
+  const body = await answer.text();
+  if (!/html/.test(answer.headers.get('content-type') ?? '')) return body;
+  return new DOMParser().parseFromString(body, 'text/html').querySelector('p')?.textContent ?? '';
 }

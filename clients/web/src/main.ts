@@ -3,7 +3,7 @@ import {State} from './state';
 import {Access} from './ui/access';
 import {ChartPanel} from './ui/chart_panel';
 import {ConveyorPanel} from './ui/conveyor_panel';
-import {button, h, notify} from './ui/dom';
+import {button, h, notify, text} from './ui/dom';
 import {FaultPanel} from './ui/fault_panel';
 import {Shortcuts} from './ui/help';
 import {Jog} from './ui/jog';
@@ -48,7 +48,12 @@ const tabs = new Tabs(
     {name: 'Faults', content: faults.element, mark: faults.count}
   ],
   (name) =>
-    state.watch({crcl: name === 'CRCL', modbus: name === 'Modbus', registers: name === 'Conveyor'})
+    state.watch({
+      crcl: name === 'CRCL',
+      modbus: name === 'Modbus',
+      registers: name === 'Conveyor',
+      polls: (name === 'CRCL' && crcl.wantsPolls) || (name === 'Modbus' && modbus.wantsPolls)
+    })
 );
 
 const layerButtons = new Map(
@@ -74,13 +79,6 @@ function setTheme(dark: boolean): void {
   view.setTheme(dark);
 }
 
-function stopAll(): void {
-  state.cell?.robots.forEach(
-    (_, robot) =>
-      void access.command({case: 'robot', value: {robot, action: {case: 'stop', value: {}}}})
-  );
-}
-
 function unitChoice(): HTMLElement {
   const length = h(
     'select',
@@ -102,10 +100,20 @@ function unitChoice(): HTMLElement {
 }
 
 const shortcuts = new Shortcuts([
-  {keys: [' '], does: 'pause or go on', run: () => toolbar.toggle()},
-  {keys: ['.'], does: 'one step while paused', run: () => toolbar.takeSteps(1)},
-  {keys: [','], does: '100 steps while paused', run: () => toolbar.takeSteps(100)},
-  {keys: ['s', 'Escape'], does: 'stop all robots', run: stopAll},
+  {keys: [' '], does: 'pause or go on', run: () => toolbar.toggle(), always: true},
+  {
+    keys: ['.'],
+    does: 'one step while paused; hold for more',
+    run: (_, held) => toolbar.takeSteps(1, held),
+    repeats: true
+  },
+  {
+    keys: [','],
+    does: '100 steps while paused; hold for more',
+    run: (_, held) => toolbar.takeSteps(100, held),
+    repeats: true
+  },
+  {keys: ['s', 'Escape'], does: 'stop all robots and the belt', run: () => toolbar.stopCell()},
   {keys: ['h'], does: 'first view', run: () => view.goHome()},
   {
     keys: ['d'],
@@ -117,13 +125,13 @@ const shortcuts = new Shortcuts([
     does: `show or hide ${label.toLowerCase()}`,
     run: () => toggleLayer(layer)
   })),
-  {keys: ['1', '2', '3', '4', '5', '6'], does: 'the panels, from left to right', run: () => {}},
+  {
+    keys: ['1', '2', '3', '4', '5', '6'],
+    does: 'the panels, from left to right',
+    run: (key) => tabs.open(Number(key) - 1)
+  },
   {keys: ['?'], does: 'this list', run: () => shortcuts.show()}
 ]);
-addEventListener('keydown', (event) => {
-  if (/^[1-6]$/.test(event.key) && !/^(INPUT|SELECT)$/.test((event.target as HTMLElement).tagName))
-    tabs.open(Number(event.key) - 1);
-});
 
 const toolbar = new Toolbar(
   state,
@@ -171,11 +179,12 @@ state.snapshotChanged.on((snapshot) => {
   instance = snapshot.instanceId;
 });
 
-const offline = h(
-  'div',
-  {class: 'offline-note', role: 'alert'},
-  'No connection to the daemon: trying again. What you see is old.'
-);
+const offline = h('div', {class: 'offline-note', role: 'alert', 'data-testid': 'offline'});
+state.accessChanged.on(() => {
+  const old = state.snapshot ? ' What you see is old.' : '';
+  if (!state.connected)
+    text(offline, `${state.refusal || 'No connection to the daemon.'} Trying again.${old}`);
+});
 document
   .getElementById('app')!
   .replaceChildren(

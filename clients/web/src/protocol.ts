@@ -20,6 +20,8 @@ export {ConveyorDirection} from '../generated/aprsim/v1/control_service_pb';
 export type {Pose, Vector3, Quaternion} from '../generated/aprsim/v1/geometry_pb';
 export type {
   CellLooks,
+  Fault,
+  FaultList,
   ListenerStatus,
   RobotLooks,
   Outcome,
@@ -28,6 +30,11 @@ export type {
   ServerStatus,
   ViewerUpdate,
   Welcome,
-  WireEvent
+  WireEvent,
+  WireEvents
 } from '../generated/aprsim/v1/web_pb';
-export {ViewerRequestSchema, ViewerUpdateSchema} from '../generated/aprsim/v1/web_pb';
+export {
+  FaultSeverity,
+  ViewerRequestSchema,
+  ViewerUpdateSchema
+} from '../generated/aprsim/v1/web_pb';

@@ -2,12 +2,13 @@ import {Connection} from './connection';
 import type {
   CellDescription,
   CellLooks,
+  FaultList,
   Permission,
   RegisterInfo,
   ServerStatus,
   Snapshot,
   Welcome,
-  WireEvent
+  WireEvents
 } from './protocol';
 
 type Listener<T> = (value: T) => void;
@@ -32,25 +33,29 @@ export class State {
   looks: CellLooks | null = null;
   permission: Permission | null = null;
   registerMap: RegisterInfo[] = [];
+  faults: FaultList | null = null;
   connected = false;
   retryIn_s = 0;
+  refusal = ''; // what the daemon says when it takes no further viewer
 
   readonly cellChanged = new Signal<CellDescription>();
   readonly snapshotChanged = new Signal<Snapshot>();
   readonly accessChanged = new Signal<void>();
   readonly statusChanged = new Signal<ServerStatus>();
   readonly registersChanged = new Signal<number[]>();
-  readonly wireEvents = new Signal<{events: WireEvent[]; dropped: number}>();
+  readonly faultsChanged = new Signal<FaultList>();
+  readonly wireEvents = new Signal<WireEvents>();
   /** About ten times a second, for what people read. */
   readonly display = new Signal<Snapshot>();
 
-  private watching = {rateHz: 30, crcl: false, modbus: false, registers: false};
+  private watching = {rateHz: 30, crcl: false, modbus: false, registers: false, polls: false};
   private shown = 0;
 
   constructor() {
     this.connection.onUpdate = (update) => this.take(update.body);
-    this.connection.onState = (connected, retryIn_s) => {
+    this.connection.onState = (connected, retryIn_s, refusal) => {
       this.connected = connected;
+      this.refusal = refusal;
       this.retryIn_s = retryIn_s;
       if (connected) this.sendWatch();
       else this.permission = null;
@@ -60,7 +65,7 @@ export class State {
 
   /** Why commands are not possible; empty when they are. */
   get lockedReason(): string {
-    if (!this.connected) return 'No connection to the daemon.';
+    if (!this.connected) return this.refusal || 'No connection to the daemon.';
     if (!this.permission) return 'Waiting for the daemon.';
     return this.permission.control ? '' : this.permission.reason;
   }
@@ -110,7 +115,11 @@ export class State {
         this.registersChanged.emit(body.value.values);
         break;
       case 'wireEvents':
-        this.wireEvents.emit({events: body.value.events, dropped: Number(body.value.dropped)});
+        this.wireEvents.emit(body.value);
+        break;
+      case 'faults':
+        this.faults = body.value;
+        this.faultsChanged.emit(body.value);
         break;
     }
   }

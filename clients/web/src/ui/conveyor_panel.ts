@@ -10,6 +10,8 @@ import type {State} from '../state';
 import type {Access} from './access';
 import {button, card, Facts, h, text} from './dom';
 import {CurtainCard} from './curtain_card';
+import {counts, engineering} from './modbus_text';
+import {RegisterInput} from './register_input';
 import {units} from './units';
 
 const kFaults: Record<number, string> = {
@@ -111,9 +113,7 @@ export class ConveyorPanel {
               h(
                 'tr',
                 {},
-                ...['area', 'address', 'name', 'hex', 'value'].map((t) =>
-                  h('th', {scope: 'col'}, t)
-                )
+                ...['address', 'name', 'value', 'write'].map((t) => h('th', {scope: 'col'}, t))
               )
             ),
             this.table
@@ -170,7 +170,7 @@ export class ConveyorPanel {
               .toUpperCase()
               .padStart(4 * info.words, '0')}`
       );
-      text(row.value, engineering(info, raw));
+      text(row.value, valueText(info, raw));
     });
   }
 
@@ -181,11 +181,19 @@ export class ConveyorPanel {
         h(
           'tr',
           {title: info.meaning, 'data-testid': `register-${info.area}-${info.name}`},
-          h('td', {}, info.area),
-          h('td', {}, h('code', {}, `0x${info.address.toString(16).toUpperCase()}`)),
-          h('td', {}, info.name, info.writable ? h('small', {}, ' rw') : null),
-          h('td', {}, this.rows[i]!.hex),
-          h('td', {}, this.rows[i]!.value)
+          h(
+            'td',
+            {},
+            h('code', {}, `0x${info.address.toString(16).toUpperCase()}`),
+            h('small', {}, info.area)
+          ),
+          h('td', {}, info.name),
+          h('td', {}, this.rows[i]!.value, h('small', {}, this.rows[i]!.hex)),
+          h(
+            'td',
+            {},
+            info.writable ? new RegisterInput(info, this.state, this.access).element : null
+          )
         )
       )
     );
@@ -196,12 +204,7 @@ function bits(info: RegisterInfo): boolean {
   return info.area === 'coil' || info.area === 'discrete';
 }
 
-/** Counts as a physical value. */
-function engineering(info: RegisterInfo, raw: number): string {
-  const wrap = 2 ** (16 * info.words);
-  const counts = info.isSigned && raw >= wrap / 2 ? raw - wrap : raw;
+function valueText(info: RegisterInfo, raw: number): string {
   if (bits(info)) return raw ? 'on' : 'off';
-  if (info.resolution === 0) return String(counts);
-  const digits = Math.max(0, Math.min(6, Math.ceil(-Math.log10(info.resolution) - 1e-6)));
-  return `${(counts * info.resolution).toFixed(digits)} ${info.unit}`;
+  return engineering(info, raw) || String(counts(info, raw));
 }

@@ -1,27 +1,28 @@
-// What went wrong and what tripped, on a line of simulated time.
-import {ActionState, DriveFault, type Snapshot} from '../protocol';
+// What went wrong and what tripped, as the daemon keeps it: one line a cause, and a line of
+// simulated time.
+import {FaultSeverity, type Fault, type FaultList, type Snapshot} from '../protocol';
 import {simTime, type State} from '../state';
 import {button, card, h} from './dom';
 
-interface Fault {
-  time: number;
-  epoch: bigint;
-  lane: string;
-  kind: 'error' | 'trip' | 'note';
-  message: string;
-}
-
-const kMost = 300;
 const kSpan_s = 300;
+const kKinds: Record<number, string> = {
+  [FaultSeverity.UNSPECIFIED]: 'note',
+  [FaultSeverity.NOTE]: 'note',
+  [FaultSeverity.WARNING]: 'warning',
+  [FaultSeverity.ERROR]: 'error',
+  [FaultSeverity.STOP]: 'stop'
+};
+
+const serious = (fault: Fault): boolean => fault.severity >= FaultSeverity.ERROR;
 
 export class FaultPanel {
   readonly element = h('div', {class: 'panel faults'});
-  readonly count = h('span', {class: 'count', hidden: true});
+  readonly count = h('span', {class: 'count', hidden: true, 'data-testid': 'fault-count'});
   private readonly list = h('ol', {class: 'fault-list', 'data-testid': 'faults'});
   private readonly lanes = document.createElementNS('http://www.w3.org/2000/svg', 'svg');
-  private faults: Fault[] = [];
-  private before: Snapshot | null = null;
-  private shown = -1;
+  private readonly note = h('small', {});
+  private all: Fault[] = [];
+  private readonly cleared = new Map<bigint, bigint>(); // counts of those that this page has cleared
 
   constructor(private readonly state: State) {
     this.lanes.setAttribute('class', 'timeline');
@@ -32,123 +33,103 @@ export class FaultPanel {
         'Faults',
         this.lanes,
         this.list,
-        button('Clear', () => this.clear())
+        this.note,
+        button('Clear', () => this.clear(), {
+          title: 'Takes what no longer lasts from this page; the daemon keeps it'
+        })
       )
     );
-    state.snapshotChanged.on((snapshot) => this.look(snapshot));
-    state.display.on((snapshot) => this.draw(snapshot));
-  }
-
-  private add(snapshot: Snapshot, lane: string, kind: Fault['kind'], message: string): void {
-    this.faults.push({time: simTime(snapshot), epoch: snapshot.epoch, lane, kind, message});
-    if (this.faults.length > kMost) this.faults.shift();
-    this.count.hidden = false;
-    this.count.textContent = String(this.faults.length);
-  }
-
-  private look(now: Snapshot): void {
-    const before = this.before;
-    this.before = now;
-    if (!before || before.instanceId !== now.instanceId) return;
-    if (before.epoch !== now.epoch) return this.add(now, 'cell', 'note', 'reset');
-    now.robots.forEach((robot, i) => {
-      const old = before.robots[i],
-        name = robot.name;
-      if (!old) return;
-      if (robot.protectiveStop && !old.protectiveStop)
-        this.add(now, name, 'trip', robot.action?.description || 'protective stop');
-      else if (
-        robot.action?.state === ActionState.ERROR &&
-        (old.action?.state !== ActionState.ERROR ||
-          old.action.description !== robot.action.description)
-      ) {
-        this.add(now, name, 'error', robot.action.description);
-      } else if (
-        old.action?.state === ActionState.ERROR &&
-        robot.action?.state !== ActionState.ERROR
-      )
-        this.add(now, name, 'note', 'error cleared');
-      if (old.gripper?.holding && !robot.gripper?.holding && robot.gripper!.setting < 0.5) {
-        this.add(now, name, 'error', `lost ${old.gripper.heldBody} from the closed gripper`);
-      }
+    state.faultsChanged.on((list) => this.take(list));
+    state.display.on((snapshot) => this.drawLanes(snapshot));
+    state.accessChanged.on(() => {
+      // Of another daemon, perhaps, whose numbers start anew.
+      if (!state.connected) this.cleared.clear();
     });
-    const fault = now.conveyor?.fault,
-      old = before.conveyor?.fault;
-    if (fault !== old) {
-      const message =
-        fault === DriveFault.EMERGENCY_STOP
-          ? 'emergency stop'
-          : fault === DriveFault.WATCHDOG
-            ? 'watchdog: no command in time'
-            : fault === DriveFault.LIGHT_CURTAIN
-              ? 'stopped by the light curtain'
-              : 'fault reset';
-      this.add(now, 'belt', fault ? 'trip' : 'note', message);
-    }
-    if (now.lightCurtain?.broken && !before.lightCurtain?.broken)
-      this.add(now, 'cell', 'trip', 'light curtain broken');
-    if (now.physicsFaults > before.physicsFaults) {
-      this.add(
-        now,
-        'physics',
-        'error',
-        `contact deeper than 0.5 mm (${(now.maxPenetrationM * 1e3).toFixed(2)} mm)`
-      );
-    }
-    if (now.worldFault && !before.worldFault) this.add(now, 'physics', 'trip', now.worldFault);
-    if (now.missedSteps > before.missedSteps + 50n)
-      this.add(
-        now,
-        'cell',
-        'note',
-        `${now.missedSteps - before.missedSteps} steps given up: the machine is too slow`
+  }
+
+  private take(list: FaultList): void {
+    this.all = list.faults;
+    this.note.textContent = list.givenUp ? `${list.givenUp} older entries are no longer kept.` : '';
+    this.draw();
+  }
+
+  /** Those that last first, then the latest. */
+  private get shown(): Fault[] {
+    const first = (fault: Fault): boolean => fault.holds && serious(fault);
+    return this.all
+      .filter((fault) => fault.holds || this.cleared.get(fault.id) !== fault.count)
+      .sort(
+        (a, b) =>
+          Number(first(b)) - Number(first(a)) ||
+          (first(a) ? b.severity - a.severity : 0) ||
+          (b.last?.timeS ?? 0) - (a.last?.timeS ?? 0)
       );
   }
 
   private clear(): void {
-    this.faults = [];
-    this.count.hidden = true;
-    this.shown = -1;
+    for (const fault of this.all) this.cleared.set(fault.id, fault.count);
+    this.draw();
   }
 
-  private draw(snapshot: Snapshot): void {
-    if (!this.element.offsetParent) return;
-    this.drawLanes(snapshot);
-    if (this.shown === this.faults.length) return;
-    this.shown = this.faults.length;
+  private draw(): void {
+    const shown = this.shown;
+    const marked = shown.filter(serious);
+    const stops = marked.filter((fault) => fault.severity === FaultSeverity.STOP);
+    this.count.hidden = marked.length === 0;
+    this.count.textContent = String(marked.length);
+    this.count.dataset.kind = stops.length > 0 ? 'stop' : 'error';
+    this.count.title = `${stops.length} stopped something, ${marked.length - stops.length} were errors`;
     this.list.replaceChildren(
-      ...(this.faults.length
-        ? [...this.faults]
-            .reverse()
-            .map((fault) =>
-              h(
-                'li',
-                {'data-kind': fault.kind},
-                h('time', {}, `${fault.time.toFixed(2)} s`),
-                h('strong', {}, fault.lane),
-                fault.message
-              )
-            )
+      ...(shown.length
+        ? shown.map((fault) => this.line(fault))
         : [h('li', {'data-kind': 'none'}, 'Nothing so far.')])
     );
   }
 
+  private line(fault: Fault): HTMLElement {
+    const kind = kKinds[fault.severity] ?? 'note';
+    return h(
+      'li',
+      {'data-kind': kind},
+      h(
+        'div',
+        {},
+        h('strong', {}, fault.source),
+        h('span', {class: 'kind'}, fault.holds ? `${kind}, lasts` : kind),
+        fault.count > 1n ? h('span', {class: 'times'}, `${fault.count}×`) : null
+      ),
+      h('div', {}, fault.message),
+      h('small', {}, this.when(fault))
+    );
+  }
+
+  private when(fault: Fault): string {
+    const {first, last} = fault;
+    if (!first || !last) return '';
+    const now = this.state.snapshot?.epoch;
+    const at = (time: typeof last): string =>
+      `${time.simTimeS.toFixed(3)} s${now !== undefined && time.epoch !== now ? ` of run ${time.epoch}` : ''}, ${new Date(time.timeS * 1000).toLocaleTimeString()}`;
+    return fault.count > 1n ? `last ${at(last)}; first ${at(first)}` : at(last);
+  }
+
   private drawLanes(snapshot: Snapshot): void {
+    if (!this.element.offsetParent) return;
     const lanes = [
       'cell',
       ...(this.state.cell?.robots.map((r) => r.name) ?? []),
       'belt',
-      'physics'
+      'physics',
+      'simulation'
     ];
     const width = Math.max(200, this.lanes.clientWidth),
       height = 20 * lanes.length + 16,
-      left = 64;
+      left = 72;
     this.lanes.setAttribute('viewBox', `0 0 ${width} ${height}`);
     this.lanes.setAttribute('height', String(height));
     const now = simTime(snapshot),
       from = Math.max(0, now - kSpan_s);
     const x = (t: number): number =>
-      left + ((t - from) / Math.max(10, now - from)) * (width - left - 8);
+      left + ((Math.max(t, from) - from) / Math.max(10, now - from)) * (width - left - 8);
     const pieces: SVGElement[] = [];
     const make = (tag: string, attributes: Record<string, string | number>, content = ''): void => {
       const piece = document.createElementNS('http://www.w3.org/2000/svg', tag);
@@ -161,15 +142,19 @@ export class FaultPanel {
       make('text', {x: 0, y: 20 * i + 14}, lane);
       make('line', {x1: left, x2: width - 4, y1: 20 * i + 10, y2: 20 * i + 10});
     });
-    for (const fault of this.faults) {
-      const lane = lanes.indexOf(fault.lane);
-      if (lane < 0 || fault.epoch !== snapshot.epoch || fault.time < from) continue;
-      make('circle', {
-        cx: x(fault.time),
-        cy: 20 * lane + 10,
-        r: fault.kind === 'note' ? 3 : 5,
-        class: fault.kind
-      });
+    for (const {source, severity, first, last, holds} of this.shown) {
+      const lane = lanes.indexOf(source);
+      if (lane < 0 || !last || last.epoch !== snapshot.epoch) continue;
+      const end = holds ? now : last.simTimeS;
+      if (end < from) continue;
+      const kind = kKinds[severity] ?? 'note',
+        y = 20 * lane + 10;
+      // The last time, and on while it lasts; small, the first.
+      make('circle', {cx: x(last.simTimeS), cy: y, r: kind === 'note' ? 3 : 5, class: kind});
+      if (holds)
+        make('line', {x1: x(last.simTimeS), x2: x(end), y1: y, y2: y, class: `${kind} span`});
+      if (first && first.epoch === last.epoch && first.simTimeS >= from)
+        make('circle', {cx: x(first.simTimeS), cy: y, r: 3, class: kind});
     }
     make('text', {x: left, y: height - 2, class: 'axis'}, `${from.toFixed(0)} s`);
     make('text', {x: width - 8, y: height - 2, class: 'axis end'}, `${now.toFixed(0)} s`);

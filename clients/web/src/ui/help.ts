@@ -3,32 +3,57 @@ import {button, h} from './dom';
 export interface Shortcut {
   keys: string[];
   does: string;
-  run: () => void;
+  run: (key: string, held: boolean) => void;
+  /** Again and again while the key is held. */
+  repeats?: boolean;
+  /** Whatever has the focus, dialogs included, but fields that take text. */
+  always?: boolean;
+}
+
+const kTextless = /^(button|checkbox|color|file|image|radio|range|reset|submit)$/;
+
+/** Whether keys are text for whatever has the focus. */
+function takesText(target: EventTarget | null): boolean {
+  if (target instanceof HTMLInputElement) return !kTextless.test(target.type);
+  return (
+    target instanceof HTMLTextAreaElement ||
+    (target instanceof HTMLElement && target.isContentEditable)
+  );
 }
 
 /** Keyboard shortcuts and the list of them under "?". */
 export class Shortcuts {
   constructor(private readonly all: Shortcut[]) {
-    addEventListener('keydown', (event) => {
-      const target = event.target as HTMLElement;
-      if (
-        event.ctrlKey ||
-        event.metaKey ||
-        event.altKey ||
-        event.repeat ||
-        document.querySelector('dialog[open]')
-      )
-        return;
-      if (
-        /^(INPUT|SELECT|TEXTAREA)$/.test(target.tagName) ||
-        (event.key === ' ' && target.tagName === 'BUTTON')
-      )
-        return;
-      const shortcut = this.all.find((s) => s.keys.includes(event.key));
-      if (!shortcut) return;
-      event.preventDefault();
-      shortcut.run();
-    });
+    // Before anything that has the focus hears of the key: it may have a meaning of its own for it.
+    addEventListener('keydown', (event) => this.press(event), {capture: true});
+    // Buttons take the release of the space bar for a click.
+    addEventListener(
+      'keyup',
+      (event) => {
+        if (this.find(event)?.always) swallow(event);
+      },
+      {capture: true}
+    );
+  }
+
+  private find(event: KeyboardEvent): Shortcut | undefined {
+    if (event.ctrlKey || event.metaKey || event.altKey || takesText(event.target)) return undefined;
+    const shortcut = this.all.find((s) => s.keys.includes(event.key));
+    if (!shortcut || shortcut.always) return shortcut;
+    const busy =
+      event.target instanceof HTMLSelectElement || document.querySelector('dialog[open]') !== null;
+    return busy ? undefined : shortcut;
+  }
+
+  private press(event: KeyboardEvent): void {
+    // The space bar has another job here.
+    if (event.key === 'Enter' && (event.target as HTMLInputElement).type === 'checkbox')
+      (event.target as HTMLInputElement).click();
+    const shortcut = this.find(event);
+    if (!shortcut) return;
+    swallow(event);
+    if (event.repeat && !shortcut.repeats) return;
+    shortcut.run(event.key, event.repeat);
   }
 
   show(): void {
@@ -59,4 +84,9 @@ export class Shortcuts {
     document.body.append(dialog);
     dialog.showModal();
   }
+}
+
+function swallow(event: KeyboardEvent): void {
+  event.preventDefault();
+  event.stopImmediatePropagation();
 }

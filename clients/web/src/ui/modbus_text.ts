@@ -1,4 +1,5 @@
 // What a Modbus/TCP message says, in a line and in words.
+import type {RegisterInfo} from '../protocol';
 
 const kFunctions: Record<number, string> = {
   1: 'read coils',
@@ -21,50 +22,157 @@ const kExceptions: Record<number, string> = {
   6: 'server device busy',
   11: 'gateway target failed to respond'
 };
+const kAreas: Record<number, string> = {
+  1: 'coil',
+  2: 'discrete',
+  3: 'holding',
+  4: 'input',
+  5: 'coil',
+  6: 'holding',
+  15: 'coil',
+  16: 'holding',
+  22: 'holding',
+  23: 'holding'
+};
+const kMaxValues = 16;
+
+export interface ModbusLine {
+  type: string;
+  summary: string;
+  bad: boolean;
+}
 
 const hex = (value: number, digits = 4): string =>
   `0x${value.toString(16).toUpperCase().padStart(digits, '0')}`;
 
-export function modbusLine(
-  data: Uint8Array,
-  fromClient: boolean
-): {type: string; summary: string; bad: boolean} {
-  if (data.length < 8) return {type: 'fragment', summary: '', bad: true};
-  const code = data[7]!,
-    body = data.subarray(8);
-  const word = (at: number): number => ((body[at] ?? 0) << 8) | (body[at + 1] ?? 0);
-  const type = `${code & 0x7f} ${kFunctions[code & 0x7f] ?? 'function'}`;
-  if (code >= 0x80)
-    return {type, summary: `exception ${body[0]}: ${kExceptions[body[0] ?? 0] ?? '?'}`, bad: true};
-  if (fromClient) {
-    if (code === 5 || code === 6)
-      return {type, summary: `${hex(word(0))} := ${word(2)} (${hex(word(2))})`, bad: false};
-    if (code === 15 || code === 16) {
-      const words =
-        code === 16 ? Array.from({length: word(2)}, (_, i) => word(5 + 2 * i)).join(' ') : '';
-      return {type, summary: `${hex(word(0))} + ${word(2)} := ${words}`, bad: false};
+/** Counts as the number that they stand for. */
+export function counts(info: RegisterInfo, raw: number): number {
+  const wrap = 2 ** (16 * info.words);
+  return info.isSigned && raw >= wrap / 2 ? raw - wrap : raw;
+}
+
+/** Counts as a physical value; empty for plain numbers. */
+export function engineering(info: RegisterInfo, raw: number): string {
+  if (info.resolution === 0) return '';
+  const digits = Math.max(0, Math.min(6, Math.ceil(-Math.log10(info.resolution) - 1e-6)));
+  return `${(counts(info, raw) * info.resolution).toFixed(digits)} ${info.unit}`;
+}
+
+/** Requests and replies with the names of the registers that they are about. */
+export class ModbusText {
+  constructor(private readonly map: () => RegisterInfo[]) {}
+
+  /** `request`: of a reply, when it is known. */
+  line(data: Uint8Array, fromClient: boolean, request?: Uint8Array): ModbusLine {
+    if (data.length < 8) return {type: 'fragment', summary: '', bad: true};
+    const code = data[7]! & 0x7f;
+    const type = `${code} ${kFunctions[code] ?? 'function'}`;
+    if (data[7]! >= 0x80) {
+      const cause = kExceptions[data[8] ?? 0] ?? '?';
+      const about = request ? ` (${this.asked(request)})` : '';
+      return {type, summary: `exception ${data[8]}: ${cause}${about}`, bad: true};
     }
-    return {type, summary: code <= 4 ? `${hex(word(0))} + ${word(2)}` : '', bad: false};
-  }
-  if (code === 3 || code === 4) {
-    const count = Math.min((body[0] ?? 0) / 2, 24);
     return {
       type,
-      summary: Array.from({length: count}, (_, i) => word(1 + 2 * i)).join(' '),
+      summary: fromClient ? this.asked(data) : this.answered(code, data, request),
       bad: false
     };
   }
-  return {
-    type,
-    summary: code <= 2 ? [...body.subarray(1)].map((b) => hex(b, 2)).join(' ') : 'ok',
-    bad: false
-  };
+
+  private asked(data: Uint8Array): string {
+    const code = data[7]!,
+      {word, byte} = reader(data);
+    const area = kAreas[code] ?? '',
+      start = this.place(area, word(0));
+    switch (code) {
+      case 1:
+      case 2:
+      case 3:
+      case 4:
+        return word(2) === 1 ? start : `${start} and ${word(2) - 1} more`;
+      case 5:
+        return `${start} := ${word(2) ? 'on' : 'off'}`;
+      case 6:
+        return `${start} := ${this.value(area, word(0), word(2))}`;
+      case 15:
+        return this.values(area, word(0), word(2), bitsOf(data.subarray(13)), ' := ');
+      case 16:
+        return this.values(area, word(0), word(2), (i) => word(5 + 2 * i), ' := ');
+      case 22:
+        return `${start} and ${hex(word(2))} or ${hex(word(4))}`;
+      case 23:
+        return `${this.values(area, word(4), Math.min(word(6), byte(8) / 2), (i) => word(9 + 2 * i), ' := ')}; read ${this.place(area, word(0))} + ${word(2)}`;
+      default:
+        return '';
+    }
+  }
+
+  private answered(code: number, data: Uint8Array, request?: Uint8Array): string {
+    const {word, byte} = reader(data);
+    if (code === 5 || code === 6 || code === 22) return this.asked(data).replace(':=', '=');
+    if (code === 15 || code === 16)
+      return `${this.place(kAreas[code]!, word(0))} + ${word(2)} written`;
+    if (!request || !kAreas[code]) return '';
+    const asked = reader(request);
+    const count = code <= 2 ? asked.word(2) : byte(0) / 2;
+    const at = code <= 2 ? bitsOf(data.subarray(9)) : (i: number): number => word(1 + 2 * i);
+    return this.values(kAreas[code]!, asked.word(0), count, at, ' = ');
+  }
+
+  private find(area: string, address: number): RegisterInfo | undefined {
+    return this.map().find((info) => info.area === area && info.address === address);
+  }
+
+  private place(area: string, address: number): string {
+    const name = this.find(area, address)?.name;
+    return name ? `${name} ${hex(address)}` : hex(address);
+  }
+
+  private value(area: string, address: number, raw: number): string {
+    if (area === 'coil' || area === 'discrete') return raw ? 'on' : 'off';
+    const info = this.find(area, address);
+    if (!info) return String(raw);
+    const scaled = engineering(info, raw);
+    return scaled ? `${counts(info, raw)} (${scaled})` : String(counts(info, raw));
+  }
+
+  private values(
+    area: string,
+    start: number,
+    count: number,
+    at: (i: number) => number,
+    sign: string
+  ): string {
+    const lines: string[] = [];
+    for (let i = 0; i < count; ) {
+      if (lines.length === kMaxValues) return `${lines.join(', ')}, …`;
+      const words = Math.min(this.find(area, start + i)?.words ?? 1, count - i);
+      const raw = words === 2 ? at(i) * 65536 + at(i + 1) : at(i);
+      lines.push(`${this.place(area, start + i)}${sign}${this.value(area, start + i, raw)}`);
+      i += words;
+    }
+    return lines.join(', ');
+  }
+}
+
+/** What stands behind the function code. */
+function reader(data: Uint8Array) {
+  const body = data.subarray(8);
+  const byte = (at: number): number => body[at] ?? 0;
+  return {byte, word: (at: number): number => (byte(at) << 8) | byte(at + 1)};
+}
+
+function bitsOf(bytes: Uint8Array): (i: number) => number {
+  return (i) => ((bytes[i >> 3] ?? 0) >> (i & 7)) & 1;
+}
+
+export function hexOf(data: Uint8Array): string {
+  return [...data].map((b) => b.toString(16).padStart(2, '0').toUpperCase()).join(' ');
 }
 
 export function modbusDump(data: Uint8Array): string {
-  const bytes = [...data].map((b) => b.toString(16).padStart(2, '0').toUpperCase());
   const lines: string[] = [];
-  for (let i = 0; i < bytes.length; i += 16)
-    lines.push(`${i.toString(16).padStart(4, '0')}  ${bytes.slice(i, i + 16).join(' ')}`);
+  for (let i = 0; i < data.length; i += 16)
+    lines.push(`${i.toString(16).padStart(4, '0')}  ${hexOf(data.subarray(i, i + 16))}`);
   return lines.join('\n');
 }

@@ -5,9 +5,11 @@ import type {Access} from './access';
 import {button, h, text} from './dom';
 import {SavedStates} from './saved_states';
 
+/** Minutes and seconds to the millisecond, a step. */
 function clock(t: number): string {
-  const minutes = Math.floor(t / 60);
-  return `${minutes}:${(t - 60 * minutes).toFixed(2).padStart(5, '0')}`;
+  const ms = Math.round(t * 1000),
+    minutes = Math.floor(ms / 60000);
+  return `${minutes}:${((ms - 60000 * minutes) / 1000).toFixed(3).padStart(6, '0')}`;
 }
 
 export class Toolbar {
@@ -37,6 +39,7 @@ export class Toolbar {
     'connecting'
   );
   private readonly play: HTMLButtonElement;
+  private stepping = false; // until the daemon has answered
   private readonly speed: HTMLSelectElement;
 
   constructor(
@@ -79,6 +82,13 @@ export class Toolbar {
         title: 'Build the cell anew from its scene'
       })
     );
+    const stop = access.guard(
+      button('Stop cell', () => this.stopCell(), {
+        class: 'danger stop-cell',
+        'data-testid': 'stop-cell',
+        title: 'Stops all robots and the belt (s or Escape)'
+      })
+    );
     const states = new SavedStates(state, access);
     this.element = h(
       'header',
@@ -91,6 +101,7 @@ export class Toolbar {
       ),
       this.scene,
       this.connection,
+      stop,
       h(
         'div',
         {class: 'group', role: 'group', 'aria-label': 'Simulation'},
@@ -143,8 +154,18 @@ export class Toolbar {
     );
   }
 
-  takeSteps(steps: number): void {
-    void this.access.command({case: 'step', value: {steps: BigInt(steps)}});
+  /** `held`: the key repeats; then the next steps wait until those before have been taken. */
+  takeSteps(steps: number, held = false): void {
+    if (held && (this.stepping || !this.state.snapshot?.paused)) return;
+    this.stepping = true;
+    void this.access
+      .command({case: 'step', value: {steps: BigInt(steps)}})
+      .then(() => (this.stepping = false));
+  }
+
+  /** All robots and the belt. */
+  stopCell(): void {
+    void this.access.command({case: 'stopCell', value: {}});
   }
 
   private reset(): void {

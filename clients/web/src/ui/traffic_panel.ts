@@ -1,11 +1,15 @@
-// Taps: what goes over the CRCL sockets or the Modbus sockets, live.
-import type {WireEvent} from '../protocol';
+// What was asked for on the CRCL sockets or the Modbus sockets, and by pages: commands as the daemon
+// keeps them, polls as they come.
+import type {WireEvent, WireEvents} from '../protocol';
 import type {State} from '../state';
-import {button, card, h, text} from './dom';
-import {modbusDump, modbusLine} from './modbus_text';
+import {button, card, download, h, text} from './dom';
+import {hexOf, modbusDump, ModbusText} from './modbus_text';
 import {prettyXml} from './xml';
 
-const kRows = 400;
+const kMaxCommands = 50000;
+const kMaxPolls = 400;
+const kMaxOpen = 500; // requests and commands whose end has not been seen
+const kShown = 150;
 const kDrawPeriod_ms = 120;
 
 interface Row {
@@ -14,14 +18,17 @@ interface Row {
   summary: string;
   bad: boolean;
   latency: string;
-  at: string;
+  searched?: string;
 }
+
+const decoder = new TextDecoder();
 
 export class TrafficPanel {
   readonly element = h('div', {class: 'panel traffic'});
   private readonly body: HTMLElement;
   private readonly detail = h('div', {class: 'detail', hidden: true});
   private readonly note = h('small', {});
+  private readonly more = button('Show more', () => this.showMore(), {hidden: true});
   private readonly filter = h('input', {
     type: 'search',
     placeholder: 'Filter: type, id, state, text',
@@ -32,28 +39,37 @@ export class TrafficPanel {
     {'aria-label': 'Listener'},
     h('option', {value: ''}, 'all')
   );
-  private readonly quiet = h('input', {type: 'checkbox', checked: true});
+  private readonly quiet: HTMLInputElement;
   private readonly pauseButton = button('Pause', () => this.pause());
-  private rows: Row[] = [];
-  private waiting: Row[] = [];
-  private readonly started = new Map<string, Row>(); // commands whose end has not been seen
-  private paused = false;
-  private lost = 0;
+  private readonly modbus: ModbusText;
+  private commands: Row[] = [];
+  private polls: Row[] = [];
+  private readonly open = new Map<string, Row>(); // by source, peer and id
+  private instance = '';
+  private last = 0n; // number of the latest event
+  private pausedAt: bigint | null = null;
+  private limit = kShown;
+  private dropped = 0n;
   private drawn = 0;
 
   constructor(
-    state: State,
+    private readonly state: State,
     private readonly wire: 'crcl' | 'modbus'
   ) {
-    const title = wire === 'crcl' ? 'CRCL traffic' : 'Modbus traffic';
+    this.modbus = new ModbusText(() => state.registerMap);
+    const crcl = wire === 'crcl';
+    const title = crcl ? 'CRCL commands' : 'Modbus traffic';
     this.body = h('tbody', {'data-testid': `${wire}-rows`});
-    const heads =
-      wire === 'crcl'
-        ? ['time', '', 'from', 'type', 'id', 'state', 'ms']
-        : ['time', '', 'client', 'function', 'no.', 'values', 'ms'];
+    this.quiet = h('input', {type: 'checkbox', checked: crcl, 'data-testid': `${wire}-quiet`});
+    const heads = crcl
+      ? ['time', '', 'from', 'type, id', 'state', 'ms']
+      : ['time', '', 'function', 'registers', 'ms'];
     this.filter.addEventListener('input', () => this.draw());
     this.source.addEventListener('change', () => this.draw());
-    this.quiet.addEventListener('change', () => this.draw());
+    this.quiet.addEventListener('change', () => {
+      state.watch({polls: this.wantsPolls});
+      this.draw();
+    });
     this.element.append(
       card(
         title,
@@ -61,13 +77,32 @@ export class TrafficPanel {
           'div',
           {class: 'row'},
           this.filter,
-          wire === 'crcl' ? this.source : null,
+          crcl ? this.source : null,
           this.pauseButton,
-          button('Clear', () => this.clear())
+          button('Clear', () => this.clear(), {
+            title: 'Empties this list; the daemon keeps its own'
+          })
         ),
-        wire === 'crcl'
-          ? h('label', {class: 'row check'}, this.quiet, 'hide GetStatus and its statuses')
-          : null,
+        h(
+          'div',
+          {class: 'row'},
+          h(
+            'label',
+            {
+              class: 'row check',
+              title: crcl ? 'GetStatus and statuses' : 'Reads and their replies'
+            },
+            this.quiet,
+            crcl ? 'hide polls' : 'hide reads'
+          ),
+          h('span', {class: 'fill'}),
+          button('Save as JSON', () => this.save('json'), {
+            title: 'All that is kept here and passes the filter, an event a line'
+          }),
+          button('as text', () => this.save('text'), {
+            title: 'All that is kept here and passes the filter, to be read'
+          })
+        ),
         h(
           'div',
           {class: 'scroll tall', tabindex: 0, role: 'region', 'aria-label': title},
@@ -78,24 +113,36 @@ export class TrafficPanel {
             this.body
           )
         ),
-        this.note,
+        h('div', {class: 'row'}, this.note, this.more),
         this.detail
       )
     );
-    state.wireEvents.on(({events, dropped}) => this.take(events, dropped));
+    state.wireEvents.on((message) => this.take(message));
     state.cellChanged.on((cell) =>
       this.source.replaceChildren(
         h('option', {value: ''}, 'all'),
-        ...cell.robots.map((robot) => h('option', {value: `crcl.${robot.name}`}, robot.name))
+        ...cell.robots.map((robot) => h('option', {value: `crcl.${robot.name}`}, robot.name)),
+        h('option', {value: 'page'}, 'pages')
       )
     );
   }
 
-  private take(events: WireEvent[], dropped: number): void {
-    const mine = events.filter((event) => (event.source === 'modbus') === (this.wire === 'modbus'));
-    if (mine.length === 0) return;
-    this.lost += dropped;
-    for (const event of mine) this.add(event);
+  /** Whether GetStatus, statuses and reads are to be sent while this panel is open. */
+  get wantsPolls(): boolean {
+    return !this.quiet.checked;
+  }
+
+  private take({events, dropped, wire}: WireEvents): void {
+    if (wire !== this.wire) return;
+    const instance = this.state.welcome?.instanceId ?? '';
+    if (instance !== this.instance) {
+      this.instance = instance;
+      this.last = 0n;
+      this.clear();
+    }
+    this.dropped = dropped;
+    // After a loss of the connection the daemon begins with what it keeps.
+    for (const event of events) if (event.number > this.last) this.add(event);
     if (performance.now() - this.drawn > kDrawPeriod_ms) this.draw();
     else
       window.setTimeout(
@@ -105,121 +152,220 @@ export class TrafficPanel {
   }
 
   private add(event: WireEvent): void {
-    const at = new Date(event.timeS * 1000).toISOString().slice(11, 23);
-    const latency = event.fromClient ? '' : (event.latencyS * 1000).toFixed(2);
-    let row: Row;
-    if (this.wire === 'modbus') {
-      row = {event, latency, at, ...modbusLine(event.data, event.fromClient)};
-    } else {
-      row = {
-        event,
-        at,
-        latency,
-        type: event.type.replace(/Type$/, ''),
-        summary: event.state.replace('CRCL_', ''),
-        bad: /Error/.test(event.state) || (event.fromClient && event.state !== '')
-      };
-      this.followCommand(row);
-    }
-    (this.paused ? this.waiting : this.rows).push(row);
-    const list = this.paused ? this.waiting : this.rows;
-    if (list.length > kRows) list.splice(0, list.length - kRows);
+    this.last = event.number;
+    const row = this.row(event);
+    if (!row) return;
+    const list = event.poll ? this.polls : this.commands,
+      most = event.poll ? kMaxPolls : kMaxCommands;
+    list.push(row);
+    if (list.length > most) list.splice(0, list.length - most);
   }
 
-  /** The time from a command to the first status that calls it done or failed. */
-  private followCommand(row: Row): void {
-    const key = `${row.event.source} ${row.event.id}`;
-    if (row.event.fromClient) {
-      if (row.type !== 'GetStatus') this.started.set(key, row);
-      if (this.started.size > kRows) this.started.delete(this.started.keys().next().value!);
-      return;
+  /** None for what another row tells. */
+  private row(event: WireEvent): Row | null {
+    const latency = event.fromClient ? '' : (event.latencyS * 1000).toFixed(2);
+    if (event.source === 'page')
+      return {
+        event,
+        latency,
+        type: event.type,
+        summary: event.state ? `refused: ${event.state}` : 'taken',
+        bad: event.state !== ''
+      };
+    const key = `${event.source} ${this.wire === 'modbus' ? event.peer : ''} ${event.id}`;
+    if (this.wire === 'modbus') {
+      const request = event.fromClient ? undefined : this.open.get(key)?.event.data;
+      const row = {event, latency, ...this.modbus.line(event.data, event.fromClient, request)};
+      if (event.fromClient) this.expect(key, row);
+      else this.open.delete(key);
+      return row;
     }
-    const command = this.started.get(key);
-    if (!command || !/Done|Error/.test(row.event.state)) return;
-    command.latency = ((row.event.timeS - command.event.timeS) * 1000).toFixed(0);
+    const row = {
+      event,
+      latency,
+      type: event.type.replace(/Type$/, ''),
+      summary: event.state.replace('CRCL_', ''),
+      bad: /^CRCL_Error/.test(event.state) || (event.fromClient && event.state !== '')
+    };
+    if (event.poll) return row;
+    if (event.fromClient) {
+      this.expect(key, row);
+      return row;
+    }
+    // The first status that calls a command done or failed: the command's own row tells it.
+    const command = this.open.get(key);
+    if (!command) return row;
+    command.latency = ((event.timeS - command.event.timeS) * 1000).toFixed(0);
     command.summary = row.summary;
-    command.bad = /Error/.test(row.event.state);
-    this.started.delete(key);
+    command.bad = row.bad;
+    delete command.searched;
+    this.open.delete(key);
+    return null;
+  }
+
+  private expect(key: string, row: Row): void {
+    this.open.delete(key);
+    this.open.set(key, row);
+    if (this.open.size > kMaxOpen) this.open.delete(this.open.keys().next().value!);
   }
 
   private pause(): void {
-    this.paused = !this.paused;
-    text(this.pauseButton, this.paused ? 'Go on' : 'Pause');
-    if (!this.paused) {
-      this.rows = [...this.rows, ...this.waiting].slice(-kRows);
-      this.waiting = [];
-    }
+    this.pausedAt = this.pausedAt === null ? this.last : null;
+    text(this.pauseButton, this.pausedAt === null ? 'Pause' : 'Go on');
     this.draw();
   }
 
   private clear(): void {
-    this.rows = [];
-    this.waiting = [];
-    this.lost = 0;
+    this.commands = [];
+    this.polls = [];
+    this.open.clear();
+    this.limit = kShown;
     this.detail.hidden = true;
     this.draw();
   }
 
-  private wanted(row: Row): boolean {
-    if (
-      this.wire === 'crcl' &&
-      this.quiet.checked &&
-      (row.type === 'GetStatus' || !row.event.fromClient)
-    )
-      return false;
+  private showMore(): void {
+    this.limit += 2 * kShown;
+    this.draw();
+  }
+
+  private wanted(row: Row, words: string[]): boolean {
+    if (this.pausedAt !== null && row.event.number > this.pausedAt) return false;
     if (this.source.value && row.event.source !== this.source.value) return false;
-    const words = this.filter.value.trim().toLowerCase();
-    if (!words) return true;
-    const all =
-      `${row.type} ${row.event.id} ${row.summary} ${row.event.peer} ${this.wire === 'crcl' ? new TextDecoder().decode(row.event.data) : ''}`.toLowerCase();
-    return words.split(/\s+/).every((word) => all.includes(word));
+    if (words.length === 0) return true;
+    row.searched ??=
+      `${row.type} ${row.event.id} ${row.summary} ${row.event.source} ${row.event.peer} ${this.isText(row.event) ? decoder.decode(row.event.data) : ''}`.toLowerCase();
+    return words.every((word) => row.searched!.includes(word));
+  }
+
+  /** At most so many of the latest rows that pass the filter, the latest first. */
+  private latest(most: number): Row[] {
+    const words = this.filter.value.trim().toLowerCase().split(/\s+/).filter(Boolean);
+    const found: Row[] = [];
+    const polls = this.quiet.checked ? [] : this.polls;
+    let c = this.commands.length - 1,
+      p = polls.length - 1;
+    while (found.length < most && (c >= 0 || p >= 0)) {
+      const command = this.commands[c],
+        poll = polls[p];
+      const later = !poll || (command && command.event.number > poll.event.number);
+      const row = later ? command! : poll!;
+      if (later) --c;
+      else --p;
+      if (this.wanted(row, words)) found.push(row);
+    }
+    return found;
   }
 
   private draw(): void {
     this.drawn = performance.now();
     if (!this.element.offsetParent) return;
-    const shown = this.rows
-      .filter((row) => this.wanted(row))
-      .slice(-150)
-      .reverse();
+    const shown = this.latest(this.limit);
     this.body.replaceChildren(...shown.map((row) => this.line(row)));
-    text(
-      this.note,
-      `${shown.length} of ${this.rows.length} shown${this.paused ? `, ${this.waiting.length} held back` : ''}${this.lost ? `, ${this.lost} lost because they came too fast` : ''}`
-    );
+    this.more.hidden = shown.length < this.limit;
+    const held = this.pausedAt === null ? '' : `, ${this.last - this.pausedAt} newer held back`;
+    const gone = this.dropped > 0n ? `; ${this.dropped} older ones are no longer kept` : '';
+    text(this.note, `${shown.length} shown of ${this.commands.length} commands${held}${gone}`);
+  }
+
+  private isText(event: WireEvent): boolean {
+    return this.wire === 'crcl' || event.source === 'page';
   }
 
   private line(row: Row): HTMLElement {
     const {event} = row;
     const show = button(row.type || '?', () => this.show(row), {class: 'link'});
-    const from = this.wire === 'crcl' ? event.source.replace('crcl.', '') : event.peer;
+    const crcl = this.wire === 'crcl';
+    const from = crcl ? '' : `${event.source === 'page' ? 'page' : event.peer} · `;
     return h(
       'tr',
       {class: row.bad ? 'bad' : '', title: event.peer},
-      h('td', {}, h('time', {}, row.at)),
+      h(
+        'td',
+        {},
+        h('time', {title: 'wall time'}, clock(event.timeS)),
+        h('small', {title: 'simulated time'}, `${event.simTimeS.toFixed(3)} s`)
+      ),
       h('td', {}, event.fromClient ? '→' : '←'),
-      h('td', {}, from),
-      h('td', {}, show),
-      h('td', {}, String(event.id)),
-      h('td', {}, row.summary),
+      crcl ? h('td', {}, event.source.replace('crcl.', '')) : null,
+      h('td', {}, show, h('small', {}, `${from}${event.id}`)),
+      h('td', {class: 'summary'}, row.summary),
       h('td', {}, row.latency)
     );
   }
 
   private show(row: Row): void {
-    const content =
-      this.wire === 'crcl'
-        ? prettyXml(new TextDecoder().decode(row.event.data))
-        : h('pre', {tabindex: 0}, modbusDump(row.event.data));
+    const {event} = row;
+    const cut = Number(event.dataBytes) - event.data.length;
     this.detail.hidden = false;
     this.detail.replaceChildren(
       h(
         'div',
         {class: 'row'},
-        h('strong', {}, `${row.type} ${row.event.fromClient ? 'from' : 'to'} ${row.event.peer}`),
+        h('strong', {}, `${row.type} ${event.fromClient ? 'from' : 'to'} ${event.peer}`),
         button('Close', () => (this.detail.hidden = true))
       ),
-      content
+      row.summary ? h('p', {}, row.summary) : '',
+      this.content(event),
+      cut > 0 ? h('small', {}, `${cut} further bytes are not kept.`) : ''
     );
+  }
+
+  private content(event: WireEvent): HTMLElement {
+    if (event.source === 'page') return h('pre', {tabindex: 0}, pretty(decoder.decode(event.data)));
+    if (this.wire === 'crcl') return prettyXml(decoder.decode(event.data));
+    return h('pre', {tabindex: 0}, modbusDump(event.data));
+  }
+
+  private save(format: 'json' | 'text'): void {
+    const rows = this.latest(Infinity).reverse();
+    const lines = rows.map((row) => (format === 'json' ? this.asJson(row) : this.asText(row)));
+    const name = `${this.state.cell?.scene ?? 'cell'}-${this.wire}.${format === 'json' ? 'jsonl' : 'txt'}`;
+    download(
+      name,
+      format === 'json' ? 'application/jsonl' : 'text/plain',
+      lines.map((line) => line + '\n').join('')
+    );
+  }
+
+  private data(event: WireEvent): string {
+    return this.isText(event) ? decoder.decode(event.data) : hexOf(event.data);
+  }
+
+  private asJson({event, summary, latency, bad}: Row): string {
+    return JSON.stringify({
+      wall_time: new Date(event.timeS * 1000).toISOString(),
+      sim_time_s: Number(event.simTimeS.toFixed(6)),
+      epoch: Number(event.epoch),
+      source: event.source,
+      peer: event.peer,
+      from_client: event.fromClient,
+      poll: event.poll,
+      type: event.type || undefined,
+      id: Number(event.id),
+      state: summary,
+      bad,
+      duration_ms: latency === '' ? undefined : Number(latency),
+      data: this.data(event),
+      data_bytes: Number(event.dataBytes)
+    });
+  }
+
+  private asText({event, type, summary, latency}: Row): string {
+    const way = event.fromClient ? 'from' : 'to';
+    const took = latency === '' ? '' : ` (${latency} ms)`;
+    return `${new Date(event.timeS * 1000).toISOString()}  ${event.simTimeS.toFixed(3)} s of run ${event.epoch}  ${event.source} ${way} ${event.peer}  ${type} ${event.id}: ${summary}${took}\n    ${this.data(event)}`;
+  }
+}
+
+function clock(time_s: number): string {
+  return new Date(time_s * 1000).toISOString().slice(11, 23);
+}
+
+function pretty(json: string): string {
+  try {
+    return JSON.stringify(JSON.parse(json), null, 2);
+  } catch {
+    return json;
   }
 }
