@@ -59,6 +59,10 @@ class TcpService {
   void start() {
     thread_ = std::thread([this] { run_loop(io_, name_); });
   }
+  /// No more connections from now on; those that are open go on.
+  void stop_accepting() {
+    boost::asio::post(io_, [this] { listener_.close(); });
+  }
   /// Drains and waits for the end; `on_drain` cancels, on the service's thread, what else the owner
   /// has pending there. Nothing happens unless it runs.
   void stop(std::function<void()> on_drain = [] {}) {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <grpc/support/log.h>
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/health_check_service_interface.h>
 #include <grpcpp/resource_quota.h>
@@ -16,9 +17,12 @@
 #include <grpcpp/server_builder.h>
 #include <spdlog/spdlog.h>
 
+#include "protocols/limited_log.hpp"
+#include "protocols/tcp_service.hpp"
 #include "protocols/telemetry/command_waiter.hpp"
-#include "protocols/telemetry/connection_acceptor.hpp"
 #include "protocols/telemetry/control_service.hpp"
+#include "protocols/telemetry/http2_relay.hpp"
+#include "protocols/telemetry/probation.hpp"
 #include "protocols/telemetry/stream_hub.hpp"
 #include "protocols/telemetry/telemetry_service.hpp"
 
@@ -27,6 +31,8 @@ namespace {
 
 constexpr int kMaxMessageBytes = 64 * 1024;
 constexpr std::size_t kMaxMemoryBytes = std::size_t{64} << 20;
+/// For what clients still have to take when gRPC has ended.
+constexpr std::chrono::milliseconds kDrainDeadline{200};
 
 /// Names one process among all that ever ran.
 std::string random_instance_id() {
@@ -69,10 +75,19 @@ void set_limits(grpc::ServerBuilder& builder) {
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 5'000);
 }
 
-void add_health_and_reflection() {
-  // Both are switches of the whole process that must be set before its first builder.
+/// What gRPC has to say, by any of its threads: bounded as all that peers can provoke.
+void log_of_grpc(gpr_log_func_args* line) {
+  static std::mutex mutex;
+  static protocols::LimitedLog log("grpc");
+  const std::lock_guard lock(mutex);
+  log.warn(line->message);
+}
+
+void set_up_grpc() {
+  // Switches of the whole process that must be set before its first builder.
   static std::once_flag once;
   std::call_once(once, [] {
+    gpr_set_log_function(&log_of_grpc);
     grpc::EnableDefaultHealthCheckService(true);
     grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   });
@@ -89,9 +104,22 @@ class TelemetryServer::Impl {
 
   Result<std::uint16_t> start() {
     if (const auto ok = check(options_); !ok) return tl::unexpected(ok.error());
-    acceptor_ = std::make_unique<ConnectionAcceptor>(options_.limits);
-    const auto port = acceptor_->listen(options_.address, options_.port);
-    if (!port) return port;
+    service_ = std::make_unique<Service>(
+        protocols::TcpListenerOptions{.name = log_.name(),
+                                      .address = options_.address,
+                                      .port = options_.port,
+                                      .limits = options_.limits},
+        kDrainDeadline,
+        [this](protocols::TcpListener::Socket socket, std::string peer,
+               protocols::TcpListener::Place place) {
+          return std::make_shared<Http2Relay>(std::move(socket), std::move(peer), std::move(place),
+                                              rules_, log_, probation_);
+        });
+    auto port = service_->listen();
+    if (!port) {
+      if (port.error().code == ErrorCode::kUnavailable) port.error().field = "grpc.port";
+      return port;
+    }
     hub_ = std::make_unique<StreamHub>(source_, options_.max_streams, options_.write_timeout,
                                        [this] { report_health(); });
     waiter_ = std::make_unique<CommandWaiter>(source_);
@@ -104,9 +132,9 @@ class TelemetryServer::Impl {
   }
 
   void stop(std::chrono::milliseconds span) {
-    if (!acceptor_) return;
+    if (!service_) return;
     const auto deadline = std::chrono::steady_clock::now() + span;
-    acceptor_->stop();
+    service_->stop_accepting();
     if (waiter_) waiter_->stop();
     if (hub_) hub_->stop(deadline);
     if (const auto server = detach_server()) {
@@ -115,16 +143,19 @@ class TelemetryServer::Impl {
                        std::chrono::duration_cast<std::chrono::system_clock::duration>(left));
       server->Wait();
     }
-    acceptor_.reset();
+    // The relays carry gRPC's last words.
+    service_->stop();
+    service_.reset();
   }
 
-  [[nodiscard]] std::size_t open() const { return acceptor_ ? acceptor_->open() : 0; }
+  [[nodiscard]] std::size_t open() const { return service_ ? service_->listener().open() : 0; }
 
  private:
+  using Service = protocols::TcpService<Http2Relay>;
   using Handover = grpc::experimental::ExternalConnectionAcceptor;
 
   bool serve() {
-    add_health_and_reflection();
+    set_up_grpc();
     grpc::ServerBuilder builder;
     set_limits(builder);
     builder.RegisterService(telemetry_.get());
@@ -139,11 +170,14 @@ class TelemetryServer::Impl {
       server_ = std::move(server);
     }
     report_health();
-    acceptor_->run([handover](int fd) {
+    rules_.stall_timeout = 2 * options_.write_timeout;  // gRPC's streams end first
+    rules_.hand_over = [handover](int fd) {
       Handover::NewConnectionParameters connection;
       connection.fd = fd;
       handover->HandleNewConnection(&connection);
-    });
+    };
+    rules_.on_end = [this](Http2Relay& relay) { service_->ended(relay); };
+    service_->start();
     return true;
   }
 
@@ -171,7 +205,10 @@ class TelemetryServer::Impl {
   TelemetryOptions options_;
   api::CommandSink& sink_;
   const api::SnapshotSource& source_;
-  std::unique_ptr<ConnectionAcceptor> acceptor_;
+  protocols::LimitedLog log_{"grpc"};
+  RelayRules rules_;
+  Probation probation_;
+  std::unique_ptr<Service> service_;
   std::unique_ptr<StreamHub> hub_;
   std::unique_ptr<CommandWaiter> waiter_;
   std::unique_ptr<TelemetryService> telemetry_;
