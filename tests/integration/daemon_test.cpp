@@ -1,12 +1,16 @@
 // The real daemon as its user meets it: command line, ports, signals.
 
+#include <array>
 #include <csignal>
 #include <cstdio>
+#include <fcntl.h>
 #include <fstream>
+#include <poll.h>
 #include <stdexcept>
 #include <string>
 #include <sys/socket.h>
 #include <thread>
+#include <unistd.h>
 #include <utility>
 
 #include <boost/asio/io_context.hpp>
@@ -96,6 +100,67 @@ TEST(Daemon, SigtermEndsWithinTwoSecondsThoughNobodyTakesItsReplies) {
   const auto result = daemon.stop(SIGTERM);
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_LT(result.took, 2000ms);
+}
+
+/// A pipe of one page, as a log.
+class LogPipe {
+ public:
+  LogPipe() {
+    if (pipe2(ends_.data(), O_CLOEXEC) != 0) throw std::runtime_error("no pipe");
+    if (fcntl(ends_[1], F_SETPIPE_SZ, 4096) < 0) throw std::runtime_error("no small pipe");
+  }
+  ~LogPipe() {
+    for (const int end : ends_) close(end);
+  }
+  LogPipe(const LogPipe&) = delete;
+  LogPipe& operator=(const LogPipe&) = delete;
+  [[nodiscard]] int writing_end() const { return ends_[1]; }
+  /// Reads until the log has said this.
+  bool reads(const std::string& text) {
+    const auto deadline = std::chrono::steady_clock::now() + 10s;
+    std::string all;
+    while (all.find(text) == std::string::npos && std::chrono::steady_clock::now() < deadline) {
+      std::array<char, 65536> some{};
+      pollfd wait{ends_[0], POLLIN, 0};
+      if (poll(&wait, 1, 100) <= 0) continue;
+      const ssize_t size = read(ends_[0], some.data(), some.size());
+      if (size > 0) all.append(some.data(), static_cast<std::size_t>(size));
+    }
+    return all.find(text) != std::string::npos;
+  }
+
+ private:
+  std::array<int, 2> ends_{};
+};
+
+/// Makes the daemon log some 10 000 lines, more than it keeps.
+void make_it_log(const DaemonProcess& daemon) {
+  TcpSocket socket(daemon.port("crcl.fanuc"));
+  const std::string head =
+      "<CRCLCommandInstance><CRCLCommand "
+      "xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\" xsi:type=\"";
+  const std::string end = "Type\"><CommandID>1</CommandID></CRCLCommand></CRCLCommandInstance>";
+  std::string many;
+  for (int i = 0; i < 100; ++i) many += head + "InitCanon" + end;
+  for (int i = 0; i < 100; ++i) ASSERT_TRUE(socket.send(many));
+  ASSERT_TRUE(socket.send(head + "GetStatus" + end));
+  ASSERT_FALSE(socket.receive(TcpSocket::Clock::now() + 20s).empty());
+}
+
+TEST(Daemon, SigtermEndsWithinTwoSecondsThoughNobodyReadsItsLog) {
+  LogPipe log;
+  DaemonProcess daemon({"--set", "log_level=debug"}, log.writing_end());
+  make_it_log(daemon);
+  const auto result = daemon.stop(SIGTERM);
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_LT(result.took, 2000ms);
+}
+
+TEST(Daemon, ALogThatFlowsAgainTellsHowManyLinesWereLost) {
+  LogPipe log;
+  DaemonProcess daemon({"--set", "log_level=debug"}, log.writing_end());
+  make_it_log(daemon);
+  EXPECT_TRUE(log.reads(" log lines lost: their reader was too slow"));
 }
 
 TEST(Daemon, APortInUseIsOneClearLineAndExitCodeOne) {

@@ -29,14 +29,18 @@ std::string slurp(const std::string& path) {
   return text.str();
 }
 
-pid_t spawn(const std::vector<std::string>& argv, const std::string& directory) {
+pid_t spawn(const std::vector<std::string>& argv, const std::string& directory, int log = -1) {
   posix_spawn_file_actions_t files;
   posix_spawn_file_actions_init(&files);
   const std::string out = directory + "/out";
   const std::string err = directory + "/err";
   posix_spawn_file_actions_addopen(&files, 0, "/dev/null", O_RDONLY, 0);
   posix_spawn_file_actions_addopen(&files, 1, out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-  posix_spawn_file_actions_addopen(&files, 2, err.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+  if (log >= 0) {
+    posix_spawn_file_actions_adddup2(&files, log, 2);
+  } else {
+    posix_spawn_file_actions_addopen(&files, 2, err.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+  }
   std::vector<char*> args;
   for (const auto& arg : argv) args.push_back(const_cast<char*>(arg.c_str()));
   args.push_back(nullptr);
@@ -81,20 +85,20 @@ ProcessResult run_process(const std::vector<std::string>& argv, std::chrono::sec
   return result;
 }
 
-DaemonProcess::DaemonProcess(std::vector<std::string> arguments)
+DaemonProcess::DaemonProcess(std::vector<std::string> arguments, int log)
     : ports_file_(directory_.path() + "/ports.json") {
   std::vector<std::string> argv = {std::string(APRSIM_BIN_DIR) + "/aprsimd", "--any-port",
                                    "--ports-file", ports_file_};
   argv.insert(argv.end(), arguments.begin(), arguments.end());
-  pid_ = spawn(argv, directory_.path());
+  pid_ = spawn(argv, directory_.path(), log);
   const auto deadline = Clock::now() + 10s;
   int status = 0;
   while (!fs::exists(ports_file_)) {
     const bool ended = waitpid(pid_, &status, WNOHANG) == pid_;
     if (ended || Clock::now() > deadline) {
-      const std::string log = slurp(directory_.path() + "/err");
+      const std::string said = slurp(directory_.path() + "/err");
       if (ended) pid_ = -1;
-      throw std::runtime_error("the daemon does not serve:\n" + log);
+      throw std::runtime_error("the daemon does not serve:\n" + said);
     }
     std::this_thread::sleep_for(5ms);
   }
