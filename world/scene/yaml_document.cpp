@@ -11,7 +11,7 @@ using detail::Value;
 
 namespace {
 
-constexpr std::uintmax_t kMaxFileSize = 4u << 20;
+constexpr std::uintmax_t kMaxFileSize = 1u << 20;
 
 /// The value at the next key of a path, made when there is none.
 Value& child(Value& parent, const std::string& key, const detail::Mark& mark) {

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <set>
 #include <sstream>
 
 #include <yaml-cpp/eventhandler.h>
@@ -9,6 +10,9 @@
 
 namespace aprsim::yaml::detail {
 namespace {
+
+/// Far above what a cell needs, far below what takes noticeable time to read.
+constexpr std::size_t kMaxDepth = 32, kMaxKeys = 1000, kMaxValues = 200'000;
 
 /// Leaves the parser from inside an event; never leaves this file.
 struct Refused {
@@ -65,6 +69,7 @@ class Builder : public YAML::EventHandler {
   struct Level {
     Value value;
     std::optional<Value> key;  ///< of a map: read and waiting for its value
+    std::set<std::string> keys = {};
   };
 
   Mark at(const YAML::Mark& mark) const { return {source_, mark.line + 1, mark.column + 1}; }
@@ -90,6 +95,7 @@ class Builder : public YAML::EventHandler {
     refuse_anchor(mark, anchor);
     if (tag != "?" && tag != "!" && !tag.empty()) refuse_tag(mark, tag);
     levels_.push_back({make(kind, mark), std::nullopt});
+    limit(at(mark), levels_.size(), kMaxDepth, "levels of lists and maps");
   }
 
   void close() {
@@ -98,7 +104,15 @@ class Builder : public YAML::EventHandler {
     attach(std::move(value));
   }
 
+  static void limit(const Mark& mark, std::size_t count, std::size_t most, const char* what) {
+    if (count <= most) return;
+    throw Refused{error_at(mark, "",
+                           "found " + std::to_string(count) + " " + what + ", expected at most " +
+                               std::to_string(most))};
+  }
+
   void attach(Value value) {
+    limit(value.mark, ++values_, kMaxValues, "values");
     if (levels_.empty()) {
       root_ = std::move(value);
       return;
@@ -119,16 +133,19 @@ class Builder : public YAML::EventHandler {
     if (key.kind != Value::Kind::kScalar || key.scalar.empty()) {
       throw Refused{error_at(key.mark, "", "found a key that is not a word, expected a name")};
     }
-    if (const Entry* first = level.value.find(key.scalar)) {
+    if (!level.keys.insert(key.scalar).second) {
+      const Entry* first = level.value.find(key.scalar);
       throw Refused{error_at(key.mark, key.scalar,
                              "found a second time, expected once (first at line " +
                                  std::to_string(first->mark.line) + ")")};
     }
+    limit(key.mark, level.keys.size(), kMaxKeys, "keys in a map");
     level.key = std::move(key);
   }
 
   std::shared_ptr<const std::string> source_;
   std::vector<Level> levels_;
+  std::size_t values_ = 0;
   Value root_;
 };
 

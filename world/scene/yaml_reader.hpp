@@ -126,7 +126,7 @@ class Map {
 /// One parsed file.
 class Document {
  public:
-  /// Errors: no such file, unreadable, larger than 4 MiB, not YAML.
+  /// Errors: no such file, unreadable, larger than 1 MiB, not YAML.
   [[nodiscard]] static Result<Document> from_file(const std::string& path);
   /// `source` stands where the file's name would in messages.
   [[nodiscard]] static Result<Document> from_text(const std::string& text,

@@ -1,5 +1,6 @@
 #include "world/scene/yaml_reader.hpp"
 
+#include <chrono>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
@@ -101,6 +102,30 @@ TEST(YamlReader, DeepNestingIsRefused) {
   const auto document = Document::from_text(std::string(100000, '['), "deep.yaml");
   ASSERT_FALSE(document.has_value());
   EXPECT_EQ(document.error().message.rfind("deep.yaml:1:", 0), 0u) << document.error().message;
+}
+
+/// The error of a text, found in a time that grows with its size only.
+std::string refusal(const std::string& text) {
+  const auto began = std::chrono::steady_clock::now();
+  const auto document = Document::from_text(text, "big.yaml");
+  EXPECT_LT(std::chrono::steady_clock::now() - began, std::chrono::seconds(10));
+  return document ? "" : document.error().message;
+}
+
+TEST(YamlReader, WhatIsTooLargeIsRefusedQuicklyWithTheNumber) {
+  std::string keys, flow = "{";
+  for (int i = 0; i < 60'000; ++i) {
+    keys += "key_" + std::to_string(i) + ": 1\n";
+    flow += "key_" + std::to_string(i) + ": 1, ";
+  }
+  EXPECT_EQ(refusal(keys), "big.yaml:1001:1: found 1001 keys in a map, expected at most 1000");
+  EXPECT_NE(refusal(flow + "}").find("found 1001 keys in a map, expected at most 1000"),
+            std::string::npos);
+  EXPECT_EQ(refusal(std::string(40, '[') + std::string(40, ']')),
+            "big.yaml:1:33: found 33 levels of lists and maps, expected at most 32");
+  std::string list;
+  for (int i = 0; i < 201'000; ++i) list += "-\n";
+  EXPECT_NE(refusal(list).find("found 200001 values, expected at most 200000"), std::string::npos);
 }
 
 TEST(YamlReader, EmptyFileIsNotAMap) {
