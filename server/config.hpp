@@ -27,6 +27,7 @@ struct CrclRobotConfig {
   std::string angle_unit = "degree";
   bool strict = false;         ///< key validation
   bool clamp_targets = false;  ///< key out_of_range
+  bool end_program_with_client = false;
   std::optional<std::array<double, 3>> cartesian_min_m, cartesian_max_m;
 };
 

@@ -27,6 +27,9 @@ void visit(Archive& keys, CrclRobotConfig& robot) {
            "strict refuses what the schema does not allow");
   keys.key("out_of_range", robot.clamp_targets, Word{{"refuse", "clamp"}},
            "clamp moves targets beyond the limits onto them");
+  // As in the cell: a robot goes on with what it has taken when a socket closes.
+  keys.key("end_program_with_client", robot.end_program_with_client, Flag{},
+           "whether an uploaded program ends when the client that sent it disconnects");
   keys.key("cartesian_min_m", robot.cartesian_min_m, Maybe<Point>{},
            "lower corner of where the tool point may be sent, in the robot's reference frame; its "
            "reach without");

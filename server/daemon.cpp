@@ -77,6 +77,7 @@ crcl_server::CrclServerOptions crcl_options(const Config& all, const std::string
   options.strict = own.strict;
   options.clamp_targets = own.clamp_targets;
   const auto corner = [](const std::array<double, 3>& p) { return Eigen::Vector3d(p.data()); };
+  options.end_program_with_client = own.end_program_with_client;
   if (own.cartesian_min_m) options.cartesian_min_R = corner(*own.cartesian_min_m);
   if (own.cartesian_max_m) options.cartesian_max_R = corner(*own.cartesian_max_m);
   options.limits = limits_of(all.connections, config.max_connections);

@@ -16,8 +16,9 @@ namespace {
 
 constexpr std::size_t kMaxDescriptionBytes = 4096, kMaxMessageLog = 200;
 
-// A program of settings alone must not keep the others waiting.
-constexpr int kCommandsPerTurn = 64;
+// A program of settings alone keeps neither the others waiting nor a core busy: so many commands at
+// once, so many a second.
+constexpr double kProgramBurst = 64, kProgramCommandsPerS = 1000;
 
 // Commands that end an uploaded program: those that the robot cannot do beside another one.
 bool ends_program(const crcl::CommandBody& body) {
@@ -226,8 +227,8 @@ CommandExecutor::CommandExecutor(CommandExecutorOptions options, api::CommandSin
       lifecycle_(log_, options_.robot, source.latest()->epoch),
       submitter_(options_.robot, options_.endpoint, sink),
       parameters_(description(), cell_->light_curtain ? cell_->light_curtain->beams : 0),
-      limits_(cartesian_limits(description(), options_.cartesian_min_R, options_.cartesian_max_R)) {
-}
+      limits_(cartesian_limits(description(), options_.cartesian_min_R, options_.cartesian_max_R)),
+      program_pace_(kProgramCommandsPerS, kProgramBurst) {}
 
 void CommandExecutor::execute(const crcl::CommandInstance& instance, const Caller& caller) {
   observe(*source_.latest());
@@ -303,9 +304,10 @@ void CommandExecutor::start(ProgramRunner program) {
 void CommandExecutor::advance() {
   const api::SnapshotPtr snapshot = source_.latest();
   observe(*snapshot);
-  for (int i = 0; i < kCommandsPerTurn && program_; ++i) {
-    if (!step_done(*snapshot)) return;
+  const auto now = protocols::RateLimit::Clock::now();
+  while (program_ && step_done(*snapshot)) {
     if (program_->finished()) return program_.reset();
+    if (!program_pace_.admit(now)) return;
     const crcl::CommandInstance instance = program_->next();
     if (std::holds_alternative<crcl::GetStatus>(instance.command.body)) continue;
     in_program_ = true;
@@ -313,6 +315,14 @@ void CommandExecutor::advance() {
     if (lifecycle_.in_error()) return program_.reset();
     program_->wait_for(lifecycle_.pending());
   }
+}
+
+void CommandExecutor::client_gone(const Caller& caller) {
+  if (!options_.end_program_with_client || !program_ || program_->caller().peer != caller.peer) {
+    return;
+  }
+  log_.info("the program of " + caller.peer + " ends with its client");
+  program_.reset();
 }
 
 // Whether the program's next command may begin; ends the program that cannot go on.

@@ -16,6 +16,7 @@
 #include "protocols/crcl/robot_parameters.hpp"
 #include "protocols/crcl/si_conversion.hpp"
 #include "protocols/limited_log.hpp"
+#include "protocols/rate_limit.hpp"
 #include "world/api/ports.hpp"
 
 namespace aprsim::crcl_server {
@@ -26,7 +27,8 @@ struct CommandExecutorOptions {
   bool clamp_targets = false;    ///< else targets beyond the limits are refused
   std::optional<Eigen::Vector3d> cartesian_min_R, cartesian_max_R;  ///< [m]
   std::size_t max_program_bytes = 0;
-  std::int64_t start_ms = 0;  ///< simulated time 0 in ms since 1970
+  bool end_program_with_client = false;  ///< else it goes on
+  std::int64_t start_ms = 0;             ///< simulated time 0 in ms since 1970
 };
 
 /// Carries out the commands and programs that all clients of one robot send, and answers for it.
@@ -50,6 +52,8 @@ class CommandExecutor {
   /// Goes on with the program that runs. To be called again and again while runs_program().
   void advance();
   [[nodiscard]] bool runs_program() const { return program_.has_value(); }
+  /// A client has disconnected. What its program has begun goes on.
+  void client_gone(const Caller& caller);
   /// `wake` is called when a program begins to run.
   void on_program(std::function<void()> wake) { wake_ = std::move(wake); }
 
@@ -87,6 +91,7 @@ class CommandExecutor {
   Tolerances tolerances_;
   GuardedCommand guarded_;
   std::optional<ProgramRunner> program_;
+  protocols::RateLimit program_pace_;
   bool in_program_ = false;                     // the latest command is the program's
   std::optional<crcl::CommandState> end_told_;  // of the latest command
   std::function<void()> wake_;

@@ -66,6 +66,7 @@ void CrclConnection::close() {
   document_timer_.cancel(ignored);
   socket_.shutdown(asio::ip::tcp::socket::shutdown_both, ignored);
   socket_.close(ignored);
+  executor_.client_gone(caller_);
   on_end_(*this);
 }
 

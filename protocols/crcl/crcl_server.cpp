@@ -24,6 +24,7 @@ CommandExecutorOptions executor_options(const CrclServerOptions& options) {
   executor.cartesian_min_R = options.cartesian_min_R;
   executor.cartesian_max_R = options.cartesian_max_R;
   executor.max_program_bytes = options.max_program_bytes;
+  executor.end_program_with_client = options.end_program_with_client;
   executor.start_ms = std::chrono::duration_cast<std::chrono::milliseconds>(now).count();
   return executor;
 }

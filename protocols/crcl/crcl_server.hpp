@@ -37,6 +37,9 @@ struct CrclServerOptions {
   protocols::ConnectionLimits limits;  ///< a connection without a place is closed at once
   std::size_t max_message_bytes = 65'536;
   std::size_t max_program_bytes = 1'048'576;  ///< of a whole CRCLProgram
+  /// A program ends when the client that sent it disconnects, after the command under way; else it
+  /// goes on to its end.
+  bool end_program_with_client = false;
   /// Statuses kept for one connection before its next commands wait [bytes].
   std::size_t max_output_bytes = 65'536;
   /// A connection whose peer takes none of its pending statuses for so long is closed.

@@ -16,6 +16,7 @@ TEST(CrclConfig, IsWhatExistingClientsExpectUnlessTold) {
   EXPECT_EQ(robot.angle_unit, "degree");
   EXPECT_FALSE(robot.strict);
   EXPECT_FALSE(robot.clamp_targets);
+  EXPECT_FALSE(robot.end_program_with_client);
   EXPECT_FALSE(robot.cartesian_min_m || robot.cartesian_max_m);
 }
 

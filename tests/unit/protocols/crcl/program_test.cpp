@@ -1,5 +1,8 @@
 // Programs that a client sends whole.
 
+#include <chrono>
+
+#include "tests/support/eventually.hpp"
 #include "tests/unit/protocols/crcl/server_fixture.hpp"
 
 namespace aprsim::crcl_server {
@@ -73,6 +76,37 @@ TEST_F(Programs, GoOnWithoutTheirClient) {
   witness.wait_for([](const crcl::Status& status) {
     return status.command.command_id == 99 && status.command.state == CommandState::kDone;
   });
+}
+
+TEST_F(Programs, EndWithTheirClientIfToldSo) {
+  start({.end_program_with_client = true});
+  TestClient witness(port_);
+  {
+    TestClient client(port_), other(port_);
+    client.send(program(dwell(2) + dwell(3)));
+    finish(1);
+    ticket(2);
+  }
+  // What is under way goes on, and nothing follows it.
+  ASSERT_TRUE(test::eventually([&] { return server_->stats().open == 1; }));
+  finish(2);
+  witness.wait_for([](const crcl::Status& status) {
+    return status.command.command_id == 2 && status.command.state == CommandState::kDone;
+  });
+  ticket(2);
+}
+
+// What needs nothing of the robot takes its time all the same.
+TEST_F(Programs, ArePaced) {
+  TestClient client(port_);
+  const auto began = std::chrono::steady_clock::now();
+  client.send(
+      program(middle("LoopBlockStartType", 2, "<LoopName>a</LoopName>") +
+              middle("MessageType", 3, "<Message>again</Message>") +
+              middle("LoopBlockEndType", 4, "<LoopName>a</LoopName><MaxCount>1000</MaxCount>")));
+  finish(1);
+  client.wait_for([](const crcl::Status& status) { return status.command.command_id == 99; });
+  EXPECT_GE(std::chrono::steady_clock::now() - began, std::chrono::milliseconds(900));
 }
 
 TEST_F(Programs, RepeatTheirLoops) {
