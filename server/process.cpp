@@ -1,6 +1,7 @@
 #include "server/process.hpp"
 
 #include <filesystem>
+#include <malloc.h>
 #include <pthread.h>
 #include <string>
 #include <sys/resource.h>
@@ -28,6 +29,8 @@ Result<void> raise_file_limit(std::uint64_t needed) {
                   " files may be open, the connection limits need " + std::to_string(needed) +
                   "; raise the limit (ulimit -Hn) or lower max_connections");
 }
+
+void share_memory_pools() { mallopt(M_ARENA_MAX, 2); }
 
 std::string web_directory() {
   std::error_code unknown;

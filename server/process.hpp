@@ -12,6 +12,10 @@ namespace aprsim::server {
 /// Raises the limit of open files to the hard limit. Fails when even that is below `needed`.
 [[nodiscard]] Result<void> raise_file_limit(std::uint64_t needed);
 
+/// Makes threads share pools of memory. One for each, the default, keeps the most that its thread
+/// ever had at once, so that a daemon of many threads grows for hours.
+void share_memory_pools();
+
 /// Blocks SIGTERM, SIGINT and SIGHUP for this and all later threads and ignores SIGPIPE.
 void block_signals();
 

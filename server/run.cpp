@@ -49,6 +49,7 @@ void warn_of_unknown_robots(const Config& config, const scene::Scene& scene) {
 }
 
 int serve(const Invocation& invocation, std::shared_ptr<const scene::Scene> scene) {
+  share_memory_pools();
   block_signals();
   if (auto ok = raise_file_limit(needed_files(invocation.config, scene->robots.size())); !ok) {
     return refuse(ok.error().message);
