@@ -7,7 +7,7 @@
 
 #include "tests/support/cell_script.hpp"
 #include "tests/support/pick_place.hpp"
-#include "world/robot/kinematics/kinematics.hpp"
+#include "world/robot/kinematics/dynamics.hpp"
 
 namespace aprsim::test {
 namespace {
