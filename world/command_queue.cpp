@@ -67,6 +67,11 @@ void CommandQueue::drain(std::vector<QueuedCommand>& out) {
   queue_.reserve(capacity_ + kStops);
 }
 
+std::size_t CommandQueue::size() {
+  const std::lock_guard lock(mutex_);
+  return queue_.size();
+}
+
 /// The same stop, later, does what the earlier one would do: both act between the same two steps.
 void CommandQueue::drop_same_stop(const api::Command& stop) {
   std::erase_if(queue_, [&](const QueuedCommand& queued) {

@@ -29,6 +29,10 @@ class CommandQueue {
   /// Moves everything queued into `out`, which is cleared first. Thread: sim.
   void drain(std::vector<QueuedCommand>& out);
 
+  /// How many wait. Thread: any.
+  [[nodiscard]] std::size_t size();
+  [[nodiscard]] std::size_t capacity() const { return capacity_; }
+
   /// Waits until something is queued, the deadline passes or the queue is closed. Thread: sim.
   void wait_until(std::chrono::steady_clock::time_point deadline);
 

@@ -16,9 +16,10 @@ using SteadyClock = std::chrono::steady_clock;
 /// How long the thread sleeps at most while nothing is to be stepped.
 constexpr std::chrono::milliseconds kIdle{20};
 
-/// A problem: no turn of the thread for so long, or less than this share of the pace for so long.
-constexpr std::chrono::seconds kStuck{1}, kSlow{3};
-constexpr double kLeastPace = 0.9;
+/// A problem: no turn of the thread for so long; less than this share of the pace, or more than
+/// this share of the queue full, at every turn for so long.
+constexpr std::chrono::seconds kStuck{1}, kSlow{3}, kBacklog{1};
+constexpr double kLeastPace = 0.9, kMostBacklog = 0.5;
 
 std::int64_t now_ns() {
   return std::chrono::nanoseconds(SteadyClock::now().time_since_epoch()).count();
@@ -66,6 +67,7 @@ void Simulation::stop() {
   queue_.close();
   if (thread_.joinable()) thread_.join();
   last_turn_ns_ = 0;
+  backlog_since_ns_ = 0;
 }
 
 Result<api::Ticket> Simulation::submit(api::Command command) {
@@ -105,13 +107,26 @@ void Simulation::run(const std::stop_token& stop) {
 void Simulation::note_progress() {
   const std::int64_t now = now_ns();
   last_turn_ns_ = now;
+  const auto since = [now](std::atomic<std::int64_t>& begin, bool problem) {
+    if (!problem) {
+      begin = 0;
+    } else if (begin == 0) {
+      begin = now;
+    }
+  };
+  since(backlog_since_ns_, queue_.size() > backlog_limit());
   const double pace = pacer_.real_time_factor();
   const bool slow = !paused_ && pacer_.speed() && pace > 0 && pace < kLeastPace * *pacer_.speed();
-  if (!slow) {
-    slow_since_ns_ = 0;
-  } else if (slow_since_ns_ == 0) {
-    slow_since_ns_ = now;
-  }
+  since(slow_since_ns_, slow);
+}
+
+std::size_t Simulation::backlog_limit() const {
+  return static_cast<std::size_t>(kMostBacklog * static_cast<double>(queue_.capacity()));
+}
+
+bool Simulation::makes_progress() const {
+  const std::int64_t turn = last_turn_ns_;
+  return turn == 0 || now_ns() - turn <= std::chrono::nanoseconds(kStuck).count();
 }
 
 std::string Simulation::problem() const {
@@ -119,11 +134,17 @@ std::string Simulation::problem() const {
   if (!snapshot->world_fault.empty()) {
     return "the simulation has stopped until the cell is reset: " + snapshot->world_fault;
   }
-  const std::int64_t now = now_ns(), turn = last_turn_ns_, slow = slow_since_ns_;
+  const std::int64_t now = now_ns(), turn = last_turn_ns_, slow = slow_since_ns_,
+                     backlog = backlog_since_ns_;
   char text[120];
   if (turn != 0 && now - turn > std::chrono::nanoseconds(kStuck).count()) {
     std::snprintf(text, sizeof text, "the simulation has not moved on for %.1f s",
                   static_cast<double>(now - turn) * 1e-9);
+    return text;
+  }
+  if (backlog != 0 && now - backlog > std::chrono::nanoseconds(kBacklog).count()) {
+    std::snprintf(text, sizeof text, "more than %zu commands wait at a time, for %.1f s",
+                  backlog_limit(), static_cast<double>(now - backlog) * 1e-9);
     return text;
   }
   if (slow != 0 && now - slow > std::chrono::nanoseconds(kSlow).count()) {

@@ -47,6 +47,9 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
     return slot_.wait_newer(seen, deadline);
   }
   [[nodiscard]] std::string problem() const override;
+  /// Whether the thread has made a turn of late, be it paused or in a fault; true before start()
+  /// and after stop(). Thread: any.
+  [[nodiscard]] bool makes_progress() const;
 
  private:
   void run(const std::stop_token& stop);
@@ -65,6 +68,7 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   void begin_epoch(std::shared_ptr<const std::string> loaded = nullptr);
   /// For problem(): once a turn of the thread.
   void note_progress();
+  [[nodiscard]] std::size_t backlog_limit() const;
   void publish();
   void write_snapshot();
 
@@ -91,8 +95,9 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   std::shared_ptr<const std::vector<std::string>> saved_names_;
   std::shared_ptr<const std::vector<api::CommandFailure>> failures_;
   bool dirty_ = false;  ///< something to publish although nothing stepped
-  /// Wall times [ns]: of the thread's latest turn, and since when the pace is too low (0 = is not).
-  std::atomic<std::int64_t> last_turn_ns_{0}, slow_since_ns_{0};
+  /// Wall times [ns]: of the thread's latest turn; since when the pace is too low, and too many
+  /// commands wait at each turn (0 = is not so).
+  std::atomic<std::int64_t> last_turn_ns_{0}, slow_since_ns_{0}, backlog_since_ns_{0};
   std::jthread thread_;
 };
 

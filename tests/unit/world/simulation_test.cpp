@@ -145,6 +145,38 @@ TEST_F(SimulationTest, APaceFarBelowTheOneWantedIsAProblem) {
   EXPECT_EQ(has_problem(false), "");
 }
 
+class SimulationWithAShortQueue : public SimulationTest {
+ protected:
+  SimulationWithAShortQueue() : SimulationTest({.queue_capacity = 8}) {}
+};
+
+/// Resets, since each takes longer than it takes to ask for it.
+TEST_F(SimulationWithAShortQueue, MoreCommandsThanItTakesAreAProblemWhileTheyCome) {
+  EXPECT_EQ(simulation.problem(), "");
+  const auto deadline = std::chrono::steady_clock::now() + 30s;
+  std::string problem;
+  while (problem.find("commands wait") == std::string::npos &&
+         std::chrono::steady_clock::now() < deadline) {
+    for (int i = 0; i < 50; ++i) {
+      (void)simulation.submit({.endpoint = 3, .body = api::SimulationCommand(api::Reset{})});
+    }
+    problem = simulation.problem();
+  }
+  EXPECT_EQ(problem.find("more than 4 commands wait at a time"), 0U) << problem;
+  EXPECT_TRUE(simulation.makes_progress());
+  while (!simulation.problem().empty() && std::chrono::steady_clock::now() < deadline) {
+    (void)simulation.wait_newer(simulation.latest(), std::chrono::steady_clock::now() + 10ms);
+  }
+  EXPECT_EQ(simulation.problem(), "");
+}
+
+TEST_F(SimulationTest, ProgressIsMadeAlsoWhilePaused) {
+  command(api::StepBy{3});
+  EXPECT_TRUE(simulation.makes_progress());
+  simulation.stop();
+  EXPECT_TRUE(simulation.makes_progress()) << "nobody waits for what has ended";
+}
+
 TEST_F(SimulationTest, BadCommandsAreRefusedAtOnce) {
   const auto robot = simulation.submit({.endpoint = 3, .body = api::RobotCommand{5, {}}});
   ASSERT_FALSE(robot);
