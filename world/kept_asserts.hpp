@@ -1,0 +1,12 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace aprsim::world {
+
+/// Whose asserts this build executes: "aprsim" (assert), "Eigen" (sizes and indices), "ODE".
+/// Broken invariants that are checked otherwise throw in every build.
+[[nodiscard]] std::vector<std::string> kept_asserts();
+
+}  // namespace aprsim::world
