@@ -2,6 +2,7 @@
 
 import random
 import re
+import resource
 import socket
 import struct
 import threading
@@ -203,6 +204,129 @@ def idle_connections_1000(daemon, seconds):
                 break
     time.sleep(seconds)
     close_all(connections)
+
+
+NEWCOMERS = ["crcl.fanuc", "crcl.motoman", "modbus", "grpc", "web"]
+ASKED = {
+    "crcl": document("GetStatus", 1),
+    "modbus": struct.pack(">HHHBBHH", 1, 0, 6, 1, 3, 0x8000, 1),
+    "vision": b"",
+    "grpc": b"",
+    "web": b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n",
+}
+
+
+def is_served(daemon, name, address):
+    """Whether a newcomer gets an answer."""
+    try:
+        with socket.create_connection(("127.0.0.1", daemon.ports[name]), 5, (address, 0)) as client:
+            client.sendall(ASKED[name.split(".")[0]])
+            return bool(client.recv(1 << 16))
+    except OSError:
+        return False
+
+
+def expect_service(daemon, name, address="127.0.0.1"):
+    """That a newcomer is served, at the latest once the one before it is forgotten."""
+    end = until(5)
+    while not is_served(daemon, name, address):
+        if time.monotonic() > end:
+            raise RuntimeError(f"{name} does not serve a newcomer from {address}")
+
+
+def besiege(daemon, seconds, names, address, taken, hold):
+    """Keeps so many connections open to each of these listeners, on each of which `hold` does its
+    worst every 50 ms, while newcomers come."""
+    end = until(seconds)
+    held = {name: [] for name in names}
+    try:
+        while time.monotonic() < end:
+            for name in names:
+                while len(held[name]) < taken:
+                    try:
+                        connection = socket.create_connection(
+                            ("127.0.0.1", daemon.ports[name]), 5
+                        )
+                        connection.setblocking(False)
+                        held[name].append(connection)
+                    except OSError:
+                        break
+                held[name] = [one for one in held[name] if hold(one, name)]
+                expect_service(daemon, name, address)
+            time.sleep(0.05)
+    finally:
+        for connections in held.values():
+            close_all(connections)
+
+
+def says_nothing(connection, _name):
+    try:
+        return bool(connection.recv(1 << 16))
+    except BlockingIOError:
+        return True
+    except OSError:
+        return False
+
+
+def drips(connection, name):
+    """Never a whole document."""
+    try:
+        connection.send(ASKED[name.split(".")[0]][:3] or b"P")
+    except OSError:
+        return False
+    return says_nothing(connection, name)
+
+
+def asks(connection, name):
+    """What anybody may ask, again and again."""
+    try:
+        connection.send(ASKED[name.split(".")[0]])
+    except OSError:
+        return False
+    return says_nothing(connection, name)
+
+
+@attack
+def places_taken_by_the_idle(daemon, seconds):
+    """From the newcomers' own address."""
+    besiege(daemon, seconds, NEWCOMERS, "127.0.0.1", 140, says_nothing)
+
+
+@attack
+def places_taken_by_those_who_never_finish(daemon, seconds):
+    besiege(daemon, seconds, NEWCOMERS, "127.0.0.1", 140, drips)
+
+
+@attack
+def places_taken_by_the_busy(daemon, seconds):
+    """From one address; the newcomers come from another."""
+    names = [*NEWCOMERS, "vision.fanuc", "vision.motoman"]
+    besiege(daemon, seconds, names, "127.0.0.2", 140, asks)
+
+
+@attack
+def no_descriptors(daemon, seconds):
+    """None left while clients come; then all are served again."""
+    before = resource.prlimit(daemon.process.pid, resource.RLIMIT_NOFILE)
+    resource.prlimit(daemon.process.pid, resource.RLIMIT_NOFILE, (3, before[1]))
+    end = until(seconds)
+    waiting = []
+    try:
+        while time.monotonic() < end:
+            for port in daemon.ports.values():
+                try:
+                    waiting.append(socket.create_connection(("127.0.0.1", port), 0.2))
+                except OSError:
+                    pass
+            time.sleep(0.05)
+            if len(waiting) > 200:
+                close_all(waiting)
+                waiting = []
+    finally:
+        resource.prlimit(daemon.process.pid, resource.RLIMIT_NOFILE, before)
+        close_all(waiting)
+    for name in daemon.ports:
+        expect_service(daemon, name)
 
 
 @attack

@@ -180,11 +180,15 @@ class Observer:
         self.status_ms, self.stop_ms, self.faults = [], [], []
         self.peak_mb = daemon.rss_mb()
         self._ended = multiprocessing.Event()
+        self._served = multiprocessing.Semaphore(0)
         self._results = multiprocessing.Queue()
         self._process = multiprocessing.Process(target=self._run, daemon=True)
 
     def __enter__(self):
         self._process.start()
+        # What becomes of those who come during an attack is the attack's business.
+        for _ in range(2):
+            self._served.acquire(timeout=30)
         return self
 
     def __exit__(self, *_):
@@ -206,6 +210,8 @@ class Observer:
     def _statuses(self):
         try:
             client = Crcl(self.daemon.ports["crcl.motoman"])
+            client.status()
+            self._served.release()
             while not self._ended.wait(0.01):
                 began = time.monotonic()
                 client.status()
@@ -216,6 +222,8 @@ class Observer:
     def _stops(self):
         try:
             client = Modbus(self.daemon.ports["modbus"])
+            client.write_coil(Modbus.STOP, False)
+            self._served.release()
             stopped = True
             while not self._ended.wait(0.2):
                 began = time.monotonic()
