@@ -17,19 +17,30 @@ class RateLimit {
       : per_second_(per_second), burst_(burst), tokens_(burst) {}
 
   [[nodiscard]] bool admit(Clock::time_point now) {
-    if (per_second_ <= 0) return true;
-    const std::chrono::duration<double> since = now - refilled_;
-    if (since.count() > 0) {
-      // The first call comes with an arbitrary distance; the bucket is full then, and stays so.
-      tokens_ = std::min(burst_, tokens_ + per_second_ * since.count());
-      refilled_ = now;
-    }
-    if (tokens_ < 1) return false;
-    tokens_ -= 1;
+    if (!has_room(now)) return false;
+    if (per_second_ > 0) tokens_ -= 1;
     return true;
+  }
+  /// Whether admit() would.
+  [[nodiscard]] bool has_room(Clock::time_point now) {
+    refill(now);
+    return per_second_ <= 0 || tokens_ >= 1;
+  }
+  /// Whether nothing has been admitted that still counts.
+  [[nodiscard]] bool is_full(Clock::time_point now) const {
+    const std::chrono::duration<double> since = now - refilled_;
+    return tokens_ + per_second_ * since.count() >= burst_;
   }
 
  private:
+  void refill(Clock::time_point now) {
+    const std::chrono::duration<double> since = now - refilled_;
+    if (since.count() <= 0) return;
+    // The first call comes with an arbitrary distance; the bucket is full then, and stays so.
+    tokens_ = std::min(burst_, tokens_ + per_second_ * since.count());
+    refilled_ = now;
+  }
+
   double per_second_, burst_;
   double tokens_;
   Clock::time_point refilled_{};

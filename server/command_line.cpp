@@ -1,12 +1,17 @@
 #include "server/command_line.hpp"
 
+#include <cstdlib>
 #include <iostream>
 #include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include "server/token.hpp"
 #include "server/version.hpp"
+#include "world/kept_asserts.hpp"
 #include "world/scene/data_paths.hpp"
 
 namespace aprsim::server {
@@ -20,6 +25,12 @@ std::string scene_list() {
     names += (names.empty() ? "" : ", ") + name;
   }
   return names;
+}
+
+std::string version_text() {
+  const auto kept = world::kept_asserts();
+  return fmt::format("aprsimd {}\nasserts kept: {}", kVersion,
+                     kept.empty() ? "none" : fmt::format("{}", fmt::join(kept, ", ")));
 }
 
 /// "key=value" of --set; false when there is no key.
@@ -37,7 +48,7 @@ std::optional<Invocation> parse_command_line(int argc, char** argv, int& exit_co
       "aprsimd: a stand-in for the APRS kitting cell. Serves CRCL for each robot, Modbus/TCP for "
       "the conveyor, gRPC for telemetry and control, and a web page that shows it all.",
       "aprsimd"};
-  std::string config_file, scene, speed, seed;
+  std::string config_file, scene, speed, seed, token_file;
   std::vector<std::string> assignments;
   Invocation invocation;
   bool any_port = false;
@@ -52,6 +63,8 @@ std::optional<Invocation> parse_command_line(int argc, char** argv, int& exit_co
       ->type_name("KEY=VALUE")
       ->take_all();
   app.add_flag("--any-port", any_port, "Let the system pick every port");
+  app.add_option("--token-file", token_file,
+                 "File whose first line is the access token (default: the variable APRSIM_TOKEN)");
   app.add_option("--ports-file", invocation.ports_file,
                  "Write the ports as JSON to this file once everything listens");
   app.add_flag("--check", invocation.check_only, "Check configuration and scene, then leave");
@@ -60,7 +73,7 @@ std::optional<Invocation> parse_command_line(int argc, char** argv, int& exit_co
   app.add_flag("--list-keys", invocation.list_keys,
                "List every configuration key: its value, meaning and what it accepts; then leave");
   app.add_flag("--no-web", no_web, "Do not serve the web view");
-  app.set_version_flag("--version", std::string("aprsimd ") + kVersion);
+  app.set_version_flag("--version", version_text());
   exit_code = 0;
   try {
     app.parse(argc, argv);
@@ -86,7 +99,25 @@ std::optional<Invocation> parse_command_line(int argc, char** argv, int& exit_co
     exit_code = 2;
     return std::nullopt;
   }
+  // Everybody on this machine can read a command line.
+  if (!config->web.token.empty()) {
+    const auto file = load_config(config_file, {});
+    if (!file || file->web.token != config->web.token) {
+      std::cerr << "aprsimd: web.token: not on the command line, which others can read; use "
+                   "--token-file, a configuration file or the variable APRSIM_TOKEN\n";
+      exit_code = 2;
+      return std::nullopt;
+    }
+  }
   invocation.config = std::move(*config);
+  if (!token_file.empty()) invocation.config.web.token_file = token_file;
+  if (!invocation.print_config && !invocation.list_keys) {
+    if (auto ok = resolve_token(invocation.config.web, std::getenv("APRSIM_TOKEN")); !ok) {
+      std::cerr << "aprsimd: " << ok.error().message << "\n";
+      exit_code = 2;
+      return std::nullopt;
+    }
+  }
   if (no_web) invocation.config.web.enabled = false;
   if (any_port) use_free_ports(invocation.config);
   return invocation;

@@ -86,6 +86,7 @@ struct WebConfig {
   double max_rate_hz = 60;
   bool control = true;
   std::string token;
+  std::optional<std::string> token_file;
   std::vector<std::string> hosts;
 };
 
@@ -113,7 +114,7 @@ struct Config {
 [[nodiscard]] Result<Config> load_config(
     const std::string& file, const std::vector<std::pair<std::string, std::string>>& overrides);
 
-/// The configuration as YAML that load_config reads back to the same.
+/// The configuration as YAML that load_config reads back to the same, secrets left out.
 [[nodiscard]] std::string to_yaml(Config config);
 
 /// Every key with its present value as in KEY=VALUE, what it means and what it accepts.

@@ -104,9 +104,11 @@ void visit(Archive& keys, WebConfig& web) {
   keys.key("max_viewers", web.max_viewers, kConnections, "pages that show the cell at once");
   keys.key("max_rate_hz", web.max_rate_hz, Number{yaml::between(1, 60)},
            "states of the cell that a page gets a second");
-  keys.key("control", web.control, Flag{}, "whether pages may command");
-  // Guessing is limited to two attempts a second.
-  keys.key("token", web.token, Secret{8}, "what a page needs to command; nothing without");
+  keys.key("control", web.control, Flag{},
+           "whether pages may command; false asks for the token over gRPC, too");
+  keys.key("token", web.token, Secret{8},
+           "what pages and callers of gRPC need to command; nothing without");
+  keys.key("token_file", web.token_file, Maybe<Text>{}, "file whose first line is the token");
   keys.key("hosts", web.hosts, ListOf<Text>{},
            "names of this machine in addresses, besides localhost");
 }

@@ -40,10 +40,16 @@ std::string Text::write(const std::string& value) const {
   return quoted + '"';
 }
 
+bool Secret::accepts(std::string_view value) const {
+  const auto printable = [](char c) { return c >= ' ' && c <= '~'; };
+  return value.size() >= min_size && value.size() <= kMaxSize && value.front() != ' ' &&
+         value.back() != ' ' && std::ranges::all_of(value, printable);
+}
+
 void Secret::read(const yaml::Node& node, std::string& value) const {
   value = node.text();
   // The message must not show it.
-  if (value.size() < min_size) node.error("a shorter text", text());
+  if (!accepts(value)) node.error("another text", text());
 }
 
 void Network::read(const yaml::Node& node, std::string& value) const {

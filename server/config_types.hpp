@@ -80,14 +80,17 @@ struct Word {
   [[nodiscard]] std::string text() const { return fmt::format("{}", fmt::join(words, ", ")); }
 };
 
-/// A text that is kept from others; empty = there is none.
+/// A text that is kept from others, and never printed; empty = there is none. Fits into a header.
 struct Secret {
   std::size_t min_size;
+  static constexpr std::size_t kMaxSize = 256;
+  [[nodiscard]] bool accepts(std::string_view value) const;
   void read(const yaml::Node& node, std::string& value) const;
-  [[nodiscard]] std::string write(const std::string& value) const {
-    return value.empty() ? "" : Text().write(value);
+  [[nodiscard]] static std::string write(const std::string& /*value*/) { return {}; }
+  [[nodiscard]] std::string text() const {
+    return fmt::format("at least {} characters and at most {}, of ASCII and without blanks around",
+                       min_size, kMaxSize);
   }
-  [[nodiscard]] std::string text() const { return fmt::format("at least {} characters", min_size); }
 };
 
 /// An IP address, or a network as address and prefix length.

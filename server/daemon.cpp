@@ -148,7 +148,6 @@ web::WebServerOptions web_options(const Config& config, const scene::Scene& scen
   options.max_viewers = config.web.max_viewers;
   options.max_rate_hz = config.web.max_rate_hz;
   options.control = config.web.control;
-  options.token = config.web.token;
   options.hosts = config.web.hosts;
   options.assets = web_directory();
   for (const auto& robot : scene.robots) options.models.emplace_back(robot.name, robot.model_file);
@@ -160,12 +159,15 @@ web::WebServerOptions web_options(const Config& config, const scene::Scene& scen
   return options;
 }
 
-telemetry::TelemetryOptions telemetry_options(const Config& all) {
+telemetry::TelemetryOptions telemetry_options(const Config& all,
+                                              std::shared_ptr<protocols::AccessToken> token) {
   const GrpcConfig& config = all.grpc;
   telemetry::TelemetryOptions options;
   options.address = config.address;
   options.port = config.port;
   options.limits = limits_of(all.connections, config.max_connections);
+  options.control = all.web.control;
+  options.token = std::move(token);
   options.endpoint = kGrpcEndpoint;
   return options;
 }
@@ -199,9 +201,12 @@ class Daemon::Impl {
  public:
   Impl(const Config& config, std::shared_ptr<const scene::Scene> scene)
       : simulation_(scene, simulation_options(config, *scene)),
+        token_(config.web.token.empty()
+                   ? nullptr
+                   : std::make_shared<protocols::AccessToken>(config.web.token)),
         modbus_(modbus_options(config, config.web.enabled ? &modbus_tap_ : nullptr), simulation_,
                 simulation_),
-        telemetry_(telemetry_options(config), simulation_, simulation_) {
+        telemetry_(telemetry_options(config, token_), simulation_, simulation_) {
     for (std::size_t i = 0; i < scene->robots.size(); ++i) {
       const std::string& name = scene->robots[i].name;
       const int index = static_cast<int>(i);
@@ -247,6 +252,9 @@ class Daemon::Impl {
     return ports;
   }
 
+  [[nodiscard]] bool makes_progress() const { return simulation_.makes_progress(); }
+  [[nodiscard]] std::string problem() const { return simulation_.problem(); }
+
   /// Listeners end side by side, since each may wait a while for its slowest client; the page's
   /// first, which counts the others' connections.
   void stop() {
@@ -286,6 +294,7 @@ class Daemon::Impl {
 
   void make_web(const Config& config, const scene::Scene& scene) {
     auto options = web_options(config, scene);
+    options.token = token_;
     options.crcl_tap = &crcl_tap_;
     options.modbus_tap = &modbus_tap_;
     options.listeners = [this] { return listeners(); };
@@ -318,6 +327,7 @@ class Daemon::Impl {
   world::Simulation simulation_;
   // Only the page shows what they keep.
   protocols::WireTap crcl_tap_{simulation_}, modbus_tap_{simulation_, kModbusTapBytes};
+  std::shared_ptr<protocols::AccessToken> token_;
   std::vector<Robot> robots_;
   modbus_server::ModbusServer modbus_;
   telemetry::TelemetryServer telemetry_;
@@ -331,6 +341,8 @@ Daemon::Daemon(const Config& config, std::shared_ptr<const scene::Scene> scene)
 Daemon::~Daemon() = default;
 Result<Ports> Daemon::start() { return impl_->start(); }
 void Daemon::stop() { impl_->stop(); }
+bool Daemon::makes_progress() const { return impl_->makes_progress(); }
+std::string Daemon::problem() const { return impl_->problem(); }
 
 std::uint64_t needed_files(const Config& config, std::size_t robots) {
   const std::uint64_t connections =

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "server/config.hpp"
 #include "server/ports_file.hpp"
@@ -25,6 +26,11 @@ class Daemon {
 
   /// Stops accepting, lets replies go out, stops the simulation; well under two seconds.
   void stop();
+
+  /// Whether the simulation's thread goes on, be the cell paused or in a fault.
+  [[nodiscard]] bool makes_progress() const;
+  /// What keeps the simulation from running as it is told to; empty = nothing.
+  [[nodiscard]] std::string problem() const;
 
  private:
   class Impl;

@@ -1,5 +1,6 @@
 #include "server/process.hpp"
 
+#include <ctime>
 #include <filesystem>
 #include <malloc.h>
 #include <pthread.h>
@@ -44,11 +45,15 @@ void block_signals() {
   std::signal(SIGPIPE, SIG_IGN);
 }
 
-int wait_for_signal() {
+std::optional<int> wait_for_signal(std::optional<std::chrono::milliseconds> limit) {
   const sigset_t set = stop_signals();
-  int signal = 0;
-  sigwait(&set, &signal);
-  return signal;
+  timespec time{};
+  if (limit) {
+    time.tv_sec = limit->count() / 1000;
+    time.tv_nsec = limit->count() % 1000 * 1'000'000;
+  }
+  const int signal = limit ? sigtimedwait(&set, nullptr, &time) : sigwaitinfo(&set, nullptr);
+  return signal > 0 ? std::optional(signal) : std::nullopt;
 }
 
 void unblock_signals() {

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <chrono>
 #include <csignal>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "world/api/error.hpp"
@@ -19,8 +21,8 @@ void share_memory_pools();
 /// Blocks SIGTERM, SIGINT and SIGHUP for this and all later threads and ignores SIGPIPE.
 void block_signals();
 
-/// Waits for one of the blocked signals; returns its number.
-[[nodiscard]] int wait_for_signal();
+/// Waits for one of the blocked signals, for so long at most; its number, if one came.
+[[nodiscard]] std::optional<int> wait_for_signal(std::optional<std::chrono::milliseconds> limit);
 
 /// From now on a signal ends the process at once, for a second SIGTERM while stopping.
 void unblock_signals();

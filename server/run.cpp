@@ -4,6 +4,7 @@
 #include <exception>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,9 +13,11 @@
 #include "server/command_line.hpp"
 #include "server/config.hpp"
 #include "server/daemon.hpp"
+#include "server/exposure.hpp"
 #include "server/logging.hpp"
 #include "server/ports_file.hpp"
 #include "server/process.hpp"
+#include "server/service_manager.hpp"
 #include "server/version.hpp"
 #include "world/scene/scene_loader.hpp"
 
@@ -27,14 +30,13 @@ int refuse(const std::string& message) {
   return EXIT_FAILURE;
 }
 
-void announce(const Ports& ports, const std::string& address) {
+void announce(const Ports& ports, const Config& config) {
   for (const auto& [name, port] : ports) spdlog::info("listening: {} on port {}", name, port);
+  for (const std::string& line : exposures(config, ports)) spdlog::warn("{}", line);
   if (const auto web = ports.find("web"); web != ports.end()) {
-    const bool any = address == "0.0.0.0" || address == "::";
-    const std::string host = any                                      ? "localhost"
-                             : address.find(':') != std::string::npos ? "[" + address + "]"
-                                                                      : address;
-    spdlog::info("see it: http://{}:{}/", host, web->second);
+    const auto outside = outside_addresses(config.web.address);
+    const std::string& host = outside.empty() ? config.web.address : outside.front();
+    spdlog::info("see it: http://{}/", host_and_port(host, web->second));
   }
 }
 
@@ -61,14 +63,20 @@ int serve(const Invocation& invocation, std::shared_ptr<const scene::Scene> scen
   Daemon daemon(invocation.config, std::move(scene));
   const auto ports = daemon.start();
   if (!ports) return refuse(ports.error().message);
-  announce(*ports, invocation.config.web.address);
+  announce(*ports, invocation.config);
   if (!invocation.ports_file.empty()) {
     if (auto ok = ports_file.write(invocation.ports_file, *ports); !ok) {
       return refuse(ok.error().message);
     }
   }
-  const int signal = wait_for_signal();
-  spdlog::info("signal {}: stopping", signal);
+  ServiceManager service_manager;
+  service_manager.ready();
+  std::optional<int> signal;
+  while (!(signal = wait_for_signal(service_manager.period()))) {
+    service_manager.working(daemon.makes_progress(), daemon.problem());
+  }
+  service_manager.stopping();
+  spdlog::info("signal {}: stopping", *signal);
   unblock_signals();
   daemon.stop();
   spdlog::info("stopped");

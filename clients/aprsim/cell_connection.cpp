@@ -1,6 +1,8 @@
 #include "clients/aprsim/cell_connection.hpp"
 
 #include <chrono>
+#include <type_traits>
+#include <utility>
 
 #include <fmt/format.h>
 #include <grpcpp/create_channel.h>
@@ -21,14 +23,23 @@ Failure failure_of(const grpc::Status& status, const std::string& address) {
                                                     address, status.error_message())};
     case grpc::StatusCode::DEADLINE_EXCEEDED:
       return {FailureKind::kTimeout, fmt::format("no answer by gRPC from {} in time", address)};
+    case grpc::StatusCode::UNAUTHENTICATED:
+      return {FailureKind::kRefused,
+              status.error_message() + " (--token-file FILE, or the variable APRSIM_TOKEN)"};
     default:
       return {FailureKind::kRefused, status.error_message()};
   }
 }
 
-/// One unary call: `method` of `stub` with a deadline.
-template <typename Response, typename Stub, typename Request>
-Outcome<Response> call(Stub& stub,
+/// Commands come with the token.
+struct ControlStub {
+  v1::ControlService::Stub stub;
+  std::string token;
+};
+
+/// One unary call: `method` of `service` with a deadline.
+template <typename Response, typename Service, typename Stub, typename Request>
+Outcome<Response> call(Service& service,
                        grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&,
                                                     Response*),
                        const Request& request, const std::string& address,
@@ -36,7 +47,13 @@ Outcome<Response> call(Stub& stub,
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + timeout);
   Response response;
-  const grpc::Status status = (stub.*method)(&context, request, &response);
+  grpc::Status status;
+  if constexpr (std::is_same_v<Service, ControlStub>) {
+    if (!service.token.empty()) context.AddMetadata("authorization", "Bearer " + service.token);
+    status = (service.stub.*method)(&context, request, &response);
+  } else {
+    status = (service.*method)(&context, request, &response);
+  }
   if (!status.ok()) return tl::unexpected(failure_of(status, address));
   return response;
 }
@@ -50,16 +67,16 @@ Outcome<v1::Receipt> receipt(const Outcome<Response>& response) {
 }  // namespace
 
 struct CellConnection::Stubs {
-  explicit Stubs(const std::shared_ptr<grpc::Channel>& channel)
-      : telemetry(channel), control(channel) {}
+  Stubs(const std::shared_ptr<grpc::Channel>& channel, const std::string& token)
+      : telemetry(channel), control{v1::ControlService::Stub(channel), token} {}
   v1::TelemetryService::Stub telemetry;
-  v1::ControlService::Stub control;
+  ControlStub control;
 };
 
 CellConnection::CellConnection(const Endpoints& endpoints)
     : address_(fmt::format("{}:{}", endpoints.host, endpoints.grpc)),
       stubs_(std::make_unique<Stubs>(
-          grpc::CreateChannel(address_, grpc::InsecureChannelCredentials()))) {}
+          grpc::CreateChannel(address_, grpc::InsecureChannelCredentials()), endpoints.token)) {}
 CellConnection::~CellConnection() = default;
 CellConnection::CellConnection(CellConnection&&) noexcept = default;
 

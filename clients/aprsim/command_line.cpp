@@ -65,6 +65,8 @@ void add_endpoints(CLI::App& app, EndpointChoice& choice) {
   app.add_option("--ports-file", choice.ports_file,
                  "File of ports written by aprsimd (default: $APRSIM_PORTS_FILE)");
   app.add_option("--host", choice.host, "Host of the daemon (default 127.0.0.1)");
+  app.add_option("--token-file", choice.token_file,
+                 "File whose first line is the daemon's access token (default: $APRSIM_TOKEN)");
   app.add_option("--grpc-port", choice.grpc, "gRPC port (default 50051)");
   app.add_option("--modbus-port", choice.modbus, "Modbus port (default 1502)");
   app.add_option_function<std::vector<std::string>>(

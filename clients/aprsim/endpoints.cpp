@@ -1,5 +1,6 @@
 #include "clients/aprsim/endpoints.hpp"
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 
@@ -10,6 +11,7 @@ namespace aprsim::client {
 namespace {
 
 constexpr const char* kVariable = "APRSIM_PORTS_FILE";
+constexpr const char* kToken = "APRSIM_TOKEN";
 constexpr std::string_view kCrclPrefix = "crcl.";
 
 Outcome<std::uint16_t> port_of(const std::string& path, const std::string& key,
@@ -19,6 +21,21 @@ Outcome<std::uint16_t> port_of(const std::string& path, const std::string& key,
                   fmt::format("{}: \"{}\" is {}, not a port 1..65535", path, key, value.dump()));
   }
   return value.get<std::uint16_t>();
+}
+
+Outcome<std::string> read_token(const std::string& path) {
+  std::string token;
+  if (path.empty()) {
+    if (const char* variable = std::getenv(kToken)) token = variable;
+  } else if (std::ifstream in(path); !std::getline(in, token)) {
+    return failed(FailureKind::kUsage, fmt::format("cannot read a token from {}", path));
+  }
+  const auto printable = [](char c) { return c >= ' ' && c <= '~'; };
+  if (token.ends_with('\r')) token.pop_back();
+  if (std::ranges::all_of(token, printable)) return token;
+  // The message must not show it.
+  return failed(FailureKind::kUsage, fmt::format("the token of {} is not of ASCII characters",
+                                                 path.empty() ? kToken : path));
 }
 
 }  // namespace
@@ -58,6 +75,9 @@ Outcome<Endpoints> find_endpoints(const EndpointChoice& choice) {
     if (!read) return read;
     endpoints = std::move(*read);
   }
+  auto token = read_token(choice.token_file);
+  if (!token) return tl::unexpected(token.error());
+  endpoints.token = std::move(*token);
   if (!choice.host.empty()) endpoints.host = choice.host;
   if (choice.grpc) endpoints.grpc = *choice.grpc;
   if (choice.modbus) endpoints.modbus = *choice.modbus;

@@ -15,12 +15,14 @@ struct Endpoints {
   std::uint16_t grpc = 50051;
   std::uint16_t modbus = 1502;
   std::map<std::string, std::uint16_t> crcl{{"fanuc", 64444}, {"motoman", 64445}};  ///< by robot
+  std::string token = {};  ///< for control by gRPC; empty = none
 };
 
 /// What the user said about where they are.
 struct EndpointChoice {
   std::string ports_file;  ///< empty = none
   std::string host;        ///< empty = 127.0.0.1
+  std::string token_file;  ///< its first line is the token; empty = APRSIM_TOKEN is
   std::optional<std::uint16_t> grpc, modbus;
   std::map<std::string, std::uint16_t> crcl;
 };
@@ -30,7 +32,7 @@ struct EndpointChoice {
 [[nodiscard]] Outcome<Endpoints> read_ports_file(const std::string& path);
 
 /// The ports file chosen, else the one that APRSIM_PORTS_FILE names, else the default ports; then
-/// each single choice over it.
+/// each single choice over it, and the token.
 [[nodiscard]] Outcome<Endpoints> find_endpoints(const EndpointChoice& choice);
 
 /// Port of a robot's CRCL server; the failure lists the robots there are.

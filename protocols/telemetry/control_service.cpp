@@ -1,9 +1,12 @@
 #include "protocols/telemetry/control_service.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
+#include <string_view>
 #include <utility>
 
+#include "protocols/connection_places.hpp"
 #include "protocols/messages/control_request.hpp"
 #include "protocols/messages/write_message.hpp"
 #include "protocols/telemetry/rpc_status.hpp"
@@ -27,6 +30,35 @@ const Error* failure_of(const api::Snapshot& snapshot, api::Ticket ticket) {
   return found == snapshot.failures->end() ? nullptr : &found->error;
 }
 
+/// What follows "Bearer" in the call's metadata; absent = there is none.
+std::optional<std::string_view> token_of(const grpc::CallbackServerContext& context) {
+  constexpr std::string_view kScheme = "Bearer ";
+  const auto& metadata = context.client_metadata();
+  const auto found = metadata.find("authorization");
+  if (found == metadata.end()) return std::nullopt;
+  const std::string_view value(found->second.data(), found->second.size());
+  if (!value.starts_with(kScheme)) return std::nullopt;
+  return value.substr(kScheme.size());
+}
+
+/// "ADDRESS:PORT" of the client, whose relay has the socket name "ADDRESS:PORT/NUMBER", which gRPC
+/// tells as an URI: "SCHEME:" and the name with some signs as %XX.
+std::string peer_of(const grpc::CallbackServerContext& context) {
+  const std::string uri = context.peer();
+  std::string peer;
+  for (std::size_t i = uri.find(':') + 1; i < uri.size() && uri[i] != '/'; ++i) {
+    int code = 0;
+    if (uri[i] == '%' && i + 2 < uri.size() &&
+        std::from_chars(&uri[i + 1], &uri[i + 3], code, 16).ptr == &uri[i + 3]) {
+      peer += static_cast<char>(code);
+      i += 2;
+    } else {
+      peer += uri[i];
+    }
+  }
+  return peer;
+}
+
 }  // namespace
 
 ControlService::ControlService(const TelemetryOptions& options, api::CommandSink& sink,
@@ -43,15 +75,47 @@ std::chrono::steady_clock::time_point ControlService::deadline(
          std::clamp<std::chrono::nanoseconds>(left, std::chrono::nanoseconds(0), kLongestWait);
 }
 
+std::optional<grpc::Status> ControlService::refusal(const grpc::CallbackServerContext& context) {
+  using Verdict = protocols::AccessToken::Verdict;
+  if (!options_.token) {
+    if (options_.control) return std::nullopt;
+    return grpc::Status(grpc::StatusCode::PERMISSION_DENIED,
+                        "control: nobody may command (web.control is false and there is no token)");
+  }
+  const auto token = token_of(context);
+  if (!token) {
+    return grpc::Status(grpc::StatusCode::UNAUTHENTICATED,
+                        "authorization: control needs the access token, as metadata "
+                        "'authorization: Bearer TOKEN'");
+  }
+  const std::string peer = peer_of(context);
+  const Verdict verdict = options_.token->check(protocols::host_of(peer), *token);
+  if (verdict == Verdict::kRight) return std::nullopt;
+  if (verdict == Verdict::kTooManyAttempts) {
+    return grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED,
+                        "authorization: too many attempts; wait a while");
+  }
+  const std::lock_guard lock(log_mutex_);
+  log_.warn(peer + " gave a wrong token");
+  return grpc::Status(grpc::StatusCode::UNAUTHENTICATED,
+                      "authorization: it is not the right token");
+}
+
 grpc::ServerUnaryReactor* ControlService::refuse(grpc::CallbackServerContext* context,
-                                                 const Error& error) const {
+                                                 const Error& error) {
+  return end(context, rpc_status(error));
+}
+
+grpc::ServerUnaryReactor* ControlService::end(grpc::CallbackServerContext* context,
+                                              const grpc::Status& status) {
   auto* reactor = context->DefaultReactor();
-  reactor->Finish(rpc_status(error));
+  reactor->Finish(status);
   return reactor;
 }
 
 grpc::ServerUnaryReactor* ControlService::command(grpc::CallbackServerContext* context, Body body,
                                                   Fill fill) {
+  if (const auto refused = refusal(*context)) return end(context, *refused);
   const auto ticket = sink_.submit({options_.endpoint, std::move(body)});
   if (!ticket) return refuse(context, ticket.error());
   auto* reactor = context->DefaultReactor();
@@ -87,6 +151,7 @@ grpc::ServerUnaryReactor* ControlService::Resume(grpc::CallbackServerContext* co
 grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* context,
                                                const v1::StepRequest* request,
                                                v1::StepResponse* response) {
+  if (const auto refused = refusal(*context)) return end(context, *refused);
   const auto command = protocols::to_command(*request);
   if (!command) return refuse(context, command.error());
   const std::uint64_t steps = command->steps;

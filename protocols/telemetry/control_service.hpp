@@ -2,8 +2,10 @@
 
 #include <functional>
 #include <mutex>
+#include <optional>
 
 #include "aprsim/v1/control_service.grpc.pb.h"
+#include "protocols/limited_log.hpp"
 #include "protocols/telemetry/command_waiter.hpp"
 #include "protocols/telemetry/telemetry_server.hpp"
 
@@ -47,7 +49,11 @@ class ControlService final : public v1::ControlService::CallbackService {
  private:
   using Body = decltype(api::Command::body);
   using Fill = std::function<void(const api::Snapshot&, api::Ticket)>;
-  grpc::ServerUnaryReactor* refuse(grpc::CallbackServerContext* context, const Error& error) const;
+  /// Why the caller may not command; absent = it may.
+  [[nodiscard]] std::optional<grpc::Status> refusal(const grpc::CallbackServerContext& context);
+  static grpc::ServerUnaryReactor* refuse(grpc::CallbackServerContext* context, const Error& error);
+  static grpc::ServerUnaryReactor* end(grpc::CallbackServerContext* context,
+                                       const grpc::Status& status);
   /// Submits and answers with `fill` once the command has taken effect.
   grpc::ServerUnaryReactor* command(grpc::CallbackServerContext* context, Body body, Fill fill);
   [[nodiscard]] std::chrono::steady_clock::time_point deadline(
@@ -57,6 +63,8 @@ class ControlService final : public v1::ControlService::CallbackService {
   api::CommandSink& sink_;
   const api::SnapshotSource& source_;
   CommandWaiter& waiter_;
+  std::mutex log_mutex_;
+  protocols::LimitedLog log_{"grpc"};
 
   // Where the steps asked for so far will end, so that calls at the same time add up.
   std::mutex step_mutex_;

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "protocols/access_token.hpp"
 #include "protocols/connection_places.hpp"
 #include "world/api/error.hpp"
 #include "world/api/ports.hpp"
@@ -22,14 +23,17 @@ struct TelemetryOptions {
   std::chrono::milliseconds command_timeout{2000};  ///< for calls that carry no deadline
   std::chrono::milliseconds write_timeout{10000};   ///< a stream stuck in one write ends
   api::EndpointId endpoint = 0;                     ///< put on every command of this listener
+  bool control = true;  ///< false: commands need the token; without one there are none
+  std::shared_ptr<protocols::AccessToken> token = {};  ///< if there: commands need it
   std::string instance_id;  ///< names this process to clients; empty = random
 };
 
 /// gRPC listener of package aprsim.v1: telemetry, control, health and reflection.
 ///
-/// Answers only from the latest snapshot. A slow stream reader loses samples and is told how many;
-/// it never holds up the simulation or other clients. The health status of "" and of both services
-/// is SERVING while the server runs, NOT_SERVING while the simulation has a problem().
+/// Whoever commands gives the token, if one is asked for, as metadata "authorization: Bearer
+/// TOKEN". Answers only from the latest snapshot. A slow stream reader loses samples and is told
+/// how many; it never holds up the simulation or other clients. The health status of "" and of both
+/// services is SERVING while the server runs, NOT_SERVING while the simulation has a problem().
 class TelemetryServer {
  public:
   /// Sink and source must outlive the server.

@@ -33,6 +33,8 @@ VisionConnection::VisionConnection(asio::ip::tcp::socket socket, protocols::Limi
       write_timer_(socket_.get_executor()) {
   error_code ignored;
   socket_.set_option(asio::socket_base::send_buffer_size(kSendBufferBytes), ignored);
+  // A reader asks for nothing; one that does not read is dropped anyway.
+  place_.keep();
 }
 
 void VisionConnection::start() {
@@ -118,7 +120,6 @@ void VisionConnection::on_write(const error_code& error, std::size_t size) {
   sent_ += size;
   if (sent_ < sending_->size()) return write();
   sending_.reset();
-  place_.used();
   error_code ignored;
   write_timer_.cancel(ignored);
   if (next_) {

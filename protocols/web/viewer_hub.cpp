@@ -22,7 +22,6 @@ constexpr auto kRegisterPeriod = std::chrono::milliseconds(100);
 constexpr auto kStatusPeriod = std::chrono::seconds(1);
 constexpr auto kFaultPeriod = std::chrono::milliseconds(500);
 constexpr std::size_t kEventBytesPerTick = std::size_t{96} << 10;
-constexpr double kTokenAttemptsPerSecond = 2;
 
 WebMessage pack(const v1::ViewerUpdate& update) {
   return std::make_shared<const std::string>(update.SerializeAsString());
@@ -31,15 +30,6 @@ WebMessage pack(const v1::ViewerUpdate& update) {
 std::string random_id() {
   std::random_device device;
   return fmt::format("{:08x}{:08x}", device(), device());
-}
-
-/// Takes the same time wherever the texts differ.
-bool equal_secrets(const std::string& given, const std::string& secret) {
-  unsigned char different = given.size() == secret.size() ? 0 : 1;
-  for (std::size_t i = 0; i < given.size(); ++i) {
-    different |= static_cast<unsigned char>(given[i] ^ secret[i % secret.size()]);
-  }
-  return different == 0;
 }
 
 double seconds(std::chrono::system_clock::time_point time) {
@@ -147,8 +137,7 @@ ViewerHub::ViewerHub(const WebServerOptions& options, api::CommandSink& sink,
       source_(source),
       instance_id_(random_id()),
       device_(options.scaling, options.endpoint, sink, source),
-      faults_(source.latest()),
-      token_attempts_(kTokenAttemptsPerSecond) {
+      faults_(source.latest()) {
   const api::SnapshotPtr snapshot = source.latest();
   if (snapshot->cell->light_curtain) beams_ = snapshot->cell->light_curtain->beams;
   const auto robots = static_cast<int>(snapshot->cell->robots.size());
@@ -189,7 +178,7 @@ v1::Permission ViewerHub::permission(const Viewer& viewer) const {
   v1::Permission permission;
   if (!options_.control) {
     permission.set_reason("This view is read-only (web.control is false).");
-  } else if (!options_.token.empty() && !viewer.authenticated) {
+  } else if (options_.token && !viewer.authenticated) {
     permission.set_reason("Control needs the access token.");
     permission.set_token_helps(true);
   } else {
@@ -291,13 +280,16 @@ void ViewerHub::note(Viewer& viewer, const v1::ViewerRequest& request, const Res
 }
 
 Result<void> ViewerHub::authenticate(Viewer& viewer, const std::string& token) {
-  if (options_.token.empty()) return {};
-  if (!token_attempts_.admit(Clock::now())) {
-    return fail(ErrorCode::kUnavailable, "token", "too many attempts; wait a second");
-  }
-  if (!equal_secrets(token, options_.token)) {
-    spdlog::warn("web: viewer {} gave a wrong token", viewer.peer());
-    return fail(ErrorCode::kInvalidArgument, "token", "it is not the right one");
+  using Verdict = protocols::AccessToken::Verdict;
+  if (!options_.token) return {};
+  switch (options_.token->check(protocols::host_of(viewer.peer()), token)) {
+    case Verdict::kTooManyAttempts:
+      return fail(ErrorCode::kUnavailable, "token", "too many attempts; wait a while");
+    case Verdict::kWrong:
+      spdlog::warn("web: viewer {} gave a wrong token", viewer.peer());
+      return fail(ErrorCode::kInvalidArgument, "token", "it is not the right one");
+    case Verdict::kRight:
+      break;
   }
   viewer.authenticated = true;
   v1::ViewerUpdate update;

@@ -68,7 +68,6 @@ class ViewerHub {
   std::uint64_t next_id_ = 0;
   std::vector<Jogger> joggers_;  // by robot
   FaultLog faults_;
-  protocols::RateLimit token_attempts_;
   api::SnapshotPtr sent_;
   Clock::time_point sent_at_{}, registers_at_{}, status_at_{}, faults_at_{};
   v1::ViewerUpdate update_;  // keeps its memory from message to message

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "modbus/register_map.hpp"
+#include "protocols/access_token.hpp"
 #include "protocols/connection_places.hpp"
 #include "protocols/web/visual_description.hpp"
 #include "protocols/wire_tap.hpp"
@@ -34,10 +35,10 @@ struct WebServerOptions {
   std::uint16_t port = 8080;               ///< 0 = any free port
   /// A connection without a place gets a page that says so, and 503.
   protocols::ConnectionLimits limits{.at_once = 32};
-  std::size_t max_viewers = 24;    ///< WebSockets among them; a further one gets 503
-  double max_rate_hz = 60;         ///< of snapshots
-  bool control = true;             ///< false: no viewer may command
-  std::string token;               ///< not empty: viewers need it to command
+  std::size_t max_viewers = 24;  ///< WebSockets among them; a further one gets 503
+  double max_rate_hz = 60;       ///< of snapshots
+  bool control = true;           ///< false: no viewer may command
+  std::shared_ptr<protocols::AccessToken> token = {};  ///< if there: viewers need it to command
   std::vector<std::string> hosts;  ///< host names of the page besides addresses and localhost
   std::string assets;              ///< directory of the page's files
   std::vector<std::pair<std::string, std::string>> models;  ///< robot name, description file

@@ -1,17 +1,28 @@
 // Who gets a connection, and who may do what with it.
 
+#include <algorithm>
+#include <array>
 #include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
 #include <map>
+#include <poll.h>
 #include <string>
 #include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/un.h>
 #include <thread>
+#include <unistd.h>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "tests/support/cell_client.hpp"
 #include "tests/support/daemon_process.hpp"
 #include "tests/support/eventually.hpp"
 #include "tests/support/tcp_socket.hpp"
+#include "tests/support/temporary_directory.hpp"
 
 namespace aprsim::test {
 namespace {
@@ -114,9 +125,112 @@ TEST(Access, VisionFeedsThatOneAddressHasTakenHaveAPlaceForAnother) {
   EXPECT_TRUE(is_served(other, "vision.fanuc"));
 }
 
+std::string command_line_of(pid_t pid) {
+  std::ifstream in("/proc/" + std::to_string(pid) + "/cmdline");
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+const std::string kAprsimd = std::string(APRSIM_BIN_DIR) + "/aprsimd";
+
+TEST(Access, TheTokenIsReadFromAFileAndShownNowhere) {
+  const TemporaryDirectory directory;
+  directory.write("token", "open sesame\n");
+  directory.write("config.yaml", "web:\n  token: open sesame\n");
+  const std::string file = directory.path() + "/token", config = directory.path() + "/config.yaml";
+  for (const auto& arguments : {std::vector<std::string>{"--token-file", file},
+                                {"--set", "web.token_file=" + file, "--set", "web.control=false"},
+                                {"--config", config}}) {
+    DaemonProcess daemon(arguments);
+    CellClient client(daemon.port("grpc"));
+    EXPECT_EQ(client.cell().scene(), "aprs");
+    const auto pause = [&](const std::string& token) {
+      grpc::ClientContext context;
+      if (!token.empty()) context.AddMetadata("authorization", "Bearer " + token);
+      v1::PauseResponse response;
+      return client.control->Pause(&context, {}, &response).error_code();
+    };
+    EXPECT_EQ(pause(""), grpc::StatusCode::UNAUTHENTICATED);
+    EXPECT_EQ(pause("close sesame"), grpc::StatusCode::UNAUTHENTICATED);
+    EXPECT_EQ(pause("open sesame"), grpc::StatusCode::OK);
+    EXPECT_EQ(command_line_of(daemon.pid()).find("sesame"), std::string::npos);
+    const auto end = daemon.stop(SIGTERM);
+    EXPECT_EQ(end.err.find("sesame"), std::string::npos) << end.err;
+    auto argv = arguments;
+    for (const char* print : {"--print-config", "--list-keys"}) {
+      argv.insert(argv.begin(), {kAprsimd, print});
+      const auto printed = run_process(argv);
+      EXPECT_EQ(printed.exit_code, 0) << printed.err;
+      EXPECT_EQ((printed.out + printed.err).find("sesame"), std::string::npos) << printed.out;
+      argv = arguments;
+    }
+  }
+}
+
+TEST(Access, ATokenOnTheCommandLineIsRefused) {
+  for (const char* argument : {"web.token=open sesame", "web={token: open sesame}"}) {
+    const auto result = run_process({kAprsimd, "--set", argument, "--check"});
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_NE(result.err.find("not on the command line"), std::string::npos) << result.err;
+    EXPECT_EQ(result.err.find("sesame"), std::string::npos) << result.err;
+  }
+  const auto missing = run_process({kAprsimd, "--token-file", "/nonexistent", "--check"});
+  EXPECT_EQ(missing.exit_code, 2);
+  EXPECT_NE(missing.err.find("/nonexistent: No such file"), std::string::npos) << missing.err;
+}
+
+TEST(Access, EachListenerThatIsOpenToOthersSaysWhoMayCommand) {
+  std::vector<std::string> open;
+  for (const char* key : {"crcl", "modbus", "vision", "grpc", "web"}) {
+    open.insert(open.end(), {"--set", std::string(key) + ".address=0.0.0.0"});
+  }
+  DaemonProcess daemon(open);
+  const std::string log = daemon.stop(SIGTERM).err;
+  for (const auto& [name, port] : daemon.ports()) {
+    EXPECT_NE(log.find(name + " is open to other machines at "), std::string::npos) << log;
+  }
+  EXPECT_EQ(DaemonProcess().log().find("open to other machines"), std::string::npos);
+}
+
+TEST(Access, TheVersionSaysWhichAssertsAreKept) {
+  const auto version = run_process({kAprsimd, "--version"});
+  EXPECT_EQ(version.exit_code, 0);
+  EXPECT_NE(version.out.find("asserts kept: aprsim, Eigen, ODE\n"), std::string::npos)
+      << version.out;
+}
+
+/// As systemd would see it.
+TEST(Access, TheServiceManagerIsToldTheDaemonsLife) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.path() + "/notify";
+  const int socket = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  path.copy(address.sun_path, sizeof address.sun_path - 1);
+  ASSERT_EQ(::bind(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  ::setenv("NOTIFY_SOCKET", path.c_str(), 1);
+  ::setenv("WATCHDOG_USEC", "100000", 1);
+  DaemonProcess daemon({"--scene", "empty_belt"});
+  ::unsetenv("NOTIFY_SOCKET");
+  ::unsetenv("WATCHDOG_USEC");
+  const auto next = [socket] {
+    std::array<char, 512> text{};
+    pollfd waiting{socket, POLLIN, 0};
+    if (::poll(&waiting, 1, 10'000) != 1) return std::string("nothing");
+    const ssize_t size = ::recv(socket, text.data(), text.size(), 0);
+    return std::string(text.data(), static_cast<std::size_t>(std::max<ssize_t>(size, 0)));
+  };
+  EXPECT_EQ(next(), "READY=1");
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(next(), "WATCHDOG=1");
+  EXPECT_EQ(daemon.stop(SIGTERM).exit_code, 0);
+  std::string last;
+  while ((last = next()) == "WATCHDOG=1") {
+  }
+  EXPECT_EQ(last, "STOPPING=1");
+  ::close(socket);
+}
+
 /// The ports file cannot be written while clients come and go.
 TEST(Access, AnUnwritablePortsFileIsOneClearErrorAlsoWithClients) {
-  const std::string daemon = std::string(APRSIM_BIN_DIR) + "/aprsimd";
   std::uint16_t port = 0;
   {
     const DaemonProcess first;
@@ -132,7 +246,7 @@ TEST(Access, AnUnwritablePortsFileIsOneClearErrorAlsoWithClients) {
     }
   });
   for (int i = 0; i < 10; ++i) {
-    std::vector<std::string> argv{daemon, "--ports-file", "/nonexistent/ports.json", "--set",
+    std::vector<std::string> argv{kAprsimd, "--ports-file", "/nonexistent/ports.json", "--set",
                                   "crcl.ports.fanuc=" + std::to_string(port)};
     for (const char* other : {"crcl.ports.motoman", "vision.ports.fanuc", "vision.ports.motoman",
                               "modbus.port", "grpc.port", "web.port"}) {

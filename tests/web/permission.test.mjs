@@ -1,5 +1,8 @@
 // What a viewer without permission sees.
 import assert from 'node:assert/strict';
+import {mkdtempSync, writeFileSync} from 'node:fs';
+import {tmpdir} from 'node:os';
+import {join} from 'node:path';
 import {after, before, test} from 'node:test';
 import {Daemon, openBrowser, openPage, stopAll, until} from './harness.mjs';
 
@@ -33,7 +36,9 @@ test('a read-only view disables every control and says why', async () => {
 });
 
 test('a token unlocks', async () => {
-  const daemon = await Daemon.start(['--set', 'web.token=open-sesame']);
+  const file = join(mkdtempSync(join(tmpdir(), 'aprsim-token-')), 'token');
+  writeFileSync(file, 'open-sesame\n');
+  const daemon = await Daemon.start(['--token-file', file]);
   const page = await openPage(browser, daemon);
   await until('the form', () => page.getByLabel('Access token').isVisible());
   assert.ok(await page.getByTestId('play').isDisabled());

@@ -1,3 +1,5 @@
+#include <cstdlib>
+
 #include <nlohmann/json.hpp>
 
 #include "protocols/modbus/modbus_server.hpp"
@@ -53,6 +55,25 @@ TEST_F(CliCell, AnIntruderIsPutAndRemoved) {
   EXPECT_NE(status.out.find("broken, nearest"), std::string::npos) << status.out;
   ASSERT_EQ(cli({"intruder", "remove"}).exit_code, 0);
   EXPECT_FALSE(cell_->latest()->intruder.has_value());
+}
+
+TEST_F(CliCell, CommandsComeWithTheTokenOfAFileOrTheEnvironment) {
+  start({.token = std::make_shared<protocols::AccessToken>("open sesame")});
+  EXPECT_EQ(cli({"status"}).exit_code, 0) << "who only looks needs none";
+  const auto without = cli({"pause"});
+  EXPECT_EQ(without.exit_code, 1);
+  EXPECT_NE(without.err.find("--token-file"), std::string::npos) << without.err;
+  EXPECT_EQ(cli({"pause", "--token-file", write_file("wrong", "close sesame\n")}).exit_code, 1);
+  EXPECT_TRUE(cell_->commands().empty());
+  EXPECT_EQ(cli({"pause", "--token-file", write_file("token", "open sesame\n")}).exit_code, 0);
+  EXPECT_EQ(cell_->commands().size(), 1U);
+  ::setenv("APRSIM_TOKEN", "open sesame", 1);
+  EXPECT_EQ(cli({"pause"}).exit_code, 0);
+  ::unsetenv("APRSIM_TOKEN");
+  EXPECT_EQ(cli({"status", "--token-file", "/nonexistent"}).exit_code, 2);
+  const auto binary = cli({"status", "--token-file", write_file("binary", "sesame\x01")});
+  EXPECT_EQ(binary.exit_code, 2);
+  EXPECT_EQ(binary.err.find("sesame"), std::string::npos) << binary.err;
 }
 
 TEST_F(CliCell, StatusAsJsonIsTheSnapshot) {

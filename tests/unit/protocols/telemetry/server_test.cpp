@@ -194,6 +194,57 @@ TEST_F(Serving, ATableFullOfOneAddressHasAPlaceForAnother) {
   }
 }
 
+/// How a pause ends that comes with this metadata.
+grpc::Status pause_with(v1::ControlService::Stub& control, const std::string& authorization) {
+  grpc::ClientContext context;
+  if (!authorization.empty()) context.AddMetadata("authorization", authorization);
+  v1::PauseResponse response;
+  return control.Pause(&context, {}, &response);
+}
+
+TEST_F(Serving, CommandsNeedTheTokenWhenThereIsOneReadingDoesNot) {
+  // Whether pages may command or not.
+  for (const bool control : {true, false}) {
+    start({.control = control, .token = std::make_shared<protocols::AccessToken>("right-token")});
+    for (const char* wrong :
+         {"", "right-token", "Basic right-token", "Bearer wrong-token", "Bearer right-token2"}) {
+      const auto status = pause_with(*control_, wrong);
+      EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAUTHENTICATED) << wrong;
+      EXPECT_EQ(status.error_message().find("right-token"), std::string::npos);
+    }
+    v1::StepResponse stepped;
+    grpc::ClientContext step;
+    EXPECT_EQ(control_->Step(&step, {}, &stepped).error_code(), grpc::StatusCode::UNAUTHENTICATED);
+    EXPECT_TRUE(cell_->commands().empty());
+    EXPECT_TRUE(answers(channel_));
+    EXPECT_TRUE(pause_with(*control_, "Bearer right-token").ok());
+    EXPECT_EQ(cell_->commands().size(), 1U);
+  }
+}
+
+TEST_F(Serving, TokensCannotBeTriedOften) {
+  start({.token = std::make_shared<protocols::AccessToken>("right-token")});
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_EQ(pause_with(*control_, "Bearer guess").error_code(),
+              grpc::StatusCode::UNAUTHENTICATED);
+  }
+  EXPECT_EQ(pause_with(*control_, "Bearer guess").error_code(),
+            grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_EQ(pause_with(*control_, "Bearer right-token").error_code(),
+            grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_TRUE(cell_->commands().empty());
+}
+
+TEST_F(Serving, NobodyCommandsWithoutControlAndToken) {
+  start({.control = false});
+  for (const char* authorization : {"", "Bearer ", "Bearer anything"}) {
+    EXPECT_EQ(pause_with(*control_, authorization).error_code(),
+              grpc::StatusCode::PERMISSION_DENIED);
+  }
+  EXPECT_TRUE(cell_->commands().empty());
+  EXPECT_TRUE(answers(channel_));
+}
+
 TEST_F(Serving, OversizedRequestIsRefused) {
   start();
   v1::GetSnapshotRequest request;

@@ -152,7 +152,7 @@ TEST_F(Viewer, MayOnlyLookWhenControlIsOff) {
 }
 
 TEST_F(Viewer, NeedsTheTokenWhenOneIsSet) {
-  options.token = "right-token";
+  options.token = std::make_shared<protocols::AccessToken>("right-token");
   start();
   RawWebClient client(port);
   (void)client.upgrade();
@@ -168,12 +168,12 @@ TEST_F(Viewer, NeedsTheTokenWhenOneIsSet) {
 }
 
 TEST_F(Viewer, TokensCannotBeTriedFast) {
-  options.token = "right-token";
+  options.token = std::make_shared<protocols::AccessToken>("right-token");
   start();
   RawWebClient client(port);
   (void)client.upgrade();
   std::string last;
-  for (int i = 0; i < 4; ++i) last = client.ask(token("guess-" + std::to_string(i))).message();
+  for (int i = 0; i < 6; ++i) last = client.ask(token("guess-" + std::to_string(i))).message();
   EXPECT_NE(last.find("too many attempts"), std::string::npos);
 }
 

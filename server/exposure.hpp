@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "server/config.hpp"
+#include "server/ports_file.hpp"
+
+namespace aprsim::server {
+
+/// Numeric addresses at which other machines reach a listener bound to `address`, those of the
+/// network interfaces for one that means all; empty = only this machine does.
+[[nodiscard]] std::vector<std::string> outside_addresses(const std::string& address);
+
+/// A line for each listener that other machines reach: where, and who may do what there.
+[[nodiscard]] std::vector<std::string> exposures(const Config& config, const Ports& ports);
+
+/// "ADDRESS:PORT", an IPv6 address in brackets.
+[[nodiscard]] std::string host_and_port(const std::string& address, std::uint16_t port);
+
+}  // namespace aprsim::server
