@@ -3,10 +3,15 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <sstream>
 
 #include <CLI/CLI.hpp>
+
+#include "clients/aprsim/command_tree.hpp"
+#include "clients/aprsim/exit_code.hpp"
+#include "clients/aprsim/usage_error.hpp"
 
 namespace aprsim::client {
 namespace {
@@ -21,6 +26,56 @@ std::optional<double> number(std::string_view text) {
     return std::nullopt;
   }
   return value;
+}
+
+/// A number within limits, both allowed; anything but a number is refused too.
+CLI::Validator within(double min, double max) {
+  return CLI::Validator(
+      [min, max](std::string& text) {
+        const auto value = number(text);
+        if (value && *value >= min && *value <= max) return std::string();
+        return "'" + text + "' is not within " + CLI::detail::to_string(min) + " and " +
+               CLI::detail::to_string(max);
+      },
+      "");
+}
+
+/// A number above 0 up to a limit.
+CLI::Validator above_zero(double max = std::numeric_limits<double>::max()) {
+  return CLI::Validator(
+      [max](std::string& text) {
+        const auto value = number(text);
+        if (!value || *value <= 0) return "'" + text + "' is not a number above 0";
+        return *value <= max ? std::string()
+                             : "'" + text + "' is more than " + CLI::detail::to_string(max);
+      },
+      "");
+}
+
+/// Neither NaN nor infinite.
+CLI::Validator finite() {
+  return CLI::Validator(
+      [](std::string& text) {
+        return number(text) ? std::string() : "'" + text + "' is not a finite number";
+      },
+      "");
+}
+
+/// A shell variable that is not set must not lead to another file, host or robot.
+CLI::Validator not_empty() {
+  return CLI::Validator([](std::string& text) { return text.empty() ? "is empty" : std::string(); },
+                        "");
+}
+
+/// One of a few words; help and completion show them.
+void choose(CLI::Option* option, const std::vector<std::string>& words) {
+  const std::string all = CLI::detail::join(words, "|");
+  option->type_name(all)->check(CLI::Validator(
+      [words, all](std::string& text) {
+        return std::ranges::find(words, text) != words.end() ? std::string()
+                                                             : "'" + text + "' is none of " + all;
+      },
+      ""));
 }
 
 void set_belt_speed(ConveyorSetCommand& command, const std::string& text) {
@@ -58,89 +113,192 @@ std::pair<CLI::App*, std::shared_ptr<Command>> add(CLI::App& app, CommandLine& l
   auto command = std::make_shared<Command>();
   CLI::App* sub = app.add_subcommand(name, help);
   sub->callback([&line, command] { line.command = *command; });
+  sub->footer("\nWhere the daemon is, and exit codes: aprsim --help, aprsim manual");
   return {sub, command};
+}
+
+/// Results as JSON.
+void offer_json(CLI::App& sub, CommandLine& line, const char* what = "One JSON object a line") {
+  sub.add_flag("--json", line.json, what);
+}
+
+CLI::Option* add_robot(CLI::App& sub, std::string& robot) {
+  return sub.add_option("--robot", robot, "Name of the robot")
+      ->type_name("ROBOT")
+      ->check(not_empty())
+      ->required();
+}
+
+void add_timeout(CLI::App& sub, double& timeout_s, const char* what) {
+  constexpr double kMax = 1e6;
+  sub.add_option("--timeout", timeout_s, what)->type_name("SECONDS")->check(above_zero(kMax));
 }
 
 void add_endpoints(CLI::App& app, EndpointChoice& choice) {
   app.add_option("--ports-file", choice.ports_file,
-                 "File of ports written by aprsimd (default: $APRSIM_PORTS_FILE)");
-  app.add_option("--host", choice.host, "Host of the daemon (default 127.0.0.1)");
+                 "File of ports written by aprsimd (default: $APRSIM_PORTS_FILE)")
+      ->type_name("FILE")
+      ->check(not_empty());
+  app.add_option("--host", choice.host, "Host of the daemon (default 127.0.0.1)")
+      ->type_name("HOST")
+      ->check(not_empty());
   app.add_option("--token-file", choice.token_file,
-                 "File whose first line is the daemon's access token (default: $APRSIM_TOKEN)");
-  app.add_option("--grpc-port", choice.grpc, "gRPC port (default 50051)");
-  app.add_option("--modbus-port", choice.modbus, "Modbus port (default 1502)");
+                 "File whose first line is the daemon's access token (default: $APRSIM_TOKEN)")
+      ->type_name("FILE")
+      ->check(not_empty());
+  for (const auto& [name, port, help] :
+       {std::tuple("--grpc-port", &choice.grpc, "gRPC port (default 50051)"),
+        std::tuple("--modbus-port", &choice.modbus, "Modbus port (default 1502)")}) {
+    app.add_option(name, *port, help)->type_name("PORT")->check(within(1, 65535));
+  }
   app.add_option_function<std::vector<std::string>>(
-      "--crcl-port",
-      [&choice](const std::vector<std::string>& all) {
-        for (const auto& one : all) set_crcl_port(choice, one);
-      },
-      "CRCL port as ROBOT=PORT (default fanuc=64444, motoman=64445)");
+         "--crcl-port",
+         [&choice](const std::vector<std::string>& all) {
+           for (const auto& one : all) set_crcl_port(choice, one);
+         },
+         "CRCL port as ROBOT=PORT (default fanuc=64444, motoman=64445)")
+      ->type_name("ROBOT=PORT")
+      ->allow_extra_args(false);
 }
 
 void add_reading(CLI::App& app, CommandLine& line) {
   auto [status, status_command] =
       add<StatusCommand>(app, line, "status", "Show the cell as it is now");
-  status->add_flag("--json", status_command->json, "The whole snapshot as JSON");
+  offer_json(*status, line, "The whole snapshot as JSON");
   status->add_flag("--bodies", status_command->bodies, "Also a line for each gear and tray");
-  auto [watch, watch_command] =
-      add<WatchCommand>(app, line, "watch", "Show one line a sample until interrupted");
-  watch->add_option("--rate", watch_command->rate_hz, "Samples a second (default 20)");
-  watch->add_option("--count", watch_command->count, "End after so many samples");
-  watch->add_flag("--json", watch_command->json, "One JSON object a line");
+  auto [watch, watch_command] = add<WatchCommand>(
+      app, line, "watch",
+      "Show the cell until interrupted: in place on a terminal, else one line a sample");
+  watch->add_option("--rate", watch_command->rate_hz, "Samples a second (default 20)")
+      ->type_name("HZ")
+      ->check(above_zero());
+  watch->add_option("--count", watch_command->count, "End after so many samples")->type_name("N");
+  offer_json(*watch, line);
 }
 
 void add_crcl_files(CLI::App& crcl, CommandLine& line) {
   auto [send, send_command] = add<CrclSendCommand>(
       crcl, line, "send",
       "Send the CRCLCommandInstance documents of a file, each when the last is done");
-  send->add_option("FILE", send_command->file)->required();
-  send->add_option("--robot", send_command->robot, "Name of the robot")->required();
-  send->add_option("--timeout", send_command->timeout_s, "Seconds for each command (default 120)");
+  send->add_option("FILE", send_command->file, "CRCLCommandInstance documents")->required();
+  add_robot(*send, send_command->robot);
+  add_timeout(*send, send_command->timeout_s, "For each command (default 120)");
+  offer_json(*send, line);
   auto [run, run_command] =
       add<CrclRunCommand>(crcl, line, "run", "Run a CRCLProgram, one command at a time");
-  run->add_option("PROGRAM", run_command->file)->required();
-  run->add_option("--robot", run_command->robot, "Name of the robot")->required();
-  run->add_option("--timeout", run_command->timeout_s, "Seconds for each command (default 120)");
+  run->add_option("FILE", run_command->file, "A CRCLProgram document")->required();
+  add_robot(*run, run_command->robot);
+  add_timeout(*run, run_command->timeout_s, "For each command (default 120)");
+  offer_json(*run, line);
+  auto [validate, validate_command] = add<CrclValidateCommand>(
+      crcl, line, "validate", "Check the CRCL documents of a file against the schema");
+  validate->add_option("FILE", validate_command->file, "CRCL documents")->required();
+  offer_json(*validate, line);
 }
 
 void add_crcl_status(CLI::App& crcl, CommandLine& line) {
   auto [status, command] =
       add<CrclStatusCommand>(crcl, line, "status", "Show a robot's status in one line");
-  status->add_option("--robot", command->robot, "Name of the robot")->required();
-  status->add_flag("--watch", command->watch, "Again and again until interrupted");
-  status->add_option("--rate", command->rate_hz, "Samples a second (default 10)");
-  status->add_option("--count", command->count, "End after so many samples");
+  add_robot(*status, command->robot);
+  auto* watch = status->add_flag("--watch", command->watch, "Again and again until interrupted");
+  constexpr double kMaxRate = 1000;
+  status->add_option("--rate", command->rate_hz, "Samples a second (default 10)")
+      ->type_name("HZ")
+      ->check(above_zero(kMaxRate))
+      ->needs(watch);
+  status->add_option("--count", command->count, "End after so many samples")
+      ->type_name("N")
+      ->needs(watch);
+  offer_json(*status, line);
+}
+
+void add_crcl_actions(CLI::App& crcl, CommandLine& line) {
+  auto [init, init_command] = add<CrclInitCommand>(
+      crcl, line, "init",
+      "InitCanon: clear an error and make the robot ready; it stays where it is");
+  add_robot(*init, init_command->robot);
+  offer_json(*init, line);
+
+  auto [stop, stop_command] = add<CrclStopCommand>(crcl, line, "stop", "Stop every robot");
+  stop->add_option("--robot", stop_command->robots, "Only this robot; may be given twice")
+      ->type_name("ROBOT")
+      ->check(not_empty())
+      ->allow_extra_args(false);
+  choose(stop->add_option_function<std::string>(
+             "--condition",
+             [c = stop_command](const std::string& word) {
+               c->condition = word == "fast"        ? crcl::StopCondition::kFast
+                              : word == "immediate" ? crcl::StopCondition::kImmediate
+                                                    : crcl::StopCondition::kNormal;
+             },
+             "How: normal keeps the drives on (default), fast switches them off a second later, "
+             "immediate at once"),
+         {"normal", "fast", "immediate"});
+  offer_json(*stop, line);
+
+  auto [gripper, gripper_command] =
+      add<CrclGripperCommand>(crcl, line, "gripper", "Open or close a robot's gripper");
+  gripper
+      ->add_option_function<std::string>(
+          "SETTING",
+          [c = gripper_command](const std::string& text) {
+            const auto setting = text == "open"    ? std::optional(1.0)
+                                 : text == "close" ? std::optional(0.0)
+                                                   : number(text);
+            if (!setting || *setting < 0 || *setting > 1) {
+              throw CLI::ValidationError(
+                  "SETTING", "'" + text + "' is neither open nor close nor within 0 and 1");
+            }
+            c->setting = *setting;
+          },
+          "open, close, or between 0 (closed) and 1 (open)")
+      ->type_name("open|close")
+      ->required();
+  add_robot(*gripper, gripper_command->robot);
+  offer_json(*gripper, line);
 }
 
 void add_crcl_jog(CLI::App& crcl, CommandLine& line) {
   auto [jog, command] = add<CrclJogCommand>(
       crcl, line, "jog", "Move one joint (degrees), or the tool straight along an axis (mm)");
-  jog->add_option("--robot", command->robot, "Name of the robot")->required();
-  auto* joint = jog->add_option("--joint", command->joint, "Number of the joint, from 1");
-  jog->add_option("--axis", command->axis, "x, y or z of the robot's frame (default x)")
-      ->check(CLI::IsMember({'x', 'y', 'z'}))
-      ->excludes(joint);
-  jog->add_option("--by", command->by, "How far, from where it is")->required();
-  jog->add_option("--speed", command->speed, "Degrees or mm a second")->check(CLI::PositiveNumber);
+  add_robot(*jog, command->robot);
+  auto* joint =
+      jog->add_option("--joint", command->joint, "Number of the joint, from 1")->type_name("N");
+  auto* axis = jog->add_option("--axis", command->axis, "Axis of the robot's frame");
+  choose(axis, {"x", "y", "z"});
+  axis->excludes(joint);
+  // A word forgotten must not move the arm.
+  jog->callback([&line, joint, axis, c = command] {
+    if (joint->empty() && axis->empty()) throw CLI::RequiredError("--joint or --axis");
+    line.command = *c;
+  });
+  jog->add_option("--by", command->by, "How far, from where it is")
+      ->type_name("DEGREES|MM")
+      ->check(finite())
+      ->required();
+  jog->add_option("--speed", command->speed, "Degrees or mm a second")
+      ->type_name("SPEED")
+      ->check(above_zero());
   jog->add_flag("--init", command->init, "InitCanon first");
+  add_timeout(*jog, command->timeout_s, "Stop it when it is not done by then (default 120)");
+  offer_json(*jog, line);
 }
 
 void add_crcl(CLI::App& app, CommandLine& line) {
   CLI::App* crcl = app.add_subcommand("crcl", "Command a robot");
   crcl->require_subcommand(1);
-  add_crcl_files(*crcl, line);
   add_crcl_status(*crcl, line);
+  add_crcl_actions(*crcl, line);
   add_crcl_jog(*crcl, line);
-  auto [validate, command] = add<CrclValidateCommand>(
-      *crcl, line, "validate", "Check the CRCL documents of a file against the schema");
-  validate->add_option("FILE", command->file)->required();
+  add_crcl_files(*crcl, line);
 }
 
 template <typename Command>
 void add_scaling(CLI::App& app, Command& command) {
   app.add_option("--full-scale", command.full_scale_m_s,
                  "Belt speed at 32768 counts in m/s (default 0.32768)")
-      ->check(CLI::PositiveNumber);
+      ->type_name("M/S")
+      ->check(within(1e-3, 100));
   app.add_flag("!--zero-is-forward", command.one_is_forward,
                "0 in the direction register means forward (default: 1 does)");
 }
@@ -148,43 +306,57 @@ void add_scaling(CLI::App& app, Command& command) {
 void add_conveyor(CLI::App& app, CommandLine& line) {
   CLI::App* conveyor = app.add_subcommand("conveyor", "Command the belt over Modbus");
   conveyor->require_subcommand(1);
+  auto [status, status_command] =
+      add<ConveyorStatusCommand>(*conveyor, line, "status", "Show the belt's drive and sensors");
+  add_scaling(*status, *status_command);
+  offer_json(*status, line);
   auto [set, command] =
       add<ConveyorSetCommand>(*conveyor, line, "set", "Run the belt, or stop it with --stop");
-  auto speed = set->add_option_function<std::string>(
-      "--speed", [c = command](const std::string& text) { set_belt_speed(*c, text); },
-      "m/s, or a percentage of full scale such as 50%");
-  set->add_option_function<std::string>(
-         "--direction", [c = command](const std::string& text) { c->forward = text == "forward"; },
-         "forward or reverse")
-      ->check(CLI::IsMember({"forward", "reverse"}));
+  auto speed =
+      set->add_option_function<std::string>(
+             "--speed", [c = command](const std::string& text) { set_belt_speed(*c, text); },
+             "m/s, or a percentage of full scale such as 50%")
+          ->type_name("SPEED");
+  choose(
+      set->add_option_function<std::string>(
+          "--direction", [c = command](const std::string& text) { c->forward = text == "forward"; },
+          "Direction of travel"),
+      {"forward", "reverse"});
   set->add_flag("--stop", command->stop, "Stop the belt")->excludes(speed);
   add_scaling(*set, *command);
+  offer_json(*set, line, "One JSON object for each register written");
   auto [map, map_command] =
-      add<ConveyorMapCommand>(*conveyor, line, "map", "Print the Modbus register map");
+      add<ConveyorMapCommand>(*conveyor, line, "map", "Print all registers; needs no daemon");
   add_scaling(*map, *map_command);
+  offer_json(*map, line, "One JSON object a register");
 }
 
 void add_simulation(CLI::App& app, CommandLine& line) {
-  add<PauseCommand>(app, line, "pause", "Stop taking steps");
-  add<ResumeCommand>(app, line, "resume", "Take steps again");
+  offer_json(*add<PauseCommand>(app, line, "pause", "Stop taking steps").first, line);
+  offer_json(*add<ResumeCommand>(app, line, "resume", "Take steps again").first, line);
   auto [step, step_command] =
       add<StepCommand>(app, line, "step", "Take so many steps while paused");
   step->add_option("N", step_command->steps, "Number of steps (default 1)")
-      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{10'000'000}));
+      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{10'000'000}).description(""));
+  offer_json(*step, line);
   auto [speed, speed_command] =
       add<SpeedCommand>(app, line, "speed", "Set the ratio of simulated to wall time");
   speed
       ->add_option_function<std::string>(
           "X", [c = speed_command](const std::string& text) { set_factor(*c, text); },
-          "Factor above 0, or max")
+          "From 0.001 to 1e6, or max")
       ->required();
+  offer_json(*speed, line);
   auto [reset, reset_command] = add<ResetCommand>(app, line, "reset", "Build the cell anew");
-  reset->add_option("--seed", reset_command->seed, "Seed of everything random");
+  reset->add_option("--seed", reset_command->seed, "Seed of everything random")->type_name("N");
+  offer_json(*reset, line);
   auto [save, save_command] =
       add<SaveCommand>(app, line, "save", "Keep the cell's state under a name, in the daemon");
-  save->add_option("NAME", save_command->name, "What to call it")->required();
+  save->add_option("NAME", save_command->name, "What to call it")->check(not_empty())->required();
+  offer_json(*save, line);
   auto [load, load_command] = add<LoadCommand>(app, line, "load", "Go on from a saved state");
-  load->add_option("NAME", load_command->name, "As it was saved")->required();
+  load->add_option("NAME", load_command->name, "As it was saved")->check(not_empty())->required();
+  offer_json(*load, line);
 }
 
 void add_intruder(CLI::App& app, CommandLine& line) {
@@ -196,33 +368,95 @@ void add_intruder(CLI::App& app, CommandLine& line) {
   put->add_option_function<std::array<double, 2>>(
          "XY", [c = command](const std::array<double, 2>& xy) { c->xy_m = xy; },
          "Where its middle stands, in the world [m]")
+      ->check(finite())
       ->required();
-  put->add_option("--size", command->size_m, "Extent along x, y and z [m] (default 0.5 0.3 1.75)");
-  add<IntruderCommand>(*intruder, line, "remove", "Take it away");
+  put->add_option("--size", command->size_m, "Extent along x, y and z [m] (default 0.5 0.3 1.75)")
+      ->type_name("X Y Z")
+      ->check(above_zero());
+  offer_json(*put, line);
+  offer_json(*add<IntruderCommand>(*intruder, line, "remove", "Take it away").first, line);
 }
 
 void add_demo(CLI::App& app, CommandLine& line) {
   auto [demo, command] = add<DemoCommand>(
       app, line, "demo", "Pick and place with the robots and run the belt, over the wires alone");
-  demo->add_option("--robot", command->robots, "Only this robot's part; may be given twice");
+  demo->add_option("--robot", command->robots, "Only this robot's part; may be given twice")
+      ->type_name("ROBOT")
+      ->check(not_empty())
+      ->allow_extra_args(false);
   demo->add_flag("--belt", command->belt, "Only the belt's part (besides that of robots named)");
+  offer_json(*demo, line, "One JSON object for each thing done");
 }
 
-}  // namespace
+void add_documents(CLI::App& app, CommandLine& line) {
+  auto [completion, command] = add<CompletionCommand>(
+      app, line, "completion", "Print the completion of these commands for a shell");
+  choose(completion->add_option("SHELL", command->shell, "bash or zsh")->required(),
+         {"bash", "zsh"});
+  add<ManualCommand>(app, line, "manual", "Print the manual page, for man -l -");
+}
 
-tl::expected<CommandLine, NoCommand> parse_command_line(std::vector<std::string> arguments) {
-  CommandLine line;
-  CLI::App app("Client of the simulated kitting cell aprsimd", "aprsim");
+void add_all(CLI::App& app, CommandLine& line) {
+  app.description("Client of the simulated kitting cell aprsimd");
+  app.name("aprsim");
   app.require_subcommand(1);
   app.fallthrough();
-  app.set_version_flag("--version", APRSIM_VERSION);
+  std::string exit_codes = "\nExit codes:\n";
+  for (const auto& exit : kExitCodes) {
+    exit_codes += "  " + std::to_string(exit.code) + "  " + std::string(exit.meaning) + "\n";
+  }
+  app.footer(exit_codes);
+  app.set_version_flag("--version", APRSIM_VERSION, "Show the version");
+  app.set_help_flag("-h,--help", "Show this help");
   add_endpoints(app, line.endpoints);
   add_reading(app, line);
+  add_demo(app, line);
   add_crcl(app, line);
   add_conveyor(app, line);
   add_simulation(app, line);
   add_intruder(app, line);
-  add_demo(app, line);
+  add_documents(app, line);
+}
+
+/// What --help says of one option.
+OptionInfo option_info(const CLI::Option& option) {
+  OptionInfo info;
+  for (const auto& name : option.get_snames()) info.names.push_back("-" + name);
+  for (const auto& name : option.get_lnames()) info.names.push_back("--" + name);
+  info.positional = option.get_positional();
+  if (option.get_items_expected_max() > 0) {
+    info.value = option.get_type_name();
+    if (info.positional && info.value.find('|') == std::string::npos) {
+      info.value = option.get_name(/*positional=*/true);
+    }
+  }
+  info.required = option.get_required();
+  info.help = option.get_description();
+  return info;
+}
+
+CommandInfo command_info(const CLI::App& app, const std::string& path) {
+  CommandInfo info{app.get_name(), path + app.get_name(), app.get_description(), {}, {}};
+  for (const auto* option : app.get_options()) info.options.push_back(option_info(*option));
+  for (const auto* sub : app.get_subcommands(nullptr)) {
+    info.commands.push_back(command_info(*sub, info.path + " "));
+  }
+  return info;
+}
+
+}  // namespace
+
+CommandInfo command_tree() {
+  CommandLine line;
+  CLI::App app;
+  add_all(app, line);
+  return command_info(app, "");
+}
+
+tl::expected<CommandLine, NoCommand> parse_command_line(std::vector<std::string> arguments) {
+  CommandLine line;
+  CLI::App app;
+  add_all(app, line);
   try {
     std::ranges::reverse(arguments);
     app.parse(std::move(arguments));
@@ -230,7 +464,7 @@ tl::expected<CommandLine, NoCommand> parse_command_line(std::vector<std::string>
     std::ostringstream out, err;
     const int code = app.exit(error, out, err);
     if (code == 0) return tl::unexpected(NoCommand{0, out.str()});
-    return tl::unexpected(NoCommand{kUsageError, err.str()});
+    return tl::unexpected(NoCommand{kUsageError, usage_error(app, error)});
   }
   return line;
 }

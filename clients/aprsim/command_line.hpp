@@ -8,17 +8,16 @@
 #include <vector>
 
 #include "clients/aprsim/endpoints.hpp"
+#include "crcl/motion_commands.hpp"
 
 namespace aprsim::client {
 
 struct StatusCommand {
-  bool json = false;    ///< the whole snapshot as JSON
   bool bodies = false;  ///< also one line for each gear and tray
 };
 struct WatchCommand {
   double rate_hz = 0;       ///< 0 = the daemon's default
   std::uint64_t count = 0;  ///< samples to show; 0 = until interrupted
-  bool json = false;        ///< one JSON object a line
 };
 struct CrclSendCommand {
   std::string file;  ///< CRCLCommandInstance documents
@@ -36,6 +35,17 @@ struct CrclStatusCommand {
   double rate_hz = 10;      ///< of these
   std::uint64_t count = 0;  ///< end after so many; 0 = never
 };
+struct CrclInitCommand {
+  std::string robot;
+};
+struct CrclStopCommand {
+  std::vector<std::string> robots;  ///< empty = all
+  crcl::StopCondition condition = crcl::StopCondition::kNormal;
+};
+struct CrclGripperCommand {
+  std::string robot;
+  double setting = 0;  ///< 0 closed .. 1 open
+};
 /// Moves one joint, or the tool straight along one axis of the robot's frame.
 struct CrclJogCommand {
   std::string robot;
@@ -44,6 +54,7 @@ struct CrclJogCommand {
   double by = 0;                ///< degrees or millimetres on a new socket
   std::optional<double> speed;  ///< of these a second
   bool init = false;            ///< InitCanon first
+  double timeout_s = 120;       ///< stopped when not done by then
 };
 struct CrclValidateCommand {
   std::string file;  ///< any CRCL documents
@@ -53,6 +64,10 @@ struct ConveyorSetCommand {
   std::optional<double> speed_percent;  ///< of the register's full scale
   std::optional<bool> forward;
   bool stop = false;
+  double full_scale_m_s = 0.32768;
+  bool one_is_forward = true;
+};
+struct ConveyorStatusCommand {
   double full_scale_m_s = 0.32768;
   bool one_is_forward = true;
 };
@@ -85,20 +100,28 @@ struct DemoCommand {
   std::vector<std::string> robots;  ///< only these; empty = all, unless only the belt is wanted
   bool belt = false;                ///< only the belt, or the belt besides the named robots
 };
+/// Prints a shell's completion of this command line.
+struct CompletionCommand {
+  std::string shell;  ///< bash or zsh
+};
+/// Prints the manual page.
+struct ManualCommand {};
 
 using AnyCommand =
     std::variant<StatusCommand, WatchCommand, CrclSendCommand, CrclRunCommand, CrclStatusCommand,
-                 CrclJogCommand, CrclValidateCommand, ConveyorSetCommand, ConveyorMapCommand,
+                 CrclInitCommand, CrclStopCommand, CrclGripperCommand, CrclJogCommand,
+                 CrclValidateCommand, ConveyorSetCommand, ConveyorStatusCommand, ConveyorMapCommand,
                  PauseCommand, ResumeCommand, StepCommand, SpeedCommand, ResetCommand, SaveCommand,
-                 LoadCommand, IntruderCommand, DemoCommand>;
+                 LoadCommand, IntruderCommand, DemoCommand, CompletionCommand, ManualCommand>;
 
 struct CommandLine {
   EndpointChoice endpoints;
+  bool json = false;  ///< results as JSON
   AnyCommand command;
 };
 
 /// Why there is nothing to run: help was asked for (exit code 0, text for standard output) or the
-/// arguments are wrong (exit code 2, text for standard error).
+/// arguments are wrong (exit code 2, text for standard error that says what was probably meant).
 struct NoCommand {
   int exit_code = 2;
   std::string text;

@@ -1,10 +1,14 @@
 #pragma once
 
 #include <iosfwd>
+#include <string>
+
+#include <nlohmann/json_fwd.hpp>
 
 #include "clients/aprsim/command_line.hpp"
 #include "clients/aprsim/endpoints.hpp"
 #include "clients/aprsim/outcome.hpp"
+#include "clients/aprsim/screen.hpp"
 
 /// One function for each command of the command line. Results go to `out`, line by line.
 namespace aprsim::client {
@@ -12,6 +16,11 @@ namespace aprsim::client {
 struct Console {
   Endpoints endpoints;
   std::ostream& out;
+  bool json = false;
+  Screen screen = {};
+
+  /// One result, at once: as lines of text, or with --json as one object on a line of its own.
+  void show(const std::string& text, const nlohmann::ordered_json& object);
 };
 
 [[nodiscard]] Outcome<void> run_command(const StatusCommand& command, Console& console);
@@ -19,9 +28,13 @@ struct Console {
 [[nodiscard]] Outcome<void> run_command(const CrclSendCommand& command, Console& console);
 [[nodiscard]] Outcome<void> run_command(const CrclRunCommand& command, Console& console);
 [[nodiscard]] Outcome<void> run_command(const CrclStatusCommand& command, Console& console);
+[[nodiscard]] Outcome<void> run_command(const CrclInitCommand& command, Console& console);
+[[nodiscard]] Outcome<void> run_command(const CrclStopCommand& command, Console& console);
+[[nodiscard]] Outcome<void> run_command(const CrclGripperCommand& command, Console& console);
 [[nodiscard]] Outcome<void> run_command(const CrclJogCommand& command, Console& console);
 [[nodiscard]] Outcome<void> run_command(const CrclValidateCommand& command, Console& console);
 [[nodiscard]] Outcome<void> run_command(const ConveyorSetCommand& command, Console& console);
+[[nodiscard]] Outcome<void> run_command(const ConveyorStatusCommand& command, Console& console);
 [[nodiscard]] Outcome<void> run_command(const ConveyorMapCommand& command, Console& console);
 [[nodiscard]] Outcome<void> run_command(const PauseCommand& command, Console& console);
 [[nodiscard]] Outcome<void> run_command(const ResumeCommand& command, Console& console);
@@ -32,5 +45,7 @@ struct Console {
 [[nodiscard]] Outcome<void> run_command(const LoadCommand& command, Console& console);
 [[nodiscard]] Outcome<void> run_command(const IntruderCommand& command, Console& console);
 [[nodiscard]] Outcome<void> run_command(const DemoCommand& command, Console& console);
+[[nodiscard]] Outcome<void> run_command(const CompletionCommand& command, Console& console);
+[[nodiscard]] Outcome<void> run_command(const ManualCommand& command, Console& console);
 
 }  // namespace aprsim::client

@@ -2,9 +2,11 @@
 #include <ostream>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "clients/aprsim/commands.hpp"
 #include "clients/aprsim/conveyor_connection.hpp"
+#include "clients/aprsim/conveyor_state.hpp"
 #include "modbus/register_map.hpp"
 
 namespace aprsim::client {
@@ -22,6 +24,36 @@ Outcome<std::optional<std::uint16_t>> speed_count(const ConveyorSetCommand& comm
   return static_cast<std::uint16_t>(std::lround(fraction * modbus::kSpeedFullScaleCounts));
 }
 
+std::string_view area_name(modbus::Area area) {
+  switch (area) {
+    case modbus::Area::kCoil:
+      return "coil";
+    case modbus::Area::kDiscreteInput:
+      return "discrete_input";
+    case modbus::Area::kInputRegister:
+      return "input_register";
+    case modbus::Area::kHoldingRegister:
+      return "holding_register";
+  }
+  return "";
+}
+
+std::string_view encoding_name(modbus::Encoding encoding) {
+  switch (encoding) {
+    case modbus::Encoding::kBit:
+      return "bit";
+    case modbus::Encoding::kUint16:
+      return "uint16";
+    case modbus::Encoding::kInt16:
+      return "int16";
+    case modbus::Encoding::kUint32:
+      return "uint32";
+    case modbus::Encoding::kInt32:
+      return "int32";
+  }
+  return "";
+}
+
 }  // namespace
 
 Outcome<void> run_command(const ConveyorSetCommand& command, Console& console) {
@@ -36,7 +68,10 @@ Outcome<void> run_command(const ConveyorSetCommand& command, Console& console) {
   const auto write = [&](const char* name, std::uint16_t address,
                          std::uint16_t value) -> Outcome<void> {
     auto done = conveyor->write(address, value);
-    if (done) console.out << fmt::format("{} (0x{:04X}) = {}\n", name, address, value);
+    if (done) {
+      console.show(fmt::format("{} (0x{:04X}) = {}\n", name, address, value),
+                   {{"register", name}, {"address", address}, {"value", value}});
+    }
     return done;
   };
   // Never run with an old direction or speed: what starts the belt comes last, what stops it first.
@@ -53,9 +88,37 @@ Outcome<void> run_command(const ConveyorSetCommand& command, Console& console) {
   return command.stop ? Outcome<void>() : write("run", modbus::kRunRegister, 1);
 }
 
+Outcome<void> run_command(const ConveyorStatusCommand& command, Console& console) {
+  auto conveyor = ConveyorConnection::connect(console.endpoints.host, console.endpoints.modbus);
+  if (!conveyor) return tl::unexpected(conveyor.error());
+  const auto image = conveyor->read();
+  if (!image) return tl::unexpected(image.error());
+  const auto state = conveyor_state(
+      *image, {.full_scale_m_s = command.full_scale_m_s, .one_is_forward = command.one_is_forward});
+  console.show(conveyor_text(state, console.screen.out), conveyor_json(state));
+  const std::string problem = conveyor_problem(state);
+  return problem.empty() ? Outcome<void>() : failed(FailureKind::kCheck, problem);
+}
+
 Outcome<void> run_command(const ConveyorMapCommand& command, Console& console) {
-  console.out << modbus::register_map_text(
-      {.full_scale_m_s = command.full_scale_m_s, .one_is_forward = command.one_is_forward});
+  const modbus::ConveyorScaling scaling{.full_scale_m_s = command.full_scale_m_s,
+                                        .one_is_forward = command.one_is_forward};
+  for (const auto& info :
+       console.json ? modbus::register_map() : std::span<const modbus::RegisterInfo>()) {
+    const double unit_per_count = modbus::resolution(info.scaling, scaling);
+    console.show("", {{"area", area_name(info.area)},
+                      {"address", info.address},
+                      {"name", info.name},
+                      {"values", info.count},
+                      {"writable", info.access == modbus::Access::kReadWrite},
+                      {"encoding", encoding_name(info.encoding)},
+                      {"unit", info.unit},
+                      {"unit_per_count", unit_per_count > 0 ? unit_per_count : 1},
+                      {"min", info.min},
+                      {"max", info.max},
+                      {"meaning", info.meaning}});
+  }
+  if (!console.json) console.out << modbus::register_map_text(scaling);
   return {};
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "clients/aprsim/outcome.hpp"
+#include "modbus/conveyor_registers.hpp"
 
 struct _modbus;  // NOLINT(bugprone-reserved-identifier): the name that libmodbus gives it
 
@@ -17,6 +18,8 @@ class ConveyorConnection {
                                                            std::uint16_t port);
   /// Writes one holding register (function code 6).
   [[nodiscard]] Outcome<void> write(std::uint16_t address, std::uint16_t value);
+  /// Every documented register but the light curtain's single beams (function codes 1 to 4).
+  [[nodiscard]] Outcome<modbus::RegisterImage> read();
 
  private:
   struct Close {

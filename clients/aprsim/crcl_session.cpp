@@ -1,11 +1,11 @@
 #include "clients/aprsim/crcl_session.hpp"
 
 #include <algorithm>
-#include <thread>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "clients/aprsim/interruption.hpp"
 #include "crcl/command_codec.hpp"
 #include "crcl/status_codec.hpp"
 
@@ -18,6 +18,7 @@ namespace {
 constexpr auto kConnectTimeout = std::chrono::seconds(5);
 constexpr auto kAnswerTimeout = std::chrono::seconds(10);
 constexpr auto kPollInterval = std::chrono::milliseconds(20);
+constexpr CrclSession::Seconds kStopTimeout{5};
 
 }  // namespace
 
@@ -86,10 +87,39 @@ Outcome<crcl::Status> CrclSession::run(crcl::CommandInstance instance, Seconds t
   if (std::holds_alternative<crcl::GetStatus>(command.body)) return status();
   command.id = std::max(command.id, last_id_ + 1);
   last_id_ = command.id;
+  under_way_ = true;
   if (const auto sent = send_raw(crcl::encode_command(instance)); !sent) {
     return tl::unexpected(sent.error());
   }
   return wait_done(command.id, timeout, std::string(crcl::type_name(command.body)));
+}
+
+Outcome<crcl::Status> CrclSession::run_document(const std::string& document,
+                                                const crcl::Command& command, Seconds timeout) {
+  const bool asks = std::holds_alternative<crcl::GetStatus>(command.body);
+  last_id_ = std::max(last_id_, command.id);
+  under_way_ = under_way_ || !asks;
+  if (const auto sent = send_raw(document); !sent) return tl::unexpected(sent.error());
+  if (asks) return read_status();
+  return wait_done(command.id, timeout, std::string(crcl::type_name(command.body)));
+}
+
+Outcome<void> CrclSession::stop() {
+  const interruption::Cleanup cleanup;
+  if (!under_way_) return {};
+  const auto stopped = run(crcl::StopMotion{}, kStopTimeout);
+  if (!stopped) return tl::unexpected(stopped.error());
+  return {};
+}
+
+Failure CrclSession::stopped_after(const Failure& failure) {
+  if (!interruption::happened()) return failure;
+  const bool moved = under_way_;
+  const auto stopped = stop();
+  return {FailureKind::kInterrupted,
+          stopped
+              ? fmt::format("interrupted{}", moved ? "; " + robot_ + " has stopped" : "")
+              : fmt::format("interrupted; {} MAY STILL MOVE: {}", robot_, stopped.error().message)};
 }
 
 Outcome<crcl::Status> CrclSession::wait_done(std::int64_t id, Seconds timeout,
@@ -103,6 +133,8 @@ Outcome<crcl::Status> CrclSession::wait_done(std::int64_t id, Seconds timeout,
     const auto& command = status->command;
     if (command.command_id == id) {
       begun = true;
+      under_way_ =
+          command.state != crcl::CommandState::kDone && command.state != crcl::CommandState::kError;
       if (command.state == crcl::CommandState::kDone) return status;
       if (command.state == crcl::CommandState::kError) {
         return failed(FailureKind::kRefused,
@@ -110,16 +142,21 @@ Outcome<crcl::Status> CrclSession::wait_done(std::int64_t id, Seconds timeout,
                                   command.description.value_or("no description given")));
       }
     } else if (begun) {
+      under_way_ = false;
       return failed(FailureKind::kRefused,
                     fmt::format("{}: {} {} was replaced by command {} of another client", robot_,
                                 what, id, command.command_id));
+    }
+    if (interruption::noted()) {
+      return failed(FailureKind::kInterrupted,
+                    fmt::format("{}: {} {} was interrupted", robot_, what, id));
     }
     if (steady_clock::now() > deadline) {
       return failed(FailureKind::kTimeout,
                     fmt::format("{}: {} {} is not done after {:.1f} s ({})", robot_, what, id,
                                 timeout.count(), crcl::name_of(command.state)));
     }
-    std::this_thread::sleep_for(kPollInterval);
+    interruption::sleep_until(steady_clock::now() + kPollInterval);
   }
 }
 

@@ -4,41 +4,43 @@
 #include <utility>
 
 #include "clients/aprsim/commands.hpp"
+#include "clients/aprsim/exit_code.hpp"
+#include "clients/aprsim/interruption.hpp"
 
 namespace aprsim::client {
 namespace {
 
-int report(const Failure& failure, std::ostream& err) {
-  err << "aprsim: " << failure.message << '\n';
-  switch (failure.kind) {
-    case FailureKind::kUsage:
-      return 2;
-    case FailureKind::kConnection:
-      return 3;
-    case FailureKind::kTimeout:
-      return 4;
-    case FailureKind::kRefused:
-    case FailureKind::kCheck:
-      break;
-  }
-  return 1;
+int report(const Failure& failure, std::ostream& err, const Paint& paint) {
+  err << paint(Tone::kBad, "aprsim:") << ' ' << failure.message << '\n';
+  return exit_code(failure.kind);
+}
+
+/// Whether the command has anything to do with a daemon.
+bool needs_cell(const AnyCommand& command) {
+  return !std::holds_alternative<CompletionCommand>(command) &&
+         !std::holds_alternative<ManualCommand>(command) &&
+         !std::holds_alternative<CrclValidateCommand>(command) &&
+         !std::holds_alternative<ConveyorMapCommand>(command);
 }
 
 }  // namespace
 
-int run(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err) {
+int run(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err,
+        const Screen& screen) {
   const auto line = parse_command_line(arguments);
   if (!line) {
+    if (line.error().exit_code != 0) err << screen.err(Tone::kBad, "aprsim:") << ' ';
     (line.error().exit_code == 0 ? out : err) << line.error().text;
     return line.error().exit_code;
   }
-  auto endpoints = find_endpoints(line->endpoints);
-  if (!endpoints) return report(endpoints.error(), err);
-  Console console{std::move(*endpoints), out};
+  auto endpoints = needs_cell(line->command) ? find_endpoints(line->endpoints) : Endpoints();
+  if (!endpoints) return report(endpoints.error(), err, screen.err);
+  Console console{std::move(*endpoints), out, line->json, screen};
   const auto done =
       std::visit([&](const auto& command) { return run_command(command, console); }, line->command);
   out.flush();
-  return done ? 0 : report(done.error(), err);
+  const int code = done ? 0 : report(done.error(), err, screen.err);
+  return interruption::happened() ? interruption::kExitCode : code;
 }
 
 }  // namespace aprsim::client

@@ -4,11 +4,13 @@
 #include <string>
 #include <vector>
 
+#include "clients/aprsim/screen.hpp"
+
 namespace aprsim::client {
 
-/// The whole program: parses, runs one command, prints. Returns the exit code: 0 = done as asked,
-/// 1 = the cell refused it or the result is not what it should be, 2 = wrong arguments or file,
-/// 3 = no connection, 4 = no answer or no end in time.
-int run(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err);
+/// The whole program: parses, runs one command, prints. Returns one of kExitCodes. The screen is
+/// that of `out` and `err`; by default they are none.
+int run(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err,
+        const Screen& screen = {});
 
 }  // namespace aprsim::client

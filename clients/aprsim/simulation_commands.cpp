@@ -1,6 +1,7 @@
 #include <ostream>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "clients/aprsim/cell_connection.hpp"
 #include "clients/aprsim/commands.hpp"
@@ -9,36 +10,46 @@
 namespace aprsim::client {
 namespace {
 
-Outcome<void> show(const std::string& what, const Outcome<v1::Receipt>& receipt, Console& console) {
+/// What was done, and when in the simulation; `done` is its name for programs.
+Outcome<void> show(const char* done, const std::string& what, const Outcome<v1::Receipt>& receipt,
+                   Console& console,
+                   const nlohmann::ordered_json& fields = nlohmann::ordered_json::object()) {
   if (!receipt) return tl::unexpected(receipt.error());
-  console.out << fmt::format("{} at step {} ({:.3f} s), epoch {}\n", what, receipt->step(),
-                             seconds(receipt->sim_time()), receipt->epoch());
+  nlohmann::ordered_json object{{"done", done},
+                                {"step", receipt->step()},
+                                {"sim_time_s", seconds(receipt->sim_time())},
+                                {"epoch", receipt->epoch()}};
+  object.update(fields);
+  console.show(fmt::format("{} at step {} ({:.3f} s), epoch {}\n", what, receipt->step(),
+                           seconds(receipt->sim_time()), receipt->epoch()),
+               object);
   return {};
 }
 
 }  // namespace
 
 Outcome<void> run_command(const PauseCommand& /*command*/, Console& console) {
-  return show("paused", CellConnection(console.endpoints).pause(), console);
+  return show("pause", "paused", CellConnection(console.endpoints).pause(), console);
 }
 
 Outcome<void> run_command(const ResumeCommand& /*command*/, Console& console) {
-  return show("resumed", CellConnection(console.endpoints).resume(), console);
+  return show("resume", "resumed", CellConnection(console.endpoints).resume(), console);
 }
 
 Outcome<void> run_command(const StepCommand& command, Console& console) {
-  return show(fmt::format("took {} step{}, now", command.steps, command.steps == 1 ? "" : "s"),
+  return show("step",
+              fmt::format("took {} step{}, now", command.steps, command.steps == 1 ? "" : "s"),
               CellConnection(console.endpoints).step(command.steps), console);
 }
 
 Outcome<void> run_command(const SpeedCommand& command, Console& console) {
   const std::string what =
       command.factor ? fmt::format("speed {} x real time", *command.factor) : "speed maximal";
-  return show(what, CellConnection(console.endpoints).set_speed(command.factor), console);
+  return show("speed", what, CellConnection(console.endpoints).set_speed(command.factor), console);
 }
 
 Outcome<void> run_command(const ResetCommand& command, Console& console) {
-  return show("reset", CellConnection(console.endpoints).reset(command.seed), console);
+  return show("reset", "reset", CellConnection(console.endpoints).reset(command.seed), console);
 }
 
 Outcome<void> run_command(const IntruderCommand& command, Console& console) {
@@ -54,20 +65,24 @@ Outcome<void> run_command(const IntruderCommand& command, Console& console) {
   }
   const auto response = CellConnection(console.endpoints).set_intruder(intruder);
   if (!response) return tl::unexpected(response.error());
+  std::string what = intruder ? "intruder put" : "intruder removed";
+  auto fields = nlohmann::ordered_json::object();
   if (response->has_light_curtain()) {
-    console.out << "light curtain " << (response->light_curtain().broken() ? "broken" : "clear")
-                << ", ";
+    const char* state = response->light_curtain().broken() ? "broken" : "clear";
+    what = fmt::format("light curtain {}, {}", state, what);
+    fields["light_curtain"] = state;
   }
-  return show(intruder ? "intruder put" : "intruder removed", response->receipt(), console);
+  return show(intruder ? "intruder put" : "intruder remove", what, response->receipt(), console,
+              fields);
 }
 
 Outcome<void> run_command(const SaveCommand& command, Console& console) {
-  return show(fmt::format("saved '{}'", command.name),
+  return show("save", fmt::format("saved '{}'", command.name),
               CellConnection(console.endpoints).save_state(command.name), console);
 }
 
 Outcome<void> run_command(const LoadCommand& command, Console& console) {
-  return show(fmt::format("loaded '{}'", command.name),
+  return show("load", fmt::format("loaded '{}'", command.name),
               CellConnection(console.endpoints).load_state(command.name), console);
 }
 

@@ -4,6 +4,7 @@
 
 #include "clients/aprsim/cell_connection.hpp"
 #include "clients/aprsim/commands.hpp"
+#include "clients/aprsim/live_view.hpp"
 #include "clients/aprsim/status_text.hpp"
 
 namespace aprsim::client {
@@ -31,31 +32,36 @@ Outcome<void> healthy(const v1::GetSnapshotResponse& status) {
 Outcome<void> run_command(const StatusCommand& command, Console& console) {
   const auto status = CellConnection(console.endpoints).status();
   if (!status) return tl::unexpected(status.error());
-  if (command.json) {
+  if (console.json) {
     const auto text = json_text(status->snapshot(), true);
     if (!text) return tl::unexpected(text.error());
     console.out << *text;
     return healthy(*status);
   }
-  console.out << status_text(status->snapshot());
+  console.out << status_text(status->snapshot(), console.screen.out);
   if (command.bodies) console.out << bodies_text(status->snapshot());
   return healthy(*status);
 }
 
 Outcome<void> run_command(const WatchCommand& command, Console& console) {
+  const Paint& paint = console.screen.out;
+  const bool in_place = console.screen.live && !console.json;
+  LiveView view(console.out);
   std::uint64_t shown = 0;
   Outcome<void> shown_well;
   const auto streamed =
       CellConnection(console.endpoints).stream(command.rate_hz, [&](const auto& sample) {
-        if (command.json) {
+        if (console.json) {
           const auto text = json_text(sample, false);
           if (!text) {
             shown_well = tl::unexpected(text.error());
             return false;
           }
           console.out << *text << '\n';
+        } else if (in_place) {
+          view.show(status_text(sample.snapshot(), paint) + dropped_text(sample.dropped_count()));
         } else {
-          console.out << watch_line(sample.snapshot(), sample.dropped_count());
+          console.out << watch_line(sample.snapshot(), sample.dropped_count(), paint);
         }
         console.out.flush();
         return console.out.good() && ++shown != command.count;

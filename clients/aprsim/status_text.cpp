@@ -27,17 +27,19 @@ double yaw_degrees(const v1::Quaternion& q) {
   return tenths(yaw * kDegrees);
 }
 
-std::string action_text(const v1::RobotState& robot) {
-  if (robot.protective_stop()) return "protective stop: " + robot.action().description();
+std::string action_text(const v1::RobotState& robot, const Paint& paint) {
+  if (robot.protective_stop()) {
+    return paint(Tone::kBad, "protective stop: " + robot.action().description());
+  }
   switch (robot.action().state()) {
     case v1::ACTION_STATE_WORKING:
-      return "working";
+      return paint(Tone::kWarning, "working");
     case v1::ACTION_STATE_DONE:
-      return "done";
+      return paint(Tone::kGood, "done");
     case v1::ACTION_STATE_ERROR:
-      return "error: " + robot.action().description();
+      return paint(Tone::kBad, "error: " + robot.action().description());
     default:
-      return robot.initialized() ? "ready" : "not initialised";
+      return robot.initialized() ? paint(Tone::kGood, "ready") : "not initialised";
   }
 }
 
@@ -51,20 +53,23 @@ std::string gripper_text(const v1::GripperState& gripper) {
   return out;
 }
 
-std::string robot_text(const v1::RobotState& robot) {
+std::string robot_text(const v1::RobotState& robot, const Paint& paint) {
   std::string joints;
   for (const auto& joint : robot.joints()) {
     joints += fmt::format(" {:.2f}", joint.position_rad() * kDegrees);
   }
   return fmt::format("{}\n  state    {}{}\n  joints   [deg]{}\n  tool     [mm] {}\n  gripper  {}\n",
-                     robot.name(), action_text(robot), robot.drives_on() ? "" : ", drives off",
-                     joints, point_mm(robot.tool_in_reference().position_m()),
+                     paint(Tone::kHeading, robot.name()), action_text(robot, paint),
+                     robot.drives_on() ? "" : ", drives off", joints,
+                     point_mm(robot.tool_in_reference().position_m()),
                      gripper_text(robot.gripper()));
 }
 
-std::string pace_text(const v1::Snapshot& snapshot) {
-  if (!snapshot.world_fault().empty()) return "stopped: " + snapshot.world_fault();
-  if (snapshot.paused()) return "paused";
+std::string pace_text(const v1::Snapshot& snapshot, const Paint& paint) {
+  if (!snapshot.world_fault().empty()) {
+    return paint(Tone::kBad, "stopped: " + snapshot.world_fault());
+  }
+  if (snapshot.paused()) return paint(Tone::kWarning, "paused");
   const std::string target = snapshot.has_speed_target()
                                  ? fmt::format("{:g}", snapshot.speed_target())
                                  : "as fast as possible";
@@ -72,20 +77,21 @@ std::string pace_text(const v1::Snapshot& snapshot) {
                      target, snapshot.missed_steps());
 }
 
-std::string conveyor_text(const v1::ConveyorState& conveyor) {
+std::string belt_text(const v1::ConveyorState& conveyor, const Paint& paint) {
   return fmt::format(
-      "conveyor\n  drive    {}, {}, set {:.4f} m/s\n  belt     {:+.4f} m/s, {:+.4f} m run\n",
-      conveyor.run() ? "running" : "stopped", conveyor.forward() ? "forward" : "reverse",
-      conveyor.speed_setting_m_s(), conveyor.speed_m_s(), conveyor.travel_m());
+      "{}\n  drive    {}, {}, set {:.4f} m/s\n  belt     {:+.4f} m/s, {:+.4f} m run\n",
+      paint(Tone::kHeading, "conveyor"), conveyor.run() ? "running" : "stopped",
+      conveyor.forward() ? "forward" : "reverse", conveyor.speed_setting_m_s(),
+      conveyor.speed_m_s(), conveyor.travel_m());
 }
 
-std::string light_curtain_text(const v1::LightCurtainState& curtain) {
-  std::string out = curtain.broken() ? "broken" : "clear";
+std::string light_curtain_text(const v1::LightCurtainState& curtain, const Paint& paint) {
+  std::string out = curtain.broken() ? paint(Tone::kWarning, "broken") : "clear";
   if (curtain.distance_m_size() > 0) {
     const auto nearest = std::ranges::min_element(curtain.distance_m());
     out += fmt::format(", nearest {:.3f} m in {} beams", *nearest, curtain.distance_m_size());
   }
-  return "light curtain\n  " + out + "\n";
+  return paint(Tone::kHeading, "light curtain") + "\n  " + out + "\n";
 }
 
 }  // namespace
@@ -94,19 +100,20 @@ double seconds(const google::protobuf::Duration& span) {
   return static_cast<double>(span.seconds()) + 1e-9 * span.nanos();
 }
 
-std::string status_text(const v1::Snapshot& snapshot) {
+std::string status_text(const v1::Snapshot& snapshot, const Paint& paint) {
   std::string out = fmt::format(
-      "cell\n  time     {:.3f} s, step {}, epoch {}\n  pace     {}\n  step     {:.3f} ms mean\n"
+      "{}\n  time     {:.3f} s, step {}, epoch {}\n  pace     {}\n  step     {:.3f} ms mean\n"
       "  contacts {}, deepest {:.3f} mm, {} physics faults, {} virtual joints\n",
-      seconds(snapshot.sim_time()), snapshot.step(), snapshot.epoch(), pace_text(snapshot),
-      seconds(snapshot.step_time()) * 1e3, snapshot.contact_count(),
-      snapshot.max_penetration_m() * kMillimetres, snapshot.physics_faults(),
-      snapshot.virtual_joint_count());
-  for (const auto& robot : snapshot.robots()) out += robot_text(robot);
-  if (snapshot.has_conveyor()) out += conveyor_text(snapshot.conveyor());
-  if (snapshot.has_light_curtain()) out += light_curtain_text(snapshot.light_curtain());
+      paint(Tone::kHeading, "cell"), seconds(snapshot.sim_time()), snapshot.step(),
+      snapshot.epoch(), pace_text(snapshot, paint), seconds(snapshot.step_time()) * 1e3,
+      snapshot.contact_count(), snapshot.max_penetration_m() * kMillimetres,
+      snapshot.physics_faults(), snapshot.virtual_joint_count());
+  for (const auto& robot : snapshot.robots()) out += robot_text(robot, paint);
+  if (snapshot.has_conveyor()) out += belt_text(snapshot.conveyor(), paint);
+  if (snapshot.has_light_curtain()) out += light_curtain_text(snapshot.light_curtain(), paint);
   const auto resting = std::ranges::count_if(snapshot.bodies(), &v1::BodyState::resting);
-  out += fmt::format("bodies\n  {} in all, {} at rest\n", snapshot.bodies_size(), resting);
+  out += fmt::format("{}\n  {} in all, {} at rest\n", paint(Tone::kHeading, "bodies"),
+                     snapshot.bodies_size(), resting);
   return out;
 }
 
@@ -123,19 +130,23 @@ std::string bodies_text(const v1::Snapshot& snapshot) {
   return out;
 }
 
-std::string watch_line(const v1::Snapshot& snapshot, std::uint64_t dropped) {
+std::string watch_line(const v1::Snapshot& snapshot, std::uint64_t dropped, const Paint& paint) {
   std::string out =
       fmt::format("{:.3f} s x{:.2f}", seconds(snapshot.sim_time()), snapshot.real_time_factor());
   for (const auto& robot : snapshot.robots()) {
-    out += fmt::format("  {} {} [{}]{}", robot.name(), action_text(robot),
+    out += fmt::format("  {} {} [{}]{}", robot.name(), action_text(robot, paint),
                        point_mm(robot.tool_in_reference().position_m()),
                        robot.gripper().holding() ? " holding " + robot.gripper().held_body() : "");
   }
   if (snapshot.has_conveyor()) {
     out += fmt::format("  belt {:+.3f} m/s", snapshot.conveyor().speed_m_s());
   }
-  if (dropped > 0) out += fmt::format("  ({} samples lost)", dropped);
-  return out + "\n";
+  const std::string lost = dropped_text(dropped);
+  return lost.empty() ? out + "\n" : out + "  " + lost;
+}
+
+std::string dropped_text(std::uint64_t dropped) {
+  return dropped > 0 ? fmt::format("({} samples lost)\n", dropped) : "";
 }
 
 }  // namespace aprsim::client

@@ -15,6 +15,8 @@
 
 #include <fmt/format.h>
 
+#include "clients/aprsim/interruption.hpp"
+
 namespace aprsim::client {
 
 using std::chrono::steady_clock;
@@ -43,8 +45,12 @@ TcpSocket::~TcpSocket() {
 Outcome<void> TcpSocket::wait(short events, Time deadline) const {
   while (true) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - steady_clock::now());
-    pollfd waiting{fd_, events, 0};
-    const int rc = poll(&waiting, 1, static_cast<int>(std::clamp<long>(left.count(), 0, 1 << 30)));
+    std::array<pollfd, 2> waiting{{{fd_, events, 0}, {interruption::wake_fd(), POLLIN, 0}}};
+    const int rc = poll(waiting.data(), waiting.size(),
+                        static_cast<int>(std::clamp<long>(left.count(), 0, 1 << 30)));
+    if (rc > 0 && waiting[1].revents != 0) {
+      return failed(FailureKind::kInterrupted, peer_ + ": interrupted");
+    }
     if (rc > 0) return {};
     if (rc == 0) return failed(FailureKind::kTimeout, peer_ + ": no answer in time");
     if (errno != EINTR) return tl::unexpected(connection_failure(peer_, std::strerror(errno)));
@@ -66,8 +72,11 @@ Outcome<TcpSocket> TcpSocket::connect(const std::string& host, std::uint16_t por
     if (out.fd_ < 0) return tl::unexpected(connection_failure(peer, std::strerror(errno)));
     int error = ::connect(out.fd_, address->ai_addr, address->ai_addrlen) == 0 ? 0 : errno;
     if (error == EINPROGRESS) {
-      if (const auto ready = out.wait(POLLOUT, deadline); !ready)
-        return tl::unexpected(ready.error());
+      if (const auto ready = out.wait(POLLOUT, deadline); !ready) {
+        // Nobody there, as far as one can tell.
+        const bool late = ready.error().kind == FailureKind::kTimeout;
+        return failed(late ? FailureKind::kConnection : ready.error().kind, ready.error().message);
+      }
       socklen_t size = sizeof error;
       getsockopt(out.fd_, SOL_SOCKET, SO_ERROR, &error, &size);
     }

@@ -9,7 +9,7 @@
 
 namespace aprsim::client {
 
-/// A connected TCP socket whose every call ends by a deadline. Move-only.
+/// A connected TCP socket whose every call ends by a deadline, or when interrupted. Move-only.
 class TcpSocket {
  public:
   using Time = std::chrono::steady_clock::time_point;

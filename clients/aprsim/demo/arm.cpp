@@ -73,4 +73,6 @@ Outcome<void> Arm::go_home() {
 
 Outcome<void> Arm::end() { return run(crcl::EndCanon{}); }
 
+Failure Arm::stopped_after(const Failure& failure) { return session_.stopped_after(failure); }
+
 }  // namespace aprsim::client

@@ -28,6 +28,9 @@ class Arm {
   /// Back to the joint positions it had when connecting.
   [[nodiscard]] Outcome<void> go_home();
   [[nodiscard]] Outcome<void> end();
+  /// Stops the robot if the user has interrupted what led to that failure, and tells what came of
+  /// it; otherwise the failure itself.
+  [[nodiscard]] Failure stopped_after(const Failure& failure);
 
   [[nodiscard]] const std::string& name() const { return description_.name(); }
   [[nodiscard]] const v1::RobotDescription& description() const { return description_; }

@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <ostream>
-#include <thread>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "clients/aprsim/conveyor_connection.hpp"
 #include "clients/aprsim/demo/bounded_pace.hpp"
 #include "clients/aprsim/demo/geometry.hpp"
+#include "clients/aprsim/interruption.hpp"
 #include "modbus/register_map.hpp"
 
 namespace aprsim::client {
@@ -22,12 +22,12 @@ constexpr double kBeside_m = 0.35;     // the tray stops this far before the rob
 constexpr double kWorthwhile_m = 0.1;  // shorter ways are not driven
 constexpr double kMaxBeltSlip_m = 0.005;  // between belt and tray, over the whole way
 constexpr auto kBeltTimeout = std::chrono::minutes(2);
-constexpr double kRate_hz = 100;
 // The belt is stopped by one who watches it: at a greater pace it would run on too far until the
 // stop gets there. What it has run on even so, it runs back.
 constexpr double kPace = 2;
 constexpr double kOff_m = 0.02;  // the tray stands near enough to where it is wanted
 constexpr int kRuns = 4;
+constexpr auto kStandstillTimeout = std::chrono::seconds(10);
 // The speed register's default scaling; with another one the belt is merely faster or slower.
 constexpr double kMetresPerSecondPerCount = 1e-5;
 
@@ -109,35 +109,51 @@ Outcome<v1::ConveyorState> set_drive(DemoCell& cell, ConveyorConnection& conveyo
   return failed(FailureKind::kCheck, "the belt does not take its direction");
 }
 
-/// Starts the belt, waits until it has run the distance, stops it, waits until it stands still.
+/// Tells the belt to stop, also after an interruption, and waits until it stands still.
+Outcome<void> stop_belt(DemoCell& cell, ConveyorConnection& conveyor) {
+  const interruption::Cleanup cleanup;
+  if (auto told = conveyor.write(modbus::kRunRegister, 0); !told) return told;
+  const auto stands = cell.look_until(
+      [](const v1::Snapshot& snapshot) {
+        return !snapshot.conveyor().run() && snapshot.conveyor().speed_m_s() == 0;
+      },
+      kStandstillTimeout);
+  if (!stands) return tl::unexpected(stands.error());
+  return *stands ? Outcome<void>()
+                 : failed(FailureKind::kTimeout, "the belt does not stop as told");
+}
+
+/// Starts the belt, waits until it has run the distance, and stops it.
 Outcome<void> run_belt(DemoCell& cell, const Endpoints& endpoints, double distance_m) {
   auto conveyor = ConveyorConnection::connect(endpoints.host, endpoints.modbus);
   if (!conveyor) return tl::unexpected(conveyor.error());
   const auto drive = set_drive(cell, *conveyor, distance_m > 0);
   if (!drive) return tl::unexpected(drive.error());
-  if (auto done = conveyor->write(modbus::kRunRegister, 1); !done) return done;
 
   const double speed = drive->speed_setting_m_s();
   const double accel = cell.description.conveyor().max_accel_m_s2();
   const double braking = accel > 0 ? speed * speed / (2 * accel) : 0;
-  const auto deadline = std::chrono::steady_clock::now() + kBeltTimeout;
-  bool told_to_stop = false, stands = false;
-  Outcome<void> stopped;
-  const auto streamed = cell.connection.stream(kRate_hz, [&](const auto& sample) {
-    const auto& state = sample.snapshot().conveyor();
-    const double run = std::abs(state.travel_m() - drive->travel_m());
-    if (!told_to_stop && run >= std::abs(distance_m) - braking) {
-      stopped = conveyor->write(modbus::kRunRegister, 0);
-      told_to_stop = true;
-    }
-    stands = told_to_stop && !state.run() && state.speed_m_s() == 0;
-    return stopped && !stands && std::chrono::steady_clock::now() < deadline;
-  });
-  if (!told_to_stop) stopped = conveyor->write(modbus::kRunRegister, 0);
+  Outcome<bool> arrived = false;
+  // An answer that is lost does not mean that the belt stands.
+  const auto started = conveyor->write(modbus::kRunRegister, 1);
+  if (started) {
+    arrived = cell.look_until(
+        [&](const v1::Snapshot& snapshot) {
+          const double run = std::abs(snapshot.conveyor().travel_m() - drive->travel_m());
+          return run >= std::abs(distance_m) - braking;
+        },
+        kBeltTimeout);
+  }
+  const auto stopped = stop_belt(cell, *conveyor);
+  if (interruption::happened()) {
+    return failed(FailureKind::kInterrupted,
+                  stopped ? "interrupted; the belt has stopped"
+                          : "interrupted; the belt MAY STILL RUN: " + stopped.error().message);
+  }
+  if (!started) return started;
   if (!stopped) return stopped;
-  if (!streamed) return streamed;
-  if (!stands) return failed(FailureKind::kTimeout, "the belt did not run and stop as told");
-  return {};
+  if (!arrived) return tl::unexpected(arrived.error());
+  return *arrived ? Outcome<void>() : failed(FailureKind::kTimeout, "the belt did not run as told");
 }
 
 }  // namespace
@@ -152,14 +168,15 @@ Outcome<std::string> bring_tray(DemoCell& cell, const Endpoints& endpoints,
   const BeltView view(cell.description, *before);
   const auto plan = view.plan(view.along(isometry(found->base_in_world()).translation()));
   if (!plan) {
-    cell.out << "belt: no tray on it needs bringing\n";
+    cell.tell("belt", "nothing_to_bring", "no tray on it needs bringing", {});
     return std::string();
   }
   const std::string tray = cell.description.bodies(plan->body).name();
-  cell.out << fmt::format("belt: brings {} before the {}, {:.0f} mm {}\n", tray, robot,
-                          1e3 * std::abs(plan->distance_m),
-                          plan->distance_m > 0 ? "forward" : "in reverse");
-  cell.out.flush();
+  cell.tell("belt", "brings",
+            fmt::format("brings {} before the {}, {:.0f} mm {}", tray, robot,
+                        1e3 * std::abs(plan->distance_m),
+                        plan->distance_m > 0 ? "forward" : "in reverse"),
+            {{"tray", tray}, {"to", robot}, {"distance_m", plan->distance_m}});
   BoundedPace pace(cell.connection);
   if (auto done = pace.bound(kPace); !done) return tl::unexpected(done.error());
   double travel = 0, moved = 0;
@@ -172,8 +189,10 @@ Outcome<std::string> bring_tray(DemoCell& cell, const Endpoints& endpoints,
     moved = BeltView(cell.description, *after).along(plan->body) - view.along(plan->body);
     travel = after->conveyor().travel_m() - before->conveyor().travel_m();
   }
-  cell.out << fmt::format("belt: ran {:.1f} mm and stopped, {} came along by {:.1f} mm\n",
-                          1e3 * travel, tray, 1e3 * moved);
+  cell.tell("belt", "stopped",
+            fmt::format("ran {:.1f} mm and stopped, {} came along by {:.1f} mm", 1e3 * travel, tray,
+                        1e3 * moved),
+            {{"tray", tray}, {"travel_m", travel}, {"tray_m", moved}});
   if (std::abs(moved - travel) > kMaxBeltSlip_m) {
     return failed(FailureKind::kCheck, fmt::format("{} slipped on the belt by {:.1f} mm", tray,
                                                    1e3 * std::abs(moved - travel)));

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "clients/aprsim/demo/pick_and_place.hpp"
+#include "clients/aprsim/demo/demo_cell.hpp"
 #include "clients/aprsim/endpoints.hpp"
 
 namespace aprsim::client {
@@ -10,6 +10,7 @@ namespace aprsim::client {
 /// Runs the belt over Modbus until it has brought the part tray that lies farthest upstream or
 /// downstream of a robot before it, stops it, and checks that the tray came along by friction.
 /// Returns the tray's name; empty when there is no belt or nothing on it that needs bringing.
+/// However it ends, the belt is told to stop.
 [[nodiscard]] Outcome<std::string> bring_tray(DemoCell& cell, const Endpoints& endpoints,
                                               const std::string& robot);
 

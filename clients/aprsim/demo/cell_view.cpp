@@ -78,6 +78,12 @@ const SlotView* CellView::slot(const std::string& tray, const std::string& slot)
   return found == slots_.end() ? nullptr : &*found;
 }
 
+bool CellView::has_gear_in_part_tray() const {
+  return std::ranges::any_of(slots_, [](const SlotView& slot) {
+    return slot.tray_kind == v1::BODY_KIND_PART_TRAY && !slot.gear.empty();
+  });
+}
+
 std::vector<Transfer> CellView::transfers(const Eigen::Vector3d& p_WB, bool on_belt,
                                           const std::string& preferred_tray) const {
   std::vector<Transfer> out;

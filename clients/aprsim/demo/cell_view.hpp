@@ -49,6 +49,9 @@ class CellView {
   [[nodiscard]] const GearView* gear(const std::string& name) const;
   [[nodiscard]] const SlotView* slot(const std::string& tray, const std::string& slot) const;
 
+  /// Whether anything is left to take.
+  [[nodiscard]] bool has_gear_in_part_tray() const;
+
   /// Every possible transfer, best first: not too far from a robot whose base stands at p_WB, then
   /// gears of `preferred_tray`, then both trays on the belt or both beside it as `on_belt` says,
   /// then what lies handiest.

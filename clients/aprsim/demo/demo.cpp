@@ -1,60 +1,89 @@
 #include <algorithm>
-#include <ostream>
-#include <set>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "clients/aprsim/commands.hpp"
 #include "clients/aprsim/demo/belt.hpp"
 #include "clients/aprsim/demo/pick_and_place.hpp"
+#include "clients/aprsim/demo/reach.hpp"
+#include "clients/aprsim/interruption.hpp"
 
 namespace aprsim::client {
 namespace {
 
-// So many transfers are tried before a robot is said to reach none.
-constexpr std::size_t kTries = 8;
 // The robot that works at the belt when there is one.
 constexpr const char* kBeltRobot = "motoman";
 
-/// Tries transfers, best first, until one is done or fails for another reason than reach.
-Outcome<void> transfer_one(DemoCell& cell, Arm& arm, const std::vector<Transfer>& transfers) {
-  const auto none_left =
-      failed(FailureKind::kCheck, arm.name() +
-                                      " reaches no gear in a part tray with a free slot "
-                                      "for it in a kit tray; 'aprsim reset' starts anew");
-  std::set<std::string> out_of_reach;
-  std::size_t tries = 0;
-  for (const auto& transfer : transfers) {
-    if (out_of_reach.contains(transfer.from.name()) || out_of_reach.contains(transfer.to.name())) {
-      continue;
-    }
-    if (++tries > kTries) break;
-    PickAndPlace task(cell, arm, transfer);
-    auto done = task.run();
-    if (done || task.out_of_reach().empty()) return done;
-    out_of_reach.insert(task.out_of_reach());
-    cell.out << arm.name() << ": " << task.out_of_reach() << " is out of reach\n";
+Failure none_left(const std::string& robot, const std::vector<Transfer>& transfers,
+                  const CellView& view) {
+  std::string why;
+  if (!transfers.empty()) {
+    why = fmt::format(
+        "{} reaches no gear that is left in a part tray and fits a free slot of a "
+        "kit tray ({} such transfers are beyond its reach)",
+        robot, transfers.size());
+  } else if (view.has_gear_in_part_tray()) {
+    why = robot + ": no kit tray has a free slot for a gear that is left in the part trays";
+  } else {
+    why = robot + ": no gear is left in the part trays";
   }
-  return none_left;
+  return {FailureKind::kCheck, why + "; 'aprsim reset' starts anew"};
 }
 
-/// One robot's pick and place. Whatever comes of it, the robot leaves the other's way.
+/// Tries transfers, best first, until one is done or fails for another reason than reach.
+Outcome<void> transfer_one(DemoCell& cell, Arm& arm, const CellView& view,
+                           const std::vector<Transfer>& transfers) {
+  Reach reach(arm.p_WB());
+  for (const auto& transfer : transfers) {
+    if (reach.excludes(transfer.from) || reach.excludes(transfer.to)) continue;
+    PickAndPlace task(cell, arm, transfer);
+    auto done = task.run();
+    if (done || !task.refusal()) return done;
+    reach.exclude(*task.refusal());
+    const std::string place = task.refusal()->place.name();
+    cell.tell(arm.name(), "out_of_reach", place + " is out of reach", {{"place", place}});
+  }
+  return tl::unexpected(none_left(arm.name(), transfers, view));
+}
+
+/// What the robot has in its hand, in words to append.
+std::string held_text(DemoCell& cell, const std::string& robot) {
+  const auto snapshot = cell.connection.snapshot();
+  if (!snapshot) return "";
+  const auto found = std::ranges::find(snapshot->robots(), robot, &v1::RobotState::name);
+  if (found == snapshot->robots().end() || !found->gripper().holding()) return "";
+  return fmt::format(", holding {}; 'aprsim reset' puts it back", found->gripper().held_body());
+}
+
+/// One robot's pick and place. Whatever comes of it, the robot leaves the other's way; but when the
+/// user interrupts it, it stops where it is.
 Outcome<void> show_robot(DemoCell& cell, const Endpoints& endpoints,
                          const v1::RobotDescription& description, bool at_belt,
                          const std::string& preferred_tray) {
   auto arm = Arm::connect(endpoints, description);
   if (!arm) return tl::unexpected(arm.error());
-  const auto view = cell.look();
-  if (!view) return tl::unexpected(view.error());
-  const auto done = transfer_one(cell, *arm, view->transfers(arm->p_WB(), at_belt, preferred_tray));
-  if (!done && done.error().kind == FailureKind::kConnection) return done;
-  if (!done) {
-    if (auto cleared = arm->initialise(); !cleared) return done;
-  }
-  const auto home = arm->go_home();
-  if (!done) return done;
-  if (!home) return home;
-  return arm->end();
+  const auto work = [&]() -> Outcome<void> {
+    const auto view = cell.look();
+    if (!view) return tl::unexpected(view.error());
+    const auto done =
+        transfer_one(cell, *arm, *view, view->transfers(arm->p_WB(), at_belt, preferred_tray));
+    if (interruption::noted()) return done;
+    if (!done && done.error().kind == FailureKind::kConnection) return done;
+    if (!done) {
+      if (auto cleared = arm->initialise(); !cleared) return done;
+    }
+    const auto home = arm->go_home();
+    if (!done) return done;
+    if (!home) return home;
+    return arm->end();
+  };
+  const auto done = work();
+  if (!interruption::happened()) return done;
+  Failure failure =
+      arm->stopped_after(done ? Failure{FailureKind::kInterrupted, "interrupted"} : done.error());
+  failure.message += held_text(cell, description.name());
+  return tl::unexpected(failure);
 }
 
 Outcome<void> check_robots(const std::vector<std::string>& wanted,
@@ -95,10 +124,12 @@ Outcome<void> run_command(const DemoCommand& command, Console& console) {
   if (auto ok = check_health(connection); !ok) return ok;
 
   const bool all = command.robots.empty() && !command.belt;
-  DemoCell cell{connection, *description, console.out};
+  const interruption::Hold hold;
+  DemoCell cell{connection, *description, console};
   const auto show = [&](const v1::RobotDescription& robot, bool at_belt,
                         const std::string& tray) -> Outcome<void> {
     if (!all && std::ranges::find(command.robots, robot.name()) == command.robots.end()) return {};
+    if (interruption::noted()) return failed(FailureKind::kInterrupted, "interrupted");
     return show_robot(cell, console.endpoints, robot, at_belt, tray);
   };
   const auto at_belt = [&](const v1::RobotDescription& robot) {
@@ -118,7 +149,7 @@ Outcome<void> run_command(const DemoCommand& command, Console& console) {
     if (!at_belt(robot)) continue;
     if (auto done = show(robot, true, tray); !done) return done;
   }
-  console.out << "demo: all done\n";
+  cell.tell("demo", "done", "all done", {});
   return {};
 }
 

@@ -4,18 +4,15 @@
 #include <chrono>
 #include <cmath>
 #include <numbers>
-#include <ostream>
-#include <thread>
 #include <utility>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "clients/aprsim/demo/geometry.hpp"
 #include "clients/aprsim/demo/grasp.hpp"
 
 namespace aprsim::client {
-
-using std::chrono::steady_clock;
 
 namespace {
 
@@ -29,7 +26,6 @@ constexpr double kUpright_rad = 0.02;
 constexpr double kMaxGraspSlip_m = 0.001;
 constexpr auto kGripTimeout = std::chrono::seconds(3);
 constexpr auto kRestTimeout = std::chrono::seconds(8);
-constexpr auto kLookInterval = std::chrono::milliseconds(20);
 constexpr double kDegPerRad = 180 / std::numbers::pi;
 
 const v1::RobotState* robot_in(const v1::Snapshot& snapshot, const std::string& name) {
@@ -37,13 +33,12 @@ const v1::RobotState* robot_in(const v1::Snapshot& snapshot, const std::string& 
   return found == snapshot.robots().end() ? nullptr : &*found;
 }
 
-}  // namespace
-
-Outcome<CellView> DemoCell::look() const {
-  const auto snapshot = connection.snapshot();
-  if (!snapshot) return tl::unexpected(snapshot.error());
-  return CellView(description, *snapshot);
+/// In the robot's own words. A robot with other words has all its yaws tried.
+bool says_out_of_reach(const Failure& refusal) {
+  return refusal.message.find("out of reach") != std::string::npos;
 }
+
+}  // namespace
 
 PickAndPlace::PickAndPlace(DemoCell& cell, Arm& arm, Transfer transfer)
     : cell_(cell), arm_(arm), transfer_(std::move(transfer)) {
@@ -51,14 +46,18 @@ PickAndPlace::PickAndPlace(DemoCell& cell, Arm& arm, Transfer transfer)
   p_grasp_WT_.z() += grasp_height_m(transfer_.gear.geometry);
 }
 
-void PickAndPlace::say(const std::string& text) const {
-  cell_.out << arm_.name() << ": " << text << '\n';
-  cell_.out.flush();
+void PickAndPlace::say(const char* event, const std::string& text,
+                       nlohmann::ordered_json fields) const {
+  nlohmann::ordered_json all{{"gear", transfer_.gear.name}};
+  all.update(fields);
+  cell_.tell(arm_.name(), event, text, all);
 }
 
 Outcome<void> PickAndPlace::run() {
-  say(fmt::format("{} from {} to {}", transfer_.gear.name, transfer_.from.name(),
-                  transfer_.to.name()));
+  say("transfer",
+      fmt::format("{} from {} to {}", transfer_.gear.name, transfer_.from.name(),
+                  transfer_.to.name()),
+      {{"from", transfer_.from.name()}, {"to", transfer_.to.name()}});
   for (const auto step : {&PickAndPlace::reach_for_gear, &PickAndPlace::pick, &PickAndPlace::lift,
                           &PickAndPlace::carry_and_place}) {
     if (auto done = (this->*step)(); !done) return done;
@@ -66,7 +65,8 @@ Outcome<void> PickAndPlace::run() {
   return {};
 }
 
-/// Moves over a point, with the first yaw that the arm reaches it at.
+/// Moves over a point, with the first yaw that the arm reaches it at. A tool that points down has
+/// its wrist in the same place at every yaw: where that is out of reach, no other is tried.
 Outcome<void> PickAndPlace::approach(const Eigen::Vector3d& p_WT) {
   const Eigen::Vector3d above = p_WT + Eigen::Vector3d(0, 0, kApproach_m);
   Outcome<void> done = failed(FailureKind::kRefused, arm_.name() + ": no yaw to try");
@@ -75,6 +75,7 @@ Outcome<void> PickAndPlace::approach(const Eigen::Vector3d& p_WT) {
     done = arm_.move(tool_down(above, yaw), /*straight=*/false);
     if (done || done.error().kind != FailureKind::kRefused) return done;
     if (auto cleared = arm_.initialise(); !cleared) return cleared;
+    if (says_out_of_reach(done.error())) return done;
   }
   return done;
 }
@@ -102,11 +103,14 @@ Outcome<void> PickAndPlace::reach_for_gear() {
   if (auto done = arm_.set_gripper(true); !done) return done;
   if (auto done = arm_.set_speed(kFast_m_s); !done) return done;
   if (auto done = approach(p_grasp_WT_); !done) {
-    if (done.error().kind == FailureKind::kRefused) out_of_reach_ = transfer_.from.name();
+    if (done.error().kind == FailureKind::kRefused) {
+      refusal_ = {transfer_.from, says_out_of_reach(done.error())};
+    }
     return done;
   }
-  say(fmt::format("over {}, tool turned to {:.0f} deg", transfer_.gear.name,
-                  yaw_rad_ * kDegPerRad));
+  say("over",
+      fmt::format("over {}, tool turned to {:.0f} deg", transfer_.gear.name, yaw_rad_ * kDegPerRad),
+      {{"yaw_rad", yaw_rad_}});
   return {};
 }
 
@@ -120,28 +124,30 @@ Outcome<void> PickAndPlace::pick() {
 }
 
 Outcome<void> PickAndPlace::await_grip() {
-  const auto deadline = steady_clock::now() + kGripTimeout;
-  while (true) {
-    const auto snapshot = cell_.connection.snapshot();
-    if (!snapshot) return tl::unexpected(snapshot.error());
-    const auto* robot = robot_in(*snapshot, arm_.name());
-    if (robot == nullptr) return failed(FailureKind::kCheck, "the snapshot has no " + arm_.name());
-    const auto& gripper = robot->gripper();
-    if (gripper.holding() && gripper.held_body() == transfer_.gear.name) {
-      say(fmt::format("holds {} with {:.1f} and {:.1f} N, fingers {:.2f} mm apart",
-                      gripper.held_body(), gripper.force_n(0), gripper.force_n(1),
-                      1e3 * gripper.separation_m()));
-      return {};
-    }
-    if (steady_clock::now() > deadline) {
-      return failed(FailureKind::kCheck,
-                    fmt::format("{}: the gripper closed but does not hold {} (fingers {:.2f} mm "
-                                "apart, {:.1f} and {:.1f} N)",
-                                arm_.name(), transfer_.gear.name, 1e3 * gripper.separation_m(),
-                                gripper.force_n(0), gripper.force_n(1)));
-    }
-    std::this_thread::sleep_for(kLookInterval);
+  v1::GripperState gripper;
+  const auto held = cell_.look_until(
+      [&](const v1::Snapshot& snapshot) {
+        const auto* robot = robot_in(snapshot, arm_.name());
+        if (robot != nullptr) gripper = robot->gripper();
+        return gripper.holding() && gripper.held_body() == transfer_.gear.name;
+      },
+      kGripTimeout);
+  if (!held) return tl::unexpected(held.error());
+  // A gripper that reports fewer forces has none on the others.
+  const double first_N = gripper.force_n_size() > 0 ? gripper.force_n(0) : 0;
+  const double second_N = gripper.force_n_size() > 1 ? gripper.force_n(1) : 0;
+  if (!*held) {
+    return failed(FailureKind::kCheck,
+                  fmt::format("{}: the gripper closed but does not hold {} (fingers {:.2f} mm "
+                              "apart, {:.1f} and {:.1f} N)",
+                              arm_.name(), transfer_.gear.name, 1e3 * gripper.separation_m(),
+                              first_N, second_N));
   }
+  say("holds",
+      fmt::format("holds {} with {:.1f} and {:.1f} N, fingers {:.2f} mm apart", gripper.held_body(),
+                  first_N, second_N, 1e3 * gripper.separation_m()),
+      {{"force_N", {first_N, second_N}}, {"separation_m", gripper.separation_m()}});
+  return {};
 }
 
 Outcome<Eigen::Isometry3d> PickAndPlace::gear_in_tool(const char* when) const {
@@ -171,7 +177,7 @@ Outcome<void> PickAndPlace::lift() {
     return failed(FailureKind::kCheck, fmt::format("{}: {} was lifted by {:.1f} mm only",
                                                    arm_.name(), transfer_.gear.name, 1e3 * lifted));
   }
-  say(fmt::format("lifted it by {:.1f} mm", 1e3 * lifted));
+  say("lifted", fmt::format("lifted it by {:.1f} mm", 1e3 * lifted), {{"lift_m", lifted}});
   return {};
 }
 
@@ -184,12 +190,17 @@ Outcome<void> PickAndPlace::carry_and_place() {
 }
 
 Outcome<void> PickAndPlace::put_back(const Failure& reason) {
-  cell_.out << reason.message << '\n';
-  say(fmt::format("puts it back into {}", transfer_.from.name()));
+  // The session's words begin with the robot's name, as a line of the demo does.
+  const std::string name = arm_.name() + ": ";
+  const std::string why =
+      reason.message.starts_with(name) ? reason.message.substr(name.size()) : reason.message;
+  say("refused", why, {{"reason", why}});
+  say("puts_back", fmt::format("puts it back into {}", transfer_.from.name()),
+      {{"to", transfer_.from.name()}});
   if (auto cleared = arm_.initialise(); !cleared) return cleared;
   if (auto done = place(transfer_.from); !done) return done;
   if (auto done = check_place(transfer_.from); !done) return done;
-  out_of_reach_ = transfer_.to.name();
+  refusal_ = {transfer_.to, says_out_of_reach(reason)};
   return tl::unexpected(reason);
 }
 
@@ -212,7 +223,8 @@ Outcome<void> PickAndPlace::carry() {
                                                    arm_.name(), transfer_.gear.name, 1e3 * slip));
   }
   X_TP_ = *X_TP;
-  say(fmt::format("carried it over {}, slip {:.4f} mm", transfer_.to.name(), 1e3 * slip));
+  say("carried", fmt::format("carried it over {}, slip {:.4f} mm", transfer_.to.name(), 1e3 * slip),
+      {{"to", transfer_.to.name()}, {"slip_m", slip}});
   return {};
 }
 
@@ -236,27 +248,31 @@ Outcome<void> PickAndPlace::place(const SlotView& target) {
 }
 
 Outcome<void> PickAndPlace::check_place(const SlotView& target) {
-  const auto deadline = steady_clock::now() + kRestTimeout;
-  while (true) {
-    const auto view = cell_.look();
-    if (!view) return tl::unexpected(view.error());
-    const auto* gear = view->gear(transfer_.gear.name);
-    const auto* slot = view->slot(target.tray, target.slot);
-    const Eigen::Isometry3d X_SP = slot->X_WS.inverse() * gear->X_WP;
-    const double off = X_SP.translation().norm();
-    const double tilt = std::acos(std::clamp(X_SP.linear()(2, 2), -1.0, 1.0));
-    if (gear->resting && off <= kPlaced_m && tilt <= kUpright_rad) {
-      say(fmt::format("{} rests in {}, {:.3f} mm off", gear->name, slot->name(), 1e3 * off));
-      return {};
-    }
-    if (steady_clock::now() > deadline) {
-      return failed(FailureKind::kCheck,
-                    fmt::format("{}: {} is {} {:.3f} mm off {} and tilted by {:.2f} deg",
-                                arm_.name(), gear->name, gear->resting ? "at rest" : "moving",
-                                1e3 * off, slot->name(), tilt * kDegPerRad));
-    }
-    std::this_thread::sleep_for(kLookInterval);
+  double off = 0, tilt = 0;
+  bool resting = false;
+  const auto placed = cell_.look_until(
+      [&](const v1::Snapshot& snapshot) {
+        const CellView view(cell_.description, snapshot);
+        const auto* gear = view.gear(transfer_.gear.name);
+        const auto* slot = view.slot(target.tray, target.slot);
+        const Eigen::Isometry3d X_SP = slot->X_WS.inverse() * gear->X_WP;
+        off = X_SP.translation().norm();
+        tilt = std::acos(std::clamp(X_SP.linear()(2, 2), -1.0, 1.0));
+        resting = gear->resting;
+        return resting && off <= kPlaced_m && tilt <= kUpright_rad;
+      },
+      kRestTimeout);
+  if (!placed) return tl::unexpected(placed.error());
+  if (!*placed) {
+    return failed(FailureKind::kCheck,
+                  fmt::format("{}: {} is {} {:.3f} mm off {} and tilted by {:.2f} deg", arm_.name(),
+                              transfer_.gear.name, resting ? "at rest" : "moving", 1e3 * off,
+                              target.name(), tilt * kDegPerRad));
   }
+  say("rests",
+      fmt::format("{} rests in {}, {:.3f} mm off", transfer_.gear.name, target.name(), 1e3 * off),
+      {{"to", target.name()}, {"off_m", off}});
+  return {};
 }
 
 }  // namespace aprsim::client

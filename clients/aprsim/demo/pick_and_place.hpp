@@ -1,22 +1,16 @@
 #pragma once
 
-#include <iosfwd>
+#include <optional>
 #include <string>
 
-#include "clients/aprsim/cell_connection.hpp"
+#include <nlohmann/json_fwd.hpp>
+
 #include "clients/aprsim/demo/arm.hpp"
 #include "clients/aprsim/demo/cell_view.hpp"
+#include "clients/aprsim/demo/demo_cell.hpp"
+#include "clients/aprsim/demo/reach.hpp"
 
 namespace aprsim::client {
-
-/// What the demo knows of the cell while it works.
-struct DemoCell {
-  CellConnection& connection;
-  const v1::CellDescription& description;
-  std::ostream& out;
-
-  [[nodiscard]] Outcome<CellView> look() const;
-};
 
 /// Takes a gear by its peg and puts it into a slot, with CRCL commands; gRPC only looks on. Then
 /// checks from gRPC that it was carried by the gripper and rests in the slot within a millimetre.
@@ -25,9 +19,9 @@ class PickAndPlace {
  public:
   PickAndPlace(DemoCell& cell, Arm& arm, Transfer transfer);
   [[nodiscard]] Outcome<void> run();
-  /// After a failed run: the slot that the robot refused as out of reach, with everything as it was
-  /// before; empty when it failed for another reason.
-  [[nodiscard]] const std::string& out_of_reach() const { return out_of_reach_; }
+  /// After a failed run: the slot that the robot refused to go to, with everything as it was
+  /// before; absent when it failed for another reason.
+  [[nodiscard]] const std::optional<Refusal>& refusal() const { return refusal_; }
 
  private:
   [[nodiscard]] Outcome<void> reach_for_gear();
@@ -43,7 +37,7 @@ class PickAndPlace {
   [[nodiscard]] Outcome<void> approach(const Eigen::Vector3d& p_WT);
   [[nodiscard]] Outcome<void> move_level(const Eigen::Isometry3d& X_WT);
   [[nodiscard]] Outcome<Eigen::Isometry3d> gear_in_tool(const char* when) const;
-  void say(const std::string& text) const;
+  void say(const char* event, const std::string& text, nlohmann::ordered_json fields) const;
 
   DemoCell& cell_;
   Arm& arm_;
@@ -52,7 +46,7 @@ class PickAndPlace {
   std::vector<double> yaws_;
   Eigen::Vector3d p_grasp_WT_;
   Eigen::Isometry3d X_TP_;  // gear in the hand, measured
-  std::string out_of_reach_;
+  std::optional<Refusal> refusal_;
 };
 
 }  // namespace aprsim::client

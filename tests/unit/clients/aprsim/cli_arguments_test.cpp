@@ -1,6 +1,8 @@
 #include <cstdlib>
+#include <functional>
 
 #include "clients/aprsim/command_line.hpp"
+#include "clients/aprsim/command_tree.hpp"
 #include "tests/unit/clients/aprsim/cli_fixture.hpp"
 
 namespace aprsim::test {
@@ -88,6 +90,72 @@ TEST(CliArguments, WrongOnesAreExitCodeTwoAndSayWhat) {
   EXPECT_NE(run_cli({"speed", "-1"}).err.find("'-1'"), std::string::npos);
 }
 
+TEST(CliArguments, MistypedOnesAreGuessed) {
+  const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
+      {{"stauts"}, "unknown command 'stauts'; did you mean 'status'?"},
+      {{"dmo"}, "did you mean 'demo'?"},
+      {{"conv"}, "did you mean 'conveyor'?"},
+      {{"crlc", "jog", "--robot", "fanuc"}, "did you mean 'crcl'?"},
+      {{"crcl", "gog", "--robot", "fanuc", "--by", "1"}, "did you mean 'jog'?"},
+      {{"crcl", "jog", "--robt", "fanuc", "--axs", "x", "--by", "1"},
+       "unknown option '--robt'; did you mean '--robot'?"},
+      {{"crcl", "jog", "--robot", "fanuc", "--axs=x", "--by", "1"}, "did you mean '--axis'?"},
+      {{"status", "--grpc-prot", "5"}, "did you mean '--grpc-port'?"},
+  };
+  for (const auto& [arguments, sentence] : cases) {
+    const auto result = run_cli(arguments);
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_NE(result.err.find(sentence), std::string::npos) << result.err;
+    EXPECT_EQ(result.err.rfind("aprsim: ", 0), 0U) << result.err;
+  }
+  EXPECT_EQ(run_cli({"xylophone"}).err.find("did you mean"), std::string::npos);
+  EXPECT_NE(run_cli({"crcl"}).err.find("a command is missing: status, init, stop"),
+            std::string::npos);
+  EXPECT_NE(run_cli({"crcl", "jgo"}).err.find("Run 'aprsim crcl --help'"), std::string::npos);
+}
+
+TEST(CliArguments, AJogNamesWhatMoves) {
+  const auto jog = run_cli({"crcl", "jog", "--robot", "fanuc", "--by", "1"});
+  EXPECT_EQ(jog.exit_code, 2);
+  EXPECT_NE(jog.err.find("--axis"), std::string::npos) << jog.err;
+  EXPECT_NE(jog.err.find("--joint"), std::string::npos) << jog.err;
+}
+
+TEST(CliArguments, RobotCommandsKeepTheirOptions) {
+  EXPECT_EQ(parse_as<client::CrclInitCommand>({"crcl", "init", "--robot", "a"}).robot, "a");
+  const auto stop = parse_as<client::CrclStopCommand>(
+      {"crcl", "stop", "--robot", "a", "--robot", "b", "--condition", "immediate"});
+  EXPECT_EQ(stop.robots, (std::vector<std::string>{"a", "b"}));
+  EXPECT_EQ(stop.condition, crcl::StopCondition::kImmediate);
+  EXPECT_TRUE(parse_as<client::CrclStopCommand>({"crcl", "stop"}).robots.empty());
+  for (const auto& [text, setting] :
+       {std::pair("open", 1.0), std::pair("close", 0.0), std::pair("0.25", 0.25)}) {
+    EXPECT_EQ(
+        parse_as<client::CrclGripperCommand>({"crcl", "gripper", text, "--robot", "a"}).setting,
+        setting);
+  }
+  EXPECT_EQ(parse_as<client::CrclJogCommand>(
+                {"crcl", "jog", "--robot", "a", "--axis", "z", "--by", "-20"})
+                .axis,
+            'z');
+}
+
+TEST(CliArguments, EveryCommandAndOptionIsExplained) {
+  const std::function<void(const client::CommandInfo&)> check =
+      [&](const client::CommandInfo& command) {
+        EXPECT_FALSE(command.help.empty()) << command.path;
+        for (const auto& option : command.options) {
+          EXPECT_FALSE(option.help.empty()) << command.path;
+          EXPECT_TRUE(option.positional || !option.names.empty()) << command.path;
+          // The parser's own name of a type is no placeholder.
+          EXPECT_EQ(option.value.find("TEXT"), std::string::npos) << command.path;
+          EXPECT_EQ(option.value.find("FLOAT"), std::string::npos) << command.path;
+        }
+        for (const auto& sub : command.commands) check(sub);
+      };
+  check(client::command_tree());
+}
+
 TEST(CliArguments, HelpAndVersionAreExitCodeZero) {
   const auto help = run_cli({"--help"});
   EXPECT_EQ(help.exit_code, 0);
@@ -136,6 +204,16 @@ TEST(Endpoints, EnvironmentNamesTheFileAndDefaultsComeLast) {
   unsetenv("APRSIM_PORTS_FILE");
   ASSERT_TRUE(named.has_value());
   EXPECT_EQ(named->grpc, 1234);
+}
+
+TEST(Endpoints, WhatNeedsNoDaemonNeedsNoPortsFile) {
+  ASSERT_EQ(setenv("APRSIM_PORTS_FILE", "/no/such", 1), 0);
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"conveyor", "map"}, {"completion", "zsh"}, {"manual"}}) {
+    EXPECT_EQ(run_cli(arguments).exit_code, 0) << arguments.front();
+  }
+  EXPECT_EQ(run_cli({"status"}).exit_code, 2);
+  unsetenv("APRSIM_PORTS_FILE");
 }
 
 TEST(Endpoints, BadFilesAreNamed) {

@@ -1,5 +1,7 @@
 #include <algorithm>
 
+#include <nlohmann/json.hpp>
+
 #include "crcl/command_codec.hpp"
 #include "tests/unit/clients/aprsim/cli_fixture.hpp"
 #include "tests/unit/clients/aprsim/scripted_robot.hpp"
@@ -172,6 +174,64 @@ TEST(CliPendant, JogMovesFromWhereTheRobotIs) {
   const auto move = std::get<crcl::MoveTo>(commands[2].body);
   EXPECT_TRUE(move.straight);
   EXPECT_EQ(move.end.pose.point, (crcl::Vector{300, 0, 420}));
+}
+
+TEST(CliPendant, InitStopAndGripperSendOneCommand) {
+  ScriptedRobot robot(done);
+  for (const std::vector<std::string>& arguments : {std::vector<std::string>{"init"},
+                                                    {"gripper", "close"},
+                                                    {"gripper", "0.5"},
+                                                    {"stop"},
+                                                    {"stop", "--condition", "immediate"}}) {
+    const auto result = pendant(robot, arguments);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_EQ(std::count(result.out.begin(), result.out.end(), '\n'), 1) << result.out;
+  }
+  const auto commands = robot.commands();
+  ASSERT_EQ(commands.size(), 5U);
+  EXPECT_TRUE(std::holds_alternative<crcl::InitCanon>(commands[0].body));
+  EXPECT_EQ(std::get<crcl::SetEndEffector>(commands[1].body).setting, 0);
+  EXPECT_EQ(std::get<crcl::SetEndEffector>(commands[2].body).setting, 0.5);
+  EXPECT_EQ(std::get<crcl::StopMotion>(commands[3].body).condition, crcl::StopCondition::kNormal);
+  EXPECT_EQ(std::get<crcl::StopMotion>(commands[4].body).condition,
+            crcl::StopCondition::kImmediate);
+}
+
+TEST(CliPendant, StopReachesTheOthersWhenOneIsGone) {
+  ScriptedRobot robot(done);
+  auto gone = std::make_unique<ScriptedRobot>(done);
+  const std::string port = "fanuc=" + std::to_string(gone->port());
+  gone.reset();
+  const auto result = run_cli({"crcl", "stop", "--crcl-port", port, "--crcl-port",
+                               "motoman=" + std::to_string(robot.port())});
+  EXPECT_EQ(result.exit_code, 3) << result.err;
+  ASSERT_EQ(robot.commands().size(), 1U);
+  EXPECT_TRUE(std::holds_alternative<crcl::StopMotion>(robot.commands()[0].body));
+}
+
+TEST(CliPendant, JsonIsTheStatus) {
+  ScriptedRobot robot(done, 17);
+  const auto json = nlohmann::json::parse(pendant(robot, {"status", "--json"}).out);
+  EXPECT_EQ(json.at("robot"), "fanuc");
+  EXPECT_EQ(json.at("command_id"), 17);
+  EXPECT_EQ(json.at("state"), "CRCL_Done");
+  EXPECT_EQ(json.at("tool"), nlohmann::json({300, 0, 400}));
+  EXPECT_EQ(json.at("joints").size(), 6U);
+  EXPECT_TRUE(json.at("gripper").is_null());
+}
+
+TEST(CliPendant, AJogThatDoesNotEndInTimeIsStopped) {
+  ScriptedRobot robot([](const crcl::Command& command) {
+    const bool stop = std::holds_alternative<crcl::StopMotion>(command.body);
+    return crcl::CommandStatus{
+        .command_id = command.id,
+        .state = stop ? crcl::CommandState::kDone : crcl::CommandState::kWorking};
+  });
+  const auto jog = pendant(robot, {"jog", "--axis", "x", "--by", "5", "--timeout", "0.2"});
+  EXPECT_EQ(jog.exit_code, 4);
+  EXPECT_NE(jog.err.find("it has been stopped"), std::string::npos) << jog.err;
+  ASSERT_EQ(robot.commands().size(), 2U);
+  EXPECT_TRUE(std::holds_alternative<crcl::StopMotion>(robot.commands()[1].body));
 }
 
 TEST(CliPendant, JogRefusesWhatIsNoJointOrAxis) {

@@ -6,6 +6,7 @@
 #include "clients/aprsim/demo/cell_view.hpp"
 #include "clients/aprsim/demo/geometry.hpp"
 #include "clients/aprsim/demo/grasp.hpp"
+#include "clients/aprsim/demo/reach.hpp"
 
 namespace aprsim::client {
 namespace {
@@ -105,6 +106,40 @@ TEST(CellView, AnOccupiedSlotIsNotOffered) {
   cell.add_gear("g3", 0.512, 0);  // beside the slot's centre, yet in the way
   const CellView view(cell.cell, cell.snapshot);
   EXPECT_TRUE(view.transfers({0, 0, 0}, false, "").empty());
+}
+
+TEST(CellView, TellsWhetherAnythingIsLeft) {
+  TwoTrays cell(0);
+  EXPECT_TRUE(CellView(cell.cell, cell.snapshot).has_gear_in_part_tray());
+  for (const int gear : {2, 3}) {
+    set_position(*cell.snapshot.mutable_bodies(gear)->mutable_body_in_world(), 2, 2, 0);
+  }
+  EXPECT_FALSE(CellView(cell.cell, cell.snapshot).has_gear_in_part_tray());
+}
+
+SlotView slot_at(const char* name, double x, double y, double z) {
+  SlotView slot;
+  slot.tray = "tray";
+  slot.slot = name;
+  slot.X_WS = Eigen::Isometry3d(Eigen::Translation3d(x, y, z));
+  return slot;
+}
+
+TEST(Reach, WhatLiesBeyondAPlaceThatIsTooFarIsExcluded) {
+  Reach reach({1, 0, 0});
+  EXPECT_FALSE(reach.excludes(slot_at("a", 2, 0, 0.5)));
+  reach.exclude({slot_at("a", 2, 0, 0.5), /*too_far=*/true});
+  EXPECT_TRUE(reach.excludes(slot_at("a", 2, 0, 0.5)));
+  EXPECT_TRUE(reach.excludes(slot_at("behind", -0.5, 0, 0.5))) << "round the base";
+  EXPECT_FALSE(reach.excludes(slot_at("nearer", 1.9, 0, 0.5)));
+  EXPECT_FALSE(reach.excludes(slot_at("higher", 2.1, 0, 0.8))) << "another height, another reach";
+}
+
+TEST(Reach, ARefusalForAnotherReasonExcludesOnlyItsPlace) {
+  Reach reach({0, 0, 0});
+  reach.exclude({slot_at("a", 1, 0, 0), /*too_far=*/false});
+  EXPECT_TRUE(reach.excludes(slot_at("a", 1, 0, 0)));
+  EXPECT_FALSE(reach.excludes(slot_at("b", 1.2, 0, 0)));
 }
 
 TEST(Geometry, ToolPointsDownWithItsYaw) {

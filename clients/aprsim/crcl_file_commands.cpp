@@ -1,0 +1,127 @@
+#include <fstream>
+#include <iterator>
+#include <ostream>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "clients/aprsim/commands.hpp"
+#include "clients/aprsim/crcl_session.hpp"
+#include "clients/aprsim/crcl_text.hpp"
+#include "clients/aprsim/interruption.hpp"
+#include "crcl/command_codec.hpp"
+#include "crcl/framer.hpp"
+#include "crcl/program_loops.hpp"
+#include "crcl/schema.hpp"
+
+namespace aprsim::client {
+namespace {
+
+Outcome<std::string> read_file(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) return failed(FailureKind::kUsage, "cannot read " + path);
+  return std::string(std::istreambuf_iterator<char>(in), {});
+}
+
+/// How many documents of the text are valid; a failure names the first that is not.
+Outcome<int> validate(const std::string& text) {
+  constexpr std::size_t kLimit = crcl::kMaxProgramBytes;
+  crcl::Framer framer(
+      {{"CRCLCommandInstance", kLimit}, {"CRCLProgram", kLimit}, {"CRCLStatus", kLimit}});
+  framer.append(text);
+  int count = 0;
+  while (true) {
+    const auto document = framer.next();
+    if (!document) return failed(FailureKind::kCheck, document.error().message());
+    if (!*document) break;
+    ++count;
+    if (const auto fault = crcl::schema_fault(**document)) {
+      return failed(FailureKind::kCheck, fmt::format("document {}: {}", count, fault->message()));
+    }
+  }
+  if (framer.buffered() > 0 || count == 0) {
+    return failed(FailureKind::kCheck,
+                  fmt::format("document {} is no whole CRCLCommandInstance, CRCLProgram or "
+                              "CRCLStatus",
+                              count + 1));
+  }
+  return count;
+}
+
+}  // namespace
+
+Outcome<void> run_command(const CrclSendCommand& command, Console& console) {
+  const auto text = read_file(command.file);
+  if (!text) return tl::unexpected(text.error());
+  const interruption::Hold hold;
+  auto session = CrclSession::connect(console.endpoints, command.robot);
+  if (!session) return tl::unexpected(session.error());
+  auto framer = crcl::Framer::for_commands();
+  framer.append(*text);
+  int count = 0;
+  while (true) {
+    auto document = framer.next();
+    if (!document)
+      return failed(FailureKind::kUsage, command.file + ": " + document.error().message());
+    if (!*document) break;
+    const auto instance = crcl::decode_command(**document);
+    if (!instance)
+      return failed(FailureKind::kUsage, command.file + ": " + instance.error().message());
+    const auto& sent = instance->command;
+    const auto status =
+        session->run_document(**document, sent, CrclSession::Seconds(command.timeout_s));
+    if (!status) return tl::unexpected(session->stopped_after(status.error()));
+    console.show(fmt::format("{} {}: {}\n", crcl::type_name(sent.body), sent.id,
+                             end_text(*status, console.screen.out)),
+                 status_json(command.robot, *status));
+    ++count;
+  }
+  if (count == 0)
+    return failed(FailureKind::kUsage, command.file + " holds no CRCLCommandInstance");
+  return {};
+}
+
+Outcome<void> run_command(const CrclRunCommand& command, Console& console) {
+  const auto text = read_file(command.file);
+  if (!text) return tl::unexpected(text.error());
+  const auto program = crcl::decode_program(*text);
+  if (!program) return failed(FailureKind::kUsage, command.file + ": " + program.error().message());
+  const auto order = crcl::expand_loops(*program);
+  if (!order) return failed(FailureKind::kUsage, command.file + ": " + order.error().message());
+  const interruption::Hold hold;
+  auto session = CrclSession::connect(console.endpoints, command.robot);
+  if (!session) return tl::unexpected(session.error());
+  int index = 0;
+  for (const std::size_t next : *order) {
+    crcl::CommandInstance instance;
+    instance.program_file = command.file;
+    instance.program_index = index++;
+    instance.program_length = static_cast<int>(order->size());
+    instance.command = program->commands[next];
+    if (!console.json) {
+      console.out << fmt::format("{:>4}/{} {} ... ", index, order->size(),
+                                 crcl::type_name(instance.command.body));
+      console.out.flush();
+    }
+    const auto status = session->run(std::move(instance), CrclSession::Seconds(command.timeout_s));
+    if (!status) {
+      if (!console.json) console.out << "failed\n";
+      return tl::unexpected(session->stopped_after(status.error()));
+    }
+    console.show(end_text(*status, console.screen.out) + "\n", status_json(command.robot, *status));
+  }
+  return {};
+}
+
+Outcome<void> run_command(const CrclValidateCommand& command, Console& console) {
+  const auto text = read_file(command.file);
+  if (!text) return tl::unexpected(text.error());
+  const auto count = validate(*text);
+  if (!count) return failed(count.error().kind, command.file + ": " + count.error().message);
+  console.show(
+      fmt::format("{}: {} valid document{}\n", command.file, *count, *count == 1 ? "" : "s"),
+      {{"file", command.file}, {"valid_documents", *count}});
+  return {};
+}
+
+}  // namespace aprsim::client

@@ -1,0 +1,39 @@
+#include "clients/aprsim/demo/demo_cell.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "clients/aprsim/interruption.hpp"
+
+namespace aprsim::client {
+
+using std::chrono::steady_clock;
+
+Outcome<CellView> DemoCell::look() const {
+  const auto snapshot = connection.snapshot();
+  if (!snapshot) return tl::unexpected(snapshot.error());
+  return CellView(description, *snapshot);
+}
+
+Outcome<bool> DemoCell::look_until(const std::function<bool(const v1::Snapshot&)>& met,
+                                   std::chrono::milliseconds limit) const {
+  constexpr auto kInterval = std::chrono::milliseconds(10);
+  const auto deadline = steady_clock::now() + limit;
+  while (true) {
+    const auto snapshot = connection.snapshot();
+    if (!snapshot) return tl::unexpected(snapshot.error());
+    if (met(*snapshot)) return true;
+    if (interruption::noted()) return failed(FailureKind::kInterrupted, "interrupted");
+    if (steady_clock::now() > deadline) return false;
+    interruption::sleep_until(steady_clock::now() + kInterval);
+  }
+}
+
+void DemoCell::tell(const std::string& who, const char* event, const std::string& text,
+                    const nlohmann::ordered_json& fields) const {
+  nlohmann::ordered_json object{{"who", who}, {"event", event}};
+  if (!fields.is_null()) object.update(fields);
+  console.show(fmt::format("{}: {}\n", who, text), object);
+}
+
+}  // namespace aprsim::client

@@ -1,0 +1,174 @@
+#include "clients/aprsim/manual.hpp"
+
+#include <array>
+#include <ostream>
+#include <string_view>
+
+#include <fmt/format.h>
+
+#include "clients/aprsim/command_tree.hpp"
+#include "clients/aprsim/commands.hpp"
+#include "clients/aprsim/exit_code.hpp"
+
+namespace aprsim::client {
+namespace {
+
+constexpr std::string_view kDate = "November 22, 2026";  // of the text below
+
+struct Entry {
+  std::string_view name, text;
+};
+
+constexpr std::array kEnvironment{
+    Entry{"APRSIM_PORTS_FILE", "File of ports to use when --ports-file names none."},
+    Entry{"NO_COLOR", "When set and not empty, nothing is coloured."},
+    Entry{"TERM", "When dumb or not set, output is not coloured and not redrawn in place."},
+};
+
+// What stands in the objects of --json, by command.
+constexpr std::array kJson{
+    Entry{"status",
+          "The snapshot as protobuf's JSON mapping of aprsim.v1.Snapshot gives it, with "
+          "the names of its .proto file."},
+    Entry{"watch", "The same of aprsim.v1.StreamSnapshotsResponse, one object a sample."},
+    Entry{"pause, resume, step, speed, reset, save, load, intruder",
+          "done (the command), step, sim_time_s, epoch: when it took effect; intruder also "
+          "light_curtain (broken or clear), where there is one."},
+    Entry{"crcl status, init, stop, gripper, jog, send, run",
+          "robot, command_id, command, state (CRCL_Done, ...), description, program_index, "
+          "program_length, tool (its point), x_axis, z_axis, joints, gripper (separation of the "
+          "fingers), holding: one object a status, null where the robot does not say; lengths and "
+          "angles in the units of a new connection, millimetres and degrees by default."},
+    Entry{"crcl validate", "file, valid_documents."},
+    Entry{"conveyor status",
+          "drive (absent, standstill, ramping, at speed, fault), run, forward, speed_setting_m_s, "
+          "speed_m_s, target_speed_m_s, max_speed_m_s, travel_m, sim_time_s, ready, fault (none, "
+          "...), emergency_stop, motor_current_a, load_kg, photo_eyes (list of broken, count), "
+          "light_curtain (null, or broken, beams, range_m)."},
+    Entry{"conveyor set", "register, address, value: one object for each register written."},
+    Entry{"conveyor map",
+          "area, address, name, values (so many, one after the other), writable, encoding, unit, "
+          "unit_per_count, min, max (in counts), meaning: one object a register."},
+    Entry{
+        "demo",
+        "who (a robot, belt or demo), event, and what belongs to it: gear, from, to, tray, place, "
+        "reason, yaw_rad, force_N, separation_m, lift_m, slip_m, off_m, distance_m, travel_m, "
+        "tray_m. The events are transfer, over, holds, lifted, carried, refused, puts_back, rests, "
+        "out_of_reach; brings, stopped, nothing_to_bring; done."},
+};
+
+constexpr std::array kExamples{
+    Entry{"aprsim status", "The cell as it is now."},
+    Entry{"aprsim crcl jog --robot fanuc --init --axis z --by 20", "20 mm up."},
+    Entry{"aprsim crcl stop", "Both robots stop."},
+    Entry{"aprsim conveyor set --speed 50% --direction reverse", "The belt runs backward."},
+    Entry{"aprsim conveyor status --json | jq .speed_m_s", "Its speed, for a program."},
+};
+
+/// Text as mdoc takes it: no macro, no escape, hyphens that can be copied.
+std::string plain(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '\\') {
+      out += "\\e";
+    } else if (c == '-') {
+      out += "\\-";
+    } else {
+      out += c;
+    }
+  }
+  return out.starts_with('.') || out.starts_with('\'') ? "\\&" + out : out;
+}
+
+/// Whole sentences, each on a line of its own as mdoc wants it.
+std::string sentences(std::string_view text) {
+  std::string out = plain(text);
+  for (std::size_t at = 0; (at = out.find(". ", at)) != std::string::npos; ++at) out[at + 1] = '\n';
+  return out;
+}
+
+/// One argument of a macro, blanks and all.
+std::string argument(std::string_view text) { return "\"" + plain(text) + "\""; }
+
+std::string option_line(const OptionInfo& option) {
+  std::string out = ".It";
+  for (const auto& name : option.names) {
+    out += fmt::format("{} Fl {}", out == ".It" ? "" : " ,", plain(name.substr(1)));
+  }
+  return option.value.empty() ? out : fmt::format("{} Ar {}", out, argument(option.value));
+}
+
+void add_options(const CommandInfo& command, std::string& out) {
+  if (command.options.empty()) return;
+  out += ".Bl -tag -width Ds -compact\n";
+  for (const auto& option : command.options) {
+    out += option_line(option) + "\n" + sentences(option.help) +
+           (option.required ? " (required)" : "") + ".\n";
+  }
+  out += ".El\n";
+}
+
+void add_command(const CommandInfo& command, const std::string& program, std::string& out) {
+  if (command.commands.empty()) {
+    out += fmt::format(".It Cm {}", argument(command.path.substr(program.size() + 1)));
+    for (const auto& option : command.options) {
+      if (option.positional) out += " Ar " + argument(option.value);
+    }
+    out += "\n" + sentences(command.help) + ".\n";
+    add_options(command, out);
+  }
+  for (const auto& sub : command.commands) add_command(sub, program, out);
+}
+
+template <typename Entries>
+void add_list(const Entries& entries, const char* macro, std::string& out) {
+  out += ".Bl -tag -width Ds\n";
+  for (const auto& entry : entries) {
+    out += fmt::format(".It {} {}\n{}\n", macro, argument(entry.name), sentences(entry.text));
+  }
+  out += ".El\n";
+}
+
+}  // namespace
+
+std::string manual_page() {
+  const CommandInfo program = command_tree();
+  std::string out = fmt::format(
+      ".Dd {}\n.Dt APRSIM 1\n.Os \"aprsim {}\"\n.Sh NAME\n.Nm aprsim\n"
+      ".Nd client of the simulated kitting cell aprsimd\n"
+      ".Sh SYNOPSIS\n.Nm\n.Op Ar option ...\n.Ar command\n.Op Ar argument ...\n"
+      ".Sh DESCRIPTION\n.Nm\nlooks at and commands a running\n.Xr aprsimd 1 ,\n"
+      "over the wires that the cell has: CRCL for the robots, Modbus for the belt, gRPC for the\n"
+      "rest.\nResults go to standard output, what is wrong to standard error.\n.Pp\n"
+      "The following options say where the daemon is, and may stand before or after the command:\n"
+      ".Pp\n",
+      kDate, APRSIM_VERSION);
+  add_options(program, out);
+  out += ".Sh COMMANDS\n.Bl -tag -width Ds\n";
+  add_command(program, program.path, out);
+  out +=
+      ".El\n.Sh JSON OUTPUT\n"
+      "With\n.Fl \\-json\neach result is an object on a line of its own (that of\n.Cm status\n"
+      "on several).\nNumbers are in SI units, or in those that their name says.\nFailures stay "
+      "text\n"
+      "on standard error; the exit status tells their kind.\n";
+  add_list(kJson, "Cm", out);
+  out += ".Sh ENVIRONMENT\n";
+  add_list(kEnvironment, "Ev", out);
+  out += ".Sh EXIT STATUS\n.Bl -tag -width Ds\n";
+  for (const auto& exit : kExitCodes) {
+    out += fmt::format(".It {}\n{}.\n", exit.code, plain(exit.meaning));
+  }
+  out += ".El\n.Sh EXAMPLES\n.Bl -tag -width Ds\n";
+  for (const auto& example : kExamples) {
+    out += fmt::format(".It Li {}\n{}\n", argument(example.name), sentences(example.text));
+  }
+  return out + ".El\n.Sh SEE ALSO\n.Lk https://no-color.org\n";
+}
+
+Outcome<void> run_command(const ManualCommand& /*command*/, Console& console) {
+  console.out << manual_page();
+  return {};
+}
+
+}  // namespace aprsim::client
