@@ -1,0 +1,277 @@
+#include <algorithm>
+#include <fstream>
+#include <sstream>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "clients/aprsim/command_tree.hpp"
+#include "tests/integration/cli/cli_commands.hpp"
+#include "tests/support/eventually.hpp"
+
+namespace aprsim::test {
+namespace {
+
+using Arguments = std::vector<std::string>;
+
+struct Row {
+  std::string command;  ///< its words, as the command tree has them
+  Arguments arguments;
+  bool alone = false;  ///< needs no daemon
+};
+
+/// One run of each command that succeeds, in an order in which each can.
+std::vector<Row> every_command() {
+  return {{"status", {"--bodies"}},
+          {"watch", {"--count", "1"}},
+          {"pause", {}},
+          {"step", {"3"}},
+          {"resume", {}},
+          {"speed", {"max"}},
+          {"save", {"here"}},
+          {"load", {"here"}},
+          {"intruder put", {"0", "-1.75"}},
+          {"intruder remove", {}},
+          {"crcl init", {"--robot", "fanuc"}},
+          {"crcl status", {"--robot", "fanuc"}},
+          {"crcl gripper", {"close", "--robot", "fanuc"}},
+          {"crcl jog", {"--robot", "fanuc", "--joint", "1", "--by", "1"}},
+          {"crcl stop", {}},
+          {"crcl send", {example("grip.xml"), "--robot", "fanuc"}},
+          {"crcl run", {example("wave.xml"), "--robot", "fanuc"}},
+          {"crcl validate", {example("wave.xml")}, true},
+          {"conveyor status", {}},
+          {"conveyor set", {"--speed", "10%", "--direction", "forward"}},
+          {"conveyor map", {}, true},
+          {"reset", {"--seed", "3"}},
+          {"demo", {"--robot", "fanuc"}},
+          {"completion", {"bash"}, true},
+          {"manual", {}, true}};
+}
+
+Arguments words(const std::string& text) {
+  std::istringstream in(text);
+  return {std::istream_iterator<std::string>(in), {}};
+}
+
+Arguments line_of(const Row& row, const Arguments& more = {}) {
+  Arguments line = words(row.command);
+  line.insert(line.end(), row.arguments.begin(), row.arguments.end());
+  line.insert(line.end(), more.begin(), more.end());
+  return line;
+}
+
+/// The commands that do something, by their words.
+void collect(const client::CommandInfo& command, std::vector<client::CommandInfo>& out) {
+  if (command.commands.empty()) out.push_back(command);
+  for (const auto& sub : command.commands) collect(sub, out);
+}
+
+std::vector<client::CommandInfo> leaves() {
+  std::vector<client::CommandInfo> out;
+  collect(client::command_tree(), out);
+  return out;
+}
+
+std::string words_of(const client::CommandInfo& command) {
+  return command.path.substr(command.path.find(' ') + 1);
+}
+
+bool offers_json(const std::string& name) {
+  for (const auto& leaf : leaves()) {
+    if (words_of(leaf) != name) continue;
+    return std::ranges::any_of(leaf.options, [](const client::OptionInfo& option) {
+      return std::ranges::find(option.names, "--json") != option.names.end();
+    });
+  }
+  return false;
+}
+
+ProcessResult run_alone(const Arguments& arguments) {
+  Arguments argv = {std::string(APRSIM_BIN_DIR) + "/aprsim"};
+  argv.insert(argv.end(), arguments.begin(), arguments.end());
+  return run_process(argv);
+}
+
+TEST(ExitCodes, EveryCommandIsTried) {
+  const auto rows = every_command();
+  for (const auto& leaf : leaves()) {
+    EXPECT_NE(std::ranges::find(rows, words_of(leaf), &Row::command), rows.end())
+        << "no row for " << leaf.path;
+  }
+}
+
+TEST(ExitCodes, ZeroWhenDoneAndValidJson) {
+  DaemonProcess daemon({"--speed", "max"});
+  for (const bool json : {false, true}) {
+    for (const auto& row : every_command()) {
+      if (json && !offers_json(row.command)) continue;
+      const auto line = line_of(row, json ? Arguments{"--json"} : Arguments{});
+      auto result = run_aprsim(daemon, line);
+      // On a machine with much else to do the cell may lose its pace, which status reports.
+      if (row.command == "status") {
+        EXPECT_TRUE(eventually([&] { return (result = run_aprsim(daemon, line)).exit_code == 0; },
+                               std::chrono::seconds(30)));
+      }
+      EXPECT_EQ(result.exit_code, 0) << row.command << "\n" << result.out << result.err;
+      EXPECT_EQ(result.err, "") << row.command;
+      if (!json) continue;
+      // The one of status is on several lines.
+      std::istringstream lines(row.command == "status" ? "" : result.out);
+      int count = 0;
+      for (std::string line; std::getline(lines, line); ++count) {
+        EXPECT_TRUE(nlohmann::json::parse(line, nullptr, false).is_object())
+            << row.command << ": " << line;
+      }
+      if (row.command == "status") {
+        EXPECT_TRUE(nlohmann::json::parse(result.out, nullptr, false).is_object());
+      } else {
+        EXPECT_GE(count, 1) << row.command;
+      }
+    }
+  }
+}
+
+TEST(ExitCodes, EveryKeyOfTheJsonIsInTheManual) {
+  DaemonProcess daemon({"--speed", "max"});
+  const std::string manual = run_alone({"manual"}).out;
+  for (const auto& row : every_command()) {
+    // Those two are protobuf's, as the manual says.
+    if (!offers_json(row.command) || row.command == "status" || row.command == "watch") continue;
+    std::istringstream lines(run_aprsim(daemon, line_of(row, {"--json"})).out);
+    for (std::string line; std::getline(lines, line);) {
+      const auto object = nlohmann::json::parse(line);
+      for (const auto& [key, value] : object.items()) {
+        EXPECT_NE(manual.find(key), std::string::npos) << row.command << ": " << key;
+      }
+    }
+  }
+}
+
+TEST(ExitCodes, OneWhenRefused) {
+  DaemonProcess daemon({"--speed", "max"});
+  const TemporaryDirectory directory;
+  const std::string broken = directory.write("broken.xml", "<CRCLProgram></CRCLProgram>");
+  const std::vector<Arguments> cases = {
+      {"step", "2"},  // while it runs
+      {"load", "nothing"},
+      {"watch", "--rate", "5000"},
+      {"intruder", "put", "0", "-1.75", "--size", "1000", "1000", "1000"},
+      {"crcl", "gripper", "open", "--robot", "fanuc"},  // before InitCanon
+      {"crcl", "jog", "--robot", "fanuc", "--init", "--joint", "1", "--by", "100000"},
+      {"crcl", "jog", "--robot", "fanuc", "--init", "--axis", "z", "--by", "100000"},
+      {"crcl", "validate", broken},
+  };
+  for (const auto& arguments : cases) {
+    const auto result = run_aprsim(daemon, arguments);
+    EXPECT_EQ(result.exit_code, 1) << testing::PrintToString(arguments) << result.out;
+    EXPECT_EQ(result.err.rfind("aprsim: ", 0), 0U) << result.err;
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+  }
+}
+
+TEST(ExitCodes, OneWhenTheBeltIsInAFault) {
+  DaemonProcess daemon({"--speed", "max", "--scene", "fanuc_only"});
+  const auto absent = run_aprsim(daemon, {"conveyor", "status"});
+  EXPECT_EQ(absent.exit_code, 1) << absent.out;
+  EXPECT_NE(absent.err.find("no conveyor"), std::string::npos) << absent.err;
+}
+
+TEST(ExitCodes, TwoWhenTheArgumentsAreWrong) {
+  DaemonProcess daemon;
+  for (const auto& leaf : leaves()) {
+    Arguments arguments = words(words_of(leaf));
+    arguments.push_back("--no-such-option");
+    EXPECT_EQ(run_aprsim(daemon, arguments).exit_code, 2) << leaf.path;
+  }
+  const std::vector<Arguments> cases = {
+      {},
+      {"dance"},
+      {"crcl"},
+      {"conveyor"},
+      {"intruder"},
+      {"conveyor", "set"},
+      {"conveyor", "set", "--full-scale", "nan", "--speed", "0.1"},
+      {"crcl", "jog", "--robot", "fanuc", "--by", "1"},
+      {"crcl", "jog", "--robot", "fanuc", "--axis", "x", "--by", "nan"},
+      {"crcl", "jog", "--robot", "fanuc", "--axis", "x", "--by", "inf"},
+      {"crcl", "jog", "--robot", "fanuc", "--axis", "x", "--by", "1", "--speed", "nan"},
+      {"crcl", "jog", "--robot", "fanuc", "--axis", "x", "--by", "1", "--timeout", "1e300"},
+      {"crcl", "jog", "--robot", "", "--axis", "x", "--by", "1"},
+      {"crcl", "jog", "--robot", "fanuc", "--joint", "99", "--by", "1"},
+      {"crcl", "gripper", "ajar", "--robot", "fanuc"},
+      {"crcl", "gripper", "1.5", "--robot", "fanuc"},
+      {"crcl", "gripper", "--robot", "fanuc"},
+      {"crcl", "stop", "--condition", "soon"},
+      {"crcl", "stop", "--robot", "r2d2"},
+      {"crcl", "status", "--robot", "fanuc", "--count", "3"},
+      {"crcl", "status", "--robot", "fanuc", "--rate", "3"},
+      {"crcl", "init", "--robot", "r2d2"},
+      {"crcl", "send", "/no/such", "--robot", "fanuc"},
+      {"crcl", "run", "/no/such", "--robot", "fanuc"},
+      {"crcl", "validate", "/no/such"},
+      {"demo", "--robot", "r2d2"},
+      {"intruder", "put", "0"},
+      {"intruder", "put", "nan", "0"},
+      {"intruder", "put", "0", "0", "--size", "1", "1", "-1"},
+      {"save", ""},
+      {"step", "0"},
+      {"speed", "nan"},
+      {"completion", "fish"},
+      {"manual", "--json"},
+      {"status", "--grpc-port", "0"},
+      {"status", "--host", ""},
+      {"status", "--ports-file", ""},
+      {"status", "--ports-file", "/no/such"},
+  };
+  for (const auto& arguments : cases) {
+    const auto result = run_aprsim(daemon, arguments);
+    EXPECT_EQ(result.exit_code, 2) << testing::PrintToString(arguments) << result.out;
+    EXPECT_EQ(result.err.rfind("aprsim: ", 0), 0U) << result.err;
+    EXPECT_EQ(result.out, "") << testing::PrintToString(arguments);
+  }
+}
+
+TEST(ExitCodes, ThreeWhenNobodyIsThere) {
+  const TemporaryDirectory directory;
+  // Of a daemon that is gone.
+  std::string ports;
+  {
+    const DaemonProcess daemon;
+    std::ifstream in(daemon.ports_file());
+    ports.assign(std::istreambuf_iterator<char>(in), {});
+  }
+  const auto file = directory.write("ports.json", ports);
+  for (const auto& row : every_command()) {
+    auto arguments = line_of(row);
+    arguments.insert(arguments.end(), {"--ports-file", file});
+    const auto result = run_alone(arguments);
+    EXPECT_EQ(result.exit_code, row.alone ? 0 : 3) << row.command << result.err;
+    if (row.alone) continue;
+    // crcl stop tells of the first robot that it cannot reach.
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    EXPECT_EQ(result.out, "") << row.command;
+  }
+}
+
+TEST(ExitCodes, FourWhenItDoesNotEndInTime) {
+  DaemonProcess daemon;
+  const TemporaryDirectory directory;
+  const auto file = directory.write(
+      "dwell.xml",
+      "<CRCLCommandInstance xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\"><CRCLCommand "
+      "xsi:type=\"InitCanonType\"><CommandID>1</CommandID></CRCLCommand></CRCLCommandInstance>"
+      "<CRCLCommandInstance xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\"><CRCLCommand "
+      "xsi:type=\"DwellType\"><CommandID>2</CommandID><DwellTime>60</DwellTime></CRCLCommand>"
+      "</CRCLCommandInstance>");
+  const auto result =
+      run_aprsim(daemon, {"crcl", "send", file, "--robot", "fanuc", "--timeout", "0.5"});
+  EXPECT_EQ(result.exit_code, 4) << result.err;
+  const auto jog = run_aprsim(daemon, {"crcl", "jog", "--robot", "fanuc", "--joint", "1", "--by",
+                                       "60", "--speed", "5", "--timeout", "0.3"});
+  EXPECT_EQ(jog.exit_code, 4) << jog.err;
+  EXPECT_NE(jog.err.find("has been stopped"), std::string::npos) << jog.err;
+}
+
+}  // namespace
+}  // namespace aprsim::test
