@@ -338,9 +338,6 @@ void SimulatedRobot::write(const physics::GripperState& gripper,
                            std::span<const physics::ArmForce> forces,
                            api::RobotSnapshot& out) const {
   const auto& model = arm_.model();
-  for (int i = 0; i < model.dof(); ++i) {
-    out.joints[static_cast<std::size_t>(i)] = {arm_.q()[i], arm_.qd()[i], arm_.torque()[i]};
-  }
   // Pose and velocity of the tool.
   const Eigen::Isometry3d X_FT = controller_.X_FT();
   const Eigen::Isometry3d X_WT = X_WL_.back() * X_FT;
@@ -351,6 +348,12 @@ void SimulatedRobot::write(const physics::GripperState& gripper,
   out.X_WT = Pose::from(X_WT);
   out.X_RT = Pose::from(X_RB * X_BF * X_FT);
   const auto J = robot::point_jacobian(model, arm_.q(), model.dof(), X_FT.translation());
+  for (int i = 0; i < model.dof(); ++i) {
+    out.joints[static_cast<std::size_t>(i)] = {.position_rad = arm_.q()[i],
+                                               .velocity_rad_s = arm_.qd()[i],
+                                               .torque_nm = arm_.torque()[i],
+                                               .tool_lever_m = J.col(i).head<3>().norm()};
+  }
   const Eigen::Matrix<double, 6, 1> twist_B = J * arm_.qd();
   out.v_RT = X_RB.linear() * twist_B.head<3>();
   out.omega_RT = X_RB.linear() * twist_B.tail<3>();

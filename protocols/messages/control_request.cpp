@@ -93,8 +93,9 @@ Result<api::ConveyorCommand> to_command(const v1::SetConveyorRequest& request,
   if (request.has_speed_m_s()) {
     const double speed = request.speed_m_s();
     if (!std::isfinite(speed) || speed < 0 || speed > cell.conveyor.max_speed_m_s) {
-      return fail(ErrorCode::kInvalidArgument, "speed_m_s",
-                  fmt::format("{} is not within 0 and {} m/s", speed, cell.conveyor.max_speed_m_s));
+      return fail(
+          ErrorCode::kInvalidArgument, "speed_m_s",
+          fmt::format("{} m/s is not within 0 and {} m/s", speed, cell.conveyor.max_speed_m_s));
     }
     command.speed_m_s = speed;
   }

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "protocols/messages/control_request.hpp"
+#include "protocols/web/manual_mode.hpp"
 #include "protocols/web/robot_ready.hpp"
 
 namespace aprsim::web {
@@ -43,6 +44,18 @@ Result<Pose> pose_of(const v1::Pose& message) {
   return pose;
 }
 
+Bodies move_of(const v1::MoveTool& move, int index) {
+  const auto pose = pose_of(move.tool_in_reference());
+  if (!pose) return tl::unexpected(pose.error());
+  api::MoveTo action{*pose, move.straight()};
+  if (move.has_speed()) {
+    const auto limits = manual_limits(move.speed());
+    if (!limits) return tl::unexpected(limits.error());
+    action.limits = *limits;
+  }
+  return one(api::RobotCommand{index, std::move(action)});
+}
+
 Bodies joints_of(const v1::MoveJoints& move, const api::RobotDescription& robot, int index) {
   if (move.positions_rad_size() != static_cast<int>(robot.joints.size())) {
     return fail(ErrorCode::kInvalidArgument, "positions_rad",
@@ -70,23 +83,24 @@ Bodies robot_commands(const v1::RobotRequest& request, const api::Snapshot& snap
                             cell.robots.size()));
   }
   const int index = static_cast<int>(request.robot());
-  const bool moves = request.has_move_tool() || request.has_move_joints() || request.has_gripper();
-  const auto ready = check_ready(snapshot.robots[request.robot()]);
-  if (moves && !ready) return tl::unexpected(ready.error());
+  const auto if_ready = [&](Bodies commands) -> Bodies {
+    if (!commands) return commands;
+    if (const auto ready = check_ready(snapshot.robots[request.robot()]); !ready) {
+      return tl::unexpected(ready.error());
+    }
+    return commands;
+  };
   switch (request.action_case()) {
     case v1::RobotRequest::kInitialize:
       return one(api::RobotCommand{index, api::InitRobot{}});
     case v1::RobotRequest::kStop:
       return one(api::RobotCommand{index, api::StopMotion{api::StopKind::kFast}});
-    case v1::RobotRequest::kMoveTool: {
-      const auto pose = pose_of(request.move_tool().tool_in_reference());
-      if (!pose) return tl::unexpected(pose.error());
-      return one(api::RobotCommand{index, api::MoveTo{*pose, request.move_tool().straight()}});
-    }
+    case v1::RobotRequest::kMoveTool:
+      return if_ready(move_of(request.move_tool(), index));
     case v1::RobotRequest::kMoveJoints:
-      return joints_of(request.move_joints(), cell.robots[request.robot()], index);
+      return if_ready(joints_of(request.move_joints(), cell.robots[request.robot()], index));
     case v1::RobotRequest::kGripper:
-      return one(api::RobotCommand{index, api::SetGripper{request.gripper().setting()}});
+      return if_ready(one(api::RobotCommand{index, api::SetGripper{request.gripper().setting()}}));
     case v1::RobotRequest::ACTION_NOT_SET:
       break;
   }

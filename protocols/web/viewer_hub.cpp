@@ -9,6 +9,7 @@
 #include <spdlog/spdlog.h>
 
 #include "protocols/messages/write_message.hpp"
+#include "protocols/web/manual_mode.hpp"
 #include "protocols/web/register_view.hpp"
 #include "protocols/web/request_text.hpp"
 #include "protocols/web/viewer_command.hpp"
@@ -165,6 +166,7 @@ void ViewerHub::greet(Viewer& viewer) {
   welcome.set_version(options_.version);
   welcome.set_max_rate_hz(options_.max_rate_hz);
   welcome.set_jog_timeout_s(std::chrono::duration<double>(options_.jog_timeout).count());
+  welcome.set_manual_speed_m_s(kManualSpeed_m_s);
   viewer.send(pack(update));
   *update.mutable_permission() = permission(viewer);
   viewer.send(pack(update));
@@ -189,10 +191,16 @@ v1::Permission ViewerHub::permission(const Viewer& viewer) const {
 
 void ViewerHub::answer(Viewer& viewer, const v1::ViewerRequest& request) {
   const auto done = execute(viewer, request);
-  if (request.id() == 0) return;
+  // A step of a jog is answered at its end.
+  if (done && request.jog().step() != 0) return;
+  send_outcome(viewer, request.id(), done);
+}
+
+void ViewerHub::send_outcome(Viewer& viewer, std::uint32_t id, const Result<void>& done) {
+  if (id == 0) return;
   v1::ViewerUpdate update;
   auto& outcome = *update.mutable_outcome();
-  outcome.set_id(request.id());
+  outcome.set_id(id);
   outcome.set_ok(done.has_value());
   if (!done) {
     outcome.set_field(done.error().field);
@@ -224,8 +232,11 @@ Result<void> ViewerHub::command(Viewer& viewer, const v1::ViewerRequest& request
       return fail(ErrorCode::kNotFound, "robot",
                   fmt::format("{} is not below {}", request.jog().robot(), joggers_.size()));
     }
-    return joggers_[request.jog().robot()].renew(viewer.id(), request.jog(), *snapshot,
-                                                 Clock::now());
+    Jogger& jogger = joggers_[request.jog().robot()];
+    if (request.jog().step() != 0) {
+      return jogger.step(viewer.id(), request.id(), request.jog(), *snapshot);
+    }
+    return jogger.renew(viewer.id(), request.jog(), *snapshot, Clock::now());
   }
   const auto commands = commands_of(request, *snapshot);
   if (!commands) return fail(ErrorCode::kUnimplemented, "body", "no request that is known here");
@@ -337,7 +348,16 @@ void ViewerHub::drop() {
 // command take a robot over finds its jog ended.
 void ViewerHub::tick(Clock::time_point now) {
   const api::SnapshotPtr snapshot = source_.latest();
-  for (Jogger& jogger : joggers_) jogger.tick(*snapshot, now);
+  for (Jogger& jogger : joggers_) {
+    jogger.tick(*snapshot, now);
+    for (const auto& step : jogger.take_ended()) {
+      const auto viewer = viewers_.find(step.viewer);
+      if (viewer == viewers_.end()) continue;
+      // It may end, and leave the map, while it is written to.
+      const auto kept = viewer->second;
+      send_outcome(*kept, step.id, step.outcome);
+    }
+  }
   faults_.look(snapshot, source_.problem(), std::chrono::system_clock::now(),
                [this](int robot, api::Ticket ticket) {
                  return joggers_[static_cast<std::size_t>(robot)].sent(ticket);

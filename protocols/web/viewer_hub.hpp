@@ -36,6 +36,7 @@ class ViewerHub {
 
  private:
   void answer(Viewer& viewer, const v1::ViewerRequest& request);
+  static void send_outcome(Viewer& viewer, std::uint32_t id, const Result<void>& done);
   [[nodiscard]] Result<void> execute(Viewer& viewer, const v1::ViewerRequest& request);
   [[nodiscard]] Result<void> command(Viewer& viewer, const v1::ViewerRequest& request);
   [[nodiscard]] Result<void> write_register(const v1::WriteRegister& write);

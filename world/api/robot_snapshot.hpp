@@ -18,6 +18,7 @@ inline constexpr int kMaxJoints = 7;
 
 struct JointSnapshot {
   double position_rad = 0, velocity_rad_s = 0, torque_nm = 0;
+  double tool_lever_m = 0;  ///< distance of the tool point from the joint's axis
 };
 
 struct GripperSnapshot {

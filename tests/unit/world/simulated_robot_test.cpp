@@ -258,6 +258,24 @@ TEST(DrivesOff, TheBrakesBearTheArmUntilItNextMoves) {
   EXPECT_GT(std::abs(now.joints[1].torque_nm), 1);
 }
 
+// Of what a joint alone does to the tool: speed over angular velocity.
+TEST(ToolLever, IsTheDistanceOfTheToolFromTheAxis) {
+  CellScript cell(load_scene("motoman_only"));
+  const auto& now = cell.now.robots[0];
+  cell.act(0, api::InitRobot{});
+  for (int joint = 0; joint < 7; ++joint) {
+    const auto& moved = now.joints[static_cast<std::size_t>(joint)];
+    int compared = 0;
+    cell.each_step = [&] {
+      if (std::abs(moved.velocity_rad_s) < 0.01) return;
+      EXPECT_NEAR(now.v_RT.norm(), moved.tool_lever_m * std::abs(moved.velocity_rad_s), 1e-6);
+      ++compared;
+    };
+    cell.act(0, api::MoveJoints{{{.joint = joint, .position_rad = moved.position_rad + 0.1}}});
+    EXPECT_GT(compared, 10) << "joint " << joint + 1;
+  }
+}
+
 TEST(ToolChanger, LeavesTheGripperWhereItIsAndTakesItThereAgain) {
   CellScript cell(load_scene("aprs"));
   const auto& now = cell.now.robots[kFanuc];

@@ -135,6 +135,26 @@ TEST_F(Viewer, BadRequestsNameTheFieldAndChangeNothing) {
   EXPECT_TRUE(world.commands().empty());
 }
 
+TEST_F(Viewer, MovesAToolNoFasterThanInManualMode) {
+  start();
+  RawWebClient client(port);
+  (void)client.upgrade();
+  v1::ViewerRequest request;
+  auto& move = *request.mutable_robot()->mutable_move_tool();
+  move.mutable_tool_in_reference()->mutable_position_m()->set_x(0.3);
+  move.mutable_tool_in_reference()->mutable_orientation()->set_w(1);
+  move.set_speed(0.5);
+  EXPECT_EQ(client.ask(request).message(), "The robot is not ready: make it ready first.");
+  world.publish([](api::Snapshot& s) { s.robots[0].initialized = true; });
+  ASSERT_TRUE(client.ask(request).ok());
+  const auto command = std::get<api::RobotCommand>(world.commands().at(0).body);
+  const auto limits = std::get<api::MoveTo>(command.action).limits;
+  EXPECT_DOUBLE_EQ(limits.trans_speed->value, 0.125);
+  EXPECT_DOUBLE_EQ(limits.rot_speed->value, 0.5);
+  move.set_speed(2);
+  EXPECT_EQ(client.ask(request).field(), "speed");
+}
+
 TEST_F(Viewer, MayOnlyLookWhenControlIsOff) {
   options.control = false;
   start();
