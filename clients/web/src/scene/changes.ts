@@ -1,6 +1,7 @@
 // Whether two states of the cell look different. What rests is told with the same bits again and
 // again, and needs no new picture.
 import type {Pose, RobotState, Snapshot} from '../protocol';
+import {statusOf} from '../robot_status';
 import type {Layers} from './view';
 
 export function looksDifferent(a: Snapshot, b: Snapshot, layers: Layers): boolean {
@@ -33,6 +34,7 @@ function robotDiffers(a: RobotState, b: RobotState, layers: Layers): boolean {
     a.gripper?.travelM[0] !== b.gripper?.travelM[0] ||
     a.gripper?.travelM[1] !== b.gripper?.travelM[1] ||
     !samePose(a.toolInWorld, b.toolInWorld) ||
+    statusOf(a).stopped !== statusOf(b).stopped ||
     (layers.targets && !samePose(a.goalInReference, b.goalInReference)) ||
     (layers.cameras && a.vision?.number !== b.vision?.number)
   );

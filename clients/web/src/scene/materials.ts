@@ -47,3 +47,12 @@ export function solid(geometry: THREE.BufferGeometry, material: THREE.Material):
   mesh.castShadow = mesh.receiveShadow = true;
   return mesh;
 }
+
+const kGlow = {fault: new THREE.Color(0xff1f14), 'drives off': new THREE.Color(0xffa000)};
+/** The same surface on something that has been stopped. */
+export function stoppedSurface(plain: THREE.Material, stopped: keyof typeof kGlow): THREE.Material {
+  const material = plain.clone() as SurfaceMaterial;
+  material.emissive = kGlow[stopped];
+  material.emissiveIntensity = stopped === 'fault' ? 0.5 : 0.28;
+  return material;
+}

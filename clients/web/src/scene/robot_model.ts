@@ -1,8 +1,9 @@
 import * as THREE from 'three';
 import URDFLoader, {type URDFRobot} from 'urdf-loader';
 import type {RobotDescription, RobotLooks, RobotState} from '../protocol';
+import type {RobotStatus} from '../robot_status';
 import {place, toMatrix, toVector} from './convert';
-import {solid, surface} from './materials';
+import {solid, stoppedSurface, surface} from './materials';
 import {software} from './quality';
 import {fingerGeometry, merged, softBox, softCylinder, tinted} from './shapes';
 
@@ -20,6 +21,8 @@ export class RobotModel {
   private readonly tool = new THREE.Group();
   private readonly fingers: THREE.Mesh[] = [];
   private readonly jointNames: string[];
+  private stopped: RobotStatus['stopped'] = '';
+  private readonly markedSurfaces = new Map<string, THREE.Material>();
 
   constructor(
     private readonly description: RobotDescription,
@@ -45,6 +48,22 @@ export class RobotModel {
       this.arm.scale
     );
     this.root.add(this.arm);
+    this.paint();
+  }
+
+  /** Shows that the robot has been stopped. */
+  mark(stopped: RobotStatus['stopped']): void {
+    if (stopped === this.stopped) return;
+    this.stopped = stopped;
+    this.paint();
+  }
+
+  private paint(): void {
+    this.root.traverse((object) => {
+      if (!(object instanceof THREE.Mesh)) return;
+      const plain = (object.userData.plain ??= object.material) as THREE.Material;
+      object.material = this.stopped ? this.marked(plain, this.stopped) : plain;
+    });
   }
 
   update(state: RobotState): void {
@@ -60,6 +79,13 @@ export class RobotModel {
       const side = i === 0 ? 1 : -1;
       finger.position.y = side * (0.5 * g.gapOpenM - (state.gripper!.travelM[i] ?? 0));
     });
+  }
+
+  private marked(plain: THREE.Material, stopped: 'fault' | 'drives off'): THREE.Material {
+    const key = `${plain.uuid} ${stopped}`;
+    const material = this.markedSurfaces.get(key) ?? stoppedSurface(plain, stopped);
+    this.markedSurfaces.set(key, material);
+    return material;
   }
 
   private buildGripper(g: RobotLooks): void {

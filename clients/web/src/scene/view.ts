@@ -5,12 +5,15 @@ import type {CellDescription, Snapshot} from '../protocol';
 import type {State} from '../state';
 import {looksDifferent} from './changes';
 import {Contacts} from './contacts';
-import {toVector} from './convert';
+import {toQuaternion, toVector} from './convert';
+import {Fineness} from './fineness';
+import {cornersOf, fitted, kUp, type Picture} from './framing';
 import {Goals} from './goals';
 import {makeRenderer, type SurfaceMaterial} from './materials';
 import {Cameras, LightCurtain, PhotoEyes, Trail} from './overlays';
 import {Parts} from './parts';
 import {adaptive, software} from './quality';
+import {RobotMarks} from './robot_marks';
 import {RobotModel} from './robot_model';
 import {Belt, makeFixed, makeFloor} from './surroundings';
 
@@ -31,8 +34,19 @@ export type Pick =
   | {kind: 'belt'};
 
 const kBackground = {dark: 0x171c24, light: 0xe6eaef};
-const kSlowFrame_ms = 45;
 const kStill_ms = 700;
+const kFirstDirection = new THREE.Vector3(1.0, -1.02, 0.72);
+/** Where a robot is looked at from: to the side of its front, and above [rad]; the first that is clear. */
+const kLookFrom = [
+  [0.55, 0.4],
+  [-0.55, 0.4],
+  [0.2, 0.55],
+  [-0.2, 0.55],
+  [0.9, 0.5],
+  [-0.9, 0.5],
+  [0, 0.95]
+] as const;
+const kStray_m = 1; // a body so far from all else has been lost
 
 /** The cell in three dimensions. Draws when something has changed, and less finely on slow machines. */
 export class View {
@@ -66,16 +80,18 @@ export class View {
   private readonly contacts = new Contacts();
   private readonly highlight = new THREE.BoxHelper(new THREE.Object3D(), 0xffffff);
   private selected: THREE.Object3D | null = null;
-  private home = {eye: new THREE.Vector3(2, -3, 2), center: new THREE.Vector3()};
-  private framed = '';
+  private marks: RobotMarks | null = null;
+  private fixed: THREE.Group | undefined;
+  private unframed = false; // a cell has come whose things are not in their places yet
+  private fogFrom = 6;
+  private framed = ''; // the scene whose first view has been shown
+  private atHome = true;
   private dirty = true;
-  private frameTime_ms = 16;
-  private pixelRatio = 1;
+  private readonly fineness: Fineness;
   private shadowDue = 0;
   private last = 0;
   private begun = 0;
   private refined = false;
-  private settled = 4000;
   private drawn = false;
   private size = '';
   private taken: Snapshot | null = null;
@@ -101,6 +117,7 @@ export class View {
     this.controls.minDistance = 0.2;
     this.controls.maxDistance = 12;
     this.controls.addEventListener('change', () => (this.dirty = true));
+    this.controls.addEventListener('start', () => (this.atHome = false));
     this.makeLights();
     this.highlight.visible = this.contacts.root.visible = false;
     this.scene.add(
@@ -113,7 +130,7 @@ export class View {
       this.contacts.root
     );
     new ResizeObserver(() => this.resize()).observe(container);
-    this.pixelRatio = software ? 0.8 : Math.min(devicePixelRatio, 2);
+    this.fineness = new Fineness(software ? 0.8 : Math.min(devicePixelRatio, 2), adaptive);
     this.setTheme(true);
     this.listenForPicks();
     state.cellChanged.on((cell) => this.build(cell));
@@ -128,10 +145,18 @@ export class View {
   setTheme(dark: boolean): void {
     const color = new THREE.Color(dark ? kBackground.dark : kBackground.light);
     this.scene.background = color;
-    this.scene.fog = new THREE.Fog(color, 6, 11.5);
+    this.setFog();
     (this.floor.material as SurfaceMaterial).color.set(dark ? 0x4a5462 : 0xdfe4ea);
     this.sky.intensity = (dark ? 1.15 : 1.5) * (software ? 1.25 : 1);
     this.dirty = true;
+  }
+
+  private setFog(): void {
+    this.scene.fog = new THREE.Fog(
+      this.scene.background as THREE.Color,
+      this.fogFrom,
+      1.9 * this.fogFrom
+    );
   }
 
   setLayer(name: keyof Layers, on: boolean): void {
@@ -145,21 +170,102 @@ export class View {
     this.dirty = true;
   }
 
+  /** The first view: everything in the picture, from the near side, a little from above. */
   goHome(): void {
-    this.camera.position.copy(this.home.eye);
-    this.controls.target.copy(this.home.center);
+    this.atHome = true;
+    this.lookAt(this.everything(), kFirstDirection);
+  }
+
+  /** Looks at the front of a robot: from where its tool is, past what stands in the way. */
+  focusRobot(index: number): void {
+    const robot = this.state.cell?.robots[index],
+      model = this.robots[index],
+      tool = this.state.snapshot?.robots[index]?.toolInWorld;
+    if (!robot || !model || !tool) return;
+    const base = toVector(robot.baseInWorld?.positionM);
+    const front = toVector(tool.positionM).sub(base).setZ(0);
+    // A tool over the base has no side: the base's x axis then.
+    if (front.length() < 0.1)
+      front.set(1, 0, 0).applyQuaternion(toQuaternion(robot.baseInWorld)).setZ(0);
+    const points = cornersOf(model.root);
+    const seen = [toVector(tool.positionM), ...points];
+    let best = {hidden: Infinity, towards: kFirstDirection};
+    for (const [aside, above] of kLookFrom) {
+      const towards = front
+        .clone()
+        .normalize()
+        .applyAxisAngle(kUp, aside)
+        .multiplyScalar(Math.cos(above))
+        .setZ(Math.sin(above));
+      const {eye} = fitted(points, towards, this.picture());
+      const hidden = this.hidden(eye, seen, model.root);
+      if (hidden < best.hidden) best = {hidden, towards};
+      if (hidden === 0) break;
+    }
+    this.atHome = false;
+    this.lookAt(points, best.towards);
+  }
+
+  /** How many of the points something other than `self` hides. */
+  private hidden(eye: THREE.Vector3, points: THREE.Vector3[], self: THREE.Object3D): number {
+    const others: THREE.Object3D[] = [];
+    for (const root of [...this.robots.map((robot) => robot.root), this.belt?.root, this.fixed])
+      if (root && root !== self) others.push(root);
+    const ray = new THREE.Raycaster();
+    // Some of many are enough.
+    const every = Math.ceil(points.length / 24);
+    return points.filter((point, i) => {
+      if (i % every !== 0) return false;
+      const way = point.clone().sub(eye);
+      ray.set(eye, way.clone().normalize());
+      ray.far = 0.98 * way.length();
+      return ray.intersectObjects(others, true).length > 0;
+    }).length;
+  }
+
+  private picture(): Picture {
+    const layers = this.container.querySelector<HTMLElement>('.layers');
+    const covered = layers
+      ? (layers.offsetTop + layers.offsetHeight) / this.container.clientHeight
+      : 0;
+    return {
+      fov_deg: this.camera.fov,
+      aspect: this.camera.aspect,
+      covered: Math.min(covered, 0.25) || 0
+    };
+  }
+
+  private lookAt(points: THREE.Vector3[], towards: THREE.Vector3): void {
+    if (points.length === 0) return;
+    const {eye, target} = fitted(points, towards, this.picture());
+    const distance = eye.distanceTo(target);
+    // Far enough away and yet not in the fog.
+    this.controls.maxDistance = Math.max(12, 1.5 * distance);
+    this.fogFrom = Math.max(6, 1.5 * distance);
+    this.setFog();
+    this.camera.far = Math.max(60, 4 * distance);
+    this.camera.updateProjectionMatrix();
+    this.camera.position.copy(eye);
+    this.controls.target.copy(target);
     this.controls.update();
     this.dirty = true;
   }
 
-  /** Looks at one robot's tool from nearby. */
-  focusRobot(index: number): void {
-    const tool = this.state.snapshot?.robots[index]?.toolInWorld;
-    if (!tool) return;
-    toVector(tool.positionM, this.controls.target);
-    const offset = this.camera.position.clone().sub(this.controls.target).normalize();
-    this.camera.position.copy(this.controls.target).addScaledVector(offset, 1.1);
-    this.controls.update();
+  /** Corners of all that the cell has, without what has been lost. */
+  private everything(): THREE.Vector3[] {
+    const points: THREE.Vector3[] = [];
+    for (const root of [
+      ...this.robots.map((robot) => robot.root),
+      this.belt?.root,
+      this.eyes?.root,
+      this.curtain?.root,
+      this.fixed
+    ])
+      if (root) cornersOf(root, points);
+    const near = new THREE.Box3().setFromPoints(points).expandByScalar(kStray_m);
+    for (const mesh of this.parts?.meshes ?? [])
+      if (points.length === 0 || near.containsPoint(mesh.position)) cornersOf(mesh, points);
+    return points;
   }
 
   select(pick: Pick | null): void {
@@ -221,7 +327,8 @@ export class View {
     this.curtain = new LightCurtain(cell);
     this.goals = new Goals(cell, kRobotColors);
     this.trails = cell.robots.map((_, i) => new Trail(kRobotColors[i % kRobotColors.length]!));
-    if (this.state.looks) this.content.add(makeFixed(this.state.looks));
+    this.fixed = this.state.looks ? makeFixed(this.state.looks) : undefined;
+    if (this.fixed) this.content.add(this.fixed);
     this.content.add(
       this.parts.root,
       this.cameras.root,
@@ -232,36 +339,26 @@ export class View {
     );
     if (this.belt) this.content.add(this.belt.root);
     this.scene.add(this.content);
+    this.marks?.remove();
+    this.marks = new RobotMarks(this.container, cell, this.robots);
     this.applyLayers();
     this.select(null);
-    this.frame(cell);
+    this.unframed = true;
   }
 
-  /** The first camera: the whole cell from the near side, a little from above. */
+  /** Where the light comes from, and the first view of a scene that has not been seen yet. */
   private frame(cell: CellDescription): void {
-    const bounds = new THREE.Box3();
-    for (const robot of cell.robots) {
-      const base = toVector(robot.baseInWorld?.positionM);
-      bounds.expandByPoint(base).expandByPoint(base.clone().add(new THREE.Vector3(0, 0, 0.65)));
-    }
-    if (cell.conveyor) bounds.expandByPoint(toVector(cell.conveyor.beltInWorld?.positionM));
-    for (const tray of this.state.snapshot?.bodies ?? [])
-      bounds.expandByPoint(toVector(tray.bodyInWorld?.positionM));
+    const bounds = new THREE.Box3().setFromPoints(this.everything());
     if (bounds.isEmpty()) bounds.expandByPoint(new THREE.Vector3(0, 0, 1));
     const center = bounds.getCenter(new THREE.Vector3());
-    const size = Math.max(1.0, bounds.getSize(new THREE.Vector3()).length());
-    this.home.center.copy(center).add(new THREE.Vector3(0.0, 0.02, -0.06));
-    const wide = this.camera.aspect < 1 ? 1.35 / this.camera.aspect : 1;
-    this.home.eye
-      .copy(this.home.center)
-      .addScaledVector(
-        new THREE.Vector3(1.0, -1.02, 0.72).normalize(),
-        2.15 * size * Math.min(wide, 2)
-      );
+    const reach = Math.max(2.2, 0.5 * bounds.getSize(new THREE.Vector3()).setZ(0).length());
     this.sun.position.copy(center).add(new THREE.Vector3(1.6, -1.9, 3.6));
     this.sun.target.position.copy(center).setZ(0.6);
+    Object.assign(this.sun.shadow.camera, {left: -reach, right: reach, top: reach, bottom: -reach});
+    this.sun.shadow.camera.updateProjectionMatrix();
     if (this.framed !== cell.scene) this.goHome();
     this.framed = cell.scene;
+    this.unframed = false;
   }
 
   /** What explains the cell comes after the first picture of it. */
@@ -281,6 +378,7 @@ export class View {
   private take(snapshot: Snapshot): void {
     this.taken = snapshot;
     this.robots.forEach((robot, i) => snapshot.robots[i] && robot.update(snapshot.robots[i]!));
+    this.marks?.update(snapshot);
     this.parts?.update(snapshot.bodies, this.layers.groups);
     if (snapshot.conveyor) this.belt?.update(snapshot.conveyor.travelM);
     if (this.layers.cameras) this.cameras?.update(snapshot);
@@ -338,14 +436,10 @@ export class View {
   private resize(): void {
     const {clientWidth: w, clientHeight: h} = this.container;
     if (w === 0 || h === 0) return;
-    const wasTall = this.camera.aspect < 1;
-    this.setFineness(this.pixelRatio, false);
+    this.setFineness(this.fineness.ratio, false);
     this.camera.aspect = w / h;
     this.camera.updateProjectionMatrix();
-    if (this.state.cell && wasTall !== this.camera.aspect < 1) {
-      this.framed = '';
-      this.frame(this.state.cell);
-    }
+    if (this.framed && this.atHome) this.goHome();
     this.dirty = true;
   }
 
@@ -356,20 +450,24 @@ export class View {
     else if (this.drawn) this.begunToShow();
     this.last = now;
     // Where drawing is slow, as much time again is left to others.
-    const rested =
-      now - this.begun >= (this.frameTime_ms > kSlowFrame_ms ? 2 * this.frameTime_ms : 0);
+    const rested = now - this.begun >= (this.fineness.slow ? 2 * this.fineness.frame_ms : 0);
     this.drawn = this.dirty && rested && !document.hidden;
     if (!this.drawn) return void (!this.dirty && now - this.begun > kStill_ms && this.refine());
-    if (this.refined) this.setFineness(this.pixelRatio, false);
+    if (this.refined) this.setFineness(this.fineness.ratio, false);
     this.dirty = false;
     const first = !this.shown;
-    if (!this.state.snapshot || (first && this.loading > 0)) return void (this.drawn = false);
+    if (!this.taken || (first && this.loading > 0)) return void (this.drawn = false);
+    if (this.unframed && this.loading === 0 && this.state.cell) this.frame(this.state.cell);
     // Shadows come after the first picture, and are drawn anew less often where drawing takes long.
     this.renderer.shadowMap.needsUpdate = !first && now >= this.shadowDue;
-    if (!first && now >= this.shadowDue)
-      this.shadowDue = now + (this.frameTime_ms > kSlowFrame_ms ? 600 : 0);
+    if (!first && now >= this.shadowDue) this.shadowDue = now + (this.fineness.slow ? 600 : 0);
     this.begun = now;
+    this.render();
+  }
+
+  private render(): void {
     this.renderer.render(this.scene, this.camera);
+    this.marks?.place(this.camera, this.container.clientWidth, this.container.clientHeight);
   }
 
   /** The first picture, robots and all, is on the screen. */
@@ -382,10 +480,11 @@ export class View {
 
   /** One finer picture of what has come to rest, where moving pictures are coarse. */
   private refine(): void {
-    if (this.refined || !software || !this.shown) return;
-    this.setFineness(1.5 * devicePixelRatio, true);
+    const {finest, ratio} = this.fineness;
+    if (this.refined || !(software || ratio < finest) || !this.shown) return;
+    this.setFineness(software ? 1.5 * devicePixelRatio : finest, true);
     this.renderer.shadowMap.needsUpdate = true;
-    this.renderer.render(this.scene, this.camera);
+    this.render();
   }
 
   private setFineness(ratio: number, refined: boolean): void {
@@ -397,19 +496,10 @@ export class View {
     this.renderer.setDrawingBufferSize(w, h, ratio);
   }
 
-  /** Draws at fewer points and asks for fewer states while drawing takes too long. */
+  /** Draws at as many points as there is time for, and asks for fewer states where there is little. */
   private adapt(took_ms: number, now: number): void {
-    this.frameTime_ms += 0.1 * (took_ms - this.frameTime_ms);
-    this.state.watch({rateHz: this.frameTime_ms > 60 ? 12 : this.frameTime_ms > 25 ? 20 : 30});
-    if (
-      adaptive &&
-      this.frameTime_ms > kSlowFrame_ms &&
-      this.pixelRatio > 0.5 &&
-      now > this.settled
-    ) {
-      this.pixelRatio = Math.max(0.5, this.pixelRatio * 0.7);
-      this.settled = now + 3000;
-      this.resize();
-    }
+    if (this.fineness.took(took_ms, now)) this.setFineness(this.fineness.ratio, false);
+    const {frame_ms} = this.fineness;
+    this.state.watch({rateHz: frame_ms > 60 ? 12 : frame_ms > 25 ? 20 : 30});
   }
 }

@@ -1,0 +1,23 @@
+// What a robot is doing, in the words that every part of the page uses.
+import {ActionState, type RobotState} from './protocol';
+
+export const kNotReady = 'The robot is not ready: make it ready first.';
+
+export interface RobotStatus {
+  text: string;
+  look: '' | 'good' | 'busy' | 'held' | 'bad';
+  /** It has been stopped and stays so: by a fault, until it is made ready, or with its drives off. */
+  stopped: '' | 'fault' | 'drives off';
+}
+
+export function statusOf(robot: RobotState): RobotStatus {
+  const state = robot.action?.state ?? ActionState.UNSPECIFIED;
+  if (robot.protectiveStop) return {text: 'protective stop', look: 'bad', stopped: 'fault'};
+  if (state === ActionState.ERROR) return {text: 'error', look: 'bad', stopped: 'fault'};
+  if (!robot.drivesOn) return {text: 'drives off', look: 'held', stopped: 'drives off'};
+  if (state === ActionState.WORKING) return {text: 'working', look: 'busy', stopped: ''};
+  if (robot.moving) return {text: 'moving', look: 'busy', stopped: ''};
+  if (!robot.initialized) return {text: 'not ready', look: '', stopped: ''};
+  if (state === ActionState.DONE) return {text: 'done', look: 'good', stopped: ''};
+  return {text: 'ready', look: 'good', stopped: ''};
+}
