@@ -83,13 +83,12 @@ test('joints move on screen when a CRCL client moves the robot', async () => {
 async function hold(id, of = page) {
   const button = of.getByTestId(id);
   await until('a ready robot', () => button.isEnabled());
-  await button.scrollIntoViewIfNeeded();
-  const box = await button.boundingBox();
-  await of.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  await button.hover();
   await of.mouse.down();
 }
 
 test('a jog moves the robot and ends when the button is released', async () => {
+  await page.getByTestId('choose-motoman').click();
   await page.getByTestId('init-motoman').click();
   await until('a ready robot', () => page.getByTestId('jog motoman joint 1 plus').isEnabled());
   const start = await value('motoman-joint-1');
@@ -207,7 +206,7 @@ test('CRCL documents show with type, id, state and latency', async () => {
 });
 
 test('an error shows with its reason, on the fault line too, and can be cleared', async () => {
-  await tab('Robots');
+  await page.getByTestId('choose-fanuc').click();
   const client = await CrclClient.open(daemon.ports['crcl.fanuc']);
   await client.run('InitCanonType');
   await assert.rejects(client.moveJoints(500, 0, 0, 0, 0, 0));
@@ -224,7 +223,7 @@ test('an error shows with its reason, on the fault line too, and can be cleared'
   await page.getByTestId('init-fanuc').click();
   await until(
     'no error',
-    async () => (await robot.getByTestId('robot-state').textContent()) === 'done'
+    async () => (await page.getByTestId('state-fanuc').textContent()) === 'done'
   );
 });
 
@@ -295,8 +294,9 @@ test('picking an object tells its name, pose, mass and contacts', async () => {
   await until('its name', async () => (await pick.locator('h2').textContent()) === gear);
   const told = await pick.textContent();
   assert.match(told, /mass\d+\.\d g/);
-  assert.match(told, /position-?\d+\.\d\d, -?\d+\.\d\d, \d+\.\d\d mm/);
-  assert.match(told, /contacts\w+/);
+  assert.match(told, /for fanuc-?\d+\.\d\d, -?\d+\.\d\d, -?\d+\.\d\d mm/);
+  assert.match(told, /in the world-?\d+\.\d\d, -?\d+\.\d\d, \d+\.\d\d mm/);
+  assert.match(told, /contacts(within its group|\w+)/);
 });
 
 test('simplified groups and contacts with their forces show', async () => {

@@ -18,6 +18,7 @@ const guarded = [
   'reset',
   'stop-cell',
   'init-fanuc',
+  'stop-fanuc',
   'fanuc-gripper-open',
   'jog fanuc joint 1 plus'
 ];

@@ -4,6 +4,7 @@ import {ViewerRequestSchema, ViewerUpdateSchema, type Outcome, type ViewerUpdate
 type Body = Exclude<MessageInitShape<typeof ViewerRequestSchema>['body'], undefined>;
 
 const kLongestPause_ms = 4000;
+const kWatch_ms = 1000;
 const kSilence_ms = 3000; // the daemon sends at least twice a second
 
 /** The WebSocket to the daemon: comes back by itself, answers requests by their ids. */
@@ -13,16 +14,25 @@ export class Connection {
   onState: (connected: boolean, retryIn_s: number, refusal: string) => void = () => {};
 
   private socket: WebSocket | null = null;
-  private waiting = new Map<number, (outcome: Outcome) => void>();
+  private waiting = new Map<
+    number,
+    {resolve: (outcome: Outcome) => void; reject: (problem: Error) => void}
+  >();
   private nextId = 1;
   private pause_ms = 250;
   private heard = 0;
 
   start(): void {
     this.open();
+    let last = performance.now();
     setInterval(() => {
-      if (this.connected && performance.now() - this.heard > kSilence_ms) this.socket?.close();
-    }, 1000);
+      const now = performance.now();
+      // A page that was busy itself has not heard what has come meanwhile.
+      const late_ms = now - last - kWatch_ms;
+      last = now;
+      this.heard = Math.min(now, this.heard + Math.max(0, late_ms));
+      if (this.connected && now - this.heard > kSilence_ms) this.socket?.close();
+    }, kWatch_ms);
     addEventListener('online', () => this.socket ?? this.open());
   }
 
@@ -30,15 +40,16 @@ export class Connection {
     return this.socket?.readyState === WebSocket.OPEN;
   }
 
-  /** Sends a command; rejects with the daemon's reason. */
-  async request(body: Body): Promise<void> {
+  /** Sends a command; rejects with the daemon's reason, without an answer when the time is up. */
+  async request(body: Body, patience_ms = 5000): Promise<void> {
     const id = this.nextId++;
     const outcome = await new Promise<Outcome>((resolve, reject) => {
       if (!this.send(body, id)) return reject(new Error('not connected to the daemon'));
-      this.waiting.set(id, resolve);
+      this.waiting.set(id, {resolve, reject});
+      if (patience_ms === Infinity) return;
       setTimeout(() => {
         if (this.waiting.delete(id)) reject(new Error('the daemon does not answer'));
-      }, 5000);
+      }, patience_ms);
     });
     if (!outcome.ok) throw new Error(outcome.message || outcome.field);
   }
@@ -67,7 +78,7 @@ export class Connection {
       const update = fromBinary(ViewerUpdateSchema, new Uint8Array(event.data));
       if (update.body.case === 'outcome') {
         const outcome = update.body.value;
-        this.waiting.get(outcome.id)?.(outcome);
+        this.waiting.get(outcome.id)?.resolve(outcome);
         this.waiting.delete(outcome.id);
       }
       this.onUpdate(update);
@@ -75,6 +86,8 @@ export class Connection {
     socket.onclose = () => {
       if (this.socket !== socket) return;
       this.socket = null;
+      for (const {reject} of this.waiting.values())
+        reject(new Error('the connection to the daemon has been lost'));
       this.waiting.clear();
       this.onState(false, this.pause_ms / 1000, '');
       if (!opened) void this.askWhy();

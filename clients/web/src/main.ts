@@ -9,6 +9,7 @@ import {Shortcuts} from './ui/help';
 import {Jog} from './ui/jog';
 import {PickCard} from './ui/pick_card';
 import {RobotPanel} from './ui/robot_panel';
+import {RobotSwitch} from './ui/robot_switch';
 import {Tabs} from './ui/tabs';
 import {Toolbar} from './ui/toolbar';
 import {TrafficPanel} from './ui/traffic_panel';
@@ -30,6 +31,7 @@ const view = new View(stage, state);
 Object.assign(stage, {view}); // where tests look up what is drawn
 view.onProblem = (message) => notify(message, 'error');
 const jog = new Jog(state, access);
+const robotSwitch = new RobotSwitch(state, access);
 
 const robotsPanel = h('div', {class: 'panel robots'});
 let robots: RobotPanel[] = [];
@@ -114,6 +116,7 @@ const shortcuts = new Shortcuts([
     repeats: true
   },
   {keys: ['s', 'Escape'], does: 'stop all robots and the belt', run: () => toolbar.stopCell()},
+  {keys: ['r'], does: 'the next robot', run: () => robotSwitch.chooseNext()},
   {keys: ['h'], does: 'first view', run: () => view.goHome()},
   {
     keys: ['d'],
@@ -144,7 +147,12 @@ toolbar.element.querySelector('.brand')!.addEventListener('click', (event) => {
   view.goHome();
 });
 
-const pick = new PickCard(state, view);
+const pick = new PickCard(state, view, robotSwitch);
+pick.onTarget = (name, position_R) => {
+  tabs.open(0);
+  robots[robotSwitch.chosen]?.setTarget(position_R);
+  notify(`x, y and z of ${name} are the target.`);
+};
 stage.append(
   h(
     'div',
@@ -157,13 +165,25 @@ stage.append(
 
 state.cellChanged.on((cell) => {
   robots = cell.robots.map((robot, i) => new RobotPanel(state, access, jog, view, robot, i));
-  robotsPanel.replaceChildren(unitChoice(), ...robots.map((panel) => panel.element));
+  robotsPanel.replaceChildren(jog.element, unitChoice(), ...robots.map((panel) => panel.element));
+  showChosen();
   access.prune();
 });
-state.display.on((snapshot) =>
-  robots.forEach((panel, i) => snapshot.robots[i] && panel.update(snapshot.robots[i]!))
-);
-units.changed.on(() => state.snapshot && state.display.emit(state.snapshot));
+function showChosen(): void {
+  robots.forEach((panel, i) => (panel.element.hidden = i !== robotSwitch.chosen));
+  showRobots();
+}
+function showRobots(): void {
+  const robot = state.snapshot?.robots[robotSwitch.chosen];
+  if (robot) robots[robotSwitch.chosen]?.update(robot);
+}
+robotSwitch.changed.on(showChosen);
+robotSwitch.wanted.on(() => tabs.open(0));
+state.display.on(showRobots);
+units.changed.on((before) => {
+  robots.forEach((panel) => panel.changeUnits(before));
+  if (state.snapshot) state.display.emit(state.snapshot);
+});
 
 let instance = '';
 state.accessChanged.on(() => {
@@ -190,7 +210,13 @@ document
   .replaceChildren(
     toolbar.element,
     stage,
-    h('aside', {class: 'side', 'aria-label': 'Panels'}, access.banner, tabs.element),
+    h(
+      'aside',
+      {class: 'side', 'aria-label': 'Panels'},
+      access.banner,
+      robotSwitch.element,
+      tabs.element
+    ),
     offline
   );
 setTheme(

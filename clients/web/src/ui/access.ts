@@ -1,6 +1,7 @@
 // Controls that command the cell: disabled, with the reason, while that is not permitted.
 import type {State} from '../state';
 import {h, notify} from './dom';
+import {units} from './units';
 
 type Control = HTMLButtonElement | HTMLInputElement | HTMLSelectElement;
 
@@ -33,7 +34,7 @@ export class Access {
       await this.state.connection.request(body);
       return true;
     } catch (problem) {
-      notify((problem as Error).message, 'error');
+      notify(units.inText((problem as Error).message), 'error');
       return false;
     }
   }

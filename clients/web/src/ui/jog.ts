@@ -1,32 +1,70 @@
-// Buttons that move a robot only while they are held. The daemon stops the robot when it does not
-// hear of the button for a moment; leaving the page, the button or the window ends it at once.
+// Buttons that move a robot: as long as they are held, or by one step a click. The daemon stops the
+// robot when it does not hear of a held button for a moment; leaving the page, the button or the
+// window ends it at once. How fast and how far is the same for all robots.
+import type {MessageInitShape} from '@bufbuild/protobuf';
+import type {ViewerRequestSchema} from '../protocol';
+import {kNotReady} from '../robot_status';
 import type {State} from '../state';
-import {h, notify} from './dom';
+import {h, notify, text} from './dom';
 import type {Access} from './access';
+import {units} from './units';
 
-export type Direction =
-  | {case: 'joint'; value: {joint: number; negative: boolean}}
-  | {
-      case: 'tool';
-      value: {
-        along?: {x: number; y: number; z: number};
-        about?: {x: number; y: number; z: number};
-        inToolFrame: boolean;
-      };
-    };
+type Body = Extract<
+  NonNullable<MessageInitShape<typeof ViewerRequestSchema>['body']>,
+  {case: 'jog'}
+>;
+export type Direction = NonNullable<Body['value']['direction']>;
 
 const kRenew_ms = 100;
+const kRefusal_ms = 500;
+/** A step of the tool and one of a joint or a turn, in the units that people read. */
+const kLengthSteps = {
+  mm: [0.1, 1, 10, 50],
+  m: [0.0001, 0.001, 0.01, 0.05],
+  in: [0.005, 0.05, 0.5, 2]
+};
+const kAngleSteps = {deg: [0.1, 1, 5, 15], rad: [0.001, 0.02, 0.1, 0.25]};
 
 export class Jog {
+  /** What sets speed and steps. */
+  readonly element: HTMLElement;
+  private readonly speed = h('input', {
+    type: 'range',
+    min: 1,
+    max: 100,
+    value: 100,
+    'aria-label': 'Highest speed of the tool in jogs and moves',
+    title: 'Of the tool in jogs and moves from here, as in mode T1. Joints and turns go by it too.',
+    'data-testid': 'jog-speed'
+  });
+  private readonly shownSpeed = h('output', {'data-testid': 'jog-speed-text'});
+  private readonly mode = h('select', {
+    'aria-label': 'Jogs go on while held, or by steps',
+    title: 'Jogs go on while their button is held, or by one step a click',
+    'data-testid': 'jog-step'
+  });
   private timer = 0;
   private robot = -1;
   private pressed: HTMLButtonElement | null = null;
   private complained = '';
+  private ready = 0; // when the robot that is jogged was last seen ready
 
   constructor(
     private readonly state: State,
     private readonly access: Access
   ) {
+    this.element = h(
+      'div',
+      {class: 'row jog-bar', role: 'group', 'aria-label': 'Jogs'},
+      h('span', {}, 'jog'),
+      this.speed,
+      this.shownSpeed,
+      this.mode
+    );
+    this.speed.addEventListener('input', () => this.showSpeed());
+    this.showUnits();
+    units.changed.on(() => this.showUnits());
+    state.cellChanged.on(() => this.showSpeed());
     for (const event of ['blur', 'pagehide']) addEventListener(event, () => this.end());
     document.addEventListener('visibilitychange', () => document.hidden && this.end());
     for (const event of ['pointerup', 'pointercancel']) addEventListener(event, () => this.end());
@@ -35,13 +73,17 @@ export class Jog {
     state.display.on(() => this.pressed?.disabled && this.end());
   }
 
-  /** A button that jogs `robot` one way. Space and Enter hold it as well. */
+  /** Share of the highest speed that moves and jogs from the page may have. */
+  get share(): number {
+    return Number(this.speed.value) / 100;
+  }
+
+  /** A button that jogs `robot` one way. Space and Enter press it as well. */
   makeButton(
     label: string,
     name: string,
     robot: number,
-    direction: () => Direction,
-    speed: () => number
+    direction: () => Direction
   ): HTMLButtonElement {
     const element = h(
       'button',
@@ -50,48 +92,108 @@ export class Jog {
         class: 'jog',
         'aria-label': name,
         'data-testid': `jog ${name}`,
-        title: `Hold: ${name}`
+        title: `Jogs ${name}`
       },
       label
     );
-    const begin = (): void => this.begin(element, robot, direction(), speed());
     element.addEventListener('pointerdown', (event) => {
       if (event.button !== 0 || element.disabled) return;
       event.preventDefault();
       element.focus();
-      begin();
+      if (!this.stepping) this.begin(element, robot, direction());
+    });
+    element.addEventListener('click', () => {
+      if (this.stepping) void this.step(element, robot, direction());
     });
     element.addEventListener('pointerleave', () => this.pressed === element && this.end());
     element.addEventListener('contextmenu', (event) => event.preventDefault());
     element.addEventListener('keydown', (event) => {
-      if ((event.key === ' ' || event.key === 'Enter') && !event.repeat) begin();
-      if (event.key === ' ' || event.key === 'Enter') event.preventDefault();
+      if (event.key !== ' ' && event.key !== 'Enter') return;
+      if (!this.stepping || event.repeat) event.preventDefault(); // else it becomes a click
+      if (!this.stepping && !event.repeat) this.begin(element, robot, direction());
     });
     element.addEventListener('keyup', () => this.end());
     element.addEventListener('blur', () => this.pressed === element && this.end());
     return this.access.guard(element, () => {
       const state = this.state.snapshot?.robots[robot];
-      return state && !state.initialized ? 'The robot is not ready: make it ready first.' : '';
+      if (!state || state.initialized) {
+        if (this.pressed === element) this.ready = performance.now();
+        return '';
+      }
+      // Near the end of its reach a robot refuses a stretch of the jog and is made ready again.
+      const shortly = this.pressed === element && performance.now() - this.ready < kRefusal_ms;
+      return shortly && !state.protectiveStop ? '' : kNotReady;
     });
   }
 
-  private begin(
+  private get stepping(): boolean {
+    return this.mode.value !== '';
+  }
+
+  private showUnits(): void {
+    const {value} = this.mode;
+    this.mode.replaceChildren(
+      h('option', {value: ''}, 'while held'),
+      ...kLengthSteps[units.length].map((length, i) =>
+        h(
+          'option',
+          {value: i},
+          `${length} ${units.length}, ${kAngleSteps[units.angle][i]} ${units.angle}`
+        )
+      )
+    );
+    this.mode.value = value;
+    this.showSpeed();
+  }
+
+  private showSpeed(): void {
+    const most_m_s = this.state.welcome?.manualSpeedMS ?? 0;
+    const shown = units.speedText(this.share * most_m_s);
+    text(this.shownSpeed, shown);
+    this.speed.setAttribute('aria-valuetext', shown);
+  }
+
+  private async step(
     element: HTMLButtonElement,
     robot: number,
-    direction: Direction,
-    speed: number
-  ): void {
+    direction: Direction
+  ): Promise<void> {
+    const size = Number(this.mode.value);
+    const along = direction.case === 'tool' && direction.value.along !== undefined;
+    const step = along
+      ? units.metres(kLengthSteps[units.length][size]!)
+      : units.radians(kAngleSteps[units.angle][size]!);
+    element.classList.add('held');
+    const waiting = Number(element.dataset.steps ?? 0) + 1;
+    element.dataset.steps = String(waiting);
+    try {
+      // It is answered when it has been made.
+      await this.state.connection.request(
+        {case: 'jog', value: {robot, direction, speed: this.share, step}},
+        Infinity
+      );
+    } catch (problem) {
+      notify(units.inText((problem as Error).message), 'error');
+    }
+    const left = Number(element.dataset.steps) - 1;
+    element.dataset.steps = String(left);
+    element.classList.toggle('held', left > 0);
+  }
+
+  private begin(element: HTMLButtonElement, robot: number, direction: Direction): void {
     this.end();
     this.pressed = element;
     this.robot = robot;
     this.complained = '';
+    this.ready = performance.now();
     element.classList.add('held');
+    const speed = this.share;
     const renew = (): void => {
       this.state.connection
         .request({case: 'jog', value: {robot, direction, speed}})
         .catch((problem: Error) => {
           if (this.pressed === element && this.complained !== problem.message)
-            notify((this.complained = problem.message), 'error');
+            notify(units.inText((this.complained = problem.message)), 'error');
         });
     };
     renew();

@@ -1,13 +1,14 @@
-// What the picked object is and where it is.
-import type {ContactSide, Snapshot} from '../protocol';
+// What the picked object is and where it is, in the frame that the pendant's target is in.
+import type {ContactSide, Pose, Snapshot} from '../protocol';
 import type {Pick, View} from '../scene/view';
 import type {State} from '../state';
-import {toVector} from '../scene/convert';
+import {toMatrix, toVector} from '../scene/convert';
 import {groupOf} from '../scene/parts';
 import {button, Facts, h, text} from './dom';
 import {toRollPitchYaw} from './rotation';
+import type {RobotSwitch} from './robot_switch';
 import {units} from './units';
-import {Vector3} from 'three';
+import {Quaternion, Vector3} from 'three';
 
 export class PickCard {
   readonly element = h('aside', {
@@ -18,11 +19,16 @@ export class PickCard {
   });
   private readonly title = h('h2');
   private readonly facts = new Facts();
+  private readonly target = button('', () => this.useAsTarget(), {'data-testid': 'pick-to-target'});
   private pick: Pick | null = null;
+  private position_R: Vector3 | null = null;
+  /** Asks for a position [m] in the CRCL frame of the chosen robot to become its target. */
+  onTarget: (name: string, position_R: Vector3) => void = () => {};
 
   constructor(
     private readonly state: State,
-    view: View
+    view: View,
+    private readonly robots: RobotSwitch
   ) {
     this.element.append(
       h(
@@ -38,9 +44,11 @@ export class PickCard {
           {class: 'icon', 'aria-label': 'Close'}
         )
       ),
-      this.facts.element
+      this.facts.element,
+      h('div', {class: 'row'}, this.target)
     );
     view.onPick = (pick) => this.show(pick);
+    robots.changed.on(() => this.show(this.pick));
     state.display.on((snapshot) => this.update(snapshot));
     state.cellChanged.on(() => this.show(null));
   }
@@ -50,6 +58,7 @@ export class PickCard {
     this.element.hidden = pick === null;
     this.facts.element.replaceChildren();
     Object.assign(this.facts, {values: new Map()});
+    this.position_R = null;
     if (this.state.snapshot) this.update(this.state.snapshot);
   }
 
@@ -57,7 +66,9 @@ export class PickCard {
     const cell = this.state.cell,
       pick = this.pick;
     if (!pick || !cell) return;
-    let name = '';
+    let name = '',
+      pose: Pose | undefined,
+      what = '';
     if (pick.kind === 'body') {
       const body = cell.bodies[pick.index],
         state = snapshot.bodies[pick.index];
@@ -65,7 +76,7 @@ export class PickCard {
       name = body.name;
       this.facts.set('type', body.type);
       this.facts.set('mass', `${(body.massKg * 1000).toFixed(1)} g`);
-      this.showPose(state.bodyInWorld);
+      pose = state.bodyInWorld;
       const v = state.velocityMS;
       this.facts.set(
         'speed',
@@ -73,14 +84,22 @@ export class PickCard {
       );
       const lost = state.lostStep !== undefined ? 'lost, fallen out of the cell' : '';
       this.facts.set('state', lost || groupOf(state) || 'moving freely');
+      const {geometry} = body;
+      if (geometry.case === 'gear')
+        this.facts.set(
+          'peg',
+          `up to ${units.lengthText(geometry.value.pegTopM)} ${units.length} above its position`
+        );
       this.showContacts(snapshot, 'body', pick.index);
     } else if (pick.kind === 'robot') {
       name = cell.robots[pick.index]?.name ?? '';
       this.facts.set('model', cell.robots[pick.index]?.model ?? '');
-      this.showPose(snapshot.robots[pick.index]?.toolInWorld, 'tool ');
+      pose = snapshot.robots[pick.index]?.toolInWorld;
+      what = 'tool ';
       this.showContacts(snapshot, 'robot', pick.index);
     } else if (pick.kind === 'belt') {
       name = 'belt';
+      pose = cell.conveyor?.beltInWorld;
       this.facts.set('load', `${snapshot.conveyor?.loadKg.toFixed(2)} kg`);
     } else {
       name = pick.name;
@@ -91,8 +110,10 @@ export class PickCard {
           'size',
           [s.x, s.y, s.z].map((x) => units.lengthText(x)).join(' × ') + ` ${units.length}`
         );
-      this.showPose(box?.boxInWorld);
+      pose = box?.boxInWorld;
+      what = 'centre ';
     }
+    this.showPose(pose, what);
     text(this.title, name);
   }
 
@@ -138,18 +159,35 @@ export class PickCard {
     return (shared ? `${thing.case} ${name}` : name) + part;
   }
 
-  private showPose(pose: import('../protocol').Pose | undefined, prefix = ''): void {
-    const p = pose?.positionM;
-    if (!p) return;
-    this.facts.set(
-      `${prefix}position`,
-      `${units.lengthText(p.x)}, ${units.lengthText(p.y)}, ${units.lengthText(p.z)} ${units.length}`
-    );
-    this.facts.set(
-      `${prefix}turn`,
-      toRollPitchYaw(pose.orientation)
-        .map((a) => units.angleText(a))
-        .join(', ') + ` ${units.angleSign}`
-    );
+  private showPose(pose: Pose | undefined, what: string): void {
+    const robot = this.state.cell?.robots[this.robots.chosen];
+    this.target.hidden = !pose || !robot;
+    if (!pose) return;
+    const position = (p: {x: number; y: number; z: number}): string =>
+      `${[p.x, p.y, p.z].map((v) => units.lengthText(v)).join(', ')} ${units.length}`;
+    if (robot) {
+      const at = new Vector3(),
+        turn = new Quaternion();
+      toMatrix(robot.baseInWorld)
+        .multiply(toMatrix(robot.referenceInBase))
+        .invert()
+        .multiply(toMatrix(pose))
+        .decompose(at, turn, new Vector3());
+      this.position_R = at;
+      const angles = toRollPitchYaw({x: turn.x, y: turn.y, z: turn.z, w: turn.w});
+      this.facts.set(`${what}for ${robot.name}`, position(at), 'key');
+      this.facts.set(
+        'roll, pitch, yaw',
+        `${angles.map((a) => units.angleText(a)).join(', ')} ${units.angleSign}`
+      );
+      text(this.target, `To the target of ${robot.name}`);
+      const title = `Puts these coordinates, in the CRCL frame of ${robot.name}, into the target of its tool`;
+      if (this.target.title !== title) this.target.title = title;
+    }
+    if (pose.positionM) this.facts.set(`${what}in the world`, position(pose.positionM));
+  }
+
+  private useAsTarget(): void {
+    if (this.position_R) this.onTarget(this.title.textContent ?? '', this.position_R);
   }
 }

@@ -1,20 +1,13 @@
 // One robot's pendant: what it does, where it is, and how to move it.
-import {ActionKind, ActionState, type RobotDescription, type RobotState} from '../protocol';
+import {ActionKind, type Pose, type RobotDescription, type RobotState} from '../protocol';
+import {kNotReady} from '../robot_status';
 import type {State} from '../state';
 import type {View} from '../scene/view';
 import type {Access} from './access';
 import {button, card, Facts, h, notify, text} from './dom';
 import type {Jog} from './jog';
 import {fromRollPitchYaw, toRollPitchYaw} from './rotation';
-import {units} from './units';
-
-const kStates: Record<number, [string, string]> = {
-  [ActionState.UNSPECIFIED]: ['–', ''],
-  [ActionState.NONE]: ['no command yet', ''],
-  [ActionState.WORKING]: ['working', 'busy'],
-  [ActionState.DONE]: ['done', 'good'],
-  [ActionState.ERROR]: ['error', 'bad']
-};
+import {units, type Angle, type Length} from './units';
 
 const kCommands: Record<number, string> = {
   [ActionKind.INITIALIZE]: 'get ready',
@@ -36,19 +29,12 @@ const kAxes = ['x', 'y', 'z'] as const;
 
 export class RobotPanel {
   readonly element: HTMLElement;
-  private readonly badge = h('span', {class: 'badge', 'data-testid': 'robot-state'});
   private readonly description = h('p', {class: 'description', 'data-testid': 'robot-description'});
   private readonly facts = new Facts();
   private readonly bars: {fill: HTMLMeterElement; value: HTMLElement}[] = [];
   private readonly pose: HTMLInputElement[] = [];
+  private readonly poseUnits: HTMLElement[] = [];
   private readonly poseNow: HTMLElement[] = [];
-  private readonly speed = h('input', {
-    type: 'range',
-    min: 1,
-    max: 100,
-    value: 15,
-    'aria-label': 'Speed of jogs and moves in percent'
-  });
   private readonly frame = h(
     'select',
     {'aria-label': 'Frame of tool jogs'},
@@ -87,11 +73,7 @@ export class RobotPanel {
 
   private ready(): string {
     const state = this.state.snapshot?.robots[this.index];
-    return state && !state.initialized ? 'The robot is not ready: make it ready first.' : '';
-  }
-
-  private speedShare(): number {
-    return Number(this.speed.value) / 100;
+    return state && !state.initialized ? kNotReady : '';
   }
 
   private statusCard(): HTMLElement {
@@ -101,24 +83,15 @@ export class RobotPanel {
         title: 'Clears an error and takes commands, as InitCanon does'
       })
     );
-    const stop = this.access.guard(
-      button('Stop', () => this.command({case: 'stop', value: {}}), {
-        class: 'danger',
-        title: 'Stops all motion of this robot (s stops all)'
-      })
-    );
     const look = button('Look', () => this.view.focusRobot(this.index), {
-      title: 'Looks at the tool from nearby'
+      title: 'Looks at the front of the robot',
+      'data-testid': `look-${this.robot.name}`
     });
-    const share = h('output', {}, `${this.speed.value} %`);
-    this.speed.addEventListener('input', () => text(share, `${this.speed.value} %`));
     return card(
       this.robot.name,
-      this.badge,
       this.description,
       this.facts.element,
-      h('div', {class: 'row'}, init, stop, look),
-      h('label', {class: 'row slider'}, 'speed', this.speed, share)
+      h('div', {class: 'row'}, init, look)
     );
   }
 
@@ -137,8 +110,7 @@ export class RobotPanel {
           negative ? '−' : '+',
           `${this.robot.name} joint ${i + 1} ${negative ? 'minus' : 'plus'}`,
           this.index,
-          () => ({case: 'joint', value: {joint: i, negative}}),
-          () => this.speedShare()
+          () => ({case: 'joint', value: {joint: i, negative}})
         );
       return h(
         'div',
@@ -165,23 +137,31 @@ export class RobotPanel {
               `${sign < 0 ? '−' : '+'}${kind === 'about' ? 'r' : ''}${axis}`,
               `${this.robot.name} ${kind} ${sign < 0 ? '-' : '+'}${axis}`,
               this.index,
-              () => this.toolDirection(kind, axis, sign),
-              () => this.speedShare()
+              () => this.toolDirection(kind, axis, sign)
             )
           )
         )
       );
     const names = ['x', 'y', 'z', 'roll', 'pitch', 'yaw'];
     const fields = names.map((name) => {
-      const input = h('input', {type: 'number', step: 'any', 'aria-label': `target ${name}`});
+      const input = h('input', {
+        type: 'number',
+        step: 'any',
+        'aria-label': `target ${name} of ${this.robot.name}`,
+        'data-testid': `${this.robot.name}-target-${name}`
+      });
       const now = h('output', {'data-testid': `${this.robot.name}-tcp-${name}`});
+      const unit = h('small');
       this.pose.push(input);
       this.poseNow.push(now);
-      return h('div', {class: 'coordinate'}, h('span', {}, name), now, input);
+      this.poseUnits.push(unit);
+      return h('div', {class: 'coordinate'}, h('span', {}, name, ' ', unit), now, input);
     });
+    this.showTargetUnits();
     const go = (straight: boolean): HTMLButtonElement =>
       this.access.guard(
         button(straight ? 'Go straight' : 'Go', () => this.goTo(straight), {
+          'data-testid': `${this.robot.name}-go${straight ? '-straight' : ''}`,
           title: straight
             ? 'Moves the tool on a straight line to the target'
             : 'Moves the tool to the target, joints together'
@@ -233,11 +213,48 @@ export class RobotPanel {
   private fillTarget(): void {
     const pose = this.state.snapshot?.robots[this.index]?.toolInReference;
     if (!pose?.positionM) return;
-    const {x, y, z} = pose.positionM;
+    this.fillPosition(pose.positionM);
+    this.fillRotation(pose);
+  }
+
+  /** Puts a position in the robot's CRCL frame into the target, with the rotation that stands there
+   * or the tool's present one. */
+  setTarget(positionM: {x: number; y: number; z: number}): void {
+    this.fillPosition(positionM);
+    const pose = this.state.snapshot?.robots[this.index]?.toolInReference;
+    if (this.pose.slice(3).some((input) => input.value === '') && pose) this.fillRotation(pose);
+    this.pose[0]!.scrollIntoView({block: 'center'});
+    this.pose[0]!.focus({preventScroll: true});
+  }
+
+  private fillPosition({x, y, z}: {x: number; y: number; z: number}): void {
     [x, y, z].forEach((v, i) => (this.pose[i]!.value = String(Number(units.lengthText(v)))));
+  }
+
+  private fillRotation(pose: Pose): void {
     toRollPitchYaw(pose.orientation).forEach(
       (v, i) => (this.pose[3 + i]!.value = String(Number(units.angleText(v))))
     );
+  }
+
+  private showTargetUnits(): void {
+    this.poseUnits.forEach((unit, i) => text(unit, i < 3 ? units.length : units.angleSign));
+  }
+
+  /** The target stays where it is when people read it in other units. */
+  changeUnits(before: {length: Length; angle: Angle}): void {
+    this.showTargetUnits();
+    this.pose.forEach((input, i) => {
+      if (input.value === '') return;
+      const value = Number(input.value);
+      input.value = String(
+        Number(
+          i < 3
+            ? units.lengthText(units.metres(value, before.length))
+            : units.angleText(units.radians(value, before.angle))
+        )
+      );
+    });
   }
 
   private goTo(straight: boolean): void {
@@ -257,7 +274,8 @@ export class RobotPanel {
       case: 'moveTool',
       value: {
         toolInReference: {positionM: {x, y, z}, orientation: fromRollPitchYaw(roll, pitch, yaw)},
-        straight
+        straight,
+        speed: this.jog.share
       }
     });
   }
@@ -303,14 +321,7 @@ export class RobotPanel {
   }
 
   private showStatus(robot: RobotState): void {
-    const [name, look] = kStates[robot.action?.state ?? 0] ?? ['–', ''];
-    const stopped = robot.protectiveStop;
-    text(
-      this.badge,
-      stopped ? 'protective stop' : robot.moving && name === 'done' ? 'moving' : name
-    );
-    this.badge.dataset.state = stopped ? 'bad' : look;
-    text(this.description, robot.action?.description ?? '');
+    text(this.description, units.inText(robot.action?.description ?? ''));
     this.facts.set('ready', robot.initialized ? 'yes' : 'no', robot.initialized ? 'good' : '');
     this.facts.set('drives', robot.drivesOn ? 'on' : 'off, the brakes hold');
     this.facts.set(
@@ -318,11 +329,6 @@ export class RobotPanel {
       robot.action?.ticket
         ? `${kCommands[robot.action.kind] ?? '?'} (no. ${robot.action.ticket})`
         : 'none'
-    );
-    const v = robot.toolVelocityMS;
-    this.facts.set(
-      'tool speed',
-      v ? `${units.lengthText(Math.hypot(v.x, v.y, v.z))} ${units.length}/s` : '–'
     );
     const f = robot.toolForceN;
     this.facts.set('tool force', f ? `${Math.hypot(f.x, f.y, f.z).toFixed(1)} N` : '–');

@@ -1,8 +1,9 @@
 // Rotations as people enter them: roll, pitch and yaw about the fixed axes x, y and z.
 import {Euler, Quaternion} from 'three';
-import type {Quaternion as Message} from '../protocol';
 
-export function toRollPitchYaw(q: Message | undefined): [number, number, number] {
+export function toRollPitchYaw(
+  q: {w: number; x: number; y: number; z: number} | undefined
+): [number, number, number] {
   if (!q) return [0, 0, 0];
   const e = new Euler().setFromQuaternion(new Quaternion(q.x, q.y, q.z, q.w), 'ZYX');
   return [e.x, e.y, e.z];

@@ -5,41 +5,67 @@ export type Length = 'mm' | 'm' | 'in';
 export type Angle = 'deg' | 'rad';
 
 const kPerMetre: Record<Length, number> = {mm: 1000, m: 1, in: 1 / 0.0254};
+const kPerRadian: Record<Angle, number> = {deg: 180 / Math.PI, rad: 1};
 const kLengthDigits: Record<Length, number> = {mm: 2, m: 5, in: 4};
+const kAngleDigits: Record<Angle, number> = {deg: 2, rad: 4};
+const kQuantity = /(-?\d+(?:\.\d+)?(?:e[-+]?\d+)?) (mm|m|deg|rad)(?=$|[^\w^²])/g;
+
+/** Without a sign where nothing is left of the number. */
+function rounded(value: number, digits: number): string {
+  const text = value.toFixed(digits);
+  return Number(text) === 0 ? (0).toFixed(digits) : text;
+}
 
 class Units {
-  readonly changed = new Signal<void>();
+  /** Carries the units before. */
+  readonly changed = new Signal<{length: Length; angle: Angle}>();
   length: Length = (localStorage.getItem('length') as Length | null) ?? 'mm';
   angle: Angle = (localStorage.getItem('angle') as Angle | null) ?? 'deg';
 
   set(length: Length, angle: Angle): void {
+    const before = {length: this.length, angle: this.angle};
     this.length = length;
     this.angle = angle;
     localStorage.setItem('length', length);
     localStorage.setItem('angle', angle);
-    this.changed.emit();
+    this.changed.emit(before);
   }
 
   lengthOf(m: number): number {
     return m * kPerMetre[this.length];
   }
-  metres(value: number): number {
-    return value / kPerMetre[this.length];
+  metres(value: number, unit = this.length): number {
+    return value / kPerMetre[unit];
   }
   angleOf(rad: number): number {
-    return this.angle === 'deg' ? (rad * 180) / Math.PI : rad;
+    return rad * kPerRadian[this.angle];
   }
-  radians(value: number): number {
-    return this.angle === 'deg' ? (value * Math.PI) / 180 : value;
+  radians(value: number, unit = this.angle): number {
+    return value / kPerRadian[unit];
   }
   lengthText(m: number): string {
-    return this.lengthOf(m).toFixed(kLengthDigits[this.length]);
+    return rounded(this.lengthOf(m), kLengthDigits[this.length]);
   }
   angleText(rad: number): string {
-    return this.angleOf(rad).toFixed(this.angle === 'deg' ? 2 : 4);
+    return rounded(this.angleOf(rad), kAngleDigits[this.angle]);
   }
   get angleSign(): string {
     return this.angle === 'deg' ? '°' : 'rad';
+  }
+  /** A speed that people set, without idle digits. */
+  speedText(m_s: number): string {
+    return `${Number(this.lengthOf(m_s).toPrecision(3))} ${this.length}/s`;
+  }
+
+  /** What the daemon says, with its lengths, angles and speeds in these units. */
+  inText(message: string): string {
+    return message.replace(kQuantity, (whole, number: string, unit: string) => {
+      const value = Number(number);
+      if (unit === this.length || unit === this.angle) return whole;
+      if (unit === 'deg' || unit === 'rad')
+        return `${Number(this.angleText(this.radians(value, unit)))} ${this.angle}`;
+      return `${Number(this.lengthText(this.metres(value, unit as Length)))} ${this.length}`;
+    });
   }
 }
 
