@@ -87,6 +87,7 @@ void FaultLog::look_at_robot(int index, const api::Snapshot& before, const api::
          .holds = true});
   } else if (failed(robot) && another && !robot.protective_stop &&
              !(expected && expected(index, robot.action.ticket))) {
+    clear(name, FaultSeverity::kError);  // the latest error stands for the robot
     add({.severity = FaultSeverity::kError, .source = name, .message = why, .holds = true});
   } else if (failed(old) && !failed(robot) && before.epoch == now.epoch &&
              !(expected && expected(index, old.action.ticket))) {

@@ -65,6 +65,13 @@ TEST_F(FaultLogTest, ACauseIsOneLineWithItsCountAndTimes) {
   EXPECT_FALSE(find("joint_1")->holds);
 }
 
+TEST_F(FaultLogTest, OfARobotsErrorsTheLatestLasts) {
+  refuse("out of reach");
+  refuse("joint_2: too fast");
+  EXPECT_FALSE(find("out of reach")->holds);
+  EXPECT_TRUE(find("joint_2")->holds);
+}
+
 TEST_F(FaultLogTest, StopsAreKeptApartFromNotes) {
   next([](api::Snapshot& s) { s.missed_steps = 60; });
   next([](api::Snapshot& s) {
