@@ -20,6 +20,9 @@ constexpr auto kAnswerTimeout = std::chrono::seconds(10);
 constexpr auto kPollInterval = std::chrono::milliseconds(20);
 constexpr CrclSession::Seconds kStopTimeout{5};
 
+/// Of a command that the user's interruption came before.
+tl::unexpected<Failure> not_sent() { return failed(FailureKind::kInterrupted, "interrupted"); }
+
 }  // namespace
 
 CrclSession::CrclSession(TcpSocket socket, std::string robot)
@@ -85,6 +88,7 @@ Outcome<crcl::Status> CrclSession::run(crcl::CommandBody body, Seconds timeout) 
 Outcome<crcl::Status> CrclSession::run(crcl::CommandInstance instance, Seconds timeout) {
   auto& command = instance.command;
   if (std::holds_alternative<crcl::GetStatus>(command.body)) return status();
+  if (interruption::noted()) return not_sent();
   command.id = std::max(command.id, last_id_ + 1);
   last_id_ = command.id;
   under_way_ = true;
@@ -97,6 +101,7 @@ Outcome<crcl::Status> CrclSession::run(crcl::CommandInstance instance, Seconds t
 Outcome<crcl::Status> CrclSession::run_document(const std::string& document,
                                                 const crcl::Command& command, Seconds timeout) {
   const bool asks = std::holds_alternative<crcl::GetStatus>(command.body);
+  if (interruption::noted()) return not_sent();
   last_id_ = std::max(last_id_, command.id);
   under_way_ = under_way_ || !asks;
   if (const auto sent = send_raw(document); !sent) return tl::unexpected(sent.error());

@@ -133,6 +133,7 @@ Outcome<void> run_belt(DemoCell& cell, const Endpoints& endpoints, double distan
   const double speed = drive->speed_setting_m_s();
   const double accel = cell.description.conveyor().max_accel_m_s2();
   const double braking = accel > 0 ? speed * speed / (2 * accel) : 0;
+  if (interruption::noted()) return failed(FailureKind::kInterrupted, "interrupted");
   Outcome<bool> arrived = false;
   // An answer that is lost does not mean that the belt stands.
   const auto started = conveyor->write(modbus::kRunRegister, 1);
