@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <chrono>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -12,6 +13,7 @@
 namespace aprsim::client {
 namespace {
 
+constexpr auto kSettleTimeout = std::chrono::seconds(8);
 // The robot that works at the belt when there is one.
 constexpr const char* kBeltRobot = "motoman";
 
@@ -56,6 +58,20 @@ std::string held_text(DemoCell& cell, const std::string& robot) {
   return fmt::format(", holding {}; 'aprsim reset' puts it back", found->gripper().held_body());
 }
 
+/// The cell with everything at rest, or as it is after a while: after a reset, and when the belt
+/// has stopped, parts settle for some simulated milliseconds, and only what rests can be picked.
+Outcome<CellView> look_at_rest(DemoCell& cell) {
+  const auto rests = [](const v1::Snapshot& snapshot) {
+    return std::ranges::all_of(snapshot.bodies(), [](const v1::BodyState& body) {
+      return body.resting() || body.has_lost_step();
+    });
+  };
+  if (const auto looked = cell.look_until(rests, kSettleTimeout); !looked) {
+    return tl::unexpected(looked.error());
+  }
+  return cell.look();
+}
+
 /// One robot's pick and place. Whatever comes of it, the robot leaves the other's way; but when the
 /// user interrupts it, it stops where it is.
 Outcome<void> show_robot(DemoCell& cell, const Endpoints& endpoints,
@@ -64,7 +80,7 @@ Outcome<void> show_robot(DemoCell& cell, const Endpoints& endpoints,
   auto arm = Arm::connect(endpoints, description);
   if (!arm) return tl::unexpected(arm.error());
   const auto work = [&]() -> Outcome<void> {
-    const auto view = cell.look();
+    const auto view = look_at_rest(cell);
     if (!view) return tl::unexpected(view.error());
     const auto done =
         transfer_one(cell, *arm, *view, view->transfers(arm->p_WB(), at_belt, preferred_tray));
