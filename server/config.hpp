@@ -101,6 +101,7 @@ struct Config {
   std::optional<std::uint64_t> seed;
   Speed speed;
   std::string log_level = "info";
+  std::uint32_t saved_states_mb = 64;
   ConnectionsConfig connections;
   CrclConfig crcl;
   ModbusConfig modbus;

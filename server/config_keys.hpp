@@ -128,6 +128,8 @@ void visit(Archive& keys, Config& config) {
   keys.key("speed", config.speed, Pace{}, "what the wall clock has to do with simulated time");
   keys.key("log_level", config.log_level, Word{{"trace", "debug", "info", "warn", "error"}},
            "least severity of what is logged");
+  keys.key("saved_states_mb", config.saved_states_mb, Whole{1, 65536},
+           "memory that saved states may take together [MB]");
   keys.section("connections", config.connections, "the connections of every listener");
   keys.section("crcl", config.crcl, "CRCL, one listener a robot");
   keys.section("modbus", config.modbus, "Modbus/TCP of the conveyor's PLC");

@@ -38,6 +38,7 @@ constexpr std::size_t kModbusTapBytes = std::size_t{4} << 20;
 world::SimulationOptions simulation_options(const Config& config, const scene::Scene& scene) {
   world::SimulationOptions options;
   options.seed = config.seed.value_or(scene.seed);
+  options.max_saved_bytes = std::uint64_t{config.saved_states_mb} << 20U;
   options.paused = config.speed.mode == Speed::Mode::kStepped;
   if (config.speed.mode == Speed::Mode::kFactor) {
     options.speed = config.speed.factor;
@@ -76,8 +77,8 @@ crcl_server::CrclServerOptions crcl_options(const Config& all, const std::string
   options.units = units_of(own);
   options.strict = own.strict;
   options.clamp_targets = own.clamp_targets;
-  const auto corner = [](const std::array<double, 3>& p) { return Eigen::Vector3d(p.data()); };
   options.end_program_with_client = own.end_program_with_client;
+  const auto corner = [](const std::array<double, 3>& p) { return Eigen::Vector3d(p.data()); };
   if (own.cartesian_min_m) options.cartesian_min_R = corner(*own.cartesian_min_m);
   if (own.cartesian_max_m) options.cartesian_max_R = corner(*own.cartesian_max_m);
   options.limits = limits_of(all.connections, config.max_connections);

@@ -244,6 +244,7 @@ Result<void> check_body(const api::SimulationCommand& command, const api::CellDe
   }
   if (const auto* save = std::get_if<api::SaveState>(&command)) return check_name(save->name);
   if (const auto* load = std::get_if<api::LoadState>(&command)) return check_name(load->name);
+  if (const auto* gone = std::get_if<api::DeleteState>(&command)) return check_name(gone->name);
   return {};
 }
 

@@ -200,7 +200,7 @@ void SimulatedRobot::move_mount() {
 }
 
 SimulatedRobot::State SimulatedRobot::save() const {
-  return {arm_.state(), controller_.state(), state_};
+  return {arm_.state(), controller_.save(), state_};
 }
 
 void SimulatedRobot::restore(const State& state) {

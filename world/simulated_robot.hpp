@@ -102,6 +102,11 @@ struct SimulatedRobot::State {
   robot::ServoArm::State arm;
   robot::ControllerState controller;
   Own own;
+
+  /// Of memory, besides what copies share; approximately.
+  [[nodiscard]] std::size_t bytes() const {
+    return sizeof *this - sizeof controller + controller.bytes();
+  }
 };
 
 }  // namespace aprsim::world

@@ -1,6 +1,5 @@
 #include "world/simulation.hpp"
 
-#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <new>
@@ -50,7 +49,8 @@ Simulation::Simulation(std::shared_ptr<const scene::Scene> scene, SimulationOpti
       world_(std::make_unique<World>(scene_, models_, seed_, prefetchers_)),
       pacer_(world_->step_size(), SteadyClock::now()),
       description_(world_->description()),
-      paused_(options.paused) {
+      paused_(options.paused),
+      saved_(options.max_saved_bytes) {
   drained_.reserve(options.queue_capacity);
   pacer_.set_speed(options.speed, SteadyClock::now());
   write_snapshot();
@@ -206,6 +206,8 @@ Result<void> Simulation::apply(const api::SimulationCommand& command) {
     return save(saving->name);
   } else if (const auto* loading = std::get_if<api::LoadState>(&command)) {
     return load(loading->name);
+  } else if (const auto* deleting = std::get_if<api::DeleteState>(&command)) {
+    return saved_.forget(deleting->name);
   }
   return {};
 }
@@ -234,37 +236,22 @@ Result<void> Simulation::reset(std::optional<std::uint64_t> seed) {
 }
 
 Result<void> Simulation::save(const std::string& name) {
-  if (!saved_.contains(name) && saved_.size() >= api::kMaxSavedStates) {
-    return fail(ErrorCode::kFailedPrecondition, "name",
-                "all " + std::to_string(api::kMaxSavedStates) +
-                    " places for saved states are taken; use one of their names again");
-  }
-  // All or nothing, should memory run out.
-  WorldState state = world_->save();
-  std::vector<std::string> names{name};
-  for (const auto& [saved, kept] : saved_) {
-    if (saved != name) names.push_back(saved);
-  }
-  std::sort(names.begin(), names.end());
-  auto shared = std::make_shared<const std::vector<std::string>>(std::move(names));
-  saved_.insert_or_assign(name, std::move(state));
-  saved_names_ = std::move(shared);
-  return {};
+  return saved_.keep(name, world_->save(), world_->time());
 }
 
 Result<void> Simulation::load(const std::string& name) {
-  const auto found = saved_.find(name);
-  if (found == saved_.end()) {
+  const WorldState* found = saved_.find(name);
+  if (found == nullptr) {
     return fail(ErrorCode::kNotFound, "name", "no state is saved as '" + name + "'");
   }
   auto loaded = std::make_shared<const std::string>(name);
   try {
-    world_->restore(found->second);
+    world_->restore(*found);
   } catch (const std::exception& failure) {
     stop_world("a saved state could not be restored: " + std::string(failure.what()));
     throw;
   }
-  seed_ = found->second.seed;
+  seed_ = found->seed;
   begin_epoch(std::move(loaded));
   return {};
 }
@@ -320,7 +307,7 @@ void Simulation::write_snapshot() {
   snapshot->missed_steps = pacer_.missed_steps();
   snapshot->step_time_s = pacer_.step_time_s();
   snapshot->plan_waits = world_->plan_waits();
-  snapshot->saved_states = saved_names_;
+  snapshot->saved_states = saved_.list();
   snapshot->world_fault = world_fault_;
   snapshot->world_stops = world_stops_;
   slot_.publish(std::move(snapshot));

@@ -2,7 +2,6 @@
 
 #include <atomic>
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,6 +12,7 @@
 #include "world/command_queue.hpp"
 #include "world/pacer.hpp"
 #include "world/robot/planning/plan_job.hpp"
+#include "world/saved_worlds.hpp"
 #include "world/snapshot_slot.hpp"
 #include "world/world.hpp"
 
@@ -23,6 +23,7 @@ struct SimulationOptions {
   std::optional<double> speed = 1.0;  ///< nullopt = as fast as possible
   bool paused = false;                ///< start paused: stepped by a client
   std::size_t queue_capacity = 1024;
+  std::uint64_t max_saved_bytes = std::uint64_t{64} << 20;  ///< of saved states together
 };
 
 /// Runs a world on its own thread: drain commands, step, publish, pace. The only code that touches
@@ -91,8 +92,7 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   std::string world_fault_;
   std::uint64_t world_stops_ = 0;
   bool paused_by_fault_ = false;  ///< the next epoch runs again
-  std::map<std::string, WorldState> saved_;
-  std::shared_ptr<const std::vector<std::string>> saved_names_;
+  SavedWorlds saved_;
   std::shared_ptr<const std::vector<api::CommandFailure>> failures_;
   bool dirty_ = false;  ///< something to publish although nothing stepped
   /// Wall times [ns]: of the thread's latest turn; since when the pace is too low, and too many

@@ -25,6 +25,17 @@ struct WorldState {
   std::optional<CellVision> vision;
   api::LightCurtainSnapshot curtain;
   std::optional<api::Intruder> intruder;
+
+  /// Of memory, besides what copies share; approximately.
+  [[nodiscard]] std::uint64_t bytes() const {
+    std::uint64_t sum = sizeof *this + physics.bytes();
+    for (const auto& robot : robots) sum += robot.bytes();
+    return sum;
+  }
+  /// Adds what copies share: the plans of motions.
+  void list(robot::SharedParts& parts) const {
+    for (const auto& robot : robots) robot.controller.list(parts);
+  }
 };
 
 }  // namespace aprsim::world

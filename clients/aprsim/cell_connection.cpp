@@ -159,6 +159,17 @@ Outcome<v1::Receipt> CellConnection::load_state(const std::string& name) {
   return receipt(call(stubs_->control, &v1::ControlService::Stub::LoadState, request, address_));
 }
 
+Outcome<v1::Receipt> CellConnection::delete_state(const std::string& name) {
+  v1::DeleteStateRequest request;
+  request.set_name(name);
+  return receipt(call(stubs_->control, &v1::ControlService::Stub::DeleteState, request, address_));
+}
+
+Outcome<v1::ListStatesResponse> CellConnection::list_states() {
+  return call(stubs_->control, &v1::ControlService::Stub::ListStates, v1::ListStatesRequest{},
+              address_);
+}
+
 Outcome<v1::SetIntruderResponse> CellConnection::set_intruder(
     const std::optional<v1::Intruder>& intruder) {
   v1::SetIntruderRequest request;

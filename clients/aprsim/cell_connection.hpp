@@ -35,6 +35,8 @@ class CellConnection {
   [[nodiscard]] Outcome<v1::Receipt> reset(std::optional<std::uint64_t> seed);
   [[nodiscard]] Outcome<v1::Receipt> save_state(const std::string& name);
   [[nodiscard]] Outcome<v1::Receipt> load_state(const std::string& name);
+  [[nodiscard]] Outcome<v1::Receipt> delete_state(const std::string& name);
+  [[nodiscard]] Outcome<v1::ListStatesResponse> list_states();
   /// Absent = taken away. The light curtain's state at that step comes with the answer.
   [[nodiscard]] Outcome<v1::SetIntruderResponse> set_intruder(
       const std::optional<v1::Intruder>& intruder);

@@ -359,6 +359,17 @@ void add_simulation(CLI::App& app, CommandLine& line) {
   offer_json(*load, line);
 }
 
+void add_states(CLI::App& app, CommandLine& line) {
+  CLI::App* states = app.add_subcommand("states", "The states that the daemon keeps");
+  states->require_subcommand(1);
+  auto [list, list_command] =
+      add<StatesListCommand>(*states, line, "list", "Their names, times and memory");
+  offer_json(*list, line);
+  auto [remove, command] = add<StatesDeleteCommand>(*states, line, "delete", "Forget one");
+  remove->add_option("NAME", command->name, "As it was saved")->check(not_empty())->required();
+  offer_json(*remove, line);
+}
+
 void add_intruder(CLI::App& app, CommandLine& line) {
   CLI::App* intruder = app.add_subcommand(
       "intruder", "Let the cell's sensors see a person or object that nothing touches");
@@ -414,6 +425,7 @@ void add_all(CLI::App& app, CommandLine& line) {
   add_crcl(app, line);
   add_conveyor(app, line);
   add_simulation(app, line);
+  add_states(app, line);
   add_intruder(app, line);
   add_documents(app, line);
 }

@@ -92,6 +92,10 @@ struct SaveCommand {
 struct LoadCommand {
   std::string name;
 };
+struct StatesListCommand {};
+struct StatesDeleteCommand {
+  std::string name;
+};
 struct IntruderCommand {
   std::optional<std::array<double, 2>> xy_m;        ///< where it stands on the floor; absent = gone
   std::array<double, 3> size_m = {0.5, 0.3, 1.75};  ///< a person's
@@ -112,7 +116,8 @@ using AnyCommand =
                  CrclInitCommand, CrclStopCommand, CrclGripperCommand, CrclJogCommand,
                  CrclValidateCommand, ConveyorSetCommand, ConveyorStatusCommand, ConveyorMapCommand,
                  PauseCommand, ResumeCommand, StepCommand, SpeedCommand, ResetCommand, SaveCommand,
-                 LoadCommand, IntruderCommand, DemoCommand, CompletionCommand, ManualCommand>;
+                 LoadCommand, StatesListCommand, StatesDeleteCommand, IntruderCommand, DemoCommand,
+                 CompletionCommand, ManualCommand>;
 
 struct CommandLine {
   EndpointChoice endpoints;

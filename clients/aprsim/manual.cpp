@@ -21,6 +21,7 @@ struct Entry {
 
 constexpr std::array kEnvironment{
     Entry{"APRSIM_PORTS_FILE", "File of ports to use when --ports-file names none."},
+    Entry{"APRSIM_TOKEN", "The daemon's access token when --token-file names no file of it."},
     Entry{"NO_COLOR", "When set and not empty, nothing is coloured."},
     Entry{"TERM", "When dumb or not set, output is not coloured and not redrawn in place."},
 };
@@ -31,6 +32,9 @@ constexpr std::array kJson{
           "The snapshot as protobuf's JSON mapping of aprsim.v1.Snapshot gives it, with "
           "the names of its .proto file."},
     Entry{"watch", "The same of aprsim.v1.StreamSnapshotsResponse, one object a sample."},
+    Entry{"states list",
+          "states (list of name, step, sim_time_s, bytes), bytes and max_bytes: of all together."},
+    Entry{"states delete", "done (states delete), name."},
     Entry{"pause, resume, step, speed, reset, save, load, intruder",
           "done (the command), step, sim_time_s, epoch: when it took effect; intruder also "
           "light_curtain (broken or clear), where there is one."},

@@ -13,9 +13,19 @@ namespace {
 
 constexpr std::uint64_t kMaxSteps = 10'000'000;
 
-const std::vector<std::string>& saved_names(const api::Snapshot& snapshot) {
-  static const std::vector<std::string> kNone;
-  return snapshot.saved_states ? *snapshot.saved_states : kNone;
+std::vector<std::string> saved_names(const api::Snapshot& snapshot) {
+  std::vector<std::string> names;
+  if (!snapshot.saved_states) return names;
+  for (const api::SavedState& state : snapshot.saved_states->states) names.push_back(state.name);
+  return names;
+}
+
+Result<void> find_state(const std::string& name, const api::Snapshot& snapshot) {
+  const auto names = saved_names(snapshot);
+  if (std::ranges::find(names, name) != names.end()) return {};
+  return fail(ErrorCode::kNotFound, "name",
+              fmt::format("no state is saved as '{}'; {}{}", name.substr(0, 64),
+                          names.empty() ? "none is saved" : "there are: ", fmt::join(names, ", ")));
 }
 
 Eigen::Vector3d vector_of(const v1::Vector3& v) { return {v.x(), v.y(), v.z()}; }
@@ -113,27 +123,27 @@ Result<api::Resume> to_command(const v1::ResumeRequest& /*request*/,
 
 Result<api::SaveState> to_command(const v1::SaveStateRequest& request,
                                   const api::Snapshot& snapshot) {
-  const auto& names = saved_names(snapshot);
+  const auto names = saved_names(snapshot);
   const bool again = std::ranges::find(names, request.name()) != names.end();
   if (!again && names.size() >= api::kMaxSavedStates) {
     return fail(ErrorCode::kFailedPrecondition, "name",
-                fmt::format("all {} places for saved states are taken; use one of their names "
-                            "again",
-                            api::kMaxSavedStates));
+                fmt::format("'{}' cannot be saved: all {} places for saved states are taken; use "
+                            "one of their names again, or delete one",
+                            request.name().substr(0, 64), api::kMaxSavedStates));
   }
   return api::SaveState{request.name()};
 }
 
 Result<api::LoadState> to_command(const v1::LoadStateRequest& request,
                                   const api::Snapshot& snapshot) {
-  const auto& names = saved_names(snapshot);
-  if (std::ranges::find(names, request.name()) == names.end()) {
-    return fail(
-        ErrorCode::kNotFound, "name",
-        fmt::format("no state is saved as '{}'; {}{}", request.name().substr(0, 64),
-                    names.empty() ? "none is saved" : "there are: ", fmt::join(names, ", ")));
-  }
+  if (auto ok = find_state(request.name(), snapshot); !ok) return tl::unexpected(ok.error());
   return api::LoadState{request.name()};
+}
+
+Result<api::DeleteState> to_command(const v1::DeleteStateRequest& request,
+                                    const api::Snapshot& snapshot) {
+  if (auto ok = find_state(request.name(), snapshot); !ok) return tl::unexpected(ok.error());
+  return api::DeleteState{request.name()};
 }
 
 }  // namespace aprsim::protocols

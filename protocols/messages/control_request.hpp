@@ -24,5 +24,7 @@ namespace aprsim::protocols {
 /// Fails when no state has the name.
 [[nodiscard]] Result<api::LoadState> to_command(const v1::LoadStateRequest& request,
                                                 const api::Snapshot& snapshot);
+[[nodiscard]] Result<api::DeleteState> to_command(const v1::DeleteStateRequest& request,
+                                                  const api::Snapshot& snapshot);
 
 }  // namespace aprsim::protocols

@@ -232,6 +232,35 @@ grpc::ServerUnaryReactor* ControlService::LoadState(grpc::CallbackServerContext*
   });
 }
 
+grpc::ServerUnaryReactor* ControlService::DeleteState(grpc::CallbackServerContext* context,
+                                                      const v1::DeleteStateRequest* request,
+                                                      v1::DeleteStateResponse* response) {
+  const auto remove = protocols::to_command(*request, *source_.latest());
+  if (!remove) return refuse(context, remove.error());
+  return command(context, api::SimulationCommand(*remove), [response](const auto& s, auto t) {
+    write_receipt(s, t, *response->mutable_receipt());
+  });
+}
+
+grpc::ServerUnaryReactor* ControlService::ListStates(grpc::CallbackServerContext* context,
+                                                     const v1::ListStatesRequest* /*request*/,
+                                                     v1::ListStatesResponse* response) {
+  if (const auto saved = source_.latest()->saved_states) {
+    response->set_bytes(saved->bytes);
+    response->set_max_bytes(saved->max_bytes);
+    for (const api::SavedState& state : saved->states) {
+      auto& out = *response->add_states();
+      out.set_name(state.name);
+      out.set_bytes(state.bytes);
+      out.set_step(state.step);
+      protocols::write_message(state.time, *out.mutable_sim_time());
+    }
+  }
+  auto* reactor = context->DefaultReactor();
+  reactor->Finish(grpc::Status::OK);
+  return reactor;
+}
+
 grpc::ServerUnaryReactor* ControlService::SetConveyor(grpc::CallbackServerContext* context,
                                                       const v1::SetConveyorRequest* request,
                                                       v1::SetConveyorResponse* response) {

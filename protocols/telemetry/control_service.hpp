@@ -39,6 +39,12 @@ class ControlService final : public v1::ControlService::CallbackService {
   grpc::ServerUnaryReactor* LoadState(grpc::CallbackServerContext* context,
                                       const v1::LoadStateRequest* request,
                                       v1::LoadStateResponse* response) override;
+  grpc::ServerUnaryReactor* DeleteState(grpc::CallbackServerContext* context,
+                                        const v1::DeleteStateRequest* request,
+                                        v1::DeleteStateResponse* response) override;
+  grpc::ServerUnaryReactor* ListStates(grpc::CallbackServerContext* context,
+                                       const v1::ListStatesRequest* request,
+                                       v1::ListStatesResponse* response) override;
   grpc::ServerUnaryReactor* SetConveyor(grpc::CallbackServerContext* context,
                                         const v1::SetConveyorRequest* request,
                                         v1::SetConveyorResponse* response) override;

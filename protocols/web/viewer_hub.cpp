@@ -439,7 +439,9 @@ void ViewerHub::send_status() {
       out.set_port(listener.port);
       out.set_clients(static_cast<std::uint32_t>(listener.clients));
     }
-    if (saved) status.mutable_saved_states()->Add(saved->begin(), saved->end());
+    if (saved) {
+      for (const api::SavedState& state : saved->states) status.add_saved_states(state.name);
+    }
     (void)viewer.send_if_quick(pack(update_));
   });
 }

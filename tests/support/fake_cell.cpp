@@ -161,8 +161,10 @@ void FakeCell::apply(const api::SimulationCommand& command, api::Snapshot& next)
   if (std::holds_alternative<api::Resume>(command)) next.paused = false;
   if (const auto* speed = std::get_if<api::SetSpeed>(&command)) next.speed_target = speed->factor;
   if (const auto* save = std::get_if<api::SaveState>(&command)) {
-    next.saved_states = std::make_shared<const std::vector<std::string>>(std::vector{save->name});
+    next.saved_states = std::make_shared<const api::SavedStates>(
+        api::SavedStates{{{save->name, 4096, next.step, next.time}}, 4096, 1 << 20});
   }
+  if (std::holds_alternative<api::DeleteState>(command)) next.saved_states = nullptr;
   if (const auto* load = std::get_if<api::LoadState>(&command)) {
     ++next.epoch;
     next.loaded_state = std::make_shared<const std::string>(load->name);

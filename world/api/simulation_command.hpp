@@ -29,7 +29,8 @@ struct Reset {
 inline constexpr std::size_t kMaxSavedStates = 64;
 inline constexpr std::size_t kMaxStateName = 64;
 /// Keeps the present state of the world under a name, in place of what had it; fails when
-/// kMaxSavedStates others are kept. Saved states outlive resets, not the process.
+/// kMaxSavedStates others are kept or all together would take too much memory. Saved states outlive
+/// resets, not the process.
 struct SaveState {
   std::string name;
 };
@@ -38,7 +39,11 @@ struct SaveState {
 struct LoadState {
   std::string name;
 };
+/// Forgets a saved state; fails when none has the name.
+struct DeleteState {
+  std::string name;
+};
 using SimulationCommand =
-    std::variant<Pause, Resume, StepBy, SetSpeed, Reset, SaveState, LoadState>;
+    std::variant<Pause, Resume, StepBy, SetSpeed, Reset, SaveState, LoadState, DeleteState>;
 
 }  // namespace aprsim::api

@@ -94,6 +94,20 @@ struct CommandFailure {
 };
 inline constexpr std::size_t kMaxFailures = 64;
 
+/// A state of the world that is kept under a name.
+struct SavedState {
+  std::string name;
+  std::uint64_t bytes = 0;  ///< of memory, with what it shares with others
+  std::uint64_t step = 0;
+  SimTime time{};
+};
+/// All of them, in alphabetical order.
+struct SavedStates {
+  std::vector<SavedState> states;
+  std::uint64_t bytes = 0;      ///< of all together: what they share counts once
+  std::uint64_t max_bytes = 0;  ///< they may have
+};
+
 struct Snapshot {
   std::shared_ptr<const CellDescription> cell;
   std::uint64_t epoch = 0;                          ///< counts resets and loads of a saved state
@@ -110,7 +124,7 @@ struct Snapshot {
   std::uint64_t missed_steps = 0;      ///< steps given up because the clock ran ahead
   double step_time_s = 0;              ///< mean wall time of a step over the last second
   std::uint64_t plan_waits = 0;        ///< motion plans that a step waited for, since reset
-  std::shared_ptr<const std::vector<std::string>> saved_states;  ///< names; null = none
+  std::shared_ptr<const SavedStates> saved_states;  ///< null = none
 
   std::vector<RobotSnapshot> robots;
   ConveyorSnapshot conveyor;

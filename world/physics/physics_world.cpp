@@ -286,6 +286,14 @@ struct PhysicsWorld::State::Data {
   std::uint64_t steps = 0, faults = 0;
 };
 
+std::size_t PhysicsWorld::State::bytes() const {
+  if (!data_) return 0;
+  const auto held = [](const auto& values) { return values.capacity() * sizeof values[0]; };
+  return sizeof *data_ + held(data_->bodies) + held(data_->grippers) + held(data_->arms) +
+         held(data_->constraints) + held(data_->solver.force) + held(data_->solver.torque) +
+         held(data_->solver.grips);
+}
+
 PhysicsWorld::State PhysicsWorld::save() const {
   const PhysicsModel& model = impl_->model;
   State::Data data{.simplification = model.simplification.save()};

@@ -65,6 +65,8 @@ class PhysicsWorld {
   class State {
    public:
     State() = default;  ///< of no world; restore() refuses it
+    /// Of memory; approximately.
+    [[nodiscard]] std::size_t bytes() const;
 
    private:
     friend class PhysicsWorld;

@@ -30,6 +30,8 @@ std::vector<Row> every_command() {
           {"speed", {"max"}},
           {"save", {"here"}},
           {"load", {"here"}},
+          {"states list", {}},
+          {"states delete", {"here"}},
           {"intruder put", {"0", "-1.75"}},
           {"intruder remove", {}},
           {"crcl init", {"--robot", "fanuc"}},

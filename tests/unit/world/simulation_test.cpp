@@ -87,7 +87,9 @@ TEST_F(SimulationTest, ALoadedStateGoesOnWhereItWasSaved) {
   wait_for([](const auto& snapshot) { return snapshot.step == 100; });
   const auto saved = command(api::SaveState{"here"});
   ASSERT_TRUE(saved->saved_states);
-  EXPECT_EQ(*saved->saved_states, std::vector<std::string>{"here"});
+  ASSERT_EQ(saved->saved_states->states.size(), 1U);
+  EXPECT_EQ(saved->saved_states->states[0].name, "here");
+  EXPECT_EQ(saved->saved_states->states[0].step, 100U);
   command(api::StepBy{50});
   wait_for([](const auto& snapshot) { return snapshot.step == 150; });
   command(api::Reset{.seed = 77});
@@ -118,6 +120,68 @@ TEST_F(SimulationTest, ACommandThatFailsIsOnTheListOfFailures) {
   for (int i = 0; i < 100; ++i) last = command(api::LoadState{"nowhere"});
   EXPECT_EQ(last->failures->size(), api::kMaxFailures);
   EXPECT_NE(error_of(*last), "");
+}
+
+TEST_F(SimulationTest, ADeletedStateMakesRoom) {
+  const auto failed = [](const api::Snapshot& snapshot) {
+    return snapshot.failures && snapshot.failures->back().ticket == snapshot.applied;
+  };
+  for (std::size_t i = 0; i < api::kMaxSavedStates; ++i) {
+    command(api::SaveState{std::to_string(i)});
+  }
+  EXPECT_TRUE(failed(*command(api::SaveState{"one more"})));
+  const auto deleted = command(api::DeleteState{"7"});
+  EXPECT_FALSE(failed(*deleted));
+  EXPECT_EQ(deleted->saved_states->states.size(), api::kMaxSavedStates - 1);
+  EXPECT_TRUE(failed(*command(api::DeleteState{"7"}))) << "twice";
+  EXPECT_TRUE(failed(*command(api::LoadState{"7"})));
+  EXPECT_FALSE(failed(*command(api::SaveState{"one more"})));
+}
+
+class SmallSavedStates : public SimulationTest {
+ protected:
+  SmallSavedStates() : SimulationTest({.paused = true, .max_saved_bytes = 1000}) {}
+};
+
+TEST_F(SmallSavedStates, AreBoundInBytes) {
+  const auto after = command(api::SaveState{"large"});
+  ASSERT_TRUE(after->failures);
+  const Error& refusal = after->failures->back().error;
+  EXPECT_EQ(refusal.code, ErrorCode::kFailedPrecondition);
+  EXPECT_EQ(refusal.message.rfind("'large' cannot be saved: the saved states would take ", 0), 0U)
+      << refusal.message;
+  EXPECT_NE(refusal.message.find(" MB, the limit is 0.0 MB; delete one, or set saved_states_mb"),
+            std::string::npos)
+      << refusal.message;
+  EXPECT_TRUE(after->saved_states->states.empty());
+  EXPECT_EQ(after->saved_states->bytes, 0U);
+  EXPECT_EQ(after->saved_states->max_bytes, 1000U);
+}
+
+/// Through hundreds of waypoints: such a plan takes megabytes.
+TEST_F(SimulationTest, StatesSavedDuringOneMotionShareItsPlan) {
+  api::MoveThroughTo move{.straight = true};
+  for (int i = 0; i < 400; ++i) {
+    api::Waypoint waypoint;
+    waypoint.X_RT.p = Eigen::Vector3d(0.45 + 4e-5 * i, 6e-4 * (i * 37 % 100), 0.25);
+    waypoint.X_RT.q = Eigen::Quaterniond(0, 1, 0, 0);  // the tool points down
+    move.waypoints.push_back(waypoint);
+  }
+  ASSERT_TRUE(simulation.submit({.body = api::RobotCommand{0, api::InitRobot{}}}));
+  const std::uint64_t at_rest = command(api::SaveState{"at rest"})->saved_states->bytes;
+  ASSERT_TRUE(simulation.submit({.body = api::RobotCommand{0, move}}));
+  command(api::StepBy{1000});
+  const auto later = wait_for([](const auto& snapshot) { return snapshot.step >= 1000; });
+  ASSERT_TRUE(later->robots[0].moving) << later->robots[0].action.description;
+  const std::uint64_t one = command(api::SaveState{"first"})->saved_states->bytes;
+  command(api::StepBy{10});
+  wait_for([](const auto& snapshot) { return snapshot.step >= 1010; });
+  const auto saved = command(api::SaveState{"second"})->saved_states;
+  const std::uint64_t plan = one - at_rest, more = saved->bytes - one;
+  EXPECT_GT(plan, 500'000U);
+  EXPECT_LT(more, plan / 2) << "the second has the same";
+  ASSERT_EQ(saved->states.size(), 3U);
+  EXPECT_GT(saved->states[2].bytes, 500'000U) << "each is listed with all that it has";
 }
 
 TEST_F(SimulationTest, ResumeRunsAtTheSetSpeedAndPauseStops) {

@@ -61,6 +61,17 @@ struct ControllerState {
   double gripper_setting = 1;
   std::int64_t steps_left = 0;   ///< of a dwell, or until a gripper's deadline
   bool gripper_applied = false;  ///< a step has passed since the command
+
+  /// Of memory, besides what copies share; approximately.
+  [[nodiscard]] std::size_t bytes() const {
+    return sizeof *this + (waiting ? waiting->bytes() : 0) +
+           (planning ? sizeof *planning + planning->request().request.bytes() : 0);
+  }
+  /// Adds what copies share: the plans of motions.
+  void list(SharedParts& parts) const {
+    runner.list(parts);
+    if (planning) planning->request().runner.list(parts);
+  }
 };
 
 }  // namespace aprsim::robot

@@ -477,6 +477,13 @@ void RobotController::set_tolerance(const PlannedMove& move) {
   }
 }
 
+ControllerState RobotController::save() const {
+  ControllerState state = s_;
+  // The plan that is being made is not kept: it would come later, with its memory.
+  if (state.planning) state.planning = state.planning->unmade();
+  return state;
+}
+
 void RobotController::restore(const ControllerState& state) {
   s_ = state;
   if (!s_.planning) return;

@@ -123,7 +123,7 @@ class RobotController {
 
   /// Everything that changes: a copy put back continues bit for bit, also in another controller of
   /// the same setup.
-  [[nodiscard]] const ControllerState& state() const { return s_; }
+  [[nodiscard]] ControllerState save() const;
   void restore(const ControllerState& state);
 
   /// How often a step had to wait for a plan, since construction: a matter of the machine's load.

@@ -23,6 +23,12 @@ struct MoveRequest {
   PlannedMove move;
   Eigen::Isometry3d X_FT = Eigen::Isometry3d::Identity();
   ToolLimitSettings limits;
+
+  /// Of memory, besides the value itself.
+  [[nodiscard]] std::size_t bytes() const {
+    const auto* through = std::get_if<api::MoveThroughTo>(&move);
+    return through == nullptr ? 0 : bytes_of(through->waypoints);
+  }
 };
 
 /// A move and the robot at the moment when its planning begins.
@@ -63,6 +69,10 @@ class PlanJob {
   /// Nobody will ask for it: whoever makes it may give up.
   void cancel() { cancelled_.store(true, std::memory_order_relaxed); }
   [[nodiscard]] const PlanRequest& request() const { return request_; }
+  /// A job of the same request that nobody makes.
+  [[nodiscard]] std::shared_ptr<PlanJob> unmade() const {
+    return std::make_shared<PlanJob>(planner_, request_);
+  }
 
  private:
   [[nodiscard]] Plan make() const;

@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "world/robot/trajectory/shared_parts.hpp"
+
 namespace aprsim::robot {
 
 /// The progress of each segment of a path over the path's own time s: its duration with every
@@ -40,6 +42,9 @@ class BlendedSegments {
   [[nodiscard]] double next_break(double s) const;
   /// A step that resolves the segment or blend at s.
   [[nodiscard]] double fine_step(double s) const;
+
+  /// Of memory, besides the value itself.
+  [[nodiscard]] std::size_t bytes() const { return bytes_of(segments_); }
 
  private:
   struct Segment {

@@ -56,6 +56,8 @@ class IkPath {
   /// before trace().
   [[nodiscard]] bool seems_feasible(const ArmGeometry& arm, const Route& route);
   [[nodiscard]] std::span<const PathSample> samples() const { return samples_; }
+  /// Of memory, besides the value itself.
+  [[nodiscard]] std::size_t bytes() const { return tool_.bytes() + bytes_of(samples_); }
   /// The start posture is singular, and the path's branch begins at another posture of the same
   /// pose, required_start(). Set by a trace() that failed at u = 0.
   [[nodiscard]] bool singular_start() const { return singular_start_; }

@@ -21,6 +21,8 @@ class JointPath {
   /// Samples of the whole path, with derivatives in closed form; u = s / length.
   void sample(std::vector<PathSample>& out) const;
   [[nodiscard]] const BlendedSegments& segments() const { return segments_; }
+  /// Of memory, besides the value itself.
+  [[nodiscard]] std::size_t bytes() const { return segments_.bytes() + bytes_of(postures_); }
 
  private:
   [[nodiscard]] JointVector way(std::size_t i) const { return postures_[i + 1] - postures_[i]; }

@@ -20,6 +20,11 @@ class Motion {
   /// The joint motion, if it is one.
   [[nodiscard]] const JointMotion* joint() const { return std::get_if<JointMotion>(&motion_); }
 
+  /// Adds what copies share.
+  void list(SharedParts& parts) const {
+    if (const auto* path = std::get_if<PathMotion>(&motion_)) path->list(parts);
+  }
+
   /// Advances by `dt` and writes the position. True once at rest at end(), then exactly.
   bool advance(const ArmGeometry& arm, double dt, JointVector& q) {
     auto* joint = std::get_if<JointMotion>(&motion_);

@@ -48,6 +48,11 @@ class MotionRunner {
   [[nodiscard]] bool running() const { return running_; }
   [[nodiscard]] bool has_next() const { return has_next_; }
   [[nodiscard]] bool idle() const { return !running_ && !has_next_; }
+  /// Adds what copies share: the plans of the motions.
+  void list(SharedParts& parts) const {
+    motion_.list(parts);
+    next_.list(parts);
+  }
   /// Where the last of the motions ends; only while not idle.
   [[nodiscard]] const JointVector& end() const { return has_next_ ? next_.end() : motion_.end(); }
 

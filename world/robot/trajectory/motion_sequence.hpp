@@ -19,6 +19,11 @@ class MotionPlan {
   [[nodiscard]] std::size_t size() const { return motions_.size(); }
   [[nodiscard]] const Motion& operator[](std::size_t i) const { return motions_[i]; }
   [[nodiscard]] const JointVector& end() const { return motions_.back().end(); }
+  /// Adds itself and what its motions share with others.
+  void list(SharedParts& parts) const {
+    parts[this] = sizeof *this + bytes_of(motions_);
+    for (const Motion& motion : motions_) motion.list(parts);
+  }
 
  private:
   std::vector<Motion> motions_;
@@ -52,6 +57,11 @@ class MotionSequence {
     motion_.set_speed(fraction);
   }
   [[nodiscard]] const JointVector& end() const { return left_ > 0 ? plan_->end() : motion_.end(); }
+  /// Adds what copies share.
+  void list(SharedParts& parts) const {
+    if (plan_) plan_->list(parts);
+    motion_.list(parts);
+  }
 
  private:
   std::shared_ptr<const MotionPlan> plan_;

@@ -193,4 +193,10 @@ bool PathMotion::advance(const ArmGeometry& arm, double dt, JointVector& q) {
   return true;
 }
 
+void PathMotion::list(SharedParts& parts) const {
+  if (!path_) return;
+  parts[path_.get()] = sizeof(Path) + path_->ik.bytes() + path_->joint.bytes() +
+                       bytes_of(path_->joint_samples) + path_->limits.scaling().bytes();
+}
+
 }  // namespace aprsim::robot

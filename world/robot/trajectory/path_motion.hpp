@@ -40,6 +40,8 @@ class PathMotion {
   [[nodiscard]] JointVector approximate_at(double t) const;
   [[nodiscard]] const JointVector& end() const { return end_; }
   [[nodiscard]] double duration() const { return profile_.duration(); }
+  /// Adds what copies share: the path.
+  void list(SharedParts& parts) const;
 
  private:
   [[nodiscard]] Result<void> find_branch(const ArmGeometry& arm, const PathMove& move);

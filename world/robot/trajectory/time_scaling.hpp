@@ -4,6 +4,8 @@
 #include <span>
 #include <vector>
 
+#include "world/robot/trajectory/shared_parts.hpp"
+
 namespace aprsim::robot {
 
 /// Slows a path down in places. A profile with constant limits runs along a scaled parameter rho;
@@ -31,6 +33,10 @@ class TimeScaling {
   [[nodiscard]] double rate_of(double u) const;
   /// Not the identity.
   [[nodiscard]] bool active() const { return !pieces_.empty(); }
+  /// Of memory, besides the value itself.
+  [[nodiscard]] std::size_t bytes() const {
+    return bytes_of(pieces_) + bytes_of(rates_) + bytes_of(work_);
+  }
 
  private:
   /// u = u0 + rate0 r + slope0 r^2 / 2 + curvature r^3 / 6 with r = rho - rho0.

@@ -25,6 +25,7 @@ TEST(CliArguments, CommandsKeepTheirOptions) {
   EXPECT_FALSE(parse_as<client::SpeedCommand>({"speed", "max"}).factor.has_value());
   EXPECT_EQ(parse_as<client::ResetCommand>({"reset", "--seed", "9"}).seed, 9U);
   EXPECT_EQ(parse_as<client::SaveCommand>({"save", "here"}).name, "here");
+  EXPECT_EQ(parse_as<client::StatesDeleteCommand>({"states", "delete", "here"}).name, "here");
   EXPECT_EQ(parse_as<client::LoadCommand>({"load", "here"}).name, "here");
   const auto run = parse_as<client::CrclRunCommand>({"crcl", "run", "a.xml", "--robot", "fanuc"});
   EXPECT_EQ(run.file, "a.xml");

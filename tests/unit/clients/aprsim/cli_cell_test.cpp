@@ -76,6 +76,23 @@ TEST_F(CliCell, CommandsComeWithTheTokenOfAFileOrTheEnvironment) {
   EXPECT_EQ(binary.err.find("sesame"), std::string::npos) << binary.err;
 }
 
+TEST_F(CliCell, SavedStatesAreListedAndDeleted) {
+  start();
+  EXPECT_EQ(cli({"states", "list"}).out, "0 saved, 0.0 of 0 MB\n");
+  ASSERT_EQ(cli({"save", "before the pick"}).exit_code, 0);
+  const auto listed = cli({"states", "list"});
+  ASSERT_EQ(listed.exit_code, 0) << listed.err;
+  for (const char* part :
+       {"before the pick", "step        100", "0.100 s", "1 saved, 0.0 of 1 MB"}) {
+    EXPECT_NE(listed.out.find(part), std::string::npos) << part << " in\n" << listed.out;
+  }
+  const auto unknown = cli({"states", "delete", "after it"});
+  EXPECT_EQ(unknown.exit_code, 1);
+  EXPECT_NE(unknown.err.find("no state is saved as 'after it'"), std::string::npos) << unknown.err;
+  EXPECT_EQ(cli({"states", "delete", "before the pick"}).out, "deleted 'before the pick'\n");
+  EXPECT_EQ(cli({"states"}).exit_code, 2);
+}
+
 TEST_F(CliCell, StatusAsJsonIsTheSnapshot) {
   start();
   const auto result = cli({"status", "--json"});

@@ -107,6 +107,41 @@ TEST_F(Control, OnlyASavedStateCanBeLoaded) {
   EXPECT_EQ(cell_->commands().size(), 2U);
 }
 
+TEST_F(Control, SavedStatesAreListedAndDeleted) {
+  start();
+  const auto list = [&] {
+    v1::ListStatesResponse response;
+    grpc::ClientContext context;
+    EXPECT_TRUE(control_->ListStates(&context, {}, &response).ok());
+    return response;
+  };
+  const auto remove = [&](const std::string& name) {
+    v1::DeleteStateRequest request;
+    request.set_name(name);
+    v1::DeleteStateResponse response;
+    grpc::ClientContext context;
+    return control_->DeleteState(&context, request, &response);
+  };
+  EXPECT_EQ(list().states_size(), 0);
+  v1::SaveStateRequest save;
+  save.set_name("before the pick");
+  v1::SaveStateResponse saved;
+  grpc::ClientContext saving;
+  ASSERT_TRUE(control_->SaveState(&saving, save, &saved).ok());
+  const auto one = list();
+  ASSERT_EQ(one.states_size(), 1);
+  EXPECT_EQ(one.states(0).name(), "before the pick");
+  EXPECT_EQ(one.states(0).step(), 100U);
+  EXPECT_EQ(one.states(0).bytes(), 4096U);
+  EXPECT_EQ(one.bytes(), 4096U);
+  EXPECT_EQ(one.max_bytes(), 1U << 20U);
+  const grpc::Status unknown = remove("after the pick");
+  EXPECT_EQ(unknown.error_code(), grpc::StatusCode::NOT_FOUND);
+  EXPECT_NE(unknown.error_message().find("before the pick"), std::string::npos);
+  EXPECT_TRUE(remove("before the pick").ok());
+  EXPECT_EQ(list().states_size(), 0);
+}
+
 TEST_F(Control, ConveyorLeavesWhatIsAbsent) {
   start();
   v1::SetConveyorRequest request;

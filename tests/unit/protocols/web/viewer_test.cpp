@@ -79,7 +79,8 @@ TEST_F(Viewer, SavesAndLoadsStates) {
   EXPECT_EQ(client.ask(load).message(), "no state is saved as 'before the pick'; none is saved");
   EXPECT_TRUE(client.ask(save).ok());
   world.publish([](api::Snapshot& s) {
-    s.saved_states = std::make_shared<std::vector<std::string>>(1, "before the pick");
+    s.saved_states = std::make_shared<api::SavedStates>(
+        api::SavedStates{.states = {{.name = "before the pick"}}});
   });
   const auto listed = client.next(
       [](const auto& u) { return u.has_status() && u.status().saved_states_size() == 1; });

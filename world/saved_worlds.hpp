@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "world/api/error.hpp"
+#include "world/api/snapshot.hpp"
+#include "world/robot/trajectory/shared_parts.hpp"
+#include "world/world_state.hpp"
+
+namespace aprsim::world {
+
+/// The states that are kept under names: at most api::kMaxSavedStates, of so many bytes together.
+/// Thread: sim.
+class SavedWorlds {
+ public:
+  explicit SavedWorlds(std::uint64_t max_bytes);
+
+  /// Keeps a state in place of what had the name; all or nothing, should memory run out. Errors:
+  /// kFailedPrecondition when there are too many or they are too large.
+  [[nodiscard]] Result<void> keep(const std::string& name, WorldState state, SimTime time);
+  /// Errors: kNotFound.
+  [[nodiscard]] Result<void> forget(const std::string& name);
+  /// Null when none has the name.
+  [[nodiscard]] const WorldState* find(const std::string& name) const;
+  /// Never null.
+  [[nodiscard]] const std::shared_ptr<const api::SavedStates>& list() const { return list_; }
+
+ private:
+  struct Saved {
+    WorldState state;
+    SimTime time{};
+    std::uint64_t own_bytes = 0;
+    robot::SharedParts shared;
+  };
+  using Entries = std::map<std::string, Saved>;
+  /// The list as it is with `more` in place of what has its name, or without that.
+  [[nodiscard]] std::shared_ptr<const api::SavedStates> list_with(const std::string& name,
+                                                                  const Saved* more) const;
+
+  std::uint64_t max_bytes_;
+  Entries entries_;
+  std::shared_ptr<const api::SavedStates> list_;
+};
+
+}  // namespace aprsim::world
