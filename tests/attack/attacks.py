@@ -8,12 +8,16 @@ import struct
 import threading
 import time
 
-from cell import Crcl, document, pose
+from cell import Crcl, Http2, document, pose
 
 ATTACKS = {}
 
 
-def attack(function):
+def attack(function=None, **options):
+    """Registers an attack; `options` are its daemon's (cell.Daemon), `arguments` its command line."""
+    if function is None:
+        return lambda later: attack(later, **options)
+    function.options = options
     ATTACKS[function.__name__.replace("_", " ")] = function
     return function
 
@@ -486,3 +490,201 @@ def new_namespaces(daemon, seconds):
         return document("GetStatus", number).replace(b"<CRCLCommandInstance", b"<CRCLCommandInstance " + prefixes.encode(), 1)
 
     flood(daemon, seconds, 4, make)
+
+
+def http2_flood(daemon, seconds, connections, make):
+    """Connections that each send what `make` gives them, again and again, and come back when they
+    are closed; an honest client beside them makes a call now and then."""
+    end = until(seconds)
+
+    def run():
+        while time.monotonic() < end:
+            try:
+                client = Http2(daemon.ports["grpc"])
+                while time.monotonic() < end and client.read_some():
+                    client.socket.sendall(make(client))
+                client.close()
+            except OSError:
+                time.sleep(0.001)
+
+    threads = [threading.Thread(target=run, daemon=True) for _ in range(connections)]
+    for thread in threads:
+        thread.start()
+    while time.monotonic() < end:
+        code, text = daemon.status()
+        if code != 0:
+            raise RuntimeError("an honest client met: " + text)
+        time.sleep(0.05)
+    for thread in threads:
+        thread.join(10)
+
+
+def opened_and_reset(client):
+    return b"".join(client.open_call() + client.reset() for _ in range(500))
+
+
+@attack
+def HTTP2_rapid_reset(daemon, seconds):
+    http2_flood(daemon, seconds, 1, opened_and_reset)
+
+
+@attack
+def HTTP2_rapid_reset_on_16_connections(daemon, seconds):
+    http2_flood(daemon, seconds, 16, opened_and_reset)
+
+
+@attack
+def HTTP2_rapid_reset_just_below_the_limit(daemon, seconds):
+    """Each connection leaves before it is closed."""
+
+    def make(client):
+        if client.stream > 0:
+            raise OSError("next connection")
+        return b"".join(client.open_call() + client.reset() for _ in range(190))
+
+    http2_flood(daemon, seconds, 4, make)
+
+
+@attack
+def HTTP2_streams_without_end(daemon, seconds):
+    http2_flood(
+        daemon, seconds, 4, lambda client: b"".join(client.open_call() for _ in range(100))
+    )
+
+
+@attack
+def HTTP2_settings_and_pings(daemon, seconds):
+    frames = (
+        Http2.frame(Http2.SETTINGS, 0, 0) + Http2.frame(Http2.PING, 0, 0, b"12345678")
+    ) * 500
+    http2_flood(daemon, seconds, 4, lambda _client: frames)
+
+
+@attack
+def HTTP2_continuations(daemon, seconds):
+    """A header block that never ends."""
+
+    def make(client):
+        head = b"" if client.stream > 0 else client.open_call()[:9]
+        if head:
+            client.stream = 1
+            return Http2.frame(Http2.HEADERS, 0, 1, b"\x82")
+        return Http2.frame(Http2.CONTINUATION, 0, 1, b"\x82" * 1000) * 20
+
+    http2_flood(daemon, seconds, 4, make)
+
+
+@attack
+def request_smuggling(daemon, seconds):
+    """Requests that hide another one from whoever counts their bytes differently."""
+    end = until(seconds)
+    port = daemon.ports["web"]
+    hidden = b"GET /hidden HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
+    heads = [
+        b"Content-Length: 5\r\nTransfer-Encoding: chunked\r\n",
+        b"Transfer-Encoding: chunked\r\nContent-Length: 5\r\n",
+        b"Content-Length: 5\r\nContent-Length: 60\r\n",
+        b"Transfer-Encoding: chunked, identity\r\n",
+        b"Transfer-Encoding : chunked\r\n",
+        b"Transfer-Encoding: xchunked\r\n",
+        b"Content-Length: +5\r\n",
+        b"Content-Length: 5 60\r\n",
+        b"Content-Length: 99999999999999999999\r\n",
+        b"Content-Length: -1\r\n",
+        b" folded: line\r\n",
+        b"Host: elsewhere\r\n",
+    ]
+    while time.monotonic() < end:
+        for head in heads:
+            for method in (b"GET", b"POST"):
+                connection = socket.create_connection(("127.0.0.1", port), 2)
+                try:
+                    connection.sendall(
+                        method + b" / HTTP/1.1\r\nHost: 127.0.0.1:%d\r\n" % port + head
+                        + b"\r\n0\r\n\r\n" + hidden
+                    )
+                    connection.settimeout(0.2)
+                    answer = b""
+                    while data := connection.recv(1 << 16):
+                        answer += data
+                except OSError:
+                    pass
+                finally:
+                    connection.close()
+                # The body may be taken for a request only if the head is refused or has no body.
+                statuses = re.findall(rb"HTTP/1\.1 (\d+)", answer)
+                if head.startswith((b"Content-Length: 5\r\nT", b"Transfer-Encoding: chunked\r\nC")):
+                    if len(statuses) > 1:
+                        raise RuntimeError(f"{head!r} was answered {statuses}")
+
+
+def control_flood(daemon, seconds, requests):
+    """Calls of ControlService, one after the other as fast as they are answered."""
+    end = until(seconds)
+    number = 0
+    client = Http2(daemon.ports["grpc"])
+    while time.monotonic() < end:
+        for method, message in requests(number):
+            client.socket.sendall(client.call(b"/aprsim.v1.ControlService/" + method, message))
+        number += 1
+        client.read_some()
+        time.sleep(0.005)
+    client.close()
+
+
+def named(name):
+    """A message with a name in its first field."""
+    return b"\x0a" + bytes([len(name)]) + name
+
+
+@attack
+def saved_states(daemon, seconds):
+    """Saves under new names while long paths run."""
+    stop = threading.Event()
+
+    def paths():
+        client = Crcl(daemon.ports["crcl.fanuc"])
+        text = program_of(document("InitCanon", 1), move_through(2, 1000), document("EndCanon", 3))
+        while not stop.wait(2):
+            client.socket.sendall(text)
+        client.close()
+
+    thread = threading.Thread(target=paths, daemon=True)
+    thread.start()
+    control_flood(daemon, seconds, lambda number: [(b"SaveState", named(b"state %d" % number))])
+    stop.set()
+    thread.join(10)
+
+
+@attack
+def resets_and_loads(daemon, seconds):
+    control_flood(
+        daemon,
+        seconds,
+        lambda number: [
+            (b"SaveState", named(b"one")),
+            (b"Reset", b"") if number % 2 else (b"LoadState", named(b"one")),
+        ],
+    )
+
+
+@attack(log_pipe=True, arguments=["--set", "log_level=debug"])
+def a_log_that_nobody_reads(daemon, seconds):
+    flood(daemon, seconds, 4, lambda number: document("InitCanon", number), pause=0.0005)
+
+
+@attack(files="least")
+def descriptors_run_short(daemon, seconds):
+    """As few as the daemon starts with, and connections to every port."""
+    connect_storm(daemon, seconds / 2)
+    idle_connections_1000(daemon, seconds / 2)
+
+
+@attack
+def memory_runs_short(daemon, seconds):
+    """No more address space than 256 MB above what it has, for programs and states that want it."""
+    with open(f"/proc/{daemon.process.pid}/statm", encoding="ascii") as file:
+        size = int(file.read().split()[0]) * resource.getpagesize()
+    limit = size + (256 << 20)
+    resource.prlimit(daemon.process.pid, resource.RLIMIT_AS, (limit, limit))
+    saved_states(daemon, seconds)

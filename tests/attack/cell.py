@@ -4,6 +4,7 @@ import json
 import multiprocessing
 import os
 import re
+import resource
 import signal
 import socket
 import struct
@@ -92,18 +93,78 @@ class Modbus:
         self.socket.close()
 
 
-class Daemon:
-    """aprsimd on ports of its own, with what it uses measured."""
+class Http2:
+    """HTTP/2 frames by hand, over a socket to the gRPC port."""
 
-    def __init__(self, binaries, *arguments):
+    HEADERS, RST_STREAM, SETTINGS, PING, CONTINUATION = 1, 3, 4, 6, 9
+    END_STREAM, END_HEADERS = 1, 4
+
+    def __init__(self, port, timeout=5):
+        self.socket = socket.create_connection(("127.0.0.1", port), timeout)
+        self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self.socket.sendall(b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + self.frame(self.SETTINGS, 0, 0))
+        self.stream = -1
+
+    @staticmethod
+    def frame(kind, flags, stream, payload=b""):
+        return struct.pack(">I", len(payload))[1:] + struct.pack(">BBI", kind, flags, stream) + payload
+
+    @staticmethod
+    def headers_of(method):
+        """A header block, nothing in it indexed."""
+        literal = lambda text: bytes([len(text)]) + text  # noqa: E731
+        return (
+            b"\x83\x86\x04" + literal(method) + b"\x01" + literal(b"cell")
+            + b"\0" + literal(b"te") + literal(b"trailers")
+            + b"\0" + literal(b"content-type") + literal(b"application/grpc")
+        )
+
+    def open_call(self, method=b"/aprsim.v1.TelemetryService/GetCell"):
+        """The frame that opens a call."""
+        self.stream += 2
+        return self.frame(self.HEADERS, self.END_HEADERS, self.stream, self.headers_of(method))
+
+    def call(self, method, message=b""):
+        """The frames of a whole call of one message."""
+        head = self.open_call(method)
+        body = b"\0" + struct.pack(">I", len(message)) + message
+        return head + self.frame(0, self.END_STREAM, self.stream, body)
+
+    def reset(self):
+        """The frame that gives the last call up."""
+        return self.frame(self.RST_STREAM, 0, self.stream, struct.pack(">I", 8))
+
+    def read_some(self):
+        """Reads and forgets what is there; False at the end."""
+        self.socket.setblocking(False)
+        try:
+            while True:
+                if not self.socket.recv(1 << 16):
+                    return False
+        except (BlockingIOError, InterruptedError):
+            return True
+        finally:
+            self.socket.setblocking(True)
+
+    def close(self):
+        self.socket.close()
+
+
+class Daemon:
+    """aprsimd on ports of its own, with what it uses measured. `log_pipe`: its log goes into a pipe
+    that nobody reads; `files`: its hard limit of open files."""
+
+    def __init__(self, binaries, *arguments, log_pipe=False, files=None):
         self.binaries = binaries
         self.folder = tempfile.TemporaryDirectory(prefix="aprsim-attack-")
         ports = os.path.join(self.folder.name, "ports.json")
         self.log = open(os.path.join(self.folder.name, "log"), "wb")
+        self.pipe = os.pipe() if log_pipe else ()
         self.process = subprocess.Popen(
             [os.path.join(binaries, "aprsimd"), "--any-port", "--ports-file", ports, *arguments],
             stdout=self.log,
-            stderr=subprocess.STDOUT,
+            stderr=self.pipe[1] if log_pipe else subprocess.STDOUT,
+            preexec_fn=files and (lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (files, files))),
         )
         deadline = time.monotonic() + 60
         while not os.path.exists(ports):
@@ -168,6 +229,9 @@ class Daemon:
         if self.process.poll() is None:
             self.process.kill()
             self.process.wait()
+        for end in self.pipe:
+            os.close(end)
+        self.pipe = ()
         self.folder.cleanup()
 
 
