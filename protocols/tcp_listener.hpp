@@ -23,11 +23,11 @@ struct TcpListenerOptions {
   std::string address;      ///< numeric IPv4 or IPv6
   std::uint16_t port = 0;   ///< 0 = any free port
   ConnectionLimits limits;  ///< a connection without a place is given to on_refused
-  /// What takes over the socket of a connection without a place; null = it is closed.
-  std::function<void(boost::asio::ip::tcp::socket, const std::string& peer)> on_refused = {};
   /// Whether clients from this address are served; the others' connections are closed at once.
   /// Empty = everybody is.
   std::function<bool(const boost::asio::ip::address&)> allows = {};
+  /// What takes over the socket of a connection without a place; null = it is closed.
+  std::function<void(boost::asio::ip::tcp::socket, const std::string& peer)> on_refused = {};
 };
 
 /// Accepts TCP connections for a protocol: binds, gives each a place or refuses it, survives

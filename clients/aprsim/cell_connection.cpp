@@ -11,6 +11,12 @@
 #include "aprsim/v1/telemetry_service.grpc.pb.h"
 
 namespace aprsim::client {
+/// Commands come with the token.
+struct ControlStub {
+  v1::ControlService::Stub stub;
+  std::string token;
+};
+
 namespace {
 
 constexpr auto kCallTimeout = std::chrono::seconds(10);
@@ -30,12 +36,6 @@ Failure failure_of(const grpc::Status& status, const std::string& address) {
       return {FailureKind::kRefused, status.error_message()};
   }
 }
-
-/// Commands come with the token.
-struct ControlStub {
-  v1::ControlService::Stub stub;
-  std::string token;
-};
 
 /// One unary call: `method` of `service` with a deadline.
 template <typename Response, typename Service, typename Stub, typename Request>

@@ -110,7 +110,7 @@ class LogPipe {
     if (fcntl(ends_[1], F_SETPIPE_SZ, 4096) < 0) throw std::runtime_error("no small pipe");
   }
   ~LogPipe() {
-    for (const int end : ends_) close(end);
+    for (const int end : ends_) ::close(end);
   }
   LogPipe(const LogPipe&) = delete;
   LogPipe& operator=(const LogPipe&) = delete;
@@ -123,7 +123,7 @@ class LogPipe {
       std::array<char, 65536> some{};
       pollfd wait{ends_[0], POLLIN, 0};
       if (poll(&wait, 1, 100) <= 0) continue;
-      const ssize_t size = read(ends_[0], some.data(), some.size());
+      const ssize_t size = ::read(ends_[0], some.data(), some.size());
       if (size > 0) all.append(some.data(), static_cast<std::size_t>(size));
     }
     return all.find(text) != std::string::npos;

@@ -121,9 +121,9 @@ TEST(ExitCodes, ZeroWhenDoneAndValidJson) {
       // The one of status is on several lines.
       std::istringstream lines(row.command == "status" ? "" : result.out);
       int count = 0;
-      for (std::string line; std::getline(lines, line); ++count) {
-        EXPECT_TRUE(nlohmann::json::parse(line, nullptr, false).is_object())
-            << row.command << ": " << line;
+      for (std::string object; std::getline(lines, object); ++count) {
+        EXPECT_TRUE(nlohmann::json::parse(object, nullptr, false).is_object())
+            << row.command << ": " << object;
       }
       if (row.command == "status") {
         EXPECT_TRUE(nlohmann::json::parse(result.out, nullptr, false).is_object());

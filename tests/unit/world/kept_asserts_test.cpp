@@ -7,7 +7,7 @@
 
 #include "world/physics/bodies/ode_handles.hpp"
 #include "world/physics/bodies/physics_failure.hpp"
-#include "world/robot/kinematics/kinematics.hpp"
+#include "world/robot/kinematics/dynamics.hpp"
 
 namespace aprsim::world {
 namespace {

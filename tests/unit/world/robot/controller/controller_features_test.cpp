@@ -164,7 +164,7 @@ TEST_P(Features, ACopyOfTheStateContinuesBitForBit) {
       rig.run(move_all(posture));
       rig.apply(action);
       rig.steps(steps);
-      const ControllerState saved = rig.controller().state();
+      const ControllerState saved = rig.controller().save();
       std::vector<JointVector> expected;
       const auto go_on = [&](RobotController& controller) {
         std::vector<JointVector> path;
@@ -189,7 +189,7 @@ TEST_P(Features, ACopyOfTheStateContinuesBitForBit) {
 TEST_P(Features, ARestoredControllerStepsWithoutAllocation) {
   rig.apply(motions()[2]);
   rig.steps(100);
-  const ControllerState saved = rig.controller().state();
+  const ControllerState saved = rig.controller().save();
   rig.steps(50);
   rig.controller().restore(saved);
   const auto before = aprsim::test::allocations();

@@ -177,7 +177,7 @@ TEST_P(Latency, WhoPlansMakesNoDifference) {
         path.push_back(now->controller().reference());
       }
       if (!handed_over) continue;
-      next->controller().restore(now->controller().state());
+      next->controller().restore(now->controller().save());
       std::swap(now, next);
     }
     return path;
