@@ -26,7 +26,8 @@ namespace {
 
 /// One clear line on standard error; exit code 1.
 int refuse(const std::string& message) {
-  std::cerr << "aprsimd: " << message << std::endl;
+  // In one piece: the log's thread writes there too.
+  std::cerr << "aprsimd: " + message + "\n" << std::flush;
   return EXIT_FAILURE;
 }
 

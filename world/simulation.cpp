@@ -18,6 +18,7 @@ constexpr std::chrono::milliseconds kIdle{20};
 /// A problem: no turn of the thread for so long; less than this share of the pace, or more than
 /// this share of the queue full, at every turn for so long.
 constexpr std::chrono::seconds kStuck{1}, kSlow{3}, kBacklog{1};
+constexpr std::chrono::milliseconds kBacklogPause{200};
 constexpr double kLeastPace = 0.9, kMostBacklog = 0.5;
 
 std::int64_t now_ns() {
@@ -114,7 +115,11 @@ void Simulation::note_progress() {
       begin = now;
     }
   };
-  since(backlog_since_ns_, queue_.size() > backlog_limit());
+  // It is over when it has not been seen for a while: who floods may pause for a turn.
+  if (queue_.size() > backlog_limit()) backlog_seen_ns_ = now;
+  since(backlog_since_ns_,
+        backlog_seen_ns_ != 0 &&
+            now - backlog_seen_ns_ < std::chrono::nanoseconds(kBacklogPause).count());
   const double pace = pacer_.real_time_factor();
   const bool slow = !paused_ && pacer_.speed() && pace > 0 && pace < kLeastPace * *pacer_.speed();
   since(slow_since_ns_, slow);

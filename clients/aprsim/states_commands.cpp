@@ -29,8 +29,7 @@ Outcome<void> run_command(const StatesListCommand& /*command*/, Console& console
   text += fmt::format("{} saved, {:.1f} of {:.0f} MB\n", listed->states_size(),
                       megabytes(listed->bytes()), megabytes(listed->max_bytes()));
   console.show(
-      text,
-      {{"states", states}, {"bytes", listed->bytes()}, {"max_bytes", listed->max_bytes()}});
+      text, {{"states", states}, {"bytes", listed->bytes()}, {"max_bytes", listed->max_bytes()}});
   return {};
 }
 

@@ -53,7 +53,9 @@ class Jogger {
   [[nodiscard]] bool active() const { return jog_.has_value(); }
   /// Whether the jog under way, or the last one, has sent this command. The robot may refuse such a
   /// one: then a shorter stretch follows, and in the end who jogs is told.
-  [[nodiscard]] bool sent(api::Ticket ticket) const { return first_ <= ticket && ticket <= ticket_; }
+  [[nodiscard]] bool sent(api::Ticket ticket) const {
+    return first_ <= ticket && ticket <= ticket_;
+  }
 
  private:
   struct Jog {

@@ -83,24 +83,20 @@ Bodies robot_commands(const v1::RobotRequest& request, const api::Snapshot& snap
                             cell.robots.size()));
   }
   const int index = static_cast<int>(request.robot());
-  const auto if_ready = [&](Bodies commands) -> Bodies {
-    if (!commands) return commands;
-    if (const auto ready = check_ready(snapshot.robots[request.robot()]); !ready) {
-      return tl::unexpected(ready.error());
-    }
-    return commands;
-  };
+  const bool moves = request.has_move_tool() || request.has_move_joints() || request.has_gripper();
+  const auto ready = check_ready(snapshot.robots[request.robot()]);
+  if (moves && !ready) return tl::unexpected(ready.error());
   switch (request.action_case()) {
     case v1::RobotRequest::kInitialize:
       return one(api::RobotCommand{index, api::InitRobot{}});
     case v1::RobotRequest::kStop:
       return one(api::RobotCommand{index, api::StopMotion{api::StopKind::kFast}});
     case v1::RobotRequest::kMoveTool:
-      return if_ready(move_of(request.move_tool(), index));
+      return move_of(request.move_tool(), index);
     case v1::RobotRequest::kMoveJoints:
-      return if_ready(joints_of(request.move_joints(), cell.robots[request.robot()], index));
+      return joints_of(request.move_joints(), cell.robots[request.robot()], index);
     case v1::RobotRequest::kGripper:
-      return if_ready(one(api::RobotCommand{index, api::SetGripper{request.gripper().setting()}}));
+      return one(api::RobotCommand{index, api::SetGripper{request.gripper().setting()}});
     case v1::RobotRequest::ACTION_NOT_SET:
       break;
   }

@@ -33,19 +33,18 @@ class WebServer::Impl {
   Impl(WebServerOptions options, api::CommandSink& sink, const api::SnapshotSource& source)
       : options_(std::move(options)),
         hub_(options_, sink, source),
-        listener_(io_,
-                  {.name = "web",
-                   .address = options_.bind_address,
-                   .port = options_.port,
-                   .limits = options_.limits,
-                   .on_refused =
-                       [this](protocols::TcpListener::Socket socket, const std::string& peer) {
-                         turn_away(std::move(socket), peer);
-                       }},
-                  [this](protocols::TcpListener::Socket socket, std::string peer,
-                         protocols::TcpListener::Place place) {
-                    serve(std::move(socket), std::move(peer), std::move(place));
-                  }),
+        listener_(
+            io_,
+            {.name = "web",
+             .address = options_.bind_address,
+             .port = options_.port,
+             .limits = options_.limits,
+             .on_refused = [this](protocols::TcpListener::Socket socket,
+                                  const std::string& peer) { turn_away(std::move(socket), peer); }},
+            [this](protocols::TcpListener::Socket socket, std::string peer,
+                   protocols::TcpListener::Place place) {
+              serve(std::move(socket), std::move(peer), std::move(place));
+            }),
         tick_timer_(io_),
         drain_timer_(io_) {}
 

@@ -21,7 +21,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"world/physics/collision", {"world/api", "world/scene"}},
     {"world/physics/bodies",
      {"world/api", "world/scene", "world/robot", "world/physics/collision"}},
-    {"world/physics/constraint", {"world/physics/collision", "world/physics/bodies"}},
+    {"world/physics/constraint", {"world/api", "world/physics/collision", "world/physics/bodies"}},
     {"world/physics/gripper",
      {"world/api", "world/scene", "world/physics/collision", "world/physics/bodies",
       "world/physics/constraint"}},

@@ -71,8 +71,7 @@ test('the value under the cursor shows, and the latest without one', async () =>
   const strip = page.locator('.strip').last();
   const reading = strip.locator('output');
   assert.match(await reading.textContent(), /^-?\d+\.\d+ °$/);
-  const box = await strip.locator('.u-over').boundingBox();
-  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  await strip.locator('.u-over').hover();
   await until('its value', async () =>
     /^\d+\.\d{3} s: -?\d+\.\d+ °$/.test(await reading.textContent())
   );

@@ -15,8 +15,9 @@ using namespace std::chrono_literals;
 
 class SimulationTest : public testing::Test {
  protected:
-  explicit SimulationTest(SimulationOptions options = {.paused = true})
-      : simulation(test::load_scene("empty_belt"), options) {
+  explicit SimulationTest(SimulationOptions options = {.paused = true},
+                          const std::string& scene = "empty_belt")
+      : simulation(test::load_scene(scene), options) {
     simulation.start();
   }
 
@@ -158,8 +159,13 @@ TEST_F(SmallSavedStates, AreBoundInBytes) {
   EXPECT_EQ(after->saved_states->max_bytes, 1000U);
 }
 
+class SimulatedFanuc : public SimulationTest {
+ protected:
+  SimulatedFanuc() : SimulationTest({.paused = true}, "fanuc_only") {}
+};
+
 /// Through hundreds of waypoints: such a plan takes megabytes.
-TEST_F(SimulationTest, StatesSavedDuringOneMotionShareItsPlan) {
+TEST_F(SimulatedFanuc, StatesSavedDuringOneMotionShareItsPlan) {
   api::MoveThroughTo move{.straight = true};
   for (int i = 0; i < 400; ++i) {
     api::Waypoint waypoint;
