@@ -94,7 +94,7 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   bool paused_by_fault_ = false;  ///< the next epoch runs again
   SavedWorlds saved_;
   std::shared_ptr<const std::vector<api::CommandFailure>> failures_;
-  bool dirty_ = false;  ///< something to publish although nothing stepped
+  bool dirty_ = false;                ///< something to publish although nothing stepped
   std::int64_t backlog_seen_ns_ = 0;  ///< wall time when too many commands waited last
   /// Wall times [ns]: of the thread's latest turn; since when the pace is too low, and too many
   /// commands wait (0 = is not so).
