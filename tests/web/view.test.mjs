@@ -97,9 +97,11 @@ test('Look shows the front of a robot, past the other one', async () => {
   const page = await openPage(browser, daemon);
   for (const [index, name] of ['fanuc', 'motoman'].entries()) {
     await page.getByTestId(`choose-${name}`).click();
-    await page.getByTestId(`look-${name}`).click();
-    const seen = await page.evaluate((i) => {
+    const look = page.getByTestId(`look-${name}`);
+    await look.waitFor();
+    const seen = await look.evaluate((button, i) => {
       const {view} = document.querySelector('main.stage');
+      button.click(); // no picture comes between this and what is asked of the view
       const {cell, snapshot} = view.state;
       const at = (p) => view.camera.position.clone().set(p.x, p.y, p.z);
       const base = at(cell.robots[i].baseInWorld.positionM),

@@ -248,6 +248,8 @@ export class View {
     this.camera.position.copy(eye);
     this.controls.target.copy(target);
     this.controls.update();
+    // What is picked or marked before the next picture is seen from here too.
+    this.camera.updateMatrixWorld();
     this.dirty = true;
   }
 
