@@ -39,7 +39,7 @@ std::string action_text(const v1::RobotState& robot, const Paint& paint) {
     case v1::ACTION_STATE_ERROR:
       return paint(Tone::kBad, "error: " + robot.action().description());
     default:
-      return robot.initialized() ? paint(Tone::kGood, "ready") : "not initialised";
+      return robot.initialized() ? paint(Tone::kGood, "ready") : "not ready";
   }
 }
 

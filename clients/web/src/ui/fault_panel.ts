@@ -3,6 +3,7 @@
 import {FaultSeverity, type Fault, type FaultList, type Snapshot} from '../protocol';
 import {simTime, type State} from '../state';
 import {button, card, h} from './dom';
+import {units} from './units';
 
 const kSpan_s = 300;
 const kKinds: Record<number, string> = {
@@ -41,6 +42,7 @@ export class FaultPanel {
     );
     state.faultsChanged.on((list) => this.take(list));
     state.display.on((snapshot) => this.drawLanes(snapshot));
+    units.changed.on(() => this.draw());
     state.accessChanged.on(() => {
       // Of another daemon, perhaps, whose numbers start anew.
       if (!state.connected) this.cleared.clear();
@@ -98,7 +100,7 @@ export class FaultPanel {
         h('span', {class: 'kind'}, fault.holds ? `${kind}, lasts` : kind),
         fault.count > 1n ? h('span', {class: 'times'}, `${fault.count}×`) : null
       ),
-      h('div', {}, fault.message),
+      h('div', {}, units.inText(fault.message)),
       h('small', {}, this.when(fault))
     );
   }

@@ -21,7 +21,7 @@ TEST_F(CliCell, StatusShowsTimeRobotsBeltAndBodies) {
   const auto result = cli({"status", "--bodies"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   for (const char* part :
-       {"0.100 s, step 100, epoch 0", "target 1)", "fanuc", "not initialised", "[deg] 0.00 14.32",
+       {"0.100 s, step 100, epoch 0", "target 1)", "fanuc", "not ready", "[deg] 0.00 14.32",
         "7.70 mm apart", "59.0 / 61.0 N", "holding gear_1", "stopped, forward",
         "2 in all, 1 at rest", "[mm] 100.0 -1000.0 950.0", "contacts 12"}) {
     EXPECT_NE(result.out.find(part), std::string::npos) << part << " in\n" << result.out;

@@ -1,5 +1,5 @@
-// Bytes of one connection through the Modbus gate, and what it lets through into the decoders.
-// First byte: the installation's rules; the rest: the stream.
+// Bytes of one connection through the Modbus request validator, and what it lets through into the
+// decoders. First byte: the installation's rules; the rest: the stream.
 
 #include <cstdint>
 #include <cstdlib>
