@@ -82,8 +82,8 @@ Waypoint read_waypoint(const Fields& fields) {
 }
 
 MoveTo read_move_to(const Fields& fields) {
-  Waypoint end = read_waypoint(fields.child("EndPosition"));
-  return {fields.flag("MoveStraight"), std::move(end)};
+  const Waypoint end = read_waypoint(fields.child("EndPosition"));
+  return {fields.flag("MoveStraight"), end};
 }
 
 MoveThroughTo read_move_through_to(const Fields& fields) {

@@ -350,7 +350,8 @@ std::uint64_t needed_files(const Config& config, std::size_t robots) {
       (config.crcl.max_connections + config.vision.max_connections) * robots +
       config.modbus.max_connections +
       // Each has a socket pair besides.
-      2 * config.grpc.max_connections + (config.web.enabled ? config.web.max_connections : 0);
+      std::uint64_t{2} * config.grpc.max_connections +
+      (config.web.enabled ? config.web.max_connections : 0);
   // Twice what the listeners may take: running out of descriptors must never come from clients.
   return 2 * connections + web::kMaxTurnedAway + 64;
 }

@@ -133,7 +133,11 @@ Result<void> PortsFile::write(const std::string& path, const Ports& ports) {
 
 PortsFile::~PortsFile() {
   if (file_ < 0) return;
-  if (is_at(file_, path_) && writer_of(path_) == ::getpid()) ::unlink(path_.c_str());
+  try {
+    if (is_at(file_, path_) && writer_of(path_) == ::getpid()) ::unlink(path_.c_str());
+  } catch (const std::exception&) {
+    // Without memory to read it the file stays; the lock on it ends.
+  }
   ::close(file_);
 }
 

@@ -15,7 +15,7 @@ namespace aprsim::crcl_server {
 
 inline constexpr std::size_t kMaxParameters = 256;
 inline constexpr std::size_t kMaxNameBytes = 128, kMaxValueBytes = 1024;
-inline constexpr std::size_t kMaxKeptBytes = 64 * 1024;  ///< of names and values of one kind
+inline constexpr std::size_t kMaxKeptBytes = 65'536;  ///< of names and values of one kind
 
 /// Refuses a setting whose name is empty or too long, or whose value is too long.
 [[nodiscard]] inline Result<void> check_size(const crcl::ParameterSetting& setting) {

@@ -18,7 +18,7 @@ constexpr std::uint8_t kData = 0, kHeaders = 1, kRstStream = 3, kSettings = 4, k
 constexpr std::uint8_t kAck = 1, kEndStream = 1;
 
 /// The greatest frame that is no data and that gRPC has to take.
-constexpr std::size_t kMaxFrameBytes = 16 * 1024;
+constexpr std::size_t kMaxFrameBytes = 16'384;
 /// What may come at once before a client is too quick.
 constexpr std::chrono::milliseconds kPaceSlack{100};
 

@@ -17,7 +17,7 @@ struct Http2Limits {
   double resets_per_s = 100;  ///< streams given up, by either side
   double reset_burst = 200;   ///< at once
   std::size_t max_open_streams = 128;
-  std::size_t max_header_block_bytes = 16 * 1024;
+  std::size_t max_header_block_bytes = 16'384;
   int max_continuations = 8;     ///< frames that go on with a header block
   int max_unanswered = 64;       ///< pings and settings; then the client waits for the answers
   double frames_per_s = 20'000;  ///< without those of data; then the client waits

@@ -50,7 +50,7 @@ class Http2Relay : public std::enable_shared_from_this<Http2Relay> {
   [[nodiscard]] protocols::ConnectionPlaces::Place& place() { return place_; }
 
  private:
-  using Buffer = std::array<char, 16 * 1024>;
+  using Buffer = std::array<char, 16'384>;
   void wait_for_turn();
   [[nodiscard]] bool client_has_gone();
   void connect();

@@ -36,7 +36,11 @@ TcpSocket::TcpSocket(std::uint16_t port, int receive_buffer, const std::string& 
   address.sin_family = AF_INET;
   if (!from.empty()) {
     ::inet_pton(AF_INET, from.c_str(), &address.sin_addr);
-    ::bind(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address);
+    if (::bind(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+      const std::string reason = std::strerror(errno);
+      ::close(fd_);
+      throw std::runtime_error("cannot bind to " + from + ": " + reason);
+    }
   }
   address.sin_port = htons(port);
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);

@@ -36,7 +36,7 @@ const Subtract kSubtract = subtract_plain;
 void subtract(double a, const double* x, double* y, int n) { kSubtract(a, x, y, n); }
 
 /// Left-looking, column by column (Golub & Van Loan, Matrix Computations, ch. 4.2).
-void factorise(double* a, int n, int stride) {
+void factorise(double* a, int n, std::ptrdiff_t stride) {
   for (int j = 0; j < n; ++j) {
     double* column = a + j * stride;
     for (int k = 0; k < j; ++k) {
@@ -48,7 +48,7 @@ void factorise(double* a, int n, int stride) {
   }
 }
 
-void solve_lower(const double* l, int n, int stride, double* x) {
+void solve_lower(const double* l, int n, std::ptrdiff_t stride, double* x) {
   for (int j = 0; j < n; ++j) {
     const double* column = l + j * stride;
     x[j] /= column[j];
@@ -56,7 +56,7 @@ void solve_lower(const double* l, int n, int stride, double* x) {
   }
 }
 
-void solve_lower_transposed(const double* l, int n, int stride, double* x) {
+void solve_lower_transposed(const double* l, int n, std::ptrdiff_t stride, double* x) {
   for (int j = n - 1; j >= 0; --j) {
     const double* column = l + j * stride;
     double below = 0;
@@ -67,7 +67,7 @@ void solve_lower_transposed(const double* l, int n, int stride, double* x) {
 
 /// Gaussian elimination with partial pivoting on both right sides at once (Golub & Van Loan,
 /// ch. 3.4).
-bool solve_two(double* a, int n, int stride, double* right, double* other) {
+bool solve_two(double* a, int n, std::ptrdiff_t stride, double* right, double* other) {
   for (int k = 0; k < n; ++k) {
     double* column = a + k * stride;
     int pivot = k;

@@ -56,7 +56,8 @@ class FrictionHomotopy {
   Numbers error_{};                                        // of a friction bound at the start
   Line x_{}, w_{};
   Numbers right_{}, slope_{};
-  std::vector<double> factor_ = std::vector<double>(MixedLcp::kCapacity * MixedLcp::kCapacity);
+  std::vector<double> factor_ =
+      std::vector<double>(std::size_t{MixedLcp::kCapacity} * MixedLcp::kCapacity);
 };
 
 }  // namespace aprsim::physics

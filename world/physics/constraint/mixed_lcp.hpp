@@ -79,8 +79,8 @@ class MixedLcp {
   Numbers b_{}, x_{}, w_{}, lo_{}, hi_{}, y_{}, z_{}, w_next_{};
   RowStates state_{};
   std::array<int, kCapacity> free_{};  // the free rows
-  std::vector<double> a_ = std::vector<double>(kCapacity * kCapacity);
-  std::vector<double> factor_ = std::vector<double>(kCapacity * kCapacity);
+  std::vector<double> a_ = std::vector<double>(std::size_t{kCapacity} * kCapacity);
+  std::vector<double> factor_ = std::vector<double>(std::size_t{kCapacity} * kCapacity);
 };
 
 }  // namespace aprsim::physics

@@ -49,7 +49,9 @@ const Plan& PlanJob::get() {
 }
 
 Plan PlanJob::make() const {
-  const auto& [move, X_FT, limits] = request_.request;
+  const auto& move = request_.request.move;
+  const Eigen::Isometry3d& X_FT = request_.request.X_FT;
+  const ToolLimitSettings& limits = request_.request.limits;
   // The robot when the motion begins: until then it goes on as it does, and no drive goes off.
   MotionRunner runner = request_.runner;
   DrivePower drives = request_.drive_power;

@@ -31,9 +31,10 @@ TEST_P(ShippedScene, SeatedGearsHaveTheirSlotsPoses) {
     const TrayType& type = scene.tray_types.at(tray.type);
     for (const auto& [slot_name, gear_name] : tray.gears) {
       const auto slot = std::find_if(type.slots.begin(), type.slots.end(),
-                                     [&](const Slot& s) { return s.name == slot_name; });
-      const auto gear = std::find_if(scene.gears.begin(), scene.gears.end(),
-                                     [&](const GearInstance& g) { return g.name == gear_name; });
+                                     [&name = slot_name](const Slot& s) { return s.name == name; });
+      const auto gear =
+          std::find_if(scene.gears.begin(), scene.gears.end(),
+                       [&name = gear_name](const GearInstance& g) { return g.name == name; });
       ASSERT_NE(slot, type.slots.end());
       ASSERT_NE(gear, scene.gears.end());
       EXPECT_EQ(gear->type, slot->gear_type);

@@ -105,8 +105,8 @@ TEST(MixedLcp, FrictionIsBoundedByTheNormalsFoundWithIt) {
     found += exact;
     const Eigen::VectorXd x = solution(system), w = a * x - b;
     for (int c = 0; c < contacts; ++c) {
-      EXPECT_LT(fault(x[3 * c], w[3 * c], 0, kInfinity), 1e-6);
-      const double bound = mu * x[3 * c];
+      EXPECT_LT(fault(x[Eigen::Index{3} * c], w[Eigen::Index{3} * c], 0, kInfinity), 1e-6);
+      const double bound = mu * x[Eigen::Index{3} * c];
       for (int i = 3 * c + 1; i < 3 * c + 3 && exact; ++i) {
         const double off = bound < 1e-9 ? std::abs(x[i]) : fault(x[i], w[i], -bound, bound);
         EXPECT_LT(off, 1e-6) << "round " << round;

@@ -527,7 +527,8 @@ TEST(SolverFailures, APileUnderThePalmIsTooLarge) {
   const scene::GearType& gear = scene.gear_types.at("d50");
   for (int i = 0; i < 25; ++i) {
     Pose pose;
-    pose.p = {0.06 * (i % 5 - 2), 0.06 * (i / 5 - 2), gear.hub_height_m};
+    const int column = i % 5 - 2, line = i / 5 - 2;
+    pose.p = {0.06 * column, 0.06 * line, gear.hub_height_m};
     add_gear(scene, "g" + std::to_string(i), "d50", pose);
   }
   auto& hand = add_hand(scene, {0, 0, 0.05});

@@ -102,8 +102,7 @@ TEST_P(ScrewMoves, ChoosesAStartPostureThatHasTheTurnLeft) {
   const int last = rig.dof() - 1;
   const Joint& joint = rig.model().joints[static_cast<std::size_t>(last)];
   // Near the end that the turn runs into.
-  const double toward = rig.dof() == 6 ? -1 : -1;
-  q(last) = toward > 0 ? joint.upper_rad - 0.3 : joint.lower_rad + 0.3;
+  q(last) = joint.lower_rad + 0.3;
   ASSERT_EQ(rig.run(move_all(q)), ActionState::kDone);
   const Pose here = rig.tool();
   int refused = 0, made = 0;
