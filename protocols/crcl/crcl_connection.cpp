@@ -22,6 +22,7 @@ namespace {
 namespace asio = boost::asio;
 using boost::system::error_code;
 
+constexpr int kSendBufferBytes = 64 * 1024;
 // A peer that pipelines gets no more than this before the others have their turn.
 constexpr int kDocumentsPerTurn = 16;
 
@@ -47,6 +48,7 @@ CrclConnection::CrclConnection(asio::ip::tcp::socket socket, std::string peer,
 void CrclConnection::start() {
   error_code ignored;
   socket_.non_blocking(true, ignored);
+  socket_.set_option(boost::asio::socket_base::send_buffer_size(kSendBufferBytes), ignored);
   executor_.log().info(caller_.peer + " connected");
   read();
 }

@@ -24,6 +24,7 @@ using boost::system::error_code;
 
 /// What the kernel keeps between gRPC and us: what waits there is old news for a slow reader.
 constexpr int kPairBufferBytes = 64 * 1024;
+constexpr int kSendBufferBytes = 256 * 1024;
 /// After a refusal the client may read why, for so long and while it sends no more than this: a
 /// socket closed with unread data takes back what it has sent.
 constexpr std::chrono::milliseconds kLinger{500};
@@ -122,6 +123,9 @@ void Http2Relay::connect() {
     log_.warn(fmt::format("closing {}: no socket pair: {}", peer_, std::strerror(errno)));
     return close();
   }
+  // What the kernel keeps for a client that takes nothing is bounded, and told apart soon.
+  error_code ignored;
+  client_.set_option(asio::socket_base::send_buffer_size(kSendBufferBytes), ignored);
   rules_.hand_over(grpc_end);
   read_client();
   read_server();

@@ -5,6 +5,8 @@
 #include <thread>
 #include <unistd.h>
 
+#include <spdlog/spdlog.h>
+
 #include "tests/unit/protocols/modbus/listener_fixture.hpp"
 
 namespace aprsim::modbus_server::testing {
@@ -125,6 +127,8 @@ TEST_F(Connections, BrowsersAreSentAway) {
 
 TEST_F(Connections, RunningOutOfDescriptorsIsSurvived) {
   start();
+  // UBSan's first look at the types behind a log line takes a descriptor.
+  for (const auto level : {spdlog::level::info, spdlog::level::warn}) spdlog::log(level, "few");
   rlimit before{};
   ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &before), 0);
   const rlimit few{128, before.rlim_max};
