@@ -1,5 +1,6 @@
 #include "world/command_queue.hpp"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 #include <variant>
@@ -9,6 +10,8 @@ namespace {
 
 /// Places beyond the capacity, for stops. No two of them are the same.
 constexpr std::size_t kStops = 64;
+/// Of those that take long, so that a stop behind them does not wait.
+constexpr std::ptrdiff_t kMostSlow = 4;
 
 const api::StopMotion* stop_of(const api::RobotCommand& command) {
   return std::get_if<api::StopMotion>(&command.action);
@@ -24,6 +27,14 @@ bool is_stop(const api::Command& command) {
   if (const auto* belt = std::get_if<api::ConveyorCommand>(&command.body)) return is_stop(*belt);
   const auto* simulation = std::get_if<api::SimulationCommand>(&command.body);
   return simulation && std::holds_alternative<api::Pause>(*simulation);
+}
+
+/// Whether carrying it out takes as long as many steps.
+bool is_slow(const api::Command& command) {
+  const auto* simulation = std::get_if<api::SimulationCommand>(&command.body);
+  return simulation && (std::holds_alternative<api::Reset>(*simulation) ||
+                        std::holds_alternative<api::SaveState>(*simulation) ||
+                        std::holds_alternative<api::LoadState>(*simulation));
 }
 
 /// Whether one of two stops is enough, whoever sent them.
@@ -53,6 +64,12 @@ Result<api::Ticket> CommandQueue::push(api::Command command) {
   if (queue_.size() >= capacity_ + (is_stop(command) ? kStops : 0)) {
     return fail(ErrorCode::kUnavailable, "command queue",
                 std::to_string(capacity_) + " commands wait already; try again later");
+  }
+  const auto slow = [](const QueuedCommand& queued) { return is_slow(queued.command); };
+  if (is_slow(command) && std::count_if(queue_.begin(), queue_.end(), slow) >= kMostSlow) {
+    return fail(ErrorCode::kUnavailable, "command queue",
+                std::to_string(kMostSlow) +
+                    " resets, saves and loads wait already; try again once they are done");
   }
   queue_.push_back({++last_ticket_, std::move(command)});
   filled_.notify_one();

@@ -18,7 +18,8 @@ struct QueuedCommand {
 
 /// Bounded queue from any thread to the simulation thread. The lock is held for a push or a swap of
 /// two vectors, never across I/O. Stops of a robot, of the belt and of the simulation have room of
-/// their own: a queue that is full of other commands takes them still, in their order.
+/// their own: a queue that is full of other commands takes them still, in their order. Of those
+/// that take long, resets, saves and loads, few wait.
 class CommandQueue {
  public:
   explicit CommandQueue(std::size_t capacity);

@@ -162,7 +162,9 @@ std::string Simulation::problem() const {
 
 void Simulation::drain() {
   queue_.drain(drained_);
+  const std::stop_token end = thread_.get_stop_token();
   for (const QueuedCommand& queued : drained_) {
+    if (end.stop_requested()) return;
     apply(queued);
     applied_ = queued.ticket;
     dirty_ = true;

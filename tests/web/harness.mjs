@@ -12,7 +12,7 @@ const bin = process.env.APRSIM_BIN_DIR ?? join(here, '../../build/release/bin');
 const browserProgram = process.env.CHROMIUM ?? '/usr/bin/chromium';
 
 /** Waits until `look` gives something true. */
-export async function until(what, look, deadline_ms = 15000) {
+export async function until(what, look, deadline_ms = 60000) {
   const end = Date.now() + deadline_ms;
   for (let last; ; ) {
     try {

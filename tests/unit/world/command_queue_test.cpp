@@ -10,6 +10,9 @@ namespace {
 using namespace std::chrono_literals;
 
 api::Command resume() { return {.endpoint = 7, .body = api::SimulationCommand{api::Resume{}}}; }
+api::Command of(api::SimulationCommand command) {
+  return {.endpoint = 7, .body = std::move(command)};
+}
 api::Command pause() { return {.endpoint = 7, .body = api::SimulationCommand{api::Pause{}}}; }
 
 TEST(CommandQueue, NumbersCommandsInOrder) {
@@ -70,6 +73,32 @@ TEST(CommandQueue, FullQueueRefusesAndDoesNotUseUpATicket) {
   std::vector<QueuedCommand> out;
   queue.drain(out);
   EXPECT_EQ(queue.push(pause()).value(), 3U);
+}
+
+// A stop comes after what was sent before it, and that must not be a hundred resets.
+TEST(CommandQueue, FewWaitOfThoseThatTakeLong) {
+  CommandQueue queue(100);
+  int taken = 0;
+  const auto fill = [&] {
+    for (int i = 0; i < 10; ++i) {
+      taken += queue.push(of(api::Reset{})).has_value();
+      taken += queue.push(of(api::SaveState{"one"})).has_value();
+      taken += queue.push(of(api::LoadState{"one"})).has_value();
+    }
+  };
+  fill();
+  EXPECT_EQ(taken, 4);
+  const auto refused = queue.push(of(api::Reset{}));
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kUnavailable);
+  EXPECT_NE(refused.error().message.find("4 resets, saves and loads"), std::string::npos);
+  EXPECT_TRUE(queue.push(pause()));
+  EXPECT_TRUE(queue.push(resume()));
+  std::vector<QueuedCommand> out;
+  queue.drain(out);
+  EXPECT_EQ(out.size(), 6U);
+  fill();
+  EXPECT_EQ(taken, 8);
 }
 
 TEST(CommandQueue, WaitEndsWhenFilledOrClosed) {

@@ -220,7 +220,7 @@ class SimulationWithAShortQueue : public SimulationTest {
   SimulationWithAShortQueue() : SimulationTest({.queue_capacity = 8}) {}
 };
 
-/// Resets, since each takes longer than it takes to ask for it.
+/// Behind resets, since each takes longer than it takes to ask for it.
 TEST_F(SimulationWithAShortQueue, MoreCommandsThanItTakesAreAProblemWhileTheyCome) {
   EXPECT_EQ(simulation.problem(), "");
   const auto deadline = std::chrono::steady_clock::now() + 30s;
@@ -229,6 +229,7 @@ TEST_F(SimulationWithAShortQueue, MoreCommandsThanItTakesAreAProblemWhileTheyCom
          std::chrono::steady_clock::now() < deadline) {
     for (int i = 0; i < 50; ++i) {
       (void)simulation.submit({.endpoint = 3, .body = api::SimulationCommand(api::Reset{})});
+      (void)simulation.submit({.endpoint = 3, .body = api::SimulationCommand(api::Resume{})});
     }
     problem = simulation.problem();
   }
