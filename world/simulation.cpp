@@ -64,6 +64,7 @@ void Simulation::start() {
 }
 
 void Simulation::stop() {
+  ending_ = true;
   thread_.request_stop();
   queue_.close();
   if (thread_.joinable()) thread_.join();
@@ -162,9 +163,8 @@ std::string Simulation::problem() const {
 
 void Simulation::drain() {
   queue_.drain(drained_);
-  const std::stop_token end = thread_.get_stop_token();
   for (const QueuedCommand& queued : drained_) {
-    if (end.stop_requested()) return;
+    if (ending_) return;
     apply(queued);
     applied_ = queued.ticket;
     dirty_ = true;

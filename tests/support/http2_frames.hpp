@@ -16,6 +16,7 @@ enum Type : std::uint8_t {
   kSettings = 4,
   kPing = 6,
   kGoAway = 7,
+  kWindowUpdate = 8,
   kContinuation = 9
 };
 inline constexpr std::uint8_t kAck = 1, kEndStream = 1, kEndHeaders = 4;

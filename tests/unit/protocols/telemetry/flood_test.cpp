@@ -104,10 +104,12 @@ TEST_F(Flooded, OtherProtocolsAreClosed) {
 TEST_F(Flooded, AClientThatTakesNothingIsClosed) {
   start({.write_timeout = 100ms}, 300);
   TcpSocket reader(port_, 4096);
-  // Calls whose answers fill what lies between.
+  // Windows as wide as they go, and calls whose answers fill what lies between.
   std::string bytes = begin();
   bytes += http2::frame(http2::kSettings, 0, 0, std::string_view("\0\4\x7F\xFF\xFF\xFF", 6));
+  bytes += http2::frame(http2::kWindowUpdate, 0, 0, std::string_view("\x7F\0\0\0", 4));
   ASSERT_TRUE(reader.send(bytes));
+  ASSERT_TRUE(eventually([&] { return server_->open() == 1; }));
   for (std::uint32_t stream = 1; stream < 2 * 100; stream += 2) {
     if (!reader.send(http2::open_call(stream) + http2::frame(http2::kData, http2::kEndStream,
                                                              stream,
