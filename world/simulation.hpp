@@ -96,7 +96,7 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   std::shared_ptr<const std::vector<api::CommandFailure>> failures_;
   bool dirty_ = false;                ///< something to publish although nothing stepped
   std::int64_t backlog_seen_ns_ = 0;  ///< wall time when too many commands waited last
-  std::atomic<bool> ending_{false};  ///< what still waits is not carried out any more
+  std::atomic<bool> ending_{false};   ///< what still waits is not carried out any more
   /// Wall times [ns]: of the thread's latest turn; since when the pace is too low, and too many
   /// commands wait (0 = is not so).
   std::atomic<std::int64_t> last_turn_ns_{0}, slow_since_ns_{0}, backlog_since_ns_{0};

@@ -1,14 +1,20 @@
 // Prints hashes of the default cell at work, and of one under random robot commands, in every mode
 // of contact simplification: a line each simulated second. A change that is to keep the behaviour
-// leaves every line as it was.
-// usage: state_hashes [SECONDS]   (10, of each run)
+// leaves every line as it was, and so does the pace at which it runs.
+// usage: state_hashes [SECONDS [SPEED [MODE]]]
+//   SECONDS  simulated, of each run (10)
+//   SPEED    of simulated to wall time (0 = as fast as it goes)
+//   MODE     off, virtual_joints, merge or dormant (all)
 
 #include <bit>
+#include <chrono>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
 #include <random>
+#include <string>
+#include <thread>
 
 #include "tests/support/cell_script.hpp"
 #include "tests/support/kitting_demo.hpp"
@@ -31,6 +37,23 @@ class Digest {
 
  private:
   std::uint64_t hash_ = 0xcbf29ce484222325ULL;
+};
+
+/// Holds steps to the wall clock.
+class Pace {
+ public:
+  explicit Pace(double speed) : speed_(speed) {}
+  void wait(int step) const {
+    if (speed_ <= 0) return;
+    std::this_thread::sleep_until(begin_ +
+                                  std::chrono::duration_cast<Clock::duration>(
+                                      std::chrono::duration<double>(1e-3 * step / speed_)));
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  double speed_;
+  Clock::time_point begin_ = Clock::now();
 };
 
 void add_robot(Digest& digest, const api::RobotSnapshot& robot) {
@@ -109,18 +132,22 @@ void print(const char* run, scene::Simplification mode, int second, const Digest
               static_cast<unsigned long long>(digest.value()));
 }
 
-void at_work(const std::shared_ptr<const scene::Scene>& scene, int seconds) {
+void at_work(const std::shared_ptr<const scene::Scene>& scene, int seconds, double speed) {
+  const Pace pace(speed);
   world::World world(scene, 1);
   KittingDemo demo(world);
   Digest digest;
   for (int step = 1; step <= 1000 * seconds; ++step) {
+    pace.wait(step);
     demo.advance();
     if (step % 10 == 0) add_cell(digest, world, demo.now());
     if (step % 1000 == 0) print("demo", scene->physics.simplification, step / 1000, digest);
   }
 }
 
-void under_random_commands(const std::shared_ptr<const scene::Scene>& scene, int seconds) {
+void under_random_commands(const std::shared_ptr<const scene::Scene>& scene, int seconds,
+                           double speed) {
+  const Pace pace(speed);
   world::World world(scene, 1);
   api::Snapshot now;
   world.write(now);
@@ -139,6 +166,7 @@ void under_random_commands(const std::shared_ptr<const scene::Scene>& scene, int
         world.apply(++ticket, api::RobotCommand{robot, std::move(action), {}});
       }
     }
+    pace.wait(step);
     world.step();
     world.write(now);
     add_cell(digest, world, now);
@@ -152,13 +180,19 @@ void under_random_commands(const std::shared_ptr<const scene::Scene>& scene, int
 int main(int argc, char** argv) {
   using namespace aprsim;
   const int seconds = argc > 1 ? std::atoi(argv[1]) : 10;
-  for (const auto mode : {scene::Simplification::kOff, scene::Simplification::kVirtualJoints,
-                          scene::Simplification::kMerge, scene::Simplification::kDormant}) {
+  const double speed = argc > 2 ? std::atof(argv[2]) : 0;
+  const std::string only = argc > 3 ? argv[3] : "";
+  for (const auto& [mode, mode_name] :
+       {std::pair(scene::Simplification::kOff, "off"),
+        std::pair(scene::Simplification::kVirtualJoints, "virtual_joints"),
+        std::pair(scene::Simplification::kMerge, "merge"),
+        std::pair(scene::Simplification::kDormant, "dormant")}) {
+    if (!only.empty() && only != mode_name) continue;
     for (const char* name : {"aprs", "aprs_2024"}) {
       auto scene = std::make_shared<scene::Scene>(*test::load_scene(name));
       scene->physics.simplification = mode;
-      if (std::string(name) == "aprs") test::at_work(scene, seconds);
-      test::under_random_commands(scene, seconds);
+      if (std::string(name) == "aprs") test::at_work(scene, seconds, speed);
+      test::under_random_commands(scene, seconds, speed);
     }
   }
 }
