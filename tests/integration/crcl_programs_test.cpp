@@ -63,11 +63,16 @@ std::string read(const fs::path& path) {
 /// The status in which a program ends: in error, or done with its last command.
 std::string outcome_of(CrclTextClient& client, const std::string& program) {
   client.raw(program);
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(120);
+  // Of each command.
+  const auto limit = std::chrono::seconds(120);
+  auto deadline = std::chrono::steady_clock::now() + limit;
+  std::string before;
   while (std::chrono::steady_clock::now() < deadline) {
     std::string status = client.status();
     if (CrclTextClient::field(status, "CommandState") == "CRCL_Error") return status;
     const std::string index = CrclTextClient::field(status, "ProgramIndex");
+    if (index != before) deadline = std::chrono::steady_clock::now() + limit;
+    before = index;
     const std::string length = CrclTextClient::field(status, "ProgramLength");
     const bool last = !index.empty() && std::stoi(index) + 1 == std::stoi(length);
     if (last && CrclTextClient::field(status, "CommandState") == "CRCL_Done") return status;
