@@ -37,7 +37,7 @@ bool goes_on(const std::string& command) {
 }
 
 TEST(Readme, EveryCommandRunsAsItStands) {
-  DaemonProcess daemon({"--speed", "4"});
+  DaemonProcess daemon({"--speed", "2"});
   const auto commands = commands_of_readme();
   ASSERT_GE(commands.size(), 20U) << "the form of README.md has changed";
   // The programs under test in the place of those that README.md builds, its daemon's ports in that
