@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <numbers>
 
+#include "world/robot/kinematics/pose_projection.hpp"
+
 // Path tracking in predictor-corrector form, as in numerical continuation (Allgower & Georg 1990):
 // extrapolation predicts the next posture, closed-form inverse kinematics corrects it, and the step
 // length follows from the prediction error. A large error means another branch: a singularity.
@@ -38,8 +40,28 @@ double degrees(double rad) { return rad * 180 / std::numbers::pi; }
 }  // namespace
 
 Result<JointVector> IkPath::solve(const ArmGeometry& arm, double u, const JointVector& seed) const {
+  const Eigen::Isometry3d X_BF = tool_.at(u >= 1 ? length_ : u * length_) * X_TF_;
+  if (!route_.guide.empty()) return near_guide(arm, u, X_BF);
   const double elbow = route_.elbow_start_rad + u * route_.elbow_turn_rad;
-  return arm.ik.nearest(tool_.at(u >= 1 ? length_ : u * length_) * X_TF_, seed, elbow);
+  return arm.ik.nearest(X_BF, seed, elbow);
+}
+
+/// The posture nearest to the guide, within limits.
+Result<JointVector> IkPath::near_guide(const ArmGeometry& arm, double u,
+                                       const Eigen::Isometry3d& X_BF) const {
+  constexpr double kLimitTolerance = 1e-10;  // [rad]
+  JointVector q = route_.guide.at(u);
+  if (!project_to_pose(arm.model, X_BF, q)) {
+    return fail(ErrorCode::kUnreachable, "posture", "the arm is stretched or its axes are aligned");
+  }
+  for (int i = 0; i < arm.model.dof(); ++i) {
+    const Joint& joint = arm.model.joints[static_cast<std::size_t>(i)];
+    if (q(i) < joint.lower_rad - kLimitTolerance || q(i) > joint.upper_rad + kLimitTolerance) {
+      return fail(ErrorCode::kUnreachable, joint.name, joint.name + " would pass its limit");
+    }
+    q(i) = std::clamp(q(i), joint.lower_rad, joint.upper_rad);
+  }
+  return q;
 }
 
 /// The polynomial through the last samples (Newton's divided differences), evaluated at u.

@@ -7,6 +7,7 @@
 
 #include "world/api/error.hpp"
 #include "world/robot/kinematics/inverse_kinematics.hpp"
+#include "world/robot/trajectory/joint_guide.hpp"
 #include "world/robot/trajectory/path_sample.hpp"
 #include "world/robot/trajectory/tool_path.hpp"
 
@@ -27,22 +28,26 @@ struct ArmGeometry {
   return fail(ErrorCode::kUnavailable, "planning", "planning was given up");
 }
 
-/// The joint path of a tool path, exact, on one branch of the inverse kinematics. trace() samples
-/// the whole of it, densely where the joints turn fast, so that a path that leaves the joint
-/// limits, the reach or the branch is known before anything moves; at() then solves the inverse
-/// kinematics anew for any point, seeded from the samples. A copyable value. Thread: sim.
+/// The joint path of a tool path, exact: on one branch of the inverse kinematics, or, of a
+/// redundant arm, the nearest to a guide through joint space. trace() samples the whole of it,
+/// densely where the joints turn fast, so that a path that leaves the joint limits, the reach or
+/// the branch is known before anything moves; at() then solves the inverse kinematics anew for any
+/// point, seeded from the samples. A copyable value. Thread: sim.
 class IkPath {
  public:
-  /// The start and, for a redundant arm, the elbow angle over u = s / length: it turns evenly from
-  /// its start by `elbow_turn_rad`.
+  /// The start and, for a redundant arm, its freedom over u = s / length: the elbow angle turns
+  /// evenly from its start by `elbow_turn_rad`, or the arm stays near a guide, which may pass
+  /// postures with aligned axes.
   struct Route {
     double elbow_start_rad = 0, elbow_turn_rad = 0;
     JointVector start;  ///< posture at u = 0
+    JointGuide guide{};
   };
 
   /// The path to trace, of the frame T that is fixed to the flange at X_FT.
   [[nodiscard]] ToolPath& tool() { return tool_; }
   [[nodiscard]] const ToolPath& tool() const { return tool_; }
+  [[nodiscard]] const Eigen::Isometry3d& X_TF() const { return X_TF_; }
   void set_tool_frame(const Eigen::Isometry3d& X_FT) { X_TF_ = X_FT.inverse(); }
 
   /// Errors: kUnreachable with the joint, value, limit and place on the path.
@@ -57,7 +62,11 @@ class IkPath {
   [[nodiscard]] bool seems_feasible(const ArmGeometry& arm, const Route& route);
   [[nodiscard]] std::span<const PathSample> samples() const { return samples_; }
   /// Of memory, besides the value itself.
-  [[nodiscard]] std::size_t bytes() const { return tool_.bytes() + bytes_of(samples_); }
+  [[nodiscard]] std::size_t bytes() const {
+    return tool_.bytes() + route_.guide.bytes() + bytes_of(samples_);
+  }
+  /// How far the last trace() came.
+  [[nodiscard]] double reached() const { return samples_.back().u; }
   /// The start posture is singular, and the path's branch begins at another posture of the same
   /// pose, required_start(). Set by a trace() that failed at u = 0.
   [[nodiscard]] bool singular_start() const { return singular_start_; }
@@ -66,6 +75,8 @@ class IkPath {
  private:
   [[nodiscard]] Result<JointVector> solve(const ArmGeometry& arm, double u,
                                           const JointVector& seed) const;
+  [[nodiscard]] Result<JointVector> near_guide(const ArmGeometry& arm, double u,
+                                               const Eigen::Isometry3d& X_BF) const;
   [[nodiscard]] JointVector extrapolate(double u) const;
   [[nodiscard]] tl::unexpected<Error> refusal(const ArmGeometry& arm, double u) const;
   [[nodiscard]] const JointVector& posture_before(double u) const;

@@ -1,9 +1,11 @@
 #include "world/robot/trajectory/path_motion.hpp"
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
 #include "world/robot/kinematics/dynamics.hpp"
+#include "world/robot/trajectory/posture_search.hpp"
 
 namespace aprsim::robot {
 namespace {
@@ -11,6 +13,14 @@ namespace {
 constexpr double kRests_m = 1e-9, kRests_rad = 1e-9;
 /// Spacing of the elbow turns to try when the kept and the chosen elbow angle fail.
 constexpr double kElbowSpacing = std::numbers::pi / 12;
+/// Numbers of elbow angles of a search over all postures, the quicker one first; the steps that
+/// may turn out to be none; and how much their way is smoothed, most first.
+constexpr std::array kElbowAngles{72, 180};
+constexpr int kMostForbidden = 6;
+constexpr std::array kSmoothings{12, 3, 0};
+/// A redundant arm that slows the tool down by more than this looks for other postures, and takes
+/// them where they save so much.
+constexpr double kSlowed = 1.5, kWorthwhile = 0.8;
 
 IkPath::Route route(const ArmGeometry& arm, const JointVector& start, double elbow_turn_rad) {
   return {
@@ -75,14 +85,40 @@ Result<void> PathMotion::plan(const ArmGeometry& arm, const PathMove& move) {
   } else if (auto ok = find_branch(arm, move); !ok) {
     return ok;
   }
-  path_->limits.choose({.model = arm.model,
-                        .X_FT = path_->X_FT,
-                        .tool_path = path_->in_joint_space ? nullptr : &path_->ik.tool(),
-                        .length_s = length_s(),
-                        .samples = samples()},
-                       move);
+  path_->limits = choose_limits(arm, move);
+  if (!path_->in_joint_space) prefer_quicker_postures(arm, move);
   set_time_scale(1);
   return {};
+}
+
+PathLimits PathMotion::choose_limits(const ArmGeometry& arm, const PathMove& move) const {
+  PathLimits limits;
+  limits.choose({.model = arm.model,
+                 .X_FT = path_->X_FT,
+                 .tool_path = path_->in_joint_space ? nullptr : &path_->ik.tool(),
+                 .length_s = length_s(),
+                 .samples = samples()},
+                move);
+  return limits;
+}
+
+void PathMotion::prefer_quicker_postures(const ArmGeometry& arm, const PathMove& move) {
+  if (arm.model.dof() <= 6 || in_self_motion_) return;
+  const auto duration = [](const PathLimits& limits) {
+    return DoubleS::to_rest({0, 0, 0}, limits.scaling().length(), limits.planned()).duration();
+  };
+  if (path_->limits.scaling().length() < kSlowed) return;
+  const IkPath first = path_->ik;
+  PostureSearch search(arm, path_->ik.tool(), path_->ik.X_TF());
+  const std::vector<JointVector> postures = search.find(move.start, kElbowAngles.front());
+  if (!postures.empty() && try_guide(arm, postures)) {
+    const PathLimits limits = choose_limits(arm, move);
+    if (duration(limits) < kWorthwhile * duration(path_->limits)) {
+      path_->limits = limits;
+      return;
+    }
+  }
+  path_->ik = first;
 }
 
 /// The elbow angle stays; else it turns to where the end pose suits it best; else to the nearest
@@ -110,7 +146,31 @@ Result<void> PathMotion::find_branch(const ArmGeometry& arm, const PathMove& mov
   for (double turn = kElbowSpacing; turn < std::numbers::pi; turn += kElbowSpacing) {
     if (try_elbow_turn(arm, move.start, turn) || try_elbow_turn(arm, move.start, -turn)) return {};
   }
+  if (try_all_postures(arm, move.start)) return {};
   return first;
+}
+
+/// Any elbow angle, branch and full turn anywhere on the path.
+bool PathMotion::try_all_postures(const ArmGeometry& arm, const JointVector& start) {
+  for (const int elbow_angles : kElbowAngles) {
+    PostureSearch search(arm, path_->ik.tool(), path_->ik.X_TF());
+    for (int i = 0; i <= kMostForbidden; ++i) {
+      const std::vector<JointVector> postures = search.find(start, elbow_angles);
+      if (postures.empty()) break;
+      if (try_guide(arm, postures)) return true;
+      search.forbid(path_->ik.reached());
+    }
+  }
+  return false;
+}
+
+/// As smoothly as the limits allow.
+bool PathMotion::try_guide(const ArmGeometry& arm, std::span<const JointVector> postures) {
+  for (const int smoothings : kSmoothings) {
+    const IkPath::Route way{.start = postures.front(), .guide = {postures, smoothings}};
+    if (path_->ik.trace(arm, way)) return true;
+  }
+  return false;
 }
 
 bool PathMotion::try_elbow_turn(const ArmGeometry& arm, const JointVector& start,

@@ -15,9 +15,10 @@ namespace aprsim::robot {
 
 /// Motion along a path from rest to rest, jerk-limited, slowed where a joint would be too fast. The
 /// path is one of the tool (lines with blended corners, a helix), kept exactly, or one in joint
-/// space. A tool path from a singular start that its branch cannot leave begins with a self-motion
-/// of the arm, while the tool rests. A copyable value; copies share the path. Thread: any, one at a
-/// time.
+/// space. A redundant arm uses its freedom where the elbow angle cannot stay, or where it would
+/// make the tool wait. A tool path from a singular start that its branch cannot leave begins with a
+/// self-motion of the arm, while the tool rests. A copyable value; copies share the path. Thread:
+/// any, one at a time.
 class PathMotion {
  public:
   /// A new path to plan; it is built before plan().
@@ -47,6 +48,10 @@ class PathMotion {
   [[nodiscard]] Result<void> find_branch(const ArmGeometry& arm, const PathMove& move);
   [[nodiscard]] bool try_elbow_turn(const ArmGeometry& arm, const JointVector& start,
                                     double elbow_turn_rad);
+  [[nodiscard]] bool try_all_postures(const ArmGeometry& arm, const JointVector& start);
+  [[nodiscard]] bool try_guide(const ArmGeometry& arm, std::span<const JointVector> postures);
+  [[nodiscard]] PathLimits choose_limits(const ArmGeometry& arm, const PathMove& move) const;
+  void prefer_quicker_postures(const ArmGeometry& arm, const PathMove& move);
   void plan_self_motion(const PathMove& move, const JointVector& target);
   [[nodiscard]] double length_s() const;
   [[nodiscard]] std::span<const PathSample> samples() const;

@@ -63,9 +63,11 @@ TEST_P(PlanningCost, OfStraightLinesIsBounded) {
   std::sort(planned.begin(), planned.end());
   ASSERT_GT(planned.size(), 60u);
   EXPECT_LE(planned[planned.size() / 2], 100);
-  EXPECT_LE(planned[planned.size() * 95 / 100], 600);
-  EXPECT_LE(planned.back(), 2500);
-  EXPECT_LE(*std::max_element(refused.begin(), refused.end()), 2500);
+  // A redundant arm that cannot keep its elbow angle looks at all postures.
+  const bool redundant = rig.model().dof() > 6;
+  EXPECT_LE(planned[planned.size() * 95 / 100], redundant ? 3500 : 600);
+  EXPECT_LE(planned.back(), redundant ? 15000 : 2500);
+  EXPECT_LE(*std::max_element(refused.begin(), refused.end()), redundant ? 15000 : 2500);
 }
 
 /// One joint swung by a sine, far beyond its drive.
