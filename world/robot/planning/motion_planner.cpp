@@ -71,7 +71,7 @@ Result<void> MotionPlanner::plan(const api::MoveTo& move, const PlanStart& start
   if (move.straight) return add_line(X_BT, start, tool, limits.maximum(), out);
   const auto target = target_posture(X_BT * start.X_FT.inverse(), start.q);
   if (!target) return tl::unexpected(target.error());
-  add_joint_motion(*target, start, tool, out);
+  add_joint_motion(*target, start, tool, limits.maximum(), out);
   return {};
 }
 
@@ -107,7 +107,7 @@ Result<void> MotionPlanner::plan(const api::MoveJoints& move, const PlanStart& s
     }
   }
   joints.limits.jerk = joints.limits.accel / kJerkTime_s;
-  limit_tool_rates(joints, start.X_FT, limits.maximum());
+  limit_tool_rates(joints, start.X_FT, limits.maximum(), limits.maximum());
   plan_joint_motion(joints, out.add().as_joint());
   targets = joints.target;
   return {};
@@ -120,6 +120,7 @@ Result<void> MotionPlanner::plan(const api::MoveJoints& move, const PlanStart& s
 std::optional<JointMotion> MotionPlanner::blend_from_motion(const JointState& state,
                                                             const Eigen::Isometry3d& X_FT,
                                                             const ToolLimits& tool,
+                                                            const ToolLimits& maximum,
                                                             const JointMotion& from_rest) const {
   // The same task from the present state.
   JointMove move = from_rest.move();
@@ -127,7 +128,7 @@ std::optional<JointMotion> MotionPlanner::blend_from_motion(const JointState& st
   move.qd = state.qd;
   move.qdd = state.qdd;
   move.time_scale = 1;
-  limit_tool_rates(move, X_FT, tool);
+  limit_tool_rates(move, X_FT, tool, maximum);
   const int dof = setup_->model.dof();
   const Jacobian J = point_jacobian(setup_->model, state.q, dof, X_FT.translation());
   for (int i = 0; i < dof; ++i) {
@@ -206,9 +207,10 @@ Result<JointVector> MotionPlanner::target_posture(const Eigen::Isometry3d& X_BF,
 }
 
 void MotionPlanner::add_joint_motion(const JointVector& target, const PlanStart& start,
-                                     const ToolLimits& tool, MotionPlan& out) const {
+                                     const ToolLimits& tool, const ToolLimits& maximum,
+                                     MotionPlan& out) const {
   JointMove joints{.start = start.q, .target = target, .limits = limits_, .maximum = limits_};
-  limit_tool_rates(joints, start.X_FT, tool);
+  limit_tool_rates(joints, start.X_FT, tool, maximum);
   plan_joint_motion(joints, out.add().as_joint());
 }
 
@@ -234,7 +236,7 @@ Result<void> MotionPlanner::add_line(const Eigen::Isometry3d& X_BT, const PlanSt
 /// The tool's velocity per unit of progress from the Jacobian at samples of the way. The
 /// acceleration limit leaves out the Jacobian's own change.
 void MotionPlanner::limit_tool_rates(JointMove& move, const Eigen::Isometry3d& X_FT,
-                                     const ToolLimits& tool) const {
+                                     const ToolLimits& tool, const ToolLimits& maximum) const {
   const JointVector way = move.target - move.start;
   double trans = kLeastTravel, rot = kLeastTravel;  // per unit of progress
   for (int i = 0; i < kRateSamples; ++i) {
@@ -244,8 +246,14 @@ void MotionPlanner::limit_tool_rates(JointMove& move, const Eigen::Isometry3d& X
     trans = std::max(trans, rate.head<3>().norm());
     rot = std::max(rot, rate.tail<3>().norm());
   }
-  move.progress_speed = std::min(tool.trans_speed_m_s / trans, tool.rot_speed_rad_s / rot);
-  move.progress_accel = std::min(tool.trans_accel_m_s2 / trans, tool.rot_accel_rad_s2 / rot);
+  const Eigen::Isometry3d X_BF = flange_pose(setup_->model, move.start);
+  const Eigen::Isometry3d X_BF_target = flange_pose(setup_->model, move.target);
+  const Eigen::Quaterniond turn(X_BF.linear().transpose() * X_BF_target.linear());
+  const double net = std::max(kLeastTravel, turn.angularDistance(Eigen::Quaterniond::Identity()));
+  move.progress_speed = std::min(
+      {tool.trans_speed_m_s / trans, tool.rot_speed_rad_s / net, maximum.rot_speed_rad_s / rot});
+  move.progress_accel = std::min(
+      {tool.trans_accel_m_s2 / trans, tool.rot_accel_rad_s2 / net, maximum.rot_accel_rad_s2 / rot});
 }
 
 double MotionPlanner::scale_for_torques(const JointMotion& motion) const {

@@ -58,6 +58,7 @@ class MotionPlanner {
   [[nodiscard]] std::optional<JointMotion> blend_from_motion(const JointState& state,
                                                              const Eigen::Isometry3d& X_FT,
                                                              const ToolLimits& tool,
+                                                             const ToolLimits& maximum,
                                                              const JointMotion& from_rest) const;
   /// The fastest stop of all joints from any state.
   [[nodiscard]] JointMotion plan_stop(const JointState& state) const;
@@ -73,17 +74,18 @@ class MotionPlanner {
                                                    const JointVector& start) const;
   /// All joints together to a posture.
   void add_joint_motion(const JointVector& target, const PlanStart& start, const ToolLimits& tool,
-                        MotionPlan& out) const;
+                        const ToolLimits& maximum, MotionPlan& out) const;
   /// A straight line of the tool; of two ways round for a half turn either that is possible.
   [[nodiscard]] Result<void> add_line(const Eigen::Isometry3d& X_BT, const PlanStart& start,
                                       const ToolLimits& tool, const ToolLimits& tool_maximum,
                                       MotionPlan& out) const;
   /// Plans the path that `path` holds, slowed for the drives' torques.
   [[nodiscard]] Result<void> plan_path(const PathMove& move, PathMotion& path) const;
-  /// Limits the rate and acceleration of the shared profile so that the tool keeps its limits along
-  /// the way.
-  void limit_tool_rates(JointMove& move, const Eigen::Isometry3d& X_FT,
-                        const ToolLimits& tool) const;
+  /// Limits the rate and acceleration of the shared profile: the tool's point keeps its limits
+  /// along the way, and the tool turns from the first to the last orientation no faster than its
+  /// limits. In between a wrist that unwinds may turn it faster, up to `maximum`.
+  void limit_tool_rates(JointMove& move, const Eigen::Isometry3d& X_FT, const ToolLimits& tool,
+                        const ToolLimits& maximum) const;
 
   /// In shares of the joint ranges.
   [[nodiscard]] double range_distance(const JointVector& a, const JointVector& b) const;

@@ -76,7 +76,8 @@ Plan PlanJob::make() const {
   const auto tool = blend_limits(move, limits);
   const JointMotion* from_rest = (*motions)[0].joint();
   if (moves && tool && from_rest != nullptr) {
-    plan.blended = planner_.blend_from_motion(plan.state, X_FT, *tool, *from_rest);
+    plan.blended =
+        planner_.blend_from_motion(plan.state, X_FT, *tool, limits.maximum(), *from_rest);
   }
   plan.motions = std::move(motions);
   return plan;

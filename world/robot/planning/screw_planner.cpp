@@ -22,7 +22,7 @@ Result<void> ScrewPlanner::plan(const api::MoveScrew& screw, MotionPlan& out) co
   // The whole motion from one start posture.
   const auto from = [&](const JointVector& posture) -> Result<void> {
     out.clear();
-    planner_.add_joint_motion(posture, start_, tool, out);
+    planner_.add_joint_motion(posture, start_, tool, limits_.maximum(), out);
     return add_screw(screw, posture, out);
   };
   const Result<void> first = from(*nearest);
@@ -69,7 +69,9 @@ Result<void> ScrewPlanner::add_screw(const api::MoveScrew& screw, const JointVec
   }
   if (screw.screw_m == 0 && screw.turn_rad == 0) {
     // A sequence has at least one motion.
-    if (out.empty()) planner_.add_joint_motion(q, {q, start_.X_FT}, tool, out);
+    if (out.empty()) {
+      planner_.add_joint_motion(q, {q, start_.X_FT}, tool, limits_.maximum(), out);
+    }
     return {};
   }
   // The helix about the tool's axis, or one parallel to it.

@@ -47,7 +47,9 @@ Result<void> WaypointPlanner::plan(const api::MoveThroughTo& move, MotionPlan& o
     return ok;
   }
   // All waypoints are where the tool is already; a sequence has at least one motion.
-  if (out.empty()) planner_.add_joint_motion(start_.q, start_, limits_.effective({}), out);
+  if (out.empty()) {
+    planner_.add_joint_motion(start_.q, start_, limits_.effective({}), limits_.maximum(), out);
+  }
   return {};
 }
 
@@ -121,8 +123,8 @@ Result<std::vector<WaypointPlanner::JointSegment>> WaypointPlanner::find_joint_s
     const ToolLimits tool = limits_.effective(move.waypoints[i].limits);
     JointMove set{.start = q, .target = *target, .limits = joint_limits, .maximum = joint_limits};
     JointMove hard = set;
-    planner_.limit_tool_rates(set, start_.X_FT, tool);
-    planner_.limit_tool_rates(hard, start_.X_FT, limits_.maximum());
+    planner_.limit_tool_rates(set, start_.X_FT, tool, limits_.maximum());
+    planner_.limit_tool_rates(hard, start_.X_FT, limits_.maximum(), limits_.maximum());
     const double duration =
         std::max(1 / set.progress_speed, (way.array() / joint_limits.speed.array()).maxCoeff());
     segments.push_back({q, *target, duration, i, set.progress_accel * duration,

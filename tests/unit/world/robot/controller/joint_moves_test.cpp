@@ -117,6 +117,7 @@ TEST_P(JointMoves, FreeMovesReachRandomPoses) {
   std::mt19937 engine(11);
   for (int n = 0; n < 25; ++n) {
     const Eigen::Isometry3d X = rig.X_RT(rig.random_posture(engine, 0.01));
+    const Eigen::Isometry3d from = rig.X_RT(rig.controller().reference());
     rig.forget();
     ASSERT_EQ(rig.run(api::MoveTo{Pose::from(X), false}), ActionState::kDone) << rig.reason();
     const Eigen::Isometry3d reached = rig.X_RT(rig.controller().reference());
@@ -127,7 +128,10 @@ TEST_P(JointMoves, FreeMovesReachRandomPoses) {
     EXPECT_LE(effort.accel, 1 + 1e-9);
     EXPECT_LE(effort.jerk, 1 + 1e-3);
     EXPECT_LE(effort.tool_speed, 0.25 * 1.02);
-    EXPECT_LE(effort.tool_turn, 1.0 * 1.02);
+    // The turn from end to end at the set rate; a wrist that unwinds may be faster on the way.
+    const double turn = Eigen::AngleAxisd(from.linear().transpose() * X.linear()).angle();
+    EXPECT_GE(static_cast<double>(rig.path().size() - 1) * 1e-3, turn / 1.0);
+    EXPECT_LE(effort.tool_turn, 6.0 * 1.02);
   }
 }
 
