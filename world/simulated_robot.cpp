@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "world/api/beside_motion.hpp"
 #include "world/api/contact_names.hpp"
 #include "world/robot/kinematics/dynamics.hpp"
 
@@ -148,7 +149,10 @@ void SimulatedRobot::apply(api::Ticket ticket, const api::RobotCommand& command)
   if (const auto* set = std::get_if<api::SetGripperForce>(&action))
     state_.gripper_force_n = set->force_n;
   controller_.apply(ticket, action, arm_.q());
-  if (!api::is_setting(action)) state_.guards.begin(ticket, command.guards);
+  // The guards of a motion that goes on, unless the command beside it has its own.
+  if (!api::leaves_motion(action) || !command.guards.empty()) {
+    state_.guards.begin(ticket, command.guards);
+  }
 }
 
 void SimulatedRobot::step(const physics::GripperState& gripper,

@@ -6,6 +6,8 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include "world/api/beside_motion.hpp"
+
 namespace aprsim::crcl_server {
 namespace {
 
@@ -20,6 +22,13 @@ bool is_local(const crcl::CommandBody& body) {
 // Commands that begin, end or stop, which no state forbids.
 bool is_always_admitted(const crcl::CommandBody& body) {
   return crcl::holds_any_of<crcl::InitCanon, crcl::EndCanon, crcl::StopMotion>(body);
+}
+
+// A motion that the robot has taken, and which has ended in any way.
+bool is_over(const Submission& motion, const api::RobotSnapshot& robot) {
+  if (robot.action.ticket < motion.ticket) return false;
+  const bool latest = robot.action.ticket == motion.ticket;
+  return !robot.moving && !(latest && robot.action.state == api::ActionState::kWorking);
 }
 
 bool has_failed(const api::RobotSnapshot& robot) {
@@ -80,6 +89,15 @@ bool CommandLifecycle::submitted(const api::RobotAction& action,
   progress_ = Progress::kWaiting;
   if (done_when_applied) last_setting_ = *ticket;
   history_.add({submission_, latest_.command_id, type()});
+  if (api::leaves_motion(action)) return true;
+  if (motion_) {
+    const std::string ended =
+        fmt::format("{} {} ended before its target.", motion_->type, motion_->command_id);
+    log_.info(fmt::format("{} {}: {}", type(), latest_.command_id, ended));
+    describe(ended);
+    motion_.reset();
+  }
+  if (api::is_move(action)) motion_ = {submission_, latest_.command_id, type()};
   return true;
 }
 
@@ -91,7 +109,13 @@ void CommandLifecycle::done(std::optional<std::string> description) {
 void CommandLifecycle::append_note(const std::optional<std::string>& note) {
   if (!note) return;
   log_.warn(fmt::format("{} {}: {}", type(), latest_.command_id, *note));
-  if (!error_) latest_.description = *note;
+  describe(*note);
+}
+
+// Beside what the description says already.
+void CommandLifecycle::describe(const std::string& text) {
+  if (error_ || text.empty()) return;
+  latest_.description = latest_.description ? *latest_.description + "; " + text : text;
 }
 
 void CommandLifecycle::latch_error(std::string reason) {
@@ -115,6 +139,7 @@ bool CommandLifecycle::observe(const api::Snapshot& snapshot) {
       robot.action.ticket >= initialized_at_ && snapshot.applied >= initialized_at_;
   if (current && has_failed(robot) && !error_) latch_error(robot.action.description);
   if (progress_ == Progress::kWaiting) update_progress(snapshot);
+  if (motion_ && is_over(motion_->submission, robot)) motion_.reset();
   return new_epoch;
 }
 
@@ -124,6 +149,7 @@ void CommandLifecycle::begin_epoch(const api::Snapshot& snapshot) {
   epoch_ = snapshot.epoch;
   initialized_at_ = 0;
   last_setting_ = 0;
+  motion_.reset();
   error_.reset();
   const api::RobotSnapshot& robot = robot_in(snapshot);
   const bool interrupted = std::exchange(progress_, Progress::kReady) == Progress::kWaiting;
@@ -184,10 +210,7 @@ void CommandLifecycle::update_progress(const api::Snapshot& snapshot) {
   if (outcome == Outcome::kPending) return;
   if (outcome == Outcome::kDone) {
     progress_ = Progress::kDone;
-    const std::string& text = robot_in(snapshot).action.description;
-    if (submission_.done_when_applied || error_ || text.empty()) return;
-    // Beside the note about its target.
-    latest_.description = latest_.description ? *latest_.description + "; " + text : text;
+    if (!submission_.done_when_applied) describe(robot_in(snapshot).action.description);
     return;
   }
   if (error_) return;

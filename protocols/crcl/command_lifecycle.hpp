@@ -42,7 +42,8 @@ class CommandLifecycle {
 
   // What comes of it.
 
-  /// The latest command is under way as `action`. A refused ticket is an error: false.
+  /// The latest command is under way as `action`. A refused ticket is an error: false. A motion
+  /// that it ends before its target is told of in its description, and logged.
   bool submitted(const api::RobotAction& action, const Result<api::Ticket>& ticket);
   void done(std::optional<std::string> description = std::nullopt);
   /// Shows the note, if any, with the command that is under way.
@@ -72,6 +73,7 @@ class CommandLifecycle {
   void after_reset(bool interrupted);
   void after_load(const api::RobotSnapshot& robot, bool interrupted);
   void update_progress(const api::Snapshot& snapshot);
+  void describe(const std::string& text);
   [[nodiscard]] const api::RobotSnapshot& robot_in(const api::Snapshot& snapshot) const {
     return snapshot.robots[static_cast<std::size_t>(robot_)];
   }
@@ -89,6 +91,7 @@ class CommandLifecycle {
   api::Ticket last_setting_ = 0;      // the latest one that changes no motion
   api::Ticket applied_ = 0;           // the world has applied all up to this one
   CommandHistory history_;
+  std::optional<CommandHistory::Entry> motion_;  // that goes on beside the commands after it
 };
 
 }  // namespace aprsim::crcl_server

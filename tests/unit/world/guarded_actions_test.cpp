@@ -74,6 +74,21 @@ TEST_F(OverAGear, AMoveEndsAtTheTouch) {
   EXPECT_FALSE(robot().protective_stop);
 }
 
+TEST_F(OverAGear, AGuardStaysWithItsMotionWhileAnotherCommandRunsBesideIt) {
+  constexpr api::Ticket kMove = 1000;
+  cell_.world.apply(
+      kMove, api::RobotCommand{
+                 0, to(-0.02), {guard({SignalKind::kForceR, 2}, GuardLimit::kIncreased, 2)}});
+  cell_.advance(50);
+  cell_.act(0, api::Dwell{std::chrono::seconds(5)});
+  EXPECT_FALSE(robot().moving);
+  EXPECT_NEAR(height(), 0, 1e-3);
+  EXPECT_EQ(robot().guards.ticket, kMove);
+  EXPECT_EQ(robot().guards.triggers, 1U);
+  EXPECT_FALSE(robot().protective_stop);
+  EXPECT_EQ(robot().action.description, "");
+}
+
 TEST_F(OverAGear, WithoutAGuardTheRobotStopsToProtectItself) {
   EXPECT_THROW(cell_.act(0, to(-0.02)), std::runtime_error);
   EXPECT_TRUE(robot().protective_stop);

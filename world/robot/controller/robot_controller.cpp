@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "world/api/beside_motion.hpp"
 #include "world/robot/kinematics/dynamics.hpp"
 
 namespace aprsim::robot {
@@ -16,6 +17,7 @@ namespace {
 const char* const kNotInitialized = "not initialized: the robot must be initialized first";
 const char* const kNoTool =
     "the gripper is not on the robot: the tool changer is open; close it where the gripper is";
+const char* const kMoveBefore = "the move before: ";
 /// Retreat after a collision: of the tool, or of the joints where the tool hardly moves.
 constexpr double kRetreat_m = 1e-2, kRetreat_rad = 0.03;
 constexpr double kGripperDeadline_s = 2;
@@ -96,10 +98,10 @@ void RobotController::apply(api::Ticket ticket, const api::RobotAction& action,
   s_.status.ticket = ticket;
   s_.status.kind = api::kind_of(action);
   std::visit([&](const auto& command) { execute(command, q_actual); }, action);
-  // Settings leave a motion alone, and so does a move until it begins.
+  // What is done beside a motion leaves it alone, and so does a move until it begins.
   if (api::is_move(action)) {
     if (!s_.planning) update_goal();
-  } else if (!api::is_setting(action)) {
+  } else if (!api::leaves_motion(action)) {
     s_.X_RG.reset();
   }
 }
@@ -126,17 +128,14 @@ const JointVector& RobotController::step(const ControllerInput& input) {
     case Task::kGripper:
       // The input of the first step still belongs to the setting before.
       --s_.steps_left;
-      if (at_rest() && s_.gripper_applied && (input.gripper_settled || s_.steps_left <= 0)) {
-        complete_task();
-      }
+      if (s_.gripper_applied && (input.gripper_settled || s_.steps_left <= 0)) complete_task();
       s_.gripper_applied = true;
       break;
     case Task::kToolChanger:
       if (at_rest()) change_tool(input.tool_at_flange);
       break;
     case Task::kDwell:
-      // The time runs from rest.
-      if (at_rest() && --s_.steps_left <= 0) complete_task();
+      if (--s_.steps_left <= 0) complete_task();
       break;
   }
   return reference();
@@ -229,7 +228,6 @@ void RobotController::execute(const api::SetGripper& gripper, const JointVector&
     return;
   }
   // The deadline is for a gripper that reports nothing.
-  brake(Brake::kSet);
   s_.gripper_setting = gripper.setting;
   s_.gripper_applied = false;
   s_.steps_left = std::llround(kGripperDeadline_s / setup_.step_s);
@@ -255,7 +253,6 @@ void RobotController::execute(const api::SetOverride& setting, const JointVector
 
 void RobotController::execute(const api::Dwell& dwell, const JointVector&) {
   if (!require_initialized()) return;
-  brake(Brake::kSet);
   // Whole steps, rounded up.
   const std::int64_t step_ns = std::llround(setup_.step_s * 1e9);
   const std::int64_t whole = dwell.duration.count() / step_ns;
@@ -435,7 +432,9 @@ void RobotController::begin_planned() {
   if (plan.outcome) {
     begin_motion(move, plan);
   } else if (!s_.waiting) {
-    set_error(plan.outcome.error().message);
+    // The latest command may be one beside the move.
+    const std::string& reason = plan.outcome.error().message;
+    set_error(s_.task == Task::kRest ? reason : std::string(kMoveBefore) + reason);
   }
   if (s_.waiting) begin_planning(*std::exchange(s_.waiting, std::nullopt));
 }

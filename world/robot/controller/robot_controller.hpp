@@ -58,7 +58,9 @@ struct ControllerInput {
 ///   moves of the tool are blended from the motion that runs then; the others begin where it comes
 ///   to rest on its own path. Moves that come while one is being planned wait for that; only the
 ///   last of them is planned. SetMotionLimit is for later moves and leaves a running motion alone;
-///   SetOverride changes its speed.
+///   SetOverride changes its speed. SetGripper and Dwell begin at once beside a running or planned
+///   motion, which goes on to its target; it can still be refused or stopped, and is then the error
+///   of whatever command is the latest.
 /// - A command is done when the reference has reached its target exactly and is at rest, and the
 ///   arm, if something pushes it aside, is within the command's tolerance; SetGripper when the
 ///   gripper has settled, or 2 s after the command if it does not; a joint driven by torque when it

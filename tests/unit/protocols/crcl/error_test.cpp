@@ -128,6 +128,7 @@ TEST_F(Errors, ABrokenDocumentEndsItsConnectionAndStopsTheRobot) {
   EXPECT_EQ(status.command_id, 5);
   EXPECT_EQ(status.state, CommandState::kError);
   EXPECT_EQ(status.description->substr(0, 28), "Bad document from 127.0.0.1:");
+  world_.report(0, 3, ActionState::kDone);
   TestClient again(port_);
   EXPECT_EQ(again.status().command.state, CommandState::kError);
   again.command(6, "InitCanonType");

@@ -144,10 +144,11 @@ TEST_F(Lifecycle, TheLatestMoveWins) {
   client.command(5, "MoveToType", move());
   client.command(6, "MoveToType", move());
   ticket(3);
+  const std::string told = "MoveToType 5 ended before its target.";
   world_.report(0, 2, ActionState::kDone);
-  expect(client.status(), 6, CommandState::kWorking);
+  expect(client.status(), 6, CommandState::kWorking, told);
   world_.report(0, 3, ActionState::kDone);
-  expect(client.status(), 6, CommandState::kDone);
+  expect(client.status(), 6, CommandState::kDone, told);
 }
 
 TEST_F(Lifecycle, StopComesFromAnotherSocketWithALowerId) {
@@ -158,10 +159,11 @@ TEST_F(Lifecycle, StopComesFromAnotherSocketWithALowerId) {
   world_.report(0, ticket(2), ActionState::kWorking);
   emergency.command(8, "StopMotionType", "<StopCondition>Immediate</StopCondition>");
   EXPECT_EQ(action<api::StopMotion>(ticket(3)).kind, api::StopKind::kImmediate);
+  const std::string told = "MoveToType 9 ended before its target.";
   world_.report(0, 3, ActionState::kWorking);
-  expect(commands.status(), 8, CommandState::kWorking);
+  expect(commands.status(), 8, CommandState::kWorking, told);
   world_.report(0, 3, ActionState::kDone);
-  expect(commands.status(), 8, CommandState::kDone);
+  expect(commands.status(), 8, CommandState::kDone, told);
 }
 
 TEST_F(Lifecycle, AMessageIsShown) {

@@ -109,6 +109,51 @@ TEST_F(Lifecycle, GripperThatNeverSettlesIsGivenUpAfterTwoSeconds) {
   EXPECT_EQ(steps, 2000);
 }
 
+/// A move with a gripper and a dwell beside it is the same bit for bit as without.
+TEST_F(Lifecycle, GripperAndDwellAreDoneBesideAMotionThatGoesOn) {
+  rig.ready();
+  const JointVector start = rig.controller().reference();
+  Pose goal = rig.tool();
+  goal.p.z() -= 0.1;
+  for (const bool straight : {true, false}) {
+    rig.run(move_all(start));
+    rig.forget();
+    rig.run(api::MoveTo{goal, straight});
+    const std::vector<JointVector> alone = rig.path();
+    rig.run(move_all(start));
+    rig.forget();
+    rig.apply(api::MoveTo{goal, straight});
+    rig.steps(50);
+    rig.apply(api::SetGripper{0});
+    EXPECT_EQ(rig.controller().gripper_setting(), 0.0);
+    EXPECT_EQ(rig.state(), ActionState::kWorking);
+    rig.step(false);
+    rig.step(true);
+    EXPECT_EQ(rig.state(), ActionState::kDone);
+    EXPECT_TRUE(rig.controller().moving());
+    rig.apply(api::Dwell{100ms});
+    rig.steps(99);
+    EXPECT_EQ(rig.state(), ActionState::kWorking);
+    rig.step();
+    EXPECT_EQ(rig.state(), ActionState::kDone);
+    EXPECT_TRUE(rig.controller().moving());
+    EXPECT_TRUE(rig.controller().X_RG());
+    rig.apply(api::SetGripper{1});
+    rig.rest();
+    EXPECT_EQ(rig.path(), alone) << straight;
+    EXPECT_EQ(rig.state(), ActionState::kDone);
+  }
+  // What needs the arm itself still ends the motion.
+  rig.run(move_all(start));
+  rig.apply(api::MoveTo{goal, true});
+  rig.steps(150);
+  rig.apply(api::Dwell{10s});
+  rig.steps(50);
+  EXPECT_EQ(rig.run(api::StopMotion{}), ActionState::kDone);
+  EXPECT_FALSE(rig.controller().moving());
+  EXPECT_GT((rig.tool().p - goal.p).norm(), 0.01);
+}
+
 TEST_F(Lifecycle, LimitsAreClamped) {
   const auto set = [&](MotionLimit which, bool relative, double value) {
     rig.run(api::InitRobot{});

@@ -116,9 +116,8 @@ TEST_P(Latency, AShortPlanDoesNotWaitForALongOne) {
 TEST_P(Latency, WhateverStopsTheArmEndsThePlanToo) {
   const JointVector before = rig.controller().reference();
   const std::vector<api::RobotAction> others{
-      api::StopMotion{api::StopKind::kNormal},    api::StopMotion{api::StopKind::kFast},
-      api::StopMotion{api::StopKind::kImmediate}, api::SetGripper{0.5},
-      api::Dwell{std::chrono::milliseconds(5)},   api::InitRobot{}};
+      api::StopMotion{api::StopKind::kNormal}, api::StopMotion{api::StopKind::kFast},
+      api::StopMotion{api::StopKind::kImmediate}, api::InitRobot{}};
   for (const api::RobotAction& other : others) {
     for (const int steps : {0, 3, kBase}) {
       rig.apply(shifted(0, 0, 0.05, steps > 0));
@@ -130,6 +129,28 @@ TEST_P(Latency, WhateverStopsTheArmEndsThePlanToo) {
       EXPECT_EQ(rig.state(), ActionState::kDone) << rig.reason();
     }
   }
+}
+
+TEST_P(Latency, GripperAndDwellNeitherEndNorDelayAPlan) {
+  const Pose goal = shifted(0, 0, 0.05, true).X_RT;
+  rig.apply(api::MoveTo{goal, true});
+  rig.steps(3);
+  rig.apply(api::SetGripper{0});
+  rig.apply(api::Dwell{std::chrono::milliseconds(5)});
+  EXPECT_EQ(delay(), kBase - 3);
+  rig.rest();
+  EXPECT_LT((rig.tool().p - goal.p).norm(), 1e-9);
+  EXPECT_EQ(rig.state(), ActionState::kDone) << rig.reason();
+}
+
+TEST_P(Latency, TheErrorOfAMoveShowsWithTheDwellBesideIt) {
+  rig.apply(shifted(30, 0, 0, false));
+  rig.steps(3);
+  rig.apply(api::Dwell{std::chrono::seconds(1)});
+  rig.steps(kBase);
+  EXPECT_EQ(rig.state(), ActionState::kError);
+  EXPECT_EQ(rig.controller().status().ticket, rig.ticket());
+  EXPECT_EQ(rig.reason().find("the move before: "), 0U) << rig.reason();
 }
 
 TEST_P(Latency, SettingsNeitherEndNorDelayAPlan) {
