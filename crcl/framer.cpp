@@ -9,6 +9,11 @@ namespace aprsim::crcl {
 namespace {
 
 constexpr std::string_view kSeparators("\0 \t\r\n", 5);
+constexpr std::string_view kComment = "<!--", kCommentEnd = "-->";
+constexpr std::string_view kData = "<![CDATA[", kDataEnd = "]]>";
+// The first characters of a document in an encoding of two or four bytes a character: a byte order
+// mark, or '<' beside a 0. Those before '<' are dropped as separators.
+constexpr std::string_view kWide[] = {"\xFF\xFE", "\xFE\xFF", std::string_view("<\0", 2)};
 
 }  // namespace
 
@@ -33,7 +38,45 @@ void Framer::append(std::string_view bytes) { buffer_ += bytes; }
 void Framer::skip_separators() {
   start_ = std::min(buffer_.find_first_not_of(kSeparators, start_), buffer_.size());
   scanned_ = std::max(scanned_, start_);
-  rooted_ = std::max(rooted_, start_);
+}
+
+bool Framer::wide_encoding() const {
+  const std::string_view document = std::string_view(buffer_).substr(start_);
+  return std::ranges::any_of(kWide, [&](std::string_view s) { return document.starts_with(s); });
+}
+
+// Goes from '<' to '<', so that every byte is looked at once, however it comes.
+template <typename IsTag>
+std::size_t Framer::find_tag(const IsTag& is_tag) {
+  const std::string_view all = buffer_;
+  while (true) {
+    if (!section_end_.empty()) {
+      const std::size_t end = all.find(section_end_, scanned_);
+      if (end == std::string::npos) {
+        const std::size_t keep = section_end_.size() - 1;
+        scanned_ = std::max(scanned_, all.size() - std::min(all.size(), keep));
+        return std::string::npos;
+      }
+      scanned_ = end + section_end_.size();
+      section_end_ = {};
+    }
+    scanned_ = std::min(all.find('<', scanned_), all.size());
+    const std::string_view rest = all.substr(scanned_);
+    if (rest.empty()) return std::string::npos;
+    if (is_tag(rest)) return scanned_;
+    if (rest.starts_with(kComment)) {
+      scanned_ += kComment.size();
+      section_end_ = kCommentEnd;
+    } else if (rest.starts_with(kData)) {
+      scanned_ += kData.size();
+      section_end_ = kDataEnd;
+    } else if (rest.size() < std::max(longest_, kData.size()) &&
+               rest.find('>') == std::string_view::npos) {
+      return std::string::npos;  // it may yet become one of them
+    } else {
+      ++scanned_;
+    }
+  }
 }
 
 // Which kind of document this is decides where it ends: a command may carry a program as text.
@@ -42,32 +85,24 @@ void Framer::find_root() {
     root_ = root_.value_or(0);
     return;
   }
-  std::size_t first = std::string::npos;
-  const auto offer = [&](std::size_t kind, const std::string& tag) {
-    const std::size_t at = buffer_.find(tag, rooted_);
-    if (at >= first) return;
-    first = at;
-    root_ = kind;
+  const auto begins = [this](std::string_view text) {
+    for (std::size_t i = 0; i < kinds_.size(); ++i) {
+      if (text.starts_with(kinds_[i].start_tag)) root_ = i;
+    }
+    // An end without a start ends what stands before it.
+    if (text.starts_with(kinds_[0].end_tag)) root_ = 0;
+    return root_.has_value();
   };
-  for (std::size_t i = 0; i < kinds_.size(); ++i) offer(i, kinds_[i].start_tag);
-  offer(0, kinds_[0].end_tag);  // an end without a start ends what stands before it
-  if (root_) scanned_ = first;  // what stands before is no end of this one
-  if (!root_ && buffer_.size() > longest_) {
-    rooted_ = std::max(rooted_, buffer_.size() - longest_);
-  }
+  (void)find_tag(begins);
 }
 
 std::size_t Framer::find_end() {
-  const std::string& end_tag = kinds_[root_.value_or(0)].end_tag;
+  if (!root_) return std::string::npos;
+  const std::string& end_tag = kinds_[*root_].end_tag;
+  const auto ends = [&end_tag](std::string_view text) { return text.starts_with(end_tag); };
   while (true) {
-    const std::size_t tag = buffer_.find(end_tag, scanned_);
-    if (tag == std::string::npos) {
-      // The tag may have begun in the last bytes.
-      const std::size_t keep = longest_ - 1;
-      scanned_ = std::max(scanned_, buffer_.size() > keep ? buffer_.size() - keep : 0);
-      return std::string::npos;
-    }
-    scanned_ = tag;
+    const std::size_t tag = find_tag(ends);
+    if (tag == std::string::npos) return tag;
     const std::size_t close =
         buffer_.find_first_not_of(kXmlSpace, std::max(tag + end_tag.size(), blank_until_));
     if (close == std::string::npos) {
@@ -81,6 +116,12 @@ std::size_t Framer::find_end() {
 
 Result<std::optional<std::string>> Framer::next() {
   skip_separators();
+  if (wide_encoding()) {
+    Error error;
+    error.expected =
+        "the document is in UTF-16 or UTF-32, expected UTF-8 or another encoding of single bytes";
+    return tl::unexpected<Error>(std::move(error));
+  }
   find_root();
   const std::size_t end = find_end();
   const bool complete = end != std::string::npos;
@@ -100,7 +141,7 @@ Result<std::optional<std::string>> Framer::next() {
   }
   std::string document = buffer_.substr(start_, end - start_);
   last_ = root_.value_or(0);
-  start_ = scanned_ = rooted_ = end;
+  start_ = scanned_ = end;
   root_.reset();
   return document;
 }
@@ -110,7 +151,6 @@ void Framer::discard_consumed() {
   if (start_ == 0) return;
   buffer_.erase(0, start_);
   scanned_ -= start_;
-  rooted_ -= start_;
   blank_until_ -= std::min(blank_until_, start_);
   start_ = 0;
 }

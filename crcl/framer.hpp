@@ -16,7 +16,8 @@ inline constexpr std::size_t kMaxProgramBytes = 16'777'216;
 
 /// Cuts a stream of bytes into XML documents: a document ends with its root's end tag. NUL bytes
 /// and white space between documents are dropped. Works on bytes, so a character may be split over
-/// reads. An end tag inside a comment ends the document too, as in the reference servers.
+/// reads. Tags inside a comment or a CDATA section are text. The bytes are those of an encoding
+/// that has ASCII's; UTF-16 and UTF-32 are refused.
 class Framer {
  public:
   /// One kind of document in the stream.
@@ -38,7 +39,8 @@ class Framer {
   void append(std::string_view bytes);
 
   /// The next complete document, or nothing yet. kTooLarge once the present document exceeds the
-  /// limit; the stream cannot be read any further then.
+  /// limit, kMalformed when it begins as UTF-16 or UTF-32 does; the stream cannot be read any
+  /// further then.
   [[nodiscard]] Result<std::optional<std::string>> next();
 
   /// Index into the roots of the kind of the document that next() has returned last.
@@ -54,8 +56,11 @@ class Framer {
   };
 
   void skip_separators();
+  [[nodiscard]] bool wide_encoding() const;
   void find_root();
   [[nodiscard]] std::size_t find_end();  // one past '>', or npos
+  template <typename IsTag>
+  [[nodiscard]] std::size_t find_tag(const IsTag& is_tag);  // at scanned_, or npos
   void discard_consumed();
 
   std::vector<Kind> kinds_;
@@ -65,9 +70,9 @@ class Framer {
   std::size_t start_ = 0;            // of the present document
   std::optional<std::size_t> root_;  // index of its kind, once its start tag has come
   std::size_t last_ = 0;
-  std::size_t rooted_ = 0;       // no start tag begins before this
-  std::size_t scanned_ = 0;      // no end tag begins before this
-  std::size_t blank_until_ = 0;  // an end tag without '>' is followed by blanks up to here
+  std::size_t scanned_ = 0;         // no tag that matters begins before this
+  std::string_view section_end_{};  // what ends the comment or CDATA section that scanned_ is in
+  std::size_t blank_until_ = 0;     // an end tag without '>' is followed by blanks up to here
 };
 
 }  // namespace aprsim::crcl

@@ -125,6 +125,44 @@ TEST(Framer, ByteByByte) {
   EXPECT_EQ(documents, (std::vector<std::string>{kA, kB}));
 }
 
+TEST(Framer, TagsInCommentsAndDataAreText) {
+  const std::string commented =
+      "<!-- <CRCLProgram></CRCLProgram></CRCLCommandInstance> --><CRCLCommandInstance>"
+      "<!-- </CRCLCommandInstance> <![CDATA[ --><![CDATA[</CRCLCommandInstance><!-- ]]>"
+      "</CRCLCommandInstance>";
+  for (const std::size_t size : {commented.size(), std::size_t{1}, std::size_t{7}}) {
+    Framer framer = Framer::for_commands(1000, 1000);
+    std::vector<std::string> documents;
+    const std::string stream = commented + kA;
+    for (std::size_t at = 0; at < stream.size(); at += size) {
+      framer.append(std::string_view(stream).substr(at, size));
+      for (std::string& document : drain(framer)) documents.push_back(std::move(document));
+    }
+    EXPECT_EQ(documents, (std::vector<std::string>{commented, kA})) << size << " bytes at a time";
+    EXPECT_EQ(framer.last_root(), 0U);
+  }
+}
+
+TEST(Framer, RefusesWideEncodings) {
+  const std::string text = "<?xml version=\"1.0\" encoding=\"UTF-16\"?><CRCLCommandInstance/>";
+  std::string little, big;
+  for (const char c : text) {
+    little += {c, '\0'};
+    big += {'\0', c};
+  }
+  for (const std::string& stream : {little, big, "\xFF\xFE" + little, "\xFE\xFF" + big}) {
+    Framer framer = Framer::for_commands();
+    framer.append(kA + "\n" + stream);
+    EXPECT_EQ(framer.next().value(), kA);
+    const Result<std::optional<std::string>> next = framer.next();
+    ASSERT_FALSE(next);
+    EXPECT_EQ(next.error().kind, ErrorKind::kMalformed);
+    EXPECT_EQ(
+        next.error().message(),
+        "the document is in UTF-16 or UTF-32, expected UTF-8 or another encoding of single bytes");
+  }
+}
+
 TEST(Framer, RefusesADocumentThatGrowsTooLarge) {
   Framer framer = Framer::for_commands(100);
   framer.append("<CRCLCommandInstance>" + std::string(79, 'x'));

@@ -88,6 +88,20 @@ TEST_F(Transport, SixtyFourClientsAreServed) {
   }
 }
 
+TEST_F(Transport, AWideEncodingIsRefusedAloud) {
+  TestClient witness(port_);
+  TestClient client(port_);
+  std::string wide = "\xFF\xFE";
+  for (const char c : get_status_) wide += {c, '\0'};
+  client.send(wide);
+  client.expect_closed();
+  const crcl::CommandStatus status = witness.status().command;
+  EXPECT_EQ(status.state, CommandState::kError);
+  EXPECT_NE(status.description->find("the document is in UTF-16 or UTF-32, expected UTF-8"),
+            std::string::npos)
+      << *status.description;
+}
+
 TEST_F(Transport, ADocumentThatIsTooLargeEndsTheConnection) {
   TestClient client(port_);
   TestClient witness(port_);
