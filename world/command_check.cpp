@@ -127,6 +127,14 @@ Result<void> check_action(const api::MoveJoints& move, const api::RobotDescripti
                               robot.name + " has joints 1 to " + std::to_string(dof));
     }
     if (auto ok = finite(target.position_rad, "position"); !ok) return ok;
+    for (const api::JointShare& share : target.held) {
+      if (share.joint < 0 || share.joint >= dof) {
+        return bad("held joint", "held joint " + std::to_string(share.joint + 1) +
+                                     " does not exist; " + robot.name + " has joints 1 to " +
+                                     std::to_string(dof));
+      }
+      if (auto ok = finite(share.factor, "share of a held joint"); !ok) return ok;
+    }
     if (target.speed_rad_s) {
       if (auto ok = positive(*target.speed_rad_s, "speed"); !ok) return ok;
     }

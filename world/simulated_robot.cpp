@@ -63,7 +63,8 @@ robot::ControllerSetup setup_of(const scene::Robot& robot, const robot::ArmModel
   return {.model = model,
           .ik = std::move(ik),
           .X_BR = robot.X_BR.isometry(),
-          .X_FT = robot.X_FT.isometry(),
+          .X_FT = robot.tool_point_F.value_or(robot.X_FT).isometry(),
+          .X_FT_open = robot.tool_point_F.value_or(Pose{}).isometry(),
           .q_home = home_of(robot, model),
           .step_s = physics.step_s,
           .max_trans_speed_m_s = robot.max_trans_speed_m_s,
@@ -318,19 +319,22 @@ api::RobotDescription SimulatedRobot::description() const {
   // Reach: a box about the point on axis 1 at the height of axis 2.
   const Eigen::Vector3d centre_B(joints[0].X_PJ.translation() +
                                  joints[1].X_PJ.translation().z() * Eigen::Vector3d::UnitZ());
-  const Eigen::Vector3d reach =
-      Eigen::Vector3d::Constant(reach_of(arm_.model(), scene_.X_FT.isometry()));
+  const Eigen::Vector3d reach = Eigen::Vector3d::Constant(
+      reach_of(arm_.model(), scene_.tool_point_F.value_or(scene_.X_FT).isometry()));
   out.reach_min_R = X_RB * centre_B - reach;
   out.reach_max_R = X_RB * centre_B + reach;
   out.X_WB = scene_.X_WB;
   out.X_BR = scene_.X_BR;
   out.X_RV = scene_.vision.X_RV;
   out.X_FT = scene_.X_FT;
+  out.tool_point_F = scene_.tool_point_F;
+  out.wire_joints = scene_.crcl_joints;
   out.gripper = {.stroke_m = scene_.gripper.stroke_m,
                  .gap_open_m = scene_.gripper.gap_open_m,
                  .gap_closed_m = scene_.gripper.gap_closed_m,
                  .force_n = scene_.gripper.force_n,
-                 .proportional = scene_.gripper.drive == scene::GripperDrive::kServo};
+                 .proportional = scene_.gripper.drive == scene::GripperDrive::kServo,
+                 .names = scene_.gripper_names};
   out.max_trans_speed_m_s = scene_.max_trans_speed_m_s;
   out.max_trans_accel_m_s2 = scene_.max_trans_accel_m_s2;
   out.max_rot_speed_rad_s = scene_.max_rot_speed_rad_s;

@@ -94,12 +94,15 @@ struct CommandExecutor::Visitor {
   }
 
   void operator()(const crcl::ActuateJoints& command) {
-    Result<api::MoveJoints> action = to_action(command, settings, joint_count(), robot.tolerances_);
-    if (!action) return lifecycle.latch_error(action.error().message);
+    auto targets = to_targets(command, settings, robot.joints_, robot.tolerances_);
+    if (!targets) return lifecycle.latch_error(targets.error().message);
     const auto note =
-        fit(*action, robot.description(), robot.options_.clamp_targets, settings.joint_unit());
+        fit(*targets, robot.joints_, robot.options_.clamp_targets, settings.joint_unit());
     if (!note) return lifecycle.latch_error(note.error().message);
-    submit(*std::move(action));
+    api::MoveJoints action = robot.joints_.to_move(*targets);
+    // Of numbers that no joint has, nothing needs to move.
+    if (action.targets.empty() && !targets->empty()) return lifecycle.done();
+    submit(std::move(action));
     lifecycle.append_note(*note);
   }
 
@@ -139,7 +142,7 @@ struct CommandExecutor::Visitor {
     robot.tolerances_.joints.clear();
     for (const crcl::JointTolerance& joint : set.tolerances) {
       robot.tolerances_.joints.push_back(
-          {joint.joint, crcl::to_si(joint.tolerance, settings.joint_unit())});
+          {joint.joint, robot.joints_.to_rad(joint.joint, joint.tolerance, settings.joint_unit())});
     }
     lifecycle.done();
   }
@@ -184,7 +187,7 @@ struct CommandExecutor::Visitor {
   }
 
  private:
-  int joint_count() const { return static_cast<int>(robot.description().joints.size()); }
+  int joint_count() const { return robot.joints_.count(); }
 
   Result<std::optional<std::string>> fit_pose(Pose& X_RT) const {
     return fit(X_RT, robot.limits_, robot.options_.clamp_targets, settings.units().length);
@@ -223,10 +226,11 @@ CommandExecutor::CommandExecutor(CommandExecutorOptions options, api::CommandSin
     : options_(std::move(options)),
       source_(source),
       cell_(source.latest()->cell),
+      joints_(description()),
       log_("crcl." + description().name),
-      lifecycle_(log_, options_.robot, source.latest()->epoch),
+      lifecycle_(log_, joints_, options_.robot, source.latest()->epoch),
       submitter_(options_.robot, options_.endpoint, sink),
-      parameters_(description(), cell_->light_curtain ? cell_->light_curtain->beams : 0),
+      parameters_(description(), joints_, cell_->light_curtain ? cell_->light_curtain->beams : 0),
       limits_(cartesian_limits(description(), options_.cartesian_min_R, options_.cartesian_max_R)),
       program_pace_(kProgramCommandsPerS, kProgramBurst) {}
 
@@ -372,6 +376,7 @@ crcl::Status CommandExecutor::status(const ConnectionSettings& settings) {
                        .start_ms = options_.start_ms,
                        .submitter = submitter_,
                        .parameters = parameters_,
+                       .joints = joints_,
                        .tolerances = tolerances_,
                        .limits = limits_,
                        .guarded = guarded_},

@@ -12,6 +12,7 @@
 #include "protocols/crcl/command_lifecycle.hpp"
 #include "protocols/crcl/command_submitter.hpp"
 #include "protocols/crcl/connection_settings.hpp"
+#include "protocols/crcl/joint_map.hpp"
 #include "protocols/crcl/program_runner.hpp"
 #include "protocols/crcl/robot_parameters.hpp"
 #include "protocols/crcl/si_conversion.hpp"
@@ -83,6 +84,7 @@ class CommandExecutor {
   CommandExecutorOptions options_;
   const api::SnapshotSource& source_;
   std::shared_ptr<const api::CellDescription> cell_;
+  JointMap joints_;
   protocols::LimitedLog log_;
   CommandLifecycle lifecycle_;
   CommandSubmitter submitter_;

@@ -37,8 +37,9 @@ bool has_failed(const api::RobotSnapshot& robot) {
 
 }  // namespace
 
-CommandLifecycle::CommandLifecycle(protocols::LimitedLog& log, int robot, std::uint64_t epoch)
-    : log_(log), robot_(robot), epoch_(epoch) {
+CommandLifecycle::CommandLifecycle(protocols::LimitedLog& log, const JointMap& joints, int robot,
+                                   std::uint64_t epoch)
+    : log_(log), joints_(joints), robot_(robot), epoch_(epoch) {
   latest_.command_id = -1;
 }
 
@@ -137,7 +138,9 @@ bool CommandLifecycle::observe(const api::Snapshot& snapshot) {
   const api::RobotSnapshot& robot = robot_in(snapshot);
   const bool current =
       robot.action.ticket >= initialized_at_ && snapshot.applied >= initialized_at_;
-  if (current && has_failed(robot) && !error_) latch_error(robot.action.description);
+  if (current && has_failed(robot) && !error_) {
+    latch_error(joints_.explained(robot.action.description));
+  }
   if (progress_ == Progress::kWaiting) update_progress(snapshot);
   if (motion_ && is_over(motion_->submission, robot)) motion_.reset();
   return new_epoch;
@@ -210,7 +213,7 @@ void CommandLifecycle::update_progress(const api::Snapshot& snapshot) {
   if (outcome == Outcome::kPending) return;
   if (outcome == Outcome::kDone) {
     progress_ = Progress::kDone;
-    if (!submission_.done_when_applied) describe(robot_in(snapshot).action.description);
+    if (!submission_.done_when_applied) describe(joints_.explained(robot_in(snapshot).action.description));
     return;
   }
   if (error_) return;

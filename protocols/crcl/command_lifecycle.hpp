@@ -7,6 +7,7 @@
 #include "crcl/documents.hpp"
 #include "crcl/status.hpp"
 #include "protocols/crcl/command_history.hpp"
+#include "protocols/crcl/joint_map.hpp"
 #include "protocols/limited_log.hpp"
 #include "world/api/error.hpp"
 #include "world/api/robot_command.hpp"
@@ -27,8 +28,10 @@ class CommandLifecycle {
     kReplaced,       ///< by a command from another interface
   };
 
-  /// `log` outlives this; `robot` indexes Snapshot::robots; `epoch` is the snapshot's.
-  CommandLifecycle(protocols::LimitedLog& log, int robot, std::uint64_t epoch);
+  /// `log` and `joints`, by which the robot's messages are explained, outlive this; `robot` indexes
+  /// Snapshot::robots; `epoch` is the snapshot's.
+  CommandLifecycle(protocols::LimitedLog& log, const JointMap& joints, int robot,
+                   std::uint64_t epoch);
 
   // What clients ask.
 
@@ -79,6 +82,7 @@ class CommandLifecycle {
   }
 
   protocols::LimitedLog& log_;
+  const JointMap& joints_;
   int robot_;
   std::uint64_t epoch_;
 

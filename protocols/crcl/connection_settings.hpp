@@ -8,7 +8,7 @@
 
 #include "crcl/commands.hpp"
 #include "crcl/units.hpp"
-#include "world/api/robot_snapshot.hpp"
+#include "world/api/wire_joint.hpp"
 
 namespace aprsim::crcl_server {
 
@@ -34,7 +34,9 @@ class ConnectionSettings {
       unlisted_positions_ = false;
     }
     for (const crcl::JointReport& report : command.reports) {
-      if (report.joint < 1 || report.joint > api::kMaxJoints) continue;  // no robot has it
+      if (report.joint < 1 || report.joint > static_cast<int>(api::kMaxWireJoints)) {
+        continue;  // no robot has it
+      }
       std::erase_if(listed_, [&](const auto& known) { return known.joint == report.joint; });
       listed_.push_back(report);
     }

@@ -1,5 +1,6 @@
 #include "protocols/crcl/robot_parameters.hpp"
 
+#include <algorithm>
 #include <cctype>
 #include <string_view>
 
@@ -81,10 +82,15 @@ RobotParameters::Outcome nothing_left(const Result<void>& done) {
 
 }  // namespace
 
-RobotParameters::RobotParameters(const api::RobotDescription& robot, int beams)
-    : gripper_name_(token(robot.name) + "_gripper"),
+RobotParameters::RobotParameters(const api::RobotDescription& robot, const JointMap& joints,
+                                 int beams)
+    : gripper_names_{token(robot.name) + "_gripper"},
+      gripper_name_(gripper_names_.front()),
       max_grip_force_n_(robot.gripper.force_n),
-      sensors_(static_cast<int>(robot.joints.size()), beams) {}
+      sensors_(joints, beams) {
+  const std::vector<std::string>& others = robot.gripper.names;
+  gripper_names_.insert(gripper_names_.end(), others.begin(), others.end());
+}
 
 RobotParameters::Outcome RobotParameters::apply(const crcl::SetEndEffectorParameters& command,
                                                 ConnectionSettings& settings) {
@@ -127,9 +133,10 @@ RobotParameters::Outcome RobotParameters::apply(const crcl::SetRobotParameters& 
 }
 
 Result<void> RobotParameters::check_gripper(const std::string& name) const {
-  if (name == gripper_name_) return {};
-  return bad_setting("GripperName", fmt::format("Unknown gripper {}; this robot has {}",
-                                                crcl::shorten(name), gripper_name_));
+  if (std::ranges::find(gripper_names_, name) != gripper_names_.end()) return {};
+  return bad_setting("GripperName",
+                     fmt::format("Unknown gripper {}; this robot has {}", crcl::shorten(name),
+                                 fmt::join(gripper_names_, ", also ")));
 }
 
 RobotParameters::Outcome RobotParameters::apply(const crcl::EnableGripper& command,
@@ -138,6 +145,7 @@ RobotParameters::Outcome RobotParameters::apply(const crcl::EnableGripper& comma
   if (const auto ok = check_size("GripperName", command.gripper, command.options); !ok) {
     return tl::unexpected(ok.error());
   }
+  gripper_name_ = command.gripper;
   gripper_options_ = command.options;
   settings.report_gripper(true);
   return nothing_left();

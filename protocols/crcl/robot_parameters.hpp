@@ -30,7 +30,7 @@ class RobotParameters {
   using Outcome = Result<std::optional<api::RobotAction>>;
 
   /// `beams` of the cell's light curtain, 0 = none.
-  RobotParameters(const api::RobotDescription& robot, int beams);
+  RobotParameters(const api::RobotDescription& robot, const JointMap& joints, int beams);
 
   [[nodiscard]] Outcome apply(const crcl::SetEndEffectorParameters& command,
                               ConnectionSettings& settings);
@@ -52,6 +52,7 @@ class RobotParameters {
 
   [[nodiscard]] const SensorBoard& sensors() const { return sensors_; }
   [[nodiscard]] std::optional<bool> coordinated() const { return coordinated_; }
+  /// The one by which it was enabled, else the first of its names.
   [[nodiscard]] const std::string& gripper_name() const { return gripper_name_; }
   [[nodiscard]] const std::vector<crcl::ParameterSetting>& gripper_options() const {
     return gripper_options_;
@@ -64,7 +65,8 @@ class RobotParameters {
  private:
   [[nodiscard]] Result<void> check_gripper(const std::string& name) const;
 
-  std::string gripper_name_;
+  std::vector<std::string> gripper_names_;
+  std::string gripper_name_;  // one of them
   double max_grip_force_n_;
   SensorBoard sensors_;
   std::optional<bool> coordinated_;

@@ -83,15 +83,18 @@ Result<SensorBoard::Sensor> SensorBoard::sensor(const std::string& id) const {
   }
   if (id.starts_with(kJointTorque)) {
     const auto joint = crcl::parse_int(std::string_view(id).substr(kJointTorque.size()));
-    if (joint && *joint >= 1 && *joint <= joint_count_) {
-      return Sensor{Kind::kScalar, {{SignalKind::kJointTorque, *joint - 1}, Quantity::kTorque}};
+    if (joint && *joint >= 1 && *joint <= joints_.count() && joints_.arm_joint(*joint) >= 0) {
+      return Sensor{
+          Kind::kScalar,
+          {{SignalKind::kJointTorque, joints_.arm_joint(*joint), joints_.sign(*joint) < 0},
+           Quantity::kTorque}};
     }
   }
   return fail(ErrorCode::kNotFound, "SensorID",
               fmt::format("Unknown sensor {}; this robot has force_torque (also MotoFit, "
                           "RemoteCrclSensor), force_torque_tool (also ATINetFT), part_present, "
                           "separation{} and joint_torque_1 to joint_torque_{}",
-                          crcl::shorten(id), beams_ > 0 ? ", light_curtain" : "", joint_count_));
+                          crcl::shorten(id), beams_ > 0 ? ", light_curtain" : "", joints_.count()));
 }
 
 Result<void> SensorBoard::enable(const crcl::EnableSensor& command) {

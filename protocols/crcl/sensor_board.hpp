@@ -4,11 +4,13 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "crcl/documents.hpp"
 #include "crcl/sensor_status.hpp"
 #include "protocols/crcl/connection_settings.hpp"
+#include "protocols/crcl/joint_map.hpp"
 #include "world/api/error.hpp"
 #include "world/api/guard.hpp"
 #include "world/api/snapshot.hpp"
@@ -35,14 +37,14 @@ struct SensorSignal {
 /// force_torque_tool     the same along the axes of the tool; also ATINetFT
 /// part_present          whether the gripper holds something, a part or a tray
 /// separation            of the gripper's pads
-/// joint_torque_1 ...    torque of each joint's drive
+/// joint_torque_1 ...    torque of each joint's drive, as CRCL numbers and turns them
 /// light_curtain         whether it is broken, in a cell that has one; with it come
 /// light_curtain_1,
 ///                       ..., the distance in each of its beams
 class SensorBoard {
  public:
   /// `beams` of the cell's light curtain, 0 = none.
-  SensorBoard(int joint_count, int beams) : joint_count_(joint_count), beams_(beams) {}
+  SensorBoard(JointMap joints, int beams) : joints_(std::move(joints)), beams_(beams) {}
 
   /// Reports the sensor from now on, under the name by which it was enabled. kNotFound lists the
   /// sensors that there are.
@@ -76,7 +78,7 @@ class SensorBoard {
   void add_beams(crcl::SensorStatuses& out, const crcl::SensorReading& curtain,
                  const api::LightCurtainSnapshot& seen, const crcl::Units& units) const;
 
-  int joint_count_;
+  JointMap joints_;
   int beams_;
   std::vector<Enabled> enabled_;
 };

@@ -44,11 +44,12 @@ tl::unexpected<Error> invalid(const char* field, std::string message) {
 }
 
 Result<std::optional<double>> positive_rate(const std::optional<double>& value, const char* name,
-                                            int joint, crcl::AngleUnit unit, const char* per) {
+                                            int joint, const JointMap& joints, crcl::AngleUnit unit,
+                                            const char* per) {
   if (!value) return std::nullopt;
-  if (*value > 0) return crcl::to_si(*value, unit);
+  if (*value > 0) return joints.to_rad(joint, *value, unit);
   return invalid(name, fmt::format("{} {} {}/{} of joint {}: must be above 0", name, *value,
-                                   crcl::name_of(unit), per, joint));
+                                   joints.unit_name(joint, unit), per, joint));
 }
 
 // A torque has a size only: its direction is that of the position.
@@ -84,21 +85,22 @@ std::optional<double> tolerance_of(int joint, const std::vector<crcl::JointToler
   return std::nullopt;
 }
 
-Result<api::JointTarget> to_target(const crcl::ActuateJoint& joint, const ConnectionSettings& units,
-                                   int joint_count) {
-  if (auto ok = check_joint(joint.joint, joint_count); !ok) return tl::unexpected(ok.error());
-  api::JointTarget target{joint.joint - 1, crcl::to_si(joint.position, units.joint_unit()), {}, {}};
+Result<WireTarget> to_target(const crcl::ActuateJoint& joint, const ConnectionSettings& units,
+                             const JointMap& joints) {
+  const int number = joint.joint;
+  if (auto ok = check_joint(number, joints.count()); !ok) return tl::unexpected(ok.error());
+  const crcl::AngleUnit unit = units.joint_unit();
+  WireTarget target{number, joints.to_rad(number, joint.position, unit)};
   if (const auto* torque = std::get_if<crcl::JointForceTorque>(&joint.details)) {
-    auto drive = to_torque(*torque, joint.joint, units.units().torque);
+    auto drive = to_torque(*torque, number, units.units().torque);
     if (!drive) return tl::unexpected(drive.error());
     target.torque = *drive;
     return target;
   }
-  const crcl::AngleUnit unit = units.joint_unit();
   const auto* details = &std::get<crcl::JointSpeedAccel>(joint.details);
-  const auto speed = positive_rate(details->speed, "JointSpeed", joint.joint, unit, "s");
+  const auto speed = positive_rate(details->speed, "JointSpeed", number, joints, unit, "s");
   if (!speed) return tl::unexpected(speed.error());
-  const auto accel = positive_rate(details->accel, "JointAccel", joint.joint, unit, "s^2");
+  const auto accel = positive_rate(details->accel, "JointAccel", number, joints, unit, "s^2");
   if (!accel) return tl::unexpected(accel.error());
   target.speed_rad_s = *speed;
   target.accel_rad_s2 = *accel;
@@ -209,12 +211,12 @@ struct Bounds {
   double low, high;
 };
 
-std::string describe(std::string_view what, double value, const Bounds& bounds, auto unit,
-                     bool clamped) {
-  const double limit = value < bounds.low ? bounds.low : bounds.high;
-  return fmt::format("{} at {:.3f} {} {} limit {:.3f} {}{}", what, crcl::from_si(value, unit),
-                     crcl::name_of(unit), value < bounds.low ? "less than" : "greater than",
-                     crcl::from_si(limit, unit), crcl::name_of(unit),
+// With the value and the limit in the unit.
+std::string describe(std::string_view what, double value, const Bounds& bounds,
+                     std::string_view unit, bool clamped) {
+  const bool below = value < bounds.low;
+  return fmt::format("{} at {:.3f} {} {} limit {:.3f} {}{}", what, value, unit,
+                     below ? "less than" : "greater than", below ? bounds.low : bounds.high, unit,
                      clamped ? ", moved onto it" : "");
 }
 
@@ -287,21 +289,24 @@ Result<api::MoveScrew> to_action(const crcl::MoveScrew& screw, const ConnectionS
   return action;
 }
 
-Result<api::MoveJoints> to_action(const crcl::ActuateJoints& command,
-                                  const ConnectionSettings& units, int joint_count,
-                                  const Tolerances& tolerances) {
-  if (auto ok = check(command.tolerances, joint_count); !ok) return tl::unexpected(ok.error());
-  api::MoveJoints action;
+Result<std::vector<WireTarget>> to_targets(const crcl::ActuateJoints& command,
+                                           const ConnectionSettings& units, const JointMap& joints,
+                                           const Tolerances& tolerances) {
+  if (auto ok = check(command.tolerances, joints.count()); !ok) return tl::unexpected(ok.error());
+  std::vector<WireTarget> targets;
   for (const crcl::ActuateJoint& joint : command.joints) {
-    Result<api::JointTarget> target = to_target(joint, units, joint_count);
+    Result<WireTarget> target = to_target(joint, units, joints);
     if (!target) return tl::unexpected(target.error());
     target->tolerance_rad = tolerance_of(joint.joint, tolerances.joints);
     if (const auto own = tolerance_of(joint.joint, command.tolerances)) {
-      target->tolerance_rad = crcl::to_si(*own, units.joint_unit());
+      target->tolerance_rad = joints.to_rad(joint.joint, *own, units.joint_unit());
     }
-    action.targets.push_back(*target);
+    if (std::ranges::find(targets, joint.joint, &WireTarget::number) != targets.end()) {
+      return invalid("JointNumber", fmt::format("Joint {} is named twice", joint.joint));
+    }
+    targets.push_back(*target);
   }
-  return action;
+  return targets;
 }
 
 api::SetGripper to_action(const crcl::SetEndEffector& set) {
@@ -394,7 +399,10 @@ Result<std::optional<std::string>> fit(Pose& X_RT, const CartesianLimits& limits
     const Bounds bounds{limits.min_R[i], limits.max_R[i]};
     double& value = X_RT.p[i];
     if (value >= bounds.low && value <= bounds.high) continue;
-    const std::string sentence = describe(kAxes[i], value, bounds, unit, clamp);
+    const auto in_unit = [unit](double si) { return crcl::from_si(si, unit); };
+    const std::string sentence =
+        describe(kAxes[i], in_unit(value), {in_unit(bounds.low), in_unit(bounds.high)},
+                 crcl::name_of(unit), clamp);
     if (!clamp) return fail(ErrorCode::kUnreachable, kAxes[i], sentence + ": out of reach");
     add(note, sentence);
     value = std::clamp(value, bounds.low, bounds.high);
@@ -402,17 +410,22 @@ Result<std::optional<std::string>> fit(Pose& X_RT, const CartesianLimits& limits
   return note;
 }
 
-Result<std::optional<std::string>> fit(api::MoveJoints& move, const api::RobotDescription& robot,
+Result<std::optional<std::string>> fit(std::vector<WireTarget>& targets, const JointMap& joints,
                                        bool clamp, crcl::AngleUnit unit) {
   std::optional<std::string> note;
-  if (!clamp) return note;
-  for (api::JointTarget& target : move.targets) {
-    const api::JointDescription& joint = robot.joints[static_cast<std::size_t>(target.joint)];
-    const Bounds bounds{joint.lower_rad, joint.upper_rad};
-    if (target.position_rad >= bounds.low && target.position_rad <= bounds.high) continue;
-    add(note, describe(fmt::format("Joint {}", target.joint + 1), target.position_rad, bounds, unit,
-                       true));
-    target.position_rad = std::clamp(target.position_rad, bounds.low, bounds.high);
+  for (WireTarget& target : targets) {
+    const int number = target.number;
+    if (joints.arm_joint(number) < 0 || (!clamp && !joints.own_range(number))) continue;
+    const api::AngleRange range = joints.range(number);
+    if (target.angle_rad >= range.lower_rad && target.angle_rad <= range.upper_rad) continue;
+    const auto in_unit = [&](double rad) { return joints.from_rad(number, rad, unit); };
+    const std::string sentence =
+        describe(fmt::format("Joint {}", number), in_unit(target.angle_rad),
+                 {in_unit(range.lower_rad), in_unit(range.upper_rad)},
+                 joints.unit_name(number, unit), clamp);
+    if (!clamp) return fail(ErrorCode::kUnreachable, "JointPosition", sentence);
+    add(note, sentence);
+    target.angle_rad = std::clamp(target.angle_rad, range.lower_rad, range.upper_rad);
   }
   return note;
 }

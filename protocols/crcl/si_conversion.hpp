@@ -10,6 +10,7 @@
 #include "crcl/guard.hpp"
 #include "crcl/units.hpp"
 #include "protocols/crcl/connection_settings.hpp"
+#include "protocols/crcl/joint_map.hpp"
 #include "protocols/crcl/sensor_board.hpp"
 #include "world/api/cell_description.hpp"
 #include "world/api/error.hpp"
@@ -21,7 +22,7 @@ namespace aprsim::crcl_server {
 /// Tolerances that clients have set, in SI.
 struct Tolerances {
   std::optional<api::PoseTolerance> end, intermediate;
-  std::vector<crcl::JointTolerance> joints;  ///< [rad]
+  std::vector<crcl::JointTolerance> joints;  ///< of the joints as CRCL counts them [rad]
 };
 
 /// The same tolerance in m and rad.
@@ -40,11 +41,13 @@ struct Tolerances {
 [[nodiscard]] Result<api::MoveScrew> to_action(const crcl::MoveScrew& screw,
                                                const ConnectionSettings& units);
 
-/// Errors name joint, value and limit: a joint outside 1 to `joint_count`, a speed, acceleration or
-/// torque that is not above 0, a tolerance below 0.
-[[nodiscard]] Result<api::MoveJoints> to_action(const crcl::ActuateJoints& command,
-                                                const ConnectionSettings& units, int joint_count,
-                                                const Tolerances& tolerances);
+/// What is asked of joints as CRCL counts them; `joints` makes it a command for the robot. Errors
+/// name joint, value and limit: a joint that `joints` does not have or that is named twice, a
+/// speed, acceleration or torque that is not above 0, a tolerance below 0.
+[[nodiscard]] Result<std::vector<WireTarget>> to_targets(const crcl::ActuateJoints& command,
+                                                         const ConnectionSettings& units,
+                                                         const JointMap& joints,
+                                                         const Tolerances& tolerances);
 
 /// Refuses a tolerance below 0.
 [[nodiscard]] Result<void> check(const crcl::PoseTolerance& tolerance);
@@ -99,9 +102,10 @@ struct CartesianLimits {
 /// target is within. The robot itself still refuses what it cannot reach.
 [[nodiscard]] Result<std::optional<std::string>> fit(Pose& X_RT, const CartesianLimits& limits,
                                                      bool clamp, crcl::LengthUnit unit);
-/// The same for joint limits, which the robot itself refuses when not `clamp`.
-[[nodiscard]] Result<std::optional<std::string>> fit(api::MoveJoints& move,
-                                                     const api::RobotDescription& robot, bool clamp,
+/// The same for the ranges of joints; those of the arm alone are left to the robot when not
+/// `clamp`.
+[[nodiscard]] Result<std::optional<std::string>> fit(std::vector<WireTarget>& targets,
+                                                     const JointMap& joints, bool clamp,
                                                      crcl::AngleUnit unit);
 
 }  // namespace aprsim::crcl_server

@@ -37,46 +37,70 @@ crcl::Vector in_unit(const Eigen::Vector3d& si, auto unit) {
   return {from_si(si.x(), unit), from_si(si.y(), unit), from_si(si.z(), unit)};
 }
 
-std::string sign(int value) { return value > 0 ? "+" : "-"; }
+std::string sign(double value) { return value > 0 ? "+" : "-"; }
 
 // The branch of the inverse kinematics that the arm is in.
-std::string configuration(const api::Posture& posture, int joint_count, crcl::AngleUnit unit) {
+std::string configuration(const api::Posture& posture, int joint_count, const JointMap& joints,
+                          crcl::AngleUnit unit) {
   if (joint_count == 6) {
     return std::string(posture.shoulder > 0 ? "front" : "back") +
            (posture.elbow > 0 ? ", elbow up" : ", elbow down") +
            (posture.wrist > 0 ? ", no flip" : ", flip");
   }
-  return fmt::format("joint 2 {}, joint 4 {}, joint 6 {}, elbow at {:.3f} {}",
-                     sign(posture.shoulder), sign(posture.elbow), sign(posture.wrist),
+  // The second, fourth and sixth joint of the arm.
+  const auto side = [&](int arm_joint, int value) {
+    const int number = joints.number_of(arm_joint);
+    return fmt::format("joint {} {}", number, sign(value * joints.sign(number)));
+  };
+  return fmt::format("{}, {}, {}, elbow at {:.3f} {}", side(1, posture.shoulder),
+                     side(3, posture.elbow), side(5, posture.wrist),
                      from_si(posture.elbow_rad, unit), crcl::name_of(unit));
 }
 
 std::vector<crcl::JointLimits> joint_limits(const api::RobotDescription& robot,
+                                            const JointMap& joints,
                                             const ConnectionSettings& settings) {
   std::vector<crcl::JointLimits> limits;
-  int number = 0;
-  for (const api::JointDescription& joint : robot.joints) {
-    limits.push_back({++number, from_si(joint.lower_rad, settings.joint_unit()),
-                      from_si(joint.upper_rad, settings.joint_unit()),
+  for (int number = 1; number <= joints.count(); ++number) {
+    if (joints.arm_joint(number) < 0) continue;
+    const auto& joint = robot.joints[static_cast<std::size_t>(joints.arm_joint(number))];
+    const api::AngleRange range = joints.range(number);
+    const auto in_unit = [&](double rad) {
+      return joints.from_rad(number, rad, settings.joint_unit());
+    };
+    limits.push_back({number, in_unit(range.lower_rad), in_unit(range.upper_rad),
                       from_si(joint.max_torque_nm, settings.units().torque),
-                      from_si(joint.max_speed_rad_s, settings.joint_unit())});
+                      in_unit(joint.max_speed_rad_s)});
   }
   return limits;
 }
 
-// Only joints of which the connection wants anything.
+// Only joints of which the connection wants anything. A number that no joint has reads 0.
 std::vector<crcl::JointStatus> joint_statuses(const api::RobotSnapshot& robot, int joint_count,
+                                              const JointMap& joints,
                                               const ConnectionSettings& settings) {
+  Eigen::VectorXd position(joint_count), velocity(joint_count);
+  for (int i = 0; i < joint_count; ++i) {
+    position(i) = robot.joints[static_cast<std::size_t>(i)].position_rad;
+    velocity(i) = robot.joints[static_cast<std::size_t>(i)].velocity_rad_s;
+  }
+  const Eigen::VectorXd angles = joints.wire_angles(position), rates = joints.wire_rates(velocity);
+  const crcl::AngleUnit unit = settings.joint_unit();
   std::vector<crcl::JointStatus> statuses;
-  for (int number = 1; number <= joint_count; ++number) {
+  for (int number = 1; number <= joints.count(); ++number) {
     const crcl::JointReport wanted = settings.joint(number);
     if (!wanted.position && !wanted.torque && !wanted.velocity) continue;
-    const api::JointSnapshot& joint = robot.joints[static_cast<std::size_t>(number - 1)];
     crcl::JointStatus& status = statuses.emplace_back();
     status.joint = number;
-    if (wanted.position) status.position = from_si(joint.position_rad, settings.joint_unit());
-    if (wanted.velocity) status.velocity = from_si(joint.velocity_rad_s, settings.joint_unit());
-    if (wanted.torque) status.torque = from_si(joint.torque_nm, settings.units().torque);
+    if (wanted.position) status.position = joints.from_rad(number, angles(number - 1), unit);
+    if (wanted.velocity) status.velocity = joints.from_rad(number, rates(number - 1), unit);
+    if (!wanted.torque) continue;
+    const int arm_joint = joints.arm_joint(number);
+    const double torque_nm =
+        arm_joint < 0
+            ? 0
+            : joints.sign(number) * robot.joints[static_cast<std::size_t>(arm_joint)].torque_nm;
+    status.torque = from_si(torque_nm, settings.units().torque);
   }
   return statuses;
 }
@@ -89,7 +113,7 @@ crcl::Pose pose_in(const Pose& pose, crcl::LengthUnit unit) {
 
 // Pose, twist and contact wrench of the tool in the robot's frame, and the arm's branch.
 crcl::PoseStatus pose_status(const api::RobotSnapshot& robot, int joint_count,
-                             const ConnectionSettings& settings) {
+                             const JointMap& joints, const ConnectionSettings& settings) {
   const crcl::Units& units = settings.units();
   crcl::PoseStatus status;
   status.pose = pose_in(robot.X_RT, units.length);
@@ -97,7 +121,7 @@ crcl::PoseStatus pose_status(const api::RobotSnapshot& robot, int joint_count,
       crcl::Twist{in_unit(robot.v_RT, units.length), in_unit(robot.omega_RT, units.angle)};
   status.wrench =
       crcl::Wrench{in_unit(robot.force_T_R, units.force), in_unit(robot.torque_T_R, units.torque)};
-  status.configuration = configuration(robot.posture, joint_count, units.angle);
+  status.configuration = configuration(robot.posture, joint_count, joints, units.angle);
   return status;
 }
 
@@ -126,7 +150,7 @@ crcl::SettingsStatus settings_status(const StatusSources& sources,
   status.end_effector_parameters = sources.parameters.end_effector_parameters();
   status.end_effector = snapshot.robots[index].gripper.setting;
   status.force_unit = units.force;
-  status.joint_limits = joint_limits(snapshot.cell->robots[index], settings);
+  status.joint_limits = joint_limits(snapshot.cell->robots[index], sources.joints, settings);
   status.intermediate_tolerance = in_units(tolerances.intermediate, units);
   status.length_unit = units.length;
   status.max_cartesian = in_unit(sources.limits.max_R, units.length);
@@ -141,7 +165,8 @@ crcl::SettingsStatus settings_status(const StatusSources& sources,
   status.trans_speed = rate_in(limit(api::MotionLimit::kTransSpeed), units.length);
   for (const crcl::JointTolerance& joint : tolerances.joints) {
     status.joint_tolerances.push_back(
-        {joint.joint, from_si(joint.tolerance, settings.joint_unit())});
+        {joint.joint,
+         sources.joints.from_rad(joint.joint, joint.tolerance, settings.joint_unit())});
   }
   return status;
 }
@@ -185,8 +210,12 @@ crcl::Status build_status(crcl::CommandStatus command, const StatusSources& sour
   crcl::Status status;
   status.command = std::move(command);
   status.command.override_percent = static_cast<int>(std::lround(robot.override_fraction * 100));
-  if (wanted.joints) status.joints = joint_statuses(robot, joint_count, settings);
-  if (wanted.pose) status.pose = pose_status(robot, joint_count, settings);
+  if (wanted.joints) {
+    status.joints = joint_statuses(robot, joint_count, sources.joints, settings);
+  }
+  if (wanted.pose) {
+    status.pose = pose_status(robot, joint_count, sources.joints, settings);
+  }
   if (wanted.gripper && robot.tool_mounted) {
     status.gripper = gripper_status(robot.gripper, sources.parameters, settings);
   }

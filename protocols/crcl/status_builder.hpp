@@ -5,6 +5,7 @@
 #include "crcl/status.hpp"
 #include "protocols/crcl/command_submitter.hpp"
 #include "protocols/crcl/connection_settings.hpp"
+#include "protocols/crcl/joint_map.hpp"
 #include "protocols/crcl/robot_parameters.hpp"
 #include "protocols/crcl/si_conversion.hpp"
 #include "world/api/snapshot.hpp"
@@ -18,6 +19,7 @@ struct StatusSources {
   std::int64_t start_ms;  ///< simulated time 0 in ms since 1970
   const CommandSubmitter& submitter;
   const RobotParameters& parameters;
+  const JointMap& joints;
   const Tolerances& tolerances;
   const CartesianLimits& limits;
   const GuardedCommand& guarded;

@@ -1,6 +1,8 @@
 // A scene file through the loader. Whatever loads must hang together and be made of numbers;
 // whatever does not must say where and what is wrong.
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -8,6 +10,7 @@
 #include <fstream>
 #include <string>
 #include <unistd.h>
+#include <vector>
 
 #include "world/scene/scene_loader.hpp"
 
@@ -54,12 +57,30 @@ void check(const Pose& pose) {
   demand(std::abs(pose.q.norm() - 1) < 1e-9);
 }
 
+void check(const std::vector<api::WireJoint>& joints, std::size_t of_the_model) {
+  std::vector<int> there;
+  for (const api::WireJoint& joint : joints) {
+    demand(std::isfinite(joint.counts_per_rad) && joint.counts_per_rad >= 0);
+    demand(std::abs(joint.sign) == 1 && joint.range.lower_rad <= joint.range.upper_rad);
+    for (const api::JointShare& share : joint.couplings) {
+      demand(share.joint >= 0 && share.joint < static_cast<int>(joints.size()));
+      demand(joints[static_cast<std::size_t>(share.joint)].joint >= 0);
+    }
+    if (joint.joint >= 0) there.push_back(joint.joint);
+  }
+  std::sort(there.begin(), there.end());
+  demand(joints.empty() || there.size() == of_the_model);
+  for (std::size_t i = 0; i < there.size(); ++i) demand(there[i] == static_cast<int>(i));
+}
+
 void check(const scene::Scene& scene) {
   demand(scene.physics.step_s > 0);
   for (const auto& robot : scene.robots) {
     check(robot.X_WB);
     check(robot.X_BR);
     check(robot.X_FT);
+    if (robot.tool_point_F) check(*robot.tool_point_F);
+    check(robot.crcl_joints, robot.home_rad.size());
     demand(fs::is_regular_file(robot.model_file));
     demand((robot.vision.area_min.array() < robot.vision.area_max.array()).all());
   }

@@ -9,6 +9,7 @@
 #include "world/api/light_curtain.hpp"
 #include "world/api/pose.hpp"
 #include "world/api/time.hpp"
+#include "world/api/wire_joint.hpp"
 
 /// What does not change between two resets: names, types, limits, geometry that clients need.
 namespace aprsim::api {
@@ -21,11 +22,12 @@ struct JointDescription {
 };
 
 struct GripperDescription {
-  double stroke_m = 0;        ///< travel of one finger
-  double gap_open_m = 0;      ///< pad to pad
-  double gap_closed_m = 0;    ///< pad to pad with nothing between
-  double force_n = 0;         ///< of each finger at most
-  bool proportional = false;  ///< takes any opening; else open or closed
+  double stroke_m = 0;             ///< travel of one finger
+  double gap_open_m = 0;           ///< pad to pad
+  double gap_closed_m = 0;         ///< pad to pad with nothing between
+  double force_n = 0;              ///< of each finger at most
+  bool proportional = false;       ///< takes any opening; else open or closed
+  std::vector<std::string> names;  ///< by which clients may know it besides its own
 };
 
 struct RobotDescription {
@@ -33,10 +35,15 @@ struct RobotDescription {
   std::string model;  ///< name in the robot description file
   std::vector<JointDescription> joints;
   std::vector<std::string> links;  ///< base first, one more than joints
-  Pose X_WB;                       ///< base mounting frame in world
-  Pose X_BR;                       ///< reference frame of wire poses in base
-  Pose X_RV;                       ///< frame of its camera's detections in the reference frame
-  Pose X_FT;                       ///< tool frame in flange
+  /// As CRCL clients count them; empty = as they are, angles in their order.
+  std::vector<WireJoint> wire_joints;
+  Pose X_WB;  ///< base mounting frame in world
+  Pose X_BR;  ///< reference frame of wire poses in base
+  Pose X_RV;  ///< frame of its camera's detections in the reference frame
+  Pose X_FT;  ///< tool frame in flange: between the finger tips
+  /// The frame in the flange whose pose is commanded and reported, with and without the gripper;
+  /// none = the tool frame, and the flange's while the tool changer is open.
+  std::optional<Pose> tool_point_F;
   GripperDescription gripper;
   /// Box in R that the tool point cannot leave, whatever the joints do.
   Eigen::Vector3d reach_min_R = Eigen::Vector3d::Zero(), reach_max_R = Eigen::Vector3d::Zero();

@@ -27,6 +27,7 @@ enum class SignalKind {
 struct Signal {
   SignalKind kind = SignalKind::kForceR;
   int index = 0;
+  bool reversed = false;  ///< reads with the opposite sign
 };
 
 enum class GuardLimit {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "world/api/pose.hpp"
+#include "world/api/wire_joint.hpp"
 
 /// The motions that a robot may be told to make.
 namespace aprsim::api {
@@ -73,6 +74,8 @@ struct JointTarget {
   std::optional<JointTorque> torque{};
   /// A joint that is pushed aside by more has not arrived.
   std::optional<double> tolerance_rad{};
+  /// Added to the position: shares of where these joints would be held if none were named.
+  std::vector<JointShare> held{};
 };
 /// Moves the named joints, each with its own optional speed and acceleration; joints that are not
 /// named hold their present target.

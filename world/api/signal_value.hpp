@@ -5,8 +5,8 @@
 
 namespace aprsim::api {
 
-/// What `signal` reads in that picture of a robot, SI. An index that does not exist reads 0.
-[[nodiscard]] inline double value_of(const Signal& signal, const RobotSnapshot& robot) {
+namespace detail {
+[[nodiscard]] inline double measured(const Signal& signal, const RobotSnapshot& robot) {
   const auto i = static_cast<std::size_t>(signal.index);
   const auto axis = [&](const Eigen::Vector3d& v) { return i < 3 ? v[signal.index] : 0; };
   switch (signal.kind) {
@@ -30,6 +30,13 @@ namespace aprsim::api {
       break;
   }
   return robot.light_curtain_broken ? 1 : 0;
+}
+}  // namespace detail
+
+/// What `signal` reads in that picture of a robot, SI. An index that does not exist reads 0.
+[[nodiscard]] inline double value_of(const Signal& signal, const RobotSnapshot& robot) {
+  const double value = detail::measured(signal, robot);
+  return signal.reversed ? -value : value;
 }
 
 }  // namespace aprsim::api

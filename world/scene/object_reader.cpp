@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "world/scene/crcl_joint_reader.hpp"
 #include "world/scene/light_curtain_reader.hpp"
 #include "world/scene/reading.hpp"
 #include "world/scene/vision_reader.hpp"
@@ -16,6 +17,8 @@ using yaml::kPositive;
 
 // An emergency stop brakes so much harder than an ordinary one, unless the scene says.
 constexpr double kEmergencyFactor = 4;
+
+constexpr std::size_t kMaxGripperNames = 8;
 
 constexpr const char* kConveyorName = "conveyor";
 constexpr const char* kFloorName = "floor";
@@ -45,7 +48,8 @@ class ObjectReader {
 
   void robot(const yaml::Node& node) {
     const yaml::Map keys =
-        node.map({"name", "type", "base", "crcl_frame", "home_deg", "self_collision", "vision"});
+        node.map({"name", "type", "base", "crcl_frame", "crcl_tool_point", "crcl_joints",
+                  "gripper_names", "home_deg", "self_collision", "vision"});
     Robot robot;
     if (const Robot* type = read_reference(keys["type"], "robot type", types_.robots)) {
       robot = *type;
@@ -54,6 +58,14 @@ class ObjectReader {
     const yaml::Map base = keys["base"].map({"xyz_m", "rpy_deg"});
     robot.X_WB = read_pose(base["xyz_m"], base["rpy_deg"]);
     robot.X_BR = read_pose_map(keys["crcl_frame"]);
+    robot.tool_point_F = read_tool_point(keys["crcl_tool_point"]);
+    robot.crcl_joints = read_crcl_joints(keys["crcl_joints"], robot.home_rad.size());
+    for (const yaml::Node& name : keys["gripper_names"].items()) {
+      if (robot.gripper_names.size() == kMaxGripperNames) {
+        name.unexpected("at most " + std::to_string(kMaxGripperNames) + " names");
+      }
+      robot.gripper_names.push_back(read_name(name));
+    }
     if (const yaml::Node home = keys["home_deg"]) {
       const std::size_t joints = robot.home_rad.size();
       robot.home_rad = read_joints(home);

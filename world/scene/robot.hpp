@@ -1,9 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "world/api/pose.hpp"
+#include "world/api/wire_joint.hpp"
 #include "world/scene/vision.hpp"
 
 /// A robot of a scene and what it carries. SI.
@@ -56,6 +58,11 @@ struct Robot {
   Pose X_BR;               ///< CRCL frame in base
   Pose X_FT;               ///< tool frame in flange: between the finger tips, z along the approach,
                            ///< fingers move along y
+  /// Frame in the flange whose pose is commanded and reported, whatever the tool changer holds;
+  /// none = T, and the flange's own while the tool changer is open.
+  std::optional<Pose> tool_point_F;
+  std::vector<api::WireJoint> crcl_joints;  ///< as CRCL counts them; empty = as the model does
+  std::vector<std::string> gripper_names;   ///< under which CRCL knows its gripper, too
   std::vector<double> home_rad;
   bool self_collision = true;
   double max_trans_speed_m_s = 1.5, max_trans_accel_m_s2 = 5;

@@ -309,5 +309,31 @@ TEST(ToolChanger, LeavesTheGripperWhereItIsAndTakesItThereAgain) {
   EXPECT_LT(report.place_error_m, 1e-3);
 }
 
+TEST(ToolChanger, ARobotWithOneToolPointKeepsIt) {
+  auto scene = *load_scene("aprs");
+  Pose tool_point;
+  tool_point.p = {0.05, 0, 0};
+  scene.robots[kFanuc].tool_point_F = tool_point;
+  CellScript cell(std::make_shared<const scene::Scene>(scene));
+  const auto& now = cell.now.robots[kFanuc];
+  cell.act(kFanuc, api::InitRobot{});
+  const robot::ArmModel model = *robot::load_arm_model(scene.robots[kFanuc].model_file);
+  robot::JointVector q(model.dof());
+  for (int i = 0; i < model.dof(); ++i) {
+    q(i) = now.joints[static_cast<std::size_t>(i)].position_rad;
+  }
+  const Eigen::Isometry3d X_RT = robot::flange_pose(model, q) * tool_point.isometry();
+  EXPECT_LT((now.X_RT.p - X_RT.translation()).norm(), 1e-12);
+  const Pose before = now.X_RT;
+  cell.act(kFanuc, api::SetToolChanger{true});
+  EXPECT_FALSE(now.tool_mounted);
+  EXPECT_EQ(now.X_RT.p, before.p);
+  Pose above = before;
+  above.p.z() += 0.1;
+  cell.act(kFanuc, api::MoveTo{above, true});
+  EXPECT_LT((now.X_RT.p - above.p).norm(), 1e-9);
+  EXPECT_TRUE(cell.world.description()->robots[kFanuc].tool_point_F);
+}
+
 }  // namespace
 }  // namespace aprsim::test

@@ -173,7 +173,7 @@ std::optional<Pose> RobotController::X_RG() const {
 }
 
 Eigen::Isometry3d RobotController::X_FT() const {
-  return s_.tool_mounted ? setup_.X_FT : Eigen::Isometry3d::Identity();
+  return s_.tool_mounted ? setup_.X_FT : setup_.X_FT_open;
 }
 
 // ---- commands
@@ -455,7 +455,7 @@ void RobotController::begin_motion(const PlannedMove& move, const Plan& plan) {
   s_.to_joint_targets = joints != nullptr;
   if (joints) {
     s_.joint_targets = plan.joint_targets;
-    start_torque_mode(*joints, plan.rest);
+    start_torque_mode(*joints, plan);
   }
   set_tolerance(move);
   update_goal();
@@ -494,15 +494,15 @@ void RobotController::restore(const ControllerState& state) {
 // ---- motion
 
 /// Joints in torque mode begin at rest, together with the motion of the others where that is so.
-void RobotController::start_torque_mode(const api::MoveJoints& move, const JointVector& from) {
+void RobotController::start_torque_mode(const api::MoveJoints& move, const Plan& plan) {
   for (const api::JointTarget& target : move.targets) {
     if (!target.torque) continue;
     const auto i = static_cast<Eigen::Index>(target.joint);
     s_.torque_mode.add({target.joint,
-                        std::clamp(target.position_rad, planner_.joint_limits().lower(i),
+                        std::clamp(position_of(target, plan.held), planner_.joint_limits().lower(i),
                                    planner_.joint_limits().upper(i)),
                         target.torque->setting_nm, target.torque->rate_nm_s.value_or(0)},
-                       from(i));
+                       plan.rest(i));
   }
 }
 

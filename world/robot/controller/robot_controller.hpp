@@ -27,7 +27,8 @@ struct ControllerSetup {
   ArmModel model;
   std::shared_ptr<const InverseKinematics> ik;
   Eigen::Isometry3d X_BR = Eigen::Isometry3d::Identity();
-  Eigen::Isometry3d X_FT = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d X_FT = Eigen::Isometry3d::Identity();       ///< the frame that poses are of
+  Eigen::Isometry3d X_FT_open = Eigen::Isometry3d::Identity();  ///< the same without the gripper
   JointVector q_home;
   double step_s = 1e-3;
   double max_trans_speed_m_s = 0, max_trans_accel_m_s2 = 0;
@@ -117,7 +118,7 @@ class RobotController {
   }  ///< the arm's brakes hold it
   [[nodiscard]] double override_fraction() const { return s_.override_fraction; }
   [[nodiscard]] bool tool_mounted() const { return s_.tool_mounted; }
-  [[nodiscard]] Eigen::Isometry3d X_FT() const;  ///< of the tool, or the flange itself without one
+  [[nodiscard]] Eigen::Isometry3d X_FT() const;  ///< the frame that poses are of
   /// Torques that the joints in torque mode apply [Nm], >= 0; the others 0.
   [[nodiscard]] JointVector applied_torque() const {
     return s_.torque_mode.applied_torque(setup_.model.dof());
@@ -170,7 +171,7 @@ class RobotController {
   void begin_planned();
   void begin_motion(const PlannedMove& move, const Plan& plan);
   void set_tolerance(const PlannedMove& move);
-  void start_torque_mode(const api::MoveJoints& move, const JointVector& from);
+  void start_torque_mode(const api::MoveJoints& move, const Plan& plan);
   void advance_motion();
   void advance_torque_mode(const JointVector& external_nm);
   void retreat(const JointVector& from);

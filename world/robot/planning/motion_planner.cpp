@@ -37,10 +37,10 @@ std::string limit_text(const Joint& joint, double q) {
 }
 
 /// The position within the joint's range, the torque within the drive's.
-Result<void> check_target(const Joint& joint, const api::JointTarget& target) {
-  if (target.position_rad < joint.lower_rad - kAtLimit_rad ||
-      target.position_rad > joint.upper_rad + kAtLimit_rad) {
-    return fail(ErrorCode::kUnreachable, joint.name, limit_text(joint, target.position_rad));
+Result<void> check_target(const Joint& joint, const api::JointTarget& target, double position_rad) {
+  if (position_rad < joint.lower_rad - kAtLimit_rad ||
+      position_rad > joint.upper_rad + kAtLimit_rad) {
+    return fail(ErrorCode::kUnreachable, joint.name, limit_text(joint, position_rad));
   }
   if (!target.torque || target.torque->setting_nm <= joint.max_torque_nm) return {};
   char text[160];
@@ -50,6 +50,12 @@ Result<void> check_target(const Joint& joint, const api::JointTarget& target) {
 }
 
 }  // namespace
+
+double position_of(const api::JointTarget& target, const JointVector& held) {
+  double position = target.position_rad;
+  for (const api::JointShare& share : target.held) position += share.factor * held(share.joint);
+  return position;
+}
 
 MotionPlanner::MotionPlanner(PlannerSetup setup)
     : setup_(std::make_shared<const PlannerSetup>(std::move(setup))),
@@ -88,7 +94,8 @@ Result<void> MotionPlanner::plan(const api::MoveJoints& move, const PlanStart& s
     const int i = target.joint;
     const auto slot = static_cast<std::size_t>(i);
     const Joint& joint = setup_->model.joints[slot];
-    if (auto ok = check_target(joint, target); !ok) return ok;
+    const double position = position_of(target, targets);
+    if (auto ok = check_target(joint, target, position); !ok) return ok;
     if (named[slot]) {
       return fail(ErrorCode::kInvalidArgument, joint.name, joint.name + " is named twice");
     }
@@ -97,7 +104,7 @@ Result<void> MotionPlanner::plan(const api::MoveJoints& move, const PlanStart& s
       joints.target(i) = start.q(i);
       continue;
     }
-    joints.target(i) = std::clamp(target.position_rad, limits_.lower(i), limits_.upper(i));
+    joints.target(i) = std::clamp(position, limits_.lower(i), limits_.upper(i));
     joints.independent[slot] = target.speed_rad_s || target.accel_rad_s2;
     if (target.speed_rad_s) {
       joints.limits.speed(i) = std::min(*target.speed_rad_s, limits_.speed(i));

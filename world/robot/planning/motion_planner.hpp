@@ -28,6 +28,9 @@ struct PlanStart {
   Eigen::Isometry3d X_FT = Eigen::Isometry3d::Identity();  ///< the tool frame to move
 };
 
+/// Where `target` leads its joint, with the shares of what `held` holds [rad].
+[[nodiscard]] double position_of(const api::JointTarget& target, const JointVector& held);
+
 /// Plans the motions of one robot that have one target, and the segments of which the other
 /// planners compose theirs. Every motion is checked as a whole before it may start; indices and
 /// numbers have been checked before (world/command_check.hpp). Immutable; copies share the arm.

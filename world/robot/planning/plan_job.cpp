@@ -64,7 +64,8 @@ Plan PlanJob::make() const {
   const bool moves = runner.running();
   plan.rest = runner.brake(planner_.arm(), Brake::kSet);
   // From rest.
-  plan.joint_targets = request_.joint_targets.value_or(plan.rest);
+  plan.held = request_.joint_targets.value_or(plan.rest);
+  plan.joint_targets = plan.held;
   auto motions = std::make_shared<MotionPlan>();
   plan.outcome = std::visit(
       [&](const auto& body) {

@@ -50,6 +50,7 @@ struct Plan {
   JointVector rest;
   std::shared_ptr<const MotionPlan> motions;  ///< from rest
   std::optional<JointMotion> blended;         ///< from the motion that runs, in their place
+  JointVector held;                           ///< targets of all joints if none were named
   JointVector joint_targets;                  ///< of MoveJoints
 };
 

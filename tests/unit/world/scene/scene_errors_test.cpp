@@ -128,6 +128,65 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& test) { return test.param.name; });
 
 INSTANTIATE_TEST_SUITE_P(
+    CrclJoints, SceneErrors,
+    testing::Values(
+        Case{"tool_point_word", "self_collision: true", "crcl_tool_point: @palm",
+             "robots[0].crcl_tool_point", "found \"palm\", expected one of tool, flange"},
+        Case{"too_few", "self_collision: true", "crcl_joints: @[{joint: 1}]",
+             "robots[0].crcl_joints", "found a list of 1, expected a list of 6 to 8 joints"},
+        Case{"no_such_joint", "self_collision: true",
+             "crcl_joints: [{joint: @7}, {joint: 2}, {joint: 3}, {joint: 4}, {joint: 5}, {joint: "
+             "6}]",
+             "robots[0].crcl_joints[0].joint",
+             "found 7, expected a joint of the model, 1 to 6, or none"},
+        Case{"joint_twice", "self_collision: true",
+             "crcl_joints: [{joint: 1}, @{joint: 1}, {joint: 3}, {joint: 4}, {joint: 5}, {joint: "
+             "6}]",
+             "robots[0].crcl_joints[1]", "found joint 1 a second time, expected each joint once"},
+        Case{"joint_missing", "self_collision: true",
+             "crcl_joints: @[{joint: 1}, {joint: none}, {joint: 3}, {joint: 4}, {joint: 5}, "
+             "{joint: 6}]",
+             "robots[0].crcl_joints", "found no joint 2, expected each joint of the model once"},
+        Case{"unused_with_more", "self_collision: true",
+             "crcl_joints: [{joint: none, reversed: @true}, {joint: 1}, {joint: 2}, {joint: 3}, "
+             "{joint: 4}, {joint: 5}, {joint: 6}]",
+             "robots[0].crcl_joints[0].reversed",
+             "found reversed of joint none, expected the key joint alone"},
+        Case{"no_pulses", "self_collision: true",
+             "crcl_joints: [{joint: 1, pulses_per_deg: @0}, {joint: 2}, {joint: 3}, {joint: 4}, "
+             "{joint: 5}, {joint: 6}]",
+             "robots[0].crcl_joints[0].pulses_per_deg", "found 0, expected a number in (0, 1e+09]"},
+        Case{
+            "coupled_to_itself", "self_collision: true",
+            "crcl_joints: [{joint: 1, coupling: {1: @1}}, {joint: 2}, {joint: 3}, {joint: 4}, "
+            "{joint: 5}, {joint: 6}]",
+            "robots[0].crcl_joints[0].coupling.1",
+            "found a coupling to \"1\", expected the number of another joint of this list, 1 to 6"},
+        Case{"coupled_to_none", "self_collision: true",
+             "crcl_joints: [@{joint: 1, coupling: {7: 1}}, {joint: 2}, {joint: 3}, {joint: 4}, "
+             "{joint: 5}, {joint: 6}, {joint: none}]",
+             "robots[0].crcl_joints[0]",
+             "found a coupling to joint 7, which is none, expected couplings to joints of the "
+             "model"},
+        Case{"couplings_cancel", "self_collision: true",
+             "crcl_joints: @[{joint: 1, coupling: {2: 1}}, {joint: 2, coupling: {1: 1}}, {joint: "
+             "3}, "
+             "{joint: 4}, {joint: 5}, {joint: 6}]",
+             "robots[0].crcl_joints",
+             "found couplings that cancel each other, expected joints that each move the arm on "
+             "their own"},
+        Case{"limits_swapped", "self_collision: true",
+             "crcl_joints: [{joint: 1, limits: @[5, -5]}, {joint: 2}, {joint: 3}, {joint: 4}, "
+             "{joint: 5}, {joint: 6}]",
+             "robots[0].crcl_joints[0].limits",
+             "found a lower limit not below the upper, expected [LOWER, UPPER]"},
+        Case{"gripper_name", "self_collision: true", "gripper_names: [@'two jaws']",
+             "robots[0].gripper_names[0]",
+             "found \"two jaws\", expected a name of at most 64 letters, digits, '_', '-' and "
+             "'.'"}),
+    [](const auto& test) { return test.param.name; });
+
+INSTANTIATE_TEST_SUITE_P(
     Ranges, SceneErrors,
     testing::Values(
         Case{"belt_speed", "max_speed_m_s: 0.3", "max_speed_m_s: @-1", "conveyor.max_speed_m_s",

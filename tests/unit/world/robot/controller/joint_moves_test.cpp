@@ -104,6 +104,28 @@ TEST_P(JointMoves, RefuseAJointThatIsNamedTwice) {
   EXPECT_NE(rig.reason().find("named twice"), std::string::npos);
 }
 
+TEST_P(JointMoves, MayGoWithWhereOtherJointsAreHeld) {
+  ASSERT_EQ(rig.run(api::MoveJoints{{{0, 0.3, {}, {}}, {1, 0.2, {}, {}}}}), ActionState::kDone);
+  // The third joint to 0.1 and a half of where the second is held, whatever that is told now.
+  api::MoveJoints move{{{1, 0.4, {}, {}}, {2, 0.1, {}, {}}}};
+  move.targets[1].held = {{1, 0.5}, {0, 1}};
+  ASSERT_EQ(rig.run(move), ActionState::kDone) << rig.reason();
+  EXPECT_DOUBLE_EQ(rig.controller().reference()(1), 0.4);
+  EXPECT_DOUBLE_EQ(rig.controller().reference()(2), 0.1 + 0.5 * 0.2 + 0.3);
+  // The same in motion: the targets of the move that it replaces are what is held.
+  rig.apply(api::MoveJoints{{{0, 0.5, {}, {}}}});
+  rig.steps(30);
+  api::MoveJoints after{{{2, 0.1, {}, {}}}};
+  after.targets[0].held = {{0, 1}};
+  ASSERT_EQ(rig.run(after), ActionState::kDone) << rig.reason();
+  EXPECT_DOUBLE_EQ(rig.controller().reference()(0), 0.5);
+  EXPECT_DOUBLE_EQ(rig.controller().reference()(2), 0.6);
+  // Beyond the limits with what is held.
+  after.targets[0].held = {{0, 100}};
+  EXPECT_EQ(rig.run(after), ActionState::kError);
+  EXPECT_NE(rig.reason().find(" is greater than its limit"), std::string::npos) << rig.reason();
+}
+
 TEST_P(JointMoves, NothingToDoIsDoneInTheNextStep) {
   const JointVector here = rig.controller().reference();
   rig.apply(move_all(here));
