@@ -218,7 +218,7 @@ TEST(Daemon, WrongConfigurationNamesKeyValueAndPlace) {
 
 TEST(Daemon, ChecksEveryShippedScene) {
   for (const auto* scene :
-       {"aprs", "aprs_2024", "fanuc_only", "motoman_only", "table1", "empty_belt"}) {
+       {"aprs", "aprs_2024", "aprs_lab", "fanuc_only", "motoman_only", "table1", "empty_belt"}) {
     const auto result = run_process({kDaemon, "--scene", scene, "--check"});
     EXPECT_EQ(result.exit_code, 0) << scene << ": " << result.err;
   }

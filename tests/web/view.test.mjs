@@ -53,7 +53,15 @@ const outermost = (page) =>
     return {most, what, distance: view.camera.position.distanceTo(view.controls.target)};
   });
 
-for (const scene of ['aprs', 'aprs_2024', 'fanuc_only', 'motoman_only', 'table1', 'empty_belt']) {
+for (const scene of [
+  'aprs',
+  'aprs_2024',
+  'aprs_lab',
+  'fanuc_only',
+  'motoman_only',
+  'table1',
+  'empty_belt'
+]) {
   test(`the first view of ${scene} has everything in the picture, whatever its shape`, async () => {
     const daemon = await Daemon.start(['--scene', scene]);
     const page = await openPage(browser, daemon);

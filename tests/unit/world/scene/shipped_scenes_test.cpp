@@ -141,7 +141,7 @@ TEST(ShippedAprs, HasTheCellsParts) {
 }
 
 TEST(ShippedAprs, HasGearsForEveryKit) {
-  for (const char* name : {"aprs", "aprs_2024"}) {
+  for (const char* name : {"aprs", "aprs_2024", "aprs_lab"}) {
     const Scene scene = shipped(name);
     std::map<std::string, int> there, wanted;
     for (const GearInstance& gear : scene.gears) ++there[gear.type];
@@ -180,6 +180,36 @@ TEST(ShippedAprs, BeltCanCarryTheUpstreamTrayInWithoutLosingTheOthers) {
     }
     EXPECT_LT(first, -0.95) << name << ": a tray upstream of the robots";
     EXPECT_LT(last + 0.8, end) << name << ": room for the others to be carried along";
+  }
+}
+
+TEST(ShippedLab, RobotsSpeakTheLaboratorysConventions) {
+  const Scene scene = shipped("aprs_lab");
+  ASSERT_EQ(scene.robots.size(), 2u);
+  const Robot &fanuc = scene.robots[0], &motoman = scene.robots[1];
+  ASSERT_EQ(fanuc.crcl_joints.size(), 6u);
+  const api::WireJoint& third = fanuc.crcl_joints[2];
+  EXPECT_EQ(third.joint, 2);
+  EXPECT_EQ(third.counts_per_rad, 0);
+  ASSERT_EQ(third.couplings.size(), 1u);
+  EXPECT_EQ(third.couplings[0].joint, 1);
+  EXPECT_EQ(third.couplings[0].factor, 1);
+  EXPECT_NEAR(third.range.upper_rad, 280 * std::numbers::pi / 180, 1e-12);
+  EXPECT_FALSE(fanuc.crcl_joints[1].has_range());
+  ASSERT_TRUE(fanuc.tool_point_F);
+  EXPECT_EQ(fanuc.tool_point_F->p, Eigen::Vector3d::Zero());
+  EXPECT_EQ(fanuc.X_BR.p, Eigen::Vector3d(0, 0, 0.33));
+  EXPECT_EQ(fanuc.gripper_names, std::vector<std::string>{"SCHUNK_MPG40"});
+  ASSERT_EQ(motoman.crcl_joints.size(), 8u);
+  EXPECT_EQ(motoman.crcl_joints[2].joint, 3);
+  EXPECT_EQ(motoman.crcl_joints[6].joint, 2);
+  EXPECT_EQ(motoman.crcl_joints[7].joint, -1);
+  EXPECT_NEAR(motoman.crcl_joints[3].counts_per_rad, 1149.15 * 180 / std::numbers::pi, 1e-9);
+  ASSERT_TRUE(motoman.tool_point_F);
+  EXPECT_EQ(motoman.tool_point_F->p, Eigen::Vector3d(0, 0, 0.2075));
+  // The others keep to the model.
+  for (const Robot& robot : shipped("aprs").robots) {
+    EXPECT_TRUE(robot.crcl_joints.empty() && robot.gripper_names.empty() && !robot.tool_point_F);
   }
 }
 

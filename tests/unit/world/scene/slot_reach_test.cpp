@@ -171,7 +171,7 @@ TEST(SlotReachCheck, AnArmThroughItsTableIsNotClear) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Cells, SlotReach, testing::Values("aprs", "aprs_2024"),
+INSTANTIATE_TEST_SUITE_P(Cells, SlotReach, testing::Values("aprs", "aprs_2024", "aprs_lab"),
                          [](const auto& test) { return std::string(test.param); });
 
 }  // namespace
