@@ -213,7 +213,8 @@ void CommandLifecycle::update_progress(const api::Snapshot& snapshot) {
   if (outcome == Outcome::kPending) return;
   if (outcome == Outcome::kDone) {
     progress_ = Progress::kDone;
-    if (!submission_.done_when_applied) describe(joints_.explained(robot_in(snapshot).action.description));
+    if (!submission_.done_when_applied)
+      describe(joints_.explained(robot_in(snapshot).action.description));
     return;
   }
   if (error_) return;
