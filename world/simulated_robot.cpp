@@ -21,7 +21,7 @@ constexpr std::size_t kDescriptionCapacity = 512;
 /// From a move's command to its motion: an interpolation cycle of an ordinary robot controller, and
 /// what long or searched paths take more.
 constexpr robot::PlanningLatency kPlanningLatency{
-    .base_s = 8e-3, .waypoint_s = 1e-3, .screw_s = 40e-3};
+    .base_s = 8e-3, .waypoint_s = 1e-3, .screw_s = 40e-3, .search_s = 0.25};
 
 /// One value a joint, or an exception.
 robot::JointVector home_of(const scene::Robot& robot, const robot::ArmModel& model) {

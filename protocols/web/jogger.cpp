@@ -228,7 +228,7 @@ void Jogger::proceed(const api::Snapshot& snapshot) {
     const auto ready = submit(api::InitRobot{});
     if (shortest || !ready) return;
   } else {
-    jog_->stretch = turning ? kLongest_rad : kLongest_m;
+    jog_->stretch = std::min(2 * jog_->stretch, turning ? kLongest_rad : kLongest_m);
   }
   if (const auto moved = move_tool(snapshot); !moved) jog_->blocked = moved.error().message;
 }

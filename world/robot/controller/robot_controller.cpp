@@ -369,12 +369,13 @@ void RobotController::cancel_planning() {
 }
 
 /// By what the command says alone, so that it is the same on any machine.
-int RobotController::planning_steps(const PlannedMove& move) const {
+int RobotController::planning_steps(const PlannedMove& move, bool search) const {
   double latency_s = setup_.latency.base_s;
   if (const auto* through = std::get_if<api::MoveThroughTo>(&move)) {
     latency_s += setup_.latency.waypoint_s * static_cast<double>(through->waypoints.size());
   }
   if (std::holds_alternative<api::MoveScrew>(move)) latency_s += setup_.latency.screw_s;
+  if (search) latency_s += setup_.latency.search_s;
   return static_cast<int>(std::lround(latency_s / setup_.step_s));
 }
 
@@ -383,15 +384,17 @@ void RobotController::request(PlannedMove move) {
   begin_task(Task::kRest);
   MoveRequest request{std::move(move), X_FT(), s_.tool_limits};
   // A plan that is nearly ready is waited for, so that moves in quick succession do move the arm;
-  // one that takes longer than the new one is given up.
-  if (s_.planning && s_.planning_steps <= planning_steps(request.move)) {
+  // one that takes longer than the new one is given up, but for a search: the new move may need one
+  // as well.
+  if (s_.planning &&
+      (s_.planning->request().search || s_.planning_steps <= planning_steps(request.move, false))) {
     s_.waiting = std::move(request);
     return;
   }
   begin_planning(std::move(request));
 }
 
-void RobotController::begin_planning(MoveRequest request) {
+void RobotController::begin_planning(MoveRequest request, bool search) {
   cancel_planning();
   // Joints that the command does not name keep the targets of the move that it replaces.
   const bool keep_targets = s_.to_joint_targets && !s_.runner.idle();
@@ -402,7 +405,8 @@ void RobotController::begin_planning(MoveRequest request) {
                   .step_s = setup_.step_s,
                   .runner = s_.runner,
                   .drive_power = s_.drive_power};
-  job.steps = planning_steps(job.request.move);
+  job.search = search;
+  job.steps = planning_steps(job.request.move, search);
   if (keep_targets) job.joint_targets = s_.joint_targets;
   s_.planning_steps = job.steps;
   s_.planning = std::make_shared<PlanJob>(planner_, std::move(job));
@@ -411,6 +415,11 @@ void RobotController::begin_planning(MoveRequest request) {
   } else if (setup_.prefetcher != nullptr) {
     setup_.prefetcher->prefetch(s_.planning);
   }
+}
+
+/// The move that waits, or the planned one.
+MoveRequest RobotController::take_latest(const PlanJob& planned) {
+  return s_.waiting ? *std::exchange(s_.waiting, std::nullopt) : planned.request().request;
 }
 
 void RobotController::begin_planned() {
@@ -425,10 +434,9 @@ void RobotController::begin_planned() {
   const bool foreseen = plan.rest == rest && plan.state.q == state.q && plan.state.qd == state.qd &&
                         plan.state.qdd == state.qdd;
   if (!foreseen) {
-    MoveRequest next =
-        s_.waiting ? *std::exchange(s_.waiting, std::nullopt) : job->request().request;
-    return begin_planning(std::move(next));
+    return begin_planning(take_latest(*job));
   }
+  if (plan.search_wanted) return begin_planning(take_latest(*job), true);
   if (plan.outcome) {
     begin_motion(move, plan);
   } else if (!s_.waiting) {

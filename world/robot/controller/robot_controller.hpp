@@ -20,6 +20,7 @@ struct PlanningLatency {
   double base_s = 0;
   double waypoint_s = 0;  ///< for each waypoint of MoveThroughTo
   double screw_s = 0;     ///< for a screw, which tries several postures
+  double search_s = 0;    ///< once more for a search over all postures, where nothing else helps
 };
 
 /// Constants of one robot; SI.
@@ -163,12 +164,13 @@ class RobotController {
   void brake(Brake how);
   void stop_at_once(const JointVector& from);
   void cancel_planning();
-  [[nodiscard]] int planning_steps(const PlannedMove& move) const;
+  [[nodiscard]] int planning_steps(const PlannedMove& move, bool search) const;
   /// A move is to be planned and then to begin.
   void request(PlannedMove move);
-  void begin_planning(MoveRequest request);
+  void begin_planning(MoveRequest request, bool search = false);
   /// The planned motion begins, or its command is refused.
   void begin_planned();
+  [[nodiscard]] MoveRequest take_latest(const PlanJob& planned);
   void begin_motion(const PlannedMove& move, const Plan& plan);
   void set_tolerance(const PlannedMove& move);
   void start_torque_mode(const api::MoveJoints& move, const Plan& plan);

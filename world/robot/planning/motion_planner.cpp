@@ -67,6 +67,12 @@ MotionPlanner MotionPlanner::until(const std::atomic<bool>& cancelled) const {
   return planner;
 }
 
+MotionPlanner MotionPlanner::without_search(bool& wanted) const {
+  MotionPlanner planner = *this;
+  planner.search_wanted_ = &wanted;
+  return planner;
+}
+
 // ---- whole motions from rest
 
 Result<void> MotionPlanner::plan(const api::MoveTo& move, const PlanStart& start,

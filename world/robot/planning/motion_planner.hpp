@@ -42,6 +42,9 @@ class MotionPlanner {
   /// with a plan of no use. The flag must outlive it.
   [[nodiscard]] MotionPlanner until(const std::atomic<bool>& cancelled) const;
   [[nodiscard]] bool cancelled() const { return arm().cancelled(); }
+  /// The same planner, which makes no search over all postures of a redundant arm, but sets
+  /// `wanted` where one would help. The flag must outlive it.
+  [[nodiscard]] MotionPlanner without_search(bool& wanted) const;
 
   // ---- whole motions from rest
 
@@ -93,7 +96,9 @@ class MotionPlanner {
   /// In shares of the joint ranges.
   [[nodiscard]] double range_distance(const JointVector& a, const JointVector& b) const;
   [[nodiscard]] const JointLimits& joint_limits() const { return limits_; }
-  [[nodiscard]] ArmGeometry arm() const { return {setup_->model, *setup_->ik, cancelled_}; }
+  [[nodiscard]] ArmGeometry arm() const {
+    return {setup_->model, *setup_->ik, cancelled_, search_wanted_};
+  }
   [[nodiscard]] const Eigen::Isometry3d& X_BR() const { return setup_->X_BR; }
   [[nodiscard]] Eigen::Isometry3d tool_pose(const JointVector& q,
                                             const Eigen::Isometry3d& X_FT) const;
@@ -106,6 +111,7 @@ class MotionPlanner {
   std::shared_ptr<const PlannerSetup> setup_;
   JointLimits limits_;
   const std::atomic<bool>* cancelled_ = nullptr;
+  bool* search_wanted_ = nullptr;
 };
 
 }  // namespace aprsim::robot

@@ -67,12 +67,14 @@ Plan PlanJob::make() const {
   plan.held = request_.joint_targets.value_or(plan.rest);
   plan.joint_targets = plan.held;
   auto motions = std::make_shared<MotionPlan>();
+  const MotionPlanner planner =
+      request_.search ? planner_ : planner_.without_search(plan.search_wanted);
   plan.outcome = std::visit(
       [&](const auto& body) {
-        return plan_move(planner_, body, {plan.rest, X_FT}, limits, plan.joint_targets, *motions);
+        return plan_move(planner, body, {plan.rest, X_FT}, limits, plan.joint_targets, *motions);
       },
       move);
-  if (!plan.outcome) return plan;
+  if (!plan.outcome || plan.search_wanted) return plan;
   // From the motion that runs, where it can.
   const auto tool = blend_limits(move, limits);
   const JointMotion* from_rest = (*motions)[0].joint();

@@ -38,6 +38,8 @@ struct PlanRequest {
   double step_s = 1e-3;
   MotionRunner runner;
   DrivePower drive_power;
+  /// With a search over all postures of a redundant arm where nothing else helps.
+  bool search = false;
   /// Targets of joints that MoveJoints does not name; none = where they come to rest.
   std::optional<JointVector> joint_targets;
 };
@@ -45,6 +47,7 @@ struct PlanRequest {
 /// What is to begin when the request's steps are over.
 struct Plan {
   Result<void> outcome;
+  bool search_wanted = false;  ///< and not asked for: the outcome may be better with it
   /// What the planner expects of the robot then: its reference, and where it would come to rest.
   JointState state;
   JointVector rest;

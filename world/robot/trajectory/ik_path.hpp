@@ -19,6 +19,14 @@ struct ArmGeometry {
   const InverseKinematics& ik;
   /// Planning that nobody waits for any more ends soon after this has become true; null = never.
   const std::atomic<bool>* cancel = nullptr;
+  /// Set where a search over all postures of a redundant arm would help, which is then not made;
+  /// null = it is made.
+  bool* search_wanted = nullptr;
+  /// Whether to search over all postures, which takes tens of milliseconds.
+  [[nodiscard]] bool may_search() const {
+    if (search_wanted != nullptr) *search_wanted = true;
+    return search_wanted == nullptr;
+  }
   [[nodiscard]] bool cancelled() const {
     return cancel != nullptr && cancel->load(std::memory_order_relaxed);
   }

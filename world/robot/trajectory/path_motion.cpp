@@ -18,9 +18,9 @@ constexpr double kElbowSpacing = std::numbers::pi / 12;
 constexpr std::array kElbowAngles{72, 180};
 constexpr int kMostForbidden = 6;
 constexpr std::array kSmoothings{12, 3, 0};
-/// A redundant arm that slows the tool down by more than this looks for other postures, and takes
-/// them where they save so much.
-constexpr double kSlowed = 1.5, kWorthwhile = 0.8;
+/// A redundant arm that slows the tool down by more than this, and loses so much time by it, looks
+/// for other postures, and takes them where they save so much.
+constexpr double kSlowed = 1.5, kLost_s = 1, kWorthwhile = 0.8;
 
 IkPath::Route route(const ArmGeometry& arm, const JointVector& start, double elbow_turn_rad) {
   return {
@@ -107,7 +107,9 @@ void PathMotion::prefer_quicker_postures(const ArmGeometry& arm, const PathMove&
   const auto duration = [](const PathLimits& limits) {
     return DoubleS::to_rest({0, 0, 0}, limits.scaling().length(), limits.planned()).duration();
   };
-  if (path_->limits.scaling().length() < kSlowed) return;
+  const double slowed = path_->limits.scaling().length();
+  const double lost_s = duration(path_->limits) * (1 - 1 / slowed);
+  if (slowed < kSlowed || lost_s < kLost_s || !arm.may_search()) return;
   const IkPath first = path_->ik;
   PostureSearch search(arm, path_->ik.tool(), path_->ik.X_TF());
   const std::vector<JointVector> postures = search.find(move.start, kElbowAngles.front());
@@ -146,7 +148,7 @@ Result<void> PathMotion::find_branch(const ArmGeometry& arm, const PathMove& mov
   for (double turn = kElbowSpacing; turn < std::numbers::pi; turn += kElbowSpacing) {
     if (try_elbow_turn(arm, move.start, turn) || try_elbow_turn(arm, move.start, -turn)) return {};
   }
-  if (try_all_postures(arm, move.start)) return {};
+  if (arm.may_search() && try_all_postures(arm, move.start)) return {};
   return first;
 }
 

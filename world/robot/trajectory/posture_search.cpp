@@ -17,9 +17,12 @@ constexpr std::size_t kFewestLayers = 24, kMostLayers = 400;
 constexpr std::size_t kTravelSamples = 400;
 /// Longest way of a joint from layer to layer: postures farther apart are not neighbours [rad].
 constexpr double kLongestStep_rad = 0.35;
+/// And of the elbow angle. Three joints carry the elbow round: far more than this takes one of them
+/// too far.
+constexpr double kLongestElbowStep_rad = 0.45;
 /// Of closeness to limits and to singular postures against joint motion in joint ranges.
 constexpr double kCrowdingWeight = 0.2, kSingularWeight = 2e-4, kLeastDexterity = 1e-4;
-constexpr double kUnreached = std::numeric_limits<double>::infinity();
+constexpr double kUnreached = std::numeric_limits<double>::infinity(), kUnknown = -1;
 
 double range_of(const Joint& joint) { return joint.upper_rad - joint.lower_rad; }
 
@@ -50,23 +53,23 @@ double PostureSearch::discomfort(const JointVector& q) const {
   for (int i = 0; i < arm_.model.dof(); ++i) {
     const Joint& joint = arm_.model.joints[static_cast<std::size_t>(i)];
     const double place = (2 * q(i) - joint.lower_rad - joint.upper_rad) / range_of(joint);
-    crowding += std::pow(place, 8);
+    const double fourth = place * place * place * place;
+    crowding += fourth * fourth;
   }
   return kCrowdingWeight * crowding +
          kSingularWeight / (kLeastDexterity + dexterity(arm_.model, q));
 }
 
-PostureSearch::Layer PostureSearch::nodes_at(double u, double first_elbow, int elbow_angles) const {
+std::vector<PostureSearch::Node> PostureSearch::nodes_at(std::size_t index, double elbow) const {
   const double length = tool_.segments().length();
-  const Eigen::Isometry3d X_BF = tool_.at(u >= 1 ? length : u * length) * X_TF_;
-  Layer layer;
-  for (int i = 0; i < elbow_angles; ++i) {
-    const double elbow = first_elbow + 2 * std::numbers::pi * i / elbow_angles;
-    for (const IkSolution& solution : arm_.ik.all(X_BF, elbow)) {
-      layer.push_back({solution.q, discomfort(solution.q), kUnreached, 0});
-    }
+  const double s = index == layers_
+                       ? length
+                       : static_cast<double>(index) / static_cast<double>(layers_) * length;
+  std::vector<Node> nodes;
+  for (const IkSolution& solution : arm_.ik.all(tool_.at(s) * X_TF_, elbow)) {
+    nodes.push_back({solution.q, kUnknown, kUnreached, nullptr});
   }
-  return layer;
+  return nodes;
 }
 
 bool PostureSearch::forbidden(std::size_t index, const JointVector& from,
@@ -76,65 +79,79 @@ bool PostureSearch::forbidden(std::size_t index, const JointVector& from,
   });
 }
 
-/// The cheapest way to each node of a layer. The costs approximate the integrals over u of the
-/// squared joint speed and of the discomfort.
-void PostureSearch::connect(const Layer& before, Layer& layer, std::size_t index) const {
+/// The cheapest way to a node from those of one elbow angle of the layer before. The costs
+/// approximate the integrals over u of the squared joint speed and of the discomfort.
+void PostureSearch::reach(Node& node, std::size_t index, const Nodes& before) const {
   const auto count = static_cast<double>(layers_);
-  std::vector<std::size_t> reached;
-  for (std::size_t k = 0; k < before.size(); ++k) {
-    if (before[k].total < kUnreached) reached.push_back(k);
-  }
-  for (Node& node : layer) {
-    node.total = kUnreached;
-    for (const std::size_t k : reached) {
-      const Node& from = before[k];
-      double way = 0;
-      bool near = true;
-      for (int i = 0; i < arm_.model.dof() && near; ++i) {
-        const double step = node.q(i) - from.q(i);
-        near = std::abs(step) < kLongestStep_rad;
-        const double share = step / range_of(arm_.model.joints[static_cast<std::size_t>(i)]);
-        way += share * share;
-      }
-      if (!near) continue;
-      const double total = from.total + way * count + node.cost / count;
-      if (total < node.total && !forbidden(index, from.q, node.q)) {
-        node.total = total;
-        node.from = k;
-      }
+  for (const Node& from : before.nodes) {
+    if (from.total == kUnreached) continue;
+    double way = 0;
+    bool near = true;
+    for (int i = 0; i < arm_.model.dof() && near; ++i) {
+      const double step = node.q(i) - from.q(i);
+      near = std::abs(step) < kLongestStep_rad;
+      const double share = step / range_of(arm_.model.joints[static_cast<std::size_t>(i)]);
+      way += share * share;
+    }
+    if (!near) continue;
+    if (node.cost == kUnknown) node.cost = discomfort(node.q);
+    const double total = from.total + way * count + node.cost / count;
+    if (total < node.total && !forbidden(index, from.q, node.q)) {
+      node.total = total;
+      node.from = &from;
     }
   }
+}
+
+bool PostureSearch::connect(std::size_t index, double first_elbow) {
+  const Layer& before = graph_[index - 1];
+  Layer& layer = graph_[index];
+  const auto angles = static_cast<int>(layer.size());
+  const double angle = 2 * std::numbers::pi / angles;
+  const int window = std::min(static_cast<int>(kLongestElbowStep_rad / angle), (angles - 1) / 2);
+  std::vector<const Nodes*> near;
+  bool reached = false;
+  for (int k = 0; k < angles; ++k) {
+    near.clear();
+    for (int j = k - window; j <= k + window; ++j) {
+      const Nodes& nodes = before[static_cast<std::size_t>((j + angles) % angles)];
+      if (std::any_of(nodes.nodes.begin(), nodes.nodes.end(),
+                      [](const Node& node) { return node.total < kUnreached; })) {
+        near.push_back(&nodes);
+      }
+    }
+    Nodes& here = layer[static_cast<std::size_t>(k)];
+    if (!near.empty() && !here.known) here = {nodes_at(index, first_elbow + angle * k), true};
+    for (Node& node : here.nodes) {
+      node.total = kUnreached;
+      for (const Nodes* nodes : near) reach(node, index, *nodes);
+      reached = reached || node.total < kUnreached;
+    }
+  }
+  return reached;
 }
 
 std::vector<JointVector> PostureSearch::find(const JointVector& start, int elbow_angles) {
   found_.clear();
   // The start's own elbow angle is one of those to try: keeping it is one of the ways.
   const double first_elbow = arm_.ik.elbow_of(start);
-  const bool known = elbow_angles == elbow_angles_;
-  if (!known) graph_.assign(1, {Node{start, 0, 0, 0}});
-  elbow_angles_ = elbow_angles;
+  const auto angles = static_cast<std::size_t>(elbow_angles);
+  if (graph_.empty() || graph_.front().size() != angles) {
+    graph_.assign(layers_ + 1, Layer(angles));
+    graph_.front().front() = {{Node{start, 0, 0, nullptr}}, true};
+  }
   for (std::size_t i = 1; i <= layers_; ++i) {
-    if (arm_.cancelled()) return {};
-    if (!known || graph_.size() <= i) {
-      graph_.push_back(nodes_at(static_cast<double>(i) / static_cast<double>(layers_), first_elbow,
-                                elbow_angles));
-    }
-    connect(graph_[i - 1], graph_[i], i);
-    const bool reached = std::any_of(graph_[i].begin(), graph_[i].end(),
-                                     [](const Node& node) { return node.total < kUnreached; });
-    if (!reached) return {};
+    if (arm_.cancelled() || !connect(i, first_elbow)) return {};
   }
   // Back from the cheapest end.
-  const Layer& end = graph_.back();
-  const auto best = std::min_element(
-      end.begin(), end.end(), [](const Node& a, const Node& b) { return a.total < b.total; });
-  if (best == end.end() || best->total == kUnreached) return {};
-  found_.resize(layers_ + 1);
-  auto at = static_cast<std::size_t>(best - end.begin());
-  for (std::size_t i = layers_ + 1; i-- > 0;) {
-    found_[i] = graph_[i][at].q;
-    at = graph_[i][at].from;
+  const Node* at = nullptr;
+  for (const Nodes& nodes : graph_.back()) {
+    for (const Node& node : nodes.nodes) {
+      if (node.total < (at == nullptr ? kUnreached : at->total)) at = &node;
+    }
   }
+  found_.resize(layers_ + 1);
+  for (std::size_t i = layers_ + 1; i-- > 0; at = at->from) found_[i] = at->q;
   return found_;
 }
 

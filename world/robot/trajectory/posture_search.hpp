@@ -11,8 +11,9 @@ namespace aprsim::robot {
 /// Finds the postures with which a redundant arm follows a tool path: elbow angles all round the
 /// circle, every branch and every full turn within limits at even distances on the path, and
 /// through them the way of the least joint motion that keeps away from limits and from singular
-/// postures. Dynamic programming over the redundancy (Pashkevich, Dolgui & Chumakov 2004;
-/// Ferrentino & Chiacchio 2020). Allocates: for planning only. Thread: any, one at a time.
+/// postures. Only what can be reached from the start is looked at. Dynamic programming over the
+/// redundancy (Pashkevich, Dolgui & Chumakov 2004; Ferrentino & Chiacchio 2020). Allocates: for
+/// planning only. Thread: any, one at a time.
 class PostureSearch {
  public:
   /// The arguments must outlive the search. `X_TF`: the flange in the tool's frame.
@@ -26,15 +27,23 @@ class PostureSearch {
  private:
   struct Node {
     JointVector q;
-    double cost = 0;   ///< of being there
-    double total = 0;  ///< from the start; infinite where it cannot be reached
-    std::size_t from = 0;
+    double cost = 0;             ///< of being there; negative until it is asked for
+    double total = 0;            ///< from the start; infinite where it cannot be reached
+    const Node* from = nullptr;  ///< of the layer before
   };
-  using Layer = std::vector<Node>;
+  /// Postures of one elbow angle.
+  struct Nodes {
+    std::vector<Node> nodes;
+    bool known = false;
+  };
+  /// By elbow angle.
+  using Layer = std::vector<Nodes>;
 
   [[nodiscard]] std::size_t count_layers() const;
-  [[nodiscard]] Layer nodes_at(double u, double first_elbow, int elbow_angles) const;
-  void connect(const Layer& before, Layer& layer, std::size_t index) const;
+  [[nodiscard]] std::vector<Node> nodes_at(std::size_t index, double elbow) const;
+  /// Whether any node of layer `index` is reached.
+  bool connect(std::size_t index, double first_elbow);
+  void reach(Node& node, std::size_t index, const Nodes& before) const;
   [[nodiscard]] bool forbidden(std::size_t index, const JointVector& from,
                                const JointVector& to) const;
   [[nodiscard]] double discomfort(const JointVector& q) const;
@@ -49,7 +58,6 @@ class PostureSearch {
   Eigen::Isometry3d X_TF_;
   std::size_t layers_;  ///< besides the start
   std::vector<Layer> graph_;
-  int elbow_angles_ = 0;
   std::vector<JointVector> found_;
   std::vector<Step> forbidden_;
 };

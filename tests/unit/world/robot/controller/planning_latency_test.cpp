@@ -1,5 +1,7 @@
 // Moves begin a fixed simulated time after their command, whoever plans them and whenever.
 
+#include <random>
+
 #include <gtest/gtest.h>
 
 #include "tests/unit/world/robot/controller/controller_rig.hpp"
@@ -10,7 +12,7 @@ namespace {
 
 using api::ActionState;
 
-constexpr int kBase = 8, kWaypoint = 2, kScrew = 30;  // steps of 1 ms
+constexpr int kBase = 8, kWaypoint = 2, kScrew = 30, kSearch = 50;  // steps of 1 ms
 
 /// Makes no plan, but counts what it is asked for.
 class Counter : public PlanPrefetcher {
@@ -21,7 +23,7 @@ class Counter : public PlanPrefetcher {
 
 ControllerSetup with_latency(const std::string& arm, PlanPrefetcher* prefetcher = nullptr) {
   ControllerSetup setup = rig_setup(arm);
-  setup.latency = {kBase * 1e-3, kWaypoint * 1e-3, kScrew * 1e-3};
+  setup.latency = {kBase * 1e-3, kWaypoint * 1e-3, kScrew * 1e-3, kSearch * 1e-3};
   setup.prefetcher = prefetcher;
   return setup;
 }
@@ -63,7 +65,7 @@ TEST_P(Latency, IsThatOfTheKindOfMove) {
   rig.apply(api::MoveJoints{{{.joint = 0, .position_rad = 0}}});
   EXPECT_EQ(delay(), kBase);
   rig.rest();
-  const api::Waypoint up{shifted(0, 0, 0.05, true).X_RT}, back{rig.tool()};
+  const api::Waypoint up{shifted(0, 0, 0.01, true).X_RT}, back{rig.tool()};
   rig.apply(api::MoveThroughTo{{up, back, up}, true});
   EXPECT_EQ(delay(), kBase + 3 * kWaypoint);
   rig.rest();
@@ -100,6 +102,86 @@ TEST_P(Latency, AStreamOfMovesMovesTheArm) {
   EXPECT_NE(rig.controller().reference(), before);
   EXPECT_LT((rig.tool().p - goal.p).norm(), 1e-6);
   EXPECT_LE(rig.effort().accel, 1.05);
+}
+
+/// Straight lines of the seven-axis arm from anywhere to anywhere.
+class RandomLines {
+ public:
+  /// The arm, ready at the start of the next line.
+  ControllerRig next() {
+    ControllerSetup setup = with_latency("motoman");
+    setup.q_home = ControllerRig("motoman").random_posture(engine_, 0.05);
+    ControllerRig rig(std::move(setup));
+    rig.run(api::InitRobot{});
+    goal_ = rig.tool();
+    goal_.p += Eigen::Vector3d(shift_(engine_), shift_(engine_), shift_(engine_));
+    return rig;
+  }
+  [[nodiscard]] api::MoveTo move() const { return {goal_, true}; }
+
+ private:
+  std::mt19937 engine_{5};
+  std::uniform_real_distribution<double> shift_{-0.3, 0.3};
+  Pose goal_;
+};
+
+/// Steps until the arm moves or refuses to.
+int planning_time(ControllerRig& rig, const api::MoveTo& move) {
+  const JointVector before = rig.controller().reference();
+  rig.apply(move);
+  int steps = 0;
+  while (rig.controller().reference() == before && rig.state() == ActionState::kWorking) {
+    rig.step();
+    if (++steps == 1000) break;
+  }
+  return steps;
+}
+
+constexpr int kSearched = 2 * kBase + kSearch + 1;
+
+TEST(SearchLatency, ComesOnTopWhereALineNeedsOtherPostures) {
+  RandomLines lines;
+  int moved = 0, searched = 0;
+  for (int i = 0; i < 200; ++i) {
+    ControllerRig rig = lines.next();
+    const int steps = planning_time(rig, lines.move());
+    EXPECT_TRUE(steps == kBase + 1 || steps == kSearched) << steps;
+    if (rig.state() == ActionState::kError) continue;
+    ++moved;
+    searched += steps == kSearched;
+    if (steps == kBase + 1) continue;
+    rig.rest(120);
+    EXPECT_EQ(rig.state(), ActionState::kDone) << rig.reason();
+    EXPECT_LT((rig.tool().p - lines.move().X_RT.p).norm(), 1e-9);
+  }
+  EXPECT_GT(moved, 50);
+  EXPECT_GT(searched, 3);
+}
+
+TEST(SearchLatency, EndsWithAStopAndIsNotBegunAnewByLaterMoves) {
+  RandomLines lines;
+  int tried = 0;
+  for (int i = 0; i < 200 && tried < 3; ++i) {
+    ControllerRig rig = lines.next();
+    const JointVector before = rig.controller().reference();
+    ControllerRig other(rig.setup());
+    other.run(api::InitRobot{});
+    if (planning_time(other, lines.move()) != kSearched) continue;
+    if (other.state() == ActionState::kError) continue;
+    ++tried;
+    rig.apply(lines.move());
+    rig.steps(kBase + kSearch / 2);
+    rig.apply(api::StopMotion{api::StopKind::kNormal});
+    rig.steps(300);
+    EXPECT_EQ(rig.controller().reference(), before);
+    EXPECT_EQ(rig.state(), ActionState::kDone) << rig.reason();
+    for (int k = 0; k < 500; ++k) {
+      rig.apply(lines.move());
+      rig.step();
+    }
+    EXPECT_NE(rig.controller().reference(), before) << rig.reason();
+  }
+  EXPECT_EQ(tried, 3);
 }
 
 TEST_P(Latency, AShortPlanDoesNotWaitForALongOne) {
