@@ -1,0 +1,168 @@
+"""One robot with its gripper, its camera and its share of space: what all skills use."""
+
+from __future__ import annotations
+
+import math
+import threading
+from typing import Callable, Sequence
+
+import cell as cells
+from crcl_robot import CrclRobot, RobotError
+from geometry import XY, distance_to_box, wrapped
+from report import Report
+from vision import Camera
+from zones import Space
+
+APPROACH_MM = 60.0  # above where the gripper closes
+GRIP_MM = 10.0  # of the tool point above the underside of a part's disc
+FAST_MM_S, SLOW_MM_S, TURN_DEG_S, HOME_DEG_S = 400.0, 120.0, 90.0, 60.0
+
+# One finger seen from above, generously: across its travel, and along it from the pad outward.
+_FINGER_HALF_MM, _FINGER_DEPTH_MM, _PEG_MM = 20.0, 58.0, 3.9
+_ENOUGH_MM = 10.0  # more clearance is no better
+_YAWS = 24  # half a turn is divided into
+
+
+def finger_yaws(target: XY, others: Sequence[XY], open_mm: float, neutral: float) -> list[float]:
+    """Yaws of the tool in which its open fingers, which move along its y, clear the pegs of all
+    other parts: the clearest first, and among equally clear ones that with the least turn of the
+    wrist from `neutral`. The gripper is symmetric: within a quarter turn of neutral all are there."""
+
+    def clearance(yaw: float) -> float:
+        least = _ENOUGH_MM
+        for x, y in others:
+            dx, dy = x - target[0], y - target[1]
+            along, across = dx * math.sin(yaw) - dy * math.cos(yaw), dx * math.cos(yaw) + dy * math.sin(yaw)
+            centre = open_mm / 2 + _FINGER_DEPTH_MM / 2
+            away = distance_to_box((across, abs(along) - centre), (_FINGER_HALF_MM, _FINGER_DEPTH_MM / 2))
+            least = min(least, away - _PEG_MM)
+        return least
+
+    yaws = [neutral + math.pi * i / _YAWS for i in range(-_YAWS // 2, _YAWS // 2)]
+    return sorted(yaws, key=lambda yaw: (-round(clearance(yaw)), abs(wrapped(yaw - neutral))))
+
+
+class Arm:
+    """Points are in the cell's frame; heights are those of the tool in the robot's own."""
+
+    def __init__(
+        self,
+        cell: cells.Cell,
+        robot: cells.Robot,
+        crcl: CrclRobot,
+        camera: Camera,
+        space: Space,
+        report: Report,
+        interrupted: threading.Event,
+    ) -> None:
+        self.cell, self.robot, self.crcl, self.camera = cell, robot, crcl, camera
+        self.space, self.report, self.interrupted = space, report, interrupted
+        self._turn = math.pi  # of the tool's yaw beyond the direction of the arm, in the home posture
+        self.at_home = False
+
+    @property
+    def name(self) -> str:
+        return self.robot.name
+
+    def tell(self, event: str, text: str, **fields: object) -> None:
+        self.report.tell(self.name, event, text, **fields)
+
+    # -- where --------------------------------------------------------------------------------
+
+    def tool_xy(self) -> XY:
+        tool = self.crcl.last.tool_mm if self.crcl.last else None
+        if tool is None:
+            return self.robot.home_mm
+        return (tool[0] + self.robot.base_mm[0], tool[1] + self.robot.base_mm[1])
+
+    def grip_height(self, xy: XY, thickness_mm: float) -> float:
+        """Of the tool where it holds a part that sits in a tray of this thickness."""
+        surface = self.cell.surface_at(xy)
+        if surface is None:
+            raise RobotError(f"nothing is known to stand at ({xy[0]:.0f}, {xy[1]:.0f}) mm")
+        return surface.top_mm + thickness_mm + GRIP_MM - self.robot.base_mm[2]
+
+    def neutral_yaw(self, xy: XY) -> float:
+        base = self.robot.base_mm
+        return wrapped(math.atan2(xy[1] - base[1], xy[0] - base[0]) + self._turn)
+
+    def corridor(self, *places: XY) -> list[XY]:
+        """What the arm sweeps on its way from where it is to places and home."""
+        return [self.robot.base_mm[:2], self.robot.home_mm, self.tool_xy(), *places]
+
+    def over_belt(self, *places: XY) -> bool:
+        return any(self.cell.on_belt(xy) for xy in (self.tool_xy(), *places))
+
+    # -- moves --------------------------------------------------------------------------------
+
+    def move(self, xy: XY, z: float, yaw: float, *, straight: bool, speed_mm_s: float) -> None:
+        self.at_home = False
+        base = self.robot.base_mm
+        self.crcl.set_speed(speed_mm_s, TURN_DEG_S)
+        self.crcl.move((xy[0] - base[0], xy[1] - base[1], z), yaw, straight=straight)
+
+    def rise(self) -> None:
+        """Straight up to where nothing is in the way, if the tool is lower."""
+        status = self.crcl.status()
+        if status.tool_mm is None or status.tool_yaw is None:
+            raise RobotError("its status has no pose")
+        xy = self.tool_xy()
+        surface = self.cell.surface_at(xy)
+        thickest = max(tray.thickness_mm for tray in self.cell.trays.values())
+        if surface is None:
+            return
+        clear = surface.top_mm + thickest + GRIP_MM + APPROACH_MM - self.robot.base_mm[2]
+        if status.tool_mm[2] < clear - 1:
+            self.move(xy, clear, status.tool_yaw, straight=True, speed_mm_s=SLOW_MM_S)
+
+    def go_home(self) -> None:
+        """Out of the camera's view and of everybody's way; gives back the space of the way."""
+        if not self.at_home:
+            self.rise()
+            self.crcl.move_joints(self.robot.home_joints_deg, HOME_DEG_S)
+            status = self.crcl.status()
+            if status.tool_mm is not None and status.tool_yaw is not None:
+                self._turn = wrapped(status.tool_yaw - math.atan2(status.tool_mm[1], status.tool_mm[0]))
+            self.at_home = True
+        self.space.hold(self.name, self.corridor())
+
+    def claim(self, *places: XY, give_up: Callable[[], bool] = lambda: False) -> bool:
+        """The space to work at these places; waits for it at home."""
+        over_belt = self.over_belt(*places)
+        if self.space.try_acquire(self.name, self.corridor(*places), over_belt=over_belt):
+            return True
+        self.go_home()
+        self.tell("waits", "waits at home until there is room")
+        return self.space.acquire(
+            self.name,
+            self.corridor(*places),
+            over_belt=self.over_belt(*places),
+            give_up=lambda: give_up() or self.interrupted.is_set(),
+        )
+
+    # -- gripper ------------------------------------------------------------------------------
+
+    def set_gripper(self, opened: bool) -> None:
+        self.crcl.set_gripper(opened)
+        self.crcl.dwell(0.05)
+
+    def holds(self) -> bool:
+        """By the gripper's status: it says so, or, where it does not say, the fingers have closed on
+        something."""
+        status = self.crcl.status()
+        if status.holding is not None:
+            return status.holding
+        if status.separation_mm is None:
+            return False
+        return self.robot.closed_mm + 1 < status.separation_mm < self.robot.open_mm - 1
+
+    def weigh(self) -> float | None:
+        """Mass of what it holds [g], by the sensor between arm and gripper; None without one."""
+        try:
+            self.crcl.enable_sensor("force_torque")
+        except RobotError:
+            self.crcl.initialise()
+            return None
+        self.crcl.dwell(0.3)
+        force = self.crcl.status().force_n.get("force_torque")
+        return None if force is None else math.hypot(*force) / 9.81e-3

@@ -1,0 +1,277 @@
+"""A robot as its CRCL server shows it: one command after the other, each followed by polling its
+status until it is done, as CRCL clients do."""
+
+from __future__ import annotations
+
+import math
+import socket
+import threading
+import time
+import xml.etree.ElementTree as ElementTree
+from dataclasses import dataclass, field
+from typing import Callable, Sequence
+from xml.sax.saxutils import escape
+
+_XSI = "http://www.w3.org/2001/XMLSchema-instance"
+_STATUS_END = b"</CRCLStatus>"
+_MAX_STATUS_BYTES = 1 << 20
+
+
+class RobotError(Exception):
+    """The robot has answered CRCL_Error; the text is its own description."""
+
+
+class RobotLost(Exception):
+    """There is no connection, no answer, or no end in time."""
+
+
+class Interrupted(Exception):
+    """The user wants an end."""
+
+
+@dataclass(frozen=True)
+class Status:
+    """What a CRCLStatus says, in the units of the connection: millimetres and degrees."""
+
+    command_id: int
+    state: str
+    description: str
+    joints: dict[int, float]
+    tool_mm: tuple[float, float, float] | None
+    tool_yaw: float | None  # [rad] of the tool's x axis
+    holding: bool | None
+    separation_mm: float | None
+    force_n: dict[str, tuple[float, float, float]]
+
+
+@dataclass
+class Counters:
+    """Requests by kind of command."""
+
+    sent: dict[str, int] = field(default_factory=dict)
+
+    def count(self, kind: str) -> None:
+        self.sent[kind] = self.sent.get(kind, 0) + 1
+
+
+def read_status(document: bytes) -> Status:
+    """Raises ValueError when it is not a status."""
+    try:
+        root = ElementTree.fromstring(document)
+    except ElementTree.ParseError as error:
+        raise ValueError(f"not XML: {error}") from error
+
+    def number(path: str, start: ElementTree.Element = root) -> float | None:
+        text = start.findtext(path)
+        return None if text is None else float(text)
+
+    identifier, state = root.findtext("CommandStatus/CommandID"), root.findtext("CommandStatus/CommandState")
+    if identifier is None or state is None:
+        raise ValueError("a status without CommandID or CommandState")
+    joints = {
+        int(joint.findtext("JointNumber", "0")): float(joint.findtext("JointPosition", "nan"))
+        for joint in root.iterfind("JointStatuses/JointStatus")
+    }
+    pose = "PoseStatus/Pose/"
+    point = [number(pose + "Point/" + axis) for axis in "XYZ"]
+    x_axis = [number(pose + "XAxis/" + axis) for axis in "IJ"]
+    holding = root.findtext("GripperStatus/HoldingObject")
+    forces = {
+        sensor.findtext("SensorID", ""): tuple(float(sensor.findtext(axis, "nan")) for axis in ("Fx", "Fy", "Fz"))
+        for sensor in root.iterfind("SensorStatuses/ForceTorqueSensorStatus")
+    }
+    return Status(
+        command_id=int(identifier),
+        state=state,
+        description=root.findtext("CommandStatus/StateDescription", ""),
+        joints=joints,
+        tool_mm=None if None in point else (point[0], point[1], point[2]),
+        tool_yaw=None if None in x_axis else math.atan2(x_axis[1], x_axis[0]),
+        holding=None if holding is None else holding.strip() in ("true", "1"),
+        separation_mm=number("GripperStatus/Separation"),
+        force_n=forces,
+    )
+
+
+class CrclRobot:
+    """The connection to one robot. Used by one thread at a time; `interrupt` comes from any."""
+
+    def __init__(
+        self, name: str, host: str, port: int, *, poll_s: float = 0.025, answer_s: float = 5.0
+    ) -> None:
+        self.name, self.host, self.port = name, host, port
+        self.poll_s, self.answer_s = poll_s, answer_s
+        self.counters = Counters()
+        self.last: Status | None = None  # the latest status, also when the connection is lost
+        self._socket: socket.socket | None = None
+        self._buffer = b""
+        self._id = 0
+        self._interrupted = threading.Event()
+
+    # -- connection ---------------------------------------------------------------------------
+
+    def connect(self) -> Status:
+        """Connects and asks for the units and reports that this controller reads. Moves nothing and
+        clears no error: what the robot has to tell is in the status returned."""
+        self.close()
+        try:
+            self._socket = socket.create_connection((self.host, self.port), self.answer_s)
+            self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        except OSError as error:
+            raise RobotLost(f"{self.name}: no connection to {self.host}:{self.port}: {error}") from error
+        self._buffer = b""
+        # Beyond whatever id the robot has seen last, so that its state is never taken for ours.
+        self._id = max(3, self.status().command_id)
+        return self.status()
+
+    def initialise(self) -> None:
+        """InitCanon, which also clears an error, then units, reports and sensors."""
+        self.run("InitCanon", "", 35)
+        self.run("SetLengthUnits", _tag("UnitName", "millimeter"))
+        self.run("SetAngleUnits", _tag("UnitName", "degree"))
+        reports = ("JointStatuses", "PoseStatus", "GripperStatus", "SettingsStatus", "SensorsStatus")
+        self.run(
+            "ConfigureStatusReport",
+            "".join(_tag(f"Report{name}", "true") for name in reports) + _tag("ReportGuardsStatus", "false"),
+        )
+
+    def close(self) -> None:
+        if self._socket is not None:
+            self._socket.close()
+        self._socket = None
+
+    def interrupt(self) -> None:
+        """Whoever waits for a command gives up with Interrupted."""
+        self._interrupted.set()
+
+    # -- commands -----------------------------------------------------------------------------
+
+    def move(self, xyz_mm: Sequence[float], yaw: float, *, straight: bool) -> None:
+        """The tool, pointing down, to a point; its x axis turned by yaw from the robot's."""
+        point = "".join(_tag(axis, _text(value)) for axis, value in zip("XYZ", xyz_mm))
+        x_axis = _tag("I", _text(math.cos(yaw))) + _tag("J", _text(math.sin(yaw))) + _tag("K", "0")
+        z_axis = _tag("I", "0") + _tag("J", "0") + _tag("K", "-1")
+        end = _tag("Point", point) + _tag("XAxis", x_axis) + _tag("ZAxis", z_axis)
+        self.run("MoveTo", _tag("MoveStraight", str(straight).lower()) + _tag("EndPosition", end), 95)
+
+    def move_joints(self, joints_deg: Sequence[float], speed_deg_s: float) -> None:
+        fields = ""
+        for number, value in enumerate(joints_deg, 1):
+            details = (
+                f'<JointDetails xmlns:xsi="{_XSI}" xsi:type="JointSpeedAccelType">'
+                + _tag("JointSpeed", _text(speed_deg_s))
+                + "</JointDetails>"
+            )
+            fields += _tag(
+                "ActuateJoint", _tag("JointNumber", str(number)) + _tag("JointPosition", _text(value)) + details
+            )
+        self.run("ActuateJoints", fields, 95)
+
+    def set_speed(self, mm_s: float, deg_s: float) -> None:
+        self.run("SetTransSpeed", _absolute("TransSpeed", mm_s))
+        self.run("SetRotSpeed", _absolute("RotSpeed", deg_s))
+
+    def set_gripper(self, opened: bool) -> None:
+        self.run("SetEndEffector", _tag("Setting", "1" if opened else "0"), 20)
+
+    def dwell(self, seconds: float) -> None:
+        self.run("Dwell", _tag("DwellTime", _text(seconds)), 10 + seconds)
+
+    def enable_sensor(self, name: str) -> None:
+        self.run("EnableSensor", _tag("SensorID", escape(name)), 35)
+
+    def stop(self) -> None:
+        """Brakes. The robot stays initialised; nothing is waited for."""
+        self._id += 1
+        self._write("StopMotion", self._id, _tag("StopCondition", "Normal"))
+
+    def status(self) -> Status:
+        self._write("GetStatus", max(self._id, 1), "")
+        while True:
+            end = self._buffer.find(_STATUS_END)
+            if end >= 0:
+                break
+            if len(self._buffer) > _MAX_STATUS_BYTES:
+                raise RobotLost(f"{self.name}: a status of more than {_MAX_STATUS_BYTES} bytes")
+            self._buffer += self._read()
+        document, self._buffer = self._buffer[: end + len(_STATUS_END)], self._buffer[end + len(_STATUS_END) :]
+        try:
+            self.last = read_status(document.lstrip(b"\0 \r\n\t"))
+        except ValueError as error:
+            self.close()
+            raise RobotLost(f"{self.name}: {error}") from error
+        return self.last
+
+    def run(self, kind: str, fields: str, limit_s: float = 10.0) -> Status:
+        """Sends one command and polls until it is done. Raises RobotError when it ends in an error,
+        RobotLost when it does not end."""
+        self._id += 1
+        before = None if self.last is None else self.last.command_id
+        self._write(kind, self._id, fields)
+        deadline = time.monotonic() + limit_s
+        while True:
+            if self._interrupted.is_set():
+                raise Interrupted(self.name)
+            status = self.status()
+            if status.command_id == self._id and status.state == "CRCL_Done":
+                return status
+            if status.command_id == self._id and status.state == "CRCL_Error":
+                raise RobotError(f"{kind}: {status.description or 'an error without description'}")
+            if status.command_id not in (self._id, before):
+                raise RobotError(f"{kind}: someone else commands the robot (command {status.command_id})")
+            if time.monotonic() > deadline:
+                raise RobotLost(f"{self.name}: {kind} has not ended within {limit_s:g} s")
+            self._interrupted.wait(self.poll_s)
+
+    # -- bytes --------------------------------------------------------------------------------
+
+    def _write(self, kind: str, identifier: int, fields: str) -> None:
+        if self._socket is None:
+            raise RobotLost(f"{self.name}: not connected")
+        document = (
+            '<?xml version="1.0" encoding="UTF-8"?><CRCLCommandInstance>'
+            f'<CRCLCommand xmlns:xsi="{_XSI}" xsi:type="{kind}Type">'
+            f"<CommandID>{identifier}</CommandID>{fields}</CRCLCommand></CRCLCommandInstance>"
+        )
+        self.counters.count(kind)
+        try:
+            self._socket.sendall(document.encode())
+        except OSError as error:
+            self.close()
+            raise RobotLost(f"{self.name}: {error}") from error
+
+    def _read(self) -> bytes:
+        assert self._socket is not None
+        try:
+            data = self._socket.recv(1 << 16)
+        except OSError as error:
+            self.close()
+            raise RobotLost(f"{self.name}: no status: {error}") from error
+        if not data:
+            self.close()
+            raise RobotLost(f"{self.name}: the robot has closed the connection")
+        return data
+
+
+def _tag(name: str, inner: str) -> str:
+    return f"<{name}>{inner}</{name}>"
+
+
+def _text(value: float) -> str:
+    return f"{value:.6f}"
+
+
+def _absolute(name: str, value: float) -> str:
+    return f'<{name} xmlns:xsi="{_XSI}" xsi:type="{name}AbsoluteType">' + _tag("Setting", _text(value)) + f"</{name}>"
+
+
+# A connection that is made anew after a loss, by a caller that has time.
+def reconnect(robot: CrclRobot, give_up: Callable[[], bool], pause_s: float = 0.5) -> bool:
+    """Tries until the robot answers (True) or `give_up` says so (False)."""
+    while not give_up():
+        try:
+            robot.connect()
+            return True
+        except RobotLost:
+            time.sleep(pause_s)
+    return False

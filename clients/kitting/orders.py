@@ -1,0 +1,382 @@
+"""What is wanted, who works on it, and what has become of it: the board that all robots share."""
+
+from __future__ import annotations
+
+import threading
+import time
+import tomllib
+from dataclasses import dataclass, field
+from enum import Enum
+from pathlib import Path
+from typing import Iterable
+
+from cell import Cell, CellError
+from geometry import XY, distance
+from trays import Content, Scene, TrayView, associate
+from vision import canonical, merge_frames, parse_line
+
+SAME_KIT_MM = 60.0
+
+
+@dataclass(frozen=True)
+class Order:
+    """A kit: which tray, which part in which slot, more urgent first."""
+
+    tray: str
+    wanted: dict[str, str]
+    priority: int = 0
+
+
+class KitState(Enum):
+    OPEN = "open"
+    COMPLETE = "complete"
+    INCOMPLETE = "incomplete"
+
+
+@dataclass
+class Kit:
+    """One kit tray on the board. `wanted`: a part's type a slot, None for a slot that is to be empty."""
+
+    number: int
+    tray: str
+    xy: XY
+    wanted: dict[str, str | None]
+    priority: int = 0
+    state: KitState = KitState.OPEN
+    robot: str | None = None  # who works on it
+    given_up: dict[str, str] = field(default_factory=dict)  # by whom, and why
+    filled_by: dict[str, int] = field(default_factory=dict)
+    began_s: float | None = None
+    ended_s: float | None = None
+    slots: dict[str, str] = field(default_factory=dict)  # as last seen
+
+    @property
+    def name(self) -> str:
+        return f"{self.tray} #{self.number}"
+
+
+def open_slots(kit: Kit, tray: TrayView) -> list[str]:
+    """Slots that are not yet as wanted."""
+    return [name for name, part in kit.wanted.items() if not fits(tray, name, part)]
+
+
+def fits(tray: TrayView, slot_name: str, part: str | None) -> bool:
+    slot = tray.slot(slot_name)
+    if slot is None:
+        return False
+    if part is None:
+        return slot.content is Content.EMPTY
+    return slot.content in (Content.RIGHT, Content.WRONG) and slot.part is not None and slot.part.type == part
+
+
+class Board:
+    """Thread-safe. `orders` is None for: every kit tray that is seen, every slot with its own part."""
+
+    def __init__(self, cell: Cell, orders: list[Order] | None = None) -> None:
+        self._cell = cell
+        self._lock = threading.RLock()
+        self._unmatched = None if orders is None else sorted(orders, key=lambda o: -o.priority)
+        self.kits: list[Kit] = []
+        self.belt_epoch = 0
+        self.belt_travel_mm = 0.0
+        self.rounds = 0
+        self.emptying = False  # parts go back to the part trays
+        self._up: dict[str, bool] = {}
+        self._ever_up = False
+        self._down_since: dict[str, float] = {}
+        self._looked: dict[str, int] = {}  # the belt's epoch at each robot's latest look
+        self._tools: dict[str, XY] = {}
+        self._moved: list[tuple[float, XY, str]] = []  # places that changed: when, where, by whom
+        self._claimed: dict[str, tuple[XY, ...]] = {}
+        self._began = time.monotonic()
+
+    # -- robots -------------------------------------------------------------------------------
+
+    def set_up(self, robot: str, up: bool) -> None:
+        """A robot that goes down gives its orders back to all."""
+        with self._lock:
+            self._up[robot] = up
+            self._ever_up = self._ever_up or up
+            if not up:
+                self._down_since.setdefault(robot, time.monotonic())
+                self._looked.pop(robot, None)
+                self._claimed.pop(robot, None)
+                for kit in self.kits:
+                    if kit.robot == robot:
+                        kit.robot = None
+            else:
+                self._down_since.pop(robot, None)
+                for kit in self.kits:
+                    kit.given_up.pop(robot, None)
+
+    def any_up(self) -> bool:
+        with self._lock:
+            return any(self._up.values())
+
+    def any_ever_up(self) -> bool:
+        with self._lock:
+            return self._ever_up
+
+    def note_tool(self, robot: str, xy: XY) -> None:
+        with self._lock:
+            self._tools[robot] = xy
+
+    def other_tools(self, robot: str) -> list[XY]:
+        with self._lock:
+            return [xy for name, xy in self._tools.items() if name != robot]
+
+    # -- places -------------------------------------------------------------------------------
+
+    def claim_places(self, robot: str, places: Iterable[XY], seen_at: float) -> bool:
+        """Parts and slots are one robot's at a time, and what another has changed since one looked
+        has to be looked at again."""
+        wanted = tuple(places)
+        with self._lock:
+            for other, claimed in self._claimed.items():
+                if other != robot and any(distance(a, b) < 20 for a in wanted for b in claimed):
+                    return False
+            for when, where, who in self._moved:
+                if who != robot and when > seen_at and any(distance(where, xy) < 20 for xy in wanted):
+                    return False
+            self._claimed[robot] = wanted
+            return True
+
+    def release_places(self, robot: str, changed: Iterable[XY] = ()) -> None:
+        with self._lock:
+            self._claimed.pop(robot, None)
+            now = time.monotonic()
+            self._moved += [(now, xy, robot) for xy in changed]
+            del self._moved[:-200]
+
+    # -- kits ---------------------------------------------------------------------------------
+
+    def see(self, robot: str, scene: Scene) -> None:
+        """Kit trays that were not known join, if somebody has ordered them."""
+        with self._lock:
+            self._looked[robot] = scene.epoch
+            for tray in scene.trays:
+                if tray.type.is_kit and self.kit_at(tray) is None:
+                    self._add(tray)
+            for tray in scene.trays:
+                kit = self.kit_at(tray) if tray.type.is_kit else None
+                if kit is not None and kit.robot is None and kit.state is not KitState.OPEN and not self.emptying:
+                    # Somebody has taken something out of a kit that was done.
+                    if kit.state is KitState.COMPLETE and open_slots(kit, tray):
+                        kit.state, kit.ended_s = KitState.OPEN, None
+
+    def kit_at(self, tray: TrayView) -> Kit | None:
+        with self._lock:
+            near = [k for k in self.kits if k.tray == tray.type.name and distance(k.xy, tray.pose.xy) < SAME_KIT_MM]
+            return min(near, key=lambda k: distance(k.xy, tray.pose.xy), default=None)
+
+    def claim(self, robot: str) -> Kit | None:
+        """The next kit for a robot: urgent ones first, then those that no other robot can do, then
+        the nearest."""
+        with self._lock:
+            mine = self._cell.robots[robot]
+            free = [
+                k
+                for k in self.kits
+                if k.state is KitState.OPEN and k.robot is None and robot not in k.given_up and mine.reaches(k.xy)
+            ]
+            if not free:
+                return None
+
+            def rank(kit: Kit) -> tuple[float, ...]:
+                others = sum(
+                    up and name != robot and self._cell.robots[name].reaches(kit.xy) for name, up in self._up.items()
+                )
+                return (-kit.priority, others, distance(kit.xy, mine.base_mm[:2]))
+
+            kit = min(free, key=rank)
+            kit.robot = robot
+            if kit.began_s is None:
+                kit.began_s = self._now()
+            return kit
+
+    def mine(self, kit: Kit, robot: str) -> bool:
+        with self._lock:
+            return kit.robot == robot and kit.state is KitState.OPEN
+
+    def submit(self, kit: Kit, tray: TrayView) -> None:
+        with self._lock:
+            kit.state, kit.robot, kit.ended_s = KitState.COMPLETE, None, self._now()
+            self._note(kit, tray)
+
+    def give_up(self, kit: Kit, robot: str, why: str, tray: TrayView | None) -> None:
+        with self._lock:
+            kit.given_up[robot] = why
+            kit.robot = None
+            if tray is not None:
+                self._note(kit, tray)
+
+    def news(self) -> None:
+        """What was given up may go on: there are other parts now, or another way."""
+        with self._lock:
+            for kit in self.kits:
+                kit.given_up.clear()
+
+    def belt_moved(self, way_mm: float) -> None:
+        with self._lock:
+            self.belt_epoch += 1
+            self.belt_travel_mm += way_mm
+            for kit in self.kits:
+                if self._cell.on_belt(kit.xy):
+                    kit.xy = (kit.xy[0] + way_mm, kit.xy[1])
+            self.news()
+
+    def needs_look(self, robot: str) -> bool:
+        with self._lock:
+            return self._looked.get(robot) != self.belt_epoch
+
+    def hopeless(self, patience_s: float) -> bool:
+        """Nobody will go on with any kit and nobody is at work. A robot that is down is waited for
+        so long when it could do a kit."""
+        with self._lock:
+            if any(k.robot is not None for k in self.kits):
+                return False
+            now = time.monotonic()
+            able = [
+                name for name, up in self._up.items() if up or now - self._down_since.get(name, now) < patience_s
+            ]
+            if not any(self._up.values()) and able:
+                return False
+            if any(up and self._looked.get(name) != self.belt_epoch for name, up in self._up.items()):
+                return False
+            return not any(
+                k.state is KitState.OPEN
+                and any(n not in k.given_up and self._cell.robots[n].reaches(k.xy) for n in able)
+                for k in self.kits
+            )
+
+    def any_open(self) -> bool:
+        with self._lock:
+            return any(k.state is KitState.OPEN for k in self.kits)
+
+    def held_targets(self, robot: str, scene: Scene) -> list[tuple[Kit, TrayView]]:
+        """Kits in which a robot may put what it has in its hand."""
+        with self._lock:
+            pairs = [
+                (k, scene.tray_at(k.tray, k.xy, SAME_KIT_MM))
+                for k in self.kits
+                if k.state is KitState.OPEN and k.robot in (None, robot)
+            ]
+            return [(kit, tray) for kit, tray in pairs if tray is not None]
+
+    def close(self) -> None:
+        """Kits that nobody goes on with are submitted as they are."""
+        with self._lock:
+            for kit in self.kits:
+                if kit.state is KitState.OPEN:
+                    kit.state, kit.ended_s = KitState.INCOMPLETE, self._now()
+
+    def next_round(self) -> None:
+        """From filling kits to carrying the parts back, and the other way round."""
+        with self._lock:
+            self.emptying = not self.emptying
+            self.rounds += 1
+            for kit in self.kits:
+                kit.state, kit.began_s, kit.ended_s = KitState.OPEN, None, None
+                kit.given_up.clear()
+                own = {slot.name: slot.part for slot in self._cell.trays[kit.tray].slots}
+                kit.wanted = {name: None for name in own} if self.emptying else dict(own)
+
+    def complete(self) -> bool:
+        with self._lock:
+            return all(k.state is KitState.COMPLETE for k in self.kits) and not self._unmatched
+
+    def result(self) -> list[dict[str, object]]:
+        with self._lock:
+            kits: list[dict[str, object]] = [
+                {
+                    "kit": k.name,
+                    "x_mm": round(k.xy[0], 1),
+                    "y_mm": round(k.xy[1], 1),
+                    "state": k.state.value,
+                    "wanted": k.wanted,
+                    "slots": k.slots,
+                    "placed_by": k.filled_by,
+                    "given_up": k.given_up,
+                    "began_s": k.began_s,
+                    "ended_s": k.ended_s,
+                }
+                for k in self.kits
+            ]
+            missing = [{"kit": o.tray, "state": "no such tray", "wanted": o.wanted} for o in self._unmatched or ()]
+            return kits + missing
+
+    def _add(self, tray: TrayView) -> None:
+        own: dict[str, str | None] = {slot.name: slot.part for slot in tray.type.slots}
+        priority = 0
+        if self._unmatched is not None:
+            order = next((o for o in self._unmatched if o.tray == tray.type.name), None)
+            if order is None:
+                return
+            self._unmatched.remove(order)
+            own, priority = dict(order.wanted), order.priority
+        number = 1 + sum(k.tray == tray.type.name for k in self.kits)
+        self.kits.append(Kit(number, tray.type.name, tray.pose.xy, own, priority))
+
+    def _note(self, kit: Kit, tray: TrayView) -> None:
+        kit.slots = {s.slot.name: s.part.type if s.part else s.content.value for s in tray.slots}
+
+    def _now(self) -> float:
+        return round(time.monotonic() - self._began, 3)
+
+
+def read_orders(path: Path, cell: Cell) -> list[Order]:
+    """Orders from a TOML file, `[[kit]]` with `tray` and, if not all slots are to be filled, `slots`;
+    or taught: from lines of vision that show the goal, every kit tray as it is to become."""
+    if path.suffix != ".toml":
+        return _taught(path, cell)
+    try:
+        with open(path, "rb") as file:
+            rows = tomllib.load(file).get("kit", [])
+    except (OSError, tomllib.TOMLDecodeError) as error:
+        raise CellError(f"{path}: {error}") from error
+    if not isinstance(rows, list) or not rows:
+        raise CellError(f"{path}: kit: a list of tables is expected")
+    orders: list[Order] = []
+    for i, row in enumerate(rows):
+        where = f"{path}: kit[{i}]"
+        unknown = set(row) - {"tray", "slots", "priority", "count"}
+        if unknown:
+            raise CellError(f"{where}.{min(unknown)}: tray, slots, priority or count is expected")
+        tray = cell.trays.get(canonical(str(row.get("tray", ""))))
+        if tray is None or not tray.is_kit:
+            names = ", ".join(t.name for t in cell.trays.values() if t.is_kit)
+            raise CellError(f"{where}.tray: one of {names} is expected")
+        own = {slot.name: slot.part for slot in tray.slots}
+        wanted = {name: canonical(str(part)) for name, part in row.get("slots", own).items()}
+        for name, part in wanted.items():
+            if name not in own:
+                raise CellError(f"{where}.slots.{name}: one of {', '.join(own)} is expected")
+            if part != own[name]:
+                raise CellError(f"{where}.slots.{name}: {own[name]} is expected, nothing else fits")
+        count, priority = row.get("count", 1), row.get("priority", 0)
+        if not isinstance(count, int) or count < 1 or not isinstance(priority, int):
+            raise CellError(f"{where}: count >= 1 and priority, whole numbers, are expected")
+        orders += [Order(tray.name, wanted, priority)] * count
+    return orders
+
+
+def _taught(path: Path, cell: Cell) -> list[Order]:
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise CellError(f"{path}: {error}") from error
+    lines = [line for line in text.splitlines() if line.strip()]
+    if lines and lines[0].startswith("name,"):
+        # One object a line, as the controllers save their views.
+        frames = [[d for line in lines[1:] for d in parse_line(line)]]
+    else:
+        frames = [parse_line(line) for line in lines]
+    sightings, _ = merge_frames(frames)
+    orders = []
+    for tray in associate(sightings, cell).trays:
+        wanted = {s.slot.name: s.part.type for s in tray.slots if s.part and s.content is Content.RIGHT}
+        if tray.type.is_kit and wanted:
+            orders.append(Order(tray.type.name, wanted))
+    if not orders:
+        raise CellError(f"{path}: a kit tray with parts in its slots is expected")
+    return orders

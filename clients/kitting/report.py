@@ -1,0 +1,46 @@
+"""What happens, for people as lines and for programs as one JSON file."""
+
+from __future__ import annotations
+
+import json
+import sys
+import threading
+import time
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+
+class Report:
+    """Told by all threads."""
+
+    def __init__(self, quiet: bool = False) -> None:
+        self._quiet = quiet
+        self._lock = threading.Lock()
+        self._began = time.monotonic()
+        self.events: list[dict[str, Any]] = []
+        self.counts: Counter[str] = Counter()
+
+    def seconds(self) -> float:
+        return time.monotonic() - self._began
+
+    def tell(self, who: str, event: str, text: str, **fields: Any) -> None:
+        with self._lock:
+            at = round(self.seconds(), 3)
+            self.counts[event] += 1
+            self.events.append({"at_s": at, "who": who, "event": event, "text": text, **fields})
+            del self.events[:-10000]
+            if not self._quiet:
+                print(f"{at:8.2f} {who}: {text}", file=sys.stdout, flush=True)
+
+    def write(self, path: Path, **results: Any) -> None:
+        with self._lock:
+            document = {
+                "wall_s": round(self.seconds(), 3),
+                **results,
+                "counts": dict(sorted(self.counts.items())),
+                "events": self.events,
+            }
+        temporary = path.with_name(path.name + ".part")
+        temporary.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+        temporary.replace(path)

@@ -1,0 +1,40 @@
+"""Place a part: approach above the slot, descend, open, retreat: taking, mirrored."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+from arm import APPROACH_MM, FAST_MM_S, SLOW_MM_S, Arm, finger_yaws
+from crcl_robot import RobotError
+from geometry import XY, distance
+from skill_take import approach
+
+DROP_MM = 0.5  # above the slot, where the fingers open
+
+
+class Placed(Enum):
+    DONE = "done"
+    LOST = "lost"  # the part was gone before it arrived
+    REFUSED = "refused"  # the robot does not go there
+    FAILED = "failed"  # the robot stopped on an error on the way
+
+
+def place_part(arm: Arm, xy: XY, thickness_mm: float, others: list[XY]) -> Placed:
+    """Puts what is held into the slot at `xy`. The caller holds the space."""
+    low = arm.grip_height(xy, thickness_mm) + DROP_MM
+    high = low + APPROACH_MM
+    others = [o for o in others if distance(o, xy) > 10]
+    yaw = approach(arm, xy, high, finger_yaws(xy, others, arm.robot.open_mm, arm.neutral_yaw(xy)))
+    if yaw is None:
+        return Placed.REFUSED
+    if not arm.holds():
+        return Placed.LOST
+    try:
+        arm.move(xy, low, yaw, straight=True, speed_mm_s=SLOW_MM_S)
+        arm.crcl.dwell(0.05)
+        arm.set_gripper(True)
+        arm.move(xy, high, yaw, straight=True, speed_mm_s=FAST_MM_S)
+    except RobotError as error:
+        arm.tell("robot_error", f"stopped while it placed a part: {error}")
+        return Placed.FAILED
+    return Placed.DONE

@@ -1,0 +1,58 @@
+"""Take a part: approach above, descend, dwell, close, dwell, check, retreat, check."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+from arm import APPROACH_MM, FAST_MM_S, SLOW_MM_S, Arm, finger_yaws
+from crcl_robot import RobotError
+from geometry import XY, distance
+
+YAW_TRIALS = 3
+
+
+class Taken(Enum):
+    HELD = "held"
+    MISSED = "missed"  # the fingers closed on nothing, or lost it
+    REFUSED = "refused"  # the robot does not go there
+    FAILED = "failed"  # the robot stopped on an error on the way
+
+
+def take_part(arm: Arm, xy: XY, thickness_mm: float, others: list[XY], trial: int = 0) -> Taken:
+    """Takes the part at `xy` out of a tray. `others`: where other parts are. Each further trial
+    grips with another yaw. The caller holds the space."""
+    low = arm.grip_height(xy, thickness_mm)
+    high = low + APPROACH_MM
+    yaws = finger_yaws(xy, [o for o in others if distance(o, xy) > 10], arm.robot.open_mm, arm.neutral_yaw(xy))
+    yaws = yaws[3 * trial :] or yaws
+    arm.set_gripper(True)
+    yaw = approach(arm, xy, high, yaws)
+    if yaw is None:
+        return Taken.REFUSED
+    try:
+        arm.move(xy, low, yaw, straight=True, speed_mm_s=SLOW_MM_S)
+        arm.crcl.dwell(0.05)
+        arm.set_gripper(False)
+        arm.crcl.dwell(0.2)
+        if not arm.holds():
+            arm.set_gripper(True)
+            arm.move(xy, high, yaw, straight=True, speed_mm_s=FAST_MM_S)
+            return Taken.MISSED
+        arm.move(xy, high, yaw, straight=True, speed_mm_s=SLOW_MM_S)
+    except RobotError as error:
+        arm.tell("robot_error", f"stopped while it took a part: {error}")
+        return Taken.FAILED
+    return Taken.HELD if arm.holds() else Taken.MISSED
+
+
+def approach(arm: Arm, xy: XY, z: float, yaws: list[float]) -> float | None:
+    """Goes there with the first of the yaws that the robot accepts; None when it refuses some. A
+    refusal is told from a breakdown by what the robot does afterwards."""
+    for yaw in yaws[: 8 * YAW_TRIALS : 8] if len(yaws) > 8 else yaws[:YAW_TRIALS]:
+        try:
+            arm.move(xy, z, yaw, straight=False, speed_mm_s=FAST_MM_S)
+            return yaw
+        except RobotError as error:
+            arm.tell("refused", f"does not go to ({xy[0]:.0f}, {xy[1]:.0f}): {error}")
+            arm.crcl.initialise()
+    return None

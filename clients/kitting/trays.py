@@ -1,0 +1,147 @@
+"""What lies in which slot: sightings become trays with slots, each empty or with a part."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Callable, Iterator
+
+from cell import Cell, Slot, TrayType
+from geometry import XY, Pose2, distance
+from vision import Sighting
+
+SEATED_MM = 8.0  # a part so near to a slot's centre sits in it
+BLOCKED_MM = 25.0  # one that is nearer than this lies across it
+
+
+class Content(Enum):
+    EMPTY = "empty"
+    RIGHT = "right"  # a part of the type that belongs there
+    WRONG = "wrong"  # a part of another type
+    BLOCKED = "blocked"  # a part that does not sit
+    UNKNOWN = "unknown"  # out of the camera's sight
+
+
+@dataclass
+class Part:
+    type: str
+    xy: XY
+
+
+@dataclass
+class SlotView:
+    slot: Slot
+    xy: XY
+    content: Content = Content.EMPTY
+    part: Part | None = None
+
+
+@dataclass
+class TrayView:
+    type: TrayType
+    pose: Pose2
+    slots: list[SlotView]
+    number: int = 0  # among those of its type, from 1, by place
+
+    @property
+    def name(self) -> str:
+        return f"{self.type.name}_{self.number}"
+
+    def slot(self, name: str) -> SlotView | None:
+        return next((s for s in self.slots if s.slot.name == name), None)
+
+
+@dataclass
+class Scene:
+    """What one look has shown, and what has been done since by who has looked."""
+
+    trays: list[TrayView]
+    parts: list[Part]
+    seen_at: float = field(default_factory=time.monotonic)
+    epoch: int = 0  # of the belt
+
+    def slots(self, kits: bool) -> Iterator[tuple[TrayView, SlotView]]:
+        for tray in self.trays:
+            if tray.type.is_kit == kits:
+                for slot in tray.slots:
+                    yield tray, slot
+
+    def tray_at(self, type_name: str, xy: XY, within_mm: float) -> TrayView | None:
+        near = [t for t in self.trays if t.type.name == type_name and distance(t.pose.xy, xy) < within_mm]
+        return min(near, key=lambda t: distance(t.pose.xy, xy), default=None)
+
+    def slot_at(self, xy: XY) -> SlotView | None:
+        return next((s for t in self.trays for s in t.slots if distance(s.xy, xy) < SEATED_MM), None)
+
+    def taken(self, part: Part) -> None:
+        """The part is no longer where it was."""
+        self.parts = [p for p in self.parts if p is not part]
+        for tray in self.trays:
+            for slot in tray.slots:
+                if slot.part is part:
+                    slot.part, slot.content = None, Content.EMPTY
+
+    def placed(self, part_type: str, target: SlotView) -> None:
+        part = Part(part_type, target.xy)
+        self.parts.append(part)
+        target.part = part
+        target.content = Content.RIGHT if part_type == target.slot.part else Content.WRONG
+
+
+def associate(
+    sightings: list[Sighting],
+    cell: Cell,
+    sees: Callable[[XY], bool] = lambda _: True,
+    ignored: list[XY] | None = None,
+) -> Scene:
+    """Trays, their slots and what is in them. `sees`: where the camera looks; `ignored`: where tools
+    are, which may hold parts that lie nowhere."""
+    parts = [
+        Part(s.name, s.pose.xy)
+        for s in sightings
+        if s.name in cell.gears and not any(distance(s.pose.xy, xy) < 40 for xy in ignored or ())
+    ]
+    trays = []
+    for s in sightings:
+        if s.name in cell.trays:
+            pose = _best_yaw(s, cell.trays[s.name], parts)
+            trays.append(TrayView(cell.trays[s.name], pose, _slots(cell.trays[s.name], pose, parts, sees)))
+    # Numbers by place, so that they are the same however the camera orders its objects.
+    for type_name in cell.trays:
+        ordered = sorted((t for t in trays if t.type.name == type_name), key=lambda t: (t.pose.x, t.pose.y))
+        for number, tray in enumerate(ordered, 1):
+            tray.number = number
+    return Scene(sorted(trays, key=lambda t: (t.type.name, t.number)), parts)
+
+
+def _slots(tray: TrayType, pose: Pose2, parts: list[Part], sees: Callable[[XY], bool]) -> list[SlotView]:
+    views = []
+    for slot in tray.slots:
+        view = SlotView(slot, pose.point(slot.xy_mm))
+        part = min(parts, key=lambda p: distance(p.xy, view.xy), default=None)
+        away = math.inf if part is None else distance(part.xy, view.xy)
+        if part is not None and away < SEATED_MM:
+            view.part = part
+            view.content = Content.RIGHT if part.type == slot.part else Content.WRONG
+        elif away < BLOCKED_MM:
+            view.part, view.content = part, Content.BLOCKED
+        elif not sees(view.xy):
+            view.content = Content.UNKNOWN
+        views.append(view)
+    return views
+
+
+def _best_yaw(s: Sighting, tray: TrayType, parts: list[Part]) -> Pose2:
+    """A tray's yaw, or that and half a turn: part trays' yaw is known up to half a turn only, and a
+    kit's may have flipped. The one in which more parts sit in slots; the seen one when equal."""
+    if s.kind == "KT" and s.flips == 0:
+        return s.pose
+    turned = Pose2(s.pose.x, s.pose.y, s.pose.yaw + math.pi)
+
+    def seated(pose: Pose2) -> int:
+        places = [(slot.part, pose.point(slot.xy_mm)) for slot in tray.slots]
+        return sum(any(p.type == t and distance(p.xy, xy) < SEATED_MM for p in parts) for t, xy in places)
+
+    return turned if seated(turned) > seated(s.pose) else s.pose

@@ -1,0 +1,220 @@
+"""The camera's lines: read, followed over frames, and looked at when they are steady.
+
+A line is a frame: `name,rotation,x,y,score,type,` an object, radians and millimetres."""
+
+from __future__ import annotations
+
+import socket
+import threading
+import time
+from collections import deque
+from dataclasses import dataclass, field
+from typing import Callable, Sequence
+
+import math
+
+from calibration import Correction
+from geometry import XY, Pose2, distance, mean_angle, wrapped
+
+_FIELDS = 6
+_MAX_LINE_BYTES = 1 << 20
+_SAME_MM = 15.0  # from frame to frame an object moves less, and two of a type are farther apart
+_REPEATS = 8  # equal lines in a row that are a camera without noise, not a frame sent again
+SKIPPED = 3  # frames that may be older than the moment at which somebody begins to look
+WINDOW = 6  # frames that must agree
+_STEADY_MM = 2.0
+
+
+class LookError(Exception):
+    """No steady frames in time; the text says why."""
+
+
+@dataclass(frozen=True)
+class Detection:
+    name: str
+    kind: str  # P part, PT part tray, KT kit tray
+    pose: Pose2
+    score: float
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """One object, from all frames of a look."""
+
+    name: str
+    kind: str
+    pose: Pose2
+    seen: int  # frames
+    flips: int  # frames that had its yaw turned by half a turn
+
+
+def canonical(name: str) -> str:
+    """A type's name as orders and action lists also have it: with sku_."""
+    return name if name.startswith("sku_") else "sku_" + name
+
+
+def parse_line(line: str) -> list[Detection]:
+    """Objects of a frame. As the laboratory's client does: what lacks one of the first five fields,
+    and what is called *, is skipped; so is what is no number."""
+    fields = [text.strip() for text in line.strip().split(",")]
+    found = []
+    for i in range(0, len(fields) - _FIELDS + 1, _FIELDS):
+        name, rotation, x, y, score, kind = fields[i : i + _FIELDS]
+        if name == "*" or not all((name, rotation, x, y, score)):
+            continue
+        try:
+            numbers = [float(text) for text in (rotation, x, y, score)]
+        except ValueError:
+            continue
+        if all(map(math.isfinite, numbers)):
+            pose = Pose2(numbers[1], numbers[2], wrapped(numbers[0]))
+            found.append(Detection(canonical(name), kind, pose, numbers[3]))
+    return found
+
+
+@dataclass
+class _Track:
+    detections: list[Detection]
+    last_frame: int
+
+    def spread_mm(self) -> float:
+        first = self._majority()[0].pose.xy
+        return max(distance(first, d.pose.xy) for d in self._majority())
+
+    def _majority(self) -> list[Detection]:
+        """A kit tray's yaw flips by half a turn in some frames, and its place with it."""
+        groups: tuple[list[Detection], list[Detection]] = ([], [])
+        for d in self.detections:
+            turned = abs(wrapped(d.pose.yaw - self.detections[0].pose.yaw)) > math.pi / 2
+            groups[turned and d.kind != "P"].append(d)
+        return max(groups, key=len)
+
+    def sighting(self) -> Sighting:
+        agreed = self._majority()
+        n = len(agreed)
+        pose = Pose2(
+            sum(d.pose.x for d in agreed) / n,
+            sum(d.pose.y for d in agreed) / n,
+            mean_angle([d.pose.yaw for d in agreed]),
+        )
+        first = agreed[0]
+        return Sighting(first.name, first.kind, pose, len(self.detections), len(self.detections) - n)
+
+
+def merge_frames(frames: Sequence[Sequence[Detection]]) -> tuple[list[Sighting], float]:
+    """Objects over frames, those that are in at least a third of them, and how far the one that
+    moved most has moved [mm]. So an object that is missed in some frames coasts over them, and a
+    ghost of one frame is left out."""
+    tracks: list[_Track] = []
+    for index, frame in enumerate(frames):
+        for detection in frame:
+            near = [
+                t
+                for t in tracks
+                if t.last_frame < index
+                and (t.detections[0].name, t.detections[0].kind) == (detection.name, detection.kind)
+                and distance(t.detections[-1].pose.xy, detection.pose.xy) < _SAME_MM
+            ]
+            if near:
+                track = min(near, key=lambda t: distance(t.detections[-1].pose.xy, detection.pose.xy))
+                track.detections.append(detection)
+                track.last_frame = index
+            else:
+                tracks.append(_Track([detection], index))
+    kept = [t for t in tracks if len(t.detections) * 3 >= len(frames)]
+    return [t.sighting() for t in kept], max((t.spread_mm() for t in kept), default=0.0)
+
+
+@dataclass
+class Camera:
+    """One feed, read by a thread of its own that connects again when the feed is lost."""
+
+    host: str
+    port: int
+    base_mm: XY = (0.0, 0.0)  # of the camera's frame in the cell's
+    correction: Correction = field(default_factory=Correction)
+    frames_read: int = 0
+
+    def __post_init__(self) -> None:
+        self._frames: deque[list[Detection]] = deque(maxlen=WINDOW)
+        self._count = 0
+        self._changed = threading.Condition()
+        self._closed = False
+        self._trouble = "no frame yet"
+        self._last_line, self._repeats = b"", 0
+        self._thread = threading.Thread(target=self._run, name=f"camera {self.port}", daemon=True)
+
+    def start(self) -> None:
+        self._thread.start()
+
+    def close(self) -> None:
+        self._closed = True
+        if self._thread.is_alive():
+            self._thread.join(2)
+
+    def look(self, timeout_s: float = 30.0, give_up: Callable[[], bool] = lambda: False) -> list[Sighting]:
+        """What frames from now on agree about, in the cell's frame."""
+        deadline = time.monotonic() + timeout_s
+        with self._changed:
+            first = self._count + SKIPPED + WINDOW
+            while True:
+                if self._count >= first:
+                    sightings, moved = merge_frames(list(self._frames))
+                    if moved <= _STEADY_MM:
+                        return [self._placed(s) for s in sightings]
+                    self._trouble = f"something moves by {moved:.1f} mm"
+                    first = self._count + 1
+                if time.monotonic() > deadline or give_up():
+                    raise LookError(f"no steady frames within {timeout_s:g} s: {self._trouble}")
+                self._changed.wait(0.1)
+
+    def _placed(self, s: Sighting) -> Sighting:
+        x, y = self.correction.apply(s.pose.xy)
+        pose = Pose2(x + self.base_mm[0], y + self.base_mm[1], s.pose.yaw)
+        return Sighting(s.name, s.kind, pose, s.seen, s.flips)
+
+    def _run(self) -> None:
+        while not self._closed:
+            try:
+                with socket.create_connection((self.host, self.port), 3) as connection:
+                    connection.settimeout(0.5)
+                    self._read(connection)
+            except OSError as error:
+                self._trouble = f"no feed at {self.host}:{self.port}: {error}"
+            if not self._closed:
+                time.sleep(0.2)
+
+    def _read(self, connection: socket.socket) -> None:
+        buffer = b""
+        while not self._closed:
+            try:
+                data = connection.recv(1 << 16)
+            except TimeoutError:
+                self._trouble = "the feed is silent"
+                continue
+            if not data:
+                self._trouble = "the feed has ended"
+                return
+            buffer += data
+            *lines, buffer = buffer.split(b"\n")
+            if len(buffer) > _MAX_LINE_BYTES:
+                self._trouble = f"a line of more than {_MAX_LINE_BYTES} bytes"
+                return
+            for line in lines:
+                self._take(line.strip())
+
+    def _take(self, line: bytes) -> None:
+        if not line:
+            return
+        # Without news the server sends its last frame again, which is no second look.
+        self._repeats = self._repeats + 1 if line == self._last_line else 0
+        self._last_line = line
+        if 0 < self._repeats < _REPEATS:
+            return
+        detections = parse_line(line.decode("utf-8", "replace"))
+        with self._changed:
+            self._frames.append(detections)
+            self._count += 1
+            self.frames_read += 1
+            self._trouble = "too few frames"
+            self._changed.notify_all()

@@ -1,0 +1,322 @@
+"""A robot's day: take an order, fill the kit part by part, check it by vision, submit it; when
+something fails, find out by looking how things stand and go on from there."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass, field
+
+from arm import Arm
+from conveyor import Conveyor, ConveyorError
+from crcl_robot import Interrupted, RobotError, RobotLost
+from geometry import XY, distance
+from orders import SAME_KIT_MM, Board, Kit
+from plan import Step, Transfer, next_step, place_for_held
+from skill_belt import step_belt
+from skill_look import look_for_parts
+from skill_place import Placed, place_part
+from skill_take import Taken, take_part
+from trays import Scene, SlotView, TrayView
+from vision import LookError
+
+GRASP_TRIALS = 3  # at one place
+_PAUSE_S = 0.1
+_AVOID_MM = 15.0
+
+
+@dataclass
+class Shop:
+    """What the robots' threads share."""
+
+    board: Board
+    conveyor: Conveyor | None
+    forever: bool = False
+    patience_s: float = 30.0
+    finished: threading.Event = field(default_factory=threading.Event)
+    turn: threading.Lock = field(default_factory=threading.Lock)  # who decides for all
+
+
+class Worker(threading.Thread):
+    def __init__(self, arm: Arm, shop: Shop) -> None:
+        super().__init__(name=arm.name, daemon=True)
+        self.arm, self.shop, self.board = arm, shop, shop.board
+        self._missed: list[XY] = []  # where the gripper has closed on nothing
+        self._refused: list[XY] = []
+        self._epoch = 0
+        self._scene: Scene | None = None  # of the last look, while nothing has been done since
+        self.board.set_up(arm.name, False)
+
+    # -- up and down --------------------------------------------------------------------------
+
+    def run(self) -> None:
+        while not self._over():
+            try:
+                self._come_up()
+                while not self._over():
+                    self._serve()
+                self.arm.go_home()
+            except Interrupted:
+                return
+            except (RobotError, RobotLost, LookError) as error:
+                self._go_down(str(error))
+
+    def _over(self) -> bool:
+        return self.shop.finished.is_set() or self.arm.interrupted.is_set()
+
+    def _come_up(self) -> None:
+        """Finds out where the robot stands, from its own words and from the camera alone: it may be
+        the first time, after a breakdown, or after an end of this program in mid-job."""
+        arm = self.arm
+        arm.at_home = False
+        arm.crcl.connect()
+        arm.crcl.initialise()
+        arm.space.hold(arm.name, arm.corridor(), over_belt=arm.over_belt())
+        arm.space.set_down(arm.name, False)
+        arm.tell("up", "is ready")
+        arm.rise()
+        part_type = self._weighed() if arm.holds() else None
+        scene = self._look()
+        self.board.set_up(arm.name, True)
+        self.board.see(arm.name, scene)
+        if part_type is not None:
+            self._deliver_held(part_type, scene)
+
+    def _go_down(self, why: str) -> None:
+        arm = self.arm
+        if not self._over():
+            arm.tell("down", f"is down: {why}")
+        self.board.set_up(arm.name, False)
+        arm.space.set_down(arm.name, True)
+        arm.crcl.close()
+        arm.interrupted.wait(1.0)
+
+    # -- orders -------------------------------------------------------------------------------
+
+    def _serve(self) -> None:
+        kit = None if self.board.needs_look(self.arm.name) else self.board.claim(self.arm.name)
+        if kit is not None:
+            self._work_on(kit)
+            return
+        self.arm.go_home()
+        if self.board.needs_look(self.arm.name):
+            self._look()
+            return
+        with self.shop.turn:
+            if not self._over() and self.board.hopeless(self.shop.patience_s):
+                self._decide()
+        self.arm.interrupted.wait(_PAUSE_S)
+
+    def _decide(self) -> None:
+        """Nobody can go on: other parts by the belt, another round, or the end."""
+        board = self.board
+        if board.any_open() and not board.emptying and self._bring_tray():
+            return
+        if self.shop.forever:
+            done = "empty" if board.emptying else "full"
+            self.arm.tell("round", f"the kits are as {done} as they get; the other way round now")
+            self._forget()
+            board.next_round()
+            return
+        board.close()
+        self.shop.finished.set()
+
+    def _bring_tray(self) -> bool:
+        """Parts are missing: whatever the belt has upstream."""
+        conveyor = self.shop.conveyor
+        if conveyor is None or self.board.belt_travel_mm + conveyor.belt.step_mm > conveyor.belt.max_travel_mm:
+            return False
+        try:
+            went = step_belt(self.arm, conveyor, conveyor.belt.step_mm)
+        except ConveyorError as error:
+            self.arm.tell("belt_error", f"the belt does not bring anything: {error}")
+            return False
+        if went is None or went < 1:
+            return False
+        self.board.belt_moved(went)
+        return True
+
+    def _work_on(self, kit: Kit) -> None:
+        arm = self.arm
+        arm.tell("order", f"takes on {kit.name}")
+        scene = self._scene
+        if scene is None or scene.epoch != self.board.belt_epoch:
+            scene = self._look()
+        fresh = True
+        failures, limit = 0, 4 + 2 * len(kit.wanted)
+        tray: TrayView | None = None
+        while self.board.mine(kit, arm.name) and not self._over():
+            tray = scene.tray_at(kit.tray, kit.xy, SAME_KIT_MM)
+            if tray is None:
+                self._give_up(kit, "the camera does not show it", None)
+                return
+            step = next_step(scene, kit, tray, arm.robot.reaches, self._avoided)
+            if step.transfer is not None and failures < limit:
+                if self._carry(step.transfer, scene):
+                    kit.filled_by[arm.name] = kit.filled_by.get(arm.name, 0) + 1
+                    fresh = False
+                    continue
+                failures += 1
+            elif fresh:
+                self._end(kit, tray, step)
+                return
+            scene, fresh = self._look(), True
+        if self._over():
+            return
+        self._give_up(kit, "it is no longer ours", tray)
+
+    def _end(self, kit: Kit, tray: TrayView, step: Step) -> None:
+        """The kit as the camera has just shown it."""
+        if step.done:
+            self.board.submit(kit, tray)
+            what = "empty" if self.board.emptying else "full"
+            self.arm.tell("submit", f"submits {kit.name}, {what}")
+            return
+        reasons = []
+        if step.missing:
+            reasons.append("no " + ", no ".join(sorted(set(step.missing))))
+        if step.stuck:
+            reasons.append("cannot serve " + ", ".join(step.stuck))
+        self._give_up(kit, "; ".join(reasons) or "too many failures", tray)
+
+    def _give_up(self, kit: Kit, why: str, tray: TrayView | None) -> None:
+        self.arm.tell("give_up", f"leaves {kit.name}: {why}")
+        self.board.give_up(kit, self.arm.name, why, tray)
+
+    # -- one part -----------------------------------------------------------------------------
+
+    def _carry(self, transfer: Transfer, scene: Scene) -> bool:
+        """True when the part is, as far as the gripper knows, where it belongs; the scene then says
+        so, too. Else the scene is no longer true and has to be looked at again."""
+        arm, board = self.arm, self.board
+        self._scene = None
+        source, target = transfer.source.xy, transfer.target.xy
+        if not board.claim_places(arm.name, (source, target), scene.seen_at):
+            arm.interrupted.wait(_PAUSE_S)
+            return False
+        changed: list[XY] = []
+        try:
+            if not arm.claim(source, target):
+                arm.tell("no_room", "gets no room: another robot stands in the way")
+                self._refused.append(target)
+                return False
+            if scene.epoch != board.belt_epoch:
+                return False
+            if not self._take(transfer, scene):
+                return False
+            changed.append(source)
+            scene.taken(transfer.part)
+            if not self._place(transfer.part.type, transfer.target, transfer.target_tray, scene):
+                return False
+            changed.append(target)
+            scene.placed(transfer.part.type, transfer.target)
+            return True
+        finally:
+            board.release_places(arm.name, changed)
+            # An arm that has stopped on an error keeps all its space until it is up again.
+            if arm.crcl.last is not None and arm.crcl.last.state != "CRCL_Error":
+                arm.space.hold(arm.name, arm.corridor(), over_belt=arm.over_belt())
+
+    def _take(self, transfer: Transfer, scene: Scene) -> bool:
+        arm, xy = self.arm, transfer.source.xy
+        trial = self._misses(xy)
+        arm.tell("take", f"takes {transfer.part.type} at ({xy[0]:.0f}, {xy[1]:.0f})", trial=trial)
+        others = [p.xy for p in scene.parts if p is not transfer.part]
+        # The part's own place, which its slot only bounds.
+        result = take_part(arm, transfer.part.xy, transfer.source_tray.type.thickness_mm, others, trial)
+        if result is Taken.HELD:
+            return True
+        arm.tell("take_" + result.value, f"the part is {result.value}" if result is Taken.MISSED else result.value)
+        if result is Taken.MISSED:
+            self._missed.append(xy)
+            if self._misses(xy) == GRASP_TRIALS:
+                arm.tell("part_failed", f"leaves the part at ({xy[0]:.0f}, {xy[1]:.0f}) alone")
+        elif result is Taken.REFUSED:
+            self._refused.append(xy)
+        else:
+            self._recover()
+        return False
+
+    def _place(self, part_type: str, target: SlotView, tray: TrayView, scene: Scene) -> bool:
+        arm, xy = self.arm, target.xy
+        arm.tell("place", f"places it in {target.slot.name} at ({xy[0]:.0f}, {xy[1]:.0f})")
+        result = place_part(arm, xy, tray.type.thickness_mm, [p.xy for p in scene.parts])
+        if result is Placed.DONE:
+            return True
+        arm.tell("place_" + result.value, f"the part is {result.value}")
+        if result is Placed.REFUSED:
+            self._refused.append(xy)
+        elif result is Placed.FAILED:
+            self._missed.append(xy)
+            self._recover()
+        if arm.holds():
+            self._deliver_held(part_type, self._look())
+        return False
+
+    def _deliver_held(self, part_type: str, scene: Scene) -> None:
+        """What is in the hand and has lost its goal: into a kit that wants it, or back."""
+        arm = self.arm
+        self._scene = None
+        for _ in range(GRASP_TRIALS):
+            kits = self.board.held_targets(arm.name, scene)
+            place = place_for_held(scene, part_type, kits, arm.robot.reaches, self._avoided, arm.tool_xy())
+            if place is None:
+                raise RobotError(f"holds a {part_type} for which no slot is free")
+            slot, tray = place
+            if self.board.claim_places(arm.name, (slot.xy,), scene.seen_at):
+                try:
+                    if arm.claim(slot.xy) and scene.epoch == self.board.belt_epoch:
+                        arm.tell("aside", f"puts what it holds into {slot.slot.name} of {tray.name}")
+                        others = [p.xy for p in scene.parts]
+                        result = place_part(arm, slot.xy, tray.type.thickness_mm, others)
+                        if result in (Placed.DONE, Placed.LOST):
+                            return
+                        self._refused.append(slot.xy)
+                        if result is Placed.FAILED:
+                            self._recover()
+                            if not arm.holds():
+                                return
+                finally:
+                    self.board.release_places(arm.name, (slot.xy,))
+            scene = self._look()
+        raise RobotError(f"gets rid of no {part_type}")
+
+    def _weighed(self) -> str:
+        """The type of what the robot holds, by its weight."""
+        mass = self.arm.weigh()
+        gears = self.arm.cell.gears.values()
+        nearest = min(gears, key=lambda g: abs(g.mass_g - (mass or 0)))
+        others = [abs(g.mass_g - nearest.mass_g) for g in gears if g is not nearest]
+        if mass is None or abs(nearest.mass_g - mass) > min(others, default=2 * nearest.mass_g) / 2:
+            raise RobotError(f"holds something unknown (of {mass} g)")
+        self.arm.tell("weighs", f"holds {mass:.1f} g: a {nearest.name}")
+        return nearest.name
+
+    def _recover(self) -> None:
+        """After an error in mid-job: clear it and get away. When this fails, too, the robot is down."""
+        self.arm.crcl.initialise()
+        self.arm.rise()
+
+    # -- what is known ------------------------------------------------------------------------
+
+    def _look(self) -> Scene:
+        epoch = self.board.belt_epoch
+        if epoch != self._epoch:
+            self._forget()
+            self._epoch = epoch
+        scene = look_for_parts(self.arm, lambda: self.board.other_tools(self.arm.name))
+        scene.epoch = epoch
+        self._scene = scene
+        self.board.note_tool(self.arm.name, self.arm.tool_xy())
+        if not self._over():
+            self.board.see(self.arm.name, scene)
+        return scene
+
+    def _forget(self) -> None:
+        self._missed.clear()
+        self._refused.clear()
+
+    def _misses(self, xy: XY) -> int:
+        return sum(distance(xy, other) < _AVOID_MM for other in self._missed)
+
+    def _avoided(self, xy: XY) -> bool:
+        return self._misses(xy) >= GRASP_TRIALS or any(distance(xy, other) < _AVOID_MM for other in self._refused)
