@@ -85,7 +85,6 @@ class Board:
         self._ever_up = False
         self._down_since: dict[str, float] = {}
         self._looked: dict[str, int] = {}  # the belt's epoch at each robot's latest look
-        self._tools: dict[str, XY] = {}
         self._moved: list[tuple[float, XY, str]] = []  # places that changed: when, where, by whom
         self._claimed: dict[str, tuple[XY, ...]] = {}
         self._began = time.monotonic()
@@ -116,14 +115,6 @@ class Board:
     def any_ever_up(self) -> bool:
         with self._lock:
             return self._ever_up
-
-    def note_tool(self, robot: str, xy: XY) -> None:
-        with self._lock:
-            self._tools[robot] = xy
-
-    def other_tools(self, robot: str) -> list[XY]:
-        with self._lock:
-            return [xy for name, xy in self._tools.items() if name != robot]
 
     # -- places -------------------------------------------------------------------------------
 
@@ -371,7 +362,7 @@ def _taught(path: Path, cell: Cell) -> list[Order]:
         frames = [[d for line in lines[1:] for d in parse_line(line)]]
     else:
         frames = [parse_line(line) for line in lines]
-    sightings, _ = merge_frames(frames)
+    sightings = merge_frames(frames).sightings
     orders = []
     for tray in associate(sightings, cell).trays:
         wanted = {s.slot.name: s.part.type for s in tray.slots if s.part and s.content is Content.RIGHT}

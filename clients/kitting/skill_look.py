@@ -2,18 +2,39 @@
 
 from __future__ import annotations
 
+from typing import Sequence
+
 from arm import Arm
-from geometry import XY
+from geometry import XY, hull, hull_distance
 from trays import Scene, associate
-from typing import Callable
+
+SHADE_MM = 250.0  # an arm hides what is nearer than this to its space, for a camera high above
 
 
-def look_for_parts(arm: Arm, tools: Callable[[], list[XY]] = lambda: [], timeout_s: float = 30.0) -> Scene:
-    """The scene as the robot's camera shows it. `tools`: where tools are that may hold a part.
+def look_for_parts(arm: Arm, others: Sequence[Arm] = (), *, clear: bool = False, timeout_s: float = 30.0) -> Scene:
+    """The scene as the robot's camera shows it. Where another arm may be in the picture, a slot that
+    looks empty is unknown; `clear` waits until no arm is over the belt and keeps it so for the look.
     Raises LookError when the camera shows nothing steady."""
     arm.go_home()
-    sightings = arm.camera.look(timeout_s, give_up=arm.interrupted.is_set)
-    scene = associate(sightings, arm.cell, arm.robot.sees, [arm.tool_xy(), *tools()])
+    if clear:
+        arm.space.acquire(arm.name, arm.corridor(), moves_belt=True, give_up=arm.interrupted.is_set)
+    try:
+        # An arm that leaves in the meantime may be in the first frames, one that comes in the last.
+        spaces = arm.space.others(arm.name)
+        look = arm.camera.look(timeout_s, give_up=arm.interrupted.is_set)
+        spaces += arm.space.others(arm.name)
+    finally:
+        if clear:
+            arm.space.hold(arm.name, arm.corridor())
+
+    def sees(xy: XY) -> bool:
+        return arm.robot.sees(xy) and all(hull_distance(outline, [xy]) >= SHADE_MM for outline in spaces)
+
+    tools = [a.tool_xy() for a in (arm, *others)]
+    scene = associate(look.sightings, arm.cell, sees, tools, arm.robot.base_mm[:2])
+    (left, low), (right, high) = arm.robot.view_mm
+    view = hull([(left, low), (right, low), (right, high), (left, high)])
+    scene.uncertain = look.moving > 0 or any(hull_distance(outline, view) < SHADE_MM for outline in spaces)
     arm.tell(
         "look",
         f"sees {sum(t.type.is_kit for t in scene.trays)} kit trays, "

@@ -61,6 +61,7 @@ class Scene:
     parts: list[Part]
     seen_at: float = field(default_factory=time.monotonic)
     epoch: int = 0  # of the belt
+    uncertain: bool = False  # something may be there that an arm has hidden or that moved
 
     def slots(self, kits: bool) -> Iterator[tuple[TrayView, SlotView]]:
         for tray in self.trays:
@@ -95,9 +96,10 @@ def associate(
     cell: Cell,
     sees: Callable[[XY], bool] = lambda _: True,
     ignored: list[XY] | None = None,
+    base: XY = (0.0, 0.0),
 ) -> Scene:
     """Trays, their slots and what is in them. `sees`: where the camera looks; `ignored`: where tools
-    are, which may hold parts that lie nowhere."""
+    are, which may hold parts that lie nowhere; `base`: trays of a type are numbered from there on."""
     parts = [
         Part(s.name, s.pose.xy)
         for s in sightings
@@ -108,9 +110,13 @@ def associate(
         if s.name in cell.trays:
             pose = _best_yaw(s, cell.trays[s.name], parts)
             trays.append(TrayView(cell.trays[s.name], pose, _slots(cell.trays[s.name], pose, parts, sees)))
+
     # Numbers by place, so that they are the same however the camera orders its objects.
+    def order(tray: TrayView) -> tuple[float, ...]:
+        return (round(distance(tray.pose.xy, base), -1), tray.pose.x, tray.pose.y)
+
     for type_name in cell.trays:
-        ordered = sorted((t for t in trays if t.type.name == type_name), key=lambda t: (t.pose.x, t.pose.y))
+        ordered = sorted((t for t in trays if t.type.name == type_name), key=order)
         for number, tray in enumerate(ordered, 1):
             tray.number = number
     return Scene(sorted(trays, key=lambda t: (t.type.name, t.number)), parts)

@@ -101,10 +101,17 @@ class _Track:
         return Sighting(first.name, first.kind, pose, len(self.detections), len(self.detections) - n)
 
 
-def merge_frames(frames: Sequence[Sequence[Detection]]) -> tuple[list[Sighting], float]:
-    """Objects over frames, those that are in at least a third of them, and how far the one that
-    moved most has moved [mm]. So an object that is missed in some frames coasts over them, and a
-    ghost of one frame is left out."""
+@dataclass(frozen=True)
+class Look:
+    """What frames agree about."""
+
+    sightings: list[Sighting]
+    moving: int  # objects that were in sight and moved
+
+
+def merge_frames(frames: Sequence[Sequence[Detection]]) -> Look:
+    """Objects over frames, those that are in at least a third of them. So an object that is missed in
+    some frames coasts over them, and a ghost of one frame is left out."""
     tracks: list[_Track] = []
     for index, frame in enumerate(frames):
         for detection in frame:
@@ -122,7 +129,8 @@ def merge_frames(frames: Sequence[Sequence[Detection]]) -> tuple[list[Sighting],
             else:
                 tracks.append(_Track([detection], index))
     kept = [t for t in tracks if len(t.detections) * 3 >= len(frames)]
-    return [t.sighting() for t in kept], max((t.spread_mm() for t in kept), default=0.0)
+    still = [t.sighting() for t in kept if t.spread_mm() <= _STEADY_MM]
+    return Look(still, len(kept) - len(still))
 
 
 @dataclass
@@ -152,17 +160,18 @@ class Camera:
         if self._thread.is_alive():
             self._thread.join(2)
 
-    def look(self, timeout_s: float = 30.0, give_up: Callable[[], bool] = lambda: False) -> list[Sighting]:
-        """What frames from now on agree about, in the cell's frame."""
+    def look(self, timeout_s: float = 30.0, give_up: Callable[[], bool] = lambda: False) -> Look:
+        """What frames from now on agree about, in the cell's frame. What moves is left out, unless
+        nothing is still: then this waits."""
         deadline = time.monotonic() + timeout_s
         with self._changed:
             first = self._count + SKIPPED + WINDOW
             while True:
                 if self._count >= first:
-                    sightings, moved = merge_frames(list(self._frames))
-                    if moved <= _STEADY_MM:
-                        return [self._placed(s) for s in sightings]
-                    self._trouble = f"something moves by {moved:.1f} mm"
+                    look = merge_frames(list(self._frames))
+                    if look.sightings or not look.moving:
+                        return Look([self._placed(s) for s in look.sightings], look.moving)
+                    self._trouble = "everything moves"
                     first = self._count + 1
                 if time.monotonic() > deadline or give_up():
                     raise LookError(f"no steady frames within {timeout_s:g} s: {self._trouble}")

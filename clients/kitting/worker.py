@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass, field
+from typing import Sequence
 
 from arm import Arm
 from conveyor import Conveyor, ConveyorError
@@ -30,6 +31,7 @@ class Shop:
 
     board: Board
     conveyor: Conveyor | None
+    arms: Sequence[Arm]
     forever: bool = False
     patience_s: float = 30.0
     finished: threading.Event = field(default_factory=threading.Event)
@@ -142,6 +144,7 @@ class Worker(threading.Thread):
         if scene is None or scene.epoch != self.board.belt_epoch:
             scene = self._look()
         fresh = True
+        certain = False
         failures, limit = 0, 4 + 2 * len(kit.wanted)
         tray: TrayView | None = None
         while self.board.mine(kit, arm.name) and not self._over():
@@ -153,13 +156,16 @@ class Worker(threading.Thread):
             if step.transfer is not None and failures < limit:
                 if self._carry(step.transfer, scene):
                     kit.filled_by[arm.name] = kit.filled_by.get(arm.name, 0) + 1
-                    fresh = False
+                    fresh = certain = False
                     continue
                 failures += 1
-            elif fresh:
+            elif fresh and (step.done or certain or not scene.uncertain):
                 self._end(kit, tray, step)
                 return
-            scene, fresh = self._look(), True
+            else:
+                # Not to be decided from what an arm has hidden.
+                certain = fresh
+            scene, fresh = self._look(clear=certain), True
         if self._over():
             return
         self._give_up(kit, "it is no longer ours", tray)
@@ -259,6 +265,9 @@ class Worker(threading.Thread):
         for _ in range(GRASP_TRIALS):
             kits = self.board.held_targets(arm.name, scene)
             place = place_for_held(scene, part_type, kits, arm.robot.reaches, self._avoided, arm.tool_xy())
+            if place is None and scene.uncertain:
+                scene = self._look(clear=True)
+                continue
             if place is None:
                 raise RobotError(f"holds a {part_type} for which no slot is free")
             slot, tray = place
@@ -277,7 +286,7 @@ class Worker(threading.Thread):
                                 return
                 finally:
                     self.board.release_places(arm.name, (slot.xy,))
-            scene = self._look()
+            scene = self._look(clear=True)
         raise RobotError(f"gets rid of no {part_type}")
 
     def _weighed(self) -> str:
@@ -298,15 +307,15 @@ class Worker(threading.Thread):
 
     # -- what is known ------------------------------------------------------------------------
 
-    def _look(self) -> Scene:
+    def _look(self, *, clear: bool = False) -> Scene:
         epoch = self.board.belt_epoch
         if epoch != self._epoch:
             self._forget()
             self._epoch = epoch
-        scene = look_for_parts(self.arm, lambda: self.board.other_tools(self.arm.name))
+        others = [arm for arm in self.shop.arms if arm is not self.arm]
+        scene = look_for_parts(self.arm, others, clear=clear)
         scene.epoch = epoch
         self._scene = scene
-        self.board.note_tool(self.arm.name, self.arm.tool_xy())
         if not self._over():
             self.board.see(self.arm.name, scene)
         return scene

@@ -10,7 +10,7 @@ from __future__ import annotations
 import threading
 import time
 from dataclasses import dataclass
-from typing import Callable, Iterable
+from typing import Callable, Iterable, Sequence
 
 from geometry import XY, hull, hull_distance
 
@@ -78,6 +78,11 @@ class Space:
             finally:
                 self._queue.remove(entry)
                 self._changed.notify_all()
+
+    def others(self, name: str) -> list[Sequence[XY]]:
+        """The outlines of all other robots' spaces."""
+        with self._changed:
+            return [claim.outline for other, claim in self._claims.items() if other != name]
 
     def set_down(self, name: str, down: bool) -> None:
         """A robot that is down keeps its space, and nobody waits for it."""
