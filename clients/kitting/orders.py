@@ -45,6 +45,7 @@ class Kit:
     state: KitState = KitState.OPEN
     robot: str | None = None  # who works on it
     given_up: dict[str, str] = field(default_factory=dict)  # by whom, and why
+    lacks: set[str] = field(default_factory=set)  # types of which no part was found
     filled_by: dict[str, int] = field(default_factory=dict)
     began_s: float | None = None
     ended_s: float | None = None
@@ -82,7 +83,7 @@ class Board:
         self.rounds = 0
         self.emptying = False  # parts go back to the part trays
         self._up: dict[str, bool] = {}
-        self._ever_up = False
+        self._ever_up: set[str] = set()
         self._down_since: dict[str, float] = {}
         self._looked: dict[str, int] = {}  # the belt's epoch at each robot's latest look
         self._moved: list[tuple[float, XY, str]] = []  # places that changed: when, where, by whom
@@ -95,7 +96,8 @@ class Board:
         """A robot that goes down gives its orders back to all."""
         with self._lock:
             self._up[robot] = up
-            self._ever_up = self._ever_up or up
+            if up:
+                self._ever_up.add(robot)
             if not up:
                 self._down_since.setdefault(robot, time.monotonic())
                 self._looked.pop(robot, None)
@@ -114,7 +116,12 @@ class Board:
 
     def any_ever_up(self) -> bool:
         with self._lock:
-            return self._ever_up
+            return bool(self._ever_up)
+
+    def unseen(self) -> list[str]:
+        """Robots that have never been up, so that nobody knows what is before them."""
+        with self._lock:
+            return [name for name in self._up if name not in self._ever_up]
 
     # -- places -------------------------------------------------------------------------------
 
@@ -194,9 +201,12 @@ class Board:
             kit.state, kit.robot, kit.ended_s = KitState.COMPLETE, None, self._now()
             self._note(kit, tray)
 
-    def give_up(self, kit: Kit, robot: str, why: str, tray: TrayView | None) -> None:
+    def give_up(
+        self, kit: Kit, robot: str, why: str, tray: TrayView | None, lacks: Iterable[str] = ()
+    ) -> None:
         with self._lock:
             kit.given_up[robot] = why
+            kit.lacks.update(lacks)
             kit.robot = None
             if tray is not None:
                 self._note(kit, tray)
@@ -206,6 +216,7 @@ class Board:
         with self._lock:
             for kit in self.kits:
                 kit.given_up.clear()
+                kit.lacks.clear()
 
     def belt_moved(self, way_mm: float) -> None:
         with self._lock:
@@ -240,9 +251,10 @@ class Board:
                 for k in self.kits
             )
 
-    def any_open(self) -> bool:
+    def lacks_parts(self) -> bool:
+        """Whether other parts would let a kit go on."""
         with self._lock:
-            return any(k.state is KitState.OPEN for k in self.kits)
+            return any(k.state is KitState.OPEN and k.lacks for k in self.kits)
 
     def held_targets(self, robot: str, scene: Scene) -> list[tuple[Kit, TrayView]]:
         """Kits in which a robot may put what it has in its hand."""
@@ -269,6 +281,7 @@ class Board:
             for kit in self.kits:
                 kit.state, kit.began_s, kit.ended_s = KitState.OPEN, None, None
                 kit.given_up.clear()
+                kit.lacks.clear()
                 own = {slot.name: slot.part for slot in self._cell.trays[kit.tray].slots}
                 kit.wanted = {name: None for name in own} if self.emptying else dict(own)
 

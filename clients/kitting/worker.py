@@ -45,6 +45,7 @@ class Worker(threading.Thread):
         self._missed: list[XY] = []  # where the gripper has closed on nothing
         self._refused: list[XY] = []
         self._epoch = 0
+        self._down = False
         self._scene: Scene | None = None  # of the last look, while nothing has been done since
         self.board.set_up(arm.name, False)
 
@@ -74,6 +75,7 @@ class Worker(threading.Thread):
         arm.crcl.initialise()
         arm.space.hold(arm.name, arm.corridor(), over_belt=arm.over_belt())
         arm.space.set_down(arm.name, False)
+        self._down = False
         arm.tell("up", "is ready")
         arm.rise()
         part_type = self._weighed() if arm.holds() else None
@@ -85,8 +87,9 @@ class Worker(threading.Thread):
 
     def _go_down(self, why: str) -> None:
         arm = self.arm
-        if not self._over():
+        if not self._over() and not self._down:
             arm.tell("down", f"is down: {why}")
+        self._down = True
         self.board.set_up(arm.name, False)
         arm.space.set_down(arm.name, True)
         arm.crcl.close()
@@ -111,7 +114,7 @@ class Worker(threading.Thread):
     def _decide(self) -> None:
         """Nobody can go on: other parts by the belt, another round, or the end."""
         board = self.board
-        if board.any_open() and not board.emptying and self._bring_tray():
+        if board.lacks_parts() and not board.emptying and self._bring_tray():
             return
         if self.shop.forever:
             done = "empty" if board.emptying else "full"
@@ -182,11 +185,11 @@ class Worker(threading.Thread):
             reasons.append("no " + ", no ".join(sorted(set(step.missing))))
         if step.stuck:
             reasons.append("cannot serve " + ", ".join(step.stuck))
-        self._give_up(kit, "; ".join(reasons) or "too many failures", tray)
+        self._give_up(kit, "; ".join(reasons) or "too many failures", tray, step.missing)
 
-    def _give_up(self, kit: Kit, why: str, tray: TrayView | None) -> None:
+    def _give_up(self, kit: Kit, why: str, tray: TrayView | None, lacks: Sequence[str] = ()) -> None:
         self.arm.tell("give_up", f"leaves {kit.name}: {why}")
-        self.board.give_up(kit, self.arm.name, why, tray)
+        self.board.give_up(kit, self.arm.name, why, tray, lacks)
 
     # -- one part -----------------------------------------------------------------------------
 

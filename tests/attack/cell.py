@@ -229,6 +229,7 @@ class Daemon:
         if self.process.poll() is None:
             self.process.kill()
             self.process.wait()
+        self.log.close()
         for end in self.pipe:
             os.close(end)
         self.pipe = ()
