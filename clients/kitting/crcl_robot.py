@@ -206,7 +206,7 @@ class CrclRobot:
         """Sends one command and polls until it is done. Raises RobotError when it ends in an error,
         RobotLost when it does not end."""
         self._id += 1
-        before = None if self.last is None else self.last.command_id
+        known = {self._id} if self.last is None else {self._id, self.last.command_id}
         self._write(kind, self._id, fields)
         deadline = time.monotonic() + limit_s
         while True:
@@ -217,7 +217,9 @@ class CrclRobot:
                 return status
             if status.command_id == self._id and status.state == "CRCL_Error":
                 raise RobotError(f"{kind}: {status.description or 'an error without description'}")
-            if status.command_id not in (self._id, before):
+            if status.command_id == self._id:
+                known = {self._id}
+            elif status.command_id not in known:
                 raise RobotError(f"{kind}: someone else commands the robot (command {status.command_id})")
             if time.monotonic() > deadline:
                 raise RobotLost(f"{self.name}: {kind} has not ended within {limit_s:g} s")

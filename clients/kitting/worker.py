@@ -227,6 +227,10 @@ class Worker(threading.Thread):
 
     def _take(self, transfer: Transfer, scene: Scene) -> bool:
         arm, xy = self.arm, transfer.source.xy
+        if arm.holds():
+            # Opening the fingers here would drop it.
+            self._deliver_held(self._weighed(), scene)
+            return False
         trial = self._misses(xy)
         arm.tell("take", f"takes {transfer.part.type} at ({xy[0]:.0f}, {xy[1]:.0f})", trial=trial)
         others = [p.xy for p in scene.parts if p is not transfer.part]
@@ -243,6 +247,7 @@ class Worker(threading.Thread):
             self._refused.append(xy)
         else:
             self._recover()
+            return arm.holds()
         return False
 
     def _place(self, part_type: str, target: SlotView, tray: TrayView, scene: Scene) -> bool:
@@ -264,7 +269,6 @@ class Worker(threading.Thread):
     def _deliver_held(self, part_type: str, scene: Scene) -> None:
         """What is in the hand and has lost its goal: into a kit that wants it, or back."""
         arm = self.arm
-        self._scene = None
         for _ in range(GRASP_TRIALS):
             kits = self.board.held_targets(arm.name, scene)
             place = place_for_held(scene, part_type, kits, arm.robot.reaches, self._avoided, arm.tool_xy())
@@ -274,6 +278,7 @@ class Worker(threading.Thread):
             if place is None:
                 raise RobotError(f"holds a {part_type} for which no slot is free")
             slot, tray = place
+            self._scene = None
             if self.board.claim_places(arm.name, (slot.xy,), scene.seen_at):
                 try:
                     if arm.claim(slot.xy) and scene.epoch == self.board.belt_epoch:

@@ -53,7 +53,9 @@ class CrclServer(Server):
     def __init__(self, script=None):
         self.script = {kind: list(answers) for kind, answers in (script or {}).items()}
         self.received = []
+        self.asked_working = 0  # statuses that said so
         self.holding = "false"
+        self.grips = False  # whether it holds something when the gripper has closed
         self.command, self.state, self.text = 1, "CRCL_Done", ""
         super().__init__()
 
@@ -71,9 +73,12 @@ class CrclServer(Server):
                 if kind == "GetStatus":
                     if self.state == "close":
                         return
+                    self.asked_working += self.state == "CRCL_Working"
                     connection.sendall(self.status().encode())
                 else:
                     self.received.append(kind)
+                    if kind == "SetEndEffector" and self.grips:
+                        self.holding = "false" if float(re.search(rb"<Setting>([\d.]+)<", document)[1]) > 0.5 else "true"
                     self.take(kind, number)
 
     def take(self, kind, number):

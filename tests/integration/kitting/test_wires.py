@@ -10,7 +10,12 @@ from scripted_servers import CrclServer, ModbusServer, VisionServer
 import cell as cells
 import conveyor
 import crcl_robot
+import orders
+import plan
+import trays
 import vision
+import worker
+from geometry import Pose2
 from report import Report
 from arm import Arm
 from skill_take import Taken, take_part
@@ -41,6 +46,19 @@ class CrclTest(unittest.TestCase):
 
     def test_a_move_that_somebody_else_ends_is_an_error(self):
         robot, _ = self.robot({"MoveTo": ["other"]})
+        with self.assertRaisesRegex(crcl_robot.RobotError, "someone else commands"):
+            robot.move((300, 0, 100), 0, straight=True)
+
+    def test_a_stop_by_another_client_with_an_older_id_is_an_error(self):
+        # As NIST's client numbers its stops.
+        robot, server = self.robot({"MoveTo": ["working"]})
+        robot.run("Dwell", "")
+
+        def stop():
+            running_cell.eventually(lambda: server.asked_working > 2, 5, "the move is under way")
+            server.command, server.state = server.command - 1, "CRCL_Done"
+
+        threading.Thread(target=stop, daemon=True).start()
         with self.assertRaisesRegex(crcl_robot.RobotError, "someone else commands"):
             robot.move((300, 0, 100), 0, straight=True)
 
@@ -111,6 +129,46 @@ class TakeTest(unittest.TestCase):
         result, _, arm = self.take({"MoveTo": ["done", "error protective stop"]})
         self.assertIs(result, Taken.FAILED)
         self.assertEqual(arm.report.counts["robot_error"], 1)
+
+
+class HeldTest(unittest.TestCase):
+    """A robot that is stopped while it takes a part may have it in its hand."""
+
+    def worker(self, script):
+        server = self.enterContext(CrclServer(script))
+        server.grips = True
+        crcl = crcl_robot.CrclRobot("fanuc", "127.0.0.1", server.port, poll_s=0.001)
+        crcl.connect()
+        self.addCleanup(crcl.close)
+        camera = vision.Camera("127.0.0.1", 1)
+        arm = Arm(
+            CELL, CELL.robots["fanuc"], crcl, camera, Space(250), Report(quiet=True), threading.Event()
+        )
+        seen = [
+            vision.Sighting("sku_kit_m2l1_vessel", "KT", Pose2(125, -1245), 6, 0),
+            vision.Sighting("sku_medium_gear_vessel", "PT", Pose2(335, -1020), 6, 0),
+            vision.Sighting("sku_part_medium_gear", "P", Pose2(335 - 37.5, -1020 + 37.5), 6, 0),
+        ]
+        scene = trays.associate(seen, CELL)
+        board = orders.Board(CELL)
+        board.set_up("fanuc", True)
+        board.see("fanuc", scene)
+        kit = board.claim("fanuc")
+        tray = scene.tray_at(kit.tray, kit.xy, 60)
+        step = plan.next_step(scene, kit, tray, arm.robot.reaches, lambda _: False)
+        return worker.Worker(arm, worker.Shop(board, None, [arm])), step.transfer, scene, server
+
+    def test_what_it_got_hold_of_is_carried_on(self):
+        # Approach and descent are done, the retreat is stopped, the way up is free again.
+        robot, transfer, scene, server = self.worker({"MoveTo": ["done", "done", "error stopped", "done"]})
+        self.assertTrue(robot._carry(transfer, scene))
+        self.assertEqual((server.holding, server.received.count("InitCanon")), ("false", 1))
+        self.assertIs(transfer.target.content, trays.Content.RIGHT)
+
+    def test_what_it_did_not_get_is_looked_for_again(self):
+        robot, transfer, scene, server = self.worker({"MoveTo": ["done", "error stopped", "done"]})
+        self.assertFalse(robot._carry(transfer, scene))
+        self.assertIs(transfer.target.content, trays.Content.EMPTY)
 
 
 class CameraTest(unittest.TestCase):
