@@ -27,7 +27,9 @@ from vision import LookError, canonical
 
 _ACTION = re.compile(r"\(\s*([^\s()]+)([^()]*)\)")
 _PART = re.compile(r"(?:sku_)?part_(\w+?)_in_(pt|kt)_(\d+)$")
-_SLOT = re.compile(r"empty_slot_(?:(\d+)_)?for_(?:sku_)?(?:part_)?(\w+?)_in_(?:sku_)?(kit_\w+?_vessel)_(\d+)$")
+_SLOT = re.compile(
+    r"empty_slot_(?:(\d+)_)?for_(?:sku_)?(?:part_)?(\w+?)_in_(?:sku_)?(kit_\w+?_vessel)_(\d+)$"
+)
 _CORRECTIONS = 30  # parts that a check moves at most
 _LOOKS = 3  # until all that is required is there
 
@@ -70,7 +72,9 @@ def read_actions(path: Path, cell: Cell) -> list[Action]:
         name = found[1].lower().replace("_", "-")
         action = Action(number, name, tuple(found[2].split()))
         if name not in _RUN:
-            raise CellError(f"{path}:{number}: '{name}': one of {', '.join(sorted(_RUN))} is expected")
+            raise CellError(
+                f"{path}:{number}: '{name}': one of {', '.join(sorted(_RUN))} is expected"
+            )
         try:
             _check(action, cell)
         except ActionError as error:
@@ -111,7 +115,9 @@ def _part_name(action: Action, cell: Cell) -> tuple[str, bool, int]:
     found = _PART.match(_first(action))
     part = canonical("part_" + found[1]) if found else ""
     if found is None or part not in cell.gears or int(found[3]) < 1:
-        raise ActionError(f"'{action.arguments[0]}': a part such as part_medium_gear_in_pt_1 is expected")
+        raise ActionError(
+            f"'{action.arguments[0]}': a part such as part_medium_gear_in_pt_1 is expected"
+        )
     return part, found[2] == "kt", int(found[3])
 
 
@@ -132,7 +138,9 @@ def _required(action: Action, cell: Cell) -> dict[str, int]:
     for text in action.arguments[1:]:
         name, _, count = text.partition("=")
         if canonical(name) not in cell.gears | cell.trays or not count.isdigit():
-            raise ActionError(f"'{text}': a type and a number such as sku_kit_m2l1_vessel=2 are expected")
+            raise ActionError(
+                f"'{text}': a type and a number such as sku_kit_m2l1_vessel=2 are expected"
+            )
         required[canonical(name)] = int(count)
     return required
 
@@ -144,7 +152,9 @@ def _kit_to_check(action: Action, cell: Cell) -> KitToCheck:
     wanted: dict[str, str | None] = {}
     for text in action.arguments[1:]:
         name, _, part = text.partition("=")
-        slot = next((s.name for s in tray.slots if canonical(name) == f"{tray.name}_{s.name}"), None)
+        slot = next(
+            (s.name for s in tray.slots if canonical(name) == f"{tray.name}_{s.name}"), None
+        )
         if slot is None or (part != "empty" and canonical(part) not in cell.gears):
             raise ActionError(f"'{text}': a slot of {tray.name} and a part, or empty, are expected")
         wanted[slot] = None if part == "empty" else canonical(part)
@@ -157,7 +167,9 @@ def _kit_name(action: Action, cell: Cell) -> tuple[str, int]:
     if numbered and numbered[1] in cell.trays:
         return numbered[1], int(numbered[2])
     if name not in cell.trays:
-        raise ActionError(f"'{action.arguments[0]}': a kit tray such as kit_m2l1_vessel_1 is expected")
+        raise ActionError(
+            f"'{action.arguments[0]}': a kit tray such as kit_m2l1_vessel_1 is expected"
+        )
     return name, 1
 
 
@@ -203,7 +215,9 @@ class ActionRun:
         finally:
             status = self.arm.crcl.last
             if status is not None and status.state != "CRCL_Error":
-                self.arm.space.hold(self.arm.name, self.arm.corridor(), over_belt=self.arm.over_belt())
+                self.arm.space.hold(
+                    self.arm.name, self.arm.corridor(), over_belt=self.arm.over_belt()
+                )
 
     # -- actions ------------------------------------------------------------------------------
 
@@ -212,12 +226,16 @@ class ActionRun:
         for _ in range(_LOOKS):
             self.scene = look_for_parts(self.arm)
             self.taken.clear()
-            seen = Counter(p.type for p in self.scene.parts) + Counter(t.type.name for t in self.scene.trays)
+            seen = Counter(p.type for p in self.scene.parts) + Counter(
+                t.type.name for t in self.scene.trays
+            )
             lacking = {name: count for name, count in required.items() if seen[name] < count}
             if not lacking:
                 return
         raise ActionError(
-            "; ".join(f"sees {seen[name]} of {count} {name}" for name, count in sorted(lacking.items()))
+            "; ".join(
+                f"sees {seen[name]} of {count} {name}" for name, count in sorted(lacking.items())
+            )
         )
 
     def take(self, action: Action) -> None:
@@ -259,7 +277,9 @@ class ActionRun:
     def place(self, action: Action) -> None:
         slot, tray = self._slot(action)
         if self.holding is None:
-            self.arm.tell("nothing_held", f"has nothing to place in {slot.slot.name} of {tray.name}")
+            self.arm.tell(
+                "nothing_held", f"has nothing to place in {slot.slot.name} of {tray.name}"
+            )
             return
         self._place_part(slot, tray)
 
@@ -306,10 +326,12 @@ class ActionRun:
         order = Kit(tray.number, kit.tray, tray.pose.xy, dict(kit.wanted))
         for _ in range(_CORRECTIONS):
             scene = self.scene
-            here = scene and scene.tray_at(kit.tray, tray.pose.xy, SAME_KIT_MM)
+            here = None if scene is None else scene.tray_at(kit.tray, tray.pose.xy, SAME_KIT_MM)
             if scene is None or here is None:
                 break
-            transfer = next_step(scene, order, here, self.arm.robot.reaches, lambda _: False).transfer
+            transfer = next_step(
+                scene, order, here, self.arm.robot.reaches, lambda _: False
+            ).transfer
             if transfer is None:
                 break
             self._take_part(transfer.part, transfer.source, transfer.source_tray)
@@ -330,7 +352,9 @@ class ActionRun:
             raise ActionError(f"sees {len(trays)} of {tray_type}")
         tray = trays[number - 1]
         wrong = differences(tray, {slot.name: slot.part for slot in tray.type.slots})
-        self.arm.tell("inspected", f"{tray.name}: {', '.join(wrong) or 'complete'}", complete=not wrong)
+        self.arm.tell(
+            "inspected", f"{tray.name}: {', '.join(wrong) or 'complete'}", complete=not wrong
+        )
 
     def end(self, _: Action) -> None:
         self.ended = True
@@ -344,7 +368,9 @@ class ActionRun:
         found = [
             (slot.part, slot, tray)
             for tray, slot in self.scene.slots(kits=in_kit)
-            if slot.part is not None and slot.content is not Content.BLOCKED and slot.part.type == part_type
+            if slot.part is not None
+            and slot.content is not Content.BLOCKED
+            and slot.part.type == part_type
         ]
         if len(found) < number:
             raise ActionError(f"sees {len(found)} of {part_type} there")
@@ -357,7 +383,9 @@ class ActionRun:
         found = [
             (slot, tray)
             for tray, slot in self.scene.slots(kits=True)
-            if tray.type.name == tray_type and slot.slot.part == part_type and slot.content is Content.EMPTY
+            if tray.type.name == tray_type
+            and slot.slot.part == part_type
+            and slot.content is Content.EMPTY
         ]
         if which is not None:
             found, number = [f for f in found if f[1].number == number], which

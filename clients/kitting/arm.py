@@ -26,15 +26,20 @@ _YAWS = 24  # half a turn is divided into
 def finger_yaws(target: XY, others: Sequence[XY], open_mm: float, neutral: float) -> list[float]:
     """Yaws of the tool in which its open fingers, which move along its y, clear the pegs of all
     other parts: the clearest first, and among equally clear ones that with the least turn of the
-    wrist from `neutral`. The gripper is symmetric: within a quarter turn of neutral all are there."""
+    wrist from `neutral`. The gripper is symmetric: within a quarter turn of neutral all are there.
+    """
 
     def clearance(yaw: float) -> float:
         least = _ENOUGH_MM
         for x, y in others:
             dx, dy = x - target[0], y - target[1]
-            along, across = dx * math.sin(yaw) - dy * math.cos(yaw), dx * math.cos(yaw) + dy * math.sin(yaw)
+            along, across = dx * math.sin(yaw) - dy * math.cos(yaw), dx * math.cos(
+                yaw
+            ) + dy * math.sin(yaw)
             centre = open_mm / 2 + _FINGER_DEPTH_MM / 2
-            away = distance_to_box((across, abs(along) - centre), (_FINGER_HALF_MM, _FINGER_DEPTH_MM / 2))
+            away = distance_to_box(
+                (across, abs(along) - centre), (_FINGER_HALF_MM, _FINGER_DEPTH_MM / 2)
+            )
             least = min(least, away - _PEG_MM)
         return least
 
@@ -57,7 +62,9 @@ class Arm:
     ) -> None:
         self.cell, self.robot, self.crcl, self.camera = cell, robot, crcl, camera
         self.space, self.report, self.interrupted = space, report, interrupted
-        self._turn = math.pi  # of the tool's yaw beyond the direction of the arm, in the home posture
+        self._turn = (
+            math.pi
+        )  # of the tool's yaw beyond the direction of the arm, in the home posture
         self.at_home = False
 
     @property
@@ -122,7 +129,9 @@ class Arm:
             self.crcl.move_joints(self.robot.home_joints_deg, HOME_DEG_S)
             status = self.crcl.status()
             if status.tool_mm is not None and status.tool_yaw is not None:
-                self._turn = wrapped(status.tool_yaw - math.atan2(status.tool_mm[1], status.tool_mm[0]))
+                self._turn = wrapped(
+                    status.tool_yaw - math.atan2(status.tool_mm[1], status.tool_mm[0])
+                )
             self.at_home = True
         self.space.hold(self.name, self.corridor())
 

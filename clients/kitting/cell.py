@@ -163,7 +163,9 @@ class _Table:
     def get(self, key: str, kind: type) -> Any:
         value = self.values.get(key)
         if not isinstance(value, kind) or isinstance(value, bool):
-            raise self.fail(key, {str: "text", int: "a whole number", dict: "a table", list: "a list"}[kind])
+            raise self.fail(
+                key, {str: "text", int: "a whole number", dict: "a table", list: "a list"}[kind]
+            )
         return value
 
     def number(self, key: str) -> float:
@@ -174,12 +176,10 @@ class _Table:
 
     def numbers(self, key: str, count: int | None = None) -> tuple[float, ...]:
         value = self.values.get(key)
-        good = isinstance(value, list) and all(
-            isinstance(v, (int, float)) and not isinstance(v, bool) for v in value
-        )
-        if not good or (count is not None and len(value) != count):
-            raise self.fail(key, f"a list of {count or ''} numbers".replace("  ", " "))
-        return tuple(map(float, value))
+        if isinstance(value, list) and count in (None, len(value)):
+            if all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in value):
+                return tuple(map(float, value))
+        raise self.fail(key, f"a list of {count} numbers" if count else "a list of numbers")
 
     def table(self, key: str) -> _Table:
         return _Table(self.path, f"{self.where}{key}.", self.get(key, dict))
@@ -217,13 +217,17 @@ def _tray(table: _Table, gears: dict[str, GearType]) -> TrayType:
 
 def _robot(table: _Table, path: Path) -> Robot:
     view = table.get("view_mm", list)
-    if not (len(view) == 2 and all(isinstance(corner, list) and len(corner) == 2 for corner in view)):
+    if not (
+        len(view) == 2 and all(isinstance(corner, list) and len(corner) == 2 for corner in view)
+    ):
         raise table.fail("view_mm", "two corners")
     gripper = table.table("gripper")
     base = table.numbers("base_mm", 3)
     home = table.numbers("home_mm", 2)
     reach = table.numbers("reach_mm", 2)
-    calibration = path.parent / table.get("calibration", str) if "calibration" in table.values else None
+    calibration = (
+        path.parent / table.get("calibration", str) if "calibration" in table.values else None
+    )
     return Robot(
         name=table.name,
         host="127.0.0.1",
@@ -242,7 +246,9 @@ def _robot(table: _Table, path: Path) -> Robot:
 
 def _surface(table: _Table) -> Surface:
     low, high = table.numbers("min_mm", 2), table.numbers("max_mm", 2)
-    return Surface(table.get("name", str), (low[0], low[1]), (high[0], high[1]), table.number("top_mm"))
+    return Surface(
+        table.get("name", str), (low[0], low[1]), (high[0], high[1]), table.number("top_mm")
+    )
 
 
 def _belt(table: _Table) -> Belt:

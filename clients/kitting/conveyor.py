@@ -13,7 +13,13 @@ from cell import Belt
 RUN, DIRECTION, SPEED = 0x8000, 0x8001, 0x8002  # holding registers
 ENCODER = 0x8004  # input registers: 32 bit, high word first
 ENCODER_MM = 0.01  # a count
-_EXCEPTIONS = {1: "illegal function", 2: "illegal address", 3: "illegal value", 4: "device failure", 6: "busy"}
+_EXCEPTIONS = {
+    1: "illegal function",
+    2: "illegal address",
+    3: "illegal value",
+    4: "device failure",
+    6: "busy",
+}
 
 
 class ConveyorError(Exception):
@@ -38,7 +44,9 @@ class Modbus:
     def write_register(self, address: int, value: int) -> None:
         answer = self._ask(struct.pack(">BHH", 6, address, value))
         if answer != struct.pack(">BHH", 6, address, value):
-            raise ConveyorError(f"register {address:#06x}: the answer is not an echo of the request")
+            raise ConveyorError(
+                f"register {address:#06x}: the answer is not an echo of the request"
+            )
 
     def read_input_registers(self, address: int, count: int) -> tuple[int, ...]:
         answer = self._ask(struct.pack(">BHH", 4, address, count))
@@ -50,7 +58,9 @@ class Modbus:
         self._transaction = (self._transaction + 1) & 0xFFFF
         self.requests += 1
         try:
-            self._socket.sendall(struct.pack(">HHHB", self._transaction, 0, len(request) + 1, 1) + request)
+            self._socket.sendall(
+                struct.pack(">HHHB", self._transaction, 0, len(request) + 1, 1) + request
+            )
             while True:
                 transaction, protocol, length, _ = struct.unpack(">HHHB", self._take(7))
                 if protocol != 0 or not 2 <= length <= 254:
@@ -115,10 +125,16 @@ class Conveyor:
     @staticmethod
     def _position(modbus: Modbus) -> float:
         high, low = modbus.read_input_registers(ENCODER, 2)
-        return struct.unpack(">i", struct.pack(">HH", high, low))[0] * ENCODER_MM
+        (counts,) = struct.unpack(">i", struct.pack(">HH", high, low))
+        return float(counts) * ENCODER_MM
 
     def _wait_for_way(
-        self, modbus: Modbus, start: float, way_mm: float, interrupted: threading.Event, poll_s: float
+        self,
+        modbus: Modbus,
+        start: float,
+        way_mm: float,
+        interrupted: threading.Event,
+        poll_s: float,
     ) -> None:
         last, moved_at = start, time.monotonic()
         while not interrupted.is_set():
@@ -128,7 +144,9 @@ class Conveyor:
             if here != last:
                 last, moved_at = here, time.monotonic()
             elif time.monotonic() - moved_at > 3:
-                raise ConveyorError(f"the belt has been told to run and stands still after {abs(here - start):.0f} mm")
+                raise ConveyorError(
+                    f"the belt has been told to run and stands still after {abs(here - start):.0f} mm"
+                )
             time.sleep(poll_s)
 
     def _rest(self, modbus: Modbus) -> float:

@@ -9,7 +9,7 @@ import threading
 import time
 import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass, field
-from typing import Callable, Sequence
+from typing import Sequence
 from xml.sax.saxutils import escape
 
 _XSI = "http://www.w3.org/2001/XMLSchema-instance"
@@ -65,7 +65,8 @@ def read_status(document: bytes) -> Status:
         text = start.findtext(path)
         return None if text is None else float(text)
 
-    identifier, state = root.findtext("CommandStatus/CommandID"), root.findtext("CommandStatus/CommandState")
+    identifier = root.findtext("CommandStatus/CommandID")
+    state = root.findtext("CommandStatus/CommandState")
     if identifier is None or state is None:
         raise ValueError("a status without CommandID or CommandState")
     joints = {
@@ -73,20 +74,20 @@ def read_status(document: bytes) -> Status:
         for joint in root.iterfind("JointStatuses/JointStatus")
     }
     pose = "PoseStatus/Pose/"
-    point = [number(pose + "Point/" + axis) for axis in "XYZ"]
-    x_axis = [number(pose + "XAxis/" + axis) for axis in "IJ"]
+    x, y, z = (number(pose + "Point/" + axis) for axis in "XYZ")
+    i, j = (number(pose + "XAxis/" + axis) for axis in "IJ")
     holding = root.findtext("GripperStatus/HoldingObject")
-    forces = {
-        sensor.findtext("SensorID", ""): tuple(float(sensor.findtext(axis, "nan")) for axis in ("Fx", "Fy", "Fz"))
-        for sensor in root.iterfind("SensorStatuses/ForceTorqueSensorStatus")
-    }
+    forces = {}
+    for sensor in root.iterfind("SensorStatuses/ForceTorqueSensorStatus"):
+        fx, fy, fz = (float(sensor.findtext(axis, "nan")) for axis in ("Fx", "Fy", "Fz"))
+        forces[sensor.findtext("SensorID", "")] = (fx, fy, fz)
     return Status(
         command_id=int(identifier),
         state=state,
         description=root.findtext("CommandStatus/StateDescription", ""),
         joints=joints,
-        tool_mm=None if None in point else (point[0], point[1], point[2]),
-        tool_yaw=None if None in x_axis else math.atan2(x_axis[1], x_axis[0]),
+        tool_mm=None if x is None or y is None or z is None else (x, y, z),
+        tool_yaw=None if i is None or j is None else math.atan2(j, i),
         holding=None if holding is None else holding.strip() in ("true", "1"),
         separation_mm=number("GripperStatus/Separation"),
         force_n=forces,
@@ -118,7 +119,9 @@ class CrclRobot:
             self._socket = socket.create_connection((self.host, self.port), self.answer_s)
             self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         except OSError as error:
-            raise RobotLost(f"{self.name}: no connection to {self.host}:{self.port}: {error}") from error
+            raise RobotLost(
+                f"{self.name}: no connection to {self.host}:{self.port}: {error}"
+            ) from error
         self._buffer = b""
         # Beyond whatever id the robot has seen last, so that its state is never taken for ours.
         self._id = max(3, self.status().command_id)
@@ -129,11 +132,22 @@ class CrclRobot:
         self.run("InitCanon", "", 35)
         self.run("SetLengthUnits", _tag("UnitName", "millimeter"))
         self.run("SetAngleUnits", _tag("UnitName", "degree"))
-        reports = ("JointStatuses", "PoseStatus", "GripperStatus", "SettingsStatus", "SensorsStatus")
+        reports = (
+            "JointStatuses",
+            "PoseStatus",
+            "GripperStatus",
+            "SettingsStatus",
+            "SensorsStatus",
+        )
         self.run(
             "ConfigureStatusReport",
-            "".join(_tag(f"Report{name}", "true") for name in reports) + _tag("ReportGuardsStatus", "false"),
+            "".join(_tag(f"Report{name}", "true") for name in reports)
+            + _tag("ReportGuardsStatus", "false"),
         )
+
+    @property
+    def connected(self) -> bool:
+        return self._socket is not None
 
     def close(self) -> None:
         if self._socket is not None:
@@ -152,7 +166,9 @@ class CrclRobot:
         x_axis = _tag("I", _text(math.cos(yaw))) + _tag("J", _text(math.sin(yaw))) + _tag("K", "0")
         z_axis = _tag("I", "0") + _tag("J", "0") + _tag("K", "-1")
         end = _tag("Point", point) + _tag("XAxis", x_axis) + _tag("ZAxis", z_axis)
-        self.run("MoveTo", _tag("MoveStraight", str(straight).lower()) + _tag("EndPosition", end), 95)
+        self.run(
+            "MoveTo", _tag("MoveStraight", str(straight).lower()) + _tag("EndPosition", end), 95
+        )
 
     def move_joints(self, joints_deg: Sequence[float], speed_deg_s: float) -> None:
         fields = ""
@@ -163,7 +179,8 @@ class CrclRobot:
                 + "</JointDetails>"
             )
             fields += _tag(
-                "ActuateJoint", _tag("JointNumber", str(number)) + _tag("JointPosition", _text(value)) + details
+                "ActuateJoint",
+                _tag("JointNumber", str(number)) + _tag("JointPosition", _text(value)) + details,
             )
         self.run("ActuateJoints", fields, 95)
 
@@ -194,7 +211,10 @@ class CrclRobot:
             if len(self._buffer) > _MAX_STATUS_BYTES:
                 raise RobotLost(f"{self.name}: a status of more than {_MAX_STATUS_BYTES} bytes")
             self._buffer += self._read()
-        document, self._buffer = self._buffer[: end + len(_STATUS_END)], self._buffer[end + len(_STATUS_END) :]
+        document, self._buffer = (
+            self._buffer[: end + len(_STATUS_END)],
+            self._buffer[end + len(_STATUS_END) :],
+        )
         try:
             self.last = read_status(document.lstrip(b"\0 \r\n\t"))
         except ValueError as error:
@@ -220,7 +240,9 @@ class CrclRobot:
             if status.command_id == self._id:
                 known = {self._id}
             elif status.command_id not in known:
-                raise RobotError(f"{kind}: someone else commands the robot (command {status.command_id})")
+                raise RobotError(
+                    f"{kind}: someone else commands the robot (command {status.command_id})"
+                )
             if time.monotonic() > deadline:
                 raise RobotLost(f"{self.name}: {kind} has not ended within {limit_s:g} s")
             self._interrupted.wait(self.poll_s)
@@ -264,16 +286,8 @@ def _text(value: float) -> str:
 
 
 def _absolute(name: str, value: float) -> str:
-    return f'<{name} xmlns:xsi="{_XSI}" xsi:type="{name}AbsoluteType">' + _tag("Setting", _text(value)) + f"</{name}>"
-
-
-# A connection that is made anew after a loss, by a caller that has time.
-def reconnect(robot: CrclRobot, give_up: Callable[[], bool], pause_s: float = 0.5) -> bool:
-    """Tries until the robot answers (True) or `give_up` says so (False)."""
-    while not give_up():
-        try:
-            robot.connect()
-            return True
-        except RobotLost:
-            time.sleep(pause_s)
-    return False
+    return (
+        f'<{name} xmlns:xsi="{_XSI}" xsi:type="{name}AbsoluteType">'
+        + _tag("Setting", _text(value))
+        + f"</{name}>"
+    )

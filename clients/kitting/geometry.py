@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Iterable, Sequence
+from typing import Callable, Iterable, Sequence, TypeVar
 
+Thing = TypeVar("Thing")
 XY = tuple[float, float]
 
 
@@ -32,6 +33,12 @@ class Pose2:
 
 def distance(a: XY, b: XY) -> float:
     return math.hypot(a[0] - b[0], a[1] - b[1])
+
+
+def nearest(things: Iterable[Thing], place: Callable[[Thing], XY], to: XY) -> Thing | None:
+    """That one of them whose place is nearest to a point; None of none."""
+    ordered = sorted(things, key=lambda thing: distance(place(thing), to))
+    return ordered[0] if ordered else None
 
 
 def wrapped(angle: float) -> float:
@@ -94,11 +101,17 @@ def _holds(polygon: Sequence[XY], point: XY) -> bool:
 def _segment_distance(a: XY, b: XY, c: XY, d: XY) -> float:
     if _turn(a, b, c) * _turn(a, b, d) < 0 and _turn(c, d, a) * _turn(c, d, b) < 0:
         return 0.0
-    return min(_to_segment(a, c, d), _to_segment(b, c, d), _to_segment(c, a, b), _to_segment(d, a, b))
+    return min(
+        _to_segment(a, c, d), _to_segment(b, c, d), _to_segment(c, a, b), _to_segment(d, a, b)
+    )
 
 
 def _to_segment(p: XY, a: XY, b: XY) -> float:
     length = (b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2
-    along = 0.0 if length == 0 else ((p[0] - a[0]) * (b[0] - a[0]) + (p[1] - a[1]) * (b[1] - a[1])) / length
+    along = (
+        0.0
+        if length == 0
+        else ((p[0] - a[0]) * (b[0] - a[0]) + (p[1] - a[1]) * (b[1] - a[1])) / length
+    )
     along = min(1.0, max(0.0, along))
     return distance(p, (a[0] + along * (b[0] - a[0]), a[1] + along * (b[1] - a[1])))

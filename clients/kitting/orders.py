@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Iterable
 
 from cell import Cell, CellError
-from geometry import XY, distance
+from geometry import XY, distance, nearest
 from trays import Content, Scene, TrayView, associate
 from vision import canonical, merge_frames, parse_line
 
@@ -67,7 +67,11 @@ def fits(tray: TrayView, slot_name: str, part: str | None) -> bool:
         return False
     if part is None:
         return slot.content is Content.EMPTY
-    return slot.content in (Content.RIGHT, Content.WRONG) and slot.part is not None and slot.part.type == part
+    return (
+        slot.content in (Content.RIGHT, Content.WRONG)
+        and slot.part is not None
+        and slot.part.type == part
+    )
 
 
 class Board:
@@ -134,7 +138,11 @@ class Board:
                 if other != robot and any(distance(a, b) < 20 for a in wanted for b in claimed):
                     return False
             for when, where, who in self._moved:
-                if who != robot and when > seen_at and any(distance(where, xy) < 20 for xy in wanted):
+                if (
+                    who != robot
+                    and when > seen_at
+                    and any(distance(where, xy) < 20 for xy in wanted)
+                ):
                     return False
             self._claimed[robot] = wanted
             return True
@@ -157,15 +165,24 @@ class Board:
                     self._add(tray)
             for tray in scene.trays:
                 kit = self.kit_at(tray) if tray.type.is_kit else None
-                if kit is not None and kit.robot is None and kit.state is not KitState.OPEN and not self.emptying:
+                if (
+                    kit is not None
+                    and kit.robot is None
+                    and kit.state is not KitState.OPEN
+                    and not self.emptying
+                ):
                     # Somebody has taken something out of a kit that was done.
                     if kit.state is KitState.COMPLETE and open_slots(kit, tray):
                         kit.state, kit.ended_s = KitState.OPEN, None
 
     def kit_at(self, tray: TrayView) -> Kit | None:
         with self._lock:
-            near = [k for k in self.kits if k.tray == tray.type.name and distance(k.xy, tray.pose.xy) < SAME_KIT_MM]
-            return min(near, key=lambda k: distance(k.xy, tray.pose.xy), default=None)
+            near = [
+                k
+                for k in self.kits
+                if k.tray == tray.type.name and distance(k.xy, tray.pose.xy) < SAME_KIT_MM
+            ]
+            return nearest(near, lambda k: k.xy, tray.pose.xy)
 
     def claim(self, robot: str) -> Kit | None:
         """The next kit for a robot: urgent ones first, then those that no other robot can do, then
@@ -175,14 +192,18 @@ class Board:
             free = [
                 k
                 for k in self.kits
-                if k.state is KitState.OPEN and k.robot is None and robot not in k.given_up and mine.reaches(k.xy)
+                if k.state is KitState.OPEN
+                and k.robot is None
+                and robot not in k.given_up
+                and mine.reaches(k.xy)
             ]
             if not free:
                 return None
 
             def rank(kit: Kit) -> tuple[float, ...]:
                 others = sum(
-                    up and name != robot and self._cell.robots[name].reaches(kit.xy) for name, up in self._up.items()
+                    up and name != robot and self._cell.robots[name].reaches(kit.xy)
+                    for name, up in self._up.items()
                 )
                 return (-kit.priority, others, distance(kit.xy, mine.base_mm[:2]))
 
@@ -239,11 +260,15 @@ class Board:
                 return False
             now = time.monotonic()
             able = [
-                name for name, up in self._up.items() if up or now - self._down_since.get(name, now) < patience_s
+                name
+                for name, up in self._up.items()
+                if up or now - self._down_since.get(name, now) < patience_s
             ]
             if not any(self._up.values()) and able:
                 return False
-            if any(up and self._looked.get(name) != self.belt_epoch for name, up in self._up.items()):
+            if any(
+                up and self._looked.get(name) != self.belt_epoch for name, up in self._up.items()
+            ):
                 return False
             return not any(
                 k.state is KitState.OPEN
@@ -306,7 +331,10 @@ class Board:
                 }
                 for k in self.kits
             ]
-            missing = [{"kit": o.tray, "state": "no such tray", "wanted": o.wanted} for o in self._unmatched or ()]
+            missing: list[dict[str, object]] = [
+                {"kit": o.tray, "state": "no such tray", "wanted": o.wanted}
+                for o in self._unmatched or ()
+            ]
             return kits + missing
 
     def _add(self, tray: TrayView) -> None:
@@ -378,7 +406,9 @@ def _taught(path: Path, cell: Cell) -> list[Order]:
     sightings = merge_frames(frames).sightings
     orders = []
     for tray in associate(sightings, cell).trays:
-        wanted = {s.slot.name: s.part.type for s in tray.slots if s.part and s.content is Content.RIGHT}
+        wanted = {
+            s.slot.name: s.part.type for s in tray.slots if s.part and s.content is Content.RIGHT
+        }
         if tray.type.is_kit and wanted:
             orders.append(Order(tray.type.name, wanted))
     if not orders:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Callable
 
-from geometry import XY, distance
+from geometry import XY, nearest
 from orders import Kit, fits
 from trays import Content, Part, Scene, SlotView, TrayView
 
@@ -49,7 +49,11 @@ def next_step(
         slot = tray.slot(name)
         if slot is None or fits(tray, name, part_type):
             continue
-        if slot.content in (Content.BLOCKED, Content.UNKNOWN) or avoided(slot.xy) or not reaches(slot.xy):
+        if (
+            slot.content in (Content.BLOCKED, Content.UNKNOWN)
+            or avoided(slot.xy)
+            or not reaches(slot.xy)
+        ):
             stuck.append(name)
         elif slot.part is not None:
             # A part that has no business here goes back to a tray of its kind.
@@ -66,7 +70,11 @@ def next_step(
 
 
 def find_part(
-    scene: Scene, part_type: str, near: XY, reaches: Callable[[XY], bool], avoided: Callable[[XY], bool]
+    scene: Scene,
+    part_type: str,
+    near: XY,
+    reaches: Callable[[XY], bool],
+    avoided: Callable[[XY], bool],
 ) -> tuple[Part, SlotView, TrayView] | None:
     """The part of a type, in a part tray, that has the shortest way."""
     found = [
@@ -78,23 +86,34 @@ def find_part(
         and reaches(slot.xy)
         and not avoided(slot.xy)
     ]
-    return min(found, key=lambda f: distance(f[1].xy, near), default=None)
+    return nearest(found, lambda f: f[1].xy, near)
 
 
 def free_slot(
-    scene: Scene, part_type: str, near: XY, reaches: Callable[[XY], bool], avoided: Callable[[XY], bool]
+    scene: Scene,
+    part_type: str,
+    near: XY,
+    reaches: Callable[[XY], bool],
+    avoided: Callable[[XY], bool],
 ) -> tuple[SlotView, TrayView] | None:
     """The empty slot for a type, in a part tray, that has the shortest way."""
     found = [
         (slot, tray)
         for tray, slot in scene.slots(kits=False)
-        if slot.slot.part == part_type and slot.content is Content.EMPTY and reaches(slot.xy) and not avoided(slot.xy)
+        if slot.slot.part == part_type
+        and slot.content is Content.EMPTY
+        and reaches(slot.xy)
+        and not avoided(slot.xy)
     ]
-    return min(found, key=lambda f: distance(f[0].xy, near), default=None)
+    return nearest(found, lambda f: f[0].xy, near)
 
 
 def put_back(
-    scene: Scene, slot: SlotView, tray: TrayView, reaches: Callable[[XY], bool], avoided: Callable[[XY], bool]
+    scene: Scene,
+    slot: SlotView,
+    tray: TrayView,
+    reaches: Callable[[XY], bool],
+    avoided: Callable[[XY], bool],
 ) -> Transfer | None:
     if slot.part is None:
         return None

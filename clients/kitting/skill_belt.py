@@ -10,7 +10,9 @@ def step_belt(arm: Arm, conveyor: Conveyor, way_mm: float) -> float | None:
     """Runs the belt once it is free; how far it went [mm], None when it did not get free. Raises
     ConveyorError."""
     arm.go_home()
-    if not arm.space.acquire(arm.name, arm.corridor(), moves_belt=True, give_up=arm.interrupted.is_set):
+    if not arm.space.acquire(
+        arm.name, arm.corridor(), moves_belt=True, give_up=arm.interrupted.is_set
+    ):
         return None
     try:
         went = conveyor.step(way_mm, arm.interrupted)

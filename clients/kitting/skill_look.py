@@ -11,7 +11,9 @@ from trays import Scene, associate
 SHADE_MM = 250.0  # an arm hides what is nearer than this to its space, for a camera high above
 
 
-def look_for_parts(arm: Arm, others: Sequence[Arm] = (), *, clear: bool = False, timeout_s: float = 30.0) -> Scene:
+def look_for_parts(
+    arm: Arm, others: Sequence[Arm] = (), *, clear: bool = False, timeout_s: float = 30.0
+) -> Scene:
     """The scene as the robot's camera shows it. Where another arm may be in the picture, a slot that
     looks empty is unknown; `clear` waits until no arm is over the belt and keeps it so for the look.
     Raises LookError when the camera shows nothing steady."""
@@ -28,13 +30,17 @@ def look_for_parts(arm: Arm, others: Sequence[Arm] = (), *, clear: bool = False,
             arm.space.hold(arm.name, arm.corridor())
 
     def sees(xy: XY) -> bool:
-        return arm.robot.sees(xy) and all(hull_distance(outline, [xy]) >= SHADE_MM for outline in spaces)
+        return arm.robot.sees(xy) and all(
+            hull_distance(outline, [xy]) >= SHADE_MM for outline in spaces
+        )
 
     tools = [a.tool_xy() for a in (arm, *others)]
     scene = associate(look.sightings, arm.cell, sees, tools, arm.robot.base_mm[:2])
     (left, low), (right, high) = arm.robot.view_mm
     view = hull([(left, low), (right, low), (right, high), (left, high)])
-    scene.uncertain = look.moving > 0 or any(hull_distance(outline, view) < SHADE_MM for outline in spaces)
+    scene.uncertain = look.moving > 0 or any(
+        hull_distance(outline, view) < SHADE_MM for outline in spaces
+    )
     arm.tell(
         "look",
         f"sees {sum(t.type.is_kit for t in scene.trays)} kit trays, "

@@ -23,7 +23,9 @@ def take_part(arm: Arm, xy: XY, thickness_mm: float, others: list[XY], trial: in
     grips with another yaw. The caller holds the space."""
     low = arm.grip_height(xy, thickness_mm)
     high = low + APPROACH_MM
-    yaws = finger_yaws(xy, [o for o in others if distance(o, xy) > 10], arm.robot.open_mm, arm.neutral_yaw(xy))
+    yaws = finger_yaws(
+        xy, [o for o in others if distance(o, xy) > 10], arm.robot.open_mm, arm.neutral_yaw(xy)
+    )
     yaws = yaws[3 * trial :] or yaws
     arm.set_gripper(True)
     yaw = approach(arm, xy, high, yaws)

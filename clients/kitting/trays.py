@@ -9,7 +9,7 @@ from enum import Enum
 from typing import Callable, Iterator
 
 from cell import Cell, Slot, TrayType
-from geometry import XY, Pose2, distance
+from geometry import XY, Pose2, distance, nearest
 from vision import Sighting
 
 SEATED_MM = 8.0  # a part so near to a slot's centre sits in it
@@ -70,11 +70,12 @@ class Scene:
                     yield tray, slot
 
     def tray_at(self, type_name: str, xy: XY, within_mm: float) -> TrayView | None:
-        near = [t for t in self.trays if t.type.name == type_name and distance(t.pose.xy, xy) < within_mm]
-        return min(near, key=lambda t: distance(t.pose.xy, xy), default=None)
-
-    def slot_at(self, xy: XY) -> SlotView | None:
-        return next((s for t in self.trays for s in t.slots if distance(s.xy, xy) < SEATED_MM), None)
+        near = [
+            t
+            for t in self.trays
+            if t.type.name == type_name and distance(t.pose.xy, xy) < within_mm
+        ]
+        return nearest(near, lambda t: t.pose.xy, xy)
 
     def taken(self, part: Part) -> None:
         """The part is no longer where it was."""
@@ -99,7 +100,8 @@ def associate(
     base: XY = (0.0, 0.0),
 ) -> Scene:
     """Trays, their slots and what is in them. `sees`: where the camera looks; `ignored`: where tools
-    are, which may hold parts that lie nowhere; `base`: trays of a type are numbered from there on."""
+    are, which may hold parts that lie nowhere; `base`: trays of a type are numbered from there on.
+    """
     parts = [
         Part(s.name, s.pose.xy)
         for s in sightings
@@ -109,7 +111,9 @@ def associate(
     for s in sightings:
         if s.name in cell.trays:
             pose = _best_yaw(s, cell.trays[s.name], parts)
-            trays.append(TrayView(cell.trays[s.name], pose, _slots(cell.trays[s.name], pose, parts, sees)))
+            trays.append(
+                TrayView(cell.trays[s.name], pose, _slots(cell.trays[s.name], pose, parts, sees))
+            )
 
     # Numbers by place, so that they are the same however the camera orders its objects.
     def order(tray: TrayView) -> tuple[float, ...]:
@@ -122,11 +126,13 @@ def associate(
     return Scene(sorted(trays, key=lambda t: (t.type.name, t.number)), parts)
 
 
-def _slots(tray: TrayType, pose: Pose2, parts: list[Part], sees: Callable[[XY], bool]) -> list[SlotView]:
+def _slots(
+    tray: TrayType, pose: Pose2, parts: list[Part], sees: Callable[[XY], bool]
+) -> list[SlotView]:
     views = []
     for slot in tray.slots:
         view = SlotView(slot, pose.point(slot.xy_mm))
-        part = min(parts, key=lambda p: distance(p.xy, view.xy), default=None)
+        part = nearest(parts, lambda p: p.xy, view.xy)
         away = math.inf if part is None else distance(part.xy, view.xy)
         if part is not None and away < SEATED_MM:
             view.part = part
@@ -148,6 +154,8 @@ def _best_yaw(s: Sighting, tray: TrayType, parts: list[Part]) -> Pose2:
 
     def seated(pose: Pose2) -> int:
         places = [(slot.part, pose.point(slot.xy_mm)) for slot in tray.slots]
-        return sum(any(p.type == t and distance(p.xy, xy) < SEATED_MM for p in parts) for t, xy in places)
+        return sum(
+            any(p.type == t and distance(p.xy, xy) < SEATED_MM for p in parts) for t, xy in places
+        )
 
     return turned if seated(turned) > seated(s.pose) else s.pose

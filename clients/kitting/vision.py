@@ -4,14 +4,13 @@ A line is a frame: `name,rotation,x,y,score,type,` an object, radians and millim
 
 from __future__ import annotations
 
+import math
 import socket
 import threading
 import time
 from collections import deque
 from dataclasses import dataclass, field
 from typing import Callable, Sequence
-
-import math
 
 from calibration import Correction
 from geometry import XY, Pose2, distance, mean_angle, wrapped
@@ -98,7 +97,9 @@ class _Track:
             mean_angle([d.pose.yaw for d in agreed]),
         )
         first = agreed[0]
-        return Sighting(first.name, first.kind, pose, len(self.detections), len(self.detections) - n)
+        return Sighting(
+            first.name, first.kind, pose, len(self.detections), len(self.detections) - n
+        )
 
 
 @dataclass(frozen=True)
@@ -123,7 +124,9 @@ def merge_frames(frames: Sequence[Sequence[Detection]]) -> Look:
                 and distance(t.detections[-1].pose.xy, detection.pose.xy) < _SAME_MM
             ]
             if near:
-                track = min(near, key=lambda t: distance(t.detections[-1].pose.xy, detection.pose.xy))
+                track = min(
+                    near, key=lambda t: distance(t.detections[-1].pose.xy, detection.pose.xy)
+                )
                 track.detections.append(detection)
                 track.last_frame = index
             else:

@@ -57,10 +57,13 @@ class Worker(threading.Thread):
                 self._come_up()
                 while not self._over():
                     self._serve()
-                self.arm.go_home()
+                if self.shop.finished.is_set():
+                    self.arm.go_home()
             except Interrupted:
                 return
             except (RobotError, RobotLost, LookError) as error:
+                if self.arm.interrupted.is_set():
+                    return
                 self._go_down(str(error))
 
     def _over(self) -> bool:
@@ -87,7 +90,7 @@ class Worker(threading.Thread):
 
     def _go_down(self, why: str) -> None:
         arm = self.arm
-        if not self._over() and not self._down:
+        if not self._down:
             arm.tell("down", f"is down: {why}")
         self._down = True
         self.board.set_up(arm.name, False)
@@ -128,7 +131,10 @@ class Worker(threading.Thread):
     def _bring_tray(self) -> bool:
         """Parts are missing: whatever the belt has upstream."""
         conveyor = self.shop.conveyor
-        if conveyor is None or self.board.belt_travel_mm + conveyor.belt.step_mm > conveyor.belt.max_travel_mm:
+        if (
+            conveyor is None
+            or self.board.belt_travel_mm + conveyor.belt.step_mm > conveyor.belt.max_travel_mm
+        ):
             return False
         try:
             went = step_belt(self.arm, conveyor, conveyor.belt.step_mm)
@@ -187,7 +193,9 @@ class Worker(threading.Thread):
             reasons.append("cannot serve " + ", ".join(step.stuck))
         self._give_up(kit, "; ".join(reasons) or "too many failures", tray, step.missing)
 
-    def _give_up(self, kit: Kit, why: str, tray: TrayView | None, lacks: Sequence[str] = ()) -> None:
+    def _give_up(
+        self, kit: Kit, why: str, tray: TrayView | None, lacks: Sequence[str] = ()
+    ) -> None:
         self.arm.tell("give_up", f"leaves {kit.name}: {why}")
         self.board.give_up(kit, self.arm.name, why, tray, lacks)
 
@@ -235,10 +243,15 @@ class Worker(threading.Thread):
         arm.tell("take", f"takes {transfer.part.type} at ({xy[0]:.0f}, {xy[1]:.0f})", trial=trial)
         others = [p.xy for p in scene.parts if p is not transfer.part]
         # The part's own place, which its slot only bounds.
-        result = take_part(arm, transfer.part.xy, transfer.source_tray.type.thickness_mm, others, trial)
+        result = take_part(
+            arm, transfer.part.xy, transfer.source_tray.type.thickness_mm, others, trial
+        )
         if result is Taken.HELD:
             return True
-        arm.tell("take_" + result.value, f"the part is {result.value}" if result is Taken.MISSED else result.value)
+        arm.tell(
+            "take_" + result.value,
+            f"the part is {result.value}" if result is Taken.MISSED else result.value,
+        )
         if result is Taken.MISSED:
             self._missed.append(xy)
             if self._misses(xy) == GRASP_TRIALS:
@@ -271,7 +284,9 @@ class Worker(threading.Thread):
         arm = self.arm
         for _ in range(GRASP_TRIALS):
             kits = self.board.held_targets(arm.name, scene)
-            place = place_for_held(scene, part_type, kits, arm.robot.reaches, self._avoided, arm.tool_xy())
+            place = place_for_held(
+                scene, part_type, kits, arm.robot.reaches, self._avoided, arm.tool_xy()
+            )
             if place is None and scene.uncertain:
                 scene = self._look(clear=True)
                 continue
@@ -282,7 +297,9 @@ class Worker(threading.Thread):
             if self.board.claim_places(arm.name, (slot.xy,), scene.seen_at):
                 try:
                     if arm.claim(slot.xy) and scene.epoch == self.board.belt_epoch:
-                        arm.tell("aside", f"puts what it holds into {slot.slot.name} of {tray.name}")
+                        arm.tell(
+                            "aside", f"puts what it holds into {slot.slot.name} of {tray.name}"
+                        )
                         others = [p.xy for p in scene.parts]
                         result = place_part(arm, slot.xy, tray.type.thickness_mm, others)
                         if result in (Placed.DONE, Placed.LOST):
@@ -336,4 +353,6 @@ class Worker(threading.Thread):
         return sum(distance(xy, other) < _AVOID_MM for other in self._missed)
 
     def _avoided(self, xy: XY) -> bool:
-        return self._misses(xy) >= GRASP_TRIALS or any(distance(xy, other) < _AVOID_MM for other in self._refused)
+        return self._misses(xy) >= GRASP_TRIALS or any(
+            distance(xy, other) < _AVOID_MM for other in self._refused
+        )

@@ -45,7 +45,9 @@ class Space:
         """In place of what the robot holds; not while someone waits for space that this would take."""
         claim = _Claim(tuple(hull(points)), over_belt, moves_belt)
         with self._changed:
-            if any(other != name and self._conflict(claim, waiting) for other, waiting in self._queue):
+            if any(
+                other != name and self._conflict(claim, waiting) for other, waiting in self._queue
+            ):
                 return False
             return self._take(name, claim)
 
@@ -72,7 +74,11 @@ class Space:
                     free = not any(o != name and self._conflict(claim, c) for o, c in ahead)
                     if free and self._take(name, claim):
                         return True
-                    if self.blocked_by_down(name, claim) or give_up() or time.monotonic() > deadline:
+                    if (
+                        self.blocked_by_down(name, claim)
+                        or give_up()
+                        or time.monotonic() > deadline
+                    ):
                         return False
                     self._changed.wait(0.05)
             finally:
@@ -98,7 +104,9 @@ class Space:
         )
 
     def _take(self, name: str, claim: _Claim) -> bool:
-        if any(other != name and self._conflict(claim, held) for other, held in self._claims.items()):
+        if any(
+            other != name and self._conflict(claim, held) for other, held in self._claims.items()
+        ):
             return False
         self._claims[name] = claim
         self._changed.notify_all()

@@ -69,7 +69,9 @@ def filled_slots(state, cell):
                 z,
             )
             near = [
-                (math.dist(centre, at), other["type"]) for other, at in bodies if other["type"] in cell.gears
+                (math.dist(centre, at), other["type"])
+                for other, at in bodies
+                if other["type"] in cell.gears
             ]
             error, kind = min(near)
             kits[body["name"]][slot.name] = (kind, error) if error < 3 else None
@@ -118,7 +120,9 @@ class Controller:
             out, _ = self.process.communicate(timeout=seconds * PATIENCE)
         except subprocess.TimeoutExpired:
             self.kill()
-            raise AssertionError(f"no end within {seconds * PATIENCE:g} s: {''.join(self.lines[-30:])}") from None
+            raise AssertionError(
+                f"no end within {seconds * PATIENCE:g} s: {''.join(self.lines[-30:])}"
+            ) from None
         self.lines += out.splitlines(keepends=True)
         return self.process.returncode, json.loads(self.report_file.read_text(encoding="utf-8"))
 

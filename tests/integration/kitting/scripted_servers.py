@@ -68,7 +68,9 @@ class CrclServer(Server):
             data += more
             while b"</CRCLCommandInstance>" in data:
                 document, data = data.split(b"</CRCLCommandInstance>", 1)
-                kind = re.search(rb'CRCLCommand xmlns:xsi="[^"]*" xsi:type="(\w+)Type"', document)[1].decode()
+                kind = re.search(rb'CRCLCommand xmlns:xsi="[^"]*" xsi:type="(\w+)Type"', document)[
+                    1
+                ].decode()
                 number = int(re.search(rb"<CommandID>(-?\d+)<", document)[1])
                 if kind == "GetStatus":
                     if self.state == "close":
@@ -78,7 +80,11 @@ class CrclServer(Server):
                 else:
                     self.received.append(kind)
                     if kind == "SetEndEffector" and self.grips:
-                        self.holding = "false" if float(re.search(rb"<Setting>([\d.]+)<", document)[1]) > 0.5 else "true"
+                        self.holding = (
+                            "false"
+                            if float(re.search(rb"<Setting>([\d.]+)<", document)[1]) > 0.5
+                            else "true"
+                        )
                     self.take(kind, number)
 
     def take(self, kind, number):
@@ -138,7 +144,8 @@ class ModbusServer(Server):
                 answers = [(0, self.act(function, address, value))]
             for offset, pdu in answers:
                 connection.sendall(
-                    struct.pack(">HHHB", (transaction + offset) & 0xFFFF, 0, len(pdu) + 1, unit) + pdu
+                    struct.pack(">HHHB", (transaction + offset) & 0xFFFF, 0, len(pdu) + 1, unit)
+                    + pdu
                 )
 
     def act(self, function, address, value):

@@ -61,7 +61,10 @@ class WholeJobTest(KittingTest):
         report = self.assert_done(self.controller())
         self.assert_kits(full=KITS)
         self.assertTrue(report["complete"])
-        by = {robot: sum(kit["placed_by"].get(robot, 0) for kit in report["kits"]) for robot in report["robots"]}
+        by = {
+            robot: sum(kit["placed_by"].get(robot, 0) for kit in report["kits"])
+            for robot in report["robots"]
+        }
         self.assertGreaterEqual(min(by.values()), 4, by)
         self.assertEqual(sum(by.values()), 14)
         self.assertEqual(report["counts"].get("robot_error", 0), 0)
@@ -109,7 +112,9 @@ class BreakdownTest(KittingTest):
 class BeltTest(KittingTest):
     def test_the_belt_brings_what_is_missing(self):
         scenes = ROOT / "world" / "scenes"
-        text = (scenes / "aprs.yaml").read_text(encoding="utf-8").replace("types/", f"{scenes}/types/")
+        text = (
+            (scenes / "aprs.yaml").read_text(encoding="utf-8").replace("types/", f"{scenes}/types/")
+        )
         # The small gears within reach are not there.
         begin = text.index("    gears:", text.index("name: small_gear_vessel_1"))
         text = text[:begin] + text[text.index("    reachable_by", begin) :]
@@ -119,11 +124,19 @@ class BeltTest(KittingTest):
             self.start(scene)
         with tempfile.TemporaryDirectory() as folder:
             order = pathlib.Path(folder) / "order.toml"
-            order.write_text('[[kit]]\ntray = "kit_s2l2_vessel"\nslots = {sg_1 = "part_small_gear"}\n', encoding="utf-8")
+            order.write_text(
+                '[[kit]]\ntray = "kit_s2l2_vessel"\nslots = {sg_1 = "part_small_gear"}\n',
+                encoding="utf-8",
+            )
             report = self.assert_done(self.controller("--robots", "motoman", "--order", str(order)))
         self.assertGreaterEqual(report["counts"]["belt"], 1)
         self.assertGreater(snapshot(self.daemon)["conveyor"]["travel_m"], 0.2)
-        filled = [slot for kit in filled_slots(snapshot(self.daemon), self.cell).values() for slot in kit.values() if slot]
+        filled = [
+            slot
+            for kit in filled_slots(snapshot(self.daemon), self.cell).values()
+            for slot in kit.values()
+            if slot
+        ]
         self.assertEqual([part for part, _ in filled], ["sku_part_small_gear"])
         self.assertLess(filled[0][1], PLACED_MM)
 

@@ -73,7 +73,9 @@ class GeometryTest(unittest.TestCase):
 class StatusTest(unittest.TestCase):
     def test_reads_what_the_status_says(self):
         status = crcl_robot.read_status(STATUS)
-        self.assertEqual((status.command_id, status.state, status.description), (7, "CRCL_Error", "too far"))
+        self.assertEqual(
+            (status.command_id, status.state, status.description), (7, "CRCL_Error", "too far")
+        )
         self.assertEqual(status.joints, {1: 12.5})
         self.assertEqual(status.tool_mm, (1, 2, 3))
         self.assertAlmostEqual(status.tool_yaw, math.pi / 2)
@@ -86,7 +88,11 @@ class StatusTest(unittest.TestCase):
         self.assertIsNone(status.holding)
 
     def test_what_is_no_status_is_refused(self):
-        for document in (b"<CRCLStatus>", b"<CRCLStatus></CRCLStatus>", STATUS.replace(b">7<", b">seven<")):
+        for document in (
+            b"<CRCLStatus>",
+            b"<CRCLStatus></CRCLStatus>",
+            STATUS.replace(b">7<", b">seven<"),
+        ):
             with self.assertRaises(ValueError):
                 crcl_robot.read_status(document)
 
@@ -96,7 +102,10 @@ class VisionTest(unittest.TestCase):
 
     def test_reads_objects(self):
         gear, kit = vision.parse_line(self.LINE)
-        self.assertEqual((gear.name, gear.kind, gear.pose), ("sku_part_large_gear", "P", Pose2(384.96, -206.83, 0.1)))
+        self.assertEqual(
+            (gear.name, gear.kind, gear.pose),
+            ("sku_part_large_gear", "P", Pose2(384.96, -206.83, 0.1)),
+        )
         self.assertEqual(kit.kind, "KT")
 
     def test_skips_what_was_not_detected(self):
@@ -105,10 +114,15 @@ class VisionTest(unittest.TestCase):
         self.assertEqual(len(vision.parse_line(line + self.LINE)), 2)
 
     def test_names_without_sku_mean_the_same(self):
-        self.assertEqual(vision.parse_line("part_small_gear,0,1,2,1,P,")[0].name, "sku_part_small_gear")
+        self.assertEqual(
+            vision.parse_line("part_small_gear,0,1,2,1,P,")[0].name, "sku_part_small_gear"
+        )
 
     def frames(self, *places):
-        return [vision.parse_line("".join(f"part_small_gear,0,{x},0,1,P," for x in frame)) for frame in places]
+        return [
+            vision.parse_line("".join(f"part_small_gear,0,{x},0,1,P," for x in frame))
+            for frame in places
+        ]
 
     def test_an_object_coasts_over_frames_that_miss_it(self):
         look = vision.merge_frames(self.frames([10], [], [10.2], [], [10.1], []))
@@ -127,10 +141,14 @@ class VisionTest(unittest.TestCase):
         self.assertEqual(sorted(s.pose.x for s in look.sightings), [0, 25])
 
     def test_a_yaw_that_flips_is_that_of_most_frames(self):
-        lines = ["sku_kit_m2l1_vessel,1.57,413.6,-106.1,0.6,KT,"] * 2 + ["sku_kit_m2l1_vessel,-1.57,415.0,-107.8,0.6,KT,"] * 4
+        lines = ["sku_kit_m2l1_vessel,1.57,413.6,-106.1,0.6,KT,"] * 2 + [
+            "sku_kit_m2l1_vessel,-1.57,415.0,-107.8,0.6,KT,"
+        ] * 4
         look = vision.merge_frames([vision.parse_line(line) for line in lines])
         (kit,) = look.sightings
-        self.assertEqual((round(kit.pose.yaw, 3), round(kit.pose.x, 1), kit.flips), (-1.57, 415.0, 2))
+        self.assertEqual(
+            (round(kit.pose.yaw, 3), round(kit.pose.x, 1), kit.flips), (-1.57, 415.0, 2)
+        )
 
 
 class AssociationTest(unittest.TestCase):
@@ -142,7 +160,10 @@ class AssociationTest(unittest.TestCase):
 
     def test_slots_of_a_turned_kit(self):
         yaw, at = math.radians(90), (125.0, -1245.0)
-        scene = self.scene(sighting("sku_kit_m2l1_vessel", *at, yaw), part_in("sku_kit_m2l1_vessel", at, "mg_2", yaw))
+        scene = self.scene(
+            sighting("sku_kit_m2l1_vessel", *at, yaw),
+            part_in("sku_kit_m2l1_vessel", at, "mg_2", yaw),
+        )
         self.assertEqual(self.contents(scene), {"mg_1": "empty", "mg_2": "right", "lg_1": "empty"})
         x, y = scene.trays[0].slot("lg_1").xy
         self.assertAlmostEqual(x, 125 - 7.46)
@@ -150,12 +171,18 @@ class AssociationTest(unittest.TestCase):
 
     def test_wrong_and_blocked_slots(self):
         kit = sighting("sku_kit_m2l1_vessel", 0, 0)
-        scene = self.scene(kit, sighting("sku_part_small_gear", -51, 38), sighting("sku_part_large_gear", 55, 7))
-        self.assertEqual(self.contents(scene), {"mg_1": "wrong", "mg_2": "empty", "lg_1": "blocked"})
+        scene = self.scene(
+            kit, sighting("sku_part_small_gear", -51, 38), sighting("sku_part_large_gear", 55, 7)
+        )
+        self.assertEqual(
+            self.contents(scene), {"mg_1": "wrong", "mg_2": "empty", "lg_1": "blocked"}
+        )
 
     def test_an_empty_slot_out_of_sight_is_unknown(self):
         scene = self.scene(sighting("sku_kit_m2l1_vessel", 0, 0), sees=lambda xy: xy[0] < 0)
-        self.assertEqual(self.contents(scene), {"mg_1": "empty", "mg_2": "empty", "lg_1": "unknown"})
+        self.assertEqual(
+            self.contents(scene), {"mg_1": "empty", "mg_2": "empty", "lg_1": "unknown"}
+        )
 
     def test_what_a_tool_holds_lies_nowhere(self):
         scene = self.scene(sighting("sku_part_small_gear", 100, 0), ignored=[(110, 0)])
@@ -168,7 +195,9 @@ class AssociationTest(unittest.TestCase):
         self.assertEqual(self.contents(scene), {"mg_1": "right", "mg_2": "empty", "lg_1": "right"})
 
     def test_trays_are_numbered_from_the_robot_on(self):
-        near, far = sighting("sku_kit_m2l1_vessel", 300, 0), sighting("sku_kit_m2l1_vessel", -500, 0)
+        near, far = sighting("sku_kit_m2l1_vessel", 300, 0), sighting(
+            "sku_kit_m2l1_vessel", -500, 0
+        )
         scene = self.scene(far, near)
         self.assertEqual([(t.number, t.pose.x) for t in scene.trays], [(1, 300), (2, -500)])
 
@@ -177,8 +206,13 @@ class PlanTest(unittest.TestCase):
     KIT, VESSEL = (125.0, -1245.0), (335.0, -1020.0)
 
     def setUp(self):
-        self.sightings = [sighting("sku_kit_m2l1_vessel", *self.KIT), sighting("sku_medium_gear_vessel", *self.VESSEL)]
-        self.sightings += [part_in("sku_medium_gear_vessel", self.VESSEL, f"slot_{n}") for n in (1, 2)]
+        self.sightings = [
+            sighting("sku_kit_m2l1_vessel", *self.KIT),
+            sighting("sku_medium_gear_vessel", *self.VESSEL),
+        ]
+        self.sightings += [
+            part_in("sku_medium_gear_vessel", self.VESSEL, f"slot_{n}") for n in (1, 2)
+        ]
 
     def step(self, wanted, avoided=lambda _: False, reaches=lambda _: True):
         self.scene = trays.associate(self.sightings, CELL)
@@ -188,19 +222,27 @@ class PlanTest(unittest.TestCase):
 
     def test_takes_the_part_with_the_shortest_way(self):
         step = self.step({"mg_1": "sku_part_medium_gear"})
-        self.assertEqual((step.transfer.source.slot.name, step.transfer.target.slot.name), ("slot_1", "mg_1"))
+        self.assertEqual(
+            (step.transfer.source.slot.name, step.transfer.target.slot.name), ("slot_1", "mg_1")
+        )
 
     def test_takes_another_part_when_one_has_failed(self):
         first = self.step({"mg_1": "sku_part_medium_gear"}).transfer.source.xy
-        step = self.step({"mg_1": "sku_part_medium_gear"}, avoided=lambda xy: geometry.distance(xy, first) < 5)
+        step = self.step(
+            {"mg_1": "sku_part_medium_gear"}, avoided=lambda xy: geometry.distance(xy, first) < 5
+        )
         self.assertEqual(step.transfer.source.slot.name, "slot_2")
 
     def test_tells_what_is_missing(self):
         step = self.step({"lg_1": "sku_part_large_gear"})
-        self.assertEqual((step.transfer, step.missing, step.done), (None, ("sku_part_large_gear",), False))
+        self.assertEqual(
+            (step.transfer, step.missing, step.done), (None, ("sku_part_large_gear",), False)
+        )
 
     def test_tells_which_slot_is_out_of_reach(self):
-        self.assertEqual(self.step({"mg_1": "sku_part_medium_gear"}, reaches=lambda _: False).stuck, ("mg_1",))
+        self.assertEqual(
+            self.step({"mg_1": "sku_part_medium_gear"}, reaches=lambda _: False).stuck, ("mg_1",)
+        )
 
     def test_is_done_when_all_is_as_wanted(self):
         self.sightings.append(part_in("sku_kit_m2l1_vessel", self.KIT, "mg_1"))
@@ -209,7 +251,9 @@ class PlanTest(unittest.TestCase):
     def test_a_part_that_has_no_business_in_a_kit_goes_back(self):
         self.sightings.append(part_in("sku_kit_m2l1_vessel", self.KIT, "mg_1"))
         step = self.step({"mg_1": None})
-        self.assertEqual((step.transfer.source.slot.name, step.transfer.target.slot.name), ("mg_1", "slot_3"))
+        self.assertEqual(
+            (step.transfer.source.slot.name, step.transfer.target.slot.name), ("mg_1", "slot_3")
+        )
 
     def test_what_was_done_shows_in_the_scene(self):
         transfer = self.step({"mg_1": "sku_part_medium_gear"}).transfer
@@ -222,7 +266,10 @@ class PlanTest(unittest.TestCase):
 class BoardTest(unittest.TestCase):
     def setUp(self):
         self.board = orders.Board(CELL)
-        kits = [sighting("sku_kit_m2l1_vessel", 125, -1245), sighting("sku_kit_s2l2_vessel", -170, -580)]
+        kits = [
+            sighting("sku_kit_m2l1_vessel", 125, -1245),
+            sighting("sku_kit_s2l2_vessel", -170, -580),
+        ]
         self.scene = trays.associate(kits, CELL)
         for robot in ("fanuc", "motoman"):
             self.board.set_up(robot, True)
@@ -276,20 +323,31 @@ class OrdersFileTest(unittest.TestCase):
         folder, path = written(text, ".toml")
         with folder:
             order, again = orders.read_orders(path, CELL)
-        self.assertEqual((order.tray, order.wanted, order.priority), ("sku_kit_m2l1_vessel", {"lg_1": "sku_part_large_gear"}, 3))
+        self.assertEqual(
+            (order.tray, order.wanted, order.priority),
+            ("sku_kit_m2l1_vessel", {"lg_1": "sku_part_large_gear"}, 3),
+        )
         self.assertEqual(order, again)
 
     def test_names_the_mistake(self):
         for text, expected in (
             ('[[kit]]\ntray = "box"\n', "kit[0].tray"),
-            ('[[kit]]\ntray = "kit_m2l1_vessel"\nslots = {xx = "part_large_gear"}\n', "kit[0].slots.xx"),
-            ('[[kit]]\ntray = "kit_m2l1_vessel"\nslots = {mg_1 = "part_large_gear"}\n', "kit[0].slots.mg_1"),
+            (
+                '[[kit]]\ntray = "kit_m2l1_vessel"\nslots = {xx = "part_large_gear"}\n',
+                "kit[0].slots.xx",
+            ),
+            (
+                '[[kit]]\ntray = "kit_m2l1_vessel"\nslots = {mg_1 = "part_large_gear"}\n',
+                "kit[0].slots.mg_1",
+            ),
             ('[[kit]]\ntray = "kit_m2l1_vessel"\ncolour = 1\n', "kit[0].colour"),
             ('[[kit]]\ntray = "kit_m2l1_vessel"\ncount = 0\n', "count >= 1"),
             ("kit = 3\n", "a list of tables"),
         ):
             folder, path = written(text, ".toml")
-            with folder, self.assertRaisesRegex(cells.CellError, expected.replace("[", r"\[").replace("]", r"\]")):
+            with folder, self.assertRaisesRegex(
+                cells.CellError, expected.replace("[", r"\[").replace("]", r"\]")
+            ):
                 orders.read_orders(path, CELL)
 
     def test_a_goal_that_is_shown_teaches_orders(self):
@@ -300,11 +358,18 @@ class OrdersFileTest(unittest.TestCase):
             folder, path = written(text, ".csv")
             with folder:
                 (order,) = orders.read_orders(path, CELL)
-            self.assertEqual((order.tray, order.wanted), ("sku_kit_m2l1_vessel", {"lg_1": "sku_part_large_gear"}))
+            self.assertEqual(
+                (order.tray, order.wanted), ("sku_kit_m2l1_vessel", {"lg_1": "sku_part_large_gear"})
+            )
 
     def test_kits_that_nobody_has_ordered_are_left_alone(self):
-        board = orders.Board(CELL, [orders.Order("sku_kit_m2l1_vessel", {"lg_1": "sku_part_large_gear"})])
-        kits = [sighting("sku_kit_m2l1_vessel", 125, -1245), sighting("sku_kit_m2l1_vessel", 125, -1030)]
+        board = orders.Board(
+            CELL, [orders.Order("sku_kit_m2l1_vessel", {"lg_1": "sku_part_large_gear"})]
+        )
+        kits = [
+            sighting("sku_kit_m2l1_vessel", 125, -1245),
+            sighting("sku_kit_m2l1_vessel", 125, -1030),
+        ]
         board.see("fanuc", trays.associate(kits, CELL))
         self.assertEqual(len(board.kits), 1)
         self.assertFalse(board.complete())
@@ -316,7 +381,9 @@ class CellFileTest(unittest.TestCase):
         with folder, self.assertRaisesRegex(cells.CellError, "none.toml"):
             cells.read_cell(str(path))
         parts = pathlib.Path(cells.__file__).parent / "cells" / "trays_2017.toml"
-        folder, path = written(f'parts = "{parts}"\nclearance_mm = 1\n[robots.r]\nview_mm = 3\n', ".toml")
+        folder, path = written(
+            f'parts = "{parts}"\nclearance_mm = 1\n[robots.r]\nview_mm = 3\n', ".toml"
+        )
         with folder, self.assertRaisesRegex(cells.CellError, r"robots\.r\.view_mm: a list"):
             cells.read_cell(str(path))
 
@@ -347,7 +414,10 @@ class CalibrationTest(unittest.TestCase):
             self.assertEqual(calibration.read_correction(path).points, (((1, 2), (4, 5)),))
 
     def test_names_line_and_columns(self):
-        for text, expected in ((self.TABLE + "1,x,0,0,0,0\n", ":4: four numbers"), ("a,b\n", "columns such as")):
+        for text, expected in (
+            (self.TABLE + "1,x,0,0,0,0\n", ":4: four numbers"),
+            ("a,b\n", "columns such as"),
+        ):
             folder, path = written(text, ".csv")
             with folder, self.assertRaisesRegex(cells.CellError, expected):
                 calibration.read_correction(path)
@@ -365,7 +435,9 @@ class ActionListTest(unittest.TestCase):
             "(place-part empty_slot_1_for_medium_gear_in_kit_m2l1_vessel_2)\n(take-part part_medium_gear_in_pt_3 )\n"
             "(inspect-kit sku_kit_m2l1_vessel 1)\n"
         )
-        self.assertEqual([a.name for a in actions][:3], ["look-for-parts", "check-kits", "set-correction-mode"])
+        self.assertEqual(
+            [a.name for a in actions][:3], ["look-for-parts", "check-kits", "set-correction-mode"]
+        )
         self.assertEqual(actions[0].arguments, ("0", "sku_kit_m2l1_vessel=2"))
         self.assertEqual(actions[3].line, 5)
 
@@ -412,7 +484,9 @@ class SpaceTest(unittest.TestCase):
             target=lambda: self.space.acquire("b", [(2000, 0), (900, 0)]) and got.set(), daemon=True
         )
         waiting.start()
-        running_cell.eventually(lambda: not self.space.try_acquire("a", [(0, 0), (1000, 0)]), 5, "b is in the queue")
+        running_cell.eventually(
+            lambda: not self.space.try_acquire("a", [(0, 0), (1000, 0)]), 5, "b is in the queue"
+        )
         self.assertFalse(got.is_set())
         self.space.hold("a", [(0, 0)])
         self.assertTrue(got.wait(5 * running_cell.PATIENCE))

@@ -79,7 +79,8 @@ class CrclTest(unittest.TestCase):
     def test_whoever_waits_can_be_interrupted(self):
         robot, server = self.robot({"Dwell": ["working"]})
         threading.Thread(
-            target=lambda: running_cell.eventually(lambda: server.received, 5, "a command") and robot.interrupt(),
+            target=lambda: running_cell.eventually(lambda: server.received, 5, "a command")
+            and robot.interrupt(),
             daemon=True,
         ).start()
         with self.assertRaises(crcl_robot.Interrupted):
@@ -106,7 +107,17 @@ class TakeTest(unittest.TestCase):
         moves = [kind for kind in server.received if kind in ("MoveTo", "SetEndEffector", "Dwell")]
         self.assertEqual(
             moves,
-            ["SetEndEffector", "Dwell", "MoveTo", "MoveTo", "Dwell", "SetEndEffector", "Dwell", "Dwell", "MoveTo"],
+            [
+                "SetEndEffector",
+                "Dwell",
+                "MoveTo",
+                "MoveTo",
+                "Dwell",
+                "SetEndEffector",
+                "Dwell",
+                "Dwell",
+                "MoveTo",
+            ],
         )
 
     def test_fingers_that_close_on_nothing_open_and_leave(self):
@@ -118,7 +129,9 @@ class TakeTest(unittest.TestCase):
     def test_a_place_out_of_reach_is_refused_with_every_yaw(self):
         result, server, arm = self.take({"MoveTo": ["error out of reach"]})
         self.assertIs(result, Taken.REFUSED)
-        self.assertEqual((server.received.count("MoveTo"), server.received.count("InitCanon")), (3, 3))
+        self.assertEqual(
+            (server.received.count("MoveTo"), server.received.count("InitCanon")), (3, 3)
+        )
         self.assertIn("out of reach", arm.report.events[0]["text"])
 
     def test_another_yaw_helps(self):
@@ -142,7 +155,13 @@ class HeldTest(unittest.TestCase):
         self.addCleanup(crcl.close)
         camera = vision.Camera("127.0.0.1", 1)
         arm = Arm(
-            CELL, CELL.robots["fanuc"], crcl, camera, Space(250), Report(quiet=True), threading.Event()
+            CELL,
+            CELL.robots["fanuc"],
+            crcl,
+            camera,
+            Space(250),
+            Report(quiet=True),
+            threading.Event(),
         )
         seen = [
             vision.Sighting("sku_kit_m2l1_vessel", "KT", Pose2(125, -1245), 6, 0),
@@ -160,7 +179,9 @@ class HeldTest(unittest.TestCase):
 
     def test_what_it_got_hold_of_is_carried_on(self):
         # Approach and descent are done, the retreat is stopped, the way up is free again.
-        robot, transfer, scene, server = self.worker({"MoveTo": ["done", "done", "error stopped", "done"]})
+        robot, transfer, scene, server = self.worker(
+            {"MoveTo": ["done", "done", "error stopped", "done"]}
+        )
         self.assertTrue(robot._carry(transfer, scene))
         self.assertEqual((server.holding, server.received.count("InitCanon")), ("false", 1))
         self.assertIs(transfer.target.content, trays.Content.RIGHT)
@@ -194,7 +215,9 @@ class CameraTest(unittest.TestCase):
         with self.assertRaisesRegex(vision.LookError, "everything moves"):
             camera.look(0.3)
         server.lines = self.lines((7, 0), (7.01, 0))
-        self.assertAlmostEqual(camera.look(10 * running_cell.PATIENCE).sightings[0].pose.x, 7, delta=0.1)
+        self.assertAlmostEqual(
+            camera.look(10 * running_cell.PATIENCE).sightings[0].pose.x, 7, delta=0.1
+        )
 
     def test_a_frame_sent_again_is_no_second_look(self):
         camera, _ = self.camera(self.lines((1, 0)) * 7 + self.lines((2, 0)))
@@ -243,7 +266,11 @@ class ConveyorTest(unittest.TestCase):
 
     def test_a_late_answer_to_an_older_request_is_skipped(self):
         def stray(function, address, value):
-            return [(-1, b"\x04\x04\0\0\0\0"), (0, b"\x06\x80\x01\0\x01")] if address == 0x8001 else None
+            return (
+                [(-1, b"\x04\x04\0\0\0\0"), (0, b"\x06\x80\x01\0\x01")]
+                if address == 0x8001
+                else None
+            )
 
         went, _ = self.step(100, answer=stray)
         self.assertGreaterEqual(went, 100)
