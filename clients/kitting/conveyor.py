@@ -115,9 +115,11 @@ class Conveyor:
             modbus.close()
 
     def stop(self) -> None:
+        """Stops the belt and waits until it stands."""
         modbus = Modbus(self.belt.host, self.belt.port)
         try:
             modbus.write_register(RUN, 0)
+            self._rest(modbus)
         finally:
             self.requests += modbus.requests
             modbus.close()

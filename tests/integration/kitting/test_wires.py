@@ -256,6 +256,12 @@ class ConveyorTest(unittest.TestCase):
         self.assertLessEqual(went, -100)
         self.assertEqual(server.written[0], (0x8001, 0))
 
+    def test_a_belt_that_still_runs_is_stopped(self):
+        server = self.enterContext(ModbusServer())
+        server.runs = True
+        conveyor.Conveyor(dataclasses.replace(CELL.belt, port=server.port)).stop()
+        self.assertEqual((server.written, server.runs), ([(0x8000, 0)], False))
+
     def test_a_refusal_is_told_and_the_belt_stopped(self):
         def refuse(function, address, value):
             return [(0, b"\x86\x04")] if (address, value) == (0x8000, 1) else None
