@@ -266,6 +266,8 @@ class Board:
             ]
             if not any(self._up.values()) and able:
                 return False
+            if any(name not in self._ever_up for name in able):
+                return False
             if any(
                 up and self._looked.get(name) != self.belt_epoch for name, up in self._up.items()
             ):

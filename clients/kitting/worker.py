@@ -22,6 +22,7 @@ from vision import LookError
 
 GRASP_TRIALS = 3  # at one place
 _PAUSE_S = 0.1
+_MAX_PAUSE_S = 8.0  # between two trials to come up
 _AVOID_MM = 15.0
 
 
@@ -45,7 +46,7 @@ class Worker(threading.Thread):
         self._missed: list[XY] = []  # where the gripper has closed on nothing
         self._refused: list[XY] = []
         self._epoch = 0
-        self._down = False
+        self._fallen = 0  # trials to come up in a row that have failed
         self._scene: Scene | None = None  # of the last look, while nothing has been done since
         self.board.set_up(arm.name, False)
 
@@ -78,25 +79,26 @@ class Worker(threading.Thread):
         arm.crcl.initialise()
         arm.space.hold(arm.name, arm.corridor(), over_belt=arm.over_belt())
         arm.space.set_down(arm.name, False)
-        self._down = False
-        arm.tell("up", "is ready")
         arm.rise()
         part_type = self._weighed() if arm.holds() else None
         scene = self._look()
-        self.board.set_up(arm.name, True)
-        self.board.see(arm.name, scene)
         if part_type is not None:
             self._deliver_held(part_type, scene)
+            scene = self._look()
+        self._fallen = 0
+        arm.tell("up", "is ready")
+        self.board.set_up(arm.name, True)
+        self.board.see(arm.name, scene)
 
     def _go_down(self, why: str) -> None:
         arm = self.arm
-        if not self._down:
+        if self._fallen == 0:
             arm.tell("down", f"is down: {why}")
-        self._down = True
+        self._fallen += 1
         self.board.set_up(arm.name, False)
         arm.space.set_down(arm.name, True)
         arm.crcl.close()
-        arm.interrupted.wait(1.0)
+        arm.interrupted.wait(min(2.0 ** (self._fallen - 1), _MAX_PAUSE_S))
 
     # -- orders -------------------------------------------------------------------------------
 

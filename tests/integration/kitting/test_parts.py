@@ -301,6 +301,16 @@ class BoardTest(unittest.TestCase):
         self.assertAlmostEqual(self.board.kits[1].xy[0], -70)
         self.assertAlmostEqual(self.board.kits[0].xy[0], 125)
 
+    def test_a_robot_that_has_not_come_up_yet_is_waited_for(self):
+        board = orders.Board(CELL)
+        for robot in ("fanuc", "motoman"):
+            board.set_up(robot, False)
+        board.set_up("motoman", True)
+        board.see("motoman", trays.associate([], CELL))
+        self.assertFalse(board.hopeless(1000))
+        self.assertTrue(board.hopeless(0))
+        self.assertEqual(board.unseen(), ["fanuc"])
+
     def test_one_place_is_for_one_robot(self):
         seen = time.monotonic()
         self.assertTrue(self.board.claim_places("fanuc", [(0, 0)], seen))
