@@ -64,7 +64,7 @@ std::string read(const fs::path& path) {
 std::string outcome_of(CrclTextClient& client, const std::string& program) {
   client.raw(program);
   // Of each command.
-  const auto limit = std::chrono::minutes(10);
+  const auto limit = std::chrono::minutes(30);
   auto deadline = std::chrono::steady_clock::now() + limit;
   std::string before;
   while (std::chrono::steady_clock::now() < deadline) {
