@@ -26,6 +26,9 @@ void write(const api::RobotDescription& robot, v1::RobotDescription& message) {
   write_message(robot.X_BR, *message.mutable_reference_in_base());
   write_message(robot.X_RV, *message.mutable_vision_in_reference());
   write_message(robot.X_FT, *message.mutable_tool_in_flange());
+  if (robot.tool_point_F) {
+    write_message(*robot.tool_point_F, *message.mutable_tool_point_in_flange());
+  }
   write(robot.gripper, *message.mutable_gripper());
   message.set_max_trans_speed_m_s(robot.max_trans_speed_m_s);
   message.set_max_trans_accel_m_s2(robot.max_trans_accel_m_s2);

@@ -1,18 +1,22 @@
 // `aprsim demo` against the real daemon: each robot's pick and place over the wires alone, watched
 // through gRPC by an independent observer.
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <string>
 #include <thread>
+#include <tuple>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include "tests/support/cell_client.hpp"
 #include "tests/support/daemon_process.hpp"
+#include "world/scene/data_paths.hpp"
+#include "world/scene/scene_loader.hpp"
 
 namespace aprsim::test {
 namespace {
@@ -117,8 +121,8 @@ double distance_to_kit_slot(const v1::CellDescription& cell, const v1::Snapshot&
   return best;
 }
 
-void expect_demo(const std::string& robot) {
-  DaemonProcess daemon({"--speed", "2"});
+void expect_demo(const std::string& scene, const std::string& robot) {
+  DaemonProcess daemon({"--scene", scene, "--speed", "2"});
   CellClient client(daemon.port("grpc"));
   Observer observer(client);
   const auto demo = run_process({std::string(APRSIM_BIN_DIR) + "/aprsim", "--ports-file",
@@ -150,9 +154,36 @@ void expect_demo(const std::string& robot) {
   EXPECT_EQ(end.world_fault(), "");
 }
 
-TEST(Demo, TheFanucPutsAGearIntoAKit) { expect_demo("fanuc"); }
+class DemoInScene : public testing::TestWithParam<std::tuple<std::string, const char*>> {};
 
-TEST(Demo, TheMotomanPutsAGearIntoAKit) { expect_demo("motoman"); }
+TEST_P(DemoInScene, ARobotPutsAGearIntoAKit) {
+  const auto& [scene, robot] = GetParam();
+  expect_demo(scene, robot);
+}
+
+/// Every shipped scene in which there is a kit to fill.
+std::vector<std::string> scenes_with_kits() {
+  std::vector<std::string> names;
+  const auto paths = scene::default_data_paths();
+  for (const auto& name : scene::scene_names(paths)) {
+    const auto scene = scene::load_scene(name, paths);
+    if (!scene || scene->robots.empty()) continue;
+    const bool kits = std::ranges::any_of(scene->trays, [&](const scene::TrayInstance& tray) {
+      return scene->tray_types.at(tray.type).kind == api::BodyKind::kKitTray;
+    });
+    if (kits) names.push_back(name);
+  }
+  return names;
+}
+
+INSTANTIATE_TEST_SUITE_P(Kits, DemoInScene,
+                         testing::Combine(testing::ValuesIn(scenes_with_kits()),
+                                          testing::Values("fanuc", "motoman")),
+                         [](const auto& test) {
+                           return std::get<0>(test.param) + "_" + std::get<1>(test.param);
+                         });
+
+TEST(Demo, SomeSceneHasKits) { EXPECT_GE(scenes_with_kits().size(), 3U); }
 
 /// The number after `words` in a text; a failure when they are not there.
 double number_after(const std::string& text, const std::string& words) {

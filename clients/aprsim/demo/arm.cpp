@@ -1,5 +1,7 @@
 #include "clients/aprsim/demo/arm.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "clients/aprsim/demo/geometry.hpp"
@@ -9,7 +11,8 @@ namespace {
 
 constexpr CrclSession::Seconds kMoveTimeout{90};
 constexpr double kTurn_deg_s = 90;
-constexpr double kHomeJointSpeed_deg_s = 40;
+constexpr double kHome_s = 4;    // for the way home, of every joint
+constexpr double kThere = 1e-3;  // nearer than that, in degrees or pulses, a joint is home
 
 }  // namespace
 
@@ -17,6 +20,10 @@ Arm::Arm(CrclSession session, v1::RobotDescription description)
     : session_(std::move(session)), description_(std::move(description)) {
   X_RW_ = (isometry(description_.base_in_world()) * isometry(description_.reference_in_base()))
               .inverse();
+  if (description_.has_tool_point_in_flange()) {
+    X_TP_ = isometry(description_.tool_in_flange()).inverse() *
+            isometry(description_.tool_point_in_flange());
+  }
 }
 
 Outcome<Arm> Arm::connect(const Endpoints& endpoints, const v1::RobotDescription& description) {
@@ -38,6 +45,10 @@ Outcome<Arm> Arm::connect(const Endpoints& endpoints, const v1::RobotDescription
 
 Eigen::Vector3d Arm::p_WB() const { return isometry(description_.base_in_world()).translation(); }
 
+Eigen::Isometry3d Arm::X_WT(const v1::RobotState& state) const {
+  return isometry(state.tool_in_world()) * X_TP_.inverse();
+}
+
 Outcome<void> Arm::run(crcl::CommandBody body) {
   const auto status = session_.run(std::move(body), kMoveTimeout);
   if (!status) return tl::unexpected(status.error());
@@ -49,7 +60,7 @@ Outcome<void> Arm::initialise() { return run(crcl::InitCanon{}); }
 Outcome<void> Arm::move(const Eigen::Isometry3d& X_WT, bool straight) {
   crcl::MoveTo move;
   move.straight = straight;
-  move.end.pose = crcl_pose_mm(X_RW_ * X_WT);
+  move.end.pose = crcl_pose_mm(X_RW_ * X_WT * X_TP_);
   return run(move);
 }
 
@@ -62,11 +73,17 @@ Outcome<void> Arm::set_gripper(bool open) { return run(crcl::SetEndEffector{open
 Outcome<void> Arm::dwell(double span_s) { return run(crcl::Dwell{span_s}); }
 
 Outcome<void> Arm::go_home() {
+  const auto now = session_.status();
+  if (!now) return tl::unexpected(now.error());
   crcl::ActuateJoints joints;
   for (const auto& joint : home_) {
-    if (!joint.position) continue;
-    joints.joints.push_back(
-        {joint.joint, *joint.position, crcl::JointSpeedAccel{kHomeJointSpeed_deg_s, {}}});
+    const auto at = std::ranges::find(now->joints, joint.joint, &crcl::JointStatus::joint);
+    if (!joint.position || at == now->joints.end() || !at->position) continue;
+    // A speed by the way to go holds in degrees and in pulses of a drive alike.
+    const double way = std::abs(*joint.position - *at->position);
+    crcl::ActuateJoint actuate{joint.joint, *joint.position, crcl::JointSpeedAccel{}};
+    if (way > kThere) actuate.details = crcl::JointSpeedAccel{way / kHome_s, {}};
+    joints.joints.push_back(actuate);
   }
   return joints.joints.empty() ? Outcome<void>() : run(joints);
 }

@@ -6,12 +6,14 @@
 #include <Eigen/Geometry>
 
 #include "aprsim/v1/cell.pb.h"
+#include "aprsim/v1/snapshot.pb.h"
 #include "clients/aprsim/crcl_session.hpp"
 #include "clients/aprsim/endpoints.hpp"
 
 namespace aprsim::client {
 
-/// One robot commanded by CRCL in world coordinates. Every call returns when the robot reports the
+/// One robot commanded by CRCL in world coordinates, by the tool between its finger tips, whichever
+/// point of it the robot's own coordinates mean. Every call returns when the robot reports the
 /// command as done; a robot's refusal is kRefused with its own words.
 class Arm {
  public:
@@ -35,6 +37,8 @@ class Arm {
   [[nodiscard]] const std::string& name() const { return description_.name(); }
   [[nodiscard]] const v1::RobotDescription& description() const { return description_; }
   [[nodiscard]] Eigen::Vector3d p_WB() const;
+  /// The tool in the world, of that robot's state.
+  [[nodiscard]] Eigen::Isometry3d X_WT(const v1::RobotState& state) const;
 
  private:
   Arm(CrclSession session, v1::RobotDescription description);
@@ -43,7 +47,9 @@ class Arm {
   CrclSession session_;
   v1::RobotDescription description_;
   Eigen::Isometry3d X_RW_;
-  std::vector<crcl::JointStatus> home_;  // degrees
+  Eigen::Isometry3d X_TP_ =
+      Eigen::Isometry3d::Identity();     // the point that CRCL means, in the tool
+  std::vector<crcl::JointStatus> home_;  // each in its own unit
 };
 
 }  // namespace aprsim::client

@@ -99,7 +99,7 @@ Outcome<void> PickAndPlace::reach_for_gear() {
                                            "; 'aprsim reset' starts anew");
   }
   yaws_ = rank_yaws(CellView(cell_.description, *snapshot), transfer_, arm_.description().gripper(),
-                    tool_yaw(isometry(robot->tool_in_world())));
+                    tool_yaw(arm_.X_WT(*robot)));
   if (auto done = arm_.set_gripper(true); !done) return done;
   if (auto done = arm_.set_speed(kFast_m_s); !done) return done;
   if (auto done = approach(p_grasp_WT_); !done) {
@@ -160,7 +160,7 @@ Outcome<Eigen::Isometry3d> PickAndPlace::gear_in_tool(const char* when) const {
     return failed(FailureKind::kCheck,
                   fmt::format("{} lost {} {}", arm_.name(), transfer_.gear.name, when));
   }
-  return isometry(robot->tool_in_world()).inverse() * gear->X_WP;
+  return arm_.X_WT(*robot).inverse() * gear->X_WP;
 }
 
 Outcome<void> PickAndPlace::lift() {

@@ -19,6 +19,8 @@ export class RobotModel {
   readonly root = new THREE.Group();
   private arm: URDFRobot | null = null;
   private readonly tool = new THREE.Group();
+  /** The tool frame at the point whose pose the robot tells; null where that is the tool frame. */
+  private readonly toolAtPoint: THREE.Matrix4 | null;
   private readonly fingers: THREE.Mesh[] = [];
   private readonly jointNames: string[];
   private stopped: RobotStatus['stopped'] = '';
@@ -30,6 +32,11 @@ export class RobotModel {
     readonly index: number
   ) {
     this.jointNames = description.joints.map((joint) => joint.name);
+    const {toolPointInFlange, toolInFlange} = description;
+    this.toolAtPoint =
+      toolPointInFlange && toolInFlange
+        ? toMatrix(toolPointInFlange).invert().multiply(toMatrix(toolInFlange))
+        : null;
     if (looks) this.buildGripper(looks);
     this.root.add(this.tool);
     this.root.userData.pick = {kind: 'robot', index};
@@ -72,7 +79,12 @@ export class RobotModel {
         this.arm!.setJointValue(this.jointNames[i]!, joint.positionRad)
       );
     }
-    place(this.tool, state.toolInWorld);
+    if (this.toolAtPoint) {
+      const {position, quaternion, scale} = this.tool;
+      toMatrix(state.toolInWorld).multiply(this.toolAtPoint).decompose(position, quaternion, scale);
+    } else {
+      place(this.tool, state.toolInWorld);
+    }
     const g = this.description.gripper;
     if (!g || !state.gripper) return;
     this.fingers.forEach((finger, i) => {
