@@ -1,5 +1,9 @@
 #include "world/scene/vision_reader.hpp"
 
+#include <vector>
+
+#include <Eigen/QR>
+
 #include "world/scene/reading.hpp"
 
 namespace aprsim::scene {
@@ -15,6 +19,49 @@ void read_area(const yaml::Node& node, Vision& vision) {
   }
 }
 
+/// Whether the image of the whole area is neither mirrored nor squeezed flat.
+bool covers(const Vision& vision) {
+  constexpr double kLeast = 0.1;  // of an area, in its image
+  for (const double x : {vision.area_min.x(), vision.area_max.x()}) {
+    for (const double y : {vision.area_min.y(), vision.area_max.y()}) {
+      if (!(vision.image_slope({x, y}).determinant() > kLeast)) return false;
+    }
+  }
+  return true;
+}
+
+/// Places and where they are reported, as a bilinear map: the best in least squares.
+void read_calibration(const yaml::Node& node, Vision& vision) {
+  if (!node) return;
+  constexpr std::size_t kFewest = 4, kMost = 100;
+  constexpr double kFlat = 1e-4;
+  const std::vector<yaml::Node> points = node.items();
+  if (points.size() < kFewest || points.size() > kMost) {
+    node.unexpected("4 to 100 places with where they are reported");
+    return;
+  }
+  const auto count = static_cast<Eigen::Index>(points.size());
+  Eigen::MatrixX4d terms(count, 4);
+  Eigen::MatrixX2d reported(count, 2);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const yaml::Map keys = points[static_cast<std::size_t>(i)].map({"at_m", "reported_m"});
+    const Eigen::Vector2d at = read_xy(keys["at_m"]);
+    terms.row(i) << 1, at.x(), at.y(), at.x() * at.y();
+    reported.row(i) = read_xy(keys["reported_m"]).transpose();
+  }
+  Eigen::ColPivHouseholderQR<Eigen::MatrixX4d> qr(terms);
+  qr.setThreshold(kFlat);
+  if (qr.rank() < 4) {
+    node.error("places too much in line", "places that span the area");
+    return;
+  }
+  const Vision before = vision;
+  vision.image = qr.solve(reported).transpose();
+  if (covers(vision)) return;
+  node.error("an image mirrored or squeezed flat", "places reported about where they are");
+  vision = before;
+}
+
 void place_camera(Vision& vision) {
   vision.camera_V = {vision.area_max.x(), 0.5 * (vision.area_min.y() + vision.area_max.y()), 2};
 }
@@ -27,9 +74,10 @@ Vision read_vision(const yaml::Node& node) {
     place_camera(vision);
     return vision;
   }
-  const yaml::Map keys =
-      node.map({"frame", "area", "camera_m", "rate_hz", "latency_s", "position_noise_m",
-                "rotation_noise_deg", "drop_rate", "shuffle", "occlusion"});
+  const yaml::Map keys = node.map(
+      {"frame", "area", "camera_m", "rate_hz", "latency_s", "position_noise_m",
+       "rotation_noise_deg", "drop_rate", "shuffle", "occlusion", "calibration", "gear_yaw_deg",
+       "tray_yaw_offset_deg", "part_tray_flip_rate", "kit_tray_flip_rate"});
   vision.X_RV = read_pose_map(keys["frame"]);
   read_area(keys["area"], vision);
   if (const yaml::Node camera = keys["camera_m"]) {
@@ -47,6 +95,15 @@ Vision read_vision(const yaml::Node& node) {
     vision.rotation_noise_rad = radians(noise.number(yaml::between(0, 45)));
   }
   vision.drop_rate = keys["drop_rate"].number_or(vision.drop_rate, yaml::between(0, 1));
+  if (const yaml::Node yaw = keys["gear_yaw_deg"]) {
+    vision.gear_yaw_rad = radians(yaw.number(yaml::between(0, 180)));
+  }
+  if (const yaml::Node offset = keys["tray_yaw_offset_deg"]) {
+    vision.tray_yaw_offset_rad = radians(offset.number(yaml::between(-180, 180)));
+  }
+  vision.part_tray_flip_rate = keys["part_tray_flip_rate"].number_or(0, yaml::between(0, 1));
+  vision.kit_tray_flip_rate = keys["kit_tray_flip_rate"].number_or(0, yaml::between(0, 1));
+  read_calibration(keys["calibration"], vision);
   vision.shuffle = keys["shuffle"].boolean_or(vision.shuffle);
   vision.occlusion = keys["occlusion"].boolean_or(vision.occlusion);
   return vision;

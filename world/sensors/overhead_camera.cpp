@@ -6,13 +6,14 @@
 #include <numbers>
 #include <utility>
 
-#include "world/sensors/random.hpp"
-
 namespace aprsim::sensors {
 namespace {
 
 /// A gear whose underside is so near to a tray's top face stands on it [m].
 constexpr double kStandingOn = 5e-3;
+
+/// Trays whose sides differ by less look alike at every quarter of a turn [m].
+constexpr double kSquare = 2e-3;
 
 /// Points of an object's top that a camera looks for: the middle first, then around it.
 using Points = std::array<Eigen::Vector3d, 5>;
@@ -47,6 +48,11 @@ bool belongs_to(const Occluder& occluder, std::size_t body, const api::CellDescr
          std::abs(p_P.z() - tray.box_max.z()) <= kStandingOn;
 }
 
+/// Angle of the rotation nearest to a map of the plane.
+double turn_of(const Eigen::Matrix2d& map) {
+  return std::atan2(map(1, 0) - map(0, 1), map(0, 0) + map(1, 1));
+}
+
 /// Into (-pi, pi], as the lab's cameras send angles; a client folds part trays further by itself.
 double wrapped(double angle) {
   const double turn = 2 * std::numbers::pi;
@@ -76,22 +82,43 @@ void OverheadCamera::detect(const api::CellDescription& cell,
     const double turn = random.gaussian(kNoiseLimit) * vision_.rotation_noise_rad;
     const Eigen::Isometry3d X_VP = X_VW_ * X_WP[i];
     const Eigen::Vector2d xy = X_VP.translation().head<2>();
+    const double yaw =
+        mistaken_yaw(cell.bodies[i],
+                     std::atan2(X_VP(1, 0), X_VP(0, 0)) + turn_of(vision_.image_slope(xy)), random);
     if (dropped || (xy.array() < vision_.area_min.array()).any() ||
         (xy.array() > vision_.area_max.array()).any() || X_VP(2, 2) < std::cos(kMaxTilt)) {
       continue;
     }
     const double score = visible_share(i, cell, X_WP, occluders);
     if (score == 0) continue;
+    const Eigen::Vector2d image =
+        vision_.image * Eigen::Vector4d(1, xy.x(), xy.y(), xy.x() * xy.y());
     out.detections.push_back({.body = static_cast<int>(i),
-                              .x_m = xy.x() + dx,
-                              .y_m = xy.y() + dy,
-                              .rotation_rad = wrapped(std::atan2(X_VP(1, 0), X_VP(0, 0)) + turn),
+                              .x_m = image.x() + dx,
+                              .y_m = image.y() + dy,
+                              .rotation_rad = wrapped(yaw + turn),
                               .score = score});
   }
   if (!vision_.shuffle) return;
   for (std::size_t left = out.detections.size(); left > 1; --left) {
     std::swap(out.detections[left - 1], out.detections[random.below(left)]);
   }
+}
+
+/// The angle reported: of an object that looks alike at several, any of them. Draws the same
+/// count of numbers whatever the object is doing.
+double OverheadCamera::mistaken_yaw(const api::BodyDescription& body, double yaw,
+                                    Random& random) const {
+  if (body.kind == api::BodyKind::kGear) {
+    return vision_.gear_yaw_rad ? *vision_.gear_yaw_rad * (2 * random.uniform() - 1) : yaw;
+  }
+  yaw += vision_.tray_yaw_offset_rad;
+  const double rate = body.kind == api::BodyKind::kKitTray ? vision_.kit_tray_flip_rate
+                                                           : vision_.part_tray_flip_rate;
+  if (rate == 0 || random.uniform() >= rate) return yaw;
+  const Eigen::Vector3d size = body.box_max - body.box_min;
+  const bool square = std::abs(size.x() - size.y()) < kSquare;
+  return yaw + (square ? std::numbers::pi / 2 : std::numbers::pi);
 }
 
 /// 0 when the middle is hidden, else the share of points in sight.

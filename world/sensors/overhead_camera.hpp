@@ -10,6 +10,7 @@
 #include "world/api/vision.hpp"
 #include "world/scene/vision.hpp"
 #include "world/sensors/line_of_sight.hpp"
+#include "world/sensors/random.hpp"
 
 namespace aprsim::sensors {
 
@@ -23,7 +24,8 @@ inline constexpr double kMaxTilt = 0.5235987755982988;
 /// object is detected when its origin is in the visible area, it stands upright enough, nothing is
 /// between the camera and its middle, and no drop hits it. A gear that stands on a tray is part of
 /// the picture of that tray and does not hide it. Parallax is taken as calibrated away: the
-/// position is the true one and noise. Thread: one at a time.
+/// position is the true one, what the scene says of errors of calibration, and noise. Thread: one
+/// at a time.
 class OverheadCamera {
  public:
   /// `X_WR` is the robot's CRCL frame.
@@ -38,6 +40,9 @@ class OverheadCamera {
   [[nodiscard]] double visible_share(std::size_t body, const api::CellDescription& cell,
                                      std::span<const Eigen::Isometry3d> X_WP,
                                      std::span<const Occluder> occluders) const;
+
+  [[nodiscard]] double mistaken_yaw(const api::BodyDescription& body, double yaw,
+                                    Random& random) const;
 
   scene::Vision vision_;
   Eigen::Isometry3d X_VW_;

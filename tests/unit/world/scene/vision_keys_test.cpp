@@ -1,6 +1,7 @@
 // The key "vision" of a robot in a scene.
 
 #include <numbers>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -23,7 +24,9 @@ TEST(VisionKeys, AllAreTaken) {
       yaml::Document::from_text(
           "{frame: {xyz_m: [1, 2, 3], rpy_deg: [0, 0, 90]}, area: {min_m: [0, 0], max_m: [1, 2]},"
           " camera_m: [0.1, 0.2, 3], rate_hz: 5, latency_s: 0.2, position_noise_m: 0.002,"
-          " rotation_noise_deg: 1, drop_rate: 0.1, shuffle: true, occlusion: false}",
+          " rotation_noise_deg: 1, drop_rate: 0.1, shuffle: true, occlusion: false,"
+          " gear_yaw_deg: 50, tray_yaw_offset_deg: -90, part_tray_flip_rate: 0.2, "
+          " kit_tray_flip_rate: 0.4}",
           "test")
           .value();
   const Vision vision = read_vision(document.root());
@@ -39,6 +42,11 @@ TEST(VisionKeys, AllAreTaken) {
   EXPECT_EQ(vision.drop_rate, 0.1);
   EXPECT_TRUE(vision.shuffle);
   EXPECT_FALSE(vision.occlusion);
+  ASSERT_TRUE(vision.gear_yaw_rad);
+  EXPECT_NEAR(*vision.gear_yaw_rad, 50 * std::numbers::pi / 180, 1e-15);
+  EXPECT_NEAR(vision.tray_yaw_offset_rad, -std::numbers::pi / 2, 1e-15);
+  EXPECT_EQ(vision.part_tray_flip_rate, 0.2);
+  EXPECT_EQ(vision.kit_tray_flip_rate, 0.4);
 }
 
 TEST(VisionKeys, TheCameraHangsBeforeTheRobotUnlessToldOtherwise) {
@@ -48,6 +56,28 @@ TEST(VisionKeys, TheCameraHangsBeforeTheRobotUnlessToldOtherwise) {
   auto nothing = yaml::Document::from_text("{}", "test").value();
   const yaml::Node absent = nothing.root().map({"vision"})["vision"];
   EXPECT_EQ(read_vision(absent).camera_V, Eigen::Vector3d(1.2, 0, 2));
+}
+
+TEST(VisionKeys, FourPlacesMakeAnExactCalibration) {
+  const double at[4][2] = {{0.36, -0.2}, {0.66, 0.16}, {0.33, 0.15}, {0.6, -0.15}};
+  const double reported[4][2] = {{0.34, -0.2}, {0.64, 0.15}, {0.31, 0.16}, {0.58, -0.16}};
+  std::string text = "{calibration: [";
+  for (int i = 0; i < 4; ++i) {
+    text += "{at_m: [" + std::to_string(at[i][0]) + ", " + std::to_string(at[i][1]) +
+            "], reported_m: [" + std::to_string(reported[i][0]) + ", " +
+            std::to_string(reported[i][1]) + "]},";
+  }
+  auto document = yaml::Document::from_text(text + "]}", "test").value();
+  const Vision vision = read_vision(document.root());
+  ASSERT_FALSE(document.error()) << document.error()->message;
+  for (int i = 0; i < 4; ++i) {
+    const double x = at[i][0], y = at[i][1];
+    const Eigen::Vector2d image = vision.image * Eigen::Vector4d(1, x, y, x * y);
+    EXPECT_LT((image - Eigen::Vector2d(reported[i][0], reported[i][1])).norm(), 1e-12);
+    const double step = 1e-6;
+    const Eigen::Vector2d beside = vision.image * Eigen::Vector4d(1, x, y + step, x * (y + step));
+    EXPECT_LT(((beside - image) / step - vision.image_slope({x, y}).col(1)).norm(), 1e-8);
+  }
 }
 
 TEST(VisionKeys, BadValuesAreErrorsThatNameTheKey) {
@@ -66,6 +96,21 @@ TEST(VisionKeys, BadValuesAreErrorsThatNameTheKey) {
       {"{area: {min_m: [0, 0]}}", "area.max_m"},
       {"{area: {min_m: [0, 0], max_m: [1, 0]}}", "area.max_m"},
       {"{rate: 5}", "rate"},
+      {"{gear_yaw_deg: 181}", "gear_yaw_deg"},
+      {"{tray_yaw_offset_deg: 200}", "tray_yaw_offset_deg"},
+      {"{part_tray_flip_rate: 2}", "part_tray_flip_rate"},
+      {"{kit_tray_flip_rate: -1}", "kit_tray_flip_rate"},
+      {"{calibration: 3}", "calibration"},
+      {"{calibration: [{at_m: [0, 0], reported_m: [0, 0]}]}", "calibration"},
+      // On one line; mirrored; a place without its image.
+      {"{calibration: [{at_m: [0, 0], reported_m: [0, 0]}, {at_m: [1, 0], reported_m: [1, 0]},"
+       " {at_m: [2, 0], reported_m: [2, 0]}, {at_m: [3, 0], reported_m: [3, 0]}]}",
+       "calibration"},
+      {"{calibration: [{at_m: [0, 0], reported_m: [0, 0]}, {at_m: [1, 0], reported_m: [-1, 0]},"
+       " {at_m: [0, 1], reported_m: [0, 1]}, {at_m: [1, 1], reported_m: [-1, 1]}]}",
+       "calibration"},
+      {"{calibration: [{at_m: [0, 0]}, {at_m: [1, 0]}, {at_m: [0, 1]}, {at_m: [1, 1]}]}",
+       "calibration[0].reported_m"},
   };
   for (const auto& [text, key] : cases) {
     auto document = yaml::Document::from_text(text, "test").value();

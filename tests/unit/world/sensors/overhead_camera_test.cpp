@@ -91,6 +91,93 @@ TEST_F(OverheadCameraTest, WrapsAnglesIntoOneTurn) {
   }
 }
 
+TEST_F(OverheadCameraTest, IsOffByWhatItsCalibrationSays) {
+  // Stretched, shifted, and turned by about 30 mrad.
+  vision.image << 0.01, 1.02, -0.03, 0, -0.005, 0.03, 1.02, 0;
+  add(gear(), standing(0.5, 0.2, 0.4));
+  add(tray(), standing(-0.2, 0.1, -1));
+  auto seen = look();
+  ASSERT_EQ(seen.size(), 2U);
+  EXPECT_NEAR(seen[0].x_m, 0.01 + 1.02 * 0.5 - 0.03 * 0.2, 1e-12);
+  EXPECT_NEAR(seen[0].y_m, -0.005 + 0.03 * 0.5 + 1.02 * 0.2, 1e-12);
+  const double turn = std::atan2(0.03, 1.02);
+  EXPECT_NEAR(seen[0].rotation_rad, 0.4 + turn, 1e-12);
+  EXPECT_NEAR(seen[1].rotation_rad, -1 + turn, 1e-12);
+  // Bilinear: the farther out in x, the more y counts.
+  vision.image = scene::Vision{}.image;
+  vision.image(0, 3) = 0.1;
+  seen = look();
+  EXPECT_NEAR(seen[0].x_m, 0.5 + 0.1 * 0.5 * 0.2, 1e-12);
+  EXPECT_NEAR(seen[0].y_m, 0.2, 1e-12);
+}
+
+TEST_F(OverheadCameraTest, TakesGearsForTurnedAnyhow) {
+  vision.gear_yaw_rad = 0.8;
+  for (int i = 0; i < 5; ++i) add(gear(), standing(0.2 * i, 0, 2));
+  add(tray(), standing(0, 0.5, 2));
+  double lowest = 1, highest = -1, sum = 0;
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    const auto seen = look(seed);
+    ASSERT_EQ(seen.size(), 6U);
+    for (int i = 0; i < 5; ++i) {
+      const double yaw = seen[static_cast<std::size_t>(i)].rotation_rad;
+      lowest = std::min(lowest, yaw);
+      highest = std::max(highest, yaw);
+      sum += yaw;
+    }
+    EXPECT_NEAR(seen[5].rotation_rad, 2, 1e-12) << "trays have an angle";
+  }
+  EXPECT_GE(lowest, -0.8);
+  EXPECT_LE(highest, 0.8);
+  EXPECT_LT(lowest, -0.75);
+  EXPECT_GT(highest, 0.75);
+  // Uniform: the mean of 500 has a standard deviation of 0.8 / sqrt(3 * 500).
+  EXPECT_LT(std::abs(sum / 500), 4 * 0.8 / std::sqrt(1500));
+  vision.gear_yaw_rad = 0;
+  EXPECT_EQ(look()[0].rotation_rad, 0);
+}
+
+TEST_F(OverheadCameraTest, CountsTheYawOfTraysFromAZeroOfItsOwn) {
+  vision.tray_yaw_offset_rad = -kPi / 2;
+  add(tray(), standing(0, 0, 0.3));
+  add(gear(), standing(0.5, 0, 0.3));
+  const auto seen = look();
+  ASSERT_EQ(seen.size(), 2U);
+  EXPECT_NEAR(seen[0].rotation_rad, 0.3 - kPi / 2, 1e-12);
+  EXPECT_NEAR(seen[1].rotation_rad, 0.3, 1e-12);
+}
+
+TEST_F(OverheadCameraTest, TakesTraysForTurnedAsTheyLookAlike) {
+  vision.part_tray_flip_rate = 0.25;
+  vision.kit_tray_flip_rate = 0.5;
+  auto oblong = tray(), kit = tray();
+  oblong.box_max.x() = 0.2;
+  kit.box_max.x() = 0.2;
+  kit.kind = api::BodyKind::kKitTray;
+  add(tray(), standing(0, 0, 0.3));
+  add(oblong, standing(0.5, 0, 0.3));
+  add(kit, standing(0, 0.5, 0.3));
+  add(gear(), standing(0.5, 0.5, 0.3));
+  const double step[] = {kPi / 2, kPi, kPi};
+  int turned[3] = {0, 0, 0};
+  constexpr int kFrames = 1000;
+  for (std::uint64_t seed = 0; seed < kFrames; ++seed) {
+    const auto seen = look(seed);
+    ASSERT_EQ(seen.size(), 4U);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double by = std::remainder(seen[i].rotation_rad - 0.3, 2 * kPi);
+      if (std::abs(by) < 1e-9) continue;
+      EXPECT_NEAR(std::abs(by), step[i], 1e-9);
+      ++turned[i];
+    }
+    EXPECT_NEAR(seen[3].rotation_rad, 0.3, 1e-12);
+  }
+  // Within five standard deviations.
+  EXPECT_NEAR(turned[0], 250, 70);
+  EXPECT_NEAR(turned[1], 250, 70);
+  EXPECT_NEAR(turned[2], 500, 80);
+}
+
 TEST_F(OverheadCameraTest, SeesOnlyItsArea) {
   vision.area_min = {-0.2, -0.1};
   vision.area_max = {0.2, 0.1};
