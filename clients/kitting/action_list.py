@@ -224,7 +224,7 @@ class ActionRun:
     def look(self, action: Action) -> None:
         required = _required(action, self.arm.cell)
         for _ in range(_LOOKS):
-            self.scene = look_for_parts(self.arm)
+            self.scene = self._look()
             self.taken.clear()
             seen = Counter(p.type for p in self.scene.parts) + Counter(
                 t.type.name for t in self.scene.trays
@@ -301,7 +301,7 @@ class ActionRun:
 
     def check_kits(self, _: Action) -> None:
         """Every kit to check against a tray of its own among those that the camera shows."""
-        self.scene = look_for_parts(self.arm)
+        self.scene = self._look()
         left = [tray for tray in self.scene.trays if tray.type.is_kit]
         for kit in self.kits:
             trays = [tray for tray in left if tray.type.name == kit.tray]
@@ -338,7 +338,7 @@ class ActionRun:
             scene.taken(transfer.part)
             self._place_part(transfer.target, transfer.target_tray)
             scene.placed(transfer.part.type, transfer.target)
-        self.scene = look_for_parts(self.arm)
+        self.scene = self._look()
         seen = self.scene.tray_at(kit.tray, tray.pose.xy, SAME_KIT_MM)
         return ["it is gone"] if seen is None else differences(seen, kit.wanted)
 
@@ -358,6 +358,12 @@ class ActionRun:
 
     def end(self, _: Action) -> None:
         self.ended = True
+
+    def _look(self) -> Scene:
+        scene = look_for_parts(self.arm)
+        if self.scene is not None:
+            scene.number_as(self.scene)
+        return scene
 
     # -- names --------------------------------------------------------------------------------
 

@@ -6,6 +6,7 @@ import math
 import time
 from dataclasses import dataclass, field
 from enum import Enum
+from itertools import count
 from typing import Callable, Iterator
 
 from cell import Cell, Slot, TrayType
@@ -13,6 +14,7 @@ from geometry import XY, Pose2, distance, nearest
 from vision import Sighting
 
 SEATED_MM = 8.0  # a part so near to a slot's centre sits in it
+_SAME_TRAY_MM = 60.0  # between two looks a tray moves less
 BLOCKED_MM = 25.0  # one that is nearer than this lies across it
 
 
@@ -76,6 +78,21 @@ class Scene:
             if t.type.name == type_name and distance(t.pose.xy, xy) < within_mm
         ]
         return nearest(near, lambda t: t.pose.xy, xy)
+
+    def number_as(self, earlier: Scene) -> None:
+        """Trays that an earlier look has shown nearby keep its numbers."""
+        kept = {}
+        for tray in self.trays:
+            before = earlier.tray_at(tray.type.name, tray.pose.xy, _SAME_TRAY_MM)
+            if before is not None:
+                kept[id(tray)] = before.number
+        for tray in self.trays:
+            if id(tray) not in kept:
+                used = {kept[id(t)] for t in self.trays if t.type is tray.type and id(t) in kept}
+                kept[id(tray)] = next(n for n in count(1) if n not in used)
+        for tray in self.trays:
+            tray.number = kept[id(tray)]
+        self.trays.sort(key=lambda t: (t.type.name, t.number))
 
     def taken(self, part: Part) -> None:
         """The part is no longer where it was."""

@@ -202,6 +202,19 @@ class AssociationTest(unittest.TestCase):
         self.assertEqual([(t.number, t.pose.x) for t in scene.trays], [(1, 300), (2, -500)])
 
 
+    def test_trays_keep_their_numbers_from_look_to_look(self):
+        # Equally far: who is first is up to the camera's noise.
+        def look(x, *more):
+            places = [(x, 100), (300, -100), *more]
+            return self.scene(*(sighting("sku_kit_m2l1_vessel", *xy) for xy in places))
+
+        first, second = look(299.9), look(300.1, (-200, 50))
+        second.number_as(first)
+        numbers = [{t.pose.y: t.number for t in scene.trays} for scene in (first, second)]
+        self.assertEqual(numbers[1], {**numbers[0], 50: 3})
+        self.assertEqual([t.number for t in second.trays], [1, 2, 3])
+
+
 class PlanTest(unittest.TestCase):
     KIT, VESSEL = (125.0, -1245.0), (335.0, -1020.0)
 
