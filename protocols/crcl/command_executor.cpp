@@ -136,11 +136,12 @@ struct CommandExecutor::Visitor {
     keep(robot.tolerances_.intermediate, set.tolerance);
   }
   void operator()(const crcl::SetDefaultJointTolerances& set) const {
-    if (const auto ok = check(set.tolerances, joint_count()); !ok) {
+    if (const auto ok = check(set.tolerances); !ok) {
       return lifecycle.latch_error(ok.error().message);
     }
     robot.tolerances_.joints.clear();
     for (const crcl::JointTolerance& joint : set.tolerances) {
+      if (joint.joint > joint_count()) continue;
       robot.tolerances_.joints.push_back(
           {joint.joint, robot.joints_.to_rad(joint.joint, joint.tolerance, settings.joint_unit())});
     }

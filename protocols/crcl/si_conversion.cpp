@@ -240,9 +240,12 @@ Result<void> check(const crcl::PoseTolerance& tolerance) {
                           tolerance.z_axis});
 }
 
-Result<void> check(const std::vector<crcl::JointTolerance>& tolerances, int joint_count) {
+Result<void> check(const std::vector<crcl::JointTolerance>& tolerances) {
   for (const crcl::JointTolerance& tolerance : tolerances) {
-    if (auto ok = check_joint(tolerance.joint, joint_count); !ok) return ok;
+    if (tolerance.joint < 1) {
+      return invalid("JointNumber",
+                     fmt::format("Bad joint index:{}; joints are counted from 1", tolerance.joint));
+    }
     if (!(tolerance.tolerance >= 0)) {
       return invalid("JointPositionTolerance",
                      fmt::format("JointPositionTolerance {} of joint {}: must be 0 or above",
@@ -292,7 +295,7 @@ Result<api::MoveScrew> to_action(const crcl::MoveScrew& screw, const ConnectionS
 Result<std::vector<WireTarget>> to_targets(const crcl::ActuateJoints& command,
                                            const ConnectionSettings& units, const JointMap& joints,
                                            const Tolerances& tolerances) {
-  if (auto ok = check(command.tolerances, joints.count()); !ok) return tl::unexpected(ok.error());
+  if (auto ok = check(command.tolerances); !ok) return tl::unexpected(ok.error());
   std::vector<WireTarget> targets;
   for (const crcl::ActuateJoint& joint : command.joints) {
     Result<WireTarget> target = to_target(joint, units, joints);

@@ -49,10 +49,10 @@ struct Tolerances {
                                                          const JointMap& joints,
                                                          const Tolerances& tolerances);
 
-/// Refuses a tolerance below 0.
+/// Refuses a tolerance below 0 and a joint number below 1. Numbers beyond the robot's joints are in
+/// order, as on NIST's servers: the APRS framework sends eight to every robot.
 [[nodiscard]] Result<void> check(const crcl::PoseTolerance& tolerance);
-[[nodiscard]] Result<void> check(const std::vector<crcl::JointTolerance>& tolerances,
-                                 int joint_count);
+[[nodiscard]] Result<void> check(const std::vector<crcl::JointTolerance>& tolerances);
 
 /// Clamped to 0..1.
 [[nodiscard]] api::SetGripper to_action(const crcl::SetEndEffector& set);

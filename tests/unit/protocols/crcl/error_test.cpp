@@ -100,6 +100,26 @@ TEST_F(Errors, JointNumbersBeginAtOne) {
   }
 }
 
+TEST_F(Errors, TolerancesOfJointsThatTheRobotLacksAreNone) {
+  const auto tolerances = [](int first, int last) {
+    std::string text = "<JointTolerances>";
+    for (int joint = first; joint <= last; ++joint) {
+      text += "<Setting><JointNumber>" + std::to_string(joint) +
+              "</JointNumber><JointPositionTolerance>2</JointPositionTolerance></Setting>";
+    }
+    return text + "</JointTolerances>";
+  };
+  TestClient client(port_);
+  initialize(client);
+  client.command(5, "SetDefaultJointPositonsTolerancesType", tolerances(1, 8));
+  const auto status = client.status();
+  expect(status, 5, CommandState::kDone);
+  ASSERT_TRUE(status.settings);
+  EXPECT_EQ(status.settings->joint_tolerances.size(), 6U);
+  client.command(6, "SetDefaultJointPositonsTolerancesType", tolerances(0, 6));
+  expect(client.status(), 6, CommandState::kError, "Bad joint index:0; joints are counted from 1");
+}
+
 TEST_F(Errors, AFullQueueIsAnError) {
   TestClient client(port_);
   initialize(client);
