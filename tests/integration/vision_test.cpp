@@ -259,7 +259,8 @@ TEST(VisionAndRobot, APartIsPickedWhereTheFeedPutsIt) {
     const auto& gear = cell.bodies(i).gear();
     start_z_m = client.snapshot().bodies(i).body_in_world().position_m().z();
     z_mm = (start_z_m + gear.disc_height_m() + 0.004 -
-            cell.robots(0).base_in_world().position_m().z()) *
+            cell.robots(0).base_in_world().position_m().z() -
+            cell.robots(0).reference_in_base().position_m().z()) *
            1e3;
   }
   CrclTextClient robot(daemon.port("crcl.fanuc"));

@@ -17,11 +17,13 @@ constexpr std::size_t kBeams = 4;
 constexpr std::size_t kCamera = 1;  // the Motoman's, over the belt
 constexpr const char* kTray = "small_gear_vessel_2";
 
-/// The default cell with a curtain across the belt, upstream of where the camera sees: beams
-/// through the trays, through the gears' discs, through their pegs and above all.
+/// The default cell with a camera that sees more of the belt and a curtain across the belt,
+/// upstream of that: beams through the trays, through the gears' discs, through their pegs and
+/// above all.
 CellScript cell(Simplification mode) {
   scene::Scene scene = *load_scene("aprs");
   scene.physics.simplification = mode;
+  scene.robots[kCamera].vision.area_min.y() = -0.65;  // along the belt, upstream
   api::LightCurtainDescription& curtain = *scene.light_curtain;
   curtain.X_WK.p = {-0.75, -0.85, 0.919};
   curtain.X_WK.q = Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitZ());

@@ -322,7 +322,8 @@ TEST(ToolChanger, ARobotWithOneToolPointKeepsIt) {
   for (int i = 0; i < model.dof(); ++i) {
     q(i) = now.joints[static_cast<std::size_t>(i)].position_rad;
   }
-  const Eigen::Isometry3d X_RT = robot::flange_pose(model, q) * tool_point.isometry();
+  const Eigen::Isometry3d X_RT = scene.robots[kFanuc].X_BR.isometry().inverse() *
+                                 robot::flange_pose(model, q) * tool_point.isometry();
   EXPECT_LT((now.X_RT.p - X_RT.translation()).norm(), 1e-12);
   const Pose before = now.X_RT;
   cell.act(kFanuc, api::SetToolChanger{true});
