@@ -47,6 +47,13 @@ class JointMap {
   /// "degree", "pulse".
   [[nodiscard]] std::string_view unit_name(int number, crcl::AngleUnit unit) const;
 
+  /// The joint's highest speed, where it is counted in pulses: JointSpeed is then in percent of it.
+  [[nodiscard]] std::optional<double> full_speed_rad_s(int number) const {
+    const api::WireJoint& joint = at(number);
+    if (joint.counts_per_rad == 0 || joint.joint < 0) return std::nullopt;
+    return arm_[static_cast<std::size_t>(joint.joint)].max_speed_rad_s;
+  }
+
   // Angles of the wire's joints [rad]; rates without offsets.
 
   [[nodiscard]] Eigen::VectorXd wire_angles(const Eigen::VectorXd& arm_rad) const;

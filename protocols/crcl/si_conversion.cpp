@@ -102,6 +102,11 @@ Result<WireTarget> to_target(const crcl::ActuateJoint& joint, const ConnectionSe
   if (!speed) return tl::unexpected(speed.error());
   const auto accel = positive_rate(details->accel, "JointAccel", number, joints, unit, "s^2");
   if (!accel) return tl::unexpected(accel.error());
+  if (const auto full = joints.full_speed_rad_s(number)) {
+    // As on NIST's server of the Motoman: percent, and no acceleration.
+    if (details->speed) target.speed_rad_s = *full * std::min(*details->speed / 100, 1.0);
+    return target;
+  }
   target.speed_rad_s = *speed;
   target.accel_rad_s2 = *accel;
   return target;

@@ -79,7 +79,7 @@ Outcome<void> Arm::go_home() {
   for (const auto& joint : home_) {
     const auto at = std::ranges::find(now->joints, joint.joint, &crcl::JointStatus::joint);
     if (!joint.position || at == now->joints.end() || !at->position) continue;
-    // A speed by the way to go holds in degrees and in pulses of a drive alike.
+    // By the way to go, so that all arrive together; in percent it is the highest.
     const double way = std::abs(*joint.position - *at->position);
     crcl::ActuateJoint actuate{joint.joint, *joint.position, crcl::JointSpeedAccel{}};
     if (way > kThere) actuate.details = crcl::JointSpeedAccel{way / kHome_s, {}};

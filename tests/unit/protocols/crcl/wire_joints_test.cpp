@@ -54,14 +54,16 @@ TEST_F(WireJoints, TargetsSpeedsAndTolerancesAreInTheirUnits) {
       "</JointPositionTolerance></Setting></JointTolerances>");
   EXPECT_NEAR(client_->status().settings->joint_tolerances.at(0).tolerance, 512, 1e-9);
   client_->command(6, "ActuateJointsType",
-                   joint(1, 10'240, "<JointSpeed>2048</JointSpeed><JointAccel>1024</JointAccel>") +
+                   joint(1, 10'240, "<JointSpeed>25</JointSpeed><JointAccel>200</JointAccel>") +
                        joint(2, 30) + joint(7, 123));
   const auto move = action<api::MoveJoints>(ticket(2));
   ASSERT_EQ(move.targets.size(), 3U);
   EXPECT_EQ(move.targets[0].joint, 1);
   EXPECT_NEAR(move.targets[0].position_rad, -10 * kRadPerDegree, 1e-12);
-  EXPECT_NEAR(*move.targets[0].speed_rad_s, 2 * kRadPerDegree, 1e-12);
-  EXPECT_NEAR(*move.targets[0].accel_rad_s2, 1 * kRadPerDegree, 1e-12);
+  // Of a joint in pulses in percent of its highest, whose acceleration is its own.
+  const double full = world_.latest()->cell->robots[0].joints[1].max_speed_rad_s;
+  EXPECT_NEAR(*move.targets[0].speed_rad_s, 0.25 * full, 1e-12);
+  EXPECT_FALSE(move.targets[0].accel_rad_s2);
   EXPECT_NEAR(*move.targets[0].tolerance_rad, 0.5 * kRadPerDegree, 1e-12);
   EXPECT_EQ(move.targets[1].joint, 0);
   // The arm's joint 3 goes with it.
