@@ -80,7 +80,7 @@ class Arm:
         tool = self.crcl.last.tool_mm if self.crcl.last else None
         if tool is None:
             return self.robot.home_mm
-        return (tool[0] + self.robot.base_mm[0], tool[1] + self.robot.base_mm[1])
+        return self.robot.frame.point(tool[:2])
 
     def grip_height(self, xy: XY, thickness_mm: float) -> float:
         """Of the tool where it holds a part that sits in a tray of this thickness."""
@@ -104,9 +104,9 @@ class Arm:
 
     def move(self, xy: XY, z: float, yaw: float, *, straight: bool, speed_mm_s: float) -> None:
         self.at_home = False
-        base = self.robot.base_mm
+        frame = self.robot.frame
         self.crcl.set_speed(speed_mm_s, TURN_DEG_S)
-        self.crcl.move((xy[0] - base[0], xy[1] - base[1], z), yaw, straight=straight)
+        self.crcl.move((*frame.local(xy), z), wrapped(yaw - frame.yaw), straight=straight)
 
     def rise(self) -> None:
         """Straight up to where nothing is in the way, if the tool is lower."""
@@ -120,7 +120,8 @@ class Arm:
             return
         clear = surface.top_mm + thickest + GRIP_MM + APPROACH_MM - self.robot.base_mm[2]
         if status.tool_mm[2] < clear - 1:
-            self.move(xy, clear, status.tool_yaw, straight=True, speed_mm_s=SLOW_MM_S)
+            yaw = status.tool_yaw + self.robot.yaw
+            self.move(xy, clear, yaw, straight=True, speed_mm_s=SLOW_MM_S)
 
     def go_home(self) -> None:
         """Out of the camera's view and of everybody's way; gives back the space of the way."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import csv
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 from cell import CellError
@@ -16,12 +17,22 @@ _OFFSET = ("Offset_X", "Offset_Y")
 
 @dataclass(frozen=True)
 class Correction:
-    """Offsets at points, millimetres, between which the nearer points weigh more."""
+    """Offsets at points, millimetres: bilinear through four of them, as the laboratory's position
+    maps are; with any other number the nearer points weigh more."""
 
     points: tuple[tuple[XY, XY], ...] = ()
 
     def apply(self, seen: XY) -> XY:
-        """Shepard's interpolation: exact at the points, nowhere beyond the largest offset."""
+        """The point corrected; exact at the points of the table."""
+        plane = _bilinear(self.points)
+        if plane is None:
+            return self._weighted(seen)
+        terms = _terms(seen)
+        dx, dy = (sum(a * t for a, t in zip(axis, terms)) for axis in plane)
+        return (seen[0] + dx, seen[1] + dy)
+
+    def _weighted(self, seen: XY) -> XY:
+        """Shepard's interpolation: nowhere beyond the largest offset."""
         total, dx, dy = 0.0, 0.0, 0.0
         for point, offset in self.points:
             away = distance(point, seen)
@@ -30,6 +41,30 @@ class Correction:
             weight = away**-2
             total, dx, dy = total + weight, dx + weight * offset[0], dy + weight * offset[1]
         return seen if total == 0 else (seen[0] + dx / total, seen[1] + dy / total)
+
+
+def _terms(point: XY) -> tuple[float, float, float, float]:
+    x, y = point[0] / 1000, point[1] / 1000
+    return (1.0, x, y, x * y)
+
+
+@lru_cache(maxsize=None)
+def _bilinear(points: tuple[tuple[XY, XY], ...]) -> tuple[list[float], list[float]] | None:
+    """Coefficients of both offsets' a + b x + c y + d x y, by Gaussian elimination; None where four
+    points do not give them."""
+    if len(points) != 4:
+        return None
+    rows = [[*_terms(point), *offset] for point, offset in points]
+    for i in range(4):
+        pivot = max(range(i, 4), key=lambda r: abs(rows[r][i]))
+        rows[i], rows[pivot] = rows[pivot], rows[i]
+        if abs(rows[i][i]) < 1e-6:
+            return None
+        for r in range(4):
+            if r != i:
+                factor = rows[r][i] / rows[i][i]
+                rows[r] = [a - factor * b for a, b in zip(rows[r], rows[i])]
+    return ([rows[i][4] / rows[i][i] for i in range(4)], [rows[i][5] / rows[i][i] for i in range(4)])
 
 
 def read_correction(path: Path) -> Correction:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+import math
 import tomllib
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from geometry import XY, distance, inside
+from geometry import XY, Pose2, distance, inside
 
 
 class CellError(Exception):
@@ -52,6 +53,7 @@ class Robot:
     crcl_port: int
     vision_port: int
     base_mm: tuple[float, float, float]
+    yaw: float  # of its frame
     home_joints_deg: tuple[float, ...]
     home_mm: XY
     reach_mm: tuple[float, float]
@@ -59,6 +61,11 @@ class Robot:
     open_mm: float
     closed_mm: float
     calibration: Path | None
+
+    @property
+    def frame(self) -> Pose2:
+        """That in which the robot and its camera give poses, seen from above."""
+        return Pose2(self.base_mm[0], self.base_mm[1], self.yaw)
 
     def reaches(self, xy: XY) -> bool:
         return self.reach_mm[0] <= distance(xy, self.base_mm[:2]) <= self.reach_mm[1]
@@ -234,6 +241,7 @@ def _robot(table: _Table, path: Path) -> Robot:
         crcl_port=table.get("crcl_port", int),
         vision_port=table.get("vision_port", int),
         base_mm=(base[0], base[1], base[2]),
+        yaw=math.radians(table.number("yaw_deg") if "yaw_deg" in table.values else 0),
         home_joints_deg=table.numbers("home_joints_deg"),
         home_mm=(home[0], home[1]),
         reach_mm=(reach[0], reach[1]),

@@ -27,6 +27,12 @@ class Pose2:
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         return (self.x + c * local[0] - s * local[1], self.y + s * local[0] + c * local[1])
 
+    def local(self, point: XY) -> XY:
+        """The other way round."""
+        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        dx, dy = point[0] - self.x, point[1] - self.y
+        return (c * dx + s * dy, -s * dx + c * dy)
+
     def moved(self, dx: float, dy: float) -> Pose2:
         return Pose2(self.x + dx, self.y + dy, self.yaw)
 

@@ -142,7 +142,7 @@ class Camera:
 
     host: str
     port: int
-    base_mm: XY = (0.0, 0.0)  # of the camera's frame in the cell's
+    frame: Pose2 = Pose2(0.0, 0.0)  # of the camera, in the cell's
     correction: Correction = field(default_factory=Correction)
     frames_read: int = 0
 
@@ -182,7 +182,7 @@ class Camera:
 
     def _placed(self, s: Sighting) -> Sighting:
         x, y = self.correction.apply(s.pose.xy)
-        pose = Pose2(x + self.base_mm[0], y + self.base_mm[1], s.pose.yaw)
+        pose = Pose2(*self.frame.point((x, y)), wrapped(s.pose.yaw + self.frame.yaw))
         return Sighting(s.name, s.kind, pose, s.seen, s.flips)
 
     def _run(self) -> None:

@@ -68,7 +68,7 @@ class WholeJobTest(KittingTest):
         self.assertGreaterEqual(min(by.values()), 4, by)
         self.assertEqual(sum(by.values()), 14)
         self.assertEqual(report["counts"].get("robot_error", 0), 0)
-        self.assertNotIn("belt", report["counts"], "nothing had to be brought")
+        self.assertLessEqual(report["counts"].get("belt", 0), 1, "one tray is to be brought")
 
 
 class RestartTest(KittingTest):
@@ -86,14 +86,16 @@ class RestartTest(KittingTest):
 
 class BreakdownTest(KittingTest):
     def test_the_other_robot_takes_over_what_it_reaches(self):
-        self.start()
+        # Here the Fanuc sees the belt.
+        self.start("aprs_2024", "aprs_2024")
         ports = json.loads(pathlib.Path(self.daemon.ports_file).read_text(encoding="utf-8"))
         with socket.create_server(("127.0.0.1", 0)) as closed:
             ports["crcl.motoman"] = closed.getsockname()[1]
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder) / "ports.json"
             path.write_text(json.dumps(ports), encoding="utf-8")
-            report = self.assert_done(self.controller("--patience", "1", ports_file=path), code=1)
+            arguments = ("--cell", "aprs_2024", "--patience", "1")
+            report = self.assert_done(self.controller(*arguments, ports_file=path), code=1)
         self.assert_kits(full=KITS[:3], empty=KITS[3:])
         self.assertEqual([kit["state"] for kit in report["kits"]], ["complete"] * 3)
         self.assertEqual((report["complete"], report["never_up"]), (False, ["motoman"]))
@@ -115,8 +117,8 @@ class BeltTest(KittingTest):
         text = (
             (scenes / "aprs.yaml").read_text(encoding="utf-8").replace("types/", f"{scenes}/types/")
         )
-        # The small gears within reach are not there.
-        begin = text.index("    gears:", text.index("name: small_gear_vessel_1"))
+        # The large gears before the camera are not there; others are upstream.
+        begin = text.index("    gears:", text.index("name: large_gear_vessel_3"))
         text = text[:begin] + text[text.index("    reachable_by", begin) :]
         with tempfile.TemporaryDirectory() as folder:
             scene = pathlib.Path(folder) / "scene.yaml"
@@ -125,7 +127,7 @@ class BeltTest(KittingTest):
         with tempfile.TemporaryDirectory() as folder:
             order = pathlib.Path(folder) / "order.toml"
             order.write_text(
-                '[[kit]]\ntray = "kit_s2l2_vessel"\nslots = {sg_1 = "part_small_gear"}\n',
+                '[[kit]]\ntray = "kit_s2l2_vessel"\nslots = {lg_1 = "part_large_gear"}\n',
                 encoding="utf-8",
             )
             report = self.assert_done(self.controller("--robots", "motoman", "--order", str(order)))
@@ -137,7 +139,7 @@ class BeltTest(KittingTest):
             for slot in kit.values()
             if slot
         ]
-        self.assertEqual([part for part, _ in filled], ["sku_part_small_gear"])
+        self.assertEqual([part for part, _ in filled], ["sku_part_large_gear"])
         self.assertLess(filled[0][1], PLACED_MM)
 
 

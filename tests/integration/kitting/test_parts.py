@@ -431,6 +431,18 @@ class CalibrationTest(unittest.TestCase):
         self.assertAlmostEqual(y, -1)
         self.assertLessEqual(correction.apply((1000, 0))[0], 1020)
 
+    def test_four_points_make_a_bilinear_map(self):
+        error = lambda x, y: (0.01 * x - 2, 0.02 * y + 1e-5 * x * y)
+        points = [(500.0, -300.0), (540.0, 200.0), (720.0, -380.0), (760.0, 170.0)]
+        correction = calibration.Correction(tuple((p, error(*p)) for p in points))
+        for x, y in (*points, (600.0, 0.0), (650.0, -200.0)):
+            corrected = correction.apply((x, y))
+            self.assertAlmostEqual(corrected[0], x + error(x, y)[0], places=9)
+            self.assertAlmostEqual(corrected[1], y + error(x, y)[1], places=9)
+        # On one line there is no such map.
+        line = calibration.Correction(tuple(((x, 0.0), (1.0, 2.0)) for x in (0.0, 1.0, 2.0, 3.0)))
+        self.assertEqual(line.apply((1.5, 0.0)), (2.5, 2.0))
+
     def test_other_column_names(self):
         folder, path = written("Xin,Yin,Zin,Offset_X,Offset_Y,Label,\n1,2,3,4,5,a,\n", ".csv")
         with folder:

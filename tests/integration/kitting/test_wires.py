@@ -205,10 +205,10 @@ class CameraTest(unittest.TestCase):
         return [f"sku_part_small_gear,0,{x},{y},0.9,P," for x, y in places]
 
     def test_looks_in_the_cells_frame(self):
-        camera, _ = self.camera(self.lines((10.0, 5.0), (10.1, 5.1)), base_mm=(100, -1000))
+        camera, _ = self.camera(self.lines((10.0, 5.0), (10.1, 5.1)), frame=Pose2(100, -1000, -1.5707963267948966))
         (gear,) = camera.look(10 * running_cell.PATIENCE).sightings
-        self.assertAlmostEqual(gear.pose.x, 110.05, delta=0.06)
-        self.assertAlmostEqual(gear.pose.y, -994.95, delta=0.06)
+        self.assertAlmostEqual(gear.pose.x, 105.05, delta=0.06)
+        self.assertAlmostEqual(gear.pose.y, -1010.05, delta=0.06)
 
     def test_waits_for_what_moves(self):
         camera, server = self.camera(self.lines(*((10.0 + 3 * i, 0) for i in range(50))))
