@@ -46,6 +46,8 @@ export class Jog {
   private timer = 0;
   private robot = -1;
   private pressed: HTMLButtonElement | null = null;
+  /** Where that one was when it was pressed: the page may move it from under the finger. */
+  private place: DOMRect | null = null;
   private complained = '';
   private ready = 0; // when the robot that is jogged was last seen ready
 
@@ -68,6 +70,11 @@ export class Jog {
     for (const event of ['blur', 'pagehide']) addEventListener(event, () => this.end());
     document.addEventListener('visibilitychange', () => document.hidden && this.end());
     for (const event of ['pointerup', 'pointercancel']) addEventListener(event, () => this.end());
+    addEventListener('pointermove', ({clientX: x, clientY: y}) => {
+      const at = this.place;
+      if (at && (x < at.left || x > at.right || y < at.top || y > at.bottom)) this.end();
+    });
+    document.documentElement.addEventListener('pointerleave', () => this.place && this.end());
     state.accessChanged.on(() => this.state.lockedReason && this.end());
     // A button that is disabled under the finger may never hear of its release.
     state.display.on(() => this.pressed?.disabled && this.end());
@@ -100,12 +107,13 @@ export class Jog {
       if (event.button !== 0 || element.disabled) return;
       event.preventDefault();
       element.focus();
-      if (!this.stepping) this.begin(element, robot, direction());
+      if (this.stepping) return;
+      this.begin(element, robot, direction());
+      this.place = element.getBoundingClientRect();
     });
     element.addEventListener('click', () => {
       if (this.stepping) void this.step(element, robot, direction());
     });
-    element.addEventListener('pointerleave', () => this.pressed === element && this.end());
     element.addEventListener('contextmenu', (event) => event.preventDefault());
     element.addEventListener('keydown', (event) => {
       if (event.key !== ' ' && event.key !== 'Enter') return;
@@ -204,7 +212,7 @@ export class Jog {
     if (!this.pressed) return;
     clearInterval(this.timer);
     this.pressed.classList.remove('held');
-    this.pressed = null;
+    this.pressed = this.place = null;
     this.state.connection.send({
       case: 'jog',
       value: {robot: this.robot, direction: {case: undefined}, speed: 1}
