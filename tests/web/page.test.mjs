@@ -111,16 +111,24 @@ test('a jog ends when the window loses the focus, though the button is still hel
   assert.ok((await value('motoman-joint-1')) > -100);
 });
 
+const seconds = (text) => 60 * Number(text.split(':')[0]) + Number(text.split(':')[1]);
+
+/** Simulated time that the page shows [s]. */
+async function shownTime() {
+  return seconds(await page.getByTestId('sim-time').textContent());
+}
+
+/** Waits until a value has been the same for half a second of simulated time. */
 async function atRest(id) {
   let last = NaN,
-    since = Date.now();
+    since = 0;
   await until(`${id} at rest`, async () => {
-    const now = await value(id);
+    const [now, time_s] = [await value(id), await shownTime()];
     if (now !== last) {
       last = now;
-      since = Date.now();
+      since = time_s;
     }
-    return Date.now() - since > 500;
+    return time_s - since > 0.5;
   });
 }
 
@@ -161,7 +169,6 @@ test('pause freezes the time, a step is a millisecond, play goes on', async () =
   assert.equal(await time(), frozen);
   for (let i = 0; i < 10; ++i) await page.getByTestId('step').click();
   await until('ten steps', async () => (await time()) !== frozen);
-  const seconds = (text) => 60 * Number(text.split(':')[0]) + Number(text.split(':')[1]);
   await until(
     'exactly ten',
     async () => Math.abs(seconds(await time()) - seconds(frozen) - 0.01) < 0.0051
