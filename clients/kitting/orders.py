@@ -89,6 +89,7 @@ class Board:
         self._up: dict[str, bool] = {}
         self._ever_up: set[str] = set()
         self._down_since: dict[str, float] = {}
+        self._coming: set[str] = set()  # robots that answer and find out where they stand
         self._looked: dict[str, int] = {}  # the belt's epoch at each robot's latest look
         self._moved: list[tuple[float, XY, str]] = []  # places that changed: when, where, by whom
         self._claimed: dict[str, tuple[XY, ...]] = {}
@@ -96,10 +97,16 @@ class Board:
 
     # -- robots -------------------------------------------------------------------------------
 
+    def set_coming(self, robot: str) -> None:
+        """It answers; until it is up or down it is waited for, however long that takes."""
+        with self._lock:
+            self._coming.add(robot)
+
     def set_up(self, robot: str, up: bool) -> None:
         """A robot that goes down gives its orders back to all."""
         with self._lock:
             self._up[robot] = up
+            self._coming.discard(robot)
             if up:
                 self._ever_up.add(robot)
             if not up:
@@ -262,7 +269,9 @@ class Board:
             able = [
                 name
                 for name, up in self._up.items()
-                if up or now - self._down_since.get(name, now) < patience_s
+                if up
+                or name in self._coming
+                or now - self._down_since.get(name, now) < patience_s
             ]
             if not any(self._up.values()) and able:
                 return False

@@ -77,6 +77,7 @@ class Worker(threading.Thread):
         arm.at_home = False
         arm.crcl.connect()
         arm.crcl.initialise()
+        self.board.set_coming(arm.name)
         arm.space.hold(arm.name, arm.corridor(), over_belt=arm.over_belt())
         arm.space.set_down(arm.name, False)
         arm.rise()

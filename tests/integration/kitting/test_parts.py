@@ -324,6 +324,17 @@ class BoardTest(unittest.TestCase):
         self.assertTrue(board.hopeless(0))
         self.assertEqual(board.unseen(), ["fanuc"])
 
+    def test_a_robot_that_answers_is_waited_for_while_it_finds_out_where_it_stands(self):
+        board = self.board
+        for robot in ("fanuc", "motoman"):
+            board.set_up(robot, True)
+            board.set_up(robot, False)
+        self.assertTrue(board.hopeless(0))
+        board.set_coming("motoman")
+        self.assertFalse(board.hopeless(0))
+        board.set_up("motoman", False)
+        self.assertTrue(board.hopeless(0))
+
     def test_one_place_is_for_one_robot(self):
         seen = time.monotonic()
         self.assertTrue(self.board.claim_places("fanuc", [(0, 0)], seen))
