@@ -49,7 +49,7 @@ const Eigen::Vector3d kFanucLooks(150, 80, 180), kMotomanLooks(316.553, 177.327,
 
 const Settings kAll[] = {
     {"sim_fanuc", "aprs", 0, kFanucLooks, -135, 0, 0, kFanucLimits, kFanucTrays, 2, 2, 6},
-    {"sim_motoman", "aprs", 1, kMotomanLooks, 0, 0, -288, kMotomanLimits, kMotomanTrays, 2, 2, 6},
+    {"sim_motoman", "aprs", 1, kMotomanLooks, 0, 0, -288, kMotomanLimits, kMotomanTrays, 2, 3, 8},
     {"lab_fanuc", "aprs_lab", 0, kFanucLooks, -135, 90, -97, kFanucLimits, kFanucTrays, 2, 2, 6},
     {"lab_motoman", "aprs_lab", 1, kMotomanLooks, 0, -90, -230, kMotomanLimits, kMotomanTrays, 2, 3,
      8},
