@@ -1,0 +1,83 @@
+package aprsim;
+
+import aprs.system.AprsSystem;
+import crcl.ui.misc.MultiLineStringJPanel;
+import crcl.utils.CRCLUtils;
+import crcl.utils.XFuture;
+import java.io.File;
+import java.util.concurrent.TimeUnit;
+
+/**
+ * One system of the APRS framework without a display. open PROPERTIES; tool NAME; connect NAME PORT; start ACTIONS; pause;
+ * resume; abort; safe-abort; continue; reset; disconnect; state.
+ */
+public final class FrameworkDriver {
+  private static AprsSystem system;
+
+  public static void main(String[] unused) throws Exception {
+    CRCLUtils.setAllowExit(false);
+    CRCLUtils.setForceHeadless(true);
+    MultiLineStringJPanel.disableShowText = true;
+    MultiLineStringJPanel.setIgnoreForceShow(true);
+    Console.serve(
+        (command, arguments) -> {
+          switch (command) {
+            case "open":
+              system = AprsSystem.createSystem(new File(arguments[0])).get(90, TimeUnit.SECONDS);
+              return system.getRobotName() + " " + system.getRobotCrclPort();
+            case "tool":
+              system.overwriteCurrentToolName(arguments[0]);
+              return "done";
+            case "connect":
+              system
+                  .connectRobot(arguments[0], "localhost", Integer.parseInt(arguments[1]))
+                  .get(30, TimeUnit.SECONDS);
+              return String.valueOf(system.isConnected());
+            case "disconnect":
+              system.disconnectRobot().get(30, TimeUnit.SECONDS);
+              return String.valueOf(system.isConnected());
+            case "start":
+              follow("start", system.startActionsFile(new File(arguments[0])));
+              return null;
+            case "continue":
+              follow("continue", system.continueActionList("driver"));
+              return null;
+            case "pause":
+              system.pause();
+              return "done";
+            case "resume":
+              system.resume();
+              return "done";
+            case "abort":
+              system.immediateAbort(Thread.currentThread().getStackTrace()).get(30, TimeUnit.SECONDS);
+              return "done";
+            case "safe-abort":
+              system.startSafeAbort("driver").get(120, TimeUnit.SECONDS);
+              return "done";
+            case "reset":
+              system.reset(true).get(30, TimeUnit.SECONDS);
+              return "done";
+            case "state":
+              return "paused=" + system.isPaused() + " running=" + system.isRunningCrclProgram()
+                  + " doing=" + system.isDoingActions() + " connected=" + system.isConnected()
+                  + " title=" + system.getTitleErrorString() + " crcl=" + system.getCrclClientErrorString();
+            default:
+              throw new IllegalArgumentException(command);
+          }
+        });
+  }
+
+  private static void follow(String name, XFuture<Boolean> result) {
+    new Thread(
+            () -> {
+              try {
+                Boolean good = result.get();
+                Console.say(name + " ended " + good + " title=" + system.getTitleErrorString());
+              } catch (Throwable fault) {
+                fault.printStackTrace();
+                Console.say(name + " ended false " + Console.reason(fault) + " title=" + system.getTitleErrorString());
+              }
+            })
+        .start();
+  }
+}

@@ -1,0 +1,606 @@
+"""NIST's controllers against the daemon, without a display: each session starts the daemon, a
+controller, and judges what became of it. Called by tests/clients/run."""
+
+import argparse
+import contextlib
+import json
+import math
+import os
+import pathlib
+import queue
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+
+HERE = pathlib.Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+BINARIES = os.environ.get("APRSIM_BIN_DIR", str(ROOT / "build" / "release" / "bin"))
+for folder in (HERE, ROOT / "tests" / "integration" / "kitting", ROOT / "clients" / "kitting"):
+    sys.path.insert(0, str(folder))
+
+import cell as kitting_cell  # noqa: E402
+import running_cell  # noqa: E402
+import tap  # noqa: E402
+
+
+class Failure(Exception):
+    """What a session expected and did not get."""
+
+
+class Driver:
+    """One of the Java drivers of this folder: commands in, lines that begin with "@ " out."""
+
+    def __init__(self, main, setup, properties=None, home=None):
+        self.log = open(setup.folder / f"{main.split('.')[-1]}.log", "w", encoding="utf-8")
+        temporary = setup.folder / "tmp"
+        temporary.mkdir(exist_ok=True)
+        options = {"java.awt.headless": "true", "user.home": str(home or setup.folder),
+                   "java.io.tmpdir": str(temporary), **(properties or {})}
+        self.process = subprocess.Popen(
+            ["nice", "-n", "10", "java", "-Xmx2g", *(f"-D{key}={value}" for key, value in options.items()),
+             "-cp", setup.classpath, main],
+            cwd=home or setup.folder,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
+        )
+        setup.open.callback(self.close)
+        self.answers = queue.Queue()
+        threading.Thread(target=self._read, daemon=True).start()
+        self.expect("ready", 60)
+
+    def _read(self):
+        for line in self.process.stdout:
+            self.log.write(f"{time.monotonic():.3f} {line}")
+            self.log.flush()
+            if line.startswith("@ "):
+                self.answers.put(line[2:].strip())
+        self.answers.put(None)
+
+    def send(self, *words):
+        self.process.stdin.write(" ".join(str(word) for word in words) + "\n")
+        self.process.stdin.flush()
+
+    def expect(self, start, seconds):
+        """The next answer that begins so; those before are passed over."""
+        deadline = time.monotonic() + seconds
+        while True:
+            try:
+                answer = self.answers.get(timeout=max(0.0, deadline - time.monotonic()))
+            except queue.Empty:
+                raise Failure(f"no answer '{start}' within {seconds} s") from None
+            if answer is None:
+                raise Failure(f"the controller ended before '{start}'")
+            if answer.startswith(start):
+                return answer[len(start):].strip()
+
+    def call(self, *words, seconds=60):
+        self.send(*words)
+        return self.expect(words[0], seconds)
+
+    def require(self, *words, answer, seconds=60):
+        got = self.call(*words, seconds=seconds)
+        if not got.startswith(answer):
+            raise Failure(f"{' '.join(map(str, words))}: {got}")
+
+    def ended(self, what, seconds=300):
+        """Waits for the end of what was started; fails when it did not end well."""
+        got = self.expect(f"{what} ended", seconds)
+        if not got.startswith("true"):
+            raise Failure(got)
+
+    def close(self):
+        if self.process.poll() is None:
+            try:
+                self.send("quit")
+                self.process.wait(10)
+            except (OSError, subprocess.TimeoutExpired):
+                self.process.kill()
+                self.process.wait()
+        self.log.close()
+
+
+class Setup:
+    """What sessions share: sources and classes; and of each session its folder, its cell, what it
+    changed, and what is to be closed after it."""
+
+    def __init__(self, sources, classpath):
+        self.sources = pathlib.Path(sources).resolve()
+        self.classpath = classpath
+
+    def begin(self, folder):
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+        self.folder = folder
+        self.cell = None
+        self.edits = []
+        self.open = contextlib.ExitStack()
+        return self.open
+
+
+class Cell:
+    """The daemon with a tap in front of it."""
+
+    def __init__(self, setup, scene, *options):
+        self.options = ["--scene", scene, *options]
+        self.daemon = running_cell.Daemon(BINARIES, *self.options, "--no-web")
+        setup.cell = self
+        setup.open.callback(self.close)
+        self.tap = tap.Tap({name: port for name, port in self.daemon.ports.items()
+                            if name.split(".")[0] in ("crcl", "vision", "modbus")})
+        self.ports = self.tap.ports
+        self.began = running_cell.snapshot(self.daemon)
+        self.setup = setup
+
+    def state(self):
+        return running_cell.snapshot(self.daemon)
+
+    def require_sound(self):
+        """That nothing fell, no robot has stopped, and physics has no fault to tell."""
+        state = self.state()
+        before = {body["name"]: _mm(body["body_in_world"]) for body in self.began["bodies"]}
+        wrong = [f"{robot['name']}: protective stop" for robot in state["robots"] if robot["protective_stop"]]
+        wrong += [f"{body['name']} fell" for body in state["bodies"]
+                  if _mm(body["body_in_world"])[2] < before[body["name"]][2] - 25]
+        wrong += [text for text in (state["world_fault"],) if text]
+        if int(state["physics_faults"]):
+            wrong.append(f"{state['physics_faults']} physics faults")
+        if wrong:
+            raise Failure("; ".join(wrong))
+
+    def keep(self, session):
+        """What record.py needs, besides the exchange, in the session's folder: how the daemon was
+        started, and where tools, moved gears and belt are now."""
+        state = self.state()
+        before = {body["name"]: body for body in self.began["bodies"]}
+        end = {
+            "session": session,
+            "options": self.options,
+            "tools_mm": {robot["name"]: _mm(robot["tool_in_reference"]) for robot in state["robots"]},
+            "gears_mm": {
+                body["name"]: _mm(body["body_in_world"])
+                for body in state["bodies"]
+                if body["type"].endswith("_gear")
+                and math.dist(_mm(body["body_in_world"]), _mm(before[body["name"]]["body_in_world"])) > 1
+            },
+            "belt_m": state.get("conveyor", {}).get("travel_m"),
+        }
+        (self.setup.folder / "end.json").write_text(json.dumps(end, indent=1), encoding="utf-8")
+        tap.save(self.tap, self.setup.folder / "exchange.jsonl")
+
+    def close(self):
+        log = self.daemon.log_text()
+        (self.setup.folder / "daemon.log").write_text(log, encoding="utf-8")
+        self.tap.close()
+        self.daemon.stop()
+        self.daemon.close()
+
+
+def _mm(pose):
+    """The position of a pose in a snapshot [mm]."""
+    return [1e3 * pose["position_m"].get(axis, 0.0) for axis in "xyz"]
+
+
+SIM = "multiple_simulated_systems_settings"
+PHYSICAL = "fanuc_motoman_multi_system_settings"
+
+
+def framework_home(setup, ports):
+    """A copy of the framework's settings that points its clients at these ports. Nothing else of
+    them is changed; how many lines were is what the table calls edits."""
+    home = setup.folder / "home"
+    for name in ("example_settings", "example_pddl", "netbeans_run_user_home", "linux_netbeans_run_user_home",
+                 "CRCLPrograms"):
+        shutil.copytree(setup.sources / "aprs" / name, home / name)
+    off = {
+        "startup.robotcrclsimserver": "false",
+        "startup.robotcrclfanucserver": "false",
+        "startup.robotcrclmotomanserver": "false",
+        "startup.forceTorqueSim": "false",
+    }
+    for path in (home / "example_settings").rglob("*.txt"):
+        robot = "motoman" if "motoman" in str(path.relative_to(home)).replace(PHYSICAL, "") else "fanuc"
+        changes = dict(off)
+        if path.name.endswith(("object2DViewProperties.txt", "visionToDBProperties.txt")):
+            changes |= {"--visionhost": "localhost", "--visionport": str(ports[f"vision.{robot}"])}
+            if path.name.endswith("object2DViewProperties.txt"):
+                changes["simulated"] = "false"
+        if path.name.endswith("crclSwingClientProperties.txt"):
+            changes["int port"] = str(ports[f"crcl.{robot}"])
+        _set(path, changes)
+    return home
+
+
+def _set(path, changes):
+    """Changes the values of keys of a properties file, where it has them."""
+    text = path.read_text(encoding="utf-8", errors="surrogateescape")
+    lines = text.splitlines(keepends=True)
+    for i, line in enumerate(lines):
+        key, equals, value = line.partition("=")
+        ending = line[len(line.rstrip("\r\n")):]
+        if equals and key in changes:
+            lines[i] = f"{key}={changes[key]}{ending}"
+        elif equals and key == "sysQueriesDir":
+            # Written on Windows; and of the folder for Linux the one that has the same files.
+            lines[i] = f"{key}={value}".replace("\\\\", "/").replace("linux_netbeans", "netbeans")
+    path.write_text("".join(lines), encoding="utf-8", errors="surrogateescape")
+
+
+SYSTEMS = {
+    (SIM, "fanuc"): ("simulated_fanuc/simulated_fanuc_properties.txt", "Sim_Fanuc", "pincher"),
+    (SIM, "motoman"): ("simulated_motoman/simulated_motoman_props.txt", "Sim_Motoman", "big_gripper"),
+    (PHYSICAL, "fanuc"): ("fanuc/aprs_fanuc_settings.txt", "Fanuc", "pincher"),
+    (PHYSICAL, "motoman"): ("motoman/motoman_aprs_settings.txt", "Motoman", "big_gripper"),
+}
+
+
+class Framework:
+    """One system of the framework, with its robot connected."""
+
+    def __init__(self, setup, settings, robot):
+        self.robot = robot
+        options = [] if settings == SIM else ["--set", "vision.empty_slots=true"]
+        self.cell = Cell(setup, "aprs" if settings == SIM else "aprs_lab", *options)
+        self.home = framework_home(setup, self.cell.ports)
+        path, self.name, tool = SYSTEMS[settings, robot]
+        self.file = self.home / "example_settings" / settings / path
+        chosen = self.selected_tool(self.file)
+        self.tool = None if chosen == tool else tool
+        if self.tool:
+            setup.edits.append(f"tool {tool} chosen (was {chosen})")
+        self.setup = setup
+        self.open()
+
+    def open(self):
+        self.driver = Driver("aprsim.FrameworkDriver", self.setup, home=self.home / "netbeans_run_user_home")
+        self.driver.call("open", self.file, seconds=120)
+        if self.tool:
+            self.driver.require("tool", self.tool, answer="done")
+        self.connect()
+
+    @staticmethod
+    def selected_tool(properties):
+        found = list(properties.parent.glob("*selectedToolName.txt"))
+        return found[0].read_text(encoding="utf-8").strip() if found else None
+
+    def connect(self):
+        self.driver.require("connect", self.name, self.cell.ports["crcl." + self.robot], answer="true")
+
+    def start(self, actions):
+        self.driver.send("start", self.home / "example_pddl" / actions)
+
+    def run(self, actions, seconds=300):
+        self.start(actions)
+        self.driver.ended("start", seconds)
+
+
+KITTING_CELL = kitting_cell.read_cell("aprs")
+
+
+class Gears:
+    """Where gears are: {(tray, slot): (type, distance from the slot's centre [mm])}."""
+
+    def __init__(self, cell):
+        self.kits = {
+            (tray, slot): found
+            for tray, slots in running_cell.filled_slots(cell.state(), KITTING_CELL).items()
+            for slot, found in slots.items()
+        }
+
+    def require(self, number):
+        """That so many of the kits' slots have a gear of their type, and no other has one."""
+        wrong, right = [], 0
+        for (tray, slot), found in self.kits.items():
+            if found is None:
+                continue
+            kind = next(s.part for t in KITTING_CELL.trays.values() if t.name.endswith(tray.rsplit("_", 1)[0])
+                        for s in t.slots if s.name == slot)
+            right += found[0] == kind
+            if found[0] != kind:
+                wrong.append(f"{found[0]} in {slot} of {tray}")
+        if wrong or right != number:
+            raise Failure(f"{right} gears in their kits' slots, {number} expected {'; '.join(wrong)}")
+
+
+# What each session is: name -> (settings, function).
+SESSIONS = {}
+
+
+def session(name, settings):
+    def add(function):
+        SESSIONS[name] = (settings, function)
+        return function
+
+    return add
+
+
+def pendant(robot):
+    """NIST's pendant client's own test of a server."""
+
+    def run(setup):
+        cell = Cell(setup, "aprs")
+        driver = Driver(
+            "crcl.ui.client.PendantDriver", setup,
+            {"crcl4java.host": "localhost", "crcl4java.port": cell.ports[f"crcl.{robot}"]},
+        )
+        driver.require("connect", answer="true")
+        driver.send("test")
+        driver.ended("test", 300)
+        driver.require("disconnect", answer="false")
+
+    return run
+
+
+for robot in ("fanuc", "motoman"):
+    session(f"pendant self-test, {robot}", "default")(pendant(robot))
+
+
+@session("conveyor panel", "default")
+def conveyor(setup):
+    """A tray forth and one back, twice."""
+    cell = Cell(setup, "aprs")
+    driver = Driver("aprsim.PanelDriver", setup)
+    driver.require("connect", cell.ports["modbus"], answer="true")
+    places = [belt_m(cell)]
+    for step in ("next", "previous", "next", "previous"):
+        driver.call(step, seconds=90)
+        # The panel writes 0 and goes on; the belt needs its ramp.
+        running_cell.eventually(lambda: cell.state()["conveyor"].get("speed_m_s", 0.0) == 0, 5, "belt stands")
+        places.append(belt_m(cell))
+    steps = [b - a for a, b in zip(places, places[1:])]
+    if min(map(abs, steps)) < 0.05 or any(a * b > 0 for a, b in zip(steps, steps[1:])):
+        raise Failure(f"the belt went {steps} m")
+
+
+def belt_m(cell):
+    return cell.state()["conveyor"].get("travel_m", 0.0)
+
+
+@session("vision client", "default")
+def vision(setup):
+    """Both feeds: every line holds what the camera sees."""
+    cell = Cell(setup, "aprs")
+    for robot in ("fanuc", "motoman"):
+        driver = Driver("aprsim.VisionDriver", setup)
+        driver.require("connect", cell.ports[f"vision.{robot}"], answer="true")
+        counts = [int(word) for word in driver.call("look", 20, seconds=60).split()]
+        driver.close()
+        if len(counts) != 20 or min(counts) < 8:
+            raise Failure(f"lines of {counts} things")
+
+
+def job(settings, robot, *steps):
+    """Lists of actions one after the other; after each, how many gears the kits hold."""
+
+    def run(setup):
+        framework = Framework(setup, settings, robot)
+        for actions, gears in steps:
+            framework.run(actions)
+            Gears(framework.cell).require(gears)
+        framework.cell.require_sound()
+
+    return run
+
+
+JOBS = {
+    "fanuc": (
+        ("fanuc_move_one_large_gear", ("fanuc_move_one_large_gear.txt", 1)),
+        ("fanuc_demo_actions, reverse_fanuc_demo_actions",
+         ("fanuc_demo_actions.txt", 6), ("reverse_fanuc_demo_actions.txt", 0)),
+    ),
+    "motoman": (
+        ("motoman_move_one_large_gear", ("motoman_move_one_large_gear.txt", 1)),
+        ("motoman_demo_actions, reverse_motoman_demo_actions",
+         ("motoman_demo_actions.txt", 1), ("reverse_motoman_demo_actions.txt", 0)),
+    ),
+}
+for settings, label in ((SIM, "simulated"), (PHYSICAL, "physical")):
+    for robot, jobs in JOBS.items():
+        for title, *steps in jobs:
+            session(f"{title} ({label})", label)(job(settings, robot, *steps))
+
+
+# Recorded programs of the laboratory whose guard must touch something; what stood there (a stack of
+# parts at X -180, Y 810 of the Motoman) is in no published layout, and in none of our scenes.
+NOTHING_TO_TOUCH = ("motomanStackMoveRepeat3", "simMotomanStackMove", "simMotomanStackMove2")
+PROGRAMS = (
+    *("fanucStackMoveBackRepeat3", "fanucStackMoveRepeat3", "fanucTestForceSensorProgram"),
+    *("fanucTestForceSensorProgram2", "motomanStackMove", "motomanStackMoveBack", "motomanStackMoveBack2"),
+    *("motomanStackMoveBackRepeat3", "motomanStackMoveRepeat3", "motomanTestForceSensorProgram"),
+    *(f"motomanTestForceSensorProgram{number}" for number in (2, 3, 4)),
+    *("simMotomanStackMove", "simMotomanStackMove2", "simMotomanStackMoveRepeat3"),
+    *("simMotomanTestForceSensorProgram", "simMotomanTestForceSensorProgramSlow"),
+)
+
+
+def program(name):
+    """A recorded program in the pendant client, in the laboratory's scene, at five times its pace."""
+
+    def run(setup):
+        cell = Cell(setup, "aprs_lab", "--speed", "5")
+        robot = "fanuc" if name.startswith("fanuc") else "motoman"
+        driver = Driver(
+            "crcl.ui.client.PendantDriver", setup,
+            {"crcl4java.host": "localhost", "crcl4java.port": cell.ports[f"crcl.{robot}"]},
+        )
+        driver.require("connect", answer="true")
+        driver.send("program", setup.sources / "aprs" / "CRCLPrograms" / f"{name}.xml")
+        end = driver.expect("program ended", 400)
+        if name in NOTHING_TO_TOUCH:
+            if "required trigger not seen" not in end:
+                raise Failure(f"{end}, although there is nothing to touch")
+            setup.edits.append("none; ends where it must touch a stack that is not there")
+        elif not end.startswith("true"):
+            raise Failure(end)
+
+    return run
+
+
+for name in PROGRAMS:
+    session(f"pendant program {name}", "aprs_lab")(program(name))
+
+
+def at_move(cell, number):
+    """An event that comes 0.15 s after the client has sent its MoveTo of that number."""
+    event, sent = threading.Event(), 0
+
+    def listen(chunk):
+        nonlocal sent
+        if chunk.from_client and chunk.data:
+            for _ in range(tap.command_types(chunk.data).count("MoveTo")):
+                sent += 1
+                if sent == number:
+                    threading.Timer(0.15, event.set).start()
+
+    cell.tap.listeners.append(listen)
+    return event
+
+
+ONE_GEAR = "fanuc_move_one_large_gear.txt"
+# Which MoveTo of that job it is; straight down to the gear, across with it, straight down with it.
+TAKE, CARRY, PLACE = 3, 5, 6
+
+
+def interrupted(what, move):
+    """The job of one gear, interrupted in that move, then begun again: the gear is in a kit."""
+
+    def run(setup):
+        framework = Framework(setup, SIM, "fanuc")
+        moment = at_move(framework.cell, move)
+        framework.start(ONE_GEAR)
+        if not moment.wait(60):
+            raise Failure(f"no move number {move} within 60 s")
+        if what(framework):
+            framework.run(ONE_GEAR, 90)
+        Gears(framework.cell).require(1)
+        # Who begins anew with a gear in the gripper opens it high above the table.
+        if move != CARRY:
+            framework.cell.require_sound()
+
+    return run
+
+
+def pause(framework):
+    """Pauses for a second and resumes. The newest published client counts its own StopMotion as a
+    change of connection and gives up after it has sent the move again, whatever the server does."""
+    driver = framework.driver
+    driver.require("pause", answer="done")
+    before = framework.cell.state()["robots"][0]["tool_in_reference"]["position_m"]
+    time.sleep(1)
+    after = framework.cell.state()["robots"][0]["tool_in_reference"]["position_m"]
+    if math.dist([*before.values()], [*after.values()]) > 0.02:
+        raise Failure("it goes on while it is paused")
+    driver.require("resume", answer="done")
+    end = driver.expect("start ended", 60)
+    if end.startswith("true"):
+        return False
+    if "connectChangeCount" not in end:
+        raise Failure(end)
+    begin_anew(driver)
+    return True
+
+
+def begin_anew(driver):
+    """Reset and resume, once the framework is done with its errors: it tells of them for a while."""
+    seen, since = None, time.monotonic()
+    while time.monotonic() - since < 1.5:
+        state = driver.call("state")
+        if state != seen:
+            seen, since = state, time.monotonic()
+        time.sleep(0.1)
+    driver.require("reset", answer="done")
+    driver.require("resume", answer="done")
+
+
+def abort(framework):
+    driver = framework.driver
+    driver.require("abort", answer="done")
+    # The framework does not always end what it has given up.
+    with contextlib.suppress(Failure):
+        driver.expect("start ended", 8)
+    begin_anew(driver)
+    return True
+
+
+def vanish(framework):
+    """The whole framework dies and is started anew, with the robot in motion."""
+    framework.driver.process.kill()
+    framework.open()
+    return True
+
+
+for words, number in (("on the way to a gear", TAKE), ("with a gear", CARRY), ("while placing", PLACE)):
+    session(f"paused {words}, then again", "simulated")(interrupted(pause, number))
+    session(f"aborted {words}, then again", "simulated")(interrupted(abort, number))
+session("gone and back on the way to a gear", "simulated")(interrupted(vanish, TAKE))
+
+
+CYCLES = 10
+
+
+@session("supervisor, both robots", "simulated")
+def supervisor(setup):
+    """Ten cycles: kits emptied and filled, both robots at once."""
+    cell = Cell(setup, "aprs")
+    home = framework_home(setup, cell.ports)
+    folder = home / "example_settings" / SIM
+    # The teach table's camera, which the framework simulates, shows gears of the cell's colours.
+    _set(folder / "teachProps.txt", {"datafile": "teach_objects_one_gear_each.csv"})
+    setup.edits.append("teach layout teach_objects_one_gear_each.csv (was one with gears of other colours)")
+    # The shipped settings name no lists for the way back, and without a display nobody chooses one.
+    for path, actions in (("simulated_fanuc/simulated_fanuc_properties", "reverse_fanuc_demo_actions.txt"),
+                          ("simulated_motoman/simulated_motoman_props", "reverse_motoman_demo_actions.txt")):
+        with open(folder / f"{path}_actionsToCrclProperties.txt", "a", encoding="utf-8") as file:
+            file.write(f"\npddl.reverse_output={home / 'example_pddl' / actions}\n")
+    setup.edits.append("pddl.reverse_output for both")
+    driver = Driver("aprsim.SupervisorDriver", setup, home=home / "netbeans_run_user_home")
+    driver.call("open", folder / "multisim9.csv", folder / "posmaps.csv", folder / "teachProps.txt", seconds=120)
+    driver.send("cycles", CYCLES)
+    driver.ended("cycles", 240 * CYCLES)
+    cell.require_sound()
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--sources", required=True)
+    parser.add_argument("--classpath", required=True)
+    parser.add_argument("--keep", help="folder for logs and recordings, instead of one that goes")
+    parser.add_argument("--list", action="store_true")
+    parser.add_argument("names", nargs="*", help="only sessions whose name has one of these words")
+    options = parser.parse_args()
+    chosen = [name for name in SESSIONS if not options.names or any(word in name for word in options.names)]
+    if options.list or not chosen:
+        print("\n".join(SESSIONS))
+        return 0 if options.list else 2
+    folder = pathlib.Path(options.keep or tempfile.mkdtemp(prefix="aprsim-clients-")).resolve()
+    setup = Setup(options.sources, options.classpath)
+    failed = 0
+    print("| job | settings | result | time [s] | edits |\n|---|---|---|---|---|", flush=True)
+    for name in chosen:
+        settings, function = SESSIONS[name]
+        with setup.begin(folder / re.sub(r"\W+", "-", name).strip("-")):
+            began = time.monotonic()
+            try:
+                function(setup)
+                setup.cell.keep(name)
+                result = "done"
+            except Failure as failure:
+                result = f"failed: {failure}"
+                failed += 1
+            seconds = time.monotonic() - began
+        print(f"| {name} | {settings} | {result} | {seconds:.0f} | {'; '.join(setup.edits) or 'none'} |", flush=True)
+    if failed or options.keep:
+        print(f"logs: {folder}")
+    else:
+        shutil.rmtree(folder)
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
