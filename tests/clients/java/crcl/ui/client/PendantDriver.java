@@ -34,7 +34,8 @@ public final class PendantDriver {
               return null;
             case "program":
               client.openXmlProgramFile(new File(arguments[0]), false);
-              start(command, () -> client.runProgram(client.getProgram(), 0));
+              // As the panel's own button does it.
+              start(command, () -> client.startRunProgramThread(0, true).get());
               return null;
             case "pause":
               client.pause();
