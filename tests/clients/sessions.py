@@ -484,7 +484,7 @@ def interrupted(what, move):
             framework.run(ONE_GEAR, 90)
         Gears(framework.cell).require(1)
         # Who begins anew with a gear in the gripper opens it high above the table.
-        if move != CARRY:
+        if move == TAKE:
             framework.cell.require_sound()
 
     return run
