@@ -6,23 +6,13 @@
 namespace aprsim::physics {
 namespace {
 
-constexpr double kWorldErp = 0.2;
-constexpr double kWorldCfm = 1e-9;
-constexpr double kMaxCorrectingVelocity = 0.5;  // [m/s]
 constexpr double kFall = 2;                     // [m] below the lowest thing until a body is lost
-constexpr unsigned kSolverMemory = 4u << 20;    // [bytes], so that no step has to allocate
 
 ode::World make_world(const scene::Scene& scene) {
   ode::prepare_thread();
   ode::World world(dWorldCreate());
   dWorldSetGravity(world.get(), 0, 0, -scene.physics.gravity_m_s2);
-  dWorldSetERP(world.get(), kWorldErp);
-  dWorldSetCFM(world.get(), kWorldCfm);
-  dWorldSetContactMaxCorrectingVel(world.get(), kMaxCorrectingVelocity);
   dWorldSetAutoDisableFlag(world.get(), 0);
-  // Reserved once, in one piece.
-  const dWorldStepReserveInfo reserve = {sizeof(dWorldStepReserveInfo), 1.5f, kSolverMemory};
-  dWorldSetStepMemoryReservationPolicy(world.get(), &reserve);
   return world;
 }
 
@@ -46,7 +36,7 @@ PhysicsModel::PhysicsModel(const scene::Scene& the_scene,
       ids(static_cast<int>(the_scene.trays.size() + the_scene.gears.size())),
       bodies(make_free_bodies(the_scene, world.get())),
       fixed(make_fixed_shapes(the_scene)),
-      simplification(the_scene.physics, bodies, fixed, world.get()) {
+      simplification(the_scene.physics, bodies, fixed) {
   for (std::size_t r = 0; r < the_scene.robots.size(); ++r) {
     grippers.emplace_back(the_scene.robots[r], world.get(), X_WL[r].back(), step_s);
     arms.emplace_back(arm_models[r], world.get(), X_WL[r]);

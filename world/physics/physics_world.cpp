@@ -122,7 +122,7 @@ void PhysicsWorld::Impl::collect_results() {
   report.update(penalty);
   // Bodies that merge or fall asleep now have still been solved in this step.
   contacts = static_cast<int>(model.constraints.size()) + model.simplification.frozen_count();
-  model.simplification.observe(model.constraints, solver.islands().island_of());
+  model.simplification.observe(model.constraints, solver.islands().resting_together());
 }
 
 /// The pads' forces on gears and trays, each summed up over the contacts of its pad.
@@ -290,8 +290,7 @@ std::size_t PhysicsWorld::State::bytes() const {
   if (!data_) return 0;
   const auto held = [](const auto& values) { return values.capacity() * sizeof values[0]; };
   return sizeof *data_ + held(data_->bodies) + held(data_->grippers) + held(data_->arms) +
-         held(data_->constraints) + held(data_->solver.force) + held(data_->solver.torque) +
-         held(data_->solver.grips);
+         held(data_->constraints) + held(data_->solver.contacts);
 }
 
 PhysicsWorld::State PhysicsWorld::save() const {

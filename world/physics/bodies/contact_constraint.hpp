@@ -12,7 +12,6 @@ struct ContactConstraint {
   int fixed = -1;  ///< index of the fixed shape when contact.b is kGround
   double friction = 0;
   bool belt = false;
-  bool cut = false;  ///< between a body solved with a gripper and one solved after it
   Eigen::Vector3d f_W = Eigen::Vector3d::Zero();  ///< solved force on contact.a [N]
   double normal_n = 0;                            ///< its normal part
 };

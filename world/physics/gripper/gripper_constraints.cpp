@@ -1,7 +1,5 @@
 #include "world/physics/gripper/gripper_constraints.hpp"
 
-#include <limits>
-
 namespace aprsim::physics {
 namespace {
 
@@ -41,89 +39,95 @@ FingerForce between(dBodyID finger_body, dBodyID palm_body) {
 }  // namespace
 
 void GripperConstraints::add_to(ConstraintSystem& system, const std::array<FingerMotion, 2>& motion,
-                                const std::array<FingerDrive, 2>& drives) const {
+                                const std::array<FingerDrive, 2>& drives,
+                                GripperForces& forces) const {
   for (dBodyID body : joints_.moved()) system.add_body(body);
-  add_mount(system);
+  add_mount(system, forces);
   for (std::size_t i = 0; i < 2; ++i) {
-    add_slider(system, i);
-    add_drive(system, i, motion[i], drives[i]);
+    add_slider(system, i, forces);
+    add_drive(system, i, motion[i], drives[i], forces);
   }
-  if (joints_.linkage) add_linkage(system);
+  if (joints_.linkage) add_linkage(system, forces);
 }
 
 /// The palm fixed to the carriage: compliant in translation, stiff in rotation.
-void GripperConstraints::add_mount(ConstraintSystem& system) const {
+void GripperConstraints::add_mount(ConstraintSystem& system, GripperForces& forces) const {
   dBodyID palm_body = joints_.bodies[0], carriage_body = joints_.carriage;
   const Place palm(palm_body), carriage(carriage_body);
   const Vector3d off = carriage.p - palm.p, turn = turn_between(palm.R, carriage.R);
   for (int i = 0; i < 3; ++i) {
     const Vector3d axis = Vector3d::Unit(i);
-    system.add_bilateral({palm_body, axis, Vector3d::Zero()},
+    const auto k = static_cast<std::size_t>(i);
+    system.add_joint_row({palm_body, axis, Vector3d::Zero()},
                          {carriage_body, -axis, Vector3d::Zero()},
-                         joints_.mount_erp / step_s_ * off[i], joints_.mount_cfm);
-    system.add_bilateral({palm_body, Vector3d::Zero(), axis},
+                         joints_.mount_erp / step_s_ * off[i], joints_.mount_cfm, forces.mount[k]);
+    system.add_joint_row({palm_body, Vector3d::Zero(), axis},
                          {carriage_body, Vector3d::Zero(), -axis}, kRowErp / step_s_ * turn[i],
-                         kRowCfm);
+                         kRowCfm, forces.mount[k + 3]);
   }
 }
 
 /// A finger on its rail: no rotation, and translation along the closing direction only.
-void GripperConstraints::add_slider(ConstraintSystem& system, std::size_t i) const {
+void GripperConstraints::add_slider(ConstraintSystem& system, std::size_t i,
+                                    GripperForces& forces) const {
   const double k = kRowErp / step_s_;
   dBodyID finger_body = joints_.bodies[i + 1], palm_body = joints_.bodies[0];
   const Place finger(finger_body), palm(palm_body);
   const Vector3d turn = turn_between(finger.R, palm.R);
   for (int axis = 0; axis < 3; ++axis) {
-    system.add_bilateral({finger_body, Vector3d::Zero(), Vector3d::Unit(axis)},
+    system.add_joint_row({finger_body, Vector3d::Zero(), Vector3d::Unit(axis)},
                          {palm_body, Vector3d::Zero(), -Vector3d::Unit(axis)}, k * turn[axis],
-                         kRowCfm);
+                         kRowCfm, forces.rail[i][static_cast<std::size_t>(axis)]);
   }
   const FingerForce force = between(finger_body, palm_body);
   const Vector3d off = palm.p + palm.R * joints_.rail[i] - finger.p;
   for (const int column : {0, 2}) {
     const Vector3d d = finger.R.col(column);
-    system.add_bilateral(force.on_finger(d), force.on_palm(d), k * d.dot(off), kRowCfm);
+    system.add_joint_row(force.on_finger(d), force.on_palm(d), k * d.dot(off), kRowCfm,
+                         forces.rail[i][column == 0 ? 3 : 4]);
   }
 }
 
 /// The piston as a motor of limited force, and the end stop that the finger is at.
 void GripperConstraints::add_drive(ConstraintSystem& system, std::size_t i,
-                                   const FingerMotion& motion, const FingerDrive& drive) const {
-  constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+                                   const FingerMotion& motion, const FingerDrive& drive,
+                                   GripperForces& forces) const {
+  constexpr double kUnbounded = ContactSolver::kNoBound;
   const double k = kRowErp / step_s_;
   dBodyID finger_body = joints_.bodies[i + 1];
   const FingerForce force = between(finger_body, joints_.bodies[0]);
   const Vector3d closing = (i == 0 ? -1.0 : 1.0) * Place(finger_body).R.col(1);
   if (drive.piston_n > 0) {
-    system.add_bounded(force.on_finger(closing), force.on_palm(closing), drive.speed_m_s,
-                       kPistonCfm, -drive.piston_n, drive.piston_n);
+    system.add_row(force.on_finger(closing), force.on_palm(closing), drive.speed_m_s, kPistonCfm,
+                   -drive.piston_n, drive.piston_n, forces.piston[i]);
   }
   if (motion.travel_m <= 0) {
-    system.add_bounded(force.on_finger(closing), force.on_palm(closing), -k * motion.travel_m,
-                       kStopCfm, 0, kUnbounded);
+    system.add_row(force.on_finger(closing), force.on_palm(closing), -k * motion.travel_m, kStopCfm,
+                   0, kUnbounded, forces.open_stop[i]);
   } else if (motion.travel_m >= joints_.closed_travel_m) {
-    system.add_bounded(force.on_finger(-closing), force.on_palm(-closing),
-                       k * (motion.travel_m - joints_.closed_travel_m), kStopCfm, 0, kUnbounded);
+    system.add_row(force.on_finger(-closing), force.on_palm(-closing),
+                   k * (motion.travel_m - joints_.closed_travel_m), kStopCfm, 0, kUnbounded,
+                   forces.closed_stop[i]);
   }
 }
 
 /// The lever on a hinge in the palm, and a rod of constant length from each of its ends to a
 /// finger.
-void GripperConstraints::add_linkage(ConstraintSystem& system) const {
+void GripperConstraints::add_linkage(ConstraintSystem& system, GripperForces& forces) const {
   const double k = kRowErp / step_s_;
   dBodyID lever_body = joints_.bodies[3], palm_body = joints_.bodies[0];
   const Place lever(lever_body), palm(palm_body);
   const Vector3d arm = palm.R * joints_.pivot, off = palm.p + arm - lever.p;
   for (int i = 0; i < 3; ++i) {
     const Vector3d axis = Vector3d::Unit(i);
-    system.add_bilateral({lever_body, axis, Vector3d::Zero()}, {palm_body, -axis, -arm.cross(axis)},
-                         k * off[i], kRowCfm);
+    system.add_joint_row({lever_body, axis, Vector3d::Zero()}, {palm_body, -axis, -arm.cross(axis)},
+                         k * off[i], kRowCfm, forces.linkage[static_cast<std::size_t>(i)]);
   }
   const Vector3d tilt = lever.R.col(2).cross(palm.R.col(2));
   for (const int column : {0, 1}) {
     const Vector3d d = palm.R.col(column);
-    system.add_bilateral({lever_body, Vector3d::Zero(), d}, {palm_body, Vector3d::Zero(), -d},
-                         k * d.dot(tilt), kRowCfm);
+    system.add_joint_row({lever_body, Vector3d::Zero(), d}, {palm_body, Vector3d::Zero(), -d},
+                         k * d.dot(tilt), kRowCfm, forces.linkage[column == 0 ? 3 : 4]);
   }
   for (std::size_t i = 0; i < 2; ++i) {
     dBodyID finger_body = joints_.bodies[i + 1];
@@ -132,8 +136,8 @@ void GripperConstraints::add_linkage(ConstraintSystem& system) const {
     const Vector3d on_lever = lever.R * joints_.rod_on_lever[i];
     const Vector3d rod = finger.p + on_finger - lever.p - on_lever;
     const Vector3d d = rod.normalized();
-    system.add_bilateral({finger_body, d, on_finger.cross(d)}, {lever_body, -d, -on_lever.cross(d)},
-                         k * (kRodLength - rod.norm()), kRowCfm);
+    system.add_joint_row({finger_body, d, on_finger.cross(d)}, {lever_body, -d, -on_lever.cross(d)},
+                         k * (kRodLength - rod.norm()), kRowCfm, forces.linkage[5 + i]);
   }
 }
 

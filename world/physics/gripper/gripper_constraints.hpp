@@ -29,8 +29,15 @@ struct GripperJoints {
   }
 };
 
-/// The gripper's joints as rows of a ConstraintSystem: the same equations as those of its ODE
-/// joints, save that a driven finger at its end stop has a row for each.
+/// Forces of a gripper's joints in the last step, where the search of the next one begins.
+struct GripperForces {
+  std::array<double, 6> mount{};
+  std::array<std::array<double, 5>, 2> rail{};
+  std::array<double, 2> piston{}, open_stop{}, closed_stop{};
+  std::array<double, 7> linkage{};
+};
+
+/// The gripper's joints as rows of a ConstraintSystem.
 class GripperConstraints {
  public:
   // Soft enough that piston, stop and linkage, which hold the same finger, stay well conditioned:
@@ -43,16 +50,14 @@ class GripperConstraints {
 
   /// Adds bodies, joints, pistons and end stops at the bodies' present poses.
   void add_to(ConstraintSystem& system, const std::array<FingerMotion, 2>& motion,
-              const std::array<FingerDrive, 2>& drives) const;
-  /// How many rows these are at most.
-  [[nodiscard]] int rows() const { return 6 + 12 + (joints_.linkage ? 7 : 0); }
+              const std::array<FingerDrive, 2>& drives, GripperForces& forces) const;
 
  private:
-  void add_mount(ConstraintSystem& system) const;
-  void add_slider(ConstraintSystem& system, std::size_t i) const;
+  void add_mount(ConstraintSystem& system, GripperForces& forces) const;
+  void add_slider(ConstraintSystem& system, std::size_t i, GripperForces& forces) const;
   void add_drive(ConstraintSystem& system, std::size_t i, const FingerMotion& motion,
-                 const FingerDrive& drive) const;
-  void add_linkage(ConstraintSystem& system) const;
+                 const FingerDrive& drive, GripperForces& forces) const;
+  void add_linkage(ConstraintSystem& system, GripperForces& forces) const;
 
   const GripperJoints& joints_;
   double step_s_;

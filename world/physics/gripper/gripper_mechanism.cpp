@@ -148,6 +148,16 @@ void GripperMechanism::restore(const State& state) {
   place_carriage();
 }
 
+void GripperMechanism::save(Solved& to) const {
+  for (std::size_t i = 0; i < bodies().size(); ++i) ode::save(joints_.bodies[i], to.bodies[i]);
+  to.forces = now_.forces;
+}
+
+void GripperMechanism::restore(const Solved& from) {
+  for (std::size_t i = 0; i < bodies().size(); ++i) ode::restore(joints_.bodies[i], from.bodies[i]);
+  now_.forces = from.forces;
+}
+
 void GripperMechanism::command(double setting) {
   const bool servo = settings_.drive == scene::GripperDrive::kServo;
   const double reached = servo ? setting : setting > 0.5 ? 1 : 0;  // a piston knows two
@@ -213,7 +223,7 @@ void GripperMechanism::set_drives() {
 void GripperMechanism::add_to(ConstraintSystem& system) {
   place_carriage();
   apply_forces();
-  GripperConstraints(joints_, step_s_).add_to(system, now_.motion, now_.drives);
+  GripperConstraints(joints_, step_s_).add_to(system, now_.motion, now_.drives, now_.forces);
 }
 
 void GripperMechanism::apply_forces() {

@@ -47,6 +47,7 @@ class GripperMechanism {
     std::array<FingerMotion, 2> motion{};
     std::array<FingerDrive, 2> drives{};
     LawState law;
+    GripperForces forces;
     double setting = 1;  ///< 0 closed .. 1 open, one of the two for pistons
     double force_n = 0;  ///< of each finger
     bool idle = true;
@@ -93,8 +94,13 @@ class GripperMechanism {
   [[nodiscard]] dBodyID carriage() const { return carriage_.get(); }
   /// Puts the carriage body at the start of the step (solvers move it along).
   void place_carriage();
-  /// How many rows it adds to a system at most.
-  [[nodiscard]] int rows() const { return GripperConstraints(joints_, step_s_).rows(); }
+  /// What a step may change before it is undone.
+  struct Solved {
+    std::array<ode::SavedState, 4> bodies;
+    GripperForces forces;
+  };
+  void save(Solved& to) const;
+  void restore(const Solved& from);
 
  private:
   void make_parts(dWorldID world);

@@ -10,7 +10,7 @@ constexpr std::size_t kFrozenCapacity = 1024;  // contacts to reserve for
 }  // namespace
 
 Simplification::Simplification(const scene::Physics& physics, std::span<FreeBody> bodies,
-                               const StaticShapes& fixed, dWorldID world)
+                               const StaticShapes& fixed)
     : merges_(physics.simplification == scene::Simplification::kMerge ||
               physics.simplification == scene::Simplification::kDormant),
       sleeps_(physics.simplification == scene::Simplification::kDormant),
@@ -24,7 +24,7 @@ Simplification::Simplification(const scene::Physics& physics, std::span<FreeBody
       neighbours_(bodies.size()),
       islands_(bodies.size()) {
   if (physics.simplification == scene::Simplification::kVirtualJoints) {
-    virtual_joints_.emplace(physics, bodies, world);
+    virtual_joints_.emplace(physics, bodies);
   }
   awake_.reserve(bodies.size());
   awake_roots_.reserve(bodies.size());
@@ -152,9 +152,7 @@ void Simplification::find_overstressed(std::vector<int>& overstressed) {
     motion.alpha_W = (motion.omega_W - lead.omega_W) / step_s_;
     for (int m = composites_.next(i); m >= 0; m = composites_.next(m)) {
       const Wrench wrench = composites_.required(m, motion);
-      if (composites_.cone(m).contains(wrench)) continue;
-      overstressed.push_back(m);
-      at(m).pull_W = body(m).X_WB.linear() * wrench.force;
+      if (!composites_.cone(m).contains(wrench)) overstressed.push_back(m);
     }
   }
 }
@@ -292,7 +290,6 @@ void Simplification::merge(int child, int below, std::span<const ContactConstrai
     merged_.keep(child, constraint, body(contact.a).X_WB, carried(contact));
   }
   rest_.restart_on_body(child);
-  at(child).pull_W.setZero();
   const auto number = static_cast<std::size_t>(island_of[static_cast<std::size_t>(child)]);
   islands_[number].quiet = false;
   awake_roots_.erase(std::lower_bound(awake_roots_.begin(), awake_roots_.end(), child));

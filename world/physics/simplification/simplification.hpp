@@ -27,7 +27,7 @@ namespace aprsim::physics {
 class Simplification {
  public:
   Simplification(const scene::Physics& physics, std::span<FreeBody> bodies,
-                 const StaticShapes& fixed, dWorldID world);
+                 const StaticShapes& fixed);
 
   // ---- who is simplified how
   [[nodiscard]] bool dormant(int body) const { return sleeping_.dormant(body); }
@@ -46,9 +46,6 @@ class Simplification {
   [[nodiscard]] VirtualJoints* virtual_joints() {
     return virtual_joints_ ? &*virtual_joints_ : nullptr;
   }
-  [[nodiscard]] dJointID joint(const VirtualJoints::Pair& pair) const {
-    return virtual_joints_->joint(pair);
-  }
   /// Whether contacts between two bodies are switched off by a joint.
   [[nodiscard]] bool joined(int a, int b) const {
     return virtual_joints_ && virtual_joints_->joined(a, b);
@@ -56,8 +53,6 @@ class Simplification {
   [[nodiscard]] api::GroupKind group_kind(int body) const;
   /// Number of the body's group: one of its members, -1 = on its own.
   [[nodiscard]] int group(int body) const;
-  /// The force outside the cone for which a body was last torn off its parent; zero otherwise.
-  [[nodiscard]] const Eigen::Vector3d& pull_W(int body) const { return at(body).pull_W; }
   /// At rest relative to what carries it.
   [[nodiscard]] bool resting(int body) const;
   /// How many bodies hang on another as if by one joint.
@@ -104,7 +99,6 @@ class Simplification {
     bool crowded = false;                              // its composite touches more than that
     bool touched = false;                              // by a robot, in this step
     bool near = false;                                 // a gripper or a fault, in this step
-    Eigen::Vector3d pull_W = Eigen::Vector3d::Zero();  // see pull_W()
   };
   struct Island {
     bool quiet = true, on_belt = false, on_fixed = false;

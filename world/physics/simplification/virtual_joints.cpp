@@ -1,7 +1,6 @@
 #include "world/physics/simplification/virtual_joints.hpp"
 
 #include <algorithm>
-#include <numeric>
 #include <tuple>
 
 #include "world/physics/constraint/constraint_system.hpp"
@@ -17,14 +16,12 @@ bool before(const VirtualJoints::Pair& pair, const std::tuple<int, int>& key) {
 
 }  // namespace
 
-VirtualJoints::VirtualJoints(const scene::Physics& physics, std::span<FreeBody> bodies,
-                             dWorldID world)
+VirtualJoints::VirtualJoints(const scene::Physics& physics, std::span<FreeBody> bodies)
     : step_s_(physics.step_s),
       speed_(physics.simplify_speed_m_s),
       accel_(physics.simplify_accel_m_s2),
       force_(physics.simplify_force_n),
       bodies_(bodies),
-      world_(world),
       v_before_(bodies.size(), Eigen::Vector3d::Zero()),
       group_(bodies.size(), -1) {}
 
@@ -47,9 +44,7 @@ void VirtualJoints::observe(std::span<const ContactConstraint> constraints, doub
 
 void VirtualJoints::forget(int body) {
   const std::size_t count = std::erase_if(pairs_, [&](const Pair& pair) {
-    if (pair.a != body && pair.b != body) return false;
-    detach(pair);
-    return true;
+    return pair.a == body || pair.b == body;
   });
   if (count > 0) find_groups();
 }
@@ -57,10 +52,7 @@ void VirtualJoints::forget(int body) {
 /// Algorithm 2: the joint goes when |Fc - Fv| > e.
 void VirtualJoints::release_changed() {
   std::erase_if(pairs_, [this](const Pair& pair) {
-    const Eigen::Vector3d transmitted = ode::vector(feedback_[pair.joint]->f2);
-    if ((pair.contact_force - transmitted).norm() <= force_) return false;
-    detach(pair);
-    return true;
+    return (pair.contact_force - pair.force_on_b()).norm() > force_;
   });
 }
 
@@ -90,51 +82,22 @@ void VirtualJoints::join_resting(std::span<const ContactConstraint> constraints,
   }
 }
 
-std::size_t VirtualJoints::acquire_joint() {
-  if (spare_.empty()) {
-    spare_.push_back(joints_.size());
-    joints_.emplace_back(dJointCreateFixed(world_, nullptr));
-    feedback_.push_back(std::make_unique<dJointFeedback>());
-    dJointSetFeedback(joints_.back().get(), feedback_.back().get());
-    // By default it would keep what the world's solver last worked with.
-    dJointSetFixedParam(joints_.back().get(), dParamERP, kJointErp);
-    dJointSetFixedParam(joints_.back().get(), dParamCFM, kJointCfm);
-  }
-  const std::size_t joint = spare_.back();
-  spare_.pop_back();
-  return joint;
-}
-
 void VirtualJoints::join(int a, int b, const Eigen::Vector3d& force_on_b) {
   // Fc of eq. 5 is noted as the joint's first force.
   Pair pair;
   pair.a = a;
   pair.b = b;
   pair.serial = next_serial_++;
-  pair.joint = acquire_joint();
   pair.contact_force = force_on_b;
+  for (std::size_t i = 0; i < 3; ++i) pair.forces[i] = -force_on_b[static_cast<Eigen::Index>(i)];
   ode::save(ode_body(a), pair.at_a);
   ode::save(ode_body(b), pair.at_b);
-  attach(pair, force_on_b);
   pairs_.insert(std::lower_bound(pairs_.begin(), pairs_.end(), std::tuple(a, b), before), pair);
 }
 
-void VirtualJoints::attach(const Pair& pair, const Eigen::Vector3d& force_on_b) {
-  dJointID joint = joints_[pair.joint].get();
-  dJointAttach(joint, ode_body(pair.a), ode_body(pair.b));
-  dJointSetFixed(joint);
-  ode::copy(force_on_b, feedback_[pair.joint]->f2);
-}
-
-void VirtualJoints::detach(const Pair& pair) {
-  dJointAttach(joints_[pair.joint].get(), nullptr, nullptr);
-  dJointDisable(joints_[pair.joint].get());
-  spare_.push_back(pair.joint);
-}
-
-/// A fixed joint as six bilateral rows, with the equations of ODE's: translation at b's origin,
-/// then rotation.
-int VirtualJoints::add_to(ConstraintSystem& system, const Pair& pair) const {
+/// A fixed joint as six bilateral rows, translation at b's origin, then rotation.
+void VirtualJoints::add_to(ConstraintSystem& system, std::size_t number) {
+  Pair& pair = pairs_[number];
   using Eigen::Vector3d;
   const double k = kJointErp / step_s_;
   dBodyID a = ode_body(pair.a), b = ode_body(pair.b);
@@ -148,51 +111,23 @@ int VirtualJoints::add_to(ConstraintSystem& system, const Pair& pair) const {
   const Eigen::Matrix3d R_a_wanted = R_b * R_b0.transpose() * R_a0;
   Vector3d turn = Vector3d::Zero();
   for (int i = 0; i < 3; ++i) turn += 0.5 * R_a.col(i).cross(R_a_wanted.col(i));
-  int first = -1;
   for (int i = 0; i < 3; ++i) {
     const Vector3d axis = Vector3d::Unit(i);
-    const int row = system.add_bilateral({a, axis, apart.cross(axis)}, {b, -axis, Vector3d::Zero()},
-                                         k * off[i], kJointCfm);
-    if (i == 0) first = row;
+    system.add_joint_row({a, axis, apart.cross(axis)}, {b, -axis, Vector3d::Zero()}, k * off[i],
+                         kJointCfm, pair.forces[static_cast<std::size_t>(i)]);
   }
   for (int i = 0; i < 3; ++i) {
     const Vector3d axis = Vector3d::Unit(i);
-    system.add_bilateral({a, Vector3d::Zero(), axis}, {b, Vector3d::Zero(), -axis}, k * turn[i],
-                         kJointCfm);
+    system.add_joint_row({a, Vector3d::Zero(), axis}, {b, Vector3d::Zero(), -axis}, k * turn[i],
+                         kJointCfm, pair.forces[static_cast<std::size_t>(i) + 3]);
   }
-  return first;
-}
-
-void VirtualJoints::note_force(const Pair& pair, const Eigen::Vector3d& force_on_b) {
-  ode::copy(force_on_b, feedback_[pair.joint]->f2);
-}
-
-VirtualJoints::State VirtualJoints::save() const {
-  State state{pairs_, {}, v_before_, group_, next_serial_};
-  for (const auto& pair : pairs_) {
-    state.forces.push_back(ode::vector(feedback_[pair.joint]->f2));
-  }
-  return state;
 }
 
 void VirtualJoints::restore(const State& state) {
-  for (const auto& pair : pairs_) detach(pair);
   pairs_ = state.pairs;
   v_before_ = state.v_before;
   group_ = state.group;
   next_serial_ = state.next_serial;
-  std::vector<std::size_t> order(pairs_.size());
-  std::iota(order.begin(), order.end(), 0u);
-  // ODE walks a body's joints in the order of their attachment.
-  std::sort(order.begin(), order.end(),
-            [this](std::size_t a, std::size_t b) { return pairs_[a].serial < pairs_[b].serial; });
-  for (const std::size_t i : order) {
-    Pair& pair = pairs_[i];
-    pair.joint = acquire_joint();
-    ode::restore(ode_body(pair.a), pair.at_a);
-    ode::restore(ode_body(pair.b), pair.at_b);
-    attach(pair, state.forces[i]);
-  }
 }
 
 /// Connected components of the pairs, each labelled by its lowest body.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -22,35 +23,31 @@ class VirtualJoints {
   struct Pair {
     int a = -1, b = -1;                                       ///< a < b
     std::uint64_t serial = 0;                                 ///< in order of joining
-    std::size_t joint = 0;                                    // index of its joint
     Eigen::Vector3d contact_force = Eigen::Vector3d::Zero();  // Fc, on b
     ode::SavedState at_a, at_b;                               // poses when joined
+    std::array<double, 6> forces{};  // on a: force and torque at b's origin, in the last step
+
+    [[nodiscard]] Eigen::Vector3d force_on_b() const { return {-forces[0], -forces[1], -forces[2]}; }
   };
 
-  VirtualJoints(const scene::Physics& physics, std::span<FreeBody> bodies, dWorldID world);
+  VirtualJoints(const scene::Physics& physics, std::span<FreeBody> bodies);
 
   /// The joined pairs in ascending order.
   [[nodiscard]] std::span<const Pair> pairs() const { return pairs_; }
   [[nodiscard]] bool joined(int a, int b) const;
-  [[nodiscard]] dJointID joint(const Pair& pair) const { return joints_[pair.joint].get(); }
   /// Lowest body of those that a body is joined to, directly or not; -1 = to none.
   [[nodiscard]] int group(int body) const { return group_[static_cast<std::size_t>(body)]; }
 
-  /// Adds a pair's joint to a system that is to be solved; returns its first row, three for the
-  /// force on a, then three for the torque.
-  int add_to(ConstraintSystem& system, const Pair& pair) const;
-  /// Notes what the joint transmitted when ODE has not solved it.
-  void note_force(const Pair& pair, const Eigen::Vector3d& force_on_b);
+  /// Adds a pair's joint to a system that is to be solved.
+  void add_to(ConstraintSystem& system, std::size_t pair);
 
   struct State {
     std::vector<Pair> pairs;
-    std::vector<Eigen::Vector3d> forces;  ///< that the joints transmitted last, on b
     std::vector<Eigen::Vector3d> v_before;
     std::vector<int> group;
     std::uint64_t next_serial = 0;
   };
-  [[nodiscard]] State save() const;
-  /// Makes the same joints in the same order; leaves the bodies where they were when joined.
+  [[nodiscard]] State save() const { return {pairs_, v_before_, group_, next_serial_}; }
   void restore(const State& state);
 
   /// Removes the joints of a body.
@@ -63,9 +60,6 @@ class VirtualJoints {
   void release_changed();
   void join_resting(std::span<const ContactConstraint> constraints, double step_s);
   void join(int a, int b, const Eigen::Vector3d& force_on_b);
-  [[nodiscard]] std::size_t acquire_joint();
-  void attach(const Pair& pair, const Eigen::Vector3d& force_on_b);
-  void detach(const Pair& pair);
   [[nodiscard]] dBodyID ode_body(int i) const {
     return bodies_[static_cast<std::size_t>(i)].body.get();
   }
@@ -73,11 +67,7 @@ class VirtualJoints {
 
   double step_s_, speed_, accel_, force_;
   std::span<FreeBody> bodies_;
-  dWorldID world_;
   std::vector<Pair> pairs_;
-  std::vector<ode::Joint> joints_;
-  std::vector<std::unique_ptr<dJointFeedback>> feedback_;
-  std::vector<std::size_t> spare_;  // joints not in use
   std::vector<Eigen::Vector3d> v_before_;
   std::vector<int> group_;
   std::uint64_t next_serial_ = 0;

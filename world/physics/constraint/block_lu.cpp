@@ -1,0 +1,142 @@
+#include "world/physics/constraint/block_lu.hpp"
+
+#include <algorithm>
+
+namespace aprsim::physics {
+namespace {
+
+/// Keeps a sorted list of different numbers.
+void insert_sorted(std::vector<int>& list, int value) {
+  const auto place = std::lower_bound(list.begin(), list.end(), value);
+  if (place == list.end() || *place != value) list.insert(place, value);
+}
+
+}  // namespace
+
+void BlockLu::connect(int a, int b) {
+  insert_sorted(near_[at(a)], b);
+  insert_sorted(near_[at(b)], a);
+}
+
+void BlockLu::analyse(int count, std::span<const std::pair<int, int>> pairs) {
+  if (near_.size() < at(count)) near_.resize(at(count));
+  for (int i = 0; i < count; ++i) near_[at(i)].clear();
+  for (const auto& [a, b] : pairs) connect(a, b);
+  choose_order(count);
+  places_.clear();
+  for (const auto& [a, b] : pairs) {
+    const bool above = turn_[at(a)] < turn_[at(b)];  // the lower block's row is the later body
+    places_.push_back({above ? find_block(b, a) : find_block(a, b), above});
+  }
+}
+
+/// Greedy: always the body with the fewest neighbours left; what it leaves behind is coupled.
+void BlockLu::choose_order(int count) {
+  columns_.clear();
+  rows_.clear();
+  updates_.clear();
+  turn_.assign(at(count), 0);
+  eliminated_.assign(at(count), 0);
+  int blocks = count;
+  for (int turn = 0; turn < count; ++turn) {
+    int best = -1;
+    for (int i = 0; i < count; ++i) {
+      if (eliminated_[at(i)]) continue;
+      if (best < 0 || near_[at(i)].size() < near_[at(best)].size()) best = i;
+    }
+    eliminated_[at(best)] = 1;
+    turn_[at(best)] = turn;
+    Column column{.body = best, .first = static_cast<int>(rows_.size()), .count = 0, .first_update = 0};
+    const std::vector<int>& left = near_[at(best)];
+    for (const int i : left) rows_.push_back({i, blocks++});
+    column.count = static_cast<int>(left.size());
+    columns_.push_back(column);
+    for (std::size_t i = 0; i < left.size(); ++i) {
+      auto& other = near_[at(left[i])];
+      other.erase(std::lower_bound(other.begin(), other.end(), best));
+      for (std::size_t k = 0; k < i; ++k) connect(left[i], left[k]);
+    }
+  }
+  blocks_.resize(at(blocks));
+  upper_.resize(at(blocks));
+  pivots_.resize(at(count));
+  // Rows stand in order of elimination, so that a product's later body is its row.
+  for (Column& column : columns_) {
+    const auto first = rows_.begin() + column.first;
+    std::sort(first, first + column.count,
+              [this](const Row& a, const Row& b) { return turn_[at(a.body)] < turn_[at(b.body)]; });
+  }
+  for (Column& column : columns_) {
+    column.first_update = static_cast<int>(updates_.size());
+    for (int i = 0; i < column.count; ++i) {
+      const int row = rows_[at(column.first + i)].body;
+      for (int k = 0; k <= i; ++k) {
+        updates_.push_back(find_block(row, rows_[at(column.first + k)].body));
+      }
+    }
+  }
+}
+
+int BlockLu::find_block(int row, int column) const {
+  if (row == column) return row;
+  const Column& in = columns_[at(turn_[at(column)])];
+  for (int i = 0; i < in.count; ++i) {
+    if (rows_[at(in.first + i)].body == row) return rows_[at(in.first + i)].block;
+  }
+  return -1;
+}
+
+void BlockLu::set_zero() {
+  for (Block& block : blocks_) block.setZero();
+  for (Block& block : upper_) block.setZero();
+}
+
+/// Right-looking: a finished column is subtracted from what is left. Of the pivots' rows L keeps
+/// A_ij U_jj^-1 ..., that is A_ij A_jj^-1, and U its rows as they are.
+bool BlockLu::factorise() {
+  for (const Column& column : columns_) {
+    auto& pivot = pivots_[at(column.body)];
+    pivot.compute(blocks_[at(column.body)]);
+    if (!(pivot.matrixLU().diagonal().cwiseAbs().minCoeff() > 0)) return false;
+    const Block inverse = pivot.inverse();
+    blocks_[at(column.body)] = inverse;
+    for (int i = 0; i < column.count; ++i) {
+      Block& below = blocks_[at(rows_[at(column.first + i)].block)];
+      const Block scaled = below * inverse;
+      below = scaled;
+    }
+    int update = column.first_update;
+    for (int i = 0; i < column.count; ++i) {
+      const std::size_t a = at(rows_[at(column.first + i)].block);
+      for (int k = 0; k < i; ++k) {
+        const std::size_t b = at(rows_[at(column.first + k)].block);
+        const std::size_t target = at(updates_[at(update++)]);
+        blocks_[target].noalias() -= blocks_[a] * upper_[b];
+        upper_[target].noalias() -= blocks_[b] * upper_[a];
+      }
+      blocks_[at(updates_[at(update++)])].noalias() -= blocks_[a] * upper_[a];
+    }
+  }
+  return true;
+}
+
+void BlockLu::solve(std::span<Vector6> x) const {
+  for (const Column& column : columns_) {
+    const Vector6& own = x[at(column.body)];
+    for (int i = 0; i < column.count; ++i) {
+      const Row& row = rows_[at(column.first + i)];
+      x[at(row.body)].noalias() -= blocks_[at(row.block)] * own;
+    }
+  }
+  for (std::size_t c = columns_.size(); c-- > 0;) {
+    const Column& column = columns_[c];
+    Vector6 own = x[at(column.body)];
+    for (int i = 0; i < column.count; ++i) {
+      const Row& row = rows_[at(column.first + i)];
+      own.noalias() -= upper_[at(row.block)] * x[at(row.body)];
+    }
+    x[at(column.body)].noalias() = blocks_[at(column.body)] * own;
+  }
+}
+
+}  // namespace aprsim::physics

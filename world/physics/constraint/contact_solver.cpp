@@ -1,0 +1,673 @@
+#include "world/physics/constraint/contact_solver.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <cstdio>
+
+#include <Eigen/Geometry>
+
+namespace aprsim::physics {
+namespace {
+
+using Vector3 = Eigen::Vector3d;
+using Matrix3 = Eigen::Matrix3d;
+
+constexpr double kFirstEpsilon = 1e-4, kLeastEpsilon = 1e-6, kMostEpsilon = 1e-1;
+constexpr int kMostInner = 12;
+constexpr int kMostLineSearch = 20, kMostHalvings = 5;
+constexpr double kLeastProgress = 0.9;
+constexpr double kSlidingShare = 1e-6;
+constexpr double kHardTangent = 1e-9;  ///< softness of friction, of W
+
+/// The same vector product as a matrix.
+Matrix3 cross_matrix(const Vector3& r) {
+  Matrix3 m;
+  m << 0, -r.z(), r.y(), r.z(), 0, -r.x(), -r.y(), r.x(), 0;
+  return m;
+}
+
+/// Two directions across n.
+Matrix3 frame_of(const Vector3& n) {
+  Matrix3 frame;
+  // Across the axis that is least along n.
+  Eigen::Index least = 0;
+  n.cwiseAbs().minCoeff(&least);
+  const Vector3 t1 = n.cross(Vector3::Unit(least)).normalized();
+  frame.row(0) = n.transpose();
+  frame.row(1) = t1.transpose();
+  frame.row(2) = n.cross(t1).transpose();
+  return frame;
+}
+
+/// Projection of z onto the cone |x_t| <= mu x_n in the metric diag(D_n, D_t, D_t); `gain`, if
+/// wanted, is its derivative times diag(D)^-1.
+Vector3 project_cone(const Vector3& z, double mu, double D_n, double D_t, Matrix3* gain) {
+  const double across = std::hypot(z.y(), z.z());
+  // Scaled so that the metric is the unit one: the cone's slope changes with it.
+  const double root_n = std::sqrt(D_n), root_t = std::sqrt(D_t);
+  const double slope = mu * root_t / root_n;
+  const double zn = root_n * z.x(), zt = root_t * across;
+  if (zt <= slope * zn && zn >= 0) {
+    if (gain) *gain = Vector3(1 / D_n, 1 / D_t, 1 / D_t).asDiagonal();
+    return z;
+  }
+  if (zn <= -slope * zt) {
+    if (gain) gain->setZero();
+    return Vector3::Zero();
+  }
+  const double share = 1 / (1 + slope * slope);
+  const double xn = share * (zn + slope * zt);
+  const double xt = slope * xn;
+  const double ty = across > 0 ? z.y() / across : 1, tz = across > 0 ? z.z() / across : 0;
+  if (gain) {
+    // Along the cone's generator, and around the cone.
+    const double nn = share / D_n, nt = share * slope / (root_n * root_t),
+                 tt = share * slope * slope / D_t, around = zt > 0 ? xt / zt / D_t : 0;
+    *gain << nn, nt * ty, nt * tz,  //
+        nt * ty, tt * ty * ty + around * tz * tz, (tt - around) * ty * tz,  //
+        nt * tz, (tt - around) * ty * tz, tt * tz * tz + around * ty * ty;
+  }
+  return {xn / root_n, xt / root_t * ty, xt / root_t * tz};
+}
+
+/// Projection of a vector onto a disc.
+void project_disc(double& y, double& z, double radius, double gain, double* g_yy, double* g_yz,
+                  double* g_zz) {
+  const double length = std::hypot(y, z);
+  if (length <= radius) {
+    *g_yy = *g_zz = gain;
+    *g_yz = 0;
+    return;
+  }
+  const double share = radius / length;
+  const double ty = y / length, tz = z / length;
+  *g_yy = gain * share * tz * tz;
+  *g_zz = gain * share * ty * ty;
+  *g_yz = -gain * share * ty * tz;
+  y *= share;
+  z *= share;
+}
+
+}  // namespace
+
+void ContactSolver::clear() {
+  bodies_.clear();
+  moving_.clear();
+  rows_.clear();
+  contacts_.clear();
+}
+
+int ContactSolver::add_body(double mass_kg, const Matrix3& inertia, const Vector3& com,
+                            const Twist& free, const Twist& now) {
+  Body body;
+  body.kg = mass_kg;
+  body.inverse_kg = 1 / mass_kg;
+  body.inertia = inertia;
+  body.inverse_inertia = inertia.inverse();
+  body.com = com;
+  body.free = free;
+  body.twist = now;
+  body.unknown = static_cast<int>(moving_.size());
+  moving_.push_back(static_cast<int>(bodies_.size()));
+  bodies_.push_back(body);
+  return static_cast<int>(bodies_.size()) - 1;
+}
+
+int ContactSolver::add_kinematic(const Vector3& com, const Twist& twist) {
+  Body body;
+  body.com = com;
+  body.free = body.twist = twist;
+  bodies_.push_back(body);
+  return static_cast<int>(bodies_.size()) - 1;
+}
+
+int ContactSolver::add_row(const Side& a, const Side& b, double target, double softness,
+                           double lo_ns, double hi_ns, double guess_ns) {
+  Row row;
+  row.a = a;
+  row.b = b;
+  row.target = target;
+  row.softness = softness;
+  row.lo = lo_ns;
+  row.hi = hi_ns;
+  row.now.x = std::clamp(guess_ns, lo_ns, hi_ns);
+  for (const Side* side : {&row.a, &row.b}) {
+    if (side->body == kFixed) continue;
+    const Body& body = at(side->body);
+    row.W += body.inverse_kg * side->linear.squaredNorm() +
+             side->angular.dot(body.inverse_inertia * side->angular);
+  }
+  rows_.push_back(row);
+  return static_cast<int>(rows_.size()) - 1;
+}
+
+int ContactSolver::add_contact(const ContactDescription& in) {
+  Contact contact;
+  contact.a = in.a;
+  contact.b = in.b;
+  contact.frame = frame_of(in.n);
+  contact.friction = in.friction;
+  contact.spinning = in.spinning_m;
+  contact.rolling = in.rolling_m;
+  contact.turns = in.spinning_m > 0 || in.rolling_m > 0;
+  contact.target = contact.frame * in.target_v;
+  contact.softness = in.softness_m_s_ns;
+  Matrix3 W = Matrix3::Zero(), W_turn = Matrix3::Zero();
+  for (const auto& [number, lever] :
+       {std::pair(in.a, &contact.lever_a), std::pair(in.b, &contact.lever_b)}) {
+    if (number == kFixed) continue;
+    const Body& body = at(number);
+    *lever = in.p - body.com;
+    if (body.unknown < 0) continue;
+    const Matrix3 r = cross_matrix(*lever);
+    W += body.inverse_kg * Matrix3::Identity() - r * body.inverse_inertia * r;
+    W_turn += body.inverse_inertia;
+  }
+  W = contact.frame * W * contact.frame.transpose();
+  contact.W_n = W(0, 0);
+  contact.W_t = std::max(W(1, 1), W(2, 2));
+  if (contact.turns) {
+    W_turn = contact.frame * W_turn * contact.frame.transpose();
+    contact.W_spin = W_turn(0, 0);
+    contact.W_roll = std::max(W_turn(1, 1), W_turn(2, 2));
+  }
+  Matrix3 unused;
+  contact.x = project_cone(contact.frame * in.guess_ns, in.friction, contact.W_n, contact.W_t, nullptr);
+  contacts_.push_back(contact);
+  return static_cast<int>(contacts_.size()) - 1;
+}
+
+Vector3 ContactSolver::contact_impulse_ns(int contact) const {
+  const Contact& c = contacts_[index(contact)];
+  return c.frame.transpose() * c.x;
+}
+
+// ---- the problem
+
+/// Which bodies each row and contact couples, and the matrix's structure.
+void ContactSolver::prepare() {
+  pairs_.clear();
+  const auto pair_of = [this](int a, int b) {
+    const int i = a == kFixed ? -1 : at(a).unknown, k = b == kFixed ? -1 : at(b).unknown;
+    if (i < 0 || k < 0 || i == k) return -1;
+    pairs_.emplace_back(i, k);
+    return static_cast<int>(pairs_.size()) - 1;
+  };
+  for (Row& row : rows_) row.place = pair_of(row.a.body, row.b.body);
+  for (Contact& contact : contacts_) contact.place = pair_of(contact.a, contact.b);
+  matrix_.analyse(static_cast<int>(moving_.size()), pairs_);
+  gradient_.resize(moving_.size());
+  direction_.resize(moving_.size());
+  best_rows_.resize(rows_.size());
+  best_contacts_.resize(contacts_.size());
+  best_torques_.resize(contacts_.size());
+}
+
+/// V = V_free + M^-1 J' x.
+void ContactSolver::velocities_from_impulses() {
+  for (const int i : moving_) {
+    Body& body = at(i);
+    body.twist = body.free;
+  }
+  const auto push = [this](int number, const Vector3& impulse, const Vector3& moment) {
+    if (number == kFixed) return;
+    Body& body = at(number);
+    if (body.unknown < 0) return;
+    body.twist.v += body.inverse_kg * impulse;
+    body.twist.omega += body.inverse_inertia * moment;
+  };
+  for (const Row& row : rows_) {
+    if (row.now.x == 0) continue;
+    push(row.a.body, row.now.x * row.a.linear, row.now.x * row.a.angular);
+    push(row.b.body, row.now.x * row.b.linear, row.now.x * row.b.angular);
+  }
+  for (const Contact& c : contacts_) {
+    if (c.x.x() == 0 && !c.turns) continue;
+    const Vector3 p = c.frame.transpose() * c.x;
+    Vector3 torque = Vector3::Zero();
+    if (c.turns) torque = c.frame.transpose() * c.torque;
+    push(c.a, p, c.lever_a.cross(p) + torque);
+    push(c.b, -p, -c.lever_b.cross(p) - torque);
+  }
+}
+
+/// y = J V - target, of every row and contact.
+void ContactSolver::evaluate_velocities() {
+  const auto point_velocity = [this](int number, const Vector3& lever) -> Vector3 {
+    if (number == kFixed) return Vector3::Zero();
+    const Body& body = at(number);
+    return body.twist.v + body.twist.omega.cross(lever);
+  };
+  const auto row_velocity = [this](const Side& side) {
+    if (side.body == kFixed) return 0.0;
+    const Body& body = at(side.body);
+    return side.linear.dot(body.twist.v) + side.angular.dot(body.twist.omega);
+  };
+  for (Row& row : rows_) row.y = row_velocity(row.a) + row_velocity(row.b) - row.target;
+  for (Contact& c : contacts_) {
+    c.y = c.frame * (point_velocity(c.a, c.lever_a) - point_velocity(c.b, c.lever_b)) - c.target;
+    if (!c.turns) continue;
+    Vector3 turn = Vector3::Zero();
+    if (c.a != kFixed) turn += at(c.a).twist.omega;
+    if (c.b != kFixed) turn -= at(c.b).twist.omega;
+    c.turn = c.frame * turn;
+  }
+}
+
+/// How far each row and contact is from complementarity: the natural map, in units of velocity.
+/// Leaves the velocities of the impulses in place; swap_velocities() brings the others back.
+double ContactSolver::residual() {
+  for (const int i : moving_) at(i).searched = at(i).twist;
+  velocities_from_impulses();
+  evaluate_velocities();
+  double worst = 0;
+  for (const Row& row : rows_) {
+    if (!(row.W > 0)) continue;
+    const double y = row.y + row.softness * row.now.x;
+    const double x = std::clamp(row.now.x - y / row.W, row.lo, row.hi);
+    worst = std::max(worst, row.W * std::abs(row.now.x - x));
+  }
+  for (const Contact& c : contacts_) {
+    if (!(c.W_n > 0)) continue;
+    Vector3 y = c.y;
+    y.x() += c.softness * c.x.x() + c.friction * std::hypot(y.y(), y.z());
+    y.tail<2>() += kHardTangent * c.W_t * c.x.tail<2>();
+    const Vector3 z = c.x - Vector3(y.x() / c.W_n, y.y() / c.W_t, y.z() / c.W_t);
+    const Vector3 off = c.x - project_cone(z, c.friction, c.W_n, c.W_t, nullptr);
+    // What slides fast needs no more than a share of its speed.
+    const double slack = kSlidingShare * std::hypot(c.y.y(), c.y.z());
+    worst = std::max({worst, c.W_n * std::abs(off.x()) - slack, c.W_t * std::abs(off.y()) - slack,
+                      c.W_t * std::abs(off.z()) - slack});
+    if (!c.turns) continue;
+    // Angular velocities count at a lever of a centimetre.
+    constexpr double kLever = 0.01;
+    if (c.spinning > 0) {
+      const double bound = c.spinning * c.x.x();
+      const double x = std::clamp(c.torque.x() - c.turn.x() / c.W_spin, -bound, bound);
+      worst = std::max(worst, kLever * c.W_spin * std::abs(c.torque.x() - x));
+    }
+    if (c.rolling > 0) {
+      double u = c.torque.y() - c.turn.y() / c.W_roll, w = c.torque.z() - c.turn.z() / c.W_roll;
+      double unused[3];
+      project_disc(u, w, c.rolling * c.x.x(), 1, unused, unused + 1, unused + 2);
+      worst = std::max(worst, kLever * c.W_roll * std::hypot(c.torque.y() - u, c.torque.z() - w));
+    }
+  }
+  return worst;
+}
+
+void ContactSolver::swap_velocities() {
+  for (const int i : moving_) at(i).twist = at(i).searched;
+}
+
+// ---- the outer iteration
+
+/// The proximal term's share of each diagonal.
+void ContactSolver::set_softness(double epsilon) {
+  for (Row& row : rows_) row.D = row.softness + epsilon * row.W;
+  for (Contact& c : contacts_) {
+    c.D_n = c.softness + epsilon * c.W_n;
+    c.D_t = (epsilon + kHardTangent) * c.W_t;
+  }
+}
+
+/// The present impulses become the centres, the present slip the correction.
+void ContactSolver::recentre() {
+  for (Row& row : rows_) row.now.centre = row.now.x;
+  for (Contact& c : contacts_) {
+    c.centre = c.x;
+    c.torque_centre = c.torque;
+  }
+  recentre_slip();
+}
+
+void ContactSolver::recentre_slip() {
+  for (Contact& c : contacts_) c.slip = c.friction * std::hypot(c.y.y(), c.y.z());
+}
+
+ContactSolver::Outcome ContactSolver::solve(const Settings& settings) {
+  Outcome outcome;
+  if (moving_.empty()) return {.converged = true};
+  prepare();
+  outcome.residual_m_s = residual();
+  if (outcome.residual_m_s <= settings.tolerance_m_s) {
+    outcome.converged = true;
+    return outcome;
+  }
+  swap_velocities();
+  return iterate(settings);
+}
+
+ContactSolver::Outcome ContactSolver::iterate(const Settings& settings) {
+  Outcome outcome;
+  double present = residual();
+  double best = present, before = present;
+  keep_best();
+  swap_velocities();
+  evaluate_velocities();
+  double epsilon = kFirstEpsilon;
+  while (outcome.iterations < settings.most_iterations) {
+    set_softness(epsilon);
+    recentre();
+    // The problem in V, with the slip that follows; where that does not lead on, the convex one.
+    const double wanted = std::max(0.1 * settings.tolerance_m_s, 1e-2 * present);
+    int inner = 0;
+    bool good = true;
+    exact_ = true;
+    evaluate_impulses(0);
+    Gradient gradient = find_gradient();
+    while (inner < kMostInner && outcome.iterations < settings.most_iterations) {
+      if (std::getenv("TRACE"))
+        std::fprintf(stderr, "   inner %d grad %.3g %s\n", inner, gradient.speed_m_s, exact_ ? "exact" : "convex");
+      if (gradient.speed_m_s <= wanted && inner > 0) break;
+      if (!find_direction()) {
+        good = false;
+        break;
+      }
+      ++inner;
+      ++outcome.iterations;
+      find_rates();
+      if (exact_ && backtrack(gradient)) continue;
+      if (exact_) {
+        exact_ = false;
+        recentre_slip();
+        evaluate_impulses(0);
+        gradient = find_gradient();
+        continue;
+      }
+      move_along(line_search());
+      evaluate_impulses(0);
+      gradient = find_gradient();
+    }
+    evaluate_impulses(0);
+    present = residual();
+    if (std::getenv("TRACE")) std::fprintf(stderr, "outer eps %.1g inner %d residual %.3g\n", epsilon, inner, present);
+    const bool done = present <= settings.tolerance_m_s;
+    if (!done) {
+      swap_velocities();
+      evaluate_velocities();
+    }
+    const double fell = present / before;
+    before = present;
+    if (present < best) {
+      best = present;
+      keep_best();
+    }
+    if (done) break;
+    if (!good || inner >= kMostInner) {
+      epsilon = std::min(kMostEpsilon, 10 * epsilon);
+    } else if (inner <= 3 && fell > 0.03) {
+      epsilon = std::max(kLeastEpsilon, 0.1 * epsilon);
+    }
+  }
+  take_best();
+  outcome.residual_m_s = residual();
+  outcome.converged = outcome.residual_m_s <= settings.tolerance_m_s;
+  return outcome;
+}
+
+void ContactSolver::keep_best() {
+  for (std::size_t i = 0; i < rows_.size(); ++i) best_rows_[i] = rows_[i].now.x;
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    best_contacts_[i] = contacts_[i].x;
+    best_torques_[i] = contacts_[i].torque;
+  }
+}
+
+void ContactSolver::take_best() {
+  for (std::size_t i = 0; i < rows_.size(); ++i) rows_[i].now.x = best_rows_[i];
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    contacts_[i].x = best_contacts_[i];
+    contacts_[i].torque = best_torques_[i];
+  }
+}
+
+// ---- the convex problem
+
+/// Impulses that belong to the velocities y + along * rate, and their derivatives.
+void ContactSolver::evaluate_impulses(double along) {
+  for (Row& row : rows_) {
+    if (!(row.D > 0)) continue;
+    const double y = row.y + along * row.rate;
+    // D x = (D - softness) centre - y, then within bounds.
+    const double z = ((row.D - row.softness) * row.now.centre - y) / row.D;
+    row.now.x = std::clamp(z, row.lo, row.hi);
+    row.now.gain = z > row.lo && z < row.hi ? 1 / row.D : 0;
+  }
+  for (Contact& c : contacts_) {
+    if (!(c.D_n > 0)) continue;
+    Vector3 y = c.y + along * c.rate;
+    const double across = std::hypot(y.y(), y.z());
+    if (exact_) c.slip = c.friction * across;
+    y.x() += c.slip;
+    const double soft_t = kHardTangent * c.W_t;
+    const Vector3 z(((c.D_n - c.softness) * c.centre.x() - y.x()) / c.D_n,
+                    ((c.D_t - soft_t) * c.centre.y() - y.y()) / c.D_t,
+                    ((c.D_t - soft_t) * c.centre.z() - y.z()) / c.D_t);
+    c.x = project_cone(z, c.friction, c.D_n, c.D_t, &c.gain);
+    if (exact_ && across > 0) {
+      // The slip's own derivative.
+      c.gain.col(1) += c.friction * y.y() / across * c.gain.col(0);
+      c.gain.col(2) += c.friction * y.z() / across * c.gain.col(0);
+    }
+    if (!c.turns) continue;
+    const Vector3 turn = c.turn + along * c.turn_rate;
+    const double bound = std::max(0.0, c.centre.x());
+    c.turn_gain.setZero();
+    if (c.spinning > 0) {
+      const double D = c.D_t / c.W_t * c.W_spin;
+      const double spin = c.torque_centre.x() - turn.x() / D;
+      c.torque.x() = std::clamp(spin, -c.spinning * bound, c.spinning * bound);
+      if (spin == c.torque.x()) c.turn_gain(0, 0) = 1 / D;
+    }
+    if (c.rolling > 0) {
+      const double D = c.D_t / c.W_t * c.W_roll;
+      c.torque.y() = c.torque_centre.y() - turn.y() / D;
+      c.torque.z() = c.torque_centre.z() - turn.z() / D;
+      double yy = 0, yz = 0, zz = 0;
+      project_disc(c.torque.y(), c.torque.z(), c.rolling * bound, 1 / D, &yy, &yz, &zz);
+      c.turn_gain(1, 1) = yy;
+      c.turn_gain(1, 2) = c.turn_gain(2, 1) = yz;
+      c.turn_gain(2, 2) = zz;
+    }
+  }
+}
+
+/// M (V - V_free) - J' x; returns the largest change of velocity that it stands for.
+ContactSolver::Gradient ContactSolver::find_gradient() {
+  Gradient out;
+  for (const int i : moving_) {
+    const Body& body = at(i);
+    Vector6& g = gradient_[index(body.unknown)];
+    g.head<3>() = body.kg * (body.twist.v - body.free.v);
+    g.tail<3>() = body.inertia * (body.twist.omega - body.free.omega);
+  }
+  const auto pull = [this](int number, const Vector3& impulse, const Vector3& moment) {
+    if (number == kFixed || at(number).unknown < 0) return;
+    Vector6& g = gradient_[index(at(number).unknown)];
+    g.head<3>() -= impulse;
+    g.tail<3>() -= moment;
+  };
+  for (const Row& row : rows_) {
+    pull(row.a.body, row.now.x * row.a.linear, row.now.x * row.a.angular);
+    pull(row.b.body, row.now.x * row.b.linear, row.now.x * row.b.angular);
+  }
+  for (const Contact& c : contacts_) {
+    const Vector3 p = c.frame.transpose() * c.x;
+    Vector3 torque = Vector3::Zero();
+    if (c.turns) torque = c.frame.transpose() * c.torque;
+    pull(c.a, p, c.lever_a.cross(p) + torque);
+    pull(c.b, -p, -c.lever_b.cross(p) - torque);
+  }
+  for (const int i : moving_) {
+    const Body& body = at(i);
+    const Vector6& g = gradient_[index(body.unknown)];
+    const Vector3 dv = body.inverse_kg * g.head<3>(), dw = body.inverse_inertia * g.tail<3>();
+    out.energy += g.head<3>().dot(dv) + g.tail<3>().dot(dw);
+    out.speed_m_s = std::max({out.speed_m_s, dv.norm(), 0.01 * dw.norm()});
+  }
+  return out;
+}
+
+/// (M + J' G J) d = -gradient.
+bool ContactSolver::find_direction() {
+  matrix_.set_zero();
+  for (const int i : moving_) {
+    const Body& body = at(i);
+    auto& block = matrix_.diagonal(body.unknown);
+    block.topLeftCorner<3, 3>().diagonal().setConstant(body.kg);
+    block.bottomRightCorner<3, 3>() = body.inertia;
+  }
+  for (const Row& row : rows_) {
+    if (row.now.gain == 0) continue;
+    Vector6 j[2];
+    j[0] << row.a.linear, row.a.angular;
+    j[1] << row.b.linear, row.b.angular;
+    const int unknown[2] = {row.a.body == kFixed ? -1 : at(row.a.body).unknown,
+                            row.b.body == kFixed ? -1 : at(row.b.body).unknown};
+    for (int k = 0; k < 2; ++k) {
+      if (unknown[k] < 0) continue;
+      matrix_.diagonal(unknown[k]).noalias() += row.now.gain * j[k] * j[k].transpose();
+    }
+    if (unknown[0] >= 0 && unknown[0] == unknown[1]) {
+      matrix_.diagonal(unknown[0]).noalias() +=
+          row.now.gain * (j[0] * j[1].transpose() + j[1] * j[0].transpose());
+    }
+    if (row.place < 0) continue;
+    const auto place = matrix_.place(index(row.place));
+    matrix_.forward(place).noalias() += row.now.gain * j[0] * j[1].transpose();
+    matrix_.backward(place).noalias() += row.now.gain * j[1] * j[0].transpose();
+  }
+  for (const Contact& c : contacts_) {
+    if (c.gain(0, 0) == 0 && c.gain(1, 1) == 0) continue;
+    const Matrix3 K = c.frame.transpose() * c.gain * c.frame;
+    Matrix3 K_turn = Matrix3::Zero();
+    if (c.turns) K_turn = c.frame.transpose() * c.turn_gain * c.frame;
+    // The point's velocity is v - [r] omega.
+    const auto add = [&](BlockLu::Block& block, const Matrix3& r, const Matrix3& s,
+                         double sign) {
+      const Matrix3 Ks = K * s;
+      block.topLeftCorner<3, 3>() += sign * K;
+      block.topRightCorner<3, 3>() -= sign * Ks;
+      block.bottomLeftCorner<3, 3>() += sign * (r * K);
+      block.bottomRightCorner<3, 3>() -= sign * (r * Ks);
+      if (c.turns) block.bottomRightCorner<3, 3>() += sign * K_turn;
+    };
+    const int a = c.a == kFixed ? -1 : at(c.a).unknown, b = c.b == kFixed ? -1 : at(c.b).unknown;
+    const Matrix3 r_a = cross_matrix(c.lever_a), r_b = cross_matrix(c.lever_b);
+    if (a >= 0) add(matrix_.diagonal(a), r_a, r_a, 1);
+    if (b >= 0) add(matrix_.diagonal(b), r_b, r_b, 1);
+    if (c.place < 0) continue;
+    const auto place = matrix_.place(index(c.place));
+    add(matrix_.forward(place), r_a, r_b, -1);
+    add(matrix_.backward(place), r_b, r_a, -1);
+  }
+  if (!matrix_.factorise()) return false;
+  for (std::size_t i = 0; i < gradient_.size(); ++i) direction_[i] = -gradient_[i];
+  matrix_.solve(direction_);
+  return true;
+}
+
+/// Derivative of the convex function along the direction.
+double ContactSolver::slope(double along) {
+  double sum = 0;
+  for (const int i : moving_) {
+    const Body& body = at(i);
+    const Vector6& d = direction_[index(body.unknown)];
+    const Vector3 dv = body.twist.v - body.free.v + along * d.head<3>();
+    const Vector3 dw = body.twist.omega - body.free.omega + along * d.tail<3>();
+    sum += body.kg * d.head<3>().dot(dv) + d.tail<3>().dot(body.inertia * dw);
+  }
+  evaluate_impulses(along);
+  for (const Row& row : rows_) sum -= row.rate * row.now.x;
+  for (const Contact& c : contacts_) {
+    sum -= c.rate.dot(c.x);
+    if (c.turns) sum -= c.turn_rate.dot(c.torque);
+  }
+  return sum;
+}
+
+void ContactSolver::find_rates() {
+  const auto d_of = [this](int number) -> const Vector6* {
+    if (number == kFixed || at(number).unknown < 0) return nullptr;
+    return &direction_[index(at(number).unknown)];
+  };
+  for (Row& row : rows_) {
+    row.rate = 0;
+    for (const Side* side : {&row.a, &row.b}) {
+      if (const Vector6* d = d_of(side->body)) {
+        row.rate += side->linear.dot(d->head<3>()) + side->angular.dot(d->tail<3>());
+      }
+    }
+  }
+  for (Contact& c : contacts_) {
+    Vector3 rate = Vector3::Zero(), turn = Vector3::Zero();
+    if (const Vector6* d = d_of(c.a)) {
+      rate += d->head<3>() + d->tail<3>().cross(c.lever_a);
+      turn += d->tail<3>();
+    }
+    if (const Vector6* d = d_of(c.b)) {
+      rate -= d->head<3>() + d->tail<3>().cross(c.lever_b);
+      turn -= d->tail<3>();
+    }
+    c.rate = c.frame * rate;
+    c.turn_rate = c.frame * turn;
+  }
+}
+
+void ContactSolver::move_along(double step) {
+  for (const int i : moving_) {
+    Body& body = at(i);
+    const Vector6& d = direction_[index(body.unknown)];
+    body.twist.v += step * d.head<3>();
+    body.twist.omega += step * d.tail<3>();
+  }
+  for (Row& row : rows_) row.y += step * row.rate;
+  for (Contact& c : contacts_) {
+    c.y += step * c.rate;
+    if (c.turns) c.turn += step * c.turn_rate;
+  }
+}
+
+/// The longest of a few steps that brings the equations nearer to zero; false = none, and nothing
+/// has changed.
+bool ContactSolver::backtrack(Gradient& gradient) {
+  double step = 1, moved = 0;
+  for (int i = 0; i < kMostHalvings; ++i, step *= 0.5) {
+    move_along(step - moved);
+    moved = step;
+    evaluate_impulses(0);
+    const Gradient next = find_gradient();
+    if (next.energy <= kLeastProgress * gradient.energy) {
+      gradient = next;
+      return true;
+    }
+  }
+  move_along(-moved);
+  return false;
+}
+
+/// The least value along the direction: the zero of a rising slope, by regula falsi (Illinois).
+double ContactSolver::line_search() {
+  double lo = 0, slope_lo = slope(0), hi = 1, slope_hi = slope(1);
+  const double enough = 0.1 * std::abs(slope_lo);
+  if (std::abs(slope_hi) <= 2 * enough || slope_hi <= 0) return 1;
+  for (int i = 0; i < kMostLineSearch; ++i) {
+    const double middle = (lo * slope_hi - hi * slope_lo) / (slope_hi - slope_lo);
+    const double slope_middle = slope(middle);
+    if (std::abs(slope_middle) <= enough) return middle;
+    if (slope_middle < 0) {
+      lo = middle;
+      slope_lo = slope_middle;
+      slope_hi *= 0.5;
+    } else {
+      hi = middle;
+      slope_hi = slope_middle;
+      slope_lo *= 0.5;
+    }
+  }
+  return lo > 0 ? lo : hi;
+}
+
+}  // namespace aprsim::physics
