@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstdio>
+#include <string>
 
 #include <Eigen/Geometry>
 
@@ -13,10 +14,13 @@ namespace {
 using Vector3 = Eigen::Vector3d;
 using Matrix3 = Eigen::Matrix3d;
 
-constexpr double kFirstEpsilon = 1e-4, kLeastEpsilon = 1e-6, kMostEpsilon = 1e-1;
-constexpr int kMostInner = 12;
-constexpr int kMostLineSearch = 20, kMostHalvings = 5;
-constexpr double kLeastProgress = 0.9;
+constexpr double kFirstEpsilon = 1e-4, kLeastEpsilon = 1e-8, kMostEpsilon = 1e-1;
+constexpr double kEpsilonPerSpeed = 10;  // [s/m], of the first residual
+constexpr double kFast = 3e-3;           // share of the residual that a good outer step leaves
+constexpr double kMilder = 3, kGently = 0.3;  // changes of epsilon after a failure
+constexpr int kMostInner = 12, kFewInner = 5;
+constexpr int kMostLineSearch = 20, kMostHalvings = 6;
+constexpr double kLeastProgress = 0.02;
 constexpr double kSlidingShare = 1e-6;
 constexpr double kHardTangent = 1e-9;  ///< softness of friction, of W
 
@@ -183,6 +187,55 @@ Vector3 ContactSolver::contact_impulse_ns(int contact) const {
   return c.frame.transpose() * c.x;
 }
 
+void ContactSolver::dump(const char* path) const {
+  std::FILE* f = std::fopen(path, "w");
+  const auto v3 = [f](const Vector3& v) { std::fprintf(f, "%.17g %.17g %.17g ", v.x(), v.y(), v.z()); };
+  std::fprintf(f, "%zu %zu %zu\n", bodies_.size(), rows_.size(), contacts_.size());
+  for (const Body& b : bodies_) {
+    std::fprintf(f, "%d %.17g ", b.unknown >= 0, b.kg);
+    for (int i = 0; i < 3; ++i) v3(b.inertia.col(i));
+    v3(b.com); v3(b.free.v); v3(b.free.omega); v3(b.twist.v); v3(b.twist.omega);
+    std::fprintf(f, "\n");
+  }
+  for (const Row& r : rows_) {
+    std::fprintf(f, "%d ", r.a.body); v3(r.a.linear); v3(r.a.angular);
+    std::fprintf(f, "%d ", r.b.body); v3(r.b.linear); v3(r.b.angular);
+    std::fprintf(f, "%.17g %.17g %.17g %.17g %.17g\n", r.target, r.softness, r.lo, r.hi, r.now.x);
+  }
+  for (const Contact& c : contacts_) {
+    std::fprintf(f, "%d %d ", c.a, c.b);
+    v3(c.lever_a); v3(c.lever_b); v3(c.frame.row(0).transpose());
+    std::fprintf(f, "%.17g ", c.friction); v3(c.frame.transpose() * c.target);
+    std::fprintf(f, "%.17g ", c.softness); v3(c.frame.transpose() * c.x);
+    std::fprintf(f, "\n");
+  }
+  std::fclose(f);
+}
+
+void ContactSolver::load(const char* path) {
+  clear();
+  std::FILE* f = std::fopen(path, "r");
+  const auto d = [f] { double x = 0; if (std::fscanf(f, "%lf", &x) != 1) std::abort(); return x; };
+  const auto v3 = [&] { const double x = d(), y = d(), z = d(); return Vector3(x, y, z); };
+  const int nb = int(d()), nr = int(d()), nc = int(d());
+  for (int i = 0; i < nb; ++i) {
+    const bool moves = d() != 0; const double kg = d(); Matrix3 I; for (int k = 0; k < 3; ++k) I.col(k) = v3();
+    const Vector3 com = v3(); Twist free, now; free.v = v3(); free.omega = v3(); now.v = v3(); now.omega = v3();
+    moves ? add_body(kg, I, com, free, now) : add_kinematic(com, free);
+  }
+  for (int i = 0; i < nr; ++i) {
+    Side a, b; a.body = int(d()); a.linear = v3(); a.angular = v3(); b.body = int(d()); b.linear = v3(); b.angular = v3();
+    const double t = d(), s = d(), lo = d(), hi = d(), x = d(); add_row(a, b, t, s, lo, hi, x);
+  }
+  for (int i = 0; i < nc; ++i) {
+    ContactDescription c; c.a = int(d()); c.b = int(d()); const Vector3 la = v3(), lb = v3(); c.n = v3(); c.friction = d();
+    c.target_v = v3(); c.softness_m_s_ns = d(); c.guess_ns = v3();
+    c.p = c.a >= 0 ? Vector3(la + at(c.a).com) : Vector3(lb + at(c.b).com);
+    add_contact(c);
+  }
+  std::fclose(f);
+}
+
 // ---- the problem
 
 /// Which bodies each row and contact couples, and the matrix's structure.
@@ -312,6 +365,17 @@ void ContactSolver::set_softness(double epsilon) {
   }
 }
 
+/// Back to the centres, and to their velocities.
+void ContactSolver::return_to_centres() {
+  for (Row& row : rows_) row.now.x = row.now.centre;
+  for (Contact& c : contacts_) {
+    c.x = c.centre;
+    c.torque = c.torque_centre;
+  }
+  velocities_from_impulses();
+  evaluate_velocities();
+}
+
 /// The present impulses become the centres, the present slip the correction.
 void ContactSolver::recentre() {
   for (Row& row : rows_) row.now.centre = row.now.x;
@@ -330,13 +394,19 @@ ContactSolver::Outcome ContactSolver::solve(const Settings& settings) {
   Outcome outcome;
   if (moving_.empty()) return {.converged = true};
   prepare();
+  if (std::getenv("APRSIM_DUMP")) dump("/tmp/w/t/last.txt");
   outcome.residual_m_s = residual();
   if (outcome.residual_m_s <= settings.tolerance_m_s) {
     outcome.converged = true;
     return outcome;
   }
   swap_velocities();
-  return iterate(settings);
+  outcome = iterate(settings);
+  if (const char* dir = std::getenv("APRSIM_DUMP"); dir && (!outcome.converged || std::getenv("APRSIM_DUMP_ALL"))) {
+    static int n = 0;
+    std::rename("/tmp/w/t/last.txt", (std::string(dir) + "/p" + std::to_string(n++) + ".txt").c_str());
+  }
+  return outcome;
 }
 
 ContactSolver::Outcome ContactSolver::iterate(const Settings& settings) {
@@ -346,7 +416,8 @@ ContactSolver::Outcome ContactSolver::iterate(const Settings& settings) {
   keep_best();
   swap_velocities();
   evaluate_velocities();
-  double epsilon = kFirstEpsilon;
+  double shrink = 0.1;
+  double epsilon = std::clamp(kEpsilonPerSpeed * present, kFirstEpsilon, kMostEpsilon);
   while (outcome.iterations < settings.most_iterations) {
     set_softness(epsilon);
     recentre();
@@ -369,6 +440,10 @@ ContactSolver::Outcome ContactSolver::iterate(const Settings& settings) {
       ++outcome.iterations;
       find_rates();
       if (exact_ && backtrack(gradient)) continue;
+      if (exact_ && epsilon < kMostEpsilon) {
+        good = false;
+        break;
+      }
       if (exact_) {
         exact_ = false;
         recentre_slip();
@@ -380,26 +455,31 @@ ContactSolver::Outcome ContactSolver::iterate(const Settings& settings) {
       evaluate_impulses(0);
       gradient = find_gradient();
     }
+    if (!good || inner >= kMostInner) {
+      // From where it began, less stiff.
+      if (std::getenv("TRACE")) std::fprintf(stderr, "outer eps %.1g failed\n", epsilon);
+      if (epsilon >= kMostEpsilon) good = true;
+      else {
+        return_to_centres();
+        epsilon = std::min(kMostEpsilon, kMilder * epsilon);
+        shrink = kGently;
+        continue;
+      }
+    }
     evaluate_impulses(0);
     present = residual();
     if (std::getenv("TRACE")) std::fprintf(stderr, "outer eps %.1g inner %d residual %.3g\n", epsilon, inner, present);
     const bool done = present <= settings.tolerance_m_s;
-    if (!done) {
-      swap_velocities();
-      evaluate_velocities();
-    }
-    const double fell = present / before;
-    before = present;
-    if (present < best) {
+    if (present < best || done) {
       best = present;
       keep_best();
     }
     if (done) break;
-    if (!good || inner >= kMostInner) {
-      epsilon = std::min(kMostEpsilon, 10 * epsilon);
-    } else if (inner <= 3 && fell > 0.03) {
-      epsilon = std::max(kLeastEpsilon, 0.1 * epsilon);
-    }
+    swap_velocities();
+    evaluate_velocities();
+    const double fell = present / before;
+    before = present;
+    if (inner <= kFewInner && fell > kFast) epsilon = std::max(kLeastEpsilon, shrink * epsilon);
   }
   take_best();
   outcome.residual_m_s = residual();
@@ -639,7 +719,7 @@ bool ContactSolver::backtrack(Gradient& gradient) {
     moved = step;
     evaluate_impulses(0);
     const Gradient next = find_gradient();
-    if (next.energy <= kLeastProgress * gradient.energy) {
+    if (next.energy <= (1 - kLeastProgress * step) * gradient.energy) {
       gradient = next;
       return true;
     }

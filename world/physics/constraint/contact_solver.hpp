@@ -92,6 +92,10 @@ class ContactSolver {
   /// On body a.
   [[nodiscard]] Vector3 contact_impulse_ns(int contact) const;
 
+ public:
+  void dump(const char* path) const;
+  void load(const char* path);
+
  private:
   struct Body {
     double inverse_kg = 0, kg = 0;
@@ -146,6 +150,7 @@ class ContactSolver {
   void swap_velocities();
   [[nodiscard]] double residual();
   void recentre();
+  void return_to_centres();
   [[nodiscard]] Outcome iterate(const Settings& settings);
   void evaluate_velocities();
   void evaluate_impulses(double along);
