@@ -6,7 +6,7 @@ namespace aprsim::server {
 
 void CellNews::forget() {
   lost_.clear();
-  estimated_ = not_converged_ = fallback_ = oversized_ = false;
+  not_converged_ = false;
 }
 
 std::vector<NewsLine> CellNews::look(const api::Snapshot& now) {
@@ -29,24 +29,14 @@ std::vector<NewsLine> CellNews::look(const api::Snapshot& now) {
     }
     lost_[i] = step.has_value();
   }
-  const api::SolverFailures& failures = now.solver_failures;
-  tell_once(failures.estimated > 0, estimated_,
-            "contacts: friction of a grip was estimated, not solved exactly", out);
-  tell_once(failures.not_converged > 0, not_converged_,
-            "contacts: the solution of a grip was given up", out);
-  tell_once(failures.fallbacks > 0, fallback_,
-            "contacts: the direct solver broke down, the iterative one took over", out);
-  tell_once(failures.oversized > 0, oversized_,
-            "contacts: a grip has more than the exact solver takes, the iterative one took over",
-            out);
-  return out;
-}
-
-void CellNews::tell_once(bool happened, bool& told, const char* text, std::vector<NewsLine>& out) {
-  if (happened && !told) {
-    out.push_back({false, std::string(text) + " (solver_failures in telemetry counts)"});
+  const bool failed = now.solver_failures.not_converged > 0;
+  if (failed && !not_converged_) {
+    out.push_back({false,
+                   "contacts: a step was given up short of the solution (solver_failures in "
+                   "telemetry counts)"});
   }
-  told = happened;
+  not_converged_ = failed;
+  return out;
 }
 
 }  // namespace aprsim::server

@@ -23,11 +23,10 @@ class CellNews {
 
  private:
   void forget();
-  void tell_once(bool happened, bool& told, const char* text, std::vector<NewsLine>& out);
 
   std::uint64_t epoch_ = 0, world_stops_ = 0;
   std::vector<bool> lost_;
-  bool estimated_ = false, not_converged_ = false, fallback_ = false, oversized_ = false;
+  bool not_converged_ = false;
 };
 
 }  // namespace aprsim::server

@@ -160,10 +160,8 @@ void write(const api::ContactSnapshot& contact, const api::CellDescription& cell
 }
 
 void write(const api::SolverFailures& failures, v1::SolverFailures& message) {
-  message.set_estimated(failures.estimated);
   message.set_not_converged(failures.not_converged);
-  message.set_fallbacks(failures.fallbacks);
-  message.set_oversized(failures.oversized);
+  message.set_worst_m_s(failures.worst_m_s);
 }
 
 void write_time(const api::Snapshot& snapshot, v1::Snapshot& message) {

@@ -79,10 +79,9 @@ struct ContactSnapshot {
 
 /// How often the solver of contacts did less than it should, since reset. The cell goes on.
 struct SolverFailures {
-  std::uint64_t estimated = 0;  ///< grips for whose friction no exact solution was found near by
-  std::uint64_t not_converged = 0;  ///< grips whose solution was given up after the most rounds
-  std::uint64_t fallbacks = 0;      ///< the direct solver broke down, the iterative one took over
-  std::uint64_t oversized = 0;      ///< grips with more rows than the exact solver takes
+  /// Groups of touching bodies whose step was given up short of the solution, counted by step.
+  std::uint64_t not_converged = 0;
+  double worst_m_s = 0;  ///< the farthest that one of these was off, in velocity
 
   bool operator==(const SolverFailures&) const = default;
 };

@@ -8,9 +8,9 @@
 
 namespace aprsim::physics {
 
-/// Which bodies act on each other in a step. Islands are the connected components of the graph whose
-/// nodes are awake roots and grippers that are not idle and whose edges are contacts and virtual
-/// joints (union-find); what moves as it does, belt, table and arms, joins nothing. No call
+/// Which bodies act on each other in a step. Islands are the connected components of the graph
+/// whose nodes are awake roots and grippers that are not idle and whose edges are contacts and
+/// virtual joints (union-find); what moves as it does, belt, table and arms, joins nothing. No call
 /// allocates.
 class Islands {
  public:

@@ -6,7 +6,7 @@
 namespace aprsim::physics {
 namespace {
 
-constexpr double kFall = 2;                     // [m] below the lowest thing until a body is lost
+constexpr double kFall = 2;  // [m] below the lowest thing until a body is lost
 
 ode::World make_world(const scene::Scene& scene) {
   ode::prepare_thread();

@@ -59,13 +59,11 @@ TEST_F(News, AStopIsToldEvenIfAResetFollowedAtOnce) {
   EXPECT_EQ(told(), "! the simulation has stopped: reset since\n");
 }
 
-TEST_F(News, TheSolversFailuresAreToldOncePerEpochAndKind) {
-  now.solver_failures.oversized = 4;
-  EXPECT_NE(told().find("more than the exact solver takes"), std::string::npos);
-  now.solver_failures.oversized = 5;
+TEST_F(News, TheSolversFailuresAreToldOncePerEpoch) {
+  now.solver_failures.not_converged = 4;
+  EXPECT_NE(told().find("short of the solution"), std::string::npos);
+  now.solver_failures.not_converged = 5;
   EXPECT_EQ(told(), "");
-  now.solver_failures.fallbacks = 1;
-  EXPECT_NE(told().find("direct solver broke down"), std::string::npos);
   now.epoch = 1;
   EXPECT_NE(told(), "");
 }

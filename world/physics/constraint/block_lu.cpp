@@ -46,7 +46,8 @@ void BlockLu::choose_order(int count) {
     }
     eliminated_[at(best)] = 1;
     turn_[at(best)] = turn;
-    Column column{.body = best, .first = static_cast<int>(rows_.size()), .count = 0, .first_update = 0};
+    Column column{
+        .body = best, .first = static_cast<int>(rows_.size()), .count = 0, .first_update = 0};
     const std::vector<int>& left = near_[at(best)];
     for (const int i : left) rows_.push_back({i, blocks++});
     column.count = static_cast<int>(left.size());

@@ -14,7 +14,8 @@ namespace aprsim::physics {
 /// structure: L U by blocks, eliminated in the order of least degree, exchanges of rows only within
 /// a block. No call allocates after warm-up; the same structure and numbers give the same bits.
 ///
-/// Sources: Davis, Direct Methods for Sparse Linear Systems (2006); George & Liu 1989 for the order.
+/// Sources: Davis, Direct Methods for Sparse Linear Systems (2006); George & Liu 1989 for the
+/// order.
 class BlockLu {
  public:
   using Block = Eigen::Matrix<double, 6, 6>;
@@ -50,8 +51,8 @@ class BlockLu {
  private:
   struct Column {
     int body = 0;
-    int first = 0, count = 0;    // of the rows below
-    int first_update = 0;  // of its outer products
+    int first = 0, count = 0;  // of the rows below
+    int first_update = 0;      // of its outer products
   };
   struct Row {
     int body = 0, block = 0;

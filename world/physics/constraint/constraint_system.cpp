@@ -1,9 +1,8 @@
 #include "world/physics/constraint/constraint_system.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 
 namespace aprsim::physics {
 namespace {
@@ -112,9 +111,10 @@ void ConstraintSystem::add_contact(ContactConstraint& constraint, dBodyID a, dBo
 
 void ConstraintSystem::advance(api::SolverFailures& failures) {
   const auto outcome = solver_.solve();
-  if (!outcome.converged) ++failures.not_converged;
-  if (std::getenv("APRSIM_SOLVER_TRACE"))
-    std::fprintf(stderr, "S %zu %zu %zu it %d res %.3g %s\n", known_.size(), forces_n_.size(), contacts_.size(), outcome.iterations, outcome.residual_m_s, outcome.converged ? "" : "MISSED");
+  if (!outcome.converged) {
+    ++failures.not_converged;
+    failures.worst_m_s = std::max(failures.worst_m_s, outcome.residual_m_s);
+  }
   for (std::size_t i = 0; i < known_.size(); ++i) {
     if (moves_[i] != 0) move(known_[i], solver_.twist(static_cast<int>(i)));
   }

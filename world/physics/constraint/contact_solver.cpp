@@ -2,9 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <cstdio>
-#include <string>
 
 #include <Eigen/Geometry>
 
@@ -15,9 +12,10 @@ using Vector3 = Eigen::Vector3d;
 using Matrix3 = Eigen::Matrix3d;
 
 constexpr double kFirstEpsilon = 1e-4, kLeastEpsilon = 1e-8, kMostEpsilon = 1e-1;
-constexpr double kEpsilonPerSpeed = 10;  // [s/m], of the first residual
-constexpr double kFast = 3e-3;           // share of the residual that a good outer step leaves
+constexpr double kEpsilonPerSpeed = 10;       // [s/m], of the first residual
+constexpr double kFast = 3e-3;                // share of the residual that a good outer step leaves
 constexpr double kMilder = 3, kGently = 0.3;  // changes of epsilon after a failure
+constexpr int kSweeps = 8;
 constexpr int kMostInner = 12, kFewInner = 5;
 constexpr int kMostLineSearch = 20, kMostHalvings = 6;
 constexpr double kLeastProgress = 0.02;
@@ -68,7 +66,7 @@ Vector3 project_cone(const Vector3& z, double mu, double D_n, double D_t, Matrix
     // Along the cone's generator, and around the cone.
     const double nn = share / D_n, nt = share * slope / (root_n * root_t),
                  tt = share * slope * slope / D_t, around = zt > 0 ? xt / zt / D_t : 0;
-    *gain << nn, nt * ty, nt * tz,  //
+    *gain << nn, nt * ty, nt * tz,                                          //
         nt * ty, tt * ty * ty + around * tz * tz, (tt - around) * ty * tz,  //
         nt * tz, (tt - around) * ty * tz, tt * tz * tz + around * ty * ty;
   }
@@ -176,8 +174,8 @@ int ContactSolver::add_contact(const ContactDescription& in) {
     contact.W_spin = W_turn(0, 0);
     contact.W_roll = std::max(W_turn(1, 1), W_turn(2, 2));
   }
-  Matrix3 unused;
-  contact.x = project_cone(contact.frame * in.guess_ns, in.friction, contact.W_n, contact.W_t, nullptr);
+  contact.x =
+      project_cone(contact.frame * in.guess_ns, in.friction, contact.W_n, contact.W_t, nullptr);
   contacts_.push_back(contact);
   return static_cast<int>(contacts_.size()) - 1;
 }
@@ -185,55 +183,6 @@ int ContactSolver::add_contact(const ContactDescription& in) {
 Vector3 ContactSolver::contact_impulse_ns(int contact) const {
   const Contact& c = contacts_[index(contact)];
   return c.frame.transpose() * c.x;
-}
-
-void ContactSolver::dump(const char* path) const {
-  std::FILE* f = std::fopen(path, "w");
-  const auto v3 = [f](const Vector3& v) { std::fprintf(f, "%.17g %.17g %.17g ", v.x(), v.y(), v.z()); };
-  std::fprintf(f, "%zu %zu %zu\n", bodies_.size(), rows_.size(), contacts_.size());
-  for (const Body& b : bodies_) {
-    std::fprintf(f, "%d %.17g ", b.unknown >= 0, b.kg);
-    for (int i = 0; i < 3; ++i) v3(b.inertia.col(i));
-    v3(b.com); v3(b.free.v); v3(b.free.omega); v3(b.twist.v); v3(b.twist.omega);
-    std::fprintf(f, "\n");
-  }
-  for (const Row& r : rows_) {
-    std::fprintf(f, "%d ", r.a.body); v3(r.a.linear); v3(r.a.angular);
-    std::fprintf(f, "%d ", r.b.body); v3(r.b.linear); v3(r.b.angular);
-    std::fprintf(f, "%.17g %.17g %.17g %.17g %.17g\n", r.target, r.softness, r.lo, r.hi, r.now.x);
-  }
-  for (const Contact& c : contacts_) {
-    std::fprintf(f, "%d %d ", c.a, c.b);
-    v3(c.lever_a); v3(c.lever_b); v3(c.frame.row(0).transpose());
-    std::fprintf(f, "%.17g ", c.friction); v3(c.frame.transpose() * c.target);
-    std::fprintf(f, "%.17g ", c.softness); v3(c.frame.transpose() * c.x);
-    std::fprintf(f, "\n");
-  }
-  std::fclose(f);
-}
-
-void ContactSolver::load(const char* path) {
-  clear();
-  std::FILE* f = std::fopen(path, "r");
-  const auto d = [f] { double x = 0; if (std::fscanf(f, "%lf", &x) != 1) std::abort(); return x; };
-  const auto v3 = [&] { const double x = d(), y = d(), z = d(); return Vector3(x, y, z); };
-  const int nb = int(d()), nr = int(d()), nc = int(d());
-  for (int i = 0; i < nb; ++i) {
-    const bool moves = d() != 0; const double kg = d(); Matrix3 I; for (int k = 0; k < 3; ++k) I.col(k) = v3();
-    const Vector3 com = v3(); Twist free, now; free.v = v3(); free.omega = v3(); now.v = v3(); now.omega = v3();
-    moves ? add_body(kg, I, com, free, now) : add_kinematic(com, free);
-  }
-  for (int i = 0; i < nr; ++i) {
-    Side a, b; a.body = int(d()); a.linear = v3(); a.angular = v3(); b.body = int(d()); b.linear = v3(); b.angular = v3();
-    const double t = d(), s = d(), lo = d(), hi = d(), x = d(); add_row(a, b, t, s, lo, hi, x);
-  }
-  for (int i = 0; i < nc; ++i) {
-    ContactDescription c; c.a = int(d()); c.b = int(d()); const Vector3 la = v3(), lb = v3(); c.n = v3(); c.friction = d();
-    c.target_v = v3(); c.softness_m_s_ns = d(); c.guess_ns = v3();
-    c.p = c.a >= 0 ? Vector3(la + at(c.a).com) : Vector3(lb + at(c.b).com);
-    add_contact(c);
-  }
-  std::fclose(f);
 }
 
 // ---- the problem
@@ -354,6 +303,62 @@ void ContactSolver::swap_velocities() {
   for (const int i : moving_) at(i).twist = at(i).searched;
 }
 
+/// Projected Gauss-Seidel: each impulse in turn takes the natural map's step.
+void ContactSolver::sweep(bool backwards) {
+  if (backwards) {
+    for (std::size_t i = contacts_.size(); i-- > 0;) sweep(contacts_[i]);
+    for (std::size_t i = rows_.size(); i-- > 0;) sweep(rows_[i]);
+  } else {
+    for (Row& row : rows_) sweep(row);
+    for (Contact& contact : contacts_) sweep(contact);
+  }
+}
+
+void ContactSolver::sweep(Row& row) {
+  if (!(row.W > 0)) return;
+  double y = row.softness * row.now.x - row.target;
+  for (const Side* side : {&row.a, &row.b}) {
+    if (side->body == kFixed) continue;
+    const Body& body = at(side->body);
+    y += side->linear.dot(body.twist.v) + side->angular.dot(body.twist.omega);
+  }
+  const double x = std::clamp(row.now.x - y / (row.W + row.softness), row.lo, row.hi);
+  const double change = x - row.now.x;
+  row.now.x = x;
+  for (const Side* side : {&row.a, &row.b}) {
+    if (side->body == kFixed) continue;
+    Body& body = at(side->body);
+    if (body.unknown < 0) continue;
+    body.twist.v += change * body.inverse_kg * side->linear;
+    body.twist.omega += change * (body.inverse_inertia * side->angular);
+  }
+}
+
+void ContactSolver::sweep(Contact& c) {
+  if (!(c.W_n > 0)) return;
+  Vector3 v = Vector3::Zero();
+  if (c.a != kFixed) v += at(c.a).twist.v + at(c.a).twist.omega.cross(c.lever_a);
+  if (c.b != kFixed) v -= at(c.b).twist.v + at(c.b).twist.omega.cross(c.lever_b);
+  Vector3 y = c.frame * v - c.target;
+  y.x() += c.softness * c.x.x() + c.friction * std::hypot(y.y(), y.z());
+  y.tail<2>() += kHardTangent * c.W_t * c.x.tail<2>();
+  const double D_n = c.W_n + c.softness;
+  const Vector3 z = c.x - Vector3(y.x() / D_n, y.y() / c.W_t, y.z() / c.W_t);
+  const Vector3 x = project_cone(z, c.friction, D_n, c.W_t, nullptr);
+  const Vector3 change = c.frame.transpose() * (x - c.x);
+  c.x = x;
+  if (c.a != kFixed && at(c.a).unknown >= 0) {
+    Body& body = at(c.a);
+    body.twist.v += body.inverse_kg * change;
+    body.twist.omega += body.inverse_inertia * c.lever_a.cross(change);
+  }
+  if (c.b != kFixed && at(c.b).unknown >= 0) {
+    Body& body = at(c.b);
+    body.twist.v -= body.inverse_kg * change;
+    body.twist.omega -= body.inverse_inertia * c.lever_b.cross(change);
+  }
+}
+
 // ---- the outer iteration
 
 /// The proximal term's share of each diagonal.
@@ -394,28 +399,23 @@ ContactSolver::Outcome ContactSolver::solve(const Settings& settings) {
   Outcome outcome;
   if (moving_.empty()) return {.converged = true};
   prepare();
-  if (std::getenv("APRSIM_DUMP")) dump("/tmp/w/t/last.txt");
   outcome.residual_m_s = residual();
+  for (int i = 0; i < kSweeps && outcome.residual_m_s > settings.tolerance_m_s; ++i) {
+    sweep(i % 2 == 1);
+    if (i + 1 == kSweeps) outcome.residual_m_s = residual();
+  }
   if (outcome.residual_m_s <= settings.tolerance_m_s) {
     outcome.converged = true;
     return outcome;
   }
-  swap_velocities();
-  outcome = iterate(settings);
-  if (const char* dir = std::getenv("APRSIM_DUMP"); dir && (!outcome.converged || std::getenv("APRSIM_DUMP_ALL"))) {
-    static int n = 0;
-    std::rename("/tmp/w/t/last.txt", (std::string(dir) + "/p" + std::to_string(n++) + ".txt").c_str());
-  }
-  return outcome;
+  return iterate(outcome.residual_m_s, settings);
 }
 
-ContactSolver::Outcome ContactSolver::iterate(const Settings& settings) {
+ContactSolver::Outcome ContactSolver::iterate(double first_residual_m_s, const Settings& settings) {
   Outcome outcome;
-  double present = residual();
+  double present = first_residual_m_s;
   double best = present, before = present;
   keep_best();
-  swap_velocities();
-  evaluate_velocities();
   double shrink = 0.1;
   double epsilon = std::clamp(kEpsilonPerSpeed * present, kFirstEpsilon, kMostEpsilon);
   while (outcome.iterations < settings.most_iterations) {
@@ -429,8 +429,6 @@ ContactSolver::Outcome ContactSolver::iterate(const Settings& settings) {
     evaluate_impulses(0);
     Gradient gradient = find_gradient();
     while (inner < kMostInner && outcome.iterations < settings.most_iterations) {
-      if (std::getenv("TRACE"))
-        std::fprintf(stderr, "   inner %d grad %.3g %s\n", inner, gradient.speed_m_s, exact_ ? "exact" : "convex");
       if (gradient.speed_m_s <= wanted && inner > 0) break;
       if (!find_direction()) {
         good = false;
@@ -457,8 +455,8 @@ ContactSolver::Outcome ContactSolver::iterate(const Settings& settings) {
     }
     if (!good || inner >= kMostInner) {
       // From where it began, less stiff.
-      if (std::getenv("TRACE")) std::fprintf(stderr, "outer eps %.1g failed\n", epsilon);
-      if (epsilon >= kMostEpsilon) good = true;
+      if (epsilon >= kMostEpsilon)
+        good = true;
       else {
         return_to_centres();
         epsilon = std::min(kMostEpsilon, kMilder * epsilon);
@@ -468,7 +466,6 @@ ContactSolver::Outcome ContactSolver::iterate(const Settings& settings) {
     }
     evaluate_impulses(0);
     present = residual();
-    if (std::getenv("TRACE")) std::fprintf(stderr, "outer eps %.1g inner %d residual %.3g\n", epsilon, inner, present);
     const bool done = present <= settings.tolerance_m_s;
     if (present < best || done) {
       best = present;
@@ -625,8 +622,7 @@ bool ContactSolver::find_direction() {
     Matrix3 K_turn = Matrix3::Zero();
     if (c.turns) K_turn = c.frame.transpose() * c.turn_gain * c.frame;
     // The point's velocity is v - [r] omega.
-    const auto add = [&](BlockLu::Block& block, const Matrix3& r, const Matrix3& s,
-                         double sign) {
+    const auto add = [&](BlockLu::Block& block, const Matrix3& r, const Matrix3& s, double sign) {
       const Matrix3 Ks = K * s;
       block.topLeftCorner<3, 3>() += sign * K;
       block.topRightCorner<3, 3>() -= sign * Ks;

@@ -54,7 +54,7 @@ class ContactSolver {
     /// Velocity of a relative to b that the contact aims at: along n the least (a gap may close, or
     /// penetration is to be corrected), across n that of a surface in motion.
     Vector3 target_v = Vector3::Zero();
-    double softness_m_s_ns = 0;  ///< normal velocity per normal impulse
+    double softness_m_s_ns = 0;          ///< normal velocity per normal impulse
     Vector3 guess_ns = Vector3::Zero();  ///< impulse on a where the search begins
   };
 
@@ -92,17 +92,13 @@ class ContactSolver {
   /// On body a.
   [[nodiscard]] Vector3 contact_impulse_ns(int contact) const;
 
- public:
-  void dump(const char* path) const;
-  void load(const char* path);
-
  private:
   struct Body {
     double inverse_kg = 0, kg = 0;
     Matrix3 inverse_inertia = Matrix3::Zero(), inertia = Matrix3::Zero();
     Vector3 com = Vector3::Zero();
     Twist free, twist;
-    Twist searched;  // while the other one belongs to the impulses
+    Twist searched;    // while the other one belongs to the impulses
     int unknown = -1;  // number among those that move
   };
   /// A scalar row with bounds.
@@ -148,10 +144,13 @@ class ContactSolver {
   void set_softness(double epsilon);
   void velocities_from_impulses();
   void swap_velocities();
+  void sweep(bool backwards);
+  void sweep(Row& row);
+  void sweep(Contact& contact);
   [[nodiscard]] double residual();
   void recentre();
   void return_to_centres();
-  [[nodiscard]] Outcome iterate(const Settings& settings);
+  [[nodiscard]] Outcome iterate(double first_residual_m_s, const Settings& settings);
   void evaluate_velocities();
   void evaluate_impulses(double along);
   /// How far the velocities are from those of the impulses.

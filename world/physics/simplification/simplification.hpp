@@ -95,10 +95,10 @@ class Simplification {
  private:
   /// What is at a body.
   struct Neighbours {
-    int below = -1;                                    // the only body that its composite touches
-    bool crowded = false;                              // its composite touches more than that
-    bool touched = false;                              // by a robot, in this step
-    bool near = false;                                 // a gripper or a fault, in this step
+    int below = -1;        // the only body that its composite touches
+    bool crowded = false;  // its composite touches more than that
+    bool touched = false;  // by a robot, in this step
+    bool near = false;     // a gripper or a fault, in this step
   };
   struct Island {
     bool quiet = true, on_belt = false, on_fixed = false;

@@ -43,9 +43,8 @@ void VirtualJoints::observe(std::span<const ContactConstraint> constraints, doub
 }
 
 void VirtualJoints::forget(int body) {
-  const std::size_t count = std::erase_if(pairs_, [&](const Pair& pair) {
-    return pair.a == body || pair.b == body;
-  });
+  const std::size_t count =
+      std::erase_if(pairs_, [&](const Pair& pair) { return pair.a == body || pair.b == body; });
   if (count > 0) find_groups();
 }
 

@@ -27,7 +27,9 @@ class VirtualJoints {
     ode::SavedState at_a, at_b;                               // poses when joined
     std::array<double, 6> forces{};  // on a: force and torque at b's origin, in the last step
 
-    [[nodiscard]] Eigen::Vector3d force_on_b() const { return {-forces[0], -forces[1], -forces[2]}; }
+    [[nodiscard]] Eigen::Vector3d force_on_b() const {
+      return {-forces[0], -forces[1], -forces[2]};
+    }
   };
 
   VirtualJoints(const scene::Physics& physics, std::span<FreeBody> bodies);

@@ -7,52 +7,57 @@
 namespace aprsim::physics {
 namespace {
 
-ContactConstraint constraint_of(SurfacePair pair) {
+constexpr double kStep_s = 1e-3;
+
+ContactConstraint constraint_of(SurfacePair pair, double depth_m = 1e-5) {
   ContactConstraint constraint;
   constraint.contact.pair = pair;
-  constraint.contact.depth_m = 1e-5;
+  constraint.contact.depth_m = depth_m;
+  constraint.contact.n_W = Eigen::Vector3d::UnitZ();
   constraint.friction = 0.6;
   return constraint;
 }
 
-dContact described(const ContactConstraint& constraint) {
-  return ode_contact(constraint, contact_response(constraint, false, Eigen::Vector3d::UnitX(), 0));
+ContactResponse response_of(const ContactConstraint& constraint, double belt_speed_m_s = 0) {
+  return contact_response(constraint, false, Eigen::Vector3d::UnitX(), belt_speed_m_s, kStep_s);
 }
 
 TEST(ContactMaterial, PadsAreSofterThanAnythingElse) {
-  const dContact pad = described(constraint_of(SurfacePair::kPadGear));
+  const double pad = response_of(constraint_of(SurfacePair::kPadGear)).cfm;
   for (const auto pair :
        {SurfacePair::kGearTray, SurfacePair::kGearGear, SurfacePair::kGearGround,
         SurfacePair::kTrayBelt, SurfacePair::kTrayGround, SurfacePair::kRobotAny}) {
-    const dContact other = described(constraint_of(pair));
-    EXPECT_GE(pad.surface.soft_cfm, 10 * other.surface.soft_cfm);
-    EXPECT_TRUE(other.surface.mode & dContactSoftCFM);
+    EXPECT_GE(pad, 10 * response_of(constraint_of(pair)).cfm);
+    EXPECT_GT(response_of(constraint_of(pair)).cfm, 0);
   }
-  EXPECT_TRUE(pad.surface.mode & dContactSoftCFM);
-  EXPECT_TRUE(pad.surface.mode & dContactSoftERP);
 }
 
-TEST(ContactMaterial, FrictionFollowsTheNormalForce) {
-  const dContact contact = described(constraint_of(SurfacePair::kGearTray));
-  EXPECT_DOUBLE_EQ(contact.surface.mu, 0.6);
-  EXPECT_TRUE(contact.surface.mode & dContactApprox1);
+TEST(ContactMaterial, DeepPenetrationEndsNoFasterThanItMay) {
+  for (const double depth : {1e-4, 1e-3, 1e-2, 1.0}) {
+    const double rate = response_of(constraint_of(SurfacePair::kGearTray, depth)).target_v_W.z();
+    EXPECT_GT(rate, 0);
+    EXPECT_LE(rate * kStep_s, depth);
+    EXPECT_LE(rate, 0.5);
+  }
 }
 
-/// Whatever way the pyramid is turned, the belt's surface moves as the belt does.
-TEST(ContactMaterial, TheBeltMovesAlikeInEveryDirectionOfSliding) {
+TEST(ContactMaterial, AGapMayCloseWithinTheStep) {
+  const ContactConstraint gap = constraint_of(SurfacePair::kPadGear, -2e-4);
+  ASSERT_TRUE(is_gap(gap));
+  EXPECT_DOUBLE_EQ(response_of(gap).target_v_W.z() * kStep_s, -2e-4);
+}
+
+/// The belt's surface moves as the belt does, in the contact's plane.
+TEST(ContactMaterial, TheBeltMovesAlongItsAxis) {
   ContactConstraint constraint = constraint_of(SurfacePair::kTrayBelt);
   constraint.belt = true;
-  constraint.contact.n_W = Eigen::Vector3d::UnitZ();
-  for (const double turn : {0.0, 0.3, 1.57, 2.5, -1.0}) {
-    const Eigen::Vector3d slide(2 * std::cos(turn), 2 * std::sin(turn), 0);
-    const dContact contact = ode_contact(
-        constraint, contact_response(constraint, false, Eigen::Vector3d::UnitX(), 0.4, slide));
-    const Eigen::Vector3d t1(contact.fdir1[0], contact.fdir1[1], contact.fdir1[2]);
-    const Eigen::Vector3d t2 = constraint.contact.n_W.cross(t1);
-    const Eigen::Vector3d v = contact.surface.motion1 * t1 + contact.surface.motion2 * t2;
-    EXPECT_NEAR((t1 - slide / 2).norm(), 0, 1e-15);
-    EXPECT_NEAR((v - Eigen::Vector3d(0.4, 0, 0)).norm(), 0, 1e-15) << turn;
+  for (const double speed : {-0.4, 0.0, 0.4}) {
+    const Eigen::Vector3d v = response_of(constraint, speed).target_v_W;
+    EXPECT_DOUBLE_EQ(v.x(), speed);
+    EXPECT_DOUBLE_EQ(v.y(), 0);
   }
+  constraint.contact.n_W = Eigen::Vector3d::UnitX();  // the belt's end
+  EXPECT_DOUBLE_EQ(response_of(constraint, 0.4).target_v_W.tail<2>().norm(), 0);
 }
 
 }  // namespace

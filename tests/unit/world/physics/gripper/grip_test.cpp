@@ -520,8 +520,8 @@ INSTANTIATE_TEST_SUITE_P(Modes, HeldTray,
                                          scene::Simplification::kMerge,
                                          scene::Simplification::kDormant));
 
-// More contacts than the exact solver takes: told, and solved by the other one.
-TEST(SolverFailures, APileUnderThePalmIsTooLarge) {
+// Many contacts of one group.
+TEST(Grip, ThePalmOnManyPegsIsSolvedExactly) {
   auto scene = empty_scene();
   add_table(scene);
   const scene::GearType& gear = scene.gear_types.at("d50");
@@ -536,19 +536,11 @@ TEST(SolverFailures, APileUnderThePalmIsTooLarge) {
   hand.gripper.pad_height_m = 0.01;
   Bench bench(std::move(scene));
   bench.run(100);
-  EXPECT_EQ(bench.world->solver_failures(), api::SolverFailures{});
   // The palm's face, 10 mm over the finger tips, comes down onto the pegs, fingers between them.
   bench.move({0.03, 0.03, 0}, 0.1);
   bench.move({0, 0, -(0.05 + 0.01 - gear.hub_height_m - gear.peg_top_m + 0.5e-3)}, 0.4);
   bench.run(20);
-  const auto failures = bench.world->solver_failures();
-  EXPECT_GT(failures.oversized, 0u);
-  const auto saved = bench.world->save();
-  bench.move({0, 0, 0.01}, 0.1);
-  bench.move({0, 0, -0.01}, 0.1);
-  EXPECT_GT(bench.world->solver_failures().oversized, failures.oversized);
-  bench.world->restore(saved);
-  EXPECT_EQ(bench.world->solver_failures(), failures);
+  EXPECT_EQ(bench.world->solver_failures(), api::SolverFailures{});
 }
 
 // Any opening where nothing is between the fingers; a part stops them before it.

@@ -1,0 +1,71 @@
+#include "world/physics/constraint/block_lu.hpp"
+
+#include <random>
+
+#include <Eigen/LU>
+#include <gtest/gtest.h>
+
+namespace aprsim::physics {
+namespace {
+
+using Pairs = std::vector<std::pair<int, int>>;
+
+/// Fills a system of random blocks and the same as one dense matrix.
+Eigen::MatrixXd fill(BlockLu& lu, int count, const Pairs& pairs, std::mt19937& engine) {
+  std::uniform_real_distribution<double> value(-1, 1);
+  const auto random = [&] {
+    return BlockLu::Block(BlockLu::Block::NullaryExpr([&] { return value(engine); }));
+  };
+  Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(6 * count, 6 * count);
+  const auto add = [&](BlockLu::Block& block, int row, int column, const BlockLu::Block& part) {
+    block += part;
+    dense.block<6, 6>(6 * row, 6 * column) += part;
+  };
+  lu.analyse(count, pairs);
+  lu.set_zero();
+  for (int i = 0; i < count; ++i) {
+    add(lu.diagonal(i), i, i, random() + 20 * BlockLu::Block::Identity());
+  }
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    const auto place = lu.place(k);
+    add(lu.forward(place), pairs[k].first, pairs[k].second, random());
+    add(lu.backward(place), pairs[k].second, pairs[k].first, random());
+  }
+  return dense;
+}
+
+TEST(BlockLu, SolvesAsTheDenseMatrixDoes) {
+  std::mt19937 engine(3);
+  BlockLu lu;  // the same one, larger and smaller
+  for (int round = 0; round < 200; ++round) {
+    const int count = std::uniform_int_distribution<int>(1, 25)(engine);
+    std::uniform_int_distribution<int> body(0, count - 1);
+    Pairs pairs;
+    for (int k = std::uniform_int_distribution<int>(0, 3 * count)(engine); k > 0; --k) {
+      const int a = body(engine), b = body(engine);
+      if (a != b) pairs.emplace_back(a, b);  // also the same pair more than once
+    }
+    const Eigen::MatrixXd dense = fill(lu, count, pairs, engine);
+    ASSERT_TRUE(lu.factorise());
+    std::vector<BlockLu::Vector6> x(static_cast<std::size_t>(count));
+    Eigen::VectorXd right = Eigen::VectorXd::Random(6 * count);
+    for (int i = 0; i < count; ++i) x[static_cast<std::size_t>(i)] = right.segment<6>(6 * i);
+    lu.solve(x);
+    const Eigen::VectorXd expected = dense.partialPivLu().solve(right);
+    for (int i = 0; i < count; ++i) {
+      const BlockLu::Vector6 off = x[static_cast<std::size_t>(i)] - expected.segment<6>(6 * i);
+      ASSERT_LT(off.norm(), 1e-11) << "round " << round << ", body " << i;
+    }
+  }
+}
+
+TEST(BlockLu, SaysThatAPivotIsSingular) {
+  BlockLu lu;
+  lu.analyse(2, Pairs{});
+  lu.set_zero();
+  lu.diagonal(0).setIdentity();
+  EXPECT_FALSE(lu.factorise());
+}
+
+}  // namespace
+}  // namespace aprsim::physics

@@ -1,0 +1,253 @@
+#include "world/physics/constraint/contact_solver.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
+
+namespace aprsim::physics {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using SolverContact = ContactSolver::ContactDescription;
+using Twist = ContactSolver::Twist;
+
+constexpr int kGround = ContactSolver::kFixed;
+const Matrix3d kSmallInertia = 1e-3 * Matrix3d::Identity();
+
+/// Bodies and contacts as they were given to the solver.
+struct Problem {
+  struct Body {
+    double mass_kg;
+    Matrix3d inertia;
+    Vector3d com;
+    Twist free;
+  };
+  std::vector<Body> bodies;
+  std::vector<SolverContact> contacts;
+
+  ContactSolver::Outcome solve(ContactSolver& solver) const {
+    solver.clear();
+    for (const Body& b : bodies) solver.add_body(b.mass_kg, b.inertia, b.com, b.free, b.free);
+    for (const SolverContact& contact : contacts) solver.add_contact(contact);
+    return solver.solve();
+  }
+};
+
+/// A pile of boxes' worth of mass in space: each body touches the ground or some before it.
+class RandomProblems {
+ public:
+  explicit RandomProblems(unsigned seed) : engine_(seed) {}
+
+  Problem next() {
+    Problem problem;
+    const int count = whole(1, 12);
+    for (int i = 0; i < count; ++i) {
+      const double mass = std::pow(10, real(-2, 1));
+      const double size = 0.1 * std::cbrt(mass);
+      const Matrix3d R = turn();
+      const Vector3d inertia =
+          mass * size * size * Vector3d(real(0.1, 1), real(0.5, 1), real(0.5, 1));
+      problem.bodies.push_back({mass,
+                                R * inertia.asDiagonal() * R.transpose(),
+                                vector(0.3),
+                                {vector(0.5) - Vector3d(0, 0, 0.2), vector(3)}});
+      for (int k = whole(1, 6); k > 0; --k) {
+        const int other = whole(-1, i - 1);
+        SolverContact contact;
+        contact.a = i;
+        contact.b = other < 0 ? kGround : other;
+        contact.p = problem.bodies.back().com + vector(size);
+        contact.n = (Vector3d(0, 0, 1) + vector(0.6)).normalized();
+        contact.friction = whole(0, 4) == 0 ? 0 : real(0.05, 1.2);
+        contact.softness_m_s_ns = whole(0, 1) * 1e-3;
+        problem.contacts.push_back(contact);
+      }
+    }
+    return problem;
+  }
+  Matrix3d turn() {
+    return Eigen::AngleAxisd(real(0, 3), (vector(1) + 1e-3 * Vector3d::UnitX()).normalized())
+        .toRotationMatrix();
+  }
+  Vector3d vector(double most) { return {real(-most, most), real(-most, most), real(-most, most)}; }
+
+ private:
+  int whole(int low, int high) { return std::uniform_int_distribution<int>(low, high)(engine_); }
+  double real(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(engine_);
+  }
+  std::mt19937 engine_;
+};
+
+double energy_of(const Problem& problem, const std::vector<Twist>& twists) {
+  double sum = 0;
+  for (std::size_t i = 0; i < twists.size(); ++i) {
+    const auto& body = problem.bodies[i];
+    sum += 0.5 * body.mass_kg * twists[i].v.squaredNorm() +
+           0.5 * twists[i].omega.dot(body.inertia * twists[i].omega);
+  }
+  return sum;
+}
+
+/// Coulomb's law, written out: nothing pulls, what moves apart bears nothing, what sticks bears any
+/// force within the cone, what slides bears its edge against the way it slides.
+TEST(ContactSolver, KeepsCoulombsLawInRandomProblems) {
+  RandomProblems problems(11);
+  ContactSolver solver;
+  int solved = 0;
+  constexpr int kProblems = 300;
+  for (int round = 0; round < kProblems; ++round) {
+    const Problem problem = problems.next();
+    const auto outcome = problem.solve(solver);
+    solved += outcome.converged;
+    if (!outcome.converged) continue;
+    // Velocities from the impulses alone.
+    std::vector<Twist> twists;
+    for (const auto& body : problem.bodies) twists.push_back(body.free);
+    const auto push = [&](int body, const Vector3d& p, const Vector3d& impulse) {
+      if (body < 0) return;
+      const auto& b = problem.bodies[static_cast<std::size_t>(body)];
+      Twist& twist = twists[static_cast<std::size_t>(body)];
+      twist.v += impulse / b.mass_kg;
+      twist.omega += b.inertia.inverse() * (p - b.com).cross(impulse);
+    };
+    for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
+      const SolverContact& c = problem.contacts[k];
+      const Vector3d impulse = solver.contact_impulse_ns(static_cast<int>(k));
+      push(c.a, c.p, impulse);
+      push(c.b, c.p, -impulse);
+    }
+    const auto velocity = [&](int body, const Vector3d& p) -> Vector3d {
+      if (body < 0) return Vector3d::Zero();
+      const Twist& twist = twists[static_cast<std::size_t>(body)];
+      return twist.v + twist.omega.cross(p - problem.bodies[static_cast<std::size_t>(body)].com);
+    };
+    for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
+      const SolverContact& c = problem.contacts[k];
+      const Vector3d impulse = solver.contact_impulse_ns(static_cast<int>(k));
+      const double pressed = impulse.dot(c.n);
+      const Vector3d across = impulse - pressed * c.n;
+      const Vector3d v = velocity(c.a, c.p) - velocity(c.b, c.p);
+      const double apart = v.dot(c.n) + c.softness_m_s_ns * pressed;
+      const Vector3d slip = v - v.dot(c.n) * c.n;
+      const std::string what = "round " + std::to_string(round) + " contact " + std::to_string(k);
+      const double bound = c.friction * pressed;
+      ASSERT_GE(pressed, -1e-12) << what;
+      ASSERT_LE(across.norm(), bound + 1e-9) << what;
+      ASSERT_GE(apart, -1e-6 * (1 + 3 * slip.norm())) << what;
+      ASSERT_LE(std::min(pressed, 1.0) * std::min(apart, 1.0), 1e-6 * (1 + 3 * slip.norm()))
+          << what;
+      if (slip.norm() < 1e-5) continue;
+      ASSERT_NEAR(across.norm(), bound, 1e-6 + 1e-3 * bound) << what;
+      ASSERT_NEAR(across.dot(slip), -bound * slip.norm(), 1e-6 + 1e-3 * bound * slip.norm())
+          << what;
+    }
+    // Contacts take energy, and give none.
+    std::vector<Twist> free;
+    for (const auto& body : problem.bodies) free.push_back(body.free);
+    ASSERT_LE(energy_of(problem, twists), energy_of(problem, free) * (1 + 1e-9))
+        << "round " << round;
+  }
+  // In cones that hem bodies in from all sides there may be no solution at all.
+  EXPECT_GE(solved, kProblems * 95 / 100);
+}
+
+TEST(ContactSolver, TurnsWithItsProblem) {
+  RandomProblems problems(5);
+  ContactSolver solver, turned_solver;
+  for (int round = 0; round < 50; ++round) {
+    const Problem problem = problems.next();
+    const Matrix3d R = problems.turn();
+    Problem turned = problem;
+    for (auto& body : turned.bodies) {
+      body.inertia = R * body.inertia * R.transpose();
+      body.com = R * body.com;
+      body.free = {R * body.free.v, R * body.free.omega};
+    }
+    for (SolverContact& contact : turned.contacts) {
+      contact.p = R * contact.p;
+      contact.n = R * contact.n;
+    }
+    if (!problem.solve(solver).converged || !turned.solve(turned_solver).converged) continue;
+    for (int i = 0; i < static_cast<int>(problem.bodies.size()); ++i) {
+      EXPECT_LT((R * solver.twist(i).v - turned_solver.twist(i).v).norm(), 1e-5) << round;
+    }
+  }
+}
+
+/// A block on a plane, pushed along it in any direction.
+TEST(ContactSolver, FrictionIsTheSameInEveryDirection) {
+  constexpr double kMass = 2, kFriction = 0.4, kDown = 0.01, kAlong = 0.5;
+  ContactSolver solver;
+  for (int k = 0; k < 24; ++k) {
+    const double angle = k * std::numbers::pi / 12 + 0.01;
+    const Vector3d way(std::cos(angle), std::sin(angle), 0);
+    Problem problem;
+    problem.bodies.push_back({kMass,
+                              kSmallInertia,
+                              Vector3d::Zero(),
+                              {kAlong * way - kDown * Vector3d::UnitZ(), Vector3d::Zero()}});
+    SolverContact contact;
+    contact.a = 0;
+    contact.friction = kFriction;
+    problem.contacts.push_back(contact);
+    ASSERT_TRUE(problem.solve(solver).converged);
+    const Vector3d impulse = solver.contact_impulse_ns(0);
+    EXPECT_NEAR((impulse - kMass * kDown * (Vector3d::UnitZ() - kFriction * way)).norm(), 0, 1e-6);
+    EXPECT_NEAR((solver.twist(0).v - (kAlong - kFriction * kDown) * way).norm(), 0, 1e-6);
+  }
+}
+
+/// Rows keep within their bounds and reach their target where these let them.
+TEST(ContactSolver, RowsStayWithinTheirBounds) {
+  ContactSolver solver;
+  for (const double most : {0.1, 10.0}) {
+    solver.clear();
+    const Twist rest;
+    const int body = solver.add_body(2, kSmallInertia, Vector3d::Zero(), rest, rest);
+    ContactSolver::Side side{.body = body, .linear = Vector3d::UnitX()};
+    const int row = solver.add_row(side, {}, 1, 0, -most, most);
+    ASSERT_TRUE(solver.solve().converged);
+    EXPECT_NEAR(solver.row_impulse_ns(row), std::min(most, 2.0), 1e-8);
+    EXPECT_NEAR(solver.twist(body).v.x(), std::min(most, 2.0) / 2, 1e-8);
+  }
+}
+
+TEST(ContactSolver, GivesTheSameBitsForTheSameInput) {
+  RandomProblems problems(7);
+  ContactSolver used;
+  for (int round = 0; round < 30; ++round) {
+    const Problem problem = problems.next();
+    ContactSolver other;
+    problem.solve(used);
+    problem.solve(other);
+    for (int k = 0; k < static_cast<int>(problem.contacts.size()); ++k) {
+      EXPECT_EQ(used.contact_impulse_ns(k), other.contact_impulse_ns(k));
+    }
+  }
+}
+
+/// A disc that spins on its face, and one that rolls, are slowed by what friction bears per force.
+TEST(ContactSolver, SpinningAndRollingAreSlowedByTheirTorques) {
+  constexpr double kMass = 0.1, kDown = 0.01, kLever = 1e-3;
+  for (const bool rolling : {false, true}) {
+    ContactSolver solver;
+    const Twist free{{0, 0, -kDown}, rolling ? Vector3d(0.3, 0.4, 0) : Vector3d(0, 0, 0.5)};
+    const int body = solver.add_body(kMass, kSmallInertia, Vector3d::Zero(), free, free);
+    SolverContact contact;
+    contact.a = body;
+    (rolling ? contact.rolling_m : contact.spinning_m) = kLever;
+    solver.add_contact(contact);
+    ASSERT_TRUE(solver.solve().converged);
+    const double slowed = kLever * kMass * kDown / kSmallInertia(0, 0);
+    EXPECT_NEAR(solver.twist(body).omega.norm(), 0.5 - slowed, 1e-7);
+    EXPECT_NEAR(solver.twist(body).omega.normalized().dot(free.omega.normalized()), 1, 1e-9);
+  }
+}
+
+}  // namespace
+}  // namespace aprsim::physics
