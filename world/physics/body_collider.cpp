@@ -2,23 +2,18 @@
 
 #include <algorithm>
 
+#include "world/physics/collision/look_ahead.hpp"
 #include "world/physics/collision/narrow_phase.hpp"
 #include "world/scene/part_shapes.hpp"
 
 namespace aprsim::physics {
 namespace {
 
-/// What generate(X) appends for a body at X that has moved on by `way_W`, with the depths of now.
-template <class Generate>
-void find_ahead(Eigen::Isometry3d X, const Eigen::Vector3d& way_W, std::vector<Contact>& out,
-                const Generate& generate) {
-  const std::size_t first = out.size();
-  X.translation() += way_W;
-  generate(X);
-  for (std::size_t i = first; i < out.size(); ++i) {
-    out[i].p_W -= way_W;
-    out[i].depth_m += way_W.dot(out[i].n_W);
-  }
+/// A body whose way is shorter is looked at where it is [m].
+constexpr double kLeastWay = 1e-5;
+
+Moving moving(const FreeBody& body) {
+  return {body.com_W(), body.v_com_W, body.omega_W, body.radius_m};
 }
 
 }  // namespace
@@ -42,28 +37,43 @@ void BodyCollider::note_pressed(const std::vector<ContactConstraint>& constraint
   }
 }
 
+/// The way of a body that falls, seen from another; none if it is slow.
+Way BodyCollider::falling(const Moving& body, const Moving& other) const {
+  const double ahead_s = kStepsAhead * model_.step_s;
+  Way way = way_of(body, other, ahead_s);
+  if (way.longest_m() < kLeastWay) return {};
+  way.shift_W.z() -= model_.scene.physics.gravity_m_s2 * ahead_s * model_.step_s;
+  return way;
+}
+
 void BodyCollider::free_on_free(int a, int b, std::vector<Contact>& out) {
   const int upper_index = std::max(a, b), lower_index = std::min(a, b);  // gears come after trays
   const auto& upper = model_.body(upper_index);
   const auto& lower = model_.body(lower_index);
   if (upper.is_tray()) {
-    box_box(upper.slab_size, upper.X_WS(), lower.slab_size, lower.X_WS(), upper_index, lower_index,
-            SurfacePair::kTrayTray, out);
+    find_ahead(falling(moving(upper), moving(lower)), out, [&](const Eigen::Isometry3d& D) {
+      box_box(upper.slab_size, D * upper.X_WS(), lower.slab_size, lower.X_WS(), upper_index,
+              lower_index, SurfacePair::kTrayTray, out);
+    });
   } else if (model_.simplification.joined(upper_index, lower_index)) {
     return;  // by a virtual joint, which stands for their contacts
   } else if (lower.is_tray()) {
     // A pressed gear presses the tray on.
     const std::size_t before = out.size();
-    find_ahead(upper.X_WB, -sink_ahead(upper_index) * lower.X_WB.linear().col(2), out,
-               [&](const Eigen::Isometry3d& X_WG) {
-                 gear_tray(*upper.gear, X_WG, *lower.tray, lower.X_WB, upper_index, lower_index,
-                           out);
-               });
+    Way way = falling(moving(upper), moving(lower));
+    way.shift_W -= sink_ahead(upper_index) * lower.X_WB.linear().col(2);
+    find_ahead(way, out, [&](const Eigen::Isometry3d& D) {
+      gear_tray(*upper.gear, D * upper.X_WB, *lower.tray, lower.X_WB, upper_index, lower_index,
+                out);
+    });
     if (pressed(upper_index) && out.size() > before) {
       pressed_[static_cast<std::size_t>(lower_index)] = 1;
     }
   } else {
-    gear_gear(*upper.gear, upper.X_WB, *lower.gear, lower.X_WB, upper_index, lower_index, out);
+    find_ahead(falling(moving(upper), moving(lower)), out, [&](const Eigen::Isometry3d& D) {
+      gear_gear(*upper.gear, D * upper.X_WB, *lower.gear, lower.X_WB, upper_index, lower_index,
+                out);
+    });
   }
 }
 
@@ -74,15 +84,25 @@ void BodyCollider::gripper_on_free(int robot, int p, int body, std::vector<Conta
   const BodyIndex id = model_.ids.palm(robot) + p;
   // Trays are boxes to a gripper; of a gear, fingers meet the peg with their pads.
   if (free.is_tray()) {
-    box_box(box.size, box.X_WS, free.slab_size, free.X_WS(), id, body, SurfacePair::kRobotAny, out);
+    Way way = way_of(hand.moving(p), moving(free), kStepsAhead * model_.step_s);
+    if (way.longest_m() < kLeastWay) way = {};
+    find_ahead(way, out, [&](const Eigen::Isometry3d& D) {
+      box_box(box.size, D * box.X_WS, free.slab_size, free.X_WS(), id, body, SurfacePair::kRobotAny,
+              out);
+    });
   } else if (p > 0) {
-    const double ahead = hand.idle() ? 0 : kPadAhead;
-    find_ahead(hand.X_WD(p - 1), ahead * hand.closing_W(p - 1), out,
-               [&](const Eigen::Isometry3d& X_WD) {
-                 pad_gear(hand.pad(), X_WD, *free.gear, free.X_WB, id, body, out);
-               });
+    Way way = way_of(hand.moving(p), moving(free), kStepsAhead * model_.step_s);
+    // A closing finger is looked ahead along its own way.
+    if (way.longest_m() < kPadAhead) way = {};
+    if (!hand.idle() && way.longest_m() == 0) way.shift_W = kPadAhead * hand.closing_W(p - 1);
+    find_ahead(way, out, [&](const Eigen::Isometry3d& D) {
+      pad_gear(hand.pad(), D * hand.X_WD(p - 1), *free.gear, free.X_WB, id, body, out);
+    });
   } else {
-    gear_box(*free.gear, free.X_WB, box.size, box.X_WS, body, id, SurfacePair::kRobotAny, out);
+    find_ahead(falling(moving(free), hand.moving(p)), out, [&](const Eigen::Isometry3d& D) {
+      gear_box(*free.gear, D * free.X_WB, box.size, box.X_WS, body, id, SurfacePair::kRobotAny,
+               out);
+    });
   }
 }
 
@@ -116,16 +136,18 @@ void BodyCollider::link_on_free(const ArmShape& shape, BodyIndex link, int body,
 void BodyCollider::free_on_fixed(int body, const StaticShape& shape,
                                  std::vector<Contact>& out) const {
   const auto& free = model_.body(body);
-  // Only trays are looked ahead on fixed things.
+  Way way = falling(moving(free), {});
   if (free.is_tray()) {
+    way.shift_W -= sink_ahead(body) * shape.X_WS.linear().col(2);
     const auto pair = shape.belt ? SurfacePair::kTrayBelt : SurfacePair::kTrayGround;
-    find_ahead(free.X_WS(), -sink_ahead(body) * shape.X_WS.linear().col(2), out,
-               [&](const Eigen::Isometry3d& X_WS) {
-                 box_box(free.slab_size, X_WS, shape.size, shape.X_WS, body, kGround, pair, out);
-               });
+    find_ahead(way, out, [&](const Eigen::Isometry3d& D) {
+      box_box(free.slab_size, D * free.X_WS(), shape.size, shape.X_WS, body, kGround, pair, out);
+    });
   } else {
-    gear_box(*free.gear, free.X_WB, shape.size, shape.X_WS, body, kGround,
-             shape.belt ? SurfacePair::kGearBelt : SurfacePair::kGearGround, out);
+    const auto pair = shape.belt ? SurfacePair::kGearBelt : SurfacePair::kGearGround;
+    find_ahead(way, out, [&](const Eigen::Isometry3d& D) {
+      gear_box(*free.gear, D * free.X_WB, shape.size, shape.X_WS, body, kGround, pair, out);
+    });
   }
 }
 

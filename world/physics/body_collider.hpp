@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "world/physics/collision/look_ahead.hpp"
 #include "world/physics/physics_model.hpp"
 
 namespace aprsim::physics {
@@ -10,8 +11,8 @@ inline constexpr std::size_t kPairCapacity = 64;  ///< contacts of a pair to res
 
 /// Narrow phase between bodies of the model: picks the exact geometry for a pair, links by ODE's
 /// primitives. Contacts are appended to `out`; depths are those of now, at most four points a
-/// surface. A gap that is looked ahead has a negative depth. No call allocates once `out` has its
-/// capacity.
+/// surface. A gap that will close, or is looked ahead, has a negative depth. No call allocates once
+/// `out` has its capacity.
 class BodyCollider {
  public:
   // How far a closing pad, and a body pressed on its support, are looked ahead [m], so that they do
@@ -40,6 +41,7 @@ class BodyCollider {
   [[nodiscard]] double sink_ahead(int body) const { return pressed(body) ? kSinkAhead : 0; }
 
  private:
+  [[nodiscard]] Way falling(const Moving& body, const Moving& other) const;
   [[nodiscard]] bool pressed(int body) const {
     return pressed_[static_cast<std::size_t>(body)] != 0;
   }

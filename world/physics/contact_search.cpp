@@ -47,42 +47,53 @@ void ContactSearch::search() {
   release(released_);
 }
 
-/// Coulomb coefficient of the pair of surfaces.
-double ContactSearch::friction(const Contact& contact) const {
-  const auto& mu = model_.scene.physics.friction;
-  switch (contact.pair) {
+/// The property's value for the pair of surfaces.
+double ContactSearch::of_pair(const scene::SurfacePairs& property, SurfacePair pair) {
+  switch (pair) {
     case SurfacePair::kGearTray:
-      return mu.gear_tray;
+      return property.gear_tray;
     case SurfacePair::kGearGear:
-      return mu.gear_gear;
+      return property.gear_gear;
     case SurfacePair::kGearGround:
     case SurfacePair::kGearBelt:
-      return mu.gear_ground;
+      return property.gear_ground;
     case SurfacePair::kTrayBelt:
-      return mu.tray_belt;
+      return property.tray_belt;
     case SurfacePair::kTrayGround:
-      return mu.tray_ground;
+      return property.tray_ground;
     case SurfacePair::kTrayTray:
-      return mu.tray_tray;
-    case SurfacePair::kPadGear: {
-      const int robot = model_.ids.robot_of(contact.a);
-      return model_.grippers[static_cast<std::size_t>(robot)].pad_friction();
-    }
+      return property.tray_tray;
+    case SurfacePair::kPadGear:
     case SurfacePair::kRobotAny:
       break;
   }
-  return mu.robot;
+  return property.robot;
 }
 
-/// Makes constraints of the contacts found. `fixed_shape`: with which, -1 = none.
+/// Makes a constraint of a contact. `fixed_shape`: with which, -1 = none.
+ContactConstraint ContactSearch::constraint(const Contact& contact, int fixed_shape) const {
+  const auto& physics = model_.scene.physics;
+  ContactConstraint out{.contact = contact, .fixed = fixed_shape};
+  out.belt = fixed_shape >= 0 && fixed_shape == model_.fixed.belt;
+  if (contact.pair == SurfacePair::kPadGear) {
+    const int robot = model_.ids.robot_of(contact.a);
+    out.friction = model_.grippers[static_cast<std::size_t>(robot)].pad_friction();
+    return out;
+  }
+  out.friction = of_pair(physics.friction, contact.pair);
+  out.restitution = of_pair(physics.restitution, contact.pair);
+  out.rolling_m = of_pair(physics.rolling_m, contact.pair);
+  out.spinning_m = of_pair(physics.spinning_m, contact.pair);
+  return out;
+}
+
 void ContactSearch::add_found(int fixed_shape) {
   for (const auto& contact : found_) {
     const bool on_fixed = fixed_shape >= 0;
     const bool belt = on_fixed && fixed_shape == model_.fixed.belt;
     // A frame level with the belt must not carry what stands on the belt.
     if (on_fixed && !belt && model_.fixed.under_belt(contact.p_W)) continue;
-    model_.constraints.push_back(
-        {.contact = contact, .fixed = fixed_shape, .friction = friction(contact), .belt = belt});
+    model_.constraints.push_back(constraint(contact, fixed_shape));
   }
   found_.clear();
 }

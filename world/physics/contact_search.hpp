@@ -34,7 +34,8 @@ class ContactSearch {
   void composites_on_each_other(int a, int b);
   void free_on_fixed(int body);
   void add_found(int fixed_shape);
-  [[nodiscard]] double friction(const Contact& contact) const;
+  [[nodiscard]] static double of_pair(const scene::SurfacePairs& property, SurfacePair pair);
+  [[nodiscard]] ContactConstraint constraint(const Contact& contact, int fixed_shape) const;
   [[nodiscard]] bool may_touch_link(int robot, int other, int link) const;
   [[nodiscard]] GripperMechanism& gripper(int robot) {
     return model_.grippers[static_cast<std::size_t>(robot)];

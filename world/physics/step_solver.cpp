@@ -7,6 +7,7 @@ namespace aprsim::physics {
 namespace {
 
 constexpr double kSameContact = 3e-3;  // [m] from where it was in the last step, at most
+constexpr double kFalling = 0.03;      // [m/s], slower bodies lie on something
 
 /// Which two bodies touch.
 std::tuple<int, int, int> pair_of(const ContactConstraint& constraint) {
@@ -89,13 +90,34 @@ void StepSolver::solve_island(int island) {
 /// Puts an arm's link that is touched where it is in this step, and says how the surfaces act.
 ContactResponse StepSolver::response_of(const ContactConstraint& constraint) {
   const BodyIndex id = constraint.contact.b;
-  const bool link = model_.ids.is_link(id);
-  if (link) {
+  ContactSetting setting{.arm_link = model_.ids.is_link(id),
+                         .belt_axis_W = model_.fixed.belt_axis_W,
+                         .belt_speed_m_s = model_.belt_speed_m_s,
+                         .step_s = model_.step_s};
+  if (setting.arm_link) {
     const auto robot = static_cast<std::size_t>(model_.ids.robot_of(id));
     model_.arms[robot].place_link(model_.ids.link_of(id), model_.step_s);
   }
-  return contact_response(constraint, link, model_.fixed.belt_axis_W, model_.belt_speed_m_s,
-                          model_.step_s);
+  if (constraint.restitution > 0) note_approach(constraint, setting);
+  return contact_response(constraint, setting);
+}
+
+void StepSolver::note_approach(const ContactConstraint& constraint, ContactSetting& setting) const {
+  const Contact& contact = constraint.contact;
+  const auto velocity = [&](BodyIndex id) -> Eigen::Vector3d {
+    dBodyID body = model_.ode_body(id);
+    if (body == nullptr) return Eigen::Vector3d::Zero();
+    const Eigen::Vector3d arm = contact.p_W - ode::vector(dBodyGetPosition(body));
+    return ode::vector(dBodyGetLinearVel(body)) + ode::vector(dBodyGetAngularVel(body)).cross(arm);
+  };
+  const Eigen::Vector3d v_a = velocity(contact.a), v_b = velocity(contact.b);
+  setting.normal_speed_m_s = (v_a - v_b).dot(contact.n_W);
+  // What hardly moves is held up by something.
+  const double fall = -model_.scene.physics.gravity_m_s2 * contact.n_W.z();
+  const auto falls = [&](BodyIndex id, const Eigen::Vector3d& v) {
+    return model_.ids.is_free(id) && v.norm() > kFalling ? fall : 0;
+  };
+  setting.normal_accel_m_s2 = falls(contact.a, v_a) - falls(contact.b, v_b);
 }
 
 // ---- where the search begins

@@ -37,6 +37,7 @@ class StepSolver {
   void list_members();
   void solve_island(int island);
   [[nodiscard]] ContactResponse response_of(const ContactConstraint& constraint);
+  void note_approach(const ContactConstraint& constraint, ContactSetting& setting) const;
   void take_last_contacts();
   [[nodiscard]] Eigen::Vector3d warm_start(const ContactConstraint& constraint) const;
   void keep_contacts();

@@ -20,25 +20,28 @@ constexpr double kEmergencyFactor = 4;
 
 constexpr std::size_t kMaxGripperNames = 8;
 
+constexpr yaml::Range kMostResistanceMm = {.min = 0, .max = 10};
+
 constexpr const char* kConveyorName = "conveyor";
 constexpr const char* kFloorName = "floor";
 
-Friction read_friction(const yaml::Node& node) {
-  Friction friction;
-  if (!node) return friction;
+/// Values for some or all pairs of surfaces, `scale` times as large as in the file.
+SurfacePairs read_pairs(const yaml::Node& node, SurfacePairs pairs, const yaml::Range& range,
+                        double scale = 1) {
+  if (!node) return pairs;
   const yaml::Map keys = node.map(
       {"gear_tray", "gear_gear", "gear_ground", "tray_belt", "tray_ground", "tray_tray", "robot"});
   const auto read = [&](const char* key, double& value) {
-    value = keys[key].number_or(value, kNotNegative);
+    value = scale * keys[key].number_or(value / scale, range);
   };
-  read("gear_tray", friction.gear_tray);
-  read("gear_gear", friction.gear_gear);
-  read("gear_ground", friction.gear_ground);
-  read("tray_belt", friction.tray_belt);
-  read("tray_ground", friction.tray_ground);
-  read("tray_tray", friction.tray_tray);
-  read("robot", friction.robot);
-  return friction;
+  read("gear_tray", pairs.gear_tray);
+  read("gear_gear", pairs.gear_gear);
+  read("gear_ground", pairs.gear_ground);
+  read("tray_belt", pairs.tray_belt);
+  read("tray_ground", pairs.tray_ground);
+  read("tray_tray", pairs.tray_tray);
+  read("robot", pairs.robot);
+  return pairs;
 }
 
 /// Reads the objects of one scene, in the order in which they refer to each other.
@@ -249,15 +252,19 @@ Physics read_physics(const yaml::Node& node) {
   Physics physics;
   if (!node) return physics;
   const yaml::Map keys =
-      node.map({"step_s", "gravity_m_s2", "iterations", "friction", "simplification",
-                "simplify_speed_m_s", "simplify_accel_m_s2", "simplify_force_n"});
+      node.map({"step_s", "gravity_m_s2", "friction", "restitution", "rolling_resistance_mm",
+                "spinning_resistance_mm", "simplification", "simplify_speed_m_s",
+                "simplify_accel_m_s2", "simplify_force_n"});
   // The explicit springs of the contact and gripper laws are stable up to 2 ms.
   physics.step_s =
       keys["step_s"].number_or(physics.step_s, {.min = 0, .max = 0.002, .open_min = true});
   physics.gravity_m_s2 = keys["gravity_m_s2"].number_or(physics.gravity_m_s2, kNotNegative);
-  physics.iterations =
-      static_cast<int>(keys["iterations"].integer_or(physics.iterations, 1, 10000));
-  physics.friction = read_friction(keys["friction"]);
+  physics.friction = read_pairs(keys["friction"], physics.friction, kNotNegative);
+  physics.restitution = read_pairs(keys["restitution"], physics.restitution, {.min = 0, .max = 1});
+  physics.rolling_m =
+      read_pairs(keys["rolling_resistance_mm"], physics.rolling_m, kMostResistanceMm, 1e-3);
+  physics.spinning_m =
+      read_pairs(keys["spinning_resistance_mm"], physics.spinning_m, kMostResistanceMm, 1e-3);
   physics.simplification = static_cast<Simplification>(
       keys["simplification"].word_or(static_cast<std::size_t>(physics.simplification),
                                      {"off", "virtual_joints", "merge", "dormant"}));

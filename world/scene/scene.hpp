@@ -36,11 +36,19 @@ struct Conveyor {
   std::vector<PhotoEye> photo_eyes;
 };
 
-/// Friction coefficients by pair of surfaces.
-struct Friction {
-  double gear_tray = 0.35, gear_gear = 0.3, gear_ground = 0.4;
-  double tray_belt = 0.8, tray_ground = 0.4, tray_tray = 0.3, robot = 0.5;
+/// A property of contacts by pair of surfaces.
+struct SurfacePairs {
+  double gear_tray = 0, gear_gear = 0, gear_ground = 0;
+  double tray_belt = 0, tray_ground = 0, tray_tray = 0, robot = 0;
 };
+/// Coulomb's coefficients where a scene gives none.
+inline constexpr SurfacePairs kUsualFriction = {.gear_tray = 0.35,
+                                                .gear_gear = 0.3,
+                                                .gear_ground = 0.4,
+                                                .tray_belt = 0.8,
+                                                .tray_ground = 0.4,
+                                                .tray_tray = 0.3,
+                                                .robot = 0.5};
 
 /// How contacts of what rests are simplified; see world/physics/simplification.hpp.
 enum class Simplification {
@@ -53,8 +61,9 @@ enum class Simplification {
 struct Physics {
   double step_s = 1e-3;
   double gravity_m_s2 = 9.81;
-  int iterations = 50;  ///< of the iterative solver
-  Friction friction;
+  SurfacePairs friction = kUsualFriction;
+  SurfacePairs restitution;            ///< share of the speed of approach that an impact gives back
+  SurfacePairs rolling_m, spinning_m;  ///< torque across and about the normal, per normal force
   Simplification simplification = Simplification::kDormant;
   double simplify_speed_m_s = 1e-3;  ///< e1 of Algorithm 1
   double simplify_accel_m_s2 = 0.5;  ///< e2 of Algorithm 1

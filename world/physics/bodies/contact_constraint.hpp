@@ -11,6 +11,8 @@ struct ContactConstraint {
   Contact contact;
   int fixed = -1;  ///< index of the fixed shape when contact.b is kGround
   double friction = 0;
+  double restitution = 0;  ///< see scene::Physics, as the next two
+  double rolling_m = 0, spinning_m = 0;
   bool belt = false;
   Eigen::Vector3d f_W = Eigen::Vector3d::Zero();  ///< solved force on contact.a [N]
   double normal_n = 0;                            ///< its normal part
@@ -20,7 +22,7 @@ inline constexpr std::size_t kConstraintCapacity = 4096;  ///< places to reserve
 
 inline constexpr double kFaultDepth = 0.5e-3;  ///< [m] of penetration: a physics fault
 
-/// A gap that may close in this step: only the exact solver of grips sees it.
+/// A gap that may close in this step.
 [[nodiscard]] inline bool is_gap(const ContactConstraint& constraint) {
   return constraint.contact.depth_m < 0;
 }

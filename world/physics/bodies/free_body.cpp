@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "world/physics/collision/look_ahead.hpp"
 #include "world/scene/part_shapes.hpp"
 
 namespace aprsim::physics {
@@ -33,9 +34,10 @@ double gear_radius(const scene::GearType& gear, const Eigen::Vector3d& com) {
 }
 
 /// A tray's slab is a box under z = 0 of its frame.
-FreeBody make_tray(const scene::TrayInstance& instance, const scene::TrayType& type,
+FreeBody make_tray(const scene::TrayInstance& instance, const scene::TrayType& type, double step_s,
                    dWorldID world) {
   FreeBody free;
+  free.step_s = step_s;
   free.name = instance.name;
   free.tray = &type;
   free.body.reset(dBodyCreate(world));
@@ -51,9 +53,10 @@ FreeBody make_tray(const scene::TrayInstance& instance, const scene::TrayType& t
   return free;
 }
 
-FreeBody make_gear(const scene::GearInstance& instance, const scene::GearType& type,
+FreeBody make_gear(const scene::GearInstance& instance, const scene::GearType& type, double step_s,
                    dWorldID world) {
   FreeBody free;
+  free.step_s = step_s;
   free.name = instance.name;
   free.gear = &type;
   free.body.reset(dBodyCreate(world));
@@ -100,16 +103,17 @@ void FreeBody::carry(const MassProperties& all) {
 
 void FreeBody::update_bounds() {
   bounds = is_tray() ? aabb_of_box(slab_size, X_WS()) : aabb_of_gear(*gear, X_WB);
+  bounds = bounds.grown(kStepsAhead * step_s * (v_com_W.norm() + radius_m * omega_W.norm()));
 }
 
 std::vector<FreeBody> make_free_bodies(const scene::Scene& scene, dWorldID world) {
   std::vector<FreeBody> bodies;
   bodies.reserve(scene.trays.size() + scene.gears.size());
   for (const auto& tray : scene.trays) {
-    bodies.push_back(make_tray(tray, scene.tray_types.at(tray.type), world));
+    bodies.push_back(make_tray(tray, scene.tray_types.at(tray.type), scene.physics.step_s, world));
   }
   for (const auto& gear : scene.gears) {
-    bodies.push_back(make_gear(gear, scene.gear_types.at(gear.type), world));
+    bodies.push_back(make_gear(gear, scene.gear_types.at(gear.type), scene.physics.step_s, world));
   }
   return bodies;
 }

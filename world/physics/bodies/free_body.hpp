@@ -23,6 +23,7 @@ struct FreeBody {
   ode::Body body;
   MassProperties mass;
   double radius_m = 0;  ///< of a sphere about the centre of mass that holds the shape
+  double step_s = 0;
   Eigen::Vector3d origin_B = Eigen::Vector3d::Zero();  ///< of the ODE body
   // tray slab as a box
   Eigen::Vector3d slab_size = Eigen::Vector3d::Zero();
@@ -31,7 +32,7 @@ struct FreeBody {
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
   Eigen::Vector3d v_com_W = Eigen::Vector3d::Zero();
   Eigen::Vector3d omega_W = Eigen::Vector3d::Zero();
-  Aabb bounds;
+  Aabb bounds;  ///< of where it is and can be within the next kStepsAhead
   /// Step in which it fell out of the cell; it takes part in nothing any more.
   std::optional<std::uint64_t> lost_step;
 

@@ -103,6 +103,8 @@ void ConstraintSystem::add_contact(ContactConstraint& constraint, dBodyID a, dBo
                        .p = constraint.contact.p_W,
                        .n = constraint.contact.n_W,
                        .friction = constraint.friction,
+                       .spinning_m = constraint.spinning_m,
+                       .rolling_m = constraint.rolling_m,
                        .target_v = response.target_v_W,
                        .softness_m_s_ns = response.cfm / step_s_,
                        .guess_ns = step_s_ * guess_W});

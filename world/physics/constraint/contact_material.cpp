@@ -1,6 +1,7 @@
 #include "world/physics/constraint/contact_material.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace aprsim::physics {
 namespace {
@@ -16,6 +17,7 @@ constexpr Softness kArm = {0.45, 4.5e-3};
 
 constexpr double kMostCorrecting = 0.5;  // [m/s], at which penetration ends
 constexpr double kSinkRate = 20;         // [1/s], of the remaining slop
+constexpr double kLeastImpact = 0.03;    // [m/s], slower ones give nothing back
 constexpr double kLeastAlong = 0.1;  // share of the belt's axis that lies in the contact's plane
 
 /// Penetration slop: resting bodies keep this depth, and with it their contacts. Trays are shoved,
@@ -34,27 +36,46 @@ double penetration_slop_m(SurfacePair pair) {
   }
 }
 
+/// Speed of rebound by Newton's law of impact, such that from where this step ends the body rises
+/// as high as from an impact at the surface: with a = acceleration towards the surface, the
+/// semi-implicit Euler steps of a free fall keep I = v^2 / 2 + a x - a h v / 2 at height x, and
+/// behind the impact I is e^2 as large. None below the least speed of impact.
+double rebound_m_s(const ContactConstraint& constraint, const ContactSetting& setting) {
+  const double h = setting.step_s, v = setting.normal_speed_m_s;
+  const double a = std::max(0.0, -setting.normal_accel_m_s2);
+  const double gap = std::max(0.0, -constraint.contact.depth_m);
+  const double e = constraint.restitution;
+  const bool closes = gap + h * (v - h * a) <= 0;
+  if (e <= 0 || -v < kLeastImpact || !closes) return 0;
+  const double I = 0.5 * v * v + a * gap - 0.5 * a * h * v;
+  const double root = 0.25 * a * a * h * h + 2 * (e * e * I - a * gap);
+  return root > 0 ? std::sqrt(root) - 0.5 * a * h : 0;
+}
+
 }  // namespace
 
-ContactResponse contact_response(const ContactConstraint& constraint, bool arm_link,
-                                 const Eigen::Vector3d& belt_axis_W, double belt_speed_m_s,
-                                 double step_s) {
+ContactResponse contact_response(const ContactConstraint& constraint,
+                                 const ContactSetting& setting) {
   const auto& contact = constraint.contact;
-  const Softness& softness = arm_link ? kArm : contact.pair == SurfacePair::kPadGear ? kPad : kHard;
+  const Softness& softness = setting.arm_link                        ? kArm
+                             : contact.pair == SurfacePair::kPadGear ? kPad
+                                                                     : kHard;
   ContactResponse response;
   response.cfm = softness.cfm;
   // Within the slop a body sinks slowly; by its weight alone, against the soft normal, that would
   // take minutes.
   const double inside = contact.depth_m - penetration_slop_m(contact.pair);
-  const double rate = is_gap(constraint) ? contact.depth_m / step_s
+  const double h = setting.step_s;
+  const double rate = is_gap(constraint) ? contact.depth_m / h
                       : inside < 0       ? kSinkRate * inside
-                                   : std::min(kMostCorrecting, softness.erp / step_s * inside);
-  response.target_v_W = rate * contact.n_W;
+                                         : std::min(kMostCorrecting, softness.erp / h * inside);
+  response.target_v_W = std::max(rate, rebound_m_s(constraint, setting)) * contact.n_W;
   if (!constraint.belt) return response;
   // A surface in motion without a body.
-  const Eigen::Vector3d along = belt_axis_W - belt_axis_W.dot(contact.n_W) * contact.n_W;
+  const Eigen::Vector3d& axis = setting.belt_axis_W;
+  const Eigen::Vector3d along = axis - axis.dot(contact.n_W) * contact.n_W;
   // On the belt's end or side it does not move.
-  if (along.norm() > kLeastAlong) response.target_v_W += belt_speed_m_s * along;
+  if (along.norm() > kLeastAlong) response.target_v_W += setting.belt_speed_m_s * along;
   return response;
 }
 

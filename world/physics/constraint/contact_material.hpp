@@ -12,9 +12,18 @@ struct ContactResponse {
   Eigen::Vector3d target_v_W = Eigen::Vector3d::Zero();
 };
 
-/// `arm_link`: the contact is with an arm's link.
-[[nodiscard]] ContactResponse contact_response(const ContactConstraint& constraint, bool arm_link,
-                                               const Eigen::Vector3d& belt_axis_W,
-                                               double belt_speed_m_s, double step_s);
+/// What the contact's surroundings add.
+struct ContactSetting {
+  bool arm_link = false;  ///< it is with an arm's link
+  Eigen::Vector3d belt_axis_W = Eigen::Vector3d::UnitX();
+  double belt_speed_m_s = 0;
+  double step_s = 1e-3;
+  /// Along the normal, of a relative to b, before the step; < 0: they approach.
+  double normal_speed_m_s = 0;
+  double normal_accel_m_s2 = 0;  ///< of a relative to b without the contact
+};
+
+[[nodiscard]] ContactResponse contact_response(const ContactConstraint& constraint,
+                                               const ContactSetting& setting);
 
 }  // namespace aprsim::physics

@@ -24,6 +24,9 @@ dMass box_mass(double kg, const Eigen::Vector3d& size) {
 GripperMechanism::GripperMechanism(const scene::Robot& robot, dWorldID world,
                                    const Eigen::Isometry3d& X_WF, double step_s)
     : settings_(robot.gripper), step_s_(step_s), X_FT_(robot.X_FT.isometry()) {
+  dVector3 gravity;
+  dWorldGetGravity(world, gravity);
+  gravity_W_ = ode::vector(gravity);
   joints_.linkage = settings_.law == scene::GripperLaw::kLinkage;
   joints_.closed_travel_m = 0.5 * (settings_.gap_open_m - settings_.gap_closed_m);
   now_.X_WT = now_.X_WT_next = X_WF * X_FT_;
@@ -181,13 +184,20 @@ void GripperMechanism::begin_step(const Eigen::Isometry3d& X_WF_next) {
   const Eigen::Vector3d omega_before = now_.omega;
   now_.omega = turn.angle() / step_s_ * turn.axis();
   if (now_.idle) return;
-  // Velocities relative to the carriage turn with it; its own change is the arm's business.
+  // Velocities relative to the carriage turn with it; its own change is the arm's business, but for
+  // the fingers along their rails, where inertia and weight load the pistons.
   for (std::size_t i = 0; i < bodies().size(); ++i) {
     auto& part = now_.parts[i];
     const Eigen::Vector3d v = ode::vector(dBodyGetLinearVel(joints_.bodies[i]));
     const Eigen::Vector3d w = ode::vector(dBodyGetAngularVel(joints_.bodies[i]));
     const Eigen::Vector3d u = carried_velocity(part.X_WS.translation());
-    ode::set_velocity(joints_.bodies[i], u + now_.delta.linear() * (v - part.carried_v),
+    const Eigen::Vector3d before = now_.delta.linear() * part.carried_v;
+    Eigen::Vector3d next = u + now_.delta.linear() * v - before;
+    if (i == 1 || i == 2) {
+      const Eigen::Vector3d axis = closing_W(static_cast<int>(i) - 1);
+      next += axis.dot(step_s_ * gravity_W_ - (u - before)) * axis;
+    }
+    ode::set_velocity(joints_.bodies[i], next,
                       now_.omega + now_.delta.linear() * (w - omega_before));
     part.carried_v = u;
   }
@@ -334,6 +344,15 @@ void GripperMechanism::become_idle() {
 /// Of the point at p_W, if it moved with the mount.
 Eigen::Vector3d GripperMechanism::carried_velocity(const Eigen::Vector3d& p_W) const {
   return (now_.delta * p_W - p_W) / step_s_;
+}
+
+Moving GripperMechanism::moving(int i) const {
+  const auto& box = part(i);
+  Moving out{.p_W = box.X_WS.translation(), .reach_m = 0.5 * box.size.norm()};
+  dBodyID body = joints_.bodies[static_cast<std::size_t>(i)];
+  out.v_W = now_.idle ? carried_velocity(out.p_W) : ode::vector(dBodyGetLinearVel(body));
+  out.omega_W = now_.idle ? now_.omega : ode::vector(dBodyGetAngularVel(body));
+  return out;
 }
 
 Eigen::Isometry3d GripperMechanism::X_WD(int finger) const {

@@ -7,6 +7,7 @@
 
 #include "world/physics/bodies/free_body.hpp"
 #include "world/physics/bodies/ode_handles.hpp"
+#include "world/physics/collision/look_ahead.hpp"
 #include "world/physics/collision/narrow_phase.hpp"
 #include "world/physics/gripper/finger_drive.hpp"
 #include "world/physics/gripper/grasp_monitor.hpp"
@@ -30,7 +31,8 @@ struct GripperPart {
 /// it every mis-grasp would be an infinite force), two fingers on sliders with end stops, a
 /// velocity-limited piston each, and for the linkage law a lever with two rods that holds both
 /// travels equal. Its weight and inertia are the arm's business: the parts move with the carriage
-/// and deflect only under contact forces. Nothing ever ties a gear to it.
+/// and deflect only under contact forces; but the fingers bear their own along their rails. Nothing
+/// ever ties a gear to it.
 class GripperMechanism {
  public:
   GripperMechanism(const scene::Robot& robot, dWorldID world, const Eigen::Isometry3d& X_WF,
@@ -85,6 +87,8 @@ class GripperMechanism {
   }
   [[nodiscard]] const Pad& pad() const { return pad_; }
   [[nodiscard]] Eigen::Isometry3d X_WD(int finger) const;  ///< see Pad
+  /// Of a part, in a step that has begun.
+  [[nodiscard]] Moving moving(int part) const;
   /// Direction in which a finger closes, in world.
   [[nodiscard]] Eigen::Vector3d closing_W(int finger) const;
   [[nodiscard]] const GripperState& state() const { return now_.report; }
@@ -120,6 +124,7 @@ class GripperMechanism {
   scene::Gripper settings_;
   double step_s_;
   Eigen::Isometry3d X_FT_;
+  Eigen::Vector3d gravity_W_;
   Pad pad_;
   GripperJoints joints_;
   std::array<ode::Body, 4> bodies_;  // of the parts

@@ -53,9 +53,11 @@ std::string small_scene() {
   return R"(seed: 7
 physics:
   step_s: 0.001
-  iterations: 40
   simplification: off
   friction: {gear_tray: 0.4}
+  restitution: {gear_ground: 0.3}
+  rolling_resistance_mm: {gear_ground: 0.1}
+  spinning_resistance_mm: {tray_ground: 2}
 pockets:
   hole: {top_radius_m: 0.0172, floor_radius_m: 0.01, depth_m: 0.0125}
 gear_types:

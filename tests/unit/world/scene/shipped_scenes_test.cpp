@@ -262,10 +262,13 @@ TEST_F(SmallScene, EverythingIsRead) {
   const auto scene = load(write("scene.yaml", small_scene()));
   ASSERT_TRUE(scene.has_value()) << scene.error().message;
   EXPECT_EQ(scene->seed, 7u);
-  EXPECT_EQ(scene->physics.iterations, 40);
+  EXPECT_EQ(scene->physics.restitution.gear_ground, 0.3);
+  EXPECT_EQ(scene->physics.restitution.gear_tray, 0);
+  EXPECT_NEAR(scene->physics.rolling_m.gear_ground, 1e-4, 1e-16);
+  EXPECT_NEAR(scene->physics.spinning_m.tray_ground, 2e-3, 1e-15);
   EXPECT_EQ(scene->physics.simplification, Simplification::kOff);
   EXPECT_EQ(scene->physics.friction.gear_tray, 0.4);
-  EXPECT_EQ(scene->physics.friction.tray_belt, Friction{}.tray_belt);
+  EXPECT_EQ(scene->physics.friction.tray_belt, kUsualFriction.tray_belt);
   const Robot& robot = scene->robots.at(0);
   EXPECT_EQ(robot.name, "robbie");
   EXPECT_EQ(robot.model_file, directory_ + "/arm.urdf");

@@ -19,7 +19,7 @@ ContactConstraint constraint_of(SurfacePair pair, double depth_m = 1e-5) {
 }
 
 ContactResponse response_of(const ContactConstraint& constraint, double belt_speed_m_s = 0) {
-  return contact_response(constraint, false, Eigen::Vector3d::UnitX(), belt_speed_m_s, kStep_s);
+  return contact_response(constraint, {.belt_speed_m_s = belt_speed_m_s, .step_s = kStep_s});
 }
 
 TEST(ContactMaterial, PadsAreSofterThanAnythingElse) {
@@ -58,6 +58,47 @@ TEST(ContactMaterial, TheBeltMovesAlongItsAxis) {
   }
   constraint.contact.n_W = Eigen::Vector3d::UnitX();  // the belt's end
   EXPECT_DOUBLE_EQ(response_of(constraint, 0.4).target_v_W.tail<2>().norm(), 0);
+}
+
+/// From the surface and from a gap that closes in the step, thrown and falling: a body rises to e^2
+/// of the height from which it has come.
+TEST(ContactMaterial, ReboundsToTheShareOfTheHeight) {
+  constexpr double kGravity = 9.81, kRestitution = 0.7, kHeight = 0.3;
+  for (int start = 0; start < 20; ++start) {
+    ContactConstraint constraint = constraint_of(SurfacePair::kGearGround);
+    constraint.restitution = kRestitution;
+    double z = kHeight + 1e-4 * start, v = 0, top = 0;
+    const double height = z;
+    bool struck = false;
+    for (int step = 0; step < 2000; ++step) {
+      constraint.contact.depth_m = -z;
+      const double free = v - kGravity * kStep_s;
+      double next = free;
+      if (!struck && z + kStep_s * free <= 0) {
+        next = contact_response(
+                   constraint,
+                   {.step_s = kStep_s, .normal_speed_m_s = v, .normal_accel_m_s2 = -kGravity})
+                   .target_v_W.z();
+        struck = true;
+      }
+      v = next;
+      z += kStep_s * v;
+      if (struck) top = std::max(top, z);
+      if (struck && v < 0) break;
+    }
+    EXPECT_NEAR(top, kRestitution * kRestitution * height, 2e-5);
+  }
+}
+
+TEST(ContactMaterial, SlowApproachesGiveNothingBack) {
+  ContactConstraint constraint = constraint_of(SurfacePair::kGearGround, 0);
+  constraint.restitution = 0.9;
+  const auto rate = [&](double speed) {
+    return contact_response(constraint, {.step_s = kStep_s, .normal_speed_m_s = -speed})
+        .target_v_W.z();
+  };
+  EXPECT_LE(rate(0.02), 0);
+  EXPECT_NEAR(rate(0.5), 0.45, 1e-12);
 }
 
 }  // namespace

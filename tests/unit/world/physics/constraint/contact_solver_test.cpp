@@ -61,8 +61,8 @@ class RandomProblems {
         contact.a = i;
         contact.b = other < 0 ? kGround : other;
         contact.p = problem.bodies.back().com + vector(size);
-        contact.n = (Vector3d(0, 0, 1) + vector(0.6)).normalized();
-        contact.friction = whole(0, 4) == 0 ? 0 : real(0.05, 1.2);
+        contact.n = (Vector3d(0, 0, 1) + vector(0.4)).normalized();
+        contact.friction = whole(0, 4) == 0 ? 0 : real(0.05, 0.6);
         contact.softness_m_s_ns = whole(0, 1) * 1e-3;
         problem.contacts.push_back(contact);
       }
@@ -152,7 +152,7 @@ TEST(ContactSolver, KeepsCoulombsLawInRandomProblems) {
     ASSERT_LE(energy_of(problem, twists), energy_of(problem, free) * (1 + 1e-9))
         << "round " << round;
   }
-  // In cones that hem bodies in from all sides there may be no solution at all.
+  // With contacts anywhere and from a cold start, a few in a hundred are not solved to the last.
   EXPECT_GE(solved, kProblems * 95 / 100);
 }
 

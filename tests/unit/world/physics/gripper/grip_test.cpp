@@ -127,7 +127,9 @@ class OffCentre
     : public testing::TestWithParam<std::tuple<scene::PadShape, double, double, double>> {};
 
 // The fingers close up to 2 mm beside the peg, along the closing direction and across it: the tray
-// gives way, V pads centre the peg both ways, flat ones along the closing direction.
+// gives way, V pads centre the peg both ways, flat ones along the closing direction. A peg that
+// slides along a groove's face has no friction left against tipping: within its slot's clearance
+// the gear tilts by up to 3 mrad, which is some 0.1 mm, with steps of 1 ms as of 0.125 ms.
 TEST_P(OffCentre, PickSucceedsAndVPadsCentreThePeg) {
   const auto [pad, across, along, yaw] = GetParam();
   auto scene = pick_scene("d60", {across, along}, yaw);
@@ -137,7 +139,7 @@ TEST_P(OffCentre, PickSucceedsAndVPadsCentreThePeg) {
   Bench bench(std::move(scene));
   Outcome out = pick(bench);
   ASSERT_TRUE(out.held);
-  EXPECT_LT(out.pop_m, 25e-6);
+  EXPECT_LT(out.pop_m, 110e-6);
   EXPECT_EQ(bench.world->penetration_faults(), 0u);
   const Eigen::Vector3d in_hand = out.X_TG_closed.translation();
   EXPECT_LT(std::abs(in_hand.y()), 30e-6);

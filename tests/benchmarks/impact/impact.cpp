@@ -1,0 +1,89 @@
+// Bodies that fall: how soon they rest, and whether contacts ever give energy.
+
+#include <algorithm>
+#include <numbers>
+
+#include "tests/benchmarks/impact/drops.hpp"
+#include "tests/benchmarks/support/experiment.hpp"
+#include "tests/benchmarks/support/modes.hpp"
+#include "tests/benchmarks/trays/tray_run.hpp"
+
+namespace aprsim::bench {
+namespace {
+
+constexpr double kSlightTilt = 12 * std::numbers::pi / 180, kAnyTilt = 4;
+
+scene::Scene bare_table(const Mode& mode) {
+  scene::Scene scene = bare_belt(mode.value);
+  scene.conveyor.reset();
+  Pose below;
+  below.p.z() = -0.025;
+  scene.fixed.push_back({"table", {4, 4, 0.05}, below});
+  return scene;
+}
+
+struct Worst {
+  double rest_s = 0, gained_j = 0, total_j = 0, deepest_m = 0;
+  std::uint64_t unsolved = 0;
+  void add(const Drop& one) {
+    rest_s = std::max(rest_s, one.rest_s);
+    gained_j = std::max(gained_j, one.gained_j);
+    total_j += one.gained_j;
+    deepest_m = std::max(deepest_m, one.deepest_m);
+    unsolved += one.unsolved;
+  }
+};
+
+/// Every part and tray, from random poses: a few millimetres high and slightly tilted, or any way.
+void tilted_drops(Experiment& experiment, const Mode& mode) {
+  std::mt19937_64 engine(15);
+  const int poses = experiment.quick() ? 2 : 200;
+  const double seconds = experiment.quick() ? 3 : 10;
+  Worst worst;
+  Table table({"body", "rests within [s]", "greatest gain [J]", "deepest [m]", "steps unsolved"});
+  const scene::Scene bare = bare_table(mode);
+  const auto run = [&](const std::string& type, bool tray, double reach) {
+    Worst own;
+    for (int i = 0; i < poses; ++i) {
+      const bool slight = i % 2 == 0;
+      scene::Scene scene = bare;
+      const Pose pose =
+          random_pose(engine, 3e-3, slight ? 0.3 * reach : reach, slight ? kSlightTilt : kAnyTilt);
+      if (tray) {
+        scene.trays.push_back({.name = "body", .type = type, .X_WP = pose});
+      } else {
+        scene.gears.push_back({.name = "body", .type = type, .X_WP = pose});
+      }
+      const Drop one = drop(std::move(scene), seconds);
+      own.add(one);
+      worst.add(one);
+    }
+    table.row({type, own.rest_s, own.gained_j, own.deepest_m, static_cast<double>(own.unsolved)});
+  };
+  for (const auto& [name, type] : bare.gear_types) {
+    run(name, false, std::hypot(type.disc_radius_m, std::max(type.peg_top_m, type.hub_height_m)));
+  }
+  for (const auto& [name, type] : bare.tray_types) {
+    run(name, true, std::max(type.min_xy.norm(), type.max_xy.norm()) + type.thickness_m);
+  }
+  const std::string name = std::string("impact.") + mode.name;
+  experiment.record(name + ".rest_s", worst.rest_s, "s");
+  experiment.record(name + ".gained_j", worst.gained_j, "J");
+  experiment.record(name + ".deepest_m", worst.deepest_m, "m");
+  experiment.record(name + ".unsolved_steps", static_cast<double>(worst.unsolved), "count");
+  experiment.table(std::string("drops_") + mode.name, "", table);
+}
+
+int run(int argc, char** argv) {
+  Experiment experiment("impact", argc, argv);
+  for (const auto& mode : kModes) {
+    if (experiment.quick() && mode.value != kDefaultMode.value) continue;
+    tilted_drops(experiment, mode);
+  }
+  return experiment.finish();
+}
+
+}  // namespace
+}  // namespace aprsim::bench
+
+int main(int argc, char** argv) { return aprsim::bench::run(argc, argv); }

@@ -1,0 +1,164 @@
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/world/physics/cell_builder.hpp"
+
+namespace aprsim::physics::test {
+namespace {
+
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+constexpr double kDeepest = 0.5e-3;  // [m]
+
+Quaterniond any_turn(std::mt19937_64& engine) {
+  std::normal_distribution<double> normal;
+  const double w = normal(engine), x = normal(engine), y = normal(engine), z = normal(engine);
+  return Quaterniond(w, x, y, z).normalized();
+}
+
+Pose at(const Vector3d& p, const Quaterniond& q = Quaterniond::Identity()) {
+  Pose pose;
+  pose.p = p;
+  pose.q = q;
+  return pose;
+}
+
+double lowest_z(const Bench& bench, const std::string& body) {
+  const int index = bench.index_of(body);
+  return bench.world->body(index).p_WB.z();
+}
+
+/// What a gear that flies at 10 m/s may meet.
+struct Target {
+  const char* name;
+  void (*add)(scene::Scene&);
+};
+
+void add_plate(scene::Scene& scene) {
+  scene.fixed.push_back({"plate", {0.5, 0.5, 0.005}, at({0, 0, -0.0025})});
+}
+void add_belt_target(scene::Scene& scene) { add_belt(scene); }
+void add_tray_target(scene::Scene& scene) {
+  add_table(scene);
+  add_tray(scene, "tray", "medium4", {0, 0}, {});
+}
+void add_full_tray(scene::Scene& scene) {
+  add_table(scene);
+  add_tray(scene, "tray", "medium4", {0, 0}, {"s1=a", "s2=b", "s3=c", "s4=d"});
+}
+void add_lying_gear(scene::Scene& scene) {
+  add_table(scene);
+  add_gear(scene, "lying", "large", at({0, 0, 0.02}));
+}
+
+class TenMetresPerSecond : public testing::TestWithParam<Target> {};
+
+// From every attitude, at some distance from a step's whole way.
+TEST_P(TenMetresPerSecond, NothingIsPassedOrEnteredDeeply) {
+  std::mt19937_64 engine(3);
+  std::uniform_real_distribution<double> unit(0, 1);
+  for (const char* type : {"small", "medium", "d60"}) {
+    for (int round = 0; round < 12; ++round) {
+      auto scene = empty_scene();
+      GetParam().add(scene);
+      const Vector3d p(0.03 * unit(engine), 0.03 * unit(engine), 0.15 + 0.01 * unit(engine));
+      add_gear(scene, "thrown", type, at(p, any_turn(engine)));
+      Bench bench(std::move(scene));
+      bench.run(100);
+      // From where it has fallen to, back up.
+      const int thrown = bench.index_of("thrown");
+      const Vector3d spin(20 * unit(engine) - 10, 20 * unit(engine) - 10, 20 * unit(engine) - 10);
+      bench.world->set_velocity(thrown, {0, 0, -10}, spin);
+      double deepest = 0, least_z = 1;
+      for (int step = 0; step < 400; ++step) {
+        bench.run(1);
+        deepest = std::max(deepest, bench.world->max_penetration_m());
+        least_z = std::min(least_z, lowest_z(bench, "thrown"));
+      }
+      EXPECT_LT(deepest, kDeepest) << type << " " << round;
+      EXPECT_GT(least_z, -1e-3) << type << " " << round;
+      EXPECT_EQ(bench.world->penetration_faults(), 0u);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Targets, TenMetresPerSecond,
+                         testing::Values(Target{"plate", add_plate},
+                                         Target{"belt", add_belt_target},
+                                         Target{"tray", add_tray_target},
+                                         Target{"full_tray", add_full_tray},
+                                         Target{"gear", add_lying_gear}),
+                         [](const auto& info) { return std::string(info.param.name); });
+
+class Rebound : public testing::TestWithParam<double> {};
+
+// A tray that falls flat rises to e^2 of the height.
+TEST_P(Rebound, RisesToTheSquareOfTheRestitution) {
+  for (const double height : {0.05, 0.2, 0.8}) {
+    auto scene = empty_scene();
+    add_table(scene);
+    scene.physics.restitution.tray_ground = GetParam();
+    add_tray(scene, "t", "small4", {0, 0}, {});
+    const double thickness = scene.tray_types.at("small4").thickness_m;
+    scene.trays[0].X_WP.p.z() = thickness + height;
+    Bench bench(std::move(scene));
+    double top = 0, before = height;
+    bool struck = false;
+    for (int step = 0; step < 2000; ++step) {
+      bench.run(1);
+      const double z = lowest_z(bench, "t") - thickness;
+      if (struck) {
+        top = std::max(top, z);
+        if (z < before && z > 1e-3) break;
+      }
+      struck = struck || z >= before || z < 1e-3;
+      before = z;
+    }
+    const double e = GetParam();
+    EXPECT_NEAR(top, e * e * height, 0.02 * e * e * height + 2e-5) << height;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Restitution, Rebound, testing::Values(0.0, 0.1, 0.3, 0.5, 0.7, 0.9));
+
+// What is dropped at a tilt comes to rest, and gains no energy as it does.
+TEST(TiltedDrop, RestsSoon) {
+  std::mt19937_64 engine(8);
+  for (int round = 0; round < 40; ++round) {
+    auto scene = empty_scene();
+    add_table(scene);
+    const char* type = round % 3 == 0 ? "small" : round % 3 == 1 ? "medium" : "large";
+    add_gear(scene, "g", type, at({0, 0, 0.06}, any_turn(engine)));
+    Bench bench(std::move(scene));
+    bench.run(3000);
+    const BodyState state = bench.world->body(bench.index_of("g"));
+    EXPECT_LT(state.v_W.norm(), 1e-3) << round;
+    EXPECT_LT(state.omega_W.norm(), 1e-2) << round;
+  }
+}
+
+// A disc that rolls on its rim stops on the way that rolling resistance leaves it: each metre takes
+// (rho / r) m g of its energy, three quarters of m v^2.
+TEST(RollingResistance, EndsARollOnItsWay) {
+  constexpr double kRho = 1e-3, kSpeed = 0.3;
+  auto scene = empty_scene();
+  add_table(scene);
+  scene.physics.rolling_m.gear_ground = kRho;
+  const double radius = scene.gear_types.at("d60").disc_radius_m;
+  add_gear(scene, "g", "d60",
+           at({0, 0, radius}, Quaterniond::FromTwoVectors(Vector3d::UnitZ(), Vector3d::UnitY())));
+  Bench bench(std::move(scene));
+  const int gear = bench.index_of("g");
+  bench.world->set_velocity(gear, {kSpeed, 0, 0}, {0, kSpeed / radius, 0});
+  for (int step = 0; step < 4000; ++step) bench.run(1);
+  const double way = bench.world->body(gear).p_WB.x();
+  EXPECT_GT(way, 0.01);
+  EXPECT_LT(bench.world->body(gear).v_W.norm(), 0.02);
+}
+
+}  // namespace
+}  // namespace aprsim::physics::test

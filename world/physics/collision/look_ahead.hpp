@@ -1,0 +1,93 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "world/physics/collision/contact.hpp"
+
+/// Contacts that will be made within the coming step, so that what is fast is stopped at a surface
+/// and not inside or behind it (speculative contacts: Catto, "Continuous Collision", GDC 2013).
+namespace aprsim::physics {
+
+/// How far bodies are looked ahead: one end that is struck makes the other faster, by less than
+/// twice.
+inline constexpr double kStepsAhead = 2;
+
+/// How a rigid body moves, told at one of its points.
+struct Moving {
+  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();
+  Eigen::Vector3d v_W = Eigen::Vector3d::Zero(), omega_W = Eigen::Vector3d::Zero();
+  double reach_m = 0;  ///< of the body from that point
+  [[nodiscard]] Eigen::Vector3d velocity_at(const Eigen::Vector3d& q_W) const {
+    return v_W + omega_W.cross(q_W - p_W);
+  }
+};
+
+/// A body's way in a step, seen from another body.
+struct Way {
+  Eigen::Vector3d centre_W = Eigen::Vector3d::Zero();
+  Eigen::Vector3d shift_W = Eigen::Vector3d::Zero();  ///< of the centre
+  Eigen::Vector3d turn_W = Eigen::Vector3d::Zero();   ///< about it [rad]
+  double reach_m = 0;
+
+  /// At most, of any of its points.
+  [[nodiscard]] double longest_m() const { return shift_W.norm() + reach_m * turn_W.norm(); }
+  /// Displacement after a share of it.
+  [[nodiscard]] Eigen::Isometry3d at(double share) const {
+    Eigen::Isometry3d out = Eigen::Isometry3d::Identity();
+    const double angle = turn_W.norm();
+    if (angle > 0) out.linear() = Eigen::AngleAxisd(share * angle, turn_W / angle).matrix();
+    out.translation() = centre_W + share * shift_W - out.linear() * centre_W;
+    return out;
+  }
+};
+
+/// Without forces between the two.
+[[nodiscard]] inline Way way_of(const Moving& body, const Moving& other, double step_s) {
+  return {.centre_W = body.p_W,
+          .shift_W = step_s * (body.v_W - other.velocity_at(body.p_W)),
+          .turn_W = step_s * (body.omega_W - other.omega_W),
+          .reach_m = body.reach_m};
+}
+
+/// What `generate(D)` appends for a body that is displaced by D, with the depths and places of now:
+/// gaps that will close have negative depths. A long way is gone in strides, for what is deep
+/// inside has contacts of another side: a contact counts where it is made, and once.
+template <class Generate>
+void find_ahead(const Way& way, std::vector<Contact>& out, const Generate& generate) {
+  constexpr double kStride = 4e-4, kSamePlace = 2e-3;  // [m]
+  constexpr double kSameSide = 0.9;                    // cosine
+  constexpr int kMostStrides = 64;
+  const std::size_t first = out.size();
+  const double longest = way.longest_m();
+  if (longest == 0) return generate(Eigen::Isometry3d::Identity());
+  const int strides = std::clamp(static_cast<int>(std::ceil(longest / kStride)), 1, kMostStrides);
+  const double just_made = 2 * longest / strides;
+  for (int k = 1; k <= strides; ++k) {
+    const std::size_t known = out.size();
+    const Eigen::Isometry3d D = way.at(static_cast<double>(k) / strides);
+    generate(D);
+    const Eigen::Isometry3d back = D.inverse();
+    std::size_t kept = known;
+    for (std::size_t i = known; i < out.size(); ++i) {
+      Contact contact = out[i];
+      const bool late = known > first && contact.depth_m > just_made;
+      const Eigen::Vector3d p_now = back * contact.p_W;
+      contact.depth_m += (contact.p_W - p_now).dot(contact.n_W);
+      contact.p_W = p_now;
+      const auto same = [&](const Contact& other) {
+        return (other.p_W - p_now).squaredNorm() < kSamePlace * kSamePlace &&
+               other.n_W.dot(contact.n_W) > kSameSide;
+      };
+      const auto begin = out.begin() + static_cast<std::ptrdiff_t>(first);
+      const auto end = out.begin() + static_cast<std::ptrdiff_t>(known);
+      if (!late && std::none_of(begin, end, same)) out[kept++] = contact;
+    }
+    out.resize(kept);
+  }
+}
+
+}  // namespace aprsim::physics
