@@ -92,7 +92,7 @@ INSTANTIATE_TEST_SUITE_P(Targets, TenMetresPerSecond,
                                          Target{"tray", add_tray_target},
                                          Target{"full_tray", add_full_tray},
                                          Target{"gear", add_lying_gear}),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& target) { return std::string(target.param.name); });
 
 class Rebound : public testing::TestWithParam<double> {};
 
