@@ -11,6 +11,8 @@ namespace {
 
 /// A body whose way is shorter is looked at where it is [m].
 constexpr double kLeastWay = 1e-5;
+/// One whose way is longer strikes what it meets [m].
+constexpr double kStroke = 4e-4;
 
 Moving moving(const FreeBody& body) {
   return {body.com_W(), body.v_com_W, body.omega_W, body.radius_m};
@@ -20,16 +22,20 @@ Moving moving(const FreeBody& body) {
 
 BodyCollider::BodyCollider(const PhysicsModel& model)
     : model_(model),
-      pressed_(model.bodies.size()),
+      sink_ahead_m_(model.bodies.size()),
       box_(dCreateBox(nullptr, 1, 1, 1)),
       cylinder_(dCreateCylinder(nullptr, 1, 1)) {}
 
+void BodyCollider::press(int body, double way_m) {
+  double& ahead = sink_ahead_m_[static_cast<std::size_t>(body)];
+  ahead = std::max(ahead, way_m);
+}
+
 /// Trays under pressed gears follow as these are looked at.
 void BodyCollider::note_pressed(const std::vector<ContactConstraint>& constraints) {
-  std::fill(pressed_.begin(), pressed_.end(), 0);
+  std::fill(sink_ahead_m_.begin(), sink_ahead_m_.end(), 0);
   const auto note = [this](BodyIndex presses, BodyIndex body) {
-    if (!model_.ids.is_gripper(presses) || !model_.ids.is_free(body)) return;
-    pressed_[static_cast<std::size_t>(body)] = 1;
+    if (model_.ids.is_gripper(presses) && model_.ids.is_free(body)) press(body, kSinkAhead);
   };
   for (const auto& constraint : constraints) {
     note(constraint.contact.a, constraint.contact.b);
@@ -46,35 +52,42 @@ Way BodyCollider::falling(const Moving& body, const Moving& other) const {
   return way;
 }
 
+double BodyCollider::stroke_m(int a, int b) const {
+  const double way = falling(moving(model_.body(a)), moving(model_.body(b))).longest_m();
+  return way > kStroke ? way : 0;
+}
+
 void BodyCollider::free_on_free(int a, int b, std::vector<Contact>& out) {
   const int upper_index = std::max(a, b), lower_index = std::min(a, b);  // gears come after trays
   const auto& upper = model_.body(upper_index);
   const auto& lower = model_.body(lower_index);
+  // A virtual joint stands for their contacts.
+  if (model_.simplification.joined(upper_index, lower_index)) return;
+  const std::size_t before = out.size();
+  Way way = falling(moving(upper), moving(lower));
+  const double stroke = stroke_m(upper_index, lower_index);
   if (upper.is_tray()) {
-    find_ahead(falling(moving(upper), moving(lower)), out, [&](const Eigen::Isometry3d& D) {
+    find_ahead(way, out, [&](const Eigen::Isometry3d& D) {
       box_box(upper.slab_size, D * upper.X_WS(), lower.slab_size, lower.X_WS(), upper_index,
               lower_index, SurfacePair::kTrayTray, out);
     });
-  } else if (model_.simplification.joined(upper_index, lower_index)) {
-    return;  // by a virtual joint, which stands for their contacts
   } else if (lower.is_tray()) {
-    // A pressed gear presses the tray on.
-    const std::size_t before = out.size();
-    Way way = falling(moving(upper), moving(lower));
     way.shift_W -= sink_ahead(upper_index) * lower.X_WB.linear().col(2);
     find_ahead(way, out, [&](const Eigen::Isometry3d& D) {
       gear_tray(*upper.gear, D * upper.X_WB, *lower.tray, lower.X_WB, upper_index, lower_index,
                 out);
     });
-    if (pressed(upper_index) && out.size() > before) {
-      pressed_[static_cast<std::size_t>(lower_index)] = 1;
-    }
+    // A pressed gear presses the tray on.
+    if (out.size() > before) press(lower_index, sink_ahead(upper_index));
   } else {
-    find_ahead(falling(moving(upper), moving(lower)), out, [&](const Eigen::Isometry3d& D) {
+    find_ahead(way, out, [&](const Eigen::Isometry3d& D) {
       gear_gear(*upper.gear, D * upper.X_WB, *lower.gear, lower.X_WB, upper_index, lower_index,
                 out);
     });
   }
+  if (stroke == 0 || out.size() == before) return;
+  press(upper_index, stroke);
+  press(lower_index, stroke);
 }
 
 void BodyCollider::gripper_on_free(int robot, int p, int body, std::vector<Contact>& out) const {
@@ -136,9 +149,11 @@ void BodyCollider::link_on_free(const ArmShape& shape, BodyIndex link, int body,
 void BodyCollider::free_on_fixed(int body, const StaticShape& shape,
                                  std::vector<Contact>& out) const {
   const auto& free = model_.body(body);
-  Way way = falling(moving(free), {});
+  Moving support;
+  if (shape.belt) support.v_W = model_.belt_speed_m_s * model_.fixed.belt_axis_W;
+  Way way = falling(moving(free), support);
+  way.shift_W -= sink_ahead(body) * shape.X_WS.linear().col(2);
   if (free.is_tray()) {
-    way.shift_W -= sink_ahead(body) * shape.X_WS.linear().col(2);
     const auto pair = shape.belt ? SurfacePair::kTrayBelt : SurfacePair::kTrayGround;
     find_ahead(way, out, [&](const Eigen::Isometry3d& D) {
       box_box(free.slab_size, D * free.X_WS(), shape.size, shape.X_WS, body, kGround, pair, out);

@@ -34,24 +34,26 @@ class BodyCollider {
   void gripper_on_gripper(int robot, int part, int other, int other_part,
                           std::vector<Contact>& out) const;
 
-  /// Bodies that a gripper touches, by the contacts found so far; from now on also the trays that
-  /// free_on_free() finds under these. They are looked ahead on their supports.
+  /// Bodies that a gripper touches, by the contacts found so far; from now on also what
+  /// free_on_free() finds struck, and the trays under both. They are looked ahead on their supports.
   void note_pressed(const std::vector<ContactConstraint>& constraints);
-  /// How far a body is looked ahead.
-  [[nodiscard]] double sink_ahead(int body) const { return pressed(body) ? kSinkAhead : 0; }
+  /// How far a body is looked ahead [m].
+  [[nodiscard]] double sink_ahead(int body) const {
+    return sink_ahead_m_[static_cast<std::size_t>(body)];
+  }
+  /// How far two free bodies are looked ahead where one is fast enough to strike the other; else 0.
+  [[nodiscard]] double stroke_m(int a, int b) const;
 
  private:
   [[nodiscard]] Way falling(const Moving& body, const Moving& other) const;
-  [[nodiscard]] bool pressed(int body) const {
-    return pressed_[static_cast<std::size_t>(body)] != 0;
-  }
+  void press(int body, double way_m);
   [[nodiscard]] const GripperMechanism& gripper(int robot) const {
     return model_.grippers[static_cast<std::size_t>(robot)];
   }
 
   const PhysicsModel& model_;
-  std::vector<char> pressed_;  // by body
-  ode::Geom box_, cylinder_;   // of whatever is looked at
+  std::vector<double> sink_ahead_m_;  // by body
+  ode::Geom box_, cylinder_;          // of whatever is looked at
 };
 
 }  // namespace aprsim::physics

@@ -1,6 +1,7 @@
 #include "world/physics/contact_search.hpp"
 
 #include <algorithm>
+#include <tuple>
 
 namespace aprsim::physics {
 
@@ -181,7 +182,7 @@ void ContactSearch::gripper_on_robots(int robot, int p) {
 // ---- free bodies
 
 /// Sweep and prune along x over the composites' boxes (Ericson 2005, ch. 7.5); pairs are then
-/// looked at in the order of their numbers.
+/// looked at in a fixed order.
 void ContactSearch::find_pairs() {
   const auto& simplification = model_.simplification;
   const auto bounds = [this](int root) -> Aabb& {
@@ -205,11 +206,16 @@ void ContactSearch::find_pairs() {
     const Aabb& box = bounds(order_[i]);
     for (std::size_t k = i + 1; k < order_.size(); ++k) {
       if (bounds(order_[k]).min.x() > box.max.x()) break;
-      if (box.meets(bounds(order_[k]))) pairs_.push_back(std::minmax(order_[i], order_[k]));
+      if (!box.meets(bounds(order_[k]))) continue;
+      const auto [a, b] = std::minmax(order_[i], order_[k]);
+      pairs_.push_back({a, b, collider_.stroke_m(a, b)});
     }
   }
-  std::sort(pairs_.begin(), pairs_.end());
-  for (const auto& [a, b] : pairs_) composites_on_each_other(a, b);
+  // Strokes first, the longest before: what is struck presses on what it lies on.
+  std::sort(pairs_.begin(), pairs_.end(), [](const Pair& p, const Pair& q) {
+    return std::tuple(-p.stroke_m, p.a, p.b) < std::tuple(-q.stroke_m, q.a, q.b);
+  });
+  for (const Pair& pair : pairs_) composites_on_each_other(pair.a, pair.b);
 }
 
 /// A member of a composite that something else touches is no longer carried by its parent alone.

@@ -9,7 +9,8 @@ namespace {
 
 void expect_clean(const PickPlaceReport& report) {
   EXPECT_GT(report.lift_m, 0.04);
-  EXPECT_LT(report.slip_m, 1e-4);
+  // With what the mount gives way under fingers and gear.
+  EXPECT_LT(report.slip_m, 2e-4);
   EXPECT_LT(report.place_error_m, 1e-3);
   EXPECT_LT(report.tilt_rad, 0.01);
   EXPECT_TRUE(report.resting);

@@ -58,7 +58,7 @@ struct Way {
 /// inside has contacts of another side: a contact counts where it is made, and once.
 template <class Generate>
 void find_ahead(const Way& way, std::vector<Contact>& out, const Generate& generate) {
-  constexpr double kStride = 4e-4, kSamePlace = 2e-3;  // [m]
+  constexpr double kStride = 4.1e-4, kSamePlace = 2e-3;  // [m]
   constexpr double kSameSide = 0.9;                    // cosine
   constexpr int kMostStrides = 64;
   const std::size_t first = out.size();
@@ -74,9 +74,10 @@ void find_ahead(const Way& way, std::vector<Contact>& out, const Generate& gener
     std::size_t kept = known;
     for (std::size_t i = known; i < out.size(); ++i) {
       Contact contact = out[i];
-      const bool late = known > first && contact.depth_m > just_made;
       const Eigen::Vector3d p_now = back * contact.p_W;
-      contact.depth_m += (contact.p_W - p_now).dot(contact.n_W);
+      const double depth_now = contact.depth_m + (contact.p_W - p_now).dot(contact.n_W);
+      const bool late = k > 1 && (contact.depth_m > just_made || depth_now > 0);
+      contact.depth_m = depth_now;
       contact.p_W = p_now;
       const auto same = [&](const Contact& other) {
         return (other.p_W - p_now).squaredNorm() < kSamePlace * kSamePlace &&

@@ -39,7 +39,7 @@ double penetration_slop_m(SurfacePair pair) {
 /// Speed of rebound by Newton's law of impact, such that from where this step ends the body rises
 /// as high as from an impact at the surface: with a = acceleration towards the surface, the
 /// semi-implicit Euler steps of a free fall keep I = v^2 / 2 + a x - a h v / 2 at height x, and
-/// behind the impact I is e^2 as large. None below the least speed of impact.
+/// behind the impact I is e^2 as large. 0 below the least speed of impact.
 double rebound_m_s(const ContactConstraint& constraint, const ContactSetting& setting) {
   const double h = setting.step_s, v = setting.normal_speed_m_s;
   const double a = std::max(0.0, -setting.normal_accel_m_s2);
@@ -69,7 +69,8 @@ ContactResponse contact_response(const ContactConstraint& constraint,
   const double rate = is_gap(constraint) ? contact.depth_m / h
                       : inside < 0       ? kSinkRate * inside
                                          : std::min(kMostCorrecting, softness.erp / h * inside);
-  response.target_v_W = std::max(rate, rebound_m_s(constraint, setting)) * contact.n_W;
+  const double rebound = rebound_m_s(constraint, setting);
+  response.target_v_W = (rebound > 0 ? std::max(rate, rebound) : rate) * contact.n_W;
   if (!constraint.belt) return response;
   // A surface in motion without a body.
   const Eigen::Vector3d& axis = setting.belt_axis_W;
