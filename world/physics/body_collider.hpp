@@ -40,6 +40,7 @@ class BodyCollider {
   [[nodiscard]] double sink_ahead(int body) const { return pressed(body) ? kSinkAhead : 0; }
 
  private:
+  void tool_on_free(int tool, int other, std::vector<Contact>& out) const;
   [[nodiscard]] bool pressed(int body) const {
     return pressed_[static_cast<std::size_t>(body)] != 0;
   }

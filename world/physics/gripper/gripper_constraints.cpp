@@ -44,7 +44,7 @@ void GripperConstraints::add_to(ConstraintSystem& system, const std::array<Finge
                                 const std::array<FingerDrive, 2>& drives) const {
   for (dBodyID body : joints_.moved()) system.add_body(body);
   add_mount(system);
-  for (std::size_t i = 0; i < 2; ++i) {
+  for (std::size_t i = 0; joints_.fingers && i < 2; ++i) {
     add_slider(system, i);
     add_drive(system, i, motion[i], drives[i]);
   }
