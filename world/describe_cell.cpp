@@ -50,7 +50,38 @@ api::BodyDescription describe_gear(const scene::GearInstance& gear, const scene:
   return out;
 }
 
+api::BoxDescription describe_box(const scene::Block& block) { return {block.centre, block.size}; }
+
+api::ToolDescription describe_tool(const scene::Tool& tool) {
+  const scene::Gripper& gripper = tool.gripper;
+  api::ToolDescription out;
+  out.name = tool.name;
+  out.mass_kg = gripper.mount_mass_kg + gripper.palm_mass_kg + 2 * gripper.finger_mass_kg;
+  out.gripper = describe_gripper(gripper);
+  out.X_QT = tool.X_QT;
+  out.listed = !tool.own;
+  out.palm = describe_box(scene::palm_of(gripper));
+  out.neck = describe_box(scene::neck_of(tool));
+  if (gripper.cup) {
+    out.cup = describe_box(scene::cup_of(gripper));
+  } else {
+    out.finger_size = scene::fingers_of(gripper, gripper.gap_open_m)[0].size;
+  }
+  out.v_half_angle_rad = gripper.pad == scene::PadShape::kV ? gripper.v_half_angle_rad : 0;
+  return out;
+}
+
 }  // namespace
+
+api::GripperDescription describe_gripper(const scene::Gripper& gripper) {
+  return {.stroke_m = gripper.stroke_m,
+          .gap_open_m = gripper.gap_open_m,
+          .gap_closed_m = gripper.gap_closed_m,
+          .force_n = gripper.force_n,
+          .proportional = gripper.drive == scene::GripperDrive::kServo,
+          .cup_radius_m = gripper.cup ? gripper.cup->radius_m : 0,
+          .names = {}};
+}
 
 api::CellDescription describe_cell(const scene::Scene& scene) {
   api::CellDescription cell;
@@ -64,6 +95,7 @@ api::CellDescription describe_cell(const scene::Scene& scene) {
   for (const auto& gear : scene.gears) {
     cell.bodies.push_back(describe_gear(gear, scene.gear_types.at(gear.type)));
   }
+  for (const auto& tool : scene::tools_of(scene)) cell.tools.push_back(describe_tool(tool));
   return cell;
 }
 

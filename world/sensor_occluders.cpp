@@ -8,21 +8,21 @@
 namespace aprsim::world {
 namespace {
 
-constexpr std::size_t kGripperOccluders = 3, kGearOccluders = 3;
+constexpr std::size_t kToolOccluders = 4, kGearOccluders = 3;
 constexpr double kOutOfSight_m = 1e6;  // to the side of every camera's area
 
 }  // namespace
 
 SensorOccluders::SensorOccluders(const scene::Scene& scene, std::span<const robot::ArmModel> models)
-    : scene_(scene), models_(models) {
+    : models_(models), tools_(scene::tools_of(scene)) {
   for (const auto& tray : scene.trays) trays_.push_back(&scene.tray_types.at(tray.type));
   for (const auto& gear : scene.gears) gears_.push_back(&scene.gear_types.at(gear.type));
   X_WP_.resize(trays_.size() + gears_.size());
   std::size_t count = trays_.size() + kGearOccluders * gears_.size() + 1;
   for (const auto& model : models) {
     for (const auto& link : model.links) count += link.collision.size();
-    count += kGripperOccluders;
   }
+  count += kToolOccluders * tools_.size();
   occluders_.reserve(count);
 }
 
@@ -37,8 +37,8 @@ void SensorOccluders::gather(std::span<const SimulatedRobot> robots,
         add(X_WL[link] * part.X_LS, part.shape);
       }
     }
-    add_gripper(scene_.robots[i].gripper, physics.gripper(static_cast<int>(i)));
   }
+  for (int i = 0; i < physics.tool_count(); ++i) add_tool(i, physics);
   if (intruder) add(intruder->X_WI.isometry(), robot::BoxShape{intruder->size_m});
   add_bodies(physics);
 }
@@ -47,14 +47,20 @@ void SensorOccluders::add(const Eigen::Isometry3d& X_WS, const sensors::Shape& s
   occluders_.push_back({X_WS, shape, sensors::bounding_radius(shape), body});
 }
 
-void SensorOccluders::add_gripper(const scene::Gripper& gripper,
-                                  const physics::GripperState& state) {
-  const Eigen::Isometry3d X_WT = state.X_WT.isometry();
+void SensorOccluders::add_tool(int index, const physics::PhysicsWorld& physics) {
+  const physics::BodyState state = physics.tool(index);
+  if (state.lost_step) return;
+  const Eigen::Isometry3d X_WT = Pose{state.p_WB, state.q_WB}.isometry();
   const auto add_block = [&](const scene::Block& block) {
     add(X_WT * Eigen::Translation3d(block.centre), robot::BoxShape{block.size});
   };
-  add_block(scene::palm_of(gripper));
-  for (const auto& finger : scene::fingers_of(gripper, state.separation_m)) add_block(finger);
+  const scene::Tool& tool = tools_[static_cast<std::size_t>(index)];
+  add_block(scene::palm_of(tool.gripper));
+  for (const auto& finger : scene::fingers_of(tool.gripper, physics.opening(index))) {
+    add_block(finger);
+  }
+  const scene::Block neck = scene::neck_of(tool);
+  if (neck.size.z() > 0) add_block(neck);
 }
 
 void SensorOccluders::add_bodies(const physics::PhysicsWorld& physics) {

@@ -13,8 +13,8 @@
 namespace aprsim::world {
 
 /// What the cell's optical sensors can see or have in their way at one instant: links of all arms
-/// by their collision shapes, grippers, trays, gears and an intruder. Fixed things are not among
-/// them: a scene places its sensors clear of those. Thread: sim.
+/// by their collision shapes, tools on flanges and elsewhere, trays, gears and an intruder. Fixed
+/// things are not among them: a scene places its sensors clear of those. Thread: sim.
 class SensorOccluders {
  public:
   /// `scene` and `models` must outlive this.
@@ -30,13 +30,13 @@ class SensorOccluders {
 
  private:
   void add(const Eigen::Isometry3d& X_WS, const sensors::Shape& shape, int body = -1);
-  void add_gripper(const scene::Gripper& gripper, const physics::GripperState& state);
+  void add_tool(int index, const physics::PhysicsWorld& physics);
   void add_tray(const scene::TrayType& type, int body);
   void add_gear(const scene::GearType& type, int body);
   void add_bodies(const physics::PhysicsWorld& physics);
 
-  const scene::Scene& scene_;
   std::span<const robot::ArmModel> models_;
+  std::vector<scene::Tool> tools_;
   std::vector<const scene::TrayType*> trays_;
   std::vector<const scene::GearType*> gears_;
   std::vector<Eigen::Isometry3d> X_WP_;

@@ -1,5 +1,6 @@
 #include "world/simulated_robot.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <stdexcept>
@@ -7,6 +8,7 @@
 
 #include "world/api/beside_motion.hpp"
 #include "world/api/contact_names.hpp"
+#include "world/describe_cell.hpp"
 #include "world/robot/kinematics/dynamics.hpp"
 
 namespace aprsim::world {
@@ -14,8 +16,7 @@ namespace {
 
 /// A deflection of the mount beyond this is a collision of the gripper.
 constexpr double kMaxPalmDeflection_m = 3e-3;
-/// Capture range of the tool changer, and the steps in which it pulls the gripper in.
-constexpr double kCapture_m = 2e-3, kCapture_rad = 0.02;
+/// In which the tool changer draws a tool in.
 constexpr int kPullSteps = 100;
 constexpr std::size_t kDescriptionCapacity = 512;
 /// From a move's command to its motion: an interpolation cycle of an ordinary robot controller, and
@@ -46,6 +47,45 @@ robot::Payload payload_of(const scene::Gripper& gripper, const Eigen::Isometry3d
   return payload;
 }
 
+/// What stays on the flange, halfway to its coupling, and with a tool that on it.
+robot::Payload changer_payload(const scene::Robot& robot) {
+  robot::Payload payload;
+  payload.mass_kg = robot.changer.mass_kg;
+  payload.com_F = 0.5 * scene::coupling_of(robot).p;
+  return payload;
+}
+
+robot::Payload joined(const robot::Payload& a, const robot::Payload& b) {
+  if (a.mass_kg <= 0) return b;
+  robot::Payload sum;
+  sum.mass_kg = a.mass_kg + b.mass_kg;
+  sum.com_F = (a.mass_kg * a.com_F + b.mass_kg * b.com_F) / sum.mass_kg;
+  const auto about_sum = [&sum](const robot::Payload& part) {
+    const Eigen::Vector3d r = part.com_F - sum.com_F;
+    return (part.inertia_F +
+            part.mass_kg * (r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose()))
+        .eval();
+  };
+  sum.inertia_F = about_sum(a) + about_sum(b);
+  return sum;
+}
+
+/// The tool's own frame in the flange; that of the robot's own gripper as the scene has it.
+Eigen::Isometry3d frame_of(const scene::Tool& tool, const scene::Robot& robot) {
+  return scene::coupling_of(robot).isometry() * tool.X_QT.isometry();
+}
+
+std::vector<robot::ToolSetup> tool_setups_of(const scene::Robot& robot,
+                                             const std::vector<scene::Tool>& tools) {
+  std::vector<robot::ToolSetup> setups;
+  for (const scene::Tool& tool : tools) {
+    const Eigen::Isometry3d X_FT = frame_of(tool, robot);
+    setups.push_back({.X_FT = robot.tool_point_F ? robot.tool_point_F->isometry() : X_FT,
+                      .payload = joined(changer_payload(robot), payload_of(tool.gripper, X_FT))});
+  }
+  return setups;
+}
+
 Eigen::Vector3d gravity_in_base(const scene::Robot& robot, const scene::Physics& physics) {
   return robot.X_WB.q.inverse() * Eigen::Vector3d(0, 0, -physics.gravity_m_s2);
 }
@@ -59,11 +99,11 @@ std::shared_ptr<const robot::InverseKinematics> ik_of(const scene::Robot& robot,
 
 robot::ControllerSetup setup_of(const scene::Robot& robot, const robot::ArmModel& model,
                                 std::shared_ptr<const robot::InverseKinematics> ik,
-                                const scene::Physics& physics, robot::PlanPrefetcher* prefetcher) {
+                                const scene::Physics& physics, std::vector<robot::ToolSetup> tools,
+                                int tool, robot::PlanPrefetcher* prefetcher) {
   return {.model = model,
           .ik = std::move(ik),
           .X_BR = robot.X_BR.isometry(),
-          .X_FT = robot.tool_point_F.value_or(robot.X_FT).isometry(),
           .X_FT_open = robot.tool_point_F.value_or(Pose{}).isometry(),
           .q_home = home_of(robot, model),
           .step_s = physics.step_s,
@@ -71,7 +111,10 @@ robot::ControllerSetup setup_of(const scene::Robot& robot, const robot::ArmModel
           .max_trans_accel_m_s2 = robot.max_trans_accel_m_s2,
           .max_rot_speed_rad_s = robot.max_rot_speed_rad_s,
           .max_rot_accel_rad_s2 = robot.max_rot_accel_rad_s2,
-          .payload = payload_of(robot.gripper, robot.X_FT.isometry()),
+          .payload_open = changer_payload(robot),
+          .tools = std::move(tools),
+          .tool = tool,
+          .tool_change_s = robot.changer.time_s,
           .gravity_B = gravity_in_base(robot, physics),
           .latency = kPlanningLatency,
           .prefetcher = prefetcher};
@@ -126,29 +169,38 @@ std::string describe_contact(const robot::ArmModel& model, const api::CellDescri
 
 }  // namespace
 
-SimulatedRobot::SimulatedRobot(const scene::Robot& robot, const robot::ArmModel& model,
-                               const scene::Physics& physics, robot::PlanPrefetcher* prefetcher)
-    : scene_(robot),
-      X_WB_(robot.X_WB.isometry()),
-      X_WR_(X_WB_ * robot.X_BR.isometry()),
-      arm_(model, payload_of(robot.gripper, robot.X_FT.isometry()), gravity_in_base(robot, physics),
-           home_of(robot, model), physics.step_s),
-      ik_(ik_of(robot, model)),
-      controller_(setup_of(robot, model, ik_, physics, prefetcher)),
-      step_size_(std::llround(physics.step_s * 1e9)),
+SimulatedRobot::SimulatedRobot(const scene::Scene& scene, std::size_t index,
+                               const robot::ArmModel& model, robot::PlanPrefetcher* prefetcher)
+    : scene_(scene.robots[index]),
+      tools_(scene::tools_of(scene)),
+      start_tool_(scene::tools_at_start(scene)[index]),
+      X_WB_(scene_.X_WB.isometry()),
+      X_WR_(X_WB_ * scene_.X_BR.isometry()),
+      tool_setups_(tool_setups_of(scene_, tools_)),
+      payload_open_(changer_payload(scene_)),
+      arm_(model,
+           start_tool_ < 0 ? payload_open_
+                           : tool_setups_[static_cast<std::size_t>(start_tool_)].payload,
+           gravity_in_base(scene_, scene.physics), home_of(scene_, model), scene.physics.step_s),
+      ik_(ik_of(scene_, model)),
+      controller_(
+          setup_of(scene_, model, ik_, scene.physics, tool_setups_, start_tool_, prefetcher)),
+      step_size_(std::llround(scene.physics.step_s * 1e9)),
       X_WL_(model.links.size()) {
+  for (const scene::Tool& tool : tools_) X_FT_.push_back(frame_of(tool, scene_));
   guard_input_.action.description.reserve(kDescriptionCapacity);
   update_link_poses();
   state_.X_WM = X_WL_.back();
-  state_.gripper_force_n = robot.gripper.force_n;
+  state_.tool = start_tool_;
 }
 
 void SimulatedRobot::apply(api::Ticket ticket, const api::RobotCommand& command) {
   const api::RobotAction& action = command.action;
   const bool init = std::holds_alternative<api::InitRobot>(action);
   if (init && !controller_.retreating()) arm_.relax();
-  if (const auto* set = std::get_if<api::SetGripperForce>(&action))
-    state_.gripper_force_n = set->force_n;
+  if (const auto* set = std::get_if<api::SetGripperForce>(&action)) {
+    state_.pressure = std::min(1.0, set->force_n / full_force_n());
+  }
   controller_.apply(ticket, action, arm_.q());
   // The guards of a motion that goes on, unless the command beside it has its own.
   if (!api::leaves_motion(action) || !command.guards.empty()) {
@@ -158,21 +210,15 @@ void SimulatedRobot::apply(api::Ticket ticket, const api::RobotCommand& command)
 
 void SimulatedRobot::step(const physics::GripperState& gripper,
                           std::span<const physics::ArmForce> forces,
-                          const api::CellDescription& cell) {
+                          const api::CellDescription& cell, std::span<const LooseTool> loose) {
   check_guards(gripper, forces);
   // Contact torques of the last step, then the controller's reference for this one.
   const ExternalTorque tau = external_torque(forces);
   const robot::JointVector& reference = controller_.step({.gripper_settled = gripper.settled,
-                                                          .tool_at_flange = tool_at_flange(),
+                                                          .tool_at_flange = tool_at_flange(loose),
                                                           .external_nm = tau.all,
                                                           .q_actual = arm_.q()});
-  // The tool changer has coupled or released the gripper.
-  if (controller_.tool_mounted() != state_.tool_carried) {
-    state_.tool_carried = controller_.tool_mounted();
-    state_.pull_steps = state_.tool_carried ? kPullSteps : 0;
-    arm_.set_payload(state_.tool_carried ? payload_of(scene_.gripper, scene_.X_FT.isometry())
-                                         : robot::Payload{});
-  }
+  if (controller_.tool() != state_.tool) couple(loose);
   // The servo.
   arm_.set_applied_torque(controller_.applied_torque());
   arm_.set_braked(controller_.braked());
@@ -184,15 +230,56 @@ void SimulatedRobot::step(const physics::GripperState& gripper,
   move_mount();
 }
 
-bool SimulatedRobot::tool_at_flange() const {
-  const Eigen::Isometry3d X_FM = X_WL_.back().inverse() * state_.X_WM;
-  return X_FM.translation().norm() < kCapture_m &&
-         Eigen::AngleAxisd(X_FM.linear()).angle() < kCapture_rad;
+/// The tool changer has locked or released a tool.
+void SimulatedRobot::couple(std::span<const LooseTool> loose) {
+  state_.tool = controller_.tool();
+  state_.pull_steps = state_.tool >= 0 ? kPullSteps : 0;
+  arm_.set_payload(payload());
+  for (const LooseTool& tool : loose) {
+    if (tool.tool == state_.tool) state_.X_WM = mount_of(tool);
+  }
 }
 
-/// A coupled gripper is pulled to the flange in equal steps; an uncoupled one stays.
+/// Where this flange's mount would be with the tool in its place.
+Eigen::Isometry3d SimulatedRobot::mount_of(const LooseTool& loose) const {
+  return loose.X_WT * X_FT_[static_cast<std::size_t>(loose.tool)].inverse();
+}
+
+/// The nearest whose coupling is within the capture range.
+int SimulatedRobot::tool_at_flange(std::span<const LooseTool> loose) const {
+  int nearest = -1;
+  double least = scene_.changer.capture_m;
+  const Eigen::Isometry3d X_FQ = scene::coupling_of(scene_).isometry();
+  const Eigen::Isometry3d X_QW = (X_WL_.back() * X_FQ).inverse();
+  for (const LooseTool& tool : loose) {
+    const Eigen::Isometry3d X_TQ =
+        tools_[static_cast<std::size_t>(tool.tool)].X_QT.isometry().inverse();
+    const Eigen::Isometry3d off = X_QW * tool.X_WT * X_TQ;
+    const double distance = off.translation().norm();
+    if (distance > least || Eigen::AngleAxisd(off.linear()).angle() > scene_.changer.capture_rad) {
+      continue;
+    }
+    least = distance;
+    nearest = tool.tool;
+  }
+  return nearest;
+}
+
+const robot::Payload& SimulatedRobot::payload() const {
+  return state_.tool < 0 ? payload_open_
+                         : tool_setups_[static_cast<std::size_t>(state_.tool)].payload;
+}
+
+/// Of each finger of the tool that is on, at the supply's pressure; of the first one otherwise.
+double SimulatedRobot::full_force_n() const {
+  return state_.tool < 0 ? scene_.gripper.force_n
+                         : tools_[static_cast<std::size_t>(state_.tool)].gripper.force_n;
+}
+
+double SimulatedRobot::gripper_force_n() const { return state_.pressure * full_force_n(); }
+
+/// A tool is drawn to the flange in equal steps.
 void SimulatedRobot::move_mount() {
-  if (!state_.tool_carried) return;
   const Eigen::Isometry3d& X_WF = X_WL_.back();
   if (state_.pull_steps == 0) {
     state_.X_WM = X_WF;
@@ -253,7 +340,7 @@ SimulatedRobot::ExternalTorque SimulatedRobot::external_torque(
   ExternalTorque tau;
   tau.all = tau.load = robot::JointVector::Zero(arm_.model().dof());
   for (const auto& force : forces) {
-    if (force.relayed || (force.on_gripper && !state_.tool_carried)) continue;
+    if (force.relayed || (force.on_gripper && state_.tool < 0)) continue;
     // tau = J^T f.
     const auto& X_WL = X_WL_[static_cast<std::size_t>(force.link)];
     const auto J =
@@ -276,7 +363,7 @@ void SimulatedRobot::stop_if_tripped(const physics::GripperState& gripper,
   std::string reason;
   if (!arm_.trip_reason().empty()) {
     reason = arm_.trip_reason();
-  } else if (state_.tool_carried && gripper.palm_deflection_m > kMaxPalmDeflection_m) {
+  } else if (state_.tool >= 0 && gripper.palm_deflection_m > kMaxPalmDeflection_m) {
     char text[96];
     std::snprintf(text, sizeof text, "gripper mount deflected by %.1f mm, limit %.1f mm",
                   gripper.palm_deflection_m * 1e3, kMaxPalmDeflection_m * 1e3);
@@ -329,12 +416,9 @@ api::RobotDescription SimulatedRobot::description() const {
   out.X_FT = scene_.X_FT;
   out.tool_point_F = scene_.tool_point_F;
   out.wire_joints = scene_.crcl_joints;
-  out.gripper = {.stroke_m = scene_.gripper.stroke_m,
-                 .gap_open_m = scene_.gripper.gap_open_m,
-                 .gap_closed_m = scene_.gripper.gap_closed_m,
-                 .force_n = scene_.gripper.force_n,
-                 .proportional = scene_.gripper.drive == scene::GripperDrive::kServo,
-                 .names = scene_.gripper_names};
+  out.X_FQ = scene::coupling_of(scene_);
+  out.gripper = describe_gripper(scene_.gripper);
+  out.gripper.names = scene_.gripper_names;
   out.max_trans_speed_m_s = scene_.max_trans_speed_m_s;
   out.max_trans_accel_m_s2 = scene_.max_trans_accel_m_s2;
   out.max_rot_speed_rad_s = scene_.max_rot_speed_rad_s;
@@ -371,7 +455,7 @@ void SimulatedRobot::write(const physics::GripperState& gripper,
   const Eigen::Matrix3d R_RW = X_WR_.linear().transpose();
   for (const auto& force : forces) {
     if (force.link != model.dof() || force.relayed) continue;
-    if (force.on_gripper && !state_.tool_carried) continue;
+    if (force.on_gripper && state_.tool < 0) continue;
     out.force_T_R += R_RW * force.f_W;
     out.torque_T_R += R_RW * (force.p_W - X_WT.translation()).cross(force.f_W);
   }
@@ -382,13 +466,15 @@ void SimulatedRobot::write(const physics::GripperState& gripper,
                  .holding = gripper.holding,
                  .held_body = gripper.held_body,
                  .palm_deflection_m = gripper.palm_deflection_m,
-                 .max_force_n = state_.gripper_force_n};
+                 .max_force_n = gripper_force_n(),
+                 .vacuum_pa = gripper.vacuum_pa};
   out.trans_speed = controller_.limit(api::MotionLimit::kTransSpeed);
   out.trans_accel = controller_.limit(api::MotionLimit::kTransAccel);
   out.rot_speed = controller_.limit(api::MotionLimit::kRotSpeed);
   out.rot_accel = controller_.limit(api::MotionLimit::kRotAccel);
   out.override_fraction = controller_.override_fraction();
-  out.tool_mounted = controller_.tool_mounted();
+  out.tool_mounted = state_.tool >= 0;
+  out.tool = state_.tool;
   out.action = controller_.status();
   out.X_RG = controller_.X_RG();
   out.initialized = controller_.initialized();

@@ -16,15 +16,21 @@
 
 namespace aprsim::world {
 
+/// A tool that no robot has, where it is.
+struct LooseTool {
+  int tool = 0;  ///< index among the scene's
+  Eigen::Isometry3d X_WT = Eigen::Isometry3d::Identity();
+};
+
 /// One robot of the cell: its controller gives the reference, its arm tracks it and yields to
 /// contact. Thread: sim.
 class SimulatedRobot {
  public:
-  /// The scene's robot must outlive this. Throws std::runtime_error when `model` fits no
-  /// closed-form inverse kinematics or `robot.home_rad` is not one value a joint.
+  /// Robot `index` of the scene, which must outlive this. Throws std::runtime_error when `model`
+  /// fits no closed-form inverse kinematics or `robot.home_rad` is not one value a joint.
   /// `prefetcher` makes motion plans ahead and must outlive this; null = none does.
-  SimulatedRobot(const scene::Robot& robot, const robot::ArmModel& model,
-                 const scene::Physics& physics, robot::PlanPrefetcher* prefetcher = nullptr);
+  SimulatedRobot(const scene::Scene& scene, std::size_t index, const robot::ArmModel& model,
+                 robot::PlanPrefetcher* prefetcher = nullptr);
 
   /// Applies a command that has been checked (command_check.hpp).
   void apply(api::Ticket ticket, const api::RobotCommand& command);
@@ -34,20 +40,22 @@ class SimulatedRobot {
 
   /// One step: contact forces of the last step to joint torques, the controller's next reference,
   /// the servo; X_WL() is then where the links are at the step's end. `cell` names the forces'
-  /// partners for the operator.
+  /// partners for the operator; `loose` are the tools that its changer may meet.
   void step(const physics::GripperState& gripper, std::span<const physics::ArmForce> forces,
-            const api::CellDescription& cell);
+            const api::CellDescription& cell, std::span<const LooseTool> loose);
 
   /// Protective stop because something is in the light curtain; nothing while one is held.
   void stop_for_light_curtain();
 
   [[nodiscard]] std::span<const Eigen::Isometry3d> X_WL() const { return X_WL_; }
-  /// The gripper's mount at the step's end: at the flange, or where the open tool changer has left
-  /// it, as in a stand; nothing falls.
+  /// The tool's mount at the step's end: at the flange, or on the way there after the lock has met
+  /// the tool within its capture range.
   [[nodiscard]] const Eigen::Isometry3d& X_WM() const { return state_.X_WM; }
+  /// On the flange at the step's end: index among the scene's tools, -1 = none.
+  [[nodiscard]] int tool() const { return state_.tool; }
   [[nodiscard]] double gripper_setting() const { return controller_.gripper_setting(); }
   /// Of each finger at the pressure that is set [N].
-  [[nodiscard]] double gripper_force_n() const { return state_.gripper_force_n; }
+  [[nodiscard]] double gripper_force_n() const;
 
   /// How often a step waited for a motion plan.
   [[nodiscard]] std::uint64_t plan_waits() const { return controller_.plan_waits(); }
@@ -64,11 +72,10 @@ class SimulatedRobot {
  private:
   /// State beside that of arm and controller.
   struct Own {
-    Eigen::Isometry3d X_WM = Eigen::Isometry3d::Identity();  ///< the gripper's mount
-    int pull_steps = 0;  ///< until a coupled gripper sits at the flange
-    /// The gripper's weight loads the arm.
-    bool tool_carried = true;
-    double gripper_force_n = 0;   ///< of each finger, at the pressure that is set
+    Eigen::Isometry3d X_WM = Eigen::Isometry3d::Identity();  ///< the tool's mount
+    int pull_steps = 0;           ///< until a coupled tool sits at the flange
+    int tool = -1;                ///< whose weight loads the arm; -1 = none
+    double pressure = 1;          ///< that is set, as a share of the supply's
     bool curtain_broken = false;  ///< the input from the cell's light curtain
     SimTime now{};
     robot::GuardMonitor guards;
@@ -84,11 +91,20 @@ class SimulatedRobot {
                     std::span<const physics::ArmForce> forces);
   void finish_guards();
   void update_link_poses();
+  void couple(std::span<const LooseTool> loose);
   void move_mount();
-  [[nodiscard]] bool tool_at_flange() const;
+  [[nodiscard]] int tool_at_flange(std::span<const LooseTool> loose) const;
+  [[nodiscard]] Eigen::Isometry3d mount_of(const LooseTool& loose) const;
+  [[nodiscard]] const robot::Payload& payload() const;
+  [[nodiscard]] double full_force_n() const;
 
   const scene::Robot& scene_;
+  std::vector<scene::Tool> tools_;  // of the scene
+  int start_tool_;
   Eigen::Isometry3d X_WB_, X_WR_;
+  std::vector<robot::ToolSetup> tool_setups_;  // on this flange
+  std::vector<Eigen::Isometry3d> X_FT_;        // of the tools' own frames
+  robot::Payload payload_open_;
   robot::ServoArm arm_;
   std::shared_ptr<const robot::InverseKinematics> ik_;
   robot::RobotController controller_;

@@ -42,13 +42,14 @@ World::World(std::shared_ptr<const scene::Scene> scene, ArmModels models, std::u
   robots_.reserve(models_->size());
   std::vector<std::vector<Eigen::Isometry3d>> X_WL;
   for (std::size_t i = 0; i < models_->size(); ++i) {
-    robots_.emplace_back(scene_->robots[i], (*models_)[i], scene_->physics,
+    robots_.emplace_back(*scene_, i, (*models_)[i],
                          i < prefetchers.size() ? prefetchers[i] : nullptr);
     const auto links = robots_.back().X_WL();
     X_WL.emplace_back(links.begin(), links.end());
   }
   physics_.emplace(*scene_, *models_, X_WL);
   describe(seed);
+  loose_.reserve(description_->tools.size());
   if (const auto& belt = scene_->conveyor) {
     conveyor_.emplace(ConveyorDriveLimits{belt->max_speed_m_s, belt->max_accel_m_s2,
                                           belt->max_decel_m_s2, belt->emergency_decel_m_s2});
@@ -85,17 +86,7 @@ void World::apply(api::Ticket, const api::SetIntruder& command) {
 }
 
 void World::step() {
-  for (std::size_t i = 0; i < robots_.size(); ++i) {
-    const int index = static_cast<int>(i);
-    // The last step's contacts load the joints; the controller gives the next reference.
-    robots_[i].see_light_curtain(curtain_.broken);
-    robots_[i].step(physics_->gripper(index), physics_->arm_forces(index), *description_);
-    // Towards the physics, arms and grippers are where the robots say.
-    physics_->set_arm(index, robots_[i].X_WL());
-    physics_->set_gripper_mount(index, robots_[i].X_WM());
-    physics_->set_gripper(index, robots_[i].gripper_setting());
-    physics_->set_gripper_force(index, robots_[i].gripper_force_n());
-  }
+  for (std::size_t i = 0; i < robots_.size(); ++i) step_robot(i);
   // The belt's drive advances its ramp; the physics carries what lies on the belt.
   if (conveyor_) physics_->set_belt_speed(conveyor_->step(scene_->physics.step_s));
   // Contacts are found and solved, bodies and fingers moved.
@@ -103,6 +94,37 @@ void World::step() {
   ++steps_;
   // The sensors look at the step's end.
   sense();
+}
+
+void World::step_robot(std::size_t i) {
+  const int index = static_cast<int>(i);
+  SimulatedRobot& robot = robots_[i];
+  // What the robots before this one have taken is gone.
+  loose_.clear();
+  for (int t = 0; robot.tool() < 0 && t < physics_->tool_count(); ++t) {
+    const physics::BodyState tool = physics_->tool(t);
+    if (robot_with(t) >= 0 || tool.lost_step) continue;
+    loose_.push_back({t, Pose{tool.p_WB, tool.q_WB}.isometry()});
+  }
+  // The last step's contacts load the joints; the controller gives the next reference.
+  robot.see_light_curtain(curtain_.broken);
+  robot.step(physics_->gripper(index), physics_->arm_forces(index), *description_, loose_);
+  if (robot.tool() != physics_->tool_of(index)) {
+    physics_->leave_tool(index);
+    if (robot.tool() >= 0) physics_->take_tool(index, robot.tool(), robot.X_WM());
+  }
+  // Towards the physics, arms and grippers are where the robots say.
+  physics_->set_arm(index, robot.X_WL());
+  physics_->set_gripper_mount(index, robot.X_WM());
+  physics_->set_gripper(index, robot.gripper_setting());
+  physics_->set_gripper_force(index, robot.gripper_force_n());
+}
+
+int World::robot_with(int tool) const {
+  for (int r = 0; r < static_cast<int>(robots_.size()); ++r) {
+    if (physics_->tool_of(r) == tool) return r;
+  }
+  return -1;
 }
 
 WorldState World::save() const {
@@ -224,6 +246,16 @@ void World::write(api::Snapshot& out) const {
                                                .group_kind = state.group_kind,
                                                .group = state.group,
                                                .lost_step = state.lost_step};
+  }
+  out.tools.resize(description_->tools.size());
+  for (int i = 0; i < physics_->tool_count(); ++i) {
+    const physics::BodyState state = physics_->tool(i);
+    const int robot = robot_with(i);
+    out.tools[static_cast<std::size_t>(i)] = {.X_WT = {state.p_WB, state.q_WB},
+                                              .robot = robot,
+                                              .separation_m = physics_->opening(i),
+                                              .resting = robot < 0 && state.resting,
+                                              .lost_step = state.lost_step};
   }
   out.contact_count = physics_->contact_count();
   physics_->write_contacts(out.contacts);

@@ -68,6 +68,8 @@ class World {
 
  private:
   void describe(std::uint64_t seed);
+  void step_robot(std::size_t index);
+  [[nodiscard]] int robot_with(int tool) const;  ///< -1 = none
   void sense();
   void look_at_belt();
   void look_through_curtain();
@@ -78,6 +80,7 @@ class World {
   std::uint64_t steps_ = 0;
   ArmModels models_;
   std::vector<SimulatedRobot> robots_;
+  std::vector<LooseTool> loose_;  // that the robot at hand may take
   std::optional<ConveyorDrive> conveyor_;
   std::optional<sensors::PhotoEyes> photo_eyes_;  // there when the conveyor is
   std::optional<physics::PhysicsWorld> physics_;

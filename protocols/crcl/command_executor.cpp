@@ -231,7 +231,8 @@ CommandExecutor::CommandExecutor(CommandExecutorOptions options, api::CommandSin
       log_("crcl." + description().name),
       lifecycle_(log_, joints_, options_.robot, source.latest()->epoch),
       submitter_(options_.robot, options_.endpoint, sink),
-      parameters_(description(), joints_, cell_->light_curtain ? cell_->light_curtain->beams : 0),
+      parameters_(description(), cell_->tools, joints_,
+                  cell_->light_curtain ? cell_->light_curtain->beams : 0),
       limits_(cartesian_limits(description(), options_.cartesian_min_R, options_.cartesian_max_R)),
       program_pace_(kProgramCommandsPerS, kProgramBurst) {}
 

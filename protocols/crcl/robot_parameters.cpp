@@ -82,14 +82,22 @@ RobotParameters::Outcome nothing_left(const Result<void>& done) {
 
 }  // namespace
 
-RobotParameters::RobotParameters(const api::RobotDescription& robot, const JointMap& joints,
-                                 int beams)
+RobotParameters::RobotParameters(const api::RobotDescription& robot,
+                                 std::span<const api::ToolDescription> tools,
+                                 const JointMap& joints, int beams)
     : gripper_names_{token(robot.name) + "_gripper"},
       gripper_name_(gripper_names_.front()),
       max_grip_force_n_(robot.gripper.force_n),
       sensors_(joints, beams) {
   const std::vector<std::string>& others = robot.gripper.names;
   gripper_names_.insert(gripper_names_.end(), others.begin(), others.end());
+  for (const api::ToolDescription& tool : tools) {
+    if (tool.listed) tool_names_.push_back(token(tool.name));
+  }
+}
+
+std::string RobotParameters::name_of(const api::ToolDescription& tool) const {
+  return tool.listed && !named_ ? token(tool.name) : gripper_name_;
 }
 
 RobotParameters::Outcome RobotParameters::apply(const crcl::SetEndEffectorParameters& command,
@@ -133,10 +141,14 @@ RobotParameters::Outcome RobotParameters::apply(const crcl::SetRobotParameters& 
 }
 
 Result<void> RobotParameters::check_gripper(const std::string& name) const {
-  if (std::ranges::find(gripper_names_, name) != gripper_names_.end()) return {};
+  for (const auto* names : {&gripper_names_, &tool_names_}) {
+    if (std::ranges::find(*names, name) != names->end()) return {};
+  }
+  const std::string tools =
+      tool_names_.empty() ? "" : fmt::format("; its tools are {}", fmt::join(tool_names_, ", "));
   return bad_setting("GripperName",
-                     fmt::format("Unknown gripper {}; this robot has {}", crcl::shorten(name),
-                                 fmt::join(gripper_names_, ", also ")));
+                     fmt::format("Unknown gripper {}; this robot has {}{}", crcl::shorten(name),
+                                 fmt::join(gripper_names_, ", also "), tools));
 }
 
 RobotParameters::Outcome RobotParameters::apply(const crcl::EnableGripper& command,
@@ -145,7 +157,8 @@ RobotParameters::Outcome RobotParameters::apply(const crcl::EnableGripper& comma
   if (const auto ok = check_size("GripperName", command.gripper, command.options); !ok) {
     return tl::unexpected(ok.error());
   }
-  gripper_name_ = command.gripper;
+  named_ = std::ranges::find(gripper_names_, command.gripper) != gripper_names_.end();
+  if (named_) gripper_name_ = command.gripper;
   gripper_options_ = command.options;
   settings.report_gripper(true);
   return nothing_left();

@@ -3,6 +3,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -29,8 +30,9 @@ class RobotParameters {
   /// What is left to do: an action for the robot, or nothing.
   using Outcome = Result<std::optional<api::RobotAction>>;
 
-  /// `beams` of the cell's light curtain, 0 = none.
-  RobotParameters(const api::RobotDescription& robot, const JointMap& joints, int beams);
+  /// `tools` that the robot may have, `beams` of the cell's light curtain, 0 = none.
+  RobotParameters(const api::RobotDescription& robot, std::span<const api::ToolDescription> tools,
+                  const JointMap& joints, int beams);
 
   [[nodiscard]] Outcome apply(const crcl::SetEndEffectorParameters& command,
                               ConnectionSettings& settings);
@@ -54,6 +56,8 @@ class RobotParameters {
   [[nodiscard]] std::optional<bool> coordinated() const { return coordinated_; }
   /// The one by which it was enabled, else the first of its names.
   [[nodiscard]] const std::string& gripper_name() const { return gripper_name_; }
+  /// A listed tool's own, unless a name of the robot's gripper has been enabled.
+  [[nodiscard]] std::string name_of(const api::ToolDescription& tool) const;
   [[nodiscard]] const std::vector<crcl::ParameterSetting>& gripper_options() const {
     return gripper_options_;
   }
@@ -65,8 +69,9 @@ class RobotParameters {
  private:
   [[nodiscard]] Result<void> check_gripper(const std::string& name) const;
 
-  std::vector<std::string> gripper_names_;
+  std::vector<std::string> gripper_names_, tool_names_;
   std::string gripper_name_;  // one of them
+  bool named_ = false;        // by EnableGripper, by a name that is no tool's
   double max_grip_force_n_;
   SensorBoard sensors_;
   std::optional<bool> coordinated_;

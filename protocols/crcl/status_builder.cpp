@@ -125,14 +125,24 @@ crcl::PoseStatus pose_status(const api::RobotSnapshot& robot, int joint_count,
   return status;
 }
 
-crcl::GripperStatus gripper_status(const api::GripperSnapshot& gripper,
+// Of the tool that is on: of its kind, and by its name where the scene lists it.
+crcl::GripperStatus gripper_status(const api::CellDescription& cell,
+                                   const api::RobotSnapshot& robot,
                                    const RobotParameters& parameters,
                                    const ConnectionSettings& settings) {
+  const api::GripperSnapshot& gripper = robot.gripper;
+  const auto index = static_cast<std::size_t>(robot.tool);
+  const api::ToolDescription* tool =
+      robot.tool >= 0 && index < cell.tools.size() ? &cell.tools[index] : nullptr;
   crcl::GripperStatus status;
-  status.name = parameters.gripper_name();
+  status.name = tool != nullptr ? parameters.name_of(*tool) : parameters.gripper_name();
   status.options = parameters.gripper_options();
   status.holding = gripper.holding;
-  status.kind = crcl::ParallelGripper{from_si(gripper.separation_m, settings.units().length)};
+  if (tool != nullptr && tool->gripper.cup_radius_m > 0) {
+    status.kind = crcl::VacuumGripper{gripper.setting <= 0.5};
+  } else {
+    status.kind = crcl::ParallelGripper{from_si(gripper.separation_m, settings.units().length)};
+  }
   return status;
 }
 
@@ -217,7 +227,7 @@ crcl::Status build_status(crcl::CommandStatus command, const StatusSources& sour
     status.pose = pose_status(robot, joint_count, sources.joints, settings);
   }
   if (wanted.gripper && robot.tool_mounted) {
-    status.gripper = gripper_status(robot.gripper, sources.parameters, settings);
+    status.gripper = gripper_status(*snapshot.cell, robot, sources.parameters, settings);
   }
   if (wanted.settings) status.settings = settings_status(sources, settings);
   if (wanted.sensors) {

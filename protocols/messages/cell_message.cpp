@@ -16,6 +16,7 @@ void write(const api::GripperDescription& gripper, v1::GripperDescription& messa
   message.set_gap_open_m(gripper.gap_open_m);
   message.set_gap_closed_m(gripper.gap_closed_m);
   message.set_force_n(gripper.force_n);
+  message.set_cup_radius_m(gripper.cup_radius_m);
 }
 
 void write(const api::RobotDescription& robot, v1::RobotDescription& message) {
@@ -29,11 +30,30 @@ void write(const api::RobotDescription& robot, v1::RobotDescription& message) {
   if (robot.tool_point_F) {
     write_message(*robot.tool_point_F, *message.mutable_tool_point_in_flange());
   }
+  write_message(robot.X_FQ, *message.mutable_coupling_in_flange());
   write(robot.gripper, *message.mutable_gripper());
   message.set_max_trans_speed_m_s(robot.max_trans_speed_m_s);
   message.set_max_trans_accel_m_s2(robot.max_trans_accel_m_s2);
   message.set_max_rot_speed_rad_s(robot.max_rot_speed_rad_s);
   message.set_max_rot_accel_rad_s2(robot.max_rot_accel_rad_s2);
+}
+
+void write(const api::BoxDescription& box, v1::Box& message) {
+  write_message(box.centre, *message.mutable_centre_m());
+  write_message(box.size, *message.mutable_size_m());
+}
+
+void write(const api::ToolDescription& tool, v1::ToolDescription& message) {
+  message.set_name(tool.name);
+  message.set_mass_kg(tool.mass_kg);
+  write(tool.gripper, *message.mutable_gripper());
+  write_message(tool.X_QT, *message.mutable_tool_in_coupling());
+  message.set_listed(tool.listed);
+  write(tool.palm, *message.mutable_palm());
+  write(tool.neck, *message.mutable_neck());
+  write_message(tool.finger_size, *message.mutable_finger_size_m());
+  if (tool.gripper.cup_radius_m > 0) write(tool.cup, *message.mutable_cup());
+  message.set_v_half_angle_rad(tool.v_half_angle_rad);
 }
 
 void write(const api::BodyDescription& body, v1::GearGeometry& message) {
@@ -126,6 +146,7 @@ void write_message(const api::CellDescription& cell, v1::CellDescription& messag
   if (cell.light_curtain) write(*cell.light_curtain, *message.mutable_light_curtain());
   for (const auto& body : cell.bodies) write(body, *message.add_bodies());
   for (const auto& name : cell.fixed) message.add_fixed(name);
+  for (const auto& tool : cell.tools) write(tool, *message.add_tools());
 }
 
 }  // namespace aprsim::protocols

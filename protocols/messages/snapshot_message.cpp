@@ -71,6 +71,7 @@ void write(const api::GripperSnapshot& gripper, const api::CellDescription& cell
     }
   }
   message.set_palm_deflection_m(gripper.palm_deflection_m);
+  message.set_vacuum_pa(gripper.vacuum_pa);
 }
 
 void write(const api::VisionFrame& frame, const api::CellDescription& cell,
@@ -116,6 +117,7 @@ void write(const api::RobotSnapshot& robot, const api::RobotDescription& descrip
   message.set_drives_on(robot.drives_on);
   write(robot.vision, cell, *message.mutable_vision());
   if (robot.X_RG) write_message(*robot.X_RG, *message.mutable_goal_in_reference());
+  if (robot.tool >= 0) message.set_tool(static_cast<std::uint32_t>(robot.tool));
 }
 
 void write(const api::BodySnapshot& body, const api::BodyDescription& description,
@@ -130,6 +132,16 @@ void write(const api::BodySnapshot& body, const api::BodyDescription& descriptio
   message.set_group_kind(group_kind(body.group_kind));
   if (body.group >= 0) message.set_group(static_cast<std::uint32_t>(body.group));
   if (body.lost_step) message.set_lost_step(*body.lost_step);
+}
+
+void write(const api::ToolSnapshot& tool, const api::ToolDescription& description,
+           v1::ToolState& message) {
+  message.set_name(description.name);
+  write_message(tool.X_WT, *message.mutable_tool_in_world());
+  if (tool.robot >= 0) message.set_robot(static_cast<std::uint32_t>(tool.robot));
+  message.set_separation_m(tool.separation_m);
+  message.set_resting(tool.resting);
+  if (tool.lost_step) message.set_lost_step(*tool.lost_step);
 }
 
 void write(const api::ContactSide& side, const api::CellDescription& cell,
@@ -147,6 +159,9 @@ void write(const api::ContactSide& side, const api::CellDescription& cell,
       break;
     case api::ContactSide::Kind::kFixed:
       message.set_fixed(index);
+      break;
+    case api::ContactSide::Kind::kTool:
+      message.set_tool(index);
       break;
   }
 }
@@ -255,6 +270,10 @@ void write_message(const api::Snapshot& snapshot, const std::string& instance_id
   const std::size_t bodies = std::min(cell.bodies.size(), snapshot.bodies.size());
   for (std::size_t i = 0; i < bodies; ++i) {
     write(snapshot.bodies[i], cell.bodies[i], *message.add_bodies());
+  }
+  const std::size_t tools = std::min(cell.tools.size(), snapshot.tools.size());
+  for (std::size_t i = 0; i < tools; ++i) {
+    write(snapshot.tools[i], cell.tools[i], *message.add_tools());
   }
   message.set_contact_count(static_cast<std::uint32_t>(snapshot.contact_count));
   message.set_virtual_joint_count(static_cast<std::uint32_t>(snapshot.virtual_joint_count));

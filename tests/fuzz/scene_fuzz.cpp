@@ -82,7 +82,17 @@ void check(const scene::Scene& scene) {
     if (robot.tool_point_F) check(*robot.tool_point_F);
     check(robot.crcl_joints, robot.home_rad.size());
     demand(fs::is_regular_file(robot.model_file));
+    if (robot.changer.X_FQ) check(*robot.changer.X_FQ);
     demand((robot.vision.area_min.array() < robot.vision.area_max.array()).all());
+  }
+  const auto tools = scene::tools_of(scene);
+  for (const auto& tool : tools) {
+    check(tool.X_QT);
+    check(tool.X_WQ);
+    demand(tool.X_QT.p.z() >= tool.gripper.pad_height_m || tool.own);
+  }
+  for (const int tool : scene::tools_at_start(scene)) {
+    demand(tool >= -1 && tool < static_cast<int>(tools.size()));
   }
   for (const auto& tray : scene.trays) {
     check(tray.X_WP);

@@ -27,6 +27,7 @@ struct GripperDescription {
   double gap_closed_m = 0;         ///< pad to pad with nothing between
   double force_n = 0;              ///< of each finger at most
   bool proportional = false;       ///< takes any opening; else open or closed
+  double cup_radius_m = 0;         ///< of a vacuum cup, which has no fingers; 0 = a pair of fingers
   std::vector<std::string> names;  ///< by which clients may know it besides its own
 };
 
@@ -40,11 +41,12 @@ struct RobotDescription {
   Pose X_WB;  ///< base mounting frame in world
   Pose X_BR;  ///< reference frame of wire poses in base
   Pose X_RV;  ///< frame of its camera's detections in the reference frame
-  Pose X_FT;  ///< tool frame in flange: between the finger tips
-  /// The frame in the flange whose pose is commanded and reported, with and without the gripper;
-  /// none = the tool frame, and the flange's while the tool changer is open.
+  Pose X_FT;  ///< frame in flange of the tool at the start: between the finger tips
+  Pose X_FQ;  ///< plane of the tool changer's coupling in flange, z along the approach
+  /// The frame in the flange whose pose is commanded and reported, whatever tool is on; none = the
+  /// tool's frame, and the flange's while there is none.
   std::optional<Pose> tool_point_F;
-  GripperDescription gripper;
+  GripperDescription gripper;  ///< at the start
   /// Box in R that the tool point cannot leave, whatever the joints do.
   Eigen::Vector3d reach_min_R = Eigen::Vector3d::Zero(), reach_max_R = Eigen::Vector3d::Zero();
   double max_trans_speed_m_s = 0, max_trans_accel_m_s2 = 0;
@@ -52,6 +54,27 @@ struct RobotDescription {
 };
 
 enum class BodyKind { kGear, kPartTray, kKitTray };
+
+/// A box along the axes of its frame.
+struct BoxDescription {
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero(), size = Eigen::Vector3d::Zero();
+};
+
+/// What a robot takes and leaves by its tool changer. Its frame T lies between the finger tips, z
+/// along the approach; the fingers move along y.
+struct ToolDescription {
+  std::string name;
+  double mass_kg = 0;
+  GripperDescription gripper;
+  Pose X_QT;            ///< in the plane of its coupling
+  bool listed = false;  ///< by the scene; else the gripper that comes with a robot
+  // Shape, in T [m].
+  BoxDescription palm;
+  BoxDescription neck;  ///< to the coupling; without volume where the palm reaches it
+  Eigen::Vector3d finger_size = Eigen::Vector3d::Zero();
+  BoxDescription cup;           ///< around it, in the place of fingers
+  double v_half_angle_rad = 0;  ///< of the pads' grooves; 0 = flat
+};
 
 /// A recess that takes a gear. A seated gear's frame coincides with its slot's.
 struct SlotDescription {
@@ -103,6 +126,7 @@ struct CellDescription {
   ConveyorDescription conveyor;
   std::optional<LightCurtainDescription> light_curtain;
   std::vector<BodyDescription> bodies;
+  std::vector<ToolDescription> tools;
   std::vector<std::string> fixed;  ///< names of what never moves and can be touched
 };
 

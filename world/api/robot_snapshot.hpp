@@ -25,11 +25,14 @@ struct GripperSnapshot {
   double setting = 1;                ///< last commanded, 0 closed .. 1 open
   double separation_m = 0;           ///< pad to pad
   std::array<double, 2> travel_m{};  ///< closing travel of each finger
-  std::array<double, 2> force_n{};   ///< normal force of each pad on what it holds
-  bool holding = false;              ///< both pads press on one body, the fingers stopped short
-  int held_body = -1;                ///< a gear or tray: index into bodies while holding, else -1
-  double palm_deflection_m = 0;      ///< of the compliant mount
-  double max_force_n = 0;            ///< of each finger at the pressure that is set
+  /// Normal force of each pad on what it holds; of a cup the suction's, and 0.
+  std::array<double, 2> force_n{};
+  /// Both pads press on one body, the fingers stopped short; or the cup draws one.
+  bool holding = false;
+  int held_body = -1;            ///< a gear or tray: index into bodies while holding, else -1
+  double palm_deflection_m = 0;  ///< of the compliant mount
+  double max_force_n = 0;        ///< of each finger at the pressure that is set
+  double vacuum_pa = 0;          ///< of a cup
 };
 
 enum class ActionState { kNone, kWorking, kDone, kError };
@@ -57,7 +60,8 @@ struct RobotSnapshot {
   GripperSnapshot gripper;
   LimitSetting trans_speed, trans_accel, rot_speed, rot_accel;
   double override_fraction = 1;  ///< of every motion's speed, as set
-  bool tool_mounted = true;      ///< false: the tool changer is open, T is the flange frame
+  bool tool_mounted = true;      ///< false: nothing is on the flange, T is the flange frame
+  int tool = -1;                 ///< on the flange: index into tools, -1 = none
   ActionStatus action;
   std::optional<Pose> X_RG;      ///< where the running motion is to take the tool
   bool initialized = false;      ///< InitRobot taken since start, EndRobot or a held error

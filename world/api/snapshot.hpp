@@ -60,10 +60,20 @@ struct BodySnapshot {
   std::optional<std::uint64_t> lost_step;
 };
 
+/// A tool, on a flange or not.
+struct ToolSnapshot {
+  Pose X_WT;                ///< its tool frame in world
+  int robot = -1;           ///< that has it, -1 = none
+  double separation_m = 0;  ///< of its fingers, pad to pad
+  bool resting = false;     ///< on no flange, and at rest relative to what carries it
+  std::optional<std::uint64_t> lost_step;  ///< as of bodies
+};
+
 /// One of the two things that touch at a point.
 struct ContactSide {
-  enum class Kind { kBody, kRobot, kFixed } kind = Kind::kFixed;
-  int index = 0;  ///< into bodies, robots or CellDescription::fixed
+  /// kTool: that no robot has; one on a flange is the robot's palm and fingers.
+  enum class Kind { kBody, kRobot, kFixed, kTool } kind = Kind::kFixed;
+  int index = 0;  ///< into bodies, robots, CellDescription::fixed or tools
   int part = -1;  ///< of a robot: 0 palm, 1-2 fingers, from kFirstLink on its links; else -1
 
   static constexpr int kFirstLink = 3;
@@ -130,6 +140,7 @@ struct Snapshot {
   LightCurtainSnapshot light_curtain;  ///< meaningless without one in the description
   std::optional<Intruder> intruder;
   std::vector<BodySnapshot> bodies;
+  std::vector<ToolSnapshot> tools;
 
   int contact_count = 0;
   /// By their sides, robots last, at most kMaxContacts. Merged bodies and sleeping groups have

@@ -1,6 +1,8 @@
 #include "world/physics/body_collider.hpp"
 
 #include <algorithm>
+#include <utility>
+#include <numbers>
 
 #include "world/physics/collision/look_ahead.hpp"
 #include "world/physics/collision/narrow_phase.hpp"
@@ -13,6 +15,8 @@ namespace {
 constexpr double kLeastWay = 1e-5;
 /// One whose way is longer strikes what it meets [m].
 constexpr double kStroke = 4e-4;
+/// The cup's solid stands on the lip, against the approach.
+const Eigen::Isometry3d kLipToSolid(Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX()));
 
 Moving moving(const FreeBody& body) {
   return {body.com_W(), body.v_com_W, body.omega_W, body.radius_m};
@@ -66,7 +70,11 @@ void BodyCollider::free_on_free(int a, int b, std::vector<Contact>& out) {
   const std::size_t before = out.size();
   Way way = falling(moving(upper), moving(lower));
   const double stroke = stroke_m(upper_index, lower_index);
-  if (upper.is_tray()) {
+  if (upper.is_tool()) {
+    find_ahead(way, out, [&](const Eigen::Isometry3d& D) {
+      tool_on_free(upper_index, D, lower_index, out);
+    });
+  } else if (upper.is_tray()) {
     find_ahead(way, out, [&](const Eigen::Isometry3d& D) {
       box_box(upper.slab_size, D * upper.X_WS(), lower.slab_size, lower.X_WS(), upper_index,
               lower_index, SurfacePair::kTrayTray, out);
@@ -90,19 +98,71 @@ void BodyCollider::free_on_free(int a, int b, std::vector<Contact>& out) {
   press(lower_index, stroke);
 }
 
+/// Blocks as boxes, but for the pads that meet a peg: its V grooves hold it. `D`: see find_ahead.
+void BodyCollider::tool_on_free(int tool, const Eigen::Isometry3d& D, int other_index,
+                                std::vector<Contact>& out) const {
+  const auto& hand = model_.body(tool);
+  const auto& other = model_.body(other_index);
+  const auto blocks = hand.tool->blocks();
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const Eigen::Vector3d& size = blocks[i].size;
+    const Eigen::Isometry3d X_WS = D * hand.X_WS(blocks[i]);
+    const auto on_box = [&](const Eigen::Vector3d& other_size, const Eigen::Isometry3d& X_WO) {
+      box_box(size, X_WS, other_size, X_WO, tool, other_index, SurfacePair::kRobotAny, out);
+    };
+    if (other.is_tool()) {
+      for (const scene::Block& block : other.tool->blocks()) on_box(block.size, other.X_WS(block));
+    } else if (other.is_tray()) {
+      on_box(other.slab_size, other.X_WS());
+    } else if (hand.tool->is_finger(i)) {
+      const std::size_t first = out.size();
+      pad_gear(hand.tool->pad(), D * hand.X_WB * hand.tool->X_TD(i), *other.gear, other.X_WB, tool,
+               other_index, out);
+      // Of a gripper without a robot.
+      for (std::size_t k = first; k < out.size(); ++k) out[k].pair = SurfacePair::kRobotAny;
+    } else {
+      const std::size_t first = out.size();
+      gear_box(*other.gear, other.X_WB, size, X_WS, other_index, tool, SurfacePair::kRobotAny, out);
+      for (std::size_t k = first; k < out.size(); ++k) {
+        std::swap(out[k].a, out[k].b);
+        out[k].n_W = -out[k].n_W;
+      }
+    }
+  }
+}
+
 void BodyCollider::gripper_on_free(int robot, int p, int body, std::vector<Contact>& out) const {
   const auto& free = model_.body(body);
   const auto& hand = gripper(robot);
   const auto& box = hand.part(p);
   const BodyIndex id = model_.ids.palm(robot) + p;
-  // Trays are boxes to a gripper; of a gear, fingers meet the peg with their pads.
-  if (free.is_tray()) {
+  // Tools and trays are boxes to a gripper; of a gear, fingers meet the peg with their pads.
+  if (hand.cup() && p > 0 && free.is_tray()) {
+    Way way = way_of(hand.moving(p), moving(free), kStepsAhead * model_.step_s);
+    if (way.longest_m() < kLeastWay) way = {};
+    const std::size_t first = out.size();
+    find_ahead(way, out, [&](const Eigen::Isometry3d& D) {
+      gear_tray(hand.cup_solid(), D * hand.X_WLip() * kLipToSolid, *free.tray, free.X_WB, id, body,
+                out);
+    });
+    for (std::size_t k = first; k < out.size(); ++k) out[k].pair = SurfacePair::kPadGear;
+  } else if (free.is_tool()) {
+    for (const scene::Block& block : free.tool->blocks()) {
+      box_box(box.size, box.X_WS, block.size, free.X_WS(block), id, body, SurfacePair::kRobotAny,
+              out);
+    }
+  } else if (free.is_tray()) {
     Way way = way_of(hand.moving(p), moving(free), kStepsAhead * model_.step_s);
     if (way.longest_m() < kLeastWay) way = {};
     find_ahead(way, out, [&](const Eigen::Isometry3d& D) {
       box_box(box.size, D * box.X_WS, free.slab_size, free.X_WS(), id, body, SurfacePair::kRobotAny,
               out);
     });
+  } else if (hand.cup() && p > 0) {
+    // The lip's rim as that of a solid of revolution.
+    const std::size_t first = out.size();
+    gear_gear(hand.cup_solid(), hand.X_WLip() * kLipToSolid, *free.gear, free.X_WB, id, body, out);
+    for (std::size_t k = first; k < out.size(); ++k) out[k].pair = SurfacePair::kPadGear;
   } else if (p > 0) {
     Way way = way_of(hand.moving(p), moving(free), kStepsAhead * model_.step_s);
     // A closing finger is looked ahead along its own way.
@@ -119,7 +179,7 @@ void BodyCollider::gripper_on_free(int robot, int p, int body, std::vector<Conta
   }
 }
 
-/// By ODE's primitives: a gear as its three cylinders, a tray as its slab.
+/// By ODE's primitives: a gear as its three cylinders, a tray as its slab, a tool as its blocks.
 void BodyCollider::link_on_free(const ArmShape& shape, BodyIndex link, int body,
                                 std::vector<Contact>& out) {
   const auto& free = model_.body(body);
@@ -127,11 +187,17 @@ void BodyCollider::link_on_free(const ArmShape& shape, BodyIndex link, int body,
     set_geom_pose(geom.get(), X_WS);
     collide_geoms(geom.get(), shape.geom.get(), body, link, SurfacePair::kRobotAny, out);
   };
-  if (free.is_tray()) {
-    dGeomBoxSetLengths(box_.get(), free.slab_size.x(), free.slab_size.y(), free.slab_size.z());
-    collide(box_, free.X_WS());
+  const auto collide_box = [&](const Eigen::Vector3d& size, const Eigen::Isometry3d& X_WS) {
+    dGeomBoxSetLengths(box_.get(), size.x(), size.y(), size.z());
+    collide(box_, X_WS);
+  };
+  if (free.is_tool()) {
+    for (const scene::Block& block : free.tool->blocks()) {
+      collide_box(block.size, free.X_WS(block));
+    }
     return;
   }
+  if (free.is_tray()) return collide_box(free.slab_size, free.X_WS());
   const scene::GearShapes gear = scene::shapes_of(*free.gear);
   const auto cylinder = [&](const scene::Frustum& piece) {
     const double radius = piece.radius_high, length = piece.z_high - piece.z_low;
@@ -153,6 +219,15 @@ void BodyCollider::free_on_fixed(int body, const StaticShape& shape,
   if (shape.belt) support.v_W = model_.belt_speed_m_s * model_.fixed.belt_axis_W;
   Way way = falling(moving(free), support);
   way.shift_W -= sink_ahead(body) * shape.X_WS.linear().col(2);
+  if (free.is_tool()) {
+    find_ahead(way, out, [&](const Eigen::Isometry3d& D) {
+      for (const scene::Block& block : free.tool->blocks()) {
+        box_box(block.size, D * free.X_WS(block), shape.size, shape.X_WS, body, kGround,
+                shape.belt ? SurfacePair::kTrayBelt : SurfacePair::kTrayGround, out);
+      }
+    });
+    return;
+  }
   if (free.is_tray()) {
     const auto pair = shape.belt ? SurfacePair::kTrayBelt : SurfacePair::kTrayGround;
     find_ahead(way, out, [&](const Eigen::Isometry3d& D) {

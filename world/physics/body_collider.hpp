@@ -47,6 +47,8 @@ class BodyCollider {
  private:
   [[nodiscard]] Way falling(const Moving& body, const Moving& other) const;
   void press(int body, double way_m);
+  void tool_on_free(int tool, const Eigen::Isometry3d& D, int other,
+                    std::vector<Contact>& out) const;
   [[nodiscard]] const GripperMechanism& gripper(int robot) const {
     return model_.grippers[static_cast<std::size_t>(robot)];
   }

@@ -25,7 +25,23 @@ ContactReport::ContactReport(const PhysicsModel& model)
 void ContactReport::update(ArmPenalty& penalty) {
   for (auto& list : forces_) list.clear();
   for (const auto& constraint : model_.constraints) add_arm_forces(constraint);
+  for (std::size_t r = 0; r < forces_.size(); ++r) add_suction(r);
   penalty.find(forces_);
+}
+
+/// What a cup draws pulls at it as hard as it is pulled.
+void ContactReport::add_suction(std::size_t robot) {
+  const GripperMechanism& gripper = model_.grippers[robot];
+  const Suction& suction = gripper.suction();
+  if (suction.force_n <= 0) return;
+  const Eigen::Isometry3d X_WLip = gripper.X_WLip();
+  ArmForce force;
+  force.link = model_.arms[robot].links() - 1;
+  force.p_W = X_WLip.translation();
+  force.f_W = suction.force_n * X_WLip.linear().col(2);
+  force.partner = suction.body >= 0 ? side(suction.body, -1) : Side{};
+  force.on_gripper = true;
+  forces_[robot].push_back(force);
 }
 
 /// Of each arm that has the contact: at the flange when it is with the gripper, or at the link
@@ -70,7 +86,8 @@ int ContactReport::link(BodyIndex id) const {
 Side ContactReport::side(BodyIndex id, int fixed) const {
   const BodyIds& ids = model_.ids;
   if (id < 0) return {Side::Kind::kFixed, fixed};
-  if (ids.is_free(id)) return {Side::Kind::kBody, id};
+  if (ids.is_part(id)) return {Side::Kind::kBody, id};
+  if (ids.is_free(id)) return {Side::Kind::kTool, ids.tool_of(id)};
   const int part = ids.is_link(id) ? Side::kFirstLink + ids.link_of(id) : ids.part_of(id);
   return {Side::Kind::kRobot, ids.robot_of(id), part};
 }
@@ -149,7 +166,8 @@ void ContactReport::sort() {
   const auto code = [](const Side& side) {
     const std::uint64_t rank = side.kind == Side::Kind::kRobot  ? 0
                                : side.kind == Side::Kind::kBody ? 1
-                                                                : 2;
+                               : side.kind == Side::Kind::kTool ? 2
+                                                                : 3;
     return rank << 24 | static_cast<std::uint64_t>(side.index) << 8 |
            static_cast<std::uint64_t>(side.part + 1);
   };

@@ -39,6 +39,7 @@ class ContactReport {
     bool operator==(const FrozenKey&) const = default;
   };
   void add_arm_forces(const ContactConstraint& constraint);
+  void add_suction(std::size_t robot);
   [[nodiscard]] bool of_gripper(int robot, BodyIndex id) const;
   [[nodiscard]] api::ContactSide side(BodyIndex id, int fixed) const;
   [[nodiscard]] int link(BodyIndex id) const;

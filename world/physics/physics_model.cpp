@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "world/physics/tool_changes.hpp"
+
 namespace aprsim::physics {
 namespace {
 
@@ -20,7 +22,9 @@ ode::World make_world(const scene::Scene& scene) {
 double lost_below(const PhysicsModel& model) {
   double lowest = std::numeric_limits<double>::infinity();
   for (const auto& shape : model.fixed.shapes) lowest = std::min(lowest, shape.bounds.min.z());
-  for (const auto& body : model.bodies) lowest = std::min(lowest, body.bounds.min.z());
+  for (const auto& body : model.bodies) {
+    if (!body.mounted) lowest = std::min(lowest, body.bounds.min.z());
+  }
   for (const auto& arm : model.arms) lowest = std::min(lowest, arm.X_WL(0).translation().z());
   return lowest - kFall;
 }
@@ -33,16 +37,34 @@ PhysicsModel::PhysicsModel(const scene::Scene& the_scene,
     : scene(the_scene),
       step_s(the_scene.physics.step_s),
       world(make_world(the_scene)),
-      ids(static_cast<int>(the_scene.trays.size() + the_scene.gears.size())),
-      bodies(make_free_bodies(the_scene, world.get())),
+      tools(scene::tools_of(the_scene)),
+      ids(static_cast<int>(the_scene.trays.size() + the_scene.gears.size()),
+          static_cast<int>(tools.size())),
+      bodies(make_free_bodies(the_scene, tools, world.get())),
       fixed(make_fixed_shapes(the_scene)),
       simplification(the_scene.physics, bodies, fixed) {
   for (std::size_t r = 0; r < the_scene.robots.size(); ++r) {
-    grippers.emplace_back(the_scene.robots[r], world.get(), X_WL[r].back(), step_s);
+    grippers.emplace_back(the_scene.robots[r].gripper, world.get(), X_WL[r].back(), step_s);
     arms.emplace_back(arm_models[r], world.get(), X_WL[r]);
+  }
+  for (const scene::Tool& tool : tools) {
+    parked.emplace_back(tool.gripper, world.get(), tool.X_WQ.isometry() * tool.X_QT.isometry(),
+                        step_s);
+  }
+  tool_of_robot.assign(the_scene.robots.size(), -1);
+  const std::vector<int> start = scene::tools_at_start(the_scene);
+  for (std::size_t r = 0; r < start.size(); ++r) {
+    if (start[r] >= 0) take_tool(*this, static_cast<int>(r), start[r], X_WL[r].back());
   }
   constraints.reserve(kConstraintCapacity);
   lost_below_m = lost_below(*this);
+}
+
+const GripperMechanism& PhysicsModel::mechanism(int tool) const {
+  for (std::size_t r = 0; r < tool_of_robot.size(); ++r) {
+    if (tool_of_robot[r] == tool) return grippers[r];
+  }
+  return parked[static_cast<std::size_t>(tool)];
 }
 
 dBodyID PhysicsModel::ode_body(BodyIndex id) const {
@@ -50,7 +72,7 @@ dBodyID PhysicsModel::ode_body(BodyIndex id) const {
   if (ids.is_free(id)) return body(simplification.root(id)).body.get();
   const auto robot = static_cast<std::size_t>(ids.robot_of(id));
   if (ids.is_link(id)) return arms[robot].body(ids.link_of(id));
-  return grippers[robot].bodies()[static_cast<std::size_t>(ids.part_of(id))];
+  return grippers[robot].body_of(ids.part_of(id));
 }
 
 }  // namespace aprsim::physics

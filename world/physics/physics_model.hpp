@@ -21,10 +21,14 @@ struct PhysicsModel {
   const scene::Scene& scene;
   double step_s;
   ode::World world;
+  std::vector<scene::Tool> tools;
   BodyIds ids;
   std::vector<FreeBody> bodies;
   StaticShapes fixed;
-  std::vector<GripperMechanism> grippers;
+  std::vector<GripperMechanism> grippers;  ///< of each robot's tool, or of its empty flange
+  /// By tool: its mechanism while no robot has it, else that of the robot's empty flange.
+  std::vector<GripperMechanism> parked;
+  std::vector<int> tool_of_robot;  ///< -1 = none
   std::vector<ArmLinks> arms;
   Simplification simplification;
   double belt_speed_m_s = 0;
@@ -33,6 +37,8 @@ struct PhysicsModel {
 
   [[nodiscard]] FreeBody& body(int i) { return bodies[static_cast<std::size_t>(i)]; }
   [[nodiscard]] const FreeBody& body(int i) const { return bodies[static_cast<std::size_t>(i)]; }
+  /// Of a tool, wherever it is.
+  [[nodiscard]] const GripperMechanism& mechanism(int tool) const;
   /// The ODE body that moves a body; null for kGround.
   [[nodiscard]] dBodyID ode_body(BodyIndex id) const;
 };

@@ -12,6 +12,8 @@
 #include "world/physics/physics_model.hpp"
 #include "world/physics/state_hash.hpp"
 #include "world/physics/step_solver.hpp"
+#include "world/physics/suction_search.hpp"
+#include "world/physics/tool_changes.hpp"
 
 namespace aprsim::physics {
 namespace {
@@ -64,6 +66,7 @@ void PhysicsWorld::Impl::step() {
   model.simplification.begin_step(next_belt_speed);
   move_mounts();
   search.find();
+  find_suction(model);
   count_faults();
   solve();
   collect_results();
@@ -93,6 +96,7 @@ void PhysicsWorld::Impl::count_faults() {
 void PhysicsWorld::Impl::solve() {
   const bool merged = model.simplification.composites().child_count() > 0;
   if (merged) solver.begin();
+  apply_suction(model);
   solver.step();
   // Every round frees at least one body, so it ends.
   while (merged) {
@@ -102,6 +106,7 @@ void PhysicsWorld::Impl::solve() {
     solver.undo();
     search.release(released);
     solver.begin();
+    apply_suction(model);
     solver.step();
   }
 }
@@ -138,9 +143,9 @@ void PhysicsWorld::Impl::observe_grippers() {
         return model.ids.is_gripper(id) && model.ids.robot_of(id) == robot;
       };
       touched = touched || mine(contact.a) || mine(contact.b);
-      if (!mine(contact.a) || !model.ids.is_free(contact.b)) continue;
+      if (!mine(contact.a) || !model.ids.is_part(contact.b)) continue;
       const int finger = model.ids.part_of(contact.a) - 1;
-      if (finger < 0) continue;
+      if (finger < 0 || model.grippers[r].cup()) continue;
       const Eigen::Vector3d closing_W = model.grippers[r].closing_W(finger);
       // A tray meets the whole finger; only what is before the pad is between the fingers.
       const bool pad = contact.pair == SurfacePair::kPadGear;
@@ -212,7 +217,37 @@ void PhysicsWorld::set_velocity(int body, const Eigen::Vector3d& v_com_W,
 
 void PhysicsWorld::step() { impl_->step(); }
 
-int PhysicsWorld::body_count() const { return static_cast<int>(impl_->model.bodies.size()); }
+void PhysicsWorld::take_tool(int robot, int tool, const Eigen::Isometry3d& X_WF) {
+  physics::take_tool(impl_->model, robot, tool, X_WF);
+  impl_->next_mounts[static_cast<std::size_t>(robot)] = X_WF;
+}
+
+void PhysicsWorld::leave_tool(int robot) { physics::leave_tool(impl_->model, robot); }
+
+int PhysicsWorld::body_count() const { return impl_->model.ids.part_count(); }
+
+int PhysicsWorld::tool_count() const { return static_cast<int>(impl_->model.tools.size()); }
+
+int PhysicsWorld::tool_of(int robot) const {
+  return impl_->model.tool_of_robot[static_cast<std::size_t>(robot)];
+}
+
+BodyState PhysicsWorld::tool(int index) const {
+  const PhysicsModel& model = impl_->model;
+  const int id = model.ids.tool(index);
+  if (!model.body(id).mounted) return body(id);
+  const GripperMechanism& gripper = model.mechanism(index);
+  BodyState state;
+  state.p_WB = gripper.state().X_WT.p;
+  state.q_WB = gripper.state().X_WT.q;
+  state.v_W = gripper.mount_velocity(state.p_WB);
+  state.omega_W = gripper.mount_omega();
+  return state;
+}
+
+double PhysicsWorld::opening(int tool) const {
+  return impl_->model.mechanism(tool).state().separation_m;
+}
 
 BodyState PhysicsWorld::body(int index) const {
   const FreeBody& free = impl_->model.body(index);
@@ -232,7 +267,11 @@ BodyState PhysicsWorld::body(int index) const {
 }
 
 GripperState PhysicsWorld::gripper(int robot) const {
-  return impl_->model.grippers[static_cast<std::size_t>(robot)].state();
+  const PhysicsModel& model = impl_->model;
+  GripperState state = model.grippers[static_cast<std::size_t>(robot)].state();
+  // A tool that a cup draws has no number among the bodies.
+  if (!model.ids.is_part(state.held_body)) state.held_body = -1;
+  return state;
 }
 
 std::span<const ArmForce> PhysicsWorld::arm_forces(int robot) const {
@@ -273,9 +312,11 @@ struct PhysicsWorld::State::Data {
     Eigen::Vector3d v_com_W, omega_W;
     Aabb bounds;
     std::optional<std::uint64_t> lost_step;
+    bool mounted = false;
   };
   std::vector<Body> bodies;
-  std::vector<GripperMechanism::State> grippers;
+  std::vector<GripperMechanism::State> grippers, parked;
+  std::vector<int> tool_of_robot;
   std::vector<ArmLinks::State> arms;
   Simplification::State simplification;
   std::vector<ContactConstraint> constraints;
@@ -289,19 +330,27 @@ struct PhysicsWorld::State::Data {
 std::size_t PhysicsWorld::State::bytes() const {
   if (!data_) return 0;
   const auto held = [](const auto& values) { return values.capacity() * sizeof values[0]; };
-  return sizeof *data_ + held(data_->bodies) + held(data_->grippers) + held(data_->arms) +
-         held(data_->constraints) + held(data_->solver.contacts);
+  return sizeof *data_ + held(data_->bodies) + held(data_->grippers) + held(data_->parked) +
+         held(data_->arms) + held(data_->constraints) + held(data_->solver.contacts);
 }
 
 PhysicsWorld::State PhysicsWorld::save() const {
   const PhysicsModel& model = impl_->model;
   State::Data data{.simplification = model.simplification.save()};
   for (const auto& body : model.bodies) {
-    auto& to = data.bodies.emplace_back(State::Data::Body{
-        {}, body.origin_B, body.X_WB, body.v_com_W, body.omega_W, body.bounds, body.lost_step});
+    auto& to = data.bodies.emplace_back(State::Data::Body{{},
+                                                          body.origin_B,
+                                                          body.X_WB,
+                                                          body.v_com_W,
+                                                          body.omega_W,
+                                                          body.bounds,
+                                                          body.lost_step,
+                                                          body.mounted});
     ode::save(body.body.get(), to.ode);
   }
   for (const auto& gripper : model.grippers) data.grippers.push_back(gripper.save());
+  for (const auto& gripper : model.parked) data.parked.push_back(gripper.save());
+  data.tool_of_robot = model.tool_of_robot;
   for (const auto& arm : model.arms) data.arms.push_back(arm.save());
   data.constraints = model.constraints;
   data.solver = impl_->solver.save();
@@ -329,6 +378,7 @@ void PhysicsWorld::restore(const State& state) {
   }
   for (std::size_t i = 0; i < data.bodies.size(); ++i) {
     model.bodies[i].lost_step = data.bodies[i].lost_step;
+    model.bodies[i].mounted = data.bodies[i].mounted;
   }
   // Composites before poses: they decide what each ODE body moves.
   model.simplification.restore(data.simplification);
@@ -343,9 +393,15 @@ void PhysicsWorld::restore(const State& state) {
     ode::restore(body.body.get(), from.ode);
     dBodyDisable(body.body.get());
   }
+  arrange_tools(model, data.tool_of_robot);
   for (std::size_t r = 0; r < data.arms.size(); ++r) {
     model.arms[r].restore(data.arms[r]);
     model.grippers[r].restore(data.grippers[r]);
+  }
+  for (std::size_t t = 0; t < data.parked.size(); ++t) {
+    model.parked[t].restore(data.parked[t]);
+    const int index = model.ids.tool(static_cast<int>(t));
+    model.body(index).tool->set_opening(opening(static_cast<int>(t)));
   }
   impl_->report.restore(data.forces);
   model.constraints = data.constraints;

@@ -31,7 +31,8 @@ struct BodyState {
 };
 
 /// Gears, trays, belt, tables, grippers and arm bodies in ODE: contact generation, solver policy,
-/// contact simplification. Bodies are numbered as in the scene: trays first, then gears.
+/// contact simplification, tool changers. Bodies are numbered as in the scene: trays first, then
+/// gears.
 /// Deterministic: the same scene and calls give the same bits. Thread: sim.
 class PhysicsWorld {
  public:
@@ -53,6 +54,11 @@ class PhysicsWorld {
   /// What each piston pushes with [N]; the scene's at the start.
   void set_gripper_force(int robot, double force_n);
   void set_belt_speed(double speed_m_s);  ///< signed, along the belt's +x
+
+  /// Between two steps: a tool changer locks a tool that no robot has to a robot without one, its
+  /// mount at `X_WF`, or lets go of what the robot has.
+  void take_tool(int robot, int tool, const Eigen::Isometry3d& X_WF);
+  void leave_tool(int robot);
 
   /// Strikes a free body: it wakes, leaves what it is merged with, and moves like this from now on;
   /// the velocity is that of its centre of mass.
@@ -80,8 +86,13 @@ class PhysicsWorld {
   void restore(const State& state);
 
   // ---- results of the last step
-  [[nodiscard]] int body_count() const;
+  [[nodiscard]] int body_count() const;  ///< trays and gears
   [[nodiscard]] BodyState body(int index) const;
+  [[nodiscard]] int tool_count() const;  ///< in the order of scene::tools_of()
+  /// In its tool frame, wherever it is.
+  [[nodiscard]] BodyState tool(int index) const;
+  [[nodiscard]] int tool_of(int robot) const;    ///< -1 = none
+  [[nodiscard]] double opening(int tool) const;  ///< of its fingers, pad to pad
   [[nodiscard]] GripperState gripper(int robot) const;
   /// Contact forces on links, palm and fingers; what is held loads them through the pads.
   [[nodiscard]] std::span<const ArmForce> arm_forces(int robot) const;

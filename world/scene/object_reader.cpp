@@ -6,7 +6,9 @@
 
 #include "world/scene/crcl_joint_reader.hpp"
 #include "world/scene/light_curtain_reader.hpp"
+#include "world/scene/part_shapes.hpp"
 #include "world/scene/reading.hpp"
+#include "world/scene/tool_reader.hpp"
 #include "world/scene/vision_reader.hpp"
 
 namespace aprsim::scene {
@@ -21,6 +23,9 @@ constexpr double kEmergencyFactor = 4;
 constexpr std::size_t kMaxGripperNames = 8;
 
 constexpr yaml::Range kMostResistanceMm = {.min = 0, .max = 10};
+constexpr std::size_t kMaxTools = 16;
+constexpr double kSeatTolerance = 1e-3;  // [m] of a tool over the bars of its holder
+constexpr const char* kNoTool = "none";
 
 constexpr const char* kConveyorName = "conveyor";
 constexpr const char* kFloorName = "floor";
@@ -52,7 +57,7 @@ class ObjectReader {
   void robot(const yaml::Node& node) {
     const yaml::Map keys =
         node.map({"name", "type", "base", "crcl_frame", "crcl_tool_point", "crcl_joints",
-                  "gripper_names", "home_deg", "self_collision", "vision"});
+                  "gripper_names", "home_deg", "self_collision", "tool_changer", "tool", "vision"});
     Robot robot;
     if (const Robot* type = read_reference(keys["type"], "robot type", types_.robots)) {
       robot = *type;
@@ -78,8 +83,51 @@ class ObjectReader {
       }
     }
     robot.self_collision = keys["self_collision"].boolean_or(true);
+    robot.changer = read_tool_changer(keys["tool_changer"]);
+    mount(keys["tool"], robot);
     robot.vision = read_vision(keys["vision"]);
     scene_.robots.push_back(std::move(robot));
+  }
+
+  void tool(const yaml::Node& node) {
+    if (scene_.tools.size() == kMaxTools) {
+      node.error("one tool more", "at most " + std::to_string(kMaxTools) + " tools");
+    }
+    const yaml::Map keys = node.map(kToolKeys);
+    Tool tool = read_tool(keys);
+    tool.name = claim(keys["name"], tool_names_, "tool");
+    if (tool.name == kNoTool) keys["name"].unexpected("a name other than none");
+    scene_.tools.push_back(std::move(tool));
+    tool_nodes_.push_back(node);
+  }
+
+  void holder(const yaml::Node& node) {
+    const yaml::Map keys = node.map(kHolderKeys);
+    const std::string name = claim(keys["name"], holders_, "holder");
+    Holder holder = read_holder(keys, name);
+    for (StaticBox& bar : holder.bars) {
+      if (!fixed_.insert(bar.name).second) {
+        keys["name"].error("a bar " + bar.name + " with the name of a fixed object",
+                           "names to differ");
+      }
+      scene_.fixed.push_back(std::move(bar));
+    }
+    Tool* tool = take(keys["tool"]);
+    if (tool == nullptr) return;
+    tool->X_WQ = holder.X_WQ;
+    if (std::abs(seat_of(*tool) - holder.seat_m) <= kSeatTolerance) return;
+    keys["seat_m"].unexpected("the distance of " + tool->name + "'s palm from its coupling, " +
+                              std::to_string(seat_of(*tool)) + ", within 1 mm");
+  }
+
+  /// After all robots and holders.
+  void check_tools() const {
+    for (std::size_t i = 0; i < scene_.tools.size(); ++i) {
+      const std::string& name = scene_.tools[i].name;
+      if (taken_.contains(name)) continue;
+      tool_nodes_[i].error("tool " + name + " on no robot and in no holder",
+                           "a robot or a holder with the key tool: " + name);
+    }
   }
 
   void conveyor(const yaml::Node& node) {
@@ -184,6 +232,33 @@ class ObjectReader {
     return name;
   }
 
+  /// The tool that a robot or a holder names; null for none, and after an error.
+  Tool* take(const yaml::Node& node) {
+    if (!node || node.text() == kNoTool) return nullptr;
+    const std::string name = node.text();
+    if (!tool_names_.contains(name)) {
+      report_unknown(node, name, "tool", {tool_names_.begin(), tool_names_.end()});
+      return nullptr;
+    }
+    if (!taken_.insert(name).second) {
+      node.error("tool " + name + " in a second place", "each tool on one robot or in one holder");
+    }
+    return &*std::find_if(scene_.tools.begin(), scene_.tools.end(),
+                          [&](const Tool& tool) { return tool.name == name; });
+  }
+
+  /// A robot with a listed tool, or none, has that in place of its type's gripper.
+  void mount(const yaml::Node& node, Robot& robot) {
+    if (!node) return;
+    const Tool* tool = take(node);
+    robot.tool = tool == nullptr ? "" : tool->name;
+    if (tool == nullptr) return;
+    const Pose X_FQ = coupling_of(robot);
+    robot.changer.X_FQ = X_FQ;
+    robot.X_FT = Pose::from(X_FQ.isometry() * tool->X_QT.isometry());
+    robot.gripper = tool->gripper;
+  }
+
   static Pose free_pose(const yaml::Map& keys) {
     for (const char* key : {"xy_m", "yaw_deg"}) {
       if (const yaml::Node node = keys[key]) {
@@ -242,7 +317,9 @@ class ObjectReader {
   const Types& types_;
   Scene& scene_;
   BodyNodes nodes_;
-  std::set<std::string> robots_, fixed_, bodies_, photo_eyes_;
+  std::set<std::string> robots_, fixed_, bodies_, photo_eyes_, tool_names_, holders_;
+  std::set<std::string> taken_;  // tools with a place
+  std::vector<yaml::Node> tool_nodes_;
   std::map<std::string, Support> supports_;
 };
 
@@ -281,9 +358,12 @@ BodyNodes read_objects(const yaml::Map& keys, const Types& types, Scene& scene) 
   ObjectReader reader(types, scene);
   scene.floor = keys["floor"].boolean_or(true);
   if (scene.floor) reader.enable_floor();
+  for (const yaml::Node& node : keys["tools"].items()) reader.tool(node);
   for (const yaml::Node& node : keys["robots"].items()) reader.robot(node);
   if (const yaml::Node node = keys["conveyor"]) reader.conveyor(node);
   for (const yaml::Node& node : keys["fixed"].items()) reader.fixed(node);
+  for (const yaml::Node& node : keys["holders"].items()) reader.holder(node);
+  reader.check_tools();
   read_light_curtain(keys["light_curtain"], scene);
   for (const yaml::Node& node : keys["trays"].items()) reader.tray(node);
   for (const yaml::Node& node : keys["gears"].items()) reader.loose_gear(node);

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 
 #include <Eigen/Geometry>
 
 #include "world/scene/parts.hpp"
 #include "world/scene/robot.hpp"
+#include "world/scene/tool.hpp"
 
 /// The primitives that gears, trays and grippers consist of, each in the frame of what it is part
 /// of. Contacts, sensors, descriptions and the check of a scene have their shapes from here.
@@ -49,6 +51,38 @@ struct Block {
   const Eigen::Vector3d size(gripper.pad_width_m, gripper.pad_depth_m, gripper.pad_height_m);
   const double y = 0.5 * (separation_m + gripper.pad_depth_m), z = -0.5 * gripper.pad_height_m;
   return {{{{0, y, z}, size}, {{0, -y, z}, size}}};
+}
+
+/// Around the cup of a tool that has one, in the tool frame.
+[[nodiscard]] inline Block cup_of(const Gripper& gripper) {
+  const double width = 2 * gripper.cup.value_or(VacuumCup{}).radius_m;
+  return {{0, 0, -0.5 * gripper.pad_height_m}, {width, width, gripper.pad_height_m}};
+}
+
+/// The cup as a solid of revolution: its disc from the lip at z = 0 up, against the approach.
+[[nodiscard]] inline GearType cup_solid(const Gripper& gripper) {
+  GearType solid;
+  solid.name = "cup";
+  solid.disc_radius_m = gripper.cup.value_or(VacuumCup{}).radius_m;
+  solid.disc_height_m = gripper.pad_height_m;
+  return solid;
+}
+
+/// From the coupling to the face of the palm towards the part, along the approach.
+[[nodiscard]] inline double seat_of(const Tool& tool) {
+  return tool.X_QT.p.z() - tool.gripper.pad_height_m;
+}
+
+/// Between palm and coupling, in the tool frame; without volume where the palm reaches the
+/// coupling.
+[[nodiscard]] inline Block neck_of(const Tool& tool) {
+  constexpr double kShare = 0.7;       // of the palm's lesser width
+  constexpr double kClearance = 2e-3;  // of the coupling's faces
+  const Eigen::Vector3d& palm = tool.gripper.palm_size;
+  const double palm_top = tool.gripper.pad_height_m + palm.z();
+  const double length = std::max(0.0, tool.X_QT.p.z() - kClearance - palm_top);
+  const double width = kShare * palm.head<2>().minCoeff();
+  return {{0, 0, -palm_top - 0.5 * length}, {width, width, length}};
 }
 
 }  // namespace aprsim::scene

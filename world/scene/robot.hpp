@@ -23,6 +23,16 @@ struct MimicPid {
   double max_n = 0;  ///< limit of its force, the integral's share included; 0 = the piston's
 };
 
+/// A suction cup on the end of a tool, in the place of fingers, with its ejector.
+struct VacuumCup {
+  double radius_m = 0;          ///< of the lip's rim
+  double max_vacuum_pa = 0;     ///< of the ejector, with all shut
+  double free_flow_m3_s = 0;    ///< of the ejector, with nothing under the lip
+  double evacuation_s = 0;      ///< time constant of the cup's vacuum
+  double lip_compliance_m = 0;  ///< gap that the lip follows
+  double roughness_m = 0;       ///< gap that is left where it does
+};
+
 struct Gripper {
   GripperLaw law = GripperLaw::kLinkage;
   GripperDrive drive = GripperDrive::kPneumatic;
@@ -49,6 +59,18 @@ struct Gripper {
                                                         ///< the finger tips
   double palm_stiffness_n_m = 5e3, palm_damping_ns_m = 200;
   double pad_friction = 0.8;
+  /// With one there are no fingers: pad_height_m is the cup's length, pad_friction its lip's.
+  std::optional<VacuumCup> cup;
+};
+
+/// What couples a tool to the flange: a plate that a pneumatic lock holds, or releases.
+struct ToolChanger {
+  /// Frame of the coupling in the flange, z along the approach; none: see coupling_of().
+  std::optional<Pose> X_FQ;
+  double mass_kg = 0;         ///< of what stays on the flange without a tool
+  double time_s = 0.2;        ///< from the valve to the lock's end position
+  double capture_m = 3e-3;    ///< how far off the lock draws a tool in
+  double capture_rad = 0.05;  ///< how far turned
 };
 
 struct Robot {
@@ -59,7 +81,7 @@ struct Robot {
   Pose X_FT;               ///< tool frame in flange: between the finger tips, z along the approach,
                            ///< fingers move along y
   /// Frame in the flange whose pose is commanded and reported, whatever the tool changer holds;
-  /// none = T, and the flange's own while the tool changer is open.
+  /// none = T of the tool that is on, and the flange's own while none is.
   std::optional<Pose> tool_point_F;
   std::vector<api::WireJoint> crcl_joints;  ///< as CRCL counts them; empty = as the model does
   std::vector<std::string> gripper_names;   ///< under which CRCL knows its gripper, too
@@ -68,6 +90,10 @@ struct Robot {
   double max_trans_speed_m_s = 1.5, max_trans_accel_m_s2 = 5;
   double max_rot_speed_rad_s = 6, max_rot_accel_rad_s2 = 30;
   Gripper gripper;
+  ToolChanger changer;
+  /// Name of the scene's tool that is on the flange at the start, empty = nothing is; none = the
+  /// gripper above.
+  std::optional<std::string> tool;
   Vision vision;
 };
 

@@ -10,6 +10,7 @@
 #include "world/api/pose.hpp"
 #include "world/scene/parts.hpp"
 #include "world/scene/robot.hpp"
+#include "world/scene/tool.hpp"
 
 /// A cell as data. Loaded from YAML by scene_loader.hpp; everything SI, frames as named.
 namespace aprsim::scene {
@@ -78,6 +79,7 @@ struct Scene {
   std::map<std::string, GearType> gear_types;
   std::map<std::string, TrayType> tray_types;
   std::vector<Robot> robots;
+  std::vector<Tool> tools;  ///< listed by the scene; tools_of() gives all
   std::optional<Conveyor> conveyor;
   std::optional<api::LightCurtainDescription> light_curtain;
   std::vector<StaticBox> fixed;

@@ -44,8 +44,8 @@ class Loader {
     auto document = yaml::Document::from_file(file_);
     if (!document) return tl::unexpected(std::move(document.error()));
     const yaml::Map keys = document->root().map(
-        {"seed", "types", "physics", "pockets", "gear_types", "tray_types", "robot_types", "robots",
-         "conveyor", "light_curtain", "fixed", "floor", "trays", "gears"});
+        {"seed", "types", "physics", "pockets", "gear_types", "tray_types", "robot_types", "tools",
+         "robots", "conveyor", "light_curtain", "fixed", "holders", "floor", "trays", "gears"});
     if (document->error()) return tl::unexpected(*document->error());
     if (auto read = read_type_files(keys["types"]); !read) {
       return tl::unexpected(std::move(read.error()));

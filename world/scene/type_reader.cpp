@@ -164,6 +164,39 @@ void read_drive(const yaml::Map& keys, Gripper& gripper) {
   if (keys["pneumatics"]) keys["pneumatics"].error("pneumatics of a servo", "force_n with it");
 }
 
+std::string find_model(const yaml::Node& node, const std::vector<std::string>& directories) {
+  namespace fs = std::filesystem;
+  const std::string file = node.text();
+  std::string looked;
+  for (const std::string& directory : directories) {
+    const fs::path path = fs::absolute(fs::path(directory) / file).lexically_normal();
+    std::error_code status;
+    if (fs::is_regular_file(path, status)) return path.string();
+    looked += (looked.empty() ? "" : " or ") + directory;
+  }
+  node.error("no file \"" + file + '"', "a robot description in " + looked, ErrorCode::kNotFound);
+  return "";
+}
+
+Robot read_robot_type(const yaml::Node& node, const std::vector<std::string>& directories) {
+  const yaml::Map keys = node.map({"model", "tool", "home_deg", "limits", "gripper"});
+  Robot robot;
+  robot.model_file = find_model(keys["model"], directories);
+  const yaml::Map tool = keys["tool"].map({"xyz_m", "rpy_deg"});
+  robot.X_FT = read_pose(tool["xyz_m"], tool["rpy_deg"]);
+  robot.home_rad = read_joints(keys["home_deg"]);
+  const yaml::Map limits = keys["limits"].map(
+      {"trans_speed_m_s", "trans_accel_m_s2", "rot_speed_rad_s", "rot_accel_rad_s2"});
+  robot.max_trans_speed_m_s = limits["trans_speed_m_s"].number(kPositive);
+  robot.max_trans_accel_m_s2 = limits["trans_accel_m_s2"].number(kPositive);
+  robot.max_rot_speed_rad_s = limits["rot_speed_rad_s"].number(kPositive);
+  robot.max_rot_accel_rad_s2 = limits["rot_accel_rad_s2"].number(kPositive);
+  robot.gripper = read_gripper(keys["gripper"]);
+  return robot;
+}
+
+}  // namespace
+
 Gripper read_gripper(const yaml::Node& node) {
   const yaml::Map keys = node.map({"law",
                                    "drive",
@@ -215,39 +248,6 @@ Gripper read_gripper(const yaml::Node& node) {
   gripper.pad_friction = keys["pad_friction"].number_or(gripper.pad_friction, kNotNegative);
   return gripper;
 }
-
-std::string find_model(const yaml::Node& node, const std::vector<std::string>& directories) {
-  namespace fs = std::filesystem;
-  const std::string file = node.text();
-  std::string looked;
-  for (const std::string& directory : directories) {
-    const fs::path path = fs::absolute(fs::path(directory) / file).lexically_normal();
-    std::error_code status;
-    if (fs::is_regular_file(path, status)) return path.string();
-    looked += (looked.empty() ? "" : " or ") + directory;
-  }
-  node.error("no file \"" + file + '"', "a robot description in " + looked, ErrorCode::kNotFound);
-  return "";
-}
-
-Robot read_robot_type(const yaml::Node& node, const std::vector<std::string>& directories) {
-  const yaml::Map keys = node.map({"model", "tool", "home_deg", "limits", "gripper"});
-  Robot robot;
-  robot.model_file = find_model(keys["model"], directories);
-  const yaml::Map tool = keys["tool"].map({"xyz_m", "rpy_deg"});
-  robot.X_FT = read_pose(tool["xyz_m"], tool["rpy_deg"]);
-  robot.home_rad = read_joints(keys["home_deg"]);
-  const yaml::Map limits = keys["limits"].map(
-      {"trans_speed_m_s", "trans_accel_m_s2", "rot_speed_rad_s", "rot_accel_rad_s2"});
-  robot.max_trans_speed_m_s = limits["trans_speed_m_s"].number(kPositive);
-  robot.max_trans_accel_m_s2 = limits["trans_accel_m_s2"].number(kPositive);
-  robot.max_rot_speed_rad_s = limits["rot_speed_rad_s"].number(kPositive);
-  robot.max_rot_accel_rad_s2 = limits["rot_accel_rad_s2"].number(kPositive);
-  robot.gripper = read_gripper(keys["gripper"]);
-  return robot;
-}
-
-}  // namespace
 
 std::vector<double> read_joints(const yaml::Node& node) {
   std::vector<double> joints = node.numbers(1, 7, yaml::between(-360, 360));

@@ -22,6 +22,9 @@ struct Types {
 void read_types(const yaml::Map& keys, const std::vector<std::string>& model_directories,
                 Types& types);
 
+/// A parallel gripper, as robot types and tools have it.
+[[nodiscard]] Gripper read_gripper(const yaml::Node& node);
+
 /// Joint angles [rad] from a list in degrees.
 [[nodiscard]] std::vector<double> read_joints(const yaml::Node& node);
 

@@ -3,6 +3,7 @@ export type {
   CellDescription,
   BodyDescription,
   RobotDescription,
+  ToolDescription,
   ConveyorDescription
 } from '../generated/aprsim/v1/cell_pb';
 export {BodyKind} from '../generated/aprsim/v1/cell_pb';
@@ -10,6 +11,7 @@ export type {
   Snapshot,
   RobotState,
   BodyState,
+  ToolState,
   Contact,
   ContactSide,
   ConveyorState,

@@ -276,40 +276,7 @@ TEST(ToolLever, IsTheDistanceOfTheToolFromTheAxis) {
   }
 }
 
-TEST(ToolChanger, LeavesTheGripperWhereItIsAndTakesItThereAgain) {
-  CellScript cell(load_scene("aprs"));
-  const auto& now = cell.now.robots[kFanuc];
-  cell.act(kFanuc, api::InitRobot{});
-  const Pose with_tool = now.X_RT;
-  cell.act(kFanuc, api::SetToolChanger{true});
-  EXPECT_FALSE(now.tool_mounted);
-  const Pose flange = now.X_RT;
-  EXPECT_GT((flange.p - with_tool.p).norm(), 0.05);
-  const double torque_empty = now.joints[1].torque_nm;
-  Pose above = flange;
-  above.p.z() += 0.1;
-  cell.act(kFanuc, api::MoveTo{above, true});
-  EXPECT_LT((now.X_RT.p - above.p).norm(), 1e-9);
-  EXPECT_THROW(cell.act(kFanuc, api::SetGripper{0}), std::runtime_error);
-  EXPECT_NE(now.action.description.find("the gripper is not on the robot"), std::string::npos);
-  cell.act(kFanuc, api::InitRobot{});
-  // Closed in the wrong place it takes nothing.
-  cell.act(kFanuc, api::SetToolChanger{false});
-  EXPECT_FALSE(now.tool_mounted);
-  cell.act(kFanuc, api::SetToolChanger{true});
-  cell.act(kFanuc, api::MoveTo{flange, true});
-  cell.act(kFanuc, api::SetToolChanger{false});
-  EXPECT_TRUE(now.tool_mounted);
-  EXPECT_LT((now.X_RT.p - with_tool.p).norm(), 1e-6);
-  cell.advance(200);
-  EXPECT_GT(std::abs(now.joints[1].torque_nm), std::abs(torque_empty));
-  const auto report =
-      pick_and_place(cell, kFanuc, "part_large_gear_1", "kit_m2l1_vessel_1", "lg_1", 0);
-  EXPECT_GT(report.lift_m, 0.04);
-  EXPECT_LT(report.place_error_m, 1e-3);
-}
-
-TEST(ToolChanger, ARobotWithOneToolPointKeepsIt) {
+TEST(ToolPoint, ARobotWithOneToolPointKeepsIt) {
   auto scene = *load_scene("aprs");
   Pose tool_point;
   tool_point.p = {0.05, 0, 0};

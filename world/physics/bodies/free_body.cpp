@@ -68,6 +68,33 @@ FreeBody make_gear(const scene::GearInstance& instance, const scene::GearType& t
   return free;
 }
 
+/// The radius holds the fingers at any opening.
+FreeBody make_tool(const scene::Tool& tool, dWorldID world) {
+  FreeBody free;
+  free.name = tool.name;
+  free.tool.emplace(tool);
+  free.body.reset(dBodyCreate(world));
+  free.mass = tool_mass(tool.gripper);
+  free.origin_B = free.mass.com;
+  for (const scene::Block& block : free.tool->blocks()) {
+    free.radius_m =
+        std::max(free.radius_m, (block.centre - free.mass.com).norm() + 0.5 * block.size.norm());
+  }
+  free.carry(free.mass);
+  free.place(tool.X_WQ.isometry() * tool.X_QT.isometry(), Eigen::Vector3d::Zero(),
+             Eigen::Vector3d::Zero());
+  return free;
+}
+
+Aabb aabb_of_tool(const FreeBody& free) {
+  const auto blocks = free.tool->blocks();
+  Aabb bounds = aabb_of_box(blocks[0].size, free.X_WS(blocks[0]));
+  for (const scene::Block& block : blocks.subspan(1)) {
+    bounds = bounds.joined(aabb_of_box(block.size, free.X_WS(block)));
+  }
+  return bounds;
+}
+
 }  // namespace
 
 void FreeBody::refresh() {
@@ -102,19 +129,25 @@ void FreeBody::carry(const MassProperties& all) {
 }
 
 void FreeBody::update_bounds() {
-  bounds = is_tray() ? aabb_of_box(slab_size, X_WS()) : aabb_of_gear(*gear, X_WB);
+  if (is_tool()) {
+    bounds = aabb_of_tool(*this);
+  } else {
+    bounds = is_tray() ? aabb_of_box(slab_size, X_WS()) : aabb_of_gear(*gear, X_WB);
+  }
   bounds = bounds.grown(kStepsAhead * step_s * (v_com_W.norm() + radius_m * omega_W.norm()));
 }
 
-std::vector<FreeBody> make_free_bodies(const scene::Scene& scene, dWorldID world) {
+std::vector<FreeBody> make_free_bodies(const scene::Scene& scene,
+                                       std::span<const scene::Tool> tools, dWorldID world) {
   std::vector<FreeBody> bodies;
-  bodies.reserve(scene.trays.size() + scene.gears.size());
+  bodies.reserve(scene.trays.size() + scene.gears.size() + tools.size());
   for (const auto& tray : scene.trays) {
     bodies.push_back(make_tray(tray, scene.tray_types.at(tray.type), scene.physics.step_s, world));
   }
   for (const auto& gear : scene.gears) {
     bodies.push_back(make_gear(gear, scene.gear_types.at(gear.type), scene.physics.step_s, world));
   }
+  for (const auto& tool : tools) bodies.push_back(make_tool(tool, world));
   return bodies;
 }
 

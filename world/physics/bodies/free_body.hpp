@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -9,17 +10,19 @@
 
 #include "world/physics/bodies/mass_properties.hpp"
 #include "world/physics/bodies/ode_handles.hpp"
+#include "world/physics/bodies/tool_shape.hpp"
 #include "world/physics/collision/aabb.hpp"
 #include "world/scene/scene.hpp"
 
 namespace aprsim::physics {
 
-/// A tray or gear: its shape, its ODE body (axes those of the body frame, origin the centre of mass
-/// of all that it moves) and the state of the last step.
+/// A tray, a gear or a tool that no robot has: its shape, its ODE body (axes those of the body
+/// frame, origin the centre of mass of all that it moves) and the state of the last step.
 struct FreeBody {
   std::string_view name;
-  const scene::GearType* gear = nullptr;  ///< exactly one of the two is set
+  const scene::GearType* gear = nullptr;  ///< exactly one of the three is set
   const scene::TrayType* tray = nullptr;
+  std::optional<ToolShape> tool;
   ode::Body body;
   MassProperties mass;
   double radius_m = 0;  ///< of a sphere about the centre of mass that holds the shape
@@ -35,7 +38,13 @@ struct FreeBody {
   Aabb bounds;  ///< of where it is and can be within the next kStepsAhead
   /// Step in which it fell out of the cell; it takes part in nothing any more.
   std::optional<std::uint64_t> lost_step;
+  bool mounted = false;  ///< a tool on a robot's flange: GripperMechanism has its place
 
+  [[nodiscard]] bool is_tool() const { return tool.has_value(); }
+  /// Of a tool's block.
+  [[nodiscard]] Eigen::Isometry3d X_WS(const scene::Block& block) const {
+    return X_WB * Eigen::Translation3d(block.centre);
+  }
   [[nodiscard]] bool is_tray() const { return tray != nullptr; }
   [[nodiscard]] Eigen::Vector3d com_W() const { return X_WB * mass.com; }
   [[nodiscard]] Eigen::Vector3d origin_W() const { return X_WB * origin_B; }
@@ -55,7 +64,9 @@ struct FreeBody {
   void update_bounds();
 };
 
-/// Trays first, then gears, as in the scene.
-[[nodiscard]] std::vector<FreeBody> make_free_bodies(const scene::Scene& scene, dWorldID world);
+/// Trays first, then gears, as in the scene, then tools.
+[[nodiscard]] std::vector<FreeBody> make_free_bodies(const scene::Scene& scene,
+                                                     std::span<const scene::Tool> tools,
+                                                     dWorldID world);
 
 }  // namespace aprsim::physics

@@ -93,6 +93,12 @@ MassProperties tray_mass(const scene::TrayType& tray) {
   return with_mass(total, tray.mass_kg);
 }
 
+MassProperties tool_mass(const scene::Gripper& gripper) {
+  const scene::Block palm = scene::palm_of(gripper);
+  const double kg = gripper.mount_mass_kg + gripper.palm_mass_kg + 2 * gripper.finger_mass_kg;
+  return with_mass(box(palm.centre - 0.5 * palm.size, palm.centre + 0.5 * palm.size), kg);
+}
+
 MassProperties combined(const MassProperties& a, const MassProperties& b,
                         const Eigen::Isometry3d& X_AB) {
   MassProperties total;

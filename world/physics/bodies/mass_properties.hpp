@@ -18,6 +18,9 @@ struct MassProperties {
 /// Slab less its pockets (with mouth chamfers), of uniform density, with the type's mass.
 [[nodiscard]] MassProperties tray_mass(const scene::TrayType& tray);
 
+/// All of a tool as one box where the palm is, in the tool frame.
+[[nodiscard]] MassProperties tool_mass(const scene::Gripper& gripper);
+
 /// Both as one rigid body, in the first's frame: `X_AB` is the second's frame in the first's.
 [[nodiscard]] MassProperties combined(const MassProperties& a, const MassProperties& b,
                                       const Eigen::Isometry3d& X_AB);

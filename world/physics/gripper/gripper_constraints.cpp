@@ -43,7 +43,7 @@ void GripperConstraints::add_to(ConstraintSystem& system, const std::array<Finge
                                 GripperForces& forces) const {
   for (dBodyID body : joints_.moved()) system.add_body(body);
   add_mount(system, forces);
-  for (std::size_t i = 0; i < 2; ++i) {
+  for (std::size_t i = 0; joints_.fingers && i < 2; ++i) {
     add_slider(system, i, forces);
     add_drive(system, i, motion[i], drives[i], forces);
   }

@@ -15,6 +15,7 @@ namespace aprsim::physics {
 struct GripperJoints {
   std::array<dBodyID, 4> bodies{};  ///< palm, two fingers, lever (linkage only)
   dBodyID carriage = nullptr;
+  bool fingers = true;  ///< else the palm is all there is
   bool linkage = false;
   double closed_travel_m = 0;           ///< of the closed end stop
   double mount_erp = 0, mount_cfm = 0;  ///< of the palm on the carriage
@@ -25,7 +26,7 @@ struct GripperJoints {
   std::array<Eigen::Vector3d, 2> rod_on_finger, rod_on_lever;
 
   [[nodiscard]] std::span<const dBodyID> moved() const {
-    return {bodies.data(), linkage ? 4u : 3u};
+    return {bodies.data(), !fingers ? 1u : linkage ? 4u : 3u};
   }
 };
 

@@ -11,6 +11,9 @@ namespace {
 constexpr double kStopZone = 2e-4;   // [m] next to a stop
 constexpr double kLeverShare = 0.2;  // of a finger's mass
 
+/// Bounds that meet nothing.
+const Aabb kNowhere{Eigen::Vector3d::Constant(1e30), Eigen::Vector3d::Constant(-1e30)};
+
 dMass box_mass(double kg, const Eigen::Vector3d& size) {
   dMass m;
   dMassSetBoxTotal(&m, kg, size.x(), size.y(), size.z());
@@ -21,24 +24,27 @@ dMass box_mass(double kg, const Eigen::Vector3d& size) {
 
 // ---- construction
 
-GripperMechanism::GripperMechanism(const scene::Robot& robot, dWorldID world,
+GripperMechanism::GripperMechanism(const scene::Gripper& gripper, dWorldID world,
                                    const Eigen::Isometry3d& X_WF, double step_s)
-    : settings_(robot.gripper), step_s_(step_s), X_FT_(robot.X_FT.isometry()) {
+    : settings_(gripper), step_s_(step_s) {
   dVector3 gravity;
   dWorldGetGravity(world, gravity);
   gravity_W_ = ode::vector(gravity);
-  joints_.linkage = settings_.law == scene::GripperLaw::kLinkage;
+  joints_.fingers = !settings_.cup;
+  joints_.linkage = joints_.fingers && settings_.law == scene::GripperLaw::kLinkage;
   joints_.closed_travel_m = 0.5 * (settings_.gap_open_m - settings_.gap_closed_m);
-  now_.X_WT = now_.X_WT_next = X_WF * X_FT_;
+  now_.X_WT = now_.X_WT_next = X_WF;
   now_.law.air = {0, full_pressure(settings_)};
-  pad_ = {settings_.pad,         settings_.pad_height_m,     settings_.pad_width_m,
-          settings_.pad_depth_m, settings_.v_half_angle_rad, settings_.v_depth_m};
+  pad_ = pad_of(settings_);
+  if (settings_.cup) cup_solid_ = scene::cup_solid(settings_);
   now_.report.separation_m = settings_.gap_open_m;
   now_.report.X_WT = Pose::from(now_.X_WT);
   make_parts(world);
   make_mount(world);
-  for (int i = 0; i < 2; ++i) make_slider(world, i);
+  for (int i = 0; joints_.fingers && i < 2; ++i) make_slider(world, i);
   if (joints_.linkage) make_linkage(world);
+  move_with_mount();
+  enable(false);
 }
 
 /// Their order is also that in which ODE's solvers see them.
@@ -50,6 +56,12 @@ void GripperMechanism::make_parts(dWorldID world) {
   for (std::size_t i = 0; i < 2; ++i) {
     now_.parts[i + 1].size = fingers[i].size;
     now_.parts[i + 1].X_TS.translation() = fingers[i].centre;
+  }
+  if (settings_.cup) {
+    const scene::Block cup = scene::cup_of(settings_);
+    now_.parts[1].size = cup.size;
+    now_.parts[1].X_TS.translation() = cup.centre;
+    now_.suction.full_force_n = suction_force(*settings_.cup, settings_.cup->max_vacuum_pa, 1);
   }
   const double lever_kg = kLeverShare * settings_.finger_mass_kg;
   const double travel = joints_.closed_travel_m;
@@ -134,6 +146,52 @@ void GripperMechanism::make_linkage(dWorldID world) {
   }
 }
 
+// ---- on a flange, or not
+
+void GripperMechanism::take(const Eigen::Isometry3d& X_WF, const Eigen::Isometry3d& X_FT) {
+  now_.mounted = true;
+  now_.X_FT = X_FT;
+  now_.X_WT = now_.X_WT_next = X_WF * X_FT;
+  now_.delta.setIdentity();
+  now_.omega.setZero();
+  now_.idle = true;
+  now_.report.X_WT = Pose::from(now_.X_WT);
+  now_.report.palm_deflection_m = 0;
+  enable(true);
+  move_with_mount();
+  if (settings_.cup) return closing() ? wake() : void();
+  const bool steady = settings_.drive == scene::GripperDrive::kServo ||
+                      air_is_steady(settings_, closing(), now_.law.air);
+  for (const FingerMotion& motion : now_.motion) {
+    if (!steady || motion.travel_m != stop_travel()) wake();
+  }
+}
+
+void GripperMechanism::leave() {
+  auto& lever = now_.parts[3];
+  if (!now_.idle) lever.X_TS = now_.X_WT.inverse() * lever.X_WS;
+  now_.mounted = false;
+  now_.idle = true;
+  for (FingerMotion& motion : now_.motion) motion.rate_m_s = 0;
+  now_.law = {};
+  now_.law.air = {0, 0};
+  draw_nothing();
+  now_.grasp.restart(now_.report);
+  now_.report.force_n = {};
+  now_.report.holding = false;
+  now_.report.held_body = -1;
+  now_.report.settled = true;
+  now_.report.palm_deflection_m = 0;
+  move_with_mount();
+  enable(false);
+}
+
+/// For ODE's solvers.
+void GripperMechanism::enable(bool on) {
+  for (dBodyID body : bodies()) on ? dBodyEnable(body) : dBodyDisable(body);
+  on ? dBodyEnable(carriage_.get()) : dBodyDisable(carriage_.get());
+}
+
 // ---- a step
 
 GripperMechanism::State GripperMechanism::save() const {
@@ -149,6 +207,7 @@ void GripperMechanism::restore(const State& state) {
   for (std::size_t i = 0; i < bodies().size(); ++i)
     ode::restore(joints_.bodies[i], state.bodies[i]);
   place_carriage();
+  enable(now_.mounted);
 }
 
 void GripperMechanism::save(Solved& to) const {
@@ -162,6 +221,7 @@ void GripperMechanism::restore(const Solved& from) {
 }
 
 void GripperMechanism::command(double setting) {
+  if (!now_.mounted) return;  // no air
   const bool servo = settings_.drive == scene::GripperDrive::kServo;
   const double reached = servo ? setting : setting > 0.5 ? 1 : 0;  // a piston knows two
   if (reached == now_.setting) return;
@@ -172,13 +232,13 @@ void GripperMechanism::command(double setting) {
 }
 
 void GripperMechanism::set_force(double force_n) {
-  if (force_n == settings_.force_n) return;
+  if (!now_.mounted || force_n == settings_.force_n) return;
   settings_.force_n = force_n;
   wake();
 }
 
 void GripperMechanism::begin_step(const Eigen::Isometry3d& X_WF_next) {
-  now_.X_WT_next = X_WF_next * X_FT_;
+  now_.X_WT_next = X_WF_next * now_.X_FT;
   now_.delta = now_.X_WT_next * now_.X_WT.inverse();
   const Eigen::AngleAxisd turn(now_.delta.linear());
   const Eigen::Vector3d omega_before = now_.omega;
@@ -193,7 +253,7 @@ void GripperMechanism::begin_step(const Eigen::Isometry3d& X_WF_next) {
     const Eigen::Vector3d u = carried_velocity(part.X_WS.translation());
     const Eigen::Vector3d before = now_.delta.linear() * part.carried_v;
     Eigen::Vector3d next = u + now_.delta.linear() * v - before;
-    if (i == 1 || i == 2) {
+    if (joints_.fingers && (i == 1 || i == 2)) {
       const Eigen::Vector3d axis = closing_W(static_cast<int>(i) - 1);
       next += axis.dot(step_s_ * gravity_W_ - (u - before)) * axis;
     }
@@ -207,6 +267,7 @@ void GripperMechanism::begin_step(const Eigen::Isometry3d& X_WF_next) {
 
 /// From the fingers' motion, by the law, to the sliders' motors and end stops.
 void GripperMechanism::set_drives() {
+  if (!joints_.fingers) return;
   for (std::size_t i = 0; i < 2; ++i) {
     now_.motion[i] = {dJointGetSliderPosition(sliders_[i].get()),
                       dJointGetSliderPositionRate(sliders_[i].get())};
@@ -237,6 +298,7 @@ void GripperMechanism::add_to(ConstraintSystem& system) {
 }
 
 void GripperMechanism::apply_forces() {
+  if (!joints_.fingers) return;
   for (std::size_t i = 0; i < 2; ++i) {
     const double extra_n = now_.drives[i].extra_n;
     if (extra_n != 0) dJointAddSliderForce(sliders_[i].get(), extra_n);
@@ -269,7 +331,8 @@ void GripperMechanism::read_back() {
     part.X_WS.translation() = ode::vector(dBodyGetPosition(joints_.bodies[i]));
     part.bounds = aabb_of_box(part.size, part.X_WS);
   }
-  for (std::size_t i = 0; i < 2; ++i) {
+  if (settings_.cup) place_cup();
+  for (std::size_t i = 0; joints_.fingers && i < 2; ++i) {
     now_.motion[i] = {dJointGetSliderPosition(sliders_[i].get()),
                       dJointGetSliderPositionRate(sliders_[i].get())};
     now_.report.travel_m[i] = now_.motion[i].travel_m;
@@ -278,6 +341,13 @@ void GripperMechanism::read_back() {
       settings_.gap_open_m - now_.report.travel_m[0] - now_.report.travel_m[1];
   now_.report.palm_deflection_m =
       (now_.parts[0].X_WS.translation() - (now_.X_WT * now_.parts[0].X_TS).translation()).norm();
+}
+
+/// The cup where its palm is.
+void GripperMechanism::place_cup() {
+  auto& cup = now_.parts[1];
+  cup.X_WS = X_WLip() * cup.X_TS;
+  cup.bounds = aabb_of_box(cup.size, cup.X_WS);
 }
 
 /// Fingers at their travels, the mount undeflected.
@@ -292,11 +362,13 @@ Eigen::Isometry3d GripperMechanism::resting_X_TS(std::size_t part) const {
 void GripperMechanism::move_with_mount() {
   for (std::size_t i = 0; i < 3; ++i) {
     now_.parts[i].X_WS = now_.X_WT * resting_X_TS(i);
-    now_.parts[i].bounds = aabb_of_box(now_.parts[i].size, now_.parts[i].X_WS);
+    const bool there = now_.mounted && !(settings_.cup && i == 2);
+    now_.parts[i].bounds = there ? aabb_of_box(now_.parts[i].size, now_.parts[i].X_WS) : kNowhere;
   }
 }
 
 void GripperMechanism::wake() {
+  if (!now_.mounted) return;
   now_.grasp.stay_awake();
   if (!now_.idle) return;
   now_.idle = false;
@@ -315,6 +387,10 @@ void GripperMechanism::wake() {
 void GripperMechanism::observe(const PadForces& pads, bool touched) {
   now_.report.force_n = pads.closing_n;
   if (now_.idle) return;
+  if (settings_.cup) {
+    if (observe_cup(touched)) become_idle();
+    return;
+  }
   const bool at_full_force = settings_.drive == scene::GripperDrive::kServo ||
                              air_is_steady(settings_, closing(), now_.law.air);
   const bool idle = now_.grasp.observe({.pads = pads,
@@ -328,9 +404,50 @@ void GripperMechanism::observe(const PadForces& pads, bool touched) {
   if (idle) become_idle();
 }
 
+/// As of a gripper whose pads press with the suction's force.
+bool GripperMechanism::observe_cup(bool touched) {
+  const Suction& suction = now_.suction;
+  PadForces pads;
+  pads.closing_n = {suction.force_n, suction.force_n};
+  pads.body = {suction.body, suction.body};
+  now_.report.force_n = {suction.force_n, 0};
+  return now_.grasp.observe({.pads = pads,
+                             .motion = now_.motion,
+                             .stop_travel_m = 0,
+                             .closed_travel_m = 1,
+                             .force_n = suction.full_force_n,
+                             .at_full_force = suction.steady,
+                             .touched = touched || draws()},
+                            now_.report);
+}
+
+bool GripperMechanism::draws() const {
+  constexpr double kSpent_Pa = 1;
+  return settings_.cup && now_.mounted && (closing() || now_.report.vacuum_pa > kSpent_Pa);
+}
+
+void GripperMechanism::draw(const LipSeal& seal, int body, double share) {
+  constexpr double kSteady = 0.01;  // share of the highest vacuum
+  const scene::VacuumCup& cup = *settings_.cup;
+  const double end = closing() ? steady_vacuum(cup, seal.leak_m2) : 0;
+  now_.report.vacuum_pa = advance_vacuum(cup, closing(), seal, step_s_, now_.report.vacuum_pa);
+  Suction& suction = now_.suction;
+  suction.steady = std::abs(now_.report.vacuum_pa - end) < kSteady * cup.max_vacuum_pa;
+  suction.body = body;
+  suction.force_n = suction_force(cup, now_.report.vacuum_pa, share);
+  if (!suction.steady) now_.grasp.restart(now_.report);
+}
+
+void GripperMechanism::draw_nothing() {
+  now_.report.vacuum_pa = 0;
+  now_.suction.body = -1;
+  now_.suction.force_n = 0;
+  now_.suction.steady = true;
+}
+
 /// Exactly at the stop and on the mount; the lever, which has no travel of its own, where it is.
 void GripperMechanism::become_idle() {
-  const double stop = stop_travel();
+  const double stop = joints_.fingers ? stop_travel() : 0;
   now_.idle = true;
   now_.report.travel_m = {stop, stop};
   now_.report.separation_m = settings_.gap_open_m - 2 * stop;
@@ -357,13 +474,7 @@ Moving GripperMechanism::moving(int i) const {
 
 Eigen::Isometry3d GripperMechanism::X_WD(int finger) const {
   const auto& part = now_.parts[static_cast<std::size_t>(finger) + 1];
-  const double side = finger == 0 ? 1 : -1;
-  Eigen::Isometry3d X_SD = Eigen::Isometry3d::Identity();
-  X_SD.linear().col(0) = Eigen::Vector3d(side, 0, 0);
-  X_SD.linear().col(1) = Eigen::Vector3d(0, -side, 0);
-  X_SD.linear().col(2) = Eigen::Vector3d(0, 0, -1);
-  X_SD.translation() = Eigen::Vector3d(0, -side * 0.5 * part.size.y(), 0.5 * part.size.z());
-  return part.X_WS * X_SD;
+  return part.X_WS * pad_in_finger(finger, part.size);
 }
 
 Eigen::Vector3d GripperMechanism::closing_W(int finger) const {

@@ -13,6 +13,7 @@
 #include "world/physics/gripper/grasp_monitor.hpp"
 #include "world/physics/gripper/gripper_constraints.hpp"
 #include "world/physics/gripper/gripper_state.hpp"
+#include "world/physics/gripper/suction.hpp"
 
 namespace aprsim::physics {
 
@@ -26,23 +27,47 @@ struct GripperPart {
   Eigen::Vector3d carried_v = Eigen::Vector3d::Zero();
 };
 
+/// What a cup draws in one step.
+struct Suction {
+  int body = -1;            ///< that covers most of the lip, by body index; -1 = none, or fixed
+  double force_n = 0;       ///< on it, against the approach; the palm bears the reaction
+  bool steady = true;       ///< the vacuum has come within 1 % of what it will be
+  double full_force_n = 1;  ///< at the highest vacuum, with the lip covered
+};
+
 /// A parallel gripper on the flange, pads as high as the fingers, the palm's box on top of them: a
 /// kinematic carriage, the palm on a compliant mount (a fixed joint as spring and damper: without
 /// it every mis-grasp would be an infinite force), two fingers on sliders with end stops, a
 /// velocity-limited piston each, and for the linkage law a lever with two rods that holds both
-/// travels equal. Its weight and inertia are the arm's business: the parts move with the carriage
-/// and deflect only under contact forces; but the fingers bear their own along their rails. Nothing
-/// ever ties a gear to it.
+/// travels equal. With a vacuum cup there are no fingers: the cup is part of the palm, and what it
+/// draws is held against its lip by contact. Its weight and inertia are the arm's business: the
+/// parts move with the carriage and deflect only under contact forces; but the fingers bear their
+/// own along their rails. Nothing ever ties a gear to it.
 class GripperMechanism {
  public:
-  GripperMechanism(const scene::Robot& robot, dWorldID world, const Eigen::Isometry3d& X_WF,
+  /// Of a gripper that is on no flange; `X_WF` is any place.
+  GripperMechanism(const scene::Gripper& gripper, dWorldID world, const Eigen::Isometry3d& X_WF,
                    double step_s);
+
+  /// Puts it on a mount at `X_WF`, the tool frame at `X_FT`. The fingers are where they were; their
+  /// chambers fill anew.
+  void take(const Eigen::Isometry3d& X_WF, const Eigen::Isometry3d& X_FT);
+  /// Takes it out of the cell. Without air the fingers stay where they are.
+  void leave();
+  [[nodiscard]] bool mounted() const { return now_.mounted; }
+  /// The motion of the mount at p_W in the last step.
+  [[nodiscard]] Eigen::Vector3d mount_velocity(const Eigen::Vector3d& p_W) const {
+    return carried_velocity(p_W);
+  }
+  [[nodiscard]] const Eigen::Vector3d& mount_omega() const { return now_.omega; }
 
   /// Everything that changes from step to step, as values: what save() gives and restore() takes,
   /// between steps, of this gripper or of one built alike.
   struct State {
     std::array<GripperPart, 4> parts;  ///< palm, two fingers, lever (linkage only)
     std::array<ode::SavedState, 4> bodies;
+    bool mounted = false;
+    Eigen::Isometry3d X_FT = Eigen::Isometry3d::Identity();
     Eigen::Isometry3d X_WT, X_WT_next;
     Eigen::Isometry3d delta = Eigen::Isometry3d::Identity();  ///< X_WT_next X_WT^-1
     Eigen::Vector3d omega = Eigen::Vector3d::Zero();
@@ -52,6 +77,7 @@ class GripperMechanism {
     GripperForces forces;
     double setting = 1;  ///< 0 closed .. 1 open, one of the two for pistons
     double force_n = 0;  ///< of each finger
+    Suction suction;
     bool idle = true;
     GraspMonitor grasp;
     GripperState report;
@@ -77,6 +103,23 @@ class GripperMechanism {
   [[nodiscard]] bool idle() const { return now_.idle; }
   void wake();
 
+  [[nodiscard]] const std::optional<scene::VacuumCup>& cup() const { return settings_.cup; }
+  /// The ejector is on, or there is vacuum left.
+  [[nodiscard]] bool draws() const;
+  /// Once a step: how the lip lies, and on which body with which share of it (-1 = on none that
+  /// moves).
+  void draw(const LipSeal& seal, int body, double share);
+  void draw_nothing();
+  [[nodiscard]] const Suction& suction() const { return now_.suction; }
+  /// The lip's centre, z along the approach, where it really is.
+  [[nodiscard]] Eigen::Isometry3d X_WLip() const {
+    return now_.parts[0].X_WS * now_.parts[0].X_TS.inverse();
+  }
+  /// Of the part with this number in BodyIds: a cup is its palm's.
+  [[nodiscard]] dBodyID body_of(int part) const {
+    return joints_.bodies[joints_.fingers ? static_cast<std::size_t>(part) : 0];
+  }
+
   static constexpr int kParts = 3;  ///< palm and two fingers
   [[nodiscard]] const GripperPart& part(int i) const {
     return now_.parts[static_cast<std::size_t>(i)];
@@ -86,6 +129,7 @@ class GripperMechanism {
     return part(0).bounds.joined(part(1).bounds).joined(part(2).bounds);
   }
   [[nodiscard]] const Pad& pad() const { return pad_; }
+  [[nodiscard]] const scene::GearType& cup_solid() const { return cup_solid_; }
   [[nodiscard]] Eigen::Isometry3d X_WD(int finger) const;  ///< see Pad
   /// Of a part, in a step that has begun.
   [[nodiscard]] Moving moving(int part) const;
@@ -117,15 +161,18 @@ class GripperMechanism {
   [[nodiscard]] double stop_travel() const { return (1 - now_.setting) * joints_.closed_travel_m; }
   void become_idle();
   void move_with_mount();
+  void enable(bool on);
   void read_back();
+  void place_cup();
+  [[nodiscard]] bool observe_cup(bool touched);
   [[nodiscard]] Eigen::Vector3d carried_velocity(const Eigen::Vector3d& p_W) const;
   [[nodiscard]] Eigen::Isometry3d resting_X_TS(std::size_t part) const;
 
   scene::Gripper settings_;
   double step_s_;
-  Eigen::Isometry3d X_FT_;
   Eigen::Vector3d gravity_W_;
   Pad pad_;
+  scene::GearType cup_solid_;
   GripperJoints joints_;
   std::array<ode::Body, 4> bodies_;  // of the parts
   ode::Body carriage_;

@@ -12,10 +12,11 @@ struct GripperState {
   std::array<double, 2> travel_m{};
   std::array<double, 2> force_n{};  ///< pad normal force on gears and trays
   bool holding = false;
-  int held_body = -1;   ///< index of the gear or tray, -1 = none
+  int held_body = -1;   ///< index of the gear or tray between the pads or at the cup, -1 = none
   bool settled = true;  ///< reached what was commanded: open, closed, or stalled on a part
   double palm_deflection_m = 0;
-  Pose X_WT;  ///< where the tool frame really is, the mount's deflection included
+  double vacuum_pa = 0;  ///< of a cup
+  Pose X_WT;             ///< where the tool frame really is, the mount's deflection included
 };
 
 }  // namespace aprsim::physics

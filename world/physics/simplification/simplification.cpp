@@ -38,7 +38,7 @@ void Simplification::list_awake() {
   awake_.clear();
   awake_roots_.clear();
   for (int i = 0; i < static_cast<int>(bodies_.size()); ++i) {
-    if (dormant(i) || body(i).lost_step) continue;
+    if (dormant(i) || body(i).lost_step || body(i).mounted) continue;
     awake_.push_back(i);
     if (root(i) == i) awake_roots_.push_back(i);
   }
@@ -125,6 +125,18 @@ void Simplification::lose(int i) {
   }
   release(i);
   if (virtual_joints_) virtual_joints_->forget(i);
+  list_awake();
+}
+
+void Simplification::leave(int i) {
+  if (dormant(i)) wake(sleeping_.group(i));
+  lose(i);
+}
+
+void Simplification::enter(int i) {
+  rest_.wake(i, body(i).v_com_W);
+  rest_.restart_on_carrier(i);
+  at(i) = {};
   list_awake();
 }
 

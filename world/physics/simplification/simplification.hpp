@@ -85,6 +85,10 @@ class Simplification {
   void release(int body);
   /// Between two steps: takes an awake body that is lost (FreeBody::lost_step) out of everything.
   void lose(int body);
+  /// Between two steps: the same with a body that a robot's flange takes (FreeBody::mounted).
+  void leave(int body);
+  /// Between two steps: an awake body that has been placed is in the cell again.
+  void enter(int body);
   /// After the solver: appends the merged bodies that require a wrench of their parents outside the
   /// cone of their contact; they have to be released and the step to be solved anew.
   void find_overstressed(std::vector<int>& overstressed);

@@ -6,8 +6,10 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "world/api/motion_command.hpp"
+#include "world/api/robot_command.hpp"
 #include "world/api/robot_snapshot.hpp"
 #include "world/robot/controller/drive_power.hpp"
 #include "world/robot/controller/retreat_trail.hpp"
@@ -28,6 +30,19 @@ struct ArrivalTolerance {
 
 /// What completes the running command.
 enum class Task { kNone, kRest, kGripper, kDwell, kToolChanger };
+
+/// What the tool changer does.
+enum class Changer {
+  kIdle,
+  kWaits,  ///< for the arm to come to rest
+  kWorks,  ///< its valve is switched, the lock on its way
+};
+
+/// A command that is done after the tool changer's.
+struct HeldCommand {
+  api::Ticket ticket = 0;
+  api::RobotAction action;
+};
 
 /// All that changes while a controller runs: a copy of it, put back later, continues bit for bit.
 struct ControllerState {
@@ -57,14 +72,18 @@ struct ControllerState {
   std::string note;  ///< description of the running command once it is done
   bool initialized = false, protection = false;
   bool retreating = false;  ///< the running motion is the retreat of a protective stop
-  bool tool_mounted = true, changer_open = false;
+  int tool = 0;             ///< on the flange; -1 = none
+  Changer changer = Changer::kIdle;
+  bool changer_open = false;
+  std::int64_t changer_steps = 0;  ///< until the lock has got there
+  std::vector<HeldCommand> held;   ///< in their order, for when the changer is done
   double gripper_setting = 1;
   std::int64_t steps_left = 0;   ///< of a dwell, or until a gripper's deadline
   bool gripper_applied = false;  ///< a step has passed since the command
 
   /// Of memory, besides what copies share; approximately.
   [[nodiscard]] std::size_t bytes() const {
-    return sizeof *this + (waiting ? waiting->bytes() : 0) +
+    return sizeof *this + bytes_of(held) + (waiting ? waiting->bytes() : 0) +
            (planning ? sizeof *planning + planning->request().request.bytes() : 0);
   }
   /// Adds what copies share: the plans of motions.

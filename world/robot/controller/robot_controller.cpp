@@ -16,7 +16,11 @@ namespace {
 
 const char* const kNotInitialized = "not initialized: the robot must be initialized first";
 const char* const kNoTool =
-    "the gripper is not on the robot: the tool changer is open; close it where the gripper is";
+    "no tool is on the robot: close the tool changer where one is, within its capture range";
+const char* const kNothingTaken = "nothing taken: no tool is at the flange";
+const char* const kTooManyHeld =
+    "too many commands wait for the tool changer: at most 16, send InitCanon";
+constexpr std::size_t kMostHeld = 16;
 const char* const kMoveBefore = "the move before: ";
 /// Retreat after a collision: of the tool, or of the joints where the tool hardly moves.
 constexpr double kRetreat_m = 1e-2, kRetreat_rad = 0.03;
@@ -40,11 +44,27 @@ ControllerSetup checked(ControllerSetup setup) {
                                   " is outside its limits");
     }
   }
+  if (setup.tools.empty()) setup.tools.push_back({setup.X_FT, setup.payload});
   return setup;
 }
 
-PlannerSetup planner_setup(const ControllerSetup& setup) {
-  return {setup.model, setup.ik, setup.X_BR, setup.payload, setup.gravity_B};
+/// One for each tool, and one without.
+std::vector<MotionPlanner> planners_of(const ControllerSetup& setup) {
+  std::vector<MotionPlanner> planners;
+  const auto add = [&](const Payload& payload) {
+    planners.emplace_back(
+        PlannerSetup{setup.model, setup.ik, setup.X_BR, payload, setup.gravity_B});
+  };
+  for (const ToolSetup& tool : setup.tools) add(tool.payload);
+  add(setup.payload_open);
+  return planners;
+}
+
+/// What is done even while the tool changer works.
+bool comes_first(const api::RobotAction& action) {
+  return std::holds_alternative<api::InitRobot>(action) ||
+         std::holds_alternative<api::EndRobot>(action) ||
+         std::holds_alternative<api::StopMotion>(action);
 }
 
 ToolLimits tool_maximum(const ControllerSetup& setup) {
@@ -87,14 +107,26 @@ bool has_arrived(const ArrivalTolerance& tolerance, const ArmModel& model,
 
 RobotController::RobotController(ControllerSetup setup)
     : setup_(checked(std::move(setup))),
-      planner_(planner_setup(setup_)),
+      planners_(planners_of(setup_)),
       s_(tool_maximum(setup_), setup_.q_home) {
+  s_.tool = setup_.tool;
+  s_.held.reserve(kMostHeld);
   s_.status.description.reserve(kReasonCapacity);
   s_.note.reserve(kReasonCapacity);
 }
 
 void RobotController::apply(api::Ticket ticket, const api::RobotAction& action,
                             const JointVector& q_actual) {
+  if (comes_first(action)) {
+    drop_held();
+  } else if (s_.changer != Changer::kIdle && s_.held_error.empty()) {
+    return hold(ticket, action);
+  }
+  run(ticket, action, q_actual);
+}
+
+void RobotController::run(api::Ticket ticket, const api::RobotAction& action,
+                          const JointVector& q_actual) {
   s_.status.ticket = ticket;
   s_.status.kind = api::kind_of(action);
   std::visit([&](const auto& command) { execute(command, q_actual); }, action);
@@ -116,6 +148,7 @@ const JointVector& RobotController::step(const ControllerInput& input) {
   s_.runner.advance(arm(), setup_.step_s, s_.drive_power.braked());
   advance_torque_mode(input.external_nm);
   s_.retreat_trail.record(reference());
+  advance_changer(input.tool_at_flange);
   // The end of the command that runs.
   switch (s_.task) {
     case Task::kNone:
@@ -131,8 +164,7 @@ const JointVector& RobotController::step(const ControllerInput& input) {
       if (s_.gripper_applied && (input.gripper_settled || s_.steps_left <= 0)) complete_task();
       s_.gripper_applied = true;
       break;
-    case Task::kToolChanger:
-      if (at_rest()) change_tool(input.tool_at_flange);
+    case Task::kToolChanger:  // by advance_changer()
       break;
     case Task::kDwell:
       if (--s_.steps_left <= 0) complete_task();
@@ -173,7 +205,16 @@ std::optional<Pose> RobotController::X_RG() const {
 }
 
 Eigen::Isometry3d RobotController::X_FT() const {
-  return s_.tool_mounted ? setup_.X_FT : setup_.X_FT_open;
+  return s_.tool >= 0 ? setup_.tools[static_cast<std::size_t>(s_.tool)].X_FT : setup_.X_FT_open;
+}
+
+const MotionPlanner& RobotController::planner() const {
+  return s_.tool >= 0 ? planners_[static_cast<std::size_t>(s_.tool)] : planners_.back();
+}
+
+const Payload& RobotController::payload() const {
+  return s_.tool >= 0 ? setup_.tools[static_cast<std::size_t>(s_.tool)].payload
+                      : setup_.payload_open;
 }
 
 // ---- commands
@@ -223,7 +264,7 @@ void RobotController::execute(const api::MoveJoints& move, const JointVector&) {
 
 void RobotController::execute(const api::SetGripper& gripper, const JointVector&) {
   if (!require_initialized()) return;
-  if (!s_.tool_mounted) {
+  if (s_.tool < 0) {
     set_error(kNoTool);
     return;
   }
@@ -238,6 +279,8 @@ void RobotController::execute(const api::SetToolChanger& changer, const JointVec
   if (!require_initialized()) return;
   brake(Brake::kSet);
   s_.changer_open = changer.open;
+  s_.changer = Changer::kWaits;
+  s_.changer_steps = std::llround(setup_.tool_change_s / setup_.step_s);
   begin_task(Task::kToolChanger);
 }
 
@@ -277,6 +320,7 @@ bool RobotController::require_initialized() {
 void RobotController::set_error(const std::string& reason) {
   s_.held_error = reason;
   s_.initialized = false;
+  drop_held();
   s_.task = Task::kNone;
   s_.status.state = api::ActionState::kError;
   s_.status.description = reason;
@@ -324,14 +368,59 @@ bool RobotController::within_tolerance(const JointVector& q_actual) const {
                      s_.runner.last_reference());
 }
 
-/// At rest. A changer that closes with nothing at the flange just closes.
-void RobotController::change_tool(bool tool_at_flange) {
-  const bool had = s_.tool_mounted;
-  s_.tool_mounted = !s_.changer_open && (had || tool_at_flange);
-  complete_task();
-  if (!s_.changer_open && !s_.tool_mounted && s_.held_error.empty()) {
-    s_.status.description.assign("nothing taken: the gripper is not at the flange");
+// ---- tool changer
+
+/// At rest. What the lock meets at its end position is what it takes; closed on nothing it takes
+/// nothing, and a tool that it has already it keeps.
+void RobotController::advance_changer(int tool_at_flange) {
+  if (s_.changer == Changer::kWaits && at_rest()) s_.changer = Changer::kWorks;
+  if (s_.changer != Changer::kWorks || s_.changer_steps-- > 0) return;
+  s_.changer = Changer::kIdle;
+  if (s_.changer_open) {
+    s_.tool = -1;
+  } else if (s_.tool < 0) {
+    s_.tool = tool_at_flange;
   }
+  if (s_.task == Task::kToolChanger) {
+    complete_task();
+    if (!s_.changer_open && s_.tool < 0 && s_.held_error.empty()) {
+      s_.status.description.assign(kNothingTaken);
+    }
+  }
+  run_held();
+}
+
+/// The status is that of the latest command.
+void RobotController::hold(api::Ticket ticket, const api::RobotAction& action) {
+  s_.status.ticket = ticket;
+  s_.status.kind = api::kind_of(action);
+  if (s_.held.size() == kMostHeld) return set_error(kTooManyHeld);
+  s_.held.push_back({ticket, action});
+  s_.status.state = api::ActionState::kWorking;
+  s_.status.description.clear();
+}
+
+/// Up to the next one for the changer, one after the other as if they came now.
+void RobotController::run_held() {
+  if (s_.held.empty()) return;
+  const api::Ticket latest = s_.held.back().ticket;
+  const api::ActionKind kind = api::kind_of(s_.held.back().action);
+  std::size_t done = 0;
+  while (done < s_.held.size() && s_.changer == Changer::kIdle) {
+    const HeldCommand next = std::move(s_.held[done++]);
+    run(next.ticket, next.action, reference());
+    if (s_.held.empty()) return;  // after an error
+  }
+  s_.held.erase(s_.held.begin(), s_.held.begin() + static_cast<std::ptrdiff_t>(done));
+  if (s_.held.empty()) return;
+  s_.status.ticket = latest;
+  s_.status.kind = kind;
+}
+
+/// A valve that is switched stays so.
+void RobotController::drop_held() {
+  s_.held.clear();
+  if (s_.changer == Changer::kWaits) s_.changer = Changer::kIdle;
 }
 
 // ---- motion
@@ -356,7 +445,7 @@ void RobotController::stop_at_once(const JointVector& from) {
   s_.runner.shift_to(from);
   if (!moves) return;
   const JointState state = s_.runner.state(setup_.step_s);
-  s_.runner.replace(MotionSequence(planner_.plan_stop(state)), Brake::kHard);
+  s_.runner.replace(MotionSequence(planner().plan_stop(state)), Brake::kHard);
 }
 
 // ---- planning
@@ -409,7 +498,7 @@ void RobotController::begin_planning(MoveRequest request, bool search) {
   job.steps = planning_steps(job.request.move, search);
   if (keep_targets) job.joint_targets = s_.joint_targets;
   s_.planning_steps = job.steps;
-  s_.planning = std::make_shared<PlanJob>(planner_, std::move(job));
+  s_.planning = std::make_shared<PlanJob>(planner(), std::move(job));
   if (s_.planning_steps == 0) {
     begin_planned();
   } else if (setup_.prefetcher != nullptr) {
@@ -495,7 +584,7 @@ void RobotController::restore(const ControllerState& state) {
   s_ = state;
   if (!s_.planning) return;
   // Whoever else has the job may cancel it.
-  s_.planning = std::make_shared<PlanJob>(planner_, s_.planning->request());
+  s_.planning = std::make_shared<PlanJob>(planner(), s_.planning->request());
   if (setup_.prefetcher != nullptr) setup_.prefetcher->prefetch(s_.planning);
 }
 
@@ -506,11 +595,12 @@ void RobotController::start_torque_mode(const api::MoveJoints& move, const Plan&
   for (const api::JointTarget& target : move.targets) {
     if (!target.torque) continue;
     const auto i = static_cast<Eigen::Index>(target.joint);
-    s_.torque_mode.add({target.joint,
-                        std::clamp(position_of(target, plan.held), planner_.joint_limits().lower(i),
-                                   planner_.joint_limits().upper(i)),
-                        target.torque->setting_nm, target.torque->rate_nm_s.value_or(0)},
-                       plan.rest(i));
+    s_.torque_mode.add(
+        {target.joint,
+         std::clamp(position_of(target, plan.held), planner().joint_limits().lower(i),
+                    planner().joint_limits().upper(i)),
+         target.torque->setting_nm, target.torque->rate_nm_s.value_or(0)},
+        plan.rest(i));
   }
 }
 
@@ -520,8 +610,8 @@ void RobotController::advance_torque_mode(const JointVector& external_nm) {
   if (s_.torque_mode_pending && !s_.runner.idle()) return;
   s_.torque_mode_pending = false;
   const JointVector inertia =
-      mass_matrix(setup_.model, setup_.payload, s_.runner.last_reference()).diagonal();
-  s_.torque_mode.advance({.limits = planner_.joint_limits(),
+      mass_matrix(setup_.model, payload(), s_.runner.last_reference()).diagonal();
+  s_.torque_mode.advance({.limits = planner().joint_limits(),
                           .external_nm = external_nm,
                           .inertia = inertia,
                           .speed = s_.override_fraction,
@@ -544,7 +634,7 @@ void RobotController::retreat(const JointVector& from) {
       continue;
     }
     switch_drives_on();
-    s_.runner.replace(MotionSequence(planner_.plan_retreat(from, q)));
+    s_.runner.replace(MotionSequence(planner().plan_retreat(from, q)));
     s_.retreating = true;
     break;
   }

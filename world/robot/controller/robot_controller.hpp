@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "world/api/robot_command.hpp"
 #include "world/api/robot_snapshot.hpp"
@@ -23,18 +24,28 @@ struct PlanningLatency {
   double search_s = 0;    ///< once more for a search over all postures, where nothing else helps
 };
 
+/// What the tool changer can take.
+struct ToolSetup {
+  Eigen::Isometry3d X_FT = Eigen::Isometry3d::Identity();  ///< the frame that poses are of
+  Payload payload;  ///< tool and the heaviest part: motions are planned to carry it
+};
+
 /// Constants of one robot; SI.
 struct ControllerSetup {
   ArmModel model;
   std::shared_ptr<const InverseKinematics> ik;
   Eigen::Isometry3d X_BR = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d X_FT = Eigen::Isometry3d::Identity();       ///< the frame that poses are of
-  Eigen::Isometry3d X_FT_open = Eigen::Isometry3d::Identity();  ///< the same without the gripper
+  Eigen::Isometry3d X_FT_open = Eigen::Isometry3d::Identity();  ///< the same without a tool
   JointVector q_home;
   double step_s = 1e-3;
   double max_trans_speed_m_s = 0, max_trans_accel_m_s2 = 0;
   double max_rot_speed_rad_s = 0, max_rot_accel_rad_s2 = 0;
-  Payload payload;  ///< gripper and the heaviest part: motions are planned to carry it
+  Payload payload;               ///< gripper and the heaviest part: motions are planned to carry it
+  Payload payload_open;          ///< without a tool
+  std::vector<ToolSetup> tools;  ///< all there are; none = one, with X_FT and payload
+  int tool = 0;                  ///< on the flange at the start, -1 = none
+  double tool_change_s = 0;      ///< from the changer's valve to its lock
   Eigen::Vector3d gravity_B{0, 0, -9.81};
   PlanningLatency latency;
   /// Makes plans ahead; null = they are made when they are needed, with the same bits.
@@ -45,9 +56,9 @@ struct ControllerSetup {
 struct ControllerInput {
   /// The gripper has reached its setting (open end, closed end or a grasp).
   bool gripper_settled = true;
-  bool tool_at_flange = true;  ///< the gripper is within the tool changer's capture range
-  JointVector external_nm{};   ///< contact torques on the joints; empty = none
-  JointVector q_actual{};      ///< where the arm is; empty = at the reference
+  int tool_at_flange = 0;     ///< the tool within the changer's capture range, -1 = none
+  JointVector external_nm{};  ///< contact torques on the joints; empty = none
+  JointVector q_actual{};     ///< where the arm is; empty = at the reference
 };
 
 /// The robot controller's state machine: executes commands, plans motion, gives one joint reference
@@ -63,6 +74,8 @@ struct ControllerInput {
 ///   SetOverride changes its speed. SetGripper and Dwell begin at once beside a running or planned
 ///   motion, which goes on to its target; it can still be refused or stopped, and is then the error
 ///   of whatever command is the latest.
+/// - The tool changer waits for the arm to come to rest and then takes its time. What comes
+///   meanwhile, stops, InitRobot and EndRobot excepted, is done after it, in its order.
 /// - A command is done when the reference has reached its target exactly and is at rest, and the
 ///   arm, if something pushes it aside, is within the command's tolerance; SetGripper when the
 ///   gripper has settled, or 2 s after the command if it does not; a joint driven by torque when it
@@ -118,8 +131,9 @@ class RobotController {
     return s_.drive_power.braked();
   }  ///< the arm's brakes hold it
   [[nodiscard]] double override_fraction() const { return s_.override_fraction; }
-  [[nodiscard]] bool tool_mounted() const { return s_.tool_mounted; }
-  [[nodiscard]] Eigen::Isometry3d X_FT() const;  ///< the frame that poses are of
+  [[nodiscard]] bool tool_mounted() const { return s_.tool >= 0; }
+  [[nodiscard]] int tool() const { return s_.tool; }  ///< on the flange, -1 = none
+  [[nodiscard]] Eigen::Isometry3d X_FT() const;       ///< the frame that poses are of
   /// Torques that the joints in torque mode apply [Nm], >= 0; the others 0.
   [[nodiscard]] JointVector applied_torque() const {
     return s_.torque_mode.applied_torque(setup_.model.dof());
@@ -178,7 +192,13 @@ class RobotController {
   void advance_torque_mode(const JointVector& external_nm);
   void retreat(const JointVector& from);
   void switch_drives_on();
-  void change_tool(bool tool_at_flange);
+  void run(api::Ticket ticket, const api::RobotAction& action, const JointVector& q_actual);
+  void hold(api::Ticket ticket, const api::RobotAction& action);
+  void advance_changer(int tool_at_flange);
+  void run_held();
+  void drop_held();
+  [[nodiscard]] const MotionPlanner& planner() const;
+  [[nodiscard]] const Payload& payload() const;
   /// Whether an arm that was at `q_actual` before this step (empty: at the reference) is within the
   /// command's tolerance.
   [[nodiscard]] bool within_tolerance(const JointVector& q_actual) const;
@@ -192,7 +212,7 @@ class RobotController {
   }
 
   ControllerSetup setup_;
-  MotionPlanner planner_;
+  std::vector<MotionPlanner> planners_;  // by tool, then that without one
   ControllerState s_;
   std::uint64_t plan_waits_ = 0;
 };

@@ -18,6 +18,14 @@ export function looksDifferent(a: Snapshot, b: Snapshot, layers: Layers): boolea
   if (a.bodies.some((body, i) => !samePose(body.bodyInWorld, b.bodies[i]!.bodyInWorld)))
     return true;
   if (
+    a.tools.length !== b.tools.length ||
+    a.tools.some(
+      (tool, i) =>
+        tool.robot !== b.tools[i]!.robot || !samePose(tool.toolInWorld, b.tools[i]!.toolInWorld)
+    )
+  )
+    return true;
+  if (
     layers.groups &&
     a.bodies.some(
       (body, i) => body.group !== b.bodies[i]!.group || body.groupKind !== b.bodies[i]!.groupKind

@@ -1,11 +1,12 @@
 import * as THREE from 'three';
 import URDFLoader, {type URDFRobot} from 'urdf-loader';
-import type {RobotDescription, RobotLooks, RobotState} from '../protocol';
+import type {RobotDescription, RobotState} from '../protocol';
 import type {RobotStatus} from '../robot_status';
-import {place, toMatrix, toVector} from './convert';
+import {toMatrix} from './convert';
 import {solid, stoppedSurface, surface} from './materials';
 import {software} from './quality';
-import {fingerGeometry, merged, softBox, softCylinder, tinted} from './shapes';
+import {merged, softBox, softCylinder, tinted} from './shapes';
+import type {ToolModel} from './tool_model';
 
 const kFinish: Record<string, {roughness: number; metalness: number}> = {
   steel: {roughness: 0.32, metalness: 0.75},
@@ -14,31 +15,19 @@ const kFinish: Record<string, {roughness: number; metalness: number}> = {
 };
 const kPaint = {roughness: 0.38, metalness: 0.02};
 
-/** One arm with its gripper, from its URDF and its description. */
+/** One arm with the tool that it has, from its URDF and its description. */
 export class RobotModel {
   readonly root = new THREE.Group();
   private arm: URDFRobot | null = null;
-  private readonly tool = new THREE.Group();
-  /** The tool frame at the point whose pose the robot tells; null where that is the tool frame. */
-  private readonly toolAtPoint: THREE.Matrix4 | null;
-  private readonly fingers: THREE.Mesh[] = [];
   private readonly jointNames: string[];
   private stopped: RobotStatus['stopped'] = '';
   private readonly markedSurfaces = new Map<string, THREE.Material>();
 
   constructor(
     private readonly description: RobotDescription,
-    looks: RobotLooks | undefined,
     readonly index: number
   ) {
     this.jointNames = description.joints.map((joint) => joint.name);
-    const {toolPointInFlange, toolInFlange} = description;
-    this.toolAtPoint =
-      toolPointInFlange && toolInFlange
-        ? toMatrix(toolPointInFlange).invert().multiply(toMatrix(toolInFlange))
-        : null;
-    if (looks) this.buildGripper(looks);
-    this.root.add(this.tool);
     this.root.userData.pick = {kind: 'robot', index};
   }
 
@@ -79,17 +68,19 @@ export class RobotModel {
         this.arm!.setJointValue(this.jointNames[i]!, joint.positionRad)
       );
     }
-    if (this.toolAtPoint) {
-      const {position, quaternion, scale} = this.tool;
-      toMatrix(state.toolInWorld).multiply(this.toolAtPoint).decompose(position, quaternion, scale);
-    } else {
-      place(this.tool, state.toolInWorld);
-    }
-    const g = this.description.gripper;
-    if (!g || !state.gripper) return;
-    this.fingers.forEach((finger, i) => {
-      const side = i === 0 ? 1 : -1;
-      finger.position.y = side * (0.5 * g.gapOpenM - (state.gripper!.travelM[i] ?? 0));
+  }
+
+  /** A tool that it has taken, or whose arm has come later. */
+  carry(tool: ToolModel): void {
+    this.root.add(tool.root);
+    this.paint();
+  }
+
+  /** One that it has left, as it looks without this robot's marks. */
+  static plain(tool: ToolModel): void {
+    tool.root.traverse((object) => {
+      if (object instanceof THREE.Mesh && object.userData.plain)
+        object.material = object.userData.plain as THREE.Material;
     });
   }
 
@@ -98,60 +89,6 @@ export class RobotModel {
     const material = this.markedSurfaces.get(key) ?? stoppedSurface(plain, stopped);
     this.markedSurfaces.set(key, material);
     return material;
-  }
-
-  private buildGripper(g: RobotLooks): void {
-    const material = surface({vertexColors: true, roughness: 0.42, metalness: 0.35});
-    const add = (geometry: THREE.BufferGeometry): THREE.Mesh => {
-      const mesh = solid(geometry, material);
-      this.tool.add(mesh);
-      return mesh;
-    };
-    const palm = toVector(g.palmSizeM);
-    const reach = toVector(this.description.toolInFlange?.positionM).length();
-    const top = -g.padHeightM - palm.z;
-    const mount = Math.max(0.004, reach + top);
-    const along = (geometry: THREE.BufferGeometry) => geometry.rotateX(Math.PI / 2);
-    const r = 0.46 * Math.min(palm.x, palm.y);
-    add(
-      merged([
-        tinted(
-          softBox(palm.x, palm.y, 0.62 * palm.z, 0.004).translate(
-            0,
-            0,
-            -g.padHeightM - 0.31 * palm.z
-          ),
-          0xaeb6bf
-        ),
-        tinted(
-          softBox(0.86 * palm.x, 0.86 * palm.y, 0.38 * palm.z, 0.004).translate(
-            0,
-            0,
-            top + 0.19 * palm.z
-          ),
-          0x4a515b
-        ),
-        tinted(along(softCylinder(r, 0.3 * mount)).translate(0, 0, top - 0.15 * mount), 0x2b3037),
-        tinted(
-          along(softCylinder(0.8 * r, 0.7 * mount)).translate(0, 0, top - 0.65 * mount),
-          0xc3c9cf
-        ),
-        // The two air fittings.
-        ...[-1, 1].map((side) =>
-          tinted(
-            softCylinder(0.005, 0.016, 0.001, 16)
-              .rotateZ(Math.PI / 2)
-              .translate(0.5 * palm.x + 0.008, side * 0.28 * palm.y, top + 0.3 * palm.z),
-            0x2f6fb3
-          )
-        )
-      ])
-    );
-    for (const side of [1, -1]) {
-      const finger = add(fingerGeometry(g.padWidthM, g.padDepthM, g.padHeightM, g.vHalfAngleRad));
-      if (side < 0) finger.rotation.z = Math.PI;
-      this.fingers.push(finger);
-    }
   }
 }
 

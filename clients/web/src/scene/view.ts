@@ -16,6 +16,7 @@ import {adaptive, software} from './quality';
 import {RobotMarks} from './robot_marks';
 import {RobotModel} from './robot_model';
 import {Belt, makeFixed, makeFloor} from './surroundings';
+import {ToolModel} from './tool_model';
 
 export const kRobotColors = [0xf5b82e, 0x3f8efc, 0x37d67a, 0xd64550];
 
@@ -70,6 +71,7 @@ export class View {
   private readonly floor = makeFloor();
   private content = new THREE.Group();
   private robots: RobotModel[] = [];
+  private tools: ToolModel[] = [];
   private parts: Parts | null = null;
   private belt: Belt | null = null;
   private cameras: Cameras | null = null;
@@ -307,9 +309,9 @@ export class View {
     this.scene.remove(this.content);
     this.content.traverse((object) => (object as Partial<THREE.Mesh>).geometry?.dispose());
     this.content = new THREE.Group();
-    this.robots = cell.robots.map(
-      (robot, i) => new RobotModel(robot, this.state.looks?.robots[i], i)
-    );
+    this.robots = cell.robots.map((robot, i) => new RobotModel(robot, i));
+    this.tools = cell.tools.map((tool) => new ToolModel(tool));
+    for (const tool of this.tools) this.content.add(tool.root);
     for (const robot of this.robots) {
       this.content.add(robot.root);
       ++this.loading;
@@ -381,6 +383,7 @@ export class View {
     this.taken = snapshot;
     this.robots.forEach((robot, i) => snapshot.robots[i] && robot.update(snapshot.robots[i]!));
     this.marks?.update(snapshot);
+    this.placeTools(snapshot);
     this.parts?.update(snapshot.bodies, this.layers.groups);
     if (snapshot.conveyor) this.belt?.update(snapshot.conveyor.travelM);
     if (this.layers.cameras) this.cameras?.update(snapshot);
@@ -391,6 +394,22 @@ export class View {
     this.trails.forEach((trail, i) => trail.add(snapshot.robots[i]?.toolInWorld));
     if (this.selected) this.highlight.setFromObject(this.selected);
     this.dirty = true;
+  }
+
+  /** Each where it is, as a part of the robot that has it. */
+  private placeTools(snapshot: Snapshot): void {
+    snapshot.tools.forEach((state, i) => {
+      const tool = this.tools[i];
+      if (!tool) return;
+      const robot = state.robot === undefined ? undefined : this.robots[state.robot];
+      const parent = robot?.root ?? this.content;
+      if (tool.root.parent !== parent) {
+        RobotModel.plain(tool);
+        this.content.add(tool.root);
+        robot?.carry(tool);
+      }
+      tool.update(state, state.robot === undefined ? undefined : snapshot.robots[state.robot]);
+    });
   }
 
   /** A first picture is on the screen. */

@@ -151,6 +151,7 @@ export class PickCard {
     const names = {
       body: cell.bodies.map((body) => body.name),
       robot: cell.robots.map((robot) => robot.name),
+      tool: cell.tools.map((tool) => tool.name),
       fixed: cell.fixed
     };
     const name = names[thing.case][thing.value] ?? '?';

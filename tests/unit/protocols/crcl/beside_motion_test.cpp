@@ -19,7 +19,8 @@ using crcl::CommandState;
 
 class BesideMotion : public testing::Test {
  protected:
-  BesideMotion() : simulation_(test::load_scene("fanuc_only"), {.paused = true}) {
+  explicit BesideMotion(std::shared_ptr<const scene::Scene> scene = test::load_scene("fanuc_only"))
+      : simulation_(std::move(scene), {.paused = true}) {
     simulation_.start();
     CrclServerOptions options;
     options.port = 0;
@@ -34,10 +35,11 @@ class BesideMotion : public testing::Test {
   }
   ~BesideMotion() override { server_->stop(); }
 
-  static std::string move(double x_mm, bool straight = true) {
+  static std::string move(double x_mm, bool straight = true, double z_mm = 300) {
     return std::string("<MoveStraight>") + (straight ? "true" : "false") +
-           "</MoveStraight><EndPosition><Point><X>" + std::to_string(x_mm) +
-           "</X><Y>0</Y><Z>300</Z></Point><XAxis><I>1</I><J>0</J><K>0</K></XAxis>"
+           "</MoveStraight><EndPosition><Point><X>" + std::to_string(x_mm) + "</X><Y>0</Y><Z>" +
+           std::to_string(z_mm) +
+           "</Z></Point><XAxis><I>1</I><J>0</J><K>0</K></XAxis>"
            "<ZAxis><I>0</I><J>0</J><K>-1</K></ZAxis></EndPosition>";
   }
 
@@ -244,6 +246,55 @@ TEST_F(BesideMotion, InitCanonEndsAMoveAndTellsOfIt) {
   EXPECT_LT(x_mm(), start_ + 190);
   run(++id_, "MoveToType", move(start_ + 200));
   EXPECT_NEAR(x_mm(), start_ + 200, 1e-3);
+}
+
+/// A fork under the palm of the tool 100 mm below the start.
+class ToolChange : public BesideMotion {
+ protected:
+  ToolChange() : BesideMotion(with_fork()) { run(++id_, "MoveToType", move(start_, true, 200)); }
+
+  static std::shared_ptr<const scene::Scene> with_fork() {
+    auto scene = *test::load_scene("fanuc_only");
+    const scene::Gripper& gripper = scene.robots[0].gripper;
+    for (const double side : {-1.0, 1.0}) {
+      Pose X_WS;
+      X_WS.p = {1e-3 * start_ + side * 0.03, 0, 0.2 + gripper.pad_height_m - 0.0105};
+      scene.fixed.push_back({side < 0 ? "fork_1" : "fork_2", {0.03, 0.1, 0.02}, X_WS});
+    }
+    return std::make_shared<const scene::Scene>(std::move(scene));
+  }
+};
+
+TEST_F(ToolChange, OpenCloseAndGripperBackToBackAreDoneInTheirOrder) {
+  const double open_m = robot().gripper.separation_m;
+  client_->command(++id_, "OpenToolChangerType");
+  client_->command(++id_, "CloseToolChangerType");
+  send(++id_, "SetEndEffectorType", "<Setting>0</Setting>");
+  bool opened = false;
+  for (int i = 0; i < 100 && client_->status().command.state == CommandState::kWorking; ++i) {
+    step(20);
+    opened = opened || robot().tool < 0;
+  }
+  EXPECT_TRUE(opened);
+  expect(client_->status(), id_, CommandState::kDone);
+  EXPECT_EQ(robot().tool, 0);
+  EXPECT_LT(robot().gripper.separation_m, open_m - 5e-3);
+  run(++id_, "MoveToType", move(start_));
+  EXPECT_EQ(robot().tool, 0);
+  EXPECT_FALSE(robot().protective_stop);
+}
+
+TEST_F(ToolChange, AwayFromTheToolTheGripperIsRefusedAndTheRobotGoesOn) {
+  run(++id_, "OpenToolChangerType");
+  run(++id_, "MoveToType", move(start_));
+  const std::int64_t close = ++id_;
+  expect(run(close, "CloseToolChangerType"), close, CommandState::kDone,
+         "nothing taken: no tool is at the flange");
+  send(++id_, "SetEndEffectorType", "<Setting>0</Setting>");
+  step(50);
+  const crcl::Status status = client_->status();
+  EXPECT_EQ(crcl::name_of(status.command.state), crcl::name_of(CommandState::kError));
+  EXPECT_EQ(status.command.description.value_or("").rfind("no tool is on the robot", 0), 0u);
 }
 
 }  // namespace

@@ -71,6 +71,33 @@ TEST_F(Report, AnglesOfJointsCanFollowTheUnit) {
   EXPECT_EQ(client.status().joints[0].position, 0.1);
 }
 
+TEST_F(Report, TheGripperIsTheToolThatIsOn) {
+  world_.publish([](api::Snapshot& next) {
+    auto cell = std::make_shared<api::CellDescription>(*next.cell);
+    for (const char* name : {"pincher", "small_vacuum"}) {
+      api::ToolDescription& tool = cell->tools.emplace_back();
+      tool.name = name;
+      tool.listed = true;
+    }
+    cell->tools[1].gripper.cup_radius_m = 0.003;
+    next.cell = cell;
+    next.robots[0].tool = 1;
+    next.robots[0].gripper.setting = 0;
+  });
+  TestClient client(port_);
+  initialize(client);
+  client.command(5, "ConfigureStatusReportType", sections("001000"));
+  const auto gripper = [&client] { return client.status().gripper.value(); };
+  EXPECT_EQ(gripper().name, "small_vacuum");
+  EXPECT_TRUE(std::get<crcl::VacuumGripper>(gripper().kind).powered);
+  EXPECT_EQ(gripper().holding, true);
+  world_.publish([](api::Snapshot& next) { next.robots[0].tool = 0; });
+  EXPECT_EQ(gripper().name, "pincher");
+  EXPECT_DOUBLE_EQ(std::get<crcl::ParallelGripper>(gripper().kind).separation, 25.4);
+  world_.publish([](api::Snapshot& next) { next.robots[0].tool_mounted = false; });
+  EXPECT_FALSE(client.status().gripper);
+}
+
 TEST_F(Report, SectionsBelongToTheConnection) {
   TestClient client(port_);
   TestClient other(port_);

@@ -70,10 +70,11 @@ INSTANTIATE_TEST_SUITE_P(
              "found an unknown key, expected one of xyz_m, rpy_deg, length_m, width_m, "
              "max_speed_m_s, max_accel_m_s2, max_decel_m_s2, emergency_decel_m_s2, photo_eyes (did "
              "you mean max_speed_m_s?)"},
-        Case{
-            "unknown_at_top", "seed: 7", "@colour: 7", "colour",
-            "found an unknown key, expected one of seed, types, physics, pockets, gear_types, "
-            "tray_types, robot_types, robots, conveyor, light_curtain, fixed, floor, trays, gears"},
+        Case{"unknown_at_top", "seed: 7", "@colour: 7", "colour",
+             "found an unknown key, expected one of seed, types, physics, pockets, gear_types, "
+             "tray_types, robot_types, tools, robots, conveyor, light_curtain, fixed, holders, "
+             "floor, "
+             "trays, gears"},
         Case{"unknown_in_list", "yaw_deg: 90\n", "@yaw_degg: 90\n", "trays[0].yaw_degg",
              "found an unknown key, expected one of name, type, on, xy_m, yaw_deg, xyz_m, "
              "rpy_deg, gears, reachable_by (did you mean yaw_deg?)"},
@@ -426,6 +427,57 @@ INSTANTIATE_TEST_SUITE_P(
              "@{name: wheel_2, type: wheel, xyz_m: [2, 0, 0.01]}", "gears[0]",
              "found wheel_2 2.0 mm deep in the floor, expected objects apart or touching (0.1 mm "
              "allowed)"}),
+    [](const auto& test) { return test.param.name; });
+
+// A cup on the robot of the small scene, or in a holder.
+#define APRSIM_CUP(KIND, POINT, RADIUS)                                                        \
+  "tools:\n  - name: cup\n    kind: " KIND "\n    tool_point: {xyz_m: " POINT                  \
+  "}\n    cup: {radius_m: " RADIUS                                                             \
+  ", length_m: 0.03, max_vacuum_kpa: 60, free_flow_l_min: 10, body_size_m: [0.05, 0.05, 0.04]" \
+  ", body_mass_kg: 0.2}\n"
+#define APRSIM_GOOD_CUP APRSIM_CUP("vacuum_cup", "[0, 0, 0.1]", "0.01")
+#define APRSIM_HOLDER(SEAT, TOOL)                                                      \
+  "holders:\n  - {name: fork, xyz_m: [1, 0, 0.5], rpy_deg: [180, 0, 0], seat_m: " SEAT \
+  ", gap_m: 0.03, bar_m: [0.02, 0.06, 0.02], tool: " TOOL "}\n"
+
+INSTANTIATE_TEST_SUITE_P(
+    Tools, SceneErrors,
+    testing::Values(
+        Case{"nowhere", "floor: true\n", APRSIM_GOOD_CUP "floor: true\n", "tools[0]",
+             "found tool cup on no robot and in no holder, expected a robot or a holder with the "
+             "key tool: cup",
+             "name: cup"},
+        Case{"kind", "floor: true\n", APRSIM_CUP("@spoon", "[0, 0, 0.1]", "0.01") "floor: true\n",
+             "tools[0].kind", "found \"spoon\", expected one of pincher, vacuum_cup"},
+        Case{"radius", "floor: true\n",
+             APRSIM_CUP("vacuum_cup", "[0, 0, 0.1]", "@0") "floor: true\n", "tools[0].cup.radius_m",
+             "found 0, expected a number in (0, 1000]"},
+        Case{"aside", "floor: true\n",
+             APRSIM_CUP("vacuum_cup", "[0.01, 0, 0.1]", "0.01") "floor: true\n",
+             "tools[0].tool_point",
+             "found a tool point beside the coupling's axis, expected x and y of xyz_m 0, and a "
+             "turn about z only",
+             "{xyz_m: [0.01, 0, 0.1]"},
+        Case{"too_short", "floor: true\n",
+             APRSIM_CUP("vacuum_cup", "@[0, 0, 0.05]", "0.01") "floor: true\n",
+             "tools[0].tool_point.xyz_m",
+             "found a palm that reaches beyond the coupling, expected z at least pad_height_m and "
+             "the palm's height, 0.070000"},
+        Case{"unknown", "    self_collision: true\n",
+             "    self_collision: true\n    tool: @spoon\n", "robots[0].tool",
+             "found no tool \"spoon\", expected one that is defined (there is none)"},
+        Case{"twice", "    self_collision: true\n",
+             "    self_collision: true\n    tool: cup\n" APRSIM_GOOD_CUP APRSIM_HOLDER("0.07",
+                                                                                       "@cup"),
+             "holders[0].tool",
+             "found tool cup in a second place, expected each tool on one robot or in one holder"},
+        Case{"seat", "floor: true\n",
+             APRSIM_GOOD_CUP APRSIM_HOLDER("@0.075", "cup") "floor: true\n", "holders[0].seat_m",
+             "found 0.075, expected the distance of cup's palm from its coupling, 0.070000, within "
+             "1 mm"},
+        Case{"changer", "    self_collision: true\n",
+             "    self_collision: true\n    tool_changer: {xyz_m: [0, 0, 0], capture_m: @0.1}\n",
+             "robots[0].tool_changer.capture_m", "found 0.1, expected a number in [0, 0.02]"}),
     [](const auto& test) { return test.param.name; });
 
 }  // namespace

@@ -213,6 +213,36 @@ TEST(ShippedLab, RobotsSpeakTheLaboratorysConventions) {
   }
 }
 
+TEST(ShippedLab, ToolsOnRobotsAndInHolders) {
+  const Scene scene = shipped("aprs_lab");
+  ASSERT_EQ(scene.tools.size(), 3u);
+  EXPECT_EQ(scene.robots[0].tool, "pincher");
+  EXPECT_EQ(scene.robots[1].tool, "big_gripper");
+  EXPECT_EQ(tools_at_start(scene), (std::vector<int>{0, 1}));
+  EXPECT_EQ(tools_of(scene).size(), 3u);
+  const Tool& cup = scene.tools[2];
+  ASSERT_TRUE(cup.gripper.cup);
+  EXPECT_NEAR(cup.gripper.cup->max_vacuum_pa, 60e3, 1e-6);
+  EXPECT_NEAR(cup.gripper.cup->free_flow_m3_s, 10e-3 / 60, 1e-9);
+  EXPECT_GT(cup.X_WQ.p.z(), 1);
+  // The tools are where the robots' types have their grippers.
+  for (std::size_t r = 0; r < 2; ++r) {
+    const Robot& lab = scene.robots[r];
+    const Robot robot = shipped("aprs").robots[r];
+    EXPECT_LT((lab.X_FT.p - robot.X_FT.p).norm(), 1e-9);
+    EXPECT_LT(lab.X_FT.q.angularDistance(robot.X_FT.q), 1e-6);
+    EXPECT_EQ(lab.gripper.stroke_m, robot.gripper.stroke_m);
+  }
+  // The scenes without tools of their own have the grippers of their robots' types.
+  const Scene plain = shipped("aprs");
+  const std::vector<Tool> own = tools_of(plain);
+  ASSERT_EQ(own.size(), 2u);
+  EXPECT_EQ(own[1].name, "motoman_gripper");
+  EXPECT_TRUE(own[1].own);
+  const Eigen::Isometry3d X_FT = coupling_of(plain.robots[1]).isometry() * own[1].X_QT.isometry();
+  EXPECT_TRUE(X_FT.isApprox(plain.robots[1].X_FT.isometry(), 1e-12));
+}
+
 TEST(ShippedOnly, OneArmAtTheOriginAndNothingToHit) {
   for (const char* name : {"fanuc_only", "motoman_only"}) {
     const Scene scene = shipped(name);

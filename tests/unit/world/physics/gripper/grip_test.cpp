@@ -257,7 +257,8 @@ TEST(Gripper, SavedStateComesBackBitForBit) {
     ode::prepare_thread();
     ode::World world(dWorldCreate());
     const Eigen::Isometry3d X_WF = scene.robots[0].X_WB.isometry();
-    GripperMechanism hand(scene.robots[0], world.get(), X_WF, 1e-3);
+    GripperMechanism hand(scene.robots[0].gripper, world.get(), X_WF, 1e-3);
+    hand.take(X_WF, scene.robots[0].X_FT.isometry());
     hand.command(0);
     const auto advance = [&](int steps) {
       for (int i = 0; i < steps; ++i) {

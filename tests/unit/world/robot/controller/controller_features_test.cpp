@@ -281,12 +281,12 @@ TEST_P(Features, TheToolChangerChangesTheControlledPoint) {
       rig.setup().X_BR.inverse() * flange_pose(rig.model(), rig.controller().reference());
   EXPECT_LE((X_RF.translation() - target.p).norm(), 1e-9);
   EXPECT_EQ(rig.run(api::SetGripper{0}), ActionState::kError);
-  EXPECT_EQ(rig.reason().rfind("the gripper is not on the robot", 0), 0u) << rig.reason();
+  EXPECT_EQ(rig.reason().rfind("no tool is on the robot", 0), 0u) << rig.reason();
   rig.run(api::InitRobot{});
   rig.apply(api::SetToolChanger{false});
-  rig.controller().step({.tool_at_flange = false});
+  rig.controller().step({.tool_at_flange = -1});
   EXPECT_EQ(rig.state(), ActionState::kDone);
-  EXPECT_EQ(rig.reason(), "nothing taken: the gripper is not at the flange");
+  EXPECT_EQ(rig.reason(), "nothing taken: no tool is at the flange");
   EXPECT_FALSE(rig.controller().tool_mounted());
   EXPECT_EQ(rig.run(api::SetToolChanger{false}), ActionState::kDone);
   EXPECT_TRUE(rig.controller().tool_mounted());
