@@ -35,7 +35,8 @@ class BodyCollider {
                           std::vector<Contact>& out) const;
 
   /// Bodies that a gripper touches, by the contacts found so far; from now on also what
-  /// free_on_free() finds struck, and the trays under both. They are looked ahead on their supports.
+  /// free_on_free() finds struck, and the trays under both. They are looked ahead on their
+  /// supports.
   void note_pressed(const std::vector<ContactConstraint>& constraints);
   /// How far a body is looked ahead [m].
   [[nodiscard]] double sink_ahead(int body) const {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <vector>
 
 #include "tests/benchmarks/impact/drops.hpp"
 #include "tests/benchmarks/support/experiment.hpp"
@@ -35,11 +36,13 @@ struct Worst {
 };
 
 /// Every part and tray, from random poses: a few millimetres high and slightly tilted, or any way.
-void tilted_drops(Experiment& experiment, const Mode& mode) {
+/// Returns the times of rest, the shortest first.
+std::vector<double> tilted_drops(Experiment& experiment, const Mode& mode) {
   std::mt19937_64 engine(15);
   const int poses = experiment.quick() ? 2 : 200;
   const double seconds = experiment.quick() ? 3 : 10;
   Worst worst;
+  std::vector<double> times;
   Table table({"body", "rests within [s]", "greatest gain [J]", "deepest [m]", "steps unsolved"});
   const scene::Scene bare = bare_table(mode);
   const auto run = [&](const std::string& type, bool tray, double reach) {
@@ -57,6 +60,7 @@ void tilted_drops(Experiment& experiment, const Mode& mode) {
       const Drop one = drop(std::move(scene), seconds);
       own.add(one);
       worst.add(one);
+      times.push_back(one.rest_s);
     }
     table.row({type, own.rest_s, own.gained_j, own.deepest_m, static_cast<double>(own.unsolved)});
   };
@@ -72,14 +76,26 @@ void tilted_drops(Experiment& experiment, const Mode& mode) {
   experiment.record(name + ".deepest_m", worst.deepest_m, "m");
   experiment.record(name + ".unsolved_steps", static_cast<double>(worst.unsolved), "count");
   experiment.table(std::string("drops_") + mode.name, "", table);
+  std::sort(times.begin(), times.end());
+  return times;
 }
 
 int run(int argc, char** argv) {
   Experiment experiment("impact", argc, argv);
+  Plot plot{.title = "Drops from random poses that have come to rest",
+            .x = {.label = "time since release [s]"},
+            .y = {.label = "share"}};
   for (const auto& mode : kModes) {
     if (experiment.quick() && mode.value != kDefaultMode.value) continue;
-    tilted_drops(experiment, mode);
+    const std::vector<double> times = tilted_drops(experiment, mode);
+    Series series{.name = mode.name};
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      const auto rested = static_cast<double>(i + 1), all = static_cast<double>(times.size());
+      series.points.emplace_back(times[i], rested / all);
+    }
+    plot.series.push_back(std::move(series));
   }
+  experiment.plot("rest", plot);
   return experiment.finish();
 }
 

@@ -14,6 +14,8 @@
 namespace aprsim::bench {
 namespace {
 
+constexpr int kMostIterations = 50;
+
 struct MujocoSettings {
   const char* name;
   double solref_s = 0.02;  ///< time constant of contacts; at least two steps
@@ -90,7 +92,7 @@ std::string model_xml(const scene::Scene& scene, const MujocoSettings& settings)
       numbers({300.0 * double(scene.trays.size())}) + "\"/><option timestep=\"" +
       numbers({scene.physics.step_s}) + "\" gravity=\"" +
       numbers({0, 0, -scene.physics.gravity_m_s2}) + "\"" + " iterations=\"" +
-      std::to_string(scene.physics.iterations) + "\"" +
+      std::to_string(kMostIterations) + "\"" +
       (settings.accurate ? " cone=\"elliptic\" impratio=\"10\" noslip_iterations=\"5\"" : "") +
       "/><default><geom solref=\"" + numbers({settings.solref_s, 1}) +
       "\"/></default><worldbody>\n";

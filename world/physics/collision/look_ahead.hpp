@@ -59,7 +59,7 @@ struct Way {
 template <class Generate>
 void find_ahead(const Way& way, std::vector<Contact>& out, const Generate& generate) {
   constexpr double kStride = 4.1e-4, kSamePlace = 2e-3;  // [m]
-  constexpr double kSameSide = 0.9;                    // cosine
+  constexpr double kSameSide = 0.9;                      // cosine
   constexpr int kMostStrides = 64;
   const std::size_t first = out.size();
   const double longest = way.longest_m();

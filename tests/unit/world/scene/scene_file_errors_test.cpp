@@ -15,7 +15,7 @@ TEST_F(SceneFileErrors, ModelFileThatIsNotThere) {
   EXPECT_EQ(scene.error().field, "robot_types.arm.model");
   EXPECT_EQ(scene.error().message,
             file +
-                ":27:12: robot_types.arm.model: found no file \"arm.urdf\", expected a robot "
+                ":29:12: robot_types.arm.model: found no file \"arm.urdf\", expected a robot "
                 "description in " +
                 directory_ + " or " + default_data_paths().models);
 }
