@@ -156,7 +156,7 @@ class Pushed : public testing::TestWithParam<int> {
   Pushed()
       : scene(load_scene("aprs")),
         model(*robot::load_arm_model(robot().model_file)),
-        cell(robot(), model, scene->physics) {
+        cell(*scene, static_cast<std::size_t>(GetParam()), model) {
     cell.apply(1, {GetParam(), api::InitRobot{}});
     step(20);
   }
@@ -171,7 +171,7 @@ class Pushed : public testing::TestWithParam<int> {
                           .partner = {api::ContactSide::Kind::kFixed, 0},
                           .on_gripper = true});
       }
-      cell.step(gripper, forces, description);
+      cell.step(gripper, forces, description, {});
     }
   }
   api::RobotSnapshot snapshot() const {
@@ -220,7 +220,7 @@ TEST_P(Pushed, AStateSavedInMidMotionGoesOnBitForBit) {
     std::vector<double> path;
     for (int i = 0; i < 600; ++i) {
       if (i == 300) which.apply(3, {GetParam(), api::StopMotion{api::StopKind::kNormal}});
-      which.step(gripper, {}, description);
+      which.step(gripper, {}, description, {});
       api::RobotSnapshot out;
       which.write(gripper, {}, out);
       for (const auto& joint : out.joints) {
@@ -233,7 +233,7 @@ TEST_P(Pushed, AStateSavedInMidMotionGoesOnBitForBit) {
   const auto first = go_on(cell);
   cell.restore(saved);
   EXPECT_EQ(go_on(cell), first);
-  world::SimulatedRobot other(robot(), model, scene->physics);
+  world::SimulatedRobot other(*scene, static_cast<std::size_t>(GetParam()), model);
   other.restore(saved);
   EXPECT_EQ(go_on(other), first);
 }

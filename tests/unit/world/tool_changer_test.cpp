@@ -13,7 +13,7 @@ namespace {
 using api::ActionState;
 using Eigen::Vector3d;
 
-constexpr int kFanuc = 0;
+constexpr int kWithChanger = 0;
 
 /// A recorded pose of the tool point in the robot's frame.
 Pose recorded(double x_mm, double y_mm, double z_mm, double rx_deg, double ry_deg, double rz_deg) {
@@ -35,11 +35,11 @@ Pose above(Pose pose, double by_m) {
 class AtHolder : public testing::Test {
  protected:
   AtHolder() {
-    cell_.act(kFanuc, api::InitRobot{});
-    cell_.act(kFanuc, api::MoveTo{approach_, false});
-    cell_.act(kFanuc, api::MoveTo{holder_, true});
+    cell_.act(kWithChanger, api::InitRobot{});
+    cell_.act(kWithChanger, api::MoveTo{approach_, false});
+    cell_.act(kWithChanger, api::MoveTo{holder_, true});
   }
-  [[nodiscard]] const api::RobotSnapshot& robot() const { return cell_.now.robots[kFanuc]; }
+  [[nodiscard]] const api::RobotSnapshot& robot() const { return cell_.now.robots[kWithChanger]; }
   [[nodiscard]] const api::ToolSnapshot& pincher() const { return cell_.now.tools[0]; }
 
   CellScript cell_{load_scene("aprs_lab")};
@@ -52,34 +52,34 @@ class AtHolder : public testing::Test {
 TEST_F(AtHolder, TheToolIsLeftInItAndTakenAgain) {
   ASSERT_EQ(robot().tool, 0);
   const Pose reported = robot().X_RT;
-  cell_.act(kFanuc, api::SetToolChanger{true});
+  cell_.act(kWithChanger, api::SetToolChanger{true});
   EXPECT_EQ(robot().tool, -1);
   EXPECT_FALSE(robot().tool_mounted);
   EXPECT_EQ(pincher().robot, -1);
   EXPECT_EQ(robot().X_RT.p, reported.p) << "one tool point";
   const Vector3d left = pincher().X_WT.p;
-  cell_.act(kFanuc, api::MoveTo{approach_, true});
+  cell_.act(kWithChanger, api::MoveTo{approach_, true});
   cell_.advance(500);
   EXPECT_TRUE(pincher().resting);
   EXPECT_LT((pincher().X_WT.p - left).norm(), 1.5e-3);
   // Closed up here it takes nothing, and nothing moves.
-  cell_.act(kFanuc, api::SetToolChanger{false});
+  cell_.act(kWithChanger, api::SetToolChanger{false});
   EXPECT_EQ(robot().action.description, "nothing taken: no tool is at the flange");
   EXPECT_EQ(robot().tool, -1);
-  cell_.act(kFanuc, api::SetToolChanger{true});
+  cell_.act(kWithChanger, api::SetToolChanger{true});
   // Two millimetres aside and a degree turned: the lock draws it in.
   Pose aside = holder_;
   aside.p += Vector3d(0.0015, -0.0015, 0);
   aside.q = Eigen::AngleAxisd(M_PI / 180, Vector3d::UnitZ()) * aside.q;
-  cell_.act(kFanuc, api::MoveTo{above(aside, 0.1), false});
-  cell_.act(kFanuc, api::MoveTo{aside, true});
-  cell_.act(kFanuc, api::SetToolChanger{false});
+  cell_.act(kWithChanger, api::MoveTo{above(aside, 0.1), false});
+  cell_.act(kWithChanger, api::MoveTo{aside, true});
+  cell_.act(kWithChanger, api::SetToolChanger{false});
   EXPECT_EQ(robot().tool, 0);
-  EXPECT_EQ(pincher().robot, kFanuc);
-  cell_.act(kFanuc, api::MoveTo{above(aside, 0.1), true});
+  EXPECT_EQ(pincher().robot, kWithChanger);
+  cell_.act(kWithChanger, api::MoveTo{above(aside, 0.1), true});
   cell_.advance(200);
   const auto& description = *cell_.world.description();
-  const auto& arm = description.robots[kFanuc];
+  const auto& arm = description.robots[kWithChanger];
   const Eigen::Isometry3d X_WF = arm.X_WB.isometry() * arm.X_BR.isometry() *
                                  robot().X_RT.isometry() * arm.tool_point_F->isometry().inverse();
   const Eigen::Isometry3d X_WT = X_WF * arm.X_FQ.isometry() * description.tools[0].X_QT.isometry();
@@ -89,14 +89,14 @@ TEST_F(AtHolder, TheToolIsLeftInItAndTakenAgain) {
 }
 
 TEST_F(AtHolder, OutOfTheCaptureRangeNothingIsTaken) {
-  cell_.act(kFanuc, api::SetToolChanger{true});
+  cell_.act(kWithChanger, api::SetToolChanger{true});
   Pose aside = holder_;
   aside.p.x() += 0.007;
   aside.p.z() += 0.002;
-  cell_.act(kFanuc, api::MoveTo{aside, true});
-  cell_.act(kFanuc, api::SetToolChanger{false});
+  cell_.act(kWithChanger, api::MoveTo{aside, true});
+  cell_.act(kWithChanger, api::SetToolChanger{false});
   EXPECT_EQ(robot().tool, -1);
-  EXPECT_THROW(cell_.act(kFanuc, api::SetGripper{0}), std::runtime_error);
+  EXPECT_THROW(cell_.act(kWithChanger, api::SetGripper{0}), std::runtime_error);
   EXPECT_NE(robot().action.description.find("no tool is on the robot"), std::string::npos);
 }
 
@@ -108,9 +108,9 @@ TEST_F(AtHolder, OpenCloseAndGripperBackToBack) {
     if (opened != 0 && closed == 0 && robot().tool == 0) closed = cell_.now.step;
   };
   const std::uint64_t begun = cell_.now.step;
-  cell_.world.apply(1001, api::RobotCommand{kFanuc, api::SetToolChanger{true}, {}});
-  cell_.world.apply(1002, api::RobotCommand{kFanuc, api::SetToolChanger{false}, {}});
-  cell_.world.apply(1003, api::RobotCommand{kFanuc, api::SetGripper{0}, {}});
+  cell_.world.apply(1001, api::RobotCommand{kWithChanger, api::SetToolChanger{true}, {}});
+  cell_.world.apply(1002, api::RobotCommand{kWithChanger, api::SetToolChanger{false}, {}});
+  cell_.world.apply(1003, api::RobotCommand{kWithChanger, api::SetGripper{0}, {}});
   bool done = false;
   for (int i = 0; i < 3000 && !done; ++i) {
     cell_.advance();
@@ -127,8 +127,8 @@ TEST_F(AtHolder, OpenCloseAndGripperBackToBack) {
 }
 
 TEST_F(AtHolder, AMoveWaitsForTheLock) {
-  cell_.world.apply(1001, api::RobotCommand{kFanuc, api::SetToolChanger{true}, {}});
-  cell_.act(kFanuc, api::MoveTo{above(holder_, 0.1), true});
+  cell_.world.apply(1001, api::RobotCommand{kWithChanger, api::SetToolChanger{true}, {}});
+  cell_.act(kWithChanger, api::MoveTo{above(holder_, 0.1), true});
   EXPECT_EQ(robot().tool, -1);
   EXPECT_LT((robot().X_RT.p - above(holder_, 0.1).p).norm(), 1e-6);
   cell_.advance(500);
@@ -136,10 +136,10 @@ TEST_F(AtHolder, AMoveWaitsForTheLock) {
 }
 
 TEST_F(AtHolder, AStopDropsWhatWaitsAndNotTheLock) {
-  cell_.world.apply(1001, api::RobotCommand{kFanuc, api::SetToolChanger{true}, {}});
+  cell_.world.apply(1001, api::RobotCommand{kWithChanger, api::SetToolChanger{true}, {}});
   cell_.advance(20);
-  cell_.world.apply(1002, api::RobotCommand{kFanuc, api::MoveTo{approach_, true}, {}});
-  cell_.act(kFanuc, api::StopMotion{});
+  cell_.world.apply(1002, api::RobotCommand{kWithChanger, api::MoveTo{approach_, true}, {}});
+  cell_.act(kWithChanger, api::StopMotion{});
   const Pose here = robot().X_RT;
   cell_.advance(600);
   EXPECT_EQ(robot().tool, -1);
@@ -147,9 +147,9 @@ TEST_F(AtHolder, AStopDropsWhatWaitsAndNotTheLock) {
 }
 
 TEST_F(AtHolder, SavedInTheMiddleItGoesOnBitForBit) {
-  cell_.world.apply(1001, api::RobotCommand{kFanuc, api::SetToolChanger{true}, {}});
-  cell_.world.apply(1002, api::RobotCommand{kFanuc, api::SetToolChanger{false}, {}});
-  cell_.world.apply(1003, api::RobotCommand{kFanuc, api::MoveTo{approach_, true}, {}});
+  cell_.world.apply(1001, api::RobotCommand{kWithChanger, api::SetToolChanger{true}, {}});
+  cell_.world.apply(1002, api::RobotCommand{kWithChanger, api::SetToolChanger{false}, {}});
+  cell_.world.apply(1003, api::RobotCommand{kWithChanger, api::MoveTo{approach_, true}, {}});
   cell_.advance(300);
   const world::WorldState state = cell_.world.save();
   cell_.advance(1500);
@@ -166,16 +166,16 @@ TEST_F(AtHolder, SavedInTheMiddleItGoesOnBitForBit) {
 
 TEST(ToolChanger, OpenedInTheAirTheGripperFalls) {
   CellScript cell(load_scene("aprs"));
-  const auto& now = cell.now.robots[kFanuc];
-  const auto& tool = cell.now.tools[kFanuc];
-  ASSERT_EQ(now.tool, kFanuc);
-  cell.act(kFanuc, api::InitRobot{});
+  const auto& now = cell.now.robots[kWithChanger];
+  const auto& tool = cell.now.tools[kWithChanger];
+  ASSERT_EQ(now.tool, kWithChanger);
+  cell.act(kWithChanger, api::InitRobot{});
   const double height = tool.X_WT.p.z();
   const double torque = now.joints[1].torque_nm;
   const Pose with_tool = now.X_RT;
   // Back to back: it is gone before the lock closes.
-  cell.world.apply(1001, api::RobotCommand{kFanuc, api::SetToolChanger{true}, {}});
-  cell.act(kFanuc, api::SetToolChanger{false});
+  cell.world.apply(1001, api::RobotCommand{kWithChanger, api::SetToolChanger{true}, {}});
+  cell.act(kWithChanger, api::SetToolChanger{false});
   EXPECT_EQ(now.action.description, "nothing taken: no tool is at the flange");
   cell.advance(2000);
   EXPECT_EQ(now.tool, -1);
@@ -189,25 +189,25 @@ TEST(ToolChanger, OpenedInTheAirTheGripperFalls) {
 
 TEST(ToolChanger, WhatTheGripperHeldFallsWithIt) {
   CellScript cell(load_scene("aprs"));
-  const auto& now = cell.now.robots[kFanuc];
+  const auto& now = cell.now.robots[kWithChanger];
   const std::string gear = "part_large_gear_1";
-  const auto& description = cell.world.description()->robots[kFanuc];
+  const auto& description = cell.world.description()->robots[kWithChanger];
   const Eigen::Isometry3d X_RW =
       (description.X_WB.isometry() * description.X_BR.isometry()).inverse();
   const double grip_z = cell.world.description()->bodies[cell.body(gear)].disc_height_m + 0.004;
   const Vector3d at = cell.X_WB(gear).translation() + Vector3d(0, 0, grip_z);
   const auto move = [&](double up, bool straight) {
-    cell.act(kFanuc,
+    cell.act(kWithChanger,
              api::MoveTo{Pose::from(X_RW * tool_down(at + Vector3d(0, 0, up), 0)), straight});
   };
-  cell.act(kFanuc, api::InitRobot{});
+  cell.act(kWithChanger, api::InitRobot{});
   move(0.06, false);
   move(0, true);
-  cell.act(kFanuc, api::SetGripper{0});
+  cell.act(kWithChanger, api::SetGripper{0});
   move(0.12, true);
   ASSERT_TRUE(now.gripper.holding);
   const double height = cell.X_WB(gear).translation().z();
-  cell.act(kFanuc, api::SetToolChanger{true});
+  cell.act(kWithChanger, api::SetToolChanger{true});
   EXPECT_FALSE(now.gripper.holding);
   EXPECT_EQ(now.gripper.held_body, -1);
   cell.advance(3000);

@@ -5,6 +5,7 @@
 
 #include "world/physics/collision/circle_maxima.hpp"
 #include "world/physics/collision/frustum_contact.hpp"
+#include "world/physics/collision/length.hpp"
 
 namespace aprsim::physics::detail {
 namespace {
@@ -32,7 +33,7 @@ double touch_deepest(const Piece& piece, const CircleBasis& basis, double circle
   double longest = 0;
   const auto way_at = [&](double angle) {
     const Vector3d q = basis.at(angle);
-    return way_out(piece, std::hypot(q.x(), q.y()), q.z());
+    return way_out(piece, length(q.x(), q.y()), q.z());
   };
   const RingRadius radius{circle_r, std::max(1e-6, std::min(piece.r0, piece.r1))};
   ring_maxima(ways, radius, way_at, [&](double angle) {
@@ -52,7 +53,7 @@ void touch_end(double z_end, double r_end, double outward, double longest, const
   for (std::size_t i = 0; i < kRingSamples; ++i) inside[i] = r_end - radii[i];
   const auto inside_at = [&](double angle) {
     const Vector3d q = basis.at(angle);
-    return r_end - std::hypot(q.x(), q.y());
+    return r_end - length(q.x(), q.y());
   };
   ring_crossings(inside, inside_at, [&](double angle) {
     const Vector3d q = basis.at(angle);
@@ -67,7 +68,7 @@ struct CircleBounds {
 
   explicit CircleBounds(const Circle& circle) {
     const double sine = std::sqrt(std::max(0.0, 1 - circle.axis.z() * circle.axis.z()));
-    const double m = std::hypot(circle.c.x(), circle.c.y());
+    const double m = length(circle.c.x(), circle.c.y());
     z_min = circle.c.z() - circle.r * sine;
     z_max = circle.c.z() + circle.r * sine;
     r_min = std::max({0.0, circle.r * std::abs(circle.axis.z()) - m, m - circle.r});

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "world/physics/collision/length.hpp"
+
 namespace aprsim::physics::detail {
 namespace {
 
@@ -51,7 +53,7 @@ WayOut way_out(const Piece& piece, double r, double z) {
 
 void add_side_point(const Piece& piece, const Vector3d& q, const Isometry3d& X_SG,
                     Candidates& out) {
-  const double r = std::hypot(q.x(), q.y());
+  const double r = length(q.x(), q.y());
   const double depth = (piece.radius(q.z()) - r) * piece.cosine;
   if (r < 1e-12) return;
   out.add(X_SG * q, -(X_SG.linear() * side_normal(piece, q, r)), depth);
@@ -59,7 +61,7 @@ void add_side_point(const Piece& piece, const Vector3d& q, const Isometry3d& X_S
 
 void add_edge_point(const Piece& piece, const Vector3d& q, const Vector3d& d,
                     const Isometry3d& X_SG, Candidates& out) {
-  const double r = std::hypot(q.x(), q.y());
+  const double r = length(q.x(), q.y());
   const double side = (piece.radius(q.z()) - r) * piece.cosine, end = piece.to_end(q.z());
   const double least = std::min(side, end);
   if (least <= 0 || r < 1e-12) return;

@@ -3,6 +3,7 @@
 
 #include "world/physics/collision/circle_edge_vs_gear.hpp"
 #include "world/physics/collision/gear_vs_prism.hpp"
+#include "world/physics/collision/length.hpp"
 #include "world/physics/collision/narrow_phase.hpp"
 #include "world/scene/part_shapes.hpp"
 
@@ -28,7 +29,7 @@ struct NearPockets {
 void find_near_pockets(const detail::GearShape& gear, const Isometry3d& X_PG,
                        const scene::TrayType& tray, NearPockets& near) {
   const Vector3d centre = X_PG * Vector3d(0, 0, 0.5 * (gear.z_low + gear.z_high));
-  const double radius = std::hypot(gear.r_max, 0.5 * (gear.z_high - gear.z_low));
+  const double radius = length(gear.r_max, 0.5 * (gear.z_high - gear.z_low));
   for (const scene::Slot& slot : tray.slots) {
     const scene::Pocket& p = slot.pocket;
     // Bound of the mouth without a tangent: chamfers are at most as wide as 6 times their depth.

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "world/physics/collision/circle_edge_vs_gear.hpp"
+#include "world/physics/collision/length.hpp"
 #include "world/physics/collision/narrow_phase.hpp"
 #include "world/physics/collision/rim_vs_pocket.hpp"
 
@@ -43,8 +44,8 @@ bool bounds_overlap(const Piece& a, const Piece& b, const Isometry3d& X_BA) {
   const Interval h = height_in_b(a, X_BA);
   if (h.hi <= b.z0 || h.lo >= b.z1) return false;
   const Vector3d ca = X_BA * Vector3d(0, 0, 0.5 * (a.z0 + a.z1));
-  const double ra = std::hypot(std::max(a.r0, a.r1), 0.5 * (a.z1 - a.z0));
-  return std::hypot(ca.x(), ca.y()) < ra + std::max(b.r0, b.r1);
+  const double ra = length(std::max(a.r0, a.r1), 0.5 * (a.z1 - a.z0));
+  return length(ca.x(), ca.y()) < ra + std::max(b.r0, b.r1);
 }
 
 /// Two cylinders standing side by side: the ends of the line along which they touch. False when
@@ -59,11 +60,11 @@ bool side_by_side(const Piece& a, const Piece& b, const Isometry3d& X_BA, Candid
   const auto axis_of_a = [&](double z) { return Vector3d(c + (z - c.z()) / u.z() * u); };
   const Vector3d middle = axis_of_a(0.5 * (lo + hi));
   // Where another way out is shorter, the general search finds it.
-  const double overlap = a.r0 + b.r0 - std::hypot(middle.x(), middle.y());
+  const double overlap = a.r0 + b.r0 - length(middle.x(), middle.y());
   if (overlap >= std::min({hi - lo, a.r0, b.r0})) return false;
   for (const double z : {lo, hi}) {
     const Vector3d q = axis_of_a(z);
-    const double distance = std::hypot(q.x(), q.y());
+    const double distance = length(q.x(), q.y());
     if (distance < 1e-9) continue;
     const Vector3d n(-q.x() / distance, -q.y() / distance, 0);
     const double depth = a.r0 + b.r0 - distance;
@@ -80,7 +81,7 @@ void crossing_sides(const Piece& a, const Piece& b, const Isometry3d& X_BA, Cand
   const double s = (c.z() * u.z() - c.dot(u)) / (1 - u.z() * u.z());
   const Vector3d on_a = c + s * u;
   if (s < a.z0 || s > a.z1 || on_a.z() < b.z0 || on_a.z() > b.z1) return;
-  const double distance = std::hypot(on_a.x(), on_a.y());
+  const double distance = length(on_a.x(), on_a.y());
   const double depth = a.r0 + b.r0 - distance;
   if (distance < 1e-9 || depth <= 0 || depth > std::min(a.r0, b.r0)) return;
   const Vector3d n(-on_a.x() / distance, -on_a.y() / distance, 0);
@@ -97,7 +98,7 @@ void rim_on_end(const detail::RimS& rim, const Piece& b, double z_end, double r_
   for (const Vector3d& d : {d1, d2, Vector3d(-d1), Vector3d(-d2)}) {
     const Vector3d p = rim.c + rim.r * d;
     const double depth = outward * (z_end - p.z());
-    const double sideways = r_end - std::hypot(p.x(), p.y());
+    const double sideways = r_end - length(p.x(), p.y());
     if (depth < sideways && depth < 0.5 * (b.z1 - b.z0)) out.add(p, -face, depth);
   }
 }

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "world/physics/collision/circle_maxima.hpp"
+#include "world/physics/collision/length.hpp"
 #include "world/physics/collision/rim_vs_pocket.hpp"
 #include "world/physics/collision/straight_edge_vs_gear.hpp"
 
@@ -170,10 +171,10 @@ RimPockets pockets_of(const RimS& rim, std::span<const PocketProfile> pockets) {
 bool held_by_pockets(const RimPockets& near, const Vector3d& p, double depth) {
   for (int i = 0; i < near.count; ++i) {
     const PocketProfile& pocket = *near.touching[static_cast<std::size_t>(i)];
-    const double r = std::hypot(p.x() - pocket.x, p.y() - pocket.y);
+    const double r = length(p.x() - pocket.x, p.y() - pocket.y);
     const double below = -pocket.depth - p.z();
     const double to_void = below < 0 ? pocket.behind_side(r, p.z())
-                                     : std::hypot(below, std::max(0.0, r - pocket.r_floor));
+                                     : length(below, std::max(0.0, r - pocket.r_floor));
     if (to_void < depth) return false;
   }
   return true;
@@ -268,7 +269,7 @@ bool in_material(const Pair& pair, const Vector3d& p) {
     if (pair.planes[static_cast<std::size_t>(i)].under(p) < -kSurface) return false;
   }
   for (const PocketProfile& pocket : pair.pockets) {
-    const double r = std::hypot(p.x() - pocket.x, p.y() - pocket.y);
+    const double r = length(p.x() - pocket.x, p.y() - pocket.y);
     if (p.z() > -pocket.depth && pocket.behind_side(r, p.z()) < 0) return false;
   }
   return true;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "world/physics/collision/circle_maxima.hpp"
+#include "world/physics/collision/length.hpp"
 
 namespace aprsim::physics::detail {
 namespace {
@@ -72,7 +73,7 @@ void anchor_directions(const RimS& rim, const Vector3d& n, double sine, Vector3d
 }
 
 RimInPocket rim_in_pocket(const RimS& rim, const PocketProfile& pocket) {
-  const double off = std::hypot(rim.c.x() - pocket.x, rim.c.y() - pocket.y);
+  const double off = length(rim.c.x() - pocket.x, rim.c.y() - pocket.y);
   if (off - rim.r > pocket.r_mouth || rim.r * std::abs(rim.u.z()) - off > pocket.r_mouth) {
     return RimInPocket::kApart;
   }
@@ -101,7 +102,7 @@ void rim_on_pocket_side(const RimS& rim, const PocketProfile& pocket, const Slab
   const auto way_at = [&](double angle) { return way_of(basis.at(angle)); };
   ring_maxima(ways, {rim.r, std::max(1e-6, pocket.r_floor)}, way_at, [&](double angle) {
     const Vector3d p = basis.at(angle);
-    const double x = p.x() - pocket.x, y = p.y() - pocket.y, r = std::hypot(x, y);
+    const double x = p.x() - pocket.x, y = p.y() - pocket.y, r = length(x, y);
     const WayOut way = way_into(pocket, slab, p, r);
     if (way.depth <= 0 || r < 1e-12 || way.kind == kElsewhere) return;
     Vector3d n = Vector3d::UnitZ();
@@ -125,7 +126,7 @@ void rim_on_pocket_floor(const RimS& rim, const PocketProfile& pocket, const Sla
   for (const Vector3d& d : {d1, d2, Vector3d(-d1), Vector3d(-d2)}) {
     const Vector3d p = rim.c + rim.r * d;
     if (p.z() > slab.z0 &&
-        std::hypot(p.x() - pocket.x, p.y() - pocket.y) < pocket.r_floor + kCornerReach) {
+        length(p.x() - pocket.x, p.y() - pocket.y) < pocket.r_floor + kCornerReach) {
       out.add(p, Vector3d::UnitZ(), -pocket.depth - p.z());
     }
   }

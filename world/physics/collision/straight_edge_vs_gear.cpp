@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "world/physics/collision/frustum_contact.hpp"
+#include "world/physics/collision/length.hpp"
 
 namespace aprsim::physics::detail {
 namespace {
@@ -25,7 +26,7 @@ struct Edge {
 
   [[nodiscard]] Vector3d at(double t) const { return p + t * d; }
   [[nodiscard]] double r(double t) const {
-    return std::hypot(p.x() + t * d.x(), p.y() + t * d.y());
+    return physics::length(p.x() + t * d.x(), p.y() + t * d.y());
   }
   [[nodiscard]] double z(double t) const { return p.z() + t * d.z(); }
 };

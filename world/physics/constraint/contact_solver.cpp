@@ -5,6 +5,8 @@
 
 #include <Eigen/Geometry>
 
+#include "world/physics/collision/length.hpp"
+
 namespace aprsim::physics {
 namespace {
 
@@ -45,7 +47,7 @@ Matrix3 frame_of(const Vector3& n) {
 /// Projection of z onto the cone |x_t| <= mu x_n in the metric diag(D_n, D_t, D_t); `gain`, if
 /// wanted, is its derivative times diag(D)^-1.
 Vector3 project_cone(const Vector3& z, double mu, double D_n, double D_t, Matrix3* gain) {
-  const double across = std::hypot(z.y(), z.z());
+  const double across = length(z.y(), z.z());
   // Scaled so that the metric is the unit one: the cone's slope changes with it.
   const double root_n = std::sqrt(D_n), root_t = std::sqrt(D_t);
   const double slope = mu * root_t / root_n;
@@ -76,14 +78,14 @@ Vector3 project_cone(const Vector3& z, double mu, double D_n, double D_t, Matrix
 /// Projection of a vector onto a disc.
 void project_disc(double& y, double& z, double radius, double gain, double* g_yy, double* g_yz,
                   double* g_zz) {
-  const double length = std::hypot(y, z);
-  if (length <= radius) {
+  const double before = length(y, z);
+  if (before <= radius) {
     *g_yy = *g_zz = gain;
     *g_yz = 0;
     return;
   }
-  const double share = radius / length;
-  const double ty = y / length, tz = z / length;
+  const double share = radius / before;
+  const double ty = y / before, tz = z / before;
   *g_yy = gain * share * tz * tz;
   *g_zz = gain * share * ty * ty;
   *g_yz = -gain * share * ty * tz;
@@ -273,12 +275,12 @@ double ContactSolver::residual() {
   for (const Contact& c : contacts_) {
     if (!(c.W_n > 0)) continue;
     Vector3 y = c.y;
-    y.x() += c.softness * c.x.x() + c.friction * std::hypot(y.y(), y.z());
+    y.x() += c.softness * c.x.x() + c.friction * length(y.y(), y.z());
     y.tail<2>() += kHardTangent * c.W_t * c.x.tail<2>();
     const Vector3 z = c.x - Vector3(y.x() / c.W_n, y.y() / c.W_t, y.z() / c.W_t);
     const Vector3 off = c.x - project_cone(z, c.friction, c.W_n, c.W_t, nullptr);
     // What slides fast needs no more than a share of its speed.
-    const double slack = kSlidingShare * std::hypot(c.y.y(), c.y.z());
+    const double slack = kSlidingShare * length(c.y.y(), c.y.z());
     worst = std::max({worst, c.W_n * std::abs(off.x()) - slack, c.W_t * std::abs(off.y()) - slack,
                       c.W_t * std::abs(off.z()) - slack});
     if (!c.turns) continue;
@@ -293,7 +295,7 @@ double ContactSolver::residual() {
       double u = c.torque.y() - c.turn.y() / c.W_roll, w = c.torque.z() - c.turn.z() / c.W_roll;
       double unused[3];
       project_disc(u, w, c.rolling * c.x.x(), 1, unused, unused + 1, unused + 2);
-      worst = std::max(worst, kLever * c.W_roll * std::hypot(c.torque.y() - u, c.torque.z() - w));
+      worst = std::max(worst, kLever * c.W_roll * length(c.torque.y() - u, c.torque.z() - w));
     }
   }
   return worst;
@@ -340,7 +342,7 @@ void ContactSolver::sweep(Contact& c) {
   if (c.a != kFixed) v += at(c.a).twist.v + at(c.a).twist.omega.cross(c.lever_a);
   if (c.b != kFixed) v -= at(c.b).twist.v + at(c.b).twist.omega.cross(c.lever_b);
   Vector3 y = c.frame * v - c.target;
-  y.x() += c.softness * c.x.x() + c.friction * std::hypot(y.y(), y.z());
+  y.x() += c.softness * c.x.x() + c.friction * length(y.y(), y.z());
   y.tail<2>() += kHardTangent * c.W_t * c.x.tail<2>();
   const double D_n = c.W_n + c.softness;
   const Vector3 z = c.x - Vector3(y.x() / D_n, y.y() / c.W_t, y.z() / c.W_t);
@@ -392,7 +394,7 @@ void ContactSolver::recentre() {
 }
 
 void ContactSolver::recentre_slip() {
-  for (Contact& c : contacts_) c.slip = c.friction * std::hypot(c.y.y(), c.y.z());
+  for (Contact& c : contacts_) c.slip = c.friction * length(c.y.y(), c.y.z());
 }
 
 ContactSolver::Outcome ContactSolver::solve(const Settings& settings) {
@@ -515,7 +517,7 @@ void ContactSolver::evaluate_impulses(double along) {
   for (Contact& c : contacts_) {
     if (!(c.D_n > 0)) continue;
     Vector3 y = c.y + along * c.rate;
-    const double across = std::hypot(y.y(), y.z());
+    const double across = length(y.y(), y.z());
     if (exact_) c.slip = c.friction * across;
     y.x() += c.slip;
     const double soft_t = kHardTangent * c.W_t;

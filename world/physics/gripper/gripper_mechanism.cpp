@@ -466,9 +466,16 @@ Eigen::Vector3d GripperMechanism::carried_velocity(const Eigen::Vector3d& p_W) c
 Moving GripperMechanism::moving(int i) const {
   const auto& box = part(i);
   Moving out{.p_W = box.X_WS.translation(), .reach_m = 0.5 * box.size.norm()};
-  dBodyID body = joints_.bodies[static_cast<std::size_t>(i)];
-  out.v_W = now_.idle ? carried_velocity(out.p_W) : ode::vector(dBodyGetLinearVel(body));
-  out.omega_W = now_.idle ? now_.omega : ode::vector(dBodyGetAngularVel(body));
+  if (now_.idle) {
+    out.v_W = carried_velocity(out.p_W);
+    out.omega_W = now_.omega;
+    return out;
+  }
+  // A cup is part of the palm.
+  dBodyID body = joints_.bodies[joints_.fingers ? static_cast<std::size_t>(i) : 0];
+  out.omega_W = ode::vector(dBodyGetAngularVel(body));
+  out.v_W = ode::vector(dBodyGetLinearVel(body)) +
+            out.omega_W.cross(out.p_W - ode::vector(dBodyGetPosition(body)));
   return out;
 }
 

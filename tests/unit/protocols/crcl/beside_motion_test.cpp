@@ -286,7 +286,8 @@ TEST_F(ToolChange, OpenCloseAndGripperBackToBackAreDoneInTheirOrder) {
 
 TEST_F(ToolChange, AwayFromTheToolTheGripperIsRefusedAndTheRobotGoesOn) {
   run(++id_, "OpenToolChangerType");
-  run(++id_, "MoveToType", move(start_));
+  // The point that goes there is now the flange.
+  run(++id_, "MoveToType", move(start_, true, 500));
   const std::int64_t close = ++id_;
   expect(run(close, "CloseToolChangerType"), close, CommandState::kDone,
          "nothing taken: no tool is at the flange");

@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 using SolverContact = ContactSolver::ContactDescription;
 using Twist = ContactSolver::Twist;
 
-constexpr int kGround = ContactSolver::kFixed;
+constexpr int kNoBody = ContactSolver::kFixed;
 const Matrix3d kSmallInertia = 1e-3 * Matrix3d::Identity();
 
 /// Bodies and contacts as they were given to the solver.
@@ -59,7 +59,7 @@ class RandomProblems {
         const int other = whole(-1, i - 1);
         SolverContact contact;
         contact.a = i;
-        contact.b = other < 0 ? kGround : other;
+        contact.b = other < 0 ? kNoBody : other;
         contact.p = problem.bodies.back().com + vector(size);
         contact.n = (Vector3d(0, 0, 1) + vector(0.4)).normalized();
         contact.friction = whole(0, 4) == 0 ? 0 : real(0.05, 0.6);
