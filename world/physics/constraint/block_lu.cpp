@@ -1,9 +1,63 @@
 #include "world/physics/constraint/block_lu.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 
 namespace aprsim::physics {
 namespace {
+
+using Block = BlockLu::Block;
+
+// Loops of fixed length by columns, which compilers turn into vector code; Eigen's products of this
+// size take the way of large ones.
+
+/// out += sign * a b.
+inline void add_product(double sign, const Block& a, const Block& b, Block& out) {
+  for (int j = 0; j < 6; ++j) {
+    double column[6];
+    for (int i = 0; i < 6; ++i) column[i] = out(i, j);
+    for (int k = 0; k < 6; ++k) {
+      const double factor = sign * b(k, j);
+      for (int i = 0; i < 6; ++i) column[i] += a(i, k) * factor;
+    }
+    for (int i = 0; i < 6; ++i) out(i, j) = column[i];
+  }
+}
+
+/// Gauss-Jordan with exchanges of rows, in place. False for a singular one.
+bool invert(Block& m) {
+  std::array<int, 6> exchanged;
+  for (int k = 0; k < 6; ++k) {
+    int pivot = k;
+    for (int i = k + 1; i < 6; ++i) {
+      if (std::abs(m(i, k)) > std::abs(m(pivot, k))) pivot = i;
+    }
+    exchanged[static_cast<std::size_t>(k)] = pivot;
+    if (pivot != k) {
+      for (int j = 0; j < 6; ++j) std::swap(m(k, j), m(pivot, j));
+    }
+    if (!(std::abs(m(k, k)) > 0)) return false;
+    const double inverse = 1 / m(k, k);
+    m(k, k) = 1;
+    for (int j = 0; j < 6; ++j) m(k, j) *= inverse;
+    double factor[6];
+    for (int i = 0; i < 6; ++i) {
+      factor[i] = i == k ? 0 : m(i, k);
+      if (i != k) m(i, k) = 0;
+    }
+    for (int j = 0; j < 6; ++j) {
+      const double of_row = m(k, j);
+      for (int i = 0; i < 6; ++i) m(i, j) -= factor[i] * of_row;
+    }
+  }
+  for (int k = 5; k >= 0; --k) {
+    const int pivot = exchanged[static_cast<std::size_t>(k)];
+    if (pivot == k) continue;
+    for (int i = 0; i < 6; ++i) std::swap(m(i, k), m(i, pivot));
+  }
+  return true;
+}
 
 /// Keeps a sorted list of different numbers.
 void insert_sorted(std::vector<int>& list, int value) {
@@ -60,7 +114,6 @@ void BlockLu::choose_order(int count) {
   }
   blocks_.resize(at(blocks));
   upper_.resize(at(blocks));
-  pivots_.resize(at(count));
   // Rows stand in order of elimination, so that a product's later body is its row.
   for (Column& column : columns_) {
     const auto first = rows_.begin() + column.first;
@@ -92,18 +145,26 @@ void BlockLu::set_zero() {
   for (Block& block : upper_) block.setZero();
 }
 
+void BlockLu::keep() {
+  kept_blocks_ = blocks_;
+  kept_upper_ = upper_;
+}
+
+void BlockLu::restore() {
+  blocks_ = kept_blocks_;
+  upper_ = kept_upper_;
+}
+
 /// Right-looking: a finished column is subtracted from what is left. Of the pivots' rows L keeps
 /// A_ij U_jj^-1 ..., that is A_ij A_jj^-1, and U its rows as they are.
 bool BlockLu::factorise() {
   for (const Column& column : columns_) {
-    auto& pivot = pivots_[at(column.body)];
-    pivot.compute(blocks_[at(column.body)]);
-    if (!(pivot.matrixLU().diagonal().cwiseAbs().minCoeff() > 0)) return false;
-    const Block inverse = pivot.inverse();
-    blocks_[at(column.body)] = inverse;
+    Block& pivot = blocks_[at(column.body)];
+    if (!invert(pivot)) return false;
     for (int i = 0; i < column.count; ++i) {
       Block& below = blocks_[at(rows_[at(column.first + i)].block)];
-      const Block scaled = below * inverse;
+      Block scaled = Block::Zero();
+      add_product(1, below, pivot, scaled);
       below = scaled;
     }
     int update = column.first_update;
@@ -112,10 +173,10 @@ bool BlockLu::factorise() {
       for (int k = 0; k < i; ++k) {
         const std::size_t b = at(rows_[at(column.first + k)].block);
         const std::size_t target = at(updates_[at(update++)]);
-        blocks_[target].noalias() -= blocks_[a] * upper_[b];
-        upper_[target].noalias() -= blocks_[b] * upper_[a];
+        add_product(-1, blocks_[a], upper_[b], blocks_[target]);
+        add_product(-1, blocks_[b], upper_[a], upper_[target]);
       }
-      blocks_[at(updates_[at(update++)])].noalias() -= blocks_[a] * upper_[a];
+      add_product(-1, blocks_[a], upper_[a], blocks_[at(updates_[at(update++)])]);
     }
   }
   return true;

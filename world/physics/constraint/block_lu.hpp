@@ -6,7 +6,6 @@
 #include <vector>
 
 #include <Eigen/Core>
-#include <Eigen/LU>
 
 namespace aprsim::physics {
 
@@ -34,6 +33,10 @@ class BlockLu {
   [[nodiscard]] Place place(std::size_t i) const { return places_[i]; }
 
   void set_zero();
+  /// Remembers the numbers as they are; forgotten by analyse().
+  void keep();
+  /// What was kept.
+  void restore();
   [[nodiscard]] Block& diagonal(int i) { return blocks_[at(i)]; }
   /// The block (first, second) of a pair, and (second, first).
   [[nodiscard]] Block& forward(const Place& place) {
@@ -63,7 +66,7 @@ class BlockLu {
   [[nodiscard]] int find_block(int row, int column) const;
 
   std::vector<Block> blocks_, upper_;  // diagonal ones by body, then those below and beside
-  std::vector<Eigen::PartialPivLU<Block>> pivots_;  // by body
+  std::vector<Block> kept_blocks_, kept_upper_;
   std::vector<Place> places_;
   std::vector<Column> columns_;  // in order of elimination
   std::vector<Row> rows_;

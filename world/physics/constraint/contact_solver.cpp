@@ -18,6 +18,7 @@ constexpr double kEpsilonPerSpeed = 10;       // [s/m], of the first residual
 constexpr double kFast = 3e-3;                // share of the residual that a good outer step leaves
 constexpr double kMilder = 3, kGently = 0.3;  // changes of epsilon after a failure
 constexpr int kSweeps = 8;
+constexpr double kFarOff = 1e-2;  // [m/s], of a residual that sweeps bring down
 constexpr int kMostInner = 12, kFewInner = 5;
 constexpr int kMostLineSearch = 20, kMostHalvings = 6;
 constexpr double kLeastProgress = 0.02;
@@ -42,6 +43,58 @@ Matrix3 frame_of(const Vector3& n) {
   frame.row(1) = t1.transpose();
   frame.row(2) = n.cross(t1).transpose();
   return frame;
+}
+
+/// frame' gain frame.
+inline Matrix3 rotated(const Matrix3& frame, const Matrix3& gain) {
+  Matrix3 half;
+  for (int j = 0; j < 3; ++j) {
+    half.col(j) =
+        gain.col(0) * frame(0, j) + gain.col(1) * frame(1, j) + gain.col(2) * frame(2, j);
+  }
+  Matrix3 out;
+  for (int j = 0; j < 3; ++j) {
+    for (int i = 0; i < 3; ++i) {
+      out(i, j) =
+          frame(0, i) * half(0, j) + frame(1, i) * half(1, j) + frame(2, i) * half(2, j);
+    }
+  }
+  return out;
+}
+
+/// Adds sign * P_r' K P_s, where P_r = (1, -[r]) gives the velocity of the point at the lever r.
+inline void add_point(double sign, const Matrix3& K, const Vector3& r, const Vector3& s,
+                      BlockLu::Block& out) {
+  Matrix3 Ks, rK, rKs;  // K [s], [r] K, [r] K [s]
+  for (int i = 0; i < 3; ++i) {
+    const double x = K(i, 0), y = K(i, 1), z = K(i, 2);
+    Ks(i, 0) = y * s.z() - z * s.y();
+    Ks(i, 1) = z * s.x() - x * s.z();
+    Ks(i, 2) = x * s.y() - y * s.x();
+  }
+  for (int j = 0; j < 3; ++j) {
+    rK(0, j) = r.y() * K(2, j) - r.z() * K(1, j);
+    rK(1, j) = r.z() * K(0, j) - r.x() * K(2, j);
+    rK(2, j) = r.x() * K(1, j) - r.y() * K(0, j);
+    rKs(0, j) = r.y() * Ks(2, j) - r.z() * Ks(1, j);
+    rKs(1, j) = r.z() * Ks(0, j) - r.x() * Ks(2, j);
+    rKs(2, j) = r.x() * Ks(1, j) - r.y() * Ks(0, j);
+  }
+  for (int j = 0; j < 3; ++j) {
+    for (int i = 0; i < 3; ++i) {
+      out(i, j) += sign * K(i, j);
+      out(i, j + 3) -= sign * Ks(i, j);
+      out(i + 3, j) += sign * rK(i, j);
+      out(i + 3, j + 3) -= sign * rKs(i, j);
+    }
+  }
+}
+
+/// Adds a b'.
+inline void add_outer(const BlockLu::Vector6& a, const BlockLu::Vector6& b, BlockLu::Block& out) {
+  for (int j = 0; j < 6; ++j) {
+    for (int i = 0; i < 6; ++i) out(i, j) += a(i) * b(j);
+  }
 }
 
 /// Projection of z onto the cone |x_t| <= mu x_n in the metric diag(D_n, D_t, D_t); `gain`, if
@@ -206,6 +259,7 @@ void ContactSolver::prepare() {
   best_rows_.resize(rows_.size());
   best_contacts_.resize(contacts_.size());
   best_torques_.resize(contacts_.size());
+  rows_kept_ = false;
 }
 
 /// V = V_free + M^-1 J' x.
@@ -400,11 +454,10 @@ void ContactSolver::recentre_slip() {
 ContactSolver::Outcome ContactSolver::solve(const Settings& settings) {
   Outcome outcome;
   if (moving_.empty()) return {.converged = true};
-  prepare();
   outcome.residual_m_s = residual();
-  for (int i = 0; i < kSweeps && outcome.residual_m_s > settings.tolerance_m_s; ++i) {
-    sweep(i % 2 == 1);
-    if (i + 1 == kSweeps) outcome.residual_m_s = residual();
+  if (outcome.residual_m_s > kFarOff) {
+    for (int i = 0; i < kSweeps; ++i) sweep(i % 2 == 1);
+    outcome.residual_m_s = residual();
   }
   if (outcome.residual_m_s <= settings.tolerance_m_s) {
     outcome.converged = true;
@@ -414,6 +467,7 @@ ContactSolver::Outcome ContactSolver::solve(const Settings& settings) {
 }
 
 ContactSolver::Outcome ContactSolver::iterate(double first_residual_m_s, const Settings& settings) {
+  prepare();
   Outcome outcome;
   double present = first_residual_m_s;
   double best = present, before = present;
@@ -591,6 +645,38 @@ ContactSolver::Gradient ContactSolver::find_gradient() {
 
 /// (M + J' G J) d = -gradient.
 bool ContactSolver::find_direction() {
+  fill_rows();
+  for (const Contact& c : contacts_) {
+    if (c.gain(0, 0) == 0 && c.gain(1, 1) == 0) continue;
+    const Matrix3 K = rotated(c.frame, c.gain);
+    const int a = c.a == kFixed ? -1 : at(c.a).unknown, b = c.b == kFixed ? -1 : at(c.b).unknown;
+    if (a >= 0) add_point(1, K, c.lever_a, c.lever_a, matrix_.diagonal(a));
+    if (b >= 0) add_point(1, K, c.lever_b, c.lever_b, matrix_.diagonal(b));
+    if (c.place >= 0) {
+      const auto place = matrix_.place(index(c.place));
+      add_point(-1, K, c.lever_a, c.lever_b, matrix_.forward(place));
+      add_point(-1, K, c.lever_b, c.lever_a, matrix_.backward(place));
+    }
+    if (!c.turns) continue;
+    const Matrix3 K_turn = rotated(c.frame, c.turn_gain);
+    if (a >= 0) matrix_.diagonal(a).bottomRightCorner<3, 3>() += K_turn;
+    if (b >= 0) matrix_.diagonal(b).bottomRightCorner<3, 3>() += K_turn;
+    if (c.place < 0) continue;
+    const auto place = matrix_.place(index(c.place));
+    matrix_.forward(place).bottomRightCorner<3, 3>() -= K_turn;
+    matrix_.backward(place).bottomRightCorner<3, 3>() -= K_turn;
+  }
+  if (!matrix_.factorise()) return false;
+  for (std::size_t i = 0; i < gradient_.size(); ++i) direction_[i] = -gradient_[i];
+  matrix_.solve(direction_);
+  return true;
+}
+
+/// The part of bodies and rows, as long as no bound of a row comes or goes the same for a centre.
+void ContactSolver::fill_rows() {
+  bool same = rows_kept_;
+  for (const Row& row : rows_) same = same && row.now.gain == row.kept_gain;
+  if (same) return matrix_.restore();
   matrix_.set_zero();
   for (const int i : moving_) {
     const Body& body = at(i);
@@ -598,53 +684,29 @@ bool ContactSolver::find_direction() {
     block.topLeftCorner<3, 3>().diagonal().setConstant(body.kg);
     block.bottomRightCorner<3, 3>() = body.inertia;
   }
-  for (const Row& row : rows_) {
+  for (Row& row : rows_) {
+    row.kept_gain = row.now.gain;
     if (row.now.gain == 0) continue;
-    Vector6 j[2];
+    Vector6 j[2], scaled[2];
     j[0] << row.a.linear, row.a.angular;
     j[1] << row.b.linear, row.b.angular;
     const int unknown[2] = {row.a.body == kFixed ? -1 : at(row.a.body).unknown,
                             row.b.body == kFixed ? -1 : at(row.b.body).unknown};
+    for (int k = 0; k < 2; ++k) scaled[k] = row.now.gain * j[k];
     for (int k = 0; k < 2; ++k) {
-      if (unknown[k] < 0) continue;
-      matrix_.diagonal(unknown[k]).noalias() += row.now.gain * j[k] * j[k].transpose();
+      if (unknown[k] >= 0) add_outer(scaled[k], j[k], matrix_.diagonal(unknown[k]));
     }
     if (unknown[0] >= 0 && unknown[0] == unknown[1]) {
-      matrix_.diagonal(unknown[0]).noalias() +=
-          row.now.gain * (j[0] * j[1].transpose() + j[1] * j[0].transpose());
+      add_outer(scaled[0], j[1], matrix_.diagonal(unknown[0]));
+      add_outer(scaled[1], j[0], matrix_.diagonal(unknown[0]));
     }
     if (row.place < 0) continue;
     const auto place = matrix_.place(index(row.place));
-    matrix_.forward(place).noalias() += row.now.gain * j[0] * j[1].transpose();
-    matrix_.backward(place).noalias() += row.now.gain * j[1] * j[0].transpose();
+    add_outer(scaled[0], j[1], matrix_.forward(place));
+    add_outer(scaled[1], j[0], matrix_.backward(place));
   }
-  for (const Contact& c : contacts_) {
-    if (c.gain(0, 0) == 0 && c.gain(1, 1) == 0) continue;
-    const Matrix3 K = c.frame.transpose() * c.gain * c.frame;
-    Matrix3 K_turn = Matrix3::Zero();
-    if (c.turns) K_turn = c.frame.transpose() * c.turn_gain * c.frame;
-    // The point's velocity is v - [r] omega.
-    const auto add = [&](BlockLu::Block& block, const Matrix3& r, const Matrix3& s, double sign) {
-      const Matrix3 Ks = K * s;
-      block.topLeftCorner<3, 3>() += sign * K;
-      block.topRightCorner<3, 3>() -= sign * Ks;
-      block.bottomLeftCorner<3, 3>() += sign * (r * K);
-      block.bottomRightCorner<3, 3>() -= sign * (r * Ks);
-      if (c.turns) block.bottomRightCorner<3, 3>() += sign * K_turn;
-    };
-    const int a = c.a == kFixed ? -1 : at(c.a).unknown, b = c.b == kFixed ? -1 : at(c.b).unknown;
-    const Matrix3 r_a = cross_matrix(c.lever_a), r_b = cross_matrix(c.lever_b);
-    if (a >= 0) add(matrix_.diagonal(a), r_a, r_a, 1);
-    if (b >= 0) add(matrix_.diagonal(b), r_b, r_b, 1);
-    if (c.place < 0) continue;
-    const auto place = matrix_.place(index(c.place));
-    add(matrix_.forward(place), r_a, r_b, -1);
-    add(matrix_.backward(place), r_b, r_a, -1);
-  }
-  if (!matrix_.factorise()) return false;
-  for (std::size_t i = 0; i < gradient_.size(); ++i) direction_[i] = -gradient_[i];
-  matrix_.solve(direction_);
-  return true;
+  matrix_.keep();
+  rows_kept_ = true;
 }
 
 /// Derivative of the convex function along the direction.

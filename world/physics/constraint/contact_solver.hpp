@@ -109,7 +109,8 @@ class ContactSolver {
     Side a, b;
     double target = 0, softness = 0, lo = 0, hi = 0;
     double W = 0, D = 0;  // its diagonal of J M^-1 J', and softness with the proximal term
-    double rate = 0;      // change of its velocity along the search direction
+    double kept_gain = 0;
+    double rate = 0;  // change of its velocity along the search direction
     double y = 0;
     int place = -1;  // of the pair of its bodies
     RowState now;
@@ -160,6 +161,7 @@ class ContactSolver {
   [[nodiscard]] Gradient find_gradient();
   void recentre_slip();
   [[nodiscard]] bool find_direction();
+  void fill_rows();
   [[nodiscard]] double slope(double along);
   double line_search();
   bool backtrack(Gradient& gradient);
@@ -174,6 +176,7 @@ class ContactSolver {
   std::vector<Contact> contacts_;
   bool exact_ = false;  // the slip follows within the inner problem
   BlockLu matrix_;
+  bool rows_kept_ = false;  // in the matrix
   std::vector<std::pair<int, int>> pairs_;
   std::vector<Vector6> gradient_, direction_;
   std::vector<double> best_rows_;
