@@ -1,5 +1,6 @@
 #include "world/simulated_robot.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <stdexcept>
@@ -18,6 +19,8 @@ constexpr double kMaxPalmDeflection_m = 3e-3;
 constexpr double kCapture_m = 2e-3, kCapture_rad = 0.02;
 constexpr int kPullSteps = 100;
 constexpr std::size_t kDescriptionCapacity = 512;
+/// At which an injected error of an encoder comes and goes [rad/s].
+constexpr double kBendSpeed = 0.2;
 /// From a move's command to its motion: an interpolation cycle of an ordinary robot controller, and
 /// what long or searched paths take more.
 constexpr robot::PlanningLatency kPlanningLatency{
@@ -107,6 +110,37 @@ const physics::ArmForce* largest(std::span<const physics::ArmForce> forces, int 
   return most;
 }
 
+/// A value on its way to another, by at most `most`.
+double towards(double value, double goal, double most) {
+  return value + std::clamp(goal - value, -most, most);
+}
+
+/// Where the tool goes instead of where it is sent.
+struct Offset {
+  Eigen::Isometry3d before, behind;
+
+  explicit Offset(const RobotFaults& faults)
+      : before(faults.base_offset.isometry()), behind(faults.tool_offset.isometry()) {}
+  [[nodiscard]] Pose sent(const Pose& X_RT) const {
+    return Pose::from(before * X_RT.isometry() * behind);
+  }
+  [[nodiscard]] Pose reported(const Pose& X_RT) const {
+    return Pose::from(before.inverse() * X_RT.isometry() * behind.inverse());
+  }
+};
+
+api::RobotAction displaced(api::RobotAction action, const Offset& offset) {
+  if (auto* to = std::get_if<api::MoveTo>(&action)) {
+    to->X_RT = offset.sent(to->X_RT);
+  } else if (auto* through = std::get_if<api::MoveThroughTo>(&action)) {
+    for (api::Waypoint& point : through->waypoints) point.X_RT = offset.sent(point.X_RT);
+  } else if (auto* screw = std::get_if<api::MoveScrew>(&action)) {
+    if (screw->start) screw->start->X_RT = offset.sent(screw->start->X_RT);
+    if (screw->axis_point_R) screw->axis_point_R = offset.before * *screw->axis_point_R;
+  }
+  return action;
+}
+
 /// For the operator's message: what touches what.
 std::string describe_contact(const robot::ArmModel& model, const api::CellDescription& cell,
                              std::span<const physics::ArmForce> forces, int held_body) {
@@ -145,15 +179,68 @@ SimulatedRobot::SimulatedRobot(const scene::Robot& robot, const robot::ArmModel&
 
 void SimulatedRobot::apply(api::Ticket ticket, const api::RobotCommand& command) {
   const api::RobotAction& action = command.action;
+  if (!state_.faults.out_of_order.empty()) {
+    return controller_.refuse(ticket, action, out_of_order());
+  }
   const bool init = std::holds_alternative<api::InitRobot>(action);
   if (init && !controller_.retreating()) arm_.relax();
   if (const auto* set = std::get_if<api::SetGripperForce>(&action))
     state_.gripper_force_n = set->force_n;
-  controller_.apply(ticket, action, arm_.q());
+  if (state_.faults.has_offset()) {
+    controller_.apply(ticket, displaced(action, Offset(state_.faults)), arm_.q());
+  } else {
+    controller_.apply(ticket, action, arm_.q());
+  }
   // The guards of a motion that goes on, unless the command beside it has its own.
   if (!api::leaves_motion(action) || !command.guards.empty()) {
     state_.guards.begin(ticket, command.guards);
   }
+}
+
+std::string SimulatedRobot::out_of_order() const {
+  return "Out of order: " + state_.faults.out_of_order + "; once that is over, send InitCanon";
+}
+
+void SimulatedRobot::set_faults(const RobotFaults& faults) {
+  const bool stops = !faults.out_of_order.empty() && state_.faults.out_of_order.empty();
+  const bool slows = faults.speed != state_.faults.speed;
+  state_.faults = faults;
+  arm_.set_torque_share(faults.torque);
+  const auto any = [](const auto& values) {
+    return std::any_of(values.begin(), values.end(), [](double value) { return value != 0; });
+  };
+  state_.bent = state_.bent || any(faults.backlash_rad) || any(faults.encoder_bias_rad);
+  if (slows) controller_.slow_down(faults.speed);
+  if (stops) controller_.shut_down(out_of_order(), faults.brakes_on_path);
+}
+
+void SimulatedRobot::trip() {
+  if (controller_.stopped_by_protection()) return;
+  controller_.protective_stop("Protective stop: tripped; send InitCanon to go on");
+}
+
+/// A link follows its encoder at the ends of the joint's play only, and is off by the encoder's
+/// error.
+void SimulatedRobot::bend_links() {
+  if (!state_.bent) return;
+  const robot::JointVector& q = arm_.q();
+  if (state_.q_before.size() == 0) state_.q_before = q;
+  const double most = kBendSpeed * seconds(step_size_);
+  bool bent = false;
+  for (int i = 0; i < arm_.model().dof(); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    double& half = state_.half_width_rad[at];
+    half = towards(half, 0.5 * state_.faults.backlash_rad[at], most);
+    double& play = state_.play_rad[at];
+    play = std::clamp(play - (q(i) - state_.q_before(i)), -half, half);
+    double& bias = state_.bias_rad[at];
+    bias = towards(bias, state_.faults.encoder_bias_rad[at], most);
+    bent = bent || half != 0 || bias != 0 || state_.faults.backlash_rad[at] != 0 ||
+           state_.faults.encoder_bias_rad[at] != 0;
+  }
+  state_.q_before = q;
+  state_.bent = bent;
+  if (!bent) state_.q_before.resize(0);
 }
 
 void SimulatedRobot::step(const physics::GripperState& gripper,
@@ -180,6 +267,7 @@ void SimulatedRobot::step(const physics::GripperState& gripper,
   state_.now += step_size_;
   stop_if_tripped(gripper, forces, cell);
   finish_guards();
+  bend_links();
   update_link_poses();
   move_mount();
 }
@@ -298,7 +386,16 @@ void SimulatedRobot::stop_for_light_curtain() {
 }
 
 void SimulatedRobot::update_link_poses() {
-  robot::link_poses(arm_.model(), arm_.q(), X_WL_);
+  if (state_.bent) {
+    robot::JointVector q = arm_.q();
+    for (int i = 0; i < arm_.model().dof(); ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      q(i) += state_.play_rad[at] - state_.bias_rad[at];
+    }
+    robot::link_poses(arm_.model(), q, X_WL_);
+  } else {
+    robot::link_poses(arm_.model(), arm_.q(), X_WL_);
+  }
   for (auto& X : X_WL_) X = X_WB_ * X;
 }
 
@@ -355,6 +452,7 @@ void SimulatedRobot::write(const physics::GripperState& gripper,
   const Eigen::Isometry3d X_RB = scene_.X_BR.isometry().inverse();
   out.X_WT = Pose::from(X_WT);
   out.X_RT = Pose::from(X_RB * X_BF * X_FT);
+  if (state_.faults.has_offset()) out.X_RT = Offset(state_.faults).reported(out.X_RT);
   const auto J = robot::point_jacobian(model, arm_.q(), model.dof(), X_FT.translation());
   for (int i = 0; i < model.dof(); ++i) {
     out.joints[static_cast<std::size_t>(i)] = {.position_rad = arm_.q()[i],
@@ -391,6 +489,9 @@ void SimulatedRobot::write(const physics::GripperState& gripper,
   out.tool_mounted = controller_.tool_mounted();
   out.action = controller_.status();
   out.X_RG = controller_.X_RG();
+  if (out.X_RG && state_.faults.has_offset()) {
+    out.X_RG = Offset(state_.faults).reported(*out.X_RG);
+  }
   out.initialized = controller_.initialized();
   out.protective_stop = controller_.stopped_by_protection();
   out.moving = controller_.moving();

@@ -81,8 +81,10 @@ void ContactSearch::add_found(int fixed_shape) {
     const bool belt = on_fixed && fixed_shape == model_.fixed.belt;
     // A frame level with the belt must not carry what stands on the belt.
     if (on_fixed && !belt && model_.fixed.under_belt(contact.p_W)) continue;
+    // Under what is caught the belt runs on.
+    const bool carries = belt && !(model_.ids.is_free(contact.a) && model_.body(contact.a).jammed);
     model_.constraints.push_back(
-        {.contact = contact, .fixed = fixed_shape, .friction = friction(contact), .belt = belt});
+        {.contact = contact, .fixed = fixed_shape, .friction = friction(contact), .belt = carries});
   }
   found_.clear();
 }

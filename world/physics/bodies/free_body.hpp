@@ -34,6 +34,7 @@ struct FreeBody {
   Aabb bounds;
   /// Step in which it fell out of the cell; it takes part in nothing any more.
   std::optional<std::uint64_t> lost_step;
+  bool jammed = false;  ///< the belt does not carry it
 
   [[nodiscard]] bool is_tray() const { return tray != nullptr; }
   [[nodiscard]] Eigen::Vector3d com_W() const { return X_WB * mass.com; }
