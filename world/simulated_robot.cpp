@@ -359,6 +359,8 @@ void SimulatedRobot::stop_if_tripped(const physics::GripperState& gripper,
                                      std::span<const physics::ArmForce> forces,
                                      const api::CellDescription& cell) {
   if (controller_.retreating()) return arm_.forget_trip();  // still in contact
+  // Out of order and held by its brakes, it does not back off.
+  if (!state_.faults.out_of_order.empty() && controller_.braked()) return arm_.forget_trip();
   // A robot that still brakes for the light curtain may yet collide.
   if (controller_.stopped_by_protection() && !controller_.moving()) return;
   std::string reason;
