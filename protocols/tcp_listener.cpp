@@ -77,8 +77,21 @@ Result<std::uint16_t> TcpListener::listen() {
     close();
     return failed(error.message());
   }
+  options_.port = bound.port();  // the same again after a pause
   accept();
   return bound.port();
+}
+
+void TcpListener::resume() {
+  if (acceptor_.is_open()) return;
+  const Result<std::uint16_t> port = listen();
+  if (port) return;
+  spdlog::error("{}: {}; trying again", options_.name, port.error().message);
+  close();
+  retry_.expires_after(kRetryDelay);
+  retry_.async_wait([this](const error_code& cancelled) {
+    if (!cancelled) resume();
+  });
 }
 
 void TcpListener::close() {

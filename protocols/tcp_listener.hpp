@@ -49,6 +49,10 @@ class TcpListener {
   /// port and cause.
   [[nodiscard]] Result<std::uint16_t> listen();
   void close();
+  /// Refuses connections until resume(), as a machine does on which nothing listens.
+  void suspend() { close(); }
+  /// Listens again on the same port, as soon as that is possible.
+  void resume();
 
   // Thread: any.
   [[nodiscard]] std::size_t open() const { return places_->open(); }

@@ -74,6 +74,15 @@ class TcpService {
   // Thread: the service's.
 
   [[nodiscard]] bool draining() const { return draining_; }
+  /// Refuses connections, or takes them again on the same port.
+  void refuse_connections(bool refuse) {
+    if (draining_) return;
+    if (refuse) {
+      listener_.suspend();
+    } else {
+      listener_.resume();
+    }
+  }
   void ended(Connection& connection) {
     connection.place().leave();
     connections_.erase(&connection);

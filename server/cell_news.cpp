@@ -1,11 +1,33 @@
 #include "server/cell_news.hpp"
 
+#include <algorithm>
+#include <string_view>
+
 #include <spdlog/fmt/fmt.h>
 
 namespace aprsim::server {
+namespace {
+
+std::string fault_words(const api::InjectedFault& fault) {
+  const std::string_view kind = faults::info(fault.kind).name;
+  return fmt::format("injected fault {}: {}{}{}", fault.id, kind, fault.target.empty() ? "" : " ",
+                     fault.target);
+}
+
+/// Taken out by an injected fault, and not fallen.
+bool taken_out(const api::Snapshot& now, const std::string& body) {
+  if (!now.faults) return false;
+  const auto& all = now.faults->all;
+  return std::ranges::any_of(all, [&](const api::InjectedFault& fault) {
+    return fault.kind == faults::Kind::kPartMissing && fault.begin_step && fault.target == body;
+  });
+}
+
+}  // namespace
 
 void CellNews::forget() {
   lost_.clear();
+  faults_.reset();
   not_converged_ = false;
 }
 
@@ -22,13 +44,14 @@ std::vector<NewsLine> CellNews::look(const api::Snapshot& now) {
   lost_.resize(now.bodies.size(), false);
   for (std::size_t i = 0; i < now.bodies.size(); ++i) {
     const auto& step = now.bodies[i].lost_step;
-    if (step && !lost_[i]) {
+    if (step && !lost_[i] && !taken_out(now, now.cell->bodies[i].name)) {
       out.push_back(
           {false, fmt::format("{} fell out of the cell in step {}; a reset brings it back",
                               now.cell->bodies[i].name, *step)});
     }
     lost_[i] = step.has_value();
   }
+  look_at_faults(now, out);
   const bool failed = now.solver_failures.not_converged > 0;
   if (failed && !not_converged_) {
     out.push_back({false,
@@ -37,6 +60,32 @@ std::vector<NewsLine> CellNews::look(const api::Snapshot& now) {
   }
   not_converged_ = failed;
   return out;
+}
+
+/// What has begun or ended in any of the snapshots since the last one seen.
+void CellNews::look_at_faults(const api::Snapshot& now, std::vector<NewsLine>& out) {
+  if (now.faults == faults_) return;
+  const auto known = [this](std::uint64_t id) -> const api::InjectedFault* {
+    if (!faults_) return nullptr;
+    const auto found = std::ranges::find(faults_->all, id, &api::InjectedFault::id);
+    return found == faults_->all.end() ? nullptr : &*found;
+  };
+  if (now.faults) {
+    for (const api::InjectedFault& fault : now.faults->all) {
+      const api::InjectedFault* before = known(fault.id);
+      if (fault.begin_step && !(before && before->begin_step)) {
+        out.push_back(
+            {false, fmt::format("{} began in step {}", fault_words(fault), *fault.begin_step)});
+      }
+      if (fault.end_step && !(before && before->end_step) &&
+          (fault.begin_step != fault.end_step || !fault.note.empty())) {
+        out.push_back(
+            {false, fmt::format("{} ended in step {}{}{}", fault_words(fault), *fault.end_step,
+                                fault.note.empty() ? "" : ": ", fault.note)});
+      }
+    }
+  }
+  faults_ = now.faults;
 }
 
 }  // namespace aprsim::server

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "world/scene/scene.hpp"
@@ -20,6 +22,11 @@ class CellVision {
   [[nodiscard]] bool due(std::uint64_t step) const;
   /// Once a step; also once before the first, with step 0.
   void look(std::uint64_t step, const api::CellDescription& cell, const SensorOccluders& occluders);
+
+  /// See VisionFeed.
+  void set_faults(std::size_t robot, std::shared_ptr<const sensors::CameraFaults> faults) {
+    feeds_[robot].set_faults(std::move(faults));
+  }
 
   [[nodiscard]] const api::VisionFrame& latest(std::size_t robot) const {
     return feeds_[robot].latest();

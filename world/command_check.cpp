@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <string>
 
+#include "world/faults/fault_check.hpp"
+
 namespace aprsim::world {
 namespace {
 
@@ -236,6 +238,14 @@ Result<void> check_body(const api::SetIntruder& command, const api::CellDescript
     }
   }
   return unit(X_WI.q);
+}
+
+Result<void> check_body(const api::FaultCommand& command, const api::CellDescription& cell) {
+  if (const auto* inject = std::get_if<api::InjectFault>(&command)) {
+    if (auto fault = resolve(*inject, cell); !fault) return tl::unexpected(fault.error());
+  }
+  const auto* report = std::get_if<api::ReportEvent>(&command);
+  return report ? check_event(report->event) : Result<void>{};
 }
 
 Result<void> check_name(const std::string& name) {

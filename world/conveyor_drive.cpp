@@ -10,6 +10,7 @@ constexpr double kBeltMass = 3.0;         // kg
 constexpr double kBedFriction = 0.3;      // between belt and slider bed
 constexpr double kGravity = 9.81;         // m/s^2
 constexpr double kForcePerAmpere = 40.0;  // N/A
+constexpr double kStallCurrent = 5.0;     // A, of the motor held at rest; an estimate
 
 }  // namespace
 
@@ -22,12 +23,12 @@ void ConveyorDrive::apply(const api::ConveyorCommand& command) {
   if (command.speed_m_s) state_.speed_setting_m_s = *command.speed_m_s;
   if (command.emergency_stop) state_.emergency_stop = *command.emergency_stop;
   if (command.fault_reset) state_.fault = present_fault();
-  if (state_.emergency_stop) trip(api::DriveFault::kEmergencyStop);
+  if (present_fault() == api::DriveFault::kEmergencyStop) trip(api::DriveFault::kEmergencyStop);
   if (command.run) state_.run = *command.run && state_.fault == api::DriveFault::kNone;
 }
 
 api::DriveFault ConveyorDrive::present_fault() const {
-  if (state_.emergency_stop) return api::DriveFault::kEmergencyStop;
+  if (state_.emergency_stop || faults_.emergency_stop) return api::DriveFault::kEmergencyStop;
   return curtain_broken_ ? api::DriveFault::kLightCurtain : api::DriveFault::kNone;
 }
 
@@ -36,6 +37,25 @@ void ConveyorDrive::set_light_curtain(bool broken) {
   if (broken && state_.fault != api::DriveFault::kEmergencyStop) {
     trip(api::DriveFault::kLightCurtain);
   }
+}
+
+void ConveyorDrive::set_faults(const BeltFaults& faults) {
+  if (faults.encoder_frozen && !faults_.encoder_frozen) {
+    frozen_speed_m_s_ = state_.speed_m_s;
+    frozen_travel_m_ = state_.travel_m;
+  }
+  faults_ = faults;
+  if (faults.emergency_stop) trip(api::DriveFault::kEmergencyStop);
+}
+
+api::ConveyorSnapshot ConveyorDrive::readings() const {
+  api::ConveyorSnapshot out = state_;
+  out.emergency_stop = out.emergency_stop || faults_.emergency_stop;
+  if (faults_.encoder_frozen) {
+    out.speed_m_s = frozen_speed_m_s_;
+    out.travel_m = frozen_travel_m_;
+  }
+  return out;
 }
 
 void ConveyorDrive::trip(api::DriveFault fault) {
@@ -50,8 +70,9 @@ void ConveyorDrive::watch(double step_s) {
 
 double ConveyorDrive::target() const {
   if (!state_.run) return 0;
-  const double magnitude = std::min(state_.speed_setting_m_s, limits_.max_speed_m_s);
-  return state_.forward ? magnitude : -magnitude;
+  const double magnitude =
+      std::min(faults_.speed_factor * state_.speed_setting_m_s, limits_.max_speed_m_s);
+  return state_.forward != faults_.reversed ? magnitude : -magnitude;
 }
 
 double ConveyorDrive::next_speed(double step_s) const {
@@ -77,11 +98,16 @@ double ConveyorDrive::motor_current(double accel_m_s2) const {
 
 double ConveyorDrive::step(double step_s) {
   watch(step_s);
+  if (faults_.jammed) {
+    state_.speed_m_s = 0;
+    state_.motor_current_a = target() != 0 ? kStallCurrent : 0;
+    return 0;
+  }
   const double before = state_.speed_m_s;
   state_.speed_m_s = next_speed(step_s) + 0.0;  // no negative zero
   state_.travel_m += 0.5 * (before + state_.speed_m_s) * step_s;
   state_.motor_current_a = motor_current((state_.speed_m_s - before) / step_s);
-  return state_.speed_m_s;
+  return faults_.surface_share * state_.speed_m_s;
 }
 
 }  // namespace aprsim::world

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "world/api/conveyor_command.hpp"
 #include "world/api/snapshot.hpp"
 
@@ -10,6 +12,16 @@ struct ConveyorDriveLimits {
   double accel_m_s2 = 0;
   double decel_m_s2 = 0;            ///< of stopping and slowing down
   double emergency_decel_m_s2 = 0;  ///< of an emergency stop
+};
+
+/// What injected faults make of the belt; as it stands, nothing is wrong.
+struct BeltFaults {
+  bool jammed = false;
+  bool reversed = false;     ///< runs against the direction set
+  double speed_factor = 1;   ///< on the speed set
+  double surface_share = 1;  ///< of the drive's speed that the belt's surface has
+  bool encoder_frozen = false;
+  bool emergency_stop = false;  ///< the cell's, engaged as if by the drive's input
 };
 
 /// The belt's drive: inputs (run, direction, speed, emergency stop, reset), and one signed speed
@@ -32,11 +44,15 @@ class ConveyorDrive {
   void set_load(double load_kg) { state_.load_kg = load_kg; }
   /// Whether the light curtain is broken, from now on; for a drive that is to stop then.
   void set_light_curtain(bool broken);
-  /// Advances by `step_s` and returns the belt's speed at its end [m/s].
+  /// From now on.
+  void set_faults(const BeltFaults& faults);
+  /// Advances by `step_s` and returns the speed of the belt's surface at its end [m/s].
   double step(double step_s);
 
   /// All but the photo-eyes, which the drive knows nothing of.
   [[nodiscard]] const api::ConveyorSnapshot& state() const { return state_; }
+  /// The same as the drive reports it: a frozen encoder reads what it did.
+  [[nodiscard]] api::ConveyorSnapshot readings() const;
 
  private:
   void trip(api::DriveFault fault);
@@ -49,6 +65,8 @@ class ConveyorDrive {
 
   ConveyorDriveLimits limits_;
   api::ConveyorSnapshot state_;
+  BeltFaults faults_;
+  double frozen_speed_m_s_ = 0, frozen_travel_m_ = 0;  // of the encoder, when it froze
   bool curtain_broken_ = false;
   double watchdog_s_ = 0;
   double silence_s_ = 0;  // since the last command

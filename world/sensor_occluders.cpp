@@ -28,7 +28,7 @@ SensorOccluders::SensorOccluders(const scene::Scene& scene, std::span<const robo
 
 void SensorOccluders::gather(std::span<const SimulatedRobot> robots,
                              const physics::PhysicsWorld& physics,
-                             const std::optional<api::Intruder>& intruder) {
+                             std::span<const api::Intruder> intruders) {
   occluders_.clear();
   for (std::size_t i = 0; i < robots.size(); ++i) {
     const auto X_WL = robots[i].X_WL();
@@ -39,7 +39,9 @@ void SensorOccluders::gather(std::span<const SimulatedRobot> robots,
     }
   }
   for (int i = 0; i < physics.tool_count(); ++i) add_tool(i, physics);
-  if (intruder) add(intruder->X_WI.isometry(), robot::BoxShape{intruder->size_m});
+  for (const api::Intruder& intruder : intruders) {
+    add(intruder.X_WI.isometry(), robot::BoxShape{intruder.size_m});
+  }
   add_bodies(physics);
 }
 

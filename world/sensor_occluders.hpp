@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -20,9 +19,9 @@ class SensorOccluders {
   /// `scene` and `models` must outlive this.
   SensorOccluders(const scene::Scene& scene, std::span<const robot::ArmModel> models);
 
-  /// Takes the present state. Does not allocate.
+  /// Takes the present state. Does not allocate, unless there are many intruders.
   void gather(std::span<const SimulatedRobot> robots, const physics::PhysicsWorld& physics,
-              const std::optional<api::Intruder>& intruder);
+              std::span<const api::Intruder> intruders);
 
   [[nodiscard]] std::span<const sensors::Occluder> all() const { return occluders_; }
   /// Poses of the free bodies, as numbered in the cell; lost ones are out of sight.

@@ -19,6 +19,8 @@ constexpr double kMaxPalmDeflection_m = 3e-3;
 /// In which the tool changer draws a tool in.
 constexpr int kPullSteps = 100;
 constexpr std::size_t kDescriptionCapacity = 512;
+/// At which an injected error of an encoder comes and goes [rad/s].
+constexpr double kBendSpeed = 0.2;
 /// From a move's command to its motion: an interpolation cycle of an ordinary robot controller, and
 /// what long or searched paths take more.
 constexpr robot::PlanningLatency kPlanningLatency{
@@ -150,6 +152,37 @@ const physics::ArmForce* largest(std::span<const physics::ArmForce> forces, int 
   return most;
 }
 
+/// A value on its way to another, by at most `most`.
+double towards(double value, double goal, double most) {
+  return value + std::clamp(goal - value, -most, most);
+}
+
+/// Where the tool goes instead of where it is sent.
+struct Offset {
+  Eigen::Isometry3d before, behind;
+
+  explicit Offset(const RobotFaults& faults)
+      : before(faults.base_offset.isometry()), behind(faults.tool_offset.isometry()) {}
+  [[nodiscard]] Pose sent(const Pose& X_RT) const {
+    return Pose::from(before * X_RT.isometry() * behind);
+  }
+  [[nodiscard]] Pose reported(const Pose& X_RT) const {
+    return Pose::from(before.inverse() * X_RT.isometry() * behind.inverse());
+  }
+};
+
+api::RobotAction displaced(api::RobotAction action, const Offset& offset) {
+  if (auto* to = std::get_if<api::MoveTo>(&action)) {
+    to->X_RT = offset.sent(to->X_RT);
+  } else if (auto* through = std::get_if<api::MoveThroughTo>(&action)) {
+    for (api::Waypoint& point : through->waypoints) point.X_RT = offset.sent(point.X_RT);
+  } else if (auto* screw = std::get_if<api::MoveScrew>(&action)) {
+    if (screw->start) screw->start->X_RT = offset.sent(screw->start->X_RT);
+    if (screw->axis_point_R) screw->axis_point_R = offset.before * *screw->axis_point_R;
+  }
+  return action;
+}
+
 /// For the operator's message: what touches what.
 std::string describe_contact(const robot::ArmModel& model, const api::CellDescription& cell,
                              std::span<const physics::ArmForce> forces, int held_body) {
@@ -196,16 +229,69 @@ SimulatedRobot::SimulatedRobot(const scene::Scene& scene, std::size_t index,
 
 void SimulatedRobot::apply(api::Ticket ticket, const api::RobotCommand& command) {
   const api::RobotAction& action = command.action;
+  if (!state_.faults.out_of_order.empty()) {
+    return controller_.refuse(ticket, action, out_of_order());
+  }
   const bool init = std::holds_alternative<api::InitRobot>(action);
   if (init && !controller_.retreating()) arm_.relax();
   if (const auto* set = std::get_if<api::SetGripperForce>(&action)) {
     state_.pressure = std::min(1.0, set->force_n / full_force_n());
   }
-  controller_.apply(ticket, action, arm_.q());
+  if (state_.faults.has_offset()) {
+    controller_.apply(ticket, displaced(action, Offset(state_.faults)), arm_.q());
+  } else {
+    controller_.apply(ticket, action, arm_.q());
+  }
   // The guards of a motion that goes on, unless the command beside it has its own.
   if (!api::leaves_motion(action) || !command.guards.empty()) {
     state_.guards.begin(ticket, command.guards);
   }
+}
+
+std::string SimulatedRobot::out_of_order() const {
+  return "Out of order: " + state_.faults.out_of_order + "; once that is over, send InitCanon";
+}
+
+void SimulatedRobot::set_faults(const RobotFaults& faults) {
+  const bool stops = !faults.out_of_order.empty() && state_.faults.out_of_order.empty();
+  const bool slows = faults.speed != state_.faults.speed;
+  state_.faults = faults;
+  arm_.set_torque_share(faults.torque);
+  const auto any = [](const auto& values) {
+    return std::any_of(values.begin(), values.end(), [](double value) { return value != 0; });
+  };
+  state_.bent = state_.bent || any(faults.backlash_rad) || any(faults.encoder_bias_rad);
+  if (slows) controller_.slow_down(faults.speed);
+  if (stops) controller_.shut_down(out_of_order(), faults.brakes_on_path);
+}
+
+void SimulatedRobot::trip() {
+  if (controller_.stopped_by_protection()) return;
+  controller_.protective_stop("Protective stop: tripped; send InitCanon to go on");
+}
+
+/// A link follows its encoder at the ends of the joint's play only, and is off by the encoder's
+/// error.
+void SimulatedRobot::bend_links() {
+  if (!state_.bent) return;
+  const robot::JointVector& q = arm_.q();
+  if (state_.q_before.size() == 0) state_.q_before = q;
+  const double most = kBendSpeed * seconds(step_size_);
+  bool bent = false;
+  for (int i = 0; i < arm_.model().dof(); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    double& half = state_.half_width_rad[at];
+    half = towards(half, 0.5 * state_.faults.backlash_rad[at], most);
+    double& play = state_.play_rad[at];
+    play = std::clamp(play - (q(i) - state_.q_before(i)), -half, half);
+    double& bias = state_.bias_rad[at];
+    bias = towards(bias, state_.faults.encoder_bias_rad[at], most);
+    bent = bent || half != 0 || bias != 0 || state_.faults.backlash_rad[at] != 0 ||
+           state_.faults.encoder_bias_rad[at] != 0;
+  }
+  state_.q_before = q;
+  state_.bent = bent;
+  if (!bent) state_.q_before.resize(0);
 }
 
 void SimulatedRobot::step(const physics::GripperState& gripper,
@@ -226,6 +312,7 @@ void SimulatedRobot::step(const physics::GripperState& gripper,
   state_.now += step_size_;
   stop_if_tripped(gripper, forces, cell);
   finish_guards();
+  bend_links();
   update_link_poses();
   move_mount();
 }
@@ -270,13 +357,17 @@ const robot::Payload& SimulatedRobot::payload() const {
                          : tool_setups_[static_cast<std::size_t>(state_.tool)].payload;
 }
 
-/// Of each finger of the tool that is on, at the supply's pressure; of the first one otherwise.
+/// Of each finger of the tool that is on, at the supply's full pressure; of the first one otherwise.
 double SimulatedRobot::full_force_n() const {
   return state_.tool < 0 ? scene_.gripper.force_n
                          : tools_[static_cast<std::size_t>(state_.tool)].gripper.force_n;
 }
 
-double SimulatedRobot::gripper_force_n() const { return state_.pressure * full_force_n(); }
+double SimulatedRobot::gripper_force_n() const {
+  return state_.faults.grip_force * set_gripper_force_n();
+}
+
+double SimulatedRobot::set_gripper_force_n() const { return state_.pressure * full_force_n(); }
 
 /// A tool is drawn to the flange in equal steps.
 void SimulatedRobot::move_mount() {
@@ -358,6 +449,8 @@ void SimulatedRobot::stop_if_tripped(const physics::GripperState& gripper,
                                      std::span<const physics::ArmForce> forces,
                                      const api::CellDescription& cell) {
   if (controller_.retreating()) return arm_.forget_trip();  // still in contact
+  // Out of order and held by its brakes, it does not back off.
+  if (!state_.faults.out_of_order.empty() && controller_.braked()) return arm_.forget_trip();
   // A robot that still brakes for the light curtain may yet collide.
   if (controller_.stopped_by_protection() && !controller_.moving()) return;
   std::string reason;
@@ -385,7 +478,16 @@ void SimulatedRobot::stop_for_light_curtain() {
 }
 
 void SimulatedRobot::update_link_poses() {
-  robot::link_poses(arm_.model(), arm_.q(), X_WL_);
+  if (state_.bent) {
+    robot::JointVector q = arm_.q();
+    for (int i = 0; i < arm_.model().dof(); ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      q(i) += state_.play_rad[at] - state_.bias_rad[at];
+    }
+    robot::link_poses(arm_.model(), q, X_WL_);
+  } else {
+    robot::link_poses(arm_.model(), arm_.q(), X_WL_);
+  }
   for (auto& X : X_WL_) X = X_WB_ * X;
 }
 
@@ -439,6 +541,7 @@ void SimulatedRobot::write(const physics::GripperState& gripper,
   const Eigen::Isometry3d X_RB = scene_.X_BR.isometry().inverse();
   out.X_WT = Pose::from(X_WT);
   out.X_RT = Pose::from(X_RB * X_BF * X_FT);
+  if (state_.faults.has_offset()) out.X_RT = Offset(state_.faults).reported(out.X_RT);
   const auto J = robot::point_jacobian(model, arm_.q(), model.dof(), X_FT.translation());
   for (int i = 0; i < model.dof(); ++i) {
     out.joints[static_cast<std::size_t>(i)] = {.position_rad = arm_.q()[i],
@@ -466,7 +569,7 @@ void SimulatedRobot::write(const physics::GripperState& gripper,
                  .holding = gripper.holding,
                  .held_body = gripper.held_body,
                  .palm_deflection_m = gripper.palm_deflection_m,
-                 .max_force_n = gripper_force_n(),
+                 .max_force_n = set_gripper_force_n(),
                  .vacuum_pa = gripper.vacuum_pa};
   out.trans_speed = controller_.limit(api::MotionLimit::kTransSpeed);
   out.trans_accel = controller_.limit(api::MotionLimit::kTransAccel);
@@ -477,6 +580,9 @@ void SimulatedRobot::write(const physics::GripperState& gripper,
   out.tool = state_.tool;
   out.action = controller_.status();
   out.X_RG = controller_.X_RG();
+  if (out.X_RG && state_.faults.has_offset()) {
+    out.X_RG = Offset(state_.faults).reported(*out.X_RG);
+  }
   out.initialized = controller_.initialized();
   out.protective_stop = controller_.stopped_by_protection();
   out.moving = controller_.moving();

@@ -1,12 +1,15 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "world/api/robot_command.hpp"
 #include "world/api/robot_snapshot.hpp"
+#include "world/faults/robot_faults.hpp"
 #include "world/physics/physics_world.hpp"
 #include "world/robot/controller/guard_monitor.hpp"
 #include "world/robot/controller/robot_controller.hpp"
@@ -38,6 +41,9 @@ class SimulatedRobot {
   /// The cell's light curtain, as the robot sees it from the next step on.
   void see_light_curtain(bool broken) { state_.curtain_broken = broken; }
 
+  /// What is wrong with it, from now on.
+  void set_faults(const RobotFaults& faults);
+
   /// One step: contact forces of the last step to joint torques, the controller's next reference,
   /// the servo; X_WL() is then where the links are at the step's end. `cell` names the forces'
   /// partners for the operator; `loose` are the tools that its changer may meet.
@@ -46,6 +52,8 @@ class SimulatedRobot {
 
   /// Protective stop because something is in the light curtain; nothing while one is held.
   void stop_for_light_curtain();
+  /// Protective stop for no cause of the cell's; nothing while one is held.
+  void trip();
 
   [[nodiscard]] std::span<const Eigen::Isometry3d> X_WL() const { return X_WL_; }
   /// The tool's mount at the step's end: at the flange, or on the way there after the lock has met
@@ -53,8 +61,12 @@ class SimulatedRobot {
   [[nodiscard]] const Eigen::Isometry3d& X_WM() const { return state_.X_WM; }
   /// On the flange at the step's end: index among the scene's tools, -1 = none.
   [[nodiscard]] int tool() const { return state_.tool; }
-  [[nodiscard]] double gripper_setting() const { return controller_.gripper_setting(); }
-  /// Of each finger at the pressure that is set [N].
+  /// Where the gripper goes: as it is told, unless it is stuck.
+  [[nodiscard]] double gripper_setting() const {
+    return state_.faults.gripper_setting.value_or(controller_.gripper_setting());
+  }
+  [[nodiscard]] bool gripper_told_to_open() const { return controller_.gripper_setting() > 0.5; }
+  /// Of each finger at the pressure that there is [N].
   [[nodiscard]] double gripper_force_n() const;
 
   /// How often a step waited for a motion plan.
@@ -79,6 +91,12 @@ class SimulatedRobot {
     bool curtain_broken = false;  ///< the input from the cell's light curtain
     SimTime now{};
     robot::GuardMonitor guards;
+    RobotFaults faults;
+    /// Between what the encoders read and where the links are: play of the joints, and errors of
+    /// the encoders, which come and go at a moderate speed.
+    std::array<double, api::kMaxJoints> play_rad{}, half_width_rad{}, bias_rad{};
+    robot::JointVector q_before;  ///< of the last step, for the play; empty = no play
+    bool bent = false;            ///< some of these are not zero
   };
   struct ExternalTorque {
     robot::JointVector all;   ///< of all contacts
@@ -90,6 +108,8 @@ class SimulatedRobot {
   void check_guards(const physics::GripperState& gripper,
                     std::span<const physics::ArmForce> forces);
   void finish_guards();
+  [[nodiscard]] std::string out_of_order() const;
+  void bend_links();
   void update_link_poses();
   void couple(std::span<const LooseTool> loose);
   void move_mount();
@@ -97,6 +117,7 @@ class SimulatedRobot {
   [[nodiscard]] Eigen::Isometry3d mount_of(const LooseTool& loose) const;
   [[nodiscard]] const robot::Payload& payload() const;
   [[nodiscard]] double full_force_n() const;
+  [[nodiscard]] double set_gripper_force_n() const;
 
   const scene::Robot& scene_;
   std::vector<scene::Tool> tools_;  // of the scene

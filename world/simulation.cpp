@@ -180,7 +180,12 @@ void Simulation::apply(const QueuedCommand& queued) {
     }
     std::visit(
         [&](const auto& body) {
-          if constexpr (!std::is_same_v<std::decay_t<decltype(body)>, api::SimulationCommand>) {
+          using Body = std::decay_t<decltype(body)>;
+          if constexpr (std::is_same_v<Body, api::FaultCommand>) {
+            if (auto done = world_->apply(queued.ticket, body); !done) {
+              record_failure(queued.ticket, done.error());
+            }
+          } else if constexpr (!std::is_same_v<Body, api::SimulationCommand>) {
             world_->apply(queued.ticket, body);
           }
         },

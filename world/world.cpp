@@ -81,11 +81,14 @@ void World::apply(api::Ticket, const api::ConveyorCommand& command) {
 
 void World::apply(api::Ticket, const api::SetIntruder& command) {
   intruder_ = command.intruder;
-  occluders_->gather(robots_, *physics_, intruder_);
+  gather_intruders(effects_of(faults_.active(), time(), *description_).intruders);
+  occluders_->gather(robots_, *physics_, intruders_);
   look_through_curtain();
 }
 
 void World::step() {
+  // Injected faults begin and end between two steps.
+  run_faults();
   for (std::size_t i = 0; i < robots_.size(); ++i) step_robot(i);
   // The belt's drive advances its ramp; the physics carries what lies on the belt.
   if (conveyor_) physics_->set_belt_speed(conveyor_->step(scene_->physics.step_s));
@@ -135,7 +138,8 @@ WorldState World::save() const {
                    .physics = physics_->save(),
                    .vision = vision_,
                    .curtain = curtain_,
-                   .intruder = intruder_};
+                   .intruder = intruder_,
+                   .faults = faults_};
   for (const auto& robot : robots_) state.robots.push_back(robot.save());
   return state;
 }
@@ -154,13 +158,15 @@ void World::restore(const WorldState& state) {
   vision_ = state.vision;
   curtain_ = state.curtain;
   intruder_ = state.intruder;
+  faults_ = state.faults;
+  gather_intruders(effects_of(faults_.active(), time(), *description_).intruders);
 }
 
 void World::sense() {
   const bool cycle = time() % kSensorPeriod < step_size_;
   // Cameras and light curtain look at one picture of what is in the way.
   if (vision_->due(steps_) || (light_curtain_ && cycle)) {
-    occluders_->gather(robots_, *physics_, intruder_);
+    occluders_->gather(robots_, *physics_, intruders_);
   }
   vision_->look(steps_, *description_, *occluders_);
   if (!cycle) return;
@@ -231,10 +237,11 @@ void World::write(api::Snapshot& out) const {
     robots_[i].write(physics_->gripper(index), physics_->arm_forces(index), out.robots[i]);
     out.robots[i].vision = vision_->latest(i);
   }
-  out.conveyor = conveyor_ ? conveyor_->state() : api::ConveyorSnapshot{};
+  out.conveyor = conveyor_ ? conveyor_->readings() : api::ConveyorSnapshot{};
   if (photo_eyes_) out.conveyor.photo_eyes = photo_eyes_->eyes();
   out.light_curtain = curtain_;
-  out.intruder = intruder_;
+  out.intruder = intruders_.empty() ? std::nullopt : std::optional(intruders_.front());
+  out.faults = faults_.list();
   const int count = physics_->body_count();
   out.bodies.resize(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) {

@@ -4,12 +4,15 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "world/api/command.hpp"
 #include "world/api/snapshot.hpp"
 #include "world/cell_vision.hpp"
 #include "world/conveyor_drive.hpp"
+#include "world/faults/fault_effects.hpp"
+#include "world/faults/fault_schedule.hpp"
 #include "world/physics/physics_world.hpp"
 #include "world/scene/scene.hpp"
 #include "world/sensor_occluders.hpp"
@@ -42,6 +45,8 @@ class World {
   void apply(api::Ticket ticket, const api::RobotCommand& command);
   void apply(api::Ticket ticket, const api::ConveyorCommand& command);
   void apply(api::Ticket ticket, const api::SetIntruder& command);
+  /// Faults begin and end at the beginning of a step. Errors: too many faults, an unknown one.
+  [[nodiscard]] Result<void> apply(api::Ticket ticket, const api::FaultCommand& command);
 
   /// Advances by one fixed step. Throws physics::PhysicsFailure when the physics fails; the state
   /// is then that of the last good step.
@@ -75,6 +80,16 @@ class World {
   void look_through_curtain();
   void stop_robots_if_broken();
 
+  // ---- injected faults (faults/world_faults.cpp)
+  class Facts;
+  void run_faults();
+  /// What a momentary fault does; returns what there is to tell, mostly nothing.
+  std::string carry_out(const FaultSpec& fault);
+  std::string move_part(const FaultSpec& fault);
+  std::string shift_tray(const FaultSpec& fault);
+  void bring_into_effect(const FaultEffects& effects);
+  void gather_intruders(std::span<const api::Intruder> of_faults);
+
   std::shared_ptr<const scene::Scene> scene_;
   SimTime step_size_;
   std::uint64_t steps_ = 0;
@@ -90,6 +105,8 @@ class World {
   std::optional<sensors::LightCurtain> light_curtain_;
   api::LightCurtainSnapshot curtain_;
   std::optional<api::Intruder> intruder_;
+  FaultSchedule faults_;
+  std::vector<api::Intruder> intruders_;  ///< with those of faults, which come last
 };
 
 }  // namespace aprsim::world

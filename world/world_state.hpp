@@ -7,6 +7,7 @@
 #include "world/api/light_curtain.hpp"
 #include "world/cell_vision.hpp"
 #include "world/conveyor_drive.hpp"
+#include "world/faults/fault_schedule.hpp"
 #include "world/physics/physics_world.hpp"
 #include "world/sensors/photo_eyes.hpp"
 #include "world/simulated_robot.hpp"
@@ -25,10 +26,11 @@ struct WorldState {
   std::optional<CellVision> vision;
   api::LightCurtainSnapshot curtain;
   std::optional<api::Intruder> intruder;
+  FaultSchedule faults;
 
   /// Of memory, besides what copies share; approximately.
   [[nodiscard]] std::uint64_t bytes() const {
-    std::uint64_t sum = sizeof *this + physics.bytes();
+    std::uint64_t sum = sizeof *this + physics.bytes() + faults.bytes();
     for (const auto& robot : robots) sum += robot.bytes();
     return sum;
   }

@@ -177,4 +177,21 @@ Outcome<v1::SetIntruderResponse> CellConnection::set_intruder(
   return call(stubs_->control, &v1::ControlService::Stub::SetIntruder, request, address_);
 }
 
+Outcome<v1::InjectFaultResponse> CellConnection::inject_fault(
+    const v1::InjectFaultRequest& request) {
+  return call(stubs_->control, &v1::ControlService::Stub::InjectFault, request, address_);
+}
+
+Outcome<v1::Receipt> CellConnection::end_fault(std::uint64_t id) {
+  v1::EndFaultRequest request;
+  request.set_id(id);
+  return receipt(call(stubs_->control, &v1::ControlService::Stub::EndFault, request, address_));
+}
+
+Outcome<v1::Receipt> CellConnection::report_event(const std::string& event) {
+  v1::ReportEventRequest request;
+  request.set_event(event);
+  return receipt(call(stubs_->control, &v1::ControlService::Stub::ReportEvent, request, address_));
+}
+
 }  // namespace aprsim::client

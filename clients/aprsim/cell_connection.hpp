@@ -40,6 +40,11 @@ class CellConnection {
   /// Absent = taken away. The light curtain's state at that step comes with the answer.
   [[nodiscard]] Outcome<v1::SetIntruderResponse> set_intruder(
       const std::optional<v1::Intruder>& intruder);
+  /// The fault, with its number, comes with the answer.
+  [[nodiscard]] Outcome<v1::InjectFaultResponse> inject_fault(
+      const v1::InjectFaultRequest& request);
+  [[nodiscard]] Outcome<v1::Receipt> end_fault(std::uint64_t id);
+  [[nodiscard]] Outcome<v1::Receipt> report_event(const std::string& event);
 
  private:
   struct Stubs;

@@ -2,12 +2,14 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "clients/aprsim/endpoints.hpp"
+#include "clients/aprsim/fault_when.hpp"
 #include "crcl/motion_commands.hpp"
 
 namespace aprsim::client {
@@ -100,6 +102,24 @@ struct IntruderCommand {
   std::optional<std::array<double, 2>> xy_m;        ///< where it stands on the floor; absent = gone
   std::array<double, 3> size_m = {0.5, 0.3, 1.75};  ///< a person's
 };
+struct FaultListCommand {};
+struct FaultKindsCommand {
+  bool markdown = false;  ///< as FAULTS.md
+};
+struct FaultInjectCommand {
+  std::string kind;
+  std::string target;                        ///< as the kind says; empty = none
+  std::map<std::string, double> parameters;  ///< SI
+  std::optional<double> at_s;                ///< simulated time since the last reset
+  std::optional<FaultWhen> when;             ///< never with at_s
+  std::optional<double> for_s;               ///< absent = until it is ended
+};
+struct FaultEndCommand {
+  std::uint64_t id = 0;
+};
+struct FaultEventCommand {
+  std::string event;
+};
 struct DemoCommand {
   std::vector<std::string> robots;  ///< only these; empty = all, unless only the belt is wanted
   bool belt = false;                ///< only the belt, or the belt besides the named robots
@@ -116,8 +136,9 @@ using AnyCommand =
                  CrclInitCommand, CrclStopCommand, CrclGripperCommand, CrclJogCommand,
                  CrclValidateCommand, ConveyorSetCommand, ConveyorStatusCommand, ConveyorMapCommand,
                  PauseCommand, ResumeCommand, StepCommand, SpeedCommand, ResetCommand, SaveCommand,
-                 LoadCommand, StatesListCommand, StatesDeleteCommand, IntruderCommand, DemoCommand,
-                 CompletionCommand, ManualCommand>;
+                 LoadCommand, StatesListCommand, StatesDeleteCommand, IntruderCommand,
+                 FaultListCommand, FaultKindsCommand, FaultInjectCommand, FaultEndCommand,
+                 FaultEventCommand, DemoCommand, CompletionCommand, ManualCommand>;
 
 struct CommandLine {
   EndpointChoice endpoints;

@@ -8,6 +8,7 @@
 
 #include "clients/aprsim/command_tree.hpp"
 #include "clients/aprsim/commands.hpp"
+#include "world/fault_kinds/fault_kinds.hpp"
 
 namespace aprsim::client {
 namespace {
@@ -20,6 +21,11 @@ struct Candidates {
 
 Candidates candidates(const OptionInfo& option) {
   if (option.value == "FILE") return {{}, true};
+  if (option.value == "KIND") {
+    Candidates kinds;
+    for (const auto& kind : faults::all_kinds()) kinds.words.emplace_back(kind.name);
+    return kinds;
+  }
   if (option.value != "ROBOT") return {choices(option)};
   Candidates robots;
   for (const auto& [name, port] : Endpoints().crcl) robots.words.push_back(name);

@@ -38,6 +38,15 @@ constexpr std::array kJson{
     Entry{"pause, resume, step, speed, reset, save, load, intruder",
           "done (the command), step, sim_time_s, epoch: when it took effect; intruder also "
           "light_curtain (broken or clear), where there is one."},
+    Entry{"fault list",
+          "faults (list of id, kind, target, parameters, trigger, state (pending, active, ended), "
+          "begin_step, end_step, note)."},
+    Entry{"fault kinds",
+          "name, target, momentary, meaning, parameters (list of name, unit, min, max, default, "
+          "meaning): one object a kind."},
+    Entry{"fault inject, end, event",
+          "done (the command), step, sim_time_s, epoch: when it took effect; inject also id and "
+          "fault, as in the list; end also id; event also event."},
     Entry{"crcl status, init, stop, gripper, jog, send, run",
           "robot, command_id, command, state (CRCL_Done, ...), description, program_index, "
           "program_length, tool (its point), x_axis, z_axis, joints, gripper (separation of the "
@@ -65,6 +74,8 @@ constexpr std::array kExamples{
     Entry{"aprsim status", "The cell as it is now."},
     Entry{"aprsim crcl jog --robot fanuc --init --axis z --by 20", "20 mm up."},
     Entry{"aprsim crcl stop", "Both robots stop."},
+    Entry{"aprsim fault inject gripper-leak fanuc --over 5 --when grasp:fanuc:2",
+          "From its second grasp on, the gripper presses less and less."},
     Entry{"aprsim conveyor set --speed 50% --direction reverse", "The belt runs backward."},
     Entry{"aprsim conveyor status --json | jq .speed_m_s", "Its speed, for a program."},
 };

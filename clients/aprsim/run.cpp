@@ -20,6 +20,7 @@ bool needs_cell(const AnyCommand& command) {
   return !std::holds_alternative<CompletionCommand>(command) &&
          !std::holds_alternative<ManualCommand>(command) &&
          !std::holds_alternative<CrclValidateCommand>(command) &&
+         !std::holds_alternative<FaultKindsCommand>(command) &&
          !std::holds_alternative<ConveyorMapCommand>(command);
 }
 

@@ -10,6 +10,7 @@
 #include "crcl/command_codec.hpp"
 #include "crcl/text.hpp"
 #include "protocols/crcl/status_builder.hpp"
+#include "protocols/wire_faults.hpp"
 
 namespace aprsim::crcl_server {
 namespace {
@@ -258,6 +259,7 @@ void CommandExecutor::execute(crcl::Program program, const Caller& caller) {
 
 void CommandExecutor::refuse(const std::string& type, std::int64_t id, const std::string& reason) {
   observe(*source_.latest());
+  keep_old_status();
   in_program_ = false;
   crcl::CommandInstance instance;
   instance.command.id = id;
@@ -278,6 +280,7 @@ void CommandExecutor::bad_document(const std::string& reason) {
 
 void CommandExecutor::carry_out(const crcl::CommandInstance& instance, const Caller& caller) {
   const crcl::Command& command = instance.command;
+  keep_old_status();
   lifecycle_.begin(std::string(crcl::type_name(command.body)), instance);
   end_told_.reset();
   spdlog::debug("{}: {} {} from {}", name(), lifecycle_.type(), command.id, caller.peer);
@@ -298,6 +301,24 @@ void CommandExecutor::carry_out(const crcl::CommandInstance& instance, const Cal
     }
   } else if (const auto pending = lifecycle_.pending(); pending && !command.guards.empty()) {
     guarded_ = to_guarded_command(pending->ticket, command.guards, parameters_.sensors(), units);
+  }
+}
+
+PortFaults CommandExecutor::faults() const {
+  const api::SnapshotPtr now = source_.latest();
+  if (!now->faults) return {};
+  using faults::Kind;
+  return {.half_document = protocols::injected(*now, Kind::kCrclHalfDocument, options_.robot),
+          .old_status = protocols::injected(*now, Kind::kCrclOldStatus, options_.robot),
+          .late_status = protocols::injected_delay(*now, Kind::kCrclLateStatus, options_.robot),
+          .slow = protocols::injected_delay(*now, Kind::kCrclSlow, options_.robot)};
+}
+
+void CommandExecutor::keep_old_status() {
+  if (faults().old_status) {
+    old_status_ = lifecycle_.next_status(program_ && in_program_);
+  } else {
+    old_status_.reset();
   }
 }
 
@@ -372,7 +393,13 @@ crcl::Status CommandExecutor::status(const ConnectionSettings& settings) {
   if (program_) advance();
   const api::SnapshotPtr snapshot = source_.latest();
   observe(*snapshot);
-  return build_status(lifecycle_.next_status(program_ && in_program_),
+  crcl::CommandStatus command = lifecycle_.next_status(program_ && in_program_);
+  if (old_status_ && faults().old_status) {
+    const std::int64_t status_id = command.status_id;
+    command = *old_status_;
+    command.status_id = status_id;
+  }
+  return build_status(std::move(command),
                       {.snapshot = *snapshot,
                        .robot = options_.robot,
                        .start_ms = options_.start_ms,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -32,6 +33,14 @@ struct CommandExecutorOptions {
   std::int64_t start_ms = 0;             ///< simulated time 0 in ms since 1970
 };
 
+/// What injected faults do to a CRCL port. Times are wall-clock.
+struct PortFaults {
+  bool half_document = false;  ///< a status ends in its midst, and the connection with it
+  bool old_status = false;     ///< statuses are of the command before
+  std::chrono::nanoseconds late_status{};  ///< from the making of a status to its sending
+  std::chrono::nanoseconds slow{};         ///< before each document is taken
+};
+
 /// Carries out the commands and programs that all clients of one robot send, and answers for it.
 /// Which commands are admitted and how far the latest has come is the CommandLifecycle's. Knows no
 /// sockets. Thread: the server's.
@@ -61,6 +70,9 @@ class CommandExecutor {
   /// The answer to one GetStatus. Every call gives a new StatusID.
   [[nodiscard]] crcl::Status status(const ConnectionSettings& settings);
 
+  /// What injected faults do to the port now.
+  [[nodiscard]] PortFaults faults() const;
+
   /// Whether no status of this state has told before that the latest command is over: done or in
   /// error. To be asked for every status once.
   [[nodiscard]] bool first_to_tell_end(crcl::CommandState state);
@@ -74,6 +86,7 @@ class CommandExecutor {
   friend struct Visitor;
 
   void carry_out(const crcl::CommandInstance& instance, const Caller& caller);
+  void keep_old_status();
   void start(ProgramRunner program);
   [[nodiscard]] bool step_done(const api::Snapshot& snapshot);
   void observe(const api::Snapshot& snapshot);
@@ -96,6 +109,8 @@ class CommandExecutor {
   protocols::RateLimit program_pace_;
   bool in_program_ = false;                     // the latest command is the program's
   std::optional<crcl::CommandState> end_told_;  // of the latest command
+  /// Of the command before, while an injected fault wants it to be told.
+  std::optional<crcl::CommandStatus> old_status_;
   std::function<void()> wake_;
 };
 

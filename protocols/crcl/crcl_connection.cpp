@@ -43,7 +43,9 @@ CrclConnection::CrclConnection(asio::ip::tcp::socket socket, std::string peer,
       framer_(crcl::Framer::for_commands(options.max_message_bytes, options.max_program_bytes)),
       write_timer_(socket_.get_executor()),
       idle_timer_(socket_.get_executor()),
-      document_timer_(socket_.get_executor()) {}
+      document_timer_(socket_.get_executor()),
+      late_timer_(socket_.get_executor()),
+      pause_timer_(socket_.get_executor()) {}
 
 void CrclConnection::start() {
   error_code ignored;
@@ -56,7 +58,7 @@ void CrclConnection::start() {
 void CrclConnection::drain() {
   if (closed_) return;
   draining_ = true;
-  if (output_.empty()) close();
+  if (all_sent()) close();
 }
 
 void CrclConnection::close() {
@@ -66,6 +68,8 @@ void CrclConnection::close() {
   write_timer_.cancel(ignored);
   idle_timer_.cancel(ignored);
   document_timer_.cancel(ignored);
+  late_timer_.cancel(ignored);
+  pause_timer_.cancel(ignored);
   socket_.shutdown(asio::ip::tcp::socket::shutdown_both, ignored);
   socket_.close(ignored);
   executor_.client_gone(caller_);
@@ -132,21 +136,41 @@ void CrclConnection::acknowledge_at_once() {
 // has too many statuses to take, on_writable() comes back here.
 void CrclConnection::process() {
   for (int i = 0; i < kDocumentsPerTurn; ++i) {
-    full_ = output_.size() >= options_.max_output_bytes;
-    if (closed_ || draining_ || full_) return;
+    full_ = output_.size() + late_bytes_ >= options_.max_output_bytes;
+    if (closed_ || draining_ || full_ || paused_) return;
     crcl::Result<std::optional<std::string>> document = framer_.next();
     if (!document) return fail_document(document.error());
     watch_document(!*document && framer_.buffered() > 0);
     if (!*document) return read();
     place_.used();
     ++counters_.commands;
-    try {
-      handle(**document);
-    } catch (const std::exception& problem) {
-      return drop(problem.what());  // this peer's loss, not the others'
+    if (const auto slow = executor_.faults().slow; slow.count() > 0) {
+      return pause(*std::move(*document), slow);
     }
+    take(**document);
   }
   asio::post(socket_.get_executor(), [self = shared_from_this()] { self->process(); });
+}
+
+void CrclConnection::take(const std::string& document) {
+  try {
+    handle(document);
+  } catch (const std::exception& problem) {
+    drop(problem.what());  // this peer's loss, not the others'
+  }
+}
+
+// An injected fault: the document is taken later, and nothing after it before.
+void CrclConnection::pause(std::string document, std::chrono::nanoseconds time) {
+  paused_ = true;
+  pause_timer_.expires_after(time);
+  pause_timer_.async_wait(
+      [self = shared_from_this(), document = std::move(document)](const error_code& cancelled) {
+        self->paused_ = false;
+        if (cancelled || self->closed_ || self->draining_) return;
+        self->take(document);
+        self->process();
+      });
 }
 
 // However the rest drips in, it has to be there in time.
@@ -219,9 +243,45 @@ void CrclConnection::answer_status() {
   const crcl::Status status = executor_.status(*caller_.settings);
   const std::string document = crcl::encode_status(status);
   tap_status(status.command, document);
-  output_ += document;
   ++counters_.statuses;
+  const PortFaults faults = executor_.faults();
+  if (faults.half_document) {
+    output_ += document.substr(0, document.size() / 2);
+    if (!blocked_) flush();
+    return drain();
+  }
+  if (faults.late_status.count() > 0 || !late_.empty()) {
+    return send_later(document, faults.late_status);
+  }
+  output_ += document;
   if (!blocked_) flush();
+}
+
+// An injected fault: in their order, each at its time.
+void CrclConnection::send_later(std::string document, std::chrono::nanoseconds time) {
+  late_bytes_ += document.size();
+  late_.push_back({std::chrono::steady_clock::now() + time, std::move(document)});
+  if (late_.size() == 1) send_due();
+}
+
+void CrclConnection::send_due() {
+  if (closed_) return;
+  while (!late_.empty() && late_.front().due <= std::chrono::steady_clock::now()) {
+    late_bytes_ -= late_.front().document.size();
+    output_ += late_.front().document;
+    late_.pop_front();
+  }
+  if (!output_.empty() && !blocked_) flush();
+  if (closed_) return;
+  if (!late_.empty()) {
+    late_timer_.expires_at(late_.front().due);
+    late_timer_.async_wait([self = shared_from_this()](const error_code& cancelled) {
+      if (!cancelled) self->send_due();
+    });
+  } else if (draining_ && output_.empty()) {
+    return close();
+  }
+  if (full_ && output_.size() + late_bytes_ < options_.max_output_bytes) process();
 }
 
 void CrclConnection::tap_error(const crcl::Error& error, const std::string& document) {
@@ -288,8 +348,8 @@ void CrclConnection::on_writable(const error_code& error) {
   blocked_ = false;
   flush();
   if (closed_) return;
-  if (draining_ && output_.empty()) return close();
-  if (full_ && output_.size() < options_.max_output_bytes) process();
+  if (draining_ && all_sent()) return close();
+  if (full_ && output_.size() + late_bytes_ < options_.max_output_bytes) process();
 }
 
 }  // namespace aprsim::crcl_server

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <string>
@@ -44,6 +45,8 @@ class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
   /// Closes at once.
   void close();
   void give_way() { drop("its place is needed"); }
+  /// As if the wire were cut.
+  void break_off() { drop("an injected fault"); }
 
   [[nodiscard]] protocols::ConnectionPlaces::Place& place() { return place_; }
   [[nodiscard]] const std::string& peer() const { return caller_.peer; }
@@ -59,6 +62,12 @@ class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
   void handle_undecodable(const crcl::Error& error);
   void fail_document(const crcl::Error& error);
   void answer_status();
+  void take(const std::string& document);
+  void pause(std::string document, std::chrono::nanoseconds time);
+  void send_later(std::string document, std::chrono::nanoseconds time);
+  void send_due();
+  /// Nothing is left to send.
+  [[nodiscard]] bool all_sent() const { return output_.empty() && late_.empty(); }
   [[nodiscard]] bool polls_tapped() const { return options_.tap && options_.tap->wants_polls(); }
   void tap_command(std::string type, std::int64_t id, std::string fault,
                    const std::string& document);
@@ -83,7 +92,14 @@ class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
   std::array<char, 8192> input_{};
   std::string get_status_;  // the latest GetStatus, which clients repeat byte for byte
   std::string output_;      // statuses, or the rest of one, that the peer has not read yet
-  boost::asio::steady_timer write_timer_, idle_timer_, document_timer_;
+  struct Late {
+    std::chrono::steady_clock::time_point due;
+    std::string document;
+  };
+  std::deque<Late> late_;       // statuses that an injected fault holds back
+  std::size_t late_bytes_ = 0;  // of them
+  bool paused_ = false;         // an injected fault holds back the document at hand
+  boost::asio::steady_timer write_timer_, idle_timer_, document_timer_, late_timer_, pause_timer_;
   bool incomplete_ = false;  // the beginning of a document waits for its rest
   std::chrono::steady_clock::time_point
       received_{};         // of the document at hand, while polls are tapped

@@ -8,12 +8,15 @@
 #include "protocols/crcl/command_executor.hpp"
 #include "protocols/crcl/crcl_connection.hpp"
 #include "protocols/tcp_service.hpp"
+#include "protocols/wire_faults.hpp"
 
 namespace aprsim::crcl_server {
 
 namespace {
 
 constexpr auto kProgramPeriod = std::chrono::milliseconds(1);
+/// How often snapshots are asked for injected faults of the port.
+constexpr auto kFaultPeriod = std::chrono::milliseconds(10);
 
 CommandExecutorOptions executor_options(const CrclServerOptions& options) {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
@@ -44,7 +47,10 @@ class CrclServer::Impl {
                        std::move(socket), std::move(peer), std::move(place), options_, executor_,
                        counters_, [this](CrclConnection& ended) { service_.ended(ended); });
                  }),
-        program_timer_(service_.io()) {
+        program_timer_(service_.io()),
+        fault_timer_(service_.io()),
+        source_(source),
+        drops_(faults::Kind::kCrclDrop, options_.robot) {
     crcl::initialize_xml();
     executor_.on_program([this] { schedule_program(); });
   }
@@ -55,12 +61,16 @@ class CrclServer::Impl {
     const Result<std::uint16_t> port = service_.listen();
     if (!port) return port;
     spdlog::info("{}: listening on {} port {}", executor_.name(), options_.bind_address, *port);
+    watch_faults();
     service_.start();
     return port;
   }
 
   void stop() {
-    service_.stop([this] { program_timer_.cancel(); });
+    service_.stop([this] {
+      program_timer_.cancel();
+      fault_timer_.cancel();
+    });
   }
 
   [[nodiscard]] CrclServerStats stats() const {
@@ -80,11 +90,39 @@ class CrclServer::Impl {
     });
   }
 
+  void watch_faults() {
+    fault_timer_.expires_after(kFaultPeriod);
+    fault_timer_.async_wait([this](const boost::system::error_code& cancelled) {
+      if (!cancelled && !service_.draining()) watch_faults();
+    });
+    follow_faults();
+  }
+
+  // A controller that starts anew closes its port; a dropped connection may come back at once.
+  void follow_faults() {
+    const api::SnapshotPtr now = source_.latest();
+    if (now->faults == followed_ && now->epoch == epoch_) return;
+    followed_ = now->faults;
+    epoch_ = now->epoch;
+    const bool drop = drops_.happened(*now);
+    const bool closed = protocols::injected(*now, faults::Kind::kControllerReboot, options_.robot);
+    if (closed != closed_) service_.refuse_connections(closed);
+    if (drop || (closed && !closed_)) {
+      service_.for_each([](CrclConnection& connection) { connection.break_off(); });
+    }
+    closed_ = closed;
+  }
+
   CrclServerOptions options_;
   CommandExecutor executor_;
   CrclCounters counters_;
   protocols::TcpService<CrclConnection> service_;
-  boost::asio::steady_timer program_timer_;
+  boost::asio::steady_timer program_timer_, fault_timer_;
+  const api::SnapshotSource& source_;
+  protocols::MomentaryFaults drops_;
+  api::InjectedFaultsPtr followed_;  // the faults that the port has followed
+  std::uint64_t epoch_ = 0;
+  bool closed_ = false;  // the port, by an injected fault
 };
 
 CrclServer::CrclServer(CrclServerOptions options, api::CommandSink& sink,

@@ -13,6 +13,8 @@ namespace aprsim::protocols {
 [[nodiscard]] Result<api::SetSpeed> to_command(const v1::SetSpeedRequest& request);
 /// Numbers are checked where the command is submitted.
 [[nodiscard]] Result<api::SetIntruder> to_command(const v1::SetIntruderRequest& request);
+/// Names and numbers are checked where the command is submitted.
+[[nodiscard]] Result<api::InjectFault> to_command(const v1::InjectFaultRequest& request);
 [[nodiscard]] Result<api::ConveyorCommand> to_command(const v1::SetConveyorRequest& request,
                                                       const api::CellDescription& cell);
 /// Fails when the cell has stopped on a fault: only a reset or a saved state helps then.

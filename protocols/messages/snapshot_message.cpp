@@ -283,6 +283,10 @@ void write_message(const api::Snapshot& snapshot, const std::string& instance_id
   write(snapshot.solver_failures, *message.mutable_solver_failures());
   message.set_world_fault(snapshot.world_fault);
   message.set_world_stops(snapshot.world_stops);
+  if (!snapshot.faults) return;
+  for (const auto& fault : snapshot.faults->all) {
+    write_message(fault, *message.add_injected_faults());
+  }
 }
 
 }  // namespace aprsim::protocols

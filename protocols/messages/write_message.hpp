@@ -4,6 +4,7 @@
 #include <string>
 
 #include "aprsim/v1/snapshot.pb.h"
+#include "world/fault_kinds/fault_kinds.hpp"
 #include "world/api/snapshot.hpp"
 
 /// The world's values as messages of aprsim.v1. Field for field; units are SI on both sides.
@@ -20,6 +21,10 @@ void write_message(const api::ConveyorSnapshot& conveyor,
 
 void write_message(const api::LightCurtainSnapshot& curtain,
                    const api::LightCurtainDescription& description, v1::LightCurtainState& message);
+
+void write_message(const api::InjectedFault& fault, v1::InjectedFault& message);
+void write_message(const faults::KindInfo& kind, v1::FaultKind& message);
+void write_message(const faults::QuantityInfo& quantity, v1::FaultQuantity& message);
 
 /// The message must be empty. sample_time is taken from the wall clock here.
 void write_message(const api::Snapshot& snapshot, const std::string& instance_id,

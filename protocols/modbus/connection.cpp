@@ -8,6 +8,7 @@
 #include <boost/asio/write.hpp>
 
 #include "protocols/foreign_protocol.hpp"
+#include "protocols/wire_faults.hpp"
 
 namespace aprsim::modbus_server {
 namespace {
@@ -34,7 +35,8 @@ Connection::Connection(boost::asio::ip::tcp::socket socket, std::string peer,
       place_(std::move(place)),
       context_(context),
       timer_(context.io),
-      rate_(context.options.max_requests_per_s) {}
+      rate_(context.options.max_requests_per_s),
+      late_timer_(context.io) {}
 
 void Connection::start() {
   boost::system::error_code ignored;
@@ -66,6 +68,7 @@ void Connection::close(std::string_view why, bool fault) {
   boost::system::error_code ignored;
   socket_.close(ignored);
   timer_.cancel();
+  late_timer_.cancel();
   context_.closed(*this);
 }
 
@@ -111,7 +114,7 @@ void Connection::on_end_of_stream(const boost::system::error_code& error) {
 
 bool Connection::may_process_request() const {
   return !closed_ && !draining_ && !waiting_ &&
-         out_.size() + sending_.size() < context_.options.max_output_bytes;
+         out_.size() + sending_.size() + late_bytes_ < context_.options.max_output_bytes;
 }
 
 void Connection::process() {
@@ -140,7 +143,9 @@ void Connection::process() {
 
 bool Connection::close_if_finished() {
   const bool takes_no_more = draining_ || (ended_ && incomplete_ && !scheduled_);
-  if (!takes_no_more || waiting_ || !out_.empty() || !sending_.empty()) return false;
+  if (!takes_no_more || waiting_ || !out_.empty() || !sending_.empty() || !late_.empty()) {
+    return false;
+  }
   if (!broken_.empty()) {
     close(broken_, true);
   } else {
@@ -187,12 +192,17 @@ bool Connection::process_request() {
 }
 
 void Connection::handle(const modbus::ValidatedRequest& validated) {
+  const api::SnapshotPtr now = context_.source.latest();
+  const auto* exceptions =
+      now->faults ? now->faults->active(faults::Kind::kModbusExceptions) : nullptr;
+  if (exceptions != nullptr) {
+    const double code = api::InjectedFaults::value(*exceptions, "code");
+    return refuse(validated.adu, static_cast<modbus::ExceptionCode>(static_cast<int>(code)));
+  }
   if (validated.verdict == Verdict::kRefused) {
     refuse(validated.adu, validated.exception);
   } else if (validated.verdict == Verdict::kIdentification) {
-    const auto reply = modbus::identification_reply(validated.adu, validated.identification);
-    tap(false, reply);
-    out_.insert(out_.end(), reply.begin(), reply.end());
+    reply(modbus::identification_reply(validated.adu, validated.identification));
   } else {
     execute(validated);
   }
@@ -236,21 +246,59 @@ bool Connection::poll_applied(Clock::time_point now) {
 }
 
 void Connection::answer(std::span<const std::uint8_t> adu) {
-  const auto reply = context_.replies.build(adu, context_.device.image());
-  if (reply.empty()) {
+  const auto built = context_.replies.build(adu, context_.device.image());
+  if (built.empty()) {
     context_.log.warn(peer_ + ": no reply could be encoded");
     refuse(adu, modbus::ExceptionCode::kServerDeviceFailure);
     return;
   }
-  tap(false, reply);
-  out_.insert(out_.end(), reply.begin(), reply.end());
+  reply(built);
 }
 
 void Connection::refuse(std::span<const std::uint8_t> adu, modbus::ExceptionCode code) {
   ++context_.counters.exceptions;
-  const modbus::ExceptionReply reply = modbus::exception_reply(adu, code);
-  tap(false, reply.bytes);
-  out_.insert(out_.end(), reply.bytes.begin(), reply.bytes.end());
+  reply(modbus::exception_reply(adu, code).bytes);
+}
+
+void Connection::reply(std::span<const std::uint8_t> adu) {
+  const api::SnapshotPtr now = context_.source.latest();
+  if (protocols::injected(*now, faults::Kind::kModbusSilent)) return;
+  tap(false, adu);
+  std::vector<std::uint8_t> bytes;
+  if (protocols::injected(*now, faults::Kind::kModbusStray)) {
+    // The same under a transaction number that nobody has given.
+    bytes.assign(adu.begin(), adu.end());
+    bytes[0] ^= 0x5A;
+  }
+  bytes.insert(bytes.end(), adu.begin(), adu.end());
+  const auto delay = protocols::injected_delay(*now, faults::Kind::kModbusDelay);
+  if (delay.count() == 0 && late_.empty()) {
+    out_.insert(out_.end(), bytes.begin(), bytes.end());
+    return;
+  }
+  late_bytes_ += bytes.size();
+  late_.push_back({Clock::now() + delay, std::move(bytes)});
+  if (late_.size() > 1) return;
+  late_timer_.expires_at(late_.front().due);
+  late_timer_.async_wait([self = shared_from_this()](const boost::system::error_code& error) {
+    if (!error) self->send_due();
+  });
+}
+
+void Connection::send_due() {
+  if (closed_) return;
+  while (!late_.empty() && late_.front().due <= Clock::now()) {
+    late_bytes_ -= late_.front().adu.size();
+    out_.insert(out_.end(), late_.front().adu.begin(), late_.front().adu.end());
+    late_.pop_front();
+  }
+  if (!late_.empty()) {
+    late_timer_.expires_at(late_.front().due);
+    late_timer_.async_wait([self = shared_from_this()](const boost::system::error_code& error) {
+      if (!error) self->send_due();
+    });
+  }
+  process();
 }
 
 void Connection::tap(bool from_client, std::span<const std::uint8_t> adu) {

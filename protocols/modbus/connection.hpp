@@ -4,6 +4,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -41,6 +42,7 @@ struct ListenerContext {
   protocols::LimitedLog& log;
   Counters& counters;
   modbus::RequestRules rules;
+  const api::SnapshotSource& source;  ///< of injected faults
   /// Calls poll_applied() of this connection every millisecond or so until it returns false.
   std::function<void(std::shared_ptr<Connection>)> await_applied;
   std::function<void(Connection&)> closed;
@@ -84,6 +86,9 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void execute(const modbus::ValidatedRequest& validated);
   void answer(std::span<const std::uint8_t> adu);
   void refuse(std::span<const std::uint8_t> adu, modbus::ExceptionCode code);
+  /// To the peer, as injected faults let it.
+  void reply(std::span<const std::uint8_t> adu);
+  void send_due();
   /// Shows one message, a whole one, to whoever watches.
   /// A reply is as much of a poll as its request.
   void tap(bool from_client, std::span<const std::uint8_t> adu);
@@ -104,6 +109,13 @@ class Connection : public std::enable_shared_from_this<Connection> {
   std::array<std::uint8_t, 16 * modbus::kMaxAduSize> in_;
   std::size_t in_size_ = 0, in_used_ = 0;
   std::vector<std::uint8_t> out_, sending_;
+  struct Late {
+    Clock::time_point due;
+    std::vector<std::uint8_t> adu;
+  };
+  std::deque<Late> late_;       // replies that an injected fault holds back
+  std::size_t late_bytes_ = 0;  // of them
+  boost::asio::steady_timer late_timer_;
   std::optional<WaitingWrite> waiting_;
   Clock::time_point received_{};  // of the request at hand, while it is tapped
   bool heard_ = false;            // enough to tell the protocol

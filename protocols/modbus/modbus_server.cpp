@@ -5,6 +5,7 @@
 #include "protocols/modbus/allow_list.hpp"
 #include "protocols/modbus/connection.hpp"
 #include "protocols/tcp_service.hpp"
+#include "protocols/wire_faults.hpp"
 
 namespace aprsim::modbus_server {
 namespace {
@@ -12,6 +13,8 @@ namespace {
 using boost::system::error_code;
 
 constexpr std::chrono::milliseconds kApplyPoll{1};
+/// How often snapshots are asked for injected faults that close the port.
+constexpr std::chrono::milliseconds kFaultPeriod{10};
 
 }  // namespace
 
@@ -41,6 +44,7 @@ class ModbusServer::Impl {
   void await_applied(std::shared_ptr<Connection> connection);
   void poll_applied();
   void end(Connection& connection);
+  void watch_faults();
 
   const ModbusServerOptions options_;
   api::CommandSink& sink_;
@@ -51,7 +55,8 @@ class ModbusServer::Impl {
   protocols::LimitedLog log_{"modbus"};
   AllowList allow_;
   protocols::TcpService<Connection> service_;
-  boost::asio::steady_timer apply_timer_{service_.io()};
+  boost::asio::steady_timer apply_timer_{service_.io()}, fault_timer_{service_.io()};
+  bool closed_ = false;  // the port, by an injected fault
   std::unique_ptr<ConveyorDevice> device_;
   std::unique_ptr<ReplyBuilder> replies_;
   std::unique_ptr<ListenerContext> context_;
@@ -76,11 +81,25 @@ Result<std::uint16_t> ModbusServer::Impl::start() {
                                        std::chrono::duration<double>(options_.watchdog).count());
   context_ = std::make_unique<ListenerContext>(
       ListenerContext{service_.io(), options_, *device_, *replies_, log_, counters_,
-                      modbus::RequestRules{options_.read_only, options_.unit_ids},
+                      modbus::RequestRules{options_.read_only, options_.unit_ids}, source_,
                       [this](std::shared_ptr<Connection> c) { await_applied(std::move(c)); },
                       [this](Connection& c) { end(c); }});
+  watch_faults();
   service_.start();
   return *port;
+}
+
+void ModbusServer::Impl::watch_faults() {
+  fault_timer_.expires_after(kFaultPeriod);
+  fault_timer_.async_wait([this](const error_code& aborted) {
+    if (!aborted && !service_.draining()) watch_faults();
+  });
+  const bool closed = protocols::injected(*source_.latest(), faults::Kind::kModbusRefused);
+  if (closed == closed_) return;
+  closed_ = closed;
+  service_.refuse_connections(closed);
+  if (!closed) return;
+  service_.for_each([](Connection& connection) { connection.close("an injected fault", true); });
 }
 
 void ModbusServer::Impl::await_applied(std::shared_ptr<Connection> connection) {
@@ -105,7 +124,9 @@ void ModbusServer::Impl::end(Connection& connection) {
   service_.ended(connection);
 }
 
-void ModbusServer::Impl::stop() { service_.stop(); }
+void ModbusServer::Impl::stop() {
+  service_.stop([this] { fault_timer_.cancel(); });
+}
 
 ModbusServerStats ModbusServer::Impl::stats() const {
   ModbusServerStats stats;

@@ -286,4 +286,48 @@ grpc::ServerUnaryReactor* ControlService::SetIntruder(grpc::CallbackServerContex
   });
 }
 
+grpc::ServerUnaryReactor* ControlService::InjectFault(grpc::CallbackServerContext* context,
+                                                      const v1::InjectFaultRequest* request,
+                                                      v1::InjectFaultResponse* response) {
+  const auto fault = protocols::to_command(*request);
+  if (!fault) return refuse(context, fault.error());
+  return command(context, api::FaultCommand(*fault), [response](const auto& s, auto t) {
+    write_receipt(s, t, *response->mutable_receipt());
+    if (!s.faults) return;
+    const auto& all = s.faults->all;
+    const auto found = std::ranges::find(all, t, &api::InjectedFault::ticket);
+    if (found != all.end()) protocols::write_message(*found, *response->mutable_fault());
+  });
+}
+
+grpc::ServerUnaryReactor* ControlService::EndFault(grpc::CallbackServerContext* context,
+                                                   const v1::EndFaultRequest* request,
+                                                   v1::EndFaultResponse* response) {
+  return command(
+      context, api::FaultCommand(api::EndFault{request->id()}),
+      [response](const auto& s, auto t) { write_receipt(s, t, *response->mutable_receipt()); });
+}
+
+grpc::ServerUnaryReactor* ControlService::ReportEvent(grpc::CallbackServerContext* context,
+                                                      const v1::ReportEventRequest* request,
+                                                      v1::ReportEventResponse* response) {
+  return command(
+      context, api::FaultCommand(api::ReportEvent{request->event()}),
+      [response](const auto& s, auto t) { write_receipt(s, t, *response->mutable_receipt()); });
+}
+
+grpc::ServerUnaryReactor* ControlService::ListFaultKinds(
+    grpc::CallbackServerContext* context, const v1::ListFaultKindsRequest* /*request*/,
+    v1::ListFaultKindsResponse* response) {
+  for (const auto& kind : faults::all_kinds()) {
+    protocols::write_message(kind, *response->add_kinds());
+  }
+  for (const auto& quantity : faults::all_quantities()) {
+    protocols::write_message(quantity, *response->add_quantities());
+  }
+  auto* reactor = context->DefaultReactor();
+  reactor->Finish(grpc::Status::OK);
+  return reactor;
+}
+
 }  // namespace aprsim::telemetry

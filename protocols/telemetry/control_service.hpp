@@ -51,6 +51,18 @@ class ControlService final : public v1::ControlService::CallbackService {
   grpc::ServerUnaryReactor* SetIntruder(grpc::CallbackServerContext* context,
                                         const v1::SetIntruderRequest* request,
                                         v1::SetIntruderResponse* response) override;
+  grpc::ServerUnaryReactor* InjectFault(grpc::CallbackServerContext* context,
+                                        const v1::InjectFaultRequest* request,
+                                        v1::InjectFaultResponse* response) override;
+  grpc::ServerUnaryReactor* EndFault(grpc::CallbackServerContext* context,
+                                     const v1::EndFaultRequest* request,
+                                     v1::EndFaultResponse* response) override;
+  grpc::ServerUnaryReactor* ReportEvent(grpc::CallbackServerContext* context,
+                                        const v1::ReportEventRequest* request,
+                                        v1::ReportEventResponse* response) override;
+  grpc::ServerUnaryReactor* ListFaultKinds(grpc::CallbackServerContext* context,
+                                           const v1::ListFaultKindsRequest* request,
+                                           v1::ListFaultKindsResponse* response) override;
 
  private:
   using Body = decltype(api::Command::body);

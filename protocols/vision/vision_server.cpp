@@ -8,6 +8,7 @@
 #include "protocols/tcp_service.hpp"
 #include "protocols/vision/vision_connection.hpp"
 #include "protocols/vision/vision_line.hpp"
+#include "protocols/wire_faults.hpp"
 
 namespace aprsim::vision_server {
 
@@ -63,7 +64,7 @@ class VisionServer::Impl {
     auto connection = std::make_shared<VisionConnection>(
         std::move(socket), log_, std::move(peer), std::move(place), options_, counters_,
         [this](VisionConnection& ended) { service_.ended(ended); });
-    connection->offer(line_);
+    if (!out_of_order(*source_.latest())) connection->offer(line_);
     return connection;
   }
 
@@ -76,9 +77,15 @@ class VisionServer::Impl {
     refresh();
   }
 
+  /// By an injected fault: nothing is sent, not even again.
+  [[nodiscard]] bool out_of_order(const api::Snapshot& snapshot) const {
+    return protocols::injected(snapshot, faults::Kind::kCameraOutage, options_.robot);
+  }
+
   /// Sends a new frame, or the old one again when there has been none for long.
   void refresh() {
     const api::SnapshotPtr snapshot = source_.latest();
+    if (out_of_order(*snapshot)) return;
     const api::VisionFrame& frame =
         snapshot->robots[static_cast<std::size_t>(options_.robot)].vision;
     const auto now = std::chrono::steady_clock::now();

@@ -15,7 +15,8 @@ namespace fs = std::filesystem;
 
 /// What a folder may include of ours, besides itself; the longest prefix of a path rules.
 const std::map<std::string, std::set<std::string>> kAllowed = {
-    {"world/api", {}},
+    {"world/fault_kinds", {}},
+    {"world/api", {"world/fault_kinds"}},
     {"world/scene", {"world/api"}},
     {"world/robot", {"world/api"}},
     {"world/physics/collision", {"world/api", "world/scene"}},
@@ -32,13 +33,14 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
      {"world/api", "world/scene", "world/robot", "world/physics/collision", "world/physics/bodies",
       "world/physics/constraint", "world/physics/gripper", "world/physics/simplification"}},
     {"world/sensors", {"world/api", "world/scene", "world/robot"}},
-    {"world", {"world/api", "world/scene", "world/robot", "world/physics", "world/sensors"}},
+    {"world",
+     {"world/fault_kinds", "world/api", "world/scene", "world/robot", "world/physics", "world/sensors"}},
     {"crcl", {}},
     {"modbus", {}},
     {"proto", {}},
-    {"protocols", {"crcl", "modbus", "proto", "world/api"}},
-    {"server", {"protocols", "crcl", "world", "world/api", "world/scene"}},
-    {"clients", {"crcl", "modbus", "proto"}},
+    {"protocols", {"crcl", "modbus", "proto", "world/fault_kinds", "world/api"}},
+    {"server", {"protocols", "crcl", "world/fault_kinds", "world", "world/api", "world/scene"}},
+    {"clients", {"crcl", "modbus", "proto", "world/fault_kinds"}},
 };
 
 /// Headers that only the named folders may see.
@@ -72,7 +74,8 @@ bool within(const std::string& path, const std::set<std::string>& folders) {
 std::vector<fs::path> sources() {
   std::vector<fs::path> out;
   const fs::path root = APRSIM_SOURCE_DIR;
-  for (const auto* top : {"world", "crcl", "modbus", "proto", "protocols", "server", "clients"}) {
+  for (const auto* top :
+       {"world", "crcl", "modbus", "proto", "protocols", "server", "clients"}) {
     for (const auto& entry : fs::recursive_directory_iterator(root / top)) {
       const auto extension = entry.path().extension();
       if (extension == ".hpp" || extension == ".cpp") out.push_back(entry.path());

@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "world/api/conveyor_command.hpp"
+#include "world/api/fault.hpp"
 #include "world/api/light_curtain.hpp"
 #include "world/api/robot_command.hpp"
 #include "world/api/simulation_command.hpp"
@@ -23,7 +24,7 @@ struct SetIntruder {
 
 struct Command {
   EndpointId endpoint = 0;
-  std::variant<RobotCommand, ConveyorCommand, SetIntruder, SimulationCommand> body;
+  std::variant<RobotCommand, ConveyorCommand, SetIntruder, FaultCommand, SimulationCommand> body;
 };
 
 }  // namespace aprsim::api

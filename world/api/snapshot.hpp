@@ -9,6 +9,7 @@
 
 #include "world/api/cell_description.hpp"
 #include "world/api/error.hpp"
+#include "world/api/fault.hpp"
 #include "world/api/light_curtain.hpp"
 #include "world/api/pose.hpp"
 #include "world/api/robot_snapshot.hpp"
@@ -139,6 +140,7 @@ struct Snapshot {
   ConveyorSnapshot conveyor;
   LightCurtainSnapshot light_curtain;  ///< meaningless without one in the description
   std::optional<Intruder> intruder;
+  InjectedFaultsPtr faults;  ///< null = none since reset
   std::vector<BodySnapshot> bodies;
   std::vector<ToolSnapshot> tools;
 

@@ -13,6 +13,8 @@ struct VisionDetection {
   double x_m = 0, y_m = 0;  ///< of the object's origin
   double rotation_rad = 0;  ///< of its x axis about V's z, in (-pi, pi]
   double score = 0;         ///< share of the object's top that the camera sees, 0..1
+
+  bool operator==(const VisionDetection&) const = default;
 };
 
 /// What one camera saw at one instant. Empty when it saw nothing.

@@ -75,7 +75,9 @@ double ContactSearch::of_pair(const scene::SurfacePairs& property, SurfacePair p
 ContactConstraint ContactSearch::constraint(const Contact& contact, int fixed_shape) const {
   const auto& physics = model_.scene.physics;
   ContactConstraint out{.contact = contact, .fixed = fixed_shape};
-  out.belt = fixed_shape >= 0 && fixed_shape == model_.fixed.belt;
+  // Under what is caught the belt runs on.
+  const bool caught = model_.ids.is_free(contact.a) && model_.body(contact.a).jammed;
+  out.belt = fixed_shape >= 0 && fixed_shape == model_.fixed.belt && !caught;
   if (contact.pair == SurfacePair::kPadGear) {
     const int robot = model_.ids.robot_of(contact.a);
     out.friction = model_.grippers[static_cast<std::size_t>(robot)].pad_friction();

@@ -19,6 +19,9 @@ namespace aprsim::physics {
 namespace {
 
 constexpr double kBeforePad = 0.7;  // cosine between a pad's direction and that of a contact
+// What is put down overlaps others by less, and is so far above them [m].
+constexpr double kOverlap = 1e-4, kPutAbove = 2e-4;
+constexpr int kPutRounds = 64;  // of clearing one obstacle after the other
 
 }  // namespace
 
@@ -42,6 +45,8 @@ struct PhysicsWorld::Impl {
   void collect_results();
   void observe_grippers();
   void lose_fallen();
+  void wake_all();
+  [[nodiscard]] double clearance(std::span<const Placement> placements) const;
 
   PhysicsModel model;
   ContactSearch search;
@@ -176,6 +181,46 @@ void PhysicsWorld::Impl::lose_fallen() {
   }
 }
 
+void PhysicsWorld::Impl::wake_all() {
+  for (int i = 0; i < static_cast<int>(model.bodies.size()); ++i) {
+    if (model.simplification.dormant(i)) {
+      model.simplification.wake(model.simplification.sleeping().group(i));
+    }
+  }
+}
+
+/// By how much bodies at their present poses have to be raised together to be clear of all others.
+double PhysicsWorld::Impl::clearance(std::span<const Placement> placements) const {
+  std::vector<Aabb> obstacles;
+  for (const StaticShape& shape : model.fixed.shapes) obstacles.push_back(shape.bounds);
+  for (int i = 0; i < static_cast<int>(model.bodies.size()); ++i) {
+    const bool moved = std::ranges::find(placements, i, &Placement::body) != placements.end();
+    if (!moved && !model.body(i).lost_step) obstacles.push_back(model.body(i).bounds);
+  }
+  for (const auto& gripper : model.grippers) obstacles.push_back(gripper.bounds());
+  for (const auto& arm : model.arms) {
+    for (const auto& shape : arm.shapes()) obstacles.push_back(shape.bounds);
+  }
+  double lift = 0;
+  const auto overlaps = [&](const Aabb& box, const Aabb& other) {
+    return box.min.x() < other.max.x() && box.max.x() > other.min.x() &&
+           box.min.y() < other.max.y() && box.max.y() > other.min.y() &&
+           box.min.z() + lift < other.max.z() - kOverlap &&
+           box.max.z() + lift > other.min.z() + kOverlap;
+  };
+  for (int round = 0; round < kPutRounds; ++round) {
+    const double before = lift;
+    for (const Placement& placement : placements) {
+      const Aabb& box = model.body(placement.body).bounds;
+      for (const Aabb& other : obstacles) {
+        if (overlaps(box, other)) lift = other.max.z() + kPutAbove - box.min.z();
+      }
+    }
+    if (lift == before) break;
+  }
+  return lift;
+}
+
 // ---- the interface
 
 PhysicsWorld::PhysicsWorld(const scene::Scene& scene, std::span<const robot::ArmModel> arm_models,
@@ -201,6 +246,49 @@ void PhysicsWorld::set_gripper(int robot, double setting) {
 
 void PhysicsWorld::set_gripper_force(int robot, double force_n) {
   impl_->model.grippers[static_cast<std::size_t>(robot)].set_force(force_n);
+}
+
+void PhysicsWorld::set_gripper_wear(int robot, const GripperWear& wear) {
+  impl_->model.grippers[static_cast<std::size_t>(robot)].set_wear(wear);
+}
+
+void PhysicsWorld::set_jammed(int body, bool jammed) {
+  if (impl_->model.body(body).jammed == jammed) return;
+  impl_->model.body(body).jammed = jammed;
+  // It sleeps on another carrier from now on.
+  auto& simplification = impl_->model.simplification;
+  if (simplification.dormant(body)) simplification.wake(simplification.sleeping().group(body));
+}
+
+void PhysicsWorld::put(std::span<const Placement> placements) {
+  auto& model = impl_->model;
+  impl_->wake_all();
+  std::vector<Placement> here;
+  for (const Placement& placement : placements) {
+    if (!model.body(placement.body).lost_step) here.push_back(placement);
+  }
+  // On their own from now on, before anything moves.
+  for (const Placement& placement : here) model.simplification.lose(placement.body);
+  const auto place = [&](const Placement& placement, double lift) {
+    Eigen::Isometry3d X_WB = placement.X_WB;
+    X_WB.translation().z() += lift;
+    model.body(placement.body).place(X_WB, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
+  };
+  for (const Placement& placement : here) place(placement, 0);
+  const double lift = impl_->clearance(here);
+  for (const Placement& placement : here) place(placement, lift);
+}
+
+void PhysicsWorld::take_away(int body) {
+  auto& model = impl_->model;
+  FreeBody& free = model.body(body);
+  if (free.lost_step) return;
+  impl_->wake_all();
+  free.lost_step = impl_->steps;
+  model.simplification.lose(body);
+  Eigen::Isometry3d X_WB = free.X_WB;
+  X_WB.translation().z() = model.lost_below_m - 1;
+  free.place(X_WB, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
 }
 
 void PhysicsWorld::set_belt_speed(double speed_m_s) { impl_->next_belt_speed = speed_m_s; }
@@ -312,7 +400,7 @@ struct PhysicsWorld::State::Data {
     Eigen::Vector3d v_com_W, omega_W;
     Aabb bounds;
     std::optional<std::uint64_t> lost_step;
-    bool mounted = false;
+    bool mounted = false, jammed = false;
   };
   std::vector<Body> bodies;
   std::vector<GripperMechanism::State> grippers, parked;
@@ -345,7 +433,8 @@ PhysicsWorld::State PhysicsWorld::save() const {
                                                           body.omega_W,
                                                           body.bounds,
                                                           body.lost_step,
-                                                          body.mounted});
+                                                          body.mounted,
+                                                          body.jammed});
     ode::save(body.body.get(), to.ode);
   }
   for (const auto& gripper : model.grippers) data.grippers.push_back(gripper.save());
@@ -390,6 +479,7 @@ void PhysicsWorld::restore(const State& state) {
     body.v_com_W = from.v_com_W;
     body.omega_W = from.omega_W;
     body.bounds = from.bounds;
+    body.jammed = from.jammed;
     ode::restore(body.body.get(), from.ode);
     dBodyDisable(body.body.get());
   }

@@ -13,6 +13,7 @@
 #include "world/physics/arm_force.hpp"
 #include "world/physics/bodies/physics_failure.hpp"
 #include "world/physics/gripper/gripper_state.hpp"
+#include "world/physics/gripper/gripper_wear.hpp"
 #include "world/robot/model/arm_model.hpp"
 #include "world/scene/scene.hpp"
 
@@ -53,6 +54,8 @@ class PhysicsWorld {
   void set_gripper_mount(int robot, const Eigen::Isometry3d& X_WF_next);
   /// What each piston pushes with [N]; the scene's at the start.
   void set_gripper_force(int robot, double force_n);
+  /// What is wrong with a gripper, from now on.
+  void set_gripper_wear(int robot, const GripperWear& wear);
   void set_belt_speed(double speed_m_s);  ///< signed, along the belt's +x
 
   /// Between two steps: a tool changer locks a tool that no robot has to a robot without one, its
@@ -63,6 +66,19 @@ class PhysicsWorld {
   /// Strikes a free body: it wakes, leaves what it is merged with, and moves like this from now on;
   /// the velocity is that of its centre of mass.
   void set_velocity(int body, const Eigen::Vector3d& v_com_W, const Eigen::Vector3d& omega_W);
+
+  /// From now on: whether the belt leaves a body behind that lies on it.
+  void set_jammed(int body, bool jammed);
+  /// Puts bodies down elsewhere, at rest and all as high above the poses given as the highest that
+  /// needs it: clear of all other things, as far as their boxes tell. Everything wakes. Bodies that
+  /// are lost stay so.
+  struct Placement {
+    int body = 0;
+    Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+  };
+  void put(std::span<const Placement> placements);
+  /// Takes a body out of the cell: it is lost.
+  void take_away(int body);
 
   /// Throws PhysicsFailure before ODE would abort.
   void step();

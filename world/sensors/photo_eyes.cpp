@@ -60,6 +60,7 @@ void PhotoEyes::see(const api::BodyDescription& body, const Pose& X_WB) {
 
 void PhotoEyes::finish() {
   for (std::size_t i = 0; i < beams_.size(); ++i) {
+    if (stuck_[i]) broken_[i] = *stuck_[i];
     if (looked_ && broken_[i] && !eyes_[i].broken) ++eyes_[i].count;
     eyes_[i].broken = broken_[i];
   }

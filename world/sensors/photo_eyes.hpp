@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "world/api/cell_description.hpp"
@@ -20,6 +21,11 @@ class PhotoEyes {
   /// Whether a body stands over the belt, near enough above it to be carried.
   [[nodiscard]] bool carries(const Pose& X_WB) const;
 
+  /// From the next look on the eyes say this, whatever is in their beams; none = what they see.
+  void set_stuck(const std::array<std::optional<bool>, api::kMaxPhotoEyes>& stuck) {
+    stuck_ = stuck;
+  }
+
   /// Starts to look anew at all bodies of one instant: `see` each of them, then `finish`.
   void begin();
   void see(const api::BodyDescription& body, const Pose& X_WB);
@@ -37,6 +43,7 @@ class PhotoEyes {
   double half_length_m_, half_width_m_;
   std::array<api::PhotoEyeSnapshot, api::kMaxPhotoEyes> eyes_;
   std::array<bool, api::kMaxPhotoEyes> broken_{};
+  std::array<std::optional<bool>, api::kMaxPhotoEyes> stuck_{};
   double load_kg_ = 0;
   bool looked_ = false;
 };

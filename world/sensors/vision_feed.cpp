@@ -30,13 +30,36 @@ VisionFeed::VisionFeed(const scene::Vision& vision, const Eigen::Isometry3d& X_W
 void VisionFeed::expose(std::uint64_t step, const api::CellDescription& cell,
                         std::span<const Eigen::Isometry3d> X_WP,
                         std::span<const Occluder> occluders) {
+  // Frames are numbered through, so that each has the same noise whatever came before.
+  ++exposures_;
+  if (faults_ && faults_->outage) return;
   Pending& pending = ring_[(first_ + count_) % ring_.size()];
   ++count_;
-  ++exposures_;
   camera_.detect(cell, X_WP, occluders, mix_seed(seed_, exposures_), pending.frame);
   pending.frame.number = exposures_;
   pending.frame.time = step_size_ * static_cast<SimTime::rep>(step);
   pending.out_at = exposures_ == 1 ? step : step + latency_steps_;
+  if (!faults_) return;
+  if (faults_->frozen) {
+    pending.frame.detections = frozen_;
+  } else {
+    spoil(*faults_, cell, mix_seed(seed_, exposures_), pending.frame.detections);
+  }
+  pending.out_at += steps_in(faults_->late_s, step_size_);
+}
+
+void VisionFeed::set_faults(std::shared_ptr<const CameraFaults> faults) {
+  const bool was_frozen = faults_ && faults_->frozen;
+  if (faults && faults->frozen && !was_frozen) frozen_ = latest_.detections;
+  faults_ = std::move(faults);
+  if (!faults_) return;
+  // Room for the frames that wait longer, in their order.
+  const std::uint64_t wait = latency_steps_ + steps_in(faults_->late_s, step_size_);
+  const std::size_t room = wait / period_steps_ + 2;
+  if (room <= ring_.size()) return;
+  std::rotate(ring_.begin(), ring_.begin() + static_cast<std::ptrdiff_t>(first_), ring_.end());
+  first_ = 0;
+  ring_.resize(room);
 }
 
 void VisionFeed::advance(std::uint64_t step) {

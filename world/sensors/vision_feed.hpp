@@ -1,18 +1,21 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "world/api/cell_description.hpp"
 #include "world/api/vision.hpp"
+#include "world/sensors/camera_faults.hpp"
 #include "world/sensors/overhead_camera.hpp"
 
 namespace aprsim::sensors {
 
 /// One camera in simulated time: an exposure each period, whose frame comes out a latency later.
 /// The exposure at step 0 is out at once, as of a camera that has run for a while. Frame n of a
-/// seed is the same whenever the cell is. No call but the constructor allocates. Thread: sim.
+/// seed is the same whenever the cell is. No call but the constructor and set_faults() allocates
+/// while nothing is wrong. Thread: sim.
 class VisionFeed {
  public:
   /// Period and latency are rounded to whole steps.
@@ -23,6 +26,8 @@ class VisionFeed {
   [[nodiscard]] bool due(std::uint64_t step) const { return step % period_steps_ == 0; }
   void expose(std::uint64_t step, const api::CellDescription& cell,
               std::span<const Eigen::Isometry3d> X_WP, std::span<const Occluder> occluders);
+  /// From the next exposure on; null = nothing is wrong.
+  void set_faults(std::shared_ptr<const CameraFaults> faults);
   /// Gives out what has become old enough. Once a step, after any exposure.
   void advance(std::uint64_t step);
 
@@ -42,6 +47,8 @@ class VisionFeed {
   std::vector<Pending> ring_;
   std::size_t first_ = 0, count_ = 0;  ///< of the ring
   api::VisionFrame latest_;
+  std::shared_ptr<const CameraFaults> faults_;
+  std::vector<api::VisionDetection> frozen_;  ///< what a frozen camera shows
 };
 
 }  // namespace aprsim::sensors

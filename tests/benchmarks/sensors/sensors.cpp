@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <span>
 #include <stdexcept>
 
 #include "tests/benchmarks/support/clock.hpp"
@@ -36,7 +37,8 @@ class Cell {
   }
 
   void gather(const std::optional<api::Intruder>& intruder) {
-    occluders_->gather(robots_, *physics_, intruder);
+    occluders_->gather(robots_, *physics_,
+                       intruder ? std::span(&*intruder, 1) : std::span<const api::Intruder>());
   }
   [[nodiscard]] const scene::Scene& scene() const { return *scene_; }
   [[nodiscard]] const world::SensorOccluders& occluders() const { return *occluders_; }

@@ -46,6 +46,34 @@ TEST_F(News, APartIsLostOnceInAnEpoch) {
             "- gear fell out of the cell in step 900; a reset brings it back\n");
 }
 
+TEST_F(News, InjectedFaultsBeginAndEnd) {
+  auto faults = std::make_shared<api::InjectedFaults>();
+  auto& fault = faults->all.emplace_back();
+  fault.id = 1;
+  fault.kind = faults::Kind::kRobotSlow;
+  fault.target = "fanuc";
+  now.faults = faults;
+  EXPECT_EQ(told(), "") << "it waits";
+  faults = std::make_shared<api::InjectedFaults>(*faults);
+  faults->all[0].begin_step = 12;
+  auto& missing = faults->all.emplace_back();
+  missing.id = 2;
+  missing.kind = faults::Kind::kPartMissing;
+  missing.target = "gear";
+  missing.begin_step = missing.end_step = 13;
+  now.bodies[1].lost_step = 13;
+  now.faults = faults;
+  EXPECT_EQ(told(),
+            "- injected fault 1: robot-slow fanuc began in step 12\n"
+            "- injected fault 2: part-missing gear began in step 13\n")
+      << "taken out, not fallen";
+  EXPECT_EQ(told(), "");
+  faults = std::make_shared<api::InjectedFaults>(*faults);
+  faults->all[0].end_step = 99;
+  now.faults = faults;
+  EXPECT_EQ(told(), "- injected fault 1: robot-slow fanuc ended in step 99\n");
+}
+
 TEST_F(News, AStopIsToldEvenIfAResetFollowedAtOnce) {
   now.world_fault = "step 3, body gear: not a number";
   now.world_stops = 1;

@@ -237,6 +237,12 @@ void GripperMechanism::set_force(double force_n) {
   wake();
 }
 
+void GripperMechanism::set_wear(const GripperWear& wear) {
+  if (wear == now_.wear) return;
+  now_.wear = wear;
+  wake();
+}
+
 void GripperMechanism::begin_step(const Eigen::Isometry3d& X_WF_next) {
   now_.X_WT_next = X_WF_next * now_.X_FT;
   now_.delta = now_.X_WT_next * now_.X_WT.inverse();
@@ -277,6 +283,7 @@ void GripperMechanism::set_drives() {
                     : finger_drives(settings_, closing(), now_.motion, joints_.closed_travel_m,
                                     step_s_, now_.law);
   for (std::size_t i = 0; i < 2; ++i) {
+    now_.drives[i].speed_m_s *= now_.wear.finger_speed[i];
     dJointID slider = sliders_[i].get();
     dJointSetSliderParam(slider, dParamVel, now_.drives[i].speed_m_s);
     dJointSetSliderParam(slider, dParamFMax, now_.drives[i].piston_n);

@@ -13,6 +13,7 @@
 #include "world/physics/gripper/grasp_monitor.hpp"
 #include "world/physics/gripper/gripper_constraints.hpp"
 #include "world/physics/gripper/gripper_state.hpp"
+#include "world/physics/gripper/gripper_wear.hpp"
 #include "world/physics/gripper/suction.hpp"
 
 namespace aprsim::physics {
@@ -80,6 +81,7 @@ class GripperMechanism {
     Suction suction;
     bool idle = true;
     GraspMonitor grasp;
+    GripperWear wear;
     GripperState report;
   };
   [[nodiscard]] State save() const;
@@ -88,6 +90,8 @@ class GripperMechanism {
   void command(double setting);
   /// Of each finger, from now on.
   void set_force(double force_n);
+  /// From now on.
+  void set_wear(const GripperWear& wear);
   /// The mount goes from where it is to `X_WF_next` in this step. Moves what is carried along.
   void begin_step(const Eigen::Isometry3d& X_WF_next);
   /// Adds its bodies, joints, pistons and the forces of its law to a system that is to be solved.
@@ -136,7 +140,9 @@ class GripperMechanism {
   /// Direction in which a finger closes, in world.
   [[nodiscard]] Eigen::Vector3d closing_W(int finger) const;
   [[nodiscard]] const GripperState& state() const { return now_.report; }
-  [[nodiscard]] double pad_friction() const { return settings_.pad_friction; }
+  [[nodiscard]] double pad_friction() const {
+    return now_.wear.pad_friction * settings_.pad_friction;
+  }
   /// Bodies that are solved together, without the carriage.
   [[nodiscard]] std::span<const dBodyID> bodies() const { return joints_.moved(); }
   [[nodiscard]] dBodyID carriage() const { return carriage_.get(); }

@@ -63,6 +63,7 @@ struct ControllerState {
   RetreatTrail retreat_trail;
   DrivePower drive_power;
   double override_fraction = 1;
+  double speed_share = 1;  ///< of the speed that the override leaves
 
   api::ActionStatus status;
   std::optional<Pose> X_RG;  ///< goal pose of the tool by the latest move

@@ -200,6 +200,33 @@ void RobotController::stop_by_guard(bool ends_command, const std::string& why) {
 
 void RobotController::fail(const std::string& reason) { set_error(reason); }
 
+void RobotController::shut_down(const std::string& reason, bool on_path) {
+  // The hardest braking comes first: set_error() then finds nothing left to brake.
+  if (on_path) {
+    brake(Brake::kHard);
+  } else {
+    stop_at_once(reference());
+  }
+  set_error(reason);
+  s_.drive_power.switch_off_after(0);
+}
+
+void RobotController::refuse(api::Ticket ticket, const api::RobotAction& action,
+                             const std::string& reason) {
+  s_.status.ticket = ticket;
+  s_.status.kind = api::kind_of(action);
+  s_.status.state = api::ActionState::kError;
+  s_.status.description = reason;
+  s_.held_error = reason;
+  s_.initialized = false;
+  s_.task = Task::kNone;
+}
+
+void RobotController::slow_down(double share) {
+  s_.speed_share = share;
+  s_.runner.set_speed(speed(), s_.protection);
+}
+
 std::optional<Pose> RobotController::X_RG() const {
   return moving() && s_.held_error.empty() ? s_.X_RG : std::nullopt;
 }
@@ -290,7 +317,7 @@ void RobotController::execute(const api::SetGripperForce&, const JointVector&) {
 void RobotController::execute(const api::SetOverride& setting, const JointVector&) {
   // It applies to the running motion, but not to the braking of a protective stop.
   s_.override_fraction = setting.fraction;
-  s_.runner.set_speed(setting.fraction, s_.protection);
+  s_.runner.set_speed(speed(), s_.protection);
   complete_task();
 }
 
@@ -542,7 +569,7 @@ void RobotController::begin_motion(const PlannedMove& move, const Plan& plan) {
   s_.retreating = false;
   switch_drives_on();
   MotionSequence next = plan.blended ? MotionSequence(*plan.blended) : MotionSequence(plan.motions);
-  next.set_speed(s_.override_fraction);
+  next.set_speed(speed());
   if (plan.blended) {
     s_.runner.replace(std::move(next));
   } else {
@@ -614,7 +641,7 @@ void RobotController::advance_torque_mode(const JointVector& external_nm) {
   s_.torque_mode.advance({.limits = planner().joint_limits(),
                           .external_nm = external_nm,
                           .inertia = inertia,
-                          .speed = s_.override_fraction,
+                          .speed = speed(),
                           .step_s = setup_.step_s},
                          s_.runner.reference());
 }

@@ -112,6 +112,12 @@ class RobotController {
   void stop_by_guard(bool ends_command, const std::string& why);
   /// The present command is in error, held until InitRobot; motion brakes.
   void fail(const std::string& reason);
+  /// The same; motion ends at once, or on its path as fast as it can, and then the drives go off.
+  void shut_down(const std::string& reason, bool on_path);
+  /// Takes a command into an error at once, held until InitRobot.
+  void refuse(api::Ticket ticket, const api::RobotAction& action, const std::string& reason);
+  /// From now on every motion has this share of its speed.
+  void slow_down(double share);
 
   [[nodiscard]] const api::ActionStatus& status() const { return s_.status; }
   /// Goal pose of the tool in R while a motion runs.
@@ -206,6 +212,8 @@ class RobotController {
   [[nodiscard]] bool at_rest() const {
     return s_.runner.idle() && !s_.planning && !torque_mode_busy();
   }
+  /// Of every motion.
+  [[nodiscard]] double speed() const { return s_.speed_share * s_.override_fraction; }
   /// A joint in torque mode has not settled yet.
   [[nodiscard]] bool torque_mode_busy() const {
     return s_.torque_mode.active() && !s_.torque_mode.settled();

@@ -54,6 +54,7 @@ ServoArm::ServoArm(ArmModel model, Payload payload, const Eigen::Vector3d& gravi
     max_speed_(i) = model_.joints[static_cast<std::size_t>(i)].max_speed_rad_s;
   }
   s_.payload = std::move(payload);
+  s_.limit = max_torque_;
   s_.q_ref = s_.q = q_start;
   s_.applied = JointVector::Zero(n);
   s_.qd_ref = s_.e = s_.ed = s_.integral = s_.qd = JointVector::Zero(n);
@@ -72,7 +73,7 @@ void ServoArm::step(const JointVector& q_ref_next, const JointVector& tau_ext,
   const JointVector feedforward =
       inverse_dynamics(model_, s_.payload, gravity_B_, s_.q_ref, qd_ref_next, qdd_ref);
   const JointVector disturbance = beyond_friction(tau_ext);
-  const bool overloaded = (feedforward.array().abs() > max_torque_.array()).any();
+  const bool overloaded = (feedforward.array().abs() > s_.limit.array()).any();
   const bool disturbed = (disturbance.array() != 0).any();
 
   if (s_.deviating || overloaded || disturbed) {
@@ -102,7 +103,7 @@ void ServoArm::step(const JointVector& q_ref_next, const JointVector& tau_ext,
 void ServoArm::bear(const JointVector& tau_load) {
   if (tau_load.size() == 0 || (tau_load.array() == 0).all()) return;
   const JointVector within = tau_load - beyond_friction(tau_load);
-  s_.torque = (s_.torque - within).cwiseMax(-max_torque_).cwiseMin(max_torque_);
+  s_.torque = (s_.torque - within).cwiseMax(-s_.limit).cwiseMin(s_.limit);
 }
 
 /// One step with the brakes on: nothing moves, and a deviation stays.
@@ -131,7 +132,7 @@ JointVector ServoArm::return_speed(const JointMatrix& H) const {
   JointVector out(model_.dof());
   for (int i = 0; i < model_.dof(); ++i) {
     const double distance = std::abs(s_.e(i));
-    const double braking = kReturnTorque * max_torque_(i) / H(i, i);
+    const double braking = kReturnTorque * s_.limit(i) / H(i, i);
     const double knee = braking / servo_.position_gain_1_s;
     const double speed =
         std::min({servo_.position_gain_1_s * distance, kReturnSpeed * max_speed_(i),
@@ -149,7 +150,7 @@ void ServoArm::deviate(const JointVector& feedforward, const JointVector& distur
   const JointVector u =
       servo_.velocity_gain_1_s * (wanted - s_.ed - servo_.integral_gain_1_s * s_.integral);
   const JointVector demanded = feedforward + H * u;
-  s_.torque = demanded.cwiseMax(-max_torque_).cwiseMin(max_torque_);
+  s_.torque = demanded.cwiseMax(-s_.limit).cwiseMin(s_.limit);
   const JointVector net = s_.torque - feedforward + disturbance;
   s_.ed += step_s_ * H.llt().solve(net);
   s_.e += step_s_ * s_.ed;
@@ -166,7 +167,7 @@ void ServoArm::deviate(const JointVector& feedforward, const JointVector& distur
 /// Trip conditions: disturbance torque of a drive, or deviation from the reference.
 void ServoArm::check_trip(const JointVector& feedforward) {
   // A feedforward beyond the limit is the plan's fault and shows as deviation, not as disturbance.
-  const JointVector planned = feedforward.cwiseMax(-max_torque_).cwiseMin(max_torque_);
+  const JointVector planned = feedforward.cwiseMax(-s_.limit).cwiseMin(s_.limit);
   const JointVector against = ((s_.torque - planned).cwiseAbs() - s_.applied).cwiseMax(0);
   // The joint with the largest share of its trip torque.
   int worst = 0;
@@ -214,6 +215,12 @@ void ServoArm::forget_trip() {
 }
 
 void ServoArm::restore(const State& state) { s_ = state; }
+
+void ServoArm::set_torque_share(std::span<const double> share) {
+  for (int i = 0; i < model_.dof(); ++i) {
+    s_.limit(i) = share[static_cast<std::size_t>(i)] * max_torque_(i);
+  }
+}
 
 void ServoArm::set_payload(const Payload& payload) { s_.payload = payload; }
 

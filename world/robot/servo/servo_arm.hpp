@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 
 #include "world/robot/kinematics/dynamics.hpp"
@@ -33,6 +34,7 @@ class ServoArm {
     int disturbed_steps = 0;  ///< in a row above the trip torque
     JointVector q, qd, torque;
     JointVector applied;  ///< torques that joints in torque mode apply
+    JointVector limit;    ///< highest torques of the drives
     bool braked = false;  ///< drives off, brakes on
     Payload payload;
     std::string trip_reason;
@@ -62,6 +64,9 @@ class ServoArm {
 
   /// Torques that joints in torque mode apply to their load [Nm], >= 0: no cause for a trip.
   void set_applied_torque(const JointVector& torque_nm) { s_.applied = torque_nm; }
+
+  /// From the next step on: share of each drive's highest torque that it can give, above 0.
+  void set_torque_share(std::span<const double> share);
 
   /// From the next step on: whether the brakes hold it, whatever the load, and the drives are off.
   void set_braked(bool braked) { s_.braked = braked; }

@@ -45,6 +45,50 @@ TEST(CliArguments, AnIntruderStandsSomewhereOrLeaves) {
   EXPECT_FALSE(parse_as<client::IntruderCommand>({"intruder", "remove"}).xy_m.has_value());
 }
 
+TEST(CliArguments, AFaultHasATargetParametersAndATime) {
+  const auto leak =
+      parse_as<client::FaultInjectCommand>({"fault", "inject", "gripper-leak", "fanuc", "--over",
+                                            "5", "--share", "0.2", "--at", "3", "--for", "2.5"});
+  EXPECT_EQ(leak.kind, "gripper-leak");
+  EXPECT_EQ(leak.target, "fanuc");
+  EXPECT_EQ(leak.parameters, (std::map<std::string, double>{{"over", 5}, {"share", 0.2}}));
+  EXPECT_EQ(leak.at_s, 3);
+  EXPECT_EQ(leak.for_s, 2.5);
+  EXPECT_FALSE(leak.when);
+  const auto jam = parse_as<client::FaultInjectCommand>({"fault", "inject", "belt-jam"});
+  EXPECT_EQ(jam.target, "");
+  EXPECT_FALSE(jam.at_s || jam.for_s || jam.when);
+  EXPECT_EQ(parse_as<client::FaultEndCommand>({"fault", "end", "7"}).id, 7U);
+}
+
+TEST(CliArguments, WhatAFaultWaitsFor) {
+  const auto when = [](const std::string& text) {
+    const auto parsed = client::parse_when(text);
+    if (!parsed) throw std::runtime_error(parsed.error());
+    return *parsed;
+  };
+  const auto placed = std::get<client::WhenPlaced>(when("placed:sku_part_large_gear:fanuc"));
+  EXPECT_EQ(placed.type, "sku_part_large_gear");
+  EXPECT_EQ(placed.robot, "fanuc");
+  EXPECT_EQ(std::get<client::WhenPlaced>(when("placed:sku_part_large_gear")).robot, "");
+  EXPECT_EQ(std::get<client::WhenGrasped>(when("grasp:fanuc")).count, 1U);
+  EXPECT_EQ(std::get<client::WhenGrasped>(when("grasp:fanuc:3")).count, 3U);
+  EXPECT_EQ(std::get<client::WhenBeamBroken>(when("beam:upstream")).eye, "upstream");
+  EXPECT_EQ(std::get<client::WhenReported>(when("event:order-submitted")).event, "order-submitted");
+  const auto joint = std::get<client::WhenCrossing>(when("joint-position:motoman:7<-0.5"));
+  EXPECT_EQ(joint.robot, "motoman");
+  EXPECT_EQ(joint.joint, 7U);
+  EXPECT_FALSE(joint.above);
+  EXPECT_EQ(joint.limit, -0.5);
+  EXPECT_TRUE(std::get<client::WhenCrossing>(when("belt-travel>1")).above);
+  for (const char* bad :
+       {"", "placed", "placed:", "placed:a:b:c", "grasp", "grasp:fanuc:0", "grasp:fanuc:x", "beam",
+        "event:", "soon", "belt-travel>", "belt-travel>far", "belt-travel:fanuc>1", "mood>1",
+        "tool-force>1", "joint-position:fanuc>1", "joint-position:fanuc:0>1"}) {
+    EXPECT_FALSE(client::parse_when(bad)) << bad;
+  }
+}
+
 TEST(CliArguments, BeltSpeedIsMetresPerSecondOrPercent) {
   const auto metres = parse_as<client::ConveyorSetCommand>(
       {"conveyor", "set", "--speed", "0.15", "--direction", "reverse"});
@@ -209,8 +253,10 @@ TEST(Endpoints, EnvironmentNamesTheFileAndDefaultsComeLast) {
 
 TEST(Endpoints, WhatNeedsNoDaemonNeedsNoPortsFile) {
   ASSERT_EQ(setenv("APRSIM_PORTS_FILE", "/no/such", 1), 0);
-  for (const std::vector<std::string>& arguments :
-       {std::vector<std::string>{"conveyor", "map"}, {"completion", "zsh"}, {"manual"}}) {
+  for (const std::vector<std::string>& arguments : {std::vector<std::string>{"conveyor", "map"},
+                                                    {"completion", "zsh"},
+                                                    {"fault", "kinds"},
+                                                    {"manual"}}) {
     EXPECT_EQ(run_cli(arguments).exit_code, 0) << arguments.front();
   }
   EXPECT_EQ(run_cli({"status"}).exit_code, 2);

@@ -193,6 +193,54 @@ TEST_F(Control, AnIntruderIsPlacedAndTakenAway) {
   EXPECT_FALSE(response.light_curtain().broken());
 }
 
+TEST_F(Control, AFaultArrivesAsItWasAskedFor) {
+  start();
+  v1::InjectFaultRequest request;
+  request.set_kind("gripper-leak");
+  request.set_target("fanuc");
+  (*request.mutable_parameters())["over"] = 5;
+  request.mutable_duration()->set_seconds(3);
+  request.mutable_duration()->set_nanos(500'000'000);
+  auto& crossing = *request.mutable_crossing();
+  crossing.set_quantity("joint-position");
+  crossing.set_robot("motoman");
+  crossing.set_joint(7);
+  crossing.set_below(0.5);
+  v1::InjectFaultResponse response;
+  grpc::ClientContext context;
+  ASSERT_TRUE(control_->InjectFault(&context, request, &response).ok());
+  const auto command = std::get<api::FaultCommand>(cell_->commands().at(0).body);
+  const auto& fault = std::get<api::InjectFault>(command);
+  EXPECT_EQ(fault.kind, "gripper-leak");
+  EXPECT_EQ(fault.target, "fanuc");
+  EXPECT_EQ(fault.parameters.at("over"), 5);
+  EXPECT_EQ(fault.duration, SimTime(3500ms));
+  const auto& when = std::get<api::WhenCrossing>(fault.trigger);
+  EXPECT_EQ(when.quantity, faults::Quantity::kJointPosition);
+  EXPECT_EQ(when.robot, "motoman");
+  EXPECT_EQ(when.joint, 7);
+  EXPECT_FALSE(when.above);
+  EXPECT_EQ(when.limit, 0.5);
+}
+
+TEST_F(Control, ATriggerWithoutItsObjectIsRefused) {
+  start();
+  const auto code = [&](const v1::InjectFaultRequest& request) {
+    v1::InjectFaultResponse response;
+    grpc::ClientContext context;
+    return control_->InjectFault(&context, request, &response).error_code();
+  };
+  v1::InjectFaultRequest limitless, unknown, grasps;
+  limitless.mutable_crossing()->set_quantity("belt-speed");
+  EXPECT_EQ(code(limitless), grpc::StatusCode::INVALID_ARGUMENT);
+  unknown.mutable_crossing()->set_quantity("mood");
+  unknown.mutable_crossing()->set_above(1);
+  EXPECT_EQ(code(unknown), grpc::StatusCode::NOT_FOUND);
+  grasps.mutable_grasped()->set_count(4'000'000'000);
+  EXPECT_EQ(code(grasps), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_TRUE(cell_->commands().empty());
+}
+
 TEST_F(Control, AnIntruderWithoutSizeOrPlaceIsInvalid) {
   start();
   v1::SetIntruderRequest sizeless, placeless;

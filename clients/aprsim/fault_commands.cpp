@@ -1,0 +1,211 @@
+#include <chrono>
+#include <cmath>
+#include <ostream>
+#include <variant>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "clients/aprsim/cell_connection.hpp"
+#include "clients/aprsim/commands.hpp"
+#include "clients/aprsim/status_text.hpp"
+#include "world/fault_kinds/fault_kinds.hpp"
+#include "world/fault_kinds/fault_kinds_text.hpp"
+
+namespace aprsim::client {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+google::protobuf::Duration span_of(double span_s) {
+  google::protobuf::Duration span;
+  const double whole = std::floor(span_s);
+  span.set_seconds(static_cast<std::int64_t>(whole));
+  span.set_nanos(static_cast<std::int32_t>(std::floor((span_s - whole) * 1e9)));
+  return span;
+}
+
+/// Writes what a fault waits for.
+struct TriggerWriter {
+  v1::InjectFaultRequest& request;
+
+  void operator()(const WhenPlaced& placed) const {
+    request.mutable_placed()->set_type(placed.type);
+    request.mutable_placed()->set_robot(placed.robot);
+  }
+  void operator()(const WhenGrasped& grasped) const {
+    request.mutable_grasped()->set_robot(grasped.robot);
+    request.mutable_grasped()->set_count(grasped.count);
+  }
+  void operator()(const WhenBeamBroken& beam) const { request.mutable_beam()->set_eye(beam.eye); }
+  void operator()(const WhenReported& reported) const {
+    request.mutable_reported()->set_event(reported.event);
+  }
+  void operator()(const WhenCrossing& crossing) const {
+    auto& out = *request.mutable_crossing();
+    out.set_quantity(crossing.quantity);
+    out.set_robot(crossing.robot);
+    out.set_joint(crossing.joint);
+    if (crossing.above) {
+      out.set_above(crossing.limit);
+    } else {
+      out.set_below(crossing.limit);
+    }
+  }
+};
+
+const char* state_word(v1::InjectedFaultState state) {
+  switch (state) {
+    case v1::INJECTED_FAULT_STATE_PENDING:
+      return "pending";
+    case v1::INJECTED_FAULT_STATE_ACTIVE:
+      return "active";
+    case v1::INJECTED_FAULT_STATE_ENDED:
+      return "ended";
+    default:
+      return "unknown";
+  }
+}
+
+Json fault_object(const v1::InjectedFault& fault) {
+  Json parameters = Json::object();
+  for (const auto& kind : faults::all_kinds()) {
+    if (kind.name != fault.kind()) continue;
+    for (std::size_t i = 0; i < kind.parameter_count(); ++i) {
+      const std::string name(kind.parameters[i].name);
+      const auto value = fault.parameters().find(name);
+      if (value != fault.parameters().end()) parameters[name] = value->second;
+    }
+  }
+  const auto step_of = [](bool has, std::uint64_t step) { return has ? Json(step) : Json(); };
+  return {{"id", fault.id()},
+          {"kind", fault.kind()},
+          {"target", fault.target()},
+          {"parameters", parameters},
+          {"trigger", fault.trigger()},
+          {"state", state_word(fault.state())},
+          {"begin_step", step_of(fault.has_begin_step(), fault.begin_step())},
+          {"end_step", step_of(fault.has_end_step(), fault.end_step())},
+          {"note", fault.note()}};
+}
+
+std::string fault_line(const v1::InjectedFault& fault) {
+  std::string steps;
+  if (fault.has_begin_step()) steps = fmt::format("from step {}", fault.begin_step());
+  if (fault.has_end_step()) {
+    steps += fmt::format("{}to step {}", steps.empty() ? "" : " ", fault.end_step());
+  }
+  std::string line = fmt::format("{:>4} {:<8} {:<24} {:<26} {}", fault.id(),
+                                 state_word(fault.state()), fault.kind(), fault.target(), steps);
+  const std::string& why = fault.note().empty() ? fault.trigger() : fault.note();
+  if (!why.empty()) line += (steps.empty() ? "" : ", ") + why;
+  return line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
+}
+
+std::string kind_text(const faults::KindInfo& kind) {
+  std::string text = fmt::format("{} {}\n    {}.{}\n", kind.name, faults::pattern_of(kind.target),
+                                 kind.meaning, kind.momentary ? " Over at once." : "");
+  for (std::size_t i = 0; i < kind.parameter_count(); ++i) {
+    const faults::Parameter& parameter = kind.parameters[i];
+    const std::string unit = parameter.unit == "1" ? "" : " " + std::string(parameter.unit);
+    text += fmt::format("    --{} {} ({}{}, {} to {})\n", parameter.name, parameter.meaning,
+                        faults::number_text(parameter.fallback), unit,
+                        faults::number_text(parameter.min), faults::number_text(parameter.max));
+  }
+  return text;
+}
+
+Json kind_object(const faults::KindInfo& kind) {
+  Json parameters = Json::array();
+  for (std::size_t i = 0; i < kind.parameter_count(); ++i) {
+    const faults::Parameter& parameter = kind.parameters[i];
+    parameters.push_back({{"name", parameter.name},
+                          {"unit", parameter.unit},
+                          {"min", parameter.min},
+                          {"max", parameter.max},
+                          {"default", parameter.fallback},
+                          {"meaning", parameter.meaning}});
+  }
+  return {{"name", kind.name},
+          {"target", faults::pattern_of(kind.target)},
+          {"momentary", kind.momentary},
+          {"meaning", kind.meaning},
+          {"parameters", parameters}};
+}
+
+/// What was done, and when in the simulation.
+void show_done(const char* done, const std::string& what, const v1::Receipt& receipt,
+               const Json& fields, Console& console) {
+  Json object{{"done", done},
+              {"step", receipt.step()},
+              {"sim_time_s", seconds(receipt.sim_time())},
+              {"epoch", receipt.epoch()}};
+  object.update(fields);
+  console.show(fmt::format("{} at step {} ({:.3f} s), epoch {}\n", what, receipt.step(),
+                           seconds(receipt.sim_time()), receipt.epoch()),
+               object);
+}
+
+}  // namespace
+
+Outcome<void> run_command(const FaultListCommand& /*command*/, Console& console) {
+  const auto snapshot = CellConnection(console.endpoints).snapshot();
+  if (!snapshot) return tl::unexpected(snapshot.error());
+  std::string text;
+  Json all = Json::array();
+  for (const auto& fault : snapshot->injected_faults()) {
+    text += fault_line(fault);
+    all.push_back(fault_object(fault));
+  }
+  if (text.empty()) text = "no faults since the last reset\n";
+  console.show(text, {{"faults", all}});
+  return {};
+}
+
+Outcome<void> run_command(const FaultKindsCommand& command, Console& console) {
+  if (command.markdown) {
+    console.out << faults::markdown();
+    return {};
+  }
+  for (const auto& kind : faults::all_kinds()) console.show(kind_text(kind), kind_object(kind));
+  return {};
+}
+
+Outcome<void> run_command(const FaultInjectCommand& command, Console& console) {
+  v1::InjectFaultRequest request;
+  request.set_kind(command.kind);
+  request.set_target(command.target);
+  for (const auto& [name, value] : command.parameters) {
+    (*request.mutable_parameters())[name] = value;
+  }
+  if (command.at_s) *request.mutable_at() = span_of(*command.at_s);
+  if (command.when) std::visit(TriggerWriter{request}, *command.when);
+  if (command.for_s) *request.mutable_duration() = span_of(*command.for_s);
+  const auto response = CellConnection(console.endpoints).inject_fault(request);
+  if (!response) return tl::unexpected(response.error());
+  const v1::InjectedFault& fault = response->fault();
+  show_done("fault inject",
+            fmt::format("fault {} ({}{}{}{}{}) taken", fault.id(), fault.kind(),
+                        fault.target().empty() ? "" : " ", fault.target(),
+                        fault.trigger().empty() ? "" : ", ", fault.trigger()),
+            response->receipt(), {{"id", fault.id()}, {"fault", fault_object(fault)}}, console);
+  return {};
+}
+
+Outcome<void> run_command(const FaultEndCommand& command, Console& console) {
+  const auto receipt = CellConnection(console.endpoints).end_fault(command.id);
+  if (!receipt) return tl::unexpected(receipt.error());
+  show_done("fault end", fmt::format("fault {} ends", command.id), *receipt, {{"id", command.id}},
+            console);
+  return {};
+}
+
+Outcome<void> run_command(const FaultEventCommand& command, Console& console) {
+  const auto receipt = CellConnection(console.endpoints).report_event(command.event);
+  if (!receipt) return tl::unexpected(receipt.error());
+  show_done("fault event", fmt::format("'{}' reported", command.event), *receipt,
+            {{"event", command.event}}, console);
+  return {};
+}
+
+}  // namespace aprsim::client

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+
+#include "world/api/cell_description.hpp"
+#include "world/api/error.hpp"
+#include "world/api/fault.hpp"
+
+namespace aprsim::world {
+
+/// A fault with names resolved: indices into the cell's description, -1 where the kind has none.
+struct FaultSpec {
+  faults::Kind kind = faults::Kind::kRobotBreakdown;
+  int robot = -1, joint = -1, body = -1, other_body = -1, eye = -1;
+  std::array<double, faults::kMaxParameters> values{};  ///< of the kind's parameters, SI
+  api::FaultTrigger trigger;
+  int trigger_robot = -1;  ///< -1 = any, or none
+  int trigger_eye = -1;
+  std::optional<SimTime> duration;
+
+  /// By the name of a parameter, which the kind must have.
+  [[nodiscard]] double value(std::string_view parameter) const {
+    return values[faults::info(kind).parameter(parameter).value()];
+  }
+};
+
+/// Resolves a request against the cell. Errors name the field, its value and what was expected.
+/// Thread: any.
+[[nodiscard]] Result<FaultSpec> resolve(const api::InjectFault& request,
+                                        const api::CellDescription& cell);
+/// An event's name that may be reported. Thread: any.
+[[nodiscard]] Result<void> check_event(const std::string& event);
+
+/// In words: "when fanuc has placed a sku_part_small_gear"; empty for none.
+[[nodiscard]] std::string describe(const api::FaultTrigger& trigger);
+
+}  // namespace aprsim::world

@@ -1,0 +1,116 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "world/api/error.hpp"
+#include "world/api/fault.hpp"
+#include "world/faults/fault_check.hpp"
+
+namespace aprsim::world {
+
+/// What a gripper does.
+struct GripFacts {
+  int held_body = -1;  ///< -1 = none
+  bool open = true;    ///< told to be
+};
+
+/// What triggers and some faults ask of the cell, at a step's end.
+class CellFacts {
+ public:
+  virtual ~CellFacts() = default;
+  [[nodiscard]] virtual int robots() const = 0;
+  [[nodiscard]] virtual GripFacts grip(int robot) const = 0;
+  [[nodiscard]] virtual const std::string& type_of(int body) const = 0;
+  [[nodiscard]] virtual bool beam_broken(int eye) const = 0;
+  /// SI; `joint` from 0.
+  [[nodiscard]] virtual double quantity(faults::Quantity quantity, int robot, int joint) const = 0;
+  /// From a tray's middle, along the belt, to the end towards which it moves; nothing for one that
+  /// is not on the belt or a belt at rest [m].
+  [[nodiscard]] virtual std::optional<double> distance_to_belt_end(int body) const = 0;
+};
+
+/// A fault that lasts, with what it has seen so far.
+struct ActiveFault {
+  FaultSpec spec;
+  SimTime begin{};
+  SimTime open_until{};  ///< of a gripper that drops: open by itself until then
+  bool caught = false;   ///< a tray that jams: it has come to where it does
+};
+
+/// The faults of a cell: which wait, which last, which are over. A copyable value, part of the
+/// cell's state. Nothing is done here: who owns it carries out what begins and ends. Thread: sim.
+class FaultSchedule {
+ public:
+  /// What has begun and ended in one call, by number, in this order.
+  struct Changes {
+    std::vector<std::uint64_t> begun, ended;
+    bool shifted = false;  ///< what lasts has changed by itself
+    [[nodiscard]] bool any() const { return shifted || !begun.empty() || !ended.empty(); }
+  };
+
+  /// Takes a resolved fault. Errors: kFailedPrecondition when too many wait or last.
+  [[nodiscard]] Result<std::uint64_t> inject(api::Ticket ticket, const api::InjectFault& request,
+                                             FaultSpec spec);
+  /// Ends one at the next advance(). Errors: kNotFound.
+  [[nodiscard]] Result<void> end(std::uint64_t id);
+  /// Seen by the next advance().
+  void report(const std::string& event);
+
+  /// Nothing waits or lasts: advance() has nothing to do.
+  [[nodiscard]] bool idle() const { return open_.empty(); }
+  /// Once a step boundary. Momentary faults begin and end in one call.
+  const Changes& advance(SimTime time, std::uint64_t step, const CellFacts& facts);
+
+  /// Of one that changes() has just told of, or that waits or lasts. Null when unknown.
+  [[nodiscard]] const FaultSpec* spec(std::uint64_t id) const;
+  /// Those that last.
+  [[nodiscard]] std::vector<ActiveFault> active() const;
+  /// What there is to tell of the end of one that is over.
+  void note(std::uint64_t id, const std::string& text);
+
+  /// For snapshots; null = none so far.
+  [[nodiscard]] const api::InjectedFaultsPtr& list() const { return list_; }
+  /// Of memory; approximately.
+  [[nodiscard]] std::size_t bytes() const;
+
+ private:
+  /// What a trigger has seen.
+  struct Watch {
+    std::vector<int> held;  ///< by each robot, -1 = nothing
+    int grasps = 0;
+    bool primed = false, beyond = false, reported = false;
+    std::optional<SimTime> held_since;
+  };
+  struct Open {
+    api::InjectedFault shown;
+    ActiveFault active;
+    Watch watch;
+    std::optional<SimTime> end;
+    bool give_up = false;  ///< told to end
+  };
+
+  [[nodiscard]] bool triggered(Open& fault, SimTime time, const CellFacts& facts) const;
+  [[nodiscard]] bool lets_go(Open& fault, const api::WhenPlaced& placed,
+                             const CellFacts& facts) const;
+  static bool grasps(Open& fault, const api::WhenGrasped& grasped, const CellFacts& facts);
+  static bool rises(Watch& watch, bool now);
+  /// Whether what it does has changed.
+  static bool watch_active(Open& fault, SimTime time, const CellFacts& facts);
+  void finish(Open& fault, std::uint64_t step);
+  [[nodiscard]] Open* find(std::uint64_t id);
+  void renew_list();
+
+  std::uint64_t last_id_ = 0;
+  std::vector<Open> open_;
+  std::vector<Open> over_;  ///< in the latest advance()
+  std::vector<api::InjectedFault> past_;
+  Changes changes_;
+  api::InjectedFaultsPtr list_;
+};
+
+}  // namespace aprsim::world

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <array>
+
+namespace aprsim::physics {
+
+/// What is wrong with a gripper's mechanism, as shares of what it is when nothing is.
+struct GripperWear {
+  double pad_friction = 1;
+  std::array<double, 2> finger_speed{1, 1};
+
+  bool operator==(const GripperWear&) const = default;
+};
+
+}  // namespace aprsim::physics

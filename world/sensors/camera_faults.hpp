@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "world/api/cell_description.hpp"
+#include "world/api/vision.hpp"
+
+namespace aprsim::sensors {
+
+/// What injected faults make of one camera's frames. Bodies are indices into CellDescription.
+struct CameraFaults {
+  bool outage = false;  ///< no frame comes out
+  bool frozen = false;  ///< frames come out with what the last one showed
+  double late_s = 0;    ///< besides the latency
+  double bias_x_m = 0, bias_y_m = 0, bias_yaw_rad = 0;
+  double scale = 1;      ///< of x and y
+  double flip_rate = 0;  ///< chance of a kit tray to be reported turned by half, each frame
+  std::vector<int> lost;
+  std::vector<api::VisionDetection> ghosts;
+  std::vector<std::pair<int, int>> swapped;    ///< taken for each other
+  std::vector<std::pair<int, double>> scores;  ///< body and factor on its score
+
+  bool operator==(const CameraFaults&) const = default;
+};
+
+/// Changes what a camera has detected; `seed` is the frame's.
+void spoil(const CameraFaults& faults, const api::CellDescription& cell, std::uint64_t seed,
+           std::vector<api::VisionDetection>& detections);
+
+}  // namespace aprsim::sensors
