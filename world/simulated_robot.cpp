@@ -357,7 +357,8 @@ const robot::Payload& SimulatedRobot::payload() const {
                          : tool_setups_[static_cast<std::size_t>(state_.tool)].payload;
 }
 
-/// Of each finger of the tool that is on, at the supply's full pressure; of the first one otherwise.
+/// Of each finger of the tool that is on, at the supply's full pressure; of the first one
+/// otherwise.
 double SimulatedRobot::full_force_n() const {
   return state_.tool < 0 ? scene_.gripper.force_n
                          : tools_[static_cast<std::size_t>(state_.tool)].gripper.force_n;

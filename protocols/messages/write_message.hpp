@@ -4,8 +4,8 @@
 #include <string>
 
 #include "aprsim/v1/snapshot.pb.h"
-#include "world/fault_kinds/fault_kinds.hpp"
 #include "world/api/snapshot.hpp"
+#include "world/fault_kinds/fault_kinds.hpp"
 
 /// The world's values as messages of aprsim.v1. Field for field; units are SI on both sides.
 namespace aprsim::protocols {

@@ -34,7 +34,8 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
       "world/physics/constraint", "world/physics/gripper", "world/physics/simplification"}},
     {"world/sensors", {"world/api", "world/scene", "world/robot"}},
     {"world",
-     {"world/fault_kinds", "world/api", "world/scene", "world/robot", "world/physics", "world/sensors"}},
+     {"world/fault_kinds", "world/api", "world/scene", "world/robot", "world/physics",
+      "world/sensors"}},
     {"crcl", {}},
     {"modbus", {}},
     {"proto", {}},
@@ -74,8 +75,7 @@ bool within(const std::string& path, const std::set<std::string>& folders) {
 std::vector<fs::path> sources() {
   std::vector<fs::path> out;
   const fs::path root = APRSIM_SOURCE_DIR;
-  for (const auto* top :
-       {"world", "crcl", "modbus", "proto", "protocols", "server", "clients"}) {
+  for (const auto* top : {"world", "crcl", "modbus", "proto", "protocols", "server", "clients"}) {
     for (const auto& entry : fs::recursive_directory_iterator(root / top)) {
       const auto extension = entry.path().extension();
       if (extension == ".hpp" || extension == ".cpp") out.push_back(entry.path());

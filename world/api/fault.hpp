@@ -11,9 +11,9 @@
 #include <variant>
 #include <vector>
 
-#include "world/fault_kinds/fault_kinds.hpp"
 #include "world/api/ticket.hpp"
 #include "world/api/time.hpp"
+#include "world/fault_kinds/fault_kinds.hpp"
 
 /// Faults that are injected into the cell on purpose, to see what a controller makes of them (the
 /// laboratory's mock failures). The same request comes over gRPC, from the command line and from

@@ -1,8 +1,8 @@
 #include "world/physics/body_collider.hpp"
 
 #include <algorithm>
-#include <utility>
 #include <numbers>
+#include <utility>
 
 #include "world/physics/collision/look_ahead.hpp"
 #include "world/physics/collision/narrow_phase.hpp"
@@ -71,9 +71,8 @@ void BodyCollider::free_on_free(int a, int b, std::vector<Contact>& out) {
   Way way = falling(moving(upper), moving(lower));
   const double stroke = stroke_m(upper_index, lower_index);
   if (upper.is_tool()) {
-    find_ahead(way, out, [&](const Eigen::Isometry3d& D) {
-      tool_on_free(upper_index, D, lower_index, out);
-    });
+    find_ahead(way, out,
+               [&](const Eigen::Isometry3d& D) { tool_on_free(upper_index, D, lower_index, out); });
   } else if (upper.is_tray()) {
     find_ahead(way, out, [&](const Eigen::Isometry3d& D) {
       box_box(upper.slab_size, D * upper.X_WS(), lower.slab_size, lower.X_WS(), upper_index,

@@ -39,7 +39,7 @@ struct FreeBody {
   /// Step in which it fell out of the cell; it takes part in nothing any more.
   std::optional<std::uint64_t> lost_step;
   bool mounted = false;  ///< a tool on a robot's flange: GripperMechanism has its place
-  bool jammed = false;  ///< the belt does not carry it
+  bool jammed = false;   ///< the belt does not carry it
 
   [[nodiscard]] bool is_tool() const { return tool.has_value(); }
   /// Of a tool's block.

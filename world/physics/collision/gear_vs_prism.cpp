@@ -173,8 +173,8 @@ bool held_by_pockets(const RimPockets& near, const Vector3d& p, double depth) {
     const PocketProfile& pocket = *near.touching[static_cast<std::size_t>(i)];
     const double r = length(p.x() - pocket.x, p.y() - pocket.y);
     const double below = -pocket.depth - p.z();
-    const double to_void = below < 0 ? pocket.behind_side(r, p.z())
-                                     : length(below, std::max(0.0, r - pocket.r_floor));
+    const double to_void =
+        below < 0 ? pocket.behind_side(r, p.z()) : length(below, std::max(0.0, r - pocket.r_floor));
     if (to_void < depth) return false;
   }
   return true;

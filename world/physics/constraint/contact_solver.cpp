@@ -49,14 +49,12 @@ Matrix3 frame_of(const Vector3& n) {
 inline Matrix3 rotated(const Matrix3& frame, const Matrix3& gain) {
   Matrix3 half;
   for (int j = 0; j < 3; ++j) {
-    half.col(j) =
-        gain.col(0) * frame(0, j) + gain.col(1) * frame(1, j) + gain.col(2) * frame(2, j);
+    half.col(j) = gain.col(0) * frame(0, j) + gain.col(1) * frame(1, j) + gain.col(2) * frame(2, j);
   }
   Matrix3 out;
   for (int j = 0; j < 3; ++j) {
     for (int i = 0; i < 3; ++i) {
-      out(i, j) =
-          frame(0, i) * half(0, j) + frame(1, i) * half(1, j) + frame(2, i) * half(2, j);
+      out(i, j) = frame(0, i) * half(0, j) + frame(1, i) * half(1, j) + frame(2, i) * half(2, j);
     }
   }
   return out;

@@ -38,7 +38,8 @@ TEST(FaultKinds, HaveNamesOfTheirOwnAndParametersWithinTheirRanges) {
 TEST(FaultKinds, AreInTheDocumentAsTheyAre) {
   std::ifstream in(std::string(APRSIM_SOURCE_DIR) + "/world/fault_kinds/FAULTS.md");
   const std::string text(std::istreambuf_iterator<char>(in), {});
-  EXPECT_EQ(text, markdown()) << "renew it: aprsim fault kinds --markdown > world/fault_kinds/FAULTS.md";
+  EXPECT_EQ(text, markdown())
+      << "renew it: aprsim fault kinds --markdown > world/fault_kinds/FAULTS.md";
 }
 
 }  // namespace
