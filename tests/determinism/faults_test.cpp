@@ -73,7 +73,9 @@ void go_on(world::World& world, std::uint64_t until, std::vector<std::uint64_t>&
       ASSERT_TRUE(world.apply(ticket, api::FaultCommand(api::ReportEvent{"lunch"})));
       world.apply(ticket, api::RobotCommand{0, api::SetGripper{0}, {}});
     }
-    if (step == 1000) ASSERT_TRUE(world.apply(ticket, api::FaultCommand(api::EndFault{3})));
+    if (step == 1000) {
+      ASSERT_TRUE(world.apply(ticket, api::FaultCommand(api::EndFault{3})));
+    }
     world.step();
     if (step % 20 == 19) hashes.push_back(world.state_hash());
   }

@@ -6,7 +6,7 @@
 
 #include "world/api/pose.hpp"
 #include "world/api/robot_snapshot.hpp"
-#include "world/physics/gripper/gripper_wear.hpp"
+#include "world/physics/physics_world.hpp"
 
 namespace aprsim::world {
 

@@ -27,7 +27,7 @@ class Cell {
     }
     robots_.reserve(models_.size());
     for (std::size_t i = 0; i < models_.size(); ++i) {
-      robots_.emplace_back(scene_->robots[i], models_[i], scene_->physics);
+      robots_.emplace_back(*scene_, i, models_[i]);
       const auto links = robots_.back().X_WL();
       X_WL.emplace_back(links.begin(), links.end());
     }

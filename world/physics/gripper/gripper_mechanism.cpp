@@ -240,7 +240,7 @@ void GripperMechanism::set_force(double force_n) {
 void GripperMechanism::set_wear(const GripperWear& wear) {
   if (wear == now_.wear) return;
   now_.wear = wear;
-  wake();
+  if (now_.mounted) wake();
 }
 
 void GripperMechanism::begin_step(const Eigen::Isometry3d& X_WF_next) {
