@@ -87,13 +87,15 @@ JointMap::JointMap(const api::RobotDescription& robot)
     throw std::invalid_argument("CRCL joints: one of the arm's is missing");
   }
   // The inverse, over the joints that there are.
-  Eigen::MatrixXd square(joints, joints);
+  using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, api::kMaxWireJoints,
+                               api::kMaxWireJoints>;
+  Square square(joints, joints);
   for (Eigen::Index i = 0; i < joints; ++i) {
     square.col(i) = to_arm_.col(used[static_cast<std::size_t>(i)]);
   }
-  const Eigen::FullPivLU<Eigen::MatrixXd> factors(square);
+  const Eigen::FullPivLU<Square> factors(square);
   if (!factors.isInvertible()) throw std::invalid_argument("CRCL joints: couplings are singular");
-  const Eigen::MatrixXd inverse = factors.inverse();
+  const Square inverse = factors.inverse();
   for (Eigen::Index i = 0; i < joints; ++i) {
     to_wire_.row(used[static_cast<std::size_t>(i)]) =
         (inverse.row(i).array().abs() < kNothing).select(0.0, inverse.row(i));

@@ -87,13 +87,15 @@ api::WireJoint read_wire_joint(const yaml::Node& node, std::size_t number, std::
 /// Whether the joints of the list can be found from those of the model.
 bool solvable(const std::vector<api::WireJoint>& joints) {
   const auto size = static_cast<Eigen::Index>(joints.size());
-  Eigen::MatrixXd shares = Eigen::MatrixXd::Zero(size, size);
+  using Shares = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, api::kMaxWireJoints,
+                               api::kMaxWireJoints>;
+  Shares shares = Shares::Zero(size, size);
   for (Eigen::Index i = 0; i < size; ++i) {
     const api::WireJoint& joint = joints[static_cast<std::size_t>(i)];
     shares(i, i) = joint.sign;
     for (const api::JointShare& share : joint.couplings) shares(i, share.joint) += share.factor;
   }
-  return Eigen::FullPivLU<Eigen::MatrixXd>(shares).isInvertible();
+  return Eigen::FullPivLU<Shares>(shares).isInvertible();
 }
 
 }  // namespace

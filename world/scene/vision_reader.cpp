@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include <Eigen/QR>
+#include <Eigen/Cholesky>
 
 #include "world/scene/reading.hpp"
 
@@ -40,23 +40,24 @@ void read_calibration(const yaml::Node& node, Vision& vision) {
     node.unexpected("4 to 100 places with where they are reported");
     return;
   }
-  const auto count = static_cast<Eigen::Index>(points.size());
-  Eigen::MatrixX4d terms(count, 4);
-  Eigen::MatrixX2d reported(count, 2);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const yaml::Map keys = points[static_cast<std::size_t>(i)].map({"at_m", "reported_m"});
+  // The normal equations.
+  Eigen::Matrix4d square = Eigen::Matrix4d::Zero();
+  Eigen::Matrix<double, 4, 2> reported = Eigen::Matrix<double, 4, 2>::Zero();
+  for (const yaml::Node& point : points) {
+    const yaml::Map keys = point.map({"at_m", "reported_m"});
     const Eigen::Vector2d at = read_xy(keys["at_m"]);
-    terms.row(i) << 1, at.x(), at.y(), at.x() * at.y();
-    reported.row(i) = read_xy(keys["reported_m"]).transpose();
+    const Eigen::Vector4d terms(1, at.x(), at.y(), at.x() * at.y());
+    square += terms * terms.transpose();
+    reported += terms * read_xy(keys["reported_m"]).transpose();
   }
-  Eigen::ColPivHouseholderQR<Eigen::MatrixX4d> qr(terms);
-  qr.setThreshold(kFlat);
-  if (qr.rank() < 4) {
+  const Eigen::LDLT<Eigen::Matrix4d> factors(square);
+  const Eigen::Vector4d pivots = factors.vectorD();
+  if (!(pivots.minCoeff() > kFlat * kFlat * pivots.maxCoeff())) {
     node.error("places too much in line", "places that span the area");
     return;
   }
   const Vision before = vision;
-  vision.image = qr.solve(reported).transpose();
+  vision.image = factors.solve(reported).transpose();
   if (covers(vision)) return;
   node.error("an image mirrored or squeezed flat", "places reported about where they are");
   vision = before;

@@ -15,10 +15,13 @@ namespace aprsim::physics {
 /// where contacts slide; all is implicit, whatever the masses. Contacts are hard up to the softness
 /// that is asked for.
 ///
-/// Method: a proximal (augmented Lagrangian) iteration on the impulses. For given centres it is a
-/// convex problem in the bodies' velocities, solved by a semismooth Newton method with exact line
-/// search and a sparse block Cholesky factorisation; the outer iteration moves the centres, and the
-/// slip that turns the associated friction of the convex problem into Coulomb's (De Saxce).
+/// Method: a proximal (augmented Lagrangian) iteration on the impulses. For given centres the
+/// impulses are functions of the bodies' velocities, and a semismooth Newton method with
+/// backtracking finds the velocities; the slip that makes Coulomb's friction of an associated one
+/// (De Saxce) follows within it. Where that leads no further, the slip is held for an outer
+/// iteration: what is left is a convex problem, and a line search always gets on. Newton's matrix,
+/// not symmetric because of the slip, is factorised in sparse blocks of 6 by 6 (BlockLu). Far from
+/// the solution a few projected Gauss-Seidel sweeps come first.
 /// Sources: De Saxce & Feng 1998 (the cone complementarity of Coulomb friction); Cadoux 2009, Acary
 /// et al. 2011 (fixed point on the slip); Rockafellar 1976 (proximal method of multipliers); Castro
 /// et al. 2022, SAP (the convex problem in velocities and its derivatives); Todorov 2014.
