@@ -34,6 +34,10 @@ void StepSolver::step() {
   for (auto& constraint : model_.constraints) {
     constraint.normal_n = 0;
     constraint.f_W.setZero();
+    constraint.torque_W.setZero();
+    constraint.f_change_W.setZero();
+    constraint.torque_change_W.setZero();
+    constraint.continues = false;
   }
   take_last_contacts();
   list_members();
@@ -81,8 +85,9 @@ void StepSolver::solve_island(int island) {
   for (auto at = begin; at != contacts_.end() && at->first == island; ++at) {
     ContactConstraint& constraint = model_.constraints[static_cast<std::size_t>(at->second)];
     const ContactResponse response = response_of(constraint);
+    continue_last(constraint);
     system_.add_contact(constraint, model_.ode_body(constraint.contact.a),
-                        model_.ode_body(constraint.contact.b), response, warm_start(constraint));
+                        model_.ode_body(constraint.contact.b), response);
   }
   system_.advance(memory_.failures);
 }
@@ -127,21 +132,23 @@ void StepSolver::take_last_contacts() {
   memory_.contacts.clear();
 }
 
-/// The force of the nearest contact of the same two bodies in the last step; zero for a new one.
-Eigen::Vector3d StepSolver::warm_start(const ContactConstraint& constraint) const {
+/// The forces of the nearest contact of the same two bodies in the last step.
+void StepSolver::continue_last(ContactConstraint& constraint) const {
   const auto key = pair_of(constraint);
   auto last = std::lower_bound(
       last_contacts_.begin(), last_contacts_.end(), key,
       [](const ContactConstraint& a, const auto& wanted) { return pair_of(a) < wanted; });
-  Eigen::Vector3d force = Eigen::Vector3d::Zero();
   double least = kSameContact;
   for (; last != last_contacts_.end() && pair_of(*last) == key; ++last) {
     const double distance = (last->contact.p_W - constraint.contact.p_W).norm();
     if (distance >= least) continue;
     least = distance;
-    force = last->f_W;
+    constraint.f_W = last->f_W;
+    constraint.torque_W = last->torque_W;
+    constraint.f_change_W = last->f_change_W;
+    constraint.torque_change_W = last->torque_change_W;
+    constraint.continues = true;
   }
-  return force;
 }
 
 void StepSolver::keep_contacts() {

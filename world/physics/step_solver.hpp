@@ -39,7 +39,7 @@ class StepSolver {
   [[nodiscard]] ContactResponse response_of(const ContactConstraint& constraint);
   void note_approach(const ContactConstraint& constraint, ContactSetting& setting) const;
   void take_last_contacts();
-  [[nodiscard]] Eigen::Vector3d warm_start(const ContactConstraint& constraint) const;
+  void continue_last(ContactConstraint& constraint) const;
   void keep_contacts();
   [[nodiscard]] std::span<const int> awake_roots() const {
     return model_.simplification.awake_roots();

@@ -14,8 +14,13 @@ struct ContactConstraint {
   double restitution = 0;  ///< see scene::Physics, as the next two
   double rolling_m = 0, spinning_m = 0;
   bool belt = false;
-  Eigen::Vector3d f_W = Eigen::Vector3d::Zero();  ///< solved force on contact.a [N]
-  double normal_n = 0;                            ///< its normal part
+  Eigen::Vector3d f_W = Eigen::Vector3d::Zero();       ///< solved force on contact.a [N]
+  double normal_n = 0;                                 ///< its normal part
+  Eigen::Vector3d torque_W = Eigen::Vector3d::Zero();  ///< friction's torque on contact.a [Nm]
+  /// What force and torque have changed by in a step; zero unless the contact continues one of the
+  /// step before.
+  Eigen::Vector3d f_change_W = Eigen::Vector3d::Zero(), torque_change_W = Eigen::Vector3d::Zero();
+  bool continues = false;
 };
 
 inline constexpr std::size_t kConstraintCapacity = 4096;  ///< places to reserve

@@ -37,7 +37,7 @@ void ConstraintSystem::begin() {
   for (dBodyID body : known_) set_number(body, -1);
   known_.clear();
   moves_.clear();
-  forces_n_.clear();
+  forces_.clear();
   contacts_.clear();
   solver_.clear();
 }
@@ -85,29 +85,31 @@ ContactSolver::Side ConstraintSystem::side(const RowSide& side) {
 }
 
 void ConstraintSystem::add_row(const RowSide& a, const RowSide& b, double target_m_s, double cfm,
-                               double lo_n, double hi_n, double& force_n) {
+                               double lo_n, double hi_n, RowForce& force) {
   solver_.add_row(side(a), side(b), target_m_s, cfm / step_s_, lo_n * step_s_, hi_n * step_s_,
-                  force_n * step_s_);
-  forces_n_.push_back(&force_n);
+                  {force.now_n * step_s_, force.change_n * step_s_});
+  forces_.push_back(&force);
 }
 
 void ConstraintSystem::add_joint_row(const RowSide& a, const RowSide& b, double target_m_s,
-                                     double cfm, double& force_n) {
-  add_row(a, b, target_m_s, cfm, -ContactSolver::kNoBound, ContactSolver::kNoBound, force_n);
+                                     double cfm, RowForce& force) {
+  add_row(a, b, target_m_s, cfm, -ContactSolver::kNoBound, ContactSolver::kNoBound, force);
 }
 
 void ConstraintSystem::add_contact(ContactConstraint& constraint, dBodyID a, dBodyID b,
-                                   const ContactResponse& response, const Vector3d& guess_W) {
-  solver_.add_contact({.a = number_of(a),
-                       .b = number_of(b),
-                       .p = constraint.contact.p_W,
-                       .n = constraint.contact.n_W,
-                       .friction = constraint.friction,
-                       .spinning_m = constraint.spinning_m,
-                       .rolling_m = constraint.rolling_m,
-                       .target_v = response.target_v_W,
-                       .softness_m_s_ns = response.cfm / step_s_,
-                       .guess_ns = step_s_ * guess_W});
+                                   const ContactResponse& response) {
+  solver_.add_contact(
+      {.a = number_of(a),
+       .b = number_of(b),
+       .p = constraint.contact.p_W,
+       .n = constraint.contact.n_W,
+       .friction = constraint.friction,
+       .spinning_m = constraint.spinning_m,
+       .rolling_m = constraint.rolling_m,
+       .target_v = response.target_v_W,
+       .softness_m_s_ns = response.cfm / step_s_,
+       .impulse_ns = {step_s_ * constraint.f_W, step_s_ * constraint.f_change_W},
+       .turn_nms = {step_s_ * constraint.torque_W, step_s_ * constraint.torque_change_W}});
   contacts_.push_back(&constraint);
 }
 
@@ -120,12 +122,23 @@ void ConstraintSystem::advance(api::SolverFailures& failures) {
   for (std::size_t i = 0; i < known_.size(); ++i) {
     if (moves_[i] != 0) move(known_[i], solver_.twist(static_cast<int>(i)));
   }
-  for (std::size_t i = 0; i < forces_n_.size(); ++i) {
-    *forces_n_[i] = solver_.row_impulse_ns(static_cast<int>(i)) / step_s_;
+  for (std::size_t i = 0; i < forces_.size(); ++i) {
+    RowForce& force = *forces_[i];
+    const double now_n = solver_.row_impulse_ns(static_cast<int>(i)) / step_s_;
+    force.change_n = force.known ? now_n - force.now_n : 0;
+    force.now_n = now_n;
+    force.known = true;
   }
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     ContactConstraint& constraint = *contacts_[i];
-    constraint.f_W = solver_.contact_impulse_ns(static_cast<int>(i)) / step_s_;
+    const Vector3d f_W = solver_.contact_impulse_ns(static_cast<int>(i)) / step_s_;
+    const Vector3d torque_W = solver_.contact_turn_nms(static_cast<int>(i)) / step_s_;
+    if (constraint.continues) {
+      constraint.f_change_W = f_W - constraint.f_W;
+      constraint.torque_change_W = torque_W - constraint.torque_W;
+    }
+    constraint.f_W = f_W;
+    constraint.torque_W = torque_W;
     constraint.normal_n = std::max(0.0, constraint.f_W.dot(constraint.contact.n_W));
   }
 }

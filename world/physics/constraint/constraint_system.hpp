@@ -19,6 +19,12 @@ struct RowSide {
   Eigen::Vector3d linear = Eigen::Vector3d::Zero(), angular = Eigen::Vector3d::Zero();
 };
 
+/// The force of a row in the last step, and what it had changed by; where the next search begins.
+struct RowForce {
+  double now_n = 0, change_n = 0;
+  bool known = false;
+};
+
 /// Some bodies of ODE with the joints and contacts between them, advanced together by one step:
 /// forces, gravity and gyroscopic torque change the velocities first, ContactSolver finds the
 /// impulses, then the poses follow from the new velocities (semi-implicit Euler). No call allocates
@@ -32,16 +38,15 @@ class ConstraintSystem {
   /// Adds a body that the step moves, with the forces that ODE has collected for it, which it
   /// forgets.
   void add_body(dBodyID body);
-  /// A row whose force stays within bounds [N]. The search starts at `force_n`, which becomes the
-  /// force that was found.
+  /// A row whose force stays within bounds [N]; `force` becomes what was found.
   void add_row(const RowSide& a, const RowSide& b, double target_m_s, double cfm, double lo_n,
-               double hi_n, double& force_n);
+               double hi_n, RowForce& force);
   /// A bilateral row, whose force has no bound.
   void add_joint_row(const RowSide& a, const RowSide& b, double target_m_s, double cfm,
-                     double& force_n);
-  /// A contact. The search starts at the force `guess_W` [N].
+                     RowForce& force);
+  /// A contact. The search starts at the forces that the constraint has.
   void add_contact(ContactConstraint& constraint, dBodyID a, dBodyID b,
-                   const ContactResponse& response, const Eigen::Vector3d& guess_W);
+                   const ContactResponse& response);
 
   /// Solves, moves the bodies, and writes the forces into the contacts' constraints and the rows'
   /// places. Counts what it could not solve.
@@ -56,7 +61,7 @@ class ConstraintSystem {
   ContactSolver solver_;
   std::vector<dBodyID> known_;  // by number
   std::vector<char> moves_;     // by number
-  std::vector<double*> forces_n_;
+  std::vector<RowForce*> forces_;
   std::vector<ContactConstraint*> contacts_;
 };
 

@@ -41,6 +41,13 @@ class ContactSolver {
     int most_iterations = 60;  ///< Newton steps
   };
 
+  /// Where the search begins: at the last step's impulse, or by the change to it farther, whichever
+  /// fits the step better as a whole.
+  template <typename Value>
+  struct Guess {
+    Value last, change;
+  };
+
   /// One side of a row: its velocity is linear . v + angular . omega.
   struct Side {
     int body = kFixed;
@@ -57,8 +64,10 @@ class ContactSolver {
     /// Velocity of a relative to b that the contact aims at: along n the least (a gap may close, or
     /// penetration is to be corrected), across n that of a surface in motion.
     Vector3 target_v = Vector3::Zero();
-    double softness_m_s_ns = 0;          ///< normal velocity per normal impulse
-    Vector3 guess_ns = Vector3::Zero();  ///< impulse on a where the search begins
+    double softness_m_s_ns = 0;  ///< normal velocity per normal impulse
+    Guess<Vector3> impulse_ns = {Vector3::Zero(), Vector3::Zero()};  ///< on a
+    /// Torque of friction on a, times the step.
+    Guess<Vector3> turn_nms = {Vector3::Zero(), Vector3::Zero()};
   };
 
   struct Outcome {
@@ -82,7 +91,7 @@ class ContactSolver {
   /// A row whose impulse stays within bounds: sum of both sides' velocities = target - softness
   /// times impulse, where no bound is reached. Returns its number.
   int add_row(const Side& a, const Side& b, double target, double softness, double lo_ns,
-              double hi_ns, double guess_ns = 0);
+              double hi_ns, const Guess<double>& guess_ns = {0, 0});
   /// Returns its number.
   int add_contact(const ContactDescription& contact);
 
@@ -94,6 +103,7 @@ class ContactSolver {
   [[nodiscard]] double row_impulse_ns(int row) const { return rows_[index(row)].now.x; }
   /// On body a.
   [[nodiscard]] Vector3 contact_impulse_ns(int contact) const;
+  [[nodiscard]] Vector3 contact_turn_nms(int contact) const;
 
  private:
   struct Body {
@@ -117,6 +127,7 @@ class ContactSolver {
     double y = 0;
     int place = -1;  // of the pair of its bodies
     RowState now;
+    double other_guess = 0;
   };
   /// In the frame (n, t1, t2).
   struct Contact {
@@ -138,6 +149,7 @@ class ContactSolver {
     Matrix3 turn_gain = Matrix3::Zero();
     bool turns = false;
     int place = -1;
+    Vector3 other_x = Vector3::Zero(), other_torque = Vector3::Zero();  // the other guess
   };
 
   [[nodiscard]] static std::size_t index(int i) { return static_cast<std::size_t>(i); }
@@ -145,6 +157,8 @@ class ContactSolver {
   [[nodiscard]] Body& at(int body) { return bodies_[index(body)]; }
 
   void prepare();
+  void swap_guesses();
+  [[nodiscard]] double begin_from_better_guess(double enough_m_s);
   void set_softness(double epsilon);
   void velocities_from_impulses();
   void swap_velocities();

@@ -32,10 +32,10 @@ struct GripperJoints {
 
 /// Forces of a gripper's joints in the last step, where the search of the next one begins.
 struct GripperForces {
-  std::array<double, 6> mount{};
-  std::array<std::array<double, 5>, 2> rail{};
-  std::array<double, 2> piston{}, open_stop{}, closed_stop{};
-  std::array<double, 7> linkage{};
+  std::array<RowForce, 6> mount;
+  std::array<std::array<RowForce, 5>, 2> rail;
+  std::array<RowForce, 2> piston, open_stop, closed_stop;
+  std::array<RowForce, 7> linkage;
 };
 
 /// The gripper's joints as rows of a ConstraintSystem.

@@ -88,7 +88,9 @@ void VirtualJoints::join(int a, int b, const Eigen::Vector3d& force_on_b) {
   pair.b = b;
   pair.serial = next_serial_++;
   pair.contact_force = force_on_b;
-  for (std::size_t i = 0; i < 3; ++i) pair.forces[i] = -force_on_b[static_cast<Eigen::Index>(i)];
+  for (std::size_t i = 0; i < 3; ++i) {
+    pair.forces[i].now_n = -force_on_b[static_cast<Eigen::Index>(i)];
+  }
   ode::save(ode_body(a), pair.at_a);
   ode::save(ode_body(b), pair.at_b);
   pairs_.insert(std::lower_bound(pairs_.begin(), pairs_.end(), std::tuple(a, b), before), pair);

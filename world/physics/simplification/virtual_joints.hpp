@@ -25,10 +25,10 @@ class VirtualJoints {
     std::uint64_t serial = 0;                                 ///< in order of joining
     Eigen::Vector3d contact_force = Eigen::Vector3d::Zero();  // Fc, on b
     ode::SavedState at_a, at_b;                               // poses when joined
-    std::array<double, 6> forces{};  // on a: force and torque at b's origin, in the last step
+    std::array<RowForce, 6> forces;  // on a: force and torque at b's origin, in the last step
 
     [[nodiscard]] Eigen::Vector3d force_on_b() const {
-      return {-forces[0], -forces[1], -forces[2]};
+      return {-forces[0].now_n, -forces[1].now_n, -forces[2].now_n};
     }
   };
 
