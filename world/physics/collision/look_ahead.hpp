@@ -58,35 +58,32 @@ struct Way {
 /// strides, for what is deep inside has contacts of another side: a contact counts where it is
 /// made, and once. The first look is half a step ahead, where that is no long way: there a contact
 /// lies where it acts in the mean over the step, so that rolling and turning neither gain nor lose
-/// energy (midpoint rule).
+/// energy (midpoint rule). What strikes turns about the place: the last look is at what that brings
+/// down beside it.
 template <class Generate>
 void find_ahead(const Way& way, std::vector<Contact>& out, const Generate& generate) {
-  constexpr double kStride = 4.1e-4, kSamePlace = 2e-3;  // [m]
-  constexpr double kSameSide = 0.9;                      // cosine
+  constexpr double kStride = 4.1e-4, kHardlyAny = 4e-6;  // [m]
+  constexpr double kSamePlace = 2e-3, kOpen = 1e-6, kFarthestBeside = 1e-3;
+  constexpr double kSameSide = 0.9;  // cosine
   constexpr int kMostStrides = 64;
   const std::size_t first = out.size();
   const double longest = way.longest_m();
   if (longest == 0) return generate(Eigen::Isometry3d::Identity());
-  const int strides = std::clamp(static_cast<int>(std::ceil(longest / kStride)), 1, kMostStrides);
-  const double just_made = 2 * longest / strides;
-  const double middle = 0.5 / kStepsAhead;
-  for (int k = middle * strides < 1 ? 0 : 1; k <= strides; ++k) {
+  const auto look = [&](const Eigen::Isometry3d& D, const Eigen::Vector3d& shift_W,
+                        double just_made) {
     const std::size_t known = out.size();
-    const double share = k == 0 ? middle : static_cast<double>(k) / strides;
-    const Eigen::Isometry3d D = way.at(share);
     generate(D);
     const Eigen::Isometry3d back = D.inverse();
-    const Eigen::Vector3d shift = share * way.shift_W;
     std::size_t kept = known;
     for (std::size_t i = known; i < out.size(); ++i) {
       Contact contact = out[i];
       const Eigen::Vector3d p_now = back * contact.p_W;
       const double depth_now = contact.depth_m + (contact.p_W - p_now).dot(contact.n_W);
-      const bool late = k > 1 && (contact.depth_m > just_made || depth_now > 0);
+      const bool late = just_made > 0 && (contact.depth_m > just_made || depth_now > 0);
       contact.depth_m = depth_now;
-      contact.p_W -= shift;
+      contact.p_W -= shift_W;
       const auto same = [&](const Contact& other) {
-        return (other.p_W - p_now).squaredNorm() < kSamePlace * kSamePlace &&
+        return (other.p_W - contact.p_W).squaredNorm() < kSamePlace * kSamePlace &&
                other.n_W.dot(contact.n_W) > kSameSide;
       };
       const auto begin = out.begin() + static_cast<std::ptrdiff_t>(first);
@@ -94,7 +91,21 @@ void find_ahead(const Way& way, std::vector<Contact>& out, const Generate& gener
       if (!late && std::none_of(begin, end, same)) out[kept++] = contact;
     }
     out.resize(kept);
+  };
+  const int strides = std::clamp(static_cast<int>(std::ceil(longest / kStride)), 1, kMostStrides);
+  const double middle = 0.5 / kStepsAhead;
+  if (middle * strides < 1) look(way.at(middle), middle * way.shift_W, 0);
+  if (longest < kHardlyAny) return;
+  for (int k = 1; k <= strides; ++k) {
+    const double share = static_cast<double>(k) / strides;
+    look(way.at(share), share * way.shift_W, k > 1 ? 2 * longest / strides : 0);
   }
+  const auto struck = std::find_if(out.begin() + static_cast<std::ptrdiff_t>(first), out.end(),
+                                   [](const Contact& contact) { return contact.depth_m < -kOpen; });
+  if (struck == out.end()) return;
+  const double beside = std::min(longest / kStepsAhead, kFarthestBeside);
+  const Eigen::Vector3d down = -beside * struck->n_W;
+  look(Eigen::Isometry3d(Eigen::Translation3d(down)), down, beside);
 }
 
 }  // namespace aprsim::physics
