@@ -33,8 +33,9 @@ struct Way {
   Eigen::Vector3d turn_W = Eigen::Vector3d::Zero();   ///< about it [rad]
   double reach_m = 0;
 
+  [[nodiscard]] double turned_m() const { return reach_m * turn_W.norm(); }
   /// At most, of any of its points.
-  [[nodiscard]] double longest_m() const { return shift_W.norm() + reach_m * turn_W.norm(); }
+  [[nodiscard]] double longest_m() const { return shift_W.norm() + turned_m(); }
   /// Displacement after a share of it.
   [[nodiscard]] Eigen::Isometry3d at(double share) const {
     Eigen::Isometry3d out = Eigen::Isometry3d::Identity();
@@ -56,14 +57,14 @@ struct Way {
 /// What `generate(D)` appends for a body that is displaced by D, with the depths of now and the
 /// places as seen from its centre: gaps that will close have negative depths. A long way is gone in
 /// strides, for what is deep inside has contacts of another side: a contact counts where it is
-/// made, and once. The first look is half a step ahead, where that is no long way: there a contact
-/// lies where it acts in the mean over the step, so that rolling and turning neither gain nor lose
-/// energy (midpoint rule). What strikes turns about the place: the last look is at what that brings
-/// down beside it.
+/// made, and once. The first look at what turns is half a step ahead, where that is no long way:
+/// there a contact lies where it acts in the mean over the step, so that rolling and turning neither
+/// gain nor lose energy (midpoint rule). What strikes at some speed turns about the place: the last
+/// look is at what that brings down beside it.
 template <class Generate>
 void find_ahead(const Way& way, std::vector<Contact>& out, const Generate& generate) {
-  constexpr double kStride = 4.1e-4, kHardlyAny = 4e-6;  // [m]
-  constexpr double kSamePlace = 2e-3, kOpen = 1e-6, kFarthestBeside = 1e-3;
+  constexpr double kStride = 4.1e-4, kHardlyTurned = 1e-5, kSamePlace = 2e-3;  // [m]
+  constexpr double kBlow = 1e-4, kOpen = 1e-6, kFarthestBeside = 1e-3;
   constexpr double kSameSide = 0.9;  // cosine
   constexpr int kMostStrides = 64;
   const std::size_t first = out.size();
@@ -94,12 +95,14 @@ void find_ahead(const Way& way, std::vector<Contact>& out, const Generate& gener
   };
   const int strides = std::clamp(static_cast<int>(std::ceil(longest / kStride)), 1, kMostStrides);
   const double middle = 0.5 / kStepsAhead;
-  if (middle * strides < 1) look(way.at(middle), middle * way.shift_W, 0);
-  if (longest < kHardlyAny) return;
+  if (way.turned_m() > kHardlyTurned && middle * strides < 1) {
+    look(way.at(middle), middle * way.shift_W, 0);
+  }
   for (int k = 1; k <= strides; ++k) {
     const double share = static_cast<double>(k) / strides;
     look(way.at(share), share * way.shift_W, k > 1 ? 2 * longest / strides : 0);
   }
+  if (way.turned_m() == 0 || longest < kBlow) return;
   const auto struck = std::find_if(out.begin() + static_cast<std::ptrdiff_t>(first), out.end(),
                                    [](const Contact& contact) { return contact.depth_m < -kOpen; });
   if (struck == out.end()) return;

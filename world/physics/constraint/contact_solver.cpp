@@ -539,16 +539,12 @@ ContactSolver::Outcome ContactSolver::iterate(double first_residual_m_s, const S
       evaluate_impulses(0);
       gradient = find_gradient();
     }
-    if (!good || inner >= kMostInner) {
+    if ((!good || inner >= kMostInner) && epsilon < kMostEpsilon) {
       // From where it began, less stiff.
-      if (epsilon >= kMostEpsilon)
-        good = true;
-      else {
-        return_to_centres();
-        epsilon = std::min(kMostEpsilon, kMilder * epsilon);
-        shrink = kGently;
-        continue;
-      }
+      return_to_centres();
+      epsilon = std::min(kMostEpsilon, kMilder * epsilon);
+      shrink = kGently;
+      continue;
     }
     evaluate_impulses(0);
     present = residual();
