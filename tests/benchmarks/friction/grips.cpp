@@ -87,9 +87,6 @@ scene::Scene scene_of(const GripCase& c) {
   gripper.pad_width_m = kPadWidth;
   gripper.v_half_angle_rad = c.v_half_angle_rad;
   gripper.v_depth_m = 0;
-  // The load on the peg is the hand's without delay.
-  gripper.palm_stiffness_n_m = 1e6;
-  gripper.palm_damping_ns_m = 2e3;
   gripper.force_n = c.force_n;
   gripper.pad_friction = c.friction;
   scene.gear_types["peg"] = cylinder(peg_length(c.load), mass_kg(c));
