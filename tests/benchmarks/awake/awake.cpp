@@ -1,5 +1,6 @@
 // What a step costs while nothing is at rest, beside ODE's iterative solver at the same contact
-// points: the trays of Table 1 on a belt that is ramped or shaken, and ten loaded trays that tumble.
+// points: the trays of Table 1 on a belt that is ramped or shaken, and ten loaded trays that
+// tumble.
 
 #include <algorithm>
 #include <cmath>
@@ -20,7 +21,7 @@ namespace {
 
 constexpr double kSettled = 0.3, kShaken = 11;  // [s], [m/s2]
 constexpr double kShakes = 5, kBelt = 0.3;      // [1/s], [m/s]
-constexpr int kIterations = 50, kTurn = 50;     // of ODE; steps that each runs before the other does
+constexpr int kIterations = 50, kTurn = 50;  // of ODE; steps that each runs before the other does
 
 struct Case {
   const char* name;
@@ -132,13 +133,16 @@ int run(int argc, char** argv) {
   experiment.table("steps", "Nothing simplified, beside ODE's iterative solver", table);
   experiment.plot("steps", plot);
   experiment.note(
-      "ODE: its bodies, contact joints and iterative solver (dWorldQuickStep, 50 iterations) at the "
+      "ODE: its bodies, contact joints and iterative solver (dWorldQuickStep, 50 iterations) at "
+      "the "
       "points of our own contact search, without look-ahead; it solves to what these iterations "
       "give, ours to 1e-9 m/s. Both take turns of 50 steps in one run; means of all steps, search "
       "for contacts included.");
   experiment.note(
-      "Ramp: the trays of Table 1 on a belt between rest and 0.3 m/s at 0.5 m/s2. Shaken: its speed "
-      "a sine of 5 Hz and 11 m/s2, more than friction carries. Tumbling: experiment `spin`'s trays, "
+      "Ramp: the trays of Table 1 on a belt between rest and 0.3 m/s at 0.5 m/s2. Shaken: its "
+      "speed "
+      "a sine of 5 Hz and 11 m/s2, more than friction carries. Tumbling: experiment `spin`'s "
+      "trays, "
       "let fall without spin.");
   return experiment.finish();
 }

@@ -129,11 +129,14 @@ int run(int argc, char** argv) {
   mass_ratio(experiment);
   experiment.note(
       "Rows: the hand holds a gear 0.5 mm over the table by 60 N a finger and pushes it by 150 mm "
-      "through a row that begins 20 mm before it. Slip: the greatest distance in the hand from where "
+      "through a row that begins 20 mm before it. Slip: the greatest distance in the hand from "
+      "where "
       "the gear was before the push. Every run is a single one.");
   experiment.note(
-      "Mass ratio: the closed fingers start 2 mm behind the tray and go 0.25 m in 1 s, smoothly, at "
-      "0.47 m/s at most. The pusher's speed is that of the finger tips, which the hand's soft mount "
+      "Mass ratio: the closed fingers start 2 mm behind the tray and go 0.25 m in 1 s, smoothly, "
+      "at "
+      "0.47 m/s at most. The pusher's speed is that of the finger tips, which the hand's soft "
+      "mount "
       "lets swing; a part may be as fast as they were, not faster.");
   return experiment.finish();
 }

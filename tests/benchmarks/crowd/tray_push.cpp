@@ -14,7 +14,8 @@ using Eigen::Vector3d;
 using physics::test::Bench;
 
 constexpr double kGap = 2e-3, kTipHeight = 3e-3;  // of the fingers from the tray and the table [m]
-constexpr double kWay = 0.25, kTime = 1;  // of the push: 1.875 kWay / kTime = 0.47 m/s at most
+constexpr double kPushWay = 0.25,
+                 kPushTime = 1;  // of the push: 1.875 kPushWay / kPushTime = 0.47 m/s at most
 
 scene::Scene scene_of(const PushCase& c) {
   scene::Scene scene = physics::test::empty_scene();
@@ -60,11 +61,11 @@ void run(Bench& bench, const PushCase& c, PushResult& result) {
   const Eigen::Isometry3d start = bench.X_WT;
   const auto unsolved = bench.world->solver_failures().not_converged;
   Vector3d tip = bench.world->gripper(0).X_WT.p;
-  const int moving = static_cast<int>(std::lround(kTime / h)), all = moving + 300;
+  const int moving = static_cast<int>(std::lround(kPushTime / h)), all = moving + 300;
   double before_m = 0;
   for (int i = 1; i <= all; ++i) {
     const double s = std::min(1.0, double(i) / moving);
-    const double way_m = s * s * s * (10 - 15 * s + 6 * s * s) * kWay;
+    const double way_m = s * s * s * (10 - 15 * s + 6 * s * s) * kPushWay;
     result.hand_m_s = std::max(result.hand_m_s, (way_m - before_m) / h);
     before_m = way_m;
     Eigen::Isometry3d next = start;

@@ -20,7 +20,7 @@ struct PushResult {
   double part_m_s = 0;    ///< greatest speed of a part's centre of mass
   double hand_m_s = 0;    ///< greatest speed of the hand before the mount
   double deepest_m = 0;
-  bool faults = false;    ///< a part is out of its pocket, or the world stopped
+  bool faults = false;  ///< a part is out of its pocket, or the world stopped
   double step_us = 0, longest_us = 0;
   std::uint64_t unsolved = 0;
 };

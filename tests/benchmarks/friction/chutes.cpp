@@ -11,7 +11,7 @@ using Eigen::AngleAxisd;
 using Eigen::Vector3d;
 using physics::test::Bench;
 
-constexpr double kStep = 1e-3, kPlate = 0.05, kSettled = 0.6, kTime = 0.3;
+constexpr double kPlate = 0.05, kSettled = 0.6, kTime = 0.3;
 constexpr double kOnset = 5e-6;  // more than this is a slip [m]
 
 /// At tan(inclination) = share * mu.

@@ -148,7 +148,6 @@ int run(int argc, char** argv) {
   Friction friction(experiment);
   for (const auto& mode : kModes) {
     if (!shown(mode)) continue;
-    if (getenv("ONE") && mode.value != kModes[0].value) continue;
     friction.grips_over_directions(mode);
     for (const GripLoad load : {GripLoad::kAcross, GripLoad::kAlong, GripLoad::kTorsion}) {
       friction.grips_of(mode, load, true, 32);
@@ -162,9 +161,12 @@ int run(int argc, char** argv) {
   friction.report();
   experiment.note(
       "Grips: a hand and a cylinder fall together; what the hand accelerates besides is the load. "
-      "It rises to 0.9 of its limit and pauses (creep), to 0.98 and pauses (a slip over 1e-6 m is a "
-      "false drop), to 1.02 and pauses (less than half of the slip expected is a false hold). Onset: "
-      "where the slip that has come about at some 1.005 must have begun. Limits: 2 mu F; about the closing axis 2 mu F l, with "
+      "It rises to 0.9 of its limit and pauses (creep), to 0.98 and pauses (a slip over 1e-6 m is "
+      "a "
+      "false drop), to 1.02 and pauses (less than half of the slip expected is a false hold). "
+      "Onset: "
+      "where the slip that has come about at some 1.005 must have begun. Limits: 2 mu F; about the "
+      "closing axis 2 mu F l, with "
       "l from the axis to the ends of the lines on which pads and peg touch; V pads along the peg "
       "2 mu F / sin(half angle), which holds for a peg that slides: before that, friction across a "
       "groove may wedge the peg and add to it, so these are recorded on their own.");

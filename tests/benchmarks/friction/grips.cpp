@@ -13,11 +13,10 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using physics::test::Bench;
 
-constexpr double kStep = 1e-3;
 constexpr double kPegRadius = 3.85e-3, kPadHeight = 0.03, kPadWidth = 0.014;
 constexpr double kRodLength = 0.4, kPinLength = 0.02, kGrooveLength = 0.06;  // of pegs [m]
-constexpr double kCertain = 5e-3;      // beyond the limit: slip by then is no creep
-constexpr double kRampSeconds = 0.4;   // from 0.98 to 1.02 of the limit
+constexpr double kCertain = 5e-3;     // beyond the limit: slip by then is no creep
+constexpr double kRampSeconds = 0.4;  // from 0.98 to 1.02 of the limit
 
 bool across(GripLoad load) { return load == GripLoad::kAcross || load == GripLoad::kTorsion; }
 
@@ -44,9 +43,7 @@ double limit_n(const GripCase& c) {
   return c.load == GripLoad::kGroove ? pads / std::sin(c.v_half_angle_rad) : pads;
 }
 
-double mass_kg(const GripCase& c) {
-  return limit_n(c) / c.limit_m_s2;
-}
+double mass_kg(const GripCase& c) { return limit_n(c) / c.limit_m_s2; }
 
 /// Frame P of the peg in the tool's: its middle in the pads' middle, and in a groove as high as the
 /// palm lets it be.
@@ -55,8 +52,8 @@ Isometry3d peg_in_tool(const GripCase& c) {
   X.linear() = across(c.load)
                    ? AngleAxisd(std::numbers::pi / 2, Vector3d::UnitY()).toRotationMatrix()
                    : AngleAxisd(std::numbers::pi, Vector3d::UnitX()).toRotationMatrix();
-  const double z = c.load == GripLoad::kGroove ? 0.5 * kGrooveLength - 0.8 * kPadHeight
-                                               : -0.5 * kPadHeight;
+  const double z =
+      c.load == GripLoad::kGroove ? 0.5 * kGrooveLength - 0.8 * kPadHeight : -0.5 * kPadHeight;
   const auto mass = physics::gear_mass(cylinder(peg_length(c.load), mass_kg(c)));
   X.translation() = Vector3d(0, 0, z) - X.linear() * mass.com;
   return X;
@@ -183,8 +180,8 @@ void raise(LoadedGrip& grip, double from, double to, double seconds) {
 void hold(LoadedGrip& grip, double share, double seconds) { raise(grip, share, share, seconds); }
 
 /// From 0.98 to 1.02 of the limit and on: when it slips, and how far. The way of a slip tells when
-/// it began: under a load that grows steadily s = 1/6 r a t^3, with r the growth of the load's share
-/// and a the acceleration per share.
+/// it began: under a load that grows steadily s = 1/6 r a t^3, with r the growth of the load's
+/// share and a the acceleration per share.
 void pass_limit(LoadedGrip& grip, Verdict& verdict) {
   const int ramp = steps_of(kRampSeconds), rest = steps_of(0.1);
   const double rate = (kAboveShare - kBelowShare) / kRampSeconds;  // [1/s]

@@ -22,13 +22,13 @@ const char* name_of(GripLoad load);
 struct GripCase {
   scene::Simplification mode = scene::Simplification::kOff;
   GripLoad load = GripLoad::kAcross;
-  double yaw_rad = 0;          ///< of the hand about the closing axis
-  double tilt_rad = 0;         ///< of the closing axis, from the horizontal
-  double heading_rad = 0;      ///< of the hand about the vertical
-  double direction_rad = 0;    ///< of the force in the pads' plane
-  double friction = 0.5;       ///< of the pads
-  double force_n = 2;          ///< of each finger
-  double limit_m_s2 = 15;      ///< the limit as an acceleration; the peg's mass follows
+  double yaw_rad = 0;        ///< of the hand about the closing axis
+  double tilt_rad = 0;       ///< of the closing axis, from the horizontal
+  double heading_rad = 0;    ///< of the hand about the vertical
+  double direction_rad = 0;  ///< of the force in the pads' plane
+  double friction = 0.5;     ///< of the pads
+  double force_n = 2;        ///< of each finger
+  double limit_m_s2 = 15;    ///< the limit as an acceleration; the peg's mass follows
   double v_half_angle_rad = 0.8;
 };
 

@@ -10,7 +10,7 @@ namespace {
 using Eigen::Vector3d;
 using physics::test::Bench;
 
-constexpr double kStep = 1e-3, kThickness = 0.015, kAbove = 1e-3;
+constexpr double kThickness = 0.015, kAbove = 1e-3;
 constexpr double kFast = 0.5, kSlow = 0.05;  // growth of the load's share of its limit [1/s]
 constexpr double kMostSeconds = 8;           // that any stage may take
 

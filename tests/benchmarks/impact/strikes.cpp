@@ -12,7 +12,7 @@ using namespace physics::test;
 using Eigen::Vector3d;
 
 constexpr double kSpeed = 10, kAway = 0.15, kOff = 5e-3, kMostSpin = 10;  // [m/s], [m], [rad/s]
-constexpr double kAnyTilt = 4, kThin = 5e-3, kSunk = 1e-3;
+constexpr double kAnyAttitude = 4, kThin = 5e-3, kSunk = 1e-3;
 constexpr int kSettle = 60, kSteps = 100;
 constexpr double kPadTip = 0.3;  // height of the hand that is struck [m]
 
@@ -88,7 +88,7 @@ Strike strike(scene::Simplification mode, Target target, const std::string& type
   scene.physics.simplification = mode;
   const Aim aim = add_target(scene, target);
   const bool level = aim.from.z() == 0;
-  Pose pose = random_pose(engine, 0, 0, kAnyTilt);
+  Pose pose = random_pose(engine, 0, 0, kAnyAttitude);
   const double x = unit(engine), y = unit(engine), ahead = unit(engine);
   const Vector3d across = level ? Vector3d(x, 0, y) : Vector3d(x, y, 0);
   // Anywhere within a step's way.

@@ -39,9 +39,7 @@ scene::TrayType kit_type() {
   return kit;
 }
 
-std::string part(int slot) {
-  return "part" + std::to_string(slot);
-}
+std::string part(int slot) { return "part" + std::to_string(slot); }
 
 scene::Scene scene_of(scene::Simplification mode) {
   scene::Scene scene = physics::test::empty_scene();

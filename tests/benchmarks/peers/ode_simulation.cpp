@@ -207,14 +207,12 @@ class Quickstep : public OdeSimulation {
       ode::copy((axis - axis.dot(contact.n_W) * contact.n_W).normalized(), joint.fdir1);
     }
     dBodyID other = contact.b < 0 ? nullptr : at(contact.b).body.get();
-    dJointAttach(dJointCreateContact(world_.get(), joints_.get(), &joint),
-                 at(contact.a).body.get(), other);
+    dJointAttach(dJointCreateContact(world_.get(), joints_.get(), &joint), at(contact.a).body.get(),
+                 other);
     deepest_m_ = std::max(deepest_m_, contact.depth_m);
   }
 
-  [[nodiscard]] const Free& at(int index) const {
-    return bodies_[static_cast<std::size_t>(index)];
-  }
+  [[nodiscard]] const Free& at(int index) const { return bodies_[static_cast<std::size_t>(index)]; }
 
   const scene::Scene& scene_;
   ode::World world_;
@@ -234,12 +232,12 @@ std::unique_ptr<OdeSimulation> ode_simulation(const scene::Scene& scene, int ite
 }
 
 PeerEngine ode_engine() {
-  PeerEngine engine{.name = "ODE", .short_name = "ode", .version = APRSIM_ODE_VERSION, .settings = {}};
+  PeerEngine engine{
+      .name = "ODE", .short_name = "ode", .version = APRSIM_ODE_VERSION, .settings = {}};
   for (const int iterations : {20, 50}) {
-    engine.settings.push_back({"quick step, " + std::to_string(iterations) + " iterations",
-                               [iterations](const scene::Scene& scene) {
-                                 return ode_simulation(scene, iterations);
-                               }});
+    engine.settings.push_back(
+        {"quick step, " + std::to_string(iterations) + " iterations",
+         [iterations](const scene::Scene& scene) { return ode_simulation(scene, iterations); }});
   }
   return engine;
 }

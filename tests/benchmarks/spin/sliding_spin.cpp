@@ -50,8 +50,8 @@ class SlidingBody {
     for (double before = energy(state); before > 0;) {
       const Planar k1 = rate(state), k2 = rate(state.moved(k1, 0.5 * kFine)),
                    k3 = rate(state.moved(k2, 0.5 * kFine)), k4 = rate(state.moved(k3, kFine));
-      const Planar next = state.moved(k1, kFine / 6).moved(k2, kFine / 3).moved(k3, kFine / 3)
-                              .moved(k4, kFine / 6);
+      const Planar next =
+          state.moved(k1, kFine / 6).moved(k2, kFine / 3).moved(k3, kFine / 3).moved(k4, kFine / 6);
       if (energy(next) >= before) break;  // it rests within this step
       state = next;
       before = energy(state);
@@ -135,8 +135,10 @@ SpinResult slide_and_spin(const SpinCase& c) {
   }
   simulated.p = (com() - start).head<2>();
   const double even = 0.5 * kStep;
-  SpinResult result{.way_m = simulated.p.norm(), .yaw_rad = simulated.yaw,
-                    .true_way_m = rest.p.norm(), .true_yaw_rad = rest.yaw};
+  SpinResult result{.way_m = simulated.p.norm(),
+                    .yaw_rad = simulated.yaw,
+                    .true_way_m = rest.p.norm(),
+                    .true_yaw_rad = rest.yaw};
   result.way_error = (simulated.p - rest.p).norm() / rest.p.norm();
   result.yaw_error = std::abs(simulated.yaw / rest.yaw - 1);
   result.even_way_error = (simulated.p + even * v - rest.p).norm() / rest.p.norm();

@@ -16,10 +16,10 @@ struct SpinCase {
 };
 
 struct SpinResult {
-  double way_m = 0, yaw_rad = 0;          ///< as simulated
+  double way_m = 0, yaw_rad = 0;            ///< as simulated
   double true_way_m = 0, true_yaw_rad = 0;  ///< by the reference
-  double way_error = 0;  ///< distance of both places of rest, over the way
-  double yaw_error = 0;  ///< relative
+  double way_error = 0;                     ///< distance of both places of rest, over the way
+  double yaw_error = 0;                     ///< relative
   /// The same with the simulated velocity integrated by the trapezoidal rule: without what
   /// integrating poses in steps adds, h v / 2.
   double even_way_error = 0, even_yaw_error = 0;

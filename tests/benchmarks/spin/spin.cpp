@@ -122,13 +122,15 @@ int run(int argc, char** argv) {
       "Sliding and spinning: the reference is one rigid body in the plane with Coulomb friction at "
       "the points where the simulated tray touches the plate, whose normal forces are a linear "
       "function of the place (equally soft points) that balances weight and tipping, integrated in "
-      "steps of 10 us. \"Even\": the simulated velocity integrated by the trapezoidal rule, without "
+      "steps of 10 us. \"Even\": the simulated velocity integrated by the trapezoidal rule, "
+      "without "
       "the h v / 2 by which poses integrated in steps of 1 ms end early.");
   experiment.note(
       "Rebound: the rise after the first impact of what falls flat from 0.05 to 0.8 m; without "
       "restitution (\"dead\") the rise over the fall itself.");
   experiment.note(
-      "Tumbling: any attitude, up to 6 rad/s about each axis, from 0.1 m. Gains of energy are added "
+      "Tumbling: any attitude, up to 6 rad/s about each axis, from 0.1 m. Gains of energy are "
+      "added "
       "up from 0.1 s on, shortly before the first tray meets the table. Times of single runs.");
   return experiment.finish();
 }

@@ -11,9 +11,9 @@ namespace aprsim::bench {
 [[nodiscard]] scene::Scene tumbling_trays(scene::Simplification mode, unsigned seed);
 
 struct Tumble {
-  double gained_j = 0;   ///< all gains of energy after the first impact, added up
+  double gained_j = 0;  ///< all gains of energy after the first impact, added up
   double deepest_m = 0;
-  double energy_j = 0;   ///< in the beginning, over that at the end
+  double energy_j = 0;  ///< in the beginning, over that at the end
   std::vector<double> step_us;
   std::uint64_t unsolved = 0;
 };
