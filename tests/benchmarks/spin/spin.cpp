@@ -1,0 +1,141 @@
+// Motion that is fast: trays that slide while they spin, rebound after an impact, and ten loaded
+// trays that tumble onto a table.
+
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "tests/benchmarks/spin/rebound.hpp"
+#include "tests/benchmarks/spin/sliding_spin.hpp"
+#include "tests/benchmarks/spin/tumble.hpp"
+#include "tests/benchmarks/support/experiment.hpp"
+#include "tests/benchmarks/support/modes.hpp"
+#include "tests/benchmarks/support/statistics.hpp"
+
+namespace aprsim::bench {
+namespace {
+
+constexpr unsigned kSeed = 5;
+
+bool shown(const Mode& mode) { return mode.value != scene::Simplification::kVirtualJoints; }
+
+void spins(Experiment& experiment) {
+  Table table({"mode", "friction", "speed [m/s]", "spin [rad/s]", "way [m]", "closed form [m]",
+               "yaw [rad]", "closed form [rad]", "error of the way", "of the yaw",
+               "even: error of the way", "of the yaw"});
+  double way = 0, yaw = 0, even_way = 0, even_yaw = 0;
+  for (const auto& mode : kModes) {
+    if (!shown(mode)) continue;
+    std::mt19937_64 engine(kSeed);
+    for (int i = 0; i < (experiment.quick() ? 2 : 20); ++i) {
+      SpinCase one = random_spin(engine);
+      one.mode = mode.value;
+      const SpinResult r = slide_and_spin(one);
+      table.row({mode.name, one.friction, one.speed_m_s, one.spin_rad_s, r.way_m, r.true_way_m,
+                 r.yaw_rad, r.true_yaw_rad, r.way_error, r.yaw_error, r.even_way_error,
+                 r.even_yaw_error});
+      way = std::max(way, r.way_error);
+      yaw = std::max(yaw, r.yaw_error);
+      even_way = std::max(even_way, r.even_way_error);
+      even_yaw = std::max(even_yaw, r.even_yaw_error);
+    }
+  }
+  experiment.table("spins", "Trays that slide while they spin", table);
+  experiment.record("spin.way_error", way, "relative");
+  experiment.record("spin.yaw_error", yaw, "relative");
+  experiment.record("spin.even_way_error", even_way, "relative");
+  experiment.record("spin.even_yaw_error", even_yaw, "relative");
+}
+
+void rebounds(Experiment& experiment) {
+  Table table({"mode", "what", "restitution", "fall [m]", "rise over fall", "closed form"});
+  Plot plot{.title = "Height of rebound over its closed form",
+            .x = {.label = "restitution"},
+            .y = {.label = "rise / (e^2 fall)"}};
+  double error = 0, dead = 0;
+  for (const auto& mode : kModes) {
+    if (!shown(mode)) continue;
+    std::mt19937_64 engine(kSeed);
+    std::uniform_real_distribution<double> unit(0, 1);
+    Series series{std::string(mode.name), {}};
+    for (int tenth = 0; tenth < 10; tenth += experiment.quick() ? 3 : 1) {
+      const double e = 0.1 * tenth;
+      double worst = 1;
+      for (const Faller faller :
+           {Faller::kTrayOnTable, Faller::kTrayOnBelt, Faller::kGearOnTable}) {
+        for (int i = 0; i < (experiment.quick() ? 1 : 4); ++i) {
+          const double height = 0.05 * std::pow(16, unit(engine));
+          const double turn = 2 * std::numbers::pi * unit(engine);
+          const double rise = rebound(mode.value, faller, e, height, turn);
+          table.row({mode.name, name_of(faller), e, height, rise, e * e});
+          if (tenth == 0) {
+            dead = std::max(dead, rise);
+            continue;
+          }
+          const double ratio = rise / (e * e);
+          if (std::abs(ratio - 1) > std::abs(worst - 1)) worst = ratio;
+        }
+      }
+      if (tenth == 0) continue;
+      series.points.emplace_back(e, worst);
+      error = std::max(error, std::abs(worst - 1));
+    }
+    plot.series.push_back(std::move(series));
+  }
+  experiment.table("rebounds", "", table);
+  experiment.plot("rebounds", plot);
+  experiment.record("spin.rebound_error", error, "relative");
+  experiment.record("spin.dead_rebound", dead, "relative");
+}
+
+void tumbles(Experiment& experiment) {
+  Table table({"mode", "seed", "gained [J]", "lost in all [J]", "deepest [mm]", "step, mean [us]",
+               "p99.9 [us]", "longest [us]", "unsolved steps"});
+  double gained = 0, deepest = 0, longest = 0;
+  std::uint64_t unsolved = 0;
+  for (const auto& mode : kModes) {
+    if (!shown(mode)) continue;
+    for (unsigned seed = 1; seed <= (experiment.quick() ? 1 : 4); ++seed) {
+      const Tumble one = tumble(mode.value, seed, experiment.quick() ? 0.4 : 3);
+      const double most = percentile(one.step_us, 1);
+      table.row({mode.name, double(seed), one.gained_j, one.energy_j, 1e3 * one.deepest_m,
+                 mean(one.step_us), percentile(one.step_us, 0.999), most, double(one.unsolved)});
+      gained = std::max(gained, one.gained_j);
+      deepest = std::max(deepest, one.deepest_m);
+      longest = std::max(longest, most);
+      unsolved += one.unsolved;
+    }
+  }
+  experiment.table("tumbles", "Ten loaded trays that tumble onto a table", table);
+  experiment.record("spin.tumble_gained_j", gained, "J");
+  experiment.record("spin.tumble_deepest_m", deepest, "m");
+  experiment.record("spin.tumble_step_max_us", longest, "us");
+  experiment.record("spin.tumble_unsolved_steps", double(unsolved), "count");
+}
+
+int run(int argc, char** argv) {
+  Experiment experiment("spin", argc, argv);
+  spins(experiment);
+  rebounds(experiment);
+  tumbles(experiment);
+  experiment.note(
+      "Sliding and spinning: the reference is one rigid body in the plane with Coulomb friction at "
+      "the points where the simulated tray touches the plate, whose normal forces are a linear "
+      "function of the place (equally soft points) that balances weight and tipping, integrated in "
+      "steps of 10 us. \"Even\": the simulated velocity integrated by the trapezoidal rule, "
+      "without "
+      "the h v / 2 by which poses integrated in steps of 1 ms end early.");
+  experiment.note(
+      "Rebound: the rise after the first impact of what falls flat from 0.05 to 0.8 m; without "
+      "restitution (\"dead\") the rise over the fall itself.");
+  experiment.note(
+      "Tumbling: any attitude, up to 6 rad/s about each axis, from 0.1 m. Gains of energy are "
+      "added "
+      "up from 0.1 s on, shortly before the first tray meets the table. Times of single runs.");
+  return experiment.finish();
+}
+
+}  // namespace
+}  // namespace aprsim::bench
+
+int main(int argc, char** argv) { return aprsim::bench::run(argc, argv); }
