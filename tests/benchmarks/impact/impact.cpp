@@ -48,13 +48,14 @@ std::vector<double> tilted_drops(Experiment& experiment, const Mode& mode) {
   std::vector<double> times;
   Table table({"body", "rests within [s]", "greatest gain [J]", "deepest [m]", "steps unsolved"});
   const scene::Scene bare = bare_table(mode);
-  const auto run = [&](const std::string& type, bool tray, double reach) {
+  // `reach` is how far a body goes from its origin, `below` how far below it when slightly tilted.
+  const auto run = [&](const std::string& type, bool tray, double reach, double below) {
     Worst own;
     for (int i = 0; i < poses; ++i) {
       const bool slight = i % 2 == 0;
       scene::Scene scene = bare;
       const Pose pose =
-          random_pose(engine, 3e-3, slight ? 0.3 * reach : reach, slight ? kSlightTilt : kAnyTilt);
+          random_pose(engine, 3e-3, slight ? below : reach, slight ? kSlightTilt : kAnyTilt);
       if (tray) {
         scene.trays.push_back({.name = "body", .type = type, .X_WP = pose});
       } else {
@@ -68,10 +69,12 @@ std::vector<double> tilted_drops(Experiment& experiment, const Mode& mode) {
     table.row({type, own.rest_s, own.gained_j, own.deepest_m, static_cast<double>(own.unsolved)});
   };
   for (const auto& [name, type] : bare.gear_types) {
-    run(name, false, std::hypot(type.disc_radius_m, std::max(type.peg_top_m, type.hub_height_m)));
+    run(name, false, std::hypot(type.disc_radius_m, std::max(type.peg_top_m, type.hub_height_m)),
+        type.hub_height_m + type.disc_radius_m * std::sin(kSlightTilt));
   }
   for (const auto& [name, type] : bare.tray_types) {
-    run(name, true, std::max(type.min_xy.norm(), type.max_xy.norm()) + type.thickness_m);
+    const double corner = std::max(type.min_xy.norm(), type.max_xy.norm());
+    run(name, true, corner + type.thickness_m, type.thickness_m + corner * std::sin(kSlightTilt));
   }
   const std::string name = std::string("impact.") + mode.name;
   experiment.record(name + ".rest_s", worst.rest_s, "s");
