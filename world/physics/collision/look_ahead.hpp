@@ -58,13 +58,13 @@ struct Way {
 /// places as seen from its centre: gaps that will close have negative depths. A long way is gone in
 /// strides, for what is deep inside has contacts of another side: a contact counts where it is
 /// made, and once. The first look at what turns is half a step ahead, where that is no long way:
-/// there a contact lies where it acts in the mean over the step, so that rolling and turning neither
-/// gain nor lose energy (midpoint rule). What strikes at some speed turns about the place: the last
-/// look is at what that brings down beside it.
+/// there a contact lies where it acts in the mean over the step, so that rolling and turning
+/// neither gain nor lose energy (midpoint rule). What strikes at some speed turns about the place:
+/// the last look is at what that brings down beside it.
 template <class Generate>
 void find_ahead(const Way& way, std::vector<Contact>& out, const Generate& generate) {
   constexpr double kStride = 4.1e-4, kHardlyTurned = 1e-5, kSamePlace = 2e-3;  // [m]
-  constexpr double kBlow = 1e-4, kOpen = 1e-6, kFarthestBeside = 1e-3;
+  constexpr double kBlow = 1e-4, kStraightBlow = 1e-3, kOpen = 1e-6, kFarthestBeside = 1e-3;
   constexpr double kSameSide = 0.9;  // cosine
   constexpr int kMostStrides = 64;
   const std::size_t first = out.size();
@@ -102,13 +102,17 @@ void find_ahead(const Way& way, std::vector<Contact>& out, const Generate& gener
     const double share = static_cast<double>(k) / strides;
     look(way.at(share), share * way.shift_W, k > 1 ? 2 * longest / strides : 0);
   }
-  if (way.turned_m() == 0 || longest < kBlow) return;
+  if (longest < (way.turned_m() > 0 ? kBlow : kStraightBlow)) return;
   const auto struck = std::find_if(out.begin() + static_cast<std::ptrdiff_t>(first), out.end(),
                                    [](const Contact& contact) { return contact.depth_m < -kOpen; });
   if (struck == out.end()) return;
   const double beside = std::min(longest / kStepsAhead, kFarthestBeside);
-  const Eigen::Vector3d down = -beside * struck->n_W;
+  const Eigen::Vector3d n_W = struck->n_W, down = -beside * n_W;
+  const auto known = out.end() - out.begin();
   look(Eigen::Isometry3d(Eigen::Translation3d(down)), down, beside);
+  out.erase(std::remove_if(out.begin() + known, out.end(),
+                           [&](const Contact& other) { return other.n_W.dot(n_W) < kSameSide; }),
+            out.end());
 }
 
 }  // namespace aprsim::physics
