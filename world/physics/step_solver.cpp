@@ -38,6 +38,7 @@ void StepSolver::step() {
     constraint.f_change_W.setZero();
     constraint.torque_change_W.setZero();
     constraint.continues = false;
+    constraint.impact_m2_s2 = 0;
   }
   take_last_contacts();
   list_members();
@@ -84,8 +85,9 @@ void StepSolver::solve_island(int island) {
   const auto begin = std::lower_bound(contacts_.begin(), contacts_.end(), Member{island, -1});
   for (auto at = begin; at != contacts_.end() && at->first == island; ++at) {
     ContactConstraint& constraint = model_.constraints[static_cast<std::size_t>(at->second)];
-    const ContactResponse response = response_of(constraint);
     continue_last(constraint);
+    const ContactResponse response = response_of(constraint);
+    constraint.impact_m2_s2 = response.unanswered_m2_s2;
     system_.add_contact(constraint, model_.ode_body(constraint.contact.a),
                         model_.ode_body(constraint.contact.b), response);
   }
@@ -148,6 +150,7 @@ void StepSolver::continue_last(ContactConstraint& constraint) const {
     constraint.f_change_W = last->f_change_W;
     constraint.torque_change_W = last->torque_change_W;
     constraint.continues = true;
+    constraint.impact_m2_s2 = last->impact_m2_s2;
   }
 }
 

@@ -17,7 +17,7 @@ using namespace std::chrono_literals;
 std::shared_ptr<const scene::Scene> without_floor() {
   auto scene = *load_scene("aprs");
   scene.floor = false;
-  scene.gears.push_back({"falling", scene.gears[0].type, Pose{{3, 3, 1.5}, {}}});
+  scene.gears.push_back({"falling", scene.gears[0].type, Pose{.p = {3, 3, 1.5}}});
   return std::make_shared<const scene::Scene>(std::move(scene));
 }
 

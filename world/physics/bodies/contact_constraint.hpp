@@ -21,6 +21,7 @@ struct ContactConstraint {
   /// step before.
   Eigen::Vector3d f_change_W = Eigen::Vector3d::Zero(), torque_change_W = Eigen::Vector3d::Zero();
   bool continues = false;
+  double impact_m2_s2 = 0;  ///< energy per mass of an impact that is still to be answered
 };
 
 inline constexpr std::size_t kConstraintCapacity = 4096;  ///< places to reserve

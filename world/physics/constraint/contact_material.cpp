@@ -39,17 +39,24 @@ double penetration_slop_m(SurfacePair pair) {
 /// Speed of rebound by Newton's law of impact, such that from where this step ends the body rises
 /// as high as from an impact at the surface: with a = acceleration towards the surface, the
 /// semi-implicit Euler steps of a free fall keep I = v^2 / 2 + a x - a h v / 2 at height x, and
-/// behind the impact I is e^2 as large. 0 below the least speed of impact.
-double rebound_m_s(const ContactConstraint& constraint, const ContactSetting& setting) {
+/// behind the impact I is e^2 as large. 0 below the least speed of impact, and where the step ends
+/// above what the rebound can reach: then it comes down to the surface first, and `unanswered` is
+/// what the next step has to answer.
+double rebound_m_s(const ContactConstraint& constraint, const ContactSetting& setting,
+                   double& unanswered) {
   const double h = setting.step_s, v = setting.normal_speed_m_s;
   const double a = std::max(0.0, -setting.normal_accel_m_s2);
   const double gap = std::max(0.0, -constraint.contact.depth_m);
   const double e = constraint.restitution;
   const bool closes = gap + h * (v - h * a) <= 0;
-  if (e <= 0 || -v < kLeastImpact || !closes) return 0;
-  const double I = 0.5 * v * v + a * gap - 0.5 * a * h * v;
+  unanswered = 0;
+  const double before = constraint.impact_m2_s2;
+  if (e <= 0 || !closes || (-v < kLeastImpact && before == 0)) return 0;
+  const double I = std::max(before, 0.5 * v * v + a * gap - 0.5 * a * h * v);
   const double root = 0.25 * a * a * h * h + 2 * (e * e * I - a * gap);
-  return root > 0 ? std::sqrt(root) - 0.5 * a * h : 0;
+  if (root > 0) return std::sqrt(root) - 0.5 * a * h;
+  unanswered = I;
+  return 0;
 }
 
 }  // namespace
@@ -69,7 +76,7 @@ ContactResponse contact_response(const ContactConstraint& constraint,
   const double rate = is_gap(constraint) ? contact.depth_m / h
                       : inside < 0       ? kSinkRate * inside
                                          : std::min(kMostCorrecting, softness.erp / h * inside);
-  const double rebound = rebound_m_s(constraint, setting);
+  const double rebound = rebound_m_s(constraint, setting, response.unanswered_m2_s2);
   response.target_v_W = (rebound > 0 ? std::max(rate, rebound) : rate) * contact.n_W;
   if (!constraint.belt) return response;
   // A surface in motion without a body.
