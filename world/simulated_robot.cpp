@@ -243,8 +243,10 @@ void SimulatedRobot::apply(api::Ticket ticket, const api::RobotCommand& command)
     controller_.apply(ticket, action, arm_.q());
   }
   // The guards of a motion that goes on, unless the command beside it has its own.
-  if (!api::leaves_motion(action) || !command.guards.empty()) {
+  if (!command.guards.empty()) {
     state_.guards.begin(ticket, command.guards);
+  } else if (!api::leaves_motion(action)) {
+    state_.guards.forget();
   }
 }
 

@@ -26,10 +26,9 @@ bool holds(const api::Guard& guard, double value, double start) {
 
 void GuardMonitor::begin(api::Ticket ticket, std::span<const api::Guard> guards) {
   const std::size_t count = std::min(guards.size(), api::kMaxGuards);
-  active_ = count > 0;
+  active_ = true;
   triggered_ = started_ = false;
   triggered_at_.reset();
-  if (!active_) return;
   std::copy_n(guards.begin(), count, guards_.begin());
   state_.ticket = ticket;
   state_.count = count;

@@ -14,8 +14,13 @@ namespace aprsim::robot {
 /// sim.
 class GuardMonitor {
  public:
-  /// From now on monitors for the command with that ticket; at most api::kMaxGuards.
+  /// From now on monitors for the command with that ticket; 1 to api::kMaxGuards.
   void begin(api::Ticket ticket, std::span<const api::Guard> guards);
+  /// From now on monitors nothing; state() stays readable.
+  void forget() {
+    active_ = triggered_ = false;
+    triggered_at_.reset();
+  }
   /// The command is over; state() stays readable.
   void end() { active_ = false; }
 

@@ -122,7 +122,7 @@ TEST_F(Monitor, ACommandWithoutGuardsEndsTheMonitoringAndKeepsTheLastTrigger) {
   const api::Guard only[] = {guard(GuardLimit::kOverMax, 2)};
   monitor_.begin(1, only);
   EXPECT_EQ(step(3), 0U);
-  monitor_.begin(2, {});
+  monitor_.forget();
   EXPECT_FALSE(step(9));
   EXPECT_EQ(monitor_.state().ticket, 1U);
   EXPECT_EQ(monitor_.state().triggers, 1U);
