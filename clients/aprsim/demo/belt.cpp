@@ -17,6 +17,7 @@ namespace aprsim::client {
 namespace {
 
 constexpr double kSpeed_m_s = 0.15;
+constexpr double kCreep_m_s = 0.02;  // back what the belt has run on
 constexpr double kEdge_m = 0.1;        // nothing comes nearer to the belt's ends
 constexpr double kBeside_m = 0.35;     // the tray stops this far before the robot, along the belt
 constexpr double kWorthwhile_m = 0.1;  // shorter ways are not driven
@@ -92,8 +93,9 @@ class BeltView {
 
 /// Sets direction and speed of the standing belt, and gives its state. Which value of the direction
 /// register means forward is a matter of the installation, so look and turn it round if needed.
-Outcome<v1::ConveyorState> set_drive(DemoCell& cell, ConveyorConnection& conveyor, bool forward) {
-  const double speed = std::min(kSpeed_m_s, cell.description.conveyor().max_speed_m_s());
+Outcome<v1::ConveyorState> set_drive(DemoCell& cell, ConveyorConnection& conveyor, bool forward,
+                                     double speed_m_s) {
+  const double speed = std::min(speed_m_s, cell.description.conveyor().max_speed_m_s());
   const auto count = static_cast<std::uint16_t>(std::lround(speed / kMetresPerSecondPerCount));
   if (auto done = conveyor.write(modbus::kSpeedRegister, count); !done) {
     return tl::unexpected(done.error());
@@ -124,10 +126,11 @@ Outcome<void> stop_belt(DemoCell& cell, ConveyorConnection& conveyor) {
 }
 
 /// Starts the belt, waits until it has run the distance, and stops it.
-Outcome<void> run_belt(DemoCell& cell, const Endpoints& endpoints, double distance_m) {
+Outcome<void> run_belt(DemoCell& cell, const Endpoints& endpoints, double distance_m,
+                       double speed_m_s) {
   auto conveyor = ConveyorConnection::connect(endpoints.host, endpoints.modbus);
   if (!conveyor) return tl::unexpected(conveyor.error());
-  const auto drive = set_drive(cell, *conveyor, distance_m > 0);
+  const auto drive = set_drive(cell, *conveyor, distance_m > 0, speed_m_s);
   if (!drive) return tl::unexpected(drive.error());
 
   const double speed = drive->speed_setting_m_s();
@@ -184,7 +187,9 @@ Outcome<std::string> bring_tray(DemoCell& cell, const Endpoints& endpoints,
   for (int run = 0; run < kRuns; ++run) {
     const double rest = plan->distance_m - travel;
     if (std::abs(rest) < kOff_m) break;
-    if (auto done = run_belt(cell, endpoints, rest); !done) return tl::unexpected(done.error());
+    if (auto done = run_belt(cell, endpoints, rest, run == 0 ? kSpeed_m_s : kCreep_m_s); !done) {
+      return tl::unexpected(done.error());
+    }
     const auto after = cell.connection.snapshot();
     if (!after) return tl::unexpected(after.error());
     moved = BeltView(cell.description, *after).along(plan->body) - view.along(plan->body);
