@@ -6,7 +6,6 @@ import os
 import pathlib
 import re
 import socket
-import struct
 import subprocess
 import sys
 import tempfile
