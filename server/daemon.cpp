@@ -19,6 +19,7 @@
 #include "protocols/vision/vision_server.hpp"
 #include "protocols/web/web_server.hpp"
 #include "server/cell_news.hpp"
+#include "server/metrics.hpp"
 #include "server/process.hpp"
 #include "server/version.hpp"
 #include "world/simulation.hpp"
@@ -299,7 +300,25 @@ class Daemon::Impl {
     options.crcl_tap = &crcl_tap_;
     options.modbus_tap = &modbus_tap_;
     options.listeners = [this] { return listeners(); };
+    options.metrics = [this] { return metrics_text(metrics_sources()); };
     web_ = std::make_unique<web::WebServer>(std::move(options), simulation_, simulation_);
+  }
+
+  /// Thread: the web server's.
+  [[nodiscard]] MetricsSources metrics_sources() const {
+    MetricsSources sources;
+    sources.snapshot = simulation_.latest();
+    sources.ready = simulation_.problem().empty();
+    sources.step_times = simulation_.step_times().counts();
+    sources.waiting_commands = simulation_.waiting_commands();
+    for (const auto& [name, crcl, vision] : robots_) {
+      sources.crcl.emplace_back(name, crcl->stats());
+      sources.vision.emplace_back(name, vision->stats());
+    }
+    sources.modbus = modbus_.stats();
+    sources.grpc = telemetry_.stats();
+    sources.web_open = web_->open();
+    return sources;
   }
 
   /// Thread: the web server's; the ports stand before it starts.
@@ -314,7 +333,7 @@ class Daemon::Impl {
       add("vision." + name, vision->stats().open);
     }
     add("modbus", modbus_.stats().open);
-    add("grpc", telemetry_.open());
+    add("grpc", telemetry_.stats().open);
     add("web", web_->open());
     return all;
   }

@@ -84,7 +84,7 @@ void CommandQueue::drain(std::vector<QueuedCommand>& out) {
   queue_.reserve(capacity_ + kStops);
 }
 
-std::size_t CommandQueue::size() {
+std::size_t CommandQueue::size() const {
   const std::lock_guard lock(mutex_);
   return queue_.size();
 }

@@ -31,7 +31,7 @@ class CommandQueue {
   void drain(std::vector<QueuedCommand>& out);
 
   /// How many wait. Thread: any.
-  [[nodiscard]] std::size_t size();
+  [[nodiscard]] std::size_t size() const;
   [[nodiscard]] std::size_t capacity() const { return capacity_; }
 
   /// Waits until something is queued, the deadline passes or the queue is closed. Thread: sim.
@@ -44,7 +44,7 @@ class CommandQueue {
   void drop_same_stop(const api::Command& stop);
 
   const std::size_t capacity_;
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::condition_variable filled_;
   std::vector<QueuedCommand> queue_;
   api::Ticket last_ticket_ = 0;

@@ -235,6 +235,7 @@ void Simulation::advance() {
   if (paused_ && steps_wanted_ > 0) --steps_wanted_;
   const auto after = SteadyClock::now();
   pacer_.stepped(after, after - before);
+  step_times_.add(after - before);
   publish();
 }
 

@@ -8,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include "world/api/duration_histogram.hpp"
 #include "world/api/ports.hpp"
 #include "world/command_queue.hpp"
 #include "world/pacer.hpp"
@@ -51,6 +52,10 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   /// Whether the thread has made a turn of late, be it paused or in a fault; true before start()
   /// and after stop(). Thread: any.
   [[nodiscard]] bool makes_progress() const;
+  /// Wall times of the steps taken since the start. Thread: any.
+  [[nodiscard]] const api::DurationHistogram& step_times() const { return step_times_; }
+  /// Commands that wait for the next step. Thread: any.
+  [[nodiscard]] std::size_t waiting_commands() const { return queue_.size(); }
 
  private:
   void run(const std::stop_token& stop);
@@ -82,6 +87,7 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   ArmModels models_;                                                      ///< read once
   std::unique_ptr<World> world_;
   Pacer pacer_;
+  api::DurationHistogram step_times_;
   std::vector<QueuedCommand> drained_;
   std::shared_ptr<const api::CellDescription> description_;  ///< for validation, by any thread
   std::uint64_t epoch_ = 0;

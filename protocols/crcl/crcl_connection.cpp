@@ -111,6 +111,7 @@ void CrclConnection::on_read(const error_code& error, std::size_t size) {
     return error == asio::error::eof ? drain() : close();
   }
   if (draining_) return;
+  read_at_ = std::chrono::steady_clock::now();
   error_code ignored;
   idle_timer_.cancel(ignored);
   const std::string_view bytes(input_.data(), size);
@@ -255,6 +256,7 @@ void CrclConnection::answer_status() {
   }
   output_ += document;
   if (!blocked_) flush();
+  counters_.answer_times.add(std::chrono::steady_clock::now() - read_at_);
 }
 
 // An injected fault: in their order, each at its time.

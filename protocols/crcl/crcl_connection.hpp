@@ -18,12 +18,14 @@
 #include "protocols/crcl/command_executor.hpp"
 #include "protocols/crcl/connection_settings.hpp"
 #include "protocols/crcl/crcl_server.hpp"
+#include "world/api/duration_histogram.hpp"
 
 namespace aprsim::crcl_server {
 
 /// Counters of a server's connections together, for any thread to read.
 struct CrclCounters {
   std::atomic<std::uint64_t> dropped{0}, commands{0}, statuses{0};
+  api::DurationHistogram answer_times;  ///< from the read that completes a GetStatus
 };
 
 /// One client's socket: frames its bytes, passes commands to the robot's executor, answers
@@ -101,7 +103,7 @@ class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
   bool paused_ = false;         // an injected fault holds back the document at hand
   boost::asio::steady_timer write_timer_, idle_timer_, document_timer_, late_timer_, pause_timer_;
   bool incomplete_ = false;  // the beginning of a document waits for its rest
-  std::chrono::steady_clock::time_point
+  std::chrono::steady_clock::time_point read_at_{},  // the latest bytes
       received_{};         // of the document at hand, while polls are tapped
   bool blocked_ = false;   // waiting for the peer to take more
   bool full_ = false;      // nothing more is handled until then

@@ -76,7 +76,8 @@ class CrclServer::Impl {
   [[nodiscard]] CrclServerStats stats() const {
     const protocols::TcpListener& listener = service_.listener();
     return {listener.accepted(), listener.refused(), counters_.dropped,
-            listener.open(),     counters_.commands, counters_.statuses};
+            listener.open(),     counters_.commands, counters_.statuses,
+            counters_.answer_times.counts()};
   }
 
  private:

@@ -12,6 +12,7 @@
 #include "crcl/units.hpp"
 #include "protocols/connection_places.hpp"
 #include "protocols/wire_tap.hpp"
+#include "world/api/duration_histogram.hpp"
 #include "world/api/error.hpp"
 #include "world/api/ports.hpp"
 
@@ -61,6 +62,7 @@ struct CrclServerStats {
   std::uint64_t open = 0;      ///< connections now
   std::uint64_t commands = 0;  ///< documents taken, GetStatus included
   std::uint64_t statuses = 0;  ///< statuses answered
+  api::DurationHistogram::Counts answer_times;  ///< from GetStatus to its status, in this process
 };
 
 /// Serves CRCL to any number of clients of one robot from one thread of its own.

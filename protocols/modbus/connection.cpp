@@ -179,6 +179,7 @@ bool Connection::process_request() {
   }
   place_.used();
   ++context_.counters.requests;
+  received_ = Clock::now();
   if (context_.options.idle_timeout.count() > 0) {
     idle_due_ = Clock::now() + context_.options.idle_timeout;
   }
@@ -264,6 +265,7 @@ void Connection::reply(std::span<const std::uint8_t> adu) {
   const api::SnapshotPtr now = context_.source.latest();
   if (protocols::injected(*now, faults::Kind::kModbusSilent)) return;
   tap(false, adu);
+  context_.counters.answer_times.add(Clock::now() - received_);
   std::vector<std::uint8_t> bytes;
   if (protocols::injected(*now, faults::Kind::kModbusStray)) {
     // The same under a transaction number that nobody has given.
@@ -306,7 +308,6 @@ void Connection::tap(bool from_client, std::span<const std::uint8_t> adu) {
   protocols::WireTap* const tap = context_.options.tap;
   const bool poll = adu.size() <= kFunction || !modbus::is_writing_function(adu[kFunction] & 0x7F);
   if (!tap || (poll && !tap->wants_polls())) return;
-  if (from_client) received_ = Clock::now();
   const std::chrono::duration<double> since = Clock::now() - received_;
   tap->note({.source = "modbus",
              .peer = peer_,

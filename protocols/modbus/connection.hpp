@@ -24,6 +24,7 @@
 #include "protocols/modbus/modbus_server.hpp"
 #include "protocols/modbus/reply_builder.hpp"
 #include "protocols/rate_limit.hpp"
+#include "world/api/duration_histogram.hpp"
 
 namespace aprsim::modbus_server {
 
@@ -31,6 +32,7 @@ class Connection;
 
 struct Counters {
   std::atomic<std::uint64_t> dropped{0}, requests{0}, exceptions{0};
+  api::DurationHistogram answer_times;  ///< from a request to its reply
 };
 
 /// What all connections of a listener share. Thread: the listener's.
@@ -117,7 +119,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   std::size_t late_bytes_ = 0;  // of them
   boost::asio::steady_timer late_timer_;
   std::optional<WaitingWrite> waiting_;
-  Clock::time_point received_{};  // of the request at hand, while it is tapped
+  Clock::time_point received_{};  // of the request at hand
   bool heard_ = false;            // enough to tell the protocol
   bool reading_ = false, scheduled_ = false, incomplete_ = true;
   bool ended_ = false, draining_ = false, closed_ = false;

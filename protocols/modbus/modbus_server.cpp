@@ -137,6 +137,7 @@ ModbusServerStats ModbusServer::Impl::stats() const {
   stats.open = listener.open();
   stats.requests = counters_.requests;
   stats.exceptions = counters_.exceptions;
+  stats.answer_times = counters_.answer_times.counts();
   return stats;
 }
 

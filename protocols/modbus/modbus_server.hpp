@@ -10,6 +10,7 @@
 #include "modbus/register_map.hpp"
 #include "protocols/connection_places.hpp"
 #include "protocols/wire_tap.hpp"
+#include "world/api/duration_histogram.hpp"
 #include "world/api/error.hpp"
 #include "world/api/ports.hpp"
 
@@ -59,6 +60,7 @@ struct ModbusServerStats {
   std::uint64_t open = 0;        ///< connections now
   std::uint64_t requests = 0;    ///< complete requests
   std::uint64_t exceptions = 0;  ///< of these, answered with an exception
+  api::DurationHistogram::Counts answer_times;  ///< from request to reply, in this process
 };
 
 /// Serves the register map to many clients at once from one thread of its own.

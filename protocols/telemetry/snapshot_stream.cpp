@@ -23,7 +23,10 @@ void SnapshotStream::produce(const api::SnapshotPtr& snapshot) {
   if (finished_ || ending_) return;
   Sample sample{snapshot, ++sequence_};
   if (writing_) {
-    if (waiting_.snapshot) ++dropped_;
+    if (waiting_.snapshot) {
+      ++dropped_;
+      ++hub_.counters().dropped;
+    }
     waiting_ = std::move(sample);
     return;
   }
@@ -56,6 +59,7 @@ void SnapshotStream::start_write(std::unique_lock<std::mutex> lock, Sample sampl
   const std::uint64_t dropped = dropped_;
   lock.unlock();
   fill(sample, dropped);
+  ++hub_.counters().samples;
   StartWrite(&response_);
 }
 

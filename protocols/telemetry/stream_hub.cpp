@@ -42,6 +42,11 @@ void StreamHub::remove(const SnapshotStream& stream) {
   changed_.notify_all();
 }
 
+std::size_t StreamHub::open() {
+  const std::lock_guard lock(mutex_);
+  return entries_.size();
+}
+
 void StreamHub::stop(steady_clock::time_point deadline) {
   std::vector<Entry> entries;
   {

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -16,6 +18,11 @@ namespace aprsim::telemetry {
 
 class SnapshotStream;
 
+/// Counters of all streams together, for any thread to read.
+struct StreamCounters {
+  std::atomic<std::uint64_t> samples{0}, dropped{0};
+};
+
 /// Gives every stream a sample at its own rate, from one thread and on the monotonic clock. Ticks
 /// that the thread itself was too late for are skipped, not made up in a burst.
 class StreamHub {
@@ -28,6 +35,10 @@ class StreamHub {
   /// Not OK: RESOURCE_EXHAUSTED with too many streams, UNAVAILABLE once stopped.
   [[nodiscard]] grpc::Status add(const std::shared_ptr<SnapshotStream>& stream);
   void remove(const SnapshotStream& stream);
+
+  [[nodiscard]] StreamCounters& counters() { return counters_; }
+  /// Streams now. Thread: any.
+  [[nodiscard]] std::size_t open();
 
   /// Ends every stream and the thread; returns when all streams are gone or at the deadline.
   void stop(std::chrono::steady_clock::time_point deadline);
@@ -45,6 +56,7 @@ class StreamHub {
   const std::size_t max_streams_;
   const std::chrono::milliseconds write_timeout_;
   const std::function<void()> on_beat_;
+  StreamCounters counters_;
 
   std::mutex mutex_;
   std::condition_variable changed_;

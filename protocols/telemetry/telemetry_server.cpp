@@ -19,6 +19,7 @@
 
 #include "protocols/limited_log.hpp"
 #include "protocols/tcp_service.hpp"
+#include "protocols/telemetry/call_counter.hpp"
 #include "protocols/telemetry/command_waiter.hpp"
 #include "protocols/telemetry/control_service.hpp"
 #include "protocols/telemetry/http2_relay.hpp"
@@ -148,7 +149,20 @@ class TelemetryServer::Impl {
     service_.reset();
   }
 
-  [[nodiscard]] std::size_t open() const { return service_ ? service_->listener().open() : 0; }
+  [[nodiscard]] TelemetryStats stats() const {
+    if (!service_ || !hub_) return {};
+    const protocols::TcpListener& listener = service_->listener();
+    const CallCounts calls = calls_.counts();
+    return {.accepted = listener.accepted(),
+            .refused = listener.refused(),
+            .open = listener.open(),
+            .calls = calls.begun,
+            .failed = calls.failed,
+            .streams = hub_->open(),
+            .samples = hub_->counters().samples,
+            .dropped = hub_->counters().dropped,
+            .answer_times = calls.times};
+  }
 
  private:
   using Service = protocols::TcpService<Http2Relay>;
@@ -160,6 +174,7 @@ class TelemetryServer::Impl {
     set_limits(builder);
     builder.RegisterService(telemetry_.get());
     builder.RegisterService(control_.get());
+    builder.experimental().SetInterceptorCreators(calls_.interceptors());
     std::shared_ptr<Handover> handover = builder.experimental().AddExternalConnectionAcceptor(
         grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD,
         grpc::InsecureServerCredentials());
@@ -208,6 +223,7 @@ class TelemetryServer::Impl {
   protocols::LimitedLog log_{"grpc"};
   RelayRules rules_;
   Probation probation_;
+  CallCounter calls_;
   std::unique_ptr<Service> service_;
   std::unique_ptr<StreamHub> hub_;
   std::unique_ptr<CommandWaiter> waiter_;
@@ -228,6 +244,6 @@ Result<std::uint16_t> TelemetryServer::start() { return impl_->start(); }
 
 void TelemetryServer::stop(std::chrono::milliseconds deadline) { impl_->stop(deadline); }
 
-std::size_t TelemetryServer::open() const { return impl_->open(); }
+TelemetryStats TelemetryServer::stats() const { return impl_->stats(); }
 
 }  // namespace aprsim::telemetry

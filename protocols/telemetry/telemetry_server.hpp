@@ -7,6 +7,7 @@
 
 #include "protocols/access_token.hpp"
 #include "protocols/connection_places.hpp"
+#include "world/api/duration_histogram.hpp"
 #include "world/api/error.hpp"
 #include "world/api/ports.hpp"
 
@@ -26,6 +27,18 @@ struct TelemetryOptions {
   bool control = true;  ///< false: commands need the token; without one there are none
   std::shared_ptr<protocols::AccessToken> token = {};  ///< if there: commands need it
   std::string instance_id;  ///< names this process to clients; empty = random
+};
+
+struct TelemetryStats {
+  std::uint64_t accepted = 0;  ///< connections taken
+  std::uint64_t refused = 0;   ///< connections closed at once: over the limit
+  std::uint64_t open = 0;      ///< connections now
+  std::uint64_t calls = 0;     ///< begun, streams included
+  std::uint64_t failed = 0;    ///< of those that have ended: with another status than OK
+  std::uint64_t streams = 0;   ///< of snapshots, now
+  std::uint64_t samples = 0;   ///< that streams have sent
+  std::uint64_t dropped = 0;   ///< samples that slow readers did not get
+  api::DurationHistogram::Counts answer_times;  ///< of calls that are no streams
 };
 
 /// gRPC listener of package aprsim.v1: telemetry, control, health and reflection.
@@ -51,8 +64,8 @@ class TelemetryServer {
   /// left at the deadline. Also without a start and more than once. Thread: not a gRPC callback.
   void stop(std::chrono::milliseconds deadline = std::chrono::milliseconds(500));
 
-  /// Connections open now. Thread: any, between start() and stop().
-  [[nodiscard]] std::size_t open() const;
+  /// Thread: any, between start() and stop().
+  [[nodiscard]] TelemetryStats stats() const;
 
  private:
   class Impl;

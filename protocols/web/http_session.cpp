@@ -109,6 +109,9 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
     if (request.method() != http::verb::get && request.method() != http::verb::head) {
       return refuse(http::status::method_not_allowed, "only GET and HEAD", true);
     }
+    if (const auto live = context_.live.find(path); live != context_.live.end()) {
+      return send_live(request, live->second());
+    }
     const Asset* asset = context_.assets->find(path);
     if (!asset) return refuse(http::status::not_found, "no such file", !request.keep_alive());
     send_asset(request, *asset, host);
@@ -160,6 +163,16 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
     const std::string& body = packed ? asset.gzip : asset.body;
     if (request.method() == http::verb::get) response->body() = body;
     response->content_length(body.size());
+    send(std::move(response));
+  }
+
+  void send_live(const Request& request, LivePage page) {
+    auto response = std::make_shared<Response>(http::int_to_status(page.status), request.version());
+    set_security(*response, "");
+    response->set(http::field::content_type, page.type);
+    response->keep_alive(request.keep_alive());
+    response->content_length(page.body.size());
+    if (request.method() == http::verb::get) response->body() = std::move(page.body);
     send(std::move(response));
   }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -13,6 +14,13 @@
 
 namespace aprsim::web {
 
+/// What a page says at the moment.
+struct LivePage {
+  unsigned status = 200;
+  std::string type = "text/plain; charset=utf-8";
+  std::string body;
+};
+
 /// What HTTP sessions share.
 struct HttpContext {
   std::shared_ptr<const AssetTable> assets;
@@ -23,11 +31,14 @@ struct HttpContext {
   /// Not empty: there is no room for this connection; whatever it asks for is answered with 503
   /// and this sentence.
   std::string full;
+  /// Pages that are made when they are asked for, by path: status and text.
+  std::map<std::string, std::function<LivePage()>, std::less<>> live;
   /// Takes over an upgraded connection.
   std::function<void(std::shared_ptr<WebSocket>, std::string peer)> on_viewer;
 };
 
-/// One connection that speaks HTTP: GET and HEAD of the asset table, and the upgrade of /ws to a
+/// One connection that speaks HTTP: GET and HEAD of the asset table and of
+/// live pages, and the upgrade of /ws to a
 /// WebSocket. Headers are limited to 8 KiB, bodies are refused.
 class HttpSession {
  public:

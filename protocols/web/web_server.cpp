@@ -32,6 +32,7 @@ class WebServer::Impl {
  public:
   Impl(WebServerOptions options, api::CommandSink& sink, const api::SnapshotSource& source)
       : options_(std::move(options)),
+        source_(source),
         hub_(options_, sink, source),
         listener_(
             io_,
@@ -81,6 +82,18 @@ class WebServer::Impl {
     }
     context_.assets = std::move(assets);
     context_.hosts = options_.hosts;
+    context_.live["/healthz"] = [] { return LivePage{.body = "ok\n"}; };
+    context_.live["/readyz"] = [this] {
+      const std::string problem = source_.problem();
+      return problem.empty() ? LivePage{.body = "ready\n"}
+                             : LivePage{.status = 503, .body = problem + "\n"};
+    };
+    if (options_.metrics) {
+      context_.live["/metrics"] = [this] {
+        return LivePage{.type = "text/plain; version=0.0.4; charset=utf-8",
+                        .body = options_.metrics()};
+      };
+    }
     context_.take_seat = [this] { return take_seat(); };
     context_.on_viewer = [this](std::shared_ptr<WebSocket> socket, std::string peer) {
       hub_.add(std::move(socket), std::move(peer));
@@ -164,6 +177,7 @@ class WebServer::Impl {
   }
 
   WebServerOptions options_;
+  const api::SnapshotSource& source_;
   HttpContext context_, turned_away_;
   std::shared_ptr<std::size_t> seats_taken_ = std::make_shared<std::size_t>(0);
   bool draining_ = false;

@@ -52,12 +52,16 @@ struct WebServerOptions {
   protocols::WireTap* crcl_tap = nullptr;  ///< both outlive the server; may be null
   protocols::WireTap* modbus_tap = nullptr;
   std::function<std::vector<ListenerCount>()> listeners;  ///< called on the server's thread
+  /// The text behind /metrics, in Prometheus' format; called on the server's thread. None: 404.
+  std::function<std::string()> metrics = {};
 };
 
 /// Serves the page over HTTP from a table of files, and to each viewer, over a WebSocket, the
 /// latest snapshot at the rate it asks for, besides traffic and registers that it watches. Takes
 /// commands and jogs from viewers that may. Keeps what goes wrong in the cell, and what was asked
-/// for, for viewers that come later. Connects browsers from its own page only. One thread.
+/// for, for viewers that come later. Connects browsers from its own page only.
+/// For operators: /metrics; /healthz, 200 while this thread answers; /readyz, 503 with the reason
+/// while the simulation has a problem(). One thread.
 class WebServer {
  public:
   /// Keeps references to both; they must outlive the server.

@@ -60,6 +60,31 @@ TEST_F(Http, NothingBesidesTheTableCanBeNamed) {
   }
 }
 
+TEST_F(Http, TellsItsHealthAndWhyTheCellIsNotReady) {
+  start();
+  RawWebClient client(port);
+  EXPECT_TRUE(has(client.request("GET /healthz HTTP/1.1"), "200"));
+  EXPECT_TRUE(has(client.request("GET /readyz HTTP/1.1"), "\r\n\r\nready\n"));
+  world.complain("the pace is 0.20 instead of 1");
+  const std::string answer = client.request("GET /readyz?verbose HTTP/1.1");
+  EXPECT_TRUE(answer.starts_with("HTTP/1.1 503")) << answer;
+  EXPECT_TRUE(answer.ends_with("the pace is 0.20 instead of 1\n")) << answer;
+  EXPECT_TRUE(has(client.request("GET /healthz HTTP/1.1"), "200"));
+  // Nobody has given this server metrics.
+  EXPECT_TRUE(has(client.request("GET /metrics HTTP/1.1"), "404"));
+}
+
+TEST_F(Http, MetricsAreMadeWhenTheyAreAskedFor) {
+  int asked = 0;
+  options.metrics = [&] { return "a " + std::to_string(++asked) + "\n"; };
+  start();
+  RawWebClient client(port);
+  const std::string first = client.request("GET /metrics HTTP/1.1");
+  EXPECT_TRUE(has(first, "Content-Type: text/plain; version=0.0.4")) << first;
+  EXPECT_TRUE(first.ends_with("a 1\n")) << first;
+  EXPECT_TRUE(client.request("GET /metrics HTTP/1.1").ends_with("a 2\n"));
+}
+
 TEST_F(Http, RefusesOtherMethodsBodiesAndLongHeaders) {
   start();
   EXPECT_TRUE(has(RawWebClient(port).request("DELETE / HTTP/1.1"), "405"));

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "protocols/crcl/crcl_server.hpp"
+#include "protocols/modbus/modbus_server.hpp"
+#include "protocols/telemetry/telemetry_server.hpp"
+#include "protocols/vision/vision_server.hpp"
+#include "world/api/duration_histogram.hpp"
+#include "world/api/snapshot.hpp"
+
+namespace aprsim::server {
+
+/// What the metrics are made of: one look at everything that counts.
+struct MetricsSources {
+  api::SnapshotPtr snapshot;
+  bool ready = false;  ///< the simulation runs as it is told to
+  api::DurationHistogram::Counts step_times;
+  std::size_t waiting_commands = 0;
+  std::vector<std::pair<std::string, crcl_server::CrclServerStats>> crcl;  ///< by robot
+  std::vector<std::pair<std::string, vision_server::VisionServerStats>> vision;
+  modbus_server::ModbusServerStats modbus;
+  telemetry::TelemetryStats grpc;
+  std::size_t web_open = 0;
+};
+
+/// All metrics of the daemon in Prometheus' text format; what each means stands in its HELP line.
+/// Thread: any.
+[[nodiscard]] std::string metrics_text(const MetricsSources& sources);
+
+}  // namespace aprsim::server
