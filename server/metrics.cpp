@@ -6,7 +6,6 @@
 #include <fstream>
 #include <limits>
 #include <string_view>
-
 #include <unistd.h>
 
 #include "server/metrics_text.hpp"
@@ -60,8 +59,7 @@ void write_simulation(MetricsText& out, const MetricsSources& sources) {
   out.metric("aprsim_real_time_factor", kGauge,
              "Ratio of simulated to wall time over the last second.");
   out.sample(now.real_time_factor);
-  out.metric("aprsim_steps_missed_total", kCounter,
-             "Steps given up because the clock ran ahead.");
+  out.metric("aprsim_steps_missed_total", kCounter, "Steps given up because the clock ran ahead.");
   out.sample(now.missed_steps);
   out.metric("aprsim_commands_waiting", kGauge, "Commands that wait for the next step.");
   out.sample(std::uint64_t{sources.waiting_commands});
@@ -83,23 +81,23 @@ void write_physics(MetricsText& out, const api::Snapshot& now) {
   out.metric("aprsim_bodies", kGauge,
              "Trays and gears, by how they are simplified; those without are solved each alone.");
   for (const auto& [kind, name] : kGroups) {
-    const auto bodies = std::count_if(
-        now.bodies.begin(), now.bodies.end(), [kind = kind](const api::BodySnapshot& body) {
-          return !body.lost_step && body.group_kind == kind;
-        });
+    const auto bodies = std::count_if(now.bodies.begin(), now.bodies.end(),
+                                      [kind = kind](const api::BodySnapshot& body) {
+                                        return !body.lost_step && body.group_kind == kind;
+                                      });
     out.sample(static_cast<std::uint64_t>(bodies), {{"simplified", name}});
   }
   out.metric("aprsim_bodies_lost", kGauge, "Trays and gears that have left the cell.");
-  out.sample(static_cast<std::uint64_t>(std::count_if(
-      now.bodies.begin(), now.bodies.end(), [](const api::BodySnapshot& body) { return body.lost_step.has_value(); })));
+  out.sample(static_cast<std::uint64_t>(
+      std::count_if(now.bodies.begin(), now.bodies.end(),
+                    [](const api::BodySnapshot& body) { return body.lost_step.has_value(); })));
   out.metric("aprsim_contacts", kGauge, "Contacts in the latest step.");
   out.sample(static_cast<std::uint64_t>(now.contact_count));
   out.metric("aprsim_virtual_joints", kGauge, "Virtual fixed joints of contact simplification.");
   out.sample(static_cast<std::uint64_t>(now.virtual_joint_count));
   out.metric("aprsim_deepest_penetration_meters", kGauge, "Deepest contact of the latest step.");
   out.sample(now.max_penetration_m);
-  out.metric("aprsim_penetration_faults", kGauge,
-             "Penetrations over 0.5 mm since the last reset.");
+  out.metric("aprsim_penetration_faults", kGauge, "Penetrations over 0.5 mm since the last reset.");
   out.sample(now.physics_faults);
   out.metric("aprsim_solver_unconverged", kGauge,
              "Groups of bodies whose step ended short of the solver's tolerance, since the reset.");
@@ -111,9 +109,8 @@ void write_physics(MetricsText& out, const api::Snapshot& now) {
   std::uint64_t active = 0;
   if (now.faults) {
     active = static_cast<std::uint64_t>(
-        std::count_if(now.faults->all.begin(), now.faults->all.end(), [](const auto& fault) {
-          return fault.state == api::FaultState::kActive;
-        }));
+        std::count_if(now.faults->all.begin(), now.faults->all.end(),
+                      [](const auto& fault) { return fault.state == api::FaultState::kActive; }));
   }
   out.sample(active);
 }

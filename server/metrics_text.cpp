@@ -58,8 +58,7 @@ void MetricsText::histogram(const api::DurationHistogram::Counts& counts, const 
   for (std::size_t i = 0; i < counts.buckets.size(); ++i) {
     up_to += counts.buckets[i];
     const auto& bounds = api::DurationHistogram::kBounds_us;
-    all.back().second =
-        i < bounds.size() ? text_of(static_cast<double>(bounds[i]) * 1e-6) : "+Inf";
+    all.back().second = i < bounds.size() ? text_of(static_cast<double>(bounds[i]) / 1e6) : "+Inf";
     line("_bucket", all, std::to_string(up_to));
   }
   line("_sum", labels, text_of(counts.sum_s));

@@ -75,8 +75,12 @@ class CrclServer::Impl {
 
   [[nodiscard]] CrclServerStats stats() const {
     const protocols::TcpListener& listener = service_.listener();
-    return {listener.accepted(), listener.refused(), counters_.dropped,
-            listener.open(),     counters_.commands, counters_.statuses,
+    return {listener.accepted(),
+            listener.refused(),
+            counters_.dropped,
+            listener.open(),
+            counters_.commands,
+            counters_.statuses,
             counters_.answer_times.counts()};
   }
 

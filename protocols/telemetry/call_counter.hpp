@@ -21,8 +21,7 @@ struct CallCounts {
 class CallCounter {
  public:
   /// For ServerBuilder::experimental().SetInterceptorCreators().
-  [[nodiscard]] std::vector<
-      std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>>
+  [[nodiscard]] std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>>
   interceptors();
   [[nodiscard]] CallCounts counts() const;
 

@@ -17,7 +17,7 @@ namespace aprsim::client {
 namespace {
 
 constexpr double kSpeed_m_s = 0.15;
-constexpr double kCreep_m_s = 0.02;  // back what the belt has run on
+constexpr double kCreep_m_s = 0.02;    // back what the belt has run on
 constexpr double kEdge_m = 0.1;        // nothing comes nearer to the belt's ends
 constexpr double kBeside_m = 0.35;     // the tray stops this far before the robot, along the belt
 constexpr double kWorthwhile_m = 0.1;  // shorter ways are not driven

@@ -100,6 +100,7 @@ class Counts(Cell):
             sum(value for name, value in after.items() if name.startswith("aprsim_bodies{")), 28
         )
         crcl.close()
+        modbus.close()
         eventually(
             lambda: self.metrics()['aprsim_connections{wire="crcl.fanuc"}'] == 0, 10, "one less"
         )

@@ -89,14 +89,17 @@ TEST(Metrics, TellWhatTheSnapshotAndTheListenersSay) {
   sources.grpc.dropped = 9;
   sources.web_open = 2;
   const std::string text = metrics_text(sources);
-  for (const std::string line :
+  for (const std::string& line :
        {std::string("aprsim_build_info{version=\"") + kVersion + "\"} 1",
-        std::string("aprsim_ready 1"), std::string("aprsim_simulated_seconds 1.5"),
-        std::string("aprsim_speed_target +Inf"), std::string("aprsim_steps_missed_total 7"),
+        std::string("aprsim_ready 1"),
+        std::string("aprsim_simulated_seconds 1.5"),
+        std::string("aprsim_speed_target +Inf"),
+        std::string("aprsim_steps_missed_total 7"),
         std::string("aprsim_commands_waiting 3"),
         std::string("aprsim_bodies{simplified=\"none\"} 1"),
         std::string("aprsim_bodies{simplified=\"dormant\"} 2"),
-        std::string("aprsim_bodies_lost 1"), std::string("aprsim_injected_faults 1"),
+        std::string("aprsim_bodies_lost 1"),
+        std::string("aprsim_injected_faults 1"),
         std::string("aprsim_robot_protective_stop{robot=\"left\"} 0"),
         std::string("aprsim_robot_protective_stop{robot=\"right\"} 1"),
         std::string("aprsim_connections{wire=\"crcl.left\"} 4"),
