@@ -9,6 +9,7 @@
 #include "protocols/connection_places.hpp"
 #include "protocols/messages/control_request.hpp"
 #include "protocols/messages/write_message.hpp"
+#include "protocols/telemetry/field_mask.hpp"
 #include "protocols/telemetry/rpc_status.hpp"
 
 namespace aprsim::telemetry {
@@ -154,6 +155,8 @@ grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* cont
   if (const auto refused = refusal(*context)) return end(context, *refused);
   const auto command = protocols::to_command(*request);
   if (!command) return refuse(context, command.error());
+  const auto mask = SnapshotMask::parse(request->read_mask());
+  if (!mask) return refuse(context, mask.error());
   const std::uint64_t steps = command->steps;
   std::unique_lock lock(step_mutex_);
   const api::SnapshotPtr now = source_.latest();
@@ -169,7 +172,9 @@ grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* cont
   lock.unlock();
 
   auto* reactor = context->DefaultReactor();
-  auto outcome = [=, epoch = now->epoch,
+  std::optional<SnapshotMask> wanted;
+  if (request->has_read_mask()) wanted = *mask;
+  auto outcome = [=, this, epoch = now->epoch,
                   ticket = *ticket](const api::Snapshot& s) -> std::optional<grpc::Status> {
     if (s.epoch != epoch) {
       return grpc::Status(grpc::StatusCode::ABORTED, "the cell was reset while stepping");
@@ -177,6 +182,10 @@ grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* cont
     if (!s.world_fault.empty()) return grpc::Status(grpc::StatusCode::ABORTED, s.world_fault);
     if (s.applied < ticket || s.step < goal) return std::nullopt;
     write_receipt(s, ticket, *response->mutable_receipt());
+    if (wanted) {
+      protocols::write_message(s, options_.instance_id, *response->mutable_snapshot());
+      wanted->trim(*response->mutable_snapshot());
+    }
     return grpc::Status::OK;
   };
   auto forget = [this, context, goal] {

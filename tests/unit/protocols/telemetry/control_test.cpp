@@ -286,7 +286,45 @@ TEST_F(Control, StepAnswersWhenTheStepsHaveBeenTaken) {
   cell_->publish([](auto& s) { ++s.step; });
   client.join();
   EXPECT_EQ(response.receipt().step(), paused_at + 5);
+  EXPECT_FALSE(response.has_snapshot());
   EXPECT_EQ(simulation_command<api::StepBy>(cell_->commands().at(0))->steps, 5U);
+}
+
+TEST_F(Control, StepAnswersWithWhatIsAskedForOfTheCellThere) {
+  start();
+  cell_->publish([](auto& s) { s.paused = true; });
+  const std::uint64_t paused_at = cell_->latest()->step;
+  const auto step = [&](const std::vector<std::string>& paths) {
+    v1::StepRequest request;
+    for (const auto& path : paths) request.mutable_read_mask()->add_paths(path);
+    if (paths.empty()) request.mutable_read_mask();
+    v1::StepResponse response;
+    const std::size_t before = cell_->commands().size();
+    std::jthread client([&] {
+      grpc::ClientContext context;
+      set_deadline(context, 10s);
+      EXPECT_TRUE(control_->Step(&context, request, &response).ok());
+    });
+    EXPECT_TRUE(eventually([&] { return cell_->commands().size() > before; }));
+    cell_->publish([](auto& s) { ++s.step; });
+    client.join();
+    return response;
+  };
+  EXPECT_EQ(step({"step"}).snapshot().step(), paused_at + 1);
+  EXPECT_EQ(step({"step"}).snapshot().robots_size(), 0);
+  const v1::StepResponse all = step({});
+  EXPECT_EQ(all.snapshot().step(), paused_at + 3);
+  EXPECT_EQ(static_cast<std::size_t>(all.snapshot().robots_size()),
+            cell_->latest()->robots.size());
+
+  grpc::ClientContext context;
+  v1::StepRequest request;
+  request.mutable_read_mask()->add_paths("robots.name");
+  v1::StepResponse response;
+  const std::size_t before = cell_->commands().size();
+  EXPECT_EQ(control_->Step(&context, request, &response).error_code(),
+            grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(cell_->commands().size(), before);
 }
 
 TEST_F(Control, StepsOfTwoClientsAddUp) {

@@ -109,7 +109,7 @@ TEST_F(Flooded, AClientThatTakesNothingIsClosed) {
   bytes += http2::frame(http2::kSettings, 0, 0, std::string_view("\0\4\x7F\xFF\xFF\xFF", 6));
   bytes += http2::frame(http2::kWindowUpdate, 0, 0, std::string_view("\x7F\0\0\0", 4));
   ASSERT_TRUE(reader.send(bytes));
-  ASSERT_TRUE(eventually([&] { return server_->open() == 1; }));
+  ASSERT_TRUE(eventually([&] { return server_->stats().open == 1; }));
   for (std::uint32_t stream = 1; stream < 2 * 100; stream += 2) {
     if (!reader.send(http2::open_call(stream) + http2::frame(http2::kData, http2::kEndStream,
                                                              stream,
@@ -117,7 +117,7 @@ TEST_F(Flooded, AClientThatTakesNothingIsClosed) {
       break;
     }
   }
-  EXPECT_TRUE(eventually([&] { return server_->open() == 0; }));
+  EXPECT_TRUE(eventually([&] { return server_->stats().open == 0; }));
 }
 
 TEST_F(Flooded, ManyHonestCallsPass) {

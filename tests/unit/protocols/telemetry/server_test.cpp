@@ -164,9 +164,9 @@ TEST_F(Serving, ConnectionsBeyondTheLimitAreClosedAndRoomComesBack) {
     EXPECT_TRUE(answers(second));
     TcpSocket third(port_);
     EXPECT_TRUE(third.ended());
-    EXPECT_EQ(server_->open(), 2U);
+    EXPECT_EQ(server_->stats().open, 2U);
   }
-  EXPECT_TRUE(eventually([&] { return server_->open() == 0; }));
+  EXPECT_TRUE(eventually([&] { return server_->stats().open == 0; }));
   EXPECT_TRUE(eventually([&] { return answers(new_channel()); }));
 }
 
@@ -174,7 +174,7 @@ TEST_F(Serving, IdleConnectionsGiveWayToANewcomer) {
   start({.limits = {.at_once = 3}});
   std::vector<TcpSocket> idle;
   for (int i = 0; i < 3; ++i) idle.emplace_back(port_);
-  EXPECT_TRUE(eventually([&] { return server_->open() == 3; }));
+  EXPECT_TRUE(eventually([&] { return server_->stats().open == 3; }));
   const auto client = new_channel();
   EXPECT_TRUE(eventually([&] { return answers(client); }));
   EXPECT_TRUE(idle[0].ended());
