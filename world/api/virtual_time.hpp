@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "world/api/command.hpp"
+#include "world/api/time.hpp"
+
+/// Virtual time: simulated time that passes only as clients ask for it. Whoever takes part stands
+/// at an instant until it asks for more; time goes to the least of what all have asked for, and
+/// stands until the last of them has asked.
+namespace aprsim::api {
+
+enum class PacerKind {
+  kFeed,     ///< a listener that hands on every camera frame before time goes on
+  kProgram,  ///< an uploaded program: a listener's own, which nobody waits for but itself
+  kClient,   ///< a connection whose requests are the clock
+};
+
+using PacerId = std::uint32_t;
+
+struct PacerRole {
+  std::string name;  ///< "crcl.fanuc", "modbus", "vision.fanuc"
+  PacerKind kind = PacerKind::kClient;
+  EndpointId endpoint = 0;  ///< of its commands
+  int robot = -1;           ///< whose frames a feed hands on
+};
+
+/// The listeners' side of virtual time. Thread: any.
+class VirtualTime {
+ public:
+  virtual ~VirtualTime() = default;
+
+  /// Simulated time that a request of a pacing client takes.
+  [[nodiscard]] virtual SimTime poll_period() const = 0;
+  /// Whether that role is among those that have been declared to pace.
+  [[nodiscard]] virtual bool declares(const std::string& role) const = 0;
+
+  /// Takes part from now on. `reached` is called once for every ask(), on any thread and within
+  /// these functions, too: it posts to the listener's thread and does nothing else. Nothing when
+  /// pacers have been declared and all places of a client's role are taken: it paces nothing then.
+  [[nodiscard]] virtual std::optional<PacerId> join(PacerRole role,
+                                                    std::function<void()> reached) = 0;
+  /// Time may go on by `span`, at least one step; for a feed until then or until the next frame of
+  /// its camera, 0 = the latter alone. Commands submitted before take effect now.
+  virtual void ask(PacerId pacer, SimTime span) = 0;
+  /// `reached` is not called any more once this has returned. An unknown pacer: nothing.
+  virtual void leave(PacerId pacer) = 0;
+};
+
+/// What passes time, for whoever watches.
+struct VirtualTimeState {
+  bool paced = false;                ///< by clients; else by the wall clock
+  std::vector<std::string> pacers;   ///< roles of the clients that pace
+  std::vector<std::string> awaited;  ///< for whom time stands: not there, or silent for a second
+  std::uint64_t expired = 0;         ///< times that one was silent for too long and was left behind
+  std::uint64_t fallbacks = 0;       ///< times that the wall clock took over
+  /// Whether the state of the cell is a matter of what clients do alone.
+  [[nodiscard]] bool reproducible() const { return expired == 0 && fallbacks == 0; }
+
+  bool operator==(const VirtualTimeState&) const = default;
+};
+using VirtualTimeStatePtr = std::shared_ptr<const VirtualTimeState>;
+
+}  // namespace aprsim::api
