@@ -32,8 +32,9 @@ std::optional<api::PacerId> TimeBarrier::join(api::PacerRole role, WallTime now)
     place->taken_by = id;
     place->given_up = false;
   }
-  const auto after = std::ranges::find_if(
-      members_, [&](const Member& member) { return member.role.kind > role.kind; });
+  const auto after = std::ranges::find_if(members_, [&](const Member& member) {
+    return std::pair(member.role.kind, member.role.endpoint) > std::pair(role.kind, role.endpoint);
+  });
   members_.insert(after, {.id = id, .role = std::move(role), .since = now});
   begin_if_complete(now);
   note_fallback();
@@ -87,10 +88,11 @@ TimeBarrier::Steps TimeBarrier::due() const {
 
 std::vector<api::PacerId> TimeBarrier::take_reached(WallTime now) {
   std::vector<api::PacerId> reached;
-  // Members stand in the order of their kinds: feeds first.
   const bool waits = paced();
   for (Member& member : members_) {
+    // Feeds are the first of all.
     if (waits && member.role.kind != api::PacerKind::kFeed && feed_at_work()) break;
+    if (waits && is_client(member) && client_thinks()) break;
     if (!member.asking || member.until > now_) continue;
     member.asking = false;
     member.since = now;
@@ -168,6 +170,11 @@ bool TimeBarrier::feed_at_work() const {
 
 bool TimeBarrier::client_asks() const {
   return std::ranges::any_of(members_, [](const Member& m) { return is_client(m) && m.asking; });
+}
+
+bool TimeBarrier::client_thinks() const {
+  return std::ranges::any_of(
+      members_, [](const Member& m) { return is_client(m) && !m.asking && !m.absent; });
 }
 
 void TimeBarrier::begin_if_complete(WallTime now) {

@@ -16,7 +16,8 @@ namespace aprsim::world {
 ///
 /// With declared roles time begins when all of them are there, stands while one is away, and never
 /// falls back to the wall clock. Without, whoever joins paces. Of what is reached in one step, feeds
-/// come first, and clients only when no feed is at work any more.
+/// come first; then clients, one at a time and by endpoint, each when the one before has asked again:
+/// so what they tell each other besides is in an order, too.
 class TimeBarrier {
  public:
   using Steps = std::uint64_t;
@@ -74,6 +75,7 @@ class TimeBarrier {
   [[nodiscard]] Member* find(api::PacerId id);
   [[nodiscard]] bool feed_at_work() const;
   [[nodiscard]] bool client_asks() const;
+  [[nodiscard]] bool client_thinks() const;
   void begin_if_complete(WallTime now);
   /// After any change of who is there.
   void note_fallback();
@@ -84,7 +86,7 @@ class TimeBarrier {
 
   std::chrono::nanoseconds grace_;
   std::vector<Place> places_;    ///< empty = not declared
-  std::vector<Member> members_;  ///< in the order of their kinds
+  std::vector<Member> members_;  ///< by kind and endpoint
   Steps now_ = 0;
   api::PacerId last_id_ = 0;
   std::optional<WallTime> begun_;  ///< since when all declared are there

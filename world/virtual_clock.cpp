@@ -61,6 +61,7 @@ void VirtualClock::leave(api::PacerId pacer) {
 VirtualClock::Turn VirtualClock::turn(WallTime now) {
   const std::lock_guard lock(mutex_);
   barrier_.expire(now);
+  tell(barrier_.take_reached(now));
   Turn turn{barrier_.paced(), barrier_.due(), nullptr};
   // Nothing of it changes while time runs.
   if (!state_ || !turn.paced || turn.due == 0) {

@@ -17,16 +17,27 @@ api::PacerRole role_of(const std::string& name, api::PacerKind kind = api::Pacer
 }
 
 api::PacerId join(TimeBarrier& barrier, const std::string& name, WallTime now = kBegin,
-                  api::PacerKind kind = api::PacerKind::kClient) {
-  const auto id = barrier.join(role_of(name, kind), now);
+                  api::PacerKind kind = api::PacerKind::kClient, api::EndpointId endpoint = 16) {
+  const auto id = barrier.join(role_of(name, kind, endpoint), now);
   EXPECT_TRUE(id) << name;
   return id.value_or(0);
 }
 
-/// Takes all the steps that are due; who is reached then.
+/// Takes all the steps that are due; who is reached then at first.
 Ids take_due(TimeBarrier& barrier, WallTime now = kBegin) {
   for (auto steps = barrier.due(); steps > 0; --steps) barrier.step();
   return barrier.take_reached(now);
+}
+
+/// The same with those that are reached once the ones before have asked for another `steps`.
+Ids take_due_in_turn(TimeBarrier& barrier, TimeBarrier::Steps steps, WallTime now = kBegin) {
+  Ids all;
+  for (Ids reached = take_due(barrier, now); !reached.empty(); reached = barrier.take_reached(now)) {
+    EXPECT_EQ(reached.size(), 1U);
+    all.push_back(reached.front());
+    barrier.ask(reached.front(), steps);
+  }
+  return all;
 }
 
 TEST(TimeBarrier, OneClientsPollsAreTheClock) {
@@ -56,13 +67,26 @@ TEST(TimeBarrier, TimeGoesToTheLeastThatAllHaveAskedFor) {
   EXPECT_EQ(barrier.now(), 10U);
   EXPECT_EQ(barrier.due(), 0U);
   barrier.ask(plc, 40);
-  EXPECT_EQ(take_due(barrier), (Ids{fanuc, motoman}));
+  EXPECT_EQ(take_due_in_turn(barrier, 25), (Ids{fanuc, motoman}));
   EXPECT_EQ(barrier.now(), 25U);
-  barrier.ask(fanuc, 25);
-  EXPECT_EQ(barrier.due(), 0U);
   barrier.leave(motoman, kBegin);
-  EXPECT_EQ(take_due(barrier), (Ids{fanuc, plc})) << "who has left is not waited for";
+  EXPECT_EQ(take_due_in_turn(barrier, 25), (Ids{fanuc, plc})) << "who has left is not waited for";
   EXPECT_EQ(barrier.now(), 50U);
+}
+
+TEST(TimeBarrier, OneThinksAtATimeInTheOrderOfEndpoints) {
+  TimeBarrier barrier({});
+  const auto motoman = join(barrier, "crcl.motoman", kBegin, api::PacerKind::kClient, 17);
+  const auto fanuc = join(barrier, "crcl.fanuc", kBegin, api::PacerKind::kClient, 16);
+  barrier.ask(fanuc, 25);
+  barrier.ask(motoman, 25);
+  EXPECT_EQ(take_due(barrier), Ids{fanuc});
+  EXPECT_EQ(barrier.take_reached(kBegin), Ids{}) << "it thinks";
+  barrier.ask(fanuc, 25);
+  EXPECT_EQ(barrier.due(), 0U) << "the other one stands here still";
+  EXPECT_EQ(barrier.take_reached(kBegin), Ids{motoman});
+  barrier.ask(motoman, 25);
+  EXPECT_EQ(barrier.due(), 25U);
 }
 
 TEST(TimeBarrier, DeclaredPacersAreWaitedForAtTheBeginning) {
@@ -90,7 +114,7 @@ TEST(TimeBarrier, ADeclaredPacerThatIsAwayHoldsTime) {
   EXPECT_EQ(barrier.due(), 0U) << "no grace time";
   const auto again = join(barrier, "crcl.motoman");
   barrier.ask(again, 25);
-  EXPECT_EQ(take_due(barrier), (Ids{fanuc, again}));
+  EXPECT_EQ(take_due_in_turn(barrier, 25), (Ids{fanuc, again}));
   EXPECT_TRUE(barrier.state(kBegin).reproducible());
   barrier.leave(fanuc, kBegin);
   barrier.leave(again, kBegin);
@@ -105,8 +129,9 @@ TEST(TimeBarrier, WhoIsSilentIsLeftBehindAndCounted) {
   EXPECT_TRUE(barrier.state(kBegin + 1h).reproducible()) << "nobody has waited";
   barrier.ask(fanuc, 25);
   barrier.ask(motoman, 25);
-  ASSERT_EQ(take_due(barrier, kBegin + 1h), (Ids{fanuc, motoman}));
+  ASSERT_EQ(take_due(barrier, kBegin + 1h), Ids{fanuc});
   barrier.ask(fanuc, 25);
+  ASSERT_EQ(barrier.take_reached(kBegin + 1h), Ids{motoman});
   barrier.expire(kBegin + 1h + 1900ms);
   EXPECT_EQ(barrier.due(), 0U);
   EXPECT_EQ(barrier.state(kBegin + 1h + 1900ms).awaited, Names{"crcl.motoman"});
