@@ -50,6 +50,11 @@ void TimeBarrier::ask(api::PacerId id, Steps steps) {
   note_fallback();
 }
 
+void TimeBarrier::finish(api::PacerId id) {
+  Member* const member = find(id);
+  if (member != nullptr) member->finished = true;
+}
+
 void TimeBarrier::leave(api::PacerId id, WallTime now) {
   std::erase_if(members_, [id](const Member& member) { return member.id == id; });
   const auto place = std::ranges::find(places_, id, &Place::taken_by);
@@ -114,7 +119,7 @@ std::vector<api::PacerId> TimeBarrier::release_clients(WallTime now) {
 
 void TimeBarrier::expire(WallTime now) {
   const bool declared = !places_.empty();
-  if (grace_.count() == 0 || (declared && (!begun_ || !client_asks()))) return;
+  if (grace_.count() == 0 || (declared && (!begun_ || !client_waits()))) return;
   for (Member& member : members_) {
     if (!is_client(member) || member.asking || member.absent) continue;
     if (now - std::max(member.since, begun_.value_or(member.since)) < grace_) continue;
@@ -143,7 +148,7 @@ api::VirtualTimeState TimeBarrier::state(WallTime now) const {
   for (const Member& member : members_) {
     if (!is_client(member) || member.absent) continue;
     state.pacers.push_back(member.role.name);
-    if (!member.asking && client_asks() && now - member.since >= kNoticeable) {
+    if (!member.asking && client_waits() && now - member.since >= kNoticeable) {
       state.awaited.push_back(member.role.name);
     }
   }
@@ -168,8 +173,8 @@ bool TimeBarrier::feed_at_work() const {
   });
 }
 
-bool TimeBarrier::client_asks() const {
-  return std::ranges::any_of(members_, [](const Member& m) { return is_client(m) && m.asking; });
+bool TimeBarrier::client_waits() const {
+  return std::ranges::any_of(members_, [](const Member& m) { return is_client(m) && m.asking && !m.finished; });
 }
 
 bool TimeBarrier::client_thinks() const {

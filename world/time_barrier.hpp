@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "world/api/virtual_time.hpp"
+#include "world/api/virtual_time_state.hpp"
 #include "world/pacer.hpp"
 
 namespace aprsim::world {
@@ -34,6 +35,8 @@ class TimeBarrier {
   [[nodiscard]] std::optional<api::PacerId> join(api::PacerRole role, WallTime now);
   /// `steps` 0 is for feeds: until cut().
   void ask(api::PacerId id, Steps steps);
+  /// It asks for the last time; nobody is left behind for its sake.
+  void finish(api::PacerId id);
   void leave(api::PacerId id, WallTime now);
   /// What a feed has asked for is reached now.
   void cut(api::PacerId id);
@@ -61,9 +64,10 @@ class TimeBarrier {
     api::PacerId id = 0;
     api::PacerRole role;
     bool asking = false;
-    Steps until = 0;     ///< while asking
-    WallTime since{};    ///< when it was last answered
-    bool absent = false;  ///< left behind
+    Steps until = 0;        ///< while asking
+    WallTime since{};       ///< when it was last answered
+    bool absent = false;    ///< left behind
+    bool finished = false;  ///< it asks for the last time
   };
   struct Place {
     std::string role;
@@ -74,7 +78,7 @@ class TimeBarrier {
 
   [[nodiscard]] Member* find(api::PacerId id);
   [[nodiscard]] bool feed_at_work() const;
-  [[nodiscard]] bool client_asks() const;
+  [[nodiscard]] bool client_waits() const;
   [[nodiscard]] bool client_thinks() const;
   void begin_if_complete(WallTime now);
   /// After any change of who is there.

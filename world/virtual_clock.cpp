@@ -47,6 +47,11 @@ void VirtualClock::ask(api::PacerId pacer, SimTime span) {
   wake_();
 }
 
+void VirtualClock::finish(api::PacerId pacer) {
+  const std::lock_guard lock(mutex_);
+  barrier_.finish(pacer);
+}
+
 void VirtualClock::leave(api::PacerId pacer) {
   {
     const std::lock_guard lock(mutex_);

@@ -31,6 +31,7 @@ class VirtualClock final : public api::VirtualTime {
   [[nodiscard]] std::optional<api::PacerId> join(api::PacerRole role,
                                                  std::function<void()> reached) override;
   void ask(api::PacerId pacer, SimTime span) override;
+  void finish(api::PacerId pacer) override;
   void leave(api::PacerId pacer) override;
 
   // Thread: sim.

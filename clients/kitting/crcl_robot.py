@@ -3,6 +3,7 @@ status until it is done, as CRCL clients do."""
 
 from __future__ import annotations
 
+import contextlib
 import math
 import socket
 import threading
@@ -164,6 +165,12 @@ class CrclRobot:
     def wait(self, seconds: float) -> None:
         """Lets time pass, on whatever clock."""
         self.clock.wait(seconds, self._interrupted, self.status)
+
+    def hang_up(self) -> None:
+        """From any thread: who waits for an answer gets RobotLost."""
+        if self._socket is not None:
+            with contextlib.suppress(OSError):
+                self._socket.shutdown(socket.SHUT_RDWR)
 
     def interrupt(self) -> None:
         """Whoever waits for a command gives up with Interrupted."""

@@ -71,7 +71,7 @@ class Worker(threading.Thread):
             except Interrupted:
                 return
             except (RobotError, RobotLost, LookError) as error:
-                if self.arm.interrupted.is_set():
+                if self.arm.interrupted.is_set() or self._all_done():
                     return
                 self._go_down(str(error))
 
@@ -79,9 +79,15 @@ class Worker(threading.Thread):
         """Where polls are the clock, time stands for the others when this robot stops polling."""
         self.shop.done.add(self.arm.name)
         while self.arm.crcl.clock.counts_polls and not self.arm.interrupted.is_set():
-            if len(self.shop.done) == len(self.shop.arms):
+            if self._all_done():
+                # The others wait for answers that will not come.
+                for arm in self.shop.arms:
+                    arm.crcl.hang_up()
                 return
             self.arm.crcl.wait(_PAUSE_S)
+
+    def _all_done(self) -> bool:
+        return len(self.shop.done) == len(self.shop.arms)
 
     def _over(self) -> bool:
         return self.shop.finished.is_set() or self.arm.interrupted.is_set()

@@ -71,6 +71,7 @@ class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
   void join_time(bool polls);
   void after(SimTime span, std::function<void()> then);
   void on_reached();
+  void watch_end();
   void take(const std::string& document);
   void pause(std::string document, std::chrono::nanoseconds time);
   void send_later(std::string document, std::chrono::nanoseconds time);
@@ -111,6 +112,7 @@ class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
   bool paused_ = false;         // an injected fault holds back the document at hand
   std::optional<api::PacerId> pacer_;  // in virtual time
   std::function<void()> then_;         // once that has come as far as was asked for; empty = now
+  bool watches_end_ = false;           // of what the peer sends, while that lasts
   boost::asio::steady_timer write_timer_, idle_timer_, document_timer_, late_timer_, pause_timer_;
   bool incomplete_ = false;  // the beginning of a document waits for its rest
   std::chrono::steady_clock::time_point

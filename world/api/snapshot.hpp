@@ -15,7 +15,7 @@
 #include "world/api/robot_snapshot.hpp"
 #include "world/api/ticket.hpp"
 #include "world/api/time.hpp"
-#include "world/api/virtual_time.hpp"
+#include "world/api/virtual_time_state.hpp"
 
 /// One immutable picture of the whole cell at a step boundary. Every listener answers from the
 /// latest one only, so all that one answer says belongs to one instant.

@@ -2,10 +2,8 @@
 
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "world/api/command.hpp"
 #include "world/api/time.hpp"
@@ -48,22 +46,11 @@ class VirtualTime {
   /// Time may go on by `span`, at least one step; for a feed until then or until the next frame of
   /// its camera, 0 = the latter alone. Commands submitted before take effect now.
   virtual void ask(PacerId pacer, SimTime span) = 0;
+  /// The client has finished sending. What it has asked for still holds, but nobody is left behind for
+  /// its sake.
+  virtual void finish(PacerId pacer) = 0;
   /// `reached` is not called any more once this has returned. An unknown pacer: nothing.
   virtual void leave(PacerId pacer) = 0;
 };
-
-/// What passes time, for whoever watches.
-struct VirtualTimeState {
-  bool paced = false;                ///< by clients; else by the wall clock
-  std::vector<std::string> pacers;   ///< roles of the clients that pace
-  std::vector<std::string> awaited;  ///< for whom time stands: not there, or silent for a second
-  std::uint64_t expired = 0;         ///< times that one was silent for too long and was left behind
-  std::uint64_t fallbacks = 0;       ///< times that the wall clock took over
-  /// Whether the state of the cell is a matter of what clients do alone.
-  [[nodiscard]] bool reproducible() const { return expired == 0 && fallbacks == 0; }
-
-  bool operator==(const VirtualTimeState&) const = default;
-};
-using VirtualTimeStatePtr = std::shared_ptr<const VirtualTimeState>;
 
 }  // namespace aprsim::api

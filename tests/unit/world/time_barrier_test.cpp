@@ -160,6 +160,17 @@ TEST(TimeBarrier, APlaceThatStaysEmptyIsGivenUpAfterTheGraceTime) {
   EXPECT_EQ(barrier.due(), 0U) << "it is back";
 }
 
+TEST(TimeBarrier, NobodyIsLeftBehindForWhoHasFinished) {
+  TimeBarrier barrier({.declared = {"crcl.fanuc", "crcl.motoman"}, .grace = 2s});
+  const auto fanuc = join(barrier, "crcl.fanuc");
+  join(barrier, "crcl.motoman");
+  barrier.ask(fanuc, 25);
+  barrier.finish(fanuc);
+  barrier.expire(kBegin + 1h);
+  EXPECT_EQ(barrier.due(), 0U);
+  EXPECT_TRUE(barrier.state(kBegin + 1h).reproducible());
+}
+
 TEST(TimeBarrier, TheWallClockTakesOverWhenNobodyPaces) {
   TimeBarrier barrier({.grace = 2s});
   EXPECT_EQ(barrier.state(kBegin).fallbacks, 1U);
