@@ -169,7 +169,8 @@ web::WebServerOptions web_options(const Config& config, const scene::Scene& scen
 }
 
 telemetry::TelemetryOptions telemetry_options(const Config& all,
-                                              std::shared_ptr<protocols::AccessToken> token) {
+                                              std::shared_ptr<protocols::AccessToken> token,
+                                              api::VirtualTime* time) {
   const GrpcConfig& config = all.grpc;
   telemetry::TelemetryOptions options;
   options.address = config.address;
@@ -178,6 +179,7 @@ telemetry::TelemetryOptions telemetry_options(const Config& all,
   options.control = all.web.control;
   options.token = std::move(token);
   options.endpoint = kGrpcEndpoint;
+  options.virtual_time = time;
   return options;
 }
 
@@ -217,7 +219,8 @@ class Daemon::Impl {
         modbus_(modbus_options(config, config.web.enabled ? &modbus_tap_ : nullptr,
                                simulation_.virtual_time()),
                 simulation_, simulation_),
-        telemetry_(telemetry_options(config, token_), simulation_, simulation_) {
+        telemetry_(telemetry_options(config, token_, simulation_.virtual_time()), simulation_,
+                   simulation_) {
     for (std::size_t i = 0; i < scene->robots.size(); ++i) {
       const std::string& name = scene->robots[i].name;
       const int index = static_cast<int>(i);
