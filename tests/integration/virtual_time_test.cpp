@@ -109,7 +109,7 @@ TEST(VirtualTime, ThreeClientsGoTogether) {
     CrclTextClient client(daemon.port(wire));
     for (; polls < kPolls; ++polls) (void)client.status();
     // Stays there until the end: time would wait for it.
-    EXPECT_NO_THROW(cell.wait_for([](const auto& now) { return now.step() >= kPolls * kPollSteps; },
+    EXPECT_NO_THROW(cell.wait_for([&](const auto& now) { return now.step() >= kPolls * kPollSteps; },
                                   "the end"));
   };
   std::jthread fanuc([&] { poll("crcl.fanuc", fanuc_polls); });
@@ -224,7 +224,7 @@ std::uint64_t hash_of_a_run() {
       run("ActuateJointsType", actuate_first(second_deg));
       run("SetEndEffectorType", "<Setting>1</Setting>");
     }
-    cell.wait_for([](const auto& now) { return now.step() >= kEnd; }, "the end");
+    cell.wait_for([&](const auto& now) { return now.step() >= kEnd; }, "the end");
   };
   std::jthread fanuc([&] { work("crcl.fanuc", 10, -15); });
   std::jthread motoman([&] { work("crcl.motoman", -12, 9); });
