@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 import tomllib
 from dataclasses import dataclass, field
 from enum import Enum
@@ -11,6 +10,7 @@ from pathlib import Path
 from typing import Iterable
 
 from cell import Cell, CellError
+from clock import Clock
 from geometry import XY, distance, nearest
 from trays import Content, Scene, TrayView, associate
 from vision import canonical, merge_frames, parse_line
@@ -77,8 +77,11 @@ def fits(tray: TrayView, slot_name: str, part: str | None) -> bool:
 class Board:
     """Thread-safe. `orders` is None for: every kit tray that is seen, every slot with its own part."""
 
-    def __init__(self, cell: Cell, orders: list[Order] | None = None) -> None:
+    def __init__(
+        self, cell: Cell, orders: list[Order] | None = None, clock: Clock | None = None
+    ) -> None:
         self._cell = cell
+        self._clock = clock or Clock(0.025)
         self._lock = threading.RLock()
         self._unmatched = None if orders is None else sorted(orders, key=lambda o: -o.priority)
         self.kits: list[Kit] = []
@@ -93,7 +96,7 @@ class Board:
         self._looked: dict[str, int] = {}  # the belt's epoch at each robot's latest look
         self._moved: list[tuple[float, XY, str]] = []  # places that changed: when, where, by whom
         self._claimed: dict[str, tuple[XY, ...]] = {}
-        self._began = time.monotonic()
+        self._began = self._clock.now()
 
     # -- robots -------------------------------------------------------------------------------
 
@@ -110,7 +113,7 @@ class Board:
             if up:
                 self._ever_up.add(robot)
             if not up:
-                self._down_since.setdefault(robot, time.monotonic())
+                self._down_since.setdefault(robot, self._clock.now())
                 self._looked.pop(robot, None)
                 self._claimed.pop(robot, None)
                 for kit in self.kits:
@@ -157,7 +160,7 @@ class Board:
     def release_places(self, robot: str, changed: Iterable[XY] = ()) -> None:
         with self._lock:
             self._claimed.pop(robot, None)
-            now = time.monotonic()
+            now = self._clock.now()
             self._moved += [(now, xy, robot) for xy in changed]
             del self._moved[:-200]
 
@@ -265,7 +268,7 @@ class Board:
         with self._lock:
             if any(k.robot is not None for k in self.kits):
                 return False
-            now = time.monotonic()
+            now = self._clock.now()
             able = [
                 name
                 for name, up in self._up.items()
@@ -364,7 +367,7 @@ class Board:
         kit.slots = {s.slot.name: s.part.type if s.part else s.content.value for s in tray.slots}
 
     def _now(self) -> float:
-        return round(time.monotonic() - self._began, 3)
+        return round(self._clock.now() - self._began, 3)
 
 
 def read_orders(path: Path, cell: Cell) -> list[Order]:

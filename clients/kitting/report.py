@@ -10,12 +10,16 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
+from clock import Clock
+
 
 class Report:
     """Told by all threads."""
 
-    def __init__(self, quiet: bool = False) -> None:
+    def __init__(self, quiet: bool = False, clock: Clock | None = None) -> None:
         self._quiet = quiet
+        self._clock = clock or Clock(0.025)
+        self._began_at = self._clock.now()
         self._lock = threading.Lock()
         self._began = time.monotonic()
         self.events: list[dict[str, Any]] = []
@@ -26,7 +30,7 @@ class Report:
 
     def tell(self, who: str, event: str, text: str, **fields: Any) -> None:
         with self._lock:
-            at = round(self.seconds(), 3)
+            at = round(self._clock.now() - self._began_at, 3)
             self.counts[event] += 1
             self.events.append({"at_s": at, "who": who, "event": event, "text": text, **fields})
             del self.events[:-10000]

@@ -37,6 +37,7 @@ class Shop:
     patience_s: float = 30.0
     finished: threading.Event = field(default_factory=threading.Event)
     turn: threading.Lock = field(default_factory=threading.Lock)  # who decides for all
+    done: set[str] = field(default_factory=set)  # robots that have no work left
 
 
 class Worker(threading.Thread):
@@ -53,6 +54,12 @@ class Worker(threading.Thread):
     # -- up and down --------------------------------------------------------------------------
 
     def run(self) -> None:
+        try:
+            self._work()
+        finally:
+            self.shop.done.add(self.arm.name)
+
+    def _work(self) -> None:
         while not self._over():
             try:
                 self._come_up()
@@ -60,12 +67,27 @@ class Worker(threading.Thread):
                     self._serve()
                 if self.shop.finished.is_set():
                     self.arm.go_home()
+                    self._see_others_home()
             except Interrupted:
                 return
             except (RobotError, RobotLost, LookError) as error:
-                if self.arm.interrupted.is_set():
+                if self.arm.interrupted.is_set() or self._all_done():
                     return
                 self._go_down(str(error))
+
+    def _see_others_home(self) -> None:
+        """Where polls are the clock, time stands for the others when this robot stops polling."""
+        self.shop.done.add(self.arm.name)
+        while self.arm.crcl.clock.counts_polls and not self.arm.interrupted.is_set():
+            if self._all_done():
+                # The others wait for answers that will not come.
+                for arm in self.shop.arms:
+                    arm.crcl.hang_up()
+                return
+            self.arm.crcl.wait(_PAUSE_S)
+
+    def _all_done(self) -> bool:
+        return len(self.shop.done) == len(self.shop.arms)
 
     def _over(self) -> bool:
         return self.shop.finished.is_set() or self.arm.interrupted.is_set()
@@ -112,10 +134,14 @@ class Worker(threading.Thread):
         if self.board.needs_look(self.arm.name):
             self._look()
             return
-        with self.shop.turn:
-            if not self._over() and self.board.hopeless(self.shop.patience_s):
-                self._decide()
-        self.arm.interrupted.wait(_PAUSE_S)
+        # Nobody waits for who decides: it may take long.
+        if self.shop.turn.acquire(blocking=False):
+            try:
+                if not self._over() and self.board.hopeless(self.shop.patience_s):
+                    self._decide()
+            finally:
+                self.shop.turn.release()
+        self.arm.crcl.wait(_PAUSE_S)
 
     def _decide(self) -> None:
         """Nobody can go on: other parts by the belt, another round, or the end."""
@@ -211,7 +237,7 @@ class Worker(threading.Thread):
         self._scene = None
         source, target = transfer.source.xy, transfer.target.xy
         if not board.claim_places(arm.name, (source, target), scene.seen_at):
-            arm.interrupted.wait(_PAUSE_S)
+            arm.crcl.wait(_PAUSE_S)
             return False
         changed: list[XY] = []
         try:
