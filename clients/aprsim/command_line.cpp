@@ -452,7 +452,7 @@ void add_fault_inject(CLI::App& fault, CommandLine& line) {
       ->add_option_function<std::string>(
           "--when",
           [c = command](const std::string& text) {
-            auto when = parse_when(text);
+            auto when = faults::parse_when(text);
             if (!when) throw CLI::ValidationError("--when", when.error());
             c->when = *std::move(when);
           },
