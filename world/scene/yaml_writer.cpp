@@ -42,7 +42,8 @@ std::string short_text(const Value& value) {
 }
 
 void write_block(const Value& value, std::size_t indent, bool first_is_placed, std::string& out) {
-  const auto begin = [&, placed = first_is_placed]() mutable {
+  bool placed = first_is_placed;
+  const auto begin = [&] {
     if (!placed) out += std::string(indent, ' ');
     placed = false;
   };

@@ -138,7 +138,7 @@ INSTANTIATE_TEST_SUITE_P(
               "found no measure \"kits_left\", expected one of kits_ordered"},
         Wrong{"bounds_the_wrong_way_round", "drops: {max: 0}", "drops: {min: 2, max: @1}",
               "expect.drops.max", "found 1, expected no less than min"}),
-    [](const auto& info) { return info.param.name; });
+    [](const auto& test) { return std::string(test.param.name); });
 
 TEST(ScenarioReader, TakesTheGoodOne) {
   const test::TemporaryDirectory directory;

@@ -28,7 +28,7 @@ TEST_P(ShippedScenarios, CanBePlanned) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, ShippedScenarios, testing::ValuesIn(shipped()),
-                         [](const auto& info) { return info.param; });
+                         [](const auto& test) { return test.param; });
 
 TEST(ShippedScenarios, HaveAFaultOfEachFamily) {
   using faults::Kind;
