@@ -120,6 +120,18 @@ struct FaultEndCommand {
 struct FaultEventCommand {
   std::string event;
 };
+struct ScenarioListCommand {};
+struct ScenarioCheckCommand {
+  std::string name;  ///< or a file
+  std::uint64_t seed = 1;
+};
+struct ScenarioRunCommand {
+  std::string name;  ///< or a file
+  std::uint64_t seed = 1;
+  std::optional<double> speed = 1;  ///< absent = as fast as possible
+  std::string controller;           ///< empty = the kitting controller
+  std::string report;               ///< directory; empty = none
+};
 struct DemoCommand {
   std::vector<std::string> robots;  ///< only these; empty = all, unless only the belt is wanted
   bool belt = false;                ///< only the belt, or the belt besides the named robots
@@ -138,7 +150,8 @@ using AnyCommand =
                  PauseCommand, ResumeCommand, StepCommand, SpeedCommand, ResetCommand, SaveCommand,
                  LoadCommand, StatesListCommand, StatesDeleteCommand, IntruderCommand,
                  FaultListCommand, FaultKindsCommand, FaultInjectCommand, FaultEndCommand,
-                 FaultEventCommand, DemoCommand, CompletionCommand, ManualCommand>;
+                 FaultEventCommand, ScenarioListCommand, ScenarioCheckCommand, ScenarioRunCommand,
+                 DemoCommand, CompletionCommand, ManualCommand>;
 
 struct CommandLine {
   EndpointChoice endpoints;
