@@ -29,7 +29,9 @@ class OrderLines(threading.Thread):
                 continue
             try:
                 self._take(json.loads(line), f"line {number}")
-            except (CellError, ValueError) as error:
+            except CellError as error:
+                self._report.tell("orders", "order_error", str(error))
+            except ValueError as error:
                 self._report.tell("orders", "order_error", f"line {number}: {error}")
         self._board.taking_orders = False
 

@@ -69,10 +69,6 @@ std::string kitting_program() {
   return fs::is_regular_file(installed, status) ? installed.string() : APRSIM_KITTING;
 }
 
-std::string speed_text(const std::optional<double>& speed) {
-  return speed ? fmt::format("{}", *speed) : "max";
-}
-
 std::string last_lines(const std::string& file) {
   std::ifstream in(file);
   std::string text, line;
@@ -83,8 +79,7 @@ std::string last_lines(const std::string& file) {
   return text;
 }
 
-Outcome<ChildProcess> start_daemon(const scenario::Plan& plan, const RunOptions& options,
-                                   const RunDirectory& directory) {
+Outcome<ChildProcess> start_daemon(const scenario::Plan& plan, const RunDirectory& directory) {
   const std::string scene = directory.file("scene.yaml"), ports = directory.file("ports.json");
   std::error_code status;
   fs::remove(ports, status);
@@ -107,7 +102,6 @@ Outcome<ChildProcess> start_daemon(const scenario::Plan& plan, const RunOptions&
     }
     interruption::sleep_until(std::chrono::steady_clock::now() + 5ms);
   }
-  static_cast<void>(options);
   return daemon;
 }
 
@@ -366,7 +360,7 @@ Outcome<RunResult> run_scenario(const scenario::Scenario& scenario, const scenar
                                 const std::function<void(const RunEvent&)>& tell) {
   const interruption::Hold hold;
   const RunDirectory directory(options.directory);
-  auto daemon = start_daemon(plan, options, directory);
+  auto daemon = start_daemon(plan, directory);
   if (!daemon) return tl::unexpected(daemon.error());
   const auto endpoints = read_ports_file(directory.file("ports.json"));
   if (!endpoints) return tl::unexpected(endpoints.error());
