@@ -520,7 +520,8 @@ void add_scenario(CLI::App& app, CommandLine& line) {
       "Run a scenario in a daemon of its own and compare the outcome with what is expected");
   add_scenario_name(*run, command->name, command->seed);
   run->add_option_function<std::string>(
-         "--speed", [c = command](const std::string& text) { c->speed = factor_of("--speed", text); },
+         "--speed",
+         [c = command](const std::string& text) { c->speed = factor_of("--speed", text); },
          "Simulated to wall time: from 0.001 to 1e6, or max (default 1)")
       ->type_name("X");
   run->add_option("--controller", command->controller,

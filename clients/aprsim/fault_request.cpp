@@ -26,7 +26,9 @@ struct TriggerWriter {
     request.mutable_grasped()->set_robot(grasped.robot);
     request.mutable_grasped()->set_count(grasped.count);
   }
-  void operator()(const faults::WhenBeamBroken& beam) const { request.mutable_beam()->set_eye(beam.eye); }
+  void operator()(const faults::WhenBeamBroken& beam) const {
+    request.mutable_beam()->set_eye(beam.eye);
+  }
   void operator()(const faults::WhenReported& reported) const {
     request.mutable_reported()->set_event(reported.event);
   }

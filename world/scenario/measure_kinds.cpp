@@ -29,8 +29,9 @@ constexpr std::array kTable{
     MeasureKind{"collisions", "1", "times that a robot met what it must not touch"},
     MeasureKind{"collision_max_n", "N", "greatest force of these"},
     MeasureKind{"faults", "1", "injected faults that began"},
-    MeasureKind{"faults_recovered", "1", "of these, after which a part was put into a kit, or all "
-                                         "kits were right in the end"},
+    MeasureKind{"faults_recovered", "1",
+                "of these, after which a part was put into a kit, or all "
+                "kits were right in the end"},
     MeasureKind{"recovery_mean_s", "s", "from a fault's begin to the next part in a kit, mean"},
     MeasureKind{"recovery_max_s", "s", "the same, longest"},
     MeasureKind{"replans", "1", "times that the controller says it changed its plan"},

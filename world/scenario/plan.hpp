@@ -13,8 +13,8 @@ namespace aprsim::scenario {
 /// One run of a scenario, with nothing left to chance but what the cell draws from the same seed.
 struct Plan {
   std::uint64_t seed = 1;
-  std::string scene_text;  ///< a scene file of its own; found models apart it names no other
-  scene::Scene scene;      ///< the same, read
+  std::string scene_text;     ///< a scene file of its own; found models apart it names no other
+  scene::Scene scene;         ///< the same, read
   std::vector<Fault> faults;  ///< each at_s is one time
 };
 

@@ -88,10 +88,10 @@ struct Scoring {
 
 struct Scenario {
   std::string name, file, description;
-  std::string scene_file;   ///< of the scene it is based on
-  std::string scene_text;   ///< that scene with what the scenario takes out and puts in
-  scene::Scene scene;       ///< the same, read
-  std::string cell;         ///< what the kitting controller calls the cell
+  std::string scene_file;  ///< of the scene it is based on
+  std::string scene_text;  ///< that scene with what the scenario takes out and puts in
+  scene::Scene scene;      ///< the same, read
+  std::string cell;        ///< what the kitting controller calls the cell
   std::vector<std::string> controller_options;
   std::vector<Order> orders;
   std::vector<Fault> faults;

@@ -21,9 +21,9 @@ constexpr yaml::Range kTime{.min = 0, .max = kLongest};
 constexpr yaml::Range kSpan{.min = 0, .max = kLongest, .open_min = true};
 constexpr yaml::Range kShare{.min = 0, .max = 0.9};
 
-constexpr std::array<std::string_view, 12> kKeys = {
-    "description", "scene", "cell",   "controller", "remove", "supply", "orders",
-    "faults",      "vary",  "stop",   "expect",     "scoring"};
+constexpr std::array<std::string_view, 12> kKeys = {"description", "scene",  "cell",   "controller",
+                                                    "remove",      "supply", "orders", "faults",
+                                                    "vary",        "stop",   "expect", "scoring"};
 
 bool is_file(const std::string& name) {
   return name.find('/') != std::string::npos || name.ends_with(".yaml") || name.ends_with(".yml");
@@ -64,8 +64,7 @@ Moment read_event(const yaml::Node& node) {
   if (what == "submitted" && !rest.empty()) return OnSubmitted{rest};
   if (what == "fault" && !rest.empty()) return OnFault{rest};
   OnPlaced placed;
-  const auto [end, error] =
-      std::from_chars(rest.data(), rest.data() + rest.size(), placed.count);
+  const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), placed.count);
   if (what != "placed" || error != std::errc() || end != rest.data() + rest.size() ||
       placed.count == 0) {
     node.unexpected("placed:N, submitted:ORDER or fault:NAME");
@@ -121,7 +120,8 @@ class Reader {
     if (!file) return refer(keys["scene"], file.error());
     out_.scene_file = *file;
     // What is wrong with the scene alone is told of the scene's own file.
-    if (auto base = scene::load_scene(*file, paths_); !base) return refer(keys["scene"], base.error());
+    if (auto base = scene::load_scene(*file, paths_); !base)
+      return refer(keys["scene"], base.error());
     auto text = scene::self_contained(*file, paths_);
     if (!text) return tl::unexpected(std::move(text.error()));
     auto tree = yaml::detail::parse(*text, *file);
@@ -159,7 +159,8 @@ class Reader {
     const auto xy = keys["xy_m"].numbers<2>(yaml::between(-scene::kFar, scene::kFar));
     child(tray, "xy_m") = yaml::detail::list({xy[0], xy[1]});
     if (keys["yaw_deg"]) {
-      child(tray, "yaw_deg") = yaml::detail::scalar(keys["yaw_deg"].number(yaml::between(-360, 360)));
+      child(tray, "yaw_deg") =
+          yaml::detail::scalar(keys["yaw_deg"].number(yaml::between(-360, 360)));
     }
     const auto slots = slots_of(tree, type);
     if (slots.empty()) keys["type"].unexpected("a type of tray in the scene");
@@ -202,9 +203,8 @@ class Reader {
   }
 
   void read_order(const yaml::Node& node) {
-    const yaml::Map keys =
-        node.map({"name", "tray", "slots", "count", "priority", "deadline_s", "at_s", "when",
-                  "cancel", "destination"});
+    const yaml::Map keys = node.map({"name", "tray", "slots", "count", "priority", "deadline_s",
+                                     "at_s", "when", "cancel", "destination"});
     Order order;
     order.name = scene::read_name(keys["name"]);
     if (std::ranges::find(out_.orders, order.name, &Order::name) != out_.orders.end()) {

@@ -13,8 +13,9 @@ struct DataPaths {
   std::string scenarios = {};
 };
 
-/// The data directories: $APRSIM_DATA/{scenes,models,scenarios} when that is set, else ../share/aprsim of the
-/// running binary when it is there (an installation), else those of the source tree.
+/// The data directories: $APRSIM_DATA/{scenes,models,scenarios} when that is set, else
+/// ../share/aprsim of the running binary when it is there (an installation), else those of the
+/// source tree.
 [[nodiscard]] DataPaths default_data_paths();
 
 /// Names of the YAML files in a directory, without their ending, sorted.

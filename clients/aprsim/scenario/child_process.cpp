@@ -59,9 +59,10 @@ Outcome<ChildProcess> ChildProcess::start(
   const int null_fd = open("/dev/null", O_RDONLY | O_CLOEXEC);
   std::array<int, 2> in{-1, -1}, out{-1, -1}, failure{-1, -1};
   const bool piped = pipes == Pipes::kInputAndOutput;
-  const bool ready = log_fd >= 0 && null_fd >= 0 && pipe2(failure.data(), O_CLOEXEC) == 0 &&
-                     (!piped || (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, in.data()) == 0 &&
-                                 pipe2(out.data(), O_CLOEXEC) == 0));
+  const bool ready =
+      log_fd >= 0 && null_fd >= 0 && pipe2(failure.data(), O_CLOEXEC) == 0 &&
+      (!piped || (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, in.data()) == 0 &&
+                  pipe2(out.data(), O_CLOEXEC) == 0));
   const pid_t parent = getpid();
   const pid_t pid = ready ? fork() : -1;
   if (pid == 0) {

@@ -14,13 +14,13 @@ namespace {
 
 using Kind = BodyShape::Kind;
 
-constexpr double kInSlot_m = 0.01;        // a gear's origin from its slot's centre, at most
-constexpr double kUpright = 0.9;          // cosine of a gear's tilt, at least
-constexpr double kSamePlace_m = 0.015;    // of two grasps
+constexpr double kInSlot_m = 0.01;      // a gear's origin from its slot's centre, at most
+constexpr double kUpright = 0.9;        // cosine of a gear's tilt, at least
+constexpr double kSamePlace_m = 0.015;  // of two grasps
 constexpr double kSubmittedPlace_m = 0.15;
-constexpr double kSettling_s = 3;         // from release to rest, at most
-constexpr double kSameCollision_s = 0.25; // between two touches of one
-constexpr double kOldRate = 1.25;         // of the old time from part to part counts as the old rate
+constexpr double kSettling_s = 3;          // from release to rest, at most
+constexpr double kSameCollision_s = 0.25;  // between two touches of one
+constexpr double kOldRate = 1.25;  // of the old time from part to part counts as the old rate
 
 double yaw_of(const Eigen::Isometry3d& pose) {
   return std::atan2(pose.linear()(1, 0), pose.linear()(0, 0));
@@ -159,8 +159,8 @@ struct Measures::State {
       if (robot.told_to_close) {
         ++sum.drops;
       } else if (shape.bodies[*hand.held].kind == Kind::kGear) {
-        falling.push_back({*hand.held, index, last.time_s,
-                           std::abs(wrapped(hand.yaw - hand.grasp_yaw))});
+        falling.push_back(
+            {*hand.held, index, last.time_s, std::abs(wrapped(hand.yaw - hand.grasp_yaw))});
       }
     }
     if (!robot.told_to_close && hand.closed) {
@@ -243,8 +243,8 @@ struct Measures::State {
   }
 
   /// Index of the kit tray that is meant by a submission.
-  [[nodiscard]] std::optional<std::size_t> tray_of(const scenario::Order& wanted,
-                                                   const std::optional<Eigen::Vector2d>& place) const {
+  [[nodiscard]] std::optional<std::size_t> tray_of(
+      const scenario::Order& wanted, const std::optional<Eigen::Vector2d>& place) const {
     std::optional<std::size_t> best;
     double best_cost = place ? kSubmittedPlace_m : std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < shape.bodies.size(); ++i) {
@@ -298,7 +298,10 @@ void Measures::add(const Sample& sample) {
   if (s.has_sample && sample.time_s <= s.last.time_s) return;
   const Sample before = std::exchange(s.last, sample);
   for (const FaultSample& fault : sample.faults) s.faults[fault.id] = fault;
-  for (std::size_t i = 0; i < s.robots.size(); ++i) s.watch_hand(sample.robots[i], i);
+  for (std::size_t i = 0; i < s.robots.size(); ++i) {
+    if (!s.has_sample) s.hands[i].closed = sample.robots[i].told_to_close;
+    s.watch_hand(sample.robots[i], i);
+  }
   s.watch_falling();
   s.watch_touches();
   if (s.has_sample) s.watch_motion(before);
@@ -400,14 +403,14 @@ Measured Measures::result(const ControllerWords& words) const {
     last_s = std::max(last_s, *kit.submitted_s);
     waited_s += *kit.submitted_s - kit.announced_s;
   }
-  const double job_s = (s.kits.size() == out.kits.size() && !out.kits.empty() ? last_s : out.end_s) -
-                       first_s;
+  const double job_s =
+      (s.kits.size() == out.kits.size() && !out.kits.empty() ? last_s : out.end_s) - first_s;
   values["job_s"] = job_s;
   if (!s.kits.empty()) values["kit_mean_s"] = waited_s / count(s.kits.size());
   if (job_s > 0) values["throughput_per_h"] = 3600 * values["kits_right"] / job_s;
 
-  for (const char* name : {"grasps", "grasps_failed", "grasps_repeated", "drops", "path_m",
-                           "energy_j"}) {
+  for (const char* name :
+       {"grasps", "grasps_failed", "grasps_repeated", "drops", "path_m", "energy_j"}) {
     values[name] = 0;
   }
   double idle = 0;

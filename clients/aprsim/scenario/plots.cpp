@@ -104,8 +104,8 @@ std::string progress_plot(const RunResult& run) {
     ++count;
   }
   points += fmt::format(" {:.1f},{:.1f}", frame.x(measured.end_s), frame.y(count));
-  frame.add(fmt::format("<polyline fill=\"none\" stroke=\"{}\" stroke-width=\"2\" points=\"{}\"/>\n",
-                        kBlue, points));
+  frame.add(fmt::format(
+      "<polyline fill=\"none\" stroke=\"{}\" stroke-width=\"2\" points=\"{}\"/>\n", kBlue, points));
   return frame.text();
 }
 
@@ -120,8 +120,8 @@ std::string activity_plot(const RunResult& run) {
       frame.band(from_s, to_s, row + 0.2, row + 0.8, kBlue, 0.8,
                  fmt::format("{} moves, {:.1f} to {:.1f} s", robot.name, from_s, to_s));
     }
-    frame.add(fmt::format("<text x=\"4\" y=\"{:.1f}\">{}</text>\n", frame.y(row + 0.5) + 4,
-                          robot.name));
+    frame.add(
+        fmt::format("<text x=\"4\" y=\"{:.1f}\">{}</text>\n", frame.y(row + 0.5) + 4, robot.name));
   }
   return frame.text();
 }
@@ -132,7 +132,8 @@ std::string placement_plot(const RunResult& run) {
   for (const Placement& placement : placements) {
     worst_mm = std::max(worst_mm, 1e3 * placement.error_m);
   }
-  Frame frame(220, static_cast<double>(placements.size()) + 1, worst_mm * 1.1, "part", "error [mm]");
+  Frame frame(220, static_cast<double>(placements.size()) + 1, worst_mm * 1.1, "part",
+              "error [mm]");
   double index = 0;
   for (const Placement& placement : placements) {
     index += 1;

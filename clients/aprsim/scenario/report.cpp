@@ -31,7 +31,8 @@ std::string bound_text(const scenario::Bound& bound) {
 
 std::string kit_state(const KitResult& kit) {
   if (!kit.submitted_s) return "not submitted";
-  std::string text = kit.is_right() ? "right" : fmt::format("{} of {} right", kit.right, kit.ordered);
+  std::string text =
+      kit.is_right() ? "right" : fmt::format("{} of {} right", kit.right, kit.ordered);
   if (kit.surplus > 0) text += fmt::format(", {} too many", kit.surplus);
   if (!kit.tray_right) text += ", in a wrong tray";
   if (!kit.at_destination) text += ", not at its destination";
@@ -179,9 +180,9 @@ nlohmann::ordered_json report_json(const RunResult& run) {
 
 std::string report_table(const RunResult& run, const Paint& paint) {
   const Measured& measured = run.measured;
-  std::string out = paint(Tone::kHeading, fmt::format("{}, seed {}", run.scenario, run.seed)) +
-                    fmt::format(": {}\n{} after {:.1f} s\n\n", run.description, run.ended,
-                                measured.end_s);
+  std::string out =
+      paint(Tone::kHeading, fmt::format("{}, seed {}", run.scenario, run.seed)) +
+      fmt::format(": {}\n{} after {:.1f} s\n\n", run.description, run.ended, measured.end_s);
   for (const KitResult& kit : measured.kits) {
     out += fmt::format("  kit    {:<20} {:<22} {:>7} s  ", kit.order, kit.tray,
                        time_text(kit.submitted_s)) +

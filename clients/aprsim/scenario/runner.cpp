@@ -111,16 +111,11 @@ std::vector<std::string> controller_command(const scenario::Scenario& scenario,
   if (!options.controller.empty()) return {"/bin/sh", "-c", options.controller};
   // Polls as often in simulated time as at real speed, as far as that is possible.
   const double poll_ms = std::clamp(25 / options.speed.value_or(25), 1.0, 25.0);
-  std::vector<std::string> out = {"python3",
-                                  kitting_program(),
-                                  "--cell",
-                                  scenario.cell,
-                                  "--ports-file",
-                                  directory.file("ports.json"),
-                                  "--order",
-                                  "-",
-                                  "--poll-ms",
-                                  fmt::format("{}", poll_ms)};
+  std::vector<std::string> out = {"python3",      kitting_program(),
+                                  "--cell",       scenario.cell,
+                                  "--ports-file", directory.file("ports.json"),
+                                  "--order",      "-",
+                                  "--poll-ms",    fmt::format("{}", poll_ms)};
   out.insert(out.end(), scenario.controller_options.begin(), scenario.controller_options.end());
   return out;
 }
@@ -268,10 +263,9 @@ class Run {
     if (!message.is_object()) return;
     speaks_ = true;
     if (message.value("replan", false)) words_.replans = words_.replans.value_or(0) + 1;
-    for (const auto& [name, count] :
-         {std::pair("crcl_requests", &words_.crcl_requests),
-          std::pair("modbus_requests", &words_.modbus_requests),
-          std::pair("vision_frames", &words_.vision_frames)}) {
+    for (const auto& [name, count] : {std::pair("crcl_requests", &words_.crcl_requests),
+                                      std::pair("modbus_requests", &words_.modbus_requests),
+                                      std::pair("vision_frames", &words_.vision_frames)}) {
       if (message.contains(name) && message[name].is_number()) *count = message[name];
     }
     if (!message.contains("event") || message["event"] != "submit") return;
@@ -373,10 +367,10 @@ Outcome<RunResult> run_scenario(const scenario::Scenario& scenario, const scenar
   if (waits) {
     tell({0, "waits for a controller; ports: " + directory.file("ports.json")});
   } else {
-    auto started = ChildProcess::start(
-        controller_command(scenario, options, directory),
-        {{"APRSIM_PORTS_FILE", directory.file("ports.json")}}, directory.file("controller.log"),
-        ChildProcess::Pipes::kInputAndOutput);
+    auto started =
+        ChildProcess::start(controller_command(scenario, options, directory),
+                            {{"APRSIM_PORTS_FILE", directory.file("ports.json")}},
+                            directory.file("controller.log"), ChildProcess::Pipes::kInputAndOutput);
     if (!started) return tl::unexpected(started.error());
     controller.emplace(std::move(*started));
   }
@@ -390,8 +384,9 @@ Outcome<RunResult> run_scenario(const scenario::Scenario& scenario, const scenar
   const double rate_hz =
       std::min(kMostSamplesPerSecond,
                kSamplesPerSecond * std::max(1.0, options.speed.value_or(kMostSamplesPerSecond)));
-  const auto watched = cell.stream(
-      rate_hz, [&](const v1::StreamSnapshotsResponse& sample) { return run.take(sample.snapshot()); });
+  const auto watched = cell.stream(rate_hz, [&](const v1::StreamSnapshotsResponse& sample) {
+    return run.take(sample.snapshot());
+  });
   if (controller) end_controller(*controller, run);
   const interruption::Cleanup cleanup;
   daemon->stop(kEndTime);

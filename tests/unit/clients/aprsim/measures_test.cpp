@@ -21,11 +21,12 @@ class MeasuresTest : public testing::Test {
 
   MeasuresTest() {
     shape_.robots = {"arm"};
-    shape_.bodies = {{"kit", "kit_type", Kind::kKitTray, {{"a", "big", {0, 0, 0}}, {"b", "small", {0.1, 0, 0}}}},
-                     {"parts", "part_type", Kind::kPartTray, {{"p", "big", {0, 0, 0}}}},
-                     {"big_1", "big", Kind::kGear, {}},
-                     {"small_1", "small", Kind::kGear, {}},
-                     {"small_2", "small", Kind::kGear, {}}};
+    shape_.bodies = {
+        {"kit", "kit_type", Kind::kKitTray, {{"a", "big", {0, 0, 0}}, {"b", "small", {0.1, 0, 0}}}},
+        {"parts", "part_type", Kind::kPartTray, {{"p", "big", {0, 0, 0}}}},
+        {"big_1", "big", Kind::kGear, {}},
+        {"small_1", "small", Kind::kGear, {}},
+        {"small_2", "small", Kind::kGear, {}}};
     sample_.robots.resize(1);
     sample_.bodies.resize(5);
     put(kKit, {1, 0, 0});
@@ -257,7 +258,8 @@ TEST_F(MeasuresTest, RecoveryLastsUntilTheNextPart) {
   step(m);
   m.announced("order");
   carry(m, kBig, {1, 0, 0});
-  sample_.faults = {{.id = 1, .kind = "robot-slow", .target = "arm", .begin_s = sample_.time_s + 0.1}};
+  sample_.faults = {
+      {.id = 1, .kind = "robot-slow", .target = "arm", .begin_s = sample_.time_s + 0.1}};
   step(m);
   const double begin_s = sample_.time_s;
   step(m, 5);
@@ -271,7 +273,8 @@ TEST_F(MeasuresTest, RecoveryLastsUntilTheNextPart) {
 }
 
 KitResult right_kit() {
-  return {.order = "o", .tray = "t", .submitted_s = 10, .tray_right = true, .ordered = 4, .right = 4};
+  return {
+      .order = "o", .tray = "t", .submitted_s = 10, .tray_right = true, .ordered = 4, .right = 4};
 }
 
 TEST(Scores, FollowTheRulesForKits) {
@@ -324,9 +327,9 @@ TEST(Scores, EfficiencyAndAgilityAreRelativeToTheBaseline) {
 TEST(Verdicts, KeepBoundsAndNameWhatBreaksThem) {
   Measured measured;
   measured.values = {{"kits_right", 3}, {"drops", 0}};
-  const auto verdicts = judge(measured, {{"kits_right", {4, 4}},
-                                         {"drops", {std::nullopt, 0}},
-                                         {"agility", {0.5, std::nullopt}}});
+  const auto verdicts = judge(
+      measured,
+      {{"kits_right", {4, 4}}, {"drops", {std::nullopt, 0}}, {"agility", {0.5, std::nullopt}}});
   ASSERT_EQ(verdicts.size(), 3U);
   EXPECT_FALSE(verdicts[0].kept);
   EXPECT_EQ(text_of(verdicts[0]), "kits_right 3, expected 4");
@@ -337,7 +340,10 @@ TEST(Verdicts, KeepBoundsAndNameWhatBreaksThem) {
 }
 
 RunResult a_run() {
-  RunResult run{.scenario = "job", .description = "a <job>", .controller = "kitting", .seed = 7,
+  RunResult run{.scenario = "job",
+                .description = "a <job>",
+                .controller = "kitting",
+                .seed = 7,
                 .ended = "all orders were submitted"};
   run.measured.kits = {right_kit()};
   run.measured.placements = {{1.5, "arm", "big_1", "kit/a", 2e-4, 0.01, true}};

@@ -52,7 +52,8 @@ TEST_P(ScenarioErrors, NameFilePlaceKeyAndWhatWasExpected) {
   const std::size_t at = text.find('@');
   ASSERT_NE(at, std::string::npos);
   text.erase(at, 1);
-  const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
+  const auto line =
+      1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
   const std::size_t line_start = at == 0 ? 0 : text.rfind('\n', at - 1) + 1;
   const test::TemporaryDirectory directory;
   const std::string file = directory.write("job.yaml", text);
@@ -74,8 +75,8 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"no_scene", "scene: aprs\n", "scene: @mars\n", "scene", "found a scene that cannot"},
         Wrong{"nothing_to_remove", "[part_small_gear_8]", "[@part_9]", "remove[0]",
               "found \"part_9\", expected the name of a tray or gear in the scene"},
-        Wrong{"supply_of_no_type", "type: sku_small_gear_vessel", "type: @bucket",
-              "supply[0].type", "found \"bucket\", expected a type of tray"},
+        Wrong{"supply_of_no_type", "type: sku_small_gear_vessel", "type: @bucket", "supply[0].type",
+              "found \"bucket\", expected a type of tray"},
         Wrong{"supply_of_no_slot", "gears: [slot_1]", "gears: [@slot_9]", "supply[0].gears[0]",
               "found no slot \"slot_9\", expected one of slot_1"},
         Wrong{"kit_that_no_scene_has", "tray: sku_kit_m2l1_vessel, slots",

@@ -10,7 +10,9 @@
 namespace aprsim::scenario {
 namespace {
 
-std::vector<std::string> shipped() { return scene::names_in(scene::default_data_paths().scenarios); }
+std::vector<std::string> shipped() {
+  return scene::names_in(scene::default_data_paths().scenarios);
+}
 
 class ShippedScenarios : public testing::TestWithParam<std::string> {};
 
