@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include <spdlog/fmt/fmt.h>
+#include <spdlog/fmt/ranges.h>
 
 namespace aprsim::server {
 namespace {
@@ -41,6 +42,7 @@ std::vector<NewsLine> CellNews::look(const api::Snapshot& now) {
     out.push_back({true, "the simulation has stopped: " + (why.empty() ? "reset since" : why)});
   }
   world_stops_ = now.world_stops;
+  look_at_time(now.virtual_time, out);
   lost_.resize(now.bodies.size(), false);
   for (std::size_t i = 0; i < now.bodies.size(); ++i) {
     const auto& step = now.bodies[i].lost_step;
@@ -60,6 +62,30 @@ std::vector<NewsLine> CellNews::look(const api::Snapshot& now) {
   }
   not_converged_ = failed;
   return out;
+}
+
+/// Also what has been over again since the last look, of which the counters tell.
+void CellNews::look_at_time(const api::VirtualTimeStatePtr& now, std::vector<NewsLine>& out) {
+  if (!now || now == time_) return;
+  const api::VirtualTimeState before = time_ ? *time_ : api::VirtualTimeState{};
+  time_ = now;
+  if (now->expired > before.expired) {
+    out.push_back({false, fmt::format("virtual time: a client that paces was silent for too long "
+                                      "and is left behind ({} times so far); the run cannot be "
+                                      "repeated exactly",
+                                      now->expired)});
+  }
+  if (now->fallbacks > before.fallbacks) {
+    out.push_back({false, "virtual time: nobody paces; it goes by the wall clock until somebody "
+                          "polls a robot's status"});
+  }
+  if (now->paced && now->pacers != before.pacers && !now->pacers.empty()) {
+    out.push_back({false, fmt::format("virtual time: paced by {}", fmt::join(now->pacers, ", "))});
+  }
+  if (now->awaited != before.awaited && !now->awaited.empty()) {
+    out.push_back({false, fmt::format("virtual time: stands until {} asks for more",
+                                      fmt::join(now->awaited, ", "))});
+  }
 }
 
 /// What has begun or ended in any of the snapshots since the last one seen.

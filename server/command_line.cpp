@@ -2,6 +2,8 @@
 
 #include <cstdlib>
 #include <iostream>
+#include <map>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -48,8 +50,9 @@ std::optional<Invocation> parse_command_line(int argc, char** argv, int& exit_co
       "aprsimd: a stand-in for the APRS kitting cell. Serves CRCL for each robot, Modbus/TCP for "
       "the conveyor, gRPC for telemetry and control, and a web page that shows it all.",
       "aprsimd"};
-  std::string config_file, scene, speed, seed, token_file;
-  std::vector<std::string> assignments;
+  std::string config_file, scene, speed, seed, time, token_file;
+  std::vector<std::string> assignments, pacers;
+  std::optional<double> poll_period_s;
   Invocation invocation;
   bool any_port = false;
   bool no_web = false;
@@ -59,6 +62,16 @@ std::optional<Invocation> parse_command_line(int argc, char** argv, int& exit_co
   app.add_option("--speed", speed,
                  "Ratio of simulated to real time, max = as fast as possible, stepped = paused "
                  "until a client steps");
+  app.add_option("--time", time,
+                 "real, or virtual: simulated time passes as CRCL clients poll their status");
+  app.add_option("--poll-period", poll_period_s,
+                 "Simulated time that a poll takes in virtual time, as in 25ms")
+      ->transform(CLI::AsNumberWithUnit(std::map<std::string, double>{{"ms", 1e-3}, {"s", 1}},
+                                        CLI::AsNumberWithUnit::UNIT_REQUIRED, "TIME"));
+  app.add_option("--pacers", pacers,
+                 "Who paces virtual time, as in crcl.fanuc,crcl.motoman,modbus: it begins when all "
+                 "are there and waits for each")
+      ->delimiter(',');
   app.add_option("--set", assignments, "Set one configuration key, as in --set modbus.port=502")
       ->type_name("KEY=VALUE")
       ->take_all();
@@ -93,6 +106,13 @@ std::optional<Invocation> parse_command_line(int argc, char** argv, int& exit_co
   if (!scene.empty()) overrides.emplace_back("scene", scene);
   if (!seed.empty()) overrides.emplace_back("seed", seed);
   if (!speed.empty()) overrides.emplace_back("speed", speed);
+  if (!time.empty()) overrides.emplace_back("time.mode", time);
+  if (poll_period_s) {
+    overrides.emplace_back("time.poll_period_ms", fmt::format("{:g}", 1e3 * *poll_period_s));
+  }
+  if (!pacers.empty()) {
+    overrides.emplace_back("time.pacers", fmt::format("[{}]", fmt::join(pacers, ", ")));
+  }
   auto config = load_config(config_file, overrides);
   if (!config) {
     std::cerr << "aprsimd: " << config.error().message << "\n";

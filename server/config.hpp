@@ -21,6 +21,14 @@ struct Speed {
   double factor = 1.0;  ///< of real time, for kFactor
 };
 
+/// Whose requests pass simulated time.
+struct TimeConfig {
+  bool clients_pace = false;  ///< key mode
+  std::uint32_t poll_period_ms = 25;
+  std::vector<std::string> pacers;
+  std::uint32_t grace_ms = 5000;
+};
+
 /// How one robot's CRCL port behaves where existing servers differ.
 struct CrclRobotConfig {
   std::string length_unit = "millimeter";
@@ -100,6 +108,7 @@ struct Config {
   std::string scene = "aprs";
   std::optional<std::uint64_t> seed;
   Speed speed;
+  TimeConfig time;
   std::string log_level = "info";
   std::uint32_t saved_states_mb = 64;
   ConnectionsConfig connections;
@@ -128,6 +137,10 @@ void use_free_ports(Config& config);
 /// as "crcl.ports.fanuk": most likely a mistake.
 [[nodiscard]] std::vector<std::string> keys_of_unknown_robots(
     Config config, const std::vector<std::string>& robots);
+
+/// Error: `time.pacers` names a robot that is none of `robots`, for whom time would wait for ever.
+[[nodiscard]] Result<void> check_pacers(const TimeConfig& time,
+                                        const std::vector<std::string>& robots);
 
 /// "1", "2.5", "max", "stepped".
 [[nodiscard]] std::string to_text(const Speed& speed);

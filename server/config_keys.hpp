@@ -122,10 +122,25 @@ void visit(Archive& keys, ConnectionsConfig& connections) {
 }
 
 template <typename Archive>
+void visit(Archive& keys, TimeConfig& time) {
+  keys.key("mode", time.clients_pace, Word{{"real", "virtual"}},
+           "virtual: simulated time passes as CRCL clients poll their status, and by the wall clock "
+           "only while nobody does");
+  keys.key("poll_period_ms", time.poll_period_ms, Whole{1, 60'000},
+           "simulated time that one request of a client that paces takes");
+  keys.key("pacers", time.pacers, ListOf<PacerName>{},
+           "who paces: time begins when all are there and waits for each of them; whoever polls "
+           "when empty");
+  keys.key("grace_ms", time.grace_ms, Whole{0, kDay},
+           "wall time of silence after which a client that paces is left behind; 0 = never");
+}
+
+template <typename Archive>
 void visit(Archive& keys, Config& config) {
   keys.key("scene", config.scene, Text{}, "a shipped scene's name, or a file");
   keys.key("seed", config.seed, Maybe<Whole>{}, "of everything random, in place of the scene's");
   keys.key("speed", config.speed, Pace{}, "what the wall clock has to do with simulated time");
+  keys.section("time", config.time, "virtual time");
   keys.key("log_level", config.log_level, Word{{"trace", "debug", "info", "warn", "error"}},
            "least severity of what is logged");
   keys.key("saved_states_mb", config.saved_states_mb, Whole{1, 65536},

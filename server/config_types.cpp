@@ -57,6 +57,14 @@ void Network::read(const yaml::Node& node, std::string& value) const {
   if (!modbus_server::is_network(value)) node.unexpected(text());
 }
 
+void PacerName::read(const yaml::Node& node, std::string& value) const {
+  value = node.text();
+  const auto of_robot = [&](std::string_view wire) {
+    return value.size() > wire.size() && value.starts_with(wire);
+  };
+  if (value != "modbus" && value != "grpc" && !of_robot("crcl.") && !of_robot("vision.")) node.unexpected(text());
+}
+
 void Pace::read(const yaml::Node& node, Speed& value) const {
   const std::string pace = node.text();
   if (pace == "max") {

@@ -110,6 +110,13 @@ struct Pace {
   }
 };
 
+/// A listener whose clients pace virtual time.
+struct PacerName {
+  void read(const yaml::Node& node, std::string& value) const;
+  [[nodiscard]] std::string write(const std::string& value) const { return value; }
+  [[nodiscard]] std::string text() const { return "modbus, grpc, crcl.ROBOT or vision.ROBOT"; }
+};
+
 struct Point {
   using Value = std::array<double, 3>;
   void read(const yaml::Node& node, Value& value) const { value = node.numbers<3>(); }

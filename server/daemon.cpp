@@ -46,6 +46,11 @@ world::SimulationOptions simulation_options(const Config& config, const scene::S
   } else {
     options.speed = std::nullopt;
   }
+  if (config.time.clients_pace) {
+    options.virtual_time = {.poll_period = std::chrono::milliseconds(config.time.poll_period_ms),
+                            .pacers = config.time.pacers,
+                            .grace = std::chrono::milliseconds(config.time.grace_ms)};
+  }
   return options;
 }
 
@@ -66,7 +71,7 @@ protocols::ConnectionLimits limits_of(const ConnectionsConfig& config, std::size
 }
 
 crcl_server::CrclServerOptions crcl_options(const Config& all, const std::string& robot, int index,
-                                            protocols::WireTap* tap) {
+                                            protocols::WireTap* tap, api::VirtualTime* time) {
   const CrclConfig& config = all.crcl;
   crcl_server::CrclServerOptions options;
   options.tap = tap;
@@ -86,10 +91,12 @@ crcl_server::CrclServerOptions crcl_options(const Config& all, const std::string
   options.document_timeout = std::chrono::milliseconds(config.document_timeout_ms);
   options.idle_timeout = std::chrono::milliseconds(config.idle_timeout_ms);
   options.endpoint = kFirstCrclEndpoint + static_cast<api::EndpointId>(index);
+  options.virtual_time = time;
   return options;
 }
 
-modbus_server::ModbusServerOptions modbus_options(const Config& all, protocols::WireTap* tap) {
+modbus_server::ModbusServerOptions modbus_options(const Config& all, protocols::WireTap* tap,
+                                                  api::VirtualTime* time) {
   const ModbusConfig& config = all.modbus;
   modbus_server::ModbusServerOptions options;
   options.tap = tap;
@@ -107,6 +114,7 @@ modbus_server::ModbusServerOptions modbus_options(const Config& all, protocols::
   options.idle_timeout = std::chrono::milliseconds(config.idle_timeout_ms);
   options.watchdog = std::chrono::milliseconds(config.watchdog_ms);
   options.endpoint = kModbusEndpoint;
+  options.virtual_time = time;
   return options;
 }
 
@@ -162,7 +170,8 @@ web::WebServerOptions web_options(const Config& config, const scene::Scene& scen
 }
 
 telemetry::TelemetryOptions telemetry_options(const Config& all,
-                                              std::shared_ptr<protocols::AccessToken> token) {
+                                              std::shared_ptr<protocols::AccessToken> token,
+                                              api::VirtualTime* time) {
   const GrpcConfig& config = all.grpc;
   telemetry::TelemetryOptions options;
   options.address = config.address;
@@ -171,11 +180,12 @@ telemetry::TelemetryOptions telemetry_options(const Config& all,
   options.control = all.web.control;
   options.token = std::move(token);
   options.endpoint = kGrpcEndpoint;
+  options.virtual_time = time;
   return options;
 }
 
 vision_server::VisionServerOptions vision_options(const Config& all, const std::string& robot,
-                                                  int index) {
+                                                  int index, api::VirtualTime* time) {
   const VisionConfig& config = all.vision;
   vision_server::VisionServerOptions options;
   options.bind_address = config.address;
@@ -185,6 +195,7 @@ vision_server::VisionServerOptions vision_options(const Config& all, const std::
   options.limits = limits_of(all.connections, config.max_connections);
   options.empty_slots = config.empty_slots;
   options.repeat = std::chrono::milliseconds(std::llround(config.repeat_s * 1e3));
+  options.virtual_time = time;
   return options;
 }
 
@@ -206,19 +217,22 @@ class Daemon::Impl {
         token_(config.web.token.empty()
                    ? nullptr
                    : std::make_shared<protocols::AccessToken>(config.web.token)),
-        modbus_(modbus_options(config, config.web.enabled ? &modbus_tap_ : nullptr), simulation_,
-                simulation_),
-        telemetry_(telemetry_options(config, token_), simulation_, simulation_) {
+        modbus_(modbus_options(config, config.web.enabled ? &modbus_tap_ : nullptr,
+                               simulation_.virtual_time()),
+                simulation_, simulation_),
+        telemetry_(telemetry_options(config, token_, simulation_.virtual_time()), simulation_,
+                   simulation_) {
     for (std::size_t i = 0; i < scene->robots.size(); ++i) {
       const std::string& name = scene->robots[i].name;
       const int index = static_cast<int>(i);
       robots_.push_back(
           {name,
            std::make_unique<crcl_server::CrclServer>(
-               crcl_options(config, name, index, config.web.enabled ? &crcl_tap_ : nullptr),
+               crcl_options(config, name, index, config.web.enabled ? &crcl_tap_ : nullptr,
+                            simulation_.virtual_time()),
                simulation_, simulation_),
-           std::make_unique<vision_server::VisionServer>(vision_options(config, name, index),
-                                                         simulation_)});
+           std::make_unique<vision_server::VisionServer>(
+               vision_options(config, name, index, simulation_.virtual_time()), simulation_)});
     }
     if (config.web.enabled) make_web(config, *scene);
   }

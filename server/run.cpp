@@ -41,11 +41,15 @@ void announce(const Ports& ports, const Config& config) {
   }
 }
 
-/// A misspelt name would silently leave a robot at its defaults.
-void warn_of_unknown_robots(const Config& config, const scene::Scene& scene) {
+std::vector<std::string> robots_of(const scene::Scene& scene) {
   std::vector<std::string> robots;
   for (const auto& robot : scene.robots) robots.push_back(robot.name);
-  for (const std::string& key : keys_of_unknown_robots(config, robots)) {
+  return robots;
+}
+
+/// A misspelt name would silently leave a robot at its defaults.
+void warn_of_unknown_robots(const Config& config, const scene::Scene& scene) {
+  for (const std::string& key : keys_of_unknown_robots(config, robots_of(scene))) {
     std::cerr << "aprsimd: warning: " << key << ": scene " << scene.name << " has no such robot"
               << std::endl;
   }
@@ -58,8 +62,9 @@ int serve(const Invocation& invocation, std::shared_ptr<const scene::Scene> scen
     return refuse(ok.error().message);
   }
   const Logging logging(invocation.config.log_level);
-  spdlog::info("aprsimd {}: scene {}, speed {}", kVersion, scene->name,
-               to_text(invocation.config.speed));
+  spdlog::info("aprsimd {}: scene {}, speed {}{}", kVersion, scene->name,
+               to_text(invocation.config.speed),
+               invocation.config.time.clients_pace ? ", virtual time" : "");
   PortsFile ports_file;
   Daemon daemon(invocation.config, std::move(scene));
   const auto ports = daemon.start();
@@ -100,6 +105,9 @@ int start(int argc, char** argv) {
   if (!scene) return refuse(scene.error().message);
   auto shared = std::make_shared<const scene::Scene>(std::move(*scene));
   warn_of_unknown_robots(invocation->config, *shared);
+  if (auto ok = check_pacers(invocation->config.time, robots_of(*shared)); !ok) {
+    return refuse(ok.error().message);
+  }
   if (invocation->check_only) {
     const Daemon probe(invocation->config, shared);
     std::cout << "scene " << shared->name << ": " << shared->robots.size() << " robots, "

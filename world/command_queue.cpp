@@ -72,6 +72,7 @@ Result<api::Ticket> CommandQueue::push(api::Command command) {
                     " resets, saves and loads wait already; try again once they are done");
   }
   queue_.push_back({++last_ticket_, std::move(command)});
+  ++changes_;
   filled_.notify_one();
   return last_ticket_;
 }
@@ -96,9 +97,27 @@ void CommandQueue::drop_same_stop(const api::Command& stop) {
   });
 }
 
-void CommandQueue::wait_until(std::chrono::steady_clock::time_point deadline) {
+bool CommandQueue::holds_other_than(std::span<const api::EndpointId> endpoints) {
+  const std::lock_guard lock(mutex_);
+  return std::ranges::any_of(queue_, [&](const QueuedCommand& queued) {
+    return std::ranges::find(endpoints, queued.command.endpoint) == endpoints.end();
+  });
+}
+
+std::uint64_t CommandQueue::changes() {
+  const std::lock_guard lock(mutex_);
+  return changes_;
+}
+
+void CommandQueue::poke() {
+  const std::lock_guard lock(mutex_);
+  ++changes_;
+  filled_.notify_one();
+}
+
+void CommandQueue::wait_until(std::uint64_t seen, std::chrono::steady_clock::time_point deadline) {
   std::unique_lock lock(mutex_);
-  filled_.wait_until(lock, deadline, [this] { return closed_ || !queue_.empty(); });
+  filled_.wait_until(lock, deadline, [&] { return closed_ || changes_ != seen; });
 }
 
 void CommandQueue::close() {

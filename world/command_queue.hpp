@@ -3,7 +3,9 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstddef>
+#include <cstdint>
 #include <mutex>
+#include <span>
 #include <vector>
 
 #include "world/api/command.hpp"
@@ -34,8 +36,16 @@ class CommandQueue {
   [[nodiscard]] std::size_t size() const;
   [[nodiscard]] std::size_t capacity() const { return capacity_; }
 
-  /// Waits until something is queued, the deadline passes or the queue is closed. Thread: sim.
-  void wait_until(std::chrono::steady_clock::time_point deadline);
+  /// Whether a command waits that comes from none of these endpoints. Thread: sim.
+  [[nodiscard]] bool holds_other_than(std::span<const api::EndpointId> endpoints);
+
+  /// Counts pushes and calls of poke(). Thread: any.
+  [[nodiscard]] std::uint64_t changes();
+  /// Ends a wait. Thread: any.
+  void poke();
+  /// Waits until changes() is no longer `seen`, the deadline passes or the queue is closed.
+  /// Thread: sim.
+  void wait_until(std::uint64_t seen, std::chrono::steady_clock::time_point deadline);
 
   /// Refuses all later commands and ends a wait. Thread: any.
   void close();
@@ -48,6 +58,7 @@ class CommandQueue {
   std::condition_variable filled_;
   std::vector<QueuedCommand> queue_;
   api::Ticket last_ticket_ = 0;
+  std::uint64_t changes_ = 0;
   bool closed_ = false;
 };
 

@@ -1,5 +1,6 @@
 #include "world/simulation.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <new>
@@ -14,6 +15,9 @@ using SteadyClock = std::chrono::steady_clock;
 
 /// How long the thread sleeps at most while nothing is to be stepped.
 constexpr std::chrono::milliseconds kIdle{20};
+
+/// Steps between two looks at the command queue, while clients pace.
+constexpr TimeBarrier::Steps kPacedBurst = 5;
 
 /// A problem: no turn of the thread for so long; less than this share of the pace, or more than
 /// this share of the queue full, at every turn for so long.
@@ -53,6 +57,11 @@ Simulation::Simulation(std::shared_ptr<const scene::Scene> scene, SimulationOpti
       paused_(options.paused),
       saved_(options.max_saved_bytes) {
   drained_.reserve(options.queue_capacity);
+  if (options.virtual_time) {
+    clock_ = std::make_unique<VirtualClock>(*std::move(options.virtual_time), world_->step_size(),
+                                            [this] { queue_.poke(); });
+    look_at_clock();
+  }
   pacer_.set_speed(options.speed, SteadyClock::now());
   write_snapshot();
 }
@@ -81,9 +90,11 @@ Result<api::Ticket> Simulation::submit(api::Command command) {
 void Simulation::run(const std::stop_token& stop) {
   pacer_.restart(SteadyClock::now());
   while (!stop.stop_requested()) {
+    const std::uint64_t seen = queue_.changes();
+    look_at_clock();
     note_progress();
     // Commands take effect between steps, also while paused.
-    drain();
+    if (may_drain()) drain();
     const bool stepping = world_fault_.empty() && (!paused_ || steps_wanted_ > 0);
     if (!stepping) {
       // Time that passes while paused or failed is not caught up with.
@@ -91,19 +102,43 @@ void Simulation::run(const std::stop_token& stop) {
       pacer_.restart(now);
       pacer_.measure(now);
       if (dirty_) publish();
-      queue_.wait_until(now + kIdle);
+      if (clock_) clock_->release_clients(now);
+      queue_.wait_until(seen, now + kIdle);
       continue;
     }
-    int steps = paused_ ? 1 : pacer_.due(SteadyClock::now());
+    int steps = steps_due();
     // Ahead of the clock: sleep until the next step or a command.
     if (steps == 0) {
       if (dirty_) publish();
-      queue_.wait_until(pacer_.next(SteadyClock::now()));
+      const auto now = SteadyClock::now();
+      if (turn_.paced) pacer_.measure(now);
+      queue_.wait_until(seen, turn_.paced ? now + kIdle : pacer_.next(now));
       continue;
     }
     // A short burst at the most, so that commands never wait for long.
-    for (; steps > 0 && world_fault_.empty(); --steps) advance();
+    bool goes_on = true;
+    for (; steps > 0 && goes_on && world_fault_.empty(); --steps) goes_on = advance();
   }
+}
+
+void Simulation::look_at_clock() {
+  if (!clock_) return;
+  const auto now = SteadyClock::now();
+  const VirtualClock::Turn before = std::exchange(turn_, clock_->turn(now));
+  if (turn_.state != before.state) dirty_ = true;
+  // The wall clock does not catch up with what clients have paced.
+  if (before.paced && !turn_.paced) pacer_.restart(now);
+}
+
+bool Simulation::may_drain() {
+  if (!turn_.paced || turn_.due > 0 || paused_ || !world_fault_.empty()) return true;
+  return queue_.holds_other_than(clock_->endpoints());
+}
+
+int Simulation::steps_due() {
+  if (paused_) return 1;
+  if (!turn_.paced) return pacer_.due(SteadyClock::now());
+  return static_cast<int>(std::min(turn_.due, kPacedBurst));
 }
 
 void Simulation::note_progress() {
@@ -122,7 +157,7 @@ void Simulation::note_progress() {
         backlog_seen_ns_ != 0 &&
             now - backlog_seen_ns_ < std::chrono::nanoseconds(kBacklogPause).count());
   const double pace = pacer_.real_time_factor();
-  const bool slow = !paused_ && pacer_.speed() && pace > 0 && pace < kLeastPace * *pacer_.speed();
+  const bool slow = !paused_ && !turn_.paced && pacer_.speed() && pace > 0 && pace < kLeastPace * *pacer_.speed();
   since(slow_since_ns_, slow);
 }
 
@@ -163,10 +198,15 @@ std::string Simulation::problem() const {
 
 void Simulation::drain() {
   queue_.drain(drained_);
+  if (turn_.paced) {
+    // Which of the clients that stand at this instant was quicker makes no difference.
+    std::ranges::stable_sort(drained_, {},
+                             [](const QueuedCommand& queued) { return queued.command.endpoint; });
+  }
   for (const QueuedCommand& queued : drained_) {
     if (ending_) return;
     apply(queued);
-    applied_ = queued.ticket;
+    applied_ = std::max(applied_, queued.ticket);
     dirty_ = true;
   }
 }
@@ -224,19 +264,21 @@ Result<void> Simulation::apply(const api::SimulationCommand& command) {
   return {};
 }
 
-void Simulation::advance() {
+bool Simulation::advance() {
   const auto before = SteadyClock::now();
   try {
     world_->step();
   } catch (const std::exception& failure) {
     // The state of the last good step stays there to be looked at.
-    return stop_world(failure.what());
+    stop_world(failure.what());
+    return false;
   }
   if (paused_ && steps_wanted_ > 0) --steps_wanted_;
   const auto after = SteadyClock::now();
   pacer_.stepped(after, after - before);
   step_times_.add(after - before);
   publish();
+  return !clock_ || clock_->stepped(*slot_.latest(), after);
 }
 
 Result<void> Simulation::reset(std::optional<std::uint64_t> seed) {
@@ -315,7 +357,8 @@ void Simulation::write_snapshot() {
   snapshot->applied = applied_;
   snapshot->failures = failures_;
   snapshot->paused = paused_;
-  snapshot->speed_target = pacer_.speed();
+  snapshot->speed_target = turn_.paced ? std::nullopt : pacer_.speed();
+  snapshot->virtual_time = turn_.state;
   snapshot->real_time_factor = pacer_.real_time_factor();
   snapshot->missed_steps = pacer_.missed_steps();
   snapshot->step_time_s = pacer_.step_time_s();

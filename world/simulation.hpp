@@ -15,6 +15,7 @@
 #include "world/robot/planning/plan_job.hpp"
 #include "world/saved_worlds.hpp"
 #include "world/snapshot_slot.hpp"
+#include "world/virtual_clock.hpp"
 #include "world/world.hpp"
 
 namespace aprsim::world {
@@ -25,6 +26,8 @@ struct SimulationOptions {
   bool paused = false;                ///< start paused: stepped by a client
   std::size_t queue_capacity = 1024;
   std::uint64_t max_saved_bytes = std::uint64_t{64} << 20;  ///< of saved states together
+  /// Clients pace; `speed` holds while none does. nullopt = the wall clock alone.
+  std::optional<VirtualTimeOptions> virtual_time = {};
 };
 
 /// Runs a world on its own thread: drain commands, step, publish, pace. The only code that touches
@@ -56,14 +59,22 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   [[nodiscard]] const api::DurationHistogram& step_times() const { return step_times_; }
   /// Commands that wait for the next step. Thread: any.
   [[nodiscard]] std::size_t waiting_commands() const { return queue_.size(); }
+  /// Null when the wall clock alone passes time. Thread: any.
+  [[nodiscard]] api::VirtualTime* virtual_time() { return clock_.get(); }
 
  private:
   void run(const std::stop_token& stop);
+  /// Asks the virtual clock who passes time now.
+  void look_at_clock();
+  /// Whether commands take effect now: those of clients that pace wait until time goes on.
+  [[nodiscard]] bool may_drain();
+  [[nodiscard]] int steps_due();
   void drain();
   /// Applies one command; what it throws is a fault or that command's failure.
   void apply(const QueuedCommand& queued);
   [[nodiscard]] Result<void> apply(const api::SimulationCommand& command);
-  void advance();
+  /// One step. False when time stands now.
+  bool advance();
   [[nodiscard]] Result<void> reset(std::optional<std::uint64_t> seed);
   [[nodiscard]] Result<void> save(const std::string& name);
   [[nodiscard]] Result<void> load(const std::string& name);
@@ -88,6 +99,8 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   std::unique_ptr<World> world_;
   Pacer pacer_;
   api::DurationHistogram step_times_;
+  std::unique_ptr<VirtualClock> clock_;  ///< null = the wall clock alone
+  VirtualClock::Turn turn_;              ///< of the clock; not paced without one
   std::vector<QueuedCommand> drained_;
   std::shared_ptr<const api::CellDescription> description_;  ///< for validation, by any thread
   std::uint64_t epoch_ = 0;

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace aprsim::client {
 namespace {
@@ -77,6 +78,27 @@ std::string pace_text(const v1::Snapshot& snapshot, const Paint& paint) {
                      target, snapshot.missed_steps());
 }
 
+std::string joined(const google::protobuf::RepeatedPtrField<std::string>& names) {
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+/// A line on virtual time.
+std::string virtual_time_text(const v1::VirtualTime& time, const Paint& paint) {
+  std::string out = "  virtual  ";
+  if (!time.paced()) {
+    out += paint(Tone::kWarning, "nobody paces: it goes by the wall clock");
+  } else if (time.awaited_size() > 0) {
+    out += paint(Tone::kWarning, "stands, waits for " + joined(time.awaited()));
+  } else {
+    out += time.pacers_size() > 0 ? "paced by " + joined(time.pacers()) : "stands";
+  }
+  if (!time.reproducible()) {
+    out += fmt::format("; not reproducible: {} times by the wall clock, {} clients left behind",
+                       time.fallbacks(), time.expired());
+  }
+  return out + "\n";
+}
+
 std::string belt_text(const v1::ConveyorState& conveyor, const Paint& paint) {
   return fmt::format(
       "{}\n  drive    {}, {}, set {:.4f} m/s\n  belt     {:+.4f} m/s, {:+.4f} m run\n",
@@ -108,6 +130,7 @@ std::string status_text(const v1::Snapshot& snapshot, const Paint& paint) {
       snapshot.epoch(), pace_text(snapshot, paint), seconds(snapshot.step_time()) * 1e3,
       snapshot.contact_count(), snapshot.max_penetration_m() * kMillimetres,
       snapshot.physics_faults(), snapshot.virtual_joint_count());
+  if (snapshot.has_virtual_time()) out += virtual_time_text(snapshot.virtual_time(), paint);
   for (const auto& robot : snapshot.robots()) out += robot_text(robot, paint);
   if (snapshot.has_conveyor()) out += belt_text(snapshot.conveyor(), paint);
   if (snapshot.has_light_curtain()) out += light_curtain_text(snapshot.light_curtain(), paint);

@@ -148,6 +148,7 @@ class Arm:
             self.corridor(*places),
             over_belt=self.over_belt(*places),
             give_up=lambda: give_up() or self.interrupted.is_set(),
+            poll=self.crcl.status,
         )
 
     # -- gripper ------------------------------------------------------------------------------

@@ -7,12 +7,14 @@ import socket
 import struct
 import threading
 import time
+from typing import Callable
 
 from cell import Belt
 
 RUN, DIRECTION, SPEED = 0x8000, 0x8001, 0x8002  # holding registers
 ENCODER = 0x8004  # input registers: 32 bit, high word first
 ENCODER_MM = 0.01  # a count
+_POLL_S = 0.005  # of the encoder, while the belt runs
 _EXCEPTIONS = {
     1: "illegal function",
     2: "illegal address",
@@ -89,13 +91,20 @@ class Modbus:
 
 
 class Conveyor:
-    """Steps of the belt. The caller holds the space over the belt meanwhile."""
+    """Steps of the belt. The caller holds the space over the belt meanwhile. `now` and `sleep` are the
+    caller's clock."""
 
     def __init__(self, belt: Belt) -> None:
         self.belt = belt
         self.requests = 0
 
-    def step(self, way_mm: float, interrupted: threading.Event, poll_s: float = 0.005) -> float:
+    def step(
+        self,
+        way_mm: float,
+        interrupted: threading.Event,
+        now: Callable[[], float] = time.monotonic,
+        sleep: Callable[[float], None] = time.sleep,
+    ) -> float:
         """Runs the belt by about `way_mm`, negative for backward, and tells how far it went by its
         encoder. Whatever happens the belt is told to stop."""
         modbus = Modbus(self.belt.host, self.belt.port)
@@ -105,11 +114,11 @@ class Conveyor:
             modbus.write_register(SPEED, round(self.belt.speed_mm_s / self.belt.mm_s_per_count))
             try:
                 modbus.write_register(RUN, 1)
-                self._wait_for_way(modbus, start, abs(way_mm), interrupted, poll_s)
+                self._wait_for_way(modbus, start, abs(way_mm), interrupted, now, sleep)
             finally:
                 modbus.write_register(RUN, 0)
                 modbus.write_register(SPEED, 0)
-            return self._rest(modbus) - start
+            return self._rest(modbus, now, sleep) - start
         finally:
             self.requests += modbus.requests
             modbus.close()
@@ -119,7 +128,7 @@ class Conveyor:
         modbus = Modbus(self.belt.host, self.belt.port)
         try:
             modbus.write_register(RUN, 0)
-            self._rest(modbus)
+            self._rest(modbus, time.monotonic, time.sleep)
         finally:
             self.requests += modbus.requests
             modbus.close()
@@ -136,30 +145,34 @@ class Conveyor:
         start: float,
         way_mm: float,
         interrupted: threading.Event,
-        poll_s: float,
+        now: Callable[[], float],
+        sleep: Callable[[float], None],
     ) -> None:
-        last, moved_at = start, time.monotonic()
+        last, moved_at = start, now()
         while not interrupted.is_set():
             here = self._position(modbus)
             if abs(here - start) >= way_mm:
                 return
             if here != last:
-                last, moved_at = here, time.monotonic()
-            elif time.monotonic() - moved_at > 3:
+                last, moved_at = here, now()
+            elif now() - moved_at > 3:
                 raise ConveyorError(
                     f"the belt has been told to run and stands still after {abs(here - start):.0f} mm"
                 )
-            time.sleep(poll_s)
+            sleep(_POLL_S)
 
-    def _rest(self, modbus: Modbus) -> float:
+    @staticmethod
+    def _rest(
+        modbus: Modbus, now: Callable[[], float], sleep: Callable[[float], None]
+    ) -> float:
         """Where the belt has come to rest."""
-        deadline = time.monotonic() + 10
-        last, since = self._position(modbus), time.monotonic()
-        while time.monotonic() < deadline:
-            time.sleep(0.05)
-            here = self._position(modbus)
+        deadline = now() + 10
+        last, since = Conveyor._position(modbus), now()
+        while now() < deadline:
+            sleep(0.05)
+            here = Conveyor._position(modbus)
             if here != last:
-                last, since = here, time.monotonic()
-            elif time.monotonic() - since > 0.25:
+                last, since = here, now()
+            elif now() - since > 0.25:
                 return here
         raise ConveyorError("the belt does not stop")

@@ -3,14 +3,16 @@ status until it is done, as CRCL clients do."""
 
 from __future__ import annotations
 
+import contextlib
 import math
 import socket
 import threading
-import time
 import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass, field
 from typing import Sequence
 from xml.sax.saxutils import escape
+
+from clock import Clock
 
 _XSI = "http://www.w3.org/2001/XMLSchema-instance"
 _STATUS_END = b"</CRCLStatus>"
@@ -98,10 +100,16 @@ class CrclRobot:
     """The connection to one robot. Used by one thread at a time; `interrupt` comes from any."""
 
     def __init__(
-        self, name: str, host: str, port: int, *, poll_s: float = 0.025, answer_s: float = 5.0
+        self,
+        name: str,
+        host: str,
+        port: int,
+        *,
+        clock: Clock | None = None,
+        answer_s: float = 5.0,
     ) -> None:
         self.name, self.host, self.port = name, host, port
-        self.poll_s, self.answer_s = poll_s, answer_s
+        self.clock, self.answer_s = clock or Clock(0.025), answer_s
         self.counters = Counters()
         self.last: Status | None = None  # the latest status, also when the connection is lost
         self._socket: socket.socket | None = None
@@ -153,6 +161,16 @@ class CrclRobot:
         if self._socket is not None:
             self._socket.close()
         self._socket = None
+
+    def wait(self, seconds: float) -> None:
+        """Lets time pass, on whatever clock."""
+        self.clock.wait(seconds, self._interrupted, self.status)
+
+    def hang_up(self) -> None:
+        """From any thread: who waits for an answer gets RobotLost."""
+        if self._socket is not None:
+            with contextlib.suppress(OSError):
+                self._socket.shutdown(socket.SHUT_RDWR)
 
     def interrupt(self) -> None:
         """Whoever waits for a command gives up with Interrupted."""
@@ -220,6 +238,7 @@ class CrclRobot:
         except ValueError as error:
             self.close()
             raise RobotLost(f"{self.name}: {error}") from error
+        self.clock.polled(self.name)
         return self.last
 
     def run(self, kind: str, fields: str, limit_s: float = 10.0) -> Status:
@@ -228,7 +247,7 @@ class CrclRobot:
         self._id += 1
         known = {self._id} if self.last is None else {self._id, self.last.command_id}
         self._write(kind, self._id, fields)
-        deadline = time.monotonic() + limit_s
+        deadline = self.clock.now() + limit_s
         while True:
             if self._interrupted.is_set():
                 raise Interrupted(self.name)
@@ -243,9 +262,9 @@ class CrclRobot:
                 raise RobotError(
                     f"{kind}: someone else commands the robot (command {status.command_id})"
                 )
-            if time.monotonic() > deadline:
+            if self.clock.now() > deadline:
                 raise RobotLost(f"{self.name}: {kind} has not ended within {limit_s:g} s")
-            self._interrupted.wait(self.poll_s)
+            self.clock.after_poll(self._interrupted)
 
     # -- bytes --------------------------------------------------------------------------------
 

@@ -11,11 +11,15 @@ def step_belt(arm: Arm, conveyor: Conveyor, way_mm: float) -> float | None:
     ConveyorError."""
     arm.go_home()
     if not arm.space.acquire(
-        arm.name, arm.corridor(), moves_belt=True, give_up=arm.interrupted.is_set
+        arm.name,
+        arm.corridor(),
+        moves_belt=True,
+        give_up=arm.interrupted.is_set,
+        poll=arm.crcl.status,
     ):
         return None
     try:
-        went = conveyor.step(way_mm, arm.interrupted)
+        went = conveyor.step(way_mm, arm.interrupted, arm.crcl.clock.now, arm.crcl.wait)
         arm.tell("belt", f"has run the belt by {went:.0f} mm", way_mm=round(went, 1))
         return went
     finally:

@@ -19,11 +19,18 @@ def look_for_parts(
     Raises LookError when the camera shows nothing steady."""
     arm.go_home()
     if clear:
-        arm.space.acquire(arm.name, arm.corridor(), moves_belt=True, give_up=arm.interrupted.is_set)
+        arm.space.acquire(
+            arm.name,
+            arm.corridor(),
+            moves_belt=True,
+            give_up=arm.interrupted.is_set,
+            poll=arm.crcl.status,
+        )
     try:
         # An arm that leaves in the meantime may be in the first frames, one that comes in the last.
         spaces = arm.space.others(arm.name)
-        look = arm.camera.look(timeout_s, give_up=arm.interrupted.is_set)
+        look = arm.camera.look(timeout_s, give_up=arm.interrupted.is_set, poll=arm.crcl.status)
+        seen_at = arm.crcl.clock.now()
         spaces += arm.space.others(arm.name)
     finally:
         if clear:
@@ -36,6 +43,7 @@ def look_for_parts(
 
     tools = [a.tool_xy() for a in (arm, *others)]
     scene = associate(look.sightings, arm.cell, sees, tools, arm.robot.base_mm[:2])
+    scene.seen_at = seen_at
     (left, low), (right, high) = arm.robot.view_mm
     view = hull([(left, low), (right, low), (right, high), (left, high)])
     scene.uncertain = look.moving > 0 or any(

@@ -61,7 +61,7 @@ class Scene:
 
     trays: list[TrayView]
     parts: list[Part]
-    seen_at: float = field(default_factory=time.monotonic)
+    seen_at: float = field(default_factory=time.monotonic)  # by the controller's clock
     epoch: int = 0  # of the belt
     uncertain: bool = False  # something may be there that an arm has hidden or that moved
 

@@ -5,6 +5,7 @@ A line is a frame: `name,rotation,x,y,score,type,` an object, radians and millim
 from __future__ import annotations
 
 import math
+import select
 import socket
 import threading
 import time
@@ -13,6 +14,7 @@ from dataclasses import dataclass, field
 from typing import Callable, Sequence
 
 from calibration import Correction
+from clock import Clock
 from geometry import XY, Pose2, distance, mean_angle, wrapped
 
 _FIELDS = 6
@@ -145,6 +147,7 @@ class Camera:
     frame: Pose2 = Pose2(0.0, 0.0)  # of the camera, in the cell's
     correction: Correction = field(default_factory=Correction)
     frames_read: int = 0
+    clock: Clock = field(default_factory=lambda: Clock(0.025))
 
     def __post_init__(self) -> None:
         self._frames: deque[list[Detection]] = deque(maxlen=WINDOW)
@@ -153,6 +156,9 @@ class Camera:
         self._closed = False
         self._trouble = "no frame yet"
         self._last_line, self._repeats = b"", 0
+        self._reading = threading.Lock()
+        self._connection: socket.socket | None = None
+        self._buffer = b""
         self._thread = threading.Thread(target=self._run, name=f"camera {self.port}", daemon=True)
 
     def start(self) -> None:
@@ -163,22 +169,36 @@ class Camera:
         if self._thread.is_alive():
             self._thread.join(2)
 
-    def look(self, timeout_s: float = 30.0, give_up: Callable[[], bool] = lambda: False) -> Look:
+    def look(
+        self,
+        timeout_s: float = 30.0,
+        give_up: Callable[[], bool] = lambda: False,
+        poll: Callable[[], object] = lambda: None,
+    ) -> Look:
         """What frames from now on agree about, in the cell's frame. What moves is left out, unless
-        nothing is still: then this waits."""
-        deadline = time.monotonic() + timeout_s
+        nothing is still: then this waits, where polls are the clock by `poll`."""
+        deadline = self.clock.now() + timeout_s
+        polls = self.clock.counts_polls
+        if polls:
+            self._receive()
         with self._changed:
             first = self._count + SKIPPED + WINDOW
-            while True:
+        while True:
+            with self._changed:
                 if self._count >= first:
                     look = merge_frames(list(self._frames))
                     if look.sightings or not look.moving:
                         return Look([self._placed(s) for s in look.sightings], look.moving)
                     self._trouble = "everything moves"
                     first = self._count + 1
-                if time.monotonic() > deadline or give_up():
+                if self.clock.now() > deadline or give_up():
                     raise LookError(f"no steady frames within {timeout_s:g} s: {self._trouble}")
-                self._changed.wait(0.1)
+                if not polls:
+                    self._changed.wait(0.1)
+            if polls:
+                poll()
+                # The frames up to that poll have been sent before its answer.
+                self._receive()
 
     def _placed(self, s: Sighting) -> Sighting:
         x, y = self.correction.apply(s.pose.xy)
@@ -189,31 +209,45 @@ class Camera:
         while not self._closed:
             try:
                 with socket.create_connection((self.host, self.port), 3) as connection:
-                    connection.settimeout(0.5)
                     self._read(connection)
             except OSError as error:
                 self._trouble = f"no feed at {self.host}:{self.port}: {error}"
+            with self._reading:
+                self._connection = None
             if not self._closed:
                 time.sleep(0.2)
 
     def _read(self, connection: socket.socket) -> None:
-        buffer = b""
+        connection.setblocking(False)
+        with self._reading:
+            self._connection, self._buffer = connection, b""
         while not self._closed:
-            try:
-                data = connection.recv(1 << 16)
-            except TimeoutError:
+            if not select.select([connection], [], [], 0.5)[0]:
                 self._trouble = "the feed is silent"
-                continue
-            if not data:
-                self._trouble = "the feed has ended"
+            elif not self._receive():
                 return
-            buffer += data
-            *lines, buffer = buffer.split(b"\n")
-            if len(buffer) > _MAX_LINE_BYTES:
-                self._trouble = f"a line of more than {_MAX_LINE_BYTES} bytes"
-                return
-            for line in lines:
-                self._take(line.strip())
+
+    def _receive(self) -> bool:
+        """Takes all that has come; False when no more will. Any thread's, one at a time."""
+        with self._reading:
+            while self._connection is not None:
+                try:
+                    data = self._connection.recv(1 << 16)
+                except BlockingIOError:
+                    return True
+                except OSError as error:
+                    self._trouble = f"the feed has ended: {error}"
+                    return False
+                if not data:
+                    self._trouble = "the feed has ended"
+                    return False
+                *lines, self._buffer = (self._buffer + data).split(b"\n")
+                if len(self._buffer) > _MAX_LINE_BYTES:
+                    self._trouble = f"a line of more than {_MAX_LINE_BYTES} bytes"
+                    return False
+                for line in lines:
+                    self._take(line.strip())
+            return False
 
     def _take(self, line: bytes) -> None:
         if not line:

@@ -37,6 +37,20 @@ class Shop:
     patience_s: float = 30.0
     finished: threading.Event = field(default_factory=threading.Event)
     turn: threading.Lock = field(default_factory=threading.Lock)  # who decides for all
+    done: set[str] = field(default_factory=set)  # robots that have no work left
+
+    @staticmethod
+    def tell_submitted(arm: Arm, kit: Kit, what: str) -> None:
+        x_mm, y_mm = kit.xy
+        arm.tell(
+            "submit",
+            f"submits {kit.name}, {what}",
+            order=kit.order,
+            kit=kit.tray,
+            x_m=round(x_mm / 1e3, 4),
+            y_m=round(y_mm / 1e3, 4),
+            complete=what != "incomplete",
+        )
 
 
 class Worker(threading.Thread):
@@ -53,6 +67,12 @@ class Worker(threading.Thread):
     # -- up and down --------------------------------------------------------------------------
 
     def run(self) -> None:
+        try:
+            self._work()
+        finally:
+            self.shop.done.add(self.arm.name)
+
+    def _work(self) -> None:
         while not self._over():
             try:
                 self._come_up()
@@ -60,12 +80,27 @@ class Worker(threading.Thread):
                     self._serve()
                 if self.shop.finished.is_set():
                     self.arm.go_home()
+                    self._see_others_home()
             except Interrupted:
                 return
             except (RobotError, RobotLost, LookError) as error:
-                if self.arm.interrupted.is_set():
+                if self.arm.interrupted.is_set() or self._all_done():
                     return
                 self._go_down(str(error))
+
+    def _see_others_home(self) -> None:
+        """Where polls are the clock, time stands for the others when this robot stops polling."""
+        self.shop.done.add(self.arm.name)
+        while self.arm.crcl.clock.counts_polls and not self.arm.interrupted.is_set():
+            if self._all_done():
+                # The others wait for answers that will not come.
+                for arm in self.shop.arms:
+                    arm.crcl.hang_up()
+                return
+            self.arm.crcl.wait(_PAUSE_S)
+
+    def _all_done(self) -> bool:
+        return len(self.shop.done) == len(self.shop.arms)
 
     def _over(self) -> bool:
         return self.shop.finished.is_set() or self.arm.interrupted.is_set()
@@ -112,10 +147,14 @@ class Worker(threading.Thread):
         if self.board.needs_look(self.arm.name):
             self._look()
             return
-        with self.shop.turn:
-            if not self._over() and self.board.hopeless(self.shop.patience_s):
-                self._decide()
-        self.arm.interrupted.wait(_PAUSE_S)
+        # Nobody waits for who decides: it may take long.
+        if self.shop.turn.acquire(blocking=False):
+            try:
+                if not self._over() and self.board.hopeless(self.shop.patience_s):
+                    self._decide()
+            finally:
+                self.shop.turn.release()
+        self.arm.crcl.wait(_PAUSE_S)
 
     def _decide(self) -> None:
         """Nobody can go on: other parts by the belt, another round, or the end."""
@@ -128,8 +167,10 @@ class Worker(threading.Thread):
             self._forget()
             board.next_round()
             return
-        board.close()
-        self.shop.finished.set()
+        for kit in board.close():
+            self.shop.tell_submitted(self.arm, kit, "incomplete")
+        if not board.taking_orders:
+            self.shop.finished.set()
 
     def _bring_tray(self) -> bool:
         """Parts are missing: whatever the belt has upstream."""
@@ -160,6 +201,12 @@ class Worker(threading.Thread):
         failures, limit = 0, 4 + 2 * len(kit.wanted)
         tray: TrayView | None = None
         while self.board.mine(kit, arm.name) and not self._over():
+            if self.board.needs_look(arm.name):
+                # Another order has come.
+                scene, fresh = self._look(), True
+            if self.board.give_way(kit, arm.name):
+                arm.tell("give_way", f"leaves {kit.name} for a more urgent one")
+                return
             tray = scene.tray_at(kit.tray, kit.xy, SAME_KIT_MM)
             if tray is None:
                 self._give_up(kit, "the camera does not show it", None)
@@ -187,7 +234,7 @@ class Worker(threading.Thread):
         if step.done:
             self.board.submit(kit, tray)
             what = "empty" if self.board.emptying else "full"
-            self.arm.tell("submit", f"submits {kit.name}, {what}")
+            self.shop.tell_submitted(self.arm, kit, what)
             return
         reasons = []
         if step.missing:
@@ -211,7 +258,7 @@ class Worker(threading.Thread):
         self._scene = None
         source, target = transfer.source.xy, transfer.target.xy
         if not board.claim_places(arm.name, (source, target), scene.seen_at):
-            arm.interrupted.wait(_PAUSE_S)
+            arm.crcl.wait(_PAUSE_S)
             return False
         changed: list[XY] = []
         try:

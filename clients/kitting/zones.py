@@ -8,10 +8,10 @@ for one who waits. The belt is arranged here, too: it runs only while no arm is 
 from __future__ import annotations
 
 import threading
-import time
 from dataclasses import dataclass
 from typing import Callable, Iterable, Sequence
 
+from clock import Clock
 from geometry import XY, hull, hull_distance
 
 
@@ -25,7 +25,8 @@ class _Claim:
 class Space:
     """Shared by all robots' threads."""
 
-    def __init__(self, clearance_mm: float) -> None:
+    def __init__(self, clearance_mm: float, clock: Clock | None = None) -> None:
+        self._clock = clock or Clock(0.025)
         self._clearance_mm = clearance_mm
         self._claims: dict[str, _Claim] = {}
         self._queue: list[tuple[str, _Claim]] = []
@@ -59,17 +60,19 @@ class Space:
         over_belt: bool = False,
         moves_belt: bool = False,
         give_up: Callable[[], bool] = lambda: False,
+        poll: Callable[[], object] | None = None,
         timeout_s: float = 300.0,
     ) -> bool:
-        """Waits in turn. Only for a robot at home. False when a robot that is down stands in the
-        way, when `give_up` says so or time is over."""
+        """Waits in turn, where polls are the clock by `poll`. Only for a robot at home. False when a
+        robot that is down stands in the way, when `give_up` says so or time is over."""
         claim = _Claim(tuple(hull(points)), over_belt, moves_belt)
-        deadline = time.monotonic() + timeout_s
+        deadline = self._clock.now() + timeout_s
+        entry = (name, claim)
         with self._changed:
-            entry = (name, claim)
             self._queue.append(entry)
-            try:
-                while True:
+        try:
+            while True:
+                with self._changed:
                     ahead = self._queue[: self._queue.index(entry)]
                     free = not any(o != name and self._conflict(claim, c) for o, c in ahead)
                     if free and self._take(name, claim):
@@ -77,11 +80,15 @@ class Space:
                     if (
                         self.blocked_by_down(name, claim)
                         or give_up()
-                        or time.monotonic() > deadline
+                        or self._clock.now() > deadline
                     ):
                         return False
-                    self._changed.wait(0.05)
-            finally:
+                    if poll is None or not self._clock.counts_polls:
+                        self._changed.wait(0.05)
+                        continue
+                poll()
+        finally:
+            with self._changed:
                 self._queue.remove(entry)
                 self._changed.notify_all()
 

@@ -331,7 +331,8 @@ void CommandExecutor::start(ProgramRunner program) {
 void CommandExecutor::advance() {
   const api::SnapshotPtr snapshot = source_.latest();
   observe(*snapshot);
-  const auto now = protocols::RateLimit::Clock::now();
+  const auto now = options_.virtual_time ? protocols::RateLimit::Clock::time_point(snapshot->time)
+                                         : protocols::RateLimit::Clock::now();
   while (program_ && step_done(*snapshot)) {
     if (program_->finished()) return program_.reset();
     if (!program_pace_.admit(now)) return;
@@ -380,6 +381,7 @@ void CommandExecutor::observe(const api::Snapshot& snapshot) {
   submitter_.forget();
   parameters_.forget();
   program_.reset();
+  program_pace_ = protocols::RateLimit(kProgramCommandsPerS, kProgramBurst);
 }
 
 bool CommandExecutor::first_to_tell_end(crcl::CommandState state) {

@@ -31,6 +31,7 @@ struct CommandExecutorOptions {
   std::size_t max_program_bytes = 0;
   bool end_program_with_client = false;  ///< else it goes on
   std::int64_t start_ms = 0;             ///< simulated time 0 in ms since 1970
+  bool virtual_time = false;  ///< programs are held to a number of commands a simulated second
 };
 
 /// What injected faults do to a CRCL port. Times are wall-clock.

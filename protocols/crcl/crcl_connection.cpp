@@ -31,12 +31,13 @@ constexpr int kDocumentsPerTurn = 16;
 CrclConnection::CrclConnection(asio::ip::tcp::socket socket, std::string peer,
                                protocols::ConnectionPlaces::Place place,
                                const CrclServerOptions& options, CommandExecutor& executor,
-                               CrclCounters& counters, OnEnd on_end)
+                               CrclCounters& counters, std::function<void()> on_time, OnEnd on_end)
     : socket_(std::move(socket)),
       place_(std::move(place)),
       options_(options),
       executor_(executor),
       counters_(counters),
+      on_time_(std::move(on_time)),
       on_end_(std::move(on_end)),
       caller_{std::make_shared<ConnectionSettings>(options.units, options.joints_in_degrees),
               std::move(peer)},
@@ -64,6 +65,9 @@ void CrclConnection::drain() {
 void CrclConnection::close() {
   if (closed_) return;
   closed_ = true;
+  if (pacer_) options_.virtual_time->leave(*pacer_);
+  pacer_.reset();
+  then_ = nullptr;
   error_code ignored;
   write_timer_.cancel(ignored);
   idle_timer_.cancel(ignored);
@@ -138,15 +142,17 @@ void CrclConnection::acknowledge_at_once() {
 void CrclConnection::process() {
   for (int i = 0; i < kDocumentsPerTurn; ++i) {
     full_ = output_.size() + late_bytes_ >= options_.max_output_bytes;
-    if (closed_ || draining_ || full_ || paused_) return;
+    if (closed_ || draining_ || full_ || paused_ || then_) return;
     crcl::Result<std::optional<std::string>> document = framer_.next();
     if (!document) return fail_document(document.error());
     watch_document(!*document && framer_.buffered() > 0);
     if (!*document) return read();
     place_.used();
     ++counters_.commands;
+    if (options_.virtual_time) join_time(false);
     if (const auto slow = executor_.faults().slow; slow.count() > 0) {
-      return pause(*std::move(*document), slow);
+      if (!pacer_) return pause(*std::move(*document), slow);
+      return after(slow, [this, held = *std::move(*document)] { take(held); });
     }
     take(**document);
   }
@@ -188,7 +194,7 @@ void CrclConnection::watch_document(bool incomplete) {
 
 void CrclConnection::handle(const std::string& document) {
   // Who watches polls sees every document, so it is read anew.
-  if (document == get_status_ && !polls_tapped()) return answer_status();
+  if (document == get_status_ && !polls_tapped()) return poll();
   if (polls_tapped()) received_ = std::chrono::steady_clock::now();
   if (options_.strict) {
     if (const auto fault = crcl::schema_fault(document)) {
@@ -220,7 +226,7 @@ void CrclConnection::handle_command(const std::string& document) {
               document);
   if (std::holds_alternative<crcl::GetStatus>(instance->command.body)) {
     get_status_ = document;
-    return answer_status();
+    return poll();
   }
   executor_.execute(*instance, caller_);
 }
@@ -228,7 +234,7 @@ void CrclConnection::handle_command(const std::string& document) {
 void CrclConnection::handle_undecodable(const crcl::Error& error) {
   if (error.kind != crcl::ErrorKind::kBadValue) return fail_document(error);
   // One status answers each GetStatus, whatever its id looks like.
-  if (error.command_type == "GetStatusType") return answer_status();
+  if (error.command_type == "GetStatusType") return poll();
   executor_.refuse(error.command_type, error.command_id.value_or(0), error.message());
 }
 
@@ -238,6 +244,62 @@ void CrclConnection::fail_document(const crcl::Error& error) {
   ++counters_.dropped;
   executor_.log().warn("closing " + caller_.peer + ": " + error.message());
   drain();
+}
+
+// Polls are the clock: in virtual time each takes its period, and its status is of the end of that.
+void CrclConnection::poll() {
+  if (options_.virtual_time) join_time(true);
+  if (!pacer_) return answer_status();
+  after(options_.virtual_time->poll_period() + executor_.faults().late_status,
+        [this] { answer_status(); });
+}
+
+// Where pacers are declared, with the first document; else with the first poll.
+void CrclConnection::join_time(bool polls) {
+  const std::string& role = executor_.name();
+  if (pacer_ || !(polls || options_.virtual_time->declares(role))) return;
+  pacer_ = options_.virtual_time->join(
+      {role, api::PacerKind::kClient, options_.endpoint},
+      [executor = socket_.get_executor(), connection = weak_from_this()] {
+        asio::post(executor, [connection] {
+          if (const auto open = connection.lock()) open->on_reached();
+        });
+      });
+}
+
+// Nothing of this connection is handled before.
+void CrclConnection::after(SimTime span, std::function<void()> then) {
+  then_ = std::move(then);
+  options_.virtual_time->ask(*pacer_, span);
+  watch_end();
+}
+
+// Nothing is read meanwhile, but a client that is gone shall not have others left behind.
+void CrclConnection::watch_end() {
+  if (std::exchange(watches_end_, true)) return;
+  socket_.async_wait(asio::ip::tcp::socket::wait_read, [self = shared_from_this()](
+                                                           const error_code& failed) {
+    self->watches_end_ = false;
+    if (failed || self->closed_ || !self->then_ || !self->pacer_) return;
+    char byte = 0;
+    error_code error;
+    self->socket_.receive(asio::buffer(&byte, 1), asio::socket_base::message_peek, error);
+    if (error == asio::error::would_block) return self->watch_end();
+    if (error) self->options_.virtual_time->finish(*self->pacer_);
+  });
+}
+
+void CrclConnection::on_reached() {
+  on_time_();
+  if (closed_ || draining_ || !then_) return;
+  const auto then = std::exchange(then_, nullptr);
+  try {
+    then();
+  } catch (const std::exception& problem) {
+    drop(problem.what());
+  }
+  // It may wait for another instant already.
+  if (!then_) process();
 }
 
 void CrclConnection::answer_status() {
@@ -251,7 +313,7 @@ void CrclConnection::answer_status() {
     if (!blocked_) flush();
     return drain();
   }
-  if (faults.late_status.count() > 0 || !late_.empty()) {
+  if (!pacer_ && (faults.late_status.count() > 0 || !late_.empty())) {
     return send_later(document, faults.late_status);
   }
   output_ += document;

@@ -7,6 +7,7 @@
 #include <deque>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include <boost/asio/ip/tcp.hpp>
@@ -36,10 +37,12 @@ class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
  public:
   using OnEnd = std::function<void(CrclConnection&)>;
 
-  /// `on_end` is called once, when the socket has been closed.
+  /// `on_time` is called when virtual time has come as far as was asked for, and may end the
+  /// connection; `on_end` is called once, when the socket has been closed.
   CrclConnection(boost::asio::ip::tcp::socket socket, std::string peer,
                  protocols::ConnectionPlaces::Place place, const CrclServerOptions& options,
-                 CommandExecutor& executor, CrclCounters& counters, OnEnd on_end);
+                 CommandExecutor& executor, CrclCounters& counters, std::function<void()> on_time,
+                 OnEnd on_end);
 
   void start();
   /// Takes no further commands, closes once pending statuses are out.
@@ -52,6 +55,8 @@ class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
 
   [[nodiscard]] protocols::ConnectionPlaces::Place& place() { return place_; }
   [[nodiscard]] const std::string& peer() const { return caller_.peer; }
+  /// Whether its polls pass virtual time.
+  [[nodiscard]] bool paces() const { return pacer_.has_value(); }
 
  private:
   void read();
@@ -63,7 +68,12 @@ class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
   void handle_program(const std::string& document);
   void handle_undecodable(const crcl::Error& error);
   void fail_document(const crcl::Error& error);
+  void poll();
   void answer_status();
+  void join_time(bool polls);
+  void after(SimTime span, std::function<void()> then);
+  void on_reached();
+  void watch_end();
   void take(const std::string& document);
   void pause(std::string document, std::chrono::nanoseconds time);
   void send_later(std::string document, std::chrono::nanoseconds time);
@@ -86,6 +96,7 @@ class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
   const CrclServerOptions& options_;
   CommandExecutor& executor_;
   CrclCounters& counters_;
+  std::function<void()> on_time_;
   OnEnd on_end_;
 
   Caller caller_;
@@ -101,6 +112,9 @@ class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
   std::deque<Late> late_;       // statuses that an injected fault holds back
   std::size_t late_bytes_ = 0;  // of them
   bool paused_ = false;         // an injected fault holds back the document at hand
+  std::optional<api::PacerId> pacer_;  // in virtual time
+  std::function<void()> then_;         // once that has come as far as was asked for; empty = now
+  bool watches_end_ = false;           // of what the peer sends, while that lasts
   boost::asio::steady_timer write_timer_, idle_timer_, document_timer_, late_timer_, pause_timer_;
   bool incomplete_ = false;  // the beginning of a document waits for its rest
   std::chrono::steady_clock::time_point read_at_{},  // the latest bytes

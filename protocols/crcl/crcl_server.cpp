@@ -1,5 +1,6 @@
 #include "protocols/crcl/crcl_server.hpp"
 
+#include <optional>
 #include <utility>
 
 #include <spdlog/spdlog.h>
@@ -28,6 +29,7 @@ CommandExecutorOptions executor_options(const CrclServerOptions& options) {
   executor.cartesian_max_R = options.cartesian_max_R;
   executor.max_program_bytes = options.max_program_bytes;
   executor.end_program_with_client = options.end_program_with_client;
+  executor.virtual_time = options.virtual_time != nullptr;
   executor.start_ms = std::chrono::duration_cast<std::chrono::milliseconds>(now).count();
   return executor;
 }
@@ -45,7 +47,8 @@ class CrclServer::Impl {
                         protocols::TcpListener::Place place) {
                    return std::make_shared<CrclConnection>(
                        std::move(socket), std::move(peer), std::move(place), options_, executor_,
-                       counters_, [this](CrclConnection& ended) { service_.ended(ended); });
+                       counters_, [this] { follow_faults(); },
+                       [this](CrclConnection& ended) { service_.ended(ended); });
                  }),
         program_timer_(service_.io()),
         fault_timer_(service_.io()),
@@ -68,6 +71,7 @@ class CrclServer::Impl {
 
   void stop() {
     service_.stop([this] {
+      leave_time();
       program_timer_.cancel();
       fault_timer_.cancel();
     });
@@ -87,12 +91,41 @@ class CrclServer::Impl {
  private:
   // A program goes on though no client asks for anything.
   void schedule_program() {
+    if (options_.virtual_time) return ask_for_program();
     program_timer_.expires_after(kProgramPeriod);
     program_timer_.async_wait([this](const boost::system::error_code& cancelled) {
-      if (cancelled || service_.draining()) return;
-      executor_.advance();
-      if (executor_.runs_program()) schedule_program();
+      if (!cancelled) advance_program();
     });
+  }
+
+  void advance_program() {
+    if (service_.draining()) return;
+    executor_.advance();
+    if (executor_.runs_program()) return schedule_program();
+    leave_time();
+  }
+
+  // In virtual time it has its turn at instants of the cell's.
+  void ask_for_program() {
+    if (!program_pacer_) {
+      program_pacer_ = options_.virtual_time->join(
+          {executor_.name(), api::PacerKind::kProgram, options_.endpoint}, [this] {
+            boost::asio::post(service_.io(), [this] { advance_program(); });
+          });
+    }
+    if (program_pacer_) options_.virtual_time->ask(*program_pacer_, kProgramPeriod);
+  }
+
+  void leave_time() {
+    if (program_pacer_) options_.virtual_time->leave(*program_pacer_);
+    program_pacer_.reset();
+  }
+
+  // A client that paces sees them where it stands, and not between.
+  [[nodiscard]] bool somebody_paces() {
+    bool paces = false;
+    service_.for_each([&](const CrclConnection& connection) { paces |= connection.paces(); });
+    return paces;
   }
 
   void watch_faults() {
@@ -100,7 +133,7 @@ class CrclServer::Impl {
     fault_timer_.async_wait([this](const boost::system::error_code& cancelled) {
       if (!cancelled && !service_.draining()) watch_faults();
     });
-    follow_faults();
+    if (!options_.virtual_time || !somebody_paces()) follow_faults();
   }
 
   // A controller that starts anew closes its port; a dropped connection may come back at once.
@@ -123,6 +156,7 @@ class CrclServer::Impl {
   CrclCounters counters_;
   protocols::TcpService<CrclConnection> service_;
   boost::asio::steady_timer program_timer_, fault_timer_;
+  std::optional<api::PacerId> program_pacer_;  // while one runs in virtual time
   const api::SnapshotSource& source_;
   protocols::MomentaryFaults drops_;
   api::InjectedFaultsPtr followed_;  // the faults that the port has followed

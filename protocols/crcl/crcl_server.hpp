@@ -15,6 +15,7 @@
 #include "world/api/duration_histogram.hpp"
 #include "world/api/error.hpp"
 #include "world/api/ports.hpp"
+#include "world/api/virtual_time.hpp"
 
 /// One robot's CRCL port.
 namespace aprsim::crcl_server {
@@ -53,6 +54,9 @@ struct CrclServerOptions {
   std::chrono::milliseconds drain_deadline{500};
   api::EndpointId endpoint = 0;       ///< stamped on every command
   protocols::WireTap* tap = nullptr;  ///< sees the documents; outlives the server
+  /// Each GetStatus of a client takes its poll period; null = the wall clock passes time. Outlives
+  /// the server.
+  api::VirtualTime* virtual_time = nullptr;
 };
 
 struct CrclServerStats {

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "protocols/messages/state_hash.hpp"
 #include "protocols/messages/write_message.hpp"
 #include "world/api/contact_names.hpp"
 
@@ -196,6 +197,15 @@ void write_time(const api::Snapshot& snapshot, v1::Snapshot& message) {
   message.set_plan_waits(snapshot.plan_waits);
   write_message(std::chrono::nanoseconds(static_cast<std::int64_t>(snapshot.step_time_s * 1e9)),
                 *message.mutable_step_time());
+  if (!snapshot.virtual_time) return;
+  const api::VirtualTimeState& now = *snapshot.virtual_time;
+  auto& time = *message.mutable_virtual_time();
+  time.set_paced(now.paced);
+  for (const std::string& pacer : now.pacers) time.add_pacers(pacer);
+  for (const std::string& pacer : now.awaited) time.add_awaited(pacer);
+  time.set_expired(now.expired);
+  time.set_fallbacks(now.fallbacks);
+  time.set_reproducible(now.reproducible());
 }
 
 }  // namespace
@@ -283,6 +293,7 @@ void write_message(const api::Snapshot& snapshot, const std::string& instance_id
   write(snapshot.solver_failures, *message.mutable_solver_failures());
   message.set_world_fault(snapshot.world_fault);
   message.set_world_stops(snapshot.world_stops);
+  message.set_state_hash(state_hash(snapshot));
   if (!snapshot.faults) return;
   for (const auto& fault : snapshot.faults->all) {
     write_message(fault, *message.add_injected_faults());

@@ -51,6 +51,8 @@ void Connection::start() {
 
 void Connection::drain() {
   draining_ = true;
+  asked_ = false;
+  if (pacer_ && waiting_) context_.await_applied(shared_from_this());
   process();
 }
 
@@ -58,6 +60,8 @@ void Connection::close(std::string_view why, bool fault) {
   if (closed_) return;
   closed_ = true;
   waiting_.reset();
+  if (pacer_) context_.options.virtual_time->leave(*pacer_);
+  pacer_.reset();
   const std::string line = peer_ + (fault ? " dropped: " : " closed: ") + std::string(why);
   if (fault) {
     ++context_.counters.dropped;
@@ -113,7 +117,7 @@ void Connection::on_end_of_stream(const boost::system::error_code& error) {
 }
 
 bool Connection::may_process_request() const {
-  return !closed_ && !draining_ && !waiting_ &&
+  return !closed_ && !draining_ && !waiting_ && !asked_ &&
          out_.size() + sending_.size() + late_bytes_ < context_.options.max_output_bytes;
 }
 
@@ -143,7 +147,7 @@ void Connection::process() {
 
 bool Connection::close_if_finished() {
   const bool takes_no_more = draining_ || (ended_ && incomplete_ && !scheduled_);
-  if (!takes_no_more || waiting_ || !out_.empty() || !sending_.empty() || !late_.empty()) {
+  if (!takes_no_more || waiting_ || asked_ || !out_.empty() || !sending_.empty() || !late_.empty()) {
     return false;
   }
   if (!broken_.empty()) {
@@ -184,12 +188,56 @@ bool Connection::process_request() {
     idle_due_ = Clock::now() + context_.options.idle_timeout;
   }
   tap(true, validated.adu);
+  if (context_.options.virtual_time) join_time();
   if (rate_.admit(Clock::now())) {
-    handle(validated);
+    if (pacer_) {
+      take_time(validated);
+    } else {
+      handle(validated);
+    }
   } else {
     refuse(validated.adu, modbus::ExceptionCode::kServerDeviceBusy);
   }
   return true;
+}
+
+void Connection::join_time() {
+  constexpr const char* kRole = "modbus";
+  api::VirtualTime& time = *context_.options.virtual_time;
+  if (pacer_ || !time.declares(kRole)) return;
+  pacer_ = time.join({kRole, api::PacerKind::kClient, context_.options.endpoint},
+                     [&io = context_.io, connection = weak_from_this()] {
+                       boost::asio::post(io, [connection] {
+                         if (const auto open = connection.lock()) open->on_reached();
+                       });
+                     });
+}
+
+void Connection::take_time(const modbus::ValidatedRequest& validated) {
+  asked_ = true;
+  if (validated.verdict == Verdict::kRequest && validated.request.is_write()) {
+    handle(validated);
+  } else {
+    to_answer_.assign(validated.adu.begin(), validated.adu.end());
+  }
+  if (closed_) return;
+  const auto delay =
+      protocols::injected_delay(*context_.source.latest(), faults::Kind::kModbusDelay);
+  context_.options.virtual_time->ask(*pacer_,
+                                     context_.options.virtual_time->poll_period() + delay);
+}
+
+void Connection::on_reached() {
+  if (closed_ || !std::exchange(asked_, false)) return;
+  if (waiting_) {
+    context_.device.refresh();
+    // A cell that is paused lets go before it has applied it.
+    if (poll_applied(Clock::now())) context_.await_applied(shared_from_this());
+    return;
+  }
+  const std::vector<std::uint8_t> adu = std::exchange(to_answer_, {});
+  if (!adu.empty()) handle(modbus::validate_request(adu, context_.rules));
+  process();
 }
 
 void Connection::handle(const modbus::ValidatedRequest& validated) {
@@ -224,7 +272,7 @@ void Connection::execute(const modbus::ValidatedRequest& validated) {
     waiting_ = WaitingWrite{*ticket,
                             Clock::now() + context_.options.apply_deadline,
                             {validated.adu.begin(), validated.adu.end()}};
-    context_.await_applied(shared_from_this());
+    if (!pacer_) context_.await_applied(shared_from_this());
   }
 }
 
@@ -273,7 +321,9 @@ void Connection::reply(std::span<const std::uint8_t> adu) {
     bytes[0] ^= 0x5A;
   }
   bytes.insert(bytes.end(), adu.begin(), adu.end());
-  const auto delay = protocols::injected_delay(*now, faults::Kind::kModbusDelay);
+  // A client that paces has waited for it in the cell's time.
+  const auto delay = pacer_ ? std::chrono::nanoseconds(0)
+                            : protocols::injected_delay(*now, faults::Kind::kModbusDelay);
   if (delay.count() == 0 && late_.empty()) {
     out_.insert(out_.end(), bytes.begin(), bytes.end());
     return;
@@ -320,7 +370,7 @@ void Connection::tap(bool from_client, std::span<const std::uint8_t> adu) {
 }
 
 void Connection::send() {
-  if (closed_ || out_.empty() || !sending_.empty()) return;
+  if (closed_ || asked_ || out_.empty() || !sending_.empty()) return;
   std::swap(out_, sending_);
   reply_due_ = Clock::now() + context_.options.write_timeout;
   boost::asio::async_write(socket_, boost::asio::buffer(sending_),
@@ -360,7 +410,7 @@ void Connection::on_timer() {
     close("a request stayed incomplete for " + millis(options.partial_timeout), true);
   } else if (now >= reply_due_) {
     close("it did not take its replies for " + millis(options.write_timeout), true);
-  } else if (now >= idle_due_ && !waiting_) {
+  } else if (now >= idle_due_ && !waiting_ && !asked_) {
     close("no request for " + millis(options.idle_timeout), true);
   } else {
     if (now >= idle_due_) idle_due_ = now + options.idle_timeout;

@@ -84,6 +84,10 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void process();
   [[nodiscard]] bool process_request();
   [[nodiscard]] bool close_if_finished();
+  void join_time();
+  /// Of a client that paces: what it writes takes effect now, and it is answered a poll period later.
+  void take_time(const modbus::ValidatedRequest& validated);
+  void on_reached();
   void handle(const modbus::ValidatedRequest& validated);
   void execute(const modbus::ValidatedRequest& validated);
   void answer(std::span<const std::uint8_t> adu);
@@ -119,6 +123,9 @@ class Connection : public std::enable_shared_from_this<Connection> {
   std::size_t late_bytes_ = 0;  // of them
   boost::asio::steady_timer late_timer_;
   std::optional<WaitingWrite> waiting_;
+  std::optional<api::PacerId> pacer_;    // in virtual time
+  bool asked_ = false;                   // for more of it: nothing goes out before
+  std::vector<std::uint8_t> to_answer_;  // the request that is answered then
   Clock::time_point received_{};  // of the request at hand
   bool heard_ = false;            // enough to tell the protocol
   bool reading_ = false, scheduled_ = false, incomplete_ = true;

@@ -13,6 +13,7 @@
 #include "world/api/duration_histogram.hpp"
 #include "world/api/error.hpp"
 #include "world/api/ports.hpp"
+#include "world/api/virtual_time.hpp"
 
 /// The conveyor's PLC as a Modbus/TCP server.
 namespace aprsim::modbus_server {
@@ -48,6 +49,9 @@ struct ModbusServerOptions {
   modbus::ConveyorScaling scaling;
   api::EndpointId endpoint = 0;       ///< stamped on every command
   protocols::WireTap* tap = nullptr;  ///< sees the messages; outlives the server
+  /// Each request takes its poll period where "modbus" is declared to pace, and else none; null =
+  /// the wall clock passes time. Outlives the server.
+  api::VirtualTime* virtual_time = nullptr;
 };
 
 /// Whether a text may stand in ModbusServerOptions::allow.

@@ -160,6 +160,10 @@ grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* cont
   const std::uint64_t steps = command->steps;
   std::unique_lock lock(step_mutex_);
   const api::SnapshotPtr now = source_.latest();
+  if (!now->paused && options_.virtual_time && options_.virtual_time->declares("grpc")) {
+    lock.unlock();
+    return pass_time(context, steps, response);
+  }
   if (!now->paused) {
     return refuse(context, {ErrorCode::kFailedPrecondition, "step",
                             "the cell is running; pause it before stepping"});
@@ -198,6 +202,42 @@ grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* cont
     step_goal_ = 0;
   };
   waiter_.wait({context, reactor, deadline(*context), std::move(outcome), std::move(forget)});
+  return reactor;
+}
+
+// Commands over gRPC are answered once they have taken effect, so they never wait for time to go on.
+grpc::ServerUnaryReactor* ControlService::pass_time(grpc::CallbackServerContext* context,
+                                                    std::uint64_t steps,
+                                                    v1::StepResponse* response) {
+  api::VirtualTime& time = *options_.virtual_time;
+  std::unique_lock lock(step_mutex_);
+  if (!pacer_) {
+    pacer_ = time.join({.name = "grpc"}, [] {});
+    if (!pacer_) {
+      return refuse(context, {ErrorCode::kFailedPrecondition, "step", "the place is taken"});
+    }
+  }
+  // Until it asks, time stands.
+  const api::SnapshotPtr now = source_.latest();
+  if (step_epoch_ == now->epoch && now->step < step_goal_) {
+    return refuse(context, {ErrorCode::kFailedPrecondition, "step",
+                            "another call passes time; only one may at once"});
+  }
+  step_epoch_ = now->epoch;
+  const std::uint64_t goal = step_goal_ = now->step + steps;
+  time.ask(*pacer_, now->cell->step_size * static_cast<SimTime::rep>(steps));
+  lock.unlock();
+  auto* reactor = context->DefaultReactor();
+  auto outcome = [=, epoch = now->epoch](const api::Snapshot& s) -> std::optional<grpc::Status> {
+    if (s.epoch != epoch) {
+      return grpc::Status(grpc::StatusCode::ABORTED, "the cell was reset while time passed");
+    }
+    if (!s.world_fault.empty()) return grpc::Status(grpc::StatusCode::ABORTED, s.world_fault);
+    if (s.step < goal) return std::nullopt;
+    write_receipt(s, s.applied, *response->mutable_receipt());
+    return grpc::Status::OK;
+  };
+  waiter_.wait({context, reactor, deadline(*context), std::move(outcome), {}});
   return reactor;
 }
 

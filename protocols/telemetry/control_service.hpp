@@ -74,6 +74,9 @@ class ControlService final : public v1::ControlService::CallbackService {
                                        const grpc::Status& status);
   /// Submits and answers with `fill` once the command has taken effect.
   grpc::ServerUnaryReactor* command(grpc::CallbackServerContext* context, Body body, Fill fill);
+  /// In virtual time, of the caller that paces: lets so much of it pass.
+  grpc::ServerUnaryReactor* pass_time(grpc::CallbackServerContext* context, std::uint64_t steps,
+                                      v1::StepResponse* response);
   [[nodiscard]] std::chrono::steady_clock::time_point deadline(
       const grpc::CallbackServerContext& context) const;
 
@@ -88,6 +91,7 @@ class ControlService final : public v1::ControlService::CallbackService {
   std::mutex step_mutex_;
   std::uint64_t step_goal_ = 0;
   std::uint64_t step_epoch_ = 0;
+  std::optional<api::PacerId> pacer_;
 };
 
 }  // namespace aprsim::telemetry

@@ -10,6 +10,7 @@
 #include "world/api/duration_histogram.hpp"
 #include "world/api/error.hpp"
 #include "world/api/ports.hpp"
+#include "world/api/virtual_time.hpp"
 
 namespace aprsim::telemetry {
 
@@ -24,6 +25,9 @@ struct TelemetryOptions {
   std::chrono::milliseconds command_timeout{2000};  ///< for calls that carry no deadline
   std::chrono::milliseconds write_timeout{10000};   ///< a stream stuck in one write ends
   api::EndpointId endpoint = 0;                     ///< put on every command of this listener
+  /// Step() passes it where "grpc" is declared to pace; null = the wall clock passes time. Outlives
+  /// the server.
+  api::VirtualTime* virtual_time = nullptr;
   bool control = true;  ///< false: commands need the token; without one there are none
   std::shared_ptr<protocols::AccessToken> token = {};  ///< if there: commands need it
   std::string instance_id;  ///< names this process to clients; empty = random

@@ -22,13 +22,14 @@ constexpr int kSendBufferBytes = 8 * 1024;
 VisionConnection::VisionConnection(asio::ip::tcp::socket socket, protocols::LimitedLog& log,
                                    std::string peer, protocols::ConnectionPlaces::Place place,
                                    const VisionServerOptions& options, VisionCounters& counters,
-                                   OnEnd on_end)
+                                   std::function<void()> on_idle, OnEnd on_end)
     : socket_(std::move(socket)),
       log_(log),
       peer_(std::move(peer)),
       place_(std::move(place)),
       options_(options),
       counters_(counters),
+      on_idle_(std::move(on_idle)),
       on_end_(std::move(on_end)),
       write_timer_(socket_.get_executor()) {
   error_code ignored;
@@ -126,6 +127,8 @@ void VisionConnection::on_write(const error_code& error, std::size_t size) {
     send_next();
   } else if (draining_) {
     close();
+  } else {
+    on_idle_();
   }
 }
 

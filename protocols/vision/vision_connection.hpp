@@ -33,13 +33,16 @@ class VisionConnection : public std::enable_shared_from_this<VisionConnection> {
  public:
   using OnEnd = std::function<void(VisionConnection&)>;
 
-  /// `on_end` is called once, when the socket has been closed.
+  /// `on_idle` is called when all that was offered is on its way; `on_end` is called once, when the socket has been closed.
   VisionConnection(boost::asio::ip::tcp::socket socket, protocols::LimitedLog& log,
                    std::string peer, protocols::ConnectionPlaces::Place place,
-                   const VisionServerOptions& options, VisionCounters& counters, OnEnd on_end);
+                   const VisionServerOptions& options, VisionCounters& counters,
+                   std::function<void()> on_idle, OnEnd on_end);
 
   void start();
   void offer(VisionLine line);
+  /// Something that was offered is not yet on its way.
+  [[nodiscard]] bool busy() const { return sending_ && !closed_; }
   /// Closes once the line on its way is out.
   void drain();
   /// Closes at once.
@@ -61,6 +64,7 @@ class VisionConnection : public std::enable_shared_from_this<VisionConnection> {
   protocols::ConnectionPlaces::Place place_;
   const VisionServerOptions& options_;
   VisionCounters& counters_;
+  std::function<void()> on_idle_;
   OnEnd on_end_;
   boost::asio::steady_timer write_timer_;
   std::array<char, 1024> input_{};

@@ -1,6 +1,7 @@
 #include "protocols/vision/vision_server.hpp"
 
 #include <atomic>
+#include <optional>
 #include <utility>
 
 #include <spdlog/spdlog.h>
@@ -45,7 +46,10 @@ class VisionServer::Impl {
   }
 
   void stop() {
-    service_.stop([this] { poll_timer_.cancel(); });
+    service_.stop([this] {
+      leave_time();
+      poll_timer_.cancel();
+    });
   }
 
   [[nodiscard]] VisionServerStats stats() const {
@@ -63,7 +67,8 @@ class VisionServer::Impl {
                                          protocols::TcpListener::Place place) {
     auto connection = std::make_shared<VisionConnection>(
         std::move(socket), log_, std::move(peer), std::move(place), options_, counters_,
-        [this](VisionConnection& ended) { service_.ended(ended); });
+        [this] { ask_if_idle(); }, [this](VisionConnection& ended) { end(ended); });
+    if (options_.virtual_time) join_time();
     if (!out_of_order(*source_.latest())) connection->offer(line_);
     return connection;
   }
@@ -74,7 +79,55 @@ class VisionServer::Impl {
     poll_timer_.async_wait([this](const boost::system::error_code& cancelled) {
       if (!cancelled) poll();
     });
+    if (!pacer_) refresh();
+  }
+
+  // ---- virtual time: as long as somebody is connected, it waits for every frame to be taken
+
+  void join_time() {
+    if (pacer_ || service_.draining()) return;
     refresh();
+    at_work_ = true;
+    pacer_ = options_.virtual_time->join(
+        {.name = "vision." + robot_name(*source_.latest()),
+         .kind = api::PacerKind::kFeed,
+         .robot = options_.robot},
+        [this] {
+          boost::asio::post(service_.io(), [this] { hand_on(); });
+        });
+    // The connection that is being made comes first.
+    boost::asio::post(service_.io(), [this] { ask_if_idle(); });
+  }
+
+  void leave_time() {
+    if (pacer_) options_.virtual_time->leave(*pacer_);
+    pacer_.reset();
+  }
+
+  /// A new frame, or the old one again.
+  void hand_on() {
+    if (!pacer_) return;
+    at_work_ = true;
+    sent_ = {};
+    refresh();
+    ask_if_idle();
+  }
+
+  void ask_if_idle() {
+    if (!pacer_ || !at_work_) return;
+    bool busy = false;
+    service_.for_each([&](const VisionConnection& connection) { busy |= connection.busy(); });
+    if (busy) return;
+    at_work_ = false;
+    options_.virtual_time->ask(*pacer_, options_.repeat);
+  }
+
+  void end(VisionConnection& connection) {
+    service_.ended(connection);
+    bool somebody = false;
+    service_.for_each([&](const VisionConnection&) { somebody = true; });
+    if (!somebody) return leave_time();
+    ask_if_idle();
   }
 
   /// By an injected fault: nothing is sent, not even again.
@@ -113,6 +166,8 @@ class VisionServer::Impl {
   std::uint64_t number_ = 0, epoch_ = 0;  // of line_
   std::chrono::steady_clock::time_point sent_{};
   std::atomic<std::uint64_t> frames_{0};
+  std::optional<api::PacerId> pacer_;  // of virtual time, while somebody is connected
+  bool at_work_ = false;               // handing on; time stands
 };
 
 VisionServer::VisionServer(VisionServerOptions options, const api::SnapshotSource& source)

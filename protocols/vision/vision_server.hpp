@@ -9,6 +9,7 @@
 #include "protocols/connection_places.hpp"
 #include "world/api/error.hpp"
 #include "world/api/ports.hpp"
+#include "world/api/virtual_time.hpp"
 
 /// The vision feed of one robot.
 namespace aprsim::vision_server {
@@ -25,6 +26,9 @@ struct VisionServerOptions {
   std::chrono::milliseconds write_timeout{4000};
   /// stop() lets frames under way go out for at most so long.
   std::chrono::milliseconds drain_deadline{500};
+  /// Time waits until every client has taken a frame, and `repeat` is simulated; null = the wall
+  /// clock passes time. Outlives the server.
+  api::VirtualTime* virtual_time = nullptr;
 };
 
 struct VisionServerStats {

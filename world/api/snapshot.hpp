@@ -15,6 +15,7 @@
 #include "world/api/robot_snapshot.hpp"
 #include "world/api/ticket.hpp"
 #include "world/api/time.hpp"
+#include "world/api/virtual_time_state.hpp"
 
 /// One immutable picture of the whole cell at a step boundary. Every listener answers from the
 /// latest one only, so all that one answer says belongs to one instant.
@@ -130,6 +131,7 @@ struct Snapshot {
   std::shared_ptr<const std::vector<CommandFailure>> failures;
   bool paused = false;
   std::optional<double> speed_target;  ///< nullopt = as fast as possible
+  VirtualTimeStatePtr virtual_time;    ///< null = the wall clock alone passes time
   double real_time_factor = 0;         ///< measured over the last second
   std::uint64_t missed_steps = 0;      ///< steps given up because the clock ran ahead
   double step_time_s = 0;              ///< mean wall time of a step over the last second

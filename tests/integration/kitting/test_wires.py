@@ -15,6 +15,7 @@ import plan
 import trays
 import vision
 import worker
+from clock import Clock
 from geometry import Pose2
 from report import Report
 from arm import Arm
@@ -27,7 +28,7 @@ CELL = cells.read_cell("aprs")
 class CrclTest(unittest.TestCase):
     def robot(self, script=None, **options):
         server = self.enterContext(CrclServer(script))
-        robot = crcl_robot.CrclRobot("r", "127.0.0.1", server.port, poll_s=0.001, **options)
+        robot = crcl_robot.CrclRobot("r", "127.0.0.1", server.port, clock=Clock(0.001), **options)
         self.addCleanup(robot.close)
         robot.connect()
         return robot, server
@@ -94,7 +95,7 @@ class TakeTest(unittest.TestCase):
         server = self.enterContext(CrclServer(script))
         server.holding = holding
         robot = CELL.robots["fanuc"]
-        crcl = crcl_robot.CrclRobot("fanuc", "127.0.0.1", server.port, poll_s=0.001)
+        crcl = crcl_robot.CrclRobot("fanuc", "127.0.0.1", server.port, clock=Clock(0.001))
         crcl.connect()
         self.addCleanup(crcl.close)
         camera = vision.Camera("127.0.0.1", 1)
@@ -150,7 +151,7 @@ class HeldTest(unittest.TestCase):
     def worker(self, script):
         server = self.enterContext(CrclServer(script))
         server.grips = True
-        crcl = crcl_robot.CrclRobot("fanuc", "127.0.0.1", server.port, poll_s=0.001)
+        crcl = crcl_robot.CrclRobot("fanuc", "127.0.0.1", server.port, clock=Clock(0.001))
         crcl.connect()
         self.addCleanup(crcl.close)
         camera = vision.Camera("127.0.0.1", 1)
@@ -241,7 +242,7 @@ class ConveyorTest(unittest.TestCase):
         server = self.enterContext(ModbusServer(**options))
         belt = conveyor.Conveyor(dataclasses.replace(CELL.belt, port=server.port))
         try:
-            return belt.step(way_mm, threading.Event(), 0.001), server
+            return belt.step(way_mm, threading.Event()), server
         except conveyor.ConveyorError as error:
             return error, server
 

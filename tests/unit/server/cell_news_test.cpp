@@ -46,6 +46,25 @@ TEST_F(News, APartIsLostOnceInAnEpoch) {
             "- gear fell out of the cell in step 900; a reset brings it back\n");
 }
 
+TEST_F(News, VirtualTimeStandsGoesAndIsLost) {
+  api::VirtualTimeState time{.paced = true, .awaited = {"crcl.motoman"}};
+  const auto tell = [&] {
+    now.virtual_time = std::make_shared<const api::VirtualTimeState>(time);
+    return told();
+  };
+  EXPECT_EQ(tell(), "- virtual time: stands until crcl.motoman asks for more\n");
+  EXPECT_EQ(tell(), "");
+  time = {.paced = true, .pacers = {"crcl.fanuc", "crcl.motoman"}};
+  EXPECT_EQ(tell(), "- virtual time: paced by crcl.fanuc, crcl.motoman\n");
+  time.expired = 1;
+  time.pacers = {"crcl.fanuc"};
+  const std::string expired = tell();
+  EXPECT_NE(expired.find("left behind (1 times so far)"), std::string::npos) << expired;
+  EXPECT_NE(expired.find("paced by crcl.fanuc\n"), std::string::npos) << expired;
+  time = {.expired = 1, .fallbacks = 1};
+  EXPECT_NE(tell().find("goes by the wall clock"), std::string::npos);
+}
+
 TEST_F(News, InjectedFaultsBeginAndEnd) {
   auto faults = std::make_shared<api::InjectedFaults>();
   auto& fault = faults->all.emplace_back();

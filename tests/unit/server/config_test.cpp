@@ -180,5 +180,51 @@ TEST(Config, FindsKeysOfRobotsThatAreNotThere) {
   EXPECT_TRUE(keys_of_unknown_robots(Config{}, {"fanuc"}).empty());
 }
 
+TEST(TimeConfig, ReadsWhoPacesAndPrintsItForReading) {
+  const auto config = load_config("", {{"time.mode", "virtual"},
+                                       {"time.poll_period_ms", "40"},
+                                       {"time.pacers", "[crcl.fanuc, modbus, vision.motoman]"},
+                                       {"time.grace_ms", "0"}});
+  ASSERT_TRUE(config.has_value()) << config.error().message;
+  EXPECT_TRUE(config->time.clients_pace);
+  EXPECT_EQ(config->time.poll_period_ms, 40U);
+  EXPECT_EQ(config->time.pacers,
+            (std::vector<std::string>{"crcl.fanuc", "modbus", "vision.motoman"}));
+  EXPECT_EQ(config->time.grace_ms, 0U);
+  const std::string file = testing::TempDir() + "aprsim-time-config.yaml";
+  std::ofstream(file) << to_yaml(*config);
+  const auto again = load_config(file, {});
+  ASSERT_TRUE(again.has_value()) << again.error().message;
+  EXPECT_EQ(to_yaml(*again), to_yaml(*config));
+  EXPECT_FALSE(Config{}.time.clients_pace);
+}
+
+TEST(TimeConfig, NamesTheKeyAndWhatIsWrongWithItsValue) {
+  const std::vector<std::array<std::string, 3>> cases{
+      {"time.mode", "fast", "real"},
+      {"time.poll_period_ms", "0", "[1, 60000]"},
+      {"time.pacers", "[crcl]", "crcl.ROBOT"},
+      {"time.pacers", "[crcl.]", "crcl.ROBOT"},
+      {"time.pacers", "[web]", "modbus"},
+      {"time.grace_ms", "-1", "-1"},
+  };
+  for (const auto& [key, value, part] : cases) {
+    const auto config = load_config("", {{key, value}});
+    ASSERT_FALSE(config.has_value()) << key << '=' << value;
+    EXPECT_NE(config.error().message.find(key), std::string::npos) << config.error().message;
+    EXPECT_NE(config.error().message.find(part), std::string::npos) << config.error().message;
+  }
+}
+
+TEST(TimeConfig, PacersAreOfRobotsThatAreThere) {
+  TimeConfig time;
+  time.pacers = {"crcl.fanuc", "modbus", "vision.third"};
+  const auto ok = check_pacers(time, {"fanuc", "motoman"});
+  ASSERT_FALSE(ok.has_value());
+  EXPECT_EQ(ok.error().message,
+            "time.pacers: vision.third: one of the robots fanuc, motoman is expected");
+  EXPECT_TRUE(check_pacers(time, {"fanuc", "third"}).has_value());
+}
+
 }  // namespace
 }  // namespace aprsim::server

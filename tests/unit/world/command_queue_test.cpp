@@ -103,15 +103,31 @@ TEST(CommandQueue, FewWaitOfThoseThatTakeLong) {
 
 TEST(CommandQueue, WaitEndsWhenFilledOrClosed) {
   CommandQueue queue(2);
+  const std::uint64_t empty = queue.changes();
   std::jthread producer([&] { EXPECT_TRUE(queue.push(pause())); });
-  queue.wait_until(std::chrono::steady_clock::now() + 10s);
+  queue.wait_until(empty, std::chrono::steady_clock::now() + 10s);
   std::vector<QueuedCommand> out;
   queue.drain(out);
   EXPECT_EQ(out.size(), 1U);
+  std::jthread poker([&] { queue.poke(); });
+  queue.wait_until(empty + 1, std::chrono::steady_clock::now() + 10s);
+  EXPECT_EQ(queue.changes(), empty + 2);
   std::jthread closer([&] { queue.close(); });
-  queue.wait_until(std::chrono::steady_clock::now() + 10s);
+  queue.wait_until(empty + 2, std::chrono::steady_clock::now() + 10s);
   closer.join();
   EXPECT_FALSE(queue.push(pause()));
+}
+
+TEST(CommandQueue, TellsCommandsOfOthers) {
+  CommandQueue queue(4);
+  const std::vector<api::EndpointId> pacers{16, 17};
+  api::Command command = pause();
+  command.endpoint = 17;
+  ASSERT_TRUE(queue.push(command));
+  EXPECT_FALSE(queue.holds_other_than(pacers));
+  command.endpoint = 2;
+  ASSERT_TRUE(queue.push(command));
+  EXPECT_TRUE(queue.holds_other_than(pacers));
 }
 
 TEST(CommandQueue, ManyProducersLoseNothing) {
