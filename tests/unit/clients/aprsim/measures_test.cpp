@@ -161,7 +161,7 @@ TEST_F(MeasuresTest, IntegratesWayPowerAndIdleness) {
   step(m);
   m.announced("order");
   sample_.robots[0] = {.moving = true, .power_w = 100};
-  sample_.robots[0].tool.translation() = {0.3, 0.4, 0};
+  sample_.robots[0].tool.translation() = Eigen::Vector3d(0.3, 0.4, 0);
   step(m, 2);  // from 0 to 100 W
   sample_.robots[0].power_w = 60;
   step(m, 1);  // from 100 to 60 W
