@@ -96,8 +96,7 @@ TEST(VirtualTime, ACommandTakesEffectWhereItsClientStands) {
   client.run("InitCanonType");
   const auto begin = cell.snapshot().step();
   client.run("DwellType", "<DwellTime>0.100</DwellTime>");
-  // Done in the step after the command and 100 ms, seen by the poll after that.
-  EXPECT_EQ(cell.snapshot().step() - begin, 5 * kPollSteps);
+  EXPECT_EQ(cell.snapshot().step() - begin, 4 * kPollSteps);
 }
 
 TEST(VirtualTime, ThreeClientsGoTogether) {
@@ -200,12 +199,29 @@ TEST(VirtualTime, EveryFrameReachesItsReader) {
   }
 }
 
-/// Two robots that move and a belt that runs, each by a client of its own; the hash of what came of
-/// it. The clients tell each other nothing.
+/// Two threads a core that do nothing but run.
+class Load {
+ public:
+  Load() {
+    for (unsigned i = 0; i < 2 * std::thread::hardware_concurrency(); ++i) {
+      threads_.emplace_back([](const std::stop_token& stop) {
+        while (!stop.stop_requested()) {
+        }
+      });
+    }
+  }
+
+ private:
+  std::vector<std::jthread> threads_;
+};
+
+/// Two robots that move and a belt that runs, each by a client of its own, beside a load on every
+/// core; the hash of what came of it. The clients tell each other nothing.
 std::uint64_t hash_of_a_run() {
   DaemonProcess daemon(in_virtual_time({"--pacers", "crcl.fanuc,crcl.motoman,modbus"}));
   constexpr std::uint64_t kEnd = 3000;
   CellClient cell(daemon.port("grpc"));
+  const Load load;
   const auto work = [&](const std::string& wire, double first_deg, double second_deg) {
     CrclTextClient client(daemon.port(wire));
     std::uint64_t polls = 0;
@@ -241,13 +257,6 @@ std::uint64_t hash_of_a_run() {
 }
 
 TEST(VirtualTime, TheSameClientsGiveTheSameHashBesideALoadOnEveryCore) {
-  std::vector<std::jthread> load;
-  for (unsigned i = 0; i < 2 * std::thread::hardware_concurrency(); ++i) {
-    load.emplace_back([](const std::stop_token& stop) {
-      while (!stop.stop_requested()) {
-      }
-    });
-  }
   const std::uint64_t first = hash_of_a_run();
   EXPECT_EQ(hash_of_a_run(), first);
   EXPECT_EQ(hash_of_a_run(), first);

@@ -71,6 +71,24 @@ class WholeJobTest(KittingTest):
         self.assertLessEqual(report["counts"].get("belt", 0), 1, "one tray is to be brought")
 
 
+class VirtualTimeTest(KittingTest):
+    def run_once(self):
+        pacers = "crcl.fanuc,crcl.motoman,vision.fanuc,vision.motoman"
+        options = ("--time", "virtual", "--pacers", pacers, "--no-web")
+        self.cell = cells.read_cell("aprs")
+        self.daemon = Daemon(BINARIES, "--scene", "aprs", *options)
+        self.addCleanup(self.daemon.close)
+        self.assert_done(self.controller("--clock", "polls", "--poll-ms", "25"))
+        self.assert_kits(full=KITS)
+        state = snapshot(self.daemon)
+        self.assertTrue(state["virtual_time"]["reproducible"])
+        self.daemon.close()
+        return state["step"], state["state_hash"]
+
+    def test_a_whole_job_is_the_same_every_time(self):
+        self.assertEqual(self.run_once(), self.run_once())
+
+
 class RestartTest(KittingTest):
     def test_killed_with_a_part_in_the_hand_and_started_again(self):
         self.start("aprs_2024", "aprs_2024")
