@@ -314,8 +314,7 @@ TEST_F(Control, StepAnswersWithWhatIsAskedForOfTheCellThere) {
   EXPECT_EQ(step({"step"}).snapshot().robots_size(), 0);
   const v1::StepResponse all = step({});
   EXPECT_EQ(all.snapshot().step(), paused_at + 3);
-  EXPECT_EQ(static_cast<std::size_t>(all.snapshot().robots_size()),
-            cell_->latest()->robots.size());
+  EXPECT_EQ(static_cast<std::size_t>(all.snapshot().robots_size()), cell_->latest()->robots.size());
 
   grpc::ClientContext context;
   v1::StepRequest request;
