@@ -262,7 +262,9 @@ class Run {
     const auto message = nlohmann::json::parse(line, nullptr, /*allow_exceptions=*/false);
     if (!message.is_object()) return;
     speaks_ = true;
-    if (message.value("replan", false)) words_.replans = words_.replans.value_or(0) + 1;
+    if (message.contains("replan")) {
+      words_.replans = words_.replans.value_or(0) + (message.value("replan", false) ? 1U : 0U);
+    }
     for (const auto& [name, count] : {std::pair("crcl_requests", &words_.crcl_requests),
                                       std::pair("modbus_requests", &words_.modbus_requests),
                                       std::pair("vision_frames", &words_.vision_frames)}) {
