@@ -134,7 +134,7 @@ FaultInjectCommand command_of(const scenario::Fault& fault) {
 class Run {
  public:
   Run(const scenario::Scenario& scenario, const scenario::Plan& plan, CellConnection& cell,
-      v1::CellDescription description, ChildProcess* controller, bool speaks,
+      v1::CellDescription description, ChildProcess* controller, bool speaks, std::ostream& heard,
       const std::function<void(const RunEvent&)>& tell)
       : scenario_(scenario),
         plan_(plan),
@@ -142,6 +142,7 @@ class Run {
         description_(std::move(description)),
         controller_(controller),
         speaks_(speaks),
+        heard_(heard),
         tell_(tell),
         measures_(shape_of(description_), scenario.orders) {}
 
@@ -259,6 +260,7 @@ class Run {
   }
 
   void hear(const std::string& line) {
+    heard_ << line << std::endl;
     const auto message = nlohmann::json::parse(line, nullptr, /*allow_exceptions=*/false);
     if (!message.is_object()) return;
     speaks_ = true;
@@ -324,6 +326,7 @@ class Run {
   v1::CellDescription description_;
   ChildProcess* controller_;  ///< null when it is not ours
   bool speaks_;               ///< it says what it does
+  std::ostream& heard_;       ///< all that it says
   const std::function<void(const RunEvent&)>& tell_;
   Measures measures_;
   ControllerWords words_;
@@ -377,8 +380,9 @@ Outcome<RunResult> run_scenario(const scenario::Scenario& scenario, const scenar
     controller.emplace(std::move(*started));
   }
 
+  std::ofstream heard(directory.file("controller.out"));
   Run run(scenario, plan, cell, std::move(*description), controller ? &*controller : nullptr,
-          options.controller.empty(), tell);
+          options.controller.empty(), heard, tell);
   if (auto injected = run.inject(); !injected) return tl::unexpected(injected.error());
   for (const auto& done : {cell.set_speed(options.speed), cell.resume()}) {
     if (!done) return tl::unexpected(done.error());

@@ -16,7 +16,8 @@ struct RunOptions {
   /// A command for the shell in place of the kitting controller, "none" to wait for one that
   /// somebody else starts; empty = the kitting controller.
   std::string controller;
-  std::string directory;  ///< keeps the scene, the logs and the ports file; empty = nothing is kept
+  std::string
+      directory;  ///< keeps the scene, the logs and what the controller says; empty = nothing
 };
 
 /// Runs a planned scenario: starts a daemon of its own on free ports with the planned scene, and
