@@ -26,7 +26,10 @@ struct TimeConfig {
   bool clients_pace = false;  ///< key mode
   std::uint32_t poll_period_ms = 25;
   std::vector<std::string> pacers;
-  std::uint32_t grace_ms = 5000;
+  std::optional<std::uint32_t> grace_ms;
+
+  /// Who is declared is waited for, unless told otherwise.
+  [[nodiscard]] std::uint32_t grace() const { return grace_ms.value_or(pacers.empty() ? 5000 : 0); }
 };
 
 /// How one robot's CRCL port behaves where existing servers differ.

@@ -132,8 +132,9 @@ void visit(Archive& keys, TimeConfig& time) {
   keys.key("pacers", time.pacers, ListOf<PacerName>{},
            "who paces: time begins when all are there and waits for each of them; whoever polls "
            "when empty");
-  keys.key("grace_ms", time.grace_ms, Whole{0, kDay},
-           "wall time of silence after which a client that paces is left behind; 0 = never");
+  keys.key("grace_ms", time.grace_ms, Maybe<Whole>{{0, kDay}},
+           "wall time of silence after which a client that paces is left behind, 0 = never; 5000 "
+           "without, and never where pacers are declared");
 }
 
 template <typename Archive>

@@ -49,7 +49,7 @@ world::SimulationOptions simulation_options(const Config& config, const scene::S
   if (config.time.clients_pace) {
     options.virtual_time = {.poll_period = std::chrono::milliseconds(config.time.poll_period_ms),
                             .pacers = config.time.pacers,
-                            .grace = std::chrono::milliseconds(config.time.grace_ms)};
+                            .grace = std::chrono::milliseconds(config.time.grace())};
   }
   return options;
 }

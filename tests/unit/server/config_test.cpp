@@ -190,13 +190,19 @@ TEST(TimeConfig, ReadsWhoPacesAndPrintsItForReading) {
   EXPECT_EQ(config->time.poll_period_ms, 40U);
   EXPECT_EQ(config->time.pacers,
             (std::vector<std::string>{"crcl.fanuc", "modbus", "vision.motoman"}));
-  EXPECT_EQ(config->time.grace_ms, 0U);
+  EXPECT_EQ(config->time.grace(), 0U);
   const std::string file = testing::TempDir() + "aprsim-time-config.yaml";
   std::ofstream(file) << to_yaml(*config);
   const auto again = load_config(file, {});
   ASSERT_TRUE(again.has_value()) << again.error().message;
   EXPECT_EQ(to_yaml(*again), to_yaml(*config));
   EXPECT_FALSE(Config{}.time.clients_pace);
+  EXPECT_EQ(Config{}.time.grace(), 5000U);
+  TimeConfig declared;
+  declared.pacers = {"modbus"};
+  EXPECT_EQ(declared.grace(), 0U);
+  declared.grace_ms = 7;
+  EXPECT_EQ(declared.grace(), 7U);
 }
 
 TEST(TimeConfig, NamesTheKeyAndWhatIsWrongWithItsValue) {
