@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "clients/aprsim/endpoints.hpp"
-#include "world/fault_kinds/fault_when.hpp"
 #include "crcl/motion_commands.hpp"
+#include "world/fault_kinds/fault_when.hpp"
 
 namespace aprsim::client {
 
@@ -111,7 +111,7 @@ struct FaultInjectCommand {
   std::string target;                        ///< as the kind says; empty = none
   std::map<std::string, double> parameters;  ///< SI
   std::optional<double> at_s;                ///< simulated time since the last reset
-  std::optional<faults::FaultWhen> when;             ///< never with at_s
+  std::optional<faults::FaultWhen> when;     ///< never with at_s
   std::optional<double> for_s;               ///< absent = until it is ended
 };
 struct FaultEndCommand {
