@@ -76,8 +76,9 @@ void CellNews::look_at_time(const api::VirtualTimeStatePtr& now, std::vector<New
                                       now->expired)});
   }
   if (now->fallbacks > before.fallbacks) {
-    out.push_back({false, "virtual time: nobody paces; it goes by the wall clock until somebody "
-                          "polls a robot's status"});
+    out.push_back({false,
+                   "virtual time: nobody paces; it goes by the wall clock until somebody "
+                   "polls a robot's status"});
   }
   if (now->paced && now->pacers != before.pacers && !now->pacers.empty()) {
     out.push_back({false, fmt::format("virtual time: paced by {}", fmt::join(now->pacers, ", "))});

@@ -15,8 +15,9 @@ struct NewsLine {
 };
 
 /// Tells what has happened to the cell since it was last looked at, whatever was missed in between:
-/// the simulation has stopped, virtual time stands or goes by the wall clock, a part is lost, injected faults have begun and ended, the solver has
-/// failed for the first time since a reset. Thread: one at a time.
+/// the simulation has stopped, virtual time stands or goes by the wall clock, a part is lost,
+/// injected faults have begun and ended, the solver has failed for the first time since a reset.
+/// Thread: one at a time.
 class CellNews {
  public:
   [[nodiscard]] std::vector<NewsLine> look(const api::Snapshot& now);

@@ -288,7 +288,8 @@ std::vector<std::string> keys_of_unknown_robots(Config config,
 Result<void> check_pacers(const TimeConfig& time, const std::vector<std::string>& robots) {
   for (const std::string& pacer : time.pacers) {
     const auto dot = pacer.find('.');
-    if (dot == std::string::npos || std::ranges::find(robots, pacer.substr(dot + 1)) != robots.end())
+    if (dot == std::string::npos ||
+        std::ranges::find(robots, pacer.substr(dot + 1)) != robots.end())
       continue;
     return fail(ErrorCode::kInvalidArgument, "time.pacers",
                 fmt::format("time.pacers: {}: one of the robots {} is expected", pacer,

@@ -123,9 +123,10 @@ void visit(Archive& keys, ConnectionsConfig& connections) {
 
 template <typename Archive>
 void visit(Archive& keys, TimeConfig& time) {
-  keys.key("mode", time.clients_pace, Word{{"real", "virtual"}},
-           "virtual: simulated time passes as CRCL clients poll their status, and by the wall clock "
-           "only while nobody does");
+  keys.key(
+      "mode", time.clients_pace, Word{{"real", "virtual"}},
+      "virtual: simulated time passes as CRCL clients poll their status, and by the wall clock "
+      "only while nobody does");
   keys.key("poll_period_ms", time.poll_period_ms, Whole{1, 60'000},
            "simulated time that one request of a client that paces takes");
   keys.key("pacers", time.pacers, ListOf<PacerName>{},

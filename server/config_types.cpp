@@ -62,7 +62,8 @@ void PacerName::read(const yaml::Node& node, std::string& value) const {
   const auto of_robot = [&](std::string_view wire) {
     return value.size() > wire.size() && value.starts_with(wire);
   };
-  if (value != "modbus" && value != "grpc" && !of_robot("crcl.") && !of_robot("vision.")) node.unexpected(text());
+  if (value != "modbus" && value != "grpc" && !of_robot("crcl.") && !of_robot("vision."))
+    node.unexpected(text());
 }
 
 void Pace::read(const yaml::Node& node, Speed& value) const {

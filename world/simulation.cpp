@@ -157,7 +157,8 @@ void Simulation::note_progress() {
         backlog_seen_ns_ != 0 &&
             now - backlog_seen_ns_ < std::chrono::nanoseconds(kBacklogPause).count());
   const double pace = pacer_.real_time_factor();
-  const bool slow = !paused_ && !turn_.paced && pacer_.speed() && pace > 0 && pace < kLeastPace * *pacer_.speed();
+  const bool slow =
+      !paused_ && !turn_.paced && pacer_.speed() && pace > 0 && pace < kLeastPace * *pacer_.speed();
   since(slow_since_ns_, slow);
 }
 

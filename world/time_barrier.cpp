@@ -174,7 +174,8 @@ bool TimeBarrier::feed_at_work() const {
 }
 
 bool TimeBarrier::client_waits() const {
-  return std::ranges::any_of(members_, [](const Member& m) { return is_client(m) && m.asking && !m.finished; });
+  return std::ranges::any_of(
+      members_, [](const Member& m) { return is_client(m) && m.asking && !m.finished; });
 }
 
 bool TimeBarrier::client_thinks() const {

@@ -16,9 +16,9 @@ namespace aprsim::world {
 /// wall clock is passed in, and decides only who is given up as silent. Thread: one at a time.
 ///
 /// With declared roles time begins when all of them are there, stands while one is away, and never
-/// falls back to the wall clock. Without, whoever joins paces. Of what is reached in one step, feeds
-/// come first; then clients, one at a time and by endpoint, each when the one before has asked again:
-/// so what they tell each other besides is in an order, too.
+/// falls back to the wall clock. Without, whoever joins paces. Of what is reached in one step,
+/// feeds come first; then clients, one at a time and by endpoint, each when the one before has
+/// asked again: so what they tell each other besides is in an order, too.
 class TimeBarrier {
  public:
   using Steps = std::uint64_t;

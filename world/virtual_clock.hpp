@@ -37,8 +37,8 @@ class VirtualClock final : public api::VirtualTime {
   // Thread: sim.
 
   struct Turn {
-    bool paced = false;           ///< by clients; else by the wall clock
-    TimeBarrier::Steps due = 0;   ///< steps that may be taken, while paced
+    bool paced = false;          ///< by clients; else by the wall clock
+    TimeBarrier::Steps due = 0;  ///< steps that may be taken, while paced
     api::VirtualTimeStatePtr state;
   };
   [[nodiscard]] Turn turn(WallTime now);

@@ -276,16 +276,16 @@ void CrclConnection::after(SimTime span, std::function<void()> then) {
 // Nothing is read meanwhile, but a client that is gone shall not have others left behind.
 void CrclConnection::watch_end() {
   if (std::exchange(watches_end_, true)) return;
-  socket_.async_wait(asio::ip::tcp::socket::wait_read, [self = shared_from_this()](
-                                                           const error_code& failed) {
-    self->watches_end_ = false;
-    if (failed || self->closed_ || !self->then_ || !self->pacer_) return;
-    char byte = 0;
-    error_code error;
-    self->socket_.receive(asio::buffer(&byte, 1), asio::socket_base::message_peek, error);
-    if (error == asio::error::would_block) return self->watch_end();
-    if (error) self->options_.virtual_time->finish(*self->pacer_);
-  });
+  socket_.async_wait(
+      asio::ip::tcp::socket::wait_read, [self = shared_from_this()](const error_code& failed) {
+        self->watches_end_ = false;
+        if (failed || self->closed_ || !self->then_ || !self->pacer_) return;
+        char byte = 0;
+        error_code error;
+        self->socket_.receive(asio::buffer(&byte, 1), asio::socket_base::message_peek, error);
+        if (error == asio::error::would_block) return self->watch_end();
+        if (error) self->options_.virtual_time->finish(*self->pacer_);
+      });
 }
 
 void CrclConnection::on_reached() {

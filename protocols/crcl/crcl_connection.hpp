@@ -107,9 +107,9 @@ class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
     std::chrono::steady_clock::time_point due;
     std::string document;
   };
-  std::deque<Late> late_;       // statuses that an injected fault holds back
-  std::size_t late_bytes_ = 0;  // of them
-  bool paused_ = false;         // an injected fault holds back the document at hand
+  std::deque<Late> late_;              // statuses that an injected fault holds back
+  std::size_t late_bytes_ = 0;         // of them
+  bool paused_ = false;                // an injected fault holds back the document at hand
   std::optional<api::PacerId> pacer_;  // in virtual time
   std::function<void()> then_;         // once that has come as far as was asked for; empty = now
   bool watches_end_ = false;           // of what the peer sends, while that lasts

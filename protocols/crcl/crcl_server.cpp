@@ -104,9 +104,8 @@ class CrclServer::Impl {
   void ask_for_program() {
     if (!program_pacer_) {
       program_pacer_ = options_.virtual_time->join(
-          {executor_.name(), api::PacerKind::kProgram, options_.endpoint}, [this] {
-            boost::asio::post(service_.io(), [this] { advance_program(); });
-          });
+          {executor_.name(), api::PacerKind::kProgram, options_.endpoint},
+          [this] { boost::asio::post(service_.io(), [this] { advance_program(); }); });
     }
     if (program_pacer_) options_.virtual_time->ask(*program_pacer_, kProgramPeriod);
   }

@@ -147,7 +147,8 @@ void Connection::process() {
 
 bool Connection::close_if_finished() {
   const bool takes_no_more = draining_ || (ended_ && incomplete_ && !scheduled_);
-  if (!takes_no_more || waiting_ || asked_ || !out_.empty() || !sending_.empty() || !late_.empty()) {
+  if (!takes_no_more || waiting_ || asked_ || !out_.empty() || !sending_.empty() ||
+      !late_.empty()) {
     return false;
   }
   if (!broken_.empty()) {
@@ -222,8 +223,7 @@ void Connection::take_time(const modbus::ValidatedRequest& validated) {
   if (closed_) return;
   const auto delay =
       protocols::injected_delay(*context_.source.latest(), faults::Kind::kModbusDelay);
-  context_.options.virtual_time->ask(*pacer_,
-                                     context_.options.virtual_time->poll_period() + delay);
+  context_.options.virtual_time->ask(*pacer_, context_.options.virtual_time->poll_period() + delay);
 }
 
 void Connection::on_reached() {

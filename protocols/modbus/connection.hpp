@@ -83,7 +83,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
   [[nodiscard]] bool process_request();
   [[nodiscard]] bool close_if_finished();
   void join_time();
-  /// Of a client that paces: what it writes takes effect now, and it is answered a poll period later.
+  /// Of a client that paces: what it writes takes effect now, and it is answered a poll period
+  /// later.
   void take_time(const modbus::ValidatedRequest& validated);
   void on_reached();
   void handle(const modbus::ValidatedRequest& validated);
@@ -124,8 +125,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
   std::optional<api::PacerId> pacer_;    // in virtual time
   bool asked_ = false;                   // for more of it: nothing goes out before
   std::vector<std::uint8_t> to_answer_;  // the request that is answered then
-  Clock::time_point received_{};  // of the request at hand, while it is tapped
-  bool heard_ = false;            // enough to tell the protocol
+  Clock::time_point received_{};         // of the request at hand, while it is tapped
+  bool heard_ = false;                   // enough to tell the protocol
   bool reading_ = false, scheduled_ = false, incomplete_ = true;
   bool ended_ = false, draining_ = false, closed_ = false;
   std::string_view broken_;  // why the stream cannot be framed; empty while it can

@@ -196,7 +196,8 @@ grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* cont
   return reactor;
 }
 
-// Commands over gRPC are answered once they have taken effect, so they never wait for time to go on.
+// Commands over gRPC are answered once they have taken effect, so they never wait for time to go
+// on.
 grpc::ServerUnaryReactor* ControlService::pass_time(grpc::CallbackServerContext* context,
                                                     std::uint64_t steps,
                                                     v1::StepResponse* response) {

@@ -33,7 +33,8 @@ class VisionConnection : public std::enable_shared_from_this<VisionConnection> {
  public:
   using OnEnd = std::function<void(VisionConnection&)>;
 
-  /// `on_idle` is called when all that was offered is on its way; `on_end` is called once, when the socket has been closed.
+  /// `on_idle` is called when all that was offered is on its way; `on_end` is called once, when the
+  /// socket has been closed.
   VisionConnection(boost::asio::ip::tcp::socket socket, protocols::LimitedLog& log,
                    std::string peer, protocols::ConnectionPlaces::Place place,
                    const VisionServerOptions& options, VisionCounters& counters,

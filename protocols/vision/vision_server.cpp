@@ -92,9 +92,7 @@ class VisionServer::Impl {
         {.name = "vision." + robot_name(*source_.latest()),
          .kind = api::PacerKind::kFeed,
          .robot = options_.robot},
-        [this] {
-          boost::asio::post(service_.io(), [this] { hand_on(); });
-        });
+        [this] { boost::asio::post(service_.io(), [this] { hand_on(); }); });
     // The connection that is being made comes first.
     boost::asio::post(service_.io(), [this] { ask_if_idle(); });
   }

@@ -108,8 +108,8 @@ TEST(VirtualTime, ThreeClientsGoTogether) {
     CrclTextClient client(daemon.port(wire));
     for (; polls < kPolls; ++polls) (void)client.status();
     // Stays there until the end: time would wait for it.
-    EXPECT_NO_THROW(cell.wait_for([&](const auto& now) { return now.step() >= kPolls * kPollSteps; },
-                                  "the end"));
+    EXPECT_NO_THROW(cell.wait_for(
+        [&](const auto& now) { return now.step() >= kPolls * kPollSteps; }, "the end"));
   };
   std::jthread fanuc([&] { poll("crcl.fanuc", fanuc_polls); });
   cell.wait_for(
@@ -149,8 +149,8 @@ TEST(VirtualTime, WithoutPacersTheWallClockPassesTimeAndSaysSo) {
   EXPECT_GE(fallback.virtual_time().expired(), 1U);
   EXPECT_GE(fallback.virtual_time().fallbacks(), 2U);
   cell.wait_for([&](const auto& now) { return now.step() > fallback.step() + 20; }, "the clock");
-  const auto result = run_process({APRSIM_BIN_DIR "/aprsim", "--ports-file", daemon.ports_file(),
-                                   "status"});
+  const auto result =
+      run_process({APRSIM_BIN_DIR "/aprsim", "--ports-file", daemon.ports_file(), "status"});
   EXPECT_NE(result.out.find("goes by the wall clock"), std::string::npos) << result.out;
   EXPECT_NE(daemon.log().find("nobody paces"), std::string::npos) << daemon.log();
 }
@@ -263,8 +263,8 @@ TEST(VirtualTime, TheSameClientsGiveTheSameHashBesideALoadOnEveryCore) {
 }
 
 TEST(VirtualTime, ARobotThatTheSceneLacksIsRefused) {
-  const auto result = run_process({APRSIM_BIN_DIR "/aprsimd", "--any-port", "--time", "virtual",
-                                   "--pacers", "crcl.fanuk"});
+  const auto result = run_process(
+      {APRSIM_BIN_DIR "/aprsimd", "--any-port", "--time", "virtual", "--pacers", "crcl.fanuk"});
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_NE(result.err.find("time.pacers: crcl.fanuk: one of the robots fanuc, motoman"),
             std::string::npos)

@@ -46,8 +46,8 @@ class VirtualTime {
   /// Time may go on by `span`, at least one step; for a feed until then or until the next frame of
   /// its camera, 0 = the latter alone. Commands submitted before take effect now.
   virtual void ask(PacerId pacer, SimTime span) = 0;
-  /// The client has finished sending. What it has asked for still holds, but nobody is left behind for
-  /// its sake.
+  /// The client has finished sending. What it has asked for still holds, but nobody is left behind
+  /// for its sake.
   virtual void finish(PacerId pacer) = 0;
   /// `reached` is not called any more once this has returned. An unknown pacer: nothing.
   virtual void leave(PacerId pacer) = 0;

@@ -48,8 +48,7 @@ Interval share_95(std::size_t hits, std::size_t count) {
   const auto n = static_cast<double>(count);
   const double p = static_cast<double>(hits) / n;
   const double middle = (p + z * z / (2 * n)) / (1 + z * z / n);
-  const double reach =
-      z / (1 + z * z / n) * std::sqrt(p * (1 - p) / n + z * z / (4 * n * n));
+  const double reach = z / (1 + z * z / n) * std::sqrt(p * (1 - p) / n + z * z / (4 * n * n));
   return {std::max(0.0, middle - reach), std::min(1.0, middle + reach)};
 }
 

@@ -30,16 +30,16 @@ Totals totals_of(const Sweep& sweep) {
   return out;
 }
 
-void sort_by_seed(Sweep& sweep) {
-  std::ranges::sort(sweep.runs, {}, &SweepRun::seed);
+void sort_by_seed(Sweep& sweep) { std::ranges::sort(sweep.runs, {}, &SweepRun::seed); }
+
+SweepJson json_of(const Interval& interval) {
+  return SweepJson::array({interval.low, interval.high});
 }
 
-SweepJson json_of(const Interval& interval) { return SweepJson::array({interval.low, interval.high}); }
-
 SweepJson json_of(const Distribution& d) {
-  return {{"runs", d.count}, {"mean", d.mean},     {"mean_95", json_of(d.mean_95)},
-          {"deviation", d.deviation}, {"min", d.min}, {"p05", d.p05},
-          {"median", d.median},       {"p95", d.p95}, {"max", d.max}};
+  return {{"runs", d.count},          {"mean", d.mean}, {"mean_95", json_of(d.mean_95)},
+          {"deviation", d.deviation}, {"min", d.min},   {"p05", d.p05},
+          {"median", d.median},       {"p95", d.p95},   {"max", d.max}};
 }
 
 SweepJson json_of(const SweepRun& run) {

@@ -207,12 +207,9 @@ TEST(TimeConfig, ReadsWhoPacesAndPrintsItForReading) {
 
 TEST(TimeConfig, NamesTheKeyAndWhatIsWrongWithItsValue) {
   const std::vector<std::array<std::string, 3>> cases{
-      {"time.mode", "fast", "real"},
-      {"time.poll_period_ms", "0", "[1, 60000]"},
-      {"time.pacers", "[crcl]", "crcl.ROBOT"},
-      {"time.pacers", "[crcl.]", "crcl.ROBOT"},
-      {"time.pacers", "[web]", "modbus"},
-      {"time.grace_ms", "-1", "-1"},
+      {"time.mode", "fast", "real"},           {"time.poll_period_ms", "0", "[1, 60000]"},
+      {"time.pacers", "[crcl]", "crcl.ROBOT"}, {"time.pacers", "[crcl.]", "crcl.ROBOT"},
+      {"time.pacers", "[web]", "modbus"},      {"time.grace_ms", "-1", "-1"},
   };
   for (const auto& [key, value, part] : cases) {
     const auto config = load_config("", {{key, value}});

@@ -12,7 +12,7 @@ using Names = std::vector<std::string>;
 const WallTime kBegin{};
 
 api::PacerRole role_of(const std::string& name, api::PacerKind kind = api::PacerKind::kClient,
-                    api::EndpointId endpoint = 16) {
+                       api::EndpointId endpoint = 16) {
   return {.name = name, .kind = kind, .endpoint = endpoint};
 }
 
@@ -32,7 +32,8 @@ Ids take_due(TimeBarrier& barrier, WallTime now = kBegin) {
 /// The same with those that are reached once the ones before have asked for another `steps`.
 Ids take_due_in_turn(TimeBarrier& barrier, TimeBarrier::Steps steps, WallTime now = kBegin) {
   Ids all;
-  for (Ids reached = take_due(barrier, now); !reached.empty(); reached = barrier.take_reached(now)) {
+  for (Ids reached = take_due(barrier, now); !reached.empty();
+       reached = barrier.take_reached(now)) {
     EXPECT_EQ(reached.size(), 1U);
     all.push_back(reached.front());
     barrier.ask(reached.front(), steps);
