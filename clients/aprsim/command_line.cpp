@@ -90,12 +90,14 @@ void set_belt_speed(ConveyorSetCommand& command, const std::string& text) {
   (percent ? command.speed_percent : command.speed_m_s) = *value;
 }
 
-void set_factor(SpeedCommand& command, const std::string& text) {
-  if (text == "max") return;
-  command.factor = number(text);
-  if (!command.factor || *command.factor < 1e-3 || *command.factor > 1e6) {
-    throw CLI::ValidationError("X", "'" + text + "' is neither within 0.001 and 1e6 nor 'max'");
+/// Of a speed; none for max.
+std::optional<double> factor_of(const char* option, const std::string& text) {
+  if (text == "max") return std::nullopt;
+  const auto factor = number(text);
+  if (!factor || *factor < 1e-3 || *factor > 1e6) {
+    throw CLI::ValidationError(option, "'" + text + "' is neither within 0.001 and 1e6 nor 'max'");
   }
+  return factor;
 }
 
 void set_crcl_port(EndpointChoice& choice, const std::string& text) {
@@ -345,7 +347,7 @@ void add_simulation(CLI::App& app, CommandLine& line) {
       add<SpeedCommand>(app, line, "speed", "Set the ratio of simulated to wall time");
   speed
       ->add_option_function<std::string>(
-          "X", [c = speed_command](const std::string& text) { set_factor(*c, text); },
+          "X", [c = speed_command](const std::string& text) { c->factor = factor_of("X", text); },
           "From 0.001 to 1e6, or max")
       ->required();
   offer_json(*speed, line);
@@ -452,7 +454,7 @@ void add_fault_inject(CLI::App& fault, CommandLine& line) {
       ->add_option_function<std::string>(
           "--when",
           [c = command](const std::string& text) {
-            auto when = parse_when(text);
+            auto when = faults::parse_when(text);
             if (!when) throw CLI::ValidationError("--when", when.error());
             c->when = *std::move(when);
           },
@@ -495,6 +497,45 @@ void add_fault(CLI::App& app, CommandLine& line) {
   offer_json(*event, line);
 }
 
+void add_scenario_name(CLI::App& app, std::string& name, std::uint64_t& seed) {
+  app.add_option("NAME", name, "As 'scenario list' has it, or a file")
+      ->check(not_empty())
+      ->required();
+  app.add_option("--seed", seed, "Of all that varies (default 1)")->type_name("N");
+}
+
+void add_scenario(CLI::App& app, CommandLine& line) {
+  CLI::App* scenario =
+      app.add_subcommand("scenario", "Whole jobs with what goes wrong in them, run and measured");
+  scenario->require_subcommand(1);
+  auto [list, list_command] = add<ScenarioListCommand>(
+      *scenario, line, "list", "Those that ship, each in a line; needs no daemon");
+  offer_json(*list, line);
+  auto [check, check_command] = add<ScenarioCheckCommand>(
+      *scenario, line, "check", "Read a scenario and plan it, and say what is wrong with it");
+  add_scenario_name(*check, check_command->name, check_command->seed);
+  offer_json(*check, line);
+  auto [run, command] = add<ScenarioRunCommand>(
+      *scenario, line, "run",
+      "Run a scenario in a daemon of its own and compare the outcome with what is expected");
+  add_scenario_name(*run, command->name, command->seed);
+  run->add_option_function<std::string>(
+         "--speed",
+         [c = command](const std::string& text) { c->speed = factor_of("--speed", text); },
+         "Simulated to wall time: from 0.001 to 1e6, or max (default 1)")
+      ->type_name("X");
+  run->add_option("--controller", command->controller,
+                  "Shell command to start in place of the kitting controller, or none to wait for "
+                  "one that runs already")
+      ->type_name("CMD")
+      ->check(not_empty());
+  run->add_option("--report", command->report,
+                  "Directory for report.json, report.txt, report.html, scene and logs")
+      ->type_name("DIR")
+      ->check(not_empty());
+  offer_json(*run, line, "The report as one JSON object");
+}
+
 void add_demo(CLI::App& app, CommandLine& line) {
   auto [demo, command] = add<DemoCommand>(
       app, line, "demo", "Pick and place with the robots and run the belt, over the wires alone");
@@ -535,6 +576,7 @@ void add_all(CLI::App& app, CommandLine& line) {
   add_states(app, line);
   add_intruder(app, line);
   add_fault(app, line);
+  add_scenario(app, line);
   add_documents(app, line);
 }
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "clients/aprsim/endpoints.hpp"
-#include "clients/aprsim/fault_when.hpp"
+#include "world/fault_kinds/fault_when.hpp"
 #include "crcl/motion_commands.hpp"
 
 namespace aprsim::client {
@@ -111,7 +111,7 @@ struct FaultInjectCommand {
   std::string target;                        ///< as the kind says; empty = none
   std::map<std::string, double> parameters;  ///< SI
   std::optional<double> at_s;                ///< simulated time since the last reset
-  std::optional<FaultWhen> when;             ///< never with at_s
+  std::optional<faults::FaultWhen> when;             ///< never with at_s
   std::optional<double> for_s;               ///< absent = until it is ended
 };
 struct FaultEndCommand {
@@ -119,6 +119,18 @@ struct FaultEndCommand {
 };
 struct FaultEventCommand {
   std::string event;
+};
+struct ScenarioListCommand {};
+struct ScenarioCheckCommand {
+  std::string name;  ///< or a file
+  std::uint64_t seed = 1;
+};
+struct ScenarioRunCommand {
+  std::string name;  ///< or a file
+  std::uint64_t seed = 1;
+  std::optional<double> speed = 1;  ///< absent = as fast as possible
+  std::string controller;           ///< empty = the kitting controller
+  std::string report;               ///< directory; empty = none
 };
 struct DemoCommand {
   std::vector<std::string> robots;  ///< only these; empty = all, unless only the belt is wanted
@@ -138,7 +150,8 @@ using AnyCommand =
                  PauseCommand, ResumeCommand, StepCommand, SpeedCommand, ResetCommand, SaveCommand,
                  LoadCommand, StatesListCommand, StatesDeleteCommand, IntruderCommand,
                  FaultListCommand, FaultKindsCommand, FaultInjectCommand, FaultEndCommand,
-                 FaultEventCommand, DemoCommand, CompletionCommand, ManualCommand>;
+                 FaultEventCommand, ScenarioListCommand, ScenarioCheckCommand, ScenarioRunCommand,
+                 DemoCommand, CompletionCommand, ManualCommand>;
 
 struct CommandLine {
   EndpointChoice endpoints;

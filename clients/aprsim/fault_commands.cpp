@@ -1,13 +1,11 @@
-#include <chrono>
-#include <cmath>
 #include <ostream>
-#include <variant>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "clients/aprsim/cell_connection.hpp"
 #include "clients/aprsim/commands.hpp"
+#include "clients/aprsim/fault_request.hpp"
 #include "clients/aprsim/status_text.hpp"
 #include "world/fault_kinds/fault_kinds.hpp"
 #include "world/fault_kinds/fault_kinds_text.hpp"
@@ -16,43 +14,6 @@ namespace aprsim::client {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-google::protobuf::Duration span_of(double span_s) {
-  google::protobuf::Duration span;
-  const double whole = std::floor(span_s);
-  span.set_seconds(static_cast<std::int64_t>(whole));
-  span.set_nanos(static_cast<std::int32_t>(std::floor((span_s - whole) * 1e9)));
-  return span;
-}
-
-/// Writes what a fault waits for.
-struct TriggerWriter {
-  v1::InjectFaultRequest& request;
-
-  void operator()(const WhenPlaced& placed) const {
-    request.mutable_placed()->set_type(placed.type);
-    request.mutable_placed()->set_robot(placed.robot);
-  }
-  void operator()(const WhenGrasped& grasped) const {
-    request.mutable_grasped()->set_robot(grasped.robot);
-    request.mutable_grasped()->set_count(grasped.count);
-  }
-  void operator()(const WhenBeamBroken& beam) const { request.mutable_beam()->set_eye(beam.eye); }
-  void operator()(const WhenReported& reported) const {
-    request.mutable_reported()->set_event(reported.event);
-  }
-  void operator()(const WhenCrossing& crossing) const {
-    auto& out = *request.mutable_crossing();
-    out.set_quantity(crossing.quantity);
-    out.set_robot(crossing.robot);
-    out.set_joint(crossing.joint);
-    if (crossing.above) {
-      out.set_above(crossing.limit);
-    } else {
-      out.set_below(crossing.limit);
-    }
-  }
-};
 
 const char* state_word(v1::InjectedFaultState state) {
   switch (state) {
@@ -172,16 +133,7 @@ Outcome<void> run_command(const FaultKindsCommand& command, Console& console) {
 }
 
 Outcome<void> run_command(const FaultInjectCommand& command, Console& console) {
-  v1::InjectFaultRequest request;
-  request.set_kind(command.kind);
-  request.set_target(command.target);
-  for (const auto& [name, value] : command.parameters) {
-    (*request.mutable_parameters())[name] = value;
-  }
-  if (command.at_s) *request.mutable_at() = span_of(*command.at_s);
-  if (command.when) std::visit(TriggerWriter{request}, *command.when);
-  if (command.for_s) *request.mutable_duration() = span_of(*command.for_s);
-  const auto response = CellConnection(console.endpoints).inject_fault(request);
+  const auto response = CellConnection(console.endpoints).inject_fault(fault_request(command));
   if (!response) return tl::unexpected(response.error());
   const v1::InjectedFault& fault = response->fault();
   show_done("fault inject",

@@ -47,6 +47,14 @@ constexpr std::array kJson{
     Entry{"fault inject, end, event",
           "done (the command), step, sim_time_s, epoch: when it took effect; inject also id and "
           "fault, as in the list; end also id; event also event."},
+    Entry{"scenario list, check",
+          "name and description; name, file, scene, kits, faults, time_limit_s."},
+    Entry{
+        "scenario run",
+        "scenario, description, seed, controller, ended (why), as_expected, measures (by name, "
+        "null "
+        "where there is nothing to tell), expected (list of measure, value, min, max, kept), kits, "
+        "placements, collisions, faults, robots, events (lists)."},
     Entry{"crcl status, init, stop, gripper, jog, send, run",
           "robot, command_id, command, state (CRCL_Done, ...), description, program_index, "
           "program_length, tool (its point), x_axis, z_axis, joints, gripper (separation of the "

@@ -15,12 +15,15 @@ int report(const Failure& failure, std::ostream& err, const Paint& paint) {
   return exit_code(failure.kind);
 }
 
-/// Whether the command has anything to do with a daemon.
+/// Whether the command has anything to do with a daemon that runs already.
 bool needs_cell(const AnyCommand& command) {
   return !std::holds_alternative<CompletionCommand>(command) &&
          !std::holds_alternative<ManualCommand>(command) &&
          !std::holds_alternative<CrclValidateCommand>(command) &&
          !std::holds_alternative<FaultKindsCommand>(command) &&
+         !std::holds_alternative<ScenarioListCommand>(command) &&
+         !std::holds_alternative<ScenarioCheckCommand>(command) &&
+         !std::holds_alternative<ScenarioRunCommand>(command) &&
          !std::holds_alternative<ConveyorMapCommand>(command);
 }
 

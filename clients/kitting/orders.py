@@ -7,7 +7,7 @@ import tomllib
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
-from typing import Iterable
+from typing import Any, Iterable
 
 from cell import Cell, CellError
 from clock import Clock
@@ -25,12 +25,14 @@ class Order:
     tray: str
     wanted: dict[str, str]
     priority: int = 0
+    name: str = ""
 
 
 class KitState(Enum):
     OPEN = "open"
     COMPLETE = "complete"
     INCOMPLETE = "incomplete"
+    CANCELLED = "cancelled"
 
 
 @dataclass
@@ -42,6 +44,7 @@ class Kit:
     xy: XY
     wanted: dict[str, str | None]
     priority: int = 0
+    order: str = ""
     state: KitState = KitState.OPEN
     robot: str | None = None  # who works on it
     given_up: dict[str, str] = field(default_factory=dict)  # by whom, and why
@@ -75,15 +78,21 @@ def fits(tray: TrayView, slot_name: str, part: str | None) -> bool:
 
 
 class Board:
-    """Thread-safe. `orders` is None for: every kit tray that is seen, every slot with its own part."""
+    """Thread-safe. `orders` is None for: every kit tray that is seen, every slot with its own part.
+    `taking_orders`: more may come (`announce`)."""
 
     def __init__(
-        self, cell: Cell, orders: list[Order] | None = None, clock: Clock | None = None
+        self,
+        cell: Cell,
+        orders: list[Order] | None = None,
+        taking_orders: bool = False,
+        clock: Clock | None = None,
     ) -> None:
         self._cell = cell
         self._clock = clock or Clock(0.025)
         self._lock = threading.RLock()
         self._unmatched = None if orders is None else sorted(orders, key=lambda o: -o.priority)
+        self.taking_orders = taking_orders
         self.kits: list[Kit] = []
         self.belt_epoch = 0
         self.belt_travel_mm = 0.0
@@ -97,6 +106,28 @@ class Board:
         self._moved: list[tuple[float, XY, str]] = []  # places that changed: when, where, by whom
         self._claimed: dict[str, tuple[XY, ...]] = {}
         self._began = self._clock.now()
+
+    # -- orders -------------------------------------------------------------------------------
+
+    def announce(self, orders: Iterable[Order]) -> None:
+        """More to do. Every robot looks for the trays before it goes on."""
+        with self._lock:
+            self._unmatched = sorted(
+                [*(self._unmatched or ()), *orders], key=lambda order: -order.priority
+            )
+            self._looked.clear()
+
+    def cancel(self, name: str) -> bool:
+        """What is not submitted of an order is forgotten; its parts stay where they are. False when
+        nothing is left of it."""
+        with self._lock:
+            waiting = [o for o in self._unmatched or () if o.name == name]
+            begun = [k for k in self.kits if k.order == name and k.state is KitState.OPEN]
+            self._unmatched = [o for o in self._unmatched or () if o.name != name]
+            for kit in begun:
+                kit.state, kit.robot = KitState.CANCELLED, None
+            self.kits = [k for k in self.kits if k.state is not KitState.CANCELLED]
+            return bool(waiting or begun)
 
     # -- robots -------------------------------------------------------------------------------
 
@@ -223,6 +254,22 @@ class Board:
                 kit.began_s = self._now()
             return kit
 
+    def give_way(self, kit: Kit, robot: str) -> bool:
+        """Gives a kit back when there is a more urgent one that nobody works on."""
+        with self._lock:
+            mine = self._cell.robots[robot]
+            urgent = any(
+                k.state is KitState.OPEN
+                and k.robot is None
+                and k.priority > kit.priority
+                and robot not in k.given_up
+                and mine.reaches(k.xy)
+                for k in self.kits
+            )
+            if urgent and kit.robot == robot:
+                kit.robot = None
+            return urgent
+
     def mine(self, kit: Kit, robot: str) -> bool:
         with self._lock:
             return kit.robot == robot and kit.state is KitState.OPEN
@@ -305,12 +352,13 @@ class Board:
             ]
             return [(kit, tray) for kit, tray in pairs if tray is not None]
 
-    def close(self) -> None:
-        """Kits that nobody goes on with are submitted as they are."""
+    def close(self) -> list[Kit]:
+        """Kits that nobody goes on with are submitted as they are: these."""
         with self._lock:
-            for kit in self.kits:
-                if kit.state is KitState.OPEN:
-                    kit.state, kit.ended_s = KitState.INCOMPLETE, self._now()
+            closed = [kit for kit in self.kits if kit.state is KitState.OPEN]
+            for kit in closed:
+                kit.state, kit.ended_s = KitState.INCOMPLETE, self._now()
+            return closed
 
     def next_round(self) -> None:
         """From filling kits to carrying the parts back, and the other way round."""
@@ -333,6 +381,7 @@ class Board:
             kits: list[dict[str, object]] = [
                 {
                     "kit": k.name,
+                    "order": k.order,
                     "x_mm": round(k.xy[0], 1),
                     "y_mm": round(k.xy[1], 1),
                     "state": k.state.value,
@@ -346,22 +395,22 @@ class Board:
                 for k in self.kits
             ]
             missing: list[dict[str, object]] = [
-                {"kit": o.tray, "state": "no such tray", "wanted": o.wanted}
+                {"kit": o.tray, "order": o.name, "state": "no such tray", "wanted": o.wanted}
                 for o in self._unmatched or ()
             ]
             return kits + missing
 
     def _add(self, tray: TrayView) -> None:
         own: dict[str, str | None] = {slot.name: slot.part for slot in tray.type.slots}
-        priority = 0
+        priority, name = 0, ""
         if self._unmatched is not None:
             order = next((o for o in self._unmatched if o.tray == tray.type.name), None)
             if order is None:
                 return
             self._unmatched.remove(order)
-            own, priority = dict(order.wanted), order.priority
+            own, priority, name = dict(order.wanted), order.priority, order.name
         number = 1 + sum(k.tray == tray.type.name for k in self.kits)
-        self.kits.append(Kit(number, tray.type.name, tray.pose.xy, own, priority))
+        self.kits.append(Kit(number, tray.type.name, tray.pose.xy, own, priority, name))
 
     def _note(self, kit: Kit, tray: TrayView) -> None:
         kit.slots = {s.slot.name: s.part.type if s.part else s.content.value for s in tray.slots}
@@ -382,28 +431,31 @@ def read_orders(path: Path, cell: Cell) -> list[Order]:
         raise CellError(f"{path}: {error}") from error
     if not isinstance(rows, list) or not rows:
         raise CellError(f"{path}: kit: a list of tables is expected")
-    orders: list[Order] = []
-    for i, row in enumerate(rows):
-        where = f"{path}: kit[{i}]"
-        unknown = set(row) - {"tray", "slots", "priority", "count"}
-        if unknown:
-            raise CellError(f"{where}.{min(unknown)}: tray, slots, priority or count is expected")
-        tray = cell.trays.get(canonical(str(row.get("tray", ""))))
-        if tray is None or not tray.is_kit:
-            names = ", ".join(t.name for t in cell.trays.values() if t.is_kit)
-            raise CellError(f"{where}.tray: one of {names} is expected")
-        own = {slot.name: slot.part for slot in tray.slots}
-        wanted = {name: canonical(str(part)) for name, part in row.get("slots", own).items()}
-        for name, part in wanted.items():
-            if name not in own:
-                raise CellError(f"{where}.slots.{name}: one of {', '.join(own)} is expected")
-            if part != own[name]:
-                raise CellError(f"{where}.slots.{name}: {own[name]} is expected, nothing else fits")
-        count, priority = row.get("count", 1), row.get("priority", 0)
-        if not isinstance(count, int) or count < 1 or not isinstance(priority, int):
-            raise CellError(f"{where}: count >= 1 and priority, whole numbers, are expected")
-        orders += [Order(tray.name, wanted, priority)] * count
-    return orders
+    return [
+        order for i, row in enumerate(rows) for order in read_order(row, f"{path}: kit[{i}]", cell)
+    ]
+
+
+def read_order(row: dict[str, Any], where: str, cell: Cell, name: str = "") -> list[Order]:
+    """One table of orders: as many equal ones as its `count` says. `where` stands in messages."""
+    unknown = set(row) - {"tray", "slots", "priority", "count"}
+    if unknown:
+        raise CellError(f"{where}.{min(unknown)}: tray, slots, priority or count is expected")
+    tray = cell.trays.get(canonical(str(row.get("tray", ""))))
+    if tray is None or not tray.is_kit:
+        names = ", ".join(t.name for t in cell.trays.values() if t.is_kit)
+        raise CellError(f"{where}.tray: one of {names} is expected")
+    own = {slot.name: slot.part for slot in tray.slots}
+    wanted = {slot: canonical(str(part)) for slot, part in row.get("slots", own).items()}
+    for slot, part in wanted.items():
+        if slot not in own:
+            raise CellError(f"{where}.slots.{slot}: one of {', '.join(own)} is expected")
+        if part != own[slot]:
+            raise CellError(f"{where}.slots.{slot}: {own[slot]} is expected, nothing else fits")
+    count, priority = row.get("count", 1), row.get("priority", 0)
+    if not isinstance(count, int) or count < 1 or not isinstance(priority, int):
+        raise CellError(f"{where}: count >= 1 and priority, whole numbers, are expected")
+    return [Order(tray.name, wanted, priority, name)] * count
 
 
 def _taught(path: Path, cell: Cell) -> list[Order]:

@@ -13,11 +13,20 @@ from typing import Any
 from clock import Clock
 
 
-class Report:
-    """Told by all threads."""
+# After these the robots do something else than was planned.
+REPLANS = frozenset(
+    ["aside", "down", "give_up", "give_way", "no_room", "part_failed", "place_failed"]
+    + ["place_lost", "place_refused", "robot_error", "take_lost", "take_missed", "take_refused"]
+)
 
-    def __init__(self, quiet: bool = False, clock: Clock | None = None) -> None:
-        self._quiet = quiet
+
+class Report:
+    """Told by all threads. `json_lines`: what is printed is one object a line."""
+
+    def __init__(
+        self, quiet: bool = False, json_lines: bool = False, clock: Clock | None = None
+    ) -> None:
+        self._quiet, self._json_lines = quiet, json_lines
         self._clock = clock or Clock(0.025)
         self._began_at = self._clock.now()
         self._lock = threading.Lock()
@@ -32,9 +41,12 @@ class Report:
         with self._lock:
             at = round(self._clock.now() - self._began_at, 3)
             self.counts[event] += 1
-            self.events.append({"at_s": at, "who": who, "event": event, "text": text, **fields})
+            told = {"at_s": at, "who": who, "event": event, "text": text, **fields}
+            self.events.append(told)
             del self.events[:-10000]
-            if not self._quiet:
+            if self._json_lines:
+                print(json.dumps({**told, "replan": event in REPLANS}), flush=True)
+            elif not self._quiet:
                 print(f"{at:8.2f} {who}: {text}", file=sys.stdout, flush=True)
 
     def write(self, path: Path, **results: Any) -> None:

@@ -39,6 +39,19 @@ class Shop:
     turn: threading.Lock = field(default_factory=threading.Lock)  # who decides for all
     done: set[str] = field(default_factory=set)  # robots that have no work left
 
+    @staticmethod
+    def tell_submitted(arm: Arm, kit: Kit, what: str) -> None:
+        x_mm, y_mm = kit.xy
+        arm.tell(
+            "submit",
+            f"submits {kit.name}, {what}",
+            order=kit.order,
+            kit=kit.tray,
+            x_m=round(x_mm / 1e3, 4),
+            y_m=round(y_mm / 1e3, 4),
+            complete=what != "incomplete",
+        )
+
 
 class Worker(threading.Thread):
     def __init__(self, arm: Arm, shop: Shop) -> None:
@@ -120,8 +133,19 @@ class Worker(threading.Thread):
         self._fallen += 1
         self.board.set_up(arm.name, False)
         arm.space.set_down(arm.name, True)
+        pause_s = min(2.0 ** (self._fallen - 1), _MAX_PAUSE_S)
+        if not arm.crcl.clock.counts_polls:
+            arm.crcl.close()
+            arm.interrupted.wait(pause_s)
+            return
+        try:
+            if not arm.crcl.connected:
+                arm.crcl.connect()
+            arm.crcl.wait(pause_s)
+        except RobotLost:
+            # Not even polls pass time here.
+            arm.interrupted.wait(_PAUSE_S)
         arm.crcl.close()
-        arm.interrupted.wait(min(2.0 ** (self._fallen - 1), _MAX_PAUSE_S))
 
     # -- orders -------------------------------------------------------------------------------
 
@@ -154,8 +178,10 @@ class Worker(threading.Thread):
             self._forget()
             board.next_round()
             return
-        board.close()
-        self.shop.finished.set()
+        for kit in board.close():
+            self.shop.tell_submitted(self.arm, kit, "incomplete")
+        if not board.taking_orders:
+            self.shop.finished.set()
 
     def _bring_tray(self) -> bool:
         """Parts are missing: whatever the belt has upstream."""
@@ -186,6 +212,12 @@ class Worker(threading.Thread):
         failures, limit = 0, 4 + 2 * len(kit.wanted)
         tray: TrayView | None = None
         while self.board.mine(kit, arm.name) and not self._over():
+            if self.board.needs_look(arm.name):
+                # Another order has come.
+                scene, fresh = self._look(), True
+            if self.board.give_way(kit, arm.name):
+                arm.tell("give_way", f"leaves {kit.name} for a more urgent one")
+                return
             tray = scene.tray_at(kit.tray, kit.xy, SAME_KIT_MM)
             if tray is None:
                 self._give_up(kit, "the camera does not show it", None)
@@ -213,7 +245,7 @@ class Worker(threading.Thread):
         if step.done:
             self.board.submit(kit, tray)
             what = "empty" if self.board.emptying else "full"
-            self.arm.tell("submit", f"submits {kit.name}, {what}")
+            self.shop.tell_submitted(self.arm, kit, what)
             return
         reasons = []
         if step.missing:

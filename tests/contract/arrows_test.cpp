@@ -18,6 +18,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"world/fault_kinds", {}},
     {"world/api", {"world/fault_kinds"}},
     {"world/scene", {"world/api"}},
+    {"world/scenario", {"world/fault_kinds", "world/api", "world/scene"}},
     {"world/robot", {"world/api"}},
     {"world/physics/collision", {"world/api", "world/scene"}},
     {"world/physics/bodies",
@@ -41,7 +42,9 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"proto", {}},
     {"protocols", {"crcl", "modbus", "proto", "world/fault_kinds", "world/api"}},
     {"server", {"protocols", "crcl", "world/fault_kinds", "world", "world/api", "world/scene"}},
-    {"clients", {"crcl", "modbus", "proto", "world/fault_kinds"}},
+    {"clients",
+     {"crcl", "modbus", "proto", "world/fault_kinds", "world/api", "world/scene",
+      "world/scenario"}},
 };
 
 /// Headers that only the named folders may see.

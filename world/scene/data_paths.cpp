@@ -11,7 +11,8 @@ namespace fs = std::filesystem;
 namespace {
 
 DataPaths below(const fs::path& directory) {
-  return {(directory / "scenes").string(), (directory / "models").string()};
+  return {(directory / "scenes").string(), (directory / "models").string(),
+          (directory / "scenarios").string()};
 }
 
 /// ../share/aprsim of the running binary; empty when the binary's path is not known.
@@ -33,14 +34,16 @@ DataPaths default_data_paths() {
   return below(APRSIM_DATA_SOURCE_DIR);
 }
 
-std::vector<std::string> scene_names(const DataPaths& paths) {
+std::vector<std::string> names_in(const std::string& directory) {
   std::vector<std::string> names;
   std::error_code status;
-  for (const auto& entry : fs::directory_iterator(paths.scenes, status)) {
+  for (const auto& entry : fs::directory_iterator(directory, status)) {
     if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem().string());
   }
   std::sort(names.begin(), names.end());
   return names;
 }
+
+std::vector<std::string> scene_names(const DataPaths& paths) { return names_in(paths.scenes); }
 
 }  // namespace aprsim::scene

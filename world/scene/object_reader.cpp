@@ -305,10 +305,17 @@ class ObjectReader {
       return;
     }
     GearInstance gear;
-    gear.name = claim(node, bodies_, "body");
     gear.type = slot->gear_type;
     gear.X_WP.p = tray.X_WP.p + tray.X_WP.q * Eigen::Vector3d(slot->xy.x(), slot->xy.y(), 0);
     gear.X_WP.q = tray.X_WP.q;
+    if (node.is_map()) {
+      const yaml::Map keys = node.map({"name", "yaw_deg"});
+      gear.name = claim(keys["name"], bodies_, "body");
+      const double yaw = radians(keys["yaw_deg"].number_or(0, yaml::between(-360, 360)));
+      gear.X_WP.q = tray.X_WP.q * Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ());
+    } else {
+      gear.name = claim(node, bodies_, "body");
+    }
     tray.gears[slot_name] = gear.name;
     scene_.gears.push_back(std::move(gear));
     nodes_.gears.push_back(node);

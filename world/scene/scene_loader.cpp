@@ -1,11 +1,13 @@
 #include "world/scene/scene_loader.hpp"
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 
 #include "world/scene/object_reader.hpp"
 #include "world/scene/overlap_check.hpp"
 #include "world/scene/reading.hpp"
+#include "world/scene/yaml_tree.hpp"
 
 namespace aprsim::scene {
 
@@ -13,21 +15,56 @@ namespace fs = std::filesystem;
 
 namespace {
 
-Result<std::string> find_scene(const std::string& name_or_file, const DataPaths& paths) {
-  const bool is_file = name_or_file.find('/') != std::string::npos ||
-                       name_or_file.ends_with(".yaml") || name_or_file.ends_with(".yml");
-  if (is_file) return name_or_file;
-  const fs::path path = fs::path(paths.scenes) / (name_or_file + ".yaml");
-  std::error_code status;
-  if (!name_or_file.empty() && fs::is_regular_file(path, status)) return path.string();
-  std::string list;
-  const std::vector<std::string> names = scene_names(paths);
-  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
-  const std::string near = yaml::nearest_word(name_or_file, names);
-  return fail(ErrorCode::kNotFound, "scene",
-              "scene: found no scene \"" + name_or_file + "\" in " + paths.scenes +
-                  ", expected one of " + (list.empty() ? "(none there)" : list) +
-                  (near.empty() ? "" : " (did you mean " + near + "?)"));
+using yaml::detail::Value;
+
+constexpr std::array<std::string_view, 4> kTypeKeys = {"pockets", "gear_types", "tray_types",
+                                                       "robot_types"};
+
+/// A file of types beside the scene, else among the shipped scenes; empty when in neither place.
+fs::path find_types(const std::string& name, const std::string& scene, const std::string& shipped) {
+  for (const fs::path& directory : {fs::path(scene).parent_path(), fs::path(shipped)}) {
+    std::error_code status;
+    const fs::path path = directory / name;
+    if (fs::is_regular_file(path, status)) return path;
+  }
+  return {};
+}
+
+/// Adds the entries of a map under `key` to the one in `root`.
+void merge_map(const yaml::detail::Entry& from, Value& root) {
+  yaml::detail::Entry* into = root.find(from.key);
+  if (into == nullptr) {
+    root.entries.push_back(from);
+    return;
+  }
+  for (const auto& entry : from.value.entries) into->value.entries.push_back(entry);
+}
+
+Result<void> merge_types(const std::string& name, const std::string& scene, const DataPaths& paths,
+                         Value& root) {
+  const fs::path path = find_types(name, scene, paths.scenes);
+  auto text = yaml::read_text(path.empty() ? name : path.string());
+  if (!text) return tl::unexpected(std::move(text.error()));
+  const auto types = yaml::detail::parse(*text, path.string());
+  if (!types) return tl::unexpected(types.error());
+  for (const auto& entry : types->entries) {
+    if (std::ranges::find(kTypeKeys, entry.key) != kTypeKeys.end()) merge_map(entry, root);
+  }
+  return {};
+}
+
+/// Models beside the scene keep their place; shipped ones are found from everywhere.
+void make_models_absolute(const fs::path& directory, Value& root) {
+  yaml::detail::Entry* robots = root.find("robot_types");
+  if (robots == nullptr) return;
+  for (auto& robot : robots->value.entries) {
+    yaml::detail::Entry* model = robot.value.find("model");
+    if (model == nullptr) continue;
+    std::error_code status;
+    const fs::path path = directory / model->value.scalar;
+    if (!fs::is_regular_file(path, status)) continue;
+    model->value.scalar = fs::absolute(path, status).string();
+  }
 }
 
 /// One load: the scene's file, the files of types that it names, and what they hold.
@@ -40,8 +77,7 @@ class Loader {
     if (model_directories_.front().empty()) model_directories_.front() = ".";
   }
 
-  Result<Scene> load() {
-    auto document = yaml::Document::from_file(file_);
+  Result<Scene> load(Result<yaml::Document> document) {
     if (!document) return tl::unexpected(std::move(document.error()));
     const yaml::Map keys = document->root().map(
         {"seed", "types", "physics", "pockets", "gear_types", "tray_types", "robot_types", "tools",
@@ -58,21 +94,11 @@ class Loader {
   }
 
  private:
-  /// Beside the scene, else among the shipped scenes; empty when in neither place.
-  [[nodiscard]] fs::path find_types(const std::string& name) const {
-    for (const fs::path& directory : {fs::path(file_).parent_path(), fs::path(shipped_scenes_)}) {
-      std::error_code status;
-      const fs::path path = directory / name;
-      if (fs::is_regular_file(path, status)) return path;
-    }
-    return {};
-  }
-
   Result<void> read_type_files(const yaml::Node& node) {
     if (!node) return {};
     const std::vector<yaml::Node> names = node.is_list() ? node.items() : std::vector{node};
     for (const yaml::Node& name : names) {
-      const fs::path path = find_types(name.text());
+      const fs::path path = find_types(name.text(), file_, shipped_scenes_);
       if (path.empty()) {
         const std::string beside = fs::path(file_).parent_path().string();
         name.unexpected("a file of types relative to the scene's directory" +
@@ -82,8 +108,7 @@ class Loader {
       }
       auto document = yaml::Document::from_file(path.string());
       if (!document) return tl::unexpected(std::move(document.error()));
-      read_types(document->root().map({"pockets", "gear_types", "tray_types", "robot_types"}),
-                 model_directories_, types_);
+      read_types(document->root().map(kTypeKeys), model_directories_, types_);
       if (document->error()) return tl::unexpected(*document->error());
     }
     return {};
@@ -109,10 +134,53 @@ class Loader {
 
 }  // namespace
 
+Result<std::string> find_scene(const std::string& name_or_file, const DataPaths& paths) {
+  const bool is_file = name_or_file.find('/') != std::string::npos ||
+                       name_or_file.ends_with(".yaml") || name_or_file.ends_with(".yml");
+  if (is_file) return name_or_file;
+  const fs::path path = fs::path(paths.scenes) / (name_or_file + ".yaml");
+  std::error_code status;
+  if (!name_or_file.empty() && fs::is_regular_file(path, status)) return path.string();
+  std::string list;
+  const std::vector<std::string> names = scene_names(paths);
+  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+  const std::string near = yaml::nearest_word(name_or_file, names);
+  return fail(ErrorCode::kNotFound, "scene",
+              "scene: found no scene \"" + name_or_file + "\" in " + paths.scenes +
+                  ", expected one of " + (list.empty() ? "(none there)" : list) +
+                  (near.empty() ? "" : " (did you mean " + near + "?)"));
+}
+
 Result<Scene> load_scene(const std::string& name_or_file, const DataPaths& paths) {
   auto file = find_scene(name_or_file, paths);
   if (!file) return tl::unexpected(std::move(file.error()));
-  return Loader(std::move(*file), paths).load();
+  auto document = yaml::Document::from_file(*file);
+  return Loader(std::move(*file), paths).load(std::move(document));
+}
+
+Result<Scene> read_scene(const std::string& text, const std::string& file, const DataPaths& paths) {
+  return Loader(file, paths).load(yaml::Document::from_text(text, file));
+}
+
+Result<std::string> self_contained(const std::string& file, const DataPaths& paths) {
+  auto text = yaml::read_text(file);
+  if (!text) return tl::unexpected(std::move(text.error()));
+  auto root = yaml::detail::parse(*text, file);
+  if (!root) return tl::unexpected(std::move(root.error()));
+  const yaml::detail::Entry* types = root->find("types");
+  if (types != nullptr) {
+    const Value names = types->value;
+    const std::vector<Value> all =
+        names.kind == Value::Kind::kList ? names.items : std::vector{names};
+    for (const Value& name : all) {
+      if (auto merged = merge_types(name.scalar, file, paths, *root); !merged) {
+        return tl::unexpected(std::move(merged.error()));
+      }
+    }
+    std::erase_if(root->entries, [](const auto& entry) { return entry.key == "types"; });
+  }
+  make_models_absolute(fs::path(file).parent_path(), *root);
+  return yaml::detail::write(*root);
 }
 
 }  // namespace aprsim::scene

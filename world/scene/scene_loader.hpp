@@ -13,4 +13,17 @@ namespace aprsim::scene {
 /// key's path and whose message reads "FILE:LINE:COLUMN: KEY: found ..., expected ...".
 [[nodiscard]] Result<Scene> load_scene(const std::string& name_or_file, const DataPaths& paths);
 
+/// The file of a scene by name or by path. Error: as load_scene.
+[[nodiscard]] Result<std::string> find_scene(const std::string& name_or_file,
+                                             const DataPaths& paths);
+
+/// A scene from its text; `file` is where the text belongs: it stands in messages, and what the
+/// text names by relative paths is looked for beside it.
+[[nodiscard]] Result<Scene> read_scene(const std::string& text, const std::string& file,
+                                       const DataPaths& paths);
+
+/// A scene file's text with the types that it names made its own, so that it can be changed as a
+/// whole and read from any place. Errors: as load_scene, of what it had to read.
+[[nodiscard]] Result<std::string> self_contained(const std::string& file, const DataPaths& paths);
+
 }  // namespace aprsim::scene

@@ -30,7 +30,7 @@ Document::~Document() = default;
 Document::Document(Document&&) noexcept = default;
 Document& Document::operator=(Document&&) noexcept = default;
 
-Result<Document> Document::from_file(const std::string& path) {
+Result<std::string> read_text(const std::string& path) {
   std::error_code status;
   if (!std::filesystem::is_regular_file(path, status)) {
     return fail(ErrorCode::kNotFound, "", path + ": found no such file, expected a YAML file");
@@ -49,7 +49,13 @@ Result<Document> Document::from_file(const std::string& path) {
                     ": found a file that cannot be read, expected to "
                     "read it");
   }
-  return from_text(text.str(), path);
+  return text.str();
+}
+
+Result<Document> Document::from_file(const std::string& path) {
+  const auto text = read_text(path);
+  if (!text) return tl::unexpected(text.error());
+  return from_text(*text, path);
 }
 
 Result<Document> Document::from_text(const std::string& text, const std::string& source) {

@@ -123,6 +123,9 @@ class Map {
   std::vector<std::string> known_;
 };
 
+/// The text of a file. Errors: no such file, unreadable, larger than 1 MiB.
+[[nodiscard]] Result<std::string> read_text(const std::string& path);
+
 /// One parsed file.
 class Document {
  public:

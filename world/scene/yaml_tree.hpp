@@ -1,5 +1,6 @@
 #pragma once
 
+#include <initializer_list>
 #include <memory>
 #include <optional>
 #include <string>
@@ -7,7 +8,7 @@
 
 #include "world/api/error.hpp"
 
-/// The parsed form behind yaml_reader.hpp. Internal to this target.
+/// The parsed form behind yaml_reader.hpp, and of files that are to be changed and written again.
 namespace aprsim::yaml::detail {
 
 struct Mark {
@@ -46,5 +47,12 @@ struct Context {
 /// Parses one YAML document. Refused: syntax errors, several documents, aliases and tags, keys that
 /// are not scalars or occur twice, more than 1000 keys in a map, 32 levels or 200 000 values.
 [[nodiscard]] Result<Value> parse(const std::string& text, const std::string& source);
+
+/// The tree as YAML that reads as the same tree; places and comments are lost.
+[[nodiscard]] std::string write(const Value& root);
+/// A number as a scalar from which the same number is read.
+[[nodiscard]] Value scalar(double number);
+/// A list of such.
+[[nodiscard]] Value list(std::initializer_list<double> numbers);
 
 }  // namespace aprsim::yaml::detail

@@ -51,6 +51,10 @@ std::vector<Row> every_command() {
           {"fault list", {}},
           {"fault event", {"order-submitted"}},
           {"fault end", {"1"}},
+          {"scenario list", {}, true},
+          {"scenario check", {"clean_2017"}, true},
+          // Of a controller that does nothing nobody expects a kit.
+          {"scenario run", {"cannot_be_done", "--controller", "true"}, true},
           {"demo", {"--robot", "fanuc"}},
           {"completion", {"bash"}, true},
           {"manual", {}, true}};
@@ -242,6 +246,12 @@ TEST(ExitCodes, TwoWhenTheArgumentsAreWrong) {
       {"fault", "inject", "belt-jam", "--when", "joint-position:fanuc:0>1"},
       {"fault", "end", "last"},
       {"fault", "event", ""},
+      {"scenario"},
+      {"scenario", "check"},
+      {"scenario", "check", "clean_1917"},
+      {"scenario", "run", "/no/such.yaml"},
+      {"scenario", "run", "clean_2017", "--speed", "0"},
+      {"scenario", "run", "clean_2017", "--controller", ""},
       {"step", "0"},
       {"speed", "nan"},
       {"completion", "fish"},

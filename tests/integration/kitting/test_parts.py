@@ -1,5 +1,6 @@
 """The kitting controller's parts, each by itself: no daemon."""
 
+import io
 import math
 import pathlib
 import tempfile
@@ -15,8 +16,10 @@ import calibration
 import cell as cells
 import crcl_robot
 import geometry
+import order_lines
 import orders
 import plan
+import report
 import trays
 import vision
 import zones
@@ -349,6 +352,62 @@ class BoardTest(unittest.TestCase):
         self.assertEqual(set(self.board.kits[0].wanted.values()), {None})
         self.board.next_round()
         self.assertEqual(self.board.kits[0].wanted["lg_1"], "sku_part_large_gear")
+
+
+class OrderLinesTest(unittest.TestCase):
+    TABLE, BELT = "sku_kit_m2l1_vessel", "sku_kit_s2l2_vessel"
+
+    def setUp(self):
+        self.board = orders.Board(CELL, [], taking_orders=True)
+        self.report = report.Report(quiet=True)
+        kits = [sighting(self.TABLE, 125, -1245), sighting(self.TABLE, 125, -1030)]
+        self.scene = trays.associate(kits, CELL)
+        self.board.set_up("fanuc", True)
+        self.board.see("fanuc", self.scene)
+
+    def read(self, *lines):
+        source = io.StringIO("".join(f"{line}\n" for line in lines))
+        order_lines.OrderLines(source, CELL, self.board, self.report).run()
+
+    def test_an_order_is_looked_for_and_taken_on(self):
+        self.assertFalse(self.board.needs_look("fanuc"))
+        self.assertIsNone(self.board.claim("fanuc"))
+        slots = '{"lg_1": "sku_part_large_gear"}'
+        self.read(f'{{"announce": "a", "tray": "{self.TABLE}", "priority": 2, "slots": {slots}}}')
+        self.assertTrue(self.board.needs_look("fanuc"))
+        self.board.see("fanuc", self.scene)
+        kit = self.board.claim("fanuc")
+        self.assertEqual((kit.order, kit.priority), ("a", 2))
+        self.assertEqual(kit.wanted, {"lg_1": "sku_part_large_gear"})
+        self.assertEqual([k.order for k in self.board.kits], ["a"], "the other tray is nobody's")
+        self.assertFalse(self.board.taking_orders, "the input has ended")
+
+    def test_a_more_urgent_kit_goes_first(self):
+        self.read(f'{{"announce": "usual", "tray": "{self.TABLE}"}}')
+        self.board.see("fanuc", self.scene)
+        usual = self.board.claim("fanuc")
+        self.assertFalse(self.board.give_way(usual, "fanuc"))
+        self.read(f'{{"announce": "urgent", "tray": "{self.TABLE}", "priority": 1}}')
+        self.board.see("fanuc", self.scene)
+        self.assertTrue(self.board.give_way(usual, "fanuc"))
+        self.assertEqual(self.board.claim("fanuc").order, "urgent")
+
+    def test_a_cancelled_order_is_nobodys(self):
+        self.read(f'{{"announce": "a", "tray": "{self.TABLE}", "count": 3}}')
+        self.board.see("fanuc", self.scene)
+        kit = self.board.claim("fanuc")
+        self.read('{"cancel": "a"}')
+        self.assertFalse(self.board.mine(kit, "fanuc"))
+        self.assertEqual(self.board.kits, [])
+        self.board.see("fanuc", self.scene)
+        self.assertIsNone(self.board.claim("fanuc"))
+
+    def test_what_is_no_order_is_told_with_its_line(self):
+        self.read("{", '{"announce": "a", "tray": "bucket"}', "", '{"fetch": "coffee"}')
+        texts = [event["text"] for event in self.report.events]
+        self.assertEqual(len(texts), 3)
+        for text, begin in zip(texts, ("line 1: ", "line 2.tray: one of ", "line 4: announce or")):
+            self.assertTrue(text.startswith(begin), text)
 
 
 class OrdersFileTest(unittest.TestCase):

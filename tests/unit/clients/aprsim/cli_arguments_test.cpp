@@ -4,6 +4,7 @@
 #include "clients/aprsim/command_line.hpp"
 #include "clients/aprsim/command_tree.hpp"
 #include "tests/unit/clients/aprsim/cli_fixture.hpp"
+#include "world/fault_kinds/fault_when.hpp"
 
 namespace aprsim::test {
 namespace {
@@ -63,29 +64,29 @@ TEST(CliArguments, AFaultHasATargetParametersAndATime) {
 
 TEST(CliArguments, WhatAFaultWaitsFor) {
   const auto when = [](const std::string& text) {
-    const auto parsed = client::parse_when(text);
+    const auto parsed = faults::parse_when(text);
     if (!parsed) throw std::runtime_error(parsed.error());
     return *parsed;
   };
-  const auto placed = std::get<client::WhenPlaced>(when("placed:sku_part_large_gear:fanuc"));
+  const auto placed = std::get<faults::WhenPlaced>(when("placed:sku_part_large_gear:fanuc"));
   EXPECT_EQ(placed.type, "sku_part_large_gear");
   EXPECT_EQ(placed.robot, "fanuc");
-  EXPECT_EQ(std::get<client::WhenPlaced>(when("placed:sku_part_large_gear")).robot, "");
-  EXPECT_EQ(std::get<client::WhenGrasped>(when("grasp:fanuc")).count, 1U);
-  EXPECT_EQ(std::get<client::WhenGrasped>(when("grasp:fanuc:3")).count, 3U);
-  EXPECT_EQ(std::get<client::WhenBeamBroken>(when("beam:upstream")).eye, "upstream");
-  EXPECT_EQ(std::get<client::WhenReported>(when("event:order-submitted")).event, "order-submitted");
-  const auto joint = std::get<client::WhenCrossing>(when("joint-position:motoman:7<-0.5"));
+  EXPECT_EQ(std::get<faults::WhenPlaced>(when("placed:sku_part_large_gear")).robot, "");
+  EXPECT_EQ(std::get<faults::WhenGrasped>(when("grasp:fanuc")).count, 1U);
+  EXPECT_EQ(std::get<faults::WhenGrasped>(when("grasp:fanuc:3")).count, 3U);
+  EXPECT_EQ(std::get<faults::WhenBeamBroken>(when("beam:upstream")).eye, "upstream");
+  EXPECT_EQ(std::get<faults::WhenReported>(when("event:order-submitted")).event, "order-submitted");
+  const auto joint = std::get<faults::WhenCrossing>(when("joint-position:motoman:7<-0.5"));
   EXPECT_EQ(joint.robot, "motoman");
   EXPECT_EQ(joint.joint, 7U);
   EXPECT_FALSE(joint.above);
   EXPECT_EQ(joint.limit, -0.5);
-  EXPECT_TRUE(std::get<client::WhenCrossing>(when("belt-travel>1")).above);
+  EXPECT_TRUE(std::get<faults::WhenCrossing>(when("belt-travel>1")).above);
   for (const char* bad :
        {"", "placed", "placed:", "placed:a:b:c", "grasp", "grasp:fanuc:0", "grasp:fanuc:x", "beam",
         "event:", "soon", "belt-travel>", "belt-travel>far", "belt-travel:fanuc>1", "mood>1",
         "tool-force>1", "joint-position:fanuc>1", "joint-position:fanuc:0>1"}) {
-    EXPECT_FALSE(client::parse_when(bad)) << bad;
+    EXPECT_FALSE(faults::parse_when(bad)) << bad;
   }
 }
 

@@ -5,9 +5,9 @@
 
 #include <tl/expected.hpp>
 
-namespace aprsim::client {
+namespace aprsim::faults {
 
-/// What a fault waits for, as written on the command line; see aprsim.v1.InjectFaultRequest.
+/// What a fault waits for, as people write it; see aprsim.v1.InjectFaultRequest.
 struct WhenPlaced {
   std::string type, robot;  ///< robot empty = any
 };
@@ -33,4 +33,4 @@ using FaultWhen = std::variant<WhenPlaced, WhenGrasped, WhenBeamBroken, WhenRepo
 /// "QUANTITY[:ROBOT[:JOINT]]" with > or < and a limit. The error says what is wrong with the text.
 [[nodiscard]] tl::expected<FaultWhen, std::string> parse_when(const std::string& text);
 
-}  // namespace aprsim::client
+}  // namespace aprsim::faults

@@ -1,16 +1,15 @@
-#include "clients/aprsim/fault_when.hpp"
+#include "world/fault_kinds/fault_when.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <optional>
 #include <string_view>
 #include <vector>
 
-#include <fmt/format.h>
-
 #include "world/fault_kinds/fault_kinds.hpp"
 
-namespace aprsim::client {
+namespace aprsim::faults {
 namespace {
 
 constexpr std::string_view kForms =
@@ -36,36 +35,36 @@ std::vector<std::string> split(std::string_view text) {
 }
 
 tl::unexpected<std::string> no_form(const std::string& text) {
-  return tl::unexpected(fmt::format("'{}' is none of {}", text, kForms));
+  return tl::unexpected("'" + text + "' is none of " + std::string(kForms));
 }
 
 tl::expected<FaultWhen, std::string> parse_crossing(const std::string& text, std::size_t sign) {
   const auto words = split(std::string_view(text).substr(0, sign));
   const auto limit = whole_number<double>(std::string_view(text).substr(sign + 1));
   if (!limit || !std::isfinite(*limit)) {
-    return tl::unexpected(fmt::format("'{}' has no finite number for a limit", text));
+    return tl::unexpected("'" + text + "' has no finite number for a limit");
   }
-  const faults::QuantityInfo* quantity = faults::find_quantity(words[0]);
+  const QuantityInfo* quantity = find_quantity(words[0]);
   if (quantity == nullptr) {
     std::string names;
-    for (const auto& known : faults::all_quantities()) {
+    for (const auto& known : all_quantities()) {
       names += (names.empty() ? "" : ", ") + std::string(known.name);
     }
-    return tl::unexpected(fmt::format("'{}' is no quantity; there are: {}", words[0], names));
+    return tl::unexpected("'" + words[0] + "' is no quantity; there are: " + names);
   }
-  const bool of_joint = quantity->quantity == faults::Quantity::kJointPosition;
+  const bool of_joint = quantity->quantity == Quantity::kJointPosition;
   const std::size_t wanted = 1 + (quantity->of_robot ? 1 : 0) + (of_joint ? 1 : 0);
   if (words.size() != wanted) {
-    return tl::unexpected(fmt::format("'{}' is not {}{}{} with > or < and a limit", text, words[0],
-                                      quantity->of_robot ? ":ROBOT" : "",
-                                      of_joint ? ":JOINT" : ""));
+    return tl::unexpected("'" + text + "' is not " + words[0] +
+                          (quantity->of_robot ? ":ROBOT" : "") + (of_joint ? ":JOINT" : "") +
+                          " with > or < and a limit");
   }
   WhenCrossing out{.quantity = words[0], .robot = {}, .above = text[sign] == '>', .limit = *limit};
   if (quantity->of_robot) out.robot = words[1];
   if (of_joint) {
     const auto joint = whole_number<unsigned>(words[2]);
     if (!joint || *joint == 0) {
-      return tl::unexpected(fmt::format("'{}' is no number of a joint, from 1", words[2]));
+      return tl::unexpected("'" + words[2] + "' is no number of a joint, from 1");
     }
     out.joint = *joint;
   }
@@ -87,7 +86,7 @@ tl::expected<FaultWhen, std::string> parse_when(const std::string& text) {
   if (words[0] == "grasp" && (words.size() == 2 || words.size() == 3)) {
     const auto count = words.size() == 3 ? whole_number<unsigned>(words[2]) : 1U;
     if (!count || *count == 0) {
-      return tl::unexpected(fmt::format("'{}' is no number of a grasp, from 1", words[2]));
+      return tl::unexpected("'" + words[2] + "' is no number of a grasp, from 1");
     }
     return WhenGrasped{words[1], *count};
   }
@@ -96,4 +95,4 @@ tl::expected<FaultWhen, std::string> parse_when(const std::string& text) {
   return no_form(text);
 }
 
-}  // namespace aprsim::client
+}  // namespace aprsim::faults

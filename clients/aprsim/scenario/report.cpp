@@ -1,0 +1,283 @@
+#include "clients/aprsim/scenario/report.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "clients/aprsim/scenario/plots.hpp"
+#include "world/scenario/measure_kinds.hpp"
+
+namespace aprsim::client {
+namespace {
+
+using RunJson = nlohmann::ordered_json;
+
+RunJson maybe(const std::optional<double>& value) { return value ? RunJson(*value) : RunJson(); }
+
+/// Counts without a point, all else to four digits.
+std::string figure(double value) {
+  return value == std::floor(value) && std::abs(value) < 1e9 ? fmt::format("{:.0f}", value)
+                                                             : fmt::format("{:.4g}", value);
+}
+
+std::string bound_text(const scenario::Bound& bound) {
+  if (bound.min && bound.max && *bound.min == *bound.max) return figure(*bound.min);
+  if (bound.min && bound.max) return figure(*bound.min) + " to " + figure(*bound.max);
+  return bound.min ? "at least " + figure(*bound.min) : "at most " + figure(bound.max.value_or(0));
+}
+
+std::string kit_state(const KitResult& kit) {
+  if (!kit.submitted_s) return "not submitted";
+  std::string text =
+      kit.is_right() ? "right" : fmt::format("{} of {} right", kit.right, kit.ordered);
+  if (kit.surplus > 0) text += fmt::format(", {} too many", kit.surplus);
+  if (!kit.tray_right) text += ", in a wrong tray";
+  if (!kit.at_destination) text += ", not at its destination";
+  return kit.late ? text + ", late" : text;
+}
+
+std::string time_text(const std::optional<double>& time_s) {
+  return time_s ? fmt::format("{:.1f}", *time_s) : "-";
+}
+
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    out += c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '&' ? "&amp;" : std::string(1, c);
+  }
+  return out;
+}
+
+std::string cells(std::initializer_list<std::string> texts, const char* tag = "td") {
+  std::string out = "<tr>";
+  for (const auto& text : texts) out += fmt::format("<{0}>{1}</{0}>", tag, escaped(text));
+  return out + "</tr>\n";
+}
+
+constexpr const char* kStyle =
+    "body{font:15px/1.45 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;"
+    "color:#1d2630}table{border-collapse:collapse;margin:.5rem 0 1.5rem}td,th{padding:.15rem "
+    ".8rem .15rem 0;text-align:left;border-bottom:1px solid #dde3e8}td.n{text-align:right}"
+    ".good{color:#187a3d}.bad{color:#b3261e}svg{max-width:100%;height:auto}"
+    "@media(prefers-color-scheme:dark){body{background:#14191e;color:#d9e0e6}"
+    "td,th{border-color:#333c44}svg{background:#eef1f4}}";
+
+}  // namespace
+
+bool RunResult::as_expected() const { return std::ranges::all_of(verdicts, &Verdict::kept); }
+
+std::vector<Verdict> judge(const Measured& measured,
+                           const std::map<std::string, scenario::Bound>& expected) {
+  std::vector<Verdict> out;
+  for (const auto& kind : scenario::measure_kinds()) {
+    const auto found = expected.find(std::string(kind.name));
+    if (found == expected.end()) continue;
+    Verdict verdict{found->first, found->second, {}, false};
+    const auto value = measured.values.find(found->first);
+    if (value != measured.values.end()) {
+      verdict.value = value->second;
+      verdict.kept = value->second >= found->second.min.value_or(value->second) &&
+                     value->second <= found->second.max.value_or(value->second);
+    }
+    out.push_back(std::move(verdict));
+  }
+  return out;
+}
+
+std::string text_of(const Verdict& verdict) {
+  return fmt::format("{} {}, expected {}", verdict.measure,
+                     verdict.value ? figure(*verdict.value) : "not known",
+                     bound_text(verdict.bound));
+}
+
+nlohmann::ordered_json report_json(const RunResult& run) {
+  const Measured& measured = run.measured;
+  RunJson values = RunJson::object();
+  for (const auto& kind : scenario::measure_kinds()) {
+    const auto value = measured.values.find(std::string(kind.name));
+    values[std::string(kind.name)] =
+        value == measured.values.end() ? RunJson() : RunJson(value->second);
+  }
+  RunJson verdicts = RunJson::array(), kits = RunJson::array(), placements = RunJson::array(),
+          collisions = RunJson::array(), faults = RunJson::array(), robots = RunJson::array(),
+          events = RunJson::array();
+  for (const Verdict& verdict : run.verdicts) {
+    verdicts.push_back({{"measure", verdict.measure},
+                        {"value", maybe(verdict.value)},
+                        {"min", maybe(verdict.bound.min)},
+                        {"max", maybe(verdict.bound.max)},
+                        {"kept", verdict.kept}});
+  }
+  for (const KitResult& kit : measured.kits) {
+    kits.push_back({{"order", kit.order},
+                    {"tray", kit.tray},
+                    {"priority", kit.priority},
+                    {"announced_s", kit.announced_s},
+                    {"submitted_s", maybe(kit.submitted_s)},
+                    {"ordered", kit.ordered},
+                    {"right", kit.right},
+                    {"surplus", kit.surplus},
+                    {"tray_right", kit.tray_right},
+                    {"at_destination", kit.at_destination},
+                    {"late", kit.late},
+                    {"is_right", kit.is_right()}});
+  }
+  for (const Placement& placement : measured.placements) {
+    placements.push_back({{"time_s", placement.time_s},
+                          {"robot", placement.robot},
+                          {"gear", placement.gear},
+                          {"slot", placement.slot},
+                          {"error_m", placement.error_m},
+                          {"turned_rad", placement.turned_rad},
+                          {"right_type", placement.right_type}});
+  }
+  for (const Collision& collision : measured.collisions) {
+    collisions.push_back({{"pair", collision.pair},
+                          {"two_robots", collision.two_robots},
+                          {"begin_s", collision.begin_s},
+                          {"end_s", collision.end_s},
+                          {"max_n", collision.max_n}});
+  }
+  for (const FaultResult& fault : measured.faults) {
+    faults.push_back({{"kind", fault.kind},
+                      {"target", fault.target},
+                      {"begin_s", fault.begin_s},
+                      {"end_s", maybe(fault.end_s)},
+                      {"recovery_s", maybe(fault.recovery_s)},
+                      {"recovered", fault.recovered}});
+  }
+  for (const RobotResult& robot : measured.robots) {
+    robots.push_back({{"name", robot.name},
+                      {"grasps", robot.grasps},
+                      {"grasps_failed", robot.grasps_failed},
+                      {"grasps_repeated", robot.grasps_repeated},
+                      {"drops", robot.drops},
+                      {"moving_s", robot.moving_s},
+                      {"path_m", robot.path_m},
+                      {"energy_j", robot.energy_j}});
+  }
+  for (const RunEvent& event : run.events) {
+    events.push_back({{"time_s", event.time_s}, {"what", event.what}});
+  }
+  return {{"scenario", run.scenario},
+          {"description", run.description},
+          {"seed", run.seed},
+          {"controller", run.controller},
+          {"ended", run.ended},
+          {"as_expected", run.as_expected()},
+          {"measures", values},
+          {"expected", verdicts},
+          {"kits", kits},
+          {"placements", placements},
+          {"collisions", collisions},
+          {"faults", faults},
+          {"robots", robots},
+          {"events", events}};
+}
+
+std::string report_table(const RunResult& run, const Paint& paint) {
+  const Measured& measured = run.measured;
+  std::string out =
+      paint(Tone::kHeading, fmt::format("{}, seed {}", run.scenario, run.seed)) +
+      fmt::format(": {}\n{} after {:.1f} s\n\n", run.description, run.ended, measured.end_s);
+  for (const KitResult& kit : measured.kits) {
+    out += fmt::format("  kit    {:<20} {:<22} {:>7} s  ", kit.order, kit.tray,
+                       time_text(kit.submitted_s)) +
+           paint(kit.is_right() ? Tone::kGood : Tone::kBad, kit_state(kit)) + '\n';
+  }
+  for (const FaultResult& fault : measured.faults) {
+    out += fmt::format("  fault  {:<20} {:<22} {:>7.1f} s  ", fault.kind, fault.target,
+                       fault.begin_s) +
+           paint(fault.recovered ? Tone::kGood : Tone::kBad,
+                 fault.recovery_s ? fmt::format("next part after {:.1f} s", *fault.recovery_s)
+                                  : std::string("no part after it")) +
+           '\n';
+  }
+  out += '\n';
+  for (const auto& kind : scenario::measure_kinds()) {
+    const auto value = measured.values.find(std::string(kind.name));
+    if (value == measured.values.end()) continue;
+    const std::string unit = kind.unit == "1" ? "" : std::string(kind.unit);
+    out += fmt::format("  {:<22}{:>10} {:<4} {}\n", kind.name, figure(value->second), unit,
+                       kind.meaning);
+  }
+  out += '\n';
+  for (const Verdict& verdict : run.verdicts) {
+    out += "  " +
+           paint(verdict.kept ? Tone::kGood : Tone::kBad, verdict.kept ? "kept    " : "not kept") +
+           ' ' + text_of(verdict) + '\n';
+  }
+  return out;
+}
+
+std::string report_page(const RunResult& run) {
+  const Measured& measured = run.measured;
+  std::string out = fmt::format(
+      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
+      "content=\"width=device-width\"><title>{0}, seed {1}</title><style>{2}</style></head><body>\n"
+      "<h1>{0}</h1>\n<p>{3}. Seed {1}, controller <code>{4}</code>; {5} after {6:.1f} s.</p>\n"
+      "<p class=\"{7}\">{8}</p>\n",
+      escaped(run.scenario), run.seed, kStyle, escaped(run.description), escaped(run.controller),
+      escaped(run.ended), measured.end_s, run.as_expected() ? "good" : "bad",
+      run.as_expected() ? "As expected." : "Not as expected.");
+  out += "<h2>Kits</h2>\n<table>" +
+         cells({"order", "tray", "announced [s]", "submitted [s]", "result"}, "th");
+  for (const KitResult& kit : measured.kits) {
+    out += cells({kit.order, kit.tray, time_text(kit.announced_s), time_text(kit.submitted_s),
+                  kit_state(kit)});
+  }
+  out += "</table>\n<h2>The run</h2>\n" + progress_plot(run) + activity_plot(run) +
+         "<h2>Where parts came to lie</h2>\n" + placement_plot(run);
+  if (!measured.faults.empty()) {
+    out += "<h2>Faults</h2>\n<table>" +
+           cells({"kind", "target", "begin [s]", "end [s]", "next part after [s]"}, "th");
+    for (const FaultResult& fault : measured.faults) {
+      out += cells({fault.kind, fault.target, time_text(fault.begin_s), time_text(fault.end_s),
+                    time_text(fault.recovery_s)});
+    }
+    out += "</table>\n";
+  }
+  if (!measured.collisions.empty()) {
+    out += "<h2>Collisions</h2>\n<table>" +
+           cells({"between", "from [s]", "to [s]", "greatest force [N]"}, "th");
+    for (const Collision& collision : measured.collisions) {
+      out += cells({collision.pair, fmt::format("{:.2f}", collision.begin_s),
+                    fmt::format("{:.2f}", collision.end_s), figure(collision.max_n)});
+    }
+    out += "</table>\n";
+  }
+  out += "<h2>Measures</h2>\n<table>" + cells({"measure", "value", "unit", "meaning"}, "th");
+  for (const auto& kind : scenario::measure_kinds()) {
+    const auto value = measured.values.find(std::string(kind.name));
+    if (value == measured.values.end()) continue;
+    out += cells({std::string(kind.name), figure(value->second),
+                  kind.unit == "1" ? "" : std::string(kind.unit), std::string(kind.meaning)});
+  }
+  out += "</table>\n<h2>Expected</h2>\n<table>" + cells({"bound", "kept"}, "th");
+  for (const Verdict& verdict : run.verdicts) {
+    out += cells({text_of(verdict), verdict.kept ? "yes" : "no"});
+  }
+  return out + "</table>\n</body></html>\n";
+}
+
+Outcome<void> write_report(const RunResult& run, const std::string& directory) {
+  namespace fs = std::filesystem;
+  std::error_code status;
+  fs::create_directories(directory, status);
+  const auto write = [&](const char* name, const std::string& text) {
+    std::ofstream file(fs::path(directory) / name, std::ios::binary);
+    file << text;
+    return static_cast<bool>(file.flush());
+  };
+  const auto replace = RunJson::error_handler_t::replace;
+  if (write("report.json", report_json(run).dump(1, ' ', false, replace) + "\n") &&
+      write("report.txt", report_table(run, Paint())) && write("report.html", report_page(run))) {
+    return {};
+  }
+  return failed(FailureKind::kUsage, "cannot write the report into " + directory);
+}
+
+}  // namespace aprsim::client

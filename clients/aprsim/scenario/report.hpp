@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "clients/aprsim/outcome.hpp"
+#include "clients/aprsim/paint.hpp"
+#include "clients/aprsim/scenario/run_result.hpp"
+
+namespace aprsim::client {
+
+/// The whole result; the same result gives the same text.
+[[nodiscard]] nlohmann::ordered_json report_json(const RunResult& run);
+/// Measures, kits, faults and the verdict, for a terminal.
+[[nodiscard]] std::string report_table(const RunResult& run, const Paint& paint);
+/// A page that needs nothing else, with plots.
+[[nodiscard]] std::string report_page(const RunResult& run);
+
+/// Writes report.json, report.txt and report.html into a directory, which is made when it is not
+/// there. Failure: a file that cannot be written.
+[[nodiscard]] Outcome<void> write_report(const RunResult& run, const std::string& directory);
+
+}  // namespace aprsim::client

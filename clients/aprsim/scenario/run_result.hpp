@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "clients/aprsim/scenario/measures.hpp"
+
+namespace aprsim::client {
+
+/// A bound of the expected outcome and what became of it.
+struct Verdict {
+  std::string measure;
+  scenario::Bound bound;
+  std::optional<double> value;
+  bool kept = false;
+};
+
+struct RunEvent {
+  double time_s = 0;
+  std::string what;
+};
+
+/// One run of a scenario. Nothing in it tells of the wall clock.
+struct RunResult {
+  std::string scenario, description, controller;
+  std::uint64_t seed = 1;
+  std::string ended;  ///< why
+  Measured measured;
+  std::vector<Verdict> verdicts;
+  std::vector<RunEvent> events;
+
+  [[nodiscard]] bool as_expected() const;
+};
+
+/// Compares. A measure of which there is nothing to tell keeps no bound.
+[[nodiscard]] std::vector<Verdict> judge(const Measured& measured,
+                                         const std::map<std::string, scenario::Bound>& expected);
+/// "kits_right 1, expected 2".
+[[nodiscard]] std::string text_of(const Verdict& verdict);
+
+}  // namespace aprsim::client

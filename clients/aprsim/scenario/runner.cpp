@@ -1,0 +1,407 @@
+#include "clients/aprsim/scenario/runner.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <sstream>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "clients/aprsim/cell_connection.hpp"
+#include "clients/aprsim/fault_request.hpp"
+#include "clients/aprsim/interruption.hpp"
+#include "clients/aprsim/scenario/child_process.hpp"
+#include "clients/aprsim/scenario/sampler.hpp"
+#include "clients/aprsim/scenario/scores.hpp"
+#include "clients/aprsim/status_text.hpp"
+
+namespace aprsim::client {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+
+constexpr double kSamplesPerSecond = 50;  // of simulated time, where the wire keeps up
+constexpr double kMostSamplesPerSecond = 400;
+constexpr auto kStartTime = 20s;  // for a daemon to listen
+constexpr auto kEndTime = 10s;    // for a program to end when it is told to
+constexpr auto kHomeTime = 30s;   // for a controller that has no more orders
+
+/// A directory of the run's own, gone with it.
+class RunDirectory {
+ public:
+  explicit RunDirectory(const std::string& kept) : kept_(!kept.empty()) {
+    std::error_code status;
+    if (kept_) {
+      fs::create_directories(kept, status);
+      path_ = kept;
+      return;
+    }
+    std::string name = (fs::temp_directory_path(status) / "aprsim-run-XXXXXX").string();
+    if (mkdtemp(name.data()) != nullptr) path_ = name;
+  }
+  ~RunDirectory() {
+    std::error_code ignored;
+    if (!kept_ && !path_.empty()) fs::remove_all(path_, ignored);
+  }
+  RunDirectory(const RunDirectory&) = delete;
+  RunDirectory& operator=(const RunDirectory&) = delete;
+  [[nodiscard]] std::string file(const char* name) const { return (path_ / name).string(); }
+
+ private:
+  fs::path path_;
+  bool kept_;
+};
+
+fs::path own_directory() {
+  std::error_code status;
+  return fs::read_symlink("/proc/self/exe", status).parent_path();
+}
+
+/// The kitting controller of an installation, else that of the source tree.
+std::string kitting_program() {
+  const fs::path installed = own_directory().parent_path() / "share/aprsim/kitting/kitting";
+  std::error_code status;
+  return fs::is_regular_file(installed, status) ? installed.string() : APRSIM_KITTING;
+}
+
+std::string last_lines(const std::string& file) {
+  std::ifstream in(file);
+  std::string text, line;
+  while (std::getline(in, line)) {
+    text += line + '\n';
+    if (text.size() > 2000) text.erase(0, text.size() - 2000);
+  }
+  return text;
+}
+
+Outcome<ChildProcess> start_daemon(const scenario::Plan& plan, const RunDirectory& directory) {
+  const std::string scene = directory.file("scene.yaml"), ports = directory.file("ports.json");
+  std::error_code status;
+  fs::remove(ports, status);
+  if (std::ofstream file(scene); !(file << plan.scene_text << std::flush)) {
+    return failed(FailureKind::kUsage, "cannot write " + scene);
+  }
+  const fs::path beside = own_directory() / "aprsimd";
+  auto daemon = ChildProcess::start(
+      {fs::is_regular_file(beside, status) ? beside.string() : "aprsimd", "--scene", scene,
+       "--seed", std::to_string(plan.seed), "--speed", "stepped", "--any-port", "--no-web",
+       "--ports-file", ports},
+      {{"APRSIM_TOKEN", ""}}, directory.file("aprsimd.log"), ChildProcess::Pipes::kNone);
+  if (!daemon) return daemon;
+  const auto deadline = std::chrono::steady_clock::now() + kStartTime;
+  while (!fs::exists(ports, status)) {
+    if (interruption::noted()) return failed(FailureKind::kInterrupted, "interrupted");
+    if (daemon->ended() || std::chrono::steady_clock::now() > deadline) {
+      return failed(FailureKind::kCheck,
+                    "the daemon does not serve: " + last_lines(directory.file("aprsimd.log")));
+    }
+    interruption::sleep_until(std::chrono::steady_clock::now() + 5ms);
+  }
+  return daemon;
+}
+
+std::vector<std::string> controller_command(const scenario::Scenario& scenario,
+                                            const RunOptions& options,
+                                            const RunDirectory& directory) {
+  if (!options.controller.empty()) return {"/bin/sh", "-c", options.controller};
+  // Polls as often in simulated time as at real speed, as far as that is possible.
+  const double poll_ms = std::clamp(25 / options.speed.value_or(25), 1.0, 25.0);
+  std::vector<std::string> out = {"python3",      kitting_program(),
+                                  "--cell",       scenario.cell,
+                                  "--ports-file", directory.file("ports.json"),
+                                  "--order",      "-",
+                                  "--poll-ms",    fmt::format("{}", poll_ms)};
+  out.insert(out.end(), scenario.controller_options.begin(), scenario.controller_options.end());
+  return out;
+}
+
+FaultInjectCommand command_of(const scenario::Fault& fault) {
+  FaultInjectCommand out{.kind = fault.kind,
+                         .target = fault.target,
+                         .parameters = fault.parameters,
+                         .when = fault.when,
+                         .for_s = fault.for_s};
+  if (fault.at_s) out.at_s = fault.at_s->front();
+  return out;
+}
+
+/// One run from the first sample to the stop condition.
+class Run {
+ public:
+  Run(const scenario::Scenario& scenario, const scenario::Plan& plan, CellConnection& cell,
+      v1::CellDescription description, ChildProcess* controller, bool speaks, std::ostream& heard,
+      const std::function<void(const RunEvent&)>& tell)
+      : scenario_(scenario),
+        plan_(plan),
+        cell_(cell),
+        description_(std::move(description)),
+        controller_(controller),
+        speaks_(speaks),
+        heard_(heard),
+        tell_(tell),
+        measures_(shape_of(description_), scenario.orders) {}
+
+  Outcome<void> inject() {
+    for (const scenario::Fault& fault : plan_.faults) {
+      const auto taken = cell_.inject_fault(fault_request(command_of(fault)));
+      if (!taken) return tl::unexpected(taken.error());
+      if (!fault.name.empty()) fault_ids_[fault.name] = taken->fault().id();
+    }
+    return {};
+  }
+
+  /// The next sample; false when the run is over.
+  bool take(const v1::Snapshot& snapshot) {
+    if (interruption::noted()) return end("interrupted");
+    if (!snapshot.world_fault().empty()) return end("the cell stopped: " + snapshot.world_fault());
+    const Sample sample = sample_of(snapshot, description_);
+    time_s_ = sample.time_s;
+    measures_.add(sample);
+    note_faults(sample);
+    move_orders_on();
+    listen();
+    submit_silently();
+    return go_on();
+  }
+
+  /// What the controller says while it ends.
+  void listen() {
+    if (controller_ == nullptr) return;
+    for (const std::string& line : controller_->lines()) hear(line);
+  }
+
+  RunResult result() const {
+    RunResult out{.scenario = scenario_.name,
+                  .description = scenario_.description,
+                  .seed = plan_.seed,
+                  .ended = ended_,
+                  .measured = measures_.result(words_),
+                  .events = events_};
+    add_scores(out.measured, scenario_.scoring);
+    out.verdicts = judge(out.measured, scenario_.expected);
+    return out;
+  }
+
+  [[nodiscard]] bool all_submitted() const { return ended_ == kAllSubmitted; }
+
+ private:
+  static constexpr const char* kAllSubmitted = "all orders were submitted";
+
+  bool end(const std::string& why) {
+    ended_ = why;
+    return false;
+  }
+
+  void note(const std::string& what) {
+    events_.push_back({time_s_, what});
+    tell_(events_.back());
+  }
+
+  void note_faults(const Sample& sample) {
+    for (const FaultSample& fault : sample.faults) {
+      const std::string name = fault.kind + (fault.target.empty() ? "" : " ") + fault.target;
+      if (fault.begin_s && begun_.insert(fault.id).second) note("fault begins: " + name);
+      if (fault.begin_s && fault.end_s && *fault.end_s > *fault.begin_s &&
+          over_.insert(fault.id).second) {
+        note("fault ends: " + name);
+      }
+    }
+  }
+
+  [[nodiscard]] bool has_come(const scenario::Moment& moment) const {
+    if (const auto* at_s = std::get_if<double>(&moment)) return time_s_ >= *at_s;
+    if (const auto* placed = std::get_if<scenario::OnPlaced>(&moment)) {
+      return measures_.placed() >= placed->count;
+    }
+    if (const auto* submitted = std::get_if<scenario::OnSubmitted>(&moment)) {
+      return announced_.contains(submitted->order) && measures_.open(submitted->order) == 0;
+    }
+    const auto id = fault_ids_.find(std::get<scenario::OnFault>(moment).fault);
+    return id != fault_ids_.end() && begun_.contains(id->second);
+  }
+
+  void report(const std::string& order, const char* what) {
+    note(fmt::format("{}: {}", what, order));
+    // Faults may wait for it; that the daemon has gone shows elsewhere.
+    static_cast<void>(cell_.report_event(std::string("order-") + what));
+    static_cast<void>(cell_.report_event(order + '-' + what));
+  }
+
+  void send(const nlohmann::ordered_json& message) {
+    if (controller_ != nullptr) controller_->write_line(message.dump());
+  }
+
+  void move_orders_on() {
+    for (const scenario::Order& order : scenario_.orders) {
+      if (!announced_.contains(order.name) && has_come(order.announced)) {
+        announced_.insert(order.name);
+        measures_.announced(order.name);
+        nlohmann::ordered_json message{{"announce", order.name},
+                                       {"tray", order.tray},
+                                       {"count", order.count},
+                                       {"priority", order.priority},
+                                       {"slots", order.slots}};
+        send(message);
+        report(order.name, "announced");
+      }
+      if (order.cancelled && announced_.contains(order.name) && !cancelled_.contains(order.name) &&
+          has_come(*order.cancelled)) {
+        cancelled_.insert(order.name);
+        measures_.cancelled(order.name);
+        send({{"cancel", order.name}});
+        report(order.name, "cancelled");
+      }
+    }
+  }
+
+  void hear(const std::string& line) {
+    heard_ << line << std::endl;
+    const auto message = nlohmann::json::parse(line, nullptr, /*allow_exceptions=*/false);
+    if (!message.is_object()) return;
+    speaks_ = true;
+    if (message.value("replan", false)) words_.replans = words_.replans.value_or(0) + 1;
+    for (const auto& [name, count] : {std::pair("crcl_requests", &words_.crcl_requests),
+                                      std::pair("modbus_requests", &words_.modbus_requests),
+                                      std::pair("vision_frames", &words_.vision_frames)}) {
+      if (message.contains(name) && message[name].is_number()) *count = message[name];
+    }
+    if (!message.contains("event") || message["event"] != "submit") return;
+    const auto order = message.find("order");
+    if (order == message.end() || !order->is_string() ||
+        !announced_.contains(order->get<std::string>())) {
+      note("the controller submits an order that there is not: " + line.substr(0, 200));
+      return;
+    }
+    std::optional<Eigen::Vector2d> place;
+    if (message.contains("x_m") && message.contains("y_m") && message["x_m"].is_number() &&
+        message["y_m"].is_number()) {
+      place = Eigen::Vector2d(message["x_m"].get<double>(), message["y_m"].get<double>());
+    }
+    submit(order->get<std::string>(), place);
+  }
+
+  void submit(const std::string& order, const std::optional<Eigen::Vector2d>& place) {
+    if (measures_.submitted(order, place)) report(order, "submitted");
+  }
+
+  /// For a controller that does not say when it is done.
+  void submit_silently() {
+    if (speaks_) return;
+    for (const std::string& order : announced_) {
+      for (unsigned i = std::min(measures_.open(order), measures_.fulfilled(order)); i > 0; --i) {
+        submit(order, {});
+      }
+    }
+  }
+
+  [[nodiscard]] bool all_done() const {
+    return std::ranges::all_of(scenario_.orders, [&](const scenario::Order& order) {
+      return announced_.contains(order.name) && measures_.open(order.name) == 0;
+    });
+  }
+
+  bool go_on() {
+    if (scenario_.stop.orders_submitted && all_done()) return end(kAllSubmitted);
+    if (time_s_ >= scenario_.stop.time_limit_s) return end("the time limit was reached");
+    if (scenario_.stop.quiet_s && measures_.quiet_s() >= *scenario_.stop.quiet_s) {
+      return end("nothing moved any more");
+    }
+    if (controller_ != nullptr && controller_->ended()) {
+      listen();
+      return end(fmt::format("the controller ended with {}", *controller_->ended()));
+    }
+    return true;
+  }
+
+  const scenario::Scenario& scenario_;
+  const scenario::Plan& plan_;
+  CellConnection& cell_;
+  v1::CellDescription description_;
+  ChildProcess* controller_;  ///< null when it is not ours
+  bool speaks_;               ///< it says what it does
+  std::ostream& heard_;       ///< all that it says
+  const std::function<void(const RunEvent&)>& tell_;
+  Measures measures_;
+  ControllerWords words_;
+  std::map<std::string, std::uint64_t> fault_ids_;
+  std::set<std::uint64_t> begun_, over_;
+  std::set<std::string> announced_, cancelled_;
+  std::vector<RunEvent> events_;
+  std::string ended_;
+  double time_s_ = 0;
+};
+
+/// Lets the controller end by itself when it may, else tells it to.
+void end_controller(ChildProcess& controller, Run& run) {
+  const interruption::Cleanup cleanup;
+  controller.close_input();
+  const auto deadline = std::chrono::steady_clock::now() + kHomeTime;
+  while (run.all_submitted() && !controller.ended() &&
+         std::chrono::steady_clock::now() < deadline) {
+    run.listen();
+    static_cast<void>(controller.wait(50ms));
+  }
+  if (!controller.ended()) controller.stop(kEndTime);
+  run.listen();
+}
+
+}  // namespace
+
+Outcome<RunResult> run_scenario(const scenario::Scenario& scenario, const scenario::Plan& plan,
+                                const RunOptions& options,
+                                const std::function<void(const RunEvent&)>& tell) {
+  const interruption::Hold hold;
+  const RunDirectory directory(options.directory);
+  auto daemon = start_daemon(plan, directory);
+  if (!daemon) return tl::unexpected(daemon.error());
+  const auto endpoints = read_ports_file(directory.file("ports.json"));
+  if (!endpoints) return tl::unexpected(endpoints.error());
+  CellConnection cell(*endpoints);
+  auto description = cell.cell();
+  if (!description) return tl::unexpected(description.error());
+
+  std::optional<ChildProcess> controller;
+  const bool waits = options.controller == "none";
+  if (waits) {
+    tell({0, "waits for a controller; ports: " + directory.file("ports.json")});
+  } else {
+    auto started =
+        ChildProcess::start(controller_command(scenario, options, directory),
+                            {{"APRSIM_PORTS_FILE", directory.file("ports.json")}},
+                            directory.file("controller.log"), ChildProcess::Pipes::kInputAndOutput);
+    if (!started) return tl::unexpected(started.error());
+    controller.emplace(std::move(*started));
+  }
+
+  std::ofstream heard(directory.file("controller.out"));
+  Run run(scenario, plan, cell, std::move(*description), controller ? &*controller : nullptr,
+          options.controller.empty(), heard, tell);
+  if (auto injected = run.inject(); !injected) return tl::unexpected(injected.error());
+  for (const auto& done : {cell.set_speed(options.speed), cell.resume()}) {
+    if (!done) return tl::unexpected(done.error());
+  }
+  const double rate_hz =
+      std::min(kMostSamplesPerSecond,
+               kSamplesPerSecond * std::max(1.0, options.speed.value_or(kMostSamplesPerSecond)));
+  const auto watched = cell.stream(rate_hz, [&](const v1::StreamSnapshotsResponse& sample) {
+    return run.take(sample.snapshot());
+  });
+  if (controller) end_controller(*controller, run);
+  const interruption::Cleanup cleanup;
+  daemon->stop(kEndTime);
+  if (!watched) {
+    return failed(watched.error().kind,
+                  watched.error().message + "; " + last_lines(directory.file("aprsimd.log")));
+  }
+  if (interruption::happened()) return failed(FailureKind::kInterrupted, "interrupted");
+  RunResult result = run.result();
+  result.controller = options.controller.empty() ? "kitting" : options.controller;
+  return result;
+}
+
+}  // namespace aprsim::client

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "clients/aprsim/outcome.hpp"
+#include "clients/aprsim/scenario/run_result.hpp"
+#include "world/scenario/plan.hpp"
+#include "world/scenario/scenario.hpp"
+
+namespace aprsim::client {
+
+struct RunOptions {
+  std::optional<double> speed = 1;  ///< of simulated time; absent = as fast as possible
+  /// A command for the shell in place of the kitting controller, "none" to wait for one that
+  /// somebody else starts; empty = the kitting controller.
+  std::string controller;
+  std::string
+      directory;  ///< keeps the scene, the logs and what the controller says; empty = nothing
+};
+
+/// Runs a planned scenario: starts a daemon of its own on free ports with the planned scene, and
+/// the controller; injects the faults, announces orders, watches by gRPC, until a stop condition
+/// holds, and stops both. What happens is told as it does.
+///
+/// The controller finds the ports in the file that APRSIM_PORTS_FILE names. Orders come on its
+/// standard input, one JSON object a line, {"announce": NAME, "tray": TYPE, "count": N, "priority":
+/// N, "slots": {SLOT: TYPE}} and {"cancel": NAME}; it answers on standard output, {"event":
+/// "submit", "order": NAME, "x_m": X, "y_m": Y}, with the place of the tray in the world where it
+/// knows that. "replan": true in any line counts as a change of plan, and "crcl_requests",
+/// "modbus_requests", "vision_frames" are taken from the last line that has them. Of a controller
+/// that says nothing a kit counts as submitted when it is as ordered.
+///
+/// Failures: what cannot be started, a daemon that dies, an interruption.
+[[nodiscard]] Outcome<RunResult> run_scenario(const scenario::Scenario& scenario,
+                                              const scenario::Plan& plan, const RunOptions& options,
+                                              const std::function<void(const RunEvent&)>& tell);
+
+}  // namespace aprsim::client

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+/// What measures are made from: the cell at one instant of a run. SI, in the world.
+namespace aprsim::client {
+
+/// What does not change in a run.
+struct SlotShape {
+  std::string name, gear_type;
+  Eigen::Vector3d at_tray = Eigen::Vector3d::Zero();
+};
+struct BodyShape {
+  enum class Kind { kGear, kPartTray, kKitTray };
+  std::string name, type;
+  Kind kind = Kind::kGear;
+  std::vector<SlotShape> slots;  ///< of a tray
+};
+struct CellShape {
+  std::vector<std::string> robots;
+  std::vector<BodyShape> bodies;
+};
+
+struct RobotSample {
+  bool moving = false;
+  bool told_to_close = false;
+  std::optional<std::size_t> held;  ///< index of the body between the fingers
+  Eigen::Isometry3d tool = Eigen::Isometry3d::Identity();
+  double power_w = 0;  ///< of all drives, sum of |torque x velocity|
+};
+struct BodySample {
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  bool resting = true;
+  bool lost = false;  ///< fell out of the cell
+};
+/// A robot's contact with what it must not touch: anything but gears at its gripper.
+struct Touch {
+  std::string pair;  ///< both things
+  bool two_robots = false;
+  double force_n = 0;
+};
+struct FaultSample {
+  std::uint64_t id = 0;
+  std::string kind, target;
+  std::optional<double> begin_s, end_s;
+};
+struct Sample {
+  double time_s = 0;  ///< simulated, since the start
+  std::vector<RobotSample> robots;
+  std::vector<BodySample> bodies;
+  std::vector<Touch> touches;
+  std::vector<FaultSample> faults;  ///< all that have been injected
+  double belt_speed_m_s = 0;
+};
+
+}  // namespace aprsim::client

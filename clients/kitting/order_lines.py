@@ -1,0 +1,53 @@
+"""Orders that come while the robots are at work: one JSON object a line on standard input. What is
+done goes out the same way on standard output."""
+
+from __future__ import annotations
+
+import json
+import threading
+from typing import TextIO
+
+from cell import Cell, CellError
+from orders import Board, read_order
+from report import Report
+
+
+class OrderLines(threading.Thread):
+    """Reads until the input ends; then no more orders come.
+
+    {"announce": "first", "tray": "kit_s2l2_vessel", "count": 1, "priority": 0, "slots": {...}}
+    {"cancel": "first"}
+    """
+
+    def __init__(self, source: TextIO, cell: Cell, board: Board, report: Report) -> None:
+        super().__init__(name="orders", daemon=True)
+        self._source, self._cell, self._board, self._report = source, cell, board, report
+
+    def run(self) -> None:
+        for number, line in enumerate(self._source, 1):
+            if not line.strip():
+                continue
+            try:
+                self._take(json.loads(line), f"line {number}")
+            except CellError as error:
+                self._report.tell("orders", "order_error", str(error))
+            except ValueError as error:
+                self._report.tell("orders", "order_error", f"line {number}: {error}")
+        self._board.taking_orders = False
+        self._report.tell("orders", "orders_end", "no more orders come")
+
+    def _take(self, message: object, where: str) -> None:
+        if isinstance(message, dict) and isinstance(message.get("announce"), str):
+            row = dict(message)
+            name = row.pop("announce")
+            orders = read_order(row, where, self._cell, name)
+            self._board.announce(orders)
+            # Who has sent it may wait for this.
+            self._report.tell("orders", "announced", f"{name} is ordered", order=name)
+        elif isinstance(message, dict) and isinstance(message.get("cancel"), str):
+            name = message["cancel"]
+            left = self._board.cancel(name)
+            text = f"{name} is cancelled" if left else f"of {name} nothing is left to be cancelled"
+            self._report.tell("orders", "cancelled", text, order=name)
+        else:
+            raise CellError(f"{where}: announce or cancel with the name of an order is expected")

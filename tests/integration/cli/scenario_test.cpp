@@ -1,0 +1,142 @@
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "tests/integration/cli/cli_commands.hpp"
+#include "tests/support/eventually.hpp"
+#include "tests/support/terminal_process.hpp"
+
+namespace aprsim::test {
+namespace {
+
+using Json = nlohmann::json;
+
+// One part; the robot trips with it in its gripper.
+constexpr const char* kShort = R"(description: one part, and a trip on the way
+scene: aprs
+controller: [--robots, fanuc, --no-belt]
+orders:
+  - {name: kit, tray: sku_kit_m2l1_vessel, slots: {lg_1: sku_part_large_gear}}
+faults:
+  - {name: trip, kind: protective-stop, target: fanuc, when: grasp:fanuc}
+vary: {tray_xy_m: 0.002, gear_yaw_deg: 180}
+stop: {time_limit_s: 900}
+expect: {kits_right: 1, placed: 1, faults_recovered: 1, placement_max_mm: {max: 0.5}}
+scoring: {baseline_s: 20, baseline_score: 5}
+)";
+
+ProcessResult run_scenario_command(std::vector<std::string> arguments,
+                                   std::chrono::seconds deadline = std::chrono::seconds(200)) {
+  arguments.insert(arguments.begin(), {std::string(APRSIM_BIN_DIR) + "/aprsim", "scenario"});
+  return run_process(arguments, deadline);
+}
+
+std::string text_of_file(const std::string& path) {
+  std::ifstream in(path);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// Whether a run has left its daemon: that takes its ports file along when it ends in order.
+bool daemon_is_left(const std::string& directory) {
+  return std::filesystem::exists(directory + "/ports.json");
+}
+
+TEST(ScenarioRun, AWholeJobIsDoneAndReported) {
+  const TemporaryDirectory directory;
+  const auto file = directory.write("short.yaml", kShort);
+  const auto report = directory.path() + "/report";
+  const auto result =
+      run_scenario_command({"run", file, "--seed", "4", "--speed", "10", "--report", report});
+  EXPECT_EQ(result.exit_code, 0) << result.out << result.err
+                                 << text_of_file(report + "/controller.log");
+  EXPECT_NE(result.out.find("fault begins: protective-stop fanuc"), std::string::npos);
+  EXPECT_NE(result.out.find("submitted: kit"), std::string::npos);
+  const Json json = Json::parse(text_of_file(report + "/report.json"));
+  EXPECT_EQ(json["as_expected"], true);
+  EXPECT_EQ(json["seed"], 4);
+  EXPECT_EQ(json["measures"]["score"], 1 + 3 + 1);
+  EXPECT_GT(json["measures"]["energy_j"], 10);
+  EXPECT_GT(json["measures"]["path_m"], 0.5);
+  EXPECT_GT(json["measures"]["crcl_requests"], 20);
+  EXPECT_GT(json["measures"]["agility"], 0);
+  EXPECT_EQ(json["kits"][0]["is_right"], true);
+  EXPECT_NE(text_of_file(report + "/report.html").find("<svg"), std::string::npos);
+  EXPECT_FALSE(daemon_is_left(report));
+  // The scene that was run is a scene like any other.
+  EXPECT_EQ(run_process({std::string(APRSIM_BIN_DIR) + "/aprsimd", "--check", "--scene",
+                         report + "/scene.yaml"})
+                .exit_code,
+            0);
+}
+
+TEST(ScenarioRun, OneWhenTheOutcomeIsAnother) {
+  const TemporaryDirectory directory;
+  const auto file = directory.write("short.yaml", kShort);
+  const auto result = run_scenario_command({"run", file, "--controller", "exit 3", "--json"});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_NE(result.err.find("not as expected: kits_right 0, expected 1; "), std::string::npos)
+      << result.err;
+  const Json json = Json::parse(result.out);
+  EXPECT_EQ(json["ended"], "the controller ended with 3");
+  EXPECT_EQ(json["controller"], "exit 3");
+  EXPECT_EQ(json["measures"]["kits_submitted"], 0);
+}
+
+TEST(ScenarioRun, TakesTheWordOfAnyController) {
+  const TemporaryDirectory directory;
+  const auto file = directory.write("short.yaml", kShort);
+  const auto seen = directory.path() + "/seen";
+  const auto controller = "read order && echo \"$order\" > " + seen +
+                          " && echo '{\"event\": \"submit\", \"order\": \"kit\"}' && "
+                          "echo '{\"crcl_requests\": 7, \"replan\": true}' && read rest";
+  const auto result = run_scenario_command({"run", file, "--controller", controller, "--json"});
+  EXPECT_EQ(result.exit_code, 1) << result.err;
+  const Json order = Json::parse(text_of_file(seen));
+  EXPECT_EQ(order["announce"], "kit");
+  EXPECT_EQ(order["slots"]["lg_1"], "sku_part_large_gear");
+  const Json json = Json::parse(result.out);
+  EXPECT_EQ(json["ended"], "all orders were submitted");
+  EXPECT_EQ(json["measures"]["kits_submitted"], 1);
+  EXPECT_EQ(json["measures"]["kits_right"], 0) << "nothing is in it";
+  EXPECT_EQ(json["measures"]["crcl_requests"], 7);
+  EXPECT_EQ(json["measures"]["replans"], 1);
+}
+
+TEST(ScenarioRun, StopsWhatItStartedWhenItIsInterrupted) {
+  const TemporaryDirectory directory;
+  const auto file = directory.write("short.yaml", kShort);
+  const auto report = directory.path() + "/report";
+  TerminalProcess run({std::string(APRSIM_BIN_DIR) + "/aprsim", "scenario", "run", file, "--report",
+                       report, "--controller", "echo $$ > " + report + "/pid; exec sleep 1000"},
+                      {"TERM=xterm", "NO_COLOR=1"});
+  run.wait_for("announced: kit", TerminalProcess::Seconds(60));
+  ASSERT_TRUE(eventually([&] { return text_of_file(report + "/pid").ends_with('\n'); },
+                         std::chrono::seconds(30)));
+  EXPECT_TRUE(daemon_is_left(report)) << "while it runs";
+  run.type("\x03");
+  EXPECT_EQ(run.wait_for_exit(TerminalProcess::Seconds(60)), -SIGINT) << run.output();
+  EXPECT_FALSE(daemon_is_left(report));
+  EXPECT_EQ(kill(std::stoi(text_of_file(report + "/pid")), 0), -1) << "its controller is there";
+}
+
+TEST(ScenarioCheck, TwoWithFileLineAndKey) {
+  const TemporaryDirectory directory;
+  std::string text = kShort;
+  text.replace(text.find("protective-stop"), 15, "protective-stpo");
+  const auto file = directory.write("bad.yaml", text);
+  for (const char* command : {"check", "run"}) {
+    const auto result = run_scenario_command({command, file});
+    EXPECT_EQ(result.exit_code, 2) << result.out;
+    EXPECT_EQ(result.err.rfind("aprsim: " + file + ":7:", 0), 0U) << result.err;
+    EXPECT_NE(result.err.find("faults[0].kind: found no kind of fault \"protective-stpo\""),
+              std::string::npos)
+        << result.err;
+    EXPECT_NE(result.err.find("did you mean protective-stop?"), std::string::npos) << result.err;
+  }
+}
+
+}  // namespace
+}  // namespace aprsim::test

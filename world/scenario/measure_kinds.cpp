@@ -1,0 +1,61 @@
+#include "world/scenario/measure_kinds.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace aprsim::scenario {
+namespace {
+
+constexpr std::array kTable{
+    MeasureKind{"kits_ordered", "1", "kits of all orders that were announced and not cancelled"},
+    MeasureKind{"kits_submitted", "1", "of these, submitted"},
+    MeasureKind{"kits_right", "1", "of these, as ordered and nothing else in them"},
+    MeasureKind{"kits_late", "1", "kits submitted after their deadline, or never"},
+    MeasureKind{"parts_right", "1", "parts as ordered in submitted kits"},
+    MeasureKind{"job_s", "s", "from the first announcement to the last submission"},
+    MeasureKind{"kit_mean_s", "s", "from announcement to submission, mean of all kits"},
+    MeasureKind{"throughput_per_h", "1/h", "right kits in job_s"},
+    MeasureKind{"grasps", "1", "times that a gripper was closed"},
+    MeasureKind{"grasps_failed", "1", "of these, holding nothing until it was opened again"},
+    MeasureKind{"grasps_repeated", "1", "of these, at a place where the one before failed"},
+    MeasureKind{"drops", "1", "times that a gripper told to hold lost what it held"},
+    MeasureKind{"parts_lost", "1", "parts that were taken and end in no slot and no gripper"},
+    MeasureKind{"placed", "1", "parts put into slots of kits"},
+    MeasureKind{"placement_p50_mm", "mm", "distance from the slot's centre, median"},
+    MeasureKind{"placement_p95_mm", "mm", "the same, 95th percentile"},
+    MeasureKind{"placement_max_mm", "mm", "the same, greatest"},
+    MeasureKind{"placement_yaw_p95_deg", "deg",
+                "turn of placed parts against the gripper from grasp to release, 95th percentile"},
+    MeasureKind{"collisions", "1", "times that a robot met what it must not touch"},
+    MeasureKind{"collision_max_n", "N", "greatest force of these"},
+    MeasureKind{"faults", "1", "injected faults that began"},
+    MeasureKind{"faults_recovered", "1",
+                "of these, after which a part was put into a kit, or all "
+                "kits were right in the end"},
+    MeasureKind{"recovery_mean_s", "s", "from a fault's begin to the next part in a kit, mean"},
+    MeasureKind{"recovery_max_s", "s", "the same, longest"},
+    MeasureKind{"replans", "1", "times that the controller says it changed its plan"},
+    MeasureKind{"crcl_requests", "1", "documents sent to all robots, as the controller says"},
+    MeasureKind{"modbus_requests", "1", "requests to the PLC, as the controller says"},
+    MeasureKind{"vision_frames", "1", "frames read from all cameras, as the controller says"},
+    MeasureKind{"idle_share", "1", "of the time in which a robot stands still, mean of robots"},
+    MeasureKind{"path_m", "m", "way of all tools"},
+    MeasureKind{"energy_j", "J", "of all drives, integral of |torque x velocity|"},
+    MeasureKind{"score", "1", "completion, by ARIAC's rules for kits"},
+    MeasureKind{"score_share", "1", "of the highest completion of these orders"},
+    MeasureKind{"efficiency", "1", "time of the baseline over job_s"},
+    MeasureKind{"penalty", "1", "by ARIAC's rules for collisions and lost parts"},
+    MeasureKind{"agility", "1", "score over time, relative to the baseline without faults"},
+    MeasureKind{"rate_back_s", "s", "from the last fault's begin until parts come as fast again"},
+};
+
+}  // namespace
+
+std::span<const MeasureKind> measure_kinds() { return kTable; }
+
+const MeasureKind* find_measure(std::string_view name) {
+  const auto* found = std::ranges::find(kTable, name, &MeasureKind::name);
+  return found == kTable.end() ? nullptr : found;
+}
+
+}  // namespace aprsim::scenario

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <span>
+#include <string_view>
+
+namespace aprsim::scenario {
+
+/// A number that a run is judged by.
+struct MeasureKind {
+  std::string_view name, unit;  ///< unit "1" = none
+  std::string_view meaning;
+};
+
+/// All of them, in the order of reports.
+[[nodiscard]] std::span<const MeasureKind> measure_kinds();
+/// Null when none has this name.
+[[nodiscard]] const MeasureKind* find_measure(std::string_view name);
+
+}  // namespace aprsim::scenario

@@ -1,0 +1,369 @@
+#include "world/scenario/scenario_reader.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <set>
+
+#include "world/scenario/measure_kinds.hpp"
+#include "world/scenario/scenario_check.hpp"
+#include "world/scenario/scene_change.hpp"
+#include "world/scene/reading.hpp"
+#include "world/scene/scene_loader.hpp"
+
+namespace aprsim::scenario {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kLongest = 1e6;  // of any time [s]
+constexpr yaml::Range kTime{.min = 0, .max = kLongest};
+constexpr yaml::Range kSpan{.min = 0, .max = kLongest, .open_min = true};
+constexpr yaml::Range kShare{.min = 0, .max = 0.9};
+
+constexpr std::array<std::string_view, 12> kKeys = {"description", "scene",  "cell",   "controller",
+                                                    "remove",      "supply", "orders", "faults",
+                                                    "vary",        "stop",   "expect", "scoring"};
+
+bool is_file(const std::string& name) {
+  return name.find('/') != std::string::npos || name.ends_with(".yaml") || name.ends_with(".yml");
+}
+
+Result<std::string> find_scenario(const std::string& name_or_file, const scene::DataPaths& paths) {
+  if (is_file(name_or_file)) return name_or_file;
+  const fs::path path = fs::path(paths.scenarios) / (name_or_file + ".yaml");
+  std::error_code status;
+  if (!name_or_file.empty() && fs::is_regular_file(path, status)) return path.string();
+  const auto names = scene::names_in(paths.scenarios);
+  std::string list;
+  for (const auto& name : names) list += (list.empty() ? "" : ", ") + name;
+  const std::string near = yaml::nearest_word(name_or_file, names);
+  return fail(ErrorCode::kNotFound, "scenario",
+              "scenario: found no scenario \"" + name_or_file + "\" in " + paths.scenarios +
+                  ", expected one of " + (list.empty() ? "(none there)" : list) +
+                  (near.empty() ? "" : " (did you mean " + near + "?)"));
+}
+
+std::optional<double> read_optional(const yaml::Node& node, const yaml::Range& range) {
+  return node ? std::optional(node.number(range)) : std::nullopt;
+}
+
+/// [MIN, MAX], not the other way round.
+std::array<double, 2> read_interval(const yaml::Node& node, const yaml::Range& range) {
+  const auto ends = node.numbers<2>(range);
+  if (ends[0] > ends[1]) node.unexpected("two numbers, the greater one last");
+  return ends;
+}
+
+/// "placed:N", "submitted:ORDER" or "fault:NAME".
+Moment read_event(const yaml::Node& node) {
+  const std::string text = node.text();
+  const std::size_t colon = std::min(text.find(':'), text.size());
+  const std::string what = text.substr(0, colon);
+  const std::string rest = text.substr(std::min(colon + 1, text.size()));
+  if (what == "submitted" && !rest.empty()) return OnSubmitted{rest};
+  if (what == "fault" && !rest.empty()) return OnFault{rest};
+  OnPlaced placed;
+  const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), placed.count);
+  if (what != "placed" || error != std::errc() || end != rest.data() + rest.size() ||
+      placed.count == 0) {
+    node.unexpected("placed:N, submitted:ORDER or fault:NAME");
+  }
+  return placed;
+}
+
+/// From the keys at_s and when, of which at most one is there.
+Moment read_moment(const yaml::Map& keys) {
+  if (keys["at_s"] && keys["when"]) keys["when"].error("both at_s and when", "one of them");
+  if (keys["when"]) return read_event(keys["when"]);
+  return keys["at_s"].number_or(0, kTime);
+}
+
+class Reader {
+ public:
+  Reader(yaml::Document& document, std::string file, const scene::DataPaths& paths)
+      : document_(document), paths_(paths) {
+    out_.file = std::move(file);
+    out_.name = fs::path(out_.file).stem().string();
+  }
+
+  Result<Scenario> read() {
+    const yaml::Map keys = document_.root().map(kKeys);
+    out_.description = keys["description"].text();
+    if (out_.description.find('\n') != std::string::npos) {
+      keys["description"].unexpected("one line");
+    }
+    if (auto ok = read_scene(keys); !ok) return tl::unexpected(std::move(ok.error()));
+    if (document_.error()) return tl::unexpected(*document_.error());
+    read_names(keys);
+    for (const yaml::Node& node : keys["orders"].items()) read_order(node);
+    if (!keys["orders"]) keys["orders"].unexpected("a list of orders");
+    check_counts(keys["orders"], out_);
+    for (const yaml::Node& node : keys["faults"].items()) read_fault(node);
+    check_moments(keys);
+    read_variation(keys["vary"]);
+    read_stop(keys["stop"]);
+    read_expected(keys["expect"]);
+    read_scoring(keys["scoring"]);
+    if (document_.error()) return tl::unexpected(*document_.error());
+    return std::move(out_);
+  }
+
+ private:
+  /// The scene it is based on, with what it takes out and puts in.
+  Result<void> read_scene(const yaml::Map& keys) {
+    const std::string name = keys["scene"].text();
+    if (document_.error()) return tl::unexpected(*document_.error());
+    const bool beside = is_file(name) && !fs::path(name).is_absolute();
+    const auto file = scene::find_scene(
+        beside ? (fs::path(out_.file).parent_path() / name).string() : name, paths_);
+    if (!file) return refer(keys["scene"], file.error());
+    out_.scene_file = *file;
+    // What is wrong with the scene alone is told of the scene's own file.
+    if (auto base = scene::load_scene(*file, paths_); !base)
+      return refer(keys["scene"], base.error());
+    auto text = scene::self_contained(*file, paths_);
+    if (!text) return tl::unexpected(std::move(text.error()));
+    auto tree = yaml::detail::parse(*text, *file);
+    if (!tree) return tl::unexpected(std::move(tree.error()));
+    for (const yaml::Node& node : keys["remove"].items()) {
+      const std::string body = node.text();
+      if (!remove_body(*tree, body)) node.unexpected("the name of a tray or gear in the scene");
+    }
+    for (const yaml::Node& node : keys["supply"].items()) add_tray(node, *tree);
+    if (document_.error()) return tl::unexpected(*document_.error());
+    out_.scene_text = yaml::detail::write(*tree);
+    auto changed = scene::read_scene(out_.scene_text, *file, paths_);
+    if (!changed) return refer(keys["supply"] ? keys["supply"] : keys["remove"], changed.error());
+    out_.scene = std::move(*changed);
+    return {};
+  }
+
+  [[nodiscard]] Result<void> refer(const yaml::Node& node, const Error& error) const {
+    node.error("a scene that cannot be read (" + error.message + ")", "one that can", error.code);
+    return tl::unexpected(*document_.error());
+  }
+
+  /// A part tray on the belt, full unless told otherwise.
+  void add_tray(const yaml::Node& node, Tree& tree) {
+    const yaml::Map keys = node.map({"name", "type", "on", "xy_m", "yaw_deg", "gears"});
+    Tree tray{.kind = Tree::Kind::kMap};
+    const auto word = [](std::string text) {
+      return Tree{.kind = Tree::Kind::kScalar, .scalar = std::move(text)};
+    };
+    const std::string name = scene::read_name(keys["name"]);
+    const std::string type = keys["type"].text();
+    child(tray, "name") = word(name);
+    child(tray, "type") = word(type);
+    child(tray, "on") = word(keys["on"].text_or("conveyor"));
+    const auto xy = keys["xy_m"].numbers<2>(yaml::between(-scene::kFar, scene::kFar));
+    child(tray, "xy_m") = yaml::detail::list({xy[0], xy[1]});
+    if (keys["yaw_deg"]) {
+      child(tray, "yaw_deg") =
+          yaml::detail::scalar(keys["yaw_deg"].number(yaml::between(-360, 360)));
+    }
+    const auto slots = slots_of(tree, type);
+    if (slots.empty()) keys["type"].unexpected("a type of tray in the scene");
+    std::set<std::string> filled(slots.begin(), slots.end());
+    if (keys["gears"]) {
+      filled.clear();
+      for (const yaml::Node& slot : keys["gears"].items()) {
+        const std::string slot_name = slot.text();
+        if (std::ranges::find(slots, slot_name) == slots.end()) {
+          scene::report_unknown(slot, slot_name, "slot", slots);
+        }
+        filled.insert(slot_name);
+      }
+    }
+    Tree gears{.kind = Tree::Kind::kMap};
+    for (const std::string& slot : filled) child(gears, slot) = word(name + '_' + slot);
+    if (!gears.entries.empty()) child(tray, "gears") = std::move(gears);
+    Tree& trays = child(tree, "trays");
+    trays.kind = Tree::Kind::kList;
+    trays.items.push_back(std::move(tray));
+  }
+
+  static std::vector<std::string> slots_of(const Tree& tree, const std::string& type) {
+    std::vector<std::string> out;
+    const yaml::detail::Entry* types = tree.find("tray_types");
+    const yaml::detail::Entry* found = types == nullptr ? nullptr : types->value.find(type);
+    const yaml::detail::Entry* slots = found == nullptr ? nullptr : found->value.find("slots");
+    if (slots == nullptr) return out;
+    for (const Tree& slot : slots->value.items) {
+      if (const auto* name = slot.find("name")) out.push_back(name->value.scalar);
+    }
+    return out;
+  }
+
+  void read_names(const yaml::Map& keys) {
+    out_.cell = keys["cell"].text_or(fs::path(out_.scene_file).stem().string());
+    for (const yaml::Node& option : keys["controller"].items()) {
+      out_.controller_options.push_back(option.text());
+    }
+  }
+
+  void read_order(const yaml::Node& node) {
+    const yaml::Map keys = node.map({"name", "tray", "slots", "count", "priority", "deadline_s",
+                                     "at_s", "when", "cancel", "destination"});
+    Order order;
+    order.name = scene::read_name(keys["name"]);
+    if (std::ranges::find(out_.orders, order.name, &Order::name) != out_.orders.end()) {
+      keys["name"].error("a second order " + order.name, "names to differ");
+    }
+    order.tray = keys["tray"].text();
+    for (const auto& [slot, part] : keys["slots"].entries()) order.slots[slot] = part.text();
+    if (keys["slots"] && order.slots.empty()) keys["slots"].unexpected("a slot and its part");
+    check_order(keys, order, out_.scene);
+    const auto type = out_.scene.tray_types.find(order.tray);
+    if (order.slots.empty() && type != out_.scene.tray_types.end()) {
+      for (const scene::Slot& slot : type->second.slots) order.slots[slot.name] = slot.gear_type;
+    }
+    order.count = static_cast<unsigned>(keys["count"].integer_or(1, 1, 1000));
+    order.priority = static_cast<int>(keys["priority"].integer_or(0, 0, 1000));
+    order.deadline_s = read_optional(keys["deadline_s"], kSpan);
+    order.announced = read_moment(keys);
+    if (keys["cancel"]) order.cancelled = read_moment(keys["cancel"].map({"at_s", "when"}));
+    if (keys["destination"]) {
+      const yaml::Map area = keys["destination"].map({"min_m", "max_m"});
+      const auto range = yaml::between(-scene::kFar, scene::kFar);
+      order.destination = {area["min_m"].numbers<2>(range), area["max_m"].numbers<2>(range)};
+    }
+    out_.orders.push_back(std::move(order));
+  }
+
+  void read_fault(const yaml::Node& node) {
+    const yaml::Map keys = node.map({"name", "kind", "target", "with", "at_s", "when", "for_s"});
+    Fault fault;
+    if (keys["name"]) fault.name = scene::read_name(keys["name"]);
+    fault.kind = keys["kind"].text();
+    if (keys["target"]) fault.target = keys["target"].text();
+    check_fault(keys, fault, out_.scene);
+    for (const auto& [name, value] : keys["with"].entries()) {
+      fault.parameters[name] = value.number();
+    }
+    if (keys["at_s"].is_list()) {
+      fault.at_s = read_interval(keys["at_s"], kTime);
+    } else if (const auto at_s = read_optional(keys["at_s"], kTime)) {
+      fault.at_s = {*at_s, *at_s};
+    }
+    if (keys["when"]) read_when(keys, fault);
+    fault.for_s = read_optional(keys["for_s"], kSpan);
+    out_.faults.push_back(std::move(fault));
+  }
+
+  void read_when(const yaml::Map& keys, Fault& fault) const {
+    if (fault.at_s) keys["when"].error("both at_s and when", "one of them");
+    auto when = faults::parse_when(keys["when"].text());
+    if (!when) {
+      keys["when"].unexpected(
+          "placed:TYPE[:ROBOT], grasp:ROBOT[:N], beam:EYE, event:NAME or QUANTITY[:ROBOT[:JOINT]] "
+          "with > or < and a limit");
+      return;
+    }
+    check_when(keys["when"], *when, out_);
+    fault.when = *std::move(when);
+  }
+
+  /// When all orders and faults are known.
+  void check_moments(const yaml::Map& keys) const {
+    const auto nodes = keys["orders"].items();
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      const yaml::Map order = nodes[i].map({"name", "tray", "slots", "count", "priority",
+                                            "deadline_s", "at_s", "when", "cancel", "destination"});
+      check_moment(order["when"], out_.orders[i].announced, out_);
+      if (!out_.orders[i].cancelled) continue;
+      check_moment(order["cancel"].map({"at_s", "when"})["when"], *out_.orders[i].cancelled, out_);
+    }
+  }
+
+  void read_variation(const yaml::Node& node) {
+    if (!node) return;
+    const yaml::Map keys =
+        node.map({"tray_xy_m", "tray_yaw_deg", "gear_yaw_deg", "friction", "gear_mass",
+                  "vision_position_noise_m", "vision_rotation_noise_deg"});
+    Variation& vary = out_.variation;
+    vary.tray_xy_m = keys["tray_xy_m"].number_or(0, yaml::between(0, 1));
+    vary.tray_yaw_rad = scene::radians(keys["tray_yaw_deg"].number_or(0, yaml::between(0, 180)));
+    vary.gear_yaw_rad = scene::radians(keys["gear_yaw_deg"].number_or(0, yaml::between(0, 180)));
+    vary.friction = keys["friction"].number_or(0, kShare);
+    vary.gear_mass = keys["gear_mass"].number_or(0, kShare);
+    if (const auto noise = keys["vision_position_noise_m"]) {
+      vary.vision_position_noise_m = read_interval(noise, yaml::between(0, 0.1));
+    }
+    if (const auto noise = keys["vision_rotation_noise_deg"]) {
+      const auto ends_deg = read_interval(noise, yaml::between(0, 45));
+      vary.vision_rotation_noise_rad = {scene::radians(ends_deg[0]), scene::radians(ends_deg[1])};
+    }
+  }
+
+  void read_stop(const yaml::Node& node) {
+    if (!node) return;
+    const yaml::Map keys = node.map({"time_limit_s", "orders_submitted", "quiet_s"});
+    out_.stop.time_limit_s = keys["time_limit_s"].number_or(out_.stop.time_limit_s, kSpan);
+    out_.stop.orders_submitted = keys["orders_submitted"].boolean_or(true);
+    out_.stop.quiet_s = read_optional(keys["quiet_s"], kSpan);
+  }
+
+  void read_expected(const yaml::Node& node) {
+    for (const auto& [name, bound] : node.entries()) {
+      if (find_measure(name) == nullptr) {
+        std::vector<std::string> known;
+        for (const auto& kind : measure_kinds()) known.emplace_back(kind.name);
+        scene::report_unknown(bound, name, "measure", known);
+        continue;
+      }
+      Bound& out = out_.expected[name];
+      if (!bound.is_map()) {
+        out.min = out.max = bound.number();
+        continue;
+      }
+      const yaml::Map keys = bound.map({"min", "max"});
+      out = {read_optional(keys["min"], {}), read_optional(keys["max"], {})};
+      if (!out.min && !out.max) bound.unexpected("min, max or both");
+      if (out.min && out.max && *out.min > *out.max) keys["max"].unexpected("no less than min");
+    }
+  }
+
+  void read_scoring(const yaml::Node& node) {
+    if (!node) return;
+    const yaml::Map keys = node.map({"slot", "tray", "priority", "collision", "collision_again_s",
+                                     "invalid_surface", "baseline_s", "baseline_score"});
+    Scoring& scoring = out_.scoring;
+    scoring.slot = keys["slot"].number_or(scoring.slot, yaml::kNotNegative);
+    scoring.tray = keys["tray"].number_or(scoring.tray, yaml::kNotNegative);
+    scoring.priority = keys["priority"].number_or(scoring.priority, yaml::kNotNegative);
+    scoring.collision = keys["collision"].number_or(scoring.collision, yaml::kNotNegative);
+    scoring.collision_again_s =
+        keys["collision_again_s"].number_or(scoring.collision_again_s, kSpan);
+    scoring.invalid_surface =
+        keys["invalid_surface"].number_or(scoring.invalid_surface, yaml::kNotNegative);
+    scoring.baseline_s = read_optional(keys["baseline_s"], kSpan);
+    scoring.baseline_score = read_optional(keys["baseline_score"], yaml::kPositive);
+  }
+
+  yaml::Document& document_;
+  const scene::DataPaths& paths_;
+  Scenario out_;
+};
+
+}  // namespace
+
+Result<Scenario> load_scenario(const std::string& name_or_file, const scene::DataPaths& paths) {
+  auto file = find_scenario(name_or_file, paths);
+  if (!file) return tl::unexpected(std::move(file.error()));
+  auto document = yaml::Document::from_file(*file);
+  if (!document) return tl::unexpected(std::move(document.error()));
+  return Reader(*document, std::move(*file), paths).read();
+}
+
+Result<std::string> describe_scenario(const std::string& name, const scene::DataPaths& paths) {
+  const auto file = find_scenario(name, paths);
+  if (!file) return tl::unexpected(file.error());
+  const auto document = yaml::Document::from_file(*file);
+  if (!document) return tl::unexpected(document.error());
+  std::string description = document->root().map(kKeys)["description"].text();
+  if (document->error()) return tl::unexpected(*document->error());
+  return description;
+}
+
+}  // namespace aprsim::scenario

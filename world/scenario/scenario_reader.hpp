@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+
+#include "world/api/error.hpp"
+#include "world/scenario/scenario.hpp"
+#include "world/scene/data_paths.hpp"
+
+namespace aprsim::scenario {
+
+/// Loads a scenario by name or by file path (anything with a slash or ending in .yaml). A scene in
+/// it that is a file is looked for beside the scenario. Errors: as scene::load_scene, with file,
+/// line, key and what was expected; what it asks of its scene is checked, too.
+[[nodiscard]] Result<Scenario> load_scenario(const std::string& name_or_file,
+                                             const scene::DataPaths& paths);
+
+/// The description alone, of a shipped scenario; its error, when it cannot be read.
+[[nodiscard]] Result<std::string> describe_scenario(const std::string& name,
+                                                    const scene::DataPaths& paths);
+
+}  // namespace aprsim::scenario
