@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "clients/aprsim/endpoints.hpp"
-#include "world/fault_kinds/fault_when.hpp"
 #include "crcl/motion_commands.hpp"
+#include "world/fault_kinds/fault_when.hpp"
 
 namespace aprsim::client {
 
@@ -111,7 +111,7 @@ struct FaultInjectCommand {
   std::string target;                        ///< as the kind says; empty = none
   std::map<std::string, double> parameters;  ///< SI
   std::optional<double> at_s;                ///< simulated time since the last reset
-  std::optional<faults::FaultWhen> when;             ///< never with at_s
+  std::optional<faults::FaultWhen> when;     ///< never with at_s
   std::optional<double> for_s;               ///< absent = until it is ended
 };
 struct FaultEndCommand {
@@ -131,6 +131,9 @@ struct ScenarioRunCommand {
   std::optional<double> speed = 1;  ///< absent = as fast as possible
   std::string controller;           ///< empty = the kitting controller
   std::string report;               ///< directory; empty = none
+  bool virtual_time = false;        ///< the controller's polls are the clock
+  std::optional<unsigned> repeat;   ///< a sweep of so many seeds, in virtual time
+  unsigned jobs = 1;                ///< of a sweep, at once
 };
 struct DemoCommand {
   std::vector<std::string> robots;  ///< only these; empty = all, unless only the belt is wanted
