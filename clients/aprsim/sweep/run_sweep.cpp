@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <iostream>
 #include <vector>
 
 #include <fmt/format.h>
@@ -107,9 +108,8 @@ Outcome<Sweep> run_all(const ScenarioRunCommand& command, const fs::path& direct
       sweep.runs.push_back(result_of(job));
       const SweepRun& run = sweep.runs.back();
       if (!console.json) {
-        console.err << fmt::format("seed {}: {}\n", run.seed,
-                                   run.failure ? *run.failure : run.ended)
-                    << std::flush;
+        std::cerr << fmt::format("seed {}: {}\n", run.seed, run.failure ? *run.failure : run.ended)
+                  << std::flush;
       }
     }
     running = std::move(going);

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "clients/aprsim/command_line.hpp"
-#include "clients/aprsim/console.hpp"
+#include "clients/aprsim/commands.hpp"
 #include "clients/aprsim/outcome.hpp"
 
 namespace aprsim::client {
