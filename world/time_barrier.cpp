@@ -65,6 +65,13 @@ void TimeBarrier::leave(api::PacerId id, WallTime now) {
   note_fallback();
 }
 
+void TimeBarrier::shut_out(api::PacerId id) {
+  const auto place = std::ranges::find(places_, id, &Place::taken_by);
+  if (place == places_.end() || place->given_up) return;
+  place->given_up = true;
+  ++expired_;
+}
+
 void TimeBarrier::cut(api::PacerId id) {
   Member* const member = find(id);
   if (member != nullptr && member->asking) member->until = now_;

@@ -38,6 +38,8 @@ class TimeBarrier {
   /// It asks for the last time; nobody is left behind for its sake.
   void finish(api::PacerId id);
   void leave(api::PacerId id, WallTime now);
+  /// Its place is not waited for once it has left, until somebody takes it.
+  void shut_out(api::PacerId id);
   /// What a feed has asked for is reached now.
   void cut(api::PacerId id);
 

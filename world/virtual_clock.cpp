@@ -52,6 +52,14 @@ void VirtualClock::finish(api::PacerId pacer) {
   barrier_.finish(pacer);
 }
 
+void VirtualClock::shut_out(api::PacerId pacer) {
+  {
+    const std::lock_guard lock(mutex_);
+    barrier_.shut_out(pacer);
+  }
+  leave(pacer);
+}
+
 void VirtualClock::leave(api::PacerId pacer) {
   {
     const std::lock_guard lock(mutex_);

@@ -33,6 +33,7 @@ class VirtualClock final : public api::VirtualTime {
   void ask(api::PacerId pacer, SimTime span) override;
   void finish(api::PacerId pacer) override;
   void leave(api::PacerId pacer) override;
+  void shut_out(api::PacerId pacer) override;
 
   // Thread: sim.
 

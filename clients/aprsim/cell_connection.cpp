@@ -20,7 +20,6 @@ struct ControlStub {
 namespace {
 
 constexpr auto kCallTimeout = std::chrono::seconds(10);
-constexpr auto kStepTimeout = std::chrono::hours(1);
 
 Failure failure_of(const grpc::Status& status, const std::string& address) {
   switch (status.error_code()) {
@@ -124,11 +123,11 @@ Outcome<v1::Receipt> CellConnection::resume() {
       call(stubs_->control, &v1::ControlService::Stub::Resume, v1::ResumeRequest(), address_));
 }
 
-Outcome<v1::Receipt> CellConnection::step(std::uint64_t steps) {
+Outcome<v1::Receipt> CellConnection::step(std::uint64_t steps, std::chrono::milliseconds timeout) {
   v1::StepRequest request;
   request.set_steps(steps);
   return receipt(
-      call(stubs_->control, &v1::ControlService::Stub::Step, request, address_, kStepTimeout));
+      call(stubs_->control, &v1::ControlService::Stub::Step, request, address_, timeout));
 }
 
 Outcome<v1::Receipt> CellConnection::set_speed(std::optional<double> factor) {

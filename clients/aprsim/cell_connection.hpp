@@ -29,7 +29,9 @@ class CellConnection {
 
   [[nodiscard]] Outcome<v1::Receipt> pause();
   [[nodiscard]] Outcome<v1::Receipt> resume();
-  [[nodiscard]] Outcome<v1::Receipt> step(std::uint64_t steps);
+  /// Answered once the steps have been taken; FailureKind::kTimeout when that takes longer.
+  [[nodiscard]] Outcome<v1::Receipt> step(
+      std::uint64_t steps, std::chrono::milliseconds timeout = std::chrono::hours(1));
   /// Absent = as fast as possible.
   [[nodiscard]] Outcome<v1::Receipt> set_speed(std::optional<double> factor);
   [[nodiscard]] Outcome<v1::Receipt> reset(std::optional<std::uint64_t> seed);

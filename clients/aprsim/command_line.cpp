@@ -524,6 +524,20 @@ void add_scenario(CLI::App& app, CommandLine& line) {
          [c = command](const std::string& text) { c->speed = factor_of("--speed", text); },
          "Simulated to wall time: from 0.001 to 1e6, or max (default 1)")
       ->type_name("X");
+  CLI::Option* polls =
+      run->add_flag("--virtual", command->virtual_time,
+                    "The controller's polls are the clock: the same seed, the same report");
+  polls->excludes("--speed");
+  CLI::Option* repeat =
+      run->add_option("--repeat", command->repeat,
+                      "So many runs in virtual time, from the seed on, and one report of all")
+          ->type_name("N")
+          ->check(CLI::Range(1, 10'000))
+          ->excludes("--speed");
+  run->add_option("--jobs", command->jobs, "Of these, so many at once (default 1)")
+      ->type_name("J")
+      ->check(CLI::Range(1, 64))
+      ->needs(repeat);
   run->add_option("--controller", command->controller,
                   "Shell command to start in place of the kitting controller, or none to wait for "
                   "one that runs already")

@@ -131,6 +131,9 @@ struct ScenarioRunCommand {
   std::optional<double> speed = 1;  ///< absent = as fast as possible
   std::string controller;           ///< empty = the kitting controller
   std::string report;               ///< directory; empty = none
+  bool virtual_time = false;        ///< the controller's polls are the clock
+  std::optional<unsigned> repeat;   ///< a sweep of so many seeds, in virtual time
+  unsigned jobs = 1;                ///< of a sweep, at once
 };
 struct DemoCommand {
   std::vector<std::string> robots;  ///< only these; empty = all, unless only the belt is wanted

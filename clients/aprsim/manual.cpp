@@ -51,10 +51,15 @@ constexpr std::array kJson{
           "name and description; name, file, scene, kits, faults, time_limit_s."},
     Entry{
         "scenario run",
-        "scenario, description, seed, controller, ended (why), as_expected, measures (by name, "
+        "scenario, description, seed, controller, ended (why), state_hash (of the cell then; only "
+        "in "
+        "virtual time), as_expected, measures (by name, "
         "null "
         "where there is nothing to tell), expected (list of measure, value, min, max, kept), kits, "
-        "placements, collisions, faults, robots, events (lists)."},
+        "placements, collisions, faults, robots, events (lists). With --repeat: scenario, runs, "
+        "failed, as_expected, as_expected_share_95 (confidence interval), measures (by name: runs, "
+        "mean, mean_95, deviation, min, p05, median, p95, max), each (list of seed and failure, or "
+        "as_expected, ended, state_hash, values)."},
     Entry{"crcl status, init, stop, gripper, jog, send, run",
           "robot, command_id, command, state (CRCL_Done, ...), description, program_index, "
           "program_length, tool (its point), x_axis, z_axis, joints, gripper (separation of the "

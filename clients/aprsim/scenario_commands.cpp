@@ -6,6 +6,7 @@
 #include "clients/aprsim/commands.hpp"
 #include "clients/aprsim/scenario/report.hpp"
 #include "clients/aprsim/scenario/runner.hpp"
+#include "clients/aprsim/sweep/run_sweep.hpp"
 #include "world/scenario/plan.hpp"
 #include "world/scenario/scenario_reader.hpp"
 
@@ -47,6 +48,7 @@ Outcome<void> run_command(const ScenarioCheckCommand& command, Console& console)
 }
 
 Outcome<void> run_command(const ScenarioRunCommand& command, Console& console) {
+  if (command.repeat) return run_sweep(command, console);
   const auto paths = scene::default_data_paths();
   const auto scenario = scenario::load_scenario(command.name, paths);
   if (!scenario) return tl::unexpected(wrong_file(scenario.error()));
@@ -56,10 +58,12 @@ Outcome<void> run_command(const ScenarioRunCommand& command, Console& console) {
     if (console.json) return;
     console.out << fmt::format("{:8.2f} s  {}\n", event.time_s, event.what) << std::flush;
   };
-  const auto run = run_scenario(
-      *scenario, *plan,
-      {.speed = command.speed, .controller = command.controller, .directory = command.report},
-      tell);
+  const auto run = run_scenario(*scenario, *plan,
+                                {.speed = command.speed,
+                                 .virtual_time = command.virtual_time,
+                                 .controller = command.controller,
+                                 .directory = command.report},
+                                tell);
   if (!run) return tl::unexpected(run.error());
   console.show('\n' + report_table(*run, console.screen.out), report_json(*run));
   if (!command.report.empty()) {

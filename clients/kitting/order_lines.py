@@ -34,14 +34,16 @@ class OrderLines(threading.Thread):
             except ValueError as error:
                 self._report.tell("orders", "order_error", f"line {number}: {error}")
         self._board.taking_orders = False
+        self._report.tell("orders", "orders_end", "no more orders come")
 
     def _take(self, message: object, where: str) -> None:
         if isinstance(message, dict) and isinstance(message.get("announce"), str):
             row = dict(message)
             name = row.pop("announce")
             orders = read_order(row, where, self._cell, name)
-            self._report.tell("orders", "announced", f"{name} is ordered", order=name)
             self._board.announce(orders)
+            # Who has sent it may wait for this.
+            self._report.tell("orders", "announced", f"{name} is ordered", order=name)
         elif isinstance(message, dict) and isinstance(message.get("cancel"), str):
             name = message["cancel"]
             left = self._board.cancel(name)

@@ -85,8 +85,8 @@ class Board:
         self,
         cell: Cell,
         orders: list[Order] | None = None,
-        clock: Clock | None = None,
         taking_orders: bool = False,
+        clock: Clock | None = None,
     ) -> None:
         self._cell = cell
         self._clock = clock or Clock(0.025)

@@ -24,7 +24,7 @@ class Report:
     """Told by all threads. `json_lines`: what is printed is one object a line."""
 
     def __init__(
-        self, quiet: bool = False, clock: Clock | None = None, json_lines: bool = False
+        self, quiet: bool = False, json_lines: bool = False, clock: Clock | None = None
     ) -> None:
         self._quiet, self._json_lines = quiet, json_lines
         self._clock = clock or Clock(0.025)

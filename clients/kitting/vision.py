@@ -200,6 +200,12 @@ class Camera:
                 # The frames up to that poll have been sent before its answer.
                 self._receive()
 
+    def count(self) -> int:
+        """Frames so far."""
+        if self.clock.counts_polls:
+            self._receive()
+        return self.frames_read
+
     def _placed(self, s: Sighting) -> Sighting:
         x, y = self.correction.apply(s.pose.xy)
         pose = Pose2(*self.frame.point((x, y)), wrapped(s.pose.yaw + self.frame.yaw))

@@ -133,8 +133,19 @@ class Worker(threading.Thread):
         self._fallen += 1
         self.board.set_up(arm.name, False)
         arm.space.set_down(arm.name, True)
+        pause_s = min(2.0 ** (self._fallen - 1), _MAX_PAUSE_S)
+        if not arm.crcl.clock.counts_polls:
+            arm.crcl.close()
+            arm.interrupted.wait(pause_s)
+            return
+        try:
+            if not arm.crcl.connected:
+                arm.crcl.connect()
+            arm.crcl.wait(pause_s)
+        except RobotLost:
+            # Not even polls pass time here.
+            arm.interrupted.wait(_PAUSE_S)
         arm.crcl.close()
-        arm.interrupted.wait(min(2.0 ** (self._fallen - 1), _MAX_PAUSE_S))
 
     # -- orders -------------------------------------------------------------------------------
 

@@ -87,6 +87,12 @@ void CrclConnection::drop(const std::string& reason) {
   close();
 }
 
+void CrclConnection::shut_out() {
+  if (pacer_) options_.virtual_time->shut_out(*pacer_);
+  pacer_.reset();
+  break_off();
+}
+
 void CrclConnection::watch(asio::steady_timer& timer, std::chrono::milliseconds limit,
                            std::string reason) {
   if (limit.count() <= 0) return;

@@ -52,6 +52,8 @@ class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
   void give_way() { drop("its place is needed"); }
   /// As if the wire were cut.
   void break_off() { drop("an injected fault"); }
+  /// The same, and it is not let in again for a while.
+  void shut_out();
 
   [[nodiscard]] protocols::ConnectionPlaces::Place& place() { return place_; }
   [[nodiscard]] const std::string& peer() const { return caller_.peer; }

@@ -144,7 +144,9 @@ class CrclServer::Impl {
     const bool drop = drops_.happened(*now);
     const bool closed = protocols::injected(*now, faults::Kind::kControllerReboot, options_.robot);
     if (closed != closed_) service_.refuse_connections(closed);
-    if (drop || (closed && !closed_)) {
+    if (closed && !closed_) {
+      service_.for_each([](CrclConnection& connection) { connection.shut_out(); });
+    } else if (drop) {
       service_.for_each([](CrclConnection& connection) { connection.break_off(); });
     }
     closed_ = closed;

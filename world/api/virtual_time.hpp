@@ -51,6 +51,9 @@ class VirtualTime {
   virtual void finish(PacerId pacer) = 0;
   /// `reached` is not called any more once this has returned. An unknown pacer: nothing.
   virtual void leave(PacerId pacer) = 0;
+  /// The same of one that its listener does not let in again for now: nobody waits for its return,
+  /// which counts as left behind.
+  virtual void shut_out(PacerId pacer) = 0;
 };
 
 }  // namespace aprsim::api

@@ -167,6 +167,7 @@ nlohmann::ordered_json report_json(const RunResult& run) {
           {"seed", run.seed},
           {"controller", run.controller},
           {"ended", run.ended},
+          {"state_hash", run.state_hash},
           {"as_expected", run.as_expected()},
           {"measures", values},
           {"expected", verdicts},

@@ -25,7 +25,8 @@ struct RunEvent {
 struct RunResult {
   std::string scenario, description, controller;
   std::uint64_t seed = 1;
-  std::string ended;  ///< why
+  std::string ended;       ///< why
+  std::string state_hash;  ///< of the cell then, in hexadecimal; empty = by the wall clock
   Measured measured;
   std::vector<Verdict> verdicts;
   std::vector<RunEvent> events;

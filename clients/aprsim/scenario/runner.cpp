@@ -27,9 +27,11 @@ using namespace std::chrono_literals;
 
 constexpr double kSamplesPerSecond = 50;  // of simulated time, where the wire keeps up
 constexpr double kMostSamplesPerSecond = 400;
-constexpr auto kStartTime = 20s;  // for a daemon to listen
-constexpr auto kEndTime = 10s;    // for a program to end when it is told to
-constexpr auto kHomeTime = 30s;   // for a controller that has no more orders
+constexpr std::uint64_t kVirtualSteps = 20;  // from sample to sample in virtual time
+constexpr auto kStartTime = 20s;             // for a daemon to listen
+constexpr auto kEndTime = 10s;               // for a program to end when it is told to
+constexpr auto kHomeTime = 30s;              // for a controller that has no more orders
+constexpr auto kAnswerTime = 60s;            // for it to answer a line, while time stands
 
 /// A directory of the run's own, gone with it.
 class RunDirectory {
@@ -79,7 +81,31 @@ std::string last_lines(const std::string& file) {
   return text;
 }
 
-Outcome<ChildProcess> start_daemon(const scenario::Plan& plan, const RunDirectory& directory) {
+/// Those that the scenario lets the kitting controller use, else all of the scene.
+std::vector<std::string> robots_of(const scenario::Scenario& scenario, const scenario::Plan& plan) {
+  std::vector<std::string> robots;
+  const auto& options = scenario.controller_options;
+  const auto chosen = std::ranges::find(options, "--robots");
+  if (chosen != options.end() && chosen + 1 != options.end()) {
+    std::istringstream names(*(chosen + 1));
+    for (std::string name; std::getline(names, name, ',');) robots.push_back(name);
+    return robots;
+  }
+  for (const auto& robot : plan.scene.robots) robots.push_back(robot.name);
+  return robots;
+}
+
+/// Who passes virtual time: the runner, which takes samples, and whoever polls and looks.
+std::string pacers_of(const std::vector<std::string>& robots, bool looks) {
+  std::string out = "grpc";
+  for (const std::string& robot : robots) {
+    out += ",crcl." + robot + (looks ? ",vision." + robot : "");
+  }
+  return out;
+}
+
+Outcome<ChildProcess> start_daemon(const scenario::Plan& plan, const RunDirectory& directory,
+                                   const std::string& pacers) {
   const std::string scene = directory.file("scene.yaml"), ports = directory.file("ports.json");
   std::error_code status;
   fs::remove(ports, status);
@@ -87,11 +113,22 @@ Outcome<ChildProcess> start_daemon(const scenario::Plan& plan, const RunDirector
     return failed(FailureKind::kUsage, "cannot write " + scene);
   }
   const fs::path beside = own_directory() / "aprsimd";
-  auto daemon = ChildProcess::start(
-      {fs::is_regular_file(beside, status) ? beside.string() : "aprsimd", "--scene", scene,
-       "--seed", std::to_string(plan.seed), "--speed", "stepped", "--any-port", "--no-web",
-       "--ports-file", ports},
-      {{"APRSIM_TOKEN", ""}}, directory.file("aprsimd.log"), ChildProcess::Pipes::kNone);
+  std::vector<std::string> arguments{
+      fs::is_regular_file(beside, status) ? beside.string() : "aprsimd",
+      "--scene",
+      scene,
+      "--seed",
+      std::to_string(plan.seed),
+      "--any-port",
+      "--no-web",
+      "--ports-file",
+      ports};
+  const std::vector<std::string> pace =
+      pacers.empty() ? std::vector<std::string>{"--speed", "stepped"}
+                     : std::vector<std::string>{"--time", "virtual", "--pacers", pacers};
+  arguments.insert(arguments.end(), pace.begin(), pace.end());
+  auto daemon = ChildProcess::start(arguments, {{"APRSIM_TOKEN", ""}},
+                                    directory.file("aprsimd.log"), ChildProcess::Pipes::kNone);
   if (!daemon) return daemon;
   const auto deadline = std::chrono::steady_clock::now() + kStartTime;
   while (!fs::exists(ports, status)) {
@@ -110,12 +147,14 @@ std::vector<std::string> controller_command(const scenario::Scenario& scenario,
                                             const RunDirectory& directory) {
   if (!options.controller.empty()) return {"/bin/sh", "-c", options.controller};
   // Polls as often in simulated time as at real speed, as far as that is possible.
-  const double poll_ms = std::clamp(25 / options.speed.value_or(25), 1.0, 25.0);
+  const double poll_ms =
+      options.virtual_time ? 25 : std::clamp(25 / options.speed.value_or(25), 1.0, 25.0);
   std::vector<std::string> out = {"python3",      kitting_program(),
                                   "--cell",       scenario.cell,
                                   "--ports-file", directory.file("ports.json"),
                                   "--order",      "-",
                                   "--poll-ms",    fmt::format("{}", poll_ms)};
+  if (options.virtual_time) out.insert(out.end(), {"--clock", "polls"});
   out.insert(out.end(), scenario.controller_options.begin(), scenario.controller_options.end());
   return out;
 }
@@ -168,6 +207,18 @@ class Run {
     submit_silently();
     return go_on();
   }
+
+  /// In virtual time: until the kitting controller has taken in all that it has been told; time
+  /// stands meanwhile.
+  void await_answers() {
+    const auto deadline = std::chrono::steady_clock::now() + kAnswerTime;
+    while (controller_ != nullptr && unanswered_ > 0 && !controller_->ended() &&
+           !interruption::noted() && std::chrono::steady_clock::now() < deadline) {
+      listen();
+      if (unanswered_ > 0) static_cast<void>(controller_->wait(1ms));
+    }
+  }
+  void expect_answer() { ++unanswered_; }
 
   /// What the controller says while it ends.
   void listen() {
@@ -233,7 +284,9 @@ class Run {
   }
 
   void send(const nlohmann::ordered_json& message) {
-    if (controller_ != nullptr) controller_->write_line(message.dump());
+    if (controller_ == nullptr) return;
+    controller_->write_line(message.dump());
+    expect_answer();
   }
 
   void move_orders_on() {
@@ -272,7 +325,12 @@ class Run {
                                       std::pair("vision_frames", &words_.vision_frames)}) {
       if (message.contains(name) && message[name].is_number()) *count = message[name];
     }
-    if (!message.contains("event") || message["event"] != "submit") return;
+    if (!message.contains("event")) return;
+    const auto& event = message["event"];
+    const bool answers = event == "announced" || event == "cancelled" || event == "order_error" ||
+                         event == "orders_end";
+    if (answers && unanswered_ > 0) --unanswered_;
+    if (event != "submit") return;
     const auto order = message.find("order");
     if (order == message.end() || !order->is_string() ||
         !announced_.contains(order->get<std::string>())) {
@@ -336,7 +394,63 @@ class Run {
   std::vector<RunEvent> events_;
   std::string ended_;
   double time_s_ = 0;
+  unsigned unanswered_ = 0;  ///< lines to the controller that it has not answered
 };
+
+/// Takes samples as often as the wire allows until the run is over.
+Outcome<std::string> watch_by_wall_clock(CellConnection& cell, Run& run,
+                                         std::optional<double> speed) {
+  for (const auto& done : {cell.set_speed(speed), cell.resume()}) {
+    if (!done) return tl::unexpected(done.error());
+  }
+  const double rate_hz =
+      std::min(kMostSamplesPerSecond,
+               kSamplesPerSecond * std::max(1.0, speed.value_or(kMostSamplesPerSecond)));
+  const auto watched = cell.stream(rate_hz, [&](const v1::StreamSnapshotsResponse& sample) {
+    return run.take(sample.snapshot());
+  });
+  if (!watched) return tl::unexpected(watched.error());
+  return std::string();
+}
+
+/// Lets so many steps pass; false when the controller ends instead, or the user has had enough.
+Outcome<bool> pass_time(CellConnection& cell, ChildProcess& controller, std::uint64_t now) {
+  auto passed = cell.step(kVirtualSteps, 2s);
+  if (passed) return true;
+  if (passed.error().kind != FailureKind::kTimeout) return tl::unexpected(passed.error());
+  while (!controller.ended() && !interruption::noted()) {
+    const auto snapshot = cell.snapshot();
+    if (!snapshot) return tl::unexpected(snapshot.error());
+    if (snapshot->step() >= now + kVirtualSteps || !snapshot->world_fault().empty()) return true;
+    static_cast<void>(controller.wait(20ms));
+  }
+  return false;
+}
+
+/// Takes samples in virtual time until the run is over, and lets the controller go home. The hash
+/// of the cell's state at the end of the run.
+Outcome<std::string> watch_in_virtual_time(CellConnection& cell, Run& run,
+                                           ChildProcess& controller) {
+  std::string hash;
+  for (bool over = false; !controller.ended() || !over;) {
+    const auto snapshot = cell.snapshot();
+    if (!snapshot) return tl::unexpected(snapshot.error());
+    if (over) {
+      run.listen();
+    } else if (!run.take(*snapshot)) {
+      over = true;
+      hash = fmt::format("{:016x}", snapshot->state_hash());
+      if (!run.all_submitted()) break;
+      controller.close_input();
+      run.expect_answer();
+    }
+    run.await_answers();
+    const auto passed = pass_time(cell, controller, snapshot->step());
+    if (!passed) return tl::unexpected(passed.error());
+    if (interruption::noted()) break;
+  }
+  return hash;
+}
 
 /// Lets the controller end by itself when it may, else tells it to.
 void end_controller(ChildProcess& controller, Run& run) {
@@ -359,7 +473,13 @@ Outcome<RunResult> run_scenario(const scenario::Scenario& scenario, const scenar
                                 const std::function<void(const RunEvent&)>& tell) {
   const interruption::Hold hold;
   const RunDirectory directory(options.directory);
-  auto daemon = start_daemon(plan, directory);
+  const bool waits = options.controller == "none";
+  if (options.virtual_time && waits) {
+    return failed(FailureKind::kUsage, "in virtual time the controller is started by the run");
+  }
+  const std::string pacers =
+      options.virtual_time ? pacers_of(robots_of(scenario, plan), options.controller.empty()) : "";
+  auto daemon = start_daemon(plan, directory, pacers);
   if (!daemon) return tl::unexpected(daemon.error());
   const auto endpoints = read_ports_file(directory.file("ports.json"));
   if (!endpoints) return tl::unexpected(endpoints.error());
@@ -368,7 +488,6 @@ Outcome<RunResult> run_scenario(const scenario::Scenario& scenario, const scenar
   if (!description) return tl::unexpected(description.error());
 
   std::optional<ChildProcess> controller;
-  const bool waits = options.controller == "none";
   if (waits) {
     tell({0, "waits for a controller; ports: " + directory.file("ports.json")});
   } else {
@@ -384,15 +503,8 @@ Outcome<RunResult> run_scenario(const scenario::Scenario& scenario, const scenar
   Run run(scenario, plan, cell, std::move(*description), controller ? &*controller : nullptr,
           options.controller.empty(), heard, tell);
   if (auto injected = run.inject(); !injected) return tl::unexpected(injected.error());
-  for (const auto& done : {cell.set_speed(options.speed), cell.resume()}) {
-    if (!done) return tl::unexpected(done.error());
-  }
-  const double rate_hz =
-      std::min(kMostSamplesPerSecond,
-               kSamplesPerSecond * std::max(1.0, options.speed.value_or(kMostSamplesPerSecond)));
-  const auto watched = cell.stream(rate_hz, [&](const v1::StreamSnapshotsResponse& sample) {
-    return run.take(sample.snapshot());
-  });
+  const auto watched = options.virtual_time ? watch_in_virtual_time(cell, run, *controller)
+                                            : watch_by_wall_clock(cell, run, options.speed);
   if (controller) end_controller(*controller, run);
   const interruption::Cleanup cleanup;
   daemon->stop(kEndTime);
@@ -402,6 +514,7 @@ Outcome<RunResult> run_scenario(const scenario::Scenario& scenario, const scenar
   }
   if (interruption::happened()) return failed(FailureKind::kInterrupted, "interrupted");
   RunResult result = run.result();
+  result.state_hash = *watched;
   result.controller = options.controller.empty() ? "kitting" : options.controller;
   return result;
 }

@@ -13,6 +13,9 @@ namespace aprsim::client {
 
 struct RunOptions {
   std::optional<double> speed = 1;  ///< of simulated time; absent = as fast as possible
+  /// In place of the speed: simulated time passes as the controller polls, and the same seed gives
+  /// the same result to the bit. A controller in place of the kitting one polls every robot.
+  bool virtual_time = false;
   /// A command for the shell in place of the kitting controller, "none" to wait for one that
   /// somebody else starts; empty = the kitting controller.
   std::string controller;

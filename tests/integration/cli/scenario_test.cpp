@@ -44,6 +44,26 @@ bool daemon_is_left(const std::string& directory) {
   return std::filesystem::exists(directory + "/ports.json");
 }
 
+TEST(ScenarioSweep, TheSameSeedsGiveTheSameReportHoweverManyRunAtOnce) {
+  const TemporaryDirectory directory;
+  const auto file = directory.write("short.yaml", kShort);
+  const auto sweep = [&](const std::string& jobs) {
+    const auto report = directory.path() + "/jobs_" + jobs;
+    const auto result = run_scenario_command(
+        {"run", file, "--seed", "4", "--repeat", "2", "--jobs", jobs, "--report", report});
+    EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
+    EXPECT_NE(result.out.find("2 runs, 2 as expected"), std::string::npos) << result.out;
+    return text_of_file(report + "/sweep.json");
+  };
+  const std::string one_by_one = sweep("1");
+  EXPECT_EQ(sweep("2"), one_by_one);
+  const Json json = Json::parse(one_by_one);
+  EXPECT_EQ(json["runs"], 2);
+  EXPECT_EQ(json["each"][0]["seed"], 4);
+  EXPECT_NE(json["each"][0]["state_hash"], json["each"][1]["state_hash"]) << "other seeds";
+  EXPECT_EQ(json["measures"]["kits_right"]["mean"], 1);
+}
+
 TEST(ScenarioRun, AWholeJobIsDoneAndReported) {
   const TemporaryDirectory directory;
   const auto file = directory.write("short.yaml", kShort);

@@ -404,8 +404,10 @@ class OrderLinesTest(unittest.TestCase):
 
     def test_what_is_no_order_is_told_with_its_line(self):
         self.read("{", '{"announce": "a", "tray": "bucket"}', "", '{"fetch": "coffee"}')
-        texts = [event["text"] for event in self.report.events]
+        told = [e for e in self.report.events if e["event"] == "order_error"]
+        texts = [event["text"] for event in told]
         self.assertEqual(len(texts), 3)
+        self.assertEqual(self.report.events[-1]["event"], "orders_end")
         for text, begin in zip(texts, ("line 1: ", "line 2.tray: one of ", "line 4: announce or")):
             self.assertTrue(text.startswith(begin), text)
 

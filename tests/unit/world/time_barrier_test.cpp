@@ -161,6 +161,18 @@ TEST(TimeBarrier, APlaceThatStaysEmptyIsGivenUpAfterTheGraceTime) {
   EXPECT_EQ(barrier.due(), 0U) << "it is back";
 }
 
+TEST(TimeBarrier, WhoIsShutOutIsNotWaitedForUntilItIsBack) {
+  TimeBarrier barrier({.declared = {"crcl.fanuc", "crcl.motoman"}});
+  const auto fanuc = join(barrier, "crcl.fanuc"), motoman = join(barrier, "crcl.motoman");
+  barrier.ask(fanuc, 25);
+  barrier.shut_out(motoman);
+  barrier.leave(motoman, kBegin);
+  EXPECT_EQ(barrier.due(), 25U);
+  EXPECT_EQ(barrier.state(kBegin).expired, 1U);
+  join(barrier, "crcl.motoman");
+  EXPECT_EQ(barrier.due(), 0U);
+}
+
 TEST(TimeBarrier, NobodyIsLeftBehindForWhoHasFinished) {
   TimeBarrier barrier({.declared = {"crcl.fanuc", "crcl.motoman"}, .grace = 2s});
   const auto fanuc = join(barrier, "crcl.fanuc");
