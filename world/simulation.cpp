@@ -278,8 +278,9 @@ bool Simulation::advance() {
   const auto after = SteadyClock::now();
   pacer_.stepped(after, after - before);
   step_times_.add(after - before);
+  if (clock_) clock_->stepped();
   publish();
-  return !clock_ || clock_->stepped(*slot_.latest(), after);
+  return !clock_ || clock_->published(*slot_.latest(), after);
 }
 
 Result<void> Simulation::reset(std::optional<std::uint64_t> seed) {

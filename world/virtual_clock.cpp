@@ -42,7 +42,7 @@ void VirtualClock::ask(api::PacerId pacer, SimTime span) {
     const auto steps = span.count() == 0 ? 0 : std::max<SimTime::rep>(1, span / step_);
     barrier_.ask(pacer, static_cast<TimeBarrier::Steps>(steps));
     // The last feed that is done lets those go who have waited for it.
-    tell(barrier_.take_reached(wall_now()));
+    release_reached(wall_now());
   }
   wake_();
 }
@@ -66,7 +66,7 @@ void VirtualClock::leave(api::PacerId pacer) {
     barrier_.leave(pacer, wall_now());
     reached_.erase(pacer);
     feeds_.erase(pacer);
-    tell(barrier_.take_reached(wall_now()));
+    release_reached(wall_now());
   }
   wake_();
 }
@@ -74,7 +74,7 @@ void VirtualClock::leave(api::PacerId pacer) {
 VirtualClock::Turn VirtualClock::turn(WallTime now) {
   const std::lock_guard lock(mutex_);
   barrier_.expire(now);
-  tell(barrier_.take_reached(now));
+  release_reached(now);
   Turn turn{barrier_.paced(), barrier_.due(), nullptr};
   // Nothing of it changes while time runs.
   if (!state_ || !turn.paced || turn.due == 0) {
@@ -92,9 +92,15 @@ std::vector<api::EndpointId> VirtualClock::endpoints() const {
   return barrier_.endpoints();
 }
 
-bool VirtualClock::stepped(const api::Snapshot& snapshot, WallTime now) {
+void VirtualClock::stepped() {
   const std::lock_guard lock(mutex_);
   barrier_.step();
+  publishing_ = true;
+}
+
+bool VirtualClock::published(const api::Snapshot& snapshot, WallTime now) {
+  const std::lock_guard lock(mutex_);
+  publishing_ = false;
   for (auto& [id, feed] : feeds_) {
     const auto& frame = snapshot.robots[static_cast<std::size_t>(feed.robot)].vision;
     if (frame.number == feed.number && snapshot.epoch == feed.epoch) continue;
@@ -102,13 +108,17 @@ bool VirtualClock::stepped(const api::Snapshot& snapshot, WallTime now) {
     feed.epoch = snapshot.epoch;
     barrier_.cut(id);
   }
-  tell(barrier_.take_reached(now));
+  release_reached(now);
   return !barrier_.paced() || barrier_.due() > 0;
 }
 
 void VirtualClock::release_clients(WallTime now) {
   const std::lock_guard lock(mutex_);
   tell(barrier_.release_clients(now));
+}
+
+void VirtualClock::release_reached(WallTime now) {
+  if (!publishing_) tell(barrier_.take_reached(now));
 }
 
 void VirtualClock::tell(const std::vector<api::PacerId>& reached) {

@@ -45,8 +45,11 @@ class VirtualClock final : public api::VirtualTime {
   [[nodiscard]] Turn turn(WallTime now);
   /// Endpoints whose commands wait until time goes on, in no order.
   [[nodiscard]] std::vector<api::EndpointId> endpoints() const;
-  /// One step has been taken and its snapshot published. Whether time may go on at once.
-  bool stepped(const api::Snapshot& snapshot, WallTime now);
+  /// One step has been taken, and its snapshot is about to be published: who sees that asks from
+  /// there on. Nobody is released before published().
+  void stepped();
+  /// Whether time may go on at once.
+  bool published(const api::Snapshot& snapshot, WallTime now);
   /// While the cell is paused nobody waits for it.
   void release_clients(WallTime now);
 
@@ -56,6 +59,8 @@ class VirtualClock final : public api::VirtualTime {
     std::uint64_t epoch = 0, number = 0;  ///< of the frame that it was last told of
   };
 
+  /// Releases whoever has got what they asked for.
+  void release_reached(WallTime now);
   void tell(const std::vector<api::PacerId>& reached);
 
   const SimTime poll_period_, step_;
@@ -65,6 +70,7 @@ class VirtualClock final : public api::VirtualTime {
   std::map<api::PacerId, std::function<void()>> reached_;
   std::map<api::PacerId, Feed> feeds_;
   api::VirtualTimeStatePtr state_;
+  bool publishing_ = false;  ///< between stepped() and published()
 };
 
 }  // namespace aprsim::world
