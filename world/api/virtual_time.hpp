@@ -38,9 +38,10 @@ class VirtualTime {
   /// Whether that role is among those that have been declared to pace.
   [[nodiscard]] virtual bool declares(const std::string& role) const = 0;
 
-  /// Takes part from now on. `reached` is called once for every ask(), on any thread and within
-  /// these functions, too: it posts to the listener's thread and does nothing else. Nothing when
-  /// pacers have been declared and all places of a client's role are taken: it paces nothing then.
+  /// Takes part from now on. `reached` is called once for the latest ask(), on any thread and
+  /// within these functions, too: it posts to the listener's thread and does nothing else. Nothing
+  /// when pacers have been declared and all places of a client's role are taken: it paces nothing
+  /// then.
   [[nodiscard]] virtual std::optional<PacerId> join(PacerRole role,
                                                     std::function<void()> reached) = 0;
   /// Time may go on by `span`, at least one step; for a feed until then or until the next frame of
