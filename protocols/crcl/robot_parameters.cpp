@@ -13,12 +13,11 @@ namespace aprsim::crcl_server {
 namespace {
 
 constexpr std::string_view kForce = "force", kPressure = "pressure";
-constexpr std::string_view kSpeedOverride = "speed_override";
-constexpr std::string_view kTime = "simulated_time", kStop = "protective_stop", kDrives = "drives";
 
 // What clients can read, but not set.
-bool is_reading(std::string_view parameter) {
-  return parameter == kTime || parameter == kStop || parameter == kDrives;
+bool is_reading(std::string_view name) {
+  return name == parameter::kSimulatedTime || name == parameter::kProtectiveStop ||
+         name == parameter::kDrives;
 }
 
 tl::unexpected<Error> bad_setting(std::string_view name, std::string message) {
@@ -65,12 +64,6 @@ Result<void> keep(std::map<std::string, std::string>& kept,
   }
   kept = std::move(all);
   return {};
-}
-
-std::vector<crcl::ParameterSetting> listed(const std::map<std::string, std::string>& kept) {
-  std::vector<crcl::ParameterSetting> settings;
-  for (const auto& [name, value] : kept) settings.push_back({name, value});
-  return settings;
 }
 
 RobotParameters::Outcome nothing_left() { return std::optional<api::RobotAction>(); }
@@ -129,7 +122,7 @@ RobotParameters::Outcome RobotParameters::apply(const crcl::SetRobotParameters& 
     if (is_reading(setting.name)) {
       return bad_setting(setting.name, setting.name + " can only be read");
     }
-    if (setting.name != kSpeedOverride) continue;
+    if (setting.name != parameter::kSpeedOverride) continue;
     const auto percent = within(setting, 0, true, 100, "percent");
     if (!percent) return tl::unexpected(percent.error());
     action = api::SetOverride{*percent / 100};
@@ -184,12 +177,14 @@ RobotParameters::Outcome RobotParameters::apply(const crcl::DisableSensor& comma
 RobotParameters::Outcome RobotParameters::apply(const crcl::EnableRobotParameterStatus& command,
                                                 ConnectionSettings&) {
   const std::string& name = command.parameter;
-  const bool readable = is_reading(name) || name == kSpeedOverride;
+  const bool readable = is_reading(name) || name == parameter::kSpeedOverride;
   if (!readable && !robot_.contains(name)) {
-    return bad_setting("RobotParameterName",
-                       fmt::format("Unknown robot parameter {}; there are {}, {}, {}, {} and those "
-                                   "that have been set",
-                                   crcl::shorten(name), kSpeedOverride, kTime, kStop, kDrives));
+    return bad_setting(
+        "RobotParameterName",
+        fmt::format("Unknown robot parameter {}; there are {}, {}, {}, {} and those "
+                    "that have been set",
+                    crcl::shorten(name), parameter::kSpeedOverride, parameter::kSimulatedTime,
+                    parameter::kProtectiveStop, parameter::kDrives));
   }
   hidden_.erase(name);
   if (readable) shown_.insert(name);
@@ -214,23 +209,6 @@ void RobotParameters::forget() {
   end_effector_.clear();
   robot_.clear();
   hidden_.clear();
-}
-
-std::vector<crcl::ParameterSetting> RobotParameters::end_effector_parameters() const {
-  return listed(end_effector_);
-}
-
-std::vector<crcl::ParameterSetting> RobotParameters::robot_parameters(
-    const api::Snapshot& snapshot, const api::RobotSnapshot& robot) const {
-  std::map<std::string, std::string> all = robot_;
-  for (const std::string& name : shown_) {
-    if (name == kTime) all[name] = fmt::format("{:.3f}", seconds(snapshot.time));
-    if (name == kStop) all[name] = robot.protective_stop ? "true" : "false";
-    if (name == kDrives) all[name] = robot.drives_on ? "on" : "off";
-    if (name == kSpeedOverride) all[name] = fmt::format("{:g}", robot.override_fraction * 100);
-  }
-  for (const std::string& name : hidden_) all.erase(name);
-  return listed(all);
 }
 
 }  // namespace aprsim::crcl_server

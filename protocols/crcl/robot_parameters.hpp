@@ -5,6 +5,7 @@
 #include <set>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "crcl/commands.hpp"
@@ -13,9 +14,15 @@
 #include "world/api/cell_description.hpp"
 #include "world/api/error.hpp"
 #include "world/api/robot_command.hpp"
-#include "world/api/snapshot.hpp"
 
 namespace aprsim::crcl_server {
+
+/// Robot parameters with a meaning.
+namespace parameter {
+inline constexpr std::string_view kSpeedOverride = "speed_override";
+inline constexpr std::string_view kSimulatedTime = "simulated_time";
+inline constexpr std::string_view kProtectiveStop = "protective_stop", kDrives = "drives";
+}  // namespace parameter
 
 /// Parameters, sensors, gripper reports and motion coordination of one robot, shared by all its
 /// connections. What a client sets is kept over InitCanon.
@@ -61,10 +68,15 @@ class RobotParameters {
   [[nodiscard]] const std::vector<crcl::ParameterSetting>& gripper_options() const {
     return gripper_options_;
   }
-  [[nodiscard]] std::vector<crcl::ParameterSetting> end_effector_parameters() const;
-  /// Those whose report is not disabled.
-  [[nodiscard]] std::vector<crcl::ParameterSetting> robot_parameters(
-      const api::Snapshot& snapshot, const api::RobotSnapshot& robot) const;
+  /// As set, by name.
+  [[nodiscard]] const std::map<std::string, std::string>& end_effector() const {
+    return end_effector_;
+  }
+  [[nodiscard]] const std::map<std::string, std::string>& robot() const { return robot_; }
+  /// Robot parameters whose report is disabled though they are set, and enabled though they are
+  /// not.
+  [[nodiscard]] const std::set<std::string>& hidden() const { return hidden_; }
+  [[nodiscard]] const std::set<std::string>& shown() const { return shown_; }
 
  private:
   [[nodiscard]] Result<void> check_gripper(const std::string& name) const;

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -146,6 +147,30 @@ crcl::GripperStatus gripper_status(const api::CellDescription& cell,
   return status;
 }
 
+std::vector<crcl::ParameterSetting> listed(const std::map<std::string, std::string>& kept) {
+  std::vector<crcl::ParameterSetting> settings;
+  for (const auto& [name, value] : kept) settings.push_back({name, value});
+  return settings;
+}
+
+// Those whose report is not disabled.
+std::vector<crcl::ParameterSetting> robot_parameters(const RobotParameters& parameters,
+                                                     const api::Snapshot& snapshot,
+                                                     const api::RobotSnapshot& robot) {
+  std::map<std::string, std::string> all = parameters.robot();
+  for (const std::string& name : parameters.shown()) {
+    if (name == parameter::kSimulatedTime)
+      all[name] = fmt::format("{:.3f}", seconds(snapshot.time));
+    if (name == parameter::kProtectiveStop) all[name] = robot.protective_stop ? "true" : "false";
+    if (name == parameter::kDrives) all[name] = robot.drives_on ? "on" : "off";
+    if (name == parameter::kSpeedOverride) {
+      all[name] = fmt::format("{:g}", robot.override_fraction * 100);
+    }
+  }
+  for (const std::string& name : parameters.hidden()) all.erase(name);
+  return listed(all);
+}
+
 crcl::SettingsStatus settings_status(const StatusSources& sources,
                                      const ConnectionSettings& settings) {
   const crcl::Units& units = settings.units();
@@ -157,7 +182,7 @@ crcl::SettingsStatus settings_status(const StatusSources& sources,
   };
   crcl::SettingsStatus status;
   status.angle_unit = units.angle;
-  status.end_effector_parameters = sources.parameters.end_effector_parameters();
+  status.end_effector_parameters = listed(sources.parameters.end_effector());
   status.end_effector = snapshot.robots[index].gripper.setting;
   status.force_unit = units.force;
   status.joint_limits = joint_limits(snapshot.cell->robots[index], sources.joints, settings);
@@ -166,7 +191,7 @@ crcl::SettingsStatus settings_status(const StatusSources& sources,
   status.max_cartesian = in_unit(sources.limits.max_R, units.length);
   status.min_cartesian = in_unit(sources.limits.min_R, units.length);
   status.coordinated = sources.parameters.coordinated();
-  status.robot_parameters = sources.parameters.robot_parameters(snapshot, snapshot.robots[index]);
+  status.robot_parameters = robot_parameters(sources.parameters, snapshot, snapshot.robots[index]);
   status.end_tolerance = in_units(tolerances.end, units);
   status.rot_accel = rate_in(limit(api::MotionLimit::kRotAccel), units.angle);
   status.rot_speed = rate_in(limit(api::MotionLimit::kRotSpeed), units.angle);

@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "world/robot/kinematics/dynamics.hpp"
-#include "world/robot/trajectory/motion_limits.hpp"
 #include "world/robot/trajectory/segment_limits.hpp"
 
 namespace aprsim::robot {
@@ -24,6 +23,10 @@ constexpr double kClearShare = 0.98, kMaxDetour = 1.5;
 constexpr double kLeastBlendSpeed = 0.05;
 constexpr double kRetreatScale = 0.3;
 constexpr double kAtPose = 1e-6;  ///< of the joint ranges: the arm is at the pose already
+// Of torque_scaling.
+constexpr int kTorqueSamples = 48;
+constexpr double kTorqueDifference_s = 1e-3;
+constexpr double kSlowestScale = 0.1;
 
 std::string limit_text(const Joint& joint, double q) {
   const double unit = 180 / std::numbers::pi;
@@ -55,6 +58,34 @@ double position_of(const api::JointTarget& target, const JointVector& held) {
   double position = target.position_rad;
   for (const api::JointShare& share : target.held) position += share.factor * held(share.joint);
   return position;
+}
+
+// Dynamic scaling: Hollerbach 1984. The torques of a motion slowed by the factor c are those that
+// hold the arm plus c^2 times those that motion adds. Deviation: one factor for the whole motion.
+double torque_scaling(const ArmModel& model, const Payload& payload,
+                      const Eigen::Vector3d& gravity_B, double duration_s,
+                      const std::function<JointVector(double)>& position) {
+  const JointVector rest = JointVector::Zero(model.dof());
+  double square = 1;  // of the scale
+  for (int k = 0; k < kTorqueSamples; ++k) {
+    const double t = duration_s * (k + 0.5) / kTorqueSamples;
+    const double h = std::min(kTorqueDifference_s, duration_s / (2 * kTorqueSamples));
+    if (!(h > 0)) return 1;
+    // Central differences.
+    const JointVector before = position(t - h), q = position(t), after = position(t + h);
+    const JointVector qd = (after - before) / (2 * h);
+    const JointVector qdd = (after - 2 * q + before) / (h * h);
+    // Torques that hold the arm, and that motion adds.
+    const JointVector hold = inverse_dynamics(model, payload, gravity_B, q, rest, rest);
+    const JointVector moving = inverse_dynamics(model, payload, gravity_B, q, qd, qdd) - hold;
+    // The scale that leaves the worst drive its share.
+    for (int i = 0; i < model.dof(); ++i) {
+      const double limit = kTorqueShare * model.joints[static_cast<std::size_t>(i)].max_torque_nm;
+      const double room = limit - std::copysign(1.0, moving(i)) * hold(i);
+      if (std::abs(moving(i)) * square > room) square = room / std::abs(moving(i));
+    }
+  }
+  return std::sqrt(std::clamp(square, kSlowestScale * kSlowestScale, 1.0));
 }
 
 MotionPlanner::MotionPlanner(PlannerSetup setup)

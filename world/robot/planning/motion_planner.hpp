@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <optional>
 
@@ -8,8 +9,9 @@
 #include "world/api/robot_command.hpp"
 #include "world/robot/kinematics/dynamics.hpp"
 #include "world/robot/kinematics/inverse_kinematics.hpp"
-#include "world/robot/trajectory/motion_limits.hpp"
+#include "world/robot/trajectory/joint_limits.hpp"
 #include "world/robot/trajectory/motion_runner.hpp"
+#include "world/robot/trajectory/tool_limits.hpp"
 
 namespace aprsim::robot {
 
@@ -30,6 +32,14 @@ struct PlanStart {
 
 /// Where `target` leads its joint, with the shares of what `held` holds [rad].
 [[nodiscard]] double position_of(const api::JointTarget& target, const JointVector& held);
+
+/// The time scale of a planned motion with which no drive needs more than kTorqueShare of its
+/// maximal torque: the factor on its speeds (its square on the accelerations), 1 where it need not
+/// be slowed. `position` gives the joints at a time in 0..duration, and is sampled at fixed shares
+/// of the duration. Thread: any.
+[[nodiscard]] double torque_scaling(const ArmModel& model, const Payload& payload,
+                                    const Eigen::Vector3d& gravity_B, double duration_s,
+                                    const std::function<JointVector(double)>& position);
 
 /// Plans the motions of one robot that have one target, and the segments of which the other
 /// planners compose theirs. Every motion is checked as a whole before it may start; indices and

@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "world/robot/trajectory/double_s.hpp"
-#include "world/robot/trajectory/motion_limits.hpp"
+#include "world/robot/trajectory/joint_limits.hpp"
 
 namespace aprsim::robot {
 

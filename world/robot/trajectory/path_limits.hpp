@@ -4,9 +4,10 @@
 #include <vector>
 
 #include "world/robot/trajectory/double_s.hpp"
-#include "world/robot/trajectory/motion_limits.hpp"
+#include "world/robot/trajectory/joint_limits.hpp"
 #include "world/robot/trajectory/path_sample.hpp"
 #include "world/robot/trajectory/time_scaling.hpp"
+#include "world/robot/trajectory/tool_limits.hpp"
 #include "world/robot/trajectory/tool_path.hpp"
 
 namespace aprsim::robot {

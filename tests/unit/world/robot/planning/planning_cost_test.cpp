@@ -5,7 +5,8 @@
 #include <gtest/gtest.h>
 
 #include "tests/unit/world/robot/controller/controller_rig.hpp"
-#include "world/robot/trajectory/motion_limits.hpp"
+#include "world/robot/planning/motion_planner.hpp"
+#include "world/robot/trajectory/joint_limits.hpp"
 
 namespace aprsim::robot {
 namespace {
