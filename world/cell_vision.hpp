@@ -32,6 +32,14 @@ class CellVision {
     return feeds_[robot].latest();
   }
 
+  static constexpr bool kAsMany = true;  ///< as the scene has
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [feeds] = self;
+    io(feeds);
+  }
+
  private:
   std::vector<sensors::VisionFeed> feeds_;
 };

@@ -22,6 +22,13 @@ struct BeltFaults {
   double surface_share = 1;  ///< of the drive's speed that the belt's surface has
   bool encoder_frozen = false;
   bool emergency_stop = false;  ///< the cell's, engaged as if by the drive's input
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [jammed, reversed, speed_factor, surface_share, encoder_frozen, emergency_stop] = self;
+    io(jammed, reversed, speed_factor, surface_share, encoder_frozen, emergency_stop);
+  }
 };
 
 /// The belt's drive: inputs (run, direction, speed, emergency stop, reset), and one signed speed
@@ -53,6 +60,15 @@ class ConveyorDrive {
   [[nodiscard]] const api::ConveyorSnapshot& state() const { return state_; }
   /// The same as the drive reports it: a frozen encoder reads what it did.
   [[nodiscard]] api::ConveyorSnapshot readings() const;
+
+  static constexpr bool kAsMany = true;  ///< as the scene has
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [limits, state, faults, frozen_speed_m_s, frozen_travel_m, curtain_broken, watchdog_s,
+           silence_s] = self;
+    io(state, faults, frozen_speed_m_s, frozen_travel_m, curtain_broken, watchdog_s, silence_s);
+  }
 
  private:
   void trip(api::DriveFault fault);

@@ -97,6 +97,14 @@ class SimulatedRobot {
     std::array<double, api::kMaxJoints> play_rad{}, half_width_rad{}, bias_rad{};
     robot::JointVector q_before;  ///< of the last step, for the play; empty = no play
     bool bent = false;            ///< some of these are not zero
+
+    template <typename Self, typename Io>
+    static void fields(Self& self, Io& io) {
+      auto& [X_WM, pull_steps, tool, pressure, curtain_broken, now, guards, faults, play_rad,
+             half_width_rad, bias_rad, q_before, bent] = self;
+      io(X_WM, pull_steps, tool, pressure, curtain_broken, now, guards, faults, play_rad,
+         half_width_rad, bias_rad, q_before, bent);
+    }
   };
   struct ExternalTorque {
     robot::JointVector all;   ///< of all contacts
@@ -143,6 +151,14 @@ struct SimulatedRobot::State {
   /// Of memory, besides what copies share; approximately.
   [[nodiscard]] std::size_t bytes() const {
     return sizeof *this - sizeof controller + controller.bytes();
+  }
+
+  static constexpr bool kAsMany = true;  ///< as the scene has
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [arm, controller, own] = self;
+    io(arm, controller, own);
   }
 };
 

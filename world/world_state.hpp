@@ -38,6 +38,14 @@ struct WorldState {
   void list(robot::SharedParts& parts) const {
     for (const auto& robot : robots) robot.controller.list(parts);
   }
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [seed, steps, robots, conveyor, photo_eyes, physics, vision, curtain, intruder, faults] =
+        self;
+    io(seed, steps, robots, conveyor, photo_eyes, physics, vision, curtain, intruder, faults);
+  }
 };
 
 }  // namespace aprsim::world

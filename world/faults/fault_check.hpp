@@ -24,6 +24,15 @@ struct FaultSpec {
   [[nodiscard]] double value(std::string_view parameter) const {
     return values[faults::info(kind).parameter(parameter).value()];
   }
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [kind, robot, joint, body, other_body, eye, values, trigger, trigger_robot, trigger_eye,
+           duration] = self;
+    io(kind, robot, joint, body, other_body, eye, values, trigger, trigger_robot, trigger_eye,
+       duration);
+  }
 };
 
 /// Resolves a request against the cell. Errors name the field, its value and what was expected.

@@ -40,6 +40,13 @@ struct ActiveFault {
   SimTime begin{};
   SimTime open_until{};  ///< of a gripper that drops: open by itself until then
   bool caught = false;   ///< a tray that jams: it has come to where it does
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [spec, begin, open_until, caught] = self;
+    io(spec, begin, open_until, caught);
+  }
 };
 
 /// The faults of a cell: which wait, which last, which are over. A copyable value, part of the
@@ -51,6 +58,12 @@ class FaultSchedule {
     std::vector<std::uint64_t> begun, ended;
     bool shifted = false;  ///< what lasts has changed by itself
     [[nodiscard]] bool any() const { return shifted || !begun.empty() || !ended.empty(); }
+
+    template <typename Self, typename Io>
+    static void fields(Self& self, Io& io) {
+      auto& [begun, ended, shifted] = self;
+      io(begun, ended, shifted);
+    }
   };
 
   /// Takes a resolved fault. Errors: kFailedPrecondition when too many wait or last.
@@ -78,6 +91,13 @@ class FaultSchedule {
   /// Of memory; approximately.
   [[nodiscard]] std::size_t bytes() const;
 
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [last_id, open, over, past, changes, list] = self;
+    io(last_id, open, over, past, changes, list);
+  }
+
  private:
   /// What a trigger has seen.
   struct Watch {
@@ -85,6 +105,12 @@ class FaultSchedule {
     int grasps = 0;
     bool primed = false, beyond = false, reported = false;
     std::optional<SimTime> held_since;
+
+    template <typename Self, typename Io>
+    static void fields(Self& self, Io& io) {
+      auto& [held, grasps, primed, beyond, reported, held_since] = self;
+      io(held, grasps, primed, beyond, reported, held_since);
+    }
   };
   struct Open {
     api::InjectedFault shown;
@@ -92,6 +118,12 @@ class FaultSchedule {
     Watch watch;
     std::optional<SimTime> end;
     bool give_up = false;  ///< told to end
+
+    template <typename Self, typename Io>
+    static void fields(Self& self, Io& io) {
+      auto& [shown, active, watch, end, give_up] = self;
+      io(shown, active, watch, end, give_up);
+    }
   };
 
   [[nodiscard]] bool triggered(Open& fault, SimTime time, const CellFacts& facts) const;

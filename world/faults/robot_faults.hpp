@@ -31,6 +31,15 @@ struct RobotFaults {
     return !base_offset.p.isZero() || !tool_offset.p.isZero() ||
            !base_offset.q.isApprox(Eigen::Quaterniond::Identity(), 0);
   }
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [speed, torque, backlash_rad, encoder_bias_rad, base_offset, tool_offset, grip_force,
+           gripper_setting, wear, out_of_order, brakes_on_path] = self;
+    io(speed, torque, backlash_rad, encoder_bias_rad, base_offset, tool_offset, grip_force,
+       gripper_setting, wear, out_of_order, brakes_on_path);
+  }
 };
 
 }  // namespace aprsim::world

@@ -18,6 +18,13 @@ struct ArmForce {
   /// On what the gripper holds: tells what that meets. It reaches the arm through the grip, whose
   /// forces are in the list too, so it is no load of its own.
   bool relayed = false;
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [link, p_W, f_W, partner, partner_link, on_gripper, penalty, relayed] = self;
+    io(link, p_W, f_W, partner, partner_link, on_gripper, penalty, relayed);
+  }
 };
 
 }  // namespace aprsim::physics

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "world/archive/api_fields.hpp"
 #include "world/physics/arm_penalty.hpp"
 #include "world/physics/contact_report.hpp"
 #include "world/physics/contact_search.hpp"
@@ -401,6 +402,13 @@ struct PhysicsWorld::State::Data {
     Aabb bounds;
     std::optional<std::uint64_t> lost_step;
     bool mounted = false, jammed = false;
+
+    static constexpr bool kAsMany = true;  ///< as the scene has
+    template <typename Self, typename Io>
+    static void fields(Self& self, Io& io) {
+      auto& [ode, origin_B, X_WB, v_com_W, omega_W, bounds, lost_step, mounted, jammed] = self;
+      io(ode, origin_B, X_WB, v_com_W, omega_W, bounds, lost_step, mounted, jammed);
+    }
   };
   std::vector<Body> bodies;
   std::vector<GripperMechanism::State> grippers, parked;
@@ -413,6 +421,14 @@ struct PhysicsWorld::State::Data {
   int contacts = 0;
   double belt_speed = 0, next_belt_speed = 0, max_penetration = 0;
   std::uint64_t steps = 0, faults = 0;
+
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [bodies, grippers, parked, tool_of_robot, arms, simplification, constraints, solver,
+           forces, contacts, belt_speed, next_belt_speed, max_penetration, steps, faults] = self;
+    io(bodies, grippers, parked, tool_of_robot, arms, simplification, constraints, solver, forces,
+       contacts, belt_speed, next_belt_speed, max_penetration, steps, faults);
+  }
 };
 
 std::size_t PhysicsWorld::State::bytes() const {
@@ -420,6 +436,14 @@ std::size_t PhysicsWorld::State::bytes() const {
   const auto held = [](const auto& values) { return values.capacity() * sizeof values[0]; };
   return sizeof *data_ + held(data_->bodies) + held(data_->grippers) + held(data_->parked) +
          held(data_->arms) + held(data_->constraints) + held(data_->solver.contacts);
+}
+
+void PhysicsWorld::State::write(archive::Writer& out) const { out(*data_); }
+
+void PhysicsWorld::State::read(archive::Reader& in) {
+  auto data = std::make_shared<Data>(*data_);
+  in(*data);
+  data_ = std::move(data);
 }
 
 PhysicsWorld::State PhysicsWorld::save() const {

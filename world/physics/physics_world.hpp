@@ -17,6 +17,11 @@
 #include "world/robot/model/arm_model.hpp"
 #include "world/scene/scene.hpp"
 
+namespace aprsim::archive {
+class Writer;
+class Reader;
+}  // namespace aprsim::archive
+
 namespace aprsim::physics {
 
 /// State of a free body (gear or tray) in its own frame (see api::BodyDescription).
@@ -89,6 +94,10 @@ class PhysicsWorld {
     State() = default;  ///< of no world; restore() refuses it
     /// Of memory; approximately.
     [[nodiscard]] std::size_t bytes() const;
+    /// As bytes (world/archive/archive.hpp), and back into a state of a world of the same scene,
+    /// whose numbers of bodies and robots rule. Throws archive::Damaged.
+    void write(archive::Writer& out) const;
+    void read(archive::Reader& in);
 
    private:
     friend class PhysicsWorld;

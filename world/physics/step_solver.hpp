@@ -26,6 +26,13 @@ class StepSolver {
   struct Memory {
     std::vector<ContactConstraint> contacts;
     api::SolverFailures failures;  ///< so far
+
+    /// See world/archive/archive.hpp.
+    template <typename Self, typename Io>
+    static void fields(Self& self, Io& io) {
+      auto& [contacts, failures] = self;
+      io(contacts, failures);
+    }
   };
   [[nodiscard]] const Memory& save() const { return memory_; }
   void restore(const Memory& memory) { memory_ = memory; }

@@ -23,6 +23,15 @@ struct CameraFaults {
   std::vector<std::pair<int, double>> scores;  ///< body and factor on its score
 
   bool operator==(const CameraFaults&) const = default;
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [outage, frozen, late_s, bias_x_m, bias_y_m, bias_yaw_rad, scale, flip_rate, lost, ghosts,
+           swapped, scores] = self;
+    io(outage, frozen, late_s, bias_x_m, bias_y_m, bias_yaw_rad, scale, flip_rate, lost, ghosts,
+       swapped, scores);
+  }
 };
 
 /// Changes what a camera has detected; `seed` is the frame's.

@@ -37,6 +37,15 @@ class PhotoEyes {
   }
   [[nodiscard]] double load_kg() const { return load_kg_; }
 
+  static constexpr bool kAsMany = true;  ///< as the scene has
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [beams, X_WC, X_CW, half_length_m, half_width_m, eyes, broken, stuck, load_kg, looked] =
+        self;
+    io(eyes, broken, stuck, load_kg, looked);
+  }
+
  private:
   std::vector<api::PhotoEyeDescription> beams_;
   Eigen::Isometry3d X_WC_, X_CW_;

@@ -33,10 +33,26 @@ class VisionFeed {
 
   [[nodiscard]] const api::VisionFrame& latest() const { return latest_; }
 
+  static constexpr bool kAsMany = true;  ///< as the scene has
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [camera, step_size, seed, period_steps, latency_steps, exposures, ring, first, count,
+           latest, faults, frozen] = self;
+    io(seed, exposures, ring, first, count, latest, faults, frozen);
+    io.require(first < ring.size() && count <= ring.size(), "a frame beyond those that wait");
+  }
+
  private:
   struct Pending {
     api::VisionFrame frame;
     std::uint64_t out_at = 0;  ///< step
+
+    template <typename Self, typename Io>
+    static void fields(Self& self, Io& io) {
+      auto& [frame, out_at] = self;
+      io(frame, out_at);
+    }
   };
 
   OverheadCamera camera_;

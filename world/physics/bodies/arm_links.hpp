@@ -30,6 +30,14 @@ class ArmLinks {
   /// Everything that changes from step to step.
   struct State {
     std::vector<Eigen::Isometry3d> X_WL_before, X_WL, X_WL_next;
+
+    static constexpr bool kAsMany = true;  ///< as the scene has
+    /// See world/archive/archive.hpp.
+    template <typename Self, typename Io>
+    static void fields(Self& self, Io& io) {
+      auto& [before, now, next] = self;
+      io(before, now, next);
+    }
   };
   [[nodiscard]] State save() const { return {X_WL_before_, X_WL_, X_WL_next_}; }
   void restore(const State& state);

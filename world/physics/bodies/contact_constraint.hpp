@@ -22,6 +22,15 @@ struct ContactConstraint {
   Eigen::Vector3d f_change_W = Eigen::Vector3d::Zero(), torque_change_W = Eigen::Vector3d::Zero();
   bool continues = false;
   double impact_m2_s2 = 0;  ///< energy per mass of an impact that is still to be answered
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [contact, fixed, friction, restitution, rolling_m, spinning_m, belt, f_W, normal_n,
+           torque_W, f_change_W, torque_change_W, continues, impact_m2_s2] = self;
+    io(contact, fixed, friction, restitution, rolling_m, spinning_m, belt, f_W, normal_n, torque_W,
+       f_change_W, torque_change_W, continues, impact_m2_s2);
+  }
 };
 
 inline constexpr std::size_t kConstraintCapacity = 4096;  ///< places to reserve

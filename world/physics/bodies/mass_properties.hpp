@@ -10,6 +10,13 @@ struct MassProperties {
   double mass_kg = 0;
   Eigen::Vector3d com = Eigen::Vector3d::Zero();      ///< in the body's own frame [m]
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< about the com, body axes [kg m2]
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [mass_kg, com, inertia] = self;
+    io(mass_kg, com, inertia);
+  }
 };
 
 /// Disc, hub (with chamfer) and peg of uniform density that add up to the type's mass.

@@ -79,6 +79,13 @@ inline void add_force(dBodyID body, const Eigen::Vector3d& f, const Eigen::Vecto
 /// Position, orientation and velocities as ODE holds them, bit for bit.
 struct SavedState {
   dReal p[3] = {}, q[4] = {}, R[12] = {}, v[3] = {}, omega[3] = {};
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [p, q, R, v, omega] = self;
+    io(p, q, R, v, omega);
+  }
 };
 void save(dBodyID body, SavedState& to);
 void restore(dBodyID body, const SavedState& from);

@@ -16,6 +16,13 @@ struct Aabb {
     return {min.cwiseMin(other.min), max.cwiseMax(other.max)};
   }
   [[nodiscard]] Aabb moved(const Eigen::Vector3d& by) const { return {min + by, max + by}; }
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [min, max] = self;
+    io(min, max);
+  }
 };
 
 /// Bounds of a box of edge lengths `size` centred at X_WS.

@@ -31,6 +31,13 @@ struct Contact {
   Eigen::Vector3d n_W = Eigen::Vector3d::UnitZ();
   double depth_m = 0;  ///< > 0 penetrating, < 0 a gap that may close in this step
   SurfacePair pair = SurfacePair::kRobotAny;
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [a, b, p_W, n_W, depth_m, pair] = self;
+    io(a, b, p_W, n_W, depth_m, pair);
+  }
 };
 
 }  // namespace aprsim::physics

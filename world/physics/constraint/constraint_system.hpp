@@ -23,6 +23,13 @@ struct RowSide {
 struct RowForce {
   double now_n = 0, change_n = 0;
   bool known = false;
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [now_n, change_n, known] = self;
+    io(now_n, change_n, known);
+  }
 };
 
 /// Some bodies of ODE with the joints and contacts between them, advanced together by one step:

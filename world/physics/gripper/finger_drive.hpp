@@ -15,11 +15,25 @@ struct FingerDrive {
   double speed_m_s = 0;
   double piston_n = 0;
   double extra_n = 0;
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [speed_m_s, piston_n, extra_n] = self;
+    io(speed_m_s, piston_n, extra_n);
+  }
 };
 
 struct FingerMotion {
   double travel_m = 0;  ///< closing travel, 0 = open
   double rate_m_s = 0;
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [travel_m, rate_m_s] = self;
+    io(travel_m, rate_m_s);
+  }
 };
 
 /// Eq. 3 of the paper, for any set of mimic joints: `on[i]` = single(joint i) + sum over n != i of
@@ -44,6 +58,13 @@ void coupling_forces(std::span<const FingerMotion> fingers, double stiffness_n_m
 /// What the mimic-joint controller integrates.
 struct MimicState {
   double integral_n = 0;  ///< its integral share [N]
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [integral_n] = self;
+    io(integral_n);
+  }
 };
 
 /// PID force on a joint that is to follow another, from the difference of travels and of rates.
@@ -55,6 +76,13 @@ struct MimicState {
 /// Pressures of the two chambers that drive the fingers, as shares of the supply's.
 struct Chambers {
   double closing = 0, opening = 1;
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [closing, opening] = self;
+    io(closing, opening);
+  }
 };
 
 /// Share of the supply pressure that a chamber with this leak reaches.
@@ -68,6 +96,13 @@ void advance_air(const scene::Gripper& gripper, bool closing, double step_s, Cha
 struct LawState {
   Chambers air;
   MimicState mimic;
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [air, mimic] = self;
+    io(air, mimic);
+  }
 };
 
 /// Drives of both fingers for a command (`closing`), with `end_m` the travel of the closed stop.

@@ -36,6 +36,13 @@ class GraspMonitor {
   /// Updates settled, holding and held_body. True when the gripper may be left alone.
   bool observe(const Observation& now, GripperState& state);
 
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [still_steps, hold_steps, lost_steps, idle_steps] = self;
+    io(still_steps, hold_steps, lost_steps, idle_steps);
+  }
+
  private:
   void watch_hold(const Observation& now, bool still, GripperState& state);
 

@@ -36,6 +36,13 @@ struct GripperForces {
   std::array<std::array<RowForce, 5>, 2> rail;
   std::array<RowForce, 2> piston, open_stop, closed_stop;
   std::array<RowForce, 7> linkage;
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [mount, rail, piston, open_stop, closed_stop, linkage] = self;
+    io(mount, rail, piston, open_stop, closed_stop, linkage);
+  }
 };
 
 /// The gripper's joints as rows of a ConstraintSystem.

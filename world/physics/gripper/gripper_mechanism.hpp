@@ -26,6 +26,13 @@ struct GripperPart {
   Aabb bounds;
   // velocity of the carriage's rigid motion at this part, last step
   Eigen::Vector3d carried_v = Eigen::Vector3d::Zero();
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [size, X_TS, X_WS, bounds, carried_v] = self;
+    io(size, X_TS, X_WS, bounds, carried_v);
+  }
 };
 
 /// What a cup draws in one step.
@@ -34,6 +41,13 @@ struct Suction {
   double force_n = 0;       ///< on it, against the approach; the palm bears the reaction
   bool steady = true;       ///< the vacuum has come within 1 % of what it will be
   double full_force_n = 1;  ///< at the highest vacuum, with the lip covered
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [body, force_n, steady, full_force_n] = self;
+    io(body, force_n, steady, full_force_n);
+  }
 };
 
 /// A parallel gripper on the flange, pads as high as the fingers, the palm's box on top of them: a
@@ -83,6 +97,16 @@ class GripperMechanism {
     GraspMonitor grasp;
     GripperWear wear;
     GripperState report;
+
+    static constexpr bool kAsMany = true;  ///< as the scene has
+    /// See world/archive/archive.hpp.
+    template <typename Self, typename Io>
+    static void fields(Self& self, Io& io) {
+      auto& [parts, bodies, mounted, X_FT, X_WT, X_WT_next, delta, omega, motion, drives, law,
+             forces, setting, force_n, suction, idle, grasp, wear, report] = self;
+      io(parts, bodies, mounted, X_FT, X_WT, X_WT_next, delta, omega, motion, drives, law, forces,
+         setting, force_n, suction, idle, grasp, wear, report);
+    }
   };
   [[nodiscard]] State save() const;
   void restore(const State& state);

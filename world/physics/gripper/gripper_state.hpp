@@ -17,6 +17,15 @@ struct GripperState {
   double palm_deflection_m = 0;
   double vacuum_pa = 0;  ///< of a cup
   Pose X_WT;             ///< where the tool frame really is, the mount's deflection included
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [separation_m, travel_m, force_n, holding, held_body, settled, palm_deflection_m,
+           vacuum_pa, X_WT] = self;
+    io(separation_m, travel_m, force_n, holding, held_body, settled, palm_deflection_m, vacuum_pa,
+       X_WT);
+  }
 };
 
 }  // namespace aprsim::physics

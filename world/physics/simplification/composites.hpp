@@ -51,12 +51,25 @@ class Composites {
   /// caller's business.
   void restore(const Composites& from);
 
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [bodies, gravity_W, members, moved, children] = self;
+    io(members, children);
+  }
+
  private:
   struct Member {
     int root = -1, parent = -1, next = -1;
     Eigen::Isometry3d X_RB = Eigen::Isometry3d::Identity();  // in the root
     MassProperties carried;  // the body and all that rests on it, in its frame
     ContactWrenchCone cone;
+
+    template <typename Self, typename Io>
+    static void fields(Self& self, Io& io) {
+      auto& [root, parent, next, X_RB, carried, cone] = self;
+      io(root, parent, next, X_RB, carried, cone);
+    }
   };
   [[nodiscard]] const Member& at(int body) const {
     return members_[static_cast<std::size_t>(body)];

@@ -28,10 +28,27 @@ class ContactWrenchCone {
   /// True when the carrier can exert this wrench on the carried body.
   [[nodiscard]] bool contains(const Wrench& wrench) const;
 
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [points, count, extent, corner, corners, normal, centre, friction] = self;
+    io(count, extent, corners, normal, centre, friction);
+    io.require(count >= 0 && count <= kMaxPoints && corners >= 0 && corners <= kMaxPoints,
+               "more points than a contact has");
+    for (int i = 0; i < count; ++i) io(points[static_cast<std::size_t>(i)]);
+    for (int i = 0; i < corners; ++i) io(corner[static_cast<std::size_t>(i)]);
+  }
+
  private:
   struct Point {
     Eigen::Vector3d p, n;
     double friction;
+
+    template <typename Self, typename Io>
+    static void fields(Self& self, Io& io) {
+      auto& [p, n, friction] = self;
+      io(p, n, friction);
+    }
   };
   [[nodiscard]] bool polygon_contains(const Wrench& wrench) const;
   [[nodiscard]] bool cones_contain(const Wrench& wrench) const;

@@ -16,6 +16,12 @@ struct FrozenContact {
   int fixed = -1;                                 ///< index of the fixed shape when b is kGround
   Eigen::Vector3d p_A = Eigen::Vector3d::Zero();  ///< [m]
   Eigen::Vector3d f_A = Eigen::Vector3d::Zero();  ///< that it bore last, on a [N]
+
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [owner, a, b, fixed, p_A, f_A] = self;
+    io(owner, a, b, fixed, p_A, f_A);
+  }
 };
 
 /// The contacts that contact simplification has taken out of the solver, as they were then. A
@@ -37,6 +43,14 @@ class FrozenContacts {
   [[nodiscard]] int count() const { return static_cast<int>(all_.size()); }
   /// Another number whenever settled() has changed.
   [[nodiscard]] std::uint64_t version() const { return version_; }
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [all, settled, version] = self;
+    io(all, settled, version);
+    io.require(settled <= all.size(), "more settled contacts than there are");
+  }
 
  private:
   std::vector<FrozenContact> all_;

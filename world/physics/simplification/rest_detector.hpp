@@ -50,6 +50,12 @@ class RestDetector {
     Eigen::Vector3d v_before = Eigen::Vector3d::Zero(), omega_before = Eigen::Vector3d::Zero();
     Eigen::Isometry3d on_carrier = Eigen::Isometry3d::Identity();  ///< when the count began
     Eigen::Isometry3d in_below = Eigen::Isometry3d::Identity();    ///< when the count began
+
+    template <typename Self, typename Io>
+    static void fields(Self& self, Io& io) {
+      auto& [carrier_steps, pair_steps, v_before, omega_before, on_carrier, in_below] = self;
+      io(carrier_steps, pair_steps, v_before, omega_before, on_carrier, in_below);
+    }
   };
   using State = std::vector<Rest>;
   [[nodiscard]] const State& save() const { return rest_; }

@@ -103,6 +103,12 @@ class Simplification {
     bool crowded = false;  // its composite touches more than that
     bool touched = false;  // by a robot, in this step
     bool near = false;     // a gripper or a fault, in this step
+
+    template <typename Self, typename Io>
+    static void fields(Self& self, Io& io) {
+      auto& [below, crowded, touched, near] = self;
+      io(below, crowded, touched, near);
+    }
   };
   struct Island {
     bool quiet = true, on_belt = false, on_fixed = false;
@@ -156,6 +162,15 @@ struct Simplification::State {
   FrozenContacts merged_contacts, sleeping_contacts;
   std::vector<Neighbours> neighbours;
   double belt_speed_before = 0;
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [composites, sleeping, virtual_joints, rest, merged_contacts, sleeping_contacts,
+           neighbours, belt_speed_before] = self;
+    io(composites, sleeping, virtual_joints, rest, merged_contacts, sleeping_contacts, neighbours,
+       belt_speed_before);
+  }
 };
 
 }  // namespace aprsim::physics

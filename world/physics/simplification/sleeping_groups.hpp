@@ -62,6 +62,15 @@ class SleepingGroups {
   /// Copies the state of the same bodies' groups; poses are the caller's business.
   void restore(const SleepingGroups& from);
 
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [bodies, fixed, composites, group, next, groups, active, spare, travel, speed, roots,
+           travel_low, travel_high, accel_low, accel_high] = self;
+    io(group, next, groups, active, spare, travel, speed, roots, travel_low, travel_high, accel_low,
+       accel_high);
+  }
+
  private:
   struct Group {
     int lowest = -1;
@@ -73,6 +82,14 @@ class SleepingGroups {
     ContactWrenchCone cone;
     Aabb box;  // at `travel`
     int roots = 0;
+
+    template <typename Self, typename Io>
+    static void fields(Self& self, Io& io) {
+      auto& [lowest, belt, travel, travel_low, travel_high, accel_low, accel_high, has_cone, cone,
+             box, roots] = self;
+      io(lowest, belt, travel, travel_low, travel_high, accel_low, accel_high, has_cone, cone, box,
+         roots);
+    }
   };
   [[nodiscard]] const Group& at(int group) const {
     return groups_[static_cast<std::size_t>(group)];

@@ -30,6 +30,12 @@ class VirtualJoints {
     [[nodiscard]] Eigen::Vector3d force_on_b() const {
       return {-forces[0].now_n, -forces[1].now_n, -forces[2].now_n};
     }
+
+    template <typename Self, typename Io>
+    static void fields(Self& self, Io& io) {
+      auto& [a, b, serial, contact_force, at_a, at_b, forces] = self;
+      io(a, b, serial, contact_force, at_a, at_b, forces);
+    }
   };
 
   VirtualJoints(const scene::Physics& physics, std::span<FreeBody> bodies);
@@ -48,6 +54,14 @@ class VirtualJoints {
     std::vector<Eigen::Vector3d> v_before;
     std::vector<int> group;
     std::uint64_t next_serial = 0;
+
+    static constexpr bool kAsMany = true;  ///< as the scene has
+    /// See world/archive/archive.hpp.
+    template <typename Self, typename Io>
+    static void fields(Self& self, Io& io) {
+      auto& [pairs, v_before, group, next_serial] = self;
+      io(pairs, v_before, group, next_serial);
+    }
   };
   [[nodiscard]] State save() const { return {pairs_, v_before_, group_, next_serial_}; }
   void restore(const State& state);

@@ -26,6 +26,13 @@ struct ArrivalTolerance {
 
   api::PoseTolerance pose;
   std::array<double, api::kMaxJoints> joint_rad{};
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [pose, joint_rad] = self;
+    io(pose, joint_rad);
+  }
 };
 
 /// What completes the running command.
@@ -42,6 +49,13 @@ enum class Changer {
 struct HeldCommand {
   api::Ticket ticket = 0;
   api::RobotAction action;
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [ticket, action] = self;
+    io(ticket, action);
+  }
 };
 
 /// All that changes while a controller runs: a copy of it, put back later, continues bit for bit.
@@ -91,6 +105,21 @@ struct ControllerState {
   void list(SharedParts& parts) const {
     runner.list(parts);
     if (planning) planning->request().runner.list(parts);
+  }
+
+  /// See world/archive/archive.hpp. Of what is being planned the request.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [tool_limits, runner, planning, planning_steps, waiting, joint_targets, to_joint_targets,
+           torque_mode, torque_mode_pending, retreat_trail, drive_power, override_fraction,
+           speed_share, status, X_RG, task, arrival_tolerance, held_error, note, initialized,
+           protection, retreating, tool, changer, changer_open, changer_steps, held,
+           gripper_setting, steps_left, gripper_applied] = self;
+    io(tool_limits, runner, planning, planning_steps, waiting, joint_targets, to_joint_targets,
+       torque_mode, torque_mode_pending, retreat_trail, drive_power, override_fraction, speed_share,
+       status, X_RG, task, arrival_tolerance, held_error, note, initialized, protection, retreating,
+       tool, changer, changer_open, changer_steps, held, gripper_setting, steps_left,
+       gripper_applied);
   }
 };
 

@@ -30,6 +30,13 @@ class DrivePower {
   /// The brakes hold the arm.
   [[nodiscard]] bool braked() const { return !on_ || releasing(); }
 
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [on, off_in, release_in] = self;
+    io(on, off_in, release_in);
+  }
+
  private:
   static constexpr int kNever = -1;
 

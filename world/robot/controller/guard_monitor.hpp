@@ -40,6 +40,14 @@ class GuardMonitor {
   [[nodiscard]] const api::Guard* unmet() const;
   [[nodiscard]] const api::GuardsSnapshot& state() const { return state_; }
 
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [guards, start, due, active, triggered, started, triggered_at, state] = self;
+    io(guards, start, due, active, triggered, started, triggered_at, state);
+    io.require(state.count <= api::kMaxGuards, "more guards than a command has");
+  }
+
  private:
   std::array<api::Guard, api::kMaxGuards> guards_;
   std::array<double, api::kMaxGuards> start_{};  // values that increases are measured from

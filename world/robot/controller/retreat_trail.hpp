@@ -34,6 +34,15 @@ class RetreatTrail {
     return points_[static_cast<std::size_t>((newest_ - age + kPoints) % kPoints)];
   }
 
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [points, last, newest, count, rest_steps] = self;
+    io(points, last, newest, count, rest_steps);
+    io.require(newest >= 0 && newest < kPoints && count >= 0 && count <= kPoints,
+               "a place beyond the trail");
+  }
+
  private:
   static constexpr int kPoints = 64;
   static constexpr double kSpacing_rad = 5e-4;

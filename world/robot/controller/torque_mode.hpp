@@ -15,6 +15,12 @@ class TorqueMode {
     int joint = 0;
     double target_rad = 0;
     double torque_nm = 0, rate_nm_s = 0;  ///< rate 0 = at once
+
+    template <typename Self, typename Io>
+    static void fields(Self& self, Io& io) {
+      auto& [joint, target_rad, torque_nm, rate_nm_s] = self;
+      io(joint, target_rad, torque_nm, rate_nm_s);
+    }
   };
 
   void clear() { count_ = 0; }
@@ -38,6 +44,14 @@ class TorqueMode {
   /// Torque that each joint in torque mode applies now [Nm], >= 0; the others 0.
   [[nodiscard]] JointVector applied_torque(int dof) const;
 
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [joints, count] = self;
+    io(joints, count);
+    io.require(count >= 0 && count <= kMaxDof, "more joints than an arm has");
+  }
+
  private:
   struct DrivenJoint {
     Setpoint setpoint;
@@ -45,6 +59,12 @@ class TorqueMode {
     double torque = 0;  ///< now, while it builds up
     bool at_target = false;
     int balanced_steps = 0;  ///< in a row; kBalanceReported once long enough
+
+    template <typename Self, typename Io>
+    static void fields(Self& self, Io& io) {
+      auto& [setpoint, position, speed, torque, at_target, balanced_steps] = self;
+      io(setpoint, position, speed, torque, at_target, balanced_steps);
+    }
   };
   static constexpr int kBalanceReported = -1;
   void advance(DrivenJoint& joint, const StepInput& input) const;

@@ -28,6 +28,13 @@ struct Payload {
   double mass_kg = 0;
   Eigen::Vector3d com_F = Eigen::Vector3d::Zero();
   Eigen::Matrix3d inertia_F = Eigen::Matrix3d::Zero();  ///< about its com
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [mass_kg, com_F, inertia_F] = self;
+    io(mass_kg, com_F, inertia_F);
+  }
 };
 
 /// Joint torques for (q, qd, qdd), recursive Newton-Euler algorithm, with rotor inertia.

@@ -57,18 +57,18 @@ Plan PlanJob::make() const {
   DrivePower drives = request_.drive_power;
   for (int i = 0; i < request_.steps; ++i) {
     drives.step(false);
-    runner.advance(planner_.arm(), request_.step_s, drives.braked());
+    runner.advance(planner_->arm(), request_.step_s, drives.braked());
   }
   Plan plan;
   plan.state = runner.state(request_.step_s);
   const bool moves = runner.running();
-  plan.rest = runner.brake(planner_.arm(), Brake::kSet);
+  plan.rest = runner.brake(planner_->arm(), Brake::kSet);
   // From rest.
   plan.held = request_.joint_targets.value_or(plan.rest);
   plan.joint_targets = plan.held;
   auto motions = std::make_shared<MotionPlan>();
   const MotionPlanner planner =
-      request_.search ? planner_ : planner_.without_search(plan.search_wanted);
+      request_.search ? *planner_ : planner_->without_search(plan.search_wanted);
   plan.outcome = std::visit(
       [&](const auto& body) {
         return plan_move(planner, body, {plan.rest, X_FT}, limits, plan.joint_targets, *motions);
@@ -80,7 +80,7 @@ Plan PlanJob::make() const {
   const JointMotion* from_rest = (*motions)[0].joint();
   if (moves && tool && from_rest != nullptr) {
     plan.blended =
-        planner_.blend_from_motion(plan.state, X_FT, *tool, limits.maximum(), *from_rest);
+        planner_->blend_from_motion(plan.state, X_FT, *tool, limits.maximum(), *from_rest);
   }
   plan.motions = std::move(motions);
   return plan;

@@ -29,6 +29,14 @@ struct MoveRequest {
     const auto* through = std::get_if<api::MoveThroughTo>(&move);
     return through == nullptr ? 0 : bytes_of(through->waypoints);
   }
+
+  static MoveRequest blank() { return {{}, {}, ToolLimitSettings::blank()}; }
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [move, X_FT, limits] = self;
+    io(move, X_FT, limits);
+  }
 };
 
 /// A move and the robot at the moment when its planning begins.
@@ -42,6 +50,16 @@ struct PlanRequest {
   bool search = false;
   /// Targets of joints that MoveJoints does not name; none = where they come to rest.
   std::optional<JointVector> joint_targets;
+
+  static PlanRequest blank() {
+    return {.request = MoveRequest::blank(), .runner = MotionRunner::blank()};
+  }
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [request, steps, step_s, runner, drive_power, search, joint_targets] = self;
+    io(request, steps, step_s, runner, drive_power, search, joint_targets);
+  }
 };
 
 /// What is to begin when the request's steps are over.
@@ -63,6 +81,8 @@ class PlanJob {
  public:
   PlanJob(const MotionPlanner& planner, PlanRequest request)
       : planner_(planner.until(cancelled_)), request_(std::move(request)) {}
+  /// Of a saved state: a request that nobody plans.
+  explicit PlanJob(PlanRequest request) : request_(std::move(request)) {}
   PlanJob(const PlanJob&) = delete;
   PlanJob& operator=(const PlanJob&) = delete;
 
@@ -75,14 +95,25 @@ class PlanJob {
   [[nodiscard]] const PlanRequest& request() const { return request_; }
   /// A job of the same request that nobody makes.
   [[nodiscard]] std::shared_ptr<PlanJob> unmade() const {
-    return std::make_shared<PlanJob>(planner_, request_);
+    return std::make_shared<PlanJob>(request_);
+  }
+
+  static PlanRequest blank() { return PlanRequest::blank(); }
+  /// See world/archive/archive.hpp. The request.
+  template <typename Io>
+  static void fields(const PlanJob& self, Io& io) {
+    io(self.request_);
+  }
+  template <typename Io>
+  static void fields(PlanJob& self, Io& io) {
+    io(self.request_);
   }
 
  private:
   [[nodiscard]] Plan make() const;
 
   std::atomic<bool> cancelled_{false};
-  MotionPlanner planner_;
+  std::optional<MotionPlanner> planner_;  ///< none: of a saved state
   PlanRequest request_;
   std::once_flag once_;
   std::atomic<bool> ready_{false};

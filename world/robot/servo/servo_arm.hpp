@@ -38,6 +38,15 @@ class ServoArm {
     bool braked = false;  ///< drives off, brakes on
     Payload payload;
     std::string trip_reason;
+
+    /// See world/archive/archive.hpp.
+    template <typename Self, typename Io>
+    static void fields(Self& self, Io& io) {
+      auto& [q_ref, qd_ref, e, ed, integral, deviating, disturbed_steps, q, qd, torque, applied,
+             limit, braked, payload, trip_reason] = self;
+      io(q_ref, qd_ref, e, ed, integral, deviating, disturbed_steps, q, qd, torque, applied, limit,
+         braked, payload, trip_reason);
+    }
   };
 
   /// `step_s` <= 2 ms keeps the default gains stable. Joint 0 is next to the base.

@@ -46,10 +46,23 @@ class BlendedSegments {
   /// Of memory, besides the value itself.
   [[nodiscard]] std::size_t bytes() const { return bytes_of(segments_); }
 
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [all] = self;
+    io(all);
+  }
+
  private:
   struct Segment {
     double begin = 0, duration = 0;
     double blend_in = 0, blend_out = 0;  ///< half widths
+
+    template <typename Self, typename Io>
+    static void fields(Self& self, Io& io) {
+      auto& [begin, duration, blend_in, blend_out] = self;
+      io(begin, duration, blend_in, blend_out);
+    }
   };
   [[nodiscard]] std::size_t at(double s) const;
 

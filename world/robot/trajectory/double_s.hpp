@@ -7,11 +7,25 @@ namespace aprsim::robot {
 /// State of a scalar path parameter; the unit of `s` is the caller's (rad, m, share of a path).
 struct ScalarState {
   double s = 0, v = 0, a = 0;
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [s, v, a] = self;
+    io(s, v, a);
+  }
 };
 
 /// Magnitudes, all > 0, in the unit of the parameter per s, s^2, s^3.
 struct ScalarLimits {
   double v = 0, a = 0, j = 0;
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [v, a, j] = self;
+    io(v, a, j);
+  }
 };
 
 /// Jerk-limited ("double-S") motion of a scalar from any state to rest. At most eight phases of
@@ -33,12 +47,26 @@ class DoubleS {
   [[nodiscard]] double duration() const { return duration_; }
   [[nodiscard]] double end() const { return end_; }
 
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [phases, count, duration, end] = self;
+    io(phases, count, duration, end);
+    io.require(count >= 0 && count <= kMaxPhases, "more phases than a profile has");
+  }
+
  private:
   static constexpr int kMaxPhases = 8;
   struct Phase {
     double begin = 0;  ///< [s]
     double jerk = 0;
     ScalarState state;  ///< at its begin
+
+    template <typename Self, typename Io>
+    static void fields(Self& self, Io& io) {
+      auto& [begin, jerk, state] = self;
+      io(begin, jerk, state);
+    }
   };
 
   void add(double dt, double jerk, ScalarState& state);

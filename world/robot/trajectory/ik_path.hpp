@@ -50,6 +50,12 @@ class IkPath {
     double elbow_start_rad = 0, elbow_turn_rad = 0;
     JointVector start;  ///< posture at u = 0
     JointGuide guide{};
+
+    template <typename Self, typename Io>
+    static void fields(Self& self, Io& io) {
+      auto& [elbow_start_rad, elbow_turn_rad, start, guide] = self;
+      io(elbow_start_rad, elbow_turn_rad, start, guide);
+    }
   };
 
   /// The path to trace, of the frame T that is fixed to the flange at X_FT.
@@ -79,6 +85,13 @@ class IkPath {
   /// pose, required_start(). Set by a trace() that failed at u = 0.
   [[nodiscard]] bool singular_start() const { return singular_start_; }
   [[nodiscard]] const JointVector& required_start() const { return required_start_; }
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [tool, X_TF, route, length, samples, singular_start, required_start] = self;
+    io(tool, X_TF, route, length, samples, singular_start, required_start);
+  }
 
  private:
   [[nodiscard]] Result<JointVector> solve(const ArmGeometry& arm, double u,

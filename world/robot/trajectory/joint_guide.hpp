@@ -25,6 +25,13 @@ class JointGuide {
   /// Of memory, besides the value itself.
   [[nodiscard]] std::size_t bytes() const { return bytes_of(control_); }
 
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [all] = self;
+    io(all);
+  }
+
  private:
   std::vector<JointVector> control_;  ///< with one more at either end
 };

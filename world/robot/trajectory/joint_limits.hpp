@@ -9,6 +9,13 @@ namespace aprsim::robot {
 struct JointLimits {
   JointVector lower, upper;
   JointVector speed, accel, jerk;
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [lower, upper, speed, accel, jerk] = self;
+    io(lower, upper, speed, accel, jerk);
+  }
 };
 
 /// Share of the drives' maximal torque that a planned motion may use; the rest is reserved for

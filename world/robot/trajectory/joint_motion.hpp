@@ -29,6 +29,15 @@ struct JointMove {
   double time_scale = 1;
   /// Velocity and acceleration at the start; empty = at rest. Every joint is then independent.
   JointVector qd{}, qdd{};
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [start, target, limits, maximum, independent, progress_speed, progress_accel, time_scale,
+           qd, qdd] = self;
+    io(start, target, limits, maximum, independent, progress_speed, progress_accel, time_scale, qd,
+       qdd);
+  }
 };
 
 /// Motion of all joints to a posture, jerk-limited, from any state; or the stop of all joints from
@@ -53,6 +62,15 @@ class JointMotion {
   [[nodiscard]] const JointMove& move() const { return move_; }
   [[nodiscard]] const JointVector& end() const { return end_; }
   [[nodiscard]] double duration() const { return duration_; }
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [move, way, shared, shared_limits, hard_limits, own, end, steps, time, duration, speed,
+           braking, any_synchronised] = self;
+    io(move, way, shared, shared_limits, hard_limits, own, end, steps, time, duration, speed,
+       braking, any_synchronised);
+  }
 
  private:
   [[nodiscard]] DoubleS& own(int joint) { return own_[static_cast<std::size_t>(joint)]; }

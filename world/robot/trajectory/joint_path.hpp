@@ -24,6 +24,13 @@ class JointPath {
   /// Of memory, besides the value itself.
   [[nodiscard]] std::size_t bytes() const { return segments_.bytes() + bytes_of(postures_); }
 
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [segments, postures] = self;
+    io(segments, postures);
+  }
+
  private:
   [[nodiscard]] JointVector way(std::size_t i) const { return postures_[i + 1] - postures_[i]; }
   [[nodiscard]] PathSample sample_at(double s) const;

@@ -43,6 +43,13 @@ class Motion {
                       motion_);
   }
 
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [all] = self;
+    io(all);
+  }
+
  private:
   std::variant<JointMotion, PathMotion> motion_;
 };

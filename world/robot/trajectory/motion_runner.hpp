@@ -56,6 +56,15 @@ class MotionRunner {
   /// Where the last of the motions ends; only while not idle.
   [[nodiscard]] const JointVector& end() const { return has_next_ ? next_.end() : motion_.end(); }
 
+  static MotionRunner blank() { return MotionRunner(JointVector()); }
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [motion, next, running, has_next, braking, reference, last_reference,
+           second_last_reference] = self;
+    io(motion, next, running, has_next, braking, reference, last_reference, second_last_reference);
+  }
+
  private:
   MotionSequence motion_, next_;
   bool running_ = false, has_next_ = false;

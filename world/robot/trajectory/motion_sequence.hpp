@@ -25,6 +25,13 @@ class MotionPlan {
     for (const Motion& motion : motions_) motion.list(parts);
   }
 
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [all] = self;
+    io(all);
+  }
+
  private:
   std::vector<Motion> motions_;
 };
@@ -61,6 +68,14 @@ class MotionSequence {
   void list(SharedParts& parts) const {
     if (plan_) plan_->list(parts);
     motion_.list(parts);
+  }
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [plan, left, speed, motion] = self;
+    io(plan, left, speed, motion);
+    io.require(left == 0 || (plan && left < plan->size()), "more motions left than are planned");
   }
 
  private:

@@ -46,6 +46,13 @@ class PathLimits {
   [[nodiscard]] const ScalarLimits& hard() const { return hard_; }
   [[nodiscard]] const TimeScaling& scaling() const { return scaling_; }
 
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [planned, hard, scaling] = self;
+    io(planned, hard, scaling);
+  }
+
  private:
   [[nodiscard]] bool in_ramp(double u) const;
   [[nodiscard]] bool keeps_limits(const SampledPath& path, const PathMove& move) const;

@@ -44,6 +44,14 @@ class PathMotion {
   /// Adds what copies share: the path.
   void list(SharedParts& parts) const;
 
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [path, time_scale, speed, braking, profile, end, self_motion, in_self_motion, steps,
+           time] = self;
+    io(path, time_scale, speed, braking, profile, end, self_motion, in_self_motion, steps, time);
+  }
+
  private:
   [[nodiscard]] Result<void> find_branch(const ArmGeometry& arm, const PathMove& move);
   [[nodiscard]] bool try_elbow_turn(const ArmGeometry& arm, const JointVector& start,
@@ -67,6 +75,12 @@ class PathMotion {
     JointPath joint;
     std::vector<PathSample> joint_samples;
     PathLimits limits;
+
+    template <typename Self, typename Io>
+    static void fields(Self& self, Io& io) {
+      auto& [in_joint_space, ik, X_FT, joint, joint_samples, limits] = self;
+      io(in_joint_space, ik, X_FT, joint, joint_samples, limits);
+    }
   };
 
   std::shared_ptr<Path> path_;

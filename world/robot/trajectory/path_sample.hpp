@@ -12,6 +12,13 @@ struct PathSample {
   JointVector q, slope;          ///< slope = dq/du
   JointVector curvature;         ///< d2q/du2
   JointVector third_derivative;  ///< d3q/du3
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [u, q, slope, curvature, third_derivative] = self;
+    io(u, q, slope, curvature, third_derivative);
+  }
 };
 
 /// Of a path of one segment; paths of more segments may have more, and allocate when planned.

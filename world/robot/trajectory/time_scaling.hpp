@@ -38,10 +38,23 @@ class TimeScaling {
     return bytes_of(pieces_) + bytes_of(rates_) + bytes_of(work_);
   }
 
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [pieces, rates, work, length] = self;
+    io(pieces, length);
+  }
+
  private:
   /// u = u0 + rate0 r + slope0 r^2 / 2 + curvature r^3 / 6 with r = rho - rho0.
   struct Piece {
     double rho = 0, u = 0, rate = 0, slope = 0, curvature = 0;
+
+    template <typename Self, typename Io>
+    static void fields(Self& self, Io& io) {
+      auto& [rho, u, rate, slope, curvature] = self;
+      io(rho, u, rate, slope, curvature);
+    }
   };
   [[nodiscard]] const Piece& piece_at(double rho) const;
   void smooth(double window);

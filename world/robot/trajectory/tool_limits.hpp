@@ -28,6 +28,13 @@ struct ToolLimits {
     }
     return rot_accel_rad_s2;
   }
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [trans_speed_m_s, trans_accel_m_s2, rot_speed_rad_s, rot_accel_rad_s2] = self;
+    io(trans_speed_m_s, trans_accel_m_s2, rot_speed_rad_s, rot_accel_rad_s2);
+  }
 };
 
 /// The limits that moves of the tool obey, as set by commands. At start 0.25 m/s, 2 m/s^2, 1 rad/s
@@ -52,6 +59,14 @@ class ToolLimitSettings {
             value(api::MotionLimit::kRotAccel, own.rot_accel)};
   }
   [[nodiscard]] const ToolLimits& maximum() const { return maximum_; }
+
+  static ToolLimitSettings blank() { return ToolLimitSettings(ToolLimits()); }
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [maximum, settings] = self;
+    io(maximum, settings);
+  }
 
  private:
   static std::size_t index(api::MotionLimit which) { return static_cast<std::size_t>(which); }

@@ -46,6 +46,13 @@ class ToolLine {
   [[nodiscard]] double length_m() const { return length_; }
   [[nodiscard]] double angle_rad() const { return angle_; }
 
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [start, end, axis, angle, length, half_turn] = self;
+    io(start, end, axis, angle, length, half_turn);
+  }
+
  private:
   static constexpr double kNearHalfTurn = 1e-3;  // [rad]
 

@@ -15,6 +15,13 @@ struct ToolHelix {
   Eigen::Vector3d direction_B = Eigen::Vector3d::UnitZ();  ///< unit vector
   double travel_m = 0, turn_rad = 0;
 
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [X_BT_start, point_B, direction_B, travel_m, turn_rad] = self;
+    io(X_BT_start, point_B, direction_B, travel_m, turn_rad);
+  }
+
   [[nodiscard]] Eigen::Isometry3d at(double share) const;
   [[nodiscard]] double radius_m() const;
   [[nodiscard]] double length_m() const;  ///< of the tool point's path
@@ -45,6 +52,13 @@ class ToolPath {
   /// Of memory, besides the value itself.
   [[nodiscard]] std::size_t bytes() const {
     return segments_.bytes() + bytes_of(lines_) + bytes_of(waypoints_);
+  }
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [segments, lines, waypoints, helix, is_helix, start, end] = self;
+    io(segments, lines, waypoints, helix, is_helix, start, end);
   }
 
  private:
