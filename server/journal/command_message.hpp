@@ -1,0 +1,17 @@
+#pragma once
+
+#include "aprsim/v1/journal.pb.h"
+#include "world/api/command.hpp"
+#include "world/api/error.hpp"
+
+/// Commands as they stand in a journal, and back: every one, every number bit for bit.
+namespace aprsim::server::journal {
+
+/// Writes endpoint and body. Thread: any.
+void write_message(const api::Command& command, v1::JournalCommand& message);
+
+/// Errors: kInvalidArgument naming the field that is missing or unknown to this version; numbers
+/// are the business of world/command_check.hpp. Thread: any.
+[[nodiscard]] Result<api::Command> to_command(const v1::JournalCommand& message);
+
+}  // namespace aprsim::server::journal
