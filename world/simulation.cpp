@@ -55,7 +55,8 @@ Simulation::Simulation(std::shared_ptr<const scene::Scene> scene, SimulationOpti
       pacer_(world_->step_size(), SteadyClock::now()),
       description_(world_->description()),
       paused_(options.paused),
-      saved_(options.max_saved_bytes) {
+      saved_(options.max_saved_bytes),
+      recorder_(options.recorder) {
   drained_.reserve(options.queue_capacity);
   if (options.virtual_time) {
     clock_ = std::make_unique<VirtualClock>(*std::move(options.virtual_time), world_->step_size(),
@@ -64,6 +65,7 @@ Simulation::Simulation(std::shared_ptr<const scene::Scene> scene, SimulationOpti
   }
   pacer_.set_speed(options.speed, SteadyClock::now());
   write_snapshot();
+  record_epoch();
 }
 
 Simulation::~Simulation() { stop(); }
@@ -213,29 +215,38 @@ void Simulation::drain() {
 }
 
 void Simulation::apply(const QueuedCommand& queued) {
+  const RunTime before = run_time();
+  // What begins a new epoch stands before it.
+  const bool begins =
+      std::holds_alternative<api::SimulationCommand>(queued.command.body) && recorder_ != nullptr;
+  if (begins) recorder_->applied(before, queued, nullptr);
+  const Result<void> done = carry_out(queued);
+  if (!done) record_failure(queued.ticket, done.error());
+  if (recorder_ != nullptr && !begins) {
+    recorder_->applied(before, queued, done ? nullptr : &done.error());
+  }
+}
+
+Result<void> Simulation::carry_out(const QueuedCommand& queued) {
   const auto* simulation = std::get_if<api::SimulationCommand>(&queued.command.body);
   try {
-    if (simulation != nullptr) {
-      if (auto done = apply(*simulation); !done) record_failure(queued.ticket, done.error());
-      return;
-    }
-    std::visit(
-        [&](const auto& body) {
+    if (simulation != nullptr) return apply(*simulation);
+    return std::visit(
+        [&](const auto& body) -> Result<void> {
           using Body = std::decay_t<decltype(body)>;
           if constexpr (std::is_same_v<Body, api::FaultCommand>) {
-            if (auto done = world_->apply(queued.ticket, body); !done) {
-              record_failure(queued.ticket, done.error());
-            }
+            return world_->apply(queued.ticket, body);
           } else if constexpr (!std::is_same_v<Body, api::SimulationCommand>) {
             world_->apply(queued.ticket, body);
           }
+          return {};
         },
         queued.command.body);
   } catch (const std::exception& failure) {
     const std::string why = "a command failed: " + std::string(failure.what());
-    record_failure(queued.ticket, {ErrorCode::kUnavailable, "simulation", why});
     // Half a command may have been carried out.
     if (simulation == nullptr) stop_world(why);
+    return fail(ErrorCode::kUnavailable, "simulation", why);
   }
 }
 
@@ -278,6 +289,7 @@ bool Simulation::advance() {
   const auto after = SteadyClock::now();
   pacer_.stepped(after, after - before);
   step_times_.add(after - before);
+  record_step();
   if (clock_) clock_->stepped();
   publish();
   return !clock_ || clock_->published(*slot_.latest(), after);
@@ -316,6 +328,7 @@ Result<void> Simulation::load(const std::string& name) {
 void Simulation::stop_world(const std::string& why) {
   world_fault_ = why;
   ++world_stops_;
+  if (recorder_ != nullptr) recorder_->stopped(run_time(), why);
   paused_by_fault_ = !paused_;
   paused_ = true;
   dirty_ = true;
@@ -340,6 +353,25 @@ void Simulation::begin_epoch(std::shared_ptr<const std::string> loaded) {
   world_fault_.clear();
   if (std::exchange(paused_by_fault_, false)) paused_ = false;
   pacer_.restart(SteadyClock::now());
+  record_epoch();
+}
+
+void Simulation::record_epoch() {
+  if (recorder_ == nullptr) return;
+  recorder_->began(run_time(), seed_, loaded_state_.get());
+  record_checkpoint();
+}
+
+void Simulation::record_step() {
+  if (recorder_ == nullptr) return;
+  const std::uint64_t step = world_->step_count();
+  if (step % kSampleSteps == 0) recorder_->sampled(run_time(), sample_of(*world_));
+  if (step % kCheckpointSteps == 0 || recorder_->wants_checkpoint()) record_checkpoint();
+}
+
+void Simulation::record_checkpoint() {
+  recorder_->saved(run_time(), world_->state_hash(),
+                   std::make_shared<const WorldState>(world_->save()));
 }
 
 void Simulation::publish() {

@@ -12,6 +12,7 @@
 #include "world/api/ports.hpp"
 #include "world/command_queue.hpp"
 #include "world/pacer.hpp"
+#include "world/recorder.hpp"
 #include "world/robot/planning/plan_job.hpp"
 #include "world/saved_worlds.hpp"
 #include "world/snapshot_slot.hpp"
@@ -28,6 +29,8 @@ struct SimulationOptions {
   std::uint64_t max_saved_bytes = std::uint64_t{64} << 20;  ///< of saved states together
   /// Clients pace; `speed` holds while none does. nullopt = the wall clock alone.
   std::optional<VirtualTimeOptions> virtual_time = {};
+  /// Hears of all that decides what happens; outlives the simulation. Null = nobody.
+  Recorder* recorder = nullptr;
 };
 
 /// Runs a world on its own thread: drain commands, step, publish, pace. The only code that touches
@@ -72,6 +75,7 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   void drain();
   /// Applies one command; what it throws is a fault or that command's failure.
   void apply(const QueuedCommand& queued);
+  [[nodiscard]] Result<void> carry_out(const QueuedCommand& queued);
   [[nodiscard]] Result<void> apply(const api::SimulationCommand& command);
   /// One step. False when time stands now.
   bool advance();
@@ -88,6 +92,11 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   [[nodiscard]] std::size_t backlog_limit() const;
   void publish();
   void write_snapshot();
+  // ---- for the recorder, where there is one
+  [[nodiscard]] RunTime run_time() const { return {epoch_, world_->step_count()}; }
+  void record_epoch();
+  void record_step();
+  void record_checkpoint();
 
   std::shared_ptr<const scene::Scene> scene_;
   std::uint64_t seed_;
@@ -112,6 +121,7 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   std::uint64_t world_stops_ = 0;
   bool paused_by_fault_ = false;  ///< the next epoch runs again
   SavedWorlds saved_;
+  Recorder* recorder_;
   std::shared_ptr<const std::vector<api::CommandFailure>> failures_;
   bool dirty_ = false;                ///< something to publish although nothing stepped
   std::int64_t backlog_seen_ns_ = 0;  ///< wall time when too many commands waited last

@@ -42,10 +42,16 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"crcl", {}},
     {"modbus", {}},
     {"proto", {}},
+    {"proto/journal", {"proto", "world/api"}},
     {"protocols", {"crcl", "modbus", "proto", "world/fault_kinds", "world/api"}},
-    {"server", {"protocols", "crcl", "world/fault_kinds", "world", "world/api", "world/scene"}},
+    {"server",
+     {"server/journal", "protocols", "crcl", "proto/journal", "world/fault_kinds", "world",
+      "world/api", "world/scene"}},
+    {"server/journal",
+     {"server", "protocols", "proto", "proto/journal", "world/fault_kinds", "world", "world/api",
+      "world/scene"}},
     {"clients",
-     {"crcl", "modbus", "proto", "world/fault_kinds", "world/api", "world/scene",
+     {"crcl", "modbus", "proto", "proto/journal", "world/fault_kinds", "world/api", "world/scene",
       "world/scenario"}},
 };
 
@@ -60,6 +66,7 @@ const std::map<std::string, std::set<std::string>> kForeign = {
     {"<boost/beast", {"protocols/web"}},
     {"<boost/asio", {"protocols", "clients/aprsim", "server"}},
     {"<yaml-cpp/", {"world/scene"}},
+    {"<zstd", {"proto/journal"}},
 };
 
 std::string folder_of(const std::string& path) {
