@@ -365,13 +365,23 @@ void Simulation::record_epoch() {
 void Simulation::record_step() {
   if (recorder_ == nullptr) return;
   const std::uint64_t step = world_->step_count();
-  if (step % kSampleSteps == 0) recorder_->sampled(run_time(), sample_of(*world_));
+  if (step % kSampleSteps == 0) {
+    try {
+      recorder_->sampled(run_time(), sample_of(*world_));
+    } catch (const std::bad_alloc&) {
+      // A run can be compared without one of them.
+    }
+  }
   if (step % kCheckpointSteps == 0 || recorder_->wants_checkpoint()) record_checkpoint();
 }
 
 void Simulation::record_checkpoint() {
-  recorder_->saved(run_time(), world_->state_hash(),
-                   std::make_shared<const WorldState>(world_->save()));
+  try {
+    recorder_->saved(run_time(), world_->state_hash(),
+                     std::make_shared<const WorldState>(world_->save()));
+  } catch (const std::bad_alloc&) {
+    // The next one may find memory again.
+  }
 }
 
 void Simulation::publish() {

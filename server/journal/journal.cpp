@@ -1,6 +1,8 @@
 #include "server/journal/journal.hpp"
 
+#include <condition_variable>
 #include <ctime>
+#include <stdexcept>
 #include <utility>
 
 #include <spdlog/spdlog.h>
@@ -187,7 +189,10 @@ void Journal::take_over(RecordQueue::Taken& taken) {
 
 void Journal::add(const Entry& entry) {
   const bool checkpoint = std::holds_alternative<StateSaved>(entry.what);
-  if (checkpoint) {
+  const bool first = std::holds_alternative<EpochBegun>(entry.what) && !begun_;
+  const std::uint64_t commands = std::holds_alternative<CommandApplied>(entry.what) ? 1 : 0;
+  if (checkpoint || first) {
+    begun_ = true;
     // Whoever reads from here on needs nothing of what was before.
     flush();
     if (options_.place.empty()) {
@@ -199,25 +204,21 @@ void Journal::add(const Entry& entry) {
     }
   }
   if (!options_.place.empty() && !files_.is_open()) {
-    const bool command = std::holds_alternative<CommandApplied>(entry.what);
-    missing_.add({1, command ? std::uint64_t{1} : 0, entry.wall, entry.wall, trouble_});
+    missing_.add({1, commands, entry.wall, entry.wall, trouble_});
     wants_checkpoint_ = true;
     return;
   }
   if (missing_.any()) tell_gap();
   v1::JournalRecord record;
   std::visit([&record](const auto& what) { write(what, record); }, entry.what);
-  if (std::holds_alternative<CommandApplied>(entry.what)) ++pending_.commands;
-  add(record, entry.wall);
+  add(record, entry.wall, commands);
   if (encoder_.pending() >= aprsim::journal::kFrameBytes) flush();
 }
 
-void Journal::add(v1::JournalRecord& record, const WallTime& wall) {
+void Journal::add(v1::JournalRecord& record, WallTime wall, std::uint64_t commands) {
   write_time(wall, *record.mutable_wall_time());
   encoder_.add(record);
-  const std::uint64_t commands = std::exchange(pending_.commands, 0);
-  pending_.add({1, 0, wall, wall, {}});
-  pending_.commands += commands;
+  pending_.add({1, commands, wall, wall, {}});
 }
 
 void Journal::tell_gap() {

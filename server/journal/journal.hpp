@@ -1,9 +1,11 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <thread>
 
@@ -66,7 +68,7 @@ class Journal final : public world::Recorder {
   void run(const std::stop_token& stop);
   void take_over(RecordQueue::Taken& taken);
   void add(const Entry& entry);
-  void add(v1::JournalRecord& record, const WallTime& wall);
+  void add(v1::JournalRecord& record, WallTime wall, std::uint64_t commands = 0);
   void tell_gap();
   void flush();
   void write(const std::string& frame);
@@ -84,6 +86,7 @@ class Journal final : public world::Recorder {
   JournalFiles files_;
   Missing missing_;           ///< still to be told
   Missing pending_;           ///< what the next frame holds, should it fail
+  bool begun_ = false;        ///< the first file or part
   std::chrono::steady_clock::time_point retry_at_{};
   std::string trouble_;  ///< that the log has told of
 
