@@ -42,7 +42,7 @@ void go_on(World& world, std::uint64_t until, std::vector<std::uint64_t>& hashes
       }
       world.apply(ticket, api::ConveyorCommand{.run = true, .forward = true, .speed_m_s = 0.1});
       const auto waits = world.apply(
-          ticket, api::FaultCommand(api::InjectFault{.kind = "robot-protective-stop",
+          ticket, api::FaultCommand(api::InjectFault{.kind = "protective-stop",
                                                      .target = "motoman",
                                                      .parameters = {},
                                                      .trigger = api::WhenReported{"now"},

@@ -257,4 +257,88 @@ void fields(Io& io, Self& self) {
   io(kind, index, part);
 }
 
+template <typename Io, Of<api::RobotCommand> Self>
+void fields(Io& io, Self& self) {
+  auto& [robot, action, guards] = self;
+  io(robot, action, guards);
+}
+
+template <typename Io, Of<api::ConveyorCommand> Self>
+void fields(Io& io, Self& self) {
+  auto& [run, forward, speed_m_s, emergency_stop, fault_reset, watchdog_s] = self;
+  io(run, forward, speed_m_s, emergency_stop, fault_reset, watchdog_s);
+}
+
+template <typename Io, Of<api::SetIntruder> Self>
+void fields(Io& io, Self& self) {
+  auto& [intruder] = self;
+  io(intruder);
+}
+
+template <typename Io, Of<api::InjectFault> Self>
+void fields(Io& io, Self& self) {
+  auto& [kind, target, parameters, trigger, duration] = self;
+  io(kind, target, parameters, trigger, duration);
+}
+
+template <typename Io, Of<api::EndFault> Self>
+void fields(Io& io, Self& self) {
+  auto& [id] = self;
+  io(id);
+}
+
+template <typename Io, Of<api::ReportEvent> Self>
+void fields(Io& io, Self& self) {
+  auto& [event] = self;
+  io(event);
+}
+
+template <typename Io, Of<api::Pause> Self>
+void fields(Io&, Self&) {}
+
+template <typename Io, Of<api::Resume> Self>
+void fields(Io&, Self&) {}
+
+template <typename Io, Of<api::StepBy> Self>
+void fields(Io& io, Self& self) {
+  auto& [steps] = self;
+  io(steps);
+}
+
+template <typename Io, Of<api::SetSpeed> Self>
+void fields(Io& io, Self& self) {
+  auto& [factor] = self;
+  io(factor);
+}
+
+template <typename Io, Of<api::Reset> Self>
+void fields(Io& io, Self& self) {
+  auto& [seed] = self;
+  io(seed);
+}
+
+template <typename Io, Of<api::SaveState> Self>
+void fields(Io& io, Self& self) {
+  auto& [name] = self;
+  io(name);
+}
+
+template <typename Io, Of<api::LoadState> Self>
+void fields(Io& io, Self& self) {
+  auto& [name] = self;
+  io(name);
+}
+
+template <typename Io, Of<api::DeleteState> Self>
+void fields(Io& io, Self& self) {
+  auto& [name] = self;
+  io(name);
+}
+
+template <typename Io, Of<api::Command> Self>
+void fields(Io& io, Self& self) {
+  auto& [endpoint, body] = self;
+  io(endpoint, body);
+}
+
 }  // namespace aprsim::archive

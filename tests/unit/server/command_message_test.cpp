@@ -1,0 +1,155 @@
+// Every command as it stands in a journal, and back, number for number.
+
+#include <set>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "server/journal/command_message.hpp"
+#include "world/archive/api_fields.hpp"
+
+namespace aprsim::server::journal {
+namespace {
+
+constexpr double kThird = 1.0 / 3;
+
+api::Waypoint waypoint() {
+  api::Waypoint out;
+  out.X_RT.p = {0.1, -kThird, 1e-300};
+  out.X_RT.q = Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5);
+  out.limits.trans_speed = api::LimitSetting{true, kThird};
+  out.limits.rot_accel = api::LimitSetting{false, 2};
+  out.tolerance.y_m = 0.001;
+  out.tolerance.z_axis_rad = 0;
+  return out;
+}
+
+/// One of every alternative at least, with what can be absent both there and absent.
+std::vector<api::RobotAction> every_action() {
+  api::JointTarget plain{.joint = 2, .position_rad = kThird};
+  api::JointTarget full{.joint = 5,
+                        .position_rad = -1,
+                        .speed_rad_s = 0.5,
+                        .accel_rad_s2 = 2,
+                        .torque = api::JointTorque{10, 3},
+                        .tolerance_rad = 0.1,
+                        .held = {{1, 0.5}, {3, -1}}};
+  return {api::InitRobot{},
+          api::EndRobot{},
+          api::StopMotion{api::StopKind::kImmediate},
+          api::StopMotion{api::StopKind::kFast},
+          api::StopMotion{api::StopKind::kNormal},
+          api::MoveTo{waypoint().X_RT, true, waypoint().limits, waypoint().tolerance},
+          api::MoveTo{},
+          api::MoveThroughTo{{waypoint(), api::Waypoint{}}, true},
+          api::MoveScrew{waypoint(), Eigen::Vector3d(1, 2, 3), 0.01, 0.02, 3},
+          api::MoveScrew{},
+          api::MoveJoints{{plain, full}},
+          api::SetGripper{0},
+          api::SetGripperForce{12.5},
+          api::SetToolChanger{false},
+          api::SetToolChanger{true},
+          api::SetOverride{0},
+          api::Dwell{std::chrono::nanoseconds(1'234'567'890)},
+          api::SetMotionLimit{api::MotionLimit::kTransSpeed, true, 0.5},
+          api::SetMotionLimit{api::MotionLimit::kRotAccel, false, 1}};
+}
+
+std::vector<decltype(api::Command::body)> every_body() {
+  std::vector<decltype(api::Command::body)> all;
+  for (auto& action : every_action()) all.push_back(api::RobotCommand{1, std::move(action)});
+  for (int kind = 0; kind <= static_cast<int>(api::SignalKind::kLightCurtain); ++kind) {
+    api::Guard guard{.signal = {static_cast<api::SignalKind>(kind), 1, kind % 2 == 0},
+                     .limit = static_cast<api::GuardLimit>(kind % 4),
+                     .value = kThird,
+                     .recheck = std::chrono::milliseconds(kind),
+                     .require_trigger = kind % 2 == 1,
+                     .error_on_trigger = kind % 3 == 1,
+                     .label = "guard " + std::to_string(kind)};
+    all.push_back(api::RobotCommand{0, api::InitRobot{}, {guard, guard}});
+  }
+  all.push_back(api::ConveyorCommand{});
+  all.push_back(api::ConveyorCommand{.run = false,
+                                     .forward = false,
+                                     .speed_m_s = 0,
+                                     .emergency_stop = false,
+                                     .fault_reset = true,
+                                     .watchdog_s = 0});
+  all.push_back(api::SetIntruder{});
+  all.push_back(api::SetIntruder{api::Intruder{waypoint().X_RT, {1, 2, 3}}});
+  const std::vector<api::FaultTrigger> triggers = {
+      std::monostate{},
+      api::AtTime{std::chrono::nanoseconds(5'000'000'001)},
+      api::WhenPlaced{"gear", "fanuc"},
+      api::WhenGrasped{"motoman", 3},
+      api::WhenBeamBroken{"entry"},
+      api::WhenCrossing{faults::Quantity::kJointPosition, "fanuc", 4, false, -0.5},
+      api::WhenCrossing{faults::Quantity::kJointPosition, "fanuc", 1, true, 0.5},
+      api::WhenReported{"order"}};
+  for (const auto& trigger : triggers) {
+    all.push_back(api::FaultCommand(api::InjectFault{.kind = "robot-slow",
+                                                     .target = "fanuc",
+                                                     .parameters = {{"speed", kThird}},
+                                                     .trigger = trigger,
+                                                     .duration = std::chrono::seconds(3)}));
+  }
+  all.push_back(api::FaultCommand(api::InjectFault{}));
+  all.push_back(api::FaultCommand(api::EndFault{7}));
+  all.push_back(api::FaultCommand(api::ReportEvent{"order"}));
+  for (const api::SimulationCommand& command : std::vector<api::SimulationCommand>{
+           api::Pause{}, api::Resume{}, api::StepBy{1'000'000'000'000}, api::SetSpeed{2.5},
+           api::SetSpeed{}, api::Reset{}, api::Reset{0}, api::SaveState{"a"}, api::LoadState{"b"},
+           api::DeleteState{"c"}}) {
+    all.push_back(command);
+  }
+  return all;
+}
+
+std::string bits(const api::Command& command) {
+  std::string out;
+  archive::Writer write(out);
+  write(command);
+  return out;
+}
+
+TEST(CommandMessage, EveryCommandComesBackBitForBit) {
+  std::set<std::pair<std::size_t, std::size_t>> kinds;
+  for (const auto& body : every_body()) {
+    const api::Command command{42, body};
+    v1::JournalCommand message, read;
+    write_message(command, message);
+    ASSERT_TRUE(read.ParseFromString(message.SerializeAsString()));
+    const auto back = to_command(read);
+    ASSERT_TRUE(back) << back.error().message;
+    EXPECT_EQ(bits(*back), bits(command)) << message.DebugString();
+    const auto inner = std::visit(
+        [](const auto& of) -> std::size_t {
+          if constexpr (requires { of.action.index(); }) return of.action.index();
+          if constexpr (requires { of.index(); }) return of.index();
+          return 0;
+        },
+        body);
+    kinds.emplace(body.index(), inner);
+  }
+  // One that is added has to be added above.
+  EXPECT_EQ(kinds.size(), std::variant_size_v<api::RobotAction> +
+                              std::variant_size_v<api::FaultCommand> +
+                              std::variant_size_v<api::SimulationCommand> + 2);
+}
+
+TEST(CommandMessage, WhatIsMissingOrUnknownIsNamed) {
+  v1::JournalCommand message;
+  EXPECT_EQ(to_command(message).error().field, "command");
+  message.mutable_robot();
+  EXPECT_EQ(to_command(message).error().field, "action of a robot");
+  message.mutable_robot()->mutable_stop();
+  EXPECT_EQ(to_command(message).error().field, "stop's kind");
+  message.mutable_robot()->mutable_stop()->set_kind(static_cast<v1::StopKind>(99));
+  EXPECT_EQ(to_command(message).error().field, "stop's kind");
+}
+
+}  // namespace
+}  // namespace aprsim::server::journal
