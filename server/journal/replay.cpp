@@ -1,0 +1,241 @@
+#include "server/journal/replay.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <filesystem>
+#include <fstream>
+#include <span>
+#include <type_traits>
+#include <utility>
+#include <variant>
+
+#include <fmt/format.h>
+
+#include "server/journal/command_message.hpp"
+#include "world/command_check.hpp"
+#include "world/scene/scene_loader.hpp"
+#include "world/state_bytes.hpp"
+
+namespace aprsim::server::journal {
+namespace {
+
+tl::unexpected<Error> damaged(std::string message) {
+  return fail(ErrorCode::kInvalidArgument, "journal", std::move(message));
+}
+
+/// Of two lists of numbers the place where they differ most, and by how much.
+struct Worst {
+  std::size_t place = 0;
+  double by = 0;
+};
+template <typename Recorded>
+Worst worst_of(const Recorded& recorded, const std::vector<double>& here) {
+  Worst worst;
+  const auto count = std::min(static_cast<std::size_t>(recorded.size()), here.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    const double by = std::abs(recorded[static_cast<int>(i)] - here[i]);
+    if (!(by <= worst.by)) worst = {i, by};
+  }
+  return worst;
+}
+
+std::string joint_name(const api::CellDescription& cell, std::size_t place) {
+  for (const auto& robot : cell.robots) {
+    if (place < robot.joints.size()) return fmt::format("joint {} of {}", place + 1, robot.name);
+    place -= robot.joints.size();
+  }
+  return "a joint";
+}
+
+std::string explain(const v1::JournalState& recorded, const world::StateSample& here,
+                    const api::CellDescription& cell) {
+  std::vector<std::string> parts;
+  if (const Worst worst = worst_of(recorded.joints_rad(), here.joints_rad); worst.by != 0) {
+    parts.push_back(fmt::format("{} by {:.3g} rad", joint_name(cell, worst.place), worst.by));
+  }
+  if (const Worst worst = worst_of(recorded.bodies_m(), here.bodies_m); worst.by != 0) {
+    const std::size_t body = worst.place / 3;
+    parts.push_back(fmt::format("{} by {:.3g} m along {}",
+                                body < cell.bodies.size() ? cell.bodies[body].name : "a body",
+                                worst.by, "xyz"[worst.place % 3]));
+  }
+  if (const double by = std::abs(recorded.belt_travel_m() - here.belt_travel_m); by != 0) {
+    parts.push_back(fmt::format("the belt by {:.3g} m", by));
+  }
+  if (parts.empty()) return "no joint, body or belt is elsewhere, but velocities or turns differ";
+  std::string text;
+  for (const std::string& part : parts) text += (text.empty() ? "" : ", ") + part;
+  return "most of all " + text;
+}
+
+}  // namespace
+
+Replay::Replay(const v1::JournalHeader& header, std::shared_ptr<const scene::Scene> scene)
+    : scene_(std::move(scene)),
+      models_(world::load_models(*scene_)),
+      state_version_(header.state_version()),
+      world_(std::make_unique<world::World>(scene_, models_, header.seed(),
+                                            std::span<robot::PlanPrefetcher* const>())) {}
+
+Result<bool> Replay::take(const v1::JournalRecord& record) {
+  if (result_.difference) return false;
+  Result<void> done;
+  switch (record.record_case()) {
+    case v1::JournalRecord::kEpoch:
+      done = begin(record.epoch());
+      break;
+    case v1::JournalRecord::kCommand:
+      done = command(record.command());
+      break;
+    case v1::JournalRecord::kState:
+      done = compare(record.state());
+      break;
+    case v1::JournalRecord::kCheckpoint:
+      done = checkpoint(record.checkpoint());
+      break;
+    case v1::JournalRecord::kGap:
+      if (record.gap().commands() > 0) {
+        lost_ = true;
+        ++result_.gaps;
+      }
+      break;
+    case v1::JournalRecord::kEvent:
+      if (record.event().kind() == v1::JOURNAL_EVENT_KIND_WORLD_STOPPED) stopped_ = true;
+      break;
+    default:
+      break;
+  }
+  if (!done) return tl::unexpected(done.error());
+  return !result_.difference;
+}
+
+Result<void> Replay::advance(const v1::JournalTime& time) {
+  if (time.epoch() != epoch_ || time.step() < world_->step_count()) {
+    return damaged(fmt::format("step {} of epoch {} comes after step {} of epoch {}", time.step(),
+                               time.epoch(), world_->step_count(), epoch_));
+  }
+  try {
+    while (world_->step_count() < time.step()) {
+      world_->step();
+      ++result_.steps;
+    }
+  } catch (const std::exception& failure) {
+    differs(fmt::format("the world stops here, as it did not then: {}", failure.what()));
+  }
+  return {};
+}
+
+Result<void> Replay::begin(const v1::JournalEpoch& epoch) {
+  epoch_ = epoch.time().epoch();
+  stopped_ = false;
+  lost_ = epoch.has_loaded_state();
+  if (lost_) return {};
+  world_ = std::make_unique<world::World>(scene_, models_, epoch.seed(),
+                                          std::span<robot::PlanPrefetcher* const>());
+  return {};
+}
+
+Result<void> Replay::command(const v1::JournalCommand& message) {
+  if (lost_ || stopped_) return {};
+  auto command = to_command(message);
+  if (!command) return tl::unexpected(command.error());
+  if (std::holds_alternative<api::SimulationCommand>(command->body)) return {};
+  if (auto ok = world::check(*command, *world_->description()); !ok) {
+    return tl::unexpected(ok.error());
+  }
+  if (auto there = advance(message.time()); !there || result_.difference) return there;
+  ++result_.commands;
+  std::string failure;
+  std::visit(
+      [&](const auto& body) {
+        using Body = std::decay_t<decltype(body)>;
+        if constexpr (std::is_same_v<Body, api::FaultCommand>) {
+          if (auto done = world_->apply(message.ticket(), body); !done) {
+            failure = done.error().message;
+          }
+        } else if constexpr (!std::is_same_v<Body, api::SimulationCommand>) {
+          world_->apply(message.ticket(), body);
+        }
+      },
+      command->body);
+  if (failure.empty() != message.failure().empty()) {
+    differs(fmt::format("command {} {} here and {} then", message.sequence(),
+                        failure.empty() ? "succeeds" : "fails (" + failure + ")",
+                        message.failure().empty() ? "succeeded"
+                                                  : "failed (" + message.failure() + ")"));
+  }
+  return {};
+}
+
+Result<void> Replay::compare(const v1::JournalState& state) {
+  if (lost_ || stopped_) return {};
+  if (auto there = advance(state.time()); !there || result_.difference) return there;
+  ++result_.compared;
+  if (state.hash() == world_->state_hash()) return {};
+  differs(explain(state, world::sample_of(*world_), *world_->description()));
+  return {};
+}
+
+Result<void> Replay::checkpoint(const v1::JournalCheckpoint& checkpoint) {
+  if (!lost_) {
+    if (stopped_) return {};
+    if (auto there = advance(checkpoint.time()); !there || result_.difference) return there;
+    ++result_.compared;
+    if (checkpoint.hash() != world_->state_hash()) differs("the states of the checkpoint differ");
+    return {};
+  }
+  if (state_version_ != world::kStateVersion) {
+    return damaged(fmt::format("its checkpoints are of layout {}, this program's of {}: it can be "
+                               "run again from its start only",
+                               state_version_, world::kStateVersion));
+  }
+  auto state = world::from_bytes(checkpoint.state(), world_->save());
+  if (!state) return tl::unexpected(state.error());
+  world_->restore(*state);
+  epoch_ = checkpoint.time().epoch();
+  lost_ = false;
+  if (world_->step_count() != checkpoint.time().step() ||
+      world_->state_hash() != checkpoint.hash()) {
+    differs("the checkpoint's state is not the one that was recorded");
+  }
+  return {};
+}
+
+void Replay::differs(const std::string& what) {
+  result_.difference = {{epoch_, world_->step_count()}, what};
+}
+
+Result<scene::Scene> scene_of(const v1::JournalHeader& header, const std::string& directory) {
+  namespace fs = std::filesystem;
+  for (const v1::JournalFile& model : header.models()) {
+    const fs::path name(model.name());
+    // Nothing outside of the directory.
+    if (name.empty() || name != name.filename() || name == ".." || name == ".") {
+      return damaged("the model '" + model.name() + "' is no plain file name");
+    }
+    std::ofstream file(fs::path(directory) / name, std::ios::binary);
+    file << model.content();
+    if (!file.flush()) {
+      return fail(ErrorCode::kUnavailable, "journal",
+                  (fs::path(directory) / name).string() + " cannot be written");
+    }
+  }
+  const scene::DataPaths paths{.scenes = directory, .models = directory};
+  const std::string file = (fs::path(directory) / (header.scene() + ".yaml")).string();
+  return scene::read_scene(header.scene_text(), file, paths);
+}
+
+std::vector<std::string> cautions(const v1::JournalHeader& header, const v1::JournalHeader& here) {
+  std::vector<std::string> all;
+  const auto differ = [&all](const char* what, const std::string& then, const std::string& now) {
+    if (then == now) return;
+    all.push_back(fmt::format("{} was {} and is {} here: bits may differ", what, then, now));
+  };
+  differ("the program's version", header.version(), here.version());
+  differ("its compiler", header.compiler(), here.compiler());
+  differ("the processor", header.processor(), here.processor());
+  return all;
+}
+
+}  // namespace aprsim::server::journal

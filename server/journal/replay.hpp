@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "aprsim/v1/journal.pb.h"
+#include "world/api/error.hpp"
+#include "world/recorder.hpp"
+#include "world/scene/scene.hpp"
+#include "world/world.hpp"
+
+namespace aprsim::server::journal {
+
+/// Where a run that was repeated is not as the journal has it.
+struct Difference {
+  world::RunTime time;
+  std::string what;  ///< which body, joint or belt differs by how much, in words
+};
+
+struct ReplayResult {
+  std::uint64_t steps = 0, commands = 0;
+  std::uint64_t compared = 0;  ///< states and checkpoints
+  std::uint64_t gaps = 0;      ///< with commands missing: gone on from the checkpoint behind them
+  std::optional<Difference> difference;  ///< the first; nothing was run after it
+  std::string damage;                    ///< why the journal ends early; empty = it does not
+};
+
+/// Runs a journal's commands again in a world without threads or clocks. Thread: one at a time.
+class Replay {
+ public:
+  /// `header` of the journal; `scene`: see scene_of(). Throws std::runtime_error as World does.
+  Replay(const v1::JournalHeader& header, std::shared_ptr<const scene::Scene> scene);
+
+  /// The journal's next record. False once there is a difference. Errors: kInvalidArgument where
+  /// the record cannot be: a step before the last one, a state of another layout.
+  [[nodiscard]] Result<bool> take(const v1::JournalRecord& record);
+  [[nodiscard]] const ReplayResult& result() const { return result_; }
+  [[nodiscard]] const world::World& world() const { return *world_; }
+
+ private:
+  [[nodiscard]] Result<void> advance(const v1::JournalTime& time);
+  [[nodiscard]] Result<void> begin(const v1::JournalEpoch& epoch);
+  [[nodiscard]] Result<void> command(const v1::JournalCommand& command);
+  [[nodiscard]] Result<void> compare(const v1::JournalState& state);
+  [[nodiscard]] Result<void> checkpoint(const v1::JournalCheckpoint& checkpoint);
+  void differs(const std::string& what);
+
+  std::shared_ptr<const scene::Scene> scene_;
+  world::ArmModels models_;
+  std::uint32_t state_version_;
+  std::unique_ptr<world::World> world_;
+  std::uint64_t epoch_ = 0;
+  bool lost_ = true;     ///< where the run is will be known with the next epoch or checkpoint
+  bool stopped_ = false;  ///< the recorded world has
+  ReplayResult result_;
+};
+
+/// The scene that a journal has in its header. The models go to files in
+/// `directory`, which has to be there. Errors: kInvalidArgument naming what does not fit.
+[[nodiscard]] Result<scene::Scene> scene_of(const v1::JournalHeader& header,
+                                            const std::string& directory);
+
+/// What of this program is not as the journal's was, a sentence each: then bits may differ.
+[[nodiscard]] std::vector<std::string> cautions(const v1::JournalHeader& header,
+                                                const v1::JournalHeader& here);
+
+}  // namespace aprsim::server::journal
