@@ -3,11 +3,14 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "world/command_queue.hpp"
 #include "world/world_state.hpp"
 
 namespace aprsim::world {
+
+class World;
 
 /// Where in a run: resets and loads of saved states so far, and steps since the last of them.
 struct RunTime {
@@ -45,7 +48,6 @@ class Recorder {
 };
 
 /// The sample of a world. Thread: its.
-class World;
 [[nodiscard]] StateSample sample_of(const World& world);
 
 }  // namespace aprsim::world

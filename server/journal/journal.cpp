@@ -158,17 +158,13 @@ void Journal::run(const std::stop_token& stop) {
   while (!ending) {
     ending = stop.stop_requested();
     queue_.take(taken, SteadyClock::now() + kFlush);
-    try {
-      take_over(taken);
-      if (ending) {
-        v1::JournalRecord record;
-        record.mutable_end();
-        add(record, std::chrono::system_clock::now());
-      }
-      flush();
-    } catch (const std::exception& failure) {
-      failed(failure.what());
+    take_over(taken);
+    if (ending && (options_.place.empty() || files_.is_open())) {
+      v1::JournalRecord record;
+      record.mutable_end();
+      add(record, std::chrono::system_clock::now());
     }
+    flush();
     // Frames are half a second's, not one for each record.
     if (!ending) {
       std::mutex mutex;
@@ -180,7 +176,13 @@ void Journal::run(const std::stop_token& stop) {
 }
 
 void Journal::take_over(RecordQueue::Taken& taken) {
-  for (const Entry& entry : taken.entries) add(entry);
+  for (const Entry& entry : taken.entries) {
+    try {
+      add(entry);
+    } catch (const std::exception& failure) {
+      missing_.add({1, 0, entry.wall, entry.wall, failure.what()});
+    }
+  }
   if (!taken.missing.any()) return;
   flush();
   taken.missing.reason = "the writer could not keep up";
@@ -242,16 +244,22 @@ void Journal::tell_gap() {
 }
 
 void Journal::flush() {
-  const std::string frame = encoder_.take();
-  if (frame.empty()) return;
-  write(frame);
+  std::size_t bytes = 0;
+  try {
+    const std::string frame = encoder_.take();
+    if (frame.empty()) return;
+    put_away(frame);
+    bytes = frame.size();
+  } catch (const std::exception& failure) {
+    return failed(failure.what());
+  }
   const Missing held = std::exchange(pending_, {});
   const std::lock_guard lock(kept_);
   stats_.records += held.records;
-  stats_.bytes += frame.size();
+  stats_.bytes += bytes;
 }
 
-void Journal::write(const std::string& frame) {
+void Journal::put_away(const std::string& frame) {
   if (options_.place.empty()) {
     const std::lock_guard lock(kept_);
     ring_.append(frame);

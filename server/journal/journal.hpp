@@ -71,7 +71,7 @@ class Journal final : public world::Recorder {
   void add(v1::JournalRecord& record, WallTime wall, std::uint64_t commands = 0);
   void tell_gap();
   void flush();
-  void write(const std::string& frame);
+  void put_away(const std::string& frame);
   void failed(const std::string& why);
   [[nodiscard]] bool open_next(std::chrono::steady_clock::time_point now);
   [[nodiscard]] std::string header_frame(std::uint32_t part) const;

@@ -140,7 +140,9 @@ Result<void> Replay::command(const v1::JournalCommand& message) {
   if (lost_ || stopped_) return {};
   auto command = to_command(message);
   if (!command) return tl::unexpected(command.error());
-  if (std::holds_alternative<api::SimulationCommand>(command->body)) return {};
+  if (std::holds_alternative<api::SimulationCommand>(command->body)) {
+    return advance(message.time());
+  }
   if (auto ok = world::check(*command, *world_->description()); !ok) {
     return tl::unexpected(ok.error());
   }
