@@ -91,7 +91,7 @@ DaemonProcess::DaemonProcess(std::vector<std::string> arguments, int log)
                                    "--ports-file", ports_file_};
   argv.insert(argv.end(), arguments.begin(), arguments.end());
   pid_ = spawn(argv, directory_.path(), log);
-  const auto deadline = Clock::now() + 10s;
+  const auto deadline = Clock::now() + 60s;
   int status = 0;
   while (!fs::exists(ports_file_)) {
     const bool ended = waitpid(pid_, &status, WNOHANG) == pid_;

@@ -55,7 +55,7 @@ TEST(Readme, EveryCommandRunsAsItStands) {
       shell.type("\x03");
       EXPECT_EQ(shell.wait_for_exit(), -SIGINT) << command << "\n" << shell.output();
     } else {
-      EXPECT_EQ(shell.wait_for_exit(TerminalProcess::Seconds(120)), 0) << command << "\n"
+      EXPECT_EQ(shell.wait_for_exit(TerminalProcess::Seconds(900)), 0) << command << "\n"
                                                                        << shell.output();
     }
   }
