@@ -27,7 +27,7 @@ from .errors import TimedOut, Unreachable
 from .motions import MOVE_TIMEOUT_S, TURN_SPEED_RAD_S, Frame, Motions
 from .poses import Array
 from .robot import ANSWER_S, POLL_S, POLL_STEPS
-from .snapshots import Snapshot
+from .snapshots import Snapshot, seconds
 from .v1 import control_service_pb2_grpc, telemetry_service_pb2_grpc
 
 if TYPE_CHECKING:
@@ -244,7 +244,7 @@ class Cell:
         try:
             cell.description = await cell._run(calls.get_cell())
             size = cell.description.step_size
-            cell.step_s = size.seconds + size.nanos * 1e-9
+            cell.step_s = seconds(size)
             await cell.snapshot(["paused"])
         except BaseException:
             await cell.close()

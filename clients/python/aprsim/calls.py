@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Callable, Generic, Mapping, Sequence, Typ
 
 from . import faults
 from .errors import AprsimError, Refused, TimedOut, Unreachable
-from .snapshots import Snapshot
+from .snapshots import Snapshot, seconds
 from .v1 import control_service_pb2 as control
 from .v1 import telemetry_service_pb2 as telemetry
 
@@ -75,11 +75,7 @@ def _control(
 
 def _receipt(answer: Any) -> Receipt:
     receipt = answer.receipt
-    return Receipt(receipt.ticket, receipt.epoch, receipt.step, _seconds(receipt.sim_time))
-
-
-def _seconds(duration: Any) -> float:
-    return float(duration.seconds) + float(duration.nanos) * 1e-9
+    return Receipt(receipt.ticket, receipt.epoch, receipt.step, seconds(receipt.sim_time))
 
 
 def _snapshot(answer: Any) -> Snapshot:
@@ -93,11 +89,11 @@ def _paths(fields: Sequence[str]) -> list[str]:
 
 def robot_named(cell: cell_pb2.CellDescription, name: str) -> cell_pb2.RobotDescription:
     """Raises AprsimError with the names there are."""
-    for robot in cell.robots:
-        if robot.name == name:
-            return robot
-    names = ", ".join(robot.name for robot in cell.robots)
-    raise AprsimError(f"the scene '{cell.scene}' has no robot '{name}'; there is {names or 'none'}")
+    robots: dict[str, cell_pb2.RobotDescription] = {robot.name: robot for robot in cell.robots}
+    if name not in robots:
+        names = ", ".join(robots) or "none"
+        raise AprsimError(f"the scene '{cell.scene}' has no robot '{name}'; there is {names}")
+    return robots[name]
 
 
 def get_snapshot(fields: Sequence[str]) -> Call[Snapshot]:
@@ -113,7 +109,10 @@ def stream_request(hz: float, fields: Sequence[str]) -> Any:
 
 
 def get_cell() -> Call[cell_pb2.CellDescription]:
-    return Call(False, "GetCell", telemetry.GetCellRequest(), lambda answer: answer.cell)
+    def read(answer: telemetry.GetCellResponse) -> cell_pb2.CellDescription:
+        return answer.cell
+
+    return Call(False, "GetCell", telemetry.GetCellRequest(), read)
 
 
 def pause() -> Call[Receipt]:
@@ -159,7 +158,7 @@ def delete_state(name: str) -> Call[Receipt]:
 def list_states() -> Call[list[SavedState]]:
     def read(answer: Any) -> list[SavedState]:
         return [
-            SavedState(state.name, state.bytes, state.step, _seconds(state.sim_time))
+            SavedState(state.name, state.bytes, state.step, seconds(state.sim_time))
             for state in answer.states
         ]
 
@@ -173,14 +172,22 @@ def set_conveyor(
     emergency_stop: bool | None,
     fault_reset: bool,
 ) -> Call[snapshot_pb2.ConveyorState]:
-    request = control.SetConveyorRequest(
-        run=run, speed_m_s=speed_m_s, emergency_stop=emergency_stop, fault_reset=fault_reset
-    )
+    request = control.SetConveyorRequest(fault_reset=fault_reset)
+    if run is not None:
+        request.run = run
+    if speed_m_s is not None:
+        request.speed_m_s = speed_m_s
+    if emergency_stop is not None:
+        request.emergency_stop = emergency_stop
     if forward is not None:
         request.direction = (
             control.CONVEYOR_DIRECTION_FORWARD if forward else control.CONVEYOR_DIRECTION_REVERSE
         )
-    return _control("SetConveyor", request, lambda answer: answer.conveyor)
+
+    def read(answer: control.SetConveyorResponse) -> snapshot_pb2.ConveyorState:
+        return answer.conveyor
+
+    return _control("SetConveyor", request, read)
 
 
 def inject_fault(
@@ -191,7 +198,11 @@ def inject_fault(
     duration_s: float | None,
 ) -> Call[faults_pb2.InjectedFault]:
     request = faults.request(kind, target, parameters, trigger, duration_s)
-    return _control("InjectFault", request, lambda answer: answer.fault)
+
+    def read(answer: control.InjectFaultResponse) -> faults_pb2.InjectedFault:
+        return answer.fault
+
+    return _control("InjectFault", request, read)
 
 
 def end_fault(identifier: int) -> Call[Receipt]:
@@ -203,4 +214,8 @@ def report_event(event: str) -> Call[Receipt]:
 
 
 def fault_kinds() -> Call[control.ListFaultKindsResponse]:
-    return _control("ListFaultKinds", control.ListFaultKindsRequest(), lambda answer: answer)
+
+    def read(answer: control.ListFaultKindsResponse) -> control.ListFaultKindsResponse:
+        return answer
+
+    return _control("ListFaultKinds", control.ListFaultKindsRequest(), read)

@@ -13,7 +13,7 @@ from . import calls, faults
 from .calls import Receipt, SavedState
 from .endpoints import Endpoints, find_endpoints
 from .robot import Robot
-from .snapshots import Snapshot
+from .snapshots import Snapshot, seconds
 from .v1 import control_service_pb2_grpc, telemetry_service_pb2_grpc
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ class Cell:
         self.description: cell_pb2.CellDescription = self._run(calls.get_cell())
         """What does not change between two resets."""
         size = self.description.step_size
-        self.step_s = size.seconds + size.nanos * 1e-9
+        self.step_s: float = seconds(size)
         """Simulated time of one step."""
         self.snapshot(["paused"])
 

@@ -252,12 +252,12 @@ def _rate(what: str, setting: float) -> Command:
 def _read_pose(pose: ElementTree.Element | None) -> Array | None:
     if pose is None:
         return None
-
-    def triple(tag: str, axes: str) -> Array:
-        return np.array([float(pose.findtext(f"{tag}/{axis}", "nan")) for axis in axes])
-
     out = np.eye(4)
-    x, z = triple("XAxis", "IJK"), triple("ZAxis", "IJK")
+    x, z = _triple(pose, "XAxis", "IJK"), _triple(pose, "ZAxis", "IJK")
     out[:3, 0], out[:3, 1], out[:3, 2] = x, np.cross(z, x), z
-    out[:3, 3] = 1e-3 * triple("Point", "XYZ")
+    out[:3, 3] = 1e-3 * _triple(pose, "Point", "XYZ")
     return out
+
+
+def _triple(pose: ElementTree.Element, tag: str, axes: str) -> Array:
+    return np.array([float(pose.findtext(f"{tag}/{axis}", "nan")) for axis in axes])

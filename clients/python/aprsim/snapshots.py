@@ -4,7 +4,7 @@ instant. What is not here is in the `message` beneath."""
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Sequence, TypeVar
+from typing import TYPE_CHECKING, Any, Sequence, TypeVar
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from .errors import AprsimError
 from .poses import Array, matrix, vector
 
 if TYPE_CHECKING:
-    from .v1 import snapshot_pb2
+    from .v1 import faults_pb2, snapshot_pb2
 
 T = TypeVar("T")
 
@@ -113,7 +113,7 @@ class BodyState:
     @property
     def lost(self) -> bool:
         """It has fallen out of the cell."""
-        return self.message.HasField("lost_step")
+        return bool(self.message.HasField("lost_step"))
 
 
 class Snapshot:
@@ -138,7 +138,7 @@ class Snapshot:
     @property
     def sim_time_s(self) -> float:
         """Simulated time since the last reset."""
-        return self.message.sim_time.seconds + self.message.sim_time.nanos * 1e-9
+        return seconds(self.message.sim_time)
 
     @property
     def paused(self) -> bool:
@@ -166,9 +166,9 @@ class Snapshot:
         return self.message.conveyor if self.message.HasField("conveyor") else None
 
     @property
-    def injected_faults(self) -> Sequence[snapshot_pb2.InjectedFault]:
+    def injected_faults(self) -> Sequence[faults_pb2.InjectedFault]:
         """Those that wait or last, and the latest that are over."""
-        return self.message.injected_faults
+        return list(self.message.injected_faults)
 
     @cached_property
     def robots(self) -> dict[str, RobotState]:
@@ -197,6 +197,11 @@ class Snapshot:
         """N x 4 x 4: X_WP of all bodies, in the order of the description."""
         rows = [body.pose for body in self.bodies.values()]
         return np.array(rows).reshape(-1, 4, 4)
+
+
+def seconds(duration: Any) -> float:
+    """Of a Duration message."""
+    return float(duration.seconds) + float(duration.nanos) * 1e-9
 
 
 def _named(things: dict[str, T], name: str, what: str) -> T:
