@@ -94,9 +94,20 @@ class Robot:
     ) -> None:
         """The tool to a 4 x 4 pose, or to a point: pointing down with its x axis at `yaw` [rad], or
         as it is turned now. `straight`: on a straight line."""
-        present = self.status().tool_in_reference
-        pose = self._motions.target(target, yaw, frame, present)
-        self._do(crcl.move_to(pose, straight=straight), wait, timeout_s)
+        self._do(self.move_command(target, yaw, straight=straight, frame=frame), wait, timeout_s)
+
+    def move_command(
+        self,
+        target: npt.ArrayLike,
+        yaw: float | None = None,
+        *,
+        straight: bool = False,
+        frame: Frame = "world",
+    ) -> crcl.Command:
+        """What `move_to` tells the robot."""
+        keeps = np.shape(target) == (3,) and yaw is None
+        present = self.status().tool_in_reference if keeps else None
+        return crcl.move_to(self._motions.target(target, yaw, frame, present), straight=straight)
 
     def move_by(
         self,
