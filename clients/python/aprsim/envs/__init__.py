@@ -6,14 +6,13 @@ our own where gymnasium is not installed. The cell stands between steps; no cloc
     observation, reward, terminated, truncated, info = env.step(env.action_space.sample())
 """
 
-from .cell_env import MOVE_M, OBSERVATION_NAMES, STEP_S, TURN_RAD, CellEnv
+from .cell_env import MOVE_M, OBSERVATION_NAMES, TURN_RAD, CellEnv
 from .scripted import scripted_action
 from .tasks import KitEnv, PickEnv, PlaceEnv
 
 __all__ = [
     "MOVE_M",
     "OBSERVATION_NAMES",
-    "STEP_S",
     "TURN_RAD",
     "CellEnv",
     "KitEnv",

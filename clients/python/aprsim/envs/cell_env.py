@@ -17,11 +17,12 @@ from ..snapshots import Snapshot
 from .layout import Layout, Transfer
 from .spaces import Box, Env, Vector
 
-STEP_S = 0.1  # of simulated time, of one step of the environment
-MOVE_M, TURN_RAD = 0.03, 0.3  # of the tool in a step, at an action of 1
+MOVE_M, TURN_RAD = 0.05, 0.3  # of the tool in a step, at an action of 1
+_LOOK_S, _LEAST_LOOKS, _MOST_LOOKS = 0.05, 2, 40  # of simulated time, at a motion under way
 APPROACH_M = 0.06  # over where a gear is taken or let go
 _SPEED_M_S = 0.5
 _STILL_M, _STILL_RAD = 1e-6, 1e-6  # less is no motion to ask for
+_WORKING = 2  # ActionState
 _FIELDS = ("step", "epoch", "sim_time", "robots", "bodies", "world_fault", "state_hash")
 _SEATED_M = 0.001
 _MAX_KEPT = 32  # saved states of one environment
@@ -70,7 +71,7 @@ class CellEnv(Env):
             self.robot = self.cell.robot(robot)
             self.max_steps = max_steps
             self._reach_m = reach_m
-            self._steps_each = round(STEP_S / self.cell.step_s)
+            self._look_steps = round(_LOOK_S / self.cell.step_s)
             self.action_space = Box(-np.ones(5), np.ones(5))
             low = np.array([-2.0] * 6 + [-math.pi, 0.0, 0.0, 0.0])
             high = np.array([2.0] * 6 + [math.pi, 0.2, 1.0, 1.0])
@@ -106,14 +107,14 @@ class CellEnv(Env):
     def step(
         self, action: npt.ArrayLike
     ) -> tuple[Vector, float, bool, bool, dict[str, Any]]:
-        """One tenth of a second of simulated time: observation, reward, terminated, truncated, info."""
+        """The tool's motion to its end, at least a tenth of a second of simulated time: observation,
+        reward, terminated, truncated, info."""
         values = np.asarray(action, dtype=np.float64)
         if values.shape != (5,) or not np.isfinite(values).all():
             raise AprsimError(f"action: {action!r}, where 5 finite numbers are expected")
         values = np.clip(values, -1.0, 1.0)
         self._command(values)
-        self._snapshot = self.cell.step(self._steps_each, _FIELDS)
-        refused = self._clear_refusal()
+        refused = self._await_end()
         self._taken_steps += 1
         lost = self._gear_is_lost() or bool(self._snapshot.world_fault)
         value = self._potential() if not lost else self._value - 1.0
@@ -252,8 +253,14 @@ class CellEnv(Env):
         target = tool_down(tool[:3, 3] + way, yaw_of(tool) + turn)
         self.robot.start(self.robot.move_command(target, straight=True))
 
-    def _clear_refusal(self) -> str | None:
-        """The robot's words when it has refused or given up a motion; it is made ready again."""
+    def _await_end(self) -> str | None:
+        """Steps the cell until the robot has done what it was told. Its words when it has refused or
+        given up; it is then made ready again."""
+        for looks in range(1, _MOST_LOOKS + 1):
+            self._snapshot = self.cell.step(self._look_steps, _FIELDS)
+            state = self._snapshot.robot(self.robot.name).message.action.state
+            if looks >= _LEAST_LOOKS and state != _WORKING:
+                break
         status = self.robot.status()
         if not status.failed:
             return None
