@@ -4,7 +4,7 @@
     cell = Cell.connect()
     fanuc = cell.robot("fanuc")
     fanuc.move_by([0, 0, -0.05])
-    print(cell.snapshot().robot("fanuc").tool_in_world)
+    print(cell.snapshot().robot("fanuc").tool_in_world[:3, 3])
 
 `Cell` and `Robot` wait for each call; `aprsim.aio` has the same for asyncio. `Daemon` runs a cell of
 one's own, `run_scenario` a whole job; `aprsim.envs` has tasks with Gymnasium's signatures. Units are

@@ -191,7 +191,7 @@ class RobotTest(WithCell):
     def test_the_same_commands_give_the_same_bits(self):
         def work():
             self.cell.reset()
-            robot = self.cell.robot("motoman")
+            robot = self.cell.robot("motoman", initialise=False)
             robot.initialise()
             robot.move_by([0, 0.05, -0.05])
             robot.close_gripper()
