@@ -99,8 +99,20 @@ class Robot:
     ) -> None:
         """The tool to a 4 x 4 pose or a point."""
         present = (await self.status()).tool_in_reference
-        pose = self._motions.target(target, yaw, frame, present)
-        await self.run(crcl.move_to(pose, straight=straight), timeout_s)
+        command = self.move_command(target, yaw, straight=straight, frame=frame, present=present)
+        await self.run(command, timeout_s)
+
+    def move_command(
+        self,
+        target: npt.ArrayLike,
+        yaw: float | None = None,
+        *,
+        straight: bool = False,
+        frame: Frame = "world",
+        present: Array | None = None,
+    ) -> crcl.Command:
+        """What `move_to` tells the robot; a point without a yaw needs the `present` pose X_RT."""
+        return crcl.move_to(self._motions.target(target, yaw, frame, present), straight=straight)
 
     async def move_by(
         self,

@@ -251,7 +251,9 @@ class RobotTest(WithCell):
         printed = io.StringIO()
         ports = {"APRSIM_PORTS_FILE": str(self.daemon.ports_file)}
         with mock.patch.dict(os.environ, ports), contextlib.redirect_stdout(printed):
-            exec(compile(code, "README.md", "exec"), {})  # noqa: S102
+            names = {}
+            exec(compile(code, "README.md", "exec"), names)
+            names["cell"].close()
         height = float(printed.getvalue().split()[-1].strip("[]"))
         after = self.cell.snapshot().robot("fanuc").tool_in_world[2, 3]
         self.assertAlmostEqual(height, after, places=3)
@@ -321,27 +323,29 @@ class AsyncTest(WithCell):
 
     def test_both_robots_at_once_while_a_stream_looks_on(self):
         async def work(cell):
-            await cell.set_speed(5)
-            await cell.resume()
             robots = [await cell.robot(name) for name in ("fanuc", "motoman")]
-            together = []
+            before = [await robot.tool() for robot in robots]
+            for robot, tool in zip(robots, before):
+                tool = tool.copy()
+                tool[2, 3] -= 0.1
+                await robot.start(robot.move_command(tool, straight=True))
+            together = (await cell.step(50)).robots.values()
+            self.assertEqual([robot.moving for robot in together], [True, True])
 
             async def watch():
-                async for snapshot in cell.stream(hz=100, fields=["robots"]):
-                    together.append(all(robot.moving for robot in snapshot.robots.values()))
+                steps = []
+                async for snapshot in cell.stream(hz=100, fields=["step"]):
+                    steps.append(snapshot.step)
+                    if len(set(steps)) == 3:
+                        return steps
 
-            watching = asyncio.create_task(watch())
-            before = [await robot.tool() for robot in robots]
-            await asyncio.gather(*(robot.move_by([0, 0, -0.1]) for robot in robots))
-            after = [await robot.tool() for robot in robots]
-            watching.cancel()
-            await asyncio.gather(watching, return_exceptions=True)
+            await cell.resume()
+            _, _, steps = await asyncio.gather(*(robot.wait() for robot in robots), watch())
+            self.assertEqual(steps, sorted(steps))
             await cell.pause()
-            return [new[2, 3] - old[2, 3] for old, new in zip(before, after)], any(together)
+            return [(await robot.tool())[2, 3] - old[2, 3] for robot, old in zip(robots, before)]
 
-        moved, together = self.run_async(work)
-        np.testing.assert_allclose(moved, -0.1, atol=1e-4)
-        self.assertTrue(together)
+        np.testing.assert_allclose(self.run_async(work), -0.1, atol=1e-4)
 
     def test_nobody_there(self):
         with self.assertRaises(Unreachable):
