@@ -349,9 +349,9 @@ class Cell:
         description = calls.robot_named(self.description, name)
         port = self.endpoints.crcl_port(name)
         robot = await Robot.connect(self, description, self.endpoints.host, port)
+        self._robots[name] = robot
         if initialise:
             await robot.initialise()
-        self._robots[name] = robot
         return robot
 
     async def set_conveyor(

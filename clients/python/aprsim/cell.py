@@ -162,9 +162,9 @@ class Cell:
             return self._robots[name]
         description = calls.robot_named(self.description, name)
         robot = Robot(self, description, self.endpoints.host, self.endpoints.crcl_port(name))
+        self._robots[name] = robot
         if initialise:
             robot.initialise()
-        self._robots[name] = robot
         return robot
 
     def set_conveyor(

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from .. import crcl
 from ..cell import Cell
 from ..daemon import Daemon
-from ..errors import AprsimError, RobotError
+from ..errors import AprsimError, Refused, RobotError
 from ..poses import Array, matrix, tool_down, wrapped, yaw_of
 from ..snapshots import Snapshot
 from .layout import Layout, Transfer
@@ -62,10 +62,11 @@ class CellEnv(Env):
     ) -> None:
         """`scene` is that of a daemon of its own; `reach_m`: gears and slots farther from the robot's
         base are none of the task's; after `max_steps` an episode is truncated."""
+        self._kept: list[str] = []
+        self._owned = cell is None
         self._daemon = None if cell is not None else Daemon(scene=scene, speed="stepped")
         try:
             self.cell = cell or Cell.connect(self._daemon.ports_file if self._daemon else None)
-            self._owned = cell is None
             if not self.cell.paused:
                 self.cell.pause()
             self.robot = self.cell.robot(robot)
@@ -76,7 +77,6 @@ class CellEnv(Env):
             low = np.array([-2.0] * 6 + [-math.pi, 0.0, 0.0, 0.0])
             high = np.array([2.0] * 6 + [math.pi, 0.2, 1.0, 1.0])
             self.observation_space = Box(low, high)
-            self._kept: list[str] = []
             self._begin()
         except BaseException:
             self.close()
@@ -211,6 +211,8 @@ class CellEnv(Env):
             self.robot.run(crcl.stop())
         except RobotError:
             self.robot.run(crcl.initialise(), 35)
+        except Refused:
+            pass  # the simulation has stopped on a fault, which the load ends
         self.cell.load(full)
         return True
 
