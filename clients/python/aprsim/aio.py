@@ -26,7 +26,7 @@ from .endpoints import Endpoints, find_endpoints
 from .errors import TimedOut, Unreachable
 from .motions import MOVE_TIMEOUT_S, TURN_SPEED_RAD_S, Frame, Motions
 from .poses import Array
-from .robot import ANSWER_S, POLL_S, POLL_STEPS
+from .robot import ANSWER_S, MOST_POLL_STEPS, POLL_S, POLL_STEPS
 from .snapshots import Snapshot, seconds
 from .v1 import control_service_pb2_grpc, telemetry_service_pb2_grpc
 
@@ -180,19 +180,20 @@ class Robot:
 
     async def wait(self, timeout_s: float = MOVE_TIMEOUT_S) -> crcl.Status:
         """For the end of the command that was started last."""
-        waited_s = 0.0
+        waited_s, steps = 0.0, POLL_STEPS
         while True:
-            waited_s += await self._let_time_pass()
+            waited_s += await self._let_time_pass(steps)
+            steps = min(2 * steps, MOST_POLL_STEPS)
             status = await self.status()
             if self._session.is_over(status):
                 return status
             if waited_s > timeout_s:
                 raise TimedOut(self._session.too_late(timeout_s))
 
-    async def _let_time_pass(self) -> float:
+    async def _let_time_pass(self, steps: int) -> float:
         if self._cell.paused:
-            await self._cell.advance(POLL_STEPS)
-            return POLL_STEPS * self._cell.step_s
+            await self._cell.advance(steps)
+            return steps * self._cell.step_s
         began = time.monotonic()
         await asyncio.sleep(POLL_S)
         return time.monotonic() - began

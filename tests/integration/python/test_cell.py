@@ -10,6 +10,7 @@ import re
 import subprocess
 import tempfile
 import threading
+import time
 import unittest
 from unittest import mock
 
@@ -29,7 +30,7 @@ from aprsim import (
     scenarios,
 )
 from aprsim.binaries import find_binary
-from running_cell import PATIENCE, ROOT, WithCell, eventually
+from running_cell import PATIENCE, ROOT, WithCell
 
 
 class CellTest(WithCell):
@@ -55,13 +56,13 @@ class CellTest(WithCell):
         with self.assertRaises(Refused) as caught:
             self.cell.step(1)
         self.assertEqual(caught.exception.code, "FAILED_PRECONDITION")
-        steps = []
+        steps, deadline = [], time.monotonic() + 60 * PATIENCE
         for snapshot in self.cell.stream(hz=100, fields=["step"]):
             steps.append(snapshot.step)
-            if len(steps) == 5:
+            if len(set(steps)) == 3:
                 break
+            self.assertLess(time.monotonic(), deadline, "no steps")
         self.assertEqual(steps, sorted(steps))
-        self.assertGreater(steps[-1], steps[0])
         self.assertEqual(len(snapshot.robots), 0, "only what was asked for")
         self.assertFalse(self.cell.paused, "which a stream always tells")
         self.cell.pause()
