@@ -236,7 +236,7 @@ def _vector(tag: str, axes: str, values: Array) -> ElementTree.Element:
 
 
 def _number(value: float) -> str:
-    """Shortest text that reads back the same; XML's double has no other infinities than INF."""
+    """Shortest text that reads back the same. Raises ValueError for what is not finite."""
     if not math.isfinite(value):
         raise ValueError(f"{value!r} is not a finite number")
     return repr(float(value))
