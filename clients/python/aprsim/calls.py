@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-_TIMEOUT_S = 10.0
+_TIMEOUT_S = 60.0  # a daemon that is gone is told at once; one on a busy machine is waited for
 _STEP_S = 0.01  # that one step may take at most
 _MAX_MESSAGE_BYTES = 64 << 20
 CHANNEL_OPTIONS = [("grpc.max_receive_message_length", _MAX_MESSAGE_BYTES)]

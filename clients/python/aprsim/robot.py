@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 POLL_S = 0.02
 POLL_STEPS, MOST_POLL_STEPS = 10, 40  # of a paused cell: twice as many each time
-ANSWER_S = 10.0
+ANSWER_S = 60.0
 
 
 class Robot:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy.typing as npt
 from .. import crcl
 from ..cell import Cell
 from ..daemon import Daemon
-from ..errors import AprsimError, Refused, RobotError
+from ..errors import AprsimError, Refused, RobotError, TimedOut, Unreachable
 from ..poses import Array, matrix, tool_down, wrapped, yaw_of
 from ..snapshots import Snapshot
 from .layout import Layout, Transfer
@@ -139,8 +140,9 @@ class CellEnv(Env):
         if cell is not None and self._owned:
             cell.close()
         elif cell is not None:
-            for name in self._kept:
-                cell.forget(name)
+            with contextlib.suppress(Unreachable, TimedOut):
+                for name in self._kept:
+                    cell.forget(name)
         self._kept = []
         if self._daemon is not None:
             self._daemon.close()
