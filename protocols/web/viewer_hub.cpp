@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include "protocols/command_failure.hpp"
 #include "protocols/messages/write_message.hpp"
 #include "protocols/web/manual_mode.hpp"
 #include "protocols/web/register_view.hpp"
@@ -129,6 +130,10 @@ void write(const VisualDescription& visual, v1::CellLooks& out) {
   }
 }
 
+bool concerns_faults(const v1::ViewerRequest& request) {
+  return request.has_inject_fault() || request.has_end_fault() || request.has_report_event();
+}
+
 }  // namespace
 
 ViewerHub::ViewerHub(const WebServerOptions& options, api::CommandSink& sink,
@@ -172,6 +177,8 @@ void ViewerHub::greet(Viewer& viewer) {
   viewer.send(pack(update));
   write(options_.visual, *update.mutable_looks());
   viewer.send(pack(update));
+  protocols::write_fault_kinds(*update.mutable_fault_kinds());
+  viewer.send(pack(update));
   write_message(options_.scaling, beams_, *update.mutable_register_map());
   viewer.send(pack(update));
 }
@@ -191,9 +198,26 @@ v1::Permission ViewerHub::permission(const Viewer& viewer) const {
 
 void ViewerHub::answer(Viewer& viewer, const v1::ViewerRequest& request) {
   const auto done = execute(viewer, request);
-  // A step of a jog is answered at its end.
-  if (done && request.jog().step() != 0) return;
+  // A step of a jog is answered at its end, what concerns faults once the cell has taken it.
+  if (done && (request.jog().step() != 0 || concerns_faults(request))) return;
   send_outcome(viewer, request.id(), done);
+}
+
+void ViewerHub::answer_awaited(const api::Snapshot& snapshot) {
+  std::vector<Awaited> due;
+  std::erase_if(awaited_, [&](const Awaited& awaited) {
+    if (awaited.ticket > snapshot.applied) return false;
+    due.push_back(awaited);
+    return true;
+  });
+  for (const Awaited& awaited : due) {
+    const auto viewer = viewers_.find(awaited.viewer);
+    if (viewer == viewers_.end()) continue;
+    // It may end, and leave the map, while it is written to.
+    const auto kept = viewer->second;
+    const Error* error = protocols::failure_of(snapshot, awaited.ticket);
+    send_outcome(*kept, awaited.request, error ? tl::unexpected(*error) : Result<void>());
+  }
 }
 
 void ViewerHub::send_outcome(Viewer& viewer, std::uint32_t id, const Result<void>& done) {
@@ -246,6 +270,9 @@ Result<void> ViewerHub::command(Viewer& viewer, const v1::ViewerRequest& request
   for (const auto& body : **commands) {
     const auto ticket = sink_.submit({options_.endpoint, body});
     if (!ticket && done) done = tl::unexpected(ticket.error());
+    if (ticket && concerns_faults(request)) {
+      awaited_.push_back({viewer.id(), request.id(), *ticket});
+    }
   }
   return done;
 }
@@ -362,6 +389,7 @@ void ViewerHub::tick(Clock::time_point now) {
                [this](int robot, api::Ticket ticket) {
                  return joggers_[static_cast<std::size_t>(robot)].sent(ticket);
                });
+  answer_awaited(*snapshot);
   if (viewers_.empty()) return;
   send_snapshots(snapshot, now);
   if (now - registers_at_ >= kRegisterPeriod) {

@@ -35,7 +35,15 @@ class ViewerHub {
   [[nodiscard]] std::size_t size() const { return viewers_.size(); }
 
  private:
+  /// A request whose outcome shows in a snapshot.
+  struct Awaited {
+    std::uint64_t viewer = 0;
+    std::uint32_t request = 0;
+    api::Ticket ticket = 0;
+  };
+
   void answer(Viewer& viewer, const v1::ViewerRequest& request);
+  void answer_awaited(const api::Snapshot& snapshot);
   static void send_outcome(Viewer& viewer, std::uint32_t id, const Result<void>& done);
   [[nodiscard]] Result<void> execute(Viewer& viewer, const v1::ViewerRequest& request);
   [[nodiscard]] Result<void> command(Viewer& viewer, const v1::ViewerRequest& request);
@@ -68,6 +76,7 @@ class ViewerHub {
   std::map<std::uint64_t, std::shared_ptr<Viewer>> viewers_;
   std::uint64_t next_id_ = 0;
   std::vector<Jogger> joggers_;  // by robot
+  std::vector<Awaited> awaited_;
   FaultLog faults_;
   api::SnapshotPtr sent_;
   Clock::time_point sent_at_{}, registers_at_{}, status_at_{}, faults_at_{};

@@ -3,6 +3,7 @@ import type {
   CellDescription,
   CellLooks,
   FaultList,
+  ListFaultKindsResponse,
   Permission,
   RegisterInfo,
   ServerStatus,
@@ -34,6 +35,7 @@ export class State {
   permission: Permission | null = null;
   registerMap: RegisterInfo[] = [];
   faults: FaultList | null = null;
+  faultKinds: ListFaultKindsResponse | null = null;
   connected = false;
   retryIn_s = 0;
   refusal = ''; // what the daemon says when it takes no further viewer
@@ -44,6 +46,7 @@ export class State {
   readonly statusChanged = new Signal<ServerStatus>();
   readonly registersChanged = new Signal<number[]>();
   readonly faultsChanged = new Signal<FaultList>();
+  readonly faultKindsChanged = new Signal<ListFaultKindsResponse>();
   readonly wireEvents = new Signal<WireEvents>();
   /** About ten times a second, for what people read. */
   readonly display = new Signal<Snapshot>();
@@ -120,6 +123,10 @@ export class State {
       case 'faults':
         this.faults = body.value;
         this.faultsChanged.emit(body.value);
+        break;
+      case 'faultKinds':
+        this.faultKinds = body.value;
+        this.faultKindsChanged.emit(body.value);
         break;
     }
   }

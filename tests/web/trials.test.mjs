@@ -1,0 +1,108 @@
+// Injected faults on the page: the form, the list, the timeline.
+import assert from 'node:assert/strict';
+import {after, before, test} from 'node:test';
+import {Daemon, openBrowser, openPage, stopAll, until} from './harness.mjs';
+
+let daemon, browser, page;
+
+before(async () => {
+  daemon = await Daemon.start();
+  browser = await openBrowser();
+  page = await openPage(browser, daemon);
+  await page.getByRole('tab', {name: 'Trials'}).click();
+});
+after(async () => {
+  await browser?.close();
+  await stopAll();
+});
+
+const field = (id, of = page) => of.getByTestId(id);
+const complaint = () => field('fault-complaint').textContent();
+const time = async (of = page) => {
+  const [minutes, seconds] = (await field('sim-time', of).textContent()).split(':');
+  return 60 * Number(minutes) + Number(seconds);
+};
+
+test('every kind that the daemon has can be chosen, with its ranges', async () => {
+  const kinds = await field('fault-kind').locator('option').allTextContents();
+  assert.ok(kinds.length >= 50, `${kinds.length} kinds`);
+  await field('fault-kind').selectOption('joint-weak');
+  assert.deepEqual(await field('target-0').locator('option').allTextContents(), [
+    'fanuc',
+    'motoman'
+  ]);
+  assert.equal(await field('target-1').locator('option').count(), 6);
+  await field('target-0').selectOption('motoman');
+  assert.equal(await field('target-1').locator('option').count(), 7);
+  assert.equal(await field('parameter-share').getAttribute('placeholder'), '0.3');
+  assert.match(await page.getByLabel(/^share/).evaluate((i) => i.closest('label').textContent), /0.01 to 1/);
+});
+
+test('what the daemon refuses is told in its words', async () => {
+  await field('parameter-share').fill('7');
+  await field('inject').click();
+  await until('a refusal', async () => /share is 7, must be within 0.01 to 1/.test(await complaint()));
+  await field('parameter-share').fill('a bit');
+  await field('inject').click();
+  await until('a complaint', async () => /“a bit” is no number/.test(await complaint()));
+  assert.equal(await page.locator('.fault-line').isVisible(), false);
+});
+
+test('a fault begins at once, is on the timeline, and ends by its button', async () => {
+  await field('fault-kind').selectOption('robot-slow');
+  await field('target-0').selectOption('motoman');
+  await field('parameter-share').fill('0.5');
+  const begin = await time();
+  await field('inject').click();
+  const line = await until('the fault', async () => {
+    const entry = page.locator('[data-testid=injected-faults] > li[data-state=lasts]');
+    return (await entry.count()) === 1 && entry;
+  });
+  assert.match(await line.textContent(), /robot-slow motoman/);
+  const [id] = (await line.getAttribute('data-testid')).match(/\d+/);
+  assert.equal(await field('timeline-' + id).getAttribute('data-state'), 'lasts');
+  assert.match(await field('timeline-' + id).getAttribute('title'), /share 0.5/);
+  const since = Number((await field('timeline-' + id).locator('small').textContent()).match(/since ([\d.]+) s/)[1]);
+  assert.ok(since >= begin, `since ${since}, asked at ${begin}`);
+  await line.getByRole('button').click();
+  await until('its end', async () => (await field('timeline-' + id).getAttribute('data-state')) === 'over');
+  await until('an empty list', async () => /None waits/.test(await field('injected-faults').textContent()));
+  const [, from, to] = (await field('timeline-' + id).locator('small').textContent()).match(/([\d.]+) s, to ([\d.]+) s/);
+  assert.ok(Number(from) === since && Number(to) > since, `${from} to ${to}`);
+});
+
+test('a fault waits for a time, and for an event that the page reports', async () => {
+  await field('fault-kind').selectOption('belt-jam');
+  await field('trigger').selectOption('at');
+  await field('trigger-time').fill(String(Math.ceil(await time()) + 1));
+  await field('fault-duration').fill('0.5');
+  await field('inject').click();
+  await until('the fault over', async () => {
+    const rows = await page.locator('.fault-line li').allTextContents();
+    return rows.some((row) => /belt-jam.*at \d+ s, to/.test(row));
+  });
+  await field('fault-duration').fill('');
+  await field('trigger').selectOption('reported');
+  await field('trigger-event').fill('order-submitted');
+  await field('inject').click();
+  const waiting = page.locator('[data-testid=injected-faults] > li[data-state=waits]');
+  await until('a fault that waits', async () => (await waiting.count()) === 1);
+  assert.match(await waiting.textContent(), /waits, when order-submitted is reported/);
+  await field('event-name').fill('order-submitted');
+  await field('report-event').click();
+  await until('its begin', async () =>
+    /belt-jam/.test(await page.locator('[data-testid=injected-faults] > li[data-state=lasts]').textContent())
+  );
+});
+
+test('a page that comes later sees what has been, and a reset ends it', async () => {
+  const other = await openPage(browser, daemon);
+  await until('the past', async () => (await other.locator('.fault-line li').count()) === 3);
+  const rows = await other.locator('.fault-line li').allTextContents();
+  assert.match(rows[2], /robot-slow motoman/);
+  await field('reset', other).click();
+  await field('reset-confirm', other).click();
+  await until('an empty timeline', async () => !(await other.locator('.fault-line').isVisible()));
+  await other.close();
+  assert.deepEqual(page.complaints, []);
+});
