@@ -111,6 +111,11 @@ void visit(Archive& keys, WebConfig& web) {
   keys.key("token_file", web.token_file, Maybe<Text>{}, "file whose first line is the token");
   keys.key("hosts", web.hosts, ListOf<Text>{},
            "names of this machine in addresses, besides localhost");
+  keys.key("programs", web.programs, Maybe<Flag>{},
+           "whether pages may start the kitting controller and scenarios as programs of the "
+           "daemon's; those of this machine may without, if they may command");
+  keys.require(!web.programs.value_or(false) || web.control,
+               "control true where programs is, for whoever starts programs commands");
 }
 
 template <typename Archive>

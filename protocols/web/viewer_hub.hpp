@@ -47,6 +47,7 @@ class ViewerHub {
   static void send_outcome(Viewer& viewer, std::uint32_t id, const Result<void>& done);
   [[nodiscard]] Result<void> execute(Viewer& viewer, const v1::ViewerRequest& request);
   [[nodiscard]] Result<void> command(Viewer& viewer, const v1::ViewerRequest& request);
+  [[nodiscard]] Result<void> command_programs(const v1::ViewerRequest& request);
   [[nodiscard]] Result<void> write_register(const v1::WriteRegister& write);
   /// Puts what a viewer asks of the cell, and whether it was taken, among the wires' commands.
   void note(Viewer& viewer, const v1::ViewerRequest& request, const Result<void>& done);
@@ -61,6 +62,7 @@ class ViewerHub {
   void send_registers();
   void send_status();
   void send_faults(Clock::time_point now);
+  void send_programs(Clock::time_point now);
   void send_events(protocols::WireTap* tap, const char* wire, bool (v1::Watch::*wants)() const,
                    std::uint64_t Viewer::Next::*next);
   template <typename Visit>
@@ -79,7 +81,8 @@ class ViewerHub {
   std::vector<Awaited> awaited_;
   FaultLog faults_;
   api::SnapshotPtr sent_;
-  Clock::time_point sent_at_{}, registers_at_{}, status_at_{}, faults_at_{};
+  Clock::time_point sent_at_{}, registers_at_{}, status_at_{}, faults_at_{},
+      programs_at_{};
   v1::ViewerUpdate update_;  // keeps its memory from message to message
   std::vector<protocols::WireEventPtr> events_;
 };

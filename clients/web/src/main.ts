@@ -13,6 +13,7 @@ import {Jog} from './ui/jog';
 import {PickCard} from './ui/pick_card';
 import {RobotPanel} from './ui/robot_panel';
 import {RobotSwitch} from './ui/robot_switch';
+import {RunCard} from './ui/run_card';
 import {Tabs} from './ui/tabs';
 import {Toolbar} from './ui/toolbar';
 import {TrafficPanel} from './ui/traffic_panel';
@@ -47,6 +48,7 @@ const injected = new InjectedCard(state, access);
 const trials = h(
   'div',
   {class: 'panel'},
+  new RunCard(state, access).element,
   new InjectCard(state, access).element,
   injected.element
 );

@@ -33,6 +33,8 @@ export type {
   Fault,
   FaultList,
   ListenerStatus,
+  OrderProgress,
+  ProgramStatus,
   RobotLooks,
   Outcome,
   Permission,

@@ -5,6 +5,7 @@ import type {
   FaultList,
   ListFaultKindsResponse,
   Permission,
+  ProgramStatus,
   RegisterInfo,
   ServerStatus,
   Snapshot,
@@ -35,6 +36,7 @@ export class State {
   permission: Permission | null = null;
   registerMap: RegisterInfo[] = [];
   faults: FaultList | null = null;
+  programs: ProgramStatus | null = null;
   faultKinds: ListFaultKindsResponse | null = null;
   connected = false;
   retryIn_s = 0;
@@ -46,6 +48,7 @@ export class State {
   readonly statusChanged = new Signal<ServerStatus>();
   readonly registersChanged = new Signal<number[]>();
   readonly faultsChanged = new Signal<FaultList>();
+  readonly programsChanged = new Signal<ProgramStatus>();
   readonly faultKindsChanged = new Signal<ListFaultKindsResponse>();
   readonly wireEvents = new Signal<WireEvents>();
   /** About ten times a second, for what people read. */
@@ -123,6 +126,10 @@ export class State {
       case 'faults':
         this.faults = body.value;
         this.faultsChanged.emit(body.value);
+        break;
+      case 'programs':
+        this.programs = body.value;
+        this.programsChanged.emit(body.value);
         break;
       case 'faultKinds':
         this.faultKinds = body.value;
