@@ -71,7 +71,7 @@ Listener listener_of(const std::string& name, const Config& config) {
             by_token(config.web, !config.web.control && config.web.token.empty())};
   }
   return {config.web.address, by_token(config.web, !config.web.control) +
-                                  (may_start_programs(config) ? ", and start its programs" : "")};
+                                  (may_start_programs(config) ? "; who may command may start programs" : "")};
 }
 
 }  // namespace

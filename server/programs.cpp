@@ -21,6 +21,7 @@ using process::ChildProcess;
 using SteadyClock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kLookPeriod{50};
+constexpr std::size_t kBytesPerLook = std::size_t{16} << 10;  // a flood waits in its pipe
 constexpr const char* kDemo = "demo";
 
 /// How a program has ended, in words.
@@ -153,7 +154,7 @@ void Programs::serve(Child& child) {
   while (true) {
     // Asked first: what it has said before its end is then all there.
     code = child.process.ended();
-    const auto lines = child.process.lines();
+    const auto lines = code ? child.process.lines() : child.process.lines(kBytesPerLook);
     for (const std::string& line : lines) {
       if (const auto text = take_line(line, status)) child.log.warn(status.name + ": " + *text);
     }

@@ -129,9 +129,9 @@ ChildProcess::~ChildProcess() {
   waitpid(pid_, nullptr, 0);
 }
 
-std::vector<std::string> ChildProcess::lines() {
+std::vector<std::string> ChildProcess::lines(std::size_t most) {
   std::array<char, 4096> buffer{};
-  for (std::size_t taken = 0; output_ >= 0 && taken < kMostAtOnce;) {
+  for (std::size_t taken = 0; output_ >= 0 && taken < most;) {
     const ssize_t size = read(output_, buffer.data(), buffer.size());
     if (size < 0) break;
     if (size == 0) {
@@ -149,7 +149,7 @@ std::vector<std::string> ChildProcess::lines() {
     begin = end + 1;
   }
   pending_.erase(0, begin);
-  if (pending_.size() > kMostAtOnce) pending_.clear();
+  if (pending_.size() > kLongestLine) pending_.clear();
   return out;
 }
 

@@ -15,7 +15,7 @@ namespace aprsim::process {
 /// Thread: one.
 class ChildProcess {
  public:
-  static constexpr std::size_t kMostAtOnce = std::size_t{1} << 20;
+  static constexpr std::size_t kLongestLine = std::size_t{1} << 20;  ///< [bytes]
 
   enum class Pipes {
     kNone,
@@ -34,9 +34,9 @@ class ChildProcess {
   ChildProcess(ChildProcess&& other) noexcept;
   ChildProcess& operator=(ChildProcess&&) = delete;
 
-  /// Whole lines that it has written since the last call, of the next kMostAtOnce bytes; never
-  /// waits. One longer than that is lost. The last one of a program that has ended needs no end.
-  [[nodiscard]] std::vector<std::string> lines();
+  /// Whole lines that it has written since the last call, of about the next `most` bytes; never
+  /// waits. One longer than kLongestLine is lost. The last one needs no end.
+  [[nodiscard]] std::vector<std::string> lines(std::size_t most = kLongestLine);
   /// A line to its input; what it does not read in time is lost with it.
   void write_line(const std::string& line);
   void close_input();

@@ -87,8 +87,8 @@ TEST(Exposure, ProgramsAreForThisMachineUnlessToldOtherwise) {
   config.web.address = "10.0.0.7";
   EXPECT_EQ(exposures(config, {{"web", 5}}),
             std::vector<std::string>{"web is open to other machines at 10.0.0.7:5: whoever reaches "
-                                     "it may command the cell; no token is asked for, and start "
-                                     "its programs"});
+                                     "it may command the cell; no token is asked for; who may "
+                                     "command may start programs"});
   config.web.control = false;
   EXPECT_FALSE(may_start_programs(config)) << "who may not command starts nothing";
   config = {};
