@@ -3,8 +3,6 @@
 #include <chrono>
 #include <cmath>
 #include <condition_variable>
-#include <cstdlib>
-#include <filesystem>
 #include <mutex>
 #include <stop_token>
 #include <string>
@@ -21,10 +19,9 @@
 #include "protocols/vision/vision_server.hpp"
 #include "protocols/web/web_server.hpp"
 #include "server/cell_news.hpp"
-#include "server/exposure.hpp"
+#include "server/cell_programs.hpp"
 #include "server/metrics.hpp"
 #include "server/process.hpp"
-#include "server/programs.hpp"
 #include "server/version.hpp"
 #include "world/simulation.hpp"
 
@@ -203,57 +200,6 @@ vision_server::VisionServerOptions vision_options(const Config& all, const std::
   return options;
 }
 
-/// Where programs on this machine find the cell.
-std::string host_for_programs(const Config& config) {
-  const std::string& address = config.crcl.address;
-  return address == "0.0.0.0" ? "127.0.0.1" : address == "::" ? "::1" : address;
-}
-
-/// The programs that pages may start, with a file that tells them the ports.
-class PagePrograms {
- public:
-  explicit PagePrograms(const Config& config) {
-    if (!may_start_programs(config)) return;
-    std::error_code failed;
-    std::string name = (std::filesystem::temp_directory_path(failed) / "aprsimd-XXXXXX").string();
-    if (failed || mkdtemp(name.data()) == nullptr) {
-      spdlog::warn("programs: no directory for their ports file; pages start none");
-      return;
-    }
-    directory_ = name;
-    ProgramsOptions options;
-    options.programs = known_programs(config.scene, host_for_programs(config), ports_path());
-    options.environment["APRSIM_TOKEN"] = config.web.token;
-    programs_ = std::make_unique<Programs>(std::move(options));
-  }
-  ~PagePrograms() {
-    programs_.reset();
-    file_.reset();
-    std::error_code ignored;
-    if (!directory_.empty()) std::filesystem::remove(directory_, ignored);
-  }
-  PagePrograms(const PagePrograms&) = delete;
-  PagePrograms& operator=(const PagePrograms&) = delete;
-
-  [[nodiscard]] Result<void> tell(const Ports& ports) {
-    if (!programs_) return {};
-    file_ = std::make_unique<PortsFile>();
-    return file_->write(ports_path(), ports);
-  }
-  /// Tells what runs to end.
-  void close() {
-    if (programs_) programs_->close();
-  }
-  [[nodiscard]] web::ProgramRunner* get() const { return programs_.get(); }
-
- private:
-  [[nodiscard]] std::string ports_path() const { return directory_ + "/ports.json"; }
-
-  std::string directory_;
-  std::unique_ptr<PortsFile> file_;
-  std::unique_ptr<Programs> programs_;
-};
-
 /// Says which interface it was, and what to try.
 tl::unexpected<Error> not_listening(const std::string& name, const std::string& key, Error error) {
   error.field = key;
@@ -267,7 +213,7 @@ tl::unexpected<Error> not_listening(const std::string& name, const std::string& 
 /// Listeners are declared after the simulation that they refer to, so they end before it.
 class Daemon::Impl {
  public:
-  Impl(const Config& config, std::shared_ptr<const scene::Scene> scene)
+  Impl(const Config& config, std::shared_ptr<const scene::Scene> scene, bool demo)
       : simulation_(scene, simulation_options(config, *scene)),
         token_(config.web.token.empty()
                    ? nullptr
@@ -276,7 +222,8 @@ class Daemon::Impl {
                                simulation_.virtual_time()),
                 simulation_, simulation_),
         telemetry_(telemetry_options(config, token_, simulation_.virtual_time()), simulation_,
-                   simulation_) {
+                   simulation_),
+        programs_(config, demo) {
     for (std::size_t i = 0; i < scene->robots.size(); ++i) {
       const std::string& name = scene->robots[i].name;
       const int index = static_cast<int>(i);
@@ -289,7 +236,6 @@ class Daemon::Impl {
            std::make_unique<vision_server::VisionServer>(
                vision_options(config, name, index, simulation_.virtual_time()), simulation_)});
     }
-    programs_ = std::make_unique<PagePrograms>(config);
     if (config.web.enabled) make_web(config, *scene);
   }
 
@@ -313,7 +259,7 @@ class Daemon::Impl {
     auto grpc = telemetry_.start();
     if (!grpc) return not_listening("grpc", "grpc.port", grpc.error());
     ports["grpc"] = *grpc;
-    if (auto told = programs_->tell(ports); !told) return tl::unexpected(told.error());
+    if (auto begun = programs_.begin(ports); !begun) return tl::unexpected(begun.error());
     ports_ = ports;  // before the page's thread starts to read it
     if (web_) {
       auto web = web_->start();
@@ -331,7 +277,7 @@ class Daemon::Impl {
   /// Listeners end side by side, since each may wait a while for its slowest client; the page's
   /// first, which counts the others' connections.
   void stop() {
-    if (programs_) programs_->close();
+    programs_.close();
     if (web_) web_->stop();
     {
       std::vector<std::jthread> ending;
@@ -343,7 +289,7 @@ class Daemon::Impl {
       ending.emplace_back([this] { telemetry_.stop(); });
     }
     simulation_.stop();
-    programs_.reset();
+    programs_.end();
     if (news_.joinable()) {
       news_.request_stop();
       news_.join();
@@ -372,7 +318,7 @@ class Daemon::Impl {
     options.token = token_;
     options.crcl_tap = &crcl_tap_;
     options.modbus_tap = &modbus_tap_;
-    options.programs = programs_->get();
+    options.programs = programs_.for_pages();
     options.listeners = [this] { return listeners(); };
     options.metrics = [this] { return metrics_text(metrics_sources()); };
     web_ = std::make_unique<web::WebServer>(std::move(options), simulation_, simulation_);
@@ -426,13 +372,13 @@ class Daemon::Impl {
   modbus_server::ModbusServer modbus_;
   telemetry::TelemetryServer telemetry_;
   Ports ports_;  // of the other listeners, for the page
-  std::unique_ptr<PagePrograms> programs_;
+  CellPrograms programs_;
   std::unique_ptr<web::WebServer> web_;
   std::jthread news_;
 };
 
-Daemon::Daemon(const Config& config, std::shared_ptr<const scene::Scene> scene)
-    : impl_(std::make_unique<Impl>(config, std::move(scene))) {}
+Daemon::Daemon(const Config& config, std::shared_ptr<const scene::Scene> scene, bool demo)
+    : impl_(std::make_unique<Impl>(config, std::move(scene), demo)) {}
 Daemon::~Daemon() = default;
 Result<Ports> Daemon::start() { return impl_->start(); }
 void Daemon::stop() { impl_->stop(); }

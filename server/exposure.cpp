@@ -70,8 +70,9 @@ Listener listener_of(const std::string& name, const Config& config) {
     return {config.grpc.address,
             by_token(config.web, !config.web.control && config.web.token.empty())};
   }
-  return {config.web.address, by_token(config.web, !config.web.control) +
-                                  (may_start_programs(config) ? "; who may command may start programs" : "")};
+  return {config.web.address,
+          by_token(config.web, !config.web.control) +
+              (may_start_programs(config) ? "; who may command may start programs" : "")};
 }
 
 }  // namespace

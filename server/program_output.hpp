@@ -9,9 +9,9 @@
 
 namespace aprsim::server {
 
-inline constexpr std::size_t kMostOrders = 64;       ///< of a program's that are told
-inline constexpr std::size_t kMostLines = 100;       ///< of what it says that are kept
-inline constexpr std::size_t kLongestText = 200;     ///< bytes of a line or name
+inline constexpr std::size_t kMostOrders = 64;        ///< of a program's that are told
+inline constexpr std::size_t kMostLines = 100;        ///< of what it says that are kept
+inline constexpr std::size_t kLongestText = 200;      ///< bytes of a line or name
 inline constexpr std::size_t kLongestReport = 16384;  ///< bytes
 
 /// Takes a line of a program's output into the status: a JSON object with "progress" ("time_s",

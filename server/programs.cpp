@@ -22,8 +22,6 @@ using SteadyClock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kLookPeriod{50};
 constexpr std::size_t kBytesPerLook = std::size_t{16} << 10;  // a flood waits in its pipe
-constexpr const char* kDemo = "demo";
-
 /// How a program has ended, in words.
 std::string end_of(int code, bool told_to, bool killed) {
   if (killed) return "killed: it did not end when it was told to";
@@ -47,7 +45,10 @@ struct Programs::Child {
 Programs::Programs(ProgramsOptions options) : options_(std::move(options)) {
   web::ProgramStatus none;
   for (const Program& program : options_.programs) none.offers.push_back(program.offer);
-  if (none.offers.empty()) none.refusal = "no program is known for this scene";
+  none.refusal = options_.refusal;
+  if (none.offers.empty() && none.refusal.empty()) {
+    none.refusal = "No program is known for this scene.";
+  }
   publish(none);
   thread_ = std::jthread([this] { run(); });
 }
@@ -68,6 +69,13 @@ const Program* Programs::find(const std::string& name) const {
 }
 
 Result<void> Programs::start(const std::string& name, std::optional<std::uint64_t> seed) {
+  if (!options_.refusal.empty()) {
+    return fail(ErrorCode::kFailedPrecondition, "programs", options_.refusal);
+  }
+  return launch(name, seed);
+}
+
+Result<void> Programs::launch(const std::string& name, std::optional<std::uint64_t> seed) {
   const Program* program = find(name);
   if (program == nullptr) {
     return fail(ErrorCode::kNotFound, "name",
@@ -87,6 +95,7 @@ Result<void> Programs::start(const std::string& name, std::optional<std::uint64_
   stop_wanted_ = false;
   auto starting = std::make_shared<web::ProgramStatus>();
   starting->offers = status_->offers;
+  starting->refusal = status_->refusal;
   starting->name = name;
   starting->running = true;
   status_ = std::move(starting);
@@ -95,6 +104,9 @@ Result<void> Programs::start(const std::string& name, std::optional<std::uint64_
 }
 
 Result<void> Programs::stop() {
+  if (!options_.refusal.empty()) {
+    return fail(ErrorCode::kFailedPrecondition, "programs", options_.refusal);
+  }
   const std::lock_guard lock(mutex_);
   if (!busy_) return fail(ErrorCode::kFailedPrecondition, "name", "no program runs");
   stop_wanted_ = true;
@@ -125,7 +137,7 @@ void Programs::run() {
         ChildProcess::start(command, {options_.environment.begin(), options_.environment.end()}, "",
                             ChildProcess::Pipes::kOutputAndErrors);
     if (process) {
-      spdlog::info("programs: {} started from the page", status.name);
+      spdlog::info("programs: {} started", status.name);
       Child child{.process = std::move(*process),
                   .status = std::move(status),
                   .log = protocols::LimitedLog("programs")};
@@ -141,8 +153,9 @@ void Programs::run() {
     } else {
       spdlog::info("programs: {}: {}", status.name, status.ended);
     }
-    publish(status);
+    auto last = std::make_shared<const web::ProgramStatus>(std::move(status));
     lock.lock();
+    status_ = std::move(last);
     busy_ = false;
   }
 }

@@ -515,10 +515,10 @@ void add_scenario(CLI::App& app, CommandLine& line) {
       *scenario, line, "check", "Read a scenario and plan it, and say what is wrong with it");
   add_scenario_name(*check, check_command->name, check_command->seed);
   offer_json(*check, line);
-  auto [run, command] = add<ScenarioRunCommand>(
-      *scenario, line, "run",
-      "Run a scenario, in a daemon of its own or in the cell that runs, and compare the outcome with "
-      "what is expected");
+  auto [run, command] = add<ScenarioRunCommand>(*scenario, line, "run",
+                                                "Run a scenario, in a daemon of its own or in the "
+                                                "cell that runs, and compare the outcome with "
+                                                "what is expected");
   add_scenario_name(*run, command->name, command->seed);
   run->add_option_function<std::string>(
          "--speed",

@@ -26,8 +26,8 @@ nlohmann::ordered_json progress_json(const RunProgress& progress) {
                       {"parts", order.parts},
                       {"parts_wanted", order.parts_wanted}});
   }
-  return {{"progress",
-           {{"time_s", progress.time_s}, {"placed", progress.placed}, {"orders", orders}}}};
+  return {
+      {"progress", {{"time_s", progress.time_s}, {"placed", progress.placed}, {"orders", orders}}}};
 }
 
 /// Tells of a run on the console, for people or, by --progress, for programs.

@@ -55,7 +55,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
     std::uint64_t faults = ~std::uint64_t{0};  ///< revision of the list that it has
   } next_events;
   std::shared_ptr<const void> programs;  ///< the status that it has
-  std::string noted;  ///< what was last noted of its jog
+  std::string noted;                     ///< what was last noted of its jog
 
  private:
   void on_message(std::string_view data);

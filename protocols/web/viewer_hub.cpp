@@ -321,8 +321,8 @@ Result<void> ViewerHub::command_programs(const v1::ViewerRequest& request) {
   }
   if (request.has_stop_program()) return options_.programs->stop();
   const v1::StartProgram& start = request.start_program();
-  return options_.programs->start(
-      start.name(), start.has_seed() ? std::optional(start.seed()) : std::nullopt);
+  return options_.programs->start(start.name(),
+                                  start.has_seed() ? std::optional(start.seed()) : std::nullopt);
 }
 
 Result<void> ViewerHub::write_register(const v1::WriteRegister& write) {

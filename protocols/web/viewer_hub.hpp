@@ -81,8 +81,7 @@ class ViewerHub {
   std::vector<Awaited> awaited_;
   FaultLog faults_;
   api::SnapshotPtr sent_;
-  Clock::time_point sent_at_{}, registers_at_{}, status_at_{}, faults_at_{},
-      programs_at_{};
+  Clock::time_point sent_at_{}, registers_at_{}, status_at_{}, faults_at_{}, programs_at_{};
   v1::ViewerUpdate update_;  // keeps its memory from message to message
   std::vector<protocols::WireEventPtr> events_;
 };

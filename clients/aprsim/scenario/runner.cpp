@@ -151,18 +151,14 @@ Outcome<Place> own_place(const scenario::Plan& plan, const RunDirectory& directo
   return place;
 }
 
-Outcome<Place> running_place(const RunningCell& cell) {
-  Place place{.endpoints = cell.endpoints, .ports_file = cell.ports_file};
-  return place;
-}
-
 /// Sets a cell that runs already to its beginning, where it waits.
 Outcome<void> make_ready(const scenario::Scenario& scenario, const scenario::Plan& plan,
                          CellConnection& cell) {
   if (scenario.own_parts) {
     return failed(FailureKind::kUsage,
-                  scenario.file + ": a running cell keeps its own parts, and this scenario takes "
-                                  "some out or puts some in");
+                  scenario.file +
+                      ": a running cell keeps its own parts, and this scenario takes "
+                      "some out or puts some in");
   }
   const auto description = cell.cell();
   if (!description) return tl::unexpected(description.error());
@@ -171,7 +167,10 @@ Outcome<void> make_ready(const scenario::Scenario& scenario, const scenario::Pla
                                            ", and the cell has scene " + description->scene());
   }
   if (const auto paused = cell.pause(); !paused) return tl::unexpected(paused.error());
-  if (const auto reset = cell.reset(plan.seed); !reset) return tl::unexpected(reset.error());
+  if (const auto reset = cell.reset(plan.seed); !reset) {
+    static_cast<void>(cell.resume());
+    return tl::unexpected(reset.error());
+  }
   return {};
 }
 
@@ -181,10 +180,9 @@ std::vector<std::string> controller_command(const scenario::Scenario& scenario,
   // Polls as often in simulated time as at real speed, as far as that is possible.
   const double poll_ms =
       options.virtual_time ? 25 : std::clamp(25 / options.speed.value_or(25), 1.0, 25.0);
-  std::vector<std::string> out = {
-      "python3",   process::kitting_program(),  "--cell",  scenario.cell,
-      "--host",    place.endpoints.host,        "--order", "-",
-      "--poll-ms", fmt::format("{}", poll_ms)};
+  std::vector<std::string> out = {"python3",   process::kitting_program(), "--cell",  scenario.cell,
+                                  "--host",    place.endpoints.host,       "--order", "-",
+                                  "--poll-ms", fmt::format("{}", poll_ms)};
   if (!place.ports_file.empty()) {
     out.insert(out.end(), {"--ports-file", place.ports_file});
   }
@@ -551,24 +549,29 @@ Outcome<RunResult> run_scenario(const scenario::Scenario& scenario, const scenar
   }
   const std::string pacers =
       options.virtual_time ? pacers_of(robots_of(scenario, plan), options.controller.empty()) : "";
-  auto place = options.cell ? running_place(*options.cell) : own_place(plan, directory, pacers);
+  auto place = options.cell ? Place{options.cell->endpoints, options.cell->ports_file, {}}
+                            : own_place(plan, directory, pacers);
   if (!place) return tl::unexpected(place.error());
   CellConnection cell(place->endpoints);
   if (options.cell) {
     if (auto ready = make_ready(scenario, plan, cell); !ready) return tl::unexpected(ready.error());
   }
+  // However a run fails, somebody else's cell goes on.
+  const auto fail_with = [&](Failure failure) {
+    if (options.cell) static_cast<void>(cell.resume());
+    return tl::unexpected(std::move(failure));
+  };
   auto description = cell.cell();
-  if (!description) return tl::unexpected(description.error());
+  if (!description) return fail_with(description.error());
 
   std::optional<ChildProcess> controller;
   if (waits) {
     listener.event({0, "waits for a controller; ports: " + place->ports_file});
   } else {
-    auto started =
-        ChildProcess::start(controller_command(scenario, options, *place),
-                            {{"APRSIM_PORTS_FILE", place->ports_file}},
-                            directory.file("controller.log"), ChildProcess::Pipes::kInputAndOutput);
-    if (!started) return failed(FailureKind::kUsage, started.error().message);
+    auto started = ChildProcess::start(
+        controller_command(scenario, options, *place), {{"APRSIM_PORTS_FILE", place->ports_file}},
+        directory.file("controller.log"), ChildProcess::Pipes::kInputAndOutput);
+    if (!started) return fail_with({FailureKind::kUsage, started.error().message});
     controller.emplace(std::move(*started));
   }
 
@@ -586,10 +589,7 @@ Outcome<RunResult> run_scenario(const scenario::Scenario& scenario, const scenar
   const interruption::Cleanup cleanup;
   if (!place->daemon) {
     run.end_faults();
-    if (!watched) {
-      static_cast<void>(cell.resume());
-      return tl::unexpected(watched.error());
-    }
+    if (!watched) return fail_with(watched.error());
   } else {
     place->daemon->stop(kEndTime);
     if (!watched) {

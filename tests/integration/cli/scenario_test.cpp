@@ -106,14 +106,14 @@ TEST(ScenarioRun, ACellOfAnotherSceneOrWithOtherPartsIsRefused) {
   const TemporaryDirectory directory;
   const auto file = directory.write("short.yaml", kShort);
   const DaemonProcess daemon({"--scene", "aprs_2024", "--speed", "stepped"});
-  const auto other = run_scenario_command(
-      {"run", file, "--attach", "--ports-file", daemon.ports_file()});
+  const auto other =
+      run_scenario_command({"run", file, "--attach", "--ports-file", daemon.ports_file()});
   EXPECT_EQ(other.exit_code, 2) << other.out;
   EXPECT_NE(other.err.find("is for scene aprs, and the cell has scene aprs_2024"),
             std::string::npos)
       << other.err;
-  const auto parts = run_scenario_command(
-      {"run", "belt_supply", "--attach", "--ports-file", daemon.ports_file()});
+  const auto parts =
+      run_scenario_command({"run", "belt_supply", "--attach", "--ports-file", daemon.ports_file()});
   EXPECT_EQ(parts.exit_code, 2) << parts.out;
   EXPECT_NE(parts.err.find("a running cell keeps its own parts"), std::string::npos) << parts.err;
   EXPECT_EQ(run_scenario_command({"run", file, "--attach", "--virtual"}).exit_code, 2);

@@ -32,8 +32,8 @@ TEST(ProgramOutput, WhatIsSaidIsKeptAsLines) {
   ProgramStatus status;
   EXPECT_FALSE(take_line(R"({"time_s": 1.25, "what": "fault begins: belt-jam"})", status));
   EXPECT_FALSE(take_line(R"({"who": "fanuc", "text": "is ready", "at_s": 0.5})", status));
-  EXPECT_EQ(status.lines, (std::vector<std::string>{"1.25 s: fault begins: belt-jam",
-                                                    "fanuc: is ready"}));
+  EXPECT_EQ(status.lines,
+            (std::vector<std::string>{"1.25 s: fault begins: belt-jam", "fanuc: is ready"}));
   EXPECT_FALSE(take_line(R"({"report": "kits 4\nright 3\n"})", status));
   EXPECT_EQ(status.report, "kits 4\nright 3\n");
 }

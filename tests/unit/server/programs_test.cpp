@@ -37,7 +37,9 @@ class ProgramsTest : public ::testing::Test {
     const auto status = programs->status();
     return std::ranges::find(status->lines, line) != status->lines.end();
   }
-  [[nodiscard]] bool ended() const { return eventually([&] { return !programs->status()->running; }); }
+  [[nodiscard]] bool ended() const {
+    return eventually([&] { return !programs->status()->running; });
+  }
 
   std::chrono::milliseconds patience = 20s;
   std::unique_ptr<Programs> programs;
@@ -82,8 +84,7 @@ TEST_F(ProgramsTest, OneThatCannotBeStartedIsTold) {
   ASSERT_TRUE(programs->start("gone", {}));
   ASSERT_TRUE(ended());
   EXPECT_TRUE(programs->status()->failed);
-  EXPECT_EQ(programs->status()->ended,
-            "cannot start /no/such/program: No such file or directory");
+  EXPECT_EQ(programs->status()->ended, "cannot start /no/such/program: No such file or directory");
 }
 
 TEST_F(ProgramsTest, RefusesWhatCannotBe) {

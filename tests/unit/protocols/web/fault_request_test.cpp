@@ -49,7 +49,8 @@ TEST_F(FaultRequest, IsAnsweredOnceTheCellHasTakenIt) {
   request.set_id(77);
   client.send(request);
   ASSERT_TRUE(world.wait_for_commands(1));
-  const auto fault = std::get<api::InjectFault>(std::get<api::FaultCommand>(world.commands()[0].body));
+  const auto fault =
+      std::get<api::InjectFault>(std::get<api::FaultCommand>(world.commands()[0].body));
   EXPECT_EQ(fault.kind, "gripper-leak");
   EXPECT_EQ(fault.target, "fanuc");
   EXPECT_EQ(fault.parameters.at("over"), 5);
@@ -79,8 +80,8 @@ TEST_F(FaultRequest, WhatTheCellRefusesIsTold) {
   ASSERT_TRUE(world.wait_for_commands(1));
   world.publish([](api::Snapshot& s) {
     s.applied = 1;
-    s.failures = std::make_shared<const std::vector<api::CommandFailure>>(
-        std::vector<api::CommandFailure>{
+    s.failures =
+        std::make_shared<const std::vector<api::CommandFailure>>(std::vector<api::CommandFailure>{
             {1, {ErrorCode::kNotFound, "id", "no fault 9 waits or lasts"}}});
   });
   const auto outcome = client.next([](const auto& u) { return u.has_outcome(); });

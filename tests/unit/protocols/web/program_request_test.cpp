@@ -64,8 +64,8 @@ TEST_F(ProgramRequest, StartsAndStops) {
   EXPECT_EQ(refused.message(), "demo runs");
   request.mutable_stop_program();
   EXPECT_TRUE(client.ask(request).ok());
-  EXPECT_EQ(programs.asked(), (std::vector<std::string>{"start clean_2017 4", "start demo",
-                                                        "start busy", "stop"}));
+  EXPECT_EQ(programs.asked(),
+            (std::vector<std::string>{"start clean_2017 4", "start demo", "start busy", "stop"}));
   EXPECT_TRUE(world.commands().empty());
 }
 
@@ -84,8 +84,13 @@ TEST_F(ProgramRequest, ProgressIsTold) {
                  .running = true,
                  .time_s = 3.5,
                  .placed = 4,
-                 .orders = {{.name = "kits", .tray = "kit", .state = "open", .kits = 2, .done = 1,
-                             .parts = 5, .parts_wanted = 8}},
+                 .orders = {{.name = "kits",
+                             .tray = "kit",
+                             .state = "open",
+                             .kits = 2,
+                             .done = 1,
+                             .parts = 5,
+                             .parts_wanted = 8}},
                  .lines = {"3.50 s: announced: kits"},
                  .report = "table"});
   const auto next = client.next([](const auto& u) { return u.has_programs(); });
