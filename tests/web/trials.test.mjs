@@ -1,4 +1,4 @@
-// Injected faults on the page: the form, the list, the timeline.
+// Injected faults, the demo and scenarios on the page.
 import assert from 'node:assert/strict';
 import {after, before, test} from 'node:test';
 import {Daemon, openBrowser, openPage, stopAll, until} from './harness.mjs';
@@ -35,13 +35,18 @@ test('every kind that the daemon has can be chosen, with its ranges', async () =
   await field('target-0').selectOption('motoman');
   assert.equal(await field('target-1').locator('option').count(), 7);
   assert.equal(await field('parameter-share').getAttribute('placeholder'), '0.3');
-  assert.match(await page.getByLabel(/^share/).evaluate((i) => i.closest('label').textContent), /0.01 to 1/);
+  assert.match(
+    await page.getByLabel(/^share/).evaluate((i) => i.closest('label').textContent),
+    /0.01 to 1/
+  );
 });
 
 test('what the daemon refuses is told in its words', async () => {
   await field('parameter-share').fill('7');
   await field('inject').click();
-  await until('a refusal', async () => /share is 7, must be within 0.01 to 1/.test(await complaint()));
+  await until('a refusal', async () =>
+    /share is 7, must be within 0.01 to 1/.test(await complaint())
+  );
   await field('parameter-share').fill('a bit');
   await field('inject').click();
   await until('a complaint', async () => /“a bit” is no number/.test(await complaint()));
@@ -62,12 +67,27 @@ test('a fault begins at once, is on the timeline, and ends by its button', async
   const [id] = (await line.getAttribute('data-testid')).match(/\d+/);
   assert.equal(await field('timeline-' + id).getAttribute('data-state'), 'lasts');
   assert.match(await field('timeline-' + id).getAttribute('title'), /share 0.5/);
-  const since = Number((await field('timeline-' + id).locator('small').textContent()).match(/since ([\d.]+) s/)[1]);
+  const since = Number(
+    (
+      await field('timeline-' + id)
+        .locator('small')
+        .textContent()
+    ).match(/since ([\d.]+) s/)[1]
+  );
   assert.ok(since >= begin, `since ${since}, asked at ${begin}`);
   await line.getByRole('button').click();
-  await until('its end', async () => (await field('timeline-' + id).getAttribute('data-state')) === 'over');
-  await until('an empty list', async () => /None waits/.test(await field('injected-faults').textContent()));
-  const [, from, to] = (await field('timeline-' + id).locator('small').textContent()).match(/([\d.]+) s, to ([\d.]+) s/);
+  await until(
+    'its end',
+    async () => (await field('timeline-' + id).getAttribute('data-state')) === 'over'
+  );
+  await until('an empty list', async () =>
+    /None waits/.test(await field('injected-faults').textContent())
+  );
+  const [, from, to] = (
+    await field('timeline-' + id)
+      .locator('small')
+      .textContent()
+  ).match(/([\d.]+) s, to ([\d.]+) s/);
   assert.ok(Number(from) === since && Number(to) > since, `${from} to ${to}`);
 });
 
@@ -91,7 +111,9 @@ test('a fault waits for a time, and for an event that the page reports', async (
   await field('event-name').fill('order-submitted');
   await field('report-event').click();
   await until('its begin', async () =>
-    /belt-jam/.test(await page.locator('[data-testid=injected-faults] > li[data-state=lasts]').textContent())
+    /belt-jam/.test(
+      await page.locator('[data-testid=injected-faults] > li[data-state=lasts]').textContent()
+    )
   );
 });
 
@@ -105,4 +127,64 @@ test('a page that comes later sees what has been, and a reset ends it', async ()
   await until('an empty timeline', async () => !(await other.locator('.fault-line').isVisible()));
   await other.close();
   assert.deepEqual(page.complaints, []);
+});
+
+const now = (of = page) => field('program-state', of).textContent();
+const speed = async (robot) => Number.parseFloat(await field(`speed-${robot}`).textContent());
+
+test('the demo moves a robot within ten seconds, tells how far its kits are, and stops', async () => {
+  assert.match(await now(), /nothing runs/);
+  assert.ok(await field('stop-program').isDisabled());
+  const begin = await time();
+  await field('run-demo').click();
+  const moved = await until('motion', async () => {
+    const at = await time();
+    return ((await speed('fanuc')) > 0 || (await speed('motoman')) > 0) && at;
+  });
+  assert.ok(moved - begin < 10, `asked at ${begin} s, moves at ${moved} s`);
+  await until('parts that are placed', async () => /demo runs: [1-9]/.test(await now()), 180000);
+  assert.ok((await field('orders').locator('li').count()) >= 2);
+  const parts = await field('orders')
+    .locator('progress')
+    .evaluateAll((bars) => bars.reduce((sum, {value}) => sum + value, 0));
+  assert.ok(parts >= 1, `${parts} parts in kits`);
+  assert.ok(await field('run-scenario').isDisabled());
+  assert.match(await field('run-scenario').getAttribute('title'), /demo runs; stop it first/);
+  await field('stop-program').click();
+  await until('its end', async () => /demo: stopped/.test(await now()));
+  await until('rest', async () => (await speed('fanuc')) === 0 && (await speed('motoman')) === 0);
+});
+
+test('a scenario runs in the cell: orders, its faults on the timeline, its report', async () => {
+  await field('scenario').selectOption('part_missing');
+  await field('seed').fill('a few');
+  await field('run-scenario').click();
+  const refusal = field('program-complaint');
+  await until('a complaint', async () =>
+    /“a few” is no whole number/.test(await refusal.textContent())
+  );
+  await field('seed').fill('3');
+  await field('run-scenario').click();
+  await until('its faults', async () => {
+    const rows = await page.locator('.fault-line li').allTextContents();
+    return (
+      rows.filter((row) => /part-missing part_medium_gear_[13].*at 2\./.test(row)).length === 2
+    );
+  });
+  await until('its end', async () => /part_missing: done/.test(await now()), 300000);
+  assert.match(await field('orders').textContent(), /table_kit.*done: 1 of 1 kits/);
+  const report = await field('program-report').textContent();
+  assert.match(report, /kept +kits_right 1, expected 1/);
+  assert.match(report, /seed 3\b/);
+  assert.deepEqual(page.complaints, []);
+});
+
+test('a page where programs are not to be started says so', async () => {
+  const other = await Daemon.start(['--set', 'web.programs=false']);
+  const view = await openPage(browser, other);
+  await view.getByRole('tab', {name: 'Trials'}).click();
+  await until('a reason', async () => /starts no programs/.test(await now(view)));
+  assert.ok(await field('run-demo', view).isDisabled());
+  assert.ok(await field('inject', view).isEnabled());
+  await other.stop();
 });

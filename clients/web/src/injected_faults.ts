@@ -1,5 +1,10 @@
 // The injected faults of a snapshot in simulated time and words.
-import {InjectedFaultState, type CellDescription, type InjectedFault, type Snapshot} from './protocol';
+import {
+  InjectedFaultState,
+  type CellDescription,
+  type InjectedFault,
+  type Snapshot
+} from './protocol';
 
 export interface FaultSpan {
   id: bigint;

@@ -70,10 +70,10 @@ TEST_F(ProgramsTest, OneDiesAndTheNextRuns) {
   EXPECT_TRUE(programs->status()->failed);
   EXPECT_EQ(programs->status()->ended, "ended with 3");
   EXPECT_TRUE(says("no cell"));
-  ASSERT_TRUE(eventually([&] { return programs->start("struck", {}).has_value(); }));
+  ASSERT_TRUE(programs->start("struck", {})) << "who is told of the end can start the next";
   ASSERT_TRUE(ended());
   EXPECT_EQ(programs->status()->ended, "ended by signal 11");
-  ASSERT_TRUE(eventually([&] { return programs->start("well", {}).has_value(); }));
+  ASSERT_TRUE(programs->start("well", {}));
   ASSERT_TRUE(ended());
   EXPECT_FALSE(programs->status()->failed);
   EXPECT_TRUE(programs->status()->lines.empty()) << "of the one before";
@@ -102,6 +102,19 @@ TEST_F(ProgramsTest, RefusesWhatCannotBe) {
   EXPECT_FALSE(programs->status()->failed);
 }
 
+TEST_F(ProgramsTest, PagesNeitherStartNorStopWhereTheyMayNot) {
+  ProgramsOptions options;
+  options.programs = {shell("waits", "exec sleep 1000")};
+  options.refusal = "not from here";
+  programs = std::make_unique<Programs>(std::move(options));
+  EXPECT_EQ(programs->status()->refusal, "not from here");
+  EXPECT_EQ(programs->start("waits", {}).error().message, "not from here");
+  ASSERT_TRUE(programs->launch("waits", {}));
+  EXPECT_EQ(programs->stop().error().message, "not from here");
+  EXPECT_TRUE(programs->status()->running);
+  EXPECT_EQ(programs->status()->refusal, "not from here");
+}
+
 TEST_F(ProgramsTest, OneThatDoesNotEndIsKilledWithItsChildren) {
   patience = 200ms;
   // The inner one tells its number, so that its end can be seen.
@@ -123,7 +136,7 @@ TEST_F(ProgramsTest, OneThatDoesNotEndIsKilledWithItsChildren) {
 TEST_F(ProgramsTest, AFloodIsHeldBackAndHarmsNothing) {
   with({shell("floods", "yes '{\"what\": \"more\"}'"), shell("shouts", "yes 'not even JSON'")});
   for (const char* name : {"floods", "shouts"}) {
-    ASSERT_TRUE(eventually([&] { return programs->start(name, {}).has_value(); }));
+    ASSERT_TRUE(programs->start(name, {}));
     ASSERT_TRUE(eventually([&] { return programs->status()->lines.size() == 100; }));
     ASSERT_TRUE(programs->stop());
     ASSERT_TRUE(ended()) << name;

@@ -50,7 +50,10 @@ export class FaultTimeline {
     text(this.from, `${from.toFixed(1)} s`);
     text(this.to, `${(from + width).toFixed(1)} s`);
     const rows = spans.map((span) => this.place(span, now, from, width));
-    if (rows.some((row, i) => this.list.children[i] !== row) || this.list.childElementCount > rows.length)
+    if (
+      rows.some((row, i) => this.list.children[i] !== row) ||
+      this.list.childElementCount > rows.length
+    )
       this.list.replaceChildren(...rows);
   }
 

@@ -12,6 +12,7 @@ type Trigger = Exclude<MessageInitShape<typeof InjectFaultRequestSchema>['trigge
 
 /** Simulated time as the wire has it. */
 export function duration(time_s: number): {seconds: bigint; nanos: number} {
+  if (Math.abs(time_s) > 1e9) throw new Error(`${time_s} s are too long a time`);
   const ns = Math.round(time_s * 1e9);
   const seconds = Math.trunc(ns / 1e9);
   return {seconds: BigInt(seconds), nanos: ns - seconds * 1e9};
@@ -23,6 +24,14 @@ export function numberIn(field: HTMLInputElement, name: string): number {
   const value = Number(text);
   if (text === '' || !Number.isFinite(value))
     throw new Error(`${name}: “${field.value}” is no number`);
+  return value;
+}
+
+/** The same, of whole numbers as the wire takes them. */
+function wholeIn(field: HTMLInputElement, name: string): number {
+  const value = numberIn(field, name);
+  if (!Number.isInteger(value) || value < 0 || value >= 2 ** 32)
+    throw new Error(`${name}: “${field.value}” is no whole number from 0`);
   return value;
 }
 
@@ -89,7 +98,7 @@ export class FaultTrigger {
       case 'grasped':
         return {
           case: 'grasped',
-          value: {robot: this.robot.value, count: whole(numberIn(this.count, 'grasp'))}
+          value: {robot: this.robot.value, count: wholeIn(this.count, 'grasp')}
         };
       case 'beam':
         return {case: 'beam', value: {eye: this.eye.value}};
@@ -100,7 +109,7 @@ export class FaultTrigger {
           value: {
             quantity: this.quantity.value,
             robot: this.ofRobot ? this.robot.value : '',
-            joint: this.ofJoint ? whole(numberIn(this.joint, 'joint')) : 0,
+            joint: this.ofJoint ? wholeIn(this.joint, 'joint') : 0,
             limit: {case: this.side.value === 'above' ? 'above' : 'below', value: limit}
           }
         };
@@ -152,11 +161,6 @@ function select(id: string, names: string[] = []): HTMLSelectElement {
   const choice = h('select', {'data-testid': id});
   fill(choice, names);
   return choice;
-}
-
-/** The wire takes whole numbers from 0; what is none becomes one that no cell has. */
-function whole(value: number): number {
-  return Number.isInteger(value) && value >= 0 && value < 2 ** 31 ? value : 2 ** 31;
 }
 
 function fill(choice: HTMLSelectElement, names: string[]): void {

@@ -48,11 +48,7 @@ export class InjectCard {
         this.parameters,
         this.trigger.element,
         this.lastsField,
-        h(
-          'div',
-          {class: 'row'},
-          h('button', {type: 'submit', 'data-testid': 'inject'}, 'Inject')
-        )
+        h('div', {class: 'row'}, h('button', {type: 'submit', 'data-testid': 'inject'}, 'Inject'))
       )
     );
     const report = access.guard(

@@ -22,7 +22,7 @@ export class InjectedCard {
   private show(snapshot: Snapshot): void {
     if (!this.state.cell) return;
     const open = spansOf(snapshot, this.state.cell).filter(({state}) => state !== 'over');
-    const key = open.map(({id, state}) => `${id} ${state}`).join();
+    const key = open.map((span) => `${span.id} ${span.title} ${timesOf(span)}`).join();
     if (key === this.shown) return;
     this.shown = key;
     this.count.hidden = open.length === 0;

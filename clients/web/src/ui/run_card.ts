@@ -58,18 +58,13 @@ export class RunCard {
     );
     const stop = access.guard(
       button('Stop', () => void this.stop(), {'data-testid': 'stop-program'}),
-      () => (this.status?.running ? '' : 'Nothing runs.')
+      () => this.status?.refusal || (this.status?.running ? '' : 'Nothing runs.')
     );
     this.choice.addEventListener('change', () => this.describe());
     this.element = card(
       'Demo and scenarios',
       h('div', {class: 'row'}, demo, stop, this.now),
-      h(
-        'fieldset',
-        {},
-        h('label', {}, 'scenario', this.choice),
-        h('label', {}, 'seed', this.seed)
-      ),
+      h('fieldset', {}, h('label', {}, 'scenario', this.choice), h('label', {}, 'seed', this.seed)),
       this.description,
       h('div', {class: 'row'}, run),
       this.complaint,
@@ -144,8 +139,7 @@ export class RunCard {
 }
 
 function stateOf(status: ProgramStatus): string {
-  if (status.refusal) return status.refusal;
-  if (!status.name) return 'nothing runs';
+  if (!status.name) return status.refusal || 'nothing runs';
   const parts = status.placed === 1 ? '1 part placed' : `${status.placed} parts placed`;
   const time = status.timeS > 0 ? `, ${status.timeS.toFixed(1)} s` : '';
   if (status.stopping && status.running) return `${status.name} is being stopped`;
