@@ -21,6 +21,9 @@ const guarded = [
   'stop-fanuc',
   'fanuc-gripper-open',
   'jog fanuc joint 1 plus',
+  'run-demo',
+  'run-scenario',
+  'stop-program',
   'inject'
 ];
 
