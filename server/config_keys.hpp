@@ -112,10 +112,10 @@ void visit(Archive& keys, WebConfig& web) {
   keys.key("hosts", web.hosts, ListOf<Text>{},
            "names of this machine in addresses, besides localhost");
   keys.key("programs", web.programs, Maybe<Flag>{},
-           "whether pages may start the kitting controller and scenarios as programs of the "
-           "daemon's; those of this machine may without, if they may command");
+           "whether pages that may command may start the kitting controller and scenarios, as "
+           "programs beside the daemon; without it those of an address of this machine alone");
   keys.require(!web.programs.value_or(false) || web.control,
-               "control true where programs is, for whoever starts programs commands");
+               "control: true beside programs: true, for whoever starts a program commands");
 }
 
 template <typename Archive>
