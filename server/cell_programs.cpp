@@ -28,13 +28,14 @@ std::string make_directory() {
 
 bool is_any(const std::string& address) { return address == "0.0.0.0" || address == "::"; }
 
-/// Where programs on this machine reach every listener; empty when that is not one place.
+/// Where programs on this machine reach every listener; none when that is not one address.
 std::optional<std::string> host_of(const Config& config) {
   const std::array all{config.crcl.address, config.modbus.address, config.vision.address,
                        config.grpc.address};
   const auto chosen = std::ranges::find_if_not(all, is_any);
   if (chosen == all.end()) {
-    return std::ranges::find(all, "0.0.0.0") == all.end() ? "::1" : "127.0.0.1";
+    const bool v4 = std::ranges::any_of(all, [](const std::string& a) { return a == "0.0.0.0"; });
+    return v4 ? "127.0.0.1" : "::1";
   }
   const bool fits = std::ranges::all_of(
       all, [&](const std::string& address) { return is_any(address) || address == *chosen; });
