@@ -6,6 +6,7 @@
 #include <string_view>
 #include <utility>
 
+#include "protocols/command_failure.hpp"
 #include "protocols/connection_places.hpp"
 #include "protocols/messages/control_request.hpp"
 #include "protocols/messages/write_message.hpp"
@@ -22,13 +23,6 @@ void write_receipt(const api::Snapshot& snapshot, api::Ticket ticket, v1::Receip
   receipt.set_epoch(snapshot.epoch);
   receipt.set_step(snapshot.step);
   protocols::write_message(snapshot.time, *receipt.mutable_sim_time());
-}
-
-/// Why the command could not be carried out; null = it was.
-const Error* failure_of(const api::Snapshot& snapshot, api::Ticket ticket) {
-  if (!snapshot.failures) return nullptr;
-  const auto found = std::ranges::find(*snapshot.failures, ticket, &api::CommandFailure::ticket);
-  return found == snapshot.failures->end() ? nullptr : &found->error;
 }
 
 /// What follows "Bearer" in the call's metadata; absent = there is none.
@@ -123,7 +117,7 @@ grpc::ServerUnaryReactor* ControlService::command(grpc::CallbackServerContext* c
   auto outcome = [ticket = *ticket, fill = std::move(fill)](
                      const api::Snapshot& snapshot) -> std::optional<grpc::Status> {
     if (snapshot.applied < ticket) return std::nullopt;
-    if (const Error* error = failure_of(snapshot, ticket)) return rpc_status(*error);
+    if (const Error* error = protocols::failure_of(snapshot, ticket)) return rpc_status(*error);
     fill(snapshot, ticket);
     return grpc::Status::OK;
   };
@@ -369,12 +363,7 @@ grpc::ServerUnaryReactor* ControlService::ReportEvent(grpc::CallbackServerContex
 grpc::ServerUnaryReactor* ControlService::ListFaultKinds(
     grpc::CallbackServerContext* context, const v1::ListFaultKindsRequest* /*request*/,
     v1::ListFaultKindsResponse* response) {
-  for (const auto& kind : faults::all_kinds()) {
-    protocols::write_message(kind, *response->add_kinds());
-  }
-  for (const auto& quantity : faults::all_quantities()) {
-    protocols::write_message(quantity, *response->add_quantities());
-  }
+  protocols::write_fault_kinds(*response);
   auto* reactor = context->DefaultReactor();
   reactor->Finish(grpc::Status::OK);
   return reactor;

@@ -41,9 +41,12 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"modbus", {}},
     {"proto", {}},
     {"protocols", {"crcl", "modbus", "proto", "world/fault_kinds", "world/api"}},
-    {"server", {"protocols", "crcl", "world/fault_kinds", "world", "world/api", "world/scene"}},
+    {"clients/process", {"world/api"}},
+    {"server",
+     {"protocols", "crcl", "clients/process", "world/fault_kinds", "world", "world/api",
+      "world/scene", "world/scenario"}},
     {"clients",
-     {"crcl", "modbus", "proto", "world/fault_kinds", "world/api", "world/scene",
+     {"crcl", "modbus", "clients/process", "proto", "world/fault_kinds", "world/api", "world/scene",
       "world/scenario"}},
 };
 

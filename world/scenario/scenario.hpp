@@ -91,6 +91,7 @@ struct Scenario {
   std::string scene_file;  ///< of the scene it is based on
   std::string scene_text;  ///< that scene with what the scenario takes out and puts in
   scene::Scene scene;      ///< the same, read
+  bool own_parts = false;  ///< it takes parts out of the scene or puts some in
   std::string cell;        ///< what the kitting controller calls the cell
   std::vector<std::string> controller_options;
   std::vector<Order> orders;

@@ -44,6 +44,14 @@ Result<std::string> find_scenario(const std::string& name_or_file, const scene::
                   (near.empty() ? "" : " (did you mean " + near + "?)"));
 }
 
+/// The file of a scene that a scenario names.
+Result<std::string> scene_of(const std::string& name, const std::string& scenario,
+                             const scene::DataPaths& paths) {
+  const bool beside = is_file(name) && !fs::path(name).is_absolute();
+  return scene::find_scene(beside ? (fs::path(scenario).parent_path() / name).string() : name,
+                           paths);
+}
+
 std::optional<double> read_optional(const yaml::Node& node, const yaml::Range& range) {
   return node ? std::optional(node.number(range)) : std::nullopt;
 }
@@ -114,9 +122,7 @@ class Reader {
   Result<void> read_scene(const yaml::Map& keys) {
     const std::string name = keys["scene"].text();
     if (document_.error()) return tl::unexpected(*document_.error());
-    const bool beside = is_file(name) && !fs::path(name).is_absolute();
-    const auto file = scene::find_scene(
-        beside ? (fs::path(out_.file).parent_path() / name).string() : name, paths_);
+    const auto file = scene_of(name, out_.file, paths_);
     if (!file) return refer(keys["scene"], file.error());
     out_.scene_file = *file;
     // What is wrong with the scene alone is told of the scene's own file.
@@ -126,6 +132,7 @@ class Reader {
     if (!text) return tl::unexpected(std::move(text.error()));
     auto tree = yaml::detail::parse(*text, *file);
     if (!tree) return tl::unexpected(std::move(tree.error()));
+    out_.own_parts = keys["remove"] || keys["supply"];
     for (const yaml::Node& node : keys["remove"].items()) {
       const std::string body = node.text();
       if (!remove_body(*tree, body)) node.unexpected("the name of a tray or gear in the scene");
@@ -356,14 +363,20 @@ Result<Scenario> load_scenario(const std::string& name_or_file, const scene::Dat
   return Reader(*document, std::move(*file), paths).read();
 }
 
-Result<std::string> describe_scenario(const std::string& name, const scene::DataPaths& paths) {
+Result<Summary> summarize_scenario(const std::string& name, const scene::DataPaths& paths) {
   const auto file = find_scenario(name, paths);
   if (!file) return tl::unexpected(file.error());
   const auto document = yaml::Document::from_file(*file);
   if (!document) return tl::unexpected(document.error());
-  std::string description = document->root().map(kKeys)["description"].text();
+  const yaml::Map keys = document->root().map(kKeys);
+  Summary out{.description = keys["description"].text(),
+              .scene_file = keys["scene"].text(),
+              .own_parts = keys["remove"] || keys["supply"]};
   if (document->error()) return tl::unexpected(*document->error());
-  return description;
+  auto scene = scene_of(out.scene_file, *file, paths);
+  if (!scene) return tl::unexpected(std::move(scene.error()));
+  out.scene_file = std::move(*scene);
+  return out;
 }
 
 }  // namespace aprsim::scenario

@@ -366,6 +366,28 @@ unsigned Measures::fulfilled(const std::string& order) const {
   return count;
 }
 
+unsigned Measures::submitted_kits(const std::string& order) const {
+  return static_cast<unsigned>(std::ranges::count(state_->kits, order, &KitResult::order));
+}
+
+std::size_t Measures::filled(const std::string& order) const {
+  const State& s = *state_;
+  const scenario::Order& wanted = s.order(order);
+  std::size_t parts = 0;
+  for (const KitResult& kit : s.kits) {
+    if (kit.order == order) parts += kit.right;
+  }
+  std::vector<unsigned> begun;
+  for (std::size_t i = 0; i < s.shape.bodies.size(); ++i) {
+    if (s.shape.bodies[i].type != wanted.tray || s.submitted_trays.contains(i)) continue;
+    begun.push_back(s.contents(i, wanted).right);
+  }
+  std::ranges::sort(begun, std::greater<>());
+  if (begun.size() > open(order)) begun.resize(open(order));
+  for (const unsigned right : begun) parts += right;
+  return parts;
+}
+
 std::size_t Measures::placed() const { return state_->placements.size(); }
 
 double Measures::quiet_s() const { return state_->last.time_s - state_->moved_s; }

@@ -14,16 +14,18 @@
 #include "clients/aprsim/cell_connection.hpp"
 #include "clients/aprsim/fault_request.hpp"
 #include "clients/aprsim/interruption.hpp"
-#include "clients/aprsim/scenario/child_process.hpp"
 #include "clients/aprsim/scenario/sampler.hpp"
 #include "clients/aprsim/scenario/scores.hpp"
 #include "clients/aprsim/status_text.hpp"
+#include "clients/process/child_process.hpp"
+#include "clients/process/own_programs.hpp"
 
 namespace aprsim::client {
 namespace {
 
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
+using process::ChildProcess;
 
 constexpr double kSamplesPerSecond = 50;  // of simulated time, where the wire keeps up
 constexpr double kMostSamplesPerSecond = 400;
@@ -32,6 +34,7 @@ constexpr auto kStartTime = 20s;             // for a daemon to listen
 constexpr auto kEndTime = 10s;               // for a program to end when it is told to
 constexpr auto kHomeTime = 30s;              // for a controller that has no more orders
 constexpr auto kAnswerTime = 60s;            // for it to answer a line, while time stands
+constexpr auto kProgressPeriod = 500ms;      // from one telling of the progress to the next
 
 /// A directory of the run's own, gone with it.
 class RunDirectory {
@@ -58,18 +61,6 @@ class RunDirectory {
   fs::path path_;
   bool kept_;
 };
-
-fs::path own_directory() {
-  std::error_code status;
-  return fs::read_symlink("/proc/self/exe", status).parent_path();
-}
-
-/// The kitting controller of an installation, else that of the source tree.
-std::string kitting_program() {
-  const fs::path installed = own_directory().parent_path() / "share/aprsim/kitting/kitting";
-  std::error_code status;
-  return fs::is_regular_file(installed, status) ? installed.string() : APRSIM_KITTING;
-}
 
 std::string last_lines(const std::string& file) {
   std::ifstream in(file);
@@ -112,24 +103,22 @@ Outcome<ChildProcess> start_daemon(const scenario::Plan& plan, const RunDirector
   if (std::ofstream file(scene); !(file << plan.scene_text << std::flush)) {
     return failed(FailureKind::kUsage, "cannot write " + scene);
   }
-  const fs::path beside = own_directory() / "aprsimd";
-  std::vector<std::string> arguments{
-      fs::is_regular_file(beside, status) ? beside.string() : "aprsimd",
-      "--scene",
-      scene,
-      "--seed",
-      std::to_string(plan.seed),
-      "--any-port",
-      "--no-web",
-      "--ports-file",
-      ports};
+  std::vector<std::string> arguments{process::program_beside("aprsimd"),
+                                     "--scene",
+                                     scene,
+                                     "--seed",
+                                     std::to_string(plan.seed),
+                                     "--any-port",
+                                     "--no-web",
+                                     "--ports-file",
+                                     ports};
   const std::vector<std::string> pace =
       pacers.empty() ? std::vector<std::string>{"--speed", "stepped"}
                      : std::vector<std::string>{"--time", "virtual", "--pacers", pacers};
   arguments.insert(arguments.end(), pace.begin(), pace.end());
   auto daemon = ChildProcess::start(arguments, {{"APRSIM_TOKEN", ""}},
                                     directory.file("aprsimd.log"), ChildProcess::Pipes::kNone);
-  if (!daemon) return daemon;
+  if (!daemon) return failed(FailureKind::kUsage, daemon.error().message);
   const auto deadline = std::chrono::steady_clock::now() + kStartTime;
   while (!fs::exists(ports, status)) {
     if (interruption::noted()) return failed(FailureKind::kInterrupted, "interrupted");
@@ -139,21 +128,64 @@ Outcome<ChildProcess> start_daemon(const scenario::Plan& plan, const RunDirector
     }
     interruption::sleep_until(std::chrono::steady_clock::now() + 5ms);
   }
-  return daemon;
+  return std::move(*daemon);
+}
+
+/// Where the cell of a run is.
+struct Place {
+  Endpoints endpoints;
+  std::string ports_file;              ///< empty = none
+  std::optional<ChildProcess> daemon;  ///< absent = somebody else's
+};
+
+/// A daemon of the run's own.
+Outcome<Place> own_place(const scenario::Plan& plan, const RunDirectory& directory,
+                         const std::string& pacers) {
+  auto daemon = start_daemon(plan, directory, pacers);
+  if (!daemon) return tl::unexpected(daemon.error());
+  Place place{.ports_file = directory.file("ports.json")};
+  place.daemon.emplace(std::move(*daemon));
+  auto endpoints = read_ports_file(place.ports_file);
+  if (!endpoints) return tl::unexpected(endpoints.error());
+  place.endpoints = std::move(*endpoints);
+  return place;
+}
+
+/// Sets a cell that runs already to its beginning, where it waits.
+Outcome<void> make_ready(const scenario::Scenario& scenario, const scenario::Plan& plan,
+                         CellConnection& cell) {
+  if (scenario.own_parts) {
+    return failed(FailureKind::kUsage,
+                  scenario.file +
+                      ": a running cell keeps its own parts, and this scenario takes "
+                      "some out or puts some in");
+  }
+  const auto description = cell.cell();
+  if (!description) return tl::unexpected(description.error());
+  if (description->scene() != plan.scene.name) {
+    return failed(FailureKind::kUsage, scenario.file + ": is for scene " + plan.scene.name +
+                                           ", and the cell has scene " + description->scene());
+  }
+  if (const auto paused = cell.pause(); !paused) return tl::unexpected(paused.error());
+  if (const auto reset = cell.reset(plan.seed); !reset) {
+    static_cast<void>(cell.resume());
+    return tl::unexpected(reset.error());
+  }
+  return {};
 }
 
 std::vector<std::string> controller_command(const scenario::Scenario& scenario,
-                                            const RunOptions& options,
-                                            const RunDirectory& directory) {
+                                            const RunOptions& options, const Place& place) {
   if (!options.controller.empty()) return {"/bin/sh", "-c", options.controller};
   // Polls as often in simulated time as at real speed, as far as that is possible.
   const double poll_ms =
       options.virtual_time ? 25 : std::clamp(25 / options.speed.value_or(25), 1.0, 25.0);
-  std::vector<std::string> out = {"python3",      kitting_program(),
-                                  "--cell",       scenario.cell,
-                                  "--ports-file", directory.file("ports.json"),
-                                  "--order",      "-",
-                                  "--poll-ms",    fmt::format("{}", poll_ms)};
+  std::vector<std::string> out = {"python3",   process::kitting_program(), "--cell",  scenario.cell,
+                                  "--host",    place.endpoints.host,       "--order", "-",
+                                  "--poll-ms", fmt::format("{}", poll_ms)};
+  if (!place.ports_file.empty()) {
+    out.insert(out.end(), {"--ports-file", place.ports_file});
+  }
   if (options.virtual_time) out.insert(out.end(), {"--clock", "polls"});
   out.insert(out.end(), scenario.controller_options.begin(), scenario.controller_options.end());
   return out;
@@ -174,7 +206,7 @@ class Run {
  public:
   Run(const scenario::Scenario& scenario, const scenario::Plan& plan, CellConnection& cell,
       v1::CellDescription description, ChildProcess* controller, bool speaks, std::ostream& heard,
-      const std::function<void(const RunEvent&)>& tell)
+      const RunListener& listener)
       : scenario_(scenario),
         plan_(plan),
         cell_(cell),
@@ -182,22 +214,32 @@ class Run {
         controller_(controller),
         speaks_(speaks),
         heard_(heard),
-        tell_(tell),
+        listener_(listener),
         measures_(shape_of(description_), scenario.orders) {}
 
   Outcome<void> inject() {
     for (const scenario::Fault& fault : plan_.faults) {
       const auto taken = cell_.inject_fault(fault_request(command_of(fault)));
       if (!taken) return tl::unexpected(taken.error());
+      injected_.push_back(taken->fault().id());
       if (!fault.name.empty()) fault_ids_[fault.name] = taken->fault().id();
     }
     return {};
+  }
+
+  /// Of the faults that it has injected none is left. Those that are over already cannot be ended.
+  void end_faults() {
+    for (const std::uint64_t id : injected_) static_cast<void>(cell_.end_fault(id));
   }
 
   /// The next sample; false when the run is over.
   bool take(const v1::Snapshot& snapshot) {
     if (interruption::noted()) return end("interrupted");
     if (!snapshot.world_fault().empty()) return end("the cell stopped: " + snapshot.world_fault());
+    if (epoch_.value_or(snapshot.epoch()) != snapshot.epoch()) {
+      return end("somebody else has reset the cell");
+    }
+    epoch_ = snapshot.epoch();
     const Sample sample = sample_of(snapshot, description_);
     time_s_ = sample.time_s;
     measures_.add(sample);
@@ -205,7 +247,9 @@ class Run {
     move_orders_on();
     listen();
     submit_silently();
-    return go_on();
+    const bool goes_on = go_on();
+    tell_progress(!goes_on);
+    return goes_on;
   }
 
   /// In virtual time: until the kitting controller has taken in all that it has been told; time
@@ -250,7 +294,7 @@ class Run {
 
   void note(const std::string& what) {
     events_.push_back({time_s_, what});
-    tell_(events_.back());
+    listener_.event(events_.back());
   }
 
   void note_faults(const Sample& sample) {
@@ -359,6 +403,29 @@ class Run {
     }
   }
 
+  void tell_progress(bool at_once) {
+    const auto now = std::chrono::steady_clock::now();
+    if (!listener_.progress || (!at_once && now < progress_due_)) return;
+    progress_due_ = now + kProgressPeriod;
+    RunProgress progress{.time_s = time_s_, .placed = measures_.placed()};
+    for (const scenario::Order& order : scenario_.orders) {
+      const unsigned open = measures_.open(order.name);
+      const bool announced = announced_.contains(order.name);
+      const char* const state = cancelled_.contains(order.name) ? "cancelled"
+                                : !announced                    ? "waits"
+                                : open > 0                      ? "open"
+                                                                : "done";
+      progress.orders.push_back({.name = order.name,
+                                 .tray = order.tray,
+                                 .state = state,
+                                 .kits = order.count,
+                                 .submitted = measures_.submitted_kits(order.name),
+                                 .parts = measures_.filled(order.name),
+                                 .parts_wanted = order.count * order.slots.size()});
+    }
+    listener_.progress(progress);
+  }
+
   [[nodiscard]] bool all_done() const {
     return std::ranges::all_of(scenario_.orders, [&](const scenario::Order& order) {
       return announced_.contains(order.name) && measures_.open(order.name) == 0;
@@ -385,15 +452,18 @@ class Run {
   ChildProcess* controller_;  ///< null when it is not ours
   bool speaks_;               ///< it says what it does
   std::ostream& heard_;       ///< all that it says
-  const std::function<void(const RunEvent&)>& tell_;
+  const RunListener& listener_;
   Measures measures_;
   ControllerWords words_;
   std::map<std::string, std::uint64_t> fault_ids_;
+  std::vector<std::uint64_t> injected_;
   std::set<std::uint64_t> begun_, over_;
   std::set<std::string> announced_, cancelled_;
   std::vector<RunEvent> events_;
   std::string ended_;
   double time_s_ = 0;
+  std::optional<std::uint64_t> epoch_;  ///< of the first sample
+  std::chrono::steady_clock::time_point progress_due_{};
   unsigned unanswered_ = 0;  ///< lines to the controller that it has not answered
 };
 
@@ -469,48 +539,63 @@ void end_controller(ChildProcess& controller, Run& run) {
 }  // namespace
 
 Outcome<RunResult> run_scenario(const scenario::Scenario& scenario, const scenario::Plan& plan,
-                                const RunOptions& options,
-                                const std::function<void(const RunEvent&)>& tell) {
+                                const RunOptions& options, const RunListener& listener) {
   const interruption::Hold hold;
   const RunDirectory directory(options.directory);
   const bool waits = options.controller == "none";
-  if (options.virtual_time && waits) {
-    return failed(FailureKind::kUsage, "in virtual time the controller is started by the run");
+  if (options.virtual_time && (waits || options.cell)) {
+    return failed(FailureKind::kUsage,
+                  "in virtual time the cell and the controller are started by the run");
   }
   const std::string pacers =
       options.virtual_time ? pacers_of(robots_of(scenario, plan), options.controller.empty()) : "";
-  auto daemon = start_daemon(plan, directory, pacers);
-  if (!daemon) return tl::unexpected(daemon.error());
-  const auto endpoints = read_ports_file(directory.file("ports.json"));
-  if (!endpoints) return tl::unexpected(endpoints.error());
-  CellConnection cell(*endpoints);
+  auto place = options.cell ? Place{options.cell->endpoints, options.cell->ports_file, {}}
+                            : own_place(plan, directory, pacers);
+  if (!place) return tl::unexpected(place.error());
+  CellConnection cell(place->endpoints);
+  if (options.cell) {
+    if (auto ready = make_ready(scenario, plan, cell); !ready) return tl::unexpected(ready.error());
+  }
+  // However a run fails, somebody else's cell goes on.
+  const auto fail_with = [&](Failure failure) {
+    if (options.cell) static_cast<void>(cell.resume());
+    return tl::unexpected(std::move(failure));
+  };
   auto description = cell.cell();
-  if (!description) return tl::unexpected(description.error());
+  if (!description) return fail_with(description.error());
 
   std::optional<ChildProcess> controller;
   if (waits) {
-    tell({0, "waits for a controller; ports: " + directory.file("ports.json")});
+    listener.event({0, "waits for a controller; ports: " + place->ports_file});
   } else {
-    auto started =
-        ChildProcess::start(controller_command(scenario, options, directory),
-                            {{"APRSIM_PORTS_FILE", directory.file("ports.json")}},
-                            directory.file("controller.log"), ChildProcess::Pipes::kInputAndOutput);
-    if (!started) return tl::unexpected(started.error());
+    auto started = ChildProcess::start(
+        controller_command(scenario, options, *place), {{"APRSIM_PORTS_FILE", place->ports_file}},
+        directory.file("controller.log"), ChildProcess::Pipes::kInputAndOutput);
+    if (!started) return fail_with({FailureKind::kUsage, started.error().message});
     controller.emplace(std::move(*started));
   }
 
   std::ofstream heard(directory.file("controller.out"));
   Run run(scenario, plan, cell, std::move(*description), controller ? &*controller : nullptr,
-          options.controller.empty(), heard, tell);
-  if (auto injected = run.inject(); !injected) return tl::unexpected(injected.error());
-  const auto watched = options.virtual_time ? watch_in_virtual_time(cell, run, *controller)
-                                            : watch_by_wall_clock(cell, run, options.speed);
+          options.controller.empty(), heard, listener);
+  Outcome<std::string> watched;
+  if (auto injected = run.inject(); !injected) {
+    watched = tl::unexpected(injected.error());
+  } else {
+    watched = options.virtual_time ? watch_in_virtual_time(cell, run, *controller)
+                                   : watch_by_wall_clock(cell, run, options.speed);
+  }
   if (controller) end_controller(*controller, run);
   const interruption::Cleanup cleanup;
-  daemon->stop(kEndTime);
-  if (!watched) {
-    return failed(watched.error().kind,
-                  watched.error().message + "; " + last_lines(directory.file("aprsimd.log")));
+  if (!place->daemon) {
+    run.end_faults();
+    if (!watched) return fail_with(watched.error());
+  } else {
+    place->daemon->stop(kEndTime);
+    if (!watched) {
+      return failed(watched.error().kind,
+                    watched.error().message + "; " + last_lines(directory.file("aprsimd.log")));
+    }
   }
   if (interruption::happened()) return failed(FailureKind::kInterrupted, "interrupted");
   RunResult result = run.result();

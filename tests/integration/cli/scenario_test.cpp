@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/integration/cli/cli_commands.hpp"
+#include "tests/support/daemon_process.hpp"
 #include "tests/support/eventually.hpp"
 #include "tests/support/terminal_process.hpp"
 
@@ -62,6 +63,60 @@ TEST(ScenarioSweep, TheSameSeedsGiveTheSameReportHoweverManyRunAtOnce) {
   EXPECT_EQ(json["each"][0]["seed"], 4);
   EXPECT_NE(json["each"][0]["state_hash"], json["each"][1]["state_hash"]) << "other seeds";
   EXPECT_EQ(json["measures"]["kits_right"]["mean"], 1);
+}
+
+TEST(ScenarioRun, InTheCellThatRuns) {
+  const TemporaryDirectory directory;
+  std::string text = kShort;
+  text += "# a fault that nothing ends\n";
+  const std::string faults = "faults:\n";
+  text.insert(text.find(faults) + faults.size(), "  - {kind: robot-slow, target: motoman}\n");
+  const auto file = directory.write("short.yaml", text);
+  const DaemonProcess daemon;
+  const auto result = run_scenario_command({"run", file, "--attach", "--progress", "--speed", "10",
+                                            "--ports-file", daemon.ports_file()});
+  EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
+  Json progress, report;
+  std::istringstream lines(result.out);
+  bool begins = false;
+  for (std::string line; std::getline(lines, line);) {
+    const Json object = Json::parse(line);
+    if (object.contains("progress")) progress = object["progress"];
+    if (object.contains("report")) report = object["report"];
+    begins = begins || object.value("what", "") == "fault begins: protective-stop fanuc";
+  }
+  EXPECT_TRUE(begins) << result.out;
+  ASSERT_TRUE(progress.is_object()) << result.out;
+  EXPECT_EQ(progress["placed"], 1);
+  EXPECT_EQ(progress["orders"][0]["state"], "done");
+  EXPECT_EQ(progress["orders"][0]["done"], 1);
+  EXPECT_EQ(progress["orders"][0]["parts"], 1);
+  EXPECT_EQ(progress["orders"][0]["parts_wanted"], 1);
+  EXPECT_NE(report.get<std::string>().find("kits_right"), std::string::npos);
+  // The cell goes on, and has none of the faults left.
+  const auto list = run_process({std::string(APRSIM_BIN_DIR) + "/aprsim", "--ports-file",
+                                 daemon.ports_file(), "fault", "list", "--json"});
+  EXPECT_EQ(list.exit_code, 0) << list.err;
+  EXPECT_NE(list.out.find("robot-slow"), std::string::npos) << list.out;
+  EXPECT_EQ(list.out.find("active"), std::string::npos) << list.out;
+  EXPECT_EQ(list.out.find("pending"), std::string::npos) << list.out;
+}
+
+TEST(ScenarioRun, ACellOfAnotherSceneOrWithOtherPartsIsRefused) {
+  const TemporaryDirectory directory;
+  const auto file = directory.write("short.yaml", kShort);
+  const DaemonProcess daemon({"--scene", "aprs_2024", "--speed", "stepped"});
+  const auto other =
+      run_scenario_command({"run", file, "--attach", "--ports-file", daemon.ports_file()});
+  EXPECT_EQ(other.exit_code, 2) << other.out;
+  EXPECT_NE(other.err.find("is for scene aprs, and the cell has scene aprs_2024"),
+            std::string::npos)
+      << other.err;
+  const auto parts =
+      run_scenario_command({"run", "belt_supply", "--attach", "--ports-file", daemon.ports_file()});
+  EXPECT_EQ(parts.exit_code, 2) << parts.out;
+  EXPECT_NE(parts.err.find("a running cell keeps its own parts"), std::string::npos) << parts.err;
+  EXPECT_EQ(run_scenario_command({"run", file, "--attach", "--virtual"}).exit_code, 2);
 }
 
 TEST(ScenarioRun, AWholeJobIsDoneAndReported) {

@@ -376,5 +376,21 @@ TEST(Report, IsOnePageThatNeedsNothingElse) {
   EXPECT_NE(table.find("kept     kits_right 1, expected 1"), std::string::npos) << table;
 }
 
+TEST_F(MeasuresTest, TheProgressOfAnOrderIsWhatIsRightInItsKits) {
+  Measures m = measures();
+  step(m);
+  EXPECT_EQ(m.filled("order"), 0U) << "nothing is wanted yet";
+  m.announced("order");
+  carry(m, kBig, {1, 0, 0});
+  EXPECT_EQ(m.filled("order"), 1U);
+  carry(m, kSmall, {1.1, 0, 0});
+  EXPECT_EQ(m.filled("order"), 2U);
+  EXPECT_EQ(m.submitted_kits("order"), 0U);
+  ASSERT_TRUE(m.submitted("order", {}));
+  EXPECT_EQ(m.submitted_kits("order"), 1U);
+  carry(m, kSmall, {6, 0, 0});
+  EXPECT_EQ(m.filled("order"), 2U) << "as it was submitted";
+}
+
 }  // namespace
 }  // namespace aprsim::client
