@@ -71,6 +71,8 @@ TEST(ScenarioRun, InTheCellThatRuns) {
   text += "# a fault that nothing ends\n";
   const std::string faults = "faults:\n";
   text.insert(text.find(faults) + faults.size(), "  - {kind: robot-slow, target: motoman}\n");
+  const std::string recovered = "faults_recovered: 1";
+  text.replace(text.find(recovered), recovered.size(), "faults_recovered: 2");
   const auto file = directory.write("short.yaml", text);
   const DaemonProcess daemon;
   const auto result = run_scenario_command({"run", file, "--attach", "--progress", "--speed", "10",
