@@ -2,10 +2,12 @@
 
 #include <stdexcept>
 
+#include "tests/support/patience.hpp"
+
 namespace aprsim::test {
 namespace {
 
-constexpr std::chrono::seconds kPatience{10};
+constexpr std::chrono::seconds kDeadline = kPatience * std::chrono::seconds(10);
 
 }  // namespace
 
@@ -14,11 +16,11 @@ RawWebClient::RawWebClient(std::uint16_t port)
 
 void RawWebClient::send(const std::string& bytes) {
   // What the peer no longer takes is part of what is tested.
-  static_cast<void>(socket_.send(bytes, kPatience));
+  static_cast<void>(socket_.send(bytes, kDeadline));
 }
 
 bool RawWebClient::fill() {
-  const std::string bytes = socket_.receive(test::TcpSocket::Clock::now() + kPatience);
+  const std::string bytes = socket_.receive(test::TcpSocket::Clock::now() + kDeadline);
   input_ += bytes;
   return !bytes.empty();
 }
@@ -80,7 +82,7 @@ void RawWebClient::send(const v1::ViewerRequest& request) {
 
 std::optional<v1::ViewerUpdate> RawWebClient::next(
     const std::function<bool(const v1::ViewerUpdate&)>& wanted) {
-  const auto end = std::chrono::steady_clock::now() + kPatience;
+  const auto end = std::chrono::steady_clock::now() + kDeadline;
   while (std::chrono::steady_clock::now() < end) {
     const std::string head = read(2);
     if (head.size() < 2 || (head[0] & 0x0F) == 8) return std::nullopt;

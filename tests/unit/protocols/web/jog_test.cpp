@@ -258,7 +258,10 @@ TEST_F(Jog, StepsEndWithACommandFromElsewhereAndWithTheirViewer) {
     world.report(1, 99, api::ActionState::kWorking);
     EXPECT_NE(outcome(client, 101).message().find("taken the robot over"), std::string::npos);
     EXPECT_EQ(world.commands().size(), 1u);
-    world.report(1, 1, api::ActionState::kDone);  // tickets count on from the last command's
+    world.publish([](api::Snapshot& s) {  // tickets count on from the last command's
+      s.applied = 1;
+      s.robots[1].action = {1, api::ActionState::kDone, ""};
+    });
     client.send(step(along_x(), 102, 0.1));
     ASSERT_TRUE(world.wait_for_commands(2));
   }
