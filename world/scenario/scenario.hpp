@@ -96,6 +96,9 @@ struct Scenario {
   std::vector<std::string> controller_options;
   std::vector<Order> orders;
   std::vector<Fault> faults;
+  /// When the controller is killed and started again: each between two times [s], drawn by the
+  /// seed.
+  std::vector<std::array<double, 2>> kills_s;
   Variation variation;
   Stop stop;
   std::map<std::string, Bound> expected;  ///< by measure

@@ -21,9 +21,9 @@ constexpr yaml::Range kTime{.min = 0, .max = kLongest};
 constexpr yaml::Range kSpan{.min = 0, .max = kLongest, .open_min = true};
 constexpr yaml::Range kShare{.min = 0, .max = 0.9};
 
-constexpr std::array<std::string_view, 12> kKeys = {"description", "scene",  "cell",   "controller",
-                                                    "remove",      "supply", "orders", "faults",
-                                                    "vary",        "stop",   "expect", "scoring"};
+constexpr std::array<std::string_view, 13> kKeys = {
+    "description", "scene",           "cell", "controller", "remove", "supply", "orders",
+    "faults",      "kill_controller", "vary", "stop",       "expect", "scoring"};
 
 bool is_file(const std::string& name) {
   return name.find('/') != std::string::npos || name.ends_with(".yaml") || name.ends_with(".yml");
@@ -109,6 +109,7 @@ class Reader {
     check_counts(keys["orders"], out_);
     for (const yaml::Node& node : keys["faults"].items()) read_fault(node);
     check_moments(keys);
+    for (const yaml::Node& node : keys["kill_controller"].items()) read_kill(node);
     read_variation(keys["vary"]);
     read_stop(keys["stop"]);
     read_expected(keys["expect"]);
@@ -248,14 +249,21 @@ class Reader {
     for (const auto& [name, value] : keys["with"].entries()) {
       fault.parameters[name] = value.number();
     }
-    if (keys["at_s"].is_list()) {
-      fault.at_s = read_interval(keys["at_s"], kTime);
-    } else if (const auto at_s = read_optional(keys["at_s"], kTime)) {
-      fault.at_s = {*at_s, *at_s};
-    }
+    if (keys["at_s"]) fault.at_s = read_times(keys["at_s"]);
     if (keys["when"]) read_when(keys, fault);
     fault.for_s = read_optional(keys["for_s"], kSpan);
     out_.faults.push_back(std::move(fault));
+  }
+
+  /// A time, or two between which it is drawn.
+  static std::array<double, 2> read_times(const yaml::Node& node) {
+    if (node.is_list()) return read_interval(node, kTime);
+    const double at_s = node.number(kTime);
+    return {at_s, at_s};
+  }
+
+  void read_kill(const yaml::Node& node) {
+    out_.kills_s.push_back(read_times(node.map({"at_s"})["at_s"]));
   }
 
   void read_when(const yaml::Map& keys, Fault& fault) const {

@@ -78,8 +78,8 @@ struct Measured {
   double end_s = 0;
 };
 
-/// Watches a run. What is shorter than the time between two samples is not seen: contacts above
-/// all. Throws std::invalid_argument for an order that it does not know. Thread: one.
+/// Watches a run. Of the grippers it does not see what is shorter than the time between two
+/// samples. Throws std::invalid_argument for an order that it does not know. Thread: one.
 class Measures {
  public:
   Measures(CellShape shape, std::vector<scenario::Order> orders);

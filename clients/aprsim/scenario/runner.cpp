@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -55,7 +57,7 @@ class RunDirectory {
   }
   RunDirectory(const RunDirectory&) = delete;
   RunDirectory& operator=(const RunDirectory&) = delete;
-  [[nodiscard]] std::string file(const char* name) const { return (path_ / name).string(); }
+  [[nodiscard]] std::string file(const std::string& name) const { return (path_ / name).string(); }
 
  private:
   fs::path path_;
@@ -86,12 +88,19 @@ std::vector<std::string> robots_of(const scenario::Scenario& scenario, const sce
   return robots;
 }
 
-/// Who passes virtual time: the runner, which takes samples, and whoever polls and looks.
-std::string pacers_of(const std::vector<std::string>& robots, bool looks) {
-  std::string out = "grpc";
+/// Who passes virtual time beside the runner: whoever polls and looks.
+std::vector<std::string> roles_of(const std::vector<std::string>& robots, bool looks) {
+  std::vector<std::string> out;
   for (const std::string& robot : robots) {
-    out += ",crcl." + robot + (looks ? ",vision." + robot : "");
+    out.push_back("crcl." + robot);
+    if (looks) out.push_back("vision." + robot);
   }
+  return out;
+}
+
+std::string pacers_of(const std::vector<std::string>& roles) {
+  std::string out = "grpc";
+  for (const std::string& role : roles) out += ',' + role;
   return out;
 }
 
@@ -191,6 +200,42 @@ std::vector<std::string> controller_command(const scenario::Scenario& scenario,
   return out;
 }
 
+/// The controller, which may be killed and started again.
+class Controller {
+ public:
+  Controller(std::vector<std::string> command, std::string ports_file,
+             const RunDirectory& directory)
+      : command_(std::move(command)),
+        ports_file_(std::move(ports_file)),
+        directory_(directory) {}
+
+  /// In place of the one that there was, which is killed with all that it has started.
+  Outcome<void> start() {
+    process_.reset();
+    const std::string log =
+        ++starts_ == 1 ? "controller.log" : fmt::format("controller_{}.log", starts_);
+    auto started =
+        ChildProcess::start(command_, {{"APRSIM_PORTS_FILE", ports_file_}}, directory_.file(log),
+                            ChildProcess::Pipes::kInputAndOutput);
+    if (!started) return failed(FailureKind::kUsage, started.error().message);
+    process_.emplace(std::move(*started));
+    return {};
+  }
+  void kill() {
+    process_->signal(SIGKILL);
+    static_cast<void>(process_->wait(kEndTime));
+  }
+  [[nodiscard]] bool is_there() const { return process_.has_value(); }
+  [[nodiscard]] ChildProcess& process() { return *process_; }
+
+ private:
+  std::vector<std::string> command_;
+  std::string ports_file_;
+  const RunDirectory& directory_;
+  std::optional<ChildProcess> process_;
+  int starts_ = 0;
+};
+
 FaultInjectCommand command_of(const scenario::Fault& fault) {
   FaultInjectCommand out{.kind = fault.kind,
                          .target = fault.target,
@@ -199,6 +244,20 @@ FaultInjectCommand command_of(const scenario::Fault& fault) {
                          .for_s = fault.for_s};
   if (fault.at_s) out.at_s = fault.at_s->front();
   return out;
+}
+
+/// What goes on in the cell, in words.
+std::string activity_of(const v1::Snapshot& snapshot) {
+  std::string out;
+  for (const auto& robot : snapshot.robots()) {
+    out += (out.empty() ? "" : ", ") + robot.name() + (robot.moving() ? " moves" : " stands");
+    if (robot.gripper().holding() && robot.gripper().has_held_index()) {
+      out += " with " + snapshot.bodies(static_cast<int>(robot.gripper().held_index())).name();
+    } else if (robot.gripper().setting() < 0.5) {
+      out += ", told to grip";
+    }
+  }
+  return out + (std::abs(snapshot.conveyor().speed_m_s()) > 1e-4 ? ", the belt runs" : "");
 }
 
 /// One run from the first sample to the stop condition.
@@ -277,9 +336,36 @@ class Run {
                   .ended = ended_,
                   .measured = measures_.result(words_),
                   .events = events_};
+    if (!plan_.kills_s.empty())
+      out.measured.values["controller_kills"] = static_cast<double>(kills_);
+    if (kills_ > 0) out.measured.values["controller_killed_s"] = killed_s_;
     add_scores(out.measured, scenario_.scoring);
     out.verdicts = judge(out.measured, scenario_.expected);
     return out;
+  }
+
+  /// Whether the controller is to be killed now.
+  [[nodiscard]] bool kill_is_due() const {
+    return controller_ != nullptr && kills_ < plan_.kills_s.size() &&
+           time_s_ >= plan_.kills_s[kills_];
+  }
+
+  /// It is gone; what it has said is heard first.
+  void controller_killed(const v1::Snapshot& snapshot) {
+    listen();
+    controller_ = nullptr;
+    unanswered_ = 0;
+    ++kills_;
+    killed_s_ = time_s_;
+    note("the controller is killed and started again; " + activity_of(snapshot));
+  }
+
+  /// One that knows nothing: all orders that still hold are announced to it.
+  void controller_started(ChildProcess& controller) {
+    controller_ = &controller;
+    for (const scenario::Order& order : scenario_.orders) {
+      if (announced_.contains(order.name) && !cancelled_.contains(order.name)) announce(order);
+    }
   }
 
   [[nodiscard]] bool all_submitted() const { return ended_ == kAllSubmitted; }
@@ -333,17 +419,20 @@ class Run {
     expect_answer();
   }
 
+  void announce(const scenario::Order& order) {
+    send({{"announce", order.name},
+          {"tray", order.tray},
+          {"count", order.count},
+          {"priority", order.priority},
+          {"slots", order.slots}});
+  }
+
   void move_orders_on() {
     for (const scenario::Order& order : scenario_.orders) {
       if (!announced_.contains(order.name) && has_come(order.announced)) {
         announced_.insert(order.name);
         measures_.announced(order.name);
-        nlohmann::ordered_json message{{"announce", order.name},
-                                       {"tray", order.tray},
-                                       {"count", order.count},
-                                       {"priority", order.priority},
-                                       {"slots", order.slots}};
-        send(message);
+        announce(order);
         report(order.name, "announced");
       }
       if (order.cancelled && announced_.contains(order.name) && !cancelled_.contains(order.name) &&
@@ -465,10 +554,12 @@ class Run {
   std::optional<std::uint64_t> epoch_;  ///< of the first sample
   std::chrono::steady_clock::time_point progress_due_{};
   unsigned unanswered_ = 0;  ///< lines to the controller that it has not answered
+  std::size_t kills_ = 0;    ///< of the controller, so far
+  double killed_s_ = 0;      ///< the last one
 };
 
 /// Takes samples as often as the wire allows until the run is over.
-Outcome<std::string> watch_by_wall_clock(CellConnection& cell, Run& run,
+Outcome<std::string> watch_by_wall_clock(CellConnection& cell, Run& run, Controller* controller,
                                          std::optional<double> speed) {
   for (const auto& done : {cell.set_speed(speed), cell.resume()}) {
     if (!done) return tl::unexpected(done.error());
@@ -476,33 +567,87 @@ Outcome<std::string> watch_by_wall_clock(CellConnection& cell, Run& run,
   const double rate_hz =
       std::min(kMostSamplesPerSecond,
                kSamplesPerSecond * std::max(1.0, speed.value_or(kMostSamplesPerSecond)));
+  Outcome<void> restarted;
   const auto watched = cell.stream(rate_hz, [&](const v1::StreamSnapshotsResponse& sample) {
-    return run.take(sample.snapshot());
+    if (!run.take(sample.snapshot())) return false;
+    if (run.kill_is_due()) {
+      controller->kill();
+      run.controller_killed(sample.snapshot());
+      restarted = controller->start();
+      if (restarted) run.controller_started(controller->process());
+    }
+    return restarted.has_value();
   });
+  if (!restarted) return tl::unexpected(restarted.error());
   if (!watched) return tl::unexpected(watched.error());
   return std::string();
 }
 
-/// Lets so many steps pass; false when the controller ends instead, or the user has had enough.
-Outcome<bool> pass_time(CellConnection& cell, ChildProcess& controller, std::uint64_t now) {
-  auto passed = cell.step(kVirtualSteps, 2s);
-  if (passed) return true;
-  if (passed.error().kind != FailureKind::kTimeout) return tl::unexpected(passed.error());
-  while (!controller.ended() && !interruption::noted()) {
-    const auto snapshot = cell.snapshot();
-    if (!snapshot) return tl::unexpected(snapshot.error());
-    if (snapshot->step() >= now + kVirtualSteps || !snapshot->world_fault().empty()) return true;
-    static_cast<void>(controller.wait(20ms));
+/// Virtual time, from sample to sample.
+class SampleTime {
+ public:
+  explicit SampleTime(CellConnection& cell) : cell_(cell) {}
+
+  /// Goes on from step `now` to the next sample; false when the controller ends instead, or the
+  /// user has had enough.
+  Outcome<bool> pass(ChildProcess& controller, std::uint64_t now) {
+    if (const auto asked = ask(now, 2s); !asked) return tl::unexpected(asked.error());
+    while (goal_ && !controller.ended() && !interruption::noted()) {
+      const auto snapshot = look();
+      if (!snapshot) return tl::unexpected(snapshot.error());
+      if (!snapshot->world_fault().empty()) return true;
+      if (goal_) static_cast<void>(controller.wait(20ms));
+    }
+    return !goal_;
   }
-  return false;
-}
+
+  /// Lets the connections of a controller that is gone end, each at the time of its last poll. Time
+  /// then stands until another controller is there.
+  Outcome<void> pass_until_alone(std::uint64_t now, const std::vector<std::string>& roles) {
+    const auto deadline = std::chrono::steady_clock::now() + kStartTime;
+    while (std::chrono::steady_clock::now() < deadline && !interruption::noted()) {
+      if (const auto asked = ask(now, 50ms); !asked) return tl::unexpected(asked.error());
+      const auto snapshot = look();
+      if (!snapshot) return tl::unexpected(snapshot.error());
+      now = snapshot->step();
+      const auto& awaited = snapshot->virtual_time().awaited();
+      const auto is_awaited = [&](const std::string& role) {
+        return std::ranges::find(awaited, role) != awaited.end();
+      };
+      if (std::ranges::all_of(roles, is_awaited)) return {};
+      interruption::sleep_until(std::chrono::steady_clock::now() + 5ms);
+    }
+    return failed(FailureKind::kCheck, "the killed controller's connections do not end");
+  }
+
+ private:
+  /// For the steps of a sample, if none are asked for.
+  Outcome<void> ask(std::uint64_t now, std::chrono::milliseconds patience) {
+    if (goal_) return {};
+    const auto passed = cell_.step(kVirtualSteps, patience);
+    if (passed) return {};
+    if (passed.error().kind != FailureKind::kTimeout) return tl::unexpected(passed.error());
+    goal_ = now + kVirtualSteps;
+    return {};
+  }
+
+  Outcome<v1::Snapshot> look() {
+    auto snapshot = cell_.snapshot();
+    if (snapshot && goal_ && snapshot->step() >= *goal_) goal_.reset();
+    return snapshot;
+  }
+
+  CellConnection& cell_;
+  std::optional<std::uint64_t> goal_;  ///< step that has been asked for and not been reached
+};
 
 /// Takes samples in virtual time until the run is over, and lets the controller go home. The hash
 /// of the cell's state at the end of the run.
-Outcome<std::string> watch_in_virtual_time(CellConnection& cell, Run& run,
-                                           ChildProcess& controller) {
+Outcome<std::string> watch_in_virtual_time(CellConnection& cell, Run& run, Controller& controller,
+                                           const std::vector<std::string>& roles) {
   std::string hash;
-  for (bool over = false; !controller.ended() || !over;) {
+  SampleTime time(cell);
+  for (bool over = false; !controller.process().ended() || !over;) {
     const auto snapshot = cell.snapshot();
     if (!snapshot) return tl::unexpected(snapshot.error());
     if (over) {
@@ -511,11 +656,20 @@ Outcome<std::string> watch_in_virtual_time(CellConnection& cell, Run& run,
       over = true;
       hash = fmt::format("{:016x}", snapshot->state_hash());
       if (!run.all_submitted()) break;
-      controller.close_input();
+      controller.process().close_input();
       run.expect_answer();
+    } else if (run.kill_is_due()) {
+      controller.kill();
+      run.controller_killed(*snapshot);
+      if (auto alone = time.pass_until_alone(snapshot->step(), roles); !alone) {
+        return tl::unexpected(alone.error());
+      }
+      if (auto started = controller.start(); !started) return tl::unexpected(started.error());
+      run.controller_started(controller.process());
+      continue;
     }
     run.await_answers();
-    const auto passed = pass_time(cell, controller, snapshot->step());
+    const auto passed = time.pass(controller.process(), snapshot->step());
     if (!passed) return tl::unexpected(passed.error());
     if (interruption::noted()) break;
   }
@@ -547,10 +701,10 @@ Outcome<RunResult> run_scenario(const scenario::Scenario& scenario, const scenar
     return failed(FailureKind::kUsage,
                   "in virtual time the cell and the controller are started by the run");
   }
-  const std::string pacers =
-      options.virtual_time ? pacers_of(robots_of(scenario, plan), options.controller.empty()) : "";
-  auto place = options.cell ? Place{options.cell->endpoints, options.cell->ports_file, {}}
-                            : own_place(plan, directory, pacers);
+  const auto roles = roles_of(robots_of(scenario, plan), options.controller.empty());
+  auto place = options.cell
+                   ? Place{options.cell->endpoints, options.cell->ports_file, {}}
+                   : own_place(plan, directory, options.virtual_time ? pacers_of(roles) : "");
   if (!place) return tl::unexpected(place.error());
   CellConnection cell(place->endpoints);
   if (options.cell) {
@@ -564,28 +718,28 @@ Outcome<RunResult> run_scenario(const scenario::Scenario& scenario, const scenar
   auto description = cell.cell();
   if (!description) return fail_with(description.error());
 
-  std::optional<ChildProcess> controller;
+  std::optional<Controller> controller;
   if (waits) {
     listener.event({0, "waits for a controller; ports: " + place->ports_file});
   } else {
-    auto started = ChildProcess::start(
-        controller_command(scenario, options, *place), {{"APRSIM_PORTS_FILE", place->ports_file}},
-        directory.file("controller.log"), ChildProcess::Pipes::kInputAndOutput);
-    if (!started) return fail_with({FailureKind::kUsage, started.error().message});
-    controller.emplace(std::move(*started));
+    controller.emplace(controller_command(scenario, options, *place), place->ports_file, directory);
+    if (auto started = controller->start(); !started) return fail_with(started.error());
   }
 
   std::ofstream heard(directory.file("controller.out"));
-  Run run(scenario, plan, cell, std::move(*description), controller ? &*controller : nullptr,
-          options.controller.empty(), heard, listener);
+  Run run(scenario, plan, cell, std::move(*description),
+          controller ? &controller->process() : nullptr, options.controller.empty(), heard,
+          listener);
   Outcome<std::string> watched;
   if (auto injected = run.inject(); !injected) {
     watched = tl::unexpected(injected.error());
   } else {
-    watched = options.virtual_time ? watch_in_virtual_time(cell, run, *controller)
-                                   : watch_by_wall_clock(cell, run, options.speed);
+    watched = options.virtual_time
+                  ? watch_in_virtual_time(cell, run, *controller, roles)
+                  : watch_by_wall_clock(cell, run, controller ? &*controller : nullptr,
+                                        options.speed);
   }
-  if (controller) end_controller(*controller, run);
+  if (controller && controller->is_there()) end_controller(controller->process(), run);
   const interruption::Cleanup cleanup;
   if (!place->daemon) {
     run.end_faults();

@@ -66,7 +66,9 @@ struct RunOptions {
 /// "submit", "order": NAME, "x_m": X, "y_m": Y}, with the place of the tray in the world where it
 /// knows that. "replan": true in any line counts as a change of plan, and "crcl_requests",
 /// "modbus_requests", "vision_frames" are taken from the last line that has them. Of a controller
-/// that says nothing a kit counts as submitted when it is as ordered.
+/// that says nothing a kit counts as submitted when it is as ordered. One that is killed and
+/// started again (kill_controller) is told all orders that still hold once more, in full; a tray
+/// that it submits a second time counts once.
 ///
 /// Failures: what cannot be started, a cell of another scene, a daemon that dies, an interruption.
 [[nodiscard]] Outcome<RunResult> run_scenario(const scenario::Scenario& scenario,

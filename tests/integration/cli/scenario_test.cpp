@@ -1,6 +1,7 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -180,6 +181,53 @@ TEST(ScenarioRun, TakesTheWordOfAnyController) {
   EXPECT_EQ(json["measures"]["kits_right"], 0) << "nothing is in it";
   EXPECT_EQ(json["measures"]["crcl_requests"], 7);
   EXPECT_EQ(json["measures"]["replans"], 1);
+}
+
+TEST(ScenarioRun, AKilledControllerIsStartedAgainAndToldAllOrders) {
+  const TemporaryDirectory directory;
+  const auto file = directory.write("killed.yaml", R"(description: a controller that does nothing
+scene: aprs
+orders:
+  - {name: kit, tray: sku_kit_m2l1_vessel, count: 2}
+  - {name: later, tray: sku_kit_s2l2_vessel, at_s: 3}
+kill_controller: [{at_s: 2}, {at_s: [4, 5]}]
+stop: {time_limit_s: 6}
+expect: {controller_kills: 2, controller_killed_s: {min: 4, max: 5.5}, kits_right: 0}
+)");
+  const auto seen = directory.path() + "/seen", pids = directory.path() + "/pids";
+  const auto controller = "echo $$ >> " + pids + "; exec cat >> " + seen;
+  const auto result = run_scenario_command({"run", file, "--controller", controller, "--json"});
+  EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
+  std::istringstream lines(text_of_file(seen));
+  std::vector<std::string> orders;
+  for (std::string line; std::getline(lines, line);) {
+    const Json order = Json::parse(line);
+    orders.push_back(order["announce"].get<std::string>() + ' ' + order["count"].dump());
+  }
+  const std::vector<std::string> expected = {"kit 2", "kit 2", "later 1", "kit 2", "later 1"};
+  EXPECT_EQ(orders, expected);
+  std::istringstream started(text_of_file(pids));
+  int count = 0;
+  for (pid_t pid = 0; started >> pid; ++count) EXPECT_EQ(kill(pid, 0), -1) << "it is left";
+  EXPECT_EQ(count, 3);
+}
+
+// A job each, killed at a moment drawn by the seed.
+TEST(ScenarioRun, AKilledControllerFindsOutWhereItStandsAndFinishes) {
+  const TemporaryDirectory directory;
+  const auto report = directory.path() + "/report";
+  const auto result = run_scenario_command(
+      {"run", "controller_killed", "--repeat", "4", "--jobs", "2", "--report", report, "--json"},
+      std::chrono::seconds(280));
+  EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
+  const Json sweep = Json::parse(text_of_file(report + "/sweep.json"));
+  EXPECT_EQ(sweep["as_expected"], 4);
+  for (const Json& run : sweep["each"]) {
+    EXPECT_EQ(run["values"]["controller_kills"], 1);
+    EXPECT_EQ(run["values"]["kits_right"], 4);
+    EXPECT_EQ(run["values"]["parts_lost"], 0);
+    EXPECT_LT(run["values"]["controller_killed_s"], run["values"]["job_s"]);
+  }
 }
 
 TEST(ScenarioRun, StopsWhatItStartedWhenItIsInterrupted) {
