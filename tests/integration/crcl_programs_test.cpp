@@ -86,7 +86,9 @@ void run_programs(const std::string& robot, const std::string& prefixes) {
     const std::string index = CrclTextClient::field(status, "ProgramIndex");
     EXPECT_EQ(failed, !ending.error.empty()) << index << ": " << text;
     EXPECT_NE(text.find(ending.error), std::string::npos) << index << ": " << text;
-    if (failed) EXPECT_EQ(index, std::to_string(ending.command)) << text;
+    if (failed) {
+      EXPECT_EQ(index, std::to_string(ending.command)) << text;
+    }
     ++run;
   }
   EXPECT_GE(run, 4);

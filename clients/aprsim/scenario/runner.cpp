@@ -205,18 +205,15 @@ class Controller {
  public:
   Controller(std::vector<std::string> command, std::string ports_file,
              const RunDirectory& directory)
-      : command_(std::move(command)),
-        ports_file_(std::move(ports_file)),
-        directory_(directory) {}
+      : command_(std::move(command)), ports_file_(std::move(ports_file)), directory_(directory) {}
 
   /// In place of the one that there was, which is killed with all that it has started.
   Outcome<void> start() {
     process_.reset();
     const std::string log =
         ++starts_ == 1 ? "controller.log" : fmt::format("controller_{}.log", starts_);
-    auto started =
-        ChildProcess::start(command_, {{"APRSIM_PORTS_FILE", ports_file_}}, directory_.file(log),
-                            ChildProcess::Pipes::kInputAndOutput);
+    auto started = ChildProcess::start(command_, {{"APRSIM_PORTS_FILE", ports_file_}},
+                                       directory_.file(log), ChildProcess::Pipes::kInputAndOutput);
     if (!started) return failed(FailureKind::kUsage, started.error().message);
     process_.emplace(std::move(*started));
     return {};
@@ -601,8 +598,8 @@ class SampleTime {
     return !goal_;
   }
 
-  /// Lets the connections of a controller that is gone end, each at the time of its last poll. Time
-  /// then stands until another controller is there.
+  /// Lets the CRCL connections of a controller that is gone end, each at the time of its last poll.
+  /// Time then stands until another controller is there. A camera's feed notices at its next frame.
   Outcome<void> pass_until_alone(std::uint64_t now, const std::vector<std::string>& roles) {
     const auto deadline = std::chrono::steady_clock::now() + kStartTime;
     while (std::chrono::steady_clock::now() < deadline && !interruption::noted()) {
@@ -612,7 +609,7 @@ class SampleTime {
       now = snapshot->step();
       const auto& awaited = snapshot->virtual_time().awaited();
       const auto is_awaited = [&](const std::string& role) {
-        return std::ranges::find(awaited, role) != awaited.end();
+        return !role.starts_with("crcl.") || std::ranges::find(awaited, role) != awaited.end();
       };
       if (std::ranges::all_of(roles, is_awaited)) return {};
       interruption::sleep_until(std::chrono::steady_clock::now() + 5ms);
@@ -734,10 +731,10 @@ Outcome<RunResult> run_scenario(const scenario::Scenario& scenario, const scenar
   if (auto injected = run.inject(); !injected) {
     watched = tl::unexpected(injected.error());
   } else {
-    watched = options.virtual_time
-                  ? watch_in_virtual_time(cell, run, *controller, roles)
-                  : watch_by_wall_clock(cell, run, controller ? &*controller : nullptr,
-                                        options.speed);
+    watched =
+        options.virtual_time
+            ? watch_in_virtual_time(cell, run, *controller, roles)
+            : watch_by_wall_clock(cell, run, controller ? &*controller : nullptr, options.speed);
   }
   if (controller && controller->is_there()) end_controller(controller->process(), run);
   const interruption::Cleanup cleanup;

@@ -6,8 +6,9 @@ import pathlib
 import re
 import unittest
 
-import cell as cells
 from running_cell import BINARIES, CONTROLLER, PATIENCE, Controller, Daemon, filled_slots, snapshot
+
+import cell as cells
 
 REFERENCE = os.environ.get("APRSIM_REFERENCE_DIR", "")
 LISTS = pathlib.Path(REFERENCE) / "aprs" / "data" / "actions"

@@ -94,9 +94,10 @@ TEST_F(RobotTouchesTest, ForgetsTheOldest) {
 // A gear falls on an arm: the contacts of every step tell the same.
 TEST(RobotTouches, MissNoStep) {
   auto scene = *load_scene("aprs");
-  const Eigen::Vector3d base = scene.robots[0].X_WB.p;
-  scene.gears.push_back(
-      {"falling", scene.gears[0].type, Pose{.p = base + Eigen::Vector3d(0, 0, 1)}});
+  CellScript still(std::make_shared<const scene::Scene>(scene));
+  still.advance(1);
+  const Eigen::Vector3d above = still.now.robots[0].X_WT.p + Eigen::Vector3d(0, 0, 0.6);
+  scene.gears.push_back({"falling", scene.gears[0].type, Pose{.p = above}});
   CellScript cell(std::make_shared<const scene::Scene>(std::move(scene)));
   const auto falling = static_cast<int>(cell.body("falling"));
   std::map<int, double> greatest_n;  // by part of the robot
@@ -104,8 +105,9 @@ TEST(RobotTouches, MissNoStep) {
     cell.advance(1);
     std::map<int, double> sums_n;
     for (const auto& contact : cell.now.contacts) {
-      if (contact.second.kind != Side::Kind::kBody || contact.second.index != falling) continue;
-      sums_n[contact.first.part] += contact.f_W.norm();
+      if (contact.first != Side{Side::Kind::kBody, falling}) continue;
+      if (contact.second.kind != Side::Kind::kRobot) continue;
+      sums_n[contact.second.part] += contact.f_W.norm();
     }
     for (const auto& [part, sum_n] : sums_n) {
       greatest_n[part] = std::max(greatest_n[part], sum_n);
