@@ -152,11 +152,13 @@ grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* cont
   const auto mask = SnapshotMask::parse(request->read_mask());
   if (!mask) return refuse(context, mask.error());
   const std::uint64_t steps = command->steps;
+  std::optional<SnapshotMask> wanted;
+  if (request->has_read_mask()) wanted = *mask;
   std::unique_lock lock(step_mutex_);
   const api::SnapshotPtr now = source_.latest();
   if (!now->paused && options_.virtual_time && options_.virtual_time->declares("grpc")) {
     lock.unlock();
-    return pass_time(context, steps, response);
+    return pass_time(context, steps, wanted, response);
   }
   if (!now->paused) {
     return refuse(context, {ErrorCode::kFailedPrecondition, "step",
@@ -170,8 +172,6 @@ grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* cont
   lock.unlock();
 
   auto* reactor = context->DefaultReactor();
-  std::optional<SnapshotMask> wanted;
-  if (request->has_read_mask()) wanted = *mask;
   auto outcome = [=, this, epoch = now->epoch,
                   ticket = *ticket](const api::Snapshot& s) -> std::optional<grpc::Status> {
     if (s.epoch != epoch) {
@@ -180,10 +180,7 @@ grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* cont
     if (!s.world_fault.empty()) return grpc::Status(grpc::StatusCode::ABORTED, s.world_fault);
     if (s.applied < ticket || s.step < goal) return std::nullopt;
     write_receipt(s, ticket, *response->mutable_receipt());
-    if (wanted) {
-      protocols::write_message(s, options_.instance_id, *response->mutable_snapshot());
-      wanted->trim(*response->mutable_snapshot());
-    }
+    write_wanted(s, wanted, *response);
     return grpc::Status::OK;
   };
   auto forget = [this, context, goal] {
@@ -203,6 +200,7 @@ grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* cont
 // on.
 grpc::ServerUnaryReactor* ControlService::pass_time(grpc::CallbackServerContext* context,
                                                     std::uint64_t steps,
+                                                    const std::optional<SnapshotMask>& wanted,
                                                     v1::StepResponse* response) {
   api::VirtualTime& time = *options_.virtual_time;
   std::unique_lock lock(step_mutex_);
@@ -223,17 +221,27 @@ grpc::ServerUnaryReactor* ControlService::pass_time(grpc::CallbackServerContext*
   time.ask(*pacer_, now->cell->step_size * static_cast<SimTime::rep>(steps));
   lock.unlock();
   auto* reactor = context->DefaultReactor();
-  auto outcome = [=, epoch = now->epoch](const api::Snapshot& s) -> std::optional<grpc::Status> {
+  auto outcome = [=, this,
+                  epoch = now->epoch](const api::Snapshot& s) -> std::optional<grpc::Status> {
     if (s.epoch != epoch) {
       return grpc::Status(grpc::StatusCode::ABORTED, "the cell was reset while time passed");
     }
     if (!s.world_fault.empty()) return grpc::Status(grpc::StatusCode::ABORTED, s.world_fault);
     if (s.step < goal) return std::nullopt;
     write_receipt(s, s.applied, *response->mutable_receipt());
+    write_wanted(s, wanted, *response);
     return grpc::Status::OK;
   };
   waiter_.wait({context, reactor, deadline(*context), std::move(outcome), {}});
   return reactor;
+}
+
+void ControlService::write_wanted(const api::Snapshot& snapshot,
+                                  const std::optional<SnapshotMask>& wanted,
+                                  v1::StepResponse& response) const {
+  if (!wanted) return;
+  protocols::write_message(snapshot, options_.instance_id, *response.mutable_snapshot());
+  wanted->trim(*response.mutable_snapshot());
 }
 
 grpc::ServerUnaryReactor* ControlService::SetSpeed(grpc::CallbackServerContext* context,

@@ -31,12 +31,13 @@ using process::ChildProcess;
 
 constexpr double kSamplesPerSecond = 50;  // of simulated time, where the wire keeps up
 constexpr double kMostSamplesPerSecond = 400;
-constexpr std::uint64_t kVirtualSteps = 20;  // from sample to sample in virtual time
+constexpr std::uint64_t kVirtualSteps = 25;  // from sample to sample in virtual time, as of polls
 constexpr auto kStartTime = 20s;             // for a daemon to listen
 constexpr auto kEndTime = 10s;               // for a program to end when it is told to
 constexpr auto kHomeTime = 30s;              // for a controller that has no more orders
 constexpr auto kAnswerTime = 60s;            // for it to answer a line, while time stands
-constexpr auto kProgressPeriod = 500ms;      // from one telling of the progress to the next
+constexpr auto kStepTime = 200ms;  // for the steps of a sample, before the controller is looked at
+constexpr auto kProgressPeriod = 500ms;  // from one telling of the progress to the next
 
 /// A directory of the run's own, gone with it.
 class RunDirectory {
@@ -585,17 +586,18 @@ class SampleTime {
  public:
   explicit SampleTime(CellConnection& cell) : cell_(cell) {}
 
-  /// Goes on from step `now` to the next sample; false when the controller ends instead, or the
-  /// user has had enough.
-  Outcome<bool> pass(ChildProcess& controller, std::uint64_t now) {
-    if (const auto asked = ask(now, 2s); !asked) return tl::unexpected(asked.error());
+  /// Goes on from step `now` to the next sample; none when the controller ends instead, or the user
+  /// has had enough.
+  Outcome<std::optional<v1::Snapshot>> pass(ChildProcess& controller, std::uint64_t now) {
+    auto next = ask(now, kStepTime);
+    if (!next || *next) return next;
     while (goal_ && !controller.ended() && !interruption::noted()) {
-      const auto snapshot = look();
+      auto snapshot = look();
       if (!snapshot) return tl::unexpected(snapshot.error());
-      if (!snapshot->world_fault().empty()) return true;
-      if (goal_) static_cast<void>(controller.wait(20ms));
+      if (!goal_ || !snapshot->world_fault().empty()) return std::move(*snapshot);
+      static_cast<void>(controller.wait(20ms));
     }
-    return !goal_;
+    return std::nullopt;
   }
 
   /// Lets the CRCL connections of a controller that is gone end, each at the time of its last poll.
@@ -618,14 +620,15 @@ class SampleTime {
   }
 
  private:
-  /// For the steps of a sample, if none are asked for.
-  Outcome<void> ask(std::uint64_t now, std::chrono::milliseconds patience) {
-    if (goal_) return {};
-    const auto passed = cell_.step(kVirtualSteps, patience);
-    if (passed) return {};
+  /// For the steps of a sample, if none are asked for: the cell after them, when they have passed
+  /// in time.
+  Outcome<std::optional<v1::Snapshot>> ask(std::uint64_t now, std::chrono::milliseconds patience) {
+    if (goal_) return std::nullopt;
+    auto passed = cell_.step_and_look(kVirtualSteps, patience);
+    if (passed) return std::move(*passed);
     if (passed.error().kind != FailureKind::kTimeout) return tl::unexpected(passed.error());
     goal_ = now + kVirtualSteps;
-    return {};
+    return std::nullopt;
   }
 
   Outcome<v1::Snapshot> look() {
@@ -644,9 +647,11 @@ Outcome<std::string> watch_in_virtual_time(CellConnection& cell, Run& run, Contr
                                            const std::vector<std::string>& roles) {
   std::string hash;
   SampleTime time(cell);
+  std::optional<v1::Snapshot> passed_to;
   for (bool over = false; !controller.process().ended() || !over;) {
-    const auto snapshot = cell.snapshot();
+    auto snapshot = passed_to ? Outcome<v1::Snapshot>(std::move(*passed_to)) : cell.snapshot();
     if (!snapshot) return tl::unexpected(snapshot.error());
+    passed_to.reset();
     if (over) {
       run.listen();
     } else if (!run.take(*snapshot)) {
@@ -666,9 +671,10 @@ Outcome<std::string> watch_in_virtual_time(CellConnection& cell, Run& run, Contr
       continue;
     }
     run.await_answers();
-    const auto passed = time.pass(controller.process(), snapshot->step());
+    auto passed = time.pass(controller.process(), snapshot->step());
     if (!passed) return tl::unexpected(passed.error());
     if (interruption::noted()) break;
+    passed_to = std::move(*passed);
   }
   return hash;
 }
