@@ -80,6 +80,9 @@ std::optional<Invocation> parse_command_line(int argc, char** argv, int& exit_co
                  "File whose first line is the access token (default: the variable APRSIM_TOKEN)");
   app.add_option("--ports-file", invocation.ports_file,
                  "Write the ports as JSON to this file once everything listens");
+  app.add_flag(
+      "--demo", invocation.demo,
+      "Also start the kitting controller, which fills kits and empties them again, for ever");
   app.add_flag("--check", invocation.check_only, "Check configuration and scene, then leave");
   app.add_flag("--print-config", invocation.print_config,
                "Print the effective configuration, then leave");
@@ -128,6 +131,11 @@ std::optional<Invocation> parse_command_line(int argc, char** argv, int& exit_co
       exit_code = 2;
       return std::nullopt;
     }
+  }
+  if (invocation.demo && config->time.clients_pace) {
+    std::cerr << "aprsimd: --demo: not in virtual time, which whoever polls would pass\n";
+    exit_code = 2;
+    return std::nullopt;
   }
   invocation.config = std::move(*config);
   if (!token_file.empty()) invocation.config.web.token_file = token_file;

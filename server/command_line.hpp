@@ -11,6 +11,7 @@ namespace aprsim::server {
 struct Invocation {
   Config config;
   std::string ports_file;     ///< empty = none
+  bool demo = false;          ///< start the kitting controller, too
   bool check_only = false;    ///< load configuration and scene, then leave
   bool print_config = false;  ///< print the effective configuration, then leave
   bool list_keys = false;     ///< list the configuration's keys, then leave

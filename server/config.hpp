@@ -99,6 +99,7 @@ struct WebConfig {
   std::string token;
   std::optional<std::string> token_file;
   std::vector<std::string> hosts;
+  std::optional<bool> programs;
 };
 
 /// What holds for the connections of every listener.

@@ -111,6 +111,11 @@ void visit(Archive& keys, WebConfig& web) {
   keys.key("token_file", web.token_file, Maybe<Text>{}, "file whose first line is the token");
   keys.key("hosts", web.hosts, ListOf<Text>{},
            "names of this machine in addresses, besides localhost");
+  keys.key("programs", web.programs, Maybe<Flag>{},
+           "whether pages that may command may start the kitting controller and scenarios, as "
+           "programs beside the daemon; without it those of an address of this machine alone");
+  keys.require(!web.programs.value_or(false) || web.control,
+               "control: true beside programs: true, for whoever starts a program commands");
 }
 
 template <typename Archive>

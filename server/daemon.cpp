@@ -19,6 +19,7 @@
 #include "protocols/vision/vision_server.hpp"
 #include "protocols/web/web_server.hpp"
 #include "server/cell_news.hpp"
+#include "server/cell_programs.hpp"
 #include "server/metrics.hpp"
 #include "server/process.hpp"
 #include "server/version.hpp"
@@ -212,7 +213,7 @@ tl::unexpected<Error> not_listening(const std::string& name, const std::string& 
 /// Listeners are declared after the simulation that they refer to, so they end before it.
 class Daemon::Impl {
  public:
-  Impl(const Config& config, std::shared_ptr<const scene::Scene> scene)
+  Impl(const Config& config, std::shared_ptr<const scene::Scene> scene, bool demo)
       : simulation_(scene, simulation_options(config, *scene)),
         token_(config.web.token.empty()
                    ? nullptr
@@ -221,7 +222,8 @@ class Daemon::Impl {
                                simulation_.virtual_time()),
                 simulation_, simulation_),
         telemetry_(telemetry_options(config, token_, simulation_.virtual_time()), simulation_,
-                   simulation_) {
+                   simulation_),
+        programs_(config, demo) {
     for (std::size_t i = 0; i < scene->robots.size(); ++i) {
       const std::string& name = scene->robots[i].name;
       const int index = static_cast<int>(i);
@@ -257,6 +259,7 @@ class Daemon::Impl {
     auto grpc = telemetry_.start();
     if (!grpc) return not_listening("grpc", "grpc.port", grpc.error());
     ports["grpc"] = *grpc;
+    if (auto begun = programs_.begin(ports); !begun) return tl::unexpected(begun.error());
     ports_ = ports;  // before the page's thread starts to read it
     if (web_) {
       auto web = web_->start();
@@ -274,6 +277,7 @@ class Daemon::Impl {
   /// Listeners end side by side, since each may wait a while for its slowest client; the page's
   /// first, which counts the others' connections.
   void stop() {
+    programs_.close();
     if (web_) web_->stop();
     {
       std::vector<std::jthread> ending;
@@ -285,6 +289,7 @@ class Daemon::Impl {
       ending.emplace_back([this] { telemetry_.stop(); });
     }
     simulation_.stop();
+    programs_.end();
     if (news_.joinable()) {
       news_.request_stop();
       news_.join();
@@ -313,6 +318,7 @@ class Daemon::Impl {
     options.token = token_;
     options.crcl_tap = &crcl_tap_;
     options.modbus_tap = &modbus_tap_;
+    options.programs = programs_.for_pages();
     options.listeners = [this] { return listeners(); };
     options.metrics = [this] { return metrics_text(metrics_sources()); };
     web_ = std::make_unique<web::WebServer>(std::move(options), simulation_, simulation_);
@@ -366,12 +372,13 @@ class Daemon::Impl {
   modbus_server::ModbusServer modbus_;
   telemetry::TelemetryServer telemetry_;
   Ports ports_;  // of the other listeners, for the page
+  CellPrograms programs_;
   std::unique_ptr<web::WebServer> web_;
   std::jthread news_;
 };
 
-Daemon::Daemon(const Config& config, std::shared_ptr<const scene::Scene> scene)
-    : impl_(std::make_unique<Impl>(config, std::move(scene))) {}
+Daemon::Daemon(const Config& config, std::shared_ptr<const scene::Scene> scene, bool demo)
+    : impl_(std::make_unique<Impl>(config, std::move(scene), demo)) {}
 Daemon::~Daemon() = default;
 Result<Ports> Daemon::start() { return impl_->start(); }
 void Daemon::stop() { impl_->stop(); }

@@ -14,8 +14,9 @@ namespace aprsim::server {
 /// all.
 class Daemon {
  public:
-  /// Builds the world. Throws std::runtime_error naming the cause when the scene cannot be built.
-  Daemon(const Config& config, std::shared_ptr<const scene::Scene> scene);
+  /// Builds the world. `demo`: start() also starts the kitting controller. Throws
+  /// std::runtime_error naming the cause when the scene cannot be built.
+  Daemon(const Config& config, std::shared_ptr<const scene::Scene> scene, bool demo = false);
   ~Daemon();
   Daemon(const Daemon&) = delete;
   Daemon& operator=(const Daemon&) = delete;

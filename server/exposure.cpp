@@ -70,7 +70,9 @@ Listener listener_of(const std::string& name, const Config& config) {
     return {config.grpc.address,
             by_token(config.web, !config.web.control && config.web.token.empty())};
   }
-  return {config.web.address, by_token(config.web, !config.web.control)};
+  return {config.web.address,
+          by_token(config.web, !config.web.control) +
+              (may_start_programs(config) ? "; who may command may start programs" : "")};
 }
 
 }  // namespace
@@ -97,6 +99,11 @@ std::vector<std::string> exposures(const Config& config, const Ports& ports) {
                                 fmt::join(places, ", "), listener.who));
   }
   return lines;
+}
+
+bool may_start_programs(const Config& config) {
+  return config.web.enabled && config.web.control && !config.time.clients_pace &&
+         config.web.programs.value_or(is_loopback(config.web.address));
 }
 
 std::string host_and_port(const std::string& address, std::uint16_t port) {

@@ -15,6 +15,10 @@ namespace aprsim::server {
 /// A line for each listener that other machines reach: where, and who may do what there.
 [[nodiscard]] std::vector<std::string> exposures(const Config& config, const Ports& ports);
 
+/// Whether pages may start programs: as configured, else where only this machine reaches the page.
+/// Never where they may not command, and not in virtual time, which programs pass themselves.
+[[nodiscard]] bool may_start_programs(const Config& config);
+
 /// "ADDRESS:PORT", an IPv6 address in brackets.
 [[nodiscard]] std::string host_and_port(const std::string& address, std::uint16_t port);
 

@@ -66,7 +66,7 @@ int serve(const Invocation& invocation, std::shared_ptr<const scene::Scene> scen
                to_text(invocation.config.speed),
                invocation.config.time.clients_pace ? ", virtual time" : "");
   PortsFile ports_file;
-  Daemon daemon(invocation.config, std::move(scene));
+  Daemon daemon(invocation.config, std::move(scene), invocation.demo);
   const auto ports = daemon.start();
   if (!ports) return refuse(ports.error().message);
   announce(*ports, invocation.config);

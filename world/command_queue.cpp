@@ -10,6 +10,9 @@ namespace {
 
 /// Places beyond the capacity, for stops. No two of them are the same.
 constexpr std::size_t kStops = 64;
+/// Of the capacity, this part of which each endpoint has beyond it, and for how many there is room
+/// from the beginning.
+constexpr std::size_t kOwnPart = 16, kEndpoints = 8;
 /// Of those that take long, so that a stop behind them does not wait.
 constexpr std::ptrdiff_t kMostSlow = 4;
 
@@ -54,14 +57,22 @@ bool same_stop(const api::Command& a, const api::Command& b) {
 }  // namespace
 
 CommandQueue::CommandQueue(std::size_t capacity) : capacity_(capacity) {
-  queue_.reserve(capacity + kStops);
+  queue_.reserve(room());
+  shares_.reserve(kEndpoints);
 }
+
+std::size_t CommandQueue::room() const { return capacity_ + kEndpoints * own_places() + kStops; }
+
+std::size_t CommandQueue::own_places() const { return capacity_ / kOwnPart; }
 
 Result<api::Ticket> CommandQueue::push(api::Command command) {
   const std::lock_guard lock(mutex_);
   if (closed_) return fail(ErrorCode::kUnavailable, "simulation", "the simulation has ended");
   if (queue_.size() >= capacity_ && is_stop(command)) drop_same_stop(command);
-  if (queue_.size() >= capacity_ + (is_stop(command) ? kStops : 0)) {
+  Share& share = share_of(command.endpoint);
+  const std::size_t stops = is_stop(command) ? shares_.size() * own_places() + kStops : 0;
+  const bool full = queue_.size() >= capacity_ + stops;
+  if (full && share.waiting >= own_places()) {
     return fail(ErrorCode::kUnavailable, "command queue",
                 std::to_string(capacity_) + " commands wait already; try again later");
   }
@@ -72,6 +83,7 @@ Result<api::Ticket> CommandQueue::push(api::Command command) {
                     " resets, saves and loads wait already; try again once they are done");
   }
   queue_.push_back({++last_ticket_, std::move(command)});
+  ++share.waiting;
   ++changes_;
   filled_.notify_one();
   return last_ticket_;
@@ -82,7 +94,8 @@ void CommandQueue::drain(std::vector<QueuedCommand>& out) {
   const std::lock_guard lock(mutex_);
   std::swap(out, queue_);
   // Both vectors keep their capacity, so that neither side allocates again.
-  queue_.reserve(capacity_ + kStops);
+  queue_.reserve(room());
+  for (Share& share : shares_) share.waiting = 0;
 }
 
 std::size_t CommandQueue::size() const {
@@ -93,8 +106,15 @@ std::size_t CommandQueue::size() const {
 /// The same stop, later, does what the earlier one would do: both act between the same two steps.
 void CommandQueue::drop_same_stop(const api::Command& stop) {
   std::erase_if(queue_, [&](const QueuedCommand& queued) {
-    return is_stop(queued.command) && same_stop(queued.command, stop);
+    const bool drop = is_stop(queued.command) && same_stop(queued.command, stop);
+    if (drop) --share_of(queued.command.endpoint).waiting;
+    return drop;
   });
+}
+
+CommandQueue::Share& CommandQueue::share_of(api::EndpointId endpoint) {
+  const auto found = std::ranges::find(shares_, endpoint, &Share::endpoint);
+  return found != shares_.end() ? *found : shares_.emplace_back(Share{endpoint});
 }
 
 bool CommandQueue::holds_other_than(std::span<const api::EndpointId> endpoints) {

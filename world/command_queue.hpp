@@ -20,8 +20,9 @@ struct QueuedCommand {
 
 /// Bounded queue from any thread to the simulation thread. The lock is held for a push or a swap of
 /// two vectors, never across I/O. Stops of a robot, of the belt and of the simulation have room of
-/// their own: a queue that is full of other commands takes them still, in their order. Of those
-/// that take long, resets, saves and loads, few wait.
+/// their own: a queue that is full of other commands takes them still, in their order. So has each
+/// endpoint, a sixteenth of the capacity, which no flood of another fills. Of those that take long,
+/// resets, saves and loads, few wait.
 class CommandQueue {
  public:
   explicit CommandQueue(std::size_t capacity);
@@ -51,12 +52,22 @@ class CommandQueue {
   void close();
 
  private:
+  struct Share {
+    api::EndpointId endpoint = 0;
+    std::size_t waiting = 0;
+  };
+
   void drop_same_stop(const api::Command& stop);
+  [[nodiscard]] Share& share_of(api::EndpointId endpoint);
+  /// Of each endpoint beyond the capacity.
+  [[nodiscard]] std::size_t own_places() const;
+  [[nodiscard]] std::size_t room() const;
 
   const std::size_t capacity_;
   mutable std::mutex mutex_;
   std::condition_variable filled_;
   std::vector<QueuedCommand> queue_;
+  std::vector<Share> shares_;
   api::Ticket last_ticket_ = 0;
   std::uint64_t changes_ = 0;
   bool closed_ = false;

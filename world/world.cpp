@@ -95,6 +95,7 @@ void World::step() {
   // Contacts are found and solved, bodies and fingers moved.
   physics_->step();
   ++steps_;
+  note_touches();
   // The sensors look at the step's end.
   sense();
 }
@@ -123,6 +124,12 @@ void World::step_robot(std::size_t i) {
   physics_->set_gripper_force(index, robot.gripper_force_n());
 }
 
+void World::note_touches() {
+  for (int r = 0; r < static_cast<int>(robots_.size()); ++r) {
+    touches_.add(steps_, r, physics_->arm_forces(r), physics_->tool_of(r) >= 0, *description_);
+  }
+}
+
 int World::robot_with(int tool) const {
   for (int r = 0; r < static_cast<int>(robots_.size()); ++r) {
     if (physics_->tool_of(r) == tool) return r;
@@ -139,7 +146,8 @@ WorldState World::save() const {
                    .vision = vision_,
                    .curtain = curtain_,
                    .intruder = intruder_,
-                   .faults = faults_};
+                   .faults = faults_,
+                   .touches = touches_};
   for (const auto& robot : robots_) state.robots.push_back(robot.save());
   return state;
 }
@@ -159,6 +167,7 @@ void World::restore(const WorldState& state) {
   curtain_ = state.curtain;
   intruder_ = state.intruder;
   faults_ = state.faults;
+  touches_ = state.touches;
   gather_intruders(effects_of(faults_.active(), time(), *description_).intruders);
 }
 
@@ -266,6 +275,7 @@ void World::write(api::Snapshot& out) const {
   }
   out.contact_count = physics_->contact_count();
   physics_->write_contacts(out.contacts);
+  out.robot_touches = touches_.list();
   out.virtual_joint_count = physics_->virtual_joint_count();
   out.max_penetration_m = physics_->max_penetration_m();
   out.physics_faults = physics_->penetration_faults();

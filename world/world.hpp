@@ -14,6 +14,7 @@
 #include "world/faults/fault_effects.hpp"
 #include "world/faults/fault_schedule.hpp"
 #include "world/physics/physics_world.hpp"
+#include "world/robot_touches.hpp"
 #include "world/scene/scene.hpp"
 #include "world/sensor_occluders.hpp"
 #include "world/sensors/light_curtain.hpp"
@@ -75,6 +76,7 @@ class World {
   void describe(std::uint64_t seed);
   void step_robot(std::size_t index);
   [[nodiscard]] int robot_with(int tool) const;  ///< -1 = none
+  void note_touches();
   void sense();
   void look_at_belt();
   void look_through_curtain();
@@ -106,6 +108,7 @@ class World {
   api::LightCurtainSnapshot curtain_;
   std::optional<api::Intruder> intruder_;
   FaultSchedule faults_;
+  RobotTouches touches_;
   std::vector<api::Intruder> intruders_;  ///< with those of faults, which come last
 };
 

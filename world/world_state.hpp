@@ -9,6 +9,7 @@
 #include "world/conveyor_drive.hpp"
 #include "world/faults/fault_schedule.hpp"
 #include "world/physics/physics_world.hpp"
+#include "world/robot_touches.hpp"
 #include "world/sensors/photo_eyes.hpp"
 #include "world/simulated_robot.hpp"
 
@@ -27,6 +28,7 @@ struct WorldState {
   api::LightCurtainSnapshot curtain;
   std::optional<api::Intruder> intruder;
   FaultSchedule faults;
+  RobotTouches touches;
 
   /// Of memory, besides what copies share; approximately.
   [[nodiscard]] std::uint64_t bytes() const {

@@ -130,6 +130,17 @@ Outcome<v1::Receipt> CellConnection::step(std::uint64_t steps, std::chrono::mill
       call(stubs_->control, &v1::ControlService::Stub::Step, request, address_, timeout));
 }
 
+Outcome<v1::Snapshot> CellConnection::step_and_look(std::uint64_t steps,
+                                                    std::chrono::milliseconds timeout) {
+  v1::StepRequest request;
+  request.set_steps(steps);
+  request.mutable_read_mask();
+  auto response =
+      call(stubs_->control, &v1::ControlService::Stub::Step, request, address_, timeout);
+  if (!response) return tl::unexpected(response.error());
+  return std::move(*response->mutable_snapshot());
+}
+
 Outcome<v1::Receipt> CellConnection::set_speed(std::optional<double> factor) {
   v1::SetSpeedRequest request;
   if (factor) {

@@ -32,6 +32,9 @@ class CellConnection {
   /// Answered once the steps have been taken; FailureKind::kTimeout when that takes longer.
   [[nodiscard]] Outcome<v1::Receipt> step(
       std::uint64_t steps, std::chrono::milliseconds timeout = std::chrono::hours(1));
+  /// The same, with the cell after them.
+  [[nodiscard]] Outcome<v1::Snapshot> step_and_look(std::uint64_t steps,
+                                                    std::chrono::milliseconds timeout);
   /// Absent = as fast as possible.
   [[nodiscard]] Outcome<v1::Receipt> set_speed(std::optional<double> factor);
   [[nodiscard]] Outcome<v1::Receipt> reset(std::optional<std::uint64_t> seed);

@@ -515,9 +515,10 @@ void add_scenario(CLI::App& app, CommandLine& line) {
       *scenario, line, "check", "Read a scenario and plan it, and say what is wrong with it");
   add_scenario_name(*check, check_command->name, check_command->seed);
   offer_json(*check, line);
-  auto [run, command] = add<ScenarioRunCommand>(
-      *scenario, line, "run",
-      "Run a scenario in a daemon of its own and compare the outcome with what is expected");
+  auto [run, command] = add<ScenarioRunCommand>(*scenario, line, "run",
+                                                "Run a scenario, in a daemon of its own or in the "
+                                                "cell that runs, and compare the outcome with "
+                                                "what is expected");
   add_scenario_name(*run, command->name, command->seed);
   run->add_option_function<std::string>(
          "--speed",
@@ -528,12 +529,20 @@ void add_scenario(CLI::App& app, CommandLine& line) {
       run->add_flag("--virtual", command->virtual_time,
                     "The controller's polls are the clock: the same seed, the same report");
   polls->excludes("--speed");
+  CLI::Option* attach = run->add_flag(
+      "--attach", command->attach,
+      "Reset the cell that runs and run it there: without what varies in the scenario's scene");
+  attach->excludes(polls);
+  run->add_flag("--progress", command->progress,
+                "Tell what happens and how far the orders are, as one JSON object a line");
   CLI::Option* repeat =
       run->add_option("--repeat", command->repeat,
                       "So many runs in virtual time, from the seed on, and one report of all")
           ->type_name("N")
           ->check(CLI::Range(1, 10'000))
-          ->excludes("--speed");
+          ->excludes("--speed")
+          ->excludes(attach)
+          ->excludes("--progress");
   run->add_option("--jobs", command->jobs, "Of these, so many at once (default 1)")
       ->type_name("J")
       ->check(CLI::Range(1, 64))

@@ -131,6 +131,8 @@ struct ScenarioRunCommand {
   std::optional<double> speed = 1;  ///< absent = as fast as possible
   std::string controller;           ///< empty = the kitting controller
   std::string report;               ///< directory; empty = none
+  bool attach = false;              ///< to the cell that runs, in place of a daemon of its own
+  bool progress = false;            ///< tell what happens as JSON lines
   bool virtual_time = false;        ///< the controller's polls are the clock
   std::optional<unsigned> repeat;   ///< a sweep of so many seeds, in virtual time
   unsigned jobs = 1;                ///< of a sweep, at once

@@ -15,6 +15,7 @@ namespace aprsim::client {
 
 struct Console {
   Endpoints endpoints;
+  std::string ports_file;  ///< that they are from; empty = none
   std::ostream& out;
   bool json = false;
   Screen screen = {};

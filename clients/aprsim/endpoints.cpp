@@ -64,11 +64,14 @@ Outcome<Endpoints> read_ports_file(const std::string& path) {
   return endpoints;
 }
 
+std::string ports_file_of(const EndpointChoice& choice) {
+  if (!choice.ports_file.empty()) return choice.ports_file;
+  const char* variable = std::getenv(kVariable);
+  return variable == nullptr ? "" : variable;
+}
+
 Outcome<Endpoints> find_endpoints(const EndpointChoice& choice) {
-  std::string file = choice.ports_file;
-  if (const char* variable = std::getenv(kVariable); file.empty() && variable != nullptr) {
-    file = variable;
-  }
+  const std::string file = ports_file_of(choice);
   Endpoints endpoints;
   if (!file.empty()) {
     auto read = read_ports_file(file);

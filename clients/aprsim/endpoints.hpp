@@ -31,6 +31,9 @@ struct EndpointChoice {
 /// the robots it names exist; other keys are ignored.
 [[nodiscard]] Outcome<Endpoints> read_ports_file(const std::string& path);
 
+/// The ports file chosen, else the one that APRSIM_PORTS_FILE names; empty = none.
+[[nodiscard]] std::string ports_file_of(const EndpointChoice& choice);
+
 /// The ports file chosen, else the one that APRSIM_PORTS_FILE names, else the default ports; then
 /// each single choice over it, and the token.
 [[nodiscard]] Outcome<Endpoints> find_endpoints(const EndpointChoice& choice);

@@ -52,12 +52,13 @@ constexpr std::array kJson{
     Entry{
         "scenario run",
         "scenario, description, seed, controller, ended (why), state_hash (of the cell then; only "
-        "in "
-        "virtual time), as_expected, measures (by name, "
-        "null "
-        "where there is nothing to tell), expected (list of measure, value, min, max, kept), kits, "
-        "placements, collisions, faults, robots, events (lists). With --repeat: scenario, runs, "
-        "failed, as_expected, as_expected_share_95 (confidence interval), measures (by name: runs, "
+        "in virtual time), as_expected, measures (by name, null where there is nothing to tell), "
+        "expected (list of measure, value, min, max, kept), kits, placements, collisions, faults, "
+        "robots, events (lists). With --progress also, as it happens, time_s and what; and "
+        "progress "
+        "(time_s, placed, orders: a list of name, tray, state, kits, done, parts, parts_wanted); "
+        "without --json its last line is report, the table. With --repeat: scenario, runs, failed, "
+        "as_expected, as_expected_share_95 (confidence interval), measures (by name: runs, "
         "mean, mean_95, deviation, min, p05, median, p95, max), each (list of seed and failure, or "
         "as_expected, ended, state_hash, values)."},
     Entry{"crcl status, init, stop, gripper, jog, send, run",

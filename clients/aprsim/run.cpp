@@ -17,13 +17,13 @@ int report(const Failure& failure, std::ostream& err, const Paint& paint) {
 
 /// Whether the command has anything to do with a daemon that runs already.
 bool needs_cell(const AnyCommand& command) {
+  if (const auto* run = std::get_if<ScenarioRunCommand>(&command)) return run->attach;
   return !std::holds_alternative<CompletionCommand>(command) &&
          !std::holds_alternative<ManualCommand>(command) &&
          !std::holds_alternative<CrclValidateCommand>(command) &&
          !std::holds_alternative<FaultKindsCommand>(command) &&
          !std::holds_alternative<ScenarioListCommand>(command) &&
          !std::holds_alternative<ScenarioCheckCommand>(command) &&
-         !std::holds_alternative<ScenarioRunCommand>(command) &&
          !std::holds_alternative<ConveyorMapCommand>(command);
 }
 
@@ -39,7 +39,7 @@ int run(const std::vector<std::string>& arguments, std::ostream& out, std::ostre
   }
   auto endpoints = needs_cell(line->command) ? find_endpoints(line->endpoints) : Endpoints();
   if (!endpoints) return report(endpoints.error(), err, screen.err);
-  Console console{std::move(*endpoints), out, line->json, screen};
+  Console console{std::move(*endpoints), ports_file_of(line->endpoints), out, line->json, screen};
   const auto done =
       std::visit([&](const auto& command) { return run_command(command, console); }, line->command);
   out.flush();

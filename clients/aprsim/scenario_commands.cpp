@@ -15,15 +15,49 @@ namespace {
 
 Failure wrong_file(const Error& error) { return {FailureKind::kUsage, error.message}; }
 
+nlohmann::ordered_json progress_json(const RunProgress& progress) {
+  auto orders = nlohmann::ordered_json::array();
+  for (const OrderProgress& order : progress.orders) {
+    orders.push_back({{"name", order.name},
+                      {"tray", order.tray},
+                      {"state", order.state},
+                      {"kits", order.kits},
+                      {"done", order.submitted},
+                      {"parts", order.parts},
+                      {"parts_wanted", order.parts_wanted}});
+  }
+  return {
+      {"progress", {{"time_s", progress.time_s}, {"placed", progress.placed}, {"orders", orders}}}};
+}
+
+/// Tells of a run on the console, for people or, by --progress, for programs.
+RunListener listener_of(const ScenarioRunCommand& command, Console& console) {
+  RunListener listener;
+  if (command.progress) {
+    listener.event = [&](const RunEvent& event) {
+      const nlohmann::ordered_json line{{"time_s", event.time_s}, {"what", event.what}};
+      console.out << line.dump() << std::endl;
+    };
+    listener.progress = [&](const RunProgress& progress) {
+      console.out << progress_json(progress).dump() << std::endl;
+    };
+  } else if (!console.json) {
+    listener.event = [&](const RunEvent& event) {
+      console.out << fmt::format("{:8.2f} s  {}\n", event.time_s, event.what) << std::flush;
+    };
+  }
+  return listener;
+}
+
 }  // namespace
 
 Outcome<void> run_command(const ScenarioListCommand& /*command*/, Console& console) {
   const auto paths = scene::default_data_paths();
   for (const auto& name : scene::names_in(paths.scenarios)) {
-    const auto description = scenario::describe_scenario(name, paths);
-    if (!description) return tl::unexpected(wrong_file(description.error()));
-    console.show(fmt::format("{:<24} {}\n", name, *description),
-                 {{"name", name}, {"description", *description}});
+    const auto summary = scenario::summarize_scenario(name, paths);
+    if (!summary) return tl::unexpected(wrong_file(summary.error()));
+    console.show(fmt::format("{:<24} {}\n", name, summary->description),
+                 {{"name", name}, {"description", summary->description}});
   }
   return {};
 }
@@ -54,18 +88,19 @@ Outcome<void> run_command(const ScenarioRunCommand& command, Console& console) {
   if (!scenario) return tl::unexpected(wrong_file(scenario.error()));
   const auto plan = scenario::plan(*scenario, command.seed, paths);
   if (!plan) return tl::unexpected(wrong_file(plan.error()));
-  const auto tell = [&](const RunEvent& event) {
-    if (console.json) return;
-    console.out << fmt::format("{:8.2f} s  {}\n", event.time_s, event.what) << std::flush;
-  };
-  const auto run = run_scenario(*scenario, *plan,
-                                {.speed = command.speed,
-                                 .virtual_time = command.virtual_time,
-                                 .controller = command.controller,
-                                 .directory = command.report},
-                                tell);
+  RunOptions options{.speed = command.speed,
+                     .virtual_time = command.virtual_time,
+                     .controller = command.controller,
+                     .directory = command.report};
+  if (command.attach) options.cell = RunningCell{console.endpoints, console.ports_file};
+  const auto run = run_scenario(*scenario, *plan, options, listener_of(command, console));
   if (!run) return tl::unexpected(run.error());
-  console.show('\n' + report_table(*run, console.screen.out), report_json(*run));
+  const std::string table = report_table(*run, console.screen.out);
+  if (command.progress && !console.json) {
+    console.out << nlohmann::ordered_json{{"report", table}}.dump() << std::endl;
+  } else {
+    console.show('\n' + table, report_json(*run));
+  }
   if (!command.report.empty()) {
     if (auto written = write_report(*run, command.report); !written) return written;
   }

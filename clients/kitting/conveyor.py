@@ -123,12 +123,12 @@ class Conveyor:
             self.requests += modbus.requests
             modbus.close()
 
-    def stop(self) -> None:
-        """Stops the belt and waits until it stands."""
+    def stop(self) -> float:
+        """Stops the belt, waits until it stands, and tells where that is by its encoder [mm]."""
         modbus = Modbus(self.belt.host, self.belt.port)
         try:
             modbus.write_register(RUN, 0)
-            self._rest(modbus, time.monotonic, time.sleep)
+            return self._rest(modbus, time.monotonic, time.sleep)
         finally:
             self.requests += modbus.requests
             modbus.close()

@@ -50,6 +50,7 @@ class Kit:
     given_up: dict[str, str] = field(default_factory=dict)  # by whom, and why
     lacks: set[str] = field(default_factory=set)  # types of which no part was found
     filled_by: dict[str, int] = field(default_factory=dict)
+    carried: int = 0  # parts that were carried into it, or out of it, in this round
     began_s: float | None = None
     ended_s: float | None = None
     slots: dict[str, str] = field(default_factory=dict)  # as last seen
@@ -367,6 +368,7 @@ class Board:
             self.rounds += 1
             for kit in self.kits:
                 kit.state, kit.began_s, kit.ended_s = KitState.OPEN, None, None
+                kit.carried = 0
                 kit.given_up.clear()
                 kit.lacks.clear()
                 own = {slot.name: slot.part for slot in self._cell.trays[kit.tray].slots}
@@ -399,6 +401,32 @@ class Board:
                 for o in self._unmatched or ()
             ]
             return kits + missing
+
+    def carried(self, kit: Kit, robot: str) -> None:
+        """A part is where it belongs."""
+        with self._lock:
+            kit.filled_by[robot] = kit.filled_by.get(robot, 0) + 1
+            kit.carried += 1
+
+    def progress(self) -> dict[str, object]:
+        """How far each kit is, for those who look on."""
+        with self._lock:
+            kits: list[dict[str, object]] = []
+            for k in self.kits:
+                wanted, done = len(k.wanted), k.state is KitState.COMPLETE
+                kits.append(
+                    {
+                        "name": k.name + (", back to the trays" if self.emptying else ""),
+                        "tray": k.tray,
+                        "state": "done" if done else k.state.value,
+                        "kits": 1,
+                        "done": int(done),
+                        "parts": wanted if done else min(k.carried, wanted),
+                        "parts_wanted": wanted,
+                    }
+                )
+            placed = sum(sum(k.filled_by.values()) for k in self.kits)
+            return {"placed": placed, "orders": kits}
 
     def _add(self, tray: TrayView) -> None:
         own: dict[str, str | None] = {slot.name: slot.part for slot in tray.type.slots}

@@ -33,6 +33,7 @@ class Report:
         self._began = time.monotonic()
         self.events: list[dict[str, Any]] = []
         self.counts: Counter[str] = Counter()
+        self._progress: dict[str, Any] = {}
 
     def seconds(self) -> float:
         return time.monotonic() - self._began
@@ -48,6 +49,13 @@ class Report:
                 print(json.dumps({**told, "replan": event in REPLANS}), flush=True)
             elif not self._quiet:
                 print(f"{at:8.2f} {who}: {text}", file=sys.stdout, flush=True)
+
+    def show_progress(self, progress: dict[str, Any]) -> None:
+        """One line when it is not what it was."""
+        with self._lock:
+            if progress != self._progress and self._json_lines:
+                self._progress = progress
+                print(json.dumps({"progress": progress}), flush=True)
 
     def write(self, path: Path, **results: Any) -> None:
         with self._lock:

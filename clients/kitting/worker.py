@@ -225,7 +225,7 @@ class Worker(threading.Thread):
             step = next_step(scene, kit, tray, arm.robot.reaches, self._avoided)
             if step.transfer is not None and failures < limit:
                 if self._carry(step.transfer, scene):
-                    kit.filled_by[arm.name] = kit.filled_by.get(arm.name, 0) + 1
+                    self.board.carried(kit, arm.name)
                     fresh = certain = False
                     continue
                 failures += 1

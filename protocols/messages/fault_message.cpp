@@ -132,4 +132,11 @@ void write_message(const faults::QuantityInfo& quantity, v1::FaultQuantity& mess
   message.set_meaning(std::string(quantity.meaning));
 }
 
+void write_fault_kinds(v1::ListFaultKindsResponse& message) {
+  for (const auto& kind : faults::all_kinds()) write_message(kind, *message.add_kinds());
+  for (const auto& quantity : faults::all_quantities()) {
+    write_message(quantity, *message.add_quantities());
+  }
+}
+
 }  // namespace aprsim::protocols

@@ -175,6 +175,15 @@ void write(const api::ContactSnapshot& contact, const api::CellDescription& cell
   write_message(contact.f_W, *message.mutable_force_n());
 }
 
+void write(const api::RobotTouch& touch, const api::CellDescription& cell,
+           v1::RobotTouch& message) {
+  write(touch.first, cell, *message.mutable_first());
+  write(touch.second, cell, *message.mutable_second());
+  message.set_begin_step(touch.begin_step);
+  message.set_last_step(touch.last_step);
+  message.set_greatest_n(touch.greatest_n);
+}
+
 void write(const api::SolverFailures& failures, v1::SolverFailures& message) {
   message.set_not_converged(failures.not_converged);
   message.set_worst_m_s(failures.worst_m_s);
@@ -294,6 +303,11 @@ void write_message(const api::Snapshot& snapshot, const std::string& instance_id
   message.set_world_fault(snapshot.world_fault);
   message.set_world_stops(snapshot.world_stops);
   message.set_state_hash(state_hash(snapshot));
+  if (snapshot.robot_touches) {
+    for (const auto& touch : *snapshot.robot_touches) {
+      write(touch, cell, *message.add_robot_touches());
+    }
+  }
   if (!snapshot.faults) return;
   for (const auto& fault : snapshot.faults->all) {
     write_message(fault, *message.add_injected_faults());

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <string>
 
+#include "aprsim/v1/control_service.pb.h"
 #include "aprsim/v1/snapshot.pb.h"
 #include "world/api/snapshot.hpp"
 #include "world/fault_kinds/fault_kinds.hpp"
@@ -25,6 +26,8 @@ void write_message(const api::LightCurtainSnapshot& curtain,
 void write_message(const api::InjectedFault& fault, v1::InjectedFault& message);
 void write_message(const faults::KindInfo& kind, v1::FaultKind& message);
 void write_message(const faults::QuantityInfo& quantity, v1::FaultQuantity& message);
+/// All kinds and quantities. The message must be empty.
+void write_fault_kinds(v1::ListFaultKindsResponse& message);
 
 /// The message must be empty. sample_time is taken from the wall clock here.
 void write_message(const api::Snapshot& snapshot, const std::string& instance_id,

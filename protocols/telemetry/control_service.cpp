@@ -6,6 +6,7 @@
 #include <string_view>
 #include <utility>
 
+#include "protocols/command_failure.hpp"
 #include "protocols/connection_places.hpp"
 #include "protocols/messages/control_request.hpp"
 #include "protocols/messages/write_message.hpp"
@@ -22,13 +23,6 @@ void write_receipt(const api::Snapshot& snapshot, api::Ticket ticket, v1::Receip
   receipt.set_epoch(snapshot.epoch);
   receipt.set_step(snapshot.step);
   protocols::write_message(snapshot.time, *receipt.mutable_sim_time());
-}
-
-/// Why the command could not be carried out; null = it was.
-const Error* failure_of(const api::Snapshot& snapshot, api::Ticket ticket) {
-  if (!snapshot.failures) return nullptr;
-  const auto found = std::ranges::find(*snapshot.failures, ticket, &api::CommandFailure::ticket);
-  return found == snapshot.failures->end() ? nullptr : &found->error;
 }
 
 /// What follows "Bearer" in the call's metadata; absent = there is none.
@@ -123,7 +117,7 @@ grpc::ServerUnaryReactor* ControlService::command(grpc::CallbackServerContext* c
   auto outcome = [ticket = *ticket, fill = std::move(fill)](
                      const api::Snapshot& snapshot) -> std::optional<grpc::Status> {
     if (snapshot.applied < ticket) return std::nullopt;
-    if (const Error* error = failure_of(snapshot, ticket)) return rpc_status(*error);
+    if (const Error* error = protocols::failure_of(snapshot, ticket)) return rpc_status(*error);
     fill(snapshot, ticket);
     return grpc::Status::OK;
   };
@@ -158,11 +152,13 @@ grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* cont
   const auto mask = SnapshotMask::parse(request->read_mask());
   if (!mask) return refuse(context, mask.error());
   const std::uint64_t steps = command->steps;
+  std::optional<SnapshotMask> wanted;
+  if (request->has_read_mask()) wanted = *mask;
   std::unique_lock lock(step_mutex_);
   const api::SnapshotPtr now = source_.latest();
   if (!now->paused && options_.virtual_time && options_.virtual_time->declares("grpc")) {
     lock.unlock();
-    return pass_time(context, steps, response);
+    return pass_time(context, steps, wanted, response);
   }
   if (!now->paused) {
     return refuse(context, {ErrorCode::kFailedPrecondition, "step",
@@ -176,8 +172,6 @@ grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* cont
   lock.unlock();
 
   auto* reactor = context->DefaultReactor();
-  std::optional<SnapshotMask> wanted;
-  if (request->has_read_mask()) wanted = *mask;
   auto outcome = [=, this, epoch = now->epoch,
                   ticket = *ticket](const api::Snapshot& s) -> std::optional<grpc::Status> {
     if (s.epoch != epoch) {
@@ -186,10 +180,7 @@ grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* cont
     if (!s.world_fault.empty()) return grpc::Status(grpc::StatusCode::ABORTED, s.world_fault);
     if (s.applied < ticket || s.step < goal) return std::nullopt;
     write_receipt(s, ticket, *response->mutable_receipt());
-    if (wanted) {
-      protocols::write_message(s, options_.instance_id, *response->mutable_snapshot());
-      wanted->trim(*response->mutable_snapshot());
-    }
+    write_wanted(s, wanted, *response);
     return grpc::Status::OK;
   };
   auto forget = [this, context, goal] {
@@ -209,6 +200,7 @@ grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* cont
 // on.
 grpc::ServerUnaryReactor* ControlService::pass_time(grpc::CallbackServerContext* context,
                                                     std::uint64_t steps,
+                                                    const std::optional<SnapshotMask>& wanted,
                                                     v1::StepResponse* response) {
   api::VirtualTime& time = *options_.virtual_time;
   std::unique_lock lock(step_mutex_);
@@ -229,17 +221,27 @@ grpc::ServerUnaryReactor* ControlService::pass_time(grpc::CallbackServerContext*
   time.ask(*pacer_, now->cell->step_size * static_cast<SimTime::rep>(steps));
   lock.unlock();
   auto* reactor = context->DefaultReactor();
-  auto outcome = [=, epoch = now->epoch](const api::Snapshot& s) -> std::optional<grpc::Status> {
+  auto outcome = [=, this,
+                  epoch = now->epoch](const api::Snapshot& s) -> std::optional<grpc::Status> {
     if (s.epoch != epoch) {
       return grpc::Status(grpc::StatusCode::ABORTED, "the cell was reset while time passed");
     }
     if (!s.world_fault.empty()) return grpc::Status(grpc::StatusCode::ABORTED, s.world_fault);
     if (s.step < goal) return std::nullopt;
     write_receipt(s, s.applied, *response->mutable_receipt());
+    write_wanted(s, wanted, *response);
     return grpc::Status::OK;
   };
   waiter_.wait({context, reactor, deadline(*context), std::move(outcome), {}});
   return reactor;
+}
+
+void ControlService::write_wanted(const api::Snapshot& snapshot,
+                                  const std::optional<SnapshotMask>& wanted,
+                                  v1::StepResponse& response) const {
+  if (!wanted) return;
+  protocols::write_message(snapshot, options_.instance_id, *response.mutable_snapshot());
+  wanted->trim(*response.mutable_snapshot());
 }
 
 grpc::ServerUnaryReactor* ControlService::SetSpeed(grpc::CallbackServerContext* context,
@@ -369,12 +371,7 @@ grpc::ServerUnaryReactor* ControlService::ReportEvent(grpc::CallbackServerContex
 grpc::ServerUnaryReactor* ControlService::ListFaultKinds(
     grpc::CallbackServerContext* context, const v1::ListFaultKindsRequest* /*request*/,
     v1::ListFaultKindsResponse* response) {
-  for (const auto& kind : faults::all_kinds()) {
-    protocols::write_message(kind, *response->add_kinds());
-  }
-  for (const auto& quantity : faults::all_quantities()) {
-    protocols::write_message(quantity, *response->add_quantities());
-  }
+  protocols::write_fault_kinds(*response);
   auto* reactor = context->DefaultReactor();
   reactor->Finish(grpc::Status::OK);
   return reactor;

@@ -7,6 +7,7 @@
 #include "aprsim/v1/control_service.grpc.pb.h"
 #include "protocols/limited_log.hpp"
 #include "protocols/telemetry/command_waiter.hpp"
+#include "protocols/telemetry/field_mask.hpp"
 #include "protocols/telemetry/telemetry_server.hpp"
 
 namespace aprsim::telemetry {
@@ -76,7 +77,11 @@ class ControlService final : public v1::ControlService::CallbackService {
   grpc::ServerUnaryReactor* command(grpc::CallbackServerContext* context, Body body, Fill fill);
   /// In virtual time, of the caller that paces: lets so much of it pass.
   grpc::ServerUnaryReactor* pass_time(grpc::CallbackServerContext* context, std::uint64_t steps,
+                                      const std::optional<SnapshotMask>& wanted,
                                       v1::StepResponse* response);
+  /// The snapshot, as far as it is wanted.
+  void write_wanted(const api::Snapshot& snapshot, const std::optional<SnapshotMask>& wanted,
+                    v1::StepResponse& response) const;
   [[nodiscard]] std::chrono::steady_clock::time_point deadline(
       const grpc::CallbackServerContext& context) const;
 

@@ -199,7 +199,7 @@ void Http2Relay::on_client(std::size_t size) {
   const std::uint64_t resets = guard_.resets();
   const auto ok = guard_.from_client(std::span(to_server_).first(size), now);
   probation_.count_resets(address_, guard_.resets() - resets, now);
-  if (!ok) return refuse(ok.error().message);
+  if (!ok) return refuse(ok.error().message, guard_.server_between_frames());
   asio::async_write(server_, asio::buffer(to_server_.data(), size),
                     [self = shared_from_this()](const error_code& error, std::size_t) {
                       if (self->closed_ || self->refused_) return;
@@ -218,9 +218,10 @@ void Http2Relay::read_server() {
 void Http2Relay::on_server(std::size_t size) {
   const auto now = Http2Guard::Clock::now();
   const std::uint64_t resets = guard_.resets();
+  const bool between_frames = guard_.server_between_frames();
   const auto ok = guard_.from_server(std::span(to_client_).first(size), now);
   probation_.count_resets(address_, guard_.resets() - resets, now);
-  if (!ok) return refuse(ok.error().message);
+  if (!ok) return refuse(ok.error().message, between_frames);
   if (deaf_ && !guard_.awaits_answers()) hear();
   // Most clients take it at once; the others have the stall timer.
   error_code error;
@@ -245,7 +246,7 @@ void Http2Relay::on_server(std::size_t size) {
                     });
 }
 
-void Http2Relay::refuse(const std::string& why) {
+void Http2Relay::refuse(const std::string& why, bool between_frames) {
   refused_ = true;
   probation_.offend(address_, Http2Guard::Clock::now());
   log_.warn("closing " + peer_ + ": " + why);
@@ -253,7 +254,7 @@ void Http2Relay::refuse(const std::string& why) {
   server_.close(ignored);
   hear_timer_.cancel(ignored);
   // A word between two frames; in the midst of one it would be garbage.
-  if (answering_ || !guard_.server_between_frames()) return close();
+  if (answering_ || !between_frames) return close();
   client_.write_some(asio::buffer(go_away(why)), ignored);
   client_.shutdown(Socket::shutdown_send, ignored);
   stall_timer_.expires_after(kLinger);

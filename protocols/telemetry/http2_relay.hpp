@@ -60,7 +60,8 @@ class Http2Relay : public std::enable_shared_from_this<Http2Relay> {
   void on_client(std::size_t size);
   void read_server();
   void on_server(std::size_t size);
-  void refuse(const std::string& why);
+  /// Ends it. `between_frames`: what the client has been sent ends with a whole frame.
+  void refuse(const std::string& why, bool between_frames);
   void read_rest();
 
   Socket client_;

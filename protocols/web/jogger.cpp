@@ -138,7 +138,7 @@ Result<void> Jogger::start(Jog jog, const api::Snapshot& snapshot) {
   jog_->epoch = snapshot.epoch;
   stop_owed_ = false;
   // A stop of ours, say, is on its way: tick() begins.
-  if (snapshot.applied < ticket_) return {};
+  if (snapshot.applied < ticket_ || given_up_) return {};
   // From rest, so that no other motion adds to its speed.
   Result<void> begun = check_ready(robot);
   if (begun) begun = at_rest(robot) ? begin(snapshot) : submit(api::StopMotion{});
@@ -192,6 +192,7 @@ void Jogger::release(Viewer viewer) {
 
 void Jogger::tick(const api::Snapshot& snapshot, Clock::time_point now) {
   if (stop_owed_) stop_owed_ = !submit(api::StopMotion{});
+  forgive_refusal(snapshot);
   if (!jog_) return;
   if (steps_.empty() && now >= jog_->expires) return stop("");
   if (snapshot.epoch != jog_->epoch || robot_in(snapshot, robot_).action.ticket > ticket_) {
@@ -261,9 +262,24 @@ void Jogger::finish(const std::string& why) {
 
 void Jogger::stop(const std::string& why) {
   const bool lost = jog_ && jog_->lost;
+  const bool refusable = jog_ && jog_->begun && jog_->wanted.has_tool();
+  const std::uint64_t epoch = jog_ ? jog_->epoch : 0;
   finish("The step was given up: " + why);
   if (lost) return;
   stop_owed_ = !submit(api::StopMotion{});
+  if (refusable) given_up_ = epoch;
+}
+
+void Jogger::forgive_refusal(const api::Snapshot& snapshot) {
+  // Once it is stopped it refuses nothing more.
+  if (!given_up_ || stop_owed_ || snapshot.applied < ticket_) return;
+  const api::RobotSnapshot& robot = robot_in(snapshot, robot_);
+  const bool ours = snapshot.epoch == *given_up_ && robot.action.ticket <= ticket_;
+  // Else the robot itself is at fault.
+  const bool refused =
+      robot.action.state == api::ActionState::kError && !robot.protective_stop && robot.drives_on;
+  if (ours && refused && !submit(api::InitRobot{})) return;
+  given_up_.reset();
 }
 
 Result<void> Jogger::submit(const api::RobotAction& action) {

@@ -90,6 +90,8 @@ class Jogger {
   /// Ends the jog; the steps that are not made fail with `why`.
   void finish(const std::string& why);
   void stop(const std::string& why);
+  /// Makes the robot ready again if it has refused the stretch that was given up.
+  void forgive_refusal(const api::Snapshot& snapshot);
   [[nodiscard]] Result<void> submit(const api::RobotAction& action);
 
   int robot_;
@@ -101,6 +103,8 @@ class Jogger {
   std::vector<EndedStep> ended_;
   api::Ticket first_ = 1, ticket_ = 0;  // of the commands of a jog, and the last of ours
   bool stop_owed_ = false;              // the queue was full
+  /// Epoch of a line that was given up: the robot may have refused its last stretch meanwhile.
+  std::optional<std::uint64_t> given_up_;
 };
 
 }  // namespace aprsim::web

@@ -54,7 +54,8 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
     std::uint64_t crcl = 1, modbus = 1;        ///< numbers of the events that it is to get next
     std::uint64_t faults = ~std::uint64_t{0};  ///< revision of the list that it has
   } next_events;
-  std::string noted;  ///< what was last noted of its jog
+  std::shared_ptr<const void> programs;  ///< the status that it has
+  std::string noted;                     ///< what was last noted of its jog
 
  private:
   void on_message(std::string_view data);

@@ -25,6 +25,8 @@ Bodies one_of(const Result<Command>& command) {
       std::is_same_v<Command, api::ConveyorCommand> || std::is_same_v<Command, api::SetIntruder>;
   if constexpr (of_the_cell) {
     return one(*command);
+  } else if constexpr (std::is_same_v<Command, api::InjectFault>) {
+    return one(api::FaultCommand(*command));
   } else {
     return one(api::SimulationCommand(*command));
   }
@@ -143,6 +145,12 @@ std::optional<Bodies> commands_of(const v1::ViewerRequest& request, const api::S
       return one_of(protocols::to_command(request.conveyor(), *snapshot.cell));
     case v1::ViewerRequest::kIntruder:
       return one_of(protocols::to_command(request.intruder()));
+    case v1::ViewerRequest::kInjectFault:
+      return one_of(protocols::to_command(request.inject_fault()));
+    case v1::ViewerRequest::kEndFault:
+      return one(api::FaultCommand(api::EndFault{request.end_fault().id()}));
+    case v1::ViewerRequest::kReportEvent:
+      return one(api::FaultCommand(api::ReportEvent{request.report_event().event()}));
     case v1::ViewerRequest::kStopCell:
       return stop_cell(*snapshot.cell);
     case v1::ViewerRequest::kRobot:

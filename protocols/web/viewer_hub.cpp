@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include "protocols/command_failure.hpp"
 #include "protocols/messages/write_message.hpp"
 #include "protocols/web/manual_mode.hpp"
 #include "protocols/web/register_view.hpp"
@@ -22,6 +23,7 @@ constexpr auto kLongestSilence = std::chrono::milliseconds(500);
 constexpr auto kRegisterPeriod = std::chrono::milliseconds(100);
 constexpr auto kStatusPeriod = std::chrono::seconds(1);
 constexpr auto kFaultPeriod = std::chrono::milliseconds(500);
+constexpr auto kProgramPeriod = std::chrono::milliseconds(250);
 constexpr std::size_t kEventBytesPerTick = std::size_t{96} << 10;
 
 WebMessage pack(const v1::ViewerUpdate& update) {
@@ -129,6 +131,46 @@ void write(const VisualDescription& visual, v1::CellLooks& out) {
   }
 }
 
+void write(const ProgramStatus& status, v1::ProgramStatus& out) {
+  for (const ProgramOffer& offer : status.offers) {
+    auto& entry = *out.add_offers();
+    entry.set_name(offer.name);
+    entry.set_description(offer.description);
+    entry.set_scenario(offer.scenario);
+  }
+  out.set_refusal(status.refusal);
+  out.set_name(status.name);
+  out.set_running(status.running);
+  out.set_stopping(status.stopping);
+  out.set_failed(status.failed);
+  out.set_ended(status.ended);
+  out.set_time_s(status.time_s);
+  out.set_placed(status.placed);
+  for (const OrderProgress& order : status.orders) {
+    auto& entry = *out.add_orders();
+    entry.set_name(order.name);
+    entry.set_tray(order.tray);
+    entry.set_state(order.state);
+    entry.set_kits(order.kits);
+    entry.set_done(order.done);
+    entry.set_parts(order.parts);
+    entry.set_parts_wanted(order.parts_wanted);
+  }
+  for (const std::string& line : status.lines) out.add_lines(line);
+  out.set_report(status.report);
+}
+
+/// Where none can be started.
+std::shared_ptr<const ProgramStatus> no_programs() {
+  static const auto none = std::make_shared<const ProgramStatus>(
+      ProgramStatus{.refusal = "This daemon starts no programs (web.programs)."});
+  return none;
+}
+
+bool concerns_faults(const v1::ViewerRequest& request) {
+  return request.has_inject_fault() || request.has_end_fault() || request.has_report_event();
+}
+
 }  // namespace
 
 ViewerHub::ViewerHub(const WebServerOptions& options, api::CommandSink& sink,
@@ -172,6 +214,8 @@ void ViewerHub::greet(Viewer& viewer) {
   viewer.send(pack(update));
   write(options_.visual, *update.mutable_looks());
   viewer.send(pack(update));
+  protocols::write_fault_kinds(*update.mutable_fault_kinds());
+  viewer.send(pack(update));
   write_message(options_.scaling, beams_, *update.mutable_register_map());
   viewer.send(pack(update));
 }
@@ -191,9 +235,26 @@ v1::Permission ViewerHub::permission(const Viewer& viewer) const {
 
 void ViewerHub::answer(Viewer& viewer, const v1::ViewerRequest& request) {
   const auto done = execute(viewer, request);
-  // A step of a jog is answered at its end.
-  if (done && request.jog().step() != 0) return;
+  // A step of a jog is answered at its end, what concerns faults once the cell has taken it.
+  if (done && (request.jog().step() != 0 || concerns_faults(request))) return;
   send_outcome(viewer, request.id(), done);
+}
+
+void ViewerHub::answer_awaited(const api::Snapshot& snapshot) {
+  std::vector<Awaited> due;
+  std::erase_if(awaited_, [&](const Awaited& awaited) {
+    if (awaited.ticket > snapshot.applied) return false;
+    due.push_back(awaited);
+    return true;
+  });
+  for (const Awaited& awaited : due) {
+    const auto viewer = viewers_.find(awaited.viewer);
+    if (viewer == viewers_.end()) continue;
+    // It may end, and leave the map, while it is written to.
+    const auto kept = viewer->second;
+    const Error* error = protocols::failure_of(snapshot, awaited.ticket);
+    send_outcome(*kept, awaited.request, error ? tl::unexpected(*error) : Result<void>());
+  }
 }
 
 void ViewerHub::send_outcome(Viewer& viewer, std::uint32_t id, const Result<void>& done) {
@@ -226,6 +287,7 @@ Result<void> ViewerHub::command(Viewer& viewer, const v1::ViewerRequest& request
     return fail(ErrorCode::kFailedPrecondition, "permission", allowed.reason());
   }
   if (request.has_write_register()) return write_register(request.write_register());
+  if (request.has_start_program() || request.has_stop_program()) return command_programs(request);
   const api::SnapshotPtr snapshot = source_.latest();
   if (request.has_jog()) {
     if (request.jog().robot() >= joggers_.size()) {
@@ -246,8 +308,21 @@ Result<void> ViewerHub::command(Viewer& viewer, const v1::ViewerRequest& request
   for (const auto& body : **commands) {
     const auto ticket = sink_.submit({options_.endpoint, body});
     if (!ticket && done) done = tl::unexpected(ticket.error());
+    if (ticket && concerns_faults(request)) {
+      awaited_.push_back({viewer.id(), request.id(), *ticket});
+    }
   }
   return done;
+}
+
+Result<void> ViewerHub::command_programs(const v1::ViewerRequest& request) {
+  if (options_.programs == nullptr) {
+    return fail(ErrorCode::kFailedPrecondition, "programs", no_programs()->refusal);
+  }
+  if (request.has_stop_program()) return options_.programs->stop();
+  const v1::StartProgram& start = request.start_program();
+  return options_.programs->start(start.name(),
+                                  start.has_seed() ? std::optional(start.seed()) : std::nullopt);
 }
 
 Result<void> ViewerHub::write_register(const v1::WriteRegister& write) {
@@ -362,6 +437,7 @@ void ViewerHub::tick(Clock::time_point now) {
                [this](int robot, api::Ticket ticket) {
                  return joggers_[static_cast<std::size_t>(robot)].sent(ticket);
                });
+  answer_awaited(*snapshot);
   if (viewers_.empty()) return;
   send_snapshots(snapshot, now);
   if (now - registers_at_ >= kRegisterPeriod) {
@@ -373,6 +449,7 @@ void ViewerHub::tick(Clock::time_point now) {
     send_status();
   }
   send_faults(now);
+  send_programs(now);
   send_events(options_.crcl_tap, "crcl", &v1::Watch::crcl, &Viewer::Next::crcl);
   send_events(options_.modbus_tap, "modbus", &v1::Watch::modbus, &Viewer::Next::modbus);
 }
@@ -459,6 +536,22 @@ void ViewerHub::send_faults(Clock::time_point now) {
       message = pack(update_);
     }
     if (viewer.send_if_quick(message)) viewer.next_events.faults = faults_.revision();
+  });
+}
+
+void ViewerHub::send_programs(Clock::time_point now) {
+  if (now - programs_at_ < kProgramPeriod) return;
+  programs_at_ = now;
+  const auto status = options_.programs ? options_.programs->status() : no_programs();
+  WebMessage message;
+  for_each([&](Viewer& viewer) {
+    if (viewer.programs == status) return;
+    if (!message) {
+      update_.Clear();
+      write(*status, *update_.mutable_programs());
+      message = pack(update_);
+    }
+    if (viewer.send_if_quick(message)) viewer.programs = status;
   });
 }
 

@@ -35,10 +35,19 @@ class ViewerHub {
   [[nodiscard]] std::size_t size() const { return viewers_.size(); }
 
  private:
+  /// A request whose outcome shows in a snapshot.
+  struct Awaited {
+    std::uint64_t viewer = 0;
+    std::uint32_t request = 0;
+    api::Ticket ticket = 0;
+  };
+
   void answer(Viewer& viewer, const v1::ViewerRequest& request);
+  void answer_awaited(const api::Snapshot& snapshot);
   static void send_outcome(Viewer& viewer, std::uint32_t id, const Result<void>& done);
   [[nodiscard]] Result<void> execute(Viewer& viewer, const v1::ViewerRequest& request);
   [[nodiscard]] Result<void> command(Viewer& viewer, const v1::ViewerRequest& request);
+  [[nodiscard]] Result<void> command_programs(const v1::ViewerRequest& request);
   [[nodiscard]] Result<void> write_register(const v1::WriteRegister& write);
   /// Puts what a viewer asks of the cell, and whether it was taken, among the wires' commands.
   void note(Viewer& viewer, const v1::ViewerRequest& request, const Result<void>& done);
@@ -53,6 +62,7 @@ class ViewerHub {
   void send_registers();
   void send_status();
   void send_faults(Clock::time_point now);
+  void send_programs(Clock::time_point now);
   void send_events(protocols::WireTap* tap, const char* wire, bool (v1::Watch::*wants)() const,
                    std::uint64_t Viewer::Next::*next);
   template <typename Visit>
@@ -68,9 +78,10 @@ class ViewerHub {
   std::map<std::uint64_t, std::shared_ptr<Viewer>> viewers_;
   std::uint64_t next_id_ = 0;
   std::vector<Jogger> joggers_;  // by robot
+  std::vector<Awaited> awaited_;
   FaultLog faults_;
   api::SnapshotPtr sent_;
-  Clock::time_point sent_at_{}, registers_at_{}, status_at_{}, faults_at_{};
+  Clock::time_point sent_at_{}, registers_at_{}, status_at_{}, faults_at_{}, programs_at_{};
   v1::ViewerUpdate update_;  // keeps its memory from message to message
   std::vector<protocols::WireEventPtr> events_;
 };

@@ -12,6 +12,7 @@
 #include "modbus/register_map.hpp"
 #include "protocols/access_token.hpp"
 #include "protocols/connection_places.hpp"
+#include "protocols/web/program_runner.hpp"
 #include "protocols/web/visual_description.hpp"
 #include "protocols/wire_tap.hpp"
 #include "world/api/error.hpp"
@@ -51,6 +52,7 @@ struct WebServerOptions {
   std::chrono::milliseconds drain_deadline{300};
   protocols::WireTap* crcl_tap = nullptr;  ///< both outlive the server; may be null
   protocols::WireTap* modbus_tap = nullptr;
+  ProgramRunner* programs = nullptr;  ///< outlives the server; null = pages start none
   std::function<std::vector<ListenerCount>()> listeners;  ///< called on the server's thread
   /// The text behind /metrics, in Prometheus' format; called on the server's thread. None: 404.
   std::function<std::string()> metrics = {};

@@ -1,6 +1,8 @@
 // Clients compare poses to 1e-4 mm: an arm at rest must not move by one bit.
 
-#include <cstring>
+#include <algorithm>
+#include <bit>
+#include <cstdint>
 #include <memory>
 
 #include <gtest/gtest.h>
@@ -11,9 +13,15 @@
 namespace aprsim::world {
 namespace {
 
+template <typename Vector>
+bool same_bits(const Vector& a, const Vector& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), [](double x, double y) {
+    return std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y);
+  });
+}
+
 bool same_bits(const Pose& a, const Pose& b) {
-  return std::memcmp(a.p.data(), b.p.data(), 3 * sizeof(double)) == 0 &&
-         std::memcmp(a.q.coeffs().data(), b.q.coeffs().data(), 4 * sizeof(double)) == 0;
+  return same_bits(a.p, b.p) && same_bits(a.q.coeffs(), b.q.coeffs());
 }
 
 TEST(Stillness, TheReportedToolPoseKeepsEveryBitForTenMinutes) {

@@ -170,6 +170,24 @@ TEST(VirtualTime, WhoOnlyWaitsIsLeftBehind) {
   EXPECT_TRUE(now.virtual_time().paced());
 }
 
+TEST(VirtualTime, AStepAnswersWithTheCellThatItLeadsTo) {
+  DaemonProcess daemon(in_virtual_time({"--pacers", "grpc"}));
+  CellClient cell(daemon.port("grpc"));
+  v1::StepRequest request;
+  request.set_steps(25);
+  request.mutable_read_mask()->add_paths("step");
+  request.mutable_read_mask()->add_paths("conveyor");
+  for (std::uint64_t call = 1; call <= 40; ++call) {
+    grpc::ClientContext context;
+    v1::StepResponse response;
+    CellClient::require(cell.control->Step(&context, request, &response));
+    ASSERT_EQ(response.snapshot().step(), call * 25);
+    ASSERT_EQ(response.receipt().step(), call * 25);
+    ASSERT_TRUE(response.snapshot().has_conveyor());
+    ASSERT_TRUE(response.snapshot().robots().empty()) << "not asked for";
+  }
+}
+
 TEST(VirtualTime, APausedCellAnswersWithoutTime) {
   DaemonProcess daemon(in_virtual_time({"--pacers", "crcl.fanuc"}));
   CellClient cell(daemon.port("grpc"));

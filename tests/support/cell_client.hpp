@@ -11,6 +11,7 @@
 
 #include "aprsim/v1/control_service.grpc.pb.h"
 #include "aprsim/v1/telemetry_service.grpc.pb.h"
+#include "tests/support/patience.hpp"
 
 namespace aprsim::test {
 
@@ -52,7 +53,7 @@ class CellClient {
                         const std::string& what,
                         std::chrono::seconds deadline = std::chrono::seconds(20)) {
     grpc::ClientContext context;
-    context.set_deadline(std::chrono::system_clock::now() + deadline);
+    context.set_deadline(std::chrono::system_clock::now() + kPatience * deadline);
     v1::StreamSnapshotsRequest request;
     request.set_rate_hz(200);
     auto stream = telemetry->StreamSnapshots(&context, request);

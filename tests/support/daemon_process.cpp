@@ -13,6 +13,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "tests/support/patience.hpp"
+
 extern char** environ;
 
 namespace aprsim::test {
@@ -69,7 +71,7 @@ ProcessResult run_process(const std::vector<std::string>& argv, std::chrono::sec
   const auto start = Clock::now();
   const pid_t pid = spawn(argv, directory.path());
   int status = 0;
-  const bool ended = wait_for_exit(pid, start + deadline, status);
+  const bool ended = wait_for_exit(pid, start + kPatience * deadline, status);
   if (!ended) {
     kill(pid, SIGKILL);
     waitpid(pid, &status, 0);
@@ -91,7 +93,7 @@ DaemonProcess::DaemonProcess(std::vector<std::string> arguments, int log)
                                    "--ports-file", ports_file_};
   argv.insert(argv.end(), arguments.begin(), arguments.end());
   pid_ = spawn(argv, directory_.path(), log);
-  const auto deadline = Clock::now() + 10s;
+  const auto deadline = Clock::now() + kPatience * 60s;
   int status = 0;
   while (!fs::exists(ports_file_)) {
     const bool ended = waitpid(pid_, &status, WNOHANG) == pid_;

@@ -27,7 +27,7 @@ ProcessResult run_process(const std::vector<std::string>& argv,
 class DaemonProcess {
  public:
   /// Starts it with `arguments` besides --any-port and --ports-file, and waits until it serves.
-  /// Throws std::runtime_error with its log when it does not within ten seconds. `log`: a
+  /// Throws std::runtime_error with its log when it does not within a minute. `log`: a
   /// descriptor for its log, which else goes into a file.
   explicit DaemonProcess(std::vector<std::string> arguments = {}, int log = -1);
   /// Kills what still runs.

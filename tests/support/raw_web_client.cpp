@@ -2,10 +2,13 @@
 
 #include <stdexcept>
 
+#include "tests/support/patience.hpp"
+
 namespace aprsim::test {
 namespace {
 
-constexpr std::chrono::seconds kPatience{10};
+constexpr std::chrono::seconds kDeadline = kPatience * std::chrono::seconds(10);
+constexpr int kBinary = 2, kClose = 8, kPing = 9, kPong = 10;  // RFC 6455, section 5.2
 
 }  // namespace
 
@@ -14,11 +17,11 @@ RawWebClient::RawWebClient(std::uint16_t port)
 
 void RawWebClient::send(const std::string& bytes) {
   // What the peer no longer takes is part of what is tested.
-  static_cast<void>(socket_.send(bytes, kPatience));
+  static_cast<void>(socket_.send(bytes, kDeadline));
 }
 
 bool RawWebClient::fill() {
-  const std::string bytes = socket_.receive(test::TcpSocket::Clock::now() + kPatience);
+  const std::string bytes = socket_.receive(test::TcpSocket::Clock::now() + kDeadline);
   input_ += bytes;
   return !bytes.empty();
 }
@@ -58,7 +61,9 @@ std::string RawWebClient::upgrade(const std::string& origin) {
        "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
        "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n" +
        (origin.empty() ? "" : "Origin: " + origin + "\r\n") + "\r\n");
-  return read_head();
+  const std::string head = read_head();
+  upgraded_ = head.starts_with("HTTP/1.1 101");
+  return head;
 }
 
 void RawWebClient::send_frame(int opcode, const std::string& payload) {
@@ -78,21 +83,47 @@ void RawWebClient::send(const v1::ViewerRequest& request) {
   send_frame(2, request.SerializeAsString());
 }
 
-std::optional<v1::ViewerUpdate> RawWebClient::next(
-    const std::function<bool(const v1::ViewerUpdate&)>& wanted) {
-  const auto end = std::chrono::steady_clock::now() + kPatience;
-  while (std::chrono::steady_clock::now() < end) {
+std::optional<std::string> RawWebClient::message() {
+  for (;;) {
     const std::string head = read(2);
-    if (head.size() < 2 || (head[0] & 0x0F) == 8) return std::nullopt;
+    if (head.size() < 2) return std::nullopt;
+    const int opcode = head[0] & 0x0F;
     std::size_t size = static_cast<unsigned char>(head[1]) & 0x7FU;
     if (size >= 126) {
       const std::string length = read(size == 126 ? 2 : 8);
       size = 0;
       for (const char byte : length) size = (size << 8) | static_cast<unsigned char>(byte);
     }
-    const std::string payload = read(size);
+    std::string payload = read(size);
+    switch (opcode) {
+      case kClose:
+        send_frame(kClose, payload);
+        return std::nullopt;
+      case kPing:
+        send_frame(kPong, payload);
+        break;
+      case kBinary:
+        return payload;
+      default:
+        break;
+    }
+  }
+}
+
+bool RawWebClient::closed() {
+  while (upgraded_ && message()) {
+  }
+  return socket_.ended(kDeadline);
+}
+
+std::optional<v1::ViewerUpdate> RawWebClient::next(
+    const std::function<bool(const v1::ViewerUpdate&)>& wanted) {
+  const auto end = std::chrono::steady_clock::now() + kDeadline;
+  while (std::chrono::steady_clock::now() < end) {
+    const auto payload = message();
+    if (!payload) return std::nullopt;
     v1::ViewerUpdate update;
-    if ((head[0] & 0x0F) == 2 && update.ParseFromString(payload) && wanted(update)) return update;
+    if (update.ParseFromString(*payload) && wanted(update)) return update;
   }
   throw std::runtime_error("the update that was waited for did not come");
 }

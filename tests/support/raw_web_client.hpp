@@ -12,7 +12,8 @@
 namespace aprsim::test {
 
 /// An HTTP and WebSocket client of bytes and nothing else, so that tests can also be rude.
-/// Everything that takes longer than ten seconds throws.
+/// Pings and closings are answered whenever it reads. Everything that takes longer than ten seconds
+/// throws.
 class RawWebClient {
  public:
   explicit RawWebClient(std::uint16_t port);
@@ -25,7 +26,7 @@ class RawWebClient {
   /// The next answer to what has been sent.
   std::string answer(bool with_body = true);
   /// True once the peer has closed; false when it has not within ten seconds.
-  bool closed() { return socket_.ended(); }
+  bool closed();
 
   /// The upgrade; returns the answer's head. `origin` empty = no such header.
   std::string upgrade(const std::string& origin = "");
@@ -43,8 +44,11 @@ class RawWebClient {
   bool fill();
   std::string read(std::size_t count);
   std::string read_head();
+  /// The next message; nullopt when the server closes.
+  std::optional<std::string> message();
 
   test::TcpSocket socket_;
+  bool upgraded_ = false;
   std::string host_;
   std::string input_;
   std::uint32_t last_id_ = 0;

@@ -10,6 +10,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "tests/support/patience.hpp"
+
 extern char** environ;
 
 namespace aprsim::test {
@@ -88,7 +90,7 @@ void TerminalProcess::read_some() {
 }
 
 void TerminalProcess::wait_for(const std::string& text, Seconds deadline) {
-  const auto end = Clock::now() + deadline;
+  const auto end = Clock::now() + kPatience * deadline;
   while (true) {
     const std::size_t found = output_.find(text, seen_);
     if (found != std::string::npos) {
@@ -115,7 +117,7 @@ bool TerminalProcess::has_ended() {
 }
 
 int TerminalProcess::wait_for_exit(Seconds deadline) {
-  const auto end = Clock::now() + deadline;
+  const auto end = Clock::now() + kPatience * deadline;
   while (!has_ended()) {
     if (Clock::now() > end) give_up("does not end");
     read_some();

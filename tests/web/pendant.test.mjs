@@ -26,10 +26,18 @@ const robot = (index, of = page) =>
       tool: [x, y, z],
       joints: state.joints.map((joint) => joint.positionRad),
       moving: state.moving,
+      initialized: state.initialized,
       description: state.action.description
     };
   }, index);
 const atRest = (index) => until('rest', async () => !(await robot(index)).moving);
+/** A line that is refused as it is let go makes the robot unready for a moment. */
+const untilReady = (index) =>
+  until('the robot to be ready', async () => {
+    const {initialized, description} = await robot(index);
+    if (!initialized) throw new Error(`it says "${description}"`);
+    return true;
+  });
 
 async function makeReady(name, of = page) {
   await of.getByTestId(`choose-${name}`).click();
@@ -88,9 +96,14 @@ async function fastest(index, button, moved) {
   await page.getByTestId(button).hover();
   const start = await robot(index);
   await page.mouse.down();
-  await until('motion', async () => moved(start, await robot(index)));
+  await until('motion', async () => {
+    const now = await robot(index);
+    if (!moved(start, now)) throw new Error(`the robot says "${now.description}"`);
+    return true;
+  });
   await page.mouse.up();
   await atRest(index);
+  await untilReady(index);
   return page.evaluate(() => globalThis.fastest);
 }
 
@@ -313,6 +326,20 @@ test('on a phone the view stays while the last jog button is used', async () => 
   assert.equal(await phone.evaluate(() => scrollY), 0);
   assert.deepEqual(phone.complaints, []);
   await phone.context().close();
+});
+
+test('a line that is let go at any moment, refused or not, leaves the robot ready', async () => {
+  await makeReady('motoman');
+  for (const direction of ['+x', '+y', '+z']) {
+    await page.getByTestId(`jog motoman along ${direction}`).hover();
+    for (let hold_ms = 0; hold_ms <= 400; hold_ms += 50) {
+      await page.mouse.down();
+      await new Promise((go) => setTimeout(go, hold_ms));
+      await page.mouse.up();
+      await atRest(1);
+      await untilReady(1);
+    }
+  }
 });
 
 test('nothing was complained of', () => assert.deepEqual(page.complaints, []));

@@ -79,6 +79,8 @@ struct ContactSide {
   int part = -1;  ///< of a robot: 0 palm, 1-2 fingers, from kFirstLink on its links; else -1
 
   static constexpr int kFirstLink = 3;
+
+  bool operator==(const ContactSide&) const = default;
 };
 
 inline constexpr std::size_t kMaxContacts = 256;
@@ -88,6 +90,21 @@ struct ContactSnapshot {
   Eigen::Vector3d p_W = Eigen::Vector3d::Zero();
   Eigen::Vector3d f_W = Eigen::Vector3d::Zero();  ///< on the first [N]
 };
+
+inline constexpr std::size_t kMaxRobotTouches = 64;
+/// A robot's contact with what is no work for it: anything but gears at its gripper. Contacts of a
+/// pair that follow each other within 0.25 s are one.
+struct RobotTouch {
+  ContactSide first, second;  ///< the first is the robot
+  std::uint64_t begin_step = 0, last_step = 0;
+  double greatest_n = 0;  ///< of the sums of all points' forces in a step
+
+  [[nodiscard]] bool same_pair(const RobotTouch& other) const {
+    return first == other.first && second == other.second;
+  }
+};
+/// The latest kMaxRobotTouches since reset, by their begin.
+using RobotTouchesPtr = std::shared_ptr<const std::vector<RobotTouch>>;
 
 /// How often the solver of contacts did less than it should, since reset. The cell goes on.
 struct SolverFailures {
@@ -151,6 +168,7 @@ struct Snapshot {
   /// those among themselves that they had when they came to rest, as nothing has changed at them
   /// since.
   std::vector<ContactSnapshot> contacts;
+  RobotTouchesPtr robot_touches;     ///< null = none
   int virtual_joint_count = 0;       ///< contact simplification at work
   double max_penetration_m = 0;      ///< deepest contact in this step
   std::uint64_t physics_faults = 0;  ///< penetrations over 0.5 mm since reset

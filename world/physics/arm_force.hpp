@@ -14,6 +14,7 @@ struct ArmForce {
   api::ContactSide partner;                       ///< what it is in contact with
   int partner_link = -1;                          ///< of the robot `partner`, where it is a link
   bool on_gripper = false;
+  int part = -1;         ///< of the gripper: 0 palm, 1-2 fingers; -1 = by no contact with it
   bool penalty = false;  ///< by ArmPenalty, not by a solver
   /// On what the gripper holds: tells what that meets. It reaches the arm through the grip, whose
   /// forces are in the list too, so it is no load of its own.

@@ -52,7 +52,7 @@ void ContactReport::add_arm_forces(const ContactConstraint& constraint) {
     const int robot = static_cast<int>(r);
     const bool a = of_gripper(robot, contact.a), b = of_gripper(robot, contact.b);
     const int flange = model_.arms[r].links() - 1;
-    const auto on_gripper = [&](const Eigen::Vector3d& f_W, BodyIndex other, int fixed,
+    const auto on_gripper = [&](const Eigen::Vector3d& f_W, int part, BodyIndex other, int fixed,
                                 bool relayed) {
       forces_[r].push_back({.link = flange,
                             .p_W = contact.p_W,
@@ -60,15 +60,19 @@ void ContactReport::add_arm_forces(const ContactConstraint& constraint) {
                             .partner = side(other, fixed),
                             .partner_link = link(other),
                             .on_gripper = true,
+                            .part = part,
                             .relayed = relayed});
     };
-    if (a && !b) on_gripper(constraint.f_W, contact.b, constraint.fixed, false);
-    if (b && !a) on_gripper(-constraint.f_W, contact.a, -1, false);
+    const BodyIds& ids = model_.ids;
+    if (a && !b) {
+      on_gripper(constraint.f_W, ids.part_of(contact.a), contact.b, constraint.fixed, false);
+    }
+    if (b && !a) on_gripper(-constraint.f_W, ids.part_of(contact.b), contact.a, -1, false);
     const int held = model_.grippers[r].state().held_body;
     if (held >= 0 && contact.a == held && !b) {
-      on_gripper(constraint.f_W, contact.b, constraint.fixed, true);
+      on_gripper(constraint.f_W, -1, contact.b, constraint.fixed, true);
     }
-    if (held >= 0 && contact.b == held && !a) on_gripper(-constraint.f_W, contact.a, -1, true);
+    if (held >= 0 && contact.b == held && !a) on_gripper(-constraint.f_W, -1, contact.a, -1, true);
     if (model_.ids.is_link(contact.b) && model_.ids.robot_of(contact.b) == robot) {
       forces_[r].push_back({link(contact.b), contact.p_W, -constraint.f_W, side(contact.a, -1)});
     }

@@ -34,6 +34,8 @@ constexpr std::array kTable{
                 "kits were right in the end"},
     MeasureKind{"recovery_mean_s", "s", "from a fault's begin to the next part in a kit, mean"},
     MeasureKind{"recovery_max_s", "s", "the same, longest"},
+    MeasureKind{"controller_kills", "1", "times that the controller was killed and started again"},
+    MeasureKind{"controller_killed_s", "s", "when that was last"},
     MeasureKind{"replans", "1", "times that the controller says it changed its plan"},
     MeasureKind{"crcl_requests", "1", "documents sent to all robots, as the controller says"},
     MeasureKind{"modbus_requests", "1", "requests to the PLC, as the controller says"},

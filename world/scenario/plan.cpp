@@ -126,6 +126,11 @@ Result<Plan> draw_plan(const Scenario& scenario, std::uint64_t seed, int trial,
     const double time_s = draw.between("fault." + std::to_string(i), (*at_s)[0], (*at_s)[1]);
     at_s = {time_s, time_s};
   }
+  for (std::size_t i = 0; i < scenario.kills_s.size(); ++i) {
+    const auto& [from_s, to_s] = scenario.kills_s[i];
+    out.kills_s.push_back(draw.between("kill." + std::to_string(i), from_s, to_s));
+  }
+  std::ranges::sort(out.kills_s);
   return out;
 }
 

@@ -13,9 +13,10 @@ namespace aprsim::scenario {
 /// One run of a scenario, with nothing left to chance but what the cell draws from the same seed.
 struct Plan {
   std::uint64_t seed = 1;
-  std::string scene_text;     ///< a scene file of its own; found models apart it names no other
-  scene::Scene scene;         ///< the same, read
-  std::vector<Fault> faults;  ///< each at_s is one time
+  std::string scene_text;       ///< a scene file of its own; found models apart it names no other
+  scene::Scene scene;           ///< the same, read
+  std::vector<Fault> faults;    ///< each at_s is one time
+  std::vector<double> kills_s;  ///< when the controller is killed, in their order
 };
 
 /// Draws what varies. A function of its arguments: the same bits everywhere. A value keeps to its

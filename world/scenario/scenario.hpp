@@ -91,10 +91,14 @@ struct Scenario {
   std::string scene_file;  ///< of the scene it is based on
   std::string scene_text;  ///< that scene with what the scenario takes out and puts in
   scene::Scene scene;      ///< the same, read
+  bool own_parts = false;  ///< it takes parts out of the scene or puts some in
   std::string cell;        ///< what the kitting controller calls the cell
   std::vector<std::string> controller_options;
   std::vector<Order> orders;
   std::vector<Fault> faults;
+  /// When the controller is killed and started again: each between two times [s], drawn by the
+  /// seed.
+  std::vector<std::array<double, 2>> kills_s;
   Variation variation;
   Stop stop;
   std::map<std::string, Bound> expected;  ///< by measure

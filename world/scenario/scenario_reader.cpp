@@ -21,9 +21,9 @@ constexpr yaml::Range kTime{.min = 0, .max = kLongest};
 constexpr yaml::Range kSpan{.min = 0, .max = kLongest, .open_min = true};
 constexpr yaml::Range kShare{.min = 0, .max = 0.9};
 
-constexpr std::array<std::string_view, 12> kKeys = {"description", "scene",  "cell",   "controller",
-                                                    "remove",      "supply", "orders", "faults",
-                                                    "vary",        "stop",   "expect", "scoring"};
+constexpr std::array<std::string_view, 13> kKeys = {
+    "description", "scene",           "cell", "controller", "remove", "supply", "orders",
+    "faults",      "kill_controller", "vary", "stop",       "expect", "scoring"};
 
 bool is_file(const std::string& name) {
   return name.find('/') != std::string::npos || name.ends_with(".yaml") || name.ends_with(".yml");
@@ -42,6 +42,14 @@ Result<std::string> find_scenario(const std::string& name_or_file, const scene::
               "scenario: found no scenario \"" + name_or_file + "\" in " + paths.scenarios +
                   ", expected one of " + (list.empty() ? "(none there)" : list) +
                   (near.empty() ? "" : " (did you mean " + near + "?)"));
+}
+
+/// The file of a scene that a scenario names.
+Result<std::string> scene_of(const std::string& name, const std::string& scenario,
+                             const scene::DataPaths& paths) {
+  const bool beside = is_file(name) && !fs::path(name).is_absolute();
+  return scene::find_scene(beside ? (fs::path(scenario).parent_path() / name).string() : name,
+                           paths);
 }
 
 std::optional<double> read_optional(const yaml::Node& node, const yaml::Range& range) {
@@ -101,6 +109,7 @@ class Reader {
     check_counts(keys["orders"], out_);
     for (const yaml::Node& node : keys["faults"].items()) read_fault(node);
     check_moments(keys);
+    for (const yaml::Node& node : keys["kill_controller"].items()) read_kill(node);
     read_variation(keys["vary"]);
     read_stop(keys["stop"]);
     read_expected(keys["expect"]);
@@ -114,9 +123,7 @@ class Reader {
   Result<void> read_scene(const yaml::Map& keys) {
     const std::string name = keys["scene"].text();
     if (document_.error()) return tl::unexpected(*document_.error());
-    const bool beside = is_file(name) && !fs::path(name).is_absolute();
-    const auto file = scene::find_scene(
-        beside ? (fs::path(out_.file).parent_path() / name).string() : name, paths_);
+    const auto file = scene_of(name, out_.file, paths_);
     if (!file) return refer(keys["scene"], file.error());
     out_.scene_file = *file;
     // What is wrong with the scene alone is told of the scene's own file.
@@ -126,6 +133,7 @@ class Reader {
     if (!text) return tl::unexpected(std::move(text.error()));
     auto tree = yaml::detail::parse(*text, *file);
     if (!tree) return tl::unexpected(std::move(tree.error()));
+    out_.own_parts = keys["remove"] || keys["supply"];
     for (const yaml::Node& node : keys["remove"].items()) {
       const std::string body = node.text();
       if (!remove_body(*tree, body)) node.unexpected("the name of a tray or gear in the scene");
@@ -241,14 +249,21 @@ class Reader {
     for (const auto& [name, value] : keys["with"].entries()) {
       fault.parameters[name] = value.number();
     }
-    if (keys["at_s"].is_list()) {
-      fault.at_s = read_interval(keys["at_s"], kTime);
-    } else if (const auto at_s = read_optional(keys["at_s"], kTime)) {
-      fault.at_s = {*at_s, *at_s};
-    }
+    if (keys["at_s"]) fault.at_s = read_times(keys["at_s"]);
     if (keys["when"]) read_when(keys, fault);
     fault.for_s = read_optional(keys["for_s"], kSpan);
     out_.faults.push_back(std::move(fault));
+  }
+
+  /// A time, or two between which it is drawn.
+  static std::array<double, 2> read_times(const yaml::Node& node) {
+    if (node.is_list()) return read_interval(node, kTime);
+    const double at_s = node.number(kTime);
+    return {at_s, at_s};
+  }
+
+  void read_kill(const yaml::Node& node) {
+    out_.kills_s.push_back(read_times(node.map({"at_s"})["at_s"]));
   }
 
   void read_when(const yaml::Map& keys, Fault& fault) const {
@@ -356,14 +371,20 @@ Result<Scenario> load_scenario(const std::string& name_or_file, const scene::Dat
   return Reader(*document, std::move(*file), paths).read();
 }
 
-Result<std::string> describe_scenario(const std::string& name, const scene::DataPaths& paths) {
+Result<Summary> summarize_scenario(const std::string& name, const scene::DataPaths& paths) {
   const auto file = find_scenario(name, paths);
   if (!file) return tl::unexpected(file.error());
   const auto document = yaml::Document::from_file(*file);
   if (!document) return tl::unexpected(document.error());
-  std::string description = document->root().map(kKeys)["description"].text();
+  const yaml::Map keys = document->root().map(kKeys);
+  Summary out{.description = keys["description"].text(),
+              .scene_file = keys["scene"].text(),
+              .own_parts = keys["remove"] || keys["supply"]};
   if (document->error()) return tl::unexpected(*document->error());
-  return description;
+  auto scene = scene_of(out.scene_file, *file, paths);
+  if (!scene) return tl::unexpected(std::move(scene.error()));
+  out.scene_file = std::move(*scene);
+  return out;
 }
 
 }  // namespace aprsim::scenario

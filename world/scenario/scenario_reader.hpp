@@ -14,8 +14,15 @@ namespace aprsim::scenario {
 [[nodiscard]] Result<Scenario> load_scenario(const std::string& name_or_file,
                                              const scene::DataPaths& paths);
 
-/// The description alone, of a shipped scenario; its error, when it cannot be read.
-[[nodiscard]] Result<std::string> describe_scenario(const std::string& name,
-                                                    const scene::DataPaths& paths);
+/// What a shipped scenario is, without all that it asks for.
+struct Summary {
+  std::string description;
+  std::string scene_file;  ///< of the scene it is based on
+  bool own_parts = false;  ///< as Scenario has it
+};
+
+/// The summary of a shipped scenario; its error, when that cannot be read.
+[[nodiscard]] Result<Summary> summarize_scenario(const std::string& name,
+                                                 const scene::DataPaths& paths);
 
 }  // namespace aprsim::scenario

@@ -18,8 +18,7 @@ constexpr double kInSlot_m = 0.01;      // a gear's origin from its slot's centr
 constexpr double kUpright = 0.9;        // cosine of a gear's tilt, at least
 constexpr double kSamePlace_m = 0.015;  // of two grasps
 constexpr double kSubmittedPlace_m = 0.15;
-constexpr double kSettling_s = 3;          // from release to rest, at most
-constexpr double kSameCollision_s = 0.25;  // between two touches of one
+constexpr double kSettling_s = 3;  // from release to rest, at most
 constexpr double kOldRate = 1.25;  // of the old time from part to part counts as the old rate
 
 double yaw_of(const Eigen::Isometry3d& pose) {
@@ -199,22 +198,16 @@ struct Measures::State {
   }
 
   void watch_touches() {
-    // Points of one pair are one touch.
-    std::map<std::string, Touch> touches;
     for (const Touch& touch : last.touches) {
-      Touch& sum = touches[touch.pair];
-      sum = {touch.pair, touch.two_robots, sum.force_n + touch.force_n};
-    }
-    for (const auto& [pair, touch] : touches) {
-      const auto open = std::find_if(
-          collisions.rbegin(), collisions.rend(), [&, name = pair](const Collision& collision) {
-            return collision.pair == name && last.time_s - collision.end_s <= kSameCollision_s;
+      const auto known =
+          std::find_if(collisions.rbegin(), collisions.rend(), [&](const Collision& collision) {
+            return collision.pair == touch.pair && collision.begin_s == touch.begin_s;
           });
-      if (open == collisions.rend()) {
-        collisions.push_back({pair, touch.two_robots, last.time_s, last.time_s, touch.force_n});
+      const Collision seen{touch.pair, touch.two_robots, touch.begin_s, touch.end_s, touch.max_n};
+      if (known == collisions.rend()) {
+        collisions.push_back(seen);
       } else {
-        open->end_s = last.time_s;
-        open->max_n = std::max(open->max_n, touch.force_n);
+        *known = seen;
       }
     }
   }
@@ -248,11 +241,12 @@ struct Measures::State {
     std::optional<std::size_t> best;
     double best_cost = place ? kSubmittedPlace_m : std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < shape.bodies.size(); ++i) {
-      if (shape.bodies[i].kind != Kind::kKitTray || submitted_trays.contains(i)) continue;
+      if (shape.bodies[i].kind != Kind::kKitTray) continue;
+      const bool again = submitted_trays.contains(i);
       double cost = 0;
       if (place) {
         cost = (pose(i).translation().head<2>() - *place).norm();
-      } else if (shape.bodies[i].type == wanted.tray) {
+      } else if (shape.bodies[i].type == wanted.tray && !again) {
         const Contents in = contents(i, wanted);
         cost = static_cast<double>(in.surplus) - static_cast<double>(in.right);
       } else {
@@ -262,7 +256,8 @@ struct Measures::State {
       best = i;
       best_cost = cost;
     }
-    return best;
+    // Who names a tray means that one.
+    return best && submitted_trays.contains(*best) ? std::nullopt : best;
   }
 
   void add_faults(Measured& out) const {
@@ -364,6 +359,28 @@ unsigned Measures::fulfilled(const std::string& order) const {
     if (in.right == wanted.slots.size() && in.surplus == 0) ++count;
   }
   return count;
+}
+
+unsigned Measures::submitted_kits(const std::string& order) const {
+  return static_cast<unsigned>(std::ranges::count(state_->kits, order, &KitResult::order));
+}
+
+std::size_t Measures::filled(const std::string& order) const {
+  const State& s = *state_;
+  const scenario::Order& wanted = s.order(order);
+  std::size_t parts = 0;
+  for (const KitResult& kit : s.kits) {
+    if (kit.order == order) parts += kit.right;
+  }
+  std::vector<unsigned> begun;
+  for (std::size_t i = 0; i < s.shape.bodies.size(); ++i) {
+    if (s.shape.bodies[i].type != wanted.tray || s.submitted_trays.contains(i)) continue;
+    begun.push_back(s.contents(i, wanted).right);
+  }
+  std::ranges::sort(begun, std::greater<>());
+  if (begun.size() > open(order)) begun.resize(open(order));
+  for (const unsigned right : begun) parts += right;
+  return parts;
 }
 
 std::size_t Measures::placed() const { return state_->placements.size(); }

@@ -78,8 +78,8 @@ struct Measured {
   double end_s = 0;
 };
 
-/// Watches a run. What is shorter than the time between two samples is not seen: contacts above
-/// all. Throws std::invalid_argument for an order that it does not know. Thread: one.
+/// Watches a run. Of the grippers it does not see what is shorter than the time between two
+/// samples. Throws std::invalid_argument for an order that it does not know. Thread: one.
 class Measures {
  public:
   Measures(CellShape shape, std::vector<scenario::Order> orders);
@@ -100,6 +100,11 @@ class Measures {
   [[nodiscard]] unsigned open(const std::string& order) const;
   /// Kit trays of an order's type that hold exactly what it wants and are not submitted.
   [[nodiscard]] unsigned fulfilled(const std::string& order) const;
+  /// Kits of an order that were submitted.
+  [[nodiscard]] unsigned submitted_kits(const std::string& order) const;
+  /// Parts that are right in an order's kits: in those that were submitted, and in the fullest
+  /// trays of its type for those that still are to be.
+  [[nodiscard]] std::size_t filled(const std::string& order) const;
   [[nodiscard]] std::size_t placed() const;
   /// Time since anything last moved.
   [[nodiscard]] double quiet_s() const;

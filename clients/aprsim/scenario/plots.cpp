@@ -9,6 +9,7 @@ namespace aprsim::client {
 namespace {
 
 constexpr double kWidth = 860, kLeft = 60, kRight = 15, kTop = 10, kBottom = 36;
+constexpr double kTitle = 18;  // height of a line over the frame
 constexpr const char* kBlue = "#2767a8";
 
 /// 1, 2 or 5 times a power of ten, so that some five of them make the span.
@@ -25,7 +26,10 @@ double tick_of(double span) {
 class Frame {
  public:
   Frame(double height, double max_x, double max_y, const char* x_title, const char* y_title)
-      : height_(height), max_x_(std::max(max_x, 1e-9)), max_y_(std::max(max_y, 1e-9)) {
+      : height_(height),
+        top_(kTop + (*y_title == '\0' ? 0 : kTitle)),
+        max_x_(std::max(max_x, 1e-9)),
+        max_y_(std::max(max_y, 1e-9)) {
     out_ = fmt::format(
         "<svg viewBox=\"0 0 {} {}\" role=\"img\" font-family=\"sans-serif\" font-size=\"12\">\n",
         kWidth, height_);
@@ -34,7 +38,7 @@ class Frame {
       out_ += fmt::format(
           "<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2}\" stroke=\"#d5dbe0\"/><text "
           "x=\"{0:.1f}\" y=\"{3}\" text-anchor=\"middle\">{4:g}</text>\n",
-          x(i * tick_x), kTop, height_ - kBottom, height_ - kBottom + 15, i * tick_x);
+          x(i * tick_x), top_, height_ - kBottom, height_ - kBottom + 15, i * tick_x);
     }
     out_ += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>\n", kWidth - kRight,
                         height_ - 5, x_title);
@@ -53,7 +57,7 @@ class Frame {
     return kLeft + value / max_x_ * (kWidth - kLeft - kRight);
   }
   [[nodiscard]] double y(double value) const {
-    return height_ - kBottom - value / max_y_ * (height_ - kBottom - kTop);
+    return height_ - kBottom - value / max_y_ * (height_ - kBottom - top_);
   }
 
   void band(double from_x, double to_x, double from_y, double to_y, const char* colour,
@@ -68,7 +72,7 @@ class Frame {
     out_ += fmt::format(
         "<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2}\" stroke=\"{3}\" "
         "stroke-dasharray=\"4 3\"><title>{4}</title></line>\n",
-        x(at_x), kTop, height_ - kBottom, colour, title);
+        x(at_x), top_, height_ - kBottom, colour, title);
   }
   void dot(double at_x, double at_y, const std::string& title) {
     out_ += fmt::format(
@@ -79,7 +83,7 @@ class Frame {
   [[nodiscard]] std::string text() const { return out_ + "</svg>\n"; }
 
  private:
-  double height_, max_x_, max_y_;
+  double height_, top_, max_x_, max_y_;
   std::string out_;
 };
 

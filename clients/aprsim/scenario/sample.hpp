@@ -42,7 +42,8 @@ struct BodySample {
 struct Touch {
   std::string pair;  ///< both things
   bool two_robots = false;
-  double force_n = 0;
+  double begin_s = 0, end_s = 0;  ///< so far
+  double max_n = 0;
 };
 struct FaultSample {
   std::uint64_t id = 0;
@@ -53,7 +54,7 @@ struct Sample {
   double time_s = 0;  ///< simulated, since the start
   std::vector<RobotSample> robots;
   std::vector<BodySample> bodies;
-  std::vector<Touch> touches;
+  std::vector<Touch> touches;       ///< the latest ones, each from its begin on
   std::vector<FaultSample> faults;  ///< all that have been injected
   double belt_speed_m_s = 0;
 };

@@ -8,11 +8,6 @@
 namespace aprsim::client {
 namespace {
 
-bool is_gear(const v1::Snapshot& snapshot, const v1::ContactSide& side) {
-  return side.thing_case() == v1::ContactSide::kBody &&
-         snapshot.bodies(static_cast<int>(side.body())).kind() == v1::BODY_KIND_GEAR;
-}
-
 std::string name_of(const v1::ContactSide& side, const v1::Snapshot& snapshot,
                     const v1::CellDescription& cell) {
   const auto at = [](std::uint32_t index) { return static_cast<int>(index); };
@@ -30,18 +25,6 @@ std::string name_of(const v1::ContactSide& side, const v1::Snapshot& snapshot,
       // Belt or floor.
       return "ground";
   }
-}
-
-bool is_gripper(const v1::ContactSide& side) {
-  return side.part() == "palm" || side.part() == "finger_1" || side.part() == "finger_2";
-}
-
-/// Whether one side is a robot that must not touch the other one.
-bool is_collision(const v1::Snapshot& snapshot, const v1::ContactSide& one,
-                  const v1::ContactSide& other) {
-  if (one.thing_case() != v1::ContactSide::kRobot) return false;
-  if (other.thing_case() == v1::ContactSide::kRobot) return one.robot() != other.robot();
-  return !(is_gripper(one) && is_gear(snapshot, other));
 }
 
 RobotSample robot_sample(const v1::RobotState& robot) {
@@ -83,14 +66,12 @@ Sample sample_of(const v1::Snapshot& snapshot, const v1::CellDescription& cell) 
   for (const auto& body : snapshot.bodies()) {
     out.bodies.push_back({isometry(body.body_in_world()), body.resting(), body.has_lost_step()});
   }
-  for (const auto& contact : snapshot.contacts()) {
-    const auto &first = contact.first(), &second = contact.second();
-    if (!is_collision(snapshot, first, second) && !is_collision(snapshot, second, first)) continue;
-    const auto& force = contact.force_n();
+  for (const auto& touch : snapshot.robot_touches()) {
+    const auto &first = touch.first(), &second = touch.second();
     out.touches.push_back({name_of(first, snapshot, cell) + " | " + name_of(second, snapshot, cell),
-                           first.thing_case() == v1::ContactSide::kRobot &&
-                               second.thing_case() == v1::ContactSide::kRobot,
-                           std::hypot(force.x(), force.y(), force.z())});
+                           second.thing_case() == v1::ContactSide::kRobot,
+                           static_cast<double>(touch.begin_step()) * step_s,
+                           static_cast<double>(touch.last_step()) * step_s, touch.greatest_n()});
   }
   for (const auto& fault : snapshot.injected_faults()) {
     FaultSample one{.id = fault.id(), .kind = fault.kind(), .target = fault.target()};

@@ -13,8 +13,8 @@
 #include <nlohmann/json.hpp>
 
 #include "clients/aprsim/interruption.hpp"
-#include "clients/aprsim/scenario/child_process.hpp"
 #include "clients/aprsim/sweep/sweep_report.hpp"
+#include "clients/process/child_process.hpp"
 #include "world/scenario/scenario_reader.hpp"
 
 namespace aprsim::client {
@@ -22,6 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
+using process::ChildProcess;
 
 /// A process with one seed.
 struct Job {
@@ -48,7 +49,7 @@ Outcome<Job> start_job(const ScenarioRunCommand& command, std::uint64_t seed,
   }
   auto process = ChildProcess::start(arguments, {}, (directory / "run.log").string(),
                                      ChildProcess::Pipes::kNone);
-  if (!process) return tl::unexpected(process.error());
+  if (!process) return failed(FailureKind::kUsage, process.error().message);
   return Job{seed, directory, std::move(*process)};
 }
 

@@ -5,11 +5,15 @@ import {ChartPanel} from './ui/chart_panel';
 import {ConveyorPanel} from './ui/conveyor_panel';
 import {button, h, notify, text} from './ui/dom';
 import {FaultPanel} from './ui/fault_panel';
+import {FaultTimeline} from './ui/fault_timeline';
 import {Shortcuts} from './ui/help';
+import {InjectCard} from './ui/inject_card';
+import {InjectedCard} from './ui/injected_card';
 import {Jog} from './ui/jog';
 import {PickCard} from './ui/pick_card';
 import {RobotPanel} from './ui/robot_panel';
 import {RobotSwitch} from './ui/robot_switch';
+import {RunCard} from './ui/run_card';
 import {Tabs} from './ui/tabs';
 import {Toolbar} from './ui/toolbar';
 import {TrafficPanel} from './ui/traffic_panel';
@@ -40,6 +44,14 @@ const crcl = new TrafficPanel(state, 'crcl');
 const modbus = new TrafficPanel(state, 'modbus');
 const charts = new ChartPanel(state);
 const faults = new FaultPanel(state);
+const injected = new InjectedCard(state, access);
+const trials = h(
+  'div',
+  {class: 'panel'},
+  new RunCard(state, access).element,
+  new InjectCard(state, access).element,
+  injected.element
+);
 const tabs = new Tabs(
   [
     {name: 'Robots', content: robotsPanel},
@@ -47,7 +59,8 @@ const tabs = new Tabs(
     {name: 'CRCL', content: crcl.element},
     {name: 'Modbus', content: modbus.element},
     {name: 'Charts', content: charts.element},
-    {name: 'Faults', content: faults.element, mark: faults.count}
+    {name: 'Faults', content: faults.element, mark: faults.count},
+    {name: 'Trials', content: trials, mark: injected.count}
   ],
   (name) =>
     state.watch({
@@ -129,7 +142,7 @@ const shortcuts = new Shortcuts([
     run: () => toggleLayer(layer)
   })),
   {
-    keys: ['1', '2', '3', '4', '5', '6'],
+    keys: ['1', '2', '3', '4', '5', '6', '7'],
     does: 'the panels, from left to right',
     run: (key) => tabs.open(Number(key) - 1)
   },
@@ -210,6 +223,7 @@ document
   .replaceChildren(
     toolbar.element,
     stage,
+    new FaultTimeline(state).element,
     h(
       'aside',
       {class: 'side', 'aria-label': 'Panels'},

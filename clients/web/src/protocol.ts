@@ -18,13 +18,23 @@ export type {
   Intruder
 } from '../generated/aprsim/v1/snapshot_pb';
 export {ActionKind, ActionState, DriveFault, GroupKind} from '../generated/aprsim/v1/snapshot_pb';
+export type {ListFaultKindsResponse} from '../generated/aprsim/v1/control_service_pb';
 export {ConveyorDirection} from '../generated/aprsim/v1/control_service_pb';
+export type {
+  FaultKind,
+  FaultParameter,
+  FaultQuantity,
+  InjectedFault
+} from '../generated/aprsim/v1/faults_pb';
+export {InjectFaultRequestSchema, InjectedFaultState} from '../generated/aprsim/v1/faults_pb';
 export type {Pose, Vector3, Quaternion} from '../generated/aprsim/v1/geometry_pb';
 export type {
   CellLooks,
   Fault,
   FaultList,
   ListenerStatus,
+  OrderProgress,
+  ProgramStatus,
   RobotLooks,
   Outcome,
   Permission,

@@ -3,7 +3,9 @@ import type {
   CellDescription,
   CellLooks,
   FaultList,
+  ListFaultKindsResponse,
   Permission,
+  ProgramStatus,
   RegisterInfo,
   ServerStatus,
   Snapshot,
@@ -34,6 +36,8 @@ export class State {
   permission: Permission | null = null;
   registerMap: RegisterInfo[] = [];
   faults: FaultList | null = null;
+  programs: ProgramStatus | null = null;
+  faultKinds: ListFaultKindsResponse | null = null;
   connected = false;
   retryIn_s = 0;
   refusal = ''; // what the daemon says when it takes no further viewer
@@ -44,6 +48,8 @@ export class State {
   readonly statusChanged = new Signal<ServerStatus>();
   readonly registersChanged = new Signal<number[]>();
   readonly faultsChanged = new Signal<FaultList>();
+  readonly programsChanged = new Signal<ProgramStatus>();
+  readonly faultKindsChanged = new Signal<ListFaultKindsResponse>();
   readonly wireEvents = new Signal<WireEvents>();
   /** About ten times a second, for what people read. */
   readonly display = new Signal<Snapshot>();
@@ -120,6 +126,14 @@ export class State {
       case 'faults':
         this.faults = body.value;
         this.faultsChanged.emit(body.value);
+        break;
+      case 'programs':
+        this.programs = body.value;
+        this.programsChanged.emit(body.value);
+        break;
+      case 'faultKinds':
+        this.faultKinds = body.value;
+        this.faultKindsChanged.emit(body.value);
         break;
     }
   }

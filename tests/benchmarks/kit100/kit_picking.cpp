@@ -31,7 +31,8 @@ scene::TrayType kit_type() {
   kit.mass_kg = 2;
   for (int i = 0; i < kSide * kSide; ++i) {
     scene::Slot slot{.name = "s" + std::to_string(i), .gear_type = kPart};
-    const double column = i % kSide, row = i / kSide, middle = 0.5 * (kSide - 1);
+    const int column = i % kSide, row = i / kSide;
+    const double middle = 0.5 * (kSide - 1);
     slot.xy = kPitch * Eigen::Vector2d(column - middle, row - middle);
     slot.pocket = physics::test::pocket_for(kPart);
     kit.slots.push_back(slot);

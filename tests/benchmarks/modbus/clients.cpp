@@ -82,7 +82,7 @@ class Stallers {
   void act(Clock::time_point now) {
     if (now >= next_drip_) {
       next_drip_ = now + 1s;
-      if (!dripping_ || dripping_->send_some(std::string_view("", 1)) != 1U) {
+      if (!dripping_ || dripping_->send_some(std::string_view("\0", 1)) != 1U) {
         dripping_.emplace(port_);
       }
     }

@@ -1,6 +1,7 @@
 // The trays of Table 1 in MuJoCo.
 
 #include <array>
+#include <cstddef>
 #include <cstring>
 #include <mujoco/mujoco.h>
 #include <sstream>
@@ -117,7 +118,7 @@ class MujocoSimulation : public TraySimulation {
     data_->qpos[0] = travel_m_;
   }
   [[nodiscard]] Pose body(int index) const override {
-    const mjtNum* q = data_->qpos + 1 + 7 * index;
+    const mjtNum* q = data_->qpos + 1 + std::ptrdiff_t{7} * index;
     return {{q[0], q[1], q[2]}, Eigen::Quaterniond(q[3], q[4], q[5], q[6])};
   }
   [[nodiscard]] int contact_count() const override { return data_->ncon; }

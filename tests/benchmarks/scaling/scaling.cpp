@@ -36,8 +36,9 @@ scene::Scene crowded(int trays, const Mode& mode) {
   for (int i = 0; i < trays; ++i) {
     const auto& type = scene.tray_types.at(kTrays[(i + i / kRows) % 2]);
     scene::TrayInstance tray{.name = "tray_" + std::to_string(i), .type = type.name};
-    tray.X_WP.p = {kPitch * (i / kRows) - 0.5 * kPitch * columns,
-                   kPitch * (i % kRows - 0.5 * (kRows - 1)), z + type.thickness_m};
+    const int column = i / kRows, row = i % kRows;
+    tray.X_WP.p = {kPitch * column - 0.5 * kPitch * columns, kPitch * (row - 0.5 * (kRows - 1)),
+                   z + type.thickness_m};
     for (const auto& slot : type.slots) {
       scene::GearInstance gear{.name = tray.name + "_" + slot.name, .type = slot.gear_type};
       gear.X_WP.p = tray.X_WP.p + Eigen::Vector3d(slot.xy.x(), slot.xy.y(), 0);

@@ -30,7 +30,8 @@ scene::Scene tumbling_trays(scene::Simplification mode, unsigned seed) {
     auto& tray = scene.trays[t];
     const Eigen::Isometry3d X_PW = tray.X_WP.isometry().inverse();
     tray.X_WP = random_pose(engine, 0.1, kReach, kAnyTilt);
-    tray.X_WP.p += Eigen::Vector3d(kPitch * double(t % 5), kPitch * double(t / 5), 0);
+    const auto row = t / 5, column = t % 5;
+    tray.X_WP.p += kPitch * Eigen::Vector3d(double(column), double(row), 0);
     for (auto& gear : scene.gears) {
       for (const auto& [slot, name] : tray.gears) {
         if (name != gear.name) continue;

@@ -1,11 +1,13 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "tests/integration/cli/cli_commands.hpp"
+#include "tests/support/daemon_process.hpp"
 #include "tests/support/eventually.hpp"
 #include "tests/support/terminal_process.hpp"
 
@@ -62,6 +64,62 @@ TEST(ScenarioSweep, TheSameSeedsGiveTheSameReportHoweverManyRunAtOnce) {
   EXPECT_EQ(json["each"][0]["seed"], 4);
   EXPECT_NE(json["each"][0]["state_hash"], json["each"][1]["state_hash"]) << "other seeds";
   EXPECT_EQ(json["measures"]["kits_right"]["mean"], 1);
+}
+
+TEST(ScenarioRun, InTheCellThatRuns) {
+  const TemporaryDirectory directory;
+  std::string text = kShort;
+  text += "# a fault that nothing ends\n";
+  const std::string faults = "faults:\n";
+  text.insert(text.find(faults) + faults.size(), "  - {kind: robot-slow, target: motoman}\n");
+  const std::string recovered = "faults_recovered: 1";
+  text.replace(text.find(recovered), recovered.size(), "faults_recovered: 2");
+  const auto file = directory.write("short.yaml", text);
+  const DaemonProcess daemon;
+  const auto result = run_scenario_command({"run", file, "--attach", "--progress", "--speed", "10",
+                                            "--ports-file", daemon.ports_file()});
+  EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
+  Json progress, report;
+  std::istringstream lines(result.out);
+  bool begins = false;
+  for (std::string line; std::getline(lines, line);) {
+    const Json object = Json::parse(line);
+    if (object.contains("progress")) progress = object["progress"];
+    if (object.contains("report")) report = object["report"];
+    begins = begins || object.value("what", "") == "fault begins: protective-stop fanuc";
+  }
+  EXPECT_TRUE(begins) << result.out;
+  ASSERT_TRUE(progress.is_object()) << result.out;
+  EXPECT_EQ(progress["placed"], 1);
+  EXPECT_EQ(progress["orders"][0]["state"], "done");
+  EXPECT_EQ(progress["orders"][0]["done"], 1);
+  EXPECT_EQ(progress["orders"][0]["parts"], 1);
+  EXPECT_EQ(progress["orders"][0]["parts_wanted"], 1);
+  EXPECT_NE(report.get<std::string>().find("kits_right"), std::string::npos);
+  // The cell goes on, and has none of the faults left.
+  const auto list = run_process({std::string(APRSIM_BIN_DIR) + "/aprsim", "--ports-file",
+                                 daemon.ports_file(), "fault", "list", "--json"});
+  EXPECT_EQ(list.exit_code, 0) << list.err;
+  EXPECT_NE(list.out.find("robot-slow"), std::string::npos) << list.out;
+  EXPECT_EQ(list.out.find("active"), std::string::npos) << list.out;
+  EXPECT_EQ(list.out.find("pending"), std::string::npos) << list.out;
+}
+
+TEST(ScenarioRun, ACellOfAnotherSceneOrWithOtherPartsIsRefused) {
+  const TemporaryDirectory directory;
+  const auto file = directory.write("short.yaml", kShort);
+  const DaemonProcess daemon({"--scene", "aprs_2024", "--speed", "stepped"});
+  const auto other =
+      run_scenario_command({"run", file, "--attach", "--ports-file", daemon.ports_file()});
+  EXPECT_EQ(other.exit_code, 2) << other.out;
+  EXPECT_NE(other.err.find("is for scene aprs, and the cell has scene aprs_2024"),
+            std::string::npos)
+      << other.err;
+  const auto parts =
+      run_scenario_command({"run", "belt_supply", "--attach", "--ports-file", daemon.ports_file()});
+  EXPECT_EQ(parts.exit_code, 2) << parts.out;
+  EXPECT_NE(parts.err.find("a running cell keeps its own parts"), std::string::npos) << parts.err;
+  EXPECT_EQ(run_scenario_command({"run", file, "--attach", "--virtual"}).exit_code, 2);
 }
 
 TEST(ScenarioRun, AWholeJobIsDoneAndReported) {
@@ -123,6 +181,53 @@ TEST(ScenarioRun, TakesTheWordOfAnyController) {
   EXPECT_EQ(json["measures"]["kits_right"], 0) << "nothing is in it";
   EXPECT_EQ(json["measures"]["crcl_requests"], 7);
   EXPECT_EQ(json["measures"]["replans"], 1);
+}
+
+TEST(ScenarioRun, AKilledControllerIsStartedAgainAndToldAllOrders) {
+  const TemporaryDirectory directory;
+  const auto file = directory.write("killed.yaml", R"(description: a controller that does nothing
+scene: aprs
+orders:
+  - {name: kit, tray: sku_kit_m2l1_vessel, count: 2}
+  - {name: later, tray: sku_kit_s2l2_vessel, at_s: 3}
+kill_controller: [{at_s: 2}, {at_s: [4, 5]}]
+stop: {time_limit_s: 6}
+expect: {controller_kills: 2, controller_killed_s: {min: 4, max: 5.5}, kits_right: 0}
+)");
+  const auto seen = directory.path() + "/seen", pids = directory.path() + "/pids";
+  const auto controller = "echo $$ >> " + pids + "; exec cat >> " + seen;
+  const auto result = run_scenario_command({"run", file, "--controller", controller, "--json"});
+  EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
+  std::istringstream lines(text_of_file(seen));
+  std::vector<std::string> orders;
+  for (std::string line; std::getline(lines, line);) {
+    const Json order = Json::parse(line);
+    orders.push_back(order["announce"].get<std::string>() + ' ' + order["count"].dump());
+  }
+  const std::vector<std::string> expected = {"kit 2", "kit 2", "later 1", "kit 2", "later 1"};
+  EXPECT_EQ(orders, expected);
+  std::istringstream started(text_of_file(pids));
+  int count = 0;
+  for (pid_t pid = 0; started >> pid; ++count) EXPECT_EQ(kill(pid, 0), -1) << "it is left";
+  EXPECT_EQ(count, 3);
+}
+
+// A job each, killed at a moment drawn by the seed.
+TEST(ScenarioRun, AKilledControllerFindsOutWhereItStandsAndFinishes) {
+  const TemporaryDirectory directory;
+  const auto report = directory.path() + "/report";
+  const auto result = run_scenario_command(
+      {"run", "controller_killed", "--repeat", "4", "--jobs", "2", "--report", report, "--json"},
+      std::chrono::seconds(280));
+  EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
+  const Json sweep = Json::parse(text_of_file(report + "/sweep.json"));
+  EXPECT_EQ(sweep["as_expected"], 4);
+  for (const Json& run : sweep["each"]) {
+    EXPECT_EQ(run["values"]["controller_kills"], 1);
+    EXPECT_EQ(run["values"]["kits_right"], 4);
+    EXPECT_EQ(run["values"]["parts_lost"], 0);
+    EXPECT_LT(run["values"]["controller_killed_s"], run["values"]["job_s"]);
+  }
 }
 
 TEST(ScenarioRun, StopsWhatItStartedWhenItIsInterrupted) {

@@ -71,6 +71,26 @@ class WholeJobTest(KittingTest):
         self.assertLessEqual(report["counts"].get("belt", 0), 1, "one tray is to be brought")
 
 
+class ForeverTest(KittingTest):
+    def test_kits_are_filled_emptied_and_filled_again_and_the_progress_is_told(self):
+        self.start()
+        controller = self.controller("--forever", "--json")
+        for done in ("full", "empty", "full"):
+            controller.read_until(f"the kits are as {done} as they get")
+        controller.process.send_signal(signal.SIGTERM)
+        report = self.assert_done(controller, code=130)
+        self.assertEqual(report["rounds"], 3)
+        submitted = [e["text"] for e in report["events"] if e["event"] == "submit"]
+        self.assertEqual(len(submitted), 3 * len(KITS))
+        for text in submitted:
+            self.assertRegex(text, ", (full|empty)$")
+        told = [json.loads(line) for line in controller.lines]
+        progress = [line["progress"] for line in told if "progress" in line]
+        self.assertGreater(progress[-1]["placed"], 2 * 14)
+        names = {order["name"] for step in progress for order in step["orders"]}
+        self.assertTrue(any(name.endswith(", back to the trays") for name in names), names)
+
+
 class VirtualTimeTest(KittingTest):
     def run_once(self):
         pacers = "crcl.fanuc,crcl.motoman,vision.fanuc,vision.motoman"

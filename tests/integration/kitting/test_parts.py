@@ -1,6 +1,8 @@
 """The kitting controller's parts, each by itself: no daemon."""
 
+import contextlib
 import io
+import json
 import math
 import pathlib
 import tempfile
@@ -352,6 +354,32 @@ class BoardTest(unittest.TestCase):
         self.assertEqual(set(self.board.kits[0].wanted.values()), {None})
         self.board.next_round()
         self.assertEqual(self.board.kits[0].wanted["lg_1"], "sku_part_large_gear")
+
+    def test_progress_counts_what_is_carried_into_kits_and_back(self):
+        kit = self.board.claim("fanuc")
+        slots = len(kit.wanted)
+        self.board.carried(kit, "fanuc")
+        told = self.board.progress()
+        self.assertEqual(told["placed"], 1)
+        mine = next(o for o in told["orders"] if o["name"] == kit.name)
+        self.assertEqual((mine["parts"], mine["parts_wanted"]), (1, slots))
+        self.assertEqual((mine["state"], mine["done"]), ("open", 0))
+        self.board.next_round()
+        told = self.board.progress()
+        back = next(o for o in told["orders"] if o["name"] == f"{kit.name}, back to the trays")
+        self.assertEqual((told["placed"], back["parts"]), (1, 0), "of this round")
+
+
+class ReportTest(unittest.TestCase):
+    def test_progress_is_told_when_it_changes(self):
+        out = io.StringIO()
+        told = report.Report(json_lines=True)
+        with contextlib.redirect_stdout(out):
+            for placed in (1, 1, 2):
+                told.show_progress({"placed": placed})
+            report.Report(quiet=True).show_progress({"placed": 3})
+        lines = [json.loads(line) for line in out.getvalue().splitlines()]
+        self.assertEqual(lines, [{"progress": {"placed": 1}}, {"progress": {"placed": 2}}])
 
 
 class OrderLinesTest(unittest.TestCase):

@@ -257,10 +257,11 @@ class ConveyorTest(unittest.TestCase):
         self.assertLessEqual(went, -100)
         self.assertEqual(server.written[0], (0x8001, 0))
 
-    def test_a_belt_that_still_runs_is_stopped(self):
+    def test_a_belt_that_still_runs_is_stopped_and_its_place_told(self):
         server = self.enterContext(ModbusServer())
-        server.runs = True
-        conveyor.Conveyor(dataclasses.replace(CELL.belt, port=server.port)).stop()
+        server.runs, server.position = True, 31250
+        at_mm = conveyor.Conveyor(dataclasses.replace(CELL.belt, port=server.port)).stop()
+        self.assertAlmostEqual(at_mm, 312.5)
         self.assertEqual((server.written, server.runs), ([(0x8000, 0)], False))
 
     def test_a_refusal_is_told_and_the_belt_stopped(self):

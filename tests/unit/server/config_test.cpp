@@ -109,6 +109,22 @@ TEST(WebConfig, ReadsItsKeysAndPrintsThemForReading) {
   EXPECT_EQ(key_list(*config).find("quoted"), std::string::npos);
 }
 
+TEST(WebConfig, ProgramsMayBeAllowedForbiddenOrLeftToTheAddress) {
+  EXPECT_FALSE(load_config("", {})->web.programs.has_value());
+  EXPECT_EQ(to_yaml(*load_config("", {})).find("programs"), std::string::npos);
+  for (const bool wanted : {true, false}) {
+    const std::string text = wanted ? "true" : "false";
+    const auto config = load_config("", {{"web.programs", text}});
+    ASSERT_TRUE(config.has_value()) << config.error().message;
+    EXPECT_EQ(config->web.programs, wanted);
+    EXPECT_NE(to_yaml(*config).find("programs: " + text), std::string::npos);
+  }
+  const auto locked = load_config("", {{"web.control", "false"}, {"web.programs", "true"}});
+  ASSERT_FALSE(locked.has_value());
+  EXPECT_NE(locked.error().message.find("control: true beside programs: true"), std::string::npos)
+      << locked.error().message;
+}
+
 TEST(WebConfig, NamesTheKeyAndWhatIsWrongWithItsValue) {
   const std::vector<std::array<std::string, 3>> cases{
       {"web.token", "short", "at least 8 characters"},
@@ -121,6 +137,7 @@ TEST(WebConfig, NamesTheKeyAndWhatIsWrongWithItsValue) {
       {"web.max_viewers", "0", "1"},
       {"web.control", "perhaps", "perhaps"},
       {"web.hosts", "cell", "list"},
+      {"web.programs", "some", "some"},
       {"web.colour", "red", "colour"}};
   for (const auto& [key, value, said] : cases) {
     const auto config = load_config("", {{key, value}});

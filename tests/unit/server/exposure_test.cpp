@@ -75,5 +75,26 @@ TEST(Exposure, CountsWhatRestricts) {
   EXPECT_NE(lines[2].find("nobody may command"), std::string::npos);
 }
 
+TEST(Exposure, ProgramsAreForThisMachineUnlessToldOtherwise) {
+  Config config;
+  EXPECT_TRUE(may_start_programs(config));
+  config.web.programs = false;
+  EXPECT_FALSE(may_start_programs(config));
+  config = open_to("0.0.0.0");
+  EXPECT_FALSE(may_start_programs(config));
+  config.web.programs = true;
+  EXPECT_TRUE(may_start_programs(config));
+  config.web.address = "10.0.0.7";
+  EXPECT_EQ(exposures(config, {{"web", 5}}),
+            std::vector<std::string>{"web is open to other machines at 10.0.0.7:5: whoever reaches "
+                                     "it may command the cell; no token is asked for; who may "
+                                     "command may start programs"});
+  config.web.control = false;
+  EXPECT_FALSE(may_start_programs(config)) << "who may not command starts nothing";
+  config = {};
+  config.time.clients_pace = true;
+  EXPECT_FALSE(may_start_programs(config));
+}
+
 }  // namespace
 }  // namespace aprsim::server

@@ -75,6 +75,33 @@ TEST(CommandQueue, FullQueueRefusesAndDoesNotUseUpATicket) {
   EXPECT_EQ(queue.push(pause()).value(), 3U);
 }
 
+/// Who floods leaves room for every other endpoint, however many flood.
+TEST(CommandQueue, EachEndpointHasPlacesOfItsOwn) {
+  CommandQueue queue(1024);
+  const auto from = [&](api::EndpointId endpoint) {
+    return queue.push({endpoint, api::ConveyorCommand{.run = true}}).has_value();
+  };
+  const auto taken = [&](api::EndpointId endpoint) {
+    int count = 0;
+    while (from(endpoint)) ++count;
+    return count;
+  };
+  for (int again = 0; again < 3; ++again) {
+    EXPECT_EQ(taken(1), 1024);
+    for (const api::EndpointId other : {2U, 3U, 16U, 40U}) EXPECT_EQ(taken(other), 64);
+    for (int stop = 0; stop < 1000; ++stop) {
+      const auto command = api::RobotCommand{stop % 2, api::StopMotion{}};
+      ASSERT_TRUE(queue.push({static_cast<api::EndpointId>(stop % 5), command}));
+    }
+    EXPECT_FALSE(from(1));
+    EXPECT_EQ(taken(41), 64);
+    std::vector<QueuedCommand> out;
+    queue.drain(out);
+    EXPECT_EQ(out.size(), 1024U + 5 * 64 + 2);
+    for (std::size_t i = 1; i < out.size(); ++i) EXPECT_GT(out[i].ticket, out[i - 1].ticket);
+  }
+}
+
 // A stop comes after what was sent before it, and that must not be a hundred resets.
 TEST(CommandQueue, FewWaitOfThoseThatTakeLong) {
   CommandQueue queue(100);

@@ -3,7 +3,7 @@ import type {State} from '../state';
 import {h, notify} from './dom';
 import {units} from './units';
 
-type Control = HTMLButtonElement | HTMLInputElement | HTMLSelectElement;
+type Control = HTMLButtonElement | HTMLInputElement | HTMLSelectElement | HTMLFieldSetElement;
 
 export class Access {
   private readonly controls: {control: Control; title: string; own: () => string}[] = [];

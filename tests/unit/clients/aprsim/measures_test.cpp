@@ -196,6 +196,23 @@ TEST_F(MeasuresTest, JudgesAKitAsItIsWhenItIsSubmitted) {
   EXPECT_EQ(result.values.at("parts_right"), 2);
 }
 
+TEST_F(MeasuresTest, ATraySubmittedAgainIsNoOtherOneNearby) {
+  order_.count = 2;
+  shape_.bodies.push_back(shape_.bodies[kKit]);
+  shape_.bodies.back().name = "second kit";
+  sample_.bodies.push_back(sample_.bodies[kKit]);
+  put(sample_.bodies.size() - 1,
+      sample_.bodies[kKit].pose.translation() + Eigen::Vector3d(0.1, 0, 0));
+  Measures m = measures();
+  step(m);
+  m.announced("order");
+  const Eigen::Vector2d at = sample_.bodies[kKit].pose.translation().head<2>();
+  EXPECT_TRUE(m.submitted("order", at));
+  EXPECT_FALSE(m.submitted("order", at));
+  EXPECT_EQ(m.open("order"), 1U);
+  EXPECT_TRUE(m.submitted("order", Eigen::Vector2d(at.x() + 0.1, at.y())));
+}
+
 TEST_F(MeasuresTest, WrongFlippedFaultyAndSurplusPartsAreNotRight) {
   order_.slots = {{"a", "big"}};
   Measures m = measures();
@@ -235,21 +252,26 @@ TEST_F(MeasuresTest, ACancelledOrderIsNotWanted) {
   EXPECT_THROW(m.announced("nothing"), std::invalid_argument);
 }
 
-TEST_F(MeasuresTest, TouchesOfAPairAreOneCollisionUntilTheyEnd) {
+TEST_F(MeasuresTest, ATouchIsOneCollisionHoweverOftenItIsSeen) {
   Measures m = measures();
   step(m);
-  sample_.touches = {{"arm | table", false, 30}, {"arm | table", false, 12}};
+  sample_.touches = {{"arm | table", false, 0.2, 0.21, 30}};
   step(m);
-  sample_.touches = {{"arm | table", false, 20}};
+  sample_.touches = {{"arm | table", false, 0.2, 0.3, 42}};
   step(m);
-  sample_.touches.clear();
-  step(m, 1);
-  sample_.touches = {{"arm | table", false, 5}};
+  step(m);
+  sample_.touches.push_back({"arm | table", false, 1.4, 1.4, 5});
+  sample_.touches.push_back({"arm | other", true, 1.4, 1.5, 7});
+  step(m);
+  // Older ones are forgotten by the cell.
+  sample_.touches.erase(sample_.touches.begin());
   step(m);
   const Measured result = m.result({});
-  ASSERT_EQ(result.collisions.size(), 2U);
+  ASSERT_EQ(result.collisions.size(), 3U);
   EXPECT_EQ(result.collisions[0].max_n, 42);
-  EXPECT_NEAR(result.collisions[0].end_s - result.collisions[0].begin_s, 0.1, 1e-9);
+  EXPECT_EQ(result.collisions[0].begin_s, 0.2);
+  EXPECT_EQ(result.collisions[0].end_s, 0.3);
+  EXPECT_TRUE(result.collisions[2].two_robots);
   EXPECT_EQ(result.values.at("collision_max_n"), 42);
 }
 
@@ -374,6 +396,22 @@ TEST(Report, IsOnePageThatNeedsNothingElse) {
   }
   const std::string table = report_table(a_run(), Paint());
   EXPECT_NE(table.find("kept     kits_right 1, expected 1"), std::string::npos) << table;
+}
+
+TEST_F(MeasuresTest, TheProgressOfAnOrderIsWhatIsRightInItsKits) {
+  Measures m = measures();
+  step(m);
+  EXPECT_EQ(m.filled("order"), 0U) << "nothing is wanted yet";
+  m.announced("order");
+  carry(m, kBig, {1, 0, 0});
+  EXPECT_EQ(m.filled("order"), 1U);
+  carry(m, kSmall, {1.1, 0, 0});
+  EXPECT_EQ(m.filled("order"), 2U);
+  EXPECT_EQ(m.submitted_kits("order"), 0U);
+  ASSERT_TRUE(m.submitted("order", {}));
+  EXPECT_EQ(m.submitted_kits("order"), 1U);
+  carry(m, kSmall, {6, 0, 0});
+  EXPECT_EQ(m.filled("order"), 2U) << "as it was submitted";
 }
 
 }  // namespace

@@ -122,7 +122,7 @@ TEST_F(ListenerTest, EveryFunctionOverTheWire) {
 }
 
 TEST_F(ListenerTest, AReadWriteReadsWhatItHasWrittenOnceApplied) {
-  start();
+  start({.apply_deadline = 60s});
   cell_.hold();
   RawClient client(port_);
   Bytes body = pdu(23, {0x8000, 3, 0x8000, 3});

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <optional>
 
 #include "tests/unit/protocols/web/web_fixture.hpp"
 
@@ -152,6 +153,74 @@ TEST_F(Jog, ToolStretchesShrinkWhileTheRobotRefusesThem) {
   EXPECT_DOUBLE_EQ(std::get<api::MoveTo>(action(2)).X_RT.p.x(), first / 2);
 }
 
+/// The robot's answer to a stretch and the end of its jog may meet.
+class JogReleasedAtARefusal : public Jog {
+ protected:
+  void SetUp() override {
+    Jog::SetUp();
+    client_.emplace(port);
+    (void)client_->upgrade();
+  }
+  /// What the robot shows once the stop of the jog along x has been applied.
+  void release_and_report(api::Ticket ticket, bool protective_stop) {
+    ASSERT_TRUE(client_->ask(along_x()).ok());
+    ASSERT_TRUE(client_->ask(release()).ok());
+    ASSERT_EQ(world.commands().size(), 2u);
+    EXPECT_TRUE(std::holds_alternative<api::StopMotion>(action(1)));
+    world.publish([&](api::Snapshot& s) {
+      s.robots[1].initialized = false;
+      s.robots[1].protective_stop = protective_stop;
+    });
+    world.report(1, ticket, api::ActionState::kError, "out of reach");
+  }
+  /// Waits until the joggers have looked at what was published last.
+  void expect_no_command_after(std::size_t count) {
+    (void)client_->next([](const auto& u) {
+      return u.has_snapshot() && u.snapshot().robots(1).action().description() == "out of reach";
+    });
+    EXPECT_FALSE(client_->ask(joint(0)).ok()) << "not ready";
+    EXPECT_EQ(world.commands().size(), count);
+  }
+
+  std::optional<RawWebClient> client_;
+};
+
+TEST_F(JogReleasedAtARefusal, LeavesTheRobotReady) {
+  release_and_report(2, false);
+  ASSERT_TRUE(world.wait_for_commands(3));
+  EXPECT_TRUE(std::holds_alternative<api::InitRobot>(action(2)));
+}
+
+TEST_F(JogReleasedAtARefusal, TheNextJogBeginsOnceItIsReady) {
+  ASSERT_TRUE(client_->ask(along_x()).ok());
+  ASSERT_TRUE(client_->ask(release()).ok());
+  ASSERT_TRUE(client_->ask(joint(0)).ok());
+  world.publish([](api::Snapshot& s) { s.robots[1].initialized = false; });
+  world.report(1, 2, api::ActionState::kError, "out of reach");
+  ASSERT_TRUE(world.wait_for_commands(3));
+  EXPECT_TRUE(std::holds_alternative<api::InitRobot>(action(2)));
+  world.publish([](api::Snapshot& s) { s.robots[1].initialized = true; });
+  world.report(1, 3, api::ActionState::kDone);
+  ASSERT_TRUE(world.wait_for_commands(4));
+  EXPECT_TRUE(std::holds_alternative<api::MoveJoints>(action(3)));
+}
+
+TEST_F(JogReleasedAtARefusal, KeepsAProtectiveStop) {
+  release_and_report(2, true);
+  expect_no_command_after(2);
+}
+
+TEST_F(JogReleasedAtARefusal, KeepsTheErrorOfAnothersCommand) {
+  release_and_report(99, false);
+  expect_no_command_after(2);
+}
+
+TEST_F(JogReleasedAtARefusal, KeepsAFaultOfTheDrives) {
+  world.publish([](api::Snapshot& s) { s.robots[1].drives_on = false; });
+  release_and_report(2, false);
+  expect_no_command_after(2);
+}
+
 // 0.25 m/s at the tool: the speed of a joint is that over the tool's distance from its axis.
 TEST_F(Jog, NeverMovesTheToolFasterThanInManualMode) {
   world.publish([](api::Snapshot& s) {
@@ -258,7 +327,10 @@ TEST_F(Jog, StepsEndWithACommandFromElsewhereAndWithTheirViewer) {
     world.report(1, 99, api::ActionState::kWorking);
     EXPECT_NE(outcome(client, 101).message().find("taken the robot over"), std::string::npos);
     EXPECT_EQ(world.commands().size(), 1u);
-    world.report(1, 1, api::ActionState::kDone);  // tickets count on from the last command's
+    world.publish([](api::Snapshot& s) {  // tickets count on from the last command's
+      s.applied = 1;
+      s.robots[1].action = {1, api::ActionState::kDone, ""};
+    });
     client.send(step(along_x(), 102, 0.1));
     ASSERT_TRUE(world.wait_for_commands(2));
   }

@@ -15,6 +15,7 @@ constexpr const char* kVaried = R"(description: everything varies
 scene: aprs
 orders: [{name: kit, tray: sku_kit_m2l1_vessel}]
 faults: [{kind: belt-jam, at_s: [10, 20]}]
+kill_controller: [{at_s: [30, 40]}, {at_s: 5}]
 vary:
   tray_xy_m: 0.003
   tray_yaw_deg: 2
@@ -45,7 +46,7 @@ class PlanTest : public testing::Test {
 TEST_F(PlanTest, IsAFunctionOfScenarioAndSeed) {
   const Scenario scenario = read(kVaried);
   std::set<std::string> scenes;
-  std::set<double> times;
+  std::set<double> times, kills;
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const Plan first = plan_of(scenario, seed), again = plan_of(scenario, seed);
     EXPECT_EQ(first.scene_text, again.scene_text);
@@ -53,9 +54,16 @@ TEST_F(PlanTest, IsAFunctionOfScenarioAndSeed) {
     EXPECT_EQ(first.faults.at(0).at_s->at(0), first.faults.at(0).at_s->at(1));
     scenes.insert(first.scene_text);
     times.insert(first.faults.at(0).at_s->at(0));
+    EXPECT_EQ(first.kills_s, again.kills_s);
+    ASSERT_EQ(first.kills_s.size(), 2U);
+    EXPECT_EQ(first.kills_s[0], 5);
+    kills.insert(first.kills_s[1]);
   }
   EXPECT_EQ(scenes.size(), 5U);
   EXPECT_EQ(times.size(), 5U);
+  EXPECT_EQ(kills.size(), 5U);
+  EXPECT_GE(*kills.begin(), 30);
+  EXPECT_LE(*kills.rbegin(), 40);
   EXPECT_GE(*times.begin(), 10);
   EXPECT_LE(*times.rbegin(), 20);
 }

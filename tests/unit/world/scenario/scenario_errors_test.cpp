@@ -24,6 +24,7 @@ faults:
   - {name: slow, kind: robot-slow, target: fanuc, at_s: [3, 9], for_s: 5, with: {share: 0.5}}
   - {kind: gripper-leak, target: fanuc, when: grasp:fanuc:2}
   - {kind: joint-weak, target: fanuc:6, when: event:first-submitted}
+kill_controller: [{at_s: [7, 8]}]
 vary: {tray_xy_m: 0.002, gear_yaw_deg: 180}
 stop: {time_limit_s: 100, quiet_s: 20}
 expect: {kits_right: 3, drops: {max: 0}}
@@ -120,6 +121,10 @@ INSTANTIATE_TEST_SUITE_P(
               "found -3, expected a number in [0, "},
         Wrong{"times_the_wrong_way_round", "at_s: [3, 9]", "at_s: @[9, 3]", "faults[0].at_s",
               "found a list, expected two numbers, the greater one last"},
+        Wrong{"negative_time_of_a_kill", "at_s: [7, 8]", "at_s: [@-7, 8]",
+              "kill_controller[0].at_s[0]", "found -7, expected a number"},
+        Wrong{"kill_at_no_time", "{at_s: [7, 8]}", "{@when: placed:1}", "kill_controller[0].when",
+              "found an unknown key"},
         Wrong{"trigger_without_object", "when: grasp:fanuc:2", "when: @grasp", "faults[1].when",
               "found \"grasp\", expected placed:TYPE[:ROBOT], grasp:ROBOT[:N]"},
         Wrong{"trigger_of_no_robot", "when: grasp:fanuc:2", "when: @grasp:kuka", "faults[1].when",

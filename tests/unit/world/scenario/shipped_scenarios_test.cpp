@@ -21,7 +21,11 @@ TEST_P(ShippedScenarios, CanBePlanned) {
   const auto scenario = load_scenario(GetParam(), paths);
   ASSERT_TRUE(scenario.has_value()) << scenario.error().message;
   EXPECT_FALSE(scenario->expected.empty());
-  EXPECT_EQ(*describe_scenario(GetParam(), paths), scenario->description);
+  const auto summary = summarize_scenario(GetParam(), paths);
+  ASSERT_TRUE(summary.has_value()) << summary.error().message;
+  EXPECT_EQ(summary->description, scenario->description);
+  EXPECT_EQ(summary->scene_file, scenario->scene_file);
+  EXPECT_EQ(summary->own_parts, scenario->own_parts);
   EXPECT_LE(scenario->description.size(), 110U);
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     const auto made = plan(*scenario, seed, paths);
@@ -31,6 +35,14 @@ TEST_P(ShippedScenarios, CanBePlanned) {
 
 INSTANTIATE_TEST_SUITE_P(All, ShippedScenarios, testing::ValuesIn(shipped()),
                          [](const auto& test) { return test.param; });
+
+TEST(ShippedScenarios, SayWhetherTheyHavePartsOfTheirOwn) {
+  const auto paths = scene::default_data_paths();
+  EXPECT_TRUE(summarize_scenario("insufficient_parts", paths)->own_parts) << "it removes some";
+  EXPECT_TRUE(summarize_scenario("belt_supply", paths)->own_parts) << "it puts some in";
+  EXPECT_FALSE(summarize_scenario("clean_2017", paths)->own_parts);
+  EXPECT_FALSE(summarize_scenario("no_such_scenario", paths).has_value());
+}
 
 TEST(ShippedScenarios, HaveAFaultOfEachFamily) {
   using faults::Kind;

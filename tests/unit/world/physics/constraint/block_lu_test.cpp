@@ -16,8 +16,10 @@ Eigen::MatrixXd fill(BlockLu& lu, int count, const Pairs& pairs, std::mt19937& e
   const auto random = [&] {
     return BlockLu::Block(BlockLu::Block::NullaryExpr([&] { return value(engine); }));
   };
-  Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(6 * count, 6 * count);
-  const auto add = [&](BlockLu::Block& block, int row, int column, const BlockLu::Block& part) {
+  const auto size = Eigen::Index{6} * count;
+  Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(size, size);
+  const auto add = [&](BlockLu::Block& block, Eigen::Index row, Eigen::Index column,
+                       const BlockLu::Block& part) {
     block += part;
     dense.block<6, 6>(6 * row, 6 * column) += part;
   };
@@ -48,12 +50,15 @@ TEST(BlockLu, SolvesAsTheDenseMatrixDoes) {
     const Eigen::MatrixXd dense = fill(lu, count, pairs, engine);
     ASSERT_TRUE(lu.factorise());
     std::vector<BlockLu::Vector6> x(static_cast<std::size_t>(count));
-    Eigen::VectorXd right = Eigen::VectorXd::Random(6 * count);
-    for (int i = 0; i < count; ++i) x[static_cast<std::size_t>(i)] = right.segment<6>(6 * i);
+    Eigen::VectorXd right = Eigen::VectorXd::Random(dense.rows());
+    for (int i = 0; i < count; ++i) {
+      x[static_cast<std::size_t>(i)] = right.segment<6>(Eigen::Index{6} * i);
+    }
     lu.solve(x);
     const Eigen::VectorXd expected = dense.partialPivLu().solve(right);
     for (int i = 0; i < count; ++i) {
-      const BlockLu::Vector6 off = x[static_cast<std::size_t>(i)] - expected.segment<6>(6 * i);
+      const BlockLu::Vector6 off =
+          x[static_cast<std::size_t>(i)] - expected.segment<6>(Eigen::Index{6} * i);
       ASSERT_LT(off.norm(), 1e-11) << "round " << round << ", body " << i;
     }
   }

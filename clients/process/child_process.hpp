@@ -6,18 +6,26 @@
 #include <sys/types.h>
 #include <vector>
 
-#include "clients/aprsim/outcome.hpp"
+#include "world/api/error.hpp"
 
-namespace aprsim::client {
+namespace aprsim::process {
 
 /// A program that we start and end, in a process group of its own, so that Ctrl-C reaches it
-/// through us. It is told to end when we die. Thread: one.
+/// through us. It has none of our files and is told to end when the thread that started it ends.
+/// Thread: one.
 class ChildProcess {
  public:
-  enum class Pipes { kNone, kInputAndOutput };
+  static constexpr std::size_t kLongestLine = std::size_t{1} << 20;  ///< [bytes]
 
-  /// `log`: file for its standard error, and for its output where that is no pipe.
-  [[nodiscard]] static Outcome<ChildProcess> start(
+  enum class Pipes {
+    kNone,
+    kInputAndOutput,   ///< standard input and output
+    kOutputAndErrors,  ///< standard output and error, in one; no input
+  };
+
+  /// `log`: file for whatever of its standard output and error is no pipe. Error: kNotFound with
+  /// the program and the cause.
+  [[nodiscard]] static Result<ChildProcess> start(
       const std::vector<std::string>& arguments,
       const std::vector<std::pair<std::string, std::string>>& environment, const std::string& log,
       Pipes pipes);
@@ -26,8 +34,9 @@ class ChildProcess {
   ChildProcess(ChildProcess&& other) noexcept;
   ChildProcess& operator=(ChildProcess&&) = delete;
 
-  /// Whole lines that it has written since the last call; never waits.
-  [[nodiscard]] std::vector<std::string> lines();
+  /// Whole lines that it has written since the last call, of about the next `most` bytes; never
+  /// waits. One longer than kLongestLine is lost. The last one needs no end.
+  [[nodiscard]] std::vector<std::string> lines(std::size_t most = kLongestLine);
   /// A line to its input; what it does not read in time is lost with it.
   void write_line(const std::string& line);
   void close_input();
@@ -48,4 +57,4 @@ class ChildProcess {
   std::optional<int> exit_code_;
 };
 
-}  // namespace aprsim::client
+}  // namespace aprsim::process

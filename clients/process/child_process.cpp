@@ -1,11 +1,11 @@
-#include "clients/aprsim/scenario/child_process.hpp"
+#include "clients/process/child_process.hpp"
 
 #include <array>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
 #include <fcntl.h>
-#include <poll.h>
+#include <linux/close_range.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
@@ -13,14 +13,10 @@
 #include <unistd.h>
 #include <utility>
 
-#include <fmt/format.h>
-
 extern char** environ;
 
-namespace aprsim::client {
+namespace aprsim::process {
 namespace {
-
-constexpr std::size_t kLongestLine = 1U << 20U;
 
 std::vector<char*> pointers(std::vector<std::string>& texts) {
   std::vector<char*> out;
@@ -47,22 +43,39 @@ void close_fd(int& fd) {
   fd = -1;
 }
 
+/// Nothing of ours but standard input, output and error goes to a program.
+void close_files_at_exec() {
+  if (close_range(3, ~0U, CLOSE_RANGE_CLOEXEC) == 0) return;
+  constexpr int kMost = 65536;
+  for (int fd = 3; fd < kMost; ++fd) fcntl(fd, F_SETFD, FD_CLOEXEC);
+}
+
+/// Signals as a program expects them, whatever we block and ignore.
+void restore_signals() {
+  sigset_t none;
+  sigemptyset(&none);
+  sigprocmask(SIG_SETMASK, &none, nullptr);
+  std::signal(SIGPIPE, SIG_DFL);
+}
+
 }  // namespace
 
-Outcome<ChildProcess> ChildProcess::start(
+Result<ChildProcess> ChildProcess::start(
     const std::vector<std::string>& arguments,
     const std::vector<std::pair<std::string, std::string>>& environment, const std::string& log,
     Pipes pipes) {
   std::vector<std::string> texts = arguments, variables = with_environment(environment);
   const std::vector<char*> argv = pointers(texts), envp = pointers(variables);
-  const int log_fd = open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+  const bool talks = pipes == Pipes::kInputAndOutput;
+  const bool tells = pipes == Pipes::kOutputAndErrors;
+  const char* const log_file = tells ? "/dev/null" : log.c_str();
+  const int log_fd = open(log_file, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
   const int null_fd = open("/dev/null", O_RDONLY | O_CLOEXEC);
   std::array<int, 2> in{-1, -1}, out{-1, -1}, failure{-1, -1};
-  const bool piped = pipes == Pipes::kInputAndOutput;
   const bool ready =
       log_fd >= 0 && null_fd >= 0 && pipe2(failure.data(), O_CLOEXEC) == 0 &&
-      (!piped || (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, in.data()) == 0 &&
-                  pipe2(out.data(), O_CLOEXEC) == 0));
+      (!talks || socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, in.data()) == 0) &&
+      (!(talks || tells) || pipe2(out.data(), O_CLOEXEC) == 0);
   const pid_t parent = getpid();
   const pid_t pid = ready ? fork() : -1;
   if (pid == 0) {
@@ -70,9 +83,11 @@ Outcome<ChildProcess> ChildProcess::start(
     setpgid(0, 0);
     prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (getppid() != parent) _exit(127);
-    dup2(piped ? in[0] : null_fd, STDIN_FILENO);
-    dup2(piped ? out[1] : log_fd, STDOUT_FILENO);
-    dup2(log_fd, STDERR_FILENO);
+    restore_signals();
+    dup2(talks ? in[0] : null_fd, STDIN_FILENO);
+    dup2(talks || tells ? out[1] : log_fd, STDOUT_FILENO);
+    dup2(tells ? out[1] : log_fd, STDERR_FILENO);
+    close_files_at_exec();
     execvpe(argv[0], argv.data(), envp.data());
     const int error = errno;
     [[maybe_unused]] const ssize_t told = write(failure[1], &error, sizeof error);
@@ -86,16 +101,15 @@ Outcome<ChildProcess> ChildProcess::start(
   close_fd(failure[0]);
   if (error != 0) {
     for (int fd : {in[1], out[0]}) close_fd(fd);
-    return failed(FailureKind::kUsage,
-                  fmt::format("cannot start {}: {}", arguments[0], std::strerror(error)));
+    return fail(ErrorCode::kNotFound, "program",
+                "cannot start " + arguments[0] + ": " + std::strerror(error));
   }
   ChildProcess child;
   child.pid_ = pid;
   child.input_ = in[1];
   child.output_ = out[0];
-  if (piped) {
-    fcntl(child.input_, F_SETFL, O_NONBLOCK);
-    fcntl(child.output_, F_SETFL, O_NONBLOCK);
+  for (const int fd : {child.input_, child.output_}) {
+    if (fd >= 0) fcntl(fd, F_SETFL, O_NONBLOCK);
   }
   return child;
 }
@@ -115,14 +129,18 @@ ChildProcess::~ChildProcess() {
   waitpid(pid_, nullptr, 0);
 }
 
-std::vector<std::string> ChildProcess::lines() {
+std::vector<std::string> ChildProcess::lines(std::size_t most) {
   std::array<char, 4096> buffer{};
-  while (output_ >= 0) {
+  for (std::size_t taken = 0; output_ >= 0 && taken < most;) {
     const ssize_t size = read(output_, buffer.data(), buffer.size());
-    if (size == 0) close_fd(output_);
-    if (size <= 0) break;
+    if (size < 0) break;
+    if (size == 0) {
+      close_fd(output_);
+      if (!pending_.empty() && pending_.back() != '\n') pending_ += '\n';
+      break;
+    }
     pending_.append(buffer.data(), static_cast<std::size_t>(size));
-    if (pending_.size() > kLongestLine) pending_.clear();
+    taken += static_cast<std::size_t>(size);
   }
   std::vector<std::string> out;
   std::size_t begin = 0;
@@ -131,6 +149,7 @@ std::vector<std::string> ChildProcess::lines() {
     begin = end + 1;
   }
   pending_.erase(0, begin);
+  if (pending_.size() > kLongestLine) pending_.clear();
   return out;
 }
 
@@ -172,4 +191,4 @@ void ChildProcess::stop(std::chrono::milliseconds time) {
   static_cast<void>(wait(time));
 }
 
-}  // namespace aprsim::client
+}  // namespace aprsim::process

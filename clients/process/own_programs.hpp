@@ -1,0 +1,13 @@
+#pragma once
+
+#include <string>
+
+/// Where the programs of this installation are, or of this build tree. Thread: any.
+namespace aprsim::process {
+
+/// A program beside the one that runs; its bare name, for PATH, when there is none.
+[[nodiscard]] std::string program_beside(const std::string& name);
+/// The kitting controller, for python3: that of the installation, else of the source tree.
+[[nodiscard]] std::string kitting_program();
+
+}  // namespace aprsim::process

@@ -1,0 +1,49 @@
+"""Commands and reads a running aprsim cell.
+
+    from aprsim import Cell
+    cell = Cell.connect()
+    fanuc = cell.robot("fanuc")
+    fanuc.move_by([0, 0, -0.05])
+    print(cell.snapshot().robot("fanuc").tool_in_world[:3, 3])
+
+`Cell` and `Robot` wait for each call; `aprsim.aio` has the same for asyncio. `Daemon` runs a cell of
+one's own, `run_scenario` a whole job; `aprsim.envs` has tasks with Gymnasium's signatures. Units are
+SI, poses 4 x 4 arrays (`aprsim.poses`)."""
+
+from . import aio, crcl, faults, poses
+from .calls import Receipt, SavedState
+from .cell import Cell
+from .daemon import Daemon
+from .endpoints import Endpoints
+from .errors import AprsimError, Refused, RobotError, ScenarioError, TimedOut, Unreachable
+from .robot import Robot
+from .scenarios import ScenarioReport, run_scenario, scenarios
+from .snapshots import BodyState, RobotState, Snapshot
+from .tables import bodies_table, robots_table
+
+__all__ = [
+    "AprsimError",
+    "BodyState",
+    "Cell",
+    "Daemon",
+    "Endpoints",
+    "Receipt",
+    "Refused",
+    "Robot",
+    "RobotError",
+    "RobotState",
+    "SavedState",
+    "ScenarioError",
+    "ScenarioReport",
+    "Snapshot",
+    "TimedOut",
+    "Unreachable",
+    "aio",
+    "bodies_table",
+    "crcl",
+    "faults",
+    "poses",
+    "robots_table",
+    "run_scenario",
+    "scenarios",
+]

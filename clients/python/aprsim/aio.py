@@ -1,0 +1,416 @@
+"""The cell, for asyncio: as `aprsim.Cell` and `aprsim.Robot`, each call to be awaited.
+
+    cell = await aio.Cell.connect()
+    fanuc, motoman = await cell.robot("fanuc"), await cell.robot("motoman")
+    await asyncio.gather(fanuc.move_by([0, 0, -0.05]), motoman.move_by([0, 0, -0.05]))
+
+Whose robots move at the same time lets the cell run: of a paused cell each waiting command steps it."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import time
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, AsyncIterator, Mapping, Sequence, TypeVar
+
+import grpc
+import grpc.aio
+import numpy as np
+import numpy.typing as npt
+
+from . import calls, crcl, faults
+from .calls import Receipt, SavedState
+from .endpoints import Endpoints, find_endpoints
+from .errors import TimedOut, Unreachable
+from .motions import MOVE_TIMEOUT_S, TURN_SPEED_RAD_S, Frame, Motions
+from .poses import Array
+from .robot import ANSWER_S, MOST_POLL_STEPS, POLL_S, POLL_STEPS
+from .snapshots import Snapshot, seconds
+from .v1 import control_service_pb2_grpc, telemetry_service_pb2_grpc
+
+if TYPE_CHECKING:
+    from .v1 import cell_pb2, control_service_pb2, faults_pb2, snapshot_pb2
+
+T = TypeVar("T")
+
+
+class Robot:
+    """As `aprsim.Robot`. Used by one task at a time."""
+
+    def __init__(
+        self,
+        cell: Cell,
+        description: cell_pb2.RobotDescription,
+        reader: asyncio.StreamReader,
+        writer: asyncio.StreamWriter,
+    ) -> None:
+        self._cell, self._reader, self._writer = cell, reader, writer
+        self._motions = Motions(description)
+        self._session = crcl.Session(description.name)
+        self.name = description.name
+        self.description = description
+
+    @classmethod
+    async def connect(
+        cls, cell: Cell, description: cell_pb2.RobotDescription, host: str, port: int
+    ) -> Robot:
+        """Without initialising it."""
+        try:
+            async with asyncio.timeout(ANSWER_S):
+                reader, writer = await asyncio.open_connection(host, port)
+        except OSError as error:
+            where = f"{description.name} by CRCL at {host}:{port}"
+            raise Unreachable(f"cannot reach {where}: {error}") from error
+        robot = cls(cell, description, reader, writer)
+        robot._session.follow(await robot.status())
+        return robot
+
+    async def close(self) -> None:
+        """Hangs up. What the robot has been told goes on."""
+        self._writer.close()
+        with contextlib.suppress(OSError):
+            await self._writer.wait_closed()
+
+    async def initialise(self) -> None:
+        """Clears an error, ends all motion, makes ready, and sets the units of this connection."""
+        await self.run(crcl.initialise(), 35)
+        for command in self._session.opening():
+            await self.run(command)
+        await self.run(crcl.set_turn_speed(TURN_SPEED_RAD_S))
+
+    async def end(self) -> None:
+        """Ends the session."""
+        await self.run(crcl.end())
+
+    async def stop(self) -> None:
+        """Brakes, and waits until the arm rests."""
+        await self.run(crcl.stop())
+
+    async def move_to(
+        self,
+        target: npt.ArrayLike,
+        yaw: float | None = None,
+        *,
+        straight: bool = False,
+        frame: Frame = "world",
+        timeout_s: float = MOVE_TIMEOUT_S,
+    ) -> None:
+        """The tool to a 4 x 4 pose or a point."""
+        present = (await self.status()).tool_in_reference
+        command = self.move_command(target, yaw, straight=straight, frame=frame, present=present)
+        await self.run(command, timeout_s)
+
+    def move_command(
+        self,
+        target: npt.ArrayLike,
+        yaw: float | None = None,
+        *,
+        straight: bool = False,
+        frame: Frame = "world",
+        present: Array | None = None,
+    ) -> crcl.Command:
+        """What `move_to` tells the robot; a point without a yaw needs the `present` pose X_RT."""
+        return crcl.move_to(self._motions.target(target, yaw, frame, present), straight=straight)
+
+    async def move_by(
+        self,
+        offset_m: npt.ArrayLike,
+        *,
+        frame: Frame = "world",
+        timeout_s: float = MOVE_TIMEOUT_S,
+    ) -> None:
+        """The tool on a straight line, as it is turned."""
+        tool = await self.tool(frame)
+        tool[:3, 3] += np.asarray(offset_m, dtype=np.float64)
+        await self.move_to(tool, straight=True, frame=frame, timeout_s=timeout_s)
+
+    async def move_joints(
+        self,
+        positions_rad: npt.ArrayLike,
+        speed_rad_s: float = 1.0,
+        *,
+        timeout_s: float = MOVE_TIMEOUT_S,
+    ) -> None:
+        """All joints, from base to flange."""
+        await self.run(self._motions.joints(positions_rad, speed_rad_s), timeout_s)
+
+    async def set_speed(self, m_s: float, rad_s: float = TURN_SPEED_RAD_S) -> None:
+        """Of the tool, from now on."""
+        await self.run(crcl.set_speed(m_s))
+        await self.run(crcl.set_turn_speed(rad_s))
+
+    async def open_gripper(self) -> None:
+        """Returns when the fingers have been told to."""
+        await self.run(crcl.set_gripper(1))
+
+    async def close_gripper(self) -> None:
+        """Returns when the fingers have been told to."""
+        await self.run(crcl.set_gripper(0))
+
+    async def dwell(self, seconds: float) -> None:
+        """Lets the robot wait, in simulated time."""
+        await self.run(crcl.dwell(seconds), 10 + seconds)
+
+    async def tool(self, frame: Frame = "world") -> Array:
+        """X_WT or X_RT."""
+        pose = (await self.status()).tool_in_reference
+        if pose is None:
+            raise Unreachable(f"{self.name}: its status has no pose")
+        return self._motions.reference_in_world @ pose if frame == "world" else pose
+
+    async def status(self) -> crcl.Status:
+        """As the robot reports it."""
+        await self._send(self._session.ask())
+        status = self._session.feed(b"")
+        while status is None:
+            status = self._session.feed(await self._receive())
+        return status
+
+    async def run(self, command: crcl.Command, timeout_s: float = 10.0) -> crcl.Status:
+        """Any command, until it is done."""
+        await self.start(command)
+        return await self.wait(timeout_s)
+
+    async def start(self, command: crcl.Command) -> crcl.Status:
+        """Any command; returns when the robot has it."""
+        await self._send(self._session.begin(command))
+        return await self.status()
+
+    async def wait(self, timeout_s: float = MOVE_TIMEOUT_S) -> crcl.Status:
+        """For the end of the command that was started last."""
+        waited_s, steps = 0.0, POLL_STEPS
+        while True:
+            waited_s += await self._let_time_pass(steps)
+            steps = min(2 * steps, MOST_POLL_STEPS)
+            status = await self.status()
+            if self._session.is_over(status):
+                return status
+            if waited_s > timeout_s:
+                raise TimedOut(self._session.too_late(timeout_s))
+
+    async def _let_time_pass(self, steps: int) -> float:
+        if self._cell.paused:
+            await self._cell.advance(steps)
+            return steps * self._cell.step_s
+        began = time.monotonic()
+        await asyncio.sleep(POLL_S)
+        return time.monotonic() - began
+
+    async def _send(self, document: bytes) -> None:
+        try:
+            self._writer.write(document)
+            await self._writer.drain()
+        except OSError as error:
+            raise Unreachable(f"{self.name}: {error}") from error
+
+    async def _receive(self) -> bytes:
+        try:
+            async with asyncio.timeout(ANSWER_S):
+                data = await self._reader.read(1 << 16)
+        except TimeoutError as error:
+            raise TimedOut(f"{self.name}: no status within {ANSWER_S:g} s") from error
+        except OSError as error:
+            raise Unreachable(f"{self.name}: {error}") from error
+        if not data:
+            raise Unreachable(f"{self.name}: the robot has closed the connection")
+        return data
+
+
+class Cell:
+    """As `aprsim.Cell`. Belongs to the loop that it was connected in."""
+
+    def __init__(self, endpoints: Endpoints) -> None:
+        """Use `connect`."""
+        self.endpoints = endpoints
+        self._address = f"{endpoints.host}:{endpoints.grpc}"
+        self._channel: Any = grpc.aio.insecure_channel(
+            self._address, options=calls.CHANNEL_OPTIONS
+        )
+        self._control: Any = control_service_pb2_grpc.ControlServiceStub(self._channel)
+        self._telemetry: Any = telemetry_service_pb2_grpc.TelemetryServiceStub(self._channel)
+        self._robots: dict[str, Robot] = {}
+        self.paused = False
+        """As this client has last seen or made it."""
+        self.description: cell_pb2.CellDescription
+        """What does not change between two resets."""
+        self.step_s = 0.001
+        """Simulated time of one step."""
+
+    @classmethod
+    async def connect(
+        cls,
+        ports_file: str | Path | None = None,
+        *,
+        host: str | None = None,
+        grpc_port: int | None = None,
+        crcl_ports: dict[str, int] | None = None,
+        token_file: str | Path | None = None,
+    ) -> Cell:
+        """As `aprsim.Cell.connect`."""
+        cell = cls(
+            find_endpoints(
+                ports_file, host=host, grpc=grpc_port, crcl=crcl_ports, token_file=token_file
+            )
+        )
+        try:
+            cell.description = await cell._run(calls.get_cell())
+            size = cell.description.step_size
+            cell.step_s = seconds(size)
+            await cell.snapshot(["paused"])
+        except BaseException:
+            await cell.close()
+            raise
+        return cell
+
+    async def __aenter__(self) -> Cell:
+        return self
+
+    async def __aexit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        await self.close()
+
+    async def close(self) -> None:
+        """Hangs up, robots included. The cell goes on."""
+        for robot in self._robots.values():
+            await robot.close()
+        self._robots.clear()
+        await self._channel.close()
+
+    async def snapshot(self, fields: Sequence[str] = ()) -> Snapshot:
+        """The latest one."""
+        return self._seen(await self._run(calls.get_snapshot(fields)))
+
+    async def stream(self, hz: float = 20.0, fields: Sequence[str] = ()) -> AsyncIterator[Snapshot]:
+        """Snapshots at a steady wall-clock rate."""
+        call = self._telemetry.StreamSnapshots(calls.stream_request(hz, fields))
+        try:
+            async for answer in call:
+                yield self._seen(Snapshot(answer.snapshot))
+        except grpc.RpcError as error:
+            raise self._error(error) from error
+        finally:
+            call.cancel()
+
+    async def pause(self) -> Receipt:
+        """No step is taken until told."""
+        receipt = await self._run(calls.pause())
+        self.paused = True
+        return receipt
+
+    async def resume(self) -> Receipt:
+        """Steps at the set speed."""
+        receipt = await self._run(calls.resume())
+        self.paused = False
+        return receipt
+
+    async def step(
+        self, steps: int = 1, fields: Sequence[str] = (), *, timeout_s: float | None = None
+    ) -> Snapshot:
+        """Takes exactly so many steps of a paused cell; the snapshot after the last."""
+        return await self._run(calls.step(steps, fields, timeout_s))
+
+    async def advance(self, steps: int) -> None:
+        """As `step`, without a snapshot of all."""
+        await self._run(calls.step(steps, ["step"], None))
+
+    async def set_speed(self, factor: float) -> Receipt:
+        """Ratio of simulated to wall time; math.inf = as fast as possible."""
+        return await self._run(calls.set_speed(factor))
+
+    async def reset(self, seed: int | None = None) -> Receipt:
+        """Builds the cell anew from its scene."""
+        return await self._run(calls.reset(seed))
+
+    async def save(self, name: str) -> Receipt:
+        """Keeps the state of the cell in the daemon."""
+        return await self._run(calls.save_state(name))
+
+    async def load(self, name: str) -> Receipt:
+        """Goes on from a saved state, bit for bit."""
+        return await self._run(calls.load_state(name))
+
+    async def forget(self, name: str) -> Receipt:
+        """Deletes a saved state."""
+        return await self._run(calls.delete_state(name))
+
+    async def saved_states(self) -> list[SavedState]:
+        """In alphabetical order."""
+        return await self._run(calls.list_states())
+
+    async def robot(self, name: str, *, initialise: bool = True) -> Robot:
+        """A connection to a robot, made once and kept."""
+        if name in self._robots:
+            return self._robots[name]
+        description = calls.robot_named(self.description, name)
+        port = self.endpoints.crcl_port(name)
+        robot = await Robot.connect(self, description, self.endpoints.host, port)
+        self._robots[name] = robot
+        if initialise:
+            await robot.initialise()
+        return robot
+
+    async def set_conveyor(
+        self,
+        run: bool | None = None,
+        *,
+        forward: bool | None = None,
+        speed_m_s: float | None = None,
+        emergency_stop: bool | None = None,
+        fault_reset: bool = False,
+    ) -> snapshot_pb2.ConveyorState:
+        """Sets any of the belt drive's inputs."""
+        return await self._run(
+            calls.set_conveyor(run, forward, speed_m_s, emergency_stop, fault_reset)
+        )
+
+    async def inject_fault(
+        self,
+        kind: str,
+        target: str = "",
+        parameters: Mapping[str, float] | None = None,
+        *,
+        when: faults.Trigger | None = None,
+        duration_s: float | None = None,
+    ) -> faults_pb2.InjectedFault:
+        """At the next step, or when its trigger comes."""
+        return await self._run(
+            calls.inject_fault(kind, target, parameters or {}, when, duration_s)
+        )
+
+    async def end_fault(self, identifier: int) -> Receipt:
+        """Ends one at the next step, or gives up one that waits."""
+        return await self._run(calls.end_fault(identifier))
+
+    async def report_event(self, event: str) -> Receipt:
+        """Tells the faults that wait for it."""
+        return await self._run(calls.report_event(event))
+
+    async def fault_kinds(self) -> control_service_pb2.ListFaultKindsResponse:
+        """All kinds with their parameters."""
+        return await self._run(calls.fault_kinds())
+
+    async def _run(self, call: calls.Call[T]) -> T:
+        stub = self._control if call.control else self._telemetry
+        metadata = []
+        if call.control and self.endpoints.token:
+            metadata.append(("authorization", f"Bearer {self.endpoints.token}"))
+        try:
+            answer = await getattr(stub, call.method)(
+                call.request, timeout=call.timeout_s, metadata=metadata
+            )
+        except grpc.RpcError as error:
+            raise self._error(error) from error
+        return call.read(answer)
+
+    def _error(self, error: Any) -> Exception:
+        return calls.error_of(error.code().name, error.details(), self._address)
+
+    def _seen(self, snapshot: Snapshot) -> Snapshot:
+        self.paused = snapshot.paused
+        return snapshot

@@ -1,0 +1,27 @@
+"""The programs of the tree: the daemon and its command line."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+
+from .errors import AprsimError
+
+FOLDER_VARIABLE = "APRSIM_BIN_DIR"
+
+
+def find_binary(name: str, folder: str | Path | None = None) -> str:
+    """Its path: in `folder`, else in APRSIM_BIN_DIR, else on PATH, else as the tree's preset `release`
+    builds it. Raises AprsimError with the places."""
+    chosen = folder or os.environ.get(FOLDER_VARIABLE)
+    if chosen:
+        places = [Path(chosen) / name]
+    else:
+        tree = Path(__file__).resolve().parents[3] / "build" / "release" / "bin"
+        on_path = shutil.which(name)
+        places = ([Path(on_path)] if on_path else []) + [tree / name]
+    for place in places:
+        if os.access(place, os.X_OK) and place.is_file():
+            return str(place)
+    raise AprsimError(f"no program {name}: not on PATH, nor {', '.join(map(str, places))}")

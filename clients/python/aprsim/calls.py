@@ -1,0 +1,221 @@
+"""The calls of the cell's gRPC services: what is asked, and what of the answer is handed on. Shared by
+the blocking and the asyncio cell, which only carry them out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Callable, Generic, Mapping, Sequence, TypeVar
+
+from . import faults
+from .errors import AprsimError, Refused, TimedOut, Unreachable
+from .snapshots import Snapshot, seconds
+from .v1 import control_service_pb2 as control
+from .v1 import telemetry_service_pb2 as telemetry
+
+if TYPE_CHECKING:
+    from .v1 import cell_pb2, faults_pb2, snapshot_pb2
+
+T = TypeVar("T")
+
+_TIMEOUT_S = 60.0  # a daemon that is gone is told at once; one on a busy machine is waited for
+_STEP_S = 0.01  # that one step may take at most
+_MAX_MESSAGE_BYTES = 64 << 20
+CHANNEL_OPTIONS = [("grpc.max_receive_message_length", _MAX_MESSAGE_BYTES)]
+
+
+@dataclass(frozen=True)
+class Receipt:
+    """When and where a command took effect."""
+
+    ticket: int
+    epoch: int
+    step: int
+    sim_time_s: float
+
+
+@dataclass(frozen=True)
+class SavedState:
+    """A state that the daemon keeps under a name."""
+
+    name: str
+    bytes: int
+    step: int
+    sim_time_s: float
+
+
+@dataclass(frozen=True)
+class Call(Generic[T]):
+    """One unary call."""
+
+    control: bool
+    """Of ControlService, which the token is for; else of TelemetryService."""
+    method: str
+    request: Any
+    read: Callable[[Any], T]
+    timeout_s: float = _TIMEOUT_S
+
+
+def error_of(code: str, details: str, address: str) -> AprsimError:
+    """The exception for a gRPC status that is not OK."""
+    if code == "UNAVAILABLE":
+        return Unreachable(f"cannot reach the cell by gRPC at {address}: {details}")
+    if code == "DEADLINE_EXCEEDED":
+        return TimedOut(f"no answer by gRPC from {address} in time")
+    if code == "UNAUTHENTICATED":
+        return Refused(code, f"{details} (token_file, or the variable APRSIM_TOKEN)")
+    return Refused(code, details)
+
+
+def _control(
+    method: str, request: Any, read: Callable[[Any], T], timeout_s: float | None = None
+) -> Call[T]:
+    return Call(True, method, request, read, _TIMEOUT_S if timeout_s is None else timeout_s)
+
+
+def _receipt(answer: Any) -> Receipt:
+    receipt = answer.receipt
+    return Receipt(receipt.ticket, receipt.epoch, receipt.step, seconds(receipt.sim_time))
+
+
+def _snapshot(answer: Any) -> Snapshot:
+    return Snapshot(answer.snapshot)
+
+
+def _paths(fields: Sequence[str]) -> list[str]:
+    """Whether the cell is paused is always asked for."""
+    return [*fields, "paused"] if fields else []
+
+
+def robot_named(cell: cell_pb2.CellDescription, name: str) -> cell_pb2.RobotDescription:
+    """Raises AprsimError with the names there are."""
+    robots: dict[str, cell_pb2.RobotDescription] = {robot.name: robot for robot in cell.robots}
+    if name not in robots:
+        names = ", ".join(robots) or "none"
+        raise AprsimError(f"the scene '{cell.scene}' has no robot '{name}'; there is {names}")
+    return robots[name]
+
+
+def get_snapshot(fields: Sequence[str]) -> Call[Snapshot]:
+    request = telemetry.GetSnapshotRequest()
+    request.read_mask.paths.extend(_paths(fields))
+    return Call(False, "GetSnapshot", request, _snapshot)
+
+
+def stream_request(hz: float, fields: Sequence[str]) -> Any:
+    request = telemetry.StreamSnapshotsRequest(rate_hz=hz)
+    request.read_mask.paths.extend(_paths(fields))
+    return request
+
+
+def get_cell() -> Call[cell_pb2.CellDescription]:
+    def read(answer: telemetry.GetCellResponse) -> cell_pb2.CellDescription:
+        return answer.cell
+
+    return Call(False, "GetCell", telemetry.GetCellRequest(), read)
+
+
+def pause() -> Call[Receipt]:
+    return _control("Pause", control.PauseRequest(), _receipt)
+
+
+def resume() -> Call[Receipt]:
+    return _control("Resume", control.ResumeRequest(), _receipt)
+
+
+def step(steps: int, fields: Sequence[str], timeout_s: float | None) -> Call[Snapshot]:
+    if steps < 1:
+        raise AprsimError(f"steps: {steps}, where 1 or more is expected")
+    request = control.StepRequest(steps=steps)
+    request.read_mask.paths.extend(fields)
+    request.read_mask.SetInParent()
+    limit = _TIMEOUT_S + _STEP_S * steps if timeout_s is None else timeout_s
+    return _control("Step", request, _snapshot, limit)
+
+
+def set_speed(factor: float) -> Call[Receipt]:
+    if math.isinf(factor) and factor > 0:
+        return _control("SetSpeed", control.SetSpeedRequest(maximum=True), _receipt)
+    return _control("SetSpeed", control.SetSpeedRequest(factor=factor), _receipt)
+
+
+def reset(seed: int | None) -> Call[Receipt]:
+    return _control("Reset", control.ResetRequest(seed=seed), _receipt)
+
+
+def save_state(name: str) -> Call[Receipt]:
+    return _control("SaveState", control.SaveStateRequest(name=name), _receipt)
+
+
+def load_state(name: str) -> Call[Receipt]:
+    return _control("LoadState", control.LoadStateRequest(name=name), _receipt)
+
+
+def delete_state(name: str) -> Call[Receipt]:
+    return _control("DeleteState", control.DeleteStateRequest(name=name), _receipt)
+
+
+def list_states() -> Call[list[SavedState]]:
+    def read(answer: Any) -> list[SavedState]:
+        return [
+            SavedState(state.name, state.bytes, state.step, seconds(state.sim_time))
+            for state in answer.states
+        ]
+
+    return _control("ListStates", control.ListStatesRequest(), read)
+
+
+def set_conveyor(
+    run: bool | None,
+    forward: bool | None,
+    speed_m_s: float | None,
+    emergency_stop: bool | None,
+    fault_reset: bool,
+) -> Call[snapshot_pb2.ConveyorState]:
+    request = control.SetConveyorRequest(fault_reset=fault_reset)
+    if run is not None:
+        request.run = run
+    if speed_m_s is not None:
+        request.speed_m_s = speed_m_s
+    if emergency_stop is not None:
+        request.emergency_stop = emergency_stop
+    if forward is not None:
+        request.direction = (
+            control.CONVEYOR_DIRECTION_FORWARD if forward else control.CONVEYOR_DIRECTION_REVERSE
+        )
+
+    def read(answer: control.SetConveyorResponse) -> snapshot_pb2.ConveyorState:
+        return answer.conveyor
+
+    return _control("SetConveyor", request, read)
+
+
+def inject_fault(
+    kind: str,
+    target: str,
+    parameters: Mapping[str, float],
+    trigger: faults.Trigger | None,
+    duration_s: float | None,
+) -> Call[faults_pb2.InjectedFault]:
+    request = faults.request(kind, target, parameters, trigger, duration_s)
+
+    def read(answer: control.InjectFaultResponse) -> faults_pb2.InjectedFault:
+        return answer.fault
+
+    return _control("InjectFault", request, read)
+
+
+def end_fault(identifier: int) -> Call[Receipt]:
+    return _control("EndFault", control.EndFaultRequest(id=identifier), _receipt)
+
+
+def report_event(event: str) -> Call[Receipt]:
+    return _control("ReportEvent", control.ReportEventRequest(event=event), _receipt)
+
+
+def fault_kinds() -> Call[control.ListFaultKindsResponse]:
+
+    def read(answer: control.ListFaultKindsResponse) -> control.ListFaultKindsResponse:
+        return answer
+
+    return _control("ListFaultKinds", control.ListFaultKindsRequest(), read)

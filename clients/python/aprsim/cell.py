@@ -1,0 +1,230 @@
+"""The cell, for programs that wait for each call."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Iterator, Mapping, Sequence, TypeVar
+
+import grpc
+
+from . import calls, faults
+from .calls import Receipt, SavedState
+from .endpoints import Endpoints, find_endpoints
+from .robot import Robot
+from .snapshots import Snapshot, seconds
+from .v1 import control_service_pb2_grpc, telemetry_service_pb2_grpc
+
+if TYPE_CHECKING:
+    from .v1 import cell_pb2, control_service_pb2, faults_pb2, snapshot_pb2
+
+T = TypeVar("T")
+
+
+class Cell:
+    """A running cell. Robots are commanded by `robot(name)`, all else here. Errors: Unreachable,
+    TimedOut, Refused with the cell's own words. Units are SI. Thread: any; a stream belongs to who
+    reads it, a robot to one thread at a time."""
+
+    def __init__(self, endpoints: Endpoints) -> None:
+        self.endpoints = endpoints
+        self._address = f"{endpoints.host}:{endpoints.grpc}"
+        self._channel = grpc.insecure_channel(self._address, options=calls.CHANNEL_OPTIONS)
+        self._control: Any = control_service_pb2_grpc.ControlServiceStub(self._channel)
+        self._telemetry: Any = telemetry_service_pb2_grpc.TelemetryServiceStub(self._channel)
+        self._robots: dict[str, Robot] = {}
+        self.paused = False
+        """As this client has last seen or made it. Robots' commands step a paused cell."""
+        self.description: cell_pb2.CellDescription = self._run(calls.get_cell())
+        """What does not change between two resets."""
+        size = self.description.step_size
+        self.step_s: float = seconds(size)
+        """Simulated time of one step."""
+        self.snapshot(["paused"])
+
+    @classmethod
+    def connect(
+        cls,
+        ports_file: str | Path | None = None,
+        *,
+        host: str | None = None,
+        grpc_port: int | None = None,
+        crcl_ports: dict[str, int] | None = None,
+        token_file: str | Path | None = None,
+    ) -> Cell:
+        """To the cell of a ports file, else of the one that APRSIM_PORTS_FILE names, else at the
+        default ports of this machine; single choices go over that. The token for commands: the first
+        line of `token_file`, else APRSIM_TOKEN."""
+        return cls(
+            find_endpoints(
+                ports_file, host=host, grpc=grpc_port, crcl=crcl_ports, token_file=token_file
+            )
+        )
+
+    def __enter__(self) -> Cell:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Hangs up, robots included. The cell goes on."""
+        for robot in self._robots.values():
+            robot.close()
+        self._robots.clear()
+        self._channel.close()
+
+    # -- what is seen -------------------------------------------------------------------------
+
+    def snapshot(self, fields: Sequence[str] = ()) -> Snapshot:
+        """The latest one. `fields`: top-level fields of `Snapshot` in the messages, all when empty."""
+        return self._seen(self._run(calls.get_snapshot(fields)))
+
+    def stream(self, hz: float = 20.0, fields: Sequence[str] = ()) -> Iterator[Snapshot]:
+        """Snapshots at a steady wall-clock rate, at most 1000 a second, until the loop ends. A reader
+        that is too slow misses some and gets the latest."""
+        call = self._telemetry.StreamSnapshots(calls.stream_request(hz, fields))
+        try:
+            for answer in call:
+                yield self._seen(Snapshot(answer.snapshot))
+        except grpc.RpcError as error:
+            raise self._error(error) from error
+        finally:
+            call.cancel()
+
+    # -- time ---------------------------------------------------------------------------------
+
+    def pause(self) -> Receipt:
+        """No step is taken until told."""
+        receipt = self._run(calls.pause())
+        self.paused = True
+        return receipt
+
+    def resume(self) -> Receipt:
+        """Steps at the set speed."""
+        receipt = self._run(calls.resume())
+        self.paused = False
+        return receipt
+
+    def step(
+        self, steps: int = 1, fields: Sequence[str] = (), *, timeout_s: float | None = None
+    ) -> Snapshot:
+        """Takes exactly so many steps of a paused cell; the snapshot after the last."""
+        return self._run(calls.step(steps, fields, timeout_s))
+
+    def advance(self, steps: int) -> None:
+        """As `step`, without a snapshot of all."""
+        self._run(calls.step(steps, ["step"], None))
+
+    def set_speed(self, factor: float) -> Receipt:
+        """Ratio of simulated to wall time; math.inf = as fast as possible."""
+        return self._run(calls.set_speed(factor))
+
+    def run_at_full_speed(self) -> Receipt:
+        """As fast as possible."""
+        return self.set_speed(math.inf)
+
+    # -- states -------------------------------------------------------------------------------
+
+    def reset(self, seed: int | None = None) -> Receipt:
+        """Builds the cell anew from its scene, with another seed if one is given. Robots then have to
+        be initialised."""
+        return self._run(calls.reset(seed))
+
+    def save(self, name: str) -> Receipt:
+        """Keeps the state of the cell in the daemon, in place of what had the name."""
+        return self._run(calls.save_state(name))
+
+    def load(self, name: str) -> Receipt:
+        """Goes on from a saved state, bit for bit."""
+        return self._run(calls.load_state(name))
+
+    def forget(self, name: str) -> Receipt:
+        """Deletes a saved state."""
+        return self._run(calls.delete_state(name))
+
+    def saved_states(self) -> list[SavedState]:
+        """In alphabetical order."""
+        return self._run(calls.list_states())
+
+    # -- robots and belt ----------------------------------------------------------------------
+
+    def robot(self, name: str, *, initialise: bool = True) -> Robot:
+        """A connection to a robot, made once and kept. It is initialised, which ends what it does;
+        `initialise=False` leaves that to the caller."""
+        if name in self._robots:
+            return self._robots[name]
+        description = calls.robot_named(self.description, name)
+        robot = Robot(self, description, self.endpoints.host, self.endpoints.crcl_port(name))
+        self._robots[name] = robot
+        if initialise:
+            robot.initialise()
+        return robot
+
+    def set_conveyor(
+        self,
+        run: bool | None = None,
+        *,
+        forward: bool | None = None,
+        speed_m_s: float | None = None,
+        emergency_stop: bool | None = None,
+        fault_reset: bool = False,
+    ) -> snapshot_pb2.ConveyorState:
+        """Sets any of the belt drive's inputs; the belt as it is then."""
+        return self._run(
+            calls.set_conveyor(run, forward, speed_m_s, emergency_stop, fault_reset)
+        )
+
+    # -- injected faults ----------------------------------------------------------------------
+
+    def inject_fault(
+        self,
+        kind: str,
+        target: str = "",
+        parameters: Mapping[str, float] | None = None,
+        *,
+        when: faults.Trigger | None = None,
+        duration_s: float | None = None,
+    ) -> faults_pb2.InjectedFault:
+        """At the next step, or when its trigger comes, for a while or until `end_fault`."""
+        return self._run(calls.inject_fault(kind, target, parameters or {}, when, duration_s))
+
+    def end_fault(self, identifier: int) -> Receipt:
+        """Ends one at the next step, or gives up one that waits."""
+        return self._run(calls.end_fault(identifier))
+
+    def report_event(self, event: str) -> Receipt:
+        """Tells the faults that wait for it (`faults.Reported`)."""
+        return self._run(calls.report_event(event))
+
+    def fault_kinds(self) -> control_service_pb2.ListFaultKindsResponse:
+        """All kinds with their parameters, and the quantities that `faults.Crossing` knows."""
+        return self._run(calls.fault_kinds())
+
+    # -----------------------------------------------------------------------------------------
+
+    def _run(self, call: calls.Call[T]) -> T:
+        stub = self._control if call.control else self._telemetry
+        metadata = []
+        if call.control and self.endpoints.token:
+            metadata.append(("authorization", f"Bearer {self.endpoints.token}"))
+        try:
+            answer = getattr(stub, call.method)(
+                call.request, timeout=call.timeout_s, metadata=metadata
+            )
+        except grpc.RpcError as error:
+            raise self._error(error) from error
+        return call.read(answer)
+
+    def _error(self, error: Any) -> Exception:
+        return calls.error_of(error.code().name, error.details(), self._address)
+
+    def _seen(self, snapshot: Snapshot) -> Snapshot:
+        self.paused = snapshot.paused
+        return snapshot

@@ -1,0 +1,90 @@
+"""Where a daemon's listeners are, and the token that lets one command there."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from .errors import AprsimError
+
+PORTS_FILE_VARIABLE = "APRSIM_PORTS_FILE"
+TOKEN_VARIABLE = "APRSIM_TOKEN"
+_CRCL = "crcl."
+
+
+@dataclass(frozen=True)
+class Endpoints:
+    """Host, ports and token; the defaults are the daemon's."""
+
+    host: str = "127.0.0.1"
+    grpc: int = 50051
+    crcl: dict[str, int] = field(default_factory=lambda: {"fanuc": 64444, "motoman": 64445})
+    """By the robot's name."""
+    token: str = field(default="", repr=False)
+    """Of who may command; empty = none."""
+
+    def crcl_port(self, robot: str) -> int:
+        """Raises AprsimError with the names there are."""
+        if robot not in self.crcl:
+            raise AprsimError(f"no robot '{robot}'; there is {', '.join(self.crcl) or 'none'}")
+        return self.crcl[robot]
+
+
+def read_ports_file(path: str | Path) -> Endpoints:
+    """A file as `aprsimd --ports-file` writes it; its robots are the only ones. Raises AprsimError
+    with file, key, value and what was expected."""
+    try:
+        ports = json.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise AprsimError(f"cannot read the ports file {path}: {error.strerror}") from error
+    except ValueError as error:
+        raise AprsimError(f"{path} is no ports file: {error}") from error
+    if not isinstance(ports, dict):
+        raise AprsimError(f"{path} is no ports file: not a JSON object")
+
+    def port(key: str) -> int:
+        value = ports[key]
+        if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value <= 65535:
+            raise AprsimError(f'{path}: "{key}" is {value!r}, not a port 1..65535')
+        return value
+
+    robots = {key.removeprefix(_CRCL): port(key) for key in ports if key.startswith(_CRCL)}
+    return Endpoints(grpc=port("grpc") if "grpc" in ports else Endpoints.grpc, crcl=robots)
+
+
+def find_endpoints(
+    ports_file: str | Path | None = None,
+    *,
+    host: str | None = None,
+    grpc: int | None = None,
+    crcl: dict[str, int] | None = None,
+    token_file: str | Path | None = None,
+) -> Endpoints:
+    """The ports file, else that of APRSIM_PORTS_FILE, else the default ports; then each single
+    choice over it. The token is the first line of `token_file`, else APRSIM_TOKEN."""
+    file = ports_file or os.environ.get(PORTS_FILE_VARIABLE)
+    found = read_ports_file(file) if file else Endpoints()
+    return Endpoints(
+        host=host or found.host,
+        grpc=found.grpc if grpc is None else grpc,
+        crcl={**found.crcl, **(crcl or {})},
+        token=_read_token(token_file),
+    )
+
+
+def _read_token(path: str | Path | None) -> str:
+    if path is None:
+        token, origin = os.environ.get(TOKEN_VARIABLE, ""), TOKEN_VARIABLE
+    else:
+        origin = str(path)
+        try:
+            with open(path, encoding="utf-8", errors="replace") as file:
+                token = file.readline().rstrip("\r\n")
+        except OSError as error:
+            raise AprsimError(f"cannot read a token from {path}: {error.strerror}") from error
+    if not all(" " <= character <= "~" for character in token):
+        # The message must not show it.
+        raise AprsimError(f"the token of {origin} is not of ASCII characters")
+    return token

@@ -1,0 +1,22 @@
+"""Tasks in the cell with Gymnasium's signatures: `reset(seed=, options=)` and `step(action)`, spaces of
+our own where gymnasium is not installed. The cell stands between steps; no clock plays a part.
+
+    env = PickEnv()
+    observation, info = env.reset(seed=1)
+    observation, reward, terminated, truncated, info = env.step(env.action_space.sample())
+"""
+
+from .cell_env import MOVE_M, OBSERVATION_NAMES, TURN_RAD, CellEnv
+from .scripted import scripted_action
+from .tasks import KitEnv, PickEnv, PlaceEnv
+
+__all__ = [
+    "MOVE_M",
+    "OBSERVATION_NAMES",
+    "TURN_RAD",
+    "CellEnv",
+    "KitEnv",
+    "PickEnv",
+    "PlaceEnv",
+    "scripted_action",
+]

@@ -1,0 +1,336 @@
+"""What the tasks have in common: the cell, the robot's actions, observations, resets."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import crcl
+from ..cell import Cell
+from ..daemon import Daemon
+from ..errors import AprsimError, Refused, RobotError, TimedOut, Unreachable
+from ..poses import Array, matrix, tool_down, wrapped, yaw_of
+from ..snapshots import Snapshot
+from .layout import Layout, Transfer
+from .spaces import Box, Env, Vector
+
+MOVE_M, TURN_RAD = 0.05, 0.3  # of the tool in a step, at an action of 1
+_LOOK_S, _LEAST_LOOKS, _MOST_LOOKS = 0.05, 2, 40  # of simulated time, at a motion under way
+APPROACH_M = 0.06  # over where a gear is taken or let go
+_SPEED_M_S = 0.5
+_STILL_M, _STILL_RAD = 1e-6, 1e-6  # less is no motion to ask for
+_WORKING = 2  # ActionState
+_FIELDS = ("step", "epoch", "sim_time", "robots", "bodies", "world_fault", "state_hash")
+_SEATED_M = 0.001
+_MAX_KEPT = 32  # saved states of one environment
+
+OBSERVATION_NAMES = (
+    "gear_from_tool_x_m",
+    "gear_from_tool_y_m",
+    "gear_from_tool_z_m",
+    "slot_from_gear_x_m",
+    "slot_from_gear_y_m",
+    "slot_from_gear_z_m",
+    "turn_to_clear_rad",
+    "opening_m",
+    "held",
+    "filled",
+)
+
+
+class CellEnv(Env):
+    """A task of one robot in a paused cell, with Gymnasium's signatures. Subclasses say how an episode
+    begins (`_prepare`), what it is worth (`_potential`) and when it is done (`_is_done`).
+
+    Without a cell it starts a daemon of its own, which `close` ends; a cell that is given is paused
+    and belongs to the environment until then. Errors are the cell's. Thread: one."""
+
+    observation_names = OBSERVATION_NAMES
+    _opened = True  # as the gripper has been told
+
+    def __init__(
+        self,
+        cell: Cell | None = None,
+        *,
+        robot: str = "fanuc",
+        scene: str = "aprs",
+        reach_m: float = 0.62,
+        max_steps: int = 200,
+    ) -> None:
+        """`scene` is that of a daemon of its own; `reach_m`: gears and slots farther from the robot's
+        base are none of the task's; after `max_steps` an episode is truncated."""
+        self._kept: list[str] = []
+        self._owned = cell is None
+        self._daemon = None if cell is not None else Daemon(scene=scene, speed="stepped")
+        try:
+            self.cell = cell or Cell.connect(self._daemon.ports_file if self._daemon else None)
+            if not self.cell.paused:
+                self.cell.pause()
+            self.robot = self.cell.robot(robot)
+            self.max_steps = max_steps
+            self._reach_m = reach_m
+            self._look_steps = round(_LOOK_S / self.cell.step_s)
+            self.action_space = Box(-np.ones(5), np.ones(5))
+            low = np.array([-2.0] * 6 + [-math.pi, 0.0, 0.0, 0.0])
+            high = np.array([2.0] * 6 + [math.pi, 0.2, 1.0, 1.0])
+            self.observation_space = Box(low, high)
+            self._begin()
+        except BaseException:
+            self.close()
+            raise
+
+    # -- Gymnasium ----------------------------------------------------------------------------
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Vector, dict[str, Any]]:
+        """Begins an episode: loads a saved state, then draws what varies. The same seed begins the
+        same episode, bit for bit; without one the random numbers go on. `options` may have "tray", the
+        kit tray of the task, and "slot"."""
+        super().reset(seed=seed)
+        chosen = options or {}
+        unknown = set(chosen) - {"tray", "slot"}
+        if unknown:
+            raise AprsimError(f"options: {sorted(unknown)}, where tray and slot are known")
+        self._taken_steps = 0
+        self._filled = 0
+        self._plan = self._prepare(chosen)
+        self._count = len(self._plan)
+        self._last = self._plan[-1]
+        self._snapshot = self.cell.snapshot(_FIELDS)
+        self._value = self._potential()
+        return self._observation(), self._info(None)
+
+    def step(
+        self, action: npt.ArrayLike
+    ) -> tuple[Vector, float, bool, bool, dict[str, Any]]:
+        """The tool's motion to its end, at least a tenth of a second of simulated time: observation,
+        reward, terminated, truncated, info."""
+        values = np.asarray(action, dtype=np.float64)
+        if values.shape != (5,) or not np.isfinite(values).all():
+            raise AprsimError(f"action: {action!r}, where 5 finite numbers are expected")
+        values = np.clip(values, -1.0, 1.0)
+        self._command(values)
+        refused = self._await_end()
+        self._taken_steps += 1
+        lost = self._gear_is_lost() or bool(self._snapshot.world_fault)
+        value = self._potential() if not lost else self._value - 1.0
+        reward = value - self._value
+        done = False
+        if not lost and self._is_done():
+            reward += 1.0
+            self._filled += 1
+            self._plan = self._plan[1:]
+            done = not self._plan
+            value = value if done else self._potential()
+        self._value = value
+        terminated = lost or done
+        truncated = not terminated and self._taken_steps >= self.max_steps
+        info = self._info(refused)
+        info["is_success"] = done
+        return self._observation(), float(reward), terminated, truncated, info
+
+    def close(self) -> None:
+        """Forgets the states it has saved; ends the daemon if it is its own."""
+        cell = getattr(self, "cell", None)
+        if cell is not None and self._owned:
+            cell.close()
+        elif cell is not None:
+            with contextlib.suppress(Unreachable, TimedOut):
+                for name in self._kept:
+                    cell.forget(name)
+        self._kept = []
+        if self._daemon is not None:
+            self._daemon.close()
+            self._daemon = None
+
+    # -- of the tasks -------------------------------------------------------------------------
+
+    def _prepare(self, options: dict[str, Any]) -> list[Transfer]:
+        """Brings the cell to where an episode begins; what is to be done in it."""
+        raise NotImplementedError
+
+    def _potential(self) -> float:
+        """How far the transfer has come: its rise is the reward."""
+        raise NotImplementedError
+
+    def _is_done(self) -> bool:
+        """Whether the transfer is."""
+        raise NotImplementedError
+
+    # -- how episodes begin -------------------------------------------------------------------
+
+    def _begin(self) -> None:
+        """Everything at rest, the gripper open and the tool over the work: the state that all others
+        come from."""
+        self.robot.set_speed(_SPEED_M_S)
+        self.robot.open_gripper()
+        for _ in range(80):
+            state = self.cell.step(100, ["bodies"])
+            if all(body.resting or body.lost for body in state.bodies.values()):
+                break
+        self._neutral_yaw = yaw_of(self.robot.tool())
+        layout = self._layout()
+        self._slots = {
+            (body.name, slot.name): matrix(slot.slot_in_tray)
+            for body in self.cell.description.bodies
+            for slot in body.tray.slots
+        }
+        self._trays = [tray for tray in layout.kit_trays() if self._transfers(layout, tray)]
+        if not self._trays:
+            raise AprsimError(
+                f"the scene has no kit tray with a free slot and a gear for it within "
+                f"{self._reach_m:g} m of {self.robot.name}"
+            )
+        self._keep("work")
+
+    def _layout(self) -> Layout:
+        return Layout(self.cell.description, self.cell.snapshot(["bodies"]))
+
+    def _transfers(self, layout: Layout, tray: str) -> list[Transfer]:
+        return layout.transfers(
+            self.robot.description, tray, reach_m=self._reach_m, neutral_yaw=self._neutral_yaw
+        )
+
+    def _keep(self, name: str) -> None:
+        full = f"{type(self).__name__}-{id(self):x}-{name}"
+        self.cell.save(full)
+        self._kept.append(full)
+        if len(self._kept) > _MAX_KEPT:
+            self.cell.forget(self._kept.pop(1))
+
+    def _load(self, name: str) -> bool:
+        """False when it is not kept. What the robot was told last is over by then: a state from
+        before it would be an error to the robot."""
+        full = f"{type(self).__name__}-{id(self):x}-{name}"
+        if full not in self._kept:
+            return False
+        try:
+            self.robot.run(crcl.stop())
+        except RobotError:
+            self.robot.run(crcl.initialise(), 35)
+        except Refused:
+            pass  # the simulation has stopped on a fault, which the load ends
+        self.cell.load(full)
+        return True
+
+    def _choose(self, options: dict[str, Any]) -> str:
+        tray = options.get("tray")
+        if tray is None:
+            return str(self.np_random.choice(self._trays))
+        if tray not in self._trays:
+            raise AprsimError(f"options: tray '{tray}', where {', '.join(self._trays)} are known")
+        return str(tray)
+
+    def _choose_transfer(self, options: dict[str, Any]) -> Transfer:
+        """Of the state that is loaded."""
+        transfers = self._transfers(self._layout(), self._choose(options))
+        slot = options.get("slot")
+        if slot is None:
+            return transfers[int(self.np_random.integers(len(transfers)))]
+        named = {transfer.slot: transfer for transfer in transfers}
+        if slot not in named:
+            raise AprsimError(f"options: slot '{slot}', where {', '.join(named)} are known")
+        return named[str(slot)]
+
+    def _go_near(self, point: Array, yaw: float, spread_m: float, spread_rad: float) -> None:
+        """Over a point, at a random place near it."""
+        offset = self.np_random.uniform(-spread_m, spread_m, 3) + [0, 0, APPROACH_M + spread_m]
+        turn = float(self.np_random.uniform(-spread_rad, spread_rad))
+        self.robot.move_to(point + offset, yaw + turn)
+
+    # -- one step -----------------------------------------------------------------------------
+
+    def _command(self, action: Array) -> None:
+        opened = bool(action[4] > 0)
+        if opened != self._opened:
+            self.robot.start(crcl.set_gripper(1.0 if opened else 0.0))
+            self._opened = opened
+        way, turn = MOVE_M * action[:3], TURN_RAD * float(action[3])
+        if np.linalg.norm(way) < _STILL_M and abs(turn) < _STILL_RAD:
+            return
+        tool = self._tool()
+        target = tool_down(tool[:3, 3] + way, yaw_of(tool) + turn)
+        self.robot.start(self.robot.move_command(target, straight=True))
+
+    def _await_end(self) -> str | None:
+        """Steps the cell until the robot has done what it was told. Its words when it has refused or
+        given up; it is then made ready again."""
+        for looks in range(1, _MOST_LOOKS + 1):
+            self._snapshot = self.cell.step(self._look_steps, _FIELDS)
+            state = self._snapshot.robot(self.robot.name).message.action.state
+            if looks >= _LEAST_LOOKS and state != _WORKING:
+                break
+        status = self.robot.status()
+        if not status.failed:
+            return None
+        self.robot.run(crcl.initialise(), 35)
+        self._snapshot = self.cell.snapshot(_FIELDS)
+        return status.description
+
+    # -- what is seen -------------------------------------------------------------------------
+
+    @property
+    def transfer(self) -> Transfer | None:
+        """What is being done; None when all is."""
+        return self._plan[0] if self._plan else None
+
+    def _current(self) -> Transfer:
+        return self._plan[0] if self._plan else self._last
+
+    def _tool(self) -> Array:
+        return self._snapshot.robot(self.robot.name).tool_in_world
+
+    def _gear(self) -> Array:
+        return self._snapshot.body(self._current().gear).position_m
+
+    def _slot(self) -> Array:
+        transfer = self._current()
+        tray = self._snapshot.body(transfer.tray).pose
+        position: Array = (tray @ self._slots[transfer.tray, transfer.slot])[:3, 3]
+        return position
+
+    def _gear_from_tool(self) -> Array:
+        grasp = np.array([0.0, 0.0, self._current().grasp_height_m])
+        out: Array = self._gear() + grasp - self._tool()[:3, 3]
+        return out
+
+    def _slot_from_gear(self) -> Array:
+        return self._slot() - self._gear()
+
+    def _held(self) -> bool:
+        return self._snapshot.robot(self.robot.name).held_body == self._current().gear
+
+    def _gear_is_lost(self) -> bool:
+        return self._snapshot.body(self._current().gear).lost
+
+    def _is_seated(self) -> bool:
+        """The gear rests in its slot, and nobody holds it."""
+        near = float(np.linalg.norm(self._slot_from_gear())) < _SEATED_M
+        return near and not self._held() and self._snapshot.body(self._current().gear).resting
+
+    def _observation(self) -> Vector:
+        turn = wrapped(self._current().yaw - yaw_of(self._tool()))
+        # The fingers are alike: half a turn is none.
+        turn = (turn + math.pi / 2) % math.pi - math.pi / 2
+        robot = self._snapshot.robot(self.robot.name)
+        values = [*self._gear_from_tool(), *self._slot_from_gear(), turn, robot.separation_m]
+        values += [float(self._held()), self._filled / max(1, self._count)]
+        out = np.array(values, dtype=np.float32)
+        return np.clip(out, self.observation_space.low, self.observation_space.high)
+
+    def _info(self, refused: str | None) -> dict[str, Any]:
+        transfer = self._current()
+        info: dict[str, Any] = {
+            "gear": transfer.gear,
+            "slot": f"{transfer.tray}/{transfer.slot}",
+            "sim_time_s": self._snapshot.sim_time_s,
+            "state_hash": self._snapshot.state_hash,
+        }
+        if refused is not None:
+            info["refused"] = refused
+        return info

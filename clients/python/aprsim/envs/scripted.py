@@ -1,0 +1,51 @@
+"""A policy that solves the tasks from their observations alone: the shortest way to see one done, and
+a baseline for those that learn."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .cell_env import APPROACH_M, MOVE_M, TURN_RAD
+from .spaces import Vector
+
+_AT_M, _AT_RAD = 0.001, 0.01  # nearer than that it is there
+_CLEAR_M = 0.8 * APPROACH_M  # from this height on it may go sideways
+_DROP_M = 0.0005  # over the slot, where it lets go
+
+
+def scripted_action(observation: Vector) -> Vector:
+    """What to do next: over the gear, down, close, up, over the slot, down, open."""
+    values = [float(value) for value in observation]
+    gear, slot = values[0:3], values[3:6]
+    turn, held = values[6], values[8] > 0.5
+    if held:
+        height = -slot[2]
+        if math.hypot(slot[0], slot[1]) > _AT_M:
+            return _action(*_sideways(slot, height, APPROACH_M), 0.0, opened=False)
+        at = height < _DROP_M + _AT_M
+        return _action(slot[0], slot[1], _DROP_M - height, 0.0, opened=at)
+    height = -gear[2]
+    turned = abs(turn) > _AT_RAD
+    if math.hypot(gear[0], gear[1]) > _AT_M or (turned and height > _AT_M):
+        way = _sideways(gear, height, APPROACH_M)
+        return _action(*way, turn if height > _CLEAR_M else 0.0, opened=True)
+    at = height < _AT_M
+    return _action(gear[0], gear[1], -height, 0.0, opened=not at)
+
+
+def _sideways(to: list[float], height: float, wanted: float) -> tuple[float, float, float]:
+    """Up first: what stands beside it is lower than that."""
+    if height < _CLEAR_M and math.hypot(to[0], to[1]) > 3 * _AT_M:
+        return 0.0, 0.0, wanted - height
+    return to[0], to[1], max(0.0, wanted - height) if height < _CLEAR_M else wanted - height
+
+
+def _action(x: float, y: float, z: float, turn: float, *, opened: bool) -> Vector:
+    way = np.array([x, y, z]) / MOVE_M
+    longest = float(np.abs(way).max())
+    if longest > 1.0:
+        way /= longest
+    turned = float(np.clip(turn / TURN_RAD, -1.0, 1.0))
+    return np.array([*way, turned, 1.0 if opened else -1.0], dtype=np.float32)

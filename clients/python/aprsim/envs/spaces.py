@@ -1,0 +1,89 @@
+"""What environments are built on: Gymnasium's `Env` and `Box` where it is installed, else these, which
+have the same signatures."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+Vector = npt.NDArray[np.float32]
+
+
+class OwnBox:
+    """Vectors between bounds."""
+
+    def __init__(
+        self, low: npt.ArrayLike, high: npt.ArrayLike, dtype: type[np.float32] = np.float32
+    ) -> None:
+        self.low: Vector = np.asarray(low, dtype=dtype)
+        self.high: Vector = np.asarray(high, dtype=dtype)
+        if self.low.shape != self.high.shape or not (self.low <= self.high).all():
+            raise ValueError("low and high: bounds of the same shape, low <= high, are expected")
+        self.shape = self.low.shape
+        self.dtype = np.dtype(dtype)
+        self._random = np.random.default_rng()
+
+    def seed(self, seed: int | None = None) -> None:
+        """Of `sample`."""
+        self._random = np.random.default_rng(seed)
+
+    def sample(self) -> Vector:
+        """One of them, each as likely as the other."""
+        return self._random.uniform(self.low, self.high).astype(np.float32)
+
+    def contains(self, x: object) -> bool:
+        """Whether it is a vector of this shape between the bounds."""
+        if not isinstance(x, np.ndarray) or x.shape != self.shape:
+            return False
+        return bool(((x >= self.low) & (x <= self.high)).all())
+
+    def __contains__(self, x: object) -> bool:
+        return self.contains(x)
+
+    def __repr__(self) -> str:
+        return f"Box({self.low}, {self.high}, {self.shape}, {self.dtype})"
+
+
+class OwnEnv:
+    """The random numbers of an environment, and what Gymnasium's wrappers ask for."""
+
+    metadata: dict[str, Any] = {"render_modes": []}
+    render_mode: str | None = None
+    np_random: np.random.Generator = np.random.default_rng()
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> Any:
+        """A seed begins the random numbers anew; without one they go on."""
+        if seed is not None or "np_random" not in self.__dict__:
+            self.np_random = np.random.default_rng(seed)
+
+    @property
+    def unwrapped(self) -> OwnEnv:
+        """Itself."""
+        return self
+
+    def render(self) -> None:
+        """Nothing: the cell's page shows it."""
+
+    def close(self) -> None:
+        """Ends what the environment uses."""
+
+
+if TYPE_CHECKING:
+    Box = OwnBox
+    Env = OwnEnv
+else:
+    try:
+        from gymnasium import Env
+        from gymnasium.spaces import Box as _GymnasiumBox
+
+        def Box(low, high, dtype=np.float32):
+            """Gymnasium's, of this module's arguments."""
+            return _GymnasiumBox(
+                np.asarray(low, dtype=dtype), np.asarray(high, dtype=dtype), dtype=dtype
+            )
+
+    except ImportError:
+        Box = OwnBox
+        Env = OwnEnv

@@ -1,0 +1,107 @@
+"""Whole jobs, run by `aprsim scenario run` in a daemon of their own, measured and compared with what
+is expected. What a scenario is: README.md; those that ship: `scenarios()`."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Mapping
+
+from .binaries import find_binary
+from .errors import ScenarioError
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A measure beside what the scenario expects of it; None = no such bound, or not known."""
+
+    measure: str
+    value: float | None
+    min: float | None
+    max: float | None
+    kept: bool
+
+
+@dataclass(frozen=True)
+class ScenarioReport:
+    """What came of a run."""
+
+    scenario: str
+    seed: int
+    ended: str
+    as_expected: bool
+    measures: Mapping[str, float]
+    """By name; those that are not known are left out."""
+    verdicts: tuple[Verdict, ...]
+    everything: Mapping[str, Any]
+    """The whole report, as `report.json` has it."""
+
+
+def scenarios(folder: str | Path | None = None) -> dict[str, str]:
+    """Descriptions by name of those that ship."""
+    lines = _run([find_binary("aprsim", folder), "scenario", "list", "--json"], None)
+    return {line["name"]: line["description"] for line in map(json.loads, lines)}
+
+
+def run_scenario(
+    name: str | Path,
+    *,
+    seed: int = 1,
+    virtual: bool = True,
+    speed: float | str | None = None,
+    controller: str | None = None,
+    report_directory: str | Path | None = None,
+    timeout_s: float | None = None,
+    folder: str | Path | None = None,
+) -> ScenarioReport:
+    """Runs a scenario by name or file. `virtual`: the controller's polls are the clock, and the same
+    seed gives the same report; else at `speed`, a factor or "max". `controller`: a shell command in
+    place of the kitting controller. A report that is not as expected is no error; ScenarioError is
+    one, with the program's words. `folder` has the program (`find_binary`)."""
+    command = [find_binary("aprsim", folder), "scenario", "run", str(name), "--json"]
+    command += ["--seed", str(seed)]
+    if speed is not None:
+        if virtual:
+            raise ScenarioError("speed: a run in virtual time has none; virtual=False is expected")
+        command += ["--speed", str(speed)]
+    if virtual:
+        command.append("--virtual")
+    if controller is not None:
+        command += ["--controller", controller]
+    if report_directory is not None:
+        command += ["--report", str(report_directory)]
+    lines = _run(command, timeout_s)
+    return read_report(json.loads(lines[-1]))
+
+
+def read_report(report: Mapping[str, Any]) -> ScenarioReport:
+    """Of the object that `report.json` is."""
+    verdicts = tuple(
+        Verdict(entry["measure"], entry["value"], entry["min"], entry["max"], entry["kept"])
+        for entry in report["expected"]
+    )
+    return ScenarioReport(
+        scenario=report["scenario"],
+        seed=report["seed"],
+        ended=report["ended"],
+        as_expected=report["as_expected"],
+        measures={name: value for name, value in report["measures"].items() if value is not None},
+        verdicts=verdicts,
+        everything=report,
+    )
+
+
+def _run(command: list[str], timeout_s: float | None) -> list[str]:
+    try:
+        done = subprocess.run(
+            command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=timeout_s, check=False
+        )
+    except subprocess.TimeoutExpired as error:
+        raise ScenarioError(f"{' '.join(command)} has not ended within {timeout_s:g} s") from error
+    lines = [line for line in done.stdout.splitlines() if line.startswith("{")]
+    # A report that is not as expected ends with 1 as well.
+    if done.returncode not in (0, 1) or not lines:
+        raise ScenarioError(f"{' '.join(command)}: exit code {done.returncode}: {done.stderr.strip()}")
+    return lines

@@ -1,0 +1,210 @@
+"""Snapshots of the cell with poses and joints as numpy arrays. All of one snapshot belongs to one
+instant. What is not here is in the `message` beneath."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Sequence, TypeVar
+
+import numpy as np
+
+from .errors import AprsimError
+from .poses import Array, matrix, vector
+
+if TYPE_CHECKING:
+    from .v1 import faults_pb2, snapshot_pb2
+
+T = TypeVar("T")
+
+
+class RobotState:
+    """One arm."""
+
+    def __init__(self, message: snapshot_pb2.RobotState) -> None:
+        self.message = message
+
+    @property
+    def name(self) -> str:
+        """As in the cell's description."""
+        return self.message.name
+
+    @property
+    def joints_rad(self) -> Array:
+        """Positions, from base to flange."""
+        return np.array([joint.position_rad for joint in self.message.joints])
+
+    @property
+    def joint_velocities_rad_s(self) -> Array:
+        """From base to flange."""
+        return np.array([joint.velocity_rad_s for joint in self.message.joints])
+
+    @property
+    def joint_torques_nm(self) -> Array:
+        """Of the drives, from base to flange."""
+        return np.array([joint.torque_nm for joint in self.message.joints])
+
+    @property
+    def tool_in_world(self) -> Array:
+        """X_WT, of the point that CRCL commands."""
+        return matrix(self.message.tool_in_world)
+
+    @property
+    def tool_in_reference(self) -> Array:
+        """X_RT, in the robot's frame of CRCL poses."""
+        return matrix(self.message.tool_in_reference)
+
+    @property
+    def tool_force_n(self) -> Array:
+        """Contact force on flange and gripper, in the reference frame."""
+        return vector(self.message.tool_force_n)
+
+    @property
+    def separation_m(self) -> float:
+        """Of the gripper, pad to pad."""
+        return self.message.gripper.separation_m
+
+    @property
+    def held_body(self) -> str | None:
+        """What the gripper holds."""
+        return self.message.gripper.held_body if self.message.gripper.holding else None
+
+    @property
+    def moving(self) -> bool:
+        """Some joint is commanded to move."""
+        return self.message.moving
+
+
+class BodyState:
+    """A gear or a tray."""
+
+    def __init__(self, message: snapshot_pb2.BodyState) -> None:
+        self.message = message
+
+    @property
+    def name(self) -> str:
+        """Unique in the cell."""
+        return self.message.name
+
+    @property
+    def type(self) -> str:
+        """As `sku_part_large_gear`."""
+        return self.message.type
+
+    @property
+    def pose(self) -> Array:
+        """X_WP: a gear's origin is the centre of its disc's underside, a tray's lies on its top."""
+        return matrix(self.message.body_in_world)
+
+    @property
+    def position_m(self) -> Array:
+        """Of the origin, in the world."""
+        return vector(self.message.body_in_world.position_m)
+
+    @property
+    def velocity_m_s(self) -> Array:
+        """Of the origin, in the world."""
+        return vector(self.message.velocity_m_s)
+
+    @property
+    def resting(self) -> bool:
+        """Relative to what carries it."""
+        return self.message.resting
+
+    @property
+    def lost(self) -> bool:
+        """It has fallen out of the cell."""
+        return bool(self.message.HasField("lost_step"))
+
+
+class Snapshot:
+    """The whole cell at one step boundary. Fields that were not asked for are empty."""
+
+    def __init__(self, message: snapshot_pb2.Snapshot) -> None:
+        self.message = message
+
+    def __repr__(self) -> str:
+        return f"Snapshot(epoch {self.epoch}, step {self.step}, {self.sim_time_s:g} s)"
+
+    @property
+    def epoch(self) -> int:
+        """Resets and loads so far."""
+        return self.message.epoch
+
+    @property
+    def step(self) -> int:
+        """Steps since the last reset."""
+        return self.message.step
+
+    @property
+    def sim_time_s(self) -> float:
+        """Simulated time since the last reset."""
+        return seconds(self.message.sim_time)
+
+    @property
+    def paused(self) -> bool:
+        """No step is taken until told."""
+        return self.message.paused
+
+    @property
+    def real_time_factor(self) -> float:
+        """Simulated to wall time over the last second."""
+        return self.message.real_time_factor
+
+    @property
+    def state_hash(self) -> int:
+        """Of the bits of bodies, joints and belt: equal states have equal hashes."""
+        return self.message.state_hash
+
+    @property
+    def world_fault(self) -> str:
+        """Not empty: the simulation has stopped, and why."""
+        return self.message.world_fault
+
+    @property
+    def conveyor(self) -> snapshot_pb2.ConveyorState | None:
+        """None in a cell without a belt."""
+        return self.message.conveyor if self.message.HasField("conveyor") else None
+
+    @property
+    def injected_faults(self) -> Sequence[faults_pb2.InjectedFault]:
+        """Those that wait or last, and the latest that are over."""
+        return list(self.message.injected_faults)
+
+    @cached_property
+    def robots(self) -> dict[str, RobotState]:
+        """By name, in the order of the description."""
+        return {robot.name: RobotState(robot) for robot in self.message.robots}
+
+    @cached_property
+    def bodies(self) -> dict[str, BodyState]:
+        """By name, in the order of the description."""
+        return {body.name: BodyState(body) for body in self.message.bodies}
+
+    def robot(self, name: str) -> RobotState:
+        """Raises AprsimError with the names there are."""
+        return _named(self.robots, name, "robot")
+
+    def body(self, name: str) -> BodyState:
+        """Raises AprsimError with the names there are."""
+        return _named(self.bodies, name, "body")
+
+    def body_positions_m(self) -> Array:
+        """N x 3: of all bodies, in the order of the description, in the world."""
+        rows = [body.position_m for body in self.bodies.values()]
+        return np.array(rows).reshape(-1, 3)
+
+    def body_poses(self) -> Array:
+        """N x 4 x 4: X_WP of all bodies, in the order of the description."""
+        rows = [body.pose for body in self.bodies.values()]
+        return np.array(rows).reshape(-1, 4, 4)
+
+
+def seconds(duration: Any) -> float:
+    """Of a Duration message."""
+    return float(duration.seconds) + float(duration.nanos) * 1e-9
+
+
+def _named(things: dict[str, T], name: str, what: str) -> T:
+    if name not in things:
+        raise AprsimError(f"no {what} '{name}'; there is {', '.join(things) or 'none'}")
+    return things[name]

@@ -1,0 +1,54 @@
+// The injected faults of a snapshot in simulated time and words.
+import {
+  InjectedFaultState,
+  type CellDescription,
+  type InjectedFault,
+  type Snapshot
+} from './protocol';
+
+export interface FaultSpan {
+  id: bigint;
+  title: string; // kind and target
+  state: 'waits' | 'lasts' | 'over';
+  begin_s: number | null; // null: it has not begun
+  end_s: number | null; // null: it has not ended
+  trigger: string; // what it waited for; empty: nothing
+  details: string; // parameters and note
+}
+
+/** By number, those first that were injected first. */
+export function spansOf(snapshot: Snapshot, cell: CellDescription): FaultSpan[] {
+  const step_s = Number(cell.stepSize?.seconds ?? 0) + (cell.stepSize?.nanos ?? 0) * 1e-9;
+  const time = (step: bigint | undefined): number | null =>
+    step === undefined ? null : Number(step) * step_s;
+  return snapshot.injectedFaults.map((fault) => ({
+    id: fault.id,
+    title: `${fault.kind} ${fault.target}`.trim(),
+    state:
+      fault.state === InjectedFaultState.PENDING
+        ? 'waits'
+        : fault.state === InjectedFaultState.ACTIVE
+          ? 'lasts'
+          : 'over',
+    begin_s: time(fault.beginStep),
+    end_s: time(fault.endStep),
+    trigger: fault.trigger,
+    details: [parametersOf(fault), fault.note].filter(Boolean).join('; ')
+  }));
+}
+
+function parametersOf(fault: InjectedFault): string {
+  return Object.entries(fault.parameters)
+    .map(([name, value]) => `${name} ${Number(value.toPrecision(6))}`)
+    .join(', ');
+}
+
+/** From when to when, in simulated time. */
+export function timesOf(span: FaultSpan): string {
+  const at = (t: number): string => `${t.toFixed(3)} s`;
+  if (span.state === 'waits') return span.trigger ? `waits, ${span.trigger}` : 'waits';
+  if (span.begin_s === null) return 'given up before it began';
+  const begin = at(span.begin_s) + (span.trigger ? `, ${span.trigger}` : '');
+  if (span.end_s === null) return `since ${begin}`;
+  return span.end_s > span.begin_s ? `${begin}, to ${at(span.end_s)}` : `at ${begin}`;
+}

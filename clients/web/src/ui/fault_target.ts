@@ -1,0 +1,74 @@
+// What a fault happens to: one choice for each word of the way in which its kind's target is
+// written, as "ROBOT:NUMBER".
+import {BodyKind, type CellDescription} from '../protocol';
+import {h} from './dom';
+
+const kLabels: Record<string, string> = {
+  ROBOT: 'robot',
+  NUMBER: 'joint',
+  GEAR: 'gear',
+  TRAY: 'tray',
+  NAME: 'part',
+  EYE: 'photo-eye'
+};
+
+function namesOf(word: string, cell: CellDescription, robot: number): string[] {
+  const bodies = (...kinds: BodyKind[]): string[] =>
+    cell.bodies.filter(({kind}) => kinds.includes(kind)).map(({name}) => name);
+  switch (word) {
+    case 'ROBOT':
+      return cell.robots.map(({name}) => name);
+    case 'NUMBER':
+      return (cell.robots[robot]?.joints ?? []).map((_, i) => String(i + 1));
+    case 'GEAR':
+      return bodies(BodyKind.GEAR);
+    case 'TRAY':
+      return bodies(BodyKind.KIT_TRAY, BodyKind.PART_TRAY);
+    case 'NAME':
+      return bodies(BodyKind.GEAR, BodyKind.KIT_TRAY, BodyKind.PART_TRAY);
+    case 'EYE':
+      return cell.conveyor?.photoEyes.map(({name}) => name) ?? [];
+    default:
+      return [];
+  }
+}
+
+export class FaultTarget {
+  readonly element = h('div', {class: 'fields'});
+  private words: string[] = [];
+  private choices: HTMLSelectElement[] = [];
+
+  /** Offers what the cell has for a pattern; keeps what is chosen where that is offered again. */
+  offer(pattern: string, cell: CellDescription): void {
+    const before = this.choices.map(({value}) => value);
+    this.words = pattern.split(':').filter(Boolean);
+    this.choices = this.words.map((_, i) =>
+      h('select', {
+        'data-testid': `target-${i}`,
+        onchange: () => this.words.includes('NUMBER') && this.fill(cell)
+      })
+    );
+    this.element.replaceChildren(
+      ...this.words.map((word, i) => h('label', {}, kLabels[word] ?? word, this.choices[i]))
+    );
+    this.element.hidden = this.words.length === 0;
+    this.fill(cell, before);
+  }
+
+  /** As the daemon takes it. */
+  get value(): string {
+    return this.choices.map(({value}) => value).join(':');
+  }
+
+  private fill(cell: CellDescription, before = this.choices.map(({value}) => value)): void {
+    this.words.forEach((word, i) => {
+      const robot = this.words[0] === 'ROBOT' ? Math.max(0, this.choices[0]!.selectedIndex) : 0;
+      const names = namesOf(word, cell, robot);
+      const choice = this.choices[i]!;
+      choice.replaceChildren(...names.map((name) => h('option', {value: name}, name)));
+      // Of two of a kind not the same one twice.
+      const first = this.words.indexOf(word) < i ? names[1] : names[0];
+      choice.value = names.includes(before[i] ?? '') ? before[i]! : (first ?? '');
+    });
+  }
+}

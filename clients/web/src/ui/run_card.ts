@@ -1,0 +1,163 @@
+// Programs that the daemon starts beside the cell: the demo and scenarios, and how far they are.
+import type {OrderProgress, ProgramStatus} from '../protocol';
+import type {State} from '../state';
+import type {Access} from './access';
+import {button, card, h, text} from './dom';
+
+const kDemo = 'demo';
+
+export class RunCard {
+  readonly element: HTMLElement;
+  private readonly choice = h('select', {'data-testid': 'scenario'});
+  private readonly description = h('p', {class: 'meaning'});
+  private readonly seed = h('input', {
+    inputmode: 'numeric',
+    autocomplete: 'off',
+    placeholder: '1',
+    'data-testid': 'seed'
+  });
+  private readonly now = h('output', {'data-testid': 'program-state'}, '–');
+  private readonly complaint = h('p', {
+    class: 'complaint',
+    role: 'alert',
+    'data-testid': 'program-complaint'
+  });
+  private readonly orders = h('ul', {class: 'orders', 'data-testid': 'orders'});
+  private readonly lines = h('pre', {tabindex: 0, 'data-testid': 'program-lines'});
+  private readonly report = h('pre', {tabindex: 0, 'data-testid': 'program-report'});
+  private readonly said = h(
+    'details',
+    {class: 'said', hidden: true},
+    h('summary', {}, 'What it says'),
+    this.lines
+  );
+  private readonly reported = h(
+    'details',
+    {class: 'said report', hidden: true, open: true},
+    h('summary', {}, 'Report'),
+    this.report
+  );
+
+  constructor(
+    private readonly state: State,
+    private readonly access: Access
+  ) {
+    const demo = access.guard(
+      button('Run the demo', () => void this.start(kDemo), {
+        'data-testid': 'run-demo',
+        title: 'The kitting controller fills kits and empties them again, for ever'
+      }),
+      () => this.refusal(kDemo)
+    );
+    const run = access.guard(
+      button('Run', () => void this.start(this.choice.value), {
+        'data-testid': 'run-scenario',
+        title: 'Resets the cell and runs the scenario in it'
+      }),
+      () => this.refusal(this.choice.value)
+    );
+    const stop = access.guard(
+      button('Stop', () => void this.stop(), {'data-testid': 'stop-program'}),
+      () => this.status?.refusal || (this.status?.running ? '' : 'Nothing runs.')
+    );
+    this.choice.addEventListener('change', () => this.describe());
+    this.element = card(
+      'Demo and scenarios',
+      h('div', {class: 'row'}, demo, stop, this.now),
+      h('fieldset', {}, h('label', {}, 'scenario', this.choice), h('label', {}, 'seed', this.seed)),
+      this.description,
+      h('div', {class: 'row'}, run),
+      this.complaint,
+      this.orders,
+      this.said,
+      this.reported
+    );
+    state.programsChanged.on((status) => this.show(status));
+  }
+
+  private get status(): ProgramStatus | null {
+    return this.state.programs;
+  }
+
+  private refusal(name: string): string {
+    const status = this.status;
+    if (!status) return 'Waiting for the daemon.';
+    if (status.refusal) return status.refusal;
+    if (status.running) return `${status.name} runs; stop it first.`;
+    if (!status.offers.some((offer) => offer.name === name)) return 'Not for this scene.';
+    return '';
+  }
+
+  private async start(name: string): Promise<void> {
+    const typed = this.seed.value.trim();
+    const ofScenario = this.status?.offers.some((o) => o.name === name && o.scenario);
+    if (ofScenario && typed !== '' && !/^\d{1,18}$/.test(typed)) {
+      text(this.complaint, `seed: “${typed}” is no whole number from 0`);
+      return;
+    }
+    await this.ask({
+      case: 'startProgram',
+      value: {name, ...(ofScenario && typed !== '' ? {seed: BigInt(typed)} : {})}
+    });
+  }
+
+  private async stop(): Promise<void> {
+    await this.ask({case: 'stopProgram', value: {}});
+  }
+
+  private async ask(body: Parameters<State['connection']['request']>[0]): Promise<void> {
+    try {
+      await this.state.connection.request(body);
+      text(this.complaint, '');
+    } catch (problem) {
+      text(this.complaint, (problem as Error).message);
+    }
+  }
+
+  private show(status: ProgramStatus): void {
+    const scenarios = status.offers.filter((offer) => offer.scenario).map(({name}) => name);
+    if ([...this.choice.options].map(({value}) => value).join() !== scenarios.join()) {
+      this.choice.replaceChildren(
+        ...scenarios.map((name) => h('option', {value: name}, name.replaceAll('_', ' ')))
+      );
+      this.describe();
+    }
+    text(this.now, stateOf(status));
+    this.now.dataset.state = status.running ? 'busy' : status.failed ? 'bad' : '';
+    this.orders.replaceChildren(...status.orders.map(line));
+    text(this.lines, status.lines.slice().reverse().join('\n'));
+    this.said.hidden = status.lines.length === 0;
+    text(this.report, status.report);
+    this.reported.hidden = status.report === '';
+    this.access.update();
+  }
+
+  private describe(): void {
+    const chosen = this.status?.offers.find(({name}) => name === this.choice.value);
+    text(this.description, chosen ? chosen.description + '.' : '');
+  }
+}
+
+function stateOf(status: ProgramStatus): string {
+  if (!status.name) return status.refusal || 'nothing runs';
+  const parts = status.placed === 1 ? '1 part placed' : `${status.placed} parts placed`;
+  const time = status.timeS > 0 ? `, ${status.timeS.toFixed(1)} s` : '';
+  if (status.stopping && status.running) return `${status.name} is being stopped`;
+  if (status.running) return `${status.name} runs: ${parts}${time}`;
+  return `${status.name}: ${status.ended}; ${parts}${time}`;
+}
+
+function line(order: OrderProgress): HTMLElement {
+  const {name, state, kits, done, parts, partsWanted} = order;
+  return h(
+    'li',
+    {'data-state': state},
+    h(
+      'div',
+      {},
+      h('span', {}, name),
+      h('small', {}, `${state}: ${done} of ${kits} kits, ${parts} of ${partsWanted} parts`)
+    ),
+    h('progress', {max: Math.max(1, partsWanted), value: parts, 'aria-label': `Parts of ${name}`})
+  );
+}

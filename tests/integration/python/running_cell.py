@@ -1,0 +1,28 @@
+"""What the tests of the Python package share: a daemon for a class of tests, and patience."""
+
+import os
+import pathlib
+import unittest
+
+from aprsim import Cell, Daemon
+
+ROOT = pathlib.Path(__file__).resolve().parents[3]
+PACKAGE = ROOT / "clients" / "python"
+PATIENCE = float(os.environ.get("APRSIM_PATIENCE", "1"))  # factor on deadlines
+
+
+class WithCell(unittest.TestCase):
+    """A paused cell, reset before each test."""
+
+    arguments = ("--speed", "stepped")
+
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = Daemon(*cls.arguments, start_s=60 * PATIENCE)
+        cls.addClassCleanup(cls.daemon.close)
+
+    def setUp(self):
+        self.cell = Cell.connect(self.daemon.ports_file)
+        self.addCleanup(self.cell.close)
+        self.cell.pause()
+        self.cell.reset()

@@ -1,0 +1,388 @@
+"""The blocking and the asyncio cell, its robots, and what is refused."""
+
+import asyncio
+import contextlib
+import io
+import math
+import os
+import pathlib
+import re
+import subprocess
+import tempfile
+import threading
+import time
+import unittest
+from unittest import mock
+
+import numpy as np
+from aprsim import (
+    AprsimError,
+    Cell,
+    Daemon,
+    Refused,
+    RobotError,
+    ScenarioError,
+    Unreachable,
+    aio,
+    crcl,
+    faults,
+    run_scenario,
+    scenarios,
+)
+from aprsim.binaries import find_binary
+from running_cell import PATIENCE, ROOT, WithCell
+
+
+class CellTest(WithCell):
+    def test_steps_answer_with_the_snapshot_after_them(self):
+        begin = self.cell.snapshot()
+        after = self.cell.step(100)
+        self.assertEqual((begin.step, after.step), (0, 100))
+        self.assertAlmostEqual(after.sim_time_s, 0.1)
+        self.assertEqual(len(after.bodies), len(self.cell.description.bodies))
+        self.assertEqual(after.body_poses().shape, (len(after.bodies), 4, 4))
+        some = self.cell.step(1, ["robots"])
+        self.assertEqual((len(some.bodies), list(some.robots)), (0, ["fanuc", "motoman"]))
+        with self.assertRaisesRegex(AprsimError, "steps: 0"):
+            self.cell.step(0)
+        with self.assertRaises(Refused) as caught:
+            self.cell.step(1, ["nothing"])
+        self.assertEqual(caught.exception.code, "INVALID_ARGUMENT")
+
+    def test_runs_at_its_speed_and_streams(self):
+        self.cell.set_speed(math.inf)
+        self.cell.resume()
+        self.assertFalse(self.cell.paused)
+        with self.assertRaises(Refused) as caught:
+            self.cell.step(1)
+        self.assertEqual(caught.exception.code, "FAILED_PRECONDITION")
+        steps, deadline = [], time.monotonic() + 60 * PATIENCE
+        for snapshot in self.cell.stream(hz=100, fields=["step"]):
+            steps.append(snapshot.step)
+            if len(set(steps)) == 3:
+                break
+            self.assertLess(time.monotonic(), deadline, "no steps")
+        self.assertEqual(steps, sorted(steps))
+        self.assertEqual(len(snapshot.robots), 0, "only what was asked for")
+        self.assertFalse(self.cell.paused, "which a stream always tells")
+        self.cell.pause()
+        self.assertTrue(self.cell.paused)
+        self.cell.set_speed(1)
+        with self.assertRaises(Refused):
+            self.cell.set_speed(-1)
+        with self.assertRaises(Refused):
+            next(self.cell.stream(hz=-1))
+
+    def test_saved_states_go_on_bit_for_bit(self):
+        self.cell.set_conveyor(True, forward=True, speed_m_s=0.2)
+        self.cell.step(300)
+        self.cell.save("here")
+        hashes = []
+        for _ in range(2):
+            self.cell.load("here")
+            hashes.append(self.cell.step(500).state_hash)
+        self.assertEqual(hashes[0], hashes[1])
+        states = {state.name: state for state in self.cell.saved_states()}
+        self.assertEqual(states["here"].step, 300)
+        self.assertGreater(states["here"].bytes, 1000)
+        self.cell.forget("here")
+        with self.assertRaises(Refused) as caught:
+            self.cell.load("here")
+        self.assertEqual(caught.exception.code, "NOT_FOUND")
+
+    def test_the_belt(self):
+        self.cell.set_conveyor(True, forward=False, speed_m_s=0.1)
+        belt = self.cell.step(1000).conveyor
+        self.assertAlmostEqual(belt.speed_m_s, -0.1, places=6)
+        self.assertLess(belt.travel_m, -0.05)
+        self.assertTrue(self.cell.set_conveyor(emergency_stop=True).emergency_stop)
+        self.assertEqual(self.cell.step(1000).conveyor.speed_m_s, 0)
+        self.cell.set_conveyor(emergency_stop=False, fault_reset=True)
+        with self.assertRaisesRegex(Refused, "speed"):
+            self.cell.set_conveyor(speed_m_s=1000)
+
+    def test_faults_wait_last_and_end(self):
+        fault = self.cell.inject_fault(
+            "gripper-leak", "fanuc", {"over": 0.5}, when=faults.Reported("now"), duration_s=0.2
+        )
+
+        def state(snapshot):
+            return {f.id: f.state for f in snapshot.injected_faults}[fault.id]
+
+        pending, active, ended = 1, 2, 3
+        self.assertEqual(state(self.cell.step(100)), pending)
+        self.cell.report_event("now")
+        self.assertEqual(state(self.cell.step(100)), active)
+        self.assertEqual(state(self.cell.step(200)), ended)
+        other = self.cell.inject_fault("belt-jam")
+        self.cell.step(10)
+        self.cell.end_fault(other.id)
+        self.assertEqual({f.id: f.state for f in self.cell.step(10).injected_faults}[other.id], ended)
+        with self.assertRaisesRegex(Refused, "no robot of the cell"):
+            self.cell.inject_fault("gripper-leak", "nobody")
+        kinds = {kind.name for kind in self.cell.fault_kinds().kinds}
+        self.assertGreater(len(kinds), 40)
+        self.assertIn("gripper-leak", kinds)
+
+    def test_resets_begin_anew_with_their_seed(self):
+        self.cell.step(50)
+        receipt = self.cell.reset(seed=9)
+        self.assertEqual(receipt.step, 0)
+        self.assertEqual(self.cell.snapshot().step, 0)
+
+    def test_threads_may_share_it(self):
+        seen, errors = [], []
+
+        def look():
+            try:
+                for _ in range(20):
+                    seen.append(len(self.cell.snapshot().bodies))
+            except AprsimError as error:
+                errors.append(error)
+
+        threads = [threading.Thread(target=look) for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual((len(seen), errors), (80, []))
+
+    def test_nobody_there(self):
+        with self.assertRaisesRegex(Unreachable, "127.0.0.1:1"):
+            Cell.connect(grpc_port=1)
+
+
+class RobotTest(WithCell):
+    def test_moves_where_it_is_told(self):
+        fanuc = self.cell.robot("fanuc")
+        self.assertIs(self.cell.robot("fanuc"), fanuc)
+        before = fanuc.tool()
+        np.testing.assert_allclose(
+            before, self.cell.snapshot().robot("fanuc").tool_in_world, atol=1e-9
+        )
+        fanuc.move_by([0.02, 0, -0.05])
+        after = fanuc.tool()
+        np.testing.assert_allclose(after[:3, 3] - before[:3, 3], [0.02, 0, -0.05], atol=1e-5)
+        np.testing.assert_allclose(after[:3, :3], before[:3, :3], atol=1e-6)
+        fanuc.move_to([0.3, -1.0, 1.2], yaw=0.3, straight=True)
+        seen = self.cell.snapshot().robot("fanuc")
+        np.testing.assert_allclose(seen.tool_in_world[:3, 3], [0.3, -1.0, 1.2], atol=1e-5)
+        np.testing.assert_allclose(seen.tool_in_world[:3, 2], [0, 0, -1], atol=1e-6)
+        fanuc.move_to(before)
+        np.testing.assert_allclose(fanuc.tool(), before, atol=1e-5)
+        fanuc.move_to(seen.tool_in_reference, frame="robot")
+        np.testing.assert_allclose(fanuc.tool("robot"), seen.tool_in_reference, atol=1e-5)
+
+    def test_joints_and_gripper(self):
+        fanuc = self.cell.robot("fanuc")
+        target = [0.1, 0.05, -0.1, 0.2, -1.4, 0.3]
+        fanuc.move_joints(target, speed_rad_s=1.5)
+        np.testing.assert_allclose(
+            self.cell.snapshot().robot("fanuc").joints_rad, target, atol=1e-5
+        )
+        fanuc.close_gripper()
+        fanuc.dwell(0.5)
+        closed = self.cell.snapshot().robot("fanuc").separation_m
+        fanuc.open_gripper()
+        fanuc.dwell(0.5)
+        self.assertGreater(self.cell.snapshot().robot("fanuc").separation_m, closed + 0.005)
+        with self.assertRaisesRegex(AprsimError, "6 finite numbers"):
+            fanuc.move_joints([1, 2])
+
+    def test_the_same_commands_give_the_same_bits(self):
+        def work():
+            self.cell.reset()
+            robot = self.cell.robot("motoman", initialise=False)
+            robot.initialise()
+            robot.move_by([0, 0.05, -0.05])
+            robot.close_gripper()
+            robot.move_by([0, -0.05, 0.05])
+            snapshot = self.cell.snapshot()
+            return snapshot.step, snapshot.state_hash
+
+        self.assertEqual(work(), work())
+
+    def test_does_other_things_while_it_moves(self):
+        fanuc = self.cell.robot("fanuc")
+        fanuc.move_to(fanuc.tool()[:3, 3] + [0, 0, -0.1], wait=False)
+        self.assertFalse(fanuc.is_done())
+        self.assertTrue(self.cell.step(100).robot("fanuc").moving)
+        fanuc.wait()
+        self.assertTrue(fanuc.is_done())
+        fanuc.move_to(fanuc.tool()[:3, 3] + [0, 0, 0.1], wait=False)
+        self.cell.step(100)
+        fanuc.stop()
+        self.assertFalse(self.cell.step(1).robot("fanuc").moving)
+
+    def test_tells_what_the_robot_refuses(self):
+        fanuc = self.cell.robot("fanuc")
+        with self.assertRaisesRegex(RobotError, "fanuc: MoveTo: .*out of reach"):
+            fanuc.move_to([3, 0, 1])
+        with self.assertRaisesRegex(RobotError, "In error until InitCanon"):
+            fanuc.move_by([0, 0, 0.01])
+        fanuc.initialise()
+        fanuc.move_by([0, 0, 0.01])
+        fanuc.end()
+        with self.assertRaisesRegex(RobotError, "Not initialized"):
+            fanuc.move_by([0, 0, 0.01])
+        with self.assertRaisesRegex(AprsimError, "no robot 'kuka'; there is fanuc, motoman"):
+            self.cell.robot("kuka")
+
+    def test_its_documents_keep_to_the_schema(self):
+        commands = [
+            crcl.initialise(), crcl.end(), crcl.stop("Fast"), crcl.move_to(np.eye(4), straight=True),
+            crcl.move_joints({1: 10.0, 2: -1e-7}, 30), crcl.set_gripper(0.5), crcl.dwell(1.5),
+            crcl.set_speed(0.25), crcl.set_turn_speed(1), *crcl.Session.opening(),
+        ]
+        with tempfile.TemporaryDirectory() as folder:
+            for number, command in enumerate(commands, 1):
+                path = pathlib.Path(folder) / f"{command.kind}.xml"
+                path.write_bytes(crcl.encode(command, number))
+                done = subprocess.run(
+                    [find_binary("aprsim"), "crcl", "validate", str(path)],
+                    capture_output=True, text=True, timeout=60 * PATIENCE,
+                )
+                self.assertEqual(done.returncode, 0, f"{path.read_text()}: {done.stderr}")
+
+    def test_the_five_lines_of_the_readme(self):
+        text = (ROOT / "README.md").read_text(encoding="utf-8")
+        lines = re.search(r"((?:    .*\n){3,12})", text[text.index("    from aprsim import Cell"):])[1]
+        code = "\n".join(line[4:] for line in lines.splitlines())
+        self.assertLessEqual(len(code.splitlines()), 5)
+        printed = io.StringIO()
+        ports = {"APRSIM_PORTS_FILE": str(self.daemon.ports_file)}
+        with mock.patch.dict(os.environ, ports), contextlib.redirect_stdout(printed):
+            names = {}
+            exec(compile(code, "README.md", "exec"), names)
+            names["cell"].close()
+        height = float(printed.getvalue().split()[-1].strip("[]"))
+        after = self.cell.snapshot().robot("fanuc").tool_in_world[2, 3]
+        self.assertAlmostEqual(height, after, places=3)
+        self.cell.reset()
+        self.assertAlmostEqual(
+            self.cell.snapshot().robot("fanuc").tool_in_world[2, 3] - after, 0.05, places=4
+        )
+        for readme in ("README.md", "clients/python/README.md"):
+            self.assertIn(lines, (ROOT / readme).read_text(encoding="utf-8"), readme)
+
+
+class AccessTest(unittest.TestCase):
+    def test_commands_need_the_token(self):
+        with tempfile.TemporaryDirectory() as folder:
+            token = pathlib.Path(folder) / "token"
+            token.write_text("a-long-secret\n", encoding="utf-8")
+            token.chmod(0o600)
+            with Daemon("--token-file", str(token), start_s=60 * PATIENCE) as daemon:
+                with Cell.connect(daemon.ports_file) as viewer:
+                    self.assertEqual(viewer.description.scene, "aprs")
+                    with self.assertRaises(Refused) as caught:
+                        viewer.pause()
+                    self.assertEqual(caught.exception.code, "UNAUTHENTICATED")
+                with Cell.connect(daemon.ports_file, token_file=token) as operator:
+                    operator.pause()
+                    self.assertEqual(operator.step(1).paused, True)
+
+    def test_a_daemon_that_does_not_start_says_why(self):
+        with self.assertRaisesRegex(AprsimError, "no_such_scene"):
+            Daemon(scene="no_such_scene", start_s=60 * PATIENCE)
+
+
+class AsyncTest(WithCell):
+    def run_async(self, work):
+        async def connected():
+            async with await aio.Cell.connect(self.daemon.ports_file) as cell:
+                return await work(cell)
+
+        return asyncio.run(asyncio.wait_for(connected(), 60 * PATIENCE))
+
+    def test_steps_states_and_refusals(self):
+        async def work(cell):
+            self.assertTrue(cell.paused)
+            after = await cell.step(100)
+            self.assertEqual(after.step, 100)
+            await cell.save("async")
+            first = (await cell.step(50)).state_hash
+            await cell.load("async")
+            self.assertEqual((await cell.step(50)).state_hash, first)
+            await cell.forget("async")
+            with self.assertRaises(Refused):
+                await cell.load("async")
+            fault = await cell.inject_fault("belt-jam", duration_s=0.01)
+            self.assertEqual((await cell.step(50)).injected_faults[-1].id, fault.id)
+            self.assertTrue((await cell.set_conveyor(True)).run)
+
+        self.run_async(work)
+
+    def test_a_robot_of_a_paused_cell(self):
+        async def work(cell):
+            fanuc = await cell.robot("fanuc")
+            before = await fanuc.tool()
+            await fanuc.move_by([0, 0, -0.05])
+            return (await fanuc.tool())[2, 3] - before[2, 3]
+
+        self.assertAlmostEqual(self.run_async(work), -0.05, places=5)
+
+    def test_both_robots_at_once_while_a_stream_looks_on(self):
+        async def work(cell):
+            robots = [await cell.robot(name) for name in ("fanuc", "motoman")]
+            before = [await robot.tool() for robot in robots]
+            for robot, tool in zip(robots, before):
+                tool = tool.copy()
+                tool[2, 3] -= 0.1
+                await robot.start(robot.move_command(tool, straight=True))
+            together = (await cell.step(50)).robots.values()
+            self.assertEqual([robot.moving for robot in together], [True, True])
+
+            async def watch():
+                steps = []
+                async for snapshot in cell.stream(hz=100, fields=["step"]):
+                    steps.append(snapshot.step)
+                    if len(set(steps)) == 3:
+                        return steps
+
+            await cell.resume()
+            _, _, steps = await asyncio.gather(*(robot.wait() for robot in robots), watch())
+            self.assertEqual(steps, sorted(steps))
+            await cell.pause()
+            return [(await robot.tool())[2, 3] - old[2, 3] for robot, old in zip(robots, before)]
+
+        np.testing.assert_allclose(self.run_async(work), -0.1, atol=1e-4)
+
+    def test_nobody_there(self):
+        with self.assertRaises(Unreachable):
+            asyncio.run(aio.Cell.connect(grpc_port=1))
+
+
+class ScenarioTest(unittest.TestCase):
+    SCENARIO = """description: an order that nobody fills
+scene: aprs
+orders:
+  - {name: kit, tray: sku_kit_m2l1_vessel, slots: {lg_1: sku_part_large_gear}}
+stop: {time_limit_s: 1}
+expect: {kits_right: 1, drops: 0}
+scoring: {baseline_s: 20, baseline_score: 5}
+"""
+
+    def test_runs_and_tells_what_came_of_it(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "idle.yaml"
+            file.write_text(self.SCENARIO, encoding="utf-8")
+            report = run_scenario(
+                file, seed=3, virtual=False, speed="max", controller="sleep 60",
+                timeout_s=100 * PATIENCE,
+            )
+            self.assertEqual((report.scenario, report.seed), ("idle", 3))
+            self.assertFalse(report.as_expected)
+            self.assertEqual({v.measure: v.kept for v in report.verdicts}, {"kits_right": False, "drops": True})
+            self.assertEqual(report.measures["kits_right"], 0)
+            with self.assertRaisesRegex(ScenarioError, "exit code 2"):
+                run_scenario(pathlib.Path(folder) / "none.yaml")
+            with self.assertRaisesRegex(ScenarioError, "virtual"):
+                run_scenario(file, speed=2)
+
+    def test_lists_those_that_ship(self):
+        self.assertIn("clean_2017", scenarios())
+
+
+if __name__ == "__main__":
+    unittest.main()

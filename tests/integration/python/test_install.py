@@ -1,0 +1,41 @@
+"""The package installed by pip, from a copy of the tree, without a network."""
+
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+from running_cell import PACKAGE, PATIENCE, ROOT
+
+
+class Install(unittest.TestCase):
+    def test_by_pip(self):
+        with tempfile.TemporaryDirectory() as folder:
+            tree, target = pathlib.Path(folder) / "tree", pathlib.Path(folder) / "site"
+            generated = shutil.ignore_patterns("*_pb2*", "build", "*.egg-info", "__pycache__")
+            shutil.copytree(PACKAGE, tree / "clients" / "python", ignore=generated)
+            shutil.copytree(ROOT / "proto", tree / "proto")
+            subprocess.run(
+                [sys.executable, "-m", "pip", "install", "--quiet", "--no-index", "--no-deps",
+                 "--no-build-isolation", "--disable-pip-version-check", "--root-user-action=ignore",
+                 "--target", str(target), str(tree / "clients" / "python")],
+                check=True, timeout=100 * PATIENCE,
+            )
+            shutil.rmtree(tree)
+            done = subprocess.run(
+                [sys.executable, "-c",
+                 "import aprsim, aprsim.envs, pathlib; from aprsim.v1 import snapshot_pb2; "
+                 "print(aprsim.__file__, snapshot_pb2.Snapshot(step=7).step)"],
+                env={"PYTHONPATH": str(target), "PATH": "/usr/bin:/bin"}, cwd=folder,
+                capture_output=True, text=True, timeout=60 * PATIENCE,
+            )
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual(done.stdout.split(), [str(target / "aprsim" / "__init__.py"), "7"])
+            for file in ("py.typed", "v1/snapshot_pb2.pyi"):
+                self.assertTrue((target / "aprsim" / file).exists(), file)
+
+
+if __name__ == "__main__":
+    unittest.main()
