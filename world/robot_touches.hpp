@@ -20,6 +20,13 @@ class RobotTouches {
            const api::CellDescription& cell);
   [[nodiscard]] const api::RobotTouchesPtr& list() const { return list_; }
 
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [list] = self;
+    io(list);
+  }
+
  private:
   api::RobotTouchesPtr list_;
 };

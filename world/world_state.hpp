@@ -44,9 +44,10 @@ struct WorldState {
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {
-    auto& [seed, steps, robots, conveyor, photo_eyes, physics, vision, curtain, intruder, faults] =
-        self;
-    io(seed, steps, robots, conveyor, photo_eyes, physics, vision, curtain, intruder, faults);
+    auto& [seed, steps, robots, conveyor, photo_eyes, physics, vision, curtain, intruder, faults,
+           touches] = self;
+    io(seed, steps, robots, conveyor, photo_eyes, physics, vision, curtain, intruder, faults,
+       touches);
   }
 };
 

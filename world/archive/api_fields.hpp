@@ -257,6 +257,12 @@ void fields(Io& io, Self& self) {
   io(kind, index, part);
 }
 
+template <typename Io, Of<api::RobotTouch> Self>
+void fields(Io& io, Self& self) {
+  auto& [first, second, begin_step, last_step, greatest_n] = self;
+  io(first, second, begin_step, last_step, greatest_n);
+}
+
 template <typename Io, Of<api::RobotCommand> Self>
 void fields(Io& io, Self& self) {
   auto& [robot, action, guards] = self;
