@@ -23,8 +23,8 @@ struct ArmForce {
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {
-    auto& [link, p_W, f_W, partner, partner_link, on_gripper, penalty, relayed] = self;
-    io(link, p_W, f_W, partner, partner_link, on_gripper, penalty, relayed);
+    auto& [link, p_W, f_W, partner, partner_link, on_gripper, part, penalty, relayed] = self;
+    io(link, p_W, f_W, partner, partner_link, on_gripper, part, penalty, relayed);
   }
 };
 
