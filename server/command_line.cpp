@@ -50,7 +50,7 @@ std::optional<Invocation> parse_command_line(int argc, char** argv, int& exit_co
       "aprsimd: a stand-in for the APRS kitting cell. Serves CRCL for each robot, Modbus/TCP for "
       "the conveyor, gRPC for telemetry and control, and a web page that shows it all.",
       "aprsimd"};
-  std::string config_file, scene, speed, seed, time, token_file;
+  std::string config_file, scene, speed, seed, time, token_file, journal;
   std::vector<std::string> assignments, pacers;
   std::optional<double> poll_period_s;
   Invocation invocation;
@@ -80,6 +80,12 @@ std::optional<Invocation> parse_command_line(int argc, char** argv, int& exit_co
                  "File whose first line is the access token (default: the variable APRSIM_TOKEN)");
   app.add_option("--ports-file", invocation.ports_file,
                  "Write the ports as JSON to this file once everything listens");
+  app.add_option("--journal", journal,
+                 "Record the run in this file, or in files in this directory");
+  app.add_option("--replay", invocation.replay,
+                 "Run a recorded run again, compare it step by step, then leave; a run's files in "
+                 "their order")
+      ->type_name("FILE ...");
   app.add_flag(
       "--demo", invocation.demo,
       "Also start the kitting controller, which fills kits and empties them again, for ever");
@@ -138,6 +144,7 @@ std::optional<Invocation> parse_command_line(int argc, char** argv, int& exit_co
     return std::nullopt;
   }
   invocation.config = std::move(*config);
+  if (!journal.empty()) invocation.config.journal.place = journal;
   if (!token_file.empty()) invocation.config.web.token_file = token_file;
   if (!invocation.print_config && !invocation.list_keys) {
     if (auto ok = resolve_token(invocation.config.web, std::getenv("APRSIM_TOKEN")); !ok) {

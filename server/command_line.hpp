@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "server/config.hpp"
 
@@ -11,6 +12,7 @@ namespace aprsim::server {
 struct Invocation {
   Config config;
   std::string ports_file;     ///< empty = none
+  std::vector<std::string> replay;  ///< journals of a run to be run again, then leave
   bool demo = false;          ///< start the kitting controller, too
   bool check_only = false;    ///< load configuration and scene, then leave
   bool print_config = false;  ///< print the effective configuration, then leave

@@ -102,6 +102,12 @@ struct WebConfig {
   std::optional<bool> programs;
 };
 
+/// What the run is recorded in.
+struct JournalConfig {
+  std::optional<std::string> place;  ///< file or directory; absent = none
+  std::uint32_t max_file_mb = 64;
+};
+
 /// What holds for the connections of every listener.
 struct ConnectionsConfig {
   std::uint32_t per_address = 32;
@@ -115,6 +121,7 @@ struct Config {
   TimeConfig time;
   std::string log_level = "info";
   std::uint32_t saved_states_mb = 64;
+  JournalConfig journal;
   ConnectionsConfig connections;
   CrclConfig crcl;
   ModbusConfig modbus;

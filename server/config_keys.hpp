@@ -143,6 +143,14 @@ void visit(Archive& keys, TimeConfig& time) {
 }
 
 template <typename Archive>
+void visit(Archive& keys, JournalConfig& journal) {
+  keys.key("place", journal.place, Maybe<Text>{},
+           "file, or directory for files, in which the run is recorded");
+  keys.key("max_file_mb", journal.max_file_mb, Whole{1, 65536},
+           "size at which another file is begun, with the next checkpoint [MB]");
+}
+
+template <typename Archive>
 void visit(Archive& keys, Config& config) {
   keys.key("scene", config.scene, Text{}, "a shipped scene's name, or a file");
   keys.key("seed", config.seed, Maybe<Whole>{}, "of everything random, in place of the scene's");
@@ -152,6 +160,7 @@ void visit(Archive& keys, Config& config) {
            "least severity of what is logged");
   keys.key("saved_states_mb", config.saved_states_mb, Whole{1, 65536},
            "memory that saved states may take together [MB]");
+  keys.section("journal", config.journal, "the record of the run");
   keys.section("connections", config.connections, "the connections of every listener");
   keys.section("crcl", config.crcl, "CRCL, one listener a robot");
   keys.section("modbus", config.modbus, "Modbus/TCP of the conveyor's PLC");

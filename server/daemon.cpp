@@ -3,7 +3,10 @@
 #include <chrono>
 #include <cmath>
 #include <condition_variable>
+#include <filesystem>
+#include <memory>
 #include <mutex>
+#include <stdexcept>
 #include <stop_token>
 #include <string>
 #include <thread>
@@ -20,6 +23,8 @@
 #include "protocols/web/web_server.hpp"
 #include "server/cell_news.hpp"
 #include "server/cell_programs.hpp"
+#include "server/journal/journal.hpp"
+#include "server/journal/run_header.hpp"
 #include "server/metrics.hpp"
 #include "server/process.hpp"
 #include "server/version.hpp"
@@ -37,8 +42,43 @@ constexpr api::EndpointId kFirstCrclEndpoint = 16;
 constexpr std::chrono::milliseconds kNewsPeriod{200};
 constexpr std::size_t kModbusTapBytes = std::size_t{4} << 20;
 
-world::SimulationOptions simulation_options(const Config& config, const scene::Scene& scene) {
+/// Null where none is wanted; throws std::runtime_error when it cannot be begun.
+std::unique_ptr<journal::Journal> make_journal(const Config& config, const scene::Scene& scene) {
+  if (!config.journal.place) return nullptr;
+  const std::string& place = *config.journal.place;
+  std::error_code none;
+  const std::filesystem::path parent = std::filesystem::absolute(place, none).parent_path();
+  if (!std::filesystem::is_directory(place, none) && !std::filesystem::is_directory(parent, none)) {
+    throw std::runtime_error("journal.place: " + place + ": there is no directory " +
+                             parent.string());
+  }
+  auto header = journal::header_of(scene);
+  if (!header) throw std::runtime_error(header.error().message);
+  header->set_version(kVersion);
+  header->set_seed(config.seed.value_or(scene.seed));
+  header->set_configuration(to_yaml(config));
+  const auto add = [&](api::EndpointId number, const std::string& name) {
+    auto& endpoint = *header->add_endpoints();
+    endpoint.set_number(number);
+    endpoint.set_name(name);
+  };
+  add(kModbusEndpoint, "modbus");
+  add(kGrpcEndpoint, "grpc");
+  add(kWebEndpoint, "web");
+  for (std::size_t i = 0; i < scene.robots.size(); ++i) {
+    add(kFirstCrclEndpoint + static_cast<api::EndpointId>(i), "crcl." + scene.robots[i].name);
+  }
+  journal::JournalOptions options;
+  options.place = place;
+  options.max_file_bytes = std::uint64_t{config.journal.max_file_mb} << 20U;
+  options.header = std::move(*header);
+  return std::make_unique<journal::Journal>(std::move(options));
+}
+
+world::SimulationOptions simulation_options(const Config& config, const scene::Scene& scene,
+                                            world::Recorder* recorder) {
   world::SimulationOptions options;
+  options.recorder = recorder;
   options.seed = config.seed.value_or(scene.seed);
   options.max_saved_bytes = std::uint64_t{config.saved_states_mb} << 20U;
   options.paused = config.speed.mode == Speed::Mode::kStepped;
@@ -214,7 +254,8 @@ tl::unexpected<Error> not_listening(const std::string& name, const std::string& 
 class Daemon::Impl {
  public:
   Impl(const Config& config, std::shared_ptr<const scene::Scene> scene, bool demo)
-      : simulation_(scene, simulation_options(config, *scene)),
+      : journal_(make_journal(config, *scene)),
+        simulation_(scene, simulation_options(config, *scene, journal_.get())),
         token_(config.web.token.empty()
                    ? nullptr
                    : std::make_shared<protocols::AccessToken>(config.web.token)),
@@ -336,6 +377,7 @@ class Daemon::Impl {
       sources.vision.emplace_back(name, vision->stats());
     }
     sources.modbus = modbus_.stats();
+    if (journal_) sources.journal = journal_->stats();
     sources.grpc = telemetry_.stats();
     sources.web_open = web_->open();
     return sources;
@@ -364,6 +406,7 @@ class Daemon::Impl {
     std::unique_ptr<vision_server::VisionServer> vision;
   };
 
+  std::unique_ptr<journal::Journal> journal_;  // null = the run is not recorded
   world::Simulation simulation_;
   // Only the page shows what they keep.
   protocols::WireTap crcl_tap_{simulation_}, modbus_tap_{simulation_, kModbusTapBytes};

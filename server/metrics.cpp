@@ -72,6 +72,17 @@ void write_simulation(MetricsText& out, const MetricsSources& sources) {
   out.sample(now.saved_states ? now.saved_states->bytes : std::uint64_t{0});
 }
 
+void write_journal(MetricsText& out, const journal::JournalStats& journal) {
+  out.metric("aprsim_journal_records_total", kCounter, "Records written to the run's journal.");
+  out.sample(journal.records);
+  out.metric("aprsim_journal_bytes_total", kCounter, "Bytes written to the run's journal.");
+  out.sample(journal.bytes);
+  out.metric("aprsim_journal_gaps_total", kCounter, "Gaps told in the run's journal.");
+  out.sample(journal.gaps);
+  out.metric("aprsim_journal_missing_total", kCounter, "Records that these gaps lack.");
+  out.sample(journal.missing);
+}
+
 void write_physics(MetricsText& out, const api::Snapshot& now) {
   constexpr std::array<std::pair<api::GroupKind, const char*>, 4> kGroups{
       {{api::GroupKind::kNone, "none"},
@@ -190,6 +201,7 @@ std::string metrics_text(const MetricsSources& sources) {
   MetricsText out;
   write_process(out);
   write_simulation(out, sources);
+  if (sources.journal) write_journal(out, *sources.journal);
   write_physics(out, *sources.snapshot);
   write_robots(out, *sources.snapshot);
   write_wires(out, sources);

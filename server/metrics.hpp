@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "protocols/modbus/modbus_server.hpp"
 #include "protocols/telemetry/telemetry_server.hpp"
 #include "protocols/vision/vision_server.hpp"
+#include "server/journal/journal_stats.hpp"
 #include "world/api/duration_histogram.hpp"
 #include "world/api/snapshot.hpp"
 
@@ -23,6 +25,7 @@ struct MetricsSources {
   std::vector<std::pair<std::string, crcl_server::CrclServerStats>> crcl;  ///< by robot
   std::vector<std::pair<std::string, vision_server::VisionServerStats>> vision;
   modbus_server::ModbusServerStats modbus;
+  std::optional<journal::JournalStats> journal;  ///< where the run is recorded
   telemetry::TelemetryStats grpc;
   std::size_t web_open = 0;
 };

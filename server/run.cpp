@@ -14,6 +14,7 @@
 #include "server/config.hpp"
 #include "server/daemon.hpp"
 #include "server/exposure.hpp"
+#include "server/journal/replay_files.hpp"
 #include "server/logging.hpp"
 #include "server/ports_file.hpp"
 #include "server/process.hpp"
@@ -89,6 +90,17 @@ int serve(const Invocation& invocation, std::shared_ptr<const scene::Scene> scen
   return EXIT_SUCCESS;
 }
 
+/// Exit code 1 when the run differs, 2 when it cannot be run.
+int replay(const std::vector<std::string>& files) {
+  const auto replayed = journal::replay_files(files, kVersion);
+  if (!replayed) {
+    refuse(replayed.error().message);
+    return 2;
+  }
+  std::cout << journal::text_of(*replayed);
+  return replayed->result.difference ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
 int start(int argc, char** argv) {
   int exit_code = 0;
   const auto invocation = parse_command_line(argc, argv, exit_code);
@@ -101,6 +113,7 @@ int start(int argc, char** argv) {
     std::cout << key_list(invocation->config);
     return EXIT_SUCCESS;
   }
+  if (!invocation->replay.empty()) return replay(invocation->replay);
   auto scene = scene::load_scene(invocation->config.scene, scene::default_data_paths());
   if (!scene) return refuse(scene.error().message);
   auto shared = std::make_shared<const scene::Scene>(std::move(*scene));

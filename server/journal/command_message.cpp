@@ -10,7 +10,6 @@
 namespace aprsim::server::journal {
 namespace {
 
-using protocols::write_message;
 
 // ---- to messages
 
@@ -27,7 +26,7 @@ void write(const api::LimitSetting& setting, v1::LimitSetting& message) {
 
 void write_target(const Pose& X_RT, const api::PoseLimits& limits,
                   const api::PoseTolerance& tolerance, v1::PoseTarget& message) {
-  write_message(X_RT, *message.mutable_tool_in_robot());
+  protocols::write_message(X_RT, *message.mutable_tool_in_robot());
   if (limits.trans_speed) write(*limits.trans_speed, *message.mutable_trans_speed());
   if (limits.trans_accel) write(*limits.trans_accel, *message.mutable_trans_accel());
   if (limits.rot_speed) write(*limits.rot_speed, *message.mutable_rot_speed());
@@ -49,7 +48,7 @@ void write(const api::Guard& guard, v1::Guard& message) {
   message.set_reversed(guard.signal.reversed);
   message.set_limit(numbered<v1::GuardLimit>(guard.limit));
   message.set_value(guard.value);
-  write_message(guard.recheck, *message.mutable_recheck());
+  protocols::write_message(guard.recheck, *message.mutable_recheck());
   message.set_require_trigger(guard.require_trigger);
   message.set_error_on_trigger(guard.error_on_trigger);
   message.set_label(guard.label);
@@ -73,7 +72,7 @@ void write(const api::MoveThroughTo& move, v1::RobotCommand& message) {
 void write(const api::MoveScrew& move, v1::RobotCommand& message) {
   auto& screw = *message.mutable_screw();
   if (move.start) write(*move.start, *screw.mutable_start());
-  if (move.axis_point_R) write_message(*move.axis_point_R, *screw.mutable_axis_point_m());
+  if (move.axis_point_R) protocols::write_message(*move.axis_point_R, *screw.mutable_axis_point_m());
   screw.set_free_m(move.free_m);
   screw.set_screw_m(move.screw_m);
   screw.set_turn_rad(move.turn_rad);
@@ -111,7 +110,7 @@ void write(const api::SetOverride& set, v1::RobotCommand& message) {
   message.set_speed_override(set.fraction);
 }
 void write(const api::Dwell& dwell, v1::RobotCommand& message) {
-  write_message(dwell.duration, *message.mutable_dwell());
+  protocols::write_message(dwell.duration, *message.mutable_dwell());
 }
 void write(const api::SetMotionLimit& set, v1::RobotCommand& message) {
   auto& limit = *message.mutable_motion_limit();
@@ -140,13 +139,13 @@ void write(const api::ConveyorCommand& command, v1::JournalCommand& message) {
 void write(const api::SetIntruder& command, v1::JournalCommand& message) {
   auto& to = *message.mutable_intruder();
   if (!command.intruder) return;
-  write_message(command.intruder->X_WI, *to.mutable_intruder()->mutable_intruder_in_world());
-  write_message(command.intruder->size_m, *to.mutable_intruder()->mutable_size_m());
+  protocols::write_message(command.intruder->X_WI, *to.mutable_intruder()->mutable_intruder_in_world());
+  protocols::write_message(command.intruder->size_m, *to.mutable_intruder()->mutable_size_m());
 }
 
 void write(std::monostate, v1::InjectFaultRequest&) {}
 void write(const api::AtTime& at, v1::InjectFaultRequest& message) {
-  write_message(at.time, *message.mutable_at());
+  protocols::write_message(at.time, *message.mutable_at());
 }
 void write(const api::WhenPlaced& when, v1::InjectFaultRequest& message) {
   message.mutable_placed()->set_type(when.type);
@@ -180,7 +179,7 @@ void write(const api::InjectFault& fault, v1::JournalCommand& message) {
   to.set_target(fault.target);
   for (const auto& [name, value] : fault.parameters) (*to.mutable_parameters())[name] = value;
   std::visit([&to](const auto& trigger) { write(trigger, to); }, fault.trigger);
-  if (fault.duration) write_message(*fault.duration, *to.mutable_duration());
+  if (fault.duration) protocols::write_message(*fault.duration, *to.mutable_duration());
 }
 void write(const api::EndFault& fault, v1::JournalCommand& message) {
   message.set_end_fault(fault.id);

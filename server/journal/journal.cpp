@@ -68,17 +68,6 @@ void write(const WorldStopped& stopped, v1::JournalRecord& record) {
   to.set_text(stopped.why);
 }
 
-void write(const WireSaid& said, v1::JournalRecord& record) {
-  auto& to = *record.mutable_wire();
-  to.set_wire(said.wire);
-  to.set_peer(said.peer);
-  to.set_connection(said.connection);
-  to.set_from_peer(said.from_peer);
-  write_time(said.time, *to.mutable_time());
-  to.set_data(said.data);
-  to.set_method(said.method);
-}
-
 std::string stamp_now() {
   const std::time_t now = std::time(nullptr);
   std::tm utc{};
@@ -93,8 +82,7 @@ std::string stamp_now() {
 Journal::Journal(JournalOptions options)
     : options_(std::move(options)),
       queue_(options_.max_queue_bytes),
-      files_(options_.place, stamp_now(), options_.max_file_bytes),
-      ring_(options_.max_memory_bytes, options_.keep) {
+      files_(options_.place, stamp_now(), options_.max_file_bytes) {
   thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
 }
 
@@ -136,18 +124,9 @@ void Journal::stopped(world::RunTime time, const std::string& why) {
   push(WorldStopped{time, why});
 }
 
-void Journal::said(WireSaid said) { push(std::move(said)); }
-
 JournalStats Journal::stats() const {
   const std::lock_guard lock(kept_);
   return stats_;
-}
-
-std::string Journal::memory() const {
-  if (!options_.place.empty()) return {};
-  const std::string header = header_frame(1);
-  const std::lock_guard lock(kept_);
-  return ring_.file(header);
 }
 
 // ---- the writer
@@ -159,7 +138,7 @@ void Journal::run(const std::stop_token& stop) {
     ending = stop.stop_requested();
     queue_.take(taken, SteadyClock::now() + kFlush);
     take_over(taken);
-    if (ending && (options_.place.empty() || files_.is_open())) {
+    if (ending && files_.is_open()) {
       v1::JournalRecord record;
       record.mutable_end();
       add(record, std::chrono::system_clock::now());
@@ -197,15 +176,12 @@ void Journal::add(const Entry& entry) {
     begun_ = true;
     // Whoever reads from here on needs nothing of what was before.
     flush();
-    if (options_.place.empty()) {
-      const std::lock_guard lock(kept_);
-      ring_.begin_part(SteadyClock::now());
-    } else if (files_.full() && !open_next(SteadyClock::now())) {
+    if (files_.full() && !open_next(SteadyClock::now())) {
       missing_.add({1, 0, entry.wall, entry.wall, trouble_});
       return;
     }
   }
-  if (!options_.place.empty() && !files_.is_open()) {
+  if (!files_.is_open()) {
     missing_.add({1, commands, entry.wall, entry.wall, trouble_});
     wants_checkpoint_ = true;
     return;
@@ -260,11 +236,6 @@ void Journal::flush() {
 }
 
 void Journal::put_away(const std::string& frame) {
-  if (options_.place.empty()) {
-    const std::lock_guard lock(kept_);
-    ring_.append(frame);
-    return;
-  }
   if (!files_.is_open()) throw std::runtime_error(trouble_);
   if (auto done = files_.append(frame); !done) throw std::runtime_error(done.error().message);
 }

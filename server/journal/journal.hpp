@@ -12,25 +12,17 @@
 #include "aprsim/v1/journal.pb.h"
 #include "proto/journal/frames.hpp"
 #include "server/journal/journal_files.hpp"
-#include "server/journal/journal_ring.hpp"
+#include "server/journal/journal_stats.hpp"
 #include "server/journal/record_queue.hpp"
 #include "world/recorder.hpp"
 
 namespace aprsim::server::journal {
 
 struct JournalOptions {
-  std::string place;  ///< file or directory; empty = in memory
+  std::string place;  ///< file or directory
   std::uint64_t max_file_bytes = std::uint64_t{64} << 20;
   std::size_t max_queue_bytes = std::size_t{64} << 20;
-  std::size_t max_memory_bytes = std::size_t{256} << 20;
-  std::chrono::seconds keep{600};  ///< in memory
   v1::JournalHeader header;        ///< of the run; `part` is the journal's
-};
-
-/// What a journal has done so far.
-struct JournalStats {
-  std::uint64_t records = 0, bytes = 0;  ///< written, or kept for a while
-  std::uint64_t gaps = 0, missing = 0;   ///< gaps told, and the records that they lack
 };
 
 /// Records a run: takes what is told of it from any thread without making it wait, and writes it
@@ -57,10 +49,7 @@ class Journal final : public world::Recorder {
   }
 
   // ---- Thread: any
-  void said(WireSaid said);
   [[nodiscard]] JournalStats stats() const;
-  /// A journal file of what is kept in memory; empty when a file is written.
-  [[nodiscard]] std::string memory() const;
 
  private:
   void push(decltype(Entry::what) what);
@@ -90,8 +79,7 @@ class Journal final : public world::Recorder {
   std::chrono::steady_clock::time_point retry_at_{};
   std::string trouble_;  ///< that the log has told of
 
-  mutable std::mutex kept_;  ///< of the two below
-  JournalRing ring_;
+  mutable std::mutex kept_;  ///< of the stats
   JournalStats stats_;
   std::jthread thread_;  // ends first
 };

@@ -23,7 +23,6 @@ void Missing::add(const Missing& more) {
 
 std::size_t Entry::bytes() const {
   std::size_t sum = kEntryBytes;
-  if (const auto* wire = std::get_if<WireSaid>(&what)) sum += wire->data.size();
   if (const auto* sampled = std::get_if<StateSampled>(&what)) {
     sum += sizeof(double) * (sampled->sample.joints_rad.size() + sampled->sample.bodies_m.size());
   }

@@ -41,14 +41,6 @@ struct WorldStopped {
   world::RunTime time;
   std::string why;
 };
-/// One document, request, reply or line on a wire.
-struct WireSaid {
-  world::RunTime time;
-  std::string wire, peer;
-  std::uint64_t connection = 0;
-  bool from_peer = false;
-  std::string data, method;
-};
 /// What is missing because there was no room.
 struct Missing {
   std::uint64_t records = 0, commands = 0;
@@ -60,7 +52,7 @@ struct Missing {
 
 struct Entry {
   WallTime wall;
-  std::variant<EpochBegun, CommandApplied, StateSampled, StateSaved, WorldStopped, WireSaid> what;
+  std::variant<EpochBegun, CommandApplied, StateSampled, StateSaved, WorldStopped> what;
 
   /// Of memory; approximately.
   [[nodiscard]] std::size_t bytes() const;

@@ -86,12 +86,15 @@ TEST(Metrics, TellWhatTheSnapshotAndTheListenersSay) {
   sources.crcl = {{"left", {.accepted = 5, .refused = 2, .dropped = 1, .open = 4, .commands = 90}}};
   sources.vision = {{"left", {.skipped = 8}}};
   sources.modbus.exceptions = 6;
+  sources.journal = {.records = 11, .bytes = 12, .gaps = 1, .missing = 13};
   sources.grpc.dropped = 9;
   sources.web_open = 2;
   const std::string text = metrics_text(sources);
   for (const std::string& line :
        {std::string("aprsim_build_info{version=\"") + kVersion + "\"} 1",
         std::string("aprsim_ready 1"),
+        std::string("aprsim_journal_records_total 11"),
+        std::string("aprsim_journal_missing_total 13"),
         std::string("aprsim_simulated_seconds 1.5"),
         std::string("aprsim_speed_target +Inf"),
         std::string("aprsim_steps_missed_total 7"),

@@ -60,7 +60,7 @@ class ToolLimitSettings {
   }
   [[nodiscard]] const ToolLimits& maximum() const { return maximum_; }
 
-  static ToolLimitSettings blank() { return ToolLimitSettings(ToolLimits()); }
+  static ToolLimitSettings blank() { return ToolLimitSettings({1, 1, 1, 1}); }
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {

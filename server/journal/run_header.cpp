@@ -1,0 +1,90 @@
+#include "server/journal/run_header.hpp"
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <random>
+#include <set>
+#include <string>
+
+#include <fmt/format.h>
+#include <openssl/evp.h>
+
+#include "proto/journal/journal_reader.hpp"
+#include "world/scene/scene_loader.hpp"
+#include "world/state_bytes.hpp"
+
+namespace aprsim::server::journal {
+namespace {
+
+std::string sha256(const std::string& bytes) {
+  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+  unsigned size = 0;
+  EVP_Digest(bytes.data(), bytes.size(), digest.data(), &size, EVP_sha256(), nullptr);
+  std::string text;
+  for (unsigned i = 0; i < size; ++i) text += fmt::format("{:02x}", digest[i]);
+  return text;
+}
+
+/// Its make, and whether the C library's functions use fused operations on it.
+std::string processor() {
+  std::ifstream info("/proc/cpuinfo");
+  std::string name = "unknown";
+  for (std::string line; std::getline(info, line);) {
+    if (!line.starts_with("model name")) continue;
+    name = line.substr(std::min(line.find(": ") + 2, line.size()));
+    break;
+  }
+#if defined(__x86_64__)
+  name += __builtin_cpu_supports("fma") ? ", with FMA" : ", without FMA";
+  name += __builtin_cpu_supports("avx2") ? ", with AVX2" : ", without AVX2";
+#endif
+  return name;
+}
+
+std::string draw_id() {
+  std::random_device device;
+  return fmt::format("{:08x}{:08x}", device(), device());
+}
+
+}  // namespace
+
+v1::JournalHeader header_here() {
+  v1::JournalHeader header;
+  header.set_format(aprsim::journal::kFormat);
+  header.set_state_version(world::kStateVersion);
+  header.set_compiler(__VERSION__);
+  header.set_processor(processor());
+  return header;
+}
+
+Result<v1::JournalHeader> header_of(const scene::Scene& scene) {
+  v1::JournalHeader header = header_here();
+  header.set_run_id(draw_id());
+  header.set_scene(scene.name);
+  auto text = scene::self_contained(scene.file, scene::default_data_paths());
+  if (!text) return tl::unexpected(text.error());
+  std::set<std::string> models;
+  for (const auto& robot : scene.robots) models.insert(robot.model_file);
+  for (const std::string& file : models) {
+    // They come with the journal, wherever it is read.
+    const std::string name = std::filesystem::path(file).filename().string();
+    for (auto at = text->find(file); at != std::string::npos; at = text->find(file, at)) {
+      text->replace(at, file.size(), name);
+    }
+    std::ifstream in(file, std::ios::binary);
+    std::string bytes(std::istreambuf_iterator<char>(in), {});
+    if (!in) return fail(ErrorCode::kUnavailable, "journal", file + " cannot be read");
+    auto& model = *header.add_models();
+    model.set_name(name);
+    model.set_sha256(sha256(bytes));
+    model.set_content(std::move(bytes));
+  }
+  header.set_scene_sha256(sha256(*text));
+  header.set_scene_text(std::move(*text));
+  return header;
+}
+
+}  // namespace aprsim::server::journal
