@@ -11,12 +11,12 @@ namespace aprsim::server {
 /// What the command line asks for besides the configuration itself.
 struct Invocation {
   Config config;
-  std::string ports_file;     ///< empty = none
+  std::string ports_file;           ///< empty = none
   std::vector<std::string> replay;  ///< journals of a run to be run again, then leave
-  bool demo = false;          ///< start the kitting controller, too
-  bool check_only = false;    ///< load configuration and scene, then leave
-  bool print_config = false;  ///< print the effective configuration, then leave
-  bool list_keys = false;     ///< list the configuration's keys, then leave
+  bool demo = false;                ///< start the kitting controller, too
+  bool check_only = false;          ///< load configuration and scene, then leave
+  bool print_config = false;        ///< print the effective configuration, then leave
+  bool list_keys = false;           ///< list the configuration's keys, then leave
 };
 
 /// Parses the daemon's arguments and loads the configuration. Prints help, version or one line of

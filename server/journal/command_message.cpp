@@ -10,7 +10,6 @@
 namespace aprsim::server::journal {
 namespace {
 
-
 // ---- to messages
 
 /// Enumerations of the messages are those of the world with an unspecified value before them.
@@ -72,7 +71,8 @@ void write(const api::MoveThroughTo& move, v1::RobotCommand& message) {
 void write(const api::MoveScrew& move, v1::RobotCommand& message) {
   auto& screw = *message.mutable_screw();
   if (move.start) write(*move.start, *screw.mutable_start());
-  if (move.axis_point_R) protocols::write_message(*move.axis_point_R, *screw.mutable_axis_point_m());
+  if (move.axis_point_R)
+    protocols::write_message(*move.axis_point_R, *screw.mutable_axis_point_m());
   screw.set_free_m(move.free_m);
   screw.set_screw_m(move.screw_m);
   screw.set_turn_rad(move.turn_rad);
@@ -139,7 +139,8 @@ void write(const api::ConveyorCommand& command, v1::JournalCommand& message) {
 void write(const api::SetIntruder& command, v1::JournalCommand& message) {
   auto& to = *message.mutable_intruder();
   if (!command.intruder) return;
-  protocols::write_message(command.intruder->X_WI, *to.mutable_intruder()->mutable_intruder_in_world());
+  protocols::write_message(command.intruder->X_WI,
+                           *to.mutable_intruder()->mutable_intruder_in_world());
   protocols::write_message(command.intruder->size_m, *to.mutable_intruder()->mutable_size_m());
 }
 

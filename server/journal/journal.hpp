@@ -22,7 +22,7 @@ struct JournalOptions {
   std::string place;  ///< file or directory
   std::uint64_t max_file_bytes = std::uint64_t{64} << 20;
   std::size_t max_queue_bytes = std::size_t{64} << 20;
-  v1::JournalHeader header;        ///< of the run; `part` is the journal's
+  v1::JournalHeader header;  ///< of the run; `part` is the journal's
 };
 
 /// Records a run: takes what is told of it from any thread without making it wait, and writes it
@@ -73,9 +73,9 @@ class Journal final : public world::Recorder {
   // The writer's.
   aprsim::journal::FrameEncoder encoder_;
   JournalFiles files_;
-  Missing missing_;           ///< still to be told
-  Missing pending_;           ///< what the next frame holds, should it fail
-  bool begun_ = false;        ///< the first file or part
+  Missing missing_;     ///< still to be told
+  Missing pending_;     ///< what the next frame holds, should it fail
+  bool begun_ = false;  ///< the first file or part
   std::chrono::steady_clock::time_point retry_at_{};
   std::string trouble_;  ///< that the log has told of
 

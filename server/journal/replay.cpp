@@ -162,10 +162,10 @@ Result<void> Replay::command(const v1::JournalCommand& message) {
       },
       command->body);
   if (failure.empty() != message.failure().empty()) {
-    differs(fmt::format("command {} {} here and {} then", message.sequence(),
-                        failure.empty() ? "succeeds" : "fails (" + failure + ")",
-                        message.failure().empty() ? "succeeded"
-                                                  : "failed (" + message.failure() + ")"));
+    differs(fmt::format(
+        "command {} {} here and {} then", message.sequence(),
+        failure.empty() ? "succeeds" : "fails (" + failure + ")",
+        message.failure().empty() ? "succeeded" : "failed (" + message.failure() + ")"));
   }
   return {};
 }
@@ -188,9 +188,10 @@ Result<void> Replay::checkpoint(const v1::JournalCheckpoint& checkpoint) {
     return {};
   }
   if (state_version_ != world::kStateVersion) {
-    return damaged(fmt::format("its checkpoints are of layout {}, this program's of {}: it can be "
-                               "run again from its start only",
-                               state_version_, world::kStateVersion));
+    return damaged(
+        fmt::format("its checkpoints are of layout {}, this program's of {}: it can be "
+                    "run again from its start only",
+                    state_version_, world::kStateVersion));
   }
   auto state = world::from_bytes(checkpoint.state(), world_->save());
   if (!state) return tl::unexpected(state.error());

@@ -53,7 +53,7 @@ class Replay {
   std::uint32_t state_version_;
   std::unique_ptr<world::World> world_;
   std::uint64_t epoch_ = 0;
-  bool lost_ = true;     ///< where the run is will be known with the next epoch or checkpoint
+  bool lost_ = true;      ///< where the run is will be known with the next epoch or checkpoint
   bool stopped_ = false;  ///< the recorded world has
   ReplayResult result_;
 };

@@ -18,8 +18,7 @@ namespace {
 class ModelDirectory {
  public:
   ModelDirectory() {
-    std::string name =
-        (std::filesystem::temp_directory_path() / "aprsim-replay-XXXXXX").string();
+    std::string name = (std::filesystem::temp_directory_path() / "aprsim-replay-XXXXXX").string();
     if (mkdtemp(name.data()) != nullptr) path_ = name;
   }
   ~ModelDirectory() {
@@ -54,8 +53,8 @@ Result<FilesReplayed> replay_files(const std::vector<std::string>& files,
       replay.emplace(out.header, std::make_shared<const scene::Scene>(std::move(*scene)));
     } else if (reader->header().run_id() != out.header.run_id()) {
       return fail(ErrorCode::kInvalidArgument, "journal",
-                  fmt::format("{}: of run {}, and {} is of run {}", file,
-                              reader->header().run_id(), files.front(), out.header.run_id()));
+                  fmt::format("{}: of run {}, and {} is of run {}", file, reader->header().run_id(),
+                              files.front(), out.header.run_id()));
     }
     for (v1::JournalRecord record; reader->next(record);) {
       const auto goes_on = replay->take(record);
@@ -74,11 +73,11 @@ Result<FilesReplayed> replay_files(const std::vector<std::string>& files,
 
 std::string text_of(const FilesReplayed& replayed) {
   const ReplayResult& result = replayed.result;
-  std::string text = fmt::format("run {} of scene {}, seed {}: {} steps, {} commands, {} states "
-                                 "compared\n",
-                                 replayed.header.run_id(), replayed.header.scene(),
-                                 replayed.header.seed(), result.steps, result.commands,
-                                 result.compared);
+  std::string text = fmt::format(
+      "run {} of scene {}, seed {}: {} steps, {} commands, {} states "
+      "compared\n",
+      replayed.header.run_id(), replayed.header.scene(), replayed.header.seed(), result.steps,
+      result.commands, result.compared);
   for (const std::string& caution : replayed.cautions) text += "caution: " + caution + '\n';
   if (result.gaps > 0) {
     text += fmt::format("{} gaps, each gone on from the checkpoint behind it\n", result.gaps);

@@ -14,10 +14,9 @@ struct FilesReplayed {
   ReplayResult result;
 };
 
-/// Runs what the files of one run have recorded, in their order, and compares; `version`: of this program.
-/// Errors:
-/// kInvalidArgument with the file (no journal, of another run than the first), and of a record that
-/// cannot be; kNotFound, kUnavailable. Thread: any.
+/// Runs what the files of one run have recorded, in their order, and compares; `version`: of this
+/// program. Errors: kInvalidArgument with the file (no journal, of another run than the first), and
+/// of a record that cannot be; kNotFound, kUnavailable. Thread: any.
 [[nodiscard]] Result<FilesReplayed> replay_files(const std::vector<std::string>& files,
                                                  const std::string& version);
 

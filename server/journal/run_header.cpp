@@ -5,12 +5,12 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <openssl/evp.h>
 #include <random>
 #include <set>
 #include <string>
 
 #include <fmt/format.h>
-#include <openssl/evp.h>
 
 #include "proto/journal/journal_reader.hpp"
 #include "world/scene/scene_loader.hpp"

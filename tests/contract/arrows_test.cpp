@@ -53,8 +53,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
       "world/scene"}},
     {"clients",
      {"crcl", "modbus", "clients/process", "proto", "proto/journal", "world/fault_kinds",
-      "world/api", "world/scene",
-      "world/scenario"}},
+      "world/api", "world/scene", "world/scenario"}},
 };
 
 /// Headers that only the named folders may see.

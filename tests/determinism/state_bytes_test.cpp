@@ -1,5 +1,7 @@
 // A saved state as bytes, read into a world of the same scene elsewhere, goes on bit for bit.
 
+#include "world/state_bytes.hpp"
+
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -8,7 +10,6 @@
 #include <gtest/gtest.h>
 
 #include "world/scene/scene_loader.hpp"
-#include "world/state_bytes.hpp"
 #include "world/world.hpp"
 
 namespace aprsim::world {
@@ -49,13 +50,20 @@ void go_on(World& world, std::uint64_t until, std::vector<std::uint64_t>& hashes
                                                      .duration = {}}));
       if (!waits) throw std::runtime_error(waits.error().message);
     }
-    if (step == 350) world.apply(ticket, api::SetIntruder{api::Intruder{{{0, 0, 3}, Eigen::Quaterniond::Identity()}, {0.1, 0.1, 0.1}}});
+    if (step == 350)
+      world.apply(ticket, api::SetIntruder{api::Intruder{
+                              {{0, 0, 3}, Eigen::Quaterniond::Identity()}, {0.1, 0.1, 0.1}}});
     if (step == 390) {
       api::Snapshot now;
       world.write(now);
       Pose up = now.robots[0].X_RT;
       up.p.z() += 0.05;
-      world.apply(ticket, api::RobotCommand{0, api::MoveTo{up, true, {}, {}}, {api::Guard{.signal = {api::SignalKind::kForceR, 2, false}, .value = 1e6, .label = "high"}}});
+      world.apply(ticket,
+                  api::RobotCommand{0,
+                                    api::MoveTo{up, true, {}, {}},
+                                    {api::Guard{.signal = {api::SignalKind::kForceR, 2, false},
+                                                .value = 1e6,
+                                                .label = "high"}}});
     }
     if (step == 700) world.apply(ticket, api::RobotCommand{1, api::SetGripper{0}});
     if (step == 800) {
@@ -98,7 +106,8 @@ TEST(DamagedState, IsRefused) {
   const WorldState state = world.save();
   const std::string bytes = to_bytes(state);
   EXPECT_TRUE(from_bytes(bytes, state));
-  for (const std::size_t kept : {std::size_t{0}, std::size_t{1}, bytes.size() / 2, bytes.size() - 1}) {
+  for (const std::size_t kept :
+       {std::size_t{0}, std::size_t{1}, bytes.size() / 2, bytes.size() - 1}) {
     const auto cut = from_bytes(bytes.substr(0, kept), state);
     ASSERT_FALSE(cut) << kept;
     EXPECT_EQ(cut.error().field, "state");

@@ -26,7 +26,8 @@ ProcessResult replay(std::vector<std::string> files) {
 
 std::string to_joint(double degrees) {
   return "<ActuateJoint><JointNumber>1</JointNumber><JointPosition>" + std::to_string(degrees) +
-         "</JointPosition><JointDetails xsi:type=\"JointSpeedAccelType\"><JointSpeed>40</JointSpeed>"
+         "</JointPosition><JointDetails "
+         "xsi:type=\"JointSpeedAccelType\"><JointSpeed>40</JointSpeed>"
          "</JointDetails></ActuateJoint>";
 }
 

@@ -1,5 +1,7 @@
 // Every command as it stands in a journal, and back, number for number.
 
+#include "server/journal/command_message.hpp"
+
 #include <set>
 #include <string>
 #include <utility>
@@ -8,7 +10,6 @@
 
 #include <gtest/gtest.h>
 
-#include "server/journal/command_message.hpp"
 #include "world/archive/api_fields.hpp"
 
 namespace aprsim::server::journal {

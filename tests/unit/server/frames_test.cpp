@@ -1,6 +1,8 @@
 // The layers of a journal file: what is written comes back, and what is cut off or damaged ends at
 // its last complete frame.
 
+#include "proto/journal/frames.hpp"
+
 #include <cstdint>
 #include <stdexcept>
 #include <string>
@@ -9,7 +11,6 @@
 #include <gtest/gtest.h>
 
 #include "aprsim/v1/journal.pb.h"
-#include "proto/journal/frames.hpp"
 
 namespace aprsim::journal {
 namespace {

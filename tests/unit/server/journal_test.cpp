@@ -1,5 +1,7 @@
 // A run with its journal, and the same run again.
 
+#include "server/journal/journal.hpp"
+
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -12,7 +14,6 @@
 #include <gtest/gtest.h>
 
 #include "proto/journal/journal_reader.hpp"
-#include "server/journal/journal.hpp"
 #include "server/journal/replay.hpp"
 #include "world/scene/scene_loader.hpp"
 #include "world/simulation.hpp"
@@ -48,7 +49,8 @@ void wait_for(const world::Simulation& simulation, std::uint64_t epoch, std::uin
   const auto deadline = steady_clock::now() + std::chrono::minutes(4);
   auto seen = simulation.latest();
   while (seen->epoch != epoch || seen->step < step) {
-    if (steady_clock::now() > deadline) throw std::runtime_error("the simulation has not got there");
+    if (steady_clock::now() > deadline)
+      throw std::runtime_error("the simulation has not got there");
     seen = simulation.wait_newer(seen, deadline);
   }
 }
@@ -67,12 +69,12 @@ class JournalOfARun : public testing::Test {
   void record(JournalOptions options) {
     Journal journal(std::move(options));
     world::Simulation simulation(
-        scene_,
-        {.seed = 1, .speed = std::nullopt, .paused = true, .recorder = &journal});
+        scene_, {.seed = 1, .speed = std::nullopt, .paused = true, .recorder = &journal});
     simulation.start();
     for (int robot = 0; robot < 2; ++robot) {
       submit(simulation, api::RobotCommand{robot, api::InitRobot{}});
-      submit(simulation, api::RobotCommand{robot, api::MoveJoints{{{.joint = 0, .position_rad = 0.3}}}});
+      submit(simulation,
+             api::RobotCommand{robot, api::MoveJoints{{{.joint = 0, .position_rad = 0.3}}}});
     }
     submit(simulation, api::ConveyorCommand{.run = true, .forward = true, .speed_m_s = 0.1});
     submit(simulation, api::SimulationCommand(api::StepBy{700}));
@@ -133,7 +135,8 @@ TEST_F(JournalOfARun, IsNotTheSameWithAnotherCommand) {
   bool changed = false;
   for (v1::JournalRecord& record : all) {
     if (!record.command().robot().has_move_joints() || changed) continue;
-    auto& target = *record.mutable_command()->mutable_robot()->mutable_move_joints()->mutable_targets(0);
+    auto& target =
+        *record.mutable_command()->mutable_robot()->mutable_move_joints()->mutable_targets(0);
     target.set_position_rad(target.position_rad() + 1e-9);
     changed = true;
   }
