@@ -36,7 +36,7 @@ constexpr auto kStartTime = 20s;             // for a daemon to listen
 constexpr auto kEndTime = 10s;               // for a program to end when it is told to
 constexpr auto kHomeTime = 30s;              // for a controller that has no more orders
 constexpr auto kAnswerTime = 60s;            // for it to answer a line, while time stands
-constexpr auto kStepTime = 200ms;  // for the steps of a sample, before the controller is looked at
+constexpr auto kStepTime = 50ms;  // for the steps of a sample, before the controller is looked at
 constexpr auto kProgressPeriod = 500ms;  // from one telling of the progress to the next
 
 /// A directory of the run's own, gone with it.
@@ -595,7 +595,7 @@ class SampleTime {
       auto snapshot = look();
       if (!snapshot) return tl::unexpected(snapshot.error());
       if (!goal_ || !snapshot->world_fault().empty()) return std::move(*snapshot);
-      static_cast<void>(controller.wait(20ms));
+      static_cast<void>(controller.wait(5ms));
     }
     return std::nullopt;
   }
@@ -709,7 +709,9 @@ Outcome<RunResult> run_scenario(const scenario::Scenario& scenario, const scenar
                    ? Place{options.cell->endpoints, options.cell->ports_file, {}}
                    : own_place(plan, directory, options.virtual_time ? pacers_of(roles) : "");
   if (!place) return tl::unexpected(place.error());
-  CellConnection cell(place->endpoints);
+  // A daemon ends at once when nobody is connected: that of the run is left before it is ended.
+  std::optional<CellConnection> connection(std::in_place, place->endpoints);
+  CellConnection& cell = *connection;
   if (options.cell) {
     if (auto ready = make_ready(scenario, plan, cell); !ready) return tl::unexpected(ready.error());
   }
@@ -748,6 +750,7 @@ Outcome<RunResult> run_scenario(const scenario::Scenario& scenario, const scenar
     run.end_faults();
     if (!watched) return fail_with(watched.error());
   } else {
+    connection.reset();
     place->daemon->stop(kEndTime);
     if (!watched) {
       return failed(watched.error().kind,
