@@ -83,7 +83,9 @@ std::string text_of(const FilesReplayed& replayed) {
     text += fmt::format("{} gaps, each gone on from the checkpoint behind it\n", result.gaps);
   }
   if (!result.damage.empty()) text += "the journal ends early: " + result.damage + '\n';
-  if (!result.difference) return text + "all states are the same\n";
+  if (!result.difference) {
+    return text + (result.compared > 0 ? "all states are the same\n" : "no state to compare\n");
+  }
   return text + fmt::format("differs at step {} of epoch {}: {}\n", result.difference->time.step,
                             result.difference->time.epoch, result.difference->what);
 }
