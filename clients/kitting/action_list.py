@@ -337,7 +337,7 @@ class ActionRun:
             self._take_part(transfer.part, transfer.source, transfer.source_tray)
             scene.taken(transfer.part)
             self._place_part(transfer.target, transfer.target_tray)
-            scene.placed(transfer.part.type, transfer.target)
+            scene.placed(transfer.part, transfer.target)
         self.scene = self._look()
         seen = self.scene.tray_at(kit.tray, tray.pose.xy, SAME_KIT_MM)
         return ["it is gone"] if seen is None else differences(seen, kit.wanted)

@@ -61,6 +61,7 @@ class Robot:
     open_mm: float
     closed_mm: float
     calibration: Path | None
+    curtain: str | None  # the sensor that tells of the light curtain
 
     @property
     def frame(self) -> Pose2:
@@ -83,6 +84,8 @@ class Belt:
     mm_s_per_count: float
     step_mm: float
     max_travel_mm: float
+    eye: int = 0  # number of the photo-eye that a tray breaks before it is at work; 0 = none
+    eye_to_work_mm: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -249,6 +252,7 @@ def _robot(table: _Table, path: Path) -> Robot:
         open_mm=gripper.number("open_mm"),
         closed_mm=gripper.number("closed_mm"),
         calibration=calibration,
+        curtain=table.get("curtain_sensor", str) if "curtain_sensor" in table.values else None,
     )
 
 
@@ -268,4 +272,6 @@ def _belt(table: _Table) -> Belt:
         mm_s_per_count=table.number("mm_s_per_count"),
         step_mm=table.number("step_mm"),
         max_travel_mm=table.number("max_travel_mm"),
+        eye=table.get("eye", int) if "eye" in table.values else 0,
+        eye_to_work_mm=table.number("eye_to_work_mm") if "eye" in table.values else 0.0,
     )

@@ -14,6 +14,7 @@ from cell import Belt
 RUN, DIRECTION, SPEED = 0x8000, 0x8001, 0x8002  # holding registers
 ENCODER = 0x8004  # input registers: 32 bit, high word first
 ENCODER_MM = 0.01  # a count
+EYES = 0x8008  # discrete inputs: photo-eye 1 and the next ones
 _POLL_S = 0.005  # of the encoder, while the belt runs
 _EXCEPTIONS = {
     1: "illegal function",
@@ -33,6 +34,7 @@ class Modbus:
 
     def __init__(self, host: str, port: int, timeout_s: float = 3.0) -> None:
         self.requests = 0
+        self.strays = 0  # replies to other requests
         self._transaction = 0
         try:
             self._socket = socket.create_connection((host, port), timeout_s)
@@ -56,6 +58,12 @@ class Modbus:
             raise ConveyorError(f"registers {address:#06x}: {len(answer)} bytes in the answer")
         return struct.unpack(f">{count}H", answer[2:])
 
+    def read_discrete_input(self, address: int) -> bool:
+        answer = self._ask(struct.pack(">BHH", 2, address, 1))
+        if len(answer) != 3 or answer[1] != 1:
+            raise ConveyorError(f"input {address:#06x}: {len(answer)} bytes in the answer")
+        return bool(answer[2] & 1)
+
     def _ask(self, request: bytes) -> bytes:
         self._transaction = (self._transaction + 1) & 0xFFFF
         self.requests += 1
@@ -69,8 +77,9 @@ class Modbus:
                     raise ConveyorError("the answer is not Modbus/TCP")
                 answer = self._take(length - 1)
                 # What comes late belongs to a request that has been given up.
-                if transaction == self._transaction:
+                if self.is_answer(transaction):
                     break
+                self.strays += 1
         except OSError as error:
             raise ConveyorError(str(error)) from error
         if answer[0] == request[0] | 0x80:
@@ -79,6 +88,10 @@ class Modbus:
         if answer[0] != request[0]:
             raise ConveyorError(f"function {answer[0]} in the answer to {request[0]}")
         return answer
+
+    def is_answer(self, transaction: int) -> bool:
+        """Whether a reply is to the request sent last."""
+        return transaction == self._transaction
 
     def _take(self, size: int) -> bytes:
         data = b""
@@ -92,11 +105,19 @@ class Modbus:
 
 class Conveyor:
     """Steps of the belt. The caller holds the space over the belt meanwhile. `now` and `sleep` are the
-    caller's clock."""
+    caller's clock. `by`: what ends a step: the encoder, the time that it should take, or the
+    photo-eye that the cell file names, when a tray comes into it before the step is done."""
 
-    def __init__(self, belt: Belt) -> None:
-        self.belt = belt
+    connect: type[Modbus] = Modbus
+    standstill_s = 3.0  # of a belt that has been told to run
+    wrong_way_mm = 5.0
+
+    def __init__(self, belt: Belt, by: str = "encoder") -> None:
+        self.belt, self.by = belt, by
         self.requests = 0
+        self.strays = 0  # replies that nobody had asked for
+        self.speed_share: float | None = None  # of the latest step's speed in what was commanded
+        self.saw_tray = False  # the photo-eye has ended the latest step
 
     def step(
         self,
@@ -106,31 +127,46 @@ class Conveyor:
         sleep: Callable[[float], None] = time.sleep,
     ) -> float:
         """Runs the belt by about `way_mm`, negative for backward, and tells how far it went by its
-        encoder. Whatever happens the belt is told to stop."""
-        modbus = Modbus(self.belt.host, self.belt.port)
+        encoder. Whatever happens the belt is told to stop. Raises ConveyorError."""
+        modbus = self.connect(self.belt.host, self.belt.port)
+        self.speed_share, self.saw_tray = None, False
+
+        def wait_for(way_mm: float, until: Callable[[], bool] = lambda: False) -> bool:
+            if self.by == "time":
+                sleep(abs(way_mm) / self.belt.speed_mm_s)
+                return False
+            return self._wait_for_way(modbus, way_mm, until, interrupted, now, sleep)
+
         try:
             start = self._position(modbus)
             modbus.write_register(DIRECTION, 1 if way_mm > 0 else 0)
             modbus.write_register(SPEED, round(self.belt.speed_mm_s / self.belt.mm_s_per_count))
             try:
                 modbus.write_register(RUN, 1)
-                self._wait_for_way(modbus, start, abs(way_mm), interrupted, now, sleep)
+                if self.by != "eye":
+                    wait_for(way_mm)
+                elif wait_for(way_mm, lambda: modbus.read_discrete_input(EYES + self.belt.eye - 1)):
+                    self.saw_tray = True
+                    wait_for(self.belt.eye_to_work_mm)
             finally:
                 modbus.write_register(RUN, 0)
                 modbus.write_register(SPEED, 0)
-            return self._rest(modbus, now, sleep) - start
+            went = self._rest(modbus, now, sleep) - start
+            return way_mm if self.by == "time" else went
         finally:
             self.requests += modbus.requests
+            self.strays += modbus.strays
             modbus.close()
 
     def stop(self) -> float:
         """Stops the belt, waits until it stands, and tells where that is by its encoder [mm]."""
-        modbus = Modbus(self.belt.host, self.belt.port)
+        modbus = self.connect(self.belt.host, self.belt.port)
         try:
             modbus.write_register(RUN, 0)
             return self._rest(modbus, time.monotonic, time.sleep)
         finally:
             self.requests += modbus.requests
+            self.strays += modbus.strays
             modbus.close()
 
     @staticmethod
@@ -142,24 +178,33 @@ class Conveyor:
     def _wait_for_way(
         self,
         modbus: Modbus,
-        start: float,
         way_mm: float,
+        until: Callable[[], bool],
         interrupted: threading.Event,
         now: Callable[[], float],
         sleep: Callable[[float], None],
-    ) -> None:
-        last, moved_at = start, now()
+    ) -> bool:
+        """True when `until` ended it."""
+        start, began = self._position(modbus), now()
+        last, moved_at = start, began
         while not interrupted.is_set():
+            if until():
+                return True
             here = self._position(modbus)
-            if abs(here - start) >= way_mm:
-                return
+            gone = here - start
+            if abs(gone) >= abs(way_mm):
+                self.speed_share = abs(way_mm) / self.belt.speed_mm_s / max(now() - began, 1e-3)
+                return False
+            if abs(gone) > self.wrong_way_mm and gone * way_mm < 0:
+                raise ConveyorError(f"the belt runs the other way, {gone:.0f} mm already")
             if here != last:
                 last, moved_at = here, now()
-            elif now() - moved_at > 3:
+            elif now() - moved_at > self.standstill_s:
                 raise ConveyorError(
-                    f"the belt has been told to run and stands still after {abs(here - start):.0f} mm"
+                    f"the belt has been told to run and stands still after {abs(gone):.0f} mm"
                 )
             sleep(_POLL_S)
+        return False
 
     @staticmethod
     def _rest(

@@ -9,7 +9,7 @@ import socket
 import threading
 import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass, field
-from typing import Sequence
+from typing import Callable, Sequence
 from xml.sax.saxutils import escape
 
 from clock import Clock
@@ -17,6 +17,9 @@ from clock import Clock
 _XSI = "http://www.w3.org/2001/XMLSchema-instance"
 _STATUS_END = b"</CRCLStatus>"
 _MAX_STATUS_BYTES = 1 << 20
+_MOVES = frozenset(["MoveTo", "ActuateJoints"])
+_OLD_S = 1.0  # a status may tell of the command before
+_PERSON_S = 0.2  # between two looks at the light curtain
 
 
 class RobotError(Exception):
@@ -44,6 +47,7 @@ class Status:
     holding: bool | None
     separation_mm: float | None
     force_n: dict[str, tuple[float, float, float]]
+    switches: dict[str, bool]
 
 
 @dataclass
@@ -83,6 +87,10 @@ def read_status(document: bytes) -> Status:
     for sensor in root.iterfind("SensorStatuses/ForceTorqueSensorStatus"):
         fx, fy, fz = (float(sensor.findtext(axis, "nan")) for axis in ("Fx", "Fy", "Fz"))
         forces[sensor.findtext("SensorID", "")] = (fx, fy, fz)
+    switches = {
+        sensor.findtext("SensorID", ""): sensor.findtext("On", "").strip() in ("true", "1")
+        for sensor in root.iterfind("SensorStatuses/OnOffSensorStatus")
+    }
     return Status(
         command_id=int(identifier),
         state=state,
@@ -93,6 +101,7 @@ def read_status(document: bytes) -> Status:
         holding=None if holding is None else holding.strip() in ("true", "1"),
         separation_mm=number("GripperStatus/Separation"),
         force_n=forces,
+        switches=switches,
     )
 
 
@@ -107,14 +116,18 @@ class CrclRobot:
         *,
         clock: Clock | None = None,
         answer_s: float = 5.0,
+        move_limit_s: float = 95.0,
+        curtain: str | None = None,
+        tell: Callable[[str, str], None] = lambda event, text: None,
     ) -> None:
         self.name, self.host, self.port = name, host, port
         self.clock, self.answer_s = clock or Clock(0.025), answer_s
+        self.move_limit_s, self.curtain, self.tell = move_limit_s, curtain, tell
         self.counters = Counters()
         self.last: Status | None = None  # the latest status, also when the connection is lost
         self._socket: socket.socket | None = None
         self._buffer = b""
-        self._id = 0
+        self._id = 0  # of the command sent last
         self._interrupted = threading.Event()
 
     # -- connection ---------------------------------------------------------------------------
@@ -152,6 +165,8 @@ class CrclRobot:
             "".join(_tag(f"Report{name}", "true") for name in reports)
             + _tag("ReportGuardsStatus", "false"),
         )
+        if self.curtain:
+            self.enable_sensor(self.curtain)
 
     @property
     def connected(self) -> bool:
@@ -185,7 +200,9 @@ class CrclRobot:
         z_axis = _tag("I", "0") + _tag("J", "0") + _tag("K", "-1")
         end = _tag("Point", point) + _tag("XAxis", x_axis) + _tag("ZAxis", z_axis)
         self.run(
-            "MoveTo", _tag("MoveStraight", str(straight).lower()) + _tag("EndPosition", end), 95
+            "MoveTo",
+            _tag("MoveStraight", str(straight).lower()) + _tag("EndPosition", end),
+            self.move_limit_s,
         )
 
     def move_joints(self, joints_deg: Sequence[float], speed_deg_s: float) -> None:
@@ -200,7 +217,7 @@ class CrclRobot:
                 "ActuateJoint",
                 _tag("JointNumber", str(number)) + _tag("JointPosition", _text(value)) + details,
             )
-        self.run("ActuateJoints", fields, 95)
+        self.run("ActuateJoints", fields, self.move_limit_s)
 
     def set_speed(self, mm_s: float, deg_s: float) -> None:
         self.run("SetTransSpeed", _absolute("TransSpeed", mm_s))
@@ -242,29 +259,62 @@ class CrclRobot:
         return self.last
 
     def run(self, kind: str, fields: str, limit_s: float = 10.0) -> Status:
-        """Sends one command and polls until it is done. Raises RobotError when it ends in an error,
-        RobotLost when it does not end."""
+        """Sends one command and polls until it is done. While a person stands in the light curtain
+        the arm stands still; then it goes on with the command. Raises RobotError when it ends in an
+        error, RobotLost when it does not end."""
+        while True:
+            if kind in _MOVES and self.last is not None:
+                self._wait_for_person()
+            status = self._run_once(kind, fields, limit_s)
+            if status is not None:
+                return status
+            self.stop()
+
+    def _run_once(self, kind: str, fields: str, limit_s: float) -> Status | None:
+        """None when a person has come in its way."""
         self._id += 1
         known = {self._id} if self.last is None else {self._id, self.last.command_id}
         self._write(kind, self._id, fields)
-        deadline = self.clock.now() + limit_s
+        began = self.clock.now()
+        deadline, told = began + limit_s, False
         while True:
             if self._interrupted.is_set():
                 raise Interrupted(self.name)
             status = self.status()
-            if status.command_id == self._id and status.state == "CRCL_Done":
-                return status
-            if status.command_id == self._id and status.state == "CRCL_Error":
-                raise RobotError(f"{kind}: {status.description or 'an error without description'}")
             if status.command_id == self._id:
+                if status.state == "CRCL_Done":
+                    return status
+                if status.state == "CRCL_Error":
+                    raise RobotError(
+                        f"{kind}: {status.description or 'an error without description'}"
+                    )
                 known = {self._id}
+                if kind in _MOVES and self.sees_person(status):
+                    return None
             elif status.command_id not in known:
                 raise RobotError(
                     f"{kind}: someone else commands the robot (command {status.command_id})"
                 )
+            elif not told and self.clock.now() > began + _OLD_S:
+                self.tell("old_status", "tells of the command before; waits")
+                told = True
             if self.clock.now() > deadline:
                 raise RobotLost(f"{self.name}: {kind} has not ended within {limit_s:g} s")
             self.clock.after_poll(self._interrupted)
+
+    def _wait_for_person(self) -> None:
+        told = False
+        while self.last is not None and self.sees_person(self.last):
+            if not told:
+                self.tell("person", "stands still while somebody is in the light curtain")
+                told = True
+            if self._interrupted.is_set():
+                raise Interrupted(self.name)
+            self.wait(_PERSON_S)
+            self.status()
+
+    def sees_person(self, status: Status) -> bool:
+        return self.curtain is not None and status.switches.get(self.curtain, False)
 
     # -- bytes --------------------------------------------------------------------------------
 

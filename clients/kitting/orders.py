@@ -75,6 +75,7 @@ def fits(tray: TrayView, slot_name: str, part: str | None) -> bool:
         slot.content in (Content.RIGHT, Content.WRONG)
         and slot.part is not None
         and slot.part.type == part
+        and not slot.part.faulty
     )
 
 
@@ -98,6 +99,7 @@ class Board:
         self.belt_epoch = 0
         self.belt_travel_mm = 0.0
         self.rounds = 0
+        self.looks_again = 0
         self.emptying = False  # parts go back to the part trays
         self._up: dict[str, bool] = {}
         self._ever_up: set[str] = set()
@@ -297,13 +299,25 @@ class Board:
                 kit.given_up.clear()
                 kit.lacks.clear()
 
-    def belt_moved(self, way_mm: float) -> None:
+    def belt_ran(self) -> None:
+        """Everybody has to look again: nothing on the belt is surely where it was."""
         with self._lock:
             self.belt_epoch += 1
+
+    def belt_moved(self, way_mm: float) -> None:
+        """How far the belt has carried what is on it."""
+        with self._lock:
             self.belt_travel_mm += way_mm
             for kit in self.kits:
                 if self._cell.on_belt(kit.xy):
                     kit.xy = (kit.xy[0] + way_mm, kit.xy[1])
+            self.news()
+
+    def look_again(self) -> None:
+        """Nobody goes on, but things may have changed since everybody has looked."""
+        with self._lock:
+            self._looked.clear()
+            self.looks_again += 1
             self.news()
 
     def needs_look(self, robot: str) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Callable
 
@@ -28,7 +29,7 @@ class Step:
 
     transfer: Transfer | None
     missing: tuple[str, ...] = ()  # types of which no part can be had
-    stuck: tuple[str, ...] = ()  # slots that cannot be served: blocked, unseen, no room
+    stuck: tuple[str, ...] = ()  # slots that cannot be served: unseen, out of reach, no room for what lies there
 
     @property
     def done(self) -> bool:
@@ -49,14 +50,10 @@ def next_step(
         slot = tray.slot(name)
         if slot is None or fits(tray, name, part_type):
             continue
-        if (
-            slot.content in (Content.BLOCKED, Content.UNKNOWN)
-            or avoided(slot.xy)
-            or not reaches(slot.xy)
-        ):
+        if slot.content is Content.UNKNOWN or avoided(slot.xy) or not reaches(slot.xy):
             stuck.append(name)
         elif slot.part is not None:
-            # A part that has no business here goes back to a tray of its kind.
+            # A part that has no business here, is bad or lies askew goes back to a part tray.
             transfer = put_back(scene, slot, tray, reaches, avoided)
             if transfer is not None:
                 return Step(transfer)
@@ -83,6 +80,7 @@ def find_part(
         if slot.part is not None
         and slot.content is not Content.BLOCKED
         and slot.part.type == part_type
+        and not slot.part.faulty
         and reaches(slot.xy)
         and not avoided(slot.xy)
     ]
@@ -108,6 +106,26 @@ def free_slot(
     return nearest(found, lambda f: f[0].xy, near)
 
 
+def any_room(
+    scene: Scene,
+    part_type: str,
+    near: XY,
+    reaches: Callable[[XY], bool],
+    avoided: Callable[[XY], bool],
+) -> tuple[SlotView, TrayView] | None:
+    """A free slot of its own type; where there is none, of a type that is larger."""
+    radius = scene.disc_radius_mm
+    larger = sorted(
+        (name for name in radius if radius[name] > radius.get(part_type, math.inf)),
+        key=lambda name: radius[name],
+    )
+    for name in (part_type, *larger):
+        room = free_slot(scene, name, near, reaches, avoided)
+        if room is not None:
+            return room
+    return None
+
+
 def put_back(
     scene: Scene,
     slot: SlotView,
@@ -117,7 +135,7 @@ def put_back(
 ) -> Transfer | None:
     if slot.part is None:
         return None
-    room = free_slot(scene, slot.part.type, slot.xy, reaches, avoided)
+    room = any_room(scene, slot.part.type, slot.xy, reaches, avoided)
     return None if room is None else Transfer(slot.part, slot, tray, *room, "back")
 
 
@@ -141,4 +159,4 @@ def place_for_held(
                 and not avoided(slot.xy)
             ):
                 return slot, tray
-    return free_slot(scene, part_type, here, reaches, avoided)
+    return any_room(scene, part_type, here, reaches, avoided)

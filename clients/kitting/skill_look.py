@@ -49,6 +49,9 @@ def look_for_parts(
     scene.uncertain = look.moving > 0 or any(
         hull_distance(outline, view) < SHADE_MM for outline in spaces
     )
+    flipping = sorted({s.name for s in look.sightings if s.flips and s.kind == "KT"})
+    if flipping:
+        arm.tell("flips", f"sees {', '.join(flipping)} turned by half in some frames")
     arm.tell(
         "look",
         f"sees {sum(t.type.is_kit for t in scene.trays)} kit trays, "

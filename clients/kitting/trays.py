@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from itertools import count
-from typing import Callable, Iterator
+from typing import Callable, Iterator, Sequence
 
 from cell import Cell, Slot, TrayType
 from geometry import XY, Pose2, distance, nearest
 from vision import Sighting
 
 SEATED_MM = 8.0  # a part so near to a slot's centre sits in it
+_SAME_WAY_MM = 8.0
 _SAME_TRAY_MM = 60.0  # between two looks a tray moves less
 BLOCKED_MM = 25.0  # one that is nearer than this lies across it
+FAULTY_SCORE = 0.6  # a camera that is less sure of a part than this sees a bad one
 
 
 class Content(Enum):
@@ -30,6 +32,7 @@ class Content(Enum):
 class Part:
     type: str
     xy: XY
+    faulty: bool = False
 
 
 @dataclass
@@ -61,6 +64,7 @@ class Scene:
 
     trays: list[TrayView]
     parts: list[Part]
+    disc_radius_mm: dict[str, float] = field(default_factory=dict)  # by type of part
     seen_at: float = field(default_factory=time.monotonic)  # by the controller's clock
     epoch: int = 0  # of the belt
     uncertain: bool = False  # something may be there that an arm has hidden or that moved
@@ -102,11 +106,57 @@ class Scene:
                 if slot.part is part:
                     slot.part, slot.content = None, Content.EMPTY
 
-    def placed(self, part_type: str, target: SlotView) -> None:
-        part = Part(part_type, target.xy)
+    def placed(self, carried: Part, target: SlotView) -> None:
+        part = replace(carried, xy=target.xy)
         self.parts.append(part)
         target.part = part
-        target.content = Content.RIGHT if part_type == target.slot.part else Content.WRONG
+        target.content = Content.RIGHT if part.type == target.slot.part else Content.WRONG
+
+
+def way_of_trays(
+    before: Sequence[TrayView],
+    after: Sequence[TrayView],
+    on_belt: Callable[[XY], bool],
+    expected_mm: float,
+) -> float | None:
+    """How far trays on the belt have moved along x: the way that fits most of them, of equal ones
+    that next to what is expected. None when no tray was seen before and after."""
+    pairs = [
+        a.pose.x - b.pose.x
+        for a in after
+        for b in before
+        if a.type is b.type
+        and on_belt(a.pose.xy)
+        and on_belt(b.pose.xy)
+        and abs(a.pose.y - b.pose.y) < _SAME_WAY_MM
+    ]
+    if not pairs:
+        return None
+
+    def fitting(way: float) -> list[float]:
+        return [other for other in pairs if abs(other - way) < _SAME_WAY_MM]
+
+    best = max(pairs, key=lambda way: (len(fitting(way)), -abs(way - expected_mm)))
+    return sum(fitting(best)) / len(fitting(best))
+
+
+def trays_that_came(
+    before: Sequence[TrayView],
+    after: Sequence[TrayView],
+    on_belt: Callable[[XY], bool],
+    way_mm: float,
+) -> list[TrayView]:
+    """Those on the belt that were not in sight before it moved so far."""
+    return [
+        a
+        for a in after
+        if on_belt(a.pose.xy)
+        and not any(
+            a.type is b.type
+            and distance((b.pose.x + way_mm, b.pose.y), a.pose.xy) < _SAME_TRAY_MM
+            for b in before
+        )
+    ]
 
 
 def associate(
@@ -120,7 +170,7 @@ def associate(
     are, which may hold parts that lie nowhere; `base`: trays of a type are numbered from there on.
     """
     parts = [
-        Part(s.name, s.pose.xy)
+        Part(s.name, s.pose.xy, s.score < FAULTY_SCORE)
         for s in sightings
         if s.name in cell.gears and not any(distance(s.pose.xy, xy) < 40 for xy in ignored or ())
     ]
@@ -140,7 +190,11 @@ def associate(
         ordered = sorted((t for t in trays if t.type.name == type_name), key=order)
         for number, tray in enumerate(ordered, 1):
             tray.number = number
-    return Scene(sorted(trays, key=lambda t: (t.type.name, t.number)), parts)
+    return Scene(
+        sorted(trays, key=lambda t: (t.type.name, t.number)),
+        parts,
+        {name: gear.disc_radius_mm for name, gear in cell.gears.items()},
+    )
 
 
 def _slots(

@@ -10,7 +10,7 @@ import socket
 import threading
 import time
 from collections import deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Callable, Sequence
 
 from calibration import Correction
@@ -24,6 +24,7 @@ _REPEATS = 8  # equal lines in a row that are a camera without noise, not a fram
 SKIPPED = 3  # frames that may be older than the moment at which somebody begins to look
 WINDOW = 6  # frames that must agree
 _STEADY_MM = 2.0
+_NOISY = 10  # so many frames that differ by noise alone are a camera that has noise
 
 
 class LookError(Exception):
@@ -47,6 +48,7 @@ class Sighting:
     pose: Pose2
     seen: int  # frames
     flips: int  # frames that had its yaw turned by half a turn
+    score: float = 1.0  # mean
 
 
 def canonical(name: str) -> str:
@@ -99,9 +101,22 @@ class _Track:
             mean_angle([d.pose.yaw for d in agreed]),
         )
         first = agreed[0]
+        score = sum(d.score for d in agreed) / n
         return Sighting(
-            first.name, first.kind, pose, len(self.detections), len(self.detections) - n
+            first.name, first.kind, pose, len(self.detections), len(self.detections) - n, score
         )
+
+
+def _all_moved_a_little(before: Sequence[Detection], after: Sequence[Detection]) -> bool:
+    """As by a camera's noise: whatever moved, something else lies still."""
+    return (
+        len(after) > 1
+        and len(before) == len(after)
+        and all(
+            a.name == b.name and 0 < distance(a.pose.xy, b.pose.xy) < _STEADY_MM
+            for a, b in zip(before, after)
+        )
+    )
 
 
 @dataclass(frozen=True)
@@ -148,14 +163,18 @@ class Camera:
     correction: Correction = field(default_factory=Correction)
     frames_read: int = 0
     clock: Clock = field(default_factory=lambda: Clock(0.025))
+    skipped: int = SKIPPED
+    window: int = WINDOW
 
     def __post_init__(self) -> None:
-        self._frames: deque[list[Detection]] = deque(maxlen=WINDOW)
+        self._frames: deque[list[Detection]] = deque(maxlen=self.window)
         self._count = 0
         self._changed = threading.Condition()
         self._closed = False
         self._trouble = "no frame yet"
         self._last_line, self._repeats = b"", 0
+        self._last: list[Detection] = []
+        self._noisy = 0  # frames in which all that lay still was a little elsewhere
         self._reading = threading.Lock()
         self._connection: socket.socket | None = None
         self._buffer = b""
@@ -182,7 +201,7 @@ class Camera:
         if polls:
             self._receive()
         with self._changed:
-            first = self._count + SKIPPED + WINDOW
+            first = self._count + self.skipped + self.window
         while True:
             with self._changed:
                 if self._count >= first:
@@ -209,7 +228,7 @@ class Camera:
     def _placed(self, s: Sighting) -> Sighting:
         x, y = self.correction.apply(s.pose.xy)
         pose = Pose2(*self.frame.point((x, y)), wrapped(s.pose.yaw + self.frame.yaw))
-        return Sighting(s.name, s.kind, pose, s.seen, s.flips)
+        return replace(s, pose=pose)
 
     def _run(self) -> None:
         while not self._closed:
@@ -263,7 +282,13 @@ class Camera:
         self._last_line = line
         if 0 < self._repeats < _REPEATS:
             return
+        if self._repeats and self._noisy >= _NOISY:
+            self._trouble = "the picture does not change"
+            return
         detections = parse_line(line.decode("utf-8", "replace"))
+        if _all_moved_a_little(self._last, detections):
+            self._noisy += 1
+        self._last = detections
         with self._changed:
             self._frames.append(detections)
             self._count += 1

@@ -17,13 +17,18 @@ from skill_belt import step_belt
 from skill_look import look_for_parts
 from skill_place import Placed, place_part
 from skill_take import Taken, take_part
-from trays import Scene, SlotView, TrayView
+from trays import Content, Scene, SlotView, TrayView, trays_that_came, way_of_trays
 from vision import LookError
 
 GRASP_TRIALS = 3  # at one place
 _PAUSE_S = 0.1
 _MAX_PAUSE_S = 8.0  # between two trials to come up
 _AVOID_MM = 15.0
+LOOKS_AGAIN = 3  # before what cannot be filled is submitted as it is
+_LOOK_AGAIN_S = 4.0
+_BELT_AGAIN_S = 2.0
+_OLD_PICTURES = 6  # looks that may show what was before, a second after the other
+_SLIP_MM = 10.0  # between the encoder and what the camera sees of the belt
 
 
 @dataclass
@@ -35,6 +40,7 @@ class Shop:
     arms: Sequence[Arm]
     forever: bool = False
     patience_s: float = 30.0
+    belt_failed_at: float | None = None
     finished: threading.Event = field(default_factory=threading.Event)
     turn: threading.Lock = field(default_factory=threading.Lock)  # who decides for all
     done: set[str] = field(default_factory=set)  # robots that have no work left
@@ -62,6 +68,9 @@ class Worker(threading.Thread):
         self._epoch = 0
         self._fallen = 0  # trials to come up in a row that have failed
         self._scene: Scene | None = None  # of the last look, while nothing has been done since
+        self._trays: list[TrayView] = []  # as last seen
+        self._looks_again = 0
+        self._carried: dict[XY, bool] = {}  # whether there is a part, where one was carried
         self.board.set_up(arm.name, False)
 
     # -- up and down --------------------------------------------------------------------------
@@ -168,9 +177,15 @@ class Worker(threading.Thread):
         self.arm.crcl.wait(_PAUSE_S)
 
     def _decide(self) -> None:
-        """Nobody can go on: other parts by the belt, another round, or the end."""
+        """Nobody can go on: other parts by the belt, another look, another round, or the end."""
         board = self.board
         if board.lacks_parts() and not board.emptying and self._bring_tray():
+            return
+        if board.looks_again < LOOKS_AGAIN and not self.shop.forever and not board.complete():
+            # What is missing may be hidden, and what has failed may work again.
+            self.arm.tell("look_again", "waits, and looks again before it gives up")
+            self.arm.crcl.wait(_LOOK_AGAIN_S)
+            board.look_again()
             return
         if self.shop.forever:
             done = "empty" if board.emptying else "full"
@@ -184,22 +199,79 @@ class Worker(threading.Thread):
             self.shop.finished.set()
 
     def _bring_tray(self) -> bool:
-        """Parts are missing: whatever the belt has upstream."""
-        conveyor = self.shop.conveyor
+        """Parts are missing: whatever the belt has upstream. False when it brings nothing."""
+        conveyor, shop = self.shop.conveyor, self.shop
         if (
             conveyor is None
             or self.board.belt_travel_mm + conveyor.belt.step_mm > conveyor.belt.max_travel_mm
         ):
             return False
+        if conveyor.by == "eye" and conveyor.saw_tray:
+            self.arm.tell("eye_doubt", "the photo-eye has seen a tray, which has brought nothing")
+            conveyor.by = "encoder"
+        before = self._trays
+        went: float | None = None
+        strays = conveyor.strays
         try:
             went = step_belt(self.arm, conveyor, conveyor.belt.step_mm)
+            if went is None:
+                return False
+            shop.belt_failed_at = None
         except ConveyorError as error:
-            self.arm.tell("belt_error", f"the belt does not bring anything: {error}")
-            return False
-        if went is None or went < 1:
-            return False
-        self.board.belt_moved(went)
-        return True
+            self.arm.tell("belt_error", f"the belt does not do what it is told: {error}")
+            if shop.belt_failed_at is None:
+                shop.belt_failed_at = self.arm.crcl.clock.now()
+        if conveyor.strays > strays:
+            self.arm.tell("belt_stray", "leaves out replies of the PLC that it has not asked for")
+        share = conveyor.speed_share
+        if went is not None and share is not None and not 0.7 < share < 1.4:
+            self.arm.tell("belt_speed", f"the belt runs at {share:.2f} of its speed")
+        self.board.belt_ran()
+        if not self._see_belt(before, went):
+            self.arm.tell("belt_empty", "the belt has not brought a tray")
+        elif conveyor.by == "eye" and not conveyor.saw_tray:
+            self.arm.tell("eye_doubt", "sees a tray that the photo-eye has not seen")
+            conveyor.by = "encoder"
+        if went is None:
+            failed_s = self.arm.crcl.clock.now() - (shop.belt_failed_at or 0)
+            self.arm.crcl.wait(_BELT_AGAIN_S)
+            return failed_s < shop.patience_s
+        return went >= 1
+
+    def _see_belt(self, before: Sequence[TrayView], went: float | None) -> bool:
+        """Looks how far the belt has carried its trays, and whether it has brought any. The camera
+        decides, not the encoder, but not by its first picture, which may have come late."""
+        arm, board = self.arm, self.board
+        way, last = went, None
+        for trial in range(_OLD_PICTURES):
+            try:
+                scene = self._look_for_parts(clear=False)
+            except LookError:
+                board.belt_moved(went or 0.0)
+                raise
+            seen = way_of_trays(before, scene.trays, arm.cell.on_belt, went or 0.0)
+            if seen is None:
+                break
+            if went is None or abs(seen - went) < _SLIP_MM:
+                way = seen
+                break
+            if last is None:
+                arm.tell(
+                    "belt_doubt", f"sees that the belt has moved by {seen:.0f} mm, not {went:.0f}"
+                )
+            elif trial > 2 and abs(seen - last) < 1:
+                arm.tell("belt_slip", f"believes that it is {seen:.0f} mm")
+                way = seen
+                break
+            last = seen
+            arm.crcl.wait(1.0)
+        board.belt_moved(way or 0.0)
+        self._forget()
+        self._epoch = scene.epoch = board.belt_epoch
+        self._scene = scene
+        if not self._over():
+            board.see(arm.name, scene)
+        return bool(trays_that_came(before, scene.trays, arm.cell.on_belt, way or 0.0))
 
     def _work_on(self, kit: Kit) -> None:
         arm = self.arm
@@ -272,6 +344,9 @@ class Worker(threading.Thread):
             arm.crcl.wait(_PAUSE_S)
             return False
         changed: list[XY] = []
+        if transfer.why == "back" and not board.emptying:
+            bad = "is bad" if transfer.part.faulty else "does not belong there"
+            arm.tell("wrong_part", f"the {transfer.part.type} {bad}")
         try:
             if not arm.claim(source, target):
                 arm.tell("no_room", "gets no room: another robot stands in the way")
@@ -286,7 +361,8 @@ class Worker(threading.Thread):
             if not self._place(transfer.part.type, transfer.target, transfer.target_tray, scene):
                 return False
             changed.append(target)
-            scene.placed(transfer.part.type, transfer.target)
+            scene.placed(transfer.part, transfer.target)
+            self._carried.update({source: False, target: True})
             return True
         finally:
             board.release_places(arm.name, changed)
@@ -308,20 +384,32 @@ class Worker(threading.Thread):
             arm, transfer.part.xy, transfer.source_tray.type.thickness_mm, others, trial
         )
         if result is Taken.HELD:
-            return True
+            return transfer.source.content is not Content.WRONG or self._is_a(transfer, scene)
         arm.tell(
             "take_" + result.value,
             f"the part is {result.value}" if result is Taken.MISSED else result.value,
         )
-        if result is Taken.MISSED:
-            self._missed.append(xy)
-            if self._misses(xy) == GRASP_TRIALS:
-                arm.tell("part_failed", f"leaves the part at ({xy[0]:.0f}, {xy[1]:.0f}) alone")
-        elif result is Taken.REFUSED:
+        if result is Taken.REFUSED:
             self._refused.append(xy)
-        else:
+            return False
+        if result is Taken.FAILED:
             self._recover()
-            return arm.holds()
+            if arm.holds():
+                return True
+        self._missed.append(xy)
+        if self._misses(xy) == GRASP_TRIALS:
+            arm.tell("part_failed", f"leaves the part at ({xy[0]:.0f}, {xy[1]:.0f}) alone")
+        return False
+
+    def _is_a(self, transfer: Transfer, scene: Scene) -> bool:
+        """Whether a part that was in a slot for others is what the camera takes it for. If not, it
+        is put aside."""
+        held = self._weighed()
+        if held == transfer.part.type:
+            return True
+        self.arm.tell("wrong_part", f"the camera took it for a {transfer.part.type}")
+        scene.taken(transfer.part)
+        self._deliver_held(held, scene, avoid=True)
         return False
 
     def _place(self, part_type: str, target: SlotView, tray: TrayView, scene: Scene) -> bool:
@@ -340,8 +428,9 @@ class Worker(threading.Thread):
             self._deliver_held(part_type, self._look())
         return False
 
-    def _deliver_held(self, part_type: str, scene: Scene) -> None:
-        """What is in the hand and has lost its goal: into a kit that wants it, or back."""
+    def _deliver_held(self, part_type: str, scene: Scene, *, avoid: bool = False) -> None:
+        """What is in the hand and has lost its goal: into a kit that wants it, or back; `avoid`: it
+        stays there."""
         arm = self.arm
         for _ in range(GRASP_TRIALS):
             kits = self.board.held_targets(arm.name, scene)
@@ -364,6 +453,8 @@ class Worker(threading.Thread):
                         others = [p.xy for p in scene.parts]
                         result = place_part(arm, slot.xy, tray.type.thickness_mm, others)
                         if result in (Placed.DONE, Placed.LOST):
+                            if avoid:
+                                self._refused.append(slot.xy)
                             return
                         self._refused.append(slot.xy)
                         if result is Placed.FAILED:
@@ -395,16 +486,36 @@ class Worker(threading.Thread):
 
     def _look(self, *, clear: bool = False) -> Scene:
         epoch = self.board.belt_epoch
-        if epoch != self._epoch:
+        if (epoch, self.board.looks_again) != (self._epoch, self._looks_again):
             self._forget()
-            self._epoch = epoch
-        others = [arm for arm in self.shop.arms if arm is not self.arm]
-        scene = look_for_parts(self.arm, others, clear=clear)
+            self._epoch, self._looks_again = epoch, self.board.looks_again
+        scene = self._look_for_parts(clear=clear)
+        for _ in range(_OLD_PICTURES):
+            if not self._is_old(scene):
+                break
+            self.arm.tell("look_old", "sees what was before it carried a part; looks again")
+            self.arm.crcl.wait(1.0)
+            scene = self._look_for_parts(clear=clear)
+        self._carried.clear()
         scene.epoch = epoch
         self._scene = scene
         if not self._over():
             self.board.see(self.arm.name, scene)
         return scene
+
+    def _look_for_parts(self, *, clear: bool) -> Scene:
+        others = [arm for arm in self.shop.arms if arm is not self.arm]
+        scene = look_for_parts(self.arm, others, clear=clear)
+        self._trays = scene.trays
+        return scene
+
+    def _is_old(self, scene: Scene) -> bool:
+        """A part lies where one was taken, and none where one was put."""
+
+        def lies(at: XY) -> bool:
+            return any(distance(part.xy, at) < _AVOID_MM for part in scene.parts)
+
+        return {True, False} == {there for xy, there in self._carried.items() if there != lies(xy)}
 
     def _forget(self) -> None:
         self._missed.clear()

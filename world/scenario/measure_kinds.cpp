@@ -28,6 +28,8 @@ constexpr std::array kTable{
                 "turn of placed parts against the gripper from grasp to release, 95th percentile"},
     MeasureKind{"collisions", "1", "times that a robot met what it must not touch"},
     MeasureKind{"collision_max_n", "N", "greatest force of these"},
+    MeasureKind{"moved_in_curtain_s", "s",
+                "time in which a robot moved and the light curtain was broken"},
     MeasureKind{"faults", "1", "injected faults that began"},
     MeasureKind{"faults_recovered", "1",
                 "of these, after which a part was put into a kit, or all "

@@ -69,6 +69,7 @@ struct Measures::State {
   Sample last;
   bool has_sample = false;
   double moved_s = 0;
+  double moved_in_curtain_s = 0;
   std::vector<Hand> hands;
   std::vector<RobotResult> robots;
   std::vector<Falling> falling;
@@ -233,6 +234,8 @@ struct Measures::State {
       }
     }
     if (moved) moved_s = last.time_s;
+    const bool any_moves = std::ranges::any_of(last.robots, &RobotSample::moving);
+    if (any_moves && last.curtain_broken && before.curtain_broken) moved_in_curtain_s += span_s;
   }
 
   /// Index of the kit tray that is meant by a submission.
@@ -461,6 +464,7 @@ Measured Measures::result(const ControllerWords& words) const {
   for (const Collision& collision : s.collisions) {
     values["collision_max_n"] = std::max(values["collision_max_n"], collision.max_n);
   }
+  values["moved_in_curtain_s"] = s.moved_in_curtain_s;
   add_recovery(out, first_s);
   if (words.replans) values["replans"] = *words.replans;
   if (words.crcl_requests) values["crcl_requests"] = *words.crcl_requests;

@@ -57,6 +57,7 @@ struct Sample {
   std::vector<Touch> touches;       ///< the latest ones, each from its begin on
   std::vector<FaultSample> faults;  ///< all that have been injected
   double belt_speed_m_s = 0;
+  bool curtain_broken = false;  ///< something is in the light curtain
 };
 
 }  // namespace aprsim::client

@@ -80,6 +80,7 @@ Sample sample_of(const v1::Snapshot& snapshot, const v1::CellDescription& cell) 
     out.faults.push_back(std::move(one));
   }
   out.belt_speed_m_s = snapshot.conveyor().speed_m_s();
+  out.curtain_broken = snapshot.light_curtain().broken();
   return out;
 }
 

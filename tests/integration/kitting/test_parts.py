@@ -277,7 +277,7 @@ class PlanTest(unittest.TestCase):
         transfer = self.step({"mg_1": "sku_part_medium_gear"}).transfer
         self.scene.taken(transfer.part)
         self.assertIs(transfer.source.content, trays.Content.EMPTY)
-        self.scene.placed(transfer.part.type, transfer.target)
+        self.scene.placed(transfer.part, transfer.target)
         self.assertIs(transfer.target.content, trays.Content.RIGHT)
 
 

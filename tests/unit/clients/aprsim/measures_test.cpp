@@ -156,6 +156,21 @@ TEST_F(MeasuresTest, SaysHowFarAPartTurnedInTheGripper) {
   EXPECT_NEAR(value(m, "placement_yaw_p95_deg"), 0.02 * 180 / std::numbers::pi, 1e-9);
 }
 
+TEST_F(MeasuresTest, SaysHowLongARobotMovedWithSomethingInTheLightCurtain) {
+  Measures m = measures();
+  sample_.robots[0].moving = true;
+  step(m);
+  sample_.curtain_broken = true;
+  step(m, 1);  // somebody comes, at whatever time in between
+  step(m, 2);
+  sample_.robots[0].moving = false;
+  step(m, 4);
+  sample_.curtain_broken = false;
+  sample_.robots[0].moving = true;
+  step(m, 8);
+  EXPECT_NEAR(value(m, "moved_in_curtain_s"), 2, 1e-12);
+}
+
 TEST_F(MeasuresTest, IntegratesWayPowerAndIdleness) {
   Measures m = measures();
   step(m);
