@@ -63,8 +63,9 @@ void write(const StateSaved& saved, v1::JournalRecord& record) {
 
 void write(const WorldStopped& stopped, v1::JournalRecord& record) {
   auto& to = *record.mutable_event();
-  write_time(stopped.time, *to.mutable_time());
-  to.set_kind(v1::JOURNAL_EVENT_KIND_WORLD_STOPPED);
+  to.set_epoch(stopped.time.epoch);
+  to.set_step(stopped.time.step);
+  to.set_kind(v1::CELL_EVENT_KIND_WORLD_STOPPED);
   to.set_text(stopped.why);
 }
 

@@ -101,7 +101,7 @@ Result<bool> Replay::take(const v1::JournalRecord& record) {
       }
       break;
     case v1::JournalRecord::kEvent:
-      if (record.event().kind() == v1::JOURNAL_EVENT_KIND_WORLD_STOPPED) stopped_ = true;
+      if (record.event().kind() == v1::CELL_EVENT_KIND_WORLD_STOPPED) stopped_ = true;
       break;
     default:
       break;
