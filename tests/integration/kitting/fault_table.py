@@ -95,7 +95,7 @@ FAULTS = {
     "tray-jammed": Fault("coming", job="belt", at_s=0, for_s=4.5, params={"distance": 1.87}),
     "foreign-object": Fault(at_s=0, for_s=15, params={"x": 0.135, "y": -1.245, "z": 1.2,
                                                       "width": 0.4, "depth": 0.4}),
-    "camera-outage": Fault("fanuc", at_s=0, for_s=32, options=PATIENT),
+    "camera-outage": Fault("fanuc", at_s=0, for_s=32, options=PATIENT, blind_limit_s=80),
     "camera-frozen": Fault("motoman", job="belt", at_s=1.5, for_s=40, options=PATIENT),
     "camera-late": Fault("motoman", job="belt", at_s=0, params={"delay": 4}),
     "camera-loses-part": Fault("fanuc:kit_m2l1_vessel_1", at_s=0, for_s=12),
