@@ -106,6 +106,8 @@ struct WebConfig {
 struct JournalConfig {
   std::optional<std::string> place;  ///< file or directory; absent = none
   std::uint32_t max_file_mb = 64;
+  std::uint32_t memory_minutes = 10;  ///< simulated
+  std::uint32_t memory_mb = 256;      ///< 0 = nothing is kept in memory
 };
 
 /// What holds for the connections of every listener.

@@ -148,6 +148,10 @@ void visit(Archive& keys, JournalConfig& journal) {
            "file, or directory for files, in which the run is recorded");
   keys.key("max_file_mb", journal.max_file_mb, Whole{1, 65536},
            "size at which another file is begun, with the next checkpoint [MB]");
+  keys.key("memory_minutes", journal.memory_minutes, Whole{1, 1440},
+           "so much of the latest is kept in memory, for `aprsim incident` [min simulated]");
+  keys.key("memory_mb", journal.memory_mb, Whole{0, 65536},
+           "and takes no more than this; 0 = nothing is kept there [MB]");
 }
 
 template <typename Archive>

@@ -44,11 +44,12 @@ constexpr std::size_t kModbusTapBytes = std::size_t{4} << 20;
 
 /// Null where none is wanted; throws std::runtime_error when it cannot be begun.
 std::unique_ptr<journal::Journal> make_journal(const Config& config, const scene::Scene& scene) {
-  if (!config.journal.place) return nullptr;
-  const std::string& place = *config.journal.place;
+  if (!config.journal.place && config.journal.memory_mb == 0) return nullptr;
+  const std::string place = config.journal.place.value_or("");
   std::error_code none;
   const std::filesystem::path parent = std::filesystem::absolute(place, none).parent_path();
-  if (!std::filesystem::is_directory(place, none) && !std::filesystem::is_directory(parent, none)) {
+  if (!place.empty() && !std::filesystem::is_directory(place, none) &&
+      !std::filesystem::is_directory(parent, none)) {
     throw std::runtime_error("journal.place: " + place + ": there is no directory " +
                              parent.string());
   }
@@ -71,6 +72,8 @@ std::unique_ptr<journal::Journal> make_journal(const Config& config, const scene
   journal::JournalOptions options;
   options.place = place;
   options.max_file_bytes = std::uint64_t{config.journal.max_file_mb} << 20U;
+  options.memory_span = std::chrono::minutes(config.journal.memory_minutes);
+  options.max_memory_bytes = std::size_t{config.journal.memory_mb} << 20U;
   options.header = std::move(*header);
   return std::make_unique<journal::Journal>(std::move(options));
 }
@@ -112,10 +115,12 @@ protocols::ConnectionLimits limits_of(const ConnectionsConfig& config, std::size
 }
 
 crcl_server::CrclServerOptions crcl_options(const Config& all, const std::string& robot, int index,
-                                            protocols::WireTap* tap, api::VirtualTime* time) {
+                                            protocols::WireTap* tap, protocols::WireTrace* trace,
+                                            api::VirtualTime* time) {
   const CrclConfig& config = all.crcl;
   crcl_server::CrclServerOptions options;
   options.tap = tap;
+  options.trace = trace;
   options.bind_address = config.address;
   const auto port = config.ports.find(robot);
   options.port = port == config.ports.end() ? 0 : port->second;
@@ -137,10 +142,12 @@ crcl_server::CrclServerOptions crcl_options(const Config& all, const std::string
 }
 
 modbus_server::ModbusServerOptions modbus_options(const Config& all, protocols::WireTap* tap,
+                                                  protocols::WireTrace* trace,
                                                   api::VirtualTime* time) {
   const ModbusConfig& config = all.modbus;
   modbus_server::ModbusServerOptions options;
   options.tap = tap;
+  options.trace = trace;
   options.bind_address = config.address;
   options.port = config.port;
   options.limits = limits_of(all.connections, config.max_connections);
@@ -212,7 +219,7 @@ web::WebServerOptions web_options(const Config& config, const scene::Scene& scen
 
 telemetry::TelemetryOptions telemetry_options(const Config& all,
                                               std::shared_ptr<protocols::AccessToken> token,
-                                              api::VirtualTime* time) {
+                                              protocols::WireTrace* trace, api::VirtualTime* time) {
   const GrpcConfig& config = all.grpc;
   telemetry::TelemetryOptions options;
   options.address = config.address;
@@ -221,14 +228,17 @@ telemetry::TelemetryOptions telemetry_options(const Config& all,
   options.control = all.web.control;
   options.token = std::move(token);
   options.endpoint = kGrpcEndpoint;
+  options.trace = trace;
   options.virtual_time = time;
   return options;
 }
 
 vision_server::VisionServerOptions vision_options(const Config& all, const std::string& robot,
-                                                  int index, api::VirtualTime* time) {
+                                                  int index, protocols::WireTrace* trace,
+                                                  api::VirtualTime* time) {
   const VisionConfig& config = all.vision;
   vision_server::VisionServerOptions options;
+  options.trace = trace;
   options.bind_address = config.address;
   const auto port = config.ports.find(robot);
   options.port = port == config.ports.end() ? 0 : port->second;
@@ -259,11 +269,11 @@ class Daemon::Impl {
         token_(config.web.token.empty()
                    ? nullptr
                    : std::make_shared<protocols::AccessToken>(config.web.token)),
-        modbus_(modbus_options(config, config.web.enabled ? &modbus_tap_ : nullptr,
+        modbus_(modbus_options(config, config.web.enabled ? &modbus_tap_ : nullptr, journal_.get(),
                                simulation_.virtual_time()),
                 simulation_, simulation_),
-        telemetry_(telemetry_options(config, token_, simulation_.virtual_time()), simulation_,
-                   simulation_),
+        telemetry_(telemetry_options(config, token_, journal_.get(), simulation_.virtual_time()),
+                   simulation_, simulation_),
         programs_(config, demo) {
     for (std::size_t i = 0; i < scene->robots.size(); ++i) {
       const std::string& name = scene->robots[i].name;
@@ -272,10 +282,11 @@ class Daemon::Impl {
           {name,
            std::make_unique<crcl_server::CrclServer>(
                crcl_options(config, name, index, config.web.enabled ? &crcl_tap_ : nullptr,
-                            simulation_.virtual_time()),
+                            journal_.get(), simulation_.virtual_time()),
                simulation_, simulation_),
            std::make_unique<vision_server::VisionServer>(
-               vision_options(config, name, index, simulation_.virtual_time()), simulation_)});
+               vision_options(config, name, index, journal_.get(), simulation_.virtual_time()),
+               simulation_)});
     }
     if (config.web.enabled) make_web(config, *scene);
   }
@@ -357,6 +368,7 @@ class Daemon::Impl {
   void make_web(const Config& config, const scene::Scene& scene) {
     auto options = web_options(config, scene);
     options.token = token_;
+    options.trace = journal_.get();
     options.crcl_tap = &crcl_tap_;
     options.modbus_tap = &modbus_tap_;
     options.programs = programs_.for_pages();

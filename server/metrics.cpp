@@ -77,6 +77,9 @@ void write_journal(MetricsText& out, const journal::JournalStats& journal) {
   out.sample(journal.records);
   out.metric("aprsim_journal_bytes_total", kCounter, "Bytes written to the run's journal.");
   out.sample(journal.bytes);
+  out.metric("aprsim_journal_memory_bytes", kGauge,
+             "The latest of the run's journal, kept in memory.");
+  out.sample(journal.memory_bytes);
   out.metric("aprsim_journal_gaps_total", kCounter, "Gaps told in the run's journal.");
   out.sample(journal.gaps);
   out.metric("aprsim_journal_missing_total", kCounter, "Records that these gaps lack.");

@@ -104,6 +104,9 @@ void Simulation::run(const std::stop_token& stop) {
       pacer_.restart(now);
       pacer_.measure(now);
       if (dirty_) publish();
+      if (recorder_ != nullptr && world_fault_.empty() && recorder_->wants_checkpoint()) {
+        record_checkpoint();
+      }
       if (clock_) clock_->release_clients(now);
       queue_.wait_until(seen, now + kIdle);
       continue;

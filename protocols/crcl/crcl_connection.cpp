@@ -30,10 +30,12 @@ constexpr int kDocumentsPerTurn = 16;
 
 CrclConnection::CrclConnection(asio::ip::tcp::socket socket, std::string peer,
                                protocols::ConnectionPlaces::Place place,
-                               const CrclServerOptions& options, CommandExecutor& executor,
-                               CrclCounters& counters, std::function<void()> on_time, OnEnd on_end)
+                               protocols::ConnectionTrace trace, const CrclServerOptions& options,
+                               CommandExecutor& executor, CrclCounters& counters,
+                               std::function<void()> on_time, OnEnd on_end)
     : socket_(std::move(socket)),
       place_(std::move(place)),
+      trace_(std::move(trace)),
       options_(options),
       executor_(executor),
       counters_(counters),
@@ -77,6 +79,7 @@ void CrclConnection::close() {
   socket_.shutdown(asio::ip::tcp::socket::shutdown_both, ignored);
   socket_.close(ignored);
   executor_.client_gone(caller_);
+  trace_.closed(end_);
   on_end_(*this);
 }
 
@@ -84,6 +87,7 @@ void CrclConnection::drop(const std::string& reason) {
   if (closed_) return;
   ++counters_.dropped;
   executor_.log().warn("closing " + caller_.peer + ": " + reason);
+  end_ = reason;
   close();
 }
 
@@ -117,6 +121,7 @@ void CrclConnection::on_read(const error_code& error, std::size_t size) {
   if (error) {
     executor_.log().info(caller_.peer + " disconnected" +
                          (error == asio::error::eof ? "" : " (" + error.message() + ")"));
+    end_ = "by the client";
     // A peer that has only finished sending may still wait for its statuses.
     return error == asio::error::eof ? drain() : close();
   }
@@ -167,6 +172,7 @@ void CrclConnection::process() {
 
 void CrclConnection::take(const std::string& document) {
   try {
+    trace_.received(document);
     handle(document);
   } catch (const std::exception& problem) {
     drop(problem.what());  // this peer's loss, not the others'
@@ -249,6 +255,7 @@ void CrclConnection::fail_document(const crcl::Error& error) {
   executor_.bad_document(reason);
   ++counters_.dropped;
   executor_.log().warn("closing " + caller_.peer + ": " + error.message());
+  end_ = error.message();
   drain();
 }
 
@@ -316,15 +323,19 @@ void CrclConnection::answer_status() {
   const PortFaults faults = executor_.faults();
   if (faults.half_document) {
     output_ += document.substr(0, document.size() / 2);
+    trace_.sent(document.substr(0, document.size() / 2));
     if (!blocked_) flush();
+    end_ = "an injected fault";
     return drain();
   }
   if (!pacer_ && (faults.late_status.count() > 0 || !late_.empty())) {
     return send_later(document, faults.late_status);
   }
   output_ += document;
+  // On its way before it is traced.
   if (!blocked_) flush();
   counters_.answer_times.add(std::chrono::steady_clock::now() - read_at_);
+  trace_.sent(document);
 }
 
 // An injected fault: in their order, each at its time.
@@ -338,6 +349,7 @@ void CrclConnection::send_due() {
   if (closed_) return;
   while (!late_.empty() && late_.front().due <= std::chrono::steady_clock::now()) {
     late_bytes_ -= late_.front().document.size();
+    trace_.sent(late_.front().document);
     output_ += late_.front().document;
     late_.pop_front();
   }

@@ -19,6 +19,7 @@
 #include "protocols/crcl/command_executor.hpp"
 #include "protocols/crcl/connection_settings.hpp"
 #include "protocols/crcl/crcl_server.hpp"
+#include "protocols/wire_trace.hpp"
 #include "world/api/duration_histogram.hpp"
 
 namespace aprsim::crcl_server {
@@ -40,9 +41,9 @@ class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
   /// `on_time` is called when virtual time has come as far as was asked for, and may end the
   /// connection; `on_end` is called once, when the socket has been closed.
   CrclConnection(boost::asio::ip::tcp::socket socket, std::string peer,
-                 protocols::ConnectionPlaces::Place place, const CrclServerOptions& options,
-                 CommandExecutor& executor, CrclCounters& counters, std::function<void()> on_time,
-                 OnEnd on_end);
+                 protocols::ConnectionPlaces::Place place, protocols::ConnectionTrace trace,
+                 const CrclServerOptions& options, CommandExecutor& executor,
+                 CrclCounters& counters, std::function<void()> on_time, OnEnd on_end);
 
   void start();
   /// Takes no further commands, closes once pending statuses are out.
@@ -95,6 +96,8 @@ class CrclConnection : public std::enable_shared_from_this<CrclConnection> {
 
   boost::asio::ip::tcp::socket socket_;
   protocols::ConnectionPlaces::Place place_;
+  protocols::ConnectionTrace trace_;
+  std::string end_;  // why it ends
   const CrclServerOptions& options_;
   CommandExecutor& executor_;
   CrclCounters& counters_;

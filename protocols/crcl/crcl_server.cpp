@@ -45,9 +45,11 @@ class CrclServer::Impl {
                  options_.drain_deadline,
                  [this](protocols::TcpListener::Socket socket, std::string peer,
                         protocols::TcpListener::Place place) {
+                   protocols::ConnectionTrace trace(
+                       options_.trace, source_, protocols::WireKind::kCrcl, executor_.name(), peer);
                    return std::make_shared<CrclConnection>(
-                       std::move(socket), std::move(peer), std::move(place), options_, executor_,
-                       counters_, [this] { follow_faults(); },
+                       std::move(socket), std::move(peer), std::move(place), std::move(trace),
+                       options_, executor_, counters_, [this] { follow_faults(); },
                        [this](CrclConnection& ended) { service_.ended(ended); });
                  }),
         program_timer_(service_.io()),

@@ -12,6 +12,7 @@
 #include "crcl/units.hpp"
 #include "protocols/connection_places.hpp"
 #include "protocols/wire_tap.hpp"
+#include "protocols/wire_trace.hpp"
 #include "world/api/duration_histogram.hpp"
 #include "world/api/error.hpp"
 #include "world/api/ports.hpp"
@@ -52,8 +53,9 @@ struct CrclServerOptions {
   std::chrono::milliseconds idle_timeout{0};
   /// stop() lets statuses under way go out for at most so long.
   std::chrono::milliseconds drain_deadline{500};
-  api::EndpointId endpoint = 0;       ///< stamped on every command
-  protocols::WireTap* tap = nullptr;  ///< sees the documents; outlives the server
+  api::EndpointId endpoint = 0;           ///< stamped on every command
+  protocols::WireTap* tap = nullptr;      ///< sees the documents; outlives the server
+  protocols::WireTrace* trace = nullptr;  ///< hears of everything; outlives the server
   /// Each GetStatus of a client takes its poll period; null = the wall clock passes time. Outlives
   /// the server.
   api::VirtualTime* virtual_time = nullptr;

@@ -26,6 +26,10 @@ constexpr int kSendBufferBytes = 64 * 1024;
 
 std::string millis(std::chrono::milliseconds time) { return std::to_string(time.count()) + " ms"; }
 
+std::string_view text_of(std::span<const std::uint8_t> bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
 }  // namespace
 
 Connection::Connection(boost::asio::ip::tcp::socket socket, std::string peer,
@@ -34,6 +38,7 @@ Connection::Connection(boost::asio::ip::tcp::socket socket, std::string peer,
       peer_(std::move(peer)),
       place_(std::move(place)),
       context_(context),
+      trace_(context.options.trace, context.source, protocols::WireKind::kModbus, "modbus", peer_),
       timer_(context.io),
       rate_(context.options.max_requests_per_s),
       late_timer_(context.io) {}
@@ -73,6 +78,7 @@ void Connection::close(std::string_view why, bool fault) {
   socket_.close(ignored);
   timer_.cancel();
   late_timer_.cancel();
+  trace_.closed(why);
   context_.closed(*this);
 }
 
@@ -173,10 +179,13 @@ bool Connection::process_request() {
   if (validated.verdict == Verdict::kBroken) {
     // What was asked for before still gets its answers.
     broken_ = validated.reason;
+    trace_.received(text_of(std::span(in_).subspan(in_used_, in_size_ - in_used_)), broken_);
     draining_ = true;
     return false;
   }
   in_used_ += validated.adu.size();
+  trace_.received(text_of(validated.adu),
+                  validated.verdict == Verdict::kIgnored ? validated.reason : std::string_view());
   if (validated.verdict == Verdict::kIgnored) {
     context_.log.warn(peer_ +
                       " sent something that is not Modbus: " + std::string(validated.reason));
@@ -326,7 +335,7 @@ void Connection::reply(std::span<const std::uint8_t> adu) {
                             : protocols::injected_delay(*now, faults::Kind::kModbusDelay);
   if (delay.count() == 0 && late_.empty()) {
     out_.insert(out_.end(), bytes.begin(), bytes.end());
-    return;
+    return trace_sent(bytes);
   }
   late_bytes_ += bytes.size();
   late_.push_back({Clock::now() + delay, std::move(bytes)});
@@ -342,6 +351,7 @@ void Connection::send_due() {
   while (!late_.empty() && late_.front().due <= Clock::now()) {
     late_bytes_ -= late_.front().adu.size();
     out_.insert(out_.end(), late_.front().adu.begin(), late_.front().adu.end());
+    trace_sent(late_.front().adu);
     late_.pop_front();
   }
   if (!late_.empty()) {
@@ -367,6 +377,16 @@ void Connection::tap(bool from_client, std::span<const std::uint8_t> adu) {
              .id = adu.size() < 2 ? 0 : adu[0] * 256 + adu[1],
              .latency_s = from_client ? 0 : since.count(),
              .data = std::string(adu.begin(), adu.end())});
+}
+
+void Connection::trace_sent(std::span<const std::uint8_t> adus) const {
+  constexpr std::size_t kLengthAt = 4, kLengthEnd = 6;  // in the MBAP header
+  while (adus.size() > kLengthEnd) {
+    const std::size_t rest = adus[kLengthAt] * 256U + adus[kLengthAt + 1];
+    const std::size_t size = std::min(adus.size(), kLengthEnd + rest);
+    trace_.sent(text_of(adus.first(size)));
+    adus = adus.subspan(size);
+  }
 }
 
 void Connection::send() {

@@ -24,6 +24,7 @@
 #include "protocols/modbus/modbus_server.hpp"
 #include "protocols/modbus/reply_builder.hpp"
 #include "protocols/rate_limit.hpp"
+#include "protocols/wire_trace.hpp"
 #include "world/api/duration_histogram.hpp"
 
 namespace aprsim::modbus_server {
@@ -96,9 +97,11 @@ class Connection : public std::enable_shared_from_this<Connection> {
   /// To the peer, as injected faults let it.
   void reply(std::span<const std::uint8_t> adu);
   void send_due();
-  /// Shows one message, a whole one, to whoever watches.
+  /// Shows one message, a whole one, to whoever watches or keeps it.
   /// A reply is as much of a poll as its request.
   void tap(bool from_client, std::span<const std::uint8_t> adu);
+  /// Of whole messages, one after the other.
+  void trace_sent(std::span<const std::uint8_t> adus) const;
   void send();
   void on_sent(const boost::system::error_code& error);
   [[nodiscard]] bool may_process_request() const;
@@ -109,6 +112,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   const std::string peer_;
   protocols::ConnectionPlaces::Place place_;
   ListenerContext& context_;
+  protocols::ConnectionTrace trace_;
   boost::asio::steady_timer timer_;
   protocols::RateLimit rate_;
 

@@ -1,7 +1,6 @@
 #include "protocols/telemetry/control_service.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <string_view>
 #include <utility>
@@ -10,6 +9,7 @@
 #include "protocols/connection_places.hpp"
 #include "protocols/messages/control_request.hpp"
 #include "protocols/messages/write_message.hpp"
+#include "protocols/telemetry/call_peer.hpp"
 #include "protocols/telemetry/field_mask.hpp"
 #include "protocols/telemetry/rpc_status.hpp"
 
@@ -34,24 +34,6 @@ std::optional<std::string_view> token_of(const grpc::CallbackServerContext& cont
   const std::string_view value(found->second.data(), found->second.size());
   if (!value.starts_with(kScheme)) return std::nullopt;
   return value.substr(kScheme.size());
-}
-
-/// "ADDRESS:PORT" of the client, whose relay has the socket name "ADDRESS:PORT/NUMBER", which gRPC
-/// tells as an URI: "SCHEME:" and the name with some signs as %XX.
-std::string peer_of(const grpc::CallbackServerContext& context) {
-  const std::string uri = context.peer();
-  std::string peer;
-  for (std::size_t i = uri.find(':') + 1; i < uri.size() && uri[i] != '/'; ++i) {
-    int code = 0;
-    if (uri[i] == '%' && i + 2 < uri.size() &&
-        std::from_chars(&uri[i + 1], &uri[i + 3], code, 16).ptr == &uri[i + 3]) {
-      peer += static_cast<char>(code);
-      i += 2;
-    } else {
-      peer += uri[i];
-    }
-  }
-  return peer;
 }
 
 }  // namespace
@@ -83,7 +65,7 @@ std::optional<grpc::Status> ControlService::refusal(const grpc::CallbackServerCo
                         "authorization: control needs the access token, as metadata "
                         "'authorization: Bearer TOKEN'");
   }
-  const std::string peer = peer_of(context);
+  const std::string peer = call_peer(context.peer()).address;
   const Verdict verdict = options_.token->check(protocols::host_of(peer), *token);
   if (verdict == Verdict::kRight) return std::nullopt;
   if (verdict == Verdict::kTooManyAttempts) {

@@ -73,11 +73,13 @@ void name_end(int fd, const std::string& name) {
 }  // namespace
 
 Http2Relay::Http2Relay(Socket client, std::string peer, protocols::ConnectionPlaces::Place place,
-                       const RelayRules& rules, protocols::LimitedLog& log, Probation& probation)
+                       protocols::ConnectionTrace trace, const RelayRules& rules,
+                       protocols::LimitedLog& log, Probation& probation)
     : client_(std::move(client)),
       server_(client_.get_executor()),
       peer_(std::move(peer)),
       place_(std::move(place)),
+      trace_(std::move(trace)),
       rules_(rules),
       log_(log),
       probation_(probation),
@@ -139,8 +141,9 @@ int Http2Relay::make_pair() {
   for (const int end : ends) {
     (void)setsockopt(end, SOL_SOCKET, SO_SNDBUF, &kPairBufferBytes, sizeof kPairBufferBytes);
   }
-  // The descriptor's number tells apart connections of one client port to two listeners.
-  name_end(ends[0], fmt::format("{}/{}.{}", peer_, getpid(), ends[0]));
+  // The descriptor's number tells apart connections of one client port to two listeners; the last
+  // one is for call_peer().
+  name_end(ends[0], fmt::format("{}/{}.{}.{}", peer_, getpid(), ends[0], trace_.number()));
   error_code error;
   server_.assign(asio::local::stream_protocol(), ends[0], error);
   if (!error) return ends[1];
@@ -162,12 +165,14 @@ void Http2Relay::close() {
   client_.shutdown(Socket::shutdown_both, ignored);
   client_.close(ignored);
   server_.close(ignored);
+  trace_.closed(end_);
   rules_.on_end(*this);
 }
 
 void Http2Relay::give_way() {
   if (closed_) return;
   log_.warn("closing " + peer_ + ": its place is needed");
+  end_ = "its place is needed";
   close();
 }
 
@@ -234,6 +239,7 @@ void Http2Relay::on_server(std::size_t size) {
   stall_timer_.async_wait([self = shared_from_this()](const error_code& cancelled) {
     if (cancelled || self->closed_) return;
     self->log_.warn("closing " + self->peer_ + ": takes no answers");
+    self->end_ = "takes no answers";
     self->close();
   });
   asio::async_write(client_, asio::buffer(to_client_.data() + sent, size - sent),
@@ -250,6 +256,7 @@ void Http2Relay::refuse(const std::string& why, bool between_frames) {
   refused_ = true;
   probation_.offend(address_, Http2Guard::Clock::now());
   log_.warn("closing " + peer_ + ": " + why);
+  end_ = why;
   error_code ignored;
   server_.close(ignored);
   hear_timer_.cancel(ignored);

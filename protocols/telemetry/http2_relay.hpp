@@ -15,6 +15,7 @@
 #include "protocols/limited_log.hpp"
 #include "protocols/telemetry/http2_guard.hpp"
 #include "protocols/telemetry/probation.hpp"
+#include "protocols/wire_trace.hpp"
 
 namespace aprsim::telemetry {
 
@@ -38,7 +39,8 @@ class Http2Relay : public std::enable_shared_from_this<Http2Relay> {
 
   /// Rules, log and probation must outlive it.
   Http2Relay(Socket client, std::string peer, protocols::ConnectionPlaces::Place place,
-             const RelayRules& rules, protocols::LimitedLog& log, Probation& probation);
+             protocols::ConnectionTrace trace, const RelayRules& rules, protocols::LimitedLog& log,
+             Probation& probation);
 
   void start();
   /// Goes on until gRPC has closed its end.
@@ -68,6 +70,8 @@ class Http2Relay : public std::enable_shared_from_this<Http2Relay> {
   boost::asio::local::stream_protocol::socket server_;
   const std::string peer_;
   protocols::ConnectionPlaces::Place place_;
+  protocols::ConnectionTrace trace_;
+  std::string end_;        ///< why it ends
   std::size_t heard_ = 0;  ///< bytes, up to those of HTTP/2's preface
   const RelayRules& rules_;
   protocols::LimitedLog& log_;

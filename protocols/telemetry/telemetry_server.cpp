@@ -20,6 +20,7 @@
 #include "protocols/limited_log.hpp"
 #include "protocols/tcp_service.hpp"
 #include "protocols/telemetry/call_counter.hpp"
+#include "protocols/telemetry/call_trace.hpp"
 #include "protocols/telemetry/command_waiter.hpp"
 #include "protocols/telemetry/control_service.hpp"
 #include "protocols/telemetry/http2_relay.hpp"
@@ -113,8 +114,10 @@ class TelemetryServer::Impl {
         kDrainDeadline,
         [this](protocols::TcpListener::Socket socket, std::string peer,
                protocols::TcpListener::Place place) {
+          protocols::ConnectionTrace trace(options_.trace, source_, protocols::WireKind::kGrpc,
+                                           log_.name(), peer);
           return std::make_shared<Http2Relay>(std::move(socket), std::move(peer), std::move(place),
-                                              rules_, log_, probation_);
+                                              std::move(trace), rules_, log_, probation_);
         });
     auto port = service_->listen();
     if (!port) {
@@ -174,7 +177,11 @@ class TelemetryServer::Impl {
     set_limits(builder);
     builder.RegisterService(telemetry_.get());
     builder.RegisterService(control_.get());
-    builder.experimental().SetInterceptorCreators(calls_.interceptors());
+    auto interceptors = calls_.interceptors();
+    if (options_.trace != nullptr) {
+      interceptors.push_back(trace_of_calls(*options_.trace, source_));
+    }
+    builder.experimental().SetInterceptorCreators(std::move(interceptors));
     std::shared_ptr<Handover> handover = builder.experimental().AddExternalConnectionAcceptor(
         grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD,
         grpc::InsecureServerCredentials());

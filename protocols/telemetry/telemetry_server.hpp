@@ -7,6 +7,7 @@
 
 #include "protocols/access_token.hpp"
 #include "protocols/connection_places.hpp"
+#include "protocols/wire_trace.hpp"
 #include "world/api/duration_histogram.hpp"
 #include "world/api/error.hpp"
 #include "world/api/ports.hpp"
@@ -30,7 +31,8 @@ struct TelemetryOptions {
   api::VirtualTime* virtual_time = nullptr;
   bool control = true;  ///< false: commands need the token; without one there are none
   std::shared_ptr<protocols::AccessToken> token = {};  ///< if there: commands need it
-  std::string instance_id;  ///< names this process to clients; empty = random
+  std::string instance_id;                ///< names this process to clients; empty = random
+  protocols::WireTrace* trace = nullptr;  ///< hears of calls that command; outlives the server
 };
 
 struct TelemetryStats {

@@ -21,12 +21,14 @@ constexpr int kSendBufferBytes = 8 * 1024;
 
 VisionConnection::VisionConnection(asio::ip::tcp::socket socket, protocols::LimitedLog& log,
                                    std::string peer, protocols::ConnectionPlaces::Place place,
+                                   protocols::ConnectionTrace trace,
                                    const VisionServerOptions& options, VisionCounters& counters,
                                    std::function<void()> on_idle, OnEnd on_end)
     : socket_(std::move(socket)),
       log_(log),
       peer_(std::move(peer)),
       place_(std::move(place)),
+      trace_(std::move(trace)),
       options_(options),
       counters_(counters),
       on_idle_(std::move(on_idle)),
@@ -63,6 +65,7 @@ void VisionConnection::close() {
   write_timer_.cancel(ignored);
   socket_.shutdown(asio::ip::tcp::socket::shutdown_both, ignored);
   socket_.close(ignored);
+  trace_.closed(end_);
   on_end_(*this);
 }
 
@@ -72,6 +75,7 @@ void VisionConnection::read() {
         if (self->closed_ || error == asio::error::eof) return;
         if (!error) return self->on_read(size);
         self->log_.info(self->peer_ + " disconnected (" + error.message() + ")");
+        self->end_ = "by the client";
         self->close();
       });
 }
@@ -90,6 +94,7 @@ void VisionConnection::drop(const std::string& why) {
   if (closed_) return;
   ++counters_.dropped;
   log_.warn("closing " + peer_ + ": " + why);
+  end_ = why;
   close();
 }
 
@@ -116,10 +121,12 @@ void VisionConnection::on_write(const error_code& error, std::size_t size) {
   if (closed_) return;
   if (error) {
     log_.info(peer_ + " disconnected (" + error.message() + ")");
+    end_ = "by the client";
     return close();
   }
   sent_ += size;
   if (sent_ < sending_->size()) return write();
+  trace_.sent(*sending_);
   sending_.reset();
   error_code ignored;
   write_timer_.cancel(ignored);

@@ -14,6 +14,7 @@
 #include "protocols/connection_places.hpp"
 #include "protocols/limited_log.hpp"
 #include "protocols/vision/vision_server.hpp"
+#include "protocols/wire_trace.hpp"
 
 namespace aprsim::vision_server {
 
@@ -37,8 +38,8 @@ class VisionConnection : public std::enable_shared_from_this<VisionConnection> {
   /// socket has been closed.
   VisionConnection(boost::asio::ip::tcp::socket socket, protocols::LimitedLog& log,
                    std::string peer, protocols::ConnectionPlaces::Place place,
-                   const VisionServerOptions& options, VisionCounters& counters,
-                   std::function<void()> on_idle, OnEnd on_end);
+                   protocols::ConnectionTrace trace, const VisionServerOptions& options,
+                   VisionCounters& counters, std::function<void()> on_idle, OnEnd on_end);
 
   void start();
   void offer(VisionLine line);
@@ -63,6 +64,8 @@ class VisionConnection : public std::enable_shared_from_this<VisionConnection> {
   protocols::LimitedLog& log_;
   std::string peer_;
   protocols::ConnectionPlaces::Place place_;
+  protocols::ConnectionTrace trace_;
+  std::string end_ = "the server stops";  // why it ends
   const VisionServerOptions& options_;
   VisionCounters& counters_;
   std::function<void()> on_idle_;

@@ -65,9 +65,11 @@ class VisionServer::Impl {
 
   std::shared_ptr<VisionConnection> make(protocols::TcpListener::Socket socket, std::string peer,
                                          protocols::TcpListener::Place place) {
+    protocols::ConnectionTrace trace(options_.trace, source_, protocols::WireKind::kVision,
+                                     log_.name(), peer);
     auto connection = std::make_shared<VisionConnection>(
-        std::move(socket), log_, std::move(peer), std::move(place), options_, counters_,
-        [this] { ask_if_idle(); }, [this](VisionConnection& ended) { end(ended); });
+        std::move(socket), log_, std::move(peer), std::move(place), std::move(trace), options_,
+        counters_, [this] { ask_if_idle(); }, [this](VisionConnection& ended) { end(ended); });
     if (options_.virtual_time) join_time();
     if (!out_of_order(*source_.latest())) connection->offer(line_);
     return connection;

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "protocols/connection_places.hpp"
+#include "protocols/wire_trace.hpp"
 #include "world/api/error.hpp"
 #include "world/api/ports.hpp"
 #include "world/api/virtual_time.hpp"
@@ -29,6 +30,7 @@ struct VisionServerOptions {
   /// Time waits until every client has taken a frame, and `repeat` is simulated; null = the wall
   /// clock passes time. Outlives the server.
   api::VirtualTime* virtual_time = nullptr;
+  protocols::WireTrace* trace = nullptr;  ///< hears of everything; outlives the server
 };
 
 struct VisionServerStats {

@@ -36,6 +36,7 @@ void Viewer::start() {
                     with([&](Viewer& v) {
                       spdlog::info("web: viewer {} ended ({})", v.peer_, why);
                       v.closed_ = true;
+                      v.trace.closed(why);
                       v.events_.end(v);
                     });
                   }});

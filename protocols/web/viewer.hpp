@@ -11,6 +11,7 @@
 #include "aprsim/v1/web.pb.h"
 #include "protocols/rate_limit.hpp"
 #include "protocols/web/web_socket.hpp"
+#include "protocols/wire_trace.hpp"
 
 namespace aprsim::web {
 
@@ -47,6 +48,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   [[nodiscard]] const std::string& peer() const { return peer_; }
   [[nodiscard]] std::uint64_t skipped() const { return skipped_; }
 
+  protocols::ConnectionTrace trace;
   v1::Watch watch;
   bool authenticated = false;
   std::shared_ptr<const void> cell;  ///< the description that it has

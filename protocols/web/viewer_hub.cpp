@@ -196,6 +196,8 @@ void ViewerHub::add(std::shared_ptr<WebSocket> socket, std::string peer) {
       Viewer::Events{[this](Viewer& from, const auto& request) { answer(from, request); },
                      [this](Viewer& ended) { remove(ended); }});
   viewers_[viewer->id()] = viewer;
+  viewer->trace = protocols::ConnectionTrace(options_.trace, source_, protocols::WireKind::kWeb,
+                                             "web", viewer->peer());
   viewer->set_rate(options_.max_rate_hz);
   viewer->start();
   greet(*viewer);
@@ -267,7 +269,9 @@ void ViewerHub::send_outcome(Viewer& viewer, std::uint32_t id, const Result<void
     outcome.set_field(done.error().field);
     outcome.set_message(done.error().message);
   }
-  viewer.send(pack(update));
+  const WebMessage message = pack(update);
+  viewer.trace.sent(*message);
+  viewer.send(message);
 }
 
 Result<void> ViewerHub::execute(Viewer& viewer, const v1::ViewerRequest& request) {
@@ -346,6 +350,10 @@ Result<void> ViewerHub::write_register(const v1::WriteRegister& write) {
 }
 
 void ViewerHub::note(Viewer& viewer, const v1::ViewerRequest& request, const Result<void>& done) {
+  if (options_.trace != nullptr) {
+    viewer.trace.received(request.SerializeAsString(),
+                          done ? std::string_view() : std::string_view(done.error().message));
+  }
   protocols::WireEvent event{.source = "page",
                              .peer = viewer.peer(),
                              .from_client = true,

@@ -15,6 +15,7 @@
 #include "protocols/web/program_runner.hpp"
 #include "protocols/web/visual_description.hpp"
 #include "protocols/wire_tap.hpp"
+#include "protocols/wire_trace.hpp"
 #include "world/api/error.hpp"
 #include "world/api/ports.hpp"
 
@@ -52,7 +53,8 @@ struct WebServerOptions {
   std::chrono::milliseconds drain_deadline{300};
   protocols::WireTap* crcl_tap = nullptr;  ///< both outlive the server; may be null
   protocols::WireTap* modbus_tap = nullptr;
-  ProgramRunner* programs = nullptr;  ///< outlives the server; null = pages start none
+  protocols::WireTrace* trace = nullptr;  ///< hears of viewers' commands; outlives the server
+  ProgramRunner* programs = nullptr;      ///< outlives the server; null = pages start none
   std::function<std::vector<ListenerCount>()> listeners;  ///< called on the server's thread
   /// The text behind /metrics, in Prometheus' format; called on the server's thread. None: 404.
   std::function<std::string()> metrics = {};

@@ -2,16 +2,23 @@
 
 #include <atomic>
 #include <chrono>
+#include <condition_variable>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "aprsim/v1/journal.pb.h"
 #include "proto/journal/frames.hpp"
-#include "server/journal/journal_files.hpp"
+#include "protocols/incident_source.hpp"
+#include "protocols/wire_trace.hpp"
+#include "server/journal/frame_ring.hpp"
+#include "server/journal/journal_disk.hpp"
 #include "server/journal/journal_stats.hpp"
 #include "server/journal/record_queue.hpp"
 #include "world/recorder.hpp"
@@ -19,19 +26,25 @@
 namespace aprsim::server::journal {
 
 struct JournalOptions {
-  std::string place;  ///< file or directory
+  std::string place;  ///< file or directory; empty = it is kept in memory only
   std::uint64_t max_file_bytes = std::uint64_t{64} << 20;
+  std::chrono::minutes memory_span{10};  ///< simulated; so much of the latest is kept in memory
+  std::size_t max_memory_bytes = std::size_t{256} << 20;  ///< of that
+  /// Of what is to be written; of what the simulation tells, and as much of what the wires do.
   std::size_t max_queue_bytes = std::size_t{64} << 20;
   v1::JournalHeader header;  ///< of the run; `part` is the journal's
 };
 
-/// Records a run: takes what is told of it from any thread without making it wait, and writes it
-/// with a thread of its own, half a second later at the latest. What cannot be written is told as a
-/// gap in the journal and in the log; a checkpoint follows it.
-class Journal final : public world::Recorder {
+/// Records a run: takes what is told of it from any thread without making it wait, and with a
+/// thread of its own keeps the latest in memory and writes all to the files, half a second later at
+/// the latest. What finds no room is told as a gap in the journal and in the log; a checkpoint
+/// follows it.
+class Journal final : public world::Recorder,
+                      public protocols::WireTrace,
+                      public protocols::IncidentSource {
  public:
   explicit Journal(JournalOptions options);
-  /// Writes what is there, for half a second at most, unless the system does not take it.
+  /// Writes what is there; half a second for a reader that is slow.
   ~Journal() override;
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
@@ -49,37 +62,47 @@ class Journal final : public world::Recorder {
   }
 
   // ---- Thread: any
+  void note(protocols::WireRecord record) override;
+  void take_incident(std::chrono::nanoseconds last, Done done) override;
   [[nodiscard]] JournalStats stats() const;
 
  private:
-  void push(decltype(Entry::what) what);
+  struct Wanted {
+    std::chrono::nanoseconds last{};
+    Done done;
+  };
+
+  void push(RecordQueue& queue, decltype(Entry::what) what);
+  void hurry();
   // ---- Thread: the writer's
   void run(const std::stop_token& stop);
-  void take_over(RecordQueue::Taken& taken);
+  void turn(bool ending);
   void add(const Entry& entry);
-  void add(v1::JournalRecord& record, WallTime wall, std::uint64_t commands = 0);
-  void tell_gap();
+  void tell_gap(const Missing& gap);
+  void follow_clock(const Entry& entry);
   void flush();
-  void put_away(const std::string& frame);
-  void failed(const std::string& why);
-  [[nodiscard]] bool open_next(std::chrono::steady_clock::time_point now);
-  [[nodiscard]] std::string header_frame(std::uint32_t part) const;
+  [[nodiscard]] Result<protocols::Incident> incident(std::chrono::nanoseconds last) const;
 
   const JournalOptions options_;
-  RecordQueue queue_;
+  // Those that decide the run have their room for themselves: no flood of the wires loses one.
+  RecordQueue decisions_, wires_;
   std::atomic<bool> wants_checkpoint_{false};
   std::uint64_t sequence_ = 0;  ///< thread: sim
 
   // The writer's.
+  RecordQueue::Taken taken_decisions_, taken_wires_;
   aprsim::journal::FrameEncoder encoder_;
-  JournalFiles files_;
-  Missing missing_;     ///< still to be told
-  Missing pending_;     ///< what the next frame holds, should it fail
-  bool begun_ = false;  ///< the first file or part
-  std::chrono::steady_clock::time_point retry_at_{};
-  std::string trouble_;  ///< that the log has told of
+  Frame next_;  ///< what the encoder gathers
+  FrameRing ring_;
+  std::optional<JournalDisk> disk_;
+  world::RunTime latest_;
+  std::uint64_t clock_ = 0;               ///< steps of all epochs
+  std::uint64_t gaps_ = 0, lacking_ = 0;  ///< of the queues
 
-  mutable std::mutex kept_;  ///< of the stats
+  mutable std::mutex mutex_;  ///< of all below; never held while something is written
+  std::condition_variable_any wake_;
+  bool hurried_ = false, closed_ = false;
+  std::vector<Wanted> wanted_;
   JournalStats stats_;
   std::jthread thread_;  // ends first
 };

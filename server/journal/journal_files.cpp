@@ -4,11 +4,10 @@
 #include <cstring>
 #include <fcntl.h>
 #include <filesystem>
+#include <poll.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <utility>
-
-#include "proto/journal/frames.hpp"
 
 namespace aprsim::server::journal {
 
@@ -24,7 +23,9 @@ std::string JournalFiles::name_of(std::uint32_t part) const {
             ("aprsim-" + stamp_ + "-" + std::to_string(part) + ".journal"))
         .string();
   }
-  return part == 1 ? place_ : place_ + "." + std::to_string(part);
+  // A FIFO stays what it is.
+  const bool numbered = part > 1 && std::filesystem::is_regular_file(place_, none);
+  return numbered ? place_ + "." + std::to_string(part) : place_;
 }
 
 tl::unexpected<Error> JournalFiles::failed(const char* what, int error) const {
@@ -32,38 +33,44 @@ tl::unexpected<Error> JournalFiles::failed(const char* what, int error) const {
               file_ + ": " + what + ": " + std::strerror(error));
 }
 
-Result<void> JournalFiles::open_next(const std::string& frame) {
+Result<void> JournalFiles::open_next() {
   close();
   file_ = name_of(part_ + 1);
-  descriptor_ = ::open(file_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  if (descriptor_ < 0) return failed("cannot be opened", errno);
-  size_ = 0;
-  auto written = append(std::string(aprsim::journal::kMagic) + frame);
-  if (!written) {
-    close();
-    return written;
+  // Of a FIFO that nobody reads, or not fast enough, it must not wait.
+  constexpr int kFlags = O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NONBLOCK;
+  descriptor_ = ::open(file_.c_str(), kFlags, 0644);
+  if (descriptor_ < 0) {
+    const int error = errno;
+    return failed(error == ENXIO ? "nobody reads it" : "cannot be opened", error);
   }
-  ++part_;
+  struct stat status {};
+  regular_ = ::fstat(descriptor_, &status) == 0 && S_ISREG(status.st_mode);
+  size_ = 0;
   return {};
 }
 
-Result<void> JournalFiles::append(const std::string& frame) {
+Result<std::size_t> JournalFiles::append(std::string_view rest) {
   std::size_t done = 0;
-  while (done < frame.size()) {
-    const ssize_t wrote = ::write(descriptor_, frame.data() + done, frame.size() - done);
+  while (done < rest.size()) {
+    const ssize_t wrote = ::write(descriptor_, rest.data() + done, rest.size() - done);
     if (wrote < 0 && errno == EINTR) continue;
+    if (wrote < 0 && errno == EAGAIN && !regular_) return done;
     if (wrote <= 0) {
       const int error = wrote == 0 ? ENOSPC : errno;
-      // Of what is no regular file nothing can be taken back.
-      if (::ftruncate(descriptor_, static_cast<off_t>(size_)) == 0) {
+      if (regular_ && ::ftruncate(descriptor_, static_cast<off_t>(size_)) == 0) {
         ::lseek(descriptor_, static_cast<off_t>(size_), SEEK_SET);
       }
       return failed("cannot be written", error);
     }
     done += static_cast<std::size_t>(wrote);
   }
-  size_ += frame.size();
-  return {};
+  size_ += rest.size();
+  return done;
+}
+
+bool JournalFiles::wait_writable(std::chrono::milliseconds time) const {
+  pollfd state{.fd = descriptor_, .events = POLLOUT, .revents = 0};
+  return ::poll(&state, 1, static_cast<int>(time.count())) > 0;
 }
 
 void JournalFiles::close() {

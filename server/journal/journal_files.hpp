@@ -1,14 +1,18 @@
 #pragma once
 
+#include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "world/api/error.hpp"
 
 namespace aprsim::server::journal {
 
 /// Where frames go: one file after the other, each closed by then when it is large enough. A write
-/// that fails leaves the file with whole frames only. Thread: one at a time.
+/// that fails leaves a regular file with whole frames only; a pipe or FIFO is one endless file, and
+/// takes what its reader lets it, without a wait. Thread: one at a time.
 class JournalFiles {
  public:
   /// `place`: a file, whose successors get ".2", ".3", ... behind their name; or a directory, for
@@ -18,17 +22,24 @@ class JournalFiles {
   JournalFiles(const JournalFiles&) = delete;
   JournalFiles& operator=(const JournalFiles&) = delete;
 
-  /// Begins the next file: its magic, and then `frame`. Errors: kUnavailable with file and cause.
-  [[nodiscard]] Result<void> open_next(const std::string& frame);
+  /// Opens the next file, empty. Errors: kUnavailable with file and cause.
+  [[nodiscard]] Result<void> open_next();
   /// Whether the present file, if there is one, is as large as a file may become.
-  [[nodiscard]] bool full() const { return descriptor_ < 0 || size_ >= max_bytes_; }
+  [[nodiscard]] bool full() const { return descriptor_ < 0 || (regular_ && size_ >= max_bytes_); }
   [[nodiscard]] bool is_open() const { return descriptor_ >= 0; }
-  /// Errors: kUnavailable with file and cause; nothing of the frame is in the file then.
-  [[nodiscard]] Result<void> append(const std::string& frame);
+  /// Writes the rest of a frame; how much of it was taken, which is all of it but where a reader
+  /// does not keep up. Errors: kUnavailable with file and cause; nothing of the frame is in a
+  /// regular file then.
+  [[nodiscard]] Result<std::size_t> append(std::string_view rest);
+  /// Waits until more may be taken. False: not within this time.
+  [[nodiscard]] bool wait_writable(std::chrono::milliseconds time) const;
   void close();
 
   [[nodiscard]] const std::string& file() const { return file_; }
-  [[nodiscard]] std::uint32_t part() const { return part_; }  ///< from 1
+  /// Number of the present file, or of the latest that has begun, from 1; 0 = none has.
+  [[nodiscard]] std::uint32_t part() const { return part_; }
+  /// The present file holds something now.
+  void begun() { ++part_; }
 
  private:
   [[nodiscard]] std::string name_of(std::uint32_t part) const;
@@ -39,7 +50,8 @@ class JournalFiles {
   std::string file_;
   std::uint32_t part_ = 0;
   int descriptor_ = -1;
-  std::uint64_t size_ = 0;
+  bool regular_ = true;
+  std::uint64_t size_ = 0;  ///< of whole frames
 };
 
 }  // namespace aprsim::server::journal

@@ -29,46 +29,41 @@ std::size_t Entry::bytes() const {
   if (const auto* saved = std::get_if<StateSaved>(&what)) {
     sum += static_cast<std::size_t>(saved->state->bytes());
   }
+  if (const auto* wire = std::get_if<protocols::WireRecord>(&what)) {
+    sum += wire->data.capacity() + wire->method.capacity() + wire->text.capacity();
+  }
   return sum;
 }
 
-bool RecordQueue::push(Entry entry) {
-  const std::size_t bytes = entry.bytes();
-  {
-    const std::lock_guard lock(mutex_);
-    if (!missing_.any() && bytes_ + bytes <= max_bytes_) {
-      try {
-        entries_.push_back(std::move(entry));
-        bytes_ += bytes;
-        filled_.notify_one();
-        return true;
-      } catch (const std::bad_alloc&) {
-        // As if there were no room.
-      }
-    }
-    const std::uint64_t commands = std::holds_alternative<CommandApplied>(entry.what) ? 1 : 0;
-    missing_.add({1, commands, entry.wall, entry.wall, {}});
-  }
-  filled_.notify_one();
-  return false;
+Missing Entry::missing(std::string reason) const {
+  const bool decides =
+      std::holds_alternative<CommandApplied>(what) || std::holds_alternative<EpochBegun>(what);
+  return {1, decides ? 1U : 0U, wall, wall, std::move(reason)};
 }
 
-void RecordQueue::take(Taken& taken, std::chrono::steady_clock::time_point deadline) {
+RecordQueue::Pushed RecordQueue::push(Entry entry) {
+  const std::size_t bytes = entry.bytes();
+  const std::lock_guard lock(mutex_);
+  if (!missing_.any() && bytes_ + bytes <= max_bytes_) {
+    try {
+      entries_.push_back(std::move(entry));
+      const bool pressed = 2 * bytes_ >= max_bytes_;
+      bytes_ += bytes;
+      return !pressed && 2 * bytes_ >= max_bytes_ ? Pushed::kPressing : Pushed::kTaken;
+    } catch (const std::bad_alloc&) {
+      // As if there were no room.
+    }
+  }
+  missing_.add(entry.missing());
+  return Pushed::kMissing;
+}
+
+void RecordQueue::take(Taken& taken) {
   taken.entries.clear();
-  std::unique_lock lock(mutex_);
-  filled_.wait_until(lock, deadline,
-                     [this] { return closed_ || !entries_.empty() || missing_.any(); });
+  const std::lock_guard lock(mutex_);
   taken.entries.swap(entries_);
   taken.missing = std::exchange(missing_, {});
   bytes_ = 0;
-}
-
-void RecordQueue::close() {
-  {
-    const std::lock_guard lock(mutex_);
-    closed_ = true;
-  }
-  filled_.notify_all();
 }
 
 }  // namespace aprsim::server::journal

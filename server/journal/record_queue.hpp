@@ -1,16 +1,16 @@
 #pragma once
 
-#include <atomic>
 #include <chrono>
-#include <condition_variable>
+#include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <variant>
-#include <vector>
 
+#include "protocols/wire_trace.hpp"
 #include "world/recorder.hpp"
 
 namespace aprsim::server::journal {
@@ -52,39 +52,45 @@ struct Missing {
 
 struct Entry {
   WallTime wall;
-  std::variant<EpochBegun, CommandApplied, StateSampled, StateSaved, WorldStopped> what;
+  std::variant<EpochBegun, CommandApplied, StateSampled, StateSaved, WorldStopped,
+               protocols::WireRecord>
+      what;
 
   /// Of memory; approximately.
   [[nodiscard]] std::size_t bytes() const;
+  /// As if it were lost.
+  [[nodiscard]] Missing missing(std::string reason = {}) const;
 };
 
 /// Bounded queue from the threads that know something to the one that writes it. The lock is held
-/// for a push or a swap of two vectors. What finds no room is counted as missing in its place.
+/// for a push or a swap. What finds no room is counted as missing in its place.
 class RecordQueue {
  public:
   struct Taken {
-    std::vector<Entry> entries;
+    std::deque<Entry> entries;
     Missing missing;  ///< came after all of them
+  };
+  enum class Pushed {
+    kTaken,
+    kPressing,  ///< the same, and half of the room is used with it
+    kMissing,   ///< it is not taken, and nothing more until the next take()
   };
 
   explicit RecordQueue(std::size_t max_bytes) : max_bytes_(max_bytes) {}
 
-  /// Thread: any. False when it is missing from now on.
-  bool push(Entry entry);
-  /// Waits for entries or the deadline. After what is missing nothing more is taken in until this
-  /// has been called, so that the gap stands where it was. Thread: the writer.
-  void take(Taken& taken, std::chrono::steady_clock::time_point deadline);
-  /// Ends waits. Thread: any.
-  void close();
+  /// Thread: any.
+  Pushed push(Entry entry);
+  /// All that is there. After what is missing nothing more is taken in until this has been called,
+  /// so that the gap stands where it was. Thread: the writer.
+  void take(Taken& taken);
 
  private:
   const std::size_t max_bytes_;
   std::mutex mutex_;
-  std::condition_variable filled_;
-  std::vector<Entry> entries_;
+  // No growth moves what is in it while the lock is held.
+  std::deque<Entry> entries_;
   std::size_t bytes_ = 0;
   Missing missing_;
-  bool closed_ = false;
 };
 
 }  // namespace aprsim::server::journal

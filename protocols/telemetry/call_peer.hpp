@@ -1,0 +1,19 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace aprsim::telemetry {
+
+/// Who calls.
+struct CallPeer {
+  std::string address;           ///< "ADDRESS:PORT" of the client
+  std::uint64_t connection = 0;  ///< ConnectionTrace::number(); 0 = it is not traced
+};
+
+/// Of what gRPC says of a call's peer: the socket name that the client's relay has given itself,
+/// "ADDRESS:PORT/SOMETHING.CONNECTION", as an URI: "SCHEME:" and the name with some signs as %XX.
+/// Thread: any.
+[[nodiscard]] CallPeer call_peer(const std::string& uri);
+
+}  // namespace aprsim::telemetry

@@ -1,0 +1,61 @@
+#include "protocols/wire_trace.hpp"
+
+#include <atomic>
+#include <utility>
+
+namespace aprsim::protocols {
+namespace {
+
+std::uint64_t next_number() {
+  static std::atomic<std::uint64_t> last{0};
+  return ++last;
+}
+
+}  // namespace
+
+ConnectionTrace::ConnectionTrace(WireTrace* trace, const api::SnapshotSource& source, WireKind kind,
+                                 std::string listener, std::string peer)
+    : trace_(trace), source_(&source) {
+  if (trace_ == nullptr) return;
+  connection_ = std::make_shared<const WireConnection>(
+      WireConnection{kind, std::move(listener), next_number(), std::move(peer)});
+  note(WireContent::kOpened, {}, {});
+}
+
+ConnectionTrace::ConnectionTrace(ConnectionTrace&& other) noexcept
+    : trace_(std::exchange(other.trace_, nullptr)),
+      source_(other.source_),
+      connection_(std::move(other.connection_)) {}
+
+ConnectionTrace& ConnectionTrace::operator=(ConnectionTrace&& other) noexcept {
+  closed({});
+  trace_ = std::exchange(other.trace_, nullptr);
+  source_ = other.source_;
+  connection_ = std::move(other.connection_);
+  return *this;
+}
+
+void ConnectionTrace::closed(std::string_view why) {
+  if (trace_ == nullptr) return;
+  note(WireContent::kClosed, {}, why);
+  trace_ = nullptr;
+}
+
+void ConnectionTrace::note(WireContent content, std::string_view data,
+                           std::string_view text) const {
+  protocols::note(*trace_, *source_,
+                  {.connection = connection_,
+                   .content = content,
+                   .data = std::string(data),
+                   .text = std::string(text)});
+}
+
+void note(WireTrace& trace, const api::SnapshotSource& source, WireRecord record) {
+  const api::SnapshotPtr now = source.latest();
+  record.epoch = now->epoch;
+  record.step = now->step;
+  record.sim_time = now->time;
+  trace.note(std::move(record));
+}
+
+}  // namespace aprsim::protocols

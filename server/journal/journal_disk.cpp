@@ -1,0 +1,142 @@
+#include "server/journal/journal_disk.hpp"
+
+#include <ctime>
+#include <string_view>
+#include <utility>
+
+#include <spdlog/spdlog.h>
+
+#include "proto/journal/frames.hpp"
+#include "server/journal/record_message.hpp"
+
+namespace aprsim::server::journal {
+namespace {
+
+using SteadyClock = std::chrono::steady_clock;
+
+constexpr std::chrono::seconds kRetry{1};
+/// Of frames that a slow reader has not taken.
+constexpr std::size_t kMaxWaitingBytes = std::size_t{16} << 20;
+
+std::string stamp_now() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  ::gmtime_r(&now, &utc);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y%m%dT%H%M%SZ", &utc);
+  return text;
+}
+
+}  // namespace
+
+std::string header_bytes(const v1::JournalHeader& header, std::uint32_t part) {
+  v1::JournalRecord record;
+  write_time(std::chrono::system_clock::now(), *record.mutable_wall_time());
+  *record.mutable_header() = header;
+  record.mutable_header()->set_part(part);
+  aprsim::journal::FrameEncoder encoder;
+  encoder.add(record);
+  return std::string(aprsim::journal::kMagic) + encoder.take();
+}
+
+JournalDisk::JournalDisk(std::string place, std::uint64_t max_file_bytes,
+                         const v1::JournalHeader& header)
+    : files_(std::move(place), stamp_now(), max_file_bytes), header_(header) {}
+
+void JournalDisk::put(const Frame& frame) {
+  const bool next = frame.begins && waiting_.empty() && files_.full();
+  if (next ? !open_next() : !files_.is_open()) return lose(frame.held, trouble_);
+  if (waiting_bytes_ + frame.bytes->size() > kMaxWaitingBytes) {
+    return lose(frame.held, files_.file() + ": what reads it does not keep up");
+  }
+  if (missing_.any()) tell_gap();
+  wait(frame.bytes, frame.records, frame.held);
+  if (frame.begins) wants_beginning_ = false;
+  write_waiting();
+}
+
+void JournalDisk::write_waiting() {
+  while (!waiting_.empty()) {
+    Waiting& first = waiting_.front();
+    const auto taken = files_.append(std::string_view(*first.bytes).substr(first.done));
+    if (!taken) return failed(taken.error().message);
+    first.done += *taken;
+    if (first.done < first.bytes->size()) return;
+    stats_.records += first.records;
+    stats_.bytes += first.bytes->size();
+    waiting_bytes_ -= first.bytes->size();
+    waiting_.pop_front();
+  }
+}
+
+void JournalDisk::finish(SteadyClock::time_point deadline) {
+  for (write_waiting(); !waiting_.empty(); write_waiting()) {
+    const auto left = deadline - SteadyClock::now();
+    if (left <= left.zero() || !files_.wait_writable(std::chrono::ceil<std::chrono::milliseconds>(
+                                   left))) {
+      spdlog::warn("journal: {}: what reads it has not taken its end", files_.file());
+      break;
+    }
+  }
+  files_.close();
+}
+
+bool JournalDisk::wants_beginning() const {
+  return (wants_beginning_ || !files_.is_open()) && SteadyClock::now() >= retry_at_;
+}
+
+bool JournalDisk::open_next() {
+  if (SteadyClock::now() < retry_at_) return false;
+  if (auto opened = files_.open_next(); !opened) {
+    failed(opened.error().message);
+    return false;
+  }
+  const bool again = !trouble_.empty();
+  wait(std::make_shared<const std::string>(header_bytes(header_, files_.part() + 1)), 1,
+       {});
+  write_waiting();
+  if (!files_.is_open()) return false;
+  files_.begun();
+  if (again) spdlog::info("journal: goes on in {}", files_.file());
+  trouble_.clear();
+  return true;
+}
+
+void JournalDisk::wait(FrameBytes bytes, std::uint64_t records, const Missing& held) {
+  waiting_bytes_ += bytes->size();
+  waiting_.push_back({std::move(bytes), records, held, 0});
+}
+
+void JournalDisk::tell_gap() {
+  const Missing gap = std::exchange(missing_, {});
+  v1::JournalRecord record;
+  write_message(gap, record);
+  aprsim::journal::FrameEncoder encoder;
+  encoder.add(record);
+  // Should it be lost as well, so is what it tells.
+  wait(std::make_shared<const std::string>(encoder.take()), 1, gap);
+  ++stats_.gaps;
+  stats_.missing += gap.records;
+  spdlog::warn("journal: {} records are missing, {} of them commands: {}", gap.records,
+               gap.commands, gap.reason);
+}
+
+void JournalDisk::lose(const Missing& held, const std::string& why) {
+  Missing lost = held;
+  lost.reason = why;
+  missing_.add(lost);
+  wants_beginning_ = true;
+}
+
+/// All that waits is lost; the next frame that begins opens another file, if there is room.
+void JournalDisk::failed(const std::string& why) {
+  if (why != trouble_) spdlog::error("journal: {}", why);
+  trouble_ = why;
+  for (const Waiting& waiting : std::exchange(waiting_, {})) lose(waiting.held, why);
+  waiting_bytes_ = 0;
+  wants_beginning_ = true;
+  files_.close();
+  retry_at_ = SteadyClock::now() + kRetry;
+}
+
+}  // namespace aprsim::server::journal
