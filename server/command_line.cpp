@@ -50,7 +50,7 @@ std::optional<Invocation> parse_command_line(int argc, char** argv, int& exit_co
       "aprsimd: a stand-in for the APRS kitting cell. Serves CRCL for each robot, Modbus/TCP for "
       "the conveyor, gRPC for telemetry and control, and a web page that shows it all.",
       "aprsimd"};
-  std::string config_file, scene, speed, seed, time, token_file, journal;
+  std::string config_file, scene, speed, seed, time, token_file, journal, from, to;
   std::vector<std::string> assignments, pacers;
   std::optional<double> poll_period_s;
   Invocation invocation;
@@ -86,6 +86,17 @@ std::optional<Invocation> parse_command_line(int argc, char** argv, int& exit_co
                  "Run a recorded run again, compare it step by step, then leave; a run's files in "
                  "their order")
       ->type_name("FILE ...");
+  app.add_option("--from", from, "Of a replay: begin at the last checkpoint before this time")
+      ->type_name("[EPOCH:]SECONDS")
+      ->needs("--replay");
+  app.add_option("--to", to, "Of a replay: end at this time")
+      ->type_name("[EPOCH:]SECONDS")
+      ->needs("--replay");
+  app.add_flag("--serve", invocation.serve_replay,
+               "Of a replay: let browsers and gRPC clients watch it at --speed (default 1)")
+      ->needs("--replay");
+  app.add_flag("--json", invocation.json, "Of a replay: what it has found as a JSON object")
+      ->needs("--replay");
   app.add_flag(
       "--demo", invocation.demo,
       "Also start the kitting controller, which fills kits and empties them again, for ever");
@@ -142,6 +153,21 @@ std::optional<Invocation> parse_command_line(int argc, char** argv, int& exit_co
     std::cerr << "aprsimd: --demo: not in virtual time, which whoever polls would pass\n";
     exit_code = 2;
     return std::nullopt;
+  }
+  for (const auto& [text, moment] : {std::pair(&from, &invocation.replay_part.from),
+                                     std::pair(&to, &invocation.replay_part.to)}) {
+    if (text->empty()) continue;
+    const auto read = journal::to_run_moment(*text);
+    if (!read) {
+      std::cerr << "aprsimd: " << read.error().message << "\n";
+      exit_code = 2;
+      return std::nullopt;
+    }
+    *moment = *read;
+  }
+  const bool paced = !speed.empty() || invocation.serve_replay;
+  if (paced && config->speed.mode == Speed::Mode::kFactor) {
+    invocation.replay_speed = config->speed.factor;
   }
   invocation.config = std::move(*config);
   if (!journal.empty()) invocation.config.journal.place = journal;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "server/config.hpp"
+#include "server/journal/replay_files.hpp"
 
 namespace aprsim::server {
 
@@ -13,10 +14,14 @@ struct Invocation {
   Config config;
   std::string ports_file;           ///< empty = none
   std::vector<std::string> replay;  ///< journals of a run to be run again, then leave
-  bool demo = false;                ///< start the kitting controller, too
-  bool check_only = false;          ///< load configuration and scene, then leave
-  bool print_config = false;        ///< print the effective configuration, then leave
-  bool list_keys = false;           ///< list the configuration's keys, then leave
+  journal::ReplayPart replay_part;
+  std::optional<double> replay_speed;  ///< absent = as fast as possible
+  bool serve_replay = false;           ///< let it be watched
+  bool json = false;                   ///< what a replay has found, as an object
+  bool demo = false;                   ///< start the kitting controller, too
+  bool check_only = false;             ///< load configuration and scene, then leave
+  bool print_config = false;           ///< print the effective configuration, then leave
+  bool list_keys = false;              ///< list the configuration's keys, then leave
 };
 
 /// Parses the daemon's arguments and loads the configuration. Prints help, version or one line of

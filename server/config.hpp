@@ -110,6 +110,12 @@ struct JournalConfig {
   std::uint32_t memory_mb = 256;      ///< 0 = nothing is kept in memory
 };
 
+/// How much of the past is kept in memory, to be looked at.
+struct HistoryConfig {
+  std::uint32_t minutes = 10;  ///< of simulated time; 0 = none
+  std::uint32_t max_mb = 128;
+};
+
 /// What holds for the connections of every listener.
 struct ConnectionsConfig {
   std::uint32_t per_address = 32;
@@ -124,6 +130,7 @@ struct Config {
   std::string log_level = "info";
   std::uint32_t saved_states_mb = 64;
   JournalConfig journal;
+  HistoryConfig history;
   ConnectionsConfig connections;
   CrclConfig crcl;
   ModbusConfig modbus;

@@ -155,6 +155,14 @@ void visit(Archive& keys, JournalConfig& journal) {
 }
 
 template <typename Archive>
+void visit(Archive& keys, HistoryConfig& history) {
+  keys.key("minutes", history.minutes, Whole{0, 1440},
+           "simulated time of which any moment can be looked at again; 0 = none");
+  keys.key("max_mb", history.max_mb, Whole{1, 65536},
+           "memory that it may take; the oldest is given up [MB]");
+}
+
+template <typename Archive>
 void visit(Archive& keys, Config& config) {
   keys.key("scene", config.scene, Text{}, "a shipped scene's name, or a file");
   keys.key("seed", config.seed, Maybe<Whole>{}, "of everything random, in place of the scene's");
@@ -165,6 +173,7 @@ void visit(Archive& keys, Config& config) {
   keys.key("saved_states_mb", config.saved_states_mb, Whole{1, 65536},
            "memory that saved states may take together [MB]");
   keys.section("journal", config.journal, "the record of the run");
+  keys.section("history", config.history, "the past of the run, in memory");
   keys.section("connections", config.connections, "the connections of every listener");
   keys.section("crcl", config.crcl, "CRCL, one listener a robot");
   keys.section("modbus", config.modbus, "Modbus/TCP of the conveyor's PLC");

@@ -25,9 +25,14 @@
 #include "server/cell_programs.hpp"
 #include "server/journal/journal.hpp"
 #include "server/journal/run_header.hpp"
+#include "server/journal/state_files.hpp"
+#include "server/listener_options.hpp"
 #include "server/metrics.hpp"
 #include "server/process.hpp"
 #include "server/version.hpp"
+#include "world/history/bookmark_maker.hpp"
+#include "world/history/recorders.hpp"
+#include "world/history/time_machine.hpp"
 #include "world/simulation.hpp"
 
 namespace aprsim::server {
@@ -35,8 +40,6 @@ namespace {
 
 // Endpoints as they stand in the journal of commands; robots count up from the first.
 constexpr api::EndpointId kModbusEndpoint = 1;
-constexpr api::EndpointId kGrpcEndpoint = 2;
-constexpr api::EndpointId kWebEndpoint = 3;
 constexpr api::EndpointId kFirstCrclEndpoint = 16;
 
 constexpr std::chrono::milliseconds kNewsPeriod{200};
@@ -78,6 +81,16 @@ std::unique_ptr<journal::Journal> make_journal(const Config& config, const scene
   return std::make_unique<journal::Journal>(std::move(options));
 }
 
+/// Null where no past is to be kept.
+std::unique_ptr<world::HistoryRecords> make_records(const HistoryConfig& config,
+                                                    const scene::Scene& scene) {
+  if (config.minutes == 0) return nullptr;
+  world::HistoryLimits limits;
+  limits.steps = static_cast<std::uint64_t>(60.0 * config.minutes / scene.physics.step_s);
+  limits.bytes = std::uint64_t{config.max_mb} << 20U;
+  return std::make_unique<world::HistoryRecords>(limits);
+}
+
 world::SimulationOptions simulation_options(const Config& config, const scene::Scene& scene,
                                             world::Recorder* recorder) {
   world::SimulationOptions options;
@@ -105,13 +118,6 @@ crcl::Units units_of(const CrclRobotConfig& config) {
                                                       : crcl::LengthUnit::kInch;
   units.angle = config.angle_unit == "degree" ? crcl::AngleUnit::kDegree : crcl::AngleUnit::kRadian;
   return units;
-}
-
-/// Of a listener that takes so many connections.
-protocols::ConnectionLimits limits_of(const ConnectionsConfig& config, std::size_t at_once) {
-  return {.at_once = at_once,
-          .per_address = config.per_address,
-          .yield_after = std::chrono::milliseconds(config.yield_after_ms)};
 }
 
 crcl_server::CrclServerOptions crcl_options(const Config& all, const std::string& robot, int index,
@@ -166,70 +172,17 @@ modbus_server::ModbusServerOptions modbus_options(const Config& all, protocols::
   return options;
 }
 
-web::RobotVisual visual_of(const scene::Robot& robot) {
-  const scene::Gripper& gripper = robot.gripper;
-  return {.pad_height_m = gripper.pad_height_m,
-          .pad_width_m = gripper.pad_width_m,
-          .pad_depth_m = gripper.pad_depth_m,
-          .v_half_angle_rad = gripper.pad == scene::PadShape::kV ? gripper.v_half_angle_rad : 0,
-          .palm_size = gripper.palm_size,
-          .camera_V = robot.vision.camera_V,
-          .area_min = robot.vision.area_min,
-          .area_max = robot.vision.area_max};
-}
-
-/// What the page draws besides the cell's description.
-web::VisualDescription visual_of(const scene::Scene& scene) {
-  web::VisualDescription visual;
-  for (const auto& box : scene.fixed) visual.fixed.push_back({box.name, box.size, box.X_WS});
-  for (const auto& robot : scene.robots) visual.robots.push_back(visual_of(robot));
-  for (const auto& [name, gear] : scene.gear_types) {
-    visual.gears.push_back({name, gear.hub_top_radius_m, gear.hub_bottom_radius_m,
-                            gear.hub_height_m, gear.teeth_outer_radius_m});
-  }
-  for (const auto& [name, tray] : scene.tray_types) {
-    auto& out = visual.trays.emplace_back();
-    out.type = name;
-    for (const auto& slot : tray.slots) {
-      out.pockets.push_back(
-          {slot.pocket.top_radius_m, slot.pocket.floor_radius_m, slot.pocket.depth_m});
-    }
-  }
-  return visual;
-}
-
-web::WebServerOptions web_options(const Config& config, const scene::Scene& scene) {
-  web::WebServerOptions options;
-  options.bind_address = config.web.address;
-  options.port = config.web.port;
-  options.limits = limits_of(config.connections, config.web.max_connections);
-  options.max_viewers = config.web.max_viewers;
-  options.max_rate_hz = config.web.max_rate_hz;
-  options.control = config.web.control;
-  options.hosts = config.web.hosts;
-  options.assets = web_directory();
-  for (const auto& robot : scene.robots) options.models.emplace_back(robot.name, robot.model_file);
-  options.visual = visual_of(scene);
-  options.version = kVersion;
-  options.scaling = {.full_scale_m_s = config.modbus.full_scale_m_s,
-                     .one_is_forward = config.modbus.forward_is_one};
-  options.endpoint = kWebEndpoint;
-  return options;
-}
-
-telemetry::TelemetryOptions telemetry_options(const Config& all,
-                                              std::shared_ptr<protocols::AccessToken> token,
-                                              protocols::WireTrace* trace, api::VirtualTime* time) {
-  const GrpcConfig& config = all.grpc;
-  telemetry::TelemetryOptions options;
-  options.address = config.address;
-  options.port = config.port;
-  options.limits = limits_of(all.connections, config.max_connections);
-  options.control = all.web.control;
+telemetry::TelemetryOptions grpc_options(const Config& all,
+                                         std::shared_ptr<protocols::AccessToken> token,
+                                         protocols::WireTrace* trace, api::VirtualTime* time,
+                                         api::History* history,
+                                         protocols::StateFiles* state_files) {
+  telemetry::TelemetryOptions options = telemetry_options(all);
   options.token = std::move(token);
-  options.endpoint = kGrpcEndpoint;
   options.trace = trace;
   options.virtual_time = time;
+  options.history = history;
+  options.state_files = state_files;
   return options;
 }
 
@@ -265,14 +218,22 @@ class Daemon::Impl {
  public:
   Impl(const Config& config, std::shared_ptr<const scene::Scene> scene, bool demo)
       : journal_(make_journal(config, *scene)),
-        simulation_(scene, simulation_options(config, *scene, journal_.get())),
+        records_(make_records(config.history, *scene)),
+        bookmark_maker_(bookmarks_, robots_of(*scene)),
+        recorders_({journal_.get(), records_.get(), records_ ? &bookmark_maker_ : nullptr}),
+        simulation_(scene, simulation_options(config, *scene, &recorders_)),
+        history_(records_ ? std::make_unique<world::TimeMachine>(scene, *records_, bookmarks_,
+                                                                 &simulation_)
+                          : nullptr),
+        state_files_(scene, kVersion),
         token_(config.web.token.empty()
                    ? nullptr
                    : std::make_shared<protocols::AccessToken>(config.web.token)),
         modbus_(modbus_options(config, config.web.enabled ? &modbus_tap_ : nullptr, journal_.get(),
                                simulation_.virtual_time()),
                 simulation_, simulation_),
-        telemetry_(telemetry_options(config, token_, journal_.get(), simulation_.virtual_time()),
+        telemetry_(grpc_options(config, token_, journal_.get(), simulation_.virtual_time(),
+                                history_.get(), &state_files_),
                    simulation_, simulation_),
         programs_(config, demo) {
     for (std::size_t i = 0; i < scene->robots.size(); ++i) {
@@ -330,6 +291,8 @@ class Daemon::Impl {
   /// first, which counts the others' connections.
   void stop() {
     programs_.close();
+    // Listeners have no answer from it to wait for then.
+    if (history_) history_->stop();
     if (web_) web_->stop();
     {
       std::vector<std::jthread> ending;
@@ -372,6 +335,7 @@ class Daemon::Impl {
     options.crcl_tap = &crcl_tap_;
     options.modbus_tap = &modbus_tap_;
     options.programs = programs_.for_pages();
+    options.history = history_.get();
     options.listeners = [this] { return listeners(); };
     options.metrics = [this] { return metrics_text(metrics_sources()); };
     web_ = std::make_unique<web::WebServer>(std::move(options), simulation_, simulation_);
@@ -418,8 +382,14 @@ class Daemon::Impl {
     std::unique_ptr<vision_server::VisionServer> vision;
   };
 
-  std::unique_ptr<journal::Journal> journal_;  // null = the run is not recorded
+  std::unique_ptr<journal::Journal> journal_;       // null = the run is not recorded
+  std::unique_ptr<world::HistoryRecords> records_;  // null = no past is kept
+  world::Bookmarks bookmarks_;
+  world::BookmarkMaker bookmark_maker_;
+  world::Recorders recorders_;
   world::Simulation simulation_;
+  std::unique_ptr<world::TimeMachine> history_;  // where there are records
+  journal::SceneStateFiles state_files_;
   // Only the page shows what they keep.
   protocols::WireTap crcl_tap_{simulation_}, modbus_tap_{simulation_, kModbusTapBytes};
   std::shared_ptr<protocols::AccessToken> token_;

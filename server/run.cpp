@@ -2,6 +2,7 @@
 
 #include <cstdlib>
 #include <exception>
+#include <functional>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -15,9 +16,12 @@
 #include "server/daemon.hpp"
 #include "server/exposure.hpp"
 #include "server/journal/replay_files.hpp"
+#include "server/journal/replay_pace.hpp"
+#include "server/listener_options.hpp"
 #include "server/logging.hpp"
 #include "server/ports_file.hpp"
 #include "server/process.hpp"
+#include "server/replay_daemon.hpp"
 #include "server/service_manager.hpp"
 #include "server/version.hpp"
 #include "world/scene/scene_loader.hpp"
@@ -42,12 +46,6 @@ void announce(const Ports& ports, const Config& config) {
   }
 }
 
-std::vector<std::string> robots_of(const scene::Scene& scene) {
-  std::vector<std::string> robots;
-  for (const auto& robot : scene.robots) robots.push_back(robot.name);
-  return robots;
-}
-
 /// A misspelt name would silently leave a robot at its defaults.
 void warn_of_unknown_robots(const Config& config, const scene::Scene& scene) {
   for (const std::string& key : keys_of_unknown_robots(config, robots_of(scene))) {
@@ -56,18 +54,11 @@ void warn_of_unknown_robots(const Config& config, const scene::Scene& scene) {
   }
 }
 
-int serve(const Invocation& invocation, std::shared_ptr<const scene::Scene> scene) {
-  share_memory_pools();
-  block_signals();
-  if (auto ok = raise_file_limit(needed_files(invocation.config, scene->robots.size())); !ok) {
-    return refuse(ok.error().message);
-  }
-  const Logging logging(invocation.config.log_level);
-  spdlog::info("aprsimd {}: scene {}, speed {}{}", kVersion, scene->name,
-               to_text(invocation.config.speed),
-               invocation.config.time.clients_pace ? ", virtual time" : "");
+/// Until a signal comes. Exit code 0.
+template <typename Served>
+int serve_until_signal(Served& daemon, const Invocation& invocation,
+                       const std::function<bool()>& makes_progress) {
   PortsFile ports_file;
-  Daemon daemon(invocation.config, std::move(scene), invocation.demo);
   const auto ports = daemon.start();
   if (!ports) return refuse(ports.error().message);
   announce(*ports, invocation.config);
@@ -80,7 +71,7 @@ int serve(const Invocation& invocation, std::shared_ptr<const scene::Scene> scen
   service_manager.ready();
   std::optional<int> signal;
   while (!(signal = wait_for_signal(service_manager.period()))) {
-    service_manager.working(daemon.makes_progress(), daemon.problem());
+    service_manager.working(makes_progress(), daemon.problem());
   }
   service_manager.stopping();
   spdlog::info("signal {}: stopping", *signal);
@@ -90,15 +81,49 @@ int serve(const Invocation& invocation, std::shared_ptr<const scene::Scene> scen
   return EXIT_SUCCESS;
 }
 
-/// Exit code 1 when the run differs, 2 when it cannot be run.
-int replay(const std::vector<std::string>& files) {
-  const auto replayed = journal::replay_files(files, kVersion);
-  if (!replayed) {
-    refuse(replayed.error().message);
-    return 2;
+int serve(const Invocation& invocation, std::shared_ptr<const scene::Scene> scene) {
+  share_memory_pools();
+  block_signals();
+  if (auto ok = raise_file_limit(needed_files(invocation.config, scene->robots.size())); !ok) {
+    return refuse(ok.error().message);
   }
-  std::cout << journal::text_of(*replayed);
-  return replayed->result.difference ? EXIT_FAILURE : EXIT_SUCCESS;
+  const Logging logging(invocation.config.log_level);
+  spdlog::info("aprsimd {}: scene {}, speed {}{}", kVersion, scene->name,
+               to_text(invocation.config.speed),
+               invocation.config.time.clients_pace ? ", virtual time" : "");
+  Daemon daemon(invocation.config, std::move(scene), invocation.demo);
+  return serve_until_signal(daemon, invocation, [&] { return daemon.makes_progress(); });
+}
+
+int serve_replay(const Invocation& invocation, const journal::RecordedRun& run) {
+  block_signals();
+  if (auto ok = raise_file_limit(needed_files(invocation.config, 0)); !ok) {
+    return refuse(ok.error().message);
+  }
+  const Logging logging(invocation.config.log_level);
+  spdlog::info("aprsimd {}: run {} of scene {} again", kVersion, run.header().run_id(),
+               run.header().scene());
+  for (const std::string& caution : run.cautions()) spdlog::warn("replay: {}", caution);
+  ReplayDaemon daemon(invocation.config, run, invocation.replay_part, invocation.replay_speed);
+  return serve_until_signal(daemon, invocation, [] { return true; });
+}
+
+/// Exit code 1 when the run differs, 2 when it cannot be run.
+int replay(const Invocation& invocation) {
+  const auto unreadable = [](const Error& error) {
+    refuse(error.message);
+    return 2;
+  };
+  const auto run = journal::RecordedRun::open(invocation.replay, kVersion);
+  if (!run) return unreadable(run.error());
+  if (invocation.serve_replay) return serve_replay(invocation, *run);
+  journal::ReplayPart part = invocation.replay_part;
+  if (invocation.replay_speed) part.watch = journal::paced(*invocation.replay_speed);
+  const auto result = journal::replay_run(*run, part);
+  if (!result) return unreadable(result.error());
+  std::cout << (invocation.json ? journal::json_of(*run, *result)
+                                : journal::text_of(*run, *result));
+  return result->difference ? EXIT_FAILURE : EXIT_SUCCESS;
 }
 
 int start(int argc, char** argv) {
@@ -113,7 +138,7 @@ int start(int argc, char** argv) {
     std::cout << key_list(invocation->config);
     return EXIT_SUCCESS;
   }
-  if (!invocation->replay.empty()) return replay(invocation->replay);
+  if (!invocation->replay.empty()) return replay(*invocation);
   auto scene = scene::load_scene(invocation->config.scene, scene::default_data_paths());
   if (!scene) return refuse(scene.error().message);
   auto shared = std::make_shared<const scene::Scene>(std::move(*scene));

@@ -22,16 +22,17 @@ SavedWorlds::SavedWorlds(std::uint64_t max_bytes)
     : max_bytes_(max_bytes),
       list_(std::make_shared<const api::SavedStates>(api::SavedStates{.max_bytes = max_bytes})) {}
 
-Result<void> SavedWorlds::keep(const std::string& name, WorldState state, SimTime time) {
+Result<void> SavedWorlds::keep(const std::string& name, api::StatePtr state, SimTime step_size) {
   if (!entries_.contains(name) && entries_.size() >= api::kMaxSavedStates) {
     return fail(ErrorCode::kFailedPrecondition, "name",
                 "'" + name + "' cannot be saved: all " + std::to_string(api::kMaxSavedStates) +
                     " places for saved states are taken; use one of their names again, or delete "
                     "one");
   }
+  const SimTime time = step_size * static_cast<SimTime::rep>(state->steps);
   Saved more{std::move(state), time, 0, {}};
-  more.own_bytes = more.state.bytes();
-  more.state.list(more.shared);
+  more.own_bytes = more.state->bytes();
+  more.state->list(more.shared);
   auto list = list_with(name, &more);
   if (list->bytes > max_bytes_) {
     return fail(ErrorCode::kFailedPrecondition, "name",
@@ -55,9 +56,9 @@ Result<void> SavedWorlds::forget(const std::string& name) {
   return {};
 }
 
-const WorldState* SavedWorlds::find(const std::string& name) const {
+api::StatePtr SavedWorlds::find(const std::string& name) const {
   const auto found = entries_.find(name);
-  return found == entries_.end() ? nullptr : &found->second.state;
+  return found == entries_.end() ? nullptr : found->second.state;
 }
 
 std::shared_ptr<const api::SavedStates> SavedWorlds::list_with(const std::string& name,
@@ -65,8 +66,8 @@ std::shared_ptr<const api::SavedStates> SavedWorlds::list_with(const std::string
   api::SavedStates list{.max_bytes = max_bytes_};
   robot::SharedParts all;
   const auto add = [&](const std::string& of, const Saved& saved) {
-    list.states.push_back(
-        {of, saved.own_bytes + robot::bytes_of(saved.shared), saved.state.steps, saved.time});
+    list.states.push_back({of, saved.own_bytes + robot::bytes_of(saved.shared), saved.state->steps,
+                           saved.time, saved.state});
     list.bytes += saved.own_bytes;
     all.insert(saved.shared.begin(), saved.shared.end());
   };

@@ -20,17 +20,17 @@ class SavedWorlds {
 
   /// Keeps a state in place of what had the name; all or nothing, should memory run out. Errors:
   /// kFailedPrecondition when there are too many or they are too large.
-  [[nodiscard]] Result<void> keep(const std::string& name, WorldState state, SimTime time);
+  [[nodiscard]] Result<void> keep(const std::string& name, api::StatePtr state, SimTime step_size);
   /// Errors: kNotFound.
   [[nodiscard]] Result<void> forget(const std::string& name);
   /// Null when none has the name.
-  [[nodiscard]] const WorldState* find(const std::string& name) const;
+  [[nodiscard]] api::StatePtr find(const std::string& name) const;
   /// Never null.
   [[nodiscard]] const std::shared_ptr<const api::SavedStates>& list() const { return list_; }
 
  private:
   struct Saved {
-    WorldState state;
+    api::StatePtr state;
     SimTime time{};
     std::uint64_t own_bytes = 0;
     robot::SharedParts shared;

@@ -234,17 +234,7 @@ Result<void> Simulation::carry_out(const QueuedCommand& queued) {
   const auto* simulation = std::get_if<api::SimulationCommand>(&queued.command.body);
   try {
     if (simulation != nullptr) return apply(*simulation);
-    return std::visit(
-        [&](const auto& body) -> Result<void> {
-          using Body = std::decay_t<decltype(body)>;
-          if constexpr (std::is_same_v<Body, api::FaultCommand>) {
-            return world_->apply(queued.ticket, body);
-          } else if constexpr (!std::is_same_v<Body, api::SimulationCommand>) {
-            world_->apply(queued.ticket, body);
-          }
-          return {};
-        },
-        queued.command.body);
+    return world_->apply_any(queued.ticket, queued.command);
   } catch (const std::exception& failure) {
     const std::string why = "a command failed: " + std::string(failure.what());
     // Half a command may have been carried out.
@@ -270,9 +260,9 @@ Result<void> Simulation::apply(const api::SimulationCommand& command) {
   } else if (const auto* again = std::get_if<api::Reset>(&command)) {
     return reset(again->seed);
   } else if (const auto* saving = std::get_if<api::SaveState>(&command)) {
-    return save(saving->name);
+    return save(*saving);
   } else if (const auto* loading = std::get_if<api::LoadState>(&command)) {
-    return load(loading->name);
+    return load(*loading);
   } else if (const auto* deleting = std::get_if<api::DeleteState>(&command)) {
     return saved_.forget(deleting->name);
   }
@@ -307,16 +297,17 @@ Result<void> Simulation::reset(std::optional<std::uint64_t> seed) {
   return {};
 }
 
-Result<void> Simulation::save(const std::string& name) {
-  return saved_.keep(name, world_->save(), world_->time());
+Result<void> Simulation::save(const api::SaveState& command) {
+  auto state = command.state ? command.state : std::make_shared<const WorldState>(world_->save());
+  return saved_.keep(command.name, std::move(state), world_->step_size());
 }
 
-Result<void> Simulation::load(const std::string& name) {
-  const WorldState* found = saved_.find(name);
+Result<void> Simulation::load(const api::LoadState& command) {
+  const api::StatePtr found = command.state ? command.state : saved_.find(command.name);
   if (found == nullptr) {
-    return fail(ErrorCode::kNotFound, "name", "no state is saved as '" + name + "'");
+    return fail(ErrorCode::kNotFound, "name", "no state is saved as '" + command.name + "'");
   }
-  auto loaded = std::make_shared<const std::string>(name);
+  auto loaded = std::make_shared<const std::string>(command.name);
   try {
     world_->restore(*found);
   } catch (const std::exception& failure) {

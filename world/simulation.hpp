@@ -80,8 +80,8 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   /// One step. False when time stands now.
   bool advance();
   [[nodiscard]] Result<void> reset(std::optional<std::uint64_t> seed);
-  [[nodiscard]] Result<void> save(const std::string& name);
-  [[nodiscard]] Result<void> load(const std::string& name);
+  [[nodiscard]] Result<void> save(const api::SaveState& command);
+  [[nodiscard]] Result<void> load(const api::LoadState& command);
   /// The world stands still until a reset or a load.
   void stop_world(const std::string& why);
   void record_failure(api::Ticket ticket, Error error);

@@ -70,6 +70,20 @@ void World::describe(std::uint64_t seed) {
   description_ = std::move(cell);
 }
 
+Result<void> World::apply_any(api::Ticket ticket, const api::Command& command) {
+  return std::visit(
+      [&](const auto& body) -> Result<void> {
+        using Body = std::decay_t<decltype(body)>;
+        if constexpr (std::is_same_v<Body, api::FaultCommand>) {
+          return apply(ticket, body);
+        } else if constexpr (!std::is_same_v<Body, api::SimulationCommand>) {
+          apply(ticket, body);
+        }
+        return {};
+      },
+      command.body);
+}
+
 void World::apply(api::Ticket ticket, const api::RobotCommand& command) {
   robots_.at(static_cast<std::size_t>(command.robot)).apply(ticket, command);
   stop_robots_if_broken();

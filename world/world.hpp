@@ -48,6 +48,8 @@ class World {
   void apply(api::Ticket ticket, const api::SetIntruder& command);
   /// Faults begin and end at the beginning of a step. Errors: too many faults, an unknown one.
   [[nodiscard]] Result<void> apply(api::Ticket ticket, const api::FaultCommand& command);
+  /// Any of these; what is asked of the simulation is none of the world's.
+  [[nodiscard]] Result<void> apply_any(api::Ticket ticket, const api::Command& command);
 
   /// Advances by one fixed step. Throws physics::PhysicsFailure when the physics fails; the state
   /// is then that of the last good step.

@@ -20,6 +20,7 @@ struct ControlStub {
 namespace {
 
 constexpr auto kCallTimeout = std::chrono::seconds(10);
+constexpr auto kTransferTimeout = std::chrono::seconds(60);
 
 Failure failure_of(const grpc::Status& status, const std::string& address) {
   switch (status.error_code()) {
@@ -36,6 +37,10 @@ Failure failure_of(const grpc::Status& status, const std::string& address) {
   }
 }
 
+void authorize(grpc::ClientContext& context, const ControlStub& control) {
+  if (!control.token.empty()) context.AddMetadata("authorization", "Bearer " + control.token);
+}
+
 /// One unary call: `method` of `service` with a deadline.
 template <typename Response, typename Service, typename Stub, typename Request>
 Outcome<Response> call(Service& service,
@@ -48,7 +53,7 @@ Outcome<Response> call(Service& service,
   Response response;
   grpc::Status status;
   if constexpr (std::is_same_v<Service, ControlStub>) {
-    if (!service.token.empty()) context.AddMetadata("authorization", "Bearer " + service.token);
+    authorize(context, service);
     status = (service.stub.*method)(&context, request, &response);
   } else {
     status = (service.*method)(&context, request, &response);
@@ -178,6 +183,43 @@ Outcome<v1::Receipt> CellConnection::delete_state(const std::string& name) {
 Outcome<v1::ListStatesResponse> CellConnection::list_states() {
   return call(stubs_->control, &v1::ControlService::Stub::ListStates, v1::ListStatesRequest{},
               address_);
+}
+
+Outcome<std::string> CellConnection::export_state(const std::string& name) {
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + kTransferTimeout);
+  authorize(context, stubs_->control);
+  v1::ExportStateRequest request;
+  request.set_name(name);
+  const auto reader = stubs_->control.stub.ExportState(&context, request);
+  std::string bytes;
+  for (v1::ExportStateResponse part; reader->Read(&part);) bytes += part.data();
+  if (const auto status = reader->Finish(); !status.ok()) {
+    return tl::unexpected(failure_of(status, address_));
+  }
+  return bytes;
+}
+
+Outcome<v1::ImportStateResponse> CellConnection::import_state(const std::string& name,
+                                                              const std::string& bytes) {
+  constexpr std::size_t kPart = std::size_t{32} << 10;
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + kTransferTimeout);
+  authorize(context, stubs_->control);
+  v1::ImportStateResponse response;
+  const auto writer = stubs_->control.stub.ImportState(&context, &response);
+  v1::ImportStateRequest request;
+  request.set_name(name);
+  for (std::size_t at = 0; at < bytes.size() || at == 0; at += kPart) {
+    request.set_data(bytes.substr(at, kPart));
+    // It fails when the daemon has refused; the status says why.
+    if (!writer->Write(request)) break;
+  }
+  writer->WritesDone();
+  if (const auto status = writer->Finish(); !status.ok()) {
+    return tl::unexpected(failure_of(status, address_));
+  }
+  return response;
 }
 
 Outcome<v1::SetIntruderResponse> CellConnection::set_intruder(

@@ -42,6 +42,11 @@ class CellConnection {
   [[nodiscard]] Outcome<v1::Receipt> load_state(const std::string& name);
   [[nodiscard]] Outcome<v1::Receipt> delete_state(const std::string& name);
   [[nodiscard]] Outcome<v1::ListStatesResponse> list_states();
+  /// A saved state as the bytes of a file.
+  [[nodiscard]] Outcome<std::string> export_state(const std::string& name);
+  /// Keeps the state of such a file; an empty name = as it was saved.
+  [[nodiscard]] Outcome<v1::ImportStateResponse> import_state(const std::string& name,
+                                                              const std::string& bytes);
   /// Absent = taken away. The light curtain's state at that step comes with the answer.
   [[nodiscard]] Outcome<v1::SetIntruderResponse> set_intruder(
       const std::optional<v1::Intruder>& intruder);

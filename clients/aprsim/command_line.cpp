@@ -357,10 +357,74 @@ void add_simulation(CLI::App& app, CommandLine& line) {
   auto [save, save_command] =
       add<SaveCommand>(app, line, "save", "Keep the cell's state under a name, in the daemon");
   save->add_option("NAME", save_command->name, "What to call it")->check(not_empty())->required();
+  save->add_option("--file", save_command->file, "Also write it to this file")
+      ->type_name("FILE")
+      ->check(not_empty());
   offer_json(*save, line);
   auto [load, load_command] = add<LoadCommand>(app, line, "load", "Go on from a saved state");
-  load->add_option("NAME", load_command->name, "As it was saved")->check(not_empty())->required();
+  auto* name = load->add_option("NAME", load_command->name,
+                                "As it was saved; with --file what to call it (default: the same)");
+  name->check(not_empty());
+  load->add_option("--file", load_command->file, "The file that it was written to")
+      ->type_name("FILE")
+      ->check(not_empty());
+  load->callback([&line, load_command = load_command] {
+    if (load_command->name.empty() && load_command->file.empty()) {
+      throw CLI::RequiredError("NAME or --file FILE");
+    }
+    line.command = *load_command;
+  });
   offer_json(*load, line);
+}
+
+/// A moment of a run, for the daemon's program.
+CLI::Validator moment() {
+  return CLI::Validator(
+      [](std::string& text) {
+        const auto colon = text.find(':');
+        const auto seconds = number(std::string_view(text).substr(colon + 1));
+        const auto epoch = colon == std::string::npos ? 0 : number(text.substr(0, colon));
+        const bool good =
+            seconds && *seconds >= 0 && epoch && *epoch >= 0 && *epoch == std::floor(*epoch);
+        return good ? std::string() : "'" + text + "' is neither SECONDS nor EPOCH:SECONDS";
+      },
+      "");
+}
+
+void add_replay(CLI::App& app, CommandLine& line) {
+  auto [replay, command] = add<ReplayCommand>(
+      app, line, "replay", "Run a recorded run again and compare it; needs no daemon");
+  replay->add_option("FILE", command->files, "The journals of one run, in their order")
+      ->type_name("FILE ...")
+      ->check(not_empty())
+      ->required();
+  replay
+      ->add_option("--from", command->from,
+                   "Begin at the last checkpoint before this simulated time")
+      ->type_name("[EPOCH:]SECONDS")
+      ->check(moment());
+  replay->add_option("--to", command->to, "End at this simulated time")
+      ->type_name("[EPOCH:]SECONDS")
+      ->check(moment());
+  replay
+      ->add_option_function<std::string>(
+          "--speed",
+          [c = command](const std::string& text) {
+            static_cast<void>(factor_of("--speed", text));
+            c->speed = text;
+          },
+          "Ratio of simulated to wall time, or max (default; with --serve 1)")
+      ->type_name("X");
+  replay->add_flag("--serve", command->serve,
+                   "Serve it to browsers and gRPC clients, who see it and command nothing");
+  replay->add_flag("--any-port", command->any_port, "With --serve: on any free ports")
+      ->needs("--serve");
+  replay
+      ->add_option("--write-ports", command->ports_file,
+                   "With --serve: write the ports as JSON to this file")
+      ->type_name("FILE")
+      ->needs("--serve");
+  offer_json(*replay, line);
 }
 
 void add_states(CLI::App& app, CommandLine& line) {
@@ -597,6 +661,7 @@ void add_all(CLI::App& app, CommandLine& line) {
   add_conveyor(app, line);
   add_simulation(app, line);
   add_states(app, line);
+  add_replay(app, line);
   add_intruder(app, line);
   add_fault(app, line);
   add_scenario(app, line);

@@ -90,9 +90,11 @@ struct ResetCommand {
 };
 struct SaveCommand {
   std::string name;
+  std::string file;  ///< also to be written; empty = none
 };
 struct LoadCommand {
-  std::string name;
+  std::string name;  ///< empty with a file = as it was saved
+  std::string file;  ///< that the state comes from; empty = the daemon has it
 };
 struct StatesListCommand {};
 struct StatesDeleteCommand {
@@ -137,6 +139,15 @@ struct ScenarioRunCommand {
   std::optional<unsigned> repeat;   ///< a sweep of so many seeds, in virtual time
   unsigned jobs = 1;                ///< of a sweep, at once
 };
+/// Runs a recorded run again: by the daemon's program, as clients have no world.
+struct ReplayCommand {
+  std::vector<std::string> files;  ///< of one run, in their order
+  std::string from, to;            ///< SECONDS or EPOCH:SECONDS; empty = whole
+  std::string speed;               ///< a factor or max; empty = the daemon's choice
+  bool serve = false;              ///< to browsers and gRPC clients
+  bool any_port = false;
+  std::string ports_file;
+};
 struct DemoCommand {
   std::vector<std::string> robots;  ///< only these; empty = all, unless only the belt is wanted
   bool belt = false;                ///< only the belt, or the belt besides the named robots
@@ -156,7 +167,7 @@ using AnyCommand =
                  LoadCommand, StatesListCommand, StatesDeleteCommand, IntruderCommand,
                  FaultListCommand, FaultKindsCommand, FaultInjectCommand, FaultEndCommand,
                  FaultEventCommand, ScenarioListCommand, ScenarioCheckCommand, ScenarioRunCommand,
-                 DemoCommand, CompletionCommand, ManualCommand>;
+                 ReplayCommand, DemoCommand, CompletionCommand, ManualCommand>;
 
 struct CommandLine {
   EndpointChoice endpoints;

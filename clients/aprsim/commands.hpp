@@ -55,6 +55,7 @@ struct Console {
 [[nodiscard]] Outcome<void> run_command(const ScenarioListCommand& command, Console& console);
 [[nodiscard]] Outcome<void> run_command(const ScenarioCheckCommand& command, Console& console);
 [[nodiscard]] Outcome<void> run_command(const ScenarioRunCommand& command, Console& console);
+[[nodiscard]] Outcome<void> run_command(const ReplayCommand& command, Console& console);
 [[nodiscard]] Outcome<void> run_command(const DemoCommand& command, Console& console);
 [[nodiscard]] Outcome<void> run_command(const CompletionCommand& command, Console& console);
 [[nodiscard]] Outcome<void> run_command(const ManualCommand& command, Console& console);

@@ -36,8 +36,12 @@ constexpr std::array kJson{
           "states (list of name, step, sim_time_s, bytes), bytes and max_bytes: of all together."},
     Entry{"states delete", "done (states delete), name."},
     Entry{"pause, resume, step, speed, reset, save, load, intruder",
-          "done (the command), step, sim_time_s, epoch: when it took effect; intruder also "
-          "light_curtain (broken or clear), where there is one."},
+          "done (the command), step, sim_time_s, epoch: when it took effect; save with --file also "
+          "file and bytes; load also name; intruder also light_curtain (broken or clear), where "
+          "there is one."},
+    Entry{"replay",
+          "run_id, scene, seed, cautions (list of why bits may differ), steps, commands, compared "
+          "(states), gaps, damage, same, difference (null, or epoch, step, what)."},
     Entry{"fault list",
           "faults (list of id, kind, target, parameters, trigger, state (pending, active, ended), "
           "begin_step, end_step, note)."},

@@ -1,4 +1,7 @@
+#include <fstream>
+#include <iterator>
 #include <ostream>
+#include <string>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -77,13 +80,39 @@ Outcome<void> run_command(const IntruderCommand& command, Console& console) {
 }
 
 Outcome<void> run_command(const SaveCommand& command, Console& console) {
-  return show("save", fmt::format("saved '{}'", command.name),
-              CellConnection(console.endpoints).save_state(command.name), console);
+  CellConnection cell(console.endpoints);
+  const auto saved = cell.save_state(command.name);
+  if (!saved || command.file.empty()) {
+    return show("save", fmt::format("saved '{}'", command.name), saved, console);
+  }
+  const auto bytes = cell.export_state(command.name);
+  if (!bytes) return tl::unexpected(bytes.error());
+  std::ofstream file(command.file, std::ios::binary);
+  file << *bytes;
+  if (!file.flush()) {
+    return failed(FailureKind::kUsage, command.file + ": it cannot be written");
+  }
+  return show(
+      "save",
+      fmt::format("saved '{}', also in {} ({} bytes),", command.name, command.file, bytes->size()),
+      saved, console, {{"file", command.file}, {"bytes", bytes->size()}});
 }
 
 Outcome<void> run_command(const LoadCommand& command, Console& console) {
-  return show("load", fmt::format("loaded '{}'", command.name),
-              CellConnection(console.endpoints).load_state(command.name), console);
+  CellConnection cell(console.endpoints);
+  std::string name = command.name;
+  if (!command.file.empty()) {
+    std::ifstream file(command.file, std::ios::binary);
+    const std::string bytes(std::istreambuf_iterator<char>(file), {});
+    if (!file) return failed(FailureKind::kUsage, command.file + ": it cannot be read");
+    const auto kept = cell.import_state(name, bytes);
+    if (!kept) {
+      return failed(kept.error().kind, command.file + ": " + kept.error().message);
+    }
+    name = kept->name();
+  }
+  return show("load", fmt::format("loaded '{}'", name), cell.load_state(name), console,
+              {{"name", name}});
 }
 
 }  // namespace aprsim::client

@@ -43,7 +43,7 @@ function generateMessages() {
   const generated = join(here, 'generated');
   mkdirSync(generated, {recursive: true});
   const files = readdirSync(join(proto, 'aprsim/v1')).filter(
-    (name) => !name.includes('_service') || name === 'control_service.proto'
+    (name) => !name.includes('_service') || /^(control|history)_service/.test(name)
   );
   execFileSync(
     protoc,

@@ -16,25 +16,31 @@ Result<JournalReader> JournalReader::open(const std::string& file) {
     return fail(error == ENOENT ? ErrorCode::kNotFound : ErrorCode::kUnavailable, "journal",
                 file + ": " + std::strerror(error));
   }
-  auto bytes = std::make_unique<std::string>(std::istreambuf_iterator<char>(in),
-                                             std::istreambuf_iterator<char>());
+  std::string bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
   if (in.bad()) {
     return fail(ErrorCode::kUnavailable, "journal", file + ": it cannot be read");
   }
-  auto decoder = FrameDecoder::open(*bytes);
-  if (!decoder) {
-    return fail(decoder.error().code, "journal", file + ": " + decoder.error().message);
+  auto reader = of_bytes(std::move(bytes));
+  if (!reader) {
+    return fail(reader.error().code, "journal", file + ": " + reader.error().message);
   }
-  JournalReader reader(std::move(bytes), *std::move(decoder));
+  return reader;
+}
+
+Result<JournalReader> JournalReader::of_bytes(std::string bytes) {
+  auto kept = std::make_unique<const std::string>(std::move(bytes));
+  auto decoder = FrameDecoder::open(*kept);
+  if (!decoder) return tl::unexpected(decoder.error());
+  JournalReader reader(std::move(kept), *std::move(decoder));
   v1::JournalRecord first;
   if (!reader.next(first) || !first.has_header()) {
     return fail(ErrorCode::kInvalidArgument, "journal",
-                file + ": it has no header" +
+                "it has no header" +
                     (reader.damage().empty() ? std::string() : " (" + reader.damage() + ")"));
   }
   if (first.header().format() != kFormat) {
     return fail(ErrorCode::kInvalidArgument, "journal",
-                file + ": its format is " + std::to_string(first.header().format()) +
+                "its format is " + std::to_string(first.header().format()) +
                     ", written by version " + first.header().version() + "; expected " +
                     std::to_string(kFormat));
   }

@@ -20,6 +20,8 @@ class JournalReader {
   /// Errors: kNotFound, kUnavailable (the file cannot be read), kInvalidArgument (no journal, of
   /// another format, or damaged before its header's end); each names the file.
   [[nodiscard]] static Result<JournalReader> open(const std::string& file);
+  /// The same from a file's bytes. Errors: kInvalidArgument.
+  [[nodiscard]] static Result<JournalReader> of_bytes(std::string bytes);
 
   [[nodiscard]] const v1::JournalHeader& header() const { return header_; }
   /// The next record; false at the end, which is that of the last complete frame.

@@ -23,7 +23,7 @@ CommandWaiter::~CommandWaiter() { stop(); }
 void CommandWaiter::wait(Call call) {
   const std::lock_guard lock(mutex_);
   if (stopping_) {
-    call.reactor->Finish(stopping());
+    call.finish(stopping());
     return;
   }
   // Looking with the list locked leaves no gap in which the decisive snapshot could pass unseen.
@@ -36,7 +36,7 @@ void CommandWaiter::stop() {
   {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
-    for (auto& call : calls_) call.reactor->Finish(stopping());
+    for (auto& call : calls_) call.finish(stopping());
     calls_.clear();
     changed_.notify_all();
   }
@@ -45,16 +45,16 @@ void CommandWaiter::stop() {
 
 bool CommandWaiter::finish_if_over(Call& call, const api::Snapshot& snapshot) {
   if (auto status = call.outcome(snapshot)) {
-    call.reactor->Finish(*status);
+    call.finish(*status);
     return true;
   }
   const bool cancelled = call.context->IsCancelled();
   if (!cancelled && steady_clock::now() < call.deadline) return false;
   if (call.on_giving_up) call.on_giving_up();
-  call.reactor->Finish(cancelled ? grpc::Status::CANCELLED
-                                 : grpc::Status(grpc::StatusCode::DEADLINE_EXCEEDED,
-                                                "the command was accepted but has not taken "
-                                                "effect in time"));
+  call.finish(cancelled ? grpc::Status::CANCELLED
+                        : grpc::Status(grpc::StatusCode::DEADLINE_EXCEEDED,
+                                       "the command was accepted but has not taken "
+                                       "effect in time"));
   return true;
 }
 

@@ -23,7 +23,7 @@ class CommandWaiter {
   using Outcome = std::function<std::optional<grpc::Status>(const api::Snapshot&)>;
   struct Call {
     grpc::CallbackServerContext* context = nullptr;
-    grpc::ServerUnaryReactor* reactor = nullptr;
+    std::function<void(const grpc::Status&)> finish;  ///< the call's reactor
     std::chrono::steady_clock::time_point deadline;
     Outcome outcome;
     std::function<void()> on_giving_up;  ///< when cancelled or too late; may be empty
@@ -32,7 +32,7 @@ class CommandWaiter {
   explicit CommandWaiter(const api::SnapshotSource& source);
   ~CommandWaiter();
 
-  /// Takes the call over; its reactor is finished exactly once, at the latest at its deadline.
+  /// Takes the call over; it is finished exactly once, at the latest at its deadline.
   void wait(Call call);
   /// Finishes all calls with UNAVAILABLE, also those still to come.
   void stop();

@@ -11,18 +11,17 @@
 #include "protocols/messages/write_message.hpp"
 #include "protocols/telemetry/call_peer.hpp"
 #include "protocols/telemetry/field_mask.hpp"
+#include "protocols/telemetry/receipt.hpp"
 #include "protocols/telemetry/rpc_status.hpp"
+#include "protocols/telemetry/state_transfer.hpp"
 
 namespace aprsim::telemetry {
 namespace {
 
 constexpr auto kLongestWait = std::chrono::hours(1);
 
-void write_receipt(const api::Snapshot& snapshot, api::Ticket ticket, v1::Receipt& receipt) {
-  receipt.set_ticket(ticket);
-  receipt.set_epoch(snapshot.epoch);
-  receipt.set_step(snapshot.step);
-  protocols::write_message(snapshot.time, *receipt.mutable_sim_time());
+grpc::Status no_state_files() {
+  return {grpc::StatusCode::FAILED_PRECONDITION, "state: this daemon gives no states out"};
 }
 
 /// What follows "Bearer" in the call's metadata; absent = there is none.
@@ -34,6 +33,10 @@ std::optional<std::string_view> token_of(const grpc::CallbackServerContext& cont
   const std::string_view value(found->second.data(), found->second.size());
   if (!value.starts_with(kScheme)) return std::nullopt;
   return value.substr(kScheme.size());
+}
+
+std::function<void(const grpc::Status&)> finisher(grpc::ServerUnaryReactor* reactor) {
+  return [reactor](const grpc::Status& status) { reactor->Finish(status); };
 }
 
 }  // namespace
@@ -93,9 +96,15 @@ grpc::ServerUnaryReactor* ControlService::end(grpc::CallbackServerContext* conte
 grpc::ServerUnaryReactor* ControlService::command(grpc::CallbackServerContext* context, Body body,
                                                   Fill fill) {
   if (const auto refused = refusal(*context)) return end(context, *refused);
-  const auto ticket = sink_.submit({options_.endpoint, std::move(body)});
-  if (!ticket) return refuse(context, ticket.error());
   auto* reactor = context->DefaultReactor();
+  carry_out(context, finisher(reactor), std::move(body), std::move(fill));
+  return reactor;
+}
+
+void ControlService::carry_out(grpc::CallbackServerContext* context, const Finish& finish,
+                               Body body, Fill fill) {
+  const auto ticket = sink_.submit({options_.endpoint, std::move(body)});
+  if (!ticket) return finish(rpc_status(ticket.error()));
   auto outcome = [ticket = *ticket, fill = std::move(fill)](
                      const api::Snapshot& snapshot) -> std::optional<grpc::Status> {
     if (snapshot.applied < ticket) return std::nullopt;
@@ -103,8 +112,7 @@ grpc::ServerUnaryReactor* ControlService::command(grpc::CallbackServerContext* c
     fill(snapshot, ticket);
     return grpc::Status::OK;
   };
-  waiter_.wait({context, reactor, deadline(*context), std::move(outcome), {}});
-  return reactor;
+  waiter_.wait({context, finish, deadline(*context), std::move(outcome), {}});
 }
 
 grpc::ServerUnaryReactor* ControlService::Pause(grpc::CallbackServerContext* context,
@@ -174,7 +182,8 @@ grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* cont
     // A pause in between forgets the rest of the steps: do not count on them for the next call.
     step_goal_ = 0;
   };
-  waiter_.wait({context, reactor, deadline(*context), std::move(outcome), std::move(forget)});
+  waiter_.wait(
+      {context, finisher(reactor), deadline(*context), std::move(outcome), std::move(forget)});
   return reactor;
 }
 
@@ -214,7 +223,7 @@ grpc::ServerUnaryReactor* ControlService::pass_time(grpc::CallbackServerContext*
     write_wanted(s, wanted, *response);
     return grpc::Status::OK;
   };
-  waiter_.wait({context, reactor, deadline(*context), std::move(outcome), {}});
+  waiter_.wait({context, finisher(reactor), deadline(*context), std::move(outcome), {}});
   return reactor;
 }
 
@@ -273,6 +282,39 @@ grpc::ServerUnaryReactor* ControlService::DeleteState(grpc::CallbackServerContex
   if (!remove) return refuse(context, remove.error());
   return command(context, api::SimulationCommand(*remove), [response](const auto& s, auto t) {
     write_receipt(s, t, *response->mutable_receipt());
+  });
+}
+
+grpc::ServerWriteReactor<v1::ExportStateResponse>* ControlService::ExportState(
+    grpc::CallbackServerContext* /*context*/, const v1::ExportStateRequest* request) {
+  if (options_.state_files == nullptr) return new FileSender(no_state_files());
+  const auto saved = source_.latest()->saved_states;
+  if (saved) {
+    for (const api::SavedState& state : saved->states) {
+      if (state.name != request->name() || !state.state) continue;
+      auto bytes = options_.state_files->write(state.name, state.state);
+      if (!bytes) return new FileSender(rpc_status(bytes.error()));
+      return new FileSender(*std::move(bytes));
+    }
+  }
+  return new FileSender(
+      rpc_status({ErrorCode::kNotFound, "name", "no state is saved as '" + request->name() + "'"}));
+}
+
+grpc::ServerReadReactor<v1::ImportStateRequest>* ControlService::ImportState(
+    grpc::CallbackServerContext* context, v1::ImportStateResponse* response) {
+  if (const auto refused = refusal(*context)) return new FileReceiver(*refused);
+  if (options_.state_files == nullptr) return new FileReceiver(no_state_files());
+  return new FileReceiver([this, context, response](FileReceiver& receiver, std::string name,
+                                                    std::string bytes) {
+    auto file = options_.state_files->read(std::move(bytes));
+    if (!file) return receiver.Finish(rpc_status(file.error()));
+    response->set_name(name.empty() ? file->name : name);
+    api::SaveState save{response->name(), std::move(file->state)};
+    carry_out(
+        context, [&receiver](const grpc::Status& status) { receiver.Finish(status); },
+        api::SimulationCommand(std::move(save)),
+        [response](const auto& s, auto t) { write_receipt(s, t, *response->mutable_receipt()); });
   });
 }
 

@@ -43,6 +43,10 @@ class ControlService final : public v1::ControlService::CallbackService {
   grpc::ServerUnaryReactor* DeleteState(grpc::CallbackServerContext* context,
                                         const v1::DeleteStateRequest* request,
                                         v1::DeleteStateResponse* response) override;
+  grpc::ServerWriteReactor<v1::ExportStateResponse>* ExportState(
+      grpc::CallbackServerContext* context, const v1::ExportStateRequest* request) override;
+  grpc::ServerReadReactor<v1::ImportStateRequest>* ImportState(
+      grpc::CallbackServerContext* context, v1::ImportStateResponse* response) override;
   grpc::ServerUnaryReactor* ListStates(grpc::CallbackServerContext* context,
                                        const v1::ListStatesRequest* request,
                                        v1::ListStatesResponse* response) override;
@@ -65,11 +69,15 @@ class ControlService final : public v1::ControlService::CallbackService {
                                            const v1::ListFaultKindsRequest* request,
                                            v1::ListFaultKindsResponse* response) override;
 
- private:
   using Body = decltype(api::Command::body);
   using Fill = std::function<void(const api::Snapshot&, api::Ticket)>;
+  using Finish = std::function<void(const grpc::Status&)>;
   /// Why the caller may not command; absent = it may.
   [[nodiscard]] std::optional<grpc::Status> refusal(const grpc::CallbackServerContext& context);
+  /// Submits, and finishes once the command has taken effect, after `fill` if it was carried out.
+  void carry_out(grpc::CallbackServerContext* context, const Finish& finish, Body body, Fill fill);
+
+ private:
   static grpc::ServerUnaryReactor* refuse(grpc::CallbackServerContext* context, const Error& error);
   static grpc::ServerUnaryReactor* end(grpc::CallbackServerContext* context,
                                        const grpc::Status& status);

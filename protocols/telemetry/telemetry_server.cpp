@@ -23,6 +23,7 @@
 #include "protocols/telemetry/call_trace.hpp"
 #include "protocols/telemetry/command_waiter.hpp"
 #include "protocols/telemetry/control_service.hpp"
+#include "protocols/telemetry/history_service.hpp"
 #include "protocols/telemetry/http2_relay.hpp"
 #include "protocols/telemetry/probation.hpp"
 #include "protocols/telemetry/stream_hub.hpp"
@@ -129,6 +130,7 @@ class TelemetryServer::Impl {
     waiter_ = std::make_unique<CommandWaiter>(source_);
     telemetry_ = std::make_unique<TelemetryService>(options_, source_, *hub_);
     control_ = std::make_unique<ControlService>(options_, sink_, source_, *waiter_);
+    history_ = std::make_unique<HistoryService>(options_, *control_);
     if (!serve()) {
       return fail(ErrorCode::kUnavailable, "grpc", "gRPC refused to start its server");
     }
@@ -177,6 +179,7 @@ class TelemetryServer::Impl {
     set_limits(builder);
     builder.RegisterService(telemetry_.get());
     builder.RegisterService(control_.get());
+    builder.RegisterService(history_.get());
     auto interceptors = calls_.interceptors();
     if (options_.trace != nullptr) {
       interceptors.push_back(trace_of_calls(*options_.trace, source_));
@@ -214,7 +217,8 @@ class TelemetryServer::Impl {
     serving_ = serving;
     auto& health = *server_->GetHealthCheckService();
     for (const char* name :
-         {"", v1::TelemetryService::service_full_name(), v1::ControlService::service_full_name()}) {
+         {"", v1::TelemetryService::service_full_name(), v1::ControlService::service_full_name(),
+          v1::HistoryService::service_full_name()}) {
       health.SetServingStatus(name, serving);
     }
   }
@@ -236,6 +240,7 @@ class TelemetryServer::Impl {
   std::unique_ptr<CommandWaiter> waiter_;
   std::unique_ptr<TelemetryService> telemetry_;
   std::unique_ptr<ControlService> control_;
+  std::unique_ptr<HistoryService> history_;
   std::mutex server_mutex_;
   std::shared_ptr<grpc::Server> server_;
   std::optional<bool> serving_;  // what health said last; under server_mutex_

@@ -7,9 +7,11 @@
 
 #include "protocols/access_token.hpp"
 #include "protocols/connection_places.hpp"
+#include "protocols/state_files.hpp"
 #include "protocols/wire_trace.hpp"
 #include "world/api/duration_histogram.hpp"
 #include "world/api/error.hpp"
+#include "world/api/history.hpp"
 #include "world/api/ports.hpp"
 #include "world/api/virtual_time.hpp"
 
@@ -29,6 +31,8 @@ struct TelemetryOptions {
   /// Step() passes it where "grpc" is declared to pace; null = the wall clock passes time. Outlives
   /// the server.
   api::VirtualTime* virtual_time = nullptr;
+  api::History* history = nullptr;               ///< null = no past is kept; outlives the server
+  protocols::StateFiles* state_files = nullptr;  ///< null = states stay where they are; outlives it
   bool control = true;  ///< false: commands need the token; without one there are none
   std::shared_ptr<protocols::AccessToken> token = {};  ///< if there: commands need it
   std::string instance_id;                ///< names this process to clients; empty = random
@@ -51,8 +55,9 @@ struct TelemetryStats {
 ///
 /// Whoever commands gives the token, if one is asked for, as metadata "authorization: Bearer
 /// TOKEN". Answers only from the latest snapshot. A slow stream reader loses samples and is told
-/// how many; it never holds up the simulation or other clients. The health status of "" and of both
-/// services is SERVING while the server runs, NOT_SERVING while the simulation has a problem().
+/// how many; it never holds up the simulation or other clients. The health status of "" and of
+/// every service is SERVING while the server runs, NOT_SERVING while the simulation has a
+/// problem().
 class TelemetryServer {
  public:
   /// Sink and source must outlive the server.

@@ -53,8 +53,9 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   bool authenticated = false;
   std::shared_ptr<const void> cell;  ///< the description that it has
   struct Next {
-    std::uint64_t crcl = 1, modbus = 1;        ///< numbers of the events that it is to get next
-    std::uint64_t faults = ~std::uint64_t{0};  ///< revision of the list that it has
+    std::uint64_t crcl = 1, modbus = 1;           ///< numbers of the events that it is to get next
+    std::uint64_t faults = ~std::uint64_t{0};     ///< revision of the list that it has
+    std::uint64_t bookmarks = ~std::uint64_t{0};  ///< the same
   } next_events;
   std::shared_ptr<const void> programs;  ///< the status that it has
   std::string noted;                     ///< what was last noted of its jog

@@ -9,6 +9,7 @@
 #include <spdlog/spdlog.h>
 
 #include "protocols/command_failure.hpp"
+#include "protocols/messages/history_message.hpp"
 #include "protocols/messages/write_message.hpp"
 #include "protocols/web/manual_mode.hpp"
 #include "protocols/web/register_view.hpp"
@@ -24,6 +25,8 @@ constexpr auto kRegisterPeriod = std::chrono::milliseconds(100);
 constexpr auto kStatusPeriod = std::chrono::seconds(1);
 constexpr auto kFaultPeriod = std::chrono::milliseconds(500);
 constexpr auto kProgramPeriod = std::chrono::milliseconds(250);
+constexpr auto kHistoryPeriod = std::chrono::milliseconds(250);
+constexpr auto kBookmarkPeriod = std::chrono::seconds(1);
 constexpr std::size_t kEventBytesPerTick = std::size_t{96} << 10;
 
 WebMessage pack(const v1::ViewerUpdate& update) {
@@ -167,6 +170,24 @@ std::shared_ptr<const ProgramStatus> no_programs() {
   return none;
 }
 
+tl::unexpected<Error> no_past() {
+  return fail(ErrorCode::kFailedPrecondition, "past",
+              "this daemon keeps no past (history.minutes is 0)");
+}
+
+/// Answered by its outcome in the cell, or by what it asks for.
+bool answered_later(const v1::ViewerRequest& request) {
+  return request.jog().step() != 0 || request.has_past() || request.has_resume_from();
+}
+
+/// The descriptions have them, in the same order.
+void drop_names(v1::Snapshot& snapshot) {
+  for (auto& body : *snapshot.mutable_bodies()) {
+    body.clear_name();
+    body.clear_type();
+  }
+}
+
 bool concerns_faults(const v1::ViewerRequest& request) {
   return request.has_inject_fault() || request.has_end_fault() || request.has_report_event();
 }
@@ -180,7 +201,8 @@ ViewerHub::ViewerHub(const WebServerOptions& options, api::CommandSink& sink,
       source_(source),
       instance_id_(random_id()),
       device_(options.scaling, options.endpoint, sink, source),
-      faults_(source.latest()) {
+      faults_(source.latest()),
+      past_(options.history) {
   const api::SnapshotPtr snapshot = source.latest();
   if (snapshot->cell->light_curtain) beams_ = snapshot->cell->light_curtain->beams;
   const auto robots = static_cast<int>(snapshot->cell->robots.size());
@@ -224,7 +246,9 @@ void ViewerHub::greet(Viewer& viewer) {
 
 v1::Permission ViewerHub::permission(const Viewer& viewer) const {
   v1::Permission permission;
-  if (!options_.control) {
+  if (!options_.read_only.empty()) {
+    permission.set_reason(options_.read_only);
+  } else if (!options_.control) {
     permission.set_reason("This view is read-only (web.control is false).");
   } else if (options_.token && !viewer.authenticated) {
     permission.set_reason("Control needs the access token.");
@@ -237,8 +261,8 @@ v1::Permission ViewerHub::permission(const Viewer& viewer) const {
 
 void ViewerHub::answer(Viewer& viewer, const v1::ViewerRequest& request) {
   const auto done = execute(viewer, request);
-  // A step of a jog is answered at its end, what concerns faults once the cell has taken it.
-  if (done && (request.jog().step() != 0 || concerns_faults(request))) return;
+  // What concerns faults is answered once the cell has taken it.
+  if (done && (answered_later(request) || concerns_faults(request))) return;
   send_outcome(viewer, request.id(), done);
 }
 
@@ -280,6 +304,11 @@ Result<void> ViewerHub::execute(Viewer& viewer, const v1::ViewerRequest& request
     return {};
   }
   if (request.has_authenticate()) return authenticate(viewer, request.authenticate().token());
+  if (request.has_past()) {
+    if (options_.history == nullptr) return no_past();
+    past_.ask({viewer.id(), request.id(), protocols::to_moment(request.past())});
+    return {};
+  }
   const auto done = command(viewer, request);
   note(viewer, request, done);
   return done;
@@ -292,6 +321,7 @@ Result<void> ViewerHub::command(Viewer& viewer, const v1::ViewerRequest& request
   }
   if (request.has_write_register()) return write_register(request.write_register());
   if (request.has_start_program() || request.has_stop_program()) return command_programs(request);
+  if (const auto done = command_history(viewer, request)) return *done;
   const api::SnapshotPtr snapshot = source_.latest();
   if (request.has_jog()) {
     if (request.jog().robot() >= joggers_.size()) {
@@ -317,6 +347,54 @@ Result<void> ViewerHub::command(Viewer& viewer, const v1::ViewerRequest& request
     }
   }
   return done;
+}
+
+std::optional<Result<void>> ViewerHub::command_history(const Viewer& viewer,
+                                                       const v1::ViewerRequest& request) {
+  const bool concerned =
+      request.has_resume_from() || request.has_add_bookmark() || request.has_remove_bookmark();
+  if (!concerned) return std::nullopt;
+  if (options_.history == nullptr) return no_past();
+  if (request.has_resume_from()) {
+    const api::Moment moment = protocols::to_moment(request.resume_from().moment());
+    past_.ask({viewer.id(), request.id(), moment, true});
+    return Result<void>();
+  }
+  if (request.has_remove_bookmark()) {
+    return options_.history->remove_bookmark(request.remove_bookmark().id());
+  }
+  const v1::AddBookmarkRequest& add = request.add_bookmark();
+  const auto added = options_.history->add_bookmark(protocols::to_moment(add.moment()), add.text());
+  return added ? Result<void>() : tl::unexpected(added.error());
+}
+
+void ViewerHub::answer_past() {
+  for (const PastDesk::Answer& answer : past_.take()) {
+    const PastDesk::Question& question = answer.question;
+    const auto viewer = viewers_.find(question.viewer);
+    if (viewer == viewers_.end()) continue;
+    // It may end, and leave the map, while it is written to.
+    const auto kept = viewer->second;
+    if (!answer.past) {
+      send_outcome(*kept, question.request, tl::unexpected(answer.past.error()));
+    } else if (question.resume) {
+      const auto ticket = sink_.submit(
+          {options_.endpoint,
+           api::SimulationCommand(protocols::resumption(question.moment, *answer.past))});
+      if (ticket) {
+        awaited_.push_back({question.viewer, question.request, *ticket});
+      } else {
+        send_outcome(*kept, question.request, tl::unexpected(ticket.error()));
+      }
+    } else {
+      update_.Clear();
+      update_.mutable_past()->set_id(question.request);
+      auto& snapshot = *update_.mutable_past()->mutable_snapshot();
+      protocols::write_message(*answer.past->snapshot, instance_id_, snapshot);
+      drop_names(snapshot);
+      kept->send(pack(update_));
+    }
+  }
 }
 
 Result<void> ViewerHub::command_programs(const v1::ViewerRequest& request) {
@@ -412,6 +490,7 @@ void ViewerHub::update_taps() {
 
 void ViewerHub::remove(Viewer& viewer) {
   for (Jogger& jogger : joggers_) jogger.release(viewer.id());
+  past_.forget(viewer.id());
   viewers_.erase(viewer.id());
   update_taps();
 }
@@ -446,6 +525,7 @@ void ViewerHub::tick(Clock::time_point now) {
                  return joggers_[static_cast<std::size_t>(robot)].sent(ticket);
                });
   answer_awaited(*snapshot);
+  answer_past();
   if (viewers_.empty()) return;
   send_snapshots(snapshot, now);
   if (now - registers_at_ >= kRegisterPeriod) {
@@ -458,6 +538,7 @@ void ViewerHub::tick(Clock::time_point now) {
   }
   send_faults(now);
   send_programs(now);
+  send_history(now);
   send_events(options_.crcl_tap, "crcl", &v1::Watch::crcl, &Viewer::Next::crcl);
   send_events(options_.modbus_tap, "modbus", &v1::Watch::modbus, &Viewer::Next::modbus);
 }
@@ -486,10 +567,7 @@ void ViewerHub::send_snapshots(const api::SnapshotPtr& snapshot, Clock::time_poi
     if (!state) {
       update_.Clear();
       protocols::write_message(*snapshot, instance_id_, *update_.mutable_snapshot());
-      for (auto& body : *update_.mutable_snapshot()->mutable_bodies()) {
-        body.clear_name();
-        body.clear_type();
-      }
+      drop_names(*update_.mutable_snapshot());
       state = pack(update_);
     }
     viewer.offer_snapshot(state);
@@ -560,6 +638,28 @@ void ViewerHub::send_programs(Clock::time_point now) {
       message = pack(update_);
     }
     if (viewer.send_if_quick(message)) viewer.programs = status;
+  });
+}
+
+void ViewerHub::send_history(Clock::time_point now) {
+  if (options_.history == nullptr || now - history_at_ < kHistoryPeriod) return;
+  history_at_ = now;
+  update_.Clear();
+  protocols::write_message(options_.history->spans(), *update_.mutable_history());
+  const WebMessage spans = pack(update_);
+  const std::uint64_t revision = options_.history->bookmark_revision();
+  const bool due = now - bookmarks_at_ >= kBookmarkPeriod;
+  if (due) bookmarks_at_ = now;
+  WebMessage bookmarks;
+  for_each([&](Viewer& viewer) {
+    (void)viewer.send_if_quick(spans);
+    if (!due || viewer.next_events.bookmarks == revision) return;
+    if (!bookmarks) {
+      update_.Clear();
+      protocols::write_message(options_.history->bookmarks(), *update_.mutable_bookmarks());
+      bookmarks = pack(update_);
+    }
+    if (viewer.send_if_quick(bookmarks)) viewer.next_events.bookmarks = revision;
   });
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "protocols/modbus/conveyor_device.hpp"
 #include "protocols/web/fault_log.hpp"
 #include "protocols/web/jogger.hpp"
+#include "protocols/web/past_desk.hpp"
 #include "protocols/web/viewer.hpp"
 #include "protocols/web/web_server.hpp"
 
@@ -49,6 +51,11 @@ class ViewerHub {
   [[nodiscard]] Result<void> command(Viewer& viewer, const v1::ViewerRequest& request);
   [[nodiscard]] Result<void> command_programs(const v1::ViewerRequest& request);
   [[nodiscard]] Result<void> write_register(const v1::WriteRegister& write);
+  /// What concerns the past; absent = nothing does.
+  [[nodiscard]] std::optional<Result<void>> command_history(const Viewer& viewer,
+                                                            const v1::ViewerRequest& request);
+  void answer_past();
+  void send_history(Clock::time_point now);
   /// Puts what a viewer asks of the cell, and whether it was taken, among the wires' commands.
   void note(Viewer& viewer, const v1::ViewerRequest& request, const Result<void>& done);
   [[nodiscard]] Result<void> authenticate(Viewer& viewer, const std::string& token);
@@ -80,8 +87,10 @@ class ViewerHub {
   std::vector<Jogger> joggers_;  // by robot
   std::vector<Awaited> awaited_;
   FaultLog faults_;
+  PastDesk past_;
   api::SnapshotPtr sent_;
-  Clock::time_point sent_at_{}, registers_at_{}, status_at_{}, faults_at_{}, programs_at_{};
+  Clock::time_point sent_at_{}, registers_at_{}, status_at_{}, faults_at_{}, programs_at_{},
+      history_at_{}, bookmarks_at_{};
   v1::ViewerUpdate update_;  // keeps its memory from message to message
   std::vector<protocols::WireEventPtr> events_;
 };

@@ -17,6 +17,7 @@
 #include "protocols/wire_tap.hpp"
 #include "protocols/wire_trace.hpp"
 #include "world/api/error.hpp"
+#include "world/api/history.hpp"
 #include "world/api/ports.hpp"
 
 /// The web page and its WebSocket.
@@ -40,6 +41,7 @@ struct WebServerOptions {
   std::size_t max_viewers = 24;  ///< WebSockets among them; a further one gets 503
   double max_rate_hz = 60;       ///< of snapshots
   bool control = true;           ///< false: no viewer may command
+  std::string read_only;         ///< not empty: nor may any for this reason
   std::shared_ptr<protocols::AccessToken> token = {};  ///< if there: viewers need it to command
   std::vector<std::string> hosts;  ///< host names of the page besides addresses and localhost
   std::string assets;              ///< directory of the page's files
@@ -55,6 +57,7 @@ struct WebServerOptions {
   protocols::WireTap* modbus_tap = nullptr;
   protocols::WireTrace* trace = nullptr;  ///< hears of viewers' commands; outlives the server
   ProgramRunner* programs = nullptr;      ///< outlives the server; null = pages start none
+  api::History* history = nullptr;        ///< outlives the server; null = no past is kept
   std::function<std::vector<ListenerCount>()> listeners;  ///< called on the server's thread
   /// The text behind /metrics, in Prometheus' format; called on the server's thread. None: 404.
   std::function<std::string()> metrics = {};

@@ -79,7 +79,7 @@ Replay::Replay(const v1::JournalHeader& header, std::shared_ptr<const scene::Sce
                                             std::span<robot::PlanPrefetcher* const>())) {}
 
 Result<bool> Replay::take(const v1::JournalRecord& record) {
-  if (result_.difference) return false;
+  if (result_.difference || over_) return false;
   Result<void> done;
   switch (record.record_case()) {
     case v1::JournalRecord::kEpoch:
@@ -107,7 +107,7 @@ Result<bool> Replay::take(const v1::JournalRecord& record) {
       break;
   }
   if (!done) return tl::unexpected(done.error());
-  return !result_.difference;
+  return !result_.difference && !over_;
 }
 
 Result<void> Replay::advance(const v1::JournalTime& time) {
@@ -115,11 +115,17 @@ Result<void> Replay::advance(const v1::JournalTime& time) {
     return damaged(fmt::format("step {} of epoch {} comes after step {} of epoch {}", time.step(),
                                time.epoch(), world_->step_count(), epoch_));
   }
+  // Nothing comes after the end, whether there is a record at it or not.
+  std::uint64_t goal = time.step();
+  const bool ends = end_ && (epoch_ > end_->epoch || (epoch_ == end_->epoch && goal > end_->step));
+  if (ends) goal = epoch_ == end_->epoch ? end_->step : 0;
   try {
-    while (world_->step_count() < time.step()) {
+    while (world_->step_count() < goal && !over_) {
       world_->step();
       ++result_.steps;
+      look();
     }
+    over_ = over_ || ends;
   } catch (const std::exception& failure) {
     differs(fmt::format("the world stops here, as it did not then: {}", failure.what()));
   }
@@ -129,10 +135,12 @@ Result<void> Replay::advance(const v1::JournalTime& time) {
 Result<void> Replay::begin(const v1::JournalEpoch& epoch) {
   epoch_ = epoch.time().epoch();
   stopped_ = false;
+  over_ = end_ && epoch_ > end_->epoch;
   lost_ = epoch.has_loaded_state();
-  if (lost_) return {};
+  if (lost_ || over_) return {};
   world_ = std::make_unique<world::World>(scene_, models_, epoch.seed(),
                                           std::span<robot::PlanPrefetcher* const>());
+  look();
   return {};
 }
 
@@ -146,33 +154,24 @@ Result<void> Replay::command(const v1::JournalCommand& message) {
   if (auto ok = world::check(*command, *world_->description()); !ok) {
     return tl::unexpected(ok.error());
   }
-  if (auto there = advance(message.time()); !there || result_.difference) return there;
+  if (auto there = advance(message.time()); !there || result_.difference || over_) return there;
   ++result_.commands;
   std::string failure;
-  std::visit(
-      [&](const auto& body) {
-        using Body = std::decay_t<decltype(body)>;
-        if constexpr (std::is_same_v<Body, api::FaultCommand>) {
-          if (auto done = world_->apply(message.ticket(), body); !done) {
-            failure = done.error().message;
-          }
-        } else if constexpr (!std::is_same_v<Body, api::SimulationCommand>) {
-          world_->apply(message.ticket(), body);
-        }
-      },
-      command->body);
+  if (auto done = world_->apply_any(message.ticket(), *command); !done)
+    failure = done.error().message;
   if (failure.empty() != message.failure().empty()) {
     differs(fmt::format(
         "command {} {} here and {} then", message.sequence(),
         failure.empty() ? "succeeds" : "fails (" + failure + ")",
         message.failure().empty() ? "succeeded" : "failed (" + message.failure() + ")"));
   }
+  look();
   return {};
 }
 
 Result<void> Replay::compare(const v1::JournalState& state) {
   if (lost_ || stopped_) return {};
-  if (auto there = advance(state.time()); !there || result_.difference) return there;
+  if (auto there = advance(state.time()); !there || result_.difference || over_) return there;
   ++result_.compared;
   if (state.hash() == world_->state_hash()) return {};
   differs(explain(state, world::sample_of(*world_), *world_->description()));
@@ -182,7 +181,9 @@ Result<void> Replay::compare(const v1::JournalState& state) {
 Result<void> Replay::checkpoint(const v1::JournalCheckpoint& checkpoint) {
   if (!lost_) {
     if (stopped_) return {};
-    if (auto there = advance(checkpoint.time()); !there || result_.difference) return there;
+    if (auto there = advance(checkpoint.time()); !there || result_.difference || over_) {
+      return there;
+    }
     ++result_.compared;
     if (checkpoint.hash() != world_->state_hash()) differs("the states of the checkpoint differ");
     return {};
@@ -202,7 +203,12 @@ Result<void> Replay::checkpoint(const v1::JournalCheckpoint& checkpoint) {
       world_->state_hash() != checkpoint.hash()) {
     differs("the checkpoint's state is not the one that was recorded");
   }
+  look();
   return {};
+}
+
+void Replay::look() {
+  if (watch_ && !watch_(*world_, {epoch_, world_->step_count()})) over_ = true;
 }
 
 void Replay::differs(const std::string& what) {

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "aprsim/v1/journal.pb.h"
@@ -34,8 +36,16 @@ class Replay {
   /// `header` of the journal; `scene`: see scene_of(). Throws std::runtime_error as World does.
   Replay(const v1::JournalHeader& header, std::shared_ptr<const scene::Scene> scene);
 
-  /// The journal's next record. False once there is a difference. Errors: kInvalidArgument where
-  /// the record cannot be: a step before the last one, a state of another layout.
+  /// Called with the world when it was put somewhere, and after each step and command; false ends
+  /// the replay there.
+  using Watch = std::function<bool(const world::World&, world::RunTime)>;
+  void watch(Watch watch) { watch_ = std::move(watch); }
+  /// Nothing is run after this time.
+  void end_at(world::RunTime time) { end_ = time; }
+
+  /// The journal's next record. False once there is a difference, or the end. Errors:
+  /// kInvalidArgument where the record cannot be: a step before the last one, a state of another
+  /// layout.
   [[nodiscard]] Result<bool> take(const v1::JournalRecord& record);
   [[nodiscard]] const ReplayResult& result() const { return result_; }
   [[nodiscard]] const world::World& world() const { return *world_; }
@@ -47,6 +57,7 @@ class Replay {
   [[nodiscard]] Result<void> compare(const v1::JournalState& state);
   [[nodiscard]] Result<void> checkpoint(const v1::JournalCheckpoint& checkpoint);
   void differs(const std::string& what);
+  void look();
 
   std::shared_ptr<const scene::Scene> scene_;
   world::ArmModels models_;
@@ -55,6 +66,9 @@ class Replay {
   std::uint64_t epoch_ = 0;
   bool lost_ = true;      ///< where the run is will be known with the next epoch or checkpoint
   bool stopped_ = false;  ///< the recorded world has
+  bool over_ = false;
+  Watch watch_;
+  std::optional<world::RunTime> end_;
   ReplayResult result_;
 };
 

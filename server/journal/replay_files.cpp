@@ -1,84 +1,48 @@
 #include "server/journal/replay_files.hpp"
 
-#include <cstdlib>
-#include <filesystem>
-#include <memory>
-#include <optional>
 #include <utility>
 
 #include <fmt/format.h>
-
-#include "proto/journal/journal_reader.hpp"
-#include "server/journal/run_header.hpp"
+#include <nlohmann/json.hpp>
 
 namespace aprsim::server::journal {
-namespace {
 
-/// For the models of a journal, gone with it.
-class ModelDirectory {
- public:
-  ModelDirectory() {
-    std::string name = (std::filesystem::temp_directory_path() / "aprsim-replay-XXXXXX").string();
-    if (mkdtemp(name.data()) != nullptr) path_ = name;
+Result<ReplayResult> replay_run(const RecordedRun& run, const ReplayPart& part) {
+  Replay replay(run.header(), run.scene());
+  replay.watch(part.watch);
+  if (part.to) {
+    const auto to = run.time_of(*part.to);
+    if (!to) return tl::unexpected(to.error());
+    replay.end_at(*to);
   }
-  ~ModelDirectory() {
-    std::error_code ignored;
-    if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
-  }
-  ModelDirectory(const ModelDirectory&) = delete;
-  ModelDirectory& operator=(const ModelDirectory&) = delete;
-  [[nodiscard]] const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-};
-
-}  // namespace
-
-Result<FilesReplayed> replay_files(const std::vector<std::string>& files,
-                                   const std::string& version) {
-  const ModelDirectory models;
-  FilesReplayed out;
-  std::optional<Replay> replay;
-  for (const std::string& file : files) {
-    auto reader = aprsim::journal::JournalReader::open(file);
-    if (!reader) return tl::unexpected(reader.error());
-    if (!replay) {
-      out.header = reader->header();
-      auto scene = scene_of(out.header, models.path());
-      if (!scene) return tl::unexpected(scene.error());
-      v1::JournalHeader here = header_here();
-      here.set_version(version);
-      out.cautions = cautions(out.header, here);
-      replay.emplace(out.header, std::make_shared<const scene::Scene>(std::move(*scene)));
-    } else if (reader->header().run_id() != out.header.run_id()) {
-      return fail(ErrorCode::kInvalidArgument, "journal",
-                  fmt::format("{}: of run {}, and {} is of run {}", file, reader->header().run_id(),
-                              files.front(), out.header.run_id()));
+  std::uint64_t first = 0;
+  if (part.from) {
+    const auto from = run.time_of(*part.from);
+    if (!from) return tl::unexpected(from.error());
+    if (run.has_checkpoints()) {
+      const auto checkpoint = run.checkpoint_before(*from);
+      if (!checkpoint) return tl::unexpected(checkpoint.error());
+      first = *checkpoint;
     }
-    for (v1::JournalRecord record; reader->next(record);) {
-      const auto goes_on = replay->take(record);
-      if (!goes_on) {
-        return fail(goes_on.error().code, goes_on.error().field,
-                    file + ": " + goes_on.error().message);
-      }
-      if (!*goes_on) break;
-    }
-    out.result = replay->result();
-    if (!reader->damage().empty()) out.result.damage = file + ": " + reader->damage();
-    if (out.result.difference) break;
   }
-  return out;
+  std::uint64_t number = 0;
+  const auto damage = run.each([&](const v1::JournalRecord& record) -> Result<bool> {
+    if (number++ < first) return true;
+    return replay.take(record);
+  });
+  if (!damage) return tl::unexpected(damage.error());
+  ReplayResult result = replay.result();
+  result.damage = *damage;
+  return result;
 }
 
-std::string text_of(const FilesReplayed& replayed) {
-  const ReplayResult& result = replayed.result;
+std::string text_of(const RecordedRun& run, const ReplayResult& result) {
   std::string text = fmt::format(
       "run {} of scene {}, seed {}: {} steps, {} commands, {} states "
       "compared\n",
-      replayed.header.run_id(), replayed.header.scene(), replayed.header.seed(), result.steps,
+      run.header().run_id(), run.header().scene(), run.header().seed(), result.steps,
       result.commands, result.compared);
-  for (const std::string& caution : replayed.cautions) text += "caution: " + caution + '\n';
+  for (const std::string& caution : run.cautions()) text += "caution: " + caution + '\n';
   if (result.gaps > 0) {
     text += fmt::format("{} gaps, each gone on from the checkpoint behind it\n", result.gaps);
   }
@@ -88,6 +52,26 @@ std::string text_of(const FilesReplayed& replayed) {
   }
   return text + fmt::format("differs at step {} of epoch {}: {}\n", result.difference->time.step,
                             result.difference->time.epoch, result.difference->what);
+}
+
+std::string json_of(const RecordedRun& run, const ReplayResult& result) {
+  nlohmann::ordered_json object{{"run_id", run.header().run_id()},
+                                {"scene", run.header().scene()},
+                                {"seed", run.header().seed()},
+                                {"cautions", run.cautions()},
+                                {"steps", result.steps},
+                                {"commands", result.commands},
+                                {"compared", result.compared},
+                                {"gaps", result.gaps},
+                                {"damage", result.damage},
+                                {"same", !result.difference},
+                                {"difference", nullptr}};
+  if (result.difference) {
+    object["difference"] = {{"epoch", result.difference->time.epoch},
+                            {"step", result.difference->time.step},
+                            {"what", result.difference->what}};
+  }
+  return object.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n';
 }
 
 }  // namespace aprsim::server::journal

@@ -1,26 +1,27 @@
 #pragma once
 
+#include <optional>
 #include <string>
-#include <vector>
 
+#include "server/journal/recorded_run.hpp"
 #include "server/journal/replay.hpp"
 
 namespace aprsim::server::journal {
 
-/// A run again, from its files.
-struct FilesReplayed {
-  v1::JournalHeader header;
-  std::vector<std::string> cautions;  ///< why bits may differ
-  ReplayResult result;
+/// How much of a run is to be run again, and who looks on.
+struct ReplayPart {
+  std::optional<RunMoment> from;  ///< begins at the last checkpoint before it
+  std::optional<RunMoment> to;    ///< ends there
+  Replay::Watch watch = {};
 };
 
-/// Runs what the files of one run have recorded, in their order, and compares; `version`: of this
-/// program. Errors: kInvalidArgument with the file (no journal, of another run than the first), and
-/// of a record that cannot be; kNotFound, kUnavailable. Thread: any.
-[[nodiscard]] Result<FilesReplayed> replay_files(const std::vector<std::string>& files,
-                                                 const std::string& version);
+/// Runs a recorded run again and compares. Errors: kInvalidArgument for a moment that is not
+/// recorded, and for a record that cannot be, with the file; kNotFound, kUnavailable. Thread: any.
+[[nodiscard]] Result<ReplayResult> replay_run(const RecordedRun& run, const ReplayPart& part);
 
 /// In words: what was run, and where it first differs.
-[[nodiscard]] std::string text_of(const FilesReplayed& replayed);
+[[nodiscard]] std::string text_of(const RecordedRun& run, const ReplayResult& result);
+/// The same as one JSON object.
+[[nodiscard]] std::string json_of(const RecordedRun& run, const ReplayResult& result);
 
 }  // namespace aprsim::server::journal

@@ -6,6 +6,8 @@
 #include <string>
 #include <variant>
 
+#include "world/api/state_ptr.hpp"
+
 /// What is asked of the simulation itself: its pace and its states.
 namespace aprsim::api {
 
@@ -28,16 +30,18 @@ struct Reset {
 
 inline constexpr std::size_t kMaxSavedStates = 64;
 inline constexpr std::size_t kMaxStateName = 64;
-/// Keeps the present state of the world under a name, in place of what had it; fails when
-/// kMaxSavedStates others are kept or all together would take too much memory. Saved states outlive
-/// resets, not the process.
+/// Keeps a state of the world under a name, in place of what had it; fails when kMaxSavedStates
+/// others are kept or all together would take too much memory. Saved states outlive resets, not the
+/// process.
 struct SaveState {
   std::string name;
+  StatePtr state = {};  ///< of a world of this scene; null = the present one
 };
-/// Goes on from a saved state, bit for bit; fails when none has the name. Snapshot::epoch rises by
-/// one.
+/// Goes on from a state, bit for bit; fails when none is saved under the name. Snapshot::epoch
+/// rises by one.
 struct LoadState {
   std::string name;
+  StatePtr state = {};  ///< of a world of this scene, called `name`; null = the one saved as that
 };
 /// Forgets a saved state; fails when none has the name.
 struct DeleteState {

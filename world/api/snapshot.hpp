@@ -13,6 +13,7 @@
 #include "world/api/light_curtain.hpp"
 #include "world/api/pose.hpp"
 #include "world/api/robot_snapshot.hpp"
+#include "world/api/state_ptr.hpp"
 #include "world/api/ticket.hpp"
 #include "world/api/time.hpp"
 #include "world/api/virtual_time_state.hpp"
@@ -128,6 +129,7 @@ struct SavedState {
   std::uint64_t bytes = 0;  ///< of memory, with what it shares with others
   std::uint64_t step = 0;
   SimTime time{};
+  StatePtr state = {};
 };
 /// All of them, in alphabetical order.
 struct SavedStates {

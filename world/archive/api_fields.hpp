@@ -325,13 +325,13 @@ void fields(Io& io, Self& self) {
 
 template <typename Io, Of<api::SaveState> Self>
 void fields(Io& io, Self& self) {
-  auto& [name] = self;
+  auto& [name, state] = self;  // commands of the simulation stand in no state
   io(name);
 }
 
 template <typename Io, Of<api::LoadState> Self>
 void fields(Io& io, Self& self) {
-  auto& [name] = self;
+  auto& [name, state] = self;  // commands of the simulation stand in no state
   io(name);
 }
 

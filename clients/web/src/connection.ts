@@ -1,5 +1,11 @@
 import {create, fromBinary, toBinary, type MessageInitShape} from '@bufbuild/protobuf';
-import {ViewerRequestSchema, ViewerUpdateSchema, type Outcome, type ViewerUpdate} from './protocol';
+import {
+  ViewerRequestSchema,
+  ViewerUpdateSchema,
+  type Outcome,
+  type PastSnapshot,
+  type ViewerUpdate
+} from './protocol';
 
 type Body = Exclude<MessageInitShape<typeof ViewerRequestSchema>['body'], undefined>;
 
@@ -16,7 +22,7 @@ export class Connection {
   private socket: WebSocket | null = null;
   private waiting = new Map<
     number,
-    {resolve: (outcome: Outcome) => void; reject: (problem: Error) => void}
+    {resolve: (answer: Outcome | PastSnapshot) => void; reject: (problem: Error) => void}
   >();
   private nextId = 1;
   private pause_ms = 250;
@@ -42,8 +48,13 @@ export class Connection {
 
   /** Sends a command; rejects with the daemon's reason, without an answer when the time is up. */
   async request(body: Body, patience_ms = 5000): Promise<void> {
+    await this.ask(body, patience_ms);
+  }
+
+  /** The same, with what the daemon gives in place of an outcome, if it does. */
+  async ask(body: Body, patience_ms = 5000): Promise<PastSnapshot | null> {
     const id = this.nextId++;
-    const outcome = await new Promise<Outcome>((resolve, reject) => {
+    const answer = await new Promise<Outcome | PastSnapshot>((resolve, reject) => {
       if (!this.send(body, id)) return reject(new Error('not connected to the daemon'));
       this.waiting.set(id, {resolve, reject});
       if (patience_ms === Infinity) return;
@@ -51,7 +62,9 @@ export class Connection {
         if (this.waiting.delete(id)) reject(new Error('the daemon does not answer'));
       }, patience_ms);
     });
-    if (!outcome.ok) throw new Error(outcome.message || outcome.field);
+    if (answer.$typeName === 'aprsim.v1.PastSnapshot') return answer;
+    if (!answer.ok) throw new Error(answer.message || answer.field);
+    return null;
   }
 
   /** Sends without waiting for an answer; false when there is no connection. */
@@ -76,10 +89,10 @@ export class Connection {
     socket.onmessage = (event: MessageEvent<ArrayBuffer>) => {
       this.heard = performance.now();
       const update = fromBinary(ViewerUpdateSchema, new Uint8Array(event.data));
-      if (update.body.case === 'outcome') {
-        const outcome = update.body.value;
-        this.waiting.get(outcome.id)?.resolve(outcome);
-        this.waiting.delete(outcome.id);
+      if (update.body.case === 'outcome' || update.body.case === 'past') {
+        const answer = update.body.value;
+        this.waiting.get(answer.id)?.resolve(answer);
+        this.waiting.delete(answer.id);
       }
       this.onUpdate(update);
     };

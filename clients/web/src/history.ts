@@ -52,6 +52,60 @@ export class History {
   }
 }
 
+/**
+ * What signals were around a moment of the past: what was recorded live, and what is shown or asked
+ * for since. Of one epoch.
+ */
+export class PastRecording implements Recording {
+  readonly times: number[];
+  readonly rows: Float64Array[];
+
+  constructor(
+    private readonly signals: Readable[],
+    known: Recording
+  ) {
+    this.times = [...known.times];
+    this.rows = [...known.rows];
+  }
+
+  add(time_s: number, snapshot: Snapshot): void {
+    const at = this.indexAfter(time_s);
+    if (at > 0 && time_s - this.times[at - 1]! < 1e-6) return;
+    this.times.splice(at, 0, time_s);
+    this.rows.splice(
+      at,
+      0,
+      Float64Array.from(this.signals, (signal) => signal.read(snapshot))
+    );
+  }
+
+  /** Whether nothing is known within half of `span_s` about a time. */
+  lacks(time_s: number, span_s: number): boolean {
+    const at = this.indexAfter(time_s);
+    const near = (i: number): boolean =>
+      this.times[i] !== undefined && Math.abs(this.times[i]! - time_s) <= span_s / 2;
+    return !near(at - 1) && !near(at);
+  }
+
+  /** What lies between two times. */
+  between(from_s: number, to_s: number): Recording {
+    const begin = this.indexAfter(from_s - 1e-9),
+      end = this.indexAfter(to_s + 1e-9);
+    return {times: this.times.slice(begin, end), rows: this.rows.slice(begin, end)};
+  }
+
+  private indexAfter(time_s: number): number {
+    let low = 0,
+      high = this.times.length;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.times[middle]! <= time_s) low = middle + 1;
+      else high = middle;
+    }
+    return low;
+  }
+}
+
 /** Values of the signal with this index; null where it had none, which charts take for a gap. */
 export function column(record: Recording, index: number): (number | null)[] {
   return record.rows.map((row) => {

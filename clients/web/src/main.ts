@@ -7,6 +7,7 @@ import {button, h, notify, text} from './ui/dom';
 import {FaultPanel} from './ui/fault_panel';
 import {FaultTimeline} from './ui/fault_timeline';
 import {Shortcuts} from './ui/help';
+import {HistoryLine} from './ui/history_line';
 import {InjectCard} from './ui/inject_card';
 import {InjectedCard} from './ui/injected_card';
 import {Jog} from './ui/jog';
@@ -128,6 +129,19 @@ const shortcuts = new Shortcuts([
     run: (_, held) => toolbar.takeSteps(100, held),
     repeats: true
   },
+  {
+    keys: ['['],
+    does: '1 ms back in the past; hold for more',
+    run: () => historyLine.move(-1),
+    repeats: true
+  },
+  {
+    keys: [']'],
+    does: '1 ms on in the past; hold for more',
+    run: () => historyLine.move(1),
+    repeats: true
+  },
+  {keys: ['n'], does: 'from the past back to now', run: () => historyLine.leave()},
   {keys: ['s', 'Escape'], does: 'stop all robots and the belt', run: () => toolbar.stopCell()},
   {keys: ['r'], does: 'the next robot', run: () => robotSwitch.chooseNext()},
   {keys: ['h'], does: 'first view', run: () => view.goHome()},
@@ -212,6 +226,9 @@ state.snapshotChanged.on((snapshot) => {
   instance = snapshot.instanceId;
 });
 
+const historyLine = new HistoryLine(state, access);
+state.pastChanged.on(() => view.clearTrails());
+
 const offline = h('div', {class: 'offline-note', role: 'alert', 'data-testid': 'offline'});
 state.accessChanged.on(() => {
   const old = state.snapshot ? ' What you see is old.' : '';
@@ -223,7 +240,7 @@ document
   .replaceChildren(
     toolbar.element,
     stage,
-    new FaultTimeline(state).element,
+    h('div', {class: 'lines'}, historyLine.element, new FaultTimeline(state).element),
     h(
       'aside',
       {class: 'side', 'aria-label': 'Panels'},

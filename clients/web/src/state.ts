@@ -1,8 +1,10 @@
 import {Connection} from './connection';
 import type {
+  Bookmark,
   CellDescription,
   CellLooks,
   FaultList,
+  HistorySpan,
   ListFaultKindsResponse,
   Permission,
   ProgramStatus,
@@ -30,7 +32,14 @@ export class Signal<T> {
 export class State {
   readonly connection = new Connection();
   cell: CellDescription | null = null;
+  /** What is shown: the cell now, or as it was. */
   snapshot: Snapshot | null = null;
+  /** The cell now. */
+  live: Snapshot | null = null;
+  /** Not null: what is shown is of the past. */
+  past: Snapshot | null = null;
+  spans: HistorySpan[] = [];
+  bookmarks: Bookmark[] = [];
   welcome: Welcome | null = null;
   looks: CellLooks | null = null;
   permission: Permission | null = null;
@@ -50,6 +59,12 @@ export class State {
   readonly faultsChanged = new Signal<FaultList>();
   readonly programsChanged = new Signal<ProgramStatus>();
   readonly faultKindsChanged = new Signal<ListFaultKindsResponse>();
+  readonly spansChanged = new Signal<HistorySpan[]>();
+  readonly bookmarksChanged = new Signal<Bookmark[]>();
+  /** Another moment of the past is shown, or the present again (null). */
+  readonly pastChanged = new Signal<Snapshot | null>();
+  /** A moment near the one that is shown has come, for charts. */
+  readonly pastRead = new Signal<Snapshot>();
   readonly wireEvents = new Signal<WireEvents>();
   /** About ten times a second, for what people read. */
   readonly display = new Signal<Snapshot>();
@@ -71,9 +86,34 @@ export class State {
 
   /** Why commands are not possible; empty when they are. */
   get lockedReason(): string {
+    return this.refusedReason || (this.past ? 'This is the past: go back to now first.' : '');
+  }
+
+  /** The same, whatever is shown. */
+  get refusedReason(): string {
     if (!this.connected) return this.refusal || 'No connection to the daemon.';
     if (!this.permission) return 'Waiting for the daemon.';
     return this.permission.control ? '' : this.permission.reason;
+  }
+
+  /** Shows a moment of the past, or the present (null). */
+  showPast(past: Snapshot | null): void {
+    if (!past && !this.past) return;
+    const before = this.past;
+    this.past = past;
+    const shown = past ?? this.live;
+    if (shown) this.show(shown, true);
+    this.pastChanged.emit(past);
+    if (!before !== !past) this.accessChanged.emit();
+  }
+
+  private show(snapshot: Snapshot, atOnce = false): void {
+    this.snapshot = snapshot;
+    this.snapshotChanged.emit(snapshot);
+    if (atOnce || performance.now() - this.shown > 95) {
+      this.shown = performance.now();
+      this.display.emit(snapshot);
+    }
   }
 
   watch(changes: Partial<State['watching']>): void {
@@ -100,16 +140,22 @@ export class State {
         break;
       case 'cell':
         this.cell = body.value;
-        this.snapshot = null;
+        this.snapshot = this.live = null;
+        // What was looked at belongs to a cell that has begun anew since.
+        this.showPast(null);
         this.cellChanged.emit(body.value);
         break;
       case 'snapshot':
-        this.snapshot = body.value;
-        this.snapshotChanged.emit(body.value);
-        if (performance.now() - this.shown > 95) {
-          this.shown = performance.now();
-          this.display.emit(body.value);
-        }
+        this.live = body.value;
+        if (!this.past) this.show(body.value);
+        break;
+      case 'history':
+        this.spans = body.value.spans;
+        this.spansChanged.emit(this.spans);
+        break;
+      case 'bookmarks':
+        this.bookmarks = body.value.bookmarks;
+        this.bookmarksChanged.emit(this.bookmarks);
         break;
       case 'status':
         this.statusChanged.emit(body.value);

@@ -20,6 +20,28 @@ struct Row {
   bool alone = false;  ///< needs no daemon
 };
 
+std::string state_file() {
+  static const TemporaryDirectory directory;
+  return directory.path() + "/there.state";
+}
+
+std::string broken_journal() {
+  static const TemporaryDirectory directory;
+  return directory.write("broken.journal", "no journal");
+}
+
+/// The journal of a short run.
+std::string recorded_run() {
+  static const TemporaryDirectory directory;
+  static const std::string file = [] {
+    const std::string journal = directory.path() + "/run.journal";
+    DaemonProcess daemon({"--speed", "stepped", "--journal", journal});
+    run_aprsim(daemon, {"step", "1000"});
+    return journal;
+  }();
+  return file;
+}
+
 /// One run of each command that succeeds, in an order in which each can.
 std::vector<Row> every_command() {
   return {{"status", {"--bodies"}},
@@ -30,6 +52,9 @@ std::vector<Row> every_command() {
           {"speed", {"max"}},
           {"save", {"here"}},
           {"load", {"here"}},
+          {"save", {"there", "--file", state_file()}},
+          {"load", {"--file", recorded_run()}},  // whose first checkpoint is a state
+          {"replay", {recorded_run()}, true},
           {"states list", {}},
           {"states delete", {"here"}},
           {"intruder put", {"0", "-1.75"}},
@@ -232,6 +257,16 @@ TEST(ExitCodes, TwoWhenTheArgumentsAreWrong) {
       {"intruder", "put", "nan", "0"},
       {"intruder", "put", "0", "0", "--size", "1", "1", "-1"},
       {"save", ""},
+      {"load"},
+      {"load", "--file", "/no/such"},
+      {"replay"},
+      {"replay", "/no/such"},
+      {"replay", broken_journal()},
+      {"replay", recorded_run(), "--from", "soon"},
+      {"replay", recorded_run(), "--from", "4711:1"},
+      {"replay", recorded_run(), "--to", "-1"},
+      {"replay", recorded_run(), "--speed", "0"},
+      {"replay", recorded_run(), "--any-port"},
       {"fault"},
       {"fault", "inject"},
       {"fault", "inject", "gremlins"},

@@ -5,8 +5,15 @@ import {units} from './units';
 
 type Control = HTMLButtonElement | HTMLInputElement | HTMLSelectElement | HTMLFieldSetElement;
 
+interface Guarded {
+  control: Control;
+  title: string;
+  own: () => string;
+  inPast: boolean;
+}
+
 export class Access {
-  private readonly controls: {control: Control; title: string; own: () => string}[] = [];
+  private readonly controls: Guarded[] = [];
   readonly banner = h('div', {class: 'banner', role: 'status', hidden: true});
 
   constructor(private readonly state: State) {
@@ -14,9 +21,12 @@ export class Access {
     state.display.on(() => this.update());
   }
 
-  /** Guards a control. `own` is a further reason against it; empty when there is none. */
-  guard<T extends Control>(control: T, own: () => string = () => ''): T {
-    this.controls.push({control, title: control.title, own});
+  /**
+   * Guards a control. `own` is a further reason against it; empty when there is none. `inPast`: it
+   * may be used while the past is shown.
+   */
+  guard<T extends Control>(control: T, own: () => string = () => '', inPast = false): T {
+    this.controls.push({control, title: control.title, own, inPast});
     this.apply(this.controls[this.controls.length - 1]!);
     return control;
   }
@@ -52,8 +62,8 @@ export class Access {
       this.banner.append(this.tokenForm());
   }
 
-  private apply({control, title, own}: {control: Control; title: string; own: () => string}): void {
-    const reason = this.state.lockedReason || own();
+  private apply({control, title, own, inPast}: Guarded): void {
+    const reason = (inPast ? this.state.refusedReason : this.state.lockedReason) || own();
     if (control.disabled !== (reason !== '')) control.disabled = reason !== '';
     const shown = reason || title;
     if (control.title !== shown) control.title = shown;

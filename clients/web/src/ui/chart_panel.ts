@@ -1,6 +1,6 @@
 // Strip charts of any signal over simulated time.
 import uPlot from 'uplot';
-import {column, History, type Recording} from '../history';
+import {column, History, PastRecording, type Recording} from '../history';
 import type {Snapshot} from '../protocol';
 import {simTime, type State} from '../state';
 import {button, card, download, h, notify, text} from './dom';
@@ -9,6 +9,7 @@ import {suggest} from './suggest';
 
 const kSpan_s = 60;
 const kMaxPoints = 4000;
+const kPastSpan_s = 6; // around a moment of the past
 const kMaxCharts = 6;
 const kDrawPeriod_ms = 100;
 const kColors = ['#f5b82e', '#3f8efc', '#37d67a', '#ff6b81', '#b88cff', '#2bd4d4'];
@@ -42,6 +43,7 @@ export class ChartPanel {
   private strips: Strip[] = [];
   private history = new History([], kSpan_s, kMaxPoints);
   private frozen: Recording | null = null; // what is shown while paused
+  private past: {epoch: bigint; record: PastRecording} | null = null;
   private drawn = 0;
 
   constructor(private readonly state: State) {
@@ -80,6 +82,8 @@ export class ChartPanel {
       }
     });
     state.snapshotChanged.on((snapshot) => this.take(snapshot));
+    state.pastChanged.on((past) => this.lookBack(past));
+    state.pastRead.on((past) => this.keep(past));
     new ResizeObserver(() => {
       this.strips.forEach((s) => s.plot.setSize({width: this.width(), height: 130}));
       this.draw();
@@ -91,6 +95,11 @@ export class ChartPanel {
   }
 
   private get shown(): Recording {
+    const {past} = this.state;
+    if (past && this.past) {
+      const now = simTime(past);
+      return this.past.record.between(now - kPastSpan_s / 2, now + kPastSpan_s / 2);
+    }
     return this.frozen ?? this.history.live;
   }
 
@@ -167,7 +176,7 @@ export class ChartPanel {
           {...axis, size: 52}
         ],
         series: [{}, {stroke: color, width: 1.6, points: {show: false}}],
-        hooks: {setCursor: [() => this.read(strip)]}
+        hooks: {setCursor: [() => this.read(strip)], draw: [(plot) => this.mark(plot)]}
       },
       [[], []],
       holder
@@ -183,7 +192,29 @@ export class ChartPanel {
     this.strips = this.strips.filter((s) => s !== strip);
   }
 
+  /** The charts show what was around that moment. */
+  private lookBack(past: Snapshot | null): void {
+    if (!past) this.past = null;
+    else this.keep(past);
+    if (performance.now() - this.drawn >= kDrawPeriod_ms) this.draw();
+    else window.setTimeout(() => this.draw(), kDrawPeriod_ms);
+  }
+
+  private keep(past: Snapshot): void {
+    if (!this.state.past) return;
+    if (this.past?.epoch !== past.epoch) {
+      const live = this.state.live?.epoch === past.epoch;
+      this.past = {
+        epoch: past.epoch,
+        record: new PastRecording(this.signals, live ? this.history.copy() : {times: [], rows: []})
+      };
+    }
+    this.past.record.add(simTime(past), past);
+    this.draw();
+  }
+
   private take(snapshot: Snapshot): void {
+    if (this.state.past) return;
     this.history.take(simTime(snapshot), snapshot);
     if (performance.now() - this.drawn >= kDrawPeriod_ms && !this.frozen) this.draw();
   }
@@ -199,9 +230,32 @@ export class ChartPanel {
     this.read(strip);
   }
 
+  /** A line at the moment of the past that is shown. */
+  private mark(plot: uPlot): void {
+    const {past} = this.state;
+    if (!past) return;
+    const x = Math.round(plot.valToPos(simTime(past), 'x', true)),
+      {top, height} = plot.bbox;
+    plot.ctx.save();
+    plot.ctx.strokeStyle = '#6cb6ff';
+    plot.ctx.lineWidth = 2;
+    plot.ctx.beginPath();
+    plot.ctx.moveTo(x, top);
+    plot.ctx.lineTo(x, top + height);
+    plot.ctx.stroke();
+    plot.ctx.restore();
+  }
+
   /** The value under the cursor with its time, else the latest. */
   private read(strip: Strip): void {
     const [times, values] = strip.plot.data;
+    const {past} = this.state;
+    if (past && (strip.plot.cursor.left ?? -1) < 0) {
+      const value = strip.signal.read(past);
+      const number = Number.isFinite(value) ? tidy(value) : '–';
+      text(strip.reading, `${simTime(past).toFixed(3)} s: ${number} ${strip.signal.unit}`.trim());
+      return;
+    }
     const at = strip.plot.cursor.idx;
     const pointed = at !== null && at !== undefined && (strip.plot.cursor.left ?? -1) >= 0;
     const value = values?.[pointed ? at : times.length - 1];

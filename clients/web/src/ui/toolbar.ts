@@ -87,7 +87,9 @@ export class Toolbar {
         class: 'danger stop-cell',
         'data-testid': 'stop-cell',
         title: 'Stops all robots and the belt (s or Escape)'
-      })
+      }),
+      () => '',
+      true
     );
     const states = new SavedStates(state, access);
     this.element = h(
@@ -150,7 +152,7 @@ export class Toolbar {
 
   toggle(): void {
     void this.access.command(
-      this.state.snapshot?.paused ? {case: 'resume', value: {}} : {case: 'pause', value: {}}
+      this.state.live?.paused ? {case: 'resume', value: {}} : {case: 'pause', value: {}}
     );
   }
 
@@ -247,15 +249,24 @@ export class Toolbar {
 
   private show(snapshot: Snapshot): void {
     text(this.time, clock(simTime(snapshot)));
-    text(this.factor, snapshot.paused ? 'paused' : `${snapshot.realTimeFactor.toFixed(2)}×`);
+    text(
+      this.factor,
+      this.state.past
+        ? 'past'
+        : snapshot.paused
+          ? 'paused'
+          : `${snapshot.realTimeFactor.toFixed(2)}×`
+    );
     text(
       this.step,
       snapshot.stepTime
         ? `${(Number(snapshot.stepTime.seconds) * 1e6 + snapshot.stepTime.nanos / 1e3).toFixed(0)} µs`
         : '–'
     );
-    text(this.play, snapshot.paused ? 'Play' : 'Pause');
-    this.play.classList.toggle('paused', snapshot.paused);
+    const paused = this.state.live?.paused ?? snapshot.paused;
+    text(this.play, paused ? 'Play' : 'Pause');
+    this.play.classList.toggle('paused', paused);
+    if (this.state.past) return;
     const speed = snapshot.speedTarget === undefined ? 'max' : String(snapshot.speedTarget);
     if (document.activeElement !== this.speed && this.speed.value !== speed) this.showSpeed(speed);
   }

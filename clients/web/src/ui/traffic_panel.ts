@@ -1,7 +1,7 @@
 // What was asked for on the CRCL sockets or the Modbus sockets, and by pages: commands as the daemon
 // keeps them, polls as they come.
-import type {WireEvent, WireEvents} from '../protocol';
-import type {State} from '../state';
+import type {Snapshot, WireEvent, WireEvents} from '../protocol';
+import {simTime, type State} from '../state';
 import {button, card, download, h, text} from './dom';
 import {hexOf, modbusDump, ModbusText} from './modbus_text';
 import {prettyXml} from './xml';
@@ -118,6 +118,7 @@ export class TrafficPanel {
       )
     );
     state.wireEvents.on((message) => this.take(message));
+    state.pastChanged.on(() => this.draw());
     state.cellChanged.on((cell) =>
       this.source.replaceChildren(
         h('option', {value: ''}, 'all'),
@@ -231,6 +232,8 @@ export class TrafficPanel {
 
   private wanted(row: Row, words: string[]): boolean {
     if (this.pausedAt !== null && row.event.number > this.pausedAt) return false;
+    const past = this.state.past;
+    if (past && isAfter(row.event, past)) return false;
     if (this.source.value && row.event.source !== this.source.value) return false;
     if (words.length === 0) return true;
     row.searched ??=
@@ -356,6 +359,12 @@ export class TrafficPanel {
     const took = latency === '' ? '' : ` (${latency} ms)`;
     return `${new Date(event.timeS * 1000).toISOString()}  ${event.simTimeS.toFixed(3)} s of run ${event.epoch}  ${event.source} ${way} ${event.peer}  ${type} ${event.id}: ${summary}${took}\n    ${this.data(event)}`;
   }
+}
+
+/** While the past is shown, so is what had gone over the wires by then. */
+function isAfter(event: WireEvent, past: Snapshot): boolean {
+  if (event.epoch !== past.epoch) return event.epoch > past.epoch;
+  return event.simTimeS > simTime(past) + 1e-9;
 }
 
 function clock(time_s: number): string {

@@ -1,0 +1,89 @@
+#include "server/listener_options.hpp"
+
+#include <utility>
+
+#include "server/process.hpp"
+#include "server/version.hpp"
+
+namespace aprsim::server {
+
+/// Of a listener that takes so many connections.
+protocols::ConnectionLimits limits_of(const ConnectionsConfig& config, std::size_t at_once) {
+  return {.at_once = at_once,
+          .per_address = config.per_address,
+          .yield_after = std::chrono::milliseconds(config.yield_after_ms)};
+}
+
+std::vector<std::string> robots_of(const scene::Scene& scene) {
+  std::vector<std::string> robots;
+  for (const auto& robot : scene.robots) robots.push_back(robot.name);
+  return robots;
+}
+
+namespace {
+
+web::RobotVisual visual_of(const scene::Robot& robot) {
+  const scene::Gripper& gripper = robot.gripper;
+  return {.pad_height_m = gripper.pad_height_m,
+          .pad_width_m = gripper.pad_width_m,
+          .pad_depth_m = gripper.pad_depth_m,
+          .v_half_angle_rad = gripper.pad == scene::PadShape::kV ? gripper.v_half_angle_rad : 0,
+          .palm_size = gripper.palm_size,
+          .camera_V = robot.vision.camera_V,
+          .area_min = robot.vision.area_min,
+          .area_max = robot.vision.area_max};
+}
+
+/// What the page draws besides the cell's description.
+web::VisualDescription visual_of(const scene::Scene& scene) {
+  web::VisualDescription visual;
+  for (const auto& box : scene.fixed) visual.fixed.push_back({box.name, box.size, box.X_WS});
+  for (const auto& robot : scene.robots) visual.robots.push_back(visual_of(robot));
+  for (const auto& [name, gear] : scene.gear_types) {
+    visual.gears.push_back({name, gear.hub_top_radius_m, gear.hub_bottom_radius_m,
+                            gear.hub_height_m, gear.teeth_outer_radius_m});
+  }
+  for (const auto& [name, tray] : scene.tray_types) {
+    auto& out = visual.trays.emplace_back();
+    out.type = name;
+    for (const auto& slot : tray.slots) {
+      out.pockets.push_back(
+          {slot.pocket.top_radius_m, slot.pocket.floor_radius_m, slot.pocket.depth_m});
+    }
+  }
+  return visual;
+}
+
+}  // namespace
+
+web::WebServerOptions web_options(const Config& config, const scene::Scene& scene) {
+  web::WebServerOptions options;
+  options.bind_address = config.web.address;
+  options.port = config.web.port;
+  options.limits = limits_of(config.connections, config.web.max_connections);
+  options.max_viewers = config.web.max_viewers;
+  options.max_rate_hz = config.web.max_rate_hz;
+  options.control = config.web.control;
+  options.hosts = config.web.hosts;
+  options.assets = web_directory();
+  for (const auto& robot : scene.robots) options.models.emplace_back(robot.name, robot.model_file);
+  options.visual = visual_of(scene);
+  options.version = kVersion;
+  options.scaling = {.full_scale_m_s = config.modbus.full_scale_m_s,
+                     .one_is_forward = config.modbus.forward_is_one};
+  options.endpoint = kWebEndpoint;
+  return options;
+}
+
+telemetry::TelemetryOptions telemetry_options(const Config& all) {
+  const GrpcConfig& config = all.grpc;
+  telemetry::TelemetryOptions options;
+  options.address = config.address;
+  options.port = config.port;
+  options.limits = limits_of(all.connections, config.max_connections);
+  options.control = all.web.control;
+  options.endpoint = kGrpcEndpoint;
+  return options;
+}
+
+}  // namespace aprsim::server

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "protocols/telemetry/telemetry_server.hpp"
+#include "protocols/web/web_server.hpp"
+#include "server/config.hpp"
+#include "world/scene/scene.hpp"
+
+/// What the configuration and the scene say of the listeners that also a replay has.
+namespace aprsim::server {
+
+// Endpoints as they stand in the journal of commands.
+inline constexpr api::EndpointId kGrpcEndpoint = 2;
+inline constexpr api::EndpointId kWebEndpoint = 3;
+
+/// Names of the robots, in their order.
+[[nodiscard]] std::vector<std::string> robots_of(const scene::Scene& scene);
+/// Of a listener that takes so many connections.
+[[nodiscard]] protocols::ConnectionLimits limits_of(const ConnectionsConfig& config,
+                                                    std::size_t at_once);
+[[nodiscard]] telemetry::TelemetryOptions telemetry_options(const Config& config);
+[[nodiscard]] web::WebServerOptions web_options(const Config& config, const scene::Scene& scene);
+
+}  // namespace aprsim::server
