@@ -631,10 +631,28 @@ class SampleTime {
     return std::nullopt;
   }
 
+  /// The cell as it is, and whether it has got to where it was asked to.
   Outcome<v1::Snapshot> look() {
     auto snapshot = cell_.snapshot();
-    if (snapshot && goal_ && snapshot->step() >= *goal_) goal_.reset();
+    if (!snapshot || !goal_) return snapshot;
+    if (snapshot->step() >= *goal_) {
+      goal_.reset();
+    } else if (std::ranges::count(snapshot->virtual_time().awaited(), "grpc") > 0) {
+      return ask_again(std::move(*snapshot));
+    }
     return snapshot;
+  }
+
+  /// Time stands until it is asked for: the last request was given up before the cell heard of it.
+  Outcome<v1::Snapshot> ask_again(v1::Snapshot now) {
+    goal_.reset();
+    auto passed = ask(now.step(), kStepTime);
+    if (!passed) {
+      // Or it has been heard of since, and only one may ask at once.
+      if (passed.error().kind != FailureKind::kRefused) return tl::unexpected(passed.error());
+      goal_ = now.step() + kVirtualSteps;
+    }
+    return passed && *passed ? std::move(**passed) : std::move(now);
   }
 
   CellConnection& cell_;
