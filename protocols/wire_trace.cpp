@@ -1,6 +1,7 @@
 #include "protocols/wire_trace.hpp"
 
 #include <atomic>
+#include <new>
 #include <utility>
 
 namespace aprsim::protocols {
@@ -43,11 +44,15 @@ void ConnectionTrace::closed(std::string_view why) {
 
 void ConnectionTrace::note(WireContent content, std::string_view data,
                            std::string_view text) const {
-  protocols::note(*trace_, *source_,
-                  {.connection = connection_,
-                   .content = content,
-                   .data = std::string(data),
-                   .text = std::string(text)});
+  WireRecord record{.connection = connection_, .content = content};
+  try {
+    record.data = data;
+    record.text = text;
+  } catch (const std::bad_alloc&) {
+    record.data.clear();
+    record.text = "no memory";  // and takes none
+  }
+  protocols::note(*trace_, *source_, std::move(record));
 }
 
 void note(WireTrace& trace, const api::SnapshotSource& source, WireRecord record) {

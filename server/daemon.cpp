@@ -174,12 +174,13 @@ modbus_server::ModbusServerOptions modbus_options(const Config& all, protocols::
 
 telemetry::TelemetryOptions grpc_options(const Config& all,
                                          std::shared_ptr<protocols::AccessToken> token,
-                                         protocols::WireTrace* trace, api::VirtualTime* time,
+                                         journal::Journal* journal, api::VirtualTime* time,
                                          api::History* history,
                                          protocols::StateFiles* state_files) {
   telemetry::TelemetryOptions options = telemetry_options(all);
   options.token = std::move(token);
-  options.trace = trace;
+  options.trace = journal;
+  options.incidents = journal;
   options.virtual_time = time;
   options.history = history;
   options.state_files = state_files;
@@ -332,6 +333,7 @@ class Daemon::Impl {
     auto options = web_options(config, scene);
     options.token = token_;
     options.trace = journal_.get();
+    options.incidents = journal_.get();
     options.crcl_tap = &crcl_tap_;
     options.modbus_tap = &modbus_tap_;
     options.programs = programs_.for_pages();

@@ -1,6 +1,7 @@
 #include "clients/aprsim/cell_connection.hpp"
 
 #include <chrono>
+#include <cmath>
 #include <type_traits>
 #include <utility>
 
@@ -8,6 +9,7 @@
 #include <grpcpp/create_channel.h>
 
 #include "aprsim/v1/control_service.grpc.pb.h"
+#include "aprsim/v1/journal_service.grpc.pb.h"
 #include "aprsim/v1/telemetry_service.grpc.pb.h"
 
 namespace aprsim::client {
@@ -72,8 +74,9 @@ Outcome<v1::Receipt> receipt(const Outcome<Response>& response) {
 
 struct CellConnection::Stubs {
   Stubs(const std::shared_ptr<grpc::Channel>& channel, const std::string& token)
-      : telemetry(channel), control{v1::ControlService::Stub(channel), token} {}
+      : telemetry(channel), journal(channel), control{v1::ControlService::Stub(channel), token} {}
   v1::TelemetryService::Stub telemetry;
+  v1::JournalService::Stub journal;
   ControlStub control;
 };
 
@@ -244,6 +247,27 @@ Outcome<v1::Receipt> CellConnection::report_event(const std::string& event) {
   v1::ReportEventRequest request;
   request.set_event(event);
   return receipt(call(stubs_->control, &v1::ControlService::Stub::ReportEvent, request, address_));
+}
+
+Outcome<void> CellConnection::incident(
+    double last_s, const std::function<bool(const v1::GetIncidentResponse&)>& take) {
+  grpc::ClientContext context;
+  v1::GetIncidentRequest request;
+  const auto nanos = std::llround(last_s * 1e9);
+  request.mutable_last()->set_seconds(nanos / 1'000'000'000);
+  request.mutable_last()->set_nanos(static_cast<std::int32_t>(nanos % 1'000'000'000));
+  const auto reader = stubs_->journal.GetIncident(&context, request);
+  v1::GetIncidentResponse piece;
+  while (reader->Read(&piece)) {
+    if (take(piece)) continue;
+    context.TryCancel();
+    static_cast<void>(reader->Finish());  // cancelled, as asked
+    return {};
+  }
+  if (const auto status = reader->Finish(); !status.ok()) {
+    return tl::unexpected(failure_of(status, address_));
+  }
+  return {};
 }
 
 }  // namespace aprsim::client

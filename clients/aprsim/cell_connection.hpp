@@ -6,6 +6,7 @@
 #include <string>
 
 #include "aprsim/v1/control_service.pb.h"
+#include "aprsim/v1/journal_service.pb.h"
 #include "aprsim/v1/telemetry_service.pb.h"
 #include "clients/aprsim/endpoints.hpp"
 #include "clients/aprsim/outcome.hpp"
@@ -55,6 +56,10 @@ class CellConnection {
       const v1::InjectFaultRequest& request);
   [[nodiscard]] Outcome<v1::Receipt> end_fault(std::uint64_t id);
   [[nodiscard]] Outcome<v1::Receipt> report_event(const std::string& event);
+
+  /// The latest of the run as a journal file: calls `take` with each piece until it returns false.
+  [[nodiscard]] Outcome<void> incident(
+      double last_s, const std::function<bool(const v1::GetIncidentResponse&)>& take);
 
  private:
   struct Stubs;

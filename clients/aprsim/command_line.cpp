@@ -438,6 +438,35 @@ void add_states(CLI::App& app, CommandLine& line) {
   offer_json(*remove, line);
 }
 
+/// "60", "60s" or "2min" in seconds.
+double span_of(const std::string& text) {
+  constexpr double kLongest_s = 86'400;
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const std::string_view unit(end, static_cast<std::size_t>(text.data() + text.size() - end));
+  const double span_s = unit == "min" ? 60 * value : value;
+  if (error != std::errc() || !(unit.empty() || unit == "s" || unit == "min") ||
+      !(span_s > 0 && span_s <= kLongest_s)) {
+    throw CLI::ValidationError("--last",
+                               text + " is no time above 0 and up to a day, as 60s or 10min");
+  }
+  return span_s;
+}
+
+void add_incident(CLI::App& app, CommandLine& line) {
+  auto [incident, command] = add<IncidentCommand>(
+      app, line, "incident", "Write the latest of the run into a file that can be run again");
+  incident
+      ->add_option_function<std::string>(
+          "--last", [c = command](const std::string& text) { c->last_s = span_of(text); },
+          "How far back, in simulated time, as 60s or 10min (default 60s)")
+      ->type_name("TIME");
+  incident->add_option("--file", command->file, "Where to (default: named by the daemon, here)")
+      ->type_name("FILE")
+      ->check(not_empty());
+  offer_json(*incident, line);
+}
+
 void add_intruder(CLI::App& app, CommandLine& line) {
   CLI::App* intruder = app.add_subcommand(
       "intruder", "Let the cell's sensors see a person or object that nothing touches");
@@ -662,6 +691,7 @@ void add_all(CLI::App& app, CommandLine& line) {
   add_simulation(app, line);
   add_states(app, line);
   add_replay(app, line);
+  add_incident(app, line);
   add_intruder(app, line);
   add_fault(app, line);
   add_scenario(app, line);

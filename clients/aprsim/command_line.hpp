@@ -100,6 +100,10 @@ struct StatesListCommand {};
 struct StatesDeleteCommand {
   std::string name;
 };
+struct IncidentCommand {
+  double last_s = 60;  ///< simulated
+  std::string file;    ///< empty = by the name that the daemon gives it, here
+};
 struct IntruderCommand {
   std::optional<std::array<double, 2>> xy_m;        ///< where it stands on the floor; absent = gone
   std::array<double, 3> size_m = {0.5, 0.3, 1.75};  ///< a person's
@@ -164,10 +168,10 @@ using AnyCommand =
                  CrclInitCommand, CrclStopCommand, CrclGripperCommand, CrclJogCommand,
                  CrclValidateCommand, ConveyorSetCommand, ConveyorStatusCommand, ConveyorMapCommand,
                  PauseCommand, ResumeCommand, StepCommand, SpeedCommand, ResetCommand, SaveCommand,
-                 LoadCommand, StatesListCommand, StatesDeleteCommand, IntruderCommand,
-                 FaultListCommand, FaultKindsCommand, FaultInjectCommand, FaultEndCommand,
-                 FaultEventCommand, ScenarioListCommand, ScenarioCheckCommand, ScenarioRunCommand,
-                 ReplayCommand, DemoCommand, CompletionCommand, ManualCommand>;
+                 LoadCommand, StatesListCommand, StatesDeleteCommand, IncidentCommand,
+                 IntruderCommand, FaultListCommand, FaultKindsCommand, FaultInjectCommand,
+                 FaultEndCommand, FaultEventCommand, ScenarioListCommand, ScenarioCheckCommand,
+                 ScenarioRunCommand, ReplayCommand, DemoCommand, CompletionCommand, ManualCommand>;
 
 struct CommandLine {
   EndpointChoice endpoints;

@@ -46,6 +46,7 @@ struct Console {
 [[nodiscard]] Outcome<void> run_command(const LoadCommand& command, Console& console);
 [[nodiscard]] Outcome<void> run_command(const StatesListCommand& command, Console& console);
 [[nodiscard]] Outcome<void> run_command(const StatesDeleteCommand& command, Console& console);
+[[nodiscard]] Outcome<void> run_command(const IncidentCommand& command, Console& console);
 [[nodiscard]] Outcome<void> run_command(const IntruderCommand& command, Console& console);
 [[nodiscard]] Outcome<void> run_command(const FaultListCommand& command, Console& console);
 [[nodiscard]] Outcome<void> run_command(const FaultKindsCommand& command, Console& console);

@@ -35,6 +35,7 @@ constexpr std::array kJson{
     Entry{"states list",
           "states (list of name, step, sim_time_s, bytes), bytes and max_bytes: of all together."},
     Entry{"states delete", "done (states delete), name."},
+    Entry{"incident", "done (incident), file, bytes."},
     Entry{"pause, resume, step, speed, reset, save, load, intruder",
           "done (the command), step, sim_time_s, epoch: when it took effect; save with --file also "
           "file and bytes; load also name; intruder also light_curtain (broken or clear), where "

@@ -25,6 +25,7 @@
 #include "protocols/telemetry/control_service.hpp"
 #include "protocols/telemetry/history_service.hpp"
 #include "protocols/telemetry/http2_relay.hpp"
+#include "protocols/telemetry/journal_service.hpp"
 #include "protocols/telemetry/probation.hpp"
 #include "protocols/telemetry/stream_hub.hpp"
 #include "protocols/telemetry/telemetry_service.hpp"
@@ -131,6 +132,7 @@ class TelemetryServer::Impl {
     telemetry_ = std::make_unique<TelemetryService>(options_, source_, *hub_);
     control_ = std::make_unique<ControlService>(options_, sink_, source_, *waiter_);
     history_ = std::make_unique<HistoryService>(options_, *control_);
+    journal_ = std::make_unique<JournalService>(options_.incidents);
     if (!serve()) {
       return fail(ErrorCode::kUnavailable, "grpc", "gRPC refused to start its server");
     }
@@ -180,6 +182,7 @@ class TelemetryServer::Impl {
     builder.RegisterService(telemetry_.get());
     builder.RegisterService(control_.get());
     builder.RegisterService(history_.get());
+    builder.RegisterService(journal_.get());
     auto interceptors = calls_.interceptors();
     if (options_.trace != nullptr) {
       interceptors.push_back(trace_of_calls(*options_.trace, source_));
@@ -241,6 +244,7 @@ class TelemetryServer::Impl {
   std::unique_ptr<TelemetryService> telemetry_;
   std::unique_ptr<ControlService> control_;
   std::unique_ptr<HistoryService> history_;
+  std::unique_ptr<JournalService> journal_;
   std::mutex server_mutex_;
   std::shared_ptr<grpc::Server> server_;
   std::optional<bool> serving_;  // what health said last; under server_mutex_

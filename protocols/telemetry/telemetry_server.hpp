@@ -7,6 +7,7 @@
 
 #include "protocols/access_token.hpp"
 #include "protocols/connection_places.hpp"
+#include "protocols/incident_source.hpp"
 #include "protocols/state_files.hpp"
 #include "protocols/wire_trace.hpp"
 #include "world/api/duration_histogram.hpp"
@@ -35,7 +36,8 @@ struct TelemetryOptions {
   protocols::StateFiles* state_files = nullptr;  ///< null = states stay where they are; outlives it
   bool control = true;  ///< false: commands need the token; without one there are none
   std::shared_ptr<protocols::AccessToken> token = {};  ///< if there: commands need it
-  std::string instance_id;                ///< names this process to clients; empty = random
+  std::string instance_id;  ///< names this process to clients; empty = random
+  protocols::IncidentSource* incidents = nullptr;  ///< null = there are none; outlives the server
   protocols::WireTrace* trace = nullptr;  ///< hears of calls that command; outlives the server
 };
 

@@ -1,9 +1,16 @@
 #include "protocols/web/http_session.hpp"
 
+#include <algorithm>
+#include <charconv>
 #include <chrono>
+#include <cmath>
 #include <optional>
 #include <utility>
 
+#include <boost/asio/execution/outstanding_work.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/prefer.hpp>
+#include <boost/asio/write.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket/rfc6455.hpp>
@@ -44,6 +51,25 @@ void set_security(Response& response, const std::string& host) {
   response.set("Cross-Origin-Resource-Policy", "same-origin");
   // Asks the daemon each time; unchanged files answer with 304.
   response.set(http::field::cache_control, "no-cache");
+}
+
+/// Simulated time to go back, of "/incident?last=SECONDS".
+Result<std::chrono::nanoseconds> incident_span(std::string_view target) {
+  constexpr double kDefault_s = 60, kMax_s = 86'400;
+  constexpr std::string_view kKey = "last=";
+  const std::size_t query = target.find('?');
+  double last_s = kDefault_s;
+  if (query != std::string_view::npos) {
+    const std::string_view text = target.substr(query + 1);
+    const auto [end, error] = std::from_chars(text.data() + std::min(kKey.size(), text.size()),
+                                              text.data() + text.size(), last_s);
+    if (!text.starts_with(kKey) || error != std::errc() || end != text.data() + text.size() ||
+        !(last_s > 0 && last_s <= kMax_s)) {
+      return fail(ErrorCode::kInvalidArgument, "last",
+                  "expected last=SECONDS, above 0 and up to 86400");
+    }
+  }
+  return std::chrono::nanoseconds(std::llround(last_s * 1e9));
 }
 
 class Session final : public HttpSession, public std::enable_shared_from_this<Session> {
@@ -109,6 +135,7 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
     if (request.method() != http::verb::get && request.method() != http::verb::head) {
       return refuse(http::status::method_not_allowed, "only GET and HEAD", true);
     }
+    if (path == "/incident") return open_incident(request);
     if (const auto live = context_.live.find(path); live != context_.live.end()) {
       return send_live(request, live->second());
     }
@@ -174,6 +201,65 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
     response->content_length(page.body.size());
     if (request.method() == http::verb::get) response->body() = std::move(page.body);
     send(std::move(response));
+  }
+
+  void open_incident(const Request& request) {
+    const auto last = incident_span(view(request.target()));
+    if (!last) return refuse(http::status::bad_request, last.error().message, false);
+    if (context_.incidents == nullptr) {
+      return refuse(http::status::not_found, "this daemon keeps nothing of its run", false);
+    }
+    // The answer comes from another thread. Work that is counted keeps the server's own until then.
+    auto executor = boost::asio::prefer(stream_.get_executor(),
+                                        boost::asio::execution::outstanding_work.tracked);
+    const bool head = request.method() == http::verb::head, keep_alive = request.keep_alive();
+    stream_.expires_never();
+    context_.incidents->take_incident(
+        *last, [self = shared_from_this(), executor, head,
+                keep_alive](Result<protocols::Incident> incident) mutable {
+          boost::asio::post(executor, [self = std::move(self), head, keep_alive,
+                                       incident = std::move(incident)]() mutable {
+            self->send_incident(std::move(incident), head, keep_alive);
+          });
+        });
+  }
+
+  void send_incident(Result<protocols::Incident> incident, bool head, bool keep_alive) {
+    if (!stream_.socket().is_open()) return;
+    if (!incident) {
+      return refuse(http::status::service_unavailable, incident.error().message, !keep_alive);
+    }
+    auto response = std::make_shared<Response>(http::status::ok, 11);
+    set_security(*response, "");
+    response->set(http::field::content_type, "application/zstd");
+    response->set(http::field::content_disposition,
+                  "attachment; filename=\"" + incident->name + "\"");
+    response->keep_alive(keep_alive);
+    std::size_t size = 0;
+    for (const auto& piece : incident->pieces) size += piece->size();
+    response->content_length(size);
+    // The header first; its body is that of the pieces.
+    auto serializer = std::make_shared<http::response_serializer<http::string_body>>(*response);
+    auto pieces = std::make_shared<protocols::Incident>(*std::move(incident));
+    if (head) pieces->pieces.clear();
+    stream_.expires_after(kTimeout);
+    http::async_write_header(stream_, *serializer,
+                             [self = shared_from_this(), response, serializer, pieces](
+                                 const error_code& error, std::size_t) {
+                               if (!error) self->send_pieces(pieces, 0, response->need_eof());
+                             });
+  }
+
+  /// Each has its time: a client that takes none is left.
+  void send_pieces(const std::shared_ptr<protocols::Incident>& incident, std::size_t next,
+                   bool last) {
+    if (next == incident->pieces.size()) return last ? shut_down() : read();
+    stream_.expires_after(kTimeout);
+    boost::asio::async_write(
+        stream_, boost::asio::buffer(*incident->pieces[next]),
+        [self = shared_from_this(), incident, next, last](const error_code& error, std::size_t) {
+          if (!error) self->send_pieces(incident, next + 1, last);
+        });
   }
 
   void refuse(http::status status, const std::string& why, bool last) {

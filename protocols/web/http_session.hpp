@@ -9,6 +9,7 @@
 #include <boost/asio/ip/tcp.hpp>
 
 #include "protocols/connection_places.hpp"
+#include "protocols/incident_source.hpp"
 #include "protocols/web/asset_table.hpp"
 #include "protocols/web/web_socket.hpp"
 
@@ -33,13 +34,15 @@ struct HttpContext {
   std::string full;
   /// Pages that are made when they are asked for, by path: status and text.
   std::map<std::string, std::function<LivePage()>, std::less<>> live;
+  /// Of the file behind /incident; null = there is none.
+  protocols::IncidentSource* incidents = nullptr;
   /// Takes over an upgraded connection.
   std::function<void(std::shared_ptr<WebSocket>, std::string peer)> on_viewer;
 };
 
-/// One connection that speaks HTTP: GET and HEAD of the asset table and of
-/// live pages, and the upgrade of /ws to a
-/// WebSocket. Headers are limited to 8 KiB, bodies are refused.
+/// One connection that speaks HTTP: GET and HEAD of the asset table, of live pages and of
+/// /incident, and the upgrade of /ws to a WebSocket. Headers are limited to 8 KiB, bodies are
+/// refused.
 class HttpSession {
  public:
   virtual ~HttpSession() = default;

@@ -94,6 +94,7 @@ class WebServer::Impl {
                         .body = options_.metrics()};
       };
     }
+    context_.incidents = options_.incidents;
     context_.take_seat = [this] { return take_seat(); };
     context_.on_viewer = [this](std::shared_ptr<WebSocket> socket, std::string peer) {
       hub_.add(std::move(socket), std::move(peer));

@@ -12,6 +12,7 @@
 #include "modbus/register_map.hpp"
 #include "protocols/access_token.hpp"
 #include "protocols/connection_places.hpp"
+#include "protocols/incident_source.hpp"
 #include "protocols/web/program_runner.hpp"
 #include "protocols/web/visual_description.hpp"
 #include "protocols/wire_tap.hpp"
@@ -55,6 +56,7 @@ struct WebServerOptions {
   std::chrono::milliseconds drain_deadline{300};
   protocols::WireTap* crcl_tap = nullptr;  ///< both outlive the server; may be null
   protocols::WireTap* modbus_tap = nullptr;
+  protocols::IncidentSource* incidents = nullptr;  ///< null = there are none; outlives the server
   protocols::WireTrace* trace = nullptr;  ///< hears of viewers' commands; outlives the server
   ProgramRunner* programs = nullptr;      ///< outlives the server; null = pages start none
   api::History* history = nullptr;        ///< outlives the server; null = no past is kept
@@ -67,8 +69,9 @@ struct WebServerOptions {
 /// latest snapshot at the rate it asks for, besides traffic and registers that it watches. Takes
 /// commands and jogs from viewers that may. Keeps what goes wrong in the cell, and what was asked
 /// for, for viewers that come later. Connects browsers from its own page only.
-/// For operators: /metrics; /healthz, 200 while this thread answers; /readyz, 503 with the reason
-/// while the simulation has a problem(). One thread.
+/// GET /incident?last=SECONDS gives the latest of the run as a journal file. For operators:
+/// /metrics; /healthz, 200 while this thread answers; /readyz, 503 with the reason while the
+/// simulation has a problem(). One thread.
 class WebServer {
  public:
   /// Keeps references to both; they must outlive the server.

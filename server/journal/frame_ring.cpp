@@ -29,9 +29,8 @@ void FrameRing::add(const Frame& frame) {
 
 std::vector<FrameBytes> FrameRing::last(std::uint64_t steps, std::uint64_t clock) const {
   const std::uint64_t from = clock - std::min(steps, clock);
-  auto begin = std::ranges::find_if(
-      stretches_.rbegin(), stretches_.rend(),
-      [&](const Stretch& stretch) { return stretch.clock <= from; });
+  auto begin = std::ranges::find_if(stretches_.rbegin(), stretches_.rend(),
+                                    [&](const Stretch& stretch) { return stretch.clock <= from; });
   std::vector<FrameBytes> frames;
   auto stretch = begin == stretches_.rend() ? stretches_.begin() : begin.base() - 1;
   for (; stretch != stretches_.end(); ++stretch) {

@@ -1,6 +1,7 @@
 #include "server/journal/journal.hpp"
 
 #include <exception>
+#include <new>
 #include <type_traits>
 #include <utility>
 #include <variant>
@@ -54,8 +55,15 @@ Journal::~Journal() {
 
 // ---- what is told
 
-void Journal::push(RecordQueue& queue, decltype(Entry::what) what) {
-  const auto pushed = queue.push({std::chrono::system_clock::now(), std::move(what)});
+template <typename Make>
+void Journal::push(RecordQueue& queue, const Make& make) {
+  const auto now = std::chrono::system_clock::now();
+  auto pushed = RecordQueue::Pushed::kMissing;
+  try {
+    pushed = queue.push({now, make()});
+  } catch (const std::bad_alloc&) {
+    queue.lose({1, &queue == &decisions_ ? 1U : 0U, now, now, {}});
+  }
   if (pushed == RecordQueue::Pushed::kTaken) return;
   if (pushed == RecordQueue::Pushed::kMissing && &queue == &decisions_) wants_checkpoint_ = true;
   hurry();
@@ -70,32 +78,38 @@ void Journal::hurry() {
 }
 
 void Journal::began(world::RunTime time, std::uint64_t seed, const std::string* loaded) {
-  push(decisions_,
-       EpochBegun{time, seed,
-                  loaded == nullptr ? std::nullopt : std::optional<std::string>(*loaded)});
+  push(decisions_, [&] {
+    return EpochBegun{time, seed,
+                      loaded == nullptr ? std::nullopt : std::optional<std::string>(*loaded)};
+  });
 }
 
 void Journal::applied(world::RunTime time, const world::QueuedCommand& command,
                       const Error* failure) {
-  push(decisions_, CommandApplied{time, ++sequence_, command,
-                                  failure == nullptr ? std::string() : failure->message});
+  ++sequence_;
+  push(decisions_, [&] {
+    return CommandApplied{time, sequence_, command,
+                          failure == nullptr ? std::string() : failure->message};
+  });
 }
 
 void Journal::sampled(world::RunTime time, world::StateSample sample) {
-  push(decisions_, StateSampled{time, std::move(sample)});
+  push(decisions_, [&] { return StateSampled{time, std::move(sample)}; });
 }
 
 void Journal::saved(world::RunTime time, std::uint64_t hash,
                     std::shared_ptr<const world::WorldState> state) {
   wants_checkpoint_ = false;
-  push(decisions_, StateSaved{time, hash, std::move(state)});
+  push(decisions_, [&] { return StateSaved{time, hash, std::move(state)}; });
 }
 
 void Journal::stopped(world::RunTime time, const std::string& why) {
-  push(decisions_, WorldStopped{time, why});
+  push(decisions_, [&] { return WorldStopped{time, why}; });
 }
 
-void Journal::note(protocols::WireRecord record) { push(wires_, std::move(record)); }
+void Journal::note(protocols::WireRecord record) {
+  push(wires_, [&] { return std::move(record); });
+}
 
 void Journal::take_incident(std::chrono::nanoseconds last, Done done) {
   bool closed = false;
@@ -136,24 +150,22 @@ void Journal::turn(bool ending) {
     wanted.swap(wanted_);
     closed_ = ending;
   }
-  // The wires' first: of what a client was told, all that decided it is taken with it.
-  wires_.take(taken_wires_);
-  decisions_.take(taken_decisions_);
-  auto decision = taken_decisions_.entries.cbegin();
-  auto wire = taken_wires_.entries.cbegin();
-  const auto decisions_end = taken_decisions_.entries.cend();
-  const auto wires_end = taken_wires_.entries.cend();
-  while (decision != decisions_end || wire != wires_end) {
-    const bool decides =
-        wire == wires_end || (decision != decisions_end && decision->wall <= wire->wall);
-    add(decides ? *decision++ : *wire++);
+  write_taken(ending);
+  for (const Wanted& want : wanted) {
+    want.done(ending ? Result<protocols::Incident>(
+                           fail(ErrorCode::kUnavailable, "journal", "the daemon stops"))
+                     : incident(want.last));
   }
-  for (RecordQueue::Taken* taken : {&taken_decisions_, &taken_wires_}) {
-    taken->entries.clear();
-    if (!taken->missing.any()) continue;
-    taken->missing.reason = "the writer could not keep up";
-    tell_gap(taken->missing);
-  }
+  JournalStats stats = disk_ ? disk_->stats() : JournalStats{};
+  stats.gaps += gaps_;
+  stats.missing += lacking_;
+  stats.memory_bytes = ring_.bytes();
+  const std::lock_guard lock(mutex_);
+  stats_ = stats;
+}
+
+void Journal::write_taken(bool ending) try {
+  add_taken();
   if (ending && encoder_.pending() + ring_.bytes() > 0) {
     v1::JournalRecord record;
     write_time(std::chrono::system_clock::now(), *record.mutable_wall_time());
@@ -166,17 +178,40 @@ void Journal::turn(bool ending) {
   flush();
   if (disk_) disk_->write_waiting();
   if (ring_.wants_beginning() || (disk_ && disk_->wants_beginning())) wants_checkpoint_ = true;
-  for (const Wanted& want : wanted) {
-    want.done(ending ? Result<protocols::Incident>(
-                           fail(ErrorCode::kUnavailable, "journal", "the daemon stops"))
-                     : incident(want.last));
+} catch (const std::bad_alloc&) {
+  lose_taken("no memory");
+}
+
+void Journal::add_taken() {
+  // The wires' first: of what a client was told, all that decided it is taken with it.
+  wires_.take(taken_wires_);
+  decisions_.take(taken_decisions_);
+  auto& decisions = taken_decisions_.entries;
+  auto& wires = taken_wires_.entries;
+  while (!decisions.empty() || !wires.empty()) {
+    const bool decides =
+        wires.empty() || (!decisions.empty() && decisions.front().wall <= wires.front().wall);
+    auto& next = decides ? decisions : wires;
+    add(next.front());
+    next.pop_front();
   }
-  JournalStats stats = disk_ ? disk_->stats() : JournalStats{};
-  stats.gaps += gaps_;
-  stats.missing += lacking_;
-  stats.memory_bytes = ring_.bytes();
-  const std::lock_guard lock(mutex_);
-  stats_ = stats;
+  for (RecordQueue::Taken* taken : {&taken_decisions_, &taken_wires_}) {
+    if (!taken->missing.any()) continue;
+    taken->missing.reason = "the writer could not keep up";
+    tell_gap(std::exchange(taken->missing, {}));
+  }
+}
+
+/// All that has been taken and is in no frame yet; its gap is told with the next turn.
+void Journal::lose_taken(const std::string& why) {
+  for (RecordQueue::Taken* taken : {&taken_decisions_, &taken_wires_}) {
+    Missing lost = std::exchange(taken->missing, {});
+    for (const Entry& entry : taken->entries) lost.add(entry.missing());
+    taken->entries.clear();
+    lost.reason = why;
+    (taken == &taken_decisions_ ? decisions_ : wires_).lose(lost);
+  }
+  wants_checkpoint_ = true;
 }
 
 void Journal::add(const Entry& entry) {
@@ -228,15 +263,15 @@ void Journal::flush() {
   if (frame.records == 0) return;
   try {
     frame.bytes = std::make_shared<const std::string>(encoder_.take());
+    ring_.add(frame);
+    if (disk_) disk_->put(frame);
   } catch (const std::exception& failure) {
     frame.held.reason = failure.what();
-    return tell_gap(frame.held);
+    tell_gap(frame.held);
   }
-  ring_.add(frame);
-  if (disk_) disk_->put(frame);
 }
 
-Result<protocols::Incident> Journal::incident(std::chrono::nanoseconds last) const {
+Result<protocols::Incident> Journal::incident(std::chrono::nanoseconds last) const try {
   protocols::Incident incident;
   auto frames = ring_.last(steps_of(last), clock_);
   if (frames.empty()) {
@@ -248,6 +283,8 @@ Result<protocols::Incident> Journal::incident(std::chrono::nanoseconds last) con
   incident.pieces.push_back(std::make_shared<const std::string>(header_bytes(options_.header, 1)));
   incident.pieces.insert(incident.pieces.end(), frames.begin(), frames.end());
   return incident;
+} catch (const std::bad_alloc&) {
+  return fail(ErrorCode::kUnavailable, "journal", "there is no memory for it");
 }
 
 }  // namespace aprsim::server::journal

@@ -72,11 +72,16 @@ class Journal final : public world::Recorder,
     Done done;
   };
 
-  void push(RecordQueue& queue, decltype(Entry::what) what);
+  /// `make` gives what is told; where there is no memory for it, it is missing.
+  template <typename Make>
+  void push(RecordQueue& queue, const Make& make);
   void hurry();
   // ---- Thread: the writer's
   void run(const std::stop_token& stop);
   void turn(bool ending);
+  void write_taken(bool ending);
+  void add_taken();
+  void lose_taken(const std::string& why);
   void add(const Entry& entry);
   void tell_gap(const Missing& gap);
   void follow_clock(const Entry& entry);

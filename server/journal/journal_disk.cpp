@@ -72,8 +72,8 @@ void JournalDisk::write_waiting() {
 void JournalDisk::finish(SteadyClock::time_point deadline) {
   for (write_waiting(); !waiting_.empty(); write_waiting()) {
     const auto left = deadline - SteadyClock::now();
-    if (left <= left.zero() || !files_.wait_writable(std::chrono::ceil<std::chrono::milliseconds>(
-                                   left))) {
+    if (left <= left.zero() ||
+        !files_.wait_writable(std::chrono::ceil<std::chrono::milliseconds>(left))) {
       spdlog::warn("journal: {}: what reads it has not taken its end", files_.file());
       break;
     }
@@ -92,8 +92,7 @@ bool JournalDisk::open_next() {
     return false;
   }
   const bool again = !trouble_.empty();
-  wait(std::make_shared<const std::string>(header_bytes(header_, files_.part() + 1)), 1,
-       {});
+  wait(std::make_shared<const std::string>(header_bytes(header_, files_.part() + 1)), 1, {});
   write_waiting();
   if (!files_.is_open()) return false;
   files_.begun();

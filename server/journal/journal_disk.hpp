@@ -21,8 +21,8 @@ namespace aprsim::server::journal {
 /// stands behind a gap that says so, and the log says it too. Thread: one at a time.
 class JournalDisk {
  public:
-  /// `place` and `max_file_bytes`: as of JournalFiles. `header` of the run, which outlives the disk;
-  /// `part` is the disk's.
+  /// `place` and `max_file_bytes`: as of JournalFiles. `header` of the run, which outlives the
+  /// disk; `part` is the disk's.
   JournalDisk(std::string place, std::uint64_t max_file_bytes, const v1::JournalHeader& header);
 
   void put(const Frame& frame);

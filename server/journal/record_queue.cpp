@@ -58,6 +58,11 @@ RecordQueue::Pushed RecordQueue::push(Entry entry) {
   return Pushed::kMissing;
 }
 
+void RecordQueue::lose(const Missing& missing) {
+  const std::lock_guard lock(mutex_);
+  missing_.add(missing);
+}
+
 void RecordQueue::take(Taken& taken) {
   taken.entries.clear();
   const std::lock_guard lock(mutex_);

@@ -80,6 +80,8 @@ class RecordQueue {
 
   /// Thread: any.
   Pushed push(Entry entry);
+  /// What could not even be made is missing as well. Thread: any.
+  void lose(const Missing& missing);
   /// All that is there. After what is missing nothing more is taken in until this has been called,
   /// so that the gap stands where it was. Thread: the writer.
   void take(Taken& taken);

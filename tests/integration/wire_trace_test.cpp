@@ -147,8 +147,9 @@ TEST_F(WireTrace, WhatWasRefusedSaysWhy) {
   {
     DaemonProcess daemon({"--journal", file_, "--no-web"});
     CrclTextClient fanuc(daemon.port("crcl.fanuc"));
-    fanuc.raw("<CRCLCommandInstance><CRCLCommand xsi:type=\"NoSuchType\">"
-              "</CRCLCommand></CRCLCommandInstance>");
+    fanuc.raw(
+        "<CRCLCommandInstance><CRCLCommand xsi:type=\"NoSuchType\">"
+        "</CRCLCommand></CRCLCommandInstance>");
     TcpSocket belt(daemon.port("modbus"));
     // Protocol 5 is none.
     EXPECT_TRUE(belt.send(std::string("\0\1\0\5\0\6\1\3\x80\0\0\1", 12)));

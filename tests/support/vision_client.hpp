@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <stdexcept>
@@ -75,6 +76,13 @@ class VisionClient {
     std::string text = buffer_.substr(0, end + 1);
     buffer_.erase(0, end + 1);
     return text;
+  }
+
+  /// Throws away what has come, without a wait.
+  void take() {
+    std::array<char, 4096> bytes{};
+    while (socket_.receive_some(bytes).value_or(0) > 0) {
+    }
   }
 
   /// The next line that is not `before`.

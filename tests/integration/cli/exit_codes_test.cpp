@@ -57,6 +57,7 @@ std::vector<Row> every_command() {
           {"replay", {recorded_run()}, true},
           {"states list", {}},
           {"states delete", {"here"}},
+          {"incident", {"--last", "5s", "--file", "/dev/null"}},
           {"intruder put", {"0", "-1.75"}},
           {"intruder remove", {}},
           {"crcl init", {"--robot", "fanuc"}},

@@ -2,13 +2,17 @@
 
 #include "server/journal/journal.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
+#include <future>
 #include <memory>
 #include <stdexcept>
 #include <string>
 #include <unistd.h>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -169,6 +173,106 @@ TEST_F(JournalOfARun, GoesOnFromACheckpointAfterLostCommands) {
 TEST_F(JournalOfARun, TellsWhereItCannotBeWritten) {
   record(options_for((directory_ / "none" / "run.journal").string()));
   EXPECT_EQ(stats_.records, 0U);
+}
+
+/// The file of an incident.
+std::string bytes_of(Journal& journal, std::chrono::nanoseconds last) {
+  std::promise<Result<protocols::Incident>> promise;
+  journal.take_incident(
+      last, [&](Result<protocols::Incident> incident) { promise.set_value(std::move(incident)); });
+  auto future = promise.get_future();
+  if (future.wait_for(std::chrono::minutes(1)) != std::future_status::ready) {
+    throw std::runtime_error("no incident came");
+  }
+  const auto incident = future.get();
+  if (!incident) throw std::runtime_error(incident.error().message);
+  std::string bytes;
+  for (const auto& piece : incident->pieces) bytes += *piece;
+  return bytes;
+}
+
+TEST_F(JournalOfARun, IsInMemoryFromEveryCheckpointOn) {
+  Journal journal(options_for({}));
+  world::Simulation simulation(
+      scene_, {.seed = 1, .speed = std::nullopt, .paused = true, .recorder = &journal});
+  simulation.start();
+  submit(simulation, api::RobotCommand{0, api::InitRobot{}});
+  for (std::uint64_t second = 0; second < 45; ++second) {
+    const double target_rad = second % 2 == 0 ? 0.4 : -0.4;
+    submit(simulation,
+           api::RobotCommand{0, api::MoveJoints{{{.joint = 0, .position_rad = target_rad}}}});
+    submit(simulation, api::SimulationCommand(api::StepBy{1000}));
+    wait_for(simulation, 0, 1000 * (second + 1));
+  }
+  std::size_t last_size = 0;
+  // Checkpoints are at 40, 30, ... s, and the beginning is one.
+  for (const auto& [last_s, from] : std::vector<std::pair<int, std::uint64_t>>{
+           {1, 40'000}, {5, 40'000}, {6, 30'000}, {20, 20'000}, {45, 0}, {600, 0}}) {
+    const std::string bytes = bytes_of(journal, std::chrono::seconds(last_s));
+    EXPECT_GE(bytes.size(), last_size);
+    last_size = bytes.size();
+    std::ofstream(file(), std::ios::binary) << bytes;
+    const auto all = records();
+    ASSERT_FALSE(all.empty());
+    const auto& first = all.front();
+    EXPECT_EQ(first.has_epoch() ? first.epoch().time().step() : first.checkpoint().time().step(),
+              from)
+        << last_s;
+    const ReplayResult result = again(all);
+    EXPECT_FALSE(result.difference) << result.difference->what;
+    EXPECT_EQ(result.steps, 45'000 - from);
+    EXPECT_GE(result.compared, (45'000 - from) / 1000);
+  }
+  simulation.stop();
+  EXPECT_EQ(journal.stats().records, 0U);
+  EXPECT_GE(journal.stats().memory_bytes, last_size - 1000);
+}
+
+TEST_F(JournalOfARun, IsKeptInMemoryBesideAFileThatCannotBeWritten) {
+  Journal journal(options_for((directory_ / "none" / "run.journal").string()));
+  world::Simulation simulation(scene_, {.speed = std::nullopt, .recorder = &journal});
+  simulation.start();
+  wait_for(simulation, 0, 1500);
+  simulation.stop();
+  std::ofstream(file(), std::ios::binary) << bytes_of(journal, std::chrono::seconds(60));
+  const auto all = records();
+  EXPECT_TRUE(std::ranges::none_of(all, &v1::JournalRecord::has_gap));
+  EXPECT_FALSE(again(all).difference);
+}
+
+TEST_F(JournalOfARun, WiresThatFloodItAreToldAsAGapAndLoseNoCommand) {
+  JournalOptions options = options_for(file());
+  options.max_queue_bytes = 1 << 20;
+  {
+    Journal journal(std::move(options));
+    world::Simulation simulation(
+        scene_, {.seed = 1, .speed = std::nullopt, .paused = true, .recorder = &journal});
+    simulation.start();
+    const auto connection = std::make_shared<const protocols::WireConnection>();
+    submit(simulation, api::RobotCommand{0, api::InitRobot{}});
+    for (int i = 0; i < 3000; ++i) {
+      journal.note({.connection = connection, .data = std::string(60'000, 'x')});
+      if (i % 1000 != 0) continue;
+      submit(simulation, api::RobotCommand{0, api::StopMotion{}});
+      submit(simulation, api::SimulationCommand(api::StepBy{400}));
+    }
+    wait_for(simulation, 0, 1200);
+    simulation.stop();
+  }
+  const auto all = records();
+  std::uint64_t wires = 0, missing = 0, lost_commands = 0;
+  for (const v1::JournalRecord& record : all) {
+    wires += record.has_wire() ? 1 : 0;
+    missing += record.gap().records();
+    lost_commands += record.gap().commands();
+  }
+  EXPECT_EQ(wires + missing, 3000U);
+  EXPECT_GT(missing, 0U);
+  EXPECT_EQ(lost_commands, 0U);
+  const ReplayResult result = again(all);
+  EXPECT_FALSE(result.difference) << result.difference->what;
+  EXPECT_EQ(result.gaps, 0U);
+  EXPECT_EQ(result.commands, 4U);
 }
 
 }  // namespace

@@ -66,7 +66,7 @@ export function notify(message: string, kind: 'info' | 'error' = 'info'): void {
   setTimeout(() => toast.remove(), kind === 'error' ? 7000 : 3500);
 }
 
-export function download(name: string, type: string, content: string): void {
+export function download(name: string, type: string, content: string | Blob): void {
   const url = URL.createObjectURL(new Blob([content], {type}));
   h('a', {href: url, download: name}).click();
   setTimeout(() => URL.revokeObjectURL(url), 1000);

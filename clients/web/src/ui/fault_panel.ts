@@ -3,6 +3,7 @@
 import {FaultSeverity, type Fault, type FaultList, type Snapshot} from '../protocol';
 import {simTime, type State} from '../state';
 import {button, card, h} from './dom';
+import {saveIncident} from './incident';
 import {units} from './units';
 
 const kSpan_s = 300;
@@ -35,9 +36,18 @@ export class FaultPanel {
         this.lanes,
         this.list,
         this.note,
-        button('Clear', () => this.clear(), {
-          title: 'Takes what no longer lasts from this page; the daemon keeps it'
-        })
+        h(
+          'div',
+          {class: 'row'},
+          button('Clear', () => this.clear(), {
+            title: 'Takes what no longer lasts from this page; the daemon keeps it'
+          }),
+          button('Save this incident', () => void saveIncident(), {
+            'data-testid': 'save-incident',
+            title:
+              'The last minute of simulated time as one file, which aprsim replay runs again anywhere'
+          })
+        )
       )
     );
     state.faultsChanged.on((list) => this.take(list));

@@ -1,0 +1,18 @@
+// The latest of the run as a file, from the daemon to the user's disk.
+import {download, notify} from './dom';
+
+const kLast_s = 60;
+
+export async function saveIncident(): Promise<void> {
+  try {
+    const answer = await fetch(`incident?last=${kLast_s}`, {cache: 'no-store'});
+    if (!answer.ok) throw new Error((await answer.text()).trim());
+    const name = /filename="([^"]+)"/.exec(answer.headers.get('content-disposition') ?? '')?.[1];
+    download(name ?? 'incident.journal', 'application/zstd', await answer.blob());
+  } catch (error) {
+    notify(
+      `The incident was not saved: ${error instanceof Error ? error.message : error}`,
+      'error'
+    );
+  }
+}
