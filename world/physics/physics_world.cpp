@@ -24,7 +24,7 @@ constexpr double kBeforePad = 0.7;  // cosine between a pad's direction and that
 constexpr double kOverlap = 1e-4, kPutAbove = 2e-4;
 constexpr int kPutRounds = 64;  // of clearing one obstacle after the other
 // What goes farther in a step than the first meets things in parts of the second [m].
-constexpr double kLongWay = 1.5e-3, kPartWay = 5e-4;
+constexpr double kLongWay = 2e-3, kPartWay = 4.5e-4;
 constexpr int kMostParts = 32;
 
 /// A share of the way from one pose to another.
@@ -58,7 +58,7 @@ struct PhysicsWorld::Impl {
 
   void step();
   [[nodiscard]] int parts_of_step() const;
-  [[nodiscard]] bool near_something(int body) const;
+  [[nodiscard]] double stroke_m(int body) const;
   void begin_part(int left);
   void step_part(int left);
   void count_faults();
@@ -115,32 +115,44 @@ int PhysicsWorld::Impl::parts_of_step() const {
   double longest = 0;
   for (const int i : model.simplification.awake()) {
     const FreeBody& body = model.body(i);
-    const double way =
-        model.step_s * (body.v_com_W.norm() + body.radius_m * body.omega_W.norm());
-    if (way > std::max(longest, kLongWay) && near_something(i)) longest = way;
+    const double way = model.step_s * (body.v_com_W.norm() + body.radius_m * body.omega_W.norm());
+    if (way > kLongWay) longest = std::max(longest, stroke_m(i));
   }
-  if (longest == 0) return 1;
+  if (longest <= kLongWay) return 1;
   return std::min(kMostParts, 1 + static_cast<int>(std::ceil((longest - kLongWay) / kPartWay)));
 }
 
-/// Whether boxes as far as the coming step's ways meet.
-bool PhysicsWorld::Impl::near_something(int body) const {
-  const Aabb& box = model.body(body).bounds;
-  const auto meets = [&box](const auto& other) { return box.meets(other.bounds); };
-  if (std::ranges::any_of(model.fixed.shapes, meets)) return true;
+/// The longest way of a body in the coming step, seen from what it may meet; 0 = nothing.
+double PhysicsWorld::Impl::stroke_m(int body) const {
+  const FreeBody& own = model.body(body);
+  const Moving moving{own.com_W(), own.v_com_W, own.omega_W, own.radius_m};
+  double longest = 0;
+  const auto look = [&](const Aabb& box, const Eigen::Vector3d& p_W, const Eigen::Vector3d& v_W,
+                        const Eigen::Vector3d& omega_W) {
+    if (!own.bounds.meets(box)) return;
+    const Way way = way_of(moving, {.p_W = p_W, .v_W = v_W, .omega_W = omega_W}, model.step_s);
+    longest = std::max(longest, way.longest_m());
+  };
+  const Eigen::Vector3d still = Eigen::Vector3d::Zero();
+  const Eigen::Vector3d belt_W = model.belt_speed_m_s * model.fixed.belt_axis_W;
+  for (const StaticShape& shape : model.fixed.shapes) {
+    look(shape.bounds, still, shape.belt ? belt_W : still, still);
+  }
   for (const int other : model.simplification.awake()) {
-    if (other != body && meets(model.body(other))) return true;
+    const FreeBody& it = model.body(other);
+    if (other != body) look(it.bounds, it.com_W(), it.v_com_W, it.omega_W);
   }
   const auto& sleeping = model.simplification.sleeping();
   for (const int group : sleeping.groups()) {
-    if (box.meets(sleeping.box(group))) return true;
+    look(sleeping.box(group), still, sleeping.velocity(sleeping.first(group)), still);
   }
-  for (const auto& gripper : model.grippers) {
-    if (box.meets(gripper.bounds())) return true;
+  for (std::size_t r = 0; r < model.grippers.size(); ++r) {
+    const Eigen::Vector3d p_W = next_mounts[r].translation();
+    look(model.grippers[r].bounds(), p_W, model.grippers[r].mount_velocity(p_W),
+         model.grippers[r].mount_omega());
+    if (!model.arms[r].shapes().empty()) look(model.arms[r].bounds(), still, still, still);
   }
-  return std::ranges::any_of(model.arms, [&](const ArmLinks& arm) {
-    return !arm.shapes().empty() && box.meets(arm.bounds());
-  });
+  return longest;
 }
 
 /// Kinematics first, then contacts at the poses of now, forces and velocities from these

@@ -99,7 +99,8 @@ ContactResponse StepSolver::response_of(const ContactConstraint& constraint) {
   ContactSetting setting{.arm_link = model_.ids.is_link(id),
                          .belt_axis_W = model_.fixed.belt_axis_W,
                          .belt_speed_m_s = model_.belt_speed_m_s,
-                         .step_s = model_.step_s};
+                         .step_s = model_.step_s,
+                         .flight_step_s = model_.scene.physics.step_s};
   if (setting.arm_link) {
     const auto robot = static_cast<std::size_t>(model_.ids.robot_of(id));
     model_.arms[robot].place_link(model_.ids.link_of(id), model_.step_s);
