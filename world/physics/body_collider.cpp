@@ -11,7 +11,7 @@
 namespace aprsim::physics {
 namespace {
 
-/// A body whose way is shorter is looked at where it is [m].
+/// A body whose way is shorter does not move as far as contacts go; one falls as far in a step [m].
 constexpr double kLeastWay = 1e-5;
 /// One whose way is longer strikes what it meets [m].
 constexpr double kStroke = 4e-4;
@@ -47,11 +47,16 @@ void BodyCollider::note_pressed(const std::vector<ContactConstraint>& constraint
   }
 }
 
-/// The way of a body that falls, seen from another; none if it is slow.
+/// The way of a body that falls, seen from another. A slow one is only looked at a little lower,
+/// where it would be a step later had it nothing under it.
 Way BodyCollider::falling(const Moving& body, const Moving& other) const {
   const double ahead_s = kStepsAhead * model_.step_s;
   Way way = way_of(body, other, ahead_s);
-  if (way.longest_m() < kLeastWay) return {};
+  if (way.longest_m() < kLeastWay) {
+    way.shift_W = -kLeastWay * Eigen::Vector3d::UnitZ();
+    way.turn_W.setZero();
+    return way;
+  }
   way.shift_W.z() -= model_.scene.physics.gravity_m_s2 * ahead_s * model_.step_s;
   return way;
 }

@@ -22,15 +22,19 @@ ContactReport::ContactReport(const PhysicsModel& model)
   for (auto* list : {&keys_, &last_keys_, &order_}) list->reserve(kListCapacity);
 }
 
-void ContactReport::update(ArmPenalty& penalty) {
+void ContactReport::begin_step() {
   for (auto& list : forces_) list.clear();
-  for (const auto& constraint : model_.constraints) add_arm_forces(constraint);
-  for (std::size_t r = 0; r < forces_.size(); ++r) add_suction(r);
-  penalty.find(forces_);
 }
 
+void ContactReport::add_part(double share) {
+  for (const auto& constraint : model_.constraints) add_arm_forces(constraint, share);
+  for (std::size_t r = 0; r < forces_.size(); ++r) add_suction(r, share);
+}
+
+void ContactReport::end_step(ArmPenalty& penalty) { penalty.find(forces_); }
+
 /// What a cup draws pulls at it as hard as it is pulled.
-void ContactReport::add_suction(std::size_t robot) {
+void ContactReport::add_suction(std::size_t robot, double share) {
   const GripperMechanism& gripper = model_.grippers[robot];
   const Suction& suction = gripper.suction();
   if (suction.force_n <= 0) return;
@@ -38,7 +42,7 @@ void ContactReport::add_suction(std::size_t robot) {
   ArmForce force;
   force.link = model_.arms[robot].links() - 1;
   force.p_W = X_WLip.translation();
-  force.f_W = suction.force_n * X_WLip.linear().col(2);
+  force.f_W = share * suction.force_n * X_WLip.linear().col(2);
   force.partner = suction.body >= 0 ? side(suction.body, -1) : Side{};
   force.on_gripper = true;
   forces_[robot].push_back(force);
@@ -46,17 +50,18 @@ void ContactReport::add_suction(std::size_t robot) {
 
 /// Of each arm that has the contact: at the flange when it is with the gripper, or at the link
 /// itself. Forces between a gripper's own parts are inside it.
-void ContactReport::add_arm_forces(const ContactConstraint& constraint) {
+void ContactReport::add_arm_forces(const ContactConstraint& constraint, double share) {
   const auto& contact = constraint.contact;
+  const Eigen::Vector3d f_W = share * constraint.f_W;
   for (std::size_t r = 0; r < forces_.size(); ++r) {
     const int robot = static_cast<int>(r);
     const bool a = of_gripper(robot, contact.a), b = of_gripper(robot, contact.b);
     const int flange = model_.arms[r].links() - 1;
-    const auto on_gripper = [&](const Eigen::Vector3d& f_W, int part, BodyIndex other, int fixed,
-                                bool relayed) {
+    const auto on_gripper = [&](const Eigen::Vector3d& on_it_W, int part, BodyIndex other,
+                                int fixed, bool relayed) {
       forces_[r].push_back({.link = flange,
                             .p_W = contact.p_W,
-                            .f_W = f_W,
+                            .f_W = on_it_W,
                             .partner = side(other, fixed),
                             .partner_link = link(other),
                             .on_gripper = true,
@@ -65,16 +70,16 @@ void ContactReport::add_arm_forces(const ContactConstraint& constraint) {
     };
     const BodyIds& ids = model_.ids;
     if (a && !b) {
-      on_gripper(constraint.f_W, ids.part_of(contact.a), contact.b, constraint.fixed, false);
+      on_gripper(f_W, ids.part_of(contact.a), contact.b, constraint.fixed, false);
     }
-    if (b && !a) on_gripper(-constraint.f_W, ids.part_of(contact.b), contact.a, -1, false);
+    if (b && !a) on_gripper(-f_W, ids.part_of(contact.b), contact.a, -1, false);
     const int held = model_.grippers[r].state().held_body;
     if (held >= 0 && contact.a == held && !b) {
-      on_gripper(constraint.f_W, -1, contact.b, constraint.fixed, true);
+      on_gripper(f_W, -1, contact.b, constraint.fixed, true);
     }
-    if (held >= 0 && contact.b == held && !a) on_gripper(-constraint.f_W, -1, contact.a, -1, true);
+    if (held >= 0 && contact.b == held && !a) on_gripper(-f_W, -1, contact.a, -1, true);
     if (model_.ids.is_link(contact.b) && model_.ids.robot_of(contact.b) == robot) {
-      forces_[r].push_back({link(contact.b), contact.p_W, -constraint.f_W, side(contact.a, -1)});
+      forces_[r].push_back({link(contact.b), contact.p_W, -f_W, side(contact.a, -1)});
     }
   }
 }

@@ -16,15 +16,19 @@ class ContactReport {
  public:
   explicit ContactReport(const PhysicsModel& model);
 
-  /// After a step: from the solved constraints, and by the penalty law at the present poses.
-  void update(ArmPenalty& penalty);
+  void begin_step();
+  /// After a part of a step, which is such a share of it: from the solved constraints. Forces are
+  /// means over the step.
+  void add_part(double share);
+  /// By the penalty law at the present poses.
+  void end_step(ArmPenalty& penalty);
   /// Forces on links, palm and fingers, with those of what they hold: its weight and inertia and
   /// whatever it meets come through the pads.
   [[nodiscard]] std::span<const ArmForce> arm_forces(int robot) const {
     return forces_[static_cast<std::size_t>(robot)];
   }
   /// Replaces `out` by the contacts in the order of their sides, robots first, at most
-  /// api::kMaxContacts: those of the last step, and those that contact simplification has frozen.
+  /// api::kMaxContacts: those of the last step's last part, and those that contact simplification has frozen.
   void write(std::vector<api::ContactSnapshot>& out);
 
   using State = std::vector<std::vector<ArmForce>>;  ///< by robot
@@ -38,8 +42,8 @@ class ContactReport {
     double belt_travel_m = 0;
     bool operator==(const FrozenKey&) const = default;
   };
-  void add_arm_forces(const ContactConstraint& constraint);
-  void add_suction(std::size_t robot);
+  void add_arm_forces(const ContactConstraint& constraint, double share);
+  void add_suction(std::size_t robot, double share);
   [[nodiscard]] bool of_gripper(int robot, BodyIndex id) const;
   [[nodiscard]] api::ContactSide side(BodyIndex id, int fixed) const;
   [[nodiscard]] int link(BodyIndex id) const;

@@ -60,6 +60,14 @@ PhysicsModel::PhysicsModel(const scene::Scene& the_scene,
   lost_below_m = lost_below(*this);
 }
 
+void PhysicsModel::set_step_s(double s) {
+  step_s = s;
+  simplification.set_step_s(s);
+  for (auto* mechanisms : {&grippers, &parked}) {
+    for (GripperMechanism& mechanism : *mechanisms) mechanism.set_step_s(s);
+  }
+}
+
 const GripperMechanism& PhysicsModel::mechanism(int tool) const {
   for (std::size_t r = 0; r < tool_of_robot.size(); ++r) {
     if (tool_of_robot[r] == tool) return grippers[r];

@@ -19,7 +19,7 @@ struct PhysicsModel {
                std::span<const std::vector<Eigen::Isometry3d>> X_WL);
 
   const scene::Scene& scene;
-  double step_s;
+  double step_s;  ///< length of the coming steps
   ode::World world;
   std::vector<scene::Tool> tools;
   BodyIds ids;
@@ -37,6 +37,7 @@ struct PhysicsModel {
 
   [[nodiscard]] FreeBody& body(int i) { return bodies[static_cast<std::size_t>(i)]; }
   [[nodiscard]] const FreeBody& body(int i) const { return bodies[static_cast<std::size_t>(i)]; }
+  void set_step_s(double s);
   /// Of a tool, wherever it is.
   [[nodiscard]] const GripperMechanism& mechanism(int tool) const;
   /// The ODE body that moves a body; null for kGround.

@@ -23,6 +23,19 @@ constexpr double kBeforePad = 0.7;  // cosine between a pad's direction and that
 // What is put down overlaps others by less, and is so far above them [m].
 constexpr double kOverlap = 1e-4, kPutAbove = 2e-4;
 constexpr int kPutRounds = 64;  // of clearing one obstacle after the other
+// What goes farther in a step than the first meets things in parts of the second [m].
+constexpr double kLongWay = 2e-3, kPartWay = 4.5e-4;
+constexpr int kMostParts = 32;
+
+/// A share of the way from one pose to another.
+Eigen::Isometry3d between_poses(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b,
+                                double share) {
+  Eigen::Isometry3d out = Eigen::Isometry3d::Identity();
+  const Eigen::AngleAxisd turn(a.linear().transpose() * b.linear());
+  out.linear() = a.linear() * Eigen::AngleAxisd(share * turn.angle(), turn.axis()).matrix();
+  out.translation() = (1 - share) * a.translation() + share * b.translation();
+  return out;
+}
 
 }  // namespace
 
@@ -36,14 +49,21 @@ struct PhysicsWorld::Impl {
         report(model) {
     released.reserve(model.bodies.size());
     fallen.reserve(model.bodies.size());
-    for (const auto& links : X_WL) next_mounts.push_back(links.back());
+    for (const auto& links : X_WL) {
+      next_mounts.push_back(links.back());
+      next_links.emplace_back(links.begin(), links.end());
+      between.reserve(links.size());
+    }
   }
 
   void step();
-  void move_mounts();
+  [[nodiscard]] int parts_of_step() const;
+  [[nodiscard]] double stroke_m(int body) const;
+  void begin_part(int left);
+  void step_part(int left);
   void count_faults();
   void solve();
-  void collect_results();
+  void collect_results(int left);
   void observe_grippers();
   void lose_fallen();
   void wake_all();
@@ -56,6 +76,8 @@ struct PhysicsWorld::Impl {
   ContactReport report;
   std::vector<int> released, fallen;
   std::vector<Eigen::Isometry3d> next_mounts;  // of the grippers; set before every step
+  std::vector<std::vector<Eigen::Isometry3d>> next_links;  // while a step is done in parts
+  std::vector<Eigen::Isometry3d> between;                  // of an arm's links
   double next_belt_speed = 0;
   std::uint64_t steps = 0, faults = 0;
   double max_penetration = 0;
@@ -64,32 +86,111 @@ struct PhysicsWorld::Impl {
 
 // ---- a step
 
-/// Kinematics first, then contacts at the poses of now, forces and velocities from these
-/// (semi-implicit Euler), and what the new poses mean.
+/// A step in which something fast meets something else is done in parts, each a shorter step: what
+/// is struck moves off in directions that nothing has been looked for, and turns far.
 void PhysicsWorld::Impl::step() {
   ode::prepare_thread();
-  model.belt_speed_m_s = next_belt_speed;
-  model.simplification.begin_step(next_belt_speed);
-  move_mounts();
-  search.find();
-  find_suction(model);
-  count_faults();
-  solve();
-  collect_results();
+  max_penetration = 0;
+  report.begin_step();
+  const int parts = parts_of_step();
+  if (parts > 1) {
+    model.set_step_s(model.scene.physics.step_s / parts);
+    for (std::size_t r = 0; r < model.arms.size(); ++r) {
+      for (std::size_t i = 0; i < next_links[r].size(); ++i) {
+        next_links[r][i] = model.arms[r].X_WL_next(static_cast<int>(i));
+      }
+    }
+    for (int left = parts; left > 0; --left) step_part(left);
+    model.set_step_s(model.scene.physics.step_s);
+  } else {
+    step_part(1);
+  }
+  report.end_step(penalty);
   ++steps;
   lose_fallen();
   check_state(model, steps);
 }
 
-void PhysicsWorld::Impl::move_mounts() {
+int PhysicsWorld::Impl::parts_of_step() const {
+  double longest = 0;
+  for (const int i : model.simplification.awake()) {
+    const FreeBody& body = model.body(i);
+    const double way = model.step_s * (body.v_com_W.norm() + body.radius_m * body.omega_W.norm());
+    if (way > kLongWay) longest = std::max(longest, stroke_m(i));
+  }
+  if (longest <= kLongWay) return 1;
+  return std::min(kMostParts, 1 + static_cast<int>(std::ceil((longest - kLongWay) / kPartWay)));
+}
+
+/// The longest way of a body in the coming step, seen from what it may meet; 0 = nothing.
+double PhysicsWorld::Impl::stroke_m(int body) const {
+  const FreeBody& own = model.body(body);
+  const Moving moving{own.com_W(), own.v_com_W, own.omega_W, own.radius_m};
+  double longest = 0;
+  const auto look = [&](const Aabb& box, const Eigen::Vector3d& p_W, const Eigen::Vector3d& v_W,
+                        const Eigen::Vector3d& omega_W) {
+    if (!own.bounds.meets(box)) return;
+    const Way way = way_of(moving, {.p_W = p_W, .v_W = v_W, .omega_W = omega_W}, model.step_s);
+    longest = std::max(longest, way.longest_m());
+  };
+  const Eigen::Vector3d still = Eigen::Vector3d::Zero();
+  const Eigen::Vector3d belt_W = model.belt_speed_m_s * model.fixed.belt_axis_W;
+  for (const StaticShape& shape : model.fixed.shapes) {
+    look(shape.bounds, still, shape.belt ? belt_W : still, still);
+  }
+  for (const int other : model.simplification.awake()) {
+    const FreeBody& it = model.body(other);
+    if (other != body) look(it.bounds, it.com_W(), it.v_com_W, it.omega_W);
+  }
+  const auto& sleeping = model.simplification.sleeping();
+  for (const int group : sleeping.groups()) {
+    look(sleeping.box(group), still, sleeping.velocity(sleeping.first(group)), still);
+  }
   for (std::size_t r = 0; r < model.grippers.size(); ++r) {
-    model.grippers[r].begin_step(next_mounts[r]);
+    const Eigen::Vector3d p_W = next_mounts[r].translation();
+    look(model.grippers[r].bounds(), p_W, model.grippers[r].mount_velocity(p_W),
+         model.grippers[r].mount_omega());
+    if (!model.arms[r].shapes().empty()) look(model.arms[r].bounds(), still, still, still);
+  }
+  return longest;
+}
+
+/// Kinematics first, then contacts at the poses of now, forces and velocities from these
+/// (semi-implicit Euler), and what the new poses mean. `left`: parts of the step, this one included.
+void PhysicsWorld::Impl::step_part(int left) {
+  begin_part(left);
+  search.find();
+  find_suction(model);
+  count_faults();
+  solve();
+  collect_results(left);
+}
+
+/// What is given for the step's end is reached evenly.
+void PhysicsWorld::Impl::begin_part(int left) {
+  const double share = 1.0 / left;
+  model.belt_speed_m_s = left == 1
+                             ? next_belt_speed
+                             : (1 - share) * model.belt_speed_m_s + share * next_belt_speed;
+  model.simplification.begin_step(model.belt_speed_m_s);
+  for (std::size_t r = 0; r < model.grippers.size(); ++r) {
+    GripperMechanism& gripper = model.grippers[r];
+    gripper.begin_step(left == 1 ? next_mounts[r]
+                                 : between_poses(gripper.X_WF(), next_mounts[r], share));
+    if (model.step_s == model.scene.physics.step_s) continue;
+    ArmLinks& arm = model.arms[r];
+    between.clear();
+    for (std::size_t i = 0; i < next_links[r].size(); ++i) {
+      const Eigen::Isometry3d& X_WL = arm.X_WL(static_cast<int>(i));
+      between.push_back(left == 1 ? next_links[r][i]
+                                  : between_poses(X_WL, next_links[r][i], share));
+    }
+    arm.set_next(between);
   }
 }
 
-/// Before the step is solved: depths are those that the last step left.
+/// Before a part is solved: depths are those that the last one left.
 void PhysicsWorld::Impl::count_faults() {
-  max_penetration = 0;
   for (const auto& constraint : model.constraints) {
     if (model.ids.is_link(constraint.contact.b)) continue;  // soft on purpose
     max_penetration = std::max(max_penetration, constraint.contact.depth_m);
@@ -117,7 +218,7 @@ void PhysicsWorld::Impl::solve() {
   }
 }
 
-void PhysicsWorld::Impl::collect_results() {
+void PhysicsWorld::Impl::collect_results(int left) {
   // Gaps that did not close.
   std::erase_if(model.constraints, [](const ContactConstraint& constraint) {
     return is_gap(constraint) && constraint.normal_n == 0;
@@ -129,8 +230,8 @@ void PhysicsWorld::Impl::collect_results() {
   }
   for (auto& gripper : model.grippers) gripper.end_step();
   for (auto& arm : model.arms) arm.end_step();
-  observe_grippers();
-  report.update(penalty);
+  if (left == 1) observe_grippers();
+  report.add_part(model.step_s / model.scene.physics.step_s);
   // Bodies that merge or fall asleep now have still been solved in this step.
   contacts = static_cast<int>(model.constraints.size()) + model.simplification.frozen_count();
   model.simplification.observe(model.constraints, solver.islands().resting_together());

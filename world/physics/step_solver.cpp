@@ -19,7 +19,6 @@ std::tuple<int, int, int> pair_of(const ContactConstraint& constraint) {
 StepSolver::StepSolver(PhysicsModel& model)
     : model_(model),
       islands_(model),
-      system_(model.step_s),
       before_(model.bodies.size()),
       grippers_before_(model.grippers.size()) {
   roots_.reserve(model.bodies.size());
@@ -67,7 +66,7 @@ void StepSolver::list_members() {
 }
 
 void StepSolver::solve_island(int island) {
-  system_.begin();
+  system_.begin(model_.step_s);
   const auto first = std::lower_bound(roots_.begin(), roots_.end(), Member{island, -1});
   for (auto root = first; root != roots_.end() && root->first == island; ++root) {
     system_.add_body(model_.body(root->second).body.get());
@@ -100,7 +99,8 @@ ContactResponse StepSolver::response_of(const ContactConstraint& constraint) {
   ContactSetting setting{.arm_link = model_.ids.is_link(id),
                          .belt_axis_W = model_.fixed.belt_axis_W,
                          .belt_speed_m_s = model_.belt_speed_m_s,
-                         .step_s = model_.step_s};
+                         .step_s = model_.step_s,
+                         .flight_step_s = model_.scene.physics.step_s};
   if (setting.arm_link) {
     const auto robot = static_cast<std::size_t>(model_.ids.robot_of(id));
     model_.arms[robot].place_link(model_.ids.link_of(id), model_.step_s);

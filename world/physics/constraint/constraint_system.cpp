@@ -33,7 +33,8 @@ int get_number(dBodyID body) {
 
 }  // namespace
 
-void ConstraintSystem::begin() {
+void ConstraintSystem::begin(double step_s) {
+  step_s_ = step_s;
   for (dBodyID body : known_) set_number(body, -1);
   known_.clear();
   moves_.clear();

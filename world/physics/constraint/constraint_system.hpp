@@ -38,10 +38,8 @@ struct RowForce {
 /// after warm-up.
 class ConstraintSystem {
  public:
-  explicit ConstraintSystem(double step_s) : step_s_(step_s) {}
-
   /// Forgets everything.
-  void begin();
+  void begin(double step_s);
   /// Adds a body that the step moves, with the forces that ODE has collected for it, which it
   /// forgets.
   void add_body(dBodyID body);
@@ -64,7 +62,7 @@ class ConstraintSystem {
   [[nodiscard]] ContactSolver::Side side(const RowSide& side);
   void move(dBodyID ode, const ContactSolver::Twist& twist) const;
 
-  double step_s_;
+  double step_s_ = 0;
   ContactSolver solver_;
   std::vector<dBodyID> known_;  // by number
   std::vector<char> moves_;     // by number

@@ -16,7 +16,7 @@ constexpr Softness kHard = {0.2, 1e-6};
 constexpr Softness kArm = {0.45, 4.5e-3};
 
 constexpr double kMostCorrecting = 0.5;  // [m/s], at which penetration ends
-constexpr double kSinkRate = 20;         // [1/s], of the remaining slop
+constexpr double kSinkRate = 50;        // [1/s], of the remaining slop
 constexpr double kLeastImpact = 0.03;    // [m/s], slower ones give nothing back
 constexpr double kLeastAlong = 0.1;  // share of the belt's axis that lies in the contact's plane
 
@@ -44,17 +44,19 @@ double penetration_slop_m(SurfacePair pair) {
 /// what the next step has to answer.
 double rebound_m_s(const ContactConstraint& constraint, const ContactSetting& setting,
                    double& unanswered) {
-  const double h = setting.step_s, v = setting.normal_speed_m_s;
+  const double h = setting.flight_step_s, v = setting.normal_speed_m_s;
   const double a = std::max(0.0, -setting.normal_accel_m_s2);
   const double gap = std::max(0.0, -constraint.contact.depth_m);
   const double e = constraint.restitution;
-  const bool closes = gap + h * (v - h * a) <= 0;
+  const bool closes = gap + setting.step_s * (v - setting.step_s * a) <= 0;
   unanswered = 0;
   const double before = constraint.impact_m2_s2;
   if (e <= 0 || !closes || (-v < kLeastImpact && before == 0)) return 0;
   const double I = std::max(before, 0.5 * v * v + a * gap - 0.5 * a * h * v);
-  const double root = 0.25 * a * a * h * h + 2 * (e * e * I - a * gap);
-  if (root > 0) return std::sqrt(root) - 0.5 * a * h;
+  // This step may be a shorter one.
+  const double b = a * (setting.step_s - 0.5 * h);
+  const double root = b * b + 2 * (e * e * I - a * gap);
+  if (root > 0) return std::sqrt(root) - b;
   unanswered = I;
   return 0;
 }

@@ -16,9 +16,9 @@ using Matrix3 = Eigen::Matrix3d;
 constexpr double kFirstEpsilon = 1e-4, kLeastEpsilon = 1e-8, kMostEpsilon = 1e-1;
 constexpr double kEpsilonPerSpeed = 10;       // [s/m], of the first residual
 constexpr double kFast = 3e-3;                // share of the residual that a good outer step leaves
-constexpr double kMilder = 3, kGently = 0.3;  // changes of epsilon after a failure
-constexpr int kSweeps = 8;
-constexpr double kFarOff = 1e-2;  // [m/s], of a residual that sweeps bring down
+constexpr double kMilder = 5, kGently = 0.2;  // changes of epsilon after a failure
+constexpr int kSweeps = 16;
+constexpr double kFarOff = 1e-3;  // [m/s], of a residual that sweeps bring down
 constexpr int kMostInner = 12, kFewInner = 5;
 constexpr int kMostLineSearch = 20, kMostHalvings = 6;
 constexpr double kLeastProgress = 0.02;

@@ -38,7 +38,7 @@ class ContactSolver {
 
   struct Settings {
     double tolerance_m_s = 1e-9;
-    int most_iterations = 60;  ///< Newton steps
+    int most_iterations = 200;  ///< Newton steps
   };
 
   /// Where the search begins: at the last step's impulse, or by the change to it farther, whichever

@@ -98,12 +98,15 @@ void GripperMechanism::make_mount(dWorldID world) {
   mount_.reset(dJointCreateFixed(world, nullptr));
   dJointAttach(mount_.get(), joints_.bodies[0], carriage_.get());
   dJointSetFixed(mount_.get());
-  // The implicit spring and damper of ODE's manual, section "How to use ERP and CFM".
+  set_step_s(step_s_);
+}
+
+/// The mount is the implicit spring and damper of ODE's manual, section "How to use ERP and CFM".
+void GripperMechanism::set_step_s(double step_s) {
+  step_s_ = step_s;
   const double hk = step_s_ * settings_.palm_stiffness_n_m;
   joints_.mount_erp = hk / (hk + settings_.palm_damping_ns_m);
   joints_.mount_cfm = 1 / (hk + settings_.palm_damping_ns_m);
-  dJointSetFixedParam(mount_.get(), dParamERP, joints_.mount_erp);
-  dJointSetFixedParam(mount_.get(), dParamCFM, joints_.mount_cfm);
 }
 
 /// Finger on palm, positive travel closing.

@@ -114,6 +114,8 @@ class GripperMechanism {
   void command(double setting);
   /// Of each finger, from now on.
   void set_force(double force_n);
+  /// Length of the coming steps.
+  void set_step_s(double step_s);
   /// From now on.
   void set_wear(const GripperWear& wear);
   /// The mount goes from where it is to `X_WF_next` in this step. Moves what is carried along.
@@ -170,6 +172,8 @@ class GripperMechanism {
   /// Bodies that are solved together, without the carriage.
   [[nodiscard]] std::span<const dBodyID> bodies() const { return joints_.moved(); }
   [[nodiscard]] dBodyID carriage() const { return carriage_.get(); }
+  /// Where the mount is between two steps.
+  [[nodiscard]] Eigen::Isometry3d X_WF() const { return now_.X_WT * now_.X_FT.inverse(); }
   /// Puts the carriage body at the start of the step (solvers move it along).
   void place_carriage();
   /// What a step may change before it is undone.

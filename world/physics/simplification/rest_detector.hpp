@@ -16,6 +16,9 @@ class RestDetector {
  public:
   RestDetector(const scene::Physics& physics, std::span<const FreeBody> bodies);
 
+  /// Length of the coming steps.
+  void set_step_s(double step_s) { step_s_ = step_s; }
+
   // ---- on a carrier
   /// Translation of a carrier in the step just solved.
   struct CarrierMotion {

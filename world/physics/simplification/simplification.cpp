@@ -140,6 +140,12 @@ void Simplification::enter(int i) {
   list_awake();
 }
 
+void Simplification::set_step_s(double step_s) {
+  step_s_ = step_s;
+  rest_.set_step_s(step_s);
+  if (virtual_joints_) virtual_joints_->set_step_s(step_s);
+}
+
 /// What wakes has moved with the belt's old speed so far.
 void Simplification::begin_step(double belt_speed_m_s) {
   for (const int i : awake_) at(i).touched = at(i).near = false;
@@ -180,7 +186,7 @@ void Simplification::observe(std::span<const ContactConstraint> constraints,
   sleeping_.end_step(step_s_);
   merged_.settle();
   asleep_.settle();
-  if (virtual_joints_) virtual_joints_->observe(constraints, step_s_);
+  if (virtual_joints_) virtual_joints_->observe(constraints);
   judge_islands(constraints, island_of);
   if (merges_) {
     note_contacts(constraints);

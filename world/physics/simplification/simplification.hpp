@@ -71,6 +71,9 @@ class Simplification {
   /// Poses are the caller's business, afterwards.
   void restore(const State& state);
 
+  /// Length of the coming steps.
+  void set_step_s(double step_s);
+
   // ---- a step, in this order
   /// The belt's speed in the coming step; wakes what it disturbs.
   void begin_step(double belt_speed_m_s);

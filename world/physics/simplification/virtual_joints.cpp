@@ -32,12 +32,12 @@ bool VirtualJoints::joined(int a, int b) const {
   return at != pairs_.end() && std::tuple(at->a, at->b) == key;
 }
 
-void VirtualJoints::observe(std::span<const ContactConstraint> constraints, double step_s) {
+void VirtualJoints::observe(std::span<const ContactConstraint> constraints) {
   const std::uint64_t serial = next_serial_;
   const std::size_t count = pairs_.size();
   release_changed();
   const bool released = pairs_.size() != count;
-  join_resting(constraints, step_s);
+  join_resting(constraints);
   if (released || next_serial_ != serial) find_groups();
   for (std::size_t i = 0; i < bodies_.size(); ++i) v_before_[i] = bodies_[i].v_com_W;
 }
@@ -57,7 +57,7 @@ void VirtualJoints::release_changed() {
 
 /// Algorithm 1: a pair with |v1 - v2| < e1 and |a1 - a2| < e2 gets a joint in place of its net
 /// contact force Fc.
-void VirtualJoints::join_resting(std::span<const ContactConstraint> constraints, double step_s) {
+void VirtualJoints::join_resting(std::span<const ContactConstraint> constraints) {
   const int count = static_cast<int>(bodies_.size());
   const auto free = [count](int id) { return id >= 0 && id < count; };
   for (std::size_t i = 0; i < constraints.size();) {
@@ -71,7 +71,7 @@ void VirtualJoints::join_resting(std::span<const ContactConstraint> constraints,
     if (!free(a) || !free(b)) continue;
     const auto ia = static_cast<std::size_t>(a), ib = static_cast<std::size_t>(b);
     const Eigen::Vector3d v = bodies_[ia].v_com_W - bodies_[ib].v_com_W;
-    const Eigen::Vector3d accel = (v - (v_before_[ia] - v_before_[ib])) / step_s;
+    const Eigen::Vector3d accel = (v - (v_before_[ia] - v_before_[ib])) / step_s_;
     if (v.norm() >= speed_ || accel.norm() >= accel_) continue;
     if (a < b) {
       join(a, b, -force);

@@ -68,13 +68,15 @@ class VirtualJoints {
 
   /// Removes the joints of a body.
   void forget(int body);
+  /// Length of the coming steps.
+  void set_step_s(double step_s) { step_s_ = step_s; }
 
   /// After a step: both algorithms, with the solved forces in `constraints`.
-  void observe(std::span<const ContactConstraint> constraints, double step_s);
+  void observe(std::span<const ContactConstraint> constraints);
 
  private:
   void release_changed();
-  void join_resting(std::span<const ContactConstraint> constraints, double step_s);
+  void join_resting(std::span<const ContactConstraint> constraints);
   void join(int a, int b, const Eigen::Vector3d& force_on_b);
   [[nodiscard]] dBodyID ode_body(int i) const {
     return bodies_[static_cast<std::size_t>(i)].body.get();
