@@ -174,13 +174,15 @@ modbus_server::ModbusServerOptions modbus_options(const Config& all, protocols::
 
 telemetry::TelemetryOptions grpc_options(const Config& all,
                                          std::shared_ptr<protocols::AccessToken> token,
-                                         protocols::WireTrace* trace, api::VirtualTime* time,
+                                         protocols::WireTrace* trace, world::Simulation& simulation,
                                          api::History* history,
                                          protocols::StateFiles* state_files) {
   telemetry::TelemetryOptions options = telemetry_options(all);
   options.token = std::move(token);
   options.trace = trace;
-  options.virtual_time = time;
+  options.virtual_time = simulation.virtual_time();
+  options.feed = &simulation.feed();
+  options.events = &simulation.events();
   options.history = history;
   options.state_files = state_files;
   return options;
@@ -232,7 +234,7 @@ class Daemon::Impl {
         modbus_(modbus_options(config, config.web.enabled ? &modbus_tap_ : nullptr, journal_.get(),
                                simulation_.virtual_time()),
                 simulation_, simulation_),
-        telemetry_(grpc_options(config, token_, journal_.get(), simulation_.virtual_time(),
+        telemetry_(grpc_options(config, token_, journal_.get(), simulation_,
                                 history_.get(), &state_files_),
                    simulation_, simulation_),
         programs_(config, demo) {
