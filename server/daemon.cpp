@@ -174,14 +174,16 @@ modbus_server::ModbusServerOptions modbus_options(const Config& all, protocols::
 
 telemetry::TelemetryOptions grpc_options(const Config& all,
                                          std::shared_ptr<protocols::AccessToken> token,
-                                         journal::Journal* journal, api::VirtualTime* time,
+                                         journal::Journal* journal, world::Simulation& simulation,
                                          api::History* history,
                                          protocols::StateFiles* state_files) {
   telemetry::TelemetryOptions options = telemetry_options(all);
   options.token = std::move(token);
   options.trace = journal;
   options.incidents = journal;
-  options.virtual_time = time;
+  options.virtual_time = simulation.virtual_time();
+  options.feed = &simulation.feed();
+  options.events = &simulation.events();
   options.history = history;
   options.state_files = state_files;
   return options;
@@ -233,8 +235,8 @@ class Daemon::Impl {
         modbus_(modbus_options(config, config.web.enabled ? &modbus_tap_ : nullptr, journal_.get(),
                                simulation_.virtual_time()),
                 simulation_, simulation_),
-        telemetry_(grpc_options(config, token_, journal_.get(), simulation_.virtual_time(),
-                                history_.get(), &state_files_),
+        telemetry_(grpc_options(config, token_, journal_.get(), simulation_, history_.get(),
+                                &state_files_),
                    simulation_, simulation_),
         programs_(config, demo) {
     for (std::size_t i = 0; i < scene->robots.size(); ++i) {

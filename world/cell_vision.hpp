@@ -28,6 +28,11 @@ class CellVision {
     feeds_[robot].set_faults(std::move(faults));
   }
 
+  /// Bodies have other numbers now; each old one's new one.
+  void renumber(std::span<const int> new_of) {
+    for (auto& feed : feeds_) feed.renumber(new_of);
+  }
+
   [[nodiscard]] const api::VisionFrame& latest(std::size_t robot) const {
     return feeds_[robot].latest();
   }

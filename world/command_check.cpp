@@ -248,18 +248,70 @@ Result<void> check_body(const api::FaultCommand& command, const api::CellDescrip
   return report ? check_event(report->event) : Result<void>{};
 }
 
+/// Where a body may be put.
+Result<void> check_place(const Pose& X_WB) {
+  for (int i = 0; i < 3; ++i) {
+    if (!(std::abs(X_WB.p[i]) <= kFar)) {
+      return bad("position",
+                 "position is " + std::to_string(X_WB.p[i]) + " m, must be within -1000 to 1000");
+    }
+  }
+  return unit(X_WB.q);
+}
+
+Result<void> check_text(const std::string& text, std::size_t most, const char* field) {
+  if (!text.empty() && text.size() <= most) return {};
+  return bad(field, std::to_string(text.size()) + " bytes, must have 1 to " + std::to_string(most));
+}
+
+Result<void> check_body(const api::SceneCommand& command, const api::CellDescription& cell) {
+  if (const auto* spawn = std::get_if<api::SpawnBody>(&command)) {
+    if (auto ok = check_text(spawn->name, api::kMaxSceneText, "name"); !ok) return ok;
+    if (std::ranges::find(cell.body_types, spawn->type) == cell.body_types.end()) {
+      std::string types;
+      for (const auto& type : cell.body_types) types += (types.empty() ? "" : ", ") + type;
+      return fail(ErrorCode::kNotFound, "type",
+                  "'" + spawn->type.substr(0, api::kMaxSceneText) +
+                      "' is no type of gears or trays; there are: " + types);
+    }
+    return check_place(spawn->X_WB);
+  }
+  if (const auto* move = std::get_if<api::MoveBody>(&command)) {
+    if (auto ok = check_text(move->name, api::kMaxSceneText, "name"); !ok) return ok;
+    return check_place(move->X_WB);
+  }
+  if (const auto* remove = std::get_if<api::RemoveBody>(&command)) {
+    return check_text(remove->name, api::kMaxSceneText, "name");
+  }
+  const auto& set = std::get<api::SetSceneValue>(command);
+  if (auto ok = check_text(set.path, api::kMaxScenePath, "path"); !ok) return ok;
+  return check_text(set.value, api::kMaxSceneValue, "value");
+}
+
 Result<void> check_name(const std::string& name) {
   if (!name.empty() && name.size() <= api::kMaxStateName) return {};
   return bad("name", "a name of " + std::to_string(name.size()) + " bytes, must have 1 to " +
                          std::to_string(api::kMaxStateName));
 }
 
-Result<void> check_body(const api::SimulationCommand& command, const api::CellDescription&) {
+Result<void> check_run(const api::RunUntil& run, const api::CellDescription& cell) {
+  if (run.steps < 1 || run.steps > api::kMaxRunSteps) {
+    return bad("max_steps", std::to_string(run.steps) + " steps, must be 1 to " +
+                                std::to_string(api::kMaxRunSteps));
+  }
+  if (const auto* crossing = std::get_if<api::WhenCrossing>(&run.until)) {
+    if (auto robot = resolve(*crossing, cell); !robot) return tl::unexpected(robot.error());
+  }
+  return {};
+}
+
+Result<void> check_body(const api::SimulationCommand& command, const api::CellDescription& cell) {
   const auto* set = std::get_if<api::SetSpeed>(&command);
   if (set && set->factor && !(*set->factor >= api::kMinSpeed && *set->factor <= api::kMaxSpeed)) {
     return bad("factor", "factor is " + text_of(*set->factor) + ", must be within " +
                              text_of(api::kMinSpeed) + " to " + text_of(api::kMaxSpeed));
   }
+  if (const auto* run = std::get_if<api::RunUntil>(&command)) return check_run(*run, cell);
   if (const auto* save = std::get_if<api::SaveState>(&command)) return check_name(save->name);
   if (const auto* load = std::get_if<api::LoadState>(&command)) return check_name(load->name);
   if (const auto* gone = std::get_if<api::DeleteState>(&command)) return check_name(gone->name);

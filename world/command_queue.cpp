@@ -34,6 +34,7 @@ bool is_stop(const api::Command& command) {
 
 /// Whether carrying it out takes as long as many steps.
 bool is_slow(const api::Command& command) {
+  if (std::holds_alternative<api::SceneCommand>(command.body)) return true;
   const auto* simulation = std::get_if<api::SimulationCommand>(&command.body);
   return simulation && (std::holds_alternative<api::Reset>(*simulation) ||
                         std::holds_alternative<api::SaveState>(*simulation) ||

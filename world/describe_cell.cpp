@@ -95,6 +95,9 @@ api::CellDescription describe_cell(const scene::Scene& scene) {
   for (const auto& gear : scene.gears) {
     cell.bodies.push_back(describe_gear(gear, scene.gear_types.at(gear.type)));
   }
+  for (const auto& [name, type] : scene.tray_types) cell.body_types.push_back(name);
+  for (const auto& [name, type] : scene.gear_types) cell.body_types.push_back(name);
+  cell.scene_text = std::shared_ptr<const std::string>(std::make_shared<std::string>(scene.text));
   for (const auto& tool : scene::tools_of(scene)) cell.tools.push_back(describe_tool(tool));
   return cell;
 }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "world/api/cell_event.hpp"
 #include "world/command_queue.hpp"
 #include "world/world_state.hpp"
 
@@ -41,6 +42,8 @@ class Recorder {
   virtual void applied(RunTime time, const QueuedCommand& command, const Error* failure) = 0;
   virtual void sampled(RunTime time, StateSample sample) = 0;
   virtual void saved(RunTime time, std::uint64_t hash, std::shared_ptr<const WorldState> state) = 0;
+  /// Something has happened in the cell.
+  virtual void happened(const api::CellEventPtr& event) { static_cast<void>(event); }
   /// The world has stopped on a fault.
   virtual void stopped(RunTime time, const std::string& why) = 0;
   /// Whether a checkpoint is wanted before the next one is due. Thread: any.

@@ -58,4 +58,17 @@ void RobotTouches::add(std::uint64_t step, int robot, std::span<const physics::A
   list_ = std::make_shared<const std::vector<api::RobotTouch>>(std::move(all));
 }
 
+void RobotTouches::renumber(std::span<const int> new_of) {
+  if (!list_) return;
+  auto all = *list_;
+  for (api::RobotTouch& touch : all) {
+    for (TouchSide* side : {&touch.first, &touch.second}) {
+      if (side->kind == TouchSide::Kind::kBody) {
+        side->index = new_of[static_cast<std::size_t>(side->index)];
+      }
+    }
+  }
+  list_ = std::make_shared<const std::vector<api::RobotTouch>>(std::move(all));
+}
+
 }  // namespace aprsim::world

@@ -19,6 +19,8 @@ class RobotTouches {
   void add(std::uint64_t step, int robot, std::span<const physics::ArmForce> forces, bool has_tool,
            const api::CellDescription& cell);
   [[nodiscard]] const api::RobotTouchesPtr& list() const { return list_; }
+  /// Bodies have other numbers now; each old one's new one.
+  void renumber(std::span<const int> new_of);
 
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>

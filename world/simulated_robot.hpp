@@ -65,6 +65,9 @@ class SimulatedRobot {
   [[nodiscard]] double gripper_setting() const {
     return state_.faults.gripper_setting.value_or(controller_.gripper_setting());
   }
+  /// The latest command's progress.
+  [[nodiscard]] const api::ActionStatus& action() const { return controller_.status(); }
+  [[nodiscard]] bool stopped_by_protection() const { return controller_.stopped_by_protection(); }
   [[nodiscard]] bool gripper_told_to_open() const { return controller_.gripper_setting() > 0.5; }
   /// Of each finger at the pressure that there is [N].
   [[nodiscard]] double gripper_force_n() const;

@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "world/command_check.hpp"
+#include "world/faults/fault_check.hpp"
+#include "world/next_scene.hpp"
 
 namespace aprsim::world {
 namespace {
@@ -45,7 +47,8 @@ std::vector<robot::PlanPrefetcher*> pointers(
 }  // namespace
 
 Simulation::Simulation(std::shared_ptr<const scene::Scene> scene, SimulationOptions options)
-    : scene_(std::move(scene)),
+    : scene_at_start_(std::move(scene)),
+      scene_(scene_at_start_),
       seed_(options.seed),
       queue_(options.queue_capacity),
       planning_threads_(start_planning_threads(scene_->robots.size())),
@@ -53,7 +56,6 @@ Simulation::Simulation(std::shared_ptr<const scene::Scene> scene, SimulationOpti
       models_(load_models(*scene_)),
       world_(std::make_unique<World>(scene_, models_, seed_, prefetchers_)),
       pacer_(world_->step_size(), SteadyClock::now()),
-      description_(world_->description()),
       paused_(options.paused),
       saved_(options.max_saved_bytes),
       recorder_(options.recorder) {
@@ -64,6 +66,7 @@ Simulation::Simulation(std::shared_ptr<const scene::Scene> scene, SimulationOpti
     look_at_clock();
   }
   pacer_.set_speed(options.speed, SteadyClock::now());
+  world_->watch_events();
   write_snapshot();
   record_epoch();
 }
@@ -84,8 +87,8 @@ void Simulation::stop() {
 }
 
 Result<api::Ticket> Simulation::submit(api::Command command) {
-  // Robots, joints and belt are the same after a reset, so the first description serves.
-  if (auto ok = check(command, *description_); !ok) return tl::unexpected(ok.error());
+  if (auto ok = check(command, *latest()->cell); !ok) return tl::unexpected(ok.error());
+  if (auto ok = read_next_scene(command, *scene_at_start_); !ok) return tl::unexpected(ok.error());
   return queue_.push(std::move(command));
 }
 
@@ -233,7 +236,10 @@ void Simulation::apply(const QueuedCommand& queued) {
 Result<void> Simulation::carry_out(const QueuedCommand& queued) {
   const auto* simulation = std::get_if<api::SimulationCommand>(&queued.command.body);
   try {
-    if (simulation != nullptr) return apply(*simulation);
+    if (simulation != nullptr) return apply(queued.ticket, *simulation);
+    if (const auto* change = std::get_if<api::SceneCommand>(&queued.command.body)) {
+      return edit(*change);
+    }
     return world_->apply_any(queued.ticket, queued.command);
   } catch (const std::exception& failure) {
     const std::string why = "a command failed: " + std::string(failure.what());
@@ -243,22 +249,30 @@ Result<void> Simulation::carry_out(const QueuedCommand& queued) {
   }
 }
 
-Result<void> Simulation::apply(const api::SimulationCommand& command) {
+Result<void> Simulation::apply(api::Ticket ticket, const api::SimulationCommand& command) {
   const auto now = SteadyClock::now();
   if (std::holds_alternative<api::Pause>(command)) {
+    end_run(api::RunEnd::Why::kInterrupted, "the cell was paused");
     paused_ = true;
     paused_by_fault_ = false;
     steps_wanted_ = 0;
   } else if (std::holds_alternative<api::Resume>(command)) {
     paused_ = false;
     pacer_.restart(now);
+  } else if (const auto* run = std::get_if<api::RunUntil>(&command)) {
+    return run_until(ticket, *run);
+  } else if (const auto* ending = std::get_if<api::EndRun>(&command)) {
+    if (run_ && run_->ticket == ending->run) {
+      end_run(api::RunEnd::Why::kInterrupted, "it was given up");
+    }
   } else if (const auto* step = std::get_if<api::StepBy>(&command)) {
+    end_run(api::RunEnd::Why::kInterrupted, "the cell was paused to be stepped");
     paused_ = true;
     steps_wanted_ += step->steps;
   } else if (const auto* speed = std::get_if<api::SetSpeed>(&command)) {
     pacer_.set_speed(speed->factor, now);
   } else if (const auto* again = std::get_if<api::Reset>(&command)) {
-    return reset(again->seed);
+    return reset(*again);
   } else if (const auto* saving = std::get_if<api::SaveState>(&command)) {
     return save(*saving);
   } else if (const auto* loading = std::get_if<api::LoadState>(&command)) {
@@ -267,6 +281,59 @@ Result<void> Simulation::apply(const api::SimulationCommand& command) {
     return saved_.forget(deleting->name);
   }
   return {};
+}
+
+Result<void> Simulation::run_until(api::Ticket ticket, const api::RunUntil& wanted) {
+  if (!world_fault_.empty()) {
+    return fail(ErrorCode::kFailedPrecondition, "simulation",
+                "the cell has stopped until it is reset: " + world_fault_);
+  }
+  end_run(api::RunEnd::Why::kInterrupted, "another run has begun");
+  Run run{ticket, wanted, world_->step_count() + wanted.steps};
+  if (const auto* crossing = std::get_if<api::WhenCrossing>(&wanted.until)) {
+    const auto robot = resolve(*crossing, *world_->description());
+    if (!robot) return tl::unexpected(robot.error());
+    run.robot = *robot;
+  }
+  run_ = std::move(run);
+  number_events();
+  hand_on_events();  // what has happened before is not what it waits for
+  look_at_run();
+  if (!run_) return {};
+  paused_ = false;
+  steps_wanted_ = 0;
+  pacer_.restart(SteadyClock::now());
+  return {};
+}
+
+void Simulation::look_at_run() {
+  using Why = api::RunEnd::Why;
+  const auto& until = run_->wanted.until;
+  if (const auto* time = std::get_if<api::UntilTime>(&until)) {
+    if (world_->time() >= time->time) return end_run(Why::kMet, "");
+  } else if (const auto* crossing = std::get_if<api::WhenCrossing>(&until)) {
+    if (world_->beyond(*crossing, run_->robot)) return end_run(Why::kMet, "");
+  } else if (const auto* event = std::get_if<api::UntilEvent>(&until)) {
+    number_events();
+    const auto found = std::ranges::find_if(numbered_, [event](const api::CellEventPtr& one) {
+      return api::is_wanted(*one, event->kinds, event->names);
+    });
+    if (found != numbered_.end()) return end_run(Why::kMet, "", (*found)->sequence);
+  }
+  if (world_->step_count() >= run_->last_step) end_run(Why::kSteps, "");
+}
+
+void Simulation::end_run(api::RunEnd::Why why, std::string text, std::uint64_t event) {
+  if (!run_) return;
+  std::vector<api::RunEnd> all;
+  if (run_ends_) all = *run_ends_;
+  if (all.size() >= api::kMaxRunEnds) all.erase(all.begin());
+  all.push_back({run_->ticket, why, epoch_, world_->step_count(), event, std::move(text)});
+  run_ends_ = std::make_shared<const std::vector<api::RunEnd>>(std::move(all));
+  run_.reset();
+  paused_ = true;
+  steps_wanted_ = 0;
+  dirty_ = true;
 }
 
 bool Simulation::advance() {
@@ -284,16 +351,32 @@ bool Simulation::advance() {
   step_times_.add(after - before);
   record_step();
   if (clock_) clock_->stepped();
+  if (run_) look_at_run();
   publish();
   return !clock_ || clock_->published(*slot_.latest(), after);
 }
 
-Result<void> Simulation::reset(std::optional<std::uint64_t> seed) {
+Result<void> Simulation::reset(const api::Reset& wanted) {
+  number_events();
+  const auto scene = wanted.next ? scene_of(*wanted.next) : scene_;
+  // Another scene has a seed of its own.
+  const std::uint64_t seed = wanted.seed.value_or(wanted.next ? scene->seed : seed_);
   // The old world goes when the new one is there.
-  auto fresh = std::make_unique<World>(scene_, models_, seed.value_or(seed_), prefetchers_);
+  auto fresh = std::make_unique<World>(scene, models_, seed, prefetchers_);
+  if (scene != world_->scene()) ++revision_;
+  fresh->set_revision(revision_);
+  fresh->watch_events();
   world_ = std::move(fresh);
-  seed_ = seed.value_or(seed_);
+  scene_ = scene;
+  seed_ = seed;
   begin_epoch();
+  return {};
+}
+
+Result<void> Simulation::edit(const api::SceneCommand& command) {
+  const World* before = world_.get();
+  if (auto done = World::edit(world_, command); !done) return done;
+  if (world_.get() != before) world_->set_revision(++revision_);
   return {};
 }
 
@@ -308,7 +391,14 @@ Result<void> Simulation::load(const api::LoadState& command) {
     return fail(ErrorCode::kNotFound, "name", "no state is saved as '" + command.name + "'");
   }
   auto loaded = std::make_shared<const std::string>(command.name);
+  number_events();
   try {
+    if (found->scene && found->scene != world_->scene()) {
+      auto other = std::make_unique<World>(found->scene, models_, found->seed, prefetchers_);
+      other->set_revision(++revision_);
+      other->watch_events();
+      world_ = std::move(other);
+    }
     world_->restore(*found);
   } catch (const std::exception& failure) {
     stop_world("a saved state could not be restored: " + std::string(failure.what()));
@@ -320,8 +410,11 @@ Result<void> Simulation::load(const api::LoadState& command) {
 }
 
 void Simulation::stop_world(const std::string& why) {
+  end_run(api::RunEnd::Why::kInterrupted, "the world has stopped: " + why);
   world_fault_ = why;
   ++world_stops_;
+  number_events();
+  tell(api::CellEventKind::kWorldStopped, why);
   if (recorder_ != nullptr) recorder_->stopped(run_time(), why);
   paused_by_fault_ = !paused_;
   paused_ = true;
@@ -341,6 +434,8 @@ void Simulation::record_failure(api::Ticket ticket, Error error) {
 }
 
 void Simulation::begin_epoch(std::shared_ptr<const std::string> loaded) {
+  end_run(api::RunEnd::Why::kInterrupted,
+          loaded ? "a saved state was loaded" : "the cell was reset");
   ++epoch_;
   loaded_state_ = std::move(loaded);
   steps_wanted_ = 0;
@@ -348,6 +443,7 @@ void Simulation::begin_epoch(std::shared_ptr<const std::string> loaded) {
   if (std::exchange(paused_by_fault_, false)) paused_ = false;
   pacer_.restart(SteadyClock::now());
   record_epoch();
+  tell(api::CellEventKind::kReset, loaded_state_ ? *loaded_state_ : "");
 }
 
 void Simulation::record_epoch() {
@@ -378,9 +474,43 @@ void Simulation::record_checkpoint() {
   }
 }
 
+void Simulation::tell(api::CellEventKind kind, std::string text) {
+  auto* found = world_->events();
+  found->push_back({.step = world_->step_count(),
+                    .time = world_->time(),
+                    .kind = kind,
+                    .text = std::move(text)});
+}
+
+void Simulation::number_events() {
+  auto& found = *world_->events();
+  std::size_t done = 0;
+  try {
+    numbered_.reserve(numbered_.size() + found.size());
+    for (; done < found.size(); ++done) {
+      auto event = std::make_shared<api::CellEvent>(std::move(found[done]));
+      event->sequence = ++last_event_;
+      event->epoch = epoch_;
+      numbered_.push_back(std::move(event));
+      if (recorder_ != nullptr) recorder_->happened(numbered_.back());
+    }
+  } catch (const std::bad_alloc&) {
+    // The others when there is memory again.
+  }
+  found.erase(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(done));
+}
+
+void Simulation::hand_on_events() {
+  if (numbered_.empty()) return;
+  events_.add(std::exchange(numbered_, {}));
+}
+
 void Simulation::publish() {
   try {
+    number_events();
+    hand_on_events();
     write_snapshot();
+    followers_.publish(slot_.latest());
     dirty_ = false;
   } catch (const std::bad_alloc&) {
     dirty_ = true;  // the next one may find memory again
@@ -404,6 +534,8 @@ void Simulation::write_snapshot() {
   snapshot->saved_states = saved_.list();
   snapshot->world_fault = world_fault_;
   snapshot->world_stops = world_stops_;
+  snapshot->last_event = last_event_;
+  snapshot->runs = run_ends_;
   slot_.publish(std::move(snapshot));
 }
 

@@ -10,7 +10,9 @@
 
 #include "world/api/duration_histogram.hpp"
 #include "world/api/ports.hpp"
+#include "world/api/snapshot_feed.hpp"
 #include "world/command_queue.hpp"
+#include "world/event_log.hpp"
 #include "world/pacer.hpp"
 #include "world/recorder.hpp"
 #include "world/robot/planning/plan_job.hpp"
@@ -62,6 +64,10 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   [[nodiscard]] const api::DurationHistogram& step_times() const { return step_times_; }
   /// Commands that wait for the next step. Thread: any.
   [[nodiscard]] std::size_t waiting_commands() const { return queue_.size(); }
+  /// Every snapshot that is published. Thread: any.
+  [[nodiscard]] api::SnapshotFeed& feed() { return followers_; }
+  /// What has happened in the cell, of all epochs. Thread: any.
+  [[nodiscard]] const api::EventSource& events() const { return events_; }
   /// Null when the wall clock alone passes time. Thread: any.
   [[nodiscard]] api::VirtualTime* virtual_time() { return clock_.get(); }
 
@@ -76,10 +82,16 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   /// Applies one command; what it throws is a fault or that command's failure.
   void apply(const QueuedCommand& queued);
   [[nodiscard]] Result<void> carry_out(const QueuedCommand& queued);
-  [[nodiscard]] Result<void> apply(const api::SimulationCommand& command);
+  [[nodiscard]] Result<void> apply(api::Ticket ticket, const api::SimulationCommand& command);
+  [[nodiscard]] Result<void> run_until(api::Ticket ticket, const api::RunUntil& wanted);
+  /// After a step, or at the run's begin.
+  void look_at_run();
+  /// Nothing without a run.
+  void end_run(api::RunEnd::Why why, std::string text, std::uint64_t event = 0);
   /// One step. False when time stands now.
   bool advance();
-  [[nodiscard]] Result<void> reset(std::optional<std::uint64_t> seed);
+  [[nodiscard]] Result<void> reset(const api::Reset& wanted);
+  [[nodiscard]] Result<void> edit(const api::SceneCommand& command);
   [[nodiscard]] Result<void> save(const api::SaveState& command);
   [[nodiscard]] Result<void> load(const api::LoadState& command);
   /// The world stands still until a reset or a load.
@@ -92,16 +104,27 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   [[nodiscard]] std::size_t backlog_limit() const;
   void publish();
   void write_snapshot();
+  void tell(api::CellEventKind kind, std::string text);
+  /// Numbers what the world has found.
+  void number_events();
+  /// Hands on what is numbered, before the snapshot that tells of its number.
+  void hand_on_events();
   // ---- for the recorder, where there is one
   [[nodiscard]] RunTime run_time() const { return {epoch_, world_->step_count()}; }
   void record_epoch();
   void record_step();
   void record_checkpoint();
 
-  std::shared_ptr<const scene::Scene> scene_;
+  const std::shared_ptr<const scene::Scene> scene_at_start_;  ///< by any thread
+  std::shared_ptr<const scene::Scene> scene_;  ///< as it was loaded; the world's may be edited
+  std::uint64_t revision_ = 0;                 ///< of the cell's description
   std::uint64_t seed_;
   CommandQueue queue_;
   SnapshotSlot slot_;
+  api::SnapshotFollowers followers_;
+  EventLog events_;
+  std::vector<api::CellEventPtr> numbered_;  ///< to be handed on
+  std::uint64_t last_event_ = 0;
   std::vector<std::unique_ptr<robot::PlanningThread>> planning_threads_;  ///< one a robot
   std::vector<robot::PlanPrefetcher*> prefetchers_;                       ///< the same
   ArmModels models_;                                                      ///< read once
@@ -111,12 +134,20 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   std::unique_ptr<VirtualClock> clock_;  ///< null = the wall clock alone
   VirtualClock::Turn turn_;              ///< of the clock; not paced without one
   std::vector<QueuedCommand> drained_;
-  std::shared_ptr<const api::CellDescription> description_;  ///< for validation, by any thread
   std::uint64_t epoch_ = 0;
   std::shared_ptr<const std::string> loaded_state_;
   api::Ticket applied_ = 0;
   bool paused_;
   std::uint64_t steps_wanted_ = 0;  ///< while paused
+  /// A run that lasts.
+  struct Run {
+    api::Ticket ticket = 0;
+    api::RunUntil wanted;
+    std::uint64_t last_step = 0;
+    int robot = -1;  ///< of a crossing
+  };
+  std::optional<Run> run_;
+  std::shared_ptr<const std::vector<api::RunEnd>> run_ends_;
   std::string world_fault_;
   std::uint64_t world_stops_ = 0;
   bool paused_by_fault_ = false;  ///< the next epoch runs again

@@ -37,6 +37,7 @@ World::World(std::shared_ptr<const scene::Scene> scene, std::uint64_t seed,
 World::World(std::shared_ptr<const scene::Scene> scene, ArmModels models, std::uint64_t seed,
              std::span<robot::PlanPrefetcher* const> prefetchers)
     : scene_(std::move(scene)),
+      prefetchers_(prefetchers.begin(), prefetchers.end()),
       step_size_(std::llround(scene_->physics.step_s * 1e9)),
       models_(std::move(models)) {
   robots_.reserve(models_->size());
@@ -64,6 +65,7 @@ World::World(std::shared_ptr<const scene::Scene> scene, ArmModels models, std::u
 void World::describe(std::uint64_t seed) {
   auto cell = std::make_shared<api::CellDescription>(describe_cell(*scene_));
   cell->seed = seed;
+  cell->revision = revision_;
   cell->step_size = step_size_;
   for (const auto& robot : robots_) cell->robots.push_back(robot.description());
   cell->fixed = physics_->fixed_names();
@@ -76,6 +78,8 @@ Result<void> World::apply_any(api::Ticket ticket, const api::Command& command) {
         using Body = std::decay_t<decltype(body)>;
         if constexpr (std::is_same_v<Body, api::FaultCommand>) {
           return apply(ticket, body);
+        } else if constexpr (std::is_same_v<Body, api::SceneCommand>) {
+          return fail(ErrorCode::kUnimplemented, "scene", "it takes another world: carry_out()");
         } else if constexpr (!std::is_same_v<Body, api::SimulationCommand>) {
           apply(ticket, body);
         }
@@ -85,12 +89,17 @@ Result<void> World::apply_any(api::Ticket ticket, const api::Command& command) {
 }
 
 void World::apply(api::Ticket ticket, const api::RobotCommand& command) {
-  robots_.at(static_cast<std::size_t>(command.robot)).apply(ticket, command);
+  SimulatedRobot& robot = robots_.at(static_cast<std::size_t>(command.robot));
+  robot.apply(ticket, command);
+  if (watch_) watch_->look_at_robot(command.robot, robot, now());
   stop_robots_if_broken();
+  if (watch_) watch_->look_at_robot(command.robot, robot, now());
 }
 
 void World::apply(api::Ticket, const api::ConveyorCommand& command) {
-  if (conveyor_) conveyor_->apply(command);
+  if (!conveyor_) return;
+  conveyor_->apply(command);
+  if (watch_) watch_->look_at_belt(*conveyor_, now());
 }
 
 void World::apply(api::Ticket, const api::SetIntruder& command) {
@@ -112,7 +121,20 @@ void World::step() {
   note_touches();
   // The sensors look at the step's end.
   sense();
+  if (watch_) watch_->look(*physics_, robots_, conveyor_ ? &*conveyor_ : nullptr, now());
 }
+
+void World::watch_events() {
+  watch_.emplace();
+  begin_watch({});
+}
+
+void World::begin_watch(CellWatch::State apart) {
+  watch_->begin(description_, *physics_, robots_, conveyor_ ? &*conveyor_ : nullptr, now(),
+                std::move(apart));
+}
+
+std::vector<api::CellEvent>* World::events() { return watch_ ? &watch_->found() : nullptr; }
 
 void World::step_robot(std::size_t i) {
   const int index = static_cast<int>(i);
@@ -152,7 +174,8 @@ int World::robot_with(int tool) const {
 }
 
 WorldState World::save() const {
-  WorldState state{.seed = description_->seed,
+  WorldState state{.scene = scene_,
+                   .seed = description_->seed,
                    .steps = steps_,
                    .conveyor = conveyor_,
                    .photo_eyes = photo_eyes_,
@@ -161,7 +184,8 @@ WorldState World::save() const {
                    .curtain = curtain_,
                    .intruder = intruder_,
                    .faults = faults_,
-                   .touches = touches_};
+                   .touches = touches_,
+                   .apart = watch_ ? watch_->save() : CellWatch::State{}};
   for (const auto& robot : robots_) state.robots.push_back(robot.save());
   return state;
 }
@@ -183,6 +207,7 @@ void World::restore(const WorldState& state) {
   faults_ = state.faults;
   touches_ = state.touches;
   gather_intruders(effects_of(faults_.active(), time(), *description_).intruders);
+  if (watch_) begin_watch(state.apart);
 }
 
 void World::sense() {

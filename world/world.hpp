@@ -10,6 +10,7 @@
 #include "world/api/command.hpp"
 #include "world/api/snapshot.hpp"
 #include "world/cell_vision.hpp"
+#include "world/cell_watch.hpp"
 #include "world/conveyor_drive.hpp"
 #include "world/faults/fault_effects.hpp"
 #include "world/faults/fault_schedule.hpp"
@@ -51,14 +52,37 @@ class World {
   /// Any of these; what is asked of the simulation is none of the world's.
   [[nodiscard]] Result<void> apply_any(api::Ticket ticket, const api::Command& command);
 
+  /// Changes the scene of the cell that it is given, which may be another world afterwards: with
+  /// the same time, robots and bodies. Errors: as a scene's file has them, kNotFound for a name
+  /// that nothing has; nothing has changed then.
+  [[nodiscard]] static Result<void> edit(std::unique_ptr<World>& world,
+                                         const api::SceneCommand& command);
+  /// Applies any command that is not the simulation's own; a change of the scene as edit().
+  [[nodiscard]] static Result<void> carry_out(std::unique_ptr<World>& world, api::Ticket ticket,
+                                              const api::Command& command);
+  [[nodiscard]] const std::shared_ptr<const scene::Scene>& scene() const { return scene_; }
+  [[nodiscard]] const ArmModels& models() const { return models_; }
+  /// Counts how often the description of the cell has changed; the caller's.
+  void set_revision(std::uint64_t revision);
+
   /// Advances by one fixed step. Throws physics::PhysicsFailure when the physics fails; the state
   /// is then that of the last good step.
   void step();
+
+  /// From now on what happens in the cell is found at every step and command. Costs little, and
+  /// changes nothing.
+  void watch_events();
+  /// What has happened since they were last taken, without sequence and epoch: the caller takes
+  /// them. Null unless they are watched.
+  [[nodiscard]] std::vector<api::CellEvent>* events();
 
   /// Between two steps. Allocates.
   [[nodiscard]] WorldState save() const;
   /// `state` must come from a world of the same scene; its seed is taken over.
   void restore(const WorldState& state);
+
+  /// Whether a quantity is beyond its limit now; `robot` as resolve() has found it.
+  [[nodiscard]] bool beyond(const api::WhenCrossing& crossing, int robot) const;
 
   [[nodiscard]] SimTime time() const;
   [[nodiscard]] std::uint64_t step_count() const { return steps_; }
@@ -79,14 +103,25 @@ class World {
   void step_robot(std::size_t index);
   [[nodiscard]] int robot_with(int tool) const;  ///< -1 = none
   void note_touches();
+  void begin_watch(CellWatch::State apart);
+  [[nodiscard]] CellWatch::Now now() const { return {steps_, time()}; }
   void sense();
   void look_at_belt();
   void look_through_curtain();
   void stop_robots_if_broken();
 
+  // ---- changes of the scene (world_edit.cpp)
+  [[nodiscard]] std::unique_ptr<World> in_scene(scene::Scene scene) const;
+  [[nodiscard]] Result<std::unique_ptr<World>> with_value(const api::SetSceneValue& set) const;
+  [[nodiscard]] Result<std::unique_ptr<World>> with_body(const api::SpawnBody& spawn) const;
+  [[nodiscard]] Result<int> find_body(const std::string& name) const;
+  void adopt(const World& old, std::span<const int> old_of);
+  void tell_edit(const std::string& name, std::string what);
+
   // ---- injected faults (faults/world_faults.cpp)
   class Facts;
   void run_faults();
+  void tell_faults(const FaultSchedule::Changes& changes);
   /// What a momentary fault does; returns what there is to tell, mostly nothing.
   std::string carry_out(const FaultSpec& fault);
   std::string move_part(const FaultSpec& fault);
@@ -95,6 +130,8 @@ class World {
   void gather_intruders(std::span<const api::Intruder> of_faults);
 
   std::shared_ptr<const scene::Scene> scene_;
+  std::vector<robot::PlanPrefetcher*> prefetchers_;
+  std::uint64_t revision_ = 0;
   SimTime step_size_;
   std::uint64_t steps_ = 0;
   ArmModels models_;
@@ -111,6 +148,7 @@ class World {
   std::optional<api::Intruder> intruder_;
   FaultSchedule faults_;
   RobotTouches touches_;
+  std::optional<CellWatch> watch_;        ///< none unless events are watched
   std::vector<api::Intruder> intruders_;  ///< with those of faults, which come last
 };
 

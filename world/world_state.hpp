@@ -1,15 +1,18 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "world/api/light_curtain.hpp"
 #include "world/cell_vision.hpp"
+#include "world/cell_watch.hpp"
 #include "world/conveyor_drive.hpp"
 #include "world/faults/fault_schedule.hpp"
 #include "world/physics/physics_world.hpp"
 #include "world/robot_touches.hpp"
+#include "world/scene/scene.hpp"
 #include "world/sensors/photo_eyes.hpp"
 #include "world/simulated_robot.hpp"
 
@@ -18,6 +21,7 @@ namespace aprsim::world {
 /// All of a world that changes from step to step, as copyable values. Put back into a world of the
 /// same scene, it continues bit for bit as the world did that it was saved from.
 struct WorldState {
+  std::shared_ptr<const scene::Scene> scene;  ///< of which it is a state
   std::uint64_t seed = 0;
   std::uint64_t steps = 0;
   std::vector<SimulatedRobot::State> robots;
@@ -29,10 +33,12 @@ struct WorldState {
   std::optional<api::Intruder> intruder;
   FaultSchedule faults;
   RobotTouches touches;
+  CellWatch::State apart;  ///< of a world whose events are watched
 
   /// Of memory, besides what copies share; approximately.
   [[nodiscard]] std::uint64_t bytes() const {
-    std::uint64_t sum = sizeof *this + physics.bytes() + faults.bytes();
+    std::uint64_t sum = sizeof *this + physics.bytes() + faults.bytes() +
+                        apart.capacity() * sizeof(CellWatch::Apart);
     for (const auto& robot : robots) sum += robot.bytes();
     return sum;
   }
@@ -44,10 +50,10 @@ struct WorldState {
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {
-    auto& [seed, steps, robots, conveyor, photo_eyes, physics, vision, curtain, intruder, faults,
-           touches] = self;
+    auto& [scene, seed, steps, robots, conveyor, photo_eyes, physics, vision, curtain, intruder,
+           faults, touches, apart] = self;
     io(seed, steps, robots, conveyor, photo_eyes, physics, vision, curtain, intruder, faults,
-       touches);
+       touches, apart);
   }
 };
 

@@ -64,6 +64,23 @@ Outcome<Response> call(Service& service,
   return response;
 }
 
+/// Until `show` has enough, or the stream ends.
+template <typename Response>
+Outcome<void> read_all(grpc::ClientContext& context, grpc::ClientReader<Response>& reader,
+                       const std::function<bool(const Response&)>& show,
+                       const std::string& address) {
+  Response response;
+  while (reader.Read(&response)) {
+    if (show(response)) continue;
+    context.TryCancel();
+    static_cast<void>(reader.Finish());  // cancelled, as asked
+    return {};
+  }
+  const grpc::Status status = reader.Finish();
+  if (!status.ok()) return tl::unexpected(failure_of(status, address));
+  return {};
+}
+
 template <typename Response>
 Outcome<v1::Receipt> receipt(const Outcome<Response>& response) {
   if (!response) return tl::unexpected(response.error());
@@ -111,14 +128,15 @@ Outcome<void> CellConnection::stream(
   v1::StreamSnapshotsRequest request;
   request.set_rate_hz(rate_hz);
   const auto reader = stubs_->telemetry.StreamSnapshots(&context, request);
-  v1::StreamSnapshotsResponse response;
-  while (reader->Read(&response)) {
-    if (show(response)) continue;
-    context.TryCancel();
-    static_cast<void>(reader->Finish());  // cancelled, as asked
-    return {};
-  }
-  return tl::unexpected(failure_of(reader->Finish(), address_));
+  return read_all(context, *reader, show, address_);
+}
+
+Outcome<void> CellConnection::events(
+    const v1::StreamEventsRequest& request,
+    const std::function<bool(const v1::StreamEventsResponse&)>& show) {
+  grpc::ClientContext context;
+  const auto reader = stubs_->telemetry.StreamEvents(&context, request);
+  return read_all(context, *reader, show, address_);
 }
 
 Outcome<v1::Receipt> CellConnection::pause() {
@@ -159,9 +177,46 @@ Outcome<v1::Receipt> CellConnection::set_speed(std::optional<double> factor) {
   return receipt(call(stubs_->control, &v1::ControlService::Stub::SetSpeed, request, address_));
 }
 
+Outcome<v1::RunUntilResponse> CellConnection::run_until(const v1::RunUntilRequest& request) {
+  return call(stubs_->control, &v1::ControlService::Stub::RunUntil, request, address_,
+              std::chrono::hours(1));
+}
+
+Outcome<v1::GetSceneResponse> CellConnection::scene() {
+  return call(stubs_->telemetry, &v1::TelemetryService::Stub::GetScene, v1::GetSceneRequest(),
+              address_);
+}
+
+Outcome<v1::SpawnBodyResponse> CellConnection::spawn_body(const v1::SpawnBodyRequest& request) {
+  return call(stubs_->control, &v1::ControlService::Stub::SpawnBody, request, address_);
+}
+
+Outcome<v1::MoveBodyResponse> CellConnection::move_body(const v1::MoveBodyRequest& request) {
+  return call(stubs_->control, &v1::ControlService::Stub::MoveBody, request, address_);
+}
+
+Outcome<v1::Receipt> CellConnection::remove_body(const std::string& name) {
+  v1::RemoveBodyRequest request;
+  request.set_name(name);
+  return receipt(call(stubs_->control, &v1::ControlService::Stub::RemoveBody, request, address_));
+}
+
+Outcome<v1::Receipt> CellConnection::set_scene_value(const std::string& path,
+                                                     const std::string& value) {
+  v1::SetSceneValueRequest request;
+  request.set_path(path);
+  request.set_value(value);
+  return receipt(
+      call(stubs_->control, &v1::ControlService::Stub::SetSceneValue, request, address_));
+}
+
 Outcome<v1::Receipt> CellConnection::reset(std::optional<std::uint64_t> seed) {
   v1::ResetRequest request;
   if (seed) request.set_seed(*seed);
+  return reset(request);
+}
+
+Outcome<v1::Receipt> CellConnection::reset(const v1::ResetRequest& request) {
   return receipt(call(stubs_->control, &v1::ControlService::Stub::Reset, request, address_));
 }
 

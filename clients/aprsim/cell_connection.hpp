@@ -27,6 +27,11 @@ class CellConnection {
   /// Calls `show` with each sample until it returns false.
   [[nodiscard]] Outcome<void> stream(
       double rate_hz, const std::function<bool(const v1::StreamSnapshotsResponse&)>& show);
+  /// Calls `show` with each event until it returns false, or there are no more for a request of
+  /// past ones.
+  [[nodiscard]] Outcome<void> events(
+      const v1::StreamEventsRequest& request,
+      const std::function<bool(const v1::StreamEventsResponse&)>& show);
 
   [[nodiscard]] Outcome<v1::Receipt> pause();
   [[nodiscard]] Outcome<v1::Receipt> resume();
@@ -39,6 +44,15 @@ class CellConnection {
   /// Absent = as fast as possible.
   [[nodiscard]] Outcome<v1::Receipt> set_speed(std::optional<double> factor);
   [[nodiscard]] Outcome<v1::Receipt> reset(std::optional<std::uint64_t> seed);
+  [[nodiscard]] Outcome<v1::Receipt> reset(const v1::ResetRequest& request);
+  /// Answered once the run has ended.
+  [[nodiscard]] Outcome<v1::RunUntilResponse> run_until(const v1::RunUntilRequest& request);
+  [[nodiscard]] Outcome<v1::GetSceneResponse> scene();
+  [[nodiscard]] Outcome<v1::SpawnBodyResponse> spawn_body(const v1::SpawnBodyRequest& request);
+  [[nodiscard]] Outcome<v1::MoveBodyResponse> move_body(const v1::MoveBodyRequest& request);
+  [[nodiscard]] Outcome<v1::Receipt> remove_body(const std::string& name);
+  [[nodiscard]] Outcome<v1::Receipt> set_scene_value(const std::string& path,
+                                                     const std::string& value);
   [[nodiscard]] Outcome<v1::Receipt> save_state(const std::string& name);
   [[nodiscard]] Outcome<v1::Receipt> load_state(const std::string& name);
   [[nodiscard]] Outcome<v1::Receipt> delete_state(const std::string& name);

@@ -11,6 +11,7 @@
 #include <CLI/CLI.hpp>
 
 #include "clients/aprsim/command_tree.hpp"
+#include "clients/aprsim/event_text.hpp"
 #include "clients/aprsim/exit_code.hpp"
 #include "clients/aprsim/usage_error.hpp"
 #include "world/fault_kinds/fault_kinds.hpp"
@@ -165,6 +166,25 @@ void add_endpoints(CLI::App& app, EndpointChoice& choice) {
       ->allow_extra_args(false);
 }
 
+void add_events(CLI::App& app, CommandLine& line) {
+  auto [events, command] = add<EventsCommand>(
+      app, line, "events", "Show what happens in the cell, an event a line, until interrupted");
+  events
+      ->add_option("--after", command->after,
+                   "Also those that are kept with greater numbers (0: all of them)")
+      ->type_name("NUMBER");
+  events->add_flag("--past", command->past, "Only those that are kept, then end");
+  choose(events->add_option("--kind", command->kinds, "Only this kind; may be given again")
+             ->allow_extra_args(false),
+         event_kind_words());
+  events->add_option("--name", command->names, "Only what this takes part in; may be given again")
+      ->type_name("NAME")
+      ->check(not_empty())
+      ->allow_extra_args(false);
+  events->add_option("--count", command->count, "End after so many")->type_name("N");
+  offer_json(*events, line);
+}
+
 void add_reading(CLI::App& app, CommandLine& line) {
   auto [status, status_command] =
       add<StatusCommand>(app, line, "status", "Show the cell as it is now");
@@ -178,6 +198,7 @@ void add_reading(CLI::App& app, CommandLine& line) {
       ->check(above_zero());
   watch->add_option("--count", watch_command->count, "End after so many samples")->type_name("N");
   offer_json(*watch, line);
+  add_events(app, line);
 }
 
 void add_crcl_files(CLI::App& crcl, CommandLine& line) {
@@ -335,6 +356,89 @@ void add_conveyor(CLI::App& app, CommandLine& line) {
   offer_json(*map, line, "One JSON object a register");
 }
 
+void add_run(CLI::App& app, CommandLine& line) {
+  auto [run, command] = add<RunCommand>(
+      app, line, "run", "Run until something holds, or for so many steps, and pause");
+  auto* time = run->add_option("--time", command->time_s, "Until this simulated time")
+                   ->type_name("SECONDS")
+                   ->check(within(0, 1e9));
+  auto* event = run->add_option("--event", command->kinds, "Until an event of this kind")
+                    ->allow_extra_args(false)
+                    ->excludes(time);
+  choose(event, event_kind_words());
+  run->add_option("--name", command->names, "In which this takes part; may be given again")
+      ->type_name("NAME")
+      ->check(not_empty())
+      ->allow_extra_args(false)
+      ->needs(event);
+  run->add_option_function<std::string>(
+         "--beyond",
+         [c = command](const std::string& text) {
+           const auto when = faults::parse_when(text);
+           const auto* crossing = when ? std::get_if<faults::WhenCrossing>(&*when) : nullptr;
+           if (crossing == nullptr) {
+             throw CLI::ValidationError(
+                 "--beyond", when ? "'" + text + "' is no quantity's limit" : when.error());
+           }
+           c->beyond = *crossing;
+         },
+         "Until a quantity is beyond a limit, as belt-travel>0.5 or tool-force:ROBOT>20")
+      ->type_name("CONDITION")
+      ->excludes(time)
+      ->excludes(event);
+  run->add_option("--steps", command->steps, "At the most (default 10000000)")
+      ->type_name("N")
+      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{10'000'000}).description(""));
+  offer_json(*run, line);
+}
+
+template <typename Command>
+void add_place(CLI::App& app, const std::shared_ptr<Command>& command) {
+  app.add_option("--at", command->at_m, "Its origin in the world [m]")
+      ->type_name("X Y Z")
+      ->check(within(-1000, 1000))
+      ->required();
+  app.add_option("--yaw", command->yaw_deg, "Turned about the vertical (default 0)")
+      ->type_name("DEGREES")
+      ->check(within(-360, 360));
+}
+
+void add_scene(CLI::App& app, CommandLine& line) {
+  CLI::App* scene = app.add_subcommand("scene", "Look at the scene and change it as it runs");
+  scene->require_subcommand(1);
+  offer_json(*add<SceneShowCommand>(*scene, line, "show", "Print it as the text of a file").first,
+             line);
+  offer_json(*add<SceneListCommand>(*scene, line, "list", "List its gears and trays").first, line);
+  offer_json(*add<SceneTypesCommand>(*scene, line, "types", "List the types of both").first, line);
+  const auto name = [](CLI::App& sub, std::string& to) {
+    sub.add_option("NAME", to, "Name of the gear or tray")->check(not_empty())->required();
+  };
+  auto [spawn, spawn_command] =
+      add<SceneSpawnCommand>(*scene, line, "spawn", "Put down another gear or tray");
+  spawn->add_option("TYPE", spawn_command->type, "Its type")->check(not_empty())->required();
+  name(*spawn, spawn_command->name);
+  add_place(*spawn, spawn_command);
+  offer_json(*spawn, line);
+  auto [move, move_command] = add<SceneMoveCommand>(*scene, line, "move", "Put one elsewhere");
+  name(*move, move_command->name);
+  add_place(*move, move_command);
+  offer_json(*move, line);
+  auto [remove, remove_command] =
+      add<SceneRemoveCommand>(*scene, line, "remove", "Take one out, until a reset");
+  name(*remove, remove_command->name);
+  offer_json(*remove, line);
+  auto [set, set_command] = add<SceneSetCommand>(
+      *scene, line, "set",
+      "Set a value, as physics.friction.gear_tray, of physics, types, cameras");
+  set->add_option("PATH", set_command->path, "Its keys with dots between them")
+      ->check(not_empty())
+      ->required();
+  set->add_option("VALUE", set_command->value, "As a scene's file has it")
+      ->check(not_empty())
+      ->required();
+  offer_json(*set, line);
+}
+
 void add_simulation(CLI::App& app, CommandLine& line) {
   offer_json(*add<PauseCommand>(app, line, "pause", "Stop taking steps").first, line);
   offer_json(*add<ResumeCommand>(app, line, "resume", "Take steps again").first, line);
@@ -353,6 +457,11 @@ void add_simulation(CLI::App& app, CommandLine& line) {
   offer_json(*speed, line);
   auto [reset, reset_command] = add<ResetCommand>(app, line, "reset", "Build the cell anew");
   reset->add_option("--seed", reset_command->seed, "Seed of everything random")->type_name("N");
+  reset
+      ->add_option("--scene", reset_command->scene,
+                   "Another scene: the name of one of the daemon's, or a file")
+      ->type_name("NAME|FILE")
+      ->check(not_empty());
   offer_json(*reset, line);
   auto [save, save_command] =
       add<SaveCommand>(app, line, "save", "Keep the cell's state under a name, in the daemon");
@@ -692,6 +801,8 @@ void add_all(CLI::App& app, CommandLine& line) {
   add_states(app, line);
   add_replay(app, line);
   add_incident(app, line);
+  add_run(app, line);
+  add_scene(app, line);
   add_intruder(app, line);
   add_fault(app, line);
   add_scenario(app, line);

@@ -21,6 +21,13 @@ struct WatchCommand {
   double rate_hz = 0;       ///< 0 = the daemon's default
   std::uint64_t count = 0;  ///< samples to show; 0 = until interrupted
 };
+struct EventsCommand {
+  std::optional<std::uint64_t> after;  ///< number; absent = from now on, or all that are kept
+  bool past = false;                   ///< end after the latest
+  std::vector<std::string> kinds;      ///< words (event_text.hpp); empty = all
+  std::vector<std::string> names;      ///< of what takes part; empty = all
+  std::uint64_t count = 0;             ///< events to show; 0 = until interrupted
+};
 struct CrclSendCommand {
   std::string file;  ///< CRCLCommandInstance documents
   std::string robot;
@@ -82,11 +89,18 @@ struct ResumeCommand {};
 struct StepCommand {
   std::uint64_t steps = 1;
 };
+struct RunCommand {
+  std::optional<double> time_s;                ///< until this simulated time
+  std::vector<std::string> kinds, names;       ///< until an event of these (event_text.hpp)
+  std::optional<faults::WhenCrossing> beyond;  ///< until a quantity is; only one of the three
+  std::uint64_t steps = 10'000'000;            ///< at the most
+};
 struct SpeedCommand {
   std::optional<double> factor;  ///< absent = as fast as possible
 };
 struct ResetCommand {
   std::optional<std::uint64_t> seed;
+  std::string scene;  ///< name of one that comes with the daemon, or a file here; empty = the same
 };
 struct SaveCommand {
   std::string name;
@@ -107,6 +121,25 @@ struct IncidentCommand {
 struct IntruderCommand {
   std::optional<std::array<double, 2>> xy_m;        ///< where it stands on the floor; absent = gone
   std::array<double, 3> size_m = {0.5, 0.3, 1.75};  ///< a person's
+};
+struct SceneShowCommand {};
+struct SceneListCommand {};
+struct SceneTypesCommand {};
+struct SceneSpawnCommand {
+  std::string type, name;
+  std::array<double, 3> at_m{};  ///< in the world
+  double yaw_deg = 0;
+};
+struct SceneMoveCommand {
+  std::string name;
+  std::array<double, 3> at_m{};  ///< in the world
+  double yaw_deg = 0;
+};
+struct SceneRemoveCommand {
+  std::string name;
+};
+struct SceneSetCommand {
+  std::string path, value;
 };
 struct FaultListCommand {};
 struct FaultKindsCommand {
@@ -164,12 +197,14 @@ struct CompletionCommand {
 struct ManualCommand {};
 
 using AnyCommand =
-    std::variant<StatusCommand, WatchCommand, CrclSendCommand, CrclRunCommand, CrclStatusCommand,
-                 CrclInitCommand, CrclStopCommand, CrclGripperCommand, CrclJogCommand,
-                 CrclValidateCommand, ConveyorSetCommand, ConveyorStatusCommand, ConveyorMapCommand,
-                 PauseCommand, ResumeCommand, StepCommand, SpeedCommand, ResetCommand, SaveCommand,
-                 LoadCommand, StatesListCommand, StatesDeleteCommand, IncidentCommand,
-                 IntruderCommand, FaultListCommand, FaultKindsCommand, FaultInjectCommand,
+    std::variant<StatusCommand, WatchCommand, EventsCommand, CrclSendCommand, CrclRunCommand,
+                 CrclStatusCommand, CrclInitCommand, CrclStopCommand, CrclGripperCommand,
+                 CrclJogCommand, CrclValidateCommand, ConveyorSetCommand, ConveyorStatusCommand,
+                 ConveyorMapCommand, PauseCommand, ResumeCommand, StepCommand, SpeedCommand,
+                 ResetCommand, SaveCommand, LoadCommand, StatesListCommand, StatesDeleteCommand,
+                 IncidentCommand, IntruderCommand, RunCommand, SceneShowCommand, SceneListCommand,
+                 SceneTypesCommand, SceneSpawnCommand, SceneMoveCommand, SceneRemoveCommand,
+                 SceneSetCommand, FaultListCommand, FaultKindsCommand, FaultInjectCommand,
                  FaultEndCommand, FaultEventCommand, ScenarioListCommand, ScenarioCheckCommand,
                  ScenarioRunCommand, ReplayCommand, DemoCommand, CompletionCommand, ManualCommand>;
 

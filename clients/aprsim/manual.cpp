@@ -32,17 +32,28 @@ constexpr std::array kJson{
           "The snapshot as protobuf's JSON mapping of aprsim.v1.Snapshot gives it, with "
           "the names of its .proto file."},
     Entry{"watch", "The same of aprsim.v1.StreamSnapshotsResponse, one object a sample."},
+    Entry{"events",
+          "sequence, epoch, step, sim_time_s, kind, names (list), text, robot (its number, from 0, "
+          "or null), number (of the command or fault, 0: none), lost (events before it that are "
+          "not kept any more): one object an event."},
     Entry{"states list",
           "states (list of name, step, sim_time_s, bytes), bytes and max_bytes: of all together."},
     Entry{"states delete", "done (states delete), name."},
     Entry{"incident", "done (incident), file, bytes."},
-    Entry{"pause, resume, step, speed, reset, save, load, intruder",
+    Entry{"pause, resume, step, run, speed, reset, save, load, intruder",
           "done (the command), step, sim_time_s, epoch: when it took effect; save with --file also "
-          "file and bytes; load also name; intruder also light_curtain (broken or clear), where "
+          "file and bytes; load also name; run also met (its condition holds); intruder also "
+          "light_curtain (broken or clear), where "
           "there is one."},
     Entry{"replay",
           "run_id, scene, seed, cautions (list of why bits may differ), steps, commands, compared "
           "(states), gaps, damage, same, difference (null, or epoch, step, what)."},
+    Entry{"scene show, list, types",
+          "name, revision, text; name, type, at_m (list), lost: one object a body; type: one "
+          "object a type."},
+    Entry{"scene spawn, move, remove, set",
+          "done (the command), step, sim_time_s, epoch: when it took effect; name, at_m of bodies; "
+          "path, value."},
     Entry{"fault list",
           "faults (list of id, kind, target, parameters, trigger, state (pending, active, ended), "
           "begin_step, end_step, note)."},
@@ -93,6 +104,8 @@ constexpr std::array kExamples{
     Entry{"aprsim status", "The cell as it is now."},
     Entry{"aprsim crcl jog --robot fanuc --init --axis z --by 20", "20 mm up."},
     Entry{"aprsim crcl stop", "Both robots stop."},
+    Entry{"aprsim events --kind grasped --kind released",
+          "What robots take and let go, as they do."},
     Entry{"aprsim fault inject gripper-leak fanuc --over 5 --when grasp:fanuc:2",
           "From its second grasp on, the gripper presses less and less."},
     Entry{"aprsim conveyor set --speed 50% --direction reverse", "The belt runs backward."},

@@ -1,3 +1,4 @@
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <ostream>
@@ -8,51 +9,42 @@
 
 #include "clients/aprsim/cell_connection.hpp"
 #include "clients/aprsim/commands.hpp"
+#include "clients/aprsim/receipt_text.hpp"
 #include "clients/aprsim/status_text.hpp"
 
 namespace aprsim::client {
-namespace {
-
-/// What was done, and when in the simulation; `done` is its name for programs.
-Outcome<void> show(const char* done, const std::string& what, const Outcome<v1::Receipt>& receipt,
-                   Console& console,
-                   const nlohmann::ordered_json& fields = nlohmann::ordered_json::object()) {
-  if (!receipt) return tl::unexpected(receipt.error());
-  nlohmann::ordered_json object{{"done", done},
-                                {"step", receipt->step()},
-                                {"sim_time_s", seconds(receipt->sim_time())},
-                                {"epoch", receipt->epoch()}};
-  object.update(fields);
-  console.show(fmt::format("{} at step {} ({:.3f} s), epoch {}\n", what, receipt->step(),
-                           seconds(receipt->sim_time()), receipt->epoch()),
-               object);
-  return {};
-}
-
-}  // namespace
-
 Outcome<void> run_command(const PauseCommand& /*command*/, Console& console) {
-  return show("pause", "paused", CellConnection(console.endpoints).pause(), console);
+  return show_receipt("pause", "paused", CellConnection(console.endpoints).pause(), console);
 }
 
 Outcome<void> run_command(const ResumeCommand& /*command*/, Console& console) {
-  return show("resume", "resumed", CellConnection(console.endpoints).resume(), console);
+  return show_receipt("resume", "resumed", CellConnection(console.endpoints).resume(), console);
 }
 
 Outcome<void> run_command(const StepCommand& command, Console& console) {
-  return show("step",
-              fmt::format("took {} step{}, now", command.steps, command.steps == 1 ? "" : "s"),
-              CellConnection(console.endpoints).step(command.steps), console);
+  return show_receipt(
+      "step", fmt::format("took {} step{}, now", command.steps, command.steps == 1 ? "" : "s"),
+      CellConnection(console.endpoints).step(command.steps), console);
 }
 
 Outcome<void> run_command(const SpeedCommand& command, Console& console) {
   const std::string what =
       command.factor ? fmt::format("speed {} x real time", *command.factor) : "speed maximal";
-  return show("speed", what, CellConnection(console.endpoints).set_speed(command.factor), console);
+  return show_receipt("speed", what, CellConnection(console.endpoints).set_speed(command.factor),
+                      console);
 }
 
 Outcome<void> run_command(const ResetCommand& command, Console& console) {
-  return show("reset", "reset", CellConnection(console.endpoints).reset(command.seed), console);
+  v1::ResetRequest request;
+  if (command.seed) request.set_seed(*command.seed);
+  if (std::filesystem::is_regular_file(command.scene)) {
+    std::ifstream file(command.scene, std::ios::binary);
+    request.set_scene_text(std::string(std::istreambuf_iterator<char>(file), {}));
+    if (!file) return failed(FailureKind::kUsage, command.scene + " cannot be read");
+  } else if (!command.scene.empty()) {
+    request.set_scene_name(command.scene);
+  }
+  return show_receipt("reset", "reset", CellConnection(console.endpoints).reset(request), console);
 }
 
 Outcome<void> run_command(const IntruderCommand& command, Console& console) {
@@ -75,15 +67,15 @@ Outcome<void> run_command(const IntruderCommand& command, Console& console) {
     what = fmt::format("light curtain {}, {}", state, what);
     fields["light_curtain"] = state;
   }
-  return show(intruder ? "intruder put" : "intruder remove", what, response->receipt(), console,
-              fields);
+  return show_receipt(intruder ? "intruder put" : "intruder remove", what, response->receipt(),
+                      console, fields);
 }
 
 Outcome<void> run_command(const SaveCommand& command, Console& console) {
   CellConnection cell(console.endpoints);
   const auto saved = cell.save_state(command.name);
   if (!saved || command.file.empty()) {
-    return show("save", fmt::format("saved '{}'", command.name), saved, console);
+    return show_receipt("save", fmt::format("saved '{}'", command.name), saved, console);
   }
   const auto bytes = cell.export_state(command.name);
   if (!bytes) return tl::unexpected(bytes.error());
@@ -92,7 +84,7 @@ Outcome<void> run_command(const SaveCommand& command, Console& console) {
   if (!file.flush()) {
     return failed(FailureKind::kUsage, command.file + ": it cannot be written");
   }
-  return show(
+  return show_receipt(
       "save",
       fmt::format("saved '{}', also in {} ({} bytes),", command.name, command.file, bytes->size()),
       saved, console, {{"file", command.file}, {"bytes", bytes->size()}});
@@ -111,7 +103,7 @@ Outcome<void> run_command(const LoadCommand& command, Console& console) {
     }
     name = kept->name();
   }
-  return show("load", fmt::format("loaded '{}'", name), cell.load_state(name), console,
+  return show_receipt("load", fmt::format("loaded '{}'", name), cell.load_state(name), console,
               {{"name", name}});
 }
 

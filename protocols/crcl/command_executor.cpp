@@ -232,8 +232,7 @@ CommandExecutor::CommandExecutor(CommandExecutorOptions options, api::CommandSin
       log_("crcl." + description().name),
       lifecycle_(log_, joints_, options_.robot, source.latest()->epoch),
       submitter_(options_.robot, options_.endpoint, sink),
-      parameters_(description(), cell_->tools, joints_,
-                  cell_->light_curtain ? cell_->light_curtain->beams : 0),
+      parameters_(parameters_of(*cell_)),
       limits_(cartesian_limits(description(), options_.cartesian_min_R, options_.cartesian_max_R)),
       program_pace_(kProgramCommandsPerS, kProgramBurst) {}
 
@@ -379,9 +378,25 @@ bool CommandExecutor::step_done(const api::Snapshot& snapshot) {
 void CommandExecutor::observe(const api::Snapshot& snapshot) {
   if (!lifecycle_.observe(snapshot)) return;
   submitter_.forget();
+  follow_scene(snapshot);
   parameters_.forget();
   program_.reset();
   program_pace_ = protocols::RateLimit(kProgramCommandsPerS, kProgramBurst);
+}
+
+/// The same robot may stand elsewhere, count its joints otherwise and have other tools.
+void CommandExecutor::follow_scene(const api::Snapshot& snapshot) {
+  const auto& now = snapshot.cell->scene_text;
+  const auto before = cell_->scene_text;
+  cell_ = snapshot.cell;
+  if (now == before || (now && before && *now == *before)) return;
+  joints_ = JointMap(description());
+  limits_ = cartesian_limits(description(), options_.cartesian_min_R, options_.cartesian_max_R);
+  parameters_ = parameters_of(*cell_);
+}
+
+RobotParameters CommandExecutor::parameters_of(const api::CellDescription& cell) const {
+  return {description(), cell.tools, joints_, cell.light_curtain ? cell.light_curtain->beams : 0};
 }
 
 bool CommandExecutor::first_to_tell_end(crcl::CommandState state) {

@@ -91,6 +91,9 @@ class CommandExecutor {
   void start(ProgramRunner program);
   [[nodiscard]] bool step_done(const api::Snapshot& snapshot);
   void observe(const api::Snapshot& snapshot);
+  /// Begins anew with what the scene says of the robot, where it is another one.
+  void follow_scene(const api::Snapshot& snapshot);
+  [[nodiscard]] RobotParameters parameters_of(const api::CellDescription& cell) const;
   [[nodiscard]] const api::RobotDescription& description() const {
     return cell_->robots[static_cast<std::size_t>(options_.robot)];
   }

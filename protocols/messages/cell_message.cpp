@@ -147,6 +147,7 @@ void write_message(const api::CellDescription& cell, v1::CellDescription& messag
   for (const auto& body : cell.bodies) write(body, *message.add_bodies());
   for (const auto& name : cell.fixed) message.add_fixed(name);
   for (const auto& tool : cell.tools) write(tool, *message.add_tools());
+  for (const auto& type : cell.body_types) message.add_body_types(type);
 }
 
 }  // namespace aprsim::protocols

@@ -8,6 +8,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "protocols/messages/write_message.hpp"
+
 namespace aprsim::protocols {
 namespace {
 
@@ -30,6 +32,17 @@ Result<void> find_state(const std::string& name, const api::Snapshot& snapshot) 
 
 Eigen::Vector3d vector_of(const v1::Vector3& v) { return {v.x(), v.y(), v.z()}; }
 
+/// Not turned where no orientation is given.
+Pose pose_of(const v1::Pose& pose) {
+  Pose out;
+  out.p = vector_of(pose.position_m());
+  if (pose.has_orientation()) {
+    const auto& q = pose.orientation();
+    out.q = Eigen::Quaterniond(q.w(), q.x(), q.y(), q.z());
+  }
+  return out;
+}
+
 }  // namespace
 
 Result<api::StepBy> to_command(const v1::StepRequest& request) {
@@ -39,6 +52,79 @@ Result<api::StepBy> to_command(const v1::StepRequest& request) {
                 fmt::format("{} is more than {}", steps, kMaxSteps));
   }
   return api::StepBy{steps};
+}
+
+Result<api::RunUntil> to_command(const v1::RunUntilRequest& request) {
+  api::RunUntil run;
+  if (request.max_steps() != 0) run.steps = request.max_steps();
+  switch (request.until_case()) {
+    case v1::RunUntilRequest::kTime:
+      run.until = api::UntilTime{time_of(request.time())};
+      break;
+    case v1::RunUntilRequest::kEvent: {
+      const auto kinds = event_kinds(request.event().kinds());
+      if (!kinds) return tl::unexpected(kinds.error());
+      const auto& names = request.event().names();
+      run.until = api::UntilEvent{*kinds, {names.begin(), names.end()}};
+      break;
+    }
+    case v1::RunUntilRequest::kCrossing: {
+      auto crossing = to_trigger(request.crossing());
+      if (!crossing) return tl::unexpected(crossing.error());
+      run.until = *std::move(crossing);
+      break;
+    }
+    case v1::RunUntilRequest::UNTIL_NOT_SET:
+      break;
+  }
+  return run;
+}
+
+void write_message(const api::RunUntil& run, v1::RunUntilRequest& message) {
+  message.set_max_steps(run.steps);
+  if (const auto* time = std::get_if<api::UntilTime>(&run.until)) {
+    write_message(time->time, *message.mutable_time());
+  } else if (const auto* event = std::get_if<api::UntilEvent>(&run.until)) {
+    auto& to = *message.mutable_event();
+    for (const auto kind : event->kinds) to.add_kinds(event_kind(kind));
+    for (const auto& name : event->names) to.add_names(name);
+  } else if (const auto* crossing = std::get_if<api::WhenCrossing>(&run.until)) {
+    write_message(*crossing, *message.mutable_crossing());
+  }
+}
+
+api::SpawnBody to_command(const v1::SpawnBodyRequest& request) {
+  return {request.type(), request.name(), pose_of(request.body_in_world())};
+}
+
+api::MoveBody to_command(const v1::MoveBodyRequest& request) {
+  return {request.name(), pose_of(request.body_in_world())};
+}
+
+api::RemoveBody to_command(const v1::RemoveBodyRequest& request) { return {request.name()}; }
+
+api::SetSceneValue to_command(const v1::SetSceneValueRequest& request) {
+  return {request.path(), request.value()};
+}
+
+void write_message(const api::SpawnBody& command, v1::SpawnBodyRequest& message) {
+  message.set_type(command.type);
+  message.set_name(command.name);
+  write_message(command.X_WB, *message.mutable_body_in_world());
+}
+
+void write_message(const api::MoveBody& command, v1::MoveBodyRequest& message) {
+  message.set_name(command.name);
+  write_message(command.X_WB, *message.mutable_body_in_world());
+}
+
+void write_message(const api::RemoveBody& command, v1::RemoveBodyRequest& message) {
+  message.set_name(command.name);
+}
+
+void write_message(const api::SetSceneValue& command, v1::SetSceneValueRequest& message) {
+  message.set_path(command.path);
+  message.set_value(command.value);
 }
 
 Result<api::SetSpeed> to_command(const v1::SetSpeedRequest& request) {
@@ -70,12 +156,8 @@ Result<api::SetIntruder> to_command(const v1::SetIntruderRequest& request) {
                 "intruder_in_world and size_m must both be set");
   }
   api::Intruder out;
-  out.X_WI.p = vector_of(intruder.intruder_in_world().position_m());
+  out.X_WI = pose_of(intruder.intruder_in_world());
   out.size_m = vector_of(intruder.size_m());
-  if (intruder.intruder_in_world().has_orientation()) {
-    const auto& q = intruder.intruder_in_world().orientation();
-    out.X_WI.q = Eigen::Quaterniond(q.w(), q.x(), q.y(), q.z());
-  }
   return api::SetIntruder{out};
 }
 

@@ -8,14 +8,55 @@
 namespace aprsim::protocols {
 namespace {
 
-/// What is beyond all limits stays so.
+Result<api::FaultTrigger> trigger_of(const v1::InjectFaultRequest& request) {
+  switch (request.trigger_case()) {
+    case v1::InjectFaultRequest::kAt:
+      return api::AtTime{time_of(request.at())};
+    case v1::InjectFaultRequest::kPlaced:
+      return api::WhenPlaced{request.placed().type(), request.placed().robot()};
+    case v1::InjectFaultRequest::kGrasped: {
+      constexpr std::uint32_t kMost = 1'000'000;
+      const std::uint32_t count = std::max<std::uint32_t>(request.grasped().count(), 1);
+      if (count > kMost) {
+        return fail(
+            ErrorCode::kInvalidArgument, "grasped",
+            "count is " + std::to_string(count) + ", must be at most " + std::to_string(kMost));
+      }
+      return api::WhenGrasped{request.grasped().robot(), static_cast<int>(count)};
+    }
+    case v1::InjectFaultRequest::kBeam:
+      return api::WhenBeamBroken{request.beam().eye()};
+    case v1::InjectFaultRequest::kCrossing:
+      return to_trigger(request.crossing());
+    case v1::InjectFaultRequest::kReported:
+      return api::WhenReported{request.reported().event()};
+    case v1::InjectFaultRequest::TRIGGER_NOT_SET:
+      break;
+  }
+  return api::FaultTrigger{};
+}
+
+v1::InjectedFaultState fault_state(api::FaultState state) {
+  switch (state) {
+    case api::FaultState::kPending:
+      return v1::INJECTED_FAULT_STATE_PENDING;
+    case api::FaultState::kActive:
+      return v1::INJECTED_FAULT_STATE_ACTIVE;
+    case api::FaultState::kEnded:
+      return v1::INJECTED_FAULT_STATE_ENDED;
+  }
+  return v1::INJECTED_FAULT_STATE_UNSPECIFIED;
+}
+
+}  // namespace
+
 SimTime time_of(const google::protobuf::Duration& span) {
   constexpr std::int64_t kFar = 4'000'000'000;  // s
   return std::chrono::seconds(std::clamp(span.seconds(), -kFar, kFar)) +
          std::chrono::nanoseconds(span.nanos());
 }
 
-Result<api::FaultTrigger> crossing_of(const v1::CrossingTrigger& crossing) {
+Result<api::WhenCrossing> to_trigger(const v1::CrossingTrigger& crossing) {
   api::WhenCrossing out;
   const faults::QuantityInfo* quantity = faults::find_quantity(crossing.quantity());
   if (quantity == nullptr) {
@@ -38,47 +79,16 @@ Result<api::FaultTrigger> crossing_of(const v1::CrossingTrigger& crossing) {
   return out;
 }
 
-Result<api::FaultTrigger> trigger_of(const v1::InjectFaultRequest& request) {
-  switch (request.trigger_case()) {
-    case v1::InjectFaultRequest::kAt:
-      return api::AtTime{time_of(request.at())};
-    case v1::InjectFaultRequest::kPlaced:
-      return api::WhenPlaced{request.placed().type(), request.placed().robot()};
-    case v1::InjectFaultRequest::kGrasped: {
-      constexpr std::uint32_t kMost = 1'000'000;
-      const std::uint32_t count = std::max<std::uint32_t>(request.grasped().count(), 1);
-      if (count > kMost) {
-        return fail(
-            ErrorCode::kInvalidArgument, "grasped",
-            "count is " + std::to_string(count) + ", must be at most " + std::to_string(kMost));
-      }
-      return api::WhenGrasped{request.grasped().robot(), static_cast<int>(count)};
-    }
-    case v1::InjectFaultRequest::kBeam:
-      return api::WhenBeamBroken{request.beam().eye()};
-    case v1::InjectFaultRequest::kCrossing:
-      return crossing_of(request.crossing());
-    case v1::InjectFaultRequest::kReported:
-      return api::WhenReported{request.reported().event()};
-    case v1::InjectFaultRequest::TRIGGER_NOT_SET:
-      break;
+void write_message(const api::WhenCrossing& when, v1::CrossingTrigger& message) {
+  message.set_quantity(std::string(faults::info(when.quantity).name));
+  message.set_robot(when.robot);
+  message.set_joint(static_cast<std::uint32_t>(when.joint));
+  if (when.above) {
+    message.set_above(when.limit);
+  } else {
+    message.set_below(when.limit);
   }
-  return api::FaultTrigger{};
 }
-
-v1::InjectedFaultState fault_state(api::FaultState state) {
-  switch (state) {
-    case api::FaultState::kPending:
-      return v1::INJECTED_FAULT_STATE_PENDING;
-    case api::FaultState::kActive:
-      return v1::INJECTED_FAULT_STATE_ACTIVE;
-    case api::FaultState::kEnded:
-      return v1::INJECTED_FAULT_STATE_ENDED;
-  }
-  return v1::INJECTED_FAULT_STATE_UNSPECIFIED;
-}
-
-}  // namespace
 
 Result<api::InjectFault> to_command(const v1::InjectFaultRequest& request) {
   auto trigger = trigger_of(request);

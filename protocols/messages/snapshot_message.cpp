@@ -217,6 +217,76 @@ void write_time(const api::Snapshot& snapshot, v1::Snapshot& message) {
   time.set_reproducible(now.reproducible());
 }
 
+using Entities = SnapshotParts::Entities;
+
+bool is_among(const std::vector<bool>& chosen, std::size_t index) {
+  return index < chosen.size() && chosen[index];
+}
+
+bool takes_part(const Entities* entities, const api::ContactSide& side) {
+  const auto index = static_cast<std::size_t>(side.index);
+  switch (side.kind) {
+    case api::ContactSide::Kind::kBody:
+      return is_among(entities->bodies, index);
+    case api::ContactSide::Kind::kRobot:
+      return is_among(entities->robots, index);
+    case api::ContactSide::Kind::kTool:
+      return is_among(entities->tools, index);
+    case api::ContactSide::Kind::kFixed:
+      break;
+  }
+  return false;
+}
+
+bool takes_part(const Entities* entities, const api::ContactSide& first,
+                const api::ContactSide& second) {
+  return entities == nullptr || takes_part(entities, first) || takes_part(entities, second);
+}
+
+}  // namespace
+
+void write_message(const api::BodySnapshot& body, const api::BodyDescription& description,
+                   v1::BodyState& message) {
+  write(body, description, message);
+}
+
+namespace {
+
+void write_robots(const api::Snapshot& snapshot, const Entities* entities, v1::Snapshot& message) {
+  const api::CellDescription& cell = *snapshot.cell;
+  const std::size_t count = std::min(cell.robots.size(), snapshot.robots.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    if (entities != nullptr && !is_among(entities->robots, i)) continue;
+    write(snapshot.robots[i], cell.robots[i], cell, *message.add_robots());
+  }
+}
+
+void write_bodies(const api::Snapshot& snapshot, const Entities* entities, v1::Snapshot& message) {
+  const api::CellDescription& cell = *snapshot.cell;
+  const std::size_t count = std::min(cell.bodies.size(), snapshot.bodies.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    if (entities != nullptr && !is_among(entities->bodies, i)) continue;
+    write(snapshot.bodies[i], cell.bodies[i], *message.add_bodies());
+  }
+}
+
+void write_tools(const api::Snapshot& snapshot, const Entities* entities, v1::Snapshot& message) {
+  const api::CellDescription& cell = *snapshot.cell;
+  const std::size_t count = std::min(cell.tools.size(), snapshot.tools.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    if (entities != nullptr && !is_among(entities->tools, i)) continue;
+    write(snapshot.tools[i], cell.tools[i], *message.add_tools());
+  }
+}
+
+void write_contacts(const api::Snapshot& snapshot, const Entities* entities,
+                    v1::Snapshot& message) {
+  for (const auto& contact : snapshot.contacts) {
+    if (!takes_part(entities, contact.first, contact.second)) continue;
+    write(contact, *snapshot.cell, *message.add_contacts());
+  }
+}
+
 }  // namespace
 
 void write_message(const Eigen::Vector3d& vector, v1::Vector3& message) {
@@ -268,14 +338,12 @@ void write_message(const api::LightCurtainSnapshot& curtain,
 }
 
 void write_message(const api::Snapshot& snapshot, const std::string& instance_id,
-                   v1::Snapshot& message) {
+                   v1::Snapshot& message, const SnapshotParts& parts) {
   const api::CellDescription& cell = *snapshot.cell;
+  const auto wanted = [&](int field) { return !parts.without[static_cast<std::size_t>(field)]; };
   message.set_instance_id(instance_id);
   write_time(snapshot, message);
-  const std::size_t robots = std::min(cell.robots.size(), snapshot.robots.size());
-  for (std::size_t i = 0; i < robots; ++i) {
-    write(snapshot.robots[i], cell.robots[i], cell, *message.add_robots());
-  }
+  if (wanted(v1::Snapshot::kRobotsFieldNumber)) write_robots(snapshot, parts.entities, message);
   if (cell.has_conveyor)
     write_message(snapshot.conveyor, cell.conveyor, *message.mutable_conveyor());
   if (cell.light_curtain) {
@@ -286,29 +354,26 @@ void write_message(const api::Snapshot& snapshot, const std::string& instance_id
     write_message(snapshot.intruder->X_WI, *intruder.mutable_intruder_in_world());
     write_message(snapshot.intruder->size_m, *intruder.mutable_size_m());
   }
-  const std::size_t bodies = std::min(cell.bodies.size(), snapshot.bodies.size());
-  for (std::size_t i = 0; i < bodies; ++i) {
-    write(snapshot.bodies[i], cell.bodies[i], *message.add_bodies());
-  }
-  const std::size_t tools = std::min(cell.tools.size(), snapshot.tools.size());
-  for (std::size_t i = 0; i < tools; ++i) {
-    write(snapshot.tools[i], cell.tools[i], *message.add_tools());
-  }
+  if (wanted(v1::Snapshot::kBodiesFieldNumber)) write_bodies(snapshot, parts.entities, message);
+  if (wanted(v1::Snapshot::kToolsFieldNumber)) write_tools(snapshot, parts.entities, message);
   message.set_contact_count(static_cast<std::uint32_t>(snapshot.contact_count));
   message.set_virtual_joint_count(static_cast<std::uint32_t>(snapshot.virtual_joint_count));
-  for (const auto& contact : snapshot.contacts) write(contact, cell, *message.add_contacts());
+  if (wanted(v1::Snapshot::kContactsFieldNumber)) write_contacts(snapshot, parts.entities, message);
   message.set_max_penetration_m(snapshot.max_penetration_m);
   message.set_physics_faults(snapshot.physics_faults);
   write(snapshot.solver_failures, *message.mutable_solver_failures());
   message.set_world_fault(snapshot.world_fault);
   message.set_world_stops(snapshot.world_stops);
-  message.set_state_hash(state_hash(snapshot));
-  if (snapshot.robot_touches) {
+  message.set_last_event(snapshot.last_event);
+  message.set_revision(cell.revision);
+  if (wanted(v1::Snapshot::kStateHashFieldNumber)) message.set_state_hash(state_hash(snapshot));
+  if (snapshot.robot_touches && wanted(v1::Snapshot::kRobotTouchesFieldNumber)) {
     for (const auto& touch : *snapshot.robot_touches) {
+      if (!takes_part(parts.entities, touch.first, touch.second)) continue;
       write(touch, cell, *message.add_robot_touches());
     }
   }
-  if (!snapshot.faults) return;
+  if (!snapshot.faults || !wanted(v1::Snapshot::kInjectedFaultsFieldNumber)) return;
   for (const auto& fault : snapshot.faults->all) {
     write_message(fault, *message.add_injected_faults());
   }

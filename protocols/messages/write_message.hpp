@@ -1,10 +1,14 @@
 #pragma once
 
+#include <bitset>
 #include <chrono>
 #include <string>
+#include <vector>
 
 #include "aprsim/v1/control_service.pb.h"
+#include "aprsim/v1/events.pb.h"
 #include "aprsim/v1/snapshot.pb.h"
+#include "world/api/cell_event.hpp"
 #include "world/api/snapshot.hpp"
 #include "world/fault_kinds/fault_kinds.hpp"
 
@@ -17,20 +21,44 @@ void write_message(const Eigen::Vector3d& vector, v1::Vector3& message);
 void write_message(const Pose& pose, v1::Pose& message);
 void write_message(std::chrono::nanoseconds span, google::protobuf::Duration& message);
 void write_message(const api::CellDescription& cell, v1::CellDescription& message);
+void write_message(const api::BodySnapshot& body, const api::BodyDescription& description,
+                   v1::BodyState& message);
 void write_message(const api::ConveyorSnapshot& conveyor,
                    const api::ConveyorDescription& description, v1::ConveyorState& message);
 
 void write_message(const api::LightCurtainSnapshot& curtain,
                    const api::LightCurtainDescription& description, v1::LightCurtainState& message);
 
+[[nodiscard]] v1::CellEventKind event_kind(api::CellEventKind kind);
+/// Fails with one that is none.
+[[nodiscard]] Result<std::vector<api::CellEventKind>> event_kinds(
+    const google::protobuf::RepeatedField<int>& kinds);
+/// The message must be empty.
+void write_message(const api::CellEvent& event, v1::CellEvent& message);
+/// What is beyond all limits stays so.
+[[nodiscard]] SimTime time_of(const google::protobuf::Duration& span);
+/// Fails when it is no quantity or has no limit.
+[[nodiscard]] Result<api::WhenCrossing> to_trigger(const v1::CrossingTrigger& crossing);
+void write_message(const api::WhenCrossing& crossing, v1::CrossingTrigger& message);
 void write_message(const api::InjectedFault& fault, v1::InjectedFault& message);
 void write_message(const faults::KindInfo& kind, v1::FaultKind& message);
 void write_message(const faults::QuantityInfo& quantity, v1::FaultQuantity& message);
 /// All kinds and quantities. The message must be empty.
 void write_fault_kinds(v1::ListFaultKindsResponse& message);
 
+/// What of a snapshot is written; as it stands, all.
+struct SnapshotParts {
+  /// By field number of v1::Snapshot: those that cost something are left out.
+  std::bitset<128> without;
+  /// By index; null = all. Contacts and touches are those of what is there.
+  struct Entities {
+    std::vector<bool> robots, bodies, tools;
+  };
+  const Entities* entities = nullptr;
+};
+
 /// The message must be empty. sample_time is taken from the wall clock here.
 void write_message(const api::Snapshot& snapshot, const std::string& instance_id,
-                   v1::Snapshot& message);
+                   v1::Snapshot& message, const SnapshotParts& parts = {});
 
 }  // namespace aprsim::protocols

@@ -18,7 +18,7 @@
 namespace aprsim::telemetry {
 namespace {
 
-constexpr auto kLongestWait = std::chrono::hours(1);
+constexpr std::chrono::nanoseconds kLongestWait = std::chrono::hours(1);
 
 grpc::Status no_state_files() {
   return {grpc::StatusCode::FAILED_PRECONDITION, "state: this daemon gives no states out"};
@@ -46,10 +46,10 @@ ControlService::ControlService(const TelemetryOptions& options, api::CommandSink
     : options_(options), sink_(sink), source_(source), waiter_(waiter) {}
 
 std::chrono::steady_clock::time_point ControlService::deadline(
-    const grpc::CallbackServerContext& context) const {
+    const grpc::CallbackServerContext& context, std::chrono::nanoseconds otherwise) {
   const auto now = std::chrono::steady_clock::now();
   const auto client = context.deadline();
-  if (client == std::chrono::system_clock::time_point::max()) return now + options_.command_timeout;
+  if (client == std::chrono::system_clock::time_point::max()) return now + otherwise;
   const auto left = client - std::chrono::system_clock::now();
   return now +
          std::clamp<std::chrono::nanoseconds>(left, std::chrono::nanoseconds(0), kLongestWait);
@@ -227,9 +227,58 @@ grpc::ServerUnaryReactor* ControlService::pass_time(grpc::CallbackServerContext*
   return reactor;
 }
 
+grpc::ServerUnaryReactor* ControlService::RunUntil(grpc::CallbackServerContext* context,
+                                                   const v1::RunUntilRequest* request,
+                                                   v1::RunUntilResponse* response) {
+  if (const auto refused = refusal(*context)) return end(context, *refused);
+  const auto run = protocols::to_command(*request);
+  if (!run) return refuse(context, run.error());
+  const auto mask = SnapshotMask::parse(request->read_mask());
+  if (!mask) return refuse(context, mask.error());
+  std::optional<SnapshotMask> wanted;
+  if (request->has_read_mask()) wanted = *mask;
+  const auto ticket = sink_.submit({options_.endpoint, api::SimulationCommand(*run)});
+  if (!ticket) return refuse(context, ticket.error());
+  auto* reactor = context->DefaultReactor();
+  auto outcome = [this, ticket = *ticket, wanted,
+                  response](const api::Snapshot& s) -> std::optional<grpc::Status> {
+    if (s.applied < ticket) return std::nullopt;
+    if (const Error* error = protocols::failure_of(s, ticket)) return rpc_status(*error);
+    if (!s.runs) return std::nullopt;
+    const auto ended = std::ranges::find(*s.runs, ticket, &api::RunEnd::run);
+    if (ended == s.runs->end()) return std::nullopt;
+    return finish_run(*ended, s, wanted, *response);
+  };
+  auto give_up = [this, ticket = *ticket] {
+    (void)sink_.submit({options_.endpoint, api::SimulationCommand(api::EndRun{ticket})});
+  };
+  waiter_.wait(
+      {context, reactor, deadline(*context, kLongestWait), std::move(outcome), std::move(give_up)});
+  return reactor;
+}
+
+grpc::Status ControlService::finish_run(const api::RunEnd& ended, const api::Snapshot& snapshot,
+                                        const std::optional<SnapshotMask>& wanted,
+                                        v1::RunUntilResponse& response) const {
+  if (ended.why == api::RunEnd::Why::kInterrupted) {
+    return {grpc::StatusCode::ABORTED, "the run has ended before: " + ended.text};
+  }
+  write_receipt(snapshot, ended.run, *response.mutable_receipt());
+  response.set_outcome(ended.why == api::RunEnd::Why::kMet ? v1::RUN_OUTCOME_MET
+                                                           : v1::RUN_OUTCOME_STEPS);
+  write_wanted(snapshot, wanted, response);
+  if (ended.event == 0 || options_.events == nullptr) return grpc::Status::OK;
+  const auto events = options_.events->after(ended.event - 1, 1).events;
+  if (!events.empty() && events.front()->sequence == ended.event) {
+    protocols::write_message(*events.front(), *response.mutable_event());
+  }
+  return grpc::Status::OK;
+}
+
+template <typename Response>
 void ControlService::write_wanted(const api::Snapshot& snapshot,
                                   const std::optional<SnapshotMask>& wanted,
-                                  v1::StepResponse& response) const {
+                                  Response& response) const {
   if (!wanted) return;
   protocols::write_message(snapshot, options_.instance_id, *response.mutable_snapshot());
   wanted->trim(*response.mutable_snapshot());
@@ -250,6 +299,12 @@ grpc::ServerUnaryReactor* ControlService::Reset(grpc::CallbackServerContext* con
                                                 v1::ResetResponse* response) {
   api::Reset reset;
   if (request->has_seed()) reset.seed = request->seed();
+  reset.scene_name = request->scene_name();
+  reset.scene_text = request->scene_text();
+  if (request->scene_case() != v1::ResetRequest::SCENE_NOT_SET && reset.scene_name.empty() &&
+      reset.scene_text.empty()) {
+    return refuse(context, {ErrorCode::kInvalidArgument, "scene", "it is empty"});
+  }
   return command(context, api::SimulationCommand(reset), [response](const auto& s, auto t) {
     write_receipt(s, t, *response->mutable_receipt());
   });
@@ -335,6 +390,46 @@ grpc::ServerUnaryReactor* ControlService::ListStates(grpc::CallbackServerContext
   auto* reactor = context->DefaultReactor();
   reactor->Finish(grpc::Status::OK);
   return reactor;
+}
+
+template <typename Response>
+grpc::ServerUnaryReactor* ControlService::change_scene(grpc::CallbackServerContext* context,
+                                                       api::SceneCommand change, Response* response,
+                                                       const std::string& body) {
+  return command(context, std::move(change), [response, body](const auto& s, auto t) {
+    write_receipt(s, t, *response->mutable_receipt());
+    if constexpr (requires { response->mutable_body(); }) {
+      const auto& bodies = s.cell->bodies;
+      const auto found = std::ranges::find(bodies, body, &api::BodyDescription::name);
+      const auto index = static_cast<std::size_t>(found - bodies.begin());
+      if (index >= s.bodies.size()) return;
+      protocols::write_message(s.bodies[index], *found, *response->mutable_body());
+    }
+  });
+}
+
+grpc::ServerUnaryReactor* ControlService::SpawnBody(grpc::CallbackServerContext* context,
+                                                    const v1::SpawnBodyRequest* request,
+                                                    v1::SpawnBodyResponse* response) {
+  return change_scene(context, protocols::to_command(*request), response, request->name());
+}
+
+grpc::ServerUnaryReactor* ControlService::MoveBody(grpc::CallbackServerContext* context,
+                                                   const v1::MoveBodyRequest* request,
+                                                   v1::MoveBodyResponse* response) {
+  return change_scene(context, protocols::to_command(*request), response, request->name());
+}
+
+grpc::ServerUnaryReactor* ControlService::RemoveBody(grpc::CallbackServerContext* context,
+                                                     const v1::RemoveBodyRequest* request,
+                                                     v1::RemoveBodyResponse* response) {
+  return change_scene(context, protocols::to_command(*request), response);
+}
+
+grpc::ServerUnaryReactor* ControlService::SetSceneValue(grpc::CallbackServerContext* context,
+                                                        const v1::SetSceneValueRequest* request,
+                                                        v1::SetSceneValueResponse* response) {
+  return change_scene(context, protocols::to_command(*request), response);
 }
 
 grpc::ServerUnaryReactor* ControlService::SetConveyor(grpc::CallbackServerContext* context,

@@ -28,6 +28,9 @@ class ControlService final : public v1::ControlService::CallbackService {
   grpc::ServerUnaryReactor* Step(grpc::CallbackServerContext* context,
                                  const v1::StepRequest* request,
                                  v1::StepResponse* response) override;
+  grpc::ServerUnaryReactor* RunUntil(grpc::CallbackServerContext* context,
+                                     const v1::RunUntilRequest* request,
+                                     v1::RunUntilResponse* response) override;
   grpc::ServerUnaryReactor* SetSpeed(grpc::CallbackServerContext* context,
                                      const v1::SetSpeedRequest* request,
                                      v1::SetSpeedResponse* response) override;
@@ -50,6 +53,18 @@ class ControlService final : public v1::ControlService::CallbackService {
   grpc::ServerUnaryReactor* ListStates(grpc::CallbackServerContext* context,
                                        const v1::ListStatesRequest* request,
                                        v1::ListStatesResponse* response) override;
+  grpc::ServerUnaryReactor* SpawnBody(grpc::CallbackServerContext* context,
+                                      const v1::SpawnBodyRequest* request,
+                                      v1::SpawnBodyResponse* response) override;
+  grpc::ServerUnaryReactor* MoveBody(grpc::CallbackServerContext* context,
+                                     const v1::MoveBodyRequest* request,
+                                     v1::MoveBodyResponse* response) override;
+  grpc::ServerUnaryReactor* RemoveBody(grpc::CallbackServerContext* context,
+                                       const v1::RemoveBodyRequest* request,
+                                       v1::RemoveBodyResponse* response) override;
+  grpc::ServerUnaryReactor* SetSceneValue(grpc::CallbackServerContext* context,
+                                          const v1::SetSceneValueRequest* request,
+                                          v1::SetSceneValueResponse* response) override;
   grpc::ServerUnaryReactor* SetConveyor(grpc::CallbackServerContext* context,
                                         const v1::SetConveyorRequest* request,
                                         v1::SetConveyorResponse* response) override;
@@ -88,10 +103,25 @@ class ControlService final : public v1::ControlService::CallbackService {
                                       const std::optional<SnapshotMask>& wanted,
                                       v1::StepResponse* response);
   /// The snapshot, as far as it is wanted.
+  template <typename Response>
   void write_wanted(const api::Snapshot& snapshot, const std::optional<SnapshotMask>& wanted,
-                    v1::StepResponse& response) const;
+                    Response& response) const;
+  /// Changes the scene; the answer tells of the body of this name, where it has a place for it.
+  template <typename Response>
+  grpc::ServerUnaryReactor* change_scene(grpc::CallbackServerContext* context,
+                                         api::SceneCommand change, Response* response,
+                                         const std::string& body = "");
+  /// Status and answer of a run that has ended.
+  grpc::Status finish_run(const api::RunEnd& end, const api::Snapshot& snapshot,
+                          const std::optional<SnapshotMask>& wanted,
+                          v1::RunUntilResponse& response) const;
+  /// The client's, or so much from now.
+  [[nodiscard]] static std::chrono::steady_clock::time_point deadline(
+      const grpc::CallbackServerContext& context, std::chrono::nanoseconds otherwise);
   [[nodiscard]] std::chrono::steady_clock::time_point deadline(
-      const grpc::CallbackServerContext& context) const;
+      const grpc::CallbackServerContext& context) const {
+    return deadline(context, options_.command_timeout);
+  }
 
   const TelemetryOptions& options_;
   api::CommandSink& sink_;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include <google/protobuf/field_mask.pb.h>
@@ -9,17 +10,30 @@
 
 namespace aprsim::telemetry {
 
-/// The part of a Snapshot message that a client asked for: a set of its top-level fields.
+/// The part of a Snapshot message that a client asked for, as paths of fields: a path through a
+/// repeated field holds for all of its messages, as "robots.joints.position_rad".
 class SnapshotMask {
  public:
-  /// All fields for an empty mask. A path that is not a top-level field of Snapshot is
-  /// kInvalidArgument.
+  /// All fields for an empty mask. A path that leads nowhere is kInvalidArgument.
   [[nodiscard]] static Result<SnapshotMask> parse(const google::protobuf::FieldMask& mask);
   /// Clears every field that is not wanted.
   void trim(v1::Snapshot& message) const;
+  /// Whether something of a top-level field is wanted, by its number.
+  [[nodiscard]] bool wants(int field) const;
+  /// Equal for equal masks.
+  [[nodiscard]] std::string key() const;
 
  private:
-  std::vector<const google::protobuf::FieldDescriptor*> unwanted_;
+  using Field = google::protobuf::FieldDescriptor;
+  struct Node {
+    const Field* field = nullptr;
+    bool whole = false;
+    std::vector<Node> below;
+  };
+  static void trim(const std::vector<Node>& wanted, google::protobuf::Message& message);
+  static void write_key(const std::vector<Node>& wanted, std::string& out);
+
+  std::vector<Node> wanted_;  // empty = all
 };
 
 }  // namespace aprsim::telemetry

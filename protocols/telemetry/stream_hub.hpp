@@ -13,6 +13,7 @@
 #include <grpcpp/support/status.h>
 
 #include "world/api/ports.hpp"
+#include "world/api/snapshot_feed.hpp"
 
 namespace aprsim::telemetry {
 
@@ -23,12 +24,14 @@ struct StreamCounters {
   std::atomic<std::uint64_t> samples{0}, dropped{0};
 };
 
-/// Gives every stream a sample at its own rate, from one thread and on the monotonic clock. Ticks
-/// that the thread itself was too late for are skipped, not made up in a burst.
+/// Gives every stream a sample at its own rate, from one thread and on the monotonic clock; ticks
+/// that the thread itself was too late for are skipped, not made up in a burst. Streams of every
+/// step get theirs from another thread, as they come.
 class StreamHub {
  public:
-  /// on_beat is called from the hub's thread a few times a second.
-  StreamHub(const api::SnapshotSource& source, int max_streams,
+  /// on_beat is called from the hub's thread a few times a second. `feed` gives every step; null =
+  /// there are no such streams.
+  StreamHub(const api::SnapshotSource& source, api::SnapshotFeed* feed, int max_streams,
             std::chrono::milliseconds write_timeout, std::function<void()> on_beat);
   ~StreamHub();
 
@@ -50,9 +53,14 @@ class StreamHub {
     Time due;
   };
   void run();
+  void run_steps();
+  /// Those of every step. With the lock.
+  [[nodiscard]] std::vector<std::shared_ptr<SnapshotStream>> step_streams() const;
+  void hand_out(const std::vector<api::SnapshotPtr>& snapshots, bool complete);
   [[nodiscard]] Time collect_due(Time now, std::vector<std::shared_ptr<SnapshotStream>>& due);
 
   const api::SnapshotSource& source_;
+  api::SnapshotFeed* const feed_;
   const std::size_t max_streams_;
   const std::chrono::milliseconds write_timeout_;
   const std::function<void()> on_beat_;
@@ -62,7 +70,8 @@ class StreamHub {
   std::condition_variable changed_;
   std::vector<Entry> entries_;
   bool stopping_ = false;
-  std::thread thread_;
+  api::SnapshotPtr last_step_;  // handed out; of the thread for steps
+  std::thread thread_, step_thread_;
 };
 
 }  // namespace aprsim::telemetry

@@ -23,6 +23,7 @@
 #include "protocols/telemetry/call_trace.hpp"
 #include "protocols/telemetry/command_waiter.hpp"
 #include "protocols/telemetry/control_service.hpp"
+#include "protocols/telemetry/event_stream.hpp"
 #include "protocols/telemetry/history_service.hpp"
 #include "protocols/telemetry/http2_relay.hpp"
 #include "protocols/telemetry/journal_service.hpp"
@@ -57,10 +58,12 @@ Result<void> check(const TelemetryOptions& options) {
                 fmt::format("{} is not above 0 and up to the maximum of {} Hz",
                             options.default_rate_hz, options.max_rate_hz));
   }
-  if (options.max_streams < 1 || options.limits.at_once < 1) {
-    return fail(ErrorCode::kInvalidArgument, "grpc",
-                fmt::format("max_streams {} and max_connections {} must be at least 1",
-                            options.max_streams, options.limits.at_once));
+  if (options.max_streams < 1 || options.max_event_streams < 1 || options.limits.at_once < 1) {
+    return fail(
+        ErrorCode::kInvalidArgument, "grpc",
+        fmt::format("max_streams {}, max_event_streams {} and max_connections {} must be "
+                    "at least 1",
+                    options.max_streams, options.max_event_streams, options.limits.at_once));
   }
   return {};
 }
@@ -126,10 +129,12 @@ class TelemetryServer::Impl {
       if (port.error().code == ErrorCode::kUnavailable) port.error().field = "grpc.port";
       return port;
     }
-    hub_ = std::make_unique<StreamHub>(source_, options_.max_streams, options_.write_timeout,
-                                       [this] { report_health(); });
+    hub_ = std::make_unique<StreamHub>(source_, options_.feed, options_.max_streams,
+                                       options_.write_timeout, [this] { report_health(); });
+    event_hub_ = std::make_unique<EventHub>(options_.events, options_.max_event_streams,
+                                            options_.write_timeout);
     waiter_ = std::make_unique<CommandWaiter>(source_);
-    telemetry_ = std::make_unique<TelemetryService>(options_, source_, *hub_);
+    telemetry_ = std::make_unique<TelemetryService>(options_, source_, *hub_, *event_hub_);
     control_ = std::make_unique<ControlService>(options_, sink_, source_, *waiter_);
     history_ = std::make_unique<HistoryService>(options_, *control_);
     journal_ = std::make_unique<JournalService>(options_.incidents);
@@ -145,6 +150,7 @@ class TelemetryServer::Impl {
     service_->stop_accepting();
     if (waiter_) waiter_->stop();
     if (hub_) hub_->stop(deadline);
+    if (event_hub_) event_hub_->stop(deadline);
     if (const auto server = detach_server()) {
       const auto left = deadline - std::chrono::steady_clock::now();
       server->Shutdown(std::chrono::system_clock::now() +
@@ -240,6 +246,7 @@ class TelemetryServer::Impl {
   CallCounter calls_;
   std::unique_ptr<Service> service_;
   std::unique_ptr<StreamHub> hub_;
+  std::unique_ptr<EventHub> event_hub_;
   std::unique_ptr<CommandWaiter> waiter_;
   std::unique_ptr<TelemetryService> telemetry_;
   std::unique_ptr<ControlService> control_;

@@ -10,10 +10,12 @@
 #include "protocols/incident_source.hpp"
 #include "protocols/state_files.hpp"
 #include "protocols/wire_trace.hpp"
+#include "world/api/cell_event.hpp"
 #include "world/api/duration_histogram.hpp"
 #include "world/api/error.hpp"
 #include "world/api/history.hpp"
 #include "world/api/ports.hpp"
+#include "world/api/snapshot_feed.hpp"
 #include "world/api/virtual_time.hpp"
 
 namespace aprsim::telemetry {
@@ -26,6 +28,9 @@ struct TelemetryOptions {
   int max_streams = 32;         ///< snapshot streams at once; more get RESOURCE_EXHAUSTED
   double default_rate_hz = 20;  ///< of a stream that asks for 0
   double max_rate_hz = 1000;    ///< asking for more is INVALID_ARGUMENT
+  /// Of streams of every step: what each may keep for a reader that is behind.
+  std::size_t max_backlog_samples = 4096, max_backlog_bytes = std::size_t{8} << 20;
+  int max_event_streams = 32;                       ///< at once; more get RESOURCE_EXHAUSTED
   std::chrono::milliseconds command_timeout{2000};  ///< for calls that carry no deadline
   std::chrono::milliseconds write_timeout{10000};   ///< a stream stuck in one write ends
   api::EndpointId endpoint = 0;                     ///< put on every command of this listener
@@ -34,6 +39,8 @@ struct TelemetryOptions {
   api::VirtualTime* virtual_time = nullptr;
   api::History* history = nullptr;               ///< null = no past is kept; outlives the server
   protocols::StateFiles* state_files = nullptr;  ///< null = states stay where they are; outlives it
+  api::SnapshotFeed* feed = nullptr;         ///< of every step; null = no such streams
+  const api::EventSource* events = nullptr;  ///< of the cell; null = no such streams
   bool control = true;  ///< false: commands need the token; without one there are none
   std::shared_ptr<protocols::AccessToken> token = {};  ///< if there: commands need it
   std::string instance_id;  ///< names this process to clients; empty = random

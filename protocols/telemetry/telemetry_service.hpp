@@ -1,32 +1,49 @@
 #pragma once
 
 #include "aprsim/v1/telemetry_service.grpc.pb.h"
+#include "protocols/telemetry/event_stream.hpp"
+#include "protocols/telemetry/snapshot_view.hpp"
 #include "protocols/telemetry/stream_hub.hpp"
 #include "protocols/telemetry/telemetry_server.hpp"
 
 namespace aprsim::telemetry {
 
-/// aprsim.v1.TelemetryService on the callback API. Never waits.
-class TelemetryService final : public v1::TelemetryService::CallbackService {
+/// aprsim.v1.TelemetryService on the callback API. Never waits. Snapshots are streamed as bytes, so
+/// that streams share what has been serialized once.
+class TelemetryService final : public v1::TelemetryService::WithRawCallbackMethod_StreamSnapshots<
+                                   v1::TelemetryService::WithCallbackMethod_StreamEvents<
+                                       v1::TelemetryService::WithCallbackMethod_GetSnapshot<
+                                           v1::TelemetryService::WithCallbackMethod_GetCell<
+                                               v1::TelemetryService::WithCallbackMethod_GetScene<
+                                                   v1::TelemetryService::Service>>>>> {
  public:
   TelemetryService(const TelemetryOptions& options, const api::SnapshotSource& source,
-                   StreamHub& hub);
+                   StreamHub& hub, EventHub& events);
 
-  grpc::ServerWriteReactor<v1::StreamSnapshotsResponse>* StreamSnapshots(
-      grpc::CallbackServerContext* context, const v1::StreamSnapshotsRequest* request) override;
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* StreamSnapshots(
+      grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) override;
+  grpc::ServerWriteReactor<v1::StreamEventsResponse>* StreamEvents(
+      grpc::CallbackServerContext* context, const v1::StreamEventsRequest* request) override;
   grpc::ServerUnaryReactor* GetSnapshot(grpc::CallbackServerContext* context,
                                         const v1::GetSnapshotRequest* request,
                                         v1::GetSnapshotResponse* response) override;
   grpc::ServerUnaryReactor* GetCell(grpc::CallbackServerContext* context,
                                     const v1::GetCellRequest* request,
                                     v1::GetCellResponse* response) override;
+  grpc::ServerUnaryReactor* GetScene(grpc::CallbackServerContext* context,
+                                     const v1::GetSceneRequest* request,
+                                     v1::GetSceneResponse* response) override;
 
  private:
-  [[nodiscard]] Result<double> rate(double asked_hz) const;
+  /// 0 = every step.
+  [[nodiscard]] Result<double> rate(const v1::StreamSnapshotsRequest& request) const;
+  [[nodiscard]] Result<EventWish> wish(const v1::StreamEventsRequest& request) const;
 
   const TelemetryOptions& options_;
   const api::SnapshotSource& source_;
   StreamHub& hub_;
+  EventHub& events_;
+  SharedViews views_;
 };
 
 }  // namespace aprsim::telemetry

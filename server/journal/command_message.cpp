@@ -160,15 +160,7 @@ void write(const api::WhenBeamBroken& when, v1::InjectFaultRequest& message) {
   message.mutable_beam()->set_eye(when.eye);
 }
 void write(const api::WhenCrossing& when, v1::InjectFaultRequest& message) {
-  auto& crossing = *message.mutable_crossing();
-  crossing.set_quantity(std::string(faults::info(when.quantity).name));
-  crossing.set_robot(when.robot);
-  crossing.set_joint(static_cast<std::uint32_t>(when.joint));
-  if (when.above) {
-    crossing.set_above(when.limit);
-  } else {
-    crossing.set_below(when.limit);
-  }
+  protocols::write_message(when, *message.mutable_crossing());
 }
 void write(const api::WhenReported& when, v1::InjectFaultRequest& message) {
   message.mutable_reported()->set_event(when.event);
@@ -201,8 +193,11 @@ void write(const api::SetSpeed& speed, v1::SimulationCommand& message) {
   message.set_speed(speed.factor.value_or(std::numeric_limits<double>::infinity()));
 }
 void write(const api::Reset& reset, v1::SimulationCommand& message) {
-  message.mutable_reset();
-  if (reset.seed) message.mutable_reset()->set_seed(*reset.seed);
+  auto& to = *message.mutable_reset();
+  if (reset.seed) to.set_seed(*reset.seed);
+  if (!reset.next) return;
+  to.set_scene(reset.next->name());
+  to.set_scene_text(reset.next->text());
 }
 void write(const api::SaveState& state, v1::SimulationCommand& message) {
   message.set_save_state(state.name);
@@ -213,9 +208,29 @@ void write(const api::LoadState& state, v1::SimulationCommand& message) {
 void write(const api::DeleteState& state, v1::SimulationCommand& message) {
   message.set_delete_state(state.name);
 }
+void write(const api::RunUntil& run, v1::SimulationCommand& message) {
+  protocols::write_message(run, *message.mutable_run_until());
+}
+void write(const api::EndRun& end, v1::SimulationCommand& message) { message.set_end_run(end.run); }
 void write(const api::SimulationCommand& command, v1::JournalCommand& message) {
   auto& to = *message.mutable_simulation();
   std::visit([&to](const auto& body) { write(body, to); }, command);
+}
+
+void write(const api::SpawnBody& spawn, v1::JournalCommand& message) {
+  protocols::write_message(spawn, *message.mutable_spawn_body());
+}
+void write(const api::MoveBody& move, v1::JournalCommand& message) {
+  protocols::write_message(move, *message.mutable_move_body());
+}
+void write(const api::RemoveBody& remove, v1::JournalCommand& message) {
+  protocols::write_message(remove, *message.mutable_remove_body());
+}
+void write(const api::SetSceneValue& set, v1::JournalCommand& message) {
+  protocols::write_message(set, *message.mutable_set_scene_value());
+}
+void write(const api::SceneCommand& command, v1::JournalCommand& message) {
+  std::visit([&message](const auto& body) { write(body, message); }, command);
 }
 
 // ---- from messages
@@ -394,6 +409,8 @@ Result<api::SimulationCommand> simulation_command_of(const v1::SimulationCommand
     case v1::SimulationCommand::kReset: {
       api::Reset reset;
       if (from.reset().has_seed()) reset.seed = from.reset().seed();
+      reset.scene_name = from.reset().scene();
+      reset.scene_text = from.reset().scene_text();
       return reset;
     }
     case v1::SimulationCommand::kSaveState:
@@ -402,6 +419,12 @@ Result<api::SimulationCommand> simulation_command_of(const v1::SimulationCommand
       return api::LoadState{from.load_state()};
     case v1::SimulationCommand::kDeleteState:
       return api::DeleteState{from.delete_state()};
+    case v1::SimulationCommand::kRunUntil:
+      return protocols::to_command(from.run_until()).map([](api::RunUntil run) {
+        return api::SimulationCommand(std::move(run));
+      });
+    case v1::SimulationCommand::kEndRun:
+      return api::EndRun{from.end_run()};
     case v1::SimulationCommand::COMMAND_NOT_SET:
       break;
   }
@@ -435,6 +458,14 @@ Result<api::Command> to_command(const v1::JournalCommand& message) {
       });
     case v1::JournalCommand::kEndFault:
       return with(api::FaultCommand(api::EndFault{message.end_fault()}));
+    case v1::JournalCommand::kSpawnBody:
+      return with(api::SceneCommand(protocols::to_command(message.spawn_body())));
+    case v1::JournalCommand::kMoveBody:
+      return with(api::SceneCommand(protocols::to_command(message.move_body())));
+    case v1::JournalCommand::kRemoveBody:
+      return with(api::SceneCommand(protocols::to_command(message.remove_body())));
+    case v1::JournalCommand::kSetSceneValue:
+      return with(api::SceneCommand(protocols::to_command(message.set_scene_value())));
     case v1::JournalCommand::kReportEvent:
       return with(api::FaultCommand(api::ReportEvent{message.report_event()}));
     case v1::JournalCommand::kSimulation:

@@ -148,7 +148,11 @@ Result<void> Replay::command(const v1::JournalCommand& message) {
   if (lost_ || stopped_) return {};
   auto command = to_command(message);
   if (!command) return tl::unexpected(command.error());
-  if (std::holds_alternative<api::SimulationCommand>(command->body)) {
+  if (const auto* simulation = std::get_if<api::SimulationCommand>(&command->body)) {
+    const auto* reset = std::get_if<api::Reset>(simulation);
+    if (reset != nullptr && !reset->scene_text.empty()) {
+      if (auto ok = change_scene(*reset); !ok) return ok;
+    }
     return advance(message.time());
   }
   if (auto ok = world::check(*command, *world_->description()); !ok) {
@@ -157,8 +161,9 @@ Result<void> Replay::command(const v1::JournalCommand& message) {
   if (auto there = advance(message.time()); !there || result_.difference || over_) return there;
   ++result_.commands;
   std::string failure;
-  if (auto done = world_->apply_any(message.ticket(), *command); !done)
+  if (auto done = world::World::carry_out(world_, message.ticket(), *command); !done) {
     failure = done.error().message;
+  }
   if (failure.empty() != message.failure().empty()) {
     differs(fmt::format(
         "command {} {} here and {} then", message.sequence(),
@@ -166,6 +171,18 @@ Result<void> Replay::command(const v1::JournalCommand& message) {
         message.failure().empty() ? "succeeded" : "failed (" + message.failure() + ")"));
   }
   look();
+  return {};
+}
+
+/// What begins anew then is of that scene; its models are those of the run.
+Result<void> Replay::change_scene(const api::Reset& reset) {
+  const std::string directory = std::filesystem::path(scene_->file).parent_path().string();
+  const scene::DataPaths paths{.scenes = directory, .models = directory};
+  const std::string file =
+      (std::filesystem::path(directory) / (reset.scene_name + ".yaml")).string();
+  auto scene = scene::read_scene(reset.scene_text, file, paths);
+  if (!scene) return tl::unexpected(std::move(scene.error()));
+  scene_ = std::make_shared<const scene::Scene>(*std::move(scene));
   return {};
 }
 

@@ -54,6 +54,7 @@ class Replay {
   [[nodiscard]] Result<void> advance(const v1::JournalTime& time);
   [[nodiscard]] Result<void> begin(const v1::JournalEpoch& epoch);
   [[nodiscard]] Result<void> command(const v1::JournalCommand& command);
+  [[nodiscard]] Result<void> change_scene(const api::Reset& reset);
   [[nodiscard]] Result<void> compare(const v1::JournalState& state);
   [[nodiscard]] Result<void> checkpoint(const v1::JournalCheckpoint& checkpoint);
   void differs(const std::string& what);

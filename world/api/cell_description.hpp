@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -119,6 +120,8 @@ struct ConveyorDescription {
 
 struct CellDescription {
   std::string scene;
+  std::shared_ptr<const std::string> scene_text;  ///< YAML; null or empty = it was made otherwise
+  std::uint64_t revision = 0;  ///< how often this has changed since the daemon started
   std::uint64_t seed = 0;
   SimTime step_size{};
   std::vector<RobotDescription> robots;
@@ -127,7 +130,8 @@ struct CellDescription {
   std::optional<LightCurtainDescription> light_curtain;
   std::vector<BodyDescription> bodies;
   std::vector<ToolDescription> tools;
-  std::vector<std::string> fixed;  ///< names of what never moves and can be touched
+  std::vector<std::string> body_types;  ///< of trays and gears, whether there are some or not
+  std::vector<std::string> fixed;       ///< names of what never moves and can be touched
 };
 
 }  // namespace aprsim::api

@@ -8,6 +8,7 @@
 #include "world/api/fault.hpp"
 #include "world/api/light_curtain.hpp"
 #include "world/api/robot_command.hpp"
+#include "world/api/scene_command.hpp"
 #include "world/api/simulation_command.hpp"
 
 /// Everything that a listener may ask of the world. Plain values in SI units; a command says what
@@ -24,7 +25,9 @@ struct SetIntruder {
 
 struct Command {
   EndpointId endpoint = 0;
-  std::variant<RobotCommand, ConveyorCommand, SetIntruder, FaultCommand, SimulationCommand> body;
+  std::variant<RobotCommand, ConveyorCommand, SetIntruder, FaultCommand, SimulationCommand,
+               SceneCommand>
+      body;
 };
 
 }  // namespace aprsim::api

@@ -2,9 +2,16 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
+#include <vector>
+
+#include "world/api/cell_event.hpp"
+#include "world/api/fault.hpp"
+#include "world/api/ticket.hpp"
+#include "world/api/time.hpp"
 
 #include "world/api/state_ptr.hpp"
 
@@ -23,9 +30,21 @@ inline constexpr double kMinSpeed = 1e-3, kMaxSpeed = 1e6;
 struct SetSpeed {
   std::optional<double> factor;
 };
-/// Builds the world anew from its scene. Sockets stay open; Snapshot::epoch rises by one.
+/// Another scene for a running cell, read and checked before.
+class NextScene {
+ public:
+  virtual ~NextScene() = default;
+  /// Self-contained, models by the names of their files.
+  [[nodiscard]] virtual const std::string& text() const = 0;
+  [[nodiscard]] virtual const std::string& name() const = 0;
+};
+/// Builds the world anew from its scene as it was loaded, or from another one, from then on.
+/// Sockets stay open; Snapshot::epoch rises by one.
 struct Reset {
   std::optional<std::uint64_t> seed;
+  std::string scene_name{}, scene_text{};  ///< of another scene: one of both; empty = the same
+  /// Made of these when the command is submitted.
+  std::shared_ptr<const NextScene> next{};
 };
 
 inline constexpr std::size_t kMaxSavedStates = 64;
@@ -47,7 +66,30 @@ struct LoadState {
 struct DeleteState {
   std::string name;
 };
-using SimulationCommand =
-    std::variant<Pause, Resume, StepBy, SetSpeed, Reset, SaveState, LoadState, DeleteState>;
+
+/// Simulated time since the last reset is so much.
+struct UntilTime {
+  SimTime time{};
+};
+/// Something happens: of one of these kinds, and one of these things takes part; empty = any.
+struct UntilEvent {
+  std::vector<CellEventKind> kinds;
+  std::vector<std::string> names;
+};
+inline constexpr std::uint64_t kMaxRunSteps = 10'000'000;
+/// Takes steps at the set speed until the condition holds at a step's end, or so many have been
+/// taken, and pauses. One that holds already takes no step. Ended by whatever else pauses or begins
+/// anew; Snapshot::runs tells how it ended.
+struct RunUntil {
+  /// A crossing: the quantity is beyond the limit. Nothing: only the steps count.
+  std::variant<std::monostate, UntilTime, UntilEvent, WhenCrossing> until;
+  std::uint64_t steps = kMaxRunSteps;  ///< 1 to kMaxRunSteps
+};
+/// Pauses if the run of this ticket has not ended.
+struct EndRun {
+  Ticket run = 0;
+};
+using SimulationCommand = std::variant<Pause, Resume, StepBy, SetSpeed, Reset, SaveState, LoadState,
+                                       DeleteState, RunUntil, EndRun>;
 
 }  // namespace aprsim::api

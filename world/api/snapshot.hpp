@@ -123,6 +123,21 @@ struct CommandFailure {
 };
 inline constexpr std::size_t kMaxFailures = 64;
 
+/// How a RunUntil ended.
+struct RunEnd {
+  enum class Why {
+    kMet,          ///< its condition holds
+    kSteps,        ///< all its steps have been taken
+    kInterrupted,  ///< as the text tells
+  };
+  Ticket run = 0;
+  Why why = Why::kMet;
+  std::uint64_t epoch = 0, step = 0;
+  std::uint64_t event = 0;  ///< number of the event that met it; 0 = none
+  std::string text;
+};
+inline constexpr std::size_t kMaxRunEnds = 16;
+
 /// A state of the world that is kept under a name.
 struct SavedState {
   std::string name;
@@ -157,6 +172,9 @@ struct Snapshot {
   std::uint64_t plan_waits = 0;        ///< motion plans that a step waited for, since reset
   std::shared_ptr<const SavedStates> saved_states;  ///< null = none
 
+  /// Of the latest kMaxRunEnds runs that have ended, in their order; null = none.
+  std::shared_ptr<const std::vector<RunEnd>> runs;
+
   std::vector<RobotSnapshot> robots;
   ConveyorSnapshot conveyor;
   LightCurtainSnapshot light_curtain;  ///< meaningless without one in the description
@@ -177,6 +195,7 @@ struct Snapshot {
   SolverFailures solver_failures;
   std::string world_fault;        ///< not empty: stopped; names bodies, step and cause
   std::uint64_t world_stops = 0;  ///< by a fault, since the daemon started
+  std::uint64_t last_event = 0;   ///< number of the latest event of the cell; 0 = none
 };
 
 using SnapshotPtr = std::shared_ptr<const Snapshot>;

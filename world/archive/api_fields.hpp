@@ -319,8 +319,8 @@ void fields(Io& io, Self& self) {
 
 template <typename Io, Of<api::Reset> Self>
 void fields(Io& io, Self& self) {
-  auto& [seed] = self;
-  io(seed);
+  auto& [seed, scene_name, scene_text, next] = self;
+  io(seed, scene_name, scene_text);  // what comes next is made of them
 }
 
 template <typename Io, Of<api::SaveState> Self>
@@ -339,6 +339,54 @@ template <typename Io, Of<api::DeleteState> Self>
 void fields(Io& io, Self& self) {
   auto& [name] = self;
   io(name);
+}
+
+template <typename Io, Of<api::UntilTime> Self>
+void fields(Io& io, Self& self) {
+  auto& [time] = self;
+  io(time);
+}
+
+template <typename Io, Of<api::UntilEvent> Self>
+void fields(Io& io, Self& self) {
+  auto& [kinds, names] = self;
+  io(kinds, names);
+}
+
+template <typename Io, Of<api::RunUntil> Self>
+void fields(Io& io, Self& self) {
+  auto& [until, steps] = self;
+  io(until, steps);
+}
+
+template <typename Io, Of<api::EndRun> Self>
+void fields(Io& io, Self& self) {
+  auto& [run] = self;
+  io(run);
+}
+
+template <typename Io, Of<api::SpawnBody> Self>
+void fields(Io& io, Self& self) {
+  auto& [type, name, X_WB] = self;
+  io(type, name, X_WB);
+}
+
+template <typename Io, Of<api::MoveBody> Self>
+void fields(Io& io, Self& self) {
+  auto& [name, X_WB] = self;
+  io(name, X_WB);
+}
+
+template <typename Io, Of<api::RemoveBody> Self>
+void fields(Io& io, Self& self) {
+  auto& [name] = self;
+  io(name);
+}
+
+template <typename Io, Of<api::SetSceneValue> Self>
+void fields(Io& io, Self& self) {
+  auto& [path, value] = self;
+  io(path, value);
 }
 
 template <typename Io, Of<api::Command> Self>

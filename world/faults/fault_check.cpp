@@ -324,6 +324,12 @@ Result<void> check_event(const std::string& event) {
                                 " bytes, must have 1 to " + std::to_string(api::kMaxFaultText));
 }
 
+Result<int> resolve(const api::WhenCrossing& crossing, const api::CellDescription& cell) {
+  FaultSpec spec;
+  if (auto ok = TriggerCheck{cell, spec}(crossing); !ok) return tl::unexpected(ok.error());
+  return spec.trigger_robot;
+}
+
 Result<FaultSpec> resolve(const api::InjectFault& request, const api::CellDescription& cell) {
   const faults::KindInfo* kind = faults::find(request.kind);
   if (kind == nullptr) {

@@ -39,6 +39,10 @@ struct FaultSpec {
 /// Thread: any.
 [[nodiscard]] Result<FaultSpec> resolve(const api::InjectFault& request,
                                         const api::CellDescription& cell);
+/// Of a crossing: index of the robot that it names, -1 where the quantity is none's. Errors: as
+/// above. Thread: any.
+[[nodiscard]] Result<int> resolve(const api::WhenCrossing& crossing,
+                                  const api::CellDescription& cell);
 /// An event's name that may be reported. Thread: any.
 [[nodiscard]] Result<void> check_event(const std::string& event);
 

@@ -210,6 +210,19 @@ void FaultSchedule::note(std::uint64_t id, const std::string& text) {
   renew_list();
 }
 
+void FaultSchedule::renumber(std::span<const int> new_of) {
+  const auto change = [new_of](int& body) {
+    if (body >= 0) body = new_of[static_cast<std::size_t>(body)];
+  };
+  for (auto* faults : {&open_, &over_}) {
+    for (Open& fault : *faults) {
+      change(fault.active.spec.body);
+      change(fault.active.spec.other_body);
+      for (int& body : fault.watch.held) change(body);
+    }
+  }
+}
+
 std::size_t FaultSchedule::bytes() const {
   return open_.size() * sizeof(Open) + over_.size() * sizeof(Open) +
          2 * (past_.size() + open_.size()) * sizeof(api::InjectedFault);

@@ -86,6 +86,9 @@ class FaultSchedule {
   /// What there is to tell of the end of one that is over.
   void note(std::uint64_t id, const std::string& text);
 
+  /// Bodies have other numbers now; each old one's new one.
+  void renumber(std::span<const int> new_of);
+
   /// For snapshots; null = none so far.
   [[nodiscard]] const api::InjectedFaultsPtr& list() const { return list_; }
   /// Of memory; approximately.

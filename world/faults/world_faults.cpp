@@ -104,8 +104,15 @@ Result<void> World::apply(api::Ticket ticket, const api::FaultCommand& command) 
     return id ? Result<void>{} : tl::unexpected(id.error());
   }
   if (const auto* end = std::get_if<api::EndFault>(&command)) return faults_.end(end->id);
-  faults_.report(std::get<api::ReportEvent>(command).event);
+  const std::string& event = std::get<api::ReportEvent>(command).event;
+  faults_.report(event);
+  if (watch_) watch_->add(now(), {.kind = api::CellEventKind::kReported, .text = event});
   return {};
+}
+
+bool World::beyond(const api::WhenCrossing& crossing, int robot) const {
+  const double value = Facts(*this).quantity(crossing.quantity, robot, crossing.joint - 1);
+  return crossing.above ? value > crossing.limit : value < crossing.limit;
 }
 
 void World::run_faults() {
@@ -117,7 +124,24 @@ void World::run_faults() {
     const std::string note = fault ? carry_out(*fault) : std::string();
     if (!note.empty()) faults_.note(id, note);
   }
+  if (watch_) tell_faults(changes);
   bring_into_effect(effects_of(faults_.active(), time(), *description_));
+}
+
+void World::tell_faults(const FaultSchedule::Changes& changes) {
+  const auto tell = [&](api::CellEventKind kind, std::uint64_t id) {
+    const auto& all = faults_.list()->all;
+    const auto fault = std::ranges::find(all, id, &api::InjectedFault::id);
+    if (fault == all.end()) return;
+    std::string text(faults::info(fault->kind).name);
+    if (!fault->note.empty()) text += ": " + fault->note;
+    api::CellEvent event{
+        .kind = kind, .text = std::move(text), .robot = fault->robot, .number = id};
+    if (!fault->target.empty()) event.names.push_back(fault->target);
+    watch_->add(now(), std::move(event));
+  };
+  for (const std::uint64_t id : changes.begun) tell(api::CellEventKind::kFaultBegun, id);
+  for (const std::uint64_t id : changes.ended) tell(api::CellEventKind::kFaultEnded, id);
 }
 
 std::string World::carry_out(const FaultSpec& fault) {

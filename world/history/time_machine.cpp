@@ -142,7 +142,7 @@ Result<api::PastMoment> TimeMachine::work_out(api::Moment moment, const std::sto
     if (stop.stop_requested()) return fail(ErrorCode::kUnavailable, "history", "the daemon stops");
     for (; command != course->commands.end() && (*command)->time.step == at_->step; ++command) {
       // One that failed then fails again.
-      (void)world_->apply_any((*command)->command.ticket, (*command)->command.command);
+      (void)World::carry_out(world_, (*command)->command.ticket, (*command)->command.command);
     }
     world_->step();
     ++at_->step;
@@ -167,6 +167,10 @@ void TimeMachine::begin_at(const PastCourse& course, api::Moment moment) {
 
 void TimeMachine::put(api::Moment moment, const WorldState& state) {
   at_.reset();
+  if (state.scene && state.scene != world_->scene()) {
+    world_ = std::make_unique<World>(state.scene, world_->models(), state.seed,
+                                     std::span<robot::PlanPrefetcher* const>());
+  }
   world_->restore(state);
   at_ = moment;
 }

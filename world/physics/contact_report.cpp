@@ -23,6 +23,7 @@ ContactReport::ContactReport(const PhysicsModel& model)
 }
 
 void ContactReport::begin_step() {
+  fresh_ = false;
   for (auto& list : forces_) list.clear();
 }
 
@@ -104,17 +105,38 @@ Side ContactReport::side(BodyIndex id, int fixed) const {
 void ContactReport::restore(const State& state) {
   forces_ = state;
   frozen_known_ = false;
+  fresh_ = false;
 }
 
 void ContactReport::write(std::vector<api::ContactSnapshot>& out) {
-  gather();
-  sort();
+  refresh();
+  fresh_ = false;
   out.clear();
   out.reserve(api::kMaxContacts);
   for (const std::uint64_t i : order_) {
     if (out.size() == api::kMaxContacts) return;
     out.push_back(all_[i]);
   }
+}
+
+void ContactReport::refresh() {
+  if (fresh_) return;
+  gather();
+  sort();
+  fresh_ = true;
+}
+
+const ContactPairs& ContactReport::pairs() {
+  refresh();
+  if (pairs_known_) return pairs_;
+  pairs_.all.clear();
+  for (const std::uint64_t i : order_) {
+    if (!pairs_.all.empty() && pairs_.all.back().key == keys_[i]) continue;
+    pairs_.all.push_back({keys_[i], all_[i].first, all_[i].second});
+  }
+  ++pairs_.version;
+  pairs_known_ = true;
+  return pairs_;
 }
 
 void ContactReport::gather() {
@@ -184,6 +206,7 @@ void ContactReport::sort() {
   for (const auto& contact : all_)
     keys_.push_back(code(contact.first) << 26 | code(contact.second));
   if (keys_ == last_keys_) return;
+  pairs_known_ = false;
   last_keys_ = keys_;
   order_.resize(keys_.size());
   std::iota(order_.begin(), order_.end(), 0u);

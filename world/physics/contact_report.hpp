@@ -6,6 +6,7 @@
 
 #include "world/physics/arm_force.hpp"
 #include "world/physics/arm_penalty.hpp"
+#include "world/physics/contact_pair.hpp"
 #include "world/physics/physics_model.hpp"
 
 namespace aprsim::physics {
@@ -30,6 +31,8 @@ class ContactReport {
   /// Replaces `out` by the contacts in the order of their sides, robots first, at most
   /// api::kMaxContacts: those of the last step's last part, and those that contact simplification has frozen.
   void write(std::vector<api::ContactSnapshot>& out);
+  /// All pairs of the same list; the next write() does not look for it again.
+  [[nodiscard]] const ContactPairs& pairs();
 
   using State = std::vector<std::vector<ArmForce>>;  ///< by robot
   [[nodiscard]] const State& save() const { return forces_; }
@@ -51,13 +54,17 @@ class ContactReport {
   void add_frozen(const FrozenContacts& frozen);
   void gather();
   void sort();
+  void refresh();
 
   const PhysicsModel& model_;
   State forces_;
   std::vector<api::ContactSnapshot> frozen_;  // in the world
   FrozenKey frozen_key_;
   bool frozen_known_ = false;
+  bool fresh_ = false;                     // the list at hand is of now, by pairs()
   std::vector<api::ContactSnapshot> all_;  // of the list at hand
+  ContactPairs pairs_;
+  bool pairs_known_ = false;
   std::vector<std::uint64_t> keys_, last_keys_, order_;
 };
 

@@ -480,6 +480,14 @@ void PhysicsWorld::write_contacts(std::vector<api::ContactSnapshot>& out) const 
   impl_->report.write(out);
 }
 
+const ContactPairs& PhysicsWorld::contact_pairs() const { return impl_->report.pairs(); }
+
+std::uint64_t PhysicsWorld::ties_version() const { return impl_->model.simplification.changes(); }
+
+Ties PhysicsWorld::ties(int id) const { return impl_->model.simplification.ties(id); }
+
+bool PhysicsWorld::lost(int id) const { return impl_->model.body(id).lost_step.has_value(); }
+
 std::vector<std::string> PhysicsWorld::fixed_names() const {
   std::vector<std::string> names;
   for (const StaticShape& shape : impl_->model.fixed.shapes) names.emplace_back(shape.name);
@@ -491,6 +499,73 @@ const api::SolverFailures& PhysicsWorld::solver_failures() const {
 }
 
 std::uint64_t PhysicsWorld::state_hash() const { return physics::state_hash(impl_->model); }
+
+void PhysicsWorld::adopt(const PhysicsWorld& old, std::span<const int> old_of) {
+  PhysicsModel& model = impl_->model;
+  const PhysicsModel& from = old.impl_->model;
+  std::vector<int> new_of(static_cast<std::size_t>(from.ids.part_count()), -1);
+  for (std::size_t i = 0; i < old_of.size(); ++i) {
+    if (old_of[i] >= 0) new_of[static_cast<std::size_t>(old_of[i])] = static_cast<int>(i);
+  }
+  const auto renumbered = [&](BodyIndex id) {
+    if (from.ids.is_part(id)) return new_of[static_cast<std::size_t>(id)];
+    return from.ids.is_free(id) ? model.ids.tool(from.ids.tool_of(id)) : id;
+  };
+  const auto take_over = [&](int to, int other) {
+    FreeBody& body = model.body(to);
+    const FreeBody& was = from.body(other);
+    body.jammed = was.jammed;
+    body.lost_step = was.lost_step;
+    if (body.lost_step) model.simplification.lose(to);
+    body.place(from.simplification.X_WB(other), from.simplification.velocity(other), was.omega_W);
+  };
+  for (std::size_t i = 0; i < old_of.size(); ++i) {
+    if (old_of[i] >= 0) take_over(static_cast<int>(i), old_of[i]);
+  }
+  // Tools: on which flange, and where the others are.
+  for (std::size_t r = 0; r < model.arms.size(); ++r) {
+    if (model.tool_of_robot[r] != from.tool_of_robot[r]) leave_tool(static_cast<int>(r));
+  }
+  for (std::size_t r = 0; r < model.arms.size(); ++r) {
+    const int tool = from.tool_of_robot[r];
+    if (tool >= 0 && model.tool_of_robot[r] != tool) {
+      take_tool(static_cast<int>(r), tool, old.impl_->next_mounts[r]);
+    }
+  }
+  for (int t = 0; t < tool_count(); ++t) {
+    const int to = model.ids.tool(t);
+    if (!model.body(to).mounted) take_over(to, from.ids.tool(t));
+  }
+  const auto restore = [&](GripperMechanism& gripper, GripperMechanism::State state) {
+    state.report.held_body = renumbered(state.report.held_body);
+    state.suction.body = renumbered(state.suction.body);
+    gripper.restore(state);
+  };
+  for (std::size_t r = 0; r < model.arms.size(); ++r) {
+    model.arms[r].restore(from.arms[r].save());
+    restore(model.grippers[r], from.grippers[r].save());
+  }
+  for (std::size_t t = 0; t < model.parked.size(); ++t) {
+    restore(model.parked[t], from.parked[t].save());
+    model.body(model.ids.tool(static_cast<int>(t))).tool->set_opening(opening(static_cast<int>(t)));
+  }
+  // The last step's forces still load the arms in the next one.
+  ContactReport::State forces = old.impl_->report.save();
+  for (auto& of_arm : forces) {
+    for (ArmForce& force : of_arm) {
+      if (force.partner.kind != api::ContactSide::Kind::kBody) continue;
+      force.partner.index = new_of[static_cast<std::size_t>(force.partner.index)];
+    }
+  }
+  impl_->report.restore(forces);
+  impl_->next_mounts = old.impl_->next_mounts;
+  model.belt_speed_m_s = from.belt_speed_m_s;
+  impl_->next_belt_speed = old.impl_->next_belt_speed;
+  impl_->max_penetration = old.impl_->max_penetration;
+  impl_->contacts = old.impl_->contacts;
+  impl_->steps = old.impl_->steps;
+  impl_->faults = old.impl_->faults;
+}
 
 // ---- keeping a state
 

@@ -12,6 +12,8 @@
 #include "world/api/snapshot.hpp"
 #include "world/physics/arm_force.hpp"
 #include "world/physics/bodies/physics_failure.hpp"
+#include "world/physics/bodies/ties.hpp"
+#include "world/physics/contact_pair.hpp"
 #include "world/physics/gripper/gripper_state.hpp"
 #include "world/physics/gripper/gripper_wear.hpp"
 #include "world/robot/model/arm_model.hpp"
@@ -110,6 +112,12 @@ class PhysicsWorld {
   /// differ.
   void restore(const State& state);
 
+  /// Takes over a world of the same robots, tools and surroundings: `old_of` tells which of its
+  /// bodies each one here is, -1 = a new one, which stays where the scene has it. All that rested
+  /// wakes, and contacts are found anew: not bit for bit what would have been, but the same
+  /// whenever it is done.
+  void adopt(const PhysicsWorld& old, std::span<const int> old_of);
+
   // ---- results of the last step
   [[nodiscard]] int body_count() const;  ///< trays and gears
   [[nodiscard]] BodyState body(int index) const;
@@ -124,6 +132,13 @@ class PhysicsWorld {
   [[nodiscard]] int contact_count() const;
   /// Replaces `out` by the contacts, at most api::kMaxContacts; see api::Snapshot::contacts.
   void write_contacts(std::vector<api::ContactSnapshot>& out) const;
+  /// All pairs that touch, also those beyond api::kMaxContacts; until the next step.
+  [[nodiscard]] const ContactPairs& contact_pairs() const;
+  /// Another number whenever ties() of some body may differ, or a body has been lost.
+  [[nodiscard]] std::uint64_t ties_version() const;
+  /// Of a body or, from body_count() on, a tool.
+  [[nodiscard]] Ties ties(int id) const;
+  [[nodiscard]] bool lost(int id) const;
   /// Names of what never moves; ContactSide::index counts them.
   [[nodiscard]] std::vector<std::string> fixed_names() const;
   [[nodiscard]] int virtual_joint_count() const;

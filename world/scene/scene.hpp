@@ -74,6 +74,7 @@ struct Physics {
 struct Scene {
   std::string name;
   std::string file;
+  std::string text;  ///< that it was read from, with its types; empty = it was made otherwise
   std::uint64_t seed = 1;
   Physics physics;
   std::map<std::string, GearType> gear_types;

@@ -53,6 +53,10 @@ Result<void> merge_types(const std::string& name, const std::string& scene, cons
   return {};
 }
 
+/// With the types that it names made its own.
+Result<std::string> whole_text(const std::string& text, const std::string& file,
+                               const DataPaths& paths);
+
 /// Models beside the scene keep their place; shipped ones are found from everywhere.
 void make_models_absolute(const fs::path& directory, Value& root) {
   yaml::detail::Entry* robots = root.find("robot_types");
@@ -77,7 +81,7 @@ class Loader {
     if (model_directories_.front().empty()) model_directories_.front() = ".";
   }
 
-  Result<Scene> load(Result<yaml::Document> document) {
+  Result<Scene> load(Result<yaml::Document> document, bool check_places = true) {
     if (!document) return tl::unexpected(std::move(document.error()));
     const yaml::Map keys = document->root().map(
         {"seed", "types", "physics", "pockets", "gear_types", "tray_types", "robot_types", "tools",
@@ -88,7 +92,7 @@ class Loader {
     }
     Scene scene;
     const BodyNodes nodes = read_scene(keys, scene);
-    if (!document->error()) check_overlaps(scene, nodes);
+    if (!document->error() && check_places) check_overlaps(scene, nodes);
     if (document->error()) return tl::unexpected(*document->error());
     return scene;
   }
@@ -154,18 +158,38 @@ Result<std::string> find_scene(const std::string& name_or_file, const DataPaths&
 Result<Scene> load_scene(const std::string& name_or_file, const DataPaths& paths) {
   auto file = find_scene(name_or_file, paths);
   if (!file) return tl::unexpected(std::move(file.error()));
-  auto document = yaml::Document::from_file(*file);
-  return Loader(std::move(*file), paths).load(std::move(document));
+  auto text = yaml::read_text(*file);
+  if (!text) return tl::unexpected(std::move(text.error()));
+  return read_scene(*text, *file, paths);
 }
 
 Result<Scene> read_scene(const std::string& text, const std::string& file, const DataPaths& paths) {
-  return Loader(file, paths).load(yaml::Document::from_text(text, file));
+  auto scene = Loader(file, paths).load(yaml::Document::from_text(text, file));
+  if (!scene) return scene;
+  auto whole = whole_text(text, file, paths);
+  if (!whole) return tl::unexpected(std::move(whole.error()));
+  scene->text = *std::move(whole);
+  return scene;
+}
+
+Result<Scene> read_edited(const std::string& text, const std::string& file,
+                          const DataPaths& paths) {
+  auto scene = Loader(file, paths).load(yaml::Document::from_text(text, file), false);
+  if (scene) scene->text = text;
+  return scene;
 }
 
 Result<std::string> self_contained(const std::string& file, const DataPaths& paths) {
   auto text = yaml::read_text(file);
   if (!text) return tl::unexpected(std::move(text.error()));
-  auto root = yaml::detail::parse(*text, file);
+  return whole_text(*text, file, paths);
+}
+
+namespace {
+
+Result<std::string> whole_text(const std::string& text, const std::string& file,
+                               const DataPaths& paths) {
+  auto root = yaml::detail::parse(text, file);
   if (!root) return tl::unexpected(std::move(root.error()));
   const yaml::detail::Entry* types = root->find("types");
   if (types != nullptr) {
@@ -182,5 +206,7 @@ Result<std::string> self_contained(const std::string& file, const DataPaths& pat
   make_models_absolute(fs::path(file).parent_path(), *root);
   return yaml::detail::write(*root);
 }
+
+}  // namespace
 
 }  // namespace aprsim::scene

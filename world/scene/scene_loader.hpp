@@ -22,6 +22,11 @@ namespace aprsim::scene {
 [[nodiscard]] Result<Scene> read_scene(const std::string& text, const std::string& file,
                                        const DataPaths& paths);
 
+/// The same of a scene that has been changed while its cell ran: whether things are in each other's
+/// way is not checked.
+[[nodiscard]] Result<Scene> read_edited(const std::string& text, const std::string& file,
+                                        const DataPaths& paths);
+
 /// A scene file's text with the types that it names made its own, so that it can be changed as a
 /// whole and read from any place. Errors: as load_scene, of what it had to read.
 [[nodiscard]] Result<std::string> self_contained(const std::string& file, const DataPaths& paths);

@@ -70,4 +70,15 @@ void VisionFeed::advance(std::uint64_t step) {
   }
 }
 
+void VisionFeed::renumber(std::span<const int> new_of) {
+  const auto change = [new_of](std::vector<api::VisionDetection>& seen) {
+    for (api::VisionDetection& one : seen) {
+      if (one.body >= 0) one.body = new_of[static_cast<std::size_t>(one.body)];
+    }
+  };
+  for (Pending& pending : ring_) change(pending.frame.detections);
+  change(latest_.detections);
+  change(frozen_);
+}
+
 }  // namespace aprsim::sensors

@@ -31,6 +31,9 @@ class VisionFeed {
   /// Gives out what has become old enough. Once a step, after any exposure.
   void advance(std::uint64_t step);
 
+  /// Bodies have other numbers now; each old one's new one.
+  void renumber(std::span<const int> new_of);
+
   [[nodiscard]] const api::VisionFrame& latest() const { return latest_; }
 
   static constexpr bool kAsMany = true;  ///< as the scene has

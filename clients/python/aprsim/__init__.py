@@ -10,12 +10,13 @@
 one's own, `run_scenario` a whole job; `aprsim.envs` has tasks with Gymnasium's signatures. Units are
 SI, poses 4 x 4 arrays (`aprsim.poses`)."""
 
-from . import aio, crcl, faults, poses
-from .calls import Receipt, SavedState
+from . import aio, crcl, events, faults, poses
+from .calls import Receipt, Run, SavedState
 from .cell import Cell
 from .daemon import Daemon
 from .endpoints import Endpoints
 from .errors import AprsimError, Refused, RobotError, ScenarioError, TimedOut, Unreachable
+from .events import Event, Happens
 from .robot import Robot
 from .scenarios import ScenarioReport, run_scenario, scenarios
 from .snapshots import BodyState, RobotState, Snapshot
@@ -27,11 +28,14 @@ __all__ = [
     "Cell",
     "Daemon",
     "Endpoints",
+    "Event",
+    "Happens",
     "Receipt",
     "Refused",
     "Robot",
     "RobotError",
     "RobotState",
+    "Run",
     "SavedState",
     "ScenarioError",
     "ScenarioReport",
@@ -41,6 +45,7 @@ __all__ = [
     "aio",
     "bodies_table",
     "crcl",
+    "events",
     "faults",
     "poses",
     "robots_table",

@@ -21,13 +21,14 @@ import numpy as np
 import numpy.typing as npt
 
 from . import calls, crcl, faults
-from .calls import Receipt, SavedState
+from .calls import Receipt, Run, SavedState
 from .endpoints import Endpoints, find_endpoints
 from .errors import TimedOut, Unreachable
+from .events import Event, Happens, event
 from .motions import MOVE_TIMEOUT_S, TURN_SPEED_RAD_S, Frame, Motions
 from .poses import Array
 from .robot import ANSWER_S, MOST_POLL_STEPS, POLL_S, POLL_STEPS
-from .snapshots import Snapshot, seconds
+from .snapshots import BodyState, Snapshot, seconds
 from .v1 import control_service_pb2_grpc, telemetry_service_pb2_grpc
 
 if TYPE_CHECKING:
@@ -282,16 +283,44 @@ class Cell:
         self._robots.clear()
         await self._channel.close()
 
-    async def snapshot(self, fields: Sequence[str] = ()) -> Snapshot:
-        """The latest one."""
-        return self._seen(await self._run(calls.get_snapshot(fields)))
+    async def snapshot(self, fields: Sequence[str] = (), entities: Sequence[str] = ()) -> Snapshot:
+        """The latest one. `fields`: paths of fields of `Snapshot` in the messages, as "robots" or
+        "robots.joints.position_rad"; `entities`: names of robots, bodies and tools. All when empty."""
+        return self._seen(await self._run(calls.get_snapshot(fields, entities)))
 
-    async def stream(self, hz: float = 20.0, fields: Sequence[str] = ()) -> AsyncIterator[Snapshot]:
-        """Snapshots at a steady wall-clock rate."""
-        call = self._telemetry.StreamSnapshots(calls.stream_request(hz, fields))
+    async def stream(
+        self, hz: float | None = 20.0, fields: Sequence[str] = (), entities: Sequence[str] = ()
+    ) -> AsyncIterator[Snapshot]:
+        """Snapshots at a steady wall-clock rate, at most 1000 a second, until the loop ends. A reader
+        that is too slow misses some and gets the latest. `hz=None`: every step, none left out; one
+        that is too far behind is Refused."""
+        call = self._telemetry.StreamSnapshots(calls.stream_request(hz, fields, entities))
         try:
             async for answer in call:
                 yield self._seen(Snapshot(answer.snapshot))
+        except grpc.RpcError as error:
+            raise self._error(error) from error
+        finally:
+            call.cancel()
+
+    async def events(
+        self,
+        after: int | None = None,
+        *,
+        kinds: Sequence[str] = (),
+        names: Sequence[str] = (),
+        allow_gap: bool = False,
+        past_only: bool = False,
+    ) -> AsyncIterator[Event]:
+        """What happens in the cell, in its order, until the loop ends. From now on, or all with
+        greater numbers than `after`; only of some kinds (`events.KINDS`), or in which some things
+        take part. Refused when what is asked for is not kept any more, unless `allow_gap`.
+        `past_only`: those that are kept."""
+        request = calls.events_request(after, kinds, names, allow_gap, past_only)
+        call = self._telemetry.StreamEvents(request)
+        try:
+            async for answer in call:
+                yield event(answer.event, answer.lost)
         except grpc.RpcError as error:
             raise self._error(error) from error
         finally:
@@ -319,13 +348,37 @@ class Cell:
         """As `step`, without a snapshot of all."""
         await self._run(calls.step(steps, ["step"], None))
 
+    async def run_until(
+        self,
+        until: float | Happens | faults.Crossing | None = None,
+        *,
+        max_steps: int = 0,
+        fields: Sequence[str] = (),
+        timeout_s: float | None = None,
+    ) -> Run:
+        """Takes steps at the set speed until a simulated time, an event or a quantity beyond a limit,
+        or so many steps, and pauses. Refused (ABORTED) when something else pauses the cell."""
+        run = await self._run(calls.run_until(until, max_steps, fields, timeout_s))
+        self.paused = True
+        return run
+
     async def set_speed(self, factor: float) -> Receipt:
         """Ratio of simulated to wall time; math.inf = as fast as possible."""
         return await self._run(calls.set_speed(factor))
 
-    async def reset(self, seed: int | None = None) -> Receipt:
-        """Builds the cell anew from its scene."""
-        return await self._run(calls.reset(seed))
+    async def reset(
+        self,
+        seed: int | None = None,
+        *,
+        scene: str | None = None,
+        scene_text: str | None = None,
+    ) -> Receipt:
+        """Builds the cell anew from its scene as it was loaded, with another seed if one is given; or
+        from another scene with the same robots: one that comes with the daemon, by name, or the text
+        of one. Robots then have to be initialised."""
+        receipt = await self._run(calls.reset(seed, scene, scene_text))
+        self.description = await self._run(calls.get_cell())
+        return receipt
 
     async def save(self, name: str) -> Receipt:
         """Keeps the state of the cell in the daemon."""
@@ -368,6 +421,32 @@ class Cell:
         return await self._run(
             calls.set_conveyor(run, forward, speed_m_s, emergency_stop, fault_reset)
         )
+
+    async def scene_text(self) -> str:
+        """The scene as it is now, as a file has it (YAML); where bodies are is what they began with."""
+        return await self._run(calls.get_scene())
+
+    async def spawn(self, type_name: str, name: str, X_WB: Array) -> BodyState:
+        """Puts down another gear or tray (`description.body_types`) at a pose in the world, or as much
+        higher as it takes to be clear of all else. This and the following last until a reset."""
+        body = await self._run(calls.spawn_body(type_name, name, X_WB))
+        self.description = await self._run(calls.get_cell())
+        return body
+
+    async def move_body(self, name: str, X_WB: Array) -> BodyState:
+        """Puts a gear or tray down elsewhere, at rest, in the same way."""
+        return await self._run(calls.move_body(name, X_WB))
+
+    async def remove_body(self, name: str) -> Receipt:
+        """Takes a gear or tray out of the cell."""
+        return await self._run(calls.remove_body(name))
+
+    async def set_scene_value(self, path: str, value: object) -> Receipt:
+        """Sets a value of the scene by the path of its keys, as "physics.friction.gear_tray": of
+        physics, types of gears and trays, and cameras. The cell goes on from where it is."""
+        receipt = await self._run(calls.set_scene_value(path, value))
+        self.description = await self._run(calls.get_cell())
+        return receipt
 
     async def inject_fault(
         self,

@@ -7,9 +7,11 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Callable, Generic, Mapping, Sequence, TypeVar
 
-from . import faults
+from . import events, faults
 from .errors import AprsimError, Refused, TimedOut, Unreachable
-from .snapshots import Snapshot, seconds
+from .events import Event, Happens
+from .poses import Array, pose_message
+from .snapshots import BodyState, Snapshot, seconds
 from .v1 import control_service_pb2 as control
 from .v1 import telemetry_service_pb2 as telemetry
 
@@ -20,6 +22,7 @@ T = TypeVar("T")
 
 _TIMEOUT_S = 60.0  # a daemon that is gone is told at once; one on a busy machine is waited for
 _STEP_S = 0.01  # that one step may take at most
+_RUN_S = 3600.0  # that a run may take at most
 _MAX_MESSAGE_BYTES = 64 << 20
 CHANNEL_OPTIONS = [("grpc.max_receive_message_length", _MAX_MESSAGE_BYTES)]
 
@@ -96,15 +99,34 @@ def robot_named(cell: cell_pb2.CellDescription, name: str) -> cell_pb2.RobotDesc
     return robots[name]
 
 
-def get_snapshot(fields: Sequence[str]) -> Call[Snapshot]:
-    request = telemetry.GetSnapshotRequest()
+def get_snapshot(fields: Sequence[str], entities: Sequence[str] = ()) -> Call[Snapshot]:
+    request = telemetry.GetSnapshotRequest(entities=entities)
     request.read_mask.paths.extend(_paths(fields))
     return Call(False, "GetSnapshot", request, _snapshot)
 
 
-def stream_request(hz: float, fields: Sequence[str]) -> Any:
-    request = telemetry.StreamSnapshotsRequest(rate_hz=hz)
+def stream_request(hz: float | None, fields: Sequence[str], entities: Sequence[str]) -> Any:
+    request = telemetry.StreamSnapshotsRequest(entities=entities)
+    if hz is None:
+        request.every_step = True
+    else:
+        request.rate_hz = hz
     request.read_mask.paths.extend(_paths(fields))
+    return request
+
+
+def events_request(
+    after: int | None,
+    kinds: Sequence[str],
+    names: Sequence[str],
+    allow_gap: bool,
+    past_only: bool,
+) -> Any:
+    request = telemetry.StreamEventsRequest(
+        kinds=events.kind_numbers(kinds), names=names, allow_gap=allow_gap, past_only=past_only
+    )
+    if after is not None or past_only:
+        request.after = after or 0
     return request
 
 
@@ -133,14 +155,85 @@ def step(steps: int, fields: Sequence[str], timeout_s: float | None) -> Call[Sna
     return _control("Step", request, _snapshot, limit)
 
 
+@dataclass(frozen=True)
+class Run:
+    """How a run has ended."""
+
+    met: bool
+    """Its condition holds; else all its steps have been taken."""
+    event: Event | None
+    """What it ended at, where that was an event."""
+    snapshot: Snapshot
+    """The cell there."""
+
+
+def run_until(
+    until: float | Happens | faults.Crossing | None,
+    max_steps: int,
+    fields: Sequence[str],
+    timeout_s: float | None,
+) -> Call[Run]:
+    request = control.RunUntilRequest(max_steps=max_steps)
+    request.read_mask.paths.extend(fields)
+    request.read_mask.SetInParent()
+    if isinstance(until, Happens):
+        request.event.kinds.extend(events.kind_numbers(until.kinds))
+        request.event.names.extend(until.names)
+        request.event.SetInParent()
+    elif isinstance(until, faults.Crossing):
+        faults.set_crossing(request.crossing, until)
+    elif until is not None:
+        faults.set_duration(request.time, "until", until)
+
+    def read(answer: Any) -> Run:
+        happened = events.event(answer.event) if answer.HasField("event") else None
+        met = answer.outcome == control.RUN_OUTCOME_MET
+        return Run(met, happened, Snapshot(answer.snapshot))
+
+    return _control("RunUntil", request, read, _RUN_S if timeout_s is None else timeout_s)
+
+
 def set_speed(factor: float) -> Call[Receipt]:
     if math.isinf(factor) and factor > 0:
         return _control("SetSpeed", control.SetSpeedRequest(maximum=True), _receipt)
     return _control("SetSpeed", control.SetSpeedRequest(factor=factor), _receipt)
 
 
-def reset(seed: int | None) -> Call[Receipt]:
-    return _control("Reset", control.ResetRequest(seed=seed), _receipt)
+def reset(seed: int | None, scene: str | None, scene_text: str | None) -> Call[Receipt]:
+    if scene is not None and scene_text is not None:
+        raise AprsimError("reset: one of scene and scene_text is expected, not both")
+    request = control.ResetRequest(seed=seed, scene_name=scene, scene_text=scene_text)
+    return _control("Reset", request, _receipt)
+
+
+def get_scene() -> Call[str]:
+    def read(answer: telemetry.GetSceneResponse) -> str:
+        return answer.text
+
+    return Call(False, "GetScene", telemetry.GetSceneRequest(), read)
+
+
+def _body(answer: Any) -> BodyState:
+    return BodyState(answer.body)
+
+
+def spawn_body(type_name: str, name: str, X_WB: Array) -> Call[BodyState]:
+    request = control.SpawnBodyRequest(type=type_name, name=name, body_in_world=pose_message(X_WB))
+    return _control("SpawnBody", request, _body)
+
+
+def move_body(name: str, X_WB: Array) -> Call[BodyState]:
+    request = control.MoveBodyRequest(name=name, body_in_world=pose_message(X_WB))
+    return _control("MoveBody", request, _body)
+
+
+def remove_body(name: str) -> Call[Receipt]:
+    return _control("RemoveBody", control.RemoveBodyRequest(name=name), _receipt)
+
+
+def set_scene_value(path: str, value: object) -> Call[Receipt]:
+    text = str(value).lower() if isinstance(value, bool) else str(value)
+    return _control("SetSceneValue", control.SetSceneValueRequest(path=path, value=text), _receipt)
 
 
 def save_state(name: str) -> Call[Receipt]:

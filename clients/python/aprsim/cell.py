@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, Any, Iterator, Mapping, Sequence, TypeVar
 import grpc
 
 from . import calls, faults
-from .calls import Receipt, SavedState
+from .calls import Receipt, Run, SavedState
 from .endpoints import Endpoints, find_endpoints
+from .events import Event, Happens, event
+from .poses import Array
 from .robot import Robot
-from .snapshots import Snapshot, seconds
+from .snapshots import BodyState, Snapshot, seconds
 from .v1 import control_service_pb2_grpc, telemetry_service_pb2_grpc
 
 if TYPE_CHECKING:
@@ -82,17 +84,44 @@ class Cell:
 
     # -- what is seen -------------------------------------------------------------------------
 
-    def snapshot(self, fields: Sequence[str] = ()) -> Snapshot:
-        """The latest one. `fields`: top-level fields of `Snapshot` in the messages, all when empty."""
-        return self._seen(self._run(calls.get_snapshot(fields)))
+    def snapshot(self, fields: Sequence[str] = (), entities: Sequence[str] = ()) -> Snapshot:
+        """The latest one. `fields`: paths of fields of `Snapshot` in the messages, as "robots" or
+        "robots.joints.position_rad"; `entities`: names of robots, bodies and tools. All when empty."""
+        return self._seen(self._run(calls.get_snapshot(fields, entities)))
 
-    def stream(self, hz: float = 20.0, fields: Sequence[str] = ()) -> Iterator[Snapshot]:
+    def stream(
+        self, hz: float | None = 20.0, fields: Sequence[str] = (), entities: Sequence[str] = ()
+    ) -> Iterator[Snapshot]:
         """Snapshots at a steady wall-clock rate, at most 1000 a second, until the loop ends. A reader
-        that is too slow misses some and gets the latest."""
-        call = self._telemetry.StreamSnapshots(calls.stream_request(hz, fields))
+        that is too slow misses some and gets the latest. `hz=None`: every step, none left out; one
+        that is too far behind is Refused."""
+        call = self._telemetry.StreamSnapshots(calls.stream_request(hz, fields, entities))
         try:
             for answer in call:
                 yield self._seen(Snapshot(answer.snapshot))
+        except grpc.RpcError as error:
+            raise self._error(error) from error
+        finally:
+            call.cancel()
+
+    def events(
+        self,
+        after: int | None = None,
+        *,
+        kinds: Sequence[str] = (),
+        names: Sequence[str] = (),
+        allow_gap: bool = False,
+        past_only: bool = False,
+    ) -> Iterator[Event]:
+        """What happens in the cell, in its order, until the loop ends. From now on, or all with
+        greater numbers than `after`; only of some kinds (`events.KINDS`), or in which some things
+        take part. Refused when what is asked for is not kept any more, unless `allow_gap`.
+        `past_only`: those that are kept."""
+        request = calls.events_request(after, kinds, names, allow_gap, past_only)
+        call = self._telemetry.StreamEvents(request)
+        try:
+            for answer in call:
+                yield event(answer.event, answer.lost)
         except grpc.RpcError as error:
             raise self._error(error) from error
         finally:
@@ -122,6 +151,20 @@ class Cell:
         """As `step`, without a snapshot of all."""
         self._run(calls.step(steps, ["step"], None))
 
+    def run_until(
+        self,
+        until: float | Happens | faults.Crossing | None = None,
+        *,
+        max_steps: int = 0,
+        fields: Sequence[str] = (),
+        timeout_s: float | None = None,
+    ) -> Run:
+        """Takes steps at the set speed until a simulated time, an event or a quantity beyond a limit,
+        or so many steps, and pauses. Refused (ABORTED) when something else pauses the cell."""
+        run = self._run(calls.run_until(until, max_steps, fields, timeout_s))
+        self.paused = True
+        return run
+
     def set_speed(self, factor: float) -> Receipt:
         """Ratio of simulated to wall time; math.inf = as fast as possible."""
         return self._run(calls.set_speed(factor))
@@ -132,10 +175,19 @@ class Cell:
 
     # -- states -------------------------------------------------------------------------------
 
-    def reset(self, seed: int | None = None) -> Receipt:
-        """Builds the cell anew from its scene, with another seed if one is given. Robots then have to
-        be initialised."""
-        return self._run(calls.reset(seed))
+    def reset(
+        self,
+        seed: int | None = None,
+        *,
+        scene: str | None = None,
+        scene_text: str | None = None,
+    ) -> Receipt:
+        """Builds the cell anew from its scene as it was loaded, with another seed if one is given; or
+        from another scene with the same robots: one that comes with the daemon, by name, or the text
+        of one. Robots then have to be initialised."""
+        receipt = self._run(calls.reset(seed, scene, scene_text))
+        self.description = self._run(calls.get_cell())
+        return receipt
 
     def save(self, name: str) -> Receipt:
         """Keeps the state of the cell in the daemon, in place of what had the name."""
@@ -180,6 +232,34 @@ class Cell:
         return self._run(
             calls.set_conveyor(run, forward, speed_m_s, emergency_stop, fault_reset)
         )
+
+    # -- the scene ----------------------------------------------------------------------------
+
+    def scene_text(self) -> str:
+        """The scene as it is now, as a file has it (YAML); where bodies are is what they began with."""
+        return self._run(calls.get_scene())
+
+    def spawn(self, type_name: str, name: str, X_WB: Array) -> BodyState:
+        """Puts down another gear or tray (`description.body_types`) at a pose in the world, or as much
+        higher as it takes to be clear of all else. This and the following last until a reset."""
+        body = self._run(calls.spawn_body(type_name, name, X_WB))
+        self.description = self._run(calls.get_cell())
+        return body
+
+    def move_body(self, name: str, X_WB: Array) -> BodyState:
+        """Puts a gear or tray down elsewhere, at rest, in the same way."""
+        return self._run(calls.move_body(name, X_WB))
+
+    def remove_body(self, name: str) -> Receipt:
+        """Takes a gear or tray out of the cell."""
+        return self._run(calls.remove_body(name))
+
+    def set_scene_value(self, path: str, value: object) -> Receipt:
+        """Sets a value of the scene by the path of its keys, as "physics.friction.gear_tray": of
+        physics, types of gears and trays, and cameras. The cell goes on from where it is."""
+        receipt = self._run(calls.set_scene_value(path, value))
+        self.description = self._run(calls.get_cell())
+        return receipt
 
     # -- injected faults ----------------------------------------------------------------------
 

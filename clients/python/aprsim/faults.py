@@ -71,9 +71,9 @@ def request(
     """The request for a fault; what cannot be, the cell refuses."""
     message = faults_pb2.InjectFaultRequest(kind=kind, target=target, parameters=dict(parameters))
     if duration_s is not None:
-        _set_duration(message.duration, "duration_s", duration_s)
+        set_duration(message.duration, "duration_s", duration_s)
     if isinstance(trigger, At):
-        _set_duration(message.at, "time_s", trigger.time_s)
+        set_duration(message.at, "time_s", trigger.time_s)
     elif isinstance(trigger, Placed):
         message.placed.type, message.placed.robot = trigger.gear_type, trigger.robot
     elif isinstance(trigger, Grasped):
@@ -81,20 +81,26 @@ def request(
     elif isinstance(trigger, Beam):
         message.beam.eye = trigger.eye
     elif isinstance(trigger, Crossing):
-        if (trigger.above is None) == (trigger.below is None):
-            raise AprsimError("Crossing: exactly one of above and below is expected")
-        message.crossing.quantity, message.crossing.robot = trigger.quantity, trigger.robot
-        message.crossing.joint = trigger.joint
-        if trigger.above is not None:
-            message.crossing.above = trigger.above
-        if trigger.below is not None:
-            message.crossing.below = trigger.below
+        set_crossing(message.crossing, trigger)
     elif isinstance(trigger, Reported):
         message.reported.event = trigger.event
     return message
 
 
-def _set_duration(duration: Any, name: str, seconds: float) -> None:
+def set_crossing(message: faults_pb2.CrossingTrigger, crossing: Crossing) -> None:
+    """Fills the message in."""
+    if (crossing.above is None) == (crossing.below is None):
+        raise AprsimError("Crossing: exactly one of above and below is expected")
+    message.quantity, message.robot = crossing.quantity, crossing.robot
+    message.joint = crossing.joint
+    if crossing.above is not None:
+        message.above = crossing.above
+    if crossing.below is not None:
+        message.below = crossing.below
+
+
+def set_duration(duration: Any, name: str, seconds: float) -> None:
+    """Fills the message in."""
     if not 0 <= seconds < 1e9:
         raise AprsimError(f"{name}: {seconds!r} s, where 0 to 1e9 is expected")
     nanoseconds = round(seconds * 1e9)

@@ -5,13 +5,12 @@ poses, T tool, P part."""
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-if TYPE_CHECKING:
-    from .v1 import geometry_pb2
+from .errors import AprsimError
+from .v1 import geometry_pb2
 
 Array = npt.NDArray[np.float64]
 
@@ -28,6 +27,19 @@ def matrix(pose: geometry_pb2.Pose) -> Array:
     out[:3, :3] = rotation(np.array([q.w, q.x, q.y, q.z]))
     out[:3, 3] = (pose.position_m.x, pose.position_m.y, pose.position_m.z)
     return out
+
+
+def pose_message(pose: npt.ArrayLike) -> geometry_pb2.Pose:
+    """The message of a 4 x 4 pose."""
+    values = np.asarray(pose, dtype=np.float64)
+    if values.shape != (4, 4):
+        raise AprsimError(f"pose: of shape {values.shape}, where (4, 4) is expected")
+    w, x, y, z = (float(value) for value in quaternion(values[:3, :3]))
+    px, py, pz = (float(value) for value in values[:3, 3])
+    return geometry_pb2.Pose(
+        position_m=geometry_pb2.Vector3(x=px, y=py, z=pz),
+        orientation=geometry_pb2.Quaternion(w=w, x=x, y=y, z=z),
+    )
 
 
 def rotation(quaternion: Array) -> Array:

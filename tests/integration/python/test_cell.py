@@ -19,9 +19,11 @@ from aprsim import (
     AprsimError,
     Cell,
     Daemon,
+    Happens,
     Refused,
     RobotError,
     ScenarioError,
+    TimedOut,
     Unreachable,
     aio,
     crcl,
@@ -123,6 +125,154 @@ class CellTest(WithCell):
         kinds = {kind.name for kind in self.cell.fault_kinds().kinds}
         self.assertGreater(len(kinds), 40)
         self.assertIn("gripper-leak", kinds)
+
+    def test_tells_what_happens(self):
+        begin = [event.sequence for event in self.cell.events(past_only=True)][-1]
+        self.cell.report_event("order-submitted")
+        self.cell.robot("fanuc").dwell(0.01)
+        told = list(self.cell.events(begin, past_only=True))
+        self.assertEqual([event.sequence for event in told], list(range(begin + 1, begin + 1 + len(told))))
+        kinds = [(event.kind, event.text) for event in told]
+        self.assertEqual(kinds[0], ("reported", "order-submitted"))
+        self.assertIn(("command_done", "dwell"), kinds)
+        of_robot = list(self.cell.events(begin, names=["fanuc"], kinds=["command_done"], past_only=True))
+        self.assertTrue(of_robot)
+        self.assertEqual({(event.kind, event.robot, event.names) for event in of_robot},
+                         {("command_done", 0, ("fanuc",))})
+        with self.assertRaisesRegex(AprsimError, "'grasp' is none of grasped, "):
+            next(self.cell.events(kinds=["grasp"]))
+        with self.assertRaisesRegex(Refused, "anew with the daemon"):
+            next(self.cell.events(10**9))
+
+    def test_tells_it_as_it_happens(self):
+        heard = []
+        listener = threading.Thread(
+            target=lambda: heard.append(next(self.cell.events(kinds=["reported"])))
+        )
+        listener.start()
+        deadline = time.monotonic() + 60 * PATIENCE
+        while listener.is_alive() and time.monotonic() < deadline:
+            self.cell.report_event("hello")
+            listener.join(0.01)
+        self.assertEqual([event.text for event in heard], ["hello"])
+
+    def test_streams_every_step(self):
+        stream = self.cell.stream(hz=None, fields=["step", "robots.joints.position_rad"],
+                                  entities=["motoman"])
+        self.cell.set_speed(math.inf)
+        begun = threading.Event()
+
+        def step_until_begun():
+            while not begun.wait(0.05):
+                self.cell.step(1)
+
+        stepper = threading.Thread(target=step_until_begun)
+        stepper.start()
+        steps = [next(stream).step]
+        begun.set()
+        stepper.join()
+        last = self.cell.step(3000).step
+        deadline = time.monotonic() + 60 * PATIENCE
+        while steps[-1] < last:
+            snapshot = next(stream)
+            self.assertEqual(len(snapshot.message.robots), 1)
+            self.assertEqual(len(snapshot.message.robots[0].joints), 7)
+            steps.append(snapshot.step)
+            self.assertLess(time.monotonic(), deadline)
+        stream.close()
+        self.assertEqual(sorted(set(steps)), list(range(steps[0], last + 1)), "none is missing")
+        with self.assertRaisesRegex(Refused, "robots.joint' leads nowhere"):
+            next(self.cell.stream(fields=["robots.joint"]))
+        with self.assertRaisesRegex(Refused, "'nobody'"):
+            next(self.cell.stream(entities=["nobody"]))
+
+    def test_runs_until(self):
+        self.cell.set_speed(math.inf)
+        run = self.cell.run_until(0.25)
+        self.assertTrue(run.met)
+        self.assertEqual((run.snapshot.step, run.snapshot.paused), (250, True))
+        run = self.cell.run_until(max_steps=10)
+        self.assertFalse(run.met)
+        self.assertEqual(run.snapshot.step, 260)
+        run = self.cell.run_until(0.1)
+        self.assertEqual((run.met, run.snapshot.step), (True, 260), "which is over")
+        self.cell.set_conveyor(True, forward=True, speed_m_s=0.2)
+        run = self.cell.run_until(faults.Crossing("belt-travel", above=0.1))
+        self.assertTrue(run.met)
+        travel = run.snapshot.conveyor.travel_m
+        self.assertTrue(0.1 < travel < 0.1003, travel)
+        self.cell.inject_fault("protective-stop", "motoman", when=faults.At(2.0))
+        run = self.cell.run_until(Happens(["protective_stop"], ["motoman"]), fields=["step"])
+        self.assertTrue(run.met)
+        self.assertEqual(run.event.names, ("motoman",))
+        self.assertEqual((run.event.step, run.snapshot.step), (2001, 2001))
+        with self.assertRaisesRegex(Refused, "no quantity"):
+            self.cell.run_until(faults.Crossing("nothing", above=1))
+        with self.assertRaisesRegex(Refused, "max_steps"):
+            self.cell.run_until(max_steps=10_000_001)
+
+    def test_changes_the_scene_while_it_goes_on(self):
+        place = np.eye(4)
+        place[:3, 3] = (1.0, 0.8, 1.0)
+        body = self.cell.spawn("sku_part_large_gear", "spare", place)
+        self.assertTrue(np.allclose(body.pose, place))
+        self.assertIn("spare", [body.name for body in self.cell.description.bodies])
+        self.assertIn("sku_kit_m2l1_vessel", self.cell.description.body_types)
+        self.assertIn("spare", self.cell.scene_text())
+        place[1, 3] = 0.6
+        self.cell.move_body("spare", place)
+        self.assertAlmostEqual(self.cell.step(1).bodies["spare"].pose[1, 3], 0.6)
+        self.cell.set_scene_value("gear_types.sku_part_large_gear.mass_kg", 0.25)
+        self.assertEqual({b.mass_kg for b in self.cell.description.bodies
+                          if b.type == "sku_part_large_gear"}, {0.25})
+        with self.assertRaisesRegex(Refused, "physics.friction.gear_tray: found -1"):
+            self.cell.set_scene_value("physics.friction.gear_tray", -1)
+        with self.assertRaisesRegex(Refused, "is no type of gears or trays"):
+            self.cell.spawn("nothing", "other", place)
+        self.cell.remove_body("spare")
+        with self.assertRaisesRegex(Refused, "not in the cell any more"):
+            self.cell.remove_body("spare")
+        edits = [(e.names, e.text) for e in self.cell.events(0, kinds=["edited"], past_only=True)]
+        self.assertEqual(edits[-4:], [(("spare",), "spawned"), (("spare",), "moved"),
+                                      ((), "gear_types.sku_part_large_gear.mass_kg = 0.25"),
+                                      (("spare",), "removed")])
+        self.cell.reset()
+        self.assertNotIn("spare", [body.name for body in self.cell.description.bodies])
+
+    def test_resets_to_another_scene(self):
+        text = self.cell.scene_text()
+        self.cell.reset(scene="aprs_2024")
+        self.assertEqual(self.cell.description.scene, "aprs_2024")
+        self.cell.step(100)
+        self.cell.reset(scene_text=text)
+        self.assertEqual(self.cell.description.scene, "sent")
+        with self.assertRaisesRegex(Refused, "has other robots"):
+            self.cell.reset(scene="fanuc_only")
+        with self.assertRaisesRegex(Refused, "expected one of"):
+            self.cell.reset(scene="nothing")
+        self.cell.reset(scene="aprs")
+        robot = self.cell.robot("fanuc")
+        robot.move_by([0, 0, -0.02])
+
+    def test_a_run_that_is_interrupted_or_given_up(self):
+        self.cell.set_speed(1)
+        over = threading.Event()
+
+        def pause_until_over():
+            while not over.wait(0.2):
+                self.cell.pause()
+
+        pauser = threading.Thread(target=pause_until_over)
+        pauser.start()
+        with self.assertRaisesRegex(Refused, "paused"):
+            self.cell.run_until(Happens(["lost"]))
+        over.set()
+        pauser.join()
+        with self.assertRaises(TimedOut):
+            self.cell.run_until(Happens(["lost"]), timeout_s=0.3)
+        deadline = time.monotonic() + 60 * PATIENCE
+        while not self.cell.snapshot().paused:
+            self.assertLess(time.monotonic(), deadline, "a run that nobody waits for goes on")
 
     def test_resets_begin_anew_with_their_seed(self):
         self.cell.step(50)

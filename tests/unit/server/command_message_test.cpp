@@ -15,6 +15,8 @@
 namespace aprsim::server::journal {
 namespace {
 
+using namespace std::chrono_literals;
+
 constexpr double kThird = 1.0 / 3;
 
 api::Waypoint waypoint() {
@@ -103,7 +105,15 @@ std::vector<decltype(api::Command::body)> every_body() {
   for (const api::SimulationCommand& command : std::vector<api::SimulationCommand>{
            api::Pause{}, api::Resume{}, api::StepBy{1'000'000'000'000}, api::SetSpeed{2.5},
            api::SetSpeed{}, api::Reset{}, api::Reset{0}, api::SaveState{"a"}, api::LoadState{"b"},
-           api::DeleteState{"c"}}) {
+           api::DeleteState{"c"}, api::RunUntil{}, api::RunUntil{api::UntilTime{5s}, 7},
+           api::RunUntil{api::UntilEvent{{api::CellEventKind::kGrasped}, {"fanuc"}}},
+           api::RunUntil{api::WhenCrossing{faults::Quantity::kBeltTravel, "", 0, false, kThird}},
+           api::EndRun{9}}) {
+    all.push_back(command);
+  }
+  for (const api::SceneCommand& command : std::vector<api::SceneCommand>{
+           api::SpawnBody{"gear", "spare", waypoint().X_RT}, api::MoveBody{"a", waypoint().X_RT},
+           api::RemoveBody{"b"}, api::SetSceneValue{"physics.friction.gear_tray", "0.2"}}) {
     all.push_back(command);
   }
   return all;
@@ -138,7 +148,8 @@ TEST(CommandMessage, EveryCommandComesBackBitForBit) {
   // One that is added has to be added above.
   EXPECT_EQ(kinds.size(), std::variant_size_v<api::RobotAction> +
                               std::variant_size_v<api::FaultCommand> +
-                              std::variant_size_v<api::SimulationCommand> + 2);
+                              std::variant_size_v<api::SimulationCommand> +
+                              std::variant_size_v<api::SceneCommand> + 2);
 }
 
 TEST(CommandMessage, WhatIsMissingOrUnknownIsNamed) {

@@ -67,6 +67,16 @@ bool Simplification::resting(int i) const {
   return dormant(i) || (rest_.resting(i) && !body(i).lost_step);
 }
 
+Ties Simplification::ties(int i) const {
+  return {.carrier = composites_.parent(i),
+          .sleeping = dormant(i) ? sleeping_.lowest(i) : -1,
+          .joined = virtual_joints_ ? virtual_joints_->group(i) : -1};
+}
+
+std::uint64_t Simplification::changes() const {
+  return changes_ + (virtual_joints_ ? virtual_joints_->changes() : 0);
+}
+
 int Simplification::joint_count() const {
   return static_cast<int>(joined_pairs().size()) + composites_.child_count() +
          sleeping_.root_count();
@@ -91,6 +101,7 @@ void Simplification::wake(int group) {
   }
   sleeping_.wake(group);
   asleep_.drop(group);
+  ++changes_;
   list_awake();
 }
 
@@ -108,12 +119,14 @@ void Simplification::release(int i) {
   if (composites_.parent(i) < 0) return;
   composites_.detach(i);
   merged_.drop(i);
+  ++changes_;
   rest_.restart_on_body(i);
   awake_roots_.insert(std::lower_bound(awake_roots_.begin(), awake_roots_.end(), i), i);
 }
 
 /// What rests on it is on its own from now on.
 void Simplification::lose(int i) {
+  ++changes_;
   for (int m = composites_.root(i); m >= 0;) {
     const int after = composites_.next(m);
     if (composites_.parent(m) == i) {
@@ -301,6 +314,7 @@ void Simplification::merge(int child, int below, std::span<const ContactConstrai
   const ContactWrenchCone cone = cone_of(child, below, constraints);
   if (!cone.contains(composites_.required(child, motion))) return;
   composites_.attach(child, below, cone);
+  ++changes_;
   for (const auto& constraint : constraints) {
     const auto& contact = constraint.contact;
     const bool on_a = contact.a == child && contact.b == below;
@@ -372,6 +386,7 @@ void Simplification::fall_asleep(std::span<const ContactConstraint> constraints,
     any = true;
   }
   if (!any) return;
+  ++changes_;
   // Bodies leave the list only now: the loop above runs over it.
   list_awake();
 }

@@ -8,6 +8,7 @@
 #include "world/physics/bodies/contact_constraint.hpp"
 #include "world/physics/bodies/free_body.hpp"
 #include "world/physics/bodies/static_shapes.hpp"
+#include "world/physics/bodies/ties.hpp"
 #include "world/physics/simplification/composites.hpp"
 #include "world/physics/simplification/frozen_contacts.hpp"
 #include "world/physics/simplification/rest_detector.hpp"
@@ -55,6 +56,9 @@ class Simplification {
   [[nodiscard]] int group(int body) const;
   /// At rest relative to what carries it.
   [[nodiscard]] bool resting(int body) const;
+  [[nodiscard]] Ties ties(int body) const;
+  /// Rises with every change of ties(), and with every body that is lost.
+  [[nodiscard]] std::uint64_t changes() const;
   /// How many bodies hang on another as if by one joint.
   [[nodiscard]] int joint_count() const;
   /// Contact points that are not in the solver because nothing changes at them.
@@ -154,6 +158,7 @@ class Simplification {
   std::vector<Island> islands_;  // by island number
   std::vector<int> awake_, awake_roots_, scratch_;
   double belt_speed_before_ = 0;
+  std::uint64_t changes_ = 0;  // but those of virtual joints
 };
 
 /// All that changes from step to step.

@@ -46,6 +46,9 @@ class VirtualJoints {
   /// Lowest body of those that a body is joined to, directly or not; -1 = to none.
   [[nodiscard]] int group(int body) const { return group_[static_cast<std::size_t>(body)]; }
 
+  /// Rises with every pair that is joined or comes apart.
+  [[nodiscard]] std::uint64_t changes() const { return 2 * next_serial_ - pairs_.size(); }
+
   /// Adds a pair's joint to a system that is to be solved.
   void add_to(ConstraintSystem& system, std::size_t pair);
 

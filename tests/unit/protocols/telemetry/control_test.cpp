@@ -318,7 +318,7 @@ TEST_F(Control, StepAnswersWithWhatIsAskedForOfTheCellThere) {
 
   grpc::ClientContext context;
   v1::StepRequest request;
-  request.mutable_read_mask()->add_paths("robots.name");
+  request.mutable_read_mask()->add_paths("robots.names");
   v1::StepResponse response;
   const std::size_t before = cell_->commands().size();
   EXPECT_EQ(control_->Step(&context, request, &response).error_code(),

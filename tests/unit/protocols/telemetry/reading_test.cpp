@@ -147,7 +147,7 @@ TEST_F(Reading, TheLightCurtainShowsItsOutputBeamsAndReaction) {
   EXPECT_EQ(description.reaction(), v1::CURTAIN_REACTION_BELT_STOP);
 }
 
-TEST_F(Reading, MaskSelectsTopLevelFields) {
+TEST_F(Reading, MaskSelectsFields) {
   start();
   v1::GetSnapshotRequest request;
   request.mutable_read_mask()->add_paths("conveyor");
@@ -159,15 +159,73 @@ TEST_F(Reading, MaskSelectsTopLevelFields) {
   EXPECT_EQ(response.snapshot().step(), 0U);
 }
 
-TEST_F(Reading, UnknownMaskPathIsRefusedByName) {
+TEST_F(Reading, MaskSelectsFieldsOfFields) {
   start();
   v1::GetSnapshotRequest request;
-  request.mutable_read_mask()->add_paths("robots.joints");
+  for (const char* path :
+       {"robots.joints.position_rad", "robots.gripper", "robots.name", "robots.gripper.holding",
+        "conveyor.photo_eyes.count", "sim_time.nanos", "contacts.first"}) {
+    request.mutable_read_mask()->add_paths(path);
+  }
   v1::GetSnapshotResponse response;
   grpc::ClientContext context;
-  const auto status = telemetry_->GetSnapshot(&context, request, &response);
-  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
-  EXPECT_NE(status.error_message().find("robots.joints"), std::string::npos);
+  ASSERT_TRUE(telemetry_->GetSnapshot(&context, request, &response).ok());
+  const auto& snapshot = response.snapshot();
+  ASSERT_EQ(snapshot.robots_size(), 1);
+  const auto& robot = snapshot.robots(0);
+  EXPECT_EQ(robot.name(), "fanuc");
+  EXPECT_FALSE(robot.has_tool_in_world());
+  ASSERT_EQ(robot.joints_size(), 2);
+  EXPECT_EQ(robot.joints(1).position_rad(), 0.25);
+  EXPECT_EQ(robot.joints(1).torque_nm(), 0);
+  // Asked for whole, and a part of it besides: whole.
+  EXPECT_EQ(robot.gripper().held_body(), "gear_1");
+  EXPECT_EQ(snapshot.conveyor().photo_eyes_size(), 1);
+  EXPECT_EQ(snapshot.conveyor().speed_setting_m_s(), 0);
+  EXPECT_EQ(snapshot.bodies_size(), 0);
+  EXPECT_EQ(snapshot.sim_time().nanos(), 100'000'000);
+  ASSERT_EQ(snapshot.contacts_size(), 2);
+  EXPECT_EQ(snapshot.contacts(0).first().part(), "finger_2");
+  EXPECT_FALSE(snapshot.contacts(0).has_second());
+}
+
+TEST_F(Reading, EntitiesSelectThingsAndTheirContacts) {
+  start();
+  v1::GetSnapshotRequest request;
+  request.add_entities("kit_1");
+  v1::GetSnapshotResponse response;
+  grpc::ClientContext context;
+  ASSERT_TRUE(telemetry_->GetSnapshot(&context, request, &response).ok());
+  const auto& snapshot = response.snapshot();
+  EXPECT_EQ(snapshot.robots_size(), 0);
+  ASSERT_EQ(snapshot.bodies_size(), 1);
+  EXPECT_EQ(snapshot.bodies(0).name(), "kit_1");
+  for (const auto& contact : snapshot.contacts()) {
+    EXPECT_TRUE(contact.first().body() == 1 || contact.second().body() == 1);
+  }
+  EXPECT_TRUE(snapshot.has_conveyor());
+
+  request.add_entities("nothing");
+  grpc::ClientContext another;
+  const auto status = telemetry_->GetSnapshot(&another, request, &response);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::NOT_FOUND);
+  EXPECT_NE(status.error_message().find("'nothing'"), std::string::npos);
+}
+
+TEST_F(Reading, UnknownMaskPathIsRefusedByName) {
+  start();
+  for (const char* path : {"robot", "robots.joint", "robots.joints.position_rad.x", "", "robots.",
+                           ".robots", "injected_faults.parameters.value"}) {
+    v1::GetSnapshotRequest request;
+    request.mutable_read_mask()->add_paths(path);
+    v1::GetSnapshotResponse response;
+    grpc::ClientContext context;
+    const auto status = telemetry_->GetSnapshot(&context, request, &response);
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+    EXPECT_NE(status.error_message().find("'" + std::string(path) + "' leads nowhere"),
+              std::string::npos)
+        << status.error_message();
+  }
 }
 
 TEST_F(Reading, StreamKeepsTheRateAskedFor) {

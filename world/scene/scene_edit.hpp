@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+
+#include "world/api/error.hpp"
+#include "world/api/pose.hpp"
+#include "world/scene/scene.hpp"
+
+/// Scenes made of others by changes of their text, which are checked as a file is; whether things
+/// are in each other's way is not, as they are elsewhere by now.
+namespace aprsim::scene {
+
+/// With one more gear or tray, by its type: the last one of its kind.
+[[nodiscard]] Result<Scene> with_body(const Scene& scene, const std::string& type,
+                                      const std::string& name, const Pose& X_WB);
+
+/// With another value, as a file has it, under the path of keys; an entry of a list goes by its
+/// name. Errors: kInvalidArgument for what a running cell cannot change.
+[[nodiscard]] Result<Scene> with_value(const Scene& scene, const std::string& path,
+                                       const std::string& value);
+
+}  // namespace aprsim::scene
