@@ -1,7 +1,6 @@
 #include "clients/aprsim/cell_connection.hpp"
 
 #include <chrono>
-#include <type_traits>
 #include <utility>
 
 #include <fmt/format.h>
@@ -11,12 +10,6 @@
 #include "aprsim/v1/telemetry_service.grpc.pb.h"
 
 namespace aprsim::client {
-/// Commands come with the token.
-struct ControlStub {
-  v1::ControlService::Stub stub;
-  std::string token;
-};
-
 namespace {
 
 constexpr auto kCallTimeout = std::chrono::seconds(10);
@@ -37,30 +30,47 @@ Failure failure_of(const grpc::Status& status, const std::string& address) {
   }
 }
 
-void authorize(grpc::ClientContext& context, const ControlStub& control) {
-  if (!control.token.empty()) context.AddMetadata("authorization", "Bearer " + control.token);
+std::shared_ptr<grpc::ChannelCredentials> credentials_of(const Endpoints& endpoints) {
+  if (!endpoints.encryption) return grpc::InsecureChannelCredentials();
+  grpc::SslCredentialsOptions options;
+  options.pem_root_certs = endpoints.encryption->ca;
+  options.pem_cert_chain = endpoints.encryption->certificate;
+  options.pem_private_key = endpoints.encryption->key;
+  return grpc::SslCredentials(options);
 }
 
-/// One unary call: `method` of `service` with a deadline.
-template <typename Response, typename Service, typename Stub, typename Request>
-Outcome<Response> call(Service& service,
-                       grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&,
-                                                    Response*),
-                       const Request& request, const std::string& address,
-                       std::chrono::system_clock::duration timeout = kCallTimeout) {
-  grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + timeout);
-  Response response;
-  grpc::Status status;
-  if constexpr (std::is_same_v<Service, ControlStub>) {
-    authorize(context, service);
-    status = (service.stub.*method)(&context, request, &response);
-  } else {
-    status = (service.*method)(&context, request, &response);
+}  // namespace
+
+struct CellConnection::Stubs {
+  Stubs(const std::shared_ptr<grpc::Channel>& channel, std::string with_token)
+      : telemetry(channel), control(channel), token(std::move(with_token)) {}
+
+  void prepare(grpc::ClientContext& context) const {
+    if (!token.empty()) context.AddMetadata("authorization", "Bearer " + token);
   }
-  if (!status.ok()) return tl::unexpected(failure_of(status, address));
-  return response;
-}
+
+  /// One unary call: `method` of `service` with a deadline.
+  template <typename Response, typename Service, typename Request>
+  Outcome<Response> call(Service& service,
+                         grpc::Status (Service::*method)(grpc::ClientContext*, const Request&,
+                                                         Response*),
+                         const Request& request, const std::string& address,
+                         std::chrono::system_clock::duration timeout = kCallTimeout) const {
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + timeout);
+    prepare(context);
+    Response response;
+    const grpc::Status status = (service.*method)(&context, request, &response);
+    if (!status.ok()) return tl::unexpected(failure_of(status, address));
+    return response;
+  }
+
+  v1::TelemetryService::Stub telemetry;
+  v1::ControlService::Stub control;
+  const std::string token;
+};
+
+namespace {
 
 template <typename Response>
 Outcome<v1::Receipt> receipt(const Outcome<Response>& response) {
@@ -70,23 +80,16 @@ Outcome<v1::Receipt> receipt(const Outcome<Response>& response) {
 
 }  // namespace
 
-struct CellConnection::Stubs {
-  Stubs(const std::shared_ptr<grpc::Channel>& channel, const std::string& token)
-      : telemetry(channel), control{v1::ControlService::Stub(channel), token} {}
-  v1::TelemetryService::Stub telemetry;
-  ControlStub control;
-};
-
 CellConnection::CellConnection(const Endpoints& endpoints)
     : address_(fmt::format("{}:{}", endpoints.host, endpoints.grpc)),
-      stubs_(std::make_unique<Stubs>(
-          grpc::CreateChannel(address_, grpc::InsecureChannelCredentials()), endpoints.token)) {}
+      stubs_(std::make_unique<Stubs>(grpc::CreateChannel(address_, credentials_of(endpoints)),
+                                     endpoints.token)) {}
 CellConnection::~CellConnection() = default;
 CellConnection::CellConnection(CellConnection&&) noexcept = default;
 
 Outcome<v1::GetSnapshotResponse> CellConnection::status() {
-  return call(stubs_->telemetry, &v1::TelemetryService::Stub::GetSnapshot, v1::GetSnapshotRequest(),
-              address_);
+  return stubs_->call(stubs_->telemetry, &v1::TelemetryService::Stub::GetSnapshot,
+                      v1::GetSnapshotRequest(), address_);
 }
 
 Outcome<v1::Snapshot> CellConnection::snapshot() {
@@ -96,8 +99,8 @@ Outcome<v1::Snapshot> CellConnection::snapshot() {
 }
 
 Outcome<v1::CellDescription> CellConnection::cell() {
-  auto response =
-      call(stubs_->telemetry, &v1::TelemetryService::Stub::GetCell, v1::GetCellRequest(), address_);
+  auto response = stubs_->call(stubs_->telemetry, &v1::TelemetryService::Stub::GetCell,
+                               v1::GetCellRequest(), address_);
   if (!response) return tl::unexpected(response.error());
   return std::move(*response->mutable_cell());
 }
@@ -105,6 +108,7 @@ Outcome<v1::CellDescription> CellConnection::cell() {
 Outcome<void> CellConnection::stream(
     double rate_hz, const std::function<bool(const v1::StreamSnapshotsResponse&)>& show) {
   grpc::ClientContext context;
+  stubs_->prepare(context);
   v1::StreamSnapshotsRequest request;
   request.set_rate_hz(rate_hz);
   const auto reader = stubs_->telemetry.StreamSnapshots(&context, request);
@@ -119,20 +123,20 @@ Outcome<void> CellConnection::stream(
 }
 
 Outcome<v1::Receipt> CellConnection::pause() {
-  return receipt(
-      call(stubs_->control, &v1::ControlService::Stub::Pause, v1::PauseRequest(), address_));
+  return receipt(stubs_->call(stubs_->control, &v1::ControlService::Stub::Pause, v1::PauseRequest(),
+                              address_));
 }
 
 Outcome<v1::Receipt> CellConnection::resume() {
-  return receipt(
-      call(stubs_->control, &v1::ControlService::Stub::Resume, v1::ResumeRequest(), address_));
+  return receipt(stubs_->call(stubs_->control, &v1::ControlService::Stub::Resume,
+                              v1::ResumeRequest(), address_));
 }
 
 Outcome<v1::Receipt> CellConnection::step(std::uint64_t steps, std::chrono::milliseconds timeout) {
   v1::StepRequest request;
   request.set_steps(steps);
   return receipt(
-      call(stubs_->control, &v1::ControlService::Stub::Step, request, address_, timeout));
+      stubs_->call(stubs_->control, &v1::ControlService::Stub::Step, request, address_, timeout));
 }
 
 Outcome<v1::Snapshot> CellConnection::step_and_look(std::uint64_t steps,
@@ -141,7 +145,7 @@ Outcome<v1::Snapshot> CellConnection::step_and_look(std::uint64_t steps,
   request.set_steps(steps);
   request.mutable_read_mask();
   auto response =
-      call(stubs_->control, &v1::ControlService::Stub::Step, request, address_, timeout);
+      stubs_->call(stubs_->control, &v1::ControlService::Stub::Step, request, address_, timeout);
   if (!response) return tl::unexpected(response.error());
   return std::move(*response->mutable_snapshot());
 }
@@ -153,45 +157,50 @@ Outcome<v1::Receipt> CellConnection::set_speed(std::optional<double> factor) {
   } else {
     request.set_maximum(true);
   }
-  return receipt(call(stubs_->control, &v1::ControlService::Stub::SetSpeed, request, address_));
+  return receipt(
+      stubs_->call(stubs_->control, &v1::ControlService::Stub::SetSpeed, request, address_));
 }
 
 Outcome<v1::Receipt> CellConnection::reset(std::optional<std::uint64_t> seed) {
   v1::ResetRequest request;
   if (seed) request.set_seed(*seed);
-  return receipt(call(stubs_->control, &v1::ControlService::Stub::Reset, request, address_));
+  return receipt(
+      stubs_->call(stubs_->control, &v1::ControlService::Stub::Reset, request, address_));
 }
 
 Outcome<v1::Receipt> CellConnection::save_state(const std::string& name) {
   v1::SaveStateRequest request;
   request.set_name(name);
-  return receipt(call(stubs_->control, &v1::ControlService::Stub::SaveState, request, address_));
+  return receipt(
+      stubs_->call(stubs_->control, &v1::ControlService::Stub::SaveState, request, address_));
 }
 
 Outcome<v1::Receipt> CellConnection::load_state(const std::string& name) {
   v1::LoadStateRequest request;
   request.set_name(name);
-  return receipt(call(stubs_->control, &v1::ControlService::Stub::LoadState, request, address_));
+  return receipt(
+      stubs_->call(stubs_->control, &v1::ControlService::Stub::LoadState, request, address_));
 }
 
 Outcome<v1::Receipt> CellConnection::delete_state(const std::string& name) {
   v1::DeleteStateRequest request;
   request.set_name(name);
-  return receipt(call(stubs_->control, &v1::ControlService::Stub::DeleteState, request, address_));
+  return receipt(
+      stubs_->call(stubs_->control, &v1::ControlService::Stub::DeleteState, request, address_));
 }
 
 Outcome<v1::ListStatesResponse> CellConnection::list_states() {
-  return call(stubs_->control, &v1::ControlService::Stub::ListStates, v1::ListStatesRequest{},
-              address_);
+  return stubs_->call(stubs_->control, &v1::ControlService::Stub::ListStates,
+                      v1::ListStatesRequest{}, address_);
 }
 
 Outcome<std::string> CellConnection::export_state(const std::string& name) {
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + kTransferTimeout);
-  authorize(context, stubs_->control);
+  stubs_->prepare(context);
   v1::ExportStateRequest request;
   request.set_name(name);
-  const auto reader = stubs_->control.stub.ExportState(&context, request);
+  const auto reader = stubs_->control.ExportState(&context, request);
   std::string bytes;
   for (v1::ExportStateResponse part; reader->Read(&part);) bytes += part.data();
   if (const auto status = reader->Finish(); !status.ok()) {
@@ -205,9 +214,9 @@ Outcome<v1::ImportStateResponse> CellConnection::import_state(const std::string&
   constexpr std::size_t kPart = std::size_t{32} << 10;
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + kTransferTimeout);
-  authorize(context, stubs_->control);
+  stubs_->prepare(context);
   v1::ImportStateResponse response;
-  const auto writer = stubs_->control.stub.ImportState(&context, &response);
+  const auto writer = stubs_->control.ImportState(&context, &response);
   v1::ImportStateRequest request;
   request.set_name(name);
   for (std::size_t at = 0; at < bytes.size() || at == 0; at += kPart) {
@@ -226,24 +235,26 @@ Outcome<v1::SetIntruderResponse> CellConnection::set_intruder(
     const std::optional<v1::Intruder>& intruder) {
   v1::SetIntruderRequest request;
   if (intruder) *request.mutable_intruder() = *intruder;
-  return call(stubs_->control, &v1::ControlService::Stub::SetIntruder, request, address_);
+  return stubs_->call(stubs_->control, &v1::ControlService::Stub::SetIntruder, request, address_);
 }
 
 Outcome<v1::InjectFaultResponse> CellConnection::inject_fault(
     const v1::InjectFaultRequest& request) {
-  return call(stubs_->control, &v1::ControlService::Stub::InjectFault, request, address_);
+  return stubs_->call(stubs_->control, &v1::ControlService::Stub::InjectFault, request, address_);
 }
 
 Outcome<v1::Receipt> CellConnection::end_fault(std::uint64_t id) {
   v1::EndFaultRequest request;
   request.set_id(id);
-  return receipt(call(stubs_->control, &v1::ControlService::Stub::EndFault, request, address_));
+  return receipt(
+      stubs_->call(stubs_->control, &v1::ControlService::Stub::EndFault, request, address_));
 }
 
 Outcome<v1::Receipt> CellConnection::report_event(const std::string& event) {
   v1::ReportEventRequest request;
   request.set_event(event);
-  return receipt(call(stubs_->control, &v1::ControlService::Stub::ReportEvent, request, address_));
+  return receipt(
+      stubs_->call(stubs_->control, &v1::ControlService::Stub::ReportEvent, request, address_));
 }
 
 }  // namespace aprsim::client

@@ -5,9 +5,11 @@
 #include <memory>
 #include <string>
 
-#include "protocols/access_token.hpp"
+#include "protocols/access.hpp"
+#include "protocols/audit_log.hpp"
 #include "protocols/connection_places.hpp"
 #include "protocols/state_files.hpp"
+#include "protocols/tls.hpp"
 #include "protocols/wire_trace.hpp"
 #include "world/api/duration_histogram.hpp"
 #include "world/api/error.hpp"
@@ -33,10 +35,12 @@ struct TelemetryOptions {
   api::VirtualTime* virtual_time = nullptr;
   api::History* history = nullptr;               ///< null = no past is kept; outlives the server
   protocols::StateFiles* state_files = nullptr;  ///< null = states stay where they are; outlives it
-  bool control = true;  ///< false: commands need the token; without one there are none
-  std::shared_ptr<protocols::AccessToken> token = {};  ///< if there: commands need it
-  std::string instance_id;                ///< names this process to clients; empty = random
-  protocols::WireTrace* trace = nullptr;  ///< hears of calls that command; outlives the server
+  /// Who may what; null = whoever is on this machine all, others look.
+  std::shared_ptr<protocols::Access> access = {};
+  protocols::AuditLog* audit = nullptr;      ///< of commands; outlives the server; null = none
+  std::shared_ptr<protocols::Tls> tls = {};  ///< null = nothing is encrypted
+  std::string instance_id;                   ///< names this process to clients; empty = random
+  protocols::WireTrace* trace = nullptr;     ///< hears of calls that command; outlives the server
 };
 
 struct TelemetryStats {
@@ -53,11 +57,10 @@ struct TelemetryStats {
 
 /// gRPC listener of package aprsim.v1: telemetry, control, health and reflection.
 ///
-/// Whoever commands gives the token, if one is asked for, as metadata "authorization: Bearer
-/// TOKEN". Answers only from the latest snapshot. A slow stream reader loses samples and is told
-/// how many; it never holds up the simulation or other clients. The health status of "" and of
-/// every service is SERVING while the server runs, NOT_SERVING while the simulation has a
-/// problem().
+/// Who has a token gives it as metadata "authorization: Bearer TOKEN". Answers only from the latest
+/// snapshot. A slow stream reader loses samples and is told how many; it never holds up the
+/// simulation or other clients. The health status of "" and of every service is SERVING while the
+/// server runs, NOT_SERVING while the simulation has a problem().
 class TelemetryServer {
  public:
   /// Sink and source must outlive the server.

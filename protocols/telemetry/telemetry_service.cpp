@@ -25,8 +25,9 @@ class RefusedStream final : public grpc::ServerWriteReactor<v1::StreamSnapshotsR
 }  // namespace
 
 TelemetryService::TelemetryService(const TelemetryOptions& options,
-                                   const api::SnapshotSource& source, StreamHub& hub)
-    : options_(options), source_(source), hub_(hub) {}
+                                   const api::SnapshotSource& source, StreamHub& hub,
+                                   const CallGate& gate)
+    : options_(options), source_(source), hub_(hub), gate_(gate) {}
 
 Result<double> TelemetryService::rate(double asked_hz) const {
   if (asked_hz == 0) return options_.default_rate_hz;
@@ -40,6 +41,7 @@ Result<double> TelemetryService::rate(double asked_hz) const {
 
 grpc::ServerWriteReactor<v1::StreamSnapshotsResponse>* TelemetryService::StreamSnapshots(
     grpc::CallbackServerContext* context, const v1::StreamSnapshotsRequest* request) {
+  if (const auto refused = gate_.refusal(*context)) return new RefusedStream(*refused);
   const auto rate_hz = rate(request->rate_hz());
   if (!rate_hz) return new RefusedStream(rpc_status(rate_hz.error()));
   auto mask = SnapshotMask::parse(request->read_mask());
@@ -55,6 +57,10 @@ grpc::ServerUnaryReactor* TelemetryService::GetSnapshot(grpc::CallbackServerCont
                                                         const v1::GetSnapshotRequest* request,
                                                         v1::GetSnapshotResponse* response) {
   auto* reactor = context->DefaultReactor();
+  if (const auto refused = gate_.refusal(*context)) {
+    reactor->Finish(*refused);
+    return reactor;
+  }
   const auto mask = SnapshotMask::parse(request->read_mask());
   if (!mask) {
     reactor->Finish(rpc_status(mask.error()));
@@ -71,6 +77,10 @@ grpc::ServerUnaryReactor* TelemetryService::GetCell(grpc::CallbackServerContext*
                                                     const v1::GetCellRequest* /*request*/,
                                                     v1::GetCellResponse* response) {
   auto* reactor = context->DefaultReactor();
+  if (const auto refused = gate_.refusal(*context)) {
+    reactor->Finish(*refused);
+    return reactor;
+  }
   const api::SnapshotPtr snapshot = source_.latest();
   protocols::write_message(*snapshot->cell, *response->mutable_cell());
   response->set_epoch(snapshot->epoch);

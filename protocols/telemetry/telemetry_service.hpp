@@ -1,6 +1,7 @@
 #pragma once
 
 #include "aprsim/v1/telemetry_service.grpc.pb.h"
+#include "protocols/telemetry/call_gate.hpp"
 #include "protocols/telemetry/stream_hub.hpp"
 #include "protocols/telemetry/telemetry_server.hpp"
 
@@ -10,7 +11,7 @@ namespace aprsim::telemetry {
 class TelemetryService final : public v1::TelemetryService::CallbackService {
  public:
   TelemetryService(const TelemetryOptions& options, const api::SnapshotSource& source,
-                   StreamHub& hub);
+                   StreamHub& hub, const CallGate& gate);
 
   grpc::ServerWriteReactor<v1::StreamSnapshotsResponse>* StreamSnapshots(
       grpc::CallbackServerContext* context, const v1::StreamSnapshotsRequest* request) override;
@@ -27,6 +28,7 @@ class TelemetryService final : public v1::TelemetryService::CallbackService {
   const TelemetryOptions& options_;
   const api::SnapshotSource& source_;
   StreamHub& hub_;
+  const CallGate& gate_;
 };
 
 }  // namespace aprsim::telemetry

@@ -8,7 +8,10 @@
 
 #include <boost/asio/ip/tcp.hpp>
 
+#include "protocols/access.hpp"
 #include "protocols/connection_places.hpp"
+#include "protocols/limited_log.hpp"
+#include "protocols/tls.hpp"
 #include "protocols/web/asset_table.hpp"
 #include "protocols/web/web_socket.hpp"
 
@@ -34,12 +37,16 @@ struct HttpContext {
   /// Pages that are made when they are asked for, by path: status and text.
   std::map<std::string, std::function<LivePage()>, std::less<>> live;
   /// Takes over an upgraded connection.
-  std::function<void(std::shared_ptr<WebSocket>, std::string peer)> on_viewer;
+  std::function<void(std::shared_ptr<WebSocket>, std::string peer, protocols::Caller caller)>
+      on_viewer;
+  /// Who may what; null where nothing needs a role.
+  std::shared_ptr<protocols::Access> access;
+  protocols::LimitedLog* refusals = nullptr;  ///< where they are told; may be null
+  std::shared_ptr<protocols::Tls> tls;        ///< null = nothing is encrypted
 };
 
-/// One connection that speaks HTTP: GET and HEAD of the asset table and of
-/// live pages, and the upgrade of /ws to a
-/// WebSocket. Headers are limited to 8 KiB, bodies are refused.
+/// One connection that speaks HTTP: GET and HEAD of the asset table and of live pages, and the
+/// upgrade of /ws to a WebSocket. Headers are limited to 8 KiB, bodies are refused.
 class HttpSession {
  public:
   virtual ~HttpSession() = default;

@@ -225,9 +225,13 @@ class Cell:
         """Use `connect`."""
         self.endpoints = endpoints
         self._address = f"{endpoints.host}:{endpoints.grpc}"
-        self._channel: Any = grpc.aio.insecure_channel(
-            self._address, options=calls.CHANNEL_OPTIONS
+        credentials = calls.credentials_of(endpoints)
+        self._channel: Any = (
+            grpc.aio.secure_channel(self._address, credentials, options=calls.CHANNEL_OPTIONS)
+            if credentials
+            else grpc.aio.insecure_channel(self._address, options=calls.CHANNEL_OPTIONS)
         )
+        self._metadata = calls.metadata_of(endpoints)
         self._control: Any = control_service_pb2_grpc.ControlServiceStub(self._channel)
         self._telemetry: Any = telemetry_service_pb2_grpc.TelemetryServiceStub(self._channel)
         self._robots: dict[str, Robot] = {}
@@ -247,11 +251,23 @@ class Cell:
         grpc_port: int | None = None,
         crcl_ports: dict[str, int] | None = None,
         token_file: str | Path | None = None,
+        tls: bool = False,
+        ca: str | Path | None = None,
+        certificate: str | Path | None = None,
+        key: str | Path | None = None,
     ) -> Cell:
         """As `aprsim.Cell.connect`."""
         cell = cls(
             find_endpoints(
-                ports_file, host=host, grpc=grpc_port, crcl=crcl_ports, token_file=token_file
+                ports_file,
+                host=host,
+                grpc=grpc_port,
+                crcl=crcl_ports,
+                token_file=token_file,
+                tls=tls,
+                ca=ca,
+                certificate=certificate,
+                key=key,
             )
         )
         try:
@@ -288,7 +304,9 @@ class Cell:
 
     async def stream(self, hz: float = 20.0, fields: Sequence[str] = ()) -> AsyncIterator[Snapshot]:
         """Snapshots at a steady wall-clock rate."""
-        call = self._telemetry.StreamSnapshots(calls.stream_request(hz, fields))
+        call = self._telemetry.StreamSnapshots(
+            calls.stream_request(hz, fields), metadata=self._metadata
+        )
         try:
             async for answer in call:
                 yield self._seen(Snapshot(answer.snapshot))
@@ -397,12 +415,9 @@ class Cell:
 
     async def _run(self, call: calls.Call[T]) -> T:
         stub = self._control if call.control else self._telemetry
-        metadata = []
-        if call.control and self.endpoints.token:
-            metadata.append(("authorization", f"Bearer {self.endpoints.token}"))
         try:
             answer = await getattr(stub, call.method)(
-                call.request, timeout=call.timeout_s, metadata=metadata
+                call.request, timeout=call.timeout_s, metadata=self._metadata
             )
         except grpc.RpcError as error:
             raise self._error(error) from error

@@ -7,7 +7,10 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Callable, Generic, Mapping, Sequence, TypeVar
 
+import grpc
+
 from . import faults
+from .endpoints import Endpoints
 from .errors import AprsimError, Refused, TimedOut, Unreachable
 from .snapshots import Snapshot, seconds
 from .v1 import control_service_pb2 as control
@@ -49,11 +52,24 @@ class Call(Generic[T]):
     """One unary call."""
 
     control: bool
-    """Of ControlService, which the token is for; else of TelemetryService."""
+    """Of ControlService; else of TelemetryService."""
     method: str
     request: Any
     read: Callable[[Any], T]
     timeout_s: float = _TIMEOUT_S
+
+
+def metadata_of(endpoints: Endpoints) -> list[tuple[str, str]]:
+    """What goes with every call."""
+    return [("authorization", f"Bearer {endpoints.token}")] if endpoints.token else []
+
+
+def credentials_of(endpoints: Endpoints) -> Any:
+    """Of an encrypted channel; None = it is not encrypted."""
+    encryption = endpoints.encryption
+    if encryption is None:
+        return None
+    return grpc.ssl_channel_credentials(encryption.ca, encryption.key, encryption.certificate)
 
 
 def error_of(code: str, details: str, address: str) -> AprsimError:

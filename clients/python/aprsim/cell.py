@@ -30,7 +30,13 @@ class Cell:
     def __init__(self, endpoints: Endpoints) -> None:
         self.endpoints = endpoints
         self._address = f"{endpoints.host}:{endpoints.grpc}"
-        self._channel = grpc.insecure_channel(self._address, options=calls.CHANNEL_OPTIONS)
+        credentials = calls.credentials_of(endpoints)
+        self._channel: Any = (
+            grpc.secure_channel(self._address, credentials, options=calls.CHANNEL_OPTIONS)
+            if credentials
+            else grpc.insecure_channel(self._address, options=calls.CHANNEL_OPTIONS)
+        )
+        self._metadata = calls.metadata_of(endpoints)
         self._control: Any = control_service_pb2_grpc.ControlServiceStub(self._channel)
         self._telemetry: Any = telemetry_service_pb2_grpc.TelemetryServiceStub(self._channel)
         self._robots: dict[str, Robot] = {}
@@ -52,13 +58,26 @@ class Cell:
         grpc_port: int | None = None,
         crcl_ports: dict[str, int] | None = None,
         token_file: str | Path | None = None,
+        tls: bool = False,
+        ca: str | Path | None = None,
+        certificate: str | Path | None = None,
+        key: str | Path | None = None,
     ) -> Cell:
         """To the cell of a ports file, else of the one that APRSIM_PORTS_FILE names, else at the
-        default ports of this machine; single choices go over that. The token for commands: the first
-        line of `token_file`, else APRSIM_TOKEN."""
+        default ports of this machine; single choices go over that. The token: the first line of
+        `token_file`, else APRSIM_TOKEN. Encrypted gRPC: `ca`, and `certificate` with `key` where the
+        daemon asks for them, name files in PEM (else APRSIM_CA, APRSIM_CERTIFICATE, APRSIM_KEY)."""
         return cls(
             find_endpoints(
-                ports_file, host=host, grpc=grpc_port, crcl=crcl_ports, token_file=token_file
+                ports_file,
+                host=host,
+                grpc=grpc_port,
+                crcl=crcl_ports,
+                token_file=token_file,
+                tls=tls,
+                ca=ca,
+                certificate=certificate,
+                key=key,
             )
         )
 
@@ -89,7 +108,9 @@ class Cell:
     def stream(self, hz: float = 20.0, fields: Sequence[str] = ()) -> Iterator[Snapshot]:
         """Snapshots at a steady wall-clock rate, at most 1000 a second, until the loop ends. A reader
         that is too slow misses some and gets the latest."""
-        call = self._telemetry.StreamSnapshots(calls.stream_request(hz, fields))
+        call = self._telemetry.StreamSnapshots(
+            calls.stream_request(hz, fields), metadata=self._metadata
+        )
         try:
             for answer in call:
                 yield self._seen(Snapshot(answer.snapshot))
@@ -211,12 +232,9 @@ class Cell:
 
     def _run(self, call: calls.Call[T]) -> T:
         stub = self._control if call.control else self._telemetry
-        metadata = []
-        if call.control and self.endpoints.token:
-            metadata.append(("authorization", f"Bearer {self.endpoints.token}"))
         try:
             answer = getattr(stub, call.method)(
-                call.request, timeout=call.timeout_s, metadata=metadata
+                call.request, timeout=call.timeout_s, metadata=self._metadata
             )
         except grpc.RpcError as error:
             raise self._error(error) from error
