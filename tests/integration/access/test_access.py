@@ -294,6 +294,7 @@ class Encryption(WithAuthority):
              socket.create_connection((HOST, self.ports["web"])) as silent:
             silent.sendall(b"\x16\x03\x01")
             with self.cell("operate") as cell:
+                cell.pause()
                 cell.step(3)
 
     def test_streams_and_steps_in_python(self):
@@ -302,6 +303,7 @@ class Encryption(WithAuthority):
             self.daemon.ports_file, ca=self.authority.certificate,
             certificate=certified.certificate, key=certified.key,
         ) as cell:
+            cell.pause()
             before = cell.snapshot().step
             self.assertEqual(cell.step(5).step, before + 5)
             seen = [snapshot for snapshot, _ in zip(cell.stream(hz=100), range(3))]
@@ -319,6 +321,7 @@ class Encryption(WithAuthority):
             async with await aio.Cell.connect(
                 self.daemon.ports_file, ca=self.authority.certificate, token_file=path
             ) as cell:
+                await cell.pause()
                 return (await cell.step(2)).step
 
         self.assertGreater(asyncio.run(run()), 0)
@@ -334,6 +337,7 @@ class Encryption(WithAuthority):
                 timeout=60 * PATIENCE, env={**os.environ, **environment}, check=False,
             )
 
+        self.assertEqual(run("pause", *files, "--token-file", str(token)).returncode, 0)
         self.assertEqual(run("step", "2", *files, "--token-file", str(token)).returncode, 0)
         refused = run("step", "2", *files)
         self.assertEqual(refused.returncode, 1)
@@ -444,6 +448,7 @@ class Files(unittest.TestCase):
         )
         cls.text = cls.folder / "text"
         cls.text.write_text("no PEM\n", encoding="utf-8")
+        cls.text.chmod(0o600)
         cls.open_key = cls.folder / "open.key"
         cls.open_key.write_bytes(pathlib.Path(cls.good.key).read_bytes())
         cls.open_key.chmod(0o644)
