@@ -190,6 +190,9 @@ Result<void> write_access_file(const std::string& path, const AccessFile& file) 
   };
   const int fd = mkostemp(name.data(), O_CLOEXEC);  // of mode 600
   if (fd < 0) return failed();
+  // The daemon whose file it is goes on reading it.
+  struct stat before {};
+  if (stat(path.c_str(), &before) == 0) (void)!fchown(fd, before.st_uid, before.st_gid);
   const std::string text = yaml_of(file);
   const bool written = ::write(fd, text.data(), text.size()) == static_cast<ssize_t>(text.size());
   const bool kept = written && fsync(fd) == 0;
