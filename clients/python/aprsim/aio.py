@@ -21,14 +21,18 @@ import numpy as np
 import numpy.typing as npt
 
 from . import calls, crcl, faults
-from .calls import Receipt, SavedState
+from .calls import Bookmark, HistorySpan, Receipt, SavedState
 from .endpoints import Endpoints, find_endpoints
 from .errors import TimedOut, Unreachable
 from .motions import MOVE_TIMEOUT_S, TURN_SPEED_RAD_S, Frame, Motions
 from .poses import Array
 from .robot import ANSWER_S, MOST_POLL_STEPS, POLL_S, POLL_STEPS
 from .snapshots import Snapshot, seconds
-from .v1 import control_service_pb2_grpc, telemetry_service_pb2_grpc
+from .v1 import (
+    control_service_pb2_grpc,
+    history_service_pb2_grpc,
+    telemetry_service_pb2_grpc,
+)
 
 if TYPE_CHECKING:
     from .v1 import cell_pb2, control_service_pb2, faults_pb2, snapshot_pb2
@@ -232,8 +236,11 @@ class Cell:
             else grpc.aio.insecure_channel(self._address, options=calls.CHANNEL_OPTIONS)
         )
         self._metadata = calls.metadata_of(endpoints)
-        self._control: Any = control_service_pb2_grpc.ControlServiceStub(self._channel)
-        self._telemetry: Any = telemetry_service_pb2_grpc.TelemetryServiceStub(self._channel)
+        self._stubs: dict[str, Any] = {
+            "Control": control_service_pb2_grpc.ControlServiceStub(self._channel),
+            "History": history_service_pb2_grpc.HistoryServiceStub(self._channel),
+            "Telemetry": telemetry_service_pb2_grpc.TelemetryServiceStub(self._channel),
+        }
         self._robots: dict[str, Robot] = {}
         self.paused = False
         """As this client has last seen or made it."""
@@ -304,7 +311,7 @@ class Cell:
 
     async def stream(self, hz: float = 20.0, fields: Sequence[str] = ()) -> AsyncIterator[Snapshot]:
         """Snapshots at a steady wall-clock rate."""
-        call = self._telemetry.StreamSnapshots(
+        call = self._stubs["Telemetry"].StreamSnapshots(
             calls.stream_request(hz, fields), metadata=self._metadata
         )
         try:
@@ -413,8 +420,60 @@ class Cell:
         """All kinds with their parameters."""
         return await self._run(calls.fault_kinds())
 
+    # -- the past -----------------------------------------------------------------------------
+
+    async def history(self) -> list[HistorySpan]:
+        """What is kept of the past, oldest first; the last span is of the present epoch."""
+        return await self._run(calls.get_history())
+
+    async def past(
+        self, step: int, epoch: int | None = None, fields: Sequence[str] = ()
+    ) -> Snapshot:
+        """How the cell was after a step, bit for bit; of the present epoch unless another is said."""
+        return await self._run(calls.get_past(await self._epoch(epoch), step, fields))
+
+    async def past_range(
+        self,
+        begin: int,
+        end: int,
+        stride: int = 20,
+        epoch: int | None = None,
+        fields: Sequence[str] = (),
+    ) -> AsyncIterator[Snapshot]:
+        """How it was from one step to another, every so many."""
+        request = calls.past_request(await self._epoch(epoch), begin, end, stride, fields)
+        call = self._stubs["History"].StreamPast(request, metadata=self._metadata)
+        try:
+            async for answer in call:
+                yield Snapshot(answer.snapshot)
+        except grpc.RpcError as error:
+            raise self._error(error) from error
+        finally:
+            call.cancel()
+
+    async def resume_from(self, step: int, epoch: int | None = None) -> Receipt:
+        """Puts the cell back to a moment of the past, from which it goes on, bit for bit."""
+        return await self._run(calls.resume_from(await self._epoch(epoch), step))
+
+    async def bookmarks(self) -> list[Bookmark]:
+        """Moments worth finding again: set by somebody, or by the daemon at what happened."""
+        return await self._run(calls.list_bookmarks())
+
+    async def add_bookmark(self, step: int, text: str, epoch: int | None = None) -> Bookmark:
+        """Sets one."""
+        return await self._run(calls.add_bookmark(await self._epoch(epoch), step, text))
+
+    async def remove_bookmark(self, identifier: int) -> None:
+        """Takes one away."""
+        await self._run(calls.remove_bookmark(identifier))
+
+    async def _epoch(self, epoch: int | None) -> int:
+        if epoch is not None:
+            return epoch
+        return int((await self._run(calls.get_snapshot(["epoch"]))).message.epoch)
+
     async def _run(self, call: calls.Call[T]) -> T:
-        stub = self._control if call.control else self._telemetry
+        stub = self._stubs[call.service]
         try:
             answer = await getattr(stub, call.method)(
                 call.request, timeout=call.timeout_s, metadata=self._metadata

@@ -10,11 +10,15 @@ from typing import TYPE_CHECKING, Any, Iterator, Mapping, Sequence, TypeVar
 import grpc
 
 from . import calls, faults
-from .calls import Receipt, SavedState
+from .calls import Bookmark, HistorySpan, Receipt, SavedState
 from .endpoints import Endpoints, find_endpoints
 from .robot import Robot
 from .snapshots import Snapshot, seconds
-from .v1 import control_service_pb2_grpc, telemetry_service_pb2_grpc
+from .v1 import (
+    control_service_pb2_grpc,
+    history_service_pb2_grpc,
+    telemetry_service_pb2_grpc,
+)
 
 if TYPE_CHECKING:
     from .v1 import cell_pb2, control_service_pb2, faults_pb2, snapshot_pb2
@@ -37,8 +41,11 @@ class Cell:
             else grpc.insecure_channel(self._address, options=calls.CHANNEL_OPTIONS)
         )
         self._metadata = calls.metadata_of(endpoints)
-        self._control: Any = control_service_pb2_grpc.ControlServiceStub(self._channel)
-        self._telemetry: Any = telemetry_service_pb2_grpc.TelemetryServiceStub(self._channel)
+        self._stubs: dict[str, Any] = {
+            "Control": control_service_pb2_grpc.ControlServiceStub(self._channel),
+            "History": history_service_pb2_grpc.HistoryServiceStub(self._channel),
+            "Telemetry": telemetry_service_pb2_grpc.TelemetryServiceStub(self._channel),
+        }
         self._robots: dict[str, Robot] = {}
         self.paused = False
         """As this client has last seen or made it. Robots' commands step a paused cell."""
@@ -108,7 +115,7 @@ class Cell:
     def stream(self, hz: float = 20.0, fields: Sequence[str] = ()) -> Iterator[Snapshot]:
         """Snapshots at a steady wall-clock rate, at most 1000 a second, until the loop ends. A reader
         that is too slow misses some and gets the latest."""
-        call = self._telemetry.StreamSnapshots(
+        call = self._stubs["Telemetry"].StreamSnapshots(
             calls.stream_request(hz, fields), metadata=self._metadata
         )
         try:
@@ -174,6 +181,58 @@ class Cell:
         """In alphabetical order."""
         return self._run(calls.list_states())
 
+    # -- the past -----------------------------------------------------------------------------
+
+    def history(self) -> list[HistorySpan]:
+        """What is kept of the past, oldest first; the last span is of the present epoch."""
+        return self._run(calls.get_history())
+
+    def past(
+        self, step: int, epoch: int | None = None, fields: Sequence[str] = ()
+    ) -> Snapshot:
+        """How the cell was after a step, bit for bit; of the present epoch unless another is said."""
+        return self._run(calls.get_past(self._epoch(epoch), step, fields))
+
+    def past_range(
+        self,
+        begin: int,
+        end: int,
+        stride: int = 20,
+        epoch: int | None = None,
+        fields: Sequence[str] = (),
+    ) -> Iterator[Snapshot]:
+        """How it was from one step to another, every so many."""
+        request = calls.past_request(self._epoch(epoch), begin, end, stride, fields)
+        call = self._stubs["History"].StreamPast(request, metadata=self._metadata)
+        try:
+            for answer in call:
+                yield Snapshot(answer.snapshot)
+        except grpc.RpcError as error:
+            raise self._error(error) from error
+        finally:
+            call.cancel()
+
+    def resume_from(self, step: int, epoch: int | None = None) -> Receipt:
+        """Puts the cell back to a moment of the past, from which it goes on, bit for bit."""
+        return self._run(calls.resume_from(self._epoch(epoch), step))
+
+    def bookmarks(self) -> list[Bookmark]:
+        """Moments worth finding again: set by somebody, or by the daemon at what happened."""
+        return self._run(calls.list_bookmarks())
+
+    def add_bookmark(self, step: int, text: str, epoch: int | None = None) -> Bookmark:
+        """Sets one."""
+        return self._run(calls.add_bookmark(self._epoch(epoch), step, text))
+
+    def remove_bookmark(self, identifier: int) -> None:
+        """Takes one away."""
+        self._run(calls.remove_bookmark(identifier))
+
+    def _epoch(self, epoch: int | None) -> int:
+        if epoch is not None:
+            return epoch
+        return int((self._run(calls.get_snapshot(["epoch"]))).message.epoch)
+
     # -- robots and belt ----------------------------------------------------------------------
 
     def robot(self, name: str, *, initialise: bool = True) -> Robot:
@@ -231,7 +290,7 @@ class Cell:
     # -----------------------------------------------------------------------------------------
 
     def _run(self, call: calls.Call[T]) -> T:
-        stub = self._control if call.control else self._telemetry
+        stub = self._stubs[call.service]
         try:
             answer = getattr(stub, call.method)(
                 call.request, timeout=call.timeout_s, metadata=self._metadata
