@@ -17,10 +17,6 @@ std::string text_of(int family, const void* address) {
   return inet_ntop(family, address, text.data(), text.size()) ? text.data() : "";
 }
 
-bool is_this_machine(const std::string& address) {
-  return address.starts_with("127.") || address == "::1";
-}
-
 }  // namespace
 
 std::string client_address(std::string_view host) {
@@ -31,6 +27,11 @@ std::string client_address(std::string_view host) {
   if (IN6_IS_ADDR_V4MAPPED(&v6)) return text_of(AF_INET, &v6.s6_addr[12]);
   std::fill(std::begin(v6.s6_addr) + kNetworkBytes, std::end(v6.s6_addr), std::uint8_t{0});
   return text_of(AF_INET6, &v6) + "/64";
+}
+
+bool is_this_machine(std::string_view host) {
+  const std::string address = client_address(host);
+  return address.starts_with("127.") || address == "::1";
 }
 
 std::string_view host_of(std::string_view peer) {

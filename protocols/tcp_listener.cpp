@@ -60,6 +60,9 @@ Result<std::uint16_t> TcpListener::listen() {
                 "cannot listen on " + options_.address + " port " + std::to_string(options_.port) +
                     ": " + cause);
   };
+  auto allow = AllowList::from(options_.allow, options_.name + ".allow");
+  if (!allow) return tl::unexpected(allow.error());
+  allow_ = std::move(*allow);
   error_code error;
   const asio::ip::address address = asio::ip::make_address(options_.address, error);
   if (error) {
@@ -129,7 +132,7 @@ void TcpListener::admit(tcp::socket socket) {
   const tcp::endpoint endpoint = socket.remote_endpoint(gone);
   if (gone) return;
   std::string peer = text(endpoint);
-  if (options_.allows && !options_.allows(endpoint.address())) {
+  if (!allow_.allows(endpoint.address())) {
     refuse(peer, "its address is not on the allow list");
     return;
   }

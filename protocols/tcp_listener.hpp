@@ -7,12 +7,14 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/address.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
 
+#include "protocols/allow_list.hpp"
 #include "protocols/connection_places.hpp"
 #include "world/api/error.hpp"
 
@@ -23,9 +25,9 @@ struct TcpListenerOptions {
   std::string address;      ///< numeric IPv4 or IPv6
   std::uint16_t port = 0;   ///< 0 = any free port
   ConnectionLimits limits;  ///< a connection without a place is given to on_refused
-  /// Whether clients from this address are served; the others' connections are closed at once.
-  /// Empty = everybody is.
-  std::function<bool(const boost::asio::ip::address&)> allows = {};
+  /// Networks whose clients are served; the others' connections are closed at once. Empty =
+  /// everybody's are.
+  std::vector<std::string> allow = {};
   /// What takes over the socket of a connection without a place; null = it is closed.
   std::function<void(boost::asio::ip::tcp::socket, const std::string& peer)> on_refused = {};
 };
@@ -67,6 +69,7 @@ class TcpListener {
   void retry_later(const std::string& why);
 
   TcpListenerOptions options_;
+  AllowList allow_;
   OnAccept on_accept_;
   boost::asio::ip::tcp::acceptor acceptor_;
   boost::asio::steady_timer retry_;

@@ -1,7 +1,11 @@
 #include "protocols/wire_tap.hpp"
 
 #include <algorithm>
+#include <span>
 #include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "protocols/limited_log.hpp"
 
@@ -12,6 +16,10 @@ namespace {
 std::size_t size_of(const WireEvent& event) {
   return sizeof event + 2 * sizeof(WireEventPtr) + event.source.size() + event.peer.size() +
          event.type.size() + event.state.size() + event.data.size();
+}
+
+std::span<const std::uint8_t> as_bytes(const std::string& text) {
+  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
 }
 
 }  // namespace
@@ -44,6 +52,7 @@ void WireTap::note(WireEvent event) {
   }
   event.type = log_text(event.type);
   event.state = log_text(event.state);
+  if (audit_ != nullptr && event.from_client && !event.poll && event.source != "page") audit(event);
   const auto shared = std::make_shared<WireEvent>(std::move(event));
   const std::lock_guard lock(mutex_);
   shared->number = ++last_number_;
@@ -57,6 +66,22 @@ void WireTap::note(WireEvent event) {
   kept.add(shared);
   command_bytes_ += kept.bytes - before;
   give_up_commands(shared->time);
+}
+
+void WireTap::audit(const WireEvent& event) const {
+  AuditRecord record{.wire = event.source,
+                     .peer = event.peer,
+                     .who = "no credentials",
+                     .command = event.type,
+                     .request = event.data,
+                     .outcome = event.state,
+                     .time = event.time};
+  // Modbus has no words, but bytes.
+  if (event.type.empty()) {
+    record.command = "write";
+    record.request = fmt::format("{:02x}", fmt::join(as_bytes(event.data), ""));
+  }
+  audit_->write(record);
 }
 
 void WireTap::give_up_commands(std::chrono::system_clock::time_point now) {

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "protocols/audit_log.hpp"
 #include "world/api/ports.hpp"
 
 namespace aprsim::protocols {
@@ -51,6 +52,10 @@ class WireTap {
   explicit WireTap(const api::SnapshotSource& source, std::size_t max_bytes = std::size_t{16} << 20)
       : source_(source), max_bytes_(max_bytes) {}
 
+  /// Commands of the wires go there too from now on; those of pages do not. Before the listeners
+  /// start.
+  void audit_to(AuditLog* audit) { audit_ = audit; }
+
   [[nodiscard]] bool wants_polls() const { return wants_polls_.load(std::memory_order_relaxed); }
   /// Turning it off forgets those that are kept.
   void want_polls(bool on);
@@ -72,10 +77,12 @@ class WireTap {
     void add(WireEventPtr event);
     void drop_oldest();
   };
+  void audit(const WireEvent& event) const;
   void give_up_commands(std::chrono::system_clock::time_point now);
 
   const api::SnapshotSource& source_;
   const std::size_t max_bytes_;
+  AuditLog* audit_ = nullptr;
   std::atomic<bool> wants_polls_{false};
   mutable std::mutex mutex_;              // of all below
   std::map<std::string, Kept> commands_;  // by source

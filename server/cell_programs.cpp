@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <optional>
 #include <system_error>
+#include <utility>
 
 #include <spdlog/spdlog.h>
 
@@ -44,7 +45,7 @@ std::optional<std::string> host_of(const Config& config) {
 
 }  // namespace
 
-CellPrograms::CellPrograms(const Config& config, bool demo) : demo_(demo) {
+CellPrograms::CellPrograms(const Config& config, bool demo, std::string token) : demo_(demo) {
   const bool pages_may = may_start_programs(config);
   if (!pages_may && !demo) return;
   directory_ = make_directory();
@@ -56,7 +57,9 @@ CellPrograms::CellPrograms(const Config& config, bool demo) : demo_(demo) {
     options.refusal = "Listeners have different addresses, and programs know one.";
   }
   if (!pages_may) options.refusal = "Pages start and stop no programs here (web.programs).";
-  options.environment["APRSIM_TOKEN"] = config.web.token;
+  options.environment["APRSIM_TOKEN"] = std::move(token);
+  // They trust this daemon's own certificate; it must name the address at which they reach it.
+  if (config.tls.certificate) options.environment["APRSIM_CA"] = *config.tls.certificate;
   programs_ = std::make_unique<Programs>(std::move(options));
 }
 

@@ -13,7 +13,8 @@ namespace aprsim::server {
 /// may start none and the demo is not asked for. Thread: one; pages use for_pages() on theirs.
 class CellPrograms {
  public:
-  CellPrograms(const Config& config, bool demo);
+  /// `token`: for the programs; empty = they need none.
+  CellPrograms(const Config& config, bool demo, std::string token = {});
   ~CellPrograms();
   CellPrograms(const CellPrograms&) = delete;
   CellPrograms& operator=(const CellPrograms&) = delete;

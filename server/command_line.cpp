@@ -56,6 +56,7 @@ std::optional<Invocation> parse_command_line(int argc, char** argv, int& exit_co
   Invocation invocation;
   bool any_port = false;
   bool no_web = false;
+  bool insecure_control = false;
   app.add_option("--config", config_file, "Configuration file (YAML)");
   app.add_option("--scene", scene, "Scene: a name (" + scene_list() + ") or a file");
   app.add_option("--seed", seed, "Seed of everything random");
@@ -78,6 +79,10 @@ std::optional<Invocation> parse_command_line(int argc, char** argv, int& exit_co
   app.add_flag("--any-port", any_port, "Let the system pick every port");
   app.add_option("--token-file", token_file,
                  "File whose first line is the access token (default: the variable APRSIM_TOKEN)");
+  app.add_flag(
+      "--insecure-control", insecure_control,
+      "Let who has no credentials do everything over gRPC and on the page, also from other "
+      "machines");
   app.add_option("--ports-file", invocation.ports_file,
                  "Write the ports as JSON to this file once everything listens");
   app.add_option("--journal", journal,
@@ -107,6 +112,7 @@ std::optional<Invocation> parse_command_line(int argc, char** argv, int& exit_co
                "List every configuration key: its value, meaning and what it accepts; then leave");
   app.add_flag("--no-web", no_web, "Do not serve the web view");
   app.set_version_flag("--version", version_text());
+  app.footer("\naprsimd token --help: who may what over gRPC and on the page.");
   exit_code = 0;
   try {
     app.parse(argc, argv);
@@ -126,6 +132,7 @@ std::optional<Invocation> parse_command_line(int argc, char** argv, int& exit_co
   if (!scene.empty()) overrides.emplace_back("scene", scene);
   if (!seed.empty()) overrides.emplace_back("seed", seed);
   if (!speed.empty()) overrides.emplace_back("speed", speed);
+  if (insecure_control) overrides.emplace_back("access.insecure_control", "true");
   if (!time.empty()) overrides.emplace_back("time.mode", time);
   if (poll_period_s) {
     overrides.emplace_back("time.poll_period_ms", fmt::format("{:g}", 1e3 * *poll_period_s));

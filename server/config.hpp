@@ -46,6 +46,7 @@ struct CrclConfig {
   std::string address = "127.0.0.1";
   std::map<std::string, std::uint16_t> ports = {{"fanuc", 64444}, {"motoman", 64445}};
   std::uint32_t max_connections = 64;
+  std::vector<std::string> allow;
   std::uint32_t document_timeout_ms = 10'000;
   std::uint32_t idle_timeout_ms = 0;
   CrclRobotConfig all;                            ///< what holds for a robot that says nothing else
@@ -83,6 +84,7 @@ struct VisionConfig {
   std::string address = "127.0.0.1";
   std::map<std::string, std::uint16_t> ports = {{"fanuc", 4000}, {"motoman", 4001}};
   std::uint32_t max_connections = 64;
+  std::vector<std::string> allow;
   bool empty_slots = false;
   double repeat_s = 0.25;
 };
@@ -100,6 +102,19 @@ struct WebConfig {
   std::optional<std::string> token_file;
   std::vector<std::string> hosts;
   std::optional<bool> programs;
+};
+
+/// Who may what over gRPC and on the page.
+struct AccessConfig {
+  std::optional<std::string> file, audit_file;
+  bool insecure_control = false;
+  bool strangers_look = true;  ///< key anonymous
+};
+
+/// How gRPC and the page are encrypted; without a certificate they are not.
+struct TlsConfig {
+  std::optional<std::string> certificate, key, client_ca;
+  bool client_needed = false;  ///< key client_certificates
 };
 
 /// What the run is recorded in.
@@ -132,6 +147,8 @@ struct Config {
   JournalConfig journal;
   HistoryConfig history;
   ConnectionsConfig connections;
+  AccessConfig access;
+  TlsConfig tls;
   CrclConfig crcl;
   ModbusConfig modbus;
   GrpcConfig grpc;

@@ -16,6 +16,8 @@ namespace aprsim::server {
 
 inline constexpr Whole kConnections{1, 1024};
 inline constexpr std::int64_t kDay = 86'400'000;  // [ms]
+inline constexpr const char* kAllowed =
+    "who is served besides this machine; nobody when empty, everybody by 0.0.0.0/0 and ::/0";
 
 template <typename Archive>
 void visit(Archive& keys, CrclRobotConfig& robot) {
@@ -45,6 +47,7 @@ void visit(Archive& keys, CrclConfig& crcl) {
   keys.key("address", crcl.address, Text{}, "address to listen on");
   keys.by_robot("ports", crcl.ports, Port{}, "port of a robot; a free one for a robot without");
   keys.key("max_connections", crcl.max_connections, kConnections, "at once, to each robot");
+  keys.key("allow", crcl.allow, ListOf<Network>{}, kAllowed);
   keys.key("document_timeout_ms", crcl.document_timeout_ms, Whole{10, kDay},
            "for a document to arrive from its first byte on");
   keys.key("idle_timeout_ms", crcl.idle_timeout_ms, Whole{0, kDay},
@@ -62,7 +65,7 @@ void visit(Archive& keys, ModbusConfig& modbus) {
            "whether 1 in register 0x8001 means forward");
   keys.key("full_scale_m_s", modbus.full_scale_m_s, Number{yaml::kPositive},
            "belt speed that 32768 in register 0x8002 stands for");
-  keys.key("allow", modbus.allow, ListOf<Network>{}, "who is served; everybody when empty");
+  keys.key("allow", modbus.allow, ListOf<Network>{}, kAllowed);
   keys.key("unit_ids", modbus.unit_ids, ListOf<Whole>{{0, 255}},
            "unit ids that are ours; any when empty");
   keys.key("read_only", modbus.read_only, Flag{}, "refuse the functions that write");
@@ -88,6 +91,7 @@ void visit(Archive& keys, VisionConfig& vision) {
   keys.by_robot("ports", vision.ports, Port{},
                 "port of a robot's camera; a free one for a robot without");
   keys.key("max_connections", vision.max_connections, kConnections, "at once, to each camera");
+  keys.key("allow", vision.allow, ListOf<Network>{}, kAllowed);
   keys.key("empty_slots", vision.empty_slots, Flag{}, "lines name what was not detected, too");
   // A frame at least every half second, as simulated cameras of APRS send; more often than a poll
   // makes no sense.
@@ -105,9 +109,9 @@ void visit(Archive& keys, WebConfig& web) {
   keys.key("max_rate_hz", web.max_rate_hz, Number{yaml::between(1, 60)},
            "states of the cell that a page gets a second");
   keys.key("control", web.control, Flag{},
-           "whether pages may command; false asks for the token over gRPC, too");
+           "whether pages may command; false asks for credentials over gRPC, too");
   keys.key("token", web.token, Secret{8},
-           "what pages and callers of gRPC need to command; nothing without");
+           "a token of the role admin besides those of access.file, for the page and gRPC");
   keys.key("token_file", web.token_file, Maybe<Text>{}, "file whose first line is the token");
   keys.key("hosts", web.hosts, ListOf<Text>{},
            "names of this machine in addresses, besides localhost");
@@ -124,6 +128,37 @@ void visit(Archive& keys, ConnectionsConfig& connections) {
            "at once from one address to one listener; this machine's own may have all");
   keys.key("yield_after_ms", connections.yield_after_ms, Whole{0, kDay},
            "a connection without a request for so long is closed when a newcomer needs its place");
+}
+
+template <typename Archive>
+void visit(Archive& keys, AccessConfig& access) {
+  keys.key("file", access.file, Maybe<Text>{},
+           "file of tokens and of names in client certificates with their roles, made by aprsimd "
+           "token; of mode 600");
+  keys.key("anonymous", access.strangers_look, Word{{"none", "view"}},
+           "role over gRPC and on the page of who has no credentials, on this machine only where "
+           "credentials are asked for");
+  keys.key("insecure_control", access.insecure_control, Flag{},
+           "whether who has no credentials may do everything, also from other machines");
+  keys.key("audit_file", access.audit_file, Maybe<Text>{},
+           "file to which every command is appended with who sent it, as JSON lines");
+  keys.require(!access.insecure_control || access.strangers_look,
+               "anonymous: view beside insecure_control: true");
+}
+
+template <typename Archive>
+void visit(Archive& keys, TlsConfig& tls) {
+  keys.key("certificate", tls.certificate, Maybe<Text>{},
+           "PEM file of the certificate with which gRPC and the page are encrypted; without they "
+           "are not");
+  keys.key("key", tls.key, Maybe<Text>{}, "PEM file of its private key, without a password");
+  keys.key("client_ca", tls.client_ca, Maybe<Text>{},
+           "PEM file of the authorities whose certificates clients may show");
+  keys.key("client_certificates", tls.client_needed, Word{{"optional", "required"}},
+           "required: who shows no certificate of these authorities is not served");
+  keys.require(tls.certificate.has_value() == tls.key.has_value(), "both certificate and key");
+  keys.require(tls.certificate || !tls.client_ca, "certificate and key beside client_ca");
+  keys.require(tls.client_ca || !tls.client_needed, "client_ca beside client_certificates");
 }
 
 template <typename Archive>
@@ -175,6 +210,8 @@ void visit(Archive& keys, Config& config) {
   keys.section("journal", config.journal, "the record of the run");
   keys.section("history", config.history, "the past of the run, in memory");
   keys.section("connections", config.connections, "the connections of every listener");
+  keys.section("access", config.access, "who may what over gRPC and on the page");
+  keys.section("tls", config.tls, "encryption of gRPC and the page");
   keys.section("crcl", config.crcl, "CRCL, one listener a robot");
   keys.section("modbus", config.modbus, "Modbus/TCP of the conveyor's PLC");
   keys.section("grpc", config.grpc, "telemetry and control by gRPC");

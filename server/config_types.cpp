@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <charconv>
 
-#include "protocols/modbus/modbus_server.hpp"
+#include "protocols/allow_list.hpp"
 #include "world/api/simulation_command.hpp"
 
 namespace aprsim::server {
@@ -54,7 +54,7 @@ void Secret::read(const yaml::Node& node, std::string& value) const {
 
 void Network::read(const yaml::Node& node, std::string& value) const {
   value = node.text();
-  if (!modbus_server::is_network(value)) node.unexpected(text());
+  if (!protocols::is_network(value)) node.unexpected(text());
 }
 
 void PacerName::read(const yaml::Node& node, std::string& value) const {

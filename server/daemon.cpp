@@ -21,8 +21,10 @@
 #include "protocols/telemetry/telemetry_server.hpp"
 #include "protocols/vision/vision_server.hpp"
 #include "protocols/web/web_server.hpp"
+#include "server/access_rules.hpp"
 #include "server/cell_news.hpp"
 #include "server/cell_programs.hpp"
+#include "server/guards.hpp"
 #include "server/journal/journal.hpp"
 #include "server/journal/run_header.hpp"
 #include "server/journal/state_files.hpp"
@@ -140,6 +142,7 @@ crcl_server::CrclServerOptions crcl_options(const Config& all, const std::string
   if (own.cartesian_min_m) options.cartesian_min_R = corner(*own.cartesian_min_m);
   if (own.cartesian_max_m) options.cartesian_max_R = corner(*own.cartesian_max_m);
   options.limits = limits_of(all.connections, config.max_connections);
+  options.allow = allowed_networks(config.allow);
   options.document_timeout = std::chrono::milliseconds(config.document_timeout_ms);
   options.idle_timeout = std::chrono::milliseconds(config.idle_timeout_ms);
   options.endpoint = kFirstCrclEndpoint + static_cast<api::EndpointId>(index);
@@ -159,7 +162,7 @@ modbus_server::ModbusServerOptions modbus_options(const Config& all, protocols::
   options.limits = limits_of(all.connections, config.max_connections);
   options.scaling = {.full_scale_m_s = config.full_scale_m_s,
                      .one_is_forward = config.forward_is_one};
-  options.allow = config.allow;
+  options.allow = allowed_networks(config.allow);
   options.unit_ids = config.unit_ids;
   options.read_only = config.read_only;
   options.max_requests_per_s = config.max_requests_per_s;
@@ -172,13 +175,11 @@ modbus_server::ModbusServerOptions modbus_options(const Config& all, protocols::
   return options;
 }
 
-telemetry::TelemetryOptions grpc_options(const Config& all,
-                                         std::shared_ptr<protocols::AccessToken> token,
+telemetry::TelemetryOptions grpc_options(const Config& all, const Guards& guards,
                                          journal::Journal* journal, world::Simulation& simulation,
                                          api::History* history,
                                          protocols::StateFiles* state_files) {
-  telemetry::TelemetryOptions options = telemetry_options(all);
-  options.token = std::move(token);
+  telemetry::TelemetryOptions options = telemetry_options(all, guards);
   options.trace = journal;
   options.incidents = journal;
   options.virtual_time = simulation.virtual_time();
@@ -200,6 +201,7 @@ vision_server::VisionServerOptions vision_options(const Config& all, const std::
   options.port = port == config.ports.end() ? 0 : port->second;
   options.robot = index;
   options.limits = limits_of(all.connections, config.max_connections);
+  options.allow = allowed_networks(config.allow);
   options.empty_slots = config.empty_slots;
   options.repeat = std::chrono::milliseconds(std::llround(config.repeat_s * 1e3));
   options.virtual_time = time;
@@ -229,23 +231,23 @@ class Daemon::Impl {
                                                                  &simulation_)
                           : nullptr),
         state_files_(scene, kVersion),
-        token_(config.web.token.empty()
-                   ? nullptr
-                   : std::make_shared<protocols::AccessToken>(config.web.token)),
-        modbus_(modbus_options(config, config.web.enabled ? &modbus_tap_ : nullptr, journal_.get(),
+        guards_(config, simulation_),
+        modbus_(modbus_options(config, tapped(config) ? &modbus_tap_ : nullptr, journal_.get(),
                                simulation_.virtual_time()),
                 simulation_, simulation_),
-        telemetry_(grpc_options(config, token_, journal_.get(), simulation_, history_.get(),
+        telemetry_(grpc_options(config, guards_, journal_.get(), simulation_, history_.get(),
                                 &state_files_),
                    simulation_, simulation_),
-        programs_(config, demo) {
+        programs_(config, demo, guards_.program_token) {
+    crcl_tap_.audit_to(guards_.audit.get());
+    modbus_tap_.audit_to(guards_.audit.get());
     for (std::size_t i = 0; i < scene->robots.size(); ++i) {
       const std::string& name = scene->robots[i].name;
       const int index = static_cast<int>(i);
       robots_.push_back(
           {name,
            std::make_unique<crcl_server::CrclServer>(
-               crcl_options(config, name, index, config.web.enabled ? &crcl_tap_ : nullptr,
+               crcl_options(config, name, index, tapped(config) ? &crcl_tap_ : nullptr,
                             journal_.get(), simulation_.virtual_time()),
                simulation_, simulation_),
            std::make_unique<vision_server::VisionServer>(
@@ -287,6 +289,7 @@ class Daemon::Impl {
     return ports;
   }
 
+  void reload() { guards_.reload(); }
   [[nodiscard]] bool makes_progress() const { return simulation_.makes_progress(); }
   [[nodiscard]] std::string problem() const { return simulation_.problem(); }
 
@@ -331,9 +334,12 @@ class Daemon::Impl {
     }
   }
 
+  static bool tapped(const Config& config) {
+    return config.web.enabled || config.access.audit_file.has_value();
+  }
+
   void make_web(const Config& config, const scene::Scene& scene) {
-    auto options = web_options(config, scene);
-    options.token = token_;
+    auto options = web_options(config, guards_, scene);
     options.trace = journal_.get();
     options.incidents = journal_.get();
     options.crcl_tap = &crcl_tap_;
@@ -360,6 +366,12 @@ class Daemon::Impl {
     if (journal_) sources.journal = journal_->stats();
     sources.grpc = telemetry_.stats();
     sources.web_open = web_->open();
+    sources.access.refused = guards_.access->counts();
+    if (guards_.grpc_tls) {
+      sources.access.tls_failures = {{"grpc", guards_.grpc_tls->failures()},
+                                     {"web", guards_.web_tls->failures()}};
+    }
+    if (guards_.audit) sources.access.audit = guards_.audit->stats();
     return sources;
   }
 
@@ -394,9 +406,9 @@ class Daemon::Impl {
   world::Simulation simulation_;
   std::unique_ptr<world::TimeMachine> history_;  // where there are records
   journal::SceneStateFiles state_files_;
-  // Only the page shows what they keep.
+  Guards guards_;
+  // Only the page shows what they keep; the audit writes it down.
   protocols::WireTap crcl_tap_{simulation_}, modbus_tap_{simulation_, kModbusTapBytes};
-  std::shared_ptr<protocols::AccessToken> token_;
   std::vector<Robot> robots_;
   modbus_server::ModbusServer modbus_;
   telemetry::TelemetryServer telemetry_;
@@ -411,6 +423,7 @@ Daemon::Daemon(const Config& config, std::shared_ptr<const scene::Scene> scene, 
 Daemon::~Daemon() = default;
 Result<Ports> Daemon::start() { return impl_->start(); }
 void Daemon::stop() { impl_->stop(); }
+void Daemon::reload() { impl_->reload(); }
 bool Daemon::makes_progress() const { return impl_->makes_progress(); }
 std::string Daemon::problem() const { return impl_->problem(); }
 

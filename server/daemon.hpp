@@ -28,6 +28,10 @@ class Daemon {
   /// Stops accepting, lets replies go out, stops the simulation; well under two seconds.
   void stop();
 
+  /// Reads tokens and certificates again, and begins the audit's file anew. What cannot be read is
+  /// told in the log and stays as it was.
+  void reload();
+
   /// Whether the simulation's thread goes on, be the cell paused or in a fault.
   [[nodiscard]] bool makes_progress() const;
   /// What keeps the simulation from running as it is told to; empty = nothing.

@@ -10,6 +10,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "protocols/connection_places.hpp"
+#include "server/access_rules.hpp"
+
 namespace aprsim::server {
 namespace {
 
@@ -39,14 +42,28 @@ std::vector<std::string> interface_addresses(bool v6) {
   return all;
 }
 
-bool is_loopback(const std::string& address) {
-  return address.starts_with("127.") || address == "::1" || address.starts_with("::ffff:127.");
+/// Of gRPC and the page.
+std::string by_credentials(const Config& config, bool read_only) {
+  const bool asks = asks_for_credentials(config);
+  const std::string holder = "who has a token or certificate may ";
+  std::string who = config.access.strangers_look ? "whoever reaches it may look"
+                    : asks                       ? holder + "look"
+                                                 : "nobody elsewhere may look";
+  if (config.access.insecure_control && !read_only) {
+    who = "whoever reaches it may command the cell (access.insecure_control)";
+  } else if (read_only || !asks) {
+    who += ", nobody may command";
+  } else {
+    who += ", " + holder + "command by its role";
+  }
+  return who + (config.tls.certificate ? "" : "; nothing is encrypted");
 }
 
-std::string by_token(const WebConfig& web, bool read_only) {
-  if (read_only) return "whoever reaches it may look, nobody may command";
-  if (web.token.empty()) return "whoever reaches it may command the cell; no token is asked for";
-  return "whoever reaches it may look, whoever has the token may command";
+/// Of listeners that have none.
+std::string by_address(const std::vector<std::string>& allow, const std::string& key,
+                       const std::string& may) {
+  return allow.empty() ? "nobody elsewhere is served (" + key + " is empty)"
+                       : "whoever " + key + " names " + may;
 }
 
 struct Listener {
@@ -55,30 +72,29 @@ struct Listener {
 
 Listener listener_of(const std::string& name, const Config& config) {
   if (name.starts_with("crcl.")) {
-    return {config.crcl.address, "whoever reaches it may command the robot"};
+    return {config.crcl.address,
+            by_address(config.crcl.allow, "crcl.allow", "may command the robot")};
   }
   if (name.starts_with("vision.")) {
-    return {config.vision.address, "whoever reaches it may look, nobody may command"};
+    return {config.vision.address,
+            by_address(config.vision.allow, "vision.allow", "may look, nobody may command")};
   }
   if (name == "modbus") {
-    const std::string who =
-        config.modbus.allow.empty() ? "whoever reaches it" : "whoever modbus.allow names";
-    return {config.modbus.address, who + (config.modbus.read_only ? " may look, nobody may command"
-                                                                  : " may command the belt")};
+    return {config.modbus.address,
+            by_address(
+                config.modbus.allow, "modbus.allow",
+                config.modbus.read_only ? "may look, nobody may command" : "may command the belt")};
   }
-  if (name == "grpc") {
-    return {config.grpc.address,
-            by_token(config.web, !config.web.control && config.web.token.empty())};
-  }
+  if (name == "grpc") return {config.grpc.address, by_credentials(config, false)};
   return {config.web.address,
-          by_token(config.web, !config.web.control) +
-              (may_start_programs(config) ? "; who may command may start programs" : "")};
+          by_credentials(config, !config.web.control) +
+              (may_start_programs(config) ? "; who is admin may start programs" : "")};
 }
 
 }  // namespace
 
 std::vector<std::string> outside_addresses(const std::string& address) {
-  if (is_loopback(address)) return {};
+  if (protocols::is_this_machine(address)) return {};
   if (address != "0.0.0.0" && address != "::") return {address};
   std::vector<std::string> all = interface_addresses(address == "::");
   // None so far; one may come.
@@ -103,7 +119,7 @@ std::vector<std::string> exposures(const Config& config, const Ports& ports) {
 
 bool may_start_programs(const Config& config) {
   return config.web.enabled && config.web.control && !config.time.clients_pace &&
-         config.web.programs.value_or(is_loopback(config.web.address));
+         config.web.programs.value_or(protocols::is_this_machine(config.web.address));
 }
 
 std::string host_and_port(const std::string& address, std::uint16_t port) {

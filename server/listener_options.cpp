@@ -56,7 +56,8 @@ web::VisualDescription visual_of(const scene::Scene& scene) {
 
 }  // namespace
 
-web::WebServerOptions web_options(const Config& config, const scene::Scene& scene) {
+web::WebServerOptions web_options(const Config& config, const Guards& guards,
+                                  const scene::Scene& scene) {
   web::WebServerOptions options;
   options.bind_address = config.web.address;
   options.port = config.web.port;
@@ -72,16 +73,21 @@ web::WebServerOptions web_options(const Config& config, const scene::Scene& scen
   options.scaling = {.full_scale_m_s = config.modbus.full_scale_m_s,
                      .one_is_forward = config.modbus.forward_is_one};
   options.endpoint = kWebEndpoint;
+  options.access = guards.access;
+  options.audit = guards.audit.get();
+  options.tls = guards.web_tls;
   return options;
 }
 
-telemetry::TelemetryOptions telemetry_options(const Config& all) {
+telemetry::TelemetryOptions telemetry_options(const Config& all, const Guards& guards) {
   const GrpcConfig& config = all.grpc;
   telemetry::TelemetryOptions options;
   options.address = config.address;
   options.port = config.port;
   options.limits = limits_of(all.connections, config.max_connections);
-  options.control = all.web.control;
+  options.access = guards.access;
+  options.audit = guards.audit.get();
+  options.tls = guards.grpc_tls;
   options.endpoint = kGrpcEndpoint;
   return options;
 }

@@ -6,6 +6,7 @@
 #include "protocols/telemetry/telemetry_server.hpp"
 #include "protocols/web/web_server.hpp"
 #include "server/config.hpp"
+#include "server/guards.hpp"
 #include "world/scene/scene.hpp"
 
 /// What the configuration and the scene say of the listeners that also a replay has.
@@ -20,7 +21,9 @@ inline constexpr api::EndpointId kWebEndpoint = 3;
 /// Of a listener that takes so many connections.
 [[nodiscard]] protocols::ConnectionLimits limits_of(const ConnectionsConfig& config,
                                                     std::size_t at_once);
-[[nodiscard]] telemetry::TelemetryOptions telemetry_options(const Config& config);
-[[nodiscard]] web::WebServerOptions web_options(const Config& config, const scene::Scene& scene);
+[[nodiscard]] telemetry::TelemetryOptions telemetry_options(const Config& config,
+                                                            const Guards& guards);
+[[nodiscard]] web::WebServerOptions web_options(const Config& config, const Guards& guards,
+                                                const scene::Scene& scene);
 
 }  // namespace aprsim::server

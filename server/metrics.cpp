@@ -5,7 +5,6 @@
 #include <ctime>
 #include <fstream>
 #include <limits>
-#include <string_view>
 #include <unistd.h>
 
 #include "server/metrics_text.hpp"
@@ -14,7 +13,8 @@
 namespace aprsim::server {
 namespace {
 
-constexpr std::string_view kCounter = "counter", kGauge = "gauge", kHistogram = "histogram";
+constexpr auto kCounter = MetricsText::Type::Counter, kGauge = MetricsText::Type::Gauge,
+               kHistogram = MetricsText::Type::Histogram;
 
 /// Resident memory of this process; 0 where the system does not tell.
 std::uint64_t resident_bytes() {
@@ -198,6 +198,21 @@ void write_wires(MetricsText& out, const MetricsSources& sources) {
   out.sample(sources.grpc.dropped, {{"wire", "grpc"}});
 }
 
+void write_access(MetricsText& out, const AccessSources& access) {
+  out.metric("aprsim_access_refused_total", kCounter,
+             "Calls over gRPC and requests of pages refused for want of credentials or of a role, "
+             "or of an address that has guessed at tokens.");
+  out.sample(access.refused.unauthenticated, {{"reason", "unauthenticated"}});
+  out.sample(access.refused.permission, {{"reason", "permission"}});
+  out.sample(access.refused.too_many_attempts, {{"reason", "attempts"}});
+  out.metric("aprsim_tls_failures_total", kCounter, "Handshakes of TLS that have failed.");
+  for (const auto& [wire, failures] : access.tls_failures) out.sample(failures, {{"wire", wire}});
+  out.metric("aprsim_audit_records_total", kCounter, "Commands written to the audit's file.");
+  out.sample(access.audit.records);
+  out.metric("aprsim_audit_lost_total", kCounter, "Commands that it lacks.");
+  out.sample(access.audit.lost);
+}
+
 }  // namespace
 
 std::string metrics_text(const MetricsSources& sources) {
@@ -208,7 +223,8 @@ std::string metrics_text(const MetricsSources& sources) {
   write_physics(out, *sources.snapshot);
   write_robots(out, *sources.snapshot);
   write_wires(out, sources);
-  return out.take();
+  write_access(out, sources.access);
+  return out.text();
 }
 
 }  // namespace aprsim::server

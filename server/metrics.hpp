@@ -1,11 +1,14 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "protocols/access.hpp"
+#include "protocols/audit_log.hpp"
 #include "protocols/crcl/crcl_server.hpp"
 #include "protocols/modbus/modbus_server.hpp"
 #include "protocols/telemetry/telemetry_server.hpp"
@@ -15,6 +18,13 @@
 #include "world/api/snapshot.hpp"
 
 namespace aprsim::server {
+
+/// What is refused, and written down of what is not.
+struct AccessSources {
+  protocols::AccessCounts refused;
+  std::vector<std::pair<std::string, std::uint64_t>> tls_failures;  ///< by wire
+  protocols::AuditStats audit;
+};
 
 /// What the metrics are made of: one look at everything that counts.
 struct MetricsSources {
@@ -28,6 +38,7 @@ struct MetricsSources {
   std::optional<journal::JournalStats> journal;  ///< where the run is recorded
   telemetry::TelemetryStats grpc;
   std::size_t web_open = 0;
+  AccessSources access;
 };
 
 /// All metrics of the daemon in Prometheus' text format; what each means stands in its HELP line.

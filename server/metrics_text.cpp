@@ -1,68 +1,39 @@
 #include "server/metrics_text.hpp"
 
-#include <cmath>
-
-#include <fmt/format.h>
+#include <limits>
+#include <prometheus/text_serializer.h>
 
 namespace aprsim::server {
-namespace {
 
-/// Of a label's value: backslash, quote and line end.
-std::string escaped(std::string_view value) {
-  std::string out;
-  for (const char c : value) {
-    if (c == '\\' || c == '"') out += '\\';
-    if (c == '\n') {
-      out += "\\n";
-    } else {
-      out += c;
-    }
-  }
-  return out;
+void MetricsText::metric(std::string_view name, Type type, std::string_view help) {
+  families_.push_back({std::string(name), std::string(help), type, {}});
 }
 
-std::string text_of(double value) {
-  if (std::isinf(value)) return value > 0 ? "+Inf" : "-Inf";
-  return std::isnan(value) ? "NaN" : fmt::format("{}", value);
+prometheus::ClientMetric& MetricsText::add(const Labels& labels) {
+  auto& metric = families_.back().metric.emplace_back();
+  for (const auto& [label, value] : labels) metric.label.push_back({std::string(label), value});
+  return metric;
 }
 
-}  // namespace
-
-void MetricsText::metric(std::string_view name, std::string_view type, std::string_view help) {
-  name_ = name;
-  text_ += fmt::format("# HELP {} {}\n# TYPE {} {}\n", name, help, name, type);
-}
-
-void MetricsText::line(std::string_view suffix, const Labels& labels, std::string_view value) {
-  text_ += name_;
-  text_ += suffix;
-  char before = '{';
-  for (const auto& [label, label_value] : labels) {
-    text_ += fmt::format("{}{}=\"{}\"", before, label, escaped(label_value));
-    before = ',';
-  }
-  if (!labels.empty()) text_ += '}';
-  text_ += fmt::format(" {}\n", value);
-}
-
-void MetricsText::sample(double value, const Labels& labels) { line("", labels, text_of(value)); }
-
-void MetricsText::sample(std::uint64_t value, const Labels& labels) {
-  line("", labels, std::to_string(value));
+void MetricsText::sample(double value, const Labels& labels) {
+  auto& metric = add(labels);
+  (families_.back().type == Type::Counter ? metric.counter.value : metric.gauge.value) = value;
 }
 
 void MetricsText::histogram(const api::DurationHistogram::Counts& counts, const Labels& labels) {
+  auto& histogram = add(labels).histogram;
+  histogram.sample_count = counts.count;
+  histogram.sample_sum = counts.sum_s;
+  const auto& bounds_us = api::DurationHistogram::kBounds_us;
   std::uint64_t up_to = 0;
-  Labels all = labels;
-  all.emplace_back("le", "");
   for (std::size_t i = 0; i < counts.buckets.size(); ++i) {
     up_to += counts.buckets[i];
-    const auto& bounds = api::DurationHistogram::kBounds_us;
-    all.back().second = i < bounds.size() ? text_of(static_cast<double>(bounds[i]) / 1e6) : "+Inf";
-    line("_bucket", all, std::to_string(up_to));
+    histogram.bucket.push_back({up_to, i < bounds_us.size()
+                                           ? static_cast<double>(bounds_us[i]) / 1e6
+                                           : std::numeric_limits<double>::infinity()});
   }
-  line("_sum", labels, text_of(counts.sum_s));
-  line("_count", labels, std::to_string(counts.count));
 }
+
+std::string MetricsText::text() const { return prometheus::TextSerializer().Serialize(families_); }
 
 }  // namespace aprsim::server

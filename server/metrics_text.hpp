@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <prometheus/metric_family.h>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -10,26 +11,30 @@
 
 namespace aprsim::server {
 
-/// Writes metrics in Prometheus' text format, version 0.0.4
-/// (prometheus.io/docs/instrumenting/exposition_formats).
+/// Gathers metrics and writes them in Prometheus' text format, which is prometheus-cpp's part. Its
+/// counters and registry are not used: all is counted where it happens, by who must wait for
+/// nothing, and looked at when it is asked for.
 class MetricsText {
  public:
   using Labels = std::vector<std::pair<std::string_view, std::string>>;
+  using Type = prometheus::MetricType;
 
-  /// Begins a metric; its samples follow. `type`: counter, gauge or histogram.
-  void metric(std::string_view name, std::string_view type, std::string_view help);
-  /// One sample of the metric that was begun.
+  /// Begins a metric; its samples follow.
+  void metric(std::string_view name, Type type, std::string_view help);
+  /// One sample of the counter or gauge that was begun.
   void sample(double value, const Labels& labels = {});
-  void sample(std::uint64_t value, const Labels& labels = {});
+  void sample(std::uint64_t value, const Labels& labels = {}) {
+    sample(static_cast<double>(value), labels);
+  }
   /// All samples of a histogram, in seconds.
   void histogram(const api::DurationHistogram::Counts& counts, const Labels& labels = {});
 
-  [[nodiscard]] std::string take() { return std::move(text_); }
+  [[nodiscard]] std::string text() const;
 
  private:
-  void line(std::string_view suffix, const Labels& labels, std::string_view value);
+  [[nodiscard]] prometheus::ClientMetric& add(const Labels& labels);
 
-  std::string text_, name_;
+  std::vector<prometheus::MetricFamily> families_;
 };
 
 }  // namespace aprsim::server

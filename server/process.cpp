@@ -1,11 +1,13 @@
 #include "server/process.hpp"
 
 #include <ctime>
+#include <fcntl.h>
 #include <filesystem>
 #include <malloc.h>
 #include <pthread.h>
 #include <string>
 #include <sys/resource.h>
+#include <unistd.h>
 
 namespace aprsim::server {
 namespace {
@@ -54,6 +56,12 @@ std::optional<int> wait_for_signal(std::optional<std::chrono::milliseconds> limi
   }
   const int signal = limit ? sigtimedwait(&set, nullptr, &time) : sigwaitinfo(&set, nullptr);
   return signal > 0 ? std::optional(signal) : std::nullopt;
+}
+
+bool has_terminal() {
+  const int terminal = open("/dev/tty", O_RDONLY | O_NOCTTY | O_CLOEXEC);
+  if (terminal >= 0) close(terminal);
+  return terminal >= 0;
 }
 
 void unblock_signals() {

@@ -24,6 +24,9 @@ void block_signals();
 /// Waits for one of the blocked signals, for so long at most; its number, if one came.
 [[nodiscard]] std::optional<int> wait_for_signal(std::optional<std::chrono::milliseconds> limit);
 
+/// Whether a terminal controls this process, whose SIGHUP then says that it closes.
+[[nodiscard]] bool has_terminal();
+
 /// From now on a signal ends the process at once, for a second SIGTERM while stopping.
 void unblock_signals();
 

@@ -7,6 +7,7 @@
 
 #include "protocols/telemetry/telemetry_server.hpp"
 #include "protocols/web/web_server.hpp"
+#include "server/guards.hpp"
 #include "server/listener_options.hpp"
 #include "server/replay_source.hpp"
 #include "world/history/time_machine.hpp"
@@ -31,13 +32,14 @@ class ReplayDaemon::Impl {
        std::optional<double> speed)
       : records_(whole_run(config.history)),
         source_(run, std::move(part), speed),
+        guards_(config, source_),
         history_(run.scene(), records_, bookmarks_, nullptr) {
     const bool past = tell_history(run);
-    auto grpc = telemetry_options(config);
+    auto grpc = telemetry_options(config, guards_);
     if (past) grpc.history = &history_;
     telemetry_ = std::make_unique<telemetry::TelemetryServer>(std::move(grpc), source_, source_);
     if (!config.web.enabled) return;
-    auto web = web_options(config, *run.scene());
+    auto web = web_options(config, guards_, *run.scene());
     web.read_only = source_.refusal();
     if (past) web.history = &history_;
     web_ = std::make_unique<web::WebServer>(std::move(web), source_, source_);
@@ -67,6 +69,7 @@ class ReplayDaemon::Impl {
     source_.stop();
   }
 
+  void reload() { guards_.reload(); }
   [[nodiscard]] std::string problem() const { return source_.problem(); }
 
  private:
@@ -84,6 +87,7 @@ class ReplayDaemon::Impl {
   world::HistoryRecords records_;
   world::Bookmarks bookmarks_;
   ReplaySource source_;
+  Guards guards_;
   world::TimeMachine history_;
   std::unique_ptr<telemetry::TelemetryServer> telemetry_;
   std::unique_ptr<web::WebServer> web_;
@@ -95,6 +99,7 @@ ReplayDaemon::ReplayDaemon(const Config& config, const journal::RecordedRun& run
 ReplayDaemon::~ReplayDaemon() = default;
 Result<Ports> ReplayDaemon::start() { return impl_->start(); }
 void ReplayDaemon::stop() { impl_->stop(); }
+void ReplayDaemon::reload() { impl_->reload(); }
 std::string ReplayDaemon::problem() const { return impl_->problem(); }
 
 }  // namespace aprsim::server

@@ -23,6 +23,8 @@ class ReplayDaemon {
   /// Opens the listeners, then begins the replay. Errors name the listener, address and port.
   [[nodiscard]] Result<Ports> start();
   void stop();
+  /// As Daemon::reload().
+  void reload();
   [[nodiscard]] std::string problem() const;
 
  private:

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <spdlog/spdlog.h>
@@ -23,6 +24,7 @@
 #include "server/process.hpp"
 #include "server/replay_daemon.hpp"
 #include "server/service_manager.hpp"
+#include "server/token_command.hpp"
 #include "server/version.hpp"
 #include "world/scene/scene_loader.hpp"
 
@@ -42,7 +44,8 @@ void announce(const Ports& ports, const Config& config) {
   if (const auto web = ports.find("web"); web != ports.end()) {
     const auto outside = outside_addresses(config.web.address);
     const std::string& host = outside.empty() ? config.web.address : outside.front();
-    spdlog::info("see it: http://{}/", host_and_port(host, web->second));
+    spdlog::info("see it: {}://{}/", config.tls.certificate ? "https" : "http",
+                 host_and_port(host, web->second));
   }
 }
 
@@ -69,8 +72,11 @@ int serve_until_signal(Served& daemon, const Invocation& invocation,
   }
   ServiceManager service_manager;
   service_manager.ready();
+  // Of a terminal that closes the same signal means the end.
+  const bool reloads = !has_terminal();
   std::optional<int> signal;
-  while (!(signal = wait_for_signal(service_manager.period()))) {
+  while (!(signal = wait_for_signal(service_manager.period())) || (reloads && *signal == SIGHUP)) {
+    if (signal) daemon.reload();
     service_manager.working(makes_progress(), daemon.problem());
   }
   service_manager.stopping();
@@ -127,6 +133,9 @@ int replay(const Invocation& invocation) {
 }
 
 int start(int argc, char** argv) {
+  if (argc > 1 && std::string_view(argv[1]) == "token") {
+    return token_command({argv + 2, argv + argc}, std::cout, std::cerr);
+  }
   int exit_code = 0;
   const auto invocation = parse_command_line(argc, argv, exit_code);
   if (!invocation) return exit_code;

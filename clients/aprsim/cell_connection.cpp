@@ -2,7 +2,6 @@
 
 #include <chrono>
 #include <cmath>
-#include <type_traits>
 #include <utility>
 
 #include <fmt/format.h>
@@ -13,12 +12,6 @@
 #include "aprsim/v1/telemetry_service.grpc.pb.h"
 
 namespace aprsim::client {
-/// Commands come with the token.
-struct ControlStub {
-  v1::ControlService::Stub stub;
-  std::string token;
-};
-
 namespace {
 
 constexpr auto kCallTimeout = std::chrono::seconds(10);
@@ -39,30 +32,48 @@ Failure failure_of(const grpc::Status& status, const std::string& address) {
   }
 }
 
-void authorize(grpc::ClientContext& context, const ControlStub& control) {
-  if (!control.token.empty()) context.AddMetadata("authorization", "Bearer " + control.token);
+std::shared_ptr<grpc::ChannelCredentials> credentials_of(const Endpoints& endpoints) {
+  if (!endpoints.encryption) return grpc::InsecureChannelCredentials();
+  grpc::SslCredentialsOptions options;
+  options.pem_root_certs = endpoints.encryption->ca;
+  options.pem_cert_chain = endpoints.encryption->certificate;
+  options.pem_private_key = endpoints.encryption->key;
+  return grpc::SslCredentials(options);
 }
 
-/// One unary call: `method` of `service` with a deadline.
-template <typename Response, typename Service, typename Stub, typename Request>
-Outcome<Response> call(Service& service,
-                       grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&,
-                                                    Response*),
-                       const Request& request, const std::string& address,
-                       std::chrono::system_clock::duration timeout = kCallTimeout) {
-  grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + timeout);
-  Response response;
-  grpc::Status status;
-  if constexpr (std::is_same_v<Service, ControlStub>) {
-    authorize(context, service);
-    status = (service.stub.*method)(&context, request, &response);
-  } else {
-    status = (service.*method)(&context, request, &response);
+}  // namespace
+
+struct CellConnection::Stubs {
+  Stubs(const std::shared_ptr<grpc::Channel>& channel, std::string with_token)
+      : telemetry(channel), journal(channel), control(channel), token(std::move(with_token)) {}
+
+  void prepare(grpc::ClientContext& context) const {
+    if (!token.empty()) context.AddMetadata("authorization", "Bearer " + token);
   }
-  if (!status.ok()) return tl::unexpected(failure_of(status, address));
-  return response;
-}
+
+  /// One unary call: `method` of `service` with a deadline.
+  template <typename Response, typename Service, typename Request>
+  Outcome<Response> call(Service& service,
+                         grpc::Status (Service::*method)(grpc::ClientContext*, const Request&,
+                                                         Response*),
+                         const Request& request, const std::string& address,
+                         std::chrono::system_clock::duration timeout = kCallTimeout) const {
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + timeout);
+    prepare(context);
+    Response response;
+    const grpc::Status status = (service.*method)(&context, request, &response);
+    if (!status.ok()) return tl::unexpected(failure_of(status, address));
+    return response;
+  }
+
+  v1::TelemetryService::Stub telemetry;
+  v1::JournalService::Stub journal;
+  v1::ControlService::Stub control;
+  const std::string token;
+};
+
+namespace {
 
 /// Until `show` has enough, or the stream ends.
 template <typename Response>
@@ -89,24 +100,16 @@ Outcome<v1::Receipt> receipt(const Outcome<Response>& response) {
 
 }  // namespace
 
-struct CellConnection::Stubs {
-  Stubs(const std::shared_ptr<grpc::Channel>& channel, const std::string& token)
-      : telemetry(channel), journal(channel), control{v1::ControlService::Stub(channel), token} {}
-  v1::TelemetryService::Stub telemetry;
-  v1::JournalService::Stub journal;
-  ControlStub control;
-};
-
 CellConnection::CellConnection(const Endpoints& endpoints)
     : address_(fmt::format("{}:{}", endpoints.host, endpoints.grpc)),
-      stubs_(std::make_unique<Stubs>(
-          grpc::CreateChannel(address_, grpc::InsecureChannelCredentials()), endpoints.token)) {}
+      stubs_(std::make_unique<Stubs>(grpc::CreateChannel(address_, credentials_of(endpoints)),
+                                     endpoints.token)) {}
 CellConnection::~CellConnection() = default;
 CellConnection::CellConnection(CellConnection&&) noexcept = default;
 
 Outcome<v1::GetSnapshotResponse> CellConnection::status() {
-  return call(stubs_->telemetry, &v1::TelemetryService::Stub::GetSnapshot, v1::GetSnapshotRequest(),
-              address_);
+  return stubs_->call(stubs_->telemetry, &v1::TelemetryService::Stub::GetSnapshot,
+                      v1::GetSnapshotRequest(), address_);
 }
 
 Outcome<v1::Snapshot> CellConnection::snapshot() {
@@ -116,8 +119,8 @@ Outcome<v1::Snapshot> CellConnection::snapshot() {
 }
 
 Outcome<v1::CellDescription> CellConnection::cell() {
-  auto response =
-      call(stubs_->telemetry, &v1::TelemetryService::Stub::GetCell, v1::GetCellRequest(), address_);
+  auto response = stubs_->call(stubs_->telemetry, &v1::TelemetryService::Stub::GetCell,
+                               v1::GetCellRequest(), address_);
   if (!response) return tl::unexpected(response.error());
   return std::move(*response->mutable_cell());
 }
@@ -125,6 +128,7 @@ Outcome<v1::CellDescription> CellConnection::cell() {
 Outcome<void> CellConnection::stream(
     double rate_hz, const std::function<bool(const v1::StreamSnapshotsResponse&)>& show) {
   grpc::ClientContext context;
+  stubs_->prepare(context);
   v1::StreamSnapshotsRequest request;
   request.set_rate_hz(rate_hz);
   const auto reader = stubs_->telemetry.StreamSnapshots(&context, request);
@@ -135,25 +139,26 @@ Outcome<void> CellConnection::events(
     const v1::StreamEventsRequest& request,
     const std::function<bool(const v1::StreamEventsResponse&)>& show) {
   grpc::ClientContext context;
+  stubs_->prepare(context);
   const auto reader = stubs_->telemetry.StreamEvents(&context, request);
   return read_all(context, *reader, show, address_);
 }
 
 Outcome<v1::Receipt> CellConnection::pause() {
-  return receipt(
-      call(stubs_->control, &v1::ControlService::Stub::Pause, v1::PauseRequest(), address_));
+  return receipt(stubs_->call(stubs_->control, &v1::ControlService::Stub::Pause, v1::PauseRequest(),
+                              address_));
 }
 
 Outcome<v1::Receipt> CellConnection::resume() {
-  return receipt(
-      call(stubs_->control, &v1::ControlService::Stub::Resume, v1::ResumeRequest(), address_));
+  return receipt(stubs_->call(stubs_->control, &v1::ControlService::Stub::Resume,
+                              v1::ResumeRequest(), address_));
 }
 
 Outcome<v1::Receipt> CellConnection::step(std::uint64_t steps, std::chrono::milliseconds timeout) {
   v1::StepRequest request;
   request.set_steps(steps);
   return receipt(
-      call(stubs_->control, &v1::ControlService::Stub::Step, request, address_, timeout));
+      stubs_->call(stubs_->control, &v1::ControlService::Stub::Step, request, address_, timeout));
 }
 
 Outcome<v1::Snapshot> CellConnection::step_and_look(std::uint64_t steps,
@@ -162,7 +167,7 @@ Outcome<v1::Snapshot> CellConnection::step_and_look(std::uint64_t steps,
   request.set_steps(steps);
   request.mutable_read_mask();
   auto response =
-      call(stubs_->control, &v1::ControlService::Stub::Step, request, address_, timeout);
+      stubs_->call(stubs_->control, &v1::ControlService::Stub::Step, request, address_, timeout);
   if (!response) return tl::unexpected(response.error());
   return std::move(*response->mutable_snapshot());
 }
@@ -174,31 +179,33 @@ Outcome<v1::Receipt> CellConnection::set_speed(std::optional<double> factor) {
   } else {
     request.set_maximum(true);
   }
-  return receipt(call(stubs_->control, &v1::ControlService::Stub::SetSpeed, request, address_));
+  return receipt(
+      stubs_->call(stubs_->control, &v1::ControlService::Stub::SetSpeed, request, address_));
 }
 
 Outcome<v1::RunUntilResponse> CellConnection::run_until(const v1::RunUntilRequest& request) {
-  return call(stubs_->control, &v1::ControlService::Stub::RunUntil, request, address_,
-              std::chrono::hours(1));
+  return stubs_->call(stubs_->control, &v1::ControlService::Stub::RunUntil, request, address_,
+                      std::chrono::hours(1));
 }
 
 Outcome<v1::GetSceneResponse> CellConnection::scene() {
-  return call(stubs_->telemetry, &v1::TelemetryService::Stub::GetScene, v1::GetSceneRequest(),
-              address_);
+  return stubs_->call(stubs_->telemetry, &v1::TelemetryService::Stub::GetScene,
+                      v1::GetSceneRequest(), address_);
 }
 
 Outcome<v1::SpawnBodyResponse> CellConnection::spawn_body(const v1::SpawnBodyRequest& request) {
-  return call(stubs_->control, &v1::ControlService::Stub::SpawnBody, request, address_);
+  return stubs_->call(stubs_->control, &v1::ControlService::Stub::SpawnBody, request, address_);
 }
 
 Outcome<v1::MoveBodyResponse> CellConnection::move_body(const v1::MoveBodyRequest& request) {
-  return call(stubs_->control, &v1::ControlService::Stub::MoveBody, request, address_);
+  return stubs_->call(stubs_->control, &v1::ControlService::Stub::MoveBody, request, address_);
 }
 
 Outcome<v1::Receipt> CellConnection::remove_body(const std::string& name) {
   v1::RemoveBodyRequest request;
   request.set_name(name);
-  return receipt(call(stubs_->control, &v1::ControlService::Stub::RemoveBody, request, address_));
+  return receipt(
+      stubs_->call(stubs_->control, &v1::ControlService::Stub::RemoveBody, request, address_));
 }
 
 Outcome<v1::Receipt> CellConnection::set_scene_value(const std::string& path,
@@ -207,7 +214,7 @@ Outcome<v1::Receipt> CellConnection::set_scene_value(const std::string& path,
   request.set_path(path);
   request.set_value(value);
   return receipt(
-      call(stubs_->control, &v1::ControlService::Stub::SetSceneValue, request, address_));
+      stubs_->call(stubs_->control, &v1::ControlService::Stub::SetSceneValue, request, address_));
 }
 
 Outcome<v1::Receipt> CellConnection::reset(std::optional<std::uint64_t> seed) {
@@ -217,39 +224,43 @@ Outcome<v1::Receipt> CellConnection::reset(std::optional<std::uint64_t> seed) {
 }
 
 Outcome<v1::Receipt> CellConnection::reset(const v1::ResetRequest& request) {
-  return receipt(call(stubs_->control, &v1::ControlService::Stub::Reset, request, address_));
+  return receipt(
+      stubs_->call(stubs_->control, &v1::ControlService::Stub::Reset, request, address_));
 }
 
 Outcome<v1::Receipt> CellConnection::save_state(const std::string& name) {
   v1::SaveStateRequest request;
   request.set_name(name);
-  return receipt(call(stubs_->control, &v1::ControlService::Stub::SaveState, request, address_));
+  return receipt(
+      stubs_->call(stubs_->control, &v1::ControlService::Stub::SaveState, request, address_));
 }
 
 Outcome<v1::Receipt> CellConnection::load_state(const std::string& name) {
   v1::LoadStateRequest request;
   request.set_name(name);
-  return receipt(call(stubs_->control, &v1::ControlService::Stub::LoadState, request, address_));
+  return receipt(
+      stubs_->call(stubs_->control, &v1::ControlService::Stub::LoadState, request, address_));
 }
 
 Outcome<v1::Receipt> CellConnection::delete_state(const std::string& name) {
   v1::DeleteStateRequest request;
   request.set_name(name);
-  return receipt(call(stubs_->control, &v1::ControlService::Stub::DeleteState, request, address_));
+  return receipt(
+      stubs_->call(stubs_->control, &v1::ControlService::Stub::DeleteState, request, address_));
 }
 
 Outcome<v1::ListStatesResponse> CellConnection::list_states() {
-  return call(stubs_->control, &v1::ControlService::Stub::ListStates, v1::ListStatesRequest{},
-              address_);
+  return stubs_->call(stubs_->control, &v1::ControlService::Stub::ListStates,
+                      v1::ListStatesRequest{}, address_);
 }
 
 Outcome<std::string> CellConnection::export_state(const std::string& name) {
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + kTransferTimeout);
-  authorize(context, stubs_->control);
+  stubs_->prepare(context);
   v1::ExportStateRequest request;
   request.set_name(name);
-  const auto reader = stubs_->control.stub.ExportState(&context, request);
+  const auto reader = stubs_->control.ExportState(&context, request);
   std::string bytes;
   for (v1::ExportStateResponse part; reader->Read(&part);) bytes += part.data();
   if (const auto status = reader->Finish(); !status.ok()) {
@@ -263,9 +274,9 @@ Outcome<v1::ImportStateResponse> CellConnection::import_state(const std::string&
   constexpr std::size_t kPart = std::size_t{32} << 10;
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + kTransferTimeout);
-  authorize(context, stubs_->control);
+  stubs_->prepare(context);
   v1::ImportStateResponse response;
-  const auto writer = stubs_->control.stub.ImportState(&context, &response);
+  const auto writer = stubs_->control.ImportState(&context, &response);
   v1::ImportStateRequest request;
   request.set_name(name);
   for (std::size_t at = 0; at < bytes.size() || at == 0; at += kPart) {
@@ -284,29 +295,32 @@ Outcome<v1::SetIntruderResponse> CellConnection::set_intruder(
     const std::optional<v1::Intruder>& intruder) {
   v1::SetIntruderRequest request;
   if (intruder) *request.mutable_intruder() = *intruder;
-  return call(stubs_->control, &v1::ControlService::Stub::SetIntruder, request, address_);
+  return stubs_->call(stubs_->control, &v1::ControlService::Stub::SetIntruder, request, address_);
 }
 
 Outcome<v1::InjectFaultResponse> CellConnection::inject_fault(
     const v1::InjectFaultRequest& request) {
-  return call(stubs_->control, &v1::ControlService::Stub::InjectFault, request, address_);
+  return stubs_->call(stubs_->control, &v1::ControlService::Stub::InjectFault, request, address_);
 }
 
 Outcome<v1::Receipt> CellConnection::end_fault(std::uint64_t id) {
   v1::EndFaultRequest request;
   request.set_id(id);
-  return receipt(call(stubs_->control, &v1::ControlService::Stub::EndFault, request, address_));
+  return receipt(
+      stubs_->call(stubs_->control, &v1::ControlService::Stub::EndFault, request, address_));
 }
 
 Outcome<v1::Receipt> CellConnection::report_event(const std::string& event) {
   v1::ReportEventRequest request;
   request.set_event(event);
-  return receipt(call(stubs_->control, &v1::ControlService::Stub::ReportEvent, request, address_));
+  return receipt(
+      stubs_->call(stubs_->control, &v1::ControlService::Stub::ReportEvent, request, address_));
 }
 
 Outcome<void> CellConnection::incident(
     double last_s, const std::function<bool(const v1::GetIncidentResponse&)>& take) {
   grpc::ClientContext context;
+  stubs_->prepare(context);
   v1::GetIncidentRequest request;
   const auto nanos = std::llround(last_s * 1e9);
   request.mutable_last()->set_seconds(nanos / 1'000'000'000);

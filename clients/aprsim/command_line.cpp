@@ -151,6 +151,16 @@ void add_endpoints(CLI::App& app, EndpointChoice& choice) {
                  "File whose first line is the daemon's access token (default: $APRSIM_TOKEN)")
       ->type_name("FILE")
       ->check(not_empty());
+  app.add_flag("--tls", choice.tls, "Encrypt gRPC; trust the authorities of the system");
+  for (const auto& [name, file, help] :
+       {std::tuple("--ca", &choice.ca,
+                   "PEM file of the authorities of the daemon's certificate; implies --tls "
+                   "(default: $APRSIM_CA)"),
+        std::tuple("--certificate", &choice.certificate,
+                   "PEM file of this client's certificate (default: $APRSIM_CERTIFICATE)"),
+        std::tuple("--key", &choice.key, "PEM file of its key (default: $APRSIM_KEY)")}) {
+    app.add_option(name, *file, help)->type_name("FILE")->check(not_empty());
+  }
   for (const auto& [name, port, help] :
        {std::tuple("--grpc-port", &choice.grpc, "gRPC port (default 50051)"),
         std::tuple("--modbus-port", &choice.modbus, "Modbus port (default 1502)")}) {

@@ -1,8 +1,13 @@
 #include "clients/aprsim/endpoints.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
+#include <iterator>
+#include <tuple>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -36,6 +41,42 @@ Outcome<std::string> read_token(const std::string& path) {
   // The message must not show it.
   return failed(FailureKind::kUsage, fmt::format("the token of {} is not of ASCII characters",
                                                  path.empty() ? kToken : path));
+}
+
+/// The file chosen, else the one that the variable names; empty = none.
+std::string file_of(const std::string& chosen, const char* variable) {
+  if (!chosen.empty()) return chosen;
+  const char* named = std::getenv(variable);
+  return named == nullptr ? "" : named;
+}
+
+Outcome<std::string> read_pem(const std::string& path) {
+  if (path.empty()) return std::string();
+  std::ifstream in(path);
+  std::string text{std::istreambuf_iterator<char>(in), {}};
+  if (text.find("-----BEGIN ") != std::string::npos) return text;
+  return failed(FailureKind::kUsage,
+                in.is_open() ? path + " holds nothing in PEM"
+                             : fmt::format("cannot read {}: {}", path, std::strerror(errno)));
+}
+
+Outcome<std::optional<Encryption>> read_encryption(const EndpointChoice& choice) {
+  Encryption encryption;
+  bool any = choice.tls;
+  for (const auto& [file, variable, text] :
+       {std::tuple(&choice.ca, "APRSIM_CA", &encryption.ca),
+        std::tuple(&choice.certificate, "APRSIM_CERTIFICATE", &encryption.certificate),
+        std::tuple(&choice.key, "APRSIM_KEY", &encryption.key)}) {
+    auto read = read_pem(file_of(*file, variable));
+    if (!read) return tl::unexpected(read.error());
+    *text = std::move(*read);
+    any = any || !text->empty();
+  }
+  if (encryption.certificate.empty() != encryption.key.empty()) {
+    return failed(FailureKind::kUsage,
+                  "a client's certificate and its key go together (--certificate and --key)");
+  }
+  return any ? std::optional(std::move(encryption)) : std::nullopt;
 }
 
 }  // namespace
@@ -81,6 +122,9 @@ Outcome<Endpoints> find_endpoints(const EndpointChoice& choice) {
   auto token = read_token(choice.token_file);
   if (!token) return tl::unexpected(token.error());
   endpoints.token = std::move(*token);
+  auto encryption = read_encryption(choice);
+  if (!encryption) return tl::unexpected(encryption.error());
+  endpoints.encryption = std::move(*encryption);
   if (!choice.host.empty()) endpoints.host = choice.host;
   if (choice.grpc) endpoints.grpc = *choice.grpc;
   if (choice.modbus) endpoints.modbus = *choice.modbus;

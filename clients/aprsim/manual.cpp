@@ -22,6 +22,10 @@ struct Entry {
 constexpr std::array kEnvironment{
     Entry{"APRSIM_PORTS_FILE", "File of ports to use when --ports-file names none."},
     Entry{"APRSIM_TOKEN", "The daemon's access token when --token-file names no file of it."},
+    Entry{"APRSIM_CA", "Authorities of the daemon's certificate when --ca names no file of them."},
+    Entry{"APRSIM_CERTIFICATE",
+          "This client's certificate when --certificate names no file of it."},
+    Entry{"APRSIM_KEY", "Its key when --key names no file of it."},
     Entry{"NO_COLOR", "When set and not empty, nothing is coloured."},
     Entry{"TERM", "When dumb or not set, output is not coloured and not redrawn in place."},
 };

@@ -41,7 +41,8 @@ class CrclServer::Impl {
   Impl(CrclServerOptions options, api::CommandSink& sink, const api::SnapshotSource& source)
       : options_(std::move(options)),
         executor_(executor_options(options_), sink, source),
-        service_({executor_.name(), options_.bind_address, options_.port, options_.limits},
+        service_({executor_.name(), options_.bind_address, options_.port, options_.limits,
+                  options_.allow},
                  options_.drain_deadline,
                  [this](protocols::TcpListener::Socket socket, std::string peer,
                         protocols::TcpListener::Place place) {

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -38,6 +39,9 @@ struct CrclServerOptions {
   /// Where the tool point may be sent, in the robot's reference frame [m]; its reach when absent.
   std::optional<Eigen::Vector3d> cartesian_min_R, cartesian_max_R;
   protocols::ConnectionLimits limits;  ///< a connection without a place is closed at once
+  /// Networks or addresses that are served, "192.168.1.0/24"; others are closed at once. None =
+  /// whoever reaches the bind address.
+  std::vector<std::string> allow = {};
   std::size_t max_message_bytes = 65'536;
   std::size_t max_program_bytes = 1'048'576;  ///< of a whole CRCLProgram
   /// A program ends when the client that sent it disconnects, after the command under way; else it

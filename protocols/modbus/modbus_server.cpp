@@ -2,7 +2,6 @@
 
 #include <utility>
 
-#include "protocols/modbus/allow_list.hpp"
 #include "protocols/modbus/connection.hpp"
 #include "protocols/tcp_service.hpp"
 #include "protocols/wire_faults.hpp"
@@ -24,8 +23,7 @@ class ModbusServer::Impl {
       : options_(std::move(options)),
         sink_(sink),
         source_(source),
-        service_({"modbus", options_.bind_address, options_.port, options_.limits,
-                  [this](const boost::asio::ip::address& peer) { return allow_.allows(peer); }},
+        service_({"modbus", options_.bind_address, options_.port, options_.limits, options_.allow},
                  options_.drain_deadline,
                  [this](protocols::TcpListener::Socket socket, std::string peer,
                         protocols::TcpListener::Place place) {
@@ -53,7 +51,6 @@ class ModbusServer::Impl {
 
   // Everything from here on belongs to the listener's thread while it runs.
   protocols::LimitedLog log_{"modbus"};
-  AllowList allow_;
   protocols::TcpService<Connection> service_;
   boost::asio::steady_timer apply_timer_{service_.io()}, fault_timer_{service_.io()};
   bool closed_ = false;  // the port, by an injected fault
@@ -68,9 +65,6 @@ Result<std::uint16_t> ModbusServer::Impl::start() {
   if (const auto problem = modbus::check(options_.scaling)) {
     return fail(ErrorCode::kInvalidArgument, "modbus.full_scale_m_s", *problem);
   }
-  auto allow = AllowList::from(options_.allow);
-  if (!allow) return tl::unexpected(allow.error());
-  allow_ = std::move(*allow);
   auto replies = ReplyBuilder::create();
   if (!replies) return tl::unexpected(replies.error());
   const auto port = service_.listen();

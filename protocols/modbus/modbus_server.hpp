@@ -56,9 +56,6 @@ struct ModbusServerOptions {
   api::VirtualTime* virtual_time = nullptr;
 };
 
-/// Whether a text may stand in ModbusServerOptions::allow.
-[[nodiscard]] bool is_network(const std::string& text);
-
 struct ModbusServerStats {
   std::uint64_t accepted = 0;    ///< connections taken
   std::uint64_t refused = 0;     ///< connections closed at once: over the limit, not allowed

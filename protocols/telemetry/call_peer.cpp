@@ -5,22 +5,28 @@
 
 namespace aprsim::telemetry {
 
-CallPeer call_peer(const std::string& uri) {
-  CallPeer peer;
-  std::size_t i = uri.find(':') + 1;
-  for (; i < uri.size() && uri[i] != '/'; ++i) {
+std::string socket_name(const std::string& uri) {
+  std::string name;
+  for (std::size_t i = uri.find(':') + 1; i < uri.size(); ++i) {
     int code = 0;
     if (uri[i] == '%' && i + 2 < uri.size() &&
         std::from_chars(&uri[i + 1], &uri[i + 3], code, 16).ptr == &uri[i + 3]) {
-      peer.address += static_cast<char>(code);
+      name += static_cast<char>(code);
       i += 2;
     } else {
-      peer.address += uri[i];
+      name += uri[i];
     }
   }
-  const std::size_t number = uri.rfind('.');
-  if (number != std::string::npos && number > i) {
-    std::from_chars(uri.data() + number + 1, uri.data() + uri.size(), peer.connection);
+  return name;
+}
+
+CallPeer call_peer(const std::string& uri) {
+  const std::string name = socket_name(uri);
+  const std::size_t end = name.find('/');
+  CallPeer peer{.address = name.substr(0, end)};
+  const std::size_t number = name.rfind('.');
+  if (number != std::string::npos && end != std::string::npos && number > end) {
+    std::from_chars(name.data() + number + 1, name.data() + name.size(), peer.connection);
   }
   return peer;
 }

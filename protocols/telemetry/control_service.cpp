@@ -2,14 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string_view>
 #include <utility>
 
 #include "protocols/command_failure.hpp"
-#include "protocols/connection_places.hpp"
 #include "protocols/messages/control_request.hpp"
 #include "protocols/messages/write_message.hpp"
-#include "protocols/telemetry/call_peer.hpp"
 #include "protocols/telemetry/field_mask.hpp"
 #include "protocols/telemetry/receipt.hpp"
 #include "protocols/telemetry/rpc_status.hpp"
@@ -24,17 +21,6 @@ grpc::Status no_state_files() {
   return {grpc::StatusCode::FAILED_PRECONDITION, "state: this daemon gives no states out"};
 }
 
-/// What follows "Bearer" in the call's metadata; absent = there is none.
-std::optional<std::string_view> token_of(const grpc::CallbackServerContext& context) {
-  constexpr std::string_view kScheme = "Bearer ";
-  const auto& metadata = context.client_metadata();
-  const auto found = metadata.find("authorization");
-  if (found == metadata.end()) return std::nullopt;
-  const std::string_view value(found->second.data(), found->second.size());
-  if (!value.starts_with(kScheme)) return std::nullopt;
-  return value.substr(kScheme.size());
-}
-
 std::function<void(const grpc::Status&)> finisher(grpc::ServerUnaryReactor* reactor) {
   return [reactor](const grpc::Status& status) { reactor->Finish(status); };
 }
@@ -42,8 +28,9 @@ std::function<void(const grpc::Status&)> finisher(grpc::ServerUnaryReactor* reac
 }  // namespace
 
 ControlService::ControlService(const TelemetryOptions& options, api::CommandSink& sink,
-                               const api::SnapshotSource& source, CommandWaiter& waiter)
-    : options_(options), sink_(sink), source_(source), waiter_(waiter) {}
+                               const api::SnapshotSource& source, CommandWaiter& waiter,
+                               const CallGate& gate)
+    : options_(options), sink_(sink), source_(source), waiter_(waiter), gate_(gate) {}
 
 std::chrono::steady_clock::time_point ControlService::deadline(
     const grpc::CallbackServerContext& context, std::chrono::nanoseconds otherwise) {
@@ -55,30 +42,9 @@ std::chrono::steady_clock::time_point ControlService::deadline(
          std::clamp<std::chrono::nanoseconds>(left, std::chrono::nanoseconds(0), kLongestWait);
 }
 
-std::optional<grpc::Status> ControlService::refusal(const grpc::CallbackServerContext& context) {
-  using Verdict = protocols::AccessToken::Verdict;
-  if (!options_.token) {
-    if (options_.control) return std::nullopt;
-    return grpc::Status(grpc::StatusCode::PERMISSION_DENIED,
-                        "control: nobody may command (web.control is false and there is no token)");
-  }
-  const auto token = token_of(context);
-  if (!token) {
-    return grpc::Status(grpc::StatusCode::UNAUTHENTICATED,
-                        "authorization: control needs the access token, as metadata "
-                        "'authorization: Bearer TOKEN'");
-  }
-  const std::string peer = call_peer(context.peer()).address;
-  const Verdict verdict = options_.token->check(protocols::host_of(peer), *token);
-  if (verdict == Verdict::kRight) return std::nullopt;
-  if (verdict == Verdict::kTooManyAttempts) {
-    return grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED,
-                        "authorization: too many attempts; wait a while");
-  }
-  const std::lock_guard lock(log_mutex_);
-  log_.warn(peer + " gave a wrong token");
-  return grpc::Status(grpc::StatusCode::UNAUTHENTICATED,
-                      "authorization: it is not the right token");
+std::optional<grpc::Status> ControlService::refusal(
+    const grpc::CallbackServerContext& context) const {
+  return gate_.refusal(context);
 }
 
 grpc::ServerUnaryReactor* ControlService::refuse(grpc::CallbackServerContext* context,
@@ -341,7 +307,8 @@ grpc::ServerUnaryReactor* ControlService::DeleteState(grpc::CallbackServerContex
 }
 
 grpc::ServerWriteReactor<v1::ExportStateResponse>* ControlService::ExportState(
-    grpc::CallbackServerContext* /*context*/, const v1::ExportStateRequest* request) {
+    grpc::CallbackServerContext* context, const v1::ExportStateRequest* request) {
+  if (const auto refused = refusal(*context)) return new FileSender(*refused);
   if (options_.state_files == nullptr) return new FileSender(no_state_files());
   const auto saved = source_.latest()->saved_states;
   if (saved) {
@@ -376,6 +343,7 @@ grpc::ServerReadReactor<v1::ImportStateRequest>* ControlService::ImportState(
 grpc::ServerUnaryReactor* ControlService::ListStates(grpc::CallbackServerContext* context,
                                                      const v1::ListStatesRequest* /*request*/,
                                                      v1::ListStatesResponse* response) {
+  if (const auto refused = refusal(*context)) return end(context, *refused);
   if (const auto saved = source_.latest()->saved_states) {
     response->set_bytes(saved->bytes);
     response->set_max_bytes(saved->max_bytes);
@@ -490,6 +458,7 @@ grpc::ServerUnaryReactor* ControlService::ReportEvent(grpc::CallbackServerContex
 grpc::ServerUnaryReactor* ControlService::ListFaultKinds(
     grpc::CallbackServerContext* context, const v1::ListFaultKindsRequest* /*request*/,
     v1::ListFaultKindsResponse* response) {
+  if (const auto refused = refusal(*context)) return end(context, *refused);
   protocols::write_fault_kinds(*response);
   auto* reactor = context->DefaultReactor();
   reactor->Finish(grpc::Status::OK);

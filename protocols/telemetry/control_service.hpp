@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "aprsim/v1/control_service.grpc.pb.h"
-#include "protocols/limited_log.hpp"
+#include "protocols/telemetry/call_gate.hpp"
 #include "protocols/telemetry/command_waiter.hpp"
 #include "protocols/telemetry/field_mask.hpp"
 #include "protocols/telemetry/telemetry_server.hpp"
@@ -17,7 +17,7 @@ namespace aprsim::telemetry {
 class ControlService final : public v1::ControlService::CallbackService {
  public:
   ControlService(const TelemetryOptions& options, api::CommandSink& sink,
-                 const api::SnapshotSource& source, CommandWaiter& waiter);
+                 const api::SnapshotSource& source, CommandWaiter& waiter, const CallGate& gate);
 
   grpc::ServerUnaryReactor* Pause(grpc::CallbackServerContext* context,
                                   const v1::PauseRequest* request,
@@ -87,8 +87,9 @@ class ControlService final : public v1::ControlService::CallbackService {
   using Body = decltype(api::Command::body);
   using Fill = std::function<void(const api::Snapshot&, api::Ticket)>;
   using Finish = std::function<void(const grpc::Status&)>;
-  /// Why the caller may not command; absent = it may.
-  [[nodiscard]] std::optional<grpc::Status> refusal(const grpc::CallbackServerContext& context);
+  /// Why the call must do nothing, also one of another service; absent = it may.
+  [[nodiscard]] std::optional<grpc::Status> refusal(
+      const grpc::CallbackServerContext& context) const;
   /// Submits, and finishes once the command has taken effect, after `fill` if it was carried out.
   void carry_out(grpc::CallbackServerContext* context, const Finish& finish, Body body, Fill fill);
 
@@ -127,8 +128,7 @@ class ControlService final : public v1::ControlService::CallbackService {
   api::CommandSink& sink_;
   const api::SnapshotSource& source_;
   CommandWaiter& waiter_;
-  std::mutex log_mutex_;
-  protocols::LimitedLog log_{"grpc"};
+  const CallGate& gate_;
 
   // Where the steps asked for so far will end, so that calls at the same time add up.
   std::mutex step_mutex_;

@@ -87,6 +87,7 @@ class PastStream final : public grpc::ServerWriteReactor<v1::StreamPastResponse>
 grpc::ServerUnaryReactor* HistoryService::GetHistory(grpc::CallbackServerContext* context,
                                                      const v1::GetHistoryRequest* /*request*/,
                                                      v1::GetHistoryResponse* response) {
+  if (const auto refused = control_.refusal(*context)) return end(context, *refused);
   if (options_.history == nullptr) return end(context, no_history());
   protocols::write_message(options_.history->spans(), *response);
   return end(context, grpc::Status::OK);
@@ -95,6 +96,7 @@ grpc::ServerUnaryReactor* HistoryService::GetHistory(grpc::CallbackServerContext
 grpc::ServerUnaryReactor* HistoryService::GetPastSnapshot(grpc::CallbackServerContext* context,
                                                           const v1::GetPastSnapshotRequest* request,
                                                           v1::GetPastSnapshotResponse* response) {
+  if (const auto refused = control_.refusal(*context)) return end(context, *refused);
   if (options_.history == nullptr) return end(context, no_history());
   auto mask = SnapshotMask::parse(request->read_mask());
   if (!mask) return end(context, rpc_status(mask.error()));
@@ -112,7 +114,8 @@ grpc::ServerUnaryReactor* HistoryService::GetPastSnapshot(grpc::CallbackServerCo
 }
 
 grpc::ServerWriteReactor<v1::StreamPastResponse>* HistoryService::StreamPast(
-    grpc::CallbackServerContext* /*context*/, const v1::StreamPastRequest* request) {
+    grpc::CallbackServerContext* context, const v1::StreamPastRequest* request) {
+  if (const auto refused = control_.refusal(*context)) return new PastStream(*refused);
   if (options_.history == nullptr) return new PastStream(no_history());
   auto mask = SnapshotMask::parse(request->read_mask());
   if (!mask) return new PastStream(rpc_status(mask.error()));
@@ -136,6 +139,7 @@ grpc::ServerWriteReactor<v1::StreamPastResponse>* HistoryService::StreamPast(
 grpc::ServerUnaryReactor* HistoryService::ListBookmarks(grpc::CallbackServerContext* context,
                                                         const v1::ListBookmarksRequest* /*request*/,
                                                         v1::ListBookmarksResponse* response) {
+  if (const auto refused = control_.refusal(*context)) return end(context, *refused);
   if (options_.history == nullptr) return end(context, no_history());
   protocols::write_message(options_.history->bookmarks(), *response);
   return end(context, grpc::Status::OK);
@@ -144,8 +148,8 @@ grpc::ServerUnaryReactor* HistoryService::ListBookmarks(grpc::CallbackServerCont
 grpc::ServerUnaryReactor* HistoryService::AddBookmark(grpc::CallbackServerContext* context,
                                                       const v1::AddBookmarkRequest* request,
                                                       v1::AddBookmarkResponse* response) {
-  if (options_.history == nullptr) return end(context, no_history());
   if (const auto refused = control_.refusal(*context)) return end(context, *refused);
+  if (options_.history == nullptr) return end(context, no_history());
   const auto added =
       options_.history->add_bookmark(protocols::to_moment(request->moment()), request->text());
   if (!added) return end(context, rpc_status(added.error()));
@@ -156,8 +160,8 @@ grpc::ServerUnaryReactor* HistoryService::AddBookmark(grpc::CallbackServerContex
 grpc::ServerUnaryReactor* HistoryService::RemoveBookmark(grpc::CallbackServerContext* context,
                                                          const v1::RemoveBookmarkRequest* request,
                                                          v1::RemoveBookmarkResponse* /*response*/) {
-  if (options_.history == nullptr) return end(context, no_history());
   if (const auto refused = control_.refusal(*context)) return end(context, *refused);
+  if (options_.history == nullptr) return end(context, no_history());
   const auto removed = options_.history->remove_bookmark(request->id());
   return end(context, removed ? grpc::Status::OK : rpc_status(removed.error()));
 }
@@ -165,8 +169,8 @@ grpc::ServerUnaryReactor* HistoryService::RemoveBookmark(grpc::CallbackServerCon
 grpc::ServerUnaryReactor* HistoryService::ResumeFrom(grpc::CallbackServerContext* context,
                                                      const v1::ResumeFromRequest* request,
                                                      v1::ResumeFromResponse* response) {
-  if (options_.history == nullptr) return end(context, no_history());
   if (const auto refused = control_.refusal(*context)) return end(context, *refused);
+  if (options_.history == nullptr) return end(context, no_history());
   auto* reactor = context->DefaultReactor();
   const api::Moment moment = protocols::to_moment(request->moment());
   options_.history->ask(moment, [=, this](const Result<api::PastMoment>& past) {

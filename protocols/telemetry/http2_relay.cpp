@@ -75,7 +75,7 @@ void name_end(int fd, const std::string& name) {
 Http2Relay::Http2Relay(Socket client, std::string peer, protocols::ConnectionPlaces::Place place,
                        protocols::ConnectionTrace trace, const RelayRules& rules,
                        protocols::LimitedLog& log, Probation& probation)
-    : client_(std::move(client)),
+    : client_(std::move(client), rules.tls ? rules.tls->context() : nullptr),
       server_(client_.get_executor()),
       peer_(std::move(peer)),
       place_(std::move(place)),
@@ -89,8 +89,8 @@ Http2Relay::Http2Relay(Socket client, std::string peer, protocols::ConnectionPla
 
 void Http2Relay::start() {
   error_code gone;
-  address_ = client_.remote_endpoint(gone).address();
-  if (!gone) client_.non_blocking(true, gone);
+  address_ = socket().remote_endpoint(gone).address();
+  if (!gone) socket().non_blocking(true, gone);
   if (gone) return close();
   wait_for_turn();
 }
@@ -102,7 +102,7 @@ void Http2Relay::wait_for_turn() {
   if (probation_.may_begin(address_, this, now)) {
     waiting_ = false;
     if (probation_.on(address_, now)) guard_ = Http2Guard(rules_.probation_limits);
-    return connect();
+    return client_.is_secure() ? shake_hands() : connect();
   }
   waiting_ = true;
   hear_timer_.expires_after(kTurnPeriod);
@@ -115,8 +115,26 @@ void Http2Relay::wait_for_turn() {
 bool Http2Relay::client_has_gone() {
   tcp_info info{};
   socklen_t size = sizeof info;
-  return getsockopt(client_.native_handle(), IPPROTO_TCP, TCP_INFO, &info, &size) != 0 ||
+  return getsockopt(socket().native_handle(), IPPROTO_TCP, TCP_INFO, &info, &size) != 0 ||
          info.tcpi_state != TCP_ESTABLISHED;
+}
+
+void Http2Relay::shake_hands() {
+  stall_timer_.expires_after(rules_.handshake_timeout);
+  stall_timer_.async_wait([self = shared_from_this()](const error_code& cancelled) {
+    if (cancelled || self->closed_) return;
+    self->log_.warn("closing " + self->peer_ + ": no TLS handshake in time");
+    self->close();
+  });
+  client_.async_handshake([self = shared_from_this()](const error_code& error) {
+    if (self->closed_) return;
+    error_code ignored;
+    self->stall_timer_.cancel(ignored);
+    if (!error) return self->connect();
+    self->log_.warn("closing " + self->peer_ + ": " +
+                    self->rules_.tls->failure(self->client_.native_handle(), error.message()));
+    self->close();
+  });
 }
 
 void Http2Relay::connect() {
@@ -127,7 +145,12 @@ void Http2Relay::connect() {
   }
   // What the kernel keeps for a client that takes nothing is bounded, and told apart soon.
   error_code ignored;
-  client_.set_option(asio::socket_base::send_buffer_size(kSendBufferBytes), ignored);
+  socket().set_option(asio::socket_base::send_buffer_size(kSendBufferBytes), ignored);
+  if (rules_.clients != nullptr) {
+    rules_.clients->add(
+        name_, {peer_, client_.is_secure() ? protocols::Tls::client_of(client_.native_handle())
+                                           : nullptr});
+  }
   rules_.hand_over(grpc_end);
   read_client();
   read_server();
@@ -143,7 +166,8 @@ int Http2Relay::make_pair() {
   }
   // The descriptor's number tells apart connections of one client port to two listeners; the last
   // one is for call_peer().
-  name_end(ends[0], fmt::format("{}/{}.{}.{}", peer_, getpid(), ends[0], trace_.number()));
+  name_ = fmt::format("{}/{}.{}.{}", peer_, getpid(), ends[0], trace_.number());
+  name_end(ends[0], name_);
   error_code error;
   server_.assign(asio::local::stream_protocol(), ends[0], error);
   if (!error) return ends[1];
@@ -162,10 +186,11 @@ void Http2Relay::close() {
   error_code ignored;
   hear_timer_.cancel(ignored);
   stall_timer_.cancel(ignored);
-  client_.shutdown(Socket::shutdown_both, ignored);
-  client_.close(ignored);
+  socket().shutdown(Socket::shutdown_both, ignored);
+  socket().close(ignored);
   server_.close(ignored);
   trace_.closed(end_);
+  if (rules_.clients != nullptr && !name_.empty()) rules_.clients->remove(name_);
   rules_.on_end(*this);
 }
 
@@ -228,13 +253,24 @@ void Http2Relay::on_server(std::size_t size) {
   probation_.count_resets(address_, guard_.resets() - resets, now);
   if (!ok) return refuse(ok.error().message, between_frames);
   if (deaf_ && !guard_.awaits_answers()) hear();
-  // Most clients take it at once; the others have the stall timer.
-  error_code error;
-  const std::size_t taken = client_.write_some(asio::buffer(to_client_.data(), size), error);
-  if (error && error != asio::error::would_block) return close();
-  const std::size_t sent = error ? 0 : taken;
+  std::size_t sent = 0;
+  if (!client_.is_secure()) {
+    // Most clients take it at once; the others have the stall timer.
+    error_code error;
+    sent = socket().write_some(asio::buffer(to_client_.data(), size), error);
+    if (error && error != asio::error::would_block) return close();
+    if (error) sent = 0;
+  }
   if (sent == size) return read_server();
   answering_ = true;
+  await_taking();
+  asio::async_write(client_, asio::buffer(to_client_.data() + sent, size - sent),
+                    [self = shared_from_this()](const error_code& failed, std::size_t) {
+                      if (!self->closed_ && !self->refused_) self->on_sent(failed.failed());
+                    });
+}
+
+void Http2Relay::await_taking() {
   stall_timer_.expires_after(rules_.stall_timeout);
   stall_timer_.async_wait([self = shared_from_this()](const error_code& cancelled) {
     if (cancelled || self->closed_) return;
@@ -242,14 +278,13 @@ void Http2Relay::on_server(std::size_t size) {
     self->end_ = "takes no answers";
     self->close();
   });
-  asio::async_write(client_, asio::buffer(to_client_.data() + sent, size - sent),
-                    [self = shared_from_this()](const error_code& failed, std::size_t) {
-                      if (self->closed_ || self->refused_) return;
-                      self->answering_ = false;
-                      error_code ignored;
-                      self->stall_timer_.cancel(ignored);
-                      failed ? self->close() : self->read_server();
-                    });
+}
+
+void Http2Relay::on_sent(bool failed) {
+  answering_ = false;
+  error_code ignored;
+  stall_timer_.cancel(ignored);
+  failed ? close() : read_server();
 }
 
 void Http2Relay::refuse(const std::string& why, bool between_frames) {
@@ -262,8 +297,12 @@ void Http2Relay::refuse(const std::string& why, bool between_frames) {
   hear_timer_.cancel(ignored);
   // A word between two frames; in the midst of one it would be garbage.
   if (answering_ || !between_frames) return close();
-  client_.write_some(asio::buffer(go_away(why)), ignored);
-  client_.shutdown(Socket::shutdown_send, ignored);
+  last_word_ = go_away(why);
+  asio::async_write(client_, asio::buffer(last_word_),
+                    [self = shared_from_this()](const error_code&, std::size_t) {
+                      error_code gone;
+                      if (!self->closed_) self->socket().shutdown(Socket::shutdown_send, gone);
+                    });
   stall_timer_.expires_after(kLinger);
   stall_timer_.async_wait([self = shared_from_this()](const error_code& cancelled) {
     if (!cancelled) self->close();

@@ -13,8 +13,11 @@
 
 #include "protocols/connection_places.hpp"
 #include "protocols/limited_log.hpp"
+#include "protocols/telemetry/connected_clients.hpp"
 #include "protocols/telemetry/http2_guard.hpp"
 #include "protocols/telemetry/probation.hpp"
+#include "protocols/tls.hpp"
+#include "protocols/tls_stream.hpp"
 #include "protocols/wire_trace.hpp"
 
 namespace aprsim::telemetry {
@@ -26,13 +29,17 @@ struct RelayRules {
   Http2Limits limits;
   Http2Limits probation_limits{.resets_per_s = 10, .reset_burst = 20};
   std::chrono::milliseconds stall_timeout{20000};  ///< a client that takes nothing for so long goes
-  std::function<void(int fd)> hand_over;           ///< gives gRPC a connected socket
+  std::chrono::milliseconds handshake_timeout{5000};
+  std::shared_ptr<protocols::Tls> tls = {};  ///< null = nothing is encrypted
+  std::function<void(int fd)> hand_over;     ///< gives gRPC a connected socket
   std::function<void(Http2Relay&)> on_end;
+  ConnectedClients* clients = nullptr;  ///< where the relays say whom they serve
 };
 
 /// Between one client's socket and gRPC, which gets the other end of a socket pair: passes bytes
-/// both ways, a buffer at a time, as long as the guard finds nothing wrong with them. Keeps itself
-/// alive while an operation is pending. Thread: the listener's.
+/// both ways, a buffer at a time, as long as the guard finds nothing wrong with them. TLS ends
+/// here, so that the guard sees what it encrypts. Keeps itself alive while an operation is pending.
+/// Thread: the listener's.
 class Http2Relay : public std::enable_shared_from_this<Http2Relay> {
  public:
   using Socket = boost::asio::ip::tcp::socket;
@@ -55,6 +62,7 @@ class Http2Relay : public std::enable_shared_from_this<Http2Relay> {
   using Buffer = std::array<char, 16'384>;
   void wait_for_turn();
   [[nodiscard]] bool client_has_gone();
+  void shake_hands();
   void connect();
   [[nodiscard]] int make_pair();
   void hear();
@@ -66,9 +74,15 @@ class Http2Relay : public std::enable_shared_from_this<Http2Relay> {
   void refuse(const std::string& why, bool between_frames);
   void read_rest();
 
-  Socket client_;
+  /// Answers the client has been sent on: gRPC's next ones.
+  void on_sent(bool failed);
+  void await_taking();
+  [[nodiscard]] Socket& socket() { return client_.next_layer(); }
+
+  protocols::TlsStream<Socket> client_;
   boost::asio::local::stream_protocol::socket server_;
   const std::string peer_;
+  std::string name_;  ///< of the socket that gRPC sees
   protocols::ConnectionPlaces::Place place_;
   protocols::ConnectionTrace trace_;
   std::string end_;        ///< why it ends
@@ -80,8 +94,9 @@ class Http2Relay : public std::enable_shared_from_this<Http2Relay> {
   Http2Guard guard_;
   boost::asio::steady_timer hear_timer_, stall_timer_;
   Buffer to_server_, to_client_;
-  std::size_t rest_ = 0;  ///< bytes thrown away after a refusal
-  bool deaf_ = false;     ///< not heard until gRPC has answered
+  std::size_t rest_ = 0;   ///< bytes thrown away after a refusal
+  bool deaf_ = false;      ///< not heard until gRPC has answered
+  std::string last_word_;  ///< on its way after a refusal
   bool answering_ = false, waiting_ = false, refused_ = false, closed_ = false;
 };
 

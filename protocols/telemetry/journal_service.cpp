@@ -75,12 +75,15 @@ Result<std::chrono::nanoseconds> span_of(const v1::GetIncidentRequest& request) 
 }  // namespace
 
 grpc::ServerWriteReactor<v1::GetIncidentResponse>* JournalService::GetIncident(
-    grpc::CallbackServerContext* /*context*/, const v1::GetIncidentRequest* request) {
+    grpc::CallbackServerContext* context, const v1::GetIncidentRequest* request) {
   auto* stream = new IncidentStream(open_);
   const auto span = span_of(*request);
+  const auto refused = gate_.refusal(*context);
   if (++open_ > kMostOpen) {
     stream->Finish(grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED,
                                 "incidents: four are being taken; try again"));
+  } else if (refused) {
+    stream->Finish(*refused);
   } else if (!span) {
     stream->Finish(rpc_status(span.error()));
   } else if (incidents_ == nullptr) {

@@ -20,8 +20,10 @@
 #include "protocols/limited_log.hpp"
 #include "protocols/tcp_service.hpp"
 #include "protocols/telemetry/call_counter.hpp"
+#include "protocols/telemetry/call_gate.hpp"
 #include "protocols/telemetry/call_trace.hpp"
 #include "protocols/telemetry/command_waiter.hpp"
+#include "protocols/telemetry/connected_clients.hpp"
 #include "protocols/telemetry/control_service.hpp"
 #include "protocols/telemetry/event_stream.hpp"
 #include "protocols/telemetry/history_service.hpp"
@@ -107,6 +109,10 @@ class TelemetryServer::Impl {
   Impl(TelemetryOptions options, api::CommandSink& sink, const api::SnapshotSource& source)
       : options_(std::move(options)), sink_(sink), source_(source) {
     if (options_.instance_id.empty()) options_.instance_id = random_instance_id();
+    if (!options_.access) {
+      options_.access = std::make_shared<protocols::Access>(protocols::AccessRules{});
+    }
+    gate_ = std::make_unique<CallGate>(*options_.access, clients_, options_.audit);
   }
 
   Result<std::uint16_t> start() {
@@ -134,10 +140,10 @@ class TelemetryServer::Impl {
     event_hub_ = std::make_unique<EventHub>(options_.events, options_.max_event_streams,
                                             options_.write_timeout);
     waiter_ = std::make_unique<CommandWaiter>(source_);
-    telemetry_ = std::make_unique<TelemetryService>(options_, source_, *hub_, *event_hub_);
-    control_ = std::make_unique<ControlService>(options_, sink_, source_, *waiter_);
+    telemetry_ = std::make_unique<TelemetryService>(options_, source_, *hub_, *event_hub_, *gate_);
+    control_ = std::make_unique<ControlService>(options_, sink_, source_, *waiter_, *gate_);
     history_ = std::make_unique<HistoryService>(options_, *control_);
-    journal_ = std::make_unique<JournalService>(options_.incidents);
+    journal_ = std::make_unique<JournalService>(options_.incidents, *gate_);
     if (!serve()) {
       return fail(ErrorCode::kUnavailable, "grpc", "gRPC refused to start its server");
     }
@@ -189,7 +195,9 @@ class TelemetryServer::Impl {
     builder.RegisterService(control_.get());
     builder.RegisterService(history_.get());
     builder.RegisterService(journal_.get());
+    // What is sent passes the gate first, so that the others see refusals.
     auto interceptors = calls_.interceptors();
+    interceptors.insert(interceptors.begin(), gate_->interceptor());
     if (options_.trace != nullptr) {
       interceptors.push_back(trace_of_calls(*options_.trace, source_));
     }
@@ -205,6 +213,8 @@ class TelemetryServer::Impl {
     }
     report_health();
     rules_.stall_timeout = 2 * options_.write_timeout;  // gRPC's streams end first
+    rules_.clients = &clients_;
+    rules_.tls = options_.tls;
     rules_.hand_over = [handover](int fd) {
       Handover::NewConnectionParameters connection;
       connection.fd = fd;
@@ -244,6 +254,8 @@ class TelemetryServer::Impl {
   RelayRules rules_;
   Probation probation_;
   CallCounter calls_;
+  ConnectedClients clients_;
+  std::unique_ptr<CallGate> gate_;
   std::unique_ptr<Service> service_;
   std::unique_ptr<StreamHub> hub_;
   std::unique_ptr<EventHub> event_hub_;

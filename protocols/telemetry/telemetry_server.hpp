@@ -5,10 +5,12 @@
 #include <memory>
 #include <string>
 
-#include "protocols/access_token.hpp"
+#include "protocols/access.hpp"
+#include "protocols/audit_log.hpp"
 #include "protocols/connection_places.hpp"
 #include "protocols/incident_source.hpp"
 #include "protocols/state_files.hpp"
+#include "protocols/tls.hpp"
 #include "protocols/wire_trace.hpp"
 #include "world/api/cell_event.hpp"
 #include "world/api/duration_histogram.hpp"
@@ -39,11 +41,13 @@ struct TelemetryOptions {
   api::VirtualTime* virtual_time = nullptr;
   api::History* history = nullptr;               ///< null = no past is kept; outlives the server
   protocols::StateFiles* state_files = nullptr;  ///< null = states stay where they are; outlives it
-  api::SnapshotFeed* feed = nullptr;         ///< of every step; null = no such streams
-  const api::EventSource* events = nullptr;  ///< of the cell; null = no such streams
-  bool control = true;  ///< false: commands need the token; without one there are none
-  std::shared_ptr<protocols::AccessToken> token = {};  ///< if there: commands need it
-  std::string instance_id;  ///< names this process to clients; empty = random
+  api::SnapshotFeed* feed = nullptr;             ///< of every step; null = no such streams
+  const api::EventSource* events = nullptr;      ///< of the cell; null = no such streams
+  /// Who may what; null = whoever is on this machine all, others look.
+  std::shared_ptr<protocols::Access> access = {};
+  protocols::AuditLog* audit = nullptr;      ///< of commands; outlives the server; null = none
+  std::shared_ptr<protocols::Tls> tls = {};  ///< null = nothing is encrypted
+  std::string instance_id;                   ///< names this process to clients; empty = random
   protocols::IncidentSource* incidents = nullptr;  ///< null = there are none; outlives the server
   protocols::WireTrace* trace = nullptr;  ///< hears of calls that command; outlives the server
 };
@@ -62,11 +66,10 @@ struct TelemetryStats {
 
 /// gRPC listener of package aprsim.v1: telemetry, control, health and reflection.
 ///
-/// Whoever commands gives the token, if one is asked for, as metadata "authorization: Bearer
-/// TOKEN". Answers only from the latest snapshot. A slow stream reader loses samples and is told
-/// how many; it never holds up the simulation or other clients. The health status of "" and of
-/// every service is SERVING while the server runs, NOT_SERVING while the simulation has a
-/// problem().
+/// Who has a token gives it as metadata "authorization: Bearer TOKEN". Answers only from the latest
+/// snapshot. A slow stream reader loses samples and is told how many; it never holds up the
+/// simulation or other clients. The health status of "" and of every service is SERVING while the
+/// server runs, NOT_SERVING while the simulation has a problem().
 class TelemetryServer {
  public:
   /// Sink and source must outlive the server.

@@ -26,8 +26,13 @@ class RefusedStream final : public grpc::ServerWriteReactor<Response> {
 
 TelemetryService::TelemetryService(const TelemetryOptions& options,
                                    const api::SnapshotSource& source, StreamHub& hub,
-                                   EventHub& events)
-    : options_(options), source_(source), hub_(hub), events_(events), views_(options.instance_id) {}
+                                   EventHub& events, const CallGate& gate)
+    : options_(options),
+      source_(source),
+      hub_(hub),
+      events_(events),
+      gate_(gate),
+      views_(options.instance_id) {}
 
 Result<double> TelemetryService::rate(const v1::StreamSnapshotsRequest& request) const {
   const double asked_hz = request.rate_hz();
@@ -48,6 +53,7 @@ Result<double> TelemetryService::rate(const v1::StreamSnapshotsRequest& request)
 grpc::ServerWriteReactor<grpc::ByteBuffer>* TelemetryService::StreamSnapshots(
     grpc::CallbackServerContext* context, const grpc::ByteBuffer* bytes) {
   using Refused = RefusedStream<grpc::ByteBuffer>;
+  if (const auto refused = gate_.refusal(*context)) return new Refused(*refused);
   v1::StreamSnapshotsRequest request;
   grpc::ByteBuffer copy(*bytes);  // of references; reading takes them
   const grpc::Status read =
@@ -91,6 +97,7 @@ Result<EventWish> TelemetryService::wish(const v1::StreamEventsRequest& request)
 grpc::ServerWriteReactor<v1::StreamEventsResponse>* TelemetryService::StreamEvents(
     grpc::CallbackServerContext* context, const v1::StreamEventsRequest* request) {
   using Refused = RefusedStream<v1::StreamEventsResponse>;
+  if (const auto refused = gate_.refusal(*context)) return new Refused(*refused);
   if (options_.events == nullptr) {
     return new Refused({grpc::StatusCode::UNIMPLEMENTED, "there are no events here"});
   }
@@ -111,6 +118,10 @@ grpc::ServerUnaryReactor* TelemetryService::GetSnapshot(grpc::CallbackServerCont
                                                         const v1::GetSnapshotRequest* request,
                                                         v1::GetSnapshotResponse* response) {
   auto* reactor = context->DefaultReactor();
+  if (const auto refused = gate_.refusal(*context)) {
+    reactor->Finish(*refused);
+    return reactor;
+  }
   const api::SnapshotPtr snapshot = source_.latest();
   const auto view = SnapshotView::parse(request->read_mask(), request->entities(), *snapshot->cell);
   if (!view) {
@@ -127,6 +138,10 @@ grpc::ServerUnaryReactor* TelemetryService::GetCell(grpc::CallbackServerContext*
                                                     const v1::GetCellRequest* /*request*/,
                                                     v1::GetCellResponse* response) {
   auto* reactor = context->DefaultReactor();
+  if (const auto refused = gate_.refusal(*context)) {
+    reactor->Finish(*refused);
+    return reactor;
+  }
   const api::SnapshotPtr snapshot = source_.latest();
   protocols::write_message(*snapshot->cell, *response->mutable_cell());
   response->set_epoch(snapshot->epoch);
@@ -139,6 +154,10 @@ grpc::ServerUnaryReactor* TelemetryService::GetScene(grpc::CallbackServerContext
                                                      const v1::GetSceneRequest* /*request*/,
                                                      v1::GetSceneResponse* response) {
   auto* reactor = context->DefaultReactor();
+  if (const auto refused = gate_.refusal(*context)) {
+    reactor->Finish(*refused);
+    return reactor;
+  }
   const auto cell = source_.latest()->cell;
   response->set_name(cell->scene);
   if (cell->scene_text) response->set_text(*cell->scene_text);

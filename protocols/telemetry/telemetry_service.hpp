@@ -1,6 +1,7 @@
 #pragma once
 
 #include "aprsim/v1/telemetry_service.grpc.pb.h"
+#include "protocols/telemetry/call_gate.hpp"
 #include "protocols/telemetry/event_stream.hpp"
 #include "protocols/telemetry/snapshot_view.hpp"
 #include "protocols/telemetry/stream_hub.hpp"
@@ -18,7 +19,7 @@ class TelemetryService final : public v1::TelemetryService::WithRawCallbackMetho
                                                    v1::TelemetryService::Service>>>>> {
  public:
   TelemetryService(const TelemetryOptions& options, const api::SnapshotSource& source,
-                   StreamHub& hub, EventHub& events);
+                   StreamHub& hub, EventHub& events, const CallGate& gate);
 
   grpc::ServerWriteReactor<grpc::ByteBuffer>* StreamSnapshots(
       grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) override;
@@ -43,6 +44,7 @@ class TelemetryService final : public v1::TelemetryService::WithRawCallbackMetho
   const api::SnapshotSource& source_;
   StreamHub& hub_;
   EventHub& events_;
+  const CallGate& gate_;
   SharedViews views_;
 };
 

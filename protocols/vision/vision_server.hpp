@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "protocols/connection_places.hpp"
 #include "protocols/wire_trace.hpp"
@@ -20,7 +21,10 @@ struct VisionServerOptions {
   std::uint16_t port = 4000;               ///< 0 = any free port
   int robot = 0;                           ///< index into CellDescription::robots
   protocols::ConnectionLimits limits;      ///< a connection without a place is closed at once
-  bool empty_slots = false;                ///< name what was not detected, see vision_line.hpp
+  /// Networks or addresses that are served, "192.168.1.0/24"; others are closed at once. None =
+  /// whoever reaches the bind address.
+  std::vector<std::string> allow = {};
+  bool empty_slots = false;  ///< name what was not detected, see vision_line.hpp
   /// A frame that no other follows is sent again after so long, in wall time: readers time out.
   std::chrono::milliseconds repeat{250};
   /// A connection that has not taken a frame after so long is closed.

@@ -25,7 +25,7 @@ websocket::stream_base::timeout timeouts() {
 
 class BeastSocket final : public WebSocket, public std::enable_shared_from_this<BeastSocket> {
  public:
-  BeastSocket(beast::tcp_stream stream, std::function<void()> on_end)
+  BeastSocket(WebStream stream, std::function<void()> on_end)
       : stream_(std::move(stream)),
         write_timer_(stream_.get_executor()),
         on_end_(std::move(on_end)) {}
@@ -117,7 +117,7 @@ class BeastSocket final : public WebSocket, public std::enable_shared_from_this<
     if (events.end) events.end(why);
   }
 
-  websocket::stream<beast::tcp_stream> stream_;
+  websocket::stream<WebStream> stream_;
   boost::asio::steady_timer write_timer_;
   std::function<void()> on_end_;
   beast::http::request<beast::http::empty_body> request_;
@@ -129,8 +129,7 @@ class BeastSocket final : public WebSocket, public std::enable_shared_from_this<
 
 }  // namespace
 
-void accept_web_socket(beast::tcp_stream stream,
-                       beast::http::request<beast::http::empty_body> request,
+void accept_web_socket(WebStream stream, beast::http::request<beast::http::empty_body> request,
                        std::function<void(std::shared_ptr<WebSocket>)> on_open,
                        std::function<void()> on_end) {
   std::make_shared<BeastSocket>(std::move(stream), std::move(on_end))

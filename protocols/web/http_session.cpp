@@ -16,6 +16,8 @@
 #include <boost/beast/websocket/rfc6455.hpp>
 #include <spdlog/spdlog.h>
 
+#include "protocols/call_roles.hpp"
+#include "protocols/limited_log.hpp"
 #include "protocols/rate_limit.hpp"
 #include "protocols/web/beast_socket.hpp"
 #include "protocols/web/origin_check.hpp"
@@ -33,6 +35,8 @@ using Response = http::response<http::string_body>;
 constexpr std::uint32_t kMaxHeaderBytes = 8 * 1024;
 constexpr auto kTimeout = std::chrono::seconds(20);
 constexpr auto kFullTimeout = std::chrono::seconds(3);
+constexpr auto kHandshakeTimeout = std::chrono::seconds(5);
+constexpr auto kGoodbyeTimeout = std::chrono::seconds(2);
 
 std::string_view view(beast::string_view text) { return {text.data(), text.size()}; }
 
@@ -78,7 +82,8 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
 
   Session(boost::asio::ip::tcp::socket socket, std::string peer, const HttpContext& context,
           std::shared_ptr<Place> place, std::function<void()> on_end)
-      : stream_(std::move(socket)),
+      : stream_(boost::beast::tcp_stream(std::move(socket)),
+                context.tls ? context.tls->context() : nullptr),
         peer_(std::move(peer)),
         context_(context),
         place_(std::move(place)),
@@ -89,20 +94,39 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
     if (on_end_) on_end_();
   }
 
-  void close() override { stream_.close(); }
+  void close() override { tcp().close(); }
+
+  void start() {
+    if (!stream_.is_secure()) return read();
+    tcp().expires_after(kHandshakeTimeout);
+    stream_.async_handshake(
+        [self = shared_from_this()](const error_code& error) { self->on_handshake(error); });
+  }
+
+ private:
+  [[nodiscard]] beast::tcp_stream& tcp() { return stream_.next_layer(); }
+
+  void on_handshake(const error_code& error) {
+    if (error) {
+      const std::string why = context_.tls->failure(stream_.native_handle(), error.message());
+      if (context_.refusals) context_.refusals->warn("closing " + peer_ + ": " + why);
+      return tcp().close();
+    }
+    certificate_ = protocols::Tls::client_of(stream_.native_handle());
+    read();
+  }
 
   void read() {
     parser_.emplace();
     parser_->header_limit(kMaxHeaderBytes);
     parser_->body_limit(0);
-    stream_.expires_after(context_.full.empty() ? kTimeout : kFullTimeout);
+    tcp().expires_after(context_.full.empty() ? kTimeout : kFullTimeout);
     http::async_read(stream_, buffer_, *parser_,
                      [self = shared_from_this()](const error_code& error, std::size_t) {
                        self->on_read(error);
                      });
   }
 
- private:
   void on_read(const error_code& error) {
     if (error == http::error::end_of_stream) return shut_down();
     if (error == http::error::header_limit) {
@@ -135,13 +159,39 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
     if (request.method() != http::verb::get && request.method() != http::verb::head) {
       return refuse(http::status::method_not_allowed, "only GET and HEAD", true);
     }
-    if (path == "/incident") return open_incident(request);
-    if (const auto live = context_.live.find(path); live != context_.live.end()) {
+    const auto live = context_.live.find(path);
+    if (path == "/incident" || live != context_.live.end()) {
+      if (const auto refusal = refusal_of(request, path)) return refuse_access(*refusal);
+      if (path == "/incident") return open_incident(request);
       return send_live(request, live->second());
     }
     const Asset* asset = context_.assets->find(path);
     if (!asset) return refuse(http::status::not_found, "no such file", !request.keep_alive());
     send_asset(request, *asset, host);
+  }
+
+  /// Of a request with the token that it comes with, if any.
+  protocols::Caller caller_of(const Request& request) {
+    constexpr std::string_view kScheme = "Bearer ";
+    protocols::Credentials credentials{.certificate = certificate_};
+    const std::string_view value = view(request[http::field::authorization]);
+    if (value.starts_with(kScheme)) credentials.token = value.substr(kScheme.size());
+    return context_.access->identify(protocols::host_of(peer_), credentials);
+  }
+
+  std::optional<protocols::Refusal> refusal_of(const Request& request, std::string_view path) {
+    const protocols::Role needed = protocols::role_needed(path);
+    if (!context_.access || needed == protocols::Role::kNone) return std::nullopt;
+    return context_.access->refusal(caller_of(request), path, needed);
+  }
+
+  void refuse_access(const protocols::Refusal& refusal) {
+    using Kind = protocols::Refusal::Kind;
+    if (context_.refusals) context_.refusals->warn(peer_ + " is refused: " + refusal.message);
+    refuse(refusal.kind == Kind::kUnauthenticated ? http::status::unauthorized
+           : refusal.kind == Kind::kPermission    ? http::status::forbidden
+                                                  : http::status::too_many_requests,
+           refusal.message, true);
   }
 
   void open_socket(Request request, const std::string& host) {
@@ -158,14 +208,16 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
     if (!beast::websocket::is_upgrade(request)) {
       return refuse(http::status::upgrade_required, "a WebSocket is spoken here", true);
     }
+    protocols::Caller caller = caller_of(request);
     accept_web_socket(
         std::move(stream_), std::move(request),
-        [&context = context_, peer = peer_, place = place_](std::shared_ptr<WebSocket> socket) {
+        [&context = context_, peer = peer_, place = place_,
+         caller = std::move(caller)](std::shared_ptr<WebSocket> socket) {
           place->keep();
           place->on_needed([viewer = std::weak_ptr<WebSocket>(socket)] {
             if (const auto open = viewer.lock()) open->drop();
           });
-          context.on_viewer(std::move(socket), peer);
+          context.on_viewer(std::move(socket), peer, caller);
         },
         [seat = std::move(seat), end = std::exchange(on_end_, nullptr)] {
           if (end) end();
@@ -266,6 +318,9 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
     auto response = std::make_shared<Response>(status, 11);
     set_security(*response, "");
     response->set(http::field::content_type, "text/plain; charset=utf-8");
+    if (status == http::status::unauthorized) {
+      response->set(http::field::www_authenticate, "Bearer");
+    }
     response->body() = why + "\n";
     response->keep_alive(!last);
     response->prepare_payload();
@@ -298,7 +353,7 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
       if (last) return self->shut_down();
       self->read();
     };
-    stream_.expires_after(kTimeout);
+    tcp().expires_after(kTimeout);
     if (message.body().empty()) {
       http::async_write_header(stream_, *serializer, done);
     } else {
@@ -307,11 +362,16 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
   }
 
   void shut_down() {
+    if (stream_.is_secure()) {
+      tcp().expires_after(kGoodbyeTimeout);
+      return stream_.async_shutdown([self = shared_from_this()](const error_code&) {});
+    }
     error_code ignored;
-    stream_.socket().shutdown(boost::asio::ip::tcp::socket::shutdown_send, ignored);
+    tcp().socket().shutdown(boost::asio::ip::tcp::socket::shutdown_send, ignored);
   }
 
-  beast::tcp_stream stream_;
+  WebStream stream_;
+  std::shared_ptr<const protocols::ClientCertificate> certificate_;
   std::string peer_;
   const HttpContext& context_;
   std::shared_ptr<Place> place_;
@@ -332,7 +392,7 @@ std::shared_ptr<HttpSession> serve_http(boost::asio::ip::tcp::socket socket, std
   place->on_needed([weak = std::weak_ptr<Session>(session)] {
     if (const auto open = weak.lock()) open->close();
   });
-  session->read();
+  session->start();
   return session;
 }
 

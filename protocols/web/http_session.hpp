@@ -8,8 +8,11 @@
 
 #include <boost/asio/ip/tcp.hpp>
 
+#include "protocols/access.hpp"
 #include "protocols/connection_places.hpp"
 #include "protocols/incident_source.hpp"
+#include "protocols/limited_log.hpp"
+#include "protocols/tls.hpp"
 #include "protocols/web/asset_table.hpp"
 #include "protocols/web/web_socket.hpp"
 
@@ -37,7 +40,12 @@ struct HttpContext {
   /// Of the file behind /incident; null = there is none.
   protocols::IncidentSource* incidents = nullptr;
   /// Takes over an upgraded connection.
-  std::function<void(std::shared_ptr<WebSocket>, std::string peer)> on_viewer;
+  std::function<void(std::shared_ptr<WebSocket>, std::string peer, protocols::Caller caller)>
+      on_viewer;
+  /// Who may what; null where nothing needs a role.
+  std::shared_ptr<protocols::Access> access;
+  protocols::LimitedLog* refusals = nullptr;  ///< where they are told; may be null
+  std::shared_ptr<protocols::Tls> tls;        ///< null = nothing is encrypted
 };
 
 /// One connection that speaks HTTP: GET and HEAD of the asset table, of live pages and of

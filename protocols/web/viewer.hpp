@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "aprsim/v1/web.pb.h"
+#include "protocols/access.hpp"
 #include "protocols/rate_limit.hpp"
 #include "protocols/web/web_socket.hpp"
 #include "protocols/wire_trace.hpp"
@@ -50,8 +51,10 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
 
   protocols::ConnectionTrace trace;
   v1::Watch watch;
-  bool authenticated = false;
-  std::shared_ptr<const void> cell;  ///< the description that it has
+  protocols::Caller caller;
+  protocols::Role role = protocols::Role::kNone;  ///< that it was told last
+  bool shown = false;                             ///< it has what is sent once
+  std::shared_ptr<const void> cell;               ///< the description that it has
   struct Next {
     std::uint64_t crcl = 1, modbus = 1;           ///< numbers of the events that it is to get next
     std::uint64_t faults = ~std::uint64_t{0};     ///< revision of the list that it has

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include "protocols/call_roles.hpp"
 #include "protocols/command_failure.hpp"
 #include "protocols/messages/history_message.hpp"
 #include "protocols/messages/write_message.hpp"
@@ -188,6 +189,12 @@ void drop_names(v1::Snapshot& snapshot) {
   }
 }
 
+/// The name of what is asked for; empty = nothing that is known here.
+std::string kind_of(const v1::ViewerRequest& request) {
+  const auto* field = v1::ViewerRequest::descriptor()->FindFieldByNumber(request.body_case());
+  return field == nullptr ? "" : field->name();
+}
+
 bool concerns_faults(const v1::ViewerRequest& request) {
   return request.has_inject_fault() || request.has_end_fault() || request.has_report_event();
 }
@@ -211,7 +218,7 @@ ViewerHub::ViewerHub(const WebServerOptions& options, api::CommandSink& sink,
   }
 }
 
-void ViewerHub::add(std::shared_ptr<WebSocket> socket, std::string peer) {
+void ViewerHub::add(std::shared_ptr<WebSocket> socket, std::string peer, protocols::Caller caller) {
   spdlog::info("web: viewer {} connected", peer);
   const auto viewer = std::make_shared<Viewer>(
       ++next_id_, std::move(socket), std::move(peer),
@@ -220,6 +227,7 @@ void ViewerHub::add(std::shared_ptr<WebSocket> socket, std::string peer) {
   viewers_[viewer->id()] = viewer;
   viewer->trace = protocols::ConnectionTrace(options_.trace, source_, protocols::WireKind::kWeb,
                                              "web", viewer->peer());
+  viewer->caller = std::move(caller);
   viewer->set_rate(options_.max_rate_hz);
   viewer->start();
   greet(*viewer);
@@ -234,8 +242,18 @@ void ViewerHub::greet(Viewer& viewer) {
   welcome.set_jog_timeout_s(std::chrono::duration<double>(options_.jog_timeout).count());
   welcome.set_manual_speed_m_s(kManualSpeed_m_s);
   viewer.send(pack(update));
+  update_permission(viewer, true);
+}
+
+void ViewerHub::update_permission(Viewer& viewer, bool first) {
+  const protocols::Role role = role_of(viewer);
+  if (role == viewer.role && !first) return;
+  viewer.role = role;
+  v1::ViewerUpdate update;
   *update.mutable_permission() = permission(viewer);
   viewer.send(pack(update));
+  if (role < protocols::Role::kView || viewer.shown) return;
+  viewer.shown = true;
   write(options_.visual, *update.mutable_looks());
   viewer.send(pack(update));
   protocols::write_fault_kinds(*update.mutable_fault_kinds());
@@ -244,19 +262,48 @@ void ViewerHub::greet(Viewer& viewer) {
   viewer.send(pack(update));
 }
 
+protocols::Role ViewerHub::role_of(const Viewer& viewer) const {
+  const protocols::Role role = options_.access->still(viewer.caller);
+  return commands() ? role : std::min(role, protocols::Role::kView);
+}
+
 v1::Permission ViewerHub::permission(const Viewer& viewer) const {
   v1::Permission permission;
-  if (!options_.read_only.empty()) {
+  permission.set_role(std::string(protocols::to_text(viewer.role)));
+  permission.set_name(viewer.caller.name);
+  permission.set_control(viewer.role >= protocols::Role::kOperate);
+  permission.set_token_helps(
+      options_.access->has_credentials() &&
+      viewer.role < (commands() ? protocols::Role::kAdmin : protocols::Role::kView));
+  if (viewer.role < protocols::Role::kView) {
+    permission.set_reason("Looking needs an access token.");
+  } else if (!options_.read_only.empty()) {
     permission.set_reason(options_.read_only);
   } else if (!options_.control) {
     permission.set_reason("This view is read-only (web.control is false).");
-  } else if (options_.token && !viewer.authenticated) {
+  } else if (permission.control()) {
+    return permission;
+  } else if (permission.token_helps()) {
     permission.set_reason("Control needs the access token.");
-    permission.set_token_helps(true);
   } else {
-    permission.set_control(true);
+    permission.set_reason(
+        "From other machines this view is read-only: the daemon knows no tokens (access.file).");
   }
   return permission;
+}
+
+Result<void> ViewerHub::check_role(const Viewer& viewer, const std::string& request) {
+  const std::string call = "aprsim.v1.ViewerRequest/" + request;
+  const protocols::Role needed = protocols::role_needed(call);
+  if (!commands() && needed > protocols::Role::kView) {
+    return fail(ErrorCode::kFailedPrecondition, "permission", permission(viewer).reason());
+  }
+  protocols::Caller caller = viewer.caller;
+  caller.role = role_of(viewer);
+  const auto refusal = options_.access->refusal(caller, request, needed);
+  if (!refusal) return {};
+  log_.warn(viewer.peer() + " is refused: " + refusal->message);
+  return fail(ErrorCode::kFailedPrecondition, "permission", refusal->message);
 }
 
 void ViewerHub::answer(Viewer& viewer, const v1::ViewerRequest& request) {
@@ -299,26 +346,24 @@ void ViewerHub::send_outcome(Viewer& viewer, std::uint32_t id, const Result<void
 }
 
 Result<void> ViewerHub::execute(Viewer& viewer, const v1::ViewerRequest& request) {
-  if (request.has_watch()) {
-    set_watch(viewer, request.watch());
-    return {};
-  }
   if (request.has_authenticate()) return authenticate(viewer, request.authenticate().token());
+  const auto allowed = check_role(viewer, kind_of(request));
+  if (request.has_watch()) {
+    if (allowed) set_watch(viewer, request.watch());
+    return allowed;
+  }
   if (request.has_past()) {
+    if (!allowed) return allowed;
     if (options_.history == nullptr) return no_past();
     past_.ask({viewer.id(), request.id(), protocols::to_moment(request.past())});
     return {};
   }
-  const auto done = command(viewer, request);
+  const auto done = allowed ? command(viewer, request) : allowed;
   note(viewer, request, done);
   return done;
 }
 
 Result<void> ViewerHub::command(Viewer& viewer, const v1::ViewerRequest& request) {
-  const v1::Permission allowed = permission(viewer);
-  if (!allowed.control()) {
-    return fail(ErrorCode::kFailedPrecondition, "permission", allowed.reason());
-  }
   if (request.has_write_register()) return write_register(request.write_register());
   if (request.has_start_program() || request.has_stop_program()) return command_programs(request);
   if (const auto done = command_history(viewer, request)) return *done;
@@ -446,27 +491,40 @@ void ViewerHub::note(Viewer& viewer, const v1::ViewerRequest& request, const Res
   }
   event.type = title_of(request, *source_.latest()->cell);
   event.data = json_of(request);
+  if (options_.audit != nullptr) {
+    options_.audit->write({.wire = "web",
+                           .peer = viewer.peer(),
+                           .who = viewer.caller.text(),
+                           .command = kind_of(request),
+                           .request = event.data,
+                           .outcome = done ? "ok" : done.error().message,
+                           .time = event.time});
+  }
   const bool of_the_belt = request.has_conveyor() || request.has_write_register();
   if (options_.modbus_tap && of_the_belt) options_.modbus_tap->note(event);
   if (options_.crcl_tap) options_.crcl_tap->note(std::move(event));
 }
 
 Result<void> ViewerHub::authenticate(Viewer& viewer, const std::string& token) {
-  using Verdict = protocols::AccessToken::Verdict;
-  if (!options_.token) return {};
-  switch (options_.token->check(protocols::host_of(viewer.peer()), token)) {
-    case Verdict::kTooManyAttempts:
+  using Problem = protocols::Caller::Problem;
+  if (!options_.access->has_credentials()) return {};
+  protocols::Caller caller =
+      options_.access->identify(protocols::host_of(viewer.peer()),
+                                {.token = token, .certificate = viewer.caller.certificate});
+  switch (caller.problem) {
+    case Problem::kTooManyAttempts:
       return fail(ErrorCode::kUnavailable, "token", "too many attempts; wait a while");
-    case Verdict::kWrong:
-      spdlog::warn("web: viewer {} gave a wrong token", viewer.peer());
+    case Problem::kWrongToken:
+      log_.warn("viewer " + viewer.peer() + " gave a wrong token");
       return fail(ErrorCode::kInvalidArgument, "token", "it is not the right one");
-    case Verdict::kRight:
+    case Problem::kExpired:
+      log_.warn("viewer " + viewer.peer() + " gave an expired token, " + caller.name);
+      return fail(ErrorCode::kInvalidArgument, "token", "it has expired");
+    case Problem::kNone:
       break;
   }
-  viewer.authenticated = true;
-  v1::ViewerUpdate update;
-  *update.mutable_permission() = permission(viewer);
-  viewer.send(pack(update));
+  viewer.caller = std::move(caller);
+  update_permission(viewer, true);
   return {};
 }
 
@@ -534,6 +592,8 @@ void ViewerHub::tick(Clock::time_point now) {
   }
   if (now - status_at_ >= kStatusPeriod) {
     status_at_ = now;
+    // Tokens expire, and are removed.
+    for_each([this](Viewer& viewer) { update_permission(viewer); });
     send_status();
   }
   send_faults(now);
@@ -553,7 +613,7 @@ void ViewerHub::send_snapshots(const api::SnapshotPtr& snapshot, Clock::time_poi
     return;
   }
   WebMessage cell, state;
-  for_each([&](Viewer& viewer) {
+  for_each_that_looks([&](Viewer& viewer) {
     if (!viewer.due(now)) return;
     if (viewer.cell != snapshot->cell) {
       if (!cell) {
@@ -576,7 +636,7 @@ void ViewerHub::send_snapshots(const api::SnapshotPtr& snapshot, Clock::time_poi
 
 void ViewerHub::send_registers() {
   WebMessage message;
-  for_each([&](Viewer& viewer) {
+  for_each_that_looks([&](Viewer& viewer) {
     if (!viewer.watch.registers()) return;
     if (!message) {
       device_.refresh();
@@ -592,7 +652,7 @@ void ViewerHub::send_status() {
   if (!options_.listeners) return;
   const auto listeners = options_.listeners();
   const auto saved = source_.latest()->saved_states;
-  for_each([&](Viewer& viewer) {
+  for_each_that_looks([&](Viewer& viewer) {
     update_.Clear();
     auto& status = *update_.mutable_status();
     status.set_skipped_snapshots(viewer.skipped());
@@ -613,7 +673,7 @@ void ViewerHub::send_faults(Clock::time_point now) {
   const bool due = now - faults_at_ >= kFaultPeriod;
   if (due) faults_at_ = now;
   WebMessage message;
-  for_each([&](Viewer& viewer) {
+  for_each_that_looks([&](Viewer& viewer) {
     const bool first = viewer.next_events.faults == ~std::uint64_t{0};
     if (viewer.next_events.faults == faults_.revision() || !(due || first)) return;
     if (!message) {
@@ -630,7 +690,7 @@ void ViewerHub::send_programs(Clock::time_point now) {
   programs_at_ = now;
   const auto status = options_.programs ? options_.programs->status() : no_programs();
   WebMessage message;
-  for_each([&](Viewer& viewer) {
+  for_each_that_looks([&](Viewer& viewer) {
     if (viewer.programs == status) return;
     if (!message) {
       update_.Clear();
@@ -668,7 +728,7 @@ void ViewerHub::send_history(Clock::time_point now) {
 void ViewerHub::send_events(protocols::WireTap* tap, const char* wire,
                             bool (v1::Watch::*wants)() const, std::uint64_t Viewer::Next::*next) {
   if (!tap) return;
-  for_each([&](Viewer& viewer) {
+  for_each_that_looks([&](Viewer& viewer) {
     if (!(viewer.watch.*wants)() || !viewer.idle()) return;
     std::uint64_t& from = viewer.next_events.*next;
     events_.clear();
@@ -690,6 +750,13 @@ void ViewerHub::for_each(const Visit& visit) {
   all.reserve(viewers_.size());
   for (const auto& [id, viewer] : viewers_) all.push_back(viewer);
   for (const auto& viewer : all) visit(*viewer);
+}
+
+template <typename Visit>
+void ViewerHub::for_each_that_looks(const Visit& visit) {
+  for_each([&visit](Viewer& viewer) {
+    if (viewer.role >= protocols::Role::kView) visit(viewer);
+  });
 }
 
 }  // namespace aprsim::web

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "aprsim/v1/web.pb.h"
+#include "protocols/limited_log.hpp"
 #include "protocols/modbus/conveyor_device.hpp"
 #include "protocols/web/fault_log.hpp"
 #include "protocols/web/jogger.hpp"
@@ -27,7 +28,7 @@ class ViewerHub {
   ViewerHub(const WebServerOptions& options, api::CommandSink& sink,
             const api::SnapshotSource& source);
 
-  void add(std::shared_ptr<WebSocket> socket, std::string peer);
+  void add(std::shared_ptr<WebSocket> socket, std::string peer, protocols::Caller caller);
   /// Sends what is due; at the highest rate of snapshots.
   void tick(Clock::time_point now);
   /// Ends jogs and closes every viewer.
@@ -63,8 +64,16 @@ class ViewerHub {
   void remove(Viewer& viewer);
   void update_taps();
 
+  /// Whether there is anything that a viewer may command.
+  [[nodiscard]] bool commands() const { return options_.control && options_.read_only.empty(); }
+  /// What the viewer may now.
+  [[nodiscard]] protocols::Role role_of(const Viewer& viewer) const;
   [[nodiscard]] v1::Permission permission(const Viewer& viewer) const;
+  /// Why it may not ask for this; no error = it may.
+  [[nodiscard]] Result<void> check_role(const Viewer& viewer, const std::string& request);
   void greet(Viewer& viewer);
+  /// Sends what it may: its permission if that is another than before, and once what stays.
+  void update_permission(Viewer& viewer, bool first = false);
   void send_snapshots(const api::SnapshotPtr& snapshot, Clock::time_point now);
   void send_registers();
   void send_status();
@@ -74,6 +83,9 @@ class ViewerHub {
                    std::uint64_t Viewer::Next::*next);
   template <typename Visit>
   void for_each(const Visit& visit);
+  /// The same of those that may look.
+  template <typename Visit>
+  void for_each_that_looks(const Visit& visit);
 
   const WebServerOptions& options_;
   api::CommandSink& sink_;
@@ -88,6 +100,7 @@ class ViewerHub {
   std::vector<Awaited> awaited_;
   FaultLog faults_;
   PastDesk past_;
+  protocols::LimitedLog log_{"web"};
   api::SnapshotPtr sent_;
   Clock::time_point sent_at_{}, registers_at_{}, status_at_{}, faults_at_{}, programs_at_{},
       history_at_{}, bookmarks_at_{};

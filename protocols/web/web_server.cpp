@@ -26,12 +26,19 @@ constexpr const char* kNotice =
     "<p>The web view was not built into this daemon: it needs node and npm at build time.</p>"
     "</html>\n";
 
+WebServerOptions with_access(WebServerOptions options) {
+  if (!options.access) {
+    options.access = std::make_shared<protocols::Access>(protocols::AccessRules{});
+  }
+  return options;
+}
+
 }  // namespace
 
 class WebServer::Impl {
  public:
   Impl(WebServerOptions options, api::CommandSink& sink, const api::SnapshotSource& source)
-      : options_(std::move(options)),
+      : options_(with_access(std::move(options))),
         source_(source),
         hub_(options_, sink, source),
         listener_(
@@ -82,6 +89,9 @@ class WebServer::Impl {
     }
     context_.assets = std::move(assets);
     context_.hosts = options_.hosts;
+    context_.access = options_.access;
+    context_.refusals = turned_away_.refusals = &log_;
+    context_.tls = turned_away_.tls = options_.tls;
     context_.live["/healthz"] = [] { return LivePage{.body = "ok\n"}; };
     context_.live["/readyz"] = [this] {
       const std::string problem = source_.problem();
@@ -96,8 +106,9 @@ class WebServer::Impl {
     }
     context_.incidents = options_.incidents;
     context_.take_seat = [this] { return take_seat(); };
-    context_.on_viewer = [this](std::shared_ptr<WebSocket> socket, std::string peer) {
-      hub_.add(std::move(socket), std::move(peer));
+    context_.on_viewer = [this](std::shared_ptr<WebSocket> socket, std::string peer,
+                                protocols::Caller caller) {
+      hub_.add(std::move(socket), std::move(peer), std::move(caller));
       if (draining_) hub_.close();
     };
     turned_away_.full = fmt::format(
@@ -179,6 +190,7 @@ class WebServer::Impl {
 
   WebServerOptions options_;
   const api::SnapshotSource& source_;
+  protocols::LimitedLog log_{"web"};
   HttpContext context_, turned_away_;
   std::shared_ptr<std::size_t> seats_taken_ = std::make_shared<std::size_t>(0);
   bool draining_ = false;

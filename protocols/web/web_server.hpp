@@ -10,9 +10,11 @@
 #include <vector>
 
 #include "modbus/register_map.hpp"
-#include "protocols/access_token.hpp"
+#include "protocols/access.hpp"
+#include "protocols/audit_log.hpp"
 #include "protocols/connection_places.hpp"
 #include "protocols/incident_source.hpp"
+#include "protocols/tls.hpp"
 #include "protocols/web/program_runner.hpp"
 #include "protocols/web/visual_description.hpp"
 #include "protocols/wire_tap.hpp"
@@ -43,7 +45,10 @@ struct WebServerOptions {
   double max_rate_hz = 60;       ///< of snapshots
   bool control = true;           ///< false: no viewer may command
   std::string read_only;         ///< not empty: nor may any for this reason
-  std::shared_ptr<protocols::AccessToken> token = {};  ///< if there: viewers need it to command
+  /// Who may what; null = whoever is on this machine all, others look.
+  std::shared_ptr<protocols::Access> access = {};
+  protocols::AuditLog* audit = nullptr;      ///< of commands; outlives the server; null = none
+  std::shared_ptr<protocols::Tls> tls = {};  ///< null = nothing is encrypted
   std::vector<std::string> hosts;  ///< host names of the page besides addresses and localhost
   std::string assets;              ///< directory of the page's files
   std::vector<std::pair<std::string, std::string>> models;  ///< robot name, description file

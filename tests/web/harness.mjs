@@ -8,7 +8,7 @@ import {fileURLToPath} from 'node:url';
 import {chromium} from 'playwright-core';
 
 const here = dirname(fileURLToPath(import.meta.url));
-const bin = process.env.APRSIM_BIN_DIR ?? join(here, '../../build/release/bin');
+export const bin = process.env.APRSIM_BIN_DIR ?? join(here, '../../build/release/bin');
 const browserProgram = process.env.CHROMIUM ?? '/usr/bin/chromium';
 
 /** Waits until `look` gives something true. */

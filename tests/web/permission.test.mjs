@@ -1,10 +1,11 @@
 // What a viewer without permission sees.
 import assert from 'node:assert/strict';
+import {execFileSync} from 'node:child_process';
 import {mkdtempSync, writeFileSync} from 'node:fs';
 import {tmpdir} from 'node:os';
 import {join} from 'node:path';
 import {after, before, test} from 'node:test';
-import {Daemon, openBrowser, openPage, stopAll, until} from './harness.mjs';
+import {Daemon, bin, openBrowser, openPage, stopAll, until} from './harness.mjs';
 
 let browser;
 before(async () => (browser = await openBrowser()));
@@ -63,5 +64,51 @@ test('a token unlocks', async () => {
     'a paused cell',
     async () => (await page.getByTestId('play').textContent()) === 'Play'
   );
+  await daemon.stop();
+});
+
+test('over TLS, a token lets do what its role may', async () => {
+  const folder = mkdtempSync(join(tmpdir(), 'aprsim-access-'));
+  const file = (name) => join(folder, name);
+  const certificate = ['-keyout', file('key'), '-out', file('cert'), '-subj', '/CN=cell'];
+  execFileSync('openssl', ['req', '-x509', '-newkey', 'rsa:2048', '-nodes', ...certificate], {
+    stdio: 'ignore'
+  });
+  const add = (name) =>
+    execFileSync(
+      join(bin, 'aprsimd'),
+      ['token', 'add', name, '--role', name, '--file', file('access')],
+      {encoding: 'utf8', stdio: ['ignore', 'pipe', 'ignore']}
+    ).trim();
+  const tokens = {operate: add('operate'), admin: add('admin')};
+  const keys = [
+    `tls.certificate=${file('cert')}`,
+    `tls.key=${file('key')}`,
+    `access.file=${file('access')}`
+  ];
+  const daemon = await Daemon.start(keys.flatMap((key) => ['--set', key]));
+  const served = {url: daemon.url.replace('http:', 'https:')};
+  const page = await openPage(browser, served, {
+    ignoreHTTPSErrors: true,
+    query: `#token=${tokens.operate}`
+  });
+  await until('control', () => page.getByTestId('play').isEnabled());
+  assert.equal(new URL(page.url()).hash, '', 'the token leaves the address');
+  for (const [id, role] of [
+    ['inject', 'inject'],
+    ['reset', 'admin'],
+    ['run-demo', 'admin']
+  ]) {
+    const control = page.getByTestId(id);
+    assert.ok(await control.isDisabled(), id);
+    const title = await control.evaluate((c) => c.closest('fieldset')?.title || c.title);
+    assert.equal(title, `This needs the role ${role}; yours is operate.`);
+  }
+  await page.context().close();
+  const admin = await openPage(browser, served, {
+    ignoreHTTPSErrors: true,
+    query: `#token=${tokens.admin}`
+  });
+  await until('every control', () => admin.getByTestId('reset').isEnabled());
   await daemon.stop();
 });

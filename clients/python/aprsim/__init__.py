@@ -11,7 +11,7 @@ one's own, `run_scenario` a whole job; `aprsim.envs` has tasks with Gymnasium's 
 SI, poses 4 x 4 arrays (`aprsim.poses`)."""
 
 from . import aio, crcl, events, faults, poses
-from .calls import Receipt, Run, SavedState
+from .calls import Bookmark, HistorySpan, Receipt, Run, SavedState
 from .cell import Cell
 from .daemon import Daemon
 from .endpoints import Endpoints
@@ -25,11 +25,13 @@ from .tables import bodies_table, robots_table
 __all__ = [
     "AprsimError",
     "BodyState",
+    "Bookmark",
     "Cell",
     "Daemon",
     "Endpoints",
     "Event",
     "Happens",
+    "HistorySpan",
     "Receipt",
     "Refused",
     "Robot",

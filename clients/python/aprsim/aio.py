@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import calls, crcl, faults
-from .calls import Receipt, Run, SavedState
+from .calls import Bookmark, HistorySpan, Receipt, Run, SavedState
 from .endpoints import Endpoints, find_endpoints
 from .errors import TimedOut, Unreachable
 from .events import Event, Happens, event
@@ -29,7 +29,11 @@ from .motions import MOVE_TIMEOUT_S, TURN_SPEED_RAD_S, Frame, Motions
 from .poses import Array
 from .robot import ANSWER_S, MOST_POLL_STEPS, POLL_S, POLL_STEPS
 from .snapshots import BodyState, Snapshot, seconds
-from .v1 import control_service_pb2_grpc, telemetry_service_pb2_grpc
+from .v1 import (
+    control_service_pb2_grpc,
+    history_service_pb2_grpc,
+    telemetry_service_pb2_grpc,
+)
 
 if TYPE_CHECKING:
     from .v1 import cell_pb2, control_service_pb2, faults_pb2, snapshot_pb2
@@ -226,11 +230,18 @@ class Cell:
         """Use `connect`."""
         self.endpoints = endpoints
         self._address = f"{endpoints.host}:{endpoints.grpc}"
-        self._channel: Any = grpc.aio.insecure_channel(
-            self._address, options=calls.CHANNEL_OPTIONS
+        credentials = calls.credentials_of(endpoints)
+        self._channel: Any = (
+            grpc.aio.secure_channel(self._address, credentials, options=calls.CHANNEL_OPTIONS)
+            if credentials
+            else grpc.aio.insecure_channel(self._address, options=calls.CHANNEL_OPTIONS)
         )
-        self._control: Any = control_service_pb2_grpc.ControlServiceStub(self._channel)
-        self._telemetry: Any = telemetry_service_pb2_grpc.TelemetryServiceStub(self._channel)
+        self._metadata = calls.metadata_of(endpoints)
+        self._stubs: dict[str, Any] = {
+            "Control": control_service_pb2_grpc.ControlServiceStub(self._channel),
+            "History": history_service_pb2_grpc.HistoryServiceStub(self._channel),
+            "Telemetry": telemetry_service_pb2_grpc.TelemetryServiceStub(self._channel),
+        }
         self._robots: dict[str, Robot] = {}
         self.paused = False
         """As this client has last seen or made it."""
@@ -248,11 +259,23 @@ class Cell:
         grpc_port: int | None = None,
         crcl_ports: dict[str, int] | None = None,
         token_file: str | Path | None = None,
+        tls: bool = False,
+        ca: str | Path | None = None,
+        certificate: str | Path | None = None,
+        key: str | Path | None = None,
     ) -> Cell:
         """As `aprsim.Cell.connect`."""
         cell = cls(
             find_endpoints(
-                ports_file, host=host, grpc=grpc_port, crcl=crcl_ports, token_file=token_file
+                ports_file,
+                host=host,
+                grpc=grpc_port,
+                crcl=crcl_ports,
+                token_file=token_file,
+                tls=tls,
+                ca=ca,
+                certificate=certificate,
+                key=key,
             )
         )
         try:
@@ -294,7 +317,9 @@ class Cell:
         """Snapshots at a steady wall-clock rate, at most 1000 a second, until the loop ends. A reader
         that is too slow misses some and gets the latest. `hz=None`: every step, none left out; one
         that is too far behind is Refused."""
-        call = self._telemetry.StreamSnapshots(calls.stream_request(hz, fields, entities))
+        call = self._stubs["Telemetry"].StreamSnapshots(
+            calls.stream_request(hz, fields, entities), metadata=self._metadata
+        )
         try:
             async for answer in call:
                 yield self._seen(Snapshot(answer.snapshot))
@@ -317,7 +342,7 @@ class Cell:
         take part. Refused when what is asked for is not kept any more, unless `allow_gap`.
         `past_only`: those that are kept."""
         request = calls.events_request(after, kinds, names, allow_gap, past_only)
-        call = self._telemetry.StreamEvents(request)
+        call = self._stubs["Telemetry"].StreamEvents(request, metadata=self._metadata)
         try:
             async for answer in call:
                 yield event(answer.event, answer.lost)
@@ -474,14 +499,63 @@ class Cell:
         """All kinds with their parameters."""
         return await self._run(calls.fault_kinds())
 
+    # -- the past -----------------------------------------------------------------------------
+
+    async def history(self) -> list[HistorySpan]:
+        """What is kept of the past, oldest first; the last span is of the present epoch."""
+        return await self._run(calls.get_history())
+
+    async def past(
+        self, step: int, epoch: int | None = None, fields: Sequence[str] = ()
+    ) -> Snapshot:
+        """How the cell was after a step, bit for bit; of the present epoch unless another is said."""
+        return await self._run(calls.get_past(await self._epoch(epoch), step, fields))
+
+    async def past_range(
+        self,
+        begin: int,
+        end: int,
+        stride: int = 20,
+        epoch: int | None = None,
+        fields: Sequence[str] = (),
+    ) -> AsyncIterator[Snapshot]:
+        """How it was from one step to another, every so many."""
+        request = calls.past_request(await self._epoch(epoch), begin, end, stride, fields)
+        call = self._stubs["History"].StreamPast(request, metadata=self._metadata)
+        try:
+            async for answer in call:
+                yield Snapshot(answer.snapshot)
+        except grpc.RpcError as error:
+            raise self._error(error) from error
+        finally:
+            call.cancel()
+
+    async def resume_from(self, step: int, epoch: int | None = None) -> Receipt:
+        """Puts the cell back to a moment of the past, from which it goes on, bit for bit."""
+        return await self._run(calls.resume_from(await self._epoch(epoch), step))
+
+    async def bookmarks(self) -> list[Bookmark]:
+        """Moments worth finding again: set by somebody, or by the daemon at what happened."""
+        return await self._run(calls.list_bookmarks())
+
+    async def add_bookmark(self, step: int, text: str, epoch: int | None = None) -> Bookmark:
+        """Sets one."""
+        return await self._run(calls.add_bookmark(await self._epoch(epoch), step, text))
+
+    async def remove_bookmark(self, identifier: int) -> None:
+        """Takes one away."""
+        await self._run(calls.remove_bookmark(identifier))
+
+    async def _epoch(self, epoch: int | None) -> int:
+        if epoch is not None:
+            return epoch
+        return int((await self._run(calls.get_snapshot(["epoch"]))).message.epoch)
+
     async def _run(self, call: calls.Call[T]) -> T:
-        stub = self._control if call.control else self._telemetry
-        metadata = []
-        if call.control and self.endpoints.token:
-            metadata.append(("authorization", f"Bearer {self.endpoints.token}"))
+        stub = self._stubs[call.service]
         try:
             answer = await getattr(stub, call.method)(
-                call.request, timeout=call.timeout_s, metadata=metadata
+                call.request, timeout=call.timeout_s, metadata=self._metadata
             )
         except grpc.RpcError as error:
             raise self._error(error) from error

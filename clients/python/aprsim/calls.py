@@ -5,20 +5,25 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Callable, Generic, Mapping, Sequence, TypeVar
+from typing import TYPE_CHECKING, Any, Callable, Generic, Literal, Mapping, Sequence, TypeVar
+
+import grpc
 
 from . import events, faults
+from .endpoints import Endpoints
 from .errors import AprsimError, Refused, TimedOut, Unreachable
 from .events import Event, Happens
 from .poses import Array, pose_message
 from .snapshots import BodyState, Snapshot, seconds
 from .v1 import control_service_pb2 as control
+from .v1 import history_service_pb2 as past
 from .v1 import telemetry_service_pb2 as telemetry
 
 if TYPE_CHECKING:
     from .v1 import cell_pb2, faults_pb2, snapshot_pb2
 
 T = TypeVar("T")
+Service = Literal["Control", "Telemetry", "History"]
 
 _TIMEOUT_S = 60.0  # a daemon that is gone is told at once; one on a busy machine is waited for
 _STEP_S = 0.01  # that one step may take at most
@@ -48,15 +53,55 @@ class SavedState:
 
 
 @dataclass(frozen=True)
+class HistorySpan:
+    """What is kept of the past between two resets or loads."""
+
+    epoch: int
+    first_step: int
+    last_step: int
+    first_time_s: float
+    last_time_s: float
+    seed: int
+    loaded_state: str | None
+    """That it began with; None = a reset."""
+
+
+@dataclass(frozen=True)
+class Bookmark:
+    """A moment worth finding again."""
+
+    identifier: int
+    epoch: int
+    step: int
+    sim_time_s: float
+    kind: str
+    """As in `BookmarkKind`, without its prefix: `SET_BY_USER`, ..."""
+    text: str
+
+
+@dataclass(frozen=True)
 class Call(Generic[T]):
     """One unary call."""
 
-    control: bool
-    """Of ControlService, which the token is for; else of TelemetryService."""
+    service: Service
+    """Of the package, without the word Service."""
     method: str
     request: Any
     read: Callable[[Any], T]
     timeout_s: float = _TIMEOUT_S
+
+
+def metadata_of(endpoints: Endpoints) -> list[tuple[str, str]]:
+    """What goes with every call."""
+    return [("authorization", f"Bearer {endpoints.token}")] if endpoints.token else []
+
+
+def credentials_of(endpoints: Endpoints) -> Any:
+    """Of an encrypted channel; None = it is not encrypted."""
+    encryption = endpoints.encryption
+    if encryption is None:
+        return None
+    return grpc.ssl_channel_credentials(encryption.ca, encryption.key, encryption.certificate)
 
 
 def error_of(code: str, details: str, address: str) -> AprsimError:
@@ -73,7 +118,7 @@ def error_of(code: str, details: str, address: str) -> AprsimError:
 def _control(
     method: str, request: Any, read: Callable[[Any], T], timeout_s: float | None = None
 ) -> Call[T]:
-    return Call(True, method, request, read, _TIMEOUT_S if timeout_s is None else timeout_s)
+    return Call("Control", method, request, read, _TIMEOUT_S if timeout_s is None else timeout_s)
 
 
 def _receipt(answer: Any) -> Receipt:
@@ -102,7 +147,7 @@ def robot_named(cell: cell_pb2.CellDescription, name: str) -> cell_pb2.RobotDesc
 def get_snapshot(fields: Sequence[str], entities: Sequence[str] = ()) -> Call[Snapshot]:
     request = telemetry.GetSnapshotRequest(entities=entities)
     request.read_mask.paths.extend(_paths(fields))
-    return Call(False, "GetSnapshot", request, _snapshot)
+    return Call("Telemetry", "GetSnapshot", request, _snapshot)
 
 
 def stream_request(hz: float | None, fields: Sequence[str], entities: Sequence[str]) -> Any:
@@ -134,7 +179,7 @@ def get_cell() -> Call[cell_pb2.CellDescription]:
     def read(answer: telemetry.GetCellResponse) -> cell_pb2.CellDescription:
         return answer.cell
 
-    return Call(False, "GetCell", telemetry.GetCellRequest(), read)
+    return Call("Telemetry", "GetCell", telemetry.GetCellRequest(), read)
 
 
 def pause() -> Call[Receipt]:
@@ -210,7 +255,7 @@ def get_scene() -> Call[str]:
     def read(answer: telemetry.GetSceneResponse) -> str:
         return answer.text
 
-    return Call(False, "GetScene", telemetry.GetSceneRequest(), read)
+    return Call("Telemetry", "GetScene", telemetry.GetSceneRequest(), read)
 
 
 def _body(answer: Any) -> BodyState:
@@ -312,3 +357,68 @@ def fault_kinds() -> Call[control.ListFaultKindsResponse]:
         return answer
 
     return _control("ListFaultKinds", control.ListFaultKindsRequest(), read)
+
+
+def get_history() -> Call[list[HistorySpan]]:
+    def read(answer: past.GetHistoryResponse) -> list[HistorySpan]:
+        return [
+            HistorySpan(
+                span.epoch,
+                span.first_step,
+                span.last_step,
+                seconds(span.first_time),
+                seconds(span.last_time),
+                span.seed,
+                span.loaded_state if span.HasField("loaded_state") else None,
+            )
+            for span in answer.spans
+        ]
+
+    return Call("History", "GetHistory", past.GetHistoryRequest(), read)
+
+
+def get_past(epoch: int, step: int, fields: Sequence[str]) -> Call[Snapshot]:
+    request = past.GetPastSnapshotRequest(moment=past.Moment(epoch=epoch, step=step))
+    request.read_mask.paths.extend(fields)
+    return Call("History", "GetPastSnapshot", request, _snapshot)
+
+
+def past_request(epoch: int, begin: int, end: int, stride: int, fields: Sequence[str]) -> Any:
+    request = past.StreamPastRequest(
+        begin=past.Moment(epoch=epoch, step=begin), end_step=end, stride=stride
+    )
+    request.read_mask.paths.extend(fields)
+    return request
+
+
+def resume_from(epoch: int, step: int) -> Call[Receipt]:
+    request = past.ResumeFromRequest(moment=past.Moment(epoch=epoch, step=step))
+    return Call("History", "ResumeFrom", request, _receipt)
+
+
+def _bookmark(bookmark: past.Bookmark) -> Bookmark:
+    kind = past.BookmarkKind.Name(bookmark.kind).removeprefix("BOOKMARK_KIND_")
+    moment, time_s = bookmark.moment, seconds(bookmark.sim_time)
+    return Bookmark(bookmark.id, moment.epoch, moment.step, time_s, kind, bookmark.text)
+
+
+def list_bookmarks() -> Call[list[Bookmark]]:
+    def read(answer: past.ListBookmarksResponse) -> list[Bookmark]:
+        return [_bookmark(bookmark) for bookmark in answer.bookmarks]
+
+    return Call("History", "ListBookmarks", past.ListBookmarksRequest(), read)
+
+
+def add_bookmark(epoch: int, step: int, text: str) -> Call[Bookmark]:
+    def read(answer: past.AddBookmarkResponse) -> Bookmark:
+        return _bookmark(answer.bookmark)
+
+    request = past.AddBookmarkRequest(moment=past.Moment(epoch=epoch, step=step), text=text)
+    return Call("History", "AddBookmark", request, read)
+
+
+def remove_bookmark(identifier: int) -> Call[None]:
+    def read(_: Any) -> None:
+        return None
+
+    return Call("History", "RemoveBookmark", past.RemoveBookmarkRequest(id=identifier), read)

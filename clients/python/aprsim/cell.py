@@ -10,13 +10,17 @@ from typing import TYPE_CHECKING, Any, Iterator, Mapping, Sequence, TypeVar
 import grpc
 
 from . import calls, faults
-from .calls import Receipt, Run, SavedState
+from .calls import Bookmark, HistorySpan, Receipt, Run, SavedState
 from .endpoints import Endpoints, find_endpoints
 from .events import Event, Happens, event
 from .poses import Array
 from .robot import Robot
 from .snapshots import BodyState, Snapshot, seconds
-from .v1 import control_service_pb2_grpc, telemetry_service_pb2_grpc
+from .v1 import (
+    control_service_pb2_grpc,
+    history_service_pb2_grpc,
+    telemetry_service_pb2_grpc,
+)
 
 if TYPE_CHECKING:
     from .v1 import cell_pb2, control_service_pb2, faults_pb2, snapshot_pb2
@@ -32,9 +36,18 @@ class Cell:
     def __init__(self, endpoints: Endpoints) -> None:
         self.endpoints = endpoints
         self._address = f"{endpoints.host}:{endpoints.grpc}"
-        self._channel = grpc.insecure_channel(self._address, options=calls.CHANNEL_OPTIONS)
-        self._control: Any = control_service_pb2_grpc.ControlServiceStub(self._channel)
-        self._telemetry: Any = telemetry_service_pb2_grpc.TelemetryServiceStub(self._channel)
+        credentials = calls.credentials_of(endpoints)
+        self._channel: Any = (
+            grpc.secure_channel(self._address, credentials, options=calls.CHANNEL_OPTIONS)
+            if credentials
+            else grpc.insecure_channel(self._address, options=calls.CHANNEL_OPTIONS)
+        )
+        self._metadata = calls.metadata_of(endpoints)
+        self._stubs: dict[str, Any] = {
+            "Control": control_service_pb2_grpc.ControlServiceStub(self._channel),
+            "History": history_service_pb2_grpc.HistoryServiceStub(self._channel),
+            "Telemetry": telemetry_service_pb2_grpc.TelemetryServiceStub(self._channel),
+        }
         self._robots: dict[str, Robot] = {}
         self.paused = False
         """As this client has last seen or made it. Robots' commands step a paused cell."""
@@ -54,13 +67,26 @@ class Cell:
         grpc_port: int | None = None,
         crcl_ports: dict[str, int] | None = None,
         token_file: str | Path | None = None,
+        tls: bool = False,
+        ca: str | Path | None = None,
+        certificate: str | Path | None = None,
+        key: str | Path | None = None,
     ) -> Cell:
         """To the cell of a ports file, else of the one that APRSIM_PORTS_FILE names, else at the
-        default ports of this machine; single choices go over that. The token for commands: the first
-        line of `token_file`, else APRSIM_TOKEN."""
+        default ports of this machine; single choices go over that. The token: the first line of
+        `token_file`, else APRSIM_TOKEN. Encrypted gRPC: `ca`, and `certificate` with `key` where the
+        daemon asks for them, name files in PEM (else APRSIM_CA, APRSIM_CERTIFICATE, APRSIM_KEY)."""
         return cls(
             find_endpoints(
-                ports_file, host=host, grpc=grpc_port, crcl=crcl_ports, token_file=token_file
+                ports_file,
+                host=host,
+                grpc=grpc_port,
+                crcl=crcl_ports,
+                token_file=token_file,
+                tls=tls,
+                ca=ca,
+                certificate=certificate,
+                key=key,
             )
         )
 
@@ -95,7 +121,9 @@ class Cell:
         """Snapshots at a steady wall-clock rate, at most 1000 a second, until the loop ends. A reader
         that is too slow misses some and gets the latest. `hz=None`: every step, none left out; one
         that is too far behind is Refused."""
-        call = self._telemetry.StreamSnapshots(calls.stream_request(hz, fields, entities))
+        call = self._stubs["Telemetry"].StreamSnapshots(
+            calls.stream_request(hz, fields, entities), metadata=self._metadata
+        )
         try:
             for answer in call:
                 yield self._seen(Snapshot(answer.snapshot))
@@ -118,7 +146,7 @@ class Cell:
         take part. Refused when what is asked for is not kept any more, unless `allow_gap`.
         `past_only`: those that are kept."""
         request = calls.events_request(after, kinds, names, allow_gap, past_only)
-        call = self._telemetry.StreamEvents(request)
+        call = self._stubs["Telemetry"].StreamEvents(request, metadata=self._metadata)
         try:
             for answer in call:
                 yield event(answer.event, answer.lost)
@@ -205,6 +233,58 @@ class Cell:
         """In alphabetical order."""
         return self._run(calls.list_states())
 
+    # -- the past -----------------------------------------------------------------------------
+
+    def history(self) -> list[HistorySpan]:
+        """What is kept of the past, oldest first; the last span is of the present epoch."""
+        return self._run(calls.get_history())
+
+    def past(
+        self, step: int, epoch: int | None = None, fields: Sequence[str] = ()
+    ) -> Snapshot:
+        """How the cell was after a step, bit for bit; of the present epoch unless another is said."""
+        return self._run(calls.get_past(self._epoch(epoch), step, fields))
+
+    def past_range(
+        self,
+        begin: int,
+        end: int,
+        stride: int = 20,
+        epoch: int | None = None,
+        fields: Sequence[str] = (),
+    ) -> Iterator[Snapshot]:
+        """How it was from one step to another, every so many."""
+        request = calls.past_request(self._epoch(epoch), begin, end, stride, fields)
+        call = self._stubs["History"].StreamPast(request, metadata=self._metadata)
+        try:
+            for answer in call:
+                yield Snapshot(answer.snapshot)
+        except grpc.RpcError as error:
+            raise self._error(error) from error
+        finally:
+            call.cancel()
+
+    def resume_from(self, step: int, epoch: int | None = None) -> Receipt:
+        """Puts the cell back to a moment of the past, from which it goes on, bit for bit."""
+        return self._run(calls.resume_from(self._epoch(epoch), step))
+
+    def bookmarks(self) -> list[Bookmark]:
+        """Moments worth finding again: set by somebody, or by the daemon at what happened."""
+        return self._run(calls.list_bookmarks())
+
+    def add_bookmark(self, step: int, text: str, epoch: int | None = None) -> Bookmark:
+        """Sets one."""
+        return self._run(calls.add_bookmark(self._epoch(epoch), step, text))
+
+    def remove_bookmark(self, identifier: int) -> None:
+        """Takes one away."""
+        self._run(calls.remove_bookmark(identifier))
+
+    def _epoch(self, epoch: int | None) -> int:
+        if epoch is not None:
+            return epoch
+        return int((self._run(calls.get_snapshot(["epoch"]))).message.epoch)
+
     # -- robots and belt ----------------------------------------------------------------------
 
     def robot(self, name: str, *, initialise: bool = True) -> Robot:
@@ -290,13 +370,10 @@ class Cell:
     # -----------------------------------------------------------------------------------------
 
     def _run(self, call: calls.Call[T]) -> T:
-        stub = self._control if call.control else self._telemetry
-        metadata = []
-        if call.control and self.endpoints.token:
-            metadata.append(("authorization", f"Bearer {self.endpoints.token}"))
+        stub = self._stubs[call.service]
         try:
             answer = getattr(stub, call.method)(
-                call.request, timeout=call.timeout_s, metadata=metadata
+                call.request, timeout=call.timeout_s, metadata=self._metadata
             )
         except grpc.RpcError as error:
             raise self._error(error) from error

@@ -1,4 +1,4 @@
-"""Where a daemon's listeners are, and the token that lets one command there."""
+"""Where a daemon's listeners are, and the credentials that let one look and command there."""
 
 from __future__ import annotations
 
@@ -11,19 +11,35 @@ from .errors import AprsimError
 
 PORTS_FILE_VARIABLE = "APRSIM_PORTS_FILE"
 TOKEN_VARIABLE = "APRSIM_TOKEN"
+CA_VARIABLE = "APRSIM_CA"
+CERTIFICATE_VARIABLE = "APRSIM_CERTIFICATE"
+KEY_VARIABLE = "APRSIM_KEY"
 _CRCL = "crcl."
 
 
 @dataclass(frozen=True)
+class Encryption:
+    """Of gRPC: texts in PEM."""
+
+    ca: bytes | None = None
+    """The authorities of the daemon's certificate; None = those of the system."""
+    certificate: bytes | None = None
+    """This client's own."""
+    key: bytes | None = field(default=None, repr=False)
+
+
+@dataclass(frozen=True)
 class Endpoints:
-    """Host, ports and token; the defaults are the daemon's."""
+    """Host, ports and credentials; the defaults are the daemon's."""
 
     host: str = "127.0.0.1"
     grpc: int = 50051
     crcl: dict[str, int] = field(default_factory=lambda: {"fanuc": 64444, "motoman": 64445})
     """By the robot's name."""
     token: str = field(default="", repr=False)
-    """Of who may command; empty = none."""
+    """Goes with every call; empty = none."""
+    encryption: Encryption | None = None
+    """None = gRPC is not encrypted."""
 
     def crcl_port(self, robot: str) -> int:
         """Raises AprsimError with the names there are."""
@@ -61,9 +77,15 @@ def find_endpoints(
     grpc: int | None = None,
     crcl: dict[str, int] | None = None,
     token_file: str | Path | None = None,
+    tls: bool = False,
+    ca: str | Path | None = None,
+    certificate: str | Path | None = None,
+    key: str | Path | None = None,
 ) -> Endpoints:
     """The ports file, else that of APRSIM_PORTS_FILE, else the default ports; then each single
-    choice over it. The token is the first line of `token_file`, else APRSIM_TOKEN."""
+    choice over it. The token is the first line of `token_file`, else APRSIM_TOKEN. gRPC is encrypted
+    if `tls` is said or a file is named, by the arguments or by APRSIM_CA, APRSIM_CERTIFICATE and
+    APRSIM_KEY."""
     file = ports_file or os.environ.get(PORTS_FILE_VARIABLE)
     found = read_ports_file(file) if file else Endpoints()
     return Endpoints(
@@ -71,7 +93,39 @@ def find_endpoints(
         grpc=found.grpc if grpc is None else grpc,
         crcl={**found.crcl, **(crcl or {})},
         token=_read_token(token_file),
+        encryption=_read_encryption(tls, ca, certificate, key),
     )
+
+
+def _read_encryption(
+    tls: bool,
+    ca: str | Path | None,
+    certificate: str | Path | None,
+    key: str | Path | None,
+) -> Encryption | None:
+    texts = [
+        _read_pem(path or os.environ.get(variable))
+        for path, variable in (
+            (ca, CA_VARIABLE),
+            (certificate, CERTIFICATE_VARIABLE),
+            (key, KEY_VARIABLE),
+        )
+    ]
+    if (texts[1] is None) != (texts[2] is None):
+        raise AprsimError("a client's certificate and its key go together")
+    return Encryption(*texts) if tls or any(texts) else None
+
+
+def _read_pem(path: str | Path | None) -> bytes | None:
+    if not path:
+        return None
+    try:
+        text = Path(path).read_bytes()
+    except OSError as error:
+        raise AprsimError(f"cannot read {path}: {error.strerror}") from error
+    if b"-----BEGIN " not in text:
+        raise AprsimError(f"{path} holds nothing in PEM")
+    return text
 
 
 def _read_token(path: str | Path | None) -> str:

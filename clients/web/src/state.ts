@@ -116,6 +116,15 @@ export class State {
     }
   }
 
+  /** Why what needs a role is not possible; empty when it is. */
+  lacks(role: string): string {
+    const roles = ['none', 'view', 'operate', 'inject', 'admin'];
+    const has = this.permission?.role ?? 'none';
+    return roles.indexOf(has) < roles.indexOf(role)
+      ? `This needs the role ${role}; yours is ${has}.`
+      : '';
+  }
+
   watch(changes: Partial<State['watching']>): void {
     const before = JSON.stringify(this.watching);
     Object.assign(this.watching, changes);
@@ -133,6 +142,8 @@ export class State {
         break;
       case 'permission':
         this.permission = body.value;
+        // Before, it may have been refused.
+        this.sendWatch();
         this.accessChanged.emit();
         break;
       case 'looks':

@@ -92,6 +92,29 @@ class CellTest(WithCell):
             self.cell.load("here")
         self.assertEqual(caught.exception.code, "NOT_FOUND")
 
+    def test_the_past_is_kept_and_gone_back_to(self):
+        self.cell.set_conveyor(True, speed_m_s=0.1)
+        seen = [self.cell.step(10) for _ in range(20)]
+        span = self.cell.history()[-1]
+        self.assertEqual((span.epoch, span.last_step), (seen[-1].message.epoch, seen[-1].step))
+        for snapshot in (seen[3], seen[15]):
+            past = self.cell.past(snapshot.step)
+            self.assertEqual(past.message.state_hash, snapshot.message.state_hash)
+        steps = [s.step for s in self.cell.past_range(seen[2].step, seen[6].step, 20)]
+        self.assertEqual(steps, [seen[2].step, seen[4].step, seen[6].step])
+        mark = self.cell.add_bookmark(seen[5].step, "look here")
+        self.assertIn(mark, self.cell.bookmarks())
+        self.cell.remove_bookmark(mark.identifier)
+        self.assertNotIn(mark, self.cell.bookmarks())
+        with self.assertRaises(Refused) as caught:
+            self.cell.past(10**9)
+        self.assertEqual(caught.exception.code, "NOT_FOUND")
+        self.cell.resume_from(seen[9].step)
+        self.cell.pause()
+        back = self.cell.snapshot()
+        self.assertEqual(back.message.epoch, span.epoch + 1)
+        self.assertEqual(back.step, seen[9].step)
+
     def test_the_belt(self):
         self.cell.set_conveyor(True, forward=False, speed_m_s=0.1)
         belt = self.cell.step(1000).conveyor

@@ -85,6 +85,28 @@ TEST(ModbusConfig, NamesTheKeyAndWhatIsWrongWithItsValue) {
   }
 }
 
+TEST(AccessConfig, ReadsItsKeysAndWhatMustGoTogether) {
+  const Overrides overrides{
+      {"access.file", "a.yaml"},      {"access.anonymous", "none"},
+      {"access.audit_file", "log"},   {"tls.certificate", "c.pem"},
+      {"tls.key", "k.pem"},           {"tls.client_ca", "ca.pem"},
+      {"crcl.allow", "[10.0.0.0/8]"}, {"tls.client_certificates", "required"}};
+  const auto config = load_config("", overrides);
+  ASSERT_TRUE(config.has_value()) << config.error().message;
+  EXPECT_EQ(config->access.file, "a.yaml");
+  EXPECT_FALSE(config->access.strangers_look);
+  EXPECT_FALSE(config->access.insecure_control);
+  EXPECT_EQ(config->tls.client_ca, "ca.pem");
+  EXPECT_TRUE(config->tls.client_needed);
+  EXPECT_EQ(config->crcl.allow, std::vector<std::string>{"10.0.0.0/8"});
+  for (const Overrides& wrong :
+       {Overrides{{"tls.key", "k"}}, Overrides{{"tls.client_ca", "c"}},
+        Overrides{{"tls.client_certificates", "required"}},
+        Overrides{{"access.anonymous", "none"}, {"access.insecure_control", "true"}}}) {
+    EXPECT_FALSE(load_config("", wrong).has_value()) << wrong[0].first;
+  }
+}
+
 TEST(WebConfig, ReadsItsKeysAndPrintsThemForReading) {
   const Overrides overrides{{"web.address", "0.0.0.0"}, {"web.port", "9000"},
                             {"web.max_viewers", "4"},   {"web.max_rate_hz", "20"},

@@ -39,40 +39,52 @@ TEST(Exposure, NamesRealAddresses) {
 }
 
 TEST(Exposure, SaysWhoMayDoWhat) {
-  EXPECT_EQ(
-      exposures(open_to("10.0.0.7"), kPorts),
-      (std::vector<std::string>{
-          "crcl.fanuc is open to other machines at 10.0.0.7:1: whoever reaches it may command the "
-          "robot",
-          "grpc is open to other machines at 10.0.0.7:2: whoever reaches it may command the cell; "
-          "no token is asked for",
-          "modbus is open to other machines at 10.0.0.7:3: whoever reaches it may command the belt",
-          "vision.fanuc is open to other machines at 10.0.0.7:4: whoever reaches it may look, "
-          "nobody may command",
-          "web is open to other machines at 10.0.0.7:5: whoever reaches it may command the cell; "
-          "no token is asked for"}));
+  const std::string open = " is open to other machines at 10.0.0.7:";
+  EXPECT_EQ(exposures(open_to("10.0.0.7"), kPorts),
+            (std::vector<std::string>{
+                "crcl.fanuc" + open + "1: nobody elsewhere is served (crcl.allow is empty)",
+                "grpc" + open +
+                    "2: whoever reaches it may look, nobody may command; nothing is "
+                    "encrypted",
+                "modbus" + open + "3: nobody elsewhere is served (modbus.allow is empty)",
+                "vision.fanuc" + open + "4: nobody elsewhere is served (vision.allow is empty)",
+                "web" + open +
+                    "5: whoever reaches it may look, nobody may command; nothing is "
+                    "encrypted"}));
   EXPECT_NE(exposures(open_to("2001:db8::7"), kPorts)[0].find("at [2001:db8::7]:1:"),
             std::string::npos);
 }
 
-TEST(Exposure, CountsWhatRestricts) {
+TEST(Exposure, CountsWhatOpensAndRestricts) {
   Config config = open_to("10.0.0.7");
-  config.modbus.allow = {"10.0.0.0/8"};
-  config.web.token = "right-token";
-  auto lines = exposures(config, kPorts);
-  EXPECT_NE(lines[1].find("whoever has the token may command"), std::string::npos);
-  EXPECT_NE(lines[2].find("whoever modbus.allow names may command"), std::string::npos);
-  EXPECT_NE(lines[4].find("whoever has the token may command"), std::string::npos);
-  for (const std::string& line : lines) EXPECT_EQ(line.find("right-token"), std::string::npos);
-  config.web.control = false;
-  lines = exposures(config, kPorts);
-  EXPECT_NE(lines[1].find("whoever has the token may command"), std::string::npos);
-  EXPECT_NE(lines[4].find("nobody may command"), std::string::npos);
-  config.web.token.clear();
+  const auto expect = [&config](std::size_t listener, const std::string& part) {
+    const std::string line = exposures(config, kPorts)[listener];
+    EXPECT_NE(line.find(part), std::string::npos) << line;
+    EXPECT_EQ(line.find("right-token"), std::string::npos);
+  };
+  config.crcl.allow = config.modbus.allow = config.vision.allow = {"10.0.0.0/8"};
+  expect(0, "whoever crcl.allow names may command the robot");
+  expect(2, "whoever modbus.allow names may command the belt");
+  expect(3, "whoever vision.allow names may look, nobody may command");
   config.modbus.read_only = true;
-  lines = exposures(config, kPorts);
-  EXPECT_NE(lines[1].find("nobody may command"), std::string::npos);
-  EXPECT_NE(lines[2].find("nobody may command"), std::string::npos);
+  expect(2, "whoever modbus.allow names may look, nobody may command");
+  config.web.token = "right-token";
+  for (const std::size_t listener : {1, 4}) {
+    expect(listener, "whoever reaches it may look, who has a token or certificate may command by");
+  }
+  config.access.strangers_look = false;
+  expect(1,
+         ": who has a token or certificate may look, who has a token or certificate may command");
+  config.web.control = false;
+  expect(1, "who has a token or certificate may command");
+  expect(4, ": who has a token or certificate may look, nobody may command; nothing is encrypted");
+  config.tls.certificate = "certificate.pem";
+  EXPECT_EQ(exposures(config, kPorts)[4].find("nothing is encrypted"), std::string::npos);
+  config = open_to("10.0.0.7");
+  config.access.insecure_control = true;
+  for (const std::size_t listener : {1, 4}) {
+    expect(listener, "whoever reaches it may command the cell (access.insecure_control)");
+  }
 }
 
 TEST(Exposure, ProgramsAreForThisMachineUnlessToldOtherwise) {
@@ -87,8 +99,8 @@ TEST(Exposure, ProgramsAreForThisMachineUnlessToldOtherwise) {
   config.web.address = "10.0.0.7";
   EXPECT_EQ(exposures(config, {{"web", 5}}),
             std::vector<std::string>{"web is open to other machines at 10.0.0.7:5: whoever reaches "
-                                     "it may command the cell; no token is asked for; who may "
-                                     "command may start programs"});
+                                     "it may look, nobody may command; nothing is encrypted; who "
+                                     "is admin may start programs"});
   config.web.control = false;
   EXPECT_FALSE(may_start_programs(config)) << "who may not command starts nothing";
   config = {};

@@ -12,17 +12,19 @@ namespace {
 
 using namespace std::chrono_literals;
 
+constexpr auto kCounter = MetricsText::Type::Counter, kGauge = MetricsText::Type::Gauge;
+
 TEST(MetricsText, WritesNamesLabelsAndNumbersAsPrometheusReadsThem) {
   MetricsText out;
-  out.metric("a_total", "counter", "What it counts.");
-  out.sample(std::uint64_t{18446744073709551615U}, {{"peer", "a \"b\" \\ c\nd"}, {"wire", "x"}});
-  out.metric("b", "gauge", "Something.");
+  out.metric("a_total", kCounter, "What it counts.");
+  out.sample(std::uint64_t{4711'000'000'000U}, {{"peer", "a \"b\" \\ c\nd"}, {"wire", "x"}});
+  out.metric("b", kGauge, "Something.");
   out.sample(0.1);
   out.sample(std::numeric_limits<double>::infinity());
-  EXPECT_EQ(out.take(),
+  EXPECT_EQ(out.text(),
             "# HELP a_total What it counts.\n"
             "# TYPE a_total counter\n"
-            "a_total{peer=\"a \\\"b\\\" \\\\ c\\nd\",wire=\"x\"} 18446744073709551615\n"
+            "a_total{peer=\"a \\\"b\\\" \\\\ c\\nd\",wire=\"x\"} 4711000000000\n"
             "# HELP b Something.\n"
             "# TYPE b gauge\n"
             "b 0.1\n"
@@ -34,9 +36,9 @@ TEST(MetricsText, AHistogramsBucketsAddUp) {
   for (const auto time : {4us, 5us, 6us, 900us, 3000us}) times.add(time);
   times.add(2s);
   MetricsText out;
-  out.metric("t_seconds", "histogram", "Times.");
+  out.metric("t_seconds", MetricsText::Type::Histogram, "Times.");
   out.histogram(times.counts(), {{"wire", "x"}});
-  const std::string text = out.take();
+  const std::string text = out.text();
   const auto has = [&](const std::string& line) {
     return text.find("\n" + line + "\n") != std::string::npos;
   };

@@ -3,6 +3,9 @@ import type {State} from '../state';
 import {h, notify} from './dom';
 import {units} from './units';
 
+/** What a viewer may do; each may also do what those before it may. */
+export type Role = 'operate' | 'inject' | 'admin';
+
 type Control = HTMLButtonElement | HTMLInputElement | HTMLSelectElement | HTMLFieldSetElement;
 
 interface Guarded {
@@ -10,6 +13,7 @@ interface Guarded {
   title: string;
   own: () => string;
   inPast: boolean;
+  role: Role;
 }
 
 export class Access {
@@ -22,11 +26,16 @@ export class Access {
   }
 
   /**
-   * Guards a control. `own` is a further reason against it; empty when there is none. `inPast`: it
-   * may be used while the past is shown.
+   * Guards a control of those that have a role. `own` is a further reason against it; empty when there
+   * is none. `inPast`: it may be used while the past is shown.
    */
-  guard<T extends Control>(control: T, own: () => string = () => '', inPast = false): T {
-    this.controls.push({control, title: control.title, own, inPast});
+  guard<T extends Control>(
+    control: T,
+    own: () => string = () => '',
+    inPast = false,
+    role: Role = 'operate'
+  ): T {
+    this.controls.push({control, title: control.title, own, inPast, role});
     this.apply(this.controls[this.controls.length - 1]!);
     return control;
   }
@@ -62,8 +71,9 @@ export class Access {
       this.banner.append(this.tokenForm());
   }
 
-  private apply({control, title, own, inPast}: Guarded): void {
-    const reason = (inPast ? this.state.refusedReason : this.state.lockedReason) || own();
+  private apply({control, title, own, inPast, role}: Guarded): void {
+    const locked = inPast ? this.state.refusedReason : this.state.lockedReason;
+    const reason = locked || this.state.lacks(role) || own();
     if (control.disabled !== (reason !== '')) control.disabled = reason !== '';
     const shown = reason || title;
     if (control.title !== shown) control.title = shown;

@@ -27,7 +27,10 @@ export class CurtainCard {
       button('Reach in', () => void access.command({case: 'intruder', value: this.intruder()}), {
         title: 'Puts a box into the beams, as a person would break them',
         'data-testid': 'reach'
-      })
+      }),
+      undefined,
+      false,
+      'inject'
     );
     this.element = card(
       'Light curtain',

@@ -49,7 +49,10 @@ export class InjectCard {
         this.trigger.element,
         this.lastsField,
         h('div', {class: 'row'}, h('button', {type: 'submit', 'data-testid': 'inject'}, 'Inject'))
-      )
+      ),
+      undefined,
+      false,
+      'inject'
     );
     const report = access.guard(
       h(
@@ -57,7 +60,10 @@ export class InjectCard {
         {class: 'row'},
         this.event,
         h('button', {type: 'submit', 'data-testid': 'report-event'}, 'Report event')
-      )
+      ),
+      undefined,
+      false,
+      'inject'
     );
     this.kind.addEventListener('change', () => this.choose());
     this.element = card(

@@ -43,7 +43,10 @@ export class InjectedCard {
           span.state === 'waits' ? 'Give up' : 'End',
           () => void this.access.command({case: 'endFault', value: {id: span.id}}),
           {'aria-label': `End ${span.title}`}
-        )
+        ),
+        undefined,
+        false,
+        'inject'
       )
     );
   }

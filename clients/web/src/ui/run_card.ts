@@ -47,18 +47,24 @@ export class RunCard {
         'data-testid': 'run-demo',
         title: 'The kitting controller fills kits and empties them again, for ever'
       }),
-      () => this.refusal(kDemo)
+      () => this.refusal(kDemo),
+      false,
+      'admin'
     );
     const run = access.guard(
       button('Run', () => void this.start(this.choice.value), {
         'data-testid': 'run-scenario',
         title: 'Resets the cell and runs the scenario in it'
       }),
-      () => this.refusal(this.choice.value)
+      () => this.refusal(this.choice.value),
+      false,
+      'admin'
     );
     const stop = access.guard(
       button('Stop', () => void this.stop(), {'data-testid': 'stop-program'}),
-      () => this.status?.refusal || (this.status?.running ? '' : 'Nothing runs.')
+      () => this.status?.refusal || (this.status?.running ? '' : 'Nothing runs.'),
+      false,
+      'admin'
     );
     this.choice.addEventListener('change', () => this.describe());
     this.element = card(

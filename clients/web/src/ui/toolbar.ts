@@ -80,7 +80,10 @@ export class Toolbar {
       button('Reset', () => this.reset(), {
         'data-testid': 'reset',
         title: 'Build the cell anew from its scene'
-      })
+      }),
+      undefined,
+      false,
+      'admin'
     );
     const stop = access.guard(
       button('Stop cell', () => this.stopCell(), {
@@ -201,6 +204,7 @@ export class Toolbar {
       'dialog',
       {class: 'dialog', 'aria-label': 'Clients'},
       h('h2', {}, 'Clients'),
+      h('p', {'data-testid': 'role'}, this.role()),
       h(
         'table',
         {},
@@ -220,6 +224,11 @@ export class Toolbar {
     dialog.addEventListener('close', () => dialog.remove());
     document.body.append(dialog);
     dialog.showModal();
+  }
+
+  private role(): string {
+    const {role, name} = this.state.permission ?? {role: 'none', name: ''};
+    return `Your role: ${role}${name ? `, by ${name}` : ''}.`;
   }
 
   private fillListeners(): void {

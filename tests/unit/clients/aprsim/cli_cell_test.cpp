@@ -58,7 +58,12 @@ TEST_F(CliCell, AnIntruderIsPutAndRemoved) {
 }
 
 TEST_F(CliCell, CommandsComeWithTheTokenOfAFileOrTheEnvironment) {
-  start({.token = std::make_shared<protocols::AccessToken>("open sesame")});
+  protocols::AccessRules rules{.local = protocols::Role::kView};
+  rules.tokens.push_back({.name = "somebody",
+                          .role = protocols::Role::kAdmin,
+                          .salt = "salt",
+                          .digest = protocols::digest_of("salt", "open sesame")});
+  start({.access = std::make_shared<protocols::Access>(rules)});
   EXPECT_EQ(cli({"status"}).exit_code, 0) << "who only looks needs none";
   const auto without = cli({"pause"});
   EXPECT_EQ(without.exit_code, 1);

@@ -2,6 +2,7 @@
 #include <grpcpp/impl/codegen/sync_stream.h>
 #include <grpcpp/support/byte_buffer.h>
 
+#include "tests/support/access_with.hpp"
 #include "tests/support/tcp_socket.hpp"
 #include "tests/unit/protocols/telemetry/telemetry_fixture.hpp"
 
@@ -202,29 +203,26 @@ grpc::Status pause_with(v1::ControlService::Stub& control, const std::string& au
   return control.Pause(&context, {}, &response);
 }
 
-TEST_F(Serving, CommandsNeedTheTokenWhenThereIsOneReadingDoesNot) {
-  // Whether pages may command or not.
-  for (const bool control : {true, false}) {
-    start({.control = control, .token = std::make_shared<protocols::AccessToken>("right-token")});
-    for (const char* wrong :
-         {"", "right-token", "Basic right-token", "Bearer wrong-token", "Bearer right-token2"}) {
-      const auto status = pause_with(*control_, wrong);
-      EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAUTHENTICATED) << wrong;
-      EXPECT_EQ(status.error_message().find("right-token"), std::string::npos);
-    }
-    v1::StepResponse stepped;
-    grpc::ClientContext step;
-    EXPECT_EQ(control_->Step(&step, {}, &stepped).error_code(), grpc::StatusCode::UNAUTHENTICATED);
-    EXPECT_TRUE(cell_->commands().empty());
-    EXPECT_TRUE(answers(channel_));
-    EXPECT_TRUE(pause_with(*control_, "Bearer right-token").ok());
-    EXPECT_EQ(cell_->commands().size(), 1U);
+TEST_F(Serving, CommandsNeedATokenWhenThereIsOneReadingDoesNot) {
+  start({.access = access_with_tokens()});
+  for (const char* wrong :
+       {"", "right-token", "Basic right-token", "Bearer wrong-token", "Bearer right-token2"}) {
+    const auto status = pause_with(*control_, wrong);
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAUTHENTICATED) << wrong;
+    EXPECT_EQ(status.error_message().find("right-token"), std::string::npos);
   }
+  v1::StepResponse stepped;
+  grpc::ClientContext step;
+  EXPECT_EQ(control_->Step(&step, {}, &stepped).error_code(), grpc::StatusCode::UNAUTHENTICATED);
+  EXPECT_TRUE(cell_->commands().empty());
+  EXPECT_TRUE(answers(channel_));
+  EXPECT_TRUE(pause_with(*control_, "Bearer right-token").ok());
+  EXPECT_EQ(cell_->commands().size(), 1U);
 }
 
 TEST_F(Serving, TokensCannotBeTriedOften) {
-  const auto token = std::make_shared<protocols::AccessToken>("right-token");
-  start({.token = token});
+  const auto access = access_with_tokens();
+  start({.access = access});
   auto answer = grpc::StatusCode::OK;
   int wrong = 0;
   EXPECT_TRUE(eventually(
@@ -237,20 +235,22 @@ TEST_F(Serving, TokensCannotBeTriedOften) {
   EXPECT_EQ(answer, grpc::StatusCode::RESOURCE_EXHAUSTED);
   EXPECT_GE(wrong, 5);
   // However slow the calls are: as if an hour of further guesses had gone by.
-  using Token = protocols::AccessToken;
-  const auto later = Token::Clock::now() + std::chrono::hours(1);
-  while (token->check("127.0.0.1", "guess", later) == Token::Verdict::kWrong) {
+  using protocols::Access;
+  const auto later = Access::Clock::now() + std::chrono::hours(1);
+  while (access->identify("127.0.0.1", {.token = "guess"}, {}, later).problem ==
+         protocols::Caller::Problem::kWrongToken) {
   }
   EXPECT_EQ(pause_with(*control_, "Bearer right-token").error_code(),
             grpc::StatusCode::RESOURCE_EXHAUSTED);
   EXPECT_TRUE(cell_->commands().empty());
 }
 
-TEST_F(Serving, NobodyCommandsWithoutControlAndToken) {
-  start({.control = false});
-  for (const char* authorization : {"", "Bearer ", "Bearer anything"}) {
-    EXPECT_EQ(pause_with(*control_, authorization).error_code(),
-              grpc::StatusCode::PERMISSION_DENIED);
+TEST_F(Serving, NobodyCommandsWhereNobodyMay) {
+  start({.access = std::make_shared<protocols::Access>(
+             protocols::AccessRules{.local = protocols::Role::kView})});
+  EXPECT_EQ(pause_with(*control_, "").error_code(), grpc::StatusCode::PERMISSION_DENIED);
+  for (const char* authorization : {"Bearer ", "Bearer anything"}) {
+    EXPECT_EQ(pause_with(*control_, authorization).error_code(), grpc::StatusCode::UNAUTHENTICATED);
   }
   EXPECT_TRUE(cell_->commands().empty());
   EXPECT_TRUE(answers(channel_));

@@ -1,9 +1,12 @@
+#include "tests/support/access_with.hpp"
 #include "tests/unit/protocols/web/web_fixture.hpp"
 
 namespace aprsim {
 namespace {
 
+using test::access_with_tokens;
 using test::RawWebClient;
+using test::rules_with_tokens;
 using Viewer = test::WebFixture;
 
 v1::ViewerRequest pause() {
@@ -15,6 +18,14 @@ v1::ViewerRequest pause() {
 v1::ViewerRequest token(const std::string& text) {
   v1::ViewerRequest request;
   request.mutable_authenticate()->set_token(text);
+  return request;
+}
+
+v1::ViewerRequest watch(bool crcl, bool modbus, bool polls) {
+  v1::ViewerRequest request;
+  request.mutable_watch()->set_crcl(crcl);
+  request.mutable_watch()->set_modbus(modbus);
+  request.mutable_watch()->set_polls(polls);
   return request;
 }
 
@@ -173,7 +184,7 @@ TEST_F(Viewer, MayOnlyLookWhenControlIsOff) {
 }
 
 TEST_F(Viewer, NeedsTheTokenWhenOneIsSet) {
-  options.token = std::make_shared<protocols::AccessToken>("right-token");
+  options.access = access_with_tokens();
   start();
   RawWebClient client(port);
   (void)client.upgrade();
@@ -188,8 +199,67 @@ TEST_F(Viewer, NeedsTheTokenWhenOneIsSet) {
   EXPECT_FALSE(other.ask(pause()).ok()) << "the token counts for its own viewer only";
 }
 
+TEST_F(Viewer, MayWhatItsRoleMay) {
+  options.access = access_with_tokens();
+  start();
+  v1::ViewerRequest fault, reset;
+  (void)fault.mutable_end_fault();
+  (void)reset.mutable_reset();
+  const std::vector<std::pair<std::string, v1::ViewerRequest>> requests{
+      {"operate", pause()}, {"inject", fault}, {"admin", reset}};
+  for (std::size_t may = 0; may <= requests.size(); ++may) {
+    RawWebClient client(port);
+    (void)client.upgrade();
+    const std::string role = may == 0 ? "view" : requests[may - 1].first;
+    client.send(token(role + "-token"));
+    const auto permission = client.next(
+        [&](const auto& u) { return u.has_permission() && !u.permission().name().empty(); });
+    ASSERT_TRUE(permission) << role;
+    EXPECT_EQ(permission->permission().role(), role);
+    EXPECT_EQ(permission->permission().name(), "token " + role);
+    EXPECT_EQ(permission->permission().control(), may > 0);
+    EXPECT_EQ(permission->permission().token_helps(), role != "admin");
+    for (std::size_t i = 0; i < requests.size(); ++i) {
+      const auto outcome = client.ask(requests[i].second);
+      EXPECT_EQ(outcome.ok(), i < may) << role << ' ' << outcome.message();
+      if (i < may) continue;
+      EXPECT_EQ(outcome.field(), "permission");
+      EXPECT_NE(outcome.message().find("needs the role " + requests[i].first), std::string::npos);
+    }
+  }
+}
+
+TEST_F(Viewer, IsShownNothingWhereLookingNeedsAToken) {
+  auto rules = rules_with_tokens();
+  rules.local = rules.others = protocols::Role::kNone;
+  options.access = std::make_shared<protocols::Access>(rules);
+  options.metrics = [] { return std::string("metric 1\n"); };
+  start();
+  RawWebClient client(port);
+  (void)client.upgrade();
+  const auto permission = client.next([](const auto& u) { return u.has_permission(); });
+  ASSERT_TRUE(permission);
+  EXPECT_EQ(permission->permission().role(), "none");
+  EXPECT_TRUE(permission->permission().token_helps());
+  EXPECT_FALSE(client.ask(pause()).ok());
+  auto request = watch(true, true, true);
+  request.set_id(99);
+  client.send(request);
+  const auto next = client.next([](const auto&) { return true; });
+  ASSERT_TRUE(next && next->has_outcome()) << "nothing but answers";
+  EXPECT_FALSE(next->outcome().ok());
+  ASSERT_TRUE(client.ask(token("view-token")).ok());
+  EXPECT_TRUE(client.next([](const auto& u) { return u.has_snapshot(); }));
+  for (const auto& [path, status] : {std::pair("/metrics", "401"), std::pair("/healthz", "200")}) {
+    RawWebClient plain(port);
+    EXPECT_NE(plain.request("GET " + std::string(path) + " HTTP/1.1").find(status),
+              std::string::npos)
+        << path;
+  }
+}
+
 TEST_F(Viewer, TokensCannotBeTriedFast) {
-  options.token = std::make_shared<protocols::AccessToken>("right-token");
+  options.access = access_with_tokens();
   start();
   RawWebClient client(port);
   (void)client.upgrade();
@@ -226,14 +296,6 @@ TEST_F(Viewer, OneThatTakesNothingDelaysNoOther) {
         [&](const auto& u) { return u.has_snapshot() && u.snapshot().conveyor().travel_m() == i; });
     ASSERT_TRUE(seen) << i;
   }
-}
-
-v1::ViewerRequest watch(bool crcl, bool modbus, bool polls) {
-  v1::ViewerRequest request;
-  request.mutable_watch()->set_crcl(crcl);
-  request.mutable_watch()->set_modbus(modbus);
-  request.mutable_watch()->set_polls(polls);
-  return request;
 }
 
 /// The next event of a wire of this type.

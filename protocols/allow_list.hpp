@@ -9,14 +9,15 @@
 
 #include "world/api/error.hpp"
 
-namespace aprsim::modbus_server {
+namespace aprsim::protocols {
 
 /// The networks whose clients are served. Thread: any, once built.
 class AllowList {
  public:
   /// Each entry an IPv4 or IPv6 network, "192.168.1.0/24", or one address. None = everybody.
-  /// Fails naming the entry.
-  [[nodiscard]] static Result<AllowList> from(const std::vector<std::string>& networks);
+  /// Fails naming the entry; `field` is the key that they are from.
+  [[nodiscard]] static Result<AllowList> from(const std::vector<std::string>& networks,
+                                              const std::string& field);
 
   /// An IPv4 address mapped into IPv6 counts as the IPv4 one.
   [[nodiscard]] bool allows(const boost::asio::ip::address& address) const;
@@ -26,4 +27,7 @@ class AllowList {
   std::vector<boost::asio::ip::network_v6> v6_;
 };
 
-}  // namespace aprsim::modbus_server
+/// Whether a text may be an entry.
+[[nodiscard]] bool is_network(const std::string& text);
+
+}  // namespace aprsim::protocols

@@ -1,10 +1,8 @@
-#include "protocols/modbus/allow_list.hpp"
+#include "protocols/allow_list.hpp"
 
 #include <algorithm>
 
-#include "protocols/modbus/modbus_server.hpp"
-
-namespace aprsim::modbus_server {
+namespace aprsim::protocols {
 namespace {
 
 namespace ip = boost::asio::ip;
@@ -12,7 +10,8 @@ using boost::system::error_code;
 
 }  // namespace
 
-Result<AllowList> AllowList::from(const std::vector<std::string>& networks) {
+Result<AllowList> AllowList::from(const std::vector<std::string>& networks,
+                                  const std::string& field) {
   AllowList list;
   for (const std::string& text : networks) {
     const bool one = text.find('/') == std::string::npos;
@@ -24,7 +23,7 @@ Result<AllowList> AllowList::from(const std::vector<std::string>& networks) {
     } else if (!v6_error) {
       list.v6_.push_back(v6);
     } else {
-      return fail(ErrorCode::kInvalidArgument, "modbus.allow",
+      return fail(ErrorCode::kInvalidArgument, field,
                   "'" + text + "' is neither an address nor a network such as 192.168.1.0/24");
     }
   }
@@ -46,6 +45,6 @@ bool AllowList::allows(const ip::address& address) const {
   });
 }
 
-bool is_network(const std::string& text) { return AllowList::from({text}).has_value(); }
+bool is_network(const std::string& text) { return AllowList::from({text}, "").has_value(); }
 
-}  // namespace aprsim::modbus_server
+}  // namespace aprsim::protocols

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <ostream>
+#include <string>
+#include <vector>
+
+namespace aprsim::server {
+
+/// `aprsimd token ...`: makes, lists and removes entries of the access file; no daemon is needed.
+/// `arguments` are those behind "token". Returns the exit code: 0, 1 = refused, 2 = wrong
+/// arguments.
+int token_command(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err);
+
+}  // namespace aprsim::server
