@@ -450,6 +450,64 @@ for name in PROGRAMS:
     session(f"pendant program {name}", "aprs_lab")(program(name))
 
 
+VIRTUAL_RUNS = 20
+# What the pendant does in virtual time, each so often: its self-test, or a program that ends.
+VIRTUAL = {
+    "fanuc": (("aprs", "test"), ("aprs_lab", "fanucStackMoveRepeat3")),
+    "motoman": (("aprs", "test"), ("aprs_lab", "motomanStackMove")),
+}
+
+
+def in_virtual_time(robot, scene, job):
+    """The pendant's polls are the clock: it does the same again and again in a cell that is reset in
+    between, and every run ends in the same state, to the bit."""
+
+    def run(setup):
+        cell = Cell(setup, scene, "--time", "virtual", "--pacers", f"crcl.{robot}")
+        ends = set()
+        for _ in range(VIRTUAL_RUNS):
+            wait_for_place(cell, robot)
+            aprsim = [os.path.join(BINARIES, "aprsim"), "--ports-file", cell.daemon.ports_file]
+            subprocess.run([*aprsim, "reset", "--seed", "1"], check=True, stdout=subprocess.DEVNULL)
+            # The client keeps to the thread that has used it first.
+            driver = Driver(
+                "crcl.ui.client.PendantDriver", setup,
+                {"crcl4java.host": "localhost", "crcl4java.port": cell.ports[f"crcl.{robot}"]},
+            )
+            driver.require("connect", answer="true")
+            if job == "test":
+                driver.send("test")
+            else:
+                driver.send("program", setup.sources / "aprs" / "CRCLPrograms" / f"{job}.xml")
+            driver.ended("test" if job == "test" else "program", 400)
+            state = cell.state()
+            ends.add((state["step"], state["state_hash"]))
+            if not state["virtual_time"].get("reproducible"):
+                raise Failure(f"the wall clock has decided something: {state['virtual_time']}")
+            driver.require("disconnect", answer="false")
+            driver.close()
+        if len(ends) != 1:
+            raise Failure(f"{VIRTUAL_RUNS} runs end in {len(ends)} states: {sorted(ends)}")
+        setup.remark = f" ({VIRTUAL_RUNS} runs end in step {state['step']}, state {state['state_hash']})"
+
+    return run
+
+
+def wait_for_place(cell, robot, seconds=30):
+    """The client that was there before has left."""
+    deadline = time.monotonic() + seconds
+    while f"crcl.{robot}" not in cell.state()["virtual_time"].get("awaited", []):
+        if time.monotonic() > deadline:
+            raise Failure("the connection that was closed has not ended")
+        time.sleep(0.05)
+
+
+for robot, jobs in VIRTUAL.items():
+    for scene, job in jobs:
+        what = "self-test" if job == "test" else f"program {job}"
+        session(f"pendant {what} in virtual time, {robot}", scene)(in_virtual_time(robot, scene, job))
+
+
 def at_move(cell, number):
     """An event that comes 0.15 s after the client has sent its MoveTo of that number."""
     event, sent = threading.Event(), 0
