@@ -218,8 +218,8 @@ grpc::ServerUnaryReactor* ControlService::RunUntil(grpc::CallbackServerContext* 
   auto give_up = [this, ticket = *ticket] {
     (void)sink_.submit({options_.endpoint, api::SimulationCommand(api::EndRun{ticket})});
   };
-  waiter_.wait(
-      {context, reactor, deadline(*context, kLongestWait), std::move(outcome), std::move(give_up)});
+  waiter_.wait({context, finisher(reactor), deadline(*context, kLongestWait), std::move(outcome),
+                std::move(give_up)});
   return reactor;
 }
 
