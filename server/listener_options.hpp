@@ -21,6 +21,8 @@ inline constexpr api::EndpointId kWebEndpoint = 3;
 [[nodiscard]] protocols::ConnectionLimits limits_of(const ConnectionsConfig& config,
                                                     std::size_t at_once);
 [[nodiscard]] telemetry::TelemetryOptions telemetry_options(const Config& config);
+/// What a picture of the cell needs besides its description.
+[[nodiscard]] web::VisualDescription visual_of(const scene::Scene& scene);
 [[nodiscard]] web::WebServerOptions web_options(const Config& config, const scene::Scene& scene);
 
 }  // namespace aprsim::server

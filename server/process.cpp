@@ -1,7 +1,6 @@
 #include "server/process.hpp"
 
 #include <ctime>
-#include <filesystem>
 #include <malloc.h>
 #include <pthread.h>
 #include <string>
@@ -32,12 +31,6 @@ Result<void> raise_file_limit(std::uint64_t needed) {
 }
 
 void share_memory_pools() { mallopt(M_ARENA_MAX, 2); }
-
-std::string web_directory() {
-  std::error_code unknown;
-  const auto binary = std::filesystem::read_symlink("/proc/self/exe", unknown);
-  return (binary.parent_path().parent_path() / "share" / "aprsim" / "web").string();
-}
 
 void block_signals() {
   const sigset_t set = stop_signals();

@@ -68,6 +68,7 @@ const std::map<std::string, std::set<std::string>> kForeign = {
     {"<boost/asio", {"protocols", "clients/aprsim", "server"}},
     {"<yaml-cpp/", {"world/scene"}},
     {"<zstd", {"proto/journal"}},
+    {"<pcap", {"clients/aprsim/trace"}},
 };
 
 std::string folder_of(const std::string& path) {
