@@ -46,10 +46,11 @@ class Band {
             step = how;
           }
         };
-        // One row up the band has moved by one column.
-        if (i > 0 && j > 0) offer(above[k] + cost(i - 1, j - 1), Step::kPair);
-        if (i > 0) offer(above[k + 1] + kGapCost, Step::kOnlyA);
+        // Of equal ways the one that leaves out late: of two that are the same the second is new.
         if (k > 0 && j > 0) offer(row[k - 1] + kGapCost, Step::kOnlyB);
+        // One row up the band has moved by one column.
+        if (i > 0) offer(above[k + 1] + kGapCost, Step::kOnlyA);
+        if (i > 0 && j > 0) offer(above[k] + cost(i - 1, j - 1), Step::kPair);
         row[k] = best;
         steps_[i * width_ + k] = step;
       }

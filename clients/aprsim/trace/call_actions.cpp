@@ -69,8 +69,17 @@ const pb::Descriptor* request_type(const v1::JournalWire& wire) {
   return method == nullptr ? nullptr : method->input_type();
 }
 
+/// What a page wants: the name of its request's part.
+std::string page_request(const v1::JournalWire& wire) {
+  v1::ViewerRequest request;
+  if (!request.ParseFromString(wire.data())) return "unreadable";
+  const auto* body = v1::ViewerRequest::descriptor()->FindOneofByName("body");
+  const auto* field = request.GetReflection()->GetOneofFieldDescriptor(request, body);
+  return field == nullptr ? "nothing" : field->name();
+}
+
 std::string call_name(const v1::JournalWire& wire) {
-  if (wire.kind() == v1::WIRE_KIND_WEB) return "command of a page";
+  if (wire.kind() == v1::WIRE_KIND_WEB) return "page's " + page_request(wire);
   return wire.method().substr(wire.method().rfind('/') + 1);
 }
 
@@ -104,12 +113,15 @@ WireActions call_actions(const Records& records) {
   WireActions out;
   for (const WireRecord* record : records) {
     if (record->wire.content() != v1::WIRE_CONTENT_RECEIVED) continue;
-    // Whoever steps a cell by hand asks as often as it likes.
-    if (record->wire.method().ends_with("/Step")) {
+    Action action = call_action(*record);
+    // Who steps a cell by hand asks as often as he likes; what a page wants to see commands
+    // nothing.
+    if (action.kind == "Step" || action.kind == "page's step" || action.kind == "page's watch" ||
+        action.kind == "page's authenticate") {
       ++out.polls;
-      continue;
+    } else {
+      out.actions.push_back(std::move(action));
     }
-    out.actions.push_back(call_action(*record));
   }
   return out;
 }

@@ -53,8 +53,16 @@ class Player {
     this.slider.max = String(moments[moments.length - 1]!.time_s);
     this.slider.addEventListener('input', () => this.seek(Number(this.slider.value)));
     const seek = (time_s: number): void => this.seek(time_s);
-    const events = new LineList('Events', about.lines.filter((l) => l.wire === 'cell'), seek);
-    const wires = new LineList('Wires', about.lines.filter((l) => l.wire !== 'cell'), seek);
+    const events = new LineList(
+      'Events',
+      about.lines.filter((l) => l.wire === 'cell'),
+      seek
+    );
+    const wires = new LineList(
+      'Wires',
+      about.lines.filter((l) => l.wire !== 'cell'),
+      seek
+    );
     this.lists = [events, wires];
     const facts = new Facts();
     for (const [name, value] of about.facts) facts.set(name, value);
@@ -80,23 +88,21 @@ class Player {
       h('div', {class: 'layers', role: 'group'}, ...pictureButtons(this.view, 'aprsim-run'))
     );
     document.title = about.title;
-    document
-      .getElementById('app')!
-      .replaceChildren(
-        h(
-          'header',
-          {class: 'toolbar player'},
-          h('strong', {}, about.title),
-          this.playButton,
-          button('−1', () => this.stepBy(-1), {title: 'One picture back (,)'}),
-          button('+1', () => this.stepBy(1), {title: 'One picture on (.)'}),
-          this.slider,
-          this.clock,
-          this.rate
-        ),
-        this.stage,
-        h('aside', {class: 'side', 'aria-label': 'Panels'}, tabs.element)
-      );
+    document.getElementById('app')!.replaceChildren(
+      h(
+        'header',
+        {class: 'toolbar player'},
+        h('strong', {}, about.title),
+        this.playButton,
+        button('−1', () => this.stepBy(-1), {title: 'One picture back (,)'}),
+        button('+1', () => this.stepBy(1), {title: 'One picture on (.)'}),
+        this.slider,
+        this.clock,
+        this.rate
+      ),
+      this.stage,
+      h('aside', {class: 'side', 'aria-label': 'Panels'}, tabs.element)
+    );
     document.documentElement.dataset.theme = 'dark';
     this.view.setTheme(true);
     const models = new Map(

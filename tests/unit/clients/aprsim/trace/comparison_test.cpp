@@ -111,7 +111,7 @@ TEST(TraceComparison, TellsWhatWasDoneOtherwise) {
   EXPECT_EQ(first(changed([](Job& job) { job.grips_twice = true; })),
             "fanuc, command 7 SetEndEffector is there once more (setting 0.0 %)");
   EXPECT_EQ(first(changed([](Job& job) { job.swapped = true; })),
-            "fanuc, command 3 MoveTo and command 4 MoveTo come in the other order");
+            "fanuc, command 3 MoveTo comes later, as command 4");
   EXPECT_EQ(first(changed([](Job& job) { job.belt = 12000; })),
             "modbus, write 1 write speed: speed 2000 more (12000, was 10000)");
 }
