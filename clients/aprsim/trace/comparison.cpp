@@ -18,6 +18,11 @@ constexpr std::size_t kNearBy = 40;     // commands from where one is looked for
 constexpr double kMoved_mm = 200;       // a thing seen farther away is another one
 constexpr unsigned kLeastChange = 4, kWorstChange = 9;  // costs, beside kGapCost
 
+/// Of a run, in its own time.
+struct Span {
+  double start_s = 0, end_s = 0;
+};
+
 /// What one action is called on its wire.
 const char* noun_of(v1::WireKind kind) {
   switch (kind) {
@@ -74,9 +79,9 @@ void for_each_field(const std::vector<Field>& a, const std::vector<Field>& b, co
 /// Compares what two runs did on one wire.
 class WireComparison {
  public:
-  WireComparison(const WireActions& a, const WireActions& b, double start_a, double start_b,
+  WireComparison(const WireActions& a, const WireActions& b, const Span& span_a, const Span& span_b,
                  const Tolerance& tolerance)
-      : a_(a), b_(b), start_a_(start_a), start_b_(start_b), tolerance_(tolerance) {
+      : a_(a), b_(b), span_a_(span_a), span_b_(span_b), tolerance_(tolerance) {
     summary_ = {.name = a.name.empty() ? b.name : a.name,
                 .actions_a = a.actions.size(),
                 .actions_b = b.actions.size(),
@@ -325,7 +330,7 @@ class WireComparison {
       const Action& action = pair.a ? a_.actions[*pair.a] : b_.actions[*pair.b];
       out.command = action.kind;
       out.time_s = action.time_s;
-      out.since_start_s = action.time_s - (pair.a ? start_a_ : start_b_);
+      out.since_start_s = action.time_s - (pair.a ? span_a_ : span_b_).start_s;
       out.text +=
           fmt::format(", {} {} {}", noun(), pair.a ? *pair.a + 1 : *pair.b + 1, action.kind);
       out.text += kind == DeviationKind::kOrder || kind == DeviationKind::kMissing ||
@@ -333,11 +338,9 @@ class WireComparison {
                       ? " "
                       : ": ";
     } else {
-      const auto last = [](const WireActions& one, double start) {
-        return one.actions.empty() ? 0 : one.actions.back().time_s - start;
-      };
-      out.since_start_s = std::max(last(a_, start_a_), last(b_, start_b_));
-      out.time_s = start_a_ + out.since_start_s;
+      out.time_s = span_a_.end_s;
+      out.since_start_s =
+          std::max(span_a_.end_s - span_a_.start_s, span_b_.end_s - span_b_.start_s);
       out.text += ": ";
     }
     out_.push_back(std::move(out));
@@ -345,7 +348,7 @@ class WireComparison {
   }
 
   const WireActions &a_, &b_;
-  const double start_a_, start_b_;
+  const Span span_a_, span_b_;
   const Tolerance& tolerance_;
   WireSummary summary_;
   std::vector<AlignedPair> pairs_;
@@ -355,14 +358,16 @@ class WireComparison {
 
 using Wires = std::map<std::string, WireActions>;
 
-/// When the first command was sent.
-double start_of(const Wires& wires) {
-  std::optional<double> start;
+/// From the first command to the last.
+Span span_of(const Wires& wires) {
+  std::optional<Span> span;
   for (const auto& [name, wire] : wires) {
     if (wire.kind == v1::WIRE_KIND_UNSPECIFIED || wire.actions.empty()) continue;
-    start = std::min(start.value_or(wire.actions.front().time_s), wire.actions.front().time_s);
+    const double first = wire.actions.front().time_s, last = wire.actions.back().time_s;
+    if (!span) span = Span{first, last};
+    span = Span{std::min(span->start_s, first), std::max(span->end_s, last)};
   }
-  return start.value_or(0);
+  return span.value_or(Span{});
 }
 
 /// Whether a capture of a laboratory has such a wire, too.
@@ -446,20 +451,20 @@ Comparison compare(const Trace& a, const Trace& b, const Tolerance& tolerance) {
         fmt::format("the scenes differ: {} and {}", a.header.scene(), b.header.scene()));
   }
   const Wires wires_a = actions_of(a), wires_b = actions_of(b);
-  const double start_a = start_of(wires_a), start_b = start_of(wires_b);
+  const Span span_a = span_of(wires_a), span_b = span_of(wires_b);
   for (const auto& [name, wire] : wires_a) {
     const auto other = wires_b.find(name);
     if (other == wires_b.end()) {
-      note_lonely(wire, true, wires_b, start_a, out);
+      note_lonely(wire, true, wires_b, span_a.start_s, out);
       continue;
     }
     auto [summary, deviations] =
-        WireComparison(wire, other->second, start_a, start_b, tolerance).run();
+        WireComparison(wire, other->second, span_a, span_b, tolerance).run();
     out.wires.push_back(std::move(summary));
     std::ranges::move(deviations, std::back_inserter(out.deviations));
   }
   for (const auto& [name, wire] : wires_b) {
-    if (!wires_a.contains(name)) note_lonely(wire, false, wires_a, start_b, out);
+    if (!wires_a.contains(name)) note_lonely(wire, false, wires_a, span_b.start_s, out);
   }
   std::ranges::stable_sort(out.deviations, {}, &Deviation::since_start_s);
   return out;

@@ -1,8 +1,8 @@
 """Two runs of the controller side by side, by `aprsim trace diff`: reruns are the same, and a
 controller that does one thing otherwise is found.
 
-As a test: a few of each. `python3 test_trace.py RERUNS MUTATIONS [SEED]` does as many as told, so
-many seeds of every mutation, and prints a table."""
+As a test: a few of each. `python3 test_trace.py RERUNS SEEDS [SEED]` does as many reruns as told, in
+virtual time and against the wall's clock, and so many seeds of every mutation; it prints a table."""
 
 import json
 import os
@@ -14,7 +14,7 @@ import time
 import unittest
 
 from mutated_kitting import MUTATIONS
-from running_cell import BINARIES, PATIENCE, Daemon
+from running_cell import BINARIES, PATIENCE, ROOT, Daemon
 
 HERE = pathlib.Path(__file__).resolve().parent
 PACERS = "crcl.fanuc,crcl.motoman,vision.fanuc,vision.motoman"
@@ -28,6 +28,8 @@ slots = {lg_1 = "part_large_gear"}
 tray = "kit_s2l2_vessel"
 slots = {lg_1 = "part_large_gear"}
 """
+# Two programs are started by hand, so to speak, one after the other.
+REAL = ("--tolerance", "time_s=5")
 IN_TEST = ("x_1_mm", "speeds_swapped", "grip_missing", "dwell_shortened", "register_value")
 
 
@@ -75,6 +77,29 @@ class Runs:
         return journal
 
 
+    def real(self):
+        """The journal of a run against the wall's clock: a program and the belt, without a camera whose
+        pictures would decide anything."""
+        self.count += 1
+        journal = self.folder / f"{self.count}_real.journal"
+        daemon = Daemon(BINARIES, "--no-web", "--journal", str(journal), "--speed", "2")
+        aprsim = [os.path.join(BINARIES, "aprsim"), "--ports-file", daemon.ports_file]
+        wave = ROOT / "clients" / "aprsim" / "examples" / "wave.xml"
+        try:
+            for command in (
+                ("conveyor", "set", "--speed", "40%"),
+                ("crcl", "run", str(wave), "--robot", "fanuc"),
+                ("crcl", "run", str(wave), "--robot", "motoman"),
+                ("conveyor", "set", "--stop"),
+            ):
+                subprocess.run(
+                    [*aprsim, *command], check=True, stdout=subprocess.DEVNULL, timeout=60 * PATIENCE
+                )
+        finally:
+            daemon.close()
+        return journal
+
+
 def diff(a, b, *options):
     """Exit code and comparison."""
     done = subprocess.run(
@@ -106,6 +131,8 @@ class TraceTest(unittest.TestCase):
             for robot in ("crcl.fanuc", "crcl.motoman"):
                 self.assertGreater(compared[robot], 20, compared)
             self.assertGreater(compared["modbus"], 0, compared)
+            code, comparison = diff(runs.real(), runs.real(), *REAL)
+            self.assertEqual((code, comparison["deviations"]), (0, []))
             for mutation in IN_TEST:
                 with self.subTest(mutation=mutation):
                     code, comparison = diff(first, runs.run(mutation))
@@ -115,18 +142,24 @@ class TraceTest(unittest.TestCase):
 
 
 def main(reruns, seeds, seed):
+    """Exit code 0 when there is no false alarm and everything is found."""
     with tempfile.TemporaryDirectory() as folder:
         runs = Runs(folder)
         begin = time.monotonic()
         first = runs.run()
         print(f"one run takes {time.monotonic() - begin:.1f} s", flush=True)
         alarms = 0
+        real = runs.real()
         for number in range(reruns):
-            code, comparison = diff(first, runs.run())
-            alarms += code
-            if code:
-                print(f"rerun {number + 1}: FALSE ALARM {comparison['first']['text']}", flush=True)
-        print(f"{reruns} reruns, {alarms} false alarms", flush=True)
+            for what, (code, comparison) in (
+                ("virtual", diff(first, runs.run())),
+                ("real", diff(real, runs.real(), *REAL)),
+            ):
+                alarms += code
+                if code:
+                    text = comparison["first"]["text"]
+                    print(f"rerun {number + 1} {what}: FALSE ALARM {text}", flush=True)
+        print(f"{reruns} reruns of each clock, {alarms} false alarms", flush=True)
         found = named = tried = 0
         for mutation in MUTATIONS:
             for one in range(seed, seed + seeds):

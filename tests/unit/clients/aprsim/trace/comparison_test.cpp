@@ -167,6 +167,15 @@ TEST(TraceComparison, RegistersThatOnlyOneOfBothReads) {
             "modbus: reads input registers 0x8008 to 0x8009, 1 times, which was never read");
 }
 
+TEST(TraceComparison, WhatIsSeenInTheEndComesLast) {
+  const auto comparison = changed([](Job& job) {
+    job.seen_x_mm = 110;
+    job.belt = 1;
+  });
+  ASSERT_EQ(comparison.deviations.size(), 2U);
+  EXPECT_EQ(comparison.deviations[1].kind, DeviationKind::kSeen);
+}
+
 TEST(TraceComparison, UnitsOfTheConnectionAreNoDeviation) {
   const auto in_units = [](const std::string& unit, double x) {
     JournalFile file;
