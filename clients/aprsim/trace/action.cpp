@@ -13,13 +13,6 @@ const std::set<v1::CellEventKind> kTelling = {
     v1::CELL_EVENT_KIND_FAULT_BEGUN,   v1::CELL_EVENT_KIND_FAULT_ENDED,
     v1::CELL_EVENT_KIND_WORLD_STOPPED, v1::CELL_EVENT_KIND_DRIVE_TRIPPED};
 
-std::string kind_word(v1::CellEventKind kind) {
-  constexpr std::size_t kPrefix = sizeof("CELL_EVENT_KIND_") - 1;
-  std::string word = v1::CellEventKind_Name(kind).substr(kPrefix);
-  for (char& c : word) c = c == '_' ? ' ' : static_cast<char>(std::tolower(c));
-  return word;
-}
-
 }  // namespace
 
 void add_pauses(std::vector<Action>& actions) {
@@ -56,7 +49,7 @@ std::map<std::string, WireActions> actions_of(const Trace& trace) {
         event.has_robot() ? "events.robot_" + std::to_string(event.robot() + 1) : "events";
     WireActions& wire = out[name];
     wire.name = name;
-    Action action{.kind = kind_word(event.kind()), .time_s = record.time_s};
+    Action action{.kind = event_word(event.kind()), .time_s = record.time_s};
     for (int i = 0; i < event.names_size(); ++i) {
       action.fields.push_back({i == 0 ? "who" : "what", event.names(i)});
     }

@@ -130,9 +130,7 @@ class Describer {
 };
 
 std::string event_text(const v1::CellEvent& event) {
-  constexpr std::size_t kPrefix = sizeof("CELL_EVENT_KIND_") - 1;
-  std::string out = v1::CellEventKind_Name(event.kind()).substr(kPrefix);
-  for (char& c : out) c = c == '_' ? ' ' : static_cast<char>(std::tolower(c));
+  std::string out = event_word(event.kind());
   for (const std::string& name : event.names()) out += ' ' + name;
   return event.text().empty() ? out : out + ": " + event.text();
 }

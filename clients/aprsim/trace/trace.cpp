@@ -1,6 +1,7 @@
 #include "clients/aprsim/trace/trace.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <utility>
 
@@ -72,6 +73,16 @@ double TraceClock::at(std::uint64_t epoch, double sim_time_s) {
 
 double seconds_of(const google::protobuf::Duration& duration) {
   return static_cast<double>(duration.seconds()) + 1e-9 * duration.nanos();
+}
+
+std::string event_word(v1::CellEventKind kind) {
+  constexpr std::size_t kPrefix = sizeof("CELL_EVENT_KIND_") - 1;
+  std::string word = v1::CellEventKind_Name(kind);
+  // One of a later version has no name.
+  if (word.size() <= kPrefix) return "event " + std::to_string(static_cast<int>(kind));
+  word.erase(0, kPrefix);
+  for (char& c : word) c = c == '_' ? ' ' : static_cast<char>(std::tolower(c));
+  return word;
 }
 
 Result<std::vector<std::string>> files_of_run(const std::string& place) {

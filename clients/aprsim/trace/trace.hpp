@@ -45,6 +45,9 @@ class TraceClock {
 
 [[nodiscard]] double seconds_of(const google::protobuf::Duration& duration);
 
+/// "protective stop".
+[[nodiscard]] std::string event_word(v1::CellEventKind kind);
+
 /// The files of one run in their order. `place`: a file, with those in which it goes on (FILE.2,
 /// ...), or a directory with the files of one run. Errors: kNotFound, kUnavailable,
 /// kInvalidArgument (no journal, or of several runs).
