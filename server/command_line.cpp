@@ -102,6 +102,25 @@ std::optional<Invocation> parse_command_line(int argc, char** argv, int& exit_co
       ->needs("--replay");
   app.add_flag("--json", invocation.json, "Of a replay: what it has found as a JSON object")
       ->needs("--replay");
+  CLI::Option* motion =
+      app.add_option("--motion", invocation.motion.file,
+                     "Of a replay: also write how everything moves into this file, for exports")
+          ->type_name("FILE")
+          ->needs("--replay")
+          ->excludes("--serve");
+  app.add_option("--motion-rate", invocation.motion.rate_hz,
+                 "Pictures of it a second of simulated time (default 50)")
+      ->type_name("HZ")
+      ->check(CLI::Range(0.01, 1000.0))
+      ->needs(motion);
+  app.add_option("--motion-from", invocation.motion.from_s, "From this simulated time on")
+      ->type_name("SECONDS")
+      ->check(CLI::NonNegativeNumber)
+      ->needs(motion);
+  app.add_option("--motion-to", invocation.motion.to_s, "Until this simulated time")
+      ->type_name("SECONDS")
+      ->check(CLI::NonNegativeNumber)
+      ->needs(motion);
   app.add_flag(
       "--demo", invocation.demo,
       "Also start the kitting controller, which fills kits and empties them again, for ever");

@@ -6,6 +6,7 @@
 
 #include "server/config.hpp"
 #include "server/journal/replay_files.hpp"
+#include "server/motion_options.hpp"
 
 namespace aprsim::server {
 
@@ -18,6 +19,7 @@ struct Invocation {
   std::optional<double> replay_speed;  ///< absent = as fast as possible
   bool serve_replay = false;           ///< let it be watched
   bool json = false;                   ///< what a replay has found, as an object
+  MotionOptions motion;                ///< of a replay: where to write how things moved
   bool demo = false;                   ///< start the kitting controller, too
   bool check_only = false;             ///< load configuration and scene, then leave
   bool print_config = false;           ///< print the effective configuration, then leave

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "server/process.hpp"
+#include "clients/process/own_programs.hpp"
 #include "server/version.hpp"
 
 namespace aprsim::server {
@@ -34,7 +34,8 @@ web::RobotVisual visual_of(const scene::Robot& robot) {
           .area_max = robot.vision.area_max};
 }
 
-/// What the page draws besides the cell's description.
+}  // namespace
+
 web::VisualDescription visual_of(const scene::Scene& scene) {
   web::VisualDescription visual;
   for (const auto& box : scene.fixed) visual.fixed.push_back({box.name, box.size, box.X_WS});
@@ -54,8 +55,6 @@ web::VisualDescription visual_of(const scene::Scene& scene) {
   return visual;
 }
 
-}  // namespace
-
 web::WebServerOptions web_options(const Config& config, const Guards& guards,
                                   const scene::Scene& scene) {
   web::WebServerOptions options;
@@ -66,7 +65,7 @@ web::WebServerOptions web_options(const Config& config, const Guards& guards,
   options.max_rate_hz = config.web.max_rate_hz;
   options.control = config.web.control;
   options.hosts = config.web.hosts;
-  options.assets = web_directory();
+  options.assets = process::web_directory();
   for (const auto& robot : scene.robots) options.models.emplace_back(robot.name, robot.model_file);
   options.visual = visual_of(scene);
   options.version = kVersion;

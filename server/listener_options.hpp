@@ -23,6 +23,8 @@ inline constexpr api::EndpointId kWebEndpoint = 3;
                                                     std::size_t at_once);
 [[nodiscard]] telemetry::TelemetryOptions telemetry_options(const Config& config,
                                                             const Guards& guards);
+/// What a picture of the cell needs besides its description.
+[[nodiscard]] web::VisualDescription visual_of(const scene::Scene& scene);
 [[nodiscard]] web::WebServerOptions web_options(const Config& config, const Guards& guards,
                                                 const scene::Scene& scene);
 

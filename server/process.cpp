@@ -35,12 +35,6 @@ Result<void> raise_file_limit(std::uint64_t needed) {
 
 void share_memory_pools() { mallopt(M_ARENA_MAX, 2); }
 
-std::string web_directory() {
-  std::error_code unknown;
-  const auto binary = std::filesystem::read_symlink("/proc/self/exe", unknown);
-  return (binary.parent_path().parent_path() / "share" / "aprsim" / "web").string();
-}
-
 void block_signals() {
   const sigset_t set = stop_signals();
   pthread_sigmask(SIG_BLOCK, &set, nullptr);

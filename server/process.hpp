@@ -4,7 +4,6 @@
 #include <csignal>
 #include <cstdint>
 #include <optional>
-#include <string>
 
 #include "world/api/error.hpp"
 
@@ -29,9 +28,5 @@ void block_signals();
 
 /// From now on a signal ends the process at once, for a second SIGTERM while stopping.
 void unblock_signals();
-
-/// Where the web page's files are: ../share/aprsim/web of the running binary, in a build tree as in
-/// an installation.
-[[nodiscard]] std::string web_directory();
 
 }  // namespace aprsim::server

@@ -20,6 +20,7 @@
 #include "server/journal/replay_pace.hpp"
 #include "server/listener_options.hpp"
 #include "server/logging.hpp"
+#include "server/motion_file.hpp"
 #include "server/ports_file.hpp"
 #include "server/process.hpp"
 #include "server/replay_daemon.hpp"
@@ -125,8 +126,19 @@ int replay(const Invocation& invocation) {
   if (invocation.serve_replay) return serve_replay(invocation, *run);
   journal::ReplayPart part = invocation.replay_part;
   if (invocation.replay_speed) part.watch = journal::paced(*invocation.replay_speed);
+  std::optional<MotionFile> motion;
+  if (!invocation.motion.file.empty()) {
+    motion.emplace(invocation.motion, run->header(), *run->scene());
+    part.watch = [&motion, paced = part.watch](const world::World& world, world::RunTime time) {
+      motion->take(world, time);
+      return !paced || paced(world, time);
+    };
+  }
   const auto result = journal::replay_run(*run, part);
   if (!result) return unreadable(result.error());
+  if (motion) {
+    if (auto written = motion->finish(); !written) return unreadable(written.error());
+  }
   std::cout << (invocation.json ? journal::json_of(*run, *result)
                                 : journal::text_of(*run, *result));
   return result->difference ? EXIT_FAILURE : EXIT_SUCCESS;

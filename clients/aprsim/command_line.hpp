@@ -185,6 +185,28 @@ struct ReplayCommand {
   bool any_port = false;
   std::string ports_file;
 };
+struct TraceDiffCommand {
+  std::string a, b;                          ///< files or directories of journals
+  std::map<std::string, double> tolerances;  ///< by name, as trace::tolerance_names() has them
+  std::size_t most = 10;                     ///< of the worst deviations, as text
+};
+struct TraceImportCommand {
+  std::string capture;                         ///< pcap or pcapng
+  std::string out;                             ///< the journal to write
+  std::map<std::uint16_t, std::string> ports;  ///< listeners by port; empty = the usual ones
+};
+struct TraceExportCommand {
+  std::string place;                   ///< file or directory of journals
+  std::string csv, mcap, html;         ///< directory and files to write; empty = not
+  std::optional<double> rate_hz;       ///< pictures a second; absent = as the export's kind needs
+  std::optional<double> from_s, to_s;  ///< of the motion; simulated
+};
+struct TraceShowCommand {
+  std::string place;  ///< file or directory of journals
+  std::string wire;   ///< only this listener; empty = all
+  bool polls = false;
+  std::optional<double> from_s, to_s;  ///< simulated
+};
 struct DemoCommand {
   std::vector<std::string> robots;  ///< only these; empty = all, unless only the belt is wanted
   bool belt = false;                ///< only the belt, or the belt besides the named robots
@@ -196,17 +218,17 @@ struct CompletionCommand {
 /// Prints the manual page.
 struct ManualCommand {};
 
-using AnyCommand =
-    std::variant<StatusCommand, WatchCommand, EventsCommand, CrclSendCommand, CrclRunCommand,
-                 CrclStatusCommand, CrclInitCommand, CrclStopCommand, CrclGripperCommand,
-                 CrclJogCommand, CrclValidateCommand, ConveyorSetCommand, ConveyorStatusCommand,
-                 ConveyorMapCommand, PauseCommand, ResumeCommand, StepCommand, SpeedCommand,
-                 ResetCommand, SaveCommand, LoadCommand, StatesListCommand, StatesDeleteCommand,
-                 IncidentCommand, IntruderCommand, RunCommand, SceneShowCommand, SceneListCommand,
-                 SceneTypesCommand, SceneSpawnCommand, SceneMoveCommand, SceneRemoveCommand,
-                 SceneSetCommand, FaultListCommand, FaultKindsCommand, FaultInjectCommand,
-                 FaultEndCommand, FaultEventCommand, ScenarioListCommand, ScenarioCheckCommand,
-                 ScenarioRunCommand, ReplayCommand, DemoCommand, CompletionCommand, ManualCommand>;
+using AnyCommand = std::variant<
+    StatusCommand, WatchCommand, EventsCommand, CrclSendCommand, CrclRunCommand, CrclStatusCommand,
+    CrclInitCommand, CrclStopCommand, CrclGripperCommand, CrclJogCommand, CrclValidateCommand,
+    ConveyorSetCommand, ConveyorStatusCommand, ConveyorMapCommand, PauseCommand, ResumeCommand,
+    StepCommand, SpeedCommand, ResetCommand, SaveCommand, LoadCommand, StatesListCommand,
+    StatesDeleteCommand, IncidentCommand, IntruderCommand, RunCommand, SceneShowCommand,
+    SceneListCommand, SceneTypesCommand, SceneSpawnCommand, SceneMoveCommand, SceneRemoveCommand,
+    SceneSetCommand, FaultListCommand, FaultKindsCommand, FaultInjectCommand, FaultEndCommand,
+    FaultEventCommand, ScenarioListCommand, ScenarioCheckCommand, ScenarioRunCommand, ReplayCommand,
+    TraceDiffCommand, TraceExportCommand, TraceImportCommand, TraceShowCommand, DemoCommand,
+    CompletionCommand, ManualCommand>;
 
 struct CommandLine {
   EndpointChoice endpoints;

@@ -81,6 +81,24 @@ constexpr std::array kJson{
         "as_expected, as_expected_share_95 (confidence interval), measures (by name: runs, "
         "mean, mean_95, deviation, min, p05, median, p95, max), each (list of seed and failure, or "
         "as_expected, ended, state_hash, values)."},
+    Entry{
+        "trace diff",
+        "same, a and b (place, run_id, scene, version), tolerance (by name), first (null or a "
+        "deviation), worst (list of at most 10), wires (list of name, actions_a, actions_b, "
+        "compared, deviations, polls_a, polls_b), notes, deviations (list of wire, kind (missing, "
+        "extra, order, value, outcome, result, duration, pause, read, seen, wire), command_a and "
+        "command_b (numbers on the wire, or null), command, time_s, field, a, b, difference, "
+        "tolerance, times_tolerance (SI, null where nothing is measured), text)."},
+    Entry{
+        "trace export",
+        "written (csv, mcap or html), to, snapshots, wires, events, messages: one object for each "
+        "thing written."},
+    Entry{"trace import",
+          "journal, packets, connections, records, duration_s, by_listener (documents, units and "
+          "lines of each), notes (what is missing)."},
+    Entry{"trace show",
+          "time_s, wire, connection, direction (in, out or empty), what: one object a line; notes "
+          "at the end, where something is missing."},
     Entry{"crcl status, init, stop, gripper, jog, send, run",
           "robot, command_id, command, state (CRCL_Done, ...), description, program_index, "
           "program_length, tool (its point), x_axis, z_axis, joints, gripper (separation of the "

@@ -24,6 +24,10 @@ bool needs_cell(const AnyCommand& command) {
          !std::holds_alternative<FaultKindsCommand>(command) &&
          !std::holds_alternative<ScenarioListCommand>(command) &&
          !std::holds_alternative<ScenarioCheckCommand>(command) &&
+         !std::holds_alternative<TraceDiffCommand>(command) &&
+         !std::holds_alternative<TraceExportCommand>(command) &&
+         !std::holds_alternative<TraceImportCommand>(command) &&
+         !std::holds_alternative<TraceShowCommand>(command) &&
          !std::holds_alternative<ConveyorMapCommand>(command);
 }
 

@@ -26,4 +26,8 @@ std::string kitting_program() {
   return fs::is_regular_file(installed, status) ? installed.string() : APRSIM_KITTING;
 }
 
+std::string web_directory() {
+  return (own_directory().parent_path() / "share" / "aprsim" / "web").string();
+}
+
 }  // namespace aprsim::process

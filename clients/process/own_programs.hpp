@@ -2,12 +2,15 @@
 
 #include <string>
 
-/// Where the programs of this installation are, or of this build tree. Thread: any.
+/// Where the programs and the page of this installation are, or of this build tree. Thread: any.
 namespace aprsim::process {
 
 /// A program beside the one that runs; its bare name, for PATH, when there is none.
 [[nodiscard]] std::string program_beside(const std::string& name);
 /// The kitting controller, for python3: that of the installation, else of the source tree.
 [[nodiscard]] std::string kitting_program();
+/// Where the web page's files are: ../share/aprsim/web of the running binary, in a build tree as in
+/// an installation.
+[[nodiscard]] std::string web_directory();
 
 }  // namespace aprsim::process

@@ -73,6 +73,17 @@ async function bundle() {
     legalComments: 'none',
     logLevel: 'warning'
   });
+  // What `aprsim trace export --html` puts into one file with the page's style.
+  await build({
+    entryPoints: {player: join(here, 'src/player/main.ts')},
+    outdir: join(out, 'player'),
+    bundle: true,
+    minify: true,
+    format: 'iife',
+    target: 'es2020',
+    legalComments: 'none',
+    logLevel: 'warning'
+  });
   for (const name of readdirSync(join(here, 'static')))
     cpSync(join(here, 'static', name), join(out, name));
   const licences = ['three', 'urdf-loader', 'uplot', '@bufbuild/protobuf'].map((name) => {

@@ -16,15 +16,32 @@ void check(std::size_t code) {
   }
 }
 
+struct FreeContext {
+  void operator()(ZSTD_CCtx* context) const { ZSTD_freeCCtx(context); }
+};
+
+std::unique_ptr<ZSTD_CCtx, FreeContext> new_context() {
+  std::unique_ptr<ZSTD_CCtx, FreeContext> context(ZSTD_createCCtx());
+  if (!context) throw std::runtime_error("zstd: no memory for a context");
+  check(ZSTD_CCtx_setParameter(context.get(), ZSTD_c_checksumFlag, 1));
+  check(ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, kLevel));
+  return context;
+}
+
+std::string frame_of(ZSTD_CCtx* context, std::string_view plain) {
+  std::string frame(ZSTD_compressBound(plain.size()), '\0');
+  const std::size_t size =
+      ZSTD_compress2(context, frame.data(), frame.size(), plain.data(), plain.size());
+  check(size);
+  frame.resize(size);
+  return frame;
+}
+
 }  // namespace
 
 void FrameEncoder::Free::operator()(ZSTD_CCtx_s* context) const { ZSTD_freeCCtx(context); }
 
-FrameEncoder::FrameEncoder() : context_(ZSTD_createCCtx()) {
-  if (!context_) throw std::runtime_error("zstd: no memory for a context");
-  check(ZSTD_CCtx_setParameter(context_.get(), ZSTD_c_checksumFlag, 1));
-  check(ZSTD_CCtx_setParameter(context_.get(), ZSTD_c_compressionLevel, kLevel));
-}
+FrameEncoder::FrameEncoder() : context_(new_context().release()) {}
 FrameEncoder::~FrameEncoder() = default;
 FrameEncoder::FrameEncoder(FrameEncoder&&) noexcept = default;
 FrameEncoder& FrameEncoder::operator=(FrameEncoder&&) noexcept = default;
@@ -39,14 +56,12 @@ void FrameEncoder::add(const google::protobuf::MessageLite& message) {
 
 std::string FrameEncoder::take() {
   if (plain_.empty()) return {};
-  std::string frame(ZSTD_compressBound(plain_.size()), '\0');
-  const std::size_t size =
-      ZSTD_compress2(context_.get(), frame.data(), frame.size(), plain_.data(), plain_.size());
+  std::string frame = frame_of(context_.get(), plain_);
   plain_.clear();
-  check(size);
-  frame.resize(size);
   return frame;
 }
+
+std::string compressed(std::string_view bytes) { return frame_of(new_context().get(), bytes); }
 
 Result<FrameDecoder> FrameDecoder::open(std::string_view bytes) {
   if (!bytes.starts_with(kMagic)) {

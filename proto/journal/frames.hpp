@@ -48,6 +48,9 @@ class FrameEncoder {
   std::unique_ptr<ZSTD_CCtx_s, Free> context_;
 };
 
+/// The bytes as one zstd frame with a checksum, for other formats. Throws as FrameEncoder::take.
+[[nodiscard]] std::string compressed(std::string_view bytes);
+
 /// Takes the messages of one file's bytes. Thread: one at a time.
 class FrameDecoder {
  public:

@@ -16,6 +16,7 @@
 #include "protocols/web/register_view.hpp"
 #include "protocols/web/request_text.hpp"
 #include "protocols/web/viewer_command.hpp"
+#include "protocols/web/visual_message.hpp"
 
 namespace aprsim::web {
 namespace {
@@ -93,46 +94,6 @@ void write(const FaultLog& log, v1::FaultList& out) {
     entry.set_holds(fault.holds);
   }
   out.set_given_up(log.given_up());
-}
-
-void write(const RobotVisual& robot, v1::RobotLooks& out) {
-  const auto flat = [](const Eigen::Vector2d& p) { return Eigen::Vector3d(p.x(), p.y(), 0); };
-  out.set_pad_height_m(robot.pad_height_m);
-  out.set_pad_width_m(robot.pad_width_m);
-  out.set_pad_depth_m(robot.pad_depth_m);
-  out.set_v_half_angle_rad(robot.v_half_angle_rad);
-  protocols::write_message(robot.palm_size, *out.mutable_palm_size_m());
-  protocols::write_message(robot.camera_V, *out.mutable_camera_m());
-  protocols::write_message(flat(robot.area_min), *out.mutable_area_min_m());
-  protocols::write_message(flat(robot.area_max), *out.mutable_area_max_m());
-}
-
-void write(const VisualDescription& visual, v1::CellLooks& out) {
-  for (const FixedBoxVisual& box : visual.fixed) {
-    auto& fixed = *out.add_fixed();
-    fixed.set_name(box.name);
-    protocols::write_message(box.size, *fixed.mutable_size_m());
-    protocols::write_message(box.X_WS, *fixed.mutable_box_in_world());
-  }
-  for (const RobotVisual& robot : visual.robots) write(robot, *out.add_robots());
-  for (const GearVisual& gear : visual.gears) {
-    auto& type = *out.add_gears();
-    type.set_type(gear.type);
-    type.set_hub_top_radius_m(gear.hub_top_radius_m);
-    type.set_hub_bottom_radius_m(gear.hub_bottom_radius_m);
-    type.set_hub_height_m(gear.hub_height_m);
-    type.set_teeth_radius_m(gear.teeth_radius_m);
-  }
-  for (const TrayVisual& tray : visual.trays) {
-    auto& type = *out.add_trays();
-    type.set_type(tray.type);
-    for (const PocketVisual& pocket : tray.pockets) {
-      auto& recess = *type.add_pockets();
-      recess.set_top_radius_m(pocket.top_radius_m);
-      recess.set_floor_radius_m(pocket.floor_radius_m);
-      recess.set_depth_m(pocket.depth_m);
-    }
-  }
 }
 
 void write(const ProgramStatus& status, v1::ProgramStatus& out) {
@@ -254,7 +215,7 @@ void ViewerHub::update_permission(Viewer& viewer, bool first) {
   viewer.send(pack(update));
   if (role < protocols::Role::kView || viewer.shown) return;
   viewer.shown = true;
-  write(options_.visual, *update.mutable_looks());
+  write_message(options_.visual, *update.mutable_looks());
   viewer.send(pack(update));
   protocols::write_fault_kinds(*update.mutable_fault_kinds());
   viewer.send(pack(update));
@@ -272,9 +233,9 @@ v1::Permission ViewerHub::permission(const Viewer& viewer) const {
   permission.set_role(std::string(protocols::to_text(viewer.role)));
   permission.set_name(viewer.caller.name);
   permission.set_control(viewer.role >= protocols::Role::kOperate);
-  permission.set_token_helps(
-      options_.access->has_credentials() &&
-      viewer.role < (commands() ? protocols::Role::kAdmin : protocols::Role::kView));
+  permission.set_token_helps(options_.access->has_credentials() &&
+                             viewer.role <
+                                 (commands() ? protocols::Role::kAdmin : protocols::Role::kView));
   if (viewer.role < protocols::Role::kView) {
     permission.set_reason("Looking needs an access token.");
   } else if (!options_.read_only.empty()) {

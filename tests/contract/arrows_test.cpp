@@ -46,7 +46,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"protocols", {"crcl", "modbus", "proto", "world/fault_kinds", "world/api"}},
     {"clients/process", {"world/api"}},
     {"server",
-     {"server/journal", "protocols", "crcl", "clients/process", "proto/journal",
+     {"server/journal", "protocols", "crcl", "clients/process", "proto", "proto/journal",
       "world/fault_kinds", "world", "world/api", "world/scene", "world/scenario"}},
     {"server/journal",
      {"server", "protocols", "proto", "proto/journal", "world/fault_kinds", "world", "world/api",
@@ -68,6 +68,7 @@ const std::map<std::string, std::set<std::string>> kForeign = {
     {"<boost/asio", {"protocols", "clients/aprsim", "server"}},
     {"<yaml-cpp/", {"world/scene"}},
     {"<zstd", {"proto/journal"}},
+    {"<pcap", {"clients/aprsim/trace"}},
 };
 
 std::string folder_of(const std::string& path) {

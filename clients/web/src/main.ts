@@ -12,6 +12,7 @@ import {InjectCard} from './ui/inject_card';
 import {InjectedCard} from './ui/injected_card';
 import {Jog} from './ui/jog';
 import {PickCard} from './ui/pick_card';
+import {pictureButtons} from './ui/pictures';
 import {RobotPanel} from './ui/robot_panel';
 import {RobotSwitch} from './ui/robot_switch';
 import {RunCard} from './ui/run_card';
@@ -185,7 +186,8 @@ stage.append(
     'div',
     {class: 'layers', role: 'group', 'aria-label': 'What the view shows'},
     ...layerButtons.values(),
-    button('First view', () => view.goHome(), {title: 'Back to the first view (h)'})
+    button('First view', () => view.goHome(), {title: 'Back to the first view (h)'}),
+    ...pictureButtons(view, 'aprsim')
   ),
   pick.element
 );

@@ -7,7 +7,10 @@
 
 #include "clients/aprsim/command_tree.hpp"
 #include "tests/integration/cli/cli_commands.hpp"
+#include "tests/support/capture_file.hpp"
 #include "tests/support/eventually.hpp"
+#include "tests/support/journal_file.hpp"
+#include "tests/support/temporary_directory.hpp"
 
 namespace aprsim::test {
 namespace {
@@ -40,6 +43,28 @@ std::string recorded_run() {
     return journal;
   }();
   return file;
+}
+
+/// A journal and a capture of a short talk with a robot, and where to write.
+struct TraceFiles {
+  TraceFiles() {
+    JournalFile recorded;
+    recorded.command("crcl.fanuc", 1, 1, "InitCanonType", "");
+    recorded.write(journal);
+    CaptureFile captured;
+    CapturedConnection robot(captured, 50000, 64444);
+    robot.open(0);
+    robot.sends(0.1, JournalFile::instance(1, "InitCanonType", ""));
+    std::ofstream(capture, std::ios::binary) << captured.bytes();
+  }
+  const TemporaryDirectory directory;
+  const std::string journal = directory.path() + "/run.journal";
+  const std::string capture = directory.path() + "/lab.pcap";
+  const std::string out = directory.path() + "/out";
+};
+const TraceFiles& trace_files() {
+  static const TraceFiles files;
+  return files;
 }
 
 /// One run of each command that succeeds, in an order in which each can.
@@ -91,6 +116,10 @@ std::vector<Row> every_command() {
           {"scenario check", {"clean_2017"}, true},
           // Of a controller that does nothing nobody expects a kit.
           {"scenario run", {"cannot_be_done", "--controller", "true"}, true},
+          {"trace diff", {trace_files().journal, trace_files().journal}, true},
+          {"trace import", {trace_files().capture, "--out", trace_files().out + ".journal"}, true},
+          {"trace show", {trace_files().journal}, true},
+          {"trace export", {trace_files().journal, "--csv", trace_files().out}, true},
           {"demo", {"--robot", "fanuc"}},
           {"completion", {"bash"}, true},
           {"manual", {}, true}};
@@ -302,6 +331,19 @@ TEST(ExitCodes, TwoWhenTheArgumentsAreWrong) {
       {"scenario", "run", "clean_2017", "--repeat", "0"},
       {"scenario", "run", "clean_2017", "--jobs", "2"},
       {"scenario", "run", "clean_2017", "--controller", ""},
+      {"trace"},
+      {"trace", "diff", trace_files().journal},
+      {"trace", "diff", trace_files().journal, "/no/such"},
+      {"trace", "diff", trace_files().capture, trace_files().journal},
+      {"trace", "diff", trace_files().journal, trace_files().journal, "--tolerance", "x=1"},
+      {"trace", "diff", trace_files().journal, trace_files().journal, "--tolerance", "end_mm=-1"},
+      {"trace", "import", trace_files().journal, "--out", trace_files().out},
+      {"trace", "import", trace_files().capture, "--out", "/no/such/directory/file"},
+      {"trace", "import", trace_files().capture, "--out", trace_files().out, "--port", "grpc=1"},
+      {"trace", "show", "/no/such"},
+      {"trace", "export", trace_files().journal},
+      {"trace", "export", trace_files().journal, "--html", trace_files().out + ".html"},
+      {"trace", "export", "/no/such", "--csv", trace_files().out},
       {"step", "0"},
       {"speed", "nan"},
       {"completion", "fish"},

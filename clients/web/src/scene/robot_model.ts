@@ -4,6 +4,7 @@ import type {RobotDescription, RobotState} from '../protocol';
 import type {RobotStatus} from '../robot_status';
 import {toMatrix} from './convert';
 import {solid, stoppedSurface, surface} from './materials';
+import {modelOf} from './model_source';
 import {software} from './quality';
 import {merged, softBox, softCylinder, tinted} from './shapes';
 import type {ToolModel} from './tool_model';
@@ -32,11 +33,10 @@ export class RobotModel {
   }
 
   async load(): Promise<void> {
-    const answer = await fetch(`models/${encodeURIComponent(this.description.name)}.urdf`);
-    if (!answer.ok) throw new Error(`no model of ${this.description.name}`);
+    const model = await modelOf(this.description.name);
     const loader = new URDFLoader();
     loader.parseCollision = false;
-    this.arm = loader.parse(await answer.text()) as URDFRobot;
+    this.arm = loader.parse(model) as URDFRobot;
     soften(this.arm);
     toMatrix(this.description.baseInWorld).decompose(
       this.arm.position,

@@ -167,6 +167,22 @@ export class View {
     if (this.state.snapshot) this.take(this.state.snapshot);
   }
 
+  /** The view as it is now, as a file of PNG. */
+  async picturePng(): Promise<Blob> {
+    // What the screen shows may be gone from the buffer already.
+    this.render();
+    const canvas = this.renderer.domElement;
+    const blob = await new Promise<Blob | null>((resolve) => canvas.toBlob(resolve, 'image/png'));
+    if (!blob) throw new Error('the browser makes no PNG');
+    return blob;
+  }
+
+  /** What is drawn from now on, for a film. */
+  film(rate_hz: number): MediaStream {
+    this.dirty = true;
+    return this.renderer.domElement.captureStream(rate_hz);
+  }
+
   clearTrails(): void {
     for (const trail of this.trails) trail.clear();
     this.dirty = true;

@@ -281,8 +281,7 @@ export class ChartPanel {
     );
     download(
       `${this.state.cell?.scene ?? 'cell'}.csv`,
-      'text/csv',
-      [head.join(','), ...lines].join('\n') + '\n'
+      new Blob([[head.join(','), ...lines].join('\n') + '\n'], {type: 'text/csv'})
     );
   }
 }

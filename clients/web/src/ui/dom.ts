@@ -66,8 +66,9 @@ export function notify(message: string, kind: 'info' | 'error' = 'info'): void {
   setTimeout(() => toast.remove(), kind === 'error' ? 7000 : 3500);
 }
 
-export function download(name: string, type: string, content: string | Blob): void {
-  const url = URL.createObjectURL(new Blob([content], {type}));
+/** Saves a file where the browser saves files. */
+export function download(name: string, content: Blob): void {
+  const url = URL.createObjectURL(content);
   h('a', {href: url, download: name}).click();
   setTimeout(() => URL.revokeObjectURL(url), 1000);
 }

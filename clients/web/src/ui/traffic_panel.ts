@@ -326,8 +326,10 @@ export class TrafficPanel {
     const name = `${this.state.cell?.scene ?? 'cell'}-${this.wire}.${format === 'json' ? 'jsonl' : 'txt'}`;
     download(
       name,
-      format === 'json' ? 'application/jsonl' : 'text/plain',
-      lines.map((line) => line + '\n').join('')
+      new Blob(
+        lines.map((line) => line + '\n'),
+        {type: format === 'json' ? 'application/jsonl' : 'text/plain'}
+      )
     );
   }
 

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "clients/aprsim/trace/comparison.hpp"
+
+namespace aprsim::trace {
+
+/// For a terminal: the first deviation, the worst ones, at most `most`, and the wires.
+[[nodiscard]] std::string report_text(const Comparison& comparison, std::size_t most);
+/// All of it.
+[[nodiscard]] nlohmann::ordered_json report_json(const Comparison& comparison, const Trace& a,
+                                                 const Trace& b, const Tolerance& tolerance);
+
+}  // namespace aprsim::trace

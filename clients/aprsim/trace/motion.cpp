@@ -1,0 +1,85 @@
+#include "clients/aprsim/trace/motion.hpp"
+
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "clients/aprsim/interruption.hpp"
+#include "clients/aprsim/trace/trace.hpp"
+#include "clients/process/child_process.hpp"
+#include "clients/process/own_programs.hpp"
+
+namespace aprsim::trace {
+namespace {
+
+namespace fs = std::filesystem;
+using client::failed;
+using client::FailureKind;
+using process::ChildProcess;
+
+/// Waits for the replay's end; its exit code.
+client::Outcome<int> run(const std::vector<std::string>& arguments, const std::string& log) {
+  auto daemon =
+      ChildProcess::start(arguments, {{"APRSIM_TOKEN", ""}}, log, ChildProcess::Pipes::kNone);
+  if (!daemon) return failed(FailureKind::kUsage, daemon.error().message);
+  while (!daemon->wait(std::chrono::milliseconds(50))) {
+    if (client::interruption::noted()) return failed(FailureKind::kInterrupted, "interrupted");
+  }
+  return daemon->ended().value_or(-1);
+}
+
+std::string content_of(const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+}  // namespace
+
+client::Outcome<Motion> Motion::of(const std::string& place, const Choice& choice) {
+  const auto files = files_of_run(place);
+  if (!files) return failed(FailureKind::kUsage, files.error().message);
+  Motion out;
+  std::error_code status;
+  std::string name = (fs::temp_directory_path(status) / "aprsim-motion-XXXXXX").string();
+  if (mkdtemp(name.data()) == nullptr) {
+    return failed(FailureKind::kUsage, "cannot make a directory like " + name);
+  }
+  out.directory_ = name;
+  out.file_ = name + "/motion";
+  std::vector<std::string> arguments{process::program_beside("aprsimd"), "--motion", out.file_,
+                                     "--motion-rate", fmt::format("{:g}", choice.rate_hz)};
+  if (choice.from_s) {
+    arguments.insert(arguments.end(), {"--motion-from", fmt::format("{:.6f}", *choice.from_s)});
+  }
+  if (choice.to_s) {
+    arguments.insert(arguments.end(), {"--motion-to", fmt::format("{:.6f}", *choice.to_s)});
+  }
+  arguments.emplace_back("--replay");
+  arguments.insert(arguments.end(), files->begin(), files->end());
+  const std::string log = name + "/log";
+  const auto code = run(arguments, log);
+  if (!code) return tl::unexpected(code.error());
+  out.said_ = content_of(log);
+  // A run that differs somewhere has moved until there.
+  if (*code != 0 && *code != 1) {
+    return failed(FailureKind::kUsage, place + " cannot be run again: " + out.said_);
+  }
+  return out;
+}
+
+Motion::Motion(Motion&& other) noexcept
+    : directory_(std::exchange(other.directory_, {})),
+      file_(std::move(other.file_)),
+      said_(std::move(other.said_)) {}
+
+Motion::~Motion() {
+  std::error_code ignored;
+  if (!directory_.empty()) fs::remove_all(directory_, ignored);
+}
+
+}  // namespace aprsim::trace

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <google/protobuf/duration.pb.h>
+
+#include "aprsim/v1/journal.pb.h"
+#include "world/api/error.hpp"
+
+/// Traces: what went over the wires in a run, from its journal or from a capture of a network.
+namespace aprsim::trace {
+
+/// One thing that went over a wire.
+struct WireRecord {
+  double time_s = 0;  ///< simulated, since the trace's beginning, also over resets
+  v1::JournalWire wire;
+};
+
+/// Something that happened in the cell.
+struct EventRecord {
+  double time_s = 0;  ///< as of a WireRecord
+  v1::CellEvent event;
+};
+
+struct Trace {
+  std::string place;  ///< the file or directory that it is from
+  v1::JournalHeader header;
+  std::vector<WireRecord> wires;    ///< in the order in which they were noted
+  std::vector<EventRecord> events;  ///< likewise
+  std::vector<std::string> notes;   ///< what is missing, a sentence each
+};
+
+/// Simulated time since a trace's beginning, also over resets, with which it begins anew.
+class TraceClock {
+ public:
+  [[nodiscard]] double at(std::uint64_t epoch, double sim_time_s);
+
+ private:
+  std::uint64_t epoch_ = 0;
+  double base_s_ = 0, latest_s_ = 0;
+};
+
+[[nodiscard]] double seconds_of(const google::protobuf::Duration& duration);
+
+/// "protective stop".
+[[nodiscard]] std::string event_word(v1::CellEventKind kind);
+
+/// The files of one run in their order. `place`: a file, with those in which it goes on (FILE.2,
+/// ...), or a directory with the files of one run. Errors: kNotFound, kUnavailable,
+/// kInvalidArgument (no journal, or of several runs).
+[[nodiscard]] Result<std::vector<std::string>> files_of_run(const std::string& place);
+
+/// Gives on every record of a run but the headers of further files. What is missing, a sentence
+/// each. Errors: those of files_of_run().
+[[nodiscard]] Result<std::vector<std::string>> for_each_record(
+    const std::string& place, const std::function<void(const v1::JournalRecord&)>& take);
+
+/// Reads what a comparison needs of a run. Errors: those of files_of_run().
+[[nodiscard]] Result<Trace> read_trace(const std::string& place);
+
+}  // namespace aprsim::trace

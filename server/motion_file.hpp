@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <fstream>
+#include <string>
+
+#include "aprsim/v1/journal.pb.h"
+#include "proto/journal/frames.hpp"
+#include "server/motion_options.hpp"
+#include "world/recorder.hpp"
+#include "world/scene/scene.hpp"
+#include "world/world.hpp"
+
+namespace aprsim::server {
+
+/// Writes how everything moves in a run that is repeated (aprsim/v1/motion.proto). Thread: the
+/// replay's.
+class MotionFile {
+ public:
+  MotionFile(MotionOptions options, const v1::JournalHeader& header, const scene::Scene& scene);
+
+  /// The world as it is now; it takes what the rate asks for.
+  void take(const world::World& world, world::RunTime time);
+  /// Writes what is left. Errors: kUnavailable with the file.
+  [[nodiscard]] Result<void> finish();
+
+ private:
+  void begin(const world::World& world);
+  void flush(std::size_t from_bytes);
+
+  const MotionOptions options_;
+  std::ofstream out_;
+  aprsim::journal::FrameEncoder encoder_;
+  v1::JournalHeader header_;
+  const scene::Scene scene_;
+  bool begun_ = false;
+  std::uint64_t epoch_ = 0;
+  double base_s_ = 0, latest_s_ = 0;  ///< of the run's time over epochs
+  std::uint64_t next_step_ = 0;       ///< of that time
+};
+
+}  // namespace aprsim::server

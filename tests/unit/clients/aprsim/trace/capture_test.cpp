@@ -1,0 +1,294 @@
+#include "clients/aprsim/trace/capture.hpp"
+
+#include <cstdint>
+#include <fstream>
+#include <iterator>
+#include <random>
+#include <string>
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "clients/aprsim/trace/action.hpp"
+#include "clients/aprsim/trace/trace.hpp"
+#include "tests/support/capture_file.hpp"
+#include "tests/support/journal_file.hpp"
+#include "tests/support/temporary_directory.hpp"
+
+namespace aprsim::trace {
+namespace {
+
+using test::CapturedConnection;
+using test::CaptureFile;
+using test::JournalFile;
+using Link = test::CaptureFile::Link;
+
+struct ImportResult {
+  Result<Imported> imported;
+  Trace trace;
+};
+
+ImportResult import(const std::string& bytes, const ListenerPorts& ports = usual_ports()) {
+  const test::TemporaryDirectory directory;
+  const std::string capture = directory.path() + "/lab.pcap", journal = directory.path() + "/lab";
+  std::ofstream(capture, std::ios::binary) << bytes;
+  ImportResult out{import_capture(capture, journal, ports), {}};
+  if (out.imported) {
+    auto trace = read_trace(journal);
+    EXPECT_TRUE(trace) << (trace ? "" : trace.error().message);
+    if (trace) out.trace = *trace;
+  }
+  return out;
+}
+
+const std::string kInit = JournalFile::instance(1, "InitCanonType", "");
+const std::string kDwell = JournalFile::instance(2, "DwellType", "<DwellTime>0.5</DwellTime>");
+const std::string kDone = JournalFile::status(2, "CRCL_Done", "");
+
+std::vector<Action> fanuc_actions(const Trace& trace) {
+  return actions_of(trace).at("crcl.fanuc").actions;
+}
+
+TEST(Capture, EveryLinkAndBothVersionsOfIp) {
+  for (const Link link :
+       {Link::kEthernet, Link::kRaw, Link::kCooked, Link::kCooked2, Link::kNull}) {
+    for (const bool ipv6 : {false, true}) {
+      for (const bool vlan : {false, true}) {
+        if (vlan && link != Link::kEthernet) continue;
+        CaptureFile file(link, ipv6);
+        file.vlan = vlan;
+        CapturedConnection robot(file, 50000, 64444);
+        robot.open(1);
+        robot.sends(1.1, kInit + kDwell);
+        robot.answers(1.75, kDone);
+        robot.close(2);
+        const auto [imported, trace] = import(file.bytes());
+        ASSERT_TRUE(imported) << imported.error().message;
+        EXPECT_TRUE(imported->notes.empty()) << imported->notes.front();
+        const auto actions = fanuc_actions(trace);
+        ASSERT_EQ(actions.size(), 2U);
+        EXPECT_EQ(actions[1].kind, "Dwell");
+        EXPECT_EQ(actions[1].outcome, "done");
+        EXPECT_NEAR(actions[1].time_s, 0.1, 1e-6);  // since the first packet
+        EXPECT_NEAR(*actions[1].duration_s, 0.65, 1e-6);
+        EXPECT_EQ(trace.wires.front().wire.peer(), ipv6 ? "[::1]:50000" : "127.0.0.1:50000");
+        EXPECT_EQ(trace.wires.back().wire.content(), v1::WIRE_CONTENT_CLOSED);
+      }
+    }
+  }
+}
+
+/// The documents that a robot was sent, however their segments come.
+class SegmentsTest : public testing::Test {
+ protected:
+  SegmentsTest() : connection_(file_, 50000, 64444) {
+    connection_.open(0);
+    first_ = connection_.sequence();
+    for (int i = 1; i <= 20; ++i) {
+      sent_.push_back(
+          JournalFile::instance(i, "DwellType", fmt::format("<DwellTime>{}</DwellTime>", i)));
+      stream_ += sent_.back();
+    }
+  }
+  /// A piece of the stream, at a time.
+  void piece(double time_s, std::size_t begin, std::size_t size) {
+    file_.packet(time_s, 50000, 64444, first_ + static_cast<std::uint32_t>(begin),
+                 connection_.acknowledged(), "A", stream_.substr(begin, size));
+  }
+  std::vector<std::string> received() {
+    const auto [imported, trace] = import(file_.bytes());
+    std::vector<std::string> out;
+    for (const auto& record : trace.wires) {
+      if (record.wire.content() == v1::WIRE_CONTENT_RECEIVED) out.push_back(record.wire.data());
+    }
+    return out;
+  }
+
+  CaptureFile file_;
+  CapturedConnection connection_;
+  std::uint32_t first_ = 0;
+  std::vector<std::string> sent_;
+  std::string stream_;
+};
+
+TEST_F(SegmentsTest, ByteForByteAndOverTheWrapOfTheirNumbers) {
+  for (std::size_t at = 0; at < stream_.size(); ++at) piece(0.001 * static_cast<double>(at), at, 1);
+  EXPECT_EQ(received(), sent_);
+}
+
+TEST_F(SegmentsTest, OutOfOrderTwiceAndOverlapping) {
+  std::mt19937 random(3);
+  struct Piece {
+    std::size_t begin, size;
+  };
+  std::vector<Piece> pieces;
+  for (std::size_t at = 0; at < stream_.size();) {
+    const std::size_t size = 1 + random() % 90;
+    // Some begin before their place, some go beyond it.
+    const std::size_t before = std::min<std::size_t>(at, random() % 3 == 0 ? random() % 40 : 0);
+    pieces.push_back({at - before, before + size + (random() % 4 == 0 ? 25 : 0)});
+    if (random() % 4 == 0) pieces.push_back(pieces.back());
+    at += size;
+  }
+  // Each moves by a few places.
+  for (std::size_t i = 0; i + 6 < pieces.size(); ++i)
+    std::swap(pieces[i], pieces[i + random() % 6]);
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    piece(0.001 * static_cast<double>(i), pieces[i].begin, pieces[i].size);
+  }
+  EXPECT_EQ(received(), sent_);
+}
+
+TEST_F(SegmentsTest, WhatWasNotCapturedIsAHoleAndTheRestIsRead) {
+  const std::size_t size = sent_[0].size();
+  piece(0, 0, size + 30);
+  piece(0.1, size + 90, stream_.size() - size - 90);  // 60 bytes of the second document are gone
+  // The robot says that it has all.
+  file_.packet(0.2, 64444, 50000, connection_.acknowledged(),
+               first_ + static_cast<std::uint32_t>(stream_.size()), "A");
+  const auto [imported, trace] = import(file_.bytes());
+  ASSERT_TRUE(imported);
+  ASSERT_EQ(imported->notes.size(), 1U);
+  EXPECT_EQ(imported->notes[0], "1 times bytes of a connection are missing");
+  const auto actions = fanuc_actions(trace);
+  ASSERT_EQ(actions.size(), 19U);
+  for (const Action& action : actions) EXPECT_EQ(action.kind, "Dwell");
+}
+
+TEST_F(SegmentsTest, AConnectionThatWasOpenBeforeTheCapture) {
+  CaptureFile file;
+  const std::size_t in_second = sent_[0].size() + 40;
+  file.packet(0, 50000, 64444, 77, 0, "A", stream_.substr(in_second));
+  const auto [imported, trace] = import(file.bytes());
+  EXPECT_EQ(fanuc_actions(trace).size(), 18U);
+}
+
+TEST(Capture, SeveralConnectionsAndWiresAtOnce) {
+  CaptureFile file;
+  CapturedConnection fanuc(file, 50000, 64444), motoman(file, 50000, 64445),
+      belt(file, 50001, 1502), camera(file, 50002, 4000), other(file, 50003, 8080);
+  for (CapturedConnection* one : {&fanuc, &motoman, &belt, &camera, &other}) one->open(0);
+  fanuc.sends(0.1, kInit.substr(0, 50));
+  motoman.sends(0.1, kInit);
+  other.sends(0.1, "GET / HTTP/1.1\r\n\r\n");
+  fanuc.sends(0.2, kInit.substr(50));
+  const std::string write{0, 5, 0, 0, 0, 6, 1, 6, '\x80', 2, '\x27', '\x10'};
+  belt.sends(0.3, write.substr(0, 5));
+  belt.sends(0.3, write.substr(5));
+  belt.answers(0.31, write);
+  camera.answers(0.4, "part_large_gear,0.1,100,50,0.9,P,part_large_");
+  camera.answers(0.5, "gear,0.2,300,50,0.9,P,\n");
+  const auto [imported, trace] = import(file.bytes());
+  ASSERT_TRUE(imported);
+  EXPECT_EQ(imported->connections, 4U);
+  const auto wires = actions_of(trace);
+  EXPECT_EQ(wires.size(), 4U);
+  EXPECT_EQ(wires.at("crcl.fanuc").actions.size(), 1U);
+  EXPECT_EQ(wires.at("crcl.motoman").actions.size(), 1U);
+  ASSERT_EQ(wires.at("modbus").actions.size(), 1U);
+  EXPECT_EQ(wires.at("modbus").actions[0].kind, "write speed");
+  EXPECT_EQ(wires.at("modbus").actions[0].outcome, "done");
+  EXPECT_EQ(wires.at("vision.fanuc").seen.size(), 2U);
+}
+
+TEST(Capture, APortThatIsUsedAgainIsAnotherConnection) {
+  CaptureFile file;
+  for (const double time_s : {0.0, 1.0, 2.0}) {
+    CapturedConnection robot(file, 50000, 64444, static_cast<std::uint32_t>(1000 * time_s));
+    robot.open(time_s);
+    robot.sends(time_s + 0.1, kInit);
+    // The second is reset, the first and the last are left as they are.
+    if (time_s == 1) file.packet(1.2, 64444, 50000, robot.acknowledged(), 0, "R");
+  }
+  const auto [imported, trace] = import(file.bytes());
+  EXPECT_EQ(imported->connections, 3U);
+  EXPECT_EQ(fanuc_actions(trace).size(), 3U);
+}
+
+TEST(Capture, PortsAreTheUsers) {
+  CaptureFile file;
+  CapturedConnection robot(file, 50000, 7001);
+  robot.open(0);
+  robot.sends(0.1, kInit);
+  EXPECT_EQ(import(file.bytes()).imported->records, 0U);
+  const auto [imported, trace] = import(file.bytes(), {{7001, "crcl.fanuc"}});
+  EXPECT_EQ(fanuc_actions(trace).size(), 1U);
+  EXPECT_TRUE(is_listener_name("crcl.x"));
+  EXPECT_FALSE(is_listener_name("crcl."));
+  EXPECT_FALSE(is_listener_name("grpc"));
+}
+
+TEST(Capture, WhatIsCutOffIsTakenAsFarAsItGoes) {
+  CaptureFile file;
+  CapturedConnection robot(file, 50000, 64444);
+  robot.open(0);
+  robot.sends(0.1, kInit);
+  robot.sends(0.2, kDwell);
+  for (const std::size_t cut : {std::size_t{1}, kDwell.size(), kDwell.size() + 70}) {
+    const auto [imported, trace] = import(file.bytes().substr(0, file.bytes().size() - cut));
+    ASSERT_TRUE(imported) << imported.error().message;
+    ASSERT_EQ(imported->notes.size(), 1U);
+    EXPECT_NE(imported->notes[0].find("ends early"), std::string::npos);
+    EXPECT_EQ(fanuc_actions(trace).size(), 1U);
+  }
+}
+
+TEST(Capture, PacketsThatWereCapturedInPartSaySo) {
+  CaptureFile file;
+  CapturedConnection robot(file, 50000, 64444);
+  robot.open(0);
+  robot.sends(0.1, kInit);
+  file.packet(0.2, 50000, 64444, robot.sequence(), robot.acknowledged(), "A", kDwell, 60);
+  robot.loses(kDwell);
+  robot.sends(0.3, JournalFile::instance(3, "EndCanonType", ""));
+  robot.answers(0.4, JournalFile::status(3, "CRCL_Done", ""));
+  const auto [imported, trace] = import(file.bytes());
+  ASSERT_EQ(imported->notes.size(), 2U);
+  EXPECT_NE(imported->notes[0].find("in part"), std::string::npos);
+  const auto actions = fanuc_actions(trace);
+  ASSERT_EQ(actions.size(), 2U);
+  EXPECT_EQ(actions[1].kind, "EndCanon");
+}
+
+TEST(Capture, WhatIsNoneIsRefused) {
+  for (const std::string& bytes : {std::string(), std::string("no capture at all, but text"),
+                                   CaptureFile().bytes().substr(0, 20)}) {
+    const auto [imported, trace] = import(bytes);
+    ASSERT_FALSE(imported);
+    EXPECT_NE(imported.error().message.find("lab.pcap"), std::string::npos)
+        << imported.error().message;
+  }
+  CaptureFile usb;
+  usb.bytes()[20] = 105;  // IEEE 802.11
+  const auto [refused, none] = import(usb.bytes());
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("cannot be read"), std::string::npos);
+  EXPECT_FALSE(import_capture("/nowhere/at/all", "/tmp/none", usual_ports()));
+}
+
+TEST(Capture, DamageAnywhereIsSurvived) {
+  CaptureFile file(Link::kEthernet, true);
+  CapturedConnection robot(file, 50000, 64444), belt(file, 50001, 502);
+  robot.open(0);
+  belt.open(0);
+  for (int i = 0; i < 5; ++i) {
+    robot.sends(0.1 * i, kInit + kDwell.substr(0, 30));
+    robot.sends(0.1 * i, kDwell.substr(30));
+    robot.answers(0.1 * i, kDone);
+    belt.sends(0.1 * i, std::string{0, 1, 0, 0, 0, 6, 1, 6, '\x80', 2, 0, 1});
+  }
+  robot.close(1);
+  std::mt19937 random(11);
+  for (int round = 0; round < 300; ++round) {
+    std::string bytes = file.bytes();
+    for (int change = 0; change < 1 + round % 20; ++change) {
+      bytes[24 + random() % (bytes.size() - 24)] = static_cast<char>(random());
+    }
+    const auto [imported, trace] = import(bytes);
+    if (!imported) continue;
+    EXPECT_LE(actions_of(trace).size(), 6U);
+  }
+}
+
+}  // namespace
+}  // namespace aprsim::trace
