@@ -175,14 +175,15 @@ modbus_server::ModbusServerOptions modbus_options(const Config& all, protocols::
 telemetry::TelemetryOptions grpc_options(const Config& all,
                                          std::shared_ptr<protocols::AccessToken> token,
                                          protocols::WireTrace* trace, api::VirtualTime* time,
-                                         api::History* history,
-                                         protocols::StateFiles* state_files) {
+                                         api::History* history, protocols::StateFiles* state_files,
+                                         std::vector<protocols::RobotPort*> robots) {
   telemetry::TelemetryOptions options = telemetry_options(all);
   options.token = std::move(token);
   options.trace = trace;
   options.virtual_time = time;
   options.history = history;
   options.state_files = state_files;
+  options.robots = std::move(robots);
   return options;
 }
 
@@ -229,26 +230,14 @@ class Daemon::Impl {
         token_(config.web.token.empty()
                    ? nullptr
                    : std::make_shared<protocols::AccessToken>(config.web.token)),
+        robots_(make_robots(config, *scene)),
         modbus_(modbus_options(config, config.web.enabled ? &modbus_tap_ : nullptr, journal_.get(),
                                simulation_.virtual_time()),
                 simulation_, simulation_),
         telemetry_(grpc_options(config, token_, journal_.get(), simulation_.virtual_time(),
-                                history_.get(), &state_files_),
+                                history_.get(), &state_files_, ports()),
                    simulation_, simulation_),
         programs_(config, demo) {
-    for (std::size_t i = 0; i < scene->robots.size(); ++i) {
-      const std::string& name = scene->robots[i].name;
-      const int index = static_cast<int>(i);
-      robots_.push_back(
-          {name,
-           std::make_unique<crcl_server::CrclServer>(
-               crcl_options(config, name, index, config.web.enabled ? &crcl_tap_ : nullptr,
-                            journal_.get(), simulation_.virtual_time()),
-               simulation_, simulation_),
-           std::make_unique<vision_server::VisionServer>(
-               vision_options(config, name, index, journal_.get(), simulation_.virtual_time()),
-               simulation_)});
-    }
     if (config.web.enabled) make_web(config, *scene);
   }
 
@@ -312,6 +301,12 @@ class Daemon::Impl {
   }
 
  private:
+  struct Robot {
+    std::string name;
+    std::unique_ptr<crcl_server::CrclServer> crcl;
+    std::unique_ptr<vision_server::VisionServer> vision;
+  };
+
   /// What happens to the cell, into the log: the simulation's own thread never writes there.
   void log_news(const std::stop_token& stop) {
     CellNews news;
@@ -326,6 +321,30 @@ class Daemon::Impl {
       if (ended) return;
       condition.wait_for(lock, stop, kNewsPeriod, [] { return false; });
     }
+  }
+
+  [[nodiscard]] std::vector<Robot> make_robots(const Config& config, const scene::Scene& scene) {
+    std::vector<Robot> robots;
+    for (std::size_t i = 0; i < scene.robots.size(); ++i) {
+      const std::string& name = scene.robots[i].name;
+      const int index = static_cast<int>(i);
+      robots.push_back(
+          {name,
+           std::make_unique<crcl_server::CrclServer>(
+               crcl_options(config, name, index, config.web.enabled ? &crcl_tap_ : nullptr,
+                            journal_.get(), simulation_.virtual_time()),
+               simulation_, simulation_),
+           std::make_unique<vision_server::VisionServer>(
+               vision_options(config, name, index, journal_.get(), simulation_.virtual_time()),
+               simulation_)});
+    }
+    return robots;
+  }
+
+  [[nodiscard]] std::vector<protocols::RobotPort*> ports() const {
+    std::vector<protocols::RobotPort*> ports;
+    for (const Robot& robot : robots_) ports.push_back(robot.crcl.get());
+    return ports;
   }
 
   void make_web(const Config& config, const scene::Scene& scene) {
@@ -376,12 +395,6 @@ class Daemon::Impl {
     return all;
   }
 
-  struct Robot {
-    std::string name;
-    std::unique_ptr<crcl_server::CrclServer> crcl;
-    std::unique_ptr<vision_server::VisionServer> vision;
-  };
-
   std::unique_ptr<journal::Journal> journal_;       // null = the run is not recorded
   std::unique_ptr<world::HistoryRecords> records_;  // null = no past is kept
   world::Bookmarks bookmarks_;
@@ -393,7 +406,7 @@ class Daemon::Impl {
   // Only the page shows what they keep.
   protocols::WireTap crcl_tap_{simulation_}, modbus_tap_{simulation_, kModbusTapBytes};
   std::shared_ptr<protocols::AccessToken> token_;
-  std::vector<Robot> robots_;
+  std::vector<Robot> robots_;  // telemetry refers to their ports
   modbus_server::ModbusServer modbus_;
   telemetry::TelemetryServer telemetry_;
   Ports ports_;  // of the other listeners, for the page

@@ -19,6 +19,9 @@ class ControlService final : public v1::ControlService::CallbackService {
   ControlService(const TelemetryOptions& options, api::CommandSink& sink,
                  const api::SnapshotSource& source, CommandWaiter& waiter);
 
+  /// Why the caller may not command; absent = it may.
+  [[nodiscard]] std::optional<grpc::Status> refusal(const grpc::CallbackServerContext& context);
+
   grpc::ServerUnaryReactor* Pause(grpc::CallbackServerContext* context,
                                   const v1::PauseRequest* request,
                                   v1::PauseResponse* response) override;
@@ -72,8 +75,6 @@ class ControlService final : public v1::ControlService::CallbackService {
   using Body = decltype(api::Command::body);
   using Fill = std::function<void(const api::Snapshot&, api::Ticket)>;
   using Finish = std::function<void(const grpc::Status&)>;
-  /// Why the caller may not command; absent = it may.
-  [[nodiscard]] std::optional<grpc::Status> refusal(const grpc::CallbackServerContext& context);
   /// Submits, and finishes once the command has taken effect, after `fill` if it was carried out.
   void carry_out(grpc::CallbackServerContext* context, const Finish& finish, Body body, Fill fill);
 

@@ -26,6 +26,7 @@
 #include "protocols/telemetry/history_service.hpp"
 #include "protocols/telemetry/http2_relay.hpp"
 #include "protocols/telemetry/probation.hpp"
+#include "protocols/telemetry/robot_service.hpp"
 #include "protocols/telemetry/stream_hub.hpp"
 #include "protocols/telemetry/telemetry_service.hpp"
 
@@ -131,6 +132,9 @@ class TelemetryServer::Impl {
     telemetry_ = std::make_unique<TelemetryService>(options_, source_, *hub_);
     control_ = std::make_unique<ControlService>(options_, sink_, source_, *waiter_);
     history_ = std::make_unique<HistoryService>(options_, *control_);
+    robots_ = std::make_unique<RobotService>(
+        options_.robots,
+        [this](const grpc::CallbackServerContext& context) { return control_->refusal(context); });
     if (!serve()) {
       return fail(ErrorCode::kUnavailable, "grpc", "gRPC refused to start its server");
     }
@@ -180,6 +184,7 @@ class TelemetryServer::Impl {
     builder.RegisterService(telemetry_.get());
     builder.RegisterService(control_.get());
     builder.RegisterService(history_.get());
+    builder.RegisterService(robots_.get());
     auto interceptors = calls_.interceptors();
     if (options_.trace != nullptr) {
       interceptors.push_back(trace_of_calls(*options_.trace, source_));
@@ -218,7 +223,7 @@ class TelemetryServer::Impl {
     auto& health = *server_->GetHealthCheckService();
     for (const char* name :
          {"", v1::TelemetryService::service_full_name(), v1::ControlService::service_full_name(),
-          v1::HistoryService::service_full_name()}) {
+          v1::HistoryService::service_full_name(), crcl::v1::RobotService::service_full_name()}) {
       health.SetServingStatus(name, serving);
     }
   }
@@ -241,6 +246,7 @@ class TelemetryServer::Impl {
   std::unique_ptr<TelemetryService> telemetry_;
   std::unique_ptr<ControlService> control_;
   std::unique_ptr<HistoryService> history_;
+  std::unique_ptr<RobotService> robots_;
   std::mutex server_mutex_;
   std::shared_ptr<grpc::Server> server_;
   std::optional<bool> serving_;  // what health said last; under server_mutex_

@@ -4,9 +4,11 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "protocols/access_token.hpp"
 #include "protocols/connection_places.hpp"
+#include "protocols/robot_port.hpp"
 #include "protocols/state_files.hpp"
 #include "protocols/wire_trace.hpp"
 #include "world/api/duration_histogram.hpp"
@@ -35,6 +37,7 @@ struct TelemetryOptions {
   protocols::StateFiles* state_files = nullptr;  ///< null = states stay where they are; outlives it
   bool control = true;  ///< false: commands need the token; without one there are none
   std::shared_ptr<protocols::AccessToken> token = {};  ///< if there: commands need it
+  std::vector<protocols::RobotPort*> robots = {};      ///< outlive the server
   std::string instance_id;                ///< names this process to clients; empty = random
   protocols::WireTrace* trace = nullptr;  ///< hears of calls that command; outlives the server
 };
@@ -51,7 +54,8 @@ struct TelemetryStats {
   api::DurationHistogram::Counts answer_times;  ///< of calls that are no streams
 };
 
-/// gRPC listener of package aprsim.v1: telemetry, control, health and reflection.
+/// gRPC listener of package aprsim.v1: telemetry, control, health and reflection; and of
+/// aprsim.crcl.v1: the robots.
 ///
 /// Whoever commands gives the token, if one is asked for, as metadata "authorization: Bearer
 /// TOKEN". Answers only from the latest snapshot. A slow stream reader loses samples and is told
