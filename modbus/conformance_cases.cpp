@@ -5,8 +5,6 @@
 namespace aprsim::modbus::conformance {
 namespace {
 
-Bytes zeros(std::size_t count) { return Bytes(count, 0); }
-
 // The section of the specification about a function.
 std::string section_of(std::uint8_t function) {
   switch (function) {

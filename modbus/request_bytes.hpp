@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <initializer_list>
 #include <vector>
@@ -8,6 +9,8 @@
 namespace aprsim::modbus::conformance {
 
 using Bytes = std::vector<std::uint8_t>;
+
+inline Bytes zeros(std::size_t count) { return Bytes(count, 0); }
 
 /// A Modbus/TCP frame around a PDU.
 inline Bytes adu(const Bytes& pdu, std::uint16_t transaction = 1, std::uint8_t unit = 1,

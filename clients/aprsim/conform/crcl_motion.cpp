@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <string>
 
@@ -99,6 +100,10 @@ std::string stopped(const Target& target) {
   probe.send(crcl::encode_command(instance) + get_status_document());
   const SeenStatus moving = probe.read();
   expect(moving.status.command.state == CommandState::kWorking, in_words(moving.status));
+  const auto until = std::chrono::steady_clock::now() + kMove;
+  while (distance(pose_of(probe.poll()), here) < kStep_mm / 5) {
+    expect(std::chrono::steady_clock::now() < until, "it does not move");
+  }
   const std::int64_t id = emergency.send(crcl::StopMotion{crcl::StopCondition::kFast}, move - 1);
   const SeenStatus seen = probe.wait_over(id, kMove);
   expect(seen.status.command.state == CommandState::kDone, in_words(seen.status));

@@ -91,20 +91,30 @@ SeenStatus CrclProbe::poll(Milliseconds time) {
   return read(time);
 }
 
-SeenStatus CrclProbe::wait_over(std::int64_t id, Milliseconds time) {
+template <typename Met>
+SeenStatus CrclProbe::wait(Milliseconds time, const Met& met) {
   const auto deadline = steady_clock::now() + time;
   while (true) {
     SeenStatus seen = poll();
-    const crcl::CommandStatus& command = seen.status.command;
-    if (command.command_id == id && (command.state == crcl::CommandState::kDone ||
-                                     command.state == crcl::CommandState::kError)) {
-      return seen;
-    }
+    if (met(seen.status.command)) return seen;
     if (steady_clock::now() > deadline) {
-      throw NotKept{fmt::format("not over within {} ms: {}", time.count(), in_words(seen.status))};
+      throw NotKept{fmt::format("after {} ms {}", time.count(), in_words(seen.status))};
     }
     std::this_thread::sleep_for(kPollPeriod);
   }
+}
+
+SeenStatus CrclProbe::wait_over(std::int64_t id, Milliseconds time) {
+  return wait(time, [id](const crcl::CommandStatus& command) {
+    return command.command_id == id && (command.state == crcl::CommandState::kDone ||
+                                        command.state == crcl::CommandState::kError);
+  });
+}
+
+SeenStatus CrclProbe::wait_error(Milliseconds time) {
+  return wait(time, [](const crcl::CommandStatus& command) {
+    return command.state == crcl::CommandState::kError;
+  });
 }
 
 SeenStatus CrclProbe::run(const crcl::CommandBody& body, Milliseconds time) {
@@ -113,7 +123,16 @@ SeenStatus CrclProbe::run(const crcl::CommandBody& body, Milliseconds time) {
   return seen;
 }
 
-void CrclProbe::init() { run(crcl::InitCanon{}, kInit); }
+// Who has failed once is not waited for so long again.
+void CrclProbe::init() {
+  static Milliseconds patience = kInit;
+  try {
+    run(crcl::InitCanon{}, patience);
+  } catch (const NotKept&) {
+    patience = kAnswer;
+    throw;
+  }
+}
 
 bool CrclProbe::silent(Milliseconds time) {
   const auto bytes = socket_.receive(steady_clock::now() + time);

@@ -42,6 +42,8 @@ class CrclProbe {
   SeenStatus poll(Milliseconds time = kAnswer);
   /// Polls until the command is over: done or in error.
   SeenStatus wait_over(std::int64_t id, Milliseconds time);
+  /// Polls until the robot is in error.
+  SeenStatus wait_error(Milliseconds time);
   /// Sends a command and waits until it is done; another end is not kept.
   SeenStatus run(const crcl::CommandBody& body, Milliseconds time = kAnswer);
   /// A session without an error, whatever was before.
@@ -53,6 +55,10 @@ class CrclProbe {
   [[nodiscard]] bool closed(Milliseconds time);
 
  private:
+  /// Polls until `met`.
+  template <typename Met>
+  SeenStatus wait(Milliseconds time, const Met& met);
+
   TcpSocket socket_;
   crcl::Framer framer_ = crcl::Framer::for_statuses();
 };

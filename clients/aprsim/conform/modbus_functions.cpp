@@ -1,9 +1,11 @@
 #include <algorithm>
 #include <cctype>
+#include <optional>
 #include <string>
 
 #include <fmt/format.h>
 
+#include "clients/aprsim/conform/belt_settings.hpp"
 #include "clients/aprsim/conform/modbus_check_groups.hpp"
 #include "clients/aprsim/conform/modbus_probe.hpp"
 #include "modbus/conformance_cases.hpp"
@@ -41,6 +43,8 @@ bool writes(const ConformanceCase& one) {
 }
 
 std::string ask(const Target& target, const ConformanceCase& one) {
+  std::optional<BeltSettings> kept;
+  if (writes(one)) kept.emplace(target);
   ModbusProbe probe(target);
   const Bytes reply = probe.ask(one.pdu);
   const std::uint8_t function = one.pdu.front();

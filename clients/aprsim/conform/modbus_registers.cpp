@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "clients/aprsim/conform/belt_settings.hpp"
 #include "clients/aprsim/conform/modbus_check_groups.hpp"
 #include "clients/aprsim/conform/modbus_probe.hpp"
 #include "modbus/register_map.hpp"
@@ -109,41 +110,16 @@ std::string edges(const Target& target) {
   return "all there";
 }
 
-// What the belt was told before is what it is told in the end.
-class Belt {
- public:
-  explicit Belt(const Target& target)
-      : probe(target), before_(probe.words(3, modbus::kRunRegister, 3)) {}
-  ~Belt() {
-    try {
-      probe.write(modbus::kRunRegister, 0);
-      probe.write(modbus::kDirectionRegister, before_[1]);
-      probe.write(modbus::kSpeedRegister, before_[2]);
-      if (before_[0] != 0) probe.write(modbus::kRunRegister, before_[0]);
-    } catch (...) {
-      // The check has failed already, or everything is given up.
-    }
+void wait_for(BeltSettings& belt, std::uint16_t input, std::uint16_t value, const char* seen) {
+  const auto until = steady_clock::now() + kSettle;
+  while (belt.probe.value(2, input) != value) {
+    expect(steady_clock::now() < until, seen);
+    std::this_thread::sleep_for(kLook);
   }
-  Belt(const Belt&) = delete;
-  Belt& operator=(const Belt&) = delete;
-
-  void wait_for(std::uint16_t input, std::uint16_t value, const char* seen) {
-    const auto until = steady_clock::now() + kSettle;
-    while (probe.value(2, input) != value) {
-      expect(steady_clock::now() < until, seen);
-      std::this_thread::sleep_for(kLook);
-    }
-  }
-
-  ModbusProbe probe;
-
- private:
-  std::vector<std::uint16_t> before_;
-};
+}
 
 std::string settings(const Target& target) {
-  Belt belt(target);
-  belt.probe.write(modbus::kRunRegister, 0);
+  BeltSettings belt(target);
   for (const std::uint16_t value : {std::uint16_t{0}, std::uint16_t{1}}) {
     belt.probe.write(modbus::kDirectionRegister, value);
     expect(belt.probe.value(3, modbus::kDirectionRegister) == value, "another direction");
@@ -155,8 +131,7 @@ std::string settings(const Target& target) {
 }
 
 std::string refused(const Target& target) {
-  Belt belt(target);
-  belt.probe.write(modbus::kRunRegister, 0);
+  BeltSettings belt(target);
   for (const RegisterInfo& info : modbus::register_map()) {
     if (info.area != Area::kHoldingRegister || info.max >= 0xFFFF) continue;
     const Bytes reply =
@@ -168,18 +143,17 @@ std::string refused(const Target& target) {
 }
 
 std::string runs(const Target& target) {
-  Belt belt(target);
-  belt.probe.write(modbus::kRunRegister, 0);
-  belt.wait_for(modbus::kMovingInput, 0, "it does not stop");
+  BeltSettings belt(target);
+  wait_for(belt, modbus::kMovingInput, 0, "it does not stop");
   belt.probe.write(modbus::kSpeedRegister, kSlow);
   belt.probe.write(modbus::kRunRegister, 1);
-  belt.wait_for(modbus::kMovingInput, 1, "it does not move");
-  belt.wait_for(modbus::kAtSpeedInput, 1, "it does not come to its speed");
+  wait_for(belt, modbus::kMovingInput, 1, "it does not move");
+  wait_for(belt, modbus::kAtSpeedInput, 1, "it does not come to its speed");
   const auto speed = static_cast<std::int16_t>(belt.probe.value(4, modbus::kActualSpeedRegister));
   const int magnitude = std::abs(int{speed});
   expect(magnitude > kSlow * 9 / 10 && magnitude < kSlow * 11 / 10, fmt::format("{}", speed));
   belt.probe.write(modbus::kRunRegister, 0);
-  belt.wait_for(modbus::kMovingInput, 0, "it does not stop");
+  wait_for(belt, modbus::kMovingInput, 0, "it does not stop");
   return fmt::format("{} counts, then 0", speed);
 }
 

@@ -3,9 +3,9 @@
 
 usage: wrong_crcl_server.py    prints its port, and serves until its input ends
 
-It takes each packet for one document, answers every command and not only GetStatus, tells the id of
-a GetStatus as the command's, knows no units, has no errors, never begins a new StatusID, and its
-statuses lack what the schema asks for.
+It answers every command and not only GetStatus, tells the id of a GetStatus as the command's, knows
+no units, has no errors, never begins a new StatusID, and its statuses are not what the schema asks
+for.
 """
 
 import re
@@ -16,17 +16,20 @@ import threading
 
 class Client(socketserver.BaseRequestHandler):
     def handle(self) -> None:
+        received = b""
         while data := self.request.recv(65536):
-            ids = re.findall(rb"<CommandID>(-?\d+)</CommandID>", data)
-            last = ids[-1].decode() if ids else "0"
-            try:
-                self.request.sendall(
-                    f'<?xml version="1.0"?><CRCLStatus><CommandStatus><CommandID>{last}</CommandID>'
-                    "<StatusID>1</StatusID><CommandState>CRCL_Done</CommandState></CommandStatus>"
-                    "<JointStatuses></JointStatuses></CRCLStatus>\n".encode()
-                )
-            except OSError:
-                return
+            *documents, received = (received + data).split(b"</CRCLCommandInstance>")
+            for document in documents:
+                ids = re.findall(rb"<CommandID>(-?\d+)</CommandID>", document)
+                last = ids[-1].decode() if ids else "0"
+                try:
+                    self.request.sendall(
+                        f'<?xml version="1.0"?><CRCLStatus><CommandStatus><CommandID>{last}'
+                        "</CommandID><StatusID>1</StatusID><CommandState>CRCL_Done</CommandState>"
+                        "</CommandStatus><JointStatuses></JointStatuses></CRCLStatus>\n".encode()
+                    )
+                except OSError:
+                    return
 
 
 class Server(socketserver.ThreadingTCPServer):
