@@ -10,9 +10,11 @@
 #include <variant>
 #include <vector>
 
+#include "crcl/document_codec.hpp"
 #include "crcl/sensor_codec.hpp"
 #include "crcl/text.hpp"
 #include "crcl/value_codec.hpp"
+#include "crcl/xml_writer.hpp"
 
 namespace aprsim::crcl {
 
@@ -314,26 +316,26 @@ std::optional<int> read_hint(const XmlNode& root, std::string_view name) {
   return node == nullptr ? std::nullopt : parse_int(node->text);
 }
 
-tl::unexpected<Error> wrong_root(const XmlNode& root, std::string expected) {
+tl::unexpected<Error> wrong_root(const XmlNode& root, std::string_view expected) {
   Error error;
   error.element = shorten(root.name);
-  error.expected = "expected the root element " + std::move(expected);
+  error.expected = "expected the root element " + std::string(expected);
   return tl::unexpected<Error>(std::move(error));
 }
 
 // Writing.
 
-void write_rate(XmlWriter& out, const std::string& base, const Rate& rate) {
+void write_rate(ElementWriter& out, const std::string& base, const Rate& rate) {
   out.open(base, base + (rate.relative ? "RelativeType" : "AbsoluteType"));
   out.number(rate.relative ? "Fraction" : "Setting", rate.value);
   out.close(base);
 }
 
-void write_rate(XmlWriter& out, const std::string& base, const std::optional<Rate>& rate) {
+void write_rate(ElementWriter& out, const std::string& base, const std::optional<Rate>& rate) {
   if (rate) write_rate(out, base, *rate);
 }
 
-void write_pose_settings(XmlWriter& out, const PoseSettings& settings) {
+void write_pose_settings(ElementWriter& out, const PoseSettings& settings) {
   out.flag("Coordinated", settings.coordinated);
   write_rate(out, "TransSpeed", settings.trans_speed);
   write_rate(out, "RotSpeed", settings.rot_speed);
@@ -342,7 +344,7 @@ void write_pose_settings(XmlWriter& out, const PoseSettings& settings) {
   if (settings.tolerance) write_tolerance(out, "Tolerance", *settings.tolerance);
 }
 
-void write_waypoint(XmlWriter& out, std::string_view name, const Waypoint& point) {
+void write_waypoint(ElementWriter& out, std::string_view name, const Waypoint& point) {
   if (point.settings) {
     out.open(name, "PoseAndSetType");
   } else {
@@ -353,14 +355,14 @@ void write_waypoint(XmlWriter& out, std::string_view name, const Waypoint& point
   out.close(name);
 }
 
-void write_joint_details(XmlWriter& out, const JointSpeedAccel& details) {
+void write_joint_details(ElementWriter& out, const JointSpeedAccel& details) {
   out.open("JointDetails", "JointSpeedAccelType");
   write_optional(out, "JointSpeed", details.speed);
   write_optional(out, "JointAccel", details.accel);
   out.close("JointDetails");
 }
 
-void write_joint_details(XmlWriter& out, const JointForceTorque& details) {
+void write_joint_details(ElementWriter& out, const JointForceTorque& details) {
   out.open("JointDetails", "JointForceTorqueType");
   write_optional(out, "Setting", details.setting);
   write_optional(out, "ChangeRate", details.change_rate);
@@ -369,7 +371,7 @@ void write_joint_details(XmlWriter& out, const JointForceTorque& details) {
 
 // Writes what a command has beyond CommandID and guards.
 struct BodyWriter {
-  XmlWriter& out;
+  ElementWriter& out;
 
   void operator()(const InitCanon&) const {}
   void operator()(const EndCanon&) const {}
@@ -491,6 +493,13 @@ struct BodyWriter {
   void operator()(const RunProgram& command) const { out.text("ProgramText", command.text); }
 };
 
+void write_command(ElementWriter& out, const Command& command) {
+  write_optional(out, "Name", command.name);
+  out.integer("CommandID", command.id);
+  for (const Guard& guard : command.guards) write_guard(out, guard);
+  std::visit(BodyWriter{out}, command.body);
+}
+
 }  // namespace
 
 std::string_view type_name(const CommandBody& body) {
@@ -503,12 +512,30 @@ std::string_view type_name(const CommandBody& body) {
 }
 
 Result<CommandInstance> decode_command(std::string_view document, std::size_t max_bytes) {
-  const Result<XmlNode> root = parse_xml(document, {.max_bytes = max_bytes});
-  if (!root) return tl::unexpected<Error>(root.error());
-  if (root->name != "CRCLCommandInstance") return wrong_root(*root, "CRCLCommandInstance");
-  const XmlNode* node = root->child("CRCLCommand");
+  return parse_xml(document, {.max_bytes = max_bytes}).and_then(read_command_instance);
+}
+
+Result<Program> decode_program(std::string_view document, std::size_t max_bytes) {
+  return parse_xml(document, {.max_bytes = max_bytes}).and_then(read_program);
+}
+
+std::string encode_command(const CommandInstance& instance) {
+  XmlWriter out;
+  write_command_instance(out, instance);
+  return std::move(out).document();
+}
+
+std::string encode_program(const Program& program) {
+  XmlWriter out;
+  write_program(out, program);
+  return std::move(out).document();
+}
+
+Result<CommandInstance> read_command_instance(const XmlNode& root) {
+  if (root.name != kCommandRoot) return wrong_root(root, kCommandRoot);
+  const XmlNode* node = root.child("CRCLCommand");
   ErrorSlot slot;
-  const Fields fields(*root, slot);
+  const Fields fields(root, slot);
   if (node == nullptr) {
     fields.fail("CRCLCommand", "", "missing", ErrorKind::kMalformed);
     return tl::unexpected<Error>(*slot);
@@ -517,20 +544,18 @@ Result<CommandInstance> decode_command(std::string_view document, std::size_t ma
   instance.command = read_command(*node, node->type, slot);
   instance.name = fields.optional_text("Name");
   instance.program_file = fields.optional_text("ProgramFile");
-  instance.program_index = read_hint(*root, "ProgramIndex");
-  instance.program_length = read_hint(*root, "ProgramLength");
+  instance.program_index = read_hint(root, "ProgramIndex");
+  instance.program_length = read_hint(root, "ProgramLength");
   if (slot) return tl::unexpected<Error>(std::move(*slot));
   return instance;
 }
 
-Result<Program> decode_program(std::string_view document, std::size_t max_bytes) {
-  const Result<XmlNode> root = parse_xml(document, {.max_bytes = max_bytes});
-  if (!root) return tl::unexpected<Error>(root.error());
-  if (root->name != "CRCLProgram") return wrong_root(*root, "CRCLProgram");
+Result<Program> read_program(const XmlNode& root) {
+  if (root.name != kProgramRoot) return wrong_root(root, kProgramRoot);
   Program program;
   ErrorSlot slot;
-  program.name = Fields(*root, slot).optional_text("Name");
-  for (const XmlNode& node : root->children) {
+  program.name = Fields(root, slot).optional_text("Name");
+  for (const XmlNode& node : root.children) {
     if (node.name == "InitCanon") {
       program.commands.push_back(read_command(node, "InitCanonType", slot));
     } else if (node.name == "EndCanon") {
@@ -543,21 +568,34 @@ Result<Program> decode_program(std::string_view document, std::size_t max_bytes)
   return program;
 }
 
-std::string encode_command(const CommandInstance& instance) {
-  XmlWriter out;
-  out.open("CRCLCommandInstance");
+void write_command_instance(ElementWriter& out, const CommandInstance& instance) {
+  out.open(kCommandRoot);
   write_optional(out, "Name", instance.name);
   out.open("CRCLCommand", type_name(instance.command.body));
-  write_optional(out, "Name", instance.command.name);
-  out.integer("CommandID", instance.command.id);
-  for (const Guard& guard : instance.command.guards) write_guard(out, guard);
-  std::visit(BodyWriter{out}, instance.command.body);
+  write_command(out, instance.command);
   out.close("CRCLCommand");
   write_optional(out, "ProgramFile", instance.program_file);
   write_optional(out, "ProgramIndex", instance.program_index);
   write_optional(out, "ProgramLength", instance.program_length);
-  out.close("CRCLCommandInstance");
-  return std::move(out).document();
+  out.close(kCommandRoot);
+}
+
+void write_program(ElementWriter& out, const Program& program) {
+  out.open(kProgramRoot);
+  write_optional(out, "Name", program.name);
+  for (const Command& command : program.commands) {
+    std::string_view element = "MiddleCommand";
+    if (std::holds_alternative<InitCanon>(command.body)) element = "InitCanon";
+    if (std::holds_alternative<EndCanon>(command.body)) element = "EndCanon";
+    if (element == "MiddleCommand") {
+      out.open(element, type_name(command.body));
+    } else {
+      out.open(element);
+    }
+    write_command(out, command);
+    out.close(element);
+  }
+  out.close(kProgramRoot);
 }
 
 }  // namespace aprsim::crcl

@@ -28,6 +28,9 @@ namespace aprsim::crcl {
 /// One CRCLCommandInstance document on one line, elements in schema order.
 [[nodiscard]] std::string encode_command(const CommandInstance& instance);
 
+/// One CRCLProgram document: InitCanon and EndCanon as such, all others as MiddleCommand.
+[[nodiscard]] std::string encode_program(const Program& program);
+
 /// The schema's type name, e.g. "MoveToType".
 [[nodiscard]] std::string_view type_name(const CommandBody& body);
 

@@ -34,14 +34,14 @@ SensorReading read_reading(const Fields& fields) {
   return reading;
 }
 
-void write_reading(XmlWriter& out, const SensorReading& reading) {
+void write_reading(ElementWriter& out, const SensorReading& reading) {
   out.text("SensorID", reading.sensor_id);
   out.integer("ReadCount", reading.read_count);
   out.integer("LastReadTime", reading.last_read_time);
   write_parameters(out, "SensorParameterSetting", reading.parameters);
 }
 
-void write_force_torque(XmlWriter& out, const ForceTorqueSensorStatus& sensor) {
+void write_force_torque(ElementWriter& out, const ForceTorqueSensorStatus& sensor) {
   write_reading(out, sensor.reading);
   out.number("Fx", sensor.force.x);
   out.number("Fy", sensor.force.y);
@@ -102,7 +102,7 @@ GuardsStatuses read_guards_statuses(const Fields& fields) {
   return statuses;
 }
 
-void write_guard(XmlWriter& out, const Guard& guard) {
+void write_guard(ElementWriter& out, const Guard& guard) {
   out.open("Guard");
   write_optional(out, "Name", guard.name);
   out.text("SensorID", guard.sensor_id);
@@ -118,7 +118,7 @@ void write_guard(XmlWriter& out, const Guard& guard) {
   out.close("Guard");
 }
 
-void write_sensor_statuses(XmlWriter& out, const SensorStatuses& statuses) {
+void write_sensor_statuses(ElementWriter& out, const SensorStatuses& statuses) {
   out.open("SensorStatuses");
   for (const OnOffSensorStatus& sensor : statuses.on_off) {
     out.open("OnOffSensorStatus");
@@ -146,7 +146,7 @@ void write_sensor_statuses(XmlWriter& out, const SensorStatuses& statuses) {
   out.close("SensorStatuses");
 }
 
-void write_guards_statuses(XmlWriter& out, const GuardsStatuses& statuses) {
+void write_guards_statuses(ElementWriter& out, const GuardsStatuses& statuses) {
   out.open("GuardsStatuses");
   for (const Guard& guard : statuses.guards) write_guard(out, guard);
   out.integer("TriggerCount", statuses.trigger_count);

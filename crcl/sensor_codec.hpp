@@ -1,8 +1,8 @@
 #pragma once
 
+#include "crcl/element_writer.hpp"
 #include "crcl/sensor_status.hpp"
 #include "crcl/xml_reader.hpp"
-#include "crcl/xml_writer.hpp"
 
 /// Guards, and the parts of a status about sensors and guards, as elements.
 namespace aprsim::crcl {
@@ -12,8 +12,8 @@ namespace aprsim::crcl {
 [[nodiscard]] SensorStatuses read_sensor_statuses(const Fields& statuses);
 [[nodiscard]] GuardsStatuses read_guards_statuses(const Fields& statuses);
 
-void write_guard(XmlWriter& out, const Guard& guard);
-void write_sensor_statuses(XmlWriter& out, const SensorStatuses& statuses);
-void write_guards_statuses(XmlWriter& out, const GuardsStatuses& statuses);
+void write_guard(ElementWriter& out, const Guard& guard);
+void write_sensor_statuses(ElementWriter& out, const SensorStatuses& statuses);
+void write_guards_statuses(ElementWriter& out, const GuardsStatuses& statuses);
 
 }  // namespace aprsim::crcl

@@ -6,16 +6,18 @@
 #include <variant>
 #include <vector>
 
+#include "crcl/document_codec.hpp"
 #include "crcl/sensor_codec.hpp"
 #include "crcl/text.hpp"
 #include "crcl/value_codec.hpp"
+#include "crcl/xml_writer.hpp"
 
 namespace aprsim::crcl {
 namespace {
 
 // Writing.
 
-void write_command_status(XmlWriter& out, const CommandStatus& status) {
+void write_command_status(ElementWriter& out, const CommandStatus& status) {
   out.open("CommandStatus");
   write_optional(out, "Name", status.name);
   out.integer("CommandID", status.command_id);
@@ -29,7 +31,7 @@ void write_command_status(XmlWriter& out, const CommandStatus& status) {
   out.close("CommandStatus");
 }
 
-void write_joints(XmlWriter& out, const std::vector<JointStatus>& joints) {
+void write_joints(ElementWriter& out, const std::vector<JointStatus>& joints) {
   if (joints.empty()) return;  // the schema asks for at least one
   out.open("JointStatuses");
   for (const JointStatus& joint : joints) {
@@ -43,7 +45,7 @@ void write_joints(XmlWriter& out, const std::vector<JointStatus>& joints) {
   out.close("JointStatuses");
 }
 
-void write_pose_status(XmlWriter& out, const PoseStatus& status) {
+void write_pose_status(ElementWriter& out, const PoseStatus& status) {
   out.open("PoseStatus");
   out.open("Pose");
   write_pose_elements(out, status.pose);
@@ -65,7 +67,7 @@ void write_pose_status(XmlWriter& out, const PoseStatus& status) {
 }
 
 struct GripperWriter {
-  XmlWriter& out;
+  ElementWriter& out;
 
   void operator()(const ParallelGripper& gripper) const {
     out.number("Separation", gripper.separation);
@@ -81,7 +83,7 @@ struct GripperWriter {
   void operator()(const VacuumGripper& gripper) const { out.flag("IsPowered", gripper.powered); }
 };
 
-void write_gripper(XmlWriter& out, const GripperStatus& status) {
+void write_gripper(ElementWriter& out, const GripperStatus& status) {
   constexpr const char* kTypes[] = {"ParallelGripperStatusType", "ThreeFingerGripperStatusType",
                                     "VacuumGripperStatusType"};
   out.open("GripperStatus", kTypes[status.kind.index()]);
@@ -92,7 +94,7 @@ void write_gripper(XmlWriter& out, const GripperStatus& status) {
   out.close("GripperStatus");
 }
 
-void write_joint_limits(XmlWriter& out, const JointLimits& limits) {
+void write_joint_limits(ElementWriter& out, const JointLimits& limits) {
   out.open("JointLimits");
   out.integer("JointNumber", limits.joint);
   write_optional(out, "JointMinPosition", limits.min_position);
@@ -103,7 +105,7 @@ void write_joint_limits(XmlWriter& out, const JointLimits& limits) {
 }
 
 // In a settings report the element name says absolute or relative, so no xsi:type is needed.
-void write_set_rate(XmlWriter& out, const std::string& base, const std::optional<Rate>& rate) {
+void write_set_rate(ElementWriter& out, const std::string& base, const std::optional<Rate>& rate) {
   if (!rate) return;
   const std::string name = base + (rate->relative ? "Relative" : "Absolute");
   out.open(name);
@@ -112,11 +114,11 @@ void write_set_rate(XmlWriter& out, const std::string& base, const std::optional
 }
 
 template <typename Unit>
-void write_unit(XmlWriter& out, std::string_view name, const std::optional<Unit>& unit) {
+void write_unit(ElementWriter& out, std::string_view name, const std::optional<Unit>& unit) {
   if (unit) out.text(name, name_of(*unit));
 }
 
-void write_settings(XmlWriter& out, const SettingsStatus& settings) {
+void write_settings(ElementWriter& out, const SettingsStatus& settings) {
   out.open("SettingsStatus");
   write_unit(out, "AngleUnitName", settings.angle_unit);
   write_parameters(out, "EndEffectorParameterSetting", settings.end_effector_parameters);
@@ -279,7 +281,7 @@ SettingsStatus read_settings(const Fields& fields) {
   return settings;
 }
 
-Status read_status(const Fields& fields) {
+Status read_parts(const Fields& fields) {
   Status status;
   status.name = fields.optional_text("Name");
   status.command = read_command_status(fields.child("CommandStatus"));
@@ -321,7 +323,16 @@ std::string_view name_of(CommandState state) {
 
 std::string encode_status(const Status& status) {
   XmlWriter out;
-  out.open("CRCLStatus");
+  write_status(out, status);
+  return std::move(out).document();
+}
+
+Result<Status> decode_status(std::string_view document, std::size_t max_bytes) {
+  return parse_xml(document, {.max_bytes = max_bytes}).and_then(read_status);
+}
+
+void write_status(ElementWriter& out, const Status& status) {
+  out.open(kStatusRoot);
   write_optional(out, "Name", status.name);
   write_command_status(out, status.command);
   write_joints(out, status.joints);
@@ -330,20 +341,17 @@ std::string encode_status(const Status& status) {
   if (status.settings) write_settings(out, *status.settings);
   if (status.sensors) write_sensor_statuses(out, *status.sensors);
   if (status.guards) write_guards_statuses(out, *status.guards);
-  out.close("CRCLStatus");
-  return std::move(out).document();
+  out.close(kStatusRoot);
 }
 
-Result<Status> decode_status(std::string_view document, std::size_t max_bytes) {
-  const Result<XmlNode> root = parse_xml(document, {.max_bytes = max_bytes});
-  if (!root) return tl::unexpected<Error>(root.error());
+Result<Status> read_status(const XmlNode& root) {
   ErrorSlot slot;
-  const Fields fields(*root, slot);
-  if (root->name != "CRCLStatus") {
+  const Fields fields(root, slot);
+  if (root.name != kStatusRoot) {
     fields.fail("", "", "expected the root element CRCLStatus", ErrorKind::kMalformed);
     return tl::unexpected<Error>(std::move(*slot));
   }
-  Status status = read_status(fields);
+  Status status = read_parts(fields);
   if (slot) return tl::unexpected<Error>(std::move(*slot));
   return status;
 }

@@ -98,7 +98,7 @@ std::vector<ParameterSetting> read_parameters(const Fields& parent, std::string_
   return settings;
 }
 
-void write_point(XmlWriter& out, std::string_view name, const Vector& point) {
+void write_point(ElementWriter& out, std::string_view name, const Vector& point) {
   out.open(name);
   out.number("X", point.x);
   out.number("Y", point.y);
@@ -106,7 +106,7 @@ void write_point(XmlWriter& out, std::string_view name, const Vector& point) {
   out.close(name);
 }
 
-void write_vector(XmlWriter& out, std::string_view name, const Vector& vector) {
+void write_vector(ElementWriter& out, std::string_view name, const Vector& vector) {
   out.open(name);
   out.number("I", vector.x);
   out.number("J", vector.y);
@@ -114,13 +114,13 @@ void write_vector(XmlWriter& out, std::string_view name, const Vector& vector) {
   out.close(name);
 }
 
-void write_pose_elements(XmlWriter& out, const Pose& pose) {
+void write_pose_elements(ElementWriter& out, const Pose& pose) {
   write_point(out, "Point", pose.point);
   write_vector(out, "XAxis", pose.x_axis);
   write_vector(out, "ZAxis", pose.z_axis);
 }
 
-void write_tolerance(XmlWriter& out, std::string_view name, const PoseTolerance& tolerance) {
+void write_tolerance(ElementWriter& out, std::string_view name, const PoseTolerance& tolerance) {
   out.open(name);
   write_optional(out, "XPointTolerance", tolerance.x_point);
   write_optional(out, "YPointTolerance", tolerance.y_point);
@@ -130,7 +130,7 @@ void write_tolerance(XmlWriter& out, std::string_view name, const PoseTolerance&
   out.close(name);
 }
 
-void write_joint_tolerances(XmlWriter& out, std::string_view name,
+void write_joint_tolerances(ElementWriter& out, std::string_view name,
                             const std::vector<JointTolerance>& tolerances) {
   out.open(name);
   for (const JointTolerance& setting : tolerances) {
@@ -142,36 +142,36 @@ void write_joint_tolerances(XmlWriter& out, std::string_view name,
   out.close(name);
 }
 
-void write_parameter(XmlWriter& out, std::string_view name, const ParameterSetting& setting) {
+void write_parameter(ElementWriter& out, std::string_view name, const ParameterSetting& setting) {
   out.open(name);
   out.text("ParameterName", setting.name);
   out.text("ParameterValue", setting.value);
   out.close(name);
 }
 
-void write_parameters(XmlWriter& out, std::string_view name,
+void write_parameters(ElementWriter& out, std::string_view name,
                       const std::vector<ParameterSetting>& settings) {
   for (const ParameterSetting& setting : settings) write_parameter(out, name, setting);
 }
 
-void write_optional(XmlWriter& out, std::string_view name, const std::optional<double>& value) {
+void write_optional(ElementWriter& out, std::string_view name, const std::optional<double>& value) {
   if (value) out.number(name, *value);
 }
 
-void write_optional(XmlWriter& out, std::string_view name, const std::optional<int>& value) {
+void write_optional(ElementWriter& out, std::string_view name, const std::optional<int>& value) {
   if (value) out.integer(name, *value);
 }
 
-void write_optional(XmlWriter& out, std::string_view name,
+void write_optional(ElementWriter& out, std::string_view name,
                     const std::optional<std::int64_t>& value) {
   if (value) out.integer(name, *value);
 }
 
-void write_optional(XmlWriter& out, std::string_view name, const std::optional<bool>& value) {
+void write_optional(ElementWriter& out, std::string_view name, const std::optional<bool>& value) {
   if (value) out.flag(name, *value);
 }
 
-void write_optional(XmlWriter& out, std::string_view name,
+void write_optional(ElementWriter& out, std::string_view name,
                     const std::optional<std::string>& value) {
   if (value) out.text(name, *value);
 }

@@ -6,10 +6,10 @@
 #include <string_view>
 #include <vector>
 
+#include "crcl/element_writer.hpp"
 #include "crcl/error.hpp"
 #include "crcl/values.hpp"
 #include "crcl/xml_reader.hpp"
-#include "crcl/xml_writer.hpp"
 
 /// The value types that commands and statuses share as elements, in schema order when written, and
 /// what a pose's axes stand for. DataPrimitives.xsd.
@@ -36,24 +36,25 @@ struct Axes {
                                                             std::string_view name);
 
 /// PointType.
-void write_point(XmlWriter& out, std::string_view name, const Vector& point);
+void write_point(ElementWriter& out, std::string_view name, const Vector& point);
 /// VectorType.
-void write_vector(XmlWriter& out, std::string_view name, const Vector& vector);
+void write_vector(ElementWriter& out, std::string_view name, const Vector& vector);
 /// Point, XAxis, ZAxis, without an element around them.
-void write_pose_elements(XmlWriter& out, const Pose& pose);
-void write_tolerance(XmlWriter& out, std::string_view name, const PoseTolerance& tolerance);
-void write_joint_tolerances(XmlWriter& out, std::string_view name,
+void write_pose_elements(ElementWriter& out, const Pose& pose);
+void write_tolerance(ElementWriter& out, std::string_view name, const PoseTolerance& tolerance);
+void write_joint_tolerances(ElementWriter& out, std::string_view name,
                             const std::vector<JointTolerance>& tolerances);
-void write_parameter(XmlWriter& out, std::string_view name, const ParameterSetting& setting);
-void write_parameters(XmlWriter& out, std::string_view name,
+void write_parameter(ElementWriter& out, std::string_view name, const ParameterSetting& setting);
+void write_parameters(ElementWriter& out, std::string_view name,
                       const std::vector<ParameterSetting>& settings);
 
 /// The element only when there is a value.
-void write_optional(XmlWriter& out, std::string_view name, const std::optional<double>& value);
-void write_optional(XmlWriter& out, std::string_view name, const std::optional<int>& value);
-void write_optional(XmlWriter& out, std::string_view name,
+void write_optional(ElementWriter& out, std::string_view name, const std::optional<double>& value);
+void write_optional(ElementWriter& out, std::string_view name, const std::optional<int>& value);
+void write_optional(ElementWriter& out, std::string_view name,
                     const std::optional<std::int64_t>& value);
-void write_optional(XmlWriter& out, std::string_view name, const std::optional<bool>& value);
-void write_optional(XmlWriter& out, std::string_view name, const std::optional<std::string>& value);
+void write_optional(ElementWriter& out, std::string_view name, const std::optional<bool>& value);
+void write_optional(ElementWriter& out, std::string_view name,
+                    const std::optional<std::string>& value);
 
 }  // namespace aprsim::crcl

@@ -5,46 +5,45 @@
 #include <string_view>
 #include <utility>
 
+#include "crcl/element_writer.hpp"
 #include "crcl/text.hpp"
 
 namespace aprsim::crcl {
 
 /// Writes one document on one line, as the reference servers do: no white space between elements,
 /// no attribute but xsi:type.
-class XmlWriter {
+class XmlWriter final : public ElementWriter {
  public:
   XmlWriter() {
     out_.reserve(4096);  // more than the usual status
     out_ += R"(<?xml version="1.0" encoding="UTF-8" standalone="yes"?>)";
   }
 
-  void open(std::string_view name) { tag("<", name); }
-  /// An element whose type the schema cannot tell from its name.
-  void open(std::string_view name, std::string_view xsi_type) {
+  void open(std::string_view name) override { tag("<", name); }
+  void open(std::string_view name, std::string_view xsi_type) override {
     out_ += '<';
     out_ += name;
     out_ += R"( xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" xsi:type=")";
     append_escaped(out_, xsi_type);
     out_ += "\">";
   }
-  void close(std::string_view name) { tag("</", name); }
+  void close(std::string_view name) override { tag("</", name); }
 
-  void text(std::string_view name, std::string_view value) {
-    open(name);
+  void text(std::string_view name, std::string_view value) override {
+    tag("<", name);
     append_escaped(out_, value);
-    close(name);
+    tag("</", name);
   }
-  void number(std::string_view name, double value) {
-    open(name);
+  void number(std::string_view name, double value) override {
+    tag("<", name);
     append_double(out_, value);
-    close(name);
+    tag("</", name);
   }
-  void integer(std::string_view name, std::int64_t value) {
-    open(name);
+  void integer(std::string_view name, std::int64_t value) override {
+    tag("<", name);
     append_long(out_, value);
-    close(name);
+    tag("</", name);
   }
-  void flag(std::string_view name, bool value) { text(name, value ? "true" : "false"); }
 
   [[nodiscard]] std::string document() && { return std::move(out_); }
 

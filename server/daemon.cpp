@@ -177,8 +177,8 @@ modbus_server::ModbusServerOptions modbus_options(const Config& all, protocols::
 
 telemetry::TelemetryOptions grpc_options(const Config& all, const Guards& guards,
                                          journal::Journal* journal, world::Simulation& simulation,
-                                         api::History* history,
-                                         protocols::StateFiles* state_files) {
+                                         api::History* history, protocols::StateFiles* state_files,
+                                         std::vector<protocols::RobotPort*> robots) {
   telemetry::TelemetryOptions options = telemetry_options(all, guards);
   options.trace = journal;
   options.incidents = journal;
@@ -187,6 +187,7 @@ telemetry::TelemetryOptions grpc_options(const Config& all, const Guards& guards
   options.events = &simulation.events();
   options.history = history;
   options.state_files = state_files;
+  options.robots = std::move(robots);
   return options;
 }
 
@@ -232,28 +233,16 @@ class Daemon::Impl {
                           : nullptr),
         state_files_(scene, kVersion),
         guards_(config, simulation_),
+        robots_(make_robots(config, *scene)),
         modbus_(modbus_options(config, tapped(config) ? &modbus_tap_ : nullptr, journal_.get(),
                                simulation_.virtual_time()),
                 simulation_, simulation_),
         telemetry_(grpc_options(config, guards_, journal_.get(), simulation_, history_.get(),
-                                &state_files_),
+                                &state_files_, ports()),
                    simulation_, simulation_),
         programs_(config, demo, guards_.program_token) {
     crcl_tap_.audit_to(guards_.audit.get());
     modbus_tap_.audit_to(guards_.audit.get());
-    for (std::size_t i = 0; i < scene->robots.size(); ++i) {
-      const std::string& name = scene->robots[i].name;
-      const int index = static_cast<int>(i);
-      robots_.push_back(
-          {name,
-           std::make_unique<crcl_server::CrclServer>(
-               crcl_options(config, name, index, tapped(config) ? &crcl_tap_ : nullptr,
-                            journal_.get(), simulation_.virtual_time()),
-               simulation_, simulation_),
-           std::make_unique<vision_server::VisionServer>(
-               vision_options(config, name, index, journal_.get(), simulation_.virtual_time()),
-               simulation_)});
-    }
     if (config.web.enabled) make_web(config, *scene);
   }
 
@@ -318,6 +307,12 @@ class Daemon::Impl {
   }
 
  private:
+  struct Robot {
+    std::string name;
+    std::unique_ptr<crcl_server::CrclServer> crcl;
+    std::unique_ptr<vision_server::VisionServer> vision;
+  };
+
   /// What happens to the cell, into the log: the simulation's own thread never writes there.
   void log_news(const std::stop_token& stop) {
     CellNews news;
@@ -336,6 +331,30 @@ class Daemon::Impl {
 
   static bool tapped(const Config& config) {
     return config.web.enabled || config.access.audit_file.has_value();
+  }
+
+  [[nodiscard]] std::vector<Robot> make_robots(const Config& config, const scene::Scene& scene) {
+    std::vector<Robot> robots;
+    for (std::size_t i = 0; i < scene.robots.size(); ++i) {
+      const std::string& name = scene.robots[i].name;
+      const int index = static_cast<int>(i);
+      robots.push_back(
+          {name,
+           std::make_unique<crcl_server::CrclServer>(
+               crcl_options(config, name, index, tapped(config) ? &crcl_tap_ : nullptr,
+                            journal_.get(), simulation_.virtual_time()),
+               simulation_, simulation_),
+           std::make_unique<vision_server::VisionServer>(
+               vision_options(config, name, index, journal_.get(), simulation_.virtual_time()),
+               simulation_)});
+    }
+    return robots;
+  }
+
+  [[nodiscard]] std::vector<protocols::RobotPort*> ports() const {
+    std::vector<protocols::RobotPort*> ports;
+    for (const Robot& robot : robots_) ports.push_back(robot.crcl.get());
+    return ports;
   }
 
   void make_web(const Config& config, const scene::Scene& scene) {
@@ -392,12 +411,6 @@ class Daemon::Impl {
     return all;
   }
 
-  struct Robot {
-    std::string name;
-    std::unique_ptr<crcl_server::CrclServer> crcl;
-    std::unique_ptr<vision_server::VisionServer> vision;
-  };
-
   std::unique_ptr<journal::Journal> journal_;       // null = the run is not recorded
   std::unique_ptr<world::HistoryRecords> records_;  // null = no past is kept
   world::Bookmarks bookmarks_;
@@ -409,7 +422,7 @@ class Daemon::Impl {
   Guards guards_;
   // Only the page shows what they keep; the audit writes it down.
   protocols::WireTap crcl_tap_{simulation_}, modbus_tap_{simulation_, kModbusTapBytes};
-  std::vector<Robot> robots_;
+  std::vector<Robot> robots_;  // telemetry refers to their ports
   modbus_server::ModbusServer modbus_;
   telemetry::TelemetryServer telemetry_;
   Ports ports_;  // of the other listeners, for the page

@@ -451,6 +451,33 @@ void add_scene(CLI::App& app, CommandLine& line) {
   offer_json(*set, line);
 }
 
+void add_conform(CLI::App& app, CommandLine& line) {
+  CLI::App* conform =
+      app.add_subcommand("conform", "Check anybody's server against the written rules");
+  conform->require_subcommand(1);
+  const auto add_common = [&line](CLI::App& sub, auto& command, const char* motion) {
+    sub.add_option("ADDRESS", command.address,
+                   "HOST:PORT of the server (default: of the cell that runs)");
+    sub.add_flag("--allow-motion", command.allow_motion, motion);
+    offer_json(sub, line, "One JSON object a rule, and one with the score");
+  };
+  auto [crcl, crcl_command] =
+      add<ConformCrclCommand>(*conform, line, "crcl", "Check a robot's CRCL server");
+  add_common(*crcl, *crcl_command, "Also what moves the arm, some millimetres, and the gripper");
+  auto* robot =
+      crcl->add_option("--robot", crcl_command->robot, "Name of the robot, in place of an address")
+          ->type_name("ROBOT");
+  // Nobody else's robot by a word forgotten.
+  crcl->callback([&line, robot, c = crcl_command] {
+    if (robot->empty() == c->address.empty()) throw CLI::RequiredError("ADDRESS or --robot");
+    line.command = *c;
+  });
+  auto [modbus, modbus_command] =
+      add<ConformModbusCommand>(*conform, line, "modbus", "Check the conveyor's Modbus server");
+  add_common(*modbus, *modbus_command, "Also what writes, which runs the belt");
+  add<ConformClausesCommand>(*conform, line, "clauses", "Print the rules as a page");
+}
+
 void add_simulation(CLI::App& app, CommandLine& line) {
   offer_json(*add<PauseCommand>(app, line, "pause", "Stop taking steps").first, line);
   offer_json(*add<ResumeCommand>(app, line, "resume", "Take steps again").first, line);
@@ -951,6 +978,7 @@ void add_all(CLI::App& app, CommandLine& line) {
   add_demo(app, line);
   add_crcl(app, line);
   add_conveyor(app, line);
+  add_conform(app, line);
   add_simulation(app, line);
   add_states(app, line);
   add_replay(app, line);

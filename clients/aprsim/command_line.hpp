@@ -84,6 +84,19 @@ struct ConveyorMapCommand {
   double full_scale_m_s = 0.32768;
   bool one_is_forward = true;
 };
+/// Checks a robot's CRCL server against the written rules.
+struct ConformCrclCommand {
+  std::string address;  ///< HOST:PORT; empty = of the cell that runs, by the robot
+  std::string robot;
+  bool allow_motion = false;  ///< also what moves the robot, a little
+};
+/// The same of the conveyor's Modbus server.
+struct ConformModbusCommand {
+  std::string address;        ///< HOST:PORT; empty = of the cell that runs
+  bool allow_motion = false;  ///< also what writes, and runs the belt slowly
+};
+/// Prints the rules as a page.
+struct ConformClausesCommand {};
 struct PauseCommand {};
 struct ResumeCommand {};
 struct StepCommand {
@@ -218,17 +231,18 @@ struct CompletionCommand {
 /// Prints the manual page.
 struct ManualCommand {};
 
-using AnyCommand = std::variant<
-    StatusCommand, WatchCommand, EventsCommand, CrclSendCommand, CrclRunCommand, CrclStatusCommand,
-    CrclInitCommand, CrclStopCommand, CrclGripperCommand, CrclJogCommand, CrclValidateCommand,
-    ConveyorSetCommand, ConveyorStatusCommand, ConveyorMapCommand, PauseCommand, ResumeCommand,
-    StepCommand, SpeedCommand, ResetCommand, SaveCommand, LoadCommand, StatesListCommand,
-    StatesDeleteCommand, IncidentCommand, IntruderCommand, RunCommand, SceneShowCommand,
-    SceneListCommand, SceneTypesCommand, SceneSpawnCommand, SceneMoveCommand, SceneRemoveCommand,
-    SceneSetCommand, FaultListCommand, FaultKindsCommand, FaultInjectCommand, FaultEndCommand,
-    FaultEventCommand, ScenarioListCommand, ScenarioCheckCommand, ScenarioRunCommand, ReplayCommand,
-    TraceDiffCommand, TraceExportCommand, TraceImportCommand, TraceShowCommand, DemoCommand,
-    CompletionCommand, ManualCommand>;
+std::variant<AnyCommand, StatusCommand, WatchCommand, EventsCommand, CrclSendCommand,
+             CrclRunCommand, CrclStatusCommand, CrclInitCommand, CrclStopCommand,
+             CrclGripperCommand, CrclJogCommand, CrclValidateCommand, ConveyorSetCommand,
+             ConveyorStatusCommand, ConveyorMapCommand, ConformCrclCommand, ConformModbusCommand,
+             ConformClausesCommand, PauseCommand, ResumeCommand, StepCommand, SpeedCommand,
+             ResetCommand, SaveCommand, LoadCommand, StatesListCommand, StatesDeleteCommand,
+             IncidentCommand, IntruderCommand, RunCommand, SceneShowCommand, SceneListCommand,
+             SceneTypesCommand, SceneSpawnCommand, SceneMoveCommand, SceneRemoveCommand,
+             SceneSetCommand, FaultListCommand, FaultKindsCommand, FaultInjectCommand,
+             FaultEndCommand, FaultEventCommand, ScenarioListCommand, ScenarioCheckCommand,
+             ScenarioRunCommand, ReplayCommand, TraceDiffCommand, TraceExportCommand,
+             TraceImportCommand, TraceShowCommand, DemoCommand, CompletionCommand, ManualCommand>;
 
 struct CommandLine {
   EndpointChoice endpoints;

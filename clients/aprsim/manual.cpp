@@ -114,6 +114,9 @@ constexpr std::array kJson{
     Entry{"conveyor map",
           "area, address, name, values (so many, one after the other), writable, encoding, unit, "
           "unit_per_count, min, max (in counts), meaning: one object a register."},
+    Entry{"conform crcl, modbus",
+          "clause, source, what, expected, seen, verdict (pass, fail, not checked): one object a "
+          "rule; last host, port, passed, failed, not_checked, groups."},
     Entry{
         "demo",
         "who (a robot, belt or demo), event, and what belongs to it: gear, from, to, tray, place, "

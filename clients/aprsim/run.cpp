@@ -18,10 +18,15 @@ int report(const Failure& failure, std::ostream& err, const Paint& paint) {
 /// Whether the command has anything to do with a daemon that runs already.
 bool needs_cell(const AnyCommand& command) {
   if (const auto* run = std::get_if<ScenarioRunCommand>(&command)) return run->attach;
+  if (const auto* crcl = std::get_if<ConformCrclCommand>(&command)) return crcl->address.empty();
+  if (const auto* modbus = std::get_if<ConformModbusCommand>(&command)) {
+    return modbus->address.empty();
+  }
   return !std::holds_alternative<CompletionCommand>(command) &&
          !std::holds_alternative<ManualCommand>(command) &&
          !std::holds_alternative<CrclValidateCommand>(command) &&
          !std::holds_alternative<FaultKindsCommand>(command) &&
+         !std::holds_alternative<ConformClausesCommand>(command) &&
          !std::holds_alternative<ScenarioListCommand>(command) &&
          !std::holds_alternative<ScenarioCheckCommand>(command) &&
          !std::holds_alternative<TraceDiffCommand>(command) &&

@@ -1,4 +1,4 @@
-"""Generates aprsim/v1 from the tree's messages when the package is built."""
+"""Generates aprsim/v1 and aprsim/crcl/v1 from the tree's messages when the package is built."""
 
 import pathlib
 import subprocess

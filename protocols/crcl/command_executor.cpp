@@ -238,6 +238,7 @@ CommandExecutor::CommandExecutor(CommandExecutorOptions options, api::CommandSin
 
 void CommandExecutor::execute(const crcl::CommandInstance& instance, const Caller& caller) {
   observe(*source_.latest());
+  ++commands_;
   if (ends_program(instance.command.body)) program_.reset();
   in_program_ = false;
   carry_out(instance, caller);
@@ -248,6 +249,7 @@ void CommandExecutor::execute(const crcl::CommandInstance& instance, const Calle
 
 void CommandExecutor::execute(crcl::Program program, const Caller& caller) {
   observe(*source_.latest());
+  ++commands_;
   program_.reset();
   const std::int64_t id = program.commands.empty() ? 0 : program.commands.front().id;
   Result<ProgramRunner> runner = ProgramRunner::of_document(std::move(program), caller);
@@ -258,6 +260,7 @@ void CommandExecutor::execute(crcl::Program program, const Caller& caller) {
 
 void CommandExecutor::refuse(const std::string& type, std::int64_t id, const std::string& reason) {
   observe(*source_.latest());
+  ++commands_;
   keep_old_status();
   in_program_ = false;
   crcl::CommandInstance instance;
@@ -315,7 +318,7 @@ PortFaults CommandExecutor::faults() const {
 
 void CommandExecutor::keep_old_status() {
   if (faults().old_status) {
-    old_status_ = lifecycle_.next_status(program_ && in_program_);
+    old_status_ = lifecycle_.next_status(program_runs());
   } else {
     old_status_.reset();
   }
@@ -399,6 +402,12 @@ RobotParameters CommandExecutor::parameters_of(const api::CellDescription& cell)
   return {description(), cell.tools, joints_, cell.light_curtain ? cell.light_curtain->beams : 0};
 }
 
+bool CommandExecutor::over() {
+  if (program_) advance();
+  observe(*source_.latest());
+  return lifecycle_.state(program_runs()) != crcl::CommandState::kWorking;
+}
+
 bool CommandExecutor::first_to_tell_end(crcl::CommandState state) {
   const bool over = state == crcl::CommandState::kDone || state == crcl::CommandState::kError;
   if (!over || end_told_ == state) return false;
@@ -410,7 +419,7 @@ crcl::Status CommandExecutor::status(const ConnectionSettings& settings) {
   if (program_) advance();
   const api::SnapshotPtr snapshot = source_.latest();
   observe(*snapshot);
-  crcl::CommandStatus command = lifecycle_.next_status(program_ && in_program_);
+  crcl::CommandStatus command = lifecycle_.next_status(program_runs());
   if (old_status_ && faults().old_status) {
     const std::int64_t status_id = command.status_id;
     command = *old_status_;

@@ -71,6 +71,11 @@ class CommandExecutor {
   /// The answer to one GetStatus. Every call gives a new StatusID.
   [[nodiscard]] crcl::Status status(const ConnectionSettings& settings);
 
+  /// Commands that clients have sent so far; polls and those of programs not counted.
+  [[nodiscard]] std::uint64_t commands() const { return commands_; }
+  /// Whether the latest command is under way no more.
+  [[nodiscard]] bool over();
+
   /// What injected faults do to the port now.
   [[nodiscard]] PortFaults faults() const;
 
@@ -78,6 +83,8 @@ class CommandExecutor {
   /// error. To be asked for every status once.
   [[nodiscard]] bool first_to_tell_end(crcl::CommandState state);
 
+  /// The robot's name in the scene.
+  [[nodiscard]] const std::string& robot() const { return description().name; }
   /// What peers do is logged here, under the name "crcl.fanuc".
   [[nodiscard]] protocols::LimitedLog& log() { return log_; }
   [[nodiscard]] const std::string& name() const { return log_.name(); }
@@ -94,6 +101,7 @@ class CommandExecutor {
   /// Begins anew with what the scene says of the robot, where it is another one.
   void follow_scene(const api::Snapshot& snapshot);
   [[nodiscard]] RobotParameters parameters_of(const api::CellDescription& cell) const;
+  [[nodiscard]] bool program_runs() const { return program_ && in_program_; }
   [[nodiscard]] const api::RobotDescription& description() const {
     return cell_->robots[static_cast<std::size_t>(options_.robot)];
   }
@@ -116,6 +124,7 @@ class CommandExecutor {
   /// Of the command before, while an injected fault wants it to be told.
   std::optional<crcl::CommandStatus> old_status_;
   std::function<void()> wake_;
+  std::uint64_t commands_ = 0;
 };
 
 }  // namespace aprsim::crcl_server

@@ -229,17 +229,16 @@ std::optional<Submission> CommandLifecycle::pending() const {
   return submission_;
 }
 
+crcl::CommandState CommandLifecycle::state(bool program_runs) const {
+  if (error_) return crcl::CommandState::kError;
+  if (program_runs || progress_ == Progress::kWaiting) return crcl::CommandState::kWorking;
+  return progress_ == Progress::kDone ? crcl::CommandState::kDone : crcl::CommandState::kReady;
+}
+
 crcl::CommandStatus CommandLifecycle::next_status(bool program_runs) {
   ++latest_.status_id;
   crcl::CommandStatus status = latest_;
-  if (error_) {
-    status.state = crcl::CommandState::kError;
-  } else if (program_runs || progress_ == Progress::kWaiting) {
-    status.state = crcl::CommandState::kWorking;
-  } else {
-    status.state =
-        progress_ == Progress::kDone ? crcl::CommandState::kDone : crcl::CommandState::kReady;
-  }
+  status.state = state(program_runs);
   return status;
 }
 

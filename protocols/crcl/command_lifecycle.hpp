@@ -65,6 +65,8 @@ class CommandLifecycle {
   [[nodiscard]] const std::string& type() const { return *latest_.name; }
   [[nodiscard]] std::int64_t command_id() const { return latest_.command_id; }
 
+  /// Of the latest command. `program_runs` as below.
+  [[nodiscard]] crcl::CommandState state(bool program_runs) const;
   /// With a new StatusID. `program_runs`: the latest command is one of a program that goes on.
   [[nodiscard]] crcl::CommandStatus next_status(bool program_runs);
 

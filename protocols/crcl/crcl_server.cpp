@@ -1,5 +1,7 @@
 #include "protocols/crcl/crcl_server.hpp"
 
+#include <atomic>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -8,6 +10,7 @@
 #include "crcl/xml_reader.hpp"
 #include "protocols/crcl/command_executor.hpp"
 #include "protocols/crcl/crcl_connection.hpp"
+#include "protocols/crcl/port_session.hpp"
 #include "protocols/tcp_service.hpp"
 #include "protocols/wire_faults.hpp"
 
@@ -74,6 +77,10 @@ class CrclServer::Impl {
 
   void stop() {
     service_.stop([this] {
+      stopping_ = true;
+      for_each_session([](PortSession& session) {
+        session.end(ErrorCode::kUnavailable, "the robot's port closes");
+      });
       leave_time();
       program_timer_.cancel();
       fault_timer_.cancel();
@@ -91,7 +98,39 @@ class CrclServer::Impl {
             counters_.answer_times.counts()};
   }
 
+  [[nodiscard]] const std::string& robot() const { return executor_.robot(); }
+
+  // Sessions are counted where they are opened; all else of them is the server's thread's.
+  Result<std::shared_ptr<protocols::RobotSession>> open(
+      protocols::RobotSessionOptions asked, std::shared_ptr<protocols::RobotClient> client) {
+    if (stopping_) return fail(ErrorCode::kUnavailable, executor_.name(), "the port is closed");
+    if (++sessions_open_ > options_.limits.at_once) {
+      --sessions_open_;
+      return fail(ErrorCode::kUnavailable, executor_.name(),
+                  fmt::format("all {} places for sessions are taken", options_.limits.at_once));
+    }
+    asked.peer += fmt::format(" session {}", ++last_session_);
+    auto session =
+        std::make_shared<PortSession>(asked, std::move(client), options_, executor_, counters_,
+                                      service_.io().get_executor(), [this](PortSession& ended) {
+                                        --sessions_open_;
+                                        sessions_.erase(&ended);
+                                      });
+    boost::asio::post(service_.io(), [this, session] {
+      sessions_[session.get()] = session;
+      if (stopping_) session->end(ErrorCode::kUnavailable, "the robot's port closes");
+      if (closed_) session->end(ErrorCode::kUnavailable, "the robot's controller starts anew");
+    });
+    return session;
+  }
+
  private:
+  template <typename Visit>
+  void for_each_session(const Visit& visit) {
+    const auto all = sessions_;
+    for (const auto& [key, session] : all) visit(*session);
+  }
+
   // A program goes on though no client asks for anything.
   void schedule_program() {
     if (options_.virtual_time) return ask_for_program();
@@ -149,8 +188,12 @@ class CrclServer::Impl {
     if (closed != closed_) service_.refuse_connections(closed);
     if (closed && !closed_) {
       service_.for_each([](CrclConnection& connection) { connection.shut_out(); });
+      for_each_session([](PortSession& session) {
+        session.end(ErrorCode::kUnavailable, "the robot's controller starts anew");
+      });
     } else if (drop) {
       service_.for_each([](CrclConnection& connection) { connection.break_off(); });
+      for_each_session([](PortSession& session) { session.break_off(); });
     }
     closed_ = closed;
   }
@@ -158,6 +201,10 @@ class CrclServer::Impl {
   CrclServerOptions options_;
   CommandExecutor executor_;
   CrclCounters counters_;
+  std::atomic<std::size_t> sessions_open_{0};
+  std::atomic<std::uint64_t> last_session_{0};
+  std::atomic<bool> stopping_{false};
+  std::map<const PortSession*, std::shared_ptr<PortSession>> sessions_;
   protocols::TcpService<CrclConnection> service_;
   boost::asio::steady_timer program_timer_, fault_timer_;
   std::optional<api::PacerId> program_pacer_;  // while one runs in virtual time
@@ -179,5 +226,12 @@ Result<std::uint16_t> CrclServer::start() { return impl_->start(); }
 void CrclServer::stop() { impl_->stop(); }
 
 CrclServerStats CrclServer::stats() const { return impl_->stats(); }
+
+const std::string& CrclServer::robot() const { return impl_->robot(); }
+
+Result<std::shared_ptr<protocols::RobotSession>> CrclServer::open(
+    protocols::RobotSessionOptions options, std::shared_ptr<protocols::RobotClient> client) {
+  return impl_->open(std::move(options), std::move(client));
+}
 
 }  // namespace aprsim::crcl_server

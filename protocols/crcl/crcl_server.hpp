@@ -12,6 +12,7 @@
 
 #include "crcl/units.hpp"
 #include "protocols/connection_places.hpp"
+#include "protocols/robot_port.hpp"
 #include "protocols/wire_tap.hpp"
 #include "protocols/wire_trace.hpp"
 #include "world/api/duration_histogram.hpp"
@@ -70,7 +71,7 @@ struct CrclServerStats {
   std::uint64_t refused = 0;   ///< connections closed at once: over the limit
   std::uint64_t dropped = 0;   ///< connections we ended: bad XML, too large, stalled, idle
   std::uint64_t open = 0;      ///< connections now
-  std::uint64_t commands = 0;  ///< documents taken, GetStatus included
+  std::uint64_t commands = 0;  ///< documents and messages taken, GetStatus included
   std::uint64_t statuses = 0;  ///< statuses answered
   api::DurationHistogram::Counts answer_times;  ///< from GetStatus to its status, in this process
 };
@@ -90,11 +91,11 @@ struct CrclServerStats {
 /// is sent whole, and one in the text of a RunProgram command. A GripperStatus (off by default)
 /// gives the pad separation in the connection's length unit. A broken document stops the robot and
 /// closes the connection that sent it; the error shows on the others.
-class CrclServer {
+class CrclServer final : public protocols::RobotPort {
  public:
   /// Keeps references to both; they must outlive the server.
   CrclServer(CrclServerOptions options, api::CommandSink& sink, const api::SnapshotSource& source);
-  ~CrclServer();
+  ~CrclServer() override;
   CrclServer(const CrclServer&) = delete;
   CrclServer& operator=(const CrclServer&) = delete;
 
@@ -107,6 +108,12 @@ class CrclServer {
 
   /// Thread: any.
   [[nodiscard]] CrclServerStats stats() const;
+
+  // Sessions of other listeners, as many as connections; they do not pace virtual time.
+  [[nodiscard]] const std::string& robot() const override;
+  [[nodiscard]] Result<std::shared_ptr<protocols::RobotSession>> open(
+      protocols::RobotSessionOptions options,
+      std::shared_ptr<protocols::RobotClient> client) override;
 
  private:
   class Impl;

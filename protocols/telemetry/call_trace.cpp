@@ -21,9 +21,10 @@ namespace {
 using grpc::experimental::InterceptionHookPoints;
 using protocols::WireContent;
 
-/// Services whose calls change something.
-constexpr std::array<std::string_view, 2> kCommanding{"/aprsim.v1.ControlService/",
-                                                      "/aprsim.v1.RobotService/"};
+/// Calls that change something: a service's, or one.
+constexpr std::array<std::string_view, 3> kCommanding{"/aprsim.v1.ControlService/",
+                                                      "/aprsim.crcl.v1.RobotService/Connect",
+                                                      "/aprsim.crcl.v1.RobotService/Execute"};
 
 std::string bytes_of(const grpc::ByteBuffer& buffer) {
   std::vector<grpc::Slice> slices;
@@ -92,7 +93,7 @@ class TraceFactory final : public grpc::experimental::ServerInterceptorFactoryIn
       grpc::experimental::ServerRpcInfo* info) override {
     const std::string_view method(info->method() == nullptr ? "" : info->method());
     const bool commands = std::ranges::any_of(
-        kCommanding, [&](std::string_view service) { return method.starts_with(service); });
+        kCommanding, [&](std::string_view calls) { return method.starts_with(calls); });
     // gRPC takes it over; null = none for this call.
     return commands ? new Tracing(trace_, source_, info) : nullptr;
   }

@@ -19,6 +19,10 @@ class ControlService final : public v1::ControlService::CallbackService {
   ControlService(const TelemetryOptions& options, api::CommandSink& sink,
                  const api::SnapshotSource& source, CommandWaiter& waiter, const CallGate& gate);
 
+  /// Why the call must do nothing, also one of another service; absent = it may.
+  [[nodiscard]] std::optional<grpc::Status> refusal(
+      const grpc::CallbackServerContext& context) const;
+
   grpc::ServerUnaryReactor* Pause(grpc::CallbackServerContext* context,
                                   const v1::PauseRequest* request,
                                   v1::PauseResponse* response) override;
@@ -87,9 +91,6 @@ class ControlService final : public v1::ControlService::CallbackService {
   using Body = decltype(api::Command::body);
   using Fill = std::function<void(const api::Snapshot&, api::Ticket)>;
   using Finish = std::function<void(const grpc::Status&)>;
-  /// Why the call must do nothing, also one of another service; absent = it may.
-  [[nodiscard]] std::optional<grpc::Status> refusal(
-      const grpc::CallbackServerContext& context) const;
   /// Submits, and finishes once the command has taken effect, after `fill` if it was carried out.
   void carry_out(grpc::CallbackServerContext* context, const Finish& finish, Body body, Fill fill);
 

@@ -30,6 +30,7 @@
 #include "protocols/telemetry/http2_relay.hpp"
 #include "protocols/telemetry/journal_service.hpp"
 #include "protocols/telemetry/probation.hpp"
+#include "protocols/telemetry/robot_service.hpp"
 #include "protocols/telemetry/stream_hub.hpp"
 #include "protocols/telemetry/telemetry_service.hpp"
 
@@ -144,6 +145,9 @@ class TelemetryServer::Impl {
     control_ = std::make_unique<ControlService>(options_, sink_, source_, *waiter_, *gate_);
     history_ = std::make_unique<HistoryService>(options_, *control_);
     journal_ = std::make_unique<JournalService>(options_.incidents, *gate_);
+    robots_ = std::make_unique<RobotService>(
+        options_.robots,
+        [this](const grpc::CallbackServerContext& context) { return control_->refusal(context); });
     if (!serve()) {
       return fail(ErrorCode::kUnavailable, "grpc", "gRPC refused to start its server");
     }
@@ -195,6 +199,7 @@ class TelemetryServer::Impl {
     builder.RegisterService(control_.get());
     builder.RegisterService(history_.get());
     builder.RegisterService(journal_.get());
+    builder.RegisterService(robots_.get());
     // What is sent passes the gate first, so that the others see refusals.
     auto interceptors = calls_.interceptors();
     interceptors.insert(interceptors.begin(), gate_->interceptor());
@@ -237,7 +242,7 @@ class TelemetryServer::Impl {
     auto& health = *server_->GetHealthCheckService();
     for (const char* name :
          {"", v1::TelemetryService::service_full_name(), v1::ControlService::service_full_name(),
-          v1::HistoryService::service_full_name()}) {
+          v1::HistoryService::service_full_name(), crcl::v1::RobotService::service_full_name()}) {
       health.SetServingStatus(name, serving);
     }
   }
@@ -264,6 +269,7 @@ class TelemetryServer::Impl {
   std::unique_ptr<ControlService> control_;
   std::unique_ptr<HistoryService> history_;
   std::unique_ptr<JournalService> journal_;
+  std::unique_ptr<RobotService> robots_;
   std::mutex server_mutex_;
   std::shared_ptr<grpc::Server> server_;
   std::optional<bool> serving_;  // what health said last; under server_mutex_

@@ -4,11 +4,13 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "protocols/access.hpp"
 #include "protocols/audit_log.hpp"
 #include "protocols/connection_places.hpp"
 #include "protocols/incident_source.hpp"
+#include "protocols/robot_port.hpp"
 #include "protocols/state_files.hpp"
 #include "protocols/tls.hpp"
 #include "protocols/wire_trace.hpp"
@@ -36,8 +38,8 @@ struct TelemetryOptions {
   std::chrono::milliseconds command_timeout{2000};  ///< for calls that carry no deadline
   std::chrono::milliseconds write_timeout{10000};   ///< a stream stuck in one write ends
   api::EndpointId endpoint = 0;                     ///< put on every command of this listener
-  /// Step() passes it where "grpc" is declared to pace; null = the wall clock passes time. Outlives
-  /// the server.
+  /// Step() passes it where "grpc" is declared to pace; null = the wall clock passes time.
+  /// Outlives the server.
   api::VirtualTime* virtual_time = nullptr;
   api::History* history = nullptr;               ///< null = no past is kept; outlives the server
   protocols::StateFiles* state_files = nullptr;  ///< null = states stay where they are; outlives it
@@ -47,7 +49,8 @@ struct TelemetryOptions {
   std::shared_ptr<protocols::Access> access = {};
   protocols::AuditLog* audit = nullptr;      ///< of commands; outlives the server; null = none
   std::shared_ptr<protocols::Tls> tls = {};  ///< null = nothing is encrypted
-  std::string instance_id;                   ///< names this process to clients; empty = random
+  std::vector<protocols::RobotPort*> robots = {};  ///< outlive the server
+  std::string instance_id;  ///< names this process to clients; empty = random
   protocols::IncidentSource* incidents = nullptr;  ///< null = there are none; outlives the server
   protocols::WireTrace* trace = nullptr;  ///< hears of calls that command; outlives the server
 };
@@ -64,12 +67,13 @@ struct TelemetryStats {
   api::DurationHistogram::Counts answer_times;  ///< of calls that are no streams
 };
 
-/// gRPC listener of package aprsim.v1: telemetry, control, health and reflection.
+/// gRPC listener of package aprsim.v1: telemetry, control, health and reflection; and of
+/// aprsim.crcl.v1: the robots.
 ///
-/// Who has a token gives it as metadata "authorization: Bearer TOKEN". Answers only from the latest
-/// snapshot. A slow stream reader loses samples and is told how many; it never holds up the
-/// simulation or other clients. The health status of "" and of every service is SERVING while the
-/// server runs, NOT_SERVING while the simulation has a problem().
+/// Who has a token gives it as metadata "authorization: Bearer TOKEN". Answers only from the
+/// latest snapshot. A slow stream reader loses samples and is told how many; it never holds up
+/// the simulation or other clients. The health status of "" and of every service is SERVING while
+/// the server runs, NOT_SERVING while the simulation has a problem().
 class TelemetryServer {
  public:
   /// Sink and source must outlive the server.

@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import io
+import json
 import math
 import os
 import pathlib
@@ -14,6 +15,7 @@ import time
 import unittest
 from unittest import mock
 
+import grpc
 import numpy as np
 from aprsim import (
     AprsimError,
@@ -32,6 +34,12 @@ from aprsim import (
     scenarios,
 )
 from aprsim.binaries import find_binary
+from aprsim.crcl.v1 import (
+    commands_pb2,
+    robot_service_pb2,
+    robot_service_pb2_grpc,
+    status_pb2,
+)
 from running_cell import PATIENCE, ROOT, WithCell
 
 
@@ -345,6 +353,29 @@ class RobotTest(WithCell):
         np.testing.assert_allclose(fanuc.tool(), before, atol=1e-5)
         fanuc.move_to(seen.tool_in_reference, frame="robot")
         np.testing.assert_allclose(fanuc.tool("robot"), seen.tool_in_reference, atol=1e-5)
+
+    def test_robots_by_messages_over_grpc(self):
+        self.cell.resume()
+        port = json.loads(pathlib.Path(self.daemon.ports_file).read_text())["grpc"]
+        with grpc.insecure_channel(f"127.0.0.1:{port}") as channel:
+            robots = robot_service_pb2_grpc.RobotServiceStub(channel)
+            options = robot_service_pb2.SessionOptions(robot="motoman")
+
+            def execute(command):
+                request = robot_service_pb2.ExecuteRequest(
+                    options=options, command=commands_pb2.CommandInstance(command=command)
+                )
+                answer = robots.Execute(request, timeout=60 * PATIENCE)
+                self.assertFalse(answer.replaced)
+                return answer.status.command_status
+
+            init = execute(commands_pb2.Command(command_id=1, init_canon={}))
+            self.assertEqual(init.command_state, status_pb2.COMMAND_STATE_DONE)
+            dwell = commands_pb2.Command(command_id=2, dwell={"dwell_time_s": 0.1})
+            self.assertEqual(execute(dwell).command_id, 2)
+            refused = execute(commands_pb2.Command(command_id=3, dwell={"dwell_time_s": -1}))
+            self.assertEqual(refused.command_state, status_pb2.COMMAND_STATE_ERROR)
+            self.assertTrue(refused.state_description)
 
     def test_joints_and_gripper(self):
         fanuc = self.cell.robot("fanuc")

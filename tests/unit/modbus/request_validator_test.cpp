@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include "modbus/conformance_cases.hpp"
 #include "tests/unit/modbus/bytes.hpp"
-#include "tests/unit/modbus/conformance_cases.hpp"
 
 namespace aprsim::modbus {
 namespace {

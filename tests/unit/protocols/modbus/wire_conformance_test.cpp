@@ -2,9 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include "modbus/conformance_cases.hpp"
 #include "protocols/modbus/modbus_server.hpp"
 #include "tests/support/fake_cell.hpp"
-#include "tests/unit/modbus/conformance_cases.hpp"
+#include "tests/unit/modbus/bytes.hpp"
 #include "tests/unit/protocols/modbus/raw_client.hpp"
 
 namespace aprsim::modbus_server {

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from .errors import RobotError, Unreachable
-from .poses import Array
+from ..errors import RobotError, Unreachable
+from ..poses import Array
 
 _XSI = "http://www.w3.org/2001/XMLSchema-instance"
 _STATUS_END = b"</CRCLStatus>"

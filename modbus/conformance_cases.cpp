@@ -1,29 +1,35 @@
-#pragma once
+#include "modbus/conformance_cases.hpp"
 
-#include <string>
 #include <utility>
-#include <vector>
 
-#include "tests/unit/modbus/bytes.hpp"
+namespace aprsim::modbus::conformance {
+namespace {
 
-/// What the specification demands of every function at every limit (MODBUS Application Protocol
-/// Specification V1.1b3, sections 6 and 7), for a device whose addresses are 0x8000 to 0x80FF.
-namespace aprsim::modbus::testing {
+// The section of the specification about a function.
+std::string section_of(std::uint8_t function) {
+  switch (function) {
+    case 15:
+      return "6.11";
+    case 16:
+      return "6.12";
+    case 22:
+      return "6.16";
+    case 23:
+      return "6.17";
+    case 43:
+      return "6.21";
+    default:
+      return "6." + std::to_string(function);
+  }
+}
 
-inline constexpr int kAccepted = 0;
+}  // namespace
 
-struct ConformanceCase {
-  std::string name;
-  Bytes pdu;
-  int exception;  ///< expected code, or kAccepted
-};
-
-inline Bytes zeros(std::size_t count) { return Bytes(count, 0); }
-
-inline std::vector<ConformanceCase> conformance_cases() {
+std::vector<ConformanceCase> conformance_cases() {
   std::vector<ConformanceCase> cases;
   const auto add = [&cases](std::string name, Bytes body, int exception) {
-    cases.push_back({std::move(name), std::move(body), exception});
+    std::string section = section_of(body.front());
+    cases.push_back({std::move(name), std::move(section), std::move(body), exception});
   };
   for (const std::uint8_t fc :
        {std::uint8_t{1}, std::uint8_t{2}, std::uint8_t{3}, std::uint8_t{4}}) {
@@ -124,4 +130,4 @@ inline std::vector<ConformanceCase> conformance_cases() {
   return cases;
 }
 
-}  // namespace aprsim::modbus::testing
+}  // namespace aprsim::modbus::conformance

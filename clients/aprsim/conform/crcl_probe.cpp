@@ -1,0 +1,154 @@
+#include "clients/aprsim/conform/crcl_probe.hpp"
+
+#include <thread>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "crcl/command_codec.hpp"
+#include "crcl/status_codec.hpp"
+#include "crcl/text.hpp"
+
+namespace aprsim::client::conform {
+namespace {
+
+using std::chrono::steady_clock;
+
+constexpr Milliseconds kConnect{5000}, kInit{35'000}, kPollPeriod{20};
+
+TcpSocket connected(const Target& target) {
+  auto socket = TcpSocket::connect(target.host, target.port, steady_clock::now() + kConnect);
+  if (!socket) throw GivenUp{socket.error()};
+  return *std::move(socket);
+}
+
+// A failure of the socket as what was seen; an interruption ends all.
+[[noreturn]] void unkept(const Failure& failure) {
+  if (failure.kind == FailureKind::kInterrupted) throw GivenUp{failure};
+  throw NotKept{failure.message};
+}
+
+}  // namespace
+
+std::string in_words(const crcl::Status& status) {
+  std::string text =
+      fmt::format("{} of {}", name_of(status.command.state), status.command.command_id);
+  if (status.command.description) text += ": " + crcl::shorten(*status.command.description, 60);
+  return text;
+}
+
+std::string command_document(std::string_view type, std::int64_t id, std::string_view elements) {
+  return fmt::format(
+      "<CRCLCommandInstance><CRCLCommand xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\" "
+      "xsi:type=\"{}\"><CommandID>{}</CommandID>{}</CRCLCommand></CRCLCommandInstance>",
+      type, id, elements);
+}
+
+std::string get_status_document() { return command_document("GetStatusType", 1); }
+
+CrclProbe::CrclProbe(const Target& target) : socket_(connected(target)) {}
+
+std::int64_t CrclProbe::next_id() {
+  static std::int64_t last = 70'000;
+  return ++last;
+}
+
+void CrclProbe::send(std::string_view bytes) {
+  if (const auto sent = socket_.send(bytes, steady_clock::now() + kAnswer); !sent) {
+    unkept(sent.error());
+  }
+}
+
+std::int64_t CrclProbe::send(const crcl::CommandBody& body, std::int64_t id) {
+  crcl::CommandInstance instance;
+  instance.command.id = id;
+  instance.command.body = body;
+  send(crcl::encode_command(instance));
+  return id;
+}
+
+SeenStatus CrclProbe::read(Milliseconds time) {
+  const auto deadline = steady_clock::now() + time;
+  while (true) {
+    auto document = framer_.next();
+    if (!document) throw NotKept{document.error().message()};
+    if (*document) {
+      auto status = crcl::decode_status(**document);
+      if (!status) throw NotKept{"a status that cannot be read: " + status.error().message()};
+      return {*std::move(*document), *std::move(status)};
+    }
+    const auto bytes = socket_.receive(deadline);
+    if (!bytes && bytes.error().kind == FailureKind::kTimeout) {
+      throw NotKept{fmt::format("no status within {} ms", time.count())};
+    }
+    if (!bytes) unkept(bytes.error());
+    framer_.append(*bytes);
+  }
+}
+
+SeenStatus CrclProbe::poll(Milliseconds time) {
+  send(get_status_document());
+  return read(time);
+}
+
+template <typename Met>
+SeenStatus CrclProbe::wait(Milliseconds time, const Met& met) {
+  const auto deadline = steady_clock::now() + time;
+  while (true) {
+    SeenStatus seen = poll();
+    if (met(seen.status.command)) return seen;
+    if (steady_clock::now() > deadline) {
+      throw NotKept{fmt::format("after {} ms {}", time.count(), in_words(seen.status))};
+    }
+    std::this_thread::sleep_for(kPollPeriod);
+  }
+}
+
+SeenStatus CrclProbe::wait_over(std::int64_t id, Milliseconds time) {
+  return wait(time, [id](const crcl::CommandStatus& command) {
+    return command.command_id == id && (command.state == crcl::CommandState::kDone ||
+                                        command.state == crcl::CommandState::kError);
+  });
+}
+
+SeenStatus CrclProbe::wait_error(Milliseconds time) {
+  return wait(time, [](const crcl::CommandStatus& command) {
+    return command.state == crcl::CommandState::kError;
+  });
+}
+
+SeenStatus CrclProbe::run(const crcl::CommandBody& body, Milliseconds time) {
+  SeenStatus seen = wait_over(send(body), time);
+  expect(seen.status.command.state == crcl::CommandState::kDone, in_words(seen.status));
+  return seen;
+}
+
+// Who has failed once is not waited for so long again.
+void CrclProbe::init() {
+  static Milliseconds patience = kInit;
+  try {
+    run(crcl::InitCanon{}, patience);
+  } catch (const NotKept&) {
+    patience = kAnswer;
+    throw;
+  }
+}
+
+bool CrclProbe::silent(Milliseconds time) {
+  const auto bytes = socket_.receive(steady_clock::now() + time);
+  if (bytes) framer_.append(*bytes);
+  if (!bytes && bytes.error().kind != FailureKind::kTimeout) unkept(bytes.error());
+  return !bytes;
+}
+
+bool CrclProbe::closed(Milliseconds time) {
+  const auto deadline = steady_clock::now() + time;
+  while (true) {
+    const auto bytes = socket_.receive(deadline);
+    if (bytes) continue;
+    if (bytes.error().kind == FailureKind::kInterrupted) unkept(bytes.error());
+    return bytes.error().kind == FailureKind::kConnection;
+  }
+}
+
+}  // namespace aprsim::client::conform

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "clients/aprsim/conform/check.hpp"
+#include "clients/aprsim/tcp_socket.hpp"
+#include "crcl/commands.hpp"
+#include "crcl/framer.hpp"
+#include "crcl/status.hpp"
+
+namespace aprsim::client::conform {
+
+using Milliseconds = std::chrono::milliseconds;
+
+/// A status as it came.
+struct SeenStatus {
+  std::string document;
+  crcl::Status status;
+};
+
+/// One connection to a CRCL server, for checks: throws NotKept where the server does not do what
+/// every check needs.
+class CrclProbe {
+ public:
+  static constexpr Milliseconds kAnswer{3000};
+
+  explicit CrclProbe(const Target& target);
+
+  /// An id that no check has used yet.
+  [[nodiscard]] static std::int64_t next_id();
+
+  void send(std::string_view bytes);
+  /// Sends a command and returns its id.
+  std::int64_t send(const crcl::CommandBody& body, std::int64_t id = next_id());
+
+  /// The next status that comes.
+  [[nodiscard]] SeenStatus read(Milliseconds time = kAnswer);
+  /// Asks for one and reads it.
+  SeenStatus poll(Milliseconds time = kAnswer);
+  /// Polls until the command is over: done or in error.
+  SeenStatus wait_over(std::int64_t id, Milliseconds time);
+  /// Polls until the robot is in error.
+  SeenStatus wait_error(Milliseconds time);
+  /// Sends a command and waits until it is done; another end is not kept.
+  SeenStatus run(const crcl::CommandBody& body, Milliseconds time = kAnswer);
+  /// A session without an error, whatever was before.
+  void init();
+
+  /// Whether nothing comes for so long.
+  [[nodiscard]] bool silent(Milliseconds time);
+  /// Whether the server ends the connection in time.
+  [[nodiscard]] bool closed(Milliseconds time);
+
+ private:
+  /// Polls until `met`.
+  template <typename Met>
+  SeenStatus wait(Milliseconds time, const Met& met);
+
+  TcpSocket socket_;
+  crcl::Framer framer_ = crcl::Framer::for_statuses();
+};
+
+/// A CRCLCommandInstance of that xsi:type.
+[[nodiscard]] std::string command_document(std::string_view type, std::int64_t id,
+                                           std::string_view elements = "");
+[[nodiscard]] std::string get_status_document();
+
+/// "CRCL_Done of 7", with the description if there is one.
+[[nodiscard]] std::string in_words(const crcl::Status& status);
+
+}  // namespace aprsim::client::conform

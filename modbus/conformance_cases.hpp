@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "modbus/request_bytes.hpp"
+
+/// What the specification demands of every function at every limit (MODBUS Application Protocol
+/// Specification V1.1b3, sections 6 and 7), for a device whose addresses are 0x8000 to 0x80FF.
+namespace aprsim::modbus::conformance {
+
+inline constexpr int kAccepted = 0;
+
+struct ConformanceCase {
+  std::string name;     ///< "Fc3OneTooMany"
+  std::string section;  ///< of the specification
+  Bytes pdu;
+  int exception;  ///< expected code, or kAccepted
+};
+
+[[nodiscard]] std::vector<ConformanceCase> conformance_cases();
+
+}  // namespace aprsim::modbus::conformance

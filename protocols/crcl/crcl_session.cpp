@@ -1,0 +1,289 @@
+#include "protocols/crcl/crcl_session.hpp"
+
+#include <exception>
+#include <type_traits>
+#include <utility>
+
+#include <boost/asio/post.hpp>
+
+#include "crcl/command_codec.hpp"
+#include "crcl/schema.hpp"
+#include "crcl/status_codec.hpp"
+
+namespace aprsim::crcl_server {
+namespace {
+
+namespace asio = boost::asio;
+using boost::system::error_code;
+
+// What a status counts for where no document of it is made.
+constexpr std::size_t kUsualStatusBytes = 2048;
+
+}  // namespace
+
+CrclSession::CrclSession(const CrclServerOptions& options, CommandExecutor& executor,
+                         CrclCounters& counters, asio::any_io_executor io, std::string peer,
+                         api::VirtualTime* virtual_time, std::function<void()> on_time,
+                         SessionWire& wire)
+    : options_(options),
+      executor_(executor),
+      counters_(counters),
+      virtual_time_(virtual_time),
+      on_time_(std::move(on_time)),
+      wire_(wire),
+      caller_{std::make_shared<ConnectionSettings>(options.units, options.joints_in_degrees),
+              std::move(peer)},
+      io_(std::move(io)),
+      late_timer_(io_),
+      pause_timer_(io_) {}
+
+void CrclSession::close() {
+  if (pacer_) virtual_time_->leave(*pacer_);
+  pacer_.reset();
+  then_ = nullptr;
+  error_code ignored;
+  late_timer_.cancel(ignored);
+  pause_timer_.cancel(ignored);
+}
+
+void CrclSession::shut_out() {
+  if (pacer_) virtual_time_->shut_out(*pacer_);
+  pacer_.reset();
+}
+
+void CrclSession::finish_time() {
+  if (pacer_) virtual_time_->finish(*pacer_);
+}
+
+void CrclSession::take(Received received, std::chrono::steady_clock::time_point read_at) {
+  read_at_ = read_at;
+  ++counters_.commands;
+  if (virtual_time_) join_time(false);
+  if (const auto slow = executor_.faults().slow; slow.count() > 0) {
+    if (!pacer_) return pause(std::move(received), slow);
+    return after(slow, [this, held = std::move(received)] { handle(held); });
+  }
+  guarded([&] { handle(received); });
+}
+
+// What goes wrong is this peer's loss, not the others'.
+void CrclSession::guarded(const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const std::exception& problem) {
+    wire_.drop(problem.what());
+  }
+}
+
+// An injected fault: the document is taken later, and nothing after it before.
+void CrclSession::pause(Received received, std::chrono::nanoseconds time) {
+  paused_ = true;
+  pause_timer_.expires_after(time);
+  pause_timer_.async_wait(
+      [this, hold = wire_.hold(), received = std::move(received)](const error_code& cancelled) {
+        paused_ = false;
+        if (cancelled || wire_.ended()) return;
+        guarded([&] { handle(received); });
+        wire_.on_taken();
+      });
+}
+
+void CrclSession::handle(const Received& received) {
+  if (const auto* command = std::get_if<CommandDocument>(&received)) {
+    // Who watches polls sees every document, so it is read anew.
+    if (command->text == get_status_ && !polls_tapped()) return poll();
+  }
+  if (polls_tapped()) received_ = std::chrono::steady_clock::now();
+  std::visit(
+      [this](const auto& sent) {
+        using Sent = std::decay_t<decltype(sent)>;
+        if constexpr (std::is_same_v<Sent, crcl::Result<crcl::CommandInstance>>) {
+          const bool shown = options_.strict || options_.tap;
+          const std::string document = shown && sent ? crcl::encode_command(*sent) : "";
+          if (!sent || !refused_by_schema(document)) handle_command(sent, document);
+        } else if constexpr (std::is_same_v<Sent, crcl::Result<crcl::Program>>) {
+          const bool shown = options_.strict || options_.tap;
+          const std::string document = shown && sent ? crcl::encode_program(*sent) : "";
+          if (!sent || !refused_by_schema(document)) handle_program(sent, document);
+        } else if (!refused_by_schema(sent.text)) {
+          handle_document(sent);
+        }
+      },
+      received);
+}
+
+bool CrclSession::refused_by_schema(const std::string& document) {
+  if (!options_.strict) return false;
+  const auto fault = crcl::schema_fault(document);
+  if (!fault) return false;
+  tap_error(*fault, document);
+  fail(*fault);
+  return true;
+}
+
+void CrclSession::handle_document(const CommandDocument& document) {
+  const auto command = crcl::decode_command(document.text, options_.max_message_bytes);
+  if (command && std::holds_alternative<crcl::GetStatus>(command->command.body)) {
+    get_status_ = document.text;
+  }
+  handle_command(command, document.text);
+}
+
+void CrclSession::handle_document(const ProgramDocument& document) {
+  handle_program(crcl::decode_program(document.text, options_.max_program_bytes), document.text);
+}
+
+void CrclSession::handle_command(const crcl::Result<crcl::CommandInstance>& command,
+                                 const std::string& document) {
+  if (!command) {
+    tap_error(command.error(), document);
+    return handle_undecodable(command.error());
+  }
+  tap_command(std::string(crcl::type_name(command->command.body)), command->command.id, "",
+              document);
+  if (std::holds_alternative<crcl::GetStatus>(command->command.body)) return poll();
+  executor_.execute(*command, caller_);
+}
+
+void CrclSession::handle_program(const crcl::Result<crcl::Program>& program,
+                                 const std::string& document) {
+  if (!program) {
+    tap_error(program.error(), document);
+    return handle_undecodable(program.error());
+  }
+  tap_command("CRCLProgramType", 0, "", document);
+  executor_.execute(*program, caller_);
+}
+
+void CrclSession::handle_undecodable(const crcl::Error& error) {
+  if (error.kind != crcl::ErrorKind::kBadValue) return fail(error);
+  // One status answers each GetStatus, whatever its id looks like.
+  if (error.command_type == "GetStatusType") return poll();
+  executor_.refuse(error.command_type, error.command_id.value_or(0), error.message());
+}
+
+void CrclSession::fail(const crcl::Error& error) {
+  executor_.bad_document("Bad document from " + caller_.peer + ": " + error.message());
+  ++counters_.dropped;
+  executor_.log().warn("closing " + caller_.peer + ": " + error.message());
+  wire_.refuse(error.message());
+}
+
+// Polls are the clock: in virtual time each takes its period, and its status is of the end of that.
+void CrclSession::poll() {
+  if (virtual_time_) join_time(true);
+  if (!pacer_) return answer_status();
+  after(virtual_time_->poll_period() + executor_.faults().late_status, [this] { answer_status(); });
+}
+
+// Where pacers are declared, with the first document; else with the first poll.
+void CrclSession::join_time(bool polls) {
+  const std::string& role = executor_.name();
+  if (pacer_ || !(polls || virtual_time_->declares(role))) return;
+  pacer_ = virtual_time_->join({role, api::PacerKind::kClient, options_.endpoint},
+                               [this, io = io_, wire = std::weak_ptr<SessionWire>(wire_.hold())] {
+                                 asio::post(io, [this, wire] {
+                                   if (const auto open = wire.lock()) on_reached();
+                                 });
+                               });
+}
+
+// Nothing of this session is handled before.
+void CrclSession::after(SimTime span, std::function<void()> then) {
+  then_ = std::move(then);
+  virtual_time_->ask(*pacer_, span);
+  wire_.watch_end();
+}
+
+void CrclSession::on_reached() {
+  on_time_();
+  if (wire_.ended() || !then_) return;
+  guarded(std::exchange(then_, nullptr));
+  // It may wait for another instant already.
+  if (!then_) wire_.on_taken();
+}
+
+void CrclSession::answer_status() {
+  Answer answer{executor_.status(*caller_.settings), {}};
+  if (wire_.carries_documents() || polls_tapped()) {
+    answer.document = crcl::encode_status(answer.status);
+  }
+  tap_status(answer.status.command, answer.document);
+  ++counters_.statuses;
+  const PortFaults faults = executor_.faults();
+  if (faults.half_document) return wire_.send_half(std::move(answer));
+  if (!pacer_ && (faults.late_status.count() > 0 || !late_.empty())) {
+    return send_later(std::move(answer), faults.late_status);
+  }
+  wire_.send(std::move(answer));
+  counters_.answer_times.add(std::chrono::steady_clock::now() - read_at_);
+}
+
+// An injected fault: in their order, each at its time.
+void CrclSession::send_later(Answer answer, std::chrono::nanoseconds time) {
+  const std::size_t bytes = wire_.carries_documents() ? answer.document.size() : kUsualStatusBytes;
+  late_bytes_ += bytes;
+  late_.push_back({std::chrono::steady_clock::now() + time, std::move(answer), bytes});
+  if (late_.size() == 1) send_due();
+}
+
+void CrclSession::send_due() {
+  while (!late_.empty() && late_.front().due <= std::chrono::steady_clock::now()) {
+    Late due = std::move(late_.front());
+    late_.pop_front();
+    late_bytes_ -= due.bytes;
+    wire_.send(std::move(due.answer));
+    if (wire_.closed()) return;
+  }
+  if (!late_.empty()) {
+    late_timer_.expires_at(late_.front().due);
+    late_timer_.async_wait([this, hold = wire_.hold()](const error_code& cancelled) {
+      if (!cancelled && !wire_.closed()) send_due();
+    });
+  }
+  wire_.on_room();
+}
+
+void CrclSession::tap_error(const crcl::Error& error, const std::string& document) {
+  tap_command(error.command_type, error.command_id.value_or(0), error.message(), document);
+}
+
+void CrclSession::tap_command(std::string type, std::int64_t id, std::string fault,
+                              const std::string& document) {
+  if (!options_.tap) return;
+  const bool poll = type == "GetStatusType" && fault.empty();
+  if (poll && !polls_tapped()) return;
+  options_.tap->note({.source = executor_.name(),
+                      .peer = caller_.peer,
+                      .from_client = true,
+                      .poll = poll,
+                      .time = std::chrono::system_clock::now(),
+                      .type = std::move(type),
+                      .id = id,
+                      .state = std::move(fault),
+                      .data = document});
+}
+
+// The first status that tells the end of a command stands with the commands, without its document.
+void CrclSession::tap_status(const crcl::CommandStatus& status, const std::string& document) {
+  if (!options_.tap) return;
+  protocols::WireEvent event{.source = executor_.name(),
+                             .peer = caller_.peer,
+                             .time = std::chrono::system_clock::now(),
+                             .type = "CRCLStatusType",
+                             .id = status.command_id,
+                             .state = std::string(crcl::name_of(status.state))};
+  if (executor_.first_to_tell_end(status.state)) {
+    protocols::WireEvent end = event;
+    if (status.description) end.state += ": " + *status.description;
+    options_.tap->note(std::move(end));
+  }
+  if (!polls_tapped()) return;
+  event.poll = true;
+  const std::chrono::duration<double> since = std::chrono::steady_clock::now() - received_;
+  event.latency_s = since.count();
+  event.data = document;
+  options_.tap->note(std::move(event));
+}
+
+}  // namespace aprsim::crcl_server
