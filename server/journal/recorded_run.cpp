@@ -98,6 +98,12 @@ Result<RecordedRun> RecordedRun::open(std::vector<std::string> files, const std:
   v1::JournalHeader here = header_here();
   here.set_version(version);
   run.cautions_ = journal::cautions(run.header_, here);
+  if (!run.has_checkpoints()) {
+    run.cautions_.push_back(fmt::format(
+        "its checkpoints have layout {}, this program's {}: it is run from its start, and what "
+        "follows a loaded state cannot be",
+        run.header_.state_version(), world::kStateVersion));
+  }
   return run;
 }
 
