@@ -225,7 +225,7 @@ class Daemon::Impl {
   Impl(const Config& config, std::shared_ptr<const scene::Scene> scene, bool demo)
       : journal_(make_journal(config, *scene)),
         records_(make_records(config.history, *scene)),
-        bookmark_maker_(bookmarks_, robots_of(*scene)),
+        bookmark_maker_(bookmarks_),
         recorders_({journal_.get(), records_.get(), records_ ? &bookmark_maker_ : nullptr}),
         simulation_(scene, simulation_options(config, *scene, &recorders_)),
         history_(records_ ? std::make_unique<world::TimeMachine>(scene, *records_, bookmarks_,

@@ -8,6 +8,7 @@ namespace aprsim::test {
 
 RecordedDemo::RecordedDemo(world::World& world, world::Recorder& recorder, std::uint64_t seed)
     : world_(world), recorder_(recorder), demo_(world) {
+  world_.watch_events();
   recorder_.began({0, 0}, seed, nullptr);
   recorder_.saved({0, 0}, world_.state_hash(),
                   std::make_shared<const world::WorldState>(world_.save()));
@@ -22,6 +23,7 @@ void RecordedDemo::advance() {
     recorder_.applied({0, timed.step}, {timed.ticket, std::move(command)}, nullptr);
   }
   world_.step();
+  world_.events()->clear();
   const world::RunTime now{0, world_.step_count()};
   if (now.step % world::kSampleSteps == 0) recorder_.sampled(now, world::sample_of(world_));
   if (now.step % world::kCheckpointSteps == 0 || recorder_.wants_checkpoint()) {

@@ -1,54 +1,95 @@
 #include "world/history/bookmark_maker.hpp"
 
-#include <array>
 #include <new>
+#include <optional>
 #include <variant>
 
 namespace aprsim::world {
 namespace {
 
-/// In the order of api::RobotAction.
-constexpr std::array kActions{"made ready",          "end of session", "stop",           "move",
-                              "move through points", "screw motion",   "move of joints", "gripper",
-                              "gripper's force",     "tool changer",   "speed override", "dwell",
-                              "motion limit"};
-static_assert(kActions.size() == std::variant_size_v<api::RobotAction>);
+std::optional<api::BookmarkKind> kind_of(api::CellEventKind kind) {
+  switch (kind) {
+    case api::CellEventKind::kGrasped:
+      return api::BookmarkKind::kGrasp;
+    case api::CellEventKind::kReleased:
+      return api::BookmarkKind::kRelease;
+    case api::CellEventKind::kProtectiveStop:
+      return api::BookmarkKind::kProtectiveStop;
+    case api::CellEventKind::kLost:
+    case api::CellEventKind::kFaultBegun:
+    case api::CellEventKind::kDriveTripped:
+      return api::BookmarkKind::kFault;
+    case api::CellEventKind::kWorldStopped:
+      return api::BookmarkKind::kStopped;
+    case api::CellEventKind::kCommandBegun:
+    case api::CellEventKind::kReported:
+      return api::BookmarkKind::kCommand;
+    case api::CellEventKind::kCommandFailed:
+      return api::BookmarkKind::kRefusal;
+    default:
+      return std::nullopt;
+  }
+}
+
+/// What is said of it besides the names.
+std::string words_of(const api::CellEvent& event) {
+  switch (event.kind) {
+    case api::CellEventKind::kGrasped:
+      return "grasp";
+    case api::CellEventKind::kReleased:
+      return event.text.empty() ? "release" : "release, " + event.text;
+    case api::CellEventKind::kLost:
+      return "lost";
+    case api::CellEventKind::kProtectiveStop:
+      return "protective stop: " + event.text;
+    case api::CellEventKind::kFaultBegun:
+      return "fault: " + event.text;
+    case api::CellEventKind::kDriveTripped:
+      return "drive tripped: " + event.text;
+    case api::CellEventKind::kCommandFailed:
+      return "failed: " + event.text;
+    default:
+      return event.text;
+  }
+}
+
+/// Of what has no events of its own.
+std::optional<std::string> text_of(const api::Command& command) {
+  if (std::holds_alternative<api::ConveyorCommand>(command.body)) return "belt: command";
+  if (std::holds_alternative<api::SceneCommand>(command.body)) return "the scene is changed";
+  if (const auto* intruder = std::get_if<api::SetIntruder>(&command.body)) {
+    return intruder->intruder ? "intruder put" : "intruder removed";
+  }
+  return std::nullopt;
+}
 
 }  // namespace
 
 void BookmarkMaker::applied(RunTime time, const QueuedCommand& command, const Error* failure) {
-  const std::string what = text_of(command.command);
+  const api::Moment moment{time.epoch, time.step};
   if (failure != nullptr) {
-    note(time, api::BookmarkKind::kRefusal, what + " refused: " + failure->message);
-  } else if (!std::holds_alternative<api::SimulationCommand>(command.command.body)) {
-    note(time, api::BookmarkKind::kCommand, what);
+    note(moment, api::BookmarkKind::kRefusal, "refused: " + failure->message);
+  } else if (const auto text = text_of(command.command)) {
+    note(moment, api::BookmarkKind::kCommand, *text);
   }
 }
 
-void BookmarkMaker::stopped(RunTime time, const std::string& why) {
-  note(time, api::BookmarkKind::kStopped, "the simulation stopped: " + why);
+void BookmarkMaker::happened(const api::CellEventPtr& event) {
+  const auto kind = kind_of(event->kind);
+  if (!kind) return;
+  std::string text;
+  for (const std::string& name : event->names) text += (text.empty() ? "" : ", ") + name;
+  const std::string words = words_of(*event);
+  if (!words.empty()) text += (text.empty() ? "" : ": ") + words;
+  note({event->epoch, event->step}, *kind, text);
 }
 
-void BookmarkMaker::note(RunTime time, api::BookmarkKind kind, const std::string& text) {
+void BookmarkMaker::note(api::Moment moment, api::BookmarkKind kind, const std::string& text) {
   try {
-    bookmarks_.note({time.epoch, time.step}, kind, text);
+    bookmarks_.note(moment, kind, text);
   } catch (const std::bad_alloc&) {
     // The moment is there without it.
   }
-}
-
-std::string BookmarkMaker::text_of(const api::Command& command) const {
-  if (const auto* robot = std::get_if<api::RobotCommand>(&command.body)) {
-    const auto index = static_cast<std::size_t>(robot->robot);
-    const std::string name = index < robots_.size() ? robots_[index] : "robot";
-    return name + ": " + kActions[robot->action.index()];
-  }
-  if (std::holds_alternative<api::ConveyorCommand>(command.body)) return "belt: command";
-  if (const auto* intruder = std::get_if<api::SetIntruder>(&command.body)) {
-    return intruder->intruder ? "intruder put" : "intruder removed";
-  }
-  if (std::holds_alternative<api::FaultCommand>(command.body)) return "fault command";
-  return "command of the simulation";
 }
 
 }  // namespace aprsim::world

@@ -31,6 +31,10 @@ void Recorders::saved(RunTime time, std::uint64_t hash, std::shared_ptr<const Wo
   }
 }
 
+void Recorders::happened(const api::CellEventPtr& event) {
+  for (Recorder* recorder : all_) recorder->happened(event);
+}
+
 void Recorders::stopped(RunTime time, const std::string& why) {
   for (Recorder* recorder : all_) recorder->stopped(time, why);
 }

@@ -19,6 +19,7 @@ class Recorders final : public Recorder {
   void applied(RunTime time, const QueuedCommand& command, const Error* failure) override;
   void sampled(RunTime time, StateSample sample) override;
   void saved(RunTime time, std::uint64_t hash, std::shared_ptr<const WorldState> state) override;
+  void happened(const api::CellEventPtr& event) override;
   void stopped(RunTime time, const std::string& why) override;
   [[nodiscard]] bool wants_checkpoint() const override;
 

@@ -133,6 +133,8 @@ Result<api::PastMoment> TimeMachine::work_out(api::Moment moment, const std::sto
   if (!course) return tl::unexpected(not_kept(moment));
   if (!world_) {
     world_ = std::make_unique<World>(scene_, course->state->seed);
+    // What has been noted for events is part of the state.
+    world_->watch_events();
     at_.reset();
   }
   begin_at(*course, moment);
@@ -145,6 +147,7 @@ Result<api::PastMoment> TimeMachine::work_out(api::Moment moment, const std::sto
       (void)World::carry_out(world_, (*command)->command.ticket, (*command)->command.command);
     }
     world_->step();
+    world_->events()->clear();
     ++at_->step;
     if (at_->step % kStateSteps == 0) (void)keep_state();
   }
@@ -170,6 +173,7 @@ void TimeMachine::put(api::Moment moment, const WorldState& state) {
   if (state.scene && state.scene != world_->scene()) {
     world_ = std::make_unique<World>(state.scene, world_->models(), state.seed,
                                      std::span<robot::PlanPrefetcher* const>());
+    world_->watch_events();
   }
   world_->restore(state);
   at_ = moment;
