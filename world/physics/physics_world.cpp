@@ -113,7 +113,13 @@ void PhysicsWorld::Impl::step() {
 
 int PhysicsWorld::Impl::parts_of_step() const {
   double longest = 0;
+  const auto held = [this](int body) {
+    return std::ranges::any_of(model.grippers, [body](const GripperMechanism& gripper) {
+      return gripper.state().held_body == body;
+    });
+  };
   for (const int i : model.simplification.awake()) {
+    if (held(i)) continue;  // as fast as a robot
     const FreeBody& body = model.body(i);
     const double way = model.step_s * (body.v_com_W.norm() + body.radius_m * body.omega_W.norm());
     if (way > kLongWay) longest = std::max(longest, stroke_m(i));
