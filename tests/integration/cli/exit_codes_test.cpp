@@ -42,6 +42,12 @@ std::string recorded_run() {
   return file;
 }
 
+/// For the results of commands, as long as the tests run.
+std::string place(const std::string& name) {
+  static const TemporaryDirectory directory;
+  return directory.path() + '/' + name;
+}
+
 /// One run of each command that succeeds, in an order in which each can.
 std::vector<Row> every_command() {
   return {{"status", {"--bodies"}},
@@ -91,6 +97,9 @@ std::vector<Row> every_command() {
           {"scenario check", {"clean_2017"}, true},
           // Of a controller that does nothing nobody expects a kit.
           {"scenario run", {"cannot_be_done", "--controller", "true"}, true},
+          {"batch", {"pick", "--seeds", "1", "--journals", "0", "--out", place("batch")}, true},
+          {"merge", {place("batch"), "--out", place("merged")}, true},
+          {"report diff", {place("batch"), place("merged")}, true},
           {"demo", {"--robot", "fanuc"}},
           {"completion", {"bash"}, true},
           {"manual", {}, true}};
@@ -299,8 +308,22 @@ TEST(ExitCodes, TwoWhenTheArgumentsAreWrong) {
       {"scenario", "run", "clean_2017", "--speed", "0"},
       {"scenario", "run", "clean_2017", "--virtual", "--speed", "2"},
       {"scenario", "run", "clean_2017", "--virtual", "--controller", "none"},
-      {"scenario", "run", "clean_2017", "--repeat", "0"},
-      {"scenario", "run", "clean_2017", "--jobs", "2"},
+      {"scenario", "run", "clean_2017", "--attach", "--journal", "/tmp/j"},
+      {"batch"},
+      {"batch", "pick", "--seeds", "1..3"},
+      {"batch", "pick", "--out", "/tmp/never"},
+      {"batch", "pick", "--seeds", "3..1", "--out", "/tmp/never"},
+      {"batch", "pick", "--seeds", "1..3", "--shard", "3/3", "--out", "/tmp/never"},
+      {"batch", "pick", "--seeds", "1..3", "--jobs", "0", "--out", "/tmp/never"},
+      {"batch", "pick", "--seeds", "1..3", "--again", "--out", "/tmp/never"},
+      {"batch", "no_such", "--seeds", "1..3", "--out", "/tmp/never"},
+      {"batch", "pick", "--seeds", "1..3", "--out", "/proc/never"},
+      {"merge", "/no/such", "--out", "/tmp/never"},
+      {"merge", "/no/such"},
+      {"report"},
+      {"report", "diff", "/no/such", "/no/such"},
+      {"report", "diff", "/no/such"},
+      {"report", "diff", "/no/such", "/no/such", "--level", "2"},
       {"scenario", "run", "clean_2017", "--controller", ""},
       {"step", "0"},
       {"speed", "nan"},
