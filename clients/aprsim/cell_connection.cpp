@@ -16,6 +16,7 @@ namespace {
 
 constexpr auto kCallTimeout = std::chrono::seconds(10);
 constexpr auto kTransferTimeout = std::chrono::seconds(60);
+constexpr auto kWaitPeriod = std::chrono::milliseconds(10);
 
 Failure failure_of(const grpc::Status& status, const std::string& address) {
   switch (status.error_code()) {
@@ -170,6 +171,34 @@ Outcome<v1::Snapshot> CellConnection::step_and_look(std::uint64_t steps,
       stubs_->call(stubs_->control, &v1::ControlService::Stub::Step, request, address_, timeout);
   if (!response) return tl::unexpected(response.error());
   return std::move(*response->mutable_snapshot());
+}
+
+Outcome<std::optional<v1::Snapshot>> CellConnection::step_and_look(
+    std::uint64_t steps, const std::function<bool()>& waits) {
+  v1::StepRequest request;
+  request.set_steps(steps);
+  request.mutable_read_mask();
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + std::chrono::hours(1));
+  const std::string& token = stubs_->control.token;
+  if (!token.empty()) context.AddMetadata("authorization", "Bearer " + token);
+  grpc::CompletionQueue queue;
+  v1::StepResponse response;
+  grpc::Status status;
+  const auto reader = stubs_->control.stub.AsyncStep(&context, request, &queue);
+  reader->Finish(&response, &status, nullptr);
+  bool given_up = false;
+  void* tag = nullptr;
+  bool ok = false;
+  while (queue.AsyncNext(&tag, &ok, std::chrono::system_clock::now() + kWaitPeriod) ==
+         grpc::CompletionQueue::TIMEOUT) {
+    if (given_up || waits()) continue;
+    given_up = true;
+    context.TryCancel();
+  }
+  if (status.ok()) return std::move(*response.mutable_snapshot());
+  if (given_up) return std::nullopt;
+  return tl::unexpected(failure_of(status, address_));
 }
 
 Outcome<v1::Receipt> CellConnection::set_speed(std::optional<double> factor) {

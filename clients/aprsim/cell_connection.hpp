@@ -41,6 +41,10 @@ class CellConnection {
   /// The same, with the cell after them.
   [[nodiscard]] Outcome<v1::Snapshot> step_and_look(std::uint64_t steps,
                                                     std::chrono::milliseconds timeout);
+  /// The same, as long as `waits` says true, which it is asked every few milliseconds; nothing when
+  /// it says false first. What time was asked for may still pass then.
+  [[nodiscard]] Outcome<std::optional<v1::Snapshot>> step_and_look(
+      std::uint64_t steps, const std::function<bool()>& waits);
   /// Absent = as fast as possible.
   [[nodiscard]] Outcome<v1::Receipt> set_speed(std::optional<double> factor);
   [[nodiscard]] Outcome<v1::Receipt> reset(std::optional<std::uint64_t> seed);

@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <sstream>
+#include <thread>
 
 #include <CLI/CLI.hpp>
 
@@ -776,18 +777,11 @@ void add_scenario(CLI::App& app, CommandLine& line) {
   attach->excludes(polls);
   run->add_flag("--progress", command->progress,
                 "Tell what happens and how far the orders are, as one JSON object a line");
-  CLI::Option* repeat =
-      run->add_option("--repeat", command->repeat,
-                      "So many runs in virtual time, from the seed on, and one report of all")
-          ->type_name("N")
-          ->check(CLI::Range(1, 10'000))
-          ->excludes("--speed")
-          ->excludes(attach)
-          ->excludes("--progress");
-  run->add_option("--jobs", command->jobs, "Of these, so many at once (default 1)")
-      ->type_name("J")
-      ->check(CLI::Range(1, 64))
-      ->needs(repeat);
+  run->add_option("--journal", command->journal,
+                  "File or directory for the journal of the run's own daemon")
+      ->type_name("FILE|DIR")
+      ->check(not_empty())
+      ->excludes(attach);
   run->add_option("--controller", command->controller,
                   "Shell command to start in place of the kitting controller, or none to wait for "
                   "one that runs already")
@@ -831,28 +825,27 @@ void set_listener_port(TraceImportCommand& command, const std::string& text) {
 }
 
 void add_trace_import(CLI::App& trace, CommandLine& line) {
-  auto [import, command] = add<TraceImportCommand>(
+  auto [sub, command] = add<TraceImportCommand>(
       trace, line, "import",
       "Make a journal of a capture of a network, as of a real laboratory, to compare with");
-  import->add_option("FILE", command->capture, "Capture of tcpdump or Wireshark (pcap, pcapng)")
+  sub->add_option("FILE", command->capture, "Capture of tcpdump or Wireshark (pcap, pcapng)")
       ->required();
-  import->add_option("--out", command->out, "The journal to write")
+  sub->add_option("--out", command->out, "The journal to write")
       ->type_name("JOURNAL")
       ->check(not_empty())
       ->required();
-  import
-      ->add_option_function<std::vector<std::string>>(
-          "--port",
-          [c = command](const std::vector<std::string>& all) {
-            for (const auto& one : all) set_listener_port(*c, one);
-},
-          "Where a listener is: crcl.NAME=PORT, modbus=PORT or vision.NAME=PORT (default: "
-          "crcl.fanuc=64444, crcl.motoman=64445, modbus=502 and 1502, vision.fanuc=4000, "
-          "vision.motoman=4001)")
+  sub->add_option_function<std::vector<std::string>>(
+         "--port",
+         [c = command](const std::vector<std::string>& all) {
+           for (const auto& one : all) set_listener_port(*c, one);
+         },
+         "Where a listener is: crcl.NAME=PORT, modbus=PORT or vision.NAME=PORT (default: "
+         "crcl.fanuc=64444, crcl.motoman=64445, modbus=502 and 1502, vision.fanuc=4000, "
+         "vision.motoman=4001)")
       ->type_name("LISTENER=PORT")
       ->allow_extra_args(false);
-offer_json(*import, line);
-}  // namespace
+  offer_json(*sub, line);
+}
 
 void add_trace_show(CLI::App& trace, CommandLine& line) {
   auto [show, command] =
@@ -942,6 +935,102 @@ void add_trace(CLI::App& app, CommandLine& line) {
   add_trace_show(*trace, line);
 }
 
+void add_batch(CLI::App& app, CommandLine& line) {
+  auto [batch, command] = add<BatchCommand>(app, line, "batch",
+                                            "Run a scenario with many seeds in virtual time, so "
+                                            "many at once, and make one report; what is "
+                                            "done already is not run again");
+  batch->add_option("NAME", command->scenario, "Name of a shipped scenario, or a file")
+      ->required()
+      ->check(not_empty());
+  batch
+      ->add_option_function<std::string>(
+          "--seeds",
+          [c = command](const std::string& text) {
+            auto seeds = parse_seeds(text);
+            if (!seeds) {
+              throw CLI::ValidationError("--seeds", "found " + text +
+                                                        ", expected seeds as in 1..1000 or "
+                                                        "1..10,20, at most a million");
+            }
+            c->seeds = std::move(*seeds);
+          },
+          "Seeds, as in 1..1000 or 1..10,20")
+      ->type_name("SEEDS")
+      ->required();
+  batch
+      ->add_option_function<std::string>(
+          "--shard",
+          [c = command](const std::string& text) {
+            const auto shard = parse_shard(text);
+            if (!shard) {
+              throw CLI::ValidationError(
+                  "--shard", "found " + text + ", expected I/N with I from 0 and below N");
+            }
+            c->shard = *shard;
+          },
+          "Only every N-th of the seeds, from the I-th on: for one of N tasks, from 0")
+      ->type_name("I/N");
+  command->jobs = std::max(1U, std::thread::hardware_concurrency());
+  batch->add_option("--jobs", command->jobs, "So many at once (default: the processors)")
+      ->type_name("J")
+      ->check(CLI::Range(1, 256));
+  batch->add_option("--out", command->out, "Directory of the results")
+      ->type_name("DIR")
+      ->required()
+      ->check(not_empty());
+  batch
+      ->add_option("--tries", command->tries,
+                   "Of a seed whose daemon or controller dies, before it is given up (default 3)")
+      ->type_name("N")
+      ->check(CLI::Range(1, 100));
+  batch
+      ->add_option("--journals", command->journals,
+                   "Run so many of the worst once more for their journals (default 3)")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1000));
+  CLI::Option* controller =
+      batch
+          ->add_option("--controller", command->controller,
+                       "Shell command to start in place of the scenario's own program")
+          ->type_name("CMD")
+          ->check(not_empty());
+  batch
+      ->add_flag("--again", command->again,
+                 "That controller takes one job after the other, as the own program does")
+      ->needs(controller);
+  offer_json(*batch, line, "The report as one JSON object, without the single runs");
+
+  auto [merge, merging] = add<MergeCommand>(
+      app, line, "merge", "Put the shards of a batch together, as if run at once");
+  merge->add_option("DIR", merging->directories, "Directories of shards")
+      ->required()
+      ->check(not_empty());
+  merge->add_option("--out", merging->out, "Directory of the whole batch")
+      ->type_name("DIR")
+      ->required()
+      ->check(not_empty());
+  offer_json(*merge, line, "The report as one JSON object, without the single runs");
+
+  CLI::App* report = app.add_subcommand("report", "Reports of batches");
+  report->require_subcommand(1);
+  auto [diff, comparing] = add<ReportDiffCommand>(
+      *report, line, "diff",
+      "Compare two reports, with a test of significance for each outcome; exit code 1 when the "
+      "second one is worse");
+  diff->add_option("BEFORE", comparing->before, "Directory of a batch, or its report.json")
+      ->required()
+      ->check(not_empty());
+  diff->add_option("AFTER", comparing->after, "The one that may be worse")
+      ->required()
+      ->check(not_empty());
+  diff->add_option("--level", comparing->level,
+                   "Of significance, for all outcomes together (default 0.05)")
+      ->type_name("P")
+      ->check(CLI::Range(1e-9, 0.5));
+  offer_json(*diff, line);
+}
+
 void add_demo(CLI::App& app, CommandLine& line) {
   auto [demo, command] = add<DemoCommand>(
       app, line, "demo", "Pick and place with the robots and run the belt, over the wires alone");
@@ -989,6 +1078,7 @@ void add_all(CLI::App& app, CommandLine& line) {
   add_fault(app, line);
   add_scenario(app, line);
   add_trace(app, line);
+  add_batch(app, line);
   add_documents(app, line);
 }
 
@@ -1018,7 +1108,7 @@ CommandInfo command_info(const CLI::App& app, const std::string& path) {
   return info;
 }
 
-}  // namespace aprsim::client
+}  // namespace
 
 CommandInfo command_tree() {
   CommandLine line;

@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "clients/aprsim/batch/seeds.hpp"
 #include "clients/aprsim/endpoints.hpp"
 #include "crcl/motion_commands.hpp"
 #include "world/fault_kinds/fault_when.hpp"
@@ -186,8 +187,29 @@ struct ScenarioRunCommand {
   bool attach = false;              ///< to the cell that runs, in place of a daemon of its own
   bool progress = false;            ///< tell what happens as JSON lines
   bool virtual_time = false;        ///< the controller's polls are the clock
-  std::optional<unsigned> repeat;   ///< a sweep of so many seeds, in virtual time
-  unsigned jobs = 1;                ///< of a sweep, at once
+  std::string journal;              ///< file or directory, of the run's own daemon; empty = none
+};
+/// Many seeds of a scenario, in virtual time.
+struct BatchCommand {
+  std::string scenario;  ///< name or file
+  std::vector<std::uint64_t> seeds;
+  Shard shard;
+  std::string out;  ///< directory
+  unsigned jobs = 1;
+  unsigned tries = 3;
+  unsigned journals = 3;
+  std::string controller;  ///< empty = the scenario's own program
+  bool again = false;      ///< it takes one job after the other
+};
+/// Batches of shards as one.
+struct MergeCommand {
+  std::vector<std::string> directories;
+  std::string out;
+};
+/// Two reports of batches.
+struct ReportDiffCommand {
+  std::string before, after;  ///< directories, or files of reports
+  double level = 0.05;        ///< of significance
 };
 /// Runs a recorded run again: by the daemon's program, as clients have no world.
 struct ReplayCommand {
@@ -231,18 +253,18 @@ struct CompletionCommand {
 /// Prints the manual page.
 struct ManualCommand {};
 
-std::variant<AnyCommand, StatusCommand, WatchCommand, EventsCommand, CrclSendCommand,
-             CrclRunCommand, CrclStatusCommand, CrclInitCommand, CrclStopCommand,
-             CrclGripperCommand, CrclJogCommand, CrclValidateCommand, ConveyorSetCommand,
-             ConveyorStatusCommand, ConveyorMapCommand, ConformCrclCommand, ConformModbusCommand,
-             ConformClausesCommand, PauseCommand, ResumeCommand, StepCommand, SpeedCommand,
-             ResetCommand, SaveCommand, LoadCommand, StatesListCommand, StatesDeleteCommand,
-             IncidentCommand, IntruderCommand, RunCommand, SceneShowCommand, SceneListCommand,
-             SceneTypesCommand, SceneSpawnCommand, SceneMoveCommand, SceneRemoveCommand,
-             SceneSetCommand, FaultListCommand, FaultKindsCommand, FaultInjectCommand,
-             FaultEndCommand, FaultEventCommand, ScenarioListCommand, ScenarioCheckCommand,
-             ScenarioRunCommand, ReplayCommand, TraceDiffCommand, TraceExportCommand,
-             TraceImportCommand, TraceShowCommand, DemoCommand, CompletionCommand, ManualCommand>;
+std::variant<
+    AnyCommand, StatusCommand, WatchCommand, EventsCommand, CrclSendCommand, CrclRunCommand,
+    CrclStatusCommand, CrclInitCommand, CrclStopCommand, CrclGripperCommand, CrclJogCommand,
+    CrclValidateCommand, ConveyorSetCommand, ConveyorStatusCommand, ConveyorMapCommand,
+    ConformCrclCommand, ConformModbusCommand, ConformClausesCommand, PauseCommand, ResumeCommand,
+    StepCommand, SpeedCommand, ResetCommand, SaveCommand, LoadCommand, StatesListCommand,
+    StatesDeleteCommand, IncidentCommand, IntruderCommand, RunCommand, SceneShowCommand,
+    SceneListCommand, SceneTypesCommand, SceneSpawnCommand, SceneMoveCommand, SceneRemoveCommand,
+    SceneSetCommand, FaultListCommand, FaultKindsCommand, FaultInjectCommand, FaultEndCommand,
+    FaultEventCommand, ScenarioListCommand, ScenarioCheckCommand, ScenarioRunCommand, ReplayCommand,
+    BatchCommand, MergeCommand, ReportDiffCommand, TraceDiffCommand, TraceExportCommand,
+    TraceImportCommand, TraceShowCommand, DemoCommand, CompletionCommand, ManualCommand>;
 
 struct CommandLine {
   EndpointChoice endpoints;

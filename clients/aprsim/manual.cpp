@@ -77,10 +77,19 @@ constexpr std::array kJson{
         "robots, events (lists). With --progress also, as it happens, time_s and what; and "
         "progress "
         "(time_s, placed, orders: a list of name, tray, state, kits, done, parts, parts_wanted); "
-        "without --json its last line is report, the table. With --repeat: scenario, runs, failed, "
-        "as_expected, as_expected_share_95 (confidence interval), measures (by name: runs, "
-        "mean, mean_95, deviation, min, p05, median, p95, max), each (list of seed and failure, or "
-        "as_expected, ended, state_hash, values)."},
+        "without --json its last line is report, the table."},
+    Entry{"batch, merge",
+          "scenario, description, controller, version, fingerprint, runs, missing (seeds), "
+          "as_expected, as_expected_share_95 (confidence interval), measures (by name: runs, mean, "
+          "mean_95, deviation, min, p05, median, p95, max), success_by_parameter (by name: list of "
+          "from, to, runs, as_expected, share_95), sensitivity (list of parameter, outcome, "
+          "rank_correlation, p, p_adjusted), worst (list of seed, why, journal); report.json also "
+          "has each: list of seed, as_expected, ended, state_hash, broken, values, drawn. batch "
+          "also run_now, wall_s, tried_again, peak_world_mb."},
+    Entry{
+        "report diff",
+        "runs_before, runs_after, paired, pairs, level, worse, outcomes (list of outcome, before, "
+        "after, p, p_adjusted, change: better, worse, different or empty)."},
     Entry{
         "trace diff",
         "same, a and b (place, run_id, scene, version), tolerance (by name), first (null or a "

@@ -6,7 +6,6 @@
 #include "clients/aprsim/commands.hpp"
 #include "clients/aprsim/scenario/report.hpp"
 #include "clients/aprsim/scenario/runner.hpp"
-#include "clients/aprsim/sweep/run_sweep.hpp"
 #include "world/scenario/plan.hpp"
 #include "world/scenario/scenario_reader.hpp"
 
@@ -82,7 +81,6 @@ Outcome<void> run_command(const ScenarioCheckCommand& command, Console& console)
 }
 
 Outcome<void> run_command(const ScenarioRunCommand& command, Console& console) {
-  if (command.repeat) return run_sweep(command, console);
   const auto paths = scene::default_data_paths();
   const auto scenario = scenario::load_scenario(command.name, paths);
   if (!scenario) return tl::unexpected(wrong_file(scenario.error()));
@@ -91,7 +89,8 @@ Outcome<void> run_command(const ScenarioRunCommand& command, Console& console) {
   RunOptions options{.speed = command.speed,
                      .virtual_time = command.virtual_time,
                      .controller = command.controller,
-                     .directory = command.report};
+                     .directory = command.report,
+                     .journal = command.journal};
   if (command.attach) options.cell = RunningCell{console.endpoints, console.ports_file};
   const auto run = run_scenario(*scenario, *plan, options, listener_of(command, console));
   if (!run) return tl::unexpected(run.error());

@@ -158,11 +158,13 @@ class Conveyor:
             self.strays += modbus.strays
             modbus.close()
 
-    def stop(self) -> float:
+    def stop(self, waits: bool = True) -> float:
         """Stops the belt, waits until it stands, and tells where that is by its encoder [mm]."""
         modbus = self.connect(self.belt.host, self.belt.port)
         try:
             modbus.write_register(RUN, 0)
+            if not waits:
+                return self._position(modbus)
             return self._rest(modbus, time.monotonic, time.sleep)
         finally:
             self.requests += modbus.requests

@@ -128,6 +128,7 @@ class CrclRobot:
         self._socket: socket.socket | None = None
         self._buffer = b""
         self._id = 0  # of the command sent last
+        self._kept = False  # an open connection that the next job begins with
         self._interrupted = threading.Event()
 
     # -- connection ---------------------------------------------------------------------------
@@ -135,6 +136,15 @@ class CrclRobot:
     def connect(self) -> Status:
         """Connects and asks for the units and reports that this controller reads. Moves nothing and
         clears no error: what the robot has to tell is in the status returned."""
+        if not self._kept or self._socket is None:
+            self.open()
+        self._kept = False
+        # Beyond whatever id the robot has seen last, so that its state is never taken for ours.
+        self._id = max(3, self._id, self.status().command_id)
+        return self.status()
+
+    def open(self) -> None:
+        """A connection, on which nothing is said yet."""
         self.close()
         try:
             self._socket = socket.create_connection((self.host, self.port), self.answer_s)
@@ -144,9 +154,12 @@ class CrclRobot:
                 f"{self.name}: no connection to {self.host}:{self.port}: {error}"
             ) from error
         self._buffer = b""
-        # Beyond whatever id the robot has seen last, so that its state is never taken for ours.
-        self._id = max(3, self.status().command_id)
-        return self.status()
+
+    def begin(self, clock: Clock, tell: Callable[[str, str], None]) -> None:
+        """A job in a cell that has been reset; an open connection stays."""
+        self.clock, self.tell = clock, tell
+        self.counters, self.last = Counters(), None
+        self._kept = self._socket is not None
 
     def initialise(self) -> None:
         """InitCanon, which also clears an error, then units, reports and sensors."""

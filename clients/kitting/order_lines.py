@@ -17,18 +17,24 @@ class OrderLines(threading.Thread):
 
     {"announce": "first", "tray": "kit_s2l2_vessel", "count": 1, "priority": 0, "slots": {...}}
     {"cancel": "first"}
+    {"end": true}              no more orders of this job; another one may follow
     """
 
     def __init__(self, source: TextIO, cell: Cell, board: Board, report: Report) -> None:
         super().__init__(name="orders", daemon=True)
         self._source, self._cell, self._board, self._report = source, cell, board, report
+        self.more = False  # the job has ended, the input has not
 
     def run(self) -> None:
         for number, line in enumerate(self._source, 1):
             if not line.strip():
                 continue
             try:
-                self._take(json.loads(line), f"line {number}")
+                message = json.loads(line)
+                if isinstance(message, dict) and message.get("end") is True:
+                    self.more = True
+                    break
+                self._take(message, f"line {number}")
             except CellError as error:
                 self._report.tell("orders", "order_error", str(error))
             except ValueError as error:

@@ -183,6 +183,22 @@ class Camera:
     def start(self) -> None:
         self._thread.start()
 
+    def await_feed(self, timeout_s: float) -> None:
+        """Until the feed has sent something. Raises LookError when it does not in time."""
+        with self._changed:
+            if not self._changed.wait_for(lambda: self._count > 0, timeout_s):
+                raise LookError(self._trouble)
+
+    def begin(self, clock: Clock) -> None:
+        """A job in a cell that has been reset; what was sent before is of another one."""
+        self._receive()
+        with self._changed:
+            self.clock = clock
+            self._frames.clear()
+            self._count = self.frames_read = self._repeats = self._noisy = 0
+            self._last_line, self._last = b"", []
+            self._trouble = "no frame yet"
+
     def close(self) -> None:
         self._closed = True
         if self._thread.is_alive():

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass, field
-from typing import Sequence
+from typing import Callable, Sequence
 
 from arm import Arm
 from conveyor import Conveyor, ConveyorError
@@ -42,6 +42,8 @@ class Shop:
     patience_s: float = 30.0
     belt_failed_at: float | None = None
     finished: threading.Event = field(default_factory=threading.Event)
+    all_home: threading.Event = field(default_factory=threading.Event)  # the last arm is
+    keeps_connections: Callable[[], bool] = lambda: False  # for another job
     turn: threading.Lock = field(default_factory=threading.Lock)  # who decides for all
     done: set[str] = field(default_factory=set)  # robots that have no work left
 
@@ -102,9 +104,11 @@ class Worker(threading.Thread):
         self.shop.done.add(self.arm.name)
         while self.arm.crcl.clock.counts_polls and not self.arm.interrupted.is_set():
             if self._all_done():
-                # The others wait for answers that will not come.
-                for arm in self.shop.arms:
-                    arm.crcl.hang_up()
+                # The others wait for answers that come only when the cell is paused, or not at all.
+                self.shop.all_home.set()
+                if not self.shop.keeps_connections():
+                    for arm in self.shop.arms:
+                        arm.crcl.hang_up()
                 return
             self.arm.crcl.wait(_PAUSE_S)
 

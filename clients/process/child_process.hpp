@@ -46,6 +46,7 @@ class ChildProcess {
   /// Waits for its end; false when that has not come in time.
   [[nodiscard]] bool wait(std::chrono::milliseconds time);
   void signal(int number) const;
+  [[nodiscard]] pid_t pid() const { return pid_; }
   /// SIGTERM to its group, SIGKILL when it is still there after `time`.
   void stop(std::chrono::milliseconds time);
 

@@ -20,10 +20,11 @@ std::string program_beside(const std::string& name) {
   return fs::is_regular_file(beside, status) ? beside.string() : name;
 }
 
-std::string kitting_program() {
-  const fs::path installed = own_directory().parent_path() / "share/aprsim/kitting/kitting";
+std::string kitting_program(const std::string& name) {
+  const fs::path installed = own_directory().parent_path() / "share/aprsim/kitting" / name;
   std::error_code status;
-  return fs::is_regular_file(installed, status) ? installed.string() : APRSIM_KITTING;
+  return fs::is_regular_file(installed, status) ? installed.string()
+                                                : APRSIM_KITTING + ('/' + name);
 }
 
 std::string web_directory() {

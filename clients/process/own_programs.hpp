@@ -7,8 +7,8 @@ namespace aprsim::process {
 
 /// A program beside the one that runs; its bare name, for PATH, when there is none.
 [[nodiscard]] std::string program_beside(const std::string& name);
-/// The kitting controller, for python3: that of the installation, else of the source tree.
-[[nodiscard]] std::string kitting_program();
+/// A controller of clients/kitting, for python3: that of the installation, else of the source tree.
+[[nodiscard]] std::string kitting_program(const std::string& name = "kitting");
 /// Where the web page's files are: ../share/aprsim/web of the running binary, in a build tree as in
 /// an installation.
 [[nodiscard]] std::string web_directory();

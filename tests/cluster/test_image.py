@@ -1,5 +1,5 @@
-"""The image, built by buildah from this build's installation and run: the demo, and a scenario, which ends
-as it does in the build itself. Takes some minutes and needs root, so it is not part of tests/run:
+"""The image, built by buildah from this build's installation and run: the demo, and one shard of a batch,
+which gives what the build itself gives. Takes some minutes and needs root, so it is not part of tests/run:
 
     docker/install-packages --no-web --only image-packages.txt
     cmake -DAPRSIM_IMAGE_TEST=ON build/release && ctest --test-dir build/release -L image
@@ -100,10 +100,10 @@ class ImageTest(unittest.TestCase):
         )
         self.assertIn("fanuc", out)
 
-    def test_a_scenario_ends_as_it_does_in_the_build(self) -> None:
-        line = "scenario run clean_two_kits --virtual --seed 3 --report"
-        self.inside(f"aprsim {line} /results/run")
-        place = Path(buildah("mount", self.container)) / "results/run/report.json"
+    def test_a_shard_of_it_is_that_of_the_build(self) -> None:
+        line = "batch pick --seeds 1..6 --shard 1/3 --jobs 1 --journals 0 --out"
+        self.inside(f"aprsim {line} /results/shard_1")
+        place = Path(buildah("mount", self.container)) / "results/shard_1/report.json"
         with tempfile.TemporaryDirectory() as here:
             run(BINARIES / "aprsim", *line.split(), here)
             self.assertEqual(place.read_text(), (Path(here) / "report.json").read_text())

@@ -9,6 +9,7 @@ namespace aprsim::scenario {
 struct MeasureKind {
   std::string_view name, unit;  ///< unit "1" = none
   std::string_view meaning;
+  int better = 0;  ///< 1 = more is, -1 = less is, 0 = neither
 };
 
 /// All of them, in the order of reports.

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <bit>
+#include <map>
 #include <string_view>
+#include <utility>
 
 #include "world/scenario/scene_change.hpp"
 #include "world/scene/scene_loader.hpp"
@@ -22,7 +24,21 @@ class Draw {
   Draw(std::uint64_t seed, int trial)
       : start_(seed * 0x9e3779b97f4a7c15U + static_cast<std::uint64_t>(trial)) {}
 
-  [[nodiscard]] double between(std::string_view name, double min, double max) const {
+  /// `unit`: for its name among what was drawn; with a value in it, `per_unit` of it.
+  [[nodiscard]] double between(std::string_view name, double min, double max, std::string_view unit,
+                               double per_unit = 1) {
+    const double value = evenly(name, min, max);
+    if (min != max) drawn_[std::string(name).append(unit)] = value / per_unit;
+    return value;
+  }
+  [[nodiscard]] double around_zero(const std::string& name, double bound, std::string_view unit,
+                                   double per_unit = 1) {
+    return bound == 0 ? 0 : between(name, -bound, bound, unit, per_unit);
+  }
+  [[nodiscard]] std::map<std::string, double> take_drawn() { return std::move(drawn_); }
+
+ private:
+  [[nodiscard]] double evenly(std::string_view name, double min, double max) const {
     std::uint64_t hash = 0xcbf29ce484222325U ^ start_;
     for (const char c : name) {
       hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3U;
@@ -33,26 +49,24 @@ class Draw {
     z ^= z >> 31U;
     return min + (max - min) * (static_cast<double>(z >> 11U) * 0x1p-53);
   }
-  [[nodiscard]] double around_zero(const std::string& name, double bound) const {
-    return bound == 0 ? 0 : between(name, -bound, bound);
-  }
 
- private:
   std::uint64_t start_;
+  std::map<std::string, double> drawn_;
 };
 
-void vary_tray(Tree& tray, const Variation& variation, const Draw& draw) {
+void vary_tray(Tree& tray, const Variation& variation, Draw& draw) {
   const std::string name = child(tray, "name").scalar;
   // A tray without a support is placed in space, with a purpose.
   if (tray.find("on") != nullptr) {
     Tree& xy = child(tray, "xy_m");
     const double x = std::stod(xy.items[0].scalar), y = std::stod(xy.items[1].scalar);
-    xy = list({x + draw.around_zero(name + ".x", variation.tray_xy_m),
-               y + draw.around_zero(name + ".y", variation.tray_xy_m)});
+    xy = list({x + draw.around_zero(name + ".x", variation.tray_xy_m, "_m"),
+               y + draw.around_zero(name + ".y", variation.tray_xy_m, "_m")});
     if (variation.tray_yaw_rad > 0) {
       Tree& yaw = child(tray, "yaw_deg");
       const double yaw_deg = yaw.scalar.empty() ? 0 : std::stod(yaw.scalar);
-      const double turn_deg = draw.around_zero(name + ".yaw", variation.tray_yaw_rad) / kDegree;
+      const double turn_deg =
+          draw.around_zero(name + ".yaw", variation.tray_yaw_rad, "_deg", kDegree) / kDegree;
       yaw = scalar(std::clamp(yaw_deg + turn_deg, -360.0, 360.0));
     }
   }
@@ -62,16 +76,16 @@ void vary_tray(Tree& tray, const Variation& variation, const Draw& draw) {
     if (gear.value.kind == Tree::Kind::kMap) continue;
     Tree turned{.kind = Tree::Kind::kMap};
     child(turned, "name") = gear.value;
-    child(turned, "yaw_deg") =
-        scalar(draw.around_zero(gear.value.scalar + ".yaw", variation.gear_yaw_rad) / kDegree);
+    child(turned, "yaw_deg") = scalar(
+        draw.around_zero(gear.value.scalar + ".yaw", variation.gear_yaw_rad, "_deg", kDegree) /
+        kDegree);
     gear.value = std::move(turned);
   }
 }
 
-void vary_physics(Tree& scene, const scene::Scene& before, const Variation& variation,
-                  const Draw& draw) {
+void vary_physics(Tree& scene, const scene::Scene& before, const Variation& variation, Draw& draw) {
   if (variation.friction > 0) {
-    const double factor = 1 + draw.around_zero("friction", variation.friction);
+    const double factor = 1 + draw.around_zero("friction", variation.friction, "_share");
     Tree& friction = child(child(scene, "physics"), "friction");
     const scene::SurfacePairs& was = before.physics.friction;
     child(friction, "gear_tray") = scalar(was.gear_tray * factor);
@@ -84,23 +98,24 @@ void vary_physics(Tree& scene, const scene::Scene& before, const Variation& vari
   }
   if (variation.gear_mass == 0) return;
   for (const auto& [name, type] : before.gear_types) {
-    const double factor = 1 + draw.around_zero(name + ".mass", variation.gear_mass);
+    const double factor = 1 + draw.around_zero(name + ".mass", variation.gear_mass, "_share");
     child(child(child(scene, "gear_types"), name), "mass_kg") = scalar(type.mass_kg * factor);
   }
 }
 
-void vary_vision(Tree& scene, const Variation& variation, const Draw& draw) {
+void vary_vision(Tree& scene, const Variation& variation, Draw& draw) {
   yaml::detail::Entry* robots = scene.find("robots");
   if (robots == nullptr) return;
   for (Tree& robot : robots->value.items) {
     const std::string name = child(robot, "name").scalar;
     if (const auto& noise = variation.vision_position_noise_m) {
       child(child(robot, "vision"), "position_noise_m") =
-          scalar(draw.between(name + ".position_noise", (*noise)[0], (*noise)[1]));
+          scalar(draw.between(name + ".position_noise", (*noise)[0], (*noise)[1], "_m"));
     }
     if (const auto& noise = variation.vision_rotation_noise_rad) {
       child(child(robot, "vision"), "rotation_noise_deg") =
-          scalar(draw.between(name + ".rotation_noise", (*noise)[0], (*noise)[1]) / kDegree);
+          scalar(draw.between(name + ".rotation_noise", (*noise)[0], (*noise)[1], "_deg", kDegree) /
+                 kDegree);
     }
   }
 }
@@ -109,7 +124,7 @@ Result<Plan> draw_plan(const Scenario& scenario, std::uint64_t seed, int trial,
                        const scene::DataPaths& paths) {
   auto tree = yaml::detail::parse(scenario.scene_text, scenario.scene_file);
   if (!tree) return tl::unexpected(std::move(tree.error()));
-  const Draw draw(seed, trial);
+  Draw draw(seed, trial);
   child(*tree, "seed") = {.kind = Tree::Kind::kScalar,
                           .scalar = std::to_string(seed & 0x7fffffffffffffffU)};
   for_each_tray(*tree, [&](Tree& tray) { vary_tray(tray, scenario.variation, draw); });
@@ -123,14 +138,15 @@ Result<Plan> draw_plan(const Scenario& scenario, std::uint64_t seed, int trial,
   for (std::size_t i = 0; i < out.faults.size(); ++i) {
     auto& at_s = out.faults[i].at_s;
     if (!at_s) continue;
-    const double time_s = draw.between("fault." + std::to_string(i), (*at_s)[0], (*at_s)[1]);
+    const double time_s = draw.between("fault." + std::to_string(i), (*at_s)[0], (*at_s)[1], "_s");
     at_s = {time_s, time_s};
   }
   for (std::size_t i = 0; i < scenario.kills_s.size(); ++i) {
     const auto& [from_s, to_s] = scenario.kills_s[i];
-    out.kills_s.push_back(draw.between("kill." + std::to_string(i), from_s, to_s));
+    out.kills_s.push_back(draw.between("kill." + std::to_string(i), from_s, to_s, "_s"));
   }
   std::ranges::sort(out.kills_s);
+  out.drawn = draw.take_drawn();
   return out;
 }
 

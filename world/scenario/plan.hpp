@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,8 @@ struct Plan {
   scene::Scene scene;           ///< the same, read
   std::vector<Fault> faults;    ///< each at_s is one time
   std::vector<double> kills_s;  ///< when the controller is killed, in their order
+  /// What was drawn, by its name with its unit: "kit_1.x_m" is beside where the scene has the tray.
+  std::map<std::string, double> drawn;
 };
 
 /// Draws what varies. A function of its arguments: the same bits everywhere. A value keeps to its

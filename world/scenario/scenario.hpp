@@ -88,11 +88,12 @@ struct Scoring {
 
 struct Scenario {
   std::string name, file, description;
-  std::string scene_file;  ///< of the scene it is based on
-  std::string scene_text;  ///< that scene with what the scenario takes out and puts in
-  scene::Scene scene;      ///< the same, read
-  bool own_parts = false;  ///< it takes parts out of the scene or puts some in
-  std::string cell;        ///< what the kitting controller calls the cell
+  std::string scene_file;           ///< of the scene it is based on
+  std::string scene_text;           ///< that scene with what the scenario takes out and puts in
+  scene::Scene scene;               ///< the same, read
+  bool own_parts = false;           ///< it takes parts out of the scene or puts some in
+  std::string cell;                 ///< what the kitting controller calls the cell
+  std::string program = "kitting";  ///< its controller, of clients/kitting
   std::vector<std::string> controller_options;
   std::vector<Order> orders;
   std::vector<Fault> faults;

@@ -21,9 +21,12 @@ constexpr yaml::Range kTime{.min = 0, .max = kLongest};
 constexpr yaml::Range kSpan{.min = 0, .max = kLongest, .open_min = true};
 constexpr yaml::Range kShare{.min = 0, .max = 0.9};
 
-constexpr std::array<std::string_view, 13> kKeys = {
-    "description", "scene",           "cell", "controller", "remove", "supply", "orders",
-    "faults",      "kill_controller", "vary", "stop",       "expect", "scoring"};
+constexpr std::array<std::string_view, 14> kKeys = {
+    "description", "scene",           "cell", "program", "controller", "remove", "supply", "orders",
+    "faults",      "kill_controller", "vary", "stop",    "expect",     "scoring"};
+
+/// Controllers of clients/kitting.
+constexpr std::array<std::string_view, 2> kPrograms = {"kitting", "pick"};
 
 bool is_file(const std::string& name) {
   return name.find('/') != std::string::npos || name.ends_with(".yaml") || name.ends_with(".yml");
@@ -205,6 +208,12 @@ class Reader {
 
   void read_names(const yaml::Map& keys) {
     out_.cell = keys["cell"].text_or(fs::path(out_.scene_file).stem().string());
+    if (const auto program = keys["program"]) {
+      out_.program = program.text();
+      if (std::ranges::find(kPrograms, out_.program) == std::end(kPrograms)) {
+        program.unexpected("kitting or pick");
+      }
+    }
     for (const yaml::Node& option : keys["controller"].items()) {
       out_.controller_options.push_back(option.text());
     }

@@ -447,6 +447,10 @@ Measured Measures::result(const ControllerWords& words) const {
   values["parts_lost"] = count(static_cast<std::size_t>(
       std::ranges::count_if(s.taken, [&](std::size_t body) { return !is_somewhere(body); })));
 
+  values["held_end"] = count(static_cast<std::size_t>(std::ranges::count_if(
+      s.last.robots, [](const RobotSample& robot) { return robot.held.has_value(); })));
+  values["run_s"] = s.last.time_s;
+
   values["placed"] = count(s.placements.size());
   std::vector<double> errors_mm, turns_deg;
   for (const Placement& placement : s.placements) {

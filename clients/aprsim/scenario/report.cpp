@@ -7,7 +7,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "clients/aprsim/scenario/plot_frame.hpp"
 #include "clients/aprsim/scenario/plots.hpp"
+#include "clients/aprsim/scenario/report_page.hpp"
 #include "world/scenario/measure_kinds.hpp"
 
 namespace aprsim::client {
@@ -17,16 +19,11 @@ using RunJson = nlohmann::ordered_json;
 
 RunJson maybe(const std::optional<double>& value) { return value ? RunJson(*value) : RunJson(); }
 
-/// Counts without a point, all else to four digits.
-std::string figure(double value) {
-  return value == std::floor(value) && std::abs(value) < 1e9 ? fmt::format("{:.0f}", value)
-                                                             : fmt::format("{:.4g}", value);
-}
-
 std::string bound_text(const scenario::Bound& bound) {
-  if (bound.min && bound.max && *bound.min == *bound.max) return figure(*bound.min);
-  if (bound.min && bound.max) return figure(*bound.min) + " to " + figure(*bound.max);
-  return bound.min ? "at least " + figure(*bound.min) : "at most " + figure(bound.max.value_or(0));
+  if (bound.min && bound.max && *bound.min == *bound.max) return figure_text(*bound.min);
+  if (bound.min && bound.max) return figure_text(*bound.min) + " to " + figure_text(*bound.max);
+  return bound.min ? "at least " + figure_text(*bound.min)
+                   : "at most " + figure_text(bound.max.value_or(0));
 }
 
 std::string kit_state(const KitResult& kit) {
@@ -42,28 +39,6 @@ std::string kit_state(const KitResult& kit) {
 std::string time_text(const std::optional<double>& time_s) {
   return time_s ? fmt::format("{:.1f}", *time_s) : "-";
 }
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    out += c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '&' ? "&amp;" : std::string(1, c);
-  }
-  return out;
-}
-
-std::string cells(std::initializer_list<std::string> texts, const char* tag = "td") {
-  std::string out = "<tr>";
-  for (const auto& text : texts) out += fmt::format("<{0}>{1}</{0}>", tag, escaped(text));
-  return out + "</tr>\n";
-}
-
-constexpr const char* kStyle =
-    "body{font:15px/1.45 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;"
-    "color:#1d2630}table{border-collapse:collapse;margin:.5rem 0 1.5rem}td,th{padding:.15rem "
-    ".8rem .15rem 0;text-align:left;border-bottom:1px solid #dde3e8}td.n{text-align:right}"
-    ".good{color:#187a3d}.bad{color:#b3261e}svg{max-width:100%;height:auto}"
-    "@media(prefers-color-scheme:dark){body{background:#14191e;color:#d9e0e6}"
-    "td,th{border-color:#333c44}svg{background:#eef1f4}}";
 
 }  // namespace
 
@@ -89,7 +64,7 @@ std::vector<Verdict> judge(const Measured& measured,
 
 std::string text_of(const Verdict& verdict) {
   return fmt::format("{} {}, expected {}", verdict.measure,
-                     verdict.value ? figure(*verdict.value) : "not known",
+                     verdict.value ? figure_text(*verdict.value) : "not known",
                      bound_text(verdict.bound));
 }
 
@@ -202,7 +177,7 @@ std::string report_table(const RunResult& run, const Paint& paint) {
     const auto value = measured.values.find(std::string(kind.name));
     if (value == measured.values.end()) continue;
     const std::string unit = kind.unit == "1" ? "" : std::string(kind.unit);
-    out += fmt::format("  {:<22}{:>10} {:<4} {}\n", kind.name, figure(value->second), unit,
+    out += fmt::format("  {:<22}{:>10} {:<4} {}\n", kind.name, figure_text(value->second), unit,
                        kind.meaning);
   }
   out += '\n';
@@ -216,50 +191,51 @@ std::string report_table(const RunResult& run, const Paint& paint) {
 
 std::string report_page(const RunResult& run) {
   const Measured& measured = run.measured;
-  std::string out = fmt::format(
-      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
-      "content=\"width=device-width\"><title>{0}, seed {1}</title><style>{2}</style></head><body>\n"
-      "<h1>{0}</h1>\n<p>{3}. Seed {1}, controller <code>{4}</code>; {5} after {6:.1f} s.</p>\n"
-      "<p class=\"{7}\">{8}</p>\n",
-      escaped(run.scenario), run.seed, kStyle, escaped(run.description), escaped(run.controller),
-      escaped(run.ended), measured.end_s, run.as_expected() ? "good" : "bad",
-      run.as_expected() ? "As expected." : "Not as expected.");
+  std::string out =
+      page_head(fmt::format("{}, seed {}", run.scenario, run.seed)) +
+      fmt::format(
+          "<h1>{0}</h1>\n<p>{2}. Seed {1}, controller <code>{3}</code>; {4} after {5:.1f} "
+          "s.</p>\n<p class=\"{6}\">{7}</p>\n",
+          escaped_html(run.scenario), run.seed, escaped_html(run.description),
+          escaped_html(run.controller), escaped_html(run.ended), measured.end_s,
+          run.as_expected() ? "good" : "bad",
+          run.as_expected() ? "As expected." : "Not as expected.");
   out += "<h2>Kits</h2>\n<table>" +
-         cells({"order", "tray", "announced [s]", "submitted [s]", "result"}, "th");
+         page_row({"order", "tray", "announced [s]", "submitted [s]", "result"}, "th");
   for (const KitResult& kit : measured.kits) {
-    out += cells({kit.order, kit.tray, time_text(kit.announced_s), time_text(kit.submitted_s),
-                  kit_state(kit)});
+    out += page_row({kit.order, kit.tray, time_text(kit.announced_s), time_text(kit.submitted_s),
+                     kit_state(kit)});
   }
   out += "</table>\n<h2>The run</h2>\n" + progress_plot(run) + activity_plot(run) +
          "<h2>Where parts came to lie</h2>\n" + placement_plot(run);
   if (!measured.faults.empty()) {
     out += "<h2>Faults</h2>\n<table>" +
-           cells({"kind", "target", "begin [s]", "end [s]", "next part after [s]"}, "th");
+           page_row({"kind", "target", "begin [s]", "end [s]", "next part after [s]"}, "th");
     for (const FaultResult& fault : measured.faults) {
-      out += cells({fault.kind, fault.target, time_text(fault.begin_s), time_text(fault.end_s),
-                    time_text(fault.recovery_s)});
+      out += page_row({fault.kind, fault.target, time_text(fault.begin_s), time_text(fault.end_s),
+                       time_text(fault.recovery_s)});
     }
     out += "</table>\n";
   }
   if (!measured.collisions.empty()) {
     out += "<h2>Collisions</h2>\n<table>" +
-           cells({"between", "from [s]", "to [s]", "greatest force [N]"}, "th");
+           page_row({"between", "from [s]", "to [s]", "greatest force [N]"}, "th");
     for (const Collision& collision : measured.collisions) {
-      out += cells({collision.pair, fmt::format("{:.2f}", collision.begin_s),
-                    fmt::format("{:.2f}", collision.end_s), figure(collision.max_n)});
+      out += page_row({collision.pair, fmt::format("{:.2f}", collision.begin_s),
+                       fmt::format("{:.2f}", collision.end_s), figure_text(collision.max_n)});
     }
     out += "</table>\n";
   }
-  out += "<h2>Measures</h2>\n<table>" + cells({"measure", "value", "unit", "meaning"}, "th");
+  out += "<h2>Measures</h2>\n<table>" + page_row({"measure", "value", "unit", "meaning"}, "th");
   for (const auto& kind : scenario::measure_kinds()) {
     const auto value = measured.values.find(std::string(kind.name));
     if (value == measured.values.end()) continue;
-    out += cells({std::string(kind.name), figure(value->second),
-                  kind.unit == "1" ? "" : std::string(kind.unit), std::string(kind.meaning)});
+    out += page_row({std::string(kind.name), figure_text(value->second),
+                     kind.unit == "1" ? "" : std::string(kind.unit), std::string(kind.meaning)});
   }
-  out += "</table>\n<h2>Expected</h2>\n<table>" + cells({"bound", "kept"}, "th");
+  out += "</table>\n<h2>Expected</h2>\n<table>" + page_row({"bound", "kept"}, "th");
   for (const Verdict& verdict : run.verdicts) {
-    out += cells({text_of(verdict), verdict.kept ? "yes" : "no"});
+    out += page_row({text_of(verdict), verdict.kept ? "yes" : "no"});
   }
   return out + "</table>\n</body></html>\n";
 }

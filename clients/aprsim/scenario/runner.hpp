@@ -49,7 +49,8 @@ struct RunOptions {
   /// somebody else starts; empty = the kitting controller.
   std::string controller;
   std::string
-      directory;  ///< keeps the scene, the logs and what the controller says; empty = nothing
+      directory;        ///< keeps the scene, the logs and what the controller says; empty = nothing
+  std::string journal;  ///< file or directory for that of an own daemon; empty = none
 };
 
 /// Runs a planned scenario: starts a daemon of its own on free ports with the planned scene, and

@@ -68,6 +68,12 @@ const TraceFiles& trace_files() {
   return files;
 }
 
+/// For the results of commands, as long as the tests run.
+std::string place(const std::string& name) {
+  static const TemporaryDirectory directory;
+  return directory.path() + '/' + name;
+}
+
 /// One run of each command that succeeds, in an order in which each can.
 std::vector<Row> every_command() {
   return {{"status", {"--bodies"}},
@@ -124,6 +130,9 @@ std::vector<Row> every_command() {
           {"trace import", {trace_files().capture, "--out", trace_files().out + ".journal"}, true},
           {"trace show", {trace_files().journal}, true},
           {"trace export", {trace_files().journal, "--csv", trace_files().out}, true},
+          {"batch", {"pick", "--seeds", "1", "--journals", "0", "--out", place("batch")}, true},
+          {"merge", {place("batch"), "--out", place("merged")}, true},
+          {"report diff", {place("batch"), place("merged")}, true},
           {"demo", {"--robot", "fanuc"}},
           {"completion", {"bash"}, true},
           {"manual", {}, true}};
@@ -332,8 +341,22 @@ TEST(ExitCodes, TwoWhenTheArgumentsAreWrong) {
       {"scenario", "run", "clean_2017", "--speed", "0"},
       {"scenario", "run", "clean_2017", "--virtual", "--speed", "2"},
       {"scenario", "run", "clean_2017", "--virtual", "--controller", "none"},
-      {"scenario", "run", "clean_2017", "--repeat", "0"},
-      {"scenario", "run", "clean_2017", "--jobs", "2"},
+      {"scenario", "run", "clean_2017", "--attach", "--journal", "/tmp/j"},
+      {"batch"},
+      {"batch", "pick", "--seeds", "1..3"},
+      {"batch", "pick", "--out", "/tmp/never"},
+      {"batch", "pick", "--seeds", "3..1", "--out", "/tmp/never"},
+      {"batch", "pick", "--seeds", "1..3", "--shard", "3/3", "--out", "/tmp/never"},
+      {"batch", "pick", "--seeds", "1..3", "--jobs", "0", "--out", "/tmp/never"},
+      {"batch", "pick", "--seeds", "1..3", "--again", "--out", "/tmp/never"},
+      {"batch", "no_such", "--seeds", "1..3", "--out", "/tmp/never"},
+      {"batch", "pick", "--seeds", "1..3", "--out", "/proc/never"},
+      {"merge", "/no/such", "--out", "/tmp/never"},
+      {"merge", "/no/such"},
+      {"report"},
+      {"report", "diff", "/no/such", "/no/such"},
+      {"report", "diff", "/no/such"},
+      {"report", "diff", "/no/such", "/no/such", "--level", "2"},
       {"scenario", "run", "clean_2017", "--controller", ""},
       {"trace"},
       {"trace", "diff", trace_files().journal},

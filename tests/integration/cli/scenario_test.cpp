@@ -46,26 +46,6 @@ bool daemon_is_left(const std::string& directory) {
   return std::filesystem::exists(directory + "/ports.json");
 }
 
-TEST(ScenarioSweep, TheSameSeedsGiveTheSameReportHoweverManyRunAtOnce) {
-  const TemporaryDirectory directory;
-  const auto file = directory.write("short.yaml", kShort);
-  const auto sweep = [&](const std::string& jobs) {
-    const auto report = directory.path() + "/jobs_" + jobs;
-    const auto result = run_scenario_command(
-        {"run", file, "--seed", "4", "--repeat", "2", "--jobs", jobs, "--report", report});
-    EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
-    EXPECT_NE(result.out.find("2 runs, 2 as expected"), std::string::npos) << result.out;
-    return text_of_file(report + "/sweep.json");
-  };
-  const std::string one_by_one = sweep("1");
-  EXPECT_EQ(sweep("2"), one_by_one);
-  const Json json = Json::parse(one_by_one);
-  EXPECT_EQ(json["runs"], 2);
-  EXPECT_EQ(json["each"][0]["seed"], 4);
-  EXPECT_NE(json["each"][0]["state_hash"], json["each"][1]["state_hash"]) << "other seeds";
-  EXPECT_EQ(json["measures"]["kits_right"]["mean"], 1);
-}
-
 TEST(ScenarioRun, InTheCellThatRuns) {
   const TemporaryDirectory directory;
   std::string text = kShort;
@@ -210,24 +190,6 @@ expect: {controller_kills: 2, controller_killed_s: {min: 4, max: 5.5}, kits_righ
   int count = 0;
   for (pid_t pid = 0; started >> pid; ++count) EXPECT_EQ(kill(pid, 0), -1) << "it is left";
   EXPECT_EQ(count, 3);
-}
-
-// A job each, killed at a moment drawn by the seed.
-TEST(ScenarioRun, AKilledControllerFindsOutWhereItStandsAndFinishes) {
-  const TemporaryDirectory directory;
-  const auto report = directory.path() + "/report";
-  const auto result = run_scenario_command(
-      {"run", "controller_killed", "--repeat", "4", "--jobs", "2", "--report", report, "--json"},
-      std::chrono::seconds(280));
-  EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
-  const Json sweep = Json::parse(text_of_file(report + "/sweep.json"));
-  EXPECT_EQ(sweep["as_expected"], 4);
-  for (const Json& run : sweep["each"]) {
-    EXPECT_EQ(run["values"]["controller_kills"], 1);
-    EXPECT_EQ(run["values"]["kits_right"], 4);
-    EXPECT_EQ(run["values"]["parts_lost"], 0);
-    EXPECT_LT(run["values"]["controller_killed_s"], run["values"]["job_s"]);
-  }
 }
 
 TEST(ScenarioRun, StopsWhatItStartedWhenItIsInterrupted) {

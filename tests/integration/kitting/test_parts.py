@@ -410,6 +410,17 @@ class OrderLinesTest(unittest.TestCase):
         self.assertEqual([k.order for k in self.board.kits], ["a"], "the other tray is nobody's")
         self.assertFalse(self.board.taking_orders, "the input has ended")
 
+    def test_a_job_ends_without_the_input_ending(self):
+        source = io.StringIO('{"end": true}\n{"announce": "of the next job"}\n')
+        lines = order_lines.OrderLines(source, CELL, self.board, self.report)
+        lines.run()
+        self.assertTrue(lines.more)
+        self.assertFalse(self.board.taking_orders)
+        self.assertIn("next job", source.readline(), "it is not read yet")
+        ended = order_lines.OrderLines(io.StringIO(""), CELL, self.board, self.report)
+        ended.run()
+        self.assertFalse(ended.more)
+
     def test_a_more_urgent_kit_goes_first(self):
         self.read(f'{{"announce": "usual", "tray": "{self.TABLE}"}}')
         self.board.see("fanuc", self.scene)

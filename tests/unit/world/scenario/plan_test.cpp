@@ -1,5 +1,6 @@
 #include "world/scenario/plan.hpp"
 
+#include <cmath>
 #include <set>
 
 #include <gtest/gtest.h>
@@ -136,6 +137,25 @@ vary: {tray_yaw_deg: 180, tray_xy_m: 0.5}
                          1, paths_);
   ASSERT_FALSE(made.has_value());
   EXPECT_NE(made.error().message.find("expected less variation"), std::string::npos);
+}
+
+TEST(Plan, SaysWhatWasDrawnAndNothingElse) {
+  const auto paths = scene::default_data_paths();
+  const auto pick = load_scenario("pick", paths);
+  ASSERT_TRUE(pick.has_value()) << pick.error().message;
+  EXPECT_EQ(pick->program, "pick");
+  const auto one = plan(*pick, 1, paths), other = plan(*pick, 2, paths);
+  ASSERT_TRUE(one && other);
+  EXPECT_LE(std::abs(one->drawn.at("friction_share")), 0.3);
+  EXPECT_NE(one->drawn.at("friction_share"), other->drawn.at("friction_share"));
+  const double noise_m = one->drawn.at("fanuc.position_noise_m");
+  EXPECT_GE(noise_m, 0.00003);
+  EXPECT_LE(noise_m, 0.0006);
+  EXPECT_EQ(one->scene.robots[0].vision.position_noise_m, noise_m);
+  EXPECT_EQ(one->drawn.size(), other->drawn.size());
+  const auto clean = load_scenario("cannot_be_done", paths);
+  ASSERT_TRUE(clean.has_value());
+  EXPECT_EQ(clean->program, "kitting");
 }
 
 }  // namespace

@@ -8,7 +8,7 @@ from aprsim.crcl.v1 import robot_service_pb2 as aprsim_dot_crcl_dot_v1_dot_robot
 class RobotServiceStub(object):
     """The robots of the cell by the rules of their CRCL ports: the same commands, states, errors and
     refusals. All clients of a robot share its latest command, whatever wire they use. Of a robot that
-    the cell does not have: NOT_FOUND. In virtual time these calls do not pace: they pass no time, and
+    the cell does not have: NOT_FOUND. A message has at most 64 KiB. In virtual time these calls do not pace: they pass no time, and
     answer at once.
     """
 
@@ -43,7 +43,7 @@ class RobotServiceStub(object):
 class RobotServiceServicer(object):
     """The robots of the cell by the rules of their CRCL ports: the same commands, states, errors and
     refusals. All clients of a robot share its latest command, whatever wire they use. Of a robot that
-    the cell does not have: NOT_FOUND. In virtual time these calls do not pace: they pass no time, and
+    the cell does not have: NOT_FOUND. A message has at most 64 KiB. In virtual time these calls do not pace: they pass no time, and
     answer at once.
     """
 
@@ -113,7 +113,7 @@ def add_RobotServiceServicer_to_server(servicer, server):
 class RobotService(object):
     """The robots of the cell by the rules of their CRCL ports: the same commands, states, errors and
     refusals. All clients of a robot share its latest command, whatever wire they use. Of a robot that
-    the cell does not have: NOT_FOUND. In virtual time these calls do not pace: they pass no time, and
+    the cell does not have: NOT_FOUND. A message has at most 64 KiB. In virtual time these calls do not pace: they pass no time, and
     answer at once.
     """
 

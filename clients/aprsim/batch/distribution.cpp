@@ -1,4 +1,4 @@
-#include "clients/aprsim/sweep/distribution.hpp"
+#include "clients/aprsim/batch/distribution.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <initializer_list>
+#include <string>
+
+/// What the pages of reports are made of.
+namespace aprsim::client {
+
+extern const char* const kPageStyle;
+
+/// From the type of the document to the body's beginning.
+[[nodiscard]] std::string page_head(const std::string& title);
+/// A row of a table, of texts that are no HTML.
+[[nodiscard]] std::string page_row(std::initializer_list<std::string> texts,
+                                   const char* tag = "td");
+/// Counts without a point, all else to four digits.
+[[nodiscard]] std::string figure_text(double value);
+
+}  // namespace aprsim::client

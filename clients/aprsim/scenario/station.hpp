@@ -1,0 +1,70 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <sys/types.h>
+
+#include "clients/aprsim/outcome.hpp"
+#include "clients/aprsim/scenario/run_result.hpp"
+#include "clients/aprsim/scenario/runner.hpp"
+#include "world/scenario/plan.hpp"
+#include "world/scenario/scenario.hpp"
+
+namespace aprsim::client {
+
+struct StationOptions {
+  /// A command for the shell in place of the scenario's own program; it polls every robot.
+  std::string controller;
+  /// That command starts a controller which takes one job after the other, as the own programs do.
+  bool again = false;
+  std::string directory;  ///< keeps scene, logs and what the controller says; empty = nothing
+  std::string journal;    ///< file or directory for the daemon's; empty = none
+};
+
+/// A daemon and a controller for one run of a scenario after the other, in virtual time: the cell
+/// is reset to each plan's scene, connections stay. A run depends on its plan alone, to the bit,
+/// whatever ran before it.
+///
+/// A controller that takes one job after the other says {"event": "ready"} once its connections are
+/// there and whenever it has nothing to do; {"begin": SEED} begins a job, {"end": true} tells it
+/// that no more orders come; it says {"event": "end"} when it has done all, and "ready" again once
+/// it polls no more: the cell is paused then, so that all answers come. With another controller,
+/// and after a run that did not end in order, both programs are started anew.
+///
+/// Thread: one, which is the same for all calls.
+class Station {
+ public:
+  Station(const scenario::Scenario& scenario, StationOptions options);
+  ~Station();
+  Station(const Station&) = delete;
+  Station& operator=(const Station&) = delete;
+
+  /// Failures: what cannot be started, a program that dies or does not go on, an interruption. The
+  /// next run begins with new programs then.
+  [[nodiscard]] Outcome<RunResult> run(const scenario::Plan& plan, const RunListener& listener);
+
+  /// Of the daemon, while there is one.
+  [[nodiscard]] std::optional<pid_t> daemon() const;
+  /// Greatest memory of a daemon so far; 0 = unknown [bytes].
+  [[nodiscard]] std::uint64_t peak_bytes() const { return peak_bytes_; }
+  /// How often the programs were started.
+  [[nodiscard]] unsigned starts() const { return starts_; }
+
+ private:
+  struct Programs;
+
+  [[nodiscard]] Outcome<void> start(const scenario::Plan& plan);
+  [[nodiscard]] Outcome<RunResult> run_once(const scenario::Plan& plan,
+                                            const RunListener& listener);
+  void end_programs();
+
+  const scenario::Scenario& scenario_;
+  const StationOptions options_;
+  const bool again_;
+  std::unique_ptr<Programs> programs_;
+  std::uint64_t peak_bytes_ = 0;
+  unsigned starts_ = 0;
+};
+
+}  // namespace aprsim::client

@@ -1,0 +1,111 @@
+"""The connections to the robots and their cameras, and jobs one after the other on them: what the
+programs of this folder have in common."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import signal
+import sys
+import threading
+from typing import Callable, Mapping, Sequence
+
+from blind import BlindCamera, BlindRobot
+from calibration import Correction
+from cell import Cell, Robot
+from clock import Clock, PollClock
+from crcl_robot import CrclRobot, RobotLost
+from vision import Camera, LookError
+
+DONE, INCOMPLETE, USAGE, NO_CONNECTION, INTERRUPTED = 0, 1, 2, 3, 130
+_FEED_S = 20.0  # for a camera to send something
+
+Wires = dict[str, tuple[CrclRobot, Camera]]
+
+
+def open_wires(
+    cell: Cell,
+    robots: Sequence[Robot],
+    options: argparse.Namespace,
+    clock: Clock,
+    corrections: Mapping[str, Correction],
+) -> Wires:
+    wires: Wires = {}
+    for robot in robots:
+        crcl = (BlindRobot if options.blind else CrclRobot)(
+            robot.name,
+            robot.host,
+            robot.crcl_port,
+            clock=clock,
+            # Where polls pass time, an answer may take as long as others think.
+            answer_s=3600.0 if clock.counts_polls else 5.0,
+            move_limit_s=options.move_limit,
+            curtain=robot.curtain,
+        )
+        correction = corrections.get(robot.name, Correction())
+        camera = (BlindCamera if options.blind else Camera)(
+            robot.host, robot.vision_port, robot.frame, correction, clock=clock
+        )
+        camera.start()
+        wires[robot.name] = (crcl, camera)
+    return wires
+
+
+def close_wires(wires: Wires) -> None:
+    for crcl, camera in wires.values():
+        crcl.close()
+        camera.close()
+
+
+def interrupted_by_signals(wires: Wires) -> threading.Event:
+    """Set by Ctrl-C and SIGTERM, which also end the robots' waiting."""
+    interrupted = threading.Event()
+
+    def on_signal(*_: object) -> None:
+        interrupted.set()
+        for crcl, _camera in wires.values():
+            crcl.interrupt()
+
+    signal.signal(signal.SIGINT, on_signal)
+    signal.signal(signal.SIGTERM, on_signal)
+    return interrupted
+
+
+def run_jobs(
+    wires: Wires, interrupted: threading.Event, job: Callable[[int], tuple[int, bool]]
+) -> int:
+    """One job after the other, as standard input begins them: {"begin": SEED}. `job` has the exit
+    code, and whether another may follow; "ready" is said when one may."""
+    # Every connection is there before the cell is reset, so that the first job begins as all do. What is
+    # not there is for the job to notice.
+    for crcl, camera in wires.values():
+        with contextlib.suppress(RobotLost):
+            crcl.open()
+        with contextlib.suppress(LookError):
+            camera.await_feed(_FEED_S)
+    code, more = DONE, True
+    while more and not interrupted.is_set():
+        print(json.dumps({"event": "ready"}), flush=True)
+        seed = _next_seed()
+        if seed is None:
+            break
+        clock = next(iter(wires.values()))[0].clock
+        if clock.counts_polls:
+            clock = PollClock(clock.poll_s)
+        for crcl, camera in wires.values():
+            crcl.begin(clock, lambda event, text: None)
+            camera.begin(clock)
+        code, more = job(seed)
+    return code
+
+
+def _next_seed() -> int | None:
+    for line in iter(sys.stdin.readline, ""):
+        try:
+            message = json.loads(line)
+        except ValueError:
+            continue
+        if isinstance(message, dict) and isinstance(message.get("begin"), int):
+            return int(message["begin"])
+    return None
