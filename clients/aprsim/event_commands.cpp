@@ -11,7 +11,7 @@ namespace aprsim::client {
 namespace {
 
 nlohmann::ordered_json event_object(const v1::StreamEventsResponse& response) {
-  using Json = nlohmann::ordered_json;
+  using EventJson = nlohmann::ordered_json;
   const v1::CellEvent& event = response.event();
   return {{"sequence", event.sequence()},
           {"epoch", event.epoch()},
@@ -21,7 +21,7 @@ nlohmann::ordered_json event_object(const v1::StreamEventsResponse& response) {
           {"kind", event_kind_word(event.kind())},
           {"names", std::vector<std::string>(event.names().begin(), event.names().end())},
           {"text", event.text()},
-          {"robot", event.has_robot() ? Json(event.robot()) : Json()},
+          {"robot", event.has_robot() ? EventJson(event.robot()) : EventJson()},
           {"number", event.number()},
           {"lost", response.lost()}};
 }
