@@ -180,12 +180,11 @@ Outcome<std::optional<v1::Snapshot>> CellConnection::step_and_look(
   request.mutable_read_mask();
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + std::chrono::hours(1));
-  const std::string& token = stubs_->control.token;
-  if (!token.empty()) context.AddMetadata("authorization", "Bearer " + token);
+  stubs_->prepare(context);
   grpc::CompletionQueue queue;
   v1::StepResponse response;
   grpc::Status status;
-  const auto reader = stubs_->control.stub.AsyncStep(&context, request, &queue);
+  const auto reader = stubs_->control.AsyncStep(&context, request, &queue);
   reader->Finish(&response, &status, nullptr);
   bool given_up = false;
   void* tag = nullptr;

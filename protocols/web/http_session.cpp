@@ -265,7 +265,7 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
     auto executor = boost::asio::prefer(stream_.get_executor(),
                                         boost::asio::execution::outstanding_work.tracked);
     const bool head = request.method() == http::verb::head, keep_alive = request.keep_alive();
-    stream_.expires_never();
+    tcp().expires_never();
     context_.incidents->take_incident(
         *last, [self = shared_from_this(), executor, head,
                 keep_alive](Result<protocols::Incident> incident) mutable {
@@ -277,7 +277,7 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
   }
 
   void send_incident(Result<protocols::Incident> incident, bool head, bool keep_alive) {
-    if (!stream_.socket().is_open()) return;
+    if (!tcp().socket().is_open()) return;
     if (!incident) {
       return refuse(http::status::service_unavailable, incident.error().message, !keep_alive);
     }
@@ -294,7 +294,7 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
     auto serializer = std::make_shared<http::response_serializer<http::string_body>>(*response);
     auto pieces = std::make_shared<protocols::Incident>(*std::move(incident));
     if (head) pieces->pieces.clear();
-    stream_.expires_after(kTimeout);
+    tcp().expires_after(kTimeout);
     http::async_write_header(stream_, *serializer,
                              [self = shared_from_this(), response, serializer, pieces](
                                  const error_code& error, std::size_t) {
@@ -306,7 +306,7 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
   void send_pieces(const std::shared_ptr<protocols::Incident>& incident, std::size_t next,
                    bool last) {
     if (next == incident->pieces.size()) return last ? shut_down() : read();
-    stream_.expires_after(kTimeout);
+    tcp().expires_after(kTimeout);
     boost::asio::async_write(
         stream_, boost::asio::buffer(*incident->pieces[next]),
         [self = shared_from_this(), incident, next, last](const error_code& error, std::size_t) {
