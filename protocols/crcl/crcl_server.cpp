@@ -44,6 +44,7 @@ class CrclServer::Impl {
   Impl(CrclServerOptions options, api::CommandSink& sink, const api::SnapshotSource& source)
       : options_(std::move(options)),
         executor_(executor_options(options_), sink, source),
+        robot_(executor_.robot()),
         service_({executor_.name(), options_.bind_address, options_.port, options_.limits,
                   options_.allow},
                  options_.drain_deadline,
@@ -98,7 +99,7 @@ class CrclServer::Impl {
             counters_.answer_times.counts()};
   }
 
-  [[nodiscard]] const std::string& robot() const { return executor_.robot(); }
+  [[nodiscard]] const std::string& robot() const { return robot_; }
 
   // Sessions are counted where they are opened; all else of them is the server's thread's.
   Result<std::shared_ptr<protocols::RobotSession>> open(
@@ -200,6 +201,7 @@ class CrclServer::Impl {
 
   CrclServerOptions options_;
   CommandExecutor executor_;
+  const std::string robot_;  // its name in the scene that the server began with
   CrclCounters counters_;
   std::atomic<std::size_t> sessions_open_{0};
   std::atomic<std::uint64_t> last_session_{0};
