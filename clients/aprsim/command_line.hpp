@@ -253,18 +253,18 @@ struct CompletionCommand {
 /// Prints the manual page.
 struct ManualCommand {};
 
-std::variant<
-    AnyCommand, StatusCommand, WatchCommand, EventsCommand, CrclSendCommand, CrclRunCommand,
-    CrclStatusCommand, CrclInitCommand, CrclStopCommand, CrclGripperCommand, CrclJogCommand,
-    CrclValidateCommand, ConveyorSetCommand, ConveyorStatusCommand, ConveyorMapCommand,
-    ConformCrclCommand, ConformModbusCommand, ConformClausesCommand, PauseCommand, ResumeCommand,
-    StepCommand, SpeedCommand, ResetCommand, SaveCommand, LoadCommand, StatesListCommand,
-    StatesDeleteCommand, IncidentCommand, IntruderCommand, RunCommand, SceneShowCommand,
-    SceneListCommand, SceneTypesCommand, SceneSpawnCommand, SceneMoveCommand, SceneRemoveCommand,
-    SceneSetCommand, FaultListCommand, FaultKindsCommand, FaultInjectCommand, FaultEndCommand,
-    FaultEventCommand, ScenarioListCommand, ScenarioCheckCommand, ScenarioRunCommand, ReplayCommand,
-    BatchCommand, MergeCommand, ReportDiffCommand, TraceDiffCommand, TraceExportCommand,
-    TraceImportCommand, TraceShowCommand, DemoCommand, CompletionCommand, ManualCommand>;
+using AnyCommand = std::variant<
+    StatusCommand, WatchCommand, EventsCommand, CrclSendCommand, CrclRunCommand, CrclStatusCommand,
+    CrclInitCommand, CrclStopCommand, CrclGripperCommand, CrclJogCommand, CrclValidateCommand,
+    ConveyorSetCommand, ConveyorStatusCommand, ConveyorMapCommand, ConformCrclCommand,
+    ConformModbusCommand, ConformClausesCommand, PauseCommand, ResumeCommand, StepCommand,
+    SpeedCommand, ResetCommand, SaveCommand, LoadCommand, StatesListCommand, StatesDeleteCommand,
+    IncidentCommand, IntruderCommand, RunCommand, SceneShowCommand, SceneListCommand,
+    SceneTypesCommand, SceneSpawnCommand, SceneMoveCommand, SceneRemoveCommand, SceneSetCommand,
+    FaultListCommand, FaultKindsCommand, FaultInjectCommand, FaultEndCommand, FaultEventCommand,
+    ScenarioListCommand, ScenarioCheckCommand, ScenarioRunCommand, ReplayCommand, BatchCommand,
+    MergeCommand, ReportDiffCommand, TraceDiffCommand, TraceExportCommand, TraceImportCommand,
+    TraceShowCommand, DemoCommand, CompletionCommand, ManualCommand>;
 
 struct CommandLine {
   EndpointChoice endpoints;
