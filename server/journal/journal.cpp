@@ -22,11 +22,13 @@ std::uint64_t steps_of(std::chrono::nanoseconds time) {
   return time.count() <= 0 ? 0 : static_cast<std::uint64_t>(time / kStep);
 }
 
-/// Of what the simulation told; null = a wire did.
+/// Of what decides the run; else null.
 const world::RunTime* time_of(const Entry& entry) {
   return std::visit(
       [](const auto& what) -> const world::RunTime* {
-        if constexpr (std::is_same_v<std::decay_t<decltype(what)>, protocols::WireRecord>) {
+        using What = std::decay_t<decltype(what)>;
+        if constexpr (std::is_same_v<What, protocols::WireRecord> ||
+                      std::is_same_v<What, api::CellEventPtr>) {
           return nullptr;
         } else {
           return &what.time;
@@ -40,7 +42,7 @@ const world::RunTime* time_of(const Entry& entry) {
 Journal::Journal(JournalOptions options)
     : options_(std::move(options)),
       decisions_(options_.max_queue_bytes),
-      wires_(options_.max_queue_bytes),
+      tellings_(options_.max_queue_bytes),
       ring_(steps_of(options_.memory_span), options_.max_memory_bytes) {
   if (!options_.place.empty()) {
     disk_.emplace(options_.place, options_.max_file_bytes, options_.header);
@@ -103,12 +105,16 @@ void Journal::saved(world::RunTime time, std::uint64_t hash,
   push(decisions_, [&] { return StateSaved{time, hash, std::move(state)}; });
 }
 
+void Journal::happened(const api::CellEventPtr& event) {
+  push(tellings_, [&] { return event; });
+}
+
 void Journal::stopped(world::RunTime time, const std::string& why) {
   push(decisions_, [&] { return WorldStopped{time, why}; });
 }
 
 void Journal::note(protocols::WireRecord record) {
-  push(wires_, [&] { return std::move(record); });
+  push(tellings_, [&] { return std::move(record); });
 }
 
 void Journal::take_incident(std::chrono::nanoseconds last, Done done) {
@@ -183,19 +189,19 @@ void Journal::write_taken(bool ending) try {
 }
 
 void Journal::add_taken() {
-  // The wires' first: of what a client was told, all that decided it is taken with it.
-  wires_.take(taken_wires_);
+  // What only tells first: of what a client was told, all that decided it is taken with it.
+  tellings_.take(taken_tellings_);
   decisions_.take(taken_decisions_);
   auto& decisions = taken_decisions_.entries;
-  auto& wires = taken_wires_.entries;
-  while (!decisions.empty() || !wires.empty()) {
+  auto& tellings = taken_tellings_.entries;
+  while (!decisions.empty() || !tellings.empty()) {
     const bool decides =
-        wires.empty() || (!decisions.empty() && decisions.front().wall <= wires.front().wall);
-    auto& next = decides ? decisions : wires;
+        tellings.empty() || (!decisions.empty() && decisions.front().wall <= tellings.front().wall);
+    auto& next = decides ? decisions : tellings;
     add(next.front());
     next.pop_front();
   }
-  for (RecordQueue::Taken* taken : {&taken_decisions_, &taken_wires_}) {
+  for (RecordQueue::Taken* taken : {&taken_decisions_, &taken_tellings_}) {
     if (!taken->missing.any()) continue;
     taken->missing.reason = "the writer could not keep up";
     tell_gap(std::exchange(taken->missing, {}));
@@ -204,12 +210,12 @@ void Journal::add_taken() {
 
 /// All that has been taken and is in no frame yet; its gap is told with the next turn.
 void Journal::lose_taken(const std::string& why) {
-  for (RecordQueue::Taken* taken : {&taken_decisions_, &taken_wires_}) {
+  for (RecordQueue::Taken* taken : {&taken_decisions_, &taken_tellings_}) {
     Missing lost = std::exchange(taken->missing, {});
     for (const Entry& entry : taken->entries) lost.add(entry.missing());
     taken->entries.clear();
     lost.reason = why;
-    (taken == &taken_decisions_ ? decisions_ : wires_).lose(lost);
+    (taken == &taken_decisions_ ? decisions_ : tellings_).lose(lost);
   }
   wants_checkpoint_ = true;
 }

@@ -56,6 +56,7 @@ class Journal final : public world::Recorder,
   void sampled(world::RunTime time, world::StateSample sample) override;
   void saved(world::RunTime time, std::uint64_t hash,
              std::shared_ptr<const world::WorldState> state) override;
+  void happened(const api::CellEventPtr& event) override;
   void stopped(world::RunTime time, const std::string& why) override;
   [[nodiscard]] bool wants_checkpoint() const override {
     return wants_checkpoint_.load(std::memory_order_relaxed);
@@ -89,13 +90,14 @@ class Journal final : public world::Recorder,
   [[nodiscard]] Result<protocols::Incident> incident(std::chrono::nanoseconds last) const;
 
   const JournalOptions options_;
-  // Those that decide the run have their room for themselves: no flood of the wires loses one.
-  RecordQueue decisions_, wires_;
+  // Those that decide the run have their room for themselves: no flood of what only tells of it,
+  // the wires and the cell's events, loses one.
+  RecordQueue decisions_, tellings_;
   std::atomic<bool> wants_checkpoint_{false};
   std::uint64_t sequence_ = 0;  ///< thread: sim
 
   // The writer's.
-  RecordQueue::Taken taken_decisions_, taken_wires_;
+  RecordQueue::Taken taken_decisions_, taken_tellings_;
   aprsim::journal::FrameEncoder encoder_;
   Frame next_;  ///< what the encoder gathers
   FrameRing ring_;

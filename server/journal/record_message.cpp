@@ -54,6 +54,10 @@ void write(const WorldStopped& stopped, v1::JournalRecord& record) {
   to.set_text(stopped.why);
 }
 
+void write(const api::CellEventPtr& event, v1::JournalRecord& record) {
+  protocols::write_message(*event, *record.mutable_event());
+}
+
 v1::WireKind kind_of(protocols::WireKind kind) {
   switch (kind) {
     case protocols::WireKind::kCrcl:

@@ -53,7 +53,7 @@ struct Missing {
 struct Entry {
   WallTime wall;
   std::variant<EpochBegun, CommandApplied, StateSampled, StateSaved, WorldStopped,
-               protocols::WireRecord>
+               api::CellEventPtr, protocols::WireRecord>
       what;
 
   /// Of memory; approximately.

@@ -133,6 +133,21 @@ TEST_F(JournalOfARun, IsTheSameAgain) {
   EXPECT_EQ(result.gaps, 0U);
 }
 
+TEST_F(JournalOfARun, HasTheEventsOfTheCell) {
+  record(options_for(file()));
+  std::uint64_t last = 0;
+  std::vector<v1::CellEventKind> kinds;
+  for (const v1::JournalRecord& record : records()) {
+    if (!record.has_event()) continue;
+    EXPECT_EQ(record.event().sequence(), last + 1);
+    last = record.event().sequence();
+    kinds.push_back(record.event().kind());
+  }
+  for (const auto kind : {v1::CELL_EVENT_KIND_COMMAND_BEGUN, v1::CELL_EVENT_KIND_RESET}) {
+    EXPECT_NE(std::ranges::find(kinds, kind), kinds.end()) << v1::CellEventKind_Name(kind);
+  }
+}
+
 TEST_F(JournalOfARun, IsNotTheSameWithAnotherCommand) {
   record(options_for(file()));
   auto all = records();
