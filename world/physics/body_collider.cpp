@@ -47,16 +47,11 @@ void BodyCollider::note_pressed(const std::vector<ContactConstraint>& constraint
   }
 }
 
-/// The way of a body that falls, seen from another. A slow one is only looked at a little lower,
-/// where it would be a step later had it nothing under it.
+/// The way of a body that falls, seen from another; none if it is slow.
 Way BodyCollider::falling(const Moving& body, const Moving& other) const {
   const double ahead_s = kStepsAhead * model_.step_s;
   Way way = way_of(body, other, ahead_s);
-  if (way.longest_m() < kLeastWay) {
-    way.shift_W = -kLeastWay * Eigen::Vector3d::UnitZ();
-    way.turn_W.setZero();
-    return way;
-  }
+  if (way.longest_m() < kLeastWay) return {};
   way.shift_W.z() -= model_.scene.physics.gravity_m_s2 * ahead_s * model_.step_s;
   return way;
 }
@@ -222,6 +217,8 @@ void BodyCollider::free_on_fixed(int body, const StaticShape& shape,
   Moving support;
   if (shape.belt) support.v_W = model_.belt_speed_m_s * model_.fixed.belt_axis_W;
   Way way = falling(moving(free), support);
+  // A slow one is looked at where it would be a step later had it nothing under it.
+  if (way.longest_m() == 0) way.shift_W.z() = -kLeastWay;
   way.shift_W -= sink_ahead(body) * shape.X_WS.linear().col(2);
   if (free.is_tool()) {
     find_ahead(way, out, [&](const Eigen::Isometry3d& D) {

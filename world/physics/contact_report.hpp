@@ -29,7 +29,7 @@ class ContactReport {
     return forces_[static_cast<std::size_t>(robot)];
   }
   /// Replaces `out` by the contacts in the order of their sides, robots first, at most
-  /// api::kMaxContacts: those of the last step's last part, and those that contact simplification has frozen.
+  /// api::kMaxContacts: those of the last step, and those that contact simplification has frozen.
   void write(std::vector<api::ContactSnapshot>& out);
   /// All pairs of the same list; the next write() does not look for it again.
   [[nodiscard]] const ContactPairs& pairs();

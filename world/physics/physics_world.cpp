@@ -49,6 +49,7 @@ struct PhysicsWorld::Impl {
         report(model) {
     released.reserve(model.bodies.size());
     fallen.reserve(model.bodies.size());
+    met.reserve(kConstraintCapacity);
     for (const auto& links : X_WL) {
       next_mounts.push_back(links.back());
       next_links.emplace_back(links.begin(), links.end());
@@ -75,7 +76,8 @@ struct PhysicsWorld::Impl {
   ArmPenalty penalty;
   ContactReport report;
   std::vector<int> released, fallen;
-  std::vector<Eigen::Isometry3d> next_mounts;  // of the grippers; set before every step
+  std::vector<ContactConstraint> met;                      // in the parts of a step
+  std::vector<Eigen::Isometry3d> next_mounts;              // of the grippers; set before every step
   std::vector<std::vector<Eigen::Isometry3d>> next_links;  // while a step is done in parts
   std::vector<Eigen::Isometry3d> between;                  // of an arm's links
   double next_belt_speed = 0;
@@ -102,6 +104,9 @@ void PhysicsWorld::Impl::step() {
     }
     for (int left = parts; left > 0; --left) step_part(left);
     model.set_step_s(model.scene.physics.step_s);
+    // What is seen of the step are the contacts of all parts, with their means over the step.
+    std::swap(model.constraints, met);
+    met.clear();
   } else {
     step_part(1);
   }
@@ -162,7 +167,8 @@ double PhysicsWorld::Impl::stroke_m(int body) const {
 }
 
 /// Kinematics first, then contacts at the poses of now, forces and velocities from these
-/// (semi-implicit Euler), and what the new poses mean. `left`: parts of the step, this one included.
+/// (semi-implicit Euler), and what the new poses mean. `left`: parts of the step, this one
+/// included.
 void PhysicsWorld::Impl::step_part(int left) {
   begin_part(left);
   search.find();
@@ -175,9 +181,8 @@ void PhysicsWorld::Impl::step_part(int left) {
 /// What is given for the step's end is reached evenly.
 void PhysicsWorld::Impl::begin_part(int left) {
   const double share = 1.0 / left;
-  model.belt_speed_m_s = left == 1
-                             ? next_belt_speed
-                             : (1 - share) * model.belt_speed_m_s + share * next_belt_speed;
+  model.belt_speed_m_s =
+      left == 1 ? next_belt_speed : (1 - share) * model.belt_speed_m_s + share * next_belt_speed;
   model.simplification.begin_step(model.belt_speed_m_s);
   for (std::size_t r = 0; r < model.grippers.size(); ++r) {
     GripperMechanism& gripper = model.grippers[r];
@@ -237,7 +242,15 @@ void PhysicsWorld::Impl::collect_results(int left) {
   for (auto& gripper : model.grippers) gripper.end_step();
   for (auto& arm : model.arms) arm.end_step();
   if (left == 1) observe_grippers();
-  report.add_part(model.step_s / model.scene.physics.step_s);
+  const double share = model.step_s / model.scene.physics.step_s;
+  report.add_part(share);
+  if (share < 1) {
+    for (ContactConstraint constraint : model.constraints) {
+      constraint.f_W *= share;
+      constraint.normal_n *= share;
+      met.push_back(constraint);
+    }
+  }
   // Bodies that merge or fall asleep now have still been solved in this step.
   contacts = static_cast<int>(model.constraints.size()) + model.simplification.frozen_count();
   model.simplification.observe(model.constraints, solver.islands().resting_together());

@@ -16,7 +16,7 @@ constexpr Softness kHard = {0.2, 1e-6};
 constexpr Softness kArm = {0.45, 4.5e-3};
 
 constexpr double kMostCorrecting = 0.5;  // [m/s], at which penetration ends
-constexpr double kSinkRate = 50;        // [1/s], of the remaining slop
+constexpr double kSinkRate = 50;         // [1/s], of the remaining slop
 constexpr double kLeastImpact = 0.03;    // [m/s], slower ones give nothing back
 constexpr double kLeastAlong = 0.1;  // share of the belt's axis that lies in the contact's plane
 
