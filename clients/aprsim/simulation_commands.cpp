@@ -104,7 +104,7 @@ Outcome<void> run_command(const LoadCommand& command, Console& console) {
     name = kept->name();
   }
   return show_receipt("load", fmt::format("loaded '{}'", name), cell.load_state(name), console,
-              {{"name", name}});
+                      {{"name", name}});
 }
 
 }  // namespace aprsim::client

@@ -26,7 +26,7 @@ ProcessResult incident(const DaemonProcess& daemon, const std::string& last,
 }
 
 /// Moves a robot and passes so much time.
-void work(const DaemonProcess& daemon, std::uint64_t steps) {
+void pass_with_robot(const DaemonProcess& daemon, std::uint64_t steps) {
   CellClient cell(daemon.port("grpc"));
   CrclTextClient fanuc(daemon.port("crcl.fanuc"));
   fanuc.send("InitCanonType");
@@ -54,7 +54,7 @@ class Incident : public testing::Test {
 TEST_F(Incident, IsRunAgainWhenItsDaemonIsGone) {
   {
     DaemonProcess daemon({"--speed", "stepped"});
-    work(daemon, 25'000);
+    pass_with_robot(daemon, 25'000);
     const auto short_one = incident(daemon, "3s", path("short"));
     ASSERT_EQ(short_one.exit_code, 0) << short_one.err;
     const auto told = nlohmann::json::parse(short_one.out);
@@ -74,7 +74,7 @@ TEST_F(Incident, IsRunAgainWhenItsDaemonIsGone) {
 
 TEST_F(Incident, IsTakenBesideAJournalOnDisk) {
   DaemonProcess daemon({"--speed", "stepped", "--journal", path("run.journal"), "--no-web"});
-  work(daemon, 12'000);
+  pass_with_robot(daemon, 12'000);
   EXPECT_EQ(incident(daemon, "1s", path("incident")).exit_code, 0);
   EXPECT_EQ(daemon.stop(SIGTERM).exit_code, 0);
   EXPECT_NE(replayed(path("incident")).find(" 2000 steps"), std::string::npos);

@@ -10,10 +10,9 @@
 
 #include "world/api/cell_event.hpp"
 #include "world/api/fault.hpp"
+#include "world/api/state_ptr.hpp"
 #include "world/api/ticket.hpp"
 #include "world/api/time.hpp"
-
-#include "world/api/state_ptr.hpp"
 
 /// What is asked of the simulation itself: its pace and its states.
 namespace aprsim::api {

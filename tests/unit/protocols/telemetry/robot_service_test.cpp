@@ -339,7 +339,8 @@ TEST_F(RobotService, ThereAreAsManySessionsAsPlaces) {
 
 TEST_F(RobotService, WhoMayNotCommandSeesOnly) {
   telemetry::TelemetryOptions options;
-  options.control = false;
+  options.access =
+      std::make_shared<protocols::Access>(protocols::AccessRules{.local = protocols::Role::kView});
   start_robots(options);
   Session session(*stub_);
   EXPECT_EQ(session.end().error_code(), grpc::StatusCode::PERMISSION_DENIED);
