@@ -62,7 +62,7 @@ Outcome<void> run_command(const MergeCommand& command, Console& console) {
   }
   // Journals of those that are among the worst of all.
   std::vector<std::uint64_t> journals;
-  for (const WorstEpisode& worst : worst_of(*merged, kWorstShown)) {
+  for (const WorstEpisode& worst : worst_of(*merged, command.journals)) {
     for (std::size_t i = 0; worst.journal && i < batches.size(); ++i) {
       const auto from = BatchDirectory(command.directories[i]).journal(worst.seed);
       const auto to = out.journal(worst.seed);

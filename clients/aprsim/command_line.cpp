@@ -1010,6 +1010,11 @@ void add_batch(CLI::App& app, CommandLine& line) {
       ->type_name("DIR")
       ->required()
       ->check(not_empty());
+  merge
+      ->add_option("--journals", merging->journals,
+                   "Keep the journals of so many of the worst, as said to batch (default 3)")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1000));
   offer_json(*merge, line, "The report as one JSON object, without the single runs");
 
   CLI::App* report = app.add_subcommand("report", "Reports of batches");
@@ -1027,7 +1032,7 @@ void add_batch(CLI::App& app, CommandLine& line) {
   diff->add_option("--level", comparing->level,
                    "Of significance, for all outcomes together (default 0.05)")
       ->type_name("P")
-      ->check(CLI::Range(1e-9, 0.5));
+      ->check(within(1e-9, 0.5));
   offer_json(*diff, line);
 }
 

@@ -205,6 +205,7 @@ struct BatchCommand {
 struct MergeCommand {
   std::vector<std::string> directories;
   std::string out;
+  unsigned journals = 3;  ///< of the worst, as the shards' batches had it
 };
 /// Two reports of batches.
 struct ReportDiffCommand {

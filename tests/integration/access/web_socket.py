@@ -65,7 +65,10 @@ class Page:
         """The outcome of a request."""
         self._last += 1
         self._send(self._messages.ViewerRequest(id=self._last, **body).SerializeToString())
-        return self.next(lambda update: update.outcome.id == self._last).outcome
+        return self.next(
+            # A moment of the past comes by itself, without an outcome.
+            lambda update: self._last in (update.outcome.id, update.past.id)
+        ).outcome
 
     def next(self, wanted: Any) -> Any:
         """The next update that is wanted."""

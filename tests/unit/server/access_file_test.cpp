@@ -34,7 +34,8 @@ class AccessFiles : public testing::Test {
 
   /// The entry that a token has in the file; null = none.
   std::optional<protocols::TokenEntry> entry(const std::string& token) const {
-    for (const auto& entry : read_access_file(path).value().tokens) {
+    const auto file = read_access_file(path);
+    for (const auto& entry : file.value().tokens) {
       if (protocols::digest_of(entry.salt, token) == entry.digest) return entry;
     }
     return std::nullopt;

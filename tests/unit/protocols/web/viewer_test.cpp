@@ -203,7 +203,7 @@ TEST_F(Viewer, MayWhatItsRoleMay) {
   options.access = access_with_tokens();
   start();
   v1::ViewerRequest fault, reset;
-  (void)fault.mutable_end_fault();
+  (void)fault.mutable_intruder();
   (void)reset.mutable_reset();
   const std::vector<std::pair<std::string, v1::ViewerRequest>> requests{
       {"operate", pause()}, {"inject", fault}, {"admin", reset}};
