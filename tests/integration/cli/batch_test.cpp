@@ -151,8 +151,8 @@ TEST(Batch, ShardsWithKilledProgramsAreTheWholeBatch) {
     EXPECT_GE(attempts["tried_again"], 1);
     EXPECT_FALSE(attempts["last_causes"].empty());
   }
-  const auto merged =
-      aprsim_alone({"merge", out("shard_0"), out("shard_1"), "--out", out("merged")});
+  const auto merged = aprsim_alone(
+      {"merge", out("shard_0"), out("shard_1"), "--journals", "2", "--out", out("merged")});
   ASSERT_EQ(merged.exit_code, 0) << merged.err;
   EXPECT_EQ(report_in(out("merged")), report_in(out("whole")));
   // The worst are there with their journals, which run again to the same states.
