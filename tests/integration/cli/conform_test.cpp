@@ -57,7 +57,7 @@ TEST(Conform, OurModbusServerKeepsEveryRule) {
 }
 
 TEST(Conform, NothingMovesUnlessItIsAllowed) {
-  const DaemonProcess daemon({"--scene", "fanuc_only"});
+  const DaemonProcess daemon({"--scene", "empty_belt"});
   const auto found = findings(conform({"modbus", address(daemon.port("modbus"))}));
   for (const auto& check : client::conform::modbus_checks()) {
     EXPECT_EQ(found.at(check.clause)["verdict"], check.moves ? "not checked" : "pass")

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 
@@ -41,6 +42,14 @@ std::string recorded_run() {
     const std::string journal = directory.path() + "/run.journal";
     DaemonProcess daemon({"--speed", "stepped", "--journal", journal});
     run_aprsim(daemon, {"step", "1000"});
+    const bool written = eventually(
+        [&] {
+          std::error_code none;
+          const auto size = std::filesystem::file_size(journal, none);
+          return !none && size > 10'000;
+        },
+        std::chrono::seconds(30));
+    EXPECT_TRUE(written) << journal;
     return journal;
   }();
   return file;
@@ -86,7 +95,7 @@ std::vector<Row> every_command() {
           {"save", {"here"}},
           {"load", {"here"}},
           {"save", {"there", "--file", state_file()}},
-          {"load", {"--file", recorded_run()}},  // whose first checkpoint is a state
+          {"load", {"recorded", "--file", recorded_run()}},  // whose first checkpoint is a state
           {"replay", {recorded_run()}, true},
           {"states list", {}},
           {"states delete", {"here"}},
