@@ -200,8 +200,8 @@ TEST(ExitCodes, EveryCommandIsTried) {
 }
 
 TEST(ExitCodes, ZeroWhenDoneAndValidJson) {
-  DaemonProcess daemon({"--speed", "max"});
   for (const bool json : {false, true}) {
+    DaemonProcess daemon({"--speed", "max"});  // with its scene as it was
     for (const auto& row : every_command()) {
       if (row.elsewhere || (json && !offers_json(row.command))) continue;
       const auto line = line_of(row, json ? Arguments{"--json"} : Arguments{});
