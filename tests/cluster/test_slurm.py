@@ -110,6 +110,9 @@ class Cluster:
         ]
         configuration = directory / "slurm.conf"
         configuration.write_text("\n".join(lines) + "\n")
+        # No control groups are used, but slurmd does not start with those of version 2, its own choice,
+        # where /sys/fs/cgroup is not mounted, as in a bare root.
+        (directory / "cgroup.conf").write_text("CgroupPlugin=cgroup/v1\n")
         self.environment = {**os.environ, "SLURM_CONF": str(configuration)}
         self.daemons: list[subprocess.Popen[bytes]] = []
         for name in ("slurmctld", "slurmd"):
@@ -119,7 +122,12 @@ class Cluster:
                         [name, "-D"], env=self.environment, stdout=log, stderr=subprocess.STDOUT
                     )
                 )
-        wait_for("the node", lambda: "idle" in self.ask("sinfo", "-h", "-o", "%T", check=False))
+        try:
+            wait_for("the node", lambda: "idle" in self.ask("sinfo", "-h", "-o", "%T", check=False))
+        except AssertionError as error:
+            logs = self.logs()
+            self.end()
+            raise AssertionError(f"{error}{logs}") from None
 
     def ask(self, *line: str, check: bool = True) -> str:
         done = subprocess.run(
