@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 
 #include "clients/aprsim/command_tree.hpp"
-#include "clients/aprsim/commands.hpp"
 #include "world/fault_kinds/fault_kinds.hpp"
 
 namespace aprsim::client {
@@ -216,11 +215,6 @@ std::string zsh_completion() {
   return out +
          "if [[ $funcstack[1] == _aprsim ]]; then\n  _aprsim \"$@\"\nelse\n"
          "  compdef _aprsim aprsim\nfi\n";
-}
-
-Outcome<void> run_command(const CompletionCommand& command, Console& console) {
-  console.out << (command.shell == "bash" ? bash_completion() : zsh_completion());
-  return {};
 }
 
 }  // namespace aprsim::client

@@ -1,11 +1,15 @@
+#include "clients/aprsim/conform_commands.hpp"
+
 #include <charconv>
 #include <ostream>
 #include <string>
 
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
-#include "clients/aprsim/commands.hpp"
 #include "clients/aprsim/conform/check.hpp"
+#include "clients/aprsim/console.hpp"
+#include "clients/aprsim/option_parsing.hpp"
 
 namespace aprsim::client {
 namespace {
@@ -58,6 +62,33 @@ Outcome<void> run_command(const ConformClausesCommand& /*command*/, Console& con
   console.out << conform::clauses_page("A robot's CRCL server", conform::crcl_checks()) << '\n'
               << conform::clauses_page("The conveyor's Modbus server", conform::modbus_checks());
   return {};
+}
+
+void add_conform(CLI::App& app, CommandLine& line) {
+  CLI::App* conform =
+      app.add_subcommand("conform", "Check anybody's server against the written rules");
+  conform->require_subcommand(1);
+  const auto add_common = [&line](CLI::App& sub, auto& command, const char* motion) {
+    sub.add_option("ADDRESS", command.address,
+                   "HOST:PORT of the server (default: of the cell that runs)");
+    sub.add_flag("--allow-motion", command.allow_motion, motion);
+    offer_json(sub, line, "One JSON object a rule, and one with the score");
+  };
+  auto [crcl, crcl_command] =
+      add_command<ConformCrclCommand>(*conform, line, "crcl", "Check a robot's CRCL server");
+  add_common(*crcl, *crcl_command, "Also what moves the arm, some millimetres, and the gripper");
+  auto* robot =
+      crcl->add_option("--robot", crcl_command->robot, "Name of the robot, in place of an address")
+          ->type_name("ROBOT");
+  // Nobody else's robot by a word forgotten.
+  crcl->callback([&line, robot, c = crcl_command] {
+    if (robot->empty() == c->address.empty()) throw CLI::RequiredError("ADDRESS or --robot");
+    line.command = *c;
+  });
+  auto [modbus, modbus_command] = add_command<ConformModbusCommand>(
+      *conform, line, "modbus", "Check the conveyor's Modbus server");
+  add_common(*modbus, *modbus_command, "Also what writes, which runs the belt");
+  add_command<ConformClausesCommand>(*conform, line, "clauses", "Print the rules as a page");
 }
 
 }  // namespace aprsim::client

@@ -1,8 +1,8 @@
+#include "clients/aprsim/console.hpp"
+
 #include <ostream>
 
 #include <nlohmann/json.hpp>
-
-#include "clients/aprsim/commands.hpp"
 
 namespace aprsim::client {
 

@@ -1,12 +1,16 @@
+#include "clients/aprsim/conveyor_commands.hpp"
+
 #include <cmath>
 #include <ostream>
 
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "clients/aprsim/commands.hpp"
+#include "clients/aprsim/console.hpp"
 #include "clients/aprsim/conveyor_connection.hpp"
 #include "clients/aprsim/conveyor_state.hpp"
+#include "clients/aprsim/option_parsing.hpp"
 #include "modbus/register_map.hpp"
 
 namespace aprsim::client {
@@ -52,6 +56,26 @@ std::string_view encoding_name(modbus::Encoding encoding) {
       return "int32";
   }
   return "";
+}
+
+void set_belt_speed(ConveyorSetCommand& command, const std::string& text) {
+  const bool percent = text.ends_with('%');
+  const auto value = number_of(std::string_view(text).substr(0, text.size() - (percent ? 1 : 0)));
+  if (!value || *value < 0 || (percent && *value > 100)) {
+    throw CLI::ValidationError(
+        "--speed", "'" + text + "' is neither a speed in m/s from 0 up nor a percentage 0%..100%");
+  }
+  (percent ? command.speed_percent : command.speed_m_s) = *value;
+}
+
+template <typename Command>
+void add_scaling(CLI::App& app, Command& command) {
+  app.add_option("--full-scale", command.full_scale_m_s,
+                 "Belt speed at 32768 counts in m/s (default 0.32768)")
+      ->type_name("M/S")
+      ->check(within(1e-3, 100));
+  app.add_flag("!--zero-is-forward", command.one_is_forward,
+               "0 in the direction register means forward (default: 1 does)");
 }
 
 }  // namespace
@@ -120,6 +144,34 @@ Outcome<void> run_command(const ConveyorMapCommand& command, Console& console) {
   }
   if (!console.json) console.out << modbus::register_map_text(scaling);
   return {};
+}
+
+void add_conveyor(CLI::App& app, CommandLine& line) {
+  CLI::App* conveyor = app.add_subcommand("conveyor", "Command the belt over Modbus");
+  conveyor->require_subcommand(1);
+  auto [status, status_command] = add_command<ConveyorStatusCommand>(
+      *conveyor, line, "status", "Show the belt's drive and sensors");
+  add_scaling(*status, *status_command);
+  offer_json(*status, line);
+  auto [set, command] = add_command<ConveyorSetCommand>(*conveyor, line, "set",
+                                                        "Run the belt, or stop it with --stop");
+  auto speed =
+      set->add_option_function<std::string>(
+             "--speed", [c = command](const std::string& text) { set_belt_speed(*c, text); },
+             "m/s, or a percentage of full scale such as 50%")
+          ->type_name("SPEED");
+  choose(
+      set->add_option_function<std::string>(
+          "--direction", [c = command](const std::string& text) { c->forward = text == "forward"; },
+          "Direction of travel"),
+      {"forward", "reverse"});
+  set->add_flag("--stop", command->stop, "Stop the belt")->excludes(speed);
+  add_scaling(*set, *command);
+  offer_json(*set, line, "One JSON object for each register written");
+  auto [map, map_command] = add_command<ConveyorMapCommand>(*conveyor, line, "map",
+                                                            "Print all registers; needs no daemon");
+  add_scaling(*map, *map_command);
+  offer_json(*map, line, "One JSON object a register");
 }
 
 }  // namespace aprsim::client

@@ -1,15 +1,20 @@
+#include "clients/aprsim/crcl_commands.hpp"
+
 #include <algorithm>
 #include <chrono>
 #include <ostream>
 
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "clients/aprsim/commands.hpp"
+#include "clients/aprsim/console.hpp"
+#include "clients/aprsim/crcl_file_commands.hpp"
 #include "clients/aprsim/crcl_session.hpp"
 #include "clients/aprsim/crcl_text.hpp"
 #include "clients/aprsim/interruption.hpp"
 #include "clients/aprsim/live_view.hpp"
+#include "clients/aprsim/option_parsing.hpp"
 
 namespace aprsim::client {
 namespace {
@@ -69,6 +74,94 @@ Outcome<void> run_one(const std::string& robot, crcl::CommandBody body, Console&
   if (!done) return tl::unexpected(done.error());
   show_status(robot, *done, console, before);
   return {};
+}
+
+void add_crcl_status(CLI::App& crcl, CommandLine& line) {
+  auto [status, command] =
+      add_command<CrclStatusCommand>(crcl, line, "status", "Show a robot's status in one line");
+  add_robot(*status, command->robot);
+  auto* watch = status->add_flag("--watch", command->watch, "Again and again until interrupted");
+  constexpr double kMaxRate = 1000;
+  status->add_option("--rate", command->rate_hz, "Samples a second (default 10)")
+      ->type_name("HZ")
+      ->check(above_zero(kMaxRate))
+      ->needs(watch);
+  status->add_option("--count", command->count, "End after so many samples")
+      ->type_name("N")
+      ->needs(watch);
+  offer_json(*status, line);
+}
+
+void add_crcl_actions(CLI::App& crcl, CommandLine& line) {
+  auto [init, init_command] = add_command<CrclInitCommand>(
+      crcl, line, "init",
+      "InitCanon: clear an error and make the robot ready; it stays where it is");
+  add_robot(*init, init_command->robot);
+  offer_json(*init, line);
+
+  auto [stop, stop_command] = add_command<CrclStopCommand>(crcl, line, "stop", "Stop every robot");
+  stop->add_option("--robot", stop_command->robots, "Only this robot; may be given twice")
+      ->type_name("ROBOT")
+      ->check(not_empty())
+      ->allow_extra_args(false);
+  choose(stop->add_option_function<std::string>(
+             "--condition",
+             [c = stop_command](const std::string& word) {
+               c->condition = word == "fast"        ? crcl::StopCondition::kFast
+                              : word == "immediate" ? crcl::StopCondition::kImmediate
+                                                    : crcl::StopCondition::kNormal;
+             },
+             "How: normal keeps the drives on (default), fast switches them off a second later, "
+             "immediate at once"),
+         {"normal", "fast", "immediate"});
+  offer_json(*stop, line);
+
+  auto [gripper, gripper_command] =
+      add_command<CrclGripperCommand>(crcl, line, "gripper", "Open or close a robot's gripper");
+  gripper
+      ->add_option_function<std::string>(
+          "SETTING",
+          [c = gripper_command](const std::string& text) {
+            const auto setting = text == "open"    ? std::optional(1.0)
+                                 : text == "close" ? std::optional(0.0)
+                                                   : number_of(text);
+            if (!setting || *setting < 0 || *setting > 1) {
+              throw CLI::ValidationError(
+                  "SETTING", "'" + text + "' is neither open nor close nor within 0 and 1");
+            }
+            c->setting = *setting;
+          },
+          "open, close, or between 0 (closed) and 1 (open)")
+      ->type_name("open|close")
+      ->required();
+  add_robot(*gripper, gripper_command->robot);
+  offer_json(*gripper, line);
+}
+
+void add_crcl_jog(CLI::App& crcl, CommandLine& line) {
+  auto [jog, command] = add_command<CrclJogCommand>(
+      crcl, line, "jog", "Move one joint (degrees), or the tool straight along an axis (mm)");
+  add_robot(*jog, command->robot);
+  auto* joint =
+      jog->add_option("--joint", command->joint, "Number of the joint, from 1")->type_name("N");
+  auto* axis = jog->add_option("--axis", command->axis, "Axis of the robot's frame");
+  choose(axis, {"x", "y", "z"});
+  axis->excludes(joint);
+  // A word forgotten must not move the arm.
+  jog->callback([&line, joint, axis, c = command] {
+    if (joint->empty() && axis->empty()) throw CLI::RequiredError("--joint or --axis");
+    line.command = *c;
+  });
+  jog->add_option("--by", command->by, "How far, from where it is")
+      ->type_name("DEGREES|MM")
+      ->check(finite())
+      ->required();
+  jog->add_option("--speed", command->speed, "Degrees or mm a second")
+      ->type_name("SPEED")
+      ->check(above_zero());
+  jog->add_flag("--init", command->init, "InitCanon first");
+  add_timeout(*jog, command->timeout_s, "Stop it when it is not done by then (default 120)");
+  offer_json(*jog, line);
 }
 
 }  // namespace
@@ -139,6 +232,15 @@ Outcome<void> run_command(const CrclJogCommand& command, Console& console) {
                                         : "; it MAY STILL MOVE: " + stopped.error().message));
   }
   return tl::unexpected(session->stopped_after(done.error()));
+}
+
+void add_crcl(CLI::App& app, CommandLine& line) {
+  CLI::App* crcl = app.add_subcommand("crcl", "Command a robot");
+  crcl->require_subcommand(1);
+  add_crcl_status(*crcl, line);
+  add_crcl_actions(*crcl, line);
+  add_crcl_jog(*crcl, line);
+  add_crcl_files(*crcl, line);
 }
 
 }  // namespace aprsim::client

@@ -1,14 +1,18 @@
+#include "clients/aprsim/crcl_file_commands.hpp"
+
 #include <fstream>
 #include <iterator>
 #include <ostream>
 
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "clients/aprsim/commands.hpp"
+#include "clients/aprsim/console.hpp"
 #include "clients/aprsim/crcl_session.hpp"
 #include "clients/aprsim/crcl_text.hpp"
 #include "clients/aprsim/interruption.hpp"
+#include "clients/aprsim/option_parsing.hpp"
 #include "crcl/command_codec.hpp"
 #include "crcl/framer.hpp"
 #include "crcl/program_loops.hpp"
@@ -122,6 +126,26 @@ Outcome<void> run_command(const CrclValidateCommand& command, Console& console) 
       fmt::format("{}: {} valid document{}\n", command.file, *count, *count == 1 ? "" : "s"),
       {{"file", command.file}, {"valid_documents", *count}});
   return {};
+}
+
+void add_crcl_files(CLI::App& crcl, CommandLine& line) {
+  auto [send, send_command] = add_command<CrclSendCommand>(
+      crcl, line, "send",
+      "Send the CRCLCommandInstance documents of a file, each when the last is done");
+  send->add_option("FILE", send_command->file, "CRCLCommandInstance documents")->required();
+  add_robot(*send, send_command->robot);
+  add_timeout(*send, send_command->timeout_s, "For each command (default 120)");
+  offer_json(*send, line);
+  auto [run, run_command] =
+      add_command<CrclRunCommand>(crcl, line, "run", "Run a CRCLProgram, one command at a time");
+  run->add_option("FILE", run_command->file, "A CRCLProgram document")->required();
+  add_robot(*run, run_command->robot);
+  add_timeout(*run, run_command->timeout_s, "For each command (default 120)");
+  offer_json(*run, line);
+  auto [validate, validate_command] = add_command<CrclValidateCommand>(
+      crcl, line, "validate", "Check the CRCL documents of a file against the schema");
+  validate->add_option("FILE", validate_command->file, "CRCL documents")->required();
+  offer_json(*validate, line);
 }
 
 }  // namespace aprsim::client

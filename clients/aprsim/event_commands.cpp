@@ -1,11 +1,15 @@
+#include "clients/aprsim/event_commands.hpp"
+
 #include <ostream>
 
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "clients/aprsim/cell_connection.hpp"
-#include "clients/aprsim/commands.hpp"
+#include "clients/aprsim/console.hpp"
 #include "clients/aprsim/event_text.hpp"
+#include "clients/aprsim/option_parsing.hpp"
 
 namespace aprsim::client {
 namespace {
@@ -46,6 +50,25 @@ Outcome<void> run_command(const EventsCommand& command, Console& console) {
     console.show(text, event_object(response));
     return console.out.good() && ++shown != command.count;
   });
+}
+
+void add_events(CLI::App& app, CommandLine& line) {
+  auto [events, command] = add_command<EventsCommand>(
+      app, line, "events", "Show what happens in the cell, an event a line, until interrupted");
+  events
+      ->add_option("--after", command->after,
+                   "Also those that are kept with greater numbers (0: all of them)")
+      ->type_name("NUMBER");
+  events->add_flag("--past", command->past, "Only those that are kept, then end");
+  choose(events->add_option("--kind", command->kinds, "Only this kind; may be given again")
+             ->allow_extra_args(false),
+         event_kind_words());
+  events->add_option("--name", command->names, "Only what this takes part in; may be given again")
+      ->type_name("NAME")
+      ->check(not_empty())
+      ->allow_extra_args(false);
+  events->add_option("--count", command->count, "End after so many")->type_name("N");
+  offer_json(*events, line);
 }
 
 }  // namespace aprsim::client

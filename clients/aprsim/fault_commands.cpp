@@ -1,11 +1,15 @@
+#include "clients/aprsim/fault_commands.hpp"
+
 #include <ostream>
 
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "clients/aprsim/cell_connection.hpp"
-#include "clients/aprsim/commands.hpp"
+#include "clients/aprsim/console.hpp"
 #include "clients/aprsim/fault_request.hpp"
+#include "clients/aprsim/option_parsing.hpp"
 #include "clients/aprsim/status_text.hpp"
 #include "world/fault_kinds/fault_kinds.hpp"
 #include "world/fault_kinds/fault_kinds_text.hpp"
@@ -107,6 +111,87 @@ void show_done(const char* done, const std::string& what, const v1::Receipt& rec
                object);
 }
 
+/// One option for each name of a parameter that some kind has.
+void add_fault_parameters(CLI::App& inject, const std::shared_ptr<FaultInjectCommand>& command) {
+  std::map<std::string, std::pair<std::string, std::vector<std::string>>> names;  // unit, kinds
+  for (const auto& kind : faults::all_kinds()) {
+    for (std::size_t i = 0; i < kind.parameter_count(); ++i) {
+      auto& [unit, kinds] = names[std::string(kind.parameters[i].name)];
+      unit = kind.parameters[i].unit;
+      kinds.emplace_back(kind.name);
+    }
+  }
+  for (const auto& [name, of] : names) {
+    const auto& [unit, kinds] = of;
+    inject
+        .add_option_function<std::string>(
+            "--" + name,
+            [command, name = name](const std::string& text) {
+              command->parameters[name] = number_of(text).value();
+            },
+            "Of " + CLI::detail::join(kinds, ", "))
+        ->type_name(unit == "1"   ? "NUMBER"
+                    : unit == "m" ? "M"
+                    : unit == "s" ? "SECONDS"
+                                  : "RAD")
+        ->check(finite());
+  }
+}
+
+/// Of parameters that the kind does not have; its other numbers are the daemon's to judge.
+void check_fault_parameters(const FaultInjectCommand& command) {
+  const faults::KindInfo& kind = *faults::find(command.kind);
+  for (const auto& [name, value] : command.parameters) {
+    if (kind.parameter(name)) continue;
+    throw CLI::ValidationError("--" + name, std::string(kind.name) +
+                                                " has no such parameter; 'aprsim fault "
+                                                "kinds' tells which it has");
+  }
+}
+
+void add_fault_inject(CLI::App& fault, CommandLine& line) {
+  auto [inject, command] = add_command<FaultInjectCommand>(
+      fault, line, "inject", "Inject a fault, now or later; 'fault kinds' tells which there are");
+  inject->add_option("KIND", command->kind, "Kind of the fault")
+      ->check(CLI::Validator(
+          [](std::string& text) {
+            return faults::find(text) != nullptr
+                       ? std::string()
+                       : "'" + text + "' is no kind of fault; 'aprsim fault kinds' lists them";
+          },
+          ""))
+      ->required();
+  inject->add_option("TARGET", command->target,
+                     "What it happens to, as the kind says: a robot, ROBOT:JOINT, a part, ...");
+  constexpr double kLongest = 1e7;
+  auto* at = inject
+                 ->add_option("--at", command->at_s,
+                              "Simulated time at which it begins (default: at once)")
+                 ->type_name("SECONDS")
+                 ->check(within(0, kLongest));
+  inject
+      ->add_option_function<std::string>(
+          "--when",
+          [c = command](const std::string& text) {
+            auto when = faults::parse_when(text);
+            if (!when) throw CLI::ValidationError("--when", when.error());
+            c->when = *std::move(when);
+          },
+          "What it waits for: placed:TYPE[:ROBOT], grasp:ROBOT[:N], beam:EYE, event:NAME, or a "
+          "quantity that crosses a limit, as tool-force:ROBOT>20 or joint-position:ROBOT:JOINT<0.5")
+      ->type_name("TRIGGER")
+      ->excludes(at);
+  inject->add_option("--for", command->for_s, "How long it lasts (default: until it is ended)")
+      ->type_name("SECONDS")
+      ->check(above_zero(kLongest));
+  add_fault_parameters(*inject, command);
+  inject->callback([&line, c = command] {
+    check_fault_parameters(*c);
+    line.command = *c;
+  });
+  offer_json(*inject, line);
+}
+
 }  // namespace
 
 Outcome<void> run_command(const FaultListCommand& /*command*/, Console& console) {
@@ -158,6 +243,30 @@ Outcome<void> run_command(const FaultEventCommand& command, Console& console) {
   show_done("fault event", fmt::format("'{}' reported", command.event), *receipt,
             {{"event", command.event}}, console);
   return {};
+}
+
+void add_fault(CLI::App& app, CommandLine& line) {
+  CLI::App* fault = app.add_subcommand("fault", "Faults in the cell, injected on purpose");
+  fault->require_subcommand(1);
+  offer_json(*add_command<FaultListCommand>(*fault, line, "list",
+                                            "Those that wait or last, and the latest that are over")
+                  .first,
+             line);
+  auto [kinds, kinds_command] = add_command<FaultKindsCommand>(
+      *fault, line, "kinds", "Which kinds there are, with targets and parameters; needs no daemon");
+  kinds->add_flag("--markdown", kinds_command->markdown, "As a table for documents");
+  offer_json(*kinds, line, "One JSON object a kind");
+  add_fault_inject(*fault, line);
+  auto [end, end_command] =
+      add_command<FaultEndCommand>(*fault, line, "end", "End a fault, or give up one that waits");
+  end->add_option("ID", end_command->id, "Its number, as 'fault list' shows it")->required();
+  offer_json(*end, line);
+  auto [event, event_command] = add_command<FaultEventCommand>(
+      *fault, line, "event", "Tell the faults that wait for it that something has happened");
+  event->add_option("NAME", event_command->event, "What, as order-submitted")
+      ->check(not_empty())
+      ->required();
+  offer_json(*event, line);
 }
 
 }  // namespace aprsim::client

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "aprsim/v1/faults.pb.h"
-#include "clients/aprsim/command_line.hpp"
+#include "clients/aprsim/fault_commands.hpp"
 
 namespace aprsim::client {
 

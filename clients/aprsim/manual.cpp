@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 
 #include "clients/aprsim/command_tree.hpp"
-#include "clients/aprsim/commands.hpp"
 #include "clients/aprsim/exit_code.hpp"
 
 namespace aprsim::client {
@@ -245,11 +244,6 @@ std::string manual_page() {
     out += fmt::format(".It Li {}\n{}\n", argument(example.name), sentences(example.text));
   }
   return out + ".El\n.Sh SEE ALSO\n.Lk https://no-color.org\n";
-}
-
-Outcome<void> run_command(const ManualCommand& /*command*/, Console& console) {
-  console.out << manual_page();
-  return {};
 }
 
 }  // namespace aprsim::client

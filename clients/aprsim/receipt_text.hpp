@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "aprsim/v1/control_service.pb.h"
-#include "clients/aprsim/commands.hpp"
+#include "clients/aprsim/console.hpp"
 #include "clients/aprsim/outcome.hpp"
 
 namespace aprsim::client {

@@ -1,11 +1,17 @@
+#include "clients/aprsim/replay_commands.hpp"
+
 #include <chrono>
+#include <cmath>
 #include <optional>
 #include <ostream>
 #include <string>
 #include <vector>
 
-#include "clients/aprsim/commands.hpp"
+#include <CLI/CLI.hpp>
+
+#include "clients/aprsim/console.hpp"
 #include "clients/aprsim/interruption.hpp"
+#include "clients/aprsim/option_parsing.hpp"
 #include "clients/process/child_process.hpp"
 #include "clients/process/own_programs.hpp"
 
@@ -28,6 +34,20 @@ std::vector<std::string> daemon_line(const ReplayCommand& command, bool json) {
   if (!command.ports_file.empty()) line.insert(line.end(), {"--ports-file", command.ports_file});
   if (json) line.emplace_back("--json");
   return line;
+}
+
+/// A moment of a run, for the daemon's program.
+CLI::Validator moment() {
+  return CLI::Validator(
+      [](std::string& text) {
+        const auto colon = text.find(':');
+        const auto seconds = number_of(std::string_view(text).substr(colon + 1));
+        const auto epoch = colon == std::string::npos ? 0 : number_of(text.substr(0, colon));
+        const bool good =
+            seconds && *seconds >= 0 && epoch && *epoch >= 0 && *epoch == std::floor(*epoch);
+        return good ? std::string() : "'" + text + "' is neither SECONDS nor EPOCH:SECONDS";
+      },
+      "");
 }
 
 }  // namespace
@@ -62,6 +82,42 @@ Outcome<void> run_command(const ReplayCommand& command, Console& console) {
   if (*code == 0) return {};
   if (complaint.empty()) complaint = *code == 1 ? "the run differs" : "the replay has failed";
   return failed(*code == 2 ? FailureKind::kUsage : FailureKind::kCheck, complaint);
+}
+
+void add_replay(CLI::App& app, CommandLine& line) {
+  auto [replay, command] = add_command<ReplayCommand>(
+      app, line, "replay", "Run a recorded run again and compare it; needs no daemon");
+  replay->add_option("FILE", command->files, "The journals of one run, in their order")
+      ->type_name("FILE ...")
+      ->check(not_empty())
+      ->required();
+  replay
+      ->add_option("--from", command->from,
+                   "Begin at the last checkpoint before this simulated time")
+      ->type_name("[EPOCH:]SECONDS")
+      ->check(moment());
+  replay->add_option("--to", command->to, "End at this simulated time")
+      ->type_name("[EPOCH:]SECONDS")
+      ->check(moment());
+  replay
+      ->add_option_function<std::string>(
+          "--speed",
+          [c = command](const std::string& text) {
+            static_cast<void>(factor_of("--speed", text));
+            c->speed = text;
+          },
+          "Ratio of simulated to wall time, or max (default; with --serve 1)")
+      ->type_name("X");
+  replay->add_flag("--serve", command->serve,
+                   "Serve it to browsers and gRPC clients, who see it and command nothing");
+  replay->add_flag("--any-port", command->any_port, "With --serve: on any free ports")
+      ->needs("--serve");
+  replay
+      ->add_option("--write-ports", command->ports_file,
+                   "With --serve: write the ports as JSON to this file")
+      ->type_name("FILE")
+      ->needs("--serve");
+  offer_json(*replay, line);
 }
 
 }  // namespace aprsim::client

@@ -3,7 +3,8 @@
 #include <ostream>
 #include <utility>
 
-#include "clients/aprsim/commands.hpp"
+#include "clients/aprsim/command_line.hpp"
+#include "clients/aprsim/console.hpp"
 #include "clients/aprsim/exit_code.hpp"
 #include "clients/aprsim/interruption.hpp"
 

@@ -1,9 +1,13 @@
+#include "clients/aprsim/scenario_commands.hpp"
+
 #include <ostream>
 
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "clients/aprsim/commands.hpp"
+#include "clients/aprsim/console.hpp"
+#include "clients/aprsim/option_parsing.hpp"
 #include "clients/aprsim/scenario/report.hpp"
 #include "clients/aprsim/scenario/runner.hpp"
 #include "world/scenario/plan.hpp"
@@ -46,6 +50,13 @@ RunListener listener_of(const ScenarioRunCommand& command, Console& console) {
     };
   }
   return listener;
+}
+
+void add_scenario_name(CLI::App& app, std::string& name, std::uint64_t& seed) {
+  app.add_option("NAME", name, "As 'scenario list' has it, or a file")
+      ->check(not_empty())
+      ->required();
+  app.add_option("--seed", seed, "Of all that varies (default 1)")->type_name("N");
 }
 
 }  // namespace
@@ -109,6 +120,55 @@ Outcome<void> run_command(const ScenarioRunCommand& command, Console& console) {
     if (!verdict.kept) broken += (broken.empty() ? "" : "; ") + text_of(verdict);
   }
   return failed(FailureKind::kCheck, "not as expected: " + broken);
+}
+
+void add_scenario(CLI::App& app, CommandLine& line) {
+  CLI::App* scenario =
+      app.add_subcommand("scenario", "Whole jobs with what goes wrong in them, run and measured");
+  scenario->require_subcommand(1);
+  auto [list, list_command] = add_command<ScenarioListCommand>(
+      *scenario, line, "list", "Those that ship, each in a line; needs no daemon");
+  offer_json(*list, line);
+  auto [check, check_command] = add_command<ScenarioCheckCommand>(
+      *scenario, line, "check", "Read a scenario and plan it, and say what is wrong with it");
+  add_scenario_name(*check, check_command->name, check_command->seed);
+  offer_json(*check, line);
+  auto [run, command] =
+      add_command<ScenarioRunCommand>(*scenario, line, "run",
+                                      "Run a scenario, in a daemon of its own or in the "
+                                      "cell that runs, and compare the outcome with "
+                                      "what is expected");
+  add_scenario_name(*run, command->name, command->seed);
+  run->add_option_function<std::string>(
+         "--speed",
+         [c = command](const std::string& text) { c->speed = factor_of("--speed", text); },
+         "Simulated to wall time: from 0.001 to 1e6, or max (default 1)")
+      ->type_name("X");
+  CLI::Option* polls =
+      run->add_flag("--virtual", command->virtual_time,
+                    "The controller's polls are the clock: the same seed, the same report");
+  polls->excludes("--speed");
+  CLI::Option* attach = run->add_flag(
+      "--attach", command->attach,
+      "Reset the cell that runs and run it there: without what varies in the scenario's scene");
+  attach->excludes(polls);
+  run->add_flag("--progress", command->progress,
+                "Tell what happens and how far the orders are, as one JSON object a line");
+  run->add_option("--journal", command->journal,
+                  "File or directory for the journal of the run's own daemon")
+      ->type_name("FILE|DIR")
+      ->check(not_empty())
+      ->excludes(attach);
+  run->add_option("--controller", command->controller,
+                  "Shell command to start in place of the kitting controller, or none to wait for "
+                  "one that runs already")
+      ->type_name("CMD")
+      ->check(not_empty());
+  run->add_option("--report", command->report,
+                  "Directory for report.json, report.txt, report.html, scene and logs")
+      ->type_name("DIR")
+      ->check(not_empty());
+  offer_json(*run, line, "The report as one JSON object");
 }
 
 }  // namespace aprsim::client

@@ -1,14 +1,18 @@
+#include "clients/aprsim/scene_commands.hpp"
+
 #include <array>
 #include <cmath>
 #include <numbers>
 #include <ostream>
 
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "clients/aprsim/cell_connection.hpp"
-#include "clients/aprsim/commands.hpp"
+#include "clients/aprsim/console.hpp"
 #include "clients/aprsim/event_text.hpp"
+#include "clients/aprsim/option_parsing.hpp"
 #include "clients/aprsim/receipt_text.hpp"
 
 namespace aprsim::client {
@@ -34,43 +38,18 @@ Outcome<void> show_body(const char* done, const std::string& what, const std::st
       response->receipt(), console, {{"name", name}, {"at_m", {at.x(), at.y(), at.z()}}});
 }
 
-v1::RunUntilRequest request_of(const RunCommand& command) {
-  v1::RunUntilRequest request;
-  request.set_max_steps(command.steps);
-  if (command.time_s) {
-    const double whole = std::floor(*command.time_s);
-    request.mutable_time()->set_seconds(static_cast<std::int64_t>(whole));
-    request.mutable_time()->set_nanos(
-        static_cast<std::int32_t>(std::lround((*command.time_s - whole) * 1e9)));
-  } else if (!command.kinds.empty()) {
-    for (const auto& word : command.kinds) {
-      if (const auto kind = event_kind(word)) request.mutable_event()->add_kinds(*kind);
-    }
-    for (const auto& name : command.names) request.mutable_event()->add_names(name);
-  } else if (command.beyond) {
-    auto& crossing = *request.mutable_crossing();
-    crossing.set_quantity(command.beyond->quantity);
-    crossing.set_robot(command.beyond->robot);
-    crossing.set_joint(command.beyond->joint);
-    if (command.beyond->above) {
-      crossing.set_above(command.beyond->limit);
-    } else {
-      crossing.set_below(command.beyond->limit);
-    }
-  }
-  return request;
+template <typename Command>
+void add_place(CLI::App& app, const std::shared_ptr<Command>& command) {
+  app.add_option("--at", command->at_m, "Its origin in the world [m]")
+      ->type_name("X Y Z")
+      ->check(within(-1000, 1000))
+      ->required();
+  app.add_option("--yaw", command->yaw_deg, "Turned about the vertical (default 0)")
+      ->type_name("DEGREES")
+      ->check(within(-360, 360));
 }
 
 }  // namespace
-
-Outcome<void> run_command(const RunCommand& command, Console& console) {
-  const auto response = CellConnection(console.endpoints).run_until(request_of(command));
-  if (!response) return tl::unexpected(response.error());
-  const bool met = response->outcome() == v1::RUN_OUTCOME_MET;
-  std::string what = met ? "the condition holds, paused" : "took all steps, paused";
-  if (response->has_event()) what = event_line(response->event()) + "\npaused";
-  return show_receipt("run", what, response->receipt(), console, {{"met", met}});
-}
 
 Outcome<void> run_command(const SceneShowCommand& /*command*/, Console& console) {
   const auto scene = CellConnection(console.endpoints).scene();
@@ -132,6 +111,46 @@ Outcome<void> run_command(const SceneSetCommand& command, Console& console) {
       "scene set", fmt::format("{} = {}", command.path, command.value),
       CellConnection(console.endpoints).set_scene_value(command.path, command.value), console,
       {{"path", command.path}, {"value", command.value}});
+}
+
+void add_scene(CLI::App& app, CommandLine& line) {
+  CLI::App* scene = app.add_subcommand("scene", "Look at the scene and change it as it runs");
+  scene->require_subcommand(1);
+  offer_json(
+      *add_command<SceneShowCommand>(*scene, line, "show", "Print it as the text of a file").first,
+      line);
+  offer_json(*add_command<SceneListCommand>(*scene, line, "list", "List its gears and trays").first,
+             line);
+  offer_json(*add_command<SceneTypesCommand>(*scene, line, "types", "List the types of both").first,
+             line);
+  const auto name = [](CLI::App& sub, std::string& to) {
+    sub.add_option("NAME", to, "Name of the gear or tray")->check(not_empty())->required();
+  };
+  auto [spawn, spawn_command] =
+      add_command<SceneSpawnCommand>(*scene, line, "spawn", "Put down another gear or tray");
+  spawn->add_option("TYPE", spawn_command->type, "Its type")->check(not_empty())->required();
+  name(*spawn, spawn_command->name);
+  add_place(*spawn, spawn_command);
+  offer_json(*spawn, line);
+  auto [move, move_command] =
+      add_command<SceneMoveCommand>(*scene, line, "move", "Put one elsewhere");
+  name(*move, move_command->name);
+  add_place(*move, move_command);
+  offer_json(*move, line);
+  auto [remove, remove_command] =
+      add_command<SceneRemoveCommand>(*scene, line, "remove", "Take one out, until a reset");
+  name(*remove, remove_command->name);
+  offer_json(*remove, line);
+  auto [set, set_command] = add_command<SceneSetCommand>(
+      *scene, line, "set",
+      "Set a value, as physics.friction.gear_tray, of physics, types, cameras");
+  set->add_option("PATH", set_command->path, "Its keys with dots between them")
+      ->check(not_empty())
+      ->required();
+  set->add_option("VALUE", set_command->value, "As a scene's file has it")
+      ->check(not_empty())
+      ->required();
+  offer_json(*set, line);
 }
 
 }  // namespace aprsim::client

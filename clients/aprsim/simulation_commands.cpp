@@ -1,18 +1,91 @@
+#include "clients/aprsim/simulation_commands.hpp"
+
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <ostream>
 #include <string>
 
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "clients/aprsim/cell_connection.hpp"
-#include "clients/aprsim/commands.hpp"
+#include "clients/aprsim/console.hpp"
+#include "clients/aprsim/event_text.hpp"
+#include "clients/aprsim/option_parsing.hpp"
 #include "clients/aprsim/receipt_text.hpp"
 #include "clients/aprsim/status_text.hpp"
 
 namespace aprsim::client {
+namespace {
+
+v1::RunUntilRequest request_of(const RunCommand& command) {
+  v1::RunUntilRequest request;
+  request.set_max_steps(command.steps);
+  if (command.time_s) {
+    const double whole = std::floor(*command.time_s);
+    request.mutable_time()->set_seconds(static_cast<std::int64_t>(whole));
+    request.mutable_time()->set_nanos(
+        static_cast<std::int32_t>(std::lround((*command.time_s - whole) * 1e9)));
+  } else if (!command.kinds.empty()) {
+    for (const auto& word : command.kinds) {
+      if (const auto kind = event_kind(word)) request.mutable_event()->add_kinds(*kind);
+    }
+    for (const auto& name : command.names) request.mutable_event()->add_names(name);
+  } else if (command.beyond) {
+    auto& crossing = *request.mutable_crossing();
+    crossing.set_quantity(command.beyond->quantity);
+    crossing.set_robot(command.beyond->robot);
+    crossing.set_joint(command.beyond->joint);
+    if (command.beyond->above) {
+      crossing.set_above(command.beyond->limit);
+    } else {
+      crossing.set_below(command.beyond->limit);
+    }
+  }
+  return request;
+}
+
+void add_run(CLI::App& app, CommandLine& line) {
+  auto [run, command] = add_command<RunCommand>(
+      app, line, "run", "Run until something holds, or for so many steps, and pause");
+  auto* time = run->add_option("--time", command->time_s, "Until this simulated time")
+                   ->type_name("SECONDS")
+                   ->check(within(0, 1e9));
+  auto* event = run->add_option("--event", command->kinds, "Until an event of this kind")
+                    ->allow_extra_args(false)
+                    ->excludes(time);
+  choose(event, event_kind_words());
+  run->add_option("--name", command->names, "In which this takes part; may be given again")
+      ->type_name("NAME")
+      ->check(not_empty())
+      ->allow_extra_args(false)
+      ->needs(event);
+  run->add_option_function<std::string>(
+         "--beyond",
+         [c = command](const std::string& text) {
+           const auto when = faults::parse_when(text);
+           const auto* crossing = when ? std::get_if<faults::WhenCrossing>(&*when) : nullptr;
+           if (crossing == nullptr) {
+             throw CLI::ValidationError(
+                 "--beyond", when ? "'" + text + "' is no quantity's limit" : when.error());
+           }
+           c->beyond = *crossing;
+         },
+         "Until a quantity is beyond a limit, as belt-travel>0.5 or tool-force:ROBOT>20")
+      ->type_name("CONDITION")
+      ->excludes(time)
+      ->excludes(event);
+  run->add_option("--steps", command->steps, "At the most (default 10000000)")
+      ->type_name("N")
+      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{10'000'000}).description(""));
+  offer_json(*run, line);
+}
+
+}  // namespace
+
 Outcome<void> run_command(const PauseCommand& /*command*/, Console& console) {
   return show_receipt("pause", "paused", CellConnection(console.endpoints).pause(), console);
 }
@@ -47,64 +120,41 @@ Outcome<void> run_command(const ResetCommand& command, Console& console) {
   return show_receipt("reset", "reset", CellConnection(console.endpoints).reset(request), console);
 }
 
-Outcome<void> run_command(const IntruderCommand& command, Console& console) {
-  std::optional<v1::Intruder> intruder;
-  if (command.xy_m) {
-    auto& centre = *intruder.emplace().mutable_intruder_in_world()->mutable_position_m();
-    centre.set_x((*command.xy_m)[0]);
-    centre.set_y((*command.xy_m)[1]);
-    centre.set_z(command.size_m[2] / 2);
-    intruder->mutable_size_m()->set_x(command.size_m[0]);
-    intruder->mutable_size_m()->set_y(command.size_m[1]);
-    intruder->mutable_size_m()->set_z(command.size_m[2]);
-  }
-  const auto response = CellConnection(console.endpoints).set_intruder(intruder);
+Outcome<void> run_command(const RunCommand& command, Console& console) {
+  const auto response = CellConnection(console.endpoints).run_until(request_of(command));
   if (!response) return tl::unexpected(response.error());
-  std::string what = intruder ? "intruder put" : "intruder removed";
-  auto fields = nlohmann::ordered_json::object();
-  if (response->has_light_curtain()) {
-    const char* state = response->light_curtain().broken() ? "broken" : "clear";
-    what = fmt::format("light curtain {}, {}", state, what);
-    fields["light_curtain"] = state;
-  }
-  return show_receipt(intruder ? "intruder put" : "intruder remove", what, response->receipt(),
-                      console, fields);
+  const bool met = response->outcome() == v1::RUN_OUTCOME_MET;
+  std::string what = met ? "the condition holds, paused" : "took all steps, paused";
+  if (response->has_event()) what = event_line(response->event()) + "\npaused";
+  return show_receipt("run", what, response->receipt(), console, {{"met", met}});
 }
 
-Outcome<void> run_command(const SaveCommand& command, Console& console) {
-  CellConnection cell(console.endpoints);
-  const auto saved = cell.save_state(command.name);
-  if (!saved || command.file.empty()) {
-    return show_receipt("save", fmt::format("saved '{}'", command.name), saved, console);
-  }
-  const auto bytes = cell.export_state(command.name);
-  if (!bytes) return tl::unexpected(bytes.error());
-  std::ofstream file(command.file, std::ios::binary);
-  file << *bytes;
-  if (!file.flush()) {
-    return failed(FailureKind::kUsage, command.file + ": it cannot be written");
-  }
-  return show_receipt(
-      "save",
-      fmt::format("saved '{}', also in {} ({} bytes),", command.name, command.file, bytes->size()),
-      saved, console, {{"file", command.file}, {"bytes", bytes->size()}});
-}
-
-Outcome<void> run_command(const LoadCommand& command, Console& console) {
-  CellConnection cell(console.endpoints);
-  std::string name = command.name;
-  if (!command.file.empty()) {
-    std::ifstream file(command.file, std::ios::binary);
-    const std::string bytes(std::istreambuf_iterator<char>(file), {});
-    if (!file) return failed(FailureKind::kUsage, command.file + ": it cannot be read");
-    const auto kept = cell.import_state(name, bytes);
-    if (!kept) {
-      return failed(kept.error().kind, command.file + ": " + kept.error().message);
-    }
-    name = kept->name();
-  }
-  return show_receipt("load", fmt::format("loaded '{}'", name), cell.load_state(name), console,
-                      {{"name", name}});
+void add_simulation(CLI::App& app, CommandLine& line) {
+  offer_json(*add_command<PauseCommand>(app, line, "pause", "Stop taking steps").first, line);
+  offer_json(*add_command<ResumeCommand>(app, line, "resume", "Take steps again").first, line);
+  auto [step, step_command] =
+      add_command<StepCommand>(app, line, "step", "Take so many steps while paused");
+  step->add_option("N", step_command->steps, "Number of steps (default 1)")
+      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{10'000'000}).description(""));
+  offer_json(*step, line);
+  add_run(app, line);
+  auto [speed, speed_command] =
+      add_command<SpeedCommand>(app, line, "speed", "Set the ratio of simulated to wall time");
+  speed
+      ->add_option_function<std::string>(
+          "X", [c = speed_command](const std::string& text) { c->factor = factor_of("X", text); },
+          "From 0.001 to 1e6, or max")
+      ->required();
+  offer_json(*speed, line);
+  auto [reset, reset_command] =
+      add_command<ResetCommand>(app, line, "reset", "Build the cell anew");
+  reset->add_option("--seed", reset_command->seed, "Seed of everything random")->type_name("N");
+  reset
+      ->add_option("--scene", reset_command->scene,
+                   "Another scene: the name of one of the daemon's, or a file")
+      ->type_name("NAME|FILE")
+      ->check(not_empty());
+  offer_json(*reset, line);
 }
 
 }  // namespace aprsim::client

@@ -1,10 +1,14 @@
+#include "clients/aprsim/status_commands.hpp"
+
 #include <ostream>
 
+#include <CLI/CLI.hpp>
 #include <google/protobuf/util/json_util.h>
 
 #include "clients/aprsim/cell_connection.hpp"
-#include "clients/aprsim/commands.hpp"
+#include "clients/aprsim/console.hpp"
 #include "clients/aprsim/live_view.hpp"
+#include "clients/aprsim/option_parsing.hpp"
 #include "clients/aprsim/status_text.hpp"
 
 namespace aprsim::client {
@@ -67,6 +71,21 @@ Outcome<void> run_command(const WatchCommand& command, Console& console) {
         return console.out.good() && ++shown != command.count;
       });
   return shown_well ? streamed : shown_well;
+}
+
+void add_status(CLI::App& app, CommandLine& line) {
+  auto [status, status_command] =
+      add_command<StatusCommand>(app, line, "status", "Show the cell as it is now");
+  offer_json(*status, line, "The whole snapshot as JSON");
+  status->add_flag("--bodies", status_command->bodies, "Also a line for each gear and tray");
+  auto [watch, watch_command] = add_command<WatchCommand>(
+      app, line, "watch",
+      "Show the cell until interrupted: in place on a terminal, else one line a sample");
+  watch->add_option("--rate", watch_command->rate_hz, "Samples a second (default 20)")
+      ->type_name("HZ")
+      ->check(above_zero());
+  watch->add_option("--count", watch_command->count, "End after so many samples")->type_name("N");
+  offer_json(*watch, line);
 }
 
 }  // namespace aprsim::client

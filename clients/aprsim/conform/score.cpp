@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "clients/aprsim/commands.hpp"
+#include "clients/aprsim/console.hpp"
 #include "clients/aprsim/conform/check.hpp"
 
 namespace aprsim::client::conform {

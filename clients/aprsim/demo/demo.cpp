@@ -1,14 +1,18 @@
+#include "clients/aprsim/demo/demo.hpp"
+
 #include <algorithm>
 #include <chrono>
 
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "clients/aprsim/commands.hpp"
+#include "clients/aprsim/console.hpp"
 #include "clients/aprsim/demo/belt.hpp"
 #include "clients/aprsim/demo/pick_and_place.hpp"
 #include "clients/aprsim/demo/reach.hpp"
 #include "clients/aprsim/interruption.hpp"
+#include "clients/aprsim/option_parsing.hpp"
 
 namespace aprsim::client {
 namespace {
@@ -167,6 +171,17 @@ Outcome<void> run_command(const DemoCommand& command, Console& console) {
   }
   cell.tell("demo", "done", "all done", {});
   return {};
+}
+
+void add_demo(CLI::App& app, CommandLine& line) {
+  auto [demo, command] = add_command<DemoCommand>(
+      app, line, "demo", "Pick and place with the robots and run the belt, over the wires alone");
+  demo->add_option("--robot", command->robots, "Only this robot's part; may be given twice")
+      ->type_name("ROBOT")
+      ->check(not_empty())
+      ->allow_extra_args(false);
+  demo->add_flag("--belt", command->belt, "Only the belt's part (besides that of robots named)");
+  offer_json(*demo, line, "One JSON object for each thing done");
 }
 
 }  // namespace aprsim::client

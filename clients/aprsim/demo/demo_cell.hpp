@@ -7,7 +7,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "clients/aprsim/cell_connection.hpp"
-#include "clients/aprsim/commands.hpp"
+#include "clients/aprsim/console.hpp"
 #include "clients/aprsim/demo/cell_view.hpp"
 
 namespace aprsim::client {
