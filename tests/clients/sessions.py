@@ -67,13 +67,18 @@ class Driver:
         self.process.stdin.write(" ".join(str(word) for word in words) + "\n")
         self.process.stdin.flush()
 
-    def expect(self, start, seconds):
-        """The next answer that begins so; those before are passed over."""
+    def expect(self, start, seconds, meanwhile=None):
+        """The next answer that begins so; those before are passed over. What is called `meanwhile` is called about every
+        second."""
         deadline = time.monotonic() + seconds
         while True:
+            left = max(0.0, deadline - time.monotonic())
             try:
-                answer = self.answers.get(timeout=max(0.0, deadline - time.monotonic()))
+                answer = self.answers.get(timeout=min(left, 1.0) if meanwhile else left)
             except queue.Empty:
+                if meanwhile and time.monotonic() < deadline:
+                    meanwhile()
+                    continue
                 raise Failure(f"no answer '{start}' within {seconds} s") from None
             if answer is None:
                 raise Failure(f"the controller ended before '{start}'")
@@ -89,9 +94,9 @@ class Driver:
         if not got.startswith(answer):
             raise Failure(f"{' '.join(map(str, words))}: {got}")
 
-    def ended(self, what, seconds=300):
+    def ended(self, what, seconds=300, meanwhile=None):
         """Waits for the end of what was started; fails when it did not end well."""
-        got = self.expect(f"{what} ended", seconds)
+        got = self.expect(f"{what} ended", seconds, meanwhile)
         if not got.startswith("true"):
             raise Failure(got)
 
@@ -241,25 +246,51 @@ SYSTEMS = {
 }
 
 
+# Where the tools of aprs_lab lie when the physical settings were saved: see protocols/CONTROLLERS.md.
+AS_SAVED = (
+    ("    bar_m: [0.03, 0.1, 0.02]\n    tool: small_vacuum\n", "    bar_m: [0.03, 0.1, 0.02]\n"),
+    ("    bars_yaw_deg: -127.28\n", "    bars_yaw_deg: -127.28\n    tool: big_gripper\n"),
+    ("    tool: big_gripper\n    vision:\n", "    tool: small_vacuum\n    vision:\n"),
+)
+
+
+def lab_with_tools_as_saved(folder):
+    """A copy of the scene aprs_lab in which the Motoman has the vacuum cup on it."""
+    scenes = ROOT / "world" / "scenes"
+    text = (scenes / "aprs_lab.yaml").read_text(encoding="utf-8")
+    for old, new in AS_SAVED:
+        if text.count(old) != 1:
+            raise RuntimeError(f"aprs_lab has changed: not one '{old}'")
+        text = text.replace(old, new)
+    path = folder / "aprs_lab_as_saved.yaml"
+    path.write_text(text.replace("[types/", f"[{scenes}/types/").replace(", types/", f", {scenes}/types/"), encoding="utf-8")
+    return str(path)
+
+
 class Framework:
     """One system of the framework, with its robot connected."""
 
-    def __init__(self, setup, settings, robot):
+    def __init__(self, setup, settings, robot, tools_as_saved=False):
         self.robot = robot
-        options = [] if settings == SIM else ["--set", "vision.empty_slots=true"]
-        self.cell = Cell(setup, "aprs" if settings == SIM else "aprs_lab", *options)
+        scene, options = "aprs", []
+        if settings == PHYSICAL:
+            scene = lab_with_tools_as_saved(setup.folder) if tools_as_saved else "aprs_lab"
+            options = ["--set", "vision.empty_slots=true"]
+        self.cell = Cell(setup, scene, *options)
         self.home = framework_home(setup, self.cell.ports)
         path, self.name, tool = SYSTEMS[settings, robot]
         self.file = self.home / "example_settings" / settings / path
         chosen = self.selected_tool(self.file)
-        self.tool = None if chosen == tool else tool
+        self.tool = None if chosen == tool or tools_as_saved else tool
         if self.tool:
-            setup.edits.append(f"tool {tool} chosen (was {chosen})")
+            setup.remark = f" (tool {tool} chosen in its menu, was {chosen})"
         self.setup = setup
         self.open()
 
     def open(self):
-        self.driver = Driver("aprsim.FrameworkDriver", self.setup, home=self.home / "netbeans_run_user_home")
+        # Alone: with no supervisor that would clear the way to the tools' holders.
+        self.driver = Driver("aprsim.FrameworkDriver", self.setup, {"aprs.standalone": "true"},
+                             self.home / "netbeans_run_user_home")
         self.driver.call("open", self.file, seconds=120)
         if self.tool:
             self.driver.require("tool", self.tool, answer="done")
@@ -407,6 +438,41 @@ for settings, label in ((SIM, "simulated"), (PHYSICAL, "physical")):
             session(f"{title} ({label})", label)(job(settings, robot, *steps))
 
 
+def tool_of(cell, robot):
+    """The name of the tool that is on a robot, or None."""
+    state = cell.state()
+    number = [each["name"] for each in state["robots"]].index(robot)
+    return next((tool["name"] for tool in state["tools"] if tool.get("robot") == number), None)
+
+
+@session("motoman_demo_actions, reverse_motoman_demo_actions, tools as saved (physical)", "physical")
+def motoman_changes_tools(setup):
+    """The settings as they were saved know the vacuum cup on the Motoman. For a large gear it is put into the shared
+    holder, and the big gripper taken from its own, as the framework itself decides."""
+    framework = Framework(setup, PHYSICAL, "motoman", tools_as_saved=True)
+    for actions, gears in JOBS["motoman"][1][1:]:
+        framework.run(actions)
+        Gears(framework.cell).require(gears)
+    if tool_of(framework.cell, "motoman") != "big_gripper":
+        raise Failure(f"the tool on it is {tool_of(framework.cell, 'motoman')}")
+    framework.cell.require_sound()
+    setup.remark = " (small_vacuum into its holder, big_gripper taken)"
+
+
+@session("tool put into both holders and taken again, fanuc_move_one_large_gear (physical)", "physical")
+def fanuc_changes_tools(setup):
+    framework = Framework(setup, PHYSICAL, "fanuc")
+    actions = "".join(f"(drop-tool-by-holder {holder})\n(pickup-tool-by-holder {holder})\n"
+                      for holder in ("nearLeftHolder", "farLeftHolder"))
+    (framework.home / "example_pddl" / "tool_round.txt").write_text(actions + "(end-program)\n", encoding="utf-8")
+    framework.run("tool_round.txt")
+    if tool_of(framework.cell, "fanuc") != "pincher":
+        raise Failure(f"the tool on it is {tool_of(framework.cell, 'fanuc')}")
+    framework.run("fanuc_move_one_large_gear.txt")
+    Gears(framework.cell).require(1)
+    framework.cell.require_sound()
+
+
 # Recorded programs of the laboratory whose guard must touch something; what stood there (a stack of
 # parts at X -180 or -300, Y 810 of the Motoman) is in no published layout, and in none of our scenes.
 NOTHING_TO_TOUCH = (
@@ -424,10 +490,11 @@ PROGRAMS = (
 
 
 def program(name):
-    """A recorded program in the pendant client, in the laboratory's scene, at five times its pace."""
+    """A recorded program in the pendant client, in the laboratory's scene, at five times its pace. The client allows a move
+    90 s; that of the slow program takes 900, 90 mm at 0.1 mm/s."""
 
     def run(setup):
-        cell = Cell(setup, "aprs_lab", "--speed", "5")
+        cell = Cell(setup, "aprs_lab", "--speed", "20" if name.endswith("Slow") else "5")
         robot = "fanuc" if name.startswith("fanuc") else "motoman"
         driver = Driver(
             "crcl.ui.client.PendantDriver", setup,
@@ -590,6 +657,22 @@ def abort(framework):
     return True
 
 
+def safe_abort(framework):
+    """Ends the job where it can be left, with the gear in a slot or before it is taken, and disconnects, as the
+    supervisor does before another robot takes over."""
+    framework.driver.require("safe-abort", answer="done", seconds=90)
+    framework.connect()
+    return not any(Gears(framework.cell).kits.values())
+
+
+def reconnect(framework):
+    """Aborts, disconnects from the robot and connects again."""
+    abort(framework)
+    framework.driver.require("disconnect", answer="false")
+    framework.connect()
+    return True
+
+
 def vanish(framework):
     """The whole framework dies and is started anew, with the robot in motion."""
     framework.driver.process.kill()
@@ -601,30 +684,57 @@ for words, number in (("on the way to a gear", TAKE), ("with a gear", CARRY), ("
     session(f"paused {words}, then again", "simulated")(interrupted(pause, number))
     session(f"aborted {words}, then again", "simulated")(interrupted(abort, number))
 session("gone and back on the way to a gear", "simulated")(interrupted(vanish, TAKE))
+session("safely aborted on the way to a gear, then again", "simulated")(interrupted(safe_abort, TAKE))
+session("safely aborted with a gear, then again", "simulated")(interrupted(safe_abort, CARRY))
+session("disconnected on the way to a gear, then again", "simulated")(interrupted(reconnect, TAKE))
 
 
 CYCLES = 10
+# How the supervisor calls what each robot works at, and which kits are there.
+TASKS = {"motoman": ("Shared", "kit_s2l2"), "fanuc": ("Fanuc", "kit_m2l1")}
+
+
+def supervisor_driver(setup, settings, setup_file, maps):
+    """The supervisor with both systems, and the folder of its settings."""
+    home = framework_home(setup, setup.cell.ports)
+    folder = home / "example_settings" / settings
+    driver = Driver("aprsim.SupervisorDriver", setup, home=home / "netbeans_run_user_home")
+    driver.require("open", folder / setup_file, folder / maps, folder / "teachProps.txt", answer="done", seconds=120)
+    return driver, folder, home / "example_pddl"
+
+
+class Fillings:
+    """How often the kits of each robot's have been filled, looked at every second or so."""
+
+    def __init__(self, cell):
+        self.cell = cell
+        self.filled = dict.fromkeys(TASKS, False)
+        self.counts = dict.fromkeys(TASKS, 0)
+
+    def look(self):
+        kits = Gears(self.cell).kits
+        for robot, (_, kit) in TASKS.items():
+            filled = any(found for (tray, _), found in kits.items() if tray.startswith(kit))
+            self.counts[robot] += filled and not self.filled[robot]
+            self.filled[robot] = filled
 
 
 @session("supervisor, both robots", "simulated")
 def supervisor(setup):
-    """Ten cycles: kits emptied and filled, both robots at once."""
+    """Ten times kits filled and emptied, both robots at once. The supervisor's other test of that kind, with robots
+    disabled at random, needs a cell in which both robots' frames are one: its position map between them says so."""
     cell = Cell(setup, "aprs")
-    home = framework_home(setup, cell.ports)
-    folder = home / "example_settings" / SIM
-    # The teach table's camera, which the framework simulates, shows gears of the cell's colours.
-    _set(folder / "teachProps.txt", {"datafile": "teach_objects_one_gear_each.csv"})
-    setup.edits.append("teach layout teach_objects_one_gear_each.csv (was one with gears of other colours)")
-    # The shipped settings name no lists for the way back, and without a display nobody chooses one.
-    for path, actions in (("simulated_fanuc/simulated_fanuc_properties", "reverse_fanuc_demo_actions.txt"),
-                          ("simulated_motoman/simulated_motoman_props", "reverse_motoman_demo_actions.txt")):
-        with open(folder / f"{path}_actionsToCrclProperties.txt", "a", encoding="utf-8") as file:
-            file.write(f"\npddl.reverse_output={home / 'example_pddl' / actions}\n")
-    setup.edits.append("pddl.reverse_output for both")
-    driver = Driver("aprsim.SupervisorDriver", setup, home=home / "netbeans_run_user_home")
-    driver.call("open", folder / "multisim9.csv", folder / "posmaps.csv", folder / "teachProps.txt", seconds=120)
-    driver.send("cycles", CYCLES)
-    driver.ended("cycles", 240 * CYCLES)
+    driver, folder, _ = supervisor_driver(setup, SIM, "multisim9.csv", "posmaps.csv")
+    # In the layout that comes up first the kits want nothing that is in the cell.
+    driver.require("teach", folder / "teach_objects_one_gear_each.csv", answer="done")
+    # It begins with emptying, and counts that.
+    driver.send("cycles", CYCLES + 1)
+    fillings = Fillings(cell)
+    driver.ended("cycles", 240 * CYCLES, meanwhile=fillings.look)
+    setup.remark = f" (kits filled and emptied: {fillings.counts['fanuc']} and {fillings.counts['motoman']} times)"
+    if min(fillings.counts.values()) < CYCLES:
+        raise Failure(f"kits filled only {fillings.counts} times")
+    Gears(cell).require(0)
     cell.require_sound()
 
 

@@ -4,6 +4,8 @@ import java.io.BufferedReader;
 import java.io.InputStreamReader;
 import java.nio.charset.StandardCharsets;
 import java.util.Arrays;
+import java.util.concurrent.Future;
+import java.util.function.Supplier;
 
 /** A driver's ear and mouth: one command a line on standard input, "@ ..." lines as answers among the controller's own output. */
 public final class Console {
@@ -32,6 +34,22 @@ public final class Console {
       }
     }
     Runtime.getRuntime().halt(0);
+  }
+
+  /** Says "NAME ended true" or false once there is a result, with what there is to tell then. */
+  public static void follow(String name, Future<Boolean> result, Supplier<String> remark) {
+    new Thread(
+            () -> {
+              String end;
+              try {
+                end = String.valueOf(result.get());
+              } catch (Throwable fault) {
+                fault.printStackTrace();
+                end = "false " + reason(fault);
+              }
+              say(name + " ended " + end + " " + remark.get());
+            })
+        .start();
   }
 
   /** The innermost cause, in one line. */

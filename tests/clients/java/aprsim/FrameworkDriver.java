@@ -37,7 +37,9 @@ public final class FrameworkDriver {
               system.disconnectRobot().get(30, TimeUnit.SECONDS);
               return String.valueOf(system.isConnected());
             case "start":
-              follow("start", system.startActionsFile(new File(arguments[0])));
+              // As its display does it; what startActionsFile has begun never completes a safe abort.
+              system.loadActionsFile(new File(arguments[0]));
+              follow("start", system.startActions("driver", false));
               return null;
             case "continue":
               follow("continue", system.continueActionList("driver"));
@@ -52,7 +54,7 @@ public final class FrameworkDriver {
               system.immediateAbort(Thread.currentThread().getStackTrace()).get(30, TimeUnit.SECONDS);
               return "done";
             case "safe-abort":
-              system.startSafeAbort("driver").get(120, TimeUnit.SECONDS);
+              system.startSafeAbortAndDisconnect("driver").get(60, TimeUnit.SECONDS);
               return "done";
             case "reset":
               system.reset(true).get(30, TimeUnit.SECONDS);
@@ -68,16 +70,6 @@ public final class FrameworkDriver {
   }
 
   private static void follow(String name, XFuture<Boolean> result) {
-    new Thread(
-            () -> {
-              try {
-                Boolean good = result.get();
-                Console.say(name + " ended " + good + " title=" + system.getTitleErrorString());
-              } catch (Throwable fault) {
-                fault.printStackTrace();
-                Console.say(name + " ended false " + Console.reason(fault) + " title=" + system.getTitleErrorString());
-              }
-            })
-        .start();
+    Console.follow(name, result, () -> "title=" + system.getTitleErrorString());
   }
 }

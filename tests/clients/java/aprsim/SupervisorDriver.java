@@ -1,15 +1,23 @@
 package aprsim;
 
+import aprs.database.PhysicalItem;
+import aprs.simview.Object2DOuterJPanel;
 import aprs.supervisor.main.Supervisor;
+import aprs.system.AprsSystem;
 import crcl.ui.misc.MultiLineStringJPanel;
 import crcl.utils.CRCLUtils;
 import crcl.utils.XFutureVoid;
 import java.io.File;
+import java.lang.reflect.Field;
 import java.lang.reflect.Method;
+import java.util.Arrays;
+import java.util.List;
+import java.util.stream.Collectors;
 
 /**
- * The framework's supervisor with all systems of a setup file, without a display. open SETUP POSITION_MAPS TEACH; cycles
- * NUMBER; count.
+ * The framework's supervisor with all systems of a setup file, without a display. open SETUP POSITION_MAPS TEACH; and what
+ * one chooses in its menus and those of its systems: teach LAYOUT; tools FILE, what is where; connect; job TASK ACTIONS;
+ * cycles NUMBER, scan all and then kits emptied and filled by all robots at once, so often.
  */
 public final class SupervisorDriver {
   public static void main(String[] unused) throws Exception {
@@ -26,35 +34,83 @@ public final class SupervisorDriver {
               call(supervisor, "loadPositionMappingsFilesFile", new File(arguments[1]));
               ((XFutureVoid) call(supervisor, "loadTeachPropertiesFile", new File(arguments[2]))).get();
               return "done";
-            case "cycles":
-              new Thread(
-                      () -> {
-                        try {
-                          Supervisor.MultiCycleResults results =
-                              supervisor
-                                  .completeMultiCycleTest(
-                                      System.currentTimeMillis(), Integer.parseInt(arguments[0]), false)
-                                  .get();
-                          Console.say("cycles ended " + (results.cyclesComplete == results.numCycles) + " " + results.msg);
-                        } catch (Throwable fault) {
-                          fault.printStackTrace();
-                          Console.say("cycles ended false " + Console.reason(fault));
-                        }
-                      })
-                  .start();
+            case "teach":
+              return teach(supervisor, new File(arguments[0]));
+            case "tools":
+              call(supervisor, "loadSharedTools", new File(arguments[0]));
+              return "done";
+            case "connect":
+              call(supervisor, "connectAll");
+              return "done";
+            case "job":
+              AprsSystem system = system(supervisor, arguments[0]);
+              system.loadActionsFile(new File(arguments[1]));
+              Console.follow("job", system.startActions("driver", false), () -> system.getTitleErrorString());
               return null;
-            case "count":
-              return String.valueOf(supervisor.getContiousDemoCycleCount());
+            case "cycles":
+              int cycles = Integer.parseInt(arguments[0]);
+              call(supervisor, "setMax_cycles", cycles);
+              XFutureVoid scanned = (XFutureVoid) call(supervisor, "startScanAll");
+              Console.follow(
+                  "cycles",
+                  scanned
+                      .thenCompose(x -> demo(supervisor))
+                      .thenApply(x -> supervisor.getContiousDemoCycleCount() == cycles),
+                  () -> supervisor.getContiousDemoCycleCount() + " cycles");
+              return null;
             default:
               throw new IllegalArgumentException(command);
           }
         });
   }
 
-  /** A method of the supervisor that only its display calls. */
-  private static Object call(Supervisor supervisor, String name, Object argument) throws Exception {
-    Method method = Supervisor.class.getDeclaredMethod(name, argument.getClass());
+  private static XFutureVoid demo(Supervisor supervisor) {
+    try {
+      return (XFutureVoid) call(supervisor, "startContinuousDemoRevFirst");
+    } catch (Exception fault) {
+      throw new IllegalStateException(fault);
+    }
+  }
+
+  /** Loads a layout of the teach table until it stays: the view goes on loading its properties after it says that it has. */
+  private static String teach(Supervisor supervisor, File layout) throws Exception {
+    Field field = Supervisor.class.getDeclaredField("object2DOuterJPanel1");
+    field.setAccessible(true);
+    Object2DOuterJPanel view = (Object2DOuterJPanel) field.get(supervisor);
+    List<String> wanted = names(view.csvFileToItemsList(layout, false, false));
+    for (int stayed = 0, tries = 0; stayed < 20; ++tries) {
+      if (tries == 300) return "shows " + names(view.getItems());
+      if (names(view.getItems()).equals(wanted)) {
+        ++stayed;
+      } else {
+        stayed = 0;
+        view.loadFile(layout).get();
+      }
+      Thread.sleep(100);
+    }
+    return "done";
+  }
+
+  private static List<String> names(List<PhysicalItem> items) {
+    return items.stream().map(PhysicalItem::getName).sorted().collect(Collectors.toList());
+  }
+
+  /** The system whose task begins so. */
+  private static AprsSystem system(Supervisor supervisor, String task) throws Exception {
+    for (Object system : (List<?>) call(supervisor, "systems")) {
+      if (((AprsSystem) system).getTaskName().startsWith(task)) return (AprsSystem) system;
+    }
+    throw new IllegalArgumentException(task);
+  }
+
+  /** A method of the supervisor's or a system's that only its display calls. */
+  private static Object call(Object whose, String name, Object... arguments) throws Exception {
+    Class<?>[] types =
+        Arrays.stream(arguments)
+            .map(argument -> argument instanceof Integer ? int.class : argument.getClass())
+            .toArray(Class<?>[]::new);
+    Method method = whose.getClass().getDeclaredMethod(name, types);
     method.setAccessible(true);
-    return method.invoke(supervisor, argument);
+    return method.invoke(whose, arguments);
   }
 }
