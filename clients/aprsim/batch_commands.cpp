@@ -19,24 +19,24 @@
 
 namespace aprsim::client {
 
-Outcome<void> run_command(const BatchCommand& command, Console& console) {
-  const auto outcome = run_batch({.scenario = command.scenario,
-                                  .seeds = share_of(command.seeds, command.shard),
-                                  .directory = command.out,
-                                  .jobs = command.jobs,
-                                  .tries = command.tries,
-                                  .journals = command.journals,
-                                  .controller = command.controller,
-                                  .again = command.again},
-                                 console.json ? nullptr : &std::cerr, isatty(STDERR_FILENO) == 1);
+Outcome<Batch> run_and_show(const BatchCommand& command, bool kept, Console& console) {
+  auto outcome = run_batch({.scenario = command.scenario,
+                            .seeds = share_of(command.seeds, command.shard),
+                            .directory = command.out,
+                            .jobs = command.jobs,
+                            .tries = command.tries,
+                            .journals = command.journals,
+                            .controller = command.controller,
+                            .again = command.again},
+                           console.json ? nullptr : &std::cerr, isatty(STDERR_FILENO) == 1);
   if (!outcome) return tl::unexpected(outcome.error());
   const double rate = static_cast<double>(outcome->run_now) / std::max(1e-3, outcome->wall_s);
   std::string text = batch_table(outcome->batch);
   text += fmt::format(
-      "\n{} episodes in {:.1f} s: {:.2f} a second; {} tried again; a world takes {:.0f} "
-      "MB at most; report in {}\n",
+      "\n{} episodes in {:.1f} s: {:.2f} a second; {} tried again; a world takes {:.0f} MB at most",
       outcome->run_now, outcome->wall_s, rate, outcome->attempts.again,
-      static_cast<double>(outcome->attempts.peak_world_bytes) / 1e6, command.out);
+      static_cast<double>(outcome->attempts.peak_world_bytes) / 1e6);
+  text += kept ? "; report in " + command.out + '\n' : "\n";
   auto json = batch_json(outcome->batch);
   json.erase("each");
   json["run_now"] = outcome->run_now;
@@ -44,10 +44,16 @@ Outcome<void> run_command(const BatchCommand& command, Console& console) {
   json["tried_again"] = outcome->attempts.again;
   json["peak_world_mb"] = static_cast<double>(outcome->attempts.peak_world_bytes) / 1e6;
   console.show(text, json);
-  if (outcome->given_up.empty()) return {};
+  if (outcome->given_up.empty()) return std::move(outcome->batch);
   const auto& [seed, why] = outcome->given_up.front();
   return failed(FailureKind::kCheck, fmt::format("{} seeds could not be run; seed {}: {}",
                                                  outcome->given_up.size(), seed, why));
+}
+
+Outcome<void> run_command(const BatchCommand& command, Console& console) {
+  const auto done = run_and_show(command, /*kept=*/true, console);
+  if (!done) return tl::unexpected(done.error());
+  return {};
 }
 
 Outcome<void> run_command(const MergeCommand& command, Console& console) {

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "clients/aprsim/batch/batch_directory.hpp"
 #include "clients/aprsim/batch/seeds.hpp"
 #include "clients/aprsim/command_group.hpp"
 
@@ -34,6 +35,8 @@ struct ReportDiffCommand {
   double level = 0.05;        ///< of significance
 };
 
+/// Runs it and shows its report; `kept`: whether its directory stays.
+[[nodiscard]] Outcome<Batch> run_and_show(const BatchCommand& command, bool kept, Console& console);
 [[nodiscard]] Outcome<void> run_command(const BatchCommand& command, Console& console);
 [[nodiscard]] Outcome<void> run_command(const MergeCommand& command, Console& console);
 [[nodiscard]] Outcome<void> run_command(const ReportDiffCommand& command, Console& console);

@@ -1,20 +1,26 @@
 #include "clients/aprsim/scenario_commands.hpp"
 
+#include <algorithm>
 #include <ostream>
+#include <thread>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "clients/aprsim/batch_commands.hpp"
 #include "clients/aprsim/console.hpp"
 #include "clients/aprsim/option_parsing.hpp"
 #include "clients/aprsim/scenario/report.hpp"
+#include "clients/aprsim/scenario/run_programs.hpp"
 #include "clients/aprsim/scenario/runner.hpp"
 #include "world/scenario/plan.hpp"
 #include "world/scenario/scenario_reader.hpp"
 
 namespace aprsim::client {
 namespace {
+
+constexpr std::size_t kMostSeedsNamed = 10;
 
 Failure wrong_file(const Error& error) { return {FailureKind::kUsage, error.message}; }
 
@@ -59,6 +65,29 @@ void add_scenario_name(CLI::App& app, std::string& name, std::uint64_t& seed) {
   app.add_option("--seed", seed, "Of all that varies (default 1)")->type_name("N");
 }
 
+/// A batch of the seeds from the command's on; without --report, in a directory that goes with it.
+Outcome<void> repeat(const ScenarioRunCommand& command, Console& console) {
+  const RunDirectory directory(command.report);
+  BatchCommand batch{.scenario = command.name,
+                     .out = command.report.empty() ? directory.file("batch") : command.report,
+                     .jobs = command.jobs,
+                     .journals = 0,
+                     .controller = command.controller};
+  for (unsigned i = 0; i < command.repeat; ++i) batch.seeds.push_back(command.seed + i);
+  const auto done = run_and_show(batch, !command.report.empty(), console);
+  if (!done) return tl::unexpected(done.error());
+  std::string seeds;
+  std::size_t unexpected = 0;
+  for (const auto& [seed, episode] : done->episodes) {
+    if (episode.as_expected) continue;
+    if (++unexpected <= kMostSeedsNamed) seeds += fmt::format(" {}", seed);
+  }
+  if (unexpected == 0) return {};
+  return failed(FailureKind::kCheck,
+                fmt::format("{} of {} runs not as expected; seeds{}{}", unexpected, command.repeat,
+                            seeds, unexpected > kMostSeedsNamed ? " ..." : ""));
+}
+
 }  // namespace
 
 Outcome<void> run_command(const ScenarioListCommand& /*command*/, Console& console) {
@@ -92,6 +121,7 @@ Outcome<void> run_command(const ScenarioCheckCommand& command, Console& console)
 }
 
 Outcome<void> run_command(const ScenarioRunCommand& command, Console& console) {
+  if (command.repeat > 0) return repeat(command, console);
   const auto paths = scene::default_data_paths();
   const auto scenario = scenario::load_scenario(command.name, paths);
   if (!scenario) return tl::unexpected(wrong_file(scenario.error()));
@@ -154,11 +184,26 @@ void add_scenario(CLI::App& app, CommandLine& line) {
   attach->excludes(polls);
   run->add_flag("--progress", command->progress,
                 "Tell what happens and how far the orders are, as one JSON object a line");
-  run->add_option("--journal", command->journal,
-                  "File or directory for the journal of the run's own daemon")
-      ->type_name("FILE|DIR")
-      ->check(not_empty())
-      ->excludes(attach);
+  CLI::Option* journal =
+      run->add_option("--journal", command->journal,
+                      "File or directory for the journal of the run's own daemon")
+          ->type_name("FILE|DIR")
+          ->check(not_empty())
+          ->excludes(attach);
+  CLI::Option* repeat =
+      run->add_option("--repeat", command->repeat,
+                      "So many seeds from --seed on, in virtual time, and one report, as a batch")
+          ->type_name("N")
+          ->check(CLI::Range(1, 1'000'000))
+          ->excludes("--speed")
+          ->excludes(attach)
+          ->excludes(journal)
+          ->excludes("--progress");
+  command->jobs = std::max(1U, std::thread::hardware_concurrency());
+  run->add_option("--jobs", command->jobs, "So many at once (default: the processors)")
+      ->type_name("J")
+      ->check(CLI::Range(1, 256))
+      ->needs(repeat);
   run->add_option("--controller", command->controller,
                   "Shell command to start in place of the kitting controller, or none to wait for "
                   "one that runs already")

@@ -24,6 +24,8 @@ struct ScenarioRunCommand {
   bool progress = false;            ///< tell what happens as JSON lines
   bool virtual_time = false;        ///< the controller's polls are the clock
   std::string journal;              ///< file or directory, of the run's own daemon; empty = none
+  unsigned repeat = 0;  ///< runs in virtual time, from `seed` on, as a batch; 0 = one run
+  unsigned jobs = 1;    ///< of them at once
 };
 
 [[nodiscard]] Outcome<void> run_command(const ScenarioListCommand& command, Console& console);

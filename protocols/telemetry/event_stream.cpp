@@ -79,11 +79,9 @@ void EventStream::end(const grpc::Status& status) {
   if (finished_ || ending_) return;
   ending_ = true;
   end_status_ = status;
-  if (writing_) {
-    context_.TryCancel();
-    return;
-  }
-  finish(end_status_);
+  // A message may be stuck; the beginning of the call is through in a moment.
+  if (!writing_) return finish(end_status_);
+  if (write_started_ != steady_clock::time_point{}) context_.TryCancel();
 }
 
 void EventStream::OnSendInitialMetadataDone(bool ok) { OnWriteDone(ok); }
