@@ -22,6 +22,7 @@ import numpy.typing as npt
 
 from . import calls, crcl, faults
 from .calls import Bookmark, HistorySpan, Receipt, Run, SavedState
+from .channel import Channel
 from .endpoints import Endpoints, find_endpoints
 from .errors import TimedOut, Unreachable
 from .events import Event, Happens, event
@@ -29,11 +30,6 @@ from .motions import MOVE_TIMEOUT_S, TURN_SPEED_RAD_S, Frame, Motions
 from .poses import Array
 from .robot import ANSWER_S, MOST_POLL_STEPS, POLL_S, POLL_STEPS
 from .snapshots import BodyState, Snapshot, seconds
-from .v1 import (
-    control_service_pb2_grpc,
-    history_service_pb2_grpc,
-    telemetry_service_pb2_grpc,
-)
 
 if TYPE_CHECKING:
     from .v1 import cell_pb2, control_service_pb2, faults_pb2, snapshot_pb2
@@ -223,28 +219,13 @@ class Robot:
         return data
 
 
-class Cell:
+class Cell(Channel):
     """As `aprsim.Cell`. Belongs to the loop that it was connected in."""
 
     def __init__(self, endpoints: Endpoints) -> None:
         """Use `connect`."""
-        self.endpoints = endpoints
-        self._address = f"{endpoints.host}:{endpoints.grpc}"
-        credentials = calls.credentials_of(endpoints)
-        self._channel: Any = (
-            grpc.aio.secure_channel(self._address, credentials, options=calls.CHANNEL_OPTIONS)
-            if credentials
-            else grpc.aio.insecure_channel(self._address, options=calls.CHANNEL_OPTIONS)
-        )
-        self._metadata = calls.metadata_of(endpoints)
-        self._stubs: dict[str, Any] = {
-            "Control": control_service_pb2_grpc.ControlServiceStub(self._channel),
-            "History": history_service_pb2_grpc.HistoryServiceStub(self._channel),
-            "Telemetry": telemetry_service_pb2_grpc.TelemetryServiceStub(self._channel),
-        }
+        super().__init__(endpoints, grpc.aio)
         self._robots: dict[str, Robot] = {}
-        self.paused = False
-        """As this client has last seen or made it."""
         self.description: cell_pb2.CellDescription
         """What does not change between two resets."""
         self.step_s = 0.001
@@ -546,6 +527,16 @@ class Cell:
         """Takes one away."""
         await self._run(calls.remove_bookmark(identifier))
 
+    async def incident(self, last_s: float = 60.0) -> bytes:
+        """The latest of the run as one journal, as `aprsim.Cell.incident`."""
+        call = self._stubs["Journal"].GetIncident(
+            calls.incident_request(last_s), metadata=self._metadata
+        )
+        try:
+            return b"".join([piece.data async for piece in call])
+        except grpc.RpcError as error:
+            raise self._error(error) from error
+
     async def _epoch(self, epoch: int | None) -> int:
         if epoch is not None:
             return epoch
@@ -560,10 +551,3 @@ class Cell:
         except grpc.RpcError as error:
             raise self._error(error) from error
         return call.read(answer)
-
-    def _error(self, error: Any) -> Exception:
-        return calls.error_of(error.code().name, error.details(), self._address)
-
-    def _seen(self, snapshot: Snapshot) -> Snapshot:
-        self.paused = snapshot.paused
-        return snapshot

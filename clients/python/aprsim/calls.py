@@ -17,13 +17,14 @@ from .poses import Array, pose_message
 from .snapshots import BodyState, Snapshot, seconds
 from .v1 import control_service_pb2 as control
 from .v1 import history_service_pb2 as past
+from .v1 import journal_service_pb2 as journal
 from .v1 import telemetry_service_pb2 as telemetry
 
 if TYPE_CHECKING:
     from .v1 import cell_pb2, faults_pb2, snapshot_pb2
 
 T = TypeVar("T")
-Service = Literal["Control", "Telemetry", "History"]
+Service = Literal["Control", "Telemetry", "History", "Journal"]
 
 _TIMEOUT_S = 60.0  # a daemon that is gone is told at once; one on a busy machine is waited for
 _STEP_S = 0.01  # that one step may take at most
@@ -388,6 +389,12 @@ def past_request(epoch: int, begin: int, end: int, stride: int, fields: Sequence
         begin=past.Moment(epoch=epoch, step=begin), end_step=end, stride=stride
     )
     request.read_mask.paths.extend(fields)
+    return request
+
+
+def incident_request(last_s: float) -> Any:
+    request = journal.GetIncidentRequest()
+    faults.set_duration(request.last, "last_s", last_s)
     return request
 
 

@@ -11,16 +11,12 @@ import grpc
 
 from . import calls, faults
 from .calls import Bookmark, HistorySpan, Receipt, Run, SavedState
+from .channel import Channel
 from .endpoints import Endpoints, find_endpoints
 from .events import Event, Happens, event
 from .poses import Array
 from .robot import Robot
 from .snapshots import BodyState, Snapshot, seconds
-from .v1 import (
-    control_service_pb2_grpc,
-    history_service_pb2_grpc,
-    telemetry_service_pb2_grpc,
-)
 
 if TYPE_CHECKING:
     from .v1 import cell_pb2, control_service_pb2, faults_pb2, snapshot_pb2
@@ -28,29 +24,14 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 
-class Cell:
+class Cell(Channel):
     """A running cell. Robots are commanded by `robot(name)`, all else here. Errors: Unreachable,
     TimedOut, Refused with the cell's own words. Units are SI. Thread: any; a stream belongs to who
     reads it, a robot to one thread at a time."""
 
     def __init__(self, endpoints: Endpoints) -> None:
-        self.endpoints = endpoints
-        self._address = f"{endpoints.host}:{endpoints.grpc}"
-        credentials = calls.credentials_of(endpoints)
-        self._channel: Any = (
-            grpc.secure_channel(self._address, credentials, options=calls.CHANNEL_OPTIONS)
-            if credentials
-            else grpc.insecure_channel(self._address, options=calls.CHANNEL_OPTIONS)
-        )
-        self._metadata = calls.metadata_of(endpoints)
-        self._stubs: dict[str, Any] = {
-            "Control": control_service_pb2_grpc.ControlServiceStub(self._channel),
-            "History": history_service_pb2_grpc.HistoryServiceStub(self._channel),
-            "Telemetry": telemetry_service_pb2_grpc.TelemetryServiceStub(self._channel),
-        }
+        super().__init__(endpoints, grpc)
         self._robots: dict[str, Robot] = {}
-        self.paused = False
-        """As this client has last seen or made it. Robots' commands step a paused cell."""
         self.description: cell_pb2.CellDescription = self._run(calls.get_cell())
         """What does not change between two resets."""
         size = self.description.step_size
@@ -285,6 +266,17 @@ class Cell:
             return epoch
         return int((self._run(calls.get_snapshot(["epoch"]))).message.epoch)
 
+    def incident(self, last_s: float = 60.0) -> bytes:
+        """The latest of the run as one journal, which `aprsim replay` runs again anywhere: from the
+        last checkpoint on before so much simulated time."""
+        call = self._stubs["Journal"].GetIncident(
+            calls.incident_request(last_s), metadata=self._metadata
+        )
+        try:
+            return b"".join(piece.data for piece in call)
+        except grpc.RpcError as error:
+            raise self._error(error) from error
+
     # -- robots and belt ----------------------------------------------------------------------
 
     def robot(self, name: str, *, initialise: bool = True) -> Robot:
@@ -378,10 +370,3 @@ class Cell:
         except grpc.RpcError as error:
             raise self._error(error) from error
         return call.read(answer)
-
-    def _error(self, error: Any) -> Exception:
-        return calls.error_of(error.code().name, error.details(), self._address)
-
-    def _seen(self, snapshot: Snapshot) -> Snapshot:
-        self.paused = snapshot.paused
-        return snapshot

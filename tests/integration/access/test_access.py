@@ -16,10 +16,12 @@ import unittest
 import urllib.error
 import urllib.request
 
+import aprsim.crcl.v1
 import aprsim.v1
 import grpc
 from aprsim import AprsimError, Cell, Daemon, Refused, Unreachable, aio
 from aprsim.binaries import find_binary
+from aprsim.crcl.v1 import commands_pb2, robot_service_pb2, robot_service_pb2_grpc, status_pb2
 from authority import Authority
 from web_socket import Page as PageSocket
 from web_socket import page_messages
@@ -62,12 +64,13 @@ def may(role, needed):
 def methods():
     """Every method of the services that the Python package knows."""
     all_methods = {}
-    for module in pkgutil.iter_modules(aprsim.v1.__path__):
-        if module.name.endswith("_pb2"):
-            file = importlib.import_module(f"aprsim.v1.{module.name}").DESCRIPTOR
-            for service in file.services_by_name.values():
-                for method in service.methods:
-                    all_methods[f"{service.full_name}/{method.name}"] = method
+    for package in (aprsim.v1, aprsim.crcl.v1):
+        for module in pkgutil.iter_modules(package.__path__, f"{package.__name__}."):
+            if module.name.endswith("_pb2"):
+                file = importlib.import_module(module.name).DESCRIPTOR
+                for service in file.services_by_name.values():
+                    for method in service.methods:
+                        all_methods[f"{service.full_name}/{method.name}"] = method
     return all_methods
 
 
@@ -176,6 +179,47 @@ class WithAuthority(unittest.TestCase):
 
 
 class Matrix(WithAuthority):
+    def test_it_has_every_call_of_the_daemon(self):
+        calls = {
+            call for call in roles_of_calls()
+            if call.startswith("aprsim.") and "ViewerRequest" not in call
+        }
+        self.assertEqual(set(methods()), calls)
+
+    def test_a_robot_obeys_who_may_command_it(self):
+        robots = robot_service_pb2_grpc.RobotServiceStub(self.channel())
+        options = robot_service_pb2.SessionOptions(robot="fanuc")
+
+        def execute(role, number):
+            command = commands_pb2.CommandInstance(
+                command=commands_pb2.Command(command_id=number, init_canon={})
+            )
+            return robots.Execute(
+                robot_service_pb2.ExecuteRequest(options=options, command=command),
+                timeout=60 * PATIENCE, metadata=[("authorization", f"Bearer {self.tokens[role]}")],
+            ).status.command_status
+
+        def status(role):
+            metadata = [("authorization", f"Bearer {self.tokens[role]}")] if role else []
+            answer = robots.GetStatus(
+                robot_service_pb2.GetStatusRequest(options=options), timeout=60 * PATIENCE,
+                metadata=metadata,
+            )
+            return answer.status.command_status
+
+        with self.cell("operate") as cell:
+            cell.resume()
+            done = execute("operate", 71)
+            self.assertEqual(done.command_state, status_pb2.COMMAND_STATE_DONE)
+            with self.assertRaises(grpc.RpcError) as refused:
+                execute("view", 72)
+            self.assertEqual(refused.exception.code(), grpc.StatusCode.PERMISSION_DENIED)
+            for role in (None, "view"):
+                self.assertEqual(status(role).command_id, 71)
+            cell.pause()
+        line = '"aprsim.crcl.v1.RobotService/Execute"'
+        eventually(lambda: line in self.audit_file.read_text(encoding="utf-8"), "it is written down")
+
     def test_every_role_and_every_call(self):
         channel = self.channel()
         for role in ROLES:
@@ -221,6 +265,18 @@ class Matrix(WithAuthority):
         code, _ = self.call(channel, "aprsim.v1.ControlService/Pause", "guess")
         code, _ = self.call(channel, "aprsim.v1.ControlService/Pause", self.tokens["admin"])
         self.assertEqual(code, grpc.StatusCode.RESOURCE_EXHAUSTED)
+
+        def applied():
+            with Cell.connect(self.daemon.ports_file, ca=self.authority.certificate) as cell:
+                return cell.snapshot().message.applied_ticket
+
+        before = applied()
+        for name in methods():
+            code, _ = self.call(channel, name, "guess")
+            self.assertIn(
+                code, (grpc.StatusCode.UNAUTHENTICATED, grpc.StatusCode.RESOURCE_EXHAUSTED), name
+            )
+        self.assertEqual(applied(), before)
 
     def test_a_token_is_made_and_removed_while_the_daemon_runs(self):
         token = self.add_token("guest", "operate")
@@ -371,6 +427,41 @@ class Encryption(WithAuthority):
         eventually(lambda: "not reloaded: tls.certificate" in self.daemon.log(), "it is told")
         self.assertNotEqual(serial(), before)
         self.authority.certify("server", f"IP:{HOST},DNS:localhost")
+
+
+class Required(WithAuthority):
+    """A daemon that asks for certificates of clients."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.daemon.close()
+        cls.client_ca = Authority(str(cls.folder), "clients")
+        cls.daemon = cls.start(
+            "--set", f"tls.client_ca={cls.client_ca.certificate}",
+            "--set", "tls.client_certificates=required",
+        )
+
+    def test_without_a_certificate_no_call_is_heard(self):
+        channel = self.channel()
+        for name in methods():
+            code, _ = self.call(channel, name, self.tokens["admin"])
+            self.assertEqual(code, grpc.StatusCode.UNAVAILABLE, name)
+        with socket.create_connection((HOST, self.ports["web"]), timeout=20 * PATIENCE) as plain:
+            with self.assertRaises(OSError):
+                with self.context.wrap_socket(plain, server_hostname=HOST) as page:
+                    page.sendall(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")
+                    if not page.recv(1):
+                        raise OSError("closed")
+
+    def test_a_certificate_lets_look_and_a_token_command(self):
+        channel = self.channel(self.client_ca.certify("somebody"))
+        pause = "aprsim.v1.ControlService/Pause"
+        self.assertEqual(
+            self.call(channel, "aprsim.v1.TelemetryService/GetSnapshot")[0], grpc.StatusCode.OK
+        )
+        self.assertEqual(self.call(channel, pause)[0], grpc.StatusCode.PERMISSION_DENIED)
+        self.assertEqual(self.call(channel, pause, self.tokens["operate"])[0], grpc.StatusCode.OK)
 
 
 class Page(WithAuthority):

@@ -123,6 +123,19 @@ class CellTest(WithCell):
         self.assertEqual(back.message.epoch, span.epoch + 1)
         self.assertEqual(back.step, seen[9].step)
 
+    def test_the_latest_of_the_run_is_a_journal_that_runs_again(self):
+        self.cell.step(2500)
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "incident.journal"
+            file.write_bytes(self.cell.incident(60))
+            again = subprocess.run(
+                [find_binary("aprsim"), "replay", file], capture_output=True, text=True,
+                timeout=60 * PATIENCE, check=False,
+            )
+        self.assertEqual(again.returncode, 0, again.stderr)
+        with self.assertRaisesRegex(AprsimError, "last_s"):
+            self.cell.incident(-1)
+
     def test_the_belt(self):
         self.cell.set_conveyor(True, forward=False, speed_m_s=0.1)
         belt = self.cell.step(1000).conveyor
@@ -514,6 +527,7 @@ class AsyncTest(WithCell):
             fault = await cell.inject_fault("belt-jam", duration_s=0.01)
             self.assertEqual((await cell.step(50)).injected_faults[-1].id, fault.id)
             self.assertTrue((await cell.set_conveyor(True)).run)
+            self.assertGreater(len(await cell.incident()), 1000)
 
         self.run_async(work)
 
