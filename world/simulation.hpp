@@ -56,6 +56,11 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
       const api::SnapshotPtr& seen, std::chrono::steady_clock::time_point deadline) const override {
     return slot_.wait_newer(seen, deadline);
   }
+  [[nodiscard]] api::SnapshotPtr wait_for_step(
+      const api::SnapshotPtr& seen, std::uint64_t step,
+      std::chrono::steady_clock::time_point deadline) const override {
+    return slot_.wait_for_step(seen, step, deadline);
+  }
   [[nodiscard]] std::string problem() const override;
   /// Whether the thread has made a turn of late, be it paused or in a fault; true before start()
   /// and after stop(). Thread: any.

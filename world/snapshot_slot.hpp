@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <memory>
@@ -27,6 +28,9 @@ class SnapshotSlot {
   [[nodiscard]] api::SnapshotPtr latest() const;
   [[nodiscard]] api::SnapshotPtr wait_newer(const api::SnapshotPtr& seen,
                                             std::chrono::steady_clock::time_point deadline) const;
+  [[nodiscard]] api::SnapshotPtr wait_for_step(
+      const api::SnapshotPtr& seen, std::uint64_t step,
+      std::chrono::steady_clock::time_point deadline) const;
 
  private:
   /// Outlives the slot while a reader still holds one of its snapshots.
@@ -53,6 +57,9 @@ class SnapshotSlot {
   mutable std::mutex mutex_;
   mutable std::condition_variable published_;
   api::SnapshotPtr latest_;
+  mutable unsigned waiting_for_any_ = 0;  ///< snapshot
+  mutable unsigned waiting_for_step_ = 0;
+  mutable std::uint64_t first_step_ = 0;  ///< that one of them waits for, or one before it
 };
 
 inline SnapshotSlot::SnapshotSlot()
@@ -64,11 +71,16 @@ inline void SnapshotSlot::publish(std::unique_ptr<api::Snapshot> snapshot) {
   api::SnapshotPtr next(snapshot.release(), [pool = pool_](const api::Snapshot* done) {
     pool->release(std::unique_ptr<api::Snapshot>(const_cast<api::Snapshot*>(done)));
   });
+  bool wakes = false;
   {
     const std::lock_guard lock(mutex_);
     latest_.swap(next);
+    // Waking a thread costs as much as many a step.
+    wakes = waiting_for_any_ > 0 || (waiting_for_step_ > 0 && (latest_->step >= first_step_ ||
+                                                               latest_->epoch != next->epoch ||
+                                                               !latest_->world_fault.empty()));
   }
-  published_.notify_all();
+  if (wakes) published_.notify_all();
   // `next`, the former latest, is let go here, outside the lock.
 }
 
@@ -80,7 +92,22 @@ inline api::SnapshotPtr SnapshotSlot::latest() const {
 inline api::SnapshotPtr SnapshotSlot::wait_newer(
     const api::SnapshotPtr& seen, std::chrono::steady_clock::time_point deadline) const {
   std::unique_lock lock(mutex_);
+  ++waiting_for_any_;
   published_.wait_until(lock, deadline, [&] { return latest_ != seen; });
+  --waiting_for_any_;
+  return latest_;
+}
+
+inline api::SnapshotPtr SnapshotSlot::wait_for_step(
+    const api::SnapshotPtr& seen, std::uint64_t step,
+    std::chrono::steady_clock::time_point deadline) const {
+  std::unique_lock lock(mutex_);
+  first_step_ = waiting_for_step_++ == 0 ? step : std::min(first_step_, step);
+  published_.wait_until(lock, deadline, [&] {
+    return latest_ != seen && (latest_->step >= step || latest_->epoch != seen->epoch ||
+                               !latest_->world_fault.empty());
+  });
+  --waiting_for_step_;
   return latest_;
 }
 

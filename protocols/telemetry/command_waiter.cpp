@@ -11,6 +11,8 @@ namespace {
 // Longest wait for a snapshot: bounds how late a cancelled or overdue call is noticed when the
 // cell is paused and publishes nothing.
 constexpr auto kLook = std::chrono::milliseconds(20);
+// The same while all wait for a later step: bounds how late a call that comes meanwhile is seen to.
+constexpr auto kLookForStep = std::chrono::milliseconds(2);
 
 grpc::Status stopping() { return {grpc::StatusCode::UNAVAILABLE, "the server is stopping"}; }
 }  // namespace
@@ -66,10 +68,14 @@ void CommandWaiter::run() {
       changed_.wait(lock, [&] { return stopping_ || !calls_.empty(); });
       continue;
     }
-    auto deadline = steady_clock::now() + kLook;
+    std::uint64_t step = calls_.front().from_step;
+    for (const auto& call : calls_) step = std::min(step, call.from_step);
+    const bool is_later = seen->step < step;
+    auto deadline = steady_clock::now() + (is_later ? kLookForStep : kLook);
     for (const auto& call : calls_) deadline = std::min(deadline, call.deadline);
     lock.unlock();
-    seen = source_.wait_newer(seen, deadline);
+    seen =
+        is_later ? source_.wait_for_step(seen, step, deadline) : source_.wait_newer(seen, deadline);
     lock.lock();
     std::erase_if(calls_, [&](Call& call) { return finish_if_over(call, *seen); });
   }

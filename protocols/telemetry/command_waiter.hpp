@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <cstdint>
 #include <functional>
 #include <list>
 #include <mutex>
@@ -27,6 +28,7 @@ class CommandWaiter {
     std::chrono::steady_clock::time_point deadline;
     Outcome outcome;
     std::function<void()> on_giving_up;  ///< when cancelled or too late; may be empty
+    std::uint64_t from_step = 0;         ///< before it, in this epoch, there is nothing to see
   };
 
   explicit CommandWaiter(const api::SnapshotSource& source);

@@ -148,8 +148,8 @@ grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* cont
     // A pause in between forgets the rest of the steps: do not count on them for the next call.
     step_goal_ = 0;
   };
-  waiter_.wait(
-      {context, finisher(reactor), deadline(*context), std::move(outcome), std::move(forget)});
+  waiter_.wait({context, finisher(reactor), deadline(*context), std::move(outcome),
+                std::move(forget), goal});
   return reactor;
 }
 
@@ -189,7 +189,7 @@ grpc::ServerUnaryReactor* ControlService::pass_time(grpc::CallbackServerContext*
     write_wanted(s, wanted, *response);
     return grpc::Status::OK;
   };
-  waiter_.wait({context, finisher(reactor), deadline(*context), std::move(outcome), {}});
+  waiter_.wait({context, finisher(reactor), deadline(*context), std::move(outcome), {}, goal});
   return reactor;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <string>
 
 #include "world/api/command.hpp"
@@ -28,6 +29,13 @@ class SnapshotSource {
   /// the latest. Thread: any but the simulation's, and not a listener's I/O thread.
   [[nodiscard]] virtual SnapshotPtr wait_newer(
       const SnapshotPtr& seen, std::chrono::steady_clock::time_point deadline) const = 0;
+  /// The same, but those before `step` of the same epoch may pass without waking the caller, unless
+  /// the world has a fault. Thread: as above.
+  [[nodiscard]] virtual SnapshotPtr wait_for_step(
+      const SnapshotPtr& seen, std::uint64_t /*step*/,
+      std::chrono::steady_clock::time_point deadline) const {
+    return wait_newer(seen, deadline);
+  }
   /// What keeps the simulation from running as it is told to, in a sentence; empty = nothing: a
   /// fault of the world, a thread that makes no turn, a pace far below the one wanted. Thread: any.
   [[nodiscard]] virtual std::string problem() const = 0;

@@ -1,6 +1,7 @@
 #include "world/snapshot_slot.hpp"
 
 #include <atomic>
+#include <functional>
 #include <thread>
 #include <vector>
 
@@ -48,6 +49,36 @@ TEST(SnapshotSlot, WaitNewerTimesOutAndWakes) {
   EXPECT_EQ(slot.wait_newer(seen, std::chrono::steady_clock::now() + 1ms), seen);
   std::jthread writer([&] { publish(slot, 2); });
   EXPECT_EQ(slot.wait_newer(seen, std::chrono::steady_clock::now() + 10s)->step, 2U);
+}
+
+TEST(SnapshotSlot, WhoWaitsForAStepSeesTheFirstFromItOn) {
+  SnapshotSlot slot;
+  publish(slot, 1);
+  const auto seen = slot.latest();
+  EXPECT_EQ(slot.wait_for_step(seen, 1, std::chrono::steady_clock::now() + 1ms), seen);
+  publish(slot, 2);
+  const auto second = slot.latest();
+  EXPECT_EQ(slot.wait_for_step(seen, 3, std::chrono::steady_clock::now() + 1ms), second);
+  std::jthread writer([&] {
+    for (std::uint64_t step = 3; step < 1000; ++step) publish(slot, step);
+  });
+  EXPECT_GE(slot.wait_for_step(second, 500, std::chrono::steady_clock::now() + 10s)->step, 500U);
+  writer.join();
+  // Nor is it missed when the last to come is the one, or another epoch or a fault comes.
+  EXPECT_EQ(slot.wait_for_step(second, 999, std::chrono::steady_clock::now() + 10s)->step, 999U);
+  const auto last = slot.latest();
+  const auto wakes_on = [&](const std::function<void(api::Snapshot&)>& change) {
+    std::jthread changer([&] {
+      auto next = slot.acquire();
+      next->step = 0;
+      next->epoch = last->epoch;
+      change(*next);
+      slot.publish(std::move(next));
+    });
+    return slot.wait_for_step(last, 2000, std::chrono::steady_clock::now() + 10s) != last;
+  };
+  EXPECT_TRUE(wakes_on([](api::Snapshot& next) { ++next.epoch; }));
+  EXPECT_TRUE(wakes_on([](api::Snapshot& next) { next.world_fault = "broken"; }));
 }
 
 TEST(SnapshotSlot, SnapshotsMayOutliveTheSlot) {
