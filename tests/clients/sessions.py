@@ -41,7 +41,7 @@ class Driver:
         options = {"java.awt.headless": "true", "user.home": str(home or setup.folder),
                    "java.io.tmpdir": str(temporary), **(properties or {})}
         self.process = subprocess.Popen(
-            ["nice", "-n", "10", "java", "-Xmx2g", *(f"-D{key}={value}" for key, value in options.items()),
+            ["java", "-Xmx2g", *(f"-D{key}={value}" for key, value in options.items()),
              "-cp", setup.classpath, main],
             cwd=home or setup.folder,
             stdin=subprocess.PIPE,
@@ -69,7 +69,8 @@ class Driver:
 
     def expect(self, start, seconds, meanwhile=None):
         """The next answer that begins so; those before are passed over. What is called `meanwhile` is called about every
-        second."""
+        second. A busy machine gets more time by APRSIM_PATIENCE, a factor."""
+        seconds *= running_cell.PATIENCE
         deadline = time.monotonic() + seconds
         while True:
             left = max(0.0, deadline - time.monotonic())
@@ -79,15 +80,19 @@ class Driver:
                 if meanwhile and time.monotonic() < deadline:
                     meanwhile()
                     continue
-                raise Failure(f"no answer '{start}' within {seconds} s") from None
+                raise Failure(f"no answer '{start}' within {seconds:g} s") from None
             if answer is None:
                 raise Failure(f"the controller ended before '{start}'")
             if answer.startswith(start):
                 return answer[len(start):].strip()
 
     def call(self, *words, seconds=60):
+        """The answer to a command that is done."""
         self.send(*words)
-        return self.expect(words[0], seconds)
+        got = self.expect(words[0], seconds)
+        if got.startswith("failed"):
+            raise Failure(f"{' '.join(map(str, words))}: {got}")
+        return got
 
     def require(self, *words, answer, seconds=60):
         got = self.call(*words, seconds=seconds)
@@ -179,6 +184,11 @@ class Cell:
         }
         (self.setup.folder / "end.json").write_text(json.dumps(end, indent=1), encoding="utf-8")
         tap.save(self.tap, self.setup.folder / "exchange.jsonl")
+
+    def slowest_pace(self):
+        """The least share of its pace that the daemon has told of, or None: the machine was too busy for it."""
+        paces = re.findall(r"the pace is ([0-9.]+) instead of ([0-9.]+)", self.daemon.log_text())
+        return min((float(pace) / float(wanted) for pace, wanted in paces), default=None)
 
     def close(self):
         log = self.daemon.log_text()
@@ -517,64 +527,6 @@ for name in PROGRAMS:
     session(f"pendant program {name}", "aprs_lab")(program(name))
 
 
-VIRTUAL_RUNS = 20
-# What the pendant does in virtual time, each so often: its self-test, or a program that ends.
-VIRTUAL = {
-    "fanuc": (("aprs", "test"), ("aprs_lab", "fanucStackMoveRepeat3")),
-    "motoman": (("aprs", "test"), ("aprs_lab", "motomanStackMove")),
-}
-
-
-def in_virtual_time(robot, scene, job):
-    """The pendant's polls are the clock: it does the same again and again in a cell that is reset in
-    between, and every run ends in the same state, to the bit."""
-
-    def run(setup):
-        cell = Cell(setup, scene, "--time", "virtual", "--pacers", f"crcl.{robot}")
-        ends = set()
-        for _ in range(VIRTUAL_RUNS):
-            wait_for_place(cell, robot)
-            aprsim = [os.path.join(BINARIES, "aprsim"), "--ports-file", cell.daemon.ports_file]
-            subprocess.run([*aprsim, "reset", "--seed", "1"], check=True, stdout=subprocess.DEVNULL)
-            # The client keeps to the thread that has used it first.
-            driver = Driver(
-                "crcl.ui.client.PendantDriver", setup,
-                {"crcl4java.host": "localhost", "crcl4java.port": cell.ports[f"crcl.{robot}"]},
-            )
-            driver.require("connect", answer="true")
-            if job == "test":
-                driver.send("test")
-            else:
-                driver.send("program", setup.sources / "aprs" / "CRCLPrograms" / f"{job}.xml")
-            driver.ended("test" if job == "test" else "program", 400)
-            state = cell.state()
-            ends.add((state["step"], state["state_hash"]))
-            if not state["virtual_time"].get("reproducible"):
-                raise Failure(f"the wall clock has decided something: {state['virtual_time']}")
-            driver.require("disconnect", answer="false")
-            driver.close()
-        if len(ends) != 1:
-            raise Failure(f"{VIRTUAL_RUNS} runs end in {len(ends)} states: {sorted(ends)}")
-        setup.remark = f" ({VIRTUAL_RUNS} runs end in step {state['step']}, state {state['state_hash']})"
-
-    return run
-
-
-def wait_for_place(cell, robot, seconds=30):
-    """The client that was there before has left."""
-    deadline = time.monotonic() + seconds
-    while f"crcl.{robot}" not in cell.state()["virtual_time"].get("awaited", []):
-        if time.monotonic() > deadline:
-            raise Failure("the connection that was closed has not ended")
-        time.sleep(0.05)
-
-
-for robot, jobs in VIRTUAL.items():
-    for scene, job in jobs:
-        what = "self-test" if job == "test" else f"program {job}"
-        session(f"pendant {what} in virtual time, {robot}", scene)(in_virtual_time(robot, scene, job))
-
-
 def at_move(cell, number):
     """An event that comes 0.15 s after the client has sent its MoveTo of that number."""
     event, sent = threading.Event(), 0
@@ -603,14 +555,13 @@ def interrupted(what, move):
         framework = Framework(setup, SIM, "fanuc")
         moment = at_move(framework.cell, move)
         framework.start(ONE_GEAR)
-        if not moment.wait(60):
-            raise Failure(f"no move number {move} within 60 s")
+        if not moment.wait(60 * running_cell.PATIENCE):
+            raise Failure(f"no move number {move} within {60 * running_cell.PATIENCE:g} s")
         if what(framework):
             framework.run(ONE_GEAR, 90)
         Gears(framework.cell).require(1)
-        # Who begins anew with a gear in the gripper opens it high above the table.
-        if move == TAKE:
-            framework.cell.require_sound()
+        # Who begins anew with a gear in the gripper opens it high above the table: that gear falls on it.
+        framework.cell.require_sound()
 
     return run
 
@@ -738,6 +689,64 @@ def supervisor(setup):
     cell.require_sound()
 
 
+VIRTUAL_RUNS = 20
+# What the pendant does in virtual time, each so often: its self-test, or a program that ends.
+VIRTUAL = {
+    "fanuc": (("aprs", "test"), ("aprs_lab", "fanucStackMoveRepeat3")),
+    "motoman": (("aprs", "test"), ("aprs_lab", "motomanStackMove")),
+}
+
+
+def in_virtual_time(robot, scene, job):
+    """The pendant's polls are the clock: it does the same again and again in a cell that is reset in
+    between, and every run ends in the same state, to the bit."""
+
+    def run(setup):
+        cell = Cell(setup, scene, "--time", "virtual", "--pacers", f"crcl.{robot}")
+        ends = set()
+        for _ in range(VIRTUAL_RUNS):
+            wait_for_place(cell, robot)
+            aprsim = [os.path.join(BINARIES, "aprsim"), "--ports-file", cell.daemon.ports_file]
+            subprocess.run([*aprsim, "reset", "--seed", "1"], check=True, stdout=subprocess.DEVNULL)
+            # The client keeps to the thread that has used it first.
+            driver = Driver(
+                "crcl.ui.client.PendantDriver", setup,
+                {"crcl4java.host": "localhost", "crcl4java.port": cell.ports[f"crcl.{robot}"]},
+            )
+            driver.require("connect", answer="true")
+            if job == "test":
+                driver.send("test")
+            else:
+                driver.send("program", setup.sources / "aprs" / "CRCLPrograms" / f"{job}.xml")
+            driver.ended("test" if job == "test" else "program", 400)
+            state = cell.state()
+            ends.add((state["step"], state["state_hash"]))
+            if not state["virtual_time"].get("reproducible"):
+                raise Failure(f"the wall clock has decided something: {state['virtual_time']}")
+            driver.require("disconnect", answer="false")
+            driver.close()
+        if len(ends) != 1:
+            raise Failure(f"{VIRTUAL_RUNS} runs end in {len(ends)} states: {sorted(ends)}")
+        setup.remark = f" ({VIRTUAL_RUNS} runs end in step {state['step']}, state {state['state_hash']})"
+
+    return run
+
+
+def wait_for_place(cell, robot, seconds=30):
+    """The client that was there before has left."""
+    deadline = time.monotonic() + seconds
+    while f"crcl.{robot}" not in cell.state()["virtual_time"].get("awaited", []):
+        if time.monotonic() > deadline:
+            raise Failure("the connection that was closed has not ended")
+        time.sleep(0.05)
+
+
+for robot, jobs in VIRTUAL.items():
+    for scene, job in jobs:
+        what = "self-test" if job == "test" else f"program {job}"
+        session(f"pendant {what} in virtual time, {robot}", scene)(in_virtual_time(robot, scene, job))
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--sources", required=True)
@@ -765,6 +774,9 @@ def main():
             except Failure as failure:
                 result = f"failed: {failure}"
                 failed += 1
+                pace = setup.cell and setup.cell.slowest_pace()
+                if pace is not None:
+                    result += f" (on a busy machine, which reached {pace:.2f} of the pace)"
             seconds = time.monotonic() - began
         print(f"| {name} | {settings} | {result} | {seconds:.0f} | {'; '.join(setup.edits) or 'none'} |", flush=True)
     if failed or options.keep:

@@ -5,7 +5,6 @@ import crcl.ui.misc.MultiLineStringJPanel;
 import crcl.utils.CRCLUtils;
 import crcl.utils.XFuture;
 import java.io.File;
-import java.util.concurrent.TimeUnit;
 
 /**
  * One system of the APRS framework without a display. open PROPERTIES; tool NAME; connect NAME PORT; start ACTIONS; pause;
@@ -23,7 +22,7 @@ public final class FrameworkDriver {
         (command, arguments) -> {
           switch (command) {
             case "open":
-              system = AprsSystem.createSystem(new File(arguments[0])).get(90, TimeUnit.SECONDS);
+              system = AprsSystem.createSystem(new File(arguments[0])).get();
               return system.getRobotName() + " " + system.getRobotCrclPort();
             case "tool":
               system.overwriteCurrentToolName(arguments[0]);
@@ -31,10 +30,10 @@ public final class FrameworkDriver {
             case "connect":
               system
                   .connectRobot(arguments[0], "localhost", Integer.parseInt(arguments[1]))
-                  .get(30, TimeUnit.SECONDS);
+                  .get();
               return String.valueOf(system.isConnected());
             case "disconnect":
-              system.disconnectRobot().get(30, TimeUnit.SECONDS);
+              system.disconnectRobot().get();
               return String.valueOf(system.isConnected());
             case "start":
               // As its display does it; what startActionsFile has begun never completes a safe abort.
@@ -51,13 +50,13 @@ public final class FrameworkDriver {
               system.resume();
               return "done";
             case "abort":
-              system.immediateAbort(Thread.currentThread().getStackTrace()).get(30, TimeUnit.SECONDS);
+              system.immediateAbort(Thread.currentThread().getStackTrace()).get();
               return "done";
             case "safe-abort":
-              system.startSafeAbortAndDisconnect("driver").get(60, TimeUnit.SECONDS);
+              system.startSafeAbortAndDisconnect("driver").get();
               return "done";
             case "reset":
-              system.reset(true).get(30, TimeUnit.SECONDS);
+              system.reset(true).get();
               return "done";
             case "state":
               return "paused=" + system.isPaused() + " running=" + system.isRunningCrclProgram()
