@@ -33,7 +33,9 @@ std::string frame_of(ZSTD_CCtx* context, std::string_view plain) {
   const std::size_t size =
       ZSTD_compress2(context, frame.data(), frame.size(), plain.data(), plain.size());
   check(size);
+  // Frames are kept, also in memory, where they are to take what they say.
   frame.resize(size);
+  frame.shrink_to_fit();
   return frame;
 }
 
