@@ -10,6 +10,7 @@ import pathlib
 import queue
 import re
 import shutil
+import socket
 import subprocess
 import sys
 import tempfile
@@ -641,8 +642,7 @@ session("disconnected on the way to a gear, then again", "simulated")(interrupte
 
 
 CYCLES = 10
-# How the supervisor calls what each robot works at, and which kits are there.
-TASKS = {"motoman": ("Shared", "kit_s2l2"), "fanuc": ("Fanuc", "kit_m2l1")}
+KITS = {"motoman": "kit_s2l2", "fanuc": "kit_m2l1"}
 
 
 def supervisor_driver(setup, settings, setup_file, maps):
@@ -651,7 +651,7 @@ def supervisor_driver(setup, settings, setup_file, maps):
     folder = home / "example_settings" / settings
     driver = Driver("aprsim.SupervisorDriver", setup, home=home / "netbeans_run_user_home")
     driver.require("open", folder / setup_file, folder / maps, folder / "teachProps.txt", answer="done", seconds=120)
-    return driver, folder, home / "example_pddl"
+    return driver, folder
 
 
 class Fillings:
@@ -659,34 +659,78 @@ class Fillings:
 
     def __init__(self, cell):
         self.cell = cell
-        self.filled = dict.fromkeys(TASKS, False)
-        self.counts = dict.fromkeys(TASKS, 0)
+        self.filled = dict.fromkeys(KITS, False)
+        self.counts = dict.fromkeys(KITS, 0)
 
     def look(self):
         kits = Gears(self.cell).kits
-        for robot, (_, kit) in TASKS.items():
+        for robot, kit in KITS.items():
             filled = any(found for (tray, _), found in kits.items() if tray.startswith(kit))
             self.counts[robot] += filled and not self.filled[robot]
             self.filled[robot] = filled
 
 
-@session("supervisor, both robots", "simulated")
-def supervisor(setup):
-    """Ten times kits filled and emptied, both robots at once. The supervisor's other test of that kind, with robots
-    disabled at random, needs a cell in which both robots' frames are one: its position map between them says so."""
-    cell = Cell(setup, "aprs")
-    driver, folder, _ = supervisor_driver(setup, SIM, "multisim9.csv", "posmaps.csv")
-    # In the layout that comes up first the kits want nothing that is in the cell.
-    driver.require("teach", folder / "teach_objects_one_gear_each.csv", answer="done")
+class TeachTable:
+    """The teach table's camera of the physical settings, at the port that these name: sends what a layout has."""
+
+    def __init__(self, setup, layout):
+        rows = layout.read_text(encoding="utf-8").splitlines()[1:]
+        self.line = (",".join(row.strip() for row in rows if row.strip()) + ",\n").encode()
+        self.listener = socket.create_server(("127.0.0.1", 6000))
+        self.closed = threading.Event()
+        setup.open.callback(self.close)
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def _accept(self):
+        with contextlib.suppress(OSError):
+            while True:
+                threading.Thread(target=self._serve, args=(self.listener.accept()[0],), daemon=True).start()
+
+    def _serve(self, client):
+        with client, contextlib.suppress(OSError):
+            while not self.closed.wait(0.5):
+                client.sendall(self.line)
+
+    def close(self):
+        self.closed.set()
+        self.listener.close()
+
+
+def cycles(setup, driver):
+    """Ten times kits filled and emptied, both robots at once. (The supervisor's test with robots disabled at random needs
+    robots that have one frame with the simulated settings: see protocols/CONTROLLERS.md.)"""
     # It begins with emptying, and counts that.
     driver.send("cycles", CYCLES + 1)
-    fillings = Fillings(cell)
+    fillings = Fillings(setup.cell)
     driver.ended("cycles", 240 * CYCLES, meanwhile=fillings.look)
     setup.remark = f" (kits filled and emptied: {fillings.counts['fanuc']} and {fillings.counts['motoman']} times)"
     if min(fillings.counts.values()) < CYCLES:
         raise Failure(f"kits filled only {fillings.counts} times")
-    Gears(cell).require(0)
-    cell.require_sound()
+    Gears(setup.cell).require(0)
+    setup.cell.require_sound()
+
+
+LAYOUT = "teach_objects_one_gear_each.csv"
+
+
+@session("supervisor, both robots (simulated)", "simulated")
+def supervisor(setup):
+    Cell(setup, "aprs")
+    driver, folder = supervisor_driver(setup, SIM, "multisim9.csv", "posmaps.csv")
+    # In the layout that comes up first the kits want nothing that is in the cell.
+    driver.require("teach", folder / LAYOUT, answer="done")
+    cycles(setup, driver)
+
+
+@session("supervisor, both robots, tools as saved (physical)", "physical")
+def supervisor_with_tools(setup):
+    """The Motoman changes its tool while the Fanuc waits aside, as the supervisor has it."""
+    TeachTable(setup, setup.sources / "aprs" / "example_settings" / SIM / LAYOUT)
+    cell = Cell(setup, lab_with_tools_as_saved(setup.folder), "--set", "vision.empty_slots=true")
+    driver, _ = supervisor_driver(setup, PHYSICAL, "fanucmotoman.csv", "posmapfiles.csv")
+    cycles(setup, driver)
+    if tool_of(cell, "motoman") != "big_gripper":
+        raise Failure(f"the tool on the Motoman is {tool_of(cell, 'motoman')}")
 
 
 VIRTUAL_RUNS = 20

@@ -3,7 +3,6 @@ package aprsim;
 import aprs.database.PhysicalItem;
 import aprs.simview.Object2DOuterJPanel;
 import aprs.supervisor.main.Supervisor;
-import aprs.system.AprsSystem;
 import crcl.ui.misc.MultiLineStringJPanel;
 import crcl.utils.CRCLUtils;
 import crcl.utils.XFutureVoid;
@@ -15,9 +14,9 @@ import java.util.List;
 import java.util.stream.Collectors;
 
 /**
- * The framework's supervisor with all systems of a setup file, without a display. open SETUP POSITION_MAPS TEACH; and what
- * one chooses in its menus and those of its systems: teach LAYOUT; tools FILE, what is where; connect; job TASK ACTIONS;
- * cycles NUMBER, scan all and then kits emptied and filled by all robots at once, so often.
+ * The framework's supervisor with all systems of a setup file, without a display. open SETUP POSITION_MAPS TEACH; teach
+ * LAYOUT, as one chooses it in its menu; cycles NUMBER, scan all and then kits emptied and filled by all robots at once, so
+ * often.
  */
 public final class SupervisorDriver {
   public static void main(String[] unused) throws Exception {
@@ -36,17 +35,6 @@ public final class SupervisorDriver {
               return "done";
             case "teach":
               return teach(supervisor, new File(arguments[0]));
-            case "tools":
-              call(supervisor, "loadSharedTools", new File(arguments[0]));
-              return "done";
-            case "connect":
-              call(supervisor, "connectAll");
-              return "done";
-            case "job":
-              AprsSystem system = system(supervisor, arguments[0]);
-              system.loadActionsFile(new File(arguments[1]));
-              Console.follow("job", system.startActions("driver", false), () -> system.getTitleErrorString());
-              return null;
             case "cycles":
               int cycles = Integer.parseInt(arguments[0]);
               call(supervisor, "setMax_cycles", cycles);
@@ -95,15 +83,7 @@ public final class SupervisorDriver {
     return items.stream().map(PhysicalItem::getName).sorted().collect(Collectors.toList());
   }
 
-  /** The system whose task begins so. */
-  private static AprsSystem system(Supervisor supervisor, String task) throws Exception {
-    for (Object system : (List<?>) call(supervisor, "systems")) {
-      if (((AprsSystem) system).getTaskName().startsWith(task)) return (AprsSystem) system;
-    }
-    throw new IllegalArgumentException(task);
-  }
-
-  /** A method of the supervisor's or a system's that only its display calls. */
+  /** A method of the supervisor that only its display calls. */
   private static Object call(Object whose, String name, Object... arguments) throws Exception {
     Class<?>[] types =
         Arrays.stream(arguments)
