@@ -46,6 +46,7 @@ Outcome<void> run_command(const ConformCrclCommand& command, Console& console) {
   }
   if (!target) return tl::unexpected(target.error());
   target->allow_motion = command.allow_motion;
+  target->sensor = command.sensor;
   return conform::check_server(conform::crcl_checks(), *target, console);
 }
 
@@ -80,6 +81,10 @@ void add_conform(CLI::App& app, CommandLine& line) {
   auto* robot =
       crcl->add_option("--robot", crcl_command->robot, "Name of the robot, in place of an address")
           ->type_name("ROBOT");
+  crcl->add_option("--sensor", crcl_command->sensor,
+                   "Sensor of forces that guards are tried with (default: one of known names)")
+      ->type_name("ID")
+      ->check(not_empty());
   // Nobody else's robot by a word forgotten.
   crcl->callback([&line, robot, c = crcl_command] {
     if (robot->empty() == c->address.empty()) throw CLI::RequiredError("ADDRESS or --robot");

@@ -12,6 +12,7 @@ struct ConformCrclCommand {
   std::string address;  ///< HOST:PORT; empty = of the cell that runs, by the robot
   std::string robot;
   bool allow_motion = false;  ///< also what moves the robot, a little
+  std::string sensor;         ///< for guards; empty = one of the known names
 };
 /// The same of the conveyor's Modbus server.
 struct ConformModbusCommand {

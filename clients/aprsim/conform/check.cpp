@@ -32,6 +32,8 @@ Outcome<std::vector<Finding>> run_checks(const std::vector<Check>& checks, const
       } catch (const NotKept& unkept) {
         finding.seen = unkept.seen;
         finding.verdict = Verdict::kFail;
+      } catch (const NotApplicable& none) {
+        finding.seen = none.why;
       } catch (const GivenUp& given_up) {
         return tl::unexpected(given_up.failure);
       }

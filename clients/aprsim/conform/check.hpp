@@ -19,6 +19,7 @@ struct Target {
   std::string host;
   std::uint16_t port = 0;
   bool allow_motion = false;  ///< something may move, a little
+  std::string sensor;         ///< that guards of a robot can watch; empty = one of the known names
 };
 
 /// Thrown by a check whose rule is not kept, with what was seen.
@@ -27,6 +28,10 @@ struct NotKept {
 };
 /// Throws it with what was seen unless it is so.
 void expect(bool so, const std::string& seen);
+/// Thrown by a check of what the server need not have: why it is not made.
+struct NotApplicable {
+  std::string why;
+};
 /// Thrown by a check that cannot go on, and with it all others: interrupted, or nobody there.
 struct GivenUp {
   Failure failure;

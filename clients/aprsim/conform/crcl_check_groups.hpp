@@ -11,12 +11,20 @@ namespace aprsim::client::conform {
 namespace documents {
 void add(std::vector<Check>& checks);
 }
+/// V: commands that are XML, but not what the schema asks for.
+namespace validity {
+void add(std::vector<Check>& checks);
+}
 /// S: statuses.
 namespace statuses {
 void add(std::vector<Check>& checks);
 }
 /// C: command ids, states, errors, sessions.
 namespace commands {
+void add(std::vector<Check>& checks);
+}
+/// G: guards of commands.
+namespace guards {
 void add(std::vector<Check>& checks);
 }
 /// U: units and other settings.

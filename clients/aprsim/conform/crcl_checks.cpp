@@ -5,8 +5,10 @@ namespace aprsim::client::conform {
 std::vector<Check> crcl_checks() {
   std::vector<Check> checks;
   documents::add(checks);
+  validity::add(checks);
   statuses::add(checks);
   commands::add(checks);
+  guards::add(checks);
   settings::add(checks);
   connections::add(checks);
   motion::add(checks);

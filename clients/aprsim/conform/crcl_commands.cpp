@@ -7,19 +7,12 @@
 #include "clients/aprsim/conform/crcl_check_groups.hpp"
 #include "clients/aprsim/conform/crcl_probe.hpp"
 #include "crcl/command_codec.hpp"
-#include "crcl/schema.hpp"
 
 namespace aprsim::client::conform::commands {
 namespace {
 
 using crcl::CommandState;
 using std::chrono::steady_clock;
-
-constexpr Milliseconds kClosing{2000};
-
-void expect_state(const SeenStatus& seen, CommandState state) {
-  expect(seen.status.command.state == state, in_words(seen.status));
-}
 
 // A dwell is the one command that takes time and moves nothing.
 std::string dwell(const Target& target) {
@@ -125,28 +118,14 @@ std::string after_end(const Target& target) {
   return words;
 }
 
-// In error: by a value that its element cannot have, under the command's own id, or by closing.
-struct Failed {
-  CrclProbe other;
-  std::string seen;
-};
-Failed failed_by_value(const Target& target) {
-  Failed failed{CrclProbe(target), ""};
-  failed.other.init();
-  CrclProbe probe(target);
+// In error by a value that its element cannot have.
+Refusal failed_by_value(const Target& target) {
   const std::int64_t id = CrclProbe::next_id();
-  probe.send(command_document("DwellType", id, "<DwellTime>soon</DwellTime>"));
-  // On another connection it shows a little later.
-  const SeenStatus seen = failed.other.wait_error(CrclProbe::kAnswer);
-  failed.seen = in_words(seen.status);
-  expect(seen.status.command.command_id == id || probe.closed(kClosing), failed.seen);
-  expect(!seen.status.command.description.value_or("").empty(), "an error without a description");
-  if (const auto fault = crcl::schema_fault(seen.document)) throw NotKept{fault->message()};
-  return failed;
+  return refuse(target, command_document("DwellType", id, "<DwellTime>soon</DwellTime>"), id);
 }
 
 std::string held(const Target& target) {
-  Failed failed = failed_by_value(target);
+  Refusal failed = failed_by_value(target);
   const std::int64_t id = failed.other.send(crcl::Dwell{0});
   const SeenStatus seen = failed.other.poll();
   const std::string words = in_words(seen.status);
@@ -235,12 +214,12 @@ void add(std::vector<Check>& checks) {
        after_end);
   rule("C10", kClients, "a value that its element cannot have",
        "CRCL_Error with a description, under its id or closed", [](const Target& t) {
-         Failed failed = failed_by_value(t);
+         Refusal failed = failed_by_value(t);
          failed.other.init();
          return failed.seen;
        });
   rule("C11", kClients, "InitCanon clears an error", "CRCL_Done", [](const Target& t) {
-    Failed failed = failed_by_value(t);
+    Refusal failed = failed_by_value(t);
     failed.other.init();
     return in_words(failed.other.run(crcl::Message{"on"}).status);
   });

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "crcl/command_codec.hpp"
+#include "crcl/schema.hpp"
 #include "crcl/status_codec.hpp"
 #include "crcl/text.hpp"
 
@@ -14,7 +15,7 @@ namespace {
 
 using std::chrono::steady_clock;
 
-constexpr Milliseconds kConnect{5000}, kInit{35'000}, kPollPeriod{20};
+constexpr Milliseconds kConnect{5000}, kInit{35'000}, kClosing{2000}, kPollPeriod{20};
 
 TcpSocket connected(const Target& target) {
   auto socket = TcpSocket::connect(target.host, target.port, steady_clock::now() + kConnect);
@@ -111,9 +112,10 @@ SeenStatus CrclProbe::wait_over(std::int64_t id, Milliseconds time) {
   });
 }
 
-SeenStatus CrclProbe::wait_error(Milliseconds time) {
-  return wait(time, [](const crcl::CommandStatus& command) {
-    return command.state == crcl::CommandState::kError;
+SeenStatus CrclProbe::wait_error(std::optional<std::int64_t> id, Milliseconds time) {
+  return wait(time, [id](const crcl::CommandStatus& command) {
+    return command.state == crcl::CommandState::kError ||
+           (command.command_id == id && command.state == crcl::CommandState::kDone);
   });
 }
 
@@ -149,6 +151,32 @@ bool CrclProbe::closed(Milliseconds time) {
     if (bytes.error().kind == FailureKind::kInterrupted) unkept(bytes.error());
     return bytes.error().kind == FailureKind::kConnection;
   }
+}
+
+void expect_state(const SeenStatus& seen, crcl::CommandState state) {
+  expect(seen.status.command.state == state, in_words(seen.status));
+}
+
+Refusal refuse(const Target& target, const std::string& document, std::optional<std::int64_t> id) {
+  Refusal refusal{CrclProbe(target), ""};
+  refusal.other.init();
+  CrclProbe probe(target);
+  probe.send(document);
+  // On another connection it shows a little later.
+  const SeenStatus seen = refusal.other.wait_error(id, CrclProbe::kAnswer);
+  expect_state(seen, crcl::CommandState::kError);
+  refusal.seen = in_words(seen.status);
+  expect(!id || seen.status.command.command_id == *id || probe.closed(kClosing), refusal.seen);
+  expect(!seen.status.command.description.value_or("").empty(), "an error without a description");
+  if (const auto fault = crcl::schema_fault(seen.document)) throw NotKept{fault->message()};
+  return refusal;
+}
+
+std::string refused(const Target& target, const std::string& document,
+                    std::optional<std::int64_t> id) {
+  Refusal refusal = refuse(target, document, id);
+  refusal.other.init();
+  return refusal.seen;
 }
 
 }  // namespace aprsim::client::conform

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -42,8 +43,8 @@ class CrclProbe {
   SeenStatus poll(Milliseconds time = kAnswer);
   /// Polls until the command is over: done or in error.
   SeenStatus wait_over(std::int64_t id, Milliseconds time);
-  /// Polls until the robot is in error.
-  SeenStatus wait_error(Milliseconds time);
+  /// Polls until the robot is in error, or that command is done after all.
+  SeenStatus wait_error(std::optional<std::int64_t> id, Milliseconds time);
   /// Sends a command and waits until it is done; another end is not kept.
   SeenStatus run(const crcl::CommandBody& body, Milliseconds time = kAnswer);
   /// A session without an error, whatever was before.
@@ -67,6 +68,22 @@ class CrclProbe {
 [[nodiscard]] std::string command_document(std::string_view type, std::int64_t id,
                                            std::string_view elements = "");
 [[nodiscard]] std::string get_status_document();
+
+/// Throws NotKept unless the command is in that state.
+void expect_state(const SeenStatus& seen, crcl::CommandState state);
+
+/// What became of a command that no server may carry out.
+struct Refusal {
+  CrclProbe other;   ///< another connection, which has seen the error; the robot is still in it
+  std::string seen;  ///< in words
+};
+/// Sends such a command, and expects an error with a description that other connections see, in a
+/// valid status: under the command's id, or any when it has none, or the connection is closed.
+[[nodiscard]] Refusal refuse(const Target& target, const std::string& document,
+                             std::optional<std::int64_t> id);
+/// The same, and a session without the error afterwards. What was seen, in words.
+[[nodiscard]] std::string refused(const Target& target, const std::string& document,
+                                  std::optional<std::int64_t> id);
 
 /// "CRCL_Done of 7", with the description if there is one.
 [[nodiscard]] std::string in_words(const crcl::Status& status);

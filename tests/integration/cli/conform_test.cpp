@@ -50,6 +50,16 @@ TEST(Conform, OurCrclServerKeepsEveryRule) {
                   client::conform::crcl_checks().size());
 }
 
+TEST(Conform, SoItDoesWhenItAsksForTheSchema) {
+  const DaemonProcess daemon({"--scene", "fanuc_only", "--set", "crcl.validation=strict"});
+  const auto found = findings(conform({"crcl", address(daemon.port("crcl.fanuc"))}));
+  for (const auto& check : client::conform::crcl_checks()) {
+    EXPECT_EQ(found.at(check.clause)["verdict"], check.moves ? "not checked" : "pass")
+        << found.at(check.clause).dump();
+  }
+  EXPECT_TRUE(found.at("V10")["seen"].get<std::string>().starts_with("strict"));
+}
+
 TEST(Conform, OurModbusServerKeepsEveryRule) {
   const DaemonProcess daemon({"--scene", "empty_belt"});
   expect_all_kept(conform({"modbus", address(daemon.port("modbus")), "--allow-motion"}),
@@ -100,8 +110,9 @@ void expect_not_kept(const ProcessResult& result, const std::set<std::string>& c
 
 TEST(Conform, AWrongCrclServerIsFoundWrong) {
   const WrongServer server("wrong_crcl_server.py");
-  expect_not_kept(conform({"crcl", server.address()}), {"F10", "F11", "F12", "S1", "S2", "S3", "S4",
-                                                        "S6", "S7", "C3", "C9", "C10", "U1", "U2"});
+  expect_not_kept(conform({"crcl", server.address()}),
+                  {"F10", "F11", "F12", "S1", "S2", "S3", "S4", "S6", "S7", "C3", "C9", "C10", "U1",
+                   "U2", "V1", "V2", "V5", "V9", "G1"});
 }
 
 TEST(Conform, AWrongModbusServerIsFoundWrong) {
