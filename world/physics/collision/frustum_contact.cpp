@@ -72,7 +72,7 @@ void add_edge_point(const Piece& piece, const Vector3d& q, const Vector3d& d,
   // One of the faces alone.
   if (side <= end) {
     out.add(X_SG * q, -(X_SG.linear() * side_normal(piece, q, r)), side);
-  } else if (low ? piece.low_exposed : piece.high_exposed) {
+  } else if (low ? piece.opens_low() : piece.opens_high()) {
     out.add(X_SG * q, (low ? 1.0 : -1.0) * X_SG.linear().col(2), end);
   }
 }

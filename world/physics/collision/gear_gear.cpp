@@ -53,21 +53,28 @@ bool bounds_overlap(const Piece& a, const Piece& b, const Isometry3d& X_BA) {
 bool side_by_side(const Piece& a, const Piece& b, const Isometry3d& X_BA, Candidates& out) {
   const Vector3d u = X_BA.linear().col(2), c = X_BA.translation();
   if (a.slope != 0 || b.slope != 0 || std::abs(u.z()) < kParallel) return false;
-  // Heights of A's ends along B's axis, on A's axis.
-  const double h0 = c.z() + a.z0 * u.z(), h1 = c.z() + a.z1 * u.z();
+  const Vector3d centre = c + 0.5 * (a.z0 + a.z1) * u;
+  const double off = length(centre.x(), centre.y());
+  if (off < 1e-9) return false;
+  // From A's axis across to its side towards B: `rise` along B's axis, `reach_a` across that.
+  const double leaning = (centre.x() * u.x() + centre.y() * u.y()) / off;
+  const double rise = a.r0 * leaning * u.z() / std::sqrt(1 - leaning * leaning);
+  const double reach_a = std::sqrt(std::max(0.0, a.r0 * a.r0 - rise * rise));
+  // Heights of A's ends along B's axis, on that side of A.
+  const double h0 = c.z() + a.z0 * u.z() + rise, h1 = c.z() + a.z1 * u.z() + rise;
   const double lo = std::max(b.z0, std::min(h0, h1)), hi = std::min(b.z1, std::max(h0, h1));
   if (hi <= lo) return false;
-  const auto axis_of_a = [&](double z) { return Vector3d(c + (z - c.z()) / u.z() * u); };
+  const auto axis_of_a = [&](double z) { return Vector3d(c + (z - rise - c.z()) / u.z() * u); };
   const Vector3d middle = axis_of_a(0.5 * (lo + hi));
   // Where another way out is shorter, the general search finds it.
-  const double overlap = a.r0 + b.r0 - length(middle.x(), middle.y());
+  const double overlap = reach_a + b.r0 - length(middle.x(), middle.y());
   if (overlap >= std::min({hi - lo, a.r0, b.r0})) return false;
   for (const double z : {lo, hi}) {
     const Vector3d q = axis_of_a(z);
     const double distance = length(q.x(), q.y());
     if (distance < 1e-9) continue;
     const Vector3d n(-q.x() / distance, -q.y() / distance, 0);
-    const double depth = a.r0 + b.r0 - distance;
+    const double depth = reach_a + b.r0 - distance;
     out.add(-(b.r0 - 0.5 * depth) * n + Vector3d(0, 0, z), n, depth);
   }
   return true;
@@ -88,8 +95,15 @@ void crossing_sides(const Piece& a, const Piece& b, const Isometry3d& X_BA, Cand
   out.add(-(b.r0 - 0.5 * depth) * n + Vector3d(0, 0, on_a.z()), n, depth);
 }
 
-/// The rim of a piece of A on an exposed end face of a piece of B (outward +-z): four points.
-void rim_on_end(const detail::RimS& rim, const Piece& b, double z_end, double r_end, double outward,
+/// How far under an end face of a piece a point may be that leaves through it: half of what lies
+/// between there and the far side, that of other pieces where the piece is glued to them.
+double most_under_end(const GearShape& gear, const Piece& piece) {
+  return 0.5 * (std::min(piece.z_out_high, gear.z_high) - std::max(piece.z_out_low, gear.z_low));
+}
+
+/// The rim of a piece of A on an exposed end face of a piece of B (outward +-z): four points, none
+/// deeper than `most`.
+void rim_on_end(const detail::RimS& rim, double z_end, double r_end, double outward, double most,
                 Candidates& out) {
   const Vector3d face(0, 0, outward);
   if (outward * (z_end - rim.c.z()) + rim.r * rim.sine <= 0) return;
@@ -99,13 +113,15 @@ void rim_on_end(const detail::RimS& rim, const Piece& b, double z_end, double r_
     const Vector3d p = rim.c + rim.r * d;
     const double depth = outward * (z_end - p.z());
     const double sideways = r_end - length(p.x(), p.y());
-    if (depth < sideways && depth < 0.5 * (b.z1 - b.z0)) out.add(p, -face, depth);
+    if (depth < sideways && depth < most) out.add(p, -face, depth);
   }
 }
 
-/// The rims of piece `index` of A on a piece of B. Candidates in B, normals into B.
-void rims_on_piece(const GearShape& a, int index, const Piece& b, const Isometry3d& X_BA,
-                   Candidates& out) {
+/// The rims of piece `index` of A on piece `on` of B. Candidates in B, normals into B.
+void rims_on_piece(const GearShape& a, int index, const GearShape& gear_b, int on,
+                   const Isometry3d& X_BA, Candidates& out) {
+  const Piece& b = gear_b.pieces[static_cast<std::size_t>(on)];
+  const double most = most_under_end(gear_b, b);
   static const Isometry3d kIdentity = Isometry3d::Identity();
   const Eigen::Matrix3d& R = X_BA.linear();
   const Vector3d e1 = R.col(0), e2 = R.col(1), u = R.col(2);
@@ -115,8 +131,8 @@ void rims_on_piece(const GearShape& a, int index, const Piece& b, const Isometry
     if (ring.piece != index) continue;
     const detail::RimS rim{X_BA.translation() + ring.z * u, ring.r, u, e1, e2, sine};
     detail::circle_on_piece(b, kIdentity, {rim.c, u, ring.r}, out);
-    if (b.low_exposed) rim_on_end(rim, b, b.z0, b.r0, -1, out);
-    if (b.high_exposed) rim_on_end(rim, b, b.z1, b.r1, 1, out);
+    if (b.low_exposed) rim_on_end(rim, b.z0, b.r0, -1, most, out);
+    if (b.high_exposed) rim_on_end(rim, b.z1, b.r1, 1, most, out);
   }
 }
 
@@ -132,9 +148,9 @@ void piece_on_piece(const Gears& g, int i, int j, const Isometry3d& X_AB, Candid
   if (!bounds_overlap(a, b, g.X_BA) || !bounds_overlap(b, a, X_AB)) return;
   if (side_by_side(a, b, g.X_BA, out)) return;
   crossing_sides(a, b, g.X_BA, out);
-  rims_on_piece(g.a, i, b, g.X_BA, out);
+  rims_on_piece(g.a, i, g.b, j, g.X_BA, out);
   Candidates on_a;
-  rims_on_piece(g.b, j, a, X_AB, on_a);
+  rims_on_piece(g.b, j, g.a, i, X_AB, on_a);
   add_flipped(on_a, g.X_BA, out);
 }
 

@@ -27,6 +27,9 @@ struct Piece {
   double slope = 0;                             ///< dr/dz
   double cosine = 1;                            ///< of the angle between the side and the axis
 
+  /// May one leave through an end face, its own or that of a piece below or above?
+  [[nodiscard]] bool opens_low() const { return z_out_low > -1e29; }
+  [[nodiscard]] bool opens_high() const { return z_out_high < 1e29; }
   [[nodiscard]] double radius(double z) const { return r0 + slope * (z - z0); }
   /// Distance from height z to the nearer of the faces through which one may leave.
   [[nodiscard]] double to_end(double z) const { return std::min(z - z_out_low, z_out_high - z); }

@@ -99,6 +99,40 @@ TEST(GearGear, TheTopOfAPegCarriesAHub) {
   }
 }
 
+// Also where it is deeper inside than the hub's chamfer is high.
+TEST(GearGear, TheRimOfAPegStandsAgainstATiltedHub) {
+  const scene::GearType a = test::cylindrical_gear(), b = test::conical_gear();
+  const Vector3d n = Vector3d(0.2, 0, 1).normalized();
+  const Vector3d rim(b.peg_radius_m, 0, b.peg_top_m);
+  Isometry3d X_WA = Isometry3d::Identity();
+  X_WA.linear() = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), n).toRotationMatrix();
+  for (const double depth : {1e-5, 1.4e-4, 1.6e-4, 2.9e-4, 3.1e-4, 6e-4}) {
+    const Vector3d at_A(0.008, 0, depth - a.hub_height_m);
+    X_WA.translation() = rim - X_WA.linear() * at_A;
+    const auto found = touch(a, X_WA, b, Isometry3d::Identity());
+    ASSERT_FALSE(found.empty()) << depth;
+    EXPECT_NEAR(test::deepest(found), depth, 0.01 * depth + 1e-9);
+    for (const Contact& c : found) EXPECT_GT(c.n_W.dot(n), 0.99) << depth;
+  }
+}
+
+// A disc that leans leans over the other's edge: the heights of its near side count, not its axis'.
+TEST(GearGear, ALeaningDiscAboveTheOtherOverlapsLittle) {
+  const scene::GearType g = test::cylindrical_gear();
+  for (const double lean : {-0.15, -0.1, 0.1, 0.15}) {
+    Isometry3d X_WA = Isometry3d::Identity();
+    X_WA.linear() = Eigen::AngleAxisd(lean, Vector3d::UnitY()).toRotationMatrix();
+    // The lowest point of its near side a little below the other's top face, well inside its edge.
+    const Vector3d near_A(-g.disc_radius_m, 0, 0);
+    const double depth = 2e-5;
+    X_WA.translation() =
+        Vector3d(g.disc_radius_m - 0.003, 0, g.disc_height_m - depth) - X_WA.linear() * near_A;
+    for (const Contact& c : touch(g, X_WA, g, Isometry3d::Identity())) {
+      EXPECT_LT(c.depth_m, 1e-3) << lean << " " << c.n_W.transpose();
+    }
+  }
+}
+
 TEST(GearGear, CrossedPegsTouchInOnePoint) {
   scene::GearType rod = test::conical_gear();
   const Isometry3d X_WA = test::pose(2 * 0.00385 - 1e-5, 0.0, 0.016) *
