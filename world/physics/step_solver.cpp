@@ -23,6 +23,7 @@ StepSolver::StepSolver(PhysicsModel& model)
       grippers_before_(model.grippers.size()) {
   roots_.reserve(model.bodies.size());
   contacts_.reserve(kConstraintCapacity);
+  kept_.reserve(kConstraintCapacity);
   for (auto* contacts : {&memory_.contacts, &memory_before_.contacts, &last_contacts_}) {
     contacts->reserve(kConstraintCapacity);
   }
@@ -90,7 +91,13 @@ void StepSolver::solve_island(int island) {
     system_.add_contact(constraint, model_.ode_body(constraint.contact.a),
                         model_.ode_body(constraint.contact.b), response);
   }
-  system_.advance(memory_.failures);
+  note(system_.advance());
+}
+
+void StepSolver::note(const ContactSolver::Outcome& outcome) {
+  if (outcome.converged) return;
+  ++memory_.failures.not_converged;
+  memory_.failures.worst_m_s = std::max(memory_.failures.worst_m_s, outcome.residual_m_s);
 }
 
 /// Puts an arm's link that is touched where it is in this step, and says how the surfaces act.
@@ -140,11 +147,11 @@ void StepSolver::continue_last(ContactConstraint& constraint) const {
   auto last = std::lower_bound(
       last_contacts_.begin(), last_contacts_.end(), key,
       [](const ContactConstraint& a, const auto& wanted) { return pair_of(a) < wanted; });
-  double least = kSameContact;
+  double least2 = kSameContact * kSameContact;
   for (; last != last_contacts_.end() && pair_of(*last) == key; ++last) {
-    const double distance = (last->contact.p_W - constraint.contact.p_W).norm();
-    if (distance >= least) continue;
-    least = distance;
+    const double distance2 = (last->contact.p_W - constraint.contact.p_W).squaredNorm();
+    if (distance2 >= least2) continue;
+    least2 = distance2;
     constraint.f_W = last->f_W;
     constraint.torque_W = last->torque_W;
     constraint.f_change_W = last->f_change_W;
@@ -155,16 +162,20 @@ void StepSolver::continue_last(ContactConstraint& constraint) const {
 }
 
 void StepSolver::keep_contacts() {
-  for (const ContactConstraint& constraint : model_.constraints) {
-    if (constraint.normal_n > 0) memory_.contacts.push_back(constraint);
+  kept_.clear();
+  for (std::size_t i = 0; i < model_.constraints.size(); ++i) {
+    if (model_.constraints[i].normal_n > 0) kept_.push_back(static_cast<int>(i));
   }
-  std::sort(memory_.contacts.begin(), memory_.contacts.end(),
-            [](const ContactConstraint& a, const ContactConstraint& b) {
-              const auto& p = a.contact.p_W;
-              const auto& q = b.contact.p_W;
-              return std::tuple(pair_of(a), p.x(), p.y(), p.z()) <
-                     std::tuple(pair_of(b), q.x(), q.y(), q.z());
-            });
+  const auto at = [this](int i) -> const ContactConstraint& {
+    return model_.constraints[static_cast<std::size_t>(i)];
+  };
+  std::sort(kept_.begin(), kept_.end(), [&at](int i, int k) {
+    const auto &a = at(i), &b = at(k);
+    const auto &p = a.contact.p_W, &q = b.contact.p_W;
+    return std::tuple(pair_of(a), p.x(), p.y(), p.z(), i) <
+           std::tuple(pair_of(b), q.x(), q.y(), q.z(), k);
+  });
+  for (const int i : kept_) memory_.contacts.push_back(at(i));
 }
 
 // ---- the same step anew

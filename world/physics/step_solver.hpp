@@ -43,6 +43,7 @@ class StepSolver {
   using Member = std::pair<int, int>;
   void list_members();
   void solve_island(int island);
+  void note(const ContactSolver::Outcome& outcome);
   [[nodiscard]] ContactResponse response_of(const ContactConstraint& constraint);
   void note_approach(const ContactConstraint& constraint, ContactSetting& setting) const;
   void take_last_contacts();
@@ -60,6 +61,7 @@ class StepSolver {
   std::vector<GripperMechanism::Solved> grippers_before_;
   Memory memory_, memory_before_;
   std::vector<ContactConstraint> last_contacts_;  // sorted
+  std::vector<int> kept_;                         // contacts that bore a force
 };
 
 }  // namespace aprsim::physics

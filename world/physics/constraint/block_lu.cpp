@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "world/physics/constraint/vector_clones.hpp"
+
 namespace aprsim::physics {
 namespace {
 
@@ -26,7 +28,7 @@ inline void add_product(double sign, const Block& a, const Block& b, Block& out)
 }
 
 /// Gauss-Jordan with exchanges of rows, in place. False for a singular one.
-bool invert(Block& m) {
+inline bool invert(Block& m) {
   std::array<int, 6> exchanged;
   for (int k = 0; k < 6; ++k) {
     int pivot = k;
@@ -157,7 +159,7 @@ void BlockLu::restore() {
 
 /// Right-looking: a finished column is subtracted from what is left. Of the pivots' rows L keeps
 /// A_ij U_jj^-1 ..., that is A_ij A_jj^-1, and U its rows as they are.
-bool BlockLu::factorise() {
+APRSIM_VECTOR_CLONES bool BlockLu::factorise() {
   for (const Column& column : columns_) {
     Block& pivot = blocks_[at(column.body)];
     if (!invert(pivot)) return false;

@@ -114,12 +114,8 @@ void ConstraintSystem::add_contact(ContactConstraint& constraint, dBodyID a, dBo
   contacts_.push_back(&constraint);
 }
 
-void ConstraintSystem::advance(api::SolverFailures& failures) {
+ContactSolver::Outcome ConstraintSystem::advance() {
   const auto outcome = solver_.solve();
-  if (!outcome.converged) {
-    ++failures.not_converged;
-    failures.worst_m_s = std::max(failures.worst_m_s, outcome.residual_m_s);
-  }
   for (std::size_t i = 0; i < known_.size(); ++i) {
     if (moves_[i] != 0) move(known_[i], solver_.twist(static_cast<int>(i)));
   }
@@ -142,6 +138,7 @@ void ConstraintSystem::advance(api::SolverFailures& failures) {
     constraint.torque_W = torque_W;
     constraint.normal_n = std::max(0.0, constraint.f_W.dot(constraint.contact.n_W));
   }
+  return outcome;
 }
 
 /// Positions from the new velocities.

@@ -4,7 +4,6 @@
 
 #include <Eigen/Geometry>
 
-#include "world/api/snapshot.hpp"
 #include "world/physics/bodies/contact_constraint.hpp"
 #include "world/physics/bodies/ode_handles.hpp"
 #include "world/physics/constraint/contact_material.hpp"
@@ -54,8 +53,8 @@ class ConstraintSystem {
                    const ContactResponse& response);
 
   /// Solves, moves the bodies, and writes the forces into the contacts' constraints and the rows'
-  /// places. Counts what it could not solve.
-  void advance(api::SolverFailures& failures);
+  /// places.
+  ContactSolver::Outcome advance();
 
  private:
   [[nodiscard]] int number_of(dBodyID body);

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 
 #include "world/physics/collision/length.hpp"
+#include "world/physics/constraint/vector_clones.hpp"
 
 namespace aprsim::physics {
 namespace {
@@ -24,13 +25,6 @@ constexpr int kMostLineSearch = 20, kMostHalvings = 6;
 constexpr double kLeastProgress = 0.02;
 constexpr double kSlidingShare = 1e-6;
 constexpr double kHardTangent = 1e-9;  ///< softness of friction, of W
-
-/// The same vector product as a matrix.
-Matrix3 cross_matrix(const Vector3& r) {
-  Matrix3 m;
-  m << 0, -r.z(), r.y(), r.z(), 0, -r.x(), -r.y(), r.x(), 0;
-  return m;
-}
 
 /// Two directions across n.
 Matrix3 frame_of(const Vector3& n) {
@@ -60,31 +54,37 @@ inline Matrix3 rotated(const Matrix3& frame, const Matrix3& gain) {
   return out;
 }
 
-/// Adds sign * P_r' K P_s, where P_r = (1, -[r]) gives the velocity of the point at the lever r.
-inline void add_point(double sign, const Matrix3& K, const Vector3& r, const Vector3& s,
-                      BlockLu::Block& out) {
-  Matrix3 Ks, rK, rKs;  // K [s], [r] K, [r] K [s]
-  for (int i = 0; i < 3; ++i) {
-    const double x = K(i, 0), y = K(i, 1), z = K(i, 2);
-    Ks(i, 0) = y * s.z() - z * s.y();
-    Ks(i, 1) = z * s.x() - x * s.z();
-    Ks(i, 2) = x * s.y() - y * s.x();
-  }
-  for (int j = 0; j < 3; ++j) {
-    rK(0, j) = r.y() * K(2, j) - r.z() * K(1, j);
-    rK(1, j) = r.z() * K(0, j) - r.x() * K(2, j);
-    rK(2, j) = r.x() * K(1, j) - r.y() * K(0, j);
-    rKs(0, j) = r.y() * Ks(2, j) - r.z() * Ks(1, j);
-    rKs(1, j) = r.z() * Ks(0, j) - r.x() * Ks(2, j);
-    rKs(2, j) = r.x() * Ks(1, j) - r.y() * Ks(0, j);
-  }
-  for (int j = 0; j < 3; ++j) {
+/// Columns of K P_s, where P_s = (1, -[s]) gives the velocity of the point at the lever s.
+struct PointColumns {
+  double column[6][3];
+
+  PointColumns(const Matrix3& K, const Vector3& s) {
     for (int i = 0; i < 3; ++i) {
-      out(i, j) += sign * K(i, j);
-      out(i, j + 3) -= sign * Ks(i, j);
-      out(i + 3, j) += sign * rK(i, j);
-      out(i + 3, j + 3) -= sign * rKs(i, j);
+      const double x = K(i, 0), y = K(i, 1), z = K(i, 2);
+      column[0][i] = x;
+      column[1][i] = y;
+      column[2][i] = z;
+      column[3][i] = z * s.y() - y * s.z();
+      column[4][i] = x * s.z() - z * s.x();
+      column[5][i] = y * s.x() - x * s.y();
     }
+  }
+};
+
+/// Adds sign * P_r' K P_s.
+inline void add_point(double sign, const Vector3& r, const PointColumns& of_s,
+                      BlockLu::Block& out) {
+  const double rx = r.x(), ry = r.y(), rz = r.z();
+  double* to = out.data();
+  for (const double* column : of_s.column) {
+    const double x = sign * column[0], y = sign * column[1], z = sign * column[2];
+    to[0] += x;
+    to[1] += y;
+    to[2] += z;
+    to[3] += ry * z - rz * y;
+    to[4] += rz * x - rx * z;
+    to[5] += rx * y - ry * x;
+    to += 6;
   }
 }
 
@@ -99,31 +99,34 @@ inline void add_outer(const BlockLu::Vector6& a, const BlockLu::Vector6& b, Bloc
 /// wanted, is its derivative times diag(D)^-1.
 Vector3 project_cone(const Vector3& z, double mu, double D_n, double D_t, Matrix3* gain) {
   const double across = length(z.y(), z.z());
-  // Scaled so that the metric is the unit one: the cone's slope changes with it.
-  const double root_n = std::sqrt(D_n), root_t = std::sqrt(D_t);
-  const double slope = mu * root_t / root_n;
-  const double zn = root_n * z.x(), zt = root_t * across;
-  if (zt <= slope * zn && zn >= 0) {
-    if (gain) *gain = Vector3(1 / D_n, 1 / D_t, 1 / D_t).asDiagonal();
+  if (z.x() >= 0 && across <= mu * z.x()) {
+    if (gain) {
+      gain->setZero();
+      gain->diagonal() << 1 / D_n, 1 / D_t, 1 / D_t;
+    }
     return z;
   }
-  if (zn <= -slope * zt) {
+  if (D_n * z.x() <= -mu * D_t * across) {
     if (gain) gain->setZero();
     return Vector3::Zero();
   }
-  const double share = 1 / (1 + slope * slope);
-  const double xn = share * (zn + slope * zt);
-  const double xt = slope * xn;
+  // Onto the cone's generator, as seen in the metric.
+  const double share = 1 / (1 + mu * mu * D_t / D_n);
+  const double xn = share * (z.x() + mu * D_t / D_n * across), xt = mu * xn;
   const double ty = across > 0 ? z.y() / across : 1, tz = across > 0 ? z.z() / across : 0;
   if (gain) {
     // Along the cone's generator, and around the cone.
-    const double nn = share / D_n, nt = share * slope / (root_n * root_t),
-                 tt = share * slope * slope / D_t, around = zt > 0 ? xt / zt / D_t : 0;
-    *gain << nn, nt * ty, nt * tz,                                          //
-        nt * ty, tt * ty * ty + around * tz * tz, (tt - around) * ty * tz,  //
-        nt * tz, (tt - around) * ty * tz, tt * tz * tz + around * ty * ty;
+    const double nn = share / D_n, nt = mu * nn, tt = mu * nt,
+                 around = across > 0 ? xt / across / D_t : 0;
+    Matrix3& g = *gain;
+    g(0, 0) = nn;
+    g(0, 1) = g(1, 0) = nt * ty;
+    g(0, 2) = g(2, 0) = nt * tz;
+    g(1, 1) = tt * ty * ty + around * tz * tz;
+    g(2, 2) = tt * tz * tz + around * ty * ty;
+    g(1, 2) = g(2, 1) = (tt - around) * ty * tz;
   }
-  return {xn / root_n, xt / root_t * ty, xt / root_t * tz};
+  return {xn, xt * ty, xt * tz};
 }
 
 /// Projection of a vector onto a disc.
@@ -199,7 +202,7 @@ int ContactSolver::add_row(const Side& a, const Side& b, double target, double s
 }
 
 int ContactSolver::add_contact(const ContactDescription& in) {
-  Contact contact;
+  Contact& contact = contacts_.emplace_back();
   contact.a = in.a;
   contact.b = in.b;
   contact.frame = frame_of(in.n);
@@ -209,25 +212,25 @@ int ContactSolver::add_contact(const ContactDescription& in) {
   contact.turns = in.spinning_m > 0 || in.rolling_m > 0;
   contact.target = contact.frame * in.target_v;
   contact.softness = in.softness_m_s_ns;
-  Matrix3 W = Matrix3::Zero(), W_turn = Matrix3::Zero();
+  // The diagonal of J M^-1 J'.
+  Vector3 W = Vector3::Zero(), W_turn = Vector3::Zero();
   for (const auto& [number, lever] :
        {std::pair(in.a, &contact.lever_a), std::pair(in.b, &contact.lever_b)}) {
     if (number == kFixed) continue;
     const Body& body = at(number);
     *lever = in.p - body.com;
     if (body.unknown < 0) continue;
-    const Matrix3 r = cross_matrix(*lever);
-    W += body.inverse_kg * Matrix3::Identity() - r * body.inverse_inertia * r;
-    W_turn += body.inverse_inertia;
+    for (int k = 0; k < 3; ++k) {
+      const Vector3 d = contact.frame.row(k).transpose();
+      const Vector3 moment = lever->cross(d);
+      W(k) += body.inverse_kg + moment.dot(body.inverse_inertia * moment);
+      if (contact.turns) W_turn(k) += d.dot(body.inverse_inertia * d);
+    }
   }
-  W = contact.frame * W * contact.frame.transpose();
-  contact.W_n = W(0, 0);
-  contact.W_t = std::max(W(1, 1), W(2, 2));
-  if (contact.turns) {
-    W_turn = contact.frame * W_turn * contact.frame.transpose();
-    contact.W_spin = W_turn(0, 0);
-    contact.W_roll = std::max(W_turn(1, 1), W_turn(2, 2));
-  }
+  contact.W_n = W(0);
+  contact.W_t = std::max(W(1), W(2));
+  contact.W_spin = W_turn(0);
+  contact.W_roll = std::max(W_turn(1), W_turn(2));
   const auto within_cone = [&](const Vector3& impulse_ns) {
     return project_cone(contact.frame * impulse_ns, in.friction, contact.W_n, contact.W_t, nullptr);
   };
@@ -237,7 +240,6 @@ int ContactSolver::add_contact(const ContactDescription& in) {
     contact.torque = contact.frame * (in.turn_nms.last + in.turn_nms.change);
     contact.other_torque = contact.frame * in.turn_nms.last;
   }
-  contacts_.push_back(contact);
   return static_cast<int>(contacts_.size()) - 1;
 }
 
@@ -478,7 +480,9 @@ double ContactSolver::begin_from_better_guess(double enough_m_s) {
   const double second = residual();
   if (second < first) return second;
   swap_guesses();
-  return residual();
+  velocities_from_impulses();
+  evaluate_velocities();
+  return first;
 }
 
 ContactSolver::Outcome ContactSolver::solve(const Settings& settings) {
@@ -546,7 +550,6 @@ ContactSolver::Outcome ContactSolver::iterate(double first_residual_m_s, const S
       shrink = kGently;
       continue;
     }
-    evaluate_impulses(0);
     present = residual();
     const bool done = present <= settings.tolerance_m_s;
     if (present < best || done) {
@@ -585,7 +588,7 @@ void ContactSolver::take_best() {
 // ---- the convex problem
 
 /// Impulses that belong to the velocities y + along * rate, and their derivatives.
-void ContactSolver::evaluate_impulses(double along) {
+APRSIM_VECTOR_CLONES void ContactSolver::evaluate_impulses(double along) {
   for (Row& row : rows_) {
     if (!(row.D > 0)) continue;
     const double y = row.y + along * row.rate;
@@ -634,7 +637,7 @@ void ContactSolver::evaluate_impulses(double along) {
 }
 
 /// M (V - V_free) - J' x; returns the largest change of velocity that it stands for.
-ContactSolver::Gradient ContactSolver::find_gradient() {
+APRSIM_VECTOR_CLONES ContactSolver::Gradient ContactSolver::find_gradient() {
   Gradient out;
   for (const int i : moving_) {
     const Body& body = at(i);
@@ -670,18 +673,19 @@ ContactSolver::Gradient ContactSolver::find_gradient() {
 }
 
 /// (M + J' G J) d = -gradient.
-bool ContactSolver::find_direction() {
+APRSIM_VECTOR_CLONES bool ContactSolver::find_direction() {
   fill_rows();
   for (const Contact& c : contacts_) {
     if (c.gain(0, 0) == 0 && c.gain(1, 1) == 0) continue;
     const Matrix3 K = rotated(c.frame, c.gain);
     const int a = c.a == kFixed ? -1 : at(c.a).unknown, b = c.b == kFixed ? -1 : at(c.b).unknown;
-    if (a >= 0) add_point(1, K, c.lever_a, c.lever_a, matrix_.diagonal(a));
-    if (b >= 0) add_point(1, K, c.lever_b, c.lever_b, matrix_.diagonal(b));
+    const PointColumns of_a(K, c.lever_a), of_b(K, c.lever_b);
+    if (a >= 0) add_point(1, c.lever_a, of_a, matrix_.diagonal(a));
+    if (b >= 0) add_point(1, c.lever_b, of_b, matrix_.diagonal(b));
     if (c.place >= 0) {
       const auto place = matrix_.place(index(c.place));
-      add_point(-1, K, c.lever_a, c.lever_b, matrix_.forward(place));
-      add_point(-1, K, c.lever_b, c.lever_a, matrix_.backward(place));
+      add_point(-1, c.lever_a, of_b, matrix_.forward(place));
+      add_point(-1, c.lever_b, of_a, matrix_.backward(place));
     }
     if (!c.turns) continue;
     const Matrix3 K_turn = rotated(c.frame, c.turn_gain);
