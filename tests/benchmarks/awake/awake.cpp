@@ -108,6 +108,7 @@ int run(int argc, char** argv) {
   Plot plot{.title = "Time of a step with nothing simplified",
             .x = {.label = "step"},
             .y = {.label = "us", .log = true}};
+  double unsolved = 0;  // share of the steps, at most
   for (const Case& one : cases(experiment.quick())) {
     Race race(one);
     race.run();
@@ -129,7 +130,9 @@ int run(int argc, char** argv) {
     experiment.record(name + "_step_max_us", percentile(race.own.us, 1), "us");
     experiment.record(name + "_unsolved_steps", double(failures.not_converged), "count");
     experiment.record(name + "_worst_residual_m_s", failures.worst_m_s, "m/s");
+    unsolved = std::max(unsolved, double(failures.not_converged) / double(race.own.us.size()));
   }
+  experiment.record("awake.unsolved_share", unsolved, "relative");
   experiment.table("steps", "Nothing simplified, beside ODE's iterative solver", table);
   experiment.plot("steps", plot);
   experiment.note(
