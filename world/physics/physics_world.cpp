@@ -24,7 +24,7 @@ constexpr double kBeforePad = 0.7;  // cosine between a pad's direction and that
 constexpr double kOverlap = 1e-4, kPutAbove = 2e-4;
 constexpr int kPutRounds = 64;  // of clearing one obstacle after the other
 // What goes farther in a step than the first meets things in parts of the second [m].
-constexpr double kLongWay = 2e-3, kPartWay = 4.5e-4;
+constexpr double kLongWay = 6e-3, kPartWay = 4.5e-4;
 constexpr int kMostParts = 32;
 // What is faster strikes what it meets; after a blow that leads farther off the way that was looked
 // for, the new way is looked at as well, so often at most [m in a step, m].
