@@ -231,7 +231,7 @@ class Daemon::Impl {
         history_(records_ ? std::make_unique<world::TimeMachine>(scene, *records_, bookmarks_,
                                                                  &simulation_)
                           : nullptr),
-        state_files_(scene, kVersion),
+        state_files_([this] { return simulation_.scene(); }, kVersion),
         guards_(config, simulation_),
         robots_(make_robots(config, *scene)),
         modbus_(modbus_options(config, tapped(config) ? &modbus_tap_ : nullptr, journal_.get(),

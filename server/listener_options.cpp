@@ -1,9 +1,11 @@
 #include "server/listener_options.hpp"
 
+#include <filesystem>
 #include <utility>
 
 #include "clients/process/own_programs.hpp"
 #include "server/version.hpp"
+#include "world/scene/scene_loader.hpp"
 
 namespace aprsim::server {
 
@@ -67,7 +69,13 @@ web::WebServerOptions web_options(const Config& config, const Guards& guards,
   options.hosts = config.web.hosts;
   options.assets = process::web_directory();
   for (const auto& robot : scene.robots) options.models.emplace_back(robot.name, robot.model_file);
-  options.visual = visual_of(scene);
+  options.visual = [scene](const api::CellDescription& cell) {
+    if (!cell.scene_text || *cell.scene_text == scene.text) return visual_of(scene);
+    const auto file = std::filesystem::path(scene.file).parent_path() / (cell.scene + ".yaml");
+    const auto other =
+        scene::read_edited(*cell.scene_text, file.string(), scene::default_data_paths());
+    return visual_of(other ? *other : scene);
+  };
   options.version = kVersion;
   options.scaling = {.full_scale_m_s = config.modbus.full_scale_m_s,
                      .one_is_forward = config.modbus.forward_is_one};

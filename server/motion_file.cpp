@@ -8,6 +8,7 @@
 
 #include "aprsim/v1/motion.pb.h"
 #include "protocols/messages/write_message.hpp"
+#include "protocols/web/scene_looks.hpp"
 #include "protocols/web/visual_message.hpp"
 #include "server/listener_options.hpp"
 
@@ -33,12 +34,13 @@ MotionFile::MotionFile(MotionOptions options, const v1::JournalHeader& header,
   out_ << aprsim::journal::kMagic;
 }
 
-void MotionFile::begin(const world::World& world) {
+void MotionFile::describe(const world::World& world) {
   v1::MotionRecord record;
   v1::MotionHeader& out = *record.mutable_header();
   protocols::write_message(*world.description(), *out.mutable_cell());
-  web::write_message(visual_of(scene_), *out.mutable_looks());
+  web::write_message(visual_of(*world.scene()), *out.mutable_looks());
   for (const scene::Robot& robot : scene_.robots) {
+    if (described_) break;
     std::ifstream model(robot.model_file, std::ios::binary);
     v1::JournalFile& file = *out.add_models();
     file.set_name(robot.name);
@@ -48,11 +50,10 @@ void MotionFile::begin(const world::World& world) {
   out.set_rate_hz(1 / (static_cast<double>(steps_between(options_, step_s)) * step_s));
   out.set_run_id(header_.run_id());
   encoder_.add(record);
-  begun_ = true;
+  described_ = world.description();
 }
 
 void MotionFile::take(const world::World& world, world::RunTime time) {
-  if (!begun_) begin(world);
   const double now_s = seconds(world.time()), step_s = seconds(world.step_size());
   if (time.epoch != epoch_) base_s_ = latest_s_ - now_s;
   epoch_ = time.epoch;
@@ -62,6 +63,7 @@ void MotionFile::take(const world::World& world, world::RunTime time) {
   if (step < next_step_) return;
   next_step_ = step + steps_between(options_, step_s);
   if (latest_s_ < options_.from_s || latest_s_ > options_.to_s) return;
+  if (!described_ || !web::same_scene(*described_, *world.description())) describe(world);
   api::Snapshot snapshot;
   world.write(snapshot);
   snapshot.epoch = time.epoch;

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <fstream>
+#include <memory>
 #include <string>
 
 #include "aprsim/v1/journal.pb.h"
@@ -25,7 +26,7 @@ class MotionFile {
   [[nodiscard]] Result<void> finish();
 
  private:
-  void begin(const world::World& world);
+  void describe(const world::World& world);
   void flush(std::size_t from_bytes);
 
   const MotionOptions options_;
@@ -33,7 +34,7 @@ class MotionFile {
   aprsim::journal::FrameEncoder encoder_;
   v1::JournalHeader header_;
   const scene::Scene scene_;
-  bool begun_ = false;
+  std::shared_ptr<const api::CellDescription> described_;  ///< in the last header
   std::uint64_t epoch_ = 0;
   double base_s_ = 0, latest_s_ = 0;  ///< of the run's time over epochs
   std::uint64_t next_step_ = 0;       ///< of that time

@@ -41,6 +41,8 @@ class ReplayDaemon::Impl {
     if (!config.web.enabled) return;
     auto web = web_options(config, guards_, *run.scene());
     web.read_only = source_.refusal();
+    web.crcl_tap = &source_.taps().crcl();
+    web.modbus_tap = &source_.taps().modbus();
     if (past) web.history = &history_;
     web_ = std::make_unique<web::WebServer>(std::move(web), source_, source_);
   }

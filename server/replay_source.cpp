@@ -6,7 +6,7 @@
 #include <spdlog/spdlog.h>
 
 #include "server/journal/command_message.hpp"
-#include "world/state_bytes.hpp"
+#include "server/journal/recorded_scenes.hpp"
 
 namespace aprsim::server {
 
@@ -49,8 +49,10 @@ void ReplaySource::run(const std::stop_token& stop) {
   part_.watch = [this, &stop](const world::World& world, world::RunTime time) {
     return show(world, time, stop);
   };
+  part_.hear = [this](const v1::JournalRecord& record) { taps_.hear(record); };
   const auto result = journal::replay_run(run_, part_);
   if (stop.stop_requested()) return;
+  if (!part_.to) taps_.finish();
   std::string problem;
   if (!result) {
     problem = result.error().message;
@@ -81,6 +83,7 @@ bool ReplaySource::show(const world::World& world, world::RunTime time,
     pause_.wait_until(lock, stop, due, [] { return false; });
   }
   publish(world, time.epoch);
+  taps_.reach(time);
   return !stop.stop_requested();
 }
 
@@ -93,8 +96,7 @@ void ReplaySource::publish(const world::World& world, std::uint64_t epoch) {
 }
 
 Result<void> tell(const journal::RecordedRun& run, world::HistoryRecords& history) {
-  const world::World like(run.scene(), run.header().seed());
-  const world::WorldState state = like.save();
+  journal::RecordedScenes scenes(run.scene());
   bool lost = true;  // until the next checkpoint
   const auto read = run.each([&](const v1::JournalRecord& record) -> Result<bool> {
     const auto time = journal::time_of(record);
@@ -102,10 +104,12 @@ Result<void> tell(const journal::RecordedRun& run, world::HistoryRecords& histor
     if (record.has_epoch()) {
       const v1::JournalEpoch& epoch = record.epoch();
       const std::string* loaded = epoch.has_loaded_state() ? &epoch.loaded_state() : nullptr;
-      history.began(*time, epoch.seed(), loaded);
+      const auto scene = scenes.scene_of(epoch);
+      if (!scene) return tl::unexpected(scene.error());
+      history.began(*time, epoch.seed(), loaded, *scene);
       lost = true;
     } else if (record.has_checkpoint()) {
-      auto saved = world::from_bytes(record.checkpoint().state(), state);
+      auto saved = scenes.state_of(record.checkpoint());
       if (!saved) return tl::unexpected(saved.error());
       history.saved(*time, record.checkpoint().hash(),
                     std::make_shared<const world::WorldState>(std::move(*saved)));
@@ -116,6 +120,8 @@ Result<void> tell(const journal::RecordedRun& run, world::HistoryRecords& histor
       history.applied(*time, {record.command().ticket(), std::move(*command)}, nullptr);
     } else if (time && !lost) {
       history.reach(*time);
+    } else if (record.has_wire() && !lost) {
+      history.reach({record.wire().time().epoch(), record.wire().time().step()});
     }
     return true;
   });

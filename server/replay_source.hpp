@@ -11,6 +11,7 @@
 
 #include "server/journal/replay_files.hpp"
 #include "server/journal/replay_pace.hpp"
+#include "server/replay_taps.hpp"
 #include "world/api/ports.hpp"
 #include "world/history/history_records.hpp"
 #include "world/snapshot_slot.hpp"
@@ -43,6 +44,8 @@ class ReplaySource final : public api::CommandSink, public api::SnapshotSource {
   }
   /// Where the run is not as it was recorded.
   [[nodiscard]] std::string problem() const override;
+  /// What went over the run's wires, as far as it has been run.
+  [[nodiscard]] ReplayTaps& taps() { return taps_; }
 
  private:
   using SteadyClock = std::chrono::steady_clock;
@@ -56,6 +59,7 @@ class ReplaySource final : public api::CommandSink, public api::SnapshotSource {
   const std::optional<double> speed_;
   world::SnapshotSlot slot_;
   journal::ReplayPace pace_;  ///< the thread's own
+  ReplayTaps taps_{*this};    ///< filled by the thread
 
   mutable std::mutex mutex_;
   std::condition_variable_any pause_;

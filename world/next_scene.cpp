@@ -72,15 +72,9 @@ Result<void> read_next_scene(api::Command& command, const scene::Scene& present)
                     " s, which cannot change while it runs");
   }
   // Models are those at hand, wherever the text is read again.
-  std::string text = scene->text;
-  for (const auto& robot : scene->robots) {
-    const std::string name = file_name(robot.model_file);
-    for (auto at = text.find(robot.model_file); at != std::string::npos;
-         at = text.find(robot.model_file, at)) {
-      text.replace(at, robot.model_file.size(), name);
-    }
-  }
-  reset->next = std::make_shared<const ReadScene>(*std::move(scene), std::move(text));
+  auto text = scene::portable_text(scene->text, scene->file);
+  if (!text) return tl::unexpected(std::move(text.error()));
+  reset->next = std::make_shared<const ReadScene>(*std::move(scene), *std::move(text));
   return {};
 }
 

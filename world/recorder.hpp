@@ -36,8 +36,9 @@ class Recorder {
  public:
   virtual ~Recorder() = default;
   /// The world is that of this seed and the scene, or of a saved state whose checkpoint follows
-  /// (its name; null = none).
-  virtual void began(RunTime time, std::uint64_t seed, const std::string* loaded) = 0;
+  /// (its name; null = none), which has the scene with what was changed of it.
+  virtual void began(RunTime time, std::uint64_t seed, const std::string* loaded,
+                     const std::shared_ptr<const scene::Scene>& scene) = 0;
   /// A command took effect after the step; null = nothing failed.
   virtual void applied(RunTime time, const QueuedCommand& command, const Error* failure) = 0;
   virtual void sampled(RunTime time, StateSample sample) = 0;

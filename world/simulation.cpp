@@ -367,10 +367,21 @@ Result<void> Simulation::reset(const api::Reset& wanted) {
   fresh->set_revision(revision_);
   fresh->watch_events();
   world_ = std::move(fresh);
-  scene_ = scene;
+  set_scene(scene);
   seed_ = seed;
   begin_epoch();
   return {};
+}
+
+std::shared_ptr<const scene::Scene> Simulation::scene() const {
+  const std::lock_guard lock(scene_mutex_);
+  return scene_;
+}
+
+void Simulation::set_scene(std::shared_ptr<const scene::Scene> scene) {
+  // What it was before goes outside of the lock.
+  const std::lock_guard lock(scene_mutex_);
+  scene_.swap(scene);
 }
 
 Result<void> Simulation::edit(const api::SceneCommand& command) {
@@ -405,6 +416,7 @@ Result<void> Simulation::load(const api::LoadState& command) {
     throw;
   }
   seed_ = found->seed;
+  if (found->scene) set_scene(found->base_scene());
   begin_epoch(std::move(loaded));
   return {};
 }
@@ -448,7 +460,7 @@ void Simulation::begin_epoch(std::shared_ptr<const std::string> loaded) {
 
 void Simulation::record_epoch() {
   if (recorder_ == nullptr) return;
-  recorder_->began(run_time(), seed_, loaded_state_.get());
+  recorder_->began(run_time(), seed_, loaded_state_.get(), scene_);
   record_checkpoint();
 }
 

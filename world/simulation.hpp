@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
@@ -69,6 +70,8 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   [[nodiscard]] const api::DurationHistogram& step_times() const { return step_times_; }
   /// Commands that wait for the next step. Thread: any.
   [[nodiscard]] std::size_t waiting_commands() const { return queue_.size(); }
+  /// The scene as it was loaded last, without changes of the running cell. Thread: any.
+  [[nodiscard]] std::shared_ptr<const scene::Scene> scene() const;
   /// Every snapshot that is published. Thread: any.
   [[nodiscard]] api::SnapshotFeed& feed() { return followers_; }
   /// What has happened in the cell, of all epochs. Thread: any.
@@ -96,6 +99,7 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   /// One step. False when time stands now.
   bool advance();
   [[nodiscard]] Result<void> reset(const api::Reset& wanted);
+  void set_scene(std::shared_ptr<const scene::Scene> scene);
   [[nodiscard]] Result<void> edit(const api::SceneCommand& command);
   [[nodiscard]] Result<void> save(const api::SaveState& command);
   [[nodiscard]] Result<void> load(const api::LoadState& command);
@@ -121,6 +125,7 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   void record_checkpoint();
 
   const std::shared_ptr<const scene::Scene> scene_at_start_;  ///< by any thread
+  mutable std::mutex scene_mutex_;                            ///< held to copy a pointer
   std::shared_ptr<const scene::Scene> scene_;  ///< as it was loaded; the world's may be edited
   std::uint64_t revision_ = 0;                 ///< of the cell's description
   std::uint64_t seed_;

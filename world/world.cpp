@@ -175,6 +175,7 @@ int World::robot_with(int tool) const {
 
 WorldState World::save() const {
   WorldState state{.scene = scene_,
+                   .base = base_,
                    .seed = description_->seed,
                    .steps = steps_,
                    .conveyor = conveyor_,
@@ -195,6 +196,7 @@ void World::restore(const WorldState& state) {
     throw std::invalid_argument("the saved state has " + std::to_string(state.robots.size()) +
                                 " robots, this cell " + std::to_string(robots_.size()));
   }
+  base_ = state.base;
   physics_->restore(state.physics);
   for (std::size_t i = 0; i < robots_.size(); ++i) robots_[i].restore(state.robots[i]);
   if (state.seed != description_->seed) describe(state.seed);

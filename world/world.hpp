@@ -129,7 +129,7 @@ class World {
   void bring_into_effect(const FaultEffects& effects);
   void gather_intruders(std::span<const api::Intruder> of_faults);
 
-  std::shared_ptr<const scene::Scene> scene_;
+  std::shared_ptr<const scene::Scene> scene_, base_;  // see WorldState
   std::vector<robot::PlanPrefetcher*> prefetchers_;
   std::uint64_t revision_ = 0;
   SimTime step_size_;

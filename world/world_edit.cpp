@@ -37,6 +37,7 @@ void World::set_revision(std::uint64_t revision) {
 std::unique_ptr<World> World::in_scene(scene::Scene scene) const {
   auto world = std::make_unique<World>(std::make_shared<const scene::Scene>(std::move(scene)),
                                        models_, description_->seed, prefetchers_);
+  world->base_ = base_ ? base_ : scene_;
   world->set_revision(revision_ + 1);
   return world;
 }

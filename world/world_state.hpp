@@ -22,6 +22,7 @@ namespace aprsim::world {
 /// same scene, it continues bit for bit as the world did that it was saved from.
 struct WorldState {
   std::shared_ptr<const scene::Scene> scene;  ///< of which it is a state
+  std::shared_ptr<const scene::Scene> base;   ///< as it was before changes; null = there were none
   std::uint64_t seed = 0;
   std::uint64_t steps = 0;
   std::vector<SimulatedRobot::State> robots;
@@ -42,6 +43,10 @@ struct WorldState {
     for (const auto& robot : robots) sum += robot.bytes();
     return sum;
   }
+  /// The scene as it was loaded.
+  [[nodiscard]] const std::shared_ptr<const scene::Scene>& base_scene() const {
+    return base ? base : scene;
+  }
   /// Adds what copies share: the plans of motions.
   void list(robot::SharedParts& parts) const {
     for (const auto& robot : robots) robot.controller.list(parts);
@@ -50,8 +55,8 @@ struct WorldState {
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {
-    auto& [scene, seed, steps, robots, conveyor, photo_eyes, physics, vision, curtain, intruder,
-           faults, touches, apart] = self;
+    auto& [scene, base, seed, steps, robots, conveyor, photo_eyes, physics, vision, curtain,
+           intruder, faults, touches, apart] = self;
     io(seed, steps, robots, conveyor, photo_eyes, physics, vision, curtain, intruder, faults,
        touches, apart);
   }

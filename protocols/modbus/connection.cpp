@@ -8,6 +8,7 @@
 #include <boost/asio/write.hpp>
 
 #include "protocols/foreign_protocol.hpp"
+#include "protocols/modbus/wire_event.hpp"
 #include "protocols/wire_faults.hpp"
 
 namespace aprsim::modbus_server {
@@ -364,19 +365,16 @@ void Connection::send_due() {
 }
 
 void Connection::tap(bool from_client, std::span<const std::uint8_t> adu) {
-  constexpr std::size_t kFunction = 7;  // behind the MBAP header
   protocols::WireTap* const tap = context_.options.tap;
-  const bool poll = adu.size() <= kFunction || !modbus::is_writing_function(adu[kFunction] & 0x7F);
-  if (!tap || (poll && !tap->wants_polls())) return;
+  if (!tap) return;
+  protocols::WireEvent event = wire_event(adu);
+  if (event.poll && !tap->wants_polls()) return;
   const std::chrono::duration<double> since = Clock::now() - received_;
-  tap->note({.source = "modbus",
-             .peer = peer_,
-             .from_client = from_client,
-             .poll = poll,
-             .time = std::chrono::system_clock::now(),
-             .id = adu.size() < 2 ? 0 : adu[0] * 256 + adu[1],
-             .latency_s = from_client ? 0 : since.count(),
-             .data = std::string(adu.begin(), adu.end())});
+  event.peer = peer_;
+  event.from_client = from_client;
+  event.time = std::chrono::system_clock::now();
+  if (!from_client) event.latency_s = since.count();
+  tap->note(std::move(event));
 }
 
 void Connection::trace_sent(std::span<const std::uint8_t> adus) const {

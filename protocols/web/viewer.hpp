@@ -55,6 +55,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   protocols::Role role = protocols::Role::kNone;  ///< that it was told last
   bool shown = false;                             ///< it has what is sent once
   std::shared_ptr<const void> cell;               ///< the description that it has
+  WebMessage looks;                               ///< that it has
   struct Next {
     std::uint64_t crcl = 1, modbus = 1;           ///< numbers of the events that it is to get next
     std::uint64_t faults = ~std::uint64_t{0};     ///< revision of the list that it has

@@ -16,7 +16,6 @@
 #include "protocols/web/register_view.hpp"
 #include "protocols/web/request_text.hpp"
 #include "protocols/web/viewer_command.hpp"
-#include "protocols/web/visual_message.hpp"
 
 namespace aprsim::web {
 namespace {
@@ -215,8 +214,6 @@ void ViewerHub::update_permission(Viewer& viewer, bool first) {
   viewer.send(pack(update));
   if (role < protocols::Role::kView || viewer.shown) return;
   viewer.shown = true;
-  write_message(options_.visual, *update.mutable_looks());
-  viewer.send(pack(update));
   protocols::write_fault_kinds(*update.mutable_fault_kinds());
   viewer.send(pack(update));
   write_message(options_.scaling, beams_, *update.mutable_register_map());
@@ -398,6 +395,12 @@ void ViewerHub::answer_past() {
       auto& snapshot = *update_.mutable_past()->mutable_snapshot();
       protocols::write_message(*answer.past->snapshot, instance_id_, snapshot);
       drop_names(snapshot);
+      const api::CellDescription& cell = *answer.past->snapshot->cell;
+      if (!same_scene(cell, *source_.latest()->cell)) {
+        protocols::write_message(cell, *update_.mutable_past()->mutable_cell());
+        past_looks_.follow(cell, options_.visual);
+        *update_.mutable_past()->mutable_looks() = past_looks_.message();
+      }
       kept->send(pack(update_));
     }
   }
@@ -576,15 +579,7 @@ void ViewerHub::send_snapshots(const api::SnapshotPtr& snapshot, Clock::time_poi
   WebMessage cell, state;
   for_each_that_looks([&](Viewer& viewer) {
     if (!viewer.due(now)) return;
-    if (viewer.cell != snapshot->cell) {
-      if (!cell) {
-        update_.Clear();
-        protocols::write_message(*snapshot->cell, *update_.mutable_cell());
-        cell = pack(update_);
-      }
-      viewer.cell = snapshot->cell;
-      viewer.send(cell);
-    }
+    if (viewer.cell != snapshot->cell) send_cell(viewer, snapshot->cell, cell);
     if (!state) {
       update_.Clear();
       protocols::write_message(*snapshot, instance_id_, *update_.mutable_snapshot());
@@ -593,6 +588,24 @@ void ViewerHub::send_snapshots(const api::SnapshotPtr& snapshot, Clock::time_poi
     }
     viewer.offer_snapshot(state);
   });
+}
+
+void ViewerHub::send_cell(Viewer& viewer, const std::shared_ptr<const api::CellDescription>& cell,
+                          WebMessage& message) {
+  if (!message) {
+    if (looks_.follow(*cell, options_.visual)) {
+      update_.Clear();
+      *update_.mutable_looks() = looks_.message();
+      looks_message_ = pack(update_);
+    }
+    update_.Clear();
+    protocols::write_message(*cell, *update_.mutable_cell());
+    message = pack(update_);
+  }
+  if (viewer.looks != looks_message_) viewer.send(looks_message_);
+  viewer.looks = looks_message_;
+  viewer.cell = cell;
+  viewer.send(message);
 }
 
 void ViewerHub::send_registers() {

@@ -14,6 +14,7 @@
 #include "protocols/web/fault_log.hpp"
 #include "protocols/web/jogger.hpp"
 #include "protocols/web/past_desk.hpp"
+#include "protocols/web/scene_looks.hpp"
 #include "protocols/web/viewer.hpp"
 #include "protocols/web/web_server.hpp"
 
@@ -75,6 +76,9 @@ class ViewerHub {
   /// Sends what it may: its permission if that is another than before, and once what stays.
   void update_permission(Viewer& viewer, bool first = false);
   void send_snapshots(const api::SnapshotPtr& snapshot, Clock::time_point now);
+  /// The description, after the looks where the viewer has others.
+  void send_cell(Viewer& viewer, const std::shared_ptr<const api::CellDescription>& cell,
+                 WebMessage& message);
   void send_registers();
   void send_status();
   void send_faults(Clock::time_point now);
@@ -92,6 +96,8 @@ class ViewerHub {
   const api::SnapshotSource& source_;
   std::string instance_id_;
   int beams_ = 0;  // of the light curtain; the same after a reset
+  SceneLooks looks_, past_looks_;
+  WebMessage looks_message_;  // of the former
   modbus_server::ConveyorDevice
       device_;  // a reader's own: the registers as the snapshot makes them
   std::map<std::uint64_t, std::shared_ptr<Viewer>> viewers_;

@@ -19,6 +19,7 @@
 #include "protocols/web/visual_description.hpp"
 #include "protocols/wire_tap.hpp"
 #include "protocols/wire_trace.hpp"
+#include "world/api/cell_description.hpp"
 #include "world/api/error.hpp"
 #include "world/api/history.hpp"
 #include "world/api/ports.hpp"
@@ -52,7 +53,8 @@ struct WebServerOptions {
   std::vector<std::string> hosts;  ///< host names of the page besides addresses and localhost
   std::string assets;              ///< directory of the page's files
   std::vector<std::pair<std::string, std::string>> models;  ///< robot name, description file
-  VisualDescription visual;                                 ///< of the cell
+  /// Of a cell by its description; asked once a scene. Thread: the web server's.
+  std::function<VisualDescription(const api::CellDescription&)> visual;
   std::string version;
   modbus::ConveyorScaling scaling;  ///< of the registers shown
   api::EndpointId endpoint = 0;     ///< stamped on every command

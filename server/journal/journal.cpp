@@ -43,6 +43,7 @@ Journal::Journal(JournalOptions options)
     : options_(std::move(options)),
       decisions_(options_.max_queue_bytes),
       tellings_(options_.max_queue_bytes),
+      scenes_(options_.header),
       ring_(steps_of(options_.memory_span), options_.max_memory_bytes) {
   if (!options_.place.empty()) {
     disk_.emplace(options_.place, options_.max_file_bytes, options_.header);
@@ -79,10 +80,11 @@ void Journal::hurry() {
   wake_.notify_one();
 }
 
-void Journal::began(world::RunTime time, std::uint64_t seed, const std::string* loaded) {
+void Journal::began(world::RunTime time, std::uint64_t seed, const std::string* loaded,
+                    const std::shared_ptr<const scene::Scene>& scene) {
   push(decisions_, [&] {
-    return EpochBegun{time, seed,
-                      loaded == nullptr ? std::nullopt : std::optional<std::string>(*loaded)};
+    return EpochBegun{
+        time, seed, loaded == nullptr ? std::nullopt : std::optional<std::string>(*loaded), scene};
   });
 }
 
@@ -232,6 +234,7 @@ void Journal::add(const Entry& entry) {
   v1::JournalRecord record;
   try {
     write_message(entry, record);
+    scenes_.write(entry, record);
     encoder_.add(record);
   } catch (const std::exception& failure) {
     return tell_gap(entry.missing(failure.what()));

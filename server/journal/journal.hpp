@@ -21,6 +21,7 @@
 #include "server/journal/journal_disk.hpp"
 #include "server/journal/journal_stats.hpp"
 #include "server/journal/record_queue.hpp"
+#include "server/journal/scene_writer.hpp"
 #include "world/recorder.hpp"
 
 namespace aprsim::server::journal {
@@ -50,7 +51,8 @@ class Journal final : public world::Recorder,
   Journal& operator=(const Journal&) = delete;
 
   // ---- Thread: sim
-  void began(world::RunTime time, std::uint64_t seed, const std::string* loaded) override;
+  void began(world::RunTime time, std::uint64_t seed, const std::string* loaded,
+             const std::shared_ptr<const scene::Scene>& scene) override;
   void applied(world::RunTime time, const world::QueuedCommand& command,
                const Error* failure) override;
   void sampled(world::RunTime time, world::StateSample sample) override;
@@ -100,6 +102,7 @@ class Journal final : public world::Recorder,
   RecordQueue::Taken taken_decisions_, taken_tellings_;
   aprsim::journal::FrameEncoder encoder_;
   Frame next_;  ///< what the encoder gathers
+  SceneWriter scenes_;
   FrameRing ring_;
   std::optional<JournalDisk> disk_;
   world::RunTime latest_;

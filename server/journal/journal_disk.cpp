@@ -101,9 +101,10 @@ bool JournalDisk::open_next() {
   return true;
 }
 
-void JournalDisk::wait(FrameBytes bytes, std::uint64_t records, const Missing& held) {
+void JournalDisk::wait(FrameBytes bytes, std::uint64_t records, const Missing& held,
+                       std::uint64_t told) {
   waiting_bytes_ += bytes->size();
-  waiting_.push_back({std::move(bytes), records, held, 0});
+  waiting_.push_back({std::move(bytes), records, held, told, 0});
 }
 
 void JournalDisk::tell_gap() {
@@ -113,25 +114,32 @@ void JournalDisk::tell_gap() {
   aprsim::journal::FrameEncoder encoder;
   encoder.add(record);
   // Should it be lost as well, so is what it tells.
-  wait(std::make_shared<const std::string>(encoder.take()), 1, gap);
-  ++stats_.gaps;
-  stats_.missing += gap.records;
+  wait(std::make_shared<const std::string>(encoder.take()), 1, gap, gap.records);
   spdlog::warn("journal: {} records are missing, {} of them commands: {}", gap.records,
                gap.commands, gap.reason);
 }
 
-void JournalDisk::lose(const Missing& held, const std::string& why) {
+void JournalDisk::lose(const Missing& held, const std::string& why, std::uint64_t known) {
+  wants_beginning_ = true;
+  if (!held.any()) return;
+  // At once: a reader that has stalled may never take the gap.
+  if (!missing_.any()) {
+    if (why != trouble_) spdlog::warn("journal: {}: records are missing from now on", why);
+    if (known == 0) ++stats_.gaps;
+  }
+  stats_.missing += held.records - known;
   Missing lost = held;
   lost.reason = why;
   missing_.add(lost);
-  wants_beginning_ = true;
 }
 
 /// All that waits is lost; the next frame that begins opens another file, if there is room.
 void JournalDisk::failed(const std::string& why) {
   if (why != trouble_) spdlog::error("journal: {}", why);
   trouble_ = why;
-  for (const Waiting& waiting : std::exchange(waiting_, {})) lose(waiting.held, why);
+  for (const Waiting& waiting : std::exchange(waiting_, {})) {
+    lose(waiting.held, why, waiting.told);
+  }
   waiting_bytes_ = 0;
   wants_beginning_ = true;
   files_.close();

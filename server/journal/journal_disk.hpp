@@ -39,12 +39,14 @@ class JournalDisk {
     FrameBytes bytes;
     std::uint64_t records = 0;
     Missing held;
+    std::uint64_t told = 0;  ///< records whose loss this is to tell of
     std::size_t done = 0;
   };
   [[nodiscard]] bool open_next();
-  void wait(FrameBytes bytes, std::uint64_t records, const Missing& held);
+  void wait(FrameBytes bytes, std::uint64_t records, const Missing& held, std::uint64_t told = 0);
   void tell_gap();
-  void lose(const Missing& held, const std::string& why);
+  /// `known`: how many of the records are counted as missing already.
+  void lose(const Missing& held, const std::string& why, std::uint64_t known = 0);
   void failed(const std::string& why);
 
   JournalFiles files_;

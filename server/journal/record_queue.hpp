@@ -21,6 +21,7 @@ struct EpochBegun {
   world::RunTime time;
   std::uint64_t seed = 0;
   std::optional<std::string> loaded;
+  std::shared_ptr<const scene::Scene> scene;
 };
 struct CommandApplied {
   world::RunTime time;

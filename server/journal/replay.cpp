@@ -72,10 +72,9 @@ std::string explain(const v1::JournalState& recorded, const world::StateSample& 
 }  // namespace
 
 Replay::Replay(const v1::JournalHeader& header, std::shared_ptr<const scene::Scene> scene)
-    : scene_(std::move(scene)),
-      models_(world::load_models(*scene_)),
+    : scenes_(std::move(scene)),
       state_version_(header.state_version()),
-      world_(std::make_unique<world::World>(scene_, models_, header.seed(),
+      world_(std::make_unique<world::World>(scenes_.of_header(), scenes_.models(), header.seed(),
                                             std::span<robot::PlanPrefetcher* const>())) {}
 
 Result<bool> Replay::take(const v1::JournalRecord& record) {
@@ -102,12 +101,30 @@ Result<bool> Replay::take(const v1::JournalRecord& record) {
       break;
     case v1::JournalRecord::kEvent:
       if (record.event().kind() == v1::CELL_EVENT_KIND_WORLD_STOPPED) stopped_ = true;
+      tell({record.event().epoch(), record.event().step()});
+      break;
+    case v1::JournalRecord::kWire:
+      tell({record.wire().time().epoch(), record.wire().time().step()});
       break;
     default:
       break;
   }
   if (!done) return tl::unexpected(done.error());
   return !result_.difference && !over_;
+}
+
+void Replay::tell(world::RunTime time) {
+  const bool later = time.epoch == told_.epoch ? time.step > told_.step : time.epoch > told_.epoch;
+  if (later) told_ = time;
+}
+
+Result<void> Replay::finish() {
+  const bool further = told_.epoch == epoch_ && told_.step > world_->step_count();
+  if (!further || lost_ || stopped_ || over_ || result_.difference) return {};
+  v1::JournalTime time;
+  time.set_epoch(told_.epoch);
+  time.set_step(told_.step);
+  return advance(time);
 }
 
 Result<void> Replay::advance(const v1::JournalTime& time) {
@@ -138,21 +155,27 @@ Result<void> Replay::begin(const v1::JournalEpoch& epoch) {
   over_ = end_ && epoch_ > end_->epoch;
   lost_ = epoch.has_loaded_state();
   if (lost_ || over_) return {};
-  world_ = std::make_unique<world::World>(scene_, models_, epoch.seed(),
-                                          std::span<robot::PlanPrefetcher* const>());
+  const auto scene = scenes_.scene_of(epoch);
+  if (!scene) return tl::unexpected(scene.error());
+  build(*scene, epoch.seed());
   look();
   return {};
+}
+
+/// Whoever watches sees by its revision whether the cell's description is another one.
+void Replay::build(const std::shared_ptr<const scene::Scene>& scene, std::uint64_t seed) {
+  const std::uint64_t revision = world_->description()->revision;
+  const bool other = world_->scene() != scene;
+  world_ = std::make_unique<world::World>(scene, scenes_.models(), seed,
+                                          std::span<robot::PlanPrefetcher* const>());
+  world_->set_revision(revision + (other ? 1 : 0));
 }
 
 Result<void> Replay::command(const v1::JournalCommand& message) {
   if (lost_ || stopped_) return {};
   auto command = to_command(message);
   if (!command) return tl::unexpected(command.error());
-  if (const auto* simulation = std::get_if<api::SimulationCommand>(&command->body)) {
-    const auto* reset = std::get_if<api::Reset>(simulation);
-    if (reset != nullptr && !reset->scene_text.empty()) {
-      if (auto ok = change_scene(*reset); !ok) return ok;
-    }
+  if (std::holds_alternative<api::SimulationCommand>(command->body)) {
     return advance(message.time());
   }
   if (auto ok = world::check(*command, *world_->description()); !ok) {
@@ -171,18 +194,6 @@ Result<void> Replay::command(const v1::JournalCommand& message) {
         message.failure().empty() ? "succeeded" : "failed (" + message.failure() + ")"));
   }
   look();
-  return {};
-}
-
-/// What begins anew then is of that scene; its models are those of the run.
-Result<void> Replay::change_scene(const api::Reset& reset) {
-  const std::string directory = std::filesystem::path(scene_->file).parent_path().string();
-  const scene::DataPaths paths{.scenes = directory, .models = directory};
-  const std::string file =
-      (std::filesystem::path(directory) / (reset.scene_name + ".yaml")).string();
-  auto scene = scene::read_scene(reset.scene_text, file, paths);
-  if (!scene) return tl::unexpected(std::move(scene.error()));
-  scene_ = std::make_shared<const scene::Scene>(*std::move(scene));
   return {};
 }
 
@@ -211,8 +222,9 @@ Result<void> Replay::checkpoint(const v1::JournalCheckpoint& checkpoint) {
                     "run again from its start only",
                     state_version_, world::kStateVersion));
   }
-  auto state = world::from_bytes(checkpoint.state(), world_->save());
+  auto state = scenes_.state_of(checkpoint);
   if (!state) return tl::unexpected(state.error());
+  if (state->scene != world_->scene()) build(state->scene, state->seed);
   world_->restore(*state);
   epoch_ = checkpoint.time().epoch();
   lost_ = false;

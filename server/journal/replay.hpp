@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "aprsim/v1/journal.pb.h"
+#include "server/journal/recorded_scenes.hpp"
 #include "world/api/error.hpp"
 #include "world/recorder.hpp"
 #include "world/scene/scene.hpp"
@@ -47,6 +48,9 @@ class Replay {
   /// kInvalidArgument where the record cannot be: a step before the last one, a state of another
   /// layout.
   [[nodiscard]] Result<bool> take(const v1::JournalRecord& record);
+  /// After the last record: goes on to the last step that any of them tells of, without a state to
+  /// compare there.
+  [[nodiscard]] Result<void> finish();
   [[nodiscard]] const ReplayResult& result() const { return result_; }
   [[nodiscard]] const world::World& world() const { return *world_; }
 
@@ -54,17 +58,18 @@ class Replay {
   [[nodiscard]] Result<void> advance(const v1::JournalTime& time);
   [[nodiscard]] Result<void> begin(const v1::JournalEpoch& epoch);
   [[nodiscard]] Result<void> command(const v1::JournalCommand& command);
-  [[nodiscard]] Result<void> change_scene(const api::Reset& reset);
   [[nodiscard]] Result<void> compare(const v1::JournalState& state);
   [[nodiscard]] Result<void> checkpoint(const v1::JournalCheckpoint& checkpoint);
+  void build(const std::shared_ptr<const scene::Scene>& scene, std::uint64_t seed);
+  void tell(world::RunTime time);
   void differs(const std::string& what);
   void look();
 
-  std::shared_ptr<const scene::Scene> scene_;
-  world::ArmModels models_;
+  RecordedScenes scenes_;
   std::uint32_t state_version_;
   std::unique_ptr<world::World> world_;
   std::uint64_t epoch_ = 0;
+  world::RunTime told_;   ///< the latest that wires and events tell of
   bool lost_ = true;      ///< where the run is will be known with the next epoch or checkpoint
   bool stopped_ = false;  ///< the recorded world has
   bool over_ = false;

@@ -27,10 +27,12 @@ Result<ReplayResult> replay_run(const RecordedRun& run, const ReplayPart& part) 
   }
   std::uint64_t number = 0;
   const auto damage = run.each([&](const v1::JournalRecord& record) -> Result<bool> {
+    if (part.hear) part.hear(record);
     if (number++ < first) return true;
     return replay.take(record);
   });
   if (!damage) return tl::unexpected(damage.error());
+  if (auto done = replay.finish(); !done) return tl::unexpected(done.error());
   ReplayResult result = replay.result();
   result.damage = *damage;
   return result;

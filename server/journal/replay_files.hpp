@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -13,6 +14,8 @@ struct ReplayPart {
   std::optional<RunMoment> from;  ///< begins at the last checkpoint before it
   std::optional<RunMoment> to;    ///< ends there
   Replay::Watch watch = {};
+  /// Called with each record, those before `from` included, before it is run.
+  std::function<void(const v1::JournalRecord&)> hear = {};
 };
 
 /// Runs a recorded run again and compares. Errors: kInvalidArgument for a moment that is not

@@ -63,17 +63,16 @@ v1::JournalHeader header_here() {
 Result<v1::JournalHeader> header_of(const scene::Scene& scene) {
   v1::JournalHeader header = header_here();
   header.set_run_id(draw_id());
-  header.set_scene(scene.name);
-  auto text = scene::self_contained(scene.file, scene::default_data_paths());
+  auto text = scene::portable_text(scene.text, scene.file);
   if (!text) return tl::unexpected(text.error());
+  header.set_scene(scene.name);
+  header.set_scene_sha256(sha256(*text));
+  header.set_scene_text(*std::move(text));
   std::set<std::string> models;
   for (const auto& robot : scene.robots) models.insert(robot.model_file);
   for (const std::string& file : models) {
     // They come with the journal, wherever it is read.
     const std::string name = std::filesystem::path(file).filename().string();
-    for (auto at = text->find(file); at != std::string::npos; at = text->find(file, at)) {
-      text->replace(at, file.size(), name);
-    }
     std::ifstream in(file, std::ios::binary);
     std::string bytes(std::istreambuf_iterator<char>(in), {});
     if (!in) return fail(ErrorCode::kUnavailable, "journal", file + " cannot be read");
@@ -82,8 +81,6 @@ Result<v1::JournalHeader> header_of(const scene::Scene& scene) {
     model.set_sha256(sha256(bytes));
     model.set_content(std::move(bytes));
   }
-  header.set_scene_sha256(sha256(*text));
-  header.set_scene_text(std::move(*text));
   return header;
 }
 

@@ -6,7 +6,9 @@
 #include <fmt/format.h>
 
 #include "proto/journal/journal_reader.hpp"
+#include "server/journal/recorded_scenes.hpp"
 #include "server/journal/run_header.hpp"
+#include "server/journal/scene_writer.hpp"
 #include "world/state_bytes.hpp"
 
 namespace aprsim::server::journal {
@@ -16,10 +18,14 @@ tl::unexpected<Error> refused(std::string why) {
   return fail(ErrorCode::kFailedPrecondition, "file", std::move(why));
 }
 
+std::string other_scene(const std::string& its, const std::string& here) {
+  return fmt::format("it is of scene '{}', and this cell is '{}'", its, here);
+}
+
 /// Why states of one header mean nothing under the other; empty = they do.
 std::string mismatch(const v1::JournalHeader& file, const v1::JournalHeader& here) {
   if (file.scene() != here.scene()) {
-    return fmt::format("it is of scene '{}', and this cell is '{}'", file.scene(), here.scene());
+    return other_scene(file.scene(), here.scene());
   }
   if (file.scene_sha256() != here.scene_sha256()) {
     return fmt::format(
@@ -43,30 +49,38 @@ std::string mismatch(const v1::JournalHeader& file, const v1::JournalHeader& her
   return {};
 }
 
-}  // namespace
-
-Result<void> SceneStateFiles::prepare() {
-  if (world_) return {};
-  auto header = header_of(*scene_);
-  if (!header) return tl::unexpected(header.error());
-  header_ = std::move(*header);
-  header_.set_version(version_);
-  header_.set_part(1);
-  try {
-    world_ = std::make_unique<world::World>(scene_, scene_->seed);
-  } catch (const std::exception& failure) {
-    return fail(ErrorCode::kUnavailable, "file", failure.what());
-  }
-  return {};
+/// Where it is said only as which checkpoint of a run it is.
+std::string name_of(const scene::Scene& scene, const v1::JournalCheckpoint& checkpoint) {
+  return fmt::format("{}-step{}", scene.name, checkpoint.time().step());
 }
 
-Result<std::string> SceneStateFiles::write(const std::string& name, const api::StatePtr& state) {
+}  // namespace
+
+Result<v1::JournalHeader> SceneStateFiles::header(const scene::Scene& scene) const {
+  auto header = header_of(scene);
+  if (!header) return header;
+  header->set_version(version_);
+  header->set_part(1);
+  return header;
+}
+
+/// Throws as World does.
+std::uint64_t SceneStateFiles::hash_of(const world::WorldState& state) {
+  if (!world_ || world_->scene() != state.scene) {
+    world_ = std::make_unique<world::World>(state.scene, state.seed);
+  }
+  world_->restore(state);
+  return world_->state_hash();
+}
+
+Result<std::string> SceneStateFiles::write(const std::string& name,
+                                           const api::StatePtr& state) try {
   const std::lock_guard lock(mutex_);
-  if (auto ready = prepare(); !ready) return tl::unexpected(ready.error());
-  world_->restore(*state);
+  const auto header = this->header(*state->base_scene());
+  if (!header) return tl::unexpected(header.error());
   aprsim::journal::FrameEncoder encoder;
   v1::JournalRecord record;
-  *record.mutable_header() = header_;
+  *record.mutable_header() = *header;
   record.mutable_header()->set_seed(state->seed);
   encoder.add(record);
   auto& epoch = *record.mutable_epoch();
@@ -77,42 +91,51 @@ Result<std::string> SceneStateFiles::write(const std::string& name, const api::S
   auto& checkpoint = *record.mutable_checkpoint();
   checkpoint.mutable_time()->set_step(state->steps);
   checkpoint.set_state(world::to_bytes(*state));
-  checkpoint.set_hash(world_->state_hash());
+  checkpoint.set_hash(hash_of(*state));
+  SceneWriter(*header).write(*state, checkpoint);
   encoder.add(record);
   record.mutable_end()->mutable_time()->set_step(state->steps);
   encoder.add(record);
   return std::string(aprsim::journal::kMagic) + encoder.take();
+} catch (const std::exception& failure) {
+  return fail(ErrorCode::kUnavailable, "state",
+              "the state cannot be written: " + std::string(failure.what()));
 }
 
-Result<protocols::StateFiles::Read> SceneStateFiles::read(std::string bytes) {
+Result<protocols::StateFiles::Read> SceneStateFiles::read(std::string bytes) try {
   auto reader = aprsim::journal::JournalReader::of_bytes(std::move(bytes));
   if (!reader) return fail(reader.error().code, "file", reader.error().message);
   const std::lock_guard lock(mutex_);
-  if (auto ready = prepare(); !ready) return tl::unexpected(ready.error());
-  if (const std::string why = mismatch(reader->header(), header_); !why.empty()) {
+  const auto scene = scene_();
+  const auto here = header(*scene);
+  if (!here) return tl::unexpected(here.error());
+  if (const std::string why = mismatch(reader->header(), *here); !why.empty()) {
     return refused("the state cannot be taken: " + why);
   }
+  RecordedScenes scenes(scene);
   std::string name;
   for (v1::JournalRecord record; reader->next(record);) {
     if (record.has_epoch()) name = record.epoch().loaded_state();
     if (!record.has_checkpoint()) continue;
-    auto state = world::from_bytes(record.checkpoint().state(), world_->save());
+    auto state = scenes.state_of(record.checkpoint());
     if (!state) return fail(state.error().code, "file", state.error().message);
-    try {
-      world_->restore(*state);
-    } catch (const std::exception& failure) {
-      world_.reset();
-      return fail(ErrorCode::kInvalidArgument, "file",
-                  "the state cannot be restored: " + std::string(failure.what()));
+    if (record.checkpoint().has_scene()) {
+      return refused("the state cannot be taken: " + other_scene(state->scene->name, scene->name));
     }
-    if (world_->state_hash() != record.checkpoint().hash()) {
+    if (hash_of(*state) != record.checkpoint().hash()) {
       return fail(ErrorCode::kInvalidArgument, "file",
                   "damaged: its state is not the one that was saved");
     }
+    if (name.empty()) name = name_of(*scene, record.checkpoint());
     return Read{name, std::make_shared<const world::WorldState>(std::move(*state))};
   }
   return fail(ErrorCode::kInvalidArgument, "file",
               reader->damage().empty() ? "it holds no state" : reader->damage());
+} catch (const std::exception& failure) {
+  const std::lock_guard lock(mutex_);
+  world_.reset();
+  return fail(ErrorCode::kInvalidArgument, "file",
+              "the state cannot be restored: " + std::string(failure.what()));
 }
 
 }  // namespace aprsim::server::journal

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -12,12 +14,14 @@
 namespace aprsim::server::journal {
 
 /// Saved states as journals of one state: the scene with its models and digests, an epoch that
-/// begins with the state's name, and the state as its checkpoint. Checks it against a world of its
-/// own, which it builds when it is first needed.
+/// begins with the state's name, and the state as its checkpoint, with what was changed of the
+/// scene. Checks it against a world of its own, which it builds when it is needed.
 class SceneStateFiles final : public protocols::StateFiles {
  public:
-  /// `version`: of this program.
-  SceneStateFiles(std::shared_ptr<const scene::Scene> scene, std::string version)
+  using FindScene = std::function<std::shared_ptr<const scene::Scene>()>;
+  /// `scene` gives that of the cell as it was loaded last, in any thread; `version`: of this
+  /// program.
+  SceneStateFiles(FindScene scene, std::string version)
       : scene_(std::move(scene)), version_(std::move(version)) {}
 
   [[nodiscard]] Result<std::string> write(const std::string& name,
@@ -25,13 +29,13 @@ class SceneStateFiles final : public protocols::StateFiles {
   [[nodiscard]] Result<Read> read(std::string bytes) override;
 
  private:
-  [[nodiscard]] Result<void> prepare();
+  [[nodiscard]] Result<v1::JournalHeader> header(const scene::Scene& scene) const;
+  [[nodiscard]] std::uint64_t hash_of(const world::WorldState& state);
 
-  const std::shared_ptr<const scene::Scene> scene_;
+  const FindScene scene_;
   const std::string version_;
-  std::mutex mutex_;  ///< of all below
-  v1::JournalHeader header_;
-  std::unique_ptr<world::World> world_;
+  std::mutex mutex_;                     ///< of what is below
+  std::unique_ptr<world::World> world_;  ///< of the scene of the last state
 };
 
 }  // namespace aprsim::server::journal

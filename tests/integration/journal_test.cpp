@@ -6,11 +6,15 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <fcntl.h>
 #include <filesystem>
 #include <fstream>
 #include <memory>
 #include <random>
+#include <sstream>
 #include <string>
+#include <sys/stat.h>
+#include <unistd.h>
 #include <utility>
 #include <vector>
 
@@ -21,7 +25,9 @@
 #include "tests/support/cell_client.hpp"
 #include "tests/support/crcl_text_client.hpp"
 #include "tests/support/daemon_process.hpp"
+#include "tests/support/eventually.hpp"
 #include "tests/support/patience.hpp"
+#include "tests/support/small_disk.hpp"
 #include "tests/support/tcp_socket.hpp"
 #include "tests/support/temporary_directory.hpp"
 #include "tests/support/vision_client.hpp"
@@ -107,7 +113,8 @@ server::journal::ReplayResult from_checkpoint(const v1::JournalHeader& header,
   return replay.result();
 }
 
-// APRSIM_JOURNAL_STEPS makes it longer: 600000 are ten simulated minutes.
+// APRSIM_JOURNAL_STEPS makes it longer: 600000 are ten simulated minutes. APRSIM_JOURNAL_PROGRAMS
+// names daemons that were built otherwise, which run it again, too.
 TEST(Journal, OfADaemonThatIsKilledIsRunAgainToTheSameStates) {
   const TemporaryDirectory directory;
   const std::string file = directory.path() + "/run.journal";
@@ -149,6 +156,13 @@ TEST(Journal, OfADaemonThatIsKilledIsRunAgainToTheSameStates) {
         << "from step " << all[i].checkpoint().time().step() << ": " << result.difference->what;
   }
   EXPECT_GE(checkpoints, 2);
+  const char* programs = std::getenv("APRSIM_JOURNAL_PROGRAMS");
+  std::istringstream words(programs == nullptr ? "" : programs);
+  for (std::string program; words >> program;) {
+    const auto there = run_process({program, "--replay", file}, std::chrono::hours(1));
+    EXPECT_EQ(there.exit_code, 0) << program << there.out << there.err;
+    std::printf("%s: %s", program.c_str(), there.out.c_str());
+  }
   std::printf("%d checkpoints, %ju bytes\n", checkpoints,
               static_cast<std::uintmax_t>(fs::file_size(file)));
 }
@@ -184,6 +198,60 @@ TEST(Journal, OfADaemonThatIsKilledAnyTimeLacksAMomentAtMost) {
               static_cast<std::uintmax_t>(kills));
   // A second, and what a busy machine adds to it.
   EXPECT_LT(worst.count(), 2.0 * kPatience);
+}
+
+TEST(Journal, OfADiskThatRunsFullHasItsGapAndTheCellGoesOn) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.path() + "/small";
+  const SmallDisk small(path, "4m");
+  if (!small.mounted()) GTEST_SKIP() << "a file system of 4 MB needs root";
+  const std::string file = path + "/run.journal", filler = path + "/filler";
+  std::ofstream(filler, std::ios::binary) << std::string((std::size_t{4} << 20) - 300'000, 'x');
+  DaemonProcess daemon({"--journal", file, "--no-web", "--speed", "max"});
+  CellClient cell(daemon.port("grpc"));
+  CrclTextClient fanuc(daemon.port("crcl.fanuc"));
+  fanuc.send("InitCanonType");
+  const auto until = [&](const std::string& what, const auto& condition) {
+    EXPECT_TRUE(eventually(
+        [&] {
+          fanuc.status();
+          return condition();
+        },
+        std::chrono::seconds(60)))
+        << what << daemon.log();
+  };
+  until("a full disk", [&] { return daemon.log().find("No space left") != std::string::npos; });
+  const std::uint64_t full = cell.snapshot().step();
+  until("further steps", [&] { return cell.snapshot().step() > full + 20'000; });
+  fs::remove(filler);
+  until("a further file", [&] { return fs::exists(file + ".2"); });
+  const std::uint64_t again = cell.snapshot().step();
+  until("more of it", [&] { return cell.snapshot().step() > again + 20'000; });
+  EXPECT_EQ(daemon.stop(SIGTERM).exit_code, 0);
+  const auto both = replay({file, file + ".2"});
+  EXPECT_EQ(both.exit_code, 0) << both.out << both.err;
+  EXPECT_NE(both.out.find("1 gaps"), std::string::npos) << both.out;
+  EXPECT_NE(both.out.find("all states are the same"), std::string::npos) << both.out;
+}
+
+TEST(Journal, IntoAPipeThatStallsHoldsNobodyUp) {
+  const TemporaryDirectory directory;
+  const std::string pipe = directory.path() + "/pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  const int stalled = ::open(pipe.c_str(), O_RDONLY | O_NONBLOCK);  // opened, and never read
+  ASSERT_GE(stalled, 0);
+  DaemonProcess daemon({"--journal", pipe, "--no-web", "--speed", "max"});
+  CellClient cell(daemon.port("grpc"));
+  CrclTextClient fanuc(daemon.port("crcl.fanuc"));
+  // More than the pipe takes, many times over.
+  EXPECT_TRUE(eventually(
+      [&] {
+        fanuc.status();
+        return cell.snapshot().step() > 60'000;
+      },
+      std::chrono::seconds(60)));
+  EXPECT_EQ(daemon.stop(SIGTERM).exit_code, 0);
+  ::close(stalled);
 }
 
 TEST(Journal, GoesOnInFurtherFiles) {

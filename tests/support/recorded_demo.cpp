@@ -9,7 +9,7 @@ namespace aprsim::test {
 RecordedDemo::RecordedDemo(world::World& world, world::Recorder& recorder, std::uint64_t seed)
     : world_(world), recorder_(recorder), demo_(world) {
   world_.watch_events();
-  recorder_.began({0, 0}, seed, nullptr);
+  recorder_.began({0, 0}, seed, nullptr, world_.scene());
   recorder_.saved({0, 0}, world_.state_hash(),
                   std::make_shared<const world::WorldState>(world_.save()));
 }

@@ -15,7 +15,8 @@ class BookmarkMaker final : public Recorder {
   /// The bookmarks outlive it.
   explicit BookmarkMaker(Bookmarks& bookmarks) : bookmarks_(bookmarks) {}
 
-  void began(RunTime, std::uint64_t, const std::string*) override {}
+  void began(RunTime, std::uint64_t, const std::string*,
+             const std::shared_ptr<const scene::Scene>&) override {}
   void applied(RunTime time, const QueuedCommand& command, const Error* failure) override;
   void sampled(RunTime, StateSample) override {}
   void saved(RunTime, std::uint64_t, std::shared_ptr<const WorldState>) override {}

@@ -15,7 +15,8 @@ constexpr std::size_t kMaxStretches = 4000;
 
 }  // namespace
 
-void HistoryRecords::began(RunTime time, std::uint64_t seed, const std::string* loaded) {
+void HistoryRecords::began(RunTime time, std::uint64_t seed, const std::string* loaded,
+                           const std::shared_ptr<const scene::Scene>&) {
   const std::lock_guard lock(mutex_);
   epochs_[time.epoch] = {seed, loaded == nullptr ? std::nullopt : std::optional(*loaded)};
 }

@@ -11,9 +11,10 @@ Recorders::Recorders(const std::vector<Recorder*>& all) {
                        [](const Recorder* r) { return r != nullptr; });
 }
 
-void Recorders::began(RunTime time, std::uint64_t seed, const std::string* loaded) {
+void Recorders::began(RunTime time, std::uint64_t seed, const std::string* loaded,
+                      const std::shared_ptr<const scene::Scene>& scene) {
   began_ = true;
-  for (Recorder* recorder : all_) recorder->began(time, seed, loaded);
+  for (Recorder* recorder : all_) recorder->began(time, seed, loaded, scene);
 }
 
 void Recorders::applied(RunTime time, const QueuedCommand& command, const Error* failure) {

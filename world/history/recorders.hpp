@@ -15,7 +15,8 @@ class Recorders final : public Recorder {
   /// They outlive it; null ones are left out.
   explicit Recorders(const std::vector<Recorder*>& all);
 
-  void began(RunTime time, std::uint64_t seed, const std::string* loaded) override;
+  void began(RunTime time, std::uint64_t seed, const std::string* loaded,
+             const std::shared_ptr<const scene::Scene>& scene) override;
   void applied(RunTime time, const QueuedCommand& command, const Error* failure) override;
   void sampled(RunTime time, StateSample sample) override;
   void saved(RunTime time, std::uint64_t hash, std::shared_ptr<const WorldState> state) override;

@@ -57,18 +57,23 @@ Result<void> merge_types(const std::string& name, const std::string& scene, cons
 Result<std::string> whole_text(const std::string& text, const std::string& file,
                                const DataPaths& paths);
 
-/// Models beside the scene keep their place; shipped ones are found from everywhere.
-void make_models_absolute(const fs::path& directory, Value& root) {
+/// Calls `change` with the path of each model that the scene names.
+template <typename Change>
+void for_each_model(Value& root, const Change& change) {
   yaml::detail::Entry* robots = root.find("robot_types");
   if (robots == nullptr) return;
   for (auto& robot : robots->value.entries) {
-    yaml::detail::Entry* model = robot.value.find("model");
-    if (model == nullptr) continue;
-    std::error_code status;
-    const fs::path path = directory / model->value.scalar;
-    if (!fs::is_regular_file(path, status)) continue;
-    model->value.scalar = fs::absolute(path, status).string();
+    if (yaml::detail::Entry* model = robot.value.find("model")) change(model->value.scalar);
   }
+}
+
+/// Models beside the scene keep their place; shipped ones are found from everywhere.
+void make_models_absolute(const fs::path& directory, Value& root) {
+  for_each_model(root, [&directory](std::string& model) {
+    std::error_code status;
+    const fs::path path = directory / model;
+    if (fs::is_regular_file(path, status)) model = fs::absolute(path, status).string();
+  });
 }
 
 /// One load: the scene's file, the files of types that it names, and what they hold.
@@ -183,6 +188,13 @@ Result<std::string> self_contained(const std::string& file, const DataPaths& pat
   auto text = yaml::read_text(file);
   if (!text) return tl::unexpected(std::move(text.error()));
   return whole_text(*text, file, paths);
+}
+
+Result<std::string> portable_text(const std::string& text, const std::string& file) {
+  auto root = yaml::detail::parse(text, file);
+  if (!root) return tl::unexpected(std::move(root.error()));
+  for_each_model(*root, [](std::string& model) { model = fs::path(model).filename().string(); });
+  return yaml::detail::write(*root);
 }
 
 namespace {

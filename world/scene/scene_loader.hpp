@@ -31,4 +31,8 @@ namespace aprsim::scene {
 /// whole and read from any place. Errors: as load_scene, of what it had to read.
 [[nodiscard]] Result<std::string> self_contained(const std::string& file, const DataPaths& paths);
 
+/// The text of a scene (Scene::text) with models by the names of their files alone: for whoever has
+/// these beside it, anywhere. `file` stands in errors, as of load_scene.
+[[nodiscard]] Result<std::string> portable_text(const std::string& text, const std::string& file);
+
 }  // namespace aprsim::scene

@@ -21,7 +21,7 @@ struct Action {
   /// Since the wire's action before has ended, or was sent where that had not ended.
   std::optional<double> pause_s;
   std::optional<double> duration_s;  ///< until its end was seen
-  std::string outcome;               ///< "done", "an error", "no end", ...; empty = there is none
+  std::string outcome;               ///< "done", "an error", "no end", ...; empty = none was seen
   std::string words;                 ///< that came with the outcome; not compared
   std::vector<Field> results;        ///< how it ended
 };

@@ -171,7 +171,7 @@ class WireComparison {
     const Action &a = a_.actions[*pair.a], &b = b_.actions[*pair.b];
     const std::size_t before = out_.size();
     compare_fields(pair, a.fields, b.fields, DeviationKind::kValue, tolerance_, "");
-    if (a.outcome != b.outcome) {
+    if (a.outcome != b.outcome && !a.outcome.empty() && !b.outcome.empty()) {
       Deviation& out = add(DeviationKind::kOutcome, pair);
       out.a = a.outcome;
       out.b = b.outcome;

@@ -13,13 +13,28 @@
 namespace aprsim::trace {
 namespace {
 
+/// A command whose end has not been seen yet.
+struct Waiting {
+  std::size_t action = 0;  ///< its place among the actions
+  bool seen_by_chance = false;
+  bool is_new = true;
+};
+
 /// What is known of one connection.
 struct Connection {
   crcl::Units units;
-  /// The command of each id that was sent last and whose end is not seen yet: its place among the
-  /// actions.
-  std::map<std::int64_t, std::size_t> waiting;
+  std::map<std::int64_t, Waiting> waiting;  ///< by the id that was sent last
 };
+
+/// Statuses tell of the latest command only. The end of what takes no time, or of a part of a
+/// program, is seen where a poll comes before the next one begins.
+bool is_seen_by_chance(const crcl::CommandBody& body, bool in_program) {
+  return in_program || !(std::holds_alternative<crcl::MoveTo>(body) ||
+                         std::holds_alternative<crcl::MoveThroughTo>(body) ||
+                         std::holds_alternative<crcl::MoveScrew>(body) ||
+                         std::holds_alternative<crcl::ActuateJoints>(body) ||
+                         std::holds_alternative<crcl::Dwell>(body));
+}
 
 /// Goes through what one robot was sent and answered.
 class CrclReader {
@@ -39,8 +54,10 @@ class CrclReader {
   }
 
   WireActions take_result() {
-    for (Action& action : out_.actions) {
-      if (action.outcome.empty()) action.outcome = "no end";
+    for (const auto& [number, connection] : connections_) {
+      for (const auto& [id, waiting] : connection.waiting) {
+        out_.actions[waiting.action].outcome = "no end";
+      }
     }
     return std::move(out_);
   }
@@ -60,8 +77,16 @@ class CrclReader {
       ++out_.polls;
       return;
     }
-    connection.waiting[command.id] = out_.actions.size();
-    out_.actions.push_back({.kind = kind_of(command.body),
+    add(record, connection, command, false);
+  }
+
+  void add(const WireRecord& record, Connection& connection, const crcl::Command& command,
+           bool in_program) {
+    Waiting& waiting = connection.waiting[command.id];
+    // Whose end nobody can tell from now on: another command has its id.
+    if (!waiting.is_new) out_.actions[waiting.action].outcome = "no end";
+    waiting = {out_.actions.size(), is_seen_by_chance(command.body, in_program), false};
+    out_.actions.push_back({.kind = (in_program ? "program's " : "") + kind_of(command.body),
                             .fields = fields_of(command, connection.units),
                             .time_s = record.time_s});
     follow_units(command.body, connection.units);
@@ -77,11 +102,7 @@ class CrclReader {
       return;
     }
     for (const crcl::Command& command : program->commands) {
-      connection.waiting[command.id] = out_.actions.size();
-      out_.actions.push_back({.kind = "program's " + kind_of(command.body),
-                              .fields = fields_of(command, connection.units),
-                              .time_s = record.time_s});
-      follow_units(command.body, connection.units);
+      add(record, connection, command, true);
     }
   }
 
@@ -96,8 +117,12 @@ class CrclReader {
     if (!status) return;
     const auto at = connection.waiting.find(status->command.command_id);
     if (at == connection.waiting.end()) return;
-    Action& action = out_.actions[at->second];
+    const std::size_t place = at->second.action;
+    Action& action = out_.actions[place];
     connection.waiting.erase(at);
+    std::erase_if(connection.waiting, [place](const auto& entry) {
+      return entry.second.action < place && entry.second.seen_by_chance;
+    });
     const bool done = status->command.state == crcl::CommandState::kDone;
     action.outcome = done ? "done" : "an error";
     action.duration_s = record.time_s - action.time_s;

@@ -91,10 +91,11 @@ client::Outcome<Exported> export_csv(const std::string& place, const std::string
   Exported out;
   if (!motion.empty()) {
     MotionTables tables(directory);
-    const auto read = read_motion(motion, [&](double time_s, const v1::Snapshot& snapshot) {
-      tables.add(time_s, snapshot);
-      ++out.snapshots;
-    });
+    const auto read = read_motion(
+        motion, [&](double time_s, const v1::Snapshot& snapshot, const v1::MotionHeader*) {
+          tables.add(time_s, snapshot);
+          ++out.snapshots;
+        });
     if (!read) return failed(FailureKind::kUsage, read.error().message);
     for (Table* table : {&tables.joints, &tables.bodies, &tables.belt}) {
       if (auto done = table->finish(); !done) return tl::unexpected(done.error());

@@ -196,7 +196,7 @@ Json cylinder_json(double bottom, double top, double radius, const Json& color) 
 }
 
 /// What there is: boxes and gears, each fixed to its frame.
-Json scene_json(const v1::MotionHeader& header) {
+Json scene_json(const v1::MotionHeader& header, double time_s) {
   Json entities = Json::array();
   for (const auto& box : header.looks().fixed()) {
     Json entity = entity_json(kWorld, box.name());
@@ -225,7 +225,10 @@ Json scene_json(const v1::MotionHeader& header) {
     }
     entities.push_back(entity);
   }
-  return {{"deletions", Json::array()}, {"entities", entities}};
+  // What another scene had goes.
+  constexpr int kAll = 1;
+  const Json all = {{"timestamp", time_json(time_s)}, {"type", kAll}, {"id", ""}};
+  return {{"deletions", Json::array({all})}, {"entities", entities}};
 }
 
 Json joints_json(double time_s, const v1::Snapshot& snapshot) {
@@ -272,20 +275,18 @@ class Export {
         wires_(out_.add_channel("/wires", "aprsim.Wire", line_schema("aprsim.Wire"))) {}
 
   client::Outcome<void> motion(const std::string& file, Exported& counts) {
-    // The header comes first in the file; its scene has to come before what moves in it.
-    const auto header = read_motion(file, [](double, const v1::Snapshot&) {});
-    if (!header) return failed(FailureKind::kUsage, header.error().message);
-    bool first = true;
-    const auto read = read_motion(file, [&](double time_s, const v1::Snapshot& snapshot) {
+    const auto read = read_motion(file, [&](double time_s, const v1::Snapshot& snapshot,
+                                            const v1::MotionHeader* scene) {
       const std::uint64_t now = nanoseconds(time_s);
-      if (first) out_.add(scene_, now, dumped(scene_json(*header)));
-      out_.add(transforms_, now,
-               dumped(transforms_json(time_s, snapshot, first ? &header->cell() : nullptr)));
+      // A scene has to come before what moves in it.
+      if (scene != nullptr) out_.add(scene_, now, dumped(scene_json(*scene, time_s)));
+      out_.add(
+          transforms_, now,
+          dumped(transforms_json(time_s, snapshot, scene != nullptr ? &scene->cell() : nullptr)));
       out_.add(joints_, now, dumped(joints_json(time_s, snapshot)));
       if (snapshot.has_conveyor()) {
         out_.add(belt_, now, dumped(belt_json(time_s, snapshot.conveyor())));
       }
-      first = false;
       ++counts.snapshots;
     });
     if (!read) return failed(FailureKind::kUsage, read.error().message);

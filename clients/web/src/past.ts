@@ -1,4 +1,4 @@
-import type {HistorySpan, Moment, Snapshot} from './protocol';
+import type {HistorySpan, Moment, PastSnapshot} from './protocol';
 import type {State} from './state';
 
 /** A moment: after a step of an epoch. */
@@ -52,7 +52,7 @@ export class MomentLine {
 /** Asks for moments of the past, one at a time; of those asked for meanwhile the last one is next. */
 export class PastReader {
   private busy = false;
-  private wanted: {moment: When; use: (past: Snapshot) => void} | null = null;
+  private wanted: {moment: When; use: (past: PastSnapshot) => void} | null = null;
   private turn = 0; // counts leave()
 
   constructor(
@@ -60,7 +60,7 @@ export class PastReader {
     private readonly onProblem: (message: string) => void
   ) {}
 
-  ask(moment: When, use: (past: Snapshot) => void): void {
+  ask(moment: When, use: (past: PastSnapshot) => void): void {
     this.wanted = {moment, use};
     if (!this.busy) void this.next();
   }
@@ -86,7 +86,7 @@ export class PastReader {
           {case: 'past', value: {epoch: moment.epoch, step: moment.step}},
           20000
         );
-        if (past?.snapshot && turn === this.turn) use(past.snapshot);
+        if (past?.snapshot && turn === this.turn) use(past);
       } catch (problem) {
         if (turn === this.turn) this.onProblem((problem as Error).message);
       }

@@ -6,6 +6,7 @@ import type {
   FaultList,
   HistorySpan,
   ListFaultKindsResponse,
+  PastSnapshot,
   Permission,
   ProgramStatus,
   RegisterInfo,
@@ -41,7 +42,13 @@ export class State {
   spans: HistorySpan[] = [];
   bookmarks: Bookmark[] = [];
   welcome: Welcome | null = null;
+  /** Of what is shown, as `cell` is. */
   looks: CellLooks | null = null;
+  /** The cell now, whatever is shown. */
+  private present: {cell: CellDescription | null; looks: CellLooks | null} = {
+    cell: null,
+    looks: null
+  };
   permission: Permission | null = null;
   registerMap: RegisterInfo[] = [];
   faults: FaultList | null = null;
@@ -97,14 +104,31 @@ export class State {
   }
 
   /** Shows a moment of the past, or the present (null). */
-  showPast(past: Snapshot | null): void {
+  showPast(moment: PastSnapshot | null): void {
+    const past = moment?.snapshot ?? null;
     if (!past && !this.past) return;
     const before = this.past;
     this.past = past;
+    // The scene may have been another one then.
+    if (moment?.cell) this.turnTo(moment.cell, moment.looks ?? null);
+    else this.turnTo(this.present.cell, this.present.looks);
     const shown = past ?? this.live;
     if (shown) this.show(shown, true);
     this.pastChanged.emit(past);
     if (!before !== !past) this.accessChanged.emit();
+  }
+
+  /** Whether a moment is of the scene that is shown. */
+  isOfSceneShown(moment: PastSnapshot): boolean {
+    return isAlike(moment.cell ?? this.present.cell, this.cell);
+  }
+
+  private turnTo(cell: CellDescription | null, looks: CellLooks | null): void {
+    if (!cell || isAlike(cell, this.cell)) return;
+    this.cell = cell;
+    this.looks = looks;
+    this.snapshot = null;
+    this.cellChanged.emit(cell);
   }
 
   private show(snapshot: Snapshot, atOnce = false): void {
@@ -147,10 +171,11 @@ export class State {
         this.accessChanged.emit();
         break;
       case 'looks':
-        this.looks = body.value;
+        this.present.looks = body.value;
         break;
       case 'cell':
-        this.cell = body.value;
+        this.present.cell = this.cell = body.value;
+        this.looks = this.present.looks;
         this.snapshot = this.live = null;
         // What was looked at belongs to a cell that has begun anew since.
         this.showPast(null);
@@ -194,6 +219,16 @@ export class State {
         break;
     }
   }
+}
+
+/** Whether both show the same things, wherever these are. */
+function isAlike(a: CellDescription | null, b: CellDescription | null): boolean {
+  if (a === b || !a || !b) return a === b;
+  const things = ({scene, bodies, tools, fixed}: CellDescription): string =>
+    JSON.stringify([scene, bodies, tools, fixed], (_, value: unknown) =>
+      typeof value === 'bigint' ? String(value) : value
+    );
+  return things(a) === things(b);
 }
 
 /** Simulated time [s]. */

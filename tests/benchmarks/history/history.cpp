@@ -21,7 +21,8 @@ namespace {
 /// Hears everything and keeps nothing.
 class Nobody final : public world::Recorder {
  public:
-  void began(world::RunTime, std::uint64_t, const std::string*) override {}
+  void began(world::RunTime, std::uint64_t, const std::string*,
+             const std::shared_ptr<const scene::Scene>&) override {}
   void applied(world::RunTime, const world::QueuedCommand&, const Error*) override {}
   void sampled(world::RunTime, world::StateSample) override {}
   void saved(world::RunTime, std::uint64_t, std::shared_ptr<const world::WorldState>) override {}

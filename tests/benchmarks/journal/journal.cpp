@@ -21,9 +21,9 @@
 
 #include <spdlog/spdlog.h>
 
-#include "proto/journal/journal_reader.hpp"
 #include "protocols/crcl/crcl_server.hpp"
 #include "protocols/vision/vision_server.hpp"
+#include "server/journal/run_header.hpp"
 #include "tests/benchmarks/crcl/poller.hpp"
 #include "tests/benchmarks/support/clock.hpp"
 #include "tests/benchmarks/support/experiment.hpp"
@@ -34,7 +34,6 @@
 #include "tests/support/temporary_directory.hpp"
 #include "tests/support/vision_client.hpp"
 #include "world/snapshot_slot.hpp"
-#include "world/state_bytes.hpp"
 
 namespace aprsim::bench {
 namespace {
@@ -71,7 +70,7 @@ class Cell {
   explicit Cell(server::journal::Journal* journal)
       : journal_(journal), world_(test::load_scene("aprs"), 1), demo_(world_, true) {
     if (journal_ != nullptr) {
-      journal_->began({}, 1, nullptr);
+      journal_->began({}, 1, nullptr, world_.scene());
       save();
     }
     publish();
@@ -160,8 +159,9 @@ class Cell {
 std::unique_ptr<server::journal::Journal> journal_at(const std::string& place) {
   server::journal::JournalOptions options;
   options.place = place;
-  options.header.set_format(aprsim::journal::kFormat);
-  options.header.set_state_version(world::kStateVersion);
+  auto header = server::journal::header_of(*test::load_scene("aprs"));
+  if (!header) throw std::runtime_error(header.error().message);
+  options.header = *std::move(header);
   return std::make_unique<server::journal::Journal>(std::move(options));
 }
 

@@ -11,7 +11,6 @@
 #include <fstream>
 #include <stdexcept>
 #include <string>
-#include <sys/mount.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <vector>
@@ -19,6 +18,7 @@
 #include <gtest/gtest.h>
 
 #include "proto/journal/journal_reader.hpp"
+#include "tests/support/small_disk.hpp"
 #include "tests/support/temporary_directory.hpp"
 
 namespace aprsim::server::journal {
@@ -86,6 +86,9 @@ TEST_F(JournalDiskTest, AFifoThatIsNotReadIsNotWaitedForAndItsGapIsTold) {
   constexpr std::uint64_t kFrames = 40;
   for (std::uint64_t step = 0; step < kFrames; ++step) disk.put(frame(step, 1 << 20));
   EXPECT_TRUE(disk.wants_beginning());
+  // Who asks hears of it while nobody reads.
+  EXPECT_EQ(disk.stats().gaps, 1U);
+  EXPECT_GE(disk.stats().missing, 20U);
   // Now it is read.
   std::ofstream out(copy, std::ios::binary);
   std::vector<char> buffer(1 << 16);
@@ -111,6 +114,7 @@ TEST_F(JournalDiskTest, AFifoThatIsNotReadIsNotWaitedForAndItsGapIsTold) {
   EXPECT_EQ(seen.steps.size() + seen.missing, kFrames + 1);
   EXPECT_EQ(seen.steps.back(), kFrames);
   EXPECT_EQ(disk.stats().missing, seen.missing);
+  EXPECT_EQ(disk.stats().gaps, 1U);
 }
 
 TEST_F(JournalDiskTest, AFifoWithoutAReaderHoldsNobodyUp) {
@@ -149,28 +153,9 @@ TEST_F(JournalDiskTest, AReaderThatLeavesIsAGapForTheNext) {
   EXPECT_EQ(seen.missing, 1U);
 }
 
-/// A file system of so many bytes, for whoever may mount one.
-class SmallDisk {
- public:
-  SmallDisk(std::string path, const std::string& size) : path_(std::move(path)) {
-    std::filesystem::create_directory(path_);
-    mounted_ = ::mount("tmpfs", path_.c_str(), "tmpfs", 0, ("size=" + size).c_str()) == 0;
-  }
-  ~SmallDisk() {
-    if (mounted_) ::umount2(path_.c_str(), MNT_DETACH);
-  }
-  SmallDisk(const SmallDisk&) = delete;
-  SmallDisk& operator=(const SmallDisk&) = delete;
-  [[nodiscard]] bool mounted() const { return mounted_; }
-
- private:
-  std::string path_;
-  bool mounted_ = false;
-};
-
 TEST_F(JournalDiskTest, ADiskThatRunsFullLeavesWholeFramesAndItsGapIsTold) {
   const std::string path = directory_.path() + "/small";
-  const SmallDisk small(path, "4m");
+  const test::SmallDisk small(path, "4m");
   if (!small.mounted()) GTEST_SKIP() << "a file system of 4 MB needs root";
   const std::string file = path + "/run.journal", filler = path + "/filler";
   std::ofstream(filler) << std::string(1 << 20, 'x');

@@ -7,6 +7,7 @@ import {button, card, Facts, h, notify, text} from '../ui/dom';
 import {pictureButtons} from '../ui/pictures';
 import {Tabs} from '../ui/tabs';
 import {LineList} from './line_list';
+import type {MotionHeader} from '../../generated/aprsim/v1/motion_pb';
 import {indexAt, readRecording, type About, type Recording} from './recording';
 
 const kChart_s = 60; // what charts show behind the present moment
@@ -39,6 +40,7 @@ class Player {
   private readonly lists: LineList[];
   private now_s: number;
   private moment = -1;
+  private scene: MotionHeader | null = null;
   private playing = false;
   private last_ms = 0;
 
@@ -109,10 +111,7 @@ class Player {
       header.models.map((file) => [file.name, new TextDecoder().decode(file.content)])
     );
     setModelSource((robot) => Promise.resolve(models.get(robot) ?? ''));
-    for (const state of [this.state, this.charted]) {
-      state.connection.onUpdate({body: {case: 'looks', value: header.looks!}} as never);
-      state.connection.onUpdate({body: {case: 'cell', value: header.cell!}} as never);
-    }
+    this.turnTo(header);
     addEventListener('keydown', (event) => this.press(event));
     this.seek(this.begin_s);
     requestAnimationFrame((now) => this.loop(now));
@@ -140,6 +139,15 @@ class Player {
     text(this.playButton, this.playing ? 'Pause' : 'Play');
   }
 
+  /** From now on that scene is shown. */
+  private turnTo(scene: MotionHeader): void {
+    this.scene = scene;
+    for (const state of [this.state, this.charted]) {
+      state.connection.onUpdate({body: {case: 'looks', value: scene.looks!}} as never);
+      state.connection.onUpdate({body: {case: 'cell', value: scene.cell!}} as never);
+    }
+  }
+
   private stepBy(count: number): void {
     if (this.playing) this.toggle();
     const {moments} = this.recording;
@@ -164,10 +172,15 @@ class Player {
     const {moments} = this.recording;
     const at = indexAt(moments, time_s);
     if (at !== this.moment) {
-      const on = at > this.moment && this.moment >= 0 && at - this.moment < 50;
-      const first = on
+      const {header} = moments[at]!;
+      const same = header === this.scene;
+      if (!same) this.turnTo(header);
+      const on = same && at > this.moment && this.moment >= 0 && at - this.moment < 50;
+      let first = on
         ? this.moment + 1
         : indexAt(moments, Math.max(this.begin_s, moments[at]!.time_s - kChart_s));
+      // Charts are of one scene.
+      while (moments[first]!.header !== header) ++first;
       // Trails are of one way forward.
       if (!on) this.view.clearTrails();
       this.moment = at;

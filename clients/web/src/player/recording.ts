@@ -23,6 +23,7 @@ export interface About {
 /** A picture of the run. */
 export interface Moment {
   time_s: number; // since the run's beginning, also over resets
+  header: MotionHeader; // of its scene
   snapshot: Snapshot;
 }
 
@@ -61,8 +62,9 @@ export async function readRecording(base64: string): Promise<Recording> {
     if (epoch !== null && record.value.epoch !== epoch) base_s = latest_s - now_s;
     epoch = record.value.epoch;
     latest_s = base_s + now_s;
-    moments.push({time_s: latest_s, snapshot: record.value});
+    if (header) moments.push({time_s: latest_s, header, snapshot: record.value});
   }
+  header = moments[0]?.header ?? null; // with the models
   if (!header || moments.length === 0) throw new Error('the page has no recording');
   return {header, moments};
 }

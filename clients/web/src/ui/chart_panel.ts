@@ -67,6 +67,7 @@ export class ChartPanel {
     state.cellChanged.on((cell) => {
       this.signals = signalsOf(cell);
       this.history = new History(this.signals, kSpan_s, kMaxPoints);
+      this.past = null;
       this.names.replaceChildren(...this.signals.map((s) => h('option', {value: s.name})));
       const names = this.strips.length
         ? this.strips.map((s) => s.signal.name)

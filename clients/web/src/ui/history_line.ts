@@ -151,7 +151,8 @@ export class HistoryLine {
     text(this.what, this.textAt(moment));
     this.reader.ask(moment, (past) => {
       this.state.showPast(past);
-      text(this.when, `${simTime(past).toFixed(3)} s${this.run(past.epoch)}`);
+      const shown = past.snapshot!;
+      text(this.when, `${simTime(shown).toFixed(3)} s${this.run(shown.epoch)}`);
     });
     window.clearTimeout(this.chartsTimer);
     this.chartsTimer = window.setTimeout(() => void this.readAround(moment), kStill_ms);
@@ -167,7 +168,9 @@ export class HistoryLine {
       if (place === null || step === moment.step) continue;
       while (!this.reader.idle) await new Promise((go) => window.setTimeout(go, 10));
       if (this.moment !== moment || this.timer) return;
-      this.reader.ask({epoch: moment.epoch, step}, (past) => this.state.pastRead.emit(past));
+      this.reader.ask({epoch: moment.epoch, step}, (past) => {
+        if (this.state.isOfSceneShown(past)) this.state.pastRead.emit(past.snapshot!);
+      });
     }
   }
 

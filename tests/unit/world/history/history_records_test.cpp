@@ -21,7 +21,7 @@ class ToldRun {
   explicit ToldRun(Recorder& recorder) : recorder_(recorder) { begin(0); }
   void begin(std::uint64_t step, const std::string* loaded = nullptr) {
     now_.step = step;
-    recorder_.began(now_, 1, loaded);
+    recorder_.began(now_, 1, loaded, nullptr);
     recorder_.saved(now_, 0, std::make_shared<const WorldState>());
   }
   void reset() {

@@ -1,6 +1,9 @@
 #include "clients/aprsim/trace/comparison.hpp"
 
+#include <cstdint>
 #include <functional>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -190,6 +193,40 @@ TEST(TraceComparison, UnitsOfTheConnectionAreNoDeviation) {
   // That the unit was set otherwise is one.
   ASSERT_EQ(comparison.deviations.size(), 1U);
   EXPECT_EQ(comparison.deviations[0].command, "SetLengthUnits");
+}
+
+TEST(TraceComparison, WhatIsSeenByChanceIsNoDeviation) {
+  // Of a program of four commands, and of a gripper whose end nobody waits for, polls see these.
+  const auto seeing = [](const std::vector<std::int64_t>& seen, bool gripper_seen) {
+    JournalFile file;
+    std::string program = "<CRCLProgram xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\">";
+    program += "<InitCanon><CommandID>1</CommandID></InitCanon>";
+    for (const char* id : {"2", "3"}) {
+      program += "<MiddleCommand xsi:type=\"DwellType\"><CommandID>" + std::string(id) +
+                 "</CommandID><DwellTime>0.1</DwellTime></MiddleCommand>";
+    }
+    file.received("crcl.fanuc", 1,
+                  program + "<EndCanon><CommandID>4</CommandID></EndCanon></CRCLProgram>");
+    for (const std::int64_t id : seen) {
+      file.sent("crcl.fanuc", 1 + 0.1 * static_cast<double>(id),
+                JournalFile::status(id, "CRCL_Done", ""));
+    }
+    file.received("crcl.motoman", 1,
+                  JournalFile::instance(1, "SetEndEffectorType", "<Setting>0</Setting>"), 2);
+    if (gripper_seen) file.sent("crcl.motoman", 1.02, JournalFile::status(1, "CRCL_Done", ""), 2);
+    file.received("crcl.motoman", 1.05,
+                  JournalFile::instance(2, "DwellType", "<DwellTime>0.2</DwellTime>"), 2);
+    file.sent("crcl.motoman", 1.3, JournalFile::status(2, "CRCL_Done", ""), 2);
+    const test::TemporaryDirectory directory;
+    file.write(directory.path() + "/a.journal");
+    return *read_trace(directory.path() + "/a.journal");
+  };
+  const Trace all = seeing({1, 2, 3, 4}, true);
+  EXPECT_EQ(first(compare(all, seeing({2, 4}, true), {})), "same");
+  EXPECT_EQ(first(compare(all, seeing({4}, false), {})), "same");
+  EXPECT_EQ(first(compare(seeing({1, 4}, false), all, {})), "same");
+  EXPECT_EQ(first(compare(all, seeing({1, 2}, true), {})),
+            "fanuc, command 3 program's Dwell: ends with no end, was done");
 }
 
 TEST(TraceComparison, AWireThatOnlyOneOfBothHas) {

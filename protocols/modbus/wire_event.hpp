@@ -1,0 +1,14 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "protocols/wire_tap.hpp"
+
+namespace aprsim::modbus_server {
+
+/// A request or reply, with its MBAP header, as the tap has it: a poll unless it writes. Without
+/// peer and time. Thread: any.
+[[nodiscard]] protocols::WireEvent wire_event(std::span<const std::uint8_t> adu);
+
+}  // namespace aprsim::modbus_server

@@ -1,0 +1,66 @@
+#include "server/journal/recorded_scenes.hpp"
+
+#include <exception>
+#include <filesystem>
+#include <span>
+#include <utility>
+
+#include "world/scene/scene_loader.hpp"
+#include "world/state_bytes.hpp"
+
+namespace aprsim::server::journal {
+
+RecordedScenes::RecordedScenes(ScenePtr scene)
+    : header_(std::move(scene)),
+      models_(world::load_models(*header_)),
+      directory_(std::filesystem::path(header_->file).parent_path().string()) {}
+
+Result<RecordedScenes::ScenePtr> RecordedScenes::read(const v1::JournalScene& message,
+                                                      ScenePtr& last) const {
+  if (last && last->text == message.text() && last->name == message.name()) return last;
+  const std::string file =
+      (std::filesystem::path(directory_) / (message.name() + ".yaml")).string();
+  const scene::DataPaths paths{.scenes = directory_, .models = scene::default_data_paths().models};
+  auto scene = scene::read_edited(message.text(), file, paths);
+  if (!scene) return tl::unexpected(std::move(scene.error()));
+  if (scene->robots.size() != header_->robots.size()) {
+    return fail(ErrorCode::kInvalidArgument, "journal",
+                "its scene '" + message.name() + "' has other robots than its header's");
+  }
+  last = std::make_shared<const scene::Scene>(*std::move(scene));
+  return last;
+}
+
+Result<RecordedScenes::ScenePtr> RecordedScenes::scene_of(const v1::JournalEpoch& epoch) {
+  if (!epoch.has_scene()) return header_;
+  return read(epoch.scene(), base_);
+}
+
+Result<world::WorldState> RecordedScenes::state_of(const v1::JournalCheckpoint& checkpoint) {
+  ScenePtr scene = header_, base;
+  if (checkpoint.has_scene()) {
+    auto other = read(checkpoint.scene(), base_);
+    if (!other) return tl::unexpected(other.error());
+    scene = *other;
+  }
+  if (checkpoint.has_changed_scene()) {
+    auto changed = read(checkpoint.changed_scene(), changed_);
+    if (!changed) return tl::unexpected(changed.error());
+    base = std::exchange(scene, *changed);
+  }
+  if (!like_ || like_->scene != scene) {
+    try {
+      const world::World world(scene, models_, scene->seed,
+                               std::span<robot::PlanPrefetcher* const>());
+      like_ = std::make_unique<const world::WorldState>(world.save());
+    } catch (const std::exception& failure) {
+      return fail(ErrorCode::kInvalidArgument, "journal",
+                  "the scene of a checkpoint cannot be built: " + std::string(failure.what()));
+    }
+  }
+  auto state = world::from_bytes(checkpoint.state(), *like_);
+  if (state) state->base = base;
+  return state;
+}
+
+}  // namespace aprsim::server::journal

@@ -1,0 +1,37 @@
+#include "server/journal/scene_writer.hpp"
+
+#include <stdexcept>
+#include <utility>
+#include <variant>
+
+#include "world/scene/scene_loader.hpp"
+
+namespace aprsim::server::journal {
+
+const v1::JournalScene& SceneWriter::message_of(const ScenePtr& scene, Written& last) {
+  if (last.scene == scene) return last.message;
+  auto text = scene::portable_text(scene->text, scene->file);
+  if (!text) throw std::runtime_error(text.error().message);
+  last.scene = scene;
+  last.message.set_name(scene->name);
+  last.message.set_text(*std::move(text));
+  return last.message;
+}
+
+void SceneWriter::write(const Entry& entry, v1::JournalRecord& record) {
+  if (const auto* epoch = std::get_if<EpochBegun>(&entry.what)) {
+    if (!epoch->scene) return;
+    const v1::JournalScene& message = message_of(epoch->scene, base_);
+    if (message.text() != header_text_) *record.mutable_epoch()->mutable_scene() = message;
+  } else if (const auto* saved = std::get_if<StateSaved>(&entry.what)) {
+    if (saved->state->scene) write(*saved->state, *record.mutable_checkpoint());
+  }
+}
+
+void SceneWriter::write(const world::WorldState& state, v1::JournalCheckpoint& checkpoint) {
+  const v1::JournalScene& base = message_of(state.base_scene(), base_);
+  if (base.text() != header_text_) *checkpoint.mutable_scene() = base;
+  if (state.base) *checkpoint.mutable_changed_scene() = message_of(state.scene, changed_);
+}
+
+}  // namespace aprsim::server::journal

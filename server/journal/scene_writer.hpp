@@ -1,0 +1,38 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "aprsim/v1/journal.pb.h"
+#include "server/journal/record_queue.hpp"
+#include "world/scene/scene.hpp"
+
+namespace aprsim::server::journal {
+
+/// Gives epochs and checkpoints the scenes that they belong to, where these are not the header's.
+/// Thread: one at a time.
+class SceneWriter {
+ public:
+  explicit SceneWriter(const v1::JournalHeader& header) : header_text_(header.scene_text()) {}
+
+  /// Into the record of what was told; nothing for all else. Throws std::runtime_error for a scene
+  /// without a text.
+  void write(const Entry& entry, v1::JournalRecord& record);
+  /// The scenes of a state, into its checkpoint.
+  void write(const world::WorldState& state, v1::JournalCheckpoint& checkpoint);
+
+ private:
+  using ScenePtr = std::shared_ptr<const scene::Scene>;
+  /// A scene as it is written, which takes longer than finding that it is the same again.
+  struct Written {
+    ScenePtr scene;
+    v1::JournalScene message;
+  };
+  [[nodiscard]] static const v1::JournalScene& message_of(const ScenePtr& scene, Written& last);
+
+  const std::string header_text_;
+  Written base_, changed_;
+};
+
+}  // namespace aprsim::server::journal
