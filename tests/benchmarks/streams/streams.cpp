@@ -1,30 +1,33 @@
 // Every step of the running cell to gRPC clients, 1 kHz: what is lost, how evenly samples come,
 // what the physics notices, and what becomes of a client that never reads.
 
-#include <atomic>
+#include <algorithm>
 #include <chrono>
+#include <fstream>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <unistd.h>
 #include <utility>
 #include <vector>
 
 #include <grpcpp/create_channel.h>
-#include <spdlog/spdlog.h>
 
 #include "aprsim/v1/telemetry_service.grpc.pb.h"
-#include "protocols/telemetry/telemetry_server.hpp"
 #include "tests/benchmarks/support/experiment.hpp"
 #include "tests/benchmarks/support/statistics.hpp"
 #include "tests/benchmarks/support/tails.hpp"
-#include "tests/support/cell_script.hpp"
-#include "world/simulation.hpp"
+#include "tests/support/cell_client.hpp"
+#include "tests/support/daemon_process.hpp"
 
 namespace aprsim::bench {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+constexpr auto kMemoryPeriod = std::chrono::milliseconds(100);
 
 /// What one client has seen.
 struct Seen {
@@ -35,8 +38,9 @@ struct Seen {
 
 struct Outcome {
   std::vector<Seen> clients;
-  double span_s = 0, real_time_factor = 0, missed_share = 0, step_mean_us = 0;
-  std::uint64_t dropped = 0;
+  double span_s = 0, real_time_factor = 0, missed_share = 0;
+  double grown_mb = 0;      ///< of the daemon's resident memory, at the most
+  std::string idler = "-";  ///< how the stream that nobody reads ended
 
   [[nodiscard]] std::vector<double> intervals_us() const {
     std::vector<double> all;
@@ -102,54 +106,73 @@ void follow(std::uint16_t port, const std::vector<std::string>& fields, Clock::t
   seen.error = reader->Finish().error_message();
 }
 
+/// Resident memory of a process.
+double resident_mb(pid_t pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/statm");
+  double all = 0, resident = 0;
+  file >> all >> resident;
+  return resident * static_cast<double>(::sysconf(_SC_PAGESIZE)) / (1U << 20U);
+}
+
+/// A stream of everything that nobody reads until the end.
+class Idler {
+ public:
+  explicit Idler(std::uint16_t port)
+      : stub_(v1::TelemetryService::NewStub(connect(port))),
+        reader_(stub_->StreamSnapshots(&context_, request_of({}))) {}
+
+  /// How it has ended: what had been sent is read now.
+  std::string end() {
+    v1::StreamSnapshotsResponse response;
+    const auto until = Clock::now() + std::chrono::seconds(5);
+    while (reader_->Read(&response)) {
+      if (Clock::now() > until) context_.TryCancel();
+    }
+    const grpc::Status status = reader_->Finish();
+    return status.error_code() == grpc::StatusCode::RESOURCE_EXHAUSTED ? "RESOURCE_EXHAUSTED"
+                                                                       : status.error_message();
+  }
+
+ private:
+  std::unique_ptr<v1::TelemetryService::Stub> stub_;
+  grpc::ClientContext context_;
+  std::unique_ptr<grpc::ClientReader<v1::StreamSnapshotsResponse>> reader_;
+};
+
 Outcome measure(int clients, const std::vector<std::string>& fields, std::chrono::seconds duration,
                 bool with_idler) {
-  world::Simulation simulation(test::load_scene("aprs"), {});
-  telemetry::TelemetryOptions options;
-  options.port = 0;
-  options.max_streams = 64;
-  options.feed = &simulation.feed();
-  options.events = &simulation.events();
-  options.write_timeout = std::chrono::minutes(5);
-  telemetry::TelemetryServer server(options, simulation, simulation);
-  const auto port = server.start();
-  if (!port) throw std::runtime_error(port.error().message);
-  simulation.start();
-
-  // One that opens a stream of everything and never reads.
-  grpc::ClientContext idle;
-  std::unique_ptr<v1::TelemetryService::Stub> idle_stub;
-  std::unique_ptr<grpc::ClientReader<v1::StreamSnapshotsResponse>> idle_reader;
-  if (with_idler) {
-    idle_stub = v1::TelemetryService::NewStub(connect(*port));
-    idle_reader = idle_stub->StreamSnapshots(&idle, request_of({}));
-  }
+  // What is kept of the past on purpose would grow beside the streams.
+  const test::DaemonProcess daemon({"--set", "history.minutes=0", "--set", "journal.memory_mb=0"});
+  test::CellClient cell(daemon.port("grpc"));
+  std::optional<Idler> idler;
+  if (with_idler) idler.emplace(daemon.port("grpc"));
   Outcome out;
   out.clients.resize(static_cast<std::size_t>(clients));
-  const auto begin = Clock::now() + std::chrono::seconds(1), end = begin + duration;
+  // Half of the time until then fills what the idler's stream may keep.
+  const auto begin = Clock::now() + std::chrono::seconds(2), end = begin + duration;
   std::vector<std::jthread> threads;
   for (Seen& seen : out.clients) {
-    threads.emplace_back([&, &seen = seen] { follow(*port, fields, begin, end, seen); });
+    seen.intervals_us.reserve(static_cast<std::size_t>(duration.count()) * 1100);
+    threads.emplace_back(
+        [&, &seen = seen] { follow(daemon.port("grpc"), fields, begin, end, seen); });
   }
   std::this_thread::sleep_until(begin);
-  const auto first = simulation.latest();
-  const auto steps_before = simulation.step_times().counts();
+  const auto first = cell.snapshot();
+  const auto first_at = Clock::now();
+  const double before_mb = resident_mb(daemon.pid());
+  while (Clock::now() + kMemoryPeriod < end) {
+    std::this_thread::sleep_for(kMemoryPeriod);
+    out.grown_mb = std::max(out.grown_mb, resident_mb(daemon.pid()) - before_mb);
+  }
   std::this_thread::sleep_until(end);
-  const auto last = simulation.latest();
-  const auto steps_after = simulation.step_times().counts();
+  const auto last = cell.snapshot();
+  out.span_s = std::chrono::duration<double>(Clock::now() - first_at).count();
   threads.clear();
-  idle.TryCancel();
-  out.dropped = server.stats().dropped;
-  if (idle_reader) (void)idle_reader->Finish();
-  server.stop();
-  simulation.stop();
-  out.span_s = std::chrono::duration<double>(end - begin).count();
-  const auto steps = static_cast<double>(last->step - first->step);
-  const auto missed = static_cast<double>(last->missed_steps - first->missed_steps);
+  if (idler) out.idler = idler->end();
+  const auto steps = static_cast<double>(last.step() - first.step());
+  const auto missed = static_cast<double>(last.missed_steps() - first.missed_steps());
   out.real_time_factor = steps * 1e-3 / out.span_s;
-  out.missed_share = missed / (steps + missed);
-  out.step_mean_us = 1e6 * (steps_after.sum_s - steps_before.sum_s) /
-                     static_cast<double>(steps_after.count - steps_before.count);
+  out.missed_share = missed / std::max(1.0, steps + missed);
   for (const Seen& seen : out.clients) {
     if (!seen.error.empty()) throw std::runtime_error("a stream ended: " + seen.error);
   }
@@ -157,7 +180,6 @@ Outcome measure(int clients, const std::vector<std::string>& fields, std::chrono
 }
 
 int run(int argc, char** argv) {
-  spdlog::set_level(spdlog::level::warn);
   Experiment experiment("streams", argc, argv);
   const std::chrono::seconds duration(experiment.quick() ? 2 : 20);
   const std::vector<std::string> joints{"step", "sim_time", "robots.name",
@@ -173,7 +195,8 @@ int run(int argc, char** argv) {
       {"32, joints", 32, joints, false}, {"1, everything", 1, {}, false},
       {"8, everything", 8, {}, false},   {"8, joints, and one that never reads", 8, joints, true}};
   Table table({"clients", "missing steps", "samples/s each", "inter-arrival p50 [us]", "p99",
-               "p99.9", "max", "kB/s together", "RTF", "steps given up [%]", "step mean [us]"});
+               "p99.9", "max", "kB/s together", "RTF", "steps given up [%]", "daemon grows [MB]",
+               "the unread stream"});
   Plot plot{.title = "Every step at 1 kHz: time between two samples",
             .x = {.label = "fraction of samples that take longer", .log = true},
             .y = {.label = "us", .log = true},
@@ -185,10 +208,15 @@ int run(int argc, char** argv) {
     const double each = static_cast<double>(intervals.size()) / (one.clients * out.span_s);
     table.row({one.name, static_cast<double>(out.missing()), each, percentile(intervals, 0.5),
                percentile(intervals, 0.99), percentile(intervals, 0.999), percentile(intervals, 1),
-               out.bytes_per_s() / 1e3, out.real_time_factor, 100 * out.missed_share,
-               out.step_mean_us});
+               out.bytes_per_s() / 1e3, out.real_time_factor, 100 * out.missed_share, out.grown_mb,
+               out.idler});
     plot.series.push_back(tails(one.name, intervals));
     missing += out.missing();
+    if (one.idler) {
+      experiment.record("streams.idler_growth_mb", out.grown_mb, "MB");
+      experiment.record("streams.idler_p99_us", percentile(intervals, 0.99), "us");
+      experiment.record("streams.idler_rtf", out.real_time_factor, "x");
+    }
     if (one.fields.empty() || one.idler) continue;
     const std::string key = "streams." + std::to_string(one.clients);
     experiment.record(key + "_p99_us", percentile(intervals, 0.99), "us");
@@ -199,9 +227,11 @@ int run(int argc, char** argv) {
   experiment.plot("intervals", plot);
   experiment.table("streams", "Every step of the default cell at real-time pace", table);
   experiment.note(
-      "Clients, server and the cell share one process and its machine; each client has a "
-      "connection "
-      "and a thread of its own and parses what it reads.");
+      "The daemon as it is started, one for each row; all clients are in another process, each "
+      "with "
+      "a connection and a thread of its own, and parse what they read. `daemon grows`: its "
+      "resident "
+      "memory during the measurement.");
   return experiment.finish();
 }
 
