@@ -376,6 +376,7 @@ class Daemon::Impl {
     sources.snapshot = simulation_.latest();
     sources.ready = simulation_.problem().empty();
     sources.step_times = simulation_.step_times().counts();
+    sources.solver = simulation_.solver_work();
     sources.waiting_commands = simulation_.waiting_commands();
     for (const auto& [name, crcl, vision] : robots_) {
       sources.crcl.emplace_back(name, crcl->stats());
@@ -384,7 +385,7 @@ class Daemon::Impl {
     sources.modbus = modbus_.stats();
     if (journal_) sources.journal = journal_->stats();
     sources.grpc = telemetry_.stats();
-    sources.web_open = web_->open();
+    sources.web = web_->stats();
     sources.access.refused = guards_.access->counts();
     if (guards_.grpc_tls) {
       sources.access.tls_failures = {{"grpc", guards_.grpc_tls->failures()},

@@ -101,6 +101,12 @@ void write_physics(MetricsText& out, const api::Snapshot& now) {
                                       });
     out.sample(static_cast<std::uint64_t>(bodies), {{"simplified", name}});
   }
+  out.metric("aprsim_bodies_awake", kGauge,
+             "Trays and gears that each step solves, alone or as one with others.");
+  out.sample(static_cast<std::uint64_t>(
+      std::count_if(now.bodies.begin(), now.bodies.end(), [](const api::BodySnapshot& body) {
+        return !body.lost_step && body.group_kind != api::GroupKind::kDormant;
+      })));
   out.metric("aprsim_bodies_lost", kGauge, "Trays and gears that have left the cell.");
   out.sample(static_cast<std::uint64_t>(
       std::count_if(now.bodies.begin(), now.bodies.end(),
@@ -113,12 +119,6 @@ void write_physics(MetricsText& out, const api::Snapshot& now) {
   out.sample(now.max_penetration_m);
   out.metric("aprsim_penetration_faults", kGauge, "Penetrations over 0.5 mm since the last reset.");
   out.sample(now.physics_faults);
-  out.metric("aprsim_solver_unconverged", kGauge,
-             "Groups of bodies whose step ended short of the solver's tolerance, since the reset.");
-  out.sample(now.solver_failures.not_converged);
-  out.metric("aprsim_solver_worst_residual_meters_per_second", kGauge,
-             "The farthest that one of these was off.");
-  out.sample(now.solver_failures.worst_m_s);
   out.metric("aprsim_injected_faults", kGauge, "Injected faults at work.");
   std::uint64_t active = 0;
   if (now.faults) {
@@ -127,6 +127,27 @@ void write_physics(MetricsText& out, const api::Snapshot& now) {
                       [](const auto& fault) { return fault.state == api::FaultState::kActive; }));
   }
   out.sample(active);
+}
+
+void write_solver(MetricsText& out, const MetricsSources& sources) {
+  const api::SolverFailures& failures = sources.snapshot->solver_failures;
+  out.metric("aprsim_solver_solved_total", kCounter,
+             "Groups of touching bodies that the contact solver has solved, each in each step.");
+  out.sample(sources.solver.solved);
+  out.metric("aprsim_solver_iterations_total", kCounter, "Iterations that this took.");
+  out.sample(sources.solver.iterations);
+  out.metric("aprsim_solver_iterations", kGauge,
+             "Most iterations that a group took in the latest step.");
+  out.sample(sources.solver.most_iterations);
+  out.metric("aprsim_solver_residual_meters_per_second", kGauge,
+             "The farthest that a group was left off the laws of contact in the latest step.");
+  out.sample(sources.solver.residual_m_s);
+  out.metric("aprsim_solver_unconverged", kGauge,
+             "Groups of bodies whose step ended short of the solver's tolerance, since the reset.");
+  out.sample(failures.not_converged);
+  out.metric("aprsim_solver_worst_residual_meters_per_second", kGauge,
+             "The farthest that one of these was off.");
+  out.sample(failures.worst_m_s);
 }
 
 void write_robots(MetricsText& out, const api::Snapshot& now) {
@@ -146,7 +167,7 @@ void write_robots(MetricsText& out, const api::Snapshot& now) {
 void write_wires(MetricsText& out, const MetricsSources& sources) {
   // wire: the listener's name, as in the ports file.
   const auto each = [&](const auto& of_crcl, const auto& of_vision, const auto& of_modbus,
-                        const auto& of_grpc) {
+                        const auto& of_grpc, const auto& of_web) {
     for (const auto& [robot, stats] : sources.crcl) {
       out.sample(of_crcl(stats), {{"wire", "crcl." + robot}});
     }
@@ -155,37 +176,43 @@ void write_wires(MetricsText& out, const MetricsSources& sources) {
     }
     out.sample(of_modbus(sources.modbus), {{"wire", "modbus"}});
     out.sample(of_grpc(sources.grpc), {{"wire", "grpc"}});
+    out.sample(of_web(sources.web), {{"wire", "web"}});
   };
   const auto open = [](const auto& stats) { return stats.open; };
   const auto accepted = [](const auto& stats) { return stats.accepted; };
   const auto refused = [](const auto& stats) { return stats.refused; };
   out.metric("aprsim_connections", kGauge, "Open connections.");
-  each(open, open, open, open);
-  out.sample(std::uint64_t{sources.web_open}, {{"wire", "web"}});
+  each(open, open, open, open, open);
   out.metric("aprsim_connections_accepted_total", kCounter, "Connections taken.");
-  each(accepted, accepted, accepted, accepted);
+  each(accepted, accepted, accepted, accepted, accepted);
   out.metric("aprsim_connections_refused_total", kCounter, "Connections closed for want of room.");
-  each(refused, refused, refused, refused);
-  out.metric("aprsim_requests_total", kCounter,
-             "CRCL documents, camera frames, Modbus requests, gRPC calls.");
+  each(refused, refused, refused, refused, refused);
+  out.metric(
+      "aprsim_requests_total", kCounter,
+      "CRCL documents, camera frames, Modbus requests, gRPC calls, requests over HTTP and of "
+      "pages.");
   each([](const auto& stats) { return stats.commands; },
        [](const auto& stats) { return stats.frames; },
        [](const auto& stats) { return stats.requests; },
-       [](const auto& stats) { return stats.calls; });
+       [](const auto& stats) { return stats.calls; },
+       [](const auto& stats) { return stats.requests; });
   out.metric("aprsim_request_errors_total", kCounter,
              "Connections that CRCL and the camera's lines ended because of their peer, Modbus "
-             "exceptions, gRPC calls that failed.");
+             "exceptions, gRPC calls that failed, requests over HTTP and of pages that did.");
   each([](const auto& stats) { return stats.dropped; },
        [](const auto& stats) { return stats.dropped; },
        [](const auto& stats) { return stats.exceptions; },
+       [](const auto& stats) { return stats.failed; },
        [](const auto& stats) { return stats.failed; });
   out.metric("aprsim_answer_seconds", kHistogram,
-             "From a GetStatus, a Modbus request or a gRPC call to its answer.");
+             "From a GetStatus, a Modbus request, a gRPC call, a request over HTTP or of a page to "
+             "its answer.");
   for (const auto& [robot, stats] : sources.crcl) {
     out.histogram(stats.answer_times, {{"wire", "crcl." + robot}});
   }
   out.histogram(sources.modbus.answer_times, {{"wire", "modbus"}});
   out.histogram(sources.grpc.answer_times, {{"wire", "grpc"}});
+  out.histogram(sources.web.answer_times, {{"wire", "web"}});
   out.metric("aprsim_streams", kGauge, "Streams of snapshots over gRPC.");
   out.sample(sources.grpc.streams);
   out.metric("aprsim_stream_samples_total", kCounter, "Snapshots that streams have sent.");
@@ -196,6 +223,7 @@ void write_wires(MetricsText& out, const MetricsSources& sources) {
     out.sample(stats.skipped, {{"wire", "vision." + robot}});
   }
   out.sample(sources.grpc.dropped, {{"wire", "grpc"}});
+  out.sample(sources.web.skipped, {{"wire", "web"}});
 }
 
 void write_access(MetricsText& out, const AccessSources& access) {
@@ -221,6 +249,7 @@ std::string metrics_text(const MetricsSources& sources) {
   write_simulation(out, sources);
   if (sources.journal) write_journal(out, *sources.journal);
   write_physics(out, *sources.snapshot);
+  write_solver(out, sources);
   write_robots(out, *sources.snapshot);
   write_wires(out, sources);
   write_access(out, sources.access);

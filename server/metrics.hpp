@@ -13,9 +13,11 @@
 #include "protocols/modbus/modbus_server.hpp"
 #include "protocols/telemetry/telemetry_server.hpp"
 #include "protocols/vision/vision_server.hpp"
+#include "protocols/web/web_server.hpp"
 #include "server/journal/journal_stats.hpp"
 #include "world/api/duration_histogram.hpp"
 #include "world/api/snapshot.hpp"
+#include "world/api/solver_work.hpp"
 
 namespace aprsim::server {
 
@@ -31,13 +33,14 @@ struct MetricsSources {
   api::SnapshotPtr snapshot;
   bool ready = false;  ///< the simulation runs as it is told to
   api::DurationHistogram::Counts step_times;
+  api::SolverWork solver;
   std::size_t waiting_commands = 0;
   std::vector<std::pair<std::string, crcl_server::CrclServerStats>> crcl;  ///< by robot
   std::vector<std::pair<std::string, vision_server::VisionServerStats>> vision;
   modbus_server::ModbusServerStats modbus;
   std::optional<journal::JournalStats> journal;  ///< where the run is recorded
   telemetry::TelemetryStats grpc;
-  std::size_t web_open = 0;
+  web::WebServerStats web;
   AccessSources access;
 };
 

@@ -349,6 +349,7 @@ bool Simulation::advance() {
   const auto after = SteadyClock::now();
   pacer_.stepped(after, after - before);
   step_times_.add(after - before);
+  solver_work_.set(world_->solver_work());
   record_step();
   if (clock_) clock_->stepped();
   if (run_) look_at_run();

@@ -12,6 +12,7 @@
 #include "world/api/duration_histogram.hpp"
 #include "world/api/ports.hpp"
 #include "world/api/snapshot_feed.hpp"
+#include "world/api/solver_work.hpp"
 #include "world/command_queue.hpp"
 #include "world/event_log.hpp"
 #include "world/pacer.hpp"
@@ -68,6 +69,8 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   [[nodiscard]] bool makes_progress() const;
   /// Wall times of the steps taken since the start. Thread: any.
   [[nodiscard]] const api::DurationHistogram& step_times() const { return step_times_; }
+  /// Thread: any.
+  [[nodiscard]] api::SolverWork solver_work() const { return solver_work_.get(); }
   /// Commands that wait for the next step. Thread: any.
   [[nodiscard]] std::size_t waiting_commands() const { return queue_.size(); }
   /// The scene as it was loaded last, without changes of the running cell. Thread: any.
@@ -141,6 +144,7 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   std::unique_ptr<World> world_;
   Pacer pacer_;
   api::DurationHistogram step_times_;
+  api::SolverWorkSlot solver_work_;
   std::unique_ptr<VirtualClock> clock_;  ///< null = the wall clock alone
   VirtualClock::Turn turn_;              ///< of the clock; not paced without one
   std::vector<QueuedCommand> drained_;

@@ -69,6 +69,9 @@ class World {
   /// is then that of the last good step.
   void step();
 
+  /// What the contact solver does, since this world was built.
+  [[nodiscard]] const api::SolverWork& solver_work() const { return physics_->solver_work(); }
+
   /// From now on what happens in the cell is found at every step and command. Costs little, and
   /// changes nothing.
   void watch_events();

@@ -79,6 +79,7 @@ Result<std::chrono::nanoseconds> incident_span(std::string_view target) {
 class Session final : public HttpSession, public std::enable_shared_from_this<Session> {
  public:
   using Place = protocols::ConnectionPlaces::Place;
+  using Clock = std::chrono::steady_clock;
 
   Session(boost::asio::ip::tcp::socket socket, std::string peer, const HttpContext& context,
           std::shared_ptr<Place> place, std::function<void()> on_end)
@@ -128,6 +129,7 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
   }
 
   void on_read(const error_code& error) {
+    asked_at_ = Clock::now();
     if (error == http::error::end_of_stream) return shut_down();
     if (error == http::error::header_limit) {
       return refuse(http::status::request_header_fields_too_large, "header too large", true);
@@ -209,6 +211,7 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
       return refuse(http::status::upgrade_required, "a WebSocket is spoken here", true);
     }
     protocols::Caller caller = caller_of(request);
+    note_answer(http::status::switching_protocols);
     accept_web_socket(
         std::move(stream_), std::move(request),
         [&context = context_, peer = peer_, place = place_,
@@ -290,6 +293,7 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
     std::size_t size = 0;
     for (const auto& piece : incident->pieces) size += piece->size();
     response->content_length(size);
+    note_answer(response->result());
     // The header first; its body is that of the pieces.
     auto serializer = std::make_shared<http::response_serializer<http::string_body>>(*response);
     auto pieces = std::make_shared<protocols::Incident>(*std::move(incident));
@@ -342,7 +346,15 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
     send(std::move(response));
   }
 
+  void note_answer(http::status status) {
+    ++context_.counts->requests;
+    const bool ok = http::to_status_class(status) != http::status_class::client_error &&
+                    http::to_status_class(status) != http::status_class::server_error;
+    context_.counts->answered(Clock::now() - asked_at_, ok);
+  }
+
   void send(std::shared_ptr<Response> response) {
+    note_answer(response->result());
     const bool last = response->need_eof() || !response->keep_alive();
     const auto& message = *response;
     // A HEAD's answer and a 304 carry a length but no body: only their header goes out.
@@ -377,6 +389,7 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
   std::shared_ptr<Place> place_;
   protocols::RateLimit rate_;
   std::function<void()> on_end_;
+  Clock::time_point asked_at_{};
   beast::flat_buffer buffer_{kMaxHeaderBytes + 4096};
   std::optional<http::request_parser<http::empty_body>> parser_;
 };

@@ -14,6 +14,7 @@
 #include "protocols/limited_log.hpp"
 #include "protocols/tls.hpp"
 #include "protocols/web/asset_table.hpp"
+#include "protocols/web/web_counts.hpp"
 #include "protocols/web/web_socket.hpp"
 
 namespace aprsim::web {
@@ -46,6 +47,7 @@ struct HttpContext {
   std::shared_ptr<protocols::Access> access;
   protocols::LimitedLog* refusals = nullptr;  ///< where they are told; may be null
   std::shared_ptr<protocols::Tls> tls;        ///< null = nothing is encrypted
+  WebCounts* counts = nullptr;                ///< of what is asked for
 };
 
 /// One connection that speaks HTTP: GET and HEAD of the asset table, of live pages and of

@@ -55,9 +55,11 @@ bool Viewer::send_if_quick(WebMessage message) {
   return true;
 }
 
-void Viewer::offer_snapshot(WebMessage message) {
-  if (snapshot_) ++skipped_;
+bool Viewer::offer_snapshot(WebMessage message) {
+  const bool first = !snapshot_;
+  if (!first) ++skipped_;
   offer(snapshot_, std::move(message));
+  return first;
 }
 
 void Viewer::offer(WebMessage& slot, WebMessage message) {

@@ -33,7 +33,8 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   void send(WebMessage message);
   /// May be left out; false when it was.
   bool send_if_quick(WebMessage message);
-  void offer_snapshot(WebMessage message);
+  /// False when the one before was left out.
+  bool offer_snapshot(WebMessage message);
   void offer_registers(WebMessage message) { offer(registers_, std::move(message)); }
   void close(const std::string& why, bool fault = false);
   void drop() { socket_->drop(); }

@@ -16,6 +16,7 @@
 #include "protocols/web/register_view.hpp"
 #include "protocols/web/request_text.hpp"
 #include "protocols/web/viewer_command.hpp"
+#include "protocols/web/viewer_message.hpp"
 
 namespace aprsim::web {
 namespace {
@@ -37,91 +38,6 @@ WebMessage pack(const v1::ViewerUpdate& update) {
 std::string random_id() {
   std::random_device device;
   return fmt::format("{:08x}{:08x}", device(), device());
-}
-
-double seconds(std::chrono::system_clock::time_point time) {
-  return std::chrono::duration<double>(time.time_since_epoch()).count();
-}
-
-void write(const protocols::WireEvent& event, v1::WireEvent& out) {
-  out.set_source(event.source);
-  out.set_peer(event.peer);
-  out.set_from_client(event.from_client);
-  out.set_time_s(seconds(event.time));
-  out.set_type(event.type);
-  out.set_id(event.id);
-  out.set_state(event.state);
-  out.set_latency_s(event.latency_s);
-  out.set_data(event.data);
-  out.set_data_bytes(event.data_bytes);
-  out.set_sim_time_s(event.sim_time_s);
-  out.set_epoch(event.sim_epoch);
-  out.set_poll(event.poll);
-  out.set_number(event.number);
-}
-
-v1::FaultSeverity severity_of(FaultSeverity severity) {
-  switch (severity) {
-    case FaultSeverity::kNote:
-      return v1::FAULT_SEVERITY_NOTE;
-    case FaultSeverity::kWarning:
-      return v1::FAULT_SEVERITY_WARNING;
-    case FaultSeverity::kError:
-      return v1::FAULT_SEVERITY_ERROR;
-    case FaultSeverity::kStop:
-      break;
-  }
-  return v1::FAULT_SEVERITY_STOP;
-}
-
-void write(const FaultTime& time, v1::FaultTime& out) {
-  out.set_epoch(time.epoch);
-  out.set_sim_time_s(time.sim_time_s);
-  out.set_time_s(seconds(time.wall));
-}
-
-void write(const FaultLog& log, v1::FaultList& out) {
-  for (const Fault& fault : log.faults()) {
-    auto& entry = *out.add_faults();
-    entry.set_id(fault.id);
-    entry.set_severity(severity_of(fault.severity));
-    entry.set_source(fault.source);
-    entry.set_message(fault.message);
-    entry.set_count(fault.count);
-    write(fault.first, *entry.mutable_first());
-    write(fault.last, *entry.mutable_last());
-    entry.set_holds(fault.holds);
-  }
-  out.set_given_up(log.given_up());
-}
-
-void write(const ProgramStatus& status, v1::ProgramStatus& out) {
-  for (const ProgramOffer& offer : status.offers) {
-    auto& entry = *out.add_offers();
-    entry.set_name(offer.name);
-    entry.set_description(offer.description);
-    entry.set_scenario(offer.scenario);
-  }
-  out.set_refusal(status.refusal);
-  out.set_name(status.name);
-  out.set_running(status.running);
-  out.set_stopping(status.stopping);
-  out.set_failed(status.failed);
-  out.set_ended(status.ended);
-  out.set_time_s(status.time_s);
-  out.set_placed(status.placed);
-  for (const OrderProgress& order : status.orders) {
-    auto& entry = *out.add_orders();
-    entry.set_name(order.name);
-    entry.set_tray(order.tray);
-    entry.set_state(order.state);
-    entry.set_kits(order.kits);
-    entry.set_done(order.done);
-    entry.set_parts(order.parts);
-    entry.set_parts_wanted(order.parts_wanted);
-  }
-  for (const std::string& line : status.lines) out.add_lines(line);
-  out.set_report(status.report);
 }
 
 /// Where none can be started.
@@ -162,10 +78,11 @@ bool concerns_faults(const v1::ViewerRequest& request) {
 }  // namespace
 
 ViewerHub::ViewerHub(const WebServerOptions& options, api::CommandSink& sink,
-                     const api::SnapshotSource& source)
+                     const api::SnapshotSource& source, WebCounts& counts)
     : options_(options),
       sink_(sink),
       source_(source),
+      counts_(counts),
       instance_id_(random_id()),
       device_(options.scaling, options.endpoint, sink, source),
       faults_(source.latest()),
@@ -265,9 +182,12 @@ Result<void> ViewerHub::check_role(const Viewer& viewer, const std::string& requ
 }
 
 void ViewerHub::answer(Viewer& viewer, const v1::ViewerRequest& request) {
+  const auto asked = Clock::now();
+  ++counts_.requests;
   const auto done = execute(viewer, request);
   // What concerns faults is answered once the cell has taken it.
   if (done && (answered_later(request) || concerns_faults(request))) return;
+  counts_.answered(Clock::now() - asked, done.has_value());
   send_outcome(viewer, request.id(), done);
 }
 
@@ -284,6 +204,7 @@ void ViewerHub::answer_awaited(const api::Snapshot& snapshot) {
     // It may end, and leave the map, while it is written to.
     const auto kept = viewer->second;
     const Error* error = protocols::failure_of(snapshot, awaited.ticket);
+    counts_.answered(Clock::now() - awaited.asked, error == nullptr);
     send_outcome(*kept, awaited.request, error ? tl::unexpected(*error) : Result<void>());
   }
 }
@@ -346,7 +267,7 @@ Result<void> ViewerHub::command(Viewer& viewer, const v1::ViewerRequest& request
     const auto ticket = sink_.submit({options_.endpoint, body});
     if (!ticket && done) done = tl::unexpected(ticket.error());
     if (ticket && concerns_faults(request)) {
-      awaited_.push_back({viewer.id(), request.id(), *ticket});
+      awaited_.push_back({viewer.id(), request.id(), *ticket, Clock::now()});
     }
   }
   return done;
@@ -385,7 +306,7 @@ void ViewerHub::answer_past() {
           {options_.endpoint,
            api::SimulationCommand(protocols::resumption(question.moment, *answer.past))});
       if (ticket) {
-        awaited_.push_back({question.viewer, question.request, *ticket});
+        awaited_.push_back({question.viewer, question.request, *ticket, Clock::now()});
       } else {
         send_outcome(*kept, question.request, tl::unexpected(ticket.error()));
       }
@@ -586,7 +507,7 @@ void ViewerHub::send_snapshots(const api::SnapshotPtr& snapshot, Clock::time_poi
       drop_names(*update_.mutable_snapshot());
       state = pack(update_);
     }
-    viewer.offer_snapshot(state);
+    if (!viewer.offer_snapshot(state)) ++counts_.skipped;
   });
 }
 
@@ -652,7 +573,7 @@ void ViewerHub::send_faults(Clock::time_point now) {
     if (viewer.next_events.faults == faults_.revision() || !(due || first)) return;
     if (!message) {
       update_.Clear();
-      write(faults_, *update_.mutable_faults());
+      write_message(faults_, *update_.mutable_faults());
       message = pack(update_);
     }
     if (viewer.send_if_quick(message)) viewer.next_events.faults = faults_.revision();
@@ -668,7 +589,7 @@ void ViewerHub::send_programs(Clock::time_point now) {
     if (viewer.programs == status) return;
     if (!message) {
       update_.Clear();
-      write(*status, *update_.mutable_programs());
+      write_message(*status, *update_.mutable_programs());
       message = pack(update_);
     }
     if (viewer.send_if_quick(message)) viewer.programs = status;
@@ -712,7 +633,7 @@ void ViewerHub::send_events(protocols::WireTap* tap, const char* wire,
     auto& out = *update_.mutable_wire_events();
     out.set_wire(wire);
     out.set_dropped(tap->given_up());
-    for (const auto& event : events_) write(*event, *out.add_events());
+    for (const auto& event : events_) write_message(*event, *out.add_events());
     viewer.send(pack(update_));
   });
 }

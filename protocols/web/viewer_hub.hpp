@@ -16,6 +16,7 @@
 #include "protocols/web/past_desk.hpp"
 #include "protocols/web/scene_looks.hpp"
 #include "protocols/web/viewer.hpp"
+#include "protocols/web/web_counts.hpp"
 #include "protocols/web/web_server.hpp"
 
 namespace aprsim::web {
@@ -27,7 +28,7 @@ class ViewerHub {
   using Clock = std::chrono::steady_clock;
 
   ViewerHub(const WebServerOptions& options, api::CommandSink& sink,
-            const api::SnapshotSource& source);
+            const api::SnapshotSource& source, WebCounts& counts);
 
   void add(std::shared_ptr<WebSocket> socket, std::string peer, protocols::Caller caller);
   /// Sends what is due; at the highest rate of snapshots.
@@ -44,6 +45,7 @@ class ViewerHub {
     std::uint64_t viewer = 0;
     std::uint32_t request = 0;
     api::Ticket ticket = 0;
+    Clock::time_point asked{};
   };
 
   void answer(Viewer& viewer, const v1::ViewerRequest& request);
@@ -94,6 +96,7 @@ class ViewerHub {
   const WebServerOptions& options_;
   api::CommandSink& sink_;
   const api::SnapshotSource& source_;
+  WebCounts& counts_;
   std::string instance_id_;
   int beams_ = 0;  // of the light curtain; the same after a reset
   SceneLooks looks_, past_looks_;

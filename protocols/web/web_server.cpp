@@ -40,7 +40,7 @@ class WebServer::Impl {
   Impl(WebServerOptions options, api::CommandSink& sink, const api::SnapshotSource& source)
       : options_(with_access(std::move(options))),
         source_(source),
-        hub_(options_, sink, source),
+        hub_(options_, sink, source, counts_),
         listener_(
             io_,
             {.name = "web",
@@ -77,6 +77,16 @@ class WebServer::Impl {
 
   [[nodiscard]] std::size_t open() const { return listener_.open(); }
 
+  [[nodiscard]] WebServerStats stats() const {
+    return {.accepted = listener_.accepted(),
+            .refused = listener_.refused(),
+            .open = listener_.open(),
+            .requests = counts_.requests,
+            .failed = counts_.failed,
+            .skipped = counts_.skipped,
+            .answer_times = counts_.answer_times.counts()};
+  }
+
  private:
   Result<void> load() {
     auto assets = std::make_shared<AssetTable>();
@@ -92,6 +102,7 @@ class WebServer::Impl {
     context_.access = options_.access;
     context_.refusals = turned_away_.refusals = &log_;
     context_.tls = turned_away_.tls = options_.tls;
+    context_.counts = turned_away_.counts = &counts_;
     context_.live["/healthz"] = [] { return LivePage{.body = "ok\n"}; };
     context_.live["/readyz"] = [this] {
       const std::string problem = source_.problem();
@@ -197,6 +208,7 @@ class WebServer::Impl {
   bool over_ = false;  // what ends now ends with the io_context
   std::uint64_t next_session_ = 0;
   std::map<std::uint64_t, std::weak_ptr<HttpSession>> sessions_, turned_away_sessions_;
+  WebCounts counts_;
   ViewerHub hub_;
   // Its pending handlers own sessions and sockets, whose ends refer to what stands above.
   asio::io_context io_{1};
@@ -213,5 +225,6 @@ WebServer::~WebServer() = default;
 Result<std::uint16_t> WebServer::start() { return impl_->start(); }
 void WebServer::stop() { impl_->stop(); }
 std::size_t WebServer::open() const { return impl_->open(); }
+WebServerStats WebServer::stats() const { return impl_->stats(); }
 
 }  // namespace aprsim::web

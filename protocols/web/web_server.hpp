@@ -20,6 +20,7 @@
 #include "protocols/wire_tap.hpp"
 #include "protocols/wire_trace.hpp"
 #include "world/api/cell_description.hpp"
+#include "world/api/duration_histogram.hpp"
 #include "world/api/error.hpp"
 #include "world/api/history.hpp"
 #include "world/api/ports.hpp"
@@ -36,6 +37,16 @@ struct ListenerCount {
 
 /// Connections beyond the limit that are told so at a time; those beyond are closed at once.
 inline constexpr std::size_t kMaxTurnedAway = 256;
+
+struct WebServerStats {
+  std::uint64_t accepted = 0;  ///< connections taken
+  std::uint64_t refused = 0;   ///< connections without a place
+  std::uint64_t open = 0;      ///< connections now
+  std::uint64_t requests = 0;  ///< over HTTP, and of pages over their WebSockets
+  std::uint64_t failed = 0;    ///< of these: answered with an error
+  std::uint64_t skipped = 0;   ///< snapshots that slow viewers did not get
+  api::DurationHistogram::Counts answer_times;
+};
 
 struct WebServerOptions {
   std::string bind_address = "127.0.0.1";  ///< a numeric IPv4 or IPv6 address
@@ -94,6 +105,8 @@ class WebServer {
   void stop();
 
   [[nodiscard]] std::size_t open() const;  ///< connections now; thread: any
+  /// Thread: the server's, as in the calls of its options.
+  [[nodiscard]] WebServerStats stats() const;
 
  private:
   class Impl;

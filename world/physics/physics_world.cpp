@@ -625,6 +625,8 @@ const api::SolverFailures& PhysicsWorld::solver_failures() const {
   return impl_->solver.failures();
 }
 
+const api::SolverWork& PhysicsWorld::solver_work() const { return impl_->solver.work(); }
+
 std::uint64_t PhysicsWorld::state_hash() const { return physics::state_hash(impl_->model); }
 
 void PhysicsWorld::adopt(const PhysicsWorld& old, std::span<const int> old_of) {

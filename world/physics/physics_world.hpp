@@ -10,6 +10,7 @@
 #include <Eigen/Geometry>
 
 #include "world/api/snapshot.hpp"
+#include "world/api/solver_work.hpp"
 #include "world/physics/arm_force.hpp"
 #include "world/physics/bodies/physics_failure.hpp"
 #include "world/physics/bodies/ties.hpp"
@@ -145,6 +146,8 @@ class PhysicsWorld {
   [[nodiscard]] double max_penetration_m() const;
   [[nodiscard]] std::uint64_t penetration_faults() const;
   [[nodiscard]] const api::SolverFailures& solver_failures() const;
+  /// Since it was built; what was restored is not taken back.
+  [[nodiscard]] const api::SolverWork& solver_work() const;
   /// FNV-1a over the bits of every body's state.
   [[nodiscard]] std::uint64_t state_hash() const;
 

@@ -3,6 +3,7 @@
 #include <utility>
 #include <vector>
 
+#include "world/api/solver_work.hpp"
 #include "world/physics/constraint/constraint_system.hpp"
 #include "world/physics/islands.hpp"
 
@@ -37,6 +38,8 @@ class StepSolver {
   [[nodiscard]] const Memory& save() const { return memory_; }
   void restore(const Memory& memory) { memory_ = memory; }
   [[nodiscard]] const api::SolverFailures& failures() const { return memory_.failures; }
+  /// What is undone counts, too.
+  [[nodiscard]] const api::SolverWork& work() const { return work_; }
 
  private:
   /// Something of an island: the island's number, and an index.
@@ -60,6 +63,7 @@ class StepSolver {
   std::vector<ode::SavedState> before_;   // by body
   std::vector<GripperMechanism::Solved> grippers_before_;
   Memory memory_, memory_before_;
+  api::SolverWork work_;
   std::vector<ContactConstraint> last_contacts_;  // sorted
   std::vector<int> kept_;                         // contacts that bore a force
 };

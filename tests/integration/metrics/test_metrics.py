@@ -74,6 +74,8 @@ class Counts(Cell):
                 [os.path.join(BINARIES, "aprsim"), "--ports-file", self.daemon.ports_file, "status"],
                 check=False, capture_output=True, timeout=60 * PATIENCE,
             )
+        with self.assertRaises(urllib.error.HTTPError):
+            get(self.url + "/nothing")
         after = self.metrics()
 
         def more(name):
@@ -91,6 +93,13 @@ class Counts(Cell):
         self.assertGreaterEqual(more('aprsim_answer_seconds_count{wire="grpc"}'), 3)
         self.assertEqual(after['aprsim_connections{wire="crcl.fanuc"}'], 1)
         self.assertEqual(more('aprsim_connections_accepted_total{wire="crcl.fanuc"}'), 1)
+        # The page that is not there, and the metrics themselves.
+        self.assertEqual(more('aprsim_requests_total{wire="web"}'), 2)
+        self.assertEqual(more('aprsim_request_errors_total{wire="web"}'), 1)
+        self.assertEqual(more('aprsim_answer_seconds_count{wire="web"}'), 2)
+        # What lies on tables is solved, and to the tolerance.
+        self.assertGreater(after["aprsim_solver_iterations_total"], 0)
+        self.assertLess(after["aprsim_solver_residual_meters_per_second"], 1e-8)
         # Steps go on while they are counted.
         steps = after["aprsim_step_seconds_count"] - before["aprsim_step_seconds_count"]
         simulated = after["aprsim_simulated_seconds"] - before["aprsim_simulated_seconds"]

@@ -90,7 +90,8 @@ TEST(Metrics, TellWhatTheSnapshotAndTheListenersSay) {
   sources.modbus.exceptions = 6;
   sources.journal = {.records = 11, .bytes = 12, .gaps = 1, .missing = 13};
   sources.grpc.dropped = 9;
-  sources.web_open = 2;
+  sources.web = {.open = 2, .requests = 17, .failed = 3, .skipped = 5};
+  sources.solver = {.solved = 40, .iterations = 90, .most_iterations = 6, .residual_m_s = 0.5};
   const std::string text = metrics_text(sources);
   for (const std::string& line :
        {std::string("aprsim_build_info{version=\"") + kVersion + "\"} 1",
@@ -104,6 +105,14 @@ TEST(Metrics, TellWhatTheSnapshotAndTheListenersSay) {
         std::string("aprsim_bodies{simplified=\"none\"} 1"),
         std::string("aprsim_bodies{simplified=\"dormant\"} 2"),
         std::string("aprsim_bodies_lost 1"),
+        std::string("aprsim_bodies_awake 1"),
+        std::string("aprsim_solver_solved_total 40"),
+        std::string("aprsim_solver_iterations_total 90"),
+        std::string("aprsim_solver_iterations 6"),
+        std::string("aprsim_solver_residual_meters_per_second 0.5"),
+        std::string("aprsim_requests_total{wire=\"web\"} 17"),
+        std::string("aprsim_request_errors_total{wire=\"web\"} 3"),
+        std::string("aprsim_stream_drops_total{wire=\"web\"} 5"),
         std::string("aprsim_injected_faults 1"),
         std::string("aprsim_robot_protective_stop{robot=\"left\"} 0"),
         std::string("aprsim_robot_protective_stop{robot=\"right\"} 1"),
