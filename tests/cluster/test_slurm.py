@@ -32,7 +32,7 @@ def own_network() -> None:
     """Slurm finds no address where there is none but the loopback's: then in a network of our own that
     has one."""
     try:
-        socket.getaddrinfo("127.0.0.1", 1, flags=socket.AI_ADDRCONFIG)
+        socket.getaddrinfo(None, 1, socket.AF_INET, flags=socket.AI_ADDRCONFIG | socket.AI_PASSIVE)
         return
     except socket.gaierror:
         pass
