@@ -55,8 +55,9 @@ TEST_P(Resets, LeaveMemoryFlatAndTheSameSeedEndsTheSame) {
   // What is kept of the past takes about as much as it may.
   const double kept_mb =
       1.5 * (std::stod(GetParam().journal_mb) + std::stod(GetParam().history_mb));
-  std::vector<std::string> arguments{"--speed", "stepped", "--no-web", "--set",
-                                     "journal.memory_mb=" + GetParam().journal_mb, "--set"};
+  std::vector<std::string> arguments{
+      "--speed", "stepped", "--no-web", "--set", "journal.memory_mb=" + GetParam().journal_mb,
+      "--set"};
   arguments.push_back(kept_mb > 0 ? "history.max_mb=" + GetParam().history_mb
                                   : "history.minutes=0");
   DaemonProcess daemon(arguments);
@@ -77,7 +78,8 @@ TEST_P(Resets, LeaveMemoryFlatAndTheSameSeedEndsTheSame) {
     if (i == kWarmUp) before_mb = mb;
     most_mb = std::max(most_mb, mb);
   }
-  EXPECT_LT(most_mb - before_mb, kept_mb + kMargin_mb + std::min(kAllEvents_mb, kEvents_mb * resets()))
+  EXPECT_LT(most_mb - before_mb,
+            kept_mb + kMargin_mb + std::min(kAllEvents_mb, kEvents_mb * resets()))
       << before_mb << " MB grew to " << most_mb;
   RecordProperty("before_mb", std::to_string(before_mb));
   RecordProperty("most_mb", std::to_string(most_mb));
