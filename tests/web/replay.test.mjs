@@ -30,11 +30,13 @@ before(async () => {
       '--ports-file',
       join(recorded.directory, 'ports.json')
     ]).toString();
+  const step = () => Number(JSON.parse(aprsim('status', '--json')).step);
+  // So that there is a moment before the first command.
+  await until('the first steps', () => step() > 100);
   const client = await CrclClient.open(recorded.ports['crcl.fanuc']);
   await client.run('InitCanonType');
   await client.moveJoints(20, 0, 0, 0, 0, 0);
   await writeRegister(recorded.ports.modbus, 0x8002, 10000);
-  const step = () => Number(JSON.parse(aprsim('status', '--json')).step);
   seen.moved = step();
   aprsim('scene', 'spawn', 'sku_part_large_gear', 'spare', '--at', '0.3', '-1', '1.2');
   seen.spawned = step();
@@ -130,8 +132,10 @@ test('what went over the wires is there at its time', async () => {
       texts.filter((text) => /Done/.test(text)).length >= 5
     );
   });
-  await goTo(1);
-  await until('no command yet', async () => (await rows.count()) === 0);
+  await until('no command yet', async () => {
+    await goTo(1);
+    return (await rows.count()) === 0;
+  });
   await goTo(seen.moved);
   await until('the first motion', async () =>
     /ActuateJoints/.test((await rows.allTextContents()).join('\n'))
