@@ -118,7 +118,7 @@ server::journal::ReplayResult from_checkpoint(const v1::JournalHeader& header,
 TEST(Journal, OfADaemonThatIsKilledIsRunAgainToTheSameStates) {
   const TemporaryDirectory directory;
   const std::string file = directory.path() + "/run.journal";
-  const std::uint64_t steps = how_many("APRSIM_JOURNAL_STEPS", 40'000);
+  const std::uint64_t steps = how_many("APRSIM_JOURNAL_STEPS", 28'000);
   {
     DaemonProcess daemon(
         {"--journal", file, "--no-web", "--speed", "10", "--set", "journal.max_file_mb=1000"});
