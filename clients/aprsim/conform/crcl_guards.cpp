@@ -136,17 +136,21 @@ std::string error(const Target& target) {
   return words;
 }
 
+/// A command just sent is worked on to its own end.
+void expect_whole(CrclProbe& probe, std::int64_t id) {
+  const SeenStatus first = probe.poll();
+  expect(first.status.command.command_id == id, in_words(first.status));
+  expect_state(first, CommandState::kWorking);
+  expect_state(probe.wait_over(id, kSoon), CommandState::kDone);
+}
+
 std::string leaves_alone(const Target& target) {
   CrclProbe probe(target);
   const std::string sensor = sensor_of(probe, target);
   for (const crcl::Guard& guard : {unmet(sensor), guard(sensor, GuardLimit::kUnderMin, -kBeyond),
                                    guard(sensor, GuardLimit::kIncreaseOverLimit, kBeyond),
                                    guard(sensor, GuardLimit::kDecreaseBeyondLimit, kBeyond)}) {
-    const std::int64_t id = send(probe, crcl::Dwell{kShort_s}, guard);
-    const SeenStatus first = probe.poll();
-    expect(first.status.command.command_id == id, in_words(first.status));
-    expect_state(first, CommandState::kWorking);
-    expect_state(probe.wait_over(id, kSoon), CommandState::kDone);
+    expect_whole(probe, send(probe, crcl::Dwell{kShort_s}, guard));
   }
   return "4 times CRCL_Working, then CRCL_Done";
 }
@@ -166,11 +170,7 @@ std::string of_one_command(const Target& target) {
   CrclProbe probe(target);
   const std::string sensor = sensor_of(probe, target);
   expect_state(dwell(probe, kLong_s, met(sensor)).seen, CommandState::kDone);
-  const std::int64_t id = probe.send(crcl::Dwell{kShort_s});
-  const SeenStatus first = probe.poll();
-  expect(first.status.command.command_id == id, in_words(first.status));
-  expect_state(first, CommandState::kWorking);
-  expect_state(probe.wait_over(id, kSoon), CommandState::kDone);
+  expect_whole(probe, probe.send(crcl::Dwell{kShort_s}));
   return "CRCL_Working, then CRCL_Done";
 }
 
