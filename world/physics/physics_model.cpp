@@ -68,6 +68,17 @@ void PhysicsModel::set_step_s(double s) {
   }
 }
 
+bool PhysicsModel::is_held(int body) const {
+  return std::ranges::any_of(grippers, [body](const GripperMechanism& gripper) {
+    return gripper.state().held_body == body;
+  });
+}
+
+double PhysicsModel::way_m(int number) const {
+  const FreeBody& free = body(number);
+  return step_s * (free.v_com_W.norm() + free.radius_m * free.omega_W.norm());
+}
+
 const GripperMechanism& PhysicsModel::mechanism(int tool) const {
   for (std::size_t r = 0; r < tool_of_robot.size(); ++r) {
     if (tool_of_robot[r] == tool) return grippers[r];

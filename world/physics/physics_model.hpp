@@ -38,6 +38,10 @@ struct PhysicsModel {
   [[nodiscard]] FreeBody& body(int i) { return bodies[static_cast<std::size_t>(i)]; }
   [[nodiscard]] const FreeBody& body(int i) const { return bodies[static_cast<std::size_t>(i)]; }
   void set_step_s(double s);
+  /// Whether a gripper holds it.
+  [[nodiscard]] bool is_held(int body) const;
+  /// Way of any of a body's points in a step, at most.
+  [[nodiscard]] double way_m(int number) const;
   /// Of a tool, wherever it is.
   [[nodiscard]] const GripperMechanism& mechanism(int tool) const;
   /// The ODE body that moves a body; null for kGround.

@@ -7,6 +7,7 @@
 
 #include "world/archive/api_fields.hpp"
 #include "world/physics/arm_penalty.hpp"
+#include "world/physics/blow_search.hpp"
 #include "world/physics/contact_report.hpp"
 #include "world/physics/contact_search.hpp"
 #include "world/physics/divergence_check.hpp"
@@ -26,10 +27,7 @@ constexpr int kPutRounds = 64;  // of clearing one obstacle after the other
 // What goes farther in a step than the first meets things in parts of the second [m].
 constexpr double kLongWay = 6e-3, kPartWay = 4.5e-4;
 constexpr int kMostParts = 32;
-// What is faster strikes what it meets; after a blow that leads farther off the way that was looked
-// for, the new way is looked at as well, so often at most [m in a step, m].
-constexpr double kStrikingWay = 4e-4, kOffTheWay = 1e-4;
-constexpr int kMostBlows = 3;
+constexpr int kMostBlows = 3;  // after each, a step or a part of it is solved anew
 
 /// A share of the way from one pose to another.
 Eigen::Isometry3d between_poses(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b,
@@ -41,14 +39,6 @@ Eigen::Isometry3d between_poses(const Eigen::Isometry3d& a, const Eigen::Isometr
   return out;
 }
 
-/// Do two contacts of one pair stand for the same touch?
-bool is_same(const ContactConstraint& a, const ContactConstraint& b) {
-  constexpr double kSamePlace = 2e-3, kSameSide = 0.9;  // [m], cosine
-  const Contact &p = a.contact, &q = b.contact;
-  return p.a == q.a && p.b == q.b && a.fixed == b.fixed &&
-         (p.p_W - q.p_W).squaredNorm() < kSamePlace * kSamePlace && p.n_W.dot(q.n_W) > kSameSide;
-}
-
 }  // namespace
 
 struct PhysicsWorld::Impl {
@@ -57,12 +47,12 @@ struct PhysicsWorld::Impl {
       : model(scene, arm_models, X_WL),
         search(model),
         solver(model),
+        blows(model, search, solver),
         penalty(model),
         report(model) {
     released.reserve(model.bodies.size());
     fallen.reserve(model.bodies.size());
     met.reserve(kConstraintCapacity);
-    known.reserve(kConstraintCapacity);
     for (const auto& links : X_WL) {
       next_mounts.push_back(links.back());
       next_links.emplace_back(links.begin(), links.end());
@@ -71,17 +61,12 @@ struct PhysicsWorld::Impl {
   }
 
   void step();
-  [[nodiscard]] bool held(int body) const;
-  [[nodiscard]] double way_m(const FreeBody& body) const;
   [[nodiscard]] int parts_of_step() const;
   [[nodiscard]] double stroke_m(int body) const;
   void begin_part(int left);
   void step_part(int left);
   void count_faults();
   void solve();
-  [[nodiscard]] bool strikes() const;
-  [[nodiscard]] bool add_met_after_blow();
-  void set_velocity(int body, const Eigen::Vector3d& v_com_W, const Eigen::Vector3d& omega_W);
   void collect_results(int left);
   void observe_grippers();
   void lose_fallen();
@@ -91,16 +76,11 @@ struct PhysicsWorld::Impl {
   PhysicsModel model;
   ContactSearch search;
   StepSolver solver;
+  BlowSearch blows;
   ArmPenalty penalty;
   ContactReport report;
   std::vector<int> released, fallen;
-  std::vector<ContactConstraint> met;    // in the parts of a step
-  std::vector<ContactConstraint> known;  // before a blow
-  struct Motion {
-    int body;
-    Eigen::Vector3d v_com_W, omega_W;
-  };
-  std::vector<Motion> before_blow, leaving, looked_at;
+  std::vector<ContactConstraint> met;                      // in the parts of a step
   std::vector<Eigen::Isometry3d> next_mounts;              // of the grippers; set before every step
   std::vector<std::vector<Eigen::Isometry3d>> next_links;  // while a step is done in parts
   std::vector<Eigen::Isometry3d> between;                  // of an arm's links
@@ -140,22 +120,11 @@ void PhysicsWorld::Impl::step() {
   check_state(model, steps);
 }
 
-bool PhysicsWorld::Impl::held(int body) const {
-  return std::ranges::any_of(model.grippers, [body](const GripperMechanism& gripper) {
-    return gripper.state().held_body == body;
-  });
-}
-
-/// Of any of a body's points in a step, at most.
-double PhysicsWorld::Impl::way_m(const FreeBody& body) const {
-  return model.step_s * (body.v_com_W.norm() + body.radius_m * body.omega_W.norm());
-}
-
 int PhysicsWorld::Impl::parts_of_step() const {
   double longest = 0;
   for (const int i : model.simplification.awake()) {
-    if (held(i)) continue;  // as fast as a robot
-    if (way_m(model.body(i)) > kLongWay) longest = std::max(longest, stroke_m(i));
+    if (model.is_held(i)) continue;  // as fast as a robot
+    if (model.way_m(i) > kLongWay) longest = std::max(longest, stroke_m(i));
   }
   if (longest <= kLongWay) return 1;
   return std::min(kMostParts, 1 + static_cast<int>(std::ceil((longest - kLongWay) / kPartWay)));
@@ -241,12 +210,12 @@ void PhysicsWorld::Impl::count_faults() {
 /// solved; those outside their cone are freed and the same step is solved anew.
 void PhysicsWorld::Impl::solve() {
   const bool merged = model.simplification.composites().child_count() > 0;
-  const bool striking = strikes();
+  const bool striking = blows.strikes();
   if (merged || striking) solver.begin();
   apply_suction(model);
   solver.step();
-  looked_at.clear();
-  for (int i = 0; striking && i < kMostBlows && add_met_after_blow(); ++i) {
+  blows.begin();
+  for (int i = 0; striking && i < kMostBlows && blows.add_met(); ++i) {
     solver.begin();
     apply_suction(model);
     solver.step();
@@ -262,79 +231,6 @@ void PhysicsWorld::Impl::solve() {
     apply_suction(model);
     solver.step();
   }
-}
-
-/// Is something so fast that it may strike another?
-bool PhysicsWorld::Impl::strikes() const {
-  return std::ranges::any_of(model.simplification.awake(), [this](int i) {
-    const double share = model.scene.physics.step_s / model.step_s;
-    return share * way_m(model.body(i)) > kStrikingWay && !held(i);
-  });
-}
-
-/// What has been struck in the step just solved moves off in directions that nothing has been
-/// looked for. Takes the step back and adds the contacts on these ways; false when there was no
-/// such blow, and the step stands.
-bool PhysicsWorld::Impl::add_met_after_blow() {
-  // Velocities that bodies would leave with; whoever's way has been looked at by now is no news.
-  const auto off = [this](const Motion& now, const Motion& then) {
-    const double radius = model.body(now.body).radius_m;
-    return model.step_s *
-           ((now.v_com_W - then.v_com_W).norm() + radius * (now.omega_W - then.omega_W).norm());
-  };
-  std::vector<Motion>& after = leaving;
-  after.clear();
-  bool blow = false;
-  for (const int root : model.simplification.awake_roots()) {
-    const FreeBody& body = model.body(root);
-    Motion motion{root, ode::vector(dBodyGetLinearVel(body.body.get())),
-                  ode::vector(dBodyGetAngularVel(body.body.get()))};
-    motion.v_com_W += motion.omega_W.cross(body.X_WB.linear() * (body.mass.com - body.origin_B));
-    double least = off(motion, {root, body.v_com_W, body.omega_W});
-    for (const Motion& looked : looked_at) {
-      if (looked.body == root) least = std::min(least, off(motion, looked));
-    }
-    blow = blow || least > kOffTheWay;
-    after.push_back(motion);
-  }
-  if (!blow) return false;
-  looked_at.insert(looked_at.end(), after.begin(), after.end());
-  solver.undo();
-  before_blow.clear();
-  for (const int i : model.simplification.awake()) {
-    before_blow.push_back({i, model.body(i).v_com_W, model.body(i).omega_W});
-  }
-  for (const Motion& motion : after) {
-    set_velocity(motion.body, motion.v_com_W, motion.omega_W);
-    const FreeBody& lead = model.body(motion.body);
-    const auto& composites = model.simplification.composites();
-    for (int m = composites.next(motion.body); m >= 0; m = composites.next(m)) {
-      set_velocity(m, lead.velocity_at(model.body(m).com_W()), lead.omega_W);
-    }
-  }
-  known.clear();
-  std::swap(known, model.constraints);
-  search.find();
-  for (const Motion& motion : before_blow) {
-    set_velocity(motion.body, motion.v_com_W, motion.omega_W);
-  }
-  const std::size_t before = known.size();
-  for (const ContactConstraint& found : model.constraints) {
-    const auto end = known.begin() + static_cast<std::ptrdiff_t>(before);
-    const bool is_known = std::any_of(
-        known.begin(), end, [&](const ContactConstraint& other) { return is_same(found, other); });
-    if (!is_known) known.push_back(found);
-  }
-  std::swap(known, model.constraints);
-  return true;
-}
-
-void PhysicsWorld::Impl::set_velocity(int body, const Eigen::Vector3d& v_com_W,
-                                      const Eigen::Vector3d& omega_W) {
-  FreeBody& free = model.body(body);
-  free.v_com_W = v_com_W;
-  free.omega_W = omega_W;
-  free.update_bounds();
 }
 
 void PhysicsWorld::Impl::collect_results(int left) {
