@@ -7,7 +7,27 @@ namespace aprsim::physics {
 namespace {
 
 constexpr double kSameContact = 3e-3;  // [m] from where it was in the last step, at most
+constexpr double kSameFace = 0.9;      // cosine between its normals then and now
 constexpr double kFalling = 0.03;      // [m/s], slower bodies lie on something
+
+/// The least rotation that takes one normal to another; none where they have little in common.
+class NormalTurn {
+ public:
+  NormalTurn(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+    const double cosine = from.dot(to);
+    if (cosine < kSameFace) return;
+    axis_ = from.cross(to);
+    scale_ = 1 / (1 + cosine);
+  }
+  Eigen::Vector3d operator()(const Eigen::Vector3d& v) const {
+    const Eigen::Vector3d across = axis_.cross(v);
+    return v + across + scale_ * axis_.cross(across);
+  }
+
+ private:
+  Eigen::Vector3d axis_ = Eigen::Vector3d::Zero();  // times the angle's sine
+  double scale_ = 0;
+};
 
 /// Which two bodies touch.
 std::tuple<int, int, int> pair_of(const ContactConstraint& constraint) {
@@ -148,7 +168,8 @@ void StepSolver::take_last_contacts() {
   memory_.contacts.clear();
 }
 
-/// The forces of the nearest contact of the same two bodies in the last step.
+/// The forces of the nearest contact of the same two bodies in the last step, turned as its normal
+/// has.
 void StepSolver::continue_last(ContactConstraint& constraint) const {
   const auto key = pair_of(constraint);
   auto last = std::lower_bound(
@@ -159,10 +180,11 @@ void StepSolver::continue_last(ContactConstraint& constraint) const {
     const double distance2 = (last->contact.p_W - constraint.contact.p_W).squaredNorm();
     if (distance2 >= least2) continue;
     least2 = distance2;
-    constraint.f_W = last->f_W;
-    constraint.torque_W = last->torque_W;
-    constraint.f_change_W = last->f_change_W;
-    constraint.torque_change_W = last->torque_change_W;
+    const NormalTurn turned(last->contact.n_W, constraint.contact.n_W);
+    constraint.f_W = turned(last->f_W);
+    constraint.torque_W = turned(last->torque_W);
+    constraint.f_change_W = turned(last->f_change_W);
+    constraint.torque_change_W = turned(last->torque_change_W);
     constraint.continues = true;
     constraint.impact_m2_s2 = last->impact_m2_s2;
   }

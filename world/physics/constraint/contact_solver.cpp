@@ -25,6 +25,7 @@ constexpr int kMostLineSearch = 20, kMostHalvings = 6;
 constexpr double kLeastProgress = 0.02;
 constexpr double kSlidingShare = 1e-6;
 constexpr double kHardTangent = 1e-9;  ///< softness of friction, of W
+constexpr double kLever = 0.01;        ///< [m] at which angular velocities count in the residual
 
 /// Two directions across n.
 Matrix3 frame_of(const Vector3& n) {
@@ -187,6 +188,7 @@ int ContactSolver::add_row(const Side& a, const Side& b, double target, double s
   row.b = b;
   row.target = target;
   row.softness = softness;
+  if (a.linear.isZero(0) && b.linear.isZero(0)) row.lever = kLever;
   row.lo = lo_ns;
   row.hi = hi_ns;
   row.now.x = std::clamp(guess_ns.last + guess_ns.change, lo_ns, hi_ns);
@@ -337,7 +339,7 @@ double ContactSolver::residual() {
     if (!(row.W > 0)) continue;
     const double y = row.y + row.softness * row.now.x;
     const double x = std::clamp(row.now.x - y / row.W, row.lo, row.hi);
-    worst = std::max(worst, row.W * std::abs(row.now.x - x));
+    worst = std::max(worst, row.lever * row.W * std::abs(row.now.x - x));
   }
   for (const Contact& c : contacts_) {
     if (!(c.W_n > 0)) continue;
@@ -351,8 +353,6 @@ double ContactSolver::residual() {
     worst = std::max({worst, c.W_n * std::abs(off.x()) - slack, c.W_t * std::abs(off.y()) - slack,
                       c.W_t * std::abs(off.z()) - slack});
     if (!c.turns) continue;
-    // Angular velocities count at a lever of a centimetre.
-    constexpr double kLever = 0.01;
     if (c.spinning > 0) {
       const double bound = c.spinning * c.x.x();
       const double x = std::clamp(c.torque.x() - c.turn.x() / c.W_spin, -bound, bound);
@@ -667,7 +667,7 @@ APRSIM_VECTOR_CLONES ContactSolver::Gradient ContactSolver::find_gradient() {
     const Vector6& g = gradient_[index(body.unknown)];
     const Vector3 dv = body.inverse_kg * g.head<3>(), dw = body.inverse_inertia * g.tail<3>();
     out.energy += g.head<3>().dot(dv) + g.tail<3>().dot(dw);
-    out.speed_m_s = std::max({out.speed_m_s, dv.norm(), 0.01 * dw.norm()});
+    out.speed_m_s = std::max({out.speed_m_s, dv.norm(), kLever * dw.norm()});
   }
   return out;
 }

@@ -37,8 +37,8 @@ class ContactSolver {
   static constexpr int kFixed = -1;  ///< a body that does not move
 
   struct Settings {
-    double tolerance_m_s = 1e-9;
-    int most_iterations = 200;  ///< Newton steps
+    double tolerance_m_s = 1e-8;  ///< angular velocities count at a lever of a centimetre
+    int most_iterations = 200;    ///< Newton steps
   };
 
   /// Where the search begins: at the last step's impulse, or by the change to it farther, whichever
@@ -122,6 +122,7 @@ class ContactSolver {
     Side a, b;
     double target = 0, softness = 0, lo = 0, hi = 0;
     double W = 0, D = 0;  // its diagonal of J M^-1 J', and softness with the proximal term
+    double lever = 1;     // of a row between rotations [m]
     double kept_gain = 0;
     double rate = 0;  // change of its velocity along the search direction
     double y = 0;

@@ -50,20 +50,23 @@ void GripperConstraints::add_to(ConstraintSystem& system, const std::array<Finge
   if (joints_.linkage) add_linkage(system, forces);
 }
 
+// Axes of rows are those of the palm, so that forces stay as they are while the hand turns: from
+// those of the last step the solver's search begins.
+
 /// The palm fixed to the carriage: compliant in translation, stiff in rotation.
 void GripperConstraints::add_mount(ConstraintSystem& system, GripperForces& forces) const {
   dBodyID palm_body = joints_.bodies[0], carriage_body = joints_.carriage;
   const Place palm(palm_body), carriage(carriage_body);
   const Vector3d off = carriage.p - palm.p, turn = turn_between(palm.R, carriage.R);
   for (int i = 0; i < 3; ++i) {
-    const Vector3d axis = Vector3d::Unit(i);
+    const Vector3d axis = palm.R.col(i);
     const auto k = static_cast<std::size_t>(i);
-    system.add_joint_row({palm_body, axis, Vector3d::Zero()},
-                         {carriage_body, -axis, Vector3d::Zero()},
-                         joints_.mount_erp / step_s_ * off[i], joints_.mount_cfm, forces.mount[k]);
+    system.add_joint_row(
+        {palm_body, axis, Vector3d::Zero()}, {carriage_body, -axis, Vector3d::Zero()},
+        joints_.mount_erp / step_s_ * axis.dot(off), joints_.mount_cfm, forces.mount[k]);
     system.add_joint_row({palm_body, Vector3d::Zero(), axis},
-                         {carriage_body, Vector3d::Zero(), -axis}, kRowErp / step_s_ * turn[i],
-                         kRowCfm, forces.mount[k + 3]);
+                         {carriage_body, Vector3d::Zero(), -axis},
+                         kRowErp / step_s_ * axis.dot(turn), kRowCfm, forces.mount[k + 3]);
   }
 }
 
@@ -74,10 +77,11 @@ void GripperConstraints::add_slider(ConstraintSystem& system, std::size_t i,
   dBodyID finger_body = joints_.bodies[i + 1], palm_body = joints_.bodies[0];
   const Place finger(finger_body), palm(palm_body);
   const Vector3d turn = turn_between(finger.R, palm.R);
-  for (int axis = 0; axis < 3; ++axis) {
-    system.add_joint_row({finger_body, Vector3d::Zero(), Vector3d::Unit(axis)},
-                         {palm_body, Vector3d::Zero(), -Vector3d::Unit(axis)}, k * turn[axis],
-                         kRowCfm, forces.rail[i][static_cast<std::size_t>(axis)]);
+  for (int column = 0; column < 3; ++column) {
+    const Vector3d axis = palm.R.col(column);
+    system.add_joint_row({finger_body, Vector3d::Zero(), axis},
+                         {palm_body, Vector3d::Zero(), -axis}, k * axis.dot(turn), kRowCfm,
+                         forces.rail[i][static_cast<std::size_t>(column)]);
   }
   const FingerForce force = between(finger_body, palm_body);
   const Vector3d off = palm.p + palm.R * joints_.rail[i] - finger.p;
@@ -119,9 +123,9 @@ void GripperConstraints::add_linkage(ConstraintSystem& system, GripperForces& fo
   const Place lever(lever_body), palm(palm_body);
   const Vector3d arm = palm.R * joints_.pivot, off = palm.p + arm - lever.p;
   for (int i = 0; i < 3; ++i) {
-    const Vector3d axis = Vector3d::Unit(i);
+    const Vector3d axis = palm.R.col(i);
     system.add_joint_row({lever_body, axis, Vector3d::Zero()}, {palm_body, -axis, -arm.cross(axis)},
-                         k * off[i], kRowCfm, forces.linkage[static_cast<std::size_t>(i)]);
+                         k * axis.dot(off), kRowCfm, forces.linkage[static_cast<std::size_t>(i)]);
   }
   const Vector3d tilt = lever.R.col(2).cross(palm.R.col(2));
   for (const int column : {0, 1}) {
