@@ -30,6 +30,10 @@ bool needs_cell(const AnyCommand& command) {
          !std::holds_alternative<ConformClausesCommand>(command) &&
          !std::holds_alternative<ScenarioListCommand>(command) &&
          !std::holds_alternative<ScenarioCheckCommand>(command) &&
+         !std::holds_alternative<BatchCommand>(command) &&
+         !std::holds_alternative<MergeCommand>(command) &&
+         !std::holds_alternative<ReportDiffCommand>(command) &&
+         !std::holds_alternative<ReplayCommand>(command) &&
          !std::holds_alternative<TraceDiffCommand>(command) &&
          !std::holds_alternative<TraceExportCommand>(command) &&
          !std::holds_alternative<TraceImportCommand>(command) &&

@@ -27,6 +27,19 @@ std::string stamp_now() {
   return text;
 }
 
+void log(const Missing& gap) {
+  spdlog::warn("journal: {} records are missing, {} of them commands: {}", gap.records,
+               gap.commands, gap.reason);
+}
+
+std::string frame_of(const Missing& gap) {
+  v1::JournalRecord record;
+  write_message(gap, record);
+  aprsim::journal::FrameEncoder encoder;
+  encoder.add(record);
+  return encoder.take();
+}
+
 }  // namespace
 
 std::string header_bytes(const v1::JournalHeader& header, std::uint32_t part) {
@@ -56,6 +69,7 @@ void JournalDisk::put(const Frame& frame) {
 }
 
 void JournalDisk::write_waiting() {
+  end_with_gap();
   while (!waiting_.empty()) {
     Waiting& first = waiting_.front();
     const auto taken = files_.append(std::string_view(*first.bytes).substr(first.done));
@@ -78,6 +92,7 @@ void JournalDisk::finish(SteadyClock::time_point deadline) {
       break;
     }
   }
+  if (missing_.any()) log(missing_);
   files_.close();
 }
 
@@ -96,6 +111,7 @@ bool JournalDisk::open_next() {
   write_waiting();
   if (!files_.is_open()) return false;
   files_.begun();
+  ended_with_ = 0;
   if (again) spdlog::info("journal: goes on in {}", files_.file());
   trouble_.clear();
   return true;
@@ -109,14 +125,16 @@ void JournalDisk::wait(FrameBytes bytes, std::uint64_t records, const Missing& h
 
 void JournalDisk::tell_gap() {
   const Missing gap = std::exchange(missing_, {});
-  v1::JournalRecord record;
-  write_message(gap, record);
-  aprsim::journal::FrameEncoder encoder;
-  encoder.add(record);
   // Should it be lost as well, so is what it tells.
-  wait(std::make_shared<const std::string>(encoder.take()), 1, gap, gap.records);
-  spdlog::warn("journal: {} records are missing, {} of them commands: {}", gap.records,
-               gap.commands, gap.reason);
+  wait(std::make_shared<const std::string>(frame_of(gap)), 1, gap, gap.records);
+  log(gap);
+}
+
+/// Whoever reads the file while no further one can be begun, or when none ever was, sees the gap as
+/// it is so far.
+void JournalDisk::end_with_gap() {
+  if (!files_.gave_up() || missing_.records == ended_with_) return;
+  if (files_.end_with(frame_of(missing_))) ended_with_ = missing_.records;
 }
 
 void JournalDisk::lose(const Missing& held, const std::string& why, std::uint64_t known) {
@@ -135,14 +153,15 @@ void JournalDisk::lose(const Missing& held, const std::string& why, std::uint64_
 
 /// All that waits is lost; the next frame that begins opens another file, if there is room.
 void JournalDisk::failed(const std::string& why) {
-  if (why != trouble_) spdlog::error("journal: {}", why);
+  if (why != trouble_) spdlog::error("journal: {}: records are missing from now on", why);
   trouble_ = why;
   for (const Waiting& waiting : std::exchange(waiting_, {})) {
     lose(waiting.held, why, waiting.told);
   }
   waiting_bytes_ = 0;
   wants_beginning_ = true;
-  files_.close();
+  files_.give_up();
+  end_with_gap();
   retry_at_ = SteadyClock::now() + kRetry;
 }
 

@@ -18,7 +18,8 @@ namespace aprsim::server::journal {
 
 /// The files of a run: each begins with the header and then a frame that begins. Frames that cannot
 /// be written, or for which a slow reader leaves no room, are missing; the next one that is written
-/// stands behind a gap that says so, and the log says it too. Thread: one at a time.
+/// stands behind a gap that says so, and the log says it too. A file that could not be gone on with
+/// ends with that gap as long as there is no further one. Thread: one at a time.
 class JournalDisk {
  public:
   /// `place` and `max_file_bytes`: as of JournalFiles. `header` of the run, which outlives the
@@ -45,6 +46,7 @@ class JournalDisk {
   [[nodiscard]] bool open_next();
   void wait(FrameBytes bytes, std::uint64_t records, const Missing& held, std::uint64_t told = 0);
   void tell_gap();
+  void end_with_gap();
   /// `known`: how many of the records are counted as missing already.
   void lose(const Missing& held, const std::string& why, std::uint64_t known = 0);
   void failed(const std::string& why);
@@ -53,7 +55,8 @@ class JournalDisk {
   const v1::JournalHeader& header_;
   std::deque<Waiting> waiting_;
   std::size_t waiting_bytes_ = 0;
-  Missing missing_;  ///< still to be told
+  Missing missing_;               ///< still to be told
+  std::uint64_t ended_with_ = 0;  ///< records missing, as the file that was given up tells it
   bool wants_beginning_ = false;
   std::chrono::steady_clock::time_point retry_at_{};
   std::string trouble_;  ///< that the log has told of

@@ -14,7 +14,10 @@ namespace aprsim::server::journal {
 JournalFiles::JournalFiles(std::string place, std::string stamp, std::uint64_t max_bytes)
     : place_(std::move(place)), stamp_(std::move(stamp)), max_bytes_(max_bytes) {}
 
-JournalFiles::~JournalFiles() { close(); }
+JournalFiles::~JournalFiles() {
+  close();
+  forget_given_up();
+}
 
 std::string JournalFiles::name_of(std::uint32_t part) const {
   std::error_code none;
@@ -71,6 +74,40 @@ Result<std::size_t> JournalFiles::append(std::string_view rest) {
 bool JournalFiles::wait_writable(std::chrono::milliseconds time) const {
   pollfd state{.fd = descriptor_, .events = POLLOUT, .revents = 0};
   return ::poll(&state, 1, static_cast<int>(time.count())) > 0;
+}
+
+void JournalFiles::give_up() {
+  if (regular_ && descriptor_ >= 0) {
+    if (size_ == 0) {
+      ::unlink(file_.c_str());
+    } else {
+      forget_given_up();
+      given_up_ = {std::exchange(descriptor_, -1), size_};
+    }
+  }
+  close();
+}
+
+bool JournalFiles::end_with(std::string_view frame) {
+  const auto [descriptor, size] = given_up_;
+  const auto behind = static_cast<off_t>(size);
+  if (descriptor < 0 || ::ftruncate(descriptor, behind) != 0) return false;
+  const ssize_t wrote = ::pwrite(descriptor, frame.data(), frame.size(), behind);
+  if (wrote == static_cast<ssize_t>(frame.size())) return true;
+  // Nothing that is half written.
+  (void)(::ftruncate(descriptor, behind) == 0);
+  return false;
+}
+
+void JournalFiles::begun() {
+  ++part_;
+  if (!gave_up()) return;
+  end_with({});
+  forget_given_up();
+}
+
+void JournalFiles::forget_given_up() {
+  if (gave_up()) ::close(std::exchange(given_up_, {}).descriptor);
 }
 
 void JournalFiles::close() {

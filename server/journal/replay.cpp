@@ -94,6 +94,7 @@ Result<bool> Replay::take(const v1::JournalRecord& record) {
       done = checkpoint(record.checkpoint());
       break;
     case v1::JournalRecord::kGap:
+      result_.missing += record.gap().records();
       if (record.gap().commands() > 0) {
         lost_ = true;
         ++result_.gaps;

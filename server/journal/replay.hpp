@@ -27,6 +27,7 @@ struct ReplayResult {
   std::uint64_t steps = 0, commands = 0;
   std::uint64_t compared = 0;  ///< states and checkpoints
   std::uint64_t gaps = 0;      ///< with commands missing: gone on from the checkpoint behind them
+  std::uint64_t missing = 0;   ///< records, as all gaps tell
   std::optional<Difference> difference;  ///< the first; nothing was run after it
   std::string damage;                    ///< why the journal ends early; empty = it does not
 };

@@ -45,8 +45,15 @@ std::string text_of(const RecordedRun& run, const ReplayResult& result) {
       run.header().run_id(), run.header().scene(), run.header().seed(), result.steps,
       result.commands, result.compared);
   for (const std::string& caution : run.cautions()) text += "caution: " + caution + '\n';
+  if (result.missing > 0) {
+    text +=
+        fmt::format("{} records are missing in gaps that the journal tells of\n", result.missing);
+  }
   if (result.gaps > 0) {
-    text += fmt::format("{} gaps, each gone on from the checkpoint behind it\n", result.gaps);
+    text += fmt::format(
+        "{} of these gaps lack commands: gone on from the checkpoint behind each, where there is "
+        "one\n",
+        result.gaps);
   }
   if (!result.damage.empty()) text += "the journal ends early: " + result.damage + '\n';
   if (!result.difference) {
@@ -57,17 +64,12 @@ std::string text_of(const RecordedRun& run, const ReplayResult& result) {
 }
 
 std::string json_of(const RecordedRun& run, const ReplayResult& result) {
-  nlohmann::ordered_json object{{"run_id", run.header().run_id()},
-                                {"scene", run.header().scene()},
-                                {"seed", run.header().seed()},
-                                {"cautions", run.cautions()},
-                                {"steps", result.steps},
-                                {"commands", result.commands},
-                                {"compared", result.compared},
-                                {"gaps", result.gaps},
-                                {"damage", result.damage},
-                                {"same", !result.difference},
-                                {"difference", nullptr}};
+  nlohmann::ordered_json object{{"run_id", run.header().run_id()}, {"scene", run.header().scene()},
+                                {"seed", run.header().seed()},     {"cautions", run.cautions()},
+                                {"steps", result.steps},           {"commands", result.commands},
+                                {"compared", result.compared},     {"gaps", result.gaps},
+                                {"missing", result.missing},       {"damage", result.damage},
+                                {"same", !result.difference},      {"difference", nullptr}};
   if (result.difference) {
     object["difference"] = {{"epoch", result.difference->time.epoch},
                             {"step", result.difference->time.step},

@@ -12,7 +12,9 @@
 #include <memory>
 #include <random>
 #include <sstream>
+#include <stdexcept>
 #include <string>
+#include <string_view>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <utility>
@@ -21,6 +23,7 @@
 #include <gtest/gtest.h>
 
 #include "proto/journal/journal_reader.hpp"
+#include "server/journal/recorded_scenes.hpp"
 #include "server/journal/replay.hpp"
 #include "tests/support/cell_client.hpp"
 #include "tests/support/crcl_text_client.hpp"
@@ -31,6 +34,7 @@
 #include "tests/support/tcp_socket.hpp"
 #include "tests/support/temporary_directory.hpp"
 #include "tests/support/vision_client.hpp"
+#include "world/state_bytes.hpp"
 
 namespace aprsim::test {
 namespace {
@@ -47,6 +51,27 @@ std::string to_joint(double degrees) {
          "</JointPosition><JointDetails "
          "xsi:type=\"JointSpeedAccelType\"><JointSpeed>40</JointSpeed>"
          "</JointDetails></ActuateJoint>";
+}
+
+/// What nothing compresses by more than a quarter.
+std::string noise(std::size_t characters, std::mt19937& random) {
+  static constexpr std::string_view kLetters =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+-";
+  std::string text(characters, ' ');
+  for (char& letter : text) letter = kLetters[random() % kLetters.size()];
+  return text;
+}
+
+/// The value of a metric, as the daemon's web port gives it.
+std::uint64_t metric(const DaemonProcess& daemon, const std::string& name) {
+  TcpSocket socket(daemon.port("web"));
+  socket.send("GET /metrics HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
+  const auto deadline = TcpSocket::Clock::now() + std::chrono::seconds(30);
+  std::string page;
+  for (std::string some; !(some = socket.receive(deadline)).empty();) page += some;
+  const auto at = page.find('\n' + name + ' ');
+  if (at == std::string::npos) throw std::runtime_error("no metric " + name + " in " + page);
+  return std::stoull(page.substr(at + name.size() + 2));
 }
 
 /// How much, from the environment.
@@ -97,24 +122,46 @@ std::vector<v1::JournalRecord> records_of(journal::JournalReader& reader) {
   return all;
 }
 
-/// Runs what follows the checkpoint, up to the one behind the next.
-server::journal::ReplayResult from_checkpoint(const v1::JournalHeader& header,
-                                              const std::shared_ptr<const scene::Scene>& scene,
-                                              const std::vector<v1::JournalRecord>& all,
-                                              std::size_t checkpoint) {
-  server::journal::Replay replay(header, scene);
-  int passed = 0;
-  for (std::size_t i = checkpoint; i < all.size() && passed < 3; ++i) {
-    passed += all[i].has_checkpoint() ? 1 : 0;
-    const auto goes_on = replay.take(all[i]);
-    EXPECT_TRUE(goes_on) << goes_on.error().message;
-    if (!goes_on || !*goes_on) break;
+/// Numbers of the records with checkpoints.
+std::vector<std::size_t> checkpoints_of(const std::vector<v1::JournalRecord>& all) {
+  std::vector<std::size_t> numbers;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (all[i].has_checkpoint()) numbers.push_back(i);
   }
-  return replay.result();
+  return numbers;
+}
+
+/// Every byte of a state that decides what follows: who only runs it again watches no events.
+std::string bytes_of(world::WorldState state) {
+  state.apart.clear();
+  return world::to_bytes(state);
+}
+
+/// Runs the records from a checkpoint to the last one; whatever a checkpoint on the way has, its
+/// hash and every byte of its state, must come about again.
+void expect_same_from(const v1::JournalHeader& header,
+                      const std::shared_ptr<const scene::Scene>& scene,
+                      const std::vector<v1::JournalRecord>& all, std::size_t first,
+                      std::size_t last) {
+  server::journal::Replay replay(header, scene);
+  server::journal::RecordedScenes scenes(scene);
+  for (std::size_t i = first; i <= last; ++i) {
+    const auto goes_on = replay.take(all[i]);
+    ASSERT_TRUE(goes_on) << goes_on.error().message;
+    if (!*goes_on) break;
+    if (!all[i].has_checkpoint()) continue;
+    const auto recorded = scenes.state_of(all[i].checkpoint());
+    ASSERT_TRUE(recorded) << recorded.error().message;
+    ASSERT_TRUE(bytes_of(replay.world().save()) == bytes_of(*recorded))
+        << "from record " << first << ": other bytes at step " << all[i].checkpoint().time().step();
+  }
+  EXPECT_FALSE(replay.result().difference)
+      << "from record " << first << ": " << replay.result().difference->what;
 }
 
 // APRSIM_JOURNAL_STEPS makes it longer: 600000 are ten simulated minutes. APRSIM_JOURNAL_PROGRAMS
-// names daemons that were built otherwise, which run it again, too.
+// names daemons that were built otherwise, which run it again, too; APRSIM_JOURNAL_KEEP a file for
+// the journal.
 TEST(Journal, OfADaemonThatIsKilledIsRunAgainToTheSameStates) {
   const TemporaryDirectory directory;
   const std::string file = directory.path() + "/run.journal";
@@ -146,16 +193,17 @@ TEST(Journal, OfADaemonThatIsKilledIsRunAgainToTheSameStates) {
   auto read = server::journal::scene_of(reader->header(), directory.path());
   ASSERT_TRUE(read) << read.error().message;
   const auto scene = std::make_shared<const scene::Scene>(std::move(*read));
-  int checkpoints = 0;
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    EXPECT_FALSE(all[i].has_gap());
-    if (!all[i].has_checkpoint()) continue;
-    ++checkpoints;
-    const auto result = from_checkpoint(reader->header(), scene, all, i);
-    EXPECT_FALSE(result.difference)
-        << "from step " << all[i].checkpoint().time().step() << ": " << result.difference->what;
+  EXPECT_TRUE(std::ranges::none_of(all, &v1::JournalRecord::has_gap));
+  const auto checkpoints = checkpoints_of(all);
+  ASSERT_GE(checkpoints.size(), 2u);
+  // From each to the next, which has the whole state again: so from each to the end. From the one
+  // in the middle, and from the last, in one go to the end.
+  for (std::size_t i = 0; i + 1 < checkpoints.size(); ++i) {
+    expect_same_from(reader->header(), scene, all, checkpoints[i], checkpoints[i + 1]);
   }
-  EXPECT_GE(checkpoints, 2);
+  for (const std::size_t first : {checkpoints[checkpoints.size() / 2], checkpoints.back()}) {
+    expect_same_from(reader->header(), scene, all, first, all.size() - 1);
+  }
   const char* programs = std::getenv("APRSIM_JOURNAL_PROGRAMS");
   std::istringstream words(programs == nullptr ? "" : programs);
   for (std::string program; words >> program;) {
@@ -163,8 +211,9 @@ TEST(Journal, OfADaemonThatIsKilledIsRunAgainToTheSameStates) {
     EXPECT_EQ(there.exit_code, 0) << program << there.out << there.err;
     std::printf("%s: %s", program.c_str(), there.out.c_str());
   }
-  std::printf("%d checkpoints, %ju bytes\n", checkpoints,
-              static_cast<std::uintmax_t>(fs::file_size(file)));
+  std::printf("%zu checkpoints, %ju bytes\n%s", checkpoints.size(),
+              static_cast<std::uintmax_t>(fs::file_size(file)), again.out.c_str());
+  if (const char* keep = std::getenv("APRSIM_JOURNAL_KEEP")) fs::copy_file(file, keep);
 }
 
 // APRSIM_JOURNAL_KILLS makes it more thorough.
@@ -231,6 +280,79 @@ TEST(Journal, OfADiskThatRunsFullHasItsGapAndTheCellGoesOn) {
   const auto both = replay({file, file + ".2"});
   EXPECT_EQ(both.exit_code, 0) << both.out << both.err;
   EXPECT_NE(both.out.find("all states are the same"), std::string::npos) << both.out;
+}
+
+TEST(Journal, OfADiskThatIsFilledFromEmptyTellsAllThatIsMissing) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.path() + "/small";
+  const SmallDisk small(path, "4m");
+  if (!small.mounted()) GTEST_SKIP() << "a file system of 4 MB needs root";
+  const std::string file = path + "/run.journal";
+  DaemonProcess daemon({"--journal", file, "--speed", "max"});
+  CellClient cell(daemon.port("grpc"));
+  CrclTextClient fanuc(daemon.port("crcl.fanuc"));
+  fanuc.send("InitCanonType");
+  std::mt19937 random(17);
+  const auto until = [&](const std::string& what, const auto& condition) {
+    ASSERT_TRUE(eventually(
+        [&] {
+          fanuc.send("MessageType", "<Message>" + noise(8000, random) + "</Message>");
+          fanuc.send("SetEndEffectorType", "<Setting>1</Setting>");
+          EXPECT_NE(CrclTextClient::field(fanuc.status(), "CommandState"), "CRCL_Error");
+          return condition();
+        },
+        std::chrono::seconds(60)))
+        << what << daemon.log();
+  };
+  // What is left over where a large frame finds no room takes smaller ones, in further files.
+  const auto files = [&] {
+    std::vector<std::string> all;
+    for (const auto& entry : fs::directory_iterator(path)) all.push_back(entry.path().string());
+    std::ranges::sort(all, {}, [](const std::string& name) {
+      return std::pair(name.size(), name);  // .10 after .9
+    });
+    return all;
+  };
+  const auto gaps = [&] {
+    std::vector<v1::JournalGap> all;
+    for (const std::string& one : files()) {
+      auto reader = journal::JournalReader::open(one);
+      if (!reader) continue;  // just begun
+      for (const v1::JournalRecord& record : records_of(*reader)) {
+        if (record.has_gap()) all.push_back(record.gap());
+      }
+    }
+    return all;
+  };
+  const auto missing = [&] {
+    std::uint64_t records = 0;
+    for (const v1::JournalGap& gap : gaps()) records += gap.records();
+    return records;
+  };
+  until("a full disk", [&] { return daemon.log().find("No space left") != std::string::npos; });
+  EXPECT_NE(daemon.log().find("records are missing from now on"), std::string::npos);
+  EXPECT_GT(fs::file_size(file), std::size_t{2} << 20);
+  // The cell goes on, and its metrics and the journal itself tell how much is missing so far.
+  const std::uint64_t full = cell.snapshot().step();
+  until("further steps", [&] { return cell.snapshot().step() > full + 20'000; });
+  EXPECT_GE(metric(daemon, "aprsim_journal_gaps_total"), 1u);
+  const std::uint64_t counted = metric(daemon, "aprsim_journal_missing_total");
+  EXPECT_GT(counted, 0u);
+  until("the gap in the file", [&] { return missing() >= counted; });
+  EXPECT_EQ(daemon.stop(SIGTERM).exit_code, 0);
+  // The log's last word and the journal's are the same, and so are all states beside the gaps.
+  const auto told = gaps();
+  ASSERT_FALSE(told.empty());
+  EXPECT_NE(told.back().reason().find("No space left"), std::string::npos) << told.back().reason();
+  EXPECT_TRUE(std::ranges::any_of(told, [](const auto& gap) { return gap.commands() > 0; }));
+  EXPECT_NE(daemon.log().find(std::to_string(told.back().records()) + " records are missing, "),
+            std::string::npos)
+      << told.back().records() << daemon.log();
+  const auto again = replay(files());
+  EXPECT_EQ(again.exit_code, 0) << again.out << again.err;
+  EXPECT_NE(again.out.find(std::to_string(missing()) + " records are missing"), std::string::npos)
+      << again.out;
+  EXPECT_NE(again.out.find("all states are the same"), std::string::npos) << again.out;
 }
 
 TEST(Journal, IntoAPipeThatStallsHoldsNobodyUp) {

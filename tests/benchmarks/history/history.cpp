@@ -1,11 +1,15 @@
 // What the past costs: the cell at work with both robots and the belt, with and without its past
-// being kept, side by side; and how long it takes to work out random moments of ten minutes.
+// being kept, side by side; how long it takes to work out random moments of ten minutes; and steps
+// of the cell while somebody looks at one moment after the other, and while nobody does, by turns.
 
 #include <chrono>
 #include <future>
 #include <memory>
 #include <random>
 #include <stdexcept>
+#include <stop_token>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include "tests/benchmarks/support/clock.hpp"
@@ -39,6 +43,24 @@ double latency_s(api::History& history, api::Moment moment) {
   });
   if (!done.get_future().get()) throw std::runtime_error("a moment could not be worked out");
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+/// Wall times of the steps of a turn [us].
+void advance(test::RecordedDemo& demo, std::uint64_t steps, std::vector<double>& times_us) {
+  for (std::uint64_t i = 0; i < steps; ++i) {
+    const auto begin = std::chrono::steady_clock::now();
+    demo.advance();
+    times_us.push_back(
+        std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - begin)
+            .count());
+  }
+}
+
+/// Looks at random moments one after the other, of the half of the past that is kept longer.
+void look(api::History& history, std::uint64_t up_to, const std::stop_token& stop) {
+  for (std::mt19937_64 random(7); !stop.stop_requested();) {
+    (void)latency_s(history, {0, up_to / 2 + random() % (up_to / 2)});
+  }
 }
 
 int run(int argc, char** argv) {
@@ -78,6 +100,16 @@ int run(int argc, char** argv) {
     jumps.push_back(latency_s(machine, {0, step}));
     backs.push_back(latency_s(machine, {0, step - 1}));
   }
+  std::vector<double> alone_us, looked_at_us;
+  const int turns = experiment.quick() ? 4 : 40;
+  for (int turn = 0; turn < turns; ++turn) {
+    for (const bool looks : {turn % 2 == 0, turn % 2 != 0}) {
+      std::jthread looker;
+      if (looks) looker = std::jthread([&](auto stop) { look(machine, steps, stop); });
+      advance(kept, kTurn, looks ? looked_at_us : alone_us);
+    }
+  }
+
   Table table({"what", "value"});
   const auto record = [&](const std::string& name, const std::string& what, double value,
                           const std::string& unit) {
@@ -93,8 +125,21 @@ int run(int argc, char** argv) {
   record("jump_p95_s", "a random moment, p95", percentile(jumps, 0.95), "s");
   record("jump_max_s", "a random moment, longest", percentile(jumps, 1), "s");
   record("back_p95_s", "1 ms back from there, p95", percentile(backs, 0.95), "s");
+  const auto beside_alone = [&](const std::string& name, const std::string& what, double value,
+                                double alone) {
+    experiment.record(
+        {"history.looked_at." + name, value, "us", "the same while nobody looks", value / alone});
+    table.row({what + ", somebody looking at the past [us]", value});
+    table.row({what + ", nobody", alone});
+  };
+  beside_alone("step_mean_us", "step, wall time, mean", mean(looked_at_us), mean(alone_us));
+  beside_alone("step_p99_us", "step, wall time, p99", percentile(looked_at_us, 0.99),
+               percentile(alone_us, 0.99));
   experiment.table("costs", "The past of ten minutes", table);
-  experiment.note("CPU time of steps, wall time of moments, in one run each.");
+  experiment.note(
+      "CPU time of steps with and without the past, in turns; wall time of moments. Somebody who "
+      "looks at the past asks for random moments without a pause, which takes a processor of its "
+      "own; those steps are wall time, in turns as well.");
   return experiment.finish();
 }
 

@@ -164,6 +164,12 @@ TEST_F(JournalDiskTest, ADiskThatRunsFullLeavesWholeFramesAndItsGapIsTold) {
   const Read full = read(file);
   EXPECT_EQ(full.damage, "");
   EXPECT_EQ(full.steps, (std::vector<std::uint64_t>{0, 1}));
+  // Whoever reads it now sees what is missing so far.
+  EXPECT_EQ(full.gaps, 1U);
+  EXPECT_EQ(full.missing, 1U);
+  disk.write_waiting();
+  EXPECT_EQ(read(file).missing, 8U);
+  EXPECT_EQ(disk.stats().missing, 8U);
   // Somebody makes room.
   std::filesystem::remove(filler);
   const auto deadline = soon();
@@ -177,6 +183,21 @@ TEST_F(JournalDiskTest, ADiskThatRunsFullLeavesWholeFramesAndItsGapIsTold) {
   EXPECT_EQ(rest.gaps, 1U);
   EXPECT_EQ(rest.missing, 8U);
   EXPECT_NE(rest.reason.find("No space left"), std::string::npos) << rest.reason;
+  // It is told once.
+  EXPECT_EQ(read(file).gaps, 0U);
+  EXPECT_EQ(read(file).steps, full.steps);
+}
+
+TEST_F(JournalDiskTest, AFileThatHasNoRoomForItsHeaderIsNotLeftBehind) {
+  const std::string path = directory_.path() + "/small";
+  const test::SmallDisk small(path, "64k");
+  if (!small.mounted()) GTEST_SKIP() << "a file system needs root";
+  const std::string file = path + "/run.journal";
+  std::ofstream(path + "/filler") << std::string(64 << 10, 'x');
+  JournalDisk disk(file, std::uint64_t{1} << 30, header_);
+  disk.put(frame(0));
+  EXPECT_FALSE(std::filesystem::exists(file));
+  EXPECT_EQ(disk.stats().missing, 1U);
 }
 
 }  // namespace

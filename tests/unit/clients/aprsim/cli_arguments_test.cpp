@@ -260,6 +260,14 @@ TEST(Endpoints, WhatNeedsNoDaemonNeedsNoPortsFile) {
                                                     {"manual"}}) {
     EXPECT_EQ(run_cli(arguments).exit_code, 0) << arguments.front();
   }
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"replay", "/no/run"},
+        {"trace", "show", "/no/run"},
+        {"merge", "/no/batch", "--out", "/no/merged"},
+        {"report", "diff", "/no/batch", "/no/merged"}}) {
+    EXPECT_EQ(run_cli(arguments).err.find("ports file"), std::string::npos) << arguments.front();
+  }
+  EXPECT_NE(run_cli({"status"}).err.find("ports file"), std::string::npos);
   EXPECT_EQ(run_cli({"status"}).exit_code, 2);
   unsetenv("APRSIM_PORTS_FILE");
 }
