@@ -31,6 +31,7 @@
 #include "server/listener_options.hpp"
 #include "server/metrics.hpp"
 #include "server/process.hpp"
+#include "server/refusal_marks.hpp"
 #include "server/version.hpp"
 #include "world/history/bookmark_maker.hpp"
 #include "world/history/recorders.hpp"
@@ -124,11 +125,13 @@ crcl::Units units_of(const CrclRobotConfig& config) {
 
 crcl_server::CrclServerOptions crcl_options(const Config& all, const std::string& robot, int index,
                                             protocols::WireTap* tap, protocols::WireTrace* trace,
+                                            protocols::RefusalSink* refusals,
                                             api::VirtualTime* time) {
   const CrclConfig& config = all.crcl;
   crcl_server::CrclServerOptions options;
   options.tap = tap;
   options.trace = trace;
+  options.refusals = refusals;
   options.bind_address = config.address;
   const auto port = config.ports.find(robot);
   options.port = port == config.ports.end() ? 0 : port->second;
@@ -152,11 +155,13 @@ crcl_server::CrclServerOptions crcl_options(const Config& all, const std::string
 
 modbus_server::ModbusServerOptions modbus_options(const Config& all, protocols::WireTap* tap,
                                                   protocols::WireTrace* trace,
+                                                  protocols::RefusalSink* refusals,
                                                   api::VirtualTime* time) {
   const ModbusConfig& config = all.modbus;
   modbus_server::ModbusServerOptions options;
   options.tap = tap;
   options.trace = trace;
+  options.refusals = refusals;
   options.bind_address = config.address;
   options.port = config.port;
   options.limits = limits_of(all.connections, config.max_connections);
@@ -235,7 +240,7 @@ class Daemon::Impl {
         guards_(config, simulation_),
         robots_(make_robots(config, *scene)),
         modbus_(modbus_options(config, tapped(config) ? &modbus_tap_ : nullptr, journal_.get(),
-                               simulation_.virtual_time()),
+                               refusals(), simulation_.virtual_time()),
                 simulation_, simulation_),
         telemetry_(grpc_options(config, guards_, journal_.get(), simulation_, history_.get(),
                                 &state_files_, ports()),
@@ -329,6 +334,9 @@ class Daemon::Impl {
     }
   }
 
+  /// What is refused is found again where a past is kept.
+  [[nodiscard]] protocols::RefusalSink* refusals() { return records_ ? &refusal_marks_ : nullptr; }
+
   static bool tapped(const Config& config) {
     return config.web.enabled || config.access.audit_file.has_value();
   }
@@ -342,7 +350,7 @@ class Daemon::Impl {
           {name,
            std::make_unique<crcl_server::CrclServer>(
                crcl_options(config, name, index, tapped(config) ? &crcl_tap_ : nullptr,
-                            journal_.get(), simulation_.virtual_time()),
+                            journal_.get(), refusals(), simulation_.virtual_time()),
                simulation_, simulation_),
            std::make_unique<vision_server::VisionServer>(
                vision_options(config, name, index, journal_.get(), simulation_.virtual_time()),
@@ -419,6 +427,7 @@ class Daemon::Impl {
   world::Recorders recorders_;
   world::Simulation simulation_;
   std::unique_ptr<world::TimeMachine> history_;  // where there are records
+  RefusalMarks refusal_marks_{bookmarks_, simulation_};
   journal::SceneStateFiles state_files_;
   Guards guards_;
   // Only the page shows what they keep; the audit writes it down.

@@ -10,6 +10,7 @@
 #include "server/guards.hpp"
 #include "server/listener_options.hpp"
 #include "server/replay_source.hpp"
+#include "world/history/bookmark_maker.hpp"
 #include "world/history/time_machine.hpp"
 
 namespace aprsim::server {
@@ -37,6 +38,7 @@ class ReplayDaemon::Impl {
     const bool past = tell_history(run);
     auto grpc = telemetry_options(config, guards_);
     if (past) grpc.history = &history_;
+    grpc.events = &source_.events();
     telemetry_ = std::make_unique<telemetry::TelemetryServer>(std::move(grpc), source_, source_);
     if (!config.web.enabled) return;
     auto web = web_options(config, guards_, *run.scene());
@@ -80,7 +82,8 @@ class ReplayDaemon::Impl {
       spdlog::warn("replay: its checkpoints are of another layout: the past cannot be looked at");
       return false;
     }
-    if (const auto told = tell(run, records_); !told) {
+    world::BookmarkMaker bookmarks(bookmarks_);
+    if (const auto told = tell(run, records_, bookmarks); !told) {
       spdlog::warn("replay: the past ends early: {}", told.error().message);
     }
     return true;

@@ -9,6 +9,27 @@
 #include "server/journal/recorded_scenes.hpp"
 
 namespace aprsim::server {
+namespace {
+
+/// As it was told; null for what this program does not know.
+std::shared_ptr<api::CellEvent> event_of(const v1::CellEvent& message) {
+  const int kind = static_cast<int>(message.kind()) - 1;
+  if (kind < 0 || kind >= api::kCellEventKinds) return nullptr;
+  auto event = std::make_shared<api::CellEvent>();
+  event->sequence = message.sequence();
+  event->epoch = message.epoch();
+  event->step = message.step();
+  event->time = std::chrono::seconds(message.sim_time().seconds()) +
+                std::chrono::nanoseconds(message.sim_time().nanos());
+  event->kind = static_cast<api::CellEventKind>(kind);
+  event->names.assign(message.names().begin(), message.names().end());
+  event->text = message.text();
+  event->robot = message.has_robot() ? static_cast<int>(message.robot()) : -1;
+  event->number = message.number();
+  return event;
+}
+
+}  // namespace
 
 ReplaySource::ReplaySource(const journal::RecordedRun& run, journal::ReplayPart part,
                            std::optional<double> speed)
@@ -49,10 +70,13 @@ void ReplaySource::run(const std::stop_token& stop) {
   part_.watch = [this, &stop](const world::World& world, world::RunTime time) {
     return show(world, time, stop);
   };
-  part_.hear = [this](const v1::JournalRecord& record) { taps_.hear(record); };
+  part_.hear = [this](const v1::JournalRecord& record) { hear(record); };
   const auto result = journal::replay_run(run_, part_);
   if (stop.stop_requested()) return;
-  if (!part_.to) taps_.finish();
+  if (!part_.to) {
+    taps_.finish();
+    tell_events({});
+  }
   std::string problem;
   if (!result) {
     problem = result.error().message;
@@ -84,7 +108,32 @@ bool ReplaySource::show(const world::World& world, world::RunTime time,
   }
   publish(world, time.epoch);
   taps_.reach(time);
+  tell_events(time);
   return !stop.stop_requested();
+}
+
+void ReplaySource::hear(const v1::JournalRecord& record) {
+  taps_.hear(record);
+  if (!record.has_event()) return;
+  auto event = event_of(record.event());
+  if (!event) return;
+  // A log has no holes, where the journal has a gap.
+  if (last_event_ > 0) event->sequence = last_event_ + 1;
+  last_event_ = event->sequence;
+  coming_.push_back(std::move(event));
+}
+
+void ReplaySource::tell_events(std::optional<world::RunTime> until) {
+  std::vector<api::CellEventPtr> reached;
+  for (; !coming_.empty(); coming_.pop_front()) {
+    const api::CellEvent& next = *coming_.front();
+    if (until &&
+        (next.epoch > until->epoch || (next.epoch == until->epoch && next.step > until->step))) {
+      break;
+    }
+    reached.push_back(coming_.front());
+  }
+  if (!reached.empty()) events_.add(std::move(reached));
 }
 
 void ReplaySource::publish(const world::World& world, std::uint64_t epoch) {
@@ -95,7 +144,8 @@ void ReplaySource::publish(const world::World& world, std::uint64_t epoch) {
   slot_.publish(std::move(snapshot));
 }
 
-Result<void> tell(const journal::RecordedRun& run, world::HistoryRecords& history) {
+Result<void> tell(const journal::RecordedRun& run, world::HistoryRecords& history,
+                  world::Recorder& bookmarks) {
   journal::RecordedScenes scenes(run.scene());
   bool lost = true;  // until the next checkpoint
   const auto read = run.each([&](const v1::JournalRecord& record) -> Result<bool> {
@@ -117,7 +167,13 @@ Result<void> tell(const journal::RecordedRun& run, world::HistoryRecords& histor
     } else if (record.has_command() && !lost) {
       auto command = journal::to_command(record.command());
       if (!command) return tl::unexpected(command.error());
-      history.applied(*time, {record.command().ticket(), std::move(*command)}, nullptr);
+      const std::string& failure = record.command().failure();
+      const Error refused{ErrorCode::kInvalidArgument, "command", failure};
+      const world::QueuedCommand applied{record.command().ticket(), std::move(*command)};
+      history.applied(*time, applied, nullptr);
+      bookmarks.applied(*time, applied, failure.empty() ? nullptr : &refused);
+    } else if (record.has_event() && !lost) {
+      if (const auto event = event_of(record.event())) bookmarks.happened(event);
     } else if (time && !lost) {
       history.reach(*time);
     } else if (record.has_wire() && !lost) {

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -13,7 +14,9 @@
 #include "server/journal/replay_pace.hpp"
 #include "server/replay_taps.hpp"
 #include "world/api/ports.hpp"
+#include "world/event_log.hpp"
 #include "world/history/history_records.hpp"
+#include "world/recorder.hpp"
 #include "world/snapshot_slot.hpp"
 
 namespace aprsim::server {
@@ -46,6 +49,8 @@ class ReplaySource final : public api::CommandSink, public api::SnapshotSource {
   [[nodiscard]] std::string problem() const override;
   /// What went over the run's wires, as far as it has been run.
   [[nodiscard]] ReplayTaps& taps() { return taps_; }
+  /// What happened in the cell, the same.
+  [[nodiscard]] const api::EventSource& events() const { return events_; }
 
  private:
   using SteadyClock = std::chrono::steady_clock;
@@ -53,13 +58,19 @@ class ReplaySource final : public api::CommandSink, public api::SnapshotSource {
   /// Publishes, and waits for the time of the next step. False when told to stop.
   bool show(const world::World& world, world::RunTime time, const std::stop_token& stop);
   void publish(const world::World& world, std::uint64_t epoch);
+  void hear(const v1::JournalRecord& record);
+  /// Events up to this time; all that have been heard of where there is none.
+  void tell_events(std::optional<world::RunTime> until);
 
   const journal::RecordedRun& run_;
   journal::ReplayPart part_;
   const std::optional<double> speed_;
   world::SnapshotSlot slot_;
-  journal::ReplayPace pace_;  ///< the thread's own
-  ReplayTaps taps_{*this};    ///< filled by the thread
+  journal::ReplayPace pace_;              ///< the thread's own
+  ReplayTaps taps_{*this};                ///< filled by the thread
+  world::EventLog events_;                ///< the same
+  std::deque<api::CellEventPtr> coming_;  ///< the thread's own
+  std::uint64_t last_event_ = 0;          ///< number of the last of them; the thread's own
 
   mutable std::mutex mutex_;
   std::condition_variable_any pause_;
@@ -67,8 +78,9 @@ class ReplaySource final : public api::CommandSink, public api::SnapshotSource {
   std::jthread thread_;  // ends first
 };
 
-/// Tells a history all that a run has recorded. Errors: as of its files; of a state of another
-/// layout.
-[[nodiscard]] Result<void> tell(const journal::RecordedRun& run, world::HistoryRecords& history);
+/// Tells a history, and who sets its bookmarks, all that a run has recorded. Errors: as of its
+/// files; of a state of another layout.
+[[nodiscard]] Result<void> tell(const journal::RecordedRun& run, world::HistoryRecords& history,
+                                world::Recorder& bookmarks);
 
 }  // namespace aprsim::server

@@ -230,7 +230,7 @@ CommandExecutor::CommandExecutor(CommandExecutorOptions options, api::CommandSin
       cell_(source.latest()->cell),
       joints_(description()),
       log_("crcl." + description().name),
-      lifecycle_(log_, joints_, options_.robot, source.latest()->epoch),
+      lifecycle_(log_, joints_, options_.robot, source.latest()->epoch, options_.refusals),
       submitter_(options_.robot, options_.endpoint, sink),
       parameters_(parameters_of(*cell_)),
       limits_(cartesian_limits(description(), options_.cartesian_min_R, options_.cartesian_max_R)),

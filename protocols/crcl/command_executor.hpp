@@ -32,6 +32,7 @@ struct CommandExecutorOptions {
   bool end_program_with_client = false;  ///< else it goes on
   std::int64_t start_ms = 0;             ///< simulated time 0 in ms since 1970
   bool virtual_time = false;  ///< programs are held to a number of commands a simulated second
+  protocols::RefusalSink* refusals = nullptr;  ///< see CommandLifecycle
 };
 
 /// What injected faults do to a CRCL port. Times are wall-clock.

@@ -38,8 +38,8 @@ bool has_failed(const api::RobotSnapshot& robot) {
 }  // namespace
 
 CommandLifecycle::CommandLifecycle(protocols::LimitedLog& log, const JointMap& joints, int robot,
-                                   std::uint64_t epoch)
-    : log_(log), joints_(joints), robot_(robot), epoch_(epoch) {
+                                   std::uint64_t epoch, protocols::RefusalSink* refusals)
+    : log_(log), refusals_(refusals), joints_(joints), robot_(robot), epoch_(epoch) {
   latest_.command_id = -1;
 }
 
@@ -120,6 +120,14 @@ void CommandLifecycle::describe(const std::string& text) {
 }
 
 void CommandLifecycle::latch_error(std::string reason) {
+  if (refusals_) {
+    refusals_->refused(log_.name(),
+                       fmt::format("{}: {}", latest_.name.value_or("no command"), reason));
+  }
+  latch(std::move(reason));
+}
+
+void CommandLifecycle::latch(std::string reason) {
   if (reason.empty()) reason = "The robot gives no reason.";
   log_.warn(
       fmt::format("{} {}: {}", latest_.name.value_or("no command"), latest_.command_id, reason));
@@ -132,14 +140,14 @@ bool CommandLifecycle::observe(const api::Snapshot& snapshot) {
   if (new_epoch) begin_epoch(snapshot);
   applied_ = std::max(applied_, snapshot.applied);
   if (!snapshot.world_fault.empty() && !error_) {
-    latch_error("The simulation has stopped until the cell is reset: " + snapshot.world_fault);
+    latch("The simulation has stopped until the cell is reset: " + snapshot.world_fault);
   }
   // A snapshot from before InitCanon may still show the error that it clears.
   const api::RobotSnapshot& robot = robot_in(snapshot);
   const bool current =
       robot.action.ticket >= initialized_at_ && snapshot.applied >= initialized_at_;
   if (current && has_failed(robot) && !error_) {
-    latch_error(joints_.explained(robot.action.description));
+    latch(joints_.explained(robot.action.description));
   }
   if (progress_ == Progress::kWaiting) update_progress(snapshot);
   if (motion_ && is_over(motion_->submission, robot)) motion_.reset();
@@ -168,7 +176,7 @@ void CommandLifecycle::begin_epoch(const api::Snapshot& snapshot) {
 void CommandLifecycle::after_reset(bool interrupted) {
   session_ = Session::kNever;
   latest_.description = "The cell was reset.";
-  if (interrupted) latch_error("The cell was reset before " + type() + " ended.");
+  if (interrupted) latch("The cell was reset before " + type() + " ended.");
 }
 
 // The robot is in the session and at the command of the saved state.
@@ -182,7 +190,7 @@ void CommandLifecycle::after_load(const api::RobotSnapshot& robot, bool interrup
   const CommandHistory::Entry* command = history_.find(robot.action.ticket);
   if (command == nullptr) {
     progress_ = Progress::kDone;
-    if (interrupted) latch_error("A saved state was loaded before " + type() + " ended.");
+    if (interrupted) latch("A saved state was loaded before " + type() + " ended.");
     return;
   }
   latest_.name = command->type;
@@ -220,7 +228,7 @@ void CommandLifecycle::update_progress(const api::Snapshot& snapshot) {
   if (error_) return;
   progress_ = Progress::kDone;
   if (outcome == Outcome::kReplaced) {
-    latch_error(type() + " was replaced by a command from another interface.");
+    latch(type() + " was replaced by a command from another interface.");
   }
 }
 

@@ -9,6 +9,7 @@
 #include "protocols/crcl/command_history.hpp"
 #include "protocols/crcl/joint_map.hpp"
 #include "protocols/limited_log.hpp"
+#include "protocols/refusal_sink.hpp"
 #include "world/api/error.hpp"
 #include "world/api/robot_command.hpp"
 #include "world/api/snapshot.hpp"
@@ -29,9 +30,10 @@ class CommandLifecycle {
   };
 
   /// `log` and `joints`, by which the robot's messages are explained, outlive this; `robot` indexes
-  /// Snapshot::robots; `epoch` is the snapshot's.
+  /// Snapshot::robots; `epoch` is the snapshot's. `refusals` hears of what is refused; it outlives
+  /// this, null = nobody does.
   CommandLifecycle(protocols::LimitedLog& log, const JointMap& joints, int robot,
-                   std::uint64_t epoch);
+                   std::uint64_t epoch, protocols::RefusalSink* refusals = nullptr);
 
   // What clients ask.
 
@@ -51,6 +53,7 @@ class CommandLifecycle {
   void done(std::optional<std::string> description = std::nullopt);
   /// Shows the note, if any, with the command that is under way.
   void append_note(const std::optional<std::string>& note);
+  /// The command is refused.
   void latch_error(std::string reason);
 
   /// Brings all up to date with the world. True when the cell has been reset or a saved state
@@ -79,11 +82,13 @@ class CommandLifecycle {
   void after_load(const api::RobotSnapshot& robot, bool interrupted);
   void update_progress(const api::Snapshot& snapshot);
   void describe(const std::string& text);
+  void latch(std::string reason);
   [[nodiscard]] const api::RobotSnapshot& robot_in(const api::Snapshot& snapshot) const {
     return snapshot.robots[static_cast<std::size_t>(robot_)];
   }
 
   protocols::LimitedLog& log_;
+  protocols::RefusalSink* const refusals_;
   const JointMap& joints_;
   int robot_;
   std::uint64_t epoch_;

@@ -33,6 +33,7 @@ CommandExecutorOptions executor_options(const CrclServerOptions& options) {
   executor.max_program_bytes = options.max_program_bytes;
   executor.end_program_with_client = options.end_program_with_client;
   executor.virtual_time = options.virtual_time != nullptr;
+  executor.refusals = options.refusals;
   executor.start_ms = std::chrono::duration_cast<std::chrono::milliseconds>(now).count();
   return executor;
 }

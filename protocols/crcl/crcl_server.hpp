@@ -12,6 +12,7 @@
 
 #include "crcl/units.hpp"
 #include "protocols/connection_places.hpp"
+#include "protocols/refusal_sink.hpp"
 #include "protocols/robot_port.hpp"
 #include "protocols/wire_tap.hpp"
 #include "protocols/wire_trace.hpp"
@@ -58,9 +59,10 @@ struct CrclServerOptions {
   std::chrono::milliseconds idle_timeout{0};
   /// stop() lets statuses under way go out for at most so long.
   std::chrono::milliseconds drain_deadline{500};
-  api::EndpointId endpoint = 0;           ///< stamped on every command
-  protocols::WireTap* tap = nullptr;      ///< sees the documents; outlives the server
-  protocols::WireTrace* trace = nullptr;  ///< hears of everything; outlives the server
+  api::EndpointId endpoint = 0;                ///< stamped on every command
+  protocols::WireTap* tap = nullptr;           ///< sees the documents; outlives the server
+  protocols::WireTrace* trace = nullptr;       ///< hears of everything; outlives the server
+  protocols::RefusalSink* refusals = nullptr;  ///< hears what is refused; outlives the server
   /// Each GetStatus of a client takes its poll period; null = the wall clock passes time. Outlives
   /// the server.
   api::VirtualTime* virtual_time = nullptr;

@@ -316,6 +316,12 @@ void Connection::answer(std::span<const std::uint8_t> adu) {
 
 void Connection::refuse(std::span<const std::uint8_t> adu, modbus::ExceptionCode code) {
   ++context_.counters.exceptions;
+  if (auto* const refusals = context_.options.refusals) {
+    const int function = adu.size() > 7 ? adu[7] : 0;
+    refusals->refused(context_.log.name(), "function " + std::to_string(function) + " of " + peer_ +
+                                               ": exception " +
+                                               std::to_string(static_cast<int>(code)));
+  }
   reply(modbus::exception_reply(adu, code).bytes);
 }
 

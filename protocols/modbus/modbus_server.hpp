@@ -9,6 +9,7 @@
 
 #include "modbus/register_map.hpp"
 #include "protocols/connection_places.hpp"
+#include "protocols/refusal_sink.hpp"
 #include "protocols/wire_tap.hpp"
 #include "protocols/wire_trace.hpp"
 #include "world/api/duration_histogram.hpp"
@@ -48,9 +49,10 @@ struct ModbusServerOptions {
   /// Replies kept for one connection before its requests wait [bytes].
   std::size_t max_output_bytes = std::size_t{64} * 1024;
   modbus::ConveyorScaling scaling;
-  api::EndpointId endpoint = 0;           ///< stamped on every command
-  protocols::WireTap* tap = nullptr;      ///< sees the messages; outlives the server
-  protocols::WireTrace* trace = nullptr;  ///< hears of everything; outlives the server
+  api::EndpointId endpoint = 0;                ///< stamped on every command
+  protocols::WireTap* tap = nullptr;           ///< sees the messages; outlives the server
+  protocols::WireTrace* trace = nullptr;       ///< hears of everything; outlives the server
+  protocols::RefusalSink* refusals = nullptr;  ///< hears what is refused; outlives the server
   /// Each request takes its poll period where "modbus" is declared to pace, and else none; null =
   /// the wall clock passes time. Outlives the server.
   api::VirtualTime* virtual_time = nullptr;

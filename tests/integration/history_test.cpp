@@ -1,6 +1,8 @@
 // The past of a running daemon, states that go from one daemon to another in files, and recorded
 // runs that are watched.
 
+#include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <fstream>
 #include <iterator>
@@ -14,6 +16,7 @@
 #include "tests/support/crcl_text_client.hpp"
 #include "tests/support/daemon_process.hpp"
 #include "tests/support/past_client.hpp"
+#include "tests/support/tcp_socket.hpp"
 #include "tests/support/temporary_directory.hpp"
 
 namespace aprsim::test {
@@ -82,6 +85,36 @@ TEST(History, HasEveryMomentAsItWasLive) {
   EXPECT_NE(past.status.error_message().find("step 1000000000 of epoch 0"), std::string::npos);
   (void)past.range(100, 50, 1);
   EXPECT_EQ(past.status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+}
+
+TEST(History, HasABookmarkWhereAListenerRefusedSomething) {
+  DaemonProcess daemon({"--no-web", "--speed", "stepped"});
+  CellClient cell(daemon.port("grpc"));
+  PastClient past(daemon);
+  cell.step(500);
+  CrclTextClient fanuc(daemon.port("crcl.fanuc"));
+  fanuc.send("ActuateJointsType", swing(30));
+  EXPECT_EQ(CrclTextClient::field(fanuc.status(), "CommandState"), "CRCL_Error");
+  TcpSocket belt(daemon.port("modbus"));
+  // No register is there.
+  ASSERT_TRUE(belt.send(std::string("\0\1\0\0\0\6\1\6\xEE\0\0\1", 12)));
+  EXPECT_EQ(belt.receive(TcpSocket::Clock::now() + std::chrono::seconds(30)).at(7), '\x86');
+  const auto all = past.bookmarks();
+  const auto count = [&](const std::string& listener, const std::string& why) {
+    return std::ranges::count_if(all, [&](const v1::Bookmark& mark) {
+      return mark.kind() == v1::BOOKMARK_KIND_REFUSAL && mark.moment().step() == 500 &&
+             mark.text().starts_with(listener + ": refused: ") &&
+             mark.text().find(why) != std::string::npos;
+    });
+  };
+  EXPECT_EQ(count("crcl.fanuc", "Not initialized"), 1);
+  EXPECT_EQ(count("modbus", "exception 2"), 1);
+  // A client that insists does not push the others out.
+  for (int i = 0; i < 500; ++i) {
+    ASSERT_TRUE(belt.send(std::string("\0\1\0\0\0\6\1\6\xEE\0\0\1", 12)));
+    (void)belt.receive(TcpSocket::Clock::now() + std::chrono::seconds(30));
+  }
+  EXPECT_LT(past.bookmarks().size(), 100U);
 }
 
 TEST(History, KeepsBookmarksAndPutsTheCellBack) {
@@ -234,6 +267,11 @@ TEST_F(RecordedRun, IsWatchedWithItsWholePastAndTakesNoCommands) {
   const auto last = cell.wait_for([](const auto& s) { return s.step() == 25'000; }, "its end",
                                   std::chrono::seconds(60));
   EXPECT_EQ(last.state_hash(), last_.state_hash());
+  // What happened is told as it was, and marked on the line.
+  const auto marks = past.bookmarks();
+  EXPECT_GE(std::ranges::count(marks, v1::BOOKMARK_KIND_COMMAND, &v1::Bookmark::kind), 11);
+  const auto events = aprsim(daemon, {"events", "--past", "--kind", "command-begun"});
+  EXPECT_GE(std::ranges::count(events.out, '\n'), 11) << events.out << events.err;
   grpc::ClientContext context;
   v1::ResetResponse response;
   const auto refused = cell.control->Reset(&context, {}, &response);

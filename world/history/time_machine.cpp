@@ -91,6 +91,7 @@ void TimeMachine::ask(api::Moment moment, Answer answer) {
 }
 
 std::vector<api::Bookmark> TimeMachine::bookmarks() const {
+  catch_up();  // one may stand at the present moment
   auto all = bookmarks_.all();
   std::erase_if(all, [this](const api::Bookmark& b) { return !records_.keeps(b.moment); });
   for (api::Bookmark& bookmark : all) bookmark.time = time_of(bookmark.moment.step);

@@ -170,6 +170,7 @@ struct Case {
   std::unique_ptr<server::journal::Journal> journal;  // ends behind its cell
   std::unique_ptr<Cell> cell;
   std::vector<double> steps_us, trips_us;
+  std::vector<double> turns_p99_us;  ///< of the round trips of each turn
 };
 
 int run(int argc, char** argv) {
@@ -196,7 +197,10 @@ int run(int argc, char** argv) {
     // Each begins as often as another: what the machine does besides falls on all.
     for (std::size_t i = 0; i < cases.size(); ++i) {
       Case& one = cases[(i + static_cast<std::size_t>(round)) % cases.size()];
-      one.cell->run(span, one.steps_us, one.trips_us);
+      std::vector<double> trips_us;
+      one.cell->run(span, one.steps_us, trips_us);
+      one.turns_p99_us.push_back(percentile(trips_us, 0.99));
+      one.trips_us.insert(one.trips_us.end(), trips_us.begin(), trips_us.end());
     }
   }
   const double recorded_steps = static_cast<double>(cases[1].cell->steps());
@@ -228,14 +232,17 @@ int run(int argc, char** argv) {
     experiment.record({name, value, "us", "the same without a journal", value / against});
   };
   beside_none("journal.step_mean_us", cases[1].steps_us, cases[0].steps_us, -1);
-  beside_none("journal.status_p99_us", cases[1].trips_us, cases[0].trips_us, 0.99);
+  // Whatever else the machine does in one turn is in the worst trips of all; the median turn has
+  // none of it.
+  beside_none("journal.status_p99_us", cases[1].turns_p99_us, cases[0].turns_p99_us, 0.5);
   beside_none("journal.memory.step_mean_us", cases[2].steps_us, cases[0].steps_us, -1);
   beside_none("journal.stalled.step_p999_us", cases[3].steps_us, cases[0].steps_us, 0.999);
   experiment.record("journal.ten_minutes_mb", ten_minutes_mb, "MB");
   experiment.note(
       "Four cells at work, both robots and the belt, in turns of two seconds of real time in one "
       "process; two clients of each robot ask for the status every 25 ms, and each camera has a "
-      "reader. Times of steps are processor time of their thread. The pipe was opened by a reader "
+      "reader. Times of steps are processor time of their thread; status_p99_us is the p99 of the "
+      "median turn. The pipe was opened by a reader "
       "that never reads.");
   return experiment.finish();
 }

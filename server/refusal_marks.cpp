@@ -1,0 +1,25 @@
+#include "server/refusal_marks.hpp"
+
+#include <new>
+
+#include "protocols/limited_log.hpp"
+
+namespace aprsim::server {
+
+void RefusalMarks::refused(std::string_view source, std::string_view what) try {
+  {
+    const std::lock_guard lock(mutex_);
+    auto limit = limits_.find(source);
+    if (limit == limits_.end()) {
+      limit = limits_.try_emplace(std::string(source), kPerSecond, kBurst).first;
+    }
+    if (!limit->second.admit(protocols::RateLimit::Clock::now())) return;
+  }
+  const auto seen = source_.latest();
+  bookmarks_.note({seen->epoch, seen->step}, api::BookmarkKind::kRefusal,
+                  std::string(source) + ": refused: " + protocols::log_text(what));
+} catch (const std::bad_alloc&) {
+  // The moment is there without it.
+}
+
+}  // namespace aprsim::server

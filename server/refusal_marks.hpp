@@ -1,0 +1,35 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <mutex>
+#include <string>
+#include <string_view>
+
+#include "protocols/rate_limit.hpp"
+#include "protocols/refusal_sink.hpp"
+#include "world/api/ports.hpp"
+#include "world/history/bookmarks.hpp"
+
+namespace aprsim::server {
+
+/// Bookmarks where a listener has refused something; of each listener kBurst, then kPerSecond, so
+/// that no client that insists pushes the others out. Thread: any.
+class RefusalMarks final : public protocols::RefusalSink {
+ public:
+  static constexpr double kBurst = 20, kPerSecond = 0.2;
+
+  /// Both outlive it.
+  RefusalMarks(world::Bookmarks& bookmarks, const api::SnapshotSource& source)
+      : bookmarks_(bookmarks), source_(source) {}
+
+  void refused(std::string_view source, std::string_view what) override;
+
+ private:
+  world::Bookmarks& bookmarks_;
+  const api::SnapshotSource& source_;
+  std::mutex mutex_;
+  std::map<std::string, protocols::RateLimit, std::less<>> limits_;  ///< by listener
+};
+
+}  // namespace aprsim::server
