@@ -47,12 +47,14 @@ void BodyCollider::note_pressed(const std::vector<ContactConstraint>& constraint
   }
 }
 
-/// The way of a body that falls, seen from another; none if it is slow.
-Way BodyCollider::falling(const Moving& body, const Moving& other) const {
+/// The way of a body that falls, seen from another; none if it is slow. What is below the other
+/// one has this fall on it.
+Way BodyCollider::falling(const Moving& body, const Moving& other, bool above) const {
   const double ahead_s = kStepsAhead * model_.step_s;
   Way way = way_of(body, other, ahead_s);
   if (way.longest_m() < kLeastWay) return {};
-  way.shift_W.z() -= model_.scene.physics.gravity_m_s2 * ahead_s * model_.step_s;
+  const double fall = model_.scene.physics.gravity_m_s2 * ahead_s * model_.step_s;
+  way.shift_W.z() += above ? -fall : fall;
   return way;
 }
 
@@ -68,7 +70,14 @@ void BodyCollider::free_on_free(int a, int b, std::vector<Contact>& out) {
   // A virtual joint stands for their contacts.
   if (model_.simplification.joined(upper_index, lower_index)) return;
   const std::size_t before = out.size();
-  Way way = falling(moving(upper), moving(lower));
+  const bool above = upper.com_W().z() > lower.com_W().z();
+  Way way = falling(moving(upper), moving(lower), above);
+  // Slow ones are looked at where the higher one would be a step later had it nothing under it:
+  // what stands on an edge keeps both of its ends. On trays gears stand on points that stay.
+  const bool on_tray = lower.is_tray() && !upper.is_tray() && !upper.is_tool();
+  if (way.longest_m() == 0 && !on_tray) {
+    way.shift_W.z() = above ? -kLeastWay : kLeastWay;
+  }
   const double stroke = stroke_m(upper_index, lower_index);
   if (upper.is_tool()) {
     find_ahead(way, out,

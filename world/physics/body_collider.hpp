@@ -46,7 +46,7 @@ class BodyCollider {
   [[nodiscard]] double stroke_m(int a, int b) const;
 
  private:
-  [[nodiscard]] Way falling(const Moving& body, const Moving& other) const;
+  [[nodiscard]] Way falling(const Moving& body, const Moving& other, bool above = true) const;
   void press(int body, double way_m);
   void tool_on_free(int tool, const Eigen::Isometry3d& D, int other,
                     std::vector<Contact>& out) const;

@@ -17,6 +17,7 @@ constexpr double kPegRadius = 3.85e-3, kPadHeight = 0.03, kPadWidth = 0.014;
 constexpr double kRodLength = 0.4, kPinLength = 0.02, kGrooveLength = 0.06;  // of pegs [m]
 constexpr double kCertain = 5e-3;     // beyond the limit: slip by then is no creep
 constexpr double kRampSeconds = 0.4;  // from 0.98 to 1.02 of the limit
+constexpr double kFarSlip = 4e-3;     // what slips so far is not held; it may meet the palm [m]
 
 bool across(GripLoad load) { return load == GripLoad::kAcross || load == GripLoad::kTorsion; }
 
@@ -199,7 +200,7 @@ void pass_limit(LoadedGrip& grip, Verdict& verdict) {
     verdict.onset = share - rate * std::cbrt(6 * slip / jerk);
   }
   if (verdict.onset == 0) verdict.onset = 2;  // never
-  verdict.false_hold = grip.slip(start, grip.place()) < 0.5 * expected_m;
+  verdict.false_hold = grip.slip(start, grip.place()) < std::min(0.5 * expected_m, kFarSlip);
 }
 
 }  // namespace

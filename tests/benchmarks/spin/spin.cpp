@@ -22,8 +22,8 @@ bool shown(const Mode& mode) { return mode.value != scene::Simplification::kVirt
 void spins(Experiment& experiment) {
   Table table({"mode", "friction", "speed [m/s]", "spin [rad/s]", "way [m]", "closed form [m]",
                "yaw [rad]", "closed form [rad]", "error of the way", "of the yaw",
-               "even: error of the way", "of the yaw"});
-  double way = 0, yaw = 0, even_way = 0, even_yaw = 0;
+               "given at the start: error of the way", "of the yaw"});
+  double way = 0, yaw = 0, later_way = 0, later_yaw = 0;
   for (const auto& mode : kModes) {
     if (!shown(mode)) continue;
     std::mt19937_64 engine(kSeed);
@@ -32,19 +32,19 @@ void spins(Experiment& experiment) {
       one.mode = mode.value;
       const SpinResult r = slide_and_spin(one);
       table.row({mode.name, one.friction, one.speed_m_s, one.spin_rad_s, r.way_m, r.true_way_m,
-                 r.yaw_rad, r.true_yaw_rad, r.way_error, r.yaw_error, r.even_way_error,
-                 r.even_yaw_error});
+                 r.yaw_rad, r.true_yaw_rad, r.way_error, r.yaw_error, r.later_way_error,
+                 r.later_yaw_error});
       way = std::max(way, r.way_error);
       yaw = std::max(yaw, r.yaw_error);
-      even_way = std::max(even_way, r.even_way_error);
-      even_yaw = std::max(even_yaw, r.even_yaw_error);
+      later_way = std::max(later_way, r.later_way_error);
+      later_yaw = std::max(later_yaw, r.later_yaw_error);
     }
   }
   experiment.table("spins", "Trays that slide while they spin", table);
   experiment.record("spin.way_error", way, "relative");
   experiment.record("spin.yaw_error", yaw, "relative");
-  experiment.record("spin.even_way_error", even_way, "relative");
-  experiment.record("spin.even_yaw_error", even_yaw, "relative");
+  experiment.record("spin.later_way_error", later_way, "relative");
+  experiment.record("spin.later_yaw_error", later_yaw, "relative");
 }
 
 void rebounds(Experiment& experiment) {
@@ -122,9 +122,9 @@ int run(int argc, char** argv) {
       "Sliding and spinning: the reference is one rigid body in the plane with Coulomb friction at "
       "the points where the simulated tray touches the plate, whose normal forces are a linear "
       "function of the place (equally soft points) that balances weight and tipping, integrated in "
-      "steps of 10 us. \"Even\": the simulated velocity integrated by the trapezoidal rule, "
-      "without "
-      "the h v / 2 by which poses integrated in steps of 1 ms end early.");
+      "steps of 10 us. Poses follow from the velocities in the middle of steps (as in the leapfrog "
+      "method), so the velocity that is given is the reference's half a step before it starts. "
+      "\"Given at the start\": the reference has it when it starts, and goes h v / 2 farther.");
   experiment.note(
       "Rebound: the rise after the first impact of what falls flat from 0.05 to 0.8 m; without "
       "restitution (\"dead\") the rise over the fall itself.");

@@ -112,6 +112,32 @@ void emit_spread(const Candidates& all, const Selection& from, const Emission& t
   }
 }
 
+/// Without points that lie steeply over another of the same body: the plane meets that one first,
+/// unless the body turns far. Of a rim with a chamfer, looked for where it will be, both edges may
+/// be inside.
+Selection without_steep(const Candidates& all, const Selection& from) {
+  constexpr double kFlatAll = 1e-5, kSteep = 0.5;  // [m], sine of an angle
+  double deepest = 0, shallowest = 1e30;
+  for (int k = 0; k < from.count; ++k) {
+    deepest = std::max(deepest, all[from.at(k)].depth);
+    shallowest = std::min(shallowest, all[from.at(k)].depth);
+  }
+  if (deepest - shallowest < kFlatAll) return from;
+  Selection kept;
+  for (int k = 0; k < from.count; ++k) {
+    const Candidate& own = all[from.at(k)];
+    bool steep = false;
+    for (int m = 0; m < from.count && !steep; ++m) {
+      const Candidate& other = all[from.at(m)];
+      const double higher = other.depth - own.depth;
+      steep =
+          higher > kFlatAll && higher * higher > kSteep * kSteep * (other.p - own.p).squaredNorm();
+    }
+    if (!steep) kept.push(from.at(k));
+  }
+  return kept;
+}
+
 void emit_some(const Candidates& all, const Selection& from, const Emission& to) {
   constexpr double kSameDirection = 0.99;
   if (from.count == 0) return;
@@ -122,7 +148,7 @@ void emit_some(const Candidates& all, const Selection& from, const Emission& to)
       return;
     }
   }
-  emit_polygon(all, from, to);
+  emit_polygon(all, without_steep(all, from), to);
 }
 
 /// Where a body is stuck deep in another, one candidate may be the near way out and another,

@@ -126,6 +126,30 @@ TEST_P(Rebound, RisesToTheSquareOfTheRestitution) {
   }
 }
 
+// The same for a gear on the chamfered rim of its hub.
+TEST_P(Rebound, OfAGearOnItsHub) {
+  for (const double height : {0.0732073, 0.157125, 0.143372}) {
+    auto scene = empty_scene();
+    add_table(scene);
+    scene.physics.restitution.gear_ground = GetParam();
+    const double stands = scene.gear_types.at("large").hub_height_m;
+    add_gear(scene, "g", "large", at({0, 0, stands + height}));
+    Bench bench(std::move(scene));
+    double top = 0;
+    bool struck = false;
+    for (int step = 0; step < 400; ++step) {
+      bench.run(1);
+      const BodyState state = bench.world->body(0);
+      const double z = state.p_WB.z() - stands;
+      if (struck && state.v_W.z() < 0) break;
+      struck = struck || state.v_W.z() > 0;
+      if (struck) top = std::max(top, z);
+    }
+    const double e = GetParam();
+    EXPECT_NEAR(top, e * e * height, 0.005 * e * e * height + 1e-5) << height;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Restitution, Rebound, testing::Values(0.0, 0.1, 0.3, 0.5, 0.7, 0.9));
 
 double energy_j(const BodyState& body, const MassProperties& mass) {
@@ -158,6 +182,39 @@ TEST(TiltedDrop, RestsSoonAndGainsNoEnergy) {
     EXPECT_LT(state.v_W.norm(), 1e-3) << round;
     EXPECT_LT(state.omega_W.norm(), 1e-2) << round;
     EXPECT_LT(gained_j, 1e-6) << round;
+  }
+}
+
+// A tray that falls onto the edge of another, whichever comes first in the scene, comes to rest on
+// both ends of that edge and gains no energy as it does.
+TEST(LeaningTray, RestsAndGainsNoEnergy) {
+  for (const bool first : {true, false}) {
+    for (const double yaw : {0.02, 0.1, 0.4}) {
+      auto scene = empty_scene();
+      scene.physics.simplification = scene::Simplification::kOff;
+      add_table(scene);
+      const auto lean = [&] {
+        add_tray(scene, "leaning", "small4", {0.1, 0.01}, {}, yaw);
+        Pose& X_WP = scene.trays.back().X_WP;
+        X_WP.q = X_WP.q * Eigen::AngleAxisd(0.2, Vector3d::UnitY());
+        X_WP.p.z() += 0.02;
+      };
+      if (first) lean();
+      add_tray(scene, "lying", "small4", {0, 0}, {});
+      if (!first) lean();
+      const MassProperties mass = tray_mass(scene.tray_types.at("small4"));
+      Bench bench(std::move(scene));
+      double gained_j = 0, before_j = 1e9;
+      for (int step = 0; step < 1500; ++step) {
+        bench.run(1);
+        const double now_j =
+            energy_j(bench.world->body(0), mass) + energy_j(bench.world->body(1), mass);
+        if (step > 100) gained_j += std::max(0.0, now_j - before_j);
+        before_j = now_j;
+      }
+      EXPECT_LT(gained_j, 1e-8) << first << " " << yaw;
+      EXPECT_LT(bench.world->body(bench.index_of("leaning")).v_W.norm(), 1e-8);
+    }
   }
 }
 

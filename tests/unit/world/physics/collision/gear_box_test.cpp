@@ -41,6 +41,16 @@ TEST(GearBox, StandingOnItsHub) {
   }
 }
 
+// As when it is looked for where a fall would take it: what touches first carries it.
+TEST(GearBox, SunkDeeperThanItsChamfer) {
+  scene::GearType g = test::conical_gear();
+  g.hub_chamfer_m = 3e-4;
+  const double depth = 4e-4;
+  const auto found = on_belt(g, test::pose(0, 0, g.hub_height_m - depth));
+  ASSERT_EQ(found.size(), 4U);
+  for (const Contact& c : found) EXPECT_NEAR(c.depth_m, depth, 1e-12);
+}
+
 TEST(GearBox, UpsideDownOnItsPeg) {
   const Isometry3d X =
       test::pose(0, 0, 0.026 - 1e-5) * Eigen::AngleAxisd(std::numbers::pi, Vector3d::UnitY());
