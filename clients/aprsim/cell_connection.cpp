@@ -18,6 +18,14 @@ constexpr auto kCallTimeout = std::chrono::seconds(10);
 constexpr auto kTransferTimeout = std::chrono::seconds(60);
 constexpr auto kWaitPeriod = std::chrono::milliseconds(10);
 
+v1::StepRequest step_request(std::uint64_t steps, std::span<const char* const> fields) {
+  v1::StepRequest request;
+  request.set_steps(steps);
+  request.mutable_read_mask();
+  for (const char* field : fields) request.mutable_read_mask()->add_paths(field);
+  return request;
+}
+
 Failure failure_of(const grpc::Status& status, const std::string& address) {
   switch (status.error_code()) {
     case grpc::StatusCode::UNAVAILABLE:
@@ -163,10 +171,9 @@ Outcome<v1::Receipt> CellConnection::step(std::uint64_t steps, std::chrono::mill
 }
 
 Outcome<v1::Snapshot> CellConnection::step_and_look(std::uint64_t steps,
+                                                    std::span<const char* const> fields,
                                                     std::chrono::milliseconds timeout) {
-  v1::StepRequest request;
-  request.set_steps(steps);
-  request.mutable_read_mask();
+  const auto request = step_request(steps, fields);
   auto response =
       stubs_->call(stubs_->control, &v1::ControlService::Stub::Step, request, address_, timeout);
   if (!response) return tl::unexpected(response.error());
@@ -174,10 +181,8 @@ Outcome<v1::Snapshot> CellConnection::step_and_look(std::uint64_t steps,
 }
 
 Outcome<std::optional<v1::Snapshot>> CellConnection::step_and_look(
-    std::uint64_t steps, const std::function<bool()>& waits) {
-  v1::StepRequest request;
-  request.set_steps(steps);
-  request.mutable_read_mask();
+    std::uint64_t steps, std::span<const char* const> fields, const std::function<bool()>& waits) {
+  const auto request = step_request(steps, fields);
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + std::chrono::hours(1));
   stubs_->prepare(context);

@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "aprsim/v1/control_service.pb.h"
@@ -38,13 +39,14 @@ class CellConnection {
   /// Answered once the steps have been taken; FailureKind::kTimeout when that takes longer.
   [[nodiscard]] Outcome<v1::Receipt> step(
       std::uint64_t steps, std::chrono::milliseconds timeout = std::chrono::hours(1));
-  /// The same, with the cell after them.
+  /// The same, with these fields of the cell after them.
   [[nodiscard]] Outcome<v1::Snapshot> step_and_look(std::uint64_t steps,
+                                                    std::span<const char* const> fields,
                                                     std::chrono::milliseconds timeout);
   /// The same, as long as `waits` says true, which it is asked every few milliseconds; nothing when
   /// it says false first. What time was asked for may still pass then.
   [[nodiscard]] Outcome<std::optional<v1::Snapshot>> step_and_look(
-      std::uint64_t steps, const std::function<bool()>& waits);
+      std::uint64_t steps, std::span<const char* const> fields, const std::function<bool()>& waits);
   /// Absent = as fast as possible.
   [[nodiscard]] Outcome<v1::Receipt> set_speed(std::optional<double> factor);
   [[nodiscard]] Outcome<v1::Receipt> reset(std::optional<std::uint64_t> seed);

@@ -41,7 +41,6 @@ class Status:
     command_id: int
     state: str
     description: str
-    joints: dict[int, float]
     tool_mm: tuple[float, float, float] | None
     tool_yaw: float | None  # [rad] of the tool's x axis
     holding: bool | None
@@ -66,43 +65,48 @@ def read_status(document: bytes) -> Status:
         root = ElementTree.fromstring(document)
     except ElementTree.ParseError as error:
         raise ValueError(f"not XML: {error}") from error
+    part = {child.tag: child for child in root}
 
-    def number(path: str, start: ElementTree.Element = root) -> float | None:
-        text = start.findtext(path)
-        return None if text is None else float(text)
-
-    identifier = root.findtext("CommandStatus/CommandID")
-    state = root.findtext("CommandStatus/CommandState")
-    if identifier is None or state is None:
+    command = _texts(part.get("CommandStatus"))
+    if "CommandID" not in command or "CommandState" not in command:
         raise ValueError("a status without CommandID or CommandState")
-    joints = {
-        int(joint.findtext("JointNumber", "0")): float(joint.findtext("JointPosition", "nan"))
-        for joint in root.iterfind("JointStatuses/JointStatus")
-    }
-    pose = "PoseStatus/Pose/"
-    x, y, z = (number(pose + "Point/" + axis) for axis in "XYZ")
-    i, j = (number(pose + "XAxis/" + axis) for axis in "IJ")
-    holding = root.findtext("GripperStatus/HoldingObject")
-    forces = {}
-    for sensor in root.iterfind("SensorStatuses/ForceTorqueSensorStatus"):
-        fx, fy, fz = (float(sensor.findtext(axis, "nan")) for axis in ("Fx", "Fy", "Fz"))
-        forces[sensor.findtext("SensorID", "")] = (fx, fy, fz)
-    switches = {
-        sensor.findtext("SensorID", ""): sensor.findtext("On", "").strip() in ("true", "1")
-        for sensor in root.iterfind("SensorStatuses/OnOffSensorStatus")
-    }
+    pose = part["PoseStatus"].find("Pose") if "PoseStatus" in part else None
+    axes = {} if pose is None else {child.tag: _texts(child) for child in pose}
+    point, x_axis = axes.get("Point", {}), axes.get("XAxis", {})
+    gripper = _texts(part.get("GripperStatus"))
+    forces, switches = {}, {}
+    for sensor in part.get("SensorStatuses", ()):
+        reading = _texts(sensor)
+        name = reading.get("SensorID", "")
+        if sensor.tag == "ForceTorqueSensorStatus":
+            fx, fy, fz = (float(reading.get(axis, "nan")) for axis in ("Fx", "Fy", "Fz"))
+            forces[name] = (fx, fy, fz)
+        elif sensor.tag == "OnOffSensorStatus":
+            switches[name] = _is_true(reading.get("On", ""))
     return Status(
-        command_id=int(identifier),
-        state=state,
-        description=root.findtext("CommandStatus/StateDescription", ""),
-        joints=joints,
-        tool_mm=None if x is None or y is None or z is None else (x, y, z),
-        tool_yaw=None if i is None or j is None else math.atan2(j, i),
-        holding=None if holding is None else holding.strip() in ("true", "1"),
-        separation_mm=number("GripperStatus/Separation"),
+        command_id=int(command["CommandID"]),
+        state=command["CommandState"],
+        description=command.get("StateDescription", ""),
+        tool_mm=(float(point["X"]), float(point["Y"]), float(point["Z"]))
+        if {"X", "Y", "Z"} <= point.keys()
+        else None,
+        tool_yaw=math.atan2(float(x_axis["J"]), float(x_axis["I"]))
+        if {"I", "J"} <= x_axis.keys()
+        else None,
+        holding=_is_true(gripper["HoldingObject"]) if "HoldingObject" in gripper else None,
+        separation_mm=float(gripper["Separation"]) if "Separation" in gripper else None,
         force_n=forces,
         switches=switches,
     )
+
+
+def _texts(element: ElementTree.Element | None) -> dict[str, str]:
+    """Texts of an element's children by their tags."""
+    return {} if element is None else {child.tag: child.text or "" for child in element}
+
+
+def _is_true(text: str) -> bool:
+    return text.strip() in ("true", "1")
 
 
 class CrclRobot:
@@ -166,17 +170,17 @@ class CrclRobot:
         self.run("InitCanon", "", 35)
         self.run("SetLengthUnits", _tag("UnitName", "millimeter"))
         self.run("SetAngleUnits", _tag("UnitName", "degree"))
-        reports = (
-            "JointStatuses",
-            "PoseStatus",
-            "GripperStatus",
-            "SettingsStatus",
-            "SensorsStatus",
-        )
+        reports = {
+            "JointStatuses": False,
+            "PoseStatus": True,
+            "GripperStatus": True,
+            "SettingsStatus": False,
+            "SensorsStatus": True,
+            "GuardsStatus": False,
+        }
         self.run(
             "ConfigureStatusReport",
-            "".join(_tag(f"Report{name}", "true") for name in reports)
-            + _tag("ReportGuardsStatus", "false"),
+            "".join(_tag(f"Report{name}", str(on).lower()) for name, on in reports.items()),
         )
         if self.curtain:
             self.enable_sensor(self.curtain)

@@ -7,7 +7,6 @@
 #include "protocols/command_failure.hpp"
 #include "protocols/messages/control_request.hpp"
 #include "protocols/messages/write_message.hpp"
-#include "protocols/telemetry/field_mask.hpp"
 #include "protocols/telemetry/receipt.hpp"
 #include "protocols/telemetry/rpc_status.hpp"
 #include "protocols/telemetry/state_transfer.hpp"
@@ -105,10 +104,10 @@ grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* cont
   if (const auto refused = refusal(*context)) return end(context, *refused);
   const auto command = protocols::to_command(*request);
   if (!command) return refuse(context, command.error());
-  const auto mask = SnapshotMask::parse(request->read_mask());
+  const auto mask = SnapshotView::parse(request->read_mask(), {}, *source_.latest()->cell);
   if (!mask) return refuse(context, mask.error());
   const std::uint64_t steps = command->steps;
-  std::optional<SnapshotMask> wanted;
+  std::optional<SnapshotView> wanted;
   if (request->has_read_mask()) wanted = *mask;
   std::unique_lock lock(step_mutex_);
   const api::SnapshotPtr now = source_.latest();
@@ -157,7 +156,7 @@ grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* cont
 // on.
 grpc::ServerUnaryReactor* ControlService::pass_time(grpc::CallbackServerContext* context,
                                                     std::uint64_t steps,
-                                                    const std::optional<SnapshotMask>& wanted,
+                                                    const std::optional<SnapshotView>& wanted,
                                                     v1::StepResponse* response) {
   api::VirtualTime& time = *options_.virtual_time;
   std::unique_lock lock(step_mutex_);
@@ -199,9 +198,9 @@ grpc::ServerUnaryReactor* ControlService::RunUntil(grpc::CallbackServerContext* 
   if (const auto refused = refusal(*context)) return end(context, *refused);
   const auto run = protocols::to_command(*request);
   if (!run) return refuse(context, run.error());
-  const auto mask = SnapshotMask::parse(request->read_mask());
+  const auto mask = SnapshotView::parse(request->read_mask(), {}, *source_.latest()->cell);
   if (!mask) return refuse(context, mask.error());
-  std::optional<SnapshotMask> wanted;
+  std::optional<SnapshotView> wanted;
   if (request->has_read_mask()) wanted = *mask;
   const auto ticket = sink_.submit({options_.endpoint, api::SimulationCommand(*run)});
   if (!ticket) return refuse(context, ticket.error());
@@ -224,7 +223,7 @@ grpc::ServerUnaryReactor* ControlService::RunUntil(grpc::CallbackServerContext* 
 }
 
 grpc::Status ControlService::finish_run(const api::RunEnd& ended, const api::Snapshot& snapshot,
-                                        const std::optional<SnapshotMask>& wanted,
+                                        const std::optional<SnapshotView>& wanted,
                                         v1::RunUntilResponse& response) const {
   if (ended.why == api::RunEnd::Why::kInterrupted) {
     return {grpc::StatusCode::ABORTED, "the run has ended before: " + ended.text};
@@ -243,11 +242,10 @@ grpc::Status ControlService::finish_run(const api::RunEnd& ended, const api::Sna
 
 template <typename Response>
 void ControlService::write_wanted(const api::Snapshot& snapshot,
-                                  const std::optional<SnapshotMask>& wanted,
+                                  const std::optional<SnapshotView>& wanted,
                                   Response& response) const {
   if (!wanted) return;
-  protocols::write_message(snapshot, options_.instance_id, *response.mutable_snapshot());
-  wanted->trim(*response.mutable_snapshot());
+  wanted->write(snapshot, options_.instance_id, *response.mutable_snapshot());
 }
 
 grpc::ServerUnaryReactor* ControlService::SetSpeed(grpc::CallbackServerContext* context,

@@ -7,7 +7,7 @@
 #include "aprsim/v1/control_service.grpc.pb.h"
 #include "protocols/telemetry/call_gate.hpp"
 #include "protocols/telemetry/command_waiter.hpp"
-#include "protocols/telemetry/field_mask.hpp"
+#include "protocols/telemetry/snapshot_view.hpp"
 #include "protocols/telemetry/telemetry_server.hpp"
 
 namespace aprsim::telemetry {
@@ -102,11 +102,11 @@ class ControlService final : public v1::ControlService::CallbackService {
   grpc::ServerUnaryReactor* command(grpc::CallbackServerContext* context, Body body, Fill fill);
   /// In virtual time, of the caller that paces: lets so much of it pass.
   grpc::ServerUnaryReactor* pass_time(grpc::CallbackServerContext* context, std::uint64_t steps,
-                                      const std::optional<SnapshotMask>& wanted,
+                                      const std::optional<SnapshotView>& wanted,
                                       v1::StepResponse* response);
   /// The snapshot, as far as it is wanted.
   template <typename Response>
-  void write_wanted(const api::Snapshot& snapshot, const std::optional<SnapshotMask>& wanted,
+  void write_wanted(const api::Snapshot& snapshot, const std::optional<SnapshotView>& wanted,
                     Response& response) const;
   /// Changes the scene; the answer tells of the body of this name, where it has a place for it.
   template <typename Response>
@@ -115,7 +115,7 @@ class ControlService final : public v1::ControlService::CallbackService {
                                          const std::string& body = "");
   /// Status and answer of a run that has ended.
   grpc::Status finish_run(const api::RunEnd& end, const api::Snapshot& snapshot,
-                          const std::optional<SnapshotMask>& wanted,
+                          const std::optional<SnapshotView>& wanted,
                           v1::RunUntilResponse& response) const;
   /// The client's, or so much from now.
   [[nodiscard]] static std::chrono::steady_clock::time_point deadline(

@@ -13,6 +13,7 @@
 #include "clients/aprsim/interruption.hpp"
 #include "clients/aprsim/scenario/run_programs.hpp"
 #include "clients/aprsim/scenario/run_watch.hpp"
+#include "clients/aprsim/scenario/sampler.hpp"
 
 namespace aprsim::client {
 namespace {
@@ -55,7 +56,7 @@ class SampleTime {
       interruption::sleep_until(std::chrono::steady_clock::now() + 2ms);
     }
     Outcome<std::optional<v1::Snapshot>> passed;
-    if (!goal_) passed = cell_.step_and_look(kVirtualSteps, waits);
+    if (!goal_) passed = cell_.step_and_look(kVirtualSteps, kSampledFields, waits);
     if (late) return tl::unexpected(not_going_on("the controller neither polls nor ends"));
     return passed;
   }
@@ -84,7 +85,7 @@ class SampleTime {
   /// in time.
   Outcome<std::optional<v1::Snapshot>> ask(std::uint64_t now, std::chrono::milliseconds patience) {
     if (goal_) return std::nullopt;
-    auto passed = cell_.step_and_look(kVirtualSteps, patience);
+    auto passed = cell_.step_and_look(kVirtualSteps, kSampledFields, patience);
     if (passed) return std::move(*passed);
     if (passed.error().kind != FailureKind::kTimeout) return tl::unexpected(passed.error());
     goal_ = now + kVirtualSteps;
@@ -227,7 +228,10 @@ Outcome<RunResult> Station::run_once(const scenario::Plan& plan, const RunListen
   for (bool over = false; snapshot;) {
     if (!over && !watch.take(*snapshot)) {
       over = true;
-      hash = fmt::format("{:016x}", snapshot->state_hash());
+      // Time stands: this is the same state.
+      const auto whole = cell.snapshot();
+      if (!whole) return tl::unexpected(whole.error());
+      hash = fmt::format("{:016x}", whole->state_hash());
       if (!watch.all_submitted()) break;
       // It is to go home, which others may still have to see.
       if (again_) {

@@ -81,7 +81,6 @@ class StatusTest(unittest.TestCase):
         self.assertEqual(
             (status.command_id, status.state, status.description), (7, "CRCL_Error", "too far")
         )
-        self.assertEqual(status.joints, {1: 12.5})
         self.assertEqual(status.tool_mm, (1, 2, 3))
         self.assertAlmostEqual(status.tool_yaw, math.pi / 2)
         self.assertEqual((status.holding, status.separation_mm), (True, 7.6))
