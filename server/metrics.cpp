@@ -131,6 +131,7 @@ void write_physics(MetricsText& out, const api::Snapshot& now) {
 
 void write_solver(MetricsText& out, const MetricsSources& sources) {
   const api::SolverFailures& failures = sources.snapshot->solver_failures;
+  const api::SolverStep& now = sources.snapshot->solver_step;
   out.metric("aprsim_solver_solved_total", kCounter,
              "Groups of touching bodies that the contact solver has solved, each in each step.");
   out.sample(sources.solver.solved);
@@ -138,10 +139,10 @@ void write_solver(MetricsText& out, const MetricsSources& sources) {
   out.sample(sources.solver.iterations);
   out.metric("aprsim_solver_iterations", kGauge,
              "Most iterations that a group took in the latest step.");
-  out.sample(sources.solver.most_iterations);
+  out.sample(now.iterations);
   out.metric("aprsim_solver_residual_meters_per_second", kGauge,
              "The farthest that a group was left off the laws of contact in the latest step.");
-  out.sample(sources.solver.residual_m_s);
+  out.sample(now.residual_m_s);
   out.metric("aprsim_solver_unconverged", kGauge,
              "Groups of bodies whose step ended short of the solver's tolerance, since the reset.");
   out.sample(failures.not_converged);

@@ -321,6 +321,7 @@ void World::write(api::Snapshot& out) const {
   out.max_penetration_m = physics_->max_penetration_m();
   out.physics_faults = physics_->penetration_faults();
   out.solver_failures = physics_->solver_failures();
+  out.solver_step = physics_->solver_step();
 }
 
 }  // namespace aprsim::world

@@ -189,6 +189,11 @@ void write(const api::SolverFailures& failures, v1::SolverFailures& message) {
   message.set_worst_m_s(failures.worst_m_s);
 }
 
+void write(const api::SolverStep& step, v1::SolverStep& message) {
+  message.set_iterations(step.iterations);
+  message.set_residual_m_s(step.residual_m_s);
+}
+
 void write_time(const api::Snapshot& snapshot, v1::Snapshot& message) {
   const auto wall = std::chrono::duration_cast<std::chrono::nanoseconds>(
                         std::chrono::system_clock::now().time_since_epoch())
@@ -362,6 +367,7 @@ void write_message(const api::Snapshot& snapshot, const std::string& instance_id
   message.set_max_penetration_m(snapshot.max_penetration_m);
   message.set_physics_faults(snapshot.physics_faults);
   write(snapshot.solver_failures, *message.mutable_solver_failures());
+  write(snapshot.solver_step, *message.mutable_solver_step());
   message.set_world_fault(snapshot.world_fault);
   message.set_world_stops(snapshot.world_stops);
   message.set_last_event(snapshot.last_event);

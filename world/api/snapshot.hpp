@@ -116,6 +116,14 @@ struct SolverFailures {
   bool operator==(const SolverFailures&) const = default;
 };
 
+/// What the solver of contacts did in a step, all zero where nothing moved that touches anything.
+struct SolverStep {
+  std::uint32_t iterations = 0;  ///< the most that a group of touching bodies took
+  double residual_m_s = 0;       ///< the farthest that one was left off the laws of contact
+
+  bool operator==(const SolverStep&) const = default;
+};
+
 /// A command that was taken but could not be carried out.
 struct CommandFailure {
   Ticket ticket = 0;
@@ -193,6 +201,7 @@ struct Snapshot {
   double max_penetration_m = 0;      ///< deepest contact in this step
   std::uint64_t physics_faults = 0;  ///< penetrations over 0.5 mm since reset
   SolverFailures solver_failures;
+  SolverStep solver_step;         ///< the latest
   std::string world_fault;        ///< not empty: stopped; names bodies, step and cause
   std::uint64_t world_stops = 0;  ///< by a fault, since the daemon started
   std::uint64_t last_event = 0;   ///< number of the latest event of the cell; 0 = none

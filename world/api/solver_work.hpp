@@ -5,12 +5,10 @@
 
 namespace aprsim::api {
 
-/// What the contact solver does: how much of it since the world was built, and how well.
+/// What the contact solver has done since the world was built.
 struct SolverWork {
-  std::uint64_t solved = 0;           ///< groups of touching bodies, each in each step
-  std::uint64_t iterations = 0;       ///< of all these
-  std::uint64_t most_iterations = 0;  ///< of a group in the latest step
-  double residual_m_s = 0;            ///< the greatest of a group in the latest step
+  std::uint64_t solved = 0;      ///< groups of touching bodies, each in each step
+  std::uint64_t iterations = 0;  ///< of all these
 };
 
 /// The latest, for other threads: one sets, any reads, neither waits. What is read while it is set
@@ -20,18 +18,13 @@ class SolverWorkSlot {
   void set(const SolverWork& work) {
     solved_.store(work.solved, std::memory_order_relaxed);
     iterations_.store(work.iterations, std::memory_order_relaxed);
-    most_iterations_.store(work.most_iterations, std::memory_order_relaxed);
-    residual_m_s_.store(work.residual_m_s, std::memory_order_relaxed);
   }
   [[nodiscard]] SolverWork get() const {
-    return {solved_.load(std::memory_order_relaxed), iterations_.load(std::memory_order_relaxed),
-            most_iterations_.load(std::memory_order_relaxed),
-            residual_m_s_.load(std::memory_order_relaxed)};
+    return {solved_.load(std::memory_order_relaxed), iterations_.load(std::memory_order_relaxed)};
   }
 
  private:
-  std::atomic<std::uint64_t> solved_{0}, iterations_{0}, most_iterations_{0};
-  std::atomic<double> residual_m_s_{0};
+  std::atomic<std::uint64_t> solved_{0}, iterations_{0};
 };
 
 }  // namespace aprsim::api

@@ -251,6 +251,12 @@ void fields(Io& io, Self& self) {
   io(not_converged, worst_m_s);
 }
 
+template <typename Io, Of<api::SolverStep> Self>
+void fields(Io& io, Self& self) {
+  auto& [iterations, residual_m_s] = self;
+  io(iterations, residual_m_s);
+}
+
 template <typename Io, Of<api::ContactSide> Self>
 void fields(Io& io, Self& self) {
   auto& [kind, index, part] = self;

@@ -97,6 +97,7 @@ struct PhysicsWorld::Impl {
 void PhysicsWorld::Impl::step() {
   ode::prepare_thread();
   max_penetration = 0;
+  solver.begin_step();
   report.begin_step();
   const int parts = parts_of_step();
   if (parts > 1) {
@@ -520,6 +521,8 @@ std::vector<std::string> PhysicsWorld::fixed_names() const {
 const api::SolverFailures& PhysicsWorld::solver_failures() const {
   return impl_->solver.failures();
 }
+
+const api::SolverStep& PhysicsWorld::solver_step() const { return impl_->solver.latest(); }
 
 const api::SolverWork& PhysicsWorld::solver_work() const { return impl_->solver.work(); }
 

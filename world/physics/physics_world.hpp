@@ -146,6 +146,7 @@ class PhysicsWorld {
   [[nodiscard]] double max_penetration_m() const;
   [[nodiscard]] std::uint64_t penetration_faults() const;
   [[nodiscard]] const api::SolverFailures& solver_failures() const;
+  [[nodiscard]] const api::SolverStep& solver_step() const;
   /// Since it was built; what was restored is not taken back.
   [[nodiscard]] const api::SolverWork& solver_work() const;
   /// FNV-1a over the bits of every body's state.

@@ -50,8 +50,6 @@ StepSolver::StepSolver(PhysicsModel& model)
 }
 
 void StepSolver::step() {
-  work_.most_iterations = 0;
-  work_.residual_m_s = 0;
   islands_.find(model_, model_.constraints);
   for (auto& constraint : model_.constraints) {
     constraint.normal_n = 0;
@@ -117,11 +115,11 @@ void StepSolver::solve_island(int island) {
 }
 
 void StepSolver::note(const ContactSolver::Outcome& outcome) {
-  const auto iterations = static_cast<std::uint64_t>(outcome.iterations);
+  const auto iterations = static_cast<std::uint32_t>(outcome.iterations);
   ++work_.solved;
   work_.iterations += iterations;
-  work_.most_iterations = std::max(work_.most_iterations, iterations);
-  work_.residual_m_s = std::max(work_.residual_m_s, outcome.residual_m_s);
+  memory_.latest.iterations = std::max(memory_.latest.iterations, iterations);
+  memory_.latest.residual_m_s = std::max(memory_.latest.residual_m_s, outcome.residual_m_s);
   if (outcome.converged) return;
   ++memory_.failures.not_converged;
   memory_.failures.worst_m_s = std::max(memory_.failures.worst_m_s, outcome.residual_m_s);

@@ -15,6 +15,8 @@ class StepSolver {
  public:
   explicit StepSolver(PhysicsModel& model);
 
+  /// Before the first part of a step.
+  void begin_step() { memory_.latest = {}; }
   /// Notes the state from which step() starts, so that undo() can return to it.
   void begin();
   void undo();
@@ -27,17 +29,19 @@ class StepSolver {
   struct Memory {
     std::vector<ContactConstraint> contacts;
     api::SolverFailures failures;  ///< so far
+    api::SolverStep latest;        ///< of the whole step
 
     /// See world/archive/archive.hpp.
     template <typename Self, typename Io>
     static void fields(Self& self, Io& io) {
-      auto& [contacts, failures] = self;
-      io(contacts, failures);
+      auto& [contacts, failures, latest] = self;
+      io(contacts, failures, latest);
     }
   };
   [[nodiscard]] const Memory& save() const { return memory_; }
   void restore(const Memory& memory) { memory_ = memory; }
   [[nodiscard]] const api::SolverFailures& failures() const { return memory_.failures; }
+  [[nodiscard]] const api::SolverStep& latest() const { return memory_.latest; }
   /// What is undone counts, too.
   [[nodiscard]] const api::SolverWork& work() const { return work_; }
 

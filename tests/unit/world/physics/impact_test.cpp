@@ -152,6 +152,28 @@ TEST_P(Rebound, OfAGearOnItsHub) {
 
 INSTANTIATE_TEST_SUITE_P(Restitution, Rebound, testing::Values(0.0, 0.1, 0.3, 0.5, 0.7, 0.9));
 
+// What is reported of the solver is what it did in the latest step, and part of the state.
+TEST(SolverStep, IsThatOfTheLatestStep) {
+  auto scene = empty_scene();
+  add_table(scene);
+  add_gear(scene, "g", "large", at({0, 0, 0.05}));
+  Bench bench(std::move(scene));
+  bench.run(1);
+  EXPECT_EQ(bench.world->solver_step(), api::SolverStep{}) << "in the air";
+  const auto in_the_air = bench.world->save();
+  while (bench.world->contact_count() == 0) bench.run(1);
+  const api::SolverStep struck = bench.world->solver_step();
+  EXPECT_GT(struck.iterations, 0U);
+  EXPECT_LE(struck.residual_m_s, 1e-8);
+  const auto at_the_blow = bench.world->save();
+  bench.world->restore(in_the_air);
+  EXPECT_EQ(bench.world->solver_step(), api::SolverStep{});
+  bench.world->restore(at_the_blow);
+  EXPECT_EQ(bench.world->solver_step(), struck);
+  bench.run(1000);
+  EXPECT_EQ(bench.world->solver_step(), api::SolverStep{}) << "asleep";
+}
+
 double energy_j(const BodyState& body, const MassProperties& mass) {
   const Vector3d arm = body.q_WB * mass.com;
   const Vector3d v = body.v_W + body.omega_W.cross(arm);
