@@ -7,7 +7,7 @@ constexpr int kMergeSteps = 20;  // at rest relative to each other before two ar
 constexpr int kRestSteps = 20;   // at rest on the carrier before it counts
 constexpr int kSleepSteps = 40;  // before a group falls asleep
 constexpr double kShare = 0.1;   // of e1 and e2: stricter than the paper's criteria
-constexpr double kDrift = 2e-7;  // [m] over all of that time
+constexpr double kDrift = 2e-8;  // [m] over all of that time
 
 /// Distance between two poses of a body of that radius: at most that of any of its points, within a
 /// factor of about two.

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "world/physics/collision/look_ahead.hpp"
+
 namespace aprsim::physics {
 namespace {
 
@@ -29,7 +31,12 @@ Eigen::Vector3d SleepingGroups::shift(const Group& group) const {
   return (travel_ - group.travel) * fixed_->belt_axis_W;
 }
 
-Aabb SleepingGroups::box(int group) const { return at(group).box.moved(shift(at(group))); }
+/// What falls asleep on a belt that stands looks no farther ahead when this runs.
+Aabb SleepingGroups::box(int g) const {
+  const Group& group = at(g);
+  const double ahead = kStepsAhead * body(group.lowest).step_s * velocity(group.lowest).norm();
+  return group.box.moved(shift(group)).grown(ahead);
+}
 
 Eigen::Isometry3d SleepingGroups::X_WB(int i) const {
   Eigen::Isometry3d X = body(i).X_WB;
@@ -193,9 +200,9 @@ void SleepingGroups::sync_poses(int g) {
     FreeBody& free = body(b);
     free.v_com_W = v;
     free.X_WB.translation() += d;
-    free.bounds = free.bounds.moved(d);
+    free.update_bounds();
+    group.box = b == group.lowest ? free.bounds : group.box.joined(free.bounds);
   }
-  group.box = group.box.moved(d);
   group.travel = travel_;
 }
 

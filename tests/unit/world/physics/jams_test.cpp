@@ -1,0 +1,46 @@
+#include "tests/unit/world/physics/jams.hpp"
+
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+namespace aprsim::physics::test {
+namespace {
+
+using scene::Simplification;
+
+constexpr double kSame =
+    1e-4;  // off against itself, started 0.1 um elsewhere, ends 40 um apart [m]
+
+struct Case {
+  Jam jam;
+  unsigned seed;
+};
+
+class Jams : public testing::TestWithParam<Case> {};
+
+TEST_P(Jams, EndTheSameInEveryMode) {
+  const auto [jam, seed] = GetParam();
+  const JamOutcome off = run_jam(jam, Simplification::kOff, seed);
+  for (const auto mode : {Simplification::kMerge, Simplification::kDormant}) {
+    SCOPED_TRACE(mode == Simplification::kMerge ? "merge" : "dormant");
+    const JamOutcome out = run_jam(jam, mode, seed);
+    EXPECT_LT(farthest_apart(out.pressed, off.pressed), kSame);
+    EXPECT_LT(farthest_apart(out.left, off.left), kSame);
+    EXPECT_EQ(out.resting, off.resting);
+    // What sleeps is not run into.
+    EXPECT_NEAR(out.deepest_m, off.deepest_m, 2e-5);
+  }
+  EXPECT_EQ(std::count(off.resting.begin(), off.resting.end(), false), 0);
+  EXPECT_LT(off.deepest_m, 5e-4);
+}
+
+INSTANTIATE_TEST_SUITE_P(Modes, Jams,
+                         testing::Values(Case{Jam::kQueue, 1}, Case{Jam::kQueue, 7},
+                                         Case{Jam::kWedge, 3}, Case{Jam::kCorner, 2}),
+                         [](const auto& one) {
+                           return name_of(one.param.jam) + std::to_string(one.param.seed);
+                         });
+
+}  // namespace
+}  // namespace aprsim::physics::test
