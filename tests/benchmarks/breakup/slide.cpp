@@ -35,8 +35,8 @@ void fill(scene::Scene& scene, std::size_t count) {
 
 scene::Scene scene_of(const SlideCase& slide) {
   scene::Scene scene = bare_belt(slide.mode);
-  scene.conveyor->X_WC.q =
-      Eigen::Quaterniond(Eigen::AngleAxisd(-slide.tilt_rad, Eigen::Vector3d::UnitY()));
+  scene.conveyor->X_WC.q = Eigen::AngleAxisd(slide.heading_rad, Eigen::Vector3d::UnitZ()) *
+                           Eigen::AngleAxisd(-slide.tilt_rad, Eigen::Vector3d::UnitY());
   const bool tray_slides = slide.slider == Slider::kTray || slide.slider == Slider::kLoadedTray;
   scene.physics.friction.tray_belt = tray_slides ? slide.friction : 2.0;
   scene.physics.friction.gear_tray = tray_slides ? 1.0 : slide.friction;

@@ -17,9 +17,10 @@ const char* name_of(Slider slider);
 struct SlideCase {
   scene::Simplification mode = scene::Simplification::kOff;
   Slider slider = Slider::kTray;
-  double tilt_rad = 0;    ///< of the belt, its forward direction uphill
-  double friction = 0.3;  ///< of the pair that slides
-  double accel_m_s2 = 0;  ///< of the belt
+  double tilt_rad = 0;     ///< of the belt, its forward direction uphill
+  double heading_rad = 0;  ///< of the belt and all on it, about the world's z
+  double friction = 0.3;   ///< of the pair that slides
+  double accel_m_s2 = 0;   ///< of the belt
   double accelerating_s = 0.1;
 };
 

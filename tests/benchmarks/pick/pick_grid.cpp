@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 
 #include "tests/benchmarks/pick/pick_case.hpp"
 #include "tests/benchmarks/support/experiment.hpp"
@@ -61,28 +60,14 @@ void add_row(Table& table, const std::string& gear, double mu, const std::string
              timed ? percentile(w.merged_us, 1) : 0.0});
 }
 
-/// The same case twice takes the same steps: of each, the time that nothing interrupted.
-PickResult run_timed(const PickCase& c) {
-  PickResult result = run_pick(c);
-  const PickResult again = run_pick(c);
-  if (again.merged_us.size() != result.merged_us.size()) {
-    throw std::runtime_error("the same case did not take the same steps");
-  }
-  for (std::size_t i = 0; i < again.merged_us.size(); ++i) {
-    result.merged_us[i] = std::min(result.merged_us[i], again.merged_us[i]);
-  }
-  return result;
-}
-
-Worst over_offsets(PickCase c, const std::vector<double>& offsets, Table* each = nullptr,
-                   bool timed = false) {
+Worst over_offsets(PickCase c, const std::vector<double>& offsets, Table* each = nullptr) {
   Worst worst;
   for (const double yaw : kYaws) {
     for (const double across : offsets) {
       for (const double along : offsets) {
         c.yaw = yaw;
         c.off = {across, along};
-        const PickResult r = timed ? run_timed(c) : run_pick(c);
+        const PickResult r = run_pick(c);
         worst.add(r);
         if (!each) continue;
         each->row({c.gear, c.mu, yaw, 1e3 * across, 1e3 * along, double(r.picked), double(r.placed),
@@ -104,8 +89,7 @@ void grid(Experiment& experiment) {
   Worst all;
   for (const std::string& gear : gears) {
     for (const double mu : {0.4, 1.0}) {
-      const Worst w =
-          over_offsets({.gear = gear, .mu = mu}, quick ? kFewOffsets : kOffsets, &each, !quick);
+      const Worst w = over_offsets({.gear = gear, .mu = mu}, quick ? kFewOffsets : kOffsets, &each);
       add_row(table, gear, mu, "flat pads", w);
       all.add(w);
     }

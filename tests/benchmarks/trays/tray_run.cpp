@@ -94,6 +94,8 @@ TrayRun run_trays(TraySimulation& simulation, const scene::Scene& scene, const T
   for (int t = 0; t < tray_count; ++t) tray_start_x.push_back(simulation.body(t).p.x());
   auto rest = spawn;
   TrayRun run;
+  const int bodies = tray_count + static_cast<int>(scene.gears.size());
+  Eigen::Vector3d read = Eigen::Vector3d::Zero();
   const double start = thread_cpu_s();
   double left_out = 0, steady_start = start;
   for (int step = 0; step < steps; ++step) {
@@ -107,11 +109,13 @@ TrayRun run_trays(TraySimulation& simulation, const scene::Scene& scene, const T
     simulation.step(speed);
     run.belt_travel_m += speed * h;
     run.contacts += simulation.contact_count();
+    for (int body = 0; body < bodies; ++body) read += simulation.body(body).p;
   }
   const double end = thread_cpu_s();
   run.cpu_s = end - start - left_out;
   run.steady_us = 1e6 * (end - steady_start) / (steps - steady);
   run.contacts /= steps;
+  if (!read.allFinite()) throw std::runtime_error("a body is nowhere");
   run.real_time_factor = plan.duration_s / run.cpu_s;
   const auto last = relative_poses(simulation, trays, tray_count);
   sum_motion(spawn, last, run.delta_spawn_m, run.theta_spawn_rad);

@@ -39,7 +39,8 @@ void disturb_gears(scene::Scene& scene, unsigned seed, double radius_m = 1.5e-4)
 /// The belt's speed at a time: at rest, one ramp, then steady.
 double belt_speed(const TrayRunPlan& plan, double t_s);
 
-/// `simulation` must be of that scene and new.
+/// `simulation` must be of that scene and new. All poses are read after every step, as the daemon
+/// does for its snapshots.
 TrayRun run_trays(TraySimulation& simulation, const scene::Scene& scene, const TrayRunPlan& plan);
 /// In our own physics.
 TrayRun run_trays(const scene::Scene& scene, const TrayRunPlan& plan);
