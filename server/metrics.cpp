@@ -139,7 +139,7 @@ void write_solver(MetricsText& out, const MetricsSources& sources) {
   out.sample(sources.solver.iterations);
   out.metric("aprsim_solver_iterations", kGauge,
              "Most iterations that a group took in the latest step.");
-  out.sample(now.iterations);
+  out.sample(std::uint64_t{now.iterations});
   out.metric("aprsim_solver_residual_meters_per_second", kGauge,
              "The farthest that a group was left off the laws of contact in the latest step.");
   out.sample(now.residual_m_s);

@@ -296,7 +296,7 @@ int run(int argc, char** argv) {
       "ODE: its bodies, contact joints and iterative solver (dWorldQuickStep, 50 iterations) at "
       "the points of our own contact search, without look-ahead; it solves to what these "
       "iterations "
-      "give, ours to 1e-9 m/s. All take turns of 50 steps in one run; means of all steps, search "
+      "give, ours to 1e-8 m/s. All take turns of 50 steps in one run; means of all steps, search "
       "for "
       "contacts included.");
   experiment.note(
