@@ -463,16 +463,25 @@ double PhysicsWorld::opening(int tool) const {
   return impl_->model.mechanism(tool).state().separation_m;
 }
 
+/// What sleeps moves with its carrier, and nothing else is looked at for it.
 BodyState PhysicsWorld::body(int index) const {
-  const FreeBody& free = impl_->model.body(index);
   const auto& simplification = impl_->model.simplification;
-  const Eigen::Isometry3d X_WB = simplification.X_WB(index);
-  // A dormant body's record is brought up to date only when needed; its group knows where it is.
+  const auto& sleeping = simplification.sleeping();
   BodyState state;
-  state.p_WB = X_WB.translation();
-  state.q_WB = Eigen::Quaterniond(X_WB.linear());
+  if (sleeping.dormant(index)) {
+    state.p_WB = sleeping.p_WB(index);
+    state.q_WB = sleeping.q_WB(index);
+    state.v_W = sleeping.velocity(index);
+    state.resting = true;
+    state.group_kind = api::GroupKind::kDormant;
+    state.group = sleeping.lowest(index);
+    return state;
+  }
+  const FreeBody& free = impl_->model.body(index);
+  state.p_WB = free.X_WB.translation();
+  state.q_WB = Eigen::Quaterniond(free.X_WB.linear());
   state.omega_W = free.omega_W;
-  state.v_W = simplification.velocity(index) - free.omega_W.cross(X_WB.linear() * free.mass.com);
+  state.v_W = free.v_com_W - free.omega_W.cross(free.X_WB.linear() * free.mass.com);
   state.resting = simplification.resting(index);
   state.lost_step = free.lost_step;
   state.group_kind = simplification.group_kind(index);
@@ -711,6 +720,7 @@ void PhysicsWorld::restore(const State& state) {
     ode::restore(body.body.get(), from.ode);
     dBodyDisable(body.body.get());
   }
+  model.simplification.sleeping().note_poses();
   arrange_tools(model, data.tool_of_robot);
   for (std::size_t r = 0; r < data.arms.size(); ++r) {
     model.arms[r].restore(data.arms[r]);

@@ -19,8 +19,10 @@ SleepingGroups::SleepingGroups(std::span<FreeBody> bodies, const StaticShapes& f
     : bodies_(bodies),
       fixed_(&fixed),
       composites_(&composites),
+      belt_axis_W_(fixed.belt_axis_W),
       group_(bodies.size(), -1),
       next_(bodies.size(), -1),
+      lying_(bodies.size()),
       groups_(bodies.size()) {
   active_.reserve(bodies.size());
   for (std::size_t i = bodies.size(); i > 0; --i) spare_.push_back(static_cast<int>(i) - 1);
@@ -42,11 +44,6 @@ Eigen::Isometry3d SleepingGroups::X_WB(int i) const {
   Eigen::Isometry3d X = body(i).X_WB;
   X.translation() += shift(at(group(i)));
   return X;
-}
-
-Eigen::Vector3d SleepingGroups::velocity(int i) const {
-  if (!at(group(i)).belt) return Eigen::Vector3d::Zero();
-  return speed_ * fixed_->belt_axis_W;
 }
 
 /// Whether the belt can accelerate the group: the wrench that each member requires of what it rests
@@ -188,6 +185,7 @@ int SleepingGroups::sleep(std::span<const int> members, const Carrier& carrier) 
   }
   active_.insert(std::lower_bound(active_.begin(), active_.end(), slot), slot);
   roots_ += group.roots;
+  note_poses(slot);
   find_tightest();
   return slot;
 }
@@ -204,6 +202,20 @@ void SleepingGroups::sync_poses(int g) {
     group.box = b == group.lowest ? free.bounds : group.box.joined(free.bounds);
   }
   group.travel = travel_;
+  note_poses(g);
+}
+
+void SleepingGroups::note_poses(int g) {
+  const Group& group = at(g);
+  for (int b = group.lowest; b >= 0; b = next(b)) {
+    const Eigen::Isometry3d& X_WB = body(b).X_WB;
+    lying_[static_cast<std::size_t>(b)] = {X_WB.translation(), Eigen::Quaterniond(X_WB.linear()),
+                                           group.travel, group.lowest, group.belt};
+  }
+}
+
+void SleepingGroups::note_poses() {
+  for (const int g : active_) note_poses(g);
 }
 
 void SleepingGroups::wake(int g) {
@@ -230,10 +242,12 @@ void SleepingGroups::restore(const SleepingGroups& from) {
   const auto bodies = bodies_;
   const auto* fixed = fixed_;
   const auto* composites = composites_;
+  const Eigen::Vector3d axis = belt_axis_W_;
   *this = from;
   bodies_ = bodies;
   fixed_ = fixed;
   composites_ = composites;
+  belt_axis_W_ = axis;
 }
 
 }  // namespace aprsim::physics

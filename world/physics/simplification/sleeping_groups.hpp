@@ -31,7 +31,7 @@ class SleepingGroups {
   [[nodiscard]] int group(int body) const { return group_[static_cast<std::size_t>(body)]; }
   [[nodiscard]] bool dormant(int body) const { return group(body) >= 0; }
   /// Lowest body of the group that `body` is in.
-  [[nodiscard]] int lowest(int body) const { return at(group(body)).lowest; }
+  [[nodiscard]] int lowest(int body) const { return lying(body).lowest; }
   [[nodiscard]] std::span<const int> groups() const { return active_; }
   [[nodiscard]] int first(int group) const { return at(group).lowest; }
   /// The next body of the same group in ascending order, -1 = no more.
@@ -40,7 +40,16 @@ class SleepingGroups {
   [[nodiscard]] Aabb box(int group) const;
   /// Pose and velocity of the centre of mass now.
   [[nodiscard]] Eigen::Isometry3d X_WB(int body) const;
-  [[nodiscard]] Eigen::Vector3d velocity(int body) const;
+  /// What observers ask of every body after every step. Nothing but this is looked at.
+  [[nodiscard]] Eigen::Vector3d p_WB(int body) const {
+    const Lying& it = lying(body);
+    return it.belt ? it.p_W + (travel_ - it.travel) * belt_axis_W_ : it.p_W;
+  }
+  [[nodiscard]] const Eigen::Quaterniond& q_WB(int body) const { return lying(body).q_WB; }
+  [[nodiscard]] Eigen::Vector3d velocity(int body) const {
+    if (!lying(body).belt) return Eigen::Vector3d::Zero();
+    return speed_ * belt_axis_W_;
+  }
   [[nodiscard]] int root_count() const { return roots_; }
   [[nodiscard]] double belt_travel_m() const { return travel_; }
   [[nodiscard]] double belt_speed_m_s() const { return speed_; }
@@ -59,14 +68,16 @@ class SleepingGroups {
   /// Ends a group; its bodies move as their carrier did in the last step.
   void wake(int group);
 
-  /// Copies the state of the same bodies' groups; poses are the caller's business.
+  /// Copies the state of the same bodies' groups; poses are the caller's business, who then calls
+  /// note_poses().
   void restore(const SleepingGroups& from);
+  void note_poses();
 
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {
-    auto& [bodies, fixed, composites, group, next, groups, active, spare, travel, speed, roots,
-           travel_low, travel_high, accel_low, accel_high] = self;
+    auto& [bodies, fixed, composites, belt_axis_W, group, next, lying, groups, active, spare,
+           travel, speed, roots, travel_low, travel_high, accel_low, accel_high] = self;
     io(group, next, groups, active, spare, travel, speed, roots, travel_low, travel_high, accel_low,
        accel_high);
   }
@@ -91,12 +102,25 @@ class SleepingGroups {
          roots);
     }
   };
+  /// A sleeping body's pose as its record has it, side by side with the others': a record of its
+  /// own is far from the next in memory.
+  struct Lying {
+    Eigen::Vector3d p_W = Eigen::Vector3d::Zero();  // when the belt had moved by `travel`
+    Eigen::Quaterniond q_WB = Eigen::Quaterniond::Identity();
+    double travel = 0;
+    int lowest = -1;  // of its group
+    bool belt = false;
+  };
+  [[nodiscard]] const Lying& lying(int body) const {
+    return lying_[static_cast<std::size_t>(body)];
+  }
   [[nodiscard]] const Group& at(int group) const {
     return groups_[static_cast<std::size_t>(group)];
   }
   [[nodiscard]] Group& at(int group) { return groups_[static_cast<std::size_t>(group)]; }
   [[nodiscard]] FreeBody& body(int i) const { return bodies_[static_cast<std::size_t>(i)]; }
   [[nodiscard]] Eigen::Vector3d shift(const Group& group) const;
+  void note_poses(int group);
   [[nodiscard]] bool contains(const Group& group, double belt_accel) const;
   void limit_travel(Group& group, const Carrier& carrier);
   static void limit_by(Group& group, const Aabb& obstacle, const Eigen::Vector3d& axis,
@@ -106,7 +130,9 @@ class SleepingGroups {
   std::span<FreeBody> bodies_;
   const StaticShapes* fixed_;
   const Composites* composites_;
+  Eigen::Vector3d belt_axis_W_;
   std::vector<int> group_, next_;  // by body
+  std::vector<Lying> lying_;       // by body; of those in groups
   std::vector<Group> groups_;
   std::vector<int> active_, spare_;  // groups that sleep; records without a group
   double travel_ = 0, speed_ = 0;
