@@ -1,5 +1,6 @@
 #include "tests/benchmarks/friction/grips.hpp"
 
+#include <limits>
 #include <numbers>
 
 #include "tests/unit/world/physics/cell_builder.hpp"
@@ -15,14 +16,19 @@ using physics::test::Bench;
 
 constexpr double kPegRadius = 3.85e-3, kPadHeight = 0.03, kPadWidth = 0.014;
 constexpr double kRodLength = 0.4, kPinLength = 0.02, kGrooveLength = 0.06;  // of pegs [m]
-constexpr double kCertain = 5e-3;     // beyond the limit: slip by then is no creep
+// A slip by this much of the limit beyond it is no creep. A rod turns slowly: later.
+constexpr double kCertain = 5e-3, kCertainTurn = 1.5e-2;
 constexpr double kRampSeconds = 0.4;  // from 0.98 to 1.02 of the limit
-constexpr double kFarSlip = 4e-3;     // what slips so far is not held; it may meet the palm [m]
+// Before a groove is loaded: [m], share of the limit, [s]
+constexpr double kSlide = 2e-4, kSlideShare = 1.2, kMostSlide = 1;
+constexpr double kFarSlip = 4e-3;  // what slips so far is not held; it may meet the palm [m]
 
 bool across(GripLoad load) { return load == GripLoad::kAcross || load == GripLoad::kTorsion; }
 
+bool in_groove(GripLoad load) { return load == GripLoad::kGroove || load == GripLoad::kFresh; }
+
 double peg_length(GripLoad load) {
-  return across(load) ? kRodLength : load == GripLoad::kGroove ? kGrooveLength : kPinLength;
+  return across(load) ? kRodLength : in_groove(load) ? kGrooveLength : kPinLength;
 }
 
 /// A gear that is all peg: of disc and hub there is next to nothing.
@@ -41,7 +47,7 @@ scene::GearType cylinder(double length, double mass_kg) {
 /// What friction bears, as a force [N].
 double limit_n(const GripCase& c) {
   const double pads = 2 * c.friction * c.force_n;
-  return c.load == GripLoad::kGroove ? pads / std::sin(c.v_half_angle_rad) : pads;
+  return in_groove(c.load) ? pads / std::sin(c.v_half_angle_rad) : pads;
 }
 
 double mass_kg(const GripCase& c) { return limit_n(c) / c.limit_m_s2; }
@@ -53,8 +59,7 @@ Isometry3d peg_in_tool(const GripCase& c) {
   X.linear() = across(c.load)
                    ? AngleAxisd(std::numbers::pi / 2, Vector3d::UnitY()).toRotationMatrix()
                    : AngleAxisd(std::numbers::pi, Vector3d::UnitX()).toRotationMatrix();
-  const double z =
-      c.load == GripLoad::kGroove ? 0.5 * kGrooveLength - 0.8 * kPadHeight : -0.5 * kPadHeight;
+  const double z = in_groove(c.load) ? 0.5 * kGrooveLength - 0.8 * kPadHeight : -0.5 * kPadHeight;
   const auto mass = physics::gear_mass(cylinder(peg_length(c.load), mass_kg(c)));
   X.translation() = Vector3d(0, 0, z) - X.linear() * mass.com;
   return X;
@@ -80,7 +85,7 @@ scene::Scene scene_of(const GripCase& c) {
   scene::Robot& robot = physics::test::add_hand(scene, Vector3d::Zero());
   robot.X_WB = Pose::from(X_WT * robot.X_FT.isometry().inverse());
   auto& gripper = robot.gripper;
-  gripper.pad = c.load == GripLoad::kGroove ? scene::PadShape::kV : scene::PadShape::kFlat;
+  gripper.pad = in_groove(c.load) ? scene::PadShape::kV : scene::PadShape::kFlat;
   gripper.pad_height_m = kPadHeight;
   gripper.pad_width_m = kPadWidth;
   gripper.v_half_angle_rad = c.v_half_angle_rad;
@@ -105,7 +110,7 @@ class LoadedGrip {
         com_W_(bench_.X_WT * com_T_) {
     const double s = std::sin(c.direction_rad), cosine = std::cos(c.direction_rad);
     Vector3d along_T(cosine, 0, s);
-    if (c.load == GripLoad::kGroove) along_T = Vector3d(0, 0, s < 0 ? -1 : 1);
+    if (in_groove(c.load)) along_T = Vector3d(0, 0, s < 0 ? -1 : 1);
     along_W_ = c.load == GripLoad::kWeakening ? Vector3d(0, 0, -1)
                                               : Vector3d(bench_.X_WT.linear() * along_T);
     if (c.load == GripLoad::kTorsion) {
@@ -145,6 +150,9 @@ class LoadedGrip {
     if (case_.load == GripLoad::kTorsion) return lever_m_ * limit_rad_s2_;
     return case_.load == GripLoad::kWeakening ? -down_.z() : case_.limit_m_s2;
   }
+  [[nodiscard]] double certain() const {
+    return case_.load == GripLoad::kTorsion ? kCertainTurn : kCertain;
+  }
   [[nodiscard]] bool held() const { return bench_.world->gripper(0).holding; }
   [[nodiscard]] std::uint64_t unsolved() const {
     return bench_.world->solver_failures().not_converged;
@@ -180,6 +188,16 @@ void raise(LoadedGrip& grip, double from, double to, double seconds) {
 }
 void hold(LoadedGrip& grip, double share, double seconds) { raise(grip, share, share, seconds); }
 
+/// Slides the peg along its groove: friction then points along the peg alone, so that it sinks in
+/// until the flanks bear all of the fingers' force. Ends at rest without load.
+void slide(LoadedGrip& grip) {
+  const Isometry3d start = grip.place();
+  for (int i = 0; i < steps_of(kMostSlide) && grip.slip(start, grip.place()) < kSlide; ++i) {
+    grip.step(kSlideShare);
+  }
+  hold(grip, 0, 0.1);
+}
+
 /// From 0.98 to 1.02 of the limit and on: when it slips, and how far. The way of a slip tells when
 /// it began: under a load that grows steadily s = 1/6 r a t^3, with r the growth of the load's
 /// share and a the acceleration per share.
@@ -187,7 +205,7 @@ void pass_limit(LoadedGrip& grip, Verdict& verdict) {
   const int ramp = steps_of(kRampSeconds), rest = steps_of(0.1);
   const double rate = (kAboveShare - kBelowShare) / kRampSeconds;  // [1/s]
   const double jerk = rate * grip.excess_m_s2();
-  const double certain_m = jerk * std::pow(kCertain / rate, 3) / 6;
+  const double certain_m = jerk * std::pow(grip.certain() / rate, 3) / 6;
   const Isometry3d start = grip.place();
   double expected_m = 0, speed_m_s = 0;  // by the closed form
   for (int i = 1; i <= ramp + rest; ++i) {
@@ -214,7 +232,9 @@ const char* name_of(GripLoad load) {
     case GripLoad::kTorsion:
       return "torsion about the closing axis";
     case GripLoad::kGroove:
-      return "V pads, force along the peg";
+      return "V pads, force along a peg that has slid";
+    case GripLoad::kFresh:
+      return "V pads as closed, force along the peg";
     case GripLoad::kWeakening:
       return "weight, fingers that weaken";
   }
@@ -226,6 +246,7 @@ Verdict grip(const GripCase& the_case) {
   Verdict verdict;
   hold(grip, 0, 0.3);
   if (!grip.held()) return {.onset = 0, .creep_m_s = 1, .false_drop = true};
+  if (the_case.load == GripLoad::kGroove) slide(grip);
   raise(grip, 0, kCreepShare, 0.2);
   hold(grip, kCreepShare, 0.1);
   const Isometry3d at_first = grip.place();
@@ -238,6 +259,11 @@ Verdict grip(const GripCase& the_case) {
   pass_limit(grip, verdict);
   verdict.unsolved = grip.unsolved();
   return verdict;
+}
+
+double most_of_groove(const GripCase& the_case) {
+  const double wedge = the_case.friction / std::tan(the_case.v_half_angle_rad);
+  return wedge < 1 ? 1 / std::sqrt(1 - wedge * wedge) : std::numeric_limits<double>::infinity();
 }
 
 GripCase random_grip(std::mt19937_64& engine, GripLoad load, bool tilted) {

@@ -14,7 +14,8 @@ enum class GripLoad {
   kAlong,      ///< peg along the approach, the same
   kTorsion,    ///< peg across the approach, a torque about the closing axis: 2 mu F l, with l from
                ///< the axis to the ends of the lines on which pads and peg touch
-  kGroove,     ///< V pads, a force along the peg: 2 mu F / sin(half angle)
+  kGroove,     ///< V pads, a force along the peg that has slid before: 2 mu F / sin(half angle)
+  kFresh,      ///< the same as closed: friction across the groove adds to that or takes from it
   kWeakening,  ///< as kAlong, under the peg's weight, while the fingers' force sinks: 2 mu F = m g
 };
 const char* name_of(GripLoad load);
@@ -34,6 +35,11 @@ struct GripCase {
 
 /// A load that grows to 0.9, 0.98 and 1.02 of its limit, with pauses.
 [[nodiscard]] Verdict grip(const GripCase& the_case);
+
+/// What a V groove may bear at most with the fingers' force alone, over what it bears once the peg
+/// has slid: 1 / sqrt(1 - (mu / tan(half angle))^2), or without bound. Friction across the groove
+/// then wedges the peg against the flanks.
+[[nodiscard]] double most_of_groove(const GripCase& the_case);
 
 /// Friction, force, mass and heading from the seed; also the tilt, where `tilted`.
 [[nodiscard]] GripCase random_grip(std::mt19937_64& engine, GripLoad load, bool tilted);

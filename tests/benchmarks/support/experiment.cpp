@@ -56,7 +56,7 @@ Json table_json(const std::string& file, const std::string& title, const Table& 
 }  // namespace
 
 Experiment::Experiment(std::string name, int argc, char** argv)
-    : name_(std::move(name)), started_s_(thread_cpu_s()) {
+    : name_(std::move(name)), started_s_(process_cpu_s()) {
   std::filesystem::path out = ".";
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
@@ -122,7 +122,7 @@ int Experiment::finish() {
   const Json all = {
       {"experiment", name_},  {"quick", quick_},
       {"date", date()},       {"processor", processor()},
-      {"versions", versions}, {"cpu_s", std::round(10 * (thread_cpu_s() - started_s_)) / 10},
+      {"versions", versions}, {"cpu_s", std::round(10 * (process_cpu_s() - started_s_)) / 10},
       {"results", results},   {"tables", tables},
       {"plots", plots_},      {"notes", notes_}};
   write("results.json", all.dump(1) + "\n");
