@@ -120,8 +120,8 @@ scene::Scene scene_of(Jam jam, Random& random) {
 /// One jam as it runs.
 class Course {
  public:
-  Course(Jam jam, scene::Simplification mode, unsigned seed, double nudge_m)
-      : random_(seed), bench_(made(jam, mode, nudge_m)) {
+  Course(Jam jam, scene::Simplification mode, unsigned seed, const JamChange& change)
+      : random_(seed), bench_(made(jam, mode, change)) {
     wait(200);
     switch (jam) {
       case Jam::kQueue:
@@ -171,10 +171,17 @@ class Course {
   }
 
  private:
-  scene::Scene made(Jam jam, scene::Simplification mode, double nudge_m) {
+  scene::Scene made(Jam jam, scene::Simplification mode, const JamChange& change) {
     scene::Scene scene = scene_of(jam, random_);
     scene.physics.simplification = mode;
+    auto& mu = scene.physics.friction;
+    for (double* one : {&mu.gear_tray, &mu.gear_gear, &mu.gear_ground, &mu.tray_ground,
+                        &mu.tray_belt, &mu.tray_tray, &mu.robot}) {
+      *one *= change.friction_share;
+    }
+    for (auto& robot : scene.robots) robot.gripper.pad_friction *= change.friction_share;
     // Each its own way: what is shifted together does the same.
+    double nudge_m = change.nudge_m;
     for (auto& gear : scene.gears) {
       gear.X_WP.p.x() += nudge_m;
       gear.X_WP.p.y() -= nudge_m;
@@ -244,8 +251,8 @@ std::string name_of(Jam jam) {
   throw std::invalid_argument("no jam");
 }
 
-JamOutcome run_jam(Jam jam, scene::Simplification mode, unsigned seed, double nudge_m) {
-  return Course(jam, mode, seed, nudge_m).outcome();
+JamOutcome run_jam(Jam jam, scene::Simplification mode, unsigned seed, const JamChange& change) {
+  return Course(jam, mode, seed, change).outcome();
 }
 
 double farthest_apart(const std::vector<Pose>& a, const std::vector<Pose>& b) {

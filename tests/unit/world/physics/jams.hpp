@@ -25,9 +25,15 @@ struct JamOutcome {
   std::uint64_t unsolved = 0;  ///< islands over the solver's tolerance
 };
 
-/// The same seed, the same beginning in all modes. `nudge_m`: how far gears begin to the side of
-/// that, this way and that, for what a difference becomes of itself. Throws PhysicsFailure.
-JamOutcome run_jam(Jam jam, scene::Simplification mode, unsigned seed, double nudge_m = 0);
+/// What is changed on purpose, to see what a comparison finds.
+struct JamChange {
+  double nudge_m = 0;         ///< gears begin so far to the side, this way and that
+  double friction_share = 1;  ///< of all friction that there is
+};
+
+/// The same seed, the same beginning in all modes. Throws PhysicsFailure.
+JamOutcome run_jam(Jam jam, scene::Simplification mode, unsigned seed,
+                   const JamChange& change = {});
 
 /// The farthest that any body is in one list from where it is in the other [m].
 double farthest_apart(const std::vector<Pose>& a, const std::vector<Pose>& b);
