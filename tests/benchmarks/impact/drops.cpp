@@ -53,12 +53,12 @@ bool Falling::moves() const {
   return false;
 }
 
-Drop drop(scene::Scene scene, double seconds) {
+Drop drop(scene::Scene scene, double seconds, double rested_s) {
   const double step_s = scene.physics.step_s;
   Falling falling(std::move(scene));
   auto& world = falling.world();
   Drop out;
-  double least = 0;
+  double before = 0, least = 0;
   bool struck = false;
   const int steps = static_cast<int>(std::lround(seconds / step_s));
   for (int step = 1; step <= steps; ++step) {
@@ -67,13 +67,16 @@ Drop drop(scene::Scene scene, double seconds) {
     // While it falls the method's own error, g h v / 2 a second, is no gain of contacts.
     if (!struck) {
       struck = world.contact_count() > 0;
-      least = falling.energy_j();
+      before = least = falling.energy_j();
       continue;
     }
     const double energy = falling.energy_j();
-    out.gained_j += std::max(0.0, energy - least);
-    least = energy;
+    out.gained_j += std::max(0.0, energy - before);
+    least = std::min(least, energy);
+    out.risen_j = std::max(out.risen_j, energy - least);
+    before = energy;
     if (falling.moves()) out.rest_s = step * step_s;
+    if (step * step_s > out.rest_s + rested_s) break;
   }
   out.unsolved = world.solver_failures().not_converged;
   return out;
@@ -92,5 +95,7 @@ Pose random_pose(std::mt19937_64& engine, double clearance_m, double reach_m, do
   pose.p.z() = clearance_m + reach_m;
   return pose;
 }
+
+Pose upside_down(const Pose& pose) { return {pose.p, pose.q * Eigen::Quaterniond(0, 1, 0, 0)}; }
 
 }  // namespace aprsim::bench
