@@ -15,13 +15,14 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using physics::test::Bench;
 
-constexpr double kStep = 1e-3, kFine = 1e-5, kGravity = 9.81;
+constexpr double kFine = 1e-5, kGravity = 9.81;
+constexpr double kSettled = 0.6, kMost = 5;  // [s]
 constexpr const char* kTray = "small4";
 
 scene::Scene scene_of(const SpinCase& c) {
   scene::Scene scene = physics::test::empty_scene();
   scene.physics.simplification = c.mode;
-  scene.physics.step_s = kStep;
+  scene.physics.step_s = c.step_s;
   scene.physics.friction.tray_ground = c.friction;
   physics::test::add_table(scene);
   physics::test::add_tray(scene, "tray", kTray, {0, 0}, {}, c.tray_yaw_rad);
@@ -125,19 +126,19 @@ SpinResult slide_and_spin(const SpinCase& c) {
   Bench bench(scene_of(c));
   const auto mass = physics::tray_mass(bench.scene.tray_types.at(kTray));
   const auto com = [&] { return Vector3d(bench.X_WB("tray") * mass.com); };
-  bench.run(600);
+  bench.run(static_cast<int>(std::lround(kSettled / c.step_s)));
   const Vector3d start = com();
   const Vector2d v(c.speed_m_s * std::cos(c.heading_rad), c.speed_m_s * std::sin(c.heading_rad));
   const SlidingBody reference(touch(bench, start), start.z(), mass, c.friction);
   const Planar struck{.v = v, .spin = c.spin_rad_s};
-  Planar begin = reference.after(struck, 0.5 * kStep);
+  Planar begin = reference.after(struck, 0.5 * c.step_s);
   begin.p.setZero();
   begin.yaw = 0;
   const Planar rest = reference.rest_from(begin), later = reference.rest_from(struck);
 
   bench.world->set_velocity(0, {v.x(), v.y(), 0}, {0, 0, c.spin_rad_s});
   Planar simulated;
-  for (int step = 0; step < 5000; ++step) {
+  for (long left = std::lround(kMost / c.step_s); left > 0; --left) {
     const double heading = bench.X_WB("tray").linear().col(0).head<2>().norm();
     if (heading < 0.9) throw std::runtime_error("the tray has tipped");
     const Eigen::Matrix3d before = bench.X_WB("tray").linear();

@@ -9,6 +9,7 @@ namespace aprsim::bench {
 
 struct SpinCase {
   scene::Simplification mode = scene::Simplification::kOff;
+  double step_s = 1e-3;
   double friction = 0.3;
   double speed_m_s = 0.5, heading_rad = 0;
   double spin_rad_s = 5;

@@ -9,6 +9,7 @@
 #include "tests/benchmarks/spin/sliding_spin.hpp"
 #include "tests/benchmarks/spin/tumble.hpp"
 #include "tests/benchmarks/support/experiment.hpp"
+#include "tests/benchmarks/support/in_parallel.hpp"
 #include "tests/benchmarks/support/modes.hpp"
 #include "tests/benchmarks/support/statistics.hpp"
 
@@ -45,6 +46,41 @@ void spins(Experiment& experiment) {
   experiment.record("spin.yaw_error", yaw, "relative");
   experiment.record("spin.later_way_error", later_way, "relative");
   experiment.record("spin.later_yaw_error", later_yaw, "relative");
+}
+
+/// The same in mode `off` with shorter steps: whose error it is.
+void spins_over_steps(Experiment& experiment) {
+  Table table({"step [ms]", "error of the way, mean", "worst", "of the yaw, mean", "worst",
+               "given at the start: error of the way, mean", "worst", "of the yaw, mean", "worst"});
+  const std::vector<double> steps = experiment.quick()
+                                        ? std::vector<double>{1e-3, 5e-4}
+                                        : std::vector<double>{1e-3, 5e-4, 2e-4, 1e-4};
+  double way = 0, yaw = 0;
+  for (const double step_s : steps) {
+    std::mt19937_64 engine(kSeed);
+    std::vector<SpinCase> cases(experiment.quick() ? 2 : 20);
+    for (SpinCase& one : cases) {
+      one = random_spin(engine);
+      one.step_s = step_s;
+    }
+    const auto results =
+        in_parallel(cases.size(), [&](std::size_t i) { return slide_and_spin(cases[i]); });
+    std::vector<double> ways, yaws, later_ways, later_yaws;
+    for (const SpinResult& r : results) {
+      ways.push_back(r.way_error);
+      yaws.push_back(r.yaw_error);
+      later_ways.push_back(r.later_way_error);
+      later_yaws.push_back(r.later_yaw_error);
+    }
+    table.row({1e3 * step_s, mean(ways), percentile(ways, 1), mean(yaws), percentile(yaws, 1),
+               mean(later_ways), percentile(later_ways, 1), mean(later_yaws),
+               percentile(later_yaws, 1)});
+    way = percentile(ways, 1);
+    yaw = percentile(yaws, 1);
+  }
+  experiment.table("spins_over_steps", "The same with shorter steps", table);
+  experiment.record("spin.fine_step.way_error", way, "relative");
+  experiment.record("spin.fine_step.yaw_error", yaw, "relative");
 }
 
 void rebounds(Experiment& experiment) {
@@ -116,6 +152,7 @@ void tumbles(Experiment& experiment) {
 int run(int argc, char** argv) {
   Experiment experiment("spin", argc, argv);
   spins(experiment);
+  spins_over_steps(experiment);
   rebounds(experiment);
   tumbles(experiment);
   experiment.note(
