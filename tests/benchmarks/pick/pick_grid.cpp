@@ -278,11 +278,13 @@ int run(int argc, char** argv) {
       "contact finding included.");
   experiment.note(
       "Pops: the lightest gear, grasped 2 mm off along the fingers' way, is the one that is "
-      "lifted, "
-      "at the moment when its hub meets the pocket. Up to half of that is the step's; what is left "
-      "at "
-      "short steps comes from the hand, whose compliant mount yields upwards to the blow: there is "
-      "hardly any with a stiff one, and less with slow fingers.");
+      "lifted: "
+      "struck by one finger it drives the tray before it, by its hub in the pocket, and tips about "
+      "the hub as far as the pad that holds it by friction yields upwards. Up to half of that is "
+      "the "
+      "step's; what is left at short steps comes from the hand, whose compliant mount yields to "
+      "the "
+      "blow: there is hardly any with a stiff one, and less with slow fingers.");
   return experiment.finish();
 }
 
