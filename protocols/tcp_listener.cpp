@@ -154,6 +154,9 @@ void TcpListener::admit(tcp::socket socket) {
 void TcpListener::refuse(const std::string& peer, const std::string& why) {
   ++refused_;
   ++refused_unlogged_;
+  if (options_.refusals != nullptr) {
+    options_.refusals->refused(options_.name, "connection of " + peer + ": " + why);
+  }
   const auto now = std::chrono::steady_clock::now();
   if (now - last_refusal_log_ < kLogInterval) return;
   spdlog::warn("{}: refused {}: {} ({} refused since the last line)", options_.name, peer, why,

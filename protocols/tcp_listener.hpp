@@ -16,6 +16,7 @@
 
 #include "protocols/allow_list.hpp"
 #include "protocols/connection_places.hpp"
+#include "protocols/refusal_sink.hpp"
 #include "world/api/error.hpp"
 
 namespace aprsim::protocols {
@@ -28,6 +29,7 @@ struct TcpListenerOptions {
   /// Networks whose clients are served; the others' connections are closed at once. Empty =
   /// everybody's are.
   std::vector<std::string> allow = {};
+  RefusalSink* refusals = nullptr;  ///< hears of connections that are refused; outlives it
   /// What takes over the socket of a connection without a place; null = it is closed.
   std::function<void(boost::asio::ip::tcp::socket, const std::string& peer)> on_refused = {};
 };

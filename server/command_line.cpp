@@ -89,8 +89,8 @@ std::optional<Invocation> parse_command_line(int argc, char** argv, int& exit_co
                  "Record the run in this file, or in files in this directory");
   app.add_option("--replay", invocation.replay,
                  "Run a recorded run again, compare it step by step, then leave; a run's files in "
-                 "their order")
-      ->type_name("FILE ...");
+                 "their order, or the first, or their directory")
+      ->type_name("FILE|DIR ...");
   app.add_option("--from", from, "Of a replay: begin at the last checkpoint before this time")
       ->type_name("[EPOCH:]SECONDS")
       ->needs("--replay");

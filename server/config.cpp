@@ -261,6 +261,15 @@ Result<Config> load_config(const std::string& file,
   return config;
 }
 
+Result<Config> read_config(const std::string& text) {
+  auto document = yaml::Document::from_text(text.empty() ? "{}" : text, "configuration");
+  if (!document) return tl::unexpected(document.error());
+  Config config;
+  Reader::read(document->root(), config);
+  if (document->error()) return tl::unexpected(*document->error());
+  return config;
+}
+
 std::string to_yaml(Config config) {
   Writer writer;
   visit(writer, config);

@@ -161,6 +161,9 @@ struct Config {
 [[nodiscard]] Result<Config> load_config(
     const std::string& file, const std::vector<std::pair<std::string, std::string>>& overrides);
 
+/// The same from what to_yaml() has written; empty = all defaults.
+[[nodiscard]] Result<Config> read_config(const std::string& text);
+
 /// The configuration as YAML that load_config reads back to the same, secrets left out.
 [[nodiscard]] std::string to_yaml(Config config);
 

@@ -165,8 +165,7 @@ modbus_server::ModbusServerOptions modbus_options(const Config& all, protocols::
   options.bind_address = config.address;
   options.port = config.port;
   options.limits = limits_of(all.connections, config.max_connections);
-  options.scaling = {.full_scale_m_s = config.full_scale_m_s,
-                     .one_is_forward = config.forward_is_one};
+  options.scaling = scaling_of(config);
   options.allow = allowed_networks(config.allow);
   options.unit_ids = config.unit_ids;
   options.read_only = config.read_only;
@@ -181,12 +180,15 @@ modbus_server::ModbusServerOptions modbus_options(const Config& all, protocols::
 }
 
 telemetry::TelemetryOptions grpc_options(const Config& all, const Guards& guards,
-                                         journal::Journal* journal, world::Simulation& simulation,
-                                         api::History* history, protocols::StateFiles* state_files,
+                                         journal::Journal* journal,
+                                         protocols::RefusalSink* refusals,
+                                         world::Simulation& simulation, api::History* history,
+                                         protocols::StateFiles* state_files,
                                          std::vector<protocols::RobotPort*> robots) {
   telemetry::TelemetryOptions options = telemetry_options(all, guards);
   options.trace = journal;
   options.incidents = journal;
+  options.refusals = refusals;
   options.virtual_time = simulation.virtual_time();
   options.feed = &simulation.feed();
   options.events = &simulation.events();
@@ -198,10 +200,12 @@ telemetry::TelemetryOptions grpc_options(const Config& all, const Guards& guards
 
 vision_server::VisionServerOptions vision_options(const Config& all, const std::string& robot,
                                                   int index, protocols::WireTrace* trace,
+                                                  protocols::RefusalSink* refusals,
                                                   api::VirtualTime* time) {
   const VisionConfig& config = all.vision;
   vision_server::VisionServerOptions options;
   options.trace = trace;
+  options.refusals = refusals;
   options.bind_address = config.address;
   const auto port = config.ports.find(robot);
   options.port = port == config.ports.end() ? 0 : port->second;
@@ -242,8 +246,8 @@ class Daemon::Impl {
         modbus_(modbus_options(config, tapped(config) ? &modbus_tap_ : nullptr, journal_.get(),
                                refusals(), simulation_.virtual_time()),
                 simulation_, simulation_),
-        telemetry_(grpc_options(config, guards_, journal_.get(), simulation_, history_.get(),
-                                &state_files_, ports()),
+        telemetry_(grpc_options(config, guards_, journal_.get(), refusals(), simulation_,
+                                history_.get(), &state_files_, ports()),
                    simulation_, simulation_),
         programs_(config, demo, guards_.program_token) {
     crcl_tap_.audit_to(guards_.audit.get());
@@ -334,8 +338,10 @@ class Daemon::Impl {
     }
   }
 
-  /// What is refused is found again where a past is kept.
-  [[nodiscard]] protocols::RefusalSink* refusals() { return records_ ? &refusal_marks_ : nullptr; }
+  /// What is refused is found again where a past or a journal is kept.
+  [[nodiscard]] protocols::RefusalSink* refusals() {
+    return records_ || journal_ ? &refusal_marks_ : nullptr;
+  }
 
   static bool tapped(const Config& config) {
     return config.web.enabled || config.access.audit_file.has_value();
@@ -346,15 +352,15 @@ class Daemon::Impl {
     for (std::size_t i = 0; i < scene.robots.size(); ++i) {
       const std::string& name = scene.robots[i].name;
       const int index = static_cast<int>(i);
-      robots.push_back(
-          {name,
-           std::make_unique<crcl_server::CrclServer>(
-               crcl_options(config, name, index, tapped(config) ? &crcl_tap_ : nullptr,
-                            journal_.get(), refusals(), simulation_.virtual_time()),
-               simulation_, simulation_),
-           std::make_unique<vision_server::VisionServer>(
-               vision_options(config, name, index, journal_.get(), simulation_.virtual_time()),
-               simulation_)});
+      robots.push_back({name,
+                        std::make_unique<crcl_server::CrclServer>(
+                            crcl_options(config, name, index, tapped(config) ? &crcl_tap_ : nullptr,
+                                         journal_.get(), refusals(), simulation_.virtual_time()),
+                            simulation_, simulation_),
+                        std::make_unique<vision_server::VisionServer>(
+                            vision_options(config, name, index, journal_.get(), refusals(),
+                                           simulation_.virtual_time()),
+                            simulation_)});
     }
     return robots;
   }
@@ -369,6 +375,7 @@ class Daemon::Impl {
     auto options = web_options(config, guards_, scene);
     options.trace = journal_.get();
     options.incidents = journal_.get();
+    options.refusals = refusals();
     options.crcl_tap = &crcl_tap_;
     options.modbus_tap = &modbus_tap_;
     options.programs = programs_.for_pages();
@@ -427,7 +434,7 @@ class Daemon::Impl {
   world::Recorders recorders_;
   world::Simulation simulation_;
   std::unique_ptr<world::TimeMachine> history_;  // where there are records
-  RefusalMarks refusal_marks_{bookmarks_, simulation_};
+  RefusalMarks refusal_marks_{bookmarks_, journal_.get(), simulation_};
   journal::SceneStateFiles state_files_;
   Guards guards_;
   // Only the page shows what they keep; the audit writes it down.

@@ -57,6 +57,10 @@ web::VisualDescription visual_of(const scene::Scene& scene) {
   return visual;
 }
 
+modbus::ConveyorScaling scaling_of(const ModbusConfig& config) {
+  return {.full_scale_m_s = config.full_scale_m_s, .one_is_forward = config.forward_is_one};
+}
+
 web::WebServerOptions web_options(const Config& config, const Guards& guards,
                                   const scene::Scene& scene) {
   web::WebServerOptions options;
@@ -77,8 +81,7 @@ web::WebServerOptions web_options(const Config& config, const Guards& guards,
     return visual_of(other ? *other : scene);
   };
   options.version = kVersion;
-  options.scaling = {.full_scale_m_s = config.modbus.full_scale_m_s,
-                     .one_is_forward = config.modbus.forward_is_one};
+  options.scaling = scaling_of(config.modbus);
   options.endpoint = kWebEndpoint;
   options.access = guards.access;
   options.audit = guards.audit.get();

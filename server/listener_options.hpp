@@ -18,6 +18,7 @@ inline constexpr api::EndpointId kWebEndpoint = 3;
 
 /// Names of the robots, in their order.
 [[nodiscard]] std::vector<std::string> robots_of(const scene::Scene& scene);
+[[nodiscard]] modbus::ConveyorScaling scaling_of(const ModbusConfig& config);
 /// Of a listener that takes so many connections.
 [[nodiscard]] protocols::ConnectionLimits limits_of(const ConnectionsConfig& config,
                                                     std::size_t at_once);

@@ -16,8 +16,10 @@ void RefusalMarks::refused(std::string_view source, std::string_view what) try {
     if (!limit->second.admit(protocols::RateLimit::Clock::now())) return;
   }
   const auto seen = source_.latest();
+  const std::string text = protocols::log_text(what);
   bookmarks_.note({seen->epoch, seen->step}, api::BookmarkKind::kRefusal,
-                  std::string(source) + ": refused: " + protocols::log_text(what));
+                  std::string(source) + ": refused: " + text);
+  if (journal_ != nullptr) journal_->refused(*seen, source, text);
 } catch (const std::bad_alloc&) {
   // The moment is there without it.
 }

@@ -80,12 +80,13 @@ void ReplaySource::run(const std::stop_token& stop) {
   std::string problem;
   if (!result) {
     problem = result.error().message;
-  } else if (result->difference) {
-    problem =
-        fmt::format("the run differs at step {} of epoch {}: {}", result->difference->time.step,
-                    result->difference->time.epoch, result->difference->what);
+  } else if (!result->same()) {
+    problem = std::string(result->difference ? "the run differs " : "another reply ") +
+              journal::text_of(result->difference ? *result->difference : *result->reply);
+    problem.pop_back();  // the line's end
   } else {
-    spdlog::info("replay: at its end, {} states compared, all the same", result->compared);
+    spdlog::info("replay: at its end, {} states and {} replies compared, all the same",
+                 result->compared, result->replies);
   }
   if (!problem.empty()) spdlog::error("replay: {}", problem);
   {
@@ -118,7 +119,8 @@ void ReplaySource::hear(const v1::JournalRecord& record) {
   auto event = event_of(record.event());
   if (!event) return;
   // A log has no holes, where the journal has a gap.
-  if (last_event_ > 0) event->sequence = last_event_ + 1;
+  // What listeners tell has no number.
+  if (last_event_ > 0 || event->sequence == 0) event->sequence = last_event_ + 1;
   last_event_ = event->sequence;
   coming_.push_back(std::move(event));
 }

@@ -102,7 +102,15 @@ int serve(const Invocation& invocation, std::shared_ptr<const scene::Scene> scen
   return serve_until_signal(daemon, invocation, [&] { return daemon.makes_progress(); });
 }
 
-int serve_replay(const Invocation& invocation, const journal::RecordedRun& run) {
+/// Absent where this program cannot read the run's configuration.
+std::optional<modbus::ConveyorScaling> recorded_scaling(const v1::JournalHeader& header) {
+  const auto config = read_config(header.configuration());
+  if (!config) return std::nullopt;
+  return scaling_of(config->modbus);
+}
+
+int serve_replay(const Invocation& invocation, const journal::RecordedRun& run,
+                 const journal::ReplayPart& part) {
   block_signals();
   if (auto ok = raise_file_limit(needed_files(invocation.config, 0)); !ok) {
     return refuse(ok.error().message);
@@ -111,7 +119,7 @@ int serve_replay(const Invocation& invocation, const journal::RecordedRun& run) 
   spdlog::info("aprsimd {}: run {} of scene {} again", kVersion, run.header().run_id(),
                run.header().scene());
   for (const std::string& caution : run.cautions()) spdlog::warn("replay: {}", caution);
-  ReplayDaemon daemon(invocation.config, run, invocation.replay_part, invocation.replay_speed);
+  ReplayDaemon daemon(invocation.config, run, part, invocation.replay_speed);
   return serve_until_signal(daemon, invocation, [] { return true; });
 }
 
@@ -123,8 +131,9 @@ int replay(const Invocation& invocation) {
   };
   const auto run = journal::RecordedRun::open(invocation.replay, kVersion);
   if (!run) return unreadable(run.error());
-  if (invocation.serve_replay) return serve_replay(invocation, *run);
   journal::ReplayPart part = invocation.replay_part;
+  part.scaling = recorded_scaling(run->header());
+  if (invocation.serve_replay) return serve_replay(invocation, *run, part);
   if (invocation.replay_speed) part.watch = journal::paced(*invocation.replay_speed);
   std::optional<MotionFile> motion;
   if (!invocation.motion.file.empty()) {
@@ -141,7 +150,7 @@ int replay(const Invocation& invocation) {
   }
   std::cout << (invocation.json ? journal::json_of(*run, *result)
                                 : journal::text_of(*run, *result));
-  return result->difference ? EXIT_FAILURE : EXIT_SUCCESS;
+  return result->same() ? EXIT_SUCCESS : EXIT_FAILURE;
 }
 
 int start(int argc, char** argv) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <compare>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -16,7 +17,7 @@ class World;
 /// Where in a run: resets and loads of saved states so far, and steps since the last of them.
 struct RunTime {
   std::uint64_t epoch = 0, step = 0;
-  bool operator==(const RunTime&) const = default;
+  auto operator<=>(const RunTime&) const = default;
 };
 
 /// How the world was after a step, for whoever runs it again to compare with.

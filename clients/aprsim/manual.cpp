@@ -50,7 +50,9 @@ constexpr std::array kJson{
           "there is one."},
     Entry{"replay",
           "run_id, scene, seed, cautions (list of why bits may differ), steps, commands, compared "
-          "(states), gaps, damage, same, difference (null, or epoch, step, what)."},
+          "(states), gaps, damage, same, difference (null, or epoch, step, what), replies "
+          "(compared), "
+          "reply (the first that is another one: null, or as difference)."},
     Entry{"scene show, list, types",
           "name, revision, text; name, type, at_m (list), lost: one object a body; type: one "
           "object a type."},

@@ -87,8 +87,10 @@ Outcome<void> run_command(const ReplayCommand& command, Console& console) {
 void add_replay(CLI::App& app, CommandLine& line) {
   auto [replay, command] = add_command<ReplayCommand>(
       app, line, "replay", "Run a recorded run again and compare it; needs no daemon");
-  replay->add_option("FILE", command->files, "The journals of one run, in their order")
-      ->type_name("FILE ...")
+  replay
+      ->add_option("FILE", command->files,
+                   "The journals of one run, in their order; or the first, or their directory")
+      ->type_name("FILE|DIR ...")
       ->check(not_empty())
       ->required();
   replay

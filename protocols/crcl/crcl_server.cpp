@@ -47,7 +47,7 @@ class CrclServer::Impl {
         executor_(executor_options(options_), sink, source),
         robot_(executor_.robot()),
         service_({executor_.name(), options_.bind_address, options_.port, options_.limits,
-                  options_.allow},
+                  options_.allow, options_.refusals},
                  options_.drain_deadline,
                  [this](protocols::TcpListener::Socket socket, std::string peer,
                         protocols::TcpListener::Place place) {

@@ -126,24 +126,39 @@ crcl::PoseStatus pose_status(const api::RobotSnapshot& robot, int joint_count,
   return status;
 }
 
-// Of the tool that is on: of its kind, and by its name where the scene lists it.
-crcl::GripperStatus gripper_status(const api::CellDescription& cell,
-                                   const api::RobotSnapshot& robot,
-                                   const RobotParameters& parameters,
-                                   const ConnectionSettings& settings) {
-  const api::GripperSnapshot& gripper = robot.gripper;
+// Null where nothing of the scene's is on the flange.
+const api::ToolDescription* tool_of(const api::CellDescription& cell,
+                                    const api::RobotSnapshot& robot) {
   const auto index = static_cast<std::size_t>(robot.tool);
-  const api::ToolDescription* tool =
-      robot.tool >= 0 && index < cell.tools.size() ? &cell.tools[index] : nullptr;
+  return robot.tool >= 0 && index < cell.tools.size() ? &cell.tools[index] : nullptr;
+}
+
+crcl::GripperStatus measured_gripper(const api::ToolDescription* tool,
+                                     const api::GripperSnapshot& gripper,
+                                     const ConnectionSettings& settings) {
   crcl::GripperStatus status;
-  status.name = tool != nullptr ? parameters.name_of(*tool) : parameters.gripper_name();
-  status.options = parameters.gripper_options();
   status.holding = gripper.holding;
   if (tool != nullptr && tool->gripper.cup_radius_m > 0) {
     status.kind = crcl::VacuumGripper{gripper.setting <= 0.5};
   } else {
     status.kind = crcl::ParallelGripper{from_si(gripper.separation_m, settings.units().length)};
   }
+  return status;
+}
+
+int override_percent(const api::RobotSnapshot& robot) {
+  return static_cast<int>(std::lround(robot.override_fraction * 100));
+}
+
+// Of the tool that is on: of its kind, and by its name where the scene lists it.
+crcl::GripperStatus gripper_status(const api::CellDescription& cell,
+                                   const api::RobotSnapshot& robot,
+                                   const RobotParameters& parameters,
+                                   const ConnectionSettings& settings) {
+  const api::ToolDescription* tool = tool_of(cell, robot);
+  crcl::GripperStatus status = measured_gripper(tool, robot.gripper, settings);
+  status.name = tool != nullptr ? parameters.name_of(*tool) : parameters.gripper_name();
+  status.options = parameters.gripper_options();
   return status;
 }
 
@@ -235,6 +250,20 @@ crcl::GuardsStatuses guards_statuses(const GuardedCommand& command, const api::G
 
 }  // namespace
 
+crcl::Status measured_status(const api::Snapshot& snapshot, std::size_t robot,
+                             const JointMap& joints, const ConnectionSettings& settings) {
+  const api::RobotSnapshot& of = snapshot.robots[robot];
+  const int joint_count = static_cast<int>(snapshot.cell->robots[robot].joints.size());
+  crcl::Status status;
+  status.command.override_percent = override_percent(of);
+  status.joints = joint_statuses(of, joint_count, joints, settings);
+  status.pose = pose_status(of, joint_count, joints, settings);
+  if (of.tool_mounted) {
+    status.gripper = measured_gripper(tool_of(*snapshot.cell, of), of.gripper, settings);
+  }
+  return status;
+}
+
 crcl::Status build_status(crcl::CommandStatus command, const StatusSources& sources,
                           const ConnectionSettings& settings) {
   const api::Snapshot& snapshot = sources.snapshot;
@@ -244,7 +273,7 @@ crcl::Status build_status(crcl::CommandStatus command, const StatusSources& sour
   const crcl::ConfigureStatusReport& wanted = settings.sections();
   crcl::Status status;
   status.command = std::move(command);
-  status.command.override_percent = static_cast<int>(std::lround(robot.override_fraction * 100));
+  status.command.override_percent = override_percent(robot);
   if (wanted.joints) {
     status.joints = joint_statuses(robot, joint_count, sources.joints, settings);
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "crcl/status.hpp"
@@ -24,6 +25,12 @@ struct StatusSources {
   const CartesianLimits& limits;
   const GuardedCommand& guarded;
 };
+
+/// What a snapshot alone decides of a robot's status: the speed override, joints as `settings` have
+/// them reported, the pose, and the gripper without its name and options.
+[[nodiscard]] crcl::Status measured_status(const api::Snapshot& snapshot, std::size_t robot,
+                                           const JointMap& joints,
+                                           const ConnectionSettings& settings);
 
 /// The status that a connection has asked for, in its units: of the robot in one snapshot, and of
 /// `command`, the latest one.

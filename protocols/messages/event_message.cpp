@@ -8,7 +8,7 @@ static_assert(v1::CELL_EVENT_KIND_GRASPED == static_cast<int>(api::CellEventKind
 static_assert(v1::CELL_EVENT_KIND_WOKEN == static_cast<int>(api::CellEventKind::kWoken) + 1);
 static_assert(v1::CELL_EVENT_KIND_DRIVE_TRIPPED ==
               static_cast<int>(api::CellEventKind::kDriveTripped) + 1);
-static_assert(v1::CELL_EVENT_KIND_EDITED == static_cast<int>(api::CellEventKind::kEdited) + 1);
+static_assert(v1::CELL_EVENT_KIND_REFUSED == static_cast<int>(api::CellEventKind::kRefused) + 1);
 
 v1::CellEventKind event_kind(api::CellEventKind kind) {
   return static_cast<v1::CellEventKind>(static_cast<int>(kind) + 1);

@@ -32,6 +32,23 @@ modbus::FaultCode fault_of(const api::Snapshot& snapshot) {
   return modbus::FaultCode::kNone;
 }
 
+ExceptionCode exception_for(const Error& error) {
+  switch (error.code) {
+    case ErrorCode::kUnavailable:
+      return ExceptionCode::kServerDeviceBusy;
+    case ErrorCode::kInvalidArgument:
+      return ExceptionCode::kIllegalDataValue;
+    default:
+      return ExceptionCode::kServerDeviceFailure;
+  }
+}
+
+std::size_t offset(std::uint16_t address) {
+  return static_cast<std::size_t>(address - modbus::kFirstAddress);
+}
+
+}  // namespace
+
 modbus::ConveyorReadings readings_of(const api::Snapshot& snapshot) {
   modbus::ConveyorReadings readings;
   readings.fault = fault_of(snapshot);
@@ -59,23 +76,6 @@ modbus::ConveyorReadings readings_of(const api::Snapshot& snapshot) {
   }
   return readings;
 }
-
-ExceptionCode exception_for(const Error& error) {
-  switch (error.code) {
-    case ErrorCode::kUnavailable:
-      return ExceptionCode::kServerDeviceBusy;
-    case ErrorCode::kInvalidArgument:
-      return ExceptionCode::kIllegalDataValue;
-    default:
-      return ExceptionCode::kServerDeviceFailure;
-  }
-}
-
-std::size_t offset(std::uint16_t address) {
-  return static_cast<std::size_t>(address - modbus::kFirstAddress);
-}
-
-}  // namespace
 
 ConveyorDevice::ConveyorDevice(const modbus::ConveyorScaling& scaling, api::EndpointId endpoint,
                                api::CommandSink& sink, const api::SnapshotSource& source,

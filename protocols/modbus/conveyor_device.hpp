@@ -11,6 +11,9 @@
 
 namespace aprsim::modbus_server {
 
+/// What the cell's conveyor and light curtain are at in a snapshot.
+[[nodiscard]] modbus::ConveyorReadings readings_of(const api::Snapshot& snapshot);
+
 /// The device behind the listener: PLC memory whose documented registers are the conveyor's state.
 /// The snapshot is the truth. What the protocol layer adds is memory that nothing in the cell uses,
 /// and the speed exactly as written, which the belt's own limit would otherwise hide.

@@ -23,7 +23,8 @@ class ModbusServer::Impl {
       : options_(std::move(options)),
         sink_(sink),
         source_(source),
-        service_({"modbus", options_.bind_address, options_.port, options_.limits, options_.allow},
+        service_({"modbus", options_.bind_address, options_.port, options_.limits, options_.allow,
+                  options_.refusals},
                  options_.drain_deadline,
                  [this](protocols::TcpListener::Socket socket, std::string peer,
                         protocols::TcpListener::Place place) {

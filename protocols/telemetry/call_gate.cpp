@@ -83,6 +83,7 @@ class Judging final : public grpc::experimental::Interceptor {
       status = *call_->refusal;
       methods.ModifySendStatus(status);
     }
+    gate_.ended(*call_, status);
     if (!call_->command) return;
     gate_.audit(*call_, std::move(request_), status.ok() ? "ok" : status.error_message());
   }
@@ -153,6 +154,13 @@ void CallGate::audit(const Call& call, std::string request, std::string outcome)
                  .command = call.method,
                  .request = std::move(request),
                  .outcome = std::move(outcome)});
+}
+
+void CallGate::ended(const Call& call, const grpc::Status& status) const {
+  // Further errors are the cell's, which tells of them itself.
+  const bool bad = call.command && status.error_code() == grpc::StatusCode::INVALID_ARGUMENT;
+  if (refusals_ == nullptr || (!bad && !call.refusal)) return;
+  refusals_->refused("grpc", call.method + " of " + call.peer + ": " + status.error_message());
 }
 
 void CallGate::forget(const grpc::ServerContextBase& context,

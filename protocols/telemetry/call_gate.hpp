@@ -13,6 +13,7 @@
 #include "protocols/access.hpp"
 #include "protocols/audit_log.hpp"
 #include "protocols/limited_log.hpp"
+#include "protocols/refusal_sink.hpp"
 #include "protocols/telemetry/connected_clients.hpp"
 
 namespace aprsim::telemetry {
@@ -22,9 +23,11 @@ namespace aprsim::telemetry {
 /// then, the caller gets the refusal. Commands go to the audit log. Thread: any.
 class CallGate {
  public:
-  /// All must outlive it; without a log nothing is kept.
-  CallGate(protocols::Access& access, const ConnectedClients& clients, protocols::AuditLog* audit)
-      : access_(access), clients_(clients), audit_(audit) {}
+  /// All must outlive it; without a log nothing is kept, and without a sink nobody hears of what is
+  /// refused.
+  CallGate(protocols::Access& access, const ConnectedClients& clients, protocols::AuditLog* audit,
+           protocols::RefusalSink* refusals)
+      : access_(access), clients_(clients), audit_(audit), refusals_(refusals) {}
 
   /// For ServerBuilder::experimental().SetInterceptorCreators(). The gate outlives the server.
   [[nodiscard]] std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>
@@ -46,6 +49,8 @@ class CallGate {
                                                   const char* method,
                                                   std::optional<std::string_view> token);
   void audit(const Call& call, std::string request, std::string outcome) const;
+  /// What the call has come to, the caller's being wrong included.
+  void ended(const Call& call, const grpc::Status& status) const;
   void forget(const grpc::ServerContextBase& context, const std::shared_ptr<const Call>& call);
 
  private:
@@ -54,6 +59,7 @@ class CallGate {
   protocols::Access& access_;
   const ConnectedClients& clients_;
   protocols::AuditLog* const audit_;
+  protocols::RefusalSink* const refusals_;
   mutable std::mutex mutex_;
   std::map<const grpc::ServerContextBase*, std::shared_ptr<const Call>> calls_;
   std::mutex log_mutex_;

@@ -113,7 +113,8 @@ class TelemetryServer::Impl {
     if (!options_.access) {
       options_.access = std::make_shared<protocols::Access>(protocols::AccessRules{});
     }
-    gate_ = std::make_unique<CallGate>(*options_.access, clients_, options_.audit);
+    gate_ =
+        std::make_unique<CallGate>(*options_.access, clients_, options_.audit, options_.refusals);
   }
 
   Result<std::uint16_t> start() {
@@ -122,7 +123,8 @@ class TelemetryServer::Impl {
         protocols::TcpListenerOptions{.name = log_.name(),
                                       .address = options_.address,
                                       .port = options_.port,
-                                      .limits = options_.limits},
+                                      .limits = options_.limits,
+                                      .refusals = options_.refusals},
         kDrainDeadline,
         [this](protocols::TcpListener::Socket socket, std::string peer,
                protocols::TcpListener::Place place) {

@@ -10,6 +10,7 @@
 #include "protocols/audit_log.hpp"
 #include "protocols/connection_places.hpp"
 #include "protocols/incident_source.hpp"
+#include "protocols/refusal_sink.hpp"
 #include "protocols/robot_port.hpp"
 #include "protocols/state_files.hpp"
 #include "protocols/tls.hpp"
@@ -52,7 +53,8 @@ struct TelemetryOptions {
   std::vector<protocols::RobotPort*> robots = {};  ///< outlive the server
   std::string instance_id;  ///< names this process to clients; empty = random
   protocols::IncidentSource* incidents = nullptr;  ///< null = there are none; outlives the server
-  protocols::WireTrace* trace = nullptr;  ///< hears of calls that command; outlives the server
+  protocols::WireTrace* trace = nullptr;       ///< hears of calls that command; outlives the server
+  protocols::RefusalSink* refusals = nullptr;  ///< hears what is refused; outlives the server
 };
 
 struct TelemetryStats {

@@ -26,13 +26,13 @@ class VisionServer::Impl {
       : options_(std::move(options)),
         source_(source),
         log_("vision." + robot_name(*source.latest())),
-        service_(
-            {log_.name(), options_.bind_address, options_.port, options_.limits, options_.allow},
-            options_.drain_deadline,
-            [this](protocols::TcpListener::Socket socket, std::string peer,
-                   protocols::TcpListener::Place place) {
-              return make(std::move(socket), std::move(peer), std::move(place));
-            }),
+        service_({log_.name(), options_.bind_address, options_.port, options_.limits,
+                  options_.allow, options_.refusals},
+                 options_.drain_deadline,
+                 [this](protocols::TcpListener::Socket socket, std::string peer,
+                        protocols::TcpListener::Place place) {
+                   return make(std::move(socket), std::move(peer), std::move(place));
+                 }),
         poll_timer_(service_.io()) {}
 
   ~Impl() { stop(); }

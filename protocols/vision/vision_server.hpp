@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "protocols/connection_places.hpp"
+#include "protocols/refusal_sink.hpp"
 #include "protocols/wire_trace.hpp"
 #include "world/api/error.hpp"
 #include "world/api/ports.hpp"
@@ -34,7 +35,8 @@ struct VisionServerOptions {
   /// Time waits until every client has taken a frame, and `repeat` is simulated; null = the wall
   /// clock passes time. Outlives the server.
   api::VirtualTime* virtual_time = nullptr;
-  protocols::WireTrace* trace = nullptr;  ///< hears of everything; outlives the server
+  protocols::WireTrace* trace = nullptr;       ///< hears of everything; outlives the server
+  protocols::RefusalSink* refusals = nullptr;  ///< hears what is refused; outlives the server
 };
 
 struct VisionServerStats {

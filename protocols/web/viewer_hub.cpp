@@ -362,6 +362,7 @@ void ViewerHub::note(Viewer& viewer, const v1::ViewerRequest& request, const Res
     viewer.trace.received(request.SerializeAsString(),
                           done ? std::string_view() : std::string_view(done.error().message));
   }
+  if (!done) refused(kind_of(request) + " of " + viewer.peer() + ": " + done.error().message);
   protocols::WireEvent event{.source = "page",
                              .peer = viewer.peer(),
                              .from_client = true,
@@ -390,6 +391,10 @@ void ViewerHub::note(Viewer& viewer, const v1::ViewerRequest& request, const Res
   if (options_.crcl_tap) options_.crcl_tap->note(std::move(event));
 }
 
+void ViewerHub::refused(const std::string& what) {
+  if (options_.refusals != nullptr) options_.refusals->refused("web", what);
+}
+
 Result<void> ViewerHub::authenticate(Viewer& viewer, const std::string& token) {
   using Problem = protocols::Caller::Problem;
   if (!options_.access->has_credentials()) return {};
@@ -401,9 +406,11 @@ Result<void> ViewerHub::authenticate(Viewer& viewer, const std::string& token) {
       return fail(ErrorCode::kUnavailable, "token", "too many attempts; wait a while");
     case Problem::kWrongToken:
       log_.warn("viewer " + viewer.peer() + " gave a wrong token");
+      refused("token of " + viewer.peer() + ": it is not the right one");
       return fail(ErrorCode::kInvalidArgument, "token", "it is not the right one");
     case Problem::kExpired:
       log_.warn("viewer " + viewer.peer() + " gave an expired token, " + caller.name);
+      refused("token of " + viewer.peer() + ": it has expired");
       return fail(ErrorCode::kInvalidArgument, "token", "it has expired");
     case Problem::kNone:
       break;

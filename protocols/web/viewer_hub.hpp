@@ -62,6 +62,7 @@ class ViewerHub {
   void send_history(Clock::time_point now);
   /// Puts what a viewer asks of the cell, and whether it was taken, among the wires' commands.
   void note(Viewer& viewer, const v1::ViewerRequest& request, const Result<void>& done);
+  void refused(const std::string& what);
   [[nodiscard]] Result<void> authenticate(Viewer& viewer, const std::string& token);
   void set_watch(Viewer& viewer, const v1::Watch& watch);
   void remove(Viewer& viewer);

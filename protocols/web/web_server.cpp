@@ -47,6 +47,7 @@ class WebServer::Impl {
              .address = options_.bind_address,
              .port = options_.port,
              .limits = options_.limits,
+             .refusals = options_.refusals,
              .on_refused = [this](protocols::TcpListener::Socket socket,
                                   const std::string& peer) { turn_away(std::move(socket), peer); }},
             [this](protocols::TcpListener::Socket socket, std::string peer,

@@ -14,6 +14,7 @@
 #include "protocols/audit_log.hpp"
 #include "protocols/connection_places.hpp"
 #include "protocols/incident_source.hpp"
+#include "protocols/refusal_sink.hpp"
 #include "protocols/tls.hpp"
 #include "protocols/web/program_runner.hpp"
 #include "protocols/web/visual_description.hpp"
@@ -75,9 +76,10 @@ struct WebServerOptions {
   protocols::WireTap* crcl_tap = nullptr;  ///< both outlive the server; may be null
   protocols::WireTap* modbus_tap = nullptr;
   protocols::IncidentSource* incidents = nullptr;  ///< null = there are none; outlives the server
-  protocols::WireTrace* trace = nullptr;  ///< hears of viewers' commands; outlives the server
-  ProgramRunner* programs = nullptr;      ///< outlives the server; null = pages start none
-  api::History* history = nullptr;        ///< outlives the server; null = no past is kept
+  protocols::WireTrace* trace = nullptr;       ///< hears of viewers' commands; outlives the server
+  protocols::RefusalSink* refusals = nullptr;  ///< hears what is refused; outlives the server
+  ProgramRunner* programs = nullptr;           ///< outlives the server; null = pages start none
+  api::History* history = nullptr;             ///< outlives the server; null = no past is kept
   std::function<std::vector<ListenerCount>()> listeners;  ///< called on the server's thread
   /// The text behind /metrics, in Prometheus' format; called on the server's thread. None: 404.
   std::function<std::string()> metrics = {};

@@ -28,7 +28,7 @@ const world::RunTime* time_of(const Entry& entry) {
       [](const auto& what) -> const world::RunTime* {
         using What = std::decay_t<decltype(what)>;
         if constexpr (std::is_same_v<What, protocols::WireRecord> ||
-                      std::is_same_v<What, api::CellEventPtr>) {
+                      std::is_same_v<What, api::CellEventPtr> || std::is_same_v<What, Refused>) {
           return nullptr;
         } else {
           return &what.time;
@@ -117,6 +117,12 @@ void Journal::stopped(world::RunTime time, const std::string& why) {
 
 void Journal::note(protocols::WireRecord record) {
   push(tellings_, [&] { return std::move(record); });
+}
+
+void Journal::refused(const api::Snapshot& seen, std::string_view listener, std::string_view what) {
+  push(tellings_, [&] {
+    return Refused{{seen.epoch, seen.step}, seen.time, std::string(listener), std::string(what)};
+  });
 }
 
 void Journal::take_incident(std::chrono::nanoseconds last, Done done) {

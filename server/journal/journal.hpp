@@ -9,6 +9,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -66,6 +67,8 @@ class Journal final : public world::Recorder,
 
   // ---- Thread: any
   void note(protocols::WireRecord record) override;
+  /// What a listener has refused before the cell saw it, and the latest that it had seen.
+  void refused(const api::Snapshot& seen, std::string_view listener, std::string_view what);
   void take_incident(std::chrono::nanoseconds last, Done done) override;
   [[nodiscard]] JournalStats stats() const;
 

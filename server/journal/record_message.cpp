@@ -58,6 +58,17 @@ void write(const api::CellEventPtr& event, v1::JournalRecord& record) {
   protocols::write_message(*event, *record.mutable_event());
 }
 
+void write(const Refused& refused, v1::JournalRecord& record) {
+  api::CellEvent event;
+  event.epoch = refused.time.epoch;
+  event.step = refused.time.step;
+  event.time = refused.sim_time;
+  event.kind = api::CellEventKind::kRefused;
+  event.names = {refused.listener};
+  event.text = refused.what;
+  protocols::write_message(event, *record.mutable_event());
+}
+
 v1::WireKind kind_of(protocols::WireKind kind) {
   switch (kind) {
     case protocols::WireKind::kCrcl:

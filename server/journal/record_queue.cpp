@@ -32,6 +32,9 @@ std::size_t Entry::bytes() const {
   if (const auto* wire = std::get_if<protocols::WireRecord>(&what)) {
     sum += wire->data.capacity() + wire->method.capacity() + wire->text.capacity();
   }
+  if (const auto* refused = std::get_if<Refused>(&what)) {
+    sum += refused->listener.capacity() + refused->what.capacity();
+  }
   return sum;
 }
 

@@ -42,6 +42,12 @@ struct WorldStopped {
   world::RunTime time;
   std::string why;
 };
+/// By a listener, before the cell saw it.
+struct Refused {
+  world::RunTime time;
+  std::chrono::nanoseconds sim_time{};
+  std::string listener, what;
+};
 /// What is missing because there was no room.
 struct Missing {
   std::uint64_t records = 0, commands = 0;
@@ -54,7 +60,7 @@ struct Missing {
 struct Entry {
   WallTime wall;
   std::variant<EpochBegun, CommandApplied, StateSampled, StateSaved, WorldStopped,
-               api::CellEventPtr, protocols::WireRecord>
+               api::CellEventPtr, Refused, protocols::WireRecord>
       what;
 
   /// Of memory; approximately.

@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "proto/journal/journal_place.hpp"
 #include "proto/journal/journal_reader.hpp"
 #include "server/journal/replay.hpp"
 #include "server/journal/run_header.hpp"
@@ -35,10 +36,6 @@ bool whole(std::string_view text, Number& number) {
 }
 
 world::RunTime of(const v1::JournalTime& time) { return {time.epoch(), time.step()}; }
-
-bool after(world::RunTime a, world::RunTime b) {
-  return a.epoch > b.epoch || (a.epoch == b.epoch && a.step > b.step);
-}
 
 }  // namespace
 
@@ -74,9 +71,15 @@ std::optional<world::RunTime> time_of(const v1::JournalRecord& record) {
   }
 }
 
-Result<RecordedRun> RecordedRun::open(std::vector<std::string> files, const std::string& version) {
+Result<RecordedRun> RecordedRun::open(const std::vector<std::string>& places,
+                                      const std::string& version) {
   RecordedRun run;
-  run.files_ = std::move(files);
+  run.files_ = places;
+  if (places.size() == 1) {
+    auto files = aprsim::journal::files_of_run(places.front());
+    if (!files) return tl::unexpected(files.error());
+    run.files_ = *std::move(files);
+  }
   run.models_ = model_directory();
   for (const std::string& file : run.files_) {
     auto reader = aprsim::journal::JournalReader::open(file);
@@ -151,7 +154,7 @@ Result<std::uint64_t> RecordedRun::checkpoint_before(world::RunTime time) const 
   std::uint64_t number = 0, found = 0;
   const auto read = each([&](const v1::JournalRecord& record) -> Result<bool> {
     const auto at = journal::time_of(record);
-    if (at && after(*at, time)) return false;
+    if (at && *at > time) return false;
     if (record.has_checkpoint()) found = number;
     ++number;
     return true;

@@ -25,9 +25,10 @@ struct RunMoment {
 /// The files of one run, with its scene. Thread: one at a time.
 class RecordedRun {
  public:
-  /// `version`: of this program. Errors: kInvalidArgument with the file (no journal, of another run
-  /// than the first, no scene that can be read); kNotFound, kUnavailable.
-  [[nodiscard]] static Result<RecordedRun> open(std::vector<std::string> files,
+  /// `places`: all files, or one place as files_of_run() has it. `version`: of this program.
+  /// Errors: kInvalidArgument with the file (no journal, of another run than the first, no scene
+  /// that can be read); kNotFound, kUnavailable.
+  [[nodiscard]] static Result<RecordedRun> open(const std::vector<std::string>& places,
                                                 const std::string& version);
 
   [[nodiscard]] const v1::JournalHeader& header() const { return header_; }

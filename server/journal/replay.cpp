@@ -69,6 +69,12 @@ std::string explain(const v1::JournalState& recorded, const world::StateSample& 
   return "most of all " + text;
 }
 
+/// Every byte that decides what follows: a replay watches no events.
+std::string bytes_of(world::WorldState state) {
+  state.apart.clear();
+  return world::to_bytes(state);
+}
+
 }  // namespace
 
 Replay::Replay(const v1::JournalHeader& header, std::shared_ptr<const scene::Scene> scene)
@@ -207,6 +213,24 @@ Result<void> Replay::compare(const v1::JournalState& state) {
   return {};
 }
 
+Result<void> Replay::compare(const v1::JournalCheckpoint& checkpoint) {
+  if (checkpoint.hash() != world_->state_hash()) {
+    differs("the states of the checkpoint differ");
+    return {};
+  }
+  if (state_version_ != world::kStateVersion) return {};
+  auto recorded = scenes_.state_of(checkpoint);
+  if (!recorded) return tl::unexpected(recorded.error());
+  const std::string then = bytes_of(*std::move(recorded)), here = bytes_of(world_->save());
+  if (then == here) return {};
+  const auto first = std::ranges::mismatch(then, here).in1 - then.begin();
+  differs(
+      fmt::format("of the checkpoint's state, {} bytes then and {} here, byte {} is another one: "
+                  "no joint, body or belt is elsewhere, but what follows may be",
+                  then.size(), here.size(), first));
+  return {};
+}
+
 Result<void> Replay::checkpoint(const v1::JournalCheckpoint& checkpoint) {
   if (!lost_) {
     if (stopped_) return {};
@@ -214,8 +238,7 @@ Result<void> Replay::checkpoint(const v1::JournalCheckpoint& checkpoint) {
       return there;
     }
     ++result_.compared;
-    if (checkpoint.hash() != world_->state_hash()) differs("the states of the checkpoint differ");
-    return {};
+    return compare(checkpoint);
   }
   if (state_version_ != world::kStateVersion) {
     return damaged(
@@ -272,6 +295,15 @@ std::vector<std::string> cautions(const v1::JournalHeader& header, const v1::Jou
     all.push_back(fmt::format("{} was {} and is {} here: bits may differ", what, then, now));
   };
   differ("the program's version", header.version(), here.version());
+  // Journals of older programs do not tell.
+  const bool known = !header.world_sha256().empty();
+  if (known && header.world_sha256() != here.world_sha256()) {
+    all.push_back(
+        fmt::format("it was built of other sources: those of the world had the digest {:.12} and "
+                    "have {:.12} here: robots, contacts and sensors may do otherwise",
+                    header.world_sha256(), here.world_sha256()));
+  }
+  if (known) differ("its build", header.build(), here.build());
   differ("its compiler", header.compiler(), here.compiler());
   differ("the processor", header.processor(), here.processor());
   return all;

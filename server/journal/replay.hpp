@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "aprsim/v1/journal.pb.h"
+#include "server/journal/difference.hpp"
 #include "server/journal/recorded_scenes.hpp"
 #include "world/api/error.hpp"
 #include "world/recorder.hpp"
@@ -17,19 +18,17 @@
 
 namespace aprsim::server::journal {
 
-/// Where a run that was repeated is not as the journal has it.
-struct Difference {
-  world::RunTime time;
-  std::string what;  ///< which body, joint or belt differs by how much, in words
-};
-
 struct ReplayResult {
   std::uint64_t steps = 0, commands = 0;
   std::uint64_t compared = 0;  ///< states and checkpoints
   std::uint64_t gaps = 0;      ///< with commands missing: gone on from the checkpoint behind them
   std::uint64_t missing = 0;   ///< records, as all gaps tell
   std::optional<Difference> difference;  ///< the first; nothing was run after it
+  std::uint64_t replies = 0;             ///< of listeners that were compared, see WireCheck
+  std::optional<Difference> reply;       ///< the first of them that is another one
   std::string damage;                    ///< why the journal ends early; empty = it does not
+
+  [[nodiscard]] bool same() const { return !difference && !reply; }
 };
 
 /// Runs a journal's commands again in a world without threads or clocks. Thread: one at a time.
@@ -60,6 +59,7 @@ class Replay {
   [[nodiscard]] Result<void> begin(const v1::JournalEpoch& epoch);
   [[nodiscard]] Result<void> command(const v1::JournalCommand& command);
   [[nodiscard]] Result<void> compare(const v1::JournalState& state);
+  [[nodiscard]] Result<void> compare(const v1::JournalCheckpoint& checkpoint);
   [[nodiscard]] Result<void> checkpoint(const v1::JournalCheckpoint& checkpoint);
   void build(const std::shared_ptr<const scene::Scene>& scene, std::uint64_t seed);
   void tell(world::RunTime time);

@@ -5,11 +5,17 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "server/journal/wire_check.hpp"
+
 namespace aprsim::server::journal {
 
 Result<ReplayResult> replay_run(const RecordedRun& run, const ReplayPart& part) {
   Replay replay(run.header(), run.scene());
-  replay.watch(part.watch);
+  WireCheck wires(*run.scene(), part.scaling);
+  replay.watch([&](const world::World& world, world::RunTime time) {
+    wires.look(world, time);
+    return !part.watch || part.watch(world, time);
+  });
   if (part.to) {
     const auto to = run.time_of(*part.to);
     if (!to) return tl::unexpected(to.error());
@@ -28,14 +34,23 @@ Result<ReplayResult> replay_run(const RecordedRun& run, const ReplayPart& part) 
   std::uint64_t number = 0;
   const auto damage = run.each([&](const v1::JournalRecord& record) -> Result<bool> {
     if (part.hear) part.hear(record);
+    wires.hear(record, number >= first);
     if (number++ < first) return true;
     return replay.take(record);
   });
   if (!damage) return tl::unexpected(damage.error());
   if (auto done = replay.finish(); !done) return tl::unexpected(done.error());
+  wires.finish();
   ReplayResult result = replay.result();
+  result.replies = wires.compared();
+  result.reply = wires.difference();
   result.damage = *damage;
   return result;
+}
+
+std::string text_of(const Difference& difference) {
+  return fmt::format("at step {} of epoch {}: {}\n", difference.time.step, difference.time.epoch,
+                     difference.what);
 }
 
 std::string text_of(const RecordedRun& run, const ReplayResult& result) {
@@ -56,11 +71,16 @@ std::string text_of(const RecordedRun& run, const ReplayResult& result) {
         result.gaps);
   }
   if (!result.damage.empty()) text += "the journal ends early: " + result.damage + '\n';
-  if (!result.difference) {
-    return text + (result.compared > 0 ? "all states are the same\n" : "no state to compare\n");
+  if (result.replies > 0) {
+    text += fmt::format(
+        "{} replies compared: joints, poses and grippers in CRCL statuses, the registers that "
+        "Modbus "
+        "clients read, the lines of cameras\n",
+        result.replies);
   }
-  return text + fmt::format("differs at step {} of epoch {}: {}\n", result.difference->time.step,
-                            result.difference->time.epoch, result.difference->what);
+  if (result.reply) text += "another reply " + text_of(*result.reply);
+  if (result.difference) return text + "differs " + text_of(*result.difference);
+  return text + (result.compared > 0 ? "all states are the same\n" : "no state to compare\n");
 }
 
 std::string json_of(const RecordedRun& run, const ReplayResult& result) {
@@ -69,12 +89,16 @@ std::string json_of(const RecordedRun& run, const ReplayResult& result) {
                                 {"steps", result.steps},           {"commands", result.commands},
                                 {"compared", result.compared},     {"gaps", result.gaps},
                                 {"missing", result.missing},       {"damage", result.damage},
-                                {"same", !result.difference},      {"difference", nullptr}};
-  if (result.difference) {
-    object["difference"] = {{"epoch", result.difference->time.epoch},
-                            {"step", result.difference->time.step},
-                            {"what", result.difference->what}};
-  }
+                                {"same", result.same()},           {"difference", nullptr},
+                                {"replies", result.replies},       {"reply", nullptr}};
+  const auto tell = [&object](const char* key, const std::optional<Difference>& difference) {
+    if (!difference) return;
+    object[key] = {{"epoch", difference->time.epoch},
+                   {"step", difference->time.step},
+                   {"what", difference->what}};
+  };
+  tell("difference", result.difference);
+  tell("reply", result.reply);
   return object.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n';
 }
 

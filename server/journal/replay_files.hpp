@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "modbus/register_map.hpp"
 #include "server/journal/recorded_run.hpp"
 #include "server/journal/replay.hpp"
 
@@ -13,15 +14,20 @@ namespace aprsim::server::journal {
 struct ReplayPart {
   std::optional<RunMoment> from;  ///< begins at the last checkpoint before it
   std::optional<RunMoment> to;    ///< ends there
+  /// Of the recorded run's belt; absent = what Modbus clients read is not compared.
+  std::optional<modbus::ConveyorScaling> scaling = {};
   Replay::Watch watch = {};
   /// Called with each record, those before `from` included, before it is run.
   std::function<void(const v1::JournalRecord&)> hear = {};
 };
 
-/// Runs a recorded run again and compares. Errors: kInvalidArgument for a moment that is not
-/// recorded, and for a record that cannot be, with the file; kNotFound, kUnavailable. Thread: any.
+/// Runs a recorded run again and compares its states and what listeners answered. Errors:
+/// kInvalidArgument for a moment that is not recorded, and for a record that cannot be, with the
+/// file; kNotFound, kUnavailable. Thread: any.
 [[nodiscard]] Result<ReplayResult> replay_run(const RecordedRun& run, const ReplayPart& part);
 
+/// Where, and what is another than then, on a line.
+[[nodiscard]] std::string text_of(const Difference& difference);
 /// In words: what was run, and where it first differs.
 [[nodiscard]] std::string text_of(const RecordedRun& run, const ReplayResult& result);
 /// The same as one JSON object.

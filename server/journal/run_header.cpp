@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 
 #include "proto/journal/journal_reader.hpp"
+#include "server/journal/build_identity.hpp"
 #include "world/scene/scene_loader.hpp"
 #include "world/state_bytes.hpp"
 
@@ -57,6 +58,8 @@ v1::JournalHeader header_here() {
   header.set_state_version(world::kStateVersion);
   header.set_compiler(__VERSION__);
   header.set_processor(processor());
+  header.set_world_sha256(kWorldSha256);
+  header.set_build(kBuild);
   return header;
 }
 

@@ -6,7 +6,8 @@
 
 namespace aprsim::server::journal {
 
-/// A journal's header as far as this program tells it: format, compiler, processor. Thread: any.
+/// A journal's header as far as this program tells it: format, build, compiler, processor. Thread:
+/// any.
 [[nodiscard]] v1::JournalHeader header_here();
 
 /// A journal's header as far as scene and program tell it: the scene's text and its models whole,

@@ -226,6 +226,16 @@ class RecordedRun : public testing::Test {
       if (i == 4) middle_ = cell.snapshot();
     }
     last_ = cell.snapshot();
+    // No register is there, and nothing goes backwards.
+    TcpSocket belt(daemon.port("modbus"));
+    ASSERT_TRUE(belt.send(std::string("\0\1\0\0\0\6\1\6\xEE\0\0\1", 12)));
+    EXPECT_EQ(belt.receive(TcpSocket::Clock::now() + std::chrono::seconds(30)).at(7), '\x86');
+    grpc::ClientContext context;
+    v1::SetSpeedRequest backwards;
+    v1::SetSpeedResponse response;
+    backwards.set_factor(-1);
+    EXPECT_EQ(cell.control->SetSpeed(&context, backwards, &response).error_code(),
+              grpc::StatusCode::INVALID_ARGUMENT);
     EXPECT_EQ(daemon.stop(SIGTERM).exit_code, 0);
   }
 
@@ -272,6 +282,18 @@ TEST_F(RecordedRun, IsWatchedWithItsWholePastAndTakesNoCommands) {
   EXPECT_GE(std::ranges::count(marks, v1::BOOKMARK_KIND_COMMAND, &v1::Bookmark::kind), 11);
   const auto events = aprsim(daemon, {"events", "--past", "--kind", "command-begun"});
   EXPECT_GE(std::ranges::count(events.out, '\n'), 11) << events.out << events.err;
+  for (const std::string listener : {"modbus", "grpc"}) {
+    EXPECT_EQ(std::ranges::count_if(marks,
+                                    [&](const v1::Bookmark& mark) {
+                                      return mark.kind() == v1::BOOKMARK_KIND_REFUSAL &&
+                                             mark.moment().step() == 25'000 &&
+                                             mark.text().starts_with(listener + ": refused: ");
+                                    }),
+              1)
+        << listener;
+  }
+  const auto refusals = aprsim(daemon, {"events", "--past", "--kind", "refused"});
+  EXPECT_NE(refusals.out.find("exception 2"), std::string::npos) << refusals.out << refusals.err;
   grpc::ClientContext context;
   v1::ResetResponse response;
   const auto refused = cell.control->Reset(&context, {}, &response);

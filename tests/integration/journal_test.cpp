@@ -392,6 +392,11 @@ TEST(Journal, GoesOnInFurtherFiles) {
   const auto again = replay(files);
   EXPECT_EQ(again.exit_code, 0) << again.out << again.err;
   EXPECT_EQ(again.out.find("ends early"), std::string::npos) << again.out;
+  // The directory stands for them.
+  ASSERT_GT(files.size(), 1U);
+  const auto whole = replay({directory.path()});
+  EXPECT_EQ(whole.exit_code, 0) << whole.out << whole.err;
+  EXPECT_EQ(whole.out, again.out);
 }
 
 TEST(Journal, WhatIsNoneIsRefused) {
@@ -400,6 +405,9 @@ TEST(Journal, WhatIsNoneIsRefused) {
   auto refused = replay({file});
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_NE(refused.err.find(file), std::string::npos) << refused.err;
+  refused = replay({directory.path()});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.err.find("has no files *.journal"), std::string::npos) << refused.err;
   std::ofstream(file) << "something else";
   refused = replay({file});
   EXPECT_EQ(refused.exit_code, 2);

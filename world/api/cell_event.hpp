@@ -36,8 +36,9 @@ enum class CellEventKind {
   kCommandReplaced,  ///< a newer command came before it was done
   kReset,            ///< the cell has begun anew, or goes on from the saved state named
   kEdited,           ///< the scene has been changed, as the text tells
+  kRefused,          ///< a listener has refused something; in journals and replays alone
 };
-inline constexpr int kCellEventKinds = static_cast<int>(CellEventKind::kEdited) + 1;
+inline constexpr int kCellEventKinds = static_cast<int>(CellEventKind::kRefused) + 1;
 
 /// Steps without a contact after which it has ended: what rattles does not tell of every blow.
 inline constexpr std::uint64_t kApartSteps = 100;

@@ -25,6 +25,7 @@ std::optional<api::BookmarkKind> kind_of(api::CellEventKind kind) {
     case api::CellEventKind::kReported:
       return api::BookmarkKind::kCommand;
     case api::CellEventKind::kCommandFailed:
+    case api::CellEventKind::kRefused:
       return api::BookmarkKind::kRefusal;
     default:
       return std::nullopt;
@@ -48,6 +49,8 @@ std::string words_of(const api::CellEvent& event) {
       return "drive tripped: " + event.text;
     case api::CellEventKind::kCommandFailed:
       return "failed: " + event.text;
+    case api::CellEventKind::kRefused:
+      return "refused: " + event.text;
     default:
       return event.text;
   }

@@ -13,6 +13,7 @@
 #include "clients/aprsim/trace/trace.hpp"
 #include "clients/process/child_process.hpp"
 #include "clients/process/own_programs.hpp"
+#include "proto/journal/journal_place.hpp"
 
 namespace aprsim::trace {
 namespace {
@@ -41,7 +42,7 @@ std::string content_of(const std::string& file) {
 }  // namespace
 
 client::Outcome<Motion> Motion::of(const std::string& place, const Choice& choice) {
-  const auto files = files_of_run(place);
+  const auto files = aprsim::journal::files_of_run(place);
   if (!files) return failed(FailureKind::kUsage, files.error().message);
   Motion out;
   std::error_code status;

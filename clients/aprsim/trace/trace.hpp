@@ -48,17 +48,12 @@ class TraceClock {
 /// "protective stop".
 [[nodiscard]] std::string event_word(v1::CellEventKind kind);
 
-/// The files of one run in their order. `place`: a file, with those in which it goes on (FILE.2,
-/// ...), or a directory with the files of one run. Errors: kNotFound, kUnavailable,
-/// kInvalidArgument (no journal, or of several runs).
-[[nodiscard]] Result<std::vector<std::string>> files_of_run(const std::string& place);
-
 /// Gives on every record of a run but the headers of further files. What is missing, a sentence
-/// each. Errors: those of files_of_run().
+/// each. Errors: those of journal::files_of_run().
 [[nodiscard]] Result<std::vector<std::string>> for_each_record(
     const std::string& place, const std::function<void(const v1::JournalRecord&)>& take);
 
-/// Reads what a comparison needs of a run. Errors: those of files_of_run().
+/// Reads what a comparison needs of a run. Errors: those of journal::files_of_run().
 [[nodiscard]] Result<Trace> read_trace(const std::string& place);
 
 }  // namespace aprsim::trace

@@ -18,7 +18,9 @@
 #include <gtest/gtest.h>
 
 #include "proto/journal/journal_reader.hpp"
+#include "server/journal/recorded_scenes.hpp"
 #include "server/journal/replay.hpp"
+#include "server/journal/run_header.hpp"
 #include "world/scene/scene_loader.hpp"
 #include "world/simulation.hpp"
 #include "world/state_bytes.hpp"
@@ -183,6 +185,79 @@ TEST_F(JournalOfARun, GoesOnFromACheckpointAfterLostCommands) {
   EXPECT_FALSE(result.difference) << result.difference->what;
   EXPECT_EQ(result.gaps, 1U);
   EXPECT_EQ(result.steps, 800U + 1000U);
+}
+
+TEST_F(JournalOfARun, HasCheckpointsThatAreComparedByteForByte) {
+  {
+    Journal journal(options_for(file()));
+    world::Simulation simulation(
+        scene_, {.seed = 1, .speed = std::nullopt, .paused = true, .recorder = &journal});
+    simulation.start();
+    submit(simulation, api::RobotCommand{0, api::InitRobot{}});
+    submit(simulation, api::SimulationCommand(api::StepBy{10'500}));
+    wait_for(simulation, 0, 10'500);
+    simulation.stop();
+  }
+  const auto all = records();
+  EXPECT_FALSE(again(all).difference);
+  const auto checkpoint = std::ranges::find_if(all, [](const v1::JournalRecord& record) {
+    return record.has_checkpoint() && record.checkpoint().time().step() == 10'000;
+  });
+  ASSERT_NE(checkpoint, all.end());
+  // States that can be read, with the hash that was recorded, and another number somewhere.
+  RecordedScenes scenes(scene_);
+  const std::string& bytes = checkpoint->checkpoint().state();
+  int tried = 0;
+  for (std::size_t at = bytes.size() / 40; at < bytes.size(); at += bytes.size() / 40) {
+    auto changed = all;
+    auto& other = *changed[static_cast<std::size_t>(checkpoint - all.begin())].mutable_checkpoint();
+    (*other.mutable_state())[at] ^= 1;
+    const auto state = scenes.state_of(other);
+    if (!state || world::to_bytes(*state) == bytes) continue;
+    ++tried;
+    const ReplayResult result = again(changed);
+    ASSERT_TRUE(result.difference) << "byte " << at;
+    EXPECT_EQ(result.difference->time, (world::RunTime{0, 10'000}));
+    EXPECT_NE(result.difference->what.find("is another one"), std::string::npos)
+        << result.difference->what;
+  }
+  EXPECT_GE(tried, 3);
+}
+
+TEST_F(JournalOfARun, HasWhatListenersRefusedAsEvents) {
+  {
+    Journal journal(options_for(file()));
+    journal.began({2, 0}, 1, nullptr, scene_);
+    api::Snapshot seen;
+    seen.epoch = 2;
+    seen.step = 1500;
+    seen.time = std::chrono::milliseconds(1500);
+    journal.refused(seen, "modbus", "function 6: exception 2");
+  }
+  const auto all = records();
+  const auto found = std::ranges::find_if(all, &v1::JournalRecord::has_event);
+  ASSERT_NE(found, all.end());
+  EXPECT_EQ(found->event().kind(), v1::CELL_EVENT_KIND_REFUSED);
+  EXPECT_EQ(found->event().epoch(), 2U);
+  EXPECT_EQ(found->event().step(), 1500U);
+  EXPECT_EQ(found->event().names(0), "modbus");
+  EXPECT_EQ(found->event().text(), "function 6: exception 2");
+}
+
+TEST(JournalCautions, TellOfAnotherBuildAndNotOfTheSame) {
+  v1::JournalHeader here = header_here(), then = here;
+  EXPECT_EQ(here.world_sha256().size(), 64U);
+  EXPECT_TRUE(cautions(then, here).empty());
+  then.set_world_sha256(std::string(64, 'a'));
+  then.set_build("flags '-ffast-math'");
+  const auto all = cautions(then, here);
+  ASSERT_EQ(all.size(), 2U);
+  EXPECT_NE(all[0].find("other sources"), std::string::npos) << all[0];
+  EXPECT_NE(all[0].find(here.world_sha256().substr(0, 12)), std::string::npos) << all[0];
+  EXPECT_NE(all[1].find("-ffast-math"), std::string::npos) << all[1];
+  // Older journals do not tell.
+  then.clear_world_sha256();
+  EXPECT_TRUE(cautions(then, here).empty());
 }
 
 TEST_F(JournalOfARun, TellsWhereItCannotBeWritten) {

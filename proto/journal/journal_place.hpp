@@ -1,0 +1,15 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "world/api/error.hpp"
+
+namespace aprsim::journal {
+
+/// The files of one run in their order. `place`: a file, with those in which it goes on (FILE.2,
+/// ...), or a directory with the files of one run. Errors: kNotFound, kUnavailable,
+/// kInvalidArgument (no journal, or of several runs).
+[[nodiscard]] Result<std::vector<std::string>> files_of_run(const std::string& place);
+
+}  // namespace aprsim::journal

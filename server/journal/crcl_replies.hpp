@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "crcl/status.hpp"
+#include "crcl/units.hpp"
+#include "protocols/crcl/joint_map.hpp"
+#include "server/journal/wire_reply.hpp"
+
+namespace aprsim::server::journal {
+
+/// The statuses of one CRCL connection, as far as the cell alone decides them: joints, pose, gripper
+/// and speed override. Units are those that all its statuses so far fit. Thread: one at a time.
+class CrclReplies : public std::enable_shared_from_this<CrclReplies> {
+ public:
+  /// `robot`: index into Snapshot::robots.
+  explicit CrclReplies(std::size_t robot);
+
+  /// A document of the client.
+  void received(const std::string& document, world::RunTime at);
+  /// A document to the client; absent = no status, or nobody knows when it was asked for.
+  [[nodiscard]] std::optional<WireReply> sent(const std::string& document, world::RunTime at);
+
+ private:
+  [[nodiscard]] Deviation deviation(const crcl::Status& recorded, const api::Snapshot& snapshot);
+  [[nodiscard]] bool asks(const std::string& document);
+  void follow_units(const std::string& document);
+
+  const std::size_t robot_;
+  std::string get_status_;            ///< the latest, which clients repeat byte for byte
+  std::deque<world::RunTime> asked_;  ///< statuses on their way
+  std::vector<crcl::Units> units_;    ///< that may hold
+  std::string status_text_;           ///< of the status that is compared
+  crcl::Status status_;
+  std::shared_ptr<const api::CellDescription> cell_;
+  std::optional<crcl_server::JointMap> joints_;  ///< of that
+};
+
+}  // namespace aprsim::server::journal
