@@ -14,8 +14,9 @@
 
 namespace aprsim::server::journal {
 
-/// The statuses of one CRCL connection, as far as the cell alone decides them: joints, pose, gripper
-/// and speed override. Units are those that all its statuses so far fit. Thread: one at a time.
+/// The statuses of one CRCL connection, as far as the cell alone decides them: joints, pose,
+/// gripper and speed override. Units are those that all its statuses so far fit. Thread: one at a
+/// time.
 class CrclReplies : public std::enable_shared_from_this<CrclReplies> {
  public:
   /// `robot`: index into Snapshot::robots.

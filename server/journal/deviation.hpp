@@ -17,9 +17,8 @@ class Deviation {
   void number(std::string_view name, double then, double here) {
     if (then == here) return;
     const double by = std::abs(then - here);
-    add(by / std::max(std::abs(then), std::abs(here)), [&] {
-      return fmt::format("{} by {:.3g} (was {}, is {} here)", name, by, then, here);
-    });
+    add(by / std::max(std::abs(then), std::abs(here)),
+        [&] { return fmt::format("{} by {:.3g} (was {}, is {} here)", name, by, then, here); });
   }
   void word(std::string_view name, std::string_view then, std::string_view here) {
     if (then == here) return;

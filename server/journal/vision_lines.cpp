@@ -19,15 +19,14 @@ void VisionLines::look(const api::Snapshot& snapshot) {
     camera.epoch = snapshot.epoch;
     camera.frame = frame.number;
     for (const bool empty_slots : {false, true}) {
-      camera.lines.insert(std::hash<std::string>()(
-          vision_server::vision_line(frame, *snapshot.cell, empty_slots)));
+      camera.lines.insert(
+          std::hash<std::string>()(vision_server::vision_line(frame, *snapshot.cell, empty_slots)));
     }
   }
 }
 
 bool VisionLines::has(std::size_t robot, const std::string& line) const {
-  return robot < cameras_.size() &&
-         cameras_[robot].lines.contains(std::hash<std::string>()(line));
+  return robot < cameras_.size() && cameras_[robot].lines.contains(std::hash<std::string>()(line));
 }
 
 }  // namespace aprsim::server::journal

@@ -24,8 +24,7 @@ void WireCheck::hear(const v1::JournalRecord& record, bool runs) {
     lines_.clear();
   } else if (record.has_epoch()) {
     stopped_ = false;
-  } else if (record.has_event() &&
-             record.event().kind() == v1::CELL_EVENT_KIND_WORLD_STOPPED) {
+  } else if (record.has_event() && record.event().kind() == v1::CELL_EVENT_KIND_WORLD_STOPPED) {
     stopped_ = true;  // a fault that listeners tell of, and that no replay has
   }
 }
