@@ -107,6 +107,7 @@ bool ReplaySource::show(const world::World& world, world::RunTime time,
     std::unique_lock lock(mutex_);
     pause_.wait_until(lock, stop, due, [] { return false; });
   }
+  measure(time.step);
   publish(world, time.epoch);
   taps_.reach(time);
   tell_events(time);
@@ -138,11 +139,23 @@ void ReplaySource::tell_events(std::optional<world::RunTime> until) {
   if (!reached.empty()) events_.add(std::move(reached));
 }
 
+void ReplaySource::measure(std::uint64_t step) {
+  if (std::exchange(last_step_, step) != step) ++steps_;
+  const auto now = SteadyClock::now();
+  if (since_ == SteadyClock::time_point()) since_ = now;
+  const std::chrono::duration<double> wall = now - since_;
+  if (wall < std::chrono::seconds(1)) return;
+  real_time_factor_ = static_cast<double>(steps_) * run_.scene()->physics.step_s / wall.count();
+  steps_ = 0;
+  since_ = now;
+}
+
 void ReplaySource::publish(const world::World& world, std::uint64_t epoch) {
   auto snapshot = slot_.acquire();
   world.write(*snapshot);
   snapshot->epoch = epoch;
   snapshot->speed_target = speed_;
+  snapshot->real_time_factor = real_time_factor_;
   slot_.publish(std::move(snapshot));
 }
 

@@ -58,6 +58,7 @@ class ReplaySource final : public api::CommandSink, public api::SnapshotSource {
   /// Publishes, and waits for the time of the next step. False when told to stop.
   bool show(const world::World& world, world::RunTime time, const std::stop_token& stop);
   void publish(const world::World& world, std::uint64_t epoch);
+  void measure(std::uint64_t step);
   void hear(const v1::JournalRecord& record);
   /// Events up to this time; all that have been heard of where there is none.
   void tell_events(std::optional<world::RunTime> until);
@@ -66,7 +67,10 @@ class ReplaySource final : public api::CommandSink, public api::SnapshotSource {
   journal::ReplayPart part_;
   const std::optional<double> speed_;
   world::SnapshotSlot slot_;
-  journal::ReplayPace pace_;              ///< the thread's own
+  journal::ReplayPace pace_;  ///< the thread's own, as the measure of its real pace
+  std::uint64_t steps_ = 0, last_step_ = 0;
+  SteadyClock::time_point since_{};
+  double real_time_factor_ = 0;           ///< over the last second
   ReplayTaps taps_{*this};                ///< filled by the thread
   world::EventLog events_;                ///< the same
   std::deque<api::CellEventPtr> coming_;  ///< the thread's own

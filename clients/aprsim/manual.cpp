@@ -48,11 +48,11 @@ constexpr std::array kJson{
           "file and bytes; load also name; run also met (its condition holds); intruder also "
           "light_curtain (broken or clear), where "
           "there is one."},
-    Entry{"replay",
-          "run_id, scene, seed, cautions (list of why bits may differ), steps, commands, compared "
-          "(states), gaps, damage, same, difference (null, or epoch, step, what), replies "
-          "(compared), "
-          "reply (the first that is another one: null, or as difference)."},
+    Entry{
+        "replay",
+        "run_id, scene, seed, cautions (list of why bits may differ), steps, commands, compared "
+        "(states), gaps, missing (records), damage, same, difference (null, or epoch, step, what), "
+        "replies (compared), reply (the first that is another one: null, or as difference)."},
     Entry{"scene show, list, types",
           "name, revision, text; name, type, at_m (list), lost: one object a body; type: one "
           "object a type."},

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
+#include <iterator>
 #include <utility>
 
 #include <fmt/format.h>
@@ -48,6 +49,13 @@ Result<std::vector<std::string>> files_in(const std::string& directory) {
     return fail(ErrorCode::kNotFound, "journal", directory + " has no files *.journal");
   }
   std::ranges::sort(parts, {}, &Part::number);
+  const auto twice = std::ranges::adjacent_find(parts, {}, &Part::number);
+  if (twice != parts.end()) {
+    return fail(ErrorCode::kInvalidArgument, "journal",
+                fmt::format("{} has two files of one part of a run, as a journal and an incident "
+                            "are: {} and {}; name the one",
+                            directory, twice->file, std::next(twice)->file));
+  }
   std::vector<std::string> files;
   for (Part& part : parts) files.push_back(std::move(part.file));
   return files;

@@ -78,6 +78,11 @@ TEST_F(Incident, IsTakenBesideAJournalOnDisk) {
   EXPECT_EQ(incident(daemon, "1s", path("incident")).exit_code, 0);
   EXPECT_EQ(daemon.stop(SIGTERM).exit_code, 0);
   EXPECT_NE(replayed(path("incident")).find(" 2000 steps"), std::string::npos);
+  // Both are of one run: their directory stands for neither.
+  std::filesystem::rename(path("incident"), path("incident.journal"));
+  const auto both = run_process({kBin + "/aprsimd", "--replay", path("")});
+  EXPECT_EQ(both.exit_code, 2);
+  EXPECT_NE(both.err.find("two files of one part"), std::string::npos) << both.err;
   EXPECT_NE(replayed(path("run.journal")).find(" 12000 steps"), std::string::npos);
 }
 

@@ -7,11 +7,10 @@
 
 #include "world/physics/bodies/contact_constraint.hpp"
 #include "world/physics/bodies/free_body.hpp"
+#include "world/physics/constraint/constraint_system.hpp"
 #include "world/scene/scene.hpp"
 
 namespace aprsim::physics {
-
-class ConstraintSystem;
 
 /// Contact simplification as in IMECE2019-11345, with its criteria and nothing else, so that it can
 /// be compared: a touching pair of free bodies with |v1 - v2| < e1 and |a1 - a2| < e2 gets one

@@ -89,17 +89,19 @@ export class HistoryLine {
       h(
         'div',
         {class: 'row'},
-        button('⏮', () => this.jump(-1), {
+        button('|◀', () => this.jump(-1), {
           class: 'icon',
           'aria-label': 'The bookmark before',
+          title: 'The bookmark before',
           'data-testid': 'bookmark-before'
         }),
         button('−1 ms', () => this.move(-1), {'data-testid': 'past-back', title: '1 ms back ([)'}),
         this.play,
         button('+1 ms', () => this.move(1), {'data-testid': 'past-on', title: '1 ms on (])'}),
-        button('⏭', () => this.jump(1), {
+        button('▶|', () => this.jump(1), {
           class: 'icon',
           'aria-label': 'The next bookmark',
+          title: 'The next bookmark',
           'data-testid': 'bookmark-next'
         }),
         this.speed,
