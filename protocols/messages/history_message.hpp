@@ -4,6 +4,7 @@
 
 #include "aprsim/v1/history_service.pb.h"
 #include "world/api/history.hpp"
+#include "world/api/simulation_command.hpp"
 
 /// The past as messages of aprsim.v1, and moments back.
 namespace aprsim::protocols {
