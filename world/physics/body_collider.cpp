@@ -15,8 +15,24 @@ namespace {
 constexpr double kLeastWay = 1e-5;
 /// One whose way is longer strikes what it meets [m].
 constexpr double kStroke = 4e-4;
+/// What follows a finger by a longer way, in as many steps as are looked ahead, may run into it
+/// [m].
+constexpr double kFollows = 1e-4;
 /// The cup's solid stands on the lip, against the approach.
 const Eigen::Isometry3d kLipToSolid(Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX()));
+
+/// Of the contacts from `known` on those that stand for the same touch as one from `first` on.
+void drop_known(std::size_t first, std::size_t known, std::vector<Contact>& out) {
+  constexpr double kSamePlace = 2e-3, kSameSide = 0.9;  // [m], cosine
+  const auto at = [&](std::size_t i) { return out.begin() + static_cast<std::ptrdiff_t>(i); };
+  const auto is_known = [&](const Contact& contact) {
+    return std::any_of(at(first), at(known), [&](const Contact& other) {
+      return (other.p_W - contact.p_W).squaredNorm() < kSamePlace * kSamePlace &&
+             other.n_W.dot(contact.n_W) > kSameSide;
+    });
+  };
+  out.erase(std::remove_if(at(known), out.end(), is_known), out.end());
+}
 
 Moving moving(const FreeBody& body) {
   return {body.com_W(), body.v_com_W, body.omega_W, body.radius_m};
@@ -139,6 +155,19 @@ void BodyCollider::tool_on_free(int tool, const Eigen::Isometry3d& D, int other_
   }
 }
 
+/// A finger that moves along its rail may be at its end within the step, and what it flees from
+/// goes on: the way of one that stands, seen from a part that is fast enough to strike it then.
+Way BodyCollider::standing_finger_way(const GripperMechanism& hand, int p,
+                                      const Moving& part) const {
+  Moving finger = hand.moving(p);
+  const Eigen::Vector3d v_W = hand.moving(0).velocity_at(finger.p_W);
+  if ((finger.v_W - v_W).norm() * model_.step_s < kLeastWay) return {};
+  finger.v_W = v_W;
+  const Way way = way_of(finger, part, kStepsAhead * model_.step_s);
+  const double share = model_.scene.physics.step_s / model_.step_s;
+  return share * way.longest_m() < kFollows ? Way{} : way;
+}
+
 void BodyCollider::gripper_on_free(int robot, int p, int body, std::vector<Contact>& out) const {
   const auto& free = model_.body(body);
   const auto& hand = gripper(robot);
@@ -176,9 +205,16 @@ void BodyCollider::gripper_on_free(int robot, int p, int body, std::vector<Conta
     // A closing finger is looked ahead along its own way.
     if (way.longest_m() < kPadAhead) way = {};
     if (!hand.idle() && way.longest_m() == 0) way.shift_W = kPadAhead * hand.closing_W(p - 1);
-    find_ahead(way, out, [&](const Eigen::Isometry3d& D) {
+    const auto pad = [&](const Eigen::Isometry3d& D) {
       pad_gear(hand.pad(), D * hand.X_WD(p - 1), *free.gear, free.X_WB, id, body, out);
-    });
+    };
+    const std::size_t first = out.size();
+    find_ahead(way, out, pad);
+    const Way standing = standing_finger_way(hand, p, moving(free));
+    if (standing.longest_m() == 0) return;
+    const std::size_t known = out.size();
+    find_ahead(standing, out, pad);
+    drop_known(first, known, out);
   } else {
     find_ahead(falling(moving(free), hand.moving(p)), out, [&](const Eigen::Isometry3d& D) {
       gear_box(*free.gear, D * free.X_WB, box.size, box.X_WS, body, id, SurfacePair::kRobotAny,

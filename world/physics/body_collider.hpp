@@ -47,6 +47,8 @@ class BodyCollider {
 
  private:
   [[nodiscard]] Way falling(const Moving& body, const Moving& other, bool above = true) const;
+  [[nodiscard]] Way standing_finger_way(const GripperMechanism& hand, int p,
+                                        const Moving& part) const;
   void press(int body, double way_m);
   void tool_on_free(int tool, const Eigen::Isometry3d& D, int other,
                     std::vector<Contact>& out) const;

@@ -97,6 +97,31 @@ INSTANTIATE_TEST_SUITE_P(Targets, TenMetresPerSecond,
                                          Target{"gear", add_lying_gear}),
                          [](const auto& target) { return std::string(target.param.name); });
 
+// A finger is driven along its rail to its end, and the part comes after it.
+TEST(Impact, AFingerThatIsStruckLetsNothingInWhenItStops) {
+  for (const char* type : {"medium", "d60"}) {
+    for (int phase = 0; phase < 20; ++phase) {
+      auto scene = empty_scene();
+      add_table(scene);
+      const auto& hand = add_hand(scene, {0, 0, 0.3});
+      const double middle = 0.3 + 0.5 * hand.gripper.pad_height_m, fallen = 0.0177;
+      // Anywhere within a step's way.
+      add_gear(scene, "thrown", type, at({0, 0.15 + 5e-4 * phase, middle + fallen}));
+      Bench bench(std::move(scene));
+      bench.run(60);
+      const int thrown = bench.index_of("thrown");
+      bench.world->set_velocity(thrown, {0, -10, 0}, Vector3d::Zero());
+      double deepest = 0;
+      for (int step = 0; step < 100; ++step) {
+        bench.run(1);
+        deepest = std::max(deepest, bench.world->max_penetration_m());
+      }
+      EXPECT_LT(deepest, 0.3e-3) << type << " " << phase;
+      EXPECT_GT(bench.world->body(thrown).p_WB.y(), 0) << type << " " << phase;
+    }
+  }
+}
+
 class Rebound : public testing::TestWithParam<double> {};
 
 // A tray that falls flat rises to e^2 of the height.
