@@ -34,6 +34,15 @@ std::tuple<int, int, int> pair_of(const ContactConstraint& constraint) {
   return {constraint.contact.a, constraint.contact.b, constraint.fixed};
 }
 
+void continue_from(const ContactConstraint& last, ContactConstraint& constraint) {
+  const NormalTurn turned(last.contact.n_W, constraint.contact.n_W);
+  constraint.f_W = turned(last.f_W);
+  constraint.torque_W = turned(last.torque_W);
+  constraint.f_change_W = turned(last.f_change_W);
+  constraint.torque_change_W = turned(last.torque_change_W);
+  constraint.continues = true;
+}
+
 }  // namespace
 
 StepSolver::StepSolver(PhysicsModel& model)
@@ -44,6 +53,8 @@ StepSolver::StepSolver(PhysicsModel& model)
   roots_.reserve(model.bodies.size());
   contacts_.reserve(kConstraintCapacity);
   kept_.reserve(kConstraintCapacity);
+  matches_.reserve(4 * kConstraintCapacity);
+  matched_.reserve(kConstraintCapacity);
   for (auto* contacts : {&memory_.contacts, &memory_before_.contacts, &last_contacts_}) {
     contacts->reserve(kConstraintCapacity);
   }
@@ -61,6 +72,7 @@ void StepSolver::step() {
     constraint.impact_m2_s2 = 0;
   }
   take_last_contacts();
+  match_last_contacts();
   list_members();
   for (std::size_t i = 0; i < roots_.size(); ++i) {
     if (i == 0 || roots_[i].first != roots_[i - 1].first) solve_island(roots_[i].first);
@@ -87,7 +99,7 @@ void StepSolver::list_members() {
 }
 
 void StepSolver::solve_island(int island) {
-  system_.begin(model_.step_s);
+  system_.begin(model_.step_s, model_.scene.physics.residual_m_s);
   const auto first = std::lower_bound(roots_.begin(), roots_.end(), Member{island, -1});
   for (auto root = first; root != roots_.end() && root->first == island; ++root) {
     system_.add_body(model_.body(root->second).body.get());
@@ -105,7 +117,6 @@ void StepSolver::solve_island(int island) {
   const auto begin = std::lower_bound(contacts_.begin(), contacts_.end(), Member{island, -1});
   for (auto at = begin; at != contacts_.end() && at->first == island; ++at) {
     ContactConstraint& constraint = model_.constraints[static_cast<std::size_t>(at->second)];
-    continue_last(constraint);
     const ContactResponse response = response_of(constraint);
     constraint.impact_m2_s2 = response.unanswered_m2_s2;
     system_.add_contact(constraint, model_.ode_body(constraint.contact.a),
@@ -166,24 +177,45 @@ void StepSolver::take_last_contacts() {
   memory_.contacts.clear();
 }
 
-/// The forces of the nearest contact of the same two bodies in the last step, turned as its normal
-/// has.
-void StepSolver::continue_last(ContactConstraint& constraint) const {
+/// Each contact begins with the forces of the nearest one of the same two bodies in the last step,
+/// turned as its normal has; no two with those of the same one.
+void StepSolver::match_last_contacts() {
+  matched_.assign(last_contacts_.size(), 0);
+  auto& constraints = model_.constraints;
+  for (std::size_t first = 0, end = 0; first < constraints.size(); first = end) {
+    const auto key = pair_of(constraints[first]);
+    const auto last = std::lower_bound(
+        last_contacts_.begin(), last_contacts_.end(), key,
+        [](const ContactConstraint& a, const auto& wanted) { return pair_of(a) < wanted; });
+    matches_.clear();
+    for (end = first; end < constraints.size() && pair_of(constraints[end]) == key; ++end) {
+      note_near(constraints[end], static_cast<int>(end), last);
+    }
+    std::sort(matches_.begin(), matches_.end(), [](const Match& a, const Match& b) {
+      return std::tuple(a.distance2, a.now, a.last) < std::tuple(b.distance2, b.now, b.last);
+    });
+    for (const Match& match : matches_) {
+      ContactConstraint& constraint = constraints[static_cast<std::size_t>(match.now)];
+      char& taken = matched_[static_cast<std::size_t>(match.last)];
+      if (constraint.continues || taken != 0) continue;
+      taken = 1;
+      continue_from(last_contacts_[static_cast<std::size_t>(match.last)], constraint);
+    }
+  }
+}
+
+/// Contacts of the same two bodies in the last step, from `last` on, that were near this one.
+void StepSolver::note_near(ContactConstraint& constraint, int number,
+                           std::vector<ContactConstraint>::const_iterator last) {
   const auto key = pair_of(constraint);
-  auto last = std::lower_bound(
-      last_contacts_.begin(), last_contacts_.end(), key,
-      [](const ContactConstraint& a, const auto& wanted) { return pair_of(a) < wanted; });
-  double least2 = kSameContact * kSameContact;
+  double nearest2 = kSameContact * kSameContact;
   for (; last != last_contacts_.end() && pair_of(*last) == key; ++last) {
     const double distance2 = (last->contact.p_W - constraint.contact.p_W).squaredNorm();
-    if (distance2 >= least2) continue;
-    least2 = distance2;
-    const NormalTurn turned(last->contact.n_W, constraint.contact.n_W);
-    constraint.f_W = turned(last->f_W);
-    constraint.torque_W = turned(last->torque_W);
-    constraint.f_change_W = turned(last->f_change_W);
-    constraint.torque_change_W = turned(last->torque_change_W);
-    constraint.continues = true;
+    if (distance2 >= kSameContact * kSameContact) continue;
+    matches_.push_back({distance2, number, static_cast<int>(last - last_contacts_.begin())});
+    // What is left of an impact is for all that have come of it.
+    if (distance2 >= nearest2) continue;
+    nearest2 = distance2;
     constraint.impact_m2_s2 = last->impact_m2_s2;
   }
 }

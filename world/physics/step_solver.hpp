@@ -54,7 +54,9 @@ class StepSolver {
   [[nodiscard]] ContactResponse response_of(const ContactConstraint& constraint);
   void note_approach(const ContactConstraint& constraint, ContactSetting& setting) const;
   void take_last_contacts();
-  void continue_last(ContactConstraint& constraint) const;
+  void match_last_contacts();
+  void note_near(ContactConstraint& constraint, int number,
+                 std::vector<ContactConstraint>::const_iterator last);
   void keep_contacts();
   [[nodiscard]] std::span<const int> awake_roots() const {
     return model_.simplification.awake_roots();
@@ -69,7 +71,14 @@ class StepSolver {
   Memory memory_, memory_before_;
   api::SolverWork work_;
   std::vector<ContactConstraint> last_contacts_;  // sorted
-  std::vector<int> kept_;                         // contacts that bore a force
+  /// A contact, and one of the same bodies in the last step.
+  struct Match {
+    double distance2 = 0;
+    int now = 0, last = 0;
+  };
+  std::vector<Match> matches_;
+  std::vector<char> matched_;  // of the last contacts
+  std::vector<int> kept_;      // contacts that bore a force
 };
 
 }  // namespace aprsim::physics

@@ -337,7 +337,7 @@ Physics read_physics(const yaml::Node& node) {
   if (!node) return physics;
   const yaml::Map keys =
       node.map({"step_s", "gravity_m_s2", "friction", "restitution", "rolling_resistance_mm",
-                "spinning_resistance_mm", "simplification", "simplify_speed_m_s",
+                "spinning_resistance_mm", "residual_m_s", "simplification", "simplify_speed_m_s",
                 "simplify_accel_m_s2", "simplify_force_n"});
   // The explicit springs of the contact and gripper laws are stable up to 2 ms.
   physics.step_s =
@@ -349,6 +349,8 @@ Physics read_physics(const yaml::Node& node) {
       read_pairs(keys["rolling_resistance_mm"], physics.rolling_m, kMostResistanceMm, 1e-3);
   physics.spinning_m =
       read_pairs(keys["spinning_resistance_mm"], physics.spinning_m, kMostResistanceMm, 1e-3);
+  physics.residual_m_s =
+      keys["residual_m_s"].number_or(physics.residual_m_s, {.min = 1e-8, .max = 1e-3});
   physics.simplification = static_cast<Simplification>(
       keys["simplification"].word_or(static_cast<std::size_t>(physics.simplification),
                                      {"off", "virtual_joints", "merge", "dormant"}));

@@ -93,11 +93,11 @@ void circle_on_piece(const Piece& piece, const Isometry3d& X_SG, const Circle& c
   if (!may_touch(piece, CircleBounds(circle))) return;
   // Sampled around the circle; the local maxima of depth are refined.
   const CircleBasis basis = anchored(circle);
-  const auto& directions = sample_directions();
   RingWays ways;
   RingRadii radii;
   for (std::size_t i = 0; i < kRingSamples; ++i) {
-    const Vector3d q = basis.c + directions[i].c * basis.a1 + directions[i].s * basis.a2;
+    const Vector3d q =
+        basis.c + kSampleDirections[i].c * basis.a1 + kSampleDirections[i].s * basis.a2;
     radii[i] = std::sqrt(q.x() * q.x() + q.y() * q.y());
     ways[i] = way_out(piece, radii[i], q.z());
   }

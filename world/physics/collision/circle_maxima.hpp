@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include <Eigen/Geometry>
+#include <boost/math/tools/minima.hpp>
+#include <boost/math/tools/roots.hpp>
 
 /// Finding the deepest points around a circle. Internal to contact generation.
 namespace aprsim::physics::detail {
@@ -16,17 +18,38 @@ struct Direction {
 };
 
 /// Cosine and sine of the sample angles.
-[[nodiscard]] const std::array<Direction, kRingSamples>& sample_directions();
+inline const std::array<Direction, kRingSamples> kSampleDirections = [] {
+  std::array<Direction, kRingSamples> d;
+  for (int i = 0; i < kRingSamples; ++i) {
+    d[static_cast<std::size_t>(i)] = {std::cos(kSampleAngle * i), std::sin(kSampleAngle * i)};
+  }
+  return d;
+}();
+
+/// Cosine and sine of any angle, those of a sample exactly: by Taylor's series from the nearest
+/// one.
+[[nodiscard]] inline Direction direction_at(double angle) {
+  const double nearest = std::floor(angle / kSampleAngle + 0.5);
+  const double x = angle - kSampleAngle * nearest, x2 = x * x;
+  const double s = x * (1 - x2 / 6 * (1 - x2 / 20 * (1 - x2 / 42 * (1 - x2 / 72))));
+  const double c = 1 - x2 / 2 * (1 - x2 / 12 * (1 - x2 / 30 * (1 - x2 / 56 * (1 - x2 / 90))));
+  int i = static_cast<int>(nearest) % kRingSamples;
+  if (i < 0) i += kRingSamples;
+  const Direction& at = kSampleDirections[static_cast<std::size_t>(i)];
+  return {at.c * c - at.s * s, at.s * c + at.c * s};
+}
 
 /// A circle by its centre, the radius on which the samples start, and the radius a quarter turn on.
 struct CircleBasis {
   Eigen::Vector3d c, a1, a2;
   [[nodiscard]] Eigen::Vector3d at(double angle) const {
-    return c + std::cos(angle) * a1 + std::sin(angle) * a2;
+    const Direction d = direction_at(angle);
+    return c + d.c * a1 + d.s * a2;
   }
   /// Direction of growing angle there.
   [[nodiscard]] Eigen::Vector3d along(double angle) const {
-    return (std::cos(angle) * a2 - std::sin(angle) * a1).normalized();
+    const Direction d = direction_at(angle);
+    return (d.c * a2 - d.s * a1).normalized();
   }
 };
 
@@ -43,29 +66,12 @@ using RingWays = std::array<WayOut, kRingSamples>;
   return v[static_cast<std::size_t>((i + kRingSamples) % kRingSamples)];
 }
 
-/// Angle of the maximum of f between a and b, by golden sections (Press et al., Numerical Recipes,
-/// ch. 10.2).
+/// Angle of the maximum of f between a and b, by Brent's method.
 template <class F>
-double golden_maximum(double a, double b, const F& f) {
-  constexpr double kGolden = 0.6180339887498949;
-  double m0 = b - kGolden * (b - a), m1 = a + kGolden * (b - a);
-  double f0 = f(m0).depth, f1 = f(m1).depth;
-  while (b - a > 1e-6) {
-    if (f0 < f1) {
-      a = m0;
-      m0 = m1;
-      f0 = f1;
-      m1 = a + kGolden * (b - a);
-      f1 = f(m1).depth;
-    } else {
-      b = m1;
-      m1 = m0;
-      f1 = f0;
-      m0 = b - kGolden * (b - a);
-      f0 = f(m0).depth;
-    }
-  }
-  return 0.5 * (a + b);
+double brent_maximum(double a, double b, const F& f) {
+  constexpr int kBits = 22;  // of the angle
+  const auto outside = [&f](double angle) { return -f(angle).depth; };
+  return boost::math::tools::brent_find_minima(outside, a, b, kBits).first;
 }
 
 /// The circle's radius, and the least radius of the surfaces it is held against.
@@ -89,7 +95,7 @@ double refine_maximum(const RingWays& v, int i, bool gentle, const F& f) {
   const WayOut &before = at_sample(v, i - 1), &here = at_sample(v, i), &after = at_sample(v, i + 1);
   double h = kSampleAngle, angle = kSampleAngle * i;
   if (!gentle || before.kind != here.kind || after.kind != here.kind) {
-    const double kink = golden_maximum(angle - h, angle + h, f);
+    const double kink = brent_maximum(angle - h, angle + h, f);
     return f(kink).depth > here.depth ? kink : angle;
   }
   double left = before.depth, mid = here.depth, right = after.depth;
@@ -147,25 +153,14 @@ template <class F, class Emit>
 void ring_crossings(const std::array<double, kRingSamples>& v, const F& f, const Emit& emit) {
   int most = 4;
   for (int i = 0; i < kRingSamples && most > 0; ++i) {
-    double lo = v[static_cast<std::size_t>(i)];
-    double hi = v[static_cast<std::size_t>((i + 1) % kRingSamples)];
+    const double lo = v[static_cast<std::size_t>(i)];
+    const double hi = v[static_cast<std::size_t>((i + 1) % kRingSamples)];
     if ((lo > 0) == (hi > 0)) continue;
-    double a = kSampleAngle * i, b = a + kSampleAngle, m = a;
-    // Regula falsi with the Illinois halving (Dowell & Jarratt 1971).
-    for (int pass = 0; pass < 20; ++pass) {
-      m = a + (b - a) * (lo / (lo - hi));
-      const double value = f(m);
-      if (std::abs(value) < 1e-13) break;
-      if ((value > 0) == (lo > 0)) {
-        a = m;
-        lo = value;
-        hi *= 0.5;
-      } else {
-        b = m;
-        hi = value;
-        lo *= 0.5;
-      }
-    }
+    const double a = kSampleAngle * i;
+    std::uintmax_t passes = 20;
+    const auto bracket = boost::math::tools::toms748_solve(
+        f, a, a + kSampleAngle, lo, hi, [](double x, double y) { return y - x < 1e-11; }, passes);
+    const double m = 0.5 * (bracket.first + bracket.second);
     emit(m);
     --most;
   }

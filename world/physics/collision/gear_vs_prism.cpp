@@ -295,7 +295,7 @@ void axis_on_prism(const Pair& pair, Candidates& out) {
 void arcs_on_prism(const Pair& pair, Candidates& out) {
   for (int k = 0; k < pair.gear.ring_count; ++k) {
     const Ring& ring = pair.gear.rings[static_cast<std::size_t>(k)];
-    for (const Direction& d : sample_directions()) {
+    for (const Direction& d : kSampleDirections) {
       const Vector3d p = pair.c + ring.z * pair.u + ring.r * (d.c * pair.e1 + d.s * pair.e2);
       if (!in_material(pair, p)) continue;
       const Plane* nearest = nullptr;

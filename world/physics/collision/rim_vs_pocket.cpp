@@ -89,7 +89,6 @@ RimInPocket rim_in_pocket(const RimS& rim, const PocketProfile& pocket) {
 void rim_on_pocket_side(const RimS& rim, const PocketProfile& pocket, const Slab& slab,
                         Candidates& out) {
   const CircleBasis basis = anchored(rim, pocket);
-  const auto& directions = sample_directions();
   const auto way_of = [&](const Vector3d& p) {
     const double x = p.x() - pocket.x, y = p.y() - pocket.y;
     return way_into(pocket, slab, p, std::sqrt(x * x + y * y));
@@ -97,7 +96,8 @@ void rim_on_pocket_side(const RimS& rim, const PocketProfile& pocket, const Slab
   // Sampled around the rim; the local maxima of depth are refined.
   RingWays ways;
   for (std::size_t i = 0; i < kRingSamples; ++i) {
-    ways[i] = way_of(basis.c + directions[i].c * basis.a1 + directions[i].s * basis.a2);
+    ways[i] =
+        way_of(basis.c + kSampleDirections[i].c * basis.a1 + kSampleDirections[i].s * basis.a2);
   }
   const auto way_at = [&](double angle) { return way_of(basis.at(angle)); };
   ring_maxima(ways, {rim.r, std::max(1e-6, pocket.r_floor)}, way_at, [&](double angle) {

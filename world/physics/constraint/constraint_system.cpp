@@ -33,8 +33,9 @@ int get_number(dBodyID body) {
 
 }  // namespace
 
-void ConstraintSystem::begin(double step_s) {
+void ConstraintSystem::begin(double step_s, double residual_m_s) {
   step_s_ = step_s;
+  settings_.loose_m_s = residual_m_s;
   for (dBodyID body : known_) set_number(body, -1);
   known_.clear();
   moves_.clear();
@@ -115,7 +116,7 @@ void ConstraintSystem::add_contact(ContactConstraint& constraint, dBodyID a, dBo
 }
 
 ContactSolver::Outcome ConstraintSystem::advance() {
-  const auto outcome = solver_.solve();
+  const auto outcome = solver_.solve(settings_);
   for (std::size_t i = 0; i < known_.size(); ++i) {
     if (moves_[i] != 0) move(known_[i], solver_.twist(static_cast<int>(i)));
   }

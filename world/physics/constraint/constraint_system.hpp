@@ -37,8 +37,8 @@ struct RowForce {
 /// after warm-up.
 class ConstraintSystem {
  public:
-  /// Forgets everything.
-  void begin(double step_s);
+  /// Forgets everything. `residual_m_s`: see scene::Physics.
+  void begin(double step_s, double residual_m_s);
   /// Adds a body that the step moves, with the forces that ODE has collected for it, which it
   /// forgets.
   void add_body(dBodyID body);
@@ -62,6 +62,7 @@ class ConstraintSystem {
   void move(dBodyID ode, const ContactSolver::Twist& twist) const;
 
   double step_s_ = 0;
+  ContactSolver::Settings settings_;
   ContactSolver solver_;
   std::vector<dBodyID> known_;  // by number
   std::vector<char> moves_;     // by number

@@ -14,12 +14,11 @@ namespace {
 using Vector3 = Eigen::Vector3d;
 using Matrix3 = Eigen::Matrix3d;
 
-constexpr double kFirstEpsilon = 1e-4, kLeastEpsilon = 1e-8, kMostEpsilon = 1e-1;
-constexpr double kEpsilonPerSpeed = 10;       // [s/m], of the first residual
-constexpr double kFast = 3e-3;                // share of the residual that a good outer step leaves
-constexpr double kMilder = 5, kGently = 0.2;  // changes of epsilon after a failure
-constexpr int kSweeps = 16;
-constexpr double kFarOff = 1e-3;  // [m/s], of a residual that sweeps bring down
+constexpr double kFirstEpsilon = 3e-3, kLeastEpsilon = 1e-8, kMostEpsilon = 1e-1;
+constexpr double kEpsilonPerSpeed = 100;                     // [s/m], of the first residual
+constexpr double kFast = 3e-3;                               // share that a good outer step leaves
+constexpr double kShrink = 0.1, kMilder = 5, kGently = 0.2;  // changes of epsilon
+constexpr double kInnerShare = 1e-2;  // of the residual, to which the inner problem is solved
 constexpr int kMostInner = 12, kFewInner = 5;
 constexpr int kMostLineSearch = 20, kMostHalvings = 6;
 constexpr double kLeastProgress = 0.02;
@@ -72,13 +71,12 @@ struct PointColumns {
   }
 };
 
-/// Adds sign * P_r' K P_s.
-inline void add_point(double sign, const Vector3& r, const PointColumns& of_s,
-                      BlockLu::Block& out) {
+/// Adds P_r' K P_s.
+inline void add_point(const Vector3& r, const PointColumns& of_s, BlockLu::Block& out) {
   const double rx = r.x(), ry = r.y(), rz = r.z();
   double* to = out.data();
   for (const double* column : of_s.column) {
-    const double x = sign * column[0], y = sign * column[1], z = sign * column[2];
+    const double x = column[0], y = column[1], z = column[2];
     to[0] += x;
     to[1] += y;
     to[2] += z;
@@ -87,6 +85,28 @@ inline void add_point(double sign, const Vector3& r, const PointColumns& of_s,
     to[5] += rx * y - ry * x;
     to += 6;
   }
+}
+
+/// S T, where T = (1, -[d]; 0, 1) takes the levers from one centre to another by d.
+inline BlockLu::Block shifted_columns(const BlockLu::Block& S, const Vector3& d) {
+  BlockLu::Block out = S;
+  for (int i = 0; i < 6; ++i) {
+    out(i, 3) += S(i, 2) * d.y() - S(i, 1) * d.z();
+    out(i, 4) += S(i, 0) * d.z() - S(i, 2) * d.x();
+    out(i, 5) += S(i, 1) * d.x() - S(i, 0) * d.y();
+  }
+  return out;
+}
+
+/// T' S.
+inline BlockLu::Block shifted_rows(const BlockLu::Block& S, const Vector3& d) {
+  BlockLu::Block out = S;
+  for (int j = 0; j < 6; ++j) {
+    out(3, j) += S(2, j) * d.y() - S(1, j) * d.z();
+    out(4, j) += S(0, j) * d.z() - S(2, j) * d.x();
+    out(5, j) += S(1, j) * d.x() - S(0, j) * d.y();
+  }
+  return out;
 }
 
 /// Adds a b'.
@@ -203,7 +223,7 @@ int ContactSolver::add_row(const Side& a, const Side& b, double target, double s
   return static_cast<int>(rows_.size()) - 1;
 }
 
-int ContactSolver::add_contact(const ContactDescription& in) {
+APRSIM_VECTOR_CLONES int ContactSolver::add_contact(const ContactDescription& in) {
   Contact& contact = contacts_.emplace_back();
   contact.a = in.a;
   contact.b = in.b;
@@ -260,10 +280,13 @@ Vector3 ContactSolver::contact_turn_nms(int contact) const {
 /// Which bodies each row and contact couples, and the matrix's structure.
 void ContactSolver::prepare() {
   pairs_.clear();
-  const auto pair_of = [this](int a, int b) {
+  // Contacts of the same two bodies stand together.
+  std::pair<int, int> last(-1, -1);
+  const auto pair_of = [this, &last](int a, int b) {
     const int i = a == kFixed ? -1 : at(a).unknown, k = b == kFixed ? -1 : at(b).unknown;
     if (i < 0 || k < 0 || i == k) return -1;
-    pairs_.emplace_back(i, k);
+    if (std::pair(i, k) != last || pairs_.empty()) pairs_.emplace_back(i, k);
+    last = {i, k};
     return static_cast<int>(pairs_.size()) - 1;
   };
   for (Row& row : rows_) row.place = pair_of(row.a.body, row.b.body);
@@ -278,7 +301,7 @@ void ContactSolver::prepare() {
 }
 
 /// V = V_free + M^-1 J' x.
-void ContactSolver::velocities_from_impulses() {
+APRSIM_VECTOR_CLONES void ContactSolver::velocities_from_impulses() {
   for (const int i : moving_) {
     Body& body = at(i);
     body.twist = body.free;
@@ -306,7 +329,7 @@ void ContactSolver::velocities_from_impulses() {
 }
 
 /// y = J V - target, of every row and contact.
-void ContactSolver::evaluate_velocities() {
+APRSIM_VECTOR_CLONES void ContactSolver::evaluate_velocities() {
   const auto point_velocity = [this](int number, const Vector3& lever) -> Vector3 {
     if (number == kFixed) return Vector3::Zero();
     const Body& body = at(number);
@@ -328,104 +351,63 @@ void ContactSolver::evaluate_velocities() {
   }
 }
 
+/// Which contacts are of bodies that rows drive.
+void ContactSolver::note_driven() {
+  for (const Row& row : rows_) {
+    for (const Side* side : {&row.a, &row.b}) {
+      if (side->body != kFixed) at(side->body).driven = true;
+    }
+  }
+  for (Contact& c : contacts_) {
+    c.loose = !(c.a != kFixed && at(c.a).driven) && !(c.b != kFixed && at(c.b).driven);
+  }
+}
+
 /// How far each row and contact is from complementarity: the natural map, in units of velocity.
 /// Leaves the velocities of the impulses in place; swap_velocities() brings the others back.
-double ContactSolver::residual() {
+APRSIM_VECTOR_CLONES ContactSolver::Residual ContactSolver::residual() {
   for (const int i : moving_) at(i).searched = at(i).twist;
   velocities_from_impulses();
   evaluate_velocities();
-  double worst = 0;
+  double rows = 0, driven = 0, loose = 0;
   for (const Row& row : rows_) {
     if (!(row.W > 0)) continue;
     const double y = row.y + row.softness * row.now.x;
     const double x = std::clamp(row.now.x - y / row.W, row.lo, row.hi);
-    worst = std::max(worst, row.lever * row.W * std::abs(row.now.x - x));
+    rows = std::max(rows, row.lever * row.W * std::abs(row.now.x - x));
   }
   for (const Contact& c : contacts_) {
     if (!(c.W_n > 0)) continue;
     Vector3 y = c.y;
-    y.x() += c.softness * c.x.x() + c.friction * length(y.y(), y.z());
+    const double across = length(y.y(), y.z());
+    y.x() += c.softness * c.x.x() + c.friction * across;
     y.tail<2>() += kHardTangent * c.W_t * c.x.tail<2>();
     const Vector3 z = c.x - Vector3(y.x() / c.W_n, y.y() / c.W_t, y.z() / c.W_t);
     const Vector3 off = c.x - project_cone(z, c.friction, c.W_n, c.W_t, nullptr);
     // What slides fast needs no more than a share of its speed.
-    const double slack = kSlidingShare * length(c.y.y(), c.y.z());
-    worst = std::max({worst, c.W_n * std::abs(off.x()) - slack, c.W_t * std::abs(off.y()) - slack,
-                      c.W_t * std::abs(off.z()) - slack});
-    if (!c.turns) continue;
-    if (c.spinning > 0) {
+    const double slack = kSlidingShare * across;
+    double own = std::max({c.W_n * std::abs(off.x()), c.W_t * std::abs(off.y()),
+                           c.W_t * std::abs(off.z())}) -
+                 slack;
+    if (c.turns && c.spinning > 0) {
       const double bound = c.spinning * c.x.x();
       const double x = std::clamp(c.torque.x() - c.turn.x() / c.W_spin, -bound, bound);
-      worst = std::max(worst, kLever * c.W_spin * std::abs(c.torque.x() - x));
+      own = std::max(own, kLever * c.W_spin * std::abs(c.torque.x() - x));
     }
-    if (c.rolling > 0) {
+    if (c.turns && c.rolling > 0) {
       double u = c.torque.y() - c.turn.y() / c.W_roll, w = c.torque.z() - c.turn.z() / c.W_roll;
       double unused[3];
       project_disc(u, w, c.rolling * c.x.x(), 1, unused, unused + 1, unused + 2);
-      worst = std::max(worst, kLever * c.W_roll * length(c.torque.y() - u, c.torque.z() - w));
+      own = std::max(own, kLever * c.W_roll * length(c.torque.y() - u, c.torque.z() - w));
     }
+    (c.loose ? loose : driven) = std::max(c.loose ? loose : driven, own);
   }
-  return worst;
+  return {.all_m_s = std::max({rows, driven, loose}),
+          .excess_m_s = std::max({rows, driven, loose - slack_m_s_})};
 }
 
 void ContactSolver::swap_velocities() {
   for (const int i : moving_) at(i).twist = at(i).searched;
-}
-
-/// Projected Gauss-Seidel: each impulse in turn takes the natural map's step.
-void ContactSolver::sweep(bool backwards) {
-  if (backwards) {
-    for (std::size_t i = contacts_.size(); i-- > 0;) sweep(contacts_[i]);
-    for (std::size_t i = rows_.size(); i-- > 0;) sweep(rows_[i]);
-  } else {
-    for (Row& row : rows_) sweep(row);
-    for (Contact& contact : contacts_) sweep(contact);
-  }
-}
-
-void ContactSolver::sweep(Row& row) {
-  if (!(row.W > 0)) return;
-  double y = row.softness * row.now.x - row.target;
-  for (const Side* side : {&row.a, &row.b}) {
-    if (side->body == kFixed) continue;
-    const Body& body = at(side->body);
-    y += side->linear.dot(body.twist.v) + side->angular.dot(body.twist.omega);
-  }
-  const double x = std::clamp(row.now.x - y / (row.W + row.softness), row.lo, row.hi);
-  const double change = x - row.now.x;
-  row.now.x = x;
-  for (const Side* side : {&row.a, &row.b}) {
-    if (side->body == kFixed) continue;
-    Body& body = at(side->body);
-    if (body.unknown < 0) continue;
-    body.twist.v += change * body.inverse_kg * side->linear;
-    body.twist.omega += change * (body.inverse_inertia * side->angular);
-  }
-}
-
-void ContactSolver::sweep(Contact& c) {
-  if (!(c.W_n > 0)) return;
-  Vector3 v = Vector3::Zero();
-  if (c.a != kFixed) v += at(c.a).twist.v + at(c.a).twist.omega.cross(c.lever_a);
-  if (c.b != kFixed) v -= at(c.b).twist.v + at(c.b).twist.omega.cross(c.lever_b);
-  Vector3 y = c.frame * v - c.target;
-  y.x() += c.softness * c.x.x() + c.friction * length(y.y(), y.z());
-  y.tail<2>() += kHardTangent * c.W_t * c.x.tail<2>();
-  const double D_n = c.W_n + c.softness;
-  const Vector3 z = c.x - Vector3(y.x() / D_n, y.y() / c.W_t, y.z() / c.W_t);
-  const Vector3 x = project_cone(z, c.friction, D_n, c.W_t, nullptr);
-  const Vector3 change = c.frame.transpose() * (x - c.x);
-  c.x = x;
-  if (c.a != kFixed && at(c.a).unknown >= 0) {
-    Body& body = at(c.a);
-    body.twist.v += body.inverse_kg * change;
-    body.twist.omega += body.inverse_inertia * c.lever_a.cross(change);
-  }
-  if (c.b != kFixed && at(c.b).unknown >= 0) {
-    Body& body = at(c.b);
-    body.twist.v -= body.inverse_kg * change;
-    body.twist.omega -= body.inverse_inertia * c.lever_b.cross(change);
-  }
 }
 
 // ---- the outer iteration
@@ -472,13 +454,12 @@ void ContactSolver::swap_guesses() {
   }
 }
 
-/// Returns its residual.
-double ContactSolver::begin_from_better_guess(double enough_m_s) {
-  const double first = residual();
-  if (first <= enough_m_s) return first;
+ContactSolver::Residual ContactSolver::begin_from_better_guess(double enough_m_s) {
+  const Residual first = residual();
+  if (first.excess_m_s <= enough_m_s) return first;
   swap_guesses();
-  const double second = residual();
-  if (second < first) return second;
+  const Residual second = residual();
+  if (second.excess_m_s < first.excess_m_s) return second;
   swap_guesses();
   velocities_from_impulses();
   evaluate_velocities();
@@ -486,33 +467,29 @@ double ContactSolver::begin_from_better_guess(double enough_m_s) {
 }
 
 ContactSolver::Outcome ContactSolver::solve(const Settings& settings) {
-  Outcome outcome;
   if (moving_.empty()) return {.converged = true};
-  outcome.residual_m_s = begin_from_better_guess(settings.tolerance_m_s);
-  if (outcome.residual_m_s > kFarOff) {
-    for (int i = 0; i < kSweeps; ++i) sweep(i % 2 == 1);
-    outcome.residual_m_s = residual();
+  note_driven();
+  slack_m_s_ = std::max(0.0, settings.loose_m_s - settings.tolerance_m_s);
+  const Residual present = begin_from_better_guess(settings.tolerance_m_s);
+  if (present.excess_m_s <= settings.tolerance_m_s) {
+    return {.converged = true, .residual_m_s = present.all_m_s};
   }
-  if (outcome.residual_m_s <= settings.tolerance_m_s) {
-    outcome.converged = true;
-    return outcome;
-  }
-  return iterate(outcome.residual_m_s, settings);
+  return iterate(present, settings);
 }
 
-ContactSolver::Outcome ContactSolver::iterate(double first_residual_m_s, const Settings& settings) {
+ContactSolver::Outcome ContactSolver::iterate(Residual first, const Settings& settings) {
   prepare();
   Outcome outcome;
-  double present = first_residual_m_s;
-  double best = present, before = present;
+  Residual present = first;
+  double best = present.excess_m_s, before = best;
   keep_best();
-  double shrink = 0.1;
-  double epsilon = std::clamp(kEpsilonPerSpeed * present, kFirstEpsilon, kMostEpsilon);
+  double shrink = kShrink;
+  double epsilon = std::clamp(kEpsilonPerSpeed * present.all_m_s, kFirstEpsilon, kMostEpsilon);
   while (outcome.iterations < settings.most_iterations) {
     set_softness(epsilon);
     recentre();
     // The problem in V, with the slip that follows; where that does not lead on, the convex one.
-    const double wanted = std::max(0.1 * settings.tolerance_m_s, 1e-2 * present);
+    const double wanted = std::max(0.1 * settings.tolerance_m_s, kInnerShare * present.all_m_s);
     int inner = 0;
     bool good = true;
     exact_ = true;
@@ -551,21 +528,26 @@ ContactSolver::Outcome ContactSolver::iterate(double first_residual_m_s, const S
       continue;
     }
     present = residual();
-    const bool done = present <= settings.tolerance_m_s;
-    if (present < best || done) {
-      best = present;
+    const bool done = present.excess_m_s <= settings.tolerance_m_s;
+    if (present.excess_m_s < best && !done) {
+      best = present.excess_m_s;
       keep_best();
     }
-    if (done) break;
+    if (done) {
+      outcome.converged = true;
+      outcome.residual_m_s = present.all_m_s;
+      return outcome;
+    }
     swap_velocities();
     evaluate_velocities();
-    const double fell = present / before;
-    before = present;
+    const double fell = present.excess_m_s / before;
+    before = present.excess_m_s;
     if (inner <= kFewInner && fell > kFast) epsilon = std::max(kLeastEpsilon, shrink * epsilon);
   }
   take_best();
-  outcome.residual_m_s = residual();
-  outcome.converged = outcome.residual_m_s <= settings.tolerance_m_s;
+  const Residual last = residual();
+  outcome.residual_m_s = last.all_m_s;
+  outcome.converged = last.excess_m_s <= settings.tolerance_m_s;
   return outcome;
 }
 
@@ -675,31 +657,42 @@ APRSIM_VECTOR_CLONES ContactSolver::Gradient ContactSolver::find_gradient() {
 /// (M + J' G J) d = -gradient.
 APRSIM_VECTOR_CLONES bool ContactSolver::find_direction() {
   fill_rows();
-  for (const Contact& c : contacts_) {
-    if (c.gain(0, 0) == 0 && c.gain(1, 1) == 0) continue;
-    const Matrix3 K = rotated(c.frame, c.gain);
-    const int a = c.a == kFixed ? -1 : at(c.a).unknown, b = c.b == kFixed ? -1 : at(c.b).unknown;
-    const PointColumns of_a(K, c.lever_a), of_b(K, c.lever_b);
-    if (a >= 0) add_point(1, c.lever_a, of_a, matrix_.diagonal(a));
-    if (b >= 0) add_point(1, c.lever_b, of_b, matrix_.diagonal(b));
-    if (c.place >= 0) {
-      const auto place = matrix_.place(index(c.place));
-      add_point(-1, c.lever_a, of_b, matrix_.forward(place));
-      add_point(-1, c.lever_b, of_a, matrix_.backward(place));
-    }
-    if (!c.turns) continue;
-    const Matrix3 K_turn = rotated(c.frame, c.turn_gain);
-    if (a >= 0) matrix_.diagonal(a).bottomRightCorner<3, 3>() += K_turn;
-    if (b >= 0) matrix_.diagonal(b).bottomRightCorner<3, 3>() += K_turn;
-    if (c.place < 0) continue;
-    const auto place = matrix_.place(index(c.place));
-    matrix_.forward(place).bottomRightCorner<3, 3>() -= K_turn;
-    matrix_.backward(place).bottomRightCorner<3, 3>() -= K_turn;
-  }
+  fill_contacts();
   if (!matrix_.factorise()) return false;
   for (std::size_t i = 0; i < gradient_.size(); ++i) direction_[i] = -gradient_[i];
   matrix_.solve(direction_);
   return true;
+}
+
+/// Contacts of the same two bodies are added up about the first that moves, then shifted.
+APRSIM_VECTOR_CLONES void ContactSolver::fill_contacts() {
+  BlockLu::Block sum;
+  for (std::size_t first = 0, end = 0; first < contacts_.size(); first = end) {
+    const Contact& of = contacts_[first];
+    const int a = of.a == kFixed ? -1 : at(of.a).unknown,
+              b = of.b == kFixed ? -1 : at(of.b).unknown;
+    sum.setZero();
+    bool any = false;
+    for (end = first; end < contacts_.size(); ++end) {
+      const Contact& c = contacts_[end];
+      if (c.a != of.a || c.b != of.b) break;
+      if (c.gain(0, 0) == 0 && c.gain(1, 1) == 0) continue;
+      any = true;
+      const Vector3& lever = a >= 0 ? c.lever_a : c.lever_b;
+      add_point(lever, PointColumns(rotated(c.frame, c.gain), lever), sum);
+      if (c.turns) sum.bottomRightCorner<3, 3>() += rotated(c.frame, c.turn_gain);
+    }
+    if (!any) continue;
+    matrix_.diagonal(a >= 0 ? a : b) += sum;
+    if (of.place < 0) continue;
+    // Of b: the same impulses, and moments about its own centre.
+    const Vector3 shift = of.lever_b - of.lever_a;
+    const auto place = matrix_.place(index(of.place));
+    const BlockLu::Block right = shifted_columns(sum, shift);
+    matrix_.forward(place) -= right;
+    matrix_.backward(place) -= shifted_rows(sum, shift);
+    matrix_.diagonal(b) += shifted_rows(right, shift);
+  }
 }
 
 /// The part of bodies and rows, as long as no bound of a row comes or goes the same for a centre.
@@ -758,7 +751,7 @@ double ContactSolver::slope(double along) {
   return sum;
 }
 
-void ContactSolver::find_rates() {
+APRSIM_VECTOR_CLONES void ContactSolver::find_rates() {
   const auto d_of = [this](int number) -> const Vector6* {
     if (number == kFixed || at(number).unknown < 0) return nullptr;
     return &direction_[index(at(number).unknown)];

@@ -20,8 +20,7 @@ namespace aprsim::physics {
 /// backtracking finds the velocities; the slip that makes Coulomb's friction of an associated one
 /// (De Saxce) follows within it. Where that leads no further, the slip is held for an outer
 /// iteration: what is left is a convex problem, and a line search always gets on. Newton's matrix,
-/// not symmetric because of the slip, is factorised in sparse blocks of 6 by 6 (BlockLu). Far from
-/// the solution a few projected Gauss-Seidel sweeps come first.
+/// not symmetric because of the slip, is factorised in sparse blocks of 6 by 6 (BlockLu).
 /// Sources: De Saxce & Feng 1998 (the cone complementarity of Coulomb friction); Cadoux 2009, Acary
 /// et al. 2011 (fixed point on the slip); Rockafellar 1976 (proximal method of multipliers); Castro
 /// et al. 2022, SAP (the convex problem in velocities and its derivatives); Todorov 2014.
@@ -38,6 +37,7 @@ class ContactSolver {
 
   struct Settings {
     double tolerance_m_s = 1e-8;  ///< angular velocities count at a lever of a centimetre
+    double loose_m_s = 1e-8;      ///< of contacts of bodies that no row drives, if it is greater
     int most_iterations = 200;    ///< Newton steps
   };
 
@@ -111,8 +111,9 @@ class ContactSolver {
     Matrix3 inverse_inertia = Matrix3::Zero(), inertia = Matrix3::Zero();
     Vector3 com = Vector3::Zero();
     Twist free, twist;
-    Twist searched;    // while the other one belongs to the impulses
-    int unknown = -1;  // number among those that move
+    Twist searched;       // while the other one belongs to the impulses
+    int unknown = -1;     // number among those that move
+    bool driven = false;  // by rows
   };
   /// A scalar row with bounds.
   struct RowState {
@@ -149,6 +150,7 @@ class ContactSolver {
     Vector3 turn = Vector3::Zero(), turn_rate = Vector3::Zero();
     Matrix3 turn_gain = Matrix3::Zero();
     bool turns = false;
+    bool loose = false;  // of bodies that nothing drives
     int place = -1;
     Vector3 other_x = Vector3::Zero(), other_torque = Vector3::Zero();  // the other guess
   };
@@ -157,19 +159,23 @@ class ContactSolver {
   [[nodiscard]] const Body& at(int body) const { return bodies_[index(body)]; }
   [[nodiscard]] Body& at(int body) { return bodies_[index(body)]; }
 
+  /// How far the impulses are from the solution.
+  struct Residual {
+    double all_m_s = 0;     ///< of any row or contact
+    double excess_m_s = 0;  ///< the same, less the slack of loose contacts
+  };
+
   void prepare();
+  void note_driven();
   void swap_guesses();
-  [[nodiscard]] double begin_from_better_guess(double enough_m_s);
+  [[nodiscard]] Residual begin_from_better_guess(double enough_m_s);
   void set_softness(double epsilon);
   void velocities_from_impulses();
   void swap_velocities();
-  void sweep(bool backwards);
-  void sweep(Row& row);
-  void sweep(Contact& contact);
-  [[nodiscard]] double residual();
+  [[nodiscard]] Residual residual();
   void recentre();
   void return_to_centres();
-  [[nodiscard]] Outcome iterate(double first_residual_m_s, const Settings& settings);
+  [[nodiscard]] Outcome iterate(Residual first, const Settings& settings);
   void evaluate_velocities();
   void evaluate_impulses(double along);
   /// How far the velocities are from those of the impulses.
@@ -180,6 +186,7 @@ class ContactSolver {
   void recentre_slip();
   [[nodiscard]] bool find_direction();
   void fill_rows();
+  void fill_contacts();
   [[nodiscard]] double slope(double along);
   double line_search();
   bool backtrack(Gradient& gradient);
@@ -192,7 +199,8 @@ class ContactSolver {
   std::vector<int> moving_;
   std::vector<Row> rows_;
   std::vector<Contact> contacts_;
-  bool exact_ = false;  // the slip follows within the inner problem
+  double slack_m_s_ = 0;  // of loose contacts
+  bool exact_ = false;    // the slip follows within the inner problem
   BlockLu matrix_;
   bool rows_kept_ = false;  // in the matrix
   std::vector<std::pair<int, int>> pairs_;

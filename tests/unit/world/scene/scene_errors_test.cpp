@@ -205,6 +205,8 @@ INSTANTIATE_TEST_SUITE_P(
              "conveyor.photo_eyes[0].height_m", "found 0, expected a number in (0, 1000]"},
         Case{"step", "step_s: 0.001", "step_s: @0.01", "physics.step_s",
              "found 0.01, expected a number in (0, 0.002]"},
+        Case{"residual", "step_s: 0.001", "step_s: 0.001\n  residual_m_s: @0.01",
+             "physics.residual_m_s", "found 0.01, expected a number in [1e-08, 0.001]"},
         Case{"restitution", "restitution: {gear_ground: 0.3}", "restitution: {gear_ground: @1.5}",
              "physics.restitution.gear_ground", "found 1.5, expected a number in [0, 1]"},
         Case{"rolling_resistance", "rolling_resistance_mm: {gear_ground: 0.1}",
