@@ -117,7 +117,9 @@ Deviation deviation_of(const crcl::Status& then, const crcl::Status& here) {
 
 }  // namespace
 
-CrclReplies::CrclReplies(std::size_t robot) : robot_(robot), units_(all_units()) {}
+CrclReplies::CrclReplies(std::size_t robot) : robot_(robot) {
+  for (const crcl::Units& units : all_units()) units_.push_back({units, 0});
+}
 
 void CrclReplies::received(const std::string& document, world::RunTime at) {
   if (asks(document)) {
@@ -140,19 +142,26 @@ bool CrclReplies::asks(const std::string& document) {
 /// Whether the robot takes it is not known here: old and new ones may hold from now on.
 void CrclReplies::follow_units(const std::string& document) {
   if (!has(document, "Units")) return;
+  std::vector<crcl::Units> next;
   if (has(document, "<CRCLProgram")) {
-    units_ = all_units();
-    return;
+    next = all_units();
+  } else {
+    const auto command = crcl::decode_command(document);
+    const auto* set = command ? std::get_if<crcl::SetUnits>(&command->command.body) : nullptr;
+    if (set == nullptr) return;
+    for (const PossibleUnits& before : units_) {
+      ConnectionSettings settings(before.units, true);
+      settings.apply(*set);
+      next.push_back(settings.units());
+    }
   }
-  const auto command = crcl::decode_command(document);
-  const auto* set = command ? std::get_if<crcl::SetUnits>(&command->command.body) : nullptr;
-  if (set == nullptr) return;
-  const std::vector<crcl::Units> before = units_;
-  for (const crcl::Units& units : before) {
-    ConnectionSettings settings(units, true);
-    settings.apply(*set);
-    if (std::ranges::find(units_, settings.units()) == units_.end()) {
-      units_.push_back(settings.units());
+  ++sets_;
+  for (const crcl::Units& units : next) {
+    const auto known = std::ranges::find(units_, units, &PossibleUnits::units);
+    if (known == units_.end()) {
+      units_.push_back({units, sets_});
+    } else {
+      known->since = sets_;
     }
   }
 }
@@ -161,30 +170,42 @@ std::optional<WireReply> CrclReplies::sent(const std::string& document, world::R
   if (asked_.empty()) return std::nullopt;
   const world::RunTime from = asked_.front();
   asked_.pop_front();
-  return WireReply{from, at, [self = shared_from_this(), document](const api::Snapshot& snapshot) {
-                     // What an injected fault has cut off is no status.
-                     if (self->status_text_ != document) {
-                       self->status_ = crcl::decode_status(document).value_or(crcl::Status{});
-                       self->status_text_ = document;
-                     }
-                     return self->deviation(self->status_, snapshot);
-                   }};
+  return WireReply{
+      from, at,
+      [self = shared_from_this(), document, set_before = sets_](const api::Snapshot& snapshot) {
+        // What an injected fault has cut off is no status.
+        if (self->status_text_ != document) {
+          self->status_ = crcl::decode_status(document).value_or(crcl::Status{});
+          self->status_text_ = document;
+        }
+        return self->deviation(self->status_, set_before, snapshot);
+      }};
 }
 
-Deviation CrclReplies::deviation(const crcl::Status& recorded, const api::Snapshot& snapshot) {
+/// What was set after the reply was sent holds only for later ones.
+Deviation CrclReplies::deviation(const crcl::Status& recorded, std::uint64_t set_before,
+                                 const api::Snapshot& snapshot) {
   if (cell_ != snapshot.cell) {
     cell_ = snapshot.cell;
     joints_.emplace(cell_->robots[robot_]);
   }
   std::optional<Deviation> least;
-  std::vector<crcl::Units> fitting;
-  for (const crcl::Units& units : units_) {
+  std::vector<PossibleUnits> fitting, later;
+  for (const PossibleUnits& possible : units_) {
     Deviation found = deviation_of(
-        recorded, crcl_server::measured_status(snapshot, robot_, *joints_, settings_in(units)));
-    if (!found.any()) fitting.push_back(units);
+        recorded,
+        crcl_server::measured_status(snapshot, robot_, *joints_, settings_in(possible.units)));
+    if (possible.since > set_before) {
+      later.push_back(possible);
+    } else if (!found.any()) {
+      fitting.push_back(possible);
+    }
     if (!least || found.size() < least->size()) least = std::move(found);
   }
-  if (!fitting.empty()) units_ = std::move(fitting);
+  if (!fitting.empty()) {
+    fitting.insert(fitting.end(), later.begin(), later.end());
+    units_ = std::move(fitting);
+  }
   return *std::move(least);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <memory>
 #include <optional>
@@ -28,15 +29,22 @@ class CrclReplies : public std::enable_shared_from_this<CrclReplies> {
   [[nodiscard]] std::optional<WireReply> sent(const std::string& document, world::RunTime at);
 
  private:
-  [[nodiscard]] Deviation deviation(const crcl::Status& recorded, const api::Snapshot& snapshot);
+  /// Units that may hold, and after how many documents that may have set them.
+  struct PossibleUnits {
+    crcl::Units units;
+    std::uint64_t since = 0;
+  };
+  [[nodiscard]] Deviation deviation(const crcl::Status& recorded, std::uint64_t set_before,
+                                    const api::Snapshot& snapshot);
   [[nodiscard]] bool asks(const std::string& document);
   void follow_units(const std::string& document);
 
   const std::size_t robot_;
   std::string get_status_;            ///< the latest, which clients repeat byte for byte
   std::deque<world::RunTime> asked_;  ///< statuses on their way
-  std::vector<crcl::Units> units_;    ///< that may hold
-  std::string status_text_;           ///< of the status that is compared
+  std::vector<PossibleUnits> units_;
+  std::uint64_t sets_ = 0;   ///< documents so far that may have set units
+  std::string status_text_;  ///< of the status that is compared
   crcl::Status status_;
   std::shared_ptr<const api::CellDescription> cell_;
   std::optional<crcl_server::JointMap> joints_;  ///< of that
