@@ -27,6 +27,7 @@ BlowSearch::BlowSearch(PhysicsModel& model, ContactSearch& search, StepSolver& s
     : model_(model), search_(search), solver_(solver) {
   for (auto* motions : {&before_, &leaving_, &looked_at_}) motions->reserve(model.bodies.size());
   known_.reserve(kConstraintCapacity);
+  off_the_way_.reserve(model.bodies.size());
 }
 
 bool BlowSearch::strikes() const {
@@ -47,15 +48,18 @@ bool BlowSearch::add_met() {
   move_as_leaving();
   known_.clear();
   std::swap(known_, model_.constraints);
-  search_.find();
+  search_.find(off_the_way_);
   for (const Motion& motion : before_) set_velocity(motion);
-  add_found();
-  return true;
+  if (add_found() || solver_.others_awake()) return true;
+  solver_.redo();
+  return false;
 }
 
 /// The velocities that bodies would leave with; true where one of them is news.
 bool BlowSearch::find_leaving() {
   leaving_.clear();
+  off_the_way_.assign(model_.bodies.size(), 1);
+  const auto& composites = model_.simplification.composites();
   bool blow = false;
   for (const int root : model_.simplification.awake_roots()) {
     const FreeBody& body = model_.body(root);
@@ -67,6 +71,9 @@ bool BlowSearch::find_leaving() {
       if (looked.body == root) least = std::min(least, apart_m(motion, looked));
     }
     blow = blow || least > kOffTheWay;
+    for (int m = root; m >= 0 && least <= kOffTheWay; m = composites.next(m)) {
+      off_the_way_[static_cast<std::size_t>(m)] = 0;
+    }
     leaving_.push_back(motion);
   }
   return blow;
@@ -84,16 +91,17 @@ void BlowSearch::move_as_leaving() {
   }
 }
 
-/// To the contacts that were known.
-void BlowSearch::add_found() {
-  const std::size_t before = known_.size();
+/// To the contacts that were known; false where none is news.
+bool BlowSearch::add_found() {
+  known_count_ = known_.size();
   for (const ContactConstraint& found : model_.constraints) {
-    const auto end = known_.begin() + static_cast<std::ptrdiff_t>(before);
+    const auto end = known_.begin() + static_cast<std::ptrdiff_t>(known_count_);
     const bool is_known = std::any_of(
         known_.begin(), end, [&](const ContactConstraint& other) { return is_same(found, other); });
     if (!is_known) known_.push_back(found);
   }
   std::swap(known_, model_.constraints);
+  return model_.constraints.size() > known_count_;
 }
 
 /// For the search alone: its ODE body keeps its own.

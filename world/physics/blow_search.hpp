@@ -22,8 +22,10 @@ class BlowSearch {
   /// Before a step, or a part of one, is solved.
   void begin() { looked_at_.clear(); }
   /// After it was solved: takes it back and adds contacts where a blow leads off the ways that have
-  /// been looked at; false where none does, and the step stands.
+  /// been looked at; false where there are none, and the step stands.
   [[nodiscard]] bool add_met();
+  /// How many contacts had been there before those that add_met() has added last.
+  [[nodiscard]] std::size_t known_contacts() const { return known_count_; }
 
  private:
   struct Motion {
@@ -32,7 +34,7 @@ class BlowSearch {
   };
   [[nodiscard]] bool find_leaving();
   void move_as_leaving();
-  void add_found();
+  [[nodiscard]] bool add_found();
   void set_velocity(const Motion& motion);
   [[nodiscard]] double apart_m(const Motion& a, const Motion& b) const;
 
@@ -40,7 +42,9 @@ class BlowSearch {
   ContactSearch& search_;
   StepSolver& solver_;
   std::vector<Motion> before_, leaving_, looked_at_;
+  std::vector<char> off_the_way_;         ///< by body; what sleeps counts as well
   std::vector<ContactConstraint> known_;  ///< before the blow
+  std::size_t known_count_ = 0;
 };
 
 }  // namespace aprsim::physics

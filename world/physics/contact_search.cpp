@@ -30,7 +30,8 @@ ContactSearch::ContactSearch(PhysicsModel& model)
   }
 }
 
-void ContactSearch::find() {
+void ContactSearch::find(std::span<const char> looked_at) {
+  looked_at_ = looked_at;
   search();
   // What a fault wakes or frees has contacts of its own.
   while (wake_search_.disturb_near_faults()) search();
@@ -46,6 +47,11 @@ void ContactSearch::search() {
   find_pairs();
   for (const int body : model_.simplification.awake()) free_on_fixed(body);
   release(released_);
+}
+
+bool ContactSearch::is_looked_at(int body) const {
+  return looked_at_.empty() || looked_at_[static_cast<std::size_t>(body)] != 0 ||
+         collider_.sink_ahead(body) > 0;
 }
 
 /// The property's value for the pair of surfaces.
@@ -225,6 +231,7 @@ void ContactSearch::composites_on_each_other(int a, int b) {
   const auto& composites = model_.simplification.composites();
   for (int i = a; i >= 0; i = composites.next(i)) {
     for (int k = b; k >= 0; k = composites.next(k)) {
+      if (!is_looked_at(i) && !is_looked_at(k)) continue;
       if (!model_.body(i).bounds.meets(model_.body(k).bounds)) continue;
       collider_.free_on_free(i, k, found_);
       if (found_.empty()) continue;
@@ -248,6 +255,7 @@ void ContactSearch::release(std::span<const int> members) {
 }
 
 void ContactSearch::free_on_fixed(int body) {
+  if (!is_looked_at(body)) return;
   const Aabb reach = model_.body(body).bounds.grown(collider_.sink_ahead(body));
   const std::size_t before = model_.constraints.size();
   for (std::size_t i = 0; i < model_.fixed.shapes.size(); ++i) {

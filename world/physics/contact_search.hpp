@@ -18,8 +18,9 @@ class ContactSearch {
  public:
   explicit ContactSearch(PhysicsModel& model);
 
-  /// Fills model.constraints.
-  void find();
+  /// Fills model.constraints. By body, if it is given: 0 for one that is looked at only where it
+  /// meets one that is not, or is pressed.
+  void find(std::span<const char> looked_at = {});
   /// Releases merged bodies from their parents and adds their contacts with these.
   void release(std::span<const int> members);
 
@@ -36,6 +37,7 @@ class ContactSearch {
   void add_found(int fixed_shape);
   [[nodiscard]] static double of_pair(const scene::SurfacePairs& property, SurfacePair pair);
   [[nodiscard]] ContactConstraint constraint(const Contact& contact, int fixed_shape) const;
+  [[nodiscard]] bool is_looked_at(int body) const;
   [[nodiscard]] bool may_touch_link(int robot, int other, int link) const;
   [[nodiscard]] GripperMechanism& gripper(int robot) {
     return model_.grippers[static_cast<std::size_t>(robot)];
@@ -44,8 +46,9 @@ class ContactSearch {
   PhysicsModel& model_;
   BodyCollider collider_;
   WakeSearch wake_search_;
-  std::vector<Contact> found_;  // of the pair at hand
-  std::vector<int> released_;   // in this step
+  std::span<const char> looked_at_;  // by body; empty = all are
+  std::vector<Contact> found_;       // of the pair at hand
+  std::vector<int> released_;        // in this step
   std::vector<Aabb> composite_bounds_;
   std::vector<int> order_;  // roots by their composites' low x
   struct Pair {

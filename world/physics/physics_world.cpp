@@ -217,9 +217,8 @@ void PhysicsWorld::Impl::solve() {
   solver.step();
   blows.begin();
   for (int i = 0; striking && i < kMostBlows && blows.add_met(); ++i) {
-    solver.begin();
     apply_suction(model);
-    solver.step();
+    solver.step_again(blows.known_contacts());
   }
   // Every round frees at least one body, so it ends.
   while (merged) {

@@ -51,6 +51,8 @@ StepSolver::StepSolver(PhysicsModel& model)
       before_(model.bodies.size()),
       grippers_before_(model.grippers.size()) {
   roots_.reserve(model.bodies.size());
+  begun_.reserve(model.bodies.size());
+  stale_.resize(model.bodies.size() + model.grippers.size(), 1);
   contacts_.reserve(kConstraintCapacity);
   kept_.reserve(kConstraintCapacity);
   matches_.reserve(4 * kConstraintCapacity);
@@ -62,7 +64,59 @@ StepSolver::StepSolver(PhysicsModel& model)
 
 void StepSolver::step() {
   islands_.find(model_, model_.constraints);
+  std::fill(stale_.begin(), stale_.end(), 1);
+  solve_stale();
+}
+
+void StepSolver::step_again(std::size_t known) {
+  if (others_awake()) {
+    begin();
+    return step();
+  }
+  islands_.find(model_, model_.constraints);
+  std::fill(stale_.begin(), stale_.end(), 0);
+  const auto spoil = [this](int island) { stale_[static_cast<std::size_t>(island)] = 1; };
+  for (std::size_t i = known; i < model_.constraints.size(); ++i) {
+    spoil(islands_.number_of(model_, model_.constraints[i]));
+  }
+  // What pulls on a gripper has been told again.
+  for (std::size_t r = 0; r < model_.grippers.size(); ++r) {
+    if (model_.grippers[r].suction().force_n > 0) {
+      spoil(islands_.number_of_gripper(static_cast<int>(r)));
+    }
+  }
+  start_anew();
+  solve_stale();
+}
+
+bool StepSolver::others_awake() const { return !std::ranges::equal(begun_, awake_roots()); }
+
+/// What is stale is where the step starts, all else where it has led to.
+void StepSolver::start_anew() {
+  for (const int root : begun_) {
+    dBodyID body = model_.body(root).body.get();
+    ode::SavedState& kept = before_[static_cast<std::size_t>(root)];
+    const ode::SavedState solved = kept;
+    ode::save(body, kept);
+    if (!is_stale(islands_.number_of_root(root))) ode::restore(body, solved);
+  }
+  for (std::size_t r = 0; r < model_.grippers.size(); ++r) {
+    const GripperMechanism::Solved solved = grippers_before_[r];
+    model_.grippers[r].save(grippers_before_[r]);
+    const int island = islands_.number_of_gripper(static_cast<int>(r));
+    if (!is_stale(island)) model_.grippers[r].restore(solved);
+  }
+  // What failed counts, also where it is solved anew.
+  const api::SolverFailures failures = memory_before_.failures;
+  const api::SolverStep latest = memory_before_.latest;
+  memory_before_ = memory_;
+  memory_.failures = failures;
+  memory_.latest = latest;
+}
+
+void StepSolver::solve_stale() {
   for (auto& constraint : model_.constraints) {
+    if (!is_stale(constraint)) continue;
     constraint.normal_n = 0;
     constraint.f_W.setZero();
     constraint.torque_W.setZero();
@@ -75,13 +129,14 @@ void StepSolver::step() {
   match_last_contacts();
   list_members();
   for (std::size_t i = 0; i < roots_.size(); ++i) {
-    if (i == 0 || roots_[i].first != roots_[i - 1].first) solve_island(roots_[i].first);
+    const int island = roots_[i].first;
+    if ((i == 0 || island != roots_[i - 1].first) && is_stale(island)) solve_island(island);
   }
   // Grippers on their own.
   for (std::size_t r = 0; r < model_.grippers.size(); ++r) {
     const int own = model_.ids.free_count() + static_cast<int>(r);
     const int island = islands_.number_of_gripper(static_cast<int>(r));
-    if (island == own && !model_.grippers[r].idle()) solve_island(island);
+    if (island == own && !model_.grippers[r].idle() && is_stale(island)) solve_island(island);
   }
   keep_contacts();
 }
@@ -184,12 +239,13 @@ void StepSolver::match_last_contacts() {
   auto& constraints = model_.constraints;
   for (std::size_t first = 0, end = 0; first < constraints.size(); first = end) {
     const auto key = pair_of(constraints[first]);
+    const bool stale = is_stale(constraints[first]);
     const auto last = std::lower_bound(
         last_contacts_.begin(), last_contacts_.end(), key,
         [](const ContactConstraint& a, const auto& wanted) { return pair_of(a) < wanted; });
     matches_.clear();
     for (end = first; end < constraints.size() && pair_of(constraints[end]) == key; ++end) {
-      note_near(constraints[end], static_cast<int>(end), last);
+      if (stale) note_near(constraints[end], static_cast<int>(end), last);
     }
     std::sort(matches_.begin(), matches_.end(), [](const Match& a, const Match& b) {
       return std::tuple(a.distance2, a.now, a.last) < std::tuple(b.distance2, b.now, b.last);
@@ -240,7 +296,8 @@ void StepSolver::keep_contacts() {
 // ---- the same step anew
 
 void StepSolver::begin() {
-  for (const int root : awake_roots()) {
+  begun_.assign(awake_roots().begin(), awake_roots().end());
+  for (const int root : begun_) {
     ode::save(model_.body(root).body.get(), before_[static_cast<std::size_t>(root)]);
   }
   for (std::size_t r = 0; r < model_.grippers.size(); ++r) {
@@ -249,14 +306,20 @@ void StepSolver::begin() {
   memory_before_ = memory_;
 }
 
-void StepSolver::undo() {
-  for (const int root : awake_roots()) {
-    ode::restore(model_.body(root).body.get(), before_[static_cast<std::size_t>(root)]);
+/// The state at hand and the other one.
+void StepSolver::exchange() {
+  for (const int root : begun_) {
+    dBodyID body = model_.body(root).body.get();
+    ode::SavedState other = before_[static_cast<std::size_t>(root)];
+    ode::save(body, before_[static_cast<std::size_t>(root)]);
+    ode::restore(body, other);
   }
   for (std::size_t r = 0; r < model_.grippers.size(); ++r) {
-    model_.grippers[r].restore(grippers_before_[r]);
+    const GripperMechanism::Solved other = grippers_before_[r];
+    model_.grippers[r].save(grippers_before_[r]);
+    model_.grippers[r].restore(other);
   }
-  memory_ = memory_before_;
+  std::swap(memory_, memory_before_);
 }
 
 }  // namespace aprsim::physics

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -19,9 +20,16 @@ class StepSolver {
   void begin_step() { memory_.latest = {}; }
   /// Notes the state from which step() starts, so that undo() can return to it.
   void begin();
-  void undo();
+  void undo() { exchange(); }
+  /// After undo(), if nothing has been done since: what step() had come to.
+  void redo() { exchange(); }
+  /// Whether others are awake, or merged otherwise, than at begin().
+  [[nodiscard]] bool others_awake() const;
   /// Solves model.constraints and moves every awake root and every gripper that is not idle.
   void step();
+  /// After undo(): the same step with constraints added behind the first `known`. Islands without
+  /// any stand as they were solved. May be undone as well.
+  void step_again(std::size_t known);
   [[nodiscard]] const Islands& islands() const { return islands_; }
 
   /// What a step needs of the one before, besides what grippers and virtual joints remember
@@ -48,6 +56,14 @@ class StepSolver {
  private:
   /// Something of an island: the island's number, and an index.
   using Member = std::pair<int, int>;
+  void solve_stale();
+  [[nodiscard]] bool is_stale(int island) const {
+    return stale_[static_cast<std::size_t>(island)] != 0;
+  }
+  [[nodiscard]] bool is_stale(const ContactConstraint& constraint) const {
+    return is_stale(islands_.number_of(model_, constraint));
+  }
+  void start_anew();
   void list_members();
   void solve_island(int island);
   void note(const ContactSolver::Outcome& outcome);
@@ -58,6 +74,7 @@ class StepSolver {
   void note_near(ContactConstraint& constraint, int number,
                  std::vector<ContactConstraint>::const_iterator last);
   void keep_contacts();
+  void exchange();
   [[nodiscard]] std::span<const int> awake_roots() const {
     return model_.simplification.awake_roots();
   }
@@ -66,6 +83,8 @@ class StepSolver {
   Islands islands_;
   ConstraintSystem system_;
   std::vector<Member> roots_, contacts_;  // by island
+  std::vector<char> stale_;               // by island: to be solved
+  std::vector<int> begun_;                // roots
   std::vector<ode::SavedState> before_;   // by body
   std::vector<GripperMechanism::Solved> grippers_before_;
   Memory memory_, memory_before_;
