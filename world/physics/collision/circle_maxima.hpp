@@ -66,12 +66,12 @@ using RingWays = std::array<WayOut, kRingSamples>;
   return v[static_cast<std::size_t>((i + kRingSamples) % kRingSamples)];
 }
 
-/// Angle of the maximum of f between a and b, by Brent's method.
+/// Angle of the maximum of f less than h from `angle`, to a millionth, by Brent's method.
 template <class F>
-double brent_maximum(double a, double b, const F& f) {
-  constexpr int kBits = 22;  // of the angle
-  const auto outside = [&f](double angle) { return -f(angle).depth; };
-  return boost::math::tools::brent_find_minima(outside, a, b, kBits).first;
+double brent_maximum(double angle, double h, const F& f) {
+  constexpr int kBits = 20;
+  const auto outside = [&](double turn) { return -f(angle + turn).depth; };
+  return angle + boost::math::tools::brent_find_minima(outside, -h, h, kBits).first;
 }
 
 /// The circle's radius, and the least radius of the surfaces it is held against.
@@ -95,7 +95,7 @@ double refine_maximum(const RingWays& v, int i, bool gentle, const F& f) {
   const WayOut &before = at_sample(v, i - 1), &here = at_sample(v, i), &after = at_sample(v, i + 1);
   double h = kSampleAngle, angle = kSampleAngle * i;
   if (!gentle || before.kind != here.kind || after.kind != here.kind) {
-    const double kink = brent_maximum(angle - h, angle + h, f);
+    const double kink = brent_maximum(angle, h, f);
     return f(kink).depth > here.depth ? kink : angle;
   }
   double left = before.depth, mid = here.depth, right = after.depth;
