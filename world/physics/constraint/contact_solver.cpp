@@ -116,40 +116,6 @@ inline void add_outer(const BlockLu::Vector6& a, const BlockLu::Vector6& b, Bloc
   }
 }
 
-/// Projection of z onto the cone |x_t| <= mu x_n in the metric diag(D_n, D_t, D_t); `gain`, if
-/// wanted, is its derivative times diag(D)^-1.
-Vector3 project_cone(const Vector3& z, double mu, double D_n, double D_t, Matrix3* gain) {
-  const double across = length(z.y(), z.z());
-  if (z.x() >= 0 && across <= mu * z.x()) {
-    if (gain) {
-      gain->setZero();
-      gain->diagonal() << 1 / D_n, 1 / D_t, 1 / D_t;
-    }
-    return z;
-  }
-  if (D_n * z.x() <= -mu * D_t * across) {
-    if (gain) gain->setZero();
-    return Vector3::Zero();
-  }
-  // Onto the cone's generator, as seen in the metric.
-  const double share = 1 / (1 + mu * mu * D_t / D_n);
-  const double xn = share * (z.x() + mu * D_t / D_n * across), xt = mu * xn;
-  const double ty = across > 0 ? z.y() / across : 1, tz = across > 0 ? z.z() / across : 0;
-  if (gain) {
-    // Along the cone's generator, and around the cone.
-    const double nn = share / D_n, nt = mu * nn, tt = mu * nt,
-                 around = across > 0 ? xt / across / D_t : 0;
-    Matrix3& g = *gain;
-    g(0, 0) = nn;
-    g(0, 1) = g(1, 0) = nt * ty;
-    g(0, 2) = g(2, 0) = nt * tz;
-    g(1, 1) = tt * ty * ty + around * tz * tz;
-    g(2, 2) = tt * tz * tz + around * ty * ty;
-    g(1, 2) = g(2, 1) = (tt - around) * ty * tz;
-  }
-  return {xn, xt * ty, xt * tz};
-}
-
 /// Projection of a vector onto a disc.
 void project_disc(double& y, double& z, double radius, double gain, double* g_yy, double* g_yz,
                   double* g_zz) {
@@ -169,6 +135,48 @@ void project_disc(double& y, double& z, double radius, double gain, double* g_yy
 }
 
 }  // namespace
+
+ContactSolver::Cone::Cone(double friction, double metric_n, double metric_t)
+    : mu(friction), n(metric_n), t(metric_t) {
+  per_n = n > 0 ? 1 / n : 0;
+  per_t = t > 0 ? 1 / t : 0;
+  leaning = mu * t * per_n;
+  share = 1 / (1 + mu * leaning);
+}
+
+/// Projection of z onto the cone in its metric; `gain`, if wanted, is its derivative times the
+/// metric's inverse.
+inline Vector3 ContactSolver::project(const Cone& cone, const Vector3& z, Matrix3* gain) {
+  const double across = length(z.y(), z.z());
+  if (z.x() >= 0 && across <= cone.mu * z.x()) {
+    if (gain) {
+      gain->setZero();
+      gain->diagonal() << cone.per_n, cone.per_t, cone.per_t;
+    }
+    return z;
+  }
+  if (z.x() <= -cone.leaning * across) {
+    if (gain) gain->setZero();
+    return Vector3::Zero();
+  }
+  // Onto the cone's generator, as seen in the metric.
+  const double xn = cone.share * (z.x() + cone.leaning * across), xt = cone.mu * xn;
+  const double per_across = across > 0 ? 1 / across : 0;
+  const double ty = across > 0 ? z.y() * per_across : 1, tz = z.z() * per_across;
+  if (gain) {
+    // Along the cone's generator, and around the cone.
+    const double nn = cone.share * cone.per_n, nt = cone.mu * nn, tt = cone.mu * nt,
+                 around = xt * per_across * cone.per_t;
+    Matrix3& g = *gain;
+    g(0, 0) = nn;
+    g(0, 1) = g(1, 0) = nt * ty;
+    g(0, 2) = g(2, 0) = nt * tz;
+    g(1, 1) = tt * ty * ty + around * tz * tz;
+    g(2, 2) = tt * tz * tz + around * ty * ty;
+    g(1, 2) = g(2, 1) = (tt - around) * ty * tz;
+  }
+  return {xn, xt * ty, xt * tz};
+}
 
 void ContactSolver::clear() {
   bodies_.clear();
@@ -249,12 +257,11 @@ APRSIM_VECTOR_CLONES int ContactSolver::add_contact(const ContactDescription& in
       if (contact.turns) W_turn(k) += d.dot(body.inverse_inertia * d);
     }
   }
-  contact.W_n = W(0);
-  contact.W_t = std::max(W(1), W(2));
+  contact.W = Cone(in.friction, W(0), std::max(W(1), W(2)));
   contact.W_spin = W_turn(0);
   contact.W_roll = std::max(W_turn(1), W_turn(2));
   const auto within_cone = [&](const Vector3& impulse_ns) {
-    return project_cone(contact.frame * impulse_ns, in.friction, contact.W_n, contact.W_t, nullptr);
+    return project(contact.W, contact.frame * impulse_ns, nullptr);
   };
   contact.x = within_cone(in.impulse_ns.last + in.impulse_ns.change);
   contact.other_x = within_cone(in.impulse_ns.last);
@@ -377,17 +384,17 @@ APRSIM_VECTOR_CLONES ContactSolver::Residual ContactSolver::residual() {
     rows = std::max(rows, row.lever * row.W * std::abs(row.now.x - x));
   }
   for (const Contact& c : contacts_) {
-    if (!(c.W_n > 0)) continue;
+    if (!(c.W.n > 0)) continue;
     Vector3 y = c.y;
     const double across = length(y.y(), y.z());
     y.x() += c.softness * c.x.x() + c.friction * across;
-    y.tail<2>() += kHardTangent * c.W_t * c.x.tail<2>();
-    const Vector3 z = c.x - Vector3(y.x() / c.W_n, y.y() / c.W_t, y.z() / c.W_t);
-    const Vector3 off = c.x - project_cone(z, c.friction, c.W_n, c.W_t, nullptr);
+    y.tail<2>() += kHardTangent * c.W.t * c.x.tail<2>();
+    const Vector3 z = c.x - Vector3(c.W.per_n * y.x(), c.W.per_t * y.y(), c.W.per_t * y.z());
+    const Vector3 off = c.x - project(c.W, z, nullptr);
     // What slides fast needs no more than a share of its speed.
     const double slack = kSlidingShare * across;
-    double own = std::max({c.W_n * std::abs(off.x()), c.W_t * std::abs(off.y()),
-                           c.W_t * std::abs(off.z())}) -
+    double own = std::max({c.W.n * std::abs(off.x()), c.W.t * std::abs(off.y()),
+                           c.W.t * std::abs(off.z())}) -
                  slack;
     if (c.turns && c.spinning > 0) {
       const double bound = c.spinning * c.x.x();
@@ -416,8 +423,10 @@ void ContactSolver::swap_velocities() {
 void ContactSolver::set_softness(double epsilon) {
   for (Row& row : rows_) row.D = row.softness + epsilon * row.W;
   for (Contact& c : contacts_) {
-    c.D_n = c.softness + epsilon * c.W_n;
-    c.D_t = (epsilon + kHardTangent) * c.W_t;
+    const double around = epsilon + kHardTangent;
+    c.D = Cone(c.friction, c.softness + epsilon * c.W.n, around * c.W.t);
+    c.D_spin = around * c.W_spin;
+    c.D_roll = around * c.W_roll;
   }
 }
 
@@ -580,16 +589,18 @@ APRSIM_VECTOR_CLONES void ContactSolver::evaluate_impulses(double along) {
     row.now.gain = z > row.lo && z < row.hi ? 1 / row.D : 0;
   }
   for (Contact& c : contacts_) {
-    if (!(c.D_n > 0)) continue;
+    if (!(c.D.n > 0)) continue;
     Vector3 y = c.y + along * c.rate;
     const double across = length(y.y(), y.z());
     if (exact_) c.slip = c.friction * across;
     y.x() += c.slip;
-    const double soft_t = kHardTangent * c.W_t;
-    const Vector3 z(((c.D_n - c.softness) * c.centre.x() - y.x()) / c.D_n,
-                    ((c.D_t - soft_t) * c.centre.y() - y.y()) / c.D_t,
-                    ((c.D_t - soft_t) * c.centre.z() - y.z()) / c.D_t);
-    c.x = project_cone(z, c.friction, c.D_n, c.D_t, &c.gain);
+    // D x = (D - softness) centre - y, then into the cone.
+    const double stays_n = 1 - c.softness * c.D.per_n,
+                 stays_t = 1 - kHardTangent * c.W.t * c.D.per_t;
+    const Vector3 z(stays_n * c.centre.x() - c.D.per_n * y.x(),
+                    stays_t * c.centre.y() - c.D.per_t * y.y(),
+                    stays_t * c.centre.z() - c.D.per_t * y.z());
+    c.x = project(c.D, z, &c.gain);
     if (exact_ && across > 0) {
       // The slip's own derivative.
       c.gain.col(1) += c.friction * y.y() / across * c.gain.col(0);
@@ -600,13 +611,13 @@ APRSIM_VECTOR_CLONES void ContactSolver::evaluate_impulses(double along) {
     const double bound = std::max(0.0, c.centre.x());
     c.turn_gain.setZero();
     if (c.spinning > 0) {
-      const double D = c.D_t / c.W_t * c.W_spin;
+      const double D = c.D_spin;
       const double spin = c.torque_centre.x() - turn.x() / D;
       c.torque.x() = std::clamp(spin, -c.spinning * bound, c.spinning * bound);
       if (spin == c.torque.x()) c.turn_gain(0, 0) = 1 / D;
     }
     if (c.rolling > 0) {
-      const double D = c.D_t / c.W_t * c.W_roll;
+      const double D = c.D_roll;
       c.torque.y() = c.torque_centre.y() - turn.y() / D;
       c.torque.z() = c.torque_centre.z() - turn.z() / D;
       double yy = 0, yz = 0, zz = 0;

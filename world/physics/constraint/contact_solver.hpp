@@ -131,6 +131,16 @@ class ContactSolver {
     RowState now;
     double other_guess = 0;
   };
+  /// The friction cone |x_t| <= mu x_n in the metric diag(n, t, t).
+  struct Cone {
+    double mu = 0, n = 0, t = 0;
+    double per_n = 0, per_t = 0;    // 1 / n, 1 / t
+    double leaning = 0, share = 0;  // mu t / n, 1 / (1 + mu^2 t / n)
+
+    Cone() = default;
+    Cone(double friction, double metric_n, double metric_t);
+  };
+  [[nodiscard]] static Vector3 project(const Cone& cone, const Vector3& z, Matrix3* gain);
   /// In the frame (n, t1, t2).
   struct Contact {
     int a = kFixed, b = kFixed;
@@ -139,8 +149,9 @@ class ContactSolver {
     double friction = 0, spinning = 0, rolling = 0;
     Vector3 target = Vector3::Zero();
     double softness = 0;
-    double W_n = 0, W_t = 0, W_spin = 0, W_roll = 0;
-    double D_n = 0, D_t = 0;
+    Cone W;  // by the diagonal of J M^-1 J'
+    Cone D;  // by softness with the proximal term
+    double W_spin = 0, W_roll = 0, D_spin = 0, D_roll = 0;
     double slip = 0;  // De Saxce's correction of the normal velocity
     Vector3 x = Vector3::Zero(), centre = Vector3::Zero();
     Vector3 y = Vector3::Zero(), rate = Vector3::Zero();
