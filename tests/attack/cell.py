@@ -151,8 +151,11 @@ class Http2:
 
 
 class Daemon:
-    """aprsimd on ports of its own, with what it uses measured. `log_pipe`: its log goes into a pipe
-    that nobody reads; `files`: its hard limit of open files."""
+    """aprsimd on ports of its own, with what it uses measured, and little memory for its past, so
+    that what else grows is seen. `log_pipe`: its log goes into a pipe that nobody reads; `files`:
+    its hard limit of open files."""
+
+    LITTLE_PAST = ("--set", "history.max_mb=16", "--set", "journal.memory_mb=16")
 
     def __init__(self, binaries, *arguments, log_pipe=False, files=None):
         self.binaries = binaries
@@ -161,7 +164,8 @@ class Daemon:
         self.log = open(os.path.join(self.folder.name, "log"), "wb")
         self.pipe = os.pipe() if log_pipe else ()
         self.process = subprocess.Popen(
-            [os.path.join(binaries, "aprsimd"), "--any-port", "--ports-file", ports, *arguments],
+            [os.path.join(binaries, "aprsimd"), "--any-port", "--ports-file", ports]
+            + [*self.LITTLE_PAST, *arguments],
             stdout=self.log,
             stderr=self.pipe[1] if log_pipe else subprocess.STDOUT,
             preexec_fn=files and (lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (files, files))),
