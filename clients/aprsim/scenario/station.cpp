@@ -37,9 +37,11 @@ class SampleTime {
   SampleTime(CellConnection& cell, RunWatch& watch) : cell_(cell), watch_(watch) {}
 
   /// The cell at the next sample; none when the controller does nothing more, or the user has had
-  /// enough. Failure: nothing happens for long.
+  /// enough. Failure: nothing happens for long, or the controller does not end after the run.
   Outcome<std::optional<v1::Snapshot>> pass(bool over) {
-    const auto deadline = std::chrono::steady_clock::now() + kStandstill;
+    const auto now = std::chrono::steady_clock::now();
+    if (over && !home_by_) home_by_ = now + kStandstill;
+    const auto deadline = home_by_.value_or(now + kStandstill);
     bool late = false;
     const auto waits = [&] {
       late = std::chrono::steady_clock::now() > deadline;
@@ -56,7 +58,11 @@ class SampleTime {
       interruption::sleep_until(std::chrono::steady_clock::now() + 2ms);
     }
     Outcome<std::optional<v1::Snapshot>> passed;
-    if (!goal_) passed = cell_.step_and_look(kVirtualSteps, kSampledFields, waits);
+    // What nobody else paces answers before anything could be heard while it is waited for.
+    const bool has_ended = over && !waits();
+    if (!goal_ && !has_ended) passed = cell_.step_and_look(kVirtualSteps, kSampledFields, waits);
+    if (late && over)
+      return failed(FailureKind::kCheck, "the controller does not end after the run");
     if (late) return tl::unexpected(not_going_on("the controller neither polls nor ends"));
     return passed;
   }
@@ -118,6 +124,7 @@ class SampleTime {
 
   CellConnection& cell_;
   RunWatch& watch_;
+  std::optional<std::chrono::steady_clock::time_point> home_by_;  ///< when the run is over
   std::optional<std::uint64_t> goal_;  ///< step that has been asked for and not been reached
 };
 

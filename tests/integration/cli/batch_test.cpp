@@ -252,5 +252,53 @@ TEST(Batch, AnotherControllerIsStartedForEach) {
   EXPECT_EQ(json_file(out + "_broken/report.json")["missing"], Json({1, 2}));
 }
 
+// Its robot's connection is cut, so that nobody holds time, and it takes long over its last word.
+TEST(Batch, AControllerThatTakesLongToEndIsHeardThoughTimeRunsOn) {
+  const TemporaryDirectory directory;
+  const std::string program = directory.write("slow.py", R"(import json, os, socket, sys, time
+ports = json.load(open(os.environ["APRSIM_PORTS_FILE"]))
+wire = socket.create_connection(("127.0.0.1", ports["crcl.fanuc"]))
+poll = (b'<?xml version="1.0"?><CRCLCommandInstance><CRCLCommand '
+        b'xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" xsi:type="GetStatusType">'
+        b'<CommandID>7</CommandID></CRCLCommand></CRCLCommandInstance>')
+def say(**message):
+    print(json.dumps(message), flush=True)
+say(event="ready")
+for line in sys.stdin:
+    message = json.loads(line)
+    if "announce" in message:
+        say(event="announced", order=message["announce"])
+        try:
+            while True:
+                wire.sendall(poll)
+                if not wire.recv(1 << 16):
+                    break
+        except OSError:
+            pass
+        say(event="submit", order=message["announce"])
+    if message.get("end"):
+        say(event="orders_end")
+        time.sleep(1)
+        say(event="end", crcl_requests=77)
+        say(event="ready")
+)");
+  const std::string scenario = directory.write("cut.yaml", R"(description: a robot that is cut off
+scene: aprs
+controller: [--robots, fanuc]
+orders: [{name: kit, tray: sku_kit_m2l1_vessel}]
+faults: [{name: cut, kind: controller-reboot, target: fanuc, at_s: 1, for_s: 3}]
+stop: {time_limit_s: 100000}
+expect: {kits_submitted: 1, crcl_requests: 77}
+)");
+  const std::string out = directory.path() + "/batch";
+  const auto result =
+      aprsim_alone({"batch", scenario, "--seeds", "1..1", "--jobs", "1", "--controller",
+                    "python3 " + program, "--again", "--journals", "0", "--out", out});
+  EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
+  for (const Json& run : json_file(out + "/report.json")["each"]) {
+    EXPECT_EQ(run["ended"], "all orders were submitted");
+  }
+}
+
 }  // namespace
 }  // namespace aprsim::test
