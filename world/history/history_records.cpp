@@ -12,6 +12,15 @@ namespace {
 constexpr std::uint64_t kStretchBytes = 256, kCommandBytes = 512;
 /// A cell that is reset all the time makes no endless list.
 constexpr std::size_t kMaxStretches = 4000;
+/// Only whole stretches are given up: commands of none take more of the memory than that, by much.
+constexpr std::uint64_t kStretchesAtLeast = 8;
+
+/// Of memory, approximately.
+std::uint64_t bytes_of(const api::Command& command) {
+  const auto* robot = std::get_if<api::RobotCommand>(&command.body);
+  const auto* through = robot ? std::get_if<api::MoveThroughTo>(&robot->action) : nullptr;
+  return kCommandBytes + (through ? through->waypoints.capacity() * sizeof(api::Waypoint) : 0);
+}
 
 }  // namespace
 
@@ -30,8 +39,14 @@ void HistoryRecords::applied(RunTime time, const QueuedCommand& command, const E
   try {
     stretches_.back().commands.push_back(
         std::make_shared<const PastCommand>(PastCommand{time, command}));
-    stretches_.back().bytes += kCommandBytes;
-    bytes_ += kCommandBytes;
+    const std::uint64_t bytes = bytes_of(command.command);
+    Stretch& stretch = stretches_.back();
+    const std::uint64_t state = stretch.bytes - stretch.command_bytes;
+    stretch.bytes += bytes;
+    stretch.command_bytes += bytes;
+    bytes_ += bytes;
+    const std::uint64_t most = std::max(limits_.bytes / kStretchesAtLeast, state);
+    if (stretch.command_bytes > most) wants_checkpoint_ = true;
   } catch (const std::bad_alloc&) {
     // Without it nothing after it is true.
     stretches_.clear();
@@ -53,7 +68,7 @@ void HistoryRecords::saved(RunTime time, std::uint64_t, std::shared_ptr<const Wo
   const std::uint64_t bytes = state->bytes() + kStretchBytes;
   const std::lock_guard lock(mutex_);
   grow(time);
-  Stretch next{time, std::move(state), {}, time.step, 0, bytes};
+  Stretch next{time, std::move(state), {}, time.step, 0, bytes, 0};
   if (!stretches_.empty()) {
     const Stretch& last = stretches_.back();
     next.position = last.position + (last.last_step - last.begin.step);

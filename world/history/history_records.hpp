@@ -19,8 +19,8 @@ namespace aprsim::world {
 struct HistoryLimits {
   std::uint64_t steps = 600'000;
   std::uint64_t bytes = std::uint64_t{128} << 20;  ///< of memory, approximately
-  /// Between two checkpoints; from one to a moment after it the world is stepped. A multiple of
-  /// kSampleSteps.
+  /// Between two checkpoints, unless commands fill the memory sooner; from one to a moment after it
+  /// the world is stepped. A multiple of kSampleSteps.
   std::uint64_t checkpoint_steps = 2000;
 };
 
@@ -71,8 +71,8 @@ class HistoryRecords final : public Recorder {
     std::shared_ptr<const WorldState> state;
     std::vector<std::shared_ptr<const PastCommand>> commands;
     std::uint64_t last_step = 0;
-    std::uint64_t position = 0;  ///< of its begin, in steps of all epochs
-    std::uint64_t bytes = 0;
+    std::uint64_t position = 0;                  ///< of its begin, in steps of all epochs
+    std::uint64_t bytes = 0, command_bytes = 0;  ///< of it all, and of the commands
   };
   struct Epoch {
     std::uint64_t seed = 0;

@@ -2,7 +2,9 @@
 
 #include "world/history/history_records.hpp"
 
+#include <algorithm>
 #include <memory>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -38,7 +40,8 @@ class ToldRun {
       }
     }
   }
-  void apply(api::Ticket ticket) { recorder_.applied(now_, command(ticket), nullptr); }
+  void apply(api::Ticket ticket) { apply(command(ticket)); }
+  void apply(const QueuedCommand& command) { recorder_.applied(now_, command, nullptr); }
   int checkpoints = 0;
 
  private:
@@ -72,6 +75,28 @@ TEST(HistoryRecords, AskForCheckpointsAsDenseAsTheyAreToBe) {
   ToldRun run(records);
   run.steps(20'000);
   EXPECT_EQ(run.checkpoints, 10);
+}
+
+// A flood of long paths: the past gets shorter, not larger.
+TEST(HistoryRecords, CountTheWaypointsOfCommands) {
+  constexpr std::uint64_t kBytes = 4 << 20;
+  HistoryRecords records({.bytes = kBytes});
+  ToldRun run(records);
+  std::uint64_t told = 0, most = 0;
+  for (api::Ticket ticket = 1; ticket < 1000; ++ticket) {
+    QueuedCommand path = command(ticket);
+    path.command.body =
+        api::RobotCommand{0, api::MoveThroughTo{std::vector<api::Waypoint>(230), false}};
+    told += 230 * sizeof(api::Waypoint);
+    run.apply(path);
+    run.steps(1);
+    most = std::max(most, records.bytes());
+  }
+  EXPECT_GT(told, 4 * kBytes);
+  EXPECT_LT(most, kBytes + kBytes / 4);
+  EXPECT_GT(most, kBytes / 2);
+  EXPECT_TRUE(records.keeps({0, 998}));
+  EXPECT_FALSE(records.keeps({0, 1}));
 }
 
 TEST(HistoryRecords, KeepEveryEpochWithWhatItBeganWith) {
