@@ -255,9 +255,8 @@ TEST_F(SimulationTest, BadCommandsAreRefusedAtOnce) {
 }
 
 TEST_F(RunningSimulation, AsFastAsPossibleIsFasterThanTheClock) {
-  const auto snapshot = wait_for([](const auto& now) { return now.real_time_factor > 0; });
+  const auto snapshot = wait_for([](const auto& now) { return now.real_time_factor > 1; });
   EXPECT_FALSE(snapshot->speed_target);
-  EXPECT_GT(snapshot->real_time_factor, 1.0);
   EXPECT_EQ(snapshot->missed_steps, 0U);
 }
 

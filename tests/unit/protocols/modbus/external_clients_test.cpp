@@ -53,6 +53,8 @@ using Master = std::unique_ptr<modbus_t, FreeMaster>;
 
 Master connect(std::uint16_t port) {
   Master master(modbus_new_tcp("127.0.0.1", port));
+  // Half a second, as it is by default, may pass on a busy machine.
+  EXPECT_EQ(modbus_set_response_timeout(master.get(), 20, 0), 0);
   EXPECT_EQ(modbus_connect(master.get()), 0) << modbus_strerror(errno);
   return master;
 }
