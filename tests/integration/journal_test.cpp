@@ -92,7 +92,7 @@ void write_register(TcpSocket& socket, int address, int value) {
 }
 
 /// Both robots swing and grip, the belt runs to and fro and the cameras are read, all over sockets,
-/// until so many steps have been taken.
+/// until it is enough.
 void work(const DaemonProcess& daemon, const std::function<bool(CellClient&)>& is_enough) {
   CellClient cell(daemon.port("grpc"));
   CrclTextClient fanuc(daemon.port("crcl.fanuc")), motoman(daemon.port("crcl.motoman"));
@@ -115,6 +115,7 @@ void work(const DaemonProcess& daemon, const std::function<bool(CellClient&)>& i
   }
 }
 
+/// The same until so many steps have been taken.
 void work(const DaemonProcess& daemon, std::uint64_t steps) {
   std::optional<std::uint64_t> end;
   work(daemon, [&](CellClient& cell) {

@@ -124,7 +124,8 @@ class SampleTime {
 
   CellConnection& cell_;
   RunWatch& watch_;
-  std::optional<std::chrono::steady_clock::time_point> home_by_;  ///< when the run is over
+  /// Of a run that is over: when its controller is to have ended.
+  std::optional<std::chrono::steady_clock::time_point> home_by_;
   std::optional<std::uint64_t> goal_;  ///< step that has been asked for and not been reached
 };
 
