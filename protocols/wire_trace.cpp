@@ -12,6 +12,14 @@ std::uint64_t next_number() {
   return ++last;
 }
 
+void set_time(WireRecord& record, const api::SnapshotSource& source) {
+  record.wall = std::chrono::system_clock::now();
+  const api::SnapshotPtr now = source.latest();
+  record.epoch = now->epoch;
+  record.step = now->step;
+  record.sim_time = now->time;
+}
+
 }  // namespace
 
 ConnectionTrace::ConnectionTrace(WireTrace* trace, const api::SnapshotSource& source, WireKind kind,
@@ -26,13 +34,15 @@ ConnectionTrace::ConnectionTrace(WireTrace* trace, const api::SnapshotSource& so
 ConnectionTrace::ConnectionTrace(ConnectionTrace&& other) noexcept
     : trace_(std::exchange(other.trace_, nullptr)),
       source_(other.source_),
-      connection_(std::move(other.connection_)) {}
+      connection_(std::move(other.connection_)),
+      first_(std::exchange(other.first_, std::nullopt)) {}
 
 ConnectionTrace& ConnectionTrace::operator=(ConnectionTrace&& other) noexcept {
   closed({});
   trace_ = std::exchange(other.trace_, nullptr);
   source_ = other.source_;
   connection_ = std::move(other.connection_);
+  first_ = std::exchange(other.first_, std::nullopt);
   return *this;
 }
 
@@ -42,8 +52,23 @@ void ConnectionTrace::closed(std::string_view why) {
   trace_ = nullptr;
 }
 
-void ConnectionTrace::note(WireContent content, std::string_view data,
-                           std::string_view text) const {
+void ConnectionTrace::received_first(std::string_view data) {
+  if (trace_ == nullptr) return;
+  catch_up();
+  first_ = record_of(WireContent::kReceived, data, {});
+}
+
+void ConnectionTrace::catch_up() {
+  if (first_) trace_->note(*std::exchange(first_, std::nullopt));
+}
+
+void ConnectionTrace::note(WireContent content, std::string_view data, std::string_view text) {
+  catch_up();
+  trace_->note(record_of(content, data, text));
+}
+
+WireRecord ConnectionTrace::record_of(WireContent content, std::string_view data,
+                                      std::string_view text) const {
   WireRecord record{.connection = connection_, .content = content};
   try {
     record.data = data;
@@ -52,14 +77,12 @@ void ConnectionTrace::note(WireContent content, std::string_view data,
     record.data.clear();
     record.text = "no memory";  // and takes none
   }
-  protocols::note(*trace_, *source_, std::move(record));
+  set_time(record, *source_);
+  return record;
 }
 
 void note(WireTrace& trace, const api::SnapshotSource& source, WireRecord record) {
-  const api::SnapshotPtr now = source.latest();
-  record.epoch = now->epoch;
-  record.step = now->step;
-  record.sim_time = now->time;
+  set_time(record, source);
   trace.note(std::move(record));
 }
 

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -27,6 +28,7 @@ struct WireConnection {
 struct WireRecord {
   std::shared_ptr<const WireConnection> connection;
   WireContent content = WireContent::kOpened;
+  std::chrono::system_clock::time_point wall{};
   std::uint64_t epoch = 0, step = 0;     ///< of the latest snapshot
   std::chrono::nanoseconds sim_time{0};  ///< of that
   std::string data;    ///< a document, unit, line or message, whole; of what is none, its bytes
@@ -55,10 +57,14 @@ class ConnectionTrace {
   ConnectionTrace& operator=(ConnectionTrace&& other) noexcept;
 
   /// Whole, as on the wire; `text`: what was wrong with it.
-  void received(std::string_view data, std::string_view text = {}) const {
+  void received(std::string_view data, std::string_view text = {}) {
     if (trace_ != nullptr) note(WireContent::kReceived, data, text);
   }
-  void sent(std::string_view data) const {
+  /// The same for what is answered at once: it is made a record now, and handed over with the next
+  /// one or with catch_up(), when the answer is on its way.
+  void received_first(std::string_view data);
+  void catch_up();
+  void sent(std::string_view data) {
     if (trace_ != nullptr) note(WireContent::kSent, data, {});
   }
   /// Counts once.
@@ -67,14 +73,17 @@ class ConnectionTrace {
   [[nodiscard]] std::uint64_t number() const { return connection_ ? connection_->number : 0; }
 
  private:
-  void note(WireContent content, std::string_view data, std::string_view text) const;
+  void note(WireContent content, std::string_view data, std::string_view text);
+  [[nodiscard]] WireRecord record_of(WireContent content, std::string_view data,
+                                     std::string_view text) const;
 
   WireTrace* trace_ = nullptr;
   const api::SnapshotSource* source_ = nullptr;
   std::shared_ptr<const WireConnection> connection_;
+  std::optional<WireRecord> first_;  ///< made, and not handed over yet
 };
 
-/// Notes one thing with the time of the latest snapshot.
+/// Notes one thing with the time of now and of the latest snapshot.
 void note(WireTrace& trace, const api::SnapshotSource& source, WireRecord record);
 
 }  // namespace aprsim::protocols

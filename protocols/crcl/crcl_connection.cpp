@@ -148,12 +148,13 @@ void CrclConnection::process() {
     watch_document(!*document && framer_.buffered() > 0);
     if (!*document) return read();
     place_.used();
-    trace_.received(**document);
+    trace_.received_first(**document);
     if (framer_.last_root() == 0) {
       session_.take(CommandDocument{*std::move(*document)}, read_at_);
     } else {
       session_.take(ProgramDocument{*std::move(*document)}, read_at_);
     }
+    trace_.catch_up();
   }
   asio::post(socket_.get_executor(), [self = shared_from_this()] { self->process(); });
 }

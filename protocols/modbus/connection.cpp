@@ -383,7 +383,7 @@ void Connection::tap(bool from_client, std::span<const std::uint8_t> adu) {
   tap->note(std::move(event));
 }
 
-void Connection::trace_sent(std::span<const std::uint8_t> adus) const {
+void Connection::trace_sent(std::span<const std::uint8_t> adus) {
   constexpr std::size_t kLengthAt = 4, kLengthEnd = 6;  // in the MBAP header
   while (adus.size() > kLengthEnd) {
     const std::size_t rest = adus[kLengthAt] * 256U + adus[kLengthAt + 1];

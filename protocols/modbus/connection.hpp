@@ -101,7 +101,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   /// A reply is as much of a poll as its request.
   void tap(bool from_client, std::span<const std::uint8_t> adu);
   /// Of whole messages, one after the other.
-  void trace_sent(std::span<const std::uint8_t> adus) const;
+  void trace_sent(std::span<const std::uint8_t> adus);
   void send();
   void on_sent(const boost::system::error_code& error);
   [[nodiscard]] bool may_process_request() const;

@@ -15,6 +15,10 @@ namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 
+/// What is told is taken that often: little waits, and the memory that it had is taken again while
+/// it is still in the processor's cache.
+constexpr std::chrono::milliseconds kTake{50};
+/// A frame is half a second's: the larger it is, the smaller what it becomes.
 constexpr std::chrono::milliseconds kFlush{500};
 constexpr std::chrono::milliseconds kStep{1};  ///< of the simulation
 
@@ -59,13 +63,12 @@ Journal::~Journal() {
 // ---- what is told
 
 template <typename Make>
-void Journal::push(RecordQueue& queue, const Make& make) {
-  const auto now = std::chrono::system_clock::now();
+void Journal::push(RecordQueue& queue, const Make& make, WallTime wall) {
   auto pushed = RecordQueue::Pushed::kMissing;
   try {
-    pushed = queue.push({now, make()});
+    pushed = queue.push({wall, make()});
   } catch (const std::bad_alloc&) {
-    queue.lose({1, &queue == &decisions_ ? 1U : 0U, now, now, {}});
+    queue.lose({1, &queue == &decisions_ ? 1U : 0U, wall, wall, {}});
   }
   if (pushed == RecordQueue::Pushed::kTaken) return;
   if (pushed == RecordQueue::Pushed::kMissing && &queue == &decisions_) wants_checkpoint_ = true;
@@ -116,7 +119,8 @@ void Journal::stopped(world::RunTime time, const std::string& why) {
 }
 
 void Journal::note(protocols::WireRecord record) {
-  push(tellings_, [&] { return std::move(record); });
+  const WallTime wall = record.wall;
+  push(tellings_, [&] { return std::move(record); }, wall);
 }
 
 void Journal::refused(const api::Snapshot& seen, std::string_view listener, std::string_view what) {
@@ -144,27 +148,31 @@ JournalStats Journal::stats() const {
 // ---- the writer
 
 void Journal::run(const std::stop_token& stop) {
+  auto flush_at = SteadyClock::now() + kFlush;
   while (!stop.stop_requested()) {
+    bool whole = false;
     {
-      // Frames are half a second's, not one for each record.
       std::unique_lock lock(mutex_);
-      wake_.wait_for(lock, stop, kFlush, [this] { return hurried_; });
-      hurried_ = false;
+      wake_.wait_for(lock, stop, kTake, [this] { return hurried_; });
+      whole = std::exchange(hurried_, false);
     }
-    turn(false);
+    const auto now = SteadyClock::now();
+    whole = whole || now >= flush_at;
+    if (whole) flush_at = now + kFlush;
+    turn(whole, false);
   }
-  turn(true);
+  turn(true, true);
   if (disk_) disk_->finish(SteadyClock::now() + kFlush);
 }
 
-void Journal::turn(bool ending) {
+void Journal::turn(bool whole, bool ending) {
   std::vector<Wanted> wanted;
   {
     const std::lock_guard lock(mutex_);
     wanted.swap(wanted_);
     closed_ = ending;
   }
-  write_taken(ending);
+  write_taken(whole || !wanted.empty(), ending);
   for (const Wanted& want : wanted) {
     want.done(ending ? Result<protocols::Incident>(
                            fail(ErrorCode::kUnavailable, "journal", "the daemon stops"))
@@ -178,7 +186,7 @@ void Journal::turn(bool ending) {
   stats_ = stats;
 }
 
-void Journal::write_taken(bool ending) try {
+void Journal::write_taken(bool whole, bool ending) try {
   add_taken();
   if (ending && encoder_.pending() + ring_.bytes() > 0) {
     v1::JournalRecord record;
@@ -189,8 +197,10 @@ void Journal::write_taken(bool ending) try {
     encoder_.add(record);
     ++next_.records;
   }
-  flush();
+  if (whole) flush();
   if (disk_) disk_->write_waiting();
+  // What is no frame yet may be the beginning that is wanted.
+  if (!whole) return;
   if (ring_.wants_beginning() || (disk_ && disk_->wants_beginning())) wants_checkpoint_ = true;
 } catch (const std::bad_alloc&) {
   lose_taken("no memory");

@@ -38,8 +38,8 @@ struct JournalOptions {
 };
 
 /// Records a run: takes what is told of it from any thread without making it wait, and with a
-/// thread of its own keeps the latest in memory and writes all to the files, half a second later at
-/// the latest. What finds no room is told as a gap in the journal and in the log; a checkpoint
+/// thread of its own keeps the latest in memory and writes all to the files, little more than half
+/// a second later. What finds no room is told as a gap in the journal and in the log; a checkpoint
 /// follows it.
 class Journal final : public world::Recorder,
                       public protocols::WireTrace,
@@ -80,12 +80,14 @@ class Journal final : public world::Recorder,
 
   /// `make` gives what is told; where there is no memory for it, it is missing.
   template <typename Make>
-  void push(RecordQueue& queue, const Make& make);
+  void push(RecordQueue& queue, const Make& make,
+            WallTime wall = std::chrono::system_clock::now());
   void hurry();
   // ---- Thread: the writer's
   void run(const std::stop_token& stop);
-  void turn(bool ending);
-  void write_taken(bool ending);
+  /// `whole`: all of it becomes a frame now.
+  void turn(bool whole, bool ending);
+  void write_taken(bool whole, bool ending);
   void add_taken();
   void lose_taken(const std::string& why);
   void add(const Entry& entry);

@@ -54,6 +54,38 @@ TEST(WireTrace, TellsOfAConnectionFromItsOpeningToItsEnd) {
   EXPECT_EQ(kept.records[3].text, "by the client");
 }
 
+TEST(WireTrace, WhatIsAnsweredAtOnceIsHandedOverBehindItsAnswerWithTheTimeAtWhichItCame) {
+  test::FakeCell cell;
+  Kept kept;
+  const auto at_step = [&](std::uint64_t step) {
+    cell.publish([step](api::Snapshot& snapshot) { snapshot.step = step; });
+  };
+  ConnectionTrace trace(&kept, cell, WireKind::kCrcl, "crcl.fanuc", "a");
+  at_step(10);
+  trace.received_first("question");
+  EXPECT_EQ(kept.contents(), "o");
+  at_step(20);
+  trace.sent("answer");
+  ASSERT_EQ(kept.contents(), "ors");
+  EXPECT_EQ(kept.records[1].data, "question");
+  EXPECT_EQ(kept.records[1].step, 10U);
+  EXPECT_EQ(kept.records[2].step, 20U);
+  EXPECT_LE(kept.records[1].wall, kept.records[2].wall);
+  trace.catch_up();
+  EXPECT_EQ(kept.contents(), "ors");
+
+  // What has no answer is handed over all the same: asked for, before the next and before the end.
+  trace.received_first("command");
+  trace.catch_up();
+  EXPECT_EQ(kept.contents(), "orsr");
+  trace.received_first("command");
+  trace.received_first("command");
+  EXPECT_EQ(kept.contents(), "orsrr");
+  trace.closed("by the client");
+  trace.catch_up();
+  EXPECT_EQ(kept.contents(), "orsrrrc");
+}
+
 TEST(WireTrace, NumbersConnectionsOfAllListeners) {
   test::FakeCell cell;
   Kept kept;

@@ -341,7 +341,9 @@ TEST_F(JournalOfARun, WiresThatFloodItAreToldAsAGapAndLoseNoCommand) {
     const auto connection = std::make_shared<const protocols::WireConnection>();
     submit(simulation, api::RobotCommand{0, api::InitRobot{}});
     for (int i = 0; i < 3000; ++i) {
-      journal.note({.connection = connection, .data = std::string(60'000, 'x')});
+      journal.note({.connection = connection,
+                    .wall = std::chrono::system_clock::now(),
+                    .data = std::string(60'000, 'x')});
       if (i % 1000 != 0) continue;
       submit(simulation, api::RobotCommand{0, api::StopMotion{}});
       submit(simulation, api::SimulationCommand(api::StepBy{400}));
