@@ -34,7 +34,7 @@ Outcome measure(std::size_t clients, std::chrono::seconds duration, const Serve&
   const auto server = serve(simulation);
   simulation.start();
   Outcome out;
-  out.polls = poll_statuses(server.port, clients, kPeriod, duration);
+  StatusPollers(server.port, clients, kPeriod).run(duration, out.polls);
   const auto end = simulation.latest();
   simulation.stop();
   const auto missed = static_cast<double>(end->missed_steps);

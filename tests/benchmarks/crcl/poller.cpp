@@ -20,11 +20,17 @@ constexpr std::string_view kRequest =
     "<CommandID>7</CommandID></CRCLCommand></CRCLCommandInstance>";
 constexpr std::string_view kAnswerEnd = "</CRCLStatus>";
 
-class Poller {
+constexpr std::chrono::seconds kLongest{10};  // that an answer takes
+
+}  // namespace
+
+class StatusPollers::Poller {
  public:
-  Poller(std::uint16_t port, Clock::time_point first) : socket_(port), due_(first) {}
+  explicit Poller(std::uint16_t port) : socket_(port) {}
 
   [[nodiscard]] int fd() const { return socket_.fd(); }
+  [[nodiscard]] bool waits() const { return asked_; }
+  void begin(Clock::time_point first) { due_ = first; }
   [[nodiscard]] Clock::time_point due() const { return asked_ ? Clock::time_point::max() : due_; }
 
   void ask_if_due(std::chrono::microseconds period) {
@@ -57,34 +63,38 @@ class Poller {
   std::string answer_;
 };
 
-}  // namespace
+StatusPollers::StatusPollers(std::uint16_t port, std::size_t clients,
+                             std::chrono::microseconds period)
+    : period_(period) {
+  for (std::size_t i = 0; i < clients; ++i) pollers_.emplace_back(port);
+}
 
-Polls poll_statuses(std::uint16_t port, std::size_t clients, std::chrono::microseconds period,
-                    std::chrono::seconds duration) {
-  const auto begin = Clock::now() + std::chrono::milliseconds(200);
-  std::vector<Poller> pollers;
+StatusPollers::~StatusPollers() = default;
+StatusPollers::StatusPollers(StatusPollers&&) noexcept = default;
+
+void StatusPollers::run(std::chrono::milliseconds duration, Polls& polls) {
+  const auto begin = Clock::now(), end = begin + duration;
   std::vector<pollfd> events;
-  for (std::size_t i = 0; i < clients; ++i) {
-    const auto offset = static_cast<Clock::rep>(i) * period / static_cast<Clock::rep>(clients);
-    pollers.emplace_back(port, begin + offset);
-    events.push_back({pollers.back().fd(), POLLIN, 0});
+  for (std::size_t i = 0; i < pollers_.size(); ++i) {
+    pollers_[i].begin(begin + static_cast<Clock::rep>(i) * period_ /
+                                  static_cast<Clock::rep>(pollers_.size()));
+    events.push_back({pollers_[i].fd(), POLLIN, 0});
   }
-  Polls polls;
-  while (Clock::now() < begin + duration) {
+  while (Clock::now() < end || std::ranges::any_of(pollers_, &Poller::waits)) {
+    if (Clock::now() > end + kLongest) throw std::runtime_error("a status does not come");
     auto next = Clock::time_point::max();
-    for (auto& poller : pollers) {
-      poller.ask_if_due(period);
+    for (auto& poller : pollers_) {
+      if (Clock::now() < end) poller.ask_if_due(period_);
       next = std::min(next, poller.due());
     }
     const auto wait = std::clamp(next - Clock::now(), Clock::duration::zero(),
                                  Clock::duration(std::chrono::milliseconds(10)));
     const timespec limit{0, static_cast<long>(wait.count())};
     if (::ppoll(events.data(), events.size(), &limit, nullptr) <= 0) continue;
-    for (std::size_t i = 0; i < clients; ++i) {
-      if (events[i].revents != 0) pollers[i].read(polls);
+    for (std::size_t i = 0; i < pollers_.size(); ++i) {
+      if (events[i].revents != 0) pollers_[i].read(polls);
     }
   }
-  return polls;
 }
 
 }  // namespace aprsim::bench
