@@ -48,8 +48,9 @@ bool bounds_overlap(const Piece& a, const Piece& b, const Isometry3d& X_BA) {
   return length(ca.x(), ca.y()) < ra + std::max(b.r0, b.r1);
 }
 
-/// Two cylinders standing side by side: the ends of the line along which they touch. False when
-/// they do not stand so, and the general search must look.
+/// Two cylinders standing side by side: the ends of the line along which they touch. An end is a
+/// rim of one of them on the side of the other, which has the normal. False when they do not stand
+/// so, and the general search must look.
 bool side_by_side(const Piece& a, const Piece& b, const Isometry3d& X_BA, Candidates& out) {
   const Vector3d u = X_BA.linear().col(2), c = X_BA.translation();
   if (a.slope != 0 || b.slope != 0 || std::abs(u.z()) < kParallel) return false;
@@ -73,9 +74,15 @@ bool side_by_side(const Piece& a, const Piece& b, const Isometry3d& X_BA, Candid
     const Vector3d q = axis_of_a(z);
     const double distance = length(q.x(), q.y());
     if (distance < 1e-9) continue;
-    const Vector3d n(-q.x() / distance, -q.y() / distance, 0);
+    const Vector3d across(-q.x() / distance, -q.y() / distance, 0);
     const double depth = reach_a + b.r0 - distance;
-    out.add(-(b.r0 - 0.5 * depth) * n + Vector3d(0, 0, z), n, depth);
+    const Vector3d p = -(b.r0 - 0.5 * depth) * across + Vector3d(0, 0, z);
+    if (z == b.z0 || z == b.z1) {
+      const Vector3d n = (across - across.dot(u) * u).normalized();
+      out.add(p, n, depth * across.dot(n));
+    } else {
+      out.add(p, across, depth);
+    }
   }
   return true;
 }

@@ -195,7 +195,8 @@ bool held_by_face(const Pair& pair, int f, bool decided, const Vector3d& p, doub
 /// Four points of a rim below face f.
 void rim_on_face(const Pair& pair, const RimS& rim, int f, const Resting& rest,
                  const RimPockets& near, Candidates& out) {
-  constexpr double kDeepest = 0.9;  // share of the overlap
+  constexpr double kDeepest = 0.9;       // share of the overlap
+  constexpr double kMostDecided = 1e-3;  // [m]
   const Plane& plane = pair.planes[static_cast<std::size_t>(f)];
   if (plane.under(rim.c) + rim.r * plane.sine <= 0) return;
   Vector3d d1, d2;
@@ -204,9 +205,11 @@ void rim_on_face(const Pair& pair, const RimS& rim, int f, const Resting& rest,
     const Vector3d p = rim.c + rim.r * d;
     const double depth = plane.under(p);
     if (depth <= 0) continue;
-    // Where the piece's deepest point is in the prism, its overlap with the face decides.
+    // Where the piece's deepest point is in the prism, its overlap with the face decides; one that
+    // goes by a corner has a large overlap with each face, and little of it is in the prism.
     const bool decided =
-        rest.face == f && (rest.overlap < kResting || depth > kDeepest * rest.overlap);
+        rest.face == f && (rest.overlap < kResting ||
+                           (rest.overlap < kMostDecided && depth > kDeepest * rest.overlap));
     if (!held_by_face(pair, f, decided, p, depth)) continue;
     if (held_by_pockets(near, p, depth)) out.add(p, plane.n, depth);
   }

@@ -22,6 +22,12 @@ constexpr double kInnerShare = 1e-2;  // of the residual, to which the inner pro
 constexpr int kMostInner = 12, kFewInner = 5;
 constexpr int kMostLineSearch = 20, kMostHalvings = 6;
 constexpr double kLeastProgress = 0.02;
+// A search that drags on is content with less after so many Newton steps, with ten times as much
+// after as many more.
+constexpr double kPatient = 20, kTenfold = 12;
+// What rests, and is driven by nothing, would gain energy from what is left over in each of very
+// many steps [m/s]; it is solved to a share of the tolerance, for a Newton step now and then.
+constexpr double kResting = 1e-4, kAtRest = 0.1;
 constexpr double kSlidingShare = 1e-6;
 constexpr double kHardTangent = 1e-9;  ///< softness of friction, of W
 constexpr double kLever = 0.01;        ///< [m] at which angular velocities count in the residual
@@ -132,6 +138,13 @@ void project_disc(double& y, double& z, double radius, double gain, double* g_yy
   *g_yz = -gain * share * ty * tz;
   y *= share;
   z *= share;
+}
+
+/// The residual that does after so many Newton steps.
+double enough_m_s(const ContactSolver::Settings& settings, int iterations) {
+  if (iterations <= kPatient) return settings.tolerance_m_s;
+  const double grown = settings.tolerance_m_s * std::pow(10, (iterations - kPatient) / kTenfold);
+  return std::max(settings.tolerance_m_s, std::min(settings.coarsest_m_s, grown));
 }
 
 }  // namespace
@@ -475,15 +488,24 @@ ContactSolver::Residual ContactSolver::begin_from_better_guess(double enough_m_s
   return first;
 }
 
+bool ContactSolver::rests() const {
+  return rows_.empty() && std::ranges::all_of(moving_, [this](int body) {
+           const Twist& twist = at(body).twist;
+           return std::max(twist.v.norm(), kLever * twist.omega.norm()) < kResting;
+         });
+}
+
 ContactSolver::Outcome ContactSolver::solve(const Settings& settings) {
   if (moving_.empty()) return {.converged = true};
   note_driven();
   slack_m_s_ = std::max(0.0, settings.loose_m_s - settings.tolerance_m_s);
-  const Residual present = begin_from_better_guess(settings.tolerance_m_s);
-  if (present.excess_m_s <= settings.tolerance_m_s) {
+  Settings own = settings;
+  if (rests()) own.tolerance_m_s *= kAtRest;
+  const Residual present = begin_from_better_guess(own.tolerance_m_s);
+  if (present.excess_m_s <= own.tolerance_m_s) {
     return {.converged = true, .residual_m_s = present.all_m_s};
   }
-  return iterate(present, settings);
+  return iterate(present, own);
 }
 
 ContactSolver::Outcome ContactSolver::iterate(Residual first, const Settings& settings) {
@@ -498,7 +520,8 @@ ContactSolver::Outcome ContactSolver::iterate(Residual first, const Settings& se
     set_softness(epsilon);
     recentre();
     // The problem in V, with the slip that follows; where that does not lead on, the convex one.
-    const double wanted = std::max(0.1 * settings.tolerance_m_s, kInnerShare * present.all_m_s);
+    const double enough = enough_m_s(settings, outcome.iterations);
+    const double wanted = std::max(0.1 * enough, kInnerShare * present.all_m_s);
     int inner = 0;
     bool good = true;
     exact_ = true;
@@ -537,7 +560,7 @@ ContactSolver::Outcome ContactSolver::iterate(Residual first, const Settings& se
       continue;
     }
     present = residual();
-    const bool done = present.excess_m_s <= settings.tolerance_m_s;
+    const bool done = present.excess_m_s <= enough_m_s(settings, outcome.iterations);
     if (present.excess_m_s < best && !done) {
       best = present.excess_m_s;
       keep_best();
@@ -556,7 +579,7 @@ ContactSolver::Outcome ContactSolver::iterate(Residual first, const Settings& se
   take_best();
   const Residual last = residual();
   outcome.residual_m_s = last.all_m_s;
-  outcome.converged = last.excess_m_s <= settings.tolerance_m_s;
+  outcome.converged = last.excess_m_s <= enough_m_s(settings, outcome.iterations);
   return outcome;
 }
 

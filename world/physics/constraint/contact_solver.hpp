@@ -36,9 +36,14 @@ class ContactSolver {
   static constexpr int kFixed = -1;  ///< a body that does not move
 
   struct Settings {
-    double tolerance_m_s = 1e-8;  ///< angular velocities count at a lever of a centimetre
-    double loose_m_s = 1e-8;      ///< of contacts of bodies that no row drives, if it is greater
-    int most_iterations = 200;    ///< Newton steps
+    /// Angular velocities count at a lever of a centimetre. What only rests is solved to a tenth of
+    /// it.
+    double tolerance_m_s = 1e-8;
+    /// With so much a search that drags on is content, by and by; it moves nothing by more than
+    /// 30 nm in a step of 1 ms.
+    double coarsest_m_s = 3e-5;
+    double loose_m_s = 1e-8;    ///< of contacts of bodies that no row drives, if it is greater
+    int most_iterations = 200;  ///< Newton steps
   };
 
   /// Where the search begins: at the last step's impulse, or by the change to it farther, whichever
@@ -178,6 +183,8 @@ class ContactSolver {
 
   void prepare();
   void note_driven();
+  /// Does nothing that it is about move, or drive it?
+  [[nodiscard]] bool rests() const;
   void swap_guesses();
   [[nodiscard]] Residual begin_from_better_guess(double enough_m_s);
   void set_softness(double epsilon);

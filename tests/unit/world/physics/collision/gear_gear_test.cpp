@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <random>
 #include <sstream>
 #include <vector>
 
@@ -55,6 +56,43 @@ TEST(GearGear, AtDifferentHeightsTheyTouchWhereBothAre) {
   }
   EXPECT_NEAR(low, 0.004, 1e-12);
   EXPECT_NEAR(high, 0.006, 1e-12);
+}
+
+// Whoever slides along the normal's plane neither sinks in nor gets out: also down the side of what
+// leans.
+TEST(GearGear, LeaningSideBySideTheNormalIsTheSlopeOfTheDepth) {
+  constexpr double kBy = 1e-7, kSlope = 0.03, kNear = 1e-4;
+  std::mt19937_64 random(52);
+  int checked = 0, leaning = 0;
+  for (int i = 0; i < 300; ++i) {
+    const double heading = test::uniform(random, 0, 2 * std::numbers::pi);
+    const Vector3d across(std::cos(heading), std::sin(heading), 0);
+    const double tilt_heading = test::uniform(random, 0, 2 * std::numbers::pi);
+    Isometry3d X = test::pose((0.064 - 2e-4) * across.x(), (0.064 - 2e-4) * across.y(),
+                              test::uniform(random, -3e-3, 3e-3));
+    X.rotate(Eigen::AngleAxisd(test::uniform(random, 0.02, 0.15),
+                               Vector3d(std::cos(tilt_heading), std::sin(tilt_heading), 0)));
+    const Isometry3d X_WB = test::pose(0, 0, 0);
+    for (const Contact& c : touch(X, X_WB)) {
+      if (c.depth_m <= 1e-5 || c.depth_m > 3e-4 || c.n_W.dot(across) < 0.9) continue;
+      const auto depth_when = [&](const Vector3d& moved) {
+        Isometry3d there = X;
+        there.translation() += moved;
+        for (const Contact& other : touch(there, X_WB)) {
+          if ((other.p_W - c.p_W).norm() < kNear) return other.depth_m;
+        }
+        return std::nan("");
+      };
+      for (const Vector3d& axis : {Vector3d(1, 0, 0), Vector3d(0, 1, 0), Vector3d(0, 0, 1)}) {
+        const double slope = (depth_when(kBy * axis) - depth_when(-kBy * axis)) / (2 * kBy);
+        EXPECT_NEAR(slope, -c.n_W.dot(axis), kSlope) << i << " at " << c.p_W.transpose();
+      }
+      ++checked;
+      leaning += std::abs(c.n_W.z()) > 0.02;
+    }
+  }
+  EXPECT_GT(checked, 100);
+  EXPECT_GT(leaning, 20);
 }
 
 TEST(GearGear, ApartTheyDoNotTouch) {

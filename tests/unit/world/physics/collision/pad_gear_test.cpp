@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <random>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -194,6 +195,31 @@ TEST_P(PadGear, ContactsAreContinuousWhileThePadCloses) {
     before = depth;
   }
   EXPECT_GT(before, 3e-4);
+}
+
+// A disc that cuts a corner of the pad overlaps far with every face, and little of it is inside.
+TEST(PadGearV, ADiscPastACornerIsNoDeeperThanWhatIsInside) {
+  Pad pad = pad_of(scene::PadShape::kV);
+  pad.height_m = 0.03;
+  pad.width_m = 0.014;
+  pad.depth_m = 0.01;
+  const Vector3d past(-6.7e-3, -34.0e-3, -0.3e-3);
+  const Eigen::Quaterniond leaning(-0.0729, 0.929, 0.2993, -0.2052);
+  std::mt19937_64 random(68);
+  int touching = 0;
+  for (int i = 0; i < 300; ++i) {
+    Isometry3d X = Isometry3d::Identity();
+    X.translation() = past;
+    for (int k = 0; k < 3; ++k) X.translation()(k) += test::uniform(random, -2e-4, 2e-4);
+    const Vector3d axis = test::random_rotation(random).linear().col(0);
+    X.linear() = (leaning.normalized() *
+                  Eigen::Quaterniond(Eigen::AngleAxisd(test::uniform(random, 0, 0.02), axis)))
+                     .toRotationMatrix();
+    const auto found = touch(pad, X);
+    touching += !found.empty();
+    EXPECT_LE(test::deepest(found), 2e-3) << i;
+  }
+  EXPECT_GT(touching, 100);
 }
 
 }  // namespace

@@ -18,6 +18,9 @@ using Twist = ContactSolver::Twist;
 constexpr int kNoBody = ContactSolver::kFixed;
 const Matrix3d kSmallInertia = 1e-3 * Matrix3d::Identity();
 
+/// However long it takes.
+constexpr ContactSolver::Settings kStrict{.coarsest_m_s = 1e-8};
+
 /// Bodies and contacts as they were given to the solver.
 struct Problem {
   struct Body {
@@ -36,7 +39,7 @@ struct Problem {
   }
   ContactSolver::Outcome solve(ContactSolver& solver) const {
     state_to(solver);
-    return solver.solve();
+    return solver.solve(kStrict);
   }
 };
 
@@ -226,7 +229,7 @@ TEST(ContactSolver, RowsStayWithinTheirBounds) {
 // its contacts solved as ever.
 TEST(ContactSolver, LeavesContactsAsLooseAsItIsTold) {
   constexpr double kLoose = 1e-4;
-  const ContactSolver::Settings loose{.loose_m_s = kLoose};
+  const ContactSolver::Settings loose{.coarsest_m_s = 1e-8, .loose_m_s = kLoose};
   RandomProblems problems(5);
   ContactSolver solver;
   int usual = 0, quick = 0;
@@ -252,6 +255,47 @@ TEST(ContactSolver, LeavesContactsAsLooseAsItIsTold) {
   }
   EXPECT_LT(quick, usual);
   EXPECT_GT(worst, 1e-8);
+}
+
+TEST(ContactSolver, ASearchThatDragsOnIsContentWithLess) {
+  RandomProblems problems(9);
+  ContactSolver solver;
+  const ContactSolver::Settings usual;
+  int strictly = 0, patiently = 0, coarse = 0;
+  for (int round = 0; round < 300; ++round) {
+    const Problem problem = problems.next();
+    strictly += problem.solve(solver).iterations;
+    problem.state_to(solver);
+    const auto outcome = solver.solve(usual);
+    patiently += outcome.iterations;
+    if (!outcome.converged) continue;
+    EXPECT_LE(outcome.residual_m_s,
+              outcome.iterations <= 20 ? usual.tolerance_m_s : usual.coarsest_m_s);
+    coarse += outcome.residual_m_s > usual.tolerance_m_s;
+  }
+  EXPECT_LT(patiently, strictly);
+  EXPECT_GT(coarse, 0);
+}
+
+// A residual that does for what moves would let what rests gain energy, step by step.
+TEST(ContactSolver, WhatRestsIsSolvedToATenth) {
+  constexpr double kMass = 0.1, kWeight_m_s = 9.81e-3, kOff_m_s = 5e-9;
+  for (const double speed_m_s : {0.0, 1e-3}) {
+    ContactSolver solver;
+    const Twist now{{speed_m_s, 0, 0}, Vector3d::Zero()};
+    const Twist free{{speed_m_s, 0, -kWeight_m_s}, Vector3d::Zero()};
+    SolverContact contact;
+    contact.a = solver.add_body(kMass, kSmallInertia, Vector3d::Zero(), free, now);
+    contact.impulse_ns = {kMass * (kWeight_m_s - kOff_m_s) * Vector3d::UnitZ(), Vector3d::Zero()};
+    solver.add_contact(contact);
+    const auto outcome = solver.solve();
+    EXPECT_TRUE(outcome.converged);
+    if (speed_m_s > 0) {
+      EXPECT_GT(outcome.residual_m_s, 0.5 * kOff_m_s);
+    } else {
+      EXPECT_LE(outcome.residual_m_s, 1e-9);
+    }
+  }
 }
 
 TEST(ContactSolver, GivesTheSameBitsForTheSameInput) {
