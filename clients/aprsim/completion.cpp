@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "clients/aprsim/command_tree.hpp"
+#include "clients/aprsim/endpoints.hpp"
 #include "world/fault_kinds/fault_kinds.hpp"
 
 namespace aprsim::client {

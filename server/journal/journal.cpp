@@ -120,7 +120,8 @@ void Journal::stopped(world::RunTime time, const std::string& why) {
 
 void Journal::note(protocols::WireRecord record) {
   const WallTime wall = record.wall;
-  push(tellings_, [&] { return std::move(record); }, wall);
+  push(
+      tellings_, [&] { return std::move(record); }, wall);
 }
 
 void Journal::refused(const api::Snapshot& seen, std::string_view listener, std::string_view what) {

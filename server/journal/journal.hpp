@@ -80,8 +80,7 @@ class Journal final : public world::Recorder,
 
   /// `make` gives what is told; where there is no memory for it, it is missing.
   template <typename Make>
-  void push(RecordQueue& queue, const Make& make,
-            WallTime wall = std::chrono::system_clock::now());
+  void push(RecordQueue& queue, const Make& make, WallTime wall = std::chrono::system_clock::now());
   void hurry();
   // ---- Thread: the writer's
   void run(const std::stop_token& stop);

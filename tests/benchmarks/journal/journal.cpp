@@ -97,8 +97,7 @@ class Cell {
     {
       std::vector<std::jthread> clients;
       for (std::size_t robot = 0; robot < 2; ++robot) {
-        clients.emplace_back(
-            [&, robot] { pollers_[robot].run(span, polls[robot]); });
+        clients.emplace_back([&, robot] { pollers_[robot].run(span, polls[robot]); });
       }
       auto due = std::chrono::steady_clock::now();
       const auto end = due + span;
