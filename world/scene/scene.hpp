@@ -66,8 +66,8 @@ struct Physics {
   SurfacePairs restitution;            ///< share of the speed of approach that an impact gives back
   SurfacePairs rolling_m, spinning_m;  ///< torque across and about the normal, per normal force
   /// What contacts may be off by, in velocity, when a step ends; those of driven bodies, such as
-  /// fingers, are solved to 1e-8 m/s whatever it says; a step that drags on is content with 3e-5 m/s.
-  /// A greater one is quicker and coarser.
+  /// fingers, are solved to 1e-8 m/s whatever it says; a step that drags on is content with 3e-5
+  /// m/s. A greater one is quicker and coarser.
   double residual_m_s = 1e-8;
   Simplification simplification = Simplification::kDormant;
   double simplify_speed_m_s = 1e-3;  ///< e1 of Algorithm 1
