@@ -31,16 +31,10 @@ using RingRadii = std::array<double, kRingSamples>;
 double touch_deepest(const Piece& piece, const CircleBasis& basis, double circle_r,
                      const RingWays& ways, const Isometry3d& X_SG, Candidates& out) {
   double longest = 0;
-  const auto way_at = [&](double angle) {
-    const Vector3d q = basis.at(angle);
-    return way_out(piece, length(q.x(), q.y()), q.z());
-  };
-  const RingRadius radius{circle_r, std::max(1e-6, std::min(piece.r0, piece.r1))};
-  ring_maxima(ways, radius, way_at, [&](double angle) {
-    const double depth = way_at(angle).depth;
-    if (depth <= 0) return;
-    longest = std::max(longest, depth);
-    add_edge_point(piece, basis.at(angle), basis.along(angle), X_SG, out);
+  const auto way_at = [&](const CirclePoint& at) { return way_out_along(piece, at); };
+  ring_maxima(ways, basis, circle_r, way_at, [&](const RingMaximum& found) {
+    longest = std::max(longest, found.way.depth);
+    add_edge_point(piece, found.at.p, found.at.by_angle.normalized(), X_SG, out);
   });
   return longest;
 }
@@ -51,12 +45,8 @@ void touch_end(double z_end, double r_end, double outward, double longest, const
                const RingRadii& radii, const Isometry3d& X_SG, Candidates& out) {
   RingRadii inside;
   for (std::size_t i = 0; i < kRingSamples; ++i) inside[i] = r_end - radii[i];
-  const auto inside_at = [&](double angle) {
-    const Vector3d q = basis.at(angle);
-    return r_end - length(q.x(), q.y());
-  };
-  ring_crossings(inside, inside_at, [&](double angle) {
-    const Vector3d q = basis.at(angle);
+  const auto inside_at = [&](const Vector3d& q) { return r_end - length(q.x(), q.y()); };
+  ring_crossings(inside, basis, inside_at, [&](const Vector3d& q) {
     const double depth = outward * (z_end - q.z());
     if (depth <= kEndShare * longest) out.add(X_SG * q, -outward * X_SG.linear().col(2), depth);
   });
@@ -96,8 +86,7 @@ void circle_on_piece(const Piece& piece, const Isometry3d& X_SG, const Circle& c
   RingWays ways;
   RingRadii radii;
   for (std::size_t i = 0; i < kRingSamples; ++i) {
-    const Vector3d q =
-        basis.c + kSampleDirections[i].c * basis.a1 + kSampleDirections[i].s * basis.a2;
+    const Vector3d q = basis.sample(static_cast<int>(i));
     radii[i] = std::sqrt(q.x() * q.x() + q.y() * q.y());
     ways[i] = way_out(piece, radii[i], q.z());
   }

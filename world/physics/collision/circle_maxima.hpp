@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include <Eigen/Geometry>
-#include <boost/math/tools/minima.hpp>
 #include <boost/math/tools/roots.hpp>
 
 /// Finding the deepest points around a circle. Internal to contact generation.
@@ -26,30 +25,28 @@ inline const std::array<Direction, kRingSamples> kSampleDirections = [] {
   return d;
 }();
 
-/// Cosine and sine of any angle, those of a sample exactly: by Taylor's series from the nearest
-/// one.
-[[nodiscard]] inline Direction direction_at(double angle) {
-  const double nearest = std::floor(angle / kSampleAngle + 0.5);
-  const double x = angle - kSampleAngle * nearest, x2 = x * x;
-  const double s = x * (1 - x2 / 6 * (1 - x2 / 20 * (1 - x2 / 42 * (1 - x2 / 72))));
-  const double c = 1 - x2 / 2 * (1 - x2 / 12 * (1 - x2 / 30 * (1 - x2 / 56 * (1 - x2 / 90))));
-  int i = static_cast<int>(nearest) % kRingSamples;
-  if (i < 0) i += kRingSamples;
-  const Direction& at = kSampleDirections[static_cast<std::size_t>(i)];
-  return {at.c * c - at.s * s, at.s * c + at.c * s};
-}
+/// A point of a circle, and how fast it moves along it, by the angle.
+struct CirclePoint {
+  Eigen::Vector3d p, by_angle;
+};
 
 /// A circle by its centre, the radius on which the samples start, and the radius a quarter turn on.
 struct CircleBasis {
   Eigen::Vector3d c, a1, a2;
-  [[nodiscard]] Eigen::Vector3d at(double angle) const {
-    const Direction d = direction_at(angle);
+  [[nodiscard]] Eigen::Vector3d sample(int i) const {
+    const Direction& d = kSampleDirections[static_cast<std::size_t>(i)];
     return c + d.c * a1 + d.s * a2;
   }
-  /// Direction of growing angle there.
-  [[nodiscard]] Eigen::Vector3d along(double angle) const {
-    const Direction d = direction_at(angle);
-    return (d.c * a2 - d.s * a1).normalized();
+  /// From sample i on by an angle of at most that between samples, by Taylor's series.
+  [[nodiscard]] CirclePoint at(int i, double angle) const {
+    const Direction& d = kSampleDirections[static_cast<std::size_t>(i)];
+    const Eigen::Vector3d out = d.c * a1 + d.s * a2, on = d.c * a2 - d.s * a1;
+    const double x2 = angle * angle;
+    const double s =
+        angle * (1 - x2 / 6 * (1 - x2 / 20 * (1 - x2 / 42 * (1 - x2 / 72 * (1 - x2 / 110)))));
+    const double co =
+        1 - x2 / 2 * (1 - x2 / 12 * (1 - x2 / 30 * (1 - x2 / 56 * (1 - x2 / 90 * (1 - x2 / 132)))));
+    return {c + co * out + s * on, co * on - s * out};
   }
 };
 
@@ -60,77 +57,102 @@ struct WayOut {
   int kind = 0;
 };
 
+/// With its change along the circle.
+struct SlopedWay : WayOut {
+  double slope = 0;  ///< of the depth, by the angle
+  double turn = 0;   ///< of the same sign, and straighter near an axis
+};
+
 using RingWays = std::array<WayOut, kRingSamples>;
 
 [[nodiscard]] inline const WayOut& at_sample(const RingWays& v, int i) {
   return v[static_cast<std::size_t>((i + kRingSamples) % kRingSamples)];
 }
 
-/// Angle of the maximum of f less than h from `angle`, to a millionth, by Brent's method.
-template <class F>
-double brent_maximum(double angle, double h, const F& f) {
-  constexpr int kBits = 20;
-  const auto outside = [&](double turn) { return -f(angle + turn).depth; };
-  return angle + boost::math::tools::brent_find_minima(outside, -h, h, kBits).first;
-}
-
-/// The circle's radius, and the least radius of the surfaces it is held against.
-struct RingRadius {
-  double own = 0, other = 0;
-
-  /// How much higher a maximum can be than the sample beside it: at a kink, and where it is smooth.
-  [[nodiscard]] double kink_gain() const { return 0.5 * kSampleAngle * own; }
-  [[nodiscard]] double smooth_gain() const {
-    const double gain = 0.125 * kSampleAngle * kSampleAngle * own * (1 + own / other);
-    return std::fmin(gain, kink_gain());
-  }
-  /// Do parabolas through the samples follow the depth?
-  [[nodiscard]] bool gentle() const { return own < 2 * other; }
+/// A point of the circle with its way out.
+struct RingMaximum {
+  CirclePoint at;
+  SlopedWay way;
 };
 
-/// Angle of the maximum near sample i: successive parabolas where the depth is smooth and `gentle`.
-/// f must agree with v at the samples. Never worse than the sample itself.
+/// The maximum of depth between the samples beside sample i, to half a millionth of its angle: by
+/// secants of the slope on one surface, by the tangents where the nearest surface is another one,
+/// and by halves where neither gains. False where all there is outside.
 template <class F>
-double refine_maximum(const RingWays& v, int i, bool gentle, const F& f) {
-  const WayOut &before = at_sample(v, i - 1), &here = at_sample(v, i), &after = at_sample(v, i + 1);
-  double h = kSampleAngle, angle = kSampleAngle * i;
-  if (!gentle || before.kind != here.kind || after.kind != here.kind) {
-    const double kink = brent_maximum(angle, h, f);
-    return f(kink).depth > here.depth ? kink : angle;
+bool refine_maximum(const CircleBasis& circle, int i, double radius, const F& way_at,
+                    RingMaximum& best) {
+  constexpr double kSame = 5e-7;
+  constexpr int kMost = 40;
+  struct Look {
+    double angle = 0;
+    SlopedWay way;
+  };
+  const auto look = [&](double angle) {
+    const CirclePoint at = circle.at(i, angle);
+    const Look found{angle, way_at(at)};
+    if (found.way.depth > best.way.depth) best = {at, found.way};
+    return found;
+  };
+  const CirclePoint middle = circle.at(i, 0);
+  best = {middle, way_at(middle)};
+  if (best.way.slope == 0) return best.way.depth > 0;
+  Look lo{0, best.way}, hi = lo;
+  if (best.way.slope > 0) {
+    hi = look(kSampleAngle);
+  } else {
+    lo = look(-kSampleAngle);
   }
-  double left = before.depth, mid = here.depth, right = after.depth;
-  for (int pass = 0; pass < 4; ++pass) {
-    const double curvature = left - 2 * mid + right;
-    if (!(curvature < 0)) break;
-    const double shift = h * std::fmin(0.5, std::fmax(-0.5, 0.5 * (left - right) / curvature));
-    if (std::abs(shift) < 1e-5) break;
-    const double value = f(angle + shift).depth;
-    h *= 0.25;
-    if (value > mid) {
-      angle += shift;
-      mid = value;
+  double last_width = 1, width = 1;
+  for (int pass = 0; pass < kMost; ++pass) {
+    const double before = last_width;
+    last_width = width;
+    width = hi.angle - lo.angle;
+    if (width < kSame) break;
+    double angle = lo.angle + 0.5 * width;
+    const double rise = lo.way.slope, fall = hi.way.slope;
+    if (rise > 0 && fall < 0) {
+      const double tangents = (hi.way.depth - lo.way.depth - fall * width) / (rise - fall);
+      const double highest = lo.way.depth + rise * tangents + radius * width * width;
+      if (highest < 0) return false;
+      if (width < 0.5 * before) {
+        const bool kink = lo.way.kind != hi.way.kind;
+        angle = lo.angle + (kink ? tangents : width * lo.way.turn / (lo.way.turn - hi.way.turn));
+        angle = std::fmin(hi.angle - 0.5 * kSame, std::fmax(lo.angle + 0.5 * kSame, angle));
+      }
     }
-    left = f(angle - h).depth;
-    right = f(angle + h).depth;
+    const Look found = look(angle);
+    if (found.way.slope == 0) break;
+    const bool rises = found.way.slope > 0;
+    if (found.way.depth < (rises ? lo : hi).way.depth) {
+      // Over a valley: on the higher side of it.
+      (lo.way.depth < hi.way.depth ? lo : hi) = found;
+    } else {
+      (rises ? lo : hi) = found;
+    }
   }
-  return angle;
+  return best.way.depth > 0;
 }
 
-/// Calls emit(angle) at the refined local maxima that may be positive, four at most; when all of
-/// the circle is inside, at the deepest sample and the three a quarter turn apart.
+/// Calls emit(RingMaximum) at the refined local maxima that are positive, four at most; when all of
+/// the circle is inside, at the deepest sample and the three a quarter turn apart. `radius`: the
+/// circle's own.
 template <class F, class Emit>
-void ring_maxima(const RingWays& v, const RingRadius& r, const F& f, const Emit& emit) {
-  const double kink_gain = r.kink_gain(), smooth_gain = r.smooth_gain();
+void ring_maxima(const RingWays& v, const CircleBasis& circle, double radius, const F& way_at,
+                 const Emit& emit) {
+  // A kink may be that much higher than the sample beside it.
+  const double gain = 0.5 * kSampleAngle * radius;
   int deepest = 0, inside = 0;
   for (int i = 0; i < kRingSamples; ++i) {
     inside += at_sample(v, i).depth > 0;
     if (at_sample(v, i).depth > at_sample(v, deepest).depth) deepest = i;
   }
-  if (at_sample(v, deepest).depth < -kink_gain) return;
+  RingMaximum found;
+  if (at_sample(v, deepest).depth < -gain) return;
   if (inside == kRingSamples) {
-    emit(refine_maximum(v, deepest, r.gentle(), f));
+    if (refine_maximum(circle, deepest, radius, way_at, found)) emit(found);
     for (int k = 1; k < 4; ++k) {
-      emit(kSampleAngle * ((deepest + k * kRingSamples / 4) % kRingSamples));
+      const CirclePoint at = circle.at((deepest + k * kRingSamples / 4) % kRingSamples, 0);
+      emit(RingMaximum{at, way_at(at)});
     }
     return;
   }
@@ -140,28 +162,27 @@ void ring_maxima(const RingWays& v, const RingRadius& r, const F& f, const Emit&
     const WayOut &before = at_sample(v, i - 1), &here = at_sample(v, i),
                  &after = at_sample(v, i + 1);
     if (k > 0 && !(here.depth > before.depth && here.depth >= after.depth)) continue;
-    const bool smooth = before.kind == here.kind && after.kind == here.kind;
-    if (here.depth < -(smooth ? smooth_gain : kink_gain)) continue;
-    emit(refine_maximum(v, i, r.gentle(), f));
+    if (here.depth < -gain || !refine_maximum(circle, i, radius, way_at, found)) continue;
+    emit(found);
     ++emitted;
   }
 }
 
-/// Calls emit(angle) where v changes sign between neighbouring samples, four times at most; f must
+/// Calls emit(CirclePoint) where v changes sign between neighbouring samples, four times at most; f must
 /// agree with v at the samples.
 template <class F, class Emit>
-void ring_crossings(const std::array<double, kRingSamples>& v, const F& f, const Emit& emit) {
+void ring_crossings(const std::array<double, kRingSamples>& v, const CircleBasis& circle, const F& f,
+                    const Emit& emit) {
   int most = 4;
   for (int i = 0; i < kRingSamples && most > 0; ++i) {
     const double lo = v[static_cast<std::size_t>(i)];
     const double hi = v[static_cast<std::size_t>((i + 1) % kRingSamples)];
     if ((lo > 0) == (hi > 0)) continue;
-    const double a = kSampleAngle * i;
     std::uintmax_t passes = 20;
     const auto bracket = boost::math::tools::toms748_solve(
-        f, a, a + kSampleAngle, lo, hi, [](double x, double y) { return y - x < 1e-11; }, passes);
-    const double m = 0.5 * (bracket.first + bracket.second);
-    emit(m);
+        [&](double angle) { return f(circle.at(i, angle).p); }, 0.0, kSampleAngle, lo, hi,
+        [](double x, double y) { return y - x < 1e-11; }, passes);
+    emit(circle.at(i, 0.5 * (bracket.first + bracket.second)).p);
     --most;
   }
 }

@@ -14,6 +14,8 @@ enum WayKind : int { kThroughSide = 0, kThroughLow = 1, kThroughHigh = 2, kOutsi
 /// or through the end faces of the convex whole it belongs to. Outside its height: how far,
 /// negative.
 [[nodiscard]] WayOut way_out(const Piece& piece, double r, double z);
+/// The same for a point of a circle (gear frame).
+[[nodiscard]] SlopedWay way_out_along(const Piece& piece, const CirclePoint& at);
 
 /// Adds the contact of a point q (gear frame) of another body's edge, running along d there (unit),
 /// which lies inside the piece: out through the side or the nearer end face, or, where both are

@@ -1,6 +1,7 @@
 #include "world/physics/collision/rim_vs_pocket.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "world/physics/collision/circle_maxima.hpp"
@@ -27,20 +28,41 @@ CircleBasis anchored(const RimS& rim, const PocketProfile& pocket) {
   return {rim.c, rim.r * along, rim.r * rim.u.cross(along)};
 }
 
-enum PocketWay : int { kWall = 0, kChamfer = 1, kTopFace = 2, kElsewhere = 3 };
+/// Out through the slab's sides, or outside it, from kElsewhere on: towards lower and higher x, y, z.
+enum PocketWay : int { kWall = 0, kChamfer = 1, kTopFace = 2, kElsewhere = 3, kBelow = 7 };
 
 /// Nearest way out of the material around the pocket at p (tray frame), r from the pocket's axis:
 /// into it through wall or chamfer, or up. Elsewhere: out through the slab's sides, or outside it.
 WayOut way_into(const PocketProfile& pocket, const Slab& slab, const Vector3d& p, double r) {
   WayOut way{pocket.behind_wall(r, p.z()), kWall};
-  const double chamfer = pocket.behind_chamfer(r, p.z());
-  if (chamfer < way.depth) way = {chamfer, kChamfer};
-  if (-p.z() < way.depth) way = {-p.z(), kTopFace};
-  const double side = std::min(std::min(p.x() - slab.lo.x(), slab.hi.x() - p.x()),
-                               std::min(p.y() - slab.lo.y(), slab.hi.y() - p.y()));
-  if (side < way.depth) way = {side, kElsewhere};
+  const auto nearer = [&way](double depth, int kind) {
+    if (depth < way.depth) way = {depth, kind};
+  };
+  nearer(pocket.behind_chamfer(r, p.z()), kChamfer);
+  nearer(-p.z(), kTopFace);
+  nearer(p.x() - slab.lo.x(), kElsewhere);
+  nearer(slab.hi.x() - p.x(), kElsewhere + 1);
+  nearer(p.y() - slab.lo.y(), kElsewhere + 2);
+  nearer(slab.hi.y() - p.y(), kElsewhere + 3);
   const double above = p.z() - slab.z0;
-  if (above < 0 && above < way.depth) way = {above, kElsewhere};
+  if (above < 0) nearer(above, kBelow);
+  return way;
+}
+
+/// The same for a point of a circle.
+SlopedWay way_into_along(const PocketProfile& pocket, const Slab& slab, const CirclePoint& at) {
+  const double x = at.p.x() - pocket.x, y = at.p.y() - pocket.y, r = length(x, y);
+  const Vector3d& on = at.by_angle;
+  SlopedWay way{way_into(pocket, slab, at.p, r)};
+  if (way.kind == kWall || way.kind == kChamfer) {
+    const double r_on = x * on.x() + y * on.y();  // times r
+    way.turn = way.kind == kWall ? (r_on - pocket.wall_slope * on.z() * r) * pocket.wall_cos
+                                 : (r_on - pocket.chamfer_slope * on.z() * r) * pocket.chamfer_cos;
+    way.slope = r > 0 ? way.turn / r : 0;
+    return way;
+  }
+  const std::array<double, 6> slopes{-on.z(), on.x(), -on.x(), on.y(), -on.y(), on.z()};
+  way.slope = way.turn = slopes[static_cast<std::size_t>(way.kind - kTopFace)];
   return way;
 }
 
@@ -89,22 +111,18 @@ RimInPocket rim_in_pocket(const RimS& rim, const PocketProfile& pocket) {
 void rim_on_pocket_side(const RimS& rim, const PocketProfile& pocket, const Slab& slab,
                         Candidates& out) {
   const CircleBasis basis = anchored(rim, pocket);
-  const auto way_of = [&](const Vector3d& p) {
-    const double x = p.x() - pocket.x, y = p.y() - pocket.y;
-    return way_into(pocket, slab, p, std::sqrt(x * x + y * y));
-  };
   // Sampled around the rim; the local maxima of depth are refined.
   RingWays ways;
   for (std::size_t i = 0; i < kRingSamples; ++i) {
-    ways[i] =
-        way_of(basis.c + kSampleDirections[i].c * basis.a1 + kSampleDirections[i].s * basis.a2);
+    const Vector3d p = basis.sample(static_cast<int>(i));
+    ways[i] = way_into(pocket, slab, p, length(p.x() - pocket.x, p.y() - pocket.y));
   }
-  const auto way_at = [&](double angle) { return way_of(basis.at(angle)); };
-  ring_maxima(ways, {rim.r, std::max(1e-6, pocket.r_floor)}, way_at, [&](double angle) {
-    const Vector3d p = basis.at(angle);
+  const auto way_at = [&](const CirclePoint& at) { return way_into_along(pocket, slab, at); };
+  ring_maxima(ways, basis, rim.r, way_at, [&](const RingMaximum& found) {
+    const Vector3d& p = found.at.p;
     const double x = p.x() - pocket.x, y = p.y() - pocket.y, r = length(x, y);
-    const WayOut way = way_into(pocket, slab, p, r);
-    if (way.depth <= 0 || r < 1e-12 || way.kind == kElsewhere) return;
+    const WayOut& way = found.way;
+    if (r < 1e-12 || way.kind >= kElsewhere) return;
     Vector3d n = Vector3d::UnitZ();
     if (way.kind == kTopFace) {
       // Only at the mouth's corner; farther out it is the top face's contact.
