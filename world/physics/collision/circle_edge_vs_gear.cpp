@@ -34,7 +34,7 @@ double touch_deepest(const Piece& piece, const CircleBasis& basis, double circle
   const auto way_at = [&](const CirclePoint& at) { return way_out_along(piece, at); };
   ring_maxima(ways, basis, circle_r, way_at, [&](const RingMaximum& found) {
     longest = std::max(longest, found.way.depth);
-    add_edge_point(piece, found.at.p, found.at.by_angle.normalized(), X_SG, out);
+    add_edge_point(piece, found.at.p, found.at.by_step.normalized(), X_SG, out);
   });
   return longest;
 }

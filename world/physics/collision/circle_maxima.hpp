@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -11,6 +12,7 @@ namespace aprsim::physics::detail {
 
 inline constexpr int kRingSamples = 24;
 inline constexpr double kSampleAngle = 0.26179938779914943653855361527329;  // 2 pi / 24
+inline constexpr double kSampleStep = 0.26330499517482915;                  // 2 tan(pi / 24)
 
 struct Direction {
   double c = 1, s = 0;
@@ -25,9 +27,9 @@ inline const std::array<Direction, kRingSamples> kSampleDirections = [] {
   return d;
 }();
 
-/// A point of a circle, and how fast it moves along it, by the angle.
+/// A point of a circle, and its change with the step along it.
 struct CirclePoint {
-  Eigen::Vector3d p, by_angle;
+  Eigen::Vector3d p, by_step;
 };
 
 /// A circle by its centre, the radius on which the samples start, and the radius a quarter turn on.
@@ -37,16 +39,13 @@ struct CircleBasis {
     const Direction& d = kSampleDirections[static_cast<std::size_t>(i)];
     return c + d.c * a1 + d.s * a2;
   }
-  /// From sample i on by an angle of at most that between samples, by Taylor's series.
-  [[nodiscard]] CirclePoint at(int i, double angle) const {
+  /// From sample i on by a step: twice the tangent of half the angle, which spares sine and cosine.
+  [[nodiscard]] CirclePoint at(int i, double step) const {
     const Direction& d = kSampleDirections[static_cast<std::size_t>(i)];
     const Eigen::Vector3d out = d.c * a1 + d.s * a2, on = d.c * a2 - d.s * a1;
-    const double x2 = angle * angle;
-    const double s =
-        angle * (1 - x2 / 6 * (1 - x2 / 20 * (1 - x2 / 42 * (1 - x2 / 72 * (1 - x2 / 110)))));
-    const double co =
-        1 - x2 / 2 * (1 - x2 / 12 * (1 - x2 / 30 * (1 - x2 / 56 * (1 - x2 / 90 * (1 - x2 / 132)))));
-    return {c + co * out + s * on, co * on - s * out};
+    const double quarter2 = 0.25 * step * step, scale = 1 / (1 + quarter2);
+    const double cosine = (1 - quarter2) * scale, sine = step * scale;
+    return {c + cosine * out + sine * on, scale * (cosine * on - sine * out)};
   }
 };
 
@@ -59,8 +58,9 @@ struct WayOut {
 
 /// With its change along the circle.
 struct SlopedWay : WayOut {
-  double slope = 0;  ///< of the depth, by the angle
+  double slope = 0;  ///< of the depth, by the step
   double turn = 0;   ///< of the same sign, and straighter near an axis
+  bool left_out = false;  ///< of what the surfaces are those of: the depth jumps where this ends
 };
 
 using RingWays = std::array<WayOut, kRingSamples>;
@@ -75,60 +75,75 @@ struct RingMaximum {
   SlopedWay way;
 };
 
-/// The maximum of depth between the samples beside sample i, to half a millionth of its angle: by
-/// secants of the slope on one surface, by the tangents where the nearest surface is another one,
-/// and by halves where neither gains. False where all there is outside.
+/// The maximum of the depth between the samples beside sample i, to half a millionth of a step: by
+/// secants of the slope on one surface, by tangents (Kelley's cutting planes) where the nearest
+/// surface changes, at the edge of what is left out, and by halves where none of these gains. False
+/// where all there is outside. `radius`: the circle's own, no depth is more curved.
 template <class F>
 bool refine_maximum(const CircleBasis& circle, int i, double radius, const F& way_at,
                     RingMaximum& best) {
   constexpr double kSame = 5e-7;
-  constexpr int kMost = 40;
+  constexpr int kMost = 40, kStuck = 4;
   struct Look {
-    double angle = 0;
+    double step = 0;
     SlopedWay way;
   };
-  const auto look = [&](double angle) {
-    const CirclePoint at = circle.at(i, angle);
-    const Look found{angle, way_at(at)};
+  best.way.depth = -1e30;
+  const auto look = [&](double step) {
+    const CirclePoint at = circle.at(i, step);
+    const Look found{step, way_at(at)};
     if (found.way.depth > best.way.depth) best = {at, found.way};
     return found;
   };
-  const CirclePoint middle = circle.at(i, 0);
-  best = {middle, way_at(middle)};
-  if (best.way.slope == 0) return best.way.depth > 0;
-  Look lo{0, best.way}, hi = lo;
-  if (best.way.slope > 0) {
-    hi = look(kSampleAngle);
-  } else {
-    lo = look(-kSampleAngle);
-  }
-  double last_width = 1, width = 1;
+  Look lo = look(0), hi = lo;
+  if (lo.way.slope == 0) return best.way.depth > 0;
+  (lo.way.slope > 0 ? hi : lo) = look(lo.way.slope > 0 ? kSampleStep : -kSampleStep);
+  int on_one_side = 0;  // how often in a row lo (positive) or hi has moved, the last time by:
+  double advance = 0;
   for (int pass = 0; pass < kMost; ++pass) {
-    const double before = last_width;
-    last_width = width;
-    width = hi.angle - lo.angle;
+    const double width = hi.step - lo.step, rise = lo.way.slope, fall = hi.way.slope;
     if (width < kSame) break;
-    double angle = lo.angle + 0.5 * width;
-    const double rise = lo.way.slope, fall = hi.way.slope;
-    if (rise > 0 && fall < 0) {
-      const double tangents = (hi.way.depth - lo.way.depth - fall * width) / (rise - fall);
-      const double highest = lo.way.depth + rise * tangents + radius * width * width;
-      if (highest < 0) return false;
-      if (width < 0.5 * before) {
+    const auto bend = [radius](double way) { return 0.5 * radius * way * way; };
+    double on = 0.5 * width;
+    if (rise > 0 && fall < 0 && !(lo.way.left_out && hi.way.left_out)) {
+      double wanted = 0, highest = 0;
+      bool last = false;
+      if (lo.way.left_out) {
+        wanted = -lo.way.depth / rise;
+        highest = hi.way.depth - fall * width + bend(width);
+      } else if (hi.way.left_out) {
+        wanted = width - hi.way.depth / fall;
+        highest = lo.way.depth + rise * width + bend(width);
+      } else {
+        const double tangents = (hi.way.depth - lo.way.depth - fall * width) / (rise - fall);
+        highest = lo.way.depth + rise * tangents + bend(std::max(tangents, width - tangents));
         const bool kink = lo.way.kind != hi.way.kind;
-        angle = lo.angle + (kink ? tangents : width * lo.way.turn / (lo.way.turn - hi.way.turn));
-        angle = std::fmin(hi.angle - 0.5 * kSame, std::fmax(lo.angle + 0.5 * kSame, angle));
+        wanted = kink ? tangents : width * lo.way.turn / (lo.way.turn - hi.way.turn);
+        last = kink ? bend(width) < kSame * (rise - fall) : width * width < kSame;
       }
+      if (highest < 0) return false;
+      const double least = 0.5 * kSame, most = width - least;
+      if (last) {
+        look(lo.step + std::clamp(wanted, least, most));
+        break;
+      }
+      // Where one side comes near and the other does not, a step too far brings that in.
+      if (on_one_side > 0) {
+        wanted = wanted < least ? advance : on_one_side > 1 ? 2 * wanted : wanted;
+      } else if (on_one_side < 0) {
+        const double back = width - wanted;
+        wanted = width - (back < least ? advance : on_one_side < -1 ? 2 * back : back);
+      }
+      if (std::abs(on_one_side) < kStuck) on = std::clamp(wanted, least, most);
     }
-    const Look found = look(angle);
+    const Look found = look(lo.step + on);
     if (found.way.slope == 0) break;
-    const bool rises = found.way.slope > 0;
-    if (found.way.depth < (rises ? lo : hi).way.depth) {
-      // Over a valley: on the higher side of it.
-      (lo.way.depth < hi.way.depth ? lo : hi) = found;
-    } else {
-      (rises ? lo : hi) = found;
-    }
+    bool is_lo = found.way.slope > 0;
+    // Over a valley: on the higher side of it.
+    if (found.way.depth < (is_lo ? lo : hi).way.depth) is_lo = lo.way.depth < hi.way.depth;
+    advance = is_lo ? on : width - on;
+    (is_lo ? lo : hi) = found;
+    on_one_side = is_lo ? std::max(on_one_side, 0) + 1 : std::min(on_one_side, 0) - 1;
   }
   return best.way.depth > 0;
 }
@@ -180,7 +195,7 @@ void ring_crossings(const std::array<double, kRingSamples>& v, const CircleBasis
     if ((lo > 0) == (hi > 0)) continue;
     std::uintmax_t passes = 20;
     const auto bracket = boost::math::tools::toms748_solve(
-        [&](double angle) { return f(circle.at(i, angle).p); }, 0.0, kSampleAngle, lo, hi,
+        [&](double step) { return f(circle.at(i, step).p); }, 0.0, kSampleStep, lo, hi,
         [](double x, double y) { return y - x < 1e-11; }, passes);
     emit(circle.at(i, 0.5 * (bracket.first + bracket.second)).p);
     --most;

@@ -52,12 +52,12 @@ WayOut way_out(const Piece& piece, double r, double z) {
 }
 
 SlopedWay way_out_along(const Piece& piece, const CirclePoint& at) {
-  const double x = at.p.x(), y = at.p.y(), z = at.p.z(), z_on = at.by_angle.z();
+  const double x = at.p.x(), y = at.p.y(), z = at.p.z(), z_on = at.by_step.z();
   const double r = length(x, y);
   SlopedWay way{way_out(piece, r, z)};
   switch (way.kind) {
     case kThroughSide: {
-      const double r_on = x * at.by_angle.x() + y * at.by_angle.y();  // times r
+      const double r_on = x * at.by_step.x() + y * at.by_step.y();  // times r
       way.turn = (piece.slope * z_on * r - r_on) * piece.cosine;
       way.slope = r > 0 ? way.turn / r : 0;
       return way;
@@ -69,6 +69,7 @@ SlopedWay way_out_along(const Piece& piece, const CirclePoint& at) {
       way.slope = -z_on;
       break;
     default:
+      way.left_out = true;
       way.slope = z - piece.z0 + piece.low_reach < piece.z1 + piece.high_reach - z ? z_on : -z_on;
   }
   way.turn = way.slope;

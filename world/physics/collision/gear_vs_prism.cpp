@@ -215,13 +215,14 @@ void rim_on_face(const Pair& pair, const RimS& rim, int f, const Resting& rest,
   }
 }
 
-/// A rim on all faces through which its piece may leave, and on the pockets near it.
-void rim_on_prism(const Pair& pair, const Ring& ring, const Resting& rest, Candidates& out) {
+/// A rim on all faces through which its piece may leave, and on the pockets near it. False when it
+/// is clear of the prism.
+bool rim_on_prism(const Pair& pair, const Ring& ring, const Resting& rest, Candidates& out) {
   const RimS rim{pair.c + ring.z * pair.u, ring.r, pair.u, pair.e1, pair.e2,
                  pair.planes[kTop].sine};
-  if (rim.c.z() - rim.r * rim.sine >= pair.prism.z1) return;
+  if (rim.c.z() - rim.r * rim.sine >= pair.prism.z1) return false;
   const RimPockets near = pockets_of(rim, pair.pockets);
-  if (near.free) return;
+  if (near.free) return false;
   // A piece that only just overlaps with one face rests on that face alone.
   const bool one_face = rest.face >= 0 && rest.overlap < kResting;
   for (int f = 0; f < pair.plane_count; ++f) {
@@ -234,6 +235,7 @@ void rim_on_prism(const Pair& pair, const Ring& ring, const Resting& rest, Candi
     rim_on_pocket_side(rim, pocket, slab, out);
     rim_on_pocket_floor(rim, pocket, slab, out);
   }
+  return true;
 }
 
 bool crossed(const Pair& pair, int plane) {
@@ -294,20 +296,17 @@ void axis_on_prism(const Pair& pair, Candidates& out) {
   }
 }
 
-/// The same for rims that cut right through: whatever part of them is in the material.
-void arcs_on_prism(const Pair& pair, Candidates& out) {
-  for (int k = 0; k < pair.gear.ring_count; ++k) {
-    const Ring& ring = pair.gear.rings[static_cast<std::size_t>(k)];
-    for (const Direction& d : kSampleDirections) {
-      const Vector3d p = pair.c + ring.z * pair.u + ring.r * (d.c * pair.e1 + d.s * pair.e2);
-      if (!in_material(pair, p)) continue;
-      const Plane* nearest = nullptr;
-      for (int f = 0; f < pair.plane_count; ++f) {
-        const Plane& plane = pair.planes[static_cast<std::size_t>(f)];
-        if (plane.exit && (!nearest || plane.under(p) < nearest->under(p))) nearest = &plane;
-      }
-      if (nearest) out.add(p, nearest->n, nearest->under(p));
+/// The same for a rim that cuts right through: whatever part of it is in the material.
+void arcs_on_prism(const Pair& pair, const Ring& ring, Candidates& out) {
+  for (const Direction& d : kSampleDirections) {
+    const Vector3d p = pair.c + ring.z * pair.u + ring.r * (d.c * pair.e1 + d.s * pair.e2);
+    if (!in_material(pair, p)) continue;
+    const Plane* nearest = nullptr;
+    for (int f = 0; f < pair.plane_count; ++f) {
+      const Plane& plane = pair.planes[static_cast<std::size_t>(f)];
+      if (plane.exit && (!nearest || plane.under(p) < nearest->under(p))) nearest = &plane;
     }
+    if (nearest) out.add(p, nearest->n, nearest->under(p));
   }
 }
 
@@ -337,10 +336,11 @@ bool gear_on_prism(const GearShape& gear, const Isometry3d& X_SG, const Prism& p
     const auto k = static_cast<std::size_t>(i);
     rests[k] = resting(pair, gear.pieces[k]);
   }
+  std::array<bool, 5> in_reach{};
   for (int i = 0; i < gear.ring_count; ++i) {
     const Ring& ring = gear.rings[static_cast<std::size_t>(i)];
     const Resting& rest = rests[static_cast<std::size_t>(ring.piece)];
-    if (!rest.apart) rim_on_prism(pair, ring, rest, out);
+    in_reach[static_cast<std::size_t>(i)] = !rest.apart && rim_on_prism(pair, ring, rest, out);
   }
   // Edges only where the gear reaches over one.
   if (pair.crossed_count > 1) {
@@ -349,7 +349,10 @@ bool gear_on_prism(const GearShape& gear, const Isometry3d& X_SG, const Prism& p
     if (out.size() == 0) out = doubtful;
   }
   if (out.size() == 0) axis_on_prism(pair, out);
-  if (out.size() == 0) arcs_on_prism(pair, out);
+  for (int i = 0, before = out.size(); i < gear.ring_count && before == 0; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    if (in_reach[k]) arcs_on_prism(pair, gear.rings[k], out);
+  }
   return true;
 }
 

@@ -52,7 +52,7 @@ WayOut way_into(const PocketProfile& pocket, const Slab& slab, const Vector3d& p
 /// The same for a point of a circle.
 SlopedWay way_into_along(const PocketProfile& pocket, const Slab& slab, const CirclePoint& at) {
   const double x = at.p.x() - pocket.x, y = at.p.y() - pocket.y, r = length(x, y);
-  const Vector3d& on = at.by_angle;
+  const Vector3d& on = at.by_step;
   SlopedWay way{way_into(pocket, slab, at.p, r)};
   if (way.kind == kWall || way.kind == kChamfer) {
     const double r_on = x * on.x() + y * on.y();  // times r
@@ -62,6 +62,7 @@ SlopedWay way_into_along(const PocketProfile& pocket, const Slab& slab, const Ci
     return way;
   }
   const std::array<double, 6> slopes{-on.z(), on.x(), -on.x(), on.y(), -on.y(), on.z()};
+  way.left_out = way.kind == kBelow;
   way.slope = way.turn = slopes[static_cast<std::size_t>(way.kind - kTopFace)];
   return way;
 }
