@@ -28,6 +28,9 @@ constexpr double kPatient = 20, kTenfold = 12;
 // What rests, and is driven by nothing, would gain energy from what is left over in each of very
 // many steps [m/s]; it is solved to a share of the tolerance, for a Newton step now and then.
 constexpr double kResting = 1e-4, kAtRest = 0.1;
+// Impulses that are farther off than that are relaxed first, for so many rounds [m/s].
+constexpr double kBlow = 1e-4;
+constexpr int kRounds = 8;
 constexpr double kSlidingShare = 1e-6;
 constexpr double kHardTangent = 1e-9;  ///< softness of friction, of W
 constexpr double kLever = 0.01;        ///< [m] at which angular velocities count in the residual
@@ -314,10 +317,27 @@ void ContactSolver::prepare() {
   matrix_.analyse(static_cast<int>(moving_.size()), pairs_);
   gradient_.resize(moving_.size());
   direction_.resize(moving_.size());
-  best_rows_.resize(rows_.size());
-  best_contacts_.resize(contacts_.size());
-  best_torques_.resize(contacts_.size());
   rows_kept_ = false;
+}
+
+inline void ContactSolver::push(int number, const Vector3& impulse, const Vector3& moment) {
+  if (number == kFixed) return;
+  Body& body = at(number);
+  if (body.unknown < 0) return;
+  body.twist.v += body.inverse_kg * impulse;
+  body.twist.omega += body.inverse_inertia * moment;
+}
+
+inline Vector3 ContactSolver::velocity_at(int number, const Vector3& lever) const {
+  if (number == kFixed) return Vector3::Zero();
+  const Twist& twist = at(number).twist;
+  return twist.v + twist.omega.cross(lever);
+}
+
+inline double ContactSolver::velocity_of(const Side& side) const {
+  if (side.body == kFixed) return 0;
+  const Twist& twist = at(side.body).twist;
+  return side.linear.dot(twist.v) + side.angular.dot(twist.omega);
 }
 
 /// V = V_free + M^-1 J' x.
@@ -326,13 +346,6 @@ APRSIM_VECTOR_CLONES void ContactSolver::velocities_from_impulses() {
     Body& body = at(i);
     body.twist = body.free;
   }
-  const auto push = [this](int number, const Vector3& impulse, const Vector3& moment) {
-    if (number == kFixed) return;
-    Body& body = at(number);
-    if (body.unknown < 0) return;
-    body.twist.v += body.inverse_kg * impulse;
-    body.twist.omega += body.inverse_inertia * moment;
-  };
   for (const Row& row : rows_) {
     if (row.now.x == 0) continue;
     push(row.a.body, row.now.x * row.a.linear, row.now.x * row.a.angular);
@@ -350,19 +363,9 @@ APRSIM_VECTOR_CLONES void ContactSolver::velocities_from_impulses() {
 
 /// y = J V - target, of every row and contact.
 APRSIM_VECTOR_CLONES void ContactSolver::evaluate_velocities() {
-  const auto point_velocity = [this](int number, const Vector3& lever) -> Vector3 {
-    if (number == kFixed) return Vector3::Zero();
-    const Body& body = at(number);
-    return body.twist.v + body.twist.omega.cross(lever);
-  };
-  const auto row_velocity = [this](const Side& side) {
-    if (side.body == kFixed) return 0.0;
-    const Body& body = at(side.body);
-    return side.linear.dot(body.twist.v) + side.angular.dot(body.twist.omega);
-  };
-  for (Row& row : rows_) row.y = row_velocity(row.a) + row_velocity(row.b) - row.target;
+  for (Row& row : rows_) row.y = velocity_of(row.a) + velocity_of(row.b) - row.target;
   for (Contact& c : contacts_) {
-    c.y = c.frame * (point_velocity(c.a, c.lever_a) - point_velocity(c.b, c.lever_b)) - c.target;
+    c.y = c.frame * (velocity_at(c.a, c.lever_a) - velocity_at(c.b, c.lever_b)) - c.target;
     if (!c.turns) continue;
     Vector3 turn = Vector3::Zero();
     if (c.a != kFixed) turn += at(c.a).twist.omega;
@@ -488,6 +491,47 @@ ContactSolver::Residual ContactSolver::begin_from_better_guess(double enough_m_s
   return first;
 }
 
+/// One round of relaxation, row by row and contact by contact, each with the velocities that those
+/// before it have left: nonlinear Gauss-Seidel.
+APRSIM_VECTOR_CLONES void ContactSolver::relax() {
+  for (Row& row : rows_) {
+    if (!(row.W > 0)) continue;
+    const double y = velocity_of(row.a) + velocity_of(row.b) - row.target;
+    const double by =
+        std::clamp(row.now.x - (y + row.softness * row.now.x) / (row.W + row.softness), row.lo,
+                   row.hi) -
+        row.now.x;
+    if (by == 0) continue;
+    row.now.x += by;
+    push(row.a.body, by * row.a.linear, by * row.a.angular);
+    push(row.b.body, by * row.b.linear, by * row.b.angular);
+  }
+  for (Contact& c : contacts_) {
+    if (!(c.W.n > 0)) continue;
+    Vector3 y = c.frame * (velocity_at(c.a, c.lever_a) - velocity_at(c.b, c.lever_b)) - c.target;
+    y.x() += c.softness * c.x.x() + c.friction * length(y.y(), y.z());
+    const Vector3 z = c.x - Vector3(c.W.per_n * y.x(), c.W.per_t * y.y(), c.W.per_t * y.z());
+    const Vector3 by = project(c.W, z, nullptr) - c.x;
+    if (by.isZero(0)) continue;
+    c.x += by;
+    const Vector3 p = c.frame.transpose() * by;
+    push(c.a, p, c.lever_a.cross(p));
+    push(c.b, -p, -c.lever_b.cross(p));
+  }
+}
+
+/// After a blow a few rounds find out cheaply which contacts bear it, and which slip.
+ContactSolver::Residual ContactSolver::relax_blow(const Residual& first) {
+  keep_best();
+  for (int i = 0; i < kRounds; ++i) relax();
+  const Residual relaxed = residual();
+  if (relaxed.excess_m_s < first.excess_m_s) return relaxed;
+  take_best();
+  velocities_from_impulses();
+  evaluate_velocities();
+  return first;
+}
+
 bool ContactSolver::rests() const {
   return rows_.empty() && std::ranges::all_of(moving_, [this](int body) {
            const Twist& twist = at(body).twist;
@@ -501,7 +545,8 @@ ContactSolver::Outcome ContactSolver::solve(const Settings& settings) {
   slack_m_s_ = std::max(0.0, settings.loose_m_s - settings.tolerance_m_s);
   Settings own = settings;
   if (rests()) own.tolerance_m_s *= kAtRest;
-  const Residual present = begin_from_better_guess(own.tolerance_m_s);
+  Residual present = begin_from_better_guess(own.tolerance_m_s);
+  if (present.all_m_s > kBlow) present = relax_blow(present);
   if (present.excess_m_s <= own.tolerance_m_s) {
     return {.converged = true, .residual_m_s = present.all_m_s};
   }
@@ -584,6 +629,9 @@ ContactSolver::Outcome ContactSolver::iterate(Residual first, const Settings& se
 }
 
 void ContactSolver::keep_best() {
+  best_rows_.resize(rows_.size());
+  best_contacts_.resize(contacts_.size());
+  best_torques_.resize(contacts_.size());
   for (std::size_t i = 0; i < rows_.size(); ++i) best_rows_[i] = rows_[i].now.x;
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     best_contacts_[i] = contacts_[i].x;

@@ -15,15 +15,17 @@ namespace aprsim::physics {
 /// where contacts slide; all is implicit, whatever the masses. Contacts are hard up to the softness
 /// that is asked for.
 ///
-/// Method: a proximal (augmented Lagrangian) iteration on the impulses. For given centres the
+/// Method: after a blow a few rounds of nonlinear Gauss-Seidel; then a proximal (augmented
+/// Lagrangian) iteration on the impulses. For given centres the
 /// impulses are functions of the bodies' velocities, and a semismooth Newton method with
 /// backtracking finds the velocities; the slip that makes Coulomb's friction of an associated one
 /// (De Saxce) follows within it. Where that leads no further, the slip is held for an outer
 /// iteration: what is left is a convex problem, and a line search always gets on. Newton's matrix,
 /// not symmetric because of the slip, is factorised in sparse blocks of 6 by 6 (BlockLu).
-/// Sources: De Saxce & Feng 1998 (the cone complementarity of Coulomb friction); Cadoux 2009, Acary
-/// et al. 2011 (fixed point on the slip); Rockafellar 1976 (proximal method of multipliers); Castro
-/// et al. 2022, SAP (the convex problem in velocities and its derivatives); Todorov 2014.
+/// Sources: De Saxce & Feng 1998 (the cone complementarity of Coulomb friction); Jourdan et al.
+/// 1998 (Gauss-Seidel by contacts); Cadoux 2009, Acary et al. 2011 (fixed point on the slip);
+/// Rockafellar 1976 (proximal method of multipliers); Castro et al. 2022, SAP (the convex problem
+/// in velocities and its derivatives); Todorov 2014.
 ///
 /// SI; everything in world axes. No call allocates after warm-up. The same input gives the same
 /// bits.
@@ -187,7 +189,13 @@ class ContactSolver {
   [[nodiscard]] bool rests() const;
   void swap_guesses();
   [[nodiscard]] Residual begin_from_better_guess(double enough_m_s);
+  void relax();
+  [[nodiscard]] Residual relax_blow(const Residual& first);
   void set_softness(double epsilon);
+  /// Gives a body an impulse.
+  void push(int number, const Vector3& impulse, const Vector3& moment);
+  [[nodiscard]] Vector3 velocity_at(int number, const Vector3& lever) const;
+  [[nodiscard]] double velocity_of(const Side& side) const;
   void velocities_from_impulses();
   void swap_velocities();
   [[nodiscard]] Residual residual();
