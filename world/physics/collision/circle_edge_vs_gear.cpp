@@ -6,6 +6,7 @@
 #include "world/physics/collision/circle_maxima.hpp"
 #include "world/physics/collision/frustum_contact.hpp"
 #include "world/physics/collision/length.hpp"
+#include "world/physics/constraint/vector_clones.hpp"
 
 namespace aprsim::physics::detail {
 namespace {
@@ -25,14 +26,28 @@ CircleBasis anchored(const Circle& circle) {
   return {circle.c, a1, circle.axis.cross(a1)};
 }
 
-using RingRadii = std::array<double, kRingSamples>;
+/// Radius from the gear's axis, and depth, of each sample: as way_out() has it.
+struct Sampled {
+  RingValues r, depth;
+};
+APRSIM_VECTOR_CLONES void sample(const Piece& piece, const CircleBasis& basis, Sampled& out) {
+  const RingValues x = basis.samples(0), y = basis.samples(1), z = basis.samples(2);
+  const double low = piece.z0 - piece.low_reach, high = piece.z1 + piece.high_reach;
+  for (std::size_t i = 0; i < kRingSamples; ++i) {
+    out.r[i] = std::sqrt(x[i] * x[i] + y[i] * y[i]);
+    double depth = (piece.radius(z[i]) - out.r[i]) * piece.cosine;
+    depth = std::min(depth, piece.to_end(z[i]));
+    const double beyond = std::min(z[i] - low, high - z[i]);
+    out.depth[i] = beyond < 0 ? std::min(depth, beyond) : depth;
+  }
+}
 
 /// The deepest points; returns the longest way out.
 double touch_deepest(const Piece& piece, const CircleBasis& basis, double circle_r,
-                     const RingWays& ways, const Isometry3d& X_SG, Candidates& out) {
+                     const RingValues& depths, const Isometry3d& X_SG, Candidates& out) {
   double longest = 0;
   const auto way_at = [&](const CirclePoint& at) { return way_out_along(piece, at); };
-  ring_maxima(ways, basis, circle_r, way_at, [&](const RingMaximum& found) {
+  ring_maxima(depths, basis, circle_r, way_at, [&](const RingMaximum& found) {
     longest = std::max(longest, found.way.depth);
     add_edge_point(piece, found.at.p, found.at.by_step.normalized(), X_SG, out);
   });
@@ -42,8 +57,8 @@ double touch_deepest(const Piece& piece, const CircleBasis& basis, double circle
 /// Where the circle passes over the rim of the end face at height z_end (outward +-z): the ends of
 /// the arc that lies under the face.
 void touch_end(double z_end, double r_end, double outward, double longest, const CircleBasis& basis,
-               const RingRadii& radii, const Isometry3d& X_SG, Candidates& out) {
-  RingRadii inside;
+               const RingValues& radii, const Isometry3d& X_SG, Candidates& out) {
+  RingValues inside;
   for (std::size_t i = 0; i < kRingSamples; ++i) inside[i] = r_end - radii[i];
   const auto inside_at = [&](const Vector3d& q) { return r_end - length(q.x(), q.y()); };
   ring_crossings(inside, basis, inside_at, [&](const Vector3d& q) {
@@ -83,18 +98,13 @@ void circle_on_piece(const Piece& piece, const Isometry3d& X_SG, const Circle& c
   if (!may_touch(piece, CircleBounds(circle))) return;
   // Sampled around the circle; the local maxima of depth are refined.
   const CircleBasis basis = anchored(circle);
-  RingWays ways;
-  RingRadii radii;
-  for (std::size_t i = 0; i < kRingSamples; ++i) {
-    const Vector3d q = basis.sample(static_cast<int>(i));
-    radii[i] = std::sqrt(q.x() * q.x() + q.y() * q.y());
-    ways[i] = way_out(piece, radii[i], q.z());
-  }
-  const double longest = touch_deepest(piece, basis, circle.r, ways, X_SG, out);
+  Sampled at;
+  sample(piece, basis, at);
+  const double longest = touch_deepest(piece, basis, circle.r, at.depth, X_SG, out);
   if (longest <= 0) return;
   // Ends of the arc that lies under an exposed end face.
-  if (piece.low_exposed) touch_end(piece.z0, piece.r0, -1, longest, basis, radii, X_SG, out);
-  if (piece.high_exposed) touch_end(piece.z1, piece.r1, 1, longest, basis, radii, X_SG, out);
+  if (piece.low_exposed) touch_end(piece.z0, piece.r0, -1, longest, basis, at.r, X_SG, out);
+  if (piece.high_exposed) touch_end(piece.z1, piece.r1, 1, longest, basis, at.r, X_SG, out);
 }
 
 void circle_on_gear(const GearShape& gear, const Isometry3d& X_SG, const Circle& circle,

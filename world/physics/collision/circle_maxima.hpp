@@ -14,15 +14,17 @@ inline constexpr int kRingSamples = 24;
 inline constexpr double kSampleAngle = 0.26179938779914943653855361527329;  // 2 pi / 24
 inline constexpr double kSampleStep = 0.26330499517482915;                  // 2 tan(pi / 24)
 
-struct Direction {
-  double c = 1, s = 0;
-};
+using RingValues = std::array<double, kRingSamples>;
 
-/// Cosine and sine of the sample angles.
-inline const std::array<Direction, kRingSamples> kSampleDirections = [] {
-  std::array<Direction, kRingSamples> d;
-  for (int i = 0; i < kRingSamples; ++i) {
-    d[static_cast<std::size_t>(i)] = {std::cos(kSampleAngle * i), std::sin(kSampleAngle * i)};
+/// Cosines and sines of the sample angles.
+struct SampleDirections {
+  RingValues c, s;
+};
+inline const SampleDirections kSampleDirections = [] {
+  SampleDirections d;
+  for (std::size_t i = 0; i < kRingSamples; ++i) {
+    d.c[i] = std::cos(kSampleAngle * static_cast<double>(i));
+    d.s[i] = std::sin(kSampleAngle * static_cast<double>(i));
   }
   return d;
 }();
@@ -35,14 +37,20 @@ struct CirclePoint {
 /// A circle by its centre, the radius on which the samples start, and the radius a quarter turn on.
 struct CircleBasis {
   Eigen::Vector3d c, a1, a2;
-  [[nodiscard]] Eigen::Vector3d sample(int i) const {
-    const Direction& d = kSampleDirections[static_cast<std::size_t>(i)];
-    return c + d.c * a1 + d.s * a2;
+  /// One coordinate of all samples.
+  [[nodiscard]] RingValues samples(Eigen::Index axis) const {
+    const double middle = c(axis), from = a1(axis), on = a2(axis);
+    RingValues out;
+    for (std::size_t i = 0; i < kRingSamples; ++i) {
+      out[i] = middle + kSampleDirections.c[i] * from + kSampleDirections.s[i] * on;
+    }
+    return out;
   }
   /// From sample i on by a step: twice the tangent of half the angle, which spares sine and cosine.
   [[nodiscard]] CirclePoint at(int i, double step) const {
-    const Direction& d = kSampleDirections[static_cast<std::size_t>(i)];
-    const Eigen::Vector3d out = d.c * a1 + d.s * a2, on = d.c * a2 - d.s * a1;
+    const double cos_i = kSampleDirections.c[static_cast<std::size_t>(i)];
+    const double sin_i = kSampleDirections.s[static_cast<std::size_t>(i)];
+    const Eigen::Vector3d out = cos_i * a1 + sin_i * a2, on = cos_i * a2 - sin_i * a1;
     const double quarter2 = 0.25 * step * step, scale = 1 / (1 + quarter2);
     const double cosine = (1 - quarter2) * scale, sine = step * scale;
     return {c + cosine * out + sine * on, scale * (cosine * on - sine * out)};
@@ -63,9 +71,7 @@ struct SlopedWay : WayOut {
   bool left_out = false;  ///< of what the surfaces are those of: the depth jumps where this ends
 };
 
-using RingWays = std::array<WayOut, kRingSamples>;
-
-[[nodiscard]] inline const WayOut& at_sample(const RingWays& v, int i) {
+[[nodiscard]] inline double at_sample(const RingValues& v, int i) {
   return v[static_cast<std::size_t>((i + kRingSamples) % kRingSamples)];
 }
 
@@ -149,21 +155,17 @@ bool refine_maximum(const CircleBasis& circle, int i, double radius, const F& wa
 }
 
 /// Calls emit(RingMaximum) at the refined local maxima that are positive, four at most; when all of
-/// the circle is inside, at the deepest sample and the three a quarter turn apart. `radius`: the
-/// circle's own.
+/// the circle is inside, at the deepest sample and the three a quarter turn apart. `v`: depths at
+/// the samples. `radius`: the circle's own.
 template <class F, class Emit>
-void ring_maxima(const RingWays& v, const CircleBasis& circle, double radius, const F& way_at,
+void ring_maxima(const RingValues& v, const CircleBasis& circle, double radius, const F& way_at,
                  const Emit& emit) {
   // A kink may be that much higher than the sample beside it.
   const double gain = 0.5 * kSampleAngle * radius;
-  int deepest = 0, inside = 0;
-  for (int i = 0; i < kRingSamples; ++i) {
-    inside += at_sample(v, i).depth > 0;
-    if (at_sample(v, i).depth > at_sample(v, deepest).depth) deepest = i;
-  }
+  const auto deepest = static_cast<int>(std::max_element(v.begin(), v.end()) - v.begin());
+  if (at_sample(v, deepest) < -gain) return;
   RingMaximum found;
-  if (at_sample(v, deepest).depth < -gain) return;
-  if (inside == kRingSamples) {
+  if (*std::min_element(v.begin(), v.end()) > 0) {
     if (refine_maximum(circle, deepest, radius, way_at, found)) emit(found);
     for (int k = 1; k < 4; ++k) {
       const CirclePoint at = circle.at((deepest + k * kRingSamples / 4) % kRingSamples, 0);
@@ -174,20 +176,19 @@ void ring_maxima(const RingWays& v, const CircleBasis& circle, double radius, co
   int emitted = 0;
   for (int k = 0; k < kRingSamples && emitted < 4; ++k) {
     const int i = (deepest + k) % kRingSamples;
-    const WayOut &before = at_sample(v, i - 1), &here = at_sample(v, i),
-                 &after = at_sample(v, i + 1);
-    if (k > 0 && !(here.depth > before.depth && here.depth >= after.depth)) continue;
-    if (here.depth < -gain || !refine_maximum(circle, i, radius, way_at, found)) continue;
+    const double here = at_sample(v, i);
+    if (here < -gain) continue;
+    if (k > 0 && !(here > at_sample(v, i - 1) && here >= at_sample(v, i + 1))) continue;
+    if (!refine_maximum(circle, i, radius, way_at, found)) continue;
     emit(found);
     ++emitted;
   }
 }
 
-/// Calls emit(CirclePoint) where v changes sign between neighbouring samples, four times at most; f must
-/// agree with v at the samples.
+/// Calls emit(point) where v, f at the samples, changes its sign between neighbours, four times at
+/// most.
 template <class F, class Emit>
-void ring_crossings(const std::array<double, kRingSamples>& v, const CircleBasis& circle, const F& f,
-                    const Emit& emit) {
+void ring_crossings(const RingValues& v, const CircleBasis& circle, const F& f, const Emit& emit) {
   int most = 4;
   for (int i = 0; i < kRingSamples && most > 0; ++i) {
     const double lo = v[static_cast<std::size_t>(i)];

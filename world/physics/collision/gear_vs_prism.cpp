@@ -298,8 +298,9 @@ void axis_on_prism(const Pair& pair, Candidates& out) {
 
 /// The same for a rim that cuts right through: whatever part of it is in the material.
 void arcs_on_prism(const Pair& pair, const Ring& ring, Candidates& out) {
-  for (const Direction& d : kSampleDirections) {
-    const Vector3d p = pair.c + ring.z * pair.u + ring.r * (d.c * pair.e1 + d.s * pair.e2);
+  const CircleBasis circle{pair.c + ring.z * pair.u, ring.r * pair.e1, ring.r * pair.e2};
+  for (int i = 0; i < kRingSamples; ++i) {
+    const Vector3d p = circle.at(i, 0).p;
     if (!in_material(pair, p)) continue;
     const Plane* nearest = nullptr;
     for (int f = 0; f < pair.plane_count; ++f) {

@@ -6,6 +6,7 @@
 
 #include "world/physics/collision/circle_maxima.hpp"
 #include "world/physics/collision/length.hpp"
+#include "world/physics/constraint/vector_clones.hpp"
 
 namespace aprsim::physics::detail {
 namespace {
@@ -47,6 +48,22 @@ WayOut way_into(const PocketProfile& pocket, const Slab& slab, const Vector3d& p
   const double above = p.z() - slab.z0;
   if (above < 0) nearer(above, kBelow);
   return way;
+}
+
+/// The depths of all samples, as way_into() has them.
+APRSIM_VECTOR_CLONES void sample(const PocketProfile& pocket, const Slab& slab,
+                                 const CircleBasis& basis, RingValues& depth) {
+  const RingValues x = basis.samples(0), y = basis.samples(1), z = basis.samples(2);
+  const double lo_x = slab.lo.x(), hi_x = slab.hi.x(), lo_y = slab.lo.y(), hi_y = slab.hi.y();
+  for (std::size_t i = 0; i < kRingSamples; ++i) {
+    const double dx = x[i] - pocket.x, dy = y[i] - pocket.y;
+    const double r = std::sqrt(dx * dx + dy * dy);
+    double least = std::min(pocket.behind_side(r, z[i]), -z[i]);
+    least = std::min(least, std::min(x[i] - lo_x, hi_x - x[i]));
+    least = std::min(least, std::min(y[i] - lo_y, hi_y - y[i]));
+    const double above = z[i] - slab.z0;
+    depth[i] = above < 0 ? std::min(least, above) : least;
+  }
 }
 
 /// The same for a point of a circle.
@@ -113,13 +130,10 @@ void rim_on_pocket_side(const RimS& rim, const PocketProfile& pocket, const Slab
                         Candidates& out) {
   const CircleBasis basis = anchored(rim, pocket);
   // Sampled around the rim; the local maxima of depth are refined.
-  RingWays ways;
-  for (std::size_t i = 0; i < kRingSamples; ++i) {
-    const Vector3d p = basis.sample(static_cast<int>(i));
-    ways[i] = way_into(pocket, slab, p, length(p.x() - pocket.x, p.y() - pocket.y));
-  }
+  RingValues depths;
+  sample(pocket, slab, basis, depths);
   const auto way_at = [&](const CirclePoint& at) { return way_into_along(pocket, slab, at); };
-  ring_maxima(ways, basis, rim.r, way_at, [&](const RingMaximum& found) {
+  ring_maxima(depths, basis, rim.r, way_at, [&](const RingMaximum& found) {
     const Vector3d& p = found.at.p;
     const double x = p.x() - pocket.x, y = p.y() - pocket.y, r = length(x, y);
     const WayOut& way = found.way;
