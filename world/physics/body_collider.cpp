@@ -94,7 +94,6 @@ void BodyCollider::free_on_free(int a, int b, std::vector<Contact>& out) {
   if (way.longest_m() == 0 && !on_tray) {
     way.shift_W.z() = above ? -kLeastWay : kLeastWay;
   }
-  const double stroke = stroke_m(upper_index, lower_index);
   if (upper.is_tool()) {
     find_ahead(way, out,
                [&](const Eigen::Isometry3d& D) { tool_on_free(upper_index, D, lower_index, out); });
@@ -106,18 +105,19 @@ void BodyCollider::free_on_free(int a, int b, std::vector<Contact>& out) {
   } else if (lower.is_tray()) {
     way.shift_W -= sink_ahead(upper_index) * lower.X_WB.linear().col(2);
     find_ahead(way, out, [&](const Eigen::Isometry3d& D) {
-      gear_tray(*upper.gear, D * upper.X_WB, *lower.tray, lower.X_WB, upper_index, lower_index,
+      gear_tray(upper.gear_shape, D * upper.X_WB, *lower.tray, lower.X_WB, upper_index, lower_index,
                 out);
     });
     // A pressed gear presses the tray on.
     if (out.size() > before) press(lower_index, sink_ahead(upper_index));
   } else {
     find_ahead(way, out, [&](const Eigen::Isometry3d& D) {
-      gear_gear(*upper.gear, D * upper.X_WB, *lower.gear, lower.X_WB, upper_index, lower_index,
-                out);
+      gear_gear(upper.gear_shape, D * upper.X_WB, lower.gear_shape, lower.X_WB, upper_index,
+                lower_index, out);
     });
   }
-  if (stroke == 0 || out.size() == before) return;
+  if (out.size() == before) return;
+  const double stroke = stroke_m(upper_index, lower_index);
   press(upper_index, stroke);
   press(lower_index, stroke);
 }
@@ -140,13 +140,14 @@ void BodyCollider::tool_on_free(int tool, const Eigen::Isometry3d& D, int other_
       on_box(other.slab_size, other.X_WS());
     } else if (hand.tool->is_finger(i)) {
       const std::size_t first = out.size();
-      pad_gear(hand.tool->pad(), D * hand.X_WB * hand.tool->X_TD(i), *other.gear, other.X_WB, tool,
-               other_index, out);
+      pad_gear(hand.tool->pad(), D * hand.X_WB * hand.tool->X_TD(i), other.gear_shape, other.X_WB,
+               tool, other_index, out);
       // Of a gripper without a robot.
       for (std::size_t k = first; k < out.size(); ++k) out[k].pair = SurfacePair::kRobotAny;
     } else {
       const std::size_t first = out.size();
-      gear_box(*other.gear, other.X_WB, size, X_WS, other_index, tool, SurfacePair::kRobotAny, out);
+      gear_box(other.gear_shape, other.X_WB, size, X_WS, other_index, tool, SurfacePair::kRobotAny,
+               out);
       for (std::size_t k = first; k < out.size(); ++k) {
         std::swap(out[k].a, out[k].b);
         out[k].n_W = -out[k].n_W;
@@ -198,7 +199,8 @@ void BodyCollider::gripper_on_free(int robot, int p, int body, std::vector<Conta
   } else if (hand.cup() && p > 0) {
     // The lip's rim as that of a solid of revolution.
     const std::size_t first = out.size();
-    gear_gear(hand.cup_solid(), hand.X_WLip() * kLipToSolid, *free.gear, free.X_WB, id, body, out);
+    gear_gear(hand.cup_solid(), hand.X_WLip() * kLipToSolid, free.gear_shape, free.X_WB, id, body,
+              out);
     for (std::size_t k = first; k < out.size(); ++k) out[k].pair = SurfacePair::kPadGear;
   } else if (p > 0) {
     Way way = way_of(hand.moving(p), moving(free), kStepsAhead * model_.step_s);
@@ -206,7 +208,7 @@ void BodyCollider::gripper_on_free(int robot, int p, int body, std::vector<Conta
     if (way.longest_m() < kPadAhead) way = {};
     if (!hand.idle() && way.longest_m() == 0) way.shift_W = kPadAhead * hand.closing_W(p - 1);
     const auto pad = [&](const Eigen::Isometry3d& D) {
-      pad_gear(hand.pad(), D * hand.X_WD(p - 1), *free.gear, free.X_WB, id, body, out);
+      pad_gear(hand.pad(), D * hand.X_WD(p - 1), free.gear_shape, free.X_WB, id, body, out);
     };
     const std::size_t first = out.size();
     find_ahead(way, out, pad);
@@ -217,7 +219,7 @@ void BodyCollider::gripper_on_free(int robot, int p, int body, std::vector<Conta
     drop_known(first, known, out);
   } else {
     find_ahead(falling(moving(free), hand.moving(p)), out, [&](const Eigen::Isometry3d& D) {
-      gear_box(*free.gear, D * free.X_WB, box.size, box.X_WS, body, id, SurfacePair::kRobotAny,
+      gear_box(free.gear_shape, D * free.X_WB, box.size, box.X_WS, body, id, SurfacePair::kRobotAny,
                out);
     });
   }
@@ -282,7 +284,7 @@ void BodyCollider::free_on_fixed(int body, const StaticShape& shape,
   } else {
     const auto pair = shape.belt ? SurfacePair::kGearBelt : SurfacePair::kGearGround;
     find_ahead(way, out, [&](const Eigen::Isometry3d& D) {
-      gear_box(*free.gear, D * free.X_WB, shape.size, shape.X_WS, body, kGround, pair, out);
+      gear_box(free.gear_shape, D * free.X_WB, shape.size, shape.X_WS, body, kGround, pair, out);
     });
   }
 }

@@ -59,6 +59,7 @@ FreeBody make_gear(const scene::GearInstance& instance, const scene::GearType& t
   free.step_s = step_s;
   free.name = instance.name;
   free.gear = &type;
+  free.gear_shape = type;
   free.body.reset(dBodyCreate(world));
   free.mass = gear_mass(type);
   free.origin_B = free.mass.com;

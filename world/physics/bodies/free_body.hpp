@@ -12,6 +12,7 @@
 #include "world/physics/bodies/ode_handles.hpp"
 #include "world/physics/bodies/tool_shape.hpp"
 #include "world/physics/collision/aabb.hpp"
+#include "world/physics/collision/gear_shape.hpp"
 #include "world/scene/scene.hpp"
 
 namespace aprsim::physics {
@@ -23,6 +24,7 @@ struct FreeBody {
   const scene::GearType* gear = nullptr;  ///< exactly one of the three is set
   const scene::TrayType* tray = nullptr;
   std::optional<ToolShape> tool;
+  detail::GearShape gear_shape;  ///< of a gear
   ode::Body body;
   MassProperties mass;
   double radius_m = 0;  ///< of a sphere about the centre of mass that holds the shape

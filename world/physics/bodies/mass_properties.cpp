@@ -72,7 +72,7 @@ MassProperties with_mass(const Moments& m, double mass_kg) {
 }  // namespace
 
 MassProperties gear_mass(const scene::GearType& gear) {
-  const detail::GearShape shape = detail::gear_shape(gear);
+  const detail::GearShape shape = gear;
   Moments total;
   for (int i = 0; i < shape.piece_count; ++i) {
     const detail::Piece& p = shape.pieces[static_cast<std::size_t>(i)];

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "world/physics/collision/circle_maxima.hpp"
 #include "world/physics/collision/frustum_contact.hpp"
@@ -60,7 +61,10 @@ void touch_end(double z_end, double r_end, double outward, double longest, const
                const RingValues& radii, const Isometry3d& X_SG, Candidates& out) {
   RingValues inside;
   for (std::size_t i = 0; i < kRingSamples; ++i) inside[i] = r_end - radii[i];
-  const auto inside_at = [&](const Vector3d& q) { return r_end - length(q.x(), q.y()); };
+  const auto inside_at = [&](const CirclePoint& at) {
+    const double x = at.p.x(), y = at.p.y(), r = length(x, y);
+    return std::pair(r_end - r, -(x * at.by_step.x() + y * at.by_step.y()) / r);
+  };
   ring_crossings(inside, basis, inside_at, [&](const Vector3d& q) {
     const double depth = outward * (z_end - q.z());
     if (depth <= kEndShare * longest) out.add(X_SG * q, -outward * X_SG.linear().col(2), depth);

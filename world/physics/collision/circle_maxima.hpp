@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include <Eigen/Geometry>
-#include <boost/math/tools/roots.hpp>
 
 /// Finding the deepest points around a circle. Internal to contact generation.
 namespace aprsim::physics::detail {
@@ -66,8 +65,8 @@ struct WayOut {
 
 /// With its change along the circle.
 struct SlopedWay : WayOut {
-  double slope = 0;  ///< of the depth, by the step
-  double turn = 0;   ///< of the same sign, and straighter near an axis
+  double slope = 0;       ///< of the depth, by the step
+  double turn = 0;        ///< of the same sign, and straighter near an axis
   bool left_out = false;  ///< of what the surfaces are those of: the depth jumps where this ends
 };
 
@@ -185,20 +184,31 @@ void ring_maxima(const RingValues& v, const CircleBasis& circle, double radius, 
   }
 }
 
-/// Calls emit(point) where v, f at the samples, changes its sign between neighbours, four times at
-/// most.
+/// Calls emit(point) where a value changes its sign between neighbouring samples, four times at
+/// most. `v`: at the samples; sloped_at(point) has it and its slope by the step. Newton's method,
+/// kept between the samples by halves.
 template <class F, class Emit>
-void ring_crossings(const RingValues& v, const CircleBasis& circle, const F& f, const Emit& emit) {
+void ring_crossings(const RingValues& v, const CircleBasis& circle, const F& sloped_at,
+                    const Emit& emit) {
+  constexpr double kSame = 1e-11;
+  constexpr int kMost = 40;
   int most = 4;
   for (int i = 0; i < kRingSamples && most > 0; ++i) {
-    const double lo = v[static_cast<std::size_t>(i)];
-    const double hi = v[static_cast<std::size_t>((i + 1) % kRingSamples)];
-    if ((lo > 0) == (hi > 0)) continue;
-    std::uintmax_t passes = 20;
-    const auto bracket = boost::math::tools::toms748_solve(
-        [&](double step) { return f(circle.at(i, step).p); }, 0.0, kSampleStep, lo, hi,
-        [](double x, double y) { return y - x < 1e-11; }, passes);
-    emit(circle.at(i, 0.5 * (bracket.first + bracket.second)).p);
+    const double first = at_sample(v, i), last = at_sample(v, i + 1);
+    if ((first > 0) == (last > 0)) continue;
+    double lo = 0, hi = kSampleStep, step = kSampleStep * first / (first - last);
+    CirclePoint at = circle.at(i, step);
+    for (int pass = 0; pass < kMost; ++pass) {
+      const auto [value, slope] = sloped_at(at);
+      ((value > 0) == (first > 0) ? lo : hi) = step;
+      double next = step - value / slope;
+      if (!(next > lo && next < hi)) next = 0.5 * (lo + hi);
+      const double moved = std::abs(next - step);
+      step = next;
+      at = circle.at(i, step);
+      if (moved < kSame) break;
+    }
+    emit(at.p);
     --most;
   }
 }

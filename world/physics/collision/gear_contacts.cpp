@@ -28,7 +28,7 @@ struct NearPockets {
 /// The pockets whose mouth the gear's bounding sphere overlaps, in the tray's order.
 void find_near_pockets(const detail::GearShape& gear, const Isometry3d& X_PG,
                        const scene::TrayType& tray, NearPockets& near) {
-  const Vector3d centre = X_PG * Vector3d(0, 0, 0.5 * (gear.z_low + gear.z_high));
+  const Vector3d centre = X_PG * gear.middle();
   const double radius = length(gear.r_max, 0.5 * (gear.z_high - gear.z_low));
   for (const scene::Slot& slot : tray.slots) {
     const scene::Pocket& p = slot.pocket;
@@ -83,29 +83,27 @@ detail::Prism half_v(const Pad& pad, double groove_depth, double side) {
 
 }  // namespace
 
-void gear_box(const scene::GearType& gear, const Isometry3d& X_WG, const Vector3d& size,
+void gear_box(const detail::GearShape& gear, const Isometry3d& X_WG, const Vector3d& size,
               const Isometry3d& X_WS, BodyIndex a, BodyIndex b, SurfacePair pair,
               std::vector<Contact>& out) {
   const Isometry3d X_SG = X_WS.inverse(Eigen::Isometry) * X_WG;
-  const detail::GearShape shape = detail::gear_shape(gear);
   detail::Candidates points;
   const detail::Prism box = detail::box_prism(-0.5 * size, 0.5 * size);
-  if (!detail::gear_on_prism(shape, X_SG, box, {}, points)) return;
+  if (!detail::gear_on_prism(gear, X_SG, box, {}, points)) return;
   detail::emit_reduced_by_axis(points, X_SG.linear().col(2), {X_WS, a, b, pair, out});
 }
 
-void gear_tray(const scene::GearType& gear, const Isometry3d& X_WG, const scene::TrayType& tray,
+void gear_tray(const detail::GearShape& gear, const Isometry3d& X_WG, const scene::TrayType& tray,
                const Isometry3d& X_WP, BodyIndex a, BodyIndex b, std::vector<Contact>& out) {
   const Isometry3d X_PG = X_WP.inverse(Eigen::Isometry) * X_WG;
-  const detail::GearShape shape = detail::gear_shape(gear);
   const Eigen::AlignedBox3d box = scene::slab_of(tray);
   const detail::Prism slab = detail::box_prism(box.min(), box.max());
   NearPockets near;
-  find_near_pockets(shape, X_PG, tray, near);
+  find_near_pockets(gear, X_PG, tray, near);
   const std::span<const detail::PocketProfile> pockets(near.items.data(), near.count);
   detail::Candidates points;
-  if (!detail::gear_on_prism(shape, X_PG, slab, pockets, points)) return;
-  for (const detail::PocketProfile& pocket : pockets) mouth_on_gear(shape, X_PG, pocket, points);
+  if (!detail::gear_on_prism(gear, X_PG, slab, pockets, points)) return;
+  for (const detail::PocketProfile& pocket : pockets) mouth_on_gear(gear, X_PG, pocket, points);
   detail::emit_reduced_by_axis(points, X_PG.linear().col(2),
                                {X_WP, a, b, SurfacePair::kGearTray, out});
 }
@@ -127,21 +125,20 @@ double holding_gap(const Pad& pad, double peg_radius_m) {
   return 2 * (to_apex - v_groove_depth(pad, peg_radius_m));
 }
 
-void pad_gear(const Pad& pad, const Isometry3d& X_WD, const scene::GearType& gear,
+void pad_gear(const Pad& pad, const Isometry3d& X_WD, const detail::GearShape& gear,
               const Isometry3d& X_WG, BodyIndex a, BodyIndex b, std::vector<Contact>& out) {
   const Isometry3d X_DG = X_WD.inverse(Eigen::Isometry) * X_WG;
-  const detail::GearShape shape = detail::gear_shape(gear);
   detail::Candidates points;
   if (pad.shape == scene::PadShape::kFlat) {
     const double half = 0.5 * pad.width_m;
-    detail::gear_on_prism(shape, X_DG,
+    detail::gear_on_prism(gear, X_DG,
                           detail::box_prism({-half, -pad.depth_m, 0}, {half, 0, pad.height_m}), {},
                           points);
   } else {
     // The pad with its groove is not convex: two halves.
-    const double groove = v_groove_depth(pad, gear.peg_radius_m);
-    detail::gear_on_prism(shape, X_DG, half_v(pad, groove, 1), {}, points);
-    detail::gear_on_prism(shape, X_DG, half_v(pad, groove, -1), {}, points);
+    const double groove = v_groove_depth(pad, gear.r_peg);
+    detail::gear_on_prism(gear, X_DG, half_v(pad, groove, 1), {}, points);
+    detail::gear_on_prism(gear, X_DG, half_v(pad, groove, -1), {}, points);
   }
   detail::emit_reduced_by_axis(points, X_DG.linear().col(2),
                                {X_WD, a, b, SurfacePair::kPadGear, out, true});

@@ -143,35 +143,24 @@ void rims_on_piece(const GearShape& a, int index, const GearShape& gear_b, int o
   }
 }
 
-/// A cylinder about everything of a gear, in its frame.
-struct BoundingCylinder {
-  double z_low, z_high, r;
+/// Half of what a gear's bounding cylinder extends along a direction with that cosine to its axis.
+double reach(const GearShape& gear, double cosine) {
+  return 0.5 * (gear.z_high - gear.z_low) * std::abs(cosine) +
+         gear.r_max * std::sqrt(std::max(0.0, 1 - cosine * cosine));
+}
 
-  explicit BoundingCylinder(const scene::GearType& gear)
-      : z_low(std::min(0.0, -gear.hub_height_m)),
-        z_high(std::max(gear.disc_height_m, gear.peg_top_m)),
-        r(std::max({gear.disc_radius_m, gear.hub_top_radius_m, gear.hub_bottom_radius_m,
-                    gear.peg_radius_m})) {}
-  [[nodiscard]] Vector3d centre() const { return {0, 0, 0.5 * (z_low + z_high)}; }
-  /// Half its extent along a direction with that cosine to the axis.
-  [[nodiscard]] double reach(double cosine) const {
-    return 0.5 * (z_high - z_low) * std::abs(cosine) +
-           r * std::sqrt(std::max(0.0, 1 - cosine * cosine));
-  }
-};
-
-/// Apart along either axis, or along the line between the centres.
-bool bounds_apart(const scene::GearType& gear_a, const Isometry3d& X_WA,
-                  const scene::GearType& gear_b, const Isometry3d& X_WB) {
-  const BoundingCylinder a(gear_a), b(gear_b);
-  const Vector3d d = X_WA * a.centre() - X_WB * b.centre();
+/// Apart along either axis, or along the line between their middles.
+bool bounds_apart(const GearShape& a, const Isometry3d& X_WA, const GearShape& b,
+                  const Isometry3d& X_WB) {
+  const Vector3d d = X_WA * a.middle() - X_WB * b.middle();
   const Vector3d u_a = X_WA.linear().col(2), u_b = X_WB.linear().col(2);
   const auto apart = [&](double distance, double cosine_a, double cosine_b) {
-    return std::abs(distance) > a.reach(cosine_a) + b.reach(cosine_b);
+    return std::abs(distance) > reach(a, cosine_a) + reach(b, cosine_b);
   };
-  const double length = d.norm(), along_a = d.dot(u_a), along_b = d.dot(u_b), cosine = u_a.dot(u_b);
+  const double distance = d.norm(), along_a = d.dot(u_a), along_b = d.dot(u_b);
+  const double cosine = u_a.dot(u_b);
   return apart(along_a, 1, cosine) || apart(along_b, cosine, 1) ||
-         (length > 0 && apart(length, along_a / length, along_b / length));
+         (distance > 0 && apart(distance, along_a / distance, along_b / distance));
 }
 
 void add_flipped(const Candidates& in, const Isometry3d& X_BA, Candidates& out) {
@@ -194,16 +183,15 @@ void piece_on_piece(const Gears& g, int i, int j, const Isometry3d& X_AB, Candid
 
 }  // namespace
 
-void gear_gear(const scene::GearType& gear_a, const Isometry3d& X_WA, const scene::GearType& gear_b,
+void gear_gear(const GearShape& gear_a, const Isometry3d& X_WA, const GearShape& gear_b,
                const Isometry3d& X_WB, BodyIndex a, BodyIndex b, std::vector<Contact>& out) {
   if (bounds_apart(gear_a, X_WA, gear_b, X_WB)) return;
-  const GearShape shape_a = detail::gear_shape(gear_a), shape_b = detail::gear_shape(gear_b);
   const Isometry3d X_BA = X_WB.inverse(Eigen::Isometry) * X_WA;
   const Isometry3d X_AB = X_BA.inverse(Eigen::Isometry);
-  const Gears gears{shape_a, shape_b, X_BA};
+  const Gears gears{gear_a, gear_b, X_BA};
   Candidates points;
-  for (int i = 0; i < shape_a.piece_count; ++i) {
-    for (int j = 0; j < shape_b.piece_count; ++j) piece_on_piece(gears, i, j, X_AB, points);
+  for (int i = 0; i < gear_a.piece_count; ++i) {
+    for (int j = 0; j < gear_b.piece_count; ++j) piece_on_piece(gears, i, j, X_AB, points);
   }
   detail::emit_reduced_by_axis(points, Vector3d::UnitZ(),
                                {X_WB, a, b, SurfacePair::kGearGear, out, true});

@@ -51,25 +51,23 @@ void add_hub(GearShape& shape, const scene::GearType& gear) {
 
 }  // namespace
 
-GearShape gear_shape(const scene::GearType& gear) {
-  GearShape shape;
+GearShape::GearShape(const scene::GearType& gear) : r_peg(gear.peg_radius_m) {
   // Disc from z = 0 up, hub below it, peg on top of it.
-  Piece& disc = add_piece(shape, 0, gear.disc_radius_m, gear.disc_height_m, gear.disc_radius_m);
+  Piece& disc = add_piece(*this, 0, gear.disc_radius_m, gear.disc_height_m, gear.disc_radius_m);
   disc.low_exposed = disc.high_exposed = true;
   disc.z_out_low = 0;
   disc.z_out_high = gear.disc_height_m;
-  add_ring(shape, 0, gear.disc_radius_m);
-  add_ring(shape, gear.disc_height_m, gear.disc_radius_m);
-  if (gear.hub_height_m > 0) add_hub(shape, gear);
+  add_ring(*this, 0, gear.disc_radius_m);
+  add_ring(*this, gear.disc_height_m, gear.disc_radius_m);
+  if (gear.hub_height_m > 0) add_hub(*this, gear);
   if (gear.peg_top_m > gear.disc_height_m && gear.peg_radius_m > 0) {
     Piece& peg =
-        add_piece(shape, gear.disc_height_m, gear.peg_radius_m, gear.peg_top_m, gear.peg_radius_m);
+        add_piece(*this, gear.disc_height_m, gear.peg_radius_m, gear.peg_top_m, gear.peg_radius_m);
     peg.high_exposed = true;
     peg.z_out_high = gear.peg_top_m;
     peg.low_reach = kGluedReach;
-    add_ring(shape, gear.peg_top_m, gear.peg_radius_m);
+    add_ring(*this, gear.peg_top_m, gear.peg_radius_m);
   }
-  return shape;
 }
 
 }  // namespace aprsim::physics::detail

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include <Eigen/Core>
+
 #include "world/scene/scene.hpp"
 
 /// A gear as convex pieces of revolution and the circles that bound their faces. Internal to
@@ -42,12 +44,17 @@ struct Ring {
 };
 
 struct GearShape {
+  GearShape() = default;
+  GearShape(
+      const scene::GearType& gear);  // NOLINT(google-explicit-constructor): the same, taken apart
+
   std::array<Piece, 4> pieces;  ///< disc, hub, hub chamfer, peg; those that exist
   std::array<Ring, 5> rings;
   int piece_count = 0, ring_count = 0;
   double z_low = 0, z_high = 0, r_max = 0;  ///< bounding cylinder
-};
+  double r_peg = 0;                         ///< 0 = none
 
-[[nodiscard]] GearShape gear_shape(const scene::GearType& gear);
+  [[nodiscard]] Eigen::Vector3d middle() const { return {0, 0, 0.5 * (z_low + z_high)}; }
+};
 
 }  // namespace aprsim::physics::detail

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 
 #include "world/physics/collision/contact.hpp"
+#include "world/physics/collision/gear_shape.hpp"
 #include "world/scene/scene.hpp"
 
 /// Contacts between the cell's shapes, from exact geometry; no ODE. Each function appends the
@@ -16,16 +17,16 @@ namespace aprsim::physics {
 /// Gear (frame origin at the disc's underside, z along the peg) on or in a tray: disc shoulder on
 /// the top face (4 points on the true radius), hub in the pockets (wall, floor, chamfer: at most 4
 /// wall and 4 flat), mouth edges on the hub, gear outside any pocket on the slab's faces and edges.
-void gear_tray(const scene::GearType& gear, const Eigen::Isometry3d& X_WG,
+void gear_tray(const detail::GearShape& gear, const Eigen::Isometry3d& X_WG,
                const scene::TrayType& tray, const Eigen::Isometry3d& X_WP, BodyIndex a, BodyIndex b,
                std::vector<Contact>& out);
 
-void gear_gear(const scene::GearType& gear_a, const Eigen::Isometry3d& X_WA,
-               const scene::GearType& gear_b, const Eigen::Isometry3d& X_WB, BodyIndex a,
+void gear_gear(const detail::GearShape& gear_a, const Eigen::Isometry3d& X_WA,
+               const detail::GearShape& gear_b, const Eigen::Isometry3d& X_WB, BodyIndex a,
                BodyIndex b, std::vector<Contact>& out);
 
 /// A fixed horizontal-or-not box (table, belt, conveyor frame); the gear may stand, lie or lean.
-void gear_box(const scene::GearType& gear, const Eigen::Isometry3d& X_WG,
+void gear_box(const detail::GearShape& gear, const Eigen::Isometry3d& X_WG,
               const Eigen::Vector3d& size, const Eigen::Isometry3d& X_WS, BodyIndex a, BodyIndex b,
               SurfacePair pair, std::vector<Contact>& out);
 
@@ -58,7 +59,7 @@ struct Pad {
 /// Pad on a gear's peg (flat: 2 points; V: up to 4), the pad's lower edge and corners on the disc,
 /// the pad's underside on the top of the peg. Never tunnels: a finger that comes down on the peg is
 /// stopped by its underside.
-void pad_gear(const Pad& pad, const Eigen::Isometry3d& X_WD, const scene::GearType& gear,
+void pad_gear(const Pad& pad, const Eigen::Isometry3d& X_WD, const detail::GearShape& gear,
               const Eigen::Isometry3d& X_WG, BodyIndex a, BodyIndex b, std::vector<Contact>& out);
 
 }  // namespace aprsim::physics

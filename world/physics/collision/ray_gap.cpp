@@ -92,7 +92,7 @@ Span box_span(const Vector3d& size, const Vector3d& p, const Vector3d& d) {
 double distance_to_gear(const scene::GearType& gear, const Eigen::Isometry3d& X_WG,
                         const Ray& ray) {
   const Vector3d p = X_WG.inverse() * ray.p_W, d = X_WG.linear().transpose() * ray.d_W;
-  const detail::GearShape shape = detail::gear_shape(gear);
+  const detail::GearShape shape = gear;
   double nearest = kNoHit;
   for (int i = 0; i < shape.piece_count; ++i) {
     const detail::Piece& piece = shape.pieces[static_cast<std::size_t>(i)];

@@ -159,7 +159,7 @@ class GripperMechanism {
     return part(0).bounds.joined(part(1).bounds).joined(part(2).bounds);
   }
   [[nodiscard]] const Pad& pad() const { return pad_; }
-  [[nodiscard]] const scene::GearType& cup_solid() const { return cup_solid_; }
+  [[nodiscard]] const detail::GearShape& cup_solid() const { return cup_solid_; }
   [[nodiscard]] Eigen::Isometry3d X_WD(int finger) const;  ///< see Pad
   /// Of a part, in a step that has begun.
   [[nodiscard]] Moving moving(int part) const;
@@ -206,7 +206,7 @@ class GripperMechanism {
   double step_s_;
   Eigen::Vector3d gravity_W_;
   Pad pad_;
-  scene::GearType cup_solid_;
+  detail::GearShape cup_solid_;
   GripperJoints joints_;
   std::array<ode::Body, 4> bodies_;  // of the parts
   ode::Body carriage_;
