@@ -30,7 +30,7 @@ constexpr double kPatient = 20, kTenfold = 12;
 constexpr double kResting = 1e-4, kAtRest = 0.1;
 // Impulses that are farther off than that are relaxed first, for so many rounds [m/s].
 constexpr double kBlow = 1e-4;
-constexpr int kRounds = 8;
+constexpr int kRounds = 10;
 constexpr double kSlidingShare = 1e-6;
 constexpr double kHardTangent = 1e-9;  ///< softness of friction, of W
 constexpr double kLever = 0.01;        ///< [m] at which angular velocities count in the residual
@@ -491,36 +491,40 @@ ContactSolver::Residual ContactSolver::begin_from_better_guess(double enough_m_s
   return first;
 }
 
-/// One round of relaxation, row by row and contact by contact, each with the velocities that those
-/// before it have left: nonlinear Gauss-Seidel.
+/// One round of relaxation, pair of bodies by pair: nonlinear Gauss-Seidel. The contacts of a pair
+/// share the load of the same velocities (as mass splitting does: Tonge et al. 2012); in turns the
+/// first ones would take it, and how what slides turns depends on how evenly it is borne.
 APRSIM_VECTOR_CLONES void ContactSolver::relax() {
-  for (Row& row : rows_) {
-    if (!(row.W > 0)) continue;
-    const double y = velocity_of(row.a) + velocity_of(row.b) - row.target;
-    const double by =
-        std::clamp(row.now.x - (y + row.softness * row.now.x) / (row.W + row.softness), row.lo,
-                   row.hi) -
-        row.now.x;
-    if (by == 0) continue;
-    row.now.x += by;
-    push(row.a.body, by * row.a.linear, by * row.a.angular);
-    push(row.b.body, by * row.b.linear, by * row.b.angular);
-  }
-  for (Contact& c : contacts_) {
-    if (!(c.W.n > 0)) continue;
-    Vector3 y = c.frame * (velocity_at(c.a, c.lever_a) - velocity_at(c.b, c.lever_b)) - c.target;
-    y.x() += c.softness * c.x.x() + c.friction * length(y.y(), y.z());
-    const Vector3 z = c.x - Vector3(c.W.per_n * y.x(), c.W.per_t * y.y(), c.W.per_t * y.z());
-    const Vector3 by = project(c.W, z, nullptr) - c.x;
-    if (by.isZero(0)) continue;
-    c.x += by;
-    const Vector3 p = c.frame.transpose() * by;
-    push(c.a, p, c.lever_a.cross(p));
-    push(c.b, -p, -c.lever_b.cross(p));
+  for (std::size_t first = 0, end = 0; first < contacts_.size(); first = end) {
+    const Contact& of = contacts_[first];
+    int bearing = 0;
+    for (end = first; end < contacts_.size(); ++end) {
+      Contact& c = contacts_[end];
+      if (c.a != of.a || c.b != of.b) break;
+      c.y = c.frame * (velocity_at(c.a, c.lever_a) - velocity_at(c.b, c.lever_b)) - c.target;
+      bearing += c.x.x() > 0 || c.y.x() < 0;
+    }
+    if (bearing == 0) continue;
+    const double share = 1.0 / bearing;
+    for (std::size_t i = first; i < end; ++i) {
+      Contact& c = contacts_[i];
+      if (!(c.W.n > 0)) continue;
+      Vector3 y = c.y;
+      y.x() += c.softness * c.x.x() + c.friction * length(y.y(), y.z());
+      const Vector3 way(c.W.per_n * y.x(), c.W.per_t * y.y(), c.W.per_t * y.z());
+      const Vector3 by = project(c.W, c.x - share * way, nullptr) - c.x;
+      if (by.isZero(0)) continue;
+      c.x += by;
+      const Vector3 p = c.frame.transpose() * by;
+      push(c.a, p, c.lever_a.cross(p));
+      push(c.b, -p, -c.lever_b.cross(p));
+    }
   }
 }
 
-/// After a blow a few rounds find out cheaply which contacts bear it, and which slip.
+/// After a blow a few rounds find out cheaply which contacts bear it, and which slip. What rows
+/// drive is not relaxed: how firmly a hand holds depends on how its contacts share the load, which
+/// has to change as little as possible.
 ContactSolver::Residual ContactSolver::relax_blow(const Residual& first) {
   keep_best();
   for (int i = 0; i < kRounds; ++i) relax();

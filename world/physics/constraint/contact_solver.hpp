@@ -16,16 +16,16 @@ namespace aprsim::physics {
 /// that is asked for.
 ///
 /// Method: after a blow a few rounds of nonlinear Gauss-Seidel; then a proximal (augmented
-/// Lagrangian) iteration on the impulses. For given centres the
-/// impulses are functions of the bodies' velocities, and a semismooth Newton method with
-/// backtracking finds the velocities; the slip that makes Coulomb's friction of an associated one
-/// (De Saxce) follows within it. Where that leads no further, the slip is held for an outer
-/// iteration: what is left is a convex problem, and a line search always gets on. Newton's matrix,
-/// not symmetric because of the slip, is factorised in sparse blocks of 6 by 6 (BlockLu).
+/// Lagrangian) iteration on the impulses. For given centres the impulses are functions of the
+/// bodies' velocities, and a semismooth Newton method with backtracking finds the velocities; the
+/// slip that makes Coulomb's friction of an associated one (De Saxce) follows within it. Where that
+/// leads no further, the slip is held for an outer iteration: what is left is a convex problem, and
+/// a line search always gets on. Newton's matrix, not symmetric because of the slip, is factorised
+/// in sparse blocks of 6 by 6 (BlockLu).
 /// Sources: De Saxce & Feng 1998 (the cone complementarity of Coulomb friction); Jourdan et al.
-/// 1998 (Gauss-Seidel by contacts); Cadoux 2009, Acary et al. 2011 (fixed point on the slip);
-/// Rockafellar 1976 (proximal method of multipliers); Castro et al. 2022, SAP (the convex problem
-/// in velocities and its derivatives); Todorov 2014.
+/// 1998 (Gauss-Seidel); Cadoux 2009, Acary et al. 2011 (fixed point on the slip); Rockafellar 1976
+/// (proximal method of multipliers); Castro et al. 2022, SAP (the convex problem in velocities and
+/// its derivatives); Todorov 2014.
 ///
 /// SI; everything in world axes. No call allocates after warm-up. The same input gives the same
 /// bits.
