@@ -63,36 +63,19 @@ inline Matrix3 rotated(const Matrix3& frame, const Matrix3& gain) {
   return out;
 }
 
-/// Columns of K P_s, where P_s = (1, -[s]) gives the velocity of the point at the lever s.
-struct PointColumns {
-  double column[6][3];
-
-  PointColumns(const Matrix3& K, const Vector3& s) {
-    for (int i = 0; i < 3; ++i) {
-      const double x = K(i, 0), y = K(i, 1), z = K(i, 2);
-      column[0][i] = x;
-      column[1][i] = y;
-      column[2][i] = z;
-      column[3][i] = z * s.y() - y * s.z();
-      column[4][i] = x * s.z() - z * s.x();
-      column[5][i] = y * s.x() - x * s.y();
-    }
-  }
-};
-
-/// Adds P_r' K P_s.
-inline void add_point(const Vector3& r, const PointColumns& of_s, BlockLu::Block& out) {
-  const double rx = r.x(), ry = r.y(), rz = r.z();
-  double* to = out.data();
-  for (const double* column : of_s.column) {
-    const double x = column[0], y = column[1], z = column[2];
-    to[0] += x;
-    to[1] += y;
-    to[2] += z;
-    to[3] += ry * z - rz * y;
-    to[4] += rz * x - rx * z;
-    to[5] += rx * y - ry * x;
-    to += 6;
+/// Adds J gain J', of the columns J = (direction; moment).
+inline void add_contact_gain(const Eigen::Matrix<double, 6, 3>& J, const Matrix3& gain,
+                             BlockLu::Block& out) {
+  for (int j = 0; j < 6; ++j) {
+    const double x = gain(0, 0) * J(j, 0) + gain(0, 1) * J(j, 1) + gain(0, 2) * J(j, 2);
+    const double y = gain(1, 0) * J(j, 0) + gain(1, 1) * J(j, 1) + gain(1, 2) * J(j, 2);
+    const double z = gain(2, 0) * J(j, 0) + gain(2, 1) * J(j, 1) + gain(2, 2) * J(j, 2);
+    double column[6];
+    for (int i = 0; i < 6; ++i) column[i] = out(i, j);
+    for (int i = 0; i < 6; ++i) column[i] += J(i, 0) * x;
+    for (int i = 0; i < 6; ++i) column[i] += J(i, 1) * y;
+    for (int i = 0; i < 6; ++i) column[i] += J(i, 2) * z;
+    for (int i = 0; i < 6; ++i) out(i, j) = column[i];
   }
 }
 
@@ -266,9 +249,11 @@ APRSIM_VECTOR_CLONES int ContactSolver::add_contact(const ContactDescription& in
     const Body& body = at(number);
     *lever = in.p - body.com;
     if (body.unknown < 0) continue;
+    const bool first = contact.J.isZero(0);
     for (int k = 0; k < 3; ++k) {
       const Vector3 d = contact.frame.row(k).transpose();
       const Vector3 moment = lever->cross(d);
+      if (first) contact.J.col(k) << d, moment;
       W(k) += body.inverse_kg + moment.dot(body.inverse_inertia * moment);
       if (contact.turns) W_turn(k) += d.dot(body.inverse_inertia * d);
     }
@@ -352,7 +337,7 @@ APRSIM_VECTOR_CLONES void ContactSolver::velocities_from_impulses() {
     push(row.b.body, row.now.x * row.b.linear, row.now.x * row.b.angular);
   }
   for (const Contact& c : contacts_) {
-    if (c.x.x() == 0 && !c.turns) continue;
+    if (c.idle()) continue;
     const Vector3 p = c.frame.transpose() * c.x;
     Vector3 torque = Vector3::Zero();
     if (c.turns) torque = c.frame.transpose() * c.torque;
@@ -400,7 +385,7 @@ APRSIM_VECTOR_CLONES ContactSolver::Residual ContactSolver::residual() {
     rows = std::max(rows, row.lever * row.W * std::abs(row.now.x - x));
   }
   for (const Contact& c : contacts_) {
-    if (!(c.W.n > 0)) continue;
+    if (!(c.W.n > 0) || (c.y.x() >= 0 && c.idle())) continue;
     Vector3 y = c.y;
     const double across = length(y.y(), y.z());
     y.x() += c.softness * c.x.x() + c.friction * across;
@@ -666,6 +651,10 @@ APRSIM_VECTOR_CLONES void ContactSolver::evaluate_impulses(double along) {
   for (Contact& c : contacts_) {
     if (!(c.D.n > 0)) continue;
     Vector3 y = c.y + along * c.rate;
+    if (exact_ && y.x() >= 0 && c.centre.isZero(0)) {
+      c.leave();
+      continue;
+    }
     const double across = length(y.y(), y.z());
     if (exact_) c.slip = c.friction * across;
     y.x() += c.slip;
@@ -724,6 +713,7 @@ APRSIM_VECTOR_CLONES ContactSolver::Gradient ContactSolver::find_gradient() {
     pull(row.b.body, row.now.x * row.b.linear, row.now.x * row.b.angular);
   }
   for (const Contact& c : contacts_) {
+    if (c.idle()) continue;
     const Vector3 p = c.frame.transpose() * c.x;
     Vector3 torque = Vector3::Zero();
     if (c.turns) torque = c.frame.transpose() * c.torque;
@@ -764,9 +754,10 @@ APRSIM_VECTOR_CLONES void ContactSolver::fill_contacts() {
       if (c.a != of.a || c.b != of.b) break;
       if (c.gain(0, 0) == 0 && c.gain(1, 1) == 0) continue;
       any = true;
-      const Vector3& lever = a >= 0 ? c.lever_a : c.lever_b;
-      add_point(lever, PointColumns(rotated(c.frame, c.gain), lever), sum);
-      if (c.turns) sum.bottomRightCorner<3, 3>() += rotated(c.frame, c.turn_gain);
+      add_contact_gain(c.J, c.gain, sum);
+      if (c.turns && !c.turn_gain.isZero(0)) {
+        sum.bottomRightCorner<3, 3>() += rotated(c.frame, c.turn_gain);
+      }
     }
     if (!any) continue;
     matrix_.diagonal(a >= 0 ? a : b) += sum;

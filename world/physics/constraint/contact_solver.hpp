@@ -152,6 +152,8 @@ class ContactSolver {
   struct Contact {
     int a = kFixed, b = kFixed;
     Matrix3 frame = Matrix3::Identity();  // rows
+    // Columns: directions of the frame, and their moments about the first body that moves.
+    Eigen::Matrix<double, 6, 3> J = Eigen::Matrix<double, 6, 3>::Zero();
     Vector3 lever_a = Vector3::Zero(), lever_b = Vector3::Zero();
     double friction = 0, spinning = 0, rolling = 0;
     Vector3 target = Vector3::Zero();
@@ -170,6 +172,14 @@ class ContactSolver {
     bool turns = false;
     bool loose = false;  // of bodies that nothing drives
     int place = -1;
+    /// Bears nothing.
+    [[nodiscard]] bool idle() const { return x.x() == 0 && (!turns || torque.isZero(0)); }
+    void leave() {
+      x.setZero();
+      gain.setZero();
+      torque.setZero();
+      turn_gain.setZero();
+    }
     Vector3 other_x = Vector3::Zero(), other_torque = Vector3::Zero();  // the other guess
   };
 
