@@ -33,6 +33,17 @@ struct CirclePoint {
   Eigen::Vector3d p, by_step;
 };
 
+/// A circle from one of its points on.
+struct Arc {
+  Eigen::Vector3d c, out, on;  ///< centre, radius at that point, radius a quarter turn on
+  /// A step along it: twice the tangent of half the angle, which spares sine and cosine.
+  [[nodiscard]] CirclePoint at(double step) const {
+    const double quarter2 = 0.25 * step * step, scale = 1 / (1 + quarter2);
+    const double cosine = (1 - quarter2) * scale, sine = step * scale;
+    return {c + cosine * out + sine * on, scale * (cosine * on - sine * out)};
+  }
+};
+
 /// A circle by its centre, the radius on which the samples start, and the radius a quarter turn on.
 struct CircleBasis {
   Eigen::Vector3d c, a1, a2;
@@ -45,14 +56,10 @@ struct CircleBasis {
     }
     return out;
   }
-  /// From sample i on by a step: twice the tangent of half the angle, which spares sine and cosine.
-  [[nodiscard]] CirclePoint at(int i, double step) const {
-    const double cos_i = kSampleDirections.c[static_cast<std::size_t>(i)];
-    const double sin_i = kSampleDirections.s[static_cast<std::size_t>(i)];
-    const Eigen::Vector3d out = cos_i * a1 + sin_i * a2, on = cos_i * a2 - sin_i * a1;
-    const double quarter2 = 0.25 * step * step, scale = 1 / (1 + quarter2);
-    const double cosine = (1 - quarter2) * scale, sine = step * scale;
-    return {c + cosine * out + sine * on, scale * (cosine * on - sine * out)};
+  [[nodiscard]] Arc from_sample(int i) const {
+    const double cosine = kSampleDirections.c[static_cast<std::size_t>(i)];
+    const double sine = kSampleDirections.s[static_cast<std::size_t>(i)];
+    return {c, cosine * a1 + sine * a2, cosine * a2 - sine * a1};
   }
 };
 
@@ -69,6 +76,14 @@ struct SlopedWay : WayOut {
   double turn = 0;        ///< of the same sign, and straighter near an axis
   bool left_out = false;  ///< of what the surfaces are those of: the depth jumps where this ends
 };
+
+[[nodiscard]] inline double greatest(const RingValues& v) {
+  std::array<double, 4> most{v[0], v[1], v[2], v[3]};
+  for (std::size_t i = 4; i < kRingSamples; i += 4) {
+    for (std::size_t k = 0; k < 4; ++k) most[k] = std::max(most[k], v[i + k]);
+  }
+  return std::max(std::max(most[0], most[1]), std::max(most[2], most[3]));
+}
 
 [[nodiscard]] inline double at_sample(const RingValues& v, int i) {
   return v[static_cast<std::size_t>((i + kRingSamples) % kRingSamples)];
@@ -94,8 +109,9 @@ bool refine_maximum(const CircleBasis& circle, int i, double radius, const F& wa
     SlopedWay way;
   };
   best.way.depth = -1e30;
+  const Arc arc = circle.from_sample(i);
   const auto look = [&](double step) {
-    const CirclePoint at = circle.at(i, step);
+    const CirclePoint at = arc.at(step);
     const Look found{step, way_at(at)};
     if (found.way.depth > best.way.depth) best = {at, found.way};
     return found;
@@ -161,13 +177,15 @@ void ring_maxima(const RingValues& v, const CircleBasis& circle, double radius, 
                  const Emit& emit) {
   // A kink may be that much higher than the sample beside it.
   const double gain = 0.5 * kSampleAngle * radius;
-  const auto deepest = static_cast<int>(std::max_element(v.begin(), v.end()) - v.begin());
-  if (at_sample(v, deepest) < -gain) return;
+  const double highest = greatest(v);
+  if (highest < -gain) return;
+  const auto deepest = static_cast<int>(std::find(v.begin(), v.end(), highest) - v.begin());
   RingMaximum found;
   if (*std::min_element(v.begin(), v.end()) > 0) {
     if (refine_maximum(circle, deepest, radius, way_at, found)) emit(found);
     for (int k = 1; k < 4; ++k) {
-      const CirclePoint at = circle.at((deepest + k * kRingSamples / 4) % kRingSamples, 0);
+      const CirclePoint at =
+          circle.from_sample((deepest + k * kRingSamples / 4) % kRingSamples).at(0);
       emit(RingMaximum{at, way_at(at)});
     }
     return;
@@ -197,7 +215,8 @@ void ring_crossings(const RingValues& v, const CircleBasis& circle, const F& slo
     const double first = at_sample(v, i), last = at_sample(v, i + 1);
     if ((first > 0) == (last > 0)) continue;
     double lo = 0, hi = kSampleStep, step = kSampleStep * first / (first - last);
-    CirclePoint at = circle.at(i, step);
+    const Arc arc = circle.from_sample(i);
+    CirclePoint at = arc.at(step);
     for (int pass = 0; pass < kMost; ++pass) {
       const auto [value, slope] = sloped_at(at);
       ((value > 0) == (first > 0) ? lo : hi) = step;
@@ -205,7 +224,7 @@ void ring_crossings(const RingValues& v, const CircleBasis& circle, const F& slo
       if (!(next > lo && next < hi)) next = 0.5 * (lo + hi);
       const double moved = std::abs(next - step);
       step = next;
-      at = circle.at(i, step);
+      at = arc.at(step);
       if (moved < kSame) break;
     }
     emit(at.p);

@@ -300,7 +300,7 @@ void axis_on_prism(const Pair& pair, Candidates& out) {
 void arcs_on_prism(const Pair& pair, const Ring& ring, Candidates& out) {
   const CircleBasis circle{pair.c + ring.z * pair.u, ring.r * pair.e1, ring.r * pair.e2};
   for (int i = 0; i < kRingSamples; ++i) {
-    const Vector3d p = circle.at(i, 0).p;
+    const Vector3d p = circle.from_sample(i).at(0).p;
     if (!in_material(pair, p)) continue;
     const Plane* nearest = nullptr;
     for (int f = 0; f < pair.plane_count; ++f) {

@@ -61,6 +61,33 @@ inline bool invert(Block& m) {
   return true;
 }
 
+/// x = m^-1 x by Gauss's elimination with exchanges of rows; uses m up. False for a singular one.
+inline bool eliminate(Block& m, BlockLu::Vector6& x) {
+  for (int k = 0; k < 6; ++k) {
+    int pivot = k;
+    for (int i = k + 1; i < 6; ++i) {
+      if (std::abs(m(i, k)) > std::abs(m(pivot, k))) pivot = i;
+    }
+    if (pivot != k) {
+      for (int j = k; j < 6; ++j) std::swap(m(k, j), m(pivot, j));
+      std::swap(x(k), x(pivot));
+    }
+    if (!(std::abs(m(k, k)) > 0)) return false;
+    const double inverse = 1 / m(k, k);
+    m(k, k) = inverse;
+    for (int i = k + 1; i < 6; ++i) m(i, k) *= inverse;
+    for (int j = k + 1; j < 6; ++j) {
+      for (int i = k + 1; i < 6; ++i) m(i, j) -= m(i, k) * m(k, j);
+    }
+    for (int i = k + 1; i < 6; ++i) x(i) -= m(i, k) * x(k);
+  }
+  for (int k = 5; k >= 0; --k) {
+    x(k) *= m(k, k);
+    for (int i = 0; i < k; ++i) x(i) -= m(i, k) * x(k);
+  }
+  return true;
+}
+
 /// Keeps a sorted list of different numbers.
 void insert_sorted(std::vector<int>& list, int value) {
   const auto place = std::lower_bound(list.begin(), list.end(), value);
@@ -161,6 +188,7 @@ void BlockLu::restore() {
 /// A_ij U_jj^-1 ..., that is A_ij A_jj^-1, and U its rows as they are.
 APRSIM_VECTOR_CLONES bool BlockLu::factorise() {
   for (const Column& column : columns_) {
+    if (column.count == 0) continue;  // the last of what hangs together: see solve()
     Block& pivot = blocks_[at(column.body)];
     if (!invert(pivot)) return false;
     for (int i = 0; i < column.count; ++i) {
@@ -184,7 +212,7 @@ APRSIM_VECTOR_CLONES bool BlockLu::factorise() {
   return true;
 }
 
-void BlockLu::solve(std::span<Vector6> x) const {
+APRSIM_VECTOR_CLONES bool BlockLu::solve(std::span<Vector6> x) {
   for (const Column& column : columns_) {
     const Vector6& own = x[at(column.body)];
     for (int i = 0; i < column.count; ++i) {
@@ -194,6 +222,10 @@ void BlockLu::solve(std::span<Vector6> x) const {
   }
   for (std::size_t c = columns_.size(); c-- > 0;) {
     const Column& column = columns_[c];
+    if (column.count == 0) {
+      if (!eliminate(blocks_[at(column.body)], x[at(column.body)])) return false;
+      continue;
+    }
     Vector6 own = x[at(column.body)];
     for (int i = 0; i < column.count; ++i) {
       const Row& row = rows_[at(column.first + i)];
@@ -201,6 +233,7 @@ void BlockLu::solve(std::span<Vector6> x) const {
     }
     x[at(column.body)].noalias() = blocks_[at(column.body)] * own;
   }
+  return true;
 }
 
 }  // namespace aprsim::physics

@@ -48,8 +48,9 @@ class BlockLu {
 
   /// In place. False when a pivot is singular.
   [[nodiscard]] bool factorise();
-  /// After factorise(); one vector a body, in place.
-  void solve(std::span<Vector6> x) const;
+  /// Once after factorise(), for the last blocks are used up: one vector a body, in place. False
+  /// when one of these is singular.
+  [[nodiscard]] bool solve(std::span<Vector6> x);
 
  private:
   struct Column {

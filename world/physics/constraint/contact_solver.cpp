@@ -736,8 +736,7 @@ APRSIM_VECTOR_CLONES bool ContactSolver::find_direction() {
   fill_contacts();
   if (!matrix_.factorise()) return false;
   for (std::size_t i = 0; i < gradient_.size(); ++i) direction_[i] = -gradient_[i];
-  matrix_.solve(direction_);
-  return true;
+  return matrix_.solve(direction_);
 }
 
 /// Contacts of the same two bodies are added up about the first that moves, then shifted.
