@@ -54,7 +54,7 @@ TEST(BlockLu, SolvesAsTheDenseMatrixDoes) {
     for (int i = 0; i < count; ++i) {
       x[static_cast<std::size_t>(i)] = right.segment<6>(Eigen::Index{6} * i);
     }
-    lu.solve(x);
+    ASSERT_TRUE(lu.solve(x));
     const Eigen::VectorXd expected = dense.partialPivLu().solve(right);
     for (int i = 0; i < count; ++i) {
       const BlockLu::Vector6 off =
@@ -69,6 +69,13 @@ TEST(BlockLu, SaysThatAPivotIsSingular) {
   lu.analyse(2, Pairs{});
   lu.set_zero();
   lu.diagonal(0).setIdentity();
+  std::vector<BlockLu::Vector6> x(2, BlockLu::Vector6::Ones());
+  EXPECT_TRUE(lu.factorise());
+  EXPECT_FALSE(lu.solve(x));
+  // One that another body hangs on.
+  lu.analyse(2, Pairs{{0, 1}});
+  lu.set_zero();
+  lu.diagonal(1).setIdentity();
   EXPECT_FALSE(lu.factorise());
 }
 
