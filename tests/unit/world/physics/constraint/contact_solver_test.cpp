@@ -298,6 +298,31 @@ TEST(ContactSolver, WhatRestsIsSolvedToATenth) {
   }
 }
 
+/// What many contacts could bear in many ways is borne as evenly as it comes, also where the search
+/// begins with rounds of relaxation: turning friction depends on it.
+TEST(ContactSolver, ABlowIsBorneEvenly) {
+  for (const int count : {3, 4, 6, 9}) {
+    Problem problem;
+    const double mass_kg = 0.3, speed_m_s = 0.5, radius_m = 0.1;
+    problem.bodies.push_back(
+        {mass_kg, kSmallInertia, Vector3d::Zero(), {{0, 0, -speed_m_s}, Vector3d::Zero()}});
+    for (int k = 0; k < count; ++k) {
+      const double angle = 2 * std::numbers::pi * k / count;
+      SolverContact contact;
+      contact.a = 0;
+      contact.p = radius_m * Vector3d(std::cos(angle), std::sin(angle), -0.1);
+      contact.friction = 0.3;
+      problem.contacts.push_back(contact);
+    }
+    ContactSolver solver;
+    ASSERT_TRUE(problem.solve(solver).converged);
+    for (int k = 0; k < count; ++k) {
+      EXPECT_NEAR(solver.contact_impulse_ns(k).z(), mass_kg * speed_m_s / count, 1e-8)
+          << count << " contacts, number " << k;
+    }
+  }
+}
+
 TEST(ContactSolver, GivesTheSameBitsForTheSameInput) {
   RandomProblems problems(7);
   ContactSolver used;
