@@ -29,7 +29,8 @@ CircleBasis anchored(const RimS& rim, const PocketProfile& pocket) {
   return {rim.c, rim.r * along, rim.r * rim.u.cross(along)};
 }
 
-/// Out through the slab's sides, or outside it, from kElsewhere on: towards lower and higher x, y, z.
+/// Out through the slab's sides, or outside it, from kElsewhere on: towards lower and higher x, y,
+/// z.
 enum PocketWay : int { kWall = 0, kChamfer = 1, kTopFace = 2, kElsewhere = 3, kBelow = 7 };
 
 /// Nearest way out of the material around the pocket at p (tray frame), r from the pocket's axis:
