@@ -48,6 +48,9 @@ class Orderly {
     for (const auto& [mode, apart_m] : worst_m_) {
       experiment_.record("jams." + mode + ".apart_m", apart_m, "m");
     }
+    for (const auto& [mode, beyond_m] : beyond_m_) {
+      experiment_.record("jams." + mode + ".beyond_m", beyond_m, "m");
+    }
     experiment_.record("jams.elsewhere", elsewhere_, "count");
     experiment_.record("jams.deepest_m", deepest_m_, "m");
   }
@@ -81,8 +84,13 @@ class Orderly {
         }
         deepest_m = std::max(deepest_m, out.deepest_m);
       };
-      for (std::size_t m = 0; m < kCompared.size(); ++m) take(kCompared[m].name, runs.compared[m]);
       take("nudged", runs.nudged);
+      for (std::size_t m = 0; m < kCompared.size(); ++m) {
+        const std::string name = kCompared[m].name;
+        take(name, runs.compared[m]);
+        double& beyond_m = beyond_m_[name];
+        beyond_m = std::max(beyond_m, apart[name].back() - apart["nudged"].back());
+      }
     }
     for (const auto& [name, all] : apart) {
       const double worst = percentile(all, 1);
@@ -97,6 +105,7 @@ class Orderly {
   Experiment& experiment_;
   unsigned seeds_;
   std::map<std::string, double> worst_m_;
+  std::map<std::string, double> beyond_m_;  // what the nudge brings in the same jam
   int elsewhere_ = 0;
   double deepest_m_ = 0;
 };
@@ -215,7 +224,8 @@ int run(int argc, char** argv) {
       "it "
       "mode `off` against itself with every gear 0.14 um elsewhere in the beginning: what the "
       "motion "
-      "makes of a difference, as gears rattle in their pockets.");
+      "makes of a difference, as gears rattle in their pockets. `beyond_m`: how much farther apart "
+      "than that, jam by jam.");
   experiment.note(
       "Distributions: of eight numbers that tell where everything lies, the greatest distance D of "
       "distribution functions (Kolmogorov and Smirnov), and p by permuting the runs, which allows "
