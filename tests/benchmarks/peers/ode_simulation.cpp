@@ -31,7 +31,7 @@ struct Fixed {
 struct Free {
   ode::Body body;
   const scene::TrayType* tray = nullptr;
-  const scene::GearType* gear = nullptr;
+  physics::detail::GearShape gear;  // of a gear
   physics::MassProperties mass;
   double reach_m = 0;  ///< from its centre of mass
   Isometry3d X_WB;
@@ -74,7 +74,7 @@ class Quickstep : public OdeSimulation {
     for (const auto& gear : scene.gears) {
       const auto& type = scene.gear_types.at(gear.type);
       const double height = std::max(type.peg_top_m, type.hub_height_m);
-      add({.gear = &type,
+      add({.gear = type,
            .mass = physics::gear_mass(type),
            .reach_m = std::hypot(std::max(type.disc_radius_m, type.hub_top_radius_m), height)},
           gear.X_WP);
@@ -149,9 +149,9 @@ class Quickstep : public OdeSimulation {
       physics::box_box(slab_size(*a.tray), slab_pose(*a.tray, a.X_WB), slab_size(*b.tray),
                        slab_pose(*b.tray, b.X_WB), upper, lower, SurfacePair::kTrayTray, points_);
     } else if (b.tray) {
-      physics::gear_tray(*a.gear, a.X_WB, *b.tray, b.X_WB, upper, lower, points_);
+      physics::gear_tray(a.gear, a.X_WB, *b.tray, b.X_WB, upper, lower, points_);
     } else {
-      physics::gear_gear(*a.gear, a.X_WB, *b.gear, b.X_WB, upper, lower, points_);
+      physics::gear_gear(a.gear, a.X_WB, b.gear, b.X_WB, upper, lower, points_);
     }
     take_points(false);
   }
@@ -164,7 +164,7 @@ class Quickstep : public OdeSimulation {
                        index, physics::kGround,
                        fixed.belt ? SurfacePair::kTrayBelt : SurfacePair::kTrayGround, points_);
     } else {
-      physics::gear_box(*a.gear, a.X_WB, fixed.size, fixed.X_WS, index, physics::kGround,
+      physics::gear_box(a.gear, a.X_WB, fixed.size, fixed.X_WS, index, physics::kGround,
                         SurfacePair::kGearGround, points_);
     }
     take_points(fixed.belt);
