@@ -7,7 +7,7 @@
 #include "world/physics/collision/circle_maxima.hpp"
 #include "world/physics/collision/frustum_contact.hpp"
 #include "world/physics/collision/length.hpp"
-#include "world/physics/constraint/vector_clones.hpp"
+#include "world/physics/collision/vector_clones.hpp"
 
 namespace aprsim::physics::detail {
 namespace {

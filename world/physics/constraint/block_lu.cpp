@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "world/physics/constraint/vector_clones.hpp"
+#include "world/physics/collision/vector_clones.hpp"
 
 namespace aprsim::physics {
 namespace {

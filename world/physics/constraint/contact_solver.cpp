@@ -6,7 +6,7 @@
 #include <Eigen/Geometry>
 
 #include "world/physics/collision/length.hpp"
-#include "world/physics/constraint/vector_clones.hpp"
+#include "world/physics/collision/vector_clones.hpp"
 
 namespace aprsim::physics {
 namespace {
