@@ -45,8 +45,8 @@ struct Ring {
 
 struct GearShape {
   GearShape() = default;
-  GearShape(
-      const scene::GearType& gear);  // NOLINT(google-explicit-constructor): the same, taken apart
+  /// The same gear, taken apart; also where one is wanted.
+  GearShape(const scene::GearType& gear);
 
   std::array<Piece, 4> pieces;  ///< disc, hub, hub chamfer, peg; those that exist
   std::array<Ring, 5> rings;
