@@ -46,10 +46,10 @@ before(async () => {
   const daemon = await Daemon.start(['--journal', journal, '--speed', '4']);
   const robot = await CrclClient.open(daemon.ports['crcl.fanuc']);
   await robot.run('InitCanonType');
-  await robot.moveJoints(25);
+  await robot.moveJoints([25]);
   await writeRegister(daemon.ports.modbus, 0x8002, 12000);
   await writeRegister(daemon.ports.modbus, 0x8000, 1);
-  await robot.moveJoints(-25);
+  await robot.moveJoints([-25]);
   await writeRegister(daemon.ports.modbus, 0x8000, 0);
   await robot.run('SetEndEffectorType', '<Setting>0</Setting>');
   robot.close();

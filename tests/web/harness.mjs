@@ -155,13 +155,15 @@ export class CrclClient {
     if (end.includes('CRCL_Error')) throw new Error(end);
     return end;
   }
-  moveJoints(...degrees) {
+  /** At the robot's own speed, or at one in degrees a second. */
+  moveJoints(degrees, speed) {
+    const details = speed ? `<JointSpeed>${speed}</JointSpeed>` : '';
     return this.run(
       'ActuateJointsType',
       degrees
         .map(
           (position, i) =>
-            `<ActuateJoint><JointNumber>${i + 1}</JointNumber><JointPosition>${position}</JointPosition><JointDetails xsi:type="JointSpeedAccelType"/></ActuateJoint>`
+            `<ActuateJoint><JointNumber>${i + 1}</JointNumber><JointPosition>${position}</JointPosition><JointDetails xsi:type="JointSpeedAccelType">${details}</JointDetails></ActuateJoint>`
         )
         .join('')
     );

@@ -27,7 +27,7 @@ test('what is saved on the page is run again to the same states', async () => {
   const page = await openPage(browser, daemon);
   const client = await CrclClient.open(daemon.ports['crcl.fanuc']);
   await client.run('InitCanonType');
-  await client.moveJoints(5, 0, 0, 0, 0, 0);
+  await client.moveJoints([5, 0, 0, 0, 0, 0]);
   client.close();
   await page.getByRole('tab', {name: 'Faults'}).click();
   const [saved] = await Promise.all([

@@ -69,7 +69,7 @@ test('joints move on screen when a CRCL client moves the robot', async () => {
   const before = await look();
   const client = await CrclClient.open(daemon.ports['crcl.fanuc']);
   await client.run('InitCanonType');
-  await client.moveJoints(40, -20, 0, 0, -60, 0);
+  await client.moveJoints([40, -20, 0, 0, -60, 0]);
   await until(
     'joint 1 in the panel',
     async () => Math.abs((await value('fanuc-joint-1')) - 40) < 0.05
@@ -216,7 +216,7 @@ test('an error shows with its reason, on the fault line too, and can be cleared'
   await page.getByTestId('choose-fanuc').click();
   const client = await CrclClient.open(daemon.ports['crcl.fanuc']);
   await client.run('InitCanonType');
-  await assert.rejects(client.moveJoints(500, 0, 0, 0, 0, 0));
+  await assert.rejects(client.moveJoints([500, 0, 0, 0, 0, 0]));
   client.close();
   const robot = page.getByTestId('robot-fanuc');
   await until('the error', async () =>

@@ -54,14 +54,15 @@ const seen = [];
 
 test('what was seen live is there again, bit for bit', async () => {
   await client.run('InitCanonType');
-  const moved = client.moveJoints(40, 0, 0, 0, 0, 0);
+  // So slow that a page that draws once a second sees enough of it.
+  const moved = client.moveJoints([30, 0, 0, 0, 0, 0], 3);
   await until('some of the motion', async () => {
-    const now = await shown();
-    if (seen.length === 0 || now.step > seen.at(-1).step + 100) seen.push(now);
+    const now = await shown(),
+      last = seen.at(-1);
+    if (!last || (now.step > last.step + 100 && now.joint !== last.joint)) seen.push(now);
     return seen.length >= 8;
   });
   await moved;
-  assert.ok(new Set(seen.map(({joint}) => joint)).size > 4, 'the arm has moved');
   for (const moment of [...seen].reverse()) {
     await goTo(moment.step);
     assert.deepEqual(await shown(), {...moment, past: true});
@@ -173,7 +174,7 @@ test('the cell goes back to a moment, when it is asked twice', async () => {
   // The motion that was under way goes on to its end, and what was before can still be seen.
   await until(
     'the end of the motion',
-    async () => Math.abs((await shown()).joint - (40 * Math.PI) / 180) < 1e-6
+    async () => Math.abs((await shown()).joint - (30 * Math.PI) / 180) < 1e-6
   );
   await goTo(seen[6].step);
   assert.deepEqual(await shown(), {...seen[6], past: true});

@@ -292,7 +292,7 @@ test('a protective stop and drives that are off are marked', async () => {
 test('a robot that is stopped from elsewhere is marked though out of the picture', async () => {
   const client = await CrclClient.open(daemon.ports['crcl.fanuc']);
   await client.run('InitCanonType');
-  await assert.rejects(client.moveJoints(500, 0, 0, 0, 0, 0));
+  await assert.rejects(client.moveJoints([500, 0, 0, 0, 0, 0]));
   client.close();
   await page.getByTestId('look-motoman').click();
   await until('the sign', () => page.getByTestId('mark-fanuc').isVisible());

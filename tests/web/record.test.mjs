@@ -174,7 +174,7 @@ test('a page opened later learns what went wrong before', async () => {
   const client = await CrclClient.open(daemon.ports['crcl.fanuc']);
   for (const angle of [500, 600]) {
     await client.run('InitCanonType');
-    await assert.rejects(client.moveJoints(angle, 0, 0, 0, 0, 0));
+    await assert.rejects(client.moveJoints([angle, 0, 0, 0, 0, 0]));
   }
   await until('one cause', async () => (await badge.textContent()) === '1');
   assert.equal(await badge.getAttribute('data-kind'), 'error');

@@ -35,15 +35,15 @@ before(async () => {
   await until('the first steps', () => step() > 100);
   const client = await CrclClient.open(recorded.ports['crcl.fanuc']);
   await client.run('InitCanonType');
-  await client.moveJoints(20, 0, 0, 0, 0, 0);
+  await client.moveJoints([20, 0, 0, 0, 0, 0]);
   await writeRegister(recorded.ports.modbus, 0x8002, 10000);
   seen.moved = step();
   aprsim('scene', 'spawn', 'sku_part_large_gear', 'spare', '--at', '0.3', '-1', '1.2');
   seen.spawned = step();
-  await client.moveJoints(0, 0, 0, 0, 0, 0);
+  await client.moveJoints([0, 0, 0, 0, 0, 0]);
   aprsim('reset', '--scene', 'aprs_2024');
   await client.run('InitCanonType');
-  await client.moveJoints(10, 0, 0, 0, 0, 0);
+  await client.moveJoints([10, 0, 0, 0, 0, 0]);
   seen.last = step();
   client.close();
   await recorded.stop();
