@@ -4,6 +4,7 @@
 #include <numbers>
 #include <utility>
 
+#include "world/physics/collision/hull_gap.hpp"
 #include "world/physics/collision/look_ahead.hpp"
 #include "world/physics/collision/narrow_phase.hpp"
 #include "world/scene/part_shapes.hpp"
@@ -18,6 +19,8 @@ constexpr double kStroke = 4e-4;
 /// What follows a finger by a longer way, in as many steps as are looked ahead, may run into it
 /// [m].
 constexpr double kFollows = 1e-4;
+/// Bodies that may touch, as far as one knows.
+constexpr double kNoGap = 0;
 /// The cup's solid stands on the lip, against the approach.
 const Eigen::Isometry3d kLipToSolid(Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX()));
 
@@ -42,6 +45,7 @@ Moving moving(const FreeBody& body) {
 
 BodyCollider::BodyCollider(const PhysicsModel& model)
     : model_(model),
+      kept_(model.bodies.size()),
       sink_ahead_m_(model.bodies.size()),
       box_(dCreateBox(nullptr, 1, 1, 1)),
       cylinder_(dCreateCylinder(nullptr, 1, 1)) {}
@@ -95,23 +99,22 @@ void BodyCollider::free_on_free(int a, int b, std::vector<Contact>& out) {
     way.shift_W.z() = above ? -kLeastWay : kLeastWay;
   }
   if (upper.is_tool()) {
-    find_ahead(way, out,
+    find_ahead(way, kNoGap, out,
                [&](const Eigen::Isometry3d& D) { tool_on_free(upper_index, D, lower_index, out); });
   } else if (upper.is_tray()) {
-    find_ahead(way, out, [&](const Eigen::Isometry3d& D) {
+    const double gap = box_box_gap(upper.slab_size, upper.X_WS(), lower.slab_size, lower.X_WS());
+    find_ahead(way, gap, out, [&](const Eigen::Isometry3d& D) {
       box_box(upper.slab_size, D * upper.X_WS(), lower.slab_size, lower.X_WS(), upper_index,
               lower_index, SurfacePair::kTrayTray, out);
     });
   } else if (lower.is_tray()) {
     way.shift_W -= sink_ahead(upper_index) * lower.X_WB.linear().col(2);
-    find_ahead(way, out, [&](const Eigen::Isometry3d& D) {
-      gear_tray(upper.gear_shape, D * upper.X_WB, *lower.tray, lower.X_WB, upper_index, lower_index,
-                out);
-    });
+    gear_on_tray(upper_index, lower_index, way, out);
     // A pressed gear presses the tray on.
     if (out.size() > before) press(lower_index, sink_ahead(upper_index));
   } else {
-    find_ahead(way, out, [&](const Eigen::Isometry3d& D) {
+    const double gap = gear_gear_gap(upper.gear_shape, upper.X_WB, lower.gear_shape, lower.X_WB);
+    find_ahead(way, gap, out, [&](const Eigen::Isometry3d& D) {
       gear_gear(upper.gear_shape, D * upper.X_WB, lower.gear_shape, lower.X_WB, upper_index,
                 lower_index, out);
     });
@@ -120,6 +123,20 @@ void BodyCollider::free_on_free(int a, int b, std::vector<Contact>& out) {
   const double stroke = stroke_m(upper_index, lower_index);
   press(upper_index, stroke);
   press(lower_index, stroke);
+}
+
+/// One that hardly moves has the contacts that it had.
+void BodyCollider::gear_on_tray(int gear_index, int tray_index, const Way& way,
+                                std::vector<Contact>& out) {
+  const auto &gear = model_.body(gear_index), &tray = model_.body(tray_index);
+  const bool still = way.longest_m() == 0;
+  if (still && kept_.append(gear_index, gear, tray_index, tray, out)) return;
+  const std::size_t before = out.size();
+  const double gap = gear_box_gap(gear.gear_shape, gear.X_WB, tray.slab_size, tray.X_WS());
+  find_ahead(way, gap, out, [&](const Eigen::Isometry3d& D) {
+    gear_tray(gear.gear_shape, D * gear.X_WB, *tray.tray, tray.X_WB, gear_index, tray_index, out);
+  });
+  if (still) kept_.keep(gear_index, gear, tray_index, tray, out, before);
 }
 
 /// Blocks as boxes, but for the pads that meet a peg: its V grooves hold it. `D`: see find_ahead.
@@ -179,7 +196,7 @@ void BodyCollider::gripper_on_free(int robot, int p, int body, std::vector<Conta
     Way way = way_of(hand.moving(p), moving(free), kStepsAhead * model_.step_s);
     if (way.longest_m() < kLeastWay) way = {};
     const std::size_t first = out.size();
-    find_ahead(way, out, [&](const Eigen::Isometry3d& D) {
+    find_ahead(way, kNoGap, out, [&](const Eigen::Isometry3d& D) {
       gear_tray(hand.cup_solid(), D * hand.X_WLip() * kLipToSolid, *free.tray, free.X_WB, id, body,
                 out);
     });
@@ -192,7 +209,7 @@ void BodyCollider::gripper_on_free(int robot, int p, int body, std::vector<Conta
   } else if (free.is_tray()) {
     Way way = way_of(hand.moving(p), moving(free), kStepsAhead * model_.step_s);
     if (way.longest_m() < kLeastWay) way = {};
-    find_ahead(way, out, [&](const Eigen::Isometry3d& D) {
+    find_ahead(way, kNoGap, out, [&](const Eigen::Isometry3d& D) {
       box_box(box.size, D * box.X_WS, free.slab_size, free.X_WS(), id, body, SurfacePair::kRobotAny,
               out);
     });
@@ -211,14 +228,14 @@ void BodyCollider::gripper_on_free(int robot, int p, int body, std::vector<Conta
       pad_gear(hand.pad(), D * hand.X_WD(p - 1), free.gear_shape, free.X_WB, id, body, out);
     };
     const std::size_t first = out.size();
-    find_ahead(way, out, pad);
+    find_ahead(way, kNoGap, out, pad);
     const Way standing = standing_finger_way(hand, p, moving(free));
     if (standing.longest_m() == 0) return;
     const std::size_t known = out.size();
-    find_ahead(standing, out, pad);
+    find_ahead(standing, kNoGap, out, pad);
     drop_known(first, known, out);
   } else {
-    find_ahead(falling(moving(free), hand.moving(p)), out, [&](const Eigen::Isometry3d& D) {
+    find_ahead(falling(moving(free), hand.moving(p)), kNoGap, out, [&](const Eigen::Isometry3d& D) {
       gear_box(free.gear_shape, D * free.X_WB, box.size, box.X_WS, body, id, SurfacePair::kRobotAny,
                out);
     });
@@ -268,7 +285,7 @@ void BodyCollider::free_on_fixed(int body, const StaticShape& shape,
   if (way.longest_m() == 0) way.shift_W.z() = -kLeastWay;
   way.shift_W -= sink_ahead(body) * shape.X_WS.linear().col(2);
   if (free.is_tool()) {
-    find_ahead(way, out, [&](const Eigen::Isometry3d& D) {
+    find_ahead(way, kNoGap, out, [&](const Eigen::Isometry3d& D) {
       for (const scene::Block& block : free.tool->blocks()) {
         box_box(block.size, D * free.X_WS(block), shape.size, shape.X_WS, body, kGround,
                 shape.belt ? SurfacePair::kTrayBelt : SurfacePair::kTrayGround, out);
@@ -278,12 +295,14 @@ void BodyCollider::free_on_fixed(int body, const StaticShape& shape,
   }
   if (free.is_tray()) {
     const auto pair = shape.belt ? SurfacePair::kTrayBelt : SurfacePair::kTrayGround;
-    find_ahead(way, out, [&](const Eigen::Isometry3d& D) {
+    const double gap = box_box_gap(free.slab_size, free.X_WS(), shape.size, shape.X_WS);
+    find_ahead(way, gap, out, [&](const Eigen::Isometry3d& D) {
       box_box(free.slab_size, D * free.X_WS(), shape.size, shape.X_WS, body, kGround, pair, out);
     });
   } else {
     const auto pair = shape.belt ? SurfacePair::kGearBelt : SurfacePair::kGearGround;
-    find_ahead(way, out, [&](const Eigen::Isometry3d& D) {
+    const double gap = gear_box_gap(free.gear_shape, free.X_WB, shape.size, shape.X_WS);
+    find_ahead(way, gap, out, [&](const Eigen::Isometry3d& D) {
       gear_box(free.gear_shape, D * free.X_WB, shape.size, shape.X_WS, body, kGround, pair, out);
     });
   }

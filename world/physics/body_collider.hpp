@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "world/physics/collision/look_ahead.hpp"
+#include "world/physics/kept_contacts.hpp"
 #include "world/physics/physics_model.hpp"
 
 namespace aprsim::physics {
@@ -44,12 +45,15 @@ class BodyCollider {
   }
   /// How far two free bodies are looked ahead where one is fast enough to strike the other; else 0.
   [[nodiscard]] double stroke_m(int a, int b) const;
+  /// Of gears that hardly move in their trays.
+  [[nodiscard]] KeptContacts& kept() { return kept_; }
 
  private:
   [[nodiscard]] Way falling(const Moving& body, const Moving& other, bool above = true) const;
   [[nodiscard]] Way standing_finger_way(const GripperMechanism& hand, int p,
                                         const Moving& part) const;
   void press(int body, double way_m);
+  void gear_on_tray(int gear, int tray, const Way& way, std::vector<Contact>& out);
   void tool_on_free(int tool, const Eigen::Isometry3d& D, int other,
                     std::vector<Contact>& out) const;
   [[nodiscard]] const GripperMechanism& gripper(int robot) const {
@@ -57,6 +61,7 @@ class BodyCollider {
   }
 
   const PhysicsModel& model_;
+  KeptContacts kept_;
   std::vector<double> sink_ahead_m_;  // by body
   ode::Geom box_, cylinder_;          // of whatever is looked at
 };

@@ -23,6 +23,8 @@ class ContactSearch {
   void find(std::span<const char> looked_at = {});
   /// Releases merged bodies from their parents and adds their contacts with these.
   void release(std::span<const int> members);
+  /// From one step to the next.
+  [[nodiscard]] KeptContacts& kept() { return collider_.kept(); }
 
  private:
   void search();

@@ -97,6 +97,7 @@ struct PhysicsWorld::Impl {
 void PhysicsWorld::Impl::step() {
   ode::prepare_thread();
   max_penetration = 0;
+  search.kept().begin_step();
   solver.begin_step();
   report.begin_step();
   const int parts = parts_of_step();
@@ -628,6 +629,7 @@ struct PhysicsWorld::State::Data {
   std::vector<ArmLinks::State> arms;
   Simplification::State simplification;
   std::vector<ContactConstraint> constraints;
+  KeptContacts::State kept;
   StepSolver::Memory solver;
   ContactReport::State forces;
   int contacts = 0;
@@ -636,18 +638,20 @@ struct PhysicsWorld::State::Data {
 
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {
-    auto& [bodies, grippers, parked, tool_of_robot, arms, simplification, constraints, solver,
+    auto& [bodies, grippers, parked, tool_of_robot, arms, simplification, constraints, kept, solver,
            forces, contacts, belt_speed, next_belt_speed, max_penetration, steps, faults] = self;
-    io(bodies, grippers, parked, tool_of_robot, arms, simplification, constraints, solver, forces,
-       contacts, belt_speed, next_belt_speed, max_penetration, steps, faults);
+    io(bodies, grippers, parked, tool_of_robot, arms, simplification, constraints, kept, solver,
+       forces, contacts, belt_speed, next_belt_speed, max_penetration, steps, faults);
   }
 };
 
 std::size_t PhysicsWorld::State::bytes() const {
   if (!data_) return 0;
   const auto held = [](const auto& values) { return values.capacity() * sizeof values[0]; };
+  std::size_t kept_bytes = held(data_->kept);
+  for (const auto& manifold : data_->kept) kept_bytes += held(manifold.points);
   return sizeof *data_ + held(data_->bodies) + held(data_->grippers) + held(data_->parked) +
-         held(data_->arms) + held(data_->constraints) + held(data_->solver.contacts);
+         held(data_->arms) + held(data_->constraints) + kept_bytes + held(data_->solver.contacts);
 }
 
 void PhysicsWorld::State::write(archive::Writer& out) const { out(*data_); }
@@ -678,6 +682,7 @@ PhysicsWorld::State PhysicsWorld::save() const {
   data.tool_of_robot = model.tool_of_robot;
   for (const auto& arm : model.arms) data.arms.push_back(arm.save());
   data.constraints = model.constraints;
+  data.kept = impl_->search.kept().save();
   data.solver = impl_->solver.save();
   data.forces = impl_->report.save();
   data.belt_speed = model.belt_speed_m_s;
@@ -732,6 +737,7 @@ void PhysicsWorld::restore(const State& state) {
   }
   impl_->report.restore(data.forces);
   model.constraints = data.constraints;
+  impl_->search.kept().restore(data.kept);
   impl_->solver.restore(data.solver);
   model.belt_speed_m_s = data.belt_speed;
   impl_->next_belt_speed = data.next_belt_speed;

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "world/physics/collision/circle_edge_vs_gear.hpp"
+#include "world/physics/collision/hull_gap.hpp"
 #include "world/physics/collision/length.hpp"
 #include "world/physics/collision/narrow_phase.hpp"
 #include "world/physics/collision/rim_vs_pocket.hpp"
@@ -143,26 +144,6 @@ void rims_on_piece(const GearShape& a, int index, const GearShape& gear_b, int o
   }
 }
 
-/// Half of what a gear's bounding cylinder extends along a direction with that cosine to its axis.
-double reach(const GearShape& gear, double cosine) {
-  return 0.5 * (gear.z_high - gear.z_low) * std::abs(cosine) +
-         gear.r_max * std::sqrt(std::max(0.0, 1 - cosine * cosine));
-}
-
-/// Apart along either axis, or along the line between their middles.
-bool bounds_apart(const GearShape& a, const Isometry3d& X_WA, const GearShape& b,
-                  const Isometry3d& X_WB) {
-  const Vector3d d = X_WA * a.middle() - X_WB * b.middle();
-  const Vector3d u_a = X_WA.linear().col(2), u_b = X_WB.linear().col(2);
-  const auto apart = [&](double distance, double cosine_a, double cosine_b) {
-    return std::abs(distance) > reach(a, cosine_a) + reach(b, cosine_b);
-  };
-  const double distance = d.norm(), along_a = d.dot(u_a), along_b = d.dot(u_b);
-  const double cosine = u_a.dot(u_b);
-  return apart(along_a, 1, cosine) || apart(along_b, cosine, 1) ||
-         (distance > 0 && apart(distance, along_a / distance, along_b / distance));
-}
-
 void add_flipped(const Candidates& in, const Isometry3d& X_BA, Candidates& out) {
   for (int i = 0; i < in.size(); ++i) {
     out.add(X_BA * in[i].p, -(X_BA.linear() * in[i].n), in[i].depth);
@@ -185,7 +166,7 @@ void piece_on_piece(const Gears& g, int i, int j, const Isometry3d& X_AB, Candid
 
 void gear_gear(const GearShape& gear_a, const Isometry3d& X_WA, const GearShape& gear_b,
                const Isometry3d& X_WB, BodyIndex a, BodyIndex b, std::vector<Contact>& out) {
-  if (bounds_apart(gear_a, X_WA, gear_b, X_WB)) return;
+  if (gear_gear_gap(gear_a, X_WA, gear_b, X_WB) > 0) return;
   const Isometry3d X_BA = X_WB.inverse(Eigen::Isometry) * X_WA;
   const Isometry3d X_AB = X_BA.inverse(Eigen::Isometry);
   const Gears gears{gear_a, gear_b, X_BA};

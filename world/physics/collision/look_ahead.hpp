@@ -60,15 +60,17 @@ struct Way {
 /// made, and once. The first look at what turns is half a step ahead, where that is no long way:
 /// there a contact lies where it acts in the mean over the step, so that rolling and turning
 /// neither gain nor lose energy (midpoint rule). What strikes at some speed turns about the place:
-/// the last look is at what that brings down beside it.
+/// the last look is at what that brings down beside it. `gap_m`: so far apart the two are now at
+/// least; nothing is looked for on the way across it.
 template <class Generate>
-void find_ahead(const Way& way, std::vector<Contact>& out, const Generate& generate) {
+void find_ahead(const Way& way, double gap_m, std::vector<Contact>& out, const Generate& generate) {
   constexpr double kStride = 4.1e-4, kHardlyTurned = 1e-5, kSamePlace = 2e-3;  // [m]
   constexpr double kBlow = 1e-4, kStraightBlow = 1e-3, kOpen = 1e-6, kFarthestBeside = 1e-3;
   constexpr double kSameSide = 0.9;  // cosine
   constexpr int kMostStrides = 64;
   const std::size_t first = out.size();
   const double longest = way.longest_m();
+  if (longest < gap_m) return;
   if (longest == 0) return generate(Eigen::Isometry3d::Identity());
   const auto look = [&](const Eigen::Isometry3d& D, const Eigen::Vector3d& shift_W,
                         double just_made) {
@@ -95,11 +97,12 @@ void find_ahead(const Way& way, std::vector<Contact>& out, const Generate& gener
   };
   const int strides = std::clamp(static_cast<int>(std::ceil(longest / kStride)), 1, kMostStrides);
   const double middle = 0.5 / kStepsAhead;
-  if (way.turned_m() > kHardlyTurned && middle * strides < 1) {
+  if (way.turned_m() > kHardlyTurned && middle * strides < 1 && middle * longest > gap_m) {
     look(way.at(middle), middle * way.shift_W, 0);
   }
   for (int k = 1; k <= strides; ++k) {
     const double share = static_cast<double>(k) / strides;
+    if (share * longest < gap_m) continue;
     look(way.at(share), share * way.shift_W, k > 1 ? 2 * longest / strides : 0);
   }
   if (longest < (way.turned_m() > 0 ? kBlow : kStraightBlow)) return;
