@@ -92,6 +92,9 @@ void BodyCollider::free_on_free(int a, int b, std::vector<Contact>& out) {
   const std::size_t before = out.size();
   const bool above = upper.com_W().z() > lower.com_W().z();
   Way way = falling(moving(upper), moving(lower), above);
+  const KeptContacts::Pair pair{upper_index, lower_index, &upper, &lower};
+  const bool still = way.longest_m() == 0 && !upper.is_tool() && sink_ahead(upper_index) == 0;
+  if (still && kept_.append(pair, out)) return;
   // Slow ones are looked at where the higher one would be a step later had it nothing under it:
   // what stands on an edge keeps both of its ends. On trays gears stand on points that stay.
   const bool on_tray = lower.is_tray() && !upper.is_tray() && !upper.is_tool();
@@ -109,7 +112,11 @@ void BodyCollider::free_on_free(int a, int b, std::vector<Contact>& out) {
     });
   } else if (lower.is_tray()) {
     way.shift_W -= sink_ahead(upper_index) * lower.X_WB.linear().col(2);
-    gear_on_tray(upper_index, lower_index, way, out);
+    const double gap = gear_box_gap(upper.gear_shape, upper.X_WB, lower.slab_size, lower.X_WS());
+    find_ahead(way, gap, out, [&](const Eigen::Isometry3d& D) {
+      gear_tray(upper.gear_shape, D * upper.X_WB, *lower.tray, lower.X_WB, upper_index, lower_index,
+                out);
+    });
     // A pressed gear presses the tray on.
     if (out.size() > before) press(lower_index, sink_ahead(upper_index));
   } else {
@@ -119,24 +126,11 @@ void BodyCollider::free_on_free(int a, int b, std::vector<Contact>& out) {
                 lower_index, out);
     });
   }
+  if (still) kept_.keep(pair, out, before);
   if (out.size() == before) return;
   const double stroke = stroke_m(upper_index, lower_index);
   press(upper_index, stroke);
   press(lower_index, stroke);
-}
-
-/// One that hardly moves has the contacts that it had.
-void BodyCollider::gear_on_tray(int gear_index, int tray_index, const Way& way,
-                                std::vector<Contact>& out) {
-  const auto &gear = model_.body(gear_index), &tray = model_.body(tray_index);
-  const bool still = way.longest_m() == 0;
-  if (still && kept_.append(gear_index, gear, tray_index, tray, out)) return;
-  const std::size_t before = out.size();
-  const double gap = gear_box_gap(gear.gear_shape, gear.X_WB, tray.slab_size, tray.X_WS());
-  find_ahead(way, gap, out, [&](const Eigen::Isometry3d& D) {
-    gear_tray(gear.gear_shape, D * gear.X_WB, *tray.tray, tray.X_WB, gear_index, tray_index, out);
-  });
-  if (still) kept_.keep(gear_index, gear, tray_index, tray, out, before);
 }
 
 /// Blocks as boxes, but for the pads that meet a peg: its V grooves hold it. `D`: see find_ahead.
@@ -275,12 +269,17 @@ void BodyCollider::link_on_free(const ArmShape& shape, BodyIndex link, int body,
   cylinder(gear.peg);
 }
 
-void BodyCollider::free_on_fixed(int body, const StaticShape& shape,
-                                 std::vector<Contact>& out) const {
+void BodyCollider::free_on_fixed(int body, int shape_index, std::vector<Contact>& out) {
   const auto& free = model_.body(body);
+  const StaticShape& shape = model_.fixed.shapes[static_cast<std::size_t>(shape_index)];
   Moving support;
   if (shape.belt) support.v_W = model_.belt_speed_m_s * model_.fixed.belt_axis_W;
   Way way = falling(moving(free), support);
+  const std::size_t before = out.size();
+  const KeptContacts::Pair pair{body, -1 - shape_index, &free};
+  const bool still =
+      way.longest_m() == 0 && support.v_W.isZero(0) && !free.is_tool() && sink_ahead(body) == 0;
+  if (still && kept_.append(pair, out)) return;
   // A slow one is looked at where it would be a step later had it nothing under it.
   if (way.longest_m() == 0) way.shift_W.z() = -kLeastWay;
   way.shift_W -= sink_ahead(body) * shape.X_WS.linear().col(2);
@@ -294,18 +293,21 @@ void BodyCollider::free_on_fixed(int body, const StaticShape& shape,
     return;
   }
   if (free.is_tray()) {
-    const auto pair = shape.belt ? SurfacePair::kTrayBelt : SurfacePair::kTrayGround;
+    const auto surfaces = shape.belt ? SurfacePair::kTrayBelt : SurfacePair::kTrayGround;
     const double gap = box_box_gap(free.slab_size, free.X_WS(), shape.size, shape.X_WS);
     find_ahead(way, gap, out, [&](const Eigen::Isometry3d& D) {
-      box_box(free.slab_size, D * free.X_WS(), shape.size, shape.X_WS, body, kGround, pair, out);
+      box_box(free.slab_size, D * free.X_WS(), shape.size, shape.X_WS, body, kGround, surfaces,
+              out);
     });
   } else {
-    const auto pair = shape.belt ? SurfacePair::kGearBelt : SurfacePair::kGearGround;
+    const auto surfaces = shape.belt ? SurfacePair::kGearBelt : SurfacePair::kGearGround;
     const double gap = gear_box_gap(free.gear_shape, free.X_WB, shape.size, shape.X_WS);
     find_ahead(way, gap, out, [&](const Eigen::Isometry3d& D) {
-      gear_box(free.gear_shape, D * free.X_WB, shape.size, shape.X_WS, body, kGround, pair, out);
+      gear_box(free.gear_shape, D * free.X_WB, shape.size, shape.X_WS, body, kGround, surfaces,
+               out);
     });
   }
+  if (still) kept_.keep(pair, out, before);
 }
 
 void BodyCollider::gripper_on_fixed(int robot, int p, const StaticShape& shape,

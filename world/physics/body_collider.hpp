@@ -27,7 +27,8 @@ class BodyCollider {
   void gripper_on_free(int robot, int part, int body, std::vector<Contact>& out) const;
   /// `link`: its id in the contacts.
   void link_on_free(const ArmShape& shape, BodyIndex link, int body, std::vector<Contact>& out);
-  void free_on_fixed(int body, const StaticShape& shape, std::vector<Contact>& out) const;
+  /// `shape`: its number among the fixed ones.
+  void free_on_fixed(int body, int shape, std::vector<Contact>& out);
   void gripper_on_fixed(int robot, int part, const StaticShape& shape,
                         std::vector<Contact>& out) const;
   void gripper_on_link(int robot, int part, int other, const ArmShape& shape,
@@ -45,7 +46,7 @@ class BodyCollider {
   }
   /// How far two free bodies are looked ahead where one is fast enough to strike the other; else 0.
   [[nodiscard]] double stroke_m(int a, int b) const;
-  /// Of gears that hardly move in their trays.
+  /// Of pairs of free bodies, and of these on fixed shapes.
   [[nodiscard]] KeptContacts& kept() { return kept_; }
 
  private:
@@ -53,7 +54,6 @@ class BodyCollider {
   [[nodiscard]] Way standing_finger_way(const GripperMechanism& hand, int p,
                                         const Moving& part) const;
   void press(int body, double way_m);
-  void gear_on_tray(int gear, int tray, const Way& way, std::vector<Contact>& out);
   void tool_on_free(int tool, const Eigen::Isometry3d& D, int other,
                     std::vector<Contact>& out) const;
   [[nodiscard]] const GripperMechanism& gripper(int robot) const {

@@ -261,7 +261,7 @@ void ContactSearch::free_on_fixed(int body) {
   for (std::size_t i = 0; i < model_.fixed.shapes.size(); ++i) {
     const auto& shape = model_.fixed.shapes[i];
     if (!reach.meets(shape.bounds)) continue;
-    collider_.free_on_fixed(body, shape, found_);
+    collider_.free_on_fixed(body, static_cast<int>(i), found_);
     add_found(static_cast<int>(i));
   }
   const bool merged = model_.simplification.composites().parent(body) >= 0;

@@ -9,62 +9,78 @@
 
 namespace aprsim::physics {
 
-/// Contacts of gears in trays from one step to the next: those of a gear that hardly moves in its
-/// tray are carried along with both, and found anew only when it has moved (persistent manifolds,
-/// as Bullet and Jolt keep them, but for much shorter ways). A part of what a world's later steps
-/// depend on. No call allocates after warm-up.
+/// Contacts from one step to the next: those of two bodies that hardly move against each other are
+/// carried along with them, and found anew only when one has moved (persistent manifolds, as Bullet
+/// and Jolt keep them, but over much shorter ways). A part of what a world's later steps depend on.
+/// No call allocates after warm-up.
 class KeptContacts {
  public:
-  /// What a gear may have moved in its tray while its contacts are only carried along [m]: they are
-  /// deeper or shallower by their part of it, and what is new is by no more than that too deep.
+  /// What a body may have moved while its contacts are only carried along [m]: they are deeper or
+  /// shallower by their part of it, and what is new is by no more than that too deep.
   static constexpr double kMoved = 1e-7;
 
-  explicit KeptContacts(std::size_t bodies) : manifolds_(bodies) {}
+  /// A body on another that is free, or on a fixed shape.
+  struct Pair {
+    BodyIndex a = kGround;
+    int on = 0;  ///< the other body, or -1 - index of the fixed shape
+    const FreeBody* body_a = nullptr;
+    const FreeBody* body_b = nullptr;  ///< null for a fixed shape
+  };
+
+  explicit KeptContacts(std::size_t bodies) : newest_(bodies, -1) {}
 
   /// What the last step had no use for is forgotten.
   void begin_step() { ++step_; }
-  /// Appends the contacts of a gear and a tray, by their numbers; false if they are to be found.
-  [[nodiscard]] bool append(BodyIndex gear, const FreeBody& of_gear, BodyIndex tray,
-                            const FreeBody& of_tray, std::vector<Contact>& out);
-  /// Takes what has been found of them, from `first` on.
-  void keep(BodyIndex gear, const FreeBody& of_gear, BodyIndex tray, const FreeBody& of_tray,
-            const std::vector<Contact>& out, std::size_t first);
+  /// Appends the contacts of a pair; false if they are to be found.
+  [[nodiscard]] bool append(const Pair& pair, std::vector<Contact>& out);
+  /// Takes what has been found of a pair, from `first` on.
+  void keep(const Pair& pair, const std::vector<Contact>& out, std::size_t first);
 
-  /// In the tray's frame.
+  /// In b's frame.
   struct Point {
-    Eigen::Vector3d p_T, n_T;
-    Eigen::Vector3d p_G;  ///< the same in the gear's frame
+    Eigen::Vector3d p_B = Eigen::Vector3d::Zero(), n_B = Eigen::Vector3d::UnitZ();
+    Eigen::Vector3d p_A = Eigen::Vector3d::Zero();  ///< the same in a's frame
     double depth_m = 0;
+    SurfacePair pair = SurfacePair::kRobotAny;
 
     /// See world/archive/archive.hpp.
     template <typename Self, typename Io>
     static void fields(Self& self, Io& io) {
-      auto& [p_T, n_T, p_G, depth_m] = self;
-      io(p_T, n_T, p_G, depth_m);
+      auto& [p_B, n_B, p_A, depth_m, pair] = self;
+      io(p_B, n_B, p_A, depth_m, pair);
     }
   };
-  /// Contacts of a gear with one tray, as they were found with the gear at X_TG.
+  /// Contacts of a pair as they were found with a at X_BA.
   struct Manifold {
-    BodyIndex gear = -1, tray = -1;
-    Eigen::Isometry3d X_TG = Eigen::Isometry3d::Identity();
+    BodyIndex a = kGround;
+    int on = 0;  ///< see Pair
+    Eigen::Isometry3d X_BA = Eigen::Isometry3d::Identity();
     std::vector<Point> points;
 
     template <typename Self, typename Io>
     static void fields(Self& self, Io& io) {
-      auto& [gear, tray, X_TG, points] = self;
-      io(gear, tray, X_TG, points);
+      auto& [a, on, X_BA, points] = self;
+      io(a, on, X_BA, points);
     }
   };
   using State = std::vector<Manifold>;
+  /// Those of the last step, ordered by pair.
   [[nodiscard]] State save() const;
+  /// Those of bodies that there are not are left out.
   void restore(const State& state);
 
  private:
-  struct OfGear {
+  struct Kept {
     Manifold manifold;
-    std::uint64_t used = 0;  // in which step; 0 = never
+    std::uint64_t used = 0;  // in which step
+    int older = -1;          // of the same body
   };
-  std::vector<OfGear> manifolds_;  // by gear: with the tray of which it was found last
+  [[nodiscard]] bool is_fresh(const Kept& kept) const { return kept.used + 1 >= step_; }
+  [[nodiscard]] Kept* find(BodyIndex a, int on);
+  [[nodiscard]] Kept& place_for(BodyIndex a, int on);
+
+  std::vector<Kept> kept_;
+  std::vector<int> newest_;  // by body a
   std::uint64_t step_ = 1;
 };
 
