@@ -82,7 +82,7 @@ void set_planes(Pair& pair) {
   pair.planes[kBottom].off = -prism.z0;
   for (int i = 0; i < prism.sides; ++i) {
     const auto k = static_cast<std::size_t>(i);
-    pair.planes[k + 2].n << prism.n[k], 0;
+    pair.planes[k + 2].n = Vector3d(prism.n[k].x(), prism.n[k].y(), 0);
     pair.planes[k + 2].off = prism.n[k].dot(prism.v[k]);
   }
   pair.plane_count = prism.sides + 2;

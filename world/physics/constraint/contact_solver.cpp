@@ -135,8 +135,10 @@ double enough_m_s(const ContactSolver::Settings& settings, int iterations) {
 
 }  // namespace
 
-ContactSolver::Cone::Cone(double friction, double metric_n, double metric_t)
-    : mu(friction), n(metric_n), t(metric_t) {
+inline void ContactSolver::Cone::set(double friction, double metric_n, double metric_t) {
+  mu = friction;
+  n = metric_n;
+  t = metric_t;
   per_n = n > 0 ? 1 / n : 0;
   per_t = t > 0 ? 1 / t : 0;
   leaning = mu * t * per_n;
@@ -253,12 +255,15 @@ APRSIM_VECTOR_CLONES int ContactSolver::add_contact(const ContactDescription& in
     for (int k = 0; k < 3; ++k) {
       const Vector3 d = contact.frame.row(k).transpose();
       const Vector3 moment = lever->cross(d);
-      if (first) contact.J.col(k) << d, moment;
+      if (first) {
+        contact.J.col(k).head<3>() = d;
+        contact.J.col(k).tail<3>() = moment;
+      }
       W(k) += body.inverse_kg + moment.dot(body.inverse_inertia * moment);
       if (contact.turns) W_turn(k) += d.dot(body.inverse_inertia * d);
     }
   }
-  contact.W = Cone(in.friction, W(0), std::max(W(1), W(2)));
+  contact.W.set(in.friction, W(0), std::max(W(1), W(2)));
   contact.W_spin = W_turn(0);
   contact.W_roll = std::max(W_turn(1), W_turn(2));
   const auto within_cone = [&](const Vector3& impulse_ns) {
@@ -425,7 +430,7 @@ void ContactSolver::set_softness(double epsilon) {
   for (Row& row : rows_) row.D = row.softness + epsilon * row.W;
   for (Contact& c : contacts_) {
     const double around = epsilon + kHardTangent;
-    c.D = Cone(c.friction, c.softness + epsilon * c.W.n, around * c.W.t);
+    c.D.set(c.friction, c.softness + epsilon * c.W.n, around * c.W.t);
     c.D_spin = around * c.W_spin;
     c.D_roll = around * c.W_roll;
   }

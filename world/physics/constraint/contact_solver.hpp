@@ -144,8 +144,7 @@ class ContactSolver {
     double per_n = 0, per_t = 0;    // 1 / n, 1 / t
     double leaning = 0, share = 0;  // mu t / n, 1 / (1 + mu^2 t / n)
 
-    Cone() = default;
-    Cone(double friction, double metric_n, double metric_t);
+    void set(double friction, double metric_n, double metric_t);
   };
   [[nodiscard]] static Vector3 project(const Cone& cone, const Vector3& z, Matrix3* gain);
   /// In the frame (n, t1, t2).
