@@ -29,11 +29,6 @@ class NormalTurn {
   double scale_ = 0;
 };
 
-/// Which two bodies touch.
-std::tuple<int, int, int> pair_of(const ContactConstraint& constraint) {
-  return {constraint.contact.a, constraint.contact.b, constraint.fixed};
-}
-
 void continue_from(const ContactConstraint& last, ContactConstraint& constraint) {
   const NormalTurn turned(last.contact.n_W, constraint.contact.n_W);
   constraint.f_W = turned(last.f_W);
@@ -52,9 +47,12 @@ StepSolver::StepSolver(PhysicsModel& model)
       grippers_before_(model.grippers.size()) {
   roots_.reserve(model.bodies.size());
   begun_.reserve(model.bodies.size());
-  stale_.resize(model.bodies.size() + model.grippers.size(), 1);
-  contacts_.reserve(kConstraintCapacity);
+  const std::size_t islands = model.bodies.size() + model.grippers.size();
+  stale_.resize(islands, 1);
+  first_contact_.resize(islands, -1);
   kept_.reserve(kConstraintCapacity);
+  for (auto* of_contacts : {&island_of_, &next_contact_}) of_contacts->reserve(kConstraintCapacity);
+  last_pairs_.reserve(kConstraintCapacity);
   matches_.reserve(4 * kConstraintCapacity);
   matched_.reserve(kConstraintCapacity);
   for (auto* contacts : {&memory_.contacts, &memory_before_.contacts, &last_contacts_}) {
@@ -115,8 +113,10 @@ void StepSolver::start_anew() {
 }
 
 void StepSolver::solve_stale() {
-  for (auto& constraint : model_.constraints) {
-    if (!is_stale(constraint)) continue;
+  list_members();
+  for (std::size_t i = 0; i < model_.constraints.size(); ++i) {
+    if (!is_stale(island_of_[i])) continue;
+    ContactConstraint& constraint = model_.constraints[i];
     constraint.normal_n = 0;
     constraint.f_W.setZero();
     constraint.torque_W.setZero();
@@ -127,7 +127,6 @@ void StepSolver::solve_stale() {
   }
   take_last_contacts();
   match_last_contacts();
-  list_members();
   for (std::size_t i = 0; i < roots_.size(); ++i) {
     const int island = roots_[i].first;
     if ((i == 0 || island != roots_[i - 1].first) && is_stale(island)) solve_island(island);
@@ -141,16 +140,21 @@ void StepSolver::solve_stale() {
   keep_contacts();
 }
 
-/// Roots and contacts, ordered by their islands.
+/// Roots, ordered by their islands, and each island's contacts in a list.
 void StepSolver::list_members() {
   roots_.clear();
   for (const int root : awake_roots()) roots_.emplace_back(islands_.number_of_root(root), root);
   std::sort(roots_.begin(), roots_.end());
-  contacts_.clear();
-  for (std::size_t i = 0; i < model_.constraints.size(); ++i) {
-    contacts_.emplace_back(islands_.number_of(model_, model_.constraints[i]), static_cast<int>(i));
+  const auto& constraints = model_.constraints;
+  island_of_.resize(constraints.size());
+  next_contact_.resize(constraints.size());
+  std::fill(first_contact_.begin(), first_contact_.end(), -1);
+  for (std::size_t i = constraints.size(); i > 0; --i) {
+    const int island = islands_.number_of(model_, constraints[i - 1]);
+    int& first = first_contact_[static_cast<std::size_t>(island)];
+    island_of_[i - 1] = island;
+    next_contact_[i - 1] = std::exchange(first, static_cast<int>(i) - 1);
   }
-  std::sort(contacts_.begin(), contacts_.end());
 }
 
 void StepSolver::solve_island(int island) {
@@ -169,9 +173,9 @@ void StepSolver::solve_island(int island) {
       if (islands_.number_of_root(pairs[i].a) == island) joints->add_to(system_, i);
     }
   }
-  const auto begin = std::lower_bound(contacts_.begin(), contacts_.end(), Member{island, -1});
-  for (auto at = begin; at != contacts_.end() && at->first == island; ++at) {
-    ContactConstraint& constraint = model_.constraints[static_cast<std::size_t>(at->second)];
+  for (int i = first_contact_[static_cast<std::size_t>(island)]; i >= 0;
+       i = next_contact_[static_cast<std::size_t>(i)]) {
+    ContactConstraint& constraint = model_.constraints[static_cast<std::size_t>(i)];
     const ContactResponse response = response_of(constraint);
     constraint.impact_m2_s2 = response.unanswered_m2_s2;
     system_.add_contact(constraint, model_.ode_body(constraint.contact.a),
@@ -230,6 +234,8 @@ void StepSolver::note_approach(const ContactConstraint& constraint, ContactSetti
 void StepSolver::take_last_contacts() {
   std::swap(last_contacts_, memory_.contacts);
   memory_.contacts.clear();
+  last_pairs_.clear();
+  for (const ContactConstraint& last : last_contacts_) last_pairs_.push_back(Touching(last));
 }
 
 /// Each contact begins with the forces of the nearest one of the same two bodies in the last step,
@@ -238,14 +244,14 @@ void StepSolver::match_last_contacts() {
   matched_.assign(last_contacts_.size(), 0);
   auto& constraints = model_.constraints;
   for (std::size_t first = 0, end = 0; first < constraints.size(); first = end) {
-    const auto key = pair_of(constraints[first]);
-    const bool stale = is_stale(constraints[first]);
-    const auto last = std::lower_bound(
-        last_contacts_.begin(), last_contacts_.end(), key,
-        [](const ContactConstraint& a, const auto& wanted) { return pair_of(a) < wanted; });
+    const Touching pair(constraints[first]);
+    for (end = first + 1; end < constraints.size() && Touching(constraints[end]) == pair;) ++end;
+    if (!is_stale(island_of_[first])) continue;
+    const auto [begin, last] = std::equal_range(last_pairs_.begin(), last_pairs_.end(), pair);
+    const auto number = [this](auto at) { return static_cast<int>(at - last_pairs_.begin()); };
     matches_.clear();
-    for (end = first; end < constraints.size() && pair_of(constraints[end]) == key; ++end) {
-      if (stale) note_near(constraints[end], static_cast<int>(end), last);
+    for (std::size_t i = first; i < end; ++i) {
+      note_near(constraints[i], static_cast<int>(i), number(begin), number(last));
     }
     std::sort(matches_.begin(), matches_.end(), [](const Match& a, const Match& b) {
       return std::tuple(a.distance2, a.now, a.last) < std::tuple(b.distance2, b.now, b.last);
@@ -260,37 +266,38 @@ void StepSolver::match_last_contacts() {
   }
 }
 
-/// Contacts of the same two bodies in the last step, from `last` on, that were near this one.
-void StepSolver::note_near(ContactConstraint& constraint, int number,
-                           std::vector<ContactConstraint>::const_iterator last) {
-  const auto key = pair_of(constraint);
+/// Contacts of the same two bodies in the last step, from one to before another, that were near
+/// this one.
+void StepSolver::note_near(ContactConstraint& constraint, int number, int first, int end) {
   double nearest2 = kSameContact * kSameContact;
-  for (; last != last_contacts_.end() && pair_of(*last) == key; ++last) {
-    const double distance2 = (last->contact.p_W - constraint.contact.p_W).squaredNorm();
+  for (int i = first; i < end; ++i) {
+    const ContactConstraint& last = last_contacts_[static_cast<std::size_t>(i)];
+    const double distance2 = (last.contact.p_W - constraint.contact.p_W).squaredNorm();
     if (distance2 >= kSameContact * kSameContact) continue;
-    matches_.push_back({distance2, number, static_cast<int>(last - last_contacts_.begin())});
+    matches_.push_back({distance2, number, i});
     // What is left of an impact is for all that have come of it.
     if (distance2 >= nearest2) continue;
     nearest2 = distance2;
-    constraint.impact_m2_s2 = last->impact_m2_s2;
+    constraint.impact_m2_s2 = last.impact_m2_s2;
   }
 }
 
+/// Those that bear a force, ordered by their bodies, then by place.
 void StepSolver::keep_contacts() {
   kept_.clear();
   for (std::size_t i = 0; i < model_.constraints.size(); ++i) {
-    if (model_.constraints[i].normal_n > 0) kept_.push_back(static_cast<int>(i));
+    const ContactConstraint& constraint = model_.constraints[i];
+    if (constraint.normal_n > 0) kept_.emplace_back(Touching(constraint), static_cast<int>(i));
   }
   const auto at = [this](int i) -> const ContactConstraint& {
     return model_.constraints[static_cast<std::size_t>(i)];
   };
-  std::sort(kept_.begin(), kept_.end(), [&at](int i, int k) {
-    const auto &a = at(i), &b = at(k);
-    const auto &p = a.contact.p_W, &q = b.contact.p_W;
-    return std::tuple(pair_of(a), p.x(), p.y(), p.z(), i) <
-           std::tuple(pair_of(b), q.x(), q.y(), q.z(), k);
+  std::sort(kept_.begin(), kept_.end(), [&at](const auto& a, const auto& b) {
+    if (a.first != b.first) return a.first < b.first;
+    const auto &p = at(a.second).contact.p_W, &q = at(b.second).contact.p_W;
+    return std::tuple(p.x(), p.y(), p.z(), a.second) < std::tuple(q.x(), q.y(), q.z(), b.second);
   });
-  for (const int i : kept_) memory_.contacts.push_back(at(i));
+  for (const auto& [pair, i] : kept_) memory_.contacts.push_back(at(i));
 }
 
 // ---- the same step anew

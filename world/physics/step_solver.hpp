@@ -1,5 +1,6 @@
 #pragma once
 
+#include <compare>
 #include <span>
 #include <utility>
 #include <vector>
@@ -56,12 +57,16 @@ class StepSolver {
  private:
   /// Something of an island: the island's number, and an index.
   using Member = std::pair<int, int>;
+  /// Which two bodies a contact is of.
+  struct Touching {
+    int a, b, fixed;
+    explicit Touching(const ContactConstraint& constraint)
+        : a(constraint.contact.a), b(constraint.contact.b), fixed(constraint.fixed) {}
+    auto operator<=>(const Touching&) const = default;
+  };
   void solve_stale();
   [[nodiscard]] bool is_stale(int island) const {
     return stale_[static_cast<std::size_t>(island)] != 0;
-  }
-  [[nodiscard]] bool is_stale(const ContactConstraint& constraint) const {
-    return is_stale(islands_.number_of(model_, constraint));
   }
   void start_anew();
   void list_members();
@@ -71,8 +76,7 @@ class StepSolver {
   void note_approach(const ContactConstraint& constraint, ContactSetting& setting) const;
   void take_last_contacts();
   void match_last_contacts();
-  void note_near(ContactConstraint& constraint, int number,
-                 std::vector<ContactConstraint>::const_iterator last);
+  void note_near(ContactConstraint& constraint, int number, int first, int end);
   void keep_contacts();
   void exchange();
   [[nodiscard]] std::span<const int> awake_roots() const {
@@ -82,22 +86,25 @@ class StepSolver {
   PhysicsModel& model_;
   Islands islands_;
   ConstraintSystem system_;
-  std::vector<Member> roots_, contacts_;  // by island
-  std::vector<char> stale_;               // by island: to be solved
-  std::vector<int> begun_;                // roots
-  std::vector<ode::SavedState> before_;   // by body
+  std::vector<Member> roots_;                  // by island
+  std::vector<int> first_contact_;             // by island, -1 = none
+  std::vector<int> next_contact_, island_of_;  // by contact
+  std::vector<char> stale_;                    // by island: to be solved
+  std::vector<int> begun_;                     // roots
+  std::vector<ode::SavedState> before_;        // by body
   std::vector<GripperMechanism::Solved> grippers_before_;
   Memory memory_, memory_before_;
   api::SolverWork work_;
   std::vector<ContactConstraint> last_contacts_;  // sorted
+  std::vector<Touching> last_pairs_;              // of these
   /// A contact, and one of the same bodies in the last step.
   struct Match {
     double distance2 = 0;
     int now = 0, last = 0;
   };
   std::vector<Match> matches_;
-  std::vector<char> matched_;  // of the last contacts
-  std::vector<int> kept_;      // contacts that bore a force
+  std::vector<char> matched_;                   // of the last contacts
+  std::vector<std::pair<Touching, int>> kept_;  // contacts that bore a force
 };
 
 }  // namespace aprsim::physics
