@@ -67,20 +67,36 @@ void BodyCollider::note_pressed(const std::vector<ContactConstraint>& constraint
   }
 }
 
-/// The way of a body that falls, seen from another; none if it is slow. What is below the other
-/// one has this fall on it.
-Way BodyCollider::falling(const Moving& body, const Moving& other, bool above) const {
-  const double ahead_s = kStepsAhead * model_.step_s;
-  Way way = way_of(body, other, ahead_s);
-  if (way.longest_m() < kLeastWay) return {};
-  const double fall = model_.scene.physics.gravity_m_s2 * ahead_s * model_.step_s;
-  way.shift_W.z() += above ? -fall : fall;
-  return way;
+/// The way of a body seen from another; none if it is slow.
+Way BodyCollider::seen_from(const Moving& other, const Moving& body) const {
+  const Way way = way_of(body, other, kStepsAhead * model_.step_s);
+  return way.longest_m() < kLeastWay ? Way{} : way;
+}
+
+/// One that moves falls, too; what is below the other has this fall on it. `n_W`: from the other.
+void BodyCollider::add_fall(const Eigen::Vector3d& n_W, Way& way) const {
+  if (way.longest_m() == 0) return;
+  const double fall =
+      model_.scene.physics.gravity_m_s2 * kStepsAhead * model_.step_s * model_.step_s;
+  way.shift_W.z() += n_W.z() < 0 ? fall : -fall;
 }
 
 double BodyCollider::stroke_m(int a, int b) const {
-  const double way = falling(moving(model_.body(a)), moving(model_.body(b))).longest_m();
-  return way > kStroke ? way : 0;
+  Way way = seen_from(moving(model_.body(b)), moving(model_.body(a)));
+  add_fall(Eigen::Vector3d::UnitZ(), way);
+  return way.longest_m() > kStroke ? way.longest_m() : 0;
+}
+
+/// Where one of two bodies lies on the other, by their hulls.
+HullGap BodyCollider::gap_between(const FreeBody& upper, const FreeBody& lower) const {
+  if (upper.is_tool()) return {kNoGap, upper.com_W() - lower.com_W()};
+  if (upper.is_tray()) {
+    return box_box_gap(upper.slab_size, upper.X_WS(), lower.slab_size, lower.X_WS());
+  }
+  if (lower.is_tray()) {
+    return gear_box_gap(upper.gear_shape, upper.X_WB, lower.slab_size, lower.X_WS());
+  }
+  return gear_gear_gap(upper.gear_shape, upper.X_WB, lower.gear_shape, lower.X_WB);
 }
 
 void BodyCollider::free_on_free(int a, int b, std::vector<Contact>& out) {
@@ -90,38 +106,37 @@ void BodyCollider::free_on_free(int a, int b, std::vector<Contact>& out) {
   // A virtual joint stands for their contacts.
   if (model_.simplification.joined(upper_index, lower_index)) return;
   const std::size_t before = out.size();
-  const bool above = upper.com_W().z() > lower.com_W().z();
-  Way way = falling(moving(upper), moving(lower), above);
+  Way way = seen_from(moving(lower), moving(upper));
   const KeptContacts::Pair pair{upper_index, lower_index, &upper, &lower};
   const bool still = way.longest_m() == 0 && !upper.is_tool() && sink_ahead(upper_index) == 0;
   if (still && kept_.append(pair, out)) return;
+  const HullGap gap = gap_between(upper, lower);
   // Slow ones are looked at where the higher one would be a step later had it nothing under it:
   // what stands on an edge keeps both of its ends. On trays gears stand on points that stay.
   const bool on_tray = lower.is_tray() && !upper.is_tray() && !upper.is_tool();
-  if (way.longest_m() == 0 && !on_tray) {
-    way.shift_W.z() = above ? -kLeastWay : kLeastWay;
+  if (way.longest_m() > 0) {
+    add_fall(gap.n_W, way);
+  } else if (!on_tray) {
+    way.shift_W.z() = gap.n_W.z() < 0 ? kLeastWay : -kLeastWay;
   }
   if (upper.is_tool()) {
-    find_ahead(way, kNoGap, out,
+    find_ahead(way, gap.m, out,
                [&](const Eigen::Isometry3d& D) { tool_on_free(upper_index, D, lower_index, out); });
   } else if (upper.is_tray()) {
-    const double gap = box_box_gap(upper.slab_size, upper.X_WS(), lower.slab_size, lower.X_WS());
-    find_ahead(way, gap, out, [&](const Eigen::Isometry3d& D) {
+    find_ahead(way, gap.m, out, [&](const Eigen::Isometry3d& D) {
       box_box(upper.slab_size, D * upper.X_WS(), lower.slab_size, lower.X_WS(), upper_index,
               lower_index, SurfacePair::kTrayTray, out);
     });
   } else if (lower.is_tray()) {
     way.shift_W -= sink_ahead(upper_index) * lower.X_WB.linear().col(2);
-    const double gap = gear_box_gap(upper.gear_shape, upper.X_WB, lower.slab_size, lower.X_WS());
-    find_ahead(way, gap, out, [&](const Eigen::Isometry3d& D) {
+    find_ahead(way, gap.m, out, [&](const Eigen::Isometry3d& D) {
       gear_tray(upper.gear_shape, D * upper.X_WB, *lower.tray, lower.X_WB, upper_index, lower_index,
                 out);
     });
     // A pressed gear presses the tray on.
     if (out.size() > before) press(lower_index, sink_ahead(upper_index));
   } else {
-    const double gap = gear_gear_gap(upper.gear_shape, upper.X_WB, lower.gear_shape, lower.X_WB);
-    find_ahead(way, gap, out, [&](const Eigen::Isometry3d& D) {
+    find_ahead(way, gap.m, out, [&](const Eigen::Isometry3d& D) {
       gear_gear(upper.gear_shape, D * upper.X_WB, lower.gear_shape, lower.X_WB, upper_index,
                 lower_index, out);
     });
@@ -229,7 +244,9 @@ void BodyCollider::gripper_on_free(int robot, int p, int body, std::vector<Conta
     find_ahead(standing, kNoGap, out, pad);
     drop_known(first, known, out);
   } else {
-    find_ahead(falling(moving(free), hand.moving(p)), kNoGap, out, [&](const Eigen::Isometry3d& D) {
+    Way way = seen_from(hand.moving(p), moving(free));
+    add_fall(Eigen::Vector3d::UnitZ(), way);
+    find_ahead(way, kNoGap, out, [&](const Eigen::Isometry3d& D) {
       gear_box(free.gear_shape, D * free.X_WB, box.size, box.X_WS, body, id, SurfacePair::kRobotAny,
                out);
     });
@@ -274,17 +291,24 @@ void BodyCollider::free_on_fixed(int body, int shape_index, std::vector<Contact>
   const StaticShape& shape = model_.fixed.shapes[static_cast<std::size_t>(shape_index)];
   Moving support;
   if (shape.belt) support.v_W = model_.belt_speed_m_s * model_.fixed.belt_axis_W;
-  Way way = falling(moving(free), support);
+  Way way = seen_from(support, moving(free));
   const std::size_t before = out.size();
   const KeptContacts::Pair pair{body, -1 - shape_index, &free};
   const bool still =
       way.longest_m() == 0 && support.v_W.isZero(0) && !free.is_tool() && sink_ahead(body) == 0;
   if (still && kept_.append(pair, out)) return;
+  HullGap gap{kNoGap, Eigen::Vector3d::UnitZ()};
+  if (free.is_tray()) gap = box_box_gap(free.slab_size, free.X_WS(), shape.size, shape.X_WS);
+  if (free.gear) gap = gear_box_gap(free.gear_shape, free.X_WB, shape.size, shape.X_WS);
   // A slow one is looked at where it would be a step later had it nothing under it.
-  if (way.longest_m() == 0) way.shift_W.z() = -kLeastWay;
+  if (way.longest_m() > 0) {
+    add_fall(gap.n_W, way);
+  } else {
+    way.shift_W.z() = -kLeastWay;
+  }
   way.shift_W -= sink_ahead(body) * shape.X_WS.linear().col(2);
   if (free.is_tool()) {
-    find_ahead(way, kNoGap, out, [&](const Eigen::Isometry3d& D) {
+    find_ahead(way, gap.m, out, [&](const Eigen::Isometry3d& D) {
       for (const scene::Block& block : free.tool->blocks()) {
         box_box(block.size, D * free.X_WS(block), shape.size, shape.X_WS, body, kGround,
                 shape.belt ? SurfacePair::kTrayBelt : SurfacePair::kTrayGround, out);
@@ -294,15 +318,13 @@ void BodyCollider::free_on_fixed(int body, int shape_index, std::vector<Contact>
   }
   if (free.is_tray()) {
     const auto surfaces = shape.belt ? SurfacePair::kTrayBelt : SurfacePair::kTrayGround;
-    const double gap = box_box_gap(free.slab_size, free.X_WS(), shape.size, shape.X_WS);
-    find_ahead(way, gap, out, [&](const Eigen::Isometry3d& D) {
+    find_ahead(way, gap.m, out, [&](const Eigen::Isometry3d& D) {
       box_box(free.slab_size, D * free.X_WS(), shape.size, shape.X_WS, body, kGround, surfaces,
               out);
     });
   } else {
     const auto surfaces = shape.belt ? SurfacePair::kGearBelt : SurfacePair::kGearGround;
-    const double gap = gear_box_gap(free.gear_shape, free.X_WB, shape.size, shape.X_WS);
-    find_ahead(way, gap, out, [&](const Eigen::Isometry3d& D) {
+    find_ahead(way, gap.m, out, [&](const Eigen::Isometry3d& D) {
       gear_box(free.gear_shape, D * free.X_WB, shape.size, shape.X_WS, body, kGround, surfaces,
                out);
     });

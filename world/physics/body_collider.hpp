@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "world/physics/collision/hull_gap.hpp"
 #include "world/physics/collision/look_ahead.hpp"
 #include "world/physics/kept_contacts.hpp"
 #include "world/physics/physics_model.hpp"
@@ -50,7 +51,9 @@ class BodyCollider {
   [[nodiscard]] KeptContacts& kept() { return kept_; }
 
  private:
-  [[nodiscard]] Way falling(const Moving& body, const Moving& other, bool above = true) const;
+  [[nodiscard]] Way seen_from(const Moving& other, const Moving& body) const;
+  void add_fall(const Eigen::Vector3d& n_W, Way& way) const;
+  [[nodiscard]] HullGap gap_between(const FreeBody& upper, const FreeBody& lower) const;
   [[nodiscard]] Way standing_finger_way(const GripperMechanism& hand, int p,
                                         const Moving& part) const;
   void press(int body, double way_m);

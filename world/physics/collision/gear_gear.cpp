@@ -166,7 +166,7 @@ void piece_on_piece(const Gears& g, int i, int j, const Isometry3d& X_AB, Candid
 
 void gear_gear(const GearShape& gear_a, const Isometry3d& X_WA, const GearShape& gear_b,
                const Isometry3d& X_WB, BodyIndex a, BodyIndex b, std::vector<Contact>& out) {
-  if (gear_gear_gap(gear_a, X_WA, gear_b, X_WB) > 0) return;
+  if (gear_gear_gap(gear_a, X_WA, gear_b, X_WB).m > 0) return;
   const Isometry3d X_BA = X_WB.inverse(Eigen::Isometry) * X_WA;
   const Isometry3d X_AB = X_BA.inverse(Eigen::Isometry);
   const Gears gears{gear_a, gear_b, X_BA};
