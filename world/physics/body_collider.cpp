@@ -1,6 +1,7 @@
 #include "world/physics/body_collider.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <utility>
 
@@ -41,6 +42,15 @@ Moving moving(const FreeBody& body) {
   return {body.com_W(), body.v_com_W, body.omega_W, body.radius_m};
 }
 
+/// Which way along z a body falls, seen from another: down where it lies above, up where it is
+/// below, for then the other falls on it. `n_W`: the axis between their hulls, from the other.
+/// Hulls side by side do not tell: what is taken for farther off than it is loses its contacts.
+double falling(const Eigen::Vector3d& n_W) {
+  constexpr double kBeside = 0.5;
+  if (std::abs(n_W.z()) < kBeside) return 0;
+  return n_W.z() < 0 ? 1 : -1;
+}
+
 }  // namespace
 
 BodyCollider::BodyCollider(const PhysicsModel& model)
@@ -73,12 +83,12 @@ Way BodyCollider::seen_from(const Moving& other, const Moving& body) const {
   return way.longest_m() < kLeastWay ? Way{} : way;
 }
 
-/// One that moves falls, too; what is below the other has this fall on it. `n_W`: from the other.
+/// What moves falls, too. `n_W`: see falling().
 void BodyCollider::add_fall(const Eigen::Vector3d& n_W, Way& way) const {
   if (way.longest_m() == 0) return;
   const double fall =
       model_.scene.physics.gravity_m_s2 * kStepsAhead * model_.step_s * model_.step_s;
-  way.shift_W.z() += n_W.z() < 0 ? fall : -fall;
+  way.shift_W.z() += falling(n_W) * fall;
 }
 
 double BodyCollider::stroke_m(int a, int b) const {
@@ -117,7 +127,7 @@ void BodyCollider::free_on_free(int a, int b, std::vector<Contact>& out) {
   if (way.longest_m() > 0) {
     add_fall(gap.n_W, way);
   } else if (!on_tray) {
-    way.shift_W.z() = gap.n_W.z() < 0 ? kLeastWay : -kLeastWay;
+    way.shift_W.z() = falling(gap.n_W) * kLeastWay;
   }
   if (upper.is_tool()) {
     find_ahead(way, gap.m, out,

@@ -154,7 +154,7 @@ TEST(BreakUpMerged, NotMergedWhileSliding) {
   EXPECT_NEAR(relative, (3.0 - 2.943) * 0.1, 1e-5);
   bench.run(100);  // constant speed: it stops within 2 ms
   EXPECT_GE(bench.world->body(1).group, 0);
-  EXPECT_NEAR(bench.world->body(1).v_W.x(), 0.3, 1e-9);
+  EXPECT_NEAR(bench.world->body(1).v_W.x(), 0.3, 1e-8);  // as exactly as contacts are solved
 }
 
 // A gear on a gear on the plate, the upper one with less friction than its carrier needs.
