@@ -15,6 +15,8 @@ namespace {
 
 /// A body whose way is shorter does not move as far as contacts go; one falls as far in a step [m].
 constexpr double kLeastWay = 1e-5;
+/// Of one whose way is longer the fall does not count [m].
+constexpr double kSlowWay = 4e-5;
 /// One whose way is longer strikes what it meets [m].
 constexpr double kStroke = 4e-4;
 /// What follows a finger by a longer way, in as many steps as are looked ahead, may run into it
@@ -25,30 +27,42 @@ constexpr double kNoGap = 0;
 /// The cup's solid stands on the lip, against the approach.
 const Eigen::Isometry3d kLipToSolid(Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX()));
 
-/// Of the contacts from `known` on those that stand for the same touch as one from `first` on.
-void drop_known(std::size_t first, std::size_t known, std::vector<Contact>& out) {
-  constexpr double kSamePlace = 2e-3, kSameSide = 0.9;  // [m], cosine
+/// Of the contacts from `known` on those that nobody wants beside those from `first` on.
+void drop_unwanted(std::size_t first, std::size_t known, std::vector<Contact>& out) {
   const auto at = [&](std::size_t i) { return out.begin() + static_cast<std::ptrdiff_t>(i); };
-  const auto is_known = [&](const Contact& contact) {
-    return std::any_of(at(first), at(known), [&](const Contact& other) {
-      return (other.p_W - contact.p_W).squaredNorm() < kSamePlace * kSamePlace &&
-             other.n_W.dot(contact.n_W) > kSameSide;
-    });
+  const auto unwanted = [&](const Contact& contact) {
+    return std::any_of(at(first), at(known),
+                       [&](const Contact& other) { return is_unwanted(contact, other); });
   };
-  out.erase(std::remove_if(at(known), out.end(), is_known), out.end());
+  out.erase(std::remove_if(at(known), out.end(), unwanted), out.end());
 }
 
 Moving moving(const FreeBody& body) {
   return {body.com_W(), body.v_com_W, body.omega_W, body.radius_m};
 }
 
-/// Which way along z a body falls, seen from another: down where it lies above, up where it is
-/// below, for then the other falls on it. `n_W`: the axis between their hulls, from the other.
-/// Hulls side by side do not tell: what is taken for farther off than it is loses its contacts.
-double falling(const Eigen::Vector3d& n_W) {
+/// How far along z a body falls in a step, seen from another: down where it lies above, up where it
+/// is below, for then the other falls on it. `n_W`: the axis between their hulls, from the other;
+/// where they are side by side it does not tell.
+double fall_of(const Eigen::Vector3d& n_W) {
   constexpr double kBeside = 0.5;
   if (std::abs(n_W.z()) < kBeside) return 0;
-  return n_W.z() < 0 ? 1 : -1;
+  return n_W.z() < 0 ? kLeastWay : -kLeastWay;
+}
+
+/// Looks on the way of what falls besides: what stands on an edge keeps both of its ends. Slow ones
+/// are looked at without the fall as well, for what brings one contact nearer takes another away.
+template <class Generate>
+void find_falling(const Way& way, double fall_m, double gap_m, std::vector<Contact>& out,
+                  const Generate& generate) {
+  Way fallen = way;
+  fallen.shift_W.z() += way.longest_m() > 0 ? kStepsAhead * fall_m : fall_m;
+  const std::size_t first = out.size();
+  find_ahead(fallen, gap_m, out, generate);
+  if (fall_m == 0 || way.longest_m() > kSlowWay) return;
+  const std::size_t known = out.size();
+  find_ahead(way, gap_m, out, generate);
+  drop_unwanted(first, known, out);
 }
 
 }  // namespace
@@ -83,23 +97,14 @@ Way BodyCollider::seen_from(const Moving& other, const Moving& body) const {
   return way.longest_m() < kLeastWay ? Way{} : way;
 }
 
-/// What moves falls, too. `n_W`: see falling().
-void BodyCollider::add_fall(const Eigen::Vector3d& n_W, Way& way) const {
-  if (way.longest_m() == 0) return;
-  const double fall =
-      model_.scene.physics.gravity_m_s2 * kStepsAhead * model_.step_s * model_.step_s;
-  way.shift_W.z() += falling(n_W) * fall;
-}
-
 double BodyCollider::stroke_m(int a, int b) const {
-  Way way = seen_from(moving(model_.body(b)), moving(model_.body(a)));
-  add_fall(Eigen::Vector3d::UnitZ(), way);
+  const Way way = seen_from(moving(model_.body(b)), moving(model_.body(a)));
   return way.longest_m() > kStroke ? way.longest_m() : 0;
 }
 
 /// Where one of two bodies lies on the other, by their hulls.
 HullGap BodyCollider::gap_between(const FreeBody& upper, const FreeBody& lower) const {
-  if (upper.is_tool()) return {kNoGap, upper.com_W() - lower.com_W()};
+  if (upper.is_tool()) return {kNoGap, (upper.com_W() - lower.com_W()).normalized()};
   if (upper.is_tray()) {
     return box_box_gap(upper.slab_size, upper.X_WS(), lower.slab_size, lower.X_WS());
   }
@@ -121,32 +126,28 @@ void BodyCollider::free_on_free(int a, int b, std::vector<Contact>& out) {
   const bool still = way.longest_m() == 0 && !upper.is_tool() && sink_ahead(upper_index) == 0;
   if (still && kept_.append(pair, out)) return;
   const HullGap gap = gap_between(upper, lower);
-  // Slow ones are looked at where the higher one would be a step later had it nothing under it:
-  // what stands on an edge keeps both of its ends. On trays gears stand on points that stay.
+  // On trays gears stand on points that stay.
   const bool on_tray = lower.is_tray() && !upper.is_tray() && !upper.is_tool();
-  if (way.longest_m() > 0) {
-    add_fall(gap.n_W, way);
-  } else if (!on_tray) {
-    way.shift_W.z() = falling(gap.n_W) * kLeastWay;
-  }
+  const double fall = on_tray && way.longest_m() == 0 ? 0 : fall_of(gap.n_W);
   if (upper.is_tool()) {
-    find_ahead(way, gap.m, out,
-               [&](const Eigen::Isometry3d& D) { tool_on_free(upper_index, D, lower_index, out); });
+    find_falling(way, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
+      tool_on_free(upper_index, D, lower_index, out);
+    });
   } else if (upper.is_tray()) {
-    find_ahead(way, gap.m, out, [&](const Eigen::Isometry3d& D) {
+    find_falling(way, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
       box_box(upper.slab_size, D * upper.X_WS(), lower.slab_size, lower.X_WS(), upper_index,
               lower_index, SurfacePair::kTrayTray, out);
     });
   } else if (lower.is_tray()) {
     way.shift_W -= sink_ahead(upper_index) * lower.X_WB.linear().col(2);
-    find_ahead(way, gap.m, out, [&](const Eigen::Isometry3d& D) {
+    find_falling(way, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
       gear_tray(upper.gear_shape, D * upper.X_WB, *lower.tray, lower.X_WB, upper_index, lower_index,
                 out);
     });
     // A pressed gear presses the tray on.
     if (out.size() > before) press(lower_index, sink_ahead(upper_index));
   } else {
-    find_ahead(way, gap.m, out, [&](const Eigen::Isometry3d& D) {
+    find_falling(way, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
       gear_gear(upper.gear_shape, D * upper.X_WB, lower.gear_shape, lower.X_WB, upper_index,
                 lower_index, out);
     });
@@ -252,11 +253,10 @@ void BodyCollider::gripper_on_free(int robot, int p, int body, std::vector<Conta
     if (standing.longest_m() == 0) return;
     const std::size_t known = out.size();
     find_ahead(standing, kNoGap, out, pad);
-    drop_known(first, known, out);
+    drop_unwanted(first, known, out);
   } else {
-    Way way = seen_from(hand.moving(p), moving(free));
-    add_fall(Eigen::Vector3d::UnitZ(), way);
-    find_ahead(way, kNoGap, out, [&](const Eigen::Isometry3d& D) {
+    const Way way = seen_from(hand.moving(p), moving(free));
+    find_falling(way, -kLeastWay, kNoGap, out, [&](const Eigen::Isometry3d& D) {
       gear_box(free.gear_shape, D * free.X_WB, box.size, box.X_WS, body, id, SurfacePair::kRobotAny,
                out);
     });
@@ -310,15 +310,10 @@ void BodyCollider::free_on_fixed(int body, int shape_index, std::vector<Contact>
   HullGap gap{kNoGap, Eigen::Vector3d::UnitZ()};
   if (free.is_tray()) gap = box_box_gap(free.slab_size, free.X_WS(), shape.size, shape.X_WS);
   if (free.gear) gap = gear_box_gap(free.gear_shape, free.X_WB, shape.size, shape.X_WS);
-  // A slow one is looked at where it would be a step later had it nothing under it.
-  if (way.longest_m() > 0) {
-    add_fall(gap.n_W, way);
-  } else {
-    way.shift_W.z() = -kLeastWay;
-  }
+  const double fall = fall_of(gap.n_W);
   way.shift_W -= sink_ahead(body) * shape.X_WS.linear().col(2);
   if (free.is_tool()) {
-    find_ahead(way, gap.m, out, [&](const Eigen::Isometry3d& D) {
+    find_falling(way, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
       for (const scene::Block& block : free.tool->blocks()) {
         box_box(block.size, D * free.X_WS(block), shape.size, shape.X_WS, body, kGround,
                 shape.belt ? SurfacePair::kTrayBelt : SurfacePair::kTrayGround, out);
@@ -328,13 +323,13 @@ void BodyCollider::free_on_fixed(int body, int shape_index, std::vector<Contact>
   }
   if (free.is_tray()) {
     const auto surfaces = shape.belt ? SurfacePair::kTrayBelt : SurfacePair::kTrayGround;
-    find_ahead(way, gap.m, out, [&](const Eigen::Isometry3d& D) {
+    find_falling(way, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
       box_box(free.slab_size, D * free.X_WS(), shape.size, shape.X_WS, body, kGround, surfaces,
               out);
     });
   } else {
     const auto surfaces = shape.belt ? SurfacePair::kGearBelt : SurfacePair::kGearGround;
-    find_ahead(way, gap.m, out, [&](const Eigen::Isometry3d& D) {
+    find_falling(way, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
       gear_box(free.gear_shape, D * free.X_WB, shape.size, shape.X_WS, body, kGround, surfaces,
                out);
     });

@@ -52,7 +52,6 @@ class BodyCollider {
 
  private:
   [[nodiscard]] Way seen_from(const Moving& other, const Moving& body) const;
-  void add_fall(const Eigen::Vector3d& n_W, Way& way) const;
   [[nodiscard]] HullGap gap_between(const FreeBody& upper, const FreeBody& lower) const;
   [[nodiscard]] Way standing_finger_way(const GripperMechanism& hand, int p,
                                         const Moving& part) const;

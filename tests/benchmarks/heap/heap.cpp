@@ -1,7 +1,8 @@
 // What falls off the end of the belt heaps up: ten loaded trays, one on the other. What a step
-// costs while they come down and when they lie, in every mode.
+// costs while they come down and when they lie.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -19,6 +20,10 @@ namespace {
 constexpr double kBelt = 0.3, kAccel = 0.5;                 // [m/s], [m/s2]
 constexpr double kFirstFalls = 7, kAllLie = 16, kEnd = 20;  // [s]
 constexpr int kSeeds = 3;
+// The paper's joints have no part in it: what they hold they let go, in turns.
+constexpr std::array kHeaped = {Mode{"off", scene::Simplification::kOff},
+                                Mode{"merge", scene::Simplification::kMerge},
+                                Mode{"dormant", scene::Simplification::kDormant}};
 
 struct Heap {
   std::vector<double> falling_us, lying_us;  ///< of steps
@@ -68,7 +73,7 @@ int run(int argc, char** argv) {
   double falling_us = 0, falling_max_us = 0, lying_us = 0, lying_max_us = 0, deepest_m = 0;
   double unsolved = 0;
   int lost = 0;
-  for (const Mode& mode : kModes) {
+  for (const Mode& mode : kHeaped) {
     std::vector<double> all_lying_us;
     for (unsigned seed = 1; seed <= seeds; ++seed) {
       const Heap heap = run_heap(mode.value, seed, seconds);

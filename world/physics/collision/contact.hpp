@@ -40,4 +40,13 @@ struct Contact {
   }
 };
 
+/// Where a body is stuck deep in another, one point may be the near way out and another, against
+/// it, the way right through; both together would squeeze the body with any force. Whether the
+/// first of two, each by depth and normal, is that way beside the second.
+[[nodiscard]] inline bool leads_through(double depth_m, const Eigen::Vector3d& n,
+                                        double other_depth_m, const Eigen::Vector3d& other_n) {
+  constexpr double kDeep = 1e-3, kFarDeeper = 2, kAgainst = -0.5;  // [m], times, cosine
+  return depth_m > kDeep && depth_m > kFarDeeper * other_depth_m && n.dot(other_n) < kAgainst;
+}
+
 }  // namespace aprsim::physics

@@ -151,13 +151,9 @@ void emit_some(const Candidates& all, const Selection& from, const Emission& to)
   emit_polygon(all, without_steep(all, from), to);
 }
 
-/// Where a body is stuck deep in another, one candidate may be the near way out and another,
-/// against it, the way right through; both together would squeeze the body with any force.
 bool leads_through(const Candidates& all, int i) {
-  constexpr double kDeep = 1e-3, kFarDeeper = 2, kAgainst = -0.5;
-  if (all[i].depth < kDeep) return false;
   for (int k = 0; k < all.size(); ++k) {
-    if (all[i].n.dot(all[k].n) < kAgainst && all[i].depth > kFarDeeper * all[k].depth) return true;
+    if (physics::leads_through(all[i].depth, all[i].n, all[k].depth, all[k].n)) return true;
   }
   return false;
 }

@@ -54,6 +54,17 @@ struct Way {
           .reach_m = body.reach_m};
 }
 
+inline constexpr double kSameSide = 0.9;  ///< cosine between normals
+
+/// Beside a contact of the same two bodies: does one that has been found elsewhere on the way stand
+/// for the same touch, or lead right through?
+[[nodiscard]] inline bool is_unwanted(const Contact& contact, const Contact& known) {
+  constexpr double kSamePlace = 2e-3;  // [m]
+  if (leads_through(contact.depth_m, contact.n_W, known.depth_m, known.n_W)) return true;
+  return (known.p_W - contact.p_W).squaredNorm() < kSamePlace * kSamePlace &&
+         known.n_W.dot(contact.n_W) > kSameSide;
+}
+
 /// What `generate(D)` appends for a body that is displaced by D, with the depths of now and the
 /// places as seen from its centre: gaps that will close have negative depths. A long way is gone in
 /// strides, for what is deep inside has contacts of another side: a contact counts where it is
@@ -64,9 +75,8 @@ struct Way {
 /// least; nothing is looked for on the way across it.
 template <class Generate>
 void find_ahead(const Way& way, double gap_m, std::vector<Contact>& out, const Generate& generate) {
-  constexpr double kStride = 4.1e-4, kHardlyTurned = 1e-5, kSamePlace = 2e-3;  // [m]
+  constexpr double kStride = 4.1e-4, kHardlyTurned = 1e-5;  // [m]
   constexpr double kBlow = 1e-4, kStraightBlow = 1e-3, kOpen = 1e-6, kFarthestBeside = 1e-3;
-  constexpr double kSameSide = 0.9;  // cosine
   constexpr int kMostStrides = 64;
   const std::size_t first = out.size();
   const double longest = way.longest_m();
@@ -85,13 +95,10 @@ void find_ahead(const Way& way, double gap_m, std::vector<Contact>& out, const G
       const bool late = just_made > 0 && (contact.depth_m > just_made || depth_now > 0);
       contact.depth_m = depth_now;
       contact.p_W -= shift_W;
-      const auto same = [&](const Contact& other) {
-        return (other.p_W - contact.p_W).squaredNorm() < kSamePlace * kSamePlace &&
-               other.n_W.dot(contact.n_W) > kSameSide;
-      };
+      const auto unwanted = [&](const Contact& other) { return is_unwanted(contact, other); };
       const auto begin = out.begin() + static_cast<std::ptrdiff_t>(first);
       const auto end = out.begin() + static_cast<std::ptrdiff_t>(known);
-      if (!late && std::none_of(begin, end, same)) out[kept++] = contact;
+      if (!late && std::none_of(begin, end, unwanted)) out[kept++] = contact;
     }
     out.resize(kept);
   };
