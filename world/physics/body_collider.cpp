@@ -15,8 +15,6 @@ namespace {
 
 /// A body whose way is shorter does not move as far as contacts go; one falls as far in a step [m].
 constexpr double kLeastWay = 1e-5;
-/// Of one whose way is longer the fall does not count [m].
-constexpr double kSlowWay = 4e-5;
 /// One whose way is longer strikes what it meets [m].
 constexpr double kStroke = 4e-4;
 /// What follows a finger by a longer way, in as many steps as are looked ahead, may run into it
@@ -41,25 +39,17 @@ Moving moving(const FreeBody& body) {
   return {body.com_W(), body.v_com_W, body.omega_W, body.radius_m};
 }
 
-/// How far along z a body falls in a step, seen from another: down where it lies above, up where it
-/// is below, for then the other falls on it. `n_W`: the axis between their hulls, from the other;
-/// where they are side by side it does not tell.
-double fall_of(const Eigen::Vector3d& n_W) {
-  constexpr double kBeside = 0.5;
-  if (std::abs(n_W.z()) < kBeside) return 0;
-  return n_W.z() < 0 ? kLeastWay : -kLeastWay;
-}
-
 /// Looks on the way of what falls besides: what stands on an edge keeps both of its ends. Slow ones
 /// are looked at without the fall as well, for what brings one contact nearer takes another away.
 template <class Generate>
 void find_falling(const Way& way, double fall_m, double gap_m, std::vector<Contact>& out,
                   const Generate& generate) {
+  constexpr double kSlow = 2;  // times the fall
   Way fallen = way;
-  fallen.shift_W.z() += way.longest_m() > 0 ? kStepsAhead * fall_m : fall_m;
+  fallen.shift_W.z() += fall_m;
   const std::size_t first = out.size();
   find_ahead(fallen, gap_m, out, generate);
-  if (fall_m == 0 || way.longest_m() > kSlowWay) return;
+  if (fall_m == 0 || way.longest_m() > kSlow * std::abs(fall_m)) return;
   const std::size_t known = out.size();
   find_ahead(way, gap_m, out, generate);
   drop_unwanted(first, known, out);
@@ -97,6 +87,18 @@ Way BodyCollider::seen_from(const Moving& other, const Moving& body) const {
   return way.longest_m() < kLeastWay ? Way{} : way;
 }
 
+/// How far along z a body falls on that way, seen from another: down where it lies above, up where
+/// it is below, for then the other falls on it. `n_W`: the axis between their hulls, from the
+/// other; where they are side by side it does not tell.
+double BodyCollider::fall_on(const Way& way, const Eigen::Vector3d& n_W) const {
+  constexpr double kBeside = 0.5;
+  if (std::abs(n_W.z()) < kBeside) return 0;
+  const double h = model_.step_s;
+  const double fall =
+      way.longest_m() > 0 ? kStepsAhead * model_.scene.physics.gravity_m_s2 * h * h : kLeastWay;
+  return n_W.z() < 0 ? fall : -fall;
+}
+
 double BodyCollider::stroke_m(int a, int b) const {
   const Way way = seen_from(moving(model_.body(b)), moving(model_.body(a)));
   return way.longest_m() > kStroke ? way.longest_m() : 0;
@@ -128,7 +130,7 @@ void BodyCollider::free_on_free(int a, int b, std::vector<Contact>& out) {
   const HullGap gap = gap_between(upper, lower);
   // On trays gears stand on points that stay.
   const bool on_tray = lower.is_tray() && !upper.is_tray() && !upper.is_tool();
-  const double fall = on_tray && way.longest_m() == 0 ? 0 : fall_of(gap.n_W);
+  const double fall = on_tray && way.longest_m() == 0 ? 0 : fall_on(way, gap.n_W);
   if (upper.is_tool()) {
     find_falling(way, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
       tool_on_free(upper_index, D, lower_index, out);
@@ -256,10 +258,11 @@ void BodyCollider::gripper_on_free(int robot, int p, int body, std::vector<Conta
     drop_unwanted(first, known, out);
   } else {
     const Way way = seen_from(hand.moving(p), moving(free));
-    find_falling(way, -kLeastWay, kNoGap, out, [&](const Eigen::Isometry3d& D) {
-      gear_box(free.gear_shape, D * free.X_WB, box.size, box.X_WS, body, id, SurfacePair::kRobotAny,
-               out);
-    });
+    find_falling(way, fall_on(way, Eigen::Vector3d::UnitZ()), kNoGap, out,
+                 [&](const Eigen::Isometry3d& D) {
+                   gear_box(free.gear_shape, D * free.X_WB, box.size, box.X_WS, body, id,
+                            SurfacePair::kRobotAny, out);
+                 });
   }
 }
 
@@ -310,7 +313,7 @@ void BodyCollider::free_on_fixed(int body, int shape_index, std::vector<Contact>
   HullGap gap{kNoGap, Eigen::Vector3d::UnitZ()};
   if (free.is_tray()) gap = box_box_gap(free.slab_size, free.X_WS(), shape.size, shape.X_WS);
   if (free.gear) gap = gear_box_gap(free.gear_shape, free.X_WB, shape.size, shape.X_WS);
-  const double fall = fall_of(gap.n_W);
+  const double fall = fall_on(way, gap.n_W);
   way.shift_W -= sink_ahead(body) * shape.X_WS.linear().col(2);
   if (free.is_tool()) {
     find_falling(way, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
