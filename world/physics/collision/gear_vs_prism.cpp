@@ -167,12 +167,17 @@ RimPockets pockets_of(const RimS& rim, std::span<const PocketProfile> pockets) {
   return found;
 }
 
+/// What leaves through the underside has not come through a pocket's floor, and does not leave that
+/// way.
+bool comes_from_below(const Pair& pair) { return pair.planes[kBottom].exit; }
+
 /// Is the point, `depth` below a face, in the material, with no nearer way into a pocket?
-bool held_by_pockets(const RimPockets& near, const Vector3d& p, double depth) {
+bool held_by_pockets(const Pair& pair, const RimPockets& near, const Vector3d& p, double depth) {
   for (int i = 0; i < near.count; ++i) {
     const PocketProfile& pocket = *near.touching[static_cast<std::size_t>(i)];
     const double r = length(p.x() - pocket.x, p.y() - pocket.y);
     const double below = -pocket.depth - p.z();
+    if (below >= 0 && comes_from_below(pair)) continue;
     const double to_void =
         below < 0 ? pocket.behind_side(r, p.z()) : length(below, std::max(0.0, r - pocket.r_floor));
     if (to_void < depth) return false;
@@ -211,7 +216,7 @@ void rim_on_face(const Pair& pair, const RimS& rim, int f, const Resting& rest,
         rest.face == f && (rest.overlap < kResting ||
                            (rest.overlap < kMostDecided && depth > kDeepest * rest.overlap));
     if (!held_by_face(pair, f, decided, p, depth)) continue;
-    if (held_by_pockets(near, p, depth)) out.add(p, plane.n, depth);
+    if (held_by_pockets(pair, near, p, depth)) out.add(p, plane.n, depth);
   }
 }
 
@@ -233,7 +238,7 @@ bool rim_on_prism(const Pair& pair, const Ring& ring, const Resting& rest, Candi
   for (int i = 0; i < near.count; ++i) {
     const PocketProfile& pocket = *near.touching[static_cast<std::size_t>(i)];
     rim_on_pocket_side(rim, pocket, slab, out);
-    rim_on_pocket_floor(rim, pocket, slab, out);
+    if (!comes_from_below(pair)) rim_on_pocket_floor(rim, pocket, slab, out);
   }
   return true;
 }

@@ -270,6 +270,19 @@ TEST(GearTray, AThinFloorPushesAGearBackUp) {
   EXPECT_GT(up, 1e-3);
 }
 
+// Never up into the pocket: the two together would squeeze it, and the one alone pull it through.
+TEST(GearTray, AThinFloorPushesAGearThatComesFromBelowBackDown) {
+  for (const double tilt : {0.0, 0.1}) {
+    for (double depth = 2e-4; depth < 2.4e-3; depth += 2e-4) {
+      const double z = -0.015 - 0.026 * std::cos(tilt) + depth;
+      const auto found =
+          contacts(test::conical_gear(), test::conical_tray(), test::tilted(kX, kY, z, tilt, 0.3));
+      ASSERT_FALSE(found.empty()) << depth;
+      for (const Contact& c : found) EXPECT_LT(c.n_W.z(), 0) << depth << " at tilt " << tilt;
+    }
+  }
+}
+
 // Stuck deep in the slab, a gear is pushed out the near way; not also the way right through, for
 // the two would squeeze it with any force.
 TEST(GearTray, NothingStuckInTheSlabIsSqueezed) {
