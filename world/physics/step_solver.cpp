@@ -31,11 +31,13 @@ class NormalTurn {
 
 void continue_from(const ContactConstraint& last, ContactConstraint& constraint) {
   const NormalTurn turned(last.contact.n_W, constraint.contact.n_W);
-  constraint.f_W = turned(last.f_W);
-  constraint.torque_W = turned(last.torque_W);
-  constraint.f_change_W = turned(last.f_change_W);
-  constraint.torque_change_W = turned(last.torque_change_W);
-  constraint.continues = true;
+  const auto take = [&turned](const auto& from, auto& to) {
+    to = from;
+    to.last = turned(from.last);
+    to.change = turned(from.change);
+  };
+  take(last.f_guess_W, constraint.f_guess_W);
+  take(last.torque_guess_W, constraint.torque_guess_W);
 }
 
 }  // namespace
@@ -54,7 +56,7 @@ StepSolver::StepSolver(PhysicsModel& model)
   for (auto* of_contacts : {&island_of_, &next_contact_}) of_contacts->reserve(kConstraintCapacity);
   last_pairs_.reserve(kConstraintCapacity);
   matches_.reserve(4 * kConstraintCapacity);
-  matched_.reserve(kConstraintCapacity);
+  for (auto* marks : {&matched_, &continues_}) marks->reserve(kConstraintCapacity);
   for (auto* contacts : {&memory_.contacts, &memory_before_.contacts, &last_contacts_}) {
     contacts->reserve(kConstraintCapacity);
   }
@@ -63,7 +65,7 @@ StepSolver::StepSolver(PhysicsModel& model)
 void StepSolver::step() {
   islands_.find(model_, model_.constraints);
   std::fill(stale_.begin(), stale_.end(), 1);
-  solve_stale();
+  solve_stale(0);
 }
 
 void StepSolver::step_again(std::size_t known) {
@@ -84,7 +86,7 @@ void StepSolver::step_again(std::size_t known) {
     }
   }
   start_anew();
-  solve_stale();
+  solve_stale(known);
 }
 
 bool StepSolver::others_awake() const { return !std::ranges::equal(begun_, awake_roots()); }
@@ -112,21 +114,20 @@ void StepSolver::start_anew() {
   memory_.latest = latest;
 }
 
-void StepSolver::solve_stale() {
+/// The first `known` contacts have been solved once in this step.
+void StepSolver::solve_stale(std::size_t known) {
   list_members();
+  const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < model_.constraints.size(); ++i) {
     if (!is_stale(island_of_[i])) continue;
     ContactConstraint& constraint = model_.constraints[i];
+    constraint.f_guess_W = ForceGuess(i < known ? constraint.f_W : zero);
+    constraint.torque_guess_W = ForceGuess(i < known ? constraint.torque_W : zero);
     constraint.normal_n = 0;
-    constraint.f_W.setZero();
-    constraint.torque_W.setZero();
-    constraint.f_change_W.setZero();
-    constraint.torque_change_W.setZero();
-    constraint.continues = false;
     constraint.impact_m2_s2 = 0;
   }
   take_last_contacts();
-  match_last_contacts();
+  match_last_contacts(known);
   for (std::size_t i = 0; i < roots_.size(); ++i) {
     const int island = roots_[i].first;
     if ((i == 0 || island != roots_[i - 1].first) && is_stale(island)) solve_island(island);
@@ -238,10 +239,11 @@ void StepSolver::take_last_contacts() {
   for (const ContactConstraint& last : last_contacts_) last_pairs_.push_back(Touching(last));
 }
 
-/// Each contact begins with the forces of the nearest one of the same two bodies in the last step,
-/// turned as its normal has; no two with those of the same one.
-void StepSolver::match_last_contacts() {
+/// Each contact behind those that are `known` begins with the forces of the nearest one of the same
+/// two bodies in the last step, turned as its normal has; no two with those of the same one.
+void StepSolver::match_last_contacts(std::size_t known) {
   matched_.assign(last_contacts_.size(), 0);
+  continues_.assign(model_.constraints.size(), 0);
   auto& constraints = model_.constraints;
   for (std::size_t first = 0, end = 0; first < constraints.size(); first = end) {
     const Touching pair(constraints[first]);
@@ -257,11 +259,11 @@ void StepSolver::match_last_contacts() {
       return std::tuple(a.distance2, a.now, a.last) < std::tuple(b.distance2, b.now, b.last);
     });
     for (const Match& match : matches_) {
-      ContactConstraint& constraint = constraints[static_cast<std::size_t>(match.now)];
-      char& taken = matched_[static_cast<std::size_t>(match.last)];
-      if (constraint.continues || taken != 0) continue;
-      taken = 1;
-      continue_from(last_contacts_[static_cast<std::size_t>(match.last)], constraint);
+      const auto now = static_cast<std::size_t>(match.now),
+                 last_one = static_cast<std::size_t>(match.last);
+      if (continues_[now] != 0 || matched_[last_one] != 0) continue;
+      continues_[now] = matched_[last_one] = 1;
+      if (now >= known) continue_from(last_contacts_[last_one], constraints[now]);
     }
   }
 }

@@ -64,7 +64,7 @@ class StepSolver {
         : a(constraint.contact.a), b(constraint.contact.b), fixed(constraint.fixed) {}
     auto operator<=>(const Touching&) const = default;
   };
-  void solve_stale();
+  void solve_stale(std::size_t known);
   [[nodiscard]] bool is_stale(int island) const {
     return stale_[static_cast<std::size_t>(island)] != 0;
   }
@@ -75,7 +75,7 @@ class StepSolver {
   [[nodiscard]] ContactResponse response_of(const ContactConstraint& constraint);
   void note_approach(const ContactConstraint& constraint, ContactSetting& setting) const;
   void take_last_contacts();
-  void match_last_contacts();
+  void match_last_contacts(std::size_t known);
   void note_near(ContactConstraint& constraint, int number, int first, int end);
   void keep_contacts();
   void exchange();
@@ -103,7 +103,8 @@ class StepSolver {
     int now = 0, last = 0;
   };
   std::vector<Match> matches_;
-  std::vector<char> matched_;                   // of the last contacts
+  std::vector<char> matched_;                   // by last contact
+  std::vector<char> continues_;                 // by contact: one of the last
   std::vector<std::pair<Touching, int>> kept_;  // contacts that bore a force
 };
 

@@ -2,6 +2,7 @@
 
 #include "world/physics/bodies/body_ids.hpp"
 #include "world/physics/collision/contact.hpp"
+#include "world/physics/constraint/force_guess.hpp"
 
 namespace aprsim::physics {
 
@@ -17,19 +18,18 @@ struct ContactConstraint {
   Eigen::Vector3d f_W = Eigen::Vector3d::Zero();       ///< solved force on contact.a [N]
   double normal_n = 0;                                 ///< its normal part
   Eigen::Vector3d torque_W = Eigen::Vector3d::Zero();  ///< friction's torque on contact.a [Nm]
-  /// What force and torque have changed by in a step; zero unless the contact continues one of the
-  /// step before.
-  Eigen::Vector3d f_change_W = Eigen::Vector3d::Zero(), torque_change_W = Eigen::Vector3d::Zero();
-  bool continues = false;
+  /// Of the force and the torque; for this step until it is solved, then for the next one.
+  ForceGuess<Eigen::Vector3d> f_guess_W{Eigen::Vector3d::Zero()};
+  ForceGuess<Eigen::Vector3d> torque_guess_W{Eigen::Vector3d::Zero()};
   double impact_m2_s2 = 0;  ///< energy per mass of an impact that is still to be answered
 
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {
     auto& [contact, fixed, friction, restitution, rolling_m, spinning_m, belt, f_W, normal_n,
-           torque_W, f_change_W, torque_change_W, continues, impact_m2_s2] = self;
+           torque_W, f_guess_W, torque_guess_W, impact_m2_s2] = self;
     io(contact, fixed, friction, restitution, rolling_m, spinning_m, belt, f_W, normal_n, torque_W,
-       f_change_W, torque_change_W, continues, impact_m2_s2);
+       f_guess_W, torque_guess_W, impact_m2_s2);
   }
 };
 

@@ -89,7 +89,7 @@ ContactSolver::Side ConstraintSystem::side(const RowSide& side) {
 void ConstraintSystem::add_row(const RowSide& a, const RowSide& b, double target_m_s, double cfm,
                                double lo_n, double hi_n, RowForce& force) {
   solver_.add_row(side(a), side(b), target_m_s, cfm / step_s_, lo_n * step_s_, hi_n * step_s_,
-                  {force.now_n * step_s_, force.change_n * step_s_});
+                  {force.guess_n.last * step_s_, force.guess_n.change * step_s_});
   forces_.push_back(&force);
 }
 
@@ -110,8 +110,9 @@ void ConstraintSystem::add_contact(ContactConstraint& constraint, dBodyID a, dBo
        .rolling_m = constraint.rolling_m,
        .target_v = response.target_v_W,
        .softness_m_s_ns = response.cfm / step_s_,
-       .impulse_ns = {step_s_ * constraint.f_W, step_s_ * constraint.f_change_W},
-       .turn_nms = {step_s_ * constraint.torque_W, step_s_ * constraint.torque_change_W}});
+       .impulse_ns = {step_s_ * constraint.f_guess_W.last, step_s_ * constraint.f_guess_W.change},
+       .turn_nms = {step_s_ * constraint.torque_guess_W.last,
+                    step_s_ * constraint.torque_guess_W.change}});
   contacts_.push_back(&constraint);
 }
 
@@ -122,21 +123,15 @@ ContactSolver::Outcome ConstraintSystem::advance() {
   }
   for (std::size_t i = 0; i < forces_.size(); ++i) {
     RowForce& force = *forces_[i];
-    const double now_n = solver_.row_impulse_ns(static_cast<int>(i)) / step_s_;
-    force.change_n = force.known ? now_n - force.now_n : 0;
-    force.now_n = now_n;
-    force.known = true;
+    force.now_n = solver_.row_impulse_ns(static_cast<int>(i)) / step_s_;
+    force.guess_n.note(force.now_n, outcome.as_guessed);
   }
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     ContactConstraint& constraint = *contacts_[i];
-    const Vector3d f_W = solver_.contact_impulse_ns(static_cast<int>(i)) / step_s_;
-    const Vector3d torque_W = solver_.contact_turn_nms(static_cast<int>(i)) / step_s_;
-    if (constraint.continues) {
-      constraint.f_change_W = f_W - constraint.f_W;
-      constraint.torque_change_W = torque_W - constraint.torque_W;
-    }
-    constraint.f_W = f_W;
-    constraint.torque_W = torque_W;
+    constraint.f_W = solver_.contact_impulse_ns(static_cast<int>(i)) / step_s_;
+    constraint.torque_W = solver_.contact_turn_nms(static_cast<int>(i)) / step_s_;
+    constraint.f_guess_W.note(constraint.f_W, outcome.as_guessed);
+    constraint.torque_guess_W.note(constraint.torque_W, outcome.as_guessed);
     constraint.normal_n = std::max(0.0, constraint.f_W.dot(constraint.contact.n_W));
   }
   return outcome;

@@ -18,16 +18,16 @@ struct RowSide {
   Eigen::Vector3d linear = Eigen::Vector3d::Zero(), angular = Eigen::Vector3d::Zero();
 };
 
-/// The force of a row in the last step, and what it had changed by; where the next search begins.
+/// The force of a row in the last step.
 struct RowForce {
-  double now_n = 0, change_n = 0;
-  bool known = false;
+  double now_n = 0;
+  ForceGuess<double> guess_n{0};  ///< for the next one
 
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {
-    auto& [now_n, change_n, known] = self;
-    io(now_n, change_n, known);
+    auto& [now_n, guess_n] = self;
+    io(now_n, guess_n);
   }
 };
 
@@ -48,7 +48,7 @@ class ConstraintSystem {
   /// A bilateral row, whose force has no bound.
   void add_joint_row(const RowSide& a, const RowSide& b, double target_m_s, double cfm,
                      RowForce& force);
-  /// A contact. The search starts at the forces that the constraint has.
+  /// A contact. The search begins at the constraint's guesses.
   void add_contact(ContactConstraint& constraint, dBodyID a, dBodyID b,
                    const ContactResponse& response);
 

@@ -540,9 +540,10 @@ ContactSolver::Outcome ContactSolver::solve(const Settings& settings) {
   Settings own = settings;
   if (rests()) own.tolerance_m_s *= kAtRest;
   Residual present = begin_from_better_guess(own.tolerance_m_s);
-  if (rows_.empty() && present.all_m_s > kBlow) present = relax_blow(present);
+  const bool blow = rows_.empty() && present.all_m_s > kBlow;
+  if (blow) present = relax_blow(present);
   if (present.excess_m_s <= own.tolerance_m_s) {
-    return {.converged = true, .residual_m_s = present.all_m_s};
+    return {.converged = true, .as_guessed = !blow, .residual_m_s = present.all_m_s};
   }
   return iterate(present, own);
 }

@@ -79,7 +79,8 @@ class ContactSolver {
 
   struct Outcome {
     bool converged = false;
-    int iterations = 0;  ///< Newton steps
+    bool as_guessed = false;  ///< one of the guesses fits
+    int iterations = 0;       ///< Newton steps
     double residual_m_s = 0;
   };
 
