@@ -4,14 +4,14 @@
 #include <utility>
 
 #include "world/physics/bodies/ode_handles.hpp"
+#include "world/physics/collision/look_ahead.hpp"
 #include "world/physics/physics_model.hpp"
 
 namespace aprsim::physics {
 namespace {
 
-// What is faster may strike what it meets; a blow leads off the way that was looked at when it is
-// farther from it than that [m in a step].
-constexpr double kStrikingWay = 4e-4, kOffTheWay = 1e-4;
+// A blow leads off the way that was looked at when it is farther from it than that [m in a step].
+constexpr double kOffTheWay = 1e-4;
 
 /// Do two contacts of one pair stand for the same touch?
 bool is_same(const ContactConstraint& a, const ContactConstraint& b) {

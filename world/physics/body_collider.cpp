@@ -83,7 +83,9 @@ void BodyCollider::note_pressed(const std::vector<ContactConstraint>& constraint
 
 /// The way of a body seen from another; none if it is slow.
 Way BodyCollider::seen_from(const Moving& other, const Moving& body) const {
-  const Way way = way_of(body, other, kStepsAhead * model_.step_s);
+  const Way in_step = way_of(body, other, model_.step_s);
+  const double parts = model_.scene.physics.step_s / model_.step_s;
+  const Way way = in_step.over(steps_ahead(parts * in_step.longest_m()));
   return way.longest_m() < kLeastWay ? Way{} : way;
 }
 
@@ -95,7 +97,7 @@ double BodyCollider::fall_on(const Way& way, const Eigen::Vector3d& n_W) const {
   if (std::abs(n_W.z()) < kBeside) return 0;
   const double h = model_.step_s;
   const double fall =
-      way.longest_m() > 0 ? kStepsAhead * model_.scene.physics.gravity_m_s2 * h * h : kLeastWay;
+      way.longest_m() > 0 ? way.steps * model_.scene.physics.gravity_m_s2 * h * h : kLeastWay;
   return n_W.z() < 0 ? fall : -fall;
 }
 
@@ -203,7 +205,7 @@ Way BodyCollider::standing_finger_way(const GripperMechanism& hand, int p,
   const Eigen::Vector3d v_W = hand.moving(0).velocity_at(finger.p_W);
   if ((finger.v_W - v_W).norm() * model_.step_s < kLeastWay) return {};
   finger.v_W = v_W;
-  const Way way = way_of(finger, part, kStepsAhead * model_.step_s);
+  const Way way = way_of(finger, part, model_.step_s).over(kStepsAhead);
   const double share = model_.scene.physics.step_s / model_.step_s;
   return share * way.longest_m() < kFollows ? Way{} : way;
 }
@@ -215,7 +217,7 @@ void BodyCollider::gripper_on_free(int robot, int p, int body, std::vector<Conta
   const BodyIndex id = model_.ids.palm(robot) + p;
   // Tools and trays are boxes to a gripper; of a gear, fingers meet the peg with their pads.
   if (hand.cup() && p > 0 && free.is_tray()) {
-    Way way = way_of(hand.moving(p), moving(free), kStepsAhead * model_.step_s);
+    Way way = way_of(hand.moving(p), moving(free), model_.step_s).over(kStepsAhead);
     if (way.longest_m() < kLeastWay) way = {};
     const std::size_t first = out.size();
     find_ahead(way, kNoGap, out, [&](const Eigen::Isometry3d& D) {
@@ -229,7 +231,7 @@ void BodyCollider::gripper_on_free(int robot, int p, int body, std::vector<Conta
               out);
     }
   } else if (free.is_tray()) {
-    Way way = way_of(hand.moving(p), moving(free), kStepsAhead * model_.step_s);
+    Way way = way_of(hand.moving(p), moving(free), model_.step_s).over(kStepsAhead);
     if (way.longest_m() < kLeastWay) way = {};
     find_ahead(way, kNoGap, out, [&](const Eigen::Isometry3d& D) {
       box_box(box.size, D * box.X_WS, free.slab_size, free.X_WS(), id, body, SurfacePair::kRobotAny,
@@ -242,7 +244,7 @@ void BodyCollider::gripper_on_free(int robot, int p, int body, std::vector<Conta
               out);
     for (std::size_t k = first; k < out.size(); ++k) out[k].pair = SurfacePair::kPadGear;
   } else if (p > 0) {
-    Way way = way_of(hand.moving(p), moving(free), kStepsAhead * model_.step_s);
+    Way way = way_of(hand.moving(p), moving(free), model_.step_s).over(kStepsAhead);
     // A closing finger is looked ahead along its own way.
     if (way.longest_m() < kPadAhead) way = {};
     if (!hand.idle() && way.longest_m() == 0) way.shift_W = kPadAhead * hand.closing_W(p - 1);

@@ -12,9 +12,20 @@
 /// and not inside or behind it (speculative contacts: Catto, "Continuous Collision", GDC 2013).
 namespace aprsim::physics {
 
-/// How far bodies are looked ahead: one end that is struck makes the other faster, by less than
-/// twice.
+/// How far bodies are looked ahead [steps]: one end that is struck makes the other faster, by less
+/// than twice.
 inline constexpr double kStepsAhead = 2;
+
+/// Where a body's way is longer, contacts are looked for anew after a blow (BlowSearch) [m in a
+/// step].
+inline constexpr double kStrikingWay = 1e-4;
+
+/// So much is enough for two bodies one of which has such a way: little more than the step itself.
+inline constexpr double kLeastAhead = 1.05;
+[[nodiscard]] inline double steps_ahead(double way_m) {
+  constexpr double kAhead = kStepsAhead * 2 * kStrikingWay;
+  return way_m > 0 ? std::clamp(kAhead / way_m, kLeastAhead, kStepsAhead) : kStepsAhead;
+}
 
 /// How a rigid body moves, told at one of its points.
 struct Moving {
@@ -26,16 +37,21 @@ struct Moving {
   }
 };
 
-/// A body's way in a step, seen from another body.
+/// A body's way in some steps, seen from another body.
 struct Way {
   Eigen::Vector3d centre_W = Eigen::Vector3d::Zero();
   Eigen::Vector3d shift_W = Eigen::Vector3d::Zero();  ///< of the centre
   Eigen::Vector3d turn_W = Eigen::Vector3d::Zero();   ///< about it [rad]
   double reach_m = 0;
+  double steps = 1;
 
   [[nodiscard]] double turned_m() const { return reach_m * turn_W.norm(); }
   /// At most, of any of its points.
   [[nodiscard]] double longest_m() const { return shift_W.norm() + turned_m(); }
+  /// As many times as long.
+  [[nodiscard]] Way over(double times) const {
+    return {centre_W, times * shift_W, times * turn_W, reach_m, times * steps};
+  }
   /// Displacement after a share of it.
   [[nodiscard]] Eigen::Isometry3d at(double share) const {
     Eigen::Isometry3d out = Eigen::Isometry3d::Identity();
@@ -46,7 +62,7 @@ struct Way {
   }
 };
 
-/// Without forces between the two.
+/// In a step, without forces between the two.
 [[nodiscard]] inline Way way_of(const Moving& body, const Moving& other, double step_s) {
   return {.centre_W = body.p_W,
           .shift_W = step_s * (body.v_W - other.velocity_at(body.p_W)),
@@ -103,7 +119,7 @@ void find_ahead(const Way& way, double gap_m, std::vector<Contact>& out, const G
     out.resize(kept);
   };
   const int strides = std::clamp(static_cast<int>(std::ceil(longest / kStride)), 1, kMostStrides);
-  const double middle = 0.5 / kStepsAhead;
+  const double middle = 0.5 / way.steps;
   if (way.turned_m() > kHardlyTurned && middle * strides < 1 && middle * longest > gap_m) {
     look(way.at(middle), middle * way.shift_W, 0);
   }
@@ -116,7 +132,7 @@ void find_ahead(const Way& way, double gap_m, std::vector<Contact>& out, const G
   const auto struck = std::find_if(out.begin() + static_cast<std::ptrdiff_t>(first), out.end(),
                                    [](const Contact& contact) { return contact.depth_m < -kOpen; });
   if (struck == out.end()) return;
-  const double beside = std::min(longest / kStepsAhead, kFarthestBeside);
+  const double beside = std::min(longest / way.steps, kFarthestBeside);
   const Eigen::Vector3d n_W = struck->n_W, down = -beside * n_W;
   const auto known = out.end() - out.begin();
   look(Eigen::Isometry3d(Eigen::Translation3d(down)), down, beside);
