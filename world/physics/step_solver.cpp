@@ -29,8 +29,8 @@ class NormalTurn {
   double scale_ = 0;
 };
 
-void continue_from(const ContactConstraint& last, ContactConstraint& constraint) {
-  const NormalTurn turned(last.contact.n_W, constraint.contact.n_W);
+void continue_from(const StepSolver::LastContact& last, ContactConstraint& constraint) {
+  const NormalTurn turned(last.n_W, constraint.contact.n_W);
   const auto take = [&turned](const auto& from, auto& to) {
     to = from;
     to.last = turned(from.last);
@@ -38,6 +38,10 @@ void continue_from(const ContactConstraint& last, ContactConstraint& constraint)
   };
   take(last.f_guess_W, constraint.f_guess_W);
   take(last.torque_guess_W, constraint.torque_guess_W);
+}
+
+StepSolver::Touching bodies_of(const ContactConstraint& constraint) {
+  return {constraint.contact.a, constraint.contact.b, constraint.fixed};
 }
 
 }  // namespace
@@ -54,7 +58,6 @@ StepSolver::StepSolver(PhysicsModel& model)
   first_contact_.resize(islands, -1);
   kept_.reserve(kConstraintCapacity);
   for (auto* of_contacts : {&island_of_, &next_contact_}) of_contacts->reserve(kConstraintCapacity);
-  last_pairs_.reserve(kConstraintCapacity);
   matches_.reserve(4 * kConstraintCapacity);
   for (auto* marks : {&matched_, &continues_}) marks->reserve(kConstraintCapacity);
   for (auto* contacts : {&memory_.contacts, &memory_before_.contacts, &last_contacts_}) {
@@ -107,11 +110,8 @@ void StepSolver::start_anew() {
     if (!is_stale(island)) model_.grippers[r].restore(solved);
   }
   // What failed counts, also where it is solved anew.
-  const api::SolverFailures failures = memory_before_.failures;
-  const api::SolverStep latest = memory_before_.latest;
-  memory_before_ = memory_;
-  memory_.failures = failures;
-  memory_.latest = latest;
+  std::swap(memory_.failures, memory_before_.failures);
+  std::swap(memory_.latest, memory_before_.latest);
 }
 
 /// The first `known` contacts have been solved once in this step.
@@ -235,8 +235,7 @@ void StepSolver::note_approach(const ContactConstraint& constraint, ContactSetti
 void StepSolver::take_last_contacts() {
   std::swap(last_contacts_, memory_.contacts);
   memory_.contacts.clear();
-  last_pairs_.clear();
-  for (const ContactConstraint& last : last_contacts_) last_pairs_.push_back(Touching(last));
+  begins_at_last_ = true;
 }
 
 /// Each contact behind those that are `known` begins with the forces of the nearest one of the same
@@ -246,11 +245,12 @@ void StepSolver::match_last_contacts(std::size_t known) {
   continues_.assign(model_.constraints.size(), 0);
   auto& constraints = model_.constraints;
   for (std::size_t first = 0, end = 0; first < constraints.size(); first = end) {
-    const Touching pair(constraints[first]);
-    for (end = first + 1; end < constraints.size() && Touching(constraints[end]) == pair;) ++end;
+    const Touching pair = bodies_of(constraints[first]);
+    for (end = first + 1; end < constraints.size() && bodies_of(constraints[end]) == pair;) ++end;
     if (!is_stale(island_of_[first])) continue;
-    const auto [begin, last] = std::equal_range(last_pairs_.begin(), last_pairs_.end(), pair);
-    const auto number = [this](auto at) { return static_cast<int>(at - last_pairs_.begin()); };
+    const auto [begin, last] =
+        std::ranges::equal_range(last_contacts_, pair, {}, &LastContact::bodies);
+    const auto number = [this](auto at) { return static_cast<int>(at - last_contacts_.begin()); };
     matches_.clear();
     for (std::size_t i = first; i < end; ++i) {
       note_near(constraints[i], static_cast<int>(i), number(begin), number(last));
@@ -273,8 +273,8 @@ void StepSolver::match_last_contacts(std::size_t known) {
 void StepSolver::note_near(ContactConstraint& constraint, int number, int first, int end) {
   double nearest2 = kSameContact * kSameContact;
   for (int i = first; i < end; ++i) {
-    const ContactConstraint& last = last_contacts_[static_cast<std::size_t>(i)];
-    const double distance2 = (last.contact.p_W - constraint.contact.p_W).squaredNorm();
+    const LastContact& last = last_contacts_[static_cast<std::size_t>(i)];
+    const double distance2 = (last.p_W - constraint.contact.p_W).squaredNorm();
     if (distance2 >= kSameContact * kSameContact) continue;
     matches_.push_back({distance2, number, i});
     // What is left of an impact is for all that have come of it.
@@ -289,7 +289,7 @@ void StepSolver::keep_contacts() {
   kept_.clear();
   for (std::size_t i = 0; i < model_.constraints.size(); ++i) {
     const ContactConstraint& constraint = model_.constraints[i];
-    if (constraint.normal_n > 0) kept_.emplace_back(Touching(constraint), static_cast<int>(i));
+    if (constraint.normal_n > 0) kept_.emplace_back(bodies_of(constraint), static_cast<int>(i));
   }
   const auto at = [this](int i) -> const ContactConstraint& {
     return model_.constraints[static_cast<std::size_t>(i)];
@@ -299,7 +299,12 @@ void StepSolver::keep_contacts() {
     const auto &p = at(a.second).contact.p_W, &q = at(b.second).contact.p_W;
     return std::tuple(p.x(), p.y(), p.z(), a.second) < std::tuple(q.x(), q.y(), q.z(), b.second);
   });
-  for (const auto& [pair, i] : kept_) memory_.contacts.push_back(at(i));
+  for (const auto& [bodies, i] : kept_) {
+    const ContactConstraint& constraint = at(i);
+    memory_.contacts.push_back({bodies, constraint.contact.p_W, constraint.contact.n_W,
+                                constraint.f_guess_W, constraint.torque_guess_W,
+                                constraint.impact_m2_s2});
+  }
 }
 
 // ---- the same step anew
@@ -312,7 +317,9 @@ void StepSolver::begin() {
   for (std::size_t r = 0; r < model_.grippers.size(); ++r) {
     model_.grippers[r].save(grippers_before_[r]);
   }
-  memory_before_ = memory_;
+  memory_before_.failures = memory_.failures;
+  memory_before_.latest = memory_.latest;
+  begins_at_last_ = false;
 }
 
 /// The state at hand and the other one.
@@ -328,6 +335,8 @@ void StepSolver::exchange() {
     model_.grippers[r].save(grippers_before_[r]);
     model_.grippers[r].restore(other);
   }
+  if (begins_at_last_) std::swap(memory_before_.contacts, last_contacts_);
+  begins_at_last_ = false;
   std::swap(memory_, memory_before_);
 }
 

@@ -33,10 +33,34 @@ class StepSolver {
   void step_again(std::size_t known);
   [[nodiscard]] const Islands& islands() const { return islands_; }
 
+  /// Which two bodies a contact is of.
+  struct Touching {
+    BodyIndex a = kGround, b = kGround;
+    int fixed = -1;
+    auto operator<=>(const Touching&) const = default;
+    template <typename Self, typename Io>
+    static void fields(Self& self, Io& io) {
+      auto& [a, b, fixed] = self;
+      io(a, b, fixed);
+    }
+  };
+  /// A contact that bore a force: where the next solution is searched.
+  struct LastContact {
+    Touching bodies;
+    Eigen::Vector3d p_W = Eigen::Vector3d::Zero(), n_W = Eigen::Vector3d::UnitZ();
+    ForceGuess<Eigen::Vector3d> f_guess_W{Eigen::Vector3d::Zero()};
+    ForceGuess<Eigen::Vector3d> torque_guess_W{Eigen::Vector3d::Zero()};
+    double impact_m2_s2 = 0;
+    template <typename Self, typename Io>
+    static void fields(Self& self, Io& io) {
+      auto& [bodies, p_W, n_W, f_guess_W, torque_guess_W, impact_m2_s2] = self;
+      io(bodies, p_W, n_W, f_guess_W, torque_guess_W, impact_m2_s2);
+    }
+  };
   /// What a step needs of the one before, besides what grippers and virtual joints remember
-  /// themselves: the contacts that bore a force, where the next solution is searched.
+  /// themselves.
   struct Memory {
-    std::vector<ContactConstraint> contacts;
+    std::vector<LastContact> contacts;
     api::SolverFailures failures;  ///< so far
     api::SolverStep latest;        ///< of the whole step
 
@@ -57,13 +81,6 @@ class StepSolver {
  private:
   /// Something of an island: the island's number, and an index.
   using Member = std::pair<int, int>;
-  /// Which two bodies a contact is of.
-  struct Touching {
-    int a, b, fixed;
-    explicit Touching(const ContactConstraint& constraint)
-        : a(constraint.contact.a), b(constraint.contact.b), fixed(constraint.fixed) {}
-    auto operator<=>(const Touching&) const = default;
-  };
   void solve_stale(std::size_t known);
   [[nodiscard]] bool is_stale(int island) const {
     return stale_[static_cast<std::size_t>(island)] != 0;
@@ -94,9 +111,9 @@ class StepSolver {
   std::vector<ode::SavedState> before_;        // by body
   std::vector<GripperMechanism::Solved> grippers_before_;
   Memory memory_, memory_before_;
+  bool begins_at_last_ = false;  // memory_before_.contacts are still last_contacts_
   api::SolverWork work_;
-  std::vector<ContactConstraint> last_contacts_;  // sorted
-  std::vector<Touching> last_pairs_;              // of these
+  std::vector<LastContact> last_contacts_;  // from which the solution has begun, sorted
   /// A contact, and one of the same bodies in the last step.
   struct Match {
     double distance2 = 0;
