@@ -54,7 +54,8 @@ void ConstraintSystem::add_body(dBodyID ode) {
   ContactSolver::Twist free = now;
   if (dBodyGetGyroscopicMode(ode) != 0) free.omega += gyroscopic(inertia_W, free.omega, step_s_);
   free.v += step_s_ / mass.mass * ode::vector(dBodyGetForce(ode));
-  free.omega += step_s_ * (inertia_W.inverse() * ode::vector(dBodyGetTorque(ode)));
+  const Vector3d torque_W = ode::vector(dBodyGetTorque(ode));
+  if (!torque_W.isZero(0)) free.omega += step_s_ * (inertia_W.inverse() * torque_W);
   if (dBodyGetGravityMode(ode) != 0) {
     dVector3 gravity;
     dWorldGetGravity(dBodyGetWorld(ode), gravity);

@@ -179,6 +179,12 @@ inline Vector3 ContactSolver::project(const Cone& cone, const Vector3& z, Matrix
   return {xn, xt * ty, xt * tz};
 }
 
+inline void ContactSolver::Contact::set_impulse(const Vector3& impulse_ns,
+                                                const Vector3& turn_nms) {
+  x = project(W, frame * impulse_ns, nullptr);
+  if (turns) torque = frame * turn_nms;
+}
+
 void ContactSolver::clear() {
   bodies_.clear();
   moving_.clear();
@@ -266,15 +272,10 @@ APRSIM_VECTOR_CLONES int ContactSolver::add_contact(const ContactDescription& in
   contact.W.set(in.friction, W(0), std::max(W(1), W(2)));
   contact.W_spin = W_turn(0);
   contact.W_roll = std::max(W_turn(1), W_turn(2));
-  const auto within_cone = [&](const Vector3& impulse_ns) {
-    return project(contact.W, contact.frame * impulse_ns, nullptr);
-  };
-  contact.x = within_cone(in.impulse_ns.last + in.impulse_ns.change);
-  contact.other_x = within_cone(in.impulse_ns.last);
-  if (contact.turns) {
-    contact.torque = contact.frame * (in.turn_nms.last + in.turn_nms.change);
-    contact.other_torque = contact.frame * in.turn_nms.last;
-  }
+  contact.set_impulse(in.impulse_ns.last + in.impulse_ns.change,
+                      in.turn_nms.last + in.turn_nms.change);
+  contact.last_ns = in.impulse_ns.last;
+  contact.last_turn_nms = in.turn_nms.last;
   return static_cast<int>(contacts_.size()) - 1;
 }
 
@@ -461,21 +462,19 @@ void ContactSolver::recentre_slip() {
   for (Contact& c : contacts_) c.slip = c.friction * length(c.y.y(), c.y.z());
 }
 
-void ContactSolver::swap_guesses() {
-  for (Row& row : rows_) std::swap(row.now.x, row.other_guess);
-  for (Contact& c : contacts_) {
-    std::swap(c.x, c.other_x);
-    std::swap(c.torque, c.other_torque);
-  }
+void ContactSolver::take_last() {
+  for (Row& row : rows_) row.now.x = row.other_guess;
+  for (Contact& c : contacts_) c.set_impulse(c.last_ns, c.last_turn_nms);
 }
 
 ContactSolver::Residual ContactSolver::begin_from_better_guess(double enough_m_s) {
   const Residual first = residual();
   if (first.excess_m_s <= enough_m_s) return first;
-  swap_guesses();
+  keep_best();
+  take_last();
   const Residual second = residual();
   if (second.excess_m_s < first.excess_m_s) return second;
-  swap_guesses();
+  take_best();
   velocities_from_impulses();
   evaluate_velocities();
   return first;

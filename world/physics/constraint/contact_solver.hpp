@@ -174,13 +174,15 @@ class ContactSolver {
     int place = -1;
     /// Bears nothing.
     [[nodiscard]] bool idle() const { return x.x() == 0 && (!turns || torque.isZero(0)); }
+    /// To the nearest impulse within the cone.
+    void set_impulse(const Vector3& impulse_ns, const Vector3& turn_nms);
     void leave() {
       x.setZero();
       gain.setZero();
       torque.setZero();
       turn_gain.setZero();
     }
-    Vector3 other_x = Vector3::Zero(), other_torque = Vector3::Zero();  // the other guess
+    Vector3 last_ns = Vector3::Zero(), last_turn_nms = Vector3::Zero();  // the other guess
   };
 
   [[nodiscard]] static std::size_t index(int i) { return static_cast<std::size_t>(i); }
@@ -197,7 +199,7 @@ class ContactSolver {
   void note_driven();
   /// Does nothing that it is about move, or drive it?
   [[nodiscard]] bool rests() const;
-  void swap_guesses();
+  void take_last();
   [[nodiscard]] Residual begin_from_better_guess(double enough_m_s);
   void relax();
   [[nodiscard]] Residual relax_blow(const Residual& first);
