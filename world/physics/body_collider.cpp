@@ -101,9 +101,14 @@ double BodyCollider::fall_on(const Way& way, const Eigen::Vector3d& n_W) const {
   return n_W.z() < 0 ? fall : -fall;
 }
 
+/// The way in as many steps as slow bodies are looked ahead, where that is a stroke.
+double BodyCollider::stroke_m(const Way& way) {
+  const double m = kStepsAhead / way.steps * way.longest_m();
+  return m > kStroke ? m : 0;
+}
+
 double BodyCollider::stroke_m(int a, int b) const {
-  const Way way = seen_from(moving(model_.body(b)), moving(model_.body(a)));
-  return way.longest_m() > kStroke ? way.longest_m() : 0;
+  return stroke_m(seen_from(moving(model_.body(b)), moving(model_.body(a))));
 }
 
 /// Where one of two bodies lies on the other, by their hulls.
@@ -126,6 +131,7 @@ void BodyCollider::free_on_free(int a, int b, std::vector<Contact>& out) {
   if (model_.simplification.joined(upper_index, lower_index)) return;
   const std::size_t before = out.size();
   Way way = seen_from(moving(lower), moving(upper));
+  const double stroke = stroke_m(way);
   const KeptContacts::Pair pair{upper_index, lower_index, &upper, &lower};
   const bool still = way.longest_m() == 0 && !upper.is_tool() && sink_ahead(upper_index) == 0;
   if (still && kept_.append(pair, out)) return;
@@ -158,7 +164,6 @@ void BodyCollider::free_on_free(int a, int b, std::vector<Contact>& out) {
   }
   if (still) kept_.keep(pair, out, before);
   if (out.size() == before) return;
-  const double stroke = stroke_m(upper_index, lower_index);
   press(upper_index, stroke);
   press(lower_index, stroke);
 }

@@ -52,6 +52,7 @@ class BodyCollider {
 
  private:
   [[nodiscard]] Way seen_from(const Moving& other, const Moving& body) const;
+  [[nodiscard]] static double stroke_m(const Way& way);
   [[nodiscard]] double fall_on(const Way& way, const Eigen::Vector3d& n_W) const;
   [[nodiscard]] HullGap gap_between(const FreeBody& upper, const FreeBody& lower) const;
   [[nodiscard]] Way standing_finger_way(const GripperMechanism& hand, int p,
