@@ -542,7 +542,8 @@ ContactSolver::Outcome ContactSolver::solve(const Settings& settings) {
   const bool blow = rows_.empty() && present.all_m_s > kBlow;
   if (blow) present = relax_blow(present);
   if (present.excess_m_s <= own.tolerance_m_s) {
-    return {.converged = true, .as_guessed = !blow, .residual_m_s = present.all_m_s};
+    return {
+        .converged = true, .as_guessed = !blow && rows_.empty(), .residual_m_s = present.all_m_s};
   }
   return iterate(present, own);
 }

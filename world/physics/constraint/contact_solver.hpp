@@ -79,7 +79,7 @@ class ContactSolver {
 
   struct Outcome {
     bool converged = false;
-    bool as_guessed = false;  ///< one of the guesses fits
+    bool as_guessed = false;  ///< one of the guesses fits, and no row drives a body
     int iterations = 0;       ///< Newton steps
     double residual_m_s = 0;
   };
