@@ -98,6 +98,31 @@ INSTANTIATE_TEST_SUITE_P(Targets, TenMetresPerSecond,
                          [](const auto& target) { return std::string(target.param.name); });
 
 // A finger is driven along its rail to its end, and the part comes after it.
+/// A tray that comes down on an edge or a corner strikes once more, elsewhere, within a step or
+/// two: its other end is made faster by the blow.
+TEST(Impact, WhatABlowBringsDownGoesNoDeeper) {
+  std::mt19937_64 engine(9);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  double deepest = 0;
+  for (int round = 0; round < 60; ++round) {
+    auto scene = empty_scene();
+    add_table(scene);
+    add_tray(scene, "tray", "small4", {0, 0}, {});
+    const Vector3d axis = Vector3d(unit(engine), unit(engine), 0).normalized();
+    const double tilt = 0.02 * std::exp(1.5 * unit(engine));
+    scene.trays[0].X_WP.q = Quaterniond(Eigen::AngleAxisd(tilt, axis)) * scene.trays[0].X_WP.q;
+    scene.trays[0].X_WP.p.z() += 0.02;
+    Bench bench(std::move(scene));
+    const double speed = 0.1 * std::exp(2.5 * std::abs(unit(engine)));
+    bench.world->set_velocity(bench.index_of("tray"), {0, 0, -speed}, Vector3d::Zero());
+    for (int step = 0; step < 300; ++step) {
+      bench.run(1);
+      deepest = std::max(deepest, bench.world->max_penetration_m());
+    }
+  }
+  EXPECT_LT(deepest, 1e-4);
+}
+
 TEST(Impact, AFingerThatIsStruckLetsNothingInWhenItStops) {
   for (const char* type : {"medium", "d60"}) {
     for (int phase = 0; phase < 20; ++phase) {

@@ -63,6 +63,30 @@ TEST(Rest, LooseGearOnTableRollsOutAndRests) {
   EXPECT_EQ(bench.world->penetration_faults(), 0u);
 }
 
+/// Solved loosely, what lies drifts within the tolerance, and is put right now and then; only then
+/// are forces searched for.
+TEST(Rest, LoosenessSparesSolutionsOfWhatLies) {
+  auto scene = empty_scene();
+  scene.physics.simplification = scene::Simplification::kOff;
+  scene.physics.residual_m_s = 1e-5;
+  add_table(scene);
+  add_tray(scene, "tray", "small4", {0, 0}, {"s1=a", "s2=b", "s3=c"});
+  for (auto& gear : scene.gears) gear.X_WP.p += Eigen::Vector3d(1e-4, 5e-5, 1e-3);
+  Pose lying;
+  lying.p = {0.3, 0, 0.03};
+  lying.q = Eigen::AngleAxisd(2.9, Eigen::Vector3d::UnitX());
+  add_gear(scene, "lying", "medium", lying);
+  Bench bench(std::move(scene));
+  bench.run(4000);
+  const api::SolverWork before = bench.world->solver_work();
+  constexpr int kSteps = 2000;
+  bench.run(kSteps);
+  const api::SolverWork& now = bench.world->solver_work();
+  EXPECT_EQ(now.solved - before.solved, 2u * kSteps);
+  EXPECT_LT(now.iterations - before.iterations, std::uint64_t{kSteps});
+  EXPECT_LT(bench.world->body(bench.index_of("lying")).v_W.norm(), 1e-4);
+}
+
 TEST(Rest, TrayStackedOnTraysRestsAndIsReportedResting) {
   auto scene = empty_scene();
   add_table(scene);
