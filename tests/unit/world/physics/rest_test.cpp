@@ -83,7 +83,7 @@ TEST(Rest, LoosenessSparesSolutionsOfWhatLies) {
   bench.run(kSteps);
   const api::SolverWork& now = bench.world->solver_work();
   EXPECT_EQ(now.solved - before.solved, 2u * kSteps);
-  EXPECT_LT(now.iterations - before.iterations, std::uint64_t{kSteps});
+  EXPECT_LT(now.iterations - before.iterations, std::uint64_t{kSteps} / 3);
   EXPECT_LT(bench.world->body(bench.index_of("lying")).v_W.norm(), 1e-4);
 }
 
