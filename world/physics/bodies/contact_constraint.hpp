@@ -2,7 +2,7 @@
 
 #include "world/physics/bodies/body_ids.hpp"
 #include "world/physics/collision/contact.hpp"
-#include "world/physics/constraint/force_guess.hpp"
+#include "world/physics/bodies/force_guess.hpp"
 
 namespace aprsim::physics {
 

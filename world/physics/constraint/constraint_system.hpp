@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 
 #include "world/physics/bodies/contact_constraint.hpp"
+#include "world/physics/bodies/force_guess.hpp"
 #include "world/physics/bodies/ode_handles.hpp"
 #include "world/physics/constraint/contact_material.hpp"
 #include "world/physics/constraint/contact_solver.hpp"

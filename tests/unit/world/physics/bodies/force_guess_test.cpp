@@ -1,4 +1,4 @@
-#include "world/physics/constraint/force_guess.hpp"
+#include "world/physics/bodies/force_guess.hpp"
 
 #include <cmath>
 #include <random>
