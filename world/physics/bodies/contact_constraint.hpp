@@ -1,8 +1,8 @@
 #pragma once
 
 #include "world/physics/bodies/body_ids.hpp"
-#include "world/physics/collision/contact.hpp"
 #include "world/physics/bodies/force_guess.hpp"
+#include "world/physics/collision/contact.hpp"
 
 namespace aprsim::physics {
 
