@@ -14,7 +14,8 @@ struct ForceGuess {
 
   /// What was found in a step, and whether it is what had been guessed. Guesses that fit within the
   /// tolerance still let bodies drift, until a step puts right what has come together. What holds
-  /// the bodies is neither, but the mean of all these steps: their sum is what was needed.
+  /// the bodies is neither, but the mean of all these steps: their sum is what was needed, as far
+  /// as nothing else has changed.
   void note(const Value& found, bool as_guessed) {
     const bool corrects = known && !as_guessed && held > 0;
     const Value off = found - last;

@@ -20,7 +20,8 @@ inline constexpr double kStepsAhead = 2;
 /// step].
 inline constexpr double kStrikingWay = 1e-4;
 
-/// So much is enough for two bodies one of which has such a way: little more than the step itself.
+/// How many steps two bodies are looked ahead that have such a way against each other in one: fewer
+/// where it is so long that one of the two has a striking way, yet a little more than the step.
 inline constexpr double kLeastAhead = 1.05;
 [[nodiscard]] inline double steps_ahead(double way_m) {
   constexpr double kAhead = kStepsAhead * 2 * kStrikingWay;

@@ -123,9 +123,8 @@ ContactSolver::Outcome ConstraintSystem::advance() {
     if (moves_[i] != 0) move(known_[i], solver_.twist(static_cast<int>(i)));
   }
   for (std::size_t i = 0; i < forces_.size(); ++i) {
-    RowForce& force = *forces_[i];
-    force.now_n = solver_.row_impulse_ns(static_cast<int>(i)) / step_s_;
-    force.guess_n.note(force.now_n, outcome.as_guessed);
+    const double force_n = solver_.row_impulse_ns(static_cast<int>(i)) / step_s_;
+    forces_[i]->guess_n.note(force_n, false);
   }
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     ContactConstraint& constraint = *contacts_[i];

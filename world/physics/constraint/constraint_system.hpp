@@ -19,16 +19,18 @@ struct RowSide {
   Eigen::Vector3d linear = Eigen::Vector3d::Zero(), angular = Eigen::Vector3d::Zero();
 };
 
-/// The force of a row in the last step.
+/// The force of a row. The next step's search begins at the last one's: what rows drive is not held
+/// by forces in the mean.
 struct RowForce {
-  double now_n = 0;
-  ForceGuess<double> guess_n{0};  ///< for the next one
+  ForceGuess<double> guess_n{0};
+  /// In the last step.
+  [[nodiscard]] double last_n() const { return guess_n.last; }
 
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {
-    auto& [now_n, guess_n] = self;
-    io(now_n, guess_n);
+    auto& [guess_n] = self;
+    io(guess_n);
   }
 };
 

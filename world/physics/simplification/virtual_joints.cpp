@@ -89,7 +89,7 @@ void VirtualJoints::join(int a, int b, const Eigen::Vector3d& force_on_b) {
   pair.serial = next_serial_++;
   pair.contact_force = force_on_b;
   for (std::size_t i = 0; i < 3; ++i) {
-    pair.forces[i].now_n = pair.forces[i].guess_n.last = -force_on_b[static_cast<Eigen::Index>(i)];
+    pair.forces[i].guess_n.last = -force_on_b[static_cast<Eigen::Index>(i)];
   }
   ode::save(ode_body(a), pair.at_a);
   ode::save(ode_body(b), pair.at_b);

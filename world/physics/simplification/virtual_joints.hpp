@@ -27,7 +27,7 @@ class VirtualJoints {
     std::array<RowForce, 6> forces;  // on a: force and torque at b's origin, in the last step
 
     [[nodiscard]] Eigen::Vector3d force_on_b() const {
-      return {-forces[0].now_n, -forces[1].now_n, -forces[2].now_n};
+      return {-forces[0].last_n(), -forces[1].last_n(), -forces[2].last_n()};
     }
 
     template <typename Self, typename Io>

@@ -5,6 +5,13 @@
 namespace aprsim::physics::test {
 namespace {
 
+Pose tilted(const Eigen::Vector3d& p, double angle_rad) {
+  Pose pose;
+  pose.p = p;
+  pose.q = Eigen::AngleAxisd(angle_rad, Eigen::Vector3d::UnitX());
+  return pose;
+}
+
 class DroppedGear : public testing::TestWithParam<std::tuple<const char*, scene::Simplification>> {
 };
 
@@ -50,10 +57,7 @@ TEST(Rest, GearBesideItsPocketFallsInWhenItsHubReachesTheMouth) {
 TEST(Rest, LooseGearOnTableRollsOutAndRests) {
   auto scene = empty_scene();
   add_table(scene);
-  Pose lying;
-  lying.p = {0, 0, 0.06};
-  lying.q = Eigen::AngleAxisd(1.2, Eigen::Vector3d::UnitX());
-  add_gear(scene, "gear", "small", lying);
+  add_gear(scene, "gear", "small", tilted({0, 0, 0.06}, 1.2));
   Bench bench(std::move(scene));
   bench.run(4000);
   const BodyState state = bench.world->body(0);
@@ -72,10 +76,7 @@ TEST(Rest, LoosenessSparesSolutionsOfWhatLies) {
   add_table(scene);
   add_tray(scene, "tray", "small4", {0, 0}, {"s1=a", "s2=b", "s3=c"});
   for (auto& gear : scene.gears) gear.X_WP.p += Eigen::Vector3d(1e-4, 5e-5, 1e-3);
-  Pose lying;
-  lying.p = {0.3, 0, 0.03};
-  lying.q = Eigen::AngleAxisd(2.9, Eigen::Vector3d::UnitX());
-  add_gear(scene, "lying", "medium", lying);
+  add_gear(scene, "lying", "medium", tilted({0.3, 0, 0.03}, 2.9));
   Bench bench(std::move(scene));
   bench.run(4000);
   const api::SolverWork before = bench.world->solver_work();
