@@ -15,8 +15,6 @@ namespace {
 
 /// A body whose way is shorter does not move as far as contacts go; one falls as far in a step [m].
 constexpr double kLeastWay = 1e-5;
-/// One whose way is longer strikes what it meets [m].
-constexpr double kStroke = 4e-4;
 /// What follows a finger by a longer way, in as many steps as are looked ahead, may run into it
 /// [m].
 constexpr double kFollows = 1e-4;
@@ -60,20 +58,15 @@ void find_falling(const Way& way, double fall_m, double gap_m, std::vector<Conta
 BodyCollider::BodyCollider(const PhysicsModel& model)
     : model_(model),
       kept_(model.bodies.size()),
-      sink_ahead_m_(model.bodies.size()),
+      pressed_(model.bodies.size(), 0),
       box_(dCreateBox(nullptr, 1, 1, 1)),
       cylinder_(dCreateCylinder(nullptr, 1, 1)) {}
 
-void BodyCollider::press(int body, double way_m) {
-  double& ahead = sink_ahead_m_[static_cast<std::size_t>(body)];
-  ahead = std::max(ahead, way_m);
-}
-
 /// Trays under pressed gears follow as these are looked at.
 void BodyCollider::note_pressed(const std::vector<ContactConstraint>& constraints) {
-  std::fill(sink_ahead_m_.begin(), sink_ahead_m_.end(), 0);
+  std::fill(pressed_.begin(), pressed_.end(), 0);
   const auto note = [this](BodyIndex presses, BodyIndex body) {
-    if (model_.ids.is_gripper(presses) && model_.ids.is_free(body)) press(body, kSinkAhead);
+    if (model_.ids.is_gripper(presses) && model_.ids.is_free(body)) press(body);
   };
   for (const auto& constraint : constraints) {
     note(constraint.contact.a, constraint.contact.b);
@@ -101,16 +94,6 @@ double BodyCollider::fall_on(const Way& way, const Eigen::Vector3d& n_W) const {
   return n_W.z() < 0 ? fall : -fall;
 }
 
-/// The way in as many steps as slow bodies are looked ahead, where that is a stroke.
-double BodyCollider::stroke_m(const Way& way) {
-  const double m = kStepsAhead / way.steps * way.longest_m();
-  return m > kStroke ? m : 0;
-}
-
-double BodyCollider::stroke_m(int a, int b) const {
-  return stroke_m(seen_from(moving(model_.body(b)), moving(model_.body(a))));
-}
-
 /// Where one of two bodies lies on the other, by their hulls.
 HullGap BodyCollider::gap_between(const FreeBody& upper, const FreeBody& lower) const {
   if (upper.is_tool()) return {kNoGap, (upper.com_W() - lower.com_W()).normalized()};
@@ -131,9 +114,8 @@ void BodyCollider::free_on_free(int a, int b, std::vector<Contact>& out) {
   if (model_.simplification.joined(upper_index, lower_index)) return;
   const std::size_t before = out.size();
   Way way = seen_from(moving(lower), moving(upper));
-  const double stroke = stroke_m(way);
   const KeptContacts::Pair pair{upper_index, lower_index, &upper, &lower};
-  const bool still = way.longest_m() == 0 && !upper.is_tool() && sink_ahead(upper_index) == 0;
+  const bool still = way.longest_m() == 0 && !upper.is_tool() && !is_pressed(upper_index);
   if (still && kept_.append(pair, out)) return;
   const HullGap gap = gap_between(upper, lower);
   // On trays gears stand on points that stay.
@@ -149,13 +131,13 @@ void BodyCollider::free_on_free(int a, int b, std::vector<Contact>& out) {
               lower_index, SurfacePair::kTrayTray, out);
     });
   } else if (lower.is_tray()) {
-    way.shift_W -= sink_ahead(upper_index) * lower.X_WB.linear().col(2);
+    if (is_pressed(upper_index)) way.shift_W -= kSinkAhead * gap.n_W;
     find_falling(way, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
       gear_tray(upper.gear_shape, D * upper.X_WB, *lower.tray, lower.X_WB, upper_index, lower_index,
                 out);
     });
     // A pressed gear presses the tray on.
-    if (out.size() > before) press(lower_index, sink_ahead(upper_index));
+    if (out.size() > before && is_pressed(upper_index)) press(lower_index);
   } else {
     find_falling(way, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
       gear_gear(upper.gear_shape, D * upper.X_WB, lower.gear_shape, lower.X_WB, upper_index,
@@ -163,9 +145,6 @@ void BodyCollider::free_on_free(int a, int b, std::vector<Contact>& out) {
     });
   }
   if (still) kept_.keep(pair, out, before);
-  if (out.size() == before) return;
-  press(upper_index, stroke);
-  press(lower_index, stroke);
 }
 
 /// Blocks as boxes, but for the pads that meet a peg: its V grooves hold it. `D`: see find_ahead.
@@ -315,13 +294,13 @@ void BodyCollider::free_on_fixed(int body, int shape_index, std::vector<Contact>
   const std::size_t before = out.size();
   const KeptContacts::Pair pair{body, -1 - shape_index, &free};
   const bool still =
-      way.longest_m() == 0 && support.v_W.isZero(0) && !free.is_tool() && sink_ahead(body) == 0;
+      way.longest_m() == 0 && support.v_W.isZero(0) && !free.is_tool() && !is_pressed(body);
   if (still && kept_.append(pair, out)) return;
   HullGap gap{kNoGap, Eigen::Vector3d::UnitZ()};
   if (free.is_tray()) gap = box_box_gap(free.slab_size, free.X_WS(), shape.size, shape.X_WS);
   if (free.gear) gap = gear_box_gap(free.gear_shape, free.X_WB, shape.size, shape.X_WS);
   const double fall = fall_on(way, gap.n_W);
-  way.shift_W -= sink_ahead(body) * shape.X_WS.linear().col(2);
+  if (is_pressed(body)) way.shift_W -= kSinkAhead * gap.n_W;
   if (free.is_tool()) {
     find_falling(way, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
       for (const scene::Block& block : free.tool->blocks()) {

@@ -37,27 +37,22 @@ class BodyCollider {
   void gripper_on_gripper(int robot, int part, int other, int other_part,
                           std::vector<Contact>& out) const;
 
-  /// Bodies that a gripper touches, by the contacts found so far; from now on also what
-  /// free_on_free() finds struck, and the trays under both. They are looked ahead on their
-  /// supports.
+  /// Bodies that a gripper touches, by the contacts found so far, and from now on the trays under
+  /// them: they are looked ahead on their supports.
   void note_pressed(const std::vector<ContactConstraint>& constraints);
-  /// How far a body is looked ahead [m].
-  [[nodiscard]] double sink_ahead(int body) const {
-    return sink_ahead_m_[static_cast<std::size_t>(body)];
+  [[nodiscard]] bool is_pressed(int body) const {
+    return pressed_[static_cast<std::size_t>(body)] != 0;
   }
-  /// How far two free bodies are looked ahead where one is fast enough to strike the other; else 0.
-  [[nodiscard]] double stroke_m(int a, int b) const;
   /// Of pairs of free bodies, and of these on fixed shapes.
   [[nodiscard]] KeptContacts& kept() { return kept_; }
 
  private:
   [[nodiscard]] Way seen_from(const Moving& other, const Moving& body) const;
-  [[nodiscard]] static double stroke_m(const Way& way);
   [[nodiscard]] double fall_on(const Way& way, const Eigen::Vector3d& n_W) const;
   [[nodiscard]] HullGap gap_between(const FreeBody& upper, const FreeBody& lower) const;
   [[nodiscard]] Way standing_finger_way(const GripperMechanism& hand, int p,
                                         const Moving& part) const;
-  void press(int body, double way_m);
+  void press(int body) { pressed_[static_cast<std::size_t>(body)] = 1; }
   void tool_on_free(int tool, const Eigen::Isometry3d& D, int other,
                     std::vector<Contact>& out) const;
   [[nodiscard]] const GripperMechanism& gripper(int robot) const {
@@ -66,8 +61,8 @@ class BodyCollider {
 
   const PhysicsModel& model_;
   KeptContacts kept_;
-  std::vector<double> sink_ahead_m_;  // by body
-  ode::Geom box_, cylinder_;          // of whatever is looked at
+  std::vector<char> pressed_;  // by body
+  ode::Geom box_, cylinder_;   // of whatever is looked at
 };
 
 }  // namespace aprsim::physics

@@ -1,7 +1,6 @@
 #include "world/physics/contact_search.hpp"
 
 #include <algorithm>
-#include <tuple>
 
 namespace aprsim::physics {
 
@@ -51,7 +50,7 @@ void ContactSearch::search() {
 
 bool ContactSearch::is_looked_at(int body) const {
   return looked_at_.empty() || looked_at_[static_cast<std::size_t>(body)] != 0 ||
-         collider_.sink_ahead(body) > 0;
+         collider_.is_pressed(body);
 }
 
 /// The property's value for the pair of surfaces.
@@ -215,15 +214,11 @@ void ContactSearch::find_pairs() {
     for (std::size_t k = i + 1; k < order_.size(); ++k) {
       if (bounds(order_[k]).min.x() > box.max.x()) break;
       if (!box.meets(bounds(order_[k]))) continue;
-      const auto [a, b] = std::minmax(order_[i], order_[k]);
-      pairs_.push_back({a, b, collider_.stroke_m(a, b)});
+      pairs_.emplace_back(std::minmax(order_[i], order_[k]));
     }
   }
-  // Strokes first, the longest before: what is struck presses on what it lies on.
-  std::sort(pairs_.begin(), pairs_.end(), [](const Pair& p, const Pair& q) {
-    return std::tuple(-p.stroke_m, p.a, p.b) < std::tuple(-q.stroke_m, q.a, q.b);
-  });
-  for (const Pair& pair : pairs_) composites_on_each_other(pair.a, pair.b);
+  std::sort(pairs_.begin(), pairs_.end());
+  for (const auto& [a, b] : pairs_) composites_on_each_other(a, b);
 }
 
 /// A member of a composite that something else touches is no longer carried by its parent alone.
@@ -256,7 +251,8 @@ void ContactSearch::release(std::span<const int> members) {
 
 void ContactSearch::free_on_fixed(int body) {
   if (!is_looked_at(body)) return;
-  const Aabb reach = model_.body(body).bounds.grown(collider_.sink_ahead(body));
+  const Aabb reach =
+      model_.body(body).bounds.grown(collider_.is_pressed(body) ? BodyCollider::kSinkAhead : 0);
   const std::size_t before = model_.constraints.size();
   for (std::size_t i = 0; i < model_.fixed.shapes.size(); ++i) {
     const auto& shape = model_.fixed.shapes[i];

@@ -53,11 +53,7 @@ class ContactSearch {
   std::vector<int> released_;        // in this step
   std::vector<Aabb> composite_bounds_;
   std::vector<int> order_;  // roots by their composites' low x
-  struct Pair {
-    int a, b;
-    double stroke_m;
-  };
-  std::vector<Pair> pairs_;
+  std::vector<std::pair<int, int>> pairs_;
   std::vector<std::vector<char>> own_link_;  // robot, link: gripper may touch it
 };
 
