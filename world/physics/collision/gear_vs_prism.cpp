@@ -248,7 +248,8 @@ bool crossed(const Pair& pair, int plane) {
 }
 
 /// Edges between two faces that the gear crosses both: of the top, of the bottom, along the prism.
-void edges_on_gear(const Pair& pair, Candidates& out, Candidates& doubtful) {
+void edges_on_gear(const Pair& pair, std::span<PieceFinds> pieces, Candidates& out,
+                   Candidates& doubtful) {
   const Prism& prism = pair.prism;
   const auto normal = [&](int plane) -> const Vector3d& {
     return pair.planes[static_cast<std::size_t>(plane)].n;
@@ -263,7 +264,7 @@ void edges_on_gear(const Pair& pair, Candidates& out, Candidates& doubtful) {
                            int end_b) {
       if (!crossed(pair, other)) return;
       const StraightEdge edge{from, to, normal(i + 2), normal(other), normal(end_a), normal(end_b)};
-      edge_on_gear(pair.gear, pair.X_SG, edge, out, doubtful);
+      edge_on_gear(pair.gear, pair.X_SG, edge, pieces, out, doubtful);
     };
     touch(a1, b1, kTop, last + 2, next + 2);
     touch(a0, b0, kBottom, last + 2, next + 2);
@@ -343,15 +344,24 @@ bool gear_on_prism(const GearShape& gear, const Isometry3d& X_SG, const Prism& p
     rests[k] = resting(pair, gear.pieces[k]);
   }
   std::array<bool, 5> in_reach{};
+  std::array<PieceFinds, 4> pieces;
   for (int i = 0; i < gear.ring_count; ++i) {
     const Ring& ring = gear.rings[static_cast<std::size_t>(i)];
     const Resting& rest = rests[static_cast<std::size_t>(ring.piece)];
+    const int known = out.size();
     in_reach[static_cast<std::size_t>(i)] = !rest.apart && rim_on_prism(pair, ring, rest, out);
+    if (out.size() > known) pieces[static_cast<std::size_t>(ring.piece)].held = true;
   }
   // Edges only where the gear reaches over one.
   if (pair.crossed_count > 1) {
     Candidates doubtful;
-    edges_on_gear(pair, out, doubtful);
+    edges_on_gear(pair, pieces, out, doubtful);
+    // A peg whose end is just over an edge: the nearest way that leads away from the prism.
+    for (std::size_t k = 0; k < pieces.size(); ++k) {
+      const auto& beside = pieces[k].beside;
+      if (pieces[k].held || !beside || beside->depth > rests[k].overlap) continue;
+      out.add(beside->p, beside->n, beside->depth);
+    }
     if (out.size() == 0) out = doubtful;
   }
   if (out.size() == 0) axis_on_prism(pair, out);

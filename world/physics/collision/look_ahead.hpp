@@ -1,7 +1,10 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -82,23 +85,54 @@ inline constexpr double kSameSide = 0.9;  ///< cosine between normals
          known.n_W.dot(contact.n_W) > kSameSide;
 }
 
+/// Contacts of two bodies where they are now: takes those from `first` on.
+class StuckContacts {
+ public:
+  StuckContacts(std::vector<Contact>& found, std::size_t first)
+      : count_(std::min(found.size() - first, contacts_.size())) {
+    std::copy_n(found.begin() + static_cast<std::ptrdiff_t>(first), count_, contacts_.begin());
+    found.resize(first);
+  }
+  /// Is one of them about as deep, to the same side?
+  [[nodiscard]] bool has(const Contact& contact) const {
+    const auto end = contacts_.begin() + static_cast<std::ptrdiff_t>(count_);
+    return std::any_of(contacts_.begin(), end, [&](const Contact& other) {
+      return other.n_W.dot(contact.n_W) > kSameSide && 2 * other.depth_m > contact.depth_m;
+    });
+  }
+
+ private:
+  std::array<Contact, 16> contacts_;
+  std::size_t count_;
+};
+
 /// What `generate(D)` appends for a body that is displaced by D, with the depths of now and the
 /// places as seen from its centre: gaps that will close have negative depths. A long way is gone in
 /// strides, for what is deep inside has contacts of another side: a contact counts where it is
 /// made, and once. The first look at what turns is half a step ahead, where that is no long way:
 /// there a contact lies where it acts in the mean over the step, so that rolling and turning
-/// neither gain nor lose energy (midpoint rule). What strikes at some speed turns about the place:
-/// the last look is at what that brings down beside it. `gap_m`: so far apart the two are now at
-/// least; nothing is looked for on the way across it.
+/// neither gain nor lose energy (midpoint rule). What would be deep already must be found where the
+/// body is now as well: else it is another way out of what has been entered since. What strikes at
+/// some speed turns about the place: the last look is at what that brings down beside it. `gap_m`:
+/// so far apart the two are now at least; nothing is looked for on the way across it.
 template <class Generate>
 void find_ahead(const Way& way, double gap_m, std::vector<Contact>& out, const Generate& generate) {
-  constexpr double kStride = 4.1e-4, kHardlyTurned = 1e-5;  // [m]
+  constexpr double kStride = 4.1e-4, kHardlyTurned = 1e-5, kDeepNow = 1e-4;  // [m]
   constexpr double kBlow = 1e-4, kStraightBlow = 1e-3, kOpen = 1e-6, kFarthestBeside = 1e-3;
   constexpr int kMostStrides = 64;
   const std::size_t first = out.size();
   const double longest = way.longest_m();
   if (longest < gap_m) return;
   if (longest == 0) return generate(Eigen::Isometry3d::Identity());
+  std::optional<StuckContacts> stuck;
+  const auto is_stuck = [&](const Contact& contact) {
+    if (!stuck) {
+      const std::size_t known = out.size();
+      generate(Eigen::Isometry3d::Identity());
+      stuck.emplace(out, known);
+    }
+    return stuck->has(contact);
+  };
   const auto look = [&](const Eigen::Isometry3d& D, const Eigen::Vector3d& shift_W,
                         double just_made) {
     const std::size_t known = out.size();
@@ -109,9 +143,10 @@ void find_ahead(const Way& way, double gap_m, std::vector<Contact>& out, const G
       Contact contact = out[i];
       const Eigen::Vector3d p_now = back * contact.p_W;
       const double depth_now = contact.depth_m + (contact.p_W - p_now).dot(contact.n_W);
-      const bool late = just_made > 0 && (contact.depth_m > just_made || depth_now > 0);
+      bool late = just_made > 0 && (contact.depth_m > just_made || depth_now > 0);
       contact.depth_m = depth_now;
       contact.p_W -= shift_W;
+      late = late || (depth_now > kDeepNow && !is_stuck(contact));
       const auto unwanted = [&](const Contact& other) { return is_unwanted(contact, other); };
       const auto begin = out.begin() + static_cast<std::ptrdiff_t>(first);
       const auto end = out.begin() + static_cast<std::ptrdiff_t>(known);

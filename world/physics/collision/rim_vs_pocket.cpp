@@ -139,6 +139,8 @@ void rim_on_pocket_side(const RimS& rim, const PocketProfile& pocket, const Slab
     const double x = p.x() - pocket.x, y = p.y() - pocket.y, r = length(x, y);
     const WayOut& way = found.way;
     if (r < 1e-12 || way.kind >= kElsewhere) return;
+    // Under the floor the pocket has no sides.
+    if (p.z() < -pocket.depth - kCornerReach) return;
     Vector3d n = Vector3d::UnitZ();
     if (way.kind == kTopFace) {
       // Only at the mouth's corner; farther out it is the top face's contact.

@@ -139,10 +139,21 @@ bool between_faces(const StraightEdge& edge, const Vector3d& p, const Vector3d& 
          n.dot(edge.m0.cross(edge.m1)) / volume > -kAside;
 }
 
+/// Out through the piece's side, where the edge is nearest to the axis.
+void look_beside(const Piece& piece, const Edge& e, const StraightEdge& edge,
+                 const Isometry3d& X_SG, std::optional<Candidate>& beside) {
+  const Range range = within_height(e, piece.z0, piece.z1);
+  if (range.empty()) return;
+  Candidates found;
+  add_side_point(piece, e.at(std::clamp(e.closest, range.lo, range.hi)), X_SG, found);
+  if (found.size() == 0 || !between_faces(edge, found[0].p, found[0].n)) return;
+  if (!beside || found[0].depth < beside->depth) beside = found[0];
+}
+
 }  // namespace
 
 void edge_on_gear(const GearShape& gear, const Isometry3d& X_SG, const StraightEdge& edge,
-                  Candidates& out, Candidates& doubtful) {
+                  std::span<PieceFinds> pieces, Candidates& out, Candidates& doubtful) {
   const Eigen::Matrix3d R_GS = X_SG.linear().transpose();
   Edge e;
   e.p = R_GS * (edge.a - X_SG.translation());
@@ -155,14 +166,18 @@ void edge_on_gear(const GearShape& gear, const Isometry3d& X_SG, const StraightE
   e.d2 = e.d.x() * e.d.x() + e.d.y() * e.d.y();
   e.closest = e.d2 < 1e-12 ? 0 : -(e.p.x() * e.d.x() + e.p.y() * e.d.y()) / e.d2;
   if (e.r(std::clamp(e.closest, 0.0, e.length)) >= gear.r_max) return;
-  // In doubt: a normal that does not lie between those of the edge's faces.
-  Candidates found;
-  for (int k = 0; k < gear.piece_count; ++k) {
-    edge_on_piece(gear.pieces[static_cast<std::size_t>(k)], e, X_SG, found);
-  }
-  for (int i = 0; i < found.size(); ++i) {
-    Candidates& to = between_faces(edge, found[i].p, found[i].n) ? out : doubtful;
-    to.add(found[i].p, found[i].n, found[i].depth);
+  for (std::size_t k = 0; k < static_cast<std::size_t>(gear.piece_count); ++k) {
+    Candidates found;
+    edge_on_piece(gear.pieces[k], e, X_SG, found);
+    // In doubt: a normal that does not lie between those of the edge's faces.
+    for (int i = 0; i < found.size(); ++i) {
+      const bool sure = between_faces(edge, found[i].p, found[i].n);
+      pieces[k].held = pieces[k].held || sure;
+      (sure ? out : doubtful).add(found[i].p, found[i].n, found[i].depth);
+    }
+    if (found.size() > 0 && !pieces[k].held) {
+      look_beside(gear.pieces[k], e, edge, X_SG, pieces[k].beside);
+    }
   }
 }
 

@@ -33,5 +33,27 @@ TEST(Way, OverSeveralStepsEndsWhereSoManyStepsLead) {
   EXPECT_TRUE(ahead.at(1 / ahead.steps).isApprox(in_step.at(1), 1e-12));
 }
 
+/// Of a body that sinks by 0.2 mm: contacts to the side, `deep_m` deep from `from_m` down.
+std::vector<Contact> ahead_of_sinking(double deep_m, double from_m) {
+  const Way way{.shift_W = {0, 0, -2e-4}};
+  std::vector<Contact> found;
+  find_ahead(way, 0, found, [&](const Eigen::Isometry3d& D) {
+    if (D.translation().z() > from_m) return;
+    found.push_back({.a = 0, .n_W = Eigen::Vector3d::UnitX(), .depth_m = deep_m});
+  });
+  return found;
+}
+
+TEST(FindAhead, WhatWouldBeDeepAlreadyMustBeSeenNow) {
+  EXPECT_TRUE(ahead_of_sinking(8e-4, -1e-5).empty());
+  const auto stuck = ahead_of_sinking(8e-4, 1);
+  ASSERT_EQ(stuck.size(), 1U);
+  EXPECT_NEAR(stuck[0].depth_m, 8e-4, 1e-12);
+}
+
+TEST(FindAhead, WhatIsHardlyDeepCountsFromWhereItIsFound) {
+  EXPECT_EQ(ahead_of_sinking(5e-5, -1e-5).size(), 1U);
+}
+
 }  // namespace
 }  // namespace aprsim::physics

@@ -46,15 +46,21 @@ class Oracle {
     return depth;
   }
 
-  /// Lowers X along z from clear above until it overlaps by about `depth`.
-  [[nodiscard]] Isometry3d lowered(Isometry3d X, double depth) const {
-    double high = 0.08, low = -0.03;
+  /// Moves X along `way` from `out` to `in` times it, so far that it overlaps by about `depth`.
+  [[nodiscard]] Isometry3d moved(Isometry3d X, const Vector3d& way, double out, double in,
+                                 double depth) const {
+    const Vector3d from = X.translation();
     for (int k = 0; k < 17; ++k) {
-      X.translation().z() = 0.5 * (low + high);
-      (overlap(X) < depth ? high : low) = X.translation().z();
+      const double middle = 0.5 * (in + out);
+      X.translation() = from + middle * way;
+      (overlap(X) < depth ? out : in) = middle;
     }
-    X.translation().z() = low;
+    X.translation() = from + in * way;
     return X;
+  }
+  /// Lowers X along z from clear above until it overlaps by about `depth`.
+  [[nodiscard]] Isometry3d lowered(const Isometry3d& X, double depth) const {
+    return moved(X, Vector3d::UnitZ(), 0.08, -0.03, depth);
   }
 
   void check(const Isometry3d& X, const std::vector<Contact>& found, const std::string& what) {
@@ -184,6 +190,25 @@ TEST_P(RandomPose, TumblingOverTheWholeTray) {
     oracle.check(X, on_tray(g, t, X), text(X));
   }
   oracle.report("tumbling");
+}
+
+// From below and beside as well, over edges and corners.
+TEST_P(RandomPose, FromAnySideOfTheTray) {
+  const scene::GearType g = gear();
+  const scene::TrayType t = tray();
+  Oracle oracle(g, tray_solid(t));
+  std::mt19937_64 random(29);
+  for (int i = 0; i < 250; ++i) {
+    Isometry3d X = test::random_rotation(random);
+    const Vector3d way = test::random_rotation(random).linear().col(2);
+    const Vector3d to(test::uniform(random, -0.09, 0.09), test::uniform(random, -0.09, 0.09),
+                      test::uniform(random, -0.015, 0));
+    X.translation() = to;
+    X = oracle.moved(X, way, 0.3, 0, test::uniform(random, 1e-5, 3e-4));
+    if (oracle.overlap(X) > 5e-4) continue;
+    oracle.check(X, on_tray(g, t, X), text(X));
+  }
+  oracle.report("from any side");
 }
 
 TEST_P(RandomPose, NeverNothingHoweverDeep) {
