@@ -112,12 +112,14 @@ class StuckContacts {
 /// made, and once. The first look at what turns is half a step ahead, where that is no long way:
 /// there a contact lies where it acts in the mean over the step, so that rolling and turning
 /// neither gain nor lose energy (midpoint rule). What would be deep already must be found where the
-/// body is now as well: else it is another way out of what has been entered since. What strikes at
-/// some speed turns about the place: the last look is at what that brings down beside it. `gap_m`:
-/// so far apart the two are now at least; nothing is looked for on the way across it.
+/// body is now as well: else it is another way out of what is entered on the way, and counts, as
+/// just touched, only where there is none beside it. What strikes at some speed turns about the
+/// place: the last look is at what that brings down beside it. `gap_m`: so far apart the two are
+/// now at least; nothing is looked for on the way across it.
 template <class Generate>
 void find_ahead(const Way& way, double gap_m, std::vector<Contact>& out, const Generate& generate) {
-  constexpr double kStride = 4.1e-4, kHardlyTurned = 1e-5, kDeepNow = 1e-4;  // [m]
+  constexpr double kStride = 1.6e-3, kTurnedStride = 4.1e-4;  // [m]
+  constexpr double kHardlyTurned = 1e-5, kDeepNow = 1e-4;     // [m]
   constexpr double kBlow = 1e-4, kStraightBlow = 1e-3, kOpen = 1e-6, kFarthestBeside = 1e-3;
   constexpr int kMostStrides = 64;
   const std::size_t first = out.size();
@@ -138,23 +140,31 @@ void find_ahead(const Way& way, double gap_m, std::vector<Contact>& out, const G
     const std::size_t known = out.size();
     generate(D);
     const Eigen::Isometry3d back = D.inverse();
+    std::optional<Contact> entered;
     std::size_t kept = known;
     for (std::size_t i = known; i < out.size(); ++i) {
       Contact contact = out[i];
       const Eigen::Vector3d p_now = back * contact.p_W;
       const double depth_now = contact.depth_m + (contact.p_W - p_now).dot(contact.n_W);
-      bool late = just_made > 0 && (contact.depth_m > just_made || depth_now > 0);
+      const bool late = just_made > 0 && (contact.depth_m > just_made || depth_now > 0);
       contact.depth_m = depth_now;
       contact.p_W -= shift_W;
-      late = late || (depth_now > kDeepNow && !is_stuck(contact));
+      if (!late && depth_now > kDeepNow && !is_stuck(contact)) {
+        if (!entered || depth_now < entered->depth_m) entered = contact;
+        continue;
+      }
       const auto unwanted = [&](const Contact& other) { return is_unwanted(contact, other); };
       const auto begin = out.begin() + static_cast<std::ptrdiff_t>(first);
       const auto end = out.begin() + static_cast<std::ptrdiff_t>(known);
       if (!late && std::none_of(begin, end, unwanted)) out[kept++] = contact;
     }
     out.resize(kept);
+    if (!entered || out.size() > first) return;
+    entered->depth_m = 0;
+    out.push_back(*entered);
   };
-  const int strides = std::clamp(static_cast<int>(std::ceil(longest / kStride)), 1, kMostStrides);
+  const double parts = std::max(longest / kStride, way.turned_m() / kTurnedStride);
+  const int strides = std::clamp(static_cast<int>(std::ceil(parts)), 1, kMostStrides);
   const double middle = 0.5 / way.steps;
   if (way.turned_m() > kHardlyTurned && middle * strides < 1 && middle * longest > gap_m) {
     look(way.at(middle), middle * way.shift_W, 0);

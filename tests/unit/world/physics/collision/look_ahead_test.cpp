@@ -33,22 +33,29 @@ TEST(Way, OverSeveralStepsEndsWhereSoManyStepsLead) {
   EXPECT_TRUE(ahead.at(1 / ahead.steps).isApprox(in_step.at(1), 1e-12));
 }
 
-/// Of a body that sinks by 0.2 mm: contacts to the side, `deep_m` deep from `from_m` down.
-std::vector<Contact> ahead_of_sinking(double deep_m, double from_m) {
+/// Of a body that sinks by 0.2 mm: contacts to the side, `deep_m` deep from `from_m` down, and one
+/// under it, if it has a floor.
+std::vector<Contact> ahead_of_sinking(double deep_m, double from_m, bool floor = false) {
   const Way way{.shift_W = {0, 0, -2e-4}};
   std::vector<Contact> found;
   find_ahead(way, 0, found, [&](const Eigen::Isometry3d& D) {
     if (D.translation().z() > from_m) return;
     found.push_back({.a = 0, .n_W = Eigen::Vector3d::UnitX(), .depth_m = deep_m});
+    if (floor) found.push_back({.a = 0, .n_W = Eigen::Vector3d::UnitZ(), .depth_m = 1e-5});
   });
   return found;
 }
 
 TEST(FindAhead, WhatWouldBeDeepAlreadyMustBeSeenNow) {
-  EXPECT_TRUE(ahead_of_sinking(8e-4, -1e-5).empty());
   const auto stuck = ahead_of_sinking(8e-4, 1);
   ASSERT_EQ(stuck.size(), 1U);
   EXPECT_NEAR(stuck[0].depth_m, 8e-4, 1e-12);
+  const auto entered = ahead_of_sinking(8e-4, -1e-5);
+  ASSERT_EQ(entered.size(), 1U);
+  EXPECT_EQ(entered[0].depth_m, 0);
+  const auto beside = ahead_of_sinking(8e-4, -1e-5, true);
+  ASSERT_EQ(beside.size(), 1U);
+  EXPECT_EQ(beside[0].n_W.z(), 1);
 }
 
 TEST(FindAhead, WhatIsHardlyDeepCountsFromWhereItIsFound) {
