@@ -118,7 +118,7 @@ class StuckContacts {
 /// now at least; nothing is looked for on the way across it.
 template <class Generate>
 void find_ahead(const Way& way, double gap_m, std::vector<Contact>& out, const Generate& generate) {
-  constexpr double kStride = 1.6e-3, kTurnedStride = 4.1e-4;  // [m]
+  constexpr double kStride = 8.2e-4, kTurnedStride = 4.1e-4;  // [m]
   constexpr double kHardlyTurned = 1e-5, kDeepNow = 1e-4;     // [m]
   constexpr double kBlow = 1e-4, kStraightBlow = 1e-3, kOpen = 1e-6, kFarthestBeside = 1e-3;
   constexpr int kMostStrides = 64;

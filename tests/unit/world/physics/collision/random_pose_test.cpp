@@ -198,7 +198,7 @@ TEST_P(RandomPose, FromAnySideOfTheTray) {
   const scene::TrayType t = tray();
   Oracle oracle(g, tray_solid(t));
   std::mt19937_64 random(29);
-  for (int i = 0; i < 250; ++i) {
+  for (int i = 0; i < 150; ++i) {
     Isometry3d X = test::random_rotation(random);
     const Vector3d way = test::random_rotation(random).linear().col(2);
     const Vector3d to(test::uniform(random, -0.09, 0.09), test::uniform(random, -0.09, 0.09),
