@@ -1,7 +1,11 @@
 #include "world/physics/step_solver.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <tuple>
+#include <utility>
+
+#include "world/physics/collision/look_ahead.hpp"
 
 namespace aprsim::physics {
 namespace {
@@ -44,6 +48,14 @@ StepSolver::Touching bodies_of(const ContactConstraint& constraint) {
   return {constraint.contact.a, constraint.contact.b, constraint.fixed};
 }
 
+/// As ODE has it; what has no body does not move.
+Moving motion_of(dBodyID body) {
+  if (body == nullptr) return {};
+  return {.p_W = ode::vector(dBodyGetPosition(body)),
+          .v_W = ode::vector(dBodyGetLinearVel(body)),
+          .omega_W = ode::vector(dBodyGetAngularVel(body))};
+}
+
 }  // namespace
 
 StepSolver::StepSolver(PhysicsModel& model)
@@ -51,13 +63,17 @@ StepSolver::StepSolver(PhysicsModel& model)
       islands_(model),
       before_(model.bodies.size()),
       grippers_before_(model.grippers.size()) {
-  roots_.reserve(model.bodies.size());
   begun_.reserve(model.bodies.size());
   const std::size_t islands = model.bodies.size() + model.grippers.size();
   stale_.resize(islands, 1);
-  first_contact_.resize(islands, -1);
+  first_root_.resize(islands);
+  first_run_.resize(islands);
+  next_root_.resize(model.bodies.size());
+  // What may come first in a contact.
+  const int firsts = model.ids.palm(static_cast<int>(model.grippers.size()));
+  for (auto* by_body : {&first_of_body_, &first_last_run_}) by_body->resize(index(firsts));
+  for (auto* runs : {&runs_, &last_runs_}) runs->reserve(kConstraintCapacity);
   kept_.reserve(kConstraintCapacity);
-  for (auto* of_contacts : {&island_of_, &next_contact_}) of_contacts->reserve(kConstraintCapacity);
   matches_.reserve(4 * kConstraintCapacity);
   for (auto* marks : {&matched_, &continues_}) marks->reserve(kConstraintCapacity);
   for (auto* contacts : {&memory_.contacts, &memory_before_.contacts, &last_contacts_}) {
@@ -117,20 +133,12 @@ void StepSolver::start_anew() {
 /// The first `known` contacts have been solved once in this step.
 void StepSolver::solve_stale(std::size_t known) {
   list_members();
-  const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
-  for (std::size_t i = 0; i < model_.constraints.size(); ++i) {
-    if (!is_stale(island_of_[i])) continue;
-    ContactConstraint& constraint = model_.constraints[i];
-    constraint.f_guess_W = ForceGuess(i < known ? constraint.f_W : zero);
-    constraint.torque_guess_W = ForceGuess(i < known ? constraint.torque_W : zero);
-    constraint.normal_n = 0;
-    constraint.impact_m2_s2 = 0;
-  }
+  list_runs();
   take_last_contacts();
   match_last_contacts(known);
-  for (std::size_t i = 0; i < roots_.size(); ++i) {
-    const int island = roots_[i].first;
-    if ((i == 0 || island != roots_[i - 1].first) && is_stale(island)) solve_island(island);
+  // An island has the number of its lowest root.
+  for (const int root : awake_roots()) {
+    if (islands_.number_of_root(root) == root && is_stale(root)) solve_island(root);
   }
   // Grippers on their own.
   for (std::size_t r = 0; r < model_.grippers.size(); ++r) {
@@ -141,28 +149,40 @@ void StepSolver::solve_stale(std::size_t known) {
   keep_contacts();
 }
 
-/// Roots, ordered by their islands, and each island's contacts in a list.
+/// Each island's roots, ascending.
 void StepSolver::list_members() {
-  roots_.clear();
-  for (const int root : awake_roots()) roots_.emplace_back(islands_.number_of_root(root), root);
-  std::sort(roots_.begin(), roots_.end());
+  std::fill(first_root_.begin(), first_root_.end(), -1);
+  const auto roots = awake_roots();
+  for (auto root = roots.rbegin(); root != roots.rend(); ++root) {
+    next_root_[index(*root)] =
+        std::exchange(first_root_[index(islands_.number_of_root(*root))], *root);
+  }
+}
+
+void StepSolver::append(int contact, const Touching& bodies, std::vector<Run>& runs) {
+  if (runs.empty() || runs.back().bodies != bodies) runs.push_back({bodies, contact});
+  runs.back().end = contact + 1;
+}
+
+/// The contacts in runs, and each island's runs in a list.
+void StepSolver::list_runs() {
   const auto& constraints = model_.constraints;
-  island_of_.resize(constraints.size());
-  next_contact_.resize(constraints.size());
-  std::fill(first_contact_.begin(), first_contact_.end(), -1);
-  for (std::size_t i = constraints.size(); i > 0; --i) {
-    const int island = islands_.number_of(model_, constraints[i - 1]);
-    int& first = first_contact_[static_cast<std::size_t>(island)];
-    island_of_[i - 1] = island;
-    next_contact_[i - 1] = std::exchange(first, static_cast<int>(i) - 1);
+  runs_.clear();
+  for (std::size_t i = 0; i < constraints.size(); ++i) {
+    append(static_cast<int>(i), bodies_of(constraints[i]), runs_);
+  }
+  std::fill(first_run_.begin(), first_run_.end(), -1);
+  for (std::size_t r = runs_.size(); r > 0; --r) {
+    Run& run = runs_[r - 1];
+    run.island = islands_.number_of(model_, constraints[index(run.first)]);
+    run.next = std::exchange(first_run_[index(run.island)], static_cast<int>(r) - 1);
   }
 }
 
 void StepSolver::solve_island(int island) {
   system_.begin(model_.step_s, model_.scene.physics.residual_m_s);
-  const auto first = std::lower_bound(roots_.begin(), roots_.end(), Member{island, -1});
-  for (auto root = first; root != roots_.end() && root->first == island; ++root) {
-    system_.add_body(model_.body(root->second).body.get());
+  for (int root = first_root_[index(island)]; root >= 0; root = next_root_[index(root)]) {
+    system_.add_body(model_.body(root).body.get());
   }
   for (std::size_t r = 0; r < model_.grippers.size(); ++r) {
     if (islands_.number_of_gripper(static_cast<int>(r)) != island) continue;
@@ -174,15 +194,46 @@ void StepSolver::solve_island(int island) {
       if (islands_.number_of_root(pairs[i].a) == island) joints->add_to(system_, i);
     }
   }
-  for (int i = first_contact_[static_cast<std::size_t>(island)]; i >= 0;
-       i = next_contact_[static_cast<std::size_t>(i)]) {
-    ContactConstraint& constraint = model_.constraints[static_cast<std::size_t>(i)];
-    const ContactResponse response = response_of(constraint);
-    constraint.impact_m2_s2 = response.unanswered_m2_s2;
-    system_.add_contact(constraint, model_.ode_body(constraint.contact.a),
-                        model_.ode_body(constraint.contact.b), response);
+  for (int r = first_run_[index(island)]; r >= 0; r = runs_[index(r)].next) {
+    add_contacts(runs_[index(r)]);
   }
   note(system_.advance());
+}
+
+/// Puts an arm's link that is touched where it is in this step, and says how the surfaces act.
+void StepSolver::add_contacts(const Run& run) {
+  const auto [a, b, fixed] = run.bodies;
+  ContactSetting setting{.arm_link = model_.ids.is_link(b),
+                         .belt_axis_W = model_.fixed.belt_axis_W,
+                         .belt_speed_m_s = model_.belt_speed_m_s,
+                         .step_s = model_.step_s,
+                         .flight_step_s = model_.scene.physics.step_s};
+  if (setting.arm_link) {
+    const auto robot = index(model_.ids.robot_of(b));
+    model_.arms[robot].place_link(model_.ids.link_of(b), model_.step_s);
+  }
+  dBodyID body_a = model_.ode_body(a), body_b = model_.ode_body(b);
+  const Moving motion_a = motion_of(body_a), motion_b = motion_of(body_b);
+  const bool free_a = model_.ids.is_free(a), free_b = model_.ids.is_free(b);
+  const ConstraintSystem::Sides sides = system_.sides(body_a, body_b);
+  for (int i = run.first; i < run.end; ++i) {
+    ContactConstraint& constraint = model_.constraints[index(i)];
+    if (constraint.restitution > 0) {
+      const Contact& contact = constraint.contact;
+      const Eigen::Vector3d v_a = motion_a.velocity_at(contact.p_W);
+      const Eigen::Vector3d v_b = motion_b.velocity_at(contact.p_W);
+      setting.normal_speed_m_s = (v_a - v_b).dot(contact.n_W);
+      // What hardly moves is held up by something.
+      const double fall = -model_.scene.physics.gravity_m_s2 * contact.n_W.z();
+      setting.normal_accel_m_s2 = (free_a && v_a.norm() > kFalling ? fall : 0) -
+                                  (free_b && v_b.norm() > kFalling ? fall : 0);
+    } else {
+      setting.normal_speed_m_s = setting.normal_accel_m_s2 = 0;
+    }
+    const ContactResponse response = contact_response(constraint, setting);
+    constraint.impact_m2_s2 = response.unanswered_m2_s2;
+    system_.add_contact(constraint, sides, response);
+  }
 }
 
 void StepSolver::note(const ContactSolver::Outcome& outcome) {
@@ -196,46 +247,34 @@ void StepSolver::note(const ContactSolver::Outcome& outcome) {
   memory_.failures.worst_m_s = std::max(memory_.failures.worst_m_s, outcome.residual_m_s);
 }
 
-/// Puts an arm's link that is touched where it is in this step, and says how the surfaces act.
-ContactResponse StepSolver::response_of(const ContactConstraint& constraint) {
-  const BodyIndex id = constraint.contact.b;
-  ContactSetting setting{.arm_link = model_.ids.is_link(id),
-                         .belt_axis_W = model_.fixed.belt_axis_W,
-                         .belt_speed_m_s = model_.belt_speed_m_s,
-                         .step_s = model_.step_s,
-                         .flight_step_s = model_.scene.physics.step_s};
-  if (setting.arm_link) {
-    const auto robot = static_cast<std::size_t>(model_.ids.robot_of(id));
-    model_.arms[robot].place_link(model_.ids.link_of(id), model_.step_s);
-  }
-  if (constraint.restitution > 0) note_approach(constraint, setting);
-  return contact_response(constraint, setting);
-}
-
-void StepSolver::note_approach(const ContactConstraint& constraint, ContactSetting& setting) const {
-  const Contact& contact = constraint.contact;
-  const auto velocity = [&](BodyIndex id) -> Eigen::Vector3d {
-    dBodyID body = model_.ode_body(id);
-    if (body == nullptr) return Eigen::Vector3d::Zero();
-    const Eigen::Vector3d arm = contact.p_W - ode::vector(dBodyGetPosition(body));
-    return ode::vector(dBodyGetLinearVel(body)) + ode::vector(dBodyGetAngularVel(body)).cross(arm);
-  };
-  const Eigen::Vector3d v_a = velocity(contact.a), v_b = velocity(contact.b);
-  setting.normal_speed_m_s = (v_a - v_b).dot(contact.n_W);
-  // What hardly moves is held up by something.
-  const double fall = -model_.scene.physics.gravity_m_s2 * contact.n_W.z();
-  const auto falls = [&](BodyIndex id, const Eigen::Vector3d& v) {
-    return model_.ids.is_free(id) && v.norm() > kFalling ? fall : 0;
-  };
-  setting.normal_accel_m_s2 = falls(contact.a, v_a) - falls(contact.b, v_b);
-}
-
 // ---- where the search begins
 
 void StepSolver::take_last_contacts() {
   std::swap(last_contacts_, memory_.contacts);
   memory_.contacts.clear();
   begins_at_last_ = true;
+  last_runs_.clear();
+  for (std::size_t i = 0; i < last_contacts_.size(); ++i) {
+    append(static_cast<int>(i), last_contacts_[i].bodies, last_runs_);
+  }
+  std::fill(first_last_run_.begin(), first_last_run_.end(), -1);
+  for (std::size_t r = last_runs_.size(); r > 0; --r) {
+    const BodyIndex a = last_runs_[r - 1].bodies.a;
+    if (a >= 0 && index(a) < first_last_run_.size()) {
+      first_last_run_[index(a)] = static_cast<int>(r) - 1;
+    }
+  }
+}
+
+/// Those of the same two bodies in the last step; null if there were none.
+const StepSolver::Run* StepSolver::last_run(const Touching& bodies) const {
+  const int first = first_last_run_[index(bodies.a)];
+  if (first < 0) return nullptr;
+  for (std::size_t r = index(first); r < last_runs_.size(); ++r) {
+    if (last_runs_[r].bodies == bodies) return &last_runs_[r];
+    if (last_runs_[r].bodies.a != bodies.a) break;
+  }
+  return nullptr;
 }
 
 /// Each contact behind those that are `known` begins with the forces of the nearest one of the same
@@ -243,68 +282,111 @@ void StepSolver::take_last_contacts() {
 void StepSolver::match_last_contacts(std::size_t known) {
   matched_.assign(last_contacts_.size(), 0);
   continues_.assign(model_.constraints.size(), 0);
-  auto& constraints = model_.constraints;
-  for (std::size_t first = 0, end = 0; first < constraints.size(); first = end) {
-    const Touching pair = bodies_of(constraints[first]);
-    for (end = first + 1; end < constraints.size() && bodies_of(constraints[end]) == pair;) ++end;
-    if (!is_stale(island_of_[first])) continue;
-    const auto [begin, last] =
-        std::ranges::equal_range(last_contacts_, pair, {}, &LastContact::bodies);
-    const auto number = [this](auto at) { return static_cast<int>(at - last_contacts_.begin()); };
-    matches_.clear();
-    for (std::size_t i = first; i < end; ++i) {
-      note_near(constraints[i], static_cast<int>(i), number(begin), number(last));
+  for (const Run& run : runs_) {
+    if (!is_stale(run.island)) continue;
+    forget(run, known);
+    const Run* last = last_run(run.bodies);
+    if (last == nullptr) continue;
+    if (note_near(run, *last)) {
+      std::sort(matches_.begin(), matches_.end(), [](const Match& a, const Match& b) {
+        return std::tuple(a.distance2, a.now, a.last) < std::tuple(b.distance2, b.now, b.last);
+      });
     }
-    std::sort(matches_.begin(), matches_.end(), [](const Match& a, const Match& b) {
-      return std::tuple(a.distance2, a.now, a.last) < std::tuple(b.distance2, b.now, b.last);
-    });
     for (const Match& match : matches_) {
-      const auto now = static_cast<std::size_t>(match.now),
-                 last_one = static_cast<std::size_t>(match.last);
+      const std::size_t now = index(match.now), last_one = index(match.last);
       if (continues_[now] != 0 || matched_[last_one] != 0) continue;
       continues_[now] = matched_[last_one] = 1;
-      if (now >= known) continue_from(last_contacts_[last_one], constraints[now]);
+      if (now >= known) continue_from(last_contacts_[last_one], model_.constraints[now]);
     }
   }
 }
 
-/// Contacts of the same two bodies in the last step, from one to before another, that were near
-/// this one.
-void StepSolver::note_near(ContactConstraint& constraint, int number, int first, int end) {
-  double nearest2 = kSameContact * kSameContact;
-  for (int i = first; i < end; ++i) {
-    const LastContact& last = last_contacts_[static_cast<std::size_t>(i)];
-    const double distance2 = (last.p_W - constraint.contact.p_W).squaredNorm();
-    if (distance2 >= kSameContact * kSameContact) continue;
-    matches_.push_back({distance2, number, i});
-    // What is left of an impact is for all that have come of it.
-    if (distance2 >= nearest2) continue;
-    nearest2 = distance2;
-    constraint.impact_m2_s2 = last.impact_m2_s2;
+/// What has been found out in this step is where the search begins, of those that are `known`.
+void StepSolver::forget(const Run& run, std::size_t known) {
+  const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
+  for (std::size_t i = index(run.first); i < index(run.end); ++i) {
+    ContactConstraint& constraint = model_.constraints[i];
+    if (!constraint.f_guess_W.known) continue;  // not solved so far
+    constraint.f_guess_W = ForceGuess(i < known ? constraint.f_W : zero);
+    constraint.torque_guess_W = ForceGuess(i < known ? constraint.torque_W : zero);
+    constraint.normal_n = 0;
+    constraint.impact_m2_s2 = 0;
   }
+}
+
+/// Lists the contacts of the last step that were near those of now; whether one is near two, so
+/// that the order matters.
+bool StepSolver::note_near(const Run& now, const Run& last) {
+  constexpr double kNear2 = kSameContact * kSameContact;
+  constexpr int kBits = 64;
+  std::uint64_t taken = 0;  // of the last ones; of more than there are bits some seem to be
+  bool order_matters = false;
+  matches_.clear();
+  for (int i = now.first; i < now.end; ++i) {
+    ContactConstraint& constraint = model_.constraints[index(i)];
+    double nearest2 = kNear2;
+    const std::size_t before = matches_.size();
+    for (int k = last.first; k < last.end; ++k) {
+      const LastContact& contact = last_contacts_[index(k)];
+      const double distance2 = (contact.p_W - constraint.contact.p_W).squaredNorm();
+      if (distance2 >= kNear2) continue;
+      const std::uint64_t bit = std::uint64_t{1} << ((k - last.first) % kBits);
+      order_matters = order_matters || matches_.size() > before || (taken & bit) != 0;
+      taken |= bit;
+      matches_.push_back({distance2, i, k});
+      // What is left of an impact is for all that have come of it.
+      if (distance2 >= nearest2) continue;
+      nearest2 = distance2;
+      constraint.impact_m2_s2 = contact.impact_m2_s2;
+    }
+  }
+  return order_matters;
 }
 
 /// Those that bear a force, ordered by their bodies, then by place.
 void StepSolver::keep_contacts() {
-  kept_.clear();
-  for (std::size_t i = 0; i < model_.constraints.size(); ++i) {
-    const ContactConstraint& constraint = model_.constraints[i];
-    if (constraint.normal_n > 0) kept_.emplace_back(bodies_of(constraint), static_cast<int>(i));
+  std::fill(first_of_body_.begin(), first_of_body_.end(), -1);
+  for (std::size_t r = runs_.size(); r > 0; --r) {
+    Run& run = runs_[r - 1];
+    int* before = &first_of_body_[index(run.bodies.a)];
+    while (*before >= 0 && runs_[index(*before)].bodies < run.bodies) {
+      before = &runs_[index(*before)].next;
+    }
+    run.next = std::exchange(*before, static_cast<int>(r) - 1);
   }
+  for (const int first : first_of_body_) {
+    for (int r = first; r >= 0;) r = keep_contacts_of_pair(r);
+  }
+}
+
+/// Of all runs in a list, from this one on, that are of the same two bodies; the one behind them.
+int StepSolver::keep_contacts_of_pair(int first) {
+  const Touching bodies = runs_[index(first)].bodies;
   const auto at = [this](int i) -> const ContactConstraint& {
-    return model_.constraints[static_cast<std::size_t>(i)];
+    return model_.constraints[index(i)];
   };
-  std::sort(kept_.begin(), kept_.end(), [&at](const auto& a, const auto& b) {
-    if (a.first != b.first) return a.first < b.first;
-    const auto &p = at(a.second).contact.p_W, &q = at(b.second).contact.p_W;
-    return std::tuple(p.x(), p.y(), p.z(), a.second) < std::tuple(q.x(), q.y(), q.z(), b.second);
-  });
-  for (const auto& [bodies, i] : kept_) {
-    const ContactConstraint& constraint = at(i);
-    memory_.contacts.push_back({bodies, constraint.contact.p_W, constraint.contact.n_W,
-                                constraint.f_guess_W, constraint.torque_guess_W,
-                                constraint.impact_m2_s2});
+  kept_.clear();
+  int r = first;
+  for (; r >= 0 && runs_[index(r)].bodies == bodies; r = runs_[index(r)].next) {
+    for (int i = runs_[index(r)].first; i < runs_[index(r)].end; ++i) {
+      if (at(i).normal_n > 0) kept_.push_back(i);
+    }
   }
+  std::sort(kept_.begin(), kept_.end(), [&at](int i, int k) {
+    const auto &p = at(i).contact.p_W, &q = at(k).contact.p_W;
+    return std::tuple(p.x(), p.y(), p.z(), i) < std::tuple(q.x(), q.y(), q.z(), k);
+  });
+  for (const int i : kept_) {
+    const ContactConstraint& constraint = at(i);
+    LastContact& kept = memory_.contacts.emplace_back();
+    kept.bodies = bodies;
+    kept.p_W = constraint.contact.p_W;
+    kept.n_W = constraint.contact.n_W;
+    kept.f_guess_W = constraint.f_guess_W;
+    kept.torque_guess_W = constraint.torque_guess_W;
+    kept.impact_m2_s2 = constraint.impact_m2_s2;
+  }
+  return r;
 }
 
 // ---- the same step anew

@@ -2,7 +2,6 @@
 
 #include <compare>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "world/api/solver_work.hpp"
@@ -79,50 +78,64 @@ class StepSolver {
   [[nodiscard]] const api::SolverWork& work() const { return work_; }
 
  private:
-  /// Something of an island: the island's number, and an index.
-  using Member = std::pair<int, int>;
+  /// Contacts of the same two bodies that follow each other.
+  struct Run {
+    Touching bodies;
+    int first = 0, end = 0;
+    int island = -1;
+    int next = -1;  ///< of the same list
+  };
   void solve_stale(std::size_t known);
   [[nodiscard]] bool is_stale(int island) const {
     return stale_[static_cast<std::size_t>(island)] != 0;
   }
   void start_anew();
   void list_members();
+  static void append(int contact, const Touching& bodies, std::vector<Run>& runs);
+  void list_runs();
   void solve_island(int island);
+  void add_contacts(const Run& run);
   void note(const ContactSolver::Outcome& outcome);
-  [[nodiscard]] ContactResponse response_of(const ContactConstraint& constraint);
-  void note_approach(const ContactConstraint& constraint, ContactSetting& setting) const;
   void take_last_contacts();
   void match_last_contacts(std::size_t known);
-  void note_near(ContactConstraint& constraint, int number, int first, int end);
+  void forget(const Run& run, std::size_t known);
+  [[nodiscard]] const Run* last_run(const Touching& bodies) const;
+  [[nodiscard]] bool note_near(const Run& now, const Run& last);
   void keep_contacts();
+  [[nodiscard]] int keep_contacts_of_pair(int first);
   void exchange();
   [[nodiscard]] std::span<const int> awake_roots() const {
     return model_.simplification.awake_roots();
   }
+  [[nodiscard]] static std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
   PhysicsModel& model_;
   Islands islands_;
   ConstraintSystem system_;
-  std::vector<Member> roots_;                  // by island
-  std::vector<int> first_contact_;             // by island, -1 = none
-  std::vector<int> next_contact_, island_of_;  // by contact
-  std::vector<char> stale_;                    // by island: to be solved
-  std::vector<int> begun_;                     // roots
-  std::vector<ode::SavedState> before_;        // by body
+  // Lists of islands, and of runs by their first body, -1 = none or no more.
+  std::vector<int> first_root_, next_root_;  // by island, by root
+  std::vector<Run> runs_;
+  std::vector<int> first_run_;           // by island
+  std::vector<char> stale_;              // by island: to be solved
+  std::vector<int> begun_;               // roots
+  std::vector<ode::SavedState> before_;  // by body
   std::vector<GripperMechanism::Solved> grippers_before_;
   Memory memory_, memory_before_;
   bool begins_at_last_ = false;  // memory_before_.contacts are still last_contacts_
   api::SolverWork work_;
   std::vector<LastContact> last_contacts_;  // from which the solution has begun, sorted
+  std::vector<Run> last_runs_;              // of these
+  std::vector<int> first_last_run_;         // by body a, -1 = none
   /// A contact, and one of the same bodies in the last step.
   struct Match {
     double distance2 = 0;
     int now = 0, last = 0;
   };
   std::vector<Match> matches_;
-  std::vector<char> matched_;                   // by last contact
-  std::vector<char> continues_;                 // by contact: one of the last
-  std::vector<std::pair<Touching, int>> kept_;  // contacts that bore a force
+  std::vector<char> matched_;       // by last contact
+  std::vector<char> continues_;     // by contact: one of the last
+  std::vector<int> first_of_body_;  // runs by body a
+  std::vector<int> kept_;           // contacts of two bodies that bore a force
 };
 
 }  // namespace aprsim::physics

@@ -99,11 +99,15 @@ void ConstraintSystem::add_joint_row(const RowSide& a, const RowSide& b, double 
   add_row(a, b, target_m_s, cfm, -ContactSolver::kNoBound, ContactSolver::kNoBound, force);
 }
 
-void ConstraintSystem::add_contact(ContactConstraint& constraint, dBodyID a, dBodyID b,
+ConstraintSystem::Sides ConstraintSystem::sides(dBodyID a, dBodyID b) {
+  return {number_of(a), number_of(b)};
+}
+
+void ConstraintSystem::add_contact(ContactConstraint& constraint, const Sides& sides,
                                    const ContactResponse& response) {
   solver_.add_contact(
-      {.a = number_of(a),
-       .b = number_of(b),
+      {.a = sides.a,
+       .b = sides.b,
        .p = constraint.contact.p_W,
        .n = constraint.contact.n_W,
        .friction = constraint.friction,

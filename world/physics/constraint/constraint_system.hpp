@@ -51,8 +51,14 @@ class ConstraintSystem {
   /// A bilateral row, whose force has no bound.
   void add_joint_row(const RowSide& a, const RowSide& b, double target_m_s, double cfm,
                      RowForce& force);
+  /// Two bodies between which there are contacts, by their numbers in the system.
+  struct Sides {
+    int a = ContactSolver::kFixed, b = ContactSolver::kFixed;
+  };
+  /// Null bodies are the ground; those that have not been added move as they do.
+  [[nodiscard]] Sides sides(dBodyID a, dBodyID b);
   /// A contact. The search begins at the constraint's guesses.
-  void add_contact(ContactConstraint& constraint, dBodyID a, dBodyID b,
+  void add_contact(ContactConstraint& constraint, const Sides& sides,
                    const ContactResponse& response);
 
   /// Solves, moves the bodies, and writes the forces into the contacts' constraints and the rows'
