@@ -76,32 +76,41 @@ double ContactSearch::of_pair(const scene::SurfacePairs& property, SurfacePair p
   return property.robot;
 }
 
-/// Makes a constraint of a contact. `fixed_shape`: with which, -1 = none.
-ContactConstraint ContactSearch::constraint(const Contact& contact, int fixed_shape) const {
+/// How the surfaces act on each other.
+ContactSearch::Surfaces ContactSearch::surfaces_of(const Contact& contact) const {
   const auto& physics = model_.scene.physics;
-  ContactConstraint out{.contact = contact, .fixed = fixed_shape};
-  // Under what is caught the belt runs on.
-  const bool caught = model_.ids.is_free(contact.a) && model_.body(contact.a).jammed;
-  out.belt = fixed_shape >= 0 && fixed_shape == model_.fixed.belt && !caught;
   if (contact.pair == SurfacePair::kPadGear) {
     const int robot = model_.ids.robot_of(contact.a);
-    out.friction = model_.grippers[static_cast<std::size_t>(robot)].pad_friction();
-    return out;
+    return {.friction = model_.grippers[static_cast<std::size_t>(robot)].pad_friction()};
   }
-  out.friction = of_pair(physics.friction, contact.pair);
-  out.restitution = of_pair(physics.restitution, contact.pair);
-  out.rolling_m = of_pair(physics.rolling_m, contact.pair);
-  out.spinning_m = of_pair(physics.spinning_m, contact.pair);
-  return out;
+  return {.friction = of_pair(physics.friction, contact.pair),
+          .restitution = of_pair(physics.restitution, contact.pair),
+          .rolling_m = of_pair(physics.rolling_m, contact.pair),
+          .spinning_m = of_pair(physics.spinning_m, contact.pair)};
 }
 
+/// Makes constraints of the contacts of two bodies. `fixed_shape`: with which, -1 = none.
 void ContactSearch::add_found(int fixed_shape) {
-  for (const auto& contact : found_) {
-    const bool on_fixed = fixed_shape >= 0;
-    const bool belt = on_fixed && fixed_shape == model_.fixed.belt;
+  const bool on_fixed = fixed_shape >= 0;
+  const bool belt = on_fixed && fixed_shape == model_.fixed.belt;
+  Surfaces surfaces;
+  const Contact* last = nullptr;
+  for (const Contact& contact : found_) {
     // A frame level with the belt must not carry what stands on the belt.
     if (on_fixed && !belt && model_.fixed.under_belt(contact.p_W)) continue;
-    model_.constraints.push_back(constraint(contact, fixed_shape));
+    if (last == nullptr || last->pair != contact.pair || last->a != contact.a) {
+      surfaces = surfaces_of(contact);
+    }
+    last = &contact;
+    ContactConstraint& added = model_.constraints.emplace_back();
+    added.contact = contact;
+    added.fixed = fixed_shape;
+    added.friction = surfaces.friction;
+    added.restitution = surfaces.restitution;
+    added.rolling_m = surfaces.rolling_m;
+    added.spinning_m = surfaces.spinning_m;
+    // Under what is caught the belt runs on.
+    added.belt = belt && !(model_.ids.is_free(contact.a) && model_.body(contact.a).jammed);
   }
   found_.clear();
 }

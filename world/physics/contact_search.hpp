@@ -37,8 +37,12 @@ class ContactSearch {
   void composites_on_each_other(int a, int b);
   void free_on_fixed(int body);
   void add_found(int fixed_shape);
+  /// See ContactConstraint.
+  struct Surfaces {
+    double friction = 0, restitution = 0, rolling_m = 0, spinning_m = 0;
+  };
   [[nodiscard]] static double of_pair(const scene::SurfacePairs& property, SurfacePair pair);
-  [[nodiscard]] ContactConstraint constraint(const Contact& contact, int fixed_shape) const;
+  [[nodiscard]] Surfaces surfaces_of(const Contact& contact) const;
   [[nodiscard]] bool is_looked_at(int body) const;
   [[nodiscard]] bool may_touch_link(int robot, int other, int link) const;
   [[nodiscard]] GripperMechanism& gripper(int robot) {
