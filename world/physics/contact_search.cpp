@@ -1,6 +1,7 @@
 #include "world/physics/contact_search.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace aprsim::physics {
 
@@ -8,10 +9,11 @@ ContactSearch::ContactSearch(PhysicsModel& model)
     : model_(model),
       collider_(model),
       wake_search_(model, collider_),
-      composite_bounds_(model.bodies.size()) {
+      first_pair_(model.bodies.size()) {
   found_.reserve(kPairCapacity);
   released_.reserve(model.bodies.size());
-  order_.reserve(model.bodies.size());
+  sorted_roots_.reserve(model.bodies.size());
+  boxes_.reserve(model.bodies.size());
   pairs_.reserve(8 * model.bodies.size());
   // A gripper collides with the links of its own arm that it does not overlap at the start.
   for (std::size_t r = 0; r < model.arms.size(); ++r) {
@@ -200,34 +202,62 @@ void ContactSearch::gripper_on_robots(int robot, int p) {
 /// Sweep and prune along x over the composites' boxes (Ericson 2005, ch. 7.5); pairs are then
 /// looked at in a fixed order.
 void ContactSearch::find_pairs() {
-  const auto& simplification = model_.simplification;
-  const auto bounds = [this](int root) -> Aabb& {
-    return composite_bounds_[static_cast<std::size_t>(root)];
-  };
-  order_.assign(simplification.awake_roots().begin(), simplification.awake_roots().end());
-  // Boxes about whole composites.
-  for (const int root : order_) {
-    bounds(root) = model_.body(root).bounds;
-    for (int m = simplification.composites().next(root); m >= 0;
-         m = simplification.composites().next(m)) {
-      bounds(root) = bounds(root).joined(model_.body(m).bounds);
-    }
-  }
-  std::sort(order_.begin(), order_.end(), [&](int a, int b) {
-    return std::pair(bounds(a).min.x(), a) < std::pair(bounds(b).min.x(), b);
-  });
+  sort_boxes();
   // All boxes that begin before this one ends.
   pairs_.clear();
-  for (std::size_t i = 0; i < order_.size(); ++i) {
-    const Aabb& box = bounds(order_[i]);
-    for (std::size_t k = i + 1; k < order_.size(); ++k) {
-      if (bounds(order_[k]).min.x() > box.max.x()) break;
-      if (!box.meets(bounds(order_[k]))) continue;
-      pairs_.emplace_back(std::minmax(order_[i], order_[k]));
+  for (std::size_t i = 0; i < boxes_.size(); ++i) {
+    const Aabb& box = boxes_[i].bounds;
+    for (std::size_t k = i + 1; k < boxes_.size(); ++k) {
+      if (boxes_[k].bounds.min.x() > box.max.x()) break;
+      if (box.meets(boxes_[k].bounds)) note_pair(boxes_[i].root, boxes_[k].root);
     }
   }
-  std::sort(pairs_.begin(), pairs_.end());
-  for (const auto& [a, b] : pairs_) composites_on_each_other(a, b);
+  for (const int a : model_.simplification.awake_roots()) {
+    for (int p = first_pair_[static_cast<std::size_t>(a)]; p >= 0;) {
+      const Partner& partner = pairs_[static_cast<std::size_t>(p)];
+      composites_on_each_other(a, partner.body);
+      p = partner.next;
+    }
+  }
+}
+
+/// Boxes about whole composites, by their low x: nearly in the order of the last step.
+void ContactSearch::sort_boxes() {
+  const auto& simplification = model_.simplification;
+  const auto roots = simplification.awake_roots();
+  if (!std::ranges::equal(roots, sorted_roots_)) {
+    sorted_roots_.assign(roots.begin(), roots.end());
+    boxes_.clear();
+    for (const int root : roots) boxes_.push_back({.root = root});
+  }
+  for (std::size_t i = 0; i < boxes_.size(); ++i) {
+    const int root = boxes_[i].root;
+    Box box{model_.body(root).bounds, root};
+    for (int m = simplification.composites().next(root); m >= 0;
+         m = simplification.composites().next(m)) {
+      box.bounds = box.bounds.joined(model_.body(m).bounds);
+    }
+    first_pair_[static_cast<std::size_t>(root)] = -1;
+    const double low = box.bounds.min.x();
+    std::size_t place = i;
+    for (; place > 0; --place) {
+      const Box& before = boxes_[place - 1];
+      if (std::pair(before.bounds.min.x(), before.root) < std::pair(low, root)) break;
+      boxes_[place] = before;
+    }
+    boxes_[place] = box;
+  }
+}
+
+/// Each body's partners of higher numbers, ascending.
+void ContactSearch::note_pair(int a, int b) {
+  const auto [low, high] = std::minmax(a, b);
+  int* before = &first_pair_[static_cast<std::size_t>(low)];
+  while (*before >= 0 && pairs_[static_cast<std::size_t>(*before)].body < high) {
+    before = &pairs_[static_cast<std::size_t>(*before)].next;
+  }
+  const int next = std::exchange(*before, static_cast<int>(pairs_.size()));
+  pairs_.push_back({high, next});
 }
 
 /// A member of a composite that something else touches is no longer carried by its parent alone.

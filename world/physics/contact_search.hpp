@@ -1,7 +1,6 @@
 #pragma once
 
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "world/physics/body_collider.hpp"
@@ -34,6 +33,8 @@ class ContactSearch {
   void gripper_on_robots(int robot, int part);
   void link_on_free(int robot, const ArmShape& shape, int body);
   void find_pairs();
+  void sort_boxes();
+  void note_pair(int a, int b);
   void composites_on_each_other(int a, int b);
   void free_on_fixed(int body);
   void add_found(int fixed_shape);
@@ -55,9 +56,19 @@ class ContactSearch {
   std::span<const char> looked_at_;  // by body; empty = all are
   std::vector<Contact> found_;       // of the pair at hand
   std::vector<int> released_;        // in this step
-  std::vector<Aabb> composite_bounds_;
-  std::vector<int> order_;  // roots by their composites' low x
-  std::vector<std::pair<int, int>> pairs_;
+  struct Box {
+    Aabb bounds;
+    int root = -1;
+  };
+  std::vector<Box> boxes_;         // about composites, by their low x
+  std::vector<int> sorted_roots_;  // those of the boxes, ascending
+  /// What may meet a body.
+  struct Partner {
+    int body = -1;
+    int next = -1;  // of the same body's
+  };
+  std::vector<Partner> pairs_;
+  std::vector<int> first_pair_;              // by root
   std::vector<std::vector<char>> own_link_;  // robot, link: gripper may touch it
 };
 

@@ -41,7 +41,8 @@ void Islands::find(const PhysicsModel& model, std::span<const ContactConstraint>
   for (const int i : model.simplification.awake_roots()) {
     together_[index(i)] = near_[index(i)] == kFar ? root(i) : -1;
   }
-  for_edges(model, constraints, [this](int a, int b) { unite(a, b); });
+  const bool grippers = free_ < count_;
+  if (grippers) for_edges(model, constraints, [this](int a, int b) { unite(a, b); });
   for_nodes(model, [this](int i) { number_[index(i)] = root(i); });
 }
 

@@ -42,12 +42,18 @@ class Islands {
     for (const int root : model.simplification.awake_roots()) f(root);
     for (int gripper = free_; gripper < count_; ++gripper) f(gripper);
   }
-  /// Calls f(node, node) for every contact and virtual joint between two nodes.
+  /// Calls f(node, node) for all contacts of two nodes, and for every virtual joint between them.
   template <class F>
   void for_edges(const PhysicsModel& model, std::span<const ContactConstraint> constraints,
                  const F& f) const {
+    BodyIndex last_a = kGround, last_b = kGround;
     for (const auto& constraint : constraints) {
-      const int a = node(model, constraint.contact.a), b = node(model, constraint.contact.b);
+      const Contact& contact = constraint.contact;
+      // Contacts of the same two bodies mostly follow each other.
+      if (contact.a == last_a && contact.b == last_b) continue;
+      last_a = contact.a;
+      last_b = contact.b;
+      const int a = node(model, contact.a), b = node(model, contact.b);
       if (a >= 0 && b >= 0) f(a, b);
     }
     for (const auto& pair : model.simplification.joined_pairs()) f(pair.a, pair.b);
