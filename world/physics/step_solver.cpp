@@ -5,8 +5,6 @@
 #include <tuple>
 #include <utility>
 
-#include "world/physics/collision/look_ahead.hpp"
-
 namespace aprsim::physics {
 namespace {
 
@@ -69,6 +67,7 @@ StepSolver::StepSolver(PhysicsModel& model)
   first_root_.resize(islands);
   first_run_.resize(islands);
   next_root_.resize(model.bodies.size());
+  motions_.resize(model.bodies.size());
   // What may come first in a contact.
   const int firsts = model.ids.palm(static_cast<int>(model.grippers.size()));
   for (auto* by_body : {&first_of_body_, &first_last_run_}) by_body->resize(index(firsts));
@@ -149,13 +148,14 @@ void StepSolver::solve_stale(std::size_t known) {
   keep_contacts();
 }
 
-/// Each island's roots, ascending.
+/// Each island's roots, ascending, and how they move before the step.
 void StepSolver::list_members() {
   std::fill(first_root_.begin(), first_root_.end(), -1);
   const auto roots = awake_roots();
   for (auto root = roots.rbegin(); root != roots.rend(); ++root) {
     next_root_[index(*root)] =
         std::exchange(first_root_[index(islands_.number_of_root(*root))], *root);
+    motions_[index(*root)] = motion_of(model_.body(*root).body.get());
   }
 }
 
@@ -213,8 +213,11 @@ void StepSolver::add_contacts(const Run& run) {
     model_.arms[robot].place_link(model_.ids.link_of(b), model_.step_s);
   }
   dBodyID body_a = model_.ode_body(a), body_b = model_.ode_body(b);
-  const Moving motion_a = motion_of(body_a), motion_b = motion_of(body_b);
   const bool free_a = model_.ids.is_free(a), free_b = model_.ids.is_free(b);
+  const auto motion = [this](BodyIndex id, bool free, dBodyID body) {
+    return free ? motions_[index(model_.simplification.root(id))] : motion_of(body);
+  };
+  const Moving motion_a = motion(a, free_a, body_a), motion_b = motion(b, free_b, body_b);
   const ConstraintSystem::Sides sides = system_.sides(body_a, body_b);
   for (int i = run.first; i < run.end; ++i) {
     ContactConstraint& constraint = model_.constraints[index(i)];
