@@ -28,6 +28,7 @@ void ContactReport::begin_step() {
 }
 
 void ContactReport::add_part(double share) {
+  if (forces_.empty()) return;
   for (const auto& constraint : model_.constraints) add_arm_forces(constraint, share);
   for (std::size_t r = 0; r < forces_.size(); ++r) add_suction(r, share);
 }

@@ -201,11 +201,13 @@ void PhysicsWorld::Impl::begin_part(int left) {
 
 /// Before a part is solved: depths are those that the last one left.
 void PhysicsWorld::Impl::count_faults() {
+  double deepest = max_penetration;
   for (const auto& constraint : model.constraints) {
     if (model.ids.is_link(constraint.contact.b)) continue;  // soft on purpose
-    max_penetration = std::max(max_penetration, constraint.contact.depth_m);
+    deepest = std::max(deepest, constraint.contact.depth_m);
     if (is_fault(constraint, model.ids)) ++faults;
   }
+  max_penetration = deepest;
 }
 
 /// The wrenches that merged bodies require of their contacts are known when the step has been

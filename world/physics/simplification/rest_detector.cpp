@@ -39,7 +39,7 @@ bool RestDetector::at_rest_on_carrier(int i, const CarrierMotion& carrier) {
   now.translation() -= carrier.travel_W;
   if (rest.carrier_steps == 0) rest.on_carrier = now;
   // Crawling starts the count anew, but is rest enough for those who look.
-  if (drift(now, rest.on_carrier, free.radius_m) > kDrift && rest.carrier_steps > kRestSteps) {
+  if (rest.carrier_steps > kRestSteps && drift(now, rest.on_carrier, free.radius_m) > kDrift) {
     rest.carrier_steps = kRestSteps;
     rest.on_carrier = now;
   }

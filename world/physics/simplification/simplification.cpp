@@ -244,11 +244,10 @@ void Simplification::judge_islands(std::span<const ContactConstraint> constraint
   // What carries each island, and how far along the belt it reaches.
   for (const int i : awake_roots_) islands_[static_cast<std::size_t>(i)] = {};
   for (const auto& constraint : constraints) {
-    if (!is_free(constraint.contact.a)) continue;
+    if (constraint.fixed < 0 || !is_free(constraint.contact.a)) continue;
     const int number = island_of[static_cast<std::size_t>(root(constraint.contact.a))];
     if (number < 0) continue;
     Island& island = islands_[static_cast<std::size_t>(number)];
-    if (constraint.fixed < 0) continue;
     if (!constraint.belt) {
       island.on_fixed = true;
       continue;
