@@ -4,6 +4,8 @@
 #include <cmath>
 #include <tuple>
 
+#include "world/physics/collision/vector_clones.hpp"
+
 namespace aprsim::physics {
 namespace {
 
@@ -45,7 +47,7 @@ KeptContacts::Kept& KeptContacts::place_for(BodyIndex a, int on) {
   return added;
 }
 
-bool KeptContacts::append(const Pair& pair, std::vector<Contact>& out) {
+APRSIM_VECTOR_CLONES bool KeptContacts::append(const Pair& pair, std::vector<Contact>& out) {
   Kept* kept = find(pair.a, pair.on);
   if (kept == nullptr || !is_fresh(*kept)) return false;
   const Manifold& manifold = kept->manifold;

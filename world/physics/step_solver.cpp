@@ -5,6 +5,8 @@
 #include <tuple>
 #include <utility>
 
+#include "world/physics/collision/vector_clones.hpp"
+
 namespace aprsim::physics {
 namespace {
 
@@ -282,7 +284,7 @@ const StepSolver::Run* StepSolver::last_run(const Touching& bodies) const {
 
 /// Each contact behind those that are `known` begins with the forces of the nearest one of the same
 /// two bodies in the last step, turned as its normal has; no two with those of the same one.
-void StepSolver::match_last_contacts(std::size_t known) {
+APRSIM_VECTOR_CLONES void StepSolver::match_last_contacts(std::size_t known) {
   matched_.assign(last_contacts_.size(), 0);
   continues_.assign(model_.constraints.size(), 0);
   for (const Run& run : runs_) {
