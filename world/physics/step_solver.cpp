@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <tuple>
 #include <utility>
 
+#include "world/physics/collision/look_ahead.hpp"
 #include "world/physics/collision/vector_clones.hpp"
 
 namespace aprsim::physics {
@@ -41,7 +43,9 @@ void continue_from(const StepSolver::LastContact& last, ContactConstraint& const
     to.change = turned(from.change);
   };
   take(last.f_guess_W, constraint.f_guess_W);
-  take(last.torque_guess_W, constraint.torque_guess_W);
+  if (constraint.rolling_m > 0 || constraint.spinning_m > 0) {
+    take(last.torque_guess_W, constraint.torque_guess_W);
+  }
 }
 
 StepSolver::Touching bodies_of(const ContactConstraint& constraint) {
@@ -69,7 +73,6 @@ StepSolver::StepSolver(PhysicsModel& model)
   first_root_.resize(islands);
   first_run_.resize(islands);
   next_root_.resize(model.bodies.size());
-  motions_.resize(model.bodies.size());
   // What may come first in a contact.
   const int firsts = model.ids.palm(static_cast<int>(model.grippers.size()));
   for (auto* by_body : {&first_of_body_, &first_last_run_}) by_body->resize(index(firsts));
@@ -150,14 +153,13 @@ void StepSolver::solve_stale(std::size_t known) {
   keep_contacts();
 }
 
-/// Each island's roots, ascending, and how they move before the step.
+/// Each island's roots, ascending.
 void StepSolver::list_members() {
   std::fill(first_root_.begin(), first_root_.end(), -1);
   const auto roots = awake_roots();
   for (auto root = roots.rbegin(); root != roots.rend(); ++root) {
     next_root_[index(*root)] =
         std::exchange(first_root_[index(islands_.number_of_root(*root))], *root);
-    motions_[index(*root)] = motion_of(model_.body(*root).body.get());
   }
 }
 
@@ -216,17 +218,18 @@ void StepSolver::add_contacts(const Run& run) {
   }
   dBodyID body_a = model_.ode_body(a), body_b = model_.ode_body(b);
   const bool free_a = model_.ids.is_free(a), free_b = model_.ids.is_free(b);
-  const auto motion = [this](BodyIndex id, bool free, dBodyID body) {
-    return free ? motions_[index(model_.simplification.root(id))] : motion_of(body);
-  };
-  const Moving motion_a = motion(a, free_a, body_a), motion_b = motion(b, free_b, body_b);
+  std::optional<Moving> motion_a, motion_b;
   const ConstraintSystem::Sides sides = system_.sides(body_a, body_b);
   for (int i = run.first; i < run.end; ++i) {
     ContactConstraint& constraint = model_.constraints[index(i)];
     if (constraint.restitution > 0) {
       const Contact& contact = constraint.contact;
-      const Eigen::Vector3d v_a = motion_a.velocity_at(contact.p_W);
-      const Eigen::Vector3d v_b = motion_b.velocity_at(contact.p_W);
+      if (!motion_a) {
+        motion_a = motion_of(body_a);
+        motion_b = motion_of(body_b);
+      }
+      const Eigen::Vector3d v_a = motion_a->velocity_at(contact.p_W);
+      const Eigen::Vector3d v_b = motion_b->velocity_at(contact.p_W);
       setting.normal_speed_m_s = (v_a - v_b).dot(contact.n_W);
       // What hardly moves is held up by something.
       const double fall = -model_.scene.physics.gravity_m_s2 * contact.n_W.z();

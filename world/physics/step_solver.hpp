@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "world/api/solver_work.hpp"
-#include "world/physics/collision/look_ahead.hpp"
 #include "world/physics/constraint/constraint_system.hpp"
 #include "world/physics/islands.hpp"
 
@@ -115,7 +114,6 @@ class StepSolver {
   ConstraintSystem system_;
   // Lists of islands, and of runs by their first body, -1 = none or no more.
   std::vector<int> first_root_, next_root_;  // by island, by root
-  std::vector<Moving> motions_;              // by root
   std::vector<Run> runs_;
   std::vector<int> first_run_;           // by island
   std::vector<char> stale_;              // by island: to be solved

@@ -243,6 +243,8 @@ void Simplification::judge_islands(std::span<const ContactConstraint> constraint
                                    std::span<const int> island_of) {
   // What carries each island, and how far along the belt it reaches.
   for (const int i : awake_roots_) islands_[static_cast<std::size_t>(i)] = {};
+  // Who does not sleep is only asked whether it is on the belt.
+  if (!sleeps_ && fixed_->belt < 0) constraints = {};
   for (const auto& constraint : constraints) {
     if (constraint.fixed < 0 || !is_free(constraint.contact.a)) continue;
     const int number = island_of[static_cast<std::size_t>(root(constraint.contact.a))];
