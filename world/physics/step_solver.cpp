@@ -36,16 +36,17 @@ class NormalTurn {
 };
 
 void continue_from(const StepSolver::LastContact& last, ContactConstraint& constraint) {
+  const bool turns = constraint.rolling_m > 0 || constraint.spinning_m > 0;
+  constraint.f_guess_W = last.f_guess_W;
+  if (turns) constraint.torque_guess_W = last.torque_guess_W;
+  if (last.n_W == constraint.contact.n_W) return;
   const NormalTurn turned(last.n_W, constraint.contact.n_W);
-  const auto take = [&turned](const auto& from, auto& to) {
-    to = from;
-    to.last = turned(from.last);
-    to.change = turned(from.change);
+  const auto turn = [&turned](auto& guess) {
+    guess.last = turned(guess.last);
+    guess.change = turned(guess.change);
   };
-  take(last.f_guess_W, constraint.f_guess_W);
-  if (constraint.rolling_m > 0 || constraint.spinning_m > 0) {
-    take(last.torque_guess_W, constraint.torque_guess_W);
-  }
+  turn(constraint.f_guess_W);
+  if (turns) turn(constraint.torque_guess_W);
 }
 
 StepSolver::Touching bodies_of(const ContactConstraint& constraint) {
