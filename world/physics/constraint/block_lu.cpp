@@ -3,32 +3,100 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <type_traits>
+#include <utility>
 
 #include "world/physics/collision/vector_clones.hpp"
+#include "world/physics/constraint/six.hpp"
 
 namespace aprsim::physics {
 namespace {
 
 using Block = BlockLu::Block;
 
-// Loops of fixed length by columns, which compilers turn into vector code; Eigen's products of this
-// size take the way of large ones.
+// Of a pivot, and of a factor of elimination without exchanges of rows.
+constexpr double kMostInverse = 1e200, kMostGrowth = 10;
 
-/// out += sign * a b.
-inline void add_product(double sign, const Block& a, const Block& b, Block& out) {
+/// a = a b.
+inline void multiply(Block& a, const Block& b) {
+  const SixColumns left = SixColumns::load(a);
+  for (int j = 0; j < 6; ++j) left.times(b.data() + 6 * j).store(a.data() + 6 * j);
+}
+
+/// out -= a b.
+inline void subtract_product(const Block& a, const Block& b, Block& out) {
+  const SixColumns left = SixColumns::load(a);
   for (int j = 0; j < 6; ++j) {
-    double column[6];
-    for (int i = 0; i < 6; ++i) column[i] = out(i, j);
-    for (int k = 0; k < 6; ++k) {
-      const double factor = sign * b(k, j);
-      for (int i = 0; i < 6; ++i) column[i] += a(i, k) * factor;
-    }
-    for (int i = 0; i < 6; ++i) out(i, j) = column[i];
+    double* column = out.data() + 6 * j;
+    (Six::load(column) - left.times(b.data() + 6 * j)).store(column);
   }
 }
 
-/// Gauss-Jordan with exchanges of rows, in place. False for a singular one.
-inline bool invert(Block& m) {
+/// x -= a y.
+inline void subtract_product(const Block& a, const BlockLu::Vector6& y, BlockLu::Vector6& x) {
+  (Six::load(x.data()) - SixColumns::load(a).times(y.data())).store(x.data());
+}
+
+/// Calls `step` with 0 to 5 as constants, as long as it returns true.
+template <typename Step>
+inline bool for_each_of_six(const Step& step) {
+  return [&]<int... k>(std::integer_sequence<int, k...>) {
+    return (step(std::integral_constant<int, k>{}) && ...);
+  }
+  (std::make_integer_sequence<int, 6>{});
+}
+
+/// Would an exchange of rows have served better? `factors`: by which row k is taken from others.
+inline bool grows(const Six& factors, int k, double inverse) {
+  bool in_order = std::abs(inverse) < kMostInverse;
+  for (int i = k + 1; i < 6; ++i) in_order = in_order && std::abs(factors[i]) <= kMostGrowth;
+  return !in_order;
+}
+
+/// Gauss-Jordan without exchanges of rows. False, with m as it was, where these are needed.
+inline bool invert_in_order(Block& m) {
+  SixColumns c = SixColumns::load(m);
+  const auto eliminate = [&c](auto step) {
+    constexpr int k = decltype(step)::value;
+    const double inverse = 1 / c.of[k][k];
+    Six factors = inverse * c.of[k];
+    if (grows(factors, k, inverse)) return false;
+    const Six own = Six::unit(k), others = Six{spread(1), {1, 1}} - own;
+    factors = factors * others - inverse * own;
+    for (int j = 0; j < 6; ++j) {
+      if (j != k) c.of[j] = c.of[j] * others - c.of[j][k] * factors;
+    }
+    c.of[k] = -1 * factors;
+    return true;
+  };
+  if (!for_each_of_six(eliminate)) return false;
+  c.store(m);
+  return true;
+}
+
+/// x = m^-1 x by Gauss-Jordan without exchanges of rows. False, with x as it was, where these are
+/// needed.
+inline bool solve_in_order(const Block& m, BlockLu::Vector6& x) {
+  SixColumns c = SixColumns::load(m);
+  Six y = Six::load(x.data());
+  double inverses[6];
+  const auto eliminate = [&](auto step) {
+    constexpr int k = decltype(step)::value;
+    inverses[k] = 1 / c.of[k][k];
+    Six factors = inverses[k] * c.of[k];
+    if (grows(factors, k, inverses[k])) return false;
+    factors = factors * (Six{spread(1), {1, 1}} - Six::unit(k));
+    for (int j = k + 1; j < 6; ++j) c.of[j] = c.of[j] - c.of[j][k] * factors;
+    y = y - y[k] * factors;
+    return true;
+  };
+  if (!for_each_of_six(eliminate)) return false;
+  for (int k = 0; k < 6; ++k) x(k) = y[k] * inverses[k];
+  return true;
+}
+
+/// Gauss-Jordan with exchanges of rows. False for a singular one.
+bool invert_with_exchanges(Block& m) {
   std::array<int, 6> exchanged;
   for (int k = 0; k < 6; ++k) {
     int pivot = k;
@@ -61,30 +129,13 @@ inline bool invert(Block& m) {
   return true;
 }
 
-/// x = m^-1 x by Gauss's elimination with exchanges of rows; uses m up. False for a singular one.
-inline bool eliminate(Block& m, BlockLu::Vector6& x) {
-  for (int k = 0; k < 6; ++k) {
-    int pivot = k;
-    for (int i = k + 1; i < 6; ++i) {
-      if (std::abs(m(i, k)) > std::abs(m(pivot, k))) pivot = i;
-    }
-    if (pivot != k) {
-      for (int j = k; j < 6; ++j) std::swap(m(k, j), m(pivot, j));
-      std::swap(x(k), x(pivot));
-    }
-    if (!(std::abs(m(k, k)) > 0)) return false;
-    const double inverse = 1 / m(k, k);
-    m(k, k) = inverse;
-    for (int i = k + 1; i < 6; ++i) m(i, k) *= inverse;
-    for (int j = k + 1; j < 6; ++j) {
-      for (int i = k + 1; i < 6; ++i) m(i, j) -= m(i, k) * m(k, j);
-    }
-    for (int i = k + 1; i < 6; ++i) x(i) -= m(i, k) * x(k);
-  }
-  for (int k = 5; k >= 0; --k) {
-    x(k) *= m(k, k);
-    for (int i = 0; i < k; ++i) x(i) -= m(i, k) * x(k);
-  }
+inline bool invert(Block& m) { return invert_in_order(m) || invert_with_exchanges(m); }
+
+/// x = m^-1 x; may use m up. False for a singular one.
+inline bool solve_one(Block& m, BlockLu::Vector6& x) {
+  if (solve_in_order(m, x)) return true;
+  if (!invert_with_exchanges(m)) return false;
+  x = m * BlockLu::Vector6(x);
   return true;
 }
 
@@ -192,10 +243,7 @@ APRSIM_VECTOR_CLONES bool BlockLu::factorise() {
     Block& pivot = blocks_[at(column.body)];
     if (!invert(pivot)) return false;
     for (int i = 0; i < column.count; ++i) {
-      Block& below = blocks_[at(rows_[at(column.first + i)].block)];
-      Block scaled = Block::Zero();
-      add_product(1, below, pivot, scaled);
-      below = scaled;
+      multiply(blocks_[at(rows_[at(column.first + i)].block)], pivot);
     }
     int update = column.first_update;
     for (int i = 0; i < column.count; ++i) {
@@ -203,10 +251,10 @@ APRSIM_VECTOR_CLONES bool BlockLu::factorise() {
       for (int k = 0; k < i; ++k) {
         const std::size_t b = at(rows_[at(column.first + k)].block);
         const std::size_t target = at(updates_[at(update++)]);
-        add_product(-1, blocks_[a], upper_[b], blocks_[target]);
-        add_product(-1, blocks_[b], upper_[a], upper_[target]);
+        subtract_product(blocks_[a], upper_[b], blocks_[target]);
+        subtract_product(blocks_[b], upper_[a], upper_[target]);
       }
-      add_product(-1, blocks_[a], upper_[a], blocks_[at(updates_[at(update++)])]);
+      subtract_product(blocks_[a], upper_[a], blocks_[at(updates_[at(update++)])]);
     }
   }
   return true;
@@ -217,21 +265,21 @@ APRSIM_VECTOR_CLONES bool BlockLu::solve(std::span<Vector6> x) {
     const Vector6& own = x[at(column.body)];
     for (int i = 0; i < column.count; ++i) {
       const Row& row = rows_[at(column.first + i)];
-      x[at(row.body)].noalias() -= blocks_[at(row.block)] * own;
+      subtract_product(blocks_[at(row.block)], own, x[at(row.body)]);
     }
   }
   for (std::size_t c = columns_.size(); c-- > 0;) {
     const Column& column = columns_[c];
     if (column.count == 0) {
-      if (!eliminate(blocks_[at(column.body)], x[at(column.body)])) return false;
+      if (!solve_one(blocks_[at(column.body)], x[at(column.body)])) return false;
       continue;
     }
-    Vector6 own = x[at(column.body)];
+    Vector6& own = x[at(column.body)];
     for (int i = 0; i < column.count; ++i) {
       const Row& row = rows_[at(column.first + i)];
-      own.noalias() -= upper_[at(row.block)] * x[at(row.body)];
+      subtract_product(upper_[at(row.block)], x[at(row.body)], own);
     }
-    x[at(column.body)].noalias() = blocks_[at(column.body)] * own;
+    SixColumns::load(blocks_[at(column.body)]).times(own.data()).store(own.data());
   }
   return true;
 }

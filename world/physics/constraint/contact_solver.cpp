@@ -35,70 +35,32 @@ constexpr double kSlidingShare = 1e-6;
 constexpr double kHardTangent = 1e-9;  ///< softness of friction, of W
 constexpr double kLever = 0.01;        ///< [m] at which angular velocities count in the residual
 
-/// Two directions across n.
-Matrix3 frame_of(const Vector3& n) {
-  Matrix3 frame;
-  // Across the axis that is least along n.
-  Eigen::Index least = 0;
-  n.cwiseAbs().minCoeff(&least);
-  const Vector3 t1 = n.cross(Vector3::Unit(least)).normalized();
-  frame.row(0) = n.transpose();
-  frame.row(1) = t1.transpose();
-  frame.row(2) = n.cross(t1).transpose();
-  return frame;
-}
-
-/// frame' gain frame.
-inline Matrix3 rotated(const Matrix3& frame, const Matrix3& gain) {
-  Matrix3 half;
-  for (int j = 0; j < 3; ++j) {
-    half.col(j) = gain.col(0) * frame(0, j) + gain.col(1) * frame(1, j) + gain.col(2) * frame(2, j);
-  }
-  Matrix3 out;
-  for (int j = 0; j < 3; ++j) {
-    for (int i = 0; i < 3; ++i) {
-      out(i, j) = frame(0, i) * half(0, j) + frame(1, i) * half(1, j) + frame(2, i) * half(2, j);
+/// Of contacts whose gain is S about one centre, on that body and another: blocks S, -S T, -T' S
+/// and T' S T, where T = (1, -[d]; 0, 1) takes moments from that centre to the other one by d.
+inline void add_shifted(const SixColumns& S, const Vector3& d, BlockLu::Block& forward,
+                        BlockLu::Block& backward, BlockLu::Block& other) {
+  // With d x the upper half added to the lower one.
+  const auto moved = [&d](const Six& column) {
+    Six out = column;
+    out.head[3] += d.y() * column[2] - d.z() * column[1];
+    out.tail +=
+        Six::Pair{d.z() * column[0] - d.x() * column[2], d.x() * column[1] - d.y() * column[0]};
+    return out;
+  };
+  const auto add = [](const Six& column, BlockLu::Block& to, int j) {
+    double* at = to.data() + 6 * j;
+    (Six::load(at) + column).store(at);
+  };
+  for (int j = 0; j < 6; ++j) {
+    Six shifted = S.of[j];
+    if (j >= 3) {
+      const int u = (j - 2) % 3, v = (j - 1) % 3;  // the axes behind its own
+      shifted = shifted + (d(u) * S.of[v] - d(v) * S.of[u]);
     }
+    add(-1 * shifted, forward, j);
+    add(-1 * moved(S.of[j]), backward, j);
+    add(moved(shifted), other, j);
   }
-  return out;
-}
-
-/// Adds J gain J', of the columns J = (direction; moment).
-inline void add_contact_gain(const Eigen::Matrix<double, 6, 3>& J, const Matrix3& gain,
-                             BlockLu::Block& out) {
-  for (int j = 0; j < 6; ++j) {
-    const double x = gain(0, 0) * J(j, 0) + gain(0, 1) * J(j, 1) + gain(0, 2) * J(j, 2);
-    const double y = gain(1, 0) * J(j, 0) + gain(1, 1) * J(j, 1) + gain(1, 2) * J(j, 2);
-    const double z = gain(2, 0) * J(j, 0) + gain(2, 1) * J(j, 1) + gain(2, 2) * J(j, 2);
-    double column[6];
-    for (int i = 0; i < 6; ++i) column[i] = out(i, j);
-    for (int i = 0; i < 6; ++i) column[i] += J(i, 0) * x;
-    for (int i = 0; i < 6; ++i) column[i] += J(i, 1) * y;
-    for (int i = 0; i < 6; ++i) column[i] += J(i, 2) * z;
-    for (int i = 0; i < 6; ++i) out(i, j) = column[i];
-  }
-}
-
-/// S T, where T = (1, -[d]; 0, 1) takes the levers from one centre to another by d.
-inline BlockLu::Block shifted_columns(const BlockLu::Block& S, const Vector3& d) {
-  BlockLu::Block out = S;
-  for (int i = 0; i < 6; ++i) {
-    out(i, 3) += S(i, 2) * d.y() - S(i, 1) * d.z();
-    out(i, 4) += S(i, 0) * d.z() - S(i, 2) * d.x();
-    out(i, 5) += S(i, 1) * d.x() - S(i, 0) * d.y();
-  }
-  return out;
-}
-
-/// T' S.
-inline BlockLu::Block shifted_rows(const BlockLu::Block& S, const Vector3& d) {
-  BlockLu::Block out = S;
-  for (int j = 0; j < 6; ++j) {
-    out(3, j) += S(2, j) * d.y() - S(1, j) * d.z();
-    out(4, j) += S(0, j) * d.z() - S(2, j) * d.x();
-    out(5, j) += S(1, j) * d.x() - S(0, j) * d.y();
-  }
-  return out;
 }
 
 /// Adds a b'.
@@ -106,24 +68,6 @@ inline void add_outer(const BlockLu::Vector6& a, const BlockLu::Vector6& b, Bloc
   for (int j = 0; j < 6; ++j) {
     for (int i = 0; i < 6; ++i) out(i, j) += a(i) * b(j);
   }
-}
-
-/// Projection of a vector onto a disc.
-void project_disc(double& y, double& z, double radius, double gain, double* g_yy, double* g_yz,
-                  double* g_zz) {
-  const double before = length(y, z);
-  if (before <= radius) {
-    *g_yy = *g_zz = gain;
-    *g_yz = 0;
-    return;
-  }
-  const double share = radius / before;
-  const double ty = y / before, tz = z / before;
-  *g_yy = gain * share * tz * tz;
-  *g_zz = gain * share * ty * ty;
-  *g_yz = -gain * share * ty * tz;
-  y *= share;
-  z *= share;
 }
 
 /// The residual that does after so many Newton steps.
@@ -135,61 +79,12 @@ double enough_m_s(const ContactSolver::Settings& settings, int iterations) {
 
 }  // namespace
 
-inline void ContactSolver::Cone::set(double friction, double metric_n, double metric_t) {
-  mu = friction;
-  n = metric_n;
-  t = metric_t;
-  per_n = n > 0 ? 1 / n : 0;
-  per_t = t > 0 ? 1 / t : 0;
-  leaning = mu * t * per_n;
-  share = 1 / (1 + mu * leaning);
-}
-
-/// Projection of z onto the cone in its metric; `gain`, if wanted, is its derivative times the
-/// metric's inverse.
-inline Vector3 ContactSolver::project(const Cone& cone, const Vector3& z, Matrix3* gain) {
-  const double across = length(z.y(), z.z());
-  if (z.x() >= 0 && across <= cone.mu * z.x()) {
-    if (gain) {
-      gain->setZero();
-      gain->diagonal() << cone.per_n, cone.per_t, cone.per_t;
-    }
-    return z;
-  }
-  if (z.x() <= -cone.leaning * across) {
-    if (gain) gain->setZero();
-    return Vector3::Zero();
-  }
-  // Onto the cone's generator, as seen in the metric.
-  const double xn = cone.share * (z.x() + cone.leaning * across), xt = cone.mu * xn;
-  const double per_across = across > 0 ? 1 / across : 0;
-  const double ty = across > 0 ? z.y() * per_across : 1, tz = z.z() * per_across;
-  if (gain) {
-    // Along the cone's generator, and around the cone.
-    const double nn = cone.share * cone.per_n, nt = cone.mu * nn, tt = cone.mu * nt,
-                 around = xt * per_across * cone.per_t;
-    Matrix3& g = *gain;
-    g(0, 0) = nn;
-    g(0, 1) = g(1, 0) = nt * ty;
-    g(0, 2) = g(2, 0) = nt * tz;
-    g(1, 1) = tt * ty * ty + around * tz * tz;
-    g(2, 2) = tt * tz * tz + around * ty * ty;
-    g(1, 2) = g(2, 1) = (tt - around) * ty * tz;
-  }
-  return {xn, xt * ty, xt * tz};
-}
-
-inline void ContactSolver::Contact::set_impulse(const Vector3& impulse_ns,
-                                                const Vector3& turn_nms) {
-  x = project(W, frame * impulse_ns, nullptr);
-  if (turns) torque = frame * turn_nms;
-}
-
 void ContactSolver::clear() {
   bodies_.clear();
   moving_.clear();
   rows_.clear();
-  contacts_.clear();
+  pack_count_ = 0;
+  places_.clear();
 }
 
 int ContactSolver::add_body(double mass_kg, const Matrix3& inertia, const Vector3& com,
@@ -238,58 +133,38 @@ int ContactSolver::add_row(const Side& a, const Side& b, double target, double s
   return static_cast<int>(rows_.size()) - 1;
 }
 
-APRSIM_VECTOR_CLONES int ContactSolver::add_contact(const ContactDescription& in) {
-  Contact& contact = contacts_.emplace_back();
-  contact.a = in.a;
-  contact.b = in.b;
-  contact.frame = frame_of(in.n);
-  contact.friction = in.friction;
-  contact.spinning = in.spinning_m;
-  contact.rolling = in.rolling_m;
-  contact.turns = in.spinning_m > 0 || in.rolling_m > 0;
-  contact.target = contact.frame * in.target_v;
-  contact.softness = in.softness_m_s_ns;
-  // The diagonal of J M^-1 J'.
-  Vector3 W = Vector3::Zero(), W_turn = Vector3::Zero();
-  for (const auto& [number, lever] :
-       {std::pair(in.a, &contact.lever_a), std::pair(in.b, &contact.lever_b)}) {
-    if (number == kFixed) continue;
-    const Body& body = at(number);
-    *lever = in.p - body.com;
-    if (body.unknown < 0) continue;
-    const bool first = contact.J.isZero(0);
-    for (int k = 0; k < 3; ++k) {
-      const Vector3 d = contact.frame.row(k).transpose();
-      const Vector3 moment = lever->cross(d);
-      if (first) {
-        contact.J.col(k).head<3>() = d;
-        contact.J.col(k).tail<3>() = moment;
-      }
-      W(k) += body.inverse_kg + moment.dot(body.inverse_inertia * moment);
-      if (contact.turns) W_turn(k) += d.dot(body.inverse_inertia * d);
-    }
+/// Contacts of the same two bodies stand together.
+int ContactSolver::add_contact(const ContactDescription& contact) {
+  const bool joins = pack_count_ > 0 && packs().back().takes(contact);
+  if (!joins) {
+    if (packs_.size() == index(pack_count_)) packs_.emplace_back();
+    ++pack_count_;
+    packs().back().begin(contact.a, contact.b);
   }
-  contact.W.set(in.friction, W(0), std::max(W(1), W(2)));
-  contact.W_spin = W_turn(0);
-  contact.W_roll = std::max(W_turn(1), W_turn(2));
-  contact.set_impulse(in.impulse_ns.last + in.impulse_ns.change,
-                      in.turn_nms.last + in.turn_nms.change);
-  contact.last_ns = in.impulse_ns.last;
-  contact.last_turn_nms = in.turn_nms.last;
-  return static_cast<int>(contacts_.size()) - 1;
+  packs().back().add(contact);
+  places_.emplace_back(pack_count_ - 1, packs().back().count - 1);
+  return static_cast<int>(places_.size()) - 1;
 }
 
 Vector3 ContactSolver::contact_impulse_ns(int contact) const {
-  const Contact& c = contacts_[index(contact)];
-  return c.frame.transpose() * c.x;
+  const auto& [pack, lane] = places_[index(contact)];
+  return packs_[index(pack)].impulse_W(lane);
 }
 
 Vector3 ContactSolver::contact_turn_nms(int contact) const {
-  const Contact& c = contacts_[index(contact)];
-  return c.turns ? Vector3(c.frame.transpose() * c.torque) : Vector3::Zero();
+  const auto& [pack, lane] = places_[index(contact)];
+  return packs_[index(pack)].torque_W(lane);
 }
 
 // ---- the problem
+
+/// Behind the last of the packs of the same two bodies.
+inline std::size_t ContactSolver::end_of_pair(std::size_t first) const {
+  const auto all = packs();
+  std::size_t end = first + 1;
+  while (end < all.size() && all[end].a == all[first].a && all[end].b == all[first].b) ++end;
+  return end;
+}
 
 /// Which bodies each row and contact couples, and the matrix's structure.
 void ContactSolver::prepare() {
@@ -304,7 +179,7 @@ void ContactSolver::prepare() {
     return static_cast<int>(pairs_.size()) - 1;
   };
   for (Row& row : rows_) row.place = pair_of(row.a.body, row.b.body);
-  for (Contact& contact : contacts_) contact.place = pair_of(contact.a, contact.b);
+  for (ContactPack& pack : packs()) pack.place = pair_of(pack.a, pack.b);
   matrix_.analyse(static_cast<int>(moving_.size()), pairs_);
   gradient_.resize(moving_.size());
   direction_.resize(moving_.size());
@@ -312,17 +187,14 @@ void ContactSolver::prepare() {
 }
 
 inline void ContactSolver::push(int number, const Vector3& impulse, const Vector3& moment) {
-  if (number == kFixed) return;
-  Body& body = at(number);
-  if (body.unknown < 0) return;
-  body.twist.v += body.inverse_kg * impulse;
-  body.twist.omega += body.inverse_inertia * moment;
+  if (number != kFixed && at(number).moves()) at(number).push(impulse, moment);
 }
 
-inline Vector3 ContactSolver::velocity_at(int number, const Vector3& lever) const {
-  if (number == kFixed) return Vector3::Zero();
-  const Twist& twist = at(number).twist;
-  return twist.v + twist.omega.cross(lever);
+inline void ContactSolver::push(const ContactPack& pack, const ContactPack::Net& net) {
+  const auto upper = [](const Six& of) { return Vector3(of[0], of[1], of[2]); };
+  const auto lower = [](const Six& of) { return Vector3(of[3], of[4], of[5]); };
+  push(pack.a, upper(net.on_a), lower(net.on_a));
+  push(pack.b, -upper(net.against_b), -lower(net.against_b));
 }
 
 inline double ContactSolver::velocity_of(const Side& side) const {
@@ -342,27 +214,15 @@ APRSIM_VECTOR_CLONES void ContactSolver::velocities_from_impulses() {
     push(row.a.body, row.now.x * row.a.linear, row.now.x * row.a.angular);
     push(row.b.body, row.now.x * row.b.linear, row.now.x * row.b.angular);
   }
-  for (const Contact& c : contacts_) {
-    if (c.idle()) continue;
-    const Vector3 p = c.frame.transpose() * c.x;
-    Vector3 torque = Vector3::Zero();
-    if (c.turns) torque = c.frame.transpose() * c.torque;
-    push(c.a, p, c.lever_a.cross(p) + torque);
-    push(c.b, -p, -c.lever_b.cross(p) - torque);
+  for (const ContactPack& pack : packs()) {
+    if (!pack.idle()) push(pack, pack.net());
   }
 }
 
 /// y = J V - target, of every row and contact.
 APRSIM_VECTOR_CLONES void ContactSolver::evaluate_velocities() {
   for (Row& row : rows_) row.y = velocity_of(row.a) + velocity_of(row.b) - row.target;
-  for (Contact& c : contacts_) {
-    c.y = c.frame * (velocity_at(c.a, c.lever_a) - velocity_at(c.b, c.lever_b)) - c.target;
-    if (!c.turns) continue;
-    Vector3 turn = Vector3::Zero();
-    if (c.a != kFixed) turn += at(c.a).twist.omega;
-    if (c.b != kFixed) turn -= at(c.b).twist.omega;
-    c.turn = c.frame * turn;
-  }
+  for (ContactPack& pack : packs()) pack.evaluate_velocities(find(pack.a), find(pack.b));
 }
 
 /// Which contacts are of bodies that rows drive.
@@ -372,9 +232,12 @@ void ContactSolver::note_driven() {
       if (side->body != kFixed) at(side->body).driven = true;
     }
   }
-  for (Contact& c : contacts_) {
-    c.loose = !(c.a != kFixed && at(c.a).driven) && !(c.b != kFixed && at(c.b).driven);
-  }
+  const auto is_driven = [this](int body) { return body != kFixed && at(body).driven; };
+  for (ContactPack& pack : packs()) pack.loose = !is_driven(pack.a) && !is_driven(pack.b);
+}
+
+APRSIM_VECTOR_CLONES void ContactSolver::complete_contacts() {
+  for (ContactPack& pack : packs()) pack.complete(find(pack.a), find(pack.b));
 }
 
 /// How far each row and contact is from complementarity: the natural map, in units of velocity.
@@ -390,31 +253,9 @@ APRSIM_VECTOR_CLONES ContactSolver::Residual ContactSolver::residual() {
     const double x = std::clamp(row.now.x - y / row.W, row.lo, row.hi);
     rows = std::max(rows, row.lever * row.W * std::abs(row.now.x - x));
   }
-  for (const Contact& c : contacts_) {
-    if (!(c.W.n > 0) || (c.y.x() >= 0 && c.idle())) continue;
-    Vector3 y = c.y;
-    const double across = length(y.y(), y.z());
-    y.x() += c.softness * c.x.x() + c.friction * across;
-    y.tail<2>() += kHardTangent * c.W.t * c.x.tail<2>();
-    const Vector3 z = c.x - Vector3(c.W.per_n * y.x(), c.W.per_t * y.y(), c.W.per_t * y.z());
-    const Vector3 off = c.x - project(c.W, z, nullptr);
-    // What slides fast needs no more than a share of its speed.
-    const double slack = kSlidingShare * across;
-    double own = std::max({c.W.n * std::abs(off.x()), c.W.t * std::abs(off.y()),
-                           c.W.t * std::abs(off.z())}) -
-                 slack;
-    if (c.turns && c.spinning > 0) {
-      const double bound = c.spinning * c.x.x();
-      const double x = std::clamp(c.torque.x() - c.turn.x() / c.W_spin, -bound, bound);
-      own = std::max(own, kLever * c.W_spin * std::abs(c.torque.x() - x));
-    }
-    if (c.turns && c.rolling > 0) {
-      double u = c.torque.y() - c.turn.y() / c.W_roll, w = c.torque.z() - c.turn.z() / c.W_roll;
-      double unused[3];
-      project_disc(u, w, c.rolling * c.x.x(), 1, unused, unused + 1, unused + 2);
-      own = std::max(own, kLever * c.W_roll * length(c.torque.y() - u, c.torque.z() - w));
-    }
-    (c.loose ? loose : driven) = std::max(c.loose ? loose : driven, own);
+  for (const ContactPack& pack : packs()) {
+    double& of = pack.loose ? loose : driven;
+    of = std::max(of, pack.residual(kHardTangent, kSlidingShare, kLever));
   }
   return {.all_m_s = std::max({rows, driven, loose}),
           .excess_m_s = std::max({rows, driven, loose - slack_m_s_})};
@@ -427,44 +268,39 @@ void ContactSolver::swap_velocities() {
 // ---- the outer iteration
 
 /// The proximal term's share of each diagonal.
-void ContactSolver::set_softness(double epsilon) {
+APRSIM_VECTOR_CLONES void ContactSolver::set_softness(double epsilon) {
   for (Row& row : rows_) row.D = row.softness + epsilon * row.W;
-  for (Contact& c : contacts_) {
-    const double around = epsilon + kHardTangent;
-    c.D.set(c.friction, c.softness + epsilon * c.W.n, around * c.W.t);
-    c.D_spin = around * c.W_spin;
-    c.D_roll = around * c.W_roll;
-  }
+  for (ContactPack& pack : packs()) pack.set_softness(epsilon, kHardTangent);
 }
 
 /// Back to the centres, and to their velocities.
 void ContactSolver::return_to_centres() {
   for (Row& row : rows_) row.now.x = row.now.centre;
-  for (Contact& c : contacts_) {
-    c.x = c.centre;
-    c.torque = c.torque_centre;
+  for (ContactPack& pack : packs()) {
+    pack.x = pack.centre;
+    pack.torque = pack.torque_centre;
   }
   velocities_from_impulses();
   evaluate_velocities();
 }
 
 /// The present impulses become the centres, the present slip the correction.
-void ContactSolver::recentre() {
+APRSIM_VECTOR_CLONES void ContactSolver::recentre() {
   for (Row& row : rows_) row.now.centre = row.now.x;
-  for (Contact& c : contacts_) {
-    c.centre = c.x;
-    c.torque_centre = c.torque;
+  for (ContactPack& pack : packs()) {
+    pack.centre = pack.x;
+    pack.torque_centre = pack.torque;
   }
   recentre_slip();
 }
 
-void ContactSolver::recentre_slip() {
-  for (Contact& c : contacts_) c.slip = c.friction * length(c.y.y(), c.y.z());
+APRSIM_VECTOR_CLONES void ContactSolver::recentre_slip() {
+  for (ContactPack& pack : packs()) pack.recentre_slip();
 }
 
-void ContactSolver::take_last() {
+APRSIM_VECTOR_CLONES void ContactSolver::take_last() {
   for (Row& row : rows_) row.now.x = row.other_guess;
-  for (Contact& c : contacts_) c.set_impulse(c.last_ns, c.last_turn_nms);
+  for (ContactPack& pack : packs()) pack.set_impulse(pack.last_W, pack.last_turn_W);
 }
 
 ContactSolver::Residual ContactSolver::begin_from_better_guess(double enough_m_s) {
@@ -484,30 +320,18 @@ ContactSolver::Residual ContactSolver::begin_from_better_guess(double enough_m_s
 /// share the load of the same velocities (as mass splitting does: Tonge et al. 2012); in turns the
 /// first ones would take it, and how what slides turns depends on how evenly it is borne.
 APRSIM_VECTOR_CLONES void ContactSolver::relax() {
-  for (std::size_t first = 0, end = 0; first < contacts_.size(); first = end) {
-    const Contact& of = contacts_[first];
+  const auto all = packs();
+  for (std::size_t first = 0, end = 0; first < all.size(); first = end) {
+    end = end_of_pair(first);
+    const auto pair = all.subspan(first, end - first);
     int bearing = 0;
-    for (end = first; end < contacts_.size(); ++end) {
-      Contact& c = contacts_[end];
-      if (c.a != of.a || c.b != of.b) break;
-      c.y = c.frame * (velocity_at(c.a, c.lever_a) - velocity_at(c.b, c.lever_b)) - c.target;
-      bearing += c.x.x() > 0 || c.y.x() < 0;
+    for (ContactPack& pack : pair) {
+      pack.evaluate_contact_velocities(find(pack.a), find(pack.b));
+      bearing += pack.bearing();
     }
     if (bearing == 0) continue;
     const double share = 1.0 / bearing;
-    for (std::size_t i = first; i < end; ++i) {
-      Contact& c = contacts_[i];
-      if (!(c.W.n > 0)) continue;
-      Vector3 y = c.y;
-      y.x() += c.softness * c.x.x() + c.friction * length(y.y(), y.z());
-      const Vector3 way(c.W.per_n * y.x(), c.W.per_t * y.y(), c.W.per_t * y.z());
-      const Vector3 by = project(c.W, c.x - share * way, nullptr) - c.x;
-      if (by.isZero(0)) continue;
-      c.x += by;
-      const Vector3 p = c.frame.transpose() * by;
-      push(c.a, p, c.lever_a.cross(p));
-      push(c.b, -p, -c.lever_b.cross(p));
-    }
+    for (ContactPack& pack : pair) push(pack, pack.net_of(pack.relax(share)));
   }
 }
 
@@ -533,6 +357,7 @@ bool ContactSolver::rests() const {
 }
 
 ContactSolver::Outcome ContactSolver::solve(const Settings& settings) {
+  complete_contacts();
   if (moving_.empty()) return {.converged = true};
   note_driven();
   slack_m_s_ = std::max(0.0, settings.loose_m_s - settings.tolerance_m_s);
@@ -565,8 +390,7 @@ ContactSolver::Outcome ContactSolver::iterate(Residual first, const Settings& se
     int inner = 0;
     bool good = true;
     exact_ = true;
-    evaluate_impulses(0);
-    Gradient gradient = find_gradient();
+    Gradient gradient = evaluate();
     while (inner < kMostInner && outcome.iterations < settings.most_iterations) {
       if (gradient.speed_m_s <= wanted && inner > 0) break;
       if (!find_direction()) {
@@ -584,13 +408,11 @@ ContactSolver::Outcome ContactSolver::iterate(Residual first, const Settings& se
       if (exact_) {
         exact_ = false;
         recentre_slip();
-        evaluate_impulses(0);
-        gradient = find_gradient();
+        gradient = evaluate();
         continue;
       }
       move_along(line_search());
-      evaluate_impulses(0);
-      gradient = find_gradient();
+      gradient = evaluate();
     }
     if ((!good || inner >= kMostInner) && epsilon < kMostEpsilon) {
       // From where it began, less stiff.
@@ -625,20 +447,18 @@ ContactSolver::Outcome ContactSolver::iterate(Residual first, const Settings& se
 
 void ContactSolver::keep_best() {
   best_rows_.resize(rows_.size());
-  best_contacts_.resize(contacts_.size());
-  best_torques_.resize(contacts_.size());
+  best_contacts_.resize(packs().size());
   for (std::size_t i = 0; i < rows_.size(); ++i) best_rows_[i] = rows_[i].now.x;
-  for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    best_contacts_[i] = contacts_[i].x;
-    best_torques_[i] = contacts_[i].torque;
+  for (std::size_t i = 0; i < packs().size(); ++i) {
+    best_contacts_[i] = {packs_[i].x, packs_[i].torque};
   }
 }
 
 void ContactSolver::take_best() {
   for (std::size_t i = 0; i < rows_.size(); ++i) rows_[i].now.x = best_rows_[i];
-  for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    contacts_[i].x = best_contacts_[i];
-    contacts_[i].torque = best_torques_[i];
+  for (std::size_t i = 0; i < packs().size(); ++i) {
+    packs_[i].x = best_contacts_[i].x;
+    packs_[i].torque = best_contacts_[i].torque;
   }
 }
 
@@ -646,6 +466,11 @@ void ContactSolver::take_best() {
 
 /// Impulses that belong to the velocities y + along * rate, and their derivatives.
 APRSIM_VECTOR_CLONES void ContactSolver::evaluate_impulses(double along) {
+  evaluate_rows(along);
+  for (ContactPack& pack : packs()) pack.evaluate_impulses(along, exact_, kHardTangent);
+}
+
+void ContactSolver::evaluate_rows(double along) {
   for (Row& row : rows_) {
     if (!(row.D > 0)) continue;
     const double y = row.y + along * row.rate;
@@ -654,85 +479,46 @@ APRSIM_VECTOR_CLONES void ContactSolver::evaluate_impulses(double along) {
     row.now.x = std::clamp(z, row.lo, row.hi);
     row.now.gain = z > row.lo && z < row.hi ? 1 / row.D : 0;
   }
-  for (Contact& c : contacts_) {
-    if (!(c.D.n > 0)) continue;
-    Vector3 y = c.y + along * c.rate;
-    if (exact_ && y.x() >= 0 && c.centre.isZero(0)) {
-      c.leave();
-      continue;
-    }
-    const double across = length(y.y(), y.z());
-    if (exact_) c.slip = c.friction * across;
-    y.x() += c.slip;
-    // D x = (D - softness) centre - y, then into the cone.
-    const double stays_n = 1 - c.softness * c.D.per_n,
-                 stays_t = 1 - kHardTangent * c.W.t * c.D.per_t;
-    const Vector3 z(stays_n * c.centre.x() - c.D.per_n * y.x(),
-                    stays_t * c.centre.y() - c.D.per_t * y.y(),
-                    stays_t * c.centre.z() - c.D.per_t * y.z());
-    c.x = project(c.D, z, &c.gain);
-    if (exact_ && across > 0) {
-      // The slip's own derivative.
-      c.gain.col(1) += c.friction * y.y() / across * c.gain.col(0);
-      c.gain.col(2) += c.friction * y.z() / across * c.gain.col(0);
-    }
-    if (!c.turns) continue;
-    const Vector3 turn = c.turn + along * c.turn_rate;
-    const double bound = std::max(0.0, c.centre.x());
-    c.turn_gain.setZero();
-    if (c.spinning > 0) {
-      const double D = c.D_spin;
-      const double spin = c.torque_centre.x() - turn.x() / D;
-      c.torque.x() = std::clamp(spin, -c.spinning * bound, c.spinning * bound);
-      if (spin == c.torque.x()) c.turn_gain(0, 0) = 1 / D;
-    }
-    if (c.rolling > 0) {
-      const double D = c.D_roll;
-      c.torque.y() = c.torque_centre.y() - turn.y() / D;
-      c.torque.z() = c.torque_centre.z() - turn.z() / D;
-      double yy = 0, yz = 0, zz = 0;
-      project_disc(c.torque.y(), c.torque.z(), c.rolling * bound, 1 / D, &yy, &yz, &zz);
-      c.turn_gain(1, 1) = yy;
-      c.turn_gain(1, 2) = c.turn_gain(2, 1) = yz;
-      c.turn_gain(2, 2) = zz;
-    }
-  }
 }
 
-/// M (V - V_free) - J' x; returns the largest change of velocity that it stands for.
-APRSIM_VECTOR_CLONES ContactSolver::Gradient ContactSolver::find_gradient() {
-  Gradient out;
+/// The impulses that belong to the velocities, and M (V - V_free) - J' x.
+APRSIM_VECTOR_CLONES ContactSolver::Gradient ContactSolver::evaluate() {
   for (const int i : moving_) {
     const Body& body = at(i);
-    Vector6& g = gradient_[index(body.unknown)];
-    g.head<3>() = body.kg * (body.twist.v - body.free.v);
-    g.tail<3>() = body.inertia * (body.twist.omega - body.free.omega);
+    const Vector3 p = body.kg * (body.twist.v - body.free.v);
+    const Vector3 m = body.inertia * (body.twist.omega - body.free.omega);
+    const Six g = {Lanes{p.x(), p.y(), p.z(), m.x()}, Six::Pair{m.y(), m.z()}};
+    g.store(gradient_[index(body.unknown)].data());
   }
-  const auto pull = [this](int number, const Vector3& impulse, const Vector3& moment) {
-    if (number == kFixed || at(number).unknown < 0) return;
-    Vector6& g = gradient_[index(at(number).unknown)];
-    g.head<3>() -= impulse;
-    g.tail<3>() -= moment;
+  const auto add = [this](int number, double sign, const Six& impulse) {
+    if (number == kFixed || !at(number).moves()) return;
+    double* g = gradient_[index(at(number).unknown)].data();
+    (Six::load(g) + sign * impulse).store(g);
   };
+  evaluate_rows(0);
   for (const Row& row : rows_) {
-    pull(row.a.body, row.now.x * row.a.linear, row.now.x * row.a.angular);
-    pull(row.b.body, row.now.x * row.b.linear, row.now.x * row.b.angular);
+    for (const Side* side : {&row.a, &row.b}) {
+      const Vector3 &v = side->linear, &w = side->angular;
+      add(side->body, -row.now.x, {Lanes{v.x(), v.y(), v.z(), w.x()}, Six::Pair{w.y(), w.z()}});
+    }
   }
-  for (const Contact& c : contacts_) {
-    if (c.idle()) continue;
-    const Vector3 p = c.frame.transpose() * c.x;
-    Vector3 torque = Vector3::Zero();
-    if (c.turns) torque = c.frame.transpose() * c.torque;
-    pull(c.a, p, c.lever_a.cross(p) + torque);
-    pull(c.b, -p, -c.lever_b.cross(p) - torque);
+  for (ContactPack& pack : packs()) {
+    pack.evaluate_impulses(0, exact_, kHardTangent);
+    if (pack.idle()) continue;
+    const ContactPack::Net net = pack.net();
+    add(pack.a, -1, net.on_a);
+    add(pack.b, 1, net.against_b);
   }
+  Gradient out;
+  double speed2 = 0;
   for (const int i : moving_) {
     const Body& body = at(i);
     const Vector6& g = gradient_[index(body.unknown)];
     const Vector3 dv = body.inverse_kg * g.head<3>(), dw = body.inverse_inertia * g.tail<3>();
     out.energy += g.head<3>().dot(dv) + g.tail<3>().dot(dw);
-    out.speed_m_s = std::max({out.speed_m_s, dv.norm(), kLever * dw.norm()});
+    speed2 = std::max({speed2, dv.squaredNorm(), kLever * kLever * dw.squaredNorm()});
   }
+  out.speed_m_s = std::sqrt(speed2);
   return out;
 }
 
@@ -747,33 +533,26 @@ APRSIM_VECTOR_CLONES bool ContactSolver::find_direction() {
 
 /// Contacts of the same two bodies are added up about the first that moves, then shifted.
 APRSIM_VECTOR_CLONES void ContactSolver::fill_contacts() {
-  BlockLu::Block sum;
-  for (std::size_t first = 0, end = 0; first < contacts_.size(); first = end) {
-    const Contact& of = contacts_[first];
+  const auto all = packs();
+  for (std::size_t first = 0, end = 0; first < all.size(); first = end) {
+    end = end_of_pair(first);
+    const ContactPack& of = all[first];
     const int a = of.a == kFixed ? -1 : at(of.a).unknown,
               b = of.b == kFixed ? -1 : at(of.b).unknown;
-    sum.setZero();
+    SixColumns sum = SixColumns::zero();
     bool any = false;
-    for (end = first; end < contacts_.size(); ++end) {
-      const Contact& c = contacts_[end];
-      if (c.a != of.a || c.b != of.b) break;
-      if (c.gain(0, 0) == 0 && c.gain(1, 1) == 0) continue;
+    for (const ContactPack& pack : all.subspan(first, end - first)) {
+      if (!pack.yields()) continue;
       any = true;
-      add_contact_gain(c.J, c.gain, sum);
-      if (c.turns && !c.turn_gain.isZero(0)) {
-        sum.bottomRightCorner<3, 3>() += rotated(c.frame, c.turn_gain);
-      }
+      pack.add_gain(a >= 0, sum);
     }
     if (!any) continue;
-    matrix_.diagonal(a >= 0 ? a : b) += sum;
+    sum.add_to(matrix_.diagonal(a >= 0 ? a : b));
     if (of.place < 0) continue;
     // Of b: the same impulses, and moments about its own centre.
-    const Vector3 shift = of.lever_b - of.lever_a;
+    const Vector3 shift = of.lever_b.at(0) - of.lever_a.at(0);
     const auto place = matrix_.place(index(of.place));
-    const BlockLu::Block right = shifted_columns(sum, shift);
-    matrix_.forward(place) -= right;
-    matrix_.backward(place) -= shifted_rows(sum, shift);
-    matrix_.diagonal(b) += shifted_rows(right, shift);
+    add_shifted(sum, shift, matrix_.forward(place), matrix_.backward(place), matrix_.diagonal(b));
   }
 }
 
@@ -826,10 +605,7 @@ double ContactSolver::slope(double along) {
   }
   evaluate_impulses(along);
   for (const Row& row : rows_) sum -= row.rate * row.now.x;
-  for (const Contact& c : contacts_) {
-    sum -= c.rate.dot(c.x);
-    if (c.turns) sum -= c.turn_rate.dot(c.torque);
-  }
+  for (const ContactPack& pack : packs()) sum -= pack.power();
   return sum;
 }
 
@@ -846,22 +622,10 @@ APRSIM_VECTOR_CLONES void ContactSolver::find_rates() {
       }
     }
   }
-  for (Contact& c : contacts_) {
-    Vector3 rate = Vector3::Zero(), turn = Vector3::Zero();
-    if (const Vector6* d = d_of(c.a)) {
-      rate += d->head<3>() + d->tail<3>().cross(c.lever_a);
-      turn += d->tail<3>();
-    }
-    if (const Vector6* d = d_of(c.b)) {
-      rate -= d->head<3>() + d->tail<3>().cross(c.lever_b);
-      turn -= d->tail<3>();
-    }
-    c.rate = c.frame * rate;
-    c.turn_rate = c.frame * turn;
-  }
+  for (ContactPack& pack : packs()) pack.evaluate_rates(d_of(pack.a), d_of(pack.b));
 }
 
-void ContactSolver::move_along(double step) {
+APRSIM_VECTOR_CLONES void ContactSolver::move_along(double step) {
   for (const int i : moving_) {
     Body& body = at(i);
     const Vector6& d = direction_[index(body.unknown)];
@@ -869,10 +633,7 @@ void ContactSolver::move_along(double step) {
     body.twist.omega += step * d.tail<3>();
   }
   for (Row& row : rows_) row.y += step * row.rate;
-  for (Contact& c : contacts_) {
-    c.y += step * c.rate;
-    if (c.turns) c.turn += step * c.turn_rate;
-  }
+  for (ContactPack& pack : packs()) pack.move_along(step);
 }
 
 /// The longest of a few steps that brings the equations nearer to zero; false = none, and nothing
@@ -882,8 +643,7 @@ bool ContactSolver::backtrack(Gradient& gradient) {
   for (int i = 0; i < kMostHalvings; ++i, step *= 0.5) {
     move_along(step - moved);
     moved = step;
-    evaluate_impulses(0);
-    const Gradient next = find_gradient();
+    const Gradient next = evaluate();
     if (next.energy <= (1 - kLeastProgress * step) * gradient.energy) {
       gradient = next;
       return true;

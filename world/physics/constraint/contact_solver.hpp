@@ -1,12 +1,15 @@
 #pragma once
 
 #include <limits>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "world/physics/constraint/block_lu.hpp"
+#include "world/physics/constraint/contact_pack.hpp"
+#include "world/physics/constraint/solver_body.hpp"
 
 namespace aprsim::physics {
 
@@ -48,33 +51,15 @@ class ContactSolver {
     int most_iterations = 200;  ///< Newton steps
   };
 
-  /// Where the search begins: at the last step's impulse, or by the change to it farther, whichever
-  /// fits the step better as a whole.
   template <typename Value>
-  struct Guess {
-    Value last, change;
-  };
+  using Guess = ImpulseGuess<Value>;
+  using ContactDescription = physics::ContactDescription;
+  using Twist = physics::Twist;
 
   /// One side of a row: its velocity is linear . v + angular . omega.
   struct Side {
     int body = kFixed;
     Vector3 linear = Vector3::Zero(), angular = Vector3::Zero();
-  };
-
-  struct ContactDescription {
-    int a = kFixed, b = kFixed;
-    Vector3 p = Vector3::Zero();
-    Vector3 n = Vector3::UnitZ();  ///< from b into a
-    double friction = 0;
-    double spinning_m = 0;  ///< the torque about n that friction bears, per normal force
-    double rolling_m = 0;   ///< the same across n
-    /// Velocity of a relative to b that the contact aims at: along n the least (a gap may close, or
-    /// penetration is to be corrected), across n that of a surface in motion.
-    Vector3 target_v = Vector3::Zero();
-    double softness_m_s_ns = 0;  ///< normal velocity per normal impulse
-    Guess<Vector3> impulse_ns = {Vector3::Zero(), Vector3::Zero()};  ///< on a
-    /// Torque of friction on a, times the step.
-    Guess<Vector3> turn_nms = {Vector3::Zero(), Vector3::Zero()};
   };
 
   struct Outcome {
@@ -86,10 +71,6 @@ class ContactSolver {
 
   void clear();
 
-  /// Velocity of a body: of its centre of mass, and of its rotation.
-  struct Twist {
-    Vector3 v = Vector3::Zero(), omega = Vector3::Zero();
-  };
   /// A body that impulses move. `free` is what it would have at the end of the step without them,
   /// `now` what it has: there the search begins. Returns its number.
   int add_body(double mass_kg, const Matrix3& inertia, const Vector3& com, const Twist& free,
@@ -114,15 +95,7 @@ class ContactSolver {
   [[nodiscard]] Vector3 contact_turn_nms(int contact) const;
 
  private:
-  struct Body {
-    double inverse_kg = 0, kg = 0;
-    Matrix3 inverse_inertia = Matrix3::Zero(), inertia = Matrix3::Zero();
-    Vector3 com = Vector3::Zero();
-    Twist free, twist;
-    Twist searched;       // while the other one belongs to the impulses
-    int unknown = -1;     // number among those that move
-    bool driven = false;  // by rows
-  };
+  using Body = SolverBody;
   /// A scalar row with bounds.
   struct RowState {
     double x = 0, centre = 0, gain = 0;
@@ -139,52 +112,6 @@ class ContactSolver {
     RowState now;
     double other_guess = 0;
   };
-  /// The friction cone |x_t| <= mu x_n in the metric diag(n, t, t).
-  struct Cone {
-    double mu = 0, n = 0, t = 0;
-    double per_n = 0, per_t = 0;    // 1 / n, 1 / t
-    double leaning = 0, share = 0;  // mu t / n, 1 / (1 + mu^2 t / n)
-
-    void set(double friction, double metric_n, double metric_t);
-  };
-  [[nodiscard]] static Vector3 project(const Cone& cone, const Vector3& z, Matrix3* gain);
-  /// In the frame (n, t1, t2).
-  struct Contact {
-    int a = kFixed, b = kFixed;
-    Matrix3 frame = Matrix3::Identity();  // rows
-    // Columns: directions of the frame, and their moments about the first body that moves.
-    Eigen::Matrix<double, 6, 3> J = Eigen::Matrix<double, 6, 3>::Zero();
-    Vector3 lever_a = Vector3::Zero(), lever_b = Vector3::Zero();
-    double friction = 0, spinning = 0, rolling = 0;
-    Vector3 target = Vector3::Zero();
-    double softness = 0;
-    Cone W;  // by the diagonal of J M^-1 J'
-    Cone D;  // by softness with the proximal term
-    double W_spin = 0, W_roll = 0, D_spin = 0, D_roll = 0;
-    double slip = 0;  // De Saxce's correction of the normal velocity
-    Vector3 x = Vector3::Zero(), centre = Vector3::Zero();
-    Vector3 y = Vector3::Zero(), rate = Vector3::Zero();
-    Matrix3 gain = Matrix3::Zero();
-    // Torques of friction: about n, and across it.
-    Vector3 torque = Vector3::Zero(), torque_centre = Vector3::Zero();
-    Vector3 turn = Vector3::Zero(), turn_rate = Vector3::Zero();
-    Matrix3 turn_gain = Matrix3::Zero();
-    bool turns = false;
-    bool loose = false;  // of bodies that nothing drives
-    int place = -1;
-    /// Bears nothing.
-    [[nodiscard]] bool idle() const { return x.x() == 0 && (!turns || torque.isZero(0)); }
-    /// To the nearest impulse within the cone.
-    void set_impulse(const Vector3& impulse_ns, const Vector3& turn_nms);
-    void leave() {
-      x.setZero();
-      gain.setZero();
-      torque.setZero();
-      turn_gain.setZero();
-    }
-    Vector3 last_ns = Vector3::Zero(), last_turn_nms = Vector3::Zero();  // the other guess
-  };
-
   [[nodiscard]] static std::size_t index(int i) { return static_cast<std::size_t>(i); }
   [[nodiscard]] const Body& at(int body) const { return bodies_[index(body)]; }
   [[nodiscard]] Body& at(int body) { return bodies_[index(body)]; }
@@ -195,6 +122,15 @@ class ContactSolver {
     double excess_m_s = 0;  ///< the same, less the slack of loose contacts
   };
 
+  [[nodiscard]] std::span<ContactPack> packs() { return {packs_.data(), index(pack_count_)}; }
+  [[nodiscard]] std::span<const ContactPack> packs() const {
+    return {packs_.data(), index(pack_count_)};
+  }
+  /// Null for what does not move.
+  [[nodiscard]] const Body* find(int body) const { return body == kFixed ? nullptr : &at(body); }
+  [[nodiscard]] Body* find(int body) { return body == kFixed ? nullptr : &at(body); }
+  [[nodiscard]] std::size_t end_of_pair(std::size_t first) const;
+  void complete_contacts();
   void prepare();
   void note_driven();
   /// Does nothing that it is about move, or drive it?
@@ -204,9 +140,9 @@ class ContactSolver {
   void relax();
   [[nodiscard]] Residual relax_blow(const Residual& first);
   void set_softness(double epsilon);
-  /// Gives a body an impulse.
+  /// Gives a body an impulse, if it is one that moves.
   void push(int number, const Vector3& impulse, const Vector3& moment);
-  [[nodiscard]] Vector3 velocity_at(int number, const Vector3& lever) const;
+  void push(const ContactPack& pack, const ContactPack::Net& net);
   [[nodiscard]] double velocity_of(const Side& side) const;
   void velocities_from_impulses();
   void swap_velocities();
@@ -216,11 +152,12 @@ class ContactSolver {
   [[nodiscard]] Outcome iterate(Residual first, const Settings& settings);
   void evaluate_velocities();
   void evaluate_impulses(double along);
+  void evaluate_rows(double along);
   /// How far the velocities are from those of the impulses.
   struct Gradient {
     double energy = 0, speed_m_s = 0;
   };
-  [[nodiscard]] Gradient find_gradient();
+  Gradient evaluate();
   void recentre_slip();
   [[nodiscard]] bool find_direction();
   void fill_rows();
@@ -236,15 +173,20 @@ class ContactSolver {
   std::vector<Body> bodies_;
   std::vector<int> moving_;
   std::vector<Row> rows_;
-  std::vector<Contact> contacts_;
-  double slack_m_s_ = 0;  // of loose contacts
-  bool exact_ = false;    // the slip follows within the inner problem
+  std::vector<ContactPack> packs_;  // as many as there ever were
+  int pack_count_ = 0;
+  std::vector<std::pair<int, int>> places_;  // of contacts: a pack, and a lane of it
+  double slack_m_s_ = 0;                     // of loose contacts
+  bool exact_ = false;                       // the slip follows within the inner problem
   BlockLu matrix_;
   bool rows_kept_ = false;  // in the matrix
   std::vector<std::pair<int, int>> pairs_;
   std::vector<Vector6> gradient_, direction_;
   std::vector<double> best_rows_;
-  std::vector<Vector3> best_contacts_, best_torques_;
+  struct Impulses {
+    Lanes3 x, torque;
+  };
+  std::vector<Impulses> best_contacts_;  // by pack
 };
 
 }  // namespace aprsim::physics

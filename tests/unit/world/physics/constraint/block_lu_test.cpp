@@ -10,8 +10,10 @@ namespace {
 
 using Pairs = std::vector<std::pair<int, int>>;
 
-/// Fills a system of random blocks and the same as one dense matrix.
-Eigen::MatrixXd fill(BlockLu& lu, int count, const Pairs& pairs, std::mt19937& engine) {
+/// Fills a system of random blocks and the same as one dense matrix. `shifted`: the greatest number
+/// of a column stands so many rows below the diagonal.
+Eigen::MatrixXd fill(BlockLu& lu, int count, const Pairs& pairs, int shifted,
+                     std::mt19937& engine) {
   std::uniform_real_distribution<double> value(-1, 1);
   const auto random = [&] {
     return BlockLu::Block(BlockLu::Block::NullaryExpr([&] { return value(engine); }));
@@ -26,7 +28,9 @@ Eigen::MatrixXd fill(BlockLu& lu, int count, const Pairs& pairs, std::mt19937& e
   lu.analyse(count, pairs);
   lu.set_zero();
   for (int i = 0; i < count; ++i) {
-    add(lu.diagonal(i), i, i, random() + 20 * BlockLu::Block::Identity());
+    BlockLu::Block great = BlockLu::Block::Zero();
+    for (int k = 0; k < 6; ++k) great((k + shifted) % 6, k) = 20;
+    add(lu.diagonal(i), i, i, random() + great);
   }
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const auto place = lu.place(k);
@@ -47,7 +51,7 @@ TEST(BlockLu, SolvesAsTheDenseMatrixDoes) {
       const int a = body(engine), b = body(engine);
       if (a != b) pairs.emplace_back(a, b);  // also the same pair more than once
     }
-    const Eigen::MatrixXd dense = fill(lu, count, pairs, engine);
+    const Eigen::MatrixXd dense = fill(lu, count, pairs, round % 6, engine);
     ASSERT_TRUE(lu.factorise());
     std::vector<BlockLu::Vector6> x(static_cast<std::size_t>(count));
     Eigen::VectorXd right = Eigen::VectorXd::Random(dense.rows());

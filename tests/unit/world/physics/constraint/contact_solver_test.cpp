@@ -1,5 +1,6 @@
 #include "world/physics/constraint/contact_solver.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -185,6 +186,37 @@ TEST(ContactSolver, TurnsWithItsProblem) {
       EXPECT_LT((R * solver.twist(i).v - turned_solver.twist(i).v).norm(), 1e-5) << round;
     }
   }
+}
+
+/// Up to nine contacts of the same two bodies, one after the other or anywhere in the list.
+TEST(ContactSolver, IsTheSameHoweverContactsAreListed) {
+  RandomProblems problems(23);
+  std::mt19937 engine(29);
+  ContactSolver solver, other;
+  int compared = 0, same = 0;
+  for (int round = 0; round < 100; ++round) {
+    Problem together = problems.next();
+    std::vector<SolverContact> many;
+    for (const SolverContact& contact : together.contacts) {
+      for (int k = 1 + round % 9; k > 0; --k) {
+        many.push_back(contact);
+        many.back().p += problems.vector(0.01);
+      }
+    }
+    together.contacts = many;
+    Problem apart = together;
+    std::ranges::shuffle(apart.contacts, engine);
+    if (!together.solve(solver).converged || !apart.solve(other).converged) continue;
+    ++compared;
+    double off = 0;
+    for (int i = 0; i < static_cast<int>(together.bodies.size()); ++i) {
+      off = std::max(off, (solver.twist(i).v - other.twist(i).v).norm());
+    }
+    same += off < 1e-5;
+  }
+  EXPECT_GE(compared, 90);
+  // Coulomb's law may leave more than one solution.
+  EXPECT_GE(same, compared - 2);
 }
 
 /// A block on a plane, pushed along it in any direction.
