@@ -33,6 +33,14 @@ void drop_unwanted(std::size_t first, std::size_t known, std::vector<Contact>& o
   out.erase(std::remove_if(at(known), out.end(), unwanted), out.end());
 }
 
+/// How fast any point of a body may be, seen from another, by sums instead of roots: at most.
+double fastest(const Moving& body, const Moving& other) {
+  const auto size = [](const Eigen::Vector3d& v) { return v.cwiseAbs().sum(); };
+  const double other_turn = size(other.omega_W);
+  return size(body.v_W) + size(other.v_W) + other_turn * size(body.p_W - other.p_W) +
+         body.reach_m * (size(body.omega_W) + other_turn);
+}
+
 Moving moving(const FreeBody& body) {
   return {body.com_W(), body.v_com_W, body.omega_W, body.radius_m};
 }
@@ -76,6 +84,8 @@ void BodyCollider::note_pressed(const std::vector<ContactConstraint>& constraint
 
 /// The way of a body seen from another; none if it is slow.
 Way BodyCollider::seen_from(const Moving& other, const Moving& body) const {
+  constexpr double kSurely = 0.99;
+  if (fastest(body, other) * model_.step_s * kStepsAhead < kSurely * kLeastWay) return {};
   const Way in_step = way_of(body, other, model_.step_s);
   const double parts = model_.scene.physics.step_s / model_.step_s;
   const Way way = in_step.over(steps_ahead(parts * in_step.longest_m()));

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 
 #include <Eigen/Geometry>
 
@@ -12,8 +14,30 @@ namespace aprsim::physics::detail {
 inline constexpr int kRingSamples = 24;
 inline constexpr double kSampleAngle = 0.26179938779914943653855361527329;  // 2 pi / 24
 inline constexpr double kSampleStep = 0.26330499517482915;                  // 2 tan(pi / 24)
+/// How far an arc between two samples bulges over its chord, in radii; likewise of a value along
+/// the circle whose second derivative by the angle is not under -1. 1 - cos(pi / 24) and
+/// (pi / 12)^2 / 8, rounded up.
+inline constexpr double kSampleBulge = 0.0086;
+/// What bounds allow for rounding [m].
+inline constexpr double kBoundSlack = 1e-9;
 
 using RingValues = std::array<double, kRingSamples>;
+/// The first sample's value again at the end.
+using ClosedRing = std::array<double, kRingSamples + 1>;
+
+/// A bit for each sample.
+using RingBits = std::array<std::uint64_t, kRingSamples>;
+inline constexpr RingBits kSampleBits = [] {
+  RingBits bits{};
+  for (std::size_t i = 0; i < kRingSamples; ++i) bits[i] = std::uint64_t{1} << i;
+  return bits;
+}();
+[[nodiscard]] constexpr std::uint64_t joined(const RingBits& bits) {
+  std::uint64_t all = 0;
+  for (const std::uint64_t bit : bits) all |= bit;
+  return all;
+}
+inline constexpr std::uint64_t kAllSamples = joined(kSampleBits);
 
 /// Cosines and sines of the sample angles.
 struct SampleDirections {
@@ -77,7 +101,7 @@ struct SlopedWay : WayOut {
   bool left_out = false;  ///< of what the surfaces are those of: the depth jumps where this ends
 };
 
-[[nodiscard]] inline double greatest(const RingValues& v) {
+[[nodiscard]] inline double greatest(const ClosedRing& v) {
   std::array<double, 4> most{v[0], v[1], v[2], v[3]};
   for (std::size_t i = 4; i < kRingSamples; i += 4) {
     for (std::size_t k = 0; k < 4; ++k) most[k] = std::max(most[k], v[i + k]);
@@ -87,6 +111,14 @@ struct SlopedWay : WayOut {
 
 [[nodiscard]] inline double at_sample(const RingValues& v, int i) {
   return v[static_cast<std::size_t>((i + kRingSamples) % kRingSamples)];
+}
+
+/// Of two values that run straight from a0 to a1 and from b0 to b1: negative where they are never
+/// both positive. One may fall below zero before the other has risen above it.
+[[nodiscard]] inline double most_of_both(double a0, double a1, double b0, double b1) {
+  const double order = a0 * b1 - a1 * b0;
+  return std::min(std::min(std::max(a0, a1), std::max(b0, b1)),
+                  std::min(std::max(std::max(a0, b1), -order), std::max(std::max(a1, b0), order)));
 }
 
 /// A point of the circle with its way out.
@@ -100,25 +132,38 @@ struct RingMaximum {
 /// surface changes, at the edge of what is left out, and by halves where none of these gains. False
 /// where all there is outside. `radius`: the circle's own, no depth is more curved.
 template <class F>
-bool refine_maximum(const CircleBasis& circle, int i, double radius, const F& way_at,
-                    RingMaximum& best) {
+[[gnu::flatten]] bool refine_maximum(const CircleBasis& circle, int i, double radius,
+                                     const F& way_at, RingMaximum& best) {
   constexpr double kSame = 5e-7;
   constexpr int kMost = 40, kStuck = 4;
   struct Look {
     double step = 0;
     SlopedWay way;
   };
-  best.way.depth = -1e30;
   const Arc arc = circle.from_sample(i);
+  double deepest = -1e30, best_step = 0;
   const auto look = [&](double step) {
-    const CirclePoint at = arc.at(step);
-    const Look found{step, way_at(at)};
-    if (found.way.depth > best.way.depth) best = {at, found.way};
+    const Look found{step, way_at(arc.at(step))};
+    if (found.way.depth > deepest) {
+      deepest = found.way.depth;
+      best_step = step;
+    }
     return found;
   };
+  const auto take_best = [&] {
+    if (!(deepest > 0)) return false;
+    best.at = arc.at(best_step);
+    best.way = way_at(best.at);
+    return true;
+  };
+  // Set by branches, not by reference, and with all looks in this function: both stay in registers.
   Look lo = look(0), hi = lo;
-  if (lo.way.slope == 0) return best.way.depth > 0;
-  (lo.way.slope > 0 ? hi : lo) = look(lo.way.slope > 0 ? kSampleStep : -kSampleStep);
+  if (lo.way.slope == 0) return take_best();
+  if (lo.way.slope > 0) {
+    hi = look(kSampleStep);
+  } else {
+    lo = look(-kSampleStep);
+  }
   int on_one_side = 0;  // how often in a row lo (positive) or hi has moved, the last time by:
   double advance = 0;
   for (int pass = 0; pass < kMost; ++pass) {
@@ -161,74 +206,136 @@ bool refine_maximum(const CircleBasis& circle, int i, double radius, const F& wa
     if (found.way.slope == 0) break;
     bool is_lo = found.way.slope > 0;
     // Over a valley: on the higher side of it.
-    if (found.way.depth < (is_lo ? lo : hi).way.depth) is_lo = lo.way.depth < hi.way.depth;
-    advance = is_lo ? on : width - on;
-    (is_lo ? lo : hi) = found;
-    on_one_side = is_lo ? std::max(on_one_side, 0) + 1 : std::min(on_one_side, 0) - 1;
+    const double beside = is_lo ? lo.way.depth : hi.way.depth;
+    if (found.way.depth < beside) is_lo = lo.way.depth < hi.way.depth;
+    if (is_lo) {
+      lo = found;
+      advance = on;
+      on_one_side = std::max(on_one_side, 0) + 1;
+    } else {
+      hi = found;
+      advance = width - on;
+      on_one_side = std::min(on_one_side, 0) - 1;
+    }
   }
-  return best.way.depth > 0;
+  return take_best();
 }
 
-/// Calls emit(RingMaximum) at the refined local maxima that are positive, four at most; when all of
-/// the circle is inside, at the deepest sample and the three a quarter turn apart. `v`: depths at
-/// the samples. `radius`: the circle's own.
-template <class F, class Emit>
-void ring_maxima(const RingValues& v, const CircleBasis& circle, double radius, const F& way_at,
-                 const Emit& emit) {
+/// All bits where a is less than b, else none: what vector registers compute without branches. No
+/// zero is less than the other.
+[[nodiscard]] inline std::uint64_t if_less(double a, double b) {
+  return 0 - (std::bit_cast<std::uint64_t>(a - b + 0.0) >> 63);
+}
+
+/// Where around a circle the deepest points may be, by its samples.
+struct RingPeaks {
+  std::uint32_t at = 0;  ///< a bit for each sample beside which a look may find something inside
+  int deepest = 0;       ///< sample
+  bool all_inside = false;
+};
+
+/// The bits of those samples whose mask(index) has all bits.
+template <class Mask>
+[[nodiscard]] std::uint64_t samples_where(const Mask& mask) {
+  RingBits bits;
+  for (std::size_t i = 0; i < kRingSamples; ++i) bits[i] = mask(i) & kSampleBits[i];
+  return joined(bits);
+}
+/// The bits of the samples after those.
+[[nodiscard]] constexpr std::uint64_t after(std::uint64_t samples) {
+  return (samples << 1 | samples >> (kRingSamples - 1)) & kAllSamples;
+}
+
+/// `depth`: at the samples. `most`: negative where all there is between a sample and the next is
+/// outside. `radius`: the circle's own.
+[[nodiscard]] inline RingPeaks find_peaks(const ClosedRing& depth, const RingValues& most,
+                                          double radius) {
   // A kink may be that much higher than the sample beside it.
   const double gain = 0.5 * kSampleAngle * radius;
-  const double highest = greatest(v);
-  if (highest < -gain) return;
-  const auto deepest = static_cast<int>(std::find(v.begin(), v.end(), highest) - v.begin());
+  const double highest = greatest(depth);
+  using Index = std::size_t;
+  const auto rising = samples_where([&](Index i) { return if_less(depth[i], depth[i + 1]); });
+  const auto far = samples_where([&](Index i) { return if_less(depth[i], -gain); });
+  const auto shut = samples_where([&](Index i) { return if_less(most[i], 0); });
+  const auto lower = samples_where([&](Index i) { return if_less(depth[i], highest); });
+  const auto inside = samples_where([&](Index i) { return if_less(0, depth[i]); });
+  const std::uint64_t before_it = lower & (kAllSamples >> 1),
+                      deepest = ~before_it & (before_it + 1);
+  const std::uint64_t peaks = ((after(rising) & ~rising) | deepest) & ~far & ~(shut & after(shut));
+  return {static_cast<std::uint32_t>(peaks), std::countr_zero(deepest), inside == kAllSamples};
+}
+
+inline constexpr int kMostMaxima = 4;
+
+/// Leaves out peaks that nobody uses. `used`: negative where that is so of all there is between a
+/// sample and the next. Where there are more than count, unused ones may take the place of others.
+inline void keep_used(const RingValues& used, RingPeaks& peaks) {
+  const auto unused = samples_where([&](std::size_t i) { return if_less(used[i], 0); });
+  if (peaks.all_inside) {
+    peaks.all_inside = unused != kAllSamples;
+    if (!peaks.all_inside) peaks.at = 0;
+  } else if (std::popcount(peaks.at) <= kMostMaxima) {
+    peaks.at &= ~static_cast<std::uint32_t>(unused & after(unused));
+  }
+}
+
+/// Calls emit(RingMaximum) at the refined local maxima that are positive, four at most, from the
+/// deepest sample on; when all of the circle is inside, at that and the three a quarter turn apart.
+/// `radius`: the circle's own.
+template <class F, class Emit>
+void ring_maxima(const RingPeaks& peaks, const CircleBasis& circle, double radius, const F& way_at,
+                 const Emit& emit) {
   RingMaximum found;
-  if (*std::min_element(v.begin(), v.end()) > 0) {
-    if (refine_maximum(circle, deepest, radius, way_at, found)) emit(found);
+  if (peaks.all_inside) {
+    if (refine_maximum(circle, peaks.deepest, radius, way_at, found)) emit(found);
     for (int k = 1; k < 4; ++k) {
       const CirclePoint at =
-          circle.from_sample((deepest + k * kRingSamples / 4) % kRingSamples).at(0);
+          circle.from_sample((peaks.deepest + k * kRingSamples / 4) % kRingSamples).at(0);
       emit(RingMaximum{at, way_at(at)});
     }
     return;
   }
   int emitted = 0;
-  for (int k = 0; k < kRingSamples && emitted < 4; ++k) {
-    const int i = (deepest + k) % kRingSamples;
-    const double here = at_sample(v, i);
-    if (here < -gain) continue;
-    if (k > 0 && !(here > at_sample(v, i - 1) && here >= at_sample(v, i + 1))) continue;
-    if (!refine_maximum(circle, i, radius, way_at, found)) continue;
-    emit(found);
-    ++emitted;
+  const std::uint32_t below = (std::uint32_t{1} << peaks.deepest) - 1;
+  for (std::uint32_t rest : {peaks.at & ~below, peaks.at & below}) {
+    for (; rest != 0 && emitted < kMostMaxima; rest &= rest - 1) {
+      if (!refine_maximum(circle, std::countr_zero(rest), radius, way_at, found)) continue;
+      emit(found);
+      ++emitted;
+    }
   }
 }
 
 /// Calls emit(point) where a value changes its sign between neighbouring samples, four times at
 /// most. `v`: at the samples; sloped_at(point) has it and its slope by the step. Newton's method,
-/// kept between the samples by halves.
-template <class F, class Emit>
-void ring_crossings(const RingValues& v, const CircleBasis& circle, const F& sloped_at,
-                    const Emit& emit) {
+/// kept between the samples by halves. Where matters(i) is false, nobody asks what is between
+/// sample i and the next: it counts, and is not emitted.
+template <class Matters, class F, class Emit>
+void ring_crossings(const RingValues& v, const CircleBasis& circle, const Matters& matters,
+                    const F& sloped_at, const Emit& emit) {
   constexpr double kSame = 1e-11;
   constexpr int kMost = 40;
+  const auto positive = samples_where([&](std::size_t i) { return if_less(0, v[i]); });
+  const std::uint64_t next = positive >> 1 | (positive & 1) << (kRingSamples - 1);
   int most = 4;
-  for (int i = 0; i < kRingSamples && most > 0; ++i) {
+  for (std::uint64_t rest = positive ^ next; rest != 0 && most > 0; rest &= rest - 1, --most) {
+    const int i = std::countr_zero(rest);
+    if (!matters(i)) continue;
     const double first = at_sample(v, i), last = at_sample(v, i + 1);
-    if ((first > 0) == (last > 0)) continue;
     double lo = 0, hi = kSampleStep, step = kSampleStep * first / (first - last);
     const Arc arc = circle.from_sample(i);
-    CirclePoint at = arc.at(step);
+    CirclePoint point = arc.at(step);
     for (int pass = 0; pass < kMost; ++pass) {
-      const auto [value, slope] = sloped_at(at);
+      const auto [value, slope] = sloped_at(point);
       ((value > 0) == (first > 0) ? lo : hi) = step;
-      double next = step - value / slope;
-      if (!(next > lo && next < hi)) next = 0.5 * (lo + hi);
-      const double moved = std::abs(next - step);
-      step = next;
-      at = arc.at(step);
+      double wanted = step - value / slope;
+      if (!(wanted > lo && wanted < hi)) wanted = 0.5 * (lo + hi);
+      const double moved = std::abs(wanted - step);
+      step = wanted;
+      point = arc.at(step);
       if (moved < kSame) break;
     }
-    emit(at.p);
-    --most;
+    emit(point.p);
   }
 }
 

@@ -32,6 +32,9 @@ class Candidates {
       replace_shallowest({p, n, depth});
     }
   }
+  void add_all(const Candidates& others) {
+    for (int i = 0; i < others.size(); ++i) add(others[i].p, others[i].n, others[i].depth);
+  }
   [[nodiscard]] int size() const { return size_; }
   [[nodiscard]] const Candidate& operator[](int i) const {
     return items_[static_cast<std::size_t>(i)];

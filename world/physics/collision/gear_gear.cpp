@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "world/physics/collision/circle_edge_vs_gear.hpp"
@@ -20,6 +21,8 @@ using Eigen::Vector3d;
 
 /// Axes closer than this (cosine) count as parallel: sides touch along a line, not in a point.
 constexpr double kParallel = 0.98;
+/// What bounds allow for rounding [m].
+constexpr double kRounding = 1e-9;
 
 /// The two gears in B's frame. Candidates have their normals into B; A's are flipped on the way.
 struct Gears {
@@ -28,25 +31,30 @@ struct Gears {
   const Isometry3d& X_BA;
 };
 
-struct Interval {
-  double lo, hi;
+/// Bounds of a piece of A in B's frame: its extent along B's axis, and of the sphere about it the
+/// middle's distance from that axis and the radius.
+struct Bounds {
+  double lo = 0, hi = 0, off = 0, r = 0;
+  [[nodiscard]] bool overlap(const Piece& b) const {
+    return hi > b.z0 && lo < b.z1 && off < r + std::max(b.r0, b.r1);
+  }
 };
 
-/// Extent of a piece of A along B's axis.
-Interval height_in_b(const Piece& piece, const Isometry3d& X_BA) {
+using GearBounds = std::array<Bounds, 4>;
+GearBounds bounds_in_b(const GearShape& a, const Isometry3d& X_BA) {
+  GearBounds bounds;
   const Vector3d u = X_BA.linear().col(2);
   const double sine = std::sqrt(std::max(0.0, 1 - u.z() * u.z())), c = X_BA.translation().z();
-  const double at0 = c + piece.z0 * u.z(), at1 = c + piece.z1 * u.z();
-  return {std::min(at0 - piece.r0 * sine, at1 - piece.r1 * sine),
-          std::max(at0 + piece.r0 * sine, at1 + piece.r1 * sine)};
-}
-
-bool bounds_overlap(const Piece& a, const Piece& b, const Isometry3d& X_BA) {
-  const Interval h = height_in_b(a, X_BA);
-  if (h.hi <= b.z0 || h.lo >= b.z1) return false;
-  const Vector3d ca = X_BA * Vector3d(0, 0, 0.5 * (a.z0 + a.z1));
-  const double ra = length(std::max(a.r0, a.r1), 0.5 * (a.z1 - a.z0));
-  return length(ca.x(), ca.y()) < ra + std::max(b.r0, b.r1);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(a.piece_count); ++i) {
+    const Piece& piece = a.pieces[i];
+    const double at0 = c + piece.z0 * u.z(), at1 = c + piece.z1 * u.z();
+    const Vector3d middle = X_BA * Vector3d(0, 0, 0.5 * (piece.z0 + piece.z1));
+    bounds[i] = {.lo = std::min(at0 - piece.r0 * sine, at1 - piece.r1 * sine),
+                 .hi = std::max(at0 + piece.r0 * sine, at1 + piece.r1 * sine),
+                 .off = length(middle.x(), middle.y()),
+                 .r = length(std::max(piece.r0, piece.r1), 0.5 * (piece.z1 - piece.z0))};
+  }
+  return bounds;
 }
 
 /// Two cylinders standing side by side: the ends of the line along which they touch. An end is a
@@ -115,6 +123,8 @@ void rim_on_end(const detail::RimS& rim, double z_end, double r_end, double outw
                 Candidates& out) {
   const Vector3d face(0, 0, outward);
   if (outward * (z_end - rim.c.z()) + rim.r * rim.sine <= 0) return;
+  const double off = length(rim.c.x(), rim.c.y());
+  if (std::max(off - rim.r, rim.r * std::abs(rim.u.z()) - off) > r_end + kRounding) return;
   Vector3d d1, d2;
   detail::anchor_directions(rim, face, rim.sine, d1, d2);
   for (const Vector3d& d : {d1, d2, Vector3d(-d1), Vector3d(-d2)}) {
@@ -153,7 +163,6 @@ void add_flipped(const Candidates& in, const Isometry3d& X_BA, Candidates& out) 
 void piece_on_piece(const Gears& g, int i, int j, const Isometry3d& X_AB, Candidates& out) {
   const Piece& a = g.a.pieces[static_cast<std::size_t>(i)];
   const Piece& b = g.b.pieces[static_cast<std::size_t>(j)];
-  if (!bounds_overlap(a, b, g.X_BA) || !bounds_overlap(b, a, X_AB)) return;
   if (side_by_side(a, b, g.X_BA, out)) return;
   crossing_sides(a, b, g.X_BA, out);
   rims_on_piece(g.a, i, g.b, j, g.X_BA, out);
@@ -171,8 +180,12 @@ void gear_gear(const GearShape& gear_a, const Isometry3d& X_WA, const GearShape&
   const Isometry3d X_AB = X_BA.inverse(Eigen::Isometry);
   const Gears gears{gear_a, gear_b, X_BA};
   Candidates points;
-  for (int i = 0; i < gear_a.piece_count; ++i) {
-    for (int j = 0; j < gear_b.piece_count; ++j) piece_on_piece(gears, i, j, X_AB, points);
+  const GearBounds a_in_b = bounds_in_b(gear_a, X_BA), b_in_a = bounds_in_b(gear_b, X_AB);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(gear_a.piece_count); ++i) {
+    for (std::size_t j = 0; j < static_cast<std::size_t>(gear_b.piece_count); ++j) {
+      if (!a_in_b[i].overlap(gear_b.pieces[j]) || !b_in_a[j].overlap(gear_a.pieces[i])) continue;
+      piece_on_piece(gears, static_cast<int>(i), static_cast<int>(j), X_AB, points);
+    }
   }
   detail::emit_reduced_by_axis(points, Vector3d::UnitZ(),
                                {X_WB, a, b, SurfacePair::kGearGear, out, true});

@@ -8,6 +8,7 @@
 #include "world/physics/collision/length.hpp"
 #include "world/physics/collision/rim_vs_pocket.hpp"
 #include "world/physics/collision/straight_edge_vs_gear.hpp"
+#include "world/physics/collision/vector_clones.hpp"
 
 // The gear's rims against the prism's planes and pockets, and the prism's edges against the gear's
 // pieces: both contain the points of a convex body against another that are farthest inside. A rim
@@ -302,10 +303,37 @@ void axis_on_prism(const Pair& pair, Candidates& out) {
   }
 }
 
+/// How far the samples of a circle are out of the material, at least, by faces that the gear
+/// crosses and by pockets.
+APRSIM_VECTOR_CLONES void sample_outside(const Pair& pair, const CircleBasis& circle,
+                                         RingValues& outside) {
+  const RingValues x = circle.samples(0), y = circle.samples(1), z = circle.samples(2);
+  outside.fill(-1);
+  for (int f = 0; f < pair.plane_count; ++f) {
+    const Plane& plane = pair.planes[static_cast<std::size_t>(f)];
+    if (!plane.crossed) continue;
+    const double n_x = plane.n.x(), n_y = plane.n.y(), n_z = plane.n.z(), off = plane.off;
+    for (std::size_t i = 0; i < kRingSamples; ++i) {
+      outside[i] = std::max(outside[i], n_x * x[i] + n_y * y[i] + n_z * z[i] - off);
+    }
+  }
+  for (const PocketProfile& pocket : pair.pockets) {
+    for (std::size_t i = 0; i < kRingSamples; ++i) {
+      const double dx = x[i] - pocket.x, dy = y[i] - pocket.y;
+      const double before_side = -pocket.behind_side(std::sqrt(dx * dx + dy * dy), z[i]);
+      outside[i] = std::max(outside[i], std::min(z[i] + pocket.depth, before_side));
+    }
+  }
+}
+
 /// The same for a rim that cuts right through: whatever part of it is in the material.
 void arcs_on_prism(const Pair& pair, const Ring& ring, Candidates& out) {
+  constexpr double kSurely = 1e-8;  // [m]
   const CircleBasis circle{pair.c + ring.z * pair.u, ring.r * pair.e1, ring.r * pair.e2};
+  RingValues outside;
+  sample_outside(pair, circle, outside);
   for (int i = 0; i < kRingSamples; ++i) {
+    if (at_sample(outside, i) > kSurely) continue;
     const Vector3d p = circle.from_sample(i).at(0).p;
     if (!in_material(pair, p)) continue;
     const Plane* nearest = nullptr;
@@ -362,7 +390,7 @@ bool gear_on_prism(const GearShape& gear, const Isometry3d& X_SG, const Prism& p
       if (pieces[k].held || !beside || beside->depth > rests[k].overlap) continue;
       out.add(beside->p, beside->n, beside->depth);
     }
-    if (out.size() == 0) out = doubtful;
+    if (out.size() == 0) out.add_all(doubtful);
   }
   if (out.size() == 0) axis_on_prism(pair, out);
   for (int i = 0, before = out.size(); i < gear.ring_count && before == 0; ++i) {

@@ -139,6 +139,7 @@ void find_ahead(const Way& way, double gap_m, std::vector<Contact>& out, const G
                         double just_made) {
     const std::size_t known = out.size();
     generate(D);
+    if (out.size() == known) return;
     const Eigen::Isometry3d back = D.inverse();
     std::optional<Contact> entered;
     std::size_t kept = known;

@@ -51,20 +51,64 @@ WayOut way_into(const PocketProfile& pocket, const Slab& slab, const Vector3d& p
   return way;
 }
 
-/// The depths of all samples, as way_into() has them.
-APRSIM_VECTOR_CLONES void sample(const PocketProfile& pocket, const Slab& slab,
-                                 const CircleBasis& basis, RingValues& depth) {
+/// Under the floor the pocket has no sides.
+bool under_floor(const PocketProfile& pocket, double z) { return z < -pocket.depth - kCornerReach; }
+
+/// A way up is the pocket's only at the mouth's corner; farther out it is the top face's contact.
+bool beyond_corner(double behind_side, double way_up) {
+  return behind_side > kMouthCorner * way_up;
+}
+
+/// Peaks of the depth that way_into() has, without those that belong to the top face or are under
+/// the floor.
+APRSIM_VECTOR_CLONES void sample(const PocketProfile& pocket, const Slab& slab, const RimS& rim,
+                                 const CircleBasis& basis, RingPeaks& peaks) {
   const RingValues x = basis.samples(0), y = basis.samples(1), z = basis.samples(2);
   const double lo_x = slab.lo.x(), hi_x = slab.hi.x(), lo_y = slab.lo.y(), hi_y = slab.hi.y();
+  ClosedRing depth, wall, chamfer, sides, height;
+  RingValues most, used;
   for (std::size_t i = 0; i < kRingSamples; ++i) {
     const double dx = x[i] - pocket.x, dy = y[i] - pocket.y;
     const double r = std::sqrt(dx * dx + dy * dy);
-    double least = std::min(pocket.behind_side(r, z[i]), -z[i]);
-    least = std::min(least, std::min(x[i] - lo_x, hi_x - x[i]));
-    least = std::min(least, std::min(y[i] - lo_y, hi_y - y[i]));
+    wall[i] = pocket.behind_wall(r, z[i]);
+    chamfer[i] = pocket.behind_chamfer(r, z[i]);
+    sides[i] = std::min(std::min(x[i] - lo_x, hi_x - x[i]), std::min(y[i] - lo_y, hi_y - y[i]));
+    height[i] = z[i];
+    const double least = std::min(std::min(wall[i], chamfer[i]), std::min(-z[i], sides[i]));
     const double above = z[i] - slab.z0;
     depth[i] = above < 0 ? std::min(least, above) : least;
   }
+  for (auto* values : {&depth, &wall, &chamfer, &sides, &height}) values->back() = values->front();
+  // Between two samples a height bulges by the rim's, and the ways through wall and chamfer by the
+  // least second derivative of radius and height. No way grows faster than the arc.
+  const double off = length(rim.c.x() - pocket.x, rim.c.y() - pocket.y), r_max = off + rim.r;
+  const double across = std::max(0.0, rim.r * (rim.r * std::abs(rim.u.z()) - off));
+  const double bend = off + r_max - across * across / (r_max * r_max * r_max);
+  const double rise = rim.r * rim.sine;
+  const double half_arc = 0.5 * kSampleAngle * rim.r;
+  const auto bulge = [&](double slope, double cosine) {
+    return std::min(half_arc, kSampleBulge * (bend + std::abs(slope) * rise) * cosine) +
+           kBoundSlack;
+  };
+  const double over_wall = bulge(pocket.wall_slope, pocket.wall_cos);
+  const double over_chamfer = bulge(pocket.chamfer_slope, pocket.chamfer_cos);
+  const double over = kSampleBulge * rise + kBoundSlack;
+  for (std::size_t i = 0; i < kRingSamples; ++i) {
+    const double wall_a = wall[i] + over_wall, wall_b = wall[i + 1] + over_wall;
+    const double chamfer_a = chamfer[i] + over_chamfer, chamfer_b = chamfer[i + 1] + over_chamfer;
+    const double top_a = over - height[i], top_b = over - height[i + 1];
+    const double z_most = over + std::max(height[i], height[i + 1]), above = z_most - slab.z0;
+    const double within = 0.5 * (sides[i] + sides[i + 1]) + half_arc + kBoundSlack;
+    const double through = std::min(most_of_both(wall_a, wall_b, top_a, top_b),
+                                    most_of_both(chamfer_a, chamfer_b, top_a, top_b));
+    most[i] = std::min(through, std::min(above, within));
+    const double side =
+        0.5 * std::min(wall[i] + wall[i + 1], chamfer[i] + chamfer[i + 1]) - half_arc;
+    used[i] = std::min(z_most + pocket.depth + kCornerReach,
+                       kMouthCorner * std::max(top_a, top_b) - side);
+  }
+  peaks = find_peaks(depth, most, rim.r);
+  keep_used(used, peaks);
 }
 
 /// The same for a point of a circle.
@@ -131,20 +175,18 @@ void rim_on_pocket_side(const RimS& rim, const PocketProfile& pocket, const Slab
                         Candidates& out) {
   const CircleBasis basis = anchored(rim, pocket);
   // Sampled around the rim; the local maxima of depth are refined.
-  RingValues depths;
-  sample(pocket, slab, basis, depths);
+  RingPeaks peaks;
+  sample(pocket, slab, rim, basis, peaks);
   const auto way_at = [&](const CirclePoint& at) { return way_into_along(pocket, slab, at); };
-  ring_maxima(depths, basis, rim.r, way_at, [&](const RingMaximum& found) {
+  ring_maxima(peaks, basis, rim.r, way_at, [&](const RingMaximum& found) {
     const Vector3d& p = found.at.p;
     const double x = p.x() - pocket.x, y = p.y() - pocket.y, r = length(x, y);
     const WayOut& way = found.way;
     if (r < 1e-12 || way.kind >= kElsewhere) return;
-    // Under the floor the pocket has no sides.
-    if (p.z() < -pocket.depth - kCornerReach) return;
+    if (under_floor(pocket, p.z())) return;
     Vector3d n = Vector3d::UnitZ();
     if (way.kind == kTopFace) {
-      // Only at the mouth's corner; farther out it is the top face's contact.
-      if (pocket.behind_side(r, p.z()) > kMouthCorner * way.depth) return;
+      if (beyond_corner(pocket.behind_side(r, p.z()), way.depth)) return;
     } else {
       const double cosine = way.kind == kWall ? pocket.wall_cos : pocket.chamfer_cos;
       const double slope = way.kind == kWall ? pocket.wall_slope : pocket.chamfer_slope;

@@ -59,6 +59,27 @@ double shortest(const Piece& piece, const Edge& e, double t) {
   return std::min(behind_side(piece, e, t), piece.to_end(e.z(t)));
 }
 
+/// Is all of the range surely outside the piece? By the planes that touch its side beside a few of
+/// the points: each leaves less of the edge that may be inside.
+bool keeps_out(const Piece& piece, const Edge& e, Range range) {
+  constexpr double kSlack = 1e-9;  // for rounding [m]
+  constexpr int kMost = 4;
+  const Range open = within_height(e, piece.z_out_low - kSlack, piece.z_out_high + kSlack);
+  range = {std::max(range.lo, open.lo), std::min(range.hi, open.hi)};
+  double t = std::clamp(e.closest, range.lo, std::max(range.lo, range.hi));
+  for (int pass = 0; pass < kMost && range.lo <= range.hi; ++pass) {
+    const double way = behind_side(piece, e, t) + kSlack;
+    if (way >= 0) return false;
+    const Vector3d q = e.at(t);
+    const double outward = (q.x() * e.d.x() + q.y() * e.d.y()) / e.r(t);
+    const double slope = (piece.slope * e.d.z() - outward) * piece.cosine;
+    if (slope == 0) return true;
+    (slope > 0 ? range.lo : range.hi) = t - way / slope;
+    t = 0.5 * (range.lo + range.hi);
+  }
+  return range.lo > range.hi;
+}
+
 /// The point of the range with the longest way out, by golden sections.
 double innermost(const Piece& piece, const Edge& e, Range range) {
   constexpr double kGolden = 0.6180339887498949;
@@ -104,7 +125,7 @@ void touch_end(double z_end, double r_end, double outward, double longest, const
 void edge_on_piece(const Piece& piece, const Edge& e, const Isometry3d& X_SG, Candidates& out) {
   // Deepest point first, then both ends of what lies along the side, then what lies under the ends.
   const Range range = within_height(e, piece.z0 - piece.low_reach, piece.z1 + piece.high_reach);
-  if (range.empty()) return;
+  if (range.empty() || keeps_out(piece, e, range)) return;
   const double inner = innermost(piece, e, range);
   const double longest = shortest(piece, e, inner);
   if (longest <= 0) return;

@@ -74,13 +74,16 @@ TEST(CircleMaxima, FindsTheDeepestPoint) {
     for (int k = 0; k < kFine; ++k) {
       deepest = std::max(deepest, depth_at(at, 2 * std::numbers::pi * k / kFine));
     }
-    RingValues samples;
-    for (int i = 0; i < kRingSamples; ++i) {
-      samples[static_cast<std::size_t>(i)] = depth_at(at, kSampleAngle * i);
+    ClosedRing samples;
+    for (std::size_t i = 0; i < kRingSamples; ++i) {
+      samples[i] = depth_at(at, kSampleAngle * static_cast<double>(i));
     }
+    samples.back() = samples.front();
+    RingValues any;  // nothing is known of what is between them
+    any.fill(1);
     double found = 0;
     const auto way_at = [&](const CirclePoint& point) { return way_out_along(at.piece, point); };
-    ring_maxima(samples, at.circle, at.radius, way_at,
+    ring_maxima(find_peaks(samples, any, at.radius), at.circle, at.radius, way_at,
                 [&](const RingMaximum& maximum) { found = std::max(found, maximum.way.depth); });
     if (deepest <= 0) continue;
     ++touching;
