@@ -172,16 +172,20 @@ RimPockets pockets_of(const RimS& rim, std::span<const PocketProfile> pockets) {
 /// way.
 bool comes_from_below(const Pair& pair) { return pair.planes[kBottom].exit; }
 
+/// From a point in the material, below its top, into a pocket.
+double way_into_pocket(const PocketProfile& pocket, const Vector3d& p) {
+  const double r = length(p.x() - pocket.x, p.y() - pocket.y);
+  const double below = -pocket.depth - p.z();
+  return below < 0 ? pocket.behind_side(r, p.z())
+                   : length(below, std::max(0.0, r - pocket.r_floor));
+}
+
 /// Is the point, `depth` below a face, in the material, with no nearer way into a pocket?
 bool held_by_pockets(const Pair& pair, const RimPockets& near, const Vector3d& p, double depth) {
   for (int i = 0; i < near.count; ++i) {
     const PocketProfile& pocket = *near.touching[static_cast<std::size_t>(i)];
-    const double r = length(p.x() - pocket.x, p.y() - pocket.y);
-    const double below = -pocket.depth - p.z();
-    if (below >= 0 && comes_from_below(pair)) continue;
-    const double to_void =
-        below < 0 ? pocket.behind_side(r, p.z()) : length(below, std::max(0.0, r - pocket.r_floor));
-    if (to_void < depth) return false;
+    if (p.z() <= -pocket.depth && comes_from_below(pair)) continue;
+    if (way_into_pocket(pocket, p) < depth) return false;
   }
   return true;
 }
@@ -326,6 +330,28 @@ APRSIM_VECTOR_CLONES void sample_outside(const Pair& pair, const CircleBasis& ci
   }
 }
 
+/// Adds a point in the material where the nearest way out of it leads.
+void add_nearest_way(const Pair& pair, const Vector3d& p, Candidates& out) {
+  const Plane* face = nullptr;
+  for (int f = 0; f < pair.plane_count; ++f) {
+    const Plane& plane = pair.planes[static_cast<std::size_t>(f)];
+    if (plane.exit && (!face || plane.under(p) < face->under(p))) face = &plane;
+  }
+  if (!face) return;
+  double least = face->under(p);
+  const PocketProfile* into = nullptr;
+  for (const PocketProfile& pocket : pair.pockets) {
+    if (p.z() <= -pocket.depth && comes_from_below(pair)) continue;
+    const double way = way_into_pocket(pocket, p);
+    if (way >= least) continue;
+    least = way;
+    into = &pocket;
+  }
+  if (!into) return out.add(p, face->n, least);
+  // Up from its floor; what is behind its sides has been looked for.
+  if (p.z() <= -into->depth) out.add(p, Vector3d::UnitZ(), -into->depth - p.z());
+}
+
 /// The same for a rim that cuts right through: whatever part of it is in the material.
 void arcs_on_prism(const Pair& pair, const Ring& ring, Candidates& out) {
   constexpr double kSurely = 1e-8;  // [m]
@@ -335,13 +361,7 @@ void arcs_on_prism(const Pair& pair, const Ring& ring, Candidates& out) {
   for (int i = 0; i < kRingSamples; ++i) {
     if (at_sample(outside, i) > kSurely) continue;
     const Vector3d p = circle.from_sample(i).at(0).p;
-    if (!in_material(pair, p)) continue;
-    const Plane* nearest = nullptr;
-    for (int f = 0; f < pair.plane_count; ++f) {
-      const Plane& plane = pair.planes[static_cast<std::size_t>(f)];
-      if (plane.exit && (!nearest || plane.under(p) < nearest->under(p))) nearest = &plane;
-    }
-    if (nearest) out.add(p, nearest->n, nearest->under(p));
+    if (in_material(pair, p)) add_nearest_way(pair, p, out);
   }
 }
 

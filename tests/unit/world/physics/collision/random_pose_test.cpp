@@ -211,6 +211,25 @@ TEST_P(RandomPose, FromAnySideOfTheTray) {
   oracle.report("from any side");
 }
 
+// Face on face, either way up, on the top or on a pocket's floor: as it lies after a fall. The
+// deepest point may be the only one inside.
+TEST_P(RandomPose, HardlyTiltedAndHardlyTouching) {
+  const scene::GearType g = gear();
+  const scene::TrayType t = tray();
+  Oracle oracle(g, tray_solid(t));
+  std::mt19937_64 random(31);
+  for (int i = 0; i < 150; ++i) {
+    const double off = 0.012, tilt = std::pow(10, test::uniform(random, -5, -3));
+    Isometry3d X = test::tilted(0.045 + test::uniform(random, -off, off),
+                                0.045 + test::uniform(random, -off, off), 0, tilt,
+                                test::uniform(random, 0, 7));
+    if (i % 3 > 0) X.linear() = X.linear() * Vector3d(1, -1, -1).asDiagonal();
+    X = oracle.lowered(X, 1e-6);
+    X = oracle.moved(X, Vector3d::UnitZ(), 4e-6, -4e-6, tilt * test::uniform(random, 0, 4e-3));
+    oracle.check(X, on_tray(g, t, X), text(X));
+  }
+}
+
 TEST_P(RandomPose, NeverNothingHoweverDeep) {
   const scene::GearType g = gear();
   const scene::TrayType t = tray();
