@@ -221,29 +221,35 @@ void ContactSearch::find_pairs() {
   }
 }
 
-/// Boxes about whole composites, by their low x: nearly in the order of the last step.
+/// Boxes about whole composites, by their low x.
 void ContactSearch::sort_boxes() {
   const auto& simplification = model_.simplification;
   const auto roots = simplification.awake_roots();
-  if (!std::ranges::equal(roots, sorted_roots_)) {
+  const bool same = std::ranges::equal(roots, sorted_roots_);
+  if (!same) {
     sorted_roots_.assign(roots.begin(), roots.end());
     boxes_.clear();
     for (const int root : roots) boxes_.push_back({.root = root});
   }
-  for (std::size_t i = 0; i < boxes_.size(); ++i) {
-    const int root = boxes_[i].root;
-    Box box{model_.body(root).bounds, root};
-    for (int m = simplification.composites().next(root); m >= 0;
+  for (Box& box : boxes_) {
+    box.bounds = model_.body(box.root).bounds;
+    for (int m = simplification.composites().next(box.root); m >= 0;
          m = simplification.composites().next(m)) {
       box.bounds = box.bounds.joined(model_.body(m).bounds);
     }
-    first_pair_[static_cast<std::size_t>(root)] = -1;
-    const double low = box.bounds.min.x();
+    first_pair_[static_cast<std::size_t>(box.root)] = -1;
+  }
+  const auto is_before = [](const Box& a, const Box& b) {
+    return std::pair(a.bounds.min.x(), a.root) < std::pair(b.bounds.min.x(), b.root);
+  };
+  if (!same) return std::sort(boxes_.begin(), boxes_.end(), is_before);
+  // Nearly in the order of the last step.
+  for (std::size_t i = 1; i < boxes_.size(); ++i) {
+    if (is_before(boxes_[i - 1], boxes_[i])) continue;
+    const Box box = boxes_[i];
     std::size_t place = i;
-    for (; place > 0; --place) {
-      const Box& before = boxes_[place - 1];
-      if (std::pair(before.bounds.min.x(), before.root) < std::pair(low, root)) break;
-      boxes_[place] = before;
+    for (; place > 0 && is_before(box, boxes_[place - 1]); --place) {
+      boxes_[place] = boxes_[place - 1];
     }
     boxes_[place] = box;
   }
