@@ -20,15 +20,15 @@ constexpr double kMostInverse = 1e200, kMostGrowth = 10;
 /// a = a b.
 inline void multiply(Block& a, const Block& b) {
   const SixColumns left = SixColumns::load(a);
-  for (int j = 0; j < 6; ++j) left.times(b.data() + 6 * j).store(a.data() + 6 * j);
+  for (int j = 0; j < 6; ++j) left.times(b.col(j).data()).store(a.col(j).data());
 }
 
 /// out -= a b.
 inline void subtract_product(const Block& a, const Block& b, Block& out) {
   const SixColumns left = SixColumns::load(a);
   for (int j = 0; j < 6; ++j) {
-    double* column = out.data() + 6 * j;
-    (Six::load(column) - left.times(b.data() + 6 * j)).store(column);
+    double* column = out.col(j).data();
+    (Six::load(column) - left.times(b.col(j).data())).store(column);
   }
 }
 

@@ -47,19 +47,15 @@ inline void add_shifted(const SixColumns& S, const Vector3& d, BlockLu::Block& f
         Six::Pair{d.z() * column[0] - d.x() * column[2], d.x() * column[1] - d.y() * column[0]};
     return out;
   };
-  const auto add = [](const Six& column, BlockLu::Block& to, int j) {
-    double* at = to.data() + 6 * j;
-    (Six::load(at) + column).store(at);
-  };
   for (int j = 0; j < 6; ++j) {
     Six shifted = S.of[j];
     if (j >= 3) {
       const int u = (j - 2) % 3, v = (j - 1) % 3;  // the axes behind its own
       shifted = shifted + (d(u) * S.of[v] - d(v) * S.of[u]);
     }
-    add(-1 * shifted, forward, j);
-    add(-1 * moved(S.of[j]), backward, j);
-    add(moved(shifted), other, j);
+    add_column(-1 * shifted, forward, j);
+    add_column(-1 * moved(S.of[j]), backward, j);
+    add_column(moved(shifted), other, j);
   }
 }
 

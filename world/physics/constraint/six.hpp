@@ -34,7 +34,11 @@ struct Six {
   /// 1 at one place.
   static Six unit(int i) {
     Six out = zero();
-    (i < kLanes ? out.head[i] : out.tail[i - kLanes]) = 1;
+    if (i < kLanes) {
+      out.head[i] = 1;
+    } else {
+      out.tail[i - kLanes] = 1;
+    }
     return out;
   }
   [[nodiscard]] double operator[](int i) const { return i < kLanes ? head[i] : tail[i - kLanes]; }
@@ -44,17 +48,23 @@ inline Six operator-(const Six& a, const Six& b) { return {a.head - b.head, a.ta
 inline Six operator*(const Six& a, const Six& b) { return {a.head * b.head, a.tail * b.tail}; }
 inline Six operator*(double s, const Six& a) { return {s * a.head, s * a.tail}; }
 
+/// Adds to a column of a block.
+inline void add_column(const Six& column, Eigen::Matrix<double, 6, 6>& m, int k) {
+  double* own = m.col(k).data();
+  (Six::load(own) + column).store(own);
+}
+
 /// The columns of a block of 6 by 6, in registers.
 struct SixColumns {
   using Block = Eigen::Matrix<double, 6, 6>;
 
   static SixColumns load(const Block& m) {
     SixColumns out;
-    for (int k = 0; k < 6; ++k) out.of[k] = Six::load(m.data() + 6 * k);
+    for (int k = 0; k < 6; ++k) out.of[k] = Six::load(m.col(k).data());
     return out;
   }
   void store(Block& m) const {
-    for (int k = 0; k < 6; ++k) of[k].store(m.data() + 6 * k);
+    for (int k = 0; k < 6; ++k) of[k].store(m.col(k).data());
   }
   static SixColumns zero() {
     SixColumns out;
@@ -68,10 +78,7 @@ struct SixColumns {
     return out;
   }
   void add_to(Block& m) const {
-    for (int k = 0; k < 6; ++k) {
-      double* column = m.data() + 6 * k;
-      (Six::load(column) + of[k]).store(column);
-    }
+    for (int k = 0; k < 6; ++k) add_column(of[k], m, k);
   }
 
   Six of[6];
