@@ -120,9 +120,10 @@ struct ContactPack {
   void move_along(double step);
   void set_softness(double epsilon, double hard_tangent);
   void recentre_slip() { slip = friction * root(y.y * y.y + y.z * y.z); }
-  /// Those that belong to the velocities y + along * rate, and their derivatives. `exact`: the slip
+  /// Those that belong to velocities as y and turn, and their derivatives. `exact`: the slip
   /// follows.
-  void evaluate_impulses(double along, bool exact, double hard_tangent);
+  void evaluate_impulses(const Lanes3& contact_v, const Lanes3& turn_v, bool exact,
+                         double hard_tangent);
   /// How far each is from complementarity: the natural map, in units of velocity.
   [[nodiscard]] double residual(double hard_tangent, double sliding_share, double lever) const;
 
@@ -351,9 +352,10 @@ inline void ContactPack::set_softness(double epsilon, double hard_tangent) {
   per_D_roll = per_roll / around;
 }
 
-inline void ContactPack::evaluate_impulses(double along, bool exact, double hard_tangent) {
+inline void ContactPack::evaluate_impulses(const Lanes3& contact_v, const Lanes3& turn_v,
+                                           bool exact, double hard_tangent) {
   const Lanes zero = spread(0);
-  Lanes3 v = y + spread(along) * rate;
+  Lanes3 v = contact_v;
   // What opens, and bore nothing.
   const LaneMask opens = (v.x >= 0) & (centre.x == 0);
   if (exact && all(opens)) return leave();
@@ -379,13 +381,13 @@ inline void ContactPack::evaluate_impulses(double along, bool exact, double hard
     }
   }
   if (!turns) return;
-  const Lanes3 w = turn + spread(along) * turn_rate;
   const Lanes bound = greater(centre.x, zero), most = spinning * bound;
-  const Lanes spin = torque_centre.x - per_D_spin * w.x;
+  const Lanes spin = torque_centre.x - per_D_spin * turn_v.x;
   torque.x = bounded(spin, most);
   spin_gain = size_of(spin) < most ? per_D_spin : zero;
   // Onto a disc.
-  const Lanes u = torque_centre.y - per_D_roll * w.y, s = torque_centre.z - per_D_roll * w.z;
+  const Lanes u = torque_centre.y - per_D_roll * turn_v.y,
+              s = torque_centre.z - per_D_roll * turn_v.z;
   const Lanes radius = rolling * bound, before = root(u * u + s * s);
   const LaneMask within = before < radius;
   const Lanes per_before = inverse_or_zero(before);

@@ -389,12 +389,12 @@ ContactSolver::Outcome ContactSolver::iterate(Residual first, const Settings& se
     Gradient gradient = evaluate();
     while (inner < kMostInner && outcome.iterations < settings.most_iterations) {
       if (gradient.speed_m_s <= wanted && inner > 0) break;
+      ++outcome.iterations;
       if (!find_direction()) {
         good = false;
         break;
       }
       ++inner;
-      ++outcome.iterations;
       find_rates();
       if (exact_ && backtrack(gradient)) continue;
       if (exact_ && epsilon < kMostEpsilon) {
@@ -463,7 +463,11 @@ void ContactSolver::take_best() {
 /// Impulses that belong to the velocities y + along * rate, and their derivatives.
 APRSIM_VECTOR_CLONES void ContactSolver::evaluate_impulses(double along) {
   evaluate_rows(along);
-  for (ContactPack& pack : packs()) pack.evaluate_impulses(along, exact_, kHardTangent);
+  const Lanes share = spread(along);
+  for (ContactPack& pack : packs()) {
+    pack.evaluate_impulses(pack.y + share * pack.rate, pack.turn + share * pack.turn_rate, exact_,
+                           kHardTangent);
+  }
 }
 
 void ContactSolver::evaluate_rows(double along) {
@@ -499,7 +503,7 @@ APRSIM_VECTOR_CLONES ContactSolver::Gradient ContactSolver::evaluate() {
     }
   }
   for (ContactPack& pack : packs()) {
-    pack.evaluate_impulses(0, exact_, kHardTangent);
+    pack.evaluate_impulses(pack.y, pack.turn, exact_, kHardTangent);
     if (pack.idle()) continue;
     const ContactPack::Net net = pack.net();
     add(pack.a, -1, net.on_a);
