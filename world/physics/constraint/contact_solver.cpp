@@ -5,7 +5,6 @@
 
 #include <Eigen/Geometry>
 
-#include "world/physics/collision/length.hpp"
 #include "world/physics/collision/vector_clones.hpp"
 
 namespace aprsim::physics {

@@ -73,6 +73,5 @@ inline Lanes dot(const Lanes3& a, const Lanes3& b) { return a.x * b.x + a.y * b.
 inline Lanes3 cross(const Lanes3& a, const Lanes3& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
-inline Eigen::Vector3d sum(const Lanes3& a) { return {sum(a.x), sum(a.y), sum(a.z)}; }
 
 }  // namespace aprsim::physics
