@@ -11,9 +11,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "server/token.hpp"
+#include "server/access/token.hpp"
 #include "server/version.hpp"
-#include "world/kept_asserts.hpp"
+#include "world/cell/kept_asserts.hpp"
 #include "world/scene/data_paths.hpp"
 
 namespace aprsim::server {

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "server/config.hpp"
-#include "server/journal/replay_files.hpp"
-#include "server/motion_options.hpp"
+#include "server/config/config.hpp"
+#include "server/replay/motion_options.hpp"
+#include "server/replay/replay_files.hpp"
 
 namespace aprsim::server {
 

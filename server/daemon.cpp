@@ -17,26 +17,26 @@
 
 #include "crcl/units.hpp"
 #include "protocols/crcl/crcl_server.hpp"
+#include "protocols/grpc/grpc_server.hpp"
 #include "protocols/modbus/modbus_server.hpp"
-#include "protocols/telemetry/telemetry_server.hpp"
 #include "protocols/vision/vision_server.hpp"
 #include "protocols/web/web_server.hpp"
-#include "server/access_rules.hpp"
-#include "server/cell_news.hpp"
-#include "server/cell_programs.hpp"
-#include "server/guards.hpp"
+#include "server/access/access_rules.hpp"
+#include "server/access/guards.hpp"
+#include "server/access/listener_options.hpp"
 #include "server/journal/journal.hpp"
 #include "server/journal/run_header.hpp"
 #include "server/journal/state_files.hpp"
-#include "server/listener_options.hpp"
-#include "server/metrics.hpp"
-#include "server/process.hpp"
-#include "server/refusal_marks.hpp"
+#include "server/operations/cell_news.hpp"
+#include "server/operations/metrics.hpp"
+#include "server/operations/process.hpp"
+#include "server/operations/refusal_marks.hpp"
+#include "server/programs/cell_programs.hpp"
 #include "server/version.hpp"
-#include "world/history/bookmark_maker.hpp"
-#include "world/history/recorders.hpp"
-#include "world/history/time_machine.hpp"
-#include "world/simulation.hpp"
+#include "world/runtime/history/bookmark_maker.hpp"
+#include "world/runtime/history/recorders.hpp"
+#include "world/runtime/history/time_machine.hpp"
+#include "world/runtime/simulation.hpp"
 
 namespace aprsim::server {
 namespace {
@@ -179,13 +179,13 @@ modbus_server::ModbusServerOptions modbus_options(const Config& all, protocols::
   return options;
 }
 
-telemetry::TelemetryOptions grpc_options(const Config& all, const Guards& guards,
-                                         journal::Journal* journal,
-                                         protocols::RefusalSink* refusals,
-                                         world::Simulation& simulation, api::History* history,
-                                         protocols::StateFiles* state_files,
-                                         std::vector<protocols::RobotPort*> robots) {
-  telemetry::TelemetryOptions options = telemetry_options(all, guards);
+grpc_server::TelemetryOptions grpc_options(const Config& all, const Guards& guards,
+                                           journal::Journal* journal,
+                                           protocols::RefusalSink* refusals,
+                                           world::Simulation& simulation, api::History* history,
+                                           protocols::StateFiles* state_files,
+                                           std::vector<protocols::RobotPort*> robots) {
+  grpc_server::TelemetryOptions options = telemetry_options(all, guards);
   options.trace = journal;
   options.incidents = journal;
   options.refusals = refusals;
@@ -441,7 +441,7 @@ class Daemon::Impl {
   protocols::WireTap crcl_tap_{simulation_}, modbus_tap_{simulation_, kModbusTapBytes};
   std::vector<Robot> robots_;  // telemetry refers to their ports
   modbus_server::ModbusServer modbus_;
-  telemetry::TelemetryServer telemetry_;
+  grpc_server::TelemetryServer telemetry_;
   Ports ports_;  // of the other listeners, for the page
   CellPrograms programs_;
   std::unique_ptr<web::WebServer> web_;

@@ -3,10 +3,10 @@
 #include <memory>
 #include <string>
 
-#include "server/config.hpp"
-#include "server/ports_file.hpp"
-#include "world/api/error.hpp"
-#include "world/scene/scene.hpp"
+#include "server/config/config.hpp"
+#include "server/operations/ports_file.hpp"
+#include "world/base/result.hpp"
+#include "world/scene/model/scene.hpp"
 
 namespace aprsim::server {
 

@@ -3,10 +3,10 @@
 #include <ostream>
 #include <utility>
 
-#include "clients/aprsim/command_line.hpp"
-#include "clients/aprsim/console.hpp"
-#include "clients/aprsim/exit_code.hpp"
-#include "clients/aprsim/interruption.hpp"
+#include "clients/aprsim/cli/console.hpp"
+#include "clients/aprsim/cli/exit_code.hpp"
+#include "clients/aprsim/commands/command_line.hpp"
+#include "clients/wires/interruption.hpp"
 
 namespace aprsim::client {
 namespace {

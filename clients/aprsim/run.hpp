@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "clients/aprsim/screen.hpp"
+#include "clients/aprsim/cli/screen.hpp"
 
 namespace aprsim::client {
 

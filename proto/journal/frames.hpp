@@ -7,7 +7,7 @@
 
 #include <google/protobuf/message_lite.h>
 
-#include "world/api/error.hpp"
+#include "world/base/result.hpp"
 
 struct ZSTD_CCtx_s;
 

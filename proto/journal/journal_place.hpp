@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "world/api/error.hpp"
+#include "world/base/result.hpp"
 
 namespace aprsim::journal {
 

@@ -7,7 +7,7 @@
 
 #include "aprsim/v1/journal.pb.h"
 #include "proto/journal/frames.hpp"
-#include "world/api/error.hpp"
+#include "world/base/result.hpp"
 
 namespace aprsim::journal {
 

@@ -10,7 +10,7 @@
 #include "crcl/command_codec.hpp"
 #include "crcl/text.hpp"
 #include "protocols/crcl/status_builder.hpp"
-#include "protocols/wire_faults.hpp"
+#include "protocols/ports/wire_faults.hpp"
 
 namespace aprsim::crcl_server {
 namespace {

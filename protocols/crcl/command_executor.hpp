@@ -17,9 +17,9 @@
 #include "protocols/crcl/program_runner.hpp"
 #include "protocols/crcl/robot_parameters.hpp"
 #include "protocols/crcl/si_conversion.hpp"
-#include "protocols/limited_log.hpp"
-#include "protocols/rate_limit.hpp"
-#include "world/api/ports.hpp"
+#include "protocols/net/limited_log.hpp"
+#include "world/api/ports/ports.hpp"
+#include "world/base/rate_limit.hpp"
 
 namespace aprsim::crcl_server {
 

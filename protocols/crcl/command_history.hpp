@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "world/api/ticket.hpp"
+#include "world/api/values/ticket.hpp"
 
 namespace aprsim::crcl_server {
 

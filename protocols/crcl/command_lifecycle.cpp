@@ -6,7 +6,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include "world/api/beside_motion.hpp"
+#include "world/api/commands/beside_motion.hpp"
 
 namespace aprsim::crcl_server {
 namespace {

@@ -8,11 +8,11 @@
 #include "crcl/status.hpp"
 #include "protocols/crcl/command_history.hpp"
 #include "protocols/crcl/joint_map.hpp"
-#include "protocols/limited_log.hpp"
-#include "protocols/refusal_sink.hpp"
-#include "world/api/error.hpp"
-#include "world/api/robot_command.hpp"
-#include "world/api/snapshot.hpp"
+#include "protocols/net/limited_log.hpp"
+#include "protocols/ports/refusal_sink.hpp"
+#include "world/api/commands/robot_command.hpp"
+#include "world/api/snapshot/snapshot.hpp"
+#include "world/base/result.hpp"
 
 namespace aprsim::crcl_server {
 

@@ -7,8 +7,8 @@
 #include <variant>
 #include <vector>
 
-#include "world/api/ports.hpp"
-#include "world/api/snapshot.hpp"
+#include "world/api/ports/ports.hpp"
+#include "world/api/snapshot/snapshot.hpp"
 
 namespace aprsim::crcl_server {
 

@@ -8,7 +8,7 @@
 
 #include "crcl/commands.hpp"
 #include "crcl/units.hpp"
-#include "world/api/wire_joint.hpp"
+#include "world/api/values/wire_joint.hpp"
 
 namespace aprsim::crcl_server {
 

@@ -10,7 +10,7 @@
 #include <boost/asio/error.hpp>
 #include <boost/asio/post.hpp>
 
-#include "protocols/foreign_protocol.hpp"
+#include "protocols/net/foreign_protocol.hpp"
 
 namespace aprsim::crcl_server {
 namespace {

@@ -10,9 +10,9 @@
 #include <boost/asio/steady_timer.hpp>
 
 #include "crcl/framer.hpp"
-#include "protocols/connection_places.hpp"
 #include "protocols/crcl/crcl_session.hpp"
-#include "protocols/wire_trace.hpp"
+#include "protocols/net/connection_places.hpp"
+#include "protocols/record/wire_trace.hpp"
 
 namespace aprsim::crcl_server {
 

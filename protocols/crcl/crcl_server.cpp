@@ -11,8 +11,8 @@
 #include "protocols/crcl/command_executor.hpp"
 #include "protocols/crcl/crcl_connection.hpp"
 #include "protocols/crcl/port_session.hpp"
-#include "protocols/tcp_service.hpp"
-#include "protocols/wire_faults.hpp"
+#include "protocols/net/tcp_service.hpp"
+#include "protocols/ports/wire_faults.hpp"
 
 namespace aprsim::crcl_server {
 

@@ -11,15 +11,15 @@
 #include <Eigen/Core>
 
 #include "crcl/units.hpp"
-#include "protocols/connection_places.hpp"
-#include "protocols/refusal_sink.hpp"
-#include "protocols/robot_port.hpp"
-#include "protocols/wire_tap.hpp"
-#include "protocols/wire_trace.hpp"
-#include "world/api/duration_histogram.hpp"
-#include "world/api/error.hpp"
-#include "world/api/ports.hpp"
-#include "world/api/virtual_time.hpp"
+#include "protocols/net/connection_places.hpp"
+#include "protocols/ports/refusal_sink.hpp"
+#include "protocols/ports/robot_port.hpp"
+#include "protocols/record/wire_tap.hpp"
+#include "protocols/record/wire_trace.hpp"
+#include "world/api/ports/ports.hpp"
+#include "world/api/ports/virtual_time.hpp"
+#include "world/base/duration_histogram.hpp"
+#include "world/base/result.hpp"
 
 /// One robot's CRCL port.
 namespace aprsim::crcl_server {

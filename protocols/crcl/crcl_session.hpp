@@ -19,7 +19,7 @@
 #include "protocols/crcl/command_executor.hpp"
 #include "protocols/crcl/connection_settings.hpp"
 #include "protocols/crcl/crcl_server.hpp"
-#include "world/api/duration_histogram.hpp"
+#include "world/base/duration_histogram.hpp"
 
 namespace aprsim::crcl_server {
 

@@ -8,9 +8,9 @@
 #include <Eigen/Core>
 
 #include "crcl/units.hpp"
-#include "world/api/cell_description.hpp"
-#include "world/api/motion_command.hpp"
-#include "world/api/wire_joint.hpp"
+#include "world/api/commands/motion_command.hpp"
+#include "world/api/description/cell_description.hpp"
+#include "world/api/values/wire_joint.hpp"
 
 namespace aprsim::crcl_server {
 

@@ -7,7 +7,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "crcl/values.hpp"
-#include "world/api/error.hpp"
+#include "world/base/result.hpp"
 
 /// Bounds of what one robot keeps for its clients under names that they choose, and tells all of
 /// them in every status.

@@ -10,7 +10,7 @@
 #include <boost/asio/steady_timer.hpp>
 
 #include "protocols/crcl/crcl_session.hpp"
-#include "protocols/robot_port.hpp"
+#include "protocols/ports/robot_port.hpp"
 
 namespace aprsim::crcl_server {
 

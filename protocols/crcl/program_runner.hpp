@@ -9,7 +9,7 @@
 #include "crcl/documents.hpp"
 #include "protocols/crcl/command_history.hpp"
 #include "protocols/crcl/connection_settings.hpp"
-#include "world/api/error.hpp"
+#include "world/base/result.hpp"
 
 namespace aprsim::crcl_server {
 

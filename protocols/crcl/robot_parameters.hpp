@@ -11,9 +11,9 @@
 #include "crcl/commands.hpp"
 #include "protocols/crcl/connection_settings.hpp"
 #include "protocols/crcl/sensor_board.hpp"
-#include "world/api/cell_description.hpp"
-#include "world/api/error.hpp"
-#include "world/api/robot_command.hpp"
+#include "world/api/commands/robot_command.hpp"
+#include "world/api/description/cell_description.hpp"
+#include "world/base/result.hpp"
 
 namespace aprsim::crcl_server {
 

@@ -9,7 +9,7 @@
 
 #include "crcl/text.hpp"
 #include "protocols/crcl/parameter_limits.hpp"
-#include "world/api/signal_value.hpp"
+#include "world/api/snapshot/signal_value.hpp"
 
 namespace aprsim::crcl_server {
 namespace {

@@ -11,9 +11,9 @@
 #include "crcl/sensor_status.hpp"
 #include "protocols/crcl/connection_settings.hpp"
 #include "protocols/crcl/joint_map.hpp"
-#include "world/api/error.hpp"
-#include "world/api/guard.hpp"
-#include "world/api/snapshot.hpp"
+#include "world/api/snapshot/snapshot.hpp"
+#include "world/api/values/guard.hpp"
+#include "world/base/result.hpp"
 
 namespace aprsim::crcl_server {
 

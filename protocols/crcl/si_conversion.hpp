@@ -12,9 +12,9 @@
 #include "protocols/crcl/connection_settings.hpp"
 #include "protocols/crcl/joint_map.hpp"
 #include "protocols/crcl/sensor_board.hpp"
-#include "world/api/cell_description.hpp"
-#include "world/api/error.hpp"
-#include "world/api/robot_command.hpp"
+#include "world/api/commands/robot_command.hpp"
+#include "world/api/description/cell_description.hpp"
+#include "world/base/result.hpp"
 
 /// CRCL commands, in the units of a connection, as commands to a robot, in SI.
 namespace aprsim::crcl_server {

@@ -9,7 +9,7 @@
 #include "protocols/crcl/joint_map.hpp"
 #include "protocols/crcl/robot_parameters.hpp"
 #include "protocols/crcl/si_conversion.hpp"
-#include "world/api/snapshot.hpp"
+#include "world/api/snapshot/snapshot.hpp"
 
 namespace aprsim::crcl_server {
 

@@ -1,10 +1,10 @@
 #pragma once
 
 #include "aprsim/v1/control_service.pb.h"
-#include "world/api/cell_description.hpp"
-#include "world/api/command.hpp"
-#include "world/api/error.hpp"
-#include "world/api/snapshot.hpp"
+#include "world/api/commands/command.hpp"
+#include "world/api/description/cell_description.hpp"
+#include "world/api/snapshot/snapshot.hpp"
+#include "world/base/result.hpp"
 
 /// Requests of aprsim.v1 as commands. Errors name the field, the value and its limit.
 namespace aprsim::protocols {

@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "protocols/messages/write_message.hpp"
-#include "world/api/simulation_command.hpp"
+#include "world/api/commands/simulation_command.hpp"
 
 namespace aprsim::protocols {
 namespace {

@@ -3,8 +3,8 @@
 #include <vector>
 
 #include "aprsim/v1/history_service.pb.h"
-#include "world/api/history.hpp"
-#include "world/api/simulation_command.hpp"
+#include "world/api/commands/simulation_command.hpp"
+#include "world/api/ports/history.hpp"
 
 /// The past as messages of aprsim.v1, and moments back.
 namespace aprsim::protocols {

@@ -3,7 +3,7 @@
 
 #include "protocols/messages/state_hash.hpp"
 #include "protocols/messages/write_message.hpp"
-#include "world/api/contact_names.hpp"
+#include "world/api/snapshot/contact_names.hpp"
 
 namespace aprsim::protocols {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "world/api/snapshot.hpp"
+#include "world/api/snapshot/snapshot.hpp"
 
 namespace aprsim::protocols {
 

@@ -8,9 +8,9 @@
 #include "aprsim/v1/control_service.pb.h"
 #include "aprsim/v1/events.pb.h"
 #include "aprsim/v1/snapshot.pb.h"
-#include "world/api/cell_event.hpp"
-#include "world/api/snapshot.hpp"
-#include "world/fault_kinds/fault_kinds.hpp"
+#include "world/api/faults/fault_kinds.hpp"
+#include "world/api/snapshot/snapshot.hpp"
+#include "world/api/values/cell_event.hpp"
 
 /// The world's values as messages of aprsim.v1. Field for field; units are SI on both sides.
 namespace aprsim::protocols {

@@ -7,9 +7,9 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/write.hpp>
 
-#include "protocols/foreign_protocol.hpp"
 #include "protocols/modbus/wire_event.hpp"
-#include "protocols/wire_faults.hpp"
+#include "protocols/net/foreign_protocol.hpp"
+#include "protocols/ports/wire_faults.hpp"
 
 namespace aprsim::modbus_server {
 namespace {

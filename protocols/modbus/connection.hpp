@@ -18,14 +18,14 @@
 #include <boost/asio/steady_timer.hpp>
 
 #include "modbus/request_validator.hpp"
-#include "protocols/connection_places.hpp"
-#include "protocols/limited_log.hpp"
-#include "protocols/modbus/conveyor_device.hpp"
+#include "protocols/conveyor/conveyor_device.hpp"
 #include "protocols/modbus/modbus_server.hpp"
 #include "protocols/modbus/reply_builder.hpp"
-#include "protocols/rate_limit.hpp"
-#include "protocols/wire_trace.hpp"
-#include "world/api/duration_histogram.hpp"
+#include "protocols/net/connection_places.hpp"
+#include "protocols/net/limited_log.hpp"
+#include "protocols/record/wire_trace.hpp"
+#include "world/base/duration_histogram.hpp"
+#include "world/base/rate_limit.hpp"
 
 namespace aprsim::modbus_server {
 

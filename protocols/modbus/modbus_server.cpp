@@ -3,8 +3,8 @@
 #include <utility>
 
 #include "protocols/modbus/connection.hpp"
-#include "protocols/tcp_service.hpp"
-#include "protocols/wire_faults.hpp"
+#include "protocols/net/tcp_service.hpp"
+#include "protocols/ports/wire_faults.hpp"
 
 namespace aprsim::modbus_server {
 namespace {

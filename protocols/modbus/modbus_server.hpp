@@ -8,14 +8,14 @@
 #include <vector>
 
 #include "modbus/register_map.hpp"
-#include "protocols/connection_places.hpp"
-#include "protocols/refusal_sink.hpp"
-#include "protocols/wire_tap.hpp"
-#include "protocols/wire_trace.hpp"
-#include "world/api/duration_histogram.hpp"
-#include "world/api/error.hpp"
-#include "world/api/ports.hpp"
-#include "world/api/virtual_time.hpp"
+#include "protocols/net/connection_places.hpp"
+#include "protocols/ports/refusal_sink.hpp"
+#include "protocols/record/wire_tap.hpp"
+#include "protocols/record/wire_trace.hpp"
+#include "world/api/ports/ports.hpp"
+#include "world/api/ports/virtual_time.hpp"
+#include "world/base/duration_histogram.hpp"
+#include "world/base/result.hpp"
 
 /// The conveyor's PLC as a Modbus/TCP server.
 namespace aprsim::modbus_server {

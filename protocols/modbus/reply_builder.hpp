@@ -5,7 +5,7 @@
 #include <span>
 
 #include "modbus/conveyor_registers.hpp"
-#include "world/api/error.hpp"
+#include "world/base/result.hpp"
 
 namespace aprsim::modbus_server {
 

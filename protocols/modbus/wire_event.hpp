@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <span>
 
-#include "protocols/wire_tap.hpp"
+#include "protocols/record/wire_tap.hpp"
 
 namespace aprsim::modbus_server {
 

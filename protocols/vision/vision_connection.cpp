@@ -6,7 +6,7 @@
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/error.hpp>
 
-#include "protocols/foreign_protocol.hpp"
+#include "protocols/net/foreign_protocol.hpp"
 
 namespace aprsim::vision_server {
 namespace {

@@ -11,10 +11,10 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
 
-#include "protocols/connection_places.hpp"
-#include "protocols/limited_log.hpp"
+#include "protocols/net/connection_places.hpp"
+#include "protocols/net/limited_log.hpp"
+#include "protocols/record/wire_trace.hpp"
 #include "protocols/vision/vision_server.hpp"
-#include "protocols/wire_trace.hpp"
 
 namespace aprsim::vision_server {
 

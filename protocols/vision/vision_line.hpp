@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "world/api/cell_description.hpp"
-#include "world/api/vision.hpp"
+#include "world/api/description/cell_description.hpp"
+#include "world/api/snapshot/vision.hpp"
 
 namespace aprsim::vision_server {
 

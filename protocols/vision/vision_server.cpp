@@ -6,10 +6,10 @@
 
 #include <spdlog/spdlog.h>
 
-#include "protocols/tcp_service.hpp"
+#include "protocols/net/tcp_service.hpp"
+#include "protocols/ports/wire_faults.hpp"
 #include "protocols/vision/vision_connection.hpp"
 #include "protocols/vision/vision_line.hpp"
-#include "protocols/wire_faults.hpp"
 
 namespace aprsim::vision_server {
 

@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "protocols/connection_places.hpp"
-#include "protocols/refusal_sink.hpp"
-#include "protocols/wire_trace.hpp"
-#include "world/api/error.hpp"
-#include "world/api/ports.hpp"
-#include "world/api/virtual_time.hpp"
+#include "protocols/net/connection_places.hpp"
+#include "protocols/ports/refusal_sink.hpp"
+#include "protocols/record/wire_trace.hpp"
+#include "world/api/ports/ports.hpp"
+#include "world/api/ports/virtual_time.hpp"
+#include "world/base/result.hpp"
 
 /// The vision feed of one robot.
 namespace aprsim::vision_server {

@@ -10,11 +10,11 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include "protocols/limited_log.hpp"
-#include "protocols/run_loop.hpp"
-#include "protocols/tcp_listener.hpp"
-#include "protocols/web/http_session.hpp"
-#include "protocols/web/viewer_hub.hpp"
+#include "protocols/net/limited_log.hpp"
+#include "protocols/net/run_loop.hpp"
+#include "protocols/net/tcp_listener.hpp"
+#include "protocols/web/http/http_session.hpp"
+#include "protocols/web/viewer/viewer_hub.hpp"
 
 namespace aprsim::web {
 namespace {

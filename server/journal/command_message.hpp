@@ -1,8 +1,8 @@
 #pragma once
 
 #include "aprsim/v1/journal.pb.h"
-#include "world/api/command.hpp"
-#include "world/api/error.hpp"
+#include "world/api/commands/command.hpp"
+#include "world/base/result.hpp"
 
 /// Commands as they stand in a journal, and back: every one, every number bit for bit.
 namespace aprsim::server::journal {
@@ -11,7 +11,7 @@ namespace aprsim::server::journal {
 void write_message(const api::Command& command, v1::JournalCommand& message);
 
 /// Errors: kInvalidArgument naming the field that is missing or unknown to this version; numbers
-/// are the business of world/command_check.hpp. Thread: any.
+/// are the business of world/cell/command_check.hpp. Thread: any.
 [[nodiscard]] Result<api::Command> to_command(const v1::JournalCommand& message);
 
 }  // namespace aprsim::server::journal

@@ -16,14 +16,14 @@
 
 #include "aprsim/v1/journal.pb.h"
 #include "proto/journal/frames.hpp"
-#include "protocols/incident_source.hpp"
-#include "protocols/wire_trace.hpp"
+#include "protocols/ports/incident_source.hpp"
+#include "protocols/record/wire_trace.hpp"
 #include "server/journal/frame_ring.hpp"
 #include "server/journal/journal_disk.hpp"
 #include "server/journal/journal_stats.hpp"
 #include "server/journal/record_queue.hpp"
 #include "server/journal/scene_writer.hpp"
-#include "world/recorder.hpp"
+#include "world/runtime/recorder.hpp"
 
 namespace aprsim::server::journal {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "world/api/error.hpp"
+#include "world/base/result.hpp"
 
 namespace aprsim::server::journal {
 

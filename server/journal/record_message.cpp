@@ -4,7 +4,7 @@
 
 #include "protocols/messages/write_message.hpp"
 #include "server/journal/command_message.hpp"
-#include "world/state_bytes.hpp"
+#include "world/cell/state_bytes.hpp"
 
 namespace aprsim::server::journal {
 namespace {

@@ -10,8 +10,8 @@
 #include <string>
 #include <variant>
 
-#include "protocols/wire_trace.hpp"
-#include "world/recorder.hpp"
+#include "protocols/record/wire_trace.hpp"
+#include "world/runtime/recorder.hpp"
 
 namespace aprsim::server::journal {
 

@@ -5,8 +5,8 @@
 #include <span>
 #include <utility>
 
+#include "world/cell/state_bytes.hpp"
 #include "world/scene/scene_loader.hpp"
-#include "world/state_bytes.hpp"
 
 namespace aprsim::server::journal {
 

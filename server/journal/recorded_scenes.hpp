@@ -4,9 +4,9 @@
 #include <string>
 
 #include "aprsim/v1/journal.pb.h"
-#include "world/api/error.hpp"
-#include "world/scene/scene.hpp"
-#include "world/world.hpp"
+#include "world/base/result.hpp"
+#include "world/cell/world.hpp"
+#include "world/scene/model/scene.hpp"
 
 namespace aprsim::server::journal {
 

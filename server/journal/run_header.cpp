@@ -14,8 +14,8 @@
 
 #include "proto/journal/journal_reader.hpp"
 #include "server/journal/build_identity.hpp"
+#include "world/cell/state_bytes.hpp"
 #include "world/scene/scene_loader.hpp"
-#include "world/state_bytes.hpp"
 
 namespace aprsim::server::journal {
 namespace {

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "aprsim/v1/journal.pb.h"
-#include "world/api/error.hpp"
-#include "world/scene/scene.hpp"
+#include "world/base/result.hpp"
+#include "world/scene/model/scene.hpp"
 
 namespace aprsim::server::journal {
 

@@ -6,7 +6,7 @@
 
 #include "aprsim/v1/journal.pb.h"
 #include "server/journal/record_queue.hpp"
-#include "world/scene/scene.hpp"
+#include "world/scene/model/scene.hpp"
 
 namespace aprsim::server::journal {
 

@@ -9,7 +9,7 @@
 #include "server/journal/recorded_scenes.hpp"
 #include "server/journal/run_header.hpp"
 #include "server/journal/scene_writer.hpp"
-#include "world/state_bytes.hpp"
+#include "world/cell/state_bytes.hpp"
 
 namespace aprsim::server::journal {
 namespace {

@@ -7,9 +7,9 @@
 #include <string>
 
 #include "aprsim/v1/journal.pb.h"
-#include "protocols/state_files.hpp"
-#include "world/scene/scene.hpp"
-#include "world/world.hpp"
+#include "protocols/ports/state_files.hpp"
+#include "world/cell/world.hpp"
+#include "world/scene/model/scene.hpp"
 
 namespace aprsim::server::journal {
 

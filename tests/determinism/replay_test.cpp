@@ -6,9 +6,9 @@
 
 #include <gtest/gtest.h>
 
+#include "world/cell/world.hpp"
 #include "world/robot/planning/plan_job.hpp"
 #include "world/scene/scene_loader.hpp"
-#include "world/world.hpp"
 
 namespace aprsim::world {
 namespace {

@@ -1,6 +1,6 @@
 // A saved state as bytes, read into a world of the same scene elsewhere, goes on bit for bit.
 
-#include "world/state_bytes.hpp"
+#include "world/cell/state_bytes.hpp"
 
 #include <memory>
 #include <stdexcept>
@@ -9,8 +9,8 @@
 
 #include <gtest/gtest.h>
 
+#include "world/cell/world.hpp"
 #include "world/scene/scene_loader.hpp"
-#include "world/world.hpp"
 
 namespace aprsim::world {
 namespace {

@@ -24,7 +24,7 @@
 
 #include "proto/journal/journal_reader.hpp"
 #include "server/journal/recorded_scenes.hpp"
-#include "server/journal/replay.hpp"
+#include "server/replay/replay.hpp"
 #include "tests/support/cell_client.hpp"
 #include "tests/support/crcl_text_client.hpp"
 #include "tests/support/daemon_process.hpp"
@@ -34,7 +34,7 @@
 #include "tests/support/tcp_socket.hpp"
 #include "tests/support/temporary_directory.hpp"
 #include "tests/support/vision_client.hpp"
-#include "world/state_bytes.hpp"
+#include "world/cell/state_bytes.hpp"
 
 namespace aprsim::test {
 namespace {

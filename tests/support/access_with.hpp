@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "protocols/access.hpp"
+#include "protocols/access/access.hpp"
 
 namespace aprsim::test {
 

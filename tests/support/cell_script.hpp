@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "world/cell/world.hpp"
 #include "world/scene/scene_loader.hpp"
-#include "world/world.hpp"
 
 namespace aprsim::test {
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "world/api/ports.hpp"
+#include "world/api/ports/ports.hpp"
 
 namespace aprsim::test {
 

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "world/scene/scene.hpp"
+#include "world/scene/model/scene.hpp"
 
 /// Gears and pockets in code, for tests that need no scene file.
 namespace aprsim::physics::test {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "tests/support/shuttle.hpp"
-#include "world/world.hpp"
+#include "world/cell/world.hpp"
 
 namespace aprsim::test {
 

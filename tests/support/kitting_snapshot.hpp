@@ -1,6 +1,6 @@
 #pragma once
 
-#include "world/api/snapshot.hpp"
+#include "world/api/snapshot/snapshot.hpp"
 
 namespace aprsim::test {
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 
 #include "tests/support/kitting_demo.hpp"
-#include "world/recorder.hpp"
+#include "world/runtime/recorder.hpp"
 
 namespace aprsim::test {
 

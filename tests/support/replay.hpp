@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "tests/support/kitting_demo.hpp"
-#include "world/scene/scene.hpp"
+#include "world/scene/model/scene.hpp"
 
 namespace aprsim::test {
 

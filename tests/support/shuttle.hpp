@@ -3,8 +3,8 @@
 #include <optional>
 #include <string>
 
-#include "world/api/command.hpp"
-#include "world/api/snapshot.hpp"
+#include "world/api/commands/command.hpp"
+#include "world/api/snapshot/snapshot.hpp"
 
 namespace aprsim::test {
 

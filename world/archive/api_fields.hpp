@@ -1,7 +1,7 @@
 #pragma once
 
-#include "world/api/command.hpp"
-#include "world/api/snapshot.hpp"
+#include "world/api/commands/command.hpp"
+#include "world/api/snapshot/snapshot.hpp"
 #include "world/archive/archive.hpp"
 
 /// The fields of the plain values of world/api, for archive.hpp.

@@ -4,9 +4,9 @@
 #include <optional>
 #include <string>
 
-#include "world/api/cell_description.hpp"
-#include "world/api/error.hpp"
-#include "world/api/fault.hpp"
+#include "world/api/description/cell_description.hpp"
+#include "world/api/faults/fault.hpp"
+#include "world/base/result.hpp"
 
 namespace aprsim::world {
 

@@ -6,9 +6,9 @@
 #include <span>
 #include <vector>
 
-#include "world/api/cell_description.hpp"
-#include "world/api/light_curtain.hpp"
-#include "world/conveyor_drive.hpp"
+#include "world/api/description/cell_description.hpp"
+#include "world/api/values/light_curtain.hpp"
+#include "world/faults/belt_faults.hpp"
 #include "world/faults/fault_schedule.hpp"
 #include "world/faults/robot_faults.hpp"
 #include "world/sensors/camera_faults.hpp"

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "world/api/error.hpp"
-#include "world/api/fault.hpp"
+#include "world/api/faults/fault.hpp"
+#include "world/base/result.hpp"
 #include "world/faults/fault_check.hpp"
 
 namespace aprsim::world {

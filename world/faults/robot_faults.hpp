@@ -4,9 +4,9 @@
 #include <optional>
 #include <string>
 
-#include "world/api/pose.hpp"
-#include "world/api/robot_snapshot.hpp"
-#include "world/physics/physics_world.hpp"
+#include "world/api/snapshot/robot_snapshot.hpp"
+#include "world/api/values/pose.hpp"
+#include "world/physics/gripper/gripper_wear.hpp"
 
 namespace aprsim::world {
 

@@ -6,16 +6,16 @@
 #include <string>
 
 #include "world/archive/api_fields.hpp"
-#include "world/physics/arm_penalty.hpp"
-#include "world/physics/blow_search.hpp"
-#include "world/physics/contact_report.hpp"
-#include "world/physics/contact_search.hpp"
-#include "world/physics/divergence_check.hpp"
-#include "world/physics/physics_model.hpp"
-#include "world/physics/state_hash.hpp"
-#include "world/physics/step_solver.hpp"
-#include "world/physics/suction_search.hpp"
-#include "world/physics/tool_changes.hpp"
+#include "world/physics/contacts/arm_penalty.hpp"
+#include "world/physics/contacts/contact_report.hpp"
+#include "world/physics/contacts/contact_search.hpp"
+#include "world/physics/contacts/suction_search.hpp"
+#include "world/physics/model/physics_model.hpp"
+#include "world/physics/model/tool_changes.hpp"
+#include "world/physics/step/blow_search.hpp"
+#include "world/physics/step/divergence_check.hpp"
+#include "world/physics/step/state_hash.hpp"
+#include "world/physics/step/step_solver.hpp"
 
 namespace aprsim::physics {
 namespace {

@@ -9,16 +9,16 @@
 
 #include <Eigen/Geometry>
 
-#include "world/api/snapshot.hpp"
-#include "world/api/solver_work.hpp"
-#include "world/physics/arm_force.hpp"
+#include "world/api/snapshot/snapshot.hpp"
+#include "world/api/snapshot/solver_work.hpp"
 #include "world/physics/bodies/physics_failure.hpp"
 #include "world/physics/bodies/ties.hpp"
-#include "world/physics/contact_pair.hpp"
+#include "world/physics/contacts/arm_force.hpp"
+#include "world/physics/contacts/contact_pair.hpp"
 #include "world/physics/gripper/gripper_state.hpp"
 #include "world/physics/gripper/gripper_wear.hpp"
 #include "world/robot/model/arm_model.hpp"
-#include "world/scene/scene.hpp"
+#include "world/scene/model/scene.hpp"
 
 namespace aprsim::archive {
 class Writer;

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "world/api/error.hpp"
+#include "world/base/result.hpp"
 #include "world/scenario/scenario.hpp"
 #include "world/scene/data_paths.hpp"
 

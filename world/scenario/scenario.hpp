@@ -8,8 +8,8 @@
 #include <variant>
 #include <vector>
 
-#include "world/fault_kinds/fault_when.hpp"
-#include "world/scene/scene.hpp"
+#include "world/api/faults/fault_when.hpp"
+#include "world/scene/model/scene.hpp"
 
 /// A job for the cell with what goes wrong in it, as data. Read from YAML by scenario_reader.hpp,
 /// made concrete by plan.hpp. SI; times are simulated ones.

@@ -4,9 +4,9 @@
 #include <charconv>
 #include <ranges>
 
-#include "world/fault_kinds/fault_kinds.hpp"
-#include "world/fault_kinds/fault_kinds_text.hpp"
-#include "world/scene/reading.hpp"
+#include "world/api/faults/fault_kinds.hpp"
+#include "world/api/faults/fault_kinds_text.hpp"
+#include "world/scene/readers/reading.hpp"
 
 namespace aprsim::scenario {
 namespace {

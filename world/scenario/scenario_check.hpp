@@ -2,8 +2,8 @@
 
 #include <vector>
 
+#include "world/base/yaml/yaml_reader.hpp"
 #include "world/scenario/scenario.hpp"
-#include "world/scene/yaml_reader.hpp"
 
 /// What a scenario asks of its scene: an error at its place in the file where that is not there.
 namespace aprsim::scenario {

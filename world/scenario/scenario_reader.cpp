@@ -8,7 +8,7 @@
 #include "world/scenario/measure_kinds.hpp"
 #include "world/scenario/scenario_check.hpp"
 #include "world/scenario/scene_change.hpp"
-#include "world/scene/reading.hpp"
+#include "world/scene/readers/reading.hpp"
 #include "world/scene/scene_loader.hpp"
 
 namespace aprsim::scenario {

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "world/api/error.hpp"
+#include "world/base/result.hpp"
 #include "world/scenario/scenario.hpp"
 #include "world/scene/data_paths.hpp"
 

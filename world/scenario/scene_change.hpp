@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "world/scene/yaml_tree.hpp"
+#include "world/base/yaml/yaml_tree.hpp"
 
 /// Changes of a scene's text, by the names of its things. A scene has been read from it before.
 namespace aprsim::scenario {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "world/scene/scene_solids.hpp"
+#include "world/scene/checks/scene_solids.hpp"
 
 namespace aprsim::scene {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "world/scene/object_reader.hpp"
-#include "world/scene/scene.hpp"
+#include "world/scene/model/scene.hpp"
+#include "world/scene/readers/object_reader.hpp"
 
 namespace aprsim::scene {
 

@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
+#include "world/base/yaml/yaml_tree.hpp"
 #include "world/scene/data_paths.hpp"
 #include "world/scene/scene_loader.hpp"
-#include "world/scene/yaml_tree.hpp"
 
 namespace aprsim::scene {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <string>
 
-#include "world/api/error.hpp"
-#include "world/api/pose.hpp"
-#include "world/scene/scene.hpp"
+#include "world/api/values/pose.hpp"
+#include "world/base/result.hpp"
+#include "world/scene/model/scene.hpp"
 
 /// Scenes made of others by changes of their text, which are checked as a file is; whether things
 /// are in each other's way is not, as they are elsewhere by now.

@@ -4,10 +4,10 @@
 #include <array>
 #include <filesystem>
 
-#include "world/scene/object_reader.hpp"
+#include "world/base/yaml/yaml_tree.hpp"
 #include "world/scene/overlap_check.hpp"
-#include "world/scene/reading.hpp"
-#include "world/scene/yaml_tree.hpp"
+#include "world/scene/readers/object_reader.hpp"
+#include "world/scene/readers/reading.hpp"
 
 namespace aprsim::scene {
 

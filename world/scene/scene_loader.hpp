@@ -2,9 +2,9 @@
 
 #include <string>
 
-#include "world/api/error.hpp"
+#include "world/base/result.hpp"
 #include "world/scene/data_paths.hpp"
-#include "world/scene/scene.hpp"
+#include "world/scene/model/scene.hpp"
 
 namespace aprsim::scene {
 

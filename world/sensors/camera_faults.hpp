@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
-#include "world/api/cell_description.hpp"
-#include "world/api/vision.hpp"
+#include "world/api/description/cell_description.hpp"
+#include "world/api/snapshot/vision.hpp"
 
 namespace aprsim::sensors {
 

@@ -4,7 +4,7 @@
 
 #include <Eigen/Geometry>
 
-#include "world/api/light_curtain.hpp"
+#include "world/api/values/light_curtain.hpp"
 #include "world/sensors/line_of_sight.hpp"
 
 namespace aprsim::sensors {

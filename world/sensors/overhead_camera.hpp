@@ -6,9 +6,9 @@
 
 #include <Eigen/Geometry>
 
-#include "world/api/cell_description.hpp"
-#include "world/api/vision.hpp"
-#include "world/scene/vision.hpp"
+#include "world/api/description/cell_description.hpp"
+#include "world/api/snapshot/vision.hpp"
+#include "world/scene/model/vision.hpp"
 #include "world/sensors/line_of_sight.hpp"
 #include "world/sensors/random.hpp"
 

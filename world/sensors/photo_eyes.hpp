@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "world/api/cell_description.hpp"
-#include "world/api/snapshot.hpp"
+#include "world/api/description/cell_description.hpp"
+#include "world/api/snapshot/snapshot.hpp"
 
 namespace aprsim::sensors {
 

@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "world/api/cell_description.hpp"
-#include "world/api/vision.hpp"
+#include "world/api/description/cell_description.hpp"
+#include "world/api/snapshot/vision.hpp"
 #include "world/sensors/camera_faults.hpp"
 #include "world/sensors/overhead_camera.hpp"
 

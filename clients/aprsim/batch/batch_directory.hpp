@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "clients/aprsim/batch/episode.hpp"
-#include "clients/aprsim/outcome.hpp"
+#include "clients/wires/outcome.hpp"
 
 namespace aprsim::client {
 

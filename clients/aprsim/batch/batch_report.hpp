@@ -7,7 +7,7 @@
 
 #include "clients/aprsim/batch/batch_directory.hpp"
 #include "clients/aprsim/batch/distribution.hpp"
-#include "clients/aprsim/outcome.hpp"
+#include "clients/wires/outcome.hpp"
 
 namespace aprsim::client {
 

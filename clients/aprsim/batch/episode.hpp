@@ -7,8 +7,8 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "clients/aprsim/outcome.hpp"
 #include "clients/aprsim/scenario/run_result.hpp"
+#include "clients/wires/outcome.hpp"
 #include "world/scenario/plan.hpp"
 
 namespace aprsim::client {

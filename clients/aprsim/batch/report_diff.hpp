@@ -7,7 +7,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "clients/aprsim/batch/episode.hpp"
-#include "clients/aprsim/outcome.hpp"
+#include "clients/wires/outcome.hpp"
 
 namespace aprsim::client {
 

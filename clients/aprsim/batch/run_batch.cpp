@@ -15,8 +15,8 @@
 #include <fmt/format.h>
 
 #include "clients/aprsim/batch/batch_report.hpp"
-#include "clients/aprsim/interruption.hpp"
 #include "clients/aprsim/scenario/station.hpp"
+#include "clients/wires/interruption.hpp"
 #include "world/scenario/plan.hpp"
 #include "world/scenario/scenario_reader.hpp"
 

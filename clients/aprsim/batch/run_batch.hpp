@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "clients/aprsim/batch/batch_directory.hpp"
-#include "clients/aprsim/outcome.hpp"
+#include "clients/wires/outcome.hpp"
 
 namespace aprsim::client {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "clients/aprsim/outcome.hpp"
+#include "clients/wires/outcome.hpp"
 
 namespace aprsim::client {
 struct Console;

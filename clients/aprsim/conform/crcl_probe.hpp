@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "clients/aprsim/conform/check.hpp"
-#include "clients/aprsim/tcp_socket.hpp"
+#include "clients/wires/tcp_socket.hpp"
 #include "crcl/commands.hpp"
 #include "crcl/framer.hpp"
 #include "crcl/status.hpp"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "clients/aprsim/conform/check.hpp"
-#include "clients/aprsim/tcp_socket.hpp"
+#include "clients/wires/tcp_socket.hpp"
 #include "modbus/request_bytes.hpp"
 
 namespace aprsim::client::conform {

@@ -5,8 +5,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "clients/aprsim/cli/console.hpp"
 #include "clients/aprsim/conform/check.hpp"
-#include "clients/aprsim/console.hpp"
 
 namespace aprsim::client::conform {
 namespace {

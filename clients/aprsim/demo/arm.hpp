@@ -7,8 +7,8 @@
 
 #include "aprsim/v1/cell.pb.h"
 #include "aprsim/v1/snapshot.pb.h"
-#include "clients/aprsim/crcl_session.hpp"
-#include "clients/aprsim/endpoints.hpp"
+#include "clients/wires/crcl_session.hpp"
+#include "clients/wires/endpoints.hpp"
 
 namespace aprsim::client {
 

@@ -7,10 +7,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "clients/aprsim/conveyor_connection.hpp"
 #include "clients/aprsim/demo/bounded_pace.hpp"
 #include "clients/aprsim/demo/geometry.hpp"
-#include "clients/aprsim/interruption.hpp"
+#include "clients/wires/conveyor_connection.hpp"
+#include "clients/wires/interruption.hpp"
 #include "modbus/register_map.hpp"
 
 namespace aprsim::client {

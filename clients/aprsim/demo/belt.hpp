@@ -3,7 +3,7 @@
 #include <string>
 
 #include "clients/aprsim/demo/demo_cell.hpp"
-#include "clients/aprsim/endpoints.hpp"
+#include "clients/wires/endpoints.hpp"
 
 namespace aprsim::client {
 

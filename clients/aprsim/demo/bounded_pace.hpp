@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "clients/aprsim/cell_connection.hpp"
+#include "clients/wires/cell_connection.hpp"
 
 namespace aprsim::client {
 

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "clients/aprsim/interruption.hpp"
+#include "clients/wires/interruption.hpp"
 
 namespace aprsim::client {
 

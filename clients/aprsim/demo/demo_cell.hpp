@@ -6,9 +6,9 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "clients/aprsim/cell_connection.hpp"
-#include "clients/aprsim/console.hpp"
+#include "clients/aprsim/cli/console.hpp"
 #include "clients/aprsim/demo/cell_view.hpp"
+#include "clients/wires/cell_connection.hpp"
 
 namespace aprsim::client {
 

@@ -4,9 +4,9 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "clients/aprsim/outcome.hpp"
-#include "clients/aprsim/paint.hpp"
 #include "clients/aprsim/scenario/run_result.hpp"
+#include "clients/aprsim/text/paint.hpp"
+#include "clients/wires/outcome.hpp"
 
 namespace aprsim::client {
 

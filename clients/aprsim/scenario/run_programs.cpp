@@ -9,8 +9,8 @@
 
 #include <fmt/format.h>
 
-#include "clients/aprsim/interruption.hpp"
-#include "clients/process/own_programs.hpp"
+#include "clients/wires/interruption.hpp"
+#include "world/base/process/own_programs.hpp"
 
 namespace aprsim::client {
 namespace {

@@ -13,10 +13,10 @@
 
 #include "aprsim/v1/cell.pb.h"
 #include "aprsim/v1/snapshot.pb.h"
-#include "clients/aprsim/cell_connection.hpp"
 #include "clients/aprsim/scenario/measures.hpp"
 #include "clients/aprsim/scenario/runner.hpp"
-#include "clients/process/child_process.hpp"
+#include "clients/wires/cell_connection.hpp"
+#include "world/base/process/child_process.hpp"
 
 namespace aprsim::client {
 

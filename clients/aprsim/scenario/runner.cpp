@@ -5,11 +5,11 @@
 #include <fstream>
 #include <utility>
 
-#include "clients/aprsim/cell_connection.hpp"
-#include "clients/aprsim/interruption.hpp"
 #include "clients/aprsim/scenario/run_programs.hpp"
 #include "clients/aprsim/scenario/run_watch.hpp"
 #include "clients/aprsim/scenario/station.hpp"
+#include "clients/wires/cell_connection.hpp"
+#include "clients/wires/interruption.hpp"
 
 namespace aprsim::client {
 namespace {

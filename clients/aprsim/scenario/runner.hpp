@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "clients/aprsim/endpoints.hpp"
-#include "clients/aprsim/outcome.hpp"
 #include "clients/aprsim/scenario/run_result.hpp"
+#include "clients/wires/endpoints.hpp"
+#include "clients/wires/outcome.hpp"
 #include "world/scenario/plan.hpp"
 #include "world/scenario/scenario.hpp"
 

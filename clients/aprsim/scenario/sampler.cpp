@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "clients/aprsim/demo/geometry.hpp"
-#include "clients/aprsim/status_text.hpp"
+#include "clients/aprsim/text/status_text.hpp"
 
 namespace aprsim::client {
 namespace {

@@ -9,11 +9,11 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "clients/aprsim/cell_connection.hpp"
-#include "clients/aprsim/interruption.hpp"
 #include "clients/aprsim/scenario/run_programs.hpp"
 #include "clients/aprsim/scenario/run_watch.hpp"
 #include "clients/aprsim/scenario/sampler.hpp"
+#include "clients/wires/cell_connection.hpp"
+#include "clients/wires/interruption.hpp"
 
 namespace aprsim::client {
 namespace {

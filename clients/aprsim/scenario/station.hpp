@@ -5,9 +5,9 @@
 #include <string>
 #include <sys/types.h>
 
-#include "clients/aprsim/outcome.hpp"
 #include "clients/aprsim/scenario/run_result.hpp"
 #include "clients/aprsim/scenario/runner.hpp"
+#include "clients/wires/outcome.hpp"
 #include "world/scenario/plan.hpp"
 #include "world/scenario/scenario.hpp"
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "world/api/error.hpp"
+#include "world/base/result.hpp"
 
 /// Captures of networks as journals.
 namespace aprsim::trace {

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string>
 
-#include "clients/aprsim/outcome.hpp"
+#include "clients/wires/outcome.hpp"
 
 /// A run for other programs. `motion`: a motion file (trace/motion.hpp); empty = only wires and
 /// events.

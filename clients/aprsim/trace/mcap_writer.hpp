@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "world/api/error.hpp"
+#include "world/base/result.hpp"
 
 namespace aprsim::trace {
 

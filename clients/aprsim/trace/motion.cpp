@@ -9,11 +9,11 @@
 
 #include <fmt/format.h>
 
-#include "clients/aprsim/interruption.hpp"
 #include "clients/aprsim/trace/trace.hpp"
-#include "clients/process/child_process.hpp"
-#include "clients/process/own_programs.hpp"
+#include "clients/wires/interruption.hpp"
 #include "proto/journal/journal_place.hpp"
+#include "world/base/process/child_process.hpp"
+#include "world/base/process/own_programs.hpp"
 
 namespace aprsim::trace {
 namespace {

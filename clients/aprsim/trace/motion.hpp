@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "clients/aprsim/outcome.hpp"
+#include "clients/wires/outcome.hpp"
 
 namespace aprsim::trace {
 

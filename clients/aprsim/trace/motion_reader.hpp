@@ -4,7 +4,7 @@
 #include <string>
 
 #include "aprsim/v1/motion.pb.h"
-#include "world/api/error.hpp"
+#include "world/base/result.hpp"
 
 namespace aprsim::trace {
 

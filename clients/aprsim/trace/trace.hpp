@@ -8,7 +8,7 @@
 #include <google/protobuf/duration.pb.h>
 
 #include "aprsim/v1/journal.pb.h"
-#include "world/api/error.hpp"
+#include "world/base/result.hpp"
 
 /// Traces: what went over the wires in a run, from its journal or from a capture of a network.
 namespace aprsim::trace {

@@ -1,4 +1,4 @@
-"""What an injected fault waits for. The kinds and their parameters: world/fault_kinds/FAULTS.md, or
+"""What an injected fault waits for. The kinds and their parameters: world/api/faults/FAULTS.md, or
 `Cell.fault_kinds`."""
 
 from __future__ import annotations

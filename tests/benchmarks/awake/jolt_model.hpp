@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "world/scene/scene.hpp"
+#include "world/scene/model/scene.hpp"
 
 namespace aprsim::bench {
 

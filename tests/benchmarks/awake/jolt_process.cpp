@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "clients/process/own_programs.hpp"
+#include "world/base/process/own_programs.hpp"
 
 namespace aprsim::bench {
 namespace {

@@ -3,10 +3,10 @@
 #include <string>
 #include <vector>
 
-#include "clients/process/child_process.hpp"
 #include "tests/benchmarks/awake/jolt_model.hpp"
 #include "tests/support/temporary_directory.hpp"
-#include "world/api/pose.hpp"
+#include "world/api/values/pose.hpp"
+#include "world/base/process/child_process.hpp"
 
 namespace aprsim::bench {
 

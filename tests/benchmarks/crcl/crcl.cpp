@@ -14,7 +14,7 @@
 #include "tests/benchmarks/support/statistics.hpp"
 #include "tests/benchmarks/support/tails.hpp"
 #include "tests/support/cell_script.hpp"
-#include "world/simulation.hpp"
+#include "world/runtime/simulation.hpp"
 
 namespace aprsim::bench {
 namespace {

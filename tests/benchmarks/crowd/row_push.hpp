@@ -2,7 +2,7 @@
 
 #include <random>
 
-#include "world/scene/scene.hpp"
+#include "world/scene/model/scene.hpp"
 
 /// A hand that holds a gear just over a table pushes it through a row of loose ones.
 namespace aprsim::bench {

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "world/scene/scene.hpp"
+#include "world/scene/model/scene.hpp"
 
 /// A closed gripper pushes a light tray with heavy parts in it over a table.
 namespace aprsim::bench {

@@ -3,7 +3,7 @@
 #include <random>
 
 #include "tests/benchmarks/friction/verdict.hpp"
-#include "world/scene/scene.hpp"
+#include "world/scene/model/scene.hpp"
 
 /// A tray or a gear on an inclined plate: tan(inclination) over mu is the load over its limit.
 namespace aprsim::bench {

@@ -3,7 +3,7 @@
 #include <random>
 
 #include "tests/benchmarks/friction/verdict.hpp"
-#include "world/scene/scene.hpp"
+#include "world/scene/model/scene.hpp"
 
 /// A plain cylinder between the pads of a gripper that falls freely with it, so that nothing but
 /// the load that is asked for acts on the grip.

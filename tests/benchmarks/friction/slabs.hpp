@@ -3,7 +3,7 @@
 #include <random>
 
 #include "tests/benchmarks/friction/verdict.hpp"
-#include "world/scene/scene.hpp"
+#include "world/scene/model/scene.hpp"
 
 /// A slab on a table that a hand presses down and drags along, stuck to it.
 namespace aprsim::bench {

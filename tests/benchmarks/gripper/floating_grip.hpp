@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "world/scene/scene.hpp"
+#include "world/scene/model/scene.hpp"
 
 /// A gripper without an arm that takes a gear from a table, lifts it and then follows a prescribed
 /// acceleration (Fig. 3 of the paper).

@@ -17,7 +17,7 @@
 #include "tests/benchmarks/support/statistics.hpp"
 #include "tests/support/cell_script.hpp"
 #include "tests/support/recorded_demo.hpp"
-#include "world/history/time_machine.hpp"
+#include "world/runtime/history/time_machine.hpp"
 
 namespace aprsim::bench {
 namespace {

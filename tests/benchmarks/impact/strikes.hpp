@@ -4,7 +4,7 @@
 #include <random>
 #include <string>
 
-#include "world/scene/scene.hpp"
+#include "world/scene/model/scene.hpp"
 
 /// What flies at 10 m/s into something.
 namespace aprsim::bench {

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "world/scene/scene.hpp"
+#include "world/scene/model/scene.hpp"
 
 /// A hand takes parts one after another out of a kit of a hundred and puts each into another kit.
 namespace aprsim::bench {

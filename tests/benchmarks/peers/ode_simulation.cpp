@@ -6,7 +6,7 @@
 #include "tests/benchmarks/peers/peer_engine.hpp"
 #include "world/physics/bodies/mass_properties.hpp"
 #include "world/physics/bodies/ode_handles.hpp"
-#include "world/physics/collision/narrow_phase.hpp"
+#include "world/physics/collision/pairs/narrow_phase.hpp"
 
 namespace aprsim::bench {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "tests/benchmarks/trays/tray_simulation.hpp"
-#include "world/scene/scene.hpp"
+#include "world/scene/model/scene.hpp"
 
 namespace aprsim::bench {
 

@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-#include "world/scene/scene.hpp"
+#include "world/scene/model/scene.hpp"
 
 namespace aprsim::bench {
 

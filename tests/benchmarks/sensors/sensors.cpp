@@ -10,7 +10,7 @@
 #include "tests/benchmarks/support/experiment.hpp"
 #include "tests/benchmarks/support/statistics.hpp"
 #include "tests/support/cell_script.hpp"
-#include "world/sensor_occluders.hpp"
+#include "world/cell/sensor_occluders.hpp"
 #include "world/sensors/light_curtain.hpp"
 #include "world/sensors/overhead_camera.hpp"
 

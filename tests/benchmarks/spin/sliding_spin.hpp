@@ -2,7 +2,7 @@
 
 #include <random>
 
-#include "world/scene/scene.hpp"
+#include "world/scene/model/scene.hpp"
 
 /// A tray that slides and spins on a flat plate until it rests.
 namespace aprsim::bench {

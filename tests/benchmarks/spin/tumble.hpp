@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "world/scene/scene.hpp"
+#include "world/scene/model/scene.hpp"
 
 namespace aprsim::bench {
 

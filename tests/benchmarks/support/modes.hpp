@@ -3,7 +3,7 @@
 #include <array>
 #include <string>
 
-#include "world/scene/scene.hpp"
+#include "world/scene/model/scene.hpp"
 
 namespace aprsim::bench {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "tests/benchmarks/trays/tray_simulation.hpp"
-#include "world/scene/scene.hpp"
+#include "world/scene/model/scene.hpp"
 
 namespace aprsim::bench {
 

@@ -3,8 +3,8 @@
 #include <memory>
 #include <span>
 
-#include "world/api/pose.hpp"
-#include "world/scene/scene.hpp"
+#include "world/api/values/pose.hpp"
+#include "world/scene/model/scene.hpp"
 
 namespace aprsim::bench {
 

@@ -9,9 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include "clients/aprsim/conform/check.hpp"
-#include "clients/process/child_process.hpp"
 #include "tests/integration/cli/cli_commands.hpp"
 #include "tests/support/eventually.hpp"
+#include "world/base/process/child_process.hpp"
 
 namespace aprsim::test {
 namespace {

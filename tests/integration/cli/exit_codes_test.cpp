@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "clients/aprsim/command_tree.hpp"
+#include "clients/aprsim/cli/command_tree.hpp"
 #include "tests/integration/cli/cli_commands.hpp"
 #include "tests/support/capture_file.hpp"
 #include "tests/support/eventually.hpp"

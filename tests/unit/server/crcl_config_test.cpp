@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "server/config.hpp"
+#include "server/config/config.hpp"
 
 namespace aprsim::server {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "world/physics/bodies/free_body.hpp"
 #include "world/physics/bodies/ode_handles.hpp"
-#include "world/physics/collision/contact.hpp"
+#include "world/physics/collision/shapes/contact.hpp"
 #include "world/robot/model/arm_model.hpp"
 
 namespace aprsim::physics {

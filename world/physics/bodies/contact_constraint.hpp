@@ -2,7 +2,7 @@
 
 #include "world/physics/bodies/body_ids.hpp"
 #include "world/physics/bodies/force_guess.hpp"
-#include "world/physics/collision/contact.hpp"
+#include "world/physics/collision/shapes/contact.hpp"
 
 namespace aprsim::physics {
 

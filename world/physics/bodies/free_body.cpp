@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "world/physics/collision/look_ahead.hpp"
-#include "world/scene/part_shapes.hpp"
+#include "world/physics/collision/speculative/look_ahead.hpp"
+#include "world/scene/model/part_shapes.hpp"
 
 namespace aprsim::physics {
 namespace {

@@ -11,9 +11,9 @@
 #include "world/physics/bodies/mass_properties.hpp"
 #include "world/physics/bodies/ode_handles.hpp"
 #include "world/physics/bodies/tool_shape.hpp"
-#include "world/physics/collision/aabb.hpp"
-#include "world/physics/collision/gear_shape.hpp"
-#include "world/scene/scene.hpp"
+#include "world/physics/collision/shapes/aabb.hpp"
+#include "world/physics/collision/shapes/gear_shape.hpp"
+#include "world/scene/model/scene.hpp"
 
 namespace aprsim::physics {
 

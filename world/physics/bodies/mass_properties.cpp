@@ -4,9 +4,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "world/physics/collision/gear_shape.hpp"
-#include "world/physics/collision/pocket.hpp"
-#include "world/scene/part_shapes.hpp"
+#include "world/physics/collision/shapes/gear_shape.hpp"
+#include "world/physics/collision/shapes/pocket.hpp"
+#include "world/scene/model/part_shapes.hpp"
 
 namespace aprsim::physics {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <Eigen/Geometry>
 
-#include "world/scene/scene.hpp"
+#include "world/scene/model/scene.hpp"
 
 namespace aprsim::physics {
 

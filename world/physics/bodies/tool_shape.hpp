@@ -5,8 +5,8 @@
 
 #include <Eigen/Geometry>
 
-#include "world/physics/collision/narrow_phase.hpp"
-#include "world/scene/part_shapes.hpp"
+#include "world/physics/collision/pairs/narrow_phase.hpp"
+#include "world/scene/model/part_shapes.hpp"
 
 namespace aprsim::physics {
 

@@ -6,8 +6,8 @@
 #include <type_traits>
 #include <utility>
 
-#include "world/physics/collision/vector_clones.hpp"
-#include "world/physics/constraint/six.hpp"
+#include "world/base/simd/six.hpp"
+#include "world/base/simd/vector_clones.hpp"
 
 namespace aprsim::physics {
 namespace {

@@ -4,9 +4,9 @@
 
 #include <Eigen/Core>
 
+#include "world/base/simd/lanes.hpp"
+#include "world/base/simd/six.hpp"
 #include "world/physics/constraint/block_lu.hpp"
-#include "world/physics/constraint/lanes.hpp"
-#include "world/physics/constraint/six.hpp"
 #include "world/physics/constraint/solver_body.hpp"
 
 namespace aprsim::physics {

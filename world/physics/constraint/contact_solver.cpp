@@ -5,7 +5,7 @@
 
 #include <Eigen/Geometry>
 
-#include "world/physics/collision/vector_clones.hpp"
+#include "world/base/simd/vector_clones.hpp"
 
 namespace aprsim::physics {
 namespace {

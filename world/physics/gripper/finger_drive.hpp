@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <span>
 
-#include "world/scene/scene.hpp"
+#include "world/scene/model/scene.hpp"
 
 /// Force laws of a parallel gripper: pure functions of the fingers' closing travels.
 namespace aprsim::physics {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "world/scene/part_shapes.hpp"
+#include "world/scene/model/part_shapes.hpp"
 
 namespace aprsim::physics {
 namespace {

@@ -7,8 +7,8 @@
 
 #include "world/physics/bodies/free_body.hpp"
 #include "world/physics/bodies/ode_handles.hpp"
-#include "world/physics/collision/look_ahead.hpp"
-#include "world/physics/collision/narrow_phase.hpp"
+#include "world/physics/collision/pairs/narrow_phase.hpp"
+#include "world/physics/collision/speculative/look_ahead.hpp"
 #include "world/physics/gripper/finger_drive.hpp"
 #include "world/physics/gripper/grasp_monitor.hpp"
 #include "world/physics/gripper/gripper_constraints.hpp"

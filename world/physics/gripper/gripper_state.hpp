@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "world/api/pose.hpp"
+#include "world/api/values/pose.hpp"
 
 namespace aprsim::physics {
 

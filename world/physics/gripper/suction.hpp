@@ -2,7 +2,7 @@
 
 #include <span>
 
-#include "world/scene/robot.hpp"
+#include "world/scene/model/robot.hpp"
 
 /// The air of a vacuum cup: pure functions of the gaps under its lip.
 namespace aprsim::physics {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "world/physics/bodies/free_body.hpp"
-#include "world/scene/scene.hpp"
+#include "world/scene/model/scene.hpp"
 
 namespace aprsim::physics {
 

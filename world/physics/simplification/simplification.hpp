@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "world/api/snapshot.hpp"
+#include "world/api/snapshot/snapshot.hpp"
 #include "world/physics/bodies/contact_constraint.hpp"
 #include "world/physics/bodies/free_body.hpp"
 #include "world/physics/bodies/static_shapes.hpp"
@@ -14,7 +14,7 @@
 #include "world/physics/simplification/rest_detector.hpp"
 #include "world/physics/simplification/sleeping_groups.hpp"
 #include "world/physics/simplification/virtual_joints.hpp"
-#include "world/scene/scene.hpp"
+#include "world/scene/model/scene.hpp"
 
 namespace aprsim::physics {
 

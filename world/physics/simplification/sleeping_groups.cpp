@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "world/physics/collision/look_ahead.hpp"
+#include "world/physics/collision/speculative/look_ahead.hpp"
 
 namespace aprsim::physics {
 namespace {

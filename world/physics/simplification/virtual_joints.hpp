@@ -8,7 +8,7 @@
 #include "world/physics/bodies/contact_constraint.hpp"
 #include "world/physics/bodies/free_body.hpp"
 #include "world/physics/constraint/constraint_system.hpp"
-#include "world/scene/scene.hpp"
+#include "world/scene/model/scene.hpp"
 
 namespace aprsim::physics {
 

@@ -8,14 +8,14 @@
 #include <string>
 #include <vector>
 
-#include "world/api/motion_command.hpp"
-#include "world/api/robot_command.hpp"
-#include "world/api/robot_snapshot.hpp"
-#include "world/robot/controller/drive_power.hpp"
+#include "world/api/commands/motion_command.hpp"
+#include "world/api/commands/robot_command.hpp"
+#include "world/api/snapshot/robot_snapshot.hpp"
 #include "world/robot/controller/retreat_trail.hpp"
 #include "world/robot/controller/torque_mode.hpp"
 #include "world/robot/model/arm_model.hpp"
 #include "world/robot/planning/plan_job.hpp"
+#include "world/robot/servo/drive_power.hpp"
 
 namespace aprsim::robot {
 

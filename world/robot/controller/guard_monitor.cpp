@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "world/api/signal_value.hpp"
+#include "world/api/snapshot/signal_value.hpp"
 
 namespace aprsim::robot {
 namespace {

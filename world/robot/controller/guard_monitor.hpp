@@ -5,8 +5,8 @@
 #include <optional>
 #include <span>
 
-#include "world/api/guard.hpp"
-#include "world/api/robot_snapshot.hpp"
+#include "world/api/snapshot/robot_snapshot.hpp"
+#include "world/api/values/guard.hpp"
 
 namespace aprsim::robot {
 

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "world/api/beside_motion.hpp"
+#include "world/api/commands/beside_motion.hpp"
 #include "world/robot/kinematics/dynamics.hpp"
 
 namespace aprsim::robot {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "world/api/robot_command.hpp"
-#include "world/api/robot_snapshot.hpp"
+#include "world/api/commands/robot_command.hpp"
+#include "world/api/snapshot/robot_snapshot.hpp"
 #include "world/robot/controller/controller_state.hpp"
 #include "world/robot/kinematics/dynamics.hpp"
 #include "world/robot/kinematics/inverse_kinematics.hpp"
@@ -92,7 +92,7 @@ class RobotController {
   explicit RobotController(ControllerSetup setup);
 
   /// Executes one command at a step boundary; the newest replaces whatever was running. Its indices
-  /// and numbers have been checked (world/command_check.hpp). `q_actual` is the arm's present
+  /// and numbers have been checked (world/cell/command_check.hpp). `q_actual` is the arm's present
   /// position: InitRobot makes it the reference (the arm is to be relaxed with it), the others go
   /// on from the reference. The outcome shows in status().
   void apply(api::Ticket ticket, const api::RobotAction& action, const JointVector& q_actual);

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "world/robot/trajectory/joint_limits.hpp"
+#include "world/robot/trajectory/profile/joint_limits.hpp"
 
 namespace aprsim::robot {
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "world/api/posture.hpp"
+#include "world/api/values/posture.hpp"
 #include "world/robot/model/arm_model.hpp"
 
 namespace aprsim::robot {

@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "world/api/error.hpp"
+#include "world/base/result.hpp"
 
 namespace aprsim::robot {
 

@@ -3,7 +3,7 @@
 #include <map>
 #include <string>
 
-#include "world/api/error.hpp"
+#include "world/base/result.hpp"
 
 namespace aprsim::robot {
 

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "world/robot/kinematics/dynamics.hpp"
-#include "world/robot/trajectory/segment_limits.hpp"
+#include "world/robot/trajectory/limits/segment_limits.hpp"
 
 namespace aprsim::robot {
 namespace {

@@ -5,13 +5,13 @@
 #include <memory>
 #include <optional>
 
-#include "world/api/error.hpp"
-#include "world/api/robot_command.hpp"
+#include "world/api/commands/robot_command.hpp"
+#include "world/base/result.hpp"
 #include "world/robot/kinematics/dynamics.hpp"
 #include "world/robot/kinematics/inverse_kinematics.hpp"
-#include "world/robot/trajectory/joint_limits.hpp"
+#include "world/robot/trajectory/limits/tool_limits.hpp"
 #include "world/robot/trajectory/motion_runner.hpp"
-#include "world/robot/trajectory/tool_limits.hpp"
+#include "world/robot/trajectory/profile/joint_limits.hpp"
 
 namespace aprsim::robot {
 
@@ -43,8 +43,8 @@ struct PlanStart {
 
 /// Plans the motions of one robot that have one target, and the segments of which the other
 /// planners compose theirs. Every motion is checked as a whole before it may start; indices and
-/// numbers have been checked before (world/command_check.hpp). Immutable; copies share the arm.
-/// Thread: any.
+/// numbers have been checked before (world/cell/command_check.hpp). Immutable; copies share the
+/// arm. Thread: any.
 class MotionPlanner {
  public:
   explicit MotionPlanner(PlannerSetup setup);

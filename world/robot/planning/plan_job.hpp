@@ -8,10 +8,10 @@
 #include <thread>
 #include <variant>
 
-#include "world/robot/controller/drive_power.hpp"
 #include "world/robot/planning/motion_planner.hpp"
+#include "world/robot/servo/drive_power.hpp"
+#include "world/robot/trajectory/limits/tool_limits.hpp"
 #include "world/robot/trajectory/motion_runner.hpp"
-#include "world/robot/trajectory/tool_limits.hpp"
 
 namespace aprsim::robot {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "world/robot/trajectory/segment_limits.hpp"
+#include "world/robot/trajectory/limits/segment_limits.hpp"
 
 namespace aprsim::robot {
 namespace {

@@ -3,8 +3,8 @@
 #include <array>
 #include <cstdint>
 
-#include "world/robot/trajectory/double_s.hpp"
-#include "world/robot/trajectory/joint_limits.hpp"
+#include "world/robot/trajectory/profile/double_s.hpp"
+#include "world/robot/trajectory/profile/joint_limits.hpp"
 
 namespace aprsim::robot {
 

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "world/robot/kinematics/dynamics.hpp"
-#include "world/robot/trajectory/posture_search.hpp"
+#include "world/robot/trajectory/path/posture_search.hpp"
 
 namespace aprsim::robot {
 namespace {

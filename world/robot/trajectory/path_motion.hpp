@@ -5,11 +5,11 @@
 #include <span>
 #include <vector>
 
-#include "world/robot/trajectory/double_s.hpp"
-#include "world/robot/trajectory/ik_path.hpp"
 #include "world/robot/trajectory/joint_motion.hpp"
-#include "world/robot/trajectory/joint_path.hpp"
-#include "world/robot/trajectory/path_limits.hpp"
+#include "world/robot/trajectory/limits/path_limits.hpp"
+#include "world/robot/trajectory/path/ik_path.hpp"
+#include "world/robot/trajectory/path/joint_path.hpp"
+#include "world/robot/trajectory/profile/double_s.hpp"
 
 namespace aprsim::robot {
 

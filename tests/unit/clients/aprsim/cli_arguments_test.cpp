@@ -1,10 +1,10 @@
 #include <cstdlib>
 #include <functional>
 
-#include "clients/aprsim/command_line.hpp"
-#include "clients/aprsim/command_tree.hpp"
+#include "clients/aprsim/cli/command_tree.hpp"
+#include "clients/aprsim/commands/command_line.hpp"
 #include "tests/unit/clients/aprsim/cli_fixture.hpp"
-#include "world/fault_kinds/fault_when.hpp"
+#include "world/api/faults/fault_when.hpp"
 
 namespace aprsim::test {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "clients/aprsim/run.hpp"
-#include "tests/unit/protocols/telemetry/telemetry_fixture.hpp"
+#include "tests/unit/protocols/grpc/telemetry_fixture.hpp"
 
 namespace aprsim::test {
 

@@ -10,7 +10,7 @@
 #include "tests/support/cell_script.hpp"
 #include "tests/unit/crcl/samples.hpp"
 #include "tests/unit/protocols/crcl/test_client.hpp"
-#include "world/simulation.hpp"
+#include "world/runtime/simulation.hpp"
 
 namespace aprsim::crcl_server {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "protocols/wire_faults.hpp"
+#include "protocols/ports/wire_faults.hpp"
 #include "tests/support/eventually.hpp"
 #include "tests/unit/protocols/crcl/server_fixture.hpp"
 

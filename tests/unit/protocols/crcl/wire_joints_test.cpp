@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "tests/unit/protocols/crcl/server_fixture.hpp"
-#include "world/api/signal_value.hpp"
+#include "world/api/snapshot/signal_value.hpp"
 
 namespace aprsim::crcl_server {
 namespace {

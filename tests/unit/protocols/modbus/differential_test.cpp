@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "modbus/request_validator.hpp"
-#include "protocols/modbus/conveyor_device.hpp"
+#include "protocols/conveyor/conveyor_device.hpp"
 #include "protocols/modbus/reply_builder.hpp"
 #include "tests/support/fake_cell.hpp"
 #include "tests/unit/modbus/bytes.hpp"

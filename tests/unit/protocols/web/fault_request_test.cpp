@@ -1,6 +1,6 @@
 // What viewers learn of injected faults, and what becomes of those that they ask for.
 #include "tests/unit/protocols/web/web_fixture.hpp"
-#include "world/fault_kinds/fault_kinds.hpp"
+#include "world/api/faults/fault_kinds.hpp"
 
 namespace aprsim {
 namespace {

@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/cell_script.hpp"
-#include "world/command_check.hpp"
-#include "world/describe_cell.hpp"
+#include "world/cell/command_check.hpp"
+#include "world/cell/describe_cell.hpp"
 
 namespace aprsim::world {
 namespace {

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "world/api/pose.hpp"
-#include "world/scene/scene.hpp"
+#include "world/api/values/pose.hpp"
+#include "world/scene/model/scene.hpp"
 
 /// Bodies pressed into each other, then let go: what comes of it in each mode of simplification.
 namespace aprsim::physics::test {

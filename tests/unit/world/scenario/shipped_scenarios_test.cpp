@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "world/fault_kinds/fault_kinds.hpp"
+#include "world/api/faults/fault_kinds.hpp"
 #include "world/scenario/plan.hpp"
 #include "world/scenario/scenario_reader.hpp"
 

@@ -4,8 +4,8 @@
 #include <set>
 
 #include "tests/unit/world/scene/scene_fixture.hpp"
-#include "world/physics/collision/narrow_phase.hpp"
-#include "world/scene/scene_solids.hpp"
+#include "world/physics/collision/pairs/narrow_phase.hpp"
+#include "world/scene/checks/scene_solids.hpp"
 
 namespace aprsim::scene {
 namespace {

@@ -9,9 +9,9 @@
 #include "world/robot/kinematics/dynamics.hpp"
 #include "world/robot/kinematics/inverse_kinematics.hpp"
 #include "world/robot/model/arm_model.hpp"
-#include "world/scene/part_shapes.hpp"
+#include "world/scene/checks/scene_solids.hpp"
+#include "world/scene/model/part_shapes.hpp"
 #include "world/scene/scene_loader.hpp"
-#include "world/scene/scene_solids.hpp"
 
 namespace aprsim::scene {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "world/scene/vision_reader.hpp"
+#include "world/scene/readers/vision_reader.hpp"
 
 namespace aprsim::scene {
 namespace {

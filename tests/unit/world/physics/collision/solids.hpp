@@ -5,7 +5,7 @@
 
 #include <Eigen/Geometry>
 
-#include "world/physics/collision/narrow_phase.hpp"
+#include "world/physics/collision/pairs/narrow_phase.hpp"
 
 /// Shapes of the tests and an oracle that knows them by sampling and by distances to profile
 /// polygons, sharing no code with contact generation.

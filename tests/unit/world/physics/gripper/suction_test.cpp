@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/gear_types.hpp"
-#include "world/physics/collision/ray_gap.hpp"
+#include "world/physics/collision/speculative/ray_gap.hpp"
 
 namespace aprsim::physics::test {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "world/robot/controller/robot_controller.hpp"
 #include "world/robot/kinematics/dynamics.hpp"
-#include "world/robot/trajectory/joint_limits.hpp"
+#include "world/robot/trajectory/profile/joint_limits.hpp"
 
 namespace aprsim::robot {
 

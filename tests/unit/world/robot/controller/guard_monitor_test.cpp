@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "world/api/signal_value.hpp"
+#include "world/api/snapshot/signal_value.hpp"
 
 namespace aprsim::robot {
 namespace {

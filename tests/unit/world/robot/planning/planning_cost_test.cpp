@@ -6,7 +6,7 @@
 
 #include "tests/unit/world/robot/controller/controller_rig.hpp"
 #include "world/robot/planning/motion_planner.hpp"
-#include "world/robot/trajectory/joint_limits.hpp"
+#include "world/robot/trajectory/profile/joint_limits.hpp"
 
 namespace aprsim::robot {
 namespace {

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <array>
+#include <string_view>
+
+#include "clients/wires/outcome.hpp"
+
+namespace aprsim::client {
+
+struct ExitCode {
+  int code;
+  std::string_view meaning;
+};
+
+/// Every way in which the program ends.
+inline constexpr std::array kExitCodes{
+    ExitCode{0, "done as asked"},
+    ExitCode{1,
+             "refused or failed, or the result is not what it should be: a robot's error, a "
+             "document that is not valid, a cell or belt stopped by a fault"},
+    ExitCode{2, "wrong arguments or file"},
+    ExitCode{3, "no connection"},
+    ExitCode{4, "no answer or no end in time"},
+    ExitCode{130,
+             "interrupted by Ctrl-C or SIGTERM, after what the command had set in motion was "
+             "stopped; a second Ctrl-C leaves at once"},
+};
+
+/// What the program ends with after a failure.
+[[nodiscard]] constexpr int exit_code(FailureKind kind) {
+  switch (kind) {
+    case FailureKind::kRefused:
+    case FailureKind::kCheck:
+      return 1;
+    case FailureKind::kUsage:
+      return 2;
+    case FailureKind::kConnection:
+      return 3;
+    case FailureKind::kTimeout:
+      return 4;
+    case FailureKind::kInterrupted:
+      return 130;
+  }
+  return 1;
+}
+
+}  // namespace aprsim::client

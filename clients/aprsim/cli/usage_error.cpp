@@ -1,0 +1,79 @@
+#include "clients/aprsim/cli/usage_error.hpp"
+
+#include <algorithm>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include "clients/aprsim/cli/suggestion.hpp"
+
+namespace aprsim::client {
+namespace {
+
+/// From the program down to the last command that was understood.
+std::vector<const CLI::App*> understood(const CLI::App& app) {
+  std::vector<const CLI::App*> path{&app};
+  for (auto chosen = app.get_subcommands(); !chosen.empty();
+       chosen = path.back()->get_subcommands()) {
+    path.push_back(chosen.front());
+  }
+  return path;
+}
+
+std::vector<std::string> command_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const auto* sub : app.get_subcommands(nullptr)) names.push_back(sub->get_name());
+  return names;
+}
+
+void add_option_names(const CLI::App& app, std::vector<std::string>& names) {
+  for (const auto* option : app.get_options()) {
+    for (const auto& name : option->get_lnames()) names.push_back("--" + name);
+  }
+}
+
+std::string meant(const std::string& word, const std::vector<std::string>& candidates) {
+  const auto near = nearest(word, candidates);
+  return near ? fmt::format("; did you mean '{}'?", *near) : "";
+}
+
+/// An argument that fits nowhere.
+std::string unexpected_text(const std::string& argument, const std::vector<const CLI::App*>& path) {
+  if (argument.starts_with("--")) {
+    const std::string name = argument.substr(0, argument.find('='));
+    std::vector<std::string> names;
+    for (const auto* app : path) add_option_names(*app, names);
+    return fmt::format("unknown option '{}'{}", name, meant(name, names));
+  }
+  const auto commands = command_names(*path.back());
+  if (commands.empty() || argument.starts_with('-')) {
+    return fmt::format("unexpected argument '{}'", argument);
+  }
+  return fmt::format("unknown command '{}'{}", argument, meant(argument, commands));
+}
+
+std::string path_text(const std::vector<const CLI::App*>& path) {
+  std::string text;
+  for (const auto* app : path) text += (text.empty() ? "" : " ") + app->get_name();
+  return text;
+}
+
+}  // namespace
+
+std::string usage_error(const CLI::App& app, const CLI::ParseError& error) {
+  const auto path = understood(app);
+  const auto extra = app.remaining(/*recurse=*/true);
+  std::string text = error.what();
+  // What is missing is often what was mistyped.
+  const bool unexpected = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;
+  const bool missing = dynamic_cast<const CLI::RequiredError*>(&error) != nullptr;
+  if ((unexpected || missing) && !extra.empty()) {
+    text = unexpected_text(extra.front(), path);
+  } else if (const auto commands = command_names(*path.back()); missing && !commands.empty()) {
+    text = fmt::format("a command is missing: {}", fmt::join(commands, ", "));
+  }
+  return fmt::format("{}\nRun '{} --help' for more information.\n", text, path_text(path));
+}
+
+}  // namespace aprsim::client

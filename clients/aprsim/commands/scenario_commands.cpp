@@ -1,0 +1,219 @@
+#include "clients/aprsim/commands/scenario_commands.hpp"
+
+#include <algorithm>
+#include <ostream>
+#include <thread>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "clients/aprsim/cli/console.hpp"
+#include "clients/aprsim/commands/batch_commands.hpp"
+#include "clients/aprsim/commands/option_parsing.hpp"
+#include "clients/aprsim/scenario/report.hpp"
+#include "clients/aprsim/scenario/run_programs.hpp"
+#include "clients/aprsim/scenario/runner.hpp"
+#include "world/scenario/plan.hpp"
+#include "world/scenario/scenario_reader.hpp"
+
+namespace aprsim::client {
+namespace {
+
+constexpr std::size_t kMostSeedsNamed = 10;
+
+Failure wrong_file(const Error& error) { return {FailureKind::kUsage, error.message}; }
+
+nlohmann::ordered_json progress_json(const RunProgress& progress) {
+  auto orders = nlohmann::ordered_json::array();
+  for (const OrderProgress& order : progress.orders) {
+    orders.push_back({{"name", order.name},
+                      {"tray", order.tray},
+                      {"state", order.state},
+                      {"kits", order.kits},
+                      {"done", order.submitted},
+                      {"parts", order.parts},
+                      {"parts_wanted", order.parts_wanted}});
+  }
+  return {
+      {"progress", {{"time_s", progress.time_s}, {"placed", progress.placed}, {"orders", orders}}}};
+}
+
+/// Tells of a run on the console, for people or, by --progress, for programs.
+RunListener listener_of(const ScenarioRunCommand& command, Console& console) {
+  RunListener listener;
+  if (command.progress) {
+    listener.event = [&](const RunEvent& event) {
+      const nlohmann::ordered_json line{{"time_s", event.time_s}, {"what", event.what}};
+      console.out << line.dump() << std::endl;
+    };
+    listener.progress = [&](const RunProgress& progress) {
+      console.out << progress_json(progress).dump() << std::endl;
+    };
+  } else if (!console.json) {
+    listener.event = [&](const RunEvent& event) {
+      console.out << fmt::format("{:8.2f} s  {}\n", event.time_s, event.what) << std::flush;
+    };
+  }
+  return listener;
+}
+
+void add_scenario_name(CLI::App& app, std::string& name, std::uint64_t& seed) {
+  app.add_option("NAME", name, "As 'scenario list' has it, or a file")
+      ->check(not_empty())
+      ->required();
+  app.add_option("--seed", seed, "Of all that varies (default 1)")->type_name("N");
+}
+
+/// A batch of the seeds from the command's on; without --report, in a directory that goes with it.
+Outcome<void> repeat(const ScenarioRunCommand& command, Console& console) {
+  const RunDirectory directory(command.report);
+  BatchCommand batch{.scenario = command.name,
+                     .out = command.report.empty() ? directory.file("batch") : command.report,
+                     .jobs = command.jobs,
+                     .journals = 0,
+                     .controller = command.controller};
+  for (unsigned i = 0; i < command.repeat; ++i) batch.seeds.push_back(command.seed + i);
+  const auto done = run_and_show(batch, !command.report.empty(), console);
+  if (!done) return tl::unexpected(done.error());
+  std::string seeds;
+  std::size_t unexpected = 0;
+  for (const auto& [seed, episode] : done->episodes) {
+    if (episode.as_expected) continue;
+    if (++unexpected <= kMostSeedsNamed) seeds += fmt::format(" {}", seed);
+  }
+  if (unexpected == 0) return {};
+  return failed(FailureKind::kCheck,
+                fmt::format("{} of {} runs not as expected; seeds{}{}", unexpected, command.repeat,
+                            seeds, unexpected > kMostSeedsNamed ? " ..." : ""));
+}
+
+}  // namespace
+
+Outcome<void> run_command(const ScenarioListCommand& /*command*/, Console& console) {
+  const auto paths = scene::default_data_paths();
+  for (const auto& name : scene::names_in(paths.scenarios)) {
+    const auto summary = scenario::summarize_scenario(name, paths);
+    if (!summary) return tl::unexpected(wrong_file(summary.error()));
+    console.show(fmt::format("{:<24} {}\n", name, summary->description),
+                 {{"name", name}, {"description", summary->description}});
+  }
+  return {};
+}
+
+Outcome<void> run_command(const ScenarioCheckCommand& command, Console& console) {
+  const auto paths = scene::default_data_paths();
+  const auto scenario = scenario::load_scenario(command.name, paths);
+  if (!scenario) return tl::unexpected(wrong_file(scenario.error()));
+  const auto plan = scenario::plan(*scenario, command.seed, paths);
+  if (!plan) return tl::unexpected(wrong_file(plan.error()));
+  unsigned kits = 0;
+  for (const auto& order : scenario->orders) kits += order.count;
+  console.show(fmt::format("{} is in order: {} kits, {} faults, at most {} s\n", scenario->file,
+                           kits, scenario->faults.size(), scenario->stop.time_limit_s),
+               {{"name", scenario->name},
+                {"file", scenario->file},
+                {"scene", scenario->scene_file},
+                {"kits", kits},
+                {"faults", scenario->faults.size()},
+                {"time_limit_s", scenario->stop.time_limit_s}});
+  return {};
+}
+
+Outcome<void> run_command(const ScenarioRunCommand& command, Console& console) {
+  if (command.repeat > 0) return repeat(command, console);
+  const auto paths = scene::default_data_paths();
+  const auto scenario = scenario::load_scenario(command.name, paths);
+  if (!scenario) return tl::unexpected(wrong_file(scenario.error()));
+  const auto plan = scenario::plan(*scenario, command.seed, paths);
+  if (!plan) return tl::unexpected(wrong_file(plan.error()));
+  RunOptions options{.speed = command.speed,
+                     .virtual_time = command.virtual_time,
+                     .controller = command.controller,
+                     .directory = command.report,
+                     .journal = command.journal};
+  if (command.attach) options.cell = RunningCell{console.endpoints, console.ports_file};
+  const auto run = run_scenario(*scenario, *plan, options, listener_of(command, console));
+  if (!run) return tl::unexpected(run.error());
+  const std::string table = report_table(*run, console.screen.out);
+  if (command.progress && !console.json) {
+    console.out << nlohmann::ordered_json{{"report", table}}.dump() << std::endl;
+  } else {
+    console.show('\n' + table, report_json(*run));
+  }
+  if (!command.report.empty()) {
+    if (auto written = write_report(*run, command.report); !written) return written;
+  }
+  if (run->as_expected()) return {};
+  std::string broken;
+  for (const Verdict& verdict : run->verdicts) {
+    if (!verdict.kept) broken += (broken.empty() ? "" : "; ") + text_of(verdict);
+  }
+  return failed(FailureKind::kCheck, "not as expected: " + broken);
+}
+
+void add_scenario(CLI::App& app, CommandLine& line) {
+  CLI::App* scenario =
+      app.add_subcommand("scenario", "Whole jobs with what goes wrong in them, run and measured");
+  scenario->require_subcommand(1);
+  auto [list, list_command] = add_command<ScenarioListCommand>(
+      *scenario, line, "list", "Those that ship, each in a line; needs no daemon");
+  offer_json(*list, line);
+  auto [check, check_command] = add_command<ScenarioCheckCommand>(
+      *scenario, line, "check", "Read a scenario and plan it, and say what is wrong with it");
+  add_scenario_name(*check, check_command->name, check_command->seed);
+  offer_json(*check, line);
+  auto [run, command] =
+      add_command<ScenarioRunCommand>(*scenario, line, "run",
+                                      "Run a scenario, in a daemon of its own or in the "
+                                      "cell that runs, and compare the outcome with "
+                                      "what is expected");
+  add_scenario_name(*run, command->name, command->seed);
+  run->add_option_function<std::string>(
+         "--speed",
+         [c = command](const std::string& text) { c->speed = factor_of("--speed", text); },
+         "Simulated to wall time: from 0.001 to 1e6, or max (default 1)")
+      ->type_name("X");
+  CLI::Option* polls =
+      run->add_flag("--virtual", command->virtual_time,
+                    "The controller's polls are the clock: the same seed, the same report");
+  polls->excludes("--speed");
+  CLI::Option* attach = run->add_flag(
+      "--attach", command->attach,
+      "Reset the cell that runs and run it there: without what varies in the scenario's scene");
+  attach->excludes(polls);
+  run->add_flag("--progress", command->progress,
+                "Tell what happens and how far the orders are, as one JSON object a line");
+  CLI::Option* journal =
+      run->add_option("--journal", command->journal,
+                      "File or directory for the journal of the run's own daemon")
+          ->type_name("FILE|DIR")
+          ->check(not_empty())
+          ->excludes(attach);
+  CLI::Option* repeat =
+      run->add_option("--repeat", command->repeat,
+                      "So many seeds from --seed on, in virtual time, and one report, as a batch")
+          ->type_name("N")
+          ->check(CLI::Range(1, 1'000'000))
+          ->excludes("--speed")
+          ->excludes(attach)
+          ->excludes(journal)
+          ->excludes("--progress");
+  command->jobs = std::max(1U, std::thread::hardware_concurrency());
+  run->add_option("--jobs", command->jobs, "So many at once (default: the processors)")
+      ->type_name("J")
+      ->check(CLI::Range(1, 256))
+      ->needs(repeat);
+  run->add_option("--controller", command->controller,
+                  "Shell command to start in place of the kitting controller, or none to wait for "
+                  "one that runs already")
+      ->type_name("CMD")
+      ->check(not_empty());
+  run->add_option("--report", command->report,
+                  "Directory for report.json, report.txt, report.html, scene and logs")
+      ->type_name("DIR")
+      ->check(not_empty());
+  offer_json(*run, line, "The report as one JSON object");
+}
+
+}  // namespace aprsim::client

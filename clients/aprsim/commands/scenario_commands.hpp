@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "clients/aprsim/commands/command_group.hpp"
+
+/// Scenarios, one run at a time.
+namespace aprsim::client {
+
+struct ScenarioListCommand {};
+struct ScenarioCheckCommand {
+  std::string name;  ///< or a file
+  std::uint64_t seed = 1;
+};
+struct ScenarioRunCommand {
+  std::string name;  ///< or a file
+  std::uint64_t seed = 1;
+  std::optional<double> speed = 1;  ///< absent = as fast as possible
+  std::string controller;           ///< empty = the kitting controller
+  std::string report;               ///< directory; empty = none
+  bool attach = false;              ///< to the cell that runs, in place of a daemon of its own
+  bool progress = false;            ///< tell what happens as JSON lines
+  bool virtual_time = false;        ///< the controller's polls are the clock
+  std::string journal;              ///< file or directory, of the run's own daemon; empty = none
+  unsigned repeat = 0;  ///< runs in virtual time, from `seed` on, as a batch; 0 = one run
+  unsigned jobs = 1;    ///< of them at once
+};
+
+[[nodiscard]] Outcome<void> run_command(const ScenarioListCommand& command, Console& console);
+[[nodiscard]] Outcome<void> run_command(const ScenarioCheckCommand& command, Console& console);
+[[nodiscard]] Outcome<void> run_command(const ScenarioRunCommand& command, Console& console);
+
+/// Their words and options.
+void add_scenario(CLI::App& app, CommandLine& line);
+
+}  // namespace aprsim::client

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <string>
+
+#include "clients/aprsim/commands/command_group.hpp"
+
+/// Saved states of the cell.
+namespace aprsim::client {
+
+struct SaveCommand {
+  std::string name;
+  std::string file;  ///< also to be written; empty = none
+};
+struct LoadCommand {
+  std::string name;  ///< empty with a file = as it was saved
+  std::string file;  ///< that the state comes from; empty = the daemon has it
+};
+struct StatesListCommand {};
+struct StatesDeleteCommand {
+  std::string name;
+};
+
+[[nodiscard]] Outcome<void> run_command(const SaveCommand& command, Console& console);
+[[nodiscard]] Outcome<void> run_command(const LoadCommand& command, Console& console);
+[[nodiscard]] Outcome<void> run_command(const StatesListCommand& command, Console& console);
+[[nodiscard]] Outcome<void> run_command(const StatesDeleteCommand& command, Console& console);
+
+/// Their words and options.
+void add_states(CLI::App& app, CommandLine& line);
+
+}  // namespace aprsim::client

@@ -1,0 +1,279 @@
+#include "clients/aprsim/commands/trace_commands.hpp"
+
+#include <algorithm>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "clients/aprsim/cli/console.hpp"
+#include "clients/aprsim/commands/option_parsing.hpp"
+#include "clients/aprsim/trace/capture.hpp"
+#include "clients/aprsim/trace/comparison.hpp"
+#include "clients/aprsim/trace/comparison_report.hpp"
+#include "clients/aprsim/trace/exports.hpp"
+#include "clients/aprsim/trace/listing.hpp"
+#include "clients/aprsim/trace/motion.hpp"
+#include "clients/aprsim/trace/trace.hpp"
+#include "clients/aprsim/trace/values.hpp"
+#include "world/base/process/own_programs.hpp"
+
+namespace aprsim::client {
+namespace {
+
+Failure wrong_trace(const Error& error) { return {FailureKind::kUsage, error.message}; }
+
+void set_tolerance(TraceDiffCommand& command, const std::string& text) {
+  const auto [name, value] = named_number_of(text);
+  const auto& names = trace::tolerance_names();
+  if (!value || *value < 0 ||
+      std::ranges::find(names, name, &trace::ToleranceName::name) == names.end()) {
+    std::string all;
+    for (const auto& one : names) all += (all.empty() ? "" : ", ") + std::string(one.name);
+    throw CLI::ValidationError(
+        "--tolerance", "'" + text + "' is not NAME=NUMBER, from 0 up, with a name of " + all);
+  }
+  command.tolerances[name] = *value;
+}
+
+void set_listener_port(TraceImportCommand& command, const std::string& text) {
+  const auto [name, number] = named_number_of(text);
+  const auto port = port_of(number);
+  if (!trace::is_listener_name(name) || !port) {
+    throw CLI::ValidationError(
+        "--port", "'" + text + "' is not crcl.NAME=PORT, modbus=PORT or vision.NAME=PORT");
+  }
+  command.ports[*port] = name;
+}
+
+void add_trace_import(CLI::App& trace, CommandLine& line) {
+  auto [sub, command] = add_command<TraceImportCommand>(
+      trace, line, "import",
+      "Make a journal of a capture of a network, as of a real laboratory, to compare with");
+  sub->add_option("FILE", command->capture, "Capture of tcpdump or Wireshark (pcap, pcapng)")
+      ->required();
+  sub->add_option("--out", command->out, "The journal to write")
+      ->type_name("JOURNAL")
+      ->check(not_empty())
+      ->required();
+  sub->add_option_function<std::vector<std::string>>(
+         "--port",
+         [c = command](const std::vector<std::string>& all) {
+           for (const auto& one : all) set_listener_port(*c, one);
+         },
+         "Where a listener is: crcl.NAME=PORT, modbus=PORT or vision.NAME=PORT (default: "
+         "crcl.fanuc=64444, crcl.motoman=64445, modbus=502 and 1502, vision.fanuc=4000, "
+         "vision.motoman=4001)")
+      ->type_name("LISTENER=PORT")
+      ->allow_extra_args(false);
+  offer_json(*sub, line);
+}
+
+void add_trace_show(CLI::App& trace, CommandLine& line) {
+  auto [show, command] = add_command<TraceShowCommand>(
+      trace, line, "show", "List what went over the wires and happened");
+  show->add_option("FILE", command->place,
+                   "Journal of a run: a file, or a directory with its files")
+      ->required();
+  show->add_option("--wire", command->wire, "Only this listener, as crcl.fanuc or modbus, or cell")
+      ->type_name("LISTENER")
+      ->check(not_empty());
+  show->add_flag("--polls", command->polls, "Also what only asks, answers to it, cameras' lines");
+  show->add_option("--from", command->from_s, "From this simulated time on")
+      ->type_name("SECONDS")
+      ->check(finite());
+  show->add_option("--to", command->to_s, "Until this simulated time")
+      ->type_name("SECONDS")
+      ->check(finite());
+  offer_json(*show, line);
+}
+
+void add_trace_export(CLI::App& trace, CommandLine& line) {
+  auto [sub, command] = add_command<TraceExportCommand>(
+      trace, line, "export",
+      "Write a run for other programs: tables, an MCAP file, or one page that needs no daemon");
+  sub->add_option("FILE", command->place, "Journal of a run: a file, or a directory with its files")
+      ->required();
+  CLI::Option* csv = sub->add_option("--csv", command->csv,
+                                     "Directory for tables of joints, bodies, belt, events, "
+                                     "wires")
+                         ->type_name("DIR")
+                         ->check(not_empty());
+  CLI::Option* mcap = sub->add_option("--mcap", command->mcap, "MCAP file with Foxglove's schemas")
+                          ->type_name("FILE")
+                          ->check(not_empty());
+  CLI::Option* html = sub->add_option("--html", command->html,
+                                      "One page that shows the run, also without a network")
+                          ->type_name("FILE")
+                          ->check(not_empty());
+  sub->callback([&line, csv, mcap, html, c = command] {
+    if (csv->empty() && mcap->empty() && html->empty()) {
+      throw CLI::RequiredError("--csv, --mcap or --html");
+    }
+    line.command = *c;
+  });
+  constexpr double kMaxRate = 1000;
+  sub->add_option("--rate", command->rate_hz,
+                  "Pictures of the motion a second of simulated time (default 50, of a page 20)")
+      ->type_name("HZ")
+      ->check(above_zero(kMaxRate));
+  sub->add_option("--from", command->from_s, "Motion from this simulated time on")
+      ->type_name("SECONDS")
+      ->check(within(0, 1e9));
+  sub->add_option("--to", command->to_s, "Motion until this simulated time")
+      ->type_name("SECONDS")
+      ->check(within(0, 1e9));
+  offer_json(*sub, line, "One JSON object for each thing written");
+}
+
+}  // namespace
+
+Outcome<void> run_command(const TraceDiffCommand& command, Console& console) {
+  trace::Tolerance tolerance;
+  for (const trace::ToleranceName& name : trace::tolerance_names()) {
+    const auto given = command.tolerances.find(name.name);
+    if (given != command.tolerances.end()) tolerance.*name.place = given->second;
+  }
+  const auto a = trace::read_trace(command.a);
+  if (!a) return tl::unexpected(wrong_trace(a.error()));
+  const auto b = trace::read_trace(command.b);
+  if (!b) return tl::unexpected(wrong_trace(b.error()));
+  for (const auto& [place, one] : {std::pair(command.a, &*a), std::pair(command.b, &*b)}) {
+    if (!one->wires.empty()) continue;
+    return failed(FailureKind::kUsage, place + " has recorded nothing of the wires");
+  }
+  const trace::Comparison comparison = trace::compare(*a, *b, tolerance);
+  console.show(trace::report_text(comparison, command.most),
+               trace::report_json(comparison, *a, *b, tolerance));
+  if (comparison.same()) return {};
+  return failed(FailureKind::kCheck, "the runs differ: " + comparison.deviations.front().text);
+}
+
+Outcome<void> run_command(const TraceExportCommand& command, Console& console) {
+  // A capture has wires only.
+  std::optional<bool> has_scene;
+  if (const auto read = trace::for_each_record(command.place,
+                                               [&](const v1::JournalRecord& record) {
+                                                 if (record.has_header()) {
+                                                   has_scene =
+                                                       !record.header().scene_text().empty();
+                                                 }
+                                               });
+      !read) {
+    return tl::unexpected(wrong_trace(read.error()));
+  }
+  const auto motion = [&](double usual_hz) -> Outcome<std::optional<trace::Motion>> {
+    if (!has_scene.value_or(false)) return std::optional<trace::Motion>();
+    auto made = trace::Motion::of(command.place, {.rate_hz = command.rate_hz.value_or(usual_hz),
+                                                  .from_s = command.from_s,
+                                                  .to_s = command.to_s});
+    if (!made) return tl::unexpected(made.error());
+    return std::optional<trace::Motion>(std::move(*made));
+  };
+  const auto show = [&](const char* kind, const std::string& to,
+                        const Outcome<trace::Exported>& done) -> Outcome<void> {
+    if (!done) return tl::unexpected(done.error());
+    console.show(fmt::format("{}: {} snapshots, {} of wires, {} events\n", to, done->snapshots,
+                             done->wires, done->events),
+                 {{"written", kind},
+                  {"to", to},
+                  {"snapshots", done->snapshots},
+                  {"wires", done->wires},
+                  {"events", done->events},
+                  {"messages", done->messages}});
+    return {};
+  };
+  constexpr double kUsual_hz = 50, kPage_hz = 20;
+  if (!command.csv.empty() || !command.mcap.empty()) {
+    const auto moved = motion(kUsual_hz);
+    if (!moved) return tl::unexpected(moved.error());
+    const std::string file = *moved ? (*moved)->file() : "";
+    if (!command.csv.empty()) {
+      const auto done = trace::export_csv(command.place, file, command.csv);
+      if (auto shown = show("csv", command.csv, done); !shown) return shown;
+    }
+    if (!command.mcap.empty()) {
+      const auto done = trace::export_mcap(command.place, file, command.mcap);
+      if (auto shown = show("mcap", command.mcap, done); !shown) return shown;
+    }
+  }
+  if (command.html.empty()) return {};
+  const auto moved = motion(kPage_hz);
+  if (!moved) return tl::unexpected(moved.error());
+  return show("html", command.html,
+              trace::export_html(command.place, *moved ? (*moved)->file() : "", command.html,
+                                 process::web_directory()));
+}
+
+Outcome<void> run_command(const TraceImportCommand& command, Console& console) {
+  const auto imported = trace::import_capture(
+      command.capture, command.out, command.ports.empty() ? trace::usual_ports() : command.ports);
+  if (!imported) return tl::unexpected(wrong_trace(imported.error()));
+  std::string text = fmt::format("{}: {} records of {} connections, {} packets, {:.3f} s\n",
+                                 command.out, imported->records, imported->connections,
+                                 imported->packets, imported->duration_s);
+  for (const auto& [listener, count] : imported->by_listener) {
+    text += fmt::format("  {:<20} {}\n", listener, count);
+  }
+  for (const std::string& note : imported->notes) text += "note: " + note + '\n';
+  console.show(text, {{"journal", command.out},
+                      {"packets", imported->packets},
+                      {"connections", imported->connections},
+                      {"records", imported->records},
+                      {"duration_s", imported->duration_s},
+                      {"by_listener", imported->by_listener},
+                      {"notes", imported->notes}});
+  if (!imported->by_listener.empty()) return {};
+  return failed(FailureKind::kCheck,
+                "the capture has nothing of these listeners: see --port for where they are");
+}
+
+Outcome<void> run_command(const TraceShowCommand& command, Console& console) {
+  const auto notes = trace::list_trace(command.place,
+                                       {.wire = command.wire,
+                                        .polls = command.polls,
+                                        .from_s = command.from_s,
+                                        .to_s = command.to_s},
+                                       [&](const trace::ListedLine& line) {
+                                         console.show(trace::text_of(line), trace::json_of(line));
+                                       });
+  if (!notes) return tl::unexpected(wrong_trace(notes.error()));
+  if (notes->empty()) return {};
+  std::string text;
+  for (const std::string& note : *notes) text += "note: " + note + '\n';
+  console.show(text, {{"notes", *notes}});
+  return {};
+}
+
+void add_trace(CLI::App& app, CommandLine& line) {
+  CLI::App* trace = app.add_subcommand("trace", "Runs as their journals have recorded them");
+  trace->require_subcommand(1);
+  auto [diff, command] = add_command<TraceDiffCommand>(
+      *trace, line, "diff",
+      "Compare two runs of a controller, robot by robot and wire by wire, without polls and ids");
+  diff->add_option("A", command->a, "Journal of a run: a file, or a directory with its files")
+      ->required();
+  diff->add_option("B", command->b, "Journal of the run to compare with it")->required();
+  std::string help = "What counts as the same:";
+  const trace::Tolerance defaults;
+  for (const auto& one : trace::tolerance_names()) {
+    help += std::string(one.name == trace::tolerance_names().front().name ? " " : "; ") + one.name +
+            " (" + CLI::detail::to_string(defaults.*one.place) + "), " + one.meaning;
+  }
+  diff->add_option_function<std::vector<std::string>>(
+          "--tolerance",
+          [c = command](const std::vector<std::string>& all) {
+            for (const auto& one : all) set_tolerance(*c, one);
+          },
+          help)
+      ->type_name("NAME=NUMBER")
+      ->allow_extra_args(false);
+  diff->add_option("--worst", command->most, "Show so many of the worst deviations (default 10)")
+      ->type_name("N");
+  offer_json(*diff, line, "The comparison as one JSON object");
+  add_trace_export(*trace, line);
+  add_trace_import(*trace, line);
+  add_trace_show(*trace, line);
+}
+
+}  // namespace aprsim::client

@@ -1,0 +1,69 @@
+#include "clients/wires/conveyor_connection.hpp"
+
+#include <cerrno>
+
+#include <fmt/format.h>
+#include <modbus.h>
+
+namespace aprsim::client {
+namespace {
+
+// So much of each area is read: all before the light curtain's beams.
+constexpr int kHoldingRegisters = modbus::kSpeedRegister - modbus::kFirstAddress + 1;
+constexpr int kInputRegisters = modbus::kCurtainRangeRegister - modbus::kFirstAddress + 1;
+constexpr int kCoils = modbus::kFaultResetCoil - modbus::kFirstAddress + 1;
+constexpr int kInputs = modbus::kPhotoEyeInput - modbus::kFirstAddress + modbus::kPhotoEyes;
+
+/// What errno says after a failed request.
+tl::unexpected<Failure> request_failure(const std::string& what) {
+  const int error = errno;
+  // Exceptions that the server answered with come first among libmodbus' own numbers.
+  const bool answered = error > MODBUS_ENOBASE && error < EMBBADCRC;
+  return failed(answered             ? FailureKind::kRefused
+                : error == ETIMEDOUT ? FailureKind::kTimeout
+                                     : FailureKind::kConnection,
+                fmt::format("{}: {}", what, modbus_strerror(error)));
+}
+
+}  // namespace
+
+void ConveyorConnection::Close::operator()(_modbus* context) const {
+  modbus_close(context);
+  modbus_free(context);
+}
+
+ConveyorConnection::ConveyorConnection(std::unique_ptr<_modbus, Close> context)
+    : context_(std::move(context)) {}
+
+Outcome<ConveyorConnection> ConveyorConnection::connect(const std::string& host,
+                                                        std::uint16_t port) {
+  std::unique_ptr<_modbus, Close> context(
+      modbus_new_tcp_pi(host.c_str(), std::to_string(port).c_str()));
+  if (!context || modbus_set_response_timeout(context.get(), 3, 0) != 0 ||
+      modbus_connect(context.get()) != 0) {
+    return failed(FailureKind::kConnection,
+                  fmt::format("cannot reach the conveyor by Modbus at {}:{}: {}", host, port,
+                              modbus_strerror(errno)));
+  }
+  return ConveyorConnection(std::move(context));
+}
+
+Outcome<void> ConveyorConnection::write(std::uint16_t address, std::uint16_t value) {
+  if (modbus_write_register(context_.get(), address, value) == 1) return {};
+  return request_failure(fmt::format("cannot write {} to register 0x{:04X}", value, address));
+}
+
+Outcome<modbus::RegisterImage> ConveyorConnection::read() {
+  modbus::RegisterImage image;
+  constexpr int first = modbus::kFirstAddress;
+  _modbus* const context = context_.get();
+  if (modbus_read_registers(context, first, kHoldingRegisters, image.holding.data()) < 0 ||
+      modbus_read_input_registers(context, first, kInputRegisters, image.input.data()) < 0 ||
+      modbus_read_bits(context, first, kCoils, image.coils.data()) < 0 ||
+      modbus_read_input_bits(context, first, kInputs, image.discrete.data()) < 0) {
+    return request_failure("cannot read the conveyor's registers");
+  }
+  return image;
+}
+
+}  // namespace aprsim::client

@@ -1,0 +1,144 @@
+#include "clients/wires/endpoints.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <tuple>
+#include <utility>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace aprsim::client {
+namespace {
+
+constexpr const char* kVariable = "APRSIM_PORTS_FILE";
+constexpr const char* kToken = "APRSIM_TOKEN";
+constexpr std::string_view kCrclPrefix = "crcl.";
+
+Outcome<std::uint16_t> port_of(const std::string& path, const std::string& key,
+                               const nlohmann::json& value) {
+  if (!value.is_number_integer() || value < 1 || value > 65535) {
+    return failed(FailureKind::kUsage,
+                  fmt::format("{}: \"{}\" is {}, not a port 1..65535", path, key, value.dump()));
+  }
+  return value.get<std::uint16_t>();
+}
+
+Outcome<std::string> read_token(const std::string& path) {
+  std::string token;
+  if (path.empty()) {
+    if (const char* variable = std::getenv(kToken)) token = variable;
+  } else if (std::ifstream in(path); !std::getline(in, token)) {
+    return failed(FailureKind::kUsage, fmt::format("cannot read a token from {}", path));
+  }
+  const auto printable = [](char c) { return c >= ' ' && c <= '~'; };
+  if (token.ends_with('\r')) token.pop_back();
+  if (std::ranges::all_of(token, printable)) return token;
+  // The message must not show it.
+  return failed(FailureKind::kUsage, fmt::format("the token of {} is not of ASCII characters",
+                                                 path.empty() ? kToken : path));
+}
+
+/// The file chosen, else the one that the variable names; empty = none.
+std::string file_of(const std::string& chosen, const char* variable) {
+  if (!chosen.empty()) return chosen;
+  const char* named = std::getenv(variable);
+  return named == nullptr ? "" : named;
+}
+
+Outcome<std::string> read_pem(const std::string& path) {
+  if (path.empty()) return std::string();
+  std::ifstream in(path);
+  std::string text{std::istreambuf_iterator<char>(in), {}};
+  if (text.find("-----BEGIN ") != std::string::npos) return text;
+  return failed(FailureKind::kUsage,
+                in.is_open() ? path + " holds nothing in PEM"
+                             : fmt::format("cannot read {}: {}", path, std::strerror(errno)));
+}
+
+Outcome<std::optional<Encryption>> read_encryption(const EndpointChoice& choice) {
+  Encryption encryption;
+  bool any = choice.tls;
+  for (const auto& [file, variable, text] :
+       {std::tuple(&choice.ca, "APRSIM_CA", &encryption.ca),
+        std::tuple(&choice.certificate, "APRSIM_CERTIFICATE", &encryption.certificate),
+        std::tuple(&choice.key, "APRSIM_KEY", &encryption.key)}) {
+    auto read = read_pem(file_of(*file, variable));
+    if (!read) return tl::unexpected(read.error());
+    *text = std::move(*read);
+    any = any || !text->empty();
+  }
+  if (encryption.certificate.empty() != encryption.key.empty()) {
+    return failed(FailureKind::kUsage,
+                  "a client's certificate and its key go together (--certificate and --key)");
+  }
+  return any ? std::optional(std::move(encryption)) : std::nullopt;
+}
+
+}  // namespace
+
+Outcome<Endpoints> read_ports_file(const std::string& path) {
+  std::ifstream in(path);
+  if (!in) {
+    return failed(FailureKind::kUsage,
+                  fmt::format("cannot read the ports file {}; is aprsimd running?", path));
+  }
+  const auto json = nlohmann::json::parse(in, nullptr, /*allow_exceptions=*/false);
+  if (!json.is_object()) {
+    return failed(FailureKind::kUsage, path + " is no ports file: not a JSON object");
+  }
+  Endpoints endpoints;
+  endpoints.crcl.clear();
+  for (const auto& [key, value] : json.items()) {
+    const bool is_robot = key.starts_with(kCrclPrefix);
+    if (!is_robot && key != "grpc" && key != "modbus") continue;
+    const auto port = port_of(path, key, value);
+    if (!port) return tl::unexpected(port.error());
+    if (is_robot) endpoints.crcl[key.substr(kCrclPrefix.size())] = *port;
+    if (key == "grpc") endpoints.grpc = *port;
+    if (key == "modbus") endpoints.modbus = *port;
+  }
+  return endpoints;
+}
+
+std::string ports_file_of(const EndpointChoice& choice) {
+  if (!choice.ports_file.empty()) return choice.ports_file;
+  const char* variable = std::getenv(kVariable);
+  return variable == nullptr ? "" : variable;
+}
+
+Outcome<Endpoints> find_endpoints(const EndpointChoice& choice) {
+  const std::string file = ports_file_of(choice);
+  Endpoints endpoints;
+  if (!file.empty()) {
+    auto read = read_ports_file(file);
+    if (!read) return read;
+    endpoints = std::move(*read);
+  }
+  auto token = read_token(choice.token_file);
+  if (!token) return tl::unexpected(token.error());
+  endpoints.token = std::move(*token);
+  auto encryption = read_encryption(choice);
+  if (!encryption) return tl::unexpected(encryption.error());
+  endpoints.encryption = std::move(*encryption);
+  if (!choice.host.empty()) endpoints.host = choice.host;
+  if (choice.grpc) endpoints.grpc = *choice.grpc;
+  if (choice.modbus) endpoints.modbus = *choice.modbus;
+  for (const auto& [robot, port] : choice.crcl) endpoints.crcl[robot] = port;
+  return endpoints;
+}
+
+Outcome<std::uint16_t> crcl_port(const Endpoints& endpoints, const std::string& robot) {
+  const auto found = endpoints.crcl.find(robot);
+  if (found != endpoints.crcl.end()) return found->second;
+  std::string names;
+  for (const auto& [name, port] : endpoints.crcl) names += (names.empty() ? "" : ", ") + name;
+  return failed(FailureKind::kUsage,
+                fmt::format("no robot '{}'; there is {}", robot, names.empty() ? "none" : names));
+}
+
+}  // namespace aprsim::client

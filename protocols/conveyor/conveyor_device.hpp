@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "modbus/conveyor_registers.hpp"
+#include "modbus/request.hpp"
+#include "world/api/ports/ports.hpp"
+
+namespace aprsim::modbus_server {
+
+/// What the cell's conveyor and light curtain are at in a snapshot.
+[[nodiscard]] modbus::ConveyorReadings readings_of(const api::Snapshot& snapshot);
+
+/// The device behind the listener: PLC memory whose documented registers are the conveyor's state.
+/// The snapshot is the truth. What the protocol layer adds is memory that nothing in the cell uses,
+/// and the speed exactly as written, which the belt's own limit would otherwise hide.
+/// A reset of the simulation clears the memory, as a power cycle does.
+/// Thread: one at a time (the listener's).
+class ConveyorDevice {
+ public:
+  /// `watchdog_s`: the drive trips when it runs and no write comes for so long; 0 = never. It is
+  /// armed by the first write.
+  ConveyorDevice(const modbus::ConveyorScaling& scaling, api::EndpointId endpoint,
+                 api::CommandSink& sink, const api::SnapshotSource& source, double watchdog_s = 0);
+
+  /// Takes the latest snapshot: everything in image() belongs to it.
+  void refresh();
+  [[nodiscard]] const modbus::RegisterImage& image() const { return image_; }
+
+  /// Executes a write request. Memory alone: done, ticket 0. Otherwise the drive's part has been
+  /// submitted and all of the request shows in image() as soon as applied(ticket).
+  [[nodiscard]] modbus::Checked<api::Ticket> write(const modbus::Request& request);
+
+  /// Whether the snapshot of the last refresh() shows that command's effect.
+  [[nodiscard]] bool applied(api::Ticket ticket) const { return ticket <= applied_; }
+
+ private:
+  struct PendingWrite {
+    api::Ticket ticket = 0;
+    bool coils = false;
+    std::uint16_t address = 0;
+    std::vector<std::uint16_t> values;  // words, or 0 and 1
+  };
+
+  [[nodiscard]] modbus::Checked<api::Ticket> write_values(const modbus::Request& request);
+  [[nodiscard]] modbus::Checked<api::Ticket> write_masked(const modbus::Request& request);
+  [[nodiscard]] modbus::Checked<api::Ticket> submit(const modbus::ConveyorWrite& wanted);
+  /// A holding register with the writes under way taken into account.
+  [[nodiscard]] std::uint16_t latest_word(std::uint16_t address) const;
+  void commit(const PendingWrite& write);
+  void keep_or_forget_speed(const modbus::ConveyorReadings& readings);
+
+  const modbus::ConveyorScaling scaling_;
+  const api::EndpointId endpoint_;
+  const double watchdog_s_;
+  api::CommandSink& sink_;
+  const api::SnapshotSource& source_;
+
+  modbus::RegisterImage image_;
+  std::deque<PendingWrite> pending_;  // by ticket
+  api::Ticket applied_ = 0;
+  std::optional<std::uint64_t> epoch_;
+  bool has_conveyor_ = false;
+  std::optional<std::uint16_t> written_speed_;
+};
+
+}  // namespace aprsim::modbus_server

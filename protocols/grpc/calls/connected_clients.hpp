@@ -1,0 +1,34 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <string_view>
+
+#include "protocols/access/access.hpp"
+
+namespace aprsim::grpc_server {
+
+/// The client behind one of gRPC's connections.
+struct ConnectedClient {
+  std::string peer;                                                      ///< "ADDRESS:PORT"
+  std::shared_ptr<const protocols::ClientCertificate> certificate = {};  ///< null = none
+};
+
+/// Who is behind each of gRPC's connections, which end in the relays and are known to gRPC by the
+/// names of their sockets only. Thread: any.
+class ConnectedClients {
+ public:
+  /// `name` of the socket that gRPC sees.
+  void add(const std::string& name, ConnectedClient client);
+  void remove(const std::string& name);
+  /// By what gRPC calls the peer of a call; one that has just gone is known by its name only.
+  [[nodiscard]] ConnectedClient of(const std::string& grpc_peer) const;
+
+ private:
+  mutable std::mutex mutex_;
+  std::map<std::string, ConnectedClient, std::less<>> clients_;
+};
+
+}  // namespace aprsim::grpc_server

@@ -1,0 +1,466 @@
+#include "protocols/grpc/services/control_service.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "protocols/grpc/calls/receipt.hpp"
+#include "protocols/grpc/calls/rpc_status.hpp"
+#include "protocols/grpc/streams/state_transfer.hpp"
+#include "protocols/messages/control_request.hpp"
+#include "protocols/messages/write_message.hpp"
+#include "protocols/ports/command_failure.hpp"
+
+namespace aprsim::grpc_server {
+namespace {
+
+constexpr std::chrono::nanoseconds kLongestWait = std::chrono::hours(1);
+
+grpc::Status no_state_files() {
+  return {grpc::StatusCode::FAILED_PRECONDITION, "state: this daemon gives no states out"};
+}
+
+std::function<void(const grpc::Status&)> finisher(grpc::ServerUnaryReactor* reactor) {
+  return [reactor](const grpc::Status& status) { reactor->Finish(status); };
+}
+
+}  // namespace
+
+ControlService::ControlService(const TelemetryOptions& options, api::CommandSink& sink,
+                               const api::SnapshotSource& source, CommandWaiter& waiter,
+                               const CallGate& gate)
+    : options_(options), sink_(sink), source_(source), waiter_(waiter), gate_(gate) {}
+
+std::chrono::steady_clock::time_point ControlService::deadline(
+    const grpc::CallbackServerContext& context, std::chrono::nanoseconds otherwise) {
+  const auto now = std::chrono::steady_clock::now();
+  const auto client = context.deadline();
+  if (client == std::chrono::system_clock::time_point::max()) return now + otherwise;
+  const auto left = client - std::chrono::system_clock::now();
+  return now +
+         std::clamp<std::chrono::nanoseconds>(left, std::chrono::nanoseconds(0), kLongestWait);
+}
+
+std::optional<grpc::Status> ControlService::refusal(
+    const grpc::CallbackServerContext& context) const {
+  return gate_.refusal(context);
+}
+
+grpc::ServerUnaryReactor* ControlService::refuse(grpc::CallbackServerContext* context,
+                                                 const Error& error) {
+  return end(context, rpc_status(error));
+}
+
+grpc::ServerUnaryReactor* ControlService::end(grpc::CallbackServerContext* context,
+                                              const grpc::Status& status) {
+  auto* reactor = context->DefaultReactor();
+  reactor->Finish(status);
+  return reactor;
+}
+
+grpc::ServerUnaryReactor* ControlService::command(grpc::CallbackServerContext* context, Body body,
+                                                  Fill fill) {
+  if (const auto refused = refusal(*context)) return end(context, *refused);
+  auto* reactor = context->DefaultReactor();
+  carry_out(context, finisher(reactor), std::move(body), std::move(fill));
+  return reactor;
+}
+
+void ControlService::carry_out(grpc::CallbackServerContext* context, const Finish& finish,
+                               Body body, Fill fill) {
+  const auto ticket = sink_.submit({options_.endpoint, std::move(body)});
+  if (!ticket) return finish(rpc_status(ticket.error()));
+  auto outcome = [ticket = *ticket, fill = std::move(fill)](
+                     const api::Snapshot& snapshot) -> std::optional<grpc::Status> {
+    if (snapshot.applied < ticket) return std::nullopt;
+    if (const Error* error = protocols::failure_of(snapshot, ticket)) return rpc_status(*error);
+    fill(snapshot, ticket);
+    return grpc::Status::OK;
+  };
+  waiter_.wait({context, finish, deadline(*context), std::move(outcome), {}});
+}
+
+grpc::ServerUnaryReactor* ControlService::Pause(grpc::CallbackServerContext* context,
+                                                const v1::PauseRequest* /*request*/,
+                                                v1::PauseResponse* response) {
+  return command(context, api::SimulationCommand(api::Pause{}), [response](const auto& s, auto t) {
+    write_receipt(s, t, *response->mutable_receipt());
+  });
+}
+
+grpc::ServerUnaryReactor* ControlService::Resume(grpc::CallbackServerContext* context,
+                                                 const v1::ResumeRequest* request,
+                                                 v1::ResumeResponse* response) {
+  const auto resume = protocols::to_command(*request, *source_.latest());
+  if (!resume) return refuse(context, resume.error());
+  return command(context, api::SimulationCommand(*resume), [response](const auto& s, auto t) {
+    write_receipt(s, t, *response->mutable_receipt());
+  });
+}
+
+grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* context,
+                                               const v1::StepRequest* request,
+                                               v1::StepResponse* response) {
+  if (const auto refused = refusal(*context)) return end(context, *refused);
+  const auto command = protocols::to_command(*request);
+  if (!command) return refuse(context, command.error());
+  const auto mask = SnapshotView::parse(request->read_mask(), {}, *source_.latest()->cell);
+  if (!mask) return refuse(context, mask.error());
+  const std::uint64_t steps = command->steps;
+  std::optional<SnapshotView> wanted;
+  if (request->has_read_mask()) wanted = *mask;
+  std::unique_lock lock(step_mutex_);
+  const api::SnapshotPtr now = source_.latest();
+  if (!now->paused && options_.virtual_time && options_.virtual_time->declares("grpc")) {
+    lock.unlock();
+    return pass_time(context, steps, wanted, response);
+  }
+  if (!now->paused) {
+    return refuse(context, {ErrorCode::kFailedPrecondition, "step",
+                            "the cell is running; pause it before stepping"});
+  }
+  const auto ticket = sink_.submit({options_.endpoint, api::SimulationCommand(*command)});
+  if (!ticket) return refuse(context, ticket.error());
+  if (step_epoch_ != now->epoch) step_goal_ = 0;
+  step_epoch_ = now->epoch;
+  const std::uint64_t goal = step_goal_ = std::max(step_goal_, now->step) + steps;
+  lock.unlock();
+
+  auto* reactor = context->DefaultReactor();
+  auto outcome = [=, this, epoch = now->epoch,
+                  ticket = *ticket](const api::Snapshot& s) -> std::optional<grpc::Status> {
+    if (s.epoch != epoch) {
+      return grpc::Status(grpc::StatusCode::ABORTED, "the cell was reset while stepping");
+    }
+    if (!s.world_fault.empty()) return grpc::Status(grpc::StatusCode::ABORTED, s.world_fault);
+    if (s.applied < ticket || s.step < goal) return std::nullopt;
+    write_receipt(s, ticket, *response->mutable_receipt());
+    write_wanted(s, wanted, *response);
+    return grpc::Status::OK;
+  };
+  auto forget = [this, context, goal] {
+    const std::lock_guard goal_lock(step_mutex_);
+    // A caller that has gone wants no more steps; others that wait for some keep theirs.
+    if (context->IsCancelled() && step_goal_ == goal) {
+      (void)sink_.submit({options_.endpoint, api::SimulationCommand(api::Pause{})});
+    }
+    // A pause in between forgets the rest of the steps: do not count on them for the next call.
+    step_goal_ = 0;
+  };
+  waiter_.wait({context, finisher(reactor), deadline(*context), std::move(outcome),
+                std::move(forget), goal});
+  return reactor;
+}
+
+// Commands over gRPC are answered once they have taken effect, so they never wait for time to go
+// on.
+grpc::ServerUnaryReactor* ControlService::pass_time(grpc::CallbackServerContext* context,
+                                                    std::uint64_t steps,
+                                                    const std::optional<SnapshotView>& wanted,
+                                                    v1::StepResponse* response) {
+  api::VirtualTime& time = *options_.virtual_time;
+  std::unique_lock lock(step_mutex_);
+  if (!pacer_) {
+    pacer_ = time.join({.name = "grpc"}, [] {});
+    if (!pacer_) {
+      return refuse(context, {ErrorCode::kFailedPrecondition, "step", "the place is taken"});
+    }
+  }
+  // Until it asks, time stands.
+  const api::SnapshotPtr now = source_.latest();
+  if (step_epoch_ == now->epoch && now->step < step_goal_) {
+    return refuse(context, {ErrorCode::kFailedPrecondition, "step",
+                            "another call passes time; only one may at once"});
+  }
+  step_epoch_ = now->epoch;
+  const std::uint64_t goal = step_goal_ = now->step + steps;
+  time.ask(*pacer_, now->cell->step_size * static_cast<SimTime::rep>(steps));
+  lock.unlock();
+  auto* reactor = context->DefaultReactor();
+  auto outcome = [=, this,
+                  epoch = now->epoch](const api::Snapshot& s) -> std::optional<grpc::Status> {
+    if (s.epoch != epoch) {
+      return grpc::Status(grpc::StatusCode::ABORTED, "the cell was reset while time passed");
+    }
+    if (!s.world_fault.empty()) return grpc::Status(grpc::StatusCode::ABORTED, s.world_fault);
+    if (s.step < goal) return std::nullopt;
+    write_receipt(s, s.applied, *response->mutable_receipt());
+    write_wanted(s, wanted, *response);
+    return grpc::Status::OK;
+  };
+  waiter_.wait({context, finisher(reactor), deadline(*context), std::move(outcome), {}, goal});
+  return reactor;
+}
+
+grpc::ServerUnaryReactor* ControlService::RunUntil(grpc::CallbackServerContext* context,
+                                                   const v1::RunUntilRequest* request,
+                                                   v1::RunUntilResponse* response) {
+  if (const auto refused = refusal(*context)) return end(context, *refused);
+  const auto run = protocols::to_command(*request);
+  if (!run) return refuse(context, run.error());
+  const auto mask = SnapshotView::parse(request->read_mask(), {}, *source_.latest()->cell);
+  if (!mask) return refuse(context, mask.error());
+  std::optional<SnapshotView> wanted;
+  if (request->has_read_mask()) wanted = *mask;
+  const auto ticket = sink_.submit({options_.endpoint, api::SimulationCommand(*run)});
+  if (!ticket) return refuse(context, ticket.error());
+  auto* reactor = context->DefaultReactor();
+  auto outcome = [this, ticket = *ticket, wanted,
+                  response](const api::Snapshot& s) -> std::optional<grpc::Status> {
+    if (s.applied < ticket) return std::nullopt;
+    if (const Error* error = protocols::failure_of(s, ticket)) return rpc_status(*error);
+    if (!s.runs) return std::nullopt;
+    const auto ended = std::ranges::find(*s.runs, ticket, &api::RunEnd::run);
+    if (ended == s.runs->end()) return std::nullopt;
+    return finish_run(*ended, s, wanted, *response);
+  };
+  auto give_up = [this, ticket = *ticket] {
+    (void)sink_.submit({options_.endpoint, api::SimulationCommand(api::EndRun{ticket})});
+  };
+  waiter_.wait({context, finisher(reactor), deadline(*context, kLongestWait), std::move(outcome),
+                std::move(give_up)});
+  return reactor;
+}
+
+grpc::Status ControlService::finish_run(const api::RunEnd& ended, const api::Snapshot& snapshot,
+                                        const std::optional<SnapshotView>& wanted,
+                                        v1::RunUntilResponse& response) const {
+  if (ended.why == api::RunEnd::Why::kInterrupted) {
+    return {grpc::StatusCode::ABORTED, "the run has ended before: " + ended.text};
+  }
+  write_receipt(snapshot, ended.run, *response.mutable_receipt());
+  response.set_outcome(ended.why == api::RunEnd::Why::kMet ? v1::RUN_OUTCOME_MET
+                                                           : v1::RUN_OUTCOME_STEPS);
+  write_wanted(snapshot, wanted, response);
+  if (ended.event == 0 || options_.events == nullptr) return grpc::Status::OK;
+  const auto events = options_.events->after(ended.event - 1, 1).events;
+  if (!events.empty() && events.front()->sequence == ended.event) {
+    protocols::write_message(*events.front(), *response.mutable_event());
+  }
+  return grpc::Status::OK;
+}
+
+template <typename Response>
+void ControlService::write_wanted(const api::Snapshot& snapshot,
+                                  const std::optional<SnapshotView>& wanted,
+                                  Response& response) const {
+  if (!wanted) return;
+  wanted->write(snapshot, options_.instance_id, *response.mutable_snapshot());
+}
+
+grpc::ServerUnaryReactor* ControlService::SetSpeed(grpc::CallbackServerContext* context,
+                                                   const v1::SetSpeedRequest* request,
+                                                   v1::SetSpeedResponse* response) {
+  const auto speed = protocols::to_command(*request);
+  if (!speed) return refuse(context, speed.error());
+  return command(context, api::SimulationCommand(*speed), [response](const auto& s, auto t) {
+    write_receipt(s, t, *response->mutable_receipt());
+  });
+}
+
+grpc::ServerUnaryReactor* ControlService::Reset(grpc::CallbackServerContext* context,
+                                                const v1::ResetRequest* request,
+                                                v1::ResetResponse* response) {
+  api::Reset reset;
+  if (request->has_seed()) reset.seed = request->seed();
+  reset.scene_name = request->scene_name();
+  reset.scene_text = request->scene_text();
+  if (request->scene_case() != v1::ResetRequest::SCENE_NOT_SET && reset.scene_name.empty() &&
+      reset.scene_text.empty()) {
+    return refuse(context, {ErrorCode::kInvalidArgument, "scene", "it is empty"});
+  }
+  return command(context, api::SimulationCommand(reset), [response](const auto& s, auto t) {
+    write_receipt(s, t, *response->mutable_receipt());
+  });
+}
+
+grpc::ServerUnaryReactor* ControlService::SaveState(grpc::CallbackServerContext* context,
+                                                    const v1::SaveStateRequest* request,
+                                                    v1::SaveStateResponse* response) {
+  const auto save = protocols::to_command(*request, *source_.latest());
+  if (!save) return refuse(context, save.error());
+  return command(context, api::SimulationCommand(*save), [response](const auto& s, auto t) {
+    write_receipt(s, t, *response->mutable_receipt());
+  });
+}
+
+grpc::ServerUnaryReactor* ControlService::LoadState(grpc::CallbackServerContext* context,
+                                                    const v1::LoadStateRequest* request,
+                                                    v1::LoadStateResponse* response) {
+  const auto load = protocols::to_command(*request, *source_.latest());
+  if (!load) return refuse(context, load.error());
+  return command(context, api::SimulationCommand(*load), [response](const auto& s, auto t) {
+    write_receipt(s, t, *response->mutable_receipt());
+  });
+}
+
+grpc::ServerUnaryReactor* ControlService::DeleteState(grpc::CallbackServerContext* context,
+                                                      const v1::DeleteStateRequest* request,
+                                                      v1::DeleteStateResponse* response) {
+  const auto remove = protocols::to_command(*request, *source_.latest());
+  if (!remove) return refuse(context, remove.error());
+  return command(context, api::SimulationCommand(*remove), [response](const auto& s, auto t) {
+    write_receipt(s, t, *response->mutable_receipt());
+  });
+}
+
+grpc::ServerWriteReactor<v1::ExportStateResponse>* ControlService::ExportState(
+    grpc::CallbackServerContext* context, const v1::ExportStateRequest* request) {
+  if (const auto refused = refusal(*context)) return new FileSender(*refused);
+  if (options_.state_files == nullptr) return new FileSender(no_state_files());
+  const auto saved = source_.latest()->saved_states;
+  if (saved) {
+    for (const api::SavedState& state : saved->states) {
+      if (state.name != request->name() || !state.state) continue;
+      auto bytes = options_.state_files->write(state.name, state.state);
+      if (!bytes) return new FileSender(rpc_status(bytes.error()));
+      return new FileSender(*std::move(bytes));
+    }
+  }
+  return new FileSender(
+      rpc_status({ErrorCode::kNotFound, "name", "no state is saved as '" + request->name() + "'"}));
+}
+
+grpc::ServerReadReactor<v1::ImportStateRequest>* ControlService::ImportState(
+    grpc::CallbackServerContext* context, v1::ImportStateResponse* response) {
+  if (const auto refused = refusal(*context)) return new FileReceiver(*refused);
+  if (options_.state_files == nullptr) return new FileReceiver(no_state_files());
+  return new FileReceiver([this, context, response](FileReceiver& receiver, std::string name,
+                                                    std::string bytes) {
+    auto file = options_.state_files->read(std::move(bytes));
+    if (!file) return receiver.Finish(rpc_status(file.error()));
+    response->set_name(name.empty() ? file->name : name);
+    api::SaveState save{response->name(), std::move(file->state)};
+    carry_out(
+        context, [&receiver](const grpc::Status& status) { receiver.Finish(status); },
+        api::SimulationCommand(std::move(save)),
+        [response](const auto& s, auto t) { write_receipt(s, t, *response->mutable_receipt()); });
+  });
+}
+
+grpc::ServerUnaryReactor* ControlService::ListStates(grpc::CallbackServerContext* context,
+                                                     const v1::ListStatesRequest* /*request*/,
+                                                     v1::ListStatesResponse* response) {
+  if (const auto refused = refusal(*context)) return end(context, *refused);
+  if (const auto saved = source_.latest()->saved_states) {
+    response->set_bytes(saved->bytes);
+    response->set_max_bytes(saved->max_bytes);
+    for (const api::SavedState& state : saved->states) {
+      auto& out = *response->add_states();
+      out.set_name(state.name);
+      out.set_bytes(state.bytes);
+      out.set_step(state.step);
+      protocols::write_message(state.time, *out.mutable_sim_time());
+    }
+  }
+  auto* reactor = context->DefaultReactor();
+  reactor->Finish(grpc::Status::OK);
+  return reactor;
+}
+
+template <typename Response>
+grpc::ServerUnaryReactor* ControlService::change_scene(grpc::CallbackServerContext* context,
+                                                       api::SceneCommand change, Response* response,
+                                                       const std::string& body) {
+  return command(context, std::move(change), [response, body](const auto& s, auto t) {
+    write_receipt(s, t, *response->mutable_receipt());
+    if constexpr (requires { response->mutable_body(); }) {
+      const auto& bodies = s.cell->bodies;
+      const auto found = std::ranges::find(bodies, body, &api::BodyDescription::name);
+      const auto index = static_cast<std::size_t>(found - bodies.begin());
+      if (index >= s.bodies.size()) return;
+      protocols::write_message(s.bodies[index], *found, *response->mutable_body());
+    }
+  });
+}
+
+grpc::ServerUnaryReactor* ControlService::SpawnBody(grpc::CallbackServerContext* context,
+                                                    const v1::SpawnBodyRequest* request,
+                                                    v1::SpawnBodyResponse* response) {
+  return change_scene(context, protocols::to_command(*request), response, request->name());
+}
+
+grpc::ServerUnaryReactor* ControlService::MoveBody(grpc::CallbackServerContext* context,
+                                                   const v1::MoveBodyRequest* request,
+                                                   v1::MoveBodyResponse* response) {
+  return change_scene(context, protocols::to_command(*request), response, request->name());
+}
+
+grpc::ServerUnaryReactor* ControlService::RemoveBody(grpc::CallbackServerContext* context,
+                                                     const v1::RemoveBodyRequest* request,
+                                                     v1::RemoveBodyResponse* response) {
+  return change_scene(context, protocols::to_command(*request), response);
+}
+
+grpc::ServerUnaryReactor* ControlService::SetSceneValue(grpc::CallbackServerContext* context,
+                                                        const v1::SetSceneValueRequest* request,
+                                                        v1::SetSceneValueResponse* response) {
+  return change_scene(context, protocols::to_command(*request), response);
+}
+
+grpc::ServerUnaryReactor* ControlService::SetConveyor(grpc::CallbackServerContext* context,
+                                                      const v1::SetConveyorRequest* request,
+                                                      v1::SetConveyorResponse* response) {
+  const auto conveyor = protocols::to_command(*request, *source_.latest()->cell);
+  if (!conveyor) return refuse(context, conveyor.error());
+  return command(context, *conveyor, [response](const auto& s, auto t) {
+    write_receipt(s, t, *response->mutable_receipt());
+    protocols::write_message(s.conveyor, s.cell->conveyor, *response->mutable_conveyor());
+  });
+}
+
+grpc::ServerUnaryReactor* ControlService::SetIntruder(grpc::CallbackServerContext* context,
+                                                      const v1::SetIntruderRequest* request,
+                                                      v1::SetIntruderResponse* response) {
+  const auto intruder = protocols::to_command(*request);
+  if (!intruder) return refuse(context, intruder.error());
+  return command(context, *intruder, [response](const auto& s, auto t) {
+    write_receipt(s, t, *response->mutable_receipt());
+    if (s.cell->light_curtain) {
+      protocols::write_message(s.light_curtain, *s.cell->light_curtain,
+                               *response->mutable_light_curtain());
+    }
+  });
+}
+
+grpc::ServerUnaryReactor* ControlService::InjectFault(grpc::CallbackServerContext* context,
+                                                      const v1::InjectFaultRequest* request,
+                                                      v1::InjectFaultResponse* response) {
+  const auto fault = protocols::to_command(*request);
+  if (!fault) return refuse(context, fault.error());
+  return command(context, api::FaultCommand(*fault), [response](const auto& s, auto t) {
+    write_receipt(s, t, *response->mutable_receipt());
+    if (!s.faults) return;
+    const auto& all = s.faults->all;
+    const auto found = std::ranges::find(all, t, &api::InjectedFault::ticket);
+    if (found != all.end()) protocols::write_message(*found, *response->mutable_fault());
+  });
+}
+
+grpc::ServerUnaryReactor* ControlService::EndFault(grpc::CallbackServerContext* context,
+                                                   const v1::EndFaultRequest* request,
+                                                   v1::EndFaultResponse* response) {
+  return command(
+      context, api::FaultCommand(api::EndFault{request->id()}),
+      [response](const auto& s, auto t) { write_receipt(s, t, *response->mutable_receipt()); });
+}
+
+grpc::ServerUnaryReactor* ControlService::ReportEvent(grpc::CallbackServerContext* context,
+                                                      const v1::ReportEventRequest* request,
+                                                      v1::ReportEventResponse* response) {
+  return command(
+      context, api::FaultCommand(api::ReportEvent{request->event()}),
+      [response](const auto& s, auto t) { write_receipt(s, t, *response->mutable_receipt()); });
+}
+
+grpc::ServerUnaryReactor* ControlService::ListFaultKinds(
+    grpc::CallbackServerContext* context, const v1::ListFaultKindsRequest* /*request*/,
+    v1::ListFaultKindsResponse* response) {
+  if (const auto refused = refusal(*context)) return end(context, *refused);
+  protocols::write_fault_kinds(*response);
+  auto* reactor = context->DefaultReactor();
+  reactor->Finish(grpc::Status::OK);
+  return reactor;
+}
+
+}  // namespace aprsim::grpc_server

@@ -1,0 +1,141 @@
+#pragma once
+
+#include <functional>
+#include <mutex>
+#include <optional>
+
+#include "aprsim/v1/control_service.grpc.pb.h"
+#include "protocols/grpc/calls/call_gate.hpp"
+#include "protocols/grpc/calls/command_waiter.hpp"
+#include "protocols/grpc/calls/telemetry_options.hpp"
+#include "protocols/grpc/streams/snapshot_view.hpp"
+
+namespace aprsim::grpc_server {
+
+/// aprsim.v1.ControlService on the callback API: submits a command and leaves the rest of the call
+/// to the waiter.
+class ControlService final : public v1::ControlService::CallbackService {
+ public:
+  ControlService(const TelemetryOptions& options, api::CommandSink& sink,
+                 const api::SnapshotSource& source, CommandWaiter& waiter, const CallGate& gate);
+
+  /// Why the call must do nothing, also one of another service; absent = it may.
+  [[nodiscard]] std::optional<grpc::Status> refusal(
+      const grpc::CallbackServerContext& context) const;
+
+  grpc::ServerUnaryReactor* Pause(grpc::CallbackServerContext* context,
+                                  const v1::PauseRequest* request,
+                                  v1::PauseResponse* response) override;
+  grpc::ServerUnaryReactor* Resume(grpc::CallbackServerContext* context,
+                                   const v1::ResumeRequest* request,
+                                   v1::ResumeResponse* response) override;
+  grpc::ServerUnaryReactor* Step(grpc::CallbackServerContext* context,
+                                 const v1::StepRequest* request,
+                                 v1::StepResponse* response) override;
+  grpc::ServerUnaryReactor* RunUntil(grpc::CallbackServerContext* context,
+                                     const v1::RunUntilRequest* request,
+                                     v1::RunUntilResponse* response) override;
+  grpc::ServerUnaryReactor* SetSpeed(grpc::CallbackServerContext* context,
+                                     const v1::SetSpeedRequest* request,
+                                     v1::SetSpeedResponse* response) override;
+  grpc::ServerUnaryReactor* Reset(grpc::CallbackServerContext* context,
+                                  const v1::ResetRequest* request,
+                                  v1::ResetResponse* response) override;
+  grpc::ServerUnaryReactor* SaveState(grpc::CallbackServerContext* context,
+                                      const v1::SaveStateRequest* request,
+                                      v1::SaveStateResponse* response) override;
+  grpc::ServerUnaryReactor* LoadState(grpc::CallbackServerContext* context,
+                                      const v1::LoadStateRequest* request,
+                                      v1::LoadStateResponse* response) override;
+  grpc::ServerUnaryReactor* DeleteState(grpc::CallbackServerContext* context,
+                                        const v1::DeleteStateRequest* request,
+                                        v1::DeleteStateResponse* response) override;
+  grpc::ServerWriteReactor<v1::ExportStateResponse>* ExportState(
+      grpc::CallbackServerContext* context, const v1::ExportStateRequest* request) override;
+  grpc::ServerReadReactor<v1::ImportStateRequest>* ImportState(
+      grpc::CallbackServerContext* context, v1::ImportStateResponse* response) override;
+  grpc::ServerUnaryReactor* ListStates(grpc::CallbackServerContext* context,
+                                       const v1::ListStatesRequest* request,
+                                       v1::ListStatesResponse* response) override;
+  grpc::ServerUnaryReactor* SpawnBody(grpc::CallbackServerContext* context,
+                                      const v1::SpawnBodyRequest* request,
+                                      v1::SpawnBodyResponse* response) override;
+  grpc::ServerUnaryReactor* MoveBody(grpc::CallbackServerContext* context,
+                                     const v1::MoveBodyRequest* request,
+                                     v1::MoveBodyResponse* response) override;
+  grpc::ServerUnaryReactor* RemoveBody(grpc::CallbackServerContext* context,
+                                       const v1::RemoveBodyRequest* request,
+                                       v1::RemoveBodyResponse* response) override;
+  grpc::ServerUnaryReactor* SetSceneValue(grpc::CallbackServerContext* context,
+                                          const v1::SetSceneValueRequest* request,
+                                          v1::SetSceneValueResponse* response) override;
+  grpc::ServerUnaryReactor* SetConveyor(grpc::CallbackServerContext* context,
+                                        const v1::SetConveyorRequest* request,
+                                        v1::SetConveyorResponse* response) override;
+  grpc::ServerUnaryReactor* SetIntruder(grpc::CallbackServerContext* context,
+                                        const v1::SetIntruderRequest* request,
+                                        v1::SetIntruderResponse* response) override;
+  grpc::ServerUnaryReactor* InjectFault(grpc::CallbackServerContext* context,
+                                        const v1::InjectFaultRequest* request,
+                                        v1::InjectFaultResponse* response) override;
+  grpc::ServerUnaryReactor* EndFault(grpc::CallbackServerContext* context,
+                                     const v1::EndFaultRequest* request,
+                                     v1::EndFaultResponse* response) override;
+  grpc::ServerUnaryReactor* ReportEvent(grpc::CallbackServerContext* context,
+                                        const v1::ReportEventRequest* request,
+                                        v1::ReportEventResponse* response) override;
+  grpc::ServerUnaryReactor* ListFaultKinds(grpc::CallbackServerContext* context,
+                                           const v1::ListFaultKindsRequest* request,
+                                           v1::ListFaultKindsResponse* response) override;
+
+  using Body = decltype(api::Command::body);
+  using Fill = std::function<void(const api::Snapshot&, api::Ticket)>;
+  using Finish = std::function<void(const grpc::Status&)>;
+  /// Submits, and finishes once the command has taken effect, after `fill` if it was carried out.
+  void carry_out(grpc::CallbackServerContext* context, const Finish& finish, Body body, Fill fill);
+
+ private:
+  static grpc::ServerUnaryReactor* refuse(grpc::CallbackServerContext* context, const Error& error);
+  static grpc::ServerUnaryReactor* end(grpc::CallbackServerContext* context,
+                                       const grpc::Status& status);
+  /// Submits and answers with `fill` once the command has taken effect.
+  grpc::ServerUnaryReactor* command(grpc::CallbackServerContext* context, Body body, Fill fill);
+  /// In virtual time, of the caller that paces: lets so much of it pass.
+  grpc::ServerUnaryReactor* pass_time(grpc::CallbackServerContext* context, std::uint64_t steps,
+                                      const std::optional<SnapshotView>& wanted,
+                                      v1::StepResponse* response);
+  /// The snapshot, as far as it is wanted.
+  template <typename Response>
+  void write_wanted(const api::Snapshot& snapshot, const std::optional<SnapshotView>& wanted,
+                    Response& response) const;
+  /// Changes the scene; the answer tells of the body of this name, where it has a place for it.
+  template <typename Response>
+  grpc::ServerUnaryReactor* change_scene(grpc::CallbackServerContext* context,
+                                         api::SceneCommand change, Response* response,
+                                         const std::string& body = "");
+  /// Status and answer of a run that has ended.
+  grpc::Status finish_run(const api::RunEnd& end, const api::Snapshot& snapshot,
+                          const std::optional<SnapshotView>& wanted,
+                          v1::RunUntilResponse& response) const;
+  /// The client's, or so much from now.
+  [[nodiscard]] static std::chrono::steady_clock::time_point deadline(
+      const grpc::CallbackServerContext& context, std::chrono::nanoseconds otherwise);
+  [[nodiscard]] std::chrono::steady_clock::time_point deadline(
+      const grpc::CallbackServerContext& context) const {
+    return deadline(context, options_.command_timeout);
+  }
+
+  const TelemetryOptions& options_;
+  api::CommandSink& sink_;
+  const api::SnapshotSource& source_;
+  CommandWaiter& waiter_;
+  const CallGate& gate_;
+
+  // Where the steps asked for so far will end, so that calls at the same time add up.
+  std::mutex step_mutex_;
+  std::uint64_t step_goal_ = 0;
+  std::uint64_t step_epoch_ = 0;
+  std::optional<api::PacerId> pacer_;
+};
+
+}  // namespace aprsim::grpc_server

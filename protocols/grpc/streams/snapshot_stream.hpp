@@ -1,0 +1,97 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include <grpcpp/server_context.h>
+#include <grpcpp/support/byte_buffer.h>
+#include <grpcpp/support/server_callback.h>
+
+#include "aprsim/v1/telemetry_service.pb.h"
+#include "protocols/grpc/streams/snapshot_view.hpp"
+#include "world/api/snapshot/snapshot.hpp"
+
+namespace aprsim::grpc_server {
+
+class StreamHub;
+
+/// What a stream of every step may keep for a reader that is behind.
+struct BacklogLimits {
+  std::size_t samples = 4096;
+  std::size_t bytes = std::size_t{8} << 20;
+};
+
+/// One client's stream of snapshots, with at most one write in flight. At a rate: one sample waits
+/// behind it; a newer one replaces it, which then counts as dropped, so a slow reader costs
+/// constant memory and always gets the latest. Of every step: all that it has not taken yet wait,
+/// serialized, up to a limit, beyond which the call ends.
+class SnapshotStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
+ public:
+  /// `rate_hz` 0 = every step.
+  SnapshotStream(grpc::CallbackServerContext& context, StreamHub& hub,
+                 std::shared_ptr<SharedView> view, double rate_hz, BacklogLimits limits);
+
+  /// Offers a sample, at a rate. Thread: the hub's.
+  void produce(const api::SnapshotPtr& snapshot);
+  /// The next one, of every step. Thread: the hub's for steps.
+  void append(const api::SnapshotPtr& snapshot);
+  /// Cancels the call if one write has been in flight for longer than that. Thread: the hub's.
+  void cancel_if_stuck(std::chrono::steady_clock::time_point now,
+                       std::chrono::milliseconds write_timeout);
+  /// Ends the call with the status, at once if no write is in flight, else by cancelling it.
+  void end(const grpc::Status& status);
+  /// Ends the call with the status as soon as the write in flight is done; forgets what waits.
+  void give_up(const grpc::Status& status);
+
+  [[nodiscard]] bool every_step() const { return rate_hz_ == 0; }
+  /// Between two samples at a rate.
+  [[nodiscard]] std::chrono::nanoseconds period() const { return period_; }
+
+  void OnWriteDone(bool ok) override;
+  void OnCancel() override;
+  void OnDone() override;
+
+  /// Owned by the call: set right after construction, released in OnDone.
+  std::shared_ptr<SnapshotStream> self;
+
+ private:
+  struct Sample {
+    api::SnapshotPtr snapshot;
+    std::uint64_t sequence = 0;
+  };
+  struct Encoded {
+    grpc::Slice snapshot;
+    std::uint64_t sequence = 0;
+  };
+  void start_write(std::unique_lock<std::mutex> lock, Sample sample);
+  void start_write(std::unique_lock<std::mutex> lock);
+  void fill(const grpc::Slice& snapshot, std::uint64_t sequence, std::uint64_t dropped);
+  void finish(std::unique_lock<std::mutex> lock);
+
+  grpc::CallbackServerContext& context_;
+  StreamHub& hub_;
+  const std::shared_ptr<SharedView> view_;
+  const double rate_hz_;
+  const std::chrono::nanoseconds period_;
+  const BacklogLimits limits_;
+
+  grpc::ByteBuffer response_;  // touched only by whoever has set writing_
+
+  std::mutex mutex_;
+  bool writing_ = false;
+  bool finished_ = false;  // Finish was called: the context may be gone at any moment
+  bool ending_ = false;
+  grpc::Status end_status_;
+  Sample waiting_;               // at a rate
+  std::deque<Encoded> backlog_;  // of every step
+  std::size_t backlog_bytes_ = 0;
+  std::uint64_t sequence_ = 0;
+  std::uint64_t dropped_ = 0;
+  std::chrono::steady_clock::time_point write_started_;
+};
+
+}  // namespace aprsim::grpc_server

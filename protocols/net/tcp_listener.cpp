@@ -1,0 +1,182 @@
+#include "protocols/net/tcp_listener.hpp"
+
+#include <chrono>
+#include <exception>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+#include <utility>
+
+#include <boost/asio/error.hpp>
+#include <boost/asio/ip/address.hpp>
+#include <spdlog/spdlog.h>
+
+namespace aprsim::protocols {
+namespace {
+
+namespace asio = boost::asio;
+using asio::ip::tcp;
+using boost::system::error_code;
+
+constexpr auto kRetryDelay = std::chrono::milliseconds(100);
+constexpr auto kLogInterval = std::chrono::seconds(1);
+constexpr int kAcceptsPerTurn = 32;
+
+std::string text(const tcp::endpoint& peer) {
+  const std::string address = peer.address().to_string();
+  const std::string host = peer.address().is_v6() ? "[" + address + "]" : address;
+  return host + ":" + std::to_string(peer.port());
+}
+
+void set_option(int fd, int level, int option, int value) {
+  // An option that the system does not know stays at its default.
+  (void)::setsockopt(fd, level, option, &value, sizeof value);
+}
+
+// A peer that has gone without a word is noticed after 11 s: 5 s idle, then 3 probes 2 s apart;
+// after 10 s when data wait to be acknowledged.
+void prepare(tcp::socket& socket) {
+  const int fd = socket.native_handle();
+  set_option(fd, IPPROTO_TCP, TCP_NODELAY, 1);
+  set_option(fd, SOL_SOCKET, SO_KEEPALIVE, 1);
+  set_option(fd, IPPROTO_TCP, TCP_KEEPIDLE, 5);
+  set_option(fd, IPPROTO_TCP, TCP_KEEPINTVL, 2);
+  set_option(fd, IPPROTO_TCP, TCP_KEEPCNT, 3);
+  set_option(fd, IPPROTO_TCP, TCP_USER_TIMEOUT, 10'000);
+}
+
+}  // namespace
+
+TcpListener::TcpListener(asio::io_context& io, TcpListenerOptions options, OnAccept on_accept)
+    : options_(std::move(options)),
+      on_accept_(std::move(on_accept)),
+      acceptor_(io),
+      retry_(io),
+      places_(ConnectionPlaces::create(options_.limits)) {}
+
+Result<std::uint16_t> TcpListener::listen() {
+  const auto failed = [this](const std::string& cause) {
+    return fail(ErrorCode::kUnavailable, options_.name,
+                "cannot listen on " + options_.address + " port " + std::to_string(options_.port) +
+                    ": " + cause);
+  };
+  auto allow = AllowList::from(options_.allow, options_.name + ".allow");
+  if (!allow) return tl::unexpected(allow.error());
+  allow_ = std::move(*allow);
+  error_code error;
+  const asio::ip::address address = asio::ip::make_address(options_.address, error);
+  if (error) {
+    return fail(ErrorCode::kInvalidArgument, options_.name + ".address",
+                "cannot listen on " + options_.address + ": not a numeric IPv4 or IPv6 address");
+  }
+  const tcp::endpoint endpoint(address, options_.port);
+  acceptor_.open(endpoint.protocol(), error);
+  if (!error) acceptor_.set_option(tcp::acceptor::reuse_address(true), error);
+  if (!error) acceptor_.bind(endpoint, error);
+  if (!error) acceptor_.listen(asio::socket_base::max_listen_connections, error);
+  if (!error) acceptor_.non_blocking(true, error);
+  const tcp::endpoint bound = error ? endpoint : acceptor_.local_endpoint(error);
+  if (error) {
+    close();
+    return failed(error.message());
+  }
+  options_.port = bound.port();  // the same again after a pause
+  accept();
+  return bound.port();
+}
+
+void TcpListener::resume() {
+  if (acceptor_.is_open()) return;
+  const Result<std::uint16_t> port = listen();
+  if (port) return;
+  spdlog::error("{}: {}; trying again", options_.name, port.error().message);
+  close();
+  retry_.expires_after(kRetryDelay);
+  retry_.async_wait([this](const error_code& cancelled) {
+    if (!cancelled) resume();
+  });
+}
+
+void TcpListener::close() {
+  error_code ignored;
+  acceptor_.close(ignored);
+  retry_.cancel(ignored);
+}
+
+void TcpListener::accept() {
+  acceptor_.async_wait(tcp::acceptor::wait_read, [this](const error_code& aborted) {
+    if (!aborted && acceptor_.is_open()) accept_waiting();
+  });
+}
+
+void TcpListener::accept_waiting() {
+  for (int i = 0; i < kAcceptsPerTurn; ++i) {
+    tcp::socket socket(acceptor_.get_executor());
+    error_code error;
+    acceptor_.accept(socket, error);
+    if (error == asio::error::would_block) break;
+    if (error == asio::error::connection_aborted) continue;
+    if (error) return retry_later(error.message());
+    try {
+      admit(std::move(socket));
+    } catch (const std::exception& problem) {
+      return retry_later(problem.what());
+    }
+  }
+  accept();
+}
+
+// A socket that is not handed on is closed.
+void TcpListener::admit(tcp::socket socket) {
+  error_code gone;
+  const tcp::endpoint endpoint = socket.remote_endpoint(gone);
+  if (gone) return;
+  std::string peer = text(endpoint);
+  if (!allow_.allows(endpoint.address())) {
+    refuse(peer, "its address is not on the allow list");
+    return;
+  }
+  Result<Place> place = places_->take(endpoint.address().to_string());
+  if (!place) {
+    refuse(peer, place.error().message);
+    if (options_.on_refused) {
+      prepare(socket);
+      options_.on_refused(std::move(socket), peer);
+    }
+    return;
+  }
+  ++accepted_;
+  prepare(socket);
+  on_accept_(std::move(socket), std::move(peer), std::move(*place));
+}
+
+// A flood of refusals makes one log line a second.
+void TcpListener::refuse(const std::string& peer, const std::string& why) {
+  ++refused_;
+  ++refused_unlogged_;
+  if (options_.refusals != nullptr) {
+    options_.refusals->refused(options_.name, "connection of " + peer + ": " + why);
+  }
+  const auto now = std::chrono::steady_clock::now();
+  if (now - last_refusal_log_ < kLogInterval) return;
+  spdlog::warn("{}: refused {}: {} ({} refused since the last line)", options_.name, peer, why,
+               refused_unlogged_);
+  last_refusal_log_ = now;
+  refused_unlogged_ = 0;
+}
+
+// Out of descriptors or memory: the connection stays in the queue, and accepting it at once would
+// spin.
+void TcpListener::retry_later(const std::string& why) {
+  const auto now = std::chrono::steady_clock::now();
+  if (now - last_failure_log_ >= kLogInterval) {
+    spdlog::error("{}: cannot accept: {}; trying again", options_.name, why);
+    last_failure_log_ = now;
+  }
+  retry_.expires_after(kRetryDelay);
+  retry_.async_wait([this](const error_code& cancelled) {
+    if (!cancelled && acceptor_.is_open()) accept();
+  });
+}
+
+}  // namespace aprsim::protocols

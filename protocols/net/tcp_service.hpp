@@ -1,0 +1,144 @@
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+#include "protocols/net/run_loop.hpp"
+#include "protocols/net/tcp_listener.hpp"
+
+namespace aprsim::protocols {
+
+/// What the listeners over raw sockets share: an io_context with the one thread that runs it, the
+/// acceptor, the open connections, and an orderly end. For use inside a listener; its header stays
+/// out of other headers.
+///
+/// A `Connection` has start(); drain(), which finishes what is on its way and ends; close(), which
+/// ends at once; give_way(), which does so for a newcomer's sake; and place(). When it has ended it
+/// calls ended() of its service, once.
+///
+/// The owner destroys it, or calls stop(), before what the connections refer to ends.
+template <typename Connection>
+class TcpService {
+ public:
+  using Make = std::function<std::shared_ptr<Connection>(TcpListener::Socket, std::string peer,
+                                                         TcpListener::Place place)>;
+
+  /// `make` wraps an accepted socket. After `drain_deadline` what still drains is closed.
+  TcpService(TcpListenerOptions options, std::chrono::milliseconds drain_deadline, Make make)
+      : name_(options.name),
+        drain_deadline_(drain_deadline),
+        make_(std::move(make)),
+        work_(io_.get_executor()),
+        listener_(io_, std::move(options),
+                  [this](TcpListener::Socket socket, std::string peer, TcpListener::Place place) {
+                    connect(std::move(socket), std::move(peer), std::move(place));
+                  }),
+        drain_timer_(io_) {}
+  ~TcpService() { stop(); }
+  TcpService(const TcpService&) = delete;
+  TcpService& operator=(const TcpService&) = delete;
+
+  [[nodiscard]] boost::asio::io_context& io() { return io_; }
+  [[nodiscard]] const TcpListener& listener() const { return listener_; }
+
+  // Thread: the owner's.
+
+  /// Binds; connections wait until start(). Returns the port.
+  [[nodiscard]] Result<std::uint16_t> listen() { return listener_.listen(); }
+  void start() {
+    thread_ = std::thread([this] { run_loop(io_, name_); });
+  }
+  /// No more connections from now on; those that are open go on.
+  void stop_accepting() {
+    boost::asio::post(io_, [this] { listener_.close(); });
+  }
+  /// Drains and waits for the end; `on_drain` cancels, on the service's thread, what else the owner
+  /// has pending there. Nothing happens unless it runs.
+  void stop(std::function<void()> on_drain = [] {}) {
+    if (!thread_.joinable()) return;
+    boost::asio::post(io_, [this, &on_drain] { drain(on_drain); });
+    thread_.join();
+  }
+
+  // Thread: the service's.
+
+  [[nodiscard]] bool draining() const { return draining_; }
+  /// Refuses connections, or takes them again on the same port.
+  void refuse_connections(bool refuse) {
+    if (draining_) return;
+    if (refuse) {
+      listener_.suspend();
+    } else {
+      listener_.resume();
+    }
+  }
+  void ended(Connection& connection) {
+    connection.place().leave();
+    connections_.erase(&connection);
+    finish_if_drained();
+  }
+  /// A connection may end while it is visited.
+  template <typename Visit>
+  void for_each(const Visit& visit) {
+    std::vector<std::shared_ptr<Connection>> all;
+    for (const auto& [key, connection] : connections_) all.push_back(connection);
+    for (const auto& connection : all) visit(*connection);
+  }
+
+ private:
+  void connect(TcpListener::Socket socket, std::string peer, TcpListener::Place place) {
+    const auto connection = make_(std::move(socket), std::move(peer), std::move(place));
+    connections_[connection.get()] = connection;
+    connection->place().on_needed([weak = std::weak_ptr<Connection>(connection)] {
+      if (const auto open = weak.lock()) open->give_way();
+    });
+    try {
+      connection->start();
+    } catch (...) {
+      connections_.erase(connection.get());
+      throw;
+    }
+  }
+
+  void drain(const std::function<void()>& on_drain) {
+    draining_ = true;
+    listener_.close();
+    on_drain();
+    drain_timer_.expires_after(drain_deadline_);
+    drain_timer_.async_wait([this](const boost::system::error_code& cancelled) {
+      if (!cancelled) for_each([](Connection& connection) { connection.close(); });
+    });
+    for_each([](Connection& connection) { connection.drain(); });
+    finish_if_drained();
+  }
+
+  void finish_if_drained() {
+    if (!draining_ || !connections_.empty()) return;
+    drain_timer_.cancel();
+    work_.reset();
+  }
+
+  const std::string name_;
+  const std::chrono::milliseconds drain_deadline_;
+  const Make make_;
+  boost::asio::io_context io_{1};
+  boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_;
+  TcpListener listener_;
+  std::map<const Connection*, std::shared_ptr<Connection>> connections_;
+  boost::asio::steady_timer drain_timer_;
+  bool draining_ = false;
+  std::thread thread_;
+};
+
+}  // namespace aprsim::protocols

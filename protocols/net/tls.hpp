@@ -1,0 +1,57 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "protocols/access/access.hpp"
+#include "world/base/result.hpp"
+
+namespace boost::asio::ssl {
+class context;
+}
+struct ssl_st;
+
+namespace aprsim::protocols {
+
+/// Where a listener's certificate is, and whose it asks its clients for. All in PEM.
+struct TlsFiles {
+  std::string certificate;     ///< with those between it and its authority behind it
+  std::string key;             ///< without a password, and not readable by everybody
+  std::string client_ca = {};  ///< authorities of clients' certificates; empty = none is asked for
+  bool client_needed = false;  ///< who has none is not served
+};
+
+/// How the connections of a listener are encrypted: TLS 1.2 or 1.3, by OpenSSL. Thread: any.
+class Tls {
+ public:
+  enum class Protocol : std::uint8_t { kHttp1, kHttp2 };
+
+  /// Errors name key, file and what is wrong with it: unreadable, no certificate, expired, a key
+  /// that is not the certificate's.
+  [[nodiscard]] static Result<std::shared_ptr<Tls>> load(const TlsFiles& files, Protocol protocol);
+
+  /// Reads the files again, for connections from now on. An error changes nothing.
+  [[nodiscard]] Result<void> reload();
+  /// For a connection that begins now.
+  [[nodiscard]] std::shared_ptr<boost::asio::ssl::context> context() const;
+
+  /// What the client has shown in a handshake that is done; null = no certificate.
+  [[nodiscard]] static std::shared_ptr<const ClientCertificate> client_of(ssl_st* connection);
+  /// Why a handshake has failed, in words; counts it.
+  [[nodiscard]] std::string failure(ssl_st* connection, const std::string& error);
+  [[nodiscard]] std::uint64_t failures() const { return failures_; }
+
+ private:
+  Tls(TlsFiles files, Protocol protocol) : files_(std::move(files)), protocol_(protocol) {}
+
+  const TlsFiles files_;
+  const Protocol protocol_;
+  mutable std::mutex mutex_;
+  std::shared_ptr<boost::asio::ssl::context> context_;
+  std::atomic<std::uint64_t> failures_{0};
+};
+
+}  // namespace aprsim::protocols

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <algorithm>
+
+#include "world/api/snapshot/snapshot.hpp"
+
+namespace aprsim::protocols {
+
+/// Why a command that the snapshot includes could not be carried out; null = it was. Thread: any.
+[[nodiscard]] inline const Error* failure_of(const api::Snapshot& snapshot, api::Ticket ticket) {
+  if (!snapshot.failures) return nullptr;
+  const auto found = std::ranges::find(*snapshot.failures, ticket, &api::CommandFailure::ticket);
+  return found == snapshot.failures->end() ? nullptr : &found->error;
+}
+
+}  // namespace aprsim::protocols

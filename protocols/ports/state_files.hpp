@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "world/api/values/state_ptr.hpp"
+#include "world/base/result.hpp"
+
+namespace aprsim::protocols {
+
+/// Saved states as the bytes of files, for listeners, to which a state is opaque. Thread: any.
+class StateFiles {
+ public:
+  virtual ~StateFiles() = default;
+
+  /// Errors: kUnavailable where scene or models cannot be read.
+  [[nodiscard]] virtual Result<std::string> write(const std::string& name,
+                                                  const api::StatePtr& state) = 0;
+  struct Read {
+    std::string name;  ///< as it was saved
+    api::StatePtr state;
+  };
+  /// Errors, field "file": kInvalidArgument where the bytes are no such file, or damaged;
+  /// kFailedPrecondition where they are of another scene or layout, named; kUnavailable as above.
+  [[nodiscard]] virtual Result<Read> read(std::string bytes) = 0;
+};
+
+}  // namespace aprsim::protocols

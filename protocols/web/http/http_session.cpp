@@ -1,0 +1,412 @@
+#include "protocols/web/http/http_session.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include <boost/asio/execution/outstanding_work.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/prefer.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket/rfc6455.hpp>
+#include <spdlog/spdlog.h>
+
+#include "protocols/access/call_roles.hpp"
+#include "protocols/net/limited_log.hpp"
+#include "protocols/web/http/beast_socket.hpp"
+#include "protocols/web/http/origin_check.hpp"
+#include "world/base/rate_limit.hpp"
+
+namespace aprsim::web {
+namespace {
+
+namespace beast = boost::beast;
+namespace http = beast::http;
+using beast::error_code;
+
+using Request = http::request<http::empty_body>;
+using Response = http::response<http::string_body>;
+
+constexpr std::uint32_t kMaxHeaderBytes = 8 * 1024;
+constexpr auto kTimeout = std::chrono::seconds(20);
+constexpr auto kFullTimeout = std::chrono::seconds(3);
+constexpr auto kHandshakeTimeout = std::chrono::seconds(5);
+constexpr auto kGoodbyeTimeout = std::chrono::seconds(2);
+
+std::string_view view(beast::string_view text) { return {text.data(), text.size()}; }
+
+/// Nothing but our own files and this daemon's socket; no inline script or style.
+std::string content_policy(const std::string& host) {
+  return "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
+         "manifest-src 'self'; connect-src 'self' ws://" +
+         host + " wss://" + host + "; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+}
+
+void set_security(Response& response, const std::string& host) {
+  if (!host.empty()) response.set("Content-Security-Policy", content_policy(host));
+  response.set("X-Content-Type-Options", "nosniff");
+  response.set("Referrer-Policy", "no-referrer");
+  response.set("Cross-Origin-Opener-Policy", "same-origin");
+  response.set("Cross-Origin-Resource-Policy", "same-origin");
+  // Asks the daemon each time; unchanged files answer with 304.
+  response.set(http::field::cache_control, "no-cache");
+}
+
+/// Simulated time to go back, of "/incident?last=SECONDS".
+Result<std::chrono::nanoseconds> incident_span(std::string_view target) {
+  constexpr double kDefault_s = 60, kMax_s = 86'400;
+  constexpr std::string_view kKey = "last=";
+  const std::size_t query = target.find('?');
+  double last_s = kDefault_s;
+  if (query != std::string_view::npos) {
+    const std::string_view text = target.substr(query + 1);
+    const auto [end, error] = std::from_chars(text.data() + std::min(kKey.size(), text.size()),
+                                              text.data() + text.size(), last_s);
+    if (!text.starts_with(kKey) || error != std::errc() || end != text.data() + text.size() ||
+        !(last_s > 0 && last_s <= kMax_s)) {
+      return fail(ErrorCode::kInvalidArgument, "last",
+                  "expected last=SECONDS, above 0 and up to 86400");
+    }
+  }
+  return std::chrono::nanoseconds(std::llround(last_s * 1e9));
+}
+
+class Session final : public HttpSession, public std::enable_shared_from_this<Session> {
+ public:
+  using Place = protocols::ConnectionPlaces::Place;
+  using Clock = std::chrono::steady_clock;
+
+  Session(boost::asio::ip::tcp::socket socket, std::string peer, const HttpContext& context,
+          std::shared_ptr<Place> place, std::function<void()> on_end)
+      : stream_(boost::beast::tcp_stream(std::move(socket)),
+                context.tls ? context.tls->context() : nullptr),
+        peer_(std::move(peer)),
+        context_(context),
+        place_(std::move(place)),
+        rate_(context.max_requests_per_s),
+        on_end_(std::move(on_end)) {}
+
+  ~Session() override {
+    if (on_end_) on_end_();
+  }
+
+  void close() override { tcp().close(); }
+
+  void start() {
+    if (!stream_.is_secure()) return read();
+    tcp().expires_after(kHandshakeTimeout);
+    stream_.async_handshake(
+        [self = shared_from_this()](const error_code& error) { self->on_handshake(error); });
+  }
+
+ private:
+  [[nodiscard]] beast::tcp_stream& tcp() { return stream_.next_layer(); }
+
+  void on_handshake(const error_code& error) {
+    if (error) {
+      const std::string why = context_.tls->failure(stream_.native_handle(), error.message());
+      if (context_.refusals) context_.refusals->warn("closing " + peer_ + ": " + why);
+      return tcp().close();
+    }
+    certificate_ = protocols::Tls::client_of(stream_.native_handle());
+    read();
+  }
+
+  void read() {
+    parser_.emplace();
+    parser_->header_limit(kMaxHeaderBytes);
+    parser_->body_limit(0);
+    tcp().expires_after(context_.full.empty() ? kTimeout : kFullTimeout);
+    http::async_read(stream_, buffer_, *parser_,
+                     [self = shared_from_this()](const error_code& error, std::size_t) {
+                       self->on_read(error);
+                     });
+  }
+
+  void on_read(const error_code& error) {
+    asked_at_ = Clock::now();
+    if (error == http::error::end_of_stream) return shut_down();
+    if (error == http::error::header_limit) {
+      return refuse(http::status::request_header_fields_too_large, "header too large", true);
+    }
+    if (error == http::error::body_limit || error == http::error::unexpected_body) {
+      return refuse(http::status::payload_too_large, "no body is taken", true);
+    }
+    if (error.category() == http::make_error_code(http::error::bad_value).category()) {
+      return refuse(http::status::bad_request, error.message(), true);
+    }
+    if (error) return;
+    if (!rate_.admit(protocols::RateLimit::Clock::now())) {
+      return refuse(http::status::too_many_requests, "too many requests", true);
+    }
+    place_->used();
+    handle(parser_->release());
+  }
+
+  void handle(Request request) {
+    if (!context_.full.empty()) return turn_away();
+    const std::string host(view(request[http::field::host]));
+    if (!is_own_host(host, context_.hosts)) {
+      return refuse(http::status::misdirected_request,
+                    "unknown host; web.hosts in the configuration names further ones", true);
+    }
+    std::string_view path = view(request.target());
+    path = path.substr(0, path.find_first_of("?#"));
+    if (path == "/ws") return open_socket(std::move(request), host);
+    if (request.method() != http::verb::get && request.method() != http::verb::head) {
+      return refuse(http::status::method_not_allowed, "only GET and HEAD", true);
+    }
+    const auto live = context_.live.find(path);
+    if (path == "/incident" || live != context_.live.end()) {
+      if (const auto refusal = refusal_of(request, path)) return refuse_access(*refusal);
+      if (path == "/incident") return open_incident(request);
+      return send_live(request, live->second());
+    }
+    const Asset* asset = context_.assets->find(path);
+    if (!asset) return refuse(http::status::not_found, "no such file", !request.keep_alive());
+    send_asset(request, *asset, host);
+  }
+
+  /// Of a request with the token that it comes with, if any.
+  protocols::Caller caller_of(const Request& request) {
+    constexpr std::string_view kScheme = "Bearer ";
+    protocols::Credentials credentials{.certificate = certificate_};
+    const std::string_view value = view(request[http::field::authorization]);
+    if (value.starts_with(kScheme)) credentials.token = value.substr(kScheme.size());
+    return context_.access->identify(protocols::host_of(peer_), credentials);
+  }
+
+  std::optional<protocols::Refusal> refusal_of(const Request& request, std::string_view path) {
+    const protocols::Role needed = protocols::role_needed(path);
+    if (!context_.access || needed == protocols::Role::kNone) return std::nullopt;
+    return context_.access->refusal(caller_of(request), path, needed);
+  }
+
+  void refuse_access(const protocols::Refusal& refusal) {
+    using Kind = protocols::Refusal::Kind;
+    if (context_.refusals) context_.refusals->warn(peer_ + " is refused: " + refusal.message);
+    refuse(refusal.kind == Kind::kUnauthenticated ? http::status::unauthorized
+           : refusal.kind == Kind::kPermission    ? http::status::forbidden
+                                                  : http::status::too_many_requests,
+           refusal.message, true);
+  }
+
+  void open_socket(Request request, const std::string& host) {
+    if (!is_same_origin(view(request[http::field::origin]), host)) {
+      spdlog::warn("web: refused {}: page of another origin", peer_);
+      return refuse(http::status::forbidden, "only this daemon's own page may connect", true);
+    }
+    auto seat = context_.take_seat();
+    if (!seat) {
+      return refuse(http::status::service_unavailable,
+                    "There are as many viewers as this daemon serves at once.", true);
+    }
+    // The page asks so for the reason of a refusal, which browsers do not tell it.
+    if (!beast::websocket::is_upgrade(request)) {
+      return refuse(http::status::upgrade_required, "a WebSocket is spoken here", true);
+    }
+    protocols::Caller caller = caller_of(request);
+    note_answer(http::status::switching_protocols);
+    accept_web_socket(
+        std::move(stream_), std::move(request),
+        [&context = context_, peer = peer_, place = place_,
+         caller = std::move(caller)](std::shared_ptr<WebSocket> socket) {
+          place->keep();
+          place->on_needed([viewer = std::weak_ptr<WebSocket>(socket)] {
+            if (const auto open = viewer.lock()) open->drop();
+          });
+          context.on_viewer(std::move(socket), peer, caller);
+        },
+        [seat = std::move(seat), end = std::exchange(on_end_, nullptr)] {
+          if (end) end();
+        });
+  }
+
+  void send_asset(const Request& request, const Asset& asset, const std::string& host) {
+    auto response = std::make_shared<Response>(http::status::ok, request.version());
+    set_security(*response, host);
+    response->set(http::field::etag, asset.etag);
+    response->set(http::field::content_type, asset.type);
+    response->set(http::field::vary, "Accept-Encoding");
+    response->keep_alive(request.keep_alive());
+    if (view(request[http::field::if_none_match]) == asset.etag) {
+      response->result(http::status::not_modified);
+      return send(std::move(response));
+    }
+    const bool packed =
+        !asset.gzip.empty() &&
+        view(request[http::field::accept_encoding]).find("gzip") != std::string_view::npos;
+    if (packed) response->set(http::field::content_encoding, "gzip");
+    const std::string& body = packed ? asset.gzip : asset.body;
+    if (request.method() == http::verb::get) response->body() = body;
+    response->content_length(body.size());
+    send(std::move(response));
+  }
+
+  void send_live(const Request& request, LivePage page) {
+    auto response = std::make_shared<Response>(http::int_to_status(page.status), request.version());
+    set_security(*response, "");
+    response->set(http::field::content_type, page.type);
+    response->keep_alive(request.keep_alive());
+    response->content_length(page.body.size());
+    if (request.method() == http::verb::get) response->body() = std::move(page.body);
+    send(std::move(response));
+  }
+
+  void open_incident(const Request& request) {
+    const auto last = incident_span(view(request.target()));
+    if (!last) return refuse(http::status::bad_request, last.error().message, false);
+    if (context_.incidents == nullptr) {
+      return refuse(http::status::not_found, "this daemon keeps nothing of its run", false);
+    }
+    // The answer comes from another thread. Work that is counted keeps the server's own until then.
+    auto executor = boost::asio::prefer(stream_.get_executor(),
+                                        boost::asio::execution::outstanding_work.tracked);
+    const bool head = request.method() == http::verb::head, keep_alive = request.keep_alive();
+    tcp().expires_never();
+    context_.incidents->take_incident(
+        *last, [self = shared_from_this(), executor, head,
+                keep_alive](Result<protocols::Incident> incident) mutable {
+          boost::asio::post(executor, [self = std::move(self), head, keep_alive,
+                                       incident = std::move(incident)]() mutable {
+            self->send_incident(std::move(incident), head, keep_alive);
+          });
+        });
+  }
+
+  void send_incident(Result<protocols::Incident> incident, bool head, bool keep_alive) {
+    if (!tcp().socket().is_open()) return;
+    if (!incident) {
+      return refuse(http::status::service_unavailable, incident.error().message, !keep_alive);
+    }
+    auto response = std::make_shared<Response>(http::status::ok, 11);
+    set_security(*response, "");
+    response->set(http::field::content_type, "application/zstd");
+    response->set(http::field::content_disposition,
+                  "attachment; filename=\"" + incident->name + "\"");
+    response->keep_alive(keep_alive);
+    std::size_t size = 0;
+    for (const auto& piece : incident->pieces) size += piece->size();
+    response->content_length(size);
+    note_answer(response->result());
+    // The header first; its body is that of the pieces.
+    auto serializer = std::make_shared<http::response_serializer<http::string_body>>(*response);
+    auto pieces = std::make_shared<protocols::Incident>(*std::move(incident));
+    if (head) pieces->pieces.clear();
+    tcp().expires_after(kTimeout);
+    http::async_write_header(stream_, *serializer,
+                             [self = shared_from_this(), response, serializer, pieces](
+                                 const error_code& error, std::size_t) {
+                               if (!error) self->send_pieces(pieces, 0, response->need_eof());
+                             });
+  }
+
+  /// Each has its time: a client that takes none is left.
+  void send_pieces(const std::shared_ptr<protocols::Incident>& incident, std::size_t next,
+                   bool last) {
+    if (next == incident->pieces.size()) return last ? shut_down() : read();
+    tcp().expires_after(kTimeout);
+    boost::asio::async_write(
+        stream_, boost::asio::buffer(*incident->pieces[next]),
+        [self = shared_from_this(), incident, next, last](const error_code& error, std::size_t) {
+          if (!error) self->send_pieces(incident, next + 1, last);
+        });
+  }
+
+  void refuse(http::status status, const std::string& why, bool last) {
+    auto response = std::make_shared<Response>(status, 11);
+    set_security(*response, "");
+    response->set(http::field::content_type, "text/plain; charset=utf-8");
+    if (status == http::status::unauthorized) {
+      response->set(http::field::www_authenticate, "Bearer");
+    }
+    response->body() = why + "\n";
+    response->keep_alive(!last);
+    response->prepare_payload();
+    send(std::move(response));
+  }
+
+  void turn_away() {
+    auto response = std::make_shared<Response>(http::status::service_unavailable, 11);
+    set_security(*response, "");
+    response->set(http::field::content_type, "text/html; charset=utf-8");
+    response->set(http::field::retry_after, "5");
+    response->body() =
+        "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\">"
+        "<meta http-equiv=\"refresh\" content=\"5\"><title>aprsim: no room</title>"
+        "<h1>aprsim</h1><p>" +
+        context_.full + "</p></html>\n";
+    response->keep_alive(false);
+    response->prepare_payload();
+    send(std::move(response));
+  }
+
+  void note_answer(http::status status) {
+    ++context_.counts->requests;
+    const bool ok = http::to_status_class(status) != http::status_class::client_error &&
+                    http::to_status_class(status) != http::status_class::server_error;
+    context_.counts->answered(Clock::now() - asked_at_, ok);
+  }
+
+  void send(std::shared_ptr<Response> response) {
+    note_answer(response->result());
+    const bool last = response->need_eof() || !response->keep_alive();
+    const auto& message = *response;
+    // A HEAD's answer and a 304 carry a length but no body: only their header goes out.
+    auto serializer = std::make_shared<http::response_serializer<http::string_body>>(message);
+    const auto done = [self = shared_from_this(), response = std::move(response), serializer, last](
+                          const error_code& error, std::size_t) {
+      if (error) return;
+      if (last) return self->shut_down();
+      self->read();
+    };
+    tcp().expires_after(kTimeout);
+    if (message.body().empty()) {
+      http::async_write_header(stream_, *serializer, done);
+    } else {
+      http::async_write(stream_, *serializer, done);
+    }
+  }
+
+  void shut_down() {
+    if (stream_.is_secure()) {
+      tcp().expires_after(kGoodbyeTimeout);
+      return stream_.async_shutdown([self = shared_from_this()](const error_code&) {});
+    }
+    error_code ignored;
+    tcp().socket().shutdown(boost::asio::ip::tcp::socket::shutdown_send, ignored);
+  }
+
+  WebStream stream_;
+  std::shared_ptr<const protocols::ClientCertificate> certificate_;
+  std::string peer_;
+  const HttpContext& context_;
+  std::shared_ptr<Place> place_;
+  protocols::RateLimit rate_;
+  std::function<void()> on_end_;
+  Clock::time_point asked_at_{};
+  beast::flat_buffer buffer_{kMaxHeaderBytes + 4096};
+  std::optional<http::request_parser<http::empty_body>> parser_;
+};
+
+}  // namespace
+
+std::shared_ptr<HttpSession> serve_http(boost::asio::ip::tcp::socket socket, std::string peer,
+                                        const HttpContext& context,
+                                        std::shared_ptr<protocols::ConnectionPlaces::Place> place,
+                                        std::function<void()> on_end) {
+  const auto session = std::make_shared<Session>(std::move(socket), std::move(peer), context, place,
+                                                 std::move(on_end));
+  place->on_needed([weak = std::weak_ptr<Session>(session)] {
+    if (const auto open = weak.lock()) open->close();
+  });
+  session->start();
+  return session;
+}
+
+}  // namespace aprsim::web

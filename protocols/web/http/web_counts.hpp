@@ -1,0 +1,23 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+
+#include "world/base/duration_histogram.hpp"
+
+namespace aprsim::web {
+
+/// What the web listener has been asked for. Thread: the server's.
+struct WebCounts {
+  std::uint64_t requests = 0;  ///< over HTTP, and of pages over their WebSockets
+  std::uint64_t failed = 0;    ///< answered with an error
+  std::uint64_t skipped = 0;   ///< snapshots that slow viewers did not get
+  api::DurationHistogram answer_times;
+
+  void answered(std::chrono::nanoseconds after, bool ok) {
+    if (!ok) ++failed;
+    answer_times.add(after);
+  }
+};
+
+}  // namespace aprsim::web

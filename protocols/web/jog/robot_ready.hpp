@@ -1,0 +1,18 @@
+#pragma once
+
+#include "world/api/snapshot/robot_snapshot.hpp"
+#include "world/base/result.hpp"
+
+namespace aprsim::web {
+
+/// The one sentence for a robot that a page cannot move yet; kFailedPrecondition.
+[[nodiscard]] inline Result<void> check_ready(const api::RobotSnapshot& robot) {
+  if (robot.initialized) return {};
+  std::string message = "The robot is not ready: make it ready first.";
+  if (robot.action.state == api::ActionState::kError) {
+    message += " It holds an error: " + robot.action.description;
+  }
+  return fail(ErrorCode::kFailedPrecondition, "robot", std::move(message));
+}
+
+}  // namespace aprsim::web

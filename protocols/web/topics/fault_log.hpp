@@ -1,0 +1,83 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "world/api/snapshot/snapshot.hpp"
+
+namespace aprsim::web {
+
+/// From the least to the most important; web.proto says what each is for.
+enum class FaultSeverity : std::uint8_t { kNote, kWarning, kError, kStop };
+
+struct FaultTime {
+  std::uint64_t epoch = 0;
+  double sim_time_s = 0;  ///< since the epoch's start
+  std::chrono::system_clock::time_point wall;
+};
+
+/// All that happened to one thing for one cause.
+struct Fault {
+  std::uint64_t id = 0;
+  FaultSeverity severity = FaultSeverity::kNote;
+  std::string source;   ///< a robot's name, "belt", "physics", "simulation" or "cell"
+  std::string message;  ///< as it was the last time
+  std::uint64_t count = 0;
+  FaultTime first, last;
+  bool holds = false;  ///< nobody has cleared it
+};
+
+/// What goes wrong in the cell, one entry a cause: from what differs between the snapshots that it
+/// is shown. Causes are the same when their texts differ in numbers only. Bounded: of entries that
+/// do not hold, the least important and oldest go first. Thread: one at a time.
+class FaultLog {
+ public:
+  static constexpr std::size_t kMaxFaults = 200;
+  static constexpr std::uint64_t kFewMissedSteps = 50;  ///< between two snapshots: no fault
+  /// Whether an error of this robot about this command is no fault of the cell.
+  using Expected = std::function<bool(int robot, api::Ticket ticket)>;
+
+  explicit FaultLog(api::SnapshotPtr first) : before_(std::move(first)) {}
+
+  /// `problem`: SnapshotSource::problem(). Call it for every snapshot, or as often as can be.
+  void look(const api::SnapshotPtr& now, const std::string& problem,
+            std::chrono::system_clock::time_point wall, const Expected& expected = {});
+
+  [[nodiscard]] const std::vector<Fault>& faults() const { return faults_; }
+  [[nodiscard]] std::uint64_t given_up() const { return given_up_; }
+  [[nodiscard]] std::uint64_t revision() const { return revision_; }  ///< counts changes
+
+ private:
+  struct Seen {
+    FaultSeverity severity;
+    std::string source, message;
+    std::string cause = {};  ///< empty: the message without its numbers
+    std::uint64_t count = 1;
+    bool holds = false;
+  };
+  void add(Seen seen);
+  void clear(const std::string& source, FaultSeverity severity);
+  void look_at_epoch(const api::Snapshot& before, const api::Snapshot& now);
+  void look_at_robot(int index, const api::Snapshot& before, const api::Snapshot& now,
+                     const Expected& expected);
+  void look_at_belt(const api::Snapshot& before, const api::Snapshot& now);
+  void look_at_physics(const api::Snapshot& before, const api::Snapshot& now);
+  void look_at_pace(const api::Snapshot& before, const api::Snapshot& now,
+                    const std::string& problem);
+  void make_room();
+
+  api::SnapshotPtr before_;
+  std::string problem_;
+  FaultTime now_;
+  std::vector<Fault> faults_;
+  std::vector<std::string> causes_;  // of each
+  std::uint64_t missed_steps_ = 0;   // in all
+  std::uint64_t last_id_ = 0, given_up_ = 0, revision_ = 0;
+};
+
+}  // namespace aprsim::web

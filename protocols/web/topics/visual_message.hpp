@@ -1,0 +1,11 @@
+#pragma once
+
+#include "aprsim/v1/web.pb.h"
+#include "protocols/web/topics/visual_description.hpp"
+
+namespace aprsim::web {
+
+/// Field for field. The message must be empty.
+void write_message(const VisualDescription& visual, v1::CellLooks& message);
+
+}  // namespace aprsim::web

@@ -1,0 +1,118 @@
+#include "protocols/web/viewer/viewer.hpp"
+
+#include <utility>
+
+#include <spdlog/spdlog.h>
+
+namespace aprsim::web {
+namespace {
+
+constexpr std::size_t kMaxWaiting = 256;
+constexpr std::size_t kQuickWaiting = 16;
+constexpr double kMaxRequestsPerSecond = 120;
+
+}  // namespace
+
+Viewer::Viewer(std::uint64_t id, std::shared_ptr<WebSocket> socket, std::string peer, Events events)
+    : id_(id),
+      socket_(std::move(socket)),
+      peer_(std::move(peer)),
+      events_(std::move(events)),
+      rate_(kMaxRequestsPerSecond) {}
+
+void Viewer::start() {
+  // Weak: the viewer owns its socket.
+  const auto with = [self = weak_from_this()](const auto& act) {
+    if (const auto viewer = self.lock()) act(*viewer);
+  };
+  socket_->start({[with](std::string_view data) { with([&](Viewer& v) { v.on_message(data); }); },
+                  [with] {
+                    with([](Viewer& v) {
+                      v.writing_ = false;
+                      v.write_next();
+                    });
+                  },
+                  [with](const std::string& why) {
+                    with([&](Viewer& v) {
+                      spdlog::info("web: viewer {} ended ({})", v.peer_, why);
+                      v.closed_ = true;
+                      v.trace.closed(why);
+                      v.events_.end(v);
+                    });
+                  }});
+}
+
+void Viewer::send(WebMessage message) {
+  if (closed_) return;
+  queue_.push_back(std::move(message));
+  if (queue_.size() > kMaxWaiting) return close("too slow", true);
+  write_next();
+}
+
+bool Viewer::send_if_quick(WebMessage message) {
+  if (queue_.size() >= kQuickWaiting) return false;
+  send(std::move(message));
+  return true;
+}
+
+bool Viewer::offer_snapshot(WebMessage message) {
+  const bool first = !snapshot_;
+  if (!first) ++skipped_;
+  offer(snapshot_, std::move(message));
+  return first;
+}
+
+void Viewer::offer(WebMessage& slot, WebMessage message) {
+  if (closed_) return;
+  slot = std::move(message);
+  write_next();
+}
+
+void Viewer::close(const std::string& why, bool fault) {
+  if (std::exchange(closed_, true)) return;
+  if (fault) spdlog::warn("web: closing viewer {}: {}", peer_, why);
+  queue_.clear();
+  snapshot_.reset();
+  registers_.reset();
+  socket_->close(why, fault);
+}
+
+bool Viewer::due(Clock::time_point now) {
+  if (now < next_) return false;
+  // Late ticks do not pile up, early ones do not add up.
+  next_ = next_ + period_ < now ? now + period_ / 2 : next_ + period_;
+  return true;
+}
+
+void Viewer::set_rate(double hz) {
+  period_ = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1 / hz));
+}
+
+void Viewer::on_message(std::string_view data) {
+  if (closed_) return;
+  if (!rate_.admit(Clock::now())) return close("too many requests", true);
+  v1::ViewerRequest request;
+  if (!request.ParseFromArray(data.data(), static_cast<int>(data.size()))) {
+    return close("not a ViewerRequest", true);
+  }
+  events_.request(*this, request);
+}
+
+void Viewer::write_next() {
+  if (writing_ || closed_) return;
+  WebMessage message;
+  if (!queue_.empty()) {
+    message = std::move(queue_.front());
+    queue_.pop_front();
+  } else if (snapshot_) {
+    message = std::exchange(snapshot_, nullptr);
+  } else if (registers_) {
+    message = std::exchange(registers_, nullptr);
+  } else {
+    return;
+  }
+  writing_ = true;
+  socket_->write(std::move(message));
+}
+
+}  // namespace aprsim::web

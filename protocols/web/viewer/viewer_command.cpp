@@ -1,0 +1,163 @@
+#include "protocols/web/viewer/viewer_command.hpp"
+
+#include <cmath>
+#include <type_traits>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "protocols/messages/control_request.hpp"
+#include "protocols/web/jog/manual_mode.hpp"
+#include "protocols/web/jog/robot_ready.hpp"
+
+namespace aprsim::web {
+namespace {
+
+using Body = decltype(api::Command::body);
+using Bodies = Result<std::vector<Body>>;
+
+Bodies one(Body body) { return std::vector<Body>{std::move(body)}; }
+
+template <typename Command>
+Bodies one_of(const Result<Command>& command) {
+  if (!command) return tl::unexpected(command.error());
+  constexpr bool of_the_cell =
+      std::is_same_v<Command, api::ConveyorCommand> || std::is_same_v<Command, api::SetIntruder>;
+  if constexpr (of_the_cell) {
+    return one(*command);
+  } else if constexpr (std::is_same_v<Command, api::InjectFault>) {
+    return one(api::FaultCommand(*command));
+  } else {
+    return one(api::SimulationCommand(*command));
+  }
+}
+
+Result<Pose> pose_of(const v1::Pose& message) {
+  const auto& p = message.position_m();
+  const auto& q = message.orientation();
+  Pose pose;
+  pose.p = {p.x(), p.y(), p.z()};
+  pose.q = {q.w(), q.x(), q.y(), q.z()};
+  if (!(std::abs(pose.q.norm() - 1) < 1e-3)) {
+    return fail(ErrorCode::kInvalidArgument, "orientation",
+                fmt::format("length of the quaternion is {}, not 1", pose.q.norm()));
+  }
+  pose.q.normalize();
+  return pose;
+}
+
+Bodies move_of(const v1::MoveTool& move, int index) {
+  const auto pose = pose_of(move.tool_in_reference());
+  if (!pose) return tl::unexpected(pose.error());
+  api::MoveTo action{*pose, move.straight()};
+  if (move.has_speed()) {
+    const auto limits = manual_limits(move.speed());
+    if (!limits) return tl::unexpected(limits.error());
+    action.limits = *limits;
+  }
+  return one(api::RobotCommand{index, std::move(action)});
+}
+
+Bodies joints_of(const v1::MoveJoints& move, const api::RobotDescription& robot, int index) {
+  if (move.positions_rad_size() != static_cast<int>(robot.joints.size())) {
+    return fail(ErrorCode::kInvalidArgument, "positions_rad",
+                fmt::format("{} values, but {} has {} joints", move.positions_rad_size(),
+                            robot.name, robot.joints.size()));
+  }
+  if (!(move.speed() > 0 && move.speed() <= 1)) {
+    return fail(ErrorCode::kInvalidArgument, "speed",
+                fmt::format("{} is not above 0 and up to 1", move.speed()));
+  }
+  api::MoveJoints action;
+  for (int i = 0; i < move.positions_rad_size(); ++i) {
+    const auto& joint = robot.joints[static_cast<std::size_t>(i)];
+    action.targets.push_back(
+        {i, move.positions_rad(i), move.speed() * joint.max_speed_rad_s, std::nullopt});
+  }
+  return one(api::RobotCommand{index, std::move(action)});
+}
+
+Bodies robot_commands(const v1::RobotRequest& request, const api::Snapshot& snapshot) {
+  const api::CellDescription& cell = *snapshot.cell;
+  if (request.robot() >= cell.robots.size()) {
+    return fail(ErrorCode::kNotFound, "robot",
+                fmt::format("{} is not below {}, the robots of this cell", request.robot(),
+                            cell.robots.size()));
+  }
+  const int index = static_cast<int>(request.robot());
+  const bool moves = request.has_move_tool() || request.has_move_joints() || request.has_gripper();
+  const auto ready = check_ready(snapshot.robots[request.robot()]);
+  if (moves && !ready) return tl::unexpected(ready.error());
+  switch (request.action_case()) {
+    case v1::RobotRequest::kInitialize:
+      return one(api::RobotCommand{index, api::InitRobot{}});
+    case v1::RobotRequest::kStop:
+      return one(api::RobotCommand{index, api::StopMotion{api::StopKind::kFast}});
+    case v1::RobotRequest::kMoveTool:
+      return move_of(request.move_tool(), index);
+    case v1::RobotRequest::kMoveJoints:
+      return joints_of(request.move_joints(), cell.robots[request.robot()], index);
+    case v1::RobotRequest::kGripper:
+      return one(api::RobotCommand{index, api::SetGripper{request.gripper().setting()}});
+    case v1::RobotRequest::ACTION_NOT_SET:
+      break;
+  }
+  return fail(ErrorCode::kInvalidArgument, "action", "one must be set");
+}
+
+std::vector<Body> stop_cell(const api::CellDescription& cell) {
+  std::vector<Body> all;
+  for (int robot = 0; robot < static_cast<int>(cell.robots.size()); ++robot) {
+    all.emplace_back(api::RobotCommand{robot, api::StopMotion{api::StopKind::kFast}});
+  }
+  api::ConveyorCommand belt;
+  belt.run = false;
+  if (cell.has_conveyor) all.emplace_back(belt);
+  return all;
+}
+
+}  // namespace
+
+std::optional<Bodies> commands_of(const v1::ViewerRequest& request, const api::Snapshot& snapshot) {
+  switch (request.body_case()) {
+    case v1::ViewerRequest::kPause:
+      return one(api::SimulationCommand(api::Pause{}));
+    case v1::ViewerRequest::kResume:
+      return one_of(protocols::to_command(request.resume(), snapshot));
+    case v1::ViewerRequest::kStep:
+      if (!snapshot.paused) {
+        return fail(ErrorCode::kFailedPrecondition, "step",
+                    "the cell is running; pause it before stepping");
+      }
+      return one_of(protocols::to_command(request.step()));
+    case v1::ViewerRequest::kSetSpeed:
+      return one_of(protocols::to_command(request.set_speed()));
+    case v1::ViewerRequest::kReset: {
+      api::Reset reset;
+      if (request.reset().has_seed()) reset.seed = request.reset().seed();
+      return one(api::SimulationCommand(reset));
+    }
+    case v1::ViewerRequest::kSaveState:
+      return one_of(protocols::to_command(request.save_state(), snapshot));
+    case v1::ViewerRequest::kLoadState:
+      return one_of(protocols::to_command(request.load_state(), snapshot));
+    case v1::ViewerRequest::kConveyor:
+      return one_of(protocols::to_command(request.conveyor(), *snapshot.cell));
+    case v1::ViewerRequest::kIntruder:
+      return one_of(protocols::to_command(request.intruder()));
+    case v1::ViewerRequest::kInjectFault:
+      return one_of(protocols::to_command(request.inject_fault()));
+    case v1::ViewerRequest::kEndFault:
+      return one(api::FaultCommand(api::EndFault{request.end_fault().id()}));
+    case v1::ViewerRequest::kReportEvent:
+      return one(api::FaultCommand(api::ReportEvent{request.report_event().event()}));
+    case v1::ViewerRequest::kStopCell:
+      return stop_cell(*snapshot.cell);
+    case v1::ViewerRequest::kRobot:
+      return robot_commands(request.robot(), snapshot);
+    default:
+      return std::nullopt;
+  }
+}
+
+}  // namespace aprsim::web

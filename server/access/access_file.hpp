@@ -1,0 +1,41 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "protocols/access/access.hpp"
+#include "world/base/result.hpp"
+
+namespace aprsim::server {
+
+/// The file of tokens and of names in client certificates with their roles (key access.file), made
+/// by `aprsimd token`. It keeps hashes: nobody learns a token from it.
+struct AccessFile {
+  static constexpr std::size_t kMaxEntries = 256;  ///< of either kind
+
+  std::vector<protocols::TokenEntry> tokens;
+  std::vector<protocols::CertificateEntry> certificates;
+};
+
+/// Refuses a file that others than its owner may read or write. Errors name file, place and what
+/// was expected.
+[[nodiscard]] Result<AccessFile> read_access_file(const std::string& path);
+
+/// Replaces the file in one step, readable and writable for its owner only.
+[[nodiscard]] Result<void> write_access_file(const std::string& path, const AccessFile& file);
+
+/// A token that nobody guesses: 256 random bits.
+[[nodiscard]] std::string random_token();
+/// Its entry, with a salt of its own.
+[[nodiscard]] protocols::TokenEntry entry_of(const std::string& token, std::string name,
+                                             protocols::Role role,
+                                             std::optional<protocols::WallTime> expires);
+
+/// "2027-01-31T12:00:00Z"; a date alone means its beginning, in UTC. Absent = it is none.
+[[nodiscard]] std::optional<protocols::WallTime> time_of(const std::string& text);
+[[nodiscard]] std::string text_of(protocols::WallTime time);
+
+/// Whether a text may name a token: 1 to 64 letters, digits and any of "._-@".
+[[nodiscard]] bool is_token_name(const std::string& text);
+
+}  // namespace aprsim::server

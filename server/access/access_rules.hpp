@@ -1,0 +1,26 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "protocols/access/access.hpp"
+#include "protocols/net/tls.hpp"
+#include "server/config/config.hpp"
+
+namespace aprsim::server {
+
+/// Who may what, by the configuration and its access file. Errors name key and file.
+[[nodiscard]] Result<protocols::AccessRules> access_rules(const Config& config);
+
+/// Whether somebody may command because of a token or certificate.
+[[nodiscard]] bool asks_for_credentials(const Config& config);
+
+/// What encrypts a listener; null where nothing does. Errors name key and file.
+[[nodiscard]] Result<std::shared_ptr<protocols::Tls>> make_tls(const TlsConfig& config,
+                                                               protocols::Tls::Protocol protocol);
+
+/// The networks that a listener without credentials serves: those named, and this machine.
+[[nodiscard]] std::vector<std::string> allowed_networks(std::vector<std::string> named);
+
+}  // namespace aprsim::server

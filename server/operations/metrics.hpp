@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "protocols/access/access.hpp"
+#include "protocols/access/audit_log.hpp"
+#include "protocols/crcl/crcl_server.hpp"
+#include "protocols/grpc/grpc_server.hpp"
+#include "protocols/modbus/modbus_server.hpp"
+#include "protocols/vision/vision_server.hpp"
+#include "protocols/web/web_server.hpp"
+#include "server/journal/journal_stats.hpp"
+#include "world/api/snapshot/snapshot.hpp"
+#include "world/api/snapshot/solver_work.hpp"
+#include "world/base/duration_histogram.hpp"
+
+namespace aprsim::server {
+
+/// What is refused, and written down of what is not.
+struct AccessSources {
+  protocols::AccessCounts refused;
+  std::vector<std::pair<std::string, std::uint64_t>> tls_failures;  ///< by wire
+  protocols::AuditStats audit;
+};
+
+/// What the metrics are made of: one look at everything that counts.
+struct MetricsSources {
+  api::SnapshotPtr snapshot;
+  bool ready = false;  ///< the simulation runs as it is told to
+  api::DurationHistogram::Counts step_times;
+  api::SolverWork solver;
+  std::size_t waiting_commands = 0;
+  std::vector<std::pair<std::string, crcl_server::CrclServerStats>> crcl;  ///< by robot
+  std::vector<std::pair<std::string, vision_server::VisionServerStats>> vision;
+  modbus_server::ModbusServerStats modbus;
+  std::optional<journal::JournalStats> journal;  ///< where the run is recorded
+  grpc_server::TelemetryStats grpc;
+  web::WebServerStats web;
+  AccessSources access;
+};
+
+/// All metrics of the daemon in Prometheus' text format; what each means stands in its HELP line.
+/// Thread: any.
+[[nodiscard]] std::string metrics_text(const MetricsSources& sources);
+
+}  // namespace aprsim::server

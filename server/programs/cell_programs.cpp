@@ -1,0 +1,98 @@
+#include "server/programs/cell_programs.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <optional>
+#include <system_error>
+#include <utility>
+
+#include <spdlog/spdlog.h>
+
+#include "server/access/exposure.hpp"
+
+namespace aprsim::server {
+namespace {
+
+/// A directory of our own; empty when there can be none.
+std::string make_directory() {
+  std::error_code failed;
+  std::string name = (std::filesystem::temp_directory_path(failed) / "aprsimd-XXXXXX").string();
+  if (!failed && mkdtemp(name.data()) == nullptr) failed = {errno, std::generic_category()};
+  if (!failed) return name;
+  spdlog::warn("programs: no directory for their ports file: {}", failed.message());
+  return {};
+}
+
+bool is_any(const std::string& address) { return address == "0.0.0.0" || address == "::"; }
+
+/// Where programs on this machine reach every listener; none when that is not one address.
+std::optional<std::string> host_of(const Config& config) {
+  const std::array all{config.crcl.address, config.modbus.address, config.vision.address,
+                       config.grpc.address};
+  const auto chosen = std::ranges::find_if_not(all, is_any);
+  if (chosen == all.end()) {
+    const bool v4 = std::ranges::any_of(all, [](const std::string& a) { return a == "0.0.0.0"; });
+    return v4 ? "127.0.0.1" : "::1";
+  }
+  const bool fits = std::ranges::all_of(
+      all, [&](const std::string& address) { return is_any(address) || address == *chosen; });
+  return fits ? std::optional(*chosen) : std::nullopt;
+}
+
+}  // namespace
+
+CellPrograms::CellPrograms(const Config& config, bool demo, std::string token) : demo_(demo) {
+  const bool pages_may = may_start_programs(config);
+  if (!pages_may && !demo) return;
+  directory_ = make_directory();
+  if (directory_.empty()) return;
+  ProgramsOptions options;
+  if (const auto host = host_of(config)) {
+    options.programs = known_programs(config.scene, *host, ports_path());
+  } else {
+    options.refusal = "Listeners have different addresses, and programs know one.";
+  }
+  if (!pages_may) options.refusal = "Pages start and stop no programs here (web.programs).";
+  options.environment["APRSIM_TOKEN"] = std::move(token);
+  // They trust this daemon's own certificate; it must name the address at which they reach it.
+  if (config.tls.certificate) options.environment["APRSIM_CA"] = *config.tls.certificate;
+  programs_ = std::make_unique<Programs>(std::move(options));
+}
+
+CellPrograms::~CellPrograms() { end(); }
+
+Result<void> CellPrograms::begin(const Ports& ports) {
+  if (programs_) {
+    ports_file_ = std::make_unique<PortsFile>();
+    if (auto written = ports_file_->write(ports_path(), ports); !written) return written;
+  }
+  if (!demo_) return {};
+  if (!programs_) {
+    return fail(ErrorCode::kUnavailable, "demo", "--demo: no directory for a ports file");
+  }
+  auto launched = programs_->launch(kDemo, {});
+  if (!launched && launched.error().code == ErrorCode::kNotFound) {
+    return fail(ErrorCode::kNotFound, "demo",
+                "--demo: the kitting controller does not know this cell: a scene of "
+                "clients/kitting/cells is expected, at one address");
+  }
+  return launched;
+}
+
+void CellPrograms::close() {
+  if (programs_) programs_->close();
+}
+
+void CellPrograms::end() {
+  programs_.reset();
+  ports_file_.reset();
+  std::error_code ignored;
+  if (!directory_.empty()) std::filesystem::remove(directory_, ignored);
+  directory_.clear();
+}
+
+}  // namespace aprsim::server

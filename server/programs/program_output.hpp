@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "protocols/ports/program_runner.hpp"
+
+namespace aprsim::server {
+
+inline constexpr std::size_t kMostOrders = 64;        ///< of a program's that are told
+inline constexpr std::size_t kMostLines = 100;        ///< of what it says that are kept
+inline constexpr std::size_t kLongestText = 200;      ///< bytes of a line or name
+inline constexpr std::size_t kLongestReport = 16384;  ///< bytes
+
+/// Takes a line of a program's output into the status: a JSON object with "progress" ("time_s",
+/// "placed", and "orders" with "name", "tray", "state", "kits", "done", "parts", "parts_wanted"),
+/// with "what" (and "time_s"), with "text" (and "who"), or with "report". What is of another type
+/// or too long is left out or cut. Returns a line that is no JSON, for the log.
+[[nodiscard]] std::optional<std::string> take_line(std::string_view line,
+                                                   web::ProgramStatus& status);
+
+}  // namespace aprsim::server

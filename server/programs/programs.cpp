@@ -1,0 +1,227 @@
+#include "server/programs/programs.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+
+#include <spdlog/spdlog.h>
+
+#include "protocols/net/limited_log.hpp"
+#include "server/programs/program_output.hpp"
+#include "world/base/process/child_process.hpp"
+#include "world/base/process/own_programs.hpp"
+#include "world/scenario/scenario_reader.hpp"
+#include "world/scene/scene_loader.hpp"
+
+namespace aprsim::server {
+namespace {
+
+namespace fs = std::filesystem;
+using process::ChildProcess;
+using SteadyClock = std::chrono::steady_clock;
+
+constexpr std::chrono::milliseconds kLookPeriod{50};
+constexpr std::size_t kBytesPerLook = std::size_t{16} << 10;  // a flood waits in its pipe
+/// How a program has ended, in words.
+std::string end_of(int code, bool told_to, bool killed) {
+  if (killed) return "killed: it did not end when it was told to";
+  if (told_to) return "stopped";
+  if (code == 0) return "done";
+  if (code < 0) return "ended by signal " + std::to_string(-code);
+  return "ended with " + std::to_string(code);
+}
+
+}  // namespace
+
+/// A program that runs.
+struct Programs::Child {
+  ChildProcess process;
+  web::ProgramStatus status;
+  protocols::LimitedLog log;
+  std::optional<SteadyClock::time_point> kill_at = {};
+  bool killed = false;
+};
+
+Programs::Programs(ProgramsOptions options) : options_(std::move(options)) {
+  web::ProgramStatus none;
+  for (const Program& program : options_.programs) none.offers.push_back(program.offer);
+  none.refusal = options_.refusal;
+  if (none.offers.empty() && none.refusal.empty()) {
+    none.refusal = "No program is known for this scene.";
+  }
+  publish(none);
+  thread_ = std::jthread([this] { run(); });
+}
+
+Programs::~Programs() { close(); }
+
+void Programs::close() {
+  const std::lock_guard lock(mutex_);
+  closed_ = stop_wanted_ = true;
+  wanted_.reset();
+  changed_.notify_all();
+}
+
+const Program* Programs::find(const std::string& name) const {
+  const auto found = std::ranges::find(options_.programs, name,
+                                       [](const Program& program) { return program.offer.name; });
+  return found == options_.programs.end() ? nullptr : &*found;
+}
+
+Result<void> Programs::start(const std::string& name, std::optional<std::uint64_t> seed) {
+  if (!options_.refusal.empty()) {
+    return fail(ErrorCode::kFailedPrecondition, "programs", options_.refusal);
+  }
+  return launch(name, seed);
+}
+
+Result<void> Programs::launch(const std::string& name, std::optional<std::uint64_t> seed) {
+  const Program* program = find(name);
+  if (program == nullptr) {
+    return fail(ErrorCode::kNotFound, "name",
+                '\'' + protocols::log_text(name, 64) + "' is no program that can be started here");
+  }
+  if (seed && program->seed_option.empty()) {
+    return fail(ErrorCode::kInvalidArgument, "seed", name + " takes no seed");
+  }
+  const std::lock_guard lock(mutex_);
+  if (closed_) return fail(ErrorCode::kUnavailable, "name", "the daemon stops");
+  if (busy_) {
+    return fail(ErrorCode::kFailedPrecondition, "name", status_->name + " runs; stop it first");
+  }
+  wanted_ = program->command;
+  if (seed) wanted_->insert(wanted_->end(), {program->seed_option, std::to_string(*seed)});
+  busy_ = true;
+  stop_wanted_ = false;
+  auto starting = std::make_shared<web::ProgramStatus>();
+  starting->offers = status_->offers;
+  starting->refusal = status_->refusal;
+  starting->name = name;
+  starting->running = true;
+  status_ = std::move(starting);
+  changed_.notify_all();
+  return {};
+}
+
+Result<void> Programs::stop() {
+  if (!options_.refusal.empty()) {
+    return fail(ErrorCode::kFailedPrecondition, "programs", options_.refusal);
+  }
+  const std::lock_guard lock(mutex_);
+  if (!busy_) return fail(ErrorCode::kFailedPrecondition, "name", "no program runs");
+  stop_wanted_ = true;
+  changed_.notify_all();
+  return {};
+}
+
+std::shared_ptr<const web::ProgramStatus> Programs::status() const {
+  const std::lock_guard lock(mutex_);
+  return status_;
+}
+
+void Programs::publish(const web::ProgramStatus& status) {
+  auto next = std::make_shared<const web::ProgramStatus>(status);
+  const std::lock_guard lock(mutex_);
+  status_ = std::move(next);
+}
+
+void Programs::run() {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    changed_.wait(lock, [this] { return wanted_.has_value() || closed_; });
+    if (!wanted_) return;
+    const std::vector<std::string> command = *std::exchange(wanted_, std::nullopt);
+    web::ProgramStatus status = *status_;
+    lock.unlock();
+    auto process =
+        ChildProcess::start(command, {options_.environment.begin(), options_.environment.end()}, "",
+                            ChildProcess::Pipes::kOutputAndErrors);
+    if (process) {
+      spdlog::info("programs: {} started", status.name);
+      Child child{.process = std::move(*process),
+                  .status = std::move(status),
+                  .log = protocols::LimitedLog("programs")};
+      serve(child);
+      status = std::move(child.status);
+    } else {
+      status.failed = true;
+      status.ended = process.error().message;
+    }
+    status.running = status.stopping = false;
+    if (status.failed) {
+      spdlog::warn("programs: {}: {}", status.name, status.ended);
+    } else {
+      spdlog::info("programs: {}: {}", status.name, status.ended);
+    }
+    auto last = std::make_shared<const web::ProgramStatus>(std::move(status));
+    lock.lock();
+    status_ = std::move(last);
+    busy_ = false;
+  }
+}
+
+/// Reads what it says until it has ended.
+void Programs::serve(Child& child) {
+  web::ProgramStatus& status = child.status;
+  std::optional<int> code;
+  while (true) {
+    // Asked first: what it has said before its end is then all there.
+    code = child.process.ended();
+    const auto lines = code ? child.process.lines() : child.process.lines(kBytesPerLook);
+    for (const std::string& line : lines) {
+      if (const auto text = take_line(line, status)) child.log.warn(status.name + ": " + *text);
+    }
+    if (!lines.empty()) publish(status);
+    if (code) break;
+    std::unique_lock lock(mutex_);
+    changed_.wait_for(lock, kLookPeriod, [&] { return stop_wanted_ && !status.stopping; });
+    const bool closing = closed_;
+    if (stop_wanted_ && !status.stopping) {
+      lock.unlock();
+      status.stopping = true;
+      publish(status);
+      child.process.signal(SIGTERM);
+      child.kill_at = SteadyClock::now() + options_.patience;
+    }
+    if (closing && child.kill_at) {
+      child.kill_at = std::min(*child.kill_at, SteadyClock::now() + options_.last_patience);
+    }
+    if (child.kill_at && !child.killed && SteadyClock::now() >= *child.kill_at) {
+      child.process.signal(SIGKILL);
+      child.killed = true;
+    }
+  }
+  status.failed = child.killed || (*code != 0 && !status.stopping);
+  status.ended = end_of(*code, status.stopping, child.killed);
+}
+
+std::vector<Program> known_programs(const std::string& scene, const std::string& host,
+                                    const std::string& ports_file) {
+  std::vector<Program> all;
+  const auto paths = scene::default_data_paths();
+  const auto file = scene::find_scene(scene, paths);
+  if (!file) return all;
+  std::error_code status;
+  const fs::path kitting = process::kitting_program();
+  const std::string cell = fs::path(*file).stem().string();
+  const bool shipped = fs::equivalent(fs::path(*file).parent_path(), paths.scenes, status);
+  if (shipped && fs::is_regular_file(kitting.parent_path() / "cells" / (cell + ".toml"), status)) {
+    all.push_back({{kDemo, "The kitting controller fills kits and empties them again, for ever"},
+                   {"python3", kitting.string(), "--cell", cell, "--host", host, "--ports-file",
+                    ports_file, "--forever", "--json"},
+                   ""});
+  }
+  for (const std::string& name : scene::names_in(paths.scenarios)) {
+    const auto summary = scenario::summarize_scenario(name, paths);
+    // One that cannot be read is told of by who runs it.
+    if (!summary || summary->own_parts) continue;
+    if (!fs::equivalent(summary->scene_file, *file, status)) continue;
+    all.push_back({{name, summary->description, true},
+                   {process::program_beside("aprsim"), "--ports-file", ports_file, "--host", host,
+                    "scenario", "run", name, "--attach", "--progress"},
+                   "--seed"});
+  }
+  return all;
+}
+
+}  // namespace aprsim::server

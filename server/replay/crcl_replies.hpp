@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "crcl/status.hpp"
+#include "crcl/units.hpp"
+#include "protocols/crcl/joint_map.hpp"
+#include "server/replay/wire_reply.hpp"
+
+namespace aprsim::server::journal {
+
+/// The statuses of one CRCL connection, as far as the cell alone decides them: joints, pose,
+/// gripper and speed override. Units are those that all its statuses so far fit. Thread: one at a
+/// time.
+class CrclReplies : public std::enable_shared_from_this<CrclReplies> {
+ public:
+  /// `robot`: index into Snapshot::robots.
+  explicit CrclReplies(std::size_t robot);
+
+  /// A document of the client.
+  void received(const std::string& document, world::RunTime at);
+  /// A document to the client; absent = no status, or nobody knows when it was asked for.
+  [[nodiscard]] std::optional<WireReply> sent(const std::string& document, world::RunTime at);
+
+ private:
+  /// Units that may hold, and after how many documents that may have set them.
+  struct PossibleUnits {
+    crcl::Units units;
+    std::uint64_t since = 0;
+  };
+  [[nodiscard]] Deviation deviation(const crcl::Status& recorded, std::uint64_t set_before,
+                                    const api::Snapshot& snapshot);
+  [[nodiscard]] bool asks(const std::string& document);
+  void follow_units(const std::string& document);
+
+  const std::size_t robot_;
+  std::string get_status_;            ///< the latest, which clients repeat byte for byte
+  std::deque<world::RunTime> asked_;  ///< statuses on their way
+  std::vector<PossibleUnits> units_;
+  std::uint64_t sets_ = 0;   ///< documents so far that may have set units
+  std::string status_text_;  ///< of the status that is compared
+  crcl::Status status_;
+  std::shared_ptr<const api::CellDescription> cell_;
+  std::optional<crcl_server::JointMap> joints_;  ///< of that
+};
+
+}  // namespace aprsim::server::journal

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "modbus/register_map.hpp"
+#include "server/replay/wire_reply.hpp"
+
+namespace aprsim::server::journal {
+
+/// What the clients of one Modbus connection read, as far as the cell alone decides it: the
+/// documented registers. Thread: one at a time.
+class ModbusReplies {
+ public:
+  explicit ModbusReplies(const modbus::ConveyorScaling& scaling) : scaling_(scaling) {}
+
+  /// A unit of the client.
+  void received(const std::string& unit, world::RunTime at);
+  /// A unit to the client; absent = it has read nothing, or nobody knows what.
+  [[nodiscard]] std::optional<WireReply> sent(const std::string& unit, world::RunTime at);
+
+ private:
+  struct Asked {
+    world::RunTime at;
+    std::string unit;
+  };
+
+  const modbus::ConveyorScaling scaling_;
+  std::deque<Asked> asked_;  ///< replies on their way
+};
+
+}  // namespace aprsim::server::journal

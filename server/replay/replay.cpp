@@ -1,0 +1,312 @@
+#include "server/replay/replay.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <filesystem>
+#include <fstream>
+#include <span>
+#include <type_traits>
+#include <utility>
+#include <variant>
+
+#include <fmt/format.h>
+
+#include "server/journal/command_message.hpp"
+#include "world/cell/command_check.hpp"
+#include "world/cell/state_bytes.hpp"
+#include "world/scene/scene_loader.hpp"
+
+namespace aprsim::server::journal {
+namespace {
+
+tl::unexpected<Error> damaged(std::string message) {
+  return fail(ErrorCode::kInvalidArgument, "journal", std::move(message));
+}
+
+/// Of two lists of numbers the place where they differ most, and by how much.
+struct Worst {
+  std::size_t place = 0;
+  double by = 0;
+};
+template <typename Recorded>
+Worst worst_of(const Recorded& recorded, const std::vector<double>& here) {
+  Worst worst;
+  const auto count = std::min(static_cast<std::size_t>(recorded.size()), here.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    const double by = std::abs(recorded[static_cast<int>(i)] - here[i]);
+    if (!(by <= worst.by)) worst = {i, by};
+  }
+  return worst;
+}
+
+std::string joint_name(const api::CellDescription& cell, std::size_t place) {
+  for (const auto& robot : cell.robots) {
+    if (place < robot.joints.size()) return fmt::format("joint {} of {}", place + 1, robot.name);
+    place -= robot.joints.size();
+  }
+  return "a joint";
+}
+
+std::string explain(const v1::JournalState& recorded, const world::StateSample& here,
+                    const api::CellDescription& cell) {
+  std::vector<std::string> parts;
+  if (const Worst worst = worst_of(recorded.joints_rad(), here.joints_rad); worst.by != 0) {
+    parts.push_back(fmt::format("{} by {:.3g} rad", joint_name(cell, worst.place), worst.by));
+  }
+  if (const Worst worst = worst_of(recorded.bodies_m(), here.bodies_m); worst.by != 0) {
+    const std::size_t body = worst.place / 3;
+    parts.push_back(fmt::format("{} by {:.3g} m along {}",
+                                body < cell.bodies.size() ? cell.bodies[body].name : "a body",
+                                worst.by, "xyz"[worst.place % 3]));
+  }
+  if (const double by = std::abs(recorded.belt_travel_m() - here.belt_travel_m); by != 0) {
+    parts.push_back(fmt::format("the belt by {:.3g} m", by));
+  }
+  if (parts.empty()) return "no joint, body or belt is elsewhere, but velocities or turns differ";
+  std::string text;
+  for (const std::string& part : parts) text += (text.empty() ? "" : ", ") + part;
+  return "most of all " + text;
+}
+
+/// Every byte that decides what follows: a replay watches no events.
+std::string bytes_of(world::WorldState state) {
+  state.apart.clear();
+  return world::to_bytes(state);
+}
+
+}  // namespace
+
+Replay::Replay(const v1::JournalHeader& header, std::shared_ptr<const scene::Scene> scene)
+    : scenes_(std::move(scene)),
+      state_version_(header.state_version()),
+      world_(std::make_unique<world::World>(scenes_.of_header(), scenes_.models(), header.seed(),
+                                            std::span<robot::PlanPrefetcher* const>())) {}
+
+Result<bool> Replay::take(const v1::JournalRecord& record) {
+  if (result_.difference || over_) return false;
+  Result<void> done;
+  switch (record.record_case()) {
+    case v1::JournalRecord::kEpoch:
+      done = begin(record.epoch());
+      break;
+    case v1::JournalRecord::kCommand:
+      done = command(record.command());
+      break;
+    case v1::JournalRecord::kState:
+      done = compare(record.state());
+      break;
+    case v1::JournalRecord::kCheckpoint:
+      done = checkpoint(record.checkpoint());
+      break;
+    case v1::JournalRecord::kGap:
+      result_.missing += record.gap().records();
+      if (record.gap().commands() > 0) {
+        lost_ = true;
+        ++result_.gaps;
+      }
+      break;
+    case v1::JournalRecord::kEvent:
+      if (record.event().kind() == v1::CELL_EVENT_KIND_WORLD_STOPPED) stopped_ = true;
+      tell({record.event().epoch(), record.event().step()});
+      break;
+    case v1::JournalRecord::kWire:
+      tell({record.wire().time().epoch(), record.wire().time().step()});
+      break;
+    default:
+      break;
+  }
+  if (!done) return tl::unexpected(done.error());
+  return !result_.difference && !over_;
+}
+
+void Replay::tell(world::RunTime time) {
+  const bool later = time.epoch == told_.epoch ? time.step > told_.step : time.epoch > told_.epoch;
+  if (later) told_ = time;
+}
+
+Result<void> Replay::finish() {
+  const bool further = told_.epoch == epoch_ && told_.step > world_->step_count();
+  if (!further || lost_ || stopped_ || over_ || result_.difference) return {};
+  v1::JournalTime time;
+  time.set_epoch(told_.epoch);
+  time.set_step(told_.step);
+  return advance(time);
+}
+
+Result<void> Replay::advance(const v1::JournalTime& time) {
+  if (time.epoch() != epoch_ || time.step() < world_->step_count()) {
+    return damaged(fmt::format("step {} of epoch {} comes after step {} of epoch {}", time.step(),
+                               time.epoch(), world_->step_count(), epoch_));
+  }
+  // Nothing comes after the end, whether there is a record at it or not.
+  std::uint64_t goal = time.step();
+  const bool ends = end_ && (epoch_ > end_->epoch || (epoch_ == end_->epoch && goal > end_->step));
+  if (ends) goal = epoch_ == end_->epoch ? end_->step : 0;
+  try {
+    while (world_->step_count() < goal && !over_) {
+      world_->step();
+      ++result_.steps;
+      look();
+    }
+    over_ = over_ || ends;
+  } catch (const std::exception& failure) {
+    differs(fmt::format("the world stops here, as it did not then: {}", failure.what()));
+  }
+  return {};
+}
+
+Result<void> Replay::begin(const v1::JournalEpoch& epoch) {
+  epoch_ = epoch.time().epoch();
+  stopped_ = false;
+  over_ = end_ && epoch_ > end_->epoch;
+  lost_ = epoch.has_loaded_state();
+  if (lost_ || over_) return {};
+  const auto scene = scenes_.scene_of(epoch);
+  if (!scene) return tl::unexpected(scene.error());
+  build(*scene, epoch.seed());
+  look();
+  return {};
+}
+
+/// Whoever watches sees by its revision whether the cell's description is another one.
+void Replay::build(const std::shared_ptr<const scene::Scene>& scene, std::uint64_t seed) {
+  const std::uint64_t revision = world_->description()->revision;
+  const bool other = world_->scene() != scene;
+  world_ = std::make_unique<world::World>(scene, scenes_.models(), seed,
+                                          std::span<robot::PlanPrefetcher* const>());
+  world_->set_revision(revision + (other ? 1 : 0));
+}
+
+Result<void> Replay::command(const v1::JournalCommand& message) {
+  if (lost_ || stopped_) return {};
+  auto command = to_command(message);
+  if (!command) return tl::unexpected(command.error());
+  if (std::holds_alternative<api::SimulationCommand>(command->body)) {
+    return advance(message.time());
+  }
+  if (auto ok = world::check(*command, *world_->description()); !ok) {
+    return tl::unexpected(ok.error());
+  }
+  if (auto there = advance(message.time()); !there || result_.difference || over_) return there;
+  ++result_.commands;
+  std::string failure;
+  if (auto done = world::World::carry_out(world_, message.ticket(), *command); !done) {
+    failure = done.error().message;
+  }
+  if (failure.empty() != message.failure().empty()) {
+    differs(fmt::format(
+        "command {} {} here and {} then", message.sequence(),
+        failure.empty() ? "succeeds" : "fails (" + failure + ")",
+        message.failure().empty() ? "succeeded" : "failed (" + message.failure() + ")"));
+  }
+  look();
+  return {};
+}
+
+Result<void> Replay::compare(const v1::JournalState& state) {
+  if (lost_ || stopped_) return {};
+  if (auto there = advance(state.time()); !there || result_.difference || over_) return there;
+  ++result_.compared;
+  if (state.hash() == world_->state_hash()) return {};
+  differs(explain(state, world::sample_of(*world_), *world_->description()));
+  return {};
+}
+
+Result<void> Replay::compare(const v1::JournalCheckpoint& checkpoint) {
+  if (checkpoint.hash() != world_->state_hash()) {
+    differs("the states of the checkpoint differ");
+    return {};
+  }
+  if (state_version_ != world::kStateVersion) return {};
+  auto recorded = scenes_.state_of(checkpoint);
+  if (!recorded) return tl::unexpected(recorded.error());
+  const std::string then = bytes_of(*std::move(recorded)), here = bytes_of(world_->save());
+  if (then == here) return {};
+  const auto first = std::ranges::mismatch(then, here).in1 - then.begin();
+  differs(
+      fmt::format("of the checkpoint's state, {} bytes then and {} here, byte {} is another one: "
+                  "no joint, body or belt is elsewhere, but what follows may be",
+                  then.size(), here.size(), first));
+  return {};
+}
+
+Result<void> Replay::checkpoint(const v1::JournalCheckpoint& checkpoint) {
+  if (!lost_) {
+    if (stopped_) return {};
+    if (auto there = advance(checkpoint.time()); !there || result_.difference || over_) {
+      return there;
+    }
+    ++result_.compared;
+    return compare(checkpoint);
+  }
+  if (state_version_ != world::kStateVersion) {
+    return damaged(
+        fmt::format("its checkpoints are of layout {}, this program's of {}: it can be "
+                    "run again from its start only",
+                    state_version_, world::kStateVersion));
+  }
+  auto state = scenes_.state_of(checkpoint);
+  if (!state) return tl::unexpected(state.error());
+  if (state->scene != world_->scene()) build(state->scene, state->seed);
+  world_->restore(*state);
+  epoch_ = checkpoint.time().epoch();
+  lost_ = false;
+  if (world_->step_count() != checkpoint.time().step() ||
+      world_->state_hash() != checkpoint.hash()) {
+    differs("the checkpoint's state is not the one that was recorded");
+  }
+  look();
+  return {};
+}
+
+void Replay::look() {
+  if (watch_ && !watch_(*world_, {epoch_, world_->step_count()})) over_ = true;
+}
+
+void Replay::differs(const std::string& what) {
+  result_.difference = {{epoch_, world_->step_count()}, what};
+}
+
+Result<scene::Scene> scene_of(const v1::JournalHeader& header, const std::string& directory) {
+  namespace fs = std::filesystem;
+  for (const v1::JournalFile& model : header.models()) {
+    const fs::path name(model.name());
+    // Nothing outside of the directory.
+    if (name.empty() || name != name.filename() || name == ".." || name == ".") {
+      return damaged("the model '" + model.name() + "' is no plain file name");
+    }
+    std::ofstream file(fs::path(directory) / name, std::ios::binary);
+    file << model.content();
+    if (!file.flush()) {
+      return fail(ErrorCode::kUnavailable, "journal",
+                  (fs::path(directory) / name).string() + " cannot be written");
+    }
+  }
+  const scene::DataPaths paths{.scenes = directory, .models = directory};
+  const std::string file = (fs::path(directory) / (header.scene() + ".yaml")).string();
+  return scene::read_scene(header.scene_text(), file, paths);
+}
+
+std::vector<std::string> cautions(const v1::JournalHeader& header, const v1::JournalHeader& here) {
+  std::vector<std::string> all;
+  const auto differ = [&all](const char* what, const std::string& then, const std::string& now) {
+    if (then == now) return;
+    all.push_back(fmt::format("{} was {} and is {} here: bits may differ", what, then, now));
+  };
+  differ("the program's version", header.version(), here.version());
+  // Journals of older programs do not tell.
+  const bool known = !header.world_sha256().empty();
+  if (known && header.world_sha256() != here.world_sha256()) {
+    all.push_back(
+        fmt::format("it was built of other sources: those of the world had the digest {:.12} and "
+                    "have {:.12} here: robots, contacts and sensors may do otherwise",
+                    header.world_sha256(), here.world_sha256()));
+  }
+  if (known) differ("its build", header.build(), here.build());
+  differ("its compiler", header.compiler(), here.compiler());
+  differ("the processor", header.processor(), here.processor());
+  return all;
+}
+
+}  // namespace aprsim::server::journal

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <deque>
+#include <map>
+#include <string>
+
+#include "aprsim/v1/journal.pb.h"
+#include "protocols/record/wire_tap.hpp"
+#include "world/api/ports/ports.hpp"
+#include "world/runtime/recorder.hpp"
+
+namespace aprsim::server {
+
+/// The taps of a recorded run's wires: what went over them, as the listeners' taps had it. Thread:
+/// one at a time, but for the taps' own.
+class ReplayTaps {
+ public:
+  /// `cell` gives names to what pages asked for; it outlives this.
+  explicit ReplayTaps(const api::SnapshotSource& cell) : cell_(cell) {}
+
+  /// A record of a wire; it is shown once the run has come to its time.
+  void hear(const v1::JournalRecord& record);
+  /// The run has come to this time.
+  void reach(world::RunTime time);
+  /// All that waits.
+  void finish();
+
+  [[nodiscard]] protocols::WireTap& crcl() { return crcl_; }
+  [[nodiscard]] protocols::WireTap& modbus() { return modbus_; }
+
+ private:
+  /// Stands at the time of the record that is told.
+  class Clock final : public api::SnapshotSource {
+   public:
+    void set(const v1::JournalWire& wire);
+    [[nodiscard]] api::SnapshotPtr latest() const override { return now_; }
+    [[nodiscard]] api::SnapshotPtr wait_newer(
+        const api::SnapshotPtr& /*seen*/,
+        std::chrono::steady_clock::time_point /*deadline*/) const override {
+      return now_;
+    }
+    [[nodiscard]] std::string problem() const override { return {}; }
+
+   private:
+    api::SnapshotPtr now_ = std::make_shared<const api::Snapshot>();
+  };
+
+  void tell(const v1::JournalRecord& record);
+  void tell_crcl(const v1::JournalWire& wire, protocols::WireEvent event);
+  void tell_modbus(const v1::JournalWire& wire, protocols::WireEvent event);
+  void tell_page(const v1::JournalWire& wire, protocols::WireEvent event);
+
+  const api::SnapshotSource& cell_;
+  Clock clock_;
+  protocols::WireTap crcl_{clock_}, modbus_{clock_};
+  std::deque<v1::JournalRecord> waiting_;
+  std::map<std::string, bool> ended_;  ///< by robot: whether its last command's end has been told
+};
+
+}  // namespace aprsim::server

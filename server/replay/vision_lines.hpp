@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <unordered_set>
+#include <vector>
+
+#include "world/api/snapshot/snapshot.hpp"
+
+namespace aprsim::server::journal {
+
+/// The lines that cameras have given out in a run that is run again. Thread: one at a time.
+class VisionLines {
+ public:
+  void look(const api::Snapshot& snapshot);
+  /// Lines from before this moment are not known here.
+  void begin_late() { whole_ = false; }
+
+  /// Whether the robot's camera has given out this line by now.
+  [[nodiscard]] bool has(std::size_t robot, const std::string& line) const;
+  /// Whether all lines of the run so far are here.
+  [[nodiscard]] bool whole() const { return whole_; }
+
+ private:
+  struct Camera {
+    std::shared_ptr<const api::CellDescription> cell;  ///< of the latest line
+    std::uint64_t epoch = 0, frame = 0;                ///< the same
+    std::unordered_set<std::size_t> lines;             ///< their digests
+  };
+
+  std::vector<Camera> cameras_;
+  bool whole_ = true;
+};
+
+}  // namespace aprsim::server::journal

@@ -1,0 +1,120 @@
+#include "server/replay/wire_check.hpp"
+
+#include <string_view>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace aprsim::server::journal {
+
+WireCheck::WireCheck(const scene::Scene& scene,
+                     const std::optional<modbus::ConveyorScaling>& scaling)
+    : scaling_(scaling) {
+  for (std::size_t i = 0; i < scene.robots.size(); ++i) robots_[scene.robots[i].name] = i;
+}
+
+void WireCheck::hear(const v1::JournalRecord& record, bool runs) {
+  if (difference_) return;
+  if (record.has_wire()) {
+    hear(record.wire(), runs && !stopped_);
+  } else if (record.has_gap() && record.gap().records() > 0) {
+    // Of what is missing some may be requests, and openings of connections.
+    connections_.clear();
+    waiting_.clear();
+    lines_.clear();
+  } else if (record.has_epoch()) {
+    stopped_ = false;
+  } else if (record.has_event() && record.event().kind() == v1::CELL_EVENT_KIND_WORLD_STOPPED) {
+    stopped_ = true;  // a fault that listeners tell of, and that no replay has
+  }
+}
+
+WireCheck::Connection& WireCheck::connection_of(const v1::JournalWire& wire) {
+  auto& connection = connections_[wire.connection()];
+  if (connection) return *connection;
+  connection = std::make_shared<Connection>();
+  connection->name = wire.listener() + " to " + wire.peer();
+  const auto dot = wire.listener().find('.');
+  const auto robot = robots_.find(wire.listener().substr(dot == std::string::npos ? 0 : dot + 1));
+  if (robot != robots_.end()) connection->robot = robot->second;
+  if (wire.kind() == v1::WIRE_KIND_CRCL && connection->robot) {
+    connection->crcl = std::make_shared<CrclReplies>(*connection->robot);
+  } else if (wire.kind() == v1::WIRE_KIND_MODBUS && scaling_) {
+    connection->modbus = std::make_shared<ModbusReplies>(*scaling_);
+  }
+  return *connection;
+}
+
+void WireCheck::hear(const v1::JournalWire& wire, bool runs) {
+  const world::RunTime at{wire.time().epoch(), wire.time().step()};
+  if (wire.content() == v1::WIRE_CONTENT_CLOSED) {
+    connections_.erase(wire.connection());
+    return;
+  }
+  Connection& connection = connection_of(wire);
+  const bool received = wire.content() == v1::WIRE_CONTENT_RECEIVED;
+  if (!received && wire.content() != v1::WIRE_CONTENT_SENT) return;
+  std::optional<WireReply> reply;
+  if (connection.crcl) {
+    if (received) return connection.crcl->received(wire.data(), at);
+    reply = connection.crcl->sent(wire.data(), at);
+  } else if (connection.modbus) {
+    if (received) return connection.modbus->received(wire.data(), at);
+    reply = connection.modbus->sent(wire.data(), at);
+  } else if (wire.kind() == v1::WIRE_KIND_VISION && connection.robot && !received && runs) {
+    lines_.push_back({at, connections_[wire.connection()], wire.data()});
+  }
+  if (reply && runs) waiting_.push_back({*std::move(reply), connection.name});
+}
+
+void WireCheck::look(const world::World& world, world::RunTime time) {
+  if (difference_) return;
+  compare(false);
+  world.write(now_);
+  now_.epoch = time.epoch;
+  if (!moments_.add(time, now_) && time.step > 0) vision_.begin_late();
+  vision_.look(now_);
+}
+
+void WireCheck::finish() { compare(true); }
+
+/// What has been told at moments that are over.
+void WireCheck::compare(bool ended) {
+  if (moments_.empty()) return;
+  const auto over = [&](world::RunTime time) { return ended || time < moments_.now(); };
+  for (; !waiting_.empty() && over(waiting_.front().reply.to); waiting_.pop_front()) {
+    compare(waiting_.front());
+  }
+  for (; !lines_.empty() && over(lines_.front().at); lines_.pop_front()) compare(lines_.front());
+}
+
+void WireCheck::compare(const Waiting& waiting) {
+  const WireReply& reply = waiting.reply;
+  std::optional<Deviation> least;
+  moments_.each_back(reply.from, reply.to, [&](const api::Snapshot& snapshot) {
+    Deviation found = reply.deviation(snapshot);
+    if (!least || found.size() < least->size()) least = std::move(found);
+    return least->any();
+  });
+  if (!least || (least->any() && !moments_.covers(reply.from, reply.to))) return;
+  ++compared_;
+  if (least->any()) differs(reply.to, waiting.name, least->text());
+}
+
+void WireCheck::compare(const WaitingLine& line) {
+  Connection& connection = *line.connection;
+  const bool known = vision_.has(*connection.robot, line.line);
+  // A line may be an old one, from before what is run again.
+  const bool may_be_old = !vision_.whole() && !connection.known_line;
+  const bool here = line.at <= moments_.now();
+  if (known) connection.known_line = true;
+  if (!here || (!known && may_be_old)) return;
+  ++compared_;
+  if (!known) differs(line.at, connection.name, "a line that the camera does not give out");
+}
+
+void WireCheck::differs(world::RunTime time, const std::string& name, const std::string& what) {
+  if (!difference_ || time < difference_->time) difference_ = {time, name + ": " + what};
+}
+
+}  // namespace aprsim::server::journal

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "aprsim/v1/journal.pb.h"
+#include "modbus/register_map.hpp"
+#include "server/replay/crcl_replies.hpp"
+#include "server/replay/difference.hpp"
+#include "server/replay/modbus_replies.hpp"
+#include "server/replay/vision_lines.hpp"
+#include "server/replay/wire_moments.hpp"
+#include "server/replay/wire_reply.hpp"
+#include "world/cell/world.hpp"
+#include "world/runtime/recorder.hpp"
+#include "world/scene/model/scene.hpp"
+
+namespace aprsim::server::journal {
+
+/// Compares what listeners answered in a recorded run with what they would answer in the same run
+/// again, as far as the cell alone decides that: the joints, poses and grippers of CRCL statuses,
+/// the registers that Modbus clients read, the lines of cameras. Thread: one at a time.
+class WireCheck {
+ public:
+  /// `scaling`: of the recorded run's belt; absent = what Modbus clients read is not compared.
+  WireCheck(const scene::Scene& scene, const std::optional<modbus::ConveyorScaling>& scaling);
+
+  /// Every record in its order, before it is run, if it `runs` at all.
+  void hear(const v1::JournalRecord& record, bool runs);
+  /// As Replay::Watch.
+  void look(const world::World& world, world::RunTime time);
+  /// The run is at its end.
+  void finish();
+
+  /// Replies.
+  [[nodiscard]] std::uint64_t compared() const { return compared_; }
+  /// The first that is another one.
+  [[nodiscard]] const std::optional<Difference>& difference() const { return difference_; }
+
+ private:
+  struct Connection {
+    std::string name;  ///< listener and peer
+    std::optional<std::size_t> robot{};
+    std::shared_ptr<CrclReplies> crcl{};
+    std::shared_ptr<ModbusReplies> modbus{};
+    bool known_line = false;  ///< of its camera, before
+  };
+  struct Waiting {
+    WireReply reply;
+    std::string name;  ///< of its connection
+  };
+  struct WaitingLine {
+    world::RunTime at;
+    std::shared_ptr<Connection> connection;
+    std::string line;
+  };
+
+  void hear(const v1::JournalWire& wire, bool runs);
+  [[nodiscard]] Connection& connection_of(const v1::JournalWire& wire);
+  void compare(bool ended);
+  void compare(const Waiting& waiting);
+  void compare(const WaitingLine& line);
+  void differs(world::RunTime time, const std::string& name, const std::string& what);
+
+  std::map<std::string, std::size_t> robots_;  ///< by name
+  const std::optional<modbus::ConveyorScaling> scaling_;
+  std::map<std::uint64_t, std::shared_ptr<Connection>> connections_;  ///< by number
+  std::deque<Waiting> waiting_;
+  std::deque<WaitingLine> lines_;
+  bool stopped_ = false;  ///< the recorded world has
+  api::Snapshot now_;
+  WireMoments moments_;
+  VisionLines vision_;
+  std::uint64_t compared_ = 0;
+  std::optional<Difference> difference_;
+};
+
+}  // namespace aprsim::server::journal

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <functional>
+
+#include "world/api/snapshot/snapshot.hpp"
+#include "world/runtime/recorder.hpp"
+
+namespace aprsim::server::journal {
+
+/// What listeners could see of a run in its latest steps, as it is run again: before and after the
+/// commands between two steps. Thread: one at a time.
+class WireMoments {
+ public:
+  static constexpr std::size_t kMost = 4000;
+
+  /// Every step and command, in their order. False = it does not follow the one before, if any, and
+  /// all before is forgotten.
+  bool add(world::RunTime time, const api::Snapshot& snapshot);
+
+  [[nodiscard]] bool empty() const { return moments_.empty(); }
+  [[nodiscard]] world::RunTime now() const { return moments_.back().time; }
+  /// Whether every moment of this span is here.
+  [[nodiscard]] bool covers(world::RunTime from, world::RunTime to) const {
+    return !empty() && moments_.front().time <= from && to <= now();
+  }
+  /// Visits the moments of a span, the latest first, until `visit` returns false.
+  void each_back(world::RunTime from, world::RunTime to,
+                 const std::function<bool(const api::Snapshot&)>& visit) const;
+
+ private:
+  struct Moment {
+    world::RunTime time;
+    api::Snapshot snapshot;  ///< robots without cameras, conveyor, light curtain, time
+  };
+
+  std::deque<Moment> moments_;
+};
+
+}  // namespace aprsim::server::journal

@@ -1,0 +1,112 @@
+#include "server/access/exposure.hpp"
+
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace aprsim::server {
+namespace {
+
+const Ports kPorts{{"crcl.fanuc", 1}, {"grpc", 2}, {"modbus", 3}, {"vision.fanuc", 4}, {"web", 5}};
+
+Config open_to(const std::string& address) {
+  Config config;
+  for (std::string* one : {&config.crcl.address, &config.grpc.address, &config.modbus.address,
+                           &config.vision.address, &config.web.address}) {
+    *one = address;
+  }
+  return config;
+}
+
+TEST(Exposure, IsNoneOnLoopback) {
+  for (const char* address : {"127.0.0.1", "127.1.2.3", "::1", "::ffff:127.0.0.1"}) {
+    EXPECT_TRUE(outside_addresses(address).empty()) << address;
+    EXPECT_TRUE(exposures(open_to(address), kPorts).empty()) << address;
+  }
+}
+
+TEST(Exposure, NamesRealAddresses) {
+  EXPECT_EQ(outside_addresses("10.0.0.7"), std::vector<std::string>{"10.0.0.7"});
+  for (const char* all : {"0.0.0.0", "::"}) {
+    const auto addresses = outside_addresses(all);
+    ASSERT_FALSE(addresses.empty());
+    if (addresses.size() == 1 && addresses[0] == all) continue;  // a machine without a network
+    for (const std::string& address : addresses) {
+      EXPECT_NE(address, all);
+      EXPECT_FALSE(address.starts_with("127.")) << address;
+    }
+  }
+}
+
+TEST(Exposure, SaysWhoMayDoWhat) {
+  const std::string open = " is open to other machines at 10.0.0.7:";
+  EXPECT_EQ(exposures(open_to("10.0.0.7"), kPorts),
+            (std::vector<std::string>{
+                "crcl.fanuc" + open + "1: nobody elsewhere is served (crcl.allow is empty)",
+                "grpc" + open +
+                    "2: whoever reaches it may look, nobody may command; nothing is "
+                    "encrypted",
+                "modbus" + open + "3: nobody elsewhere is served (modbus.allow is empty)",
+                "vision.fanuc" + open + "4: nobody elsewhere is served (vision.allow is empty)",
+                "web" + open +
+                    "5: whoever reaches it may look, nobody may command; nothing is "
+                    "encrypted"}));
+  EXPECT_NE(exposures(open_to("2001:db8::7"), kPorts)[0].find("at [2001:db8::7]:1:"),
+            std::string::npos);
+}
+
+TEST(Exposure, CountsWhatOpensAndRestricts) {
+  Config config = open_to("10.0.0.7");
+  const auto expect = [&config](std::size_t listener, const std::string& part) {
+    const std::string line = exposures(config, kPorts)[listener];
+    EXPECT_NE(line.find(part), std::string::npos) << line;
+    EXPECT_EQ(line.find("right-token"), std::string::npos);
+  };
+  config.crcl.allow = config.modbus.allow = config.vision.allow = {"10.0.0.0/8"};
+  expect(0, "whoever crcl.allow names may command the robot");
+  expect(2, "whoever modbus.allow names may command the belt");
+  expect(3, "whoever vision.allow names may look, nobody may command");
+  config.modbus.read_only = true;
+  expect(2, "whoever modbus.allow names may look, nobody may command");
+  config.web.token = "right-token";
+  for (const std::size_t listener : {1, 4}) {
+    expect(listener, "whoever reaches it may look, who has a token or certificate may command by");
+  }
+  config.access.strangers_look = false;
+  expect(1,
+         ": who has a token or certificate may look, who has a token or certificate may command");
+  config.web.control = false;
+  expect(1, "who has a token or certificate may command");
+  expect(4, ": who has a token or certificate may look, nobody may command; nothing is encrypted");
+  config.tls.certificate = "certificate.pem";
+  EXPECT_EQ(exposures(config, kPorts)[4].find("nothing is encrypted"), std::string::npos);
+  config = open_to("10.0.0.7");
+  config.access.insecure_control = true;
+  for (const std::size_t listener : {1, 4}) {
+    expect(listener, "whoever reaches it may command the cell (access.insecure_control)");
+  }
+}
+
+TEST(Exposure, ProgramsAreForThisMachineUnlessToldOtherwise) {
+  Config config;
+  EXPECT_TRUE(may_start_programs(config));
+  config.web.programs = false;
+  EXPECT_FALSE(may_start_programs(config));
+  config = open_to("0.0.0.0");
+  EXPECT_FALSE(may_start_programs(config));
+  config.web.programs = true;
+  EXPECT_TRUE(may_start_programs(config));
+  config.web.address = "10.0.0.7";
+  EXPECT_EQ(exposures(config, {{"web", 5}}),
+            std::vector<std::string>{"web is open to other machines at 10.0.0.7:5: whoever reaches "
+                                     "it may look, nobody may command; nothing is encrypted; who "
+                                     "is admin may start programs"});
+  config.web.control = false;
+  EXPECT_FALSE(may_start_programs(config)) << "who may not command starts nothing";
+  config = {};
+  config.time.clients_pace = true;
+  EXPECT_FALSE(may_start_programs(config));
+}
+
+}  // namespace
+}  // namespace aprsim::server

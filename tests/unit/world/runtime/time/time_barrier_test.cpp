@@ -1,0 +1,249 @@
+#include "world/runtime/time/time_barrier.hpp"
+
+#include <gtest/gtest.h>
+
+namespace aprsim::world {
+namespace {
+
+using namespace std::chrono_literals;
+using Ids = std::vector<api::PacerId>;
+using Names = std::vector<std::string>;
+
+const WallTime kBegin{};
+
+api::PacerRole role_of(const std::string& name, api::PacerKind kind = api::PacerKind::kClient,
+                       api::EndpointId endpoint = 16) {
+  return {.name = name, .kind = kind, .endpoint = endpoint};
+}
+
+api::PacerId join(TimeBarrier& barrier, const std::string& name, WallTime now = kBegin,
+                  api::PacerKind kind = api::PacerKind::kClient, api::EndpointId endpoint = 16) {
+  const auto id = barrier.join(role_of(name, kind, endpoint), now);
+  EXPECT_TRUE(id) << name;
+  return id.value_or(0);
+}
+
+/// Takes all the steps that are due; who is reached then at first.
+Ids take_due(TimeBarrier& barrier, WallTime now = kBegin) {
+  for (auto steps = barrier.due(); steps > 0; --steps) barrier.step();
+  return barrier.take_reached(now);
+}
+
+/// The same with those that are reached once the ones before have asked for another `steps`.
+Ids take_due_in_turn(TimeBarrier& barrier, TimeBarrier::Steps steps, WallTime now = kBegin) {
+  Ids all;
+  for (Ids reached = take_due(barrier, now); !reached.empty();
+       reached = barrier.take_reached(now)) {
+    EXPECT_EQ(reached.size(), 1U);
+    all.push_back(reached.front());
+    barrier.ask(reached.front(), steps);
+  }
+  return all;
+}
+
+TEST(TimeBarrier, OneClientsPollsAreTheClock) {
+  TimeBarrier barrier({});
+  EXPECT_FALSE(barrier.paced()) << "nobody is there";
+  const auto fanuc = join(barrier, "crcl.fanuc");
+  EXPECT_TRUE(barrier.paced());
+  EXPECT_EQ(barrier.due(), 0U) << "it has not asked";
+  for (unsigned poll = 1; poll <= 3; ++poll) {
+    barrier.ask(fanuc, 25);
+    EXPECT_EQ(barrier.due(), 25U);
+    EXPECT_EQ(take_due(barrier), Ids{fanuc});
+    EXPECT_EQ(barrier.now(), 25 * poll);
+    EXPECT_EQ(barrier.due(), 0U);
+  }
+}
+
+TEST(TimeBarrier, TimeGoesToTheLeastThatAllHaveAskedFor) {
+  TimeBarrier barrier({});
+  const auto fanuc = join(barrier, "crcl.fanuc"), motoman = join(barrier, "crcl.motoman"),
+             plc = join(barrier, "modbus");
+  barrier.ask(fanuc, 25);
+  barrier.ask(plc, 10);
+  EXPECT_EQ(barrier.due(), 0U) << "motoman's client thinks";
+  barrier.ask(motoman, 25);
+  EXPECT_EQ(take_due(barrier), Ids{plc});
+  EXPECT_EQ(barrier.now(), 10U);
+  EXPECT_EQ(barrier.due(), 0U);
+  barrier.ask(plc, 40);
+  EXPECT_EQ(take_due_in_turn(barrier, 25), (Ids{fanuc, motoman}));
+  EXPECT_EQ(barrier.now(), 25U);
+  barrier.leave(motoman, kBegin);
+  EXPECT_EQ(take_due_in_turn(barrier, 25), (Ids{fanuc, plc})) << "who has left is not waited for";
+  EXPECT_EQ(barrier.now(), 50U);
+}
+
+TEST(TimeBarrier, OneThinksAtATimeInTheOrderOfEndpoints) {
+  TimeBarrier barrier({});
+  const auto motoman = join(barrier, "crcl.motoman", kBegin, api::PacerKind::kClient, 17);
+  const auto fanuc = join(barrier, "crcl.fanuc", kBegin, api::PacerKind::kClient, 16);
+  barrier.ask(fanuc, 25);
+  barrier.ask(motoman, 25);
+  EXPECT_EQ(take_due(barrier), Ids{fanuc});
+  EXPECT_EQ(barrier.take_reached(kBegin), Ids{}) << "it thinks";
+  barrier.ask(fanuc, 25);
+  EXPECT_EQ(barrier.due(), 0U) << "the other one stands here still";
+  EXPECT_EQ(barrier.take_reached(kBegin), Ids{motoman});
+  barrier.ask(motoman, 25);
+  EXPECT_EQ(barrier.due(), 25U);
+}
+
+TEST(TimeBarrier, DeclaredPacersAreWaitedForAtTheBeginning) {
+  TimeBarrier barrier({.declared = {"crcl.fanuc", "crcl.motoman"}, .grace = 1s});
+  EXPECT_TRUE(barrier.paced());
+  const auto fanuc = join(barrier, "crcl.fanuc");
+  barrier.ask(fanuc, 25);
+  barrier.expire(kBegin + 1h);
+  EXPECT_EQ(barrier.due(), 0U) << "however long it takes";
+  EXPECT_EQ(barrier.state(kBegin).awaited, Names{"crcl.motoman"});
+  EXPECT_FALSE(barrier.join(role_of("modbus"), kBegin)) << "not declared";
+  EXPECT_FALSE(barrier.join(role_of("crcl.fanuc"), kBegin)) << "the place is taken";
+  const auto motoman = join(barrier, "crcl.motoman", kBegin + 1h);
+  barrier.ask(motoman, 5);
+  EXPECT_EQ(take_due(barrier), Ids{motoman});
+  EXPECT_TRUE(barrier.state(kBegin + 1h).reproducible());
+}
+
+TEST(TimeBarrier, ADeclaredPacerThatIsAwayHoldsTime) {
+  TimeBarrier barrier({.declared = {"crcl.fanuc", "crcl.motoman"}});
+  const auto fanuc = join(barrier, "crcl.fanuc"), motoman = join(barrier, "crcl.motoman");
+  barrier.ask(fanuc, 25);
+  barrier.leave(motoman, kBegin);
+  barrier.expire(kBegin + 1h);
+  EXPECT_EQ(barrier.due(), 0U) << "no grace time";
+  const auto again = join(barrier, "crcl.motoman");
+  barrier.ask(again, 25);
+  EXPECT_EQ(take_due_in_turn(barrier, 25), (Ids{fanuc, again}));
+  EXPECT_TRUE(barrier.state(kBegin).reproducible());
+  barrier.leave(fanuc, kBegin);
+  barrier.leave(again, kBegin);
+  EXPECT_TRUE(barrier.paced()) << "never by the wall clock";
+  EXPECT_EQ(barrier.due(), 0U);
+}
+
+TEST(TimeBarrier, WhoIsSilentIsLeftBehindAndCounted) {
+  TimeBarrier barrier({.declared = {"crcl.fanuc", "crcl.motoman"}, .grace = 2s});
+  const auto fanuc = join(barrier, "crcl.fanuc"), motoman = join(barrier, "crcl.motoman");
+  barrier.expire(kBegin + 1h);
+  EXPECT_TRUE(barrier.state(kBegin + 1h).reproducible()) << "nobody has waited";
+  barrier.ask(fanuc, 25);
+  barrier.ask(motoman, 25);
+  ASSERT_EQ(take_due(barrier, kBegin + 1h), Ids{fanuc});
+  barrier.ask(fanuc, 25);
+  ASSERT_EQ(barrier.take_reached(kBegin + 1h), Ids{motoman});
+  barrier.expire(kBegin + 1h + 1900ms);
+  EXPECT_EQ(barrier.due(), 0U);
+  EXPECT_EQ(barrier.state(kBegin + 1h + 1900ms).awaited, Names{"crcl.motoman"});
+  barrier.expire(kBegin + 1h + 2s);
+  EXPECT_EQ(take_due(barrier, kBegin + 1h + 2s), Ids{fanuc});
+  EXPECT_EQ(barrier.state(kBegin).expired, 1U);
+  EXPECT_FALSE(barrier.state(kBegin).reproducible());
+  // When it asks again it belongs to them again.
+  barrier.ask(motoman, 10);
+  barrier.ask(fanuc, 25);
+  EXPECT_EQ(take_due(barrier, kBegin + 1h + 3s), Ids{motoman});
+  EXPECT_EQ(barrier.now(), 60U);
+}
+
+TEST(TimeBarrier, APlaceThatStaysEmptyIsGivenUpAfterTheGraceTime) {
+  TimeBarrier barrier({.declared = {"crcl.fanuc", "crcl.motoman"}, .grace = 2s});
+  const auto fanuc = join(barrier, "crcl.fanuc"), motoman = join(barrier, "crcl.motoman");
+  barrier.leave(motoman, kBegin);
+  barrier.ask(fanuc, 25);
+  barrier.expire(kBegin + 1s);
+  EXPECT_EQ(barrier.due(), 0U);
+  barrier.expire(kBegin + 2s);
+  EXPECT_EQ(barrier.due(), 25U);
+  EXPECT_EQ(barrier.state(kBegin).expired, 1U);
+  join(barrier, "crcl.motoman");
+  EXPECT_EQ(barrier.due(), 0U) << "it is back";
+}
+
+TEST(TimeBarrier, WhoIsShutOutIsNotWaitedForUntilItIsBack) {
+  TimeBarrier barrier({.declared = {"crcl.fanuc", "crcl.motoman"}});
+  const auto fanuc = join(barrier, "crcl.fanuc"), motoman = join(barrier, "crcl.motoman");
+  barrier.ask(fanuc, 25);
+  barrier.shut_out(motoman);
+  barrier.leave(motoman, kBegin);
+  EXPECT_EQ(barrier.due(), 25U);
+  EXPECT_EQ(barrier.state(kBegin).expired, 1U);
+  join(barrier, "crcl.motoman");
+  EXPECT_EQ(barrier.due(), 0U);
+}
+
+TEST(TimeBarrier, NobodyIsLeftBehindForWhoHasFinished) {
+  TimeBarrier barrier({.declared = {"crcl.fanuc", "crcl.motoman"}, .grace = 2s});
+  const auto fanuc = join(barrier, "crcl.fanuc");
+  join(barrier, "crcl.motoman");
+  barrier.ask(fanuc, 25);
+  barrier.finish(fanuc);
+  barrier.expire(kBegin + 1h);
+  EXPECT_EQ(barrier.due(), 0U);
+  EXPECT_TRUE(barrier.state(kBegin + 1h).reproducible());
+}
+
+TEST(TimeBarrier, TheWallClockTakesOverWhenNobodyPaces) {
+  TimeBarrier barrier({.grace = 2s});
+  EXPECT_EQ(barrier.state(kBegin).fallbacks, 1U);
+  const auto fanuc = join(barrier, "crcl.fanuc");
+  EXPECT_TRUE(barrier.paced());
+  barrier.expire(kBegin + 1s);
+  EXPECT_TRUE(barrier.paced());
+  barrier.expire(kBegin + 2s);
+  EXPECT_FALSE(barrier.paced()) << "the only client is silent";
+  EXPECT_EQ(barrier.state(kBegin).fallbacks, 2U);
+  EXPECT_EQ(barrier.state(kBegin).pacers, Names{});
+  barrier.ask(fanuc, 25);
+  EXPECT_TRUE(barrier.paced());
+  barrier.leave(fanuc, kBegin);
+  EXPECT_FALSE(barrier.paced());
+  EXPECT_EQ(barrier.state(kBegin).fallbacks, 3U);
+}
+
+TEST(TimeBarrier, FramesAreHandedOnBeforeClientsAreAnswered) {
+  TimeBarrier barrier({});
+  const auto fanuc = join(barrier, "crcl.fanuc"), motoman = join(barrier, "crcl.motoman");
+  const auto feed = join(barrier, "vision.fanuc", kBegin, api::PacerKind::kFeed);
+  barrier.ask(fanuc, 25);
+  barrier.ask(motoman, 30);
+  EXPECT_EQ(barrier.due(), 0U) << "the feed has not asked";
+  barrier.ask(feed, 0);
+  ASSERT_EQ(barrier.due(), 25U);
+  for (int i = 0; i < 25; ++i) barrier.step();
+  barrier.cut(feed);
+  EXPECT_EQ(barrier.take_reached(kBegin), Ids{feed});
+  EXPECT_EQ(barrier.take_reached(kBegin), Ids{}) << "the frame is on its way";
+  EXPECT_EQ(barrier.due(), 0U);
+  barrier.ask(feed, 250);
+  EXPECT_EQ(barrier.take_reached(kBegin), Ids{fanuc});
+  barrier.expire(kBegin + 1h);
+  EXPECT_TRUE(barrier.paced()) << "no grace time";
+}
+
+TEST(TimeBarrier, ProgramsPaceButAreNoClients) {
+  TimeBarrier barrier({});
+  const auto program = join(barrier, "program", kBegin, api::PacerKind::kProgram);
+  barrier.ask(program, 1);
+  EXPECT_FALSE(barrier.paced());
+  const auto fanuc = join(barrier, "crcl.fanuc");
+  barrier.ask(fanuc, 25);
+  EXPECT_EQ(barrier.due(), 1U);
+  EXPECT_EQ(take_due(barrier), Ids{program});
+  EXPECT_EQ(barrier.endpoints(), (std::vector<api::EndpointId>{16, 16}));
+}
+
+TEST(TimeBarrier, NobodyWaitsForAPausedCell) {
+  TimeBarrier barrier({});
+  const auto fanuc = join(barrier, "crcl.fanuc");
+  const auto feed = join(barrier, "vision.fanuc", kBegin, api::PacerKind::kFeed);
+  barrier.ask(feed, 0);
+  barrier.ask(fanuc, 25);
+  EXPECT_EQ(barrier.release_clients(kBegin), Ids{fanuc});
+  EXPECT_EQ(barrier.release_clients(kBegin), Ids{});
+  EXPECT_EQ(barrier.now(), 0U);
+}
+
+}  // namespace
+}  // namespace aprsim::world

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <variant>
+
+#include "world/api/values/pose.hpp"
+
+/// Changes of the scene while the cell stands or runs. Each is checked as a scene's file is and
+/// acts between two steps; a reset undoes them all, a saved state keeps them.
+namespace aprsim::api {
+
+/// Puts down a gear or tray that there has not been. It is where it is told to be, or as much
+/// higher as it takes to be clear of all else.
+struct SpawnBody {
+  std::string type;  ///< of gears or of trays
+  std::string name;  ///< that nothing else in the scene has
+  Pose X_WB;
+};
+/// Puts a gear or tray down elsewhere, at rest, in the same way.
+struct MoveBody {
+  std::string name;
+  Pose X_WB;
+};
+/// Takes a gear or tray out: it is lost.
+struct RemoveBody {
+  std::string name;
+};
+/// Sets a value of the scene, by the path of its keys: "physics.friction.gear_tray",
+/// "gear_types.TYPE.mass_kg", "robots.NAME.vision.position_noise_m". Of types, contacts and
+/// cameras only.
+struct SetSceneValue {
+  std::string path;
+  std::string value;  ///< as in a scene's file
+};
+using SceneCommand = std::variant<SpawnBody, MoveBody, RemoveBody, SetSceneValue>;
+
+inline constexpr std::size_t kMaxSceneText = 64;  ///< bytes of a name
+inline constexpr std::size_t kMaxScenePath = 256, kMaxSceneValue = 4096;
+
+}  // namespace aprsim::api

@@ -1,0 +1,34 @@
+#include "world/base/process/own_programs.hpp"
+
+#include <filesystem>
+
+namespace aprsim::process {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path own_directory() {
+  std::error_code status;
+  return fs::read_symlink("/proc/self/exe", status).parent_path();
+}
+
+}  // namespace
+
+std::string program_beside(const std::string& name) {
+  const fs::path beside = own_directory() / name;
+  std::error_code status;
+  return fs::is_regular_file(beside, status) ? beside.string() : name;
+}
+
+std::string kitting_program(const std::string& name) {
+  const fs::path installed = own_directory().parent_path() / "share/aprsim/kitting" / name;
+  std::error_code status;
+  return fs::is_regular_file(installed, status) ? installed.string()
+                                                : APRSIM_KITTING + ('/' + name);
+}
+
+std::string web_directory() {
+  return (own_directory().parent_path() / "share" / "aprsim" / "web").string();
+}
+
+}  // namespace aprsim::process

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <initializer_list>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "world/base/result.hpp"
+
+/// The parsed form behind yaml_reader.hpp, and of files that are to be changed and written again.
+namespace aprsim::yaml::detail {
+
+struct Mark {
+  std::shared_ptr<const std::string> source;  ///< file name or what else the text came from
+  int line = 1, column = 1;                   ///< counted from 1
+  [[nodiscard]] std::string text() const;     ///< SOURCE:LINE:COLUMN
+};
+
+struct Entry;
+
+struct Value {
+  enum class Kind { kNull, kScalar, kList, kMap };
+  Kind kind = Kind::kNull;
+  Mark mark;
+  std::string scalar;
+  bool quoted = false;  ///< a quoted scalar is text even if it looks like a number
+  std::vector<Value> items;
+  std::vector<Entry> entries;
+
+  [[nodiscard]] const Entry* find(std::string_view key) const;
+  [[nodiscard]] Entry* find(std::string_view key);
+};
+
+struct Entry {
+  std::string key;
+  Mark mark;  ///< of the key
+  Value value;
+};
+
+/// The tree of one document and the first error met while reading it.
+struct Context {
+  Value root;
+  std::optional<Error> error;
+};
+
+/// Parses one YAML document. Refused: syntax errors, several documents, aliases and tags, keys that
+/// are not scalars or occur twice, more than 1000 keys in a map, 32 levels or 200 000 values.
+[[nodiscard]] Result<Value> parse(const std::string& text, const std::string& source);
+
+/// The tree as YAML that reads as the same tree; places and comments are lost.
+[[nodiscard]] std::string write(const Value& root);
+/// A number as a scalar from which the same number is read.
+[[nodiscard]] Value scalar(double number);
+/// A list of such.
+[[nodiscard]] Value list(std::initializer_list<double> numbers);
+
+}  // namespace aprsim::yaml::detail

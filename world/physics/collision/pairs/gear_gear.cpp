@@ -1,0 +1,194 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "world/physics/collision/pairs/circle_edge_vs_gear.hpp"
+#include "world/physics/collision/pairs/narrow_phase.hpp"
+#include "world/physics/collision/pairs/rim_vs_pocket.hpp"
+#include "world/physics/collision/shapes/length.hpp"
+#include "world/physics/collision/speculative/hull_gap.hpp"
+
+// Two unions of frusta about their axes, piece against piece: sides along a line, sides in a point,
+// and the rims of each on the sides and end faces of the other.
+namespace aprsim::physics {
+namespace {
+
+using detail::Candidates;
+using detail::GearShape;
+using detail::Piece;
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+/// Axes closer than this (cosine) count as parallel: sides touch along a line, not in a point.
+constexpr double kParallel = 0.98;
+/// What bounds allow for rounding [m].
+constexpr double kRounding = 1e-9;
+
+/// The two gears in B's frame. Candidates have their normals into B; A's are flipped on the way.
+struct Gears {
+  const GearShape& a;
+  const GearShape& b;
+  const Isometry3d& X_BA;
+};
+
+/// Bounds of a piece of A in B's frame: its extent along B's axis, and of the sphere about it the
+/// middle's distance from that axis and the radius.
+struct Bounds {
+  double lo = 0, hi = 0, off = 0, r = 0;
+  [[nodiscard]] bool overlap(const Piece& b) const {
+    return hi > b.z0 && lo < b.z1 && off < r + std::max(b.r0, b.r1);
+  }
+};
+
+using GearBounds = std::array<Bounds, 4>;
+GearBounds bounds_in_b(const GearShape& a, const Isometry3d& X_BA) {
+  GearBounds bounds;
+  const Vector3d u = X_BA.linear().col(2);
+  const double sine = std::sqrt(std::max(0.0, 1 - u.z() * u.z())), c = X_BA.translation().z();
+  for (std::size_t i = 0; i < static_cast<std::size_t>(a.piece_count); ++i) {
+    const Piece& piece = a.pieces[i];
+    const double at0 = c + piece.z0 * u.z(), at1 = c + piece.z1 * u.z();
+    const Vector3d middle = X_BA * Vector3d(0, 0, 0.5 * (piece.z0 + piece.z1));
+    bounds[i] = {.lo = std::min(at0 - piece.r0 * sine, at1 - piece.r1 * sine),
+                 .hi = std::max(at0 + piece.r0 * sine, at1 + piece.r1 * sine),
+                 .off = length(middle.x(), middle.y()),
+                 .r = length(std::max(piece.r0, piece.r1), 0.5 * (piece.z1 - piece.z0))};
+  }
+  return bounds;
+}
+
+/// Two cylinders standing side by side: the ends of the line along which they touch. An end is a
+/// rim of one of them on the side of the other, which has the normal. False when they do not stand
+/// so, and the general search must look.
+bool side_by_side(const Piece& a, const Piece& b, const Isometry3d& X_BA, Candidates& out) {
+  const Vector3d u = X_BA.linear().col(2), c = X_BA.translation();
+  if (a.slope != 0 || b.slope != 0 || std::abs(u.z()) < kParallel) return false;
+  const Vector3d centre = c + 0.5 * (a.z0 + a.z1) * u;
+  const double off = length(centre.x(), centre.y());
+  if (off < 1e-9) return false;
+  // From A's axis across to its side towards B: `rise` along B's axis, `reach_a` across that.
+  const double leaning = (centre.x() * u.x() + centre.y() * u.y()) / off;
+  const double rise = a.r0 * leaning * u.z() / std::sqrt(1 - leaning * leaning);
+  const double reach_a = std::sqrt(std::max(0.0, a.r0 * a.r0 - rise * rise));
+  // Heights of A's ends along B's axis, on that side of A.
+  const double h0 = c.z() + a.z0 * u.z() + rise, h1 = c.z() + a.z1 * u.z() + rise;
+  const double lo = std::max(b.z0, std::min(h0, h1)), hi = std::min(b.z1, std::max(h0, h1));
+  if (hi <= lo) return false;
+  const auto axis_of_a = [&](double z) { return Vector3d(c + (z - rise - c.z()) / u.z() * u); };
+  const Vector3d middle = axis_of_a(0.5 * (lo + hi));
+  // Where another way out is shorter, the general search finds it.
+  const double overlap = reach_a + b.r0 - length(middle.x(), middle.y());
+  if (overlap >= std::min({hi - lo, a.r0, b.r0})) return false;
+  for (const double z : {lo, hi}) {
+    const Vector3d q = axis_of_a(z);
+    const double distance = length(q.x(), q.y());
+    if (distance < 1e-9) continue;
+    const Vector3d across(-q.x() / distance, -q.y() / distance, 0);
+    const double depth = reach_a + b.r0 - distance;
+    const Vector3d p = -(b.r0 - 0.5 * depth) * across + Vector3d(0, 0, z);
+    if (z == b.z0 || z == b.z1) {
+      const Vector3d n = (across - across.dot(u) * u).normalized();
+      out.add(p, n, depth * across.dot(n));
+    } else {
+      out.add(p, across, depth);
+    }
+  }
+  return true;
+}
+
+/// Two cylinders crossing: the point between their axes, when it lies within both.
+void crossing_sides(const Piece& a, const Piece& b, const Isometry3d& X_BA, Candidates& out) {
+  const Vector3d u = X_BA.linear().col(2), c = X_BA.translation();
+  if (a.slope != 0 || b.slope != 0 || std::abs(u.z()) > kParallel) return;
+  // The point of A's axis that is nearest to B's.
+  const double s = (c.z() * u.z() - c.dot(u)) / (1 - u.z() * u.z());
+  const Vector3d on_a = c + s * u;
+  if (s < a.z0 || s > a.z1 || on_a.z() < b.z0 || on_a.z() > b.z1) return;
+  const double distance = length(on_a.x(), on_a.y());
+  const double depth = a.r0 + b.r0 - distance;
+  if (distance < 1e-9 || depth <= 0 || depth > std::min(a.r0, b.r0)) return;
+  const Vector3d n(-on_a.x() / distance, -on_a.y() / distance, 0);
+  out.add(-(b.r0 - 0.5 * depth) * n + Vector3d(0, 0, on_a.z()), n, depth);
+}
+
+/// How far under an end face of a piece a point may be that leaves through it: half of what lies
+/// between there and the far side, that of other pieces where the piece is glued to them.
+double most_under_end(const GearShape& gear, const Piece& piece) {
+  return 0.5 * (std::min(piece.z_out_high, gear.z_high) - std::max(piece.z_out_low, gear.z_low));
+}
+
+/// The rim of a piece of A on an exposed end face of a piece of B (outward +-z): four points, none
+/// deeper than `most`.
+void rim_on_end(const detail::RimS& rim, double z_end, double r_end, double outward, double most,
+                Candidates& out) {
+  const Vector3d face(0, 0, outward);
+  if (outward * (z_end - rim.c.z()) + rim.r * rim.sine <= 0) return;
+  const double off = length(rim.c.x(), rim.c.y());
+  if (std::max(off - rim.r, rim.r * std::abs(rim.u.z()) - off) > r_end + kRounding) return;
+  Vector3d d1, d2;
+  detail::anchor_directions(rim, face, rim.sine, d1, d2);
+  for (const Vector3d& d : {d1, d2, Vector3d(-d1), Vector3d(-d2)}) {
+    const Vector3d p = rim.c + rim.r * d;
+    const double depth = outward * (z_end - p.z());
+    const double sideways = r_end - length(p.x(), p.y());
+    if (depth < sideways && depth < most) out.add(p, -face, depth);
+  }
+}
+
+/// The rims of piece `index` of A on piece `on` of B. Candidates in B, normals into B.
+void rims_on_piece(const GearShape& a, int index, const GearShape& gear_b, int on,
+                   const Isometry3d& X_BA, Candidates& out) {
+  const Piece& b = gear_b.pieces[static_cast<std::size_t>(on)];
+  const double most = most_under_end(gear_b, b);
+  static const Isometry3d kIdentity = Isometry3d::Identity();
+  const Eigen::Matrix3d& R = X_BA.linear();
+  const Vector3d e1 = R.col(0), e2 = R.col(1), u = R.col(2);
+  const double sine = std::sqrt(std::max(0.0, 1 - u.z() * u.z()));
+  for (int k = 0; k < a.ring_count; ++k) {
+    const detail::Ring& ring = a.rings[static_cast<std::size_t>(k)];
+    if (ring.piece != index) continue;
+    const detail::RimS rim{X_BA.translation() + ring.z * u, ring.r, u, e1, e2, sine};
+    detail::circle_on_piece(b, kIdentity, {rim.c, u, ring.r}, out);
+    if (b.low_exposed) rim_on_end(rim, b.z0, b.r0, -1, most, out);
+    if (b.high_exposed) rim_on_end(rim, b.z1, b.r1, 1, most, out);
+  }
+}
+
+void add_flipped(const Candidates& in, const Isometry3d& X_BA, Candidates& out) {
+  for (int i = 0; i < in.size(); ++i) {
+    out.add(X_BA * in[i].p, -(X_BA.linear() * in[i].n), in[i].depth);
+  }
+}
+
+void piece_on_piece(const Gears& g, int i, int j, const Isometry3d& X_AB, Candidates& out) {
+  const Piece& a = g.a.pieces[static_cast<std::size_t>(i)];
+  const Piece& b = g.b.pieces[static_cast<std::size_t>(j)];
+  if (side_by_side(a, b, g.X_BA, out)) return;
+  crossing_sides(a, b, g.X_BA, out);
+  rims_on_piece(g.a, i, g.b, j, g.X_BA, out);
+  Candidates on_a;
+  rims_on_piece(g.b, j, g.a, i, X_AB, on_a);
+  add_flipped(on_a, g.X_BA, out);
+}
+
+}  // namespace
+
+void gear_gear(const GearShape& gear_a, const Isometry3d& X_WA, const GearShape& gear_b,
+               const Isometry3d& X_WB, BodyIndex a, BodyIndex b, std::vector<Contact>& out) {
+  if (gear_gear_gap(gear_a, X_WA, gear_b, X_WB).m > 0) return;
+  const Isometry3d X_BA = X_WB.inverse(Eigen::Isometry) * X_WA;
+  const Isometry3d X_AB = X_BA.inverse(Eigen::Isometry);
+  const Gears gears{gear_a, gear_b, X_BA};
+  Candidates points;
+  const GearBounds a_in_b = bounds_in_b(gear_a, X_BA), b_in_a = bounds_in_b(gear_b, X_AB);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(gear_a.piece_count); ++i) {
+    for (std::size_t j = 0; j < static_cast<std::size_t>(gear_b.piece_count); ++j) {
+      if (!a_in_b[i].overlap(gear_b.pieces[j]) || !b_in_a[j].overlap(gear_a.pieces[i])) continue;
+      piece_on_piece(gears, static_cast<int>(i), static_cast<int>(j), X_AB, points);
+    }
+  }
+  detail::emit_reduced_by_axis(points, Vector3d::UnitZ(),
+                               {X_WB, a, b, SurfacePair::kGearGear, out, true});
+}
+
+}  // namespace aprsim::physics

@@ -1,0 +1,124 @@
+#include "world/physics/collision/speculative/ray_gap.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "world/physics/collision/shapes/gear_shape.hpp"
+#include "world/physics/collision/shapes/pocket.hpp"
+#include "world/scene/model/part_shapes.hpp"
+
+namespace aprsim::physics {
+namespace {
+
+using Eigen::Vector3d;
+
+/// Where a line is inside something convex: from `enter` to `leave`, none when enter > leave.
+struct Span {
+  double enter = -kNoHit, leave = kNoHit;
+
+  void cut(double from, double to) {
+    enter = std::max(enter, from);
+    leave = std::min(leave, to);
+  }
+  /// First distance at or after the origin.
+  [[nodiscard]] double first() const {
+    return enter > leave || leave < 0 ? kNoHit : std::max(0.0, enter);
+  }
+};
+
+/// Slab method (Kay and Kajiya 1986) along one axis.
+void cut_slab(double p, double d, double low, double high, Span& span) {
+  if (d == 0) {
+    if (p < low || p > high) span.leave = -kNoHit;
+    return;
+  }
+  const double a = (low - p) / d, b = (high - p) / d;
+  span.cut(std::min(a, b), std::max(a, b));
+}
+
+/// Inside the cone r < r0 + slope (z - z0), which is convex between the planes of a frustum.
+void cut_cone(const Vector3d& p, const Vector3d& d, double z0, double r0, double slope,
+              Span& span) {
+  const double r = r0 + slope * (p.z() - z0), rate = slope * d.z();
+  const double a = d.head<2>().squaredNorm() - rate * rate;
+  const double b = p.head<2>().dot(d.head<2>()) - r * rate;
+  const double c = p.head<2>().squaredNorm() - r * r;
+  if (std::abs(a) < 1e-15) {  // parallel to the side
+    if (std::abs(b) < 1e-15) {
+      if (c > 0) span.leave = -kNoHit;
+    } else if (b > 0) {
+      span.cut(-kNoHit, -c / (2 * b));
+    } else {
+      span.cut(-c / (2 * b), kNoHit);
+    }
+    return;
+  }
+  const double discriminant = b * b - a * c;
+  if (discriminant < 0) {
+    if (a > 0) span.leave = -kNoHit;
+    return;
+  }
+  const double root = std::sqrt(discriminant);
+  const double low = std::min((-b - root) / a, (-b + root) / a);
+  const double high = std::max((-b - root) / a, (-b + root) / a);
+  if (a > 0) {
+    span.cut(low, high);
+  } else if (rate > 0) {  // steeper than the cone: it is inside on one side only
+    span.cut(high, kNoHit);
+  } else {
+    span.cut(-kNoHit, low);
+  }
+}
+
+double to_frustum(const Vector3d& p, const Vector3d& d, double z0, double r0, double z1,
+                  double slope) {
+  Span span;
+  cut_slab(p.z(), d.z(), z0, z1, span);
+  cut_cone(p, d, z0, r0, slope, span);
+  return span.first();
+}
+
+Span box_span(const Vector3d& size, const Vector3d& p, const Vector3d& d) {
+  Span span;
+  for (int axis = 0; axis < 3; ++axis) {
+    cut_slab(p[axis], d[axis], -0.5 * size[axis], 0.5 * size[axis], span);
+  }
+  return span;
+}
+
+}  // namespace
+
+double distance_to_gear(const scene::GearType& gear, const Eigen::Isometry3d& X_WG,
+                        const Ray& ray) {
+  const Vector3d p = X_WG.inverse() * ray.p_W, d = X_WG.linear().transpose() * ray.d_W;
+  const detail::GearShape shape = gear;
+  double nearest = kNoHit;
+  for (int i = 0; i < shape.piece_count; ++i) {
+    const detail::Piece& piece = shape.pieces[static_cast<std::size_t>(i)];
+    nearest = std::min(nearest, to_frustum(p, d, piece.z0, piece.r0, piece.z1, piece.slope));
+  }
+  return nearest;
+}
+
+double distance_to_tray(const scene::TrayType& tray, const Eigen::Isometry3d& X_WP,
+                        const Ray& ray) {
+  const Eigen::AlignedBox3d slab = scene::slab_of(tray);
+  const Vector3d p = X_WP.inverse() * ray.p_W, d = X_WP.linear().transpose() * ray.d_W;
+  const double to_slab = box_span(slab.sizes(), p - slab.center(), d).first();
+  if (to_slab == kNoHit || d.z() >= 0) return to_slab;
+  const Vector3d hit = p + to_slab * d;
+  for (const scene::Slot& slot : tray.slots) {
+    const detail::PocketProfile pocket(slot);
+    if ((hit.head<2>() - slot.xy).norm() >= pocket.r_mouth || hit.z() < -pocket.depth) continue;
+    // In a pocket's mouth: to the floor; its wall is too near to its rim to hold a lip.
+    return std::max(to_slab, (-pocket.depth - p.z()) / d.z());
+  }
+  return to_slab;
+}
+
+double distance_to_box(const Vector3d& size, const Eigen::Isometry3d& X_WS, const Ray& ray) {
+  return box_span(size, X_WS.inverse() * ray.p_W, X_WS.linear().transpose() * ray.d_W).first();
+}
+
+}  // namespace aprsim::physics

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "world/api/snapshot/snapshot.hpp"
+
+namespace aprsim::physics {
+
+/// An external force on an arm, to be turned into joint torques by J^T.
+struct ArmForce {
+  int link = 0;  ///< index into ArmModel::links; the last one for the gripper
+  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();
+  Eigen::Vector3d f_W = Eigen::Vector3d::Zero();  ///< [N]
+  api::ContactSide partner;                       ///< what it is in contact with
+  int partner_link = -1;                          ///< of the robot `partner`, where it is a link
+  bool on_gripper = false;
+  int part = -1;         ///< of the gripper: 0 palm, 1-2 fingers; -1 = by no contact with it
+  bool penalty = false;  ///< by ArmPenalty, not by a solver
+  /// On what the gripper holds: tells what that meets. It reaches the arm through the grip, whose
+  /// forces are in the list too, so it is no load of its own.
+  bool relayed = false;
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [link, p_W, f_W, partner, partner_link, on_gripper, part, penalty, relayed] = self;
+    io(link, p_W, f_W, partner, partner_link, on_gripper, part, penalty, relayed);
+  }
+};
+
+}  // namespace aprsim::physics

@@ -1,0 +1,154 @@
+#include "world/physics/contacts/arm_penalty.hpp"
+
+#include <algorithm>
+
+#include "world/robot/servo/contact_law.hpp"
+
+namespace aprsim::physics {
+namespace {
+
+// The real mobility of a contact point depends on the arm's pose, which is not known here; this is
+// that of the lightest direction of either arm (0.6 kg at the tool), so the law is never too stiff.
+constexpr double kMobility = 1 / 0.6;  // [1/kg]
+
+/// Force on the body that the normal points into and that moves with `v_W` relative to the other.
+Eigen::Vector3d contact_force(const Contact& point, const Eigen::Vector3d& v_W,
+                              const PhysicsModel& model, std::size_t points) {
+  // The spring is shared by the pair's contact points.
+  robot::ContactLaw law;
+  law.friction = model.scene.physics.friction.robot;
+  const int count = static_cast<int>(points);
+  const double speed = v_W.dot(point.n_W);
+  const double normal =
+      robot::normal_force(law, point.depth_m, -speed, kMobility, model.step_s, count);
+  return normal * point.n_W + robot::friction_force(law, normal, v_W - speed * point.n_W, kMobility,
+                                                    model.step_s, count);
+}
+
+int shape_count(const ArmLinks& arm) { return static_cast<int>(arm.shapes().size()); }
+
+}  // namespace
+
+ArmPenalty::ArmPenalty(PhysicsModel& model) : model_(model) {
+  found_.reserve(kMaxPoints);
+  // ODE geoms of the fixed boxes, which have none otherwise.
+  for (const auto& shape : model.fixed.shapes) {
+    auto& geom = fixed_geoms_.emplace_back(
+        dCreateBox(nullptr, shape.size.x(), shape.size.y(), shape.size.z()));
+    set_geom_pose(geom.get(), shape.X_WS);
+  }
+  // Pairs of shapes that overlap at the start.
+  const int robots = static_cast<int>(model.arms.size());
+  const auto overlap = [this](const ode::Geom& a, const ode::Geom& b) {
+    found_.clear();
+    collide_geoms(a.get(), b.get(), kGround, kGround, SurfacePair::kRobotAny, found_);
+    return !found_.empty();
+  };
+  for (int r = 0; r < robots; ++r) {
+    auto& exempt = exempt_fixed_.emplace_back();
+    for (int s = 0; s < shape_count(model.arms[static_cast<std::size_t>(r)]); ++s) {
+      for (const auto& geom : fixed_geoms_) {
+        exempt.push_back(overlap(shape(r, s).geom, geom) ? 1 : 0);
+      }
+    }
+    for (int q = r; q < robots; ++q) {
+      for (int s = 0; s < shape_count(model.arms[static_cast<std::size_t>(r)]); ++s) {
+        for (int t = 0; t < shape_count(model.arms[static_cast<std::size_t>(q)]); ++t) {
+          if (may_touch(r, s, q, t) && overlap(shape(r, s).geom, shape(q, t).geom)) {
+            exempt_links_.push_back({r, s, q, t});
+          }
+        }
+      }
+    }
+  }
+}
+
+const ArmShape& ArmPenalty::shape(int robot, int index) const {
+  return model_.arms[static_cast<std::size_t>(robot)].shapes()[static_cast<std::size_t>(index)];
+}
+
+/// Links of one arm only where it checks itself and they are some links apart.
+bool ArmPenalty::may_touch(int robot_a, int shape_a, int robot_b, int shape_b) const {
+  if (robot_a == robot_b) {
+    if (!model_.scene.robots[static_cast<std::size_t>(robot_a)].self_collision) return false;
+    const int distance = shape(robot_b, shape_b).link - shape(robot_a, shape_a).link;
+    if (distance < kSelfCollisionDistance) return false;
+  }
+  const LinkPair pair{robot_a, shape_a, robot_b, shape_b};
+  return std::find(exempt_links_.begin(), exempt_links_.end(), pair) == exempt_links_.end();
+}
+
+void ArmPenalty::find(std::vector<std::vector<ArmForce>>& forces) {
+  const int robots = static_cast<int>(model_.arms.size());
+  for (int r = 0; r < robots; ++r) {
+    on_fixed(r, forces);
+    for (int q = r; q < robots; ++q) on_other(r, q, forces);
+  }
+}
+
+/// Contact points in a pair's order: shapes of the arm, then fixed things.
+void ArmPenalty::on_fixed(int robot, std::vector<std::vector<ArmForce>>& forces) {
+  const auto r = static_cast<std::size_t>(robot);
+  const auto& arm = model_.arms[r];
+  for (int s = 0; s < shape_count(arm); ++s) {
+    const auto& link = shape(robot, s);
+    for (std::size_t f = 0; f < fixed_geoms_.size(); ++f) {
+      const auto& fixed = model_.fixed.shapes[f];
+      const std::size_t key = static_cast<std::size_t>(s) * fixed_geoms_.size() + f;
+      if (!link.bounds.meets(fixed.bounds) || exempt_fixed_[r][key]) continue;
+      found_.clear();
+      collide_geoms(link.geom.get(), fixed_geoms_[f].get(), kGround, kGround,
+                    SurfacePair::kRobotAny, found_);
+      for (const auto& point : found_) {
+        const Eigen::Vector3d v = arm.last_velocity(link.link, point.p_W, model_.step_s);
+        const Eigen::Vector3d force = contact_force(point, v, model_, found_.size());
+        forces[r].push_back({.link = link.link,
+                             .p_W = point.p_W,
+                             .f_W = force,
+                             .partner = {api::ContactSide::Kind::kFixed, static_cast<int>(f)},
+                             .penalty = true});
+      }
+    }
+  }
+}
+
+/// Equal and opposite forces on both; of one arm with itself too.
+void ArmPenalty::on_other(int robot_a, int robot_b, std::vector<std::vector<ArmForce>>& forces) {
+  const auto a = static_cast<std::size_t>(robot_a), b = static_cast<std::size_t>(robot_b);
+  const auto& arm_a = model_.arms[a];
+  const auto& arm_b = model_.arms[b];
+  if (robot_a != robot_b && !arm_a.bounds().meets(arm_b.bounds())) return;
+  for (int s = 0; s < shape_count(arm_a); ++s) {
+    for (int t = 0; t < shape_count(arm_b); ++t) {
+      const auto& one = shape(robot_a, s);
+      const auto& other = shape(robot_b, t);
+      if (!one.bounds.meets(other.bounds) || !may_touch(robot_a, s, robot_b, t)) continue;
+      found_.clear();
+      collide_geoms(one.geom.get(), other.geom.get(), kGround, kGround, SurfacePair::kRobotAny,
+                    found_);
+      for (const auto& point : found_) {
+        const Eigen::Vector3d v = arm_a.last_velocity(one.link, point.p_W, model_.step_s) -
+                                  arm_b.last_velocity(other.link, point.p_W, model_.step_s);
+        const Eigen::Vector3d force = contact_force(point, v, model_, found_.size());
+        using enum api::ContactSide::Kind;
+        constexpr int first = api::ContactSide::kFirstLink;
+        forces[a].push_back({one.link,
+                             point.p_W,
+                             force,
+                             {kRobot, robot_b, first + other.link},
+                             other.link,
+                             false,
+                             true});
+        forces[b].push_back({other.link,
+                             point.p_W,
+                             -force,
+                             {kRobot, robot_a, first + one.link},
+                             one.link,
+                             false,
+                             true});
+      }
+    }
+  }
+}
+
+}  // namespace aprsim::physics

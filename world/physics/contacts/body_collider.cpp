@@ -1,0 +1,365 @@
+#include "world/physics/contacts/body_collider.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "world/physics/collision/pairs/narrow_phase.hpp"
+#include "world/physics/collision/speculative/hull_gap.hpp"
+#include "world/physics/collision/speculative/look_ahead.hpp"
+#include "world/scene/model/part_shapes.hpp"
+
+namespace aprsim::physics {
+namespace {
+
+/// A body whose way is shorter does not move as far as contacts go; one falls as far in a step [m].
+constexpr double kLeastWay = 1e-5;
+/// What follows a finger by a longer way, in as many steps as are looked ahead, may run into it
+/// [m].
+constexpr double kFollows = 1e-4;
+/// Bodies that may touch, as far as one knows.
+constexpr double kNoGap = 0;
+/// The cup's solid stands on the lip, against the approach.
+const Eigen::Isometry3d kLipToSolid(Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX()));
+
+/// Of the contacts from `known` on those that nobody wants beside those from `first` on.
+void drop_unwanted(std::size_t first, std::size_t known, std::vector<Contact>& out) {
+  const auto at = [&](std::size_t i) { return out.begin() + static_cast<std::ptrdiff_t>(i); };
+  const auto unwanted = [&](const Contact& contact) {
+    return std::any_of(at(first), at(known),
+                       [&](const Contact& other) { return is_unwanted(contact, other); });
+  };
+  out.erase(std::remove_if(at(known), out.end(), unwanted), out.end());
+}
+
+/// How fast any point of a body may be, seen from another, by sums instead of roots: at most.
+double fastest(const Moving& body, const Moving& other) {
+  const auto size = [](const Eigen::Vector3d& v) { return v.cwiseAbs().sum(); };
+  const double other_turn = size(other.omega_W);
+  return size(body.v_W) + size(other.v_W) + other_turn * size(body.p_W - other.p_W) +
+         body.reach_m * (size(body.omega_W) + other_turn);
+}
+
+Moving moving(const FreeBody& body) {
+  return {body.com_W(), body.v_com_W, body.omega_W, body.radius_m};
+}
+
+/// Looks on the way of what falls besides: what stands on an edge keeps both of its ends. Slow ones
+/// are looked at without the fall as well, for what brings one contact nearer takes another away.
+template <class Generate>
+void find_falling(const Way& way, double fall_m, double gap_m, std::vector<Contact>& out,
+                  const Generate& generate) {
+  constexpr double kSlow = 2;  // times the fall
+  Way fallen = way;
+  fallen.shift_W.z() += fall_m;
+  const std::size_t first = out.size();
+  find_ahead(fallen, gap_m, out, generate);
+  if (fall_m == 0 || way.longest_m() > kSlow * std::abs(fall_m)) return;
+  const std::size_t known = out.size();
+  find_ahead(way, gap_m, out, generate);
+  drop_unwanted(first, known, out);
+}
+
+}  // namespace
+
+BodyCollider::BodyCollider(const PhysicsModel& model)
+    : model_(model),
+      kept_(model.bodies.size()),
+      pressed_(model.bodies.size(), 0),
+      box_(dCreateBox(nullptr, 1, 1, 1)),
+      cylinder_(dCreateCylinder(nullptr, 1, 1)) {}
+
+/// Trays under pressed gears follow as these are looked at.
+void BodyCollider::note_pressed(const std::vector<ContactConstraint>& constraints) {
+  std::fill(pressed_.begin(), pressed_.end(), 0);
+  const auto note = [this](BodyIndex presses, BodyIndex body) {
+    if (model_.ids.is_gripper(presses) && model_.ids.is_free(body)) press(body);
+  };
+  for (const auto& constraint : constraints) {
+    note(constraint.contact.a, constraint.contact.b);
+    note(constraint.contact.b, constraint.contact.a);
+  }
+}
+
+/// The way of a body seen from another; none if it is slow.
+Way BodyCollider::seen_from(const Moving& other, const Moving& body) const {
+  constexpr double kSurely = 0.99;
+  if (fastest(body, other) * model_.step_s * kStepsAhead < kSurely * kLeastWay) return {};
+  const Way in_step = way_of(body, other, model_.step_s);
+  const double parts = model_.scene.physics.step_s / model_.step_s;
+  const Way way = in_step.over(steps_ahead(parts * in_step.longest_m()));
+  return way.longest_m() < kLeastWay ? Way{} : way;
+}
+
+/// How far along z a body falls on that way, seen from another: down where it lies above, up where
+/// it is below, for then the other falls on it. `n_W`: the axis between their hulls, from the
+/// other; where they are side by side it does not tell.
+double BodyCollider::fall_on(const Way& way, const Eigen::Vector3d& n_W) const {
+  constexpr double kBeside = 0.5;
+  if (std::abs(n_W.z()) < kBeside) return 0;
+  const double h = model_.step_s;
+  const double fall =
+      way.longest_m() > 0 ? way.steps * model_.scene.physics.gravity_m_s2 * h * h : kLeastWay;
+  return n_W.z() < 0 ? fall : -fall;
+}
+
+/// Where one of two bodies lies on the other, by their hulls.
+HullGap BodyCollider::gap_between(const FreeBody& upper, const FreeBody& lower) const {
+  if (upper.is_tool()) return {kNoGap, (upper.com_W() - lower.com_W()).normalized()};
+  if (upper.is_tray()) {
+    return box_box_gap(upper.slab_size, upper.X_WS(), lower.slab_size, lower.X_WS());
+  }
+  if (lower.is_tray()) {
+    return gear_box_gap(upper.gear_shape, upper.X_WB, lower.slab_size, lower.X_WS());
+  }
+  return gear_gear_gap(upper.gear_shape, upper.X_WB, lower.gear_shape, lower.X_WB);
+}
+
+void BodyCollider::free_on_free(int a, int b, std::vector<Contact>& out) {
+  const int upper_index = std::max(a, b), lower_index = std::min(a, b);  // gears come after trays
+  const auto& upper = model_.body(upper_index);
+  const auto& lower = model_.body(lower_index);
+  // A virtual joint stands for their contacts.
+  if (model_.simplification.joined(upper_index, lower_index)) return;
+  const std::size_t before = out.size();
+  Way way = seen_from(moving(lower), moving(upper));
+  const KeptContacts::Pair pair{upper_index, lower_index, &upper, &lower};
+  const bool still = way.longest_m() == 0 && !upper.is_tool() && !is_pressed(upper_index);
+  if (still && kept_.append(pair, out)) return;
+  const HullGap gap = gap_between(upper, lower);
+  // On trays gears stand on points that stay.
+  const bool on_tray = lower.is_tray() && !upper.is_tray() && !upper.is_tool();
+  const double fall = on_tray && way.longest_m() == 0 ? 0 : fall_on(way, gap.n_W);
+  if (upper.is_tool()) {
+    find_falling(way, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
+      tool_on_free(upper_index, D, lower_index, out);
+    });
+  } else if (upper.is_tray()) {
+    find_falling(way, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
+      box_box(upper.slab_size, D * upper.X_WS(), lower.slab_size, lower.X_WS(), upper_index,
+              lower_index, SurfacePair::kTrayTray, out);
+    });
+  } else if (lower.is_tray()) {
+    if (is_pressed(upper_index)) way.shift_W -= kSinkAhead * gap.n_W;
+    find_falling(way, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
+      gear_tray(upper.gear_shape, D * upper.X_WB, *lower.tray, lower.X_WB, upper_index, lower_index,
+                out);
+    });
+    // A pressed gear presses the tray on.
+    if (out.size() > before && is_pressed(upper_index)) press(lower_index);
+  } else {
+    find_falling(way, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
+      gear_gear(upper.gear_shape, D * upper.X_WB, lower.gear_shape, lower.X_WB, upper_index,
+                lower_index, out);
+    });
+  }
+  if (still) kept_.keep(pair, out, before);
+}
+
+/// Blocks as boxes, but for the pads that meet a peg: its V grooves hold it. `D`: see find_ahead.
+void BodyCollider::tool_on_free(int tool, const Eigen::Isometry3d& D, int other_index,
+                                std::vector<Contact>& out) const {
+  const auto& hand = model_.body(tool);
+  const auto& other = model_.body(other_index);
+  const auto blocks = hand.tool->blocks();
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const Eigen::Vector3d& size = blocks[i].size;
+    const Eigen::Isometry3d X_WS = D * hand.X_WS(blocks[i]);
+    const auto on_box = [&](const Eigen::Vector3d& other_size, const Eigen::Isometry3d& X_WO) {
+      box_box(size, X_WS, other_size, X_WO, tool, other_index, SurfacePair::kRobotAny, out);
+    };
+    if (other.is_tool()) {
+      for (const scene::Block& block : other.tool->blocks()) on_box(block.size, other.X_WS(block));
+    } else if (other.is_tray()) {
+      on_box(other.slab_size, other.X_WS());
+    } else if (hand.tool->is_finger(i)) {
+      const std::size_t first = out.size();
+      pad_gear(hand.tool->pad(), D * hand.X_WB * hand.tool->X_TD(i), other.gear_shape, other.X_WB,
+               tool, other_index, out);
+      // Of a gripper without a robot.
+      for (std::size_t k = first; k < out.size(); ++k) out[k].pair = SurfacePair::kRobotAny;
+    } else {
+      const std::size_t first = out.size();
+      gear_box(other.gear_shape, other.X_WB, size, X_WS, other_index, tool, SurfacePair::kRobotAny,
+               out);
+      for (std::size_t k = first; k < out.size(); ++k) {
+        std::swap(out[k].a, out[k].b);
+        out[k].n_W = -out[k].n_W;
+      }
+    }
+  }
+}
+
+/// A finger that moves along its rail may be at its end within the step, and what it flees from
+/// goes on: the way of one that stands, seen from a part that is fast enough to strike it then.
+Way BodyCollider::standing_finger_way(const GripperMechanism& hand, int p,
+                                      const Moving& part) const {
+  Moving finger = hand.moving(p);
+  const Eigen::Vector3d v_W = hand.moving(0).velocity_at(finger.p_W);
+  if ((finger.v_W - v_W).norm() * model_.step_s < kLeastWay) return {};
+  finger.v_W = v_W;
+  const Way way = way_of(finger, part, model_.step_s).over(kStepsAhead);
+  const double share = model_.scene.physics.step_s / model_.step_s;
+  return share * way.longest_m() < kFollows ? Way{} : way;
+}
+
+void BodyCollider::gripper_on_free(int robot, int p, int body, std::vector<Contact>& out) const {
+  const auto& free = model_.body(body);
+  const auto& hand = gripper(robot);
+  const auto& box = hand.part(p);
+  const BodyIndex id = model_.ids.palm(robot) + p;
+  // Tools and trays are boxes to a gripper; of a gear, fingers meet the peg with their pads.
+  if (hand.cup() && p > 0 && free.is_tray()) {
+    Way way = way_of(hand.moving(p), moving(free), model_.step_s).over(kStepsAhead);
+    if (way.longest_m() < kLeastWay) way = {};
+    const std::size_t first = out.size();
+    find_ahead(way, kNoGap, out, [&](const Eigen::Isometry3d& D) {
+      gear_tray(hand.cup_solid(), D * hand.X_WLip() * kLipToSolid, *free.tray, free.X_WB, id, body,
+                out);
+    });
+    for (std::size_t k = first; k < out.size(); ++k) out[k].pair = SurfacePair::kPadGear;
+  } else if (free.is_tool()) {
+    for (const scene::Block& block : free.tool->blocks()) {
+      box_box(box.size, box.X_WS, block.size, free.X_WS(block), id, body, SurfacePair::kRobotAny,
+              out);
+    }
+  } else if (free.is_tray()) {
+    Way way = way_of(hand.moving(p), moving(free), model_.step_s).over(kStepsAhead);
+    if (way.longest_m() < kLeastWay) way = {};
+    find_ahead(way, kNoGap, out, [&](const Eigen::Isometry3d& D) {
+      box_box(box.size, D * box.X_WS, free.slab_size, free.X_WS(), id, body, SurfacePair::kRobotAny,
+              out);
+    });
+  } else if (hand.cup() && p > 0) {
+    // The lip's rim as that of a solid of revolution.
+    const std::size_t first = out.size();
+    gear_gear(hand.cup_solid(), hand.X_WLip() * kLipToSolid, free.gear_shape, free.X_WB, id, body,
+              out);
+    for (std::size_t k = first; k < out.size(); ++k) out[k].pair = SurfacePair::kPadGear;
+  } else if (p > 0) {
+    Way way = way_of(hand.moving(p), moving(free), model_.step_s).over(kStepsAhead);
+    // A closing finger is looked ahead along its own way.
+    if (way.longest_m() < kPadAhead) way = {};
+    if (!hand.idle() && way.longest_m() == 0) way.shift_W = kPadAhead * hand.closing_W(p - 1);
+    const auto pad = [&](const Eigen::Isometry3d& D) {
+      pad_gear(hand.pad(), D * hand.X_WD(p - 1), free.gear_shape, free.X_WB, id, body, out);
+    };
+    const std::size_t first = out.size();
+    find_ahead(way, kNoGap, out, pad);
+    const Way standing = standing_finger_way(hand, p, moving(free));
+    if (standing.longest_m() == 0) return;
+    const std::size_t known = out.size();
+    find_ahead(standing, kNoGap, out, pad);
+    drop_unwanted(first, known, out);
+  } else {
+    const Way way = seen_from(hand.moving(p), moving(free));
+    find_falling(way, fall_on(way, Eigen::Vector3d::UnitZ()), kNoGap, out,
+                 [&](const Eigen::Isometry3d& D) {
+                   gear_box(free.gear_shape, D * free.X_WB, box.size, box.X_WS, body, id,
+                            SurfacePair::kRobotAny, out);
+                 });
+  }
+}
+
+/// By ODE's primitives: a gear as its three cylinders, a tray as its slab, a tool as its blocks.
+void BodyCollider::link_on_free(const ArmShape& shape, BodyIndex link, int body,
+                                std::vector<Contact>& out) {
+  const auto& free = model_.body(body);
+  const auto collide = [&](const ode::Geom& geom, const Eigen::Isometry3d& X_WS) {
+    set_geom_pose(geom.get(), X_WS);
+    collide_geoms(geom.get(), shape.geom.get(), body, link, SurfacePair::kRobotAny, out);
+  };
+  const auto collide_box = [&](const Eigen::Vector3d& size, const Eigen::Isometry3d& X_WS) {
+    dGeomBoxSetLengths(box_.get(), size.x(), size.y(), size.z());
+    collide(box_, X_WS);
+  };
+  if (free.is_tool()) {
+    for (const scene::Block& block : free.tool->blocks()) {
+      collide_box(block.size, free.X_WS(block));
+    }
+    return;
+  }
+  if (free.is_tray()) return collide_box(free.slab_size, free.X_WS());
+  const scene::GearShapes gear = scene::shapes_of(*free.gear);
+  const auto cylinder = [&](const scene::Frustum& piece) {
+    const double radius = piece.radius_high, length = piece.z_high - piece.z_low;
+    if (radius <= 0 || length <= 0) return;
+    dGeomCylinderSetParams(cylinder_.get(), radius, length);
+    Eigen::Isometry3d X_WS = free.X_WB;
+    X_WS.translation() = free.X_WB * Eigen::Vector3d(0, 0, 0.5 * (piece.z_low + piece.z_high));
+    collide(cylinder_, X_WS);
+  };
+  cylinder(gear.disc);
+  cylinder(gear.hub);
+  cylinder(gear.peg);
+}
+
+void BodyCollider::free_on_fixed(int body, int shape_index, std::vector<Contact>& out) {
+  const auto& free = model_.body(body);
+  const StaticShape& shape = model_.fixed.shapes[static_cast<std::size_t>(shape_index)];
+  Moving support;
+  if (shape.belt) support.v_W = model_.belt_speed_m_s * model_.fixed.belt_axis_W;
+  Way way = seen_from(support, moving(free));
+  const std::size_t before = out.size();
+  const KeptContacts::Pair pair{body, -1 - shape_index, &free};
+  const bool still =
+      way.longest_m() == 0 && support.v_W.isZero(0) && !free.is_tool() && !is_pressed(body);
+  if (still && kept_.append(pair, out)) return;
+  HullGap gap{kNoGap, Eigen::Vector3d::UnitZ()};
+  if (free.is_tray()) gap = box_box_gap(free.slab_size, free.X_WS(), shape.size, shape.X_WS);
+  if (free.gear) gap = gear_box_gap(free.gear_shape, free.X_WB, shape.size, shape.X_WS);
+  const double fall = fall_on(way, gap.n_W);
+  if (is_pressed(body)) way.shift_W -= kSinkAhead * gap.n_W;
+  if (free.is_tool()) {
+    find_falling(way, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
+      for (const scene::Block& block : free.tool->blocks()) {
+        box_box(block.size, D * free.X_WS(block), shape.size, shape.X_WS, body, kGround,
+                shape.belt ? SurfacePair::kTrayBelt : SurfacePair::kTrayGround, out);
+      }
+    });
+    return;
+  }
+  if (free.is_tray()) {
+    const auto surfaces = shape.belt ? SurfacePair::kTrayBelt : SurfacePair::kTrayGround;
+    find_falling(way, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
+      box_box(free.slab_size, D * free.X_WS(), shape.size, shape.X_WS, body, kGround, surfaces,
+              out);
+    });
+  } else {
+    const auto surfaces = shape.belt ? SurfacePair::kGearBelt : SurfacePair::kGearGround;
+    find_falling(way, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
+      gear_box(free.gear_shape, D * free.X_WB, shape.size, shape.X_WS, body, kGround, surfaces,
+               out);
+    });
+  }
+  if (still) kept_.keep(pair, out, before);
+}
+
+void BodyCollider::gripper_on_fixed(int robot, int p, const StaticShape& shape,
+                                    std::vector<Contact>& out) const {
+  const auto& box = gripper(robot).part(p);
+  box_box(box.size, box.X_WS, shape.size, shape.X_WS, model_.ids.palm(robot) + p, kGround,
+          SurfacePair::kRobotAny, out);
+}
+
+/// A gripper's part as a box against a link's primitive.
+void BodyCollider::gripper_on_link(int robot, int p, int other, const ArmShape& shape,
+                                   std::vector<Contact>& out) {
+  const auto& box = gripper(robot).part(p);
+  dGeomBoxSetLengths(box_.get(), box.size.x(), box.size.y(), box.size.z());
+  set_geom_pose(box_.get(), box.X_WS);
+  collide_geoms(box_.get(), shape.geom.get(), model_.ids.palm(robot) + p,
+                model_.ids.link(other, shape.link), SurfacePair::kRobotAny, out);
+}
+
+/// Parts of two grippers as boxes.
+void BodyCollider::gripper_on_gripper(int robot, int p, int other, int q,
+                                      std::vector<Contact>& out) const {
+  const auto& box = gripper(robot).part(p);
+  const auto& theirs = gripper(other).part(q);
+  box_box(box.size, box.X_WS, theirs.size, theirs.X_WS, model_.ids.palm(robot) + p,
+          model_.ids.palm(other) + q, SurfacePair::kRobotAny, out);
+}
+
+}  // namespace aprsim::physics

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <vector>
+
+#include "world/physics/collision/speculative/hull_gap.hpp"
+#include "world/physics/collision/speculative/look_ahead.hpp"
+#include "world/physics/contacts/kept_contacts.hpp"
+#include "world/physics/model/physics_model.hpp"
+
+namespace aprsim::physics {
+
+inline constexpr std::size_t kPairCapacity = 64;  ///< contacts of a pair to reserve for
+
+/// Narrow phase between bodies of the model: picks the exact geometry for a pair, links by ODE's
+/// primitives. Contacts are appended to `out`; depths are those of now, at most four points a
+/// surface. A gap that will close, or is looked ahead, has a negative depth. No call allocates once
+/// `out` has its capacity.
+class BodyCollider {
+ public:
+  // How far a closing pad, and a body pressed on its support, are looked ahead [m], so that they do
+  // not get stuck in each other first: a finger moves 0.3 mm in a step, a gear tips by less.
+  static constexpr double kPadAhead = 4e-4, kSinkAhead = 5e-5;
+
+  explicit BodyCollider(const PhysicsModel& model);
+
+  void free_on_free(int a, int b, std::vector<Contact>& out);
+  /// Palm (0) or finger (1, 2) of a robot.
+  void gripper_on_free(int robot, int part, int body, std::vector<Contact>& out) const;
+  /// `link`: its id in the contacts.
+  void link_on_free(const ArmShape& shape, BodyIndex link, int body, std::vector<Contact>& out);
+  /// `shape`: its number among the fixed ones.
+  void free_on_fixed(int body, int shape, std::vector<Contact>& out);
+  void gripper_on_fixed(int robot, int part, const StaticShape& shape,
+                        std::vector<Contact>& out) const;
+  void gripper_on_link(int robot, int part, int other, const ArmShape& shape,
+                       std::vector<Contact>& out);
+  void gripper_on_gripper(int robot, int part, int other, int other_part,
+                          std::vector<Contact>& out) const;
+
+  /// Bodies that a gripper touches, by the contacts found so far, and from now on the trays under
+  /// them: they are looked ahead on their supports.
+  void note_pressed(const std::vector<ContactConstraint>& constraints);
+  [[nodiscard]] bool is_pressed(int body) const {
+    return pressed_[static_cast<std::size_t>(body)] != 0;
+  }
+  /// Of pairs of free bodies, and of these on fixed shapes.
+  [[nodiscard]] KeptContacts& kept() { return kept_; }
+
+ private:
+  [[nodiscard]] Way seen_from(const Moving& other, const Moving& body) const;
+  [[nodiscard]] double fall_on(const Way& way, const Eigen::Vector3d& n_W) const;
+  [[nodiscard]] HullGap gap_between(const FreeBody& upper, const FreeBody& lower) const;
+  [[nodiscard]] Way standing_finger_way(const GripperMechanism& hand, int p,
+                                        const Moving& part) const;
+  void press(int body) { pressed_[static_cast<std::size_t>(body)] = 1; }
+  void tool_on_free(int tool, const Eigen::Isometry3d& D, int other,
+                    std::vector<Contact>& out) const;
+  [[nodiscard]] const GripperMechanism& gripper(int robot) const {
+    return model_.grippers[static_cast<std::size_t>(robot)];
+  }
+
+  const PhysicsModel& model_;
+  KeptContacts kept_;
+  std::vector<char> pressed_;  // by body
+  ode::Geom box_, cylinder_;   // of whatever is looked at
+};
+
+}  // namespace aprsim::physics

@@ -1,0 +1,116 @@
+#include "world/physics/contacts/kept_contacts.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include "world/base/simd/vector_clones.hpp"
+
+namespace aprsim::physics {
+namespace {
+
+using Eigen::Isometry3d;
+
+Isometry3d pose_in_b(const KeptContacts::Pair& pair) {
+  if (pair.body_b == nullptr) return pair.body_a->X_WB;
+  return pair.body_b->X_WB.inverse(Eigen::Isometry) * pair.body_a->X_WB;
+}
+
+/// What the body's farthest point moves from one pose to the other, at most.
+double moved_m(const FreeBody& body, const Isometry3d& from, const Isometry3d& to) {
+  // A small rotation changes its matrix by sqrt(2) times its angle.
+  const double angle = std::sqrt(0.5) * (to.linear() - from.linear()).norm();
+  return (to * body.mass.com - from * body.mass.com).norm() + body.radius_m * angle;
+}
+
+}  // namespace
+
+KeptContacts::Kept* KeptContacts::find(BodyIndex a, int on) {
+  for (int i = newest_[static_cast<std::size_t>(a)]; i >= 0;) {
+    Kept& kept = kept_[static_cast<std::size_t>(i)];
+    if (kept.manifold.on == on) return &kept;
+    i = kept.older;
+  }
+  return nullptr;
+}
+
+/// Its own, that of a pair that is forgotten, or a new one.
+KeptContacts::Kept& KeptContacts::place_for(BodyIndex a, int on) {
+  if (Kept* own = find(a, on)) return *own;
+  int& newest = newest_[static_cast<std::size_t>(a)];
+  for (int i = newest; i >= 0; i = kept_[static_cast<std::size_t>(i)].older) {
+    if (!is_fresh(kept_[static_cast<std::size_t>(i)])) return kept_[static_cast<std::size_t>(i)];
+  }
+  Kept& added = kept_.emplace_back();
+  added.older = newest;
+  newest = static_cast<int>(kept_.size()) - 1;
+  return added;
+}
+
+APRSIM_VECTOR_CLONES bool KeptContacts::append(const Pair& pair, std::vector<Contact>& out) {
+  Kept* kept = find(pair.a, pair.on);
+  if (kept == nullptr || !is_fresh(*kept)) return false;
+  const Manifold& manifold = kept->manifold;
+  const Isometry3d X_BA = pose_in_b(pair);
+  if (!(moved_m(*pair.body_a, manifold.X_BA, X_BA) < kMoved)) return false;
+  kept->used = step_;
+  for (const Point& point : manifold.points) {
+    Contact& contact = out.emplace_back();
+    contact.a = pair.a;
+    contact.b = pair.body_b == nullptr ? kGround : pair.on;
+    contact.pair = point.pair;
+    contact.p_W = point.p_B;
+    contact.n_W = point.n_B;
+    if (pair.body_b != nullptr) {
+      contact.p_W = pair.body_b->X_WB * point.p_B;
+      contact.n_W = pair.body_b->X_WB.linear() * point.n_B;
+    }
+    contact.depth_m = point.depth_m - point.n_B.dot(X_BA * point.p_A - point.p_B);
+  }
+  return true;
+}
+
+void KeptContacts::keep(const Pair& pair, const std::vector<Contact>& out, std::size_t first) {
+  Kept& kept = place_for(pair.a, pair.on);
+  Manifold& manifold = kept.manifold;
+  kept.used = step_;
+  manifold.a = pair.a;
+  manifold.on = pair.on;
+  manifold.X_BA = pose_in_b(pair);
+  const Isometry3d X_AB = manifold.X_BA.inverse(Eigen::Isometry);
+  Isometry3d X_BW = Isometry3d::Identity();
+  if (pair.body_b != nullptr) X_BW = pair.body_b->X_WB.inverse(Eigen::Isometry);
+  manifold.points.clear();
+  for (std::size_t i = first; i < out.size(); ++i) {
+    Point& point = manifold.points.emplace_back();
+    point.p_B = X_BW * out[i].p_W;
+    point.n_B = X_BW.linear() * out[i].n_W;
+    point.p_A = X_AB * point.p_B;
+    point.depth_m = out[i].depth_m;
+    point.pair = out[i].pair;
+  }
+}
+
+KeptContacts::State KeptContacts::save() const {
+  State state;
+  for (const Kept& kept : kept_) {
+    if (kept.used == step_) state.push_back(kept.manifold);
+  }
+  std::sort(state.begin(), state.end(), [](const Manifold& p, const Manifold& q) {
+    return std::tuple(p.a, p.on) < std::tuple(q.a, q.on);
+  });
+  return state;
+}
+
+void KeptContacts::restore(const State& state) {
+  for (Kept& kept : kept_) kept.used = 0;
+  step_ = 2;
+  for (const Manifold& manifold : state) {
+    if (manifold.a < 0 || manifold.a >= static_cast<int>(newest_.size())) continue;
+    Kept& kept = place_for(manifold.a, manifold.on);
+    kept.manifold = manifold;
+    kept.used = step_;
+  }
+}
+
+}  // namespace aprsim::physics

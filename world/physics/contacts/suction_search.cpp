@@ -1,0 +1,118 @@
+#include "world/physics/contacts/suction_search.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "world/physics/collision/speculative/ray_gap.hpp"
+
+namespace aprsim::physics {
+namespace {
+
+constexpr std::size_t kRimPoints = 32;
+/// How far behind the lip its rays begin, and how far before it a surface is looked for [m].
+constexpr double kBehind = 1e-3, kBefore = 0.01;
+
+using Gaps = std::array<double, kRimPoints>;
+
+double distance_to(const FreeBody& body, const Ray& ray) {
+  if (body.gear) return distance_to_gear(*body.gear, body.X_WB, ray);
+  if (body.tray) return distance_to_tray(*body.tray, body.X_WB, ray);
+  double nearest = kNoHit;
+  for (const scene::Block& block : body.tool->blocks()) {
+    nearest = std::min(nearest, distance_to_box(block.size, body.X_WS(block), ray));
+  }
+  return nearest;
+}
+
+/// The lip of one cup over all that is near it.
+class Lip {
+ public:
+  Lip(const scene::VacuumCup& cup, const Eigen::Isometry3d& X_WLip) : cup_(cup) {
+    for (std::size_t i = 0; i < kRimPoints; ++i) {
+      const double angle = 2 * std::numbers::pi * static_cast<double>(i) / kRimPoints;
+      const Eigen::Vector3d rim(cup.radius_m * std::cos(angle), cup.radius_m * std::sin(angle),
+                                -kBehind);
+      rays_[i] = {X_WLip * rim, X_WLip.linear().col(2)};
+    }
+    gaps_.fill(kNoHit);
+    const double reach = cup.radius_m + kBefore;
+    const Eigen::Vector3d centre = X_WLip.translation();
+    bounds_ = {centre.array() - reach, centre.array() + reach};
+  }
+
+  [[nodiscard]] const Aabb& bounds() const { return bounds_; }
+  [[nodiscard]] const Gaps& gaps() const { return gaps_; }
+
+  /// Adds what `distance` tells of a ray; the share of the lip that this thing covers.
+  template <class Distance>
+  double look_at(const Distance& distance) {
+    int covered = 0;
+    for (std::size_t i = 0; i < kRimPoints; ++i) {
+      const double gap = std::max(0.0, distance(rays_[i]) - kBehind);
+      gaps_[i] = std::min(gaps_[i], gap);
+      if (gap <= cup_.lip_compliance_m) ++covered;
+    }
+    return static_cast<double>(covered) / kRimPoints;
+  }
+
+ private:
+  const scene::VacuumCup& cup_;
+  std::array<Ray, kRimPoints> rays_;
+  Gaps gaps_;
+  Aabb bounds_;
+};
+
+void find_for(PhysicsModel& model, GripperMechanism& gripper) {
+  Lip lip(*gripper.cup(), gripper.X_WLip());
+  int body = -1;
+  double share = 0;
+  for (const int i : model.simplification.awake()) {
+    const FreeBody& free = model.body(i);
+    if (!lip.bounds().meets(free.bounds)) continue;
+    const double covered = lip.look_at([&](const Ray& ray) { return distance_to(free, ray); });
+    if (covered <= share) continue;
+    share = covered;
+    body = i;
+  }
+  for (const StaticShape& shape : model.fixed.shapes) {
+    if (!lip.bounds().meets(shape.bounds)) continue;
+    const double covered =
+        lip.look_at([&](const Ray& ray) { return distance_to_box(shape.size, shape.X_WS, ray); });
+    if (covered <= share) continue;
+    share = covered;
+    body = -1;
+  }
+  gripper.draw(seal_of(*gripper.cup(), lip.gaps()), body, share);
+}
+
+}  // namespace
+
+void find_suction(PhysicsModel& model) {
+  for (GripperMechanism& gripper : model.grippers) {
+    if (!gripper.draws()) {
+      gripper.draw_nothing();
+      continue;
+    }
+    gripper.wake();
+    find_for(model, gripper);
+  }
+}
+
+void apply_suction(PhysicsModel& model) {
+  for (GripperMechanism& gripper : model.grippers) {
+    const Suction& suction = gripper.suction();
+    if (suction.force_n <= 0) continue;
+    const Eigen::Isometry3d X_WLip = gripper.X_WLip();
+    const Eigen::Vector3d p = X_WLip.translation();
+    const Eigen::Vector3d f = suction.force_n * X_WLip.linear().col(2);
+    const auto pull = [&p](dBodyID body, const Eigen::Vector3d& force) {
+      dBodyAddForceAtPos(body, force.x(), force.y(), force.z(), p.x(), p.y(), p.z());
+    };
+    pull(gripper.body_of(0), f);
+    if (suction.body >= 0) pull(model.ode_body(suction.body), -f);
+  }
+}
+
+}  // namespace aprsim::physics

@@ -1,0 +1,434 @@
+#include "world/physics/step/step_solver.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+#include <tuple>
+#include <utility>
+
+#include "world/base/simd/vector_clones.hpp"
+#include "world/physics/collision/speculative/look_ahead.hpp"
+
+namespace aprsim::physics {
+namespace {
+
+constexpr double kSameContact = 3e-3;  // [m] from where it was in the last step, at most
+constexpr double kSameFace = 0.9;      // cosine between its normals then and now
+constexpr double kFalling = 0.03;      // [m/s], slower bodies lie on something
+
+/// The least rotation that takes one normal to another; none where they have little in common.
+class NormalTurn {
+ public:
+  NormalTurn(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+    const double cosine = from.dot(to);
+    if (cosine < kSameFace) return;
+    axis_ = from.cross(to);
+    scale_ = 1 / (1 + cosine);
+  }
+  Eigen::Vector3d operator()(const Eigen::Vector3d& v) const {
+    const Eigen::Vector3d across = axis_.cross(v);
+    return v + across + scale_ * axis_.cross(across);
+  }
+
+ private:
+  Eigen::Vector3d axis_ = Eigen::Vector3d::Zero();  // times the angle's sine
+  double scale_ = 0;
+};
+
+void continue_from(const StepSolver::LastContact& last, ContactConstraint& constraint) {
+  const bool turns = constraint.rolling_m > 0 || constraint.spinning_m > 0;
+  constraint.f_guess_W = last.f_guess_W;
+  if (turns) constraint.torque_guess_W = last.torque_guess_W;
+  if (last.n_W == constraint.contact.n_W) return;
+  const NormalTurn turned(last.n_W, constraint.contact.n_W);
+  const auto turn = [&turned](auto& guess) {
+    guess.last = turned(guess.last);
+    guess.change = turned(guess.change);
+  };
+  turn(constraint.f_guess_W);
+  if (turns) turn(constraint.torque_guess_W);
+}
+
+StepSolver::Touching bodies_of(const ContactConstraint& constraint) {
+  return {constraint.contact.a, constraint.contact.b, constraint.fixed};
+}
+
+/// As ODE has it; what has no body does not move.
+Moving motion_of(dBodyID body) {
+  if (body == nullptr) return {};
+  return {.p_W = ode::vector(dBodyGetPosition(body)),
+          .v_W = ode::vector(dBodyGetLinearVel(body)),
+          .omega_W = ode::vector(dBodyGetAngularVel(body))};
+}
+
+}  // namespace
+
+StepSolver::StepSolver(PhysicsModel& model)
+    : model_(model),
+      islands_(model),
+      before_(model.bodies.size()),
+      grippers_before_(model.grippers.size()) {
+  begun_.reserve(model.bodies.size());
+  const std::size_t islands = model.bodies.size() + model.grippers.size();
+  stale_.resize(islands, 1);
+  first_root_.resize(islands);
+  first_run_.resize(islands);
+  next_root_.resize(model.bodies.size());
+  // What may come first in a contact.
+  const int firsts = model.ids.palm(static_cast<int>(model.grippers.size()));
+  for (auto* by_body : {&first_of_body_, &first_last_run_}) by_body->resize(index(firsts));
+  for (auto* runs : {&runs_, &last_runs_}) runs->reserve(kConstraintCapacity);
+  kept_.reserve(kConstraintCapacity);
+  matches_.reserve(4 * kConstraintCapacity);
+  for (auto* marks : {&matched_, &continues_}) marks->reserve(kConstraintCapacity);
+  for (auto* contacts : {&memory_.contacts, &memory_before_.contacts, &last_contacts_}) {
+    contacts->reserve(kConstraintCapacity);
+  }
+}
+
+void StepSolver::step() {
+  islands_.find(model_, model_.constraints);
+  std::fill(stale_.begin(), stale_.end(), 1);
+  solve_stale(0);
+}
+
+void StepSolver::step_again(std::size_t known) {
+  if (others_awake()) {
+    begin();
+    return step();
+  }
+  islands_.find(model_, model_.constraints);
+  std::fill(stale_.begin(), stale_.end(), 0);
+  const auto spoil = [this](int island) { stale_[static_cast<std::size_t>(island)] = 1; };
+  for (std::size_t i = known; i < model_.constraints.size(); ++i) {
+    spoil(islands_.number_of(model_, model_.constraints[i]));
+  }
+  // What pulls on a gripper has been told again.
+  for (std::size_t r = 0; r < model_.grippers.size(); ++r) {
+    if (model_.grippers[r].suction().force_n > 0) {
+      spoil(islands_.number_of_gripper(static_cast<int>(r)));
+    }
+  }
+  start_anew();
+  solve_stale(known);
+}
+
+bool StepSolver::others_awake() const { return !std::ranges::equal(begun_, awake_roots()); }
+
+/// What is stale is where the step starts, all else where it has led to.
+void StepSolver::start_anew() {
+  for (const int root : begun_) {
+    dBodyID body = model_.body(root).body.get();
+    ode::SavedState& kept = before_[static_cast<std::size_t>(root)];
+    const ode::SavedState solved = kept;
+    ode::save(body, kept);
+    if (!is_stale(islands_.number_of_root(root))) ode::restore(body, solved);
+  }
+  for (std::size_t r = 0; r < model_.grippers.size(); ++r) {
+    const GripperMechanism::Solved solved = grippers_before_[r];
+    model_.grippers[r].save(grippers_before_[r]);
+    const int island = islands_.number_of_gripper(static_cast<int>(r));
+    if (!is_stale(island)) model_.grippers[r].restore(solved);
+  }
+  // What failed counts, also where it is solved anew.
+  std::swap(memory_.failures, memory_before_.failures);
+  std::swap(memory_.latest, memory_before_.latest);
+}
+
+/// The first `known` contacts have been solved once in this step.
+void StepSolver::solve_stale(std::size_t known) {
+  list_members();
+  list_runs();
+  take_last_contacts();
+  match_last_contacts(known);
+  // An island has the number of its lowest root.
+  for (const int root : awake_roots()) {
+    if (islands_.number_of_root(root) == root && is_stale(root)) solve_island(root);
+  }
+  // Grippers on their own.
+  for (std::size_t r = 0; r < model_.grippers.size(); ++r) {
+    const int own = model_.ids.free_count() + static_cast<int>(r);
+    const int island = islands_.number_of_gripper(static_cast<int>(r));
+    if (island == own && !model_.grippers[r].idle() && is_stale(island)) solve_island(island);
+  }
+  keep_contacts();
+}
+
+/// Each island's roots, ascending.
+void StepSolver::list_members() {
+  std::fill(first_root_.begin(), first_root_.end(), -1);
+  const auto roots = awake_roots();
+  for (auto root = roots.rbegin(); root != roots.rend(); ++root) {
+    next_root_[index(*root)] =
+        std::exchange(first_root_[index(islands_.number_of_root(*root))], *root);
+  }
+}
+
+void StepSolver::append(int contact, const Touching& bodies, std::vector<Run>& runs) {
+  if (runs.empty() || runs.back().bodies != bodies) runs.push_back({bodies, contact});
+  runs.back().end = contact + 1;
+}
+
+/// The contacts in runs, and each island's runs in a list.
+void StepSolver::list_runs() {
+  const auto& constraints = model_.constraints;
+  runs_.clear();
+  for (std::size_t i = 0; i < constraints.size(); ++i) {
+    append(static_cast<int>(i), bodies_of(constraints[i]), runs_);
+  }
+  std::fill(first_run_.begin(), first_run_.end(), -1);
+  for (std::size_t r = runs_.size(); r > 0; --r) {
+    Run& run = runs_[r - 1];
+    run.island = islands_.number_of(model_, constraints[index(run.first)]);
+    run.next = std::exchange(first_run_[index(run.island)], static_cast<int>(r) - 1);
+  }
+}
+
+void StepSolver::solve_island(int island) {
+  system_.begin(model_.step_s, model_.scene.physics.residual_m_s);
+  for (int root = first_root_[index(island)]; root >= 0; root = next_root_[index(root)]) {
+    system_.add_body(model_.body(root).body.get());
+  }
+  for (std::size_t r = 0; r < model_.grippers.size(); ++r) {
+    if (islands_.number_of_gripper(static_cast<int>(r)) != island) continue;
+    if (!model_.grippers[r].idle()) model_.grippers[r].add_to(system_);
+  }
+  if (auto* joints = model_.simplification.virtual_joints()) {
+    const auto pairs = joints->pairs();
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      if (islands_.number_of_root(pairs[i].a) == island) joints->add_to(system_, i);
+    }
+  }
+  for (int r = first_run_[index(island)]; r >= 0; r = runs_[index(r)].next) {
+    add_contacts(runs_[index(r)]);
+  }
+  note(system_.advance());
+}
+
+/// Puts an arm's link that is touched where it is in this step, and says how the surfaces act.
+void StepSolver::add_contacts(const Run& run) {
+  const auto [a, b, fixed] = run.bodies;
+  ContactSetting setting{.arm_link = model_.ids.is_link(b),
+                         .belt_axis_W = model_.fixed.belt_axis_W,
+                         .belt_speed_m_s = model_.belt_speed_m_s,
+                         .step_s = model_.step_s,
+                         .flight_step_s = model_.scene.physics.step_s};
+  if (setting.arm_link) {
+    const auto robot = index(model_.ids.robot_of(b));
+    model_.arms[robot].place_link(model_.ids.link_of(b), model_.step_s);
+  }
+  dBodyID body_a = model_.ode_body(a), body_b = model_.ode_body(b);
+  const bool free_a = model_.ids.is_free(a), free_b = model_.ids.is_free(b);
+  std::optional<Moving> motion_a, motion_b;
+  const ConstraintSystem::Sides sides = system_.sides(body_a, body_b);
+  for (int i = run.first; i < run.end; ++i) {
+    ContactConstraint& constraint = model_.constraints[index(i)];
+    if (constraint.restitution > 0) {
+      const Contact& contact = constraint.contact;
+      if (!motion_a) {
+        motion_a = motion_of(body_a);
+        motion_b = motion_of(body_b);
+      }
+      const Eigen::Vector3d v_a = motion_a->velocity_at(contact.p_W);
+      const Eigen::Vector3d v_b = motion_b->velocity_at(contact.p_W);
+      setting.normal_speed_m_s = (v_a - v_b).dot(contact.n_W);
+      // What hardly moves is held up by something.
+      const double fall = -model_.scene.physics.gravity_m_s2 * contact.n_W.z();
+      setting.normal_accel_m_s2 = (free_a && v_a.norm() > kFalling ? fall : 0) -
+                                  (free_b && v_b.norm() > kFalling ? fall : 0);
+    } else {
+      setting.normal_speed_m_s = setting.normal_accel_m_s2 = 0;
+    }
+    const ContactResponse response = contact_response(constraint, setting);
+    constraint.impact_m2_s2 = response.unanswered_m2_s2;
+    system_.add_contact(constraint, sides, response);
+  }
+}
+
+void StepSolver::note(const ContactSolver::Outcome& outcome) {
+  const auto iterations = static_cast<std::uint32_t>(outcome.iterations);
+  ++work_.solved;
+  work_.iterations += iterations;
+  memory_.latest.iterations = std::max(memory_.latest.iterations, iterations);
+  memory_.latest.residual_m_s = std::max(memory_.latest.residual_m_s, outcome.residual_m_s);
+  if (outcome.converged) return;
+  ++memory_.failures.not_converged;
+  memory_.failures.worst_m_s = std::max(memory_.failures.worst_m_s, outcome.residual_m_s);
+}
+
+// ---- where the search begins
+
+void StepSolver::take_last_contacts() {
+  std::swap(last_contacts_, memory_.contacts);
+  memory_.contacts.clear();
+  begins_at_last_ = true;
+  last_runs_.clear();
+  for (std::size_t i = 0; i < last_contacts_.size(); ++i) {
+    append(static_cast<int>(i), last_contacts_[i].bodies, last_runs_);
+  }
+  std::fill(first_last_run_.begin(), first_last_run_.end(), -1);
+  for (std::size_t r = last_runs_.size(); r > 0; --r) {
+    const BodyIndex a = last_runs_[r - 1].bodies.a;
+    if (a >= 0 && index(a) < first_last_run_.size()) {
+      first_last_run_[index(a)] = static_cast<int>(r) - 1;
+    }
+  }
+}
+
+/// Those of the same two bodies in the last step; null if there were none.
+const StepSolver::Run* StepSolver::last_run(const Touching& bodies) const {
+  const int first = first_last_run_[index(bodies.a)];
+  if (first < 0) return nullptr;
+  for (std::size_t r = index(first); r < last_runs_.size(); ++r) {
+    if (last_runs_[r].bodies == bodies) return &last_runs_[r];
+    if (last_runs_[r].bodies.a != bodies.a) break;
+  }
+  return nullptr;
+}
+
+/// Each contact behind those that are `known` begins with the forces of the nearest one of the same
+/// two bodies in the last step, turned as its normal has; no two with those of the same one.
+APRSIM_VECTOR_CLONES void StepSolver::match_last_contacts(std::size_t known) {
+  matched_.assign(last_contacts_.size(), 0);
+  continues_.assign(model_.constraints.size(), 0);
+  for (const Run& run : runs_) {
+    if (!is_stale(run.island)) continue;
+    forget(run, known);
+    const Run* last = last_run(run.bodies);
+    if (last == nullptr) continue;
+    if (note_near(run, *last)) {
+      std::sort(matches_.begin(), matches_.end(), [](const Match& a, const Match& b) {
+        return std::tuple(a.distance2, a.now, a.last) < std::tuple(b.distance2, b.now, b.last);
+      });
+    }
+    for (const Match& match : matches_) {
+      const std::size_t now = index(match.now), last_one = index(match.last);
+      if (continues_[now] != 0 || matched_[last_one] != 0) continue;
+      continues_[now] = matched_[last_one] = 1;
+      if (now >= known) continue_from(last_contacts_[last_one], model_.constraints[now]);
+    }
+  }
+}
+
+/// What has been found out in this step is where the search begins, of those that are `known`.
+void StepSolver::forget(const Run& run, std::size_t known) {
+  const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
+  for (std::size_t i = index(run.first); i < index(run.end); ++i) {
+    ContactConstraint& constraint = model_.constraints[i];
+    if (!constraint.f_guess_W.known) continue;  // not solved so far
+    constraint.f_guess_W = ForceGuess(i < known ? constraint.f_W : zero);
+    constraint.torque_guess_W = ForceGuess(i < known ? constraint.torque_W : zero);
+    constraint.normal_n = 0;
+    constraint.impact_m2_s2 = 0;
+  }
+}
+
+/// Lists the contacts of the last step that were near those of now; whether one is near two, so
+/// that the order matters.
+bool StepSolver::note_near(const Run& now, const Run& last) {
+  constexpr double kNear2 = kSameContact * kSameContact;
+  constexpr int kBits = 64;
+  std::uint64_t taken = 0;  // of the last ones; of more than there are bits some seem to be
+  bool order_matters = false;
+  matches_.clear();
+  for (int i = now.first; i < now.end; ++i) {
+    ContactConstraint& constraint = model_.constraints[index(i)];
+    double nearest2 = kNear2;
+    const std::size_t before = matches_.size();
+    for (int k = last.first; k < last.end; ++k) {
+      const LastContact& contact = last_contacts_[index(k)];
+      const double distance2 = (contact.p_W - constraint.contact.p_W).squaredNorm();
+      if (distance2 >= kNear2) continue;
+      const std::uint64_t bit = std::uint64_t{1} << ((k - last.first) % kBits);
+      order_matters = order_matters || matches_.size() > before || (taken & bit) != 0;
+      taken |= bit;
+      matches_.push_back({distance2, i, k});
+      // What is left of an impact is for all that have come of it.
+      if (distance2 >= nearest2) continue;
+      nearest2 = distance2;
+      constraint.impact_m2_s2 = contact.impact_m2_s2;
+    }
+  }
+  return order_matters;
+}
+
+/// Those that bear a force, ordered by their bodies, then by place.
+void StepSolver::keep_contacts() {
+  std::fill(first_of_body_.begin(), first_of_body_.end(), -1);
+  for (std::size_t r = runs_.size(); r > 0; --r) {
+    Run& run = runs_[r - 1];
+    int* before = &first_of_body_[index(run.bodies.a)];
+    while (*before >= 0 && runs_[index(*before)].bodies < run.bodies) {
+      before = &runs_[index(*before)].next;
+    }
+    run.next = std::exchange(*before, static_cast<int>(r) - 1);
+  }
+  for (const int first : first_of_body_) {
+    for (int r = first; r >= 0;) r = keep_contacts_of_pair(r);
+  }
+}
+
+/// Of all runs in a list, from this one on, that are of the same two bodies; the one behind them.
+int StepSolver::keep_contacts_of_pair(int first) {
+  const Touching bodies = runs_[index(first)].bodies;
+  const auto at = [this](int i) -> const ContactConstraint& {
+    return model_.constraints[index(i)];
+  };
+  kept_.clear();
+  int r = first;
+  for (; r >= 0 && runs_[index(r)].bodies == bodies; r = runs_[index(r)].next) {
+    for (int i = runs_[index(r)].first; i < runs_[index(r)].end; ++i) {
+      if (at(i).normal_n > 0) kept_.push_back(i);
+    }
+  }
+  std::sort(kept_.begin(), kept_.end(), [&at](int i, int k) {
+    const auto &p = at(i).contact.p_W, &q = at(k).contact.p_W;
+    return std::tuple(p.x(), p.y(), p.z(), i) < std::tuple(q.x(), q.y(), q.z(), k);
+  });
+  for (const int i : kept_) {
+    const ContactConstraint& constraint = at(i);
+    LastContact& kept = memory_.contacts.emplace_back();
+    kept.bodies = bodies;
+    kept.p_W = constraint.contact.p_W;
+    kept.n_W = constraint.contact.n_W;
+    kept.f_guess_W = constraint.f_guess_W;
+    kept.torque_guess_W = constraint.torque_guess_W;
+    kept.impact_m2_s2 = constraint.impact_m2_s2;
+  }
+  return r;
+}
+
+// ---- the same step anew
+
+void StepSolver::begin() {
+  begun_.assign(awake_roots().begin(), awake_roots().end());
+  for (const int root : begun_) {
+    ode::save(model_.body(root).body.get(), before_[static_cast<std::size_t>(root)]);
+  }
+  for (std::size_t r = 0; r < model_.grippers.size(); ++r) {
+    model_.grippers[r].save(grippers_before_[r]);
+  }
+  memory_before_.failures = memory_.failures;
+  memory_before_.latest = memory_.latest;
+  begins_at_last_ = false;
+}
+
+/// The state at hand and the other one.
+void StepSolver::exchange() {
+  for (const int root : begun_) {
+    dBodyID body = model_.body(root).body.get();
+    ode::SavedState other = before_[static_cast<std::size_t>(root)];
+    ode::save(body, before_[static_cast<std::size_t>(root)]);
+    ode::restore(body, other);
+  }
+  for (std::size_t r = 0; r < model_.grippers.size(); ++r) {
+    const GripperMechanism::Solved other = grippers_before_[r];
+    model_.grippers[r].save(grippers_before_[r]);
+    model_.grippers[r].restore(other);
+  }
+  if (begins_at_last_) std::swap(memory_before_.contacts, last_contacts_);
+  begins_at_last_ = false;
+  std::swap(memory_, memory_before_);
+}
+
+}  // namespace aprsim::physics

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <mutex>
+#include <span>
+#include <vector>
+
+#include "world/api/commands/command.hpp"
+#include "world/base/result.hpp"
+
+namespace aprsim::world {
+
+struct QueuedCommand {
+  api::Ticket ticket = 0;
+  api::Command command;
+};
+
+/// Bounded queue from any thread to the simulation thread. The lock is held for a push or a swap of
+/// two vectors, never across I/O. Stops of a robot, of the belt and of the simulation have room of
+/// their own: a queue that is full of other commands takes them still, in their order. So has each
+/// endpoint, a sixteenth of the capacity, which no flood of another fills. Of those that take long,
+/// resets, saves and loads, few wait.
+class CommandQueue {
+ public:
+  explicit CommandQueue(std::size_t capacity);
+
+  /// Numbers and queues a command; kUnavailable when full or closed. Thread: any.
+  [[nodiscard]] Result<api::Ticket> push(api::Command command);
+
+  /// Moves everything queued into `out`, which is cleared first. Thread: sim.
+  void drain(std::vector<QueuedCommand>& out);
+
+  /// How many wait. Thread: any.
+  [[nodiscard]] std::size_t size() const;
+  [[nodiscard]] std::size_t capacity() const { return capacity_; }
+
+  /// Whether a command waits that comes from none of these endpoints. Thread: sim.
+  [[nodiscard]] bool holds_other_than(std::span<const api::EndpointId> endpoints);
+
+  /// Counts pushes and calls of poke(). Thread: any.
+  [[nodiscard]] std::uint64_t changes();
+  /// Ends a wait. Thread: any.
+  void poke();
+  /// Waits until changes() is no longer `seen`, the deadline passes or the queue is closed.
+  /// Thread: sim.
+  void wait_until(std::uint64_t seen, std::chrono::steady_clock::time_point deadline);
+
+  /// Refuses all later commands and ends a wait. Thread: any.
+  void close();
+
+ private:
+  struct Share {
+    api::EndpointId endpoint = 0;
+    std::size_t waiting = 0;
+  };
+
+  void drop_same_stop(const api::Command& stop);
+  [[nodiscard]] Share& share_of(api::EndpointId endpoint);
+  /// Of each endpoint beyond the capacity.
+  [[nodiscard]] std::size_t own_places() const;
+  [[nodiscard]] std::size_t room() const;
+
+  const std::size_t capacity_;
+  mutable std::mutex mutex_;
+  std::condition_variable filled_;
+  std::vector<QueuedCommand> queue_;
+  std::vector<Share> shares_;
+  api::Ticket last_ticket_ = 0;
+  std::uint64_t changes_ = 0;
+  bool closed_ = false;
+};
+
+}  // namespace aprsim::world

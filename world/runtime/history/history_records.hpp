@@ -1,0 +1,94 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "world/api/ports/history.hpp"
+#include "world/runtime/recorder.hpp"
+
+namespace aprsim::world {
+
+/// How much of the past is kept: the latest of it that is within both.
+struct HistoryLimits {
+  std::uint64_t steps = 600'000;
+  std::uint64_t bytes = std::uint64_t{128} << 20;  ///< of memory, approximately
+  /// Between two checkpoints, unless commands fill the memory sooner; from one to a moment after it
+  /// the world is stepped. A multiple of kSampleSteps.
+  std::uint64_t checkpoint_steps = 2000;
+};
+
+/// A command that took effect.
+struct PastCommand {
+  RunTime time;
+  QueuedCommand command;
+};
+
+/// What leads to a moment: a state at or before it, and the commands from there on, in their order.
+struct PastCourse {
+  RunTime begin;
+  std::shared_ptr<const WorldState> state;
+  std::vector<std::shared_ptr<const PastCommand>> commands;  ///< before the moment
+};
+
+/// Keeps in memory what is needed to work out the latest past of a run: states, and the commands
+/// between them. The lock is held to copy pointers.
+class HistoryRecords final : public Recorder {
+ public:
+  explicit HistoryRecords(HistoryLimits limits) : limits_(limits) {}
+
+  // ---- Thread: sim
+  void began(RunTime time, std::uint64_t seed, const std::string* loaded,
+             const std::shared_ptr<const scene::Scene>& scene) override;
+  void applied(RunTime time, const QueuedCommand& command, const Error* failure) override;
+  void sampled(RunTime time, StateSample sample) override;
+  void saved(RunTime time, std::uint64_t hash, std::shared_ptr<const WorldState> state) override;
+  void stopped(RunTime time, const std::string& why) override;
+  [[nodiscard]] bool wants_checkpoint() const override {
+    return wants_checkpoint_.load(std::memory_order_relaxed);
+  }
+
+  // ---- Thread: any
+  /// The run has got at least that far.
+  void reach(RunTime time);
+  /// Without their times.
+  [[nodiscard]] std::vector<api::HistorySpan> spans() const;
+  /// Null when the moment is not kept.
+  [[nodiscard]] std::optional<PastCourse> course_to(api::Moment moment) const;
+  [[nodiscard]] bool keeps(api::Moment moment) const;
+  [[nodiscard]] std::uint64_t bytes() const;
+
+ private:
+  /// From a state on to the next one.
+  struct Stretch {
+    RunTime begin;
+    std::shared_ptr<const WorldState> state;
+    std::vector<std::shared_ptr<const PastCommand>> commands;
+    std::uint64_t last_step = 0;
+    std::uint64_t position = 0;                  ///< of its begin, in steps of all epochs
+    std::uint64_t bytes = 0, command_bytes = 0;  ///< of it all, and of the commands
+  };
+  struct Epoch {
+    std::uint64_t seed = 0;
+    std::optional<std::string> loaded;
+  };
+
+  void grow(RunTime time);
+  void trim();
+  [[nodiscard]] const Stretch* find(api::Moment moment) const;
+
+  const HistoryLimits limits_;
+  std::atomic<bool> wants_checkpoint_{false};
+  mutable std::mutex mutex_;
+  std::deque<Stretch> stretches_;  ///< by their begin
+  std::map<std::uint64_t, Epoch> epochs_;
+  std::uint64_t bytes_ = 0;
+};
+
+}  // namespace aprsim::world

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <list>
+#include <memory>
+
+#include "world/api/ports/history.hpp"
+#include "world/cell/world_state.hpp"
+
+namespace aprsim::world {
+
+/// States of moments that were worked out, the least recently used ones given up first. Thread:
+/// one.
+class PastStates {
+ public:
+  explicit PastStates(std::uint64_t max_bytes) : max_bytes_(max_bytes) {}
+
+  void keep(api::Moment moment, std::shared_ptr<const WorldState> state);
+  struct Kept {
+    api::Moment moment;
+    std::shared_ptr<const WorldState> state;
+  };
+  /// The latest at or before a moment of its epoch, and not before `first`; null state = none.
+  [[nodiscard]] Kept latest(api::Moment first, api::Moment moment);
+  /// Null = none of exactly this moment.
+  [[nodiscard]] std::shared_ptr<const WorldState> find(api::Moment moment) const;
+
+ private:
+  std::uint64_t max_bytes_, bytes_ = 0;
+  std::list<Kept> kept_;  ///< the most recently used first
+};
+
+}  // namespace aprsim::world

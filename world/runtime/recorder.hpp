@@ -1,0 +1,58 @@
+#pragma once
+
+#include <compare>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "world/api/values/cell_event.hpp"
+#include "world/cell/world_state.hpp"
+#include "world/runtime/command_queue.hpp"
+
+namespace aprsim::world {
+
+class World;
+
+/// Where in a run: resets and loads of saved states so far, and steps since the last of them.
+struct RunTime {
+  std::uint64_t epoch = 0, step = 0;
+  auto operator<=>(const RunTime&) const = default;
+};
+
+/// How the world was after a step, for whoever runs it again to compare with.
+struct StateSample {
+  std::uint64_t hash = 0;          ///< World::state_hash()
+  std::vector<double> joints_rad;  ///< of all robots, one after the other
+  std::vector<double> bodies_m;    ///< origins of trays and gears in W, three numbers each
+  double belt_travel_m = 0;
+};
+
+/// Steps of simulated time between two samples, and between two checkpoints.
+inline constexpr std::uint64_t kSampleSteps = 1000, kCheckpointSteps = 10'000;
+
+/// Hears of everything that decides what the simulation does, in its order. Thread: sim; no call
+/// waits, throws or takes long.
+class Recorder {
+ public:
+  virtual ~Recorder() = default;
+  /// The world is that of this seed and the scene, or of a saved state whose checkpoint follows
+  /// (its name; null = none), which has the scene with what was changed of it.
+  virtual void began(RunTime time, std::uint64_t seed, const std::string* loaded,
+                     const std::shared_ptr<const scene::Scene>& scene) = 0;
+  /// A command took effect after the step; null = nothing failed.
+  virtual void applied(RunTime time, const QueuedCommand& command, const Error* failure) = 0;
+  virtual void sampled(RunTime time, StateSample sample) = 0;
+  virtual void saved(RunTime time, std::uint64_t hash, std::shared_ptr<const WorldState> state) = 0;
+  /// Something has happened in the cell.
+  virtual void happened(const api::CellEventPtr& event) { static_cast<void>(event); }
+  /// The world has stopped on a fault.
+  virtual void stopped(RunTime time, const std::string& why) = 0;
+  /// Whether a checkpoint is wanted before the next one is due. Thread: any.
+  [[nodiscard]] virtual bool wants_checkpoint() const = 0;
+};
+
+/// The sample of a world. Thread: its.
+[[nodiscard]] StateSample sample_of(const World& world);
+
+}  // namespace aprsim::world

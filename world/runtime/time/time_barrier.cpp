@@ -1,0 +1,206 @@
+#include "world/runtime/time/time_barrier.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace aprsim::world {
+namespace {
+
+constexpr TimeBarrier::Steps kUntilCut = std::numeric_limits<TimeBarrier::Steps>::max();
+/// Silence after which somebody is told to be waited for.
+constexpr std::chrono::seconds kNoticeable{1};
+
+}  // namespace
+
+TimeBarrier::TimeBarrier(Options options) : grace_(options.grace) {
+  for (std::string& role : options.declared) places_.push_back({.role = std::move(role)});
+  note_fallback();
+}
+
+bool TimeBarrier::declares(const std::string& role) const {
+  return std::ranges::find(places_, role, &Place::role) != places_.end();
+}
+
+std::optional<api::PacerId> TimeBarrier::join(api::PacerRole role, WallTime now) {
+  const auto place = std::ranges::find_if(
+      places_, [&](const Place& p) { return p.taken_by == 0 && p.role == role.name; });
+  const bool client = role.kind == api::PacerKind::kClient;
+  if (client && !places_.empty() && place == places_.end()) return std::nullopt;
+  const api::PacerId id = ++last_id_;
+  if (place != places_.end()) {
+    place->taken_by = id;
+    place->given_up = false;
+  }
+  const auto after = std::ranges::find_if(members_, [&](const Member& member) {
+    return std::pair(member.role.kind, member.role.endpoint) > std::pair(role.kind, role.endpoint);
+  });
+  members_.insert(after, {.id = id, .role = std::move(role), .since = now});
+  begin_if_complete(now);
+  note_fallback();
+  return id;
+}
+
+void TimeBarrier::ask(api::PacerId id, Steps steps) {
+  Member* const member = find(id);
+  if (member == nullptr) return;
+  member->asking = true;
+  member->absent = false;
+  member->until = steps == 0 ? kUntilCut : now_ + steps;
+  note_fallback();
+}
+
+void TimeBarrier::finish(api::PacerId id) {
+  Member* const member = find(id);
+  if (member != nullptr) member->finished = true;
+}
+
+void TimeBarrier::leave(api::PacerId id, WallTime now) {
+  std::erase_if(members_, [id](const Member& member) { return member.id == id; });
+  const auto place = std::ranges::find(places_, id, &Place::taken_by);
+  if (place != places_.end()) {
+    place->taken_by = 0;
+    place->free_since = now;
+  }
+  note_fallback();
+}
+
+void TimeBarrier::shut_out(api::PacerId id) {
+  const auto place = std::ranges::find(places_, id, &Place::taken_by);
+  if (place == places_.end() || place->given_up) return;
+  place->given_up = true;
+  ++expired_;
+}
+
+void TimeBarrier::cut(api::PacerId id) {
+  Member* const member = find(id);
+  if (member != nullptr && member->asking) member->until = now_;
+}
+
+bool TimeBarrier::paced() const {
+  if (!places_.empty()) return true;
+  return std::ranges::any_of(members_, [](const Member& m) { return is_client(m) && !m.absent; });
+}
+
+TimeBarrier::Steps TimeBarrier::due() const {
+  if (!places_.empty() && !begun_) return 0;
+  for (const Place& place : places_) {
+    if (place.taken_by == 0 && !place.given_up) return 0;
+  }
+  Steps until = kUntilCut;
+  bool somebody = false;
+  for (const Member& member : members_) {
+    if (member.absent) continue;
+    if (!member.asking) return 0;
+    somebody = somebody || is_client(member);
+    until = std::min(until, member.until);
+  }
+  return somebody && until > now_ ? until - now_ : 0;
+}
+
+std::vector<api::PacerId> TimeBarrier::take_reached(WallTime now) {
+  std::vector<api::PacerId> reached;
+  const bool waits = paced();
+  for (Member& member : members_) {
+    // Feeds are the first of all.
+    if (waits && member.role.kind != api::PacerKind::kFeed && feed_at_work()) break;
+    if (waits && is_client(member) && client_thinks()) break;
+    if (!member.asking || member.until > now_) continue;
+    member.asking = false;
+    member.since = now;
+    reached.push_back(member.id);
+  }
+  return reached;
+}
+
+std::vector<api::PacerId> TimeBarrier::release_clients(WallTime now) {
+  std::vector<api::PacerId> released;
+  for (Member& member : members_) {
+    if (!is_client(member) || !member.asking) continue;
+    member.asking = false;
+    member.since = now;
+    released.push_back(member.id);
+  }
+  return released;
+}
+
+void TimeBarrier::expire(WallTime now) {
+  const bool declared = !places_.empty();
+  if (grace_.count() == 0 || (declared && (!begun_ || !client_waits()))) return;
+  for (Member& member : members_) {
+    if (!is_client(member) || member.asking || member.absent) continue;
+    if (now - std::max(member.since, begun_.value_or(member.since)) < grace_) continue;
+    member.absent = true;
+    ++expired_;
+  }
+  for (Place& place : places_) {
+    if (place.taken_by != 0 || place.given_up || now - place.free_since < grace_) continue;
+    place.given_up = true;
+    ++expired_;
+  }
+  note_fallback();
+}
+
+std::vector<api::EndpointId> TimeBarrier::endpoints() const {
+  std::vector<api::EndpointId> all;
+  for (const Member& member : members_) {
+    if (member.role.kind != api::PacerKind::kFeed) all.push_back(member.role.endpoint);
+  }
+  return all;
+}
+
+api::VirtualTimeState TimeBarrier::state(WallTime now) const {
+  api::VirtualTimeState state;
+  state.paced = paced();
+  for (const Member& member : members_) {
+    if (!is_client(member) || member.absent) continue;
+    state.pacers.push_back(member.role.name);
+    if (!member.asking && client_waits() && now - member.since >= kNoticeable) {
+      state.awaited.push_back(member.role.name);
+    }
+  }
+  for (const Place& place : places_) {
+    if (place.taken_by == 0 && !place.given_up) state.awaited.push_back(place.role);
+  }
+  std::ranges::sort(state.pacers);
+  std::ranges::sort(state.awaited);
+  state.expired = expired_;
+  state.fallbacks = fallbacks_;
+  return state;
+}
+
+TimeBarrier::Member* TimeBarrier::find(api::PacerId id) {
+  const auto found = std::ranges::find(members_, id, &Member::id);
+  return found == members_.end() ? nullptr : &*found;
+}
+
+bool TimeBarrier::feed_at_work() const {
+  return std::ranges::any_of(members_, [](const Member& member) {
+    return member.role.kind == api::PacerKind::kFeed && !member.asking;
+  });
+}
+
+bool TimeBarrier::client_waits() const {
+  return std::ranges::any_of(
+      members_, [](const Member& m) { return is_client(m) && m.asking && !m.finished; });
+}
+
+bool TimeBarrier::client_thinks() const {
+  return std::ranges::any_of(
+      members_, [](const Member& m) { return is_client(m) && !m.asking && !m.absent; });
+}
+
+void TimeBarrier::begin_if_complete(WallTime now) {
+  if (begun_ || places_.empty()) return;
+  if (std::ranges::all_of(places_, [](const Place& place) { return place.taken_by != 0; })) {
+    begun_ = now;
+  }
+}
+
+void TimeBarrier::note_fallback() {
+  const bool now_paced = paced();
+  if (was_paced_ && !now_paced) ++fallbacks_;
+  was_paced_ = now_paced;
+}
+
+}  // namespace aprsim::world

@@ -1,0 +1,131 @@
+#include "world/runtime/time/virtual_clock.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace aprsim::world {
+namespace {
+
+WallTime wall_now() { return std::chrono::steady_clock::now(); }
+
+}  // namespace
+
+VirtualClock::VirtualClock(VirtualTimeOptions options, SimTime step, std::function<void()> wake)
+    : poll_period_(options.poll_period),
+      step_(step),
+      wake_(std::move(wake)),
+      barrier_({std::move(options.pacers), options.grace}) {}
+
+bool VirtualClock::declares(const std::string& role) const {
+  const std::lock_guard lock(mutex_);
+  return barrier_.declares(role);
+}
+
+std::optional<api::PacerId> VirtualClock::join(api::PacerRole role, std::function<void()> reached) {
+  std::optional<api::PacerId> id;
+  {
+    const std::lock_guard lock(mutex_);
+    const bool feed = role.kind == api::PacerKind::kFeed;
+    const int robot = role.robot;
+    id = barrier_.join(std::move(role), wall_now());
+    if (!id) return id;
+    reached_[*id] = std::move(reached);
+    if (feed) feeds_[*id] = {.robot = robot};
+  }
+  wake_();
+  return id;
+}
+
+void VirtualClock::ask(api::PacerId pacer, SimTime span) {
+  {
+    const std::lock_guard lock(mutex_);
+    const auto steps = span.count() == 0 ? 0 : std::max<SimTime::rep>(1, span / step_);
+    barrier_.ask(pacer, static_cast<TimeBarrier::Steps>(steps));
+    // The last feed that is done lets those go who have waited for it.
+    release_reached(wall_now());
+  }
+  wake_();
+}
+
+void VirtualClock::finish(api::PacerId pacer) {
+  const std::lock_guard lock(mutex_);
+  barrier_.finish(pacer);
+}
+
+void VirtualClock::shut_out(api::PacerId pacer) {
+  {
+    const std::lock_guard lock(mutex_);
+    barrier_.shut_out(pacer);
+  }
+  leave(pacer);
+}
+
+void VirtualClock::leave(api::PacerId pacer) {
+  {
+    const std::lock_guard lock(mutex_);
+    barrier_.leave(pacer, wall_now());
+    reached_.erase(pacer);
+    feeds_.erase(pacer);
+    release_reached(wall_now());
+  }
+  wake_();
+}
+
+VirtualClock::Turn VirtualClock::turn(WallTime now) {
+  const std::lock_guard lock(mutex_);
+  barrier_.expire(now);
+  release_reached(now);
+  Turn turn{barrier_.paced(), barrier_.due(), nullptr};
+  // Nothing of it changes while time runs.
+  if (!state_ || !turn.paced || turn.due == 0) {
+    api::VirtualTimeState state = barrier_.state(now);
+    if (!state_ || state != *state_) {
+      state_ = std::make_shared<const api::VirtualTimeState>(std::move(state));
+    }
+  }
+  turn.state = state_;
+  return turn;
+}
+
+std::vector<api::EndpointId> VirtualClock::endpoints() const {
+  const std::lock_guard lock(mutex_);
+  return barrier_.endpoints();
+}
+
+void VirtualClock::stepped() {
+  const std::lock_guard lock(mutex_);
+  barrier_.step();
+  publishing_ = true;
+}
+
+bool VirtualClock::published(const api::Snapshot& snapshot, WallTime now) {
+  const std::lock_guard lock(mutex_);
+  publishing_ = false;
+  for (auto& [id, feed] : feeds_) {
+    const auto& frame = snapshot.robots[static_cast<std::size_t>(feed.robot)].vision;
+    if (frame.number == feed.number && snapshot.epoch == feed.epoch) continue;
+    feed.number = frame.number;
+    feed.epoch = snapshot.epoch;
+    barrier_.cut(id);
+  }
+  release_reached(now);
+  return !barrier_.paced() || barrier_.due() > 0;
+}
+
+void VirtualClock::release_clients(WallTime now) {
+  const std::lock_guard lock(mutex_);
+  tell(barrier_.release_clients(now));
+}
+
+void VirtualClock::release_reached(WallTime now) {
+  if (!publishing_) tell(barrier_.take_reached(now));
+}
+
+void VirtualClock::tell(const std::vector<api::PacerId>& reached) {
+  for (const api::PacerId id : reached) {
+    const auto found = reached_.find(id);
+    if (found != reached_.end()) found->second();
+  }
+}
+
+}  // namespace aprsim::world

@@ -1,0 +1,276 @@
+#include "world/scene/readers/type_reader.hpp"
+
+#include <cmath>
+#include <filesystem>
+
+#include "world/scene/checks/type_checks.hpp"
+#include "world/scene/readers/reading.hpp"
+
+namespace aprsim::scene {
+namespace {
+
+using yaml::kNotNegative;
+using yaml::kPositive;
+
+constexpr yaml::Range kAcute{.min = 0, .max = 90, .open_min = true, .open_max = true};
+
+/// True if the name is free; else an error.
+template <typename T>
+bool is_new(const yaml::Node& node, const std::string& name, const std::map<std::string, T>& map) {
+  check_name(node, name);
+  if (!map.contains(name)) return true;
+  node.error("a second definition", "one definition of " + name);
+  return false;
+}
+
+Pocket read_pocket(const yaml::Node& node) {
+  const yaml::Map keys =
+      node.map({"top_radius_m", "floor_radius_m", "depth_m", "chamfer_m", "chamfer_angle_deg"});
+  Pocket pocket;
+  pocket.top_radius_m = keys["top_radius_m"].number(kLength);
+  pocket.floor_radius_m =
+      keys["floor_radius_m"].number({.min = 0, .max = pocket.top_radius_m, .open_min = true});
+  pocket.depth_m = keys["depth_m"].number(kLength);
+  pocket.chamfer_m = keys["chamfer_m"].number_or(0, yaml::between(0, pocket.depth_m));
+  pocket.chamfer_angle_rad = radians(keys["chamfer_angle_deg"].number_or(45, kAcute));
+  return pocket;
+}
+
+GearType read_gear_type(const yaml::Node& node, const std::string& name) {
+  const yaml::Map keys = node.map({"disc", "hub", "peg", "teeth_outer_radius_m", "mass_kg"});
+  const yaml::Map disc = keys["disc"].map({"radius_m", "height_m"});
+  const yaml::Map hub =
+      keys["hub"].map({"top_radius_m", "bottom_radius_m", "height_m", "chamfer_m"});
+  const yaml::Map peg = keys["peg"].map({"radius_m", "height_m"});
+  GearType type;
+  type.name = name;
+  type.disc_radius_m = disc["radius_m"].number(kLength);
+  type.disc_height_m = disc["height_m"].number(kLength);
+  type.hub_top_radius_m = hub["top_radius_m"].number(kLength);
+  type.hub_bottom_radius_m = hub["bottom_radius_m"].number(kLength);
+  type.hub_height_m = hub["height_m"].number(kLength);
+  type.hub_chamfer_m = hub["chamfer_m"].number_or(0, kNotNegative);
+  type.peg_radius_m = peg["radius_m"].number(kLength);
+  type.peg_top_m = type.disc_height_m + peg["height_m"].number(kLength);
+  type.teeth_outer_radius_m = keys["teeth_outer_radius_m"].number_or(type.disc_radius_m, kPositive);
+  type.mass_kg = keys["mass_kg"].number(kPositive);
+  check_gear_type(node, type);
+  return type;
+}
+
+Slot read_slot(const yaml::Node& node, const Types& types) {
+  const yaml::Map keys = node.map({"name", "gear", "pocket", "xy_m"});
+  Slot slot;
+  slot.name = read_name(keys["name"]);
+  if (const auto* gear = read_reference(keys["gear"], "gear type", types.gears)) {
+    slot.gear_type = gear->name;
+  }
+  if (const auto* pocket = read_reference(keys["pocket"], "pocket", types.pockets)) {
+    slot.pocket = *pocket;
+  }
+  slot.xy = read_xy(keys["xy_m"]);
+  return slot;
+}
+
+TrayType read_tray_type(const yaml::Node& node, const std::string& name, const Types& types) {
+  const yaml::Map keys =
+      node.map({"kind", "min_xy_m", "max_xy_m", "thickness_m", "mass_kg", "slots"});
+  TrayType type;
+  type.name = name;
+  type.kind = keys["kind"].word({"part_tray", "kit_tray"}) == 0 ? api::BodyKind::kPartTray
+                                                                : api::BodyKind::kKitTray;
+  type.min_xy = read_xy(keys["min_xy_m"]);
+  type.max_xy = read_xy(keys["max_xy_m"]);
+  if ((type.max_xy.array() <= type.min_xy.array()).any()) {
+    keys["max_xy_m"].error("a corner not beyond min_xy_m", "x and y larger than those of min_xy_m");
+  }
+  type.thickness_m = keys["thickness_m"].number(kLength);
+  type.mass_kg = keys["mass_kg"].number(kPositive);
+  const std::vector<yaml::Node> items = keys["slots"].items();
+  for (const yaml::Node& item : items) {
+    Slot slot = read_slot(item, types);
+    for (const Slot& other : type.slots) {
+      if (other.name == slot.name) {
+        item.error("a second slot " + slot.name, "slot names to differ");
+      }
+    }
+    type.slots.push_back(std::move(slot));
+  }
+  check_tray_type(items, type, types.gears);
+  return type;
+}
+
+void read_gaps(const yaml::Map& keys, Gripper& gripper) {
+  gripper.stroke_m = keys["stroke_m"].number(kLength);
+  gripper.gap_closed_m = keys["gap_closed_m"].number(kNotNegative);
+  gripper.gap_open_m = keys["gap_open_m"].number(yaml::above(gripper.gap_closed_m));
+  const double travel = (gripper.gap_open_m - gripper.gap_closed_m) / 2;
+  if (std::abs(travel - gripper.stroke_m) > 1e-6) {
+    keys["stroke_m"].unexpected("half of gap_open_m - gap_closed_m, " + std::to_string(travel));
+  }
+}
+
+/// Each finger's piston: what air pushes it with, what friction takes from that, how fast its
+/// chambers fill and how they leak.
+void read_pneumatics(const yaml::Node& node, Gripper& gripper) {
+  constexpr double kNewtonPerBarAndSquareMillimetre = 0.1;
+  const yaml::Map air =
+      node.map({"supply_bar", "piston_area_mm2", "friction_n", "fill_time_s", "leak_per_s"});
+  const double supply_bar = air["supply_bar"].number({.min = 0, .max = 20, .open_min = true});
+  const double gross_n = kNewtonPerBarAndSquareMillimetre * supply_bar *
+                         air["piston_area_mm2"].number({.min = 0, .max = 1e4, .open_min = true});
+  gripper.friction_n = air["friction_n"].number_or(0, kNotNegative);
+  gripper.force_n = gross_n - gripper.friction_n;
+  if (gripper.force_n <= 0) {
+    air["friction_n"].error("a friction of " + std::to_string(gripper.friction_n) + " N",
+                            "less than the piston's force of " + std::to_string(gross_n) + " N");
+  }
+  gripper.fill_time_s = air["fill_time_s"].number_or(0, yaml::between(0, 1));
+  gripper.leak_per_s = air["leak_per_s"].number_or(0, yaml::between(0, 1000));
+  if (gripper.leak_per_s > 0 && gripper.fill_time_s == 0) {
+    air["leak_per_s"].error("a leak without fill_time_s",
+                            "fill_time_s above 0: a chamber that fills at once never loses air");
+  }
+}
+
+/// Either the force itself or what makes it.
+void read_force(const yaml::Map& keys, Gripper& gripper) {
+  const yaml::Node air = keys["pneumatics"];
+  if (!air) {
+    gripper.force_n = keys["force_n"].number(kPositive);
+  } else if (keys["force_n"]) {
+    keys["force_n"].error("force_n beside pneumatics", "one of the two");
+  } else {
+    read_pneumatics(air, gripper);
+  }
+}
+
+MimicPid read_mimic_pid(const yaml::Node& node) {
+  const yaml::Map keys = node.map({"p_n_m", "i_n_ms", "d_ns_m", "max_n"});
+  MimicPid pid;
+  pid.p_n_m = keys["p_n_m"].number_or(pid.p_n_m, kNotNegative);
+  pid.i_n_ms = keys["i_n_ms"].number_or(pid.i_n_ms, kNotNegative);
+  pid.d_ns_m = keys["d_ns_m"].number_or(pid.d_ns_m, kNotNegative);
+  pid.max_n = keys["max_n"].number_or(pid.max_n, kPositive);
+  return pid;
+}
+
+void read_drive(const yaml::Map& keys, Gripper& gripper) {
+  if (keys["drive"].word_or(0, {"pneumatic", "servo"}) == 0) return;
+  gripper.drive = GripperDrive::kServo;
+  if (gripper.law == GripperLaw::kCoupled || gripper.law == GripperLaw::kMimicPid) {
+    keys["drive"].error("a servo with a law of pistons", "law linkage or constant with it");
+  }
+  if (keys["pneumatics"]) keys["pneumatics"].error("pneumatics of a servo", "force_n with it");
+}
+
+std::string find_model(const yaml::Node& node, const std::vector<std::string>& directories) {
+  namespace fs = std::filesystem;
+  const std::string file = node.text();
+  std::string looked;
+  for (const std::string& directory : directories) {
+    const fs::path path = fs::absolute(fs::path(directory) / file).lexically_normal();
+    std::error_code status;
+    if (fs::is_regular_file(path, status)) return path.string();
+    looked += (looked.empty() ? "" : " or ") + directory;
+  }
+  node.error("no file \"" + file + '"', "a robot description in " + looked, ErrorCode::kNotFound);
+  return "";
+}
+
+Robot read_robot_type(const yaml::Node& node, const std::vector<std::string>& directories) {
+  const yaml::Map keys = node.map({"model", "tool", "home_deg", "limits", "gripper"});
+  Robot robot;
+  robot.model_file = find_model(keys["model"], directories);
+  const yaml::Map tool = keys["tool"].map({"xyz_m", "rpy_deg"});
+  robot.X_FT = read_pose(tool["xyz_m"], tool["rpy_deg"]);
+  robot.home_rad = read_joints(keys["home_deg"]);
+  const yaml::Map limits = keys["limits"].map(
+      {"trans_speed_m_s", "trans_accel_m_s2", "rot_speed_rad_s", "rot_accel_rad_s2"});
+  robot.max_trans_speed_m_s = limits["trans_speed_m_s"].number(kPositive);
+  robot.max_trans_accel_m_s2 = limits["trans_accel_m_s2"].number(kPositive);
+  robot.max_rot_speed_rad_s = limits["rot_speed_rad_s"].number(kPositive);
+  robot.max_rot_accel_rad_s2 = limits["rot_accel_rad_s2"].number(kPositive);
+  robot.gripper = read_gripper(keys["gripper"]);
+  return robot;
+}
+
+}  // namespace
+
+Gripper read_gripper(const yaml::Node& node) {
+  const yaml::Map keys = node.map({"law",
+                                   "drive",
+                                   "stroke_m",
+                                   "gap_closed_m",
+                                   "gap_open_m",
+                                   "force_n",
+                                   "pneumatics",
+                                   "finger_speed_m_s",
+                                   "coupling_n_m",
+                                   "mimic_pid",
+                                   "pad",
+                                   "pad_height_m",
+                                   "pad_width_m",
+                                   "pad_depth_m",
+                                   "v_half_angle_deg",
+                                   "v_depth_m",
+                                   "finger_mass_kg",
+                                   "palm_mass_kg",
+                                   "mount_mass_kg",
+                                   "palm_size_m",
+                                   "palm_stiffness_n_m",
+                                   "palm_damping_ns_m",
+                                   "pad_friction"});
+  Gripper gripper;
+  constexpr GripperLaw kLaws[] = {GripperLaw::kLinkage, GripperLaw::kCoupled, GripperLaw::kMimicPid,
+                                  GripperLaw::kConstant};
+  gripper.law = kLaws[keys["law"].word_or(0, {"linkage", "coupled", "mimic_pid", "constant"})];
+  read_drive(keys, gripper);
+  read_gaps(keys, gripper);
+  read_force(keys, gripper);
+  gripper.finger_speed_m_s = keys["finger_speed_m_s"].number(kPositive);
+  if (keys["mimic_pid"]) gripper.mimic = read_mimic_pid(keys["mimic_pid"]);
+  gripper.coupling_n_m = keys["coupling_n_m"].number_or(gripper.coupling_n_m, kPositive);
+  gripper.pad = keys["pad"].word_or(0, {"v", "flat"}) == 0 ? PadShape::kV : PadShape::kFlat;
+  gripper.pad_height_m = keys["pad_height_m"].number(kLength);
+  gripper.pad_width_m = keys["pad_width_m"].number(kLength);
+  gripper.pad_depth_m = keys["pad_depth_m"].number(kLength);
+  gripper.v_half_angle_rad = radians(keys["v_half_angle_deg"].number_or(45, kAcute));
+  gripper.v_depth_m = keys["v_depth_m"].number_or(0, yaml::between(0, gripper.pad_depth_m));
+  gripper.finger_mass_kg = keys["finger_mass_kg"].number(kPositive);
+  gripper.palm_mass_kg = keys["palm_mass_kg"].number(kPositive);
+  gripper.mount_mass_kg = keys["mount_mass_kg"].number_or(0, kNotNegative);
+  gripper.palm_size = read_xyz(keys["palm_size_m"], kLength);
+  gripper.palm_stiffness_n_m =
+      keys["palm_stiffness_n_m"].number_or(gripper.palm_stiffness_n_m, kPositive);
+  gripper.palm_damping_ns_m =
+      keys["palm_damping_ns_m"].number_or(gripper.palm_damping_ns_m, kNotNegative);
+  gripper.pad_friction = keys["pad_friction"].number_or(gripper.pad_friction, kNotNegative);
+  return gripper;
+}
+
+std::vector<double> read_joints(const yaml::Node& node) {
+  std::vector<double> joints = node.numbers(1, 7, yaml::between(-360, 360));
+  for (double& joint : joints) joint = radians(joint);
+  return joints;
+}
+
+void read_types(const yaml::Map& keys, const std::vector<std::string>& model_directories,
+                Types& types) {
+  for (const auto& [name, node] : keys["pockets"].entries()) {
+    if (is_new(node, name, types.pockets)) types.pockets[name] = read_pocket(node);
+  }
+  for (const auto& [name, node] : keys["gear_types"].entries()) {
+    if (is_new(node, name, types.gears)) types.gears[name] = read_gear_type(node, name);
+  }
+  for (const auto& [name, node] : keys["tray_types"].entries()) {
+    if (is_new(node, name, types.trays)) types.trays[name] = read_tray_type(node, name, types);
+  }
+  for (const auto& [name, node] : keys["robot_types"].entries()) {
+    if (is_new(node, name, types.robots)) {
+      types.robots[name] = read_robot_type(node, model_directories);
+    }
+  }
+}
+
+}  // namespace aprsim::scene
