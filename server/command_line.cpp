@@ -12,7 +12,7 @@
 #include <fmt/ranges.h>
 
 #include "server/access/token.hpp"
-#include "server/version.hpp"
+#include "server/config/version.hpp"
 #include "world/cell/kept_asserts.hpp"
 #include "world/scene/data_paths.hpp"
 

@@ -17,6 +17,7 @@
 #include "server/access/token_command.hpp"
 #include "server/command_line.hpp"
 #include "server/config/config.hpp"
+#include "server/config/version.hpp"
 #include "server/daemon.hpp"
 #include "server/operations/logging.hpp"
 #include "server/operations/ports_file.hpp"
@@ -26,7 +27,6 @@
 #include "server/replay/replay_daemon.hpp"
 #include "server/replay/replay_files.hpp"
 #include "server/replay/replay_pace.hpp"
-#include "server/version.hpp"
 #include "world/scene/scene_loader.hpp"
 
 namespace aprsim::server {

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <utility>
 
-#include "server/version.hpp"
+#include "server/config/version.hpp"
 #include "world/base/process/own_programs.hpp"
 #include "world/scene/scene_loader.hpp"
 

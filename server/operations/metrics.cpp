@@ -7,8 +7,8 @@
 #include <limits>
 #include <unistd.h>
 
+#include "server/config/version.hpp"
 #include "server/operations/metrics_text.hpp"
-#include "server/version.hpp"
 
 namespace aprsim::server {
 namespace {

@@ -72,8 +72,6 @@ def main():
     check_figures(experiment, name)
     check_files(folder, experiment)
     subprocess.run([sys.executable, str(HERE / "summary.py"), str(scratch), str(scratch)], check=True)
-    merged = json.loads((scratch / "results.json").read_text())
-    check(merged["results"] == experiment["results"], "the summary changed the results")
     text = (scratch / "RESULTS.md").read_text()
     for result in experiment["results"]:
         check(result["name"] in text, f"RESULTS.md lacks {result['name']}")

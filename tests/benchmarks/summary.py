@@ -1,14 +1,19 @@
 #!/usr/bin/env python3
-"""Makes RESULTS.md and results.json of what the experiments left in a results folder.
+"""Renews RESULTS.md with what experiments left in a folder of raw results.
 
-usage: summary.py RESULTS_FOLDER OUTPUT_FOLDER
+RESULTS.md is the only record of figures: sections of experiments that the folder lacks stay as they
+are, and the table of figures is made from the rows of all sections. Plots are copied beside it.
+
+usage: summary.py RAW_FOLDER OUTPUT_FOLDER [EXPERIMENT...]    (no names: all in the folder)
 """
 import json
-import os
 import pathlib
+import re
+import shutil
 import sys
 
 FIGURES = pathlib.Path(__file__).with_name("figures.json")
+RESULT_COLUMNS = "| result | value | unit | against | ratio |"
 
 
 def number(value):
@@ -28,36 +33,40 @@ def verdict(figure, value):
     return "**not reached**"
 
 
-def load(folder):
+def load(folder, names):
+    """Experiments by name."""
     experiments = [json.loads(path.read_text()) for path in sorted(folder.glob("*/results.json"))]
-    return {experiment["experiment"]: experiment for experiment in experiments}
+    return {e["experiment"]: e for e in experiments if not names or e["experiment"] in names}
 
 
-def flat_results(experiments):
-    results = [result for name in experiments for result in experiments[name]["results"]]
-    names = [result["name"] for result in results]
-    twice = {name for name in names if names.count(name) > 1}
-    if twice:
-        raise SystemExit(f"recorded by two experiments: {sorted(twice)}")
+def sections_of(text):
+    """Sections of an earlier RESULTS.md by experiment, each a list of lines."""
+    sections, lines = {}, []
+    for line in text.splitlines():
+        if line.startswith("## "):
+            lines = sections.setdefault(line[3:], [])
+        lines.append(line)
+    sections.pop("Figures", None)
+    return {name: "\n".join(lines).rstrip("\n").split("\n") for name, lines in sections.items()}
+
+
+def results_of(sections):
+    """Value and ratio of every result, as the sections' rows have them."""
+    results = {}
+    for lines in sections.values():
+        rows = lines[lines.index(RESULT_COLUMNS) + 2:] if RESULT_COLUMNS in lines else []
+        for row in rows:
+            match = re.fullmatch(r"\| `(.+?)` \| (.+?) \| (.*?) \| (.*?) \| (.+?) \|", row)
+            if not match:
+                break
+            name, value, _, _, ratio = match.groups()
+            if name in results:
+                raise SystemExit(f"recorded by two experiments: {name}")
+            results[name] = {"value": float(value), "ratio": None if ratio == "-" else float(ratio)}
     return results
 
 
-def results_json(experiments):
-    versions = {}
-    for experiment in experiments.values():
-        versions.update(experiment["versions"])
-    return {
-        "processor": sorted({e["processor"] for e in experiments.values()}),
-        "versions": versions,
-        "date": max((e["date"] for e in experiments.values()), default=None),
-        "experiments": {name: {key: e[key] for key in ("date", "quick", "cpu_s")}
-                        for name, e in experiments.items()},
-        "results": flat_results(experiments),
-    }
-
-
-def figure_lines(results):
-    values = {result["name"]: result for result in results}
+def figure_lines(values):
     yield "| figure | what | must | aim | reached | unit | verdict |"
     yield "| --- | --- | --- | --- | --- | --- | --- |"
     remarks = []
@@ -87,12 +96,13 @@ def table_lines(table):
     yield ""
 
 
-def experiment_lines(experiment, link):
+def experiment_lines(experiment):
     name = experiment["experiment"]
     yield f"## {name}"
     yield ""
-    yield f"{experiment['date']}, {experiment['cpu_s']:.1f} s of CPU" + (
-        ", reduced grid (--quick)." if experiment["quick"] else ".")
+    quick = ", reduced grid (--quick)" if experiment["quick"] else ""
+    yield (f"{experiment['date']}, {experiment['cpu_s']:.1f} s of CPU on {experiment['processor']}"
+           f"{quick}. Versions: " + ", ".join(f"{k} {v}" for k, v in experiment["versions"].items()) + ".")
     yield ""
     for note in experiment["notes"]:
         yield f"- {note}"
@@ -101,52 +111,56 @@ def experiment_lines(experiment, link):
     for table in experiment["tables"]:
         yield from table_lines(table)
     if experiment["results"]:
-        yield "| result | value | unit | against | ratio |"
+        yield RESULT_COLUMNS
         yield "| --- | --- | --- | --- | --- |"
         for r in experiment["results"]:
             yield (f"| `{r['name']}` | {number(r['value'])} | {r['unit']} | {r['against'] or '-'} | "
                    f"{number(r['ratio'])} |")
         yield ""
     for plot in experiment["plots"]:
-        yield f"![{name}: {plot}]({link}/{name}/{plot})"
+        yield f"![{name}: {plot}](plots/{name}/{plot})"
         yield ""
 
 
-def results_md(experiments, merged, link):
+def results_md(sections):
     yield "# Results of the experiments"
     yield ""
-    yield "Generated by `tests/benchmarks/run`; not edited by hand. Times are CPU times of one thread; "
-    yield "compared figures come from one run, the compared things one after the other or in turns. `against` and `ratio`: "
-    yield "the value is `ratio` times that of the thing named. Step times are of a single run each."
+    yield "Generated by `tests/benchmarks/run`; not edited by hand. Times are CPU times of one thread. Compared"
+    yield "figures come from one run, the compared things one after the other or in turns. `against` and `ratio`:"
+    yield "the value is `ratio` times that of the thing named. Step times are of a single run each. Raw data of"
+    yield "the latest run is in `build/release/benchmarks`."
     yield ""
-    yield "Two things should not be mixed up. Modes `merge` and `dormant` gain from rest relative to a moving "
-    yield "carrier: trays with their gears sleep on a running belt, where other engines let sleep only what rests "
-    yield "in the world. `table1.dormant_over_off`, `table1.over_*` and `scaling.rest_*` measure that. What the "
-    yield "contact solver does is in mode `off`: `table1.off_over_*` and `awake.*` beside other engines; `friction.*`, "
-    yield "`crowd.*`, `spin.*` and `impact.*` beside closed forms."
-    yield ""
-    yield f"- Processor: {', '.join(merged['processor'])}"
-    yield "- Versions: " + ", ".join(f"{k} {v}" for k, v in sorted(merged["versions"].items()))
-    yield f"- Date of the latest run: {merged['date']}"
+    yield "Rest and contact are measured apart. Modes `merge` and `dormant` gain from rest relative to a moving"
+    yield "carrier: trays with their gears sleep on a running belt, where other engines let sleep only what rests"
+    yield "in the world. `table1.dormant_over_off`, `table1.over_*` and `scaling.rest_*` measure rest. The contact"
+    yield "solver works in mode `off`: `table1.off_over_*` and `awake.*` compare it with other engines;"
+    yield "`friction.*`, `crowd.*`, `spin.*` and `impact.*` compare it with closed forms."
     yield ""
     yield "## Figures"
     yield ""
-    yield from figure_lines(merged["results"])
+    yield from figure_lines(results_of(sections))
     yield ""
-    for experiment in experiments.values():
-        yield from experiment_lines(experiment, link)
+    for name in sorted(sections):
+        yield from sections[name]
+        yield ""
 
 
 def main():
-    if len(sys.argv) != 3:
+    if len(sys.argv) < 3:
         raise SystemExit(__doc__)
-    folder, output = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
-    experiments = load(folder)
-    merged = results_json(experiments)
-    (output / "results.json").write_text(json.dumps(merged, indent=1) + "\n")
-    link = os.path.relpath(folder, output)
-    text = "\n".join(results_md(experiments, merged, link))
-    (output / "RESULTS.md").write_text(text.rstrip("\n") + "\n")
+    folder, output, names = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2]), sys.argv[3:]
+    experiments = load(folder, names)
+    results = output / "RESULTS.md"
+    sections = sections_of(results.read_text()) if results.exists() else {}
+    for name, experiment in experiments.items():
+        lines = "\n".join(experiment_lines(experiment)).rstrip("\n")
+        sections[name] = lines.split("\n")
+        plots = output / "plots" / name
+        shutil.rmtree(plots, ignore_errors=True)
+        for plot in experiment["plots"]:
+            plots.mkdir(parents=True, exist_ok=True)
+            shutil.copy(folder / name / plot, plots / plot)
+    results.write_text("\n".join(results_md(sections)).rstrip("\n") + "\n")
 
 
 if __name__ == "__main__":

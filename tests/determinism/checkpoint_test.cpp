@@ -8,6 +8,7 @@
 
 #include "world/cell/world.hpp"
 #include "world/scene/scene_loader.hpp"
+#include "tests/support/parameter_names.hpp"
 
 namespace aprsim::world {
 namespace {

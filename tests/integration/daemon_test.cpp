@@ -29,6 +29,10 @@ namespace {
 
 using namespace std::chrono_literals;
 
+/// Docker kills a container so long after it has asked it to stop. A daemon that waited for a
+/// client would take longer on any machine.
+constexpr auto kStopDeadline = kPatience * 10s;
+
 const std::string kDaemon = std::string(APRSIM_BIN_DIR) + "/aprsimd";
 
 std::size_t lines(const std::string& text) {
@@ -45,7 +49,7 @@ TEST(Daemon, ServesOnEveryPortOfItsPortsFile) {
   client.wait_for([](const auto& snapshot) { return snapshot.step() > 100; }, "time to pass");
 }
 
-TEST(Daemon, SigtermEndsCleanlyWithinTwoSecondsAlsoWithClients) {
+TEST(Daemon, SigtermEndsCleanlyAlsoWithClients) {
   DaemonProcess daemon;
   const TcpSocket crcl(daemon.port("crcl.fanuc")), modbus(daemon.port("modbus")),
       web(daemon.port("web"));
@@ -56,7 +60,7 @@ TEST(Daemon, SigtermEndsCleanlyWithinTwoSecondsAlsoWithClients) {
   ASSERT_TRUE(stream->Read(&first));
   const auto result = daemon.stop(SIGTERM);
   EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_LT(result.took, kPatience * 2000ms);
+  EXPECT_LT(result.took, kStopDeadline);
 }
 
 /// Asks and never reads, until nothing more is taken.
@@ -80,7 +84,7 @@ class StalledClient {
   TcpSocket socket_;
 };
 
-TEST(Daemon, SigtermEndsWithinTwoSecondsThoughNobodyTakesItsReplies) {
+TEST(Daemon, SigtermEndsThoughNobodyTakesItsReplies) {
   DaemonProcess daemon;
   std::string statuses;
   for (int i = 0; i < 100; ++i) {
@@ -102,7 +106,7 @@ TEST(Daemon, SigtermEndsWithinTwoSecondsThoughNobodyTakesItsReplies) {
   client.wait_for([](const auto& snapshot) { return snapshot.step() > 500; }, "time to pass");
   const auto result = daemon.stop(SIGTERM);
   EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_LT(result.took, kPatience * 2000ms);
+  EXPECT_LT(result.took, kStopDeadline);
 }
 
 /// A pipe of one page, as a log.
@@ -150,13 +154,13 @@ void make_it_log(const DaemonProcess& daemon) {
   ASSERT_FALSE(socket.receive(TcpSocket::Clock::now() + 20s).empty());
 }
 
-TEST(Daemon, SigtermEndsWithinTwoSecondsThoughNobodyReadsItsLog) {
+TEST(Daemon, SigtermEndsThoughNobodyReadsItsLog) {
   LogPipe log;
   DaemonProcess daemon({"--set", "log_level=debug"}, log.writing_end());
   make_it_log(daemon);
   const auto result = daemon.stop(SIGTERM);
   EXPECT_EQ(result.exit_code, 0);
-  EXPECT_LT(result.took, kPatience * 2000ms);
+  EXPECT_LT(result.took, kStopDeadline);
 }
 
 TEST(Daemon, ALogThatFlowsAgainTellsHowManyLinesWereLost) {
@@ -250,7 +254,7 @@ TEST(Daemon, TheDemoMovesARobotAndEndsWithTheDaemon) {
   ASSERT_EQ(children.size(), 1U) << daemon.log();
   const auto result = daemon.stop(SIGTERM);
   EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_LT(result.took, 2000ms);
+  EXPECT_LT(result.took, kStopDeadline);
   EXPECT_EQ(kill(children[0], 0), -1) << "it has been waited for";
 }
 

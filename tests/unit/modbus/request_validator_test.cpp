@@ -7,6 +7,7 @@
 
 #include "modbus/conformance_cases.hpp"
 #include "tests/unit/modbus/bytes.hpp"
+#include "tests/support/parameter_names.hpp"
 
 namespace aprsim::modbus {
 namespace {

@@ -87,6 +87,7 @@ struct RecordedFiles {
   std::vector<std::string> files;
   std::size_t pairs;
 };
+void PrintTo(const RecordedFiles& shown, std::ostream* out) { *out << shown.robot; }
 
 class RecordedPoses : public testing::TestWithParam<RecordedFiles> {
  protected:

@@ -7,6 +7,7 @@
 #include "tests/support/fake_cell.hpp"
 #include "tests/unit/modbus/bytes.hpp"
 #include "tests/unit/protocols/modbus/raw_client.hpp"
+#include "tests/support/parameter_names.hpp"
 
 namespace aprsim::modbus_server {
 namespace {

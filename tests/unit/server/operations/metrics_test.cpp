@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "server/config/version.hpp"
 #include "server/operations/metrics_text.hpp"
-#include "server/version.hpp"
 
 namespace aprsim::server {
 namespace {

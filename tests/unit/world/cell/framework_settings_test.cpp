@@ -36,6 +36,7 @@ struct Settings {
   std::set<std::string> trays;  ///< of which the cached queries have slots
   int kits, part_trays, gears;  ///< that are to be seen
 };
+void PrintTo(const Settings& shown, std::ostream* out) { *out << shown.name; }
 
 const std::vector<CartBox> kFanucLimits = {{100, 200, -200, 200}, {225, 700, -275, 275}};
 const std::vector<CartBox> kMotomanLimits = {

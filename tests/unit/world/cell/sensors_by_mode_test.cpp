@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/cell_script.hpp"
+#include "tests/support/parameter_names.hpp"
 
 namespace aprsim::test {
 namespace {

@@ -39,6 +39,7 @@ struct Target {
   const char* name;
   void (*add)(scene::Scene&);
 };
+void PrintTo(const Target& shown, std::ostream* out) { *out << shown.name; }
 
 void add_plate(scene::Scene& scene) {
   scene.fixed.push_back({"plate", {20, 20, 0.005}, at({0, 0, -0.0025})});

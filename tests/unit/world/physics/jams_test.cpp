@@ -16,6 +16,7 @@ struct Case {
   Jam jam;
   unsigned seed;
 };
+void PrintTo(const Case& shown, std::ostream* out) { *out << name_of(shown.jam) << shown.seed; }
 
 class Jams : public testing::TestWithParam<Case> {};
 

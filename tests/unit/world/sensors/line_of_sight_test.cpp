@@ -25,7 +25,13 @@ double depth(const Shape& shape, const Eigen::Vector3d& p) {
   return capsule.radius_m - (p - Eigen::Vector3d(0, 0, z)).norm();
 }
 
-class LineOfSight : public testing::TestWithParam<Shape> {
+struct NamedShape {
+  const char* name;
+  Shape shape;
+};
+void PrintTo(const NamedShape& shown, std::ostream* out) { *out << shown.name; }
+
+class LineOfSight : public testing::TestWithParam<NamedShape> {
  protected:
   std::mt19937 random{3};
   Eigen::Vector3d vector(double range) {
@@ -36,7 +42,7 @@ class LineOfSight : public testing::TestWithParam<Shape> {
 };
 
 TEST_P(LineOfSight, AgreesWithPointsAlongTheLine) {
-  const Shape& shape = GetParam();
+  const Shape& shape = GetParam().shape;
   int hidden = 0, clear = 0;
   for (int round = 0; round < 2000; ++round) {
     Occluder occluder{.shape = shape, .bound_m = bounding_radius(shape)};
@@ -69,10 +75,11 @@ TEST_P(LineOfSight, AgreesWithPointsAlongTheLine) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Shapes, LineOfSight,
-                         testing::Values(Shape{robot::BoxShape{{0.3, 0.5, 0.2}}},
-                                         Shape{robot::CylinderShape{0.2, 0.4}},
-                                         Shape{robot::CapsuleShape{0.15, 0.4}},
-                                         Shape{robot::SphereShape{0.3}}));
+                         testing::Values(NamedShape{"Box", robot::BoxShape{{0.3, 0.5, 0.2}}},
+                                         NamedShape{"Cylinder", robot::CylinderShape{0.2, 0.4}},
+                                         NamedShape{"Capsule", robot::CapsuleShape{0.15, 0.4}},
+                                         NamedShape{"Sphere", robot::SphereShape{0.3}}),
+                         [](const auto& test) { return test.param.name; });
 
 TEST(LineOfSightEdges, StraightAlongTheAxes) {
   const Occluder box{.shape = robot::BoxShape{{0.2, 0.2, 0.2}}};

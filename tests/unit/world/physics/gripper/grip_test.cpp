@@ -5,6 +5,7 @@
 
 #include "tests/unit/world/physics/cell_builder.hpp"
 #include "world/physics/gripper/gripper_mechanism.hpp"
+#include "tests/support/parameter_names.hpp"
 
 namespace aprsim::physics::test {
 namespace {

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/unit/world/physics/cell_builder.hpp"
+#include "tests/support/parameter_names.hpp"
 
 namespace aprsim::physics::test {
 namespace {

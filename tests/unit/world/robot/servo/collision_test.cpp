@@ -22,6 +22,7 @@ struct Case {
   bool six;
   Vector3d direction;
 };
+void PrintTo(const Case& shown, std::ostream* out) { *out << shown.name; }
 
 struct Outcome {
   double peak_n = 0;  ///< greatest contact force

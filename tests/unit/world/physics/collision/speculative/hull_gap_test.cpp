@@ -18,6 +18,12 @@ const Vector3d kBox(0.12, 0.05, 0.02), kSlab(0.16, 0.16, 0.015);
 
 enum class Hulls { kGears, kGearAndBox, kBoxes };
 
+const char* name_of(Hulls hulls) {
+  if (hulls == Hulls::kGears) return "Gears";
+  return hulls == Hulls::kGearAndBox ? "GearAndBox" : "Boxes";
+}
+void PrintTo(Hulls hulls, std::ostream* out) { *out << name_of(hulls); }
+
 HullGap gap(Hulls hulls, const Isometry3d& X_WA, const Isometry3d& X_WB) {
   if (hulls == Hulls::kGears) return gear_gear_gap(kGear, X_WA, kOther, X_WB);
   if (hulls == Hulls::kGearAndBox) return gear_box_gap(kGear, X_WA, kSlab, X_WB);
@@ -66,7 +72,8 @@ TEST_P(HullGapOf, IsNeverMoreThanTheDistance) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, HullGapOf,
-                         testing::Values(Hulls::kGears, Hulls::kGearAndBox, Hulls::kBoxes));
+                         testing::Values(Hulls::kGears, Hulls::kGearAndBox, Hulls::kBoxes),
+                         [](const auto& test) { return name_of(test.param); });
 
 TEST(HullGap, FaceToFaceIsTheDistance) {
   constexpr double kGapM = 0.013;
