@@ -115,11 +115,11 @@ class Driver:
 
 
 class Setup:
-    """What sessions share: sources and classes; and of each session its folder, its cell, what it
-    changed, and what is to be closed after it."""
+    """Shared by sessions: the framework's folder and the class path. Of each session: its folder, its
+    cell, its edits, and the resources to close after it."""
 
-    def __init__(self, sources, classpath):
-        self.sources = pathlib.Path(sources).resolve()
+    def __init__(self, framework, classpath):
+        self.framework = pathlib.Path(framework).resolve()
         self.classpath = classpath
 
     def begin(self, folder):
@@ -211,7 +211,7 @@ def framework_home(setup, ports):
     home = setup.folder / "home"
     for name in ("example_settings", "example_pddl", "netbeans_run_user_home", "linux_netbeans_run_user_home",
                  "CRCLPrograms"):
-        shutil.copytree(setup.sources / "aprs" / name, home / name)
+        shutil.copytree(setup.framework / name, home / name)
     off = {
         "startup.robotcrclsimserver": "false",
         "startup.robotcrclfanucserver": "false",

@@ -194,7 +194,7 @@ def program(name):
             {"crcl4java.host": "localhost", "crcl4java.port": cell.ports[f"crcl.{robot}"]},
         )
         driver.require("connect", answer="true")
-        driver.send("program", setup.sources / "aprs" / "CRCLPrograms" / f"{name}.xml")
+        driver.send("program", setup.framework / "CRCLPrograms" / f"{name}.xml")
         end = driver.expect("program ended", 400)
         if name in NOTHING_TO_TOUCH:
             if "required trigger not seen" not in end:
@@ -407,7 +407,7 @@ def supervisor(setup):
 @session("supervisor, both robots, tools as saved (physical)", "physical")
 def supervisor_with_tools(setup):
     """The Motoman changes its tool while the Fanuc waits aside, as the supervisor has it."""
-    TeachTable(setup, setup.sources / "aprs" / "example_settings" / SIM / LAYOUT)
+    TeachTable(setup, setup.framework / "example_settings" / SIM / LAYOUT)
     cell = Cell(setup, lab_with_tools_as_saved(setup.folder), "--set", "vision.empty_slots=true")
     driver, _ = supervisor_driver(setup, PHYSICAL, "fanucmotoman.csv", "posmapfiles.csv")
     cycles(setup, driver)
@@ -443,7 +443,7 @@ def in_virtual_time(robot, scene, job):
             if job == "test":
                 driver.send("test")
             else:
-                driver.send("program", setup.sources / "aprs" / "CRCLPrograms" / f"{job}.xml")
+                driver.send("program", setup.framework / "CRCLPrograms" / f"{job}.xml")
             driver.ended("test" if job == "test" else "program", 400)
             state = cell.state()
             ends.add((state["step"], state["state_hash"]))
@@ -475,7 +475,7 @@ for robot, jobs in VIRTUAL.items():
 
 def main():
     parser = argparse.ArgumentParser()
-    parser.add_argument("--sources", required=True)
+    parser.add_argument("--framework", required=True)
     parser.add_argument("--classpath", required=True)
     parser.add_argument("--keep", help="folder for logs and recordings, instead of one that goes")
     parser.add_argument("--list", action="store_true")
@@ -486,7 +486,7 @@ def main():
         print("\n".join(SESSIONS))
         return 0 if options.list else 2
     folder = pathlib.Path(options.keep or tempfile.mkdtemp(prefix="aprsim-clients-")).resolve()
-    setup = Setup(options.sources, options.classpath)
+    setup = Setup(options.framework, options.classpath)
     failed = 0
     print("| job | settings | result | time [s] | edits |\n|---|---|---|---|---|", flush=True)
     for name in chosen:

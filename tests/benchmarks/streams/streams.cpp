@@ -6,7 +6,6 @@
 #include <fstream>
 #include <memory>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <thread>
 #include <unistd.h>
@@ -48,6 +47,11 @@ struct Outcome {
       all.insert(all.end(), seen.intervals_us.begin(), seen.intervals_us.end());
     }
     return all;
+  }
+  /// Streams that the daemon ended, mostly because their reader fell behind.
+  [[nodiscard]] std::size_t ended() const {
+    return static_cast<std::size_t>(
+        std::ranges::count_if(clients, [](const Seen& seen) { return !seen.error.empty(); }));
   }
   [[nodiscard]] std::uint64_t missing() const {
     std::uint64_t sum = 0;
@@ -140,9 +144,10 @@ class Idler {
 };
 
 Outcome measure(int clients, const std::vector<std::string>& fields, std::chrono::seconds duration,
-                bool with_idler) {
-  // What is kept of the past on purpose would grow beside the streams.
-  const test::DaemonProcess daemon({"--set", "history.minutes=0", "--set", "journal.memory_mb=0"});
+                bool with_idler, const std::string& speed) {
+  // The journal and the history would grow beside the streams.
+  const test::DaemonProcess daemon(
+      {"--speed", speed, "--set", "history.minutes=0", "--set", "journal.memory_mb=0"});
   test::CellClient cell(daemon.port("grpc"));
   std::optional<Idler> idler;
   if (with_idler) idler.emplace(daemon.port("grpc"));
@@ -173,15 +178,14 @@ Outcome measure(int clients, const std::vector<std::string>& fields, std::chrono
   const auto missed = static_cast<double>(last.missed_steps() - first.missed_steps());
   out.real_time_factor = steps * 1e-3 / out.span_s;
   out.missed_share = missed / std::max(1.0, steps + missed);
-  for (const Seen& seen : out.clients) {
-    if (!seen.error.empty()) throw std::runtime_error("a stream ended: " + seen.error);
-  }
   return out;
 }
 
 int run(int argc, char** argv) {
   Experiment experiment("streams", argc, argv);
   const std::chrono::seconds duration(experiment.quick() ? 2 : 20);
+  // A quick run shows that everything works: slowly enough for readers on a busy machine.
+  const std::string speed = experiment.quick() ? "0.05" : "1";
   const std::vector<std::string> joints{"step", "sim_time", "robots.name",
                                         "robots.joints.position_rad"};
   struct Case {
@@ -194,24 +198,25 @@ int run(int argc, char** argv) {
       {"1, joints", 1, joints, false},   {"8, joints", 8, joints, false},
       {"32, joints", 32, joints, false}, {"1, everything", 1, {}, false},
       {"8, everything", 8, {}, false},   {"8, joints, and one that never reads", 8, joints, true}};
-  Table table({"clients", "missing steps", "samples/s each", "inter-arrival p50 [us]", "p99",
-               "p99.9", "max", "kB/s together", "RTF", "steps given up [%]", "daemon grows [MB]",
-               "the unread stream"});
+  Table table({"clients", "missing steps", "streams ended", "samples/s each",
+               "inter-arrival p50 [us]", "p99", "p99.9", "max", "kB/s together", "RTF",
+               "steps given up [%]", "daemon grows [MB]", "the unread stream"});
   Plot plot{.title = "Every step at 1 kHz: time between two samples",
             .x = {.label = "fraction of samples that take longer", .log = true},
             .y = {.label = "us", .log = true},
             .series = {}};
-  std::uint64_t missing = 0;
+  std::uint64_t missing = 0, ended = 0;
   for (const Case& one : cases) {
-    const Outcome out = measure(one.clients, one.fields, duration, one.idler);
+    const Outcome out = measure(one.clients, one.fields, duration, one.idler, speed);
     const auto intervals = out.intervals_us();
     const double each = static_cast<double>(intervals.size()) / (one.clients * out.span_s);
-    table.row({one.name, static_cast<double>(out.missing()), each, percentile(intervals, 0.5),
-               percentile(intervals, 0.99), percentile(intervals, 0.999), percentile(intervals, 1),
-               out.bytes_per_s() / 1e3, out.real_time_factor, 100 * out.missed_share, out.grown_mb,
-               out.idler});
+    table.row({one.name, static_cast<double>(out.missing()), static_cast<double>(out.ended()), each,
+               percentile(intervals, 0.5), percentile(intervals, 0.99),
+               percentile(intervals, 0.999), percentile(intervals, 1), out.bytes_per_s() / 1e3,
+               out.real_time_factor, 100 * out.missed_share, out.grown_mb, out.idler});
     plot.series.push_back(tails(one.name, intervals));
     missing += out.missing();
+    ended += out.ended();
     if (one.idler) {
       experiment.record("streams.idler_growth_mb", out.grown_mb, "MB");
       experiment.record("streams.idler_p99_us", percentile(intervals, 0.99), "us");
@@ -224,6 +229,7 @@ int run(int argc, char** argv) {
     experiment.record(key + "_kb_per_s", out.bytes_per_s() / 1e3, "kB/s");
   }
   experiment.record("streams.missing_steps", static_cast<double>(missing), "count");
+  experiment.record("streams.ended", static_cast<double>(ended), "count");
   experiment.plot("intervals", plot);
   experiment.table("streams", "Every step of the default cell at real-time pace", table);
   experiment.note(
