@@ -22,8 +22,8 @@ inline void PrintTo(PadShape shape, std::ostream* out) {
 
 }  // namespace aprsim::scene
 
-namespace aprsim::modbus {
+namespace aprsim::modbus::conformance {
 
 inline void PrintTo(const ConformanceCase& tested, std::ostream* out) { *out << tested.name; }
 
-}  // namespace aprsim::modbus
+}  // namespace aprsim::modbus::conformance
