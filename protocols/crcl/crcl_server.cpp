@@ -156,7 +156,7 @@ class CrclServer::Impl {
           {executor_.name(), api::PacerKind::kProgram, options_.endpoint},
           [this] { boost::asio::post(service_.io(), [this] { advance_program(); }); });
     }
-    if (program_pacer_) options_.virtual_time->ask(*program_pacer_, kProgramPeriod);
+    if (program_pacer_) options_.virtual_time->request_until(*program_pacer_, kProgramPeriod);
   }
 
   void leave_time() {

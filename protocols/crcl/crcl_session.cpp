@@ -47,7 +47,7 @@ void CrclSession::close() {
 }
 
 void CrclSession::shut_out() {
-  if (pacer_) virtual_time_->shut_out(*pacer_);
+  if (pacer_) virtual_time_->exclude(*pacer_);
   pacer_.reset();
 }
 
@@ -179,7 +179,7 @@ void CrclSession::poll() {
 // Where pacers are declared, with the first document; else with the first poll.
 void CrclSession::join_time(bool polls) {
   const std::string& role = executor_.name();
-  if (pacer_ || !(polls || virtual_time_->declares(role))) return;
+  if (pacer_ || !(polls || virtual_time_->is_registered(role))) return;
   pacer_ = virtual_time_->join({role, api::PacerKind::kClient, options_.endpoint},
                                [this, io = io_, wire = std::weak_ptr<SessionWire>(wire_.hold())] {
                                  asio::post(io, [this, wire] {
@@ -191,7 +191,7 @@ void CrclSession::join_time(bool polls) {
 // Nothing of this session is handled before.
 void CrclSession::after(SimTime span, std::function<void()> then) {
   then_ = std::move(then);
-  virtual_time_->ask(*pacer_, span);
+  virtual_time_->request_until(*pacer_, span);
   wire_.watch_end();
 }
 

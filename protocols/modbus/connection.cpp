@@ -215,7 +215,7 @@ bool Connection::process_request() {
 void Connection::join_time() {
   constexpr const char* kRole = "modbus";
   api::VirtualTime& time = *context_.options.virtual_time;
-  if (pacer_ || !time.declares(kRole)) return;
+  if (pacer_ || !time.is_registered(kRole)) return;
   pacer_ = time.join({kRole, api::PacerKind::kClient, context_.options.endpoint},
                      [&io = context_.io, connection = weak_from_this()] {
                        boost::asio::post(io, [connection] {
@@ -234,7 +234,8 @@ void Connection::take_time(const modbus::ValidatedRequest& validated) {
   if (closed_) return;
   const auto delay =
       protocols::injected_delay(*context_.source.latest(), faults::Kind::kModbusDelay);
-  context_.options.virtual_time->ask(*pacer_, context_.options.virtual_time->poll_period() + delay);
+  context_.options.virtual_time->request_until(
+      *pacer_, context_.options.virtual_time->poll_period() + delay);
 }
 
 void Connection::on_reached() {

@@ -120,7 +120,7 @@ class VisionServer::Impl {
     service_.for_each([&](const VisionConnection& connection) { busy |= connection.busy(); });
     if (busy) return;
     at_work_ = false;
-    options_.virtual_time->ask(*pacer_, options_.repeat);
+    options_.virtual_time->request_until(*pacer_, options_.repeat);
   }
 
   void end(VisionConnection& connection) {

@@ -130,7 +130,7 @@ std::uint64_t CommandQueue::changes() {
   return changes_;
 }
 
-void CommandQueue::poke() {
+void CommandQueue::notify() {
   const std::lock_guard lock(mutex_);
   ++changes_;
   filled_.notify_one();

@@ -40,10 +40,10 @@ class CommandQueue {
   /// Whether a command waits that comes from none of these endpoints. Thread: sim.
   [[nodiscard]] bool holds_other_than(std::span<const api::EndpointId> endpoints);
 
-  /// Counts pushes and calls of poke(). Thread: any.
+  /// Counts pushes and calls of notify(). Thread: any.
   [[nodiscard]] std::uint64_t changes();
-  /// Ends a wait. Thread: any.
-  void poke();
+  /// Ends a wait_until(). Thread: any.
+  void notify();
   /// Waits until changes() is no longer `seen`, the deadline passes or the queue is closed.
   /// Thread: sim.
   void wait_until(std::uint64_t seen, std::chrono::steady_clock::time_point deadline);

@@ -62,7 +62,7 @@ Simulation::Simulation(std::shared_ptr<const scene::Scene> scene, SimulationOpti
   drained_.reserve(options.queue_capacity);
   if (options.virtual_time) {
     clock_ = std::make_unique<VirtualClock>(*std::move(options.virtual_time), world_->step_size(),
-                                            [this] { queue_.poke(); });
+                                            [this] { queue_.notify(); });
     look_at_clock();
   }
   pacer_.set_speed(options.speed, SteadyClock::now());

@@ -111,7 +111,7 @@ grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* cont
   if (request->has_read_mask()) wanted = *mask;
   std::unique_lock lock(step_mutex_);
   const api::SnapshotPtr now = source_.latest();
-  if (!now->paused && options_.virtual_time && options_.virtual_time->declares("grpc")) {
+  if (!now->paused && options_.virtual_time && options_.virtual_time->is_registered("grpc")) {
     lock.unlock();
     return pass_time(context, steps, wanted, response);
   }
@@ -174,7 +174,7 @@ grpc::ServerUnaryReactor* ControlService::pass_time(grpc::CallbackServerContext*
   }
   step_epoch_ = now->epoch;
   const std::uint64_t goal = step_goal_ = now->step + steps;
-  time.ask(*pacer_, now->cell->step_size * static_cast<SimTime::rep>(steps));
+  time.request_until(*pacer_, now->cell->step_size * static_cast<SimTime::rep>(steps));
   lock.unlock();
   auto* reactor = context->DefaultReactor();
   auto outcome = [=, this,

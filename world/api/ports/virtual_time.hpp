@@ -8,9 +8,9 @@
 #include "world/api/commands/command.hpp"
 #include "world/base/time.hpp"
 
-/// Virtual time: simulated time that passes only as clients ask for it. Whoever takes part stands
-/// at an instant until it asks for more; time goes to the least of what all have asked for, and
-/// stands until the last of them has asked.
+/// Virtual time: simulated time that passes only as clients request it. A member waits at an
+/// instant until its request is met. Time goes to the least of all requests, and stops there until
+/// every member has made its next request.
 namespace aprsim::api {
 
 enum class PacerKind {
@@ -35,26 +35,25 @@ class VirtualTime {
 
   /// Simulated time that a request of a pacing client takes.
   [[nodiscard]] virtual SimTime poll_period() const = 0;
-  /// Whether that role is among those that have been declared to pace.
-  [[nodiscard]] virtual bool declares(const std::string& role) const = 0;
+  /// Whether the role was declared as a pacer.
+  [[nodiscard]] virtual bool is_registered(const std::string& role) const = 0;
 
-  /// Takes part from now on. `reached` is called once for the latest ask(), on any thread and
-  /// within these functions, too: it posts to the listener's thread and does nothing else. Nothing
-  /// when pacers have been declared and all places of a client's role are taken: it paces nothing
-  /// then.
+  /// Adds a member. `reached` is called once for the latest request_until(), on any thread and
+  /// within these functions, too: it posts to the listener's thread and does nothing else. nullopt
+  /// when pacers were declared and all places of a client's role are taken: it does not pace then.
   [[nodiscard]] virtual std::optional<PacerId> join(PacerRole role,
                                                     std::function<void()> reached) = 0;
-  /// Time may go on by `span`, at least one step; for a feed until then or until the next frame of
-  /// its camera, 0 = the latter alone. Commands submitted before take effect now.
-  virtual void ask(PacerId pacer, SimTime span) = 0;
-  /// The client has finished sending. What it has asked for still holds, but nobody is left behind
-  /// for its sake.
+  /// Time may go on by `span`, at least one step. For a feed: until then or until the next frame of
+  /// its camera; 0 = until the next frame alone. Commands submitted before take effect now.
+  virtual void request_until(PacerId pacer, SimTime span) = 0;
+  /// The client has finished sending. Its request still holds, but no other client is given up for
+  /// its sake.
   virtual void finish(PacerId pacer) = 0;
   /// `reached` is not called any more once this has returned. An unknown pacer: nothing.
   virtual void leave(PacerId pacer) = 0;
-  /// The same of one that its listener does not let in again for now: nobody waits for its return,
-  /// which counts as left behind.
-  virtual void shut_out(PacerId pacer) = 0;
+  /// Like leave(), for a client that its listener does not let in again for now: time does not wait
+  /// for its return. It counts as given up.
+  virtual void exclude(PacerId pacer) = 0;
 };
 
 }  // namespace aprsim::api

@@ -8,17 +8,17 @@ namespace aprsim::world {
 namespace {
 
 constexpr TimeBarrier::Steps kUntilCut = std::numeric_limits<TimeBarrier::Steps>::max();
-/// Silence after which somebody is told to be waited for.
+/// Silence after which a client is listed as awaited.
 constexpr std::chrono::seconds kNoticeable{1};
 
 }  // namespace
 
 TimeBarrier::TimeBarrier(Options options) : grace_(options.grace) {
   for (std::string& role : options.declared) places_.push_back({.role = std::move(role)});
-  note_fallback();
+  record_fallback();
 }
 
-bool TimeBarrier::declares(const std::string& role) const {
+bool TimeBarrier::is_registered(const std::string& role) const {
   return std::ranges::find(places_, role, &Place::role) != places_.end();
 }
 
@@ -37,17 +37,17 @@ std::optional<api::PacerId> TimeBarrier::join(api::PacerRole role, WallTime now)
   });
   members_.insert(after, {.id = id, .role = std::move(role), .since = now});
   begin_if_complete(now);
-  note_fallback();
+  record_fallback();
   return id;
 }
 
-void TimeBarrier::ask(api::PacerId id, Steps steps) {
+void TimeBarrier::request_until(api::PacerId id, Steps steps) {
   Member* const member = find(id);
   if (member == nullptr) return;
-  member->asking = true;
+  member->waiting = true;
   member->absent = false;
   member->until = steps == 0 ? kUntilCut : now_ + steps;
-  note_fallback();
+  record_fallback();
 }
 
 void TimeBarrier::finish(api::PacerId id) {
@@ -62,10 +62,10 @@ void TimeBarrier::leave(api::PacerId id, WallTime now) {
     place->taken_by = 0;
     place->free_since = now;
   }
-  note_fallback();
+  record_fallback();
 }
 
-void TimeBarrier::shut_out(api::PacerId id) {
+void TimeBarrier::exclude(api::PacerId id) {
   const auto place = std::ranges::find(places_, id, &Place::taken_by);
   if (place == places_.end() || place->given_up) return;
   place->given_up = true;
@@ -74,7 +74,7 @@ void TimeBarrier::shut_out(api::PacerId id) {
 
 void TimeBarrier::cut(api::PacerId id) {
   Member* const member = find(id);
-  if (member != nullptr && member->asking) member->until = now_;
+  if (member != nullptr && member->waiting) member->until = now_;
 }
 
 bool TimeBarrier::paced() const {
@@ -91,7 +91,7 @@ TimeBarrier::Steps TimeBarrier::due() const {
   bool somebody = false;
   for (const Member& member : members_) {
     if (member.absent) continue;
-    if (!member.asking) return 0;
+    if (!member.waiting) return 0;
     somebody = somebody || is_client(member);
     until = std::min(until, member.until);
   }
@@ -102,11 +102,11 @@ std::vector<api::PacerId> TimeBarrier::take_reached(WallTime now) {
   std::vector<api::PacerId> reached;
   const bool waits = paced();
   for (Member& member : members_) {
-    // Feeds are the first of all.
-    if (waits && member.role.kind != api::PacerKind::kFeed && feed_at_work()) break;
+    // Feeds come first.
+    if (waits && member.role.kind != api::PacerKind::kFeed && feed_is_busy()) break;
     if (waits && is_client(member) && client_thinks()) break;
-    if (!member.asking || member.until > now_) continue;
-    member.asking = false;
+    if (!member.waiting || member.until > now_) continue;
+    member.waiting = false;
     member.since = now;
     reached.push_back(member.id);
   }
@@ -116,8 +116,8 @@ std::vector<api::PacerId> TimeBarrier::take_reached(WallTime now) {
 std::vector<api::PacerId> TimeBarrier::release_clients(WallTime now) {
   std::vector<api::PacerId> released;
   for (Member& member : members_) {
-    if (!is_client(member) || !member.asking) continue;
-    member.asking = false;
+    if (!is_client(member) || !member.waiting) continue;
+    member.waiting = false;
     member.since = now;
     released.push_back(member.id);
   }
@@ -128,7 +128,7 @@ void TimeBarrier::expire(WallTime now) {
   const bool declared = !places_.empty();
   if (grace_.count() == 0 || (declared && (!begun_ || !client_waits()))) return;
   for (Member& member : members_) {
-    if (!is_client(member) || member.asking || member.absent) continue;
+    if (!is_client(member) || member.waiting || member.absent) continue;
     if (now - std::max(member.since, begun_.value_or(member.since)) < grace_) continue;
     member.absent = true;
     ++expired_;
@@ -138,7 +138,7 @@ void TimeBarrier::expire(WallTime now) {
     place.given_up = true;
     ++expired_;
   }
-  note_fallback();
+  record_fallback();
 }
 
 std::vector<api::EndpointId> TimeBarrier::endpoints() const {
@@ -155,7 +155,7 @@ api::VirtualTimeState TimeBarrier::state(WallTime now) const {
   for (const Member& member : members_) {
     if (!is_client(member) || member.absent) continue;
     state.pacers.push_back(member.role.name);
-    if (!member.asking && client_waits() && now - member.since >= kNoticeable) {
+    if (!member.waiting && client_waits() && now - member.since >= kNoticeable) {
       state.awaited.push_back(member.role.name);
     }
   }
@@ -174,20 +174,20 @@ TimeBarrier::Member* TimeBarrier::find(api::PacerId id) {
   return found == members_.end() ? nullptr : &*found;
 }
 
-bool TimeBarrier::feed_at_work() const {
+bool TimeBarrier::feed_is_busy() const {
   return std::ranges::any_of(members_, [](const Member& member) {
-    return member.role.kind == api::PacerKind::kFeed && !member.asking;
+    return member.role.kind == api::PacerKind::kFeed && !member.waiting;
   });
 }
 
 bool TimeBarrier::client_waits() const {
   return std::ranges::any_of(
-      members_, [](const Member& m) { return is_client(m) && m.asking && !m.finished; });
+      members_, [](const Member& m) { return is_client(m) && m.waiting && !m.finished; });
 }
 
 bool TimeBarrier::client_thinks() const {
   return std::ranges::any_of(
-      members_, [](const Member& m) { return is_client(m) && !m.asking && !m.absent; });
+      members_, [](const Member& m) { return is_client(m) && !m.waiting && !m.absent; });
 }
 
 void TimeBarrier::begin_if_complete(WallTime now) {
@@ -197,7 +197,7 @@ void TimeBarrier::begin_if_complete(WallTime now) {
   }
 }
 
-void TimeBarrier::note_fallback() {
+void TimeBarrier::record_fallback() {
   const bool now_paced = paced();
   if (was_paced_ && !now_paced) ++fallbacks_;
   was_paced_ = now_paced;

@@ -12,48 +12,52 @@
 
 namespace aprsim::world {
 
-/// Who paces virtual time, and how far it may go. Counts steps from the start, over all resets; the
-/// wall clock is passed in, and decides only who is given up as silent. Thread: one at a time.
+/// A conservative barrier: virtual time goes no further than every member has requested. Counts
+/// steps from the start, over all resets. The wall clock is passed in, and only decides which
+/// silent clients are no longer waited for. Thread: one at a time.
 ///
-/// With declared roles time begins when all of them are there, stands while one is away, and never
-/// falls back to the wall clock. Without, whoever joins paces. Of what is reached in one step,
-/// feeds come first; then clients, one at a time and by endpoint, each when the one before has
-/// asked again: so what they tell each other besides is in an order, too.
+/// With declared roles, time begins when all of them are present, and stops while one is absent. It
+/// never falls back to the wall clock. Without declared roles, every client that joins paces.
+///
+/// Members whose time has come in the same step are notified in order: feeds first, then clients by
+/// endpoint. Each client is notified when the one before it has made its next request, so messages
+/// between clients are ordered, too.
 class TimeBarrier {
  public:
   using Steps = std::uint64_t;
 
   struct Options {
     std::vector<std::string> declared;  ///< roles, one for each place; none = whoever joins
-    std::chrono::nanoseconds grace{};   ///< of silence before a client is left behind; 0 = never
+    std::chrono::nanoseconds grace{};   ///< of silence before a client is given up; 0 = never
   };
 
   explicit TimeBarrier(Options options);
 
-  [[nodiscard]] bool declares(const std::string& role) const;
-  /// Nothing when pacers are declared and this client has no place among them.
+  /// Whether the role is declared.
+  [[nodiscard]] bool is_registered(const std::string& role) const;
+  /// nullopt when pacers are declared and this client has no place among them.
   [[nodiscard]] std::optional<api::PacerId> join(api::PacerRole role, WallTime now);
-  /// `steps` 0 is for feeds: until cut().
-  void ask(api::PacerId id, Steps steps);
-  /// It asks for the last time; nobody is left behind for its sake.
+  /// The member waits until `steps` have been taken. 0, for feeds only: until cut().
+  void request_until(api::PacerId id, Steps steps);
+  /// The present request is its last; no other client is given up for its sake.
   void finish(api::PacerId id);
   void leave(api::PacerId id, WallTime now);
-  /// Its place is not waited for once it has left, until somebody takes it.
-  void shut_out(api::PacerId id);
-  /// What a feed has asked for is reached now.
+  /// Time does not wait for its place once it has left, until another client takes the place.
+  void exclude(api::PacerId id);
+  /// The request of a feed is met now.
   void cut(api::PacerId id);
 
   /// Whether clients pace; else the wall clock does.
   [[nodiscard]] bool paced() const;
-  /// Steps that may be taken now; 0 = time stands. Only while paced().
+  /// Steps that may be taken now; 0 = time waits for a member. Only while paced().
   [[nodiscard]] Steps due() const;
   void step() { ++now_; }
-  /// Those whose time has come. They stand here until they ask again.
+  /// Members whose time has come. Time waits for their next requests.
   [[nodiscard]] std::vector<api::PacerId> take_reached(WallTime now);
-  /// All clients that have asked, whatever for: the cell is paused, and nobody shall wait for it.
+  /// All waiting clients, whatever they requested: the cell is paused, and none shall wait for it.
   [[nodiscard]] std::vector<api::PacerId> release_clients(WallTime now);
-  /// Leaves behind who has been silent for longer than the grace time; those before whom others
-  /// wait, where pacers are declared.
+  /// Gives up clients that have been silent for longer than the grace time; with declared pacers
+  /// only while another client waits.
   void expire(WallTime now);
 
   /// Endpoints whose commands wait until time goes on.
@@ -65,11 +69,11 @@ class TimeBarrier {
   struct Member {
     api::PacerId id = 0;
     api::PacerRole role;
-    bool asking = false;
-    Steps until = 0;        ///< while asking
+    bool waiting = false;   ///< for its request to be met
+    Steps until = 0;        ///< while waiting: the step of its request
     WallTime since{};       ///< when it was last answered
-    bool absent = false;    ///< left behind
-    bool finished = false;  ///< it asks for the last time
+    bool absent = false;    ///< given up
+    bool finished = false;  ///< its present request is the last
   };
   struct Place {
     std::string role;
@@ -79,12 +83,12 @@ class TimeBarrier {
   };
 
   [[nodiscard]] Member* find(api::PacerId id);
-  [[nodiscard]] bool feed_at_work() const;
+  [[nodiscard]] bool feed_is_busy() const;
   [[nodiscard]] bool client_waits() const;
   [[nodiscard]] bool client_thinks() const;
   void begin_if_complete(WallTime now);
-  /// After any change of who is there.
-  void note_fallback();
+  /// After any change of the members.
+  void record_fallback();
 
   static bool is_client(const Member& member) {
     return member.role.kind == api::PacerKind::kClient;

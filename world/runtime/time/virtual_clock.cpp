@@ -16,9 +16,9 @@ VirtualClock::VirtualClock(VirtualTimeOptions options, SimTime step, std::functi
       wake_(std::move(wake)),
       barrier_({std::move(options.pacers), options.grace}) {}
 
-bool VirtualClock::declares(const std::string& role) const {
+bool VirtualClock::is_registered(const std::string& role) const {
   const std::lock_guard lock(mutex_);
-  return barrier_.declares(role);
+  return barrier_.is_registered(role);
 }
 
 std::optional<api::PacerId> VirtualClock::join(api::PacerRole role, std::function<void()> reached) {
@@ -36,12 +36,12 @@ std::optional<api::PacerId> VirtualClock::join(api::PacerRole role, std::functio
   return id;
 }
 
-void VirtualClock::ask(api::PacerId pacer, SimTime span) {
+void VirtualClock::request_until(api::PacerId pacer, SimTime span) {
   {
     const std::lock_guard lock(mutex_);
     const auto steps = span.count() == 0 ? 0 : std::max<SimTime::rep>(1, span / step_);
-    barrier_.ask(pacer, static_cast<TimeBarrier::Steps>(steps));
-    // The last feed that is done lets those go who have waited for it.
+    barrier_.request_until(pacer, static_cast<TimeBarrier::Steps>(steps));
+    // Clients may have waited for this feed alone.
     release_reached(wall_now());
   }
   wake_();
@@ -52,10 +52,10 @@ void VirtualClock::finish(api::PacerId pacer) {
   barrier_.finish(pacer);
 }
 
-void VirtualClock::shut_out(api::PacerId pacer) {
+void VirtualClock::exclude(api::PacerId pacer) {
   {
     const std::lock_guard lock(mutex_);
-    barrier_.shut_out(pacer);
+    barrier_.exclude(pacer);
   }
   leave(pacer);
 }
@@ -76,7 +76,7 @@ VirtualClock::Turn VirtualClock::turn(WallTime now) {
   barrier_.expire(now);
   release_reached(now);
   Turn turn{barrier_.paced(), barrier_.due(), nullptr};
-  // Nothing of it changes while time runs.
+  // The state does not change while time runs.
   if (!state_ || !turn.paced || turn.due == 0) {
     api::VirtualTimeState state = barrier_.state(now);
     if (!state_ || state != *state_) {
@@ -114,14 +114,14 @@ bool VirtualClock::published(const api::Snapshot& snapshot, WallTime now) {
 
 void VirtualClock::release_clients(WallTime now) {
   const std::lock_guard lock(mutex_);
-  tell(barrier_.release_clients(now));
+  notify(barrier_.release_clients(now));
 }
 
 void VirtualClock::release_reached(WallTime now) {
-  if (!publishing_) tell(barrier_.take_reached(now));
+  if (!publishing_) notify(barrier_.take_reached(now));
 }
 
-void VirtualClock::tell(const std::vector<api::PacerId>& reached) {
+void VirtualClock::notify(const std::vector<api::PacerId>& reached) {
   for (const api::PacerId id : reached) {
     const auto found = reached_.find(id);
     if (found != reached_.end()) found->second();

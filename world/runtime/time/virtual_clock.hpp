@@ -19,21 +19,21 @@ struct VirtualTimeOptions {
   std::chrono::nanoseconds grace = std::chrono::seconds(5);
 };
 
-/// The TimeBarrier between the listeners' threads and the simulation's. Its lock is held for a look
-/// or a change, and while those who are reached are told, which posts and does not wait.
+/// Shares the TimeBarrier between the listeners' threads and the simulation thread. The lock is
+/// held for a query or a change, and while members are notified, which posts and does not wait.
 class VirtualClock final : public api::VirtualTime {
  public:
-  /// `wake` is called, without the lock, when time may go on. Thread: any.
+  /// `wake` is called without the lock when time may go on. Thread: any.
   VirtualClock(VirtualTimeOptions options, SimTime step, std::function<void()> wake);
 
   [[nodiscard]] SimTime poll_period() const override { return poll_period_; }
-  [[nodiscard]] bool declares(const std::string& role) const override;
+  [[nodiscard]] bool is_registered(const std::string& role) const override;
   [[nodiscard]] std::optional<api::PacerId> join(api::PacerRole role,
                                                  std::function<void()> reached) override;
-  void ask(api::PacerId pacer, SimTime span) override;
+  void request_until(api::PacerId pacer, SimTime span) override;
   void finish(api::PacerId pacer) override;
   void leave(api::PacerId pacer) override;
-  void shut_out(api::PacerId pacer) override;
+  void exclude(api::PacerId pacer) override;
 
   // Thread: sim.
 
@@ -45,23 +45,23 @@ class VirtualClock final : public api::VirtualTime {
   [[nodiscard]] Turn turn(WallTime now);
   /// Endpoints whose commands wait until time goes on, in no order.
   [[nodiscard]] std::vector<api::EndpointId> endpoints() const;
-  /// One step has been taken, and its snapshot is about to be published: who sees that asks from
-  /// there on. Nobody is released before published().
+  /// One step has been taken, and its snapshot is about to be published: a request made on seeing
+  /// that snapshot counts from this step. No member is notified before published().
   void stepped();
   /// Whether time may go on at once.
   bool published(const api::Snapshot& snapshot, WallTime now);
-  /// While the cell is paused nobody waits for it.
+  /// Notifies every waiting client: the cell is paused.
   void release_clients(WallTime now);
 
  private:
   struct Feed {
     int robot = 0;
-    std::uint64_t epoch = 0, number = 0;  ///< of the frame that it was last told of
+    std::uint64_t epoch = 0, number = 0;  ///< of the latest frame
   };
 
-  /// Releases whoever has got what they asked for.
+  /// Notifies the members whose requests are met.
   void release_reached(WallTime now);
-  void tell(const std::vector<api::PacerId>& reached);
+  void notify(const std::vector<api::PacerId>& reached);
 
   const SimTime poll_period_, step_;
   const std::function<void()> wake_;

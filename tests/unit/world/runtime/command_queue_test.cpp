@@ -136,7 +136,7 @@ TEST(CommandQueue, WaitEndsWhenFilledOrClosed) {
   std::vector<QueuedCommand> out;
   queue.drain(out);
   EXPECT_EQ(out.size(), 1U);
-  std::jthread poker([&] { queue.poke(); });
+  std::jthread notifier([&] { queue.notify(); });
   queue.wait_until(empty + 1, std::chrono::steady_clock::now() + 10s);
   EXPECT_EQ(queue.changes(), empty + 2);
   std::jthread closer([&] { queue.close(); });

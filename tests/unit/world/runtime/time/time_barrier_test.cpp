@@ -36,7 +36,7 @@ Ids take_due_in_turn(TimeBarrier& barrier, TimeBarrier::Steps steps, WallTime no
        reached = barrier.take_reached(now)) {
     EXPECT_EQ(reached.size(), 1U);
     all.push_back(reached.front());
-    barrier.ask(reached.front(), steps);
+    barrier.request_until(reached.front(), steps);
   }
   return all;
 }
@@ -48,7 +48,7 @@ TEST(TimeBarrier, OneClientsPollsAreTheClock) {
   EXPECT_TRUE(barrier.paced());
   EXPECT_EQ(barrier.due(), 0U) << "it has not asked";
   for (unsigned poll = 1; poll <= 3; ++poll) {
-    barrier.ask(fanuc, 25);
+    barrier.request_until(fanuc, 25);
     EXPECT_EQ(barrier.due(), 25U);
     EXPECT_EQ(take_due(barrier), Ids{fanuc});
     EXPECT_EQ(barrier.now(), 25 * poll);
@@ -60,14 +60,14 @@ TEST(TimeBarrier, TimeGoesToTheLeastThatAllHaveAskedFor) {
   TimeBarrier barrier({});
   const auto fanuc = join(barrier, "crcl.fanuc"), motoman = join(barrier, "crcl.motoman"),
              plc = join(barrier, "modbus");
-  barrier.ask(fanuc, 25);
-  barrier.ask(plc, 10);
+  barrier.request_until(fanuc, 25);
+  barrier.request_until(plc, 10);
   EXPECT_EQ(barrier.due(), 0U) << "motoman's client thinks";
-  barrier.ask(motoman, 25);
+  barrier.request_until(motoman, 25);
   EXPECT_EQ(take_due(barrier), Ids{plc});
   EXPECT_EQ(barrier.now(), 10U);
   EXPECT_EQ(barrier.due(), 0U);
-  barrier.ask(plc, 40);
+  barrier.request_until(plc, 40);
   EXPECT_EQ(take_due_in_turn(barrier, 25), (Ids{fanuc, motoman}));
   EXPECT_EQ(barrier.now(), 25U);
   barrier.leave(motoman, kBegin);
@@ -79,14 +79,14 @@ TEST(TimeBarrier, OneThinksAtATimeInTheOrderOfEndpoints) {
   TimeBarrier barrier({});
   const auto motoman = join(barrier, "crcl.motoman", kBegin, api::PacerKind::kClient, 17);
   const auto fanuc = join(barrier, "crcl.fanuc", kBegin, api::PacerKind::kClient, 16);
-  barrier.ask(fanuc, 25);
-  barrier.ask(motoman, 25);
+  barrier.request_until(fanuc, 25);
+  barrier.request_until(motoman, 25);
   EXPECT_EQ(take_due(barrier), Ids{fanuc});
   EXPECT_EQ(barrier.take_reached(kBegin), Ids{}) << "it thinks";
-  barrier.ask(fanuc, 25);
+  barrier.request_until(fanuc, 25);
   EXPECT_EQ(barrier.due(), 0U) << "the other one stands here still";
   EXPECT_EQ(barrier.take_reached(kBegin), Ids{motoman});
-  barrier.ask(motoman, 25);
+  barrier.request_until(motoman, 25);
   EXPECT_EQ(barrier.due(), 25U);
 }
 
@@ -94,14 +94,14 @@ TEST(TimeBarrier, DeclaredPacersAreWaitedForAtTheBeginning) {
   TimeBarrier barrier({.declared = {"crcl.fanuc", "crcl.motoman"}, .grace = 1s});
   EXPECT_TRUE(barrier.paced());
   const auto fanuc = join(barrier, "crcl.fanuc");
-  barrier.ask(fanuc, 25);
+  barrier.request_until(fanuc, 25);
   barrier.expire(kBegin + 1h);
   EXPECT_EQ(barrier.due(), 0U) << "however long it takes";
   EXPECT_EQ(barrier.state(kBegin).awaited, Names{"crcl.motoman"});
   EXPECT_FALSE(barrier.join(role_of("modbus"), kBegin)) << "not declared";
   EXPECT_FALSE(barrier.join(role_of("crcl.fanuc"), kBegin)) << "the place is taken";
   const auto motoman = join(barrier, "crcl.motoman", kBegin + 1h);
-  barrier.ask(motoman, 5);
+  barrier.request_until(motoman, 5);
   EXPECT_EQ(take_due(barrier), Ids{motoman});
   EXPECT_TRUE(barrier.state(kBegin + 1h).reproducible());
 }
@@ -109,12 +109,12 @@ TEST(TimeBarrier, DeclaredPacersAreWaitedForAtTheBeginning) {
 TEST(TimeBarrier, ADeclaredPacerThatIsAwayHoldsTime) {
   TimeBarrier barrier({.declared = {"crcl.fanuc", "crcl.motoman"}});
   const auto fanuc = join(barrier, "crcl.fanuc"), motoman = join(barrier, "crcl.motoman");
-  barrier.ask(fanuc, 25);
+  barrier.request_until(fanuc, 25);
   barrier.leave(motoman, kBegin);
   barrier.expire(kBegin + 1h);
   EXPECT_EQ(barrier.due(), 0U) << "no grace time";
   const auto again = join(barrier, "crcl.motoman");
-  barrier.ask(again, 25);
+  barrier.request_until(again, 25);
   EXPECT_EQ(take_due_in_turn(barrier, 25), (Ids{fanuc, again}));
   EXPECT_TRUE(barrier.state(kBegin).reproducible());
   barrier.leave(fanuc, kBegin);
@@ -128,10 +128,10 @@ TEST(TimeBarrier, WhoIsSilentIsLeftBehindAndCounted) {
   const auto fanuc = join(barrier, "crcl.fanuc"), motoman = join(barrier, "crcl.motoman");
   barrier.expire(kBegin + 1h);
   EXPECT_TRUE(barrier.state(kBegin + 1h).reproducible()) << "nobody has waited";
-  barrier.ask(fanuc, 25);
-  barrier.ask(motoman, 25);
+  barrier.request_until(fanuc, 25);
+  barrier.request_until(motoman, 25);
   ASSERT_EQ(take_due(barrier, kBegin + 1h), Ids{fanuc});
-  barrier.ask(fanuc, 25);
+  barrier.request_until(fanuc, 25);
   ASSERT_EQ(barrier.take_reached(kBegin + 1h), Ids{motoman});
   barrier.expire(kBegin + 1h + 1900ms);
   EXPECT_EQ(barrier.due(), 0U);
@@ -141,8 +141,8 @@ TEST(TimeBarrier, WhoIsSilentIsLeftBehindAndCounted) {
   EXPECT_EQ(barrier.state(kBegin).expired, 1U);
   EXPECT_FALSE(barrier.state(kBegin).reproducible());
   // When it asks again it belongs to them again.
-  barrier.ask(motoman, 10);
-  barrier.ask(fanuc, 25);
+  barrier.request_until(motoman, 10);
+  barrier.request_until(fanuc, 25);
   EXPECT_EQ(take_due(barrier, kBegin + 1h + 3s), Ids{motoman});
   EXPECT_EQ(barrier.now(), 60U);
 }
@@ -151,7 +151,7 @@ TEST(TimeBarrier, APlaceThatStaysEmptyIsGivenUpAfterTheGraceTime) {
   TimeBarrier barrier({.declared = {"crcl.fanuc", "crcl.motoman"}, .grace = 2s});
   const auto fanuc = join(barrier, "crcl.fanuc"), motoman = join(barrier, "crcl.motoman");
   barrier.leave(motoman, kBegin);
-  barrier.ask(fanuc, 25);
+  barrier.request_until(fanuc, 25);
   barrier.expire(kBegin + 1s);
   EXPECT_EQ(barrier.due(), 0U);
   barrier.expire(kBegin + 2s);
@@ -164,8 +164,8 @@ TEST(TimeBarrier, APlaceThatStaysEmptyIsGivenUpAfterTheGraceTime) {
 TEST(TimeBarrier, WhoIsShutOutIsNotWaitedForUntilItIsBack) {
   TimeBarrier barrier({.declared = {"crcl.fanuc", "crcl.motoman"}});
   const auto fanuc = join(barrier, "crcl.fanuc"), motoman = join(barrier, "crcl.motoman");
-  barrier.ask(fanuc, 25);
-  barrier.shut_out(motoman);
+  barrier.request_until(fanuc, 25);
+  barrier.exclude(motoman);
   barrier.leave(motoman, kBegin);
   EXPECT_EQ(barrier.due(), 25U);
   EXPECT_EQ(barrier.state(kBegin).expired, 1U);
@@ -177,7 +177,7 @@ TEST(TimeBarrier, NobodyIsLeftBehindForWhoHasFinished) {
   TimeBarrier barrier({.declared = {"crcl.fanuc", "crcl.motoman"}, .grace = 2s});
   const auto fanuc = join(barrier, "crcl.fanuc");
   join(barrier, "crcl.motoman");
-  barrier.ask(fanuc, 25);
+  barrier.request_until(fanuc, 25);
   barrier.finish(fanuc);
   barrier.expire(kBegin + 1h);
   EXPECT_EQ(barrier.due(), 0U);
@@ -195,7 +195,7 @@ TEST(TimeBarrier, TheWallClockTakesOverWhenNobodyPaces) {
   EXPECT_FALSE(barrier.paced()) << "the only client is silent";
   EXPECT_EQ(barrier.state(kBegin).fallbacks, 2U);
   EXPECT_EQ(barrier.state(kBegin).pacers, Names{});
-  barrier.ask(fanuc, 25);
+  barrier.request_until(fanuc, 25);
   EXPECT_TRUE(barrier.paced());
   barrier.leave(fanuc, kBegin);
   EXPECT_FALSE(barrier.paced());
@@ -206,17 +206,17 @@ TEST(TimeBarrier, FramesAreHandedOnBeforeClientsAreAnswered) {
   TimeBarrier barrier({});
   const auto fanuc = join(barrier, "crcl.fanuc"), motoman = join(barrier, "crcl.motoman");
   const auto feed = join(barrier, "vision.fanuc", kBegin, api::PacerKind::kFeed);
-  barrier.ask(fanuc, 25);
-  barrier.ask(motoman, 30);
+  barrier.request_until(fanuc, 25);
+  barrier.request_until(motoman, 30);
   EXPECT_EQ(barrier.due(), 0U) << "the feed has not asked";
-  barrier.ask(feed, 0);
+  barrier.request_until(feed, 0);
   ASSERT_EQ(barrier.due(), 25U);
   for (int i = 0; i < 25; ++i) barrier.step();
   barrier.cut(feed);
   EXPECT_EQ(barrier.take_reached(kBegin), Ids{feed});
   EXPECT_EQ(barrier.take_reached(kBegin), Ids{}) << "the frame is on its way";
   EXPECT_EQ(barrier.due(), 0U);
-  barrier.ask(feed, 250);
+  barrier.request_until(feed, 250);
   EXPECT_EQ(barrier.take_reached(kBegin), Ids{fanuc});
   barrier.expire(kBegin + 1h);
   EXPECT_TRUE(barrier.paced()) << "no grace time";
@@ -225,10 +225,10 @@ TEST(TimeBarrier, FramesAreHandedOnBeforeClientsAreAnswered) {
 TEST(TimeBarrier, ProgramsPaceButAreNoClients) {
   TimeBarrier barrier({});
   const auto program = join(barrier, "program", kBegin, api::PacerKind::kProgram);
-  barrier.ask(program, 1);
+  barrier.request_until(program, 1);
   EXPECT_FALSE(barrier.paced());
   const auto fanuc = join(barrier, "crcl.fanuc");
-  barrier.ask(fanuc, 25);
+  barrier.request_until(fanuc, 25);
   EXPECT_EQ(barrier.due(), 1U);
   EXPECT_EQ(take_due(barrier), Ids{program});
   EXPECT_EQ(barrier.endpoints(), (std::vector<api::EndpointId>{16, 16}));
@@ -238,8 +238,8 @@ TEST(TimeBarrier, NobodyWaitsForAPausedCell) {
   TimeBarrier barrier({});
   const auto fanuc = join(barrier, "crcl.fanuc");
   const auto feed = join(barrier, "vision.fanuc", kBegin, api::PacerKind::kFeed);
-  barrier.ask(feed, 0);
-  barrier.ask(fanuc, 25);
+  barrier.request_until(feed, 0);
+  barrier.request_until(fanuc, 25);
   EXPECT_EQ(barrier.release_clients(kBegin), Ids{fanuc});
   EXPECT_EQ(barrier.release_clients(kBegin), Ids{});
   EXPECT_EQ(barrier.now(), 0U);

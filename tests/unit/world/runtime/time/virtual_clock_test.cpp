@@ -15,19 +15,19 @@ TEST(VirtualClock, WhoAsksAtASnapshotAsksFromItsStepOn) {
   const auto grpc = clock.join({.name = "grpc"}, [] {});
   const auto fanuc = clock.join({.name = "crcl.fanuc", .endpoint = 16}, [&] { ++reached; });
   ASSERT_TRUE(grpc && fanuc);
-  clock.ask(*grpc, 3ms);
-  clock.ask(*fanuc, 3ms);
+  clock.request_until(*grpc, 3ms);
+  clock.request_until(*fanuc, 3ms);
   const api::Snapshot snapshot;
   for (TimeBarrier::Steps left = 3; left > 0; --left) {
     EXPECT_EQ(clock.turn({}).due, left);
     clock.stepped();
-    if (left == 1) clock.ask(*grpc, 3ms);
+    if (left == 1) clock.request_until(*grpc, 3ms);
     EXPECT_EQ(reached, 0) << "before the snapshot is out";
     EXPECT_EQ(clock.published(snapshot, {}), left > 1);
   }
   EXPECT_EQ(reached, 1);
   EXPECT_EQ(clock.turn({}).due, 0U);
-  clock.ask(*fanuc, 25ms);
+  clock.request_until(*fanuc, 25ms);
   EXPECT_EQ(clock.turn({}).due, 3U);
 }
 
