@@ -47,35 +47,32 @@ Result<void> same_robots(const scene::Scene& next, const scene::Scene& present) 
 
 }  // namespace
 
-Result<void> read_next_scene(api::Command& command, const scene::Scene& present) {
-  auto* simulation = std::get_if<api::SimulationCommand>(&command.body);
-  auto* reset = simulation != nullptr ? std::get_if<api::Reset>(simulation) : nullptr;
-  if (reset == nullptr || (reset->scene_name.empty() && reset->scene_text.empty())) return {};
+Result<std::shared_ptr<const api::NextScene>> read_next_scene(const api::Reset& reset,
+                                                              const scene::Scene& present) {
   const scene::DataPaths paths = scene::default_data_paths();
-  if (reset->scene_name.find('/') != std::string::npos || reset->scene_name.ends_with(".yaml") ||
-      reset->scene_name.ends_with(".yml")) {
+  if (reset.scene_name.find('/') != std::string::npos || reset.scene_name.ends_with(".yaml") ||
+      reset.scene_name.ends_with(".yml")) {
     return fail(ErrorCode::kInvalidArgument, "scene",
-                "'" + reset->scene_name +
+                "'" + reset.scene_name +
                     "' is a file's path; give the name of a scene that comes "
                     "with the daemon, or the text of one");
   }
-  // A text belongs beside the scene that the daemon was started with.
+  // Relative files of a text are those beside the scene that the daemon was started with.
   const std::string file = (fs::path(present.file).parent_path() / "sent.yaml").string();
-  auto scene = reset->scene_name.empty() ? scene::read_scene(reset->scene_text, file, paths)
-                                         : scene::load_scene(reset->scene_name, paths);
+  auto scene = reset.scene_name.empty() ? scene::read_scene(reset.scene_text, file, paths)
+                                        : scene::load_scene(reset.scene_name, paths);
   if (!scene) return tl::unexpected(std::move(scene.error()));
-  if (auto ok = same_robots(*scene, present); !ok) return ok;
+  if (auto ok = same_robots(*scene, present); !ok) return tl::unexpected(ok.error());
   if (scene->physics.step_s != present.physics.step_s) {
     return fail(ErrorCode::kFailedPrecondition, "scene",
                 "scene " + scene->name + " has a step of " + std::to_string(scene->physics.step_s) +
                     " s, this cell " + std::to_string(present.physics.step_s) +
                     " s, which cannot change while it runs");
   }
-  // Models are those at hand, wherever the text is read again.
+  // Model files by name alone, so that the text can be read on other machines.
   auto text = scene::portable_text(scene->text, scene->file);
   if (!text) return tl::unexpected(std::move(text.error()));
-  reset->next = std::make_shared<const ReadScene>(*std::move(scene), *std::move(text));
-  return {};
+  return std::make_shared<const ReadScene>(*std::move(scene), *std::move(text));
 }
 
 std::shared_ptr<const scene::Scene> scene_of(const api::NextScene& next) {

@@ -2,19 +2,20 @@
 
 #include <memory>
 
-#include "world/api/commands/command.hpp"
+#include "world/api/commands/simulation_command.hpp"
 #include "world/base/result.hpp"
 #include "world/scene/model/scene.hpp"
 
 namespace aprsim::world {
 
-/// Of a reset to another scene: reads it, checks it as a file is, and puts it into the command;
-/// nothing for all else. The listeners belong to robots: the scene must have those of `present`,
-/// with the same models and names, in the same order. Errors: what is wrong with the scene.
-/// Thread: any.
-[[nodiscard]] Result<void> read_next_scene(api::Command& command, const scene::Scene& present);
+/// Reads the scene that a reset names or carries as text, and checks it like a scene file.
+/// Precondition: the reset has one of both. Listeners belong to robots, so the scene must have the
+/// robots of `present`, with the same models and names, in the same order. Errors: the cause for
+/// which the scene cannot be used. Thread: any.
+[[nodiscard]] Result<std::shared_ptr<const api::NextScene>> read_next_scene(
+    const api::Reset& reset, const scene::Scene& present);
 
-/// The scene of what read_next_scene() has made.
+/// The scene that read_next_scene() has read.
 [[nodiscard]] std::shared_ptr<const scene::Scene> scene_of(const api::NextScene& next);
 
 }  // namespace aprsim::world

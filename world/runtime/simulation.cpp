@@ -31,6 +31,15 @@ std::int64_t now_ns() {
   return std::chrono::nanoseconds(SteadyClock::now().time_since_epoch()).count();
 }
 
+/// The command's Reset, if it names or carries another scene.
+api::Reset* reset_to_other_scene(api::Command& command) {
+  auto* simulation = std::get_if<api::SimulationCommand>(&command.body);
+  auto* reset = simulation != nullptr ? std::get_if<api::Reset>(simulation) : nullptr;
+  const bool has_scene =
+      reset != nullptr && !(reset->scene_name.empty() && reset->scene_text.empty());
+  return has_scene ? reset : nullptr;
+}
+
 std::vector<std::unique_ptr<robot::PlanningThread>> start_planning_threads(std::size_t count) {
   std::vector<std::unique_ptr<robot::PlanningThread>> threads(count);
   for (auto& thread : threads) thread = std::make_unique<robot::PlanningThread>();
@@ -88,7 +97,11 @@ void Simulation::stop() {
 
 Result<api::Ticket> Simulation::submit(api::Command command) {
   if (auto ok = check(command, *latest()->cell); !ok) return tl::unexpected(ok.error());
-  if (auto ok = read_next_scene(command, *scene_at_start_); !ok) return tl::unexpected(ok.error());
+  if (api::Reset* reset = reset_to_other_scene(command)) {
+    auto next = read_next_scene(*reset, *scene_at_start_);
+    if (!next) return tl::unexpected(std::move(next.error()));
+    reset->next = *std::move(next);
+  }
   return queue_.push(std::move(command));
 }
 
