@@ -23,7 +23,7 @@
 #include "server/journal/journal_stats.hpp"
 #include "server/journal/record_queue.hpp"
 #include "server/journal/scene_writer.hpp"
-#include "world/runtime/recorder.hpp"
+#include "world/runtime/record/recorder.hpp"
 
 namespace aprsim::server::journal {
 

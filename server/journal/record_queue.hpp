@@ -11,7 +11,7 @@
 #include <variant>
 
 #include "protocols/record/wire_trace.hpp"
-#include "world/runtime/recorder.hpp"
+#include "world/runtime/record/recorder.hpp"
 
 namespace aprsim::server::journal {
 

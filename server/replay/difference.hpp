@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "world/runtime/recorder.hpp"
+#include "world/runtime/record/recorder.hpp"
 
 namespace aprsim::server::journal {
 

@@ -9,7 +9,7 @@
 #include "proto/journal/frames.hpp"
 #include "server/replay/motion_options.hpp"
 #include "world/cell/world.hpp"
-#include "world/runtime/recorder.hpp"
+#include "world/runtime/record/recorder.hpp"
 #include "world/scene/model/scene.hpp"
 
 namespace aprsim::server {

@@ -9,7 +9,7 @@
 
 #include "aprsim/v1/journal.pb.h"
 #include "world/base/result.hpp"
-#include "world/runtime/recorder.hpp"
+#include "world/runtime/record/recorder.hpp"
 #include "world/scene/model/scene.hpp"
 
 namespace aprsim::server::journal {

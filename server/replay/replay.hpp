@@ -13,7 +13,7 @@
 #include "server/replay/difference.hpp"
 #include "world/base/result.hpp"
 #include "world/cell/world.hpp"
-#include "world/runtime/recorder.hpp"
+#include "world/runtime/record/recorder.hpp"
 #include "world/scene/model/scene.hpp"
 
 namespace aprsim::server::journal {

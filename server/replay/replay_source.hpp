@@ -14,10 +14,10 @@
 #include "server/replay/replay_pace.hpp"
 #include "server/replay/replay_taps.hpp"
 #include "world/api/ports/ports.hpp"
-#include "world/runtime/event_log.hpp"
 #include "world/runtime/history/history_records.hpp"
-#include "world/runtime/recorder.hpp"
-#include "world/runtime/snapshot_slot.hpp"
+#include "world/runtime/publish/event_log.hpp"
+#include "world/runtime/publish/snapshot_slot.hpp"
+#include "world/runtime/record/recorder.hpp"
 
 namespace aprsim::server {
 

@@ -7,7 +7,7 @@
 #include "aprsim/v1/journal.pb.h"
 #include "protocols/record/wire_tap.hpp"
 #include "world/api/ports/ports.hpp"
-#include "world/runtime/recorder.hpp"
+#include "world/runtime/record/recorder.hpp"
 
 namespace aprsim::server {
 

@@ -16,7 +16,7 @@
 #include "server/replay/wire_moments.hpp"
 #include "server/replay/wire_reply.hpp"
 #include "world/cell/world.hpp"
-#include "world/runtime/recorder.hpp"
+#include "world/runtime/record/recorder.hpp"
 #include "world/scene/model/scene.hpp"
 
 namespace aprsim::server::journal {

@@ -5,7 +5,7 @@
 #include <functional>
 
 #include "world/api/snapshot/snapshot.hpp"
-#include "world/runtime/recorder.hpp"
+#include "world/runtime/record/recorder.hpp"
 
 namespace aprsim::server::journal {
 

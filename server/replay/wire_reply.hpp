@@ -6,7 +6,7 @@
 
 #include "server/replay/deviation.hpp"
 #include "world/api/snapshot/snapshot.hpp"
-#include "world/runtime/recorder.hpp"
+#include "world/runtime/record/recorder.hpp"
 
 namespace aprsim::server::journal {
 

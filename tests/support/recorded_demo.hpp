@@ -3,7 +3,7 @@
 #include <cstdint>
 
 #include "tests/support/kitting_demo.hpp"
-#include "world/runtime/recorder.hpp"
+#include "world/runtime/record/recorder.hpp"
 
 namespace aprsim::test {
 

@@ -15,11 +15,11 @@
 #include "world/base/duration_histogram.hpp"
 #include "world/cell/world.hpp"
 #include "world/robot/planning/plan_job.hpp"
-#include "world/runtime/command_queue.hpp"
-#include "world/runtime/event_log.hpp"
-#include "world/runtime/recorder.hpp"
-#include "world/runtime/saved_worlds.hpp"
-#include "world/runtime/snapshot_slot.hpp"
+#include "world/runtime/commands/command_queue.hpp"
+#include "world/runtime/publish/event_log.hpp"
+#include "world/runtime/publish/snapshot_slot.hpp"
+#include "world/runtime/record/recorder.hpp"
+#include "world/runtime/saved_states.hpp"
 #include "world/runtime/time/pacer.hpp"
 #include "world/runtime/time/virtual_clock.hpp"
 
@@ -165,7 +165,7 @@ class Simulation final : public api::CommandSink, public api::SnapshotSource {
   std::string world_fault_;
   std::uint64_t world_stops_ = 0;
   bool paused_by_fault_ = false;  ///< the next epoch runs again
-  SavedWorlds saved_;
+  SavedStates saved_;
   Recorder* recorder_;
   std::shared_ptr<const std::vector<api::CommandFailure>> failures_;
   bool dirty_ = false;                ///< something to publish although nothing stepped

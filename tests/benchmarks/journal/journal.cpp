@@ -33,7 +33,7 @@
 #include "tests/support/kitting_demo.hpp"
 #include "tests/support/temporary_directory.hpp"
 #include "tests/support/vision_client.hpp"
-#include "world/runtime/snapshot_slot.hpp"
+#include "world/runtime/publish/snapshot_slot.hpp"
 
 namespace aprsim::bench {
 namespace {

@@ -19,7 +19,7 @@
 #include "tests/support/cell_script.hpp"
 #include "tests/support/kitting_demo.hpp"
 #include "tests/support/raw_web_client.hpp"
-#include "world/runtime/snapshot_slot.hpp"
+#include "world/runtime/publish/snapshot_slot.hpp"
 
 namespace aprsim::bench {
 namespace {

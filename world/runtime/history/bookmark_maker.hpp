@@ -4,7 +4,7 @@
 #include <string>
 
 #include "world/runtime/history/bookmarks.hpp"
-#include "world/runtime/recorder.hpp"
+#include "world/runtime/record/recorder.hpp"
 
 namespace aprsim::world {
 

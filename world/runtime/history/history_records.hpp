@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "world/api/ports/history.hpp"
-#include "world/runtime/recorder.hpp"
+#include "world/runtime/record/recorder.hpp"
 
 namespace aprsim::world {
 

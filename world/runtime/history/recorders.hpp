@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "world/runtime/recorder.hpp"
+#include "world/runtime/record/recorder.hpp"
 
 namespace aprsim::world {
 

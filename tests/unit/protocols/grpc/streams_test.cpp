@@ -4,7 +4,7 @@
 #include <thread>
 
 #include "tests/unit/protocols/grpc/telemetry_fixture.hpp"
-#include "world/runtime/event_log.hpp"
+#include "world/runtime/publish/event_log.hpp"
 
 namespace aprsim::test {
 namespace {

@@ -1,4 +1,4 @@
-#include "world/runtime/saved_worlds.hpp"
+#include "world/runtime/saved_states.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -18,11 +18,11 @@ std::string megabytes(std::uint64_t bytes) {
 
 }  // namespace
 
-SavedWorlds::SavedWorlds(std::uint64_t max_bytes)
+SavedStates::SavedStates(std::uint64_t max_bytes)
     : max_bytes_(max_bytes),
       list_(std::make_shared<const api::SavedStates>(api::SavedStates{.max_bytes = max_bytes})) {}
 
-Result<void> SavedWorlds::keep(const std::string& name, api::StatePtr state, SimTime step_size) {
+Result<void> SavedStates::keep(const std::string& name, api::StatePtr state, SimTime step_size) {
   if (!entries_.contains(name) && entries_.size() >= api::kMaxSavedStates) {
     return fail(ErrorCode::kFailedPrecondition, "name",
                 "'" + name + "' cannot be saved: all " + std::to_string(api::kMaxSavedStates) +
@@ -45,7 +45,7 @@ Result<void> SavedWorlds::keep(const std::string& name, api::StatePtr state, Sim
   return {};
 }
 
-Result<void> SavedWorlds::forget(const std::string& name) {
+Result<void> SavedStates::forget(const std::string& name) {
   const auto found = entries_.find(name);
   if (found == entries_.end()) {
     return fail(ErrorCode::kNotFound, "name", "no state is saved as '" + name + "'");
@@ -56,12 +56,12 @@ Result<void> SavedWorlds::forget(const std::string& name) {
   return {};
 }
 
-api::StatePtr SavedWorlds::find(const std::string& name) const {
+api::StatePtr SavedStates::find(const std::string& name) const {
   const auto found = entries_.find(name);
   return found == entries_.end() ? nullptr : found->second.state;
 }
 
-std::shared_ptr<const api::SavedStates> SavedWorlds::list_with(const std::string& name,
+std::shared_ptr<const api::SavedStates> SavedStates::list_with(const std::string& name,
                                                                const Saved* more) const {
   api::SavedStates list{.max_bytes = max_bytes_};
   robot::SharedParts all;

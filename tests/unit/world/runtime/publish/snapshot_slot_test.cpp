@@ -1,4 +1,4 @@
-#include "world/runtime/snapshot_slot.hpp"
+#include "world/runtime/publish/snapshot_slot.hpp"
 
 #include <atomic>
 #include <functional>

@@ -8,7 +8,7 @@
 
 #include "world/api/values/cell_event.hpp"
 #include "world/cell/world_state.hpp"
-#include "world/runtime/command_queue.hpp"
+#include "world/runtime/commands/command_queue.hpp"
 
 namespace aprsim::world {
 

@@ -1,4 +1,4 @@
-#include "world/runtime/event_log.hpp"
+#include "world/runtime/publish/event_log.hpp"
 
 #include <algorithm>
 #include <utility>

@@ -1,4 +1,4 @@
-#include "world/runtime/recorder.hpp"
+#include "world/runtime/record/recorder.hpp"
 
 #include "world/cell/world.hpp"
 

@@ -14,9 +14,9 @@ namespace aprsim::world {
 
 /// The states that are kept under names: at most api::kMaxSavedStates, of so many bytes together.
 /// Thread: sim.
-class SavedWorlds {
+class SavedStates {
  public:
-  explicit SavedWorlds(std::uint64_t max_bytes);
+  explicit SavedStates(std::uint64_t max_bytes);
 
   /// Keeps a state in place of what had the name; all or nothing, should memory run out. Errors:
   /// kFailedPrecondition when there are too many or they are too large.

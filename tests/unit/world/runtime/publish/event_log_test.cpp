@@ -1,6 +1,6 @@
 // The events that are kept, and who reads them.
 
-#include "world/runtime/event_log.hpp"
+#include "world/runtime/publish/event_log.hpp"
 
 #include <thread>
 

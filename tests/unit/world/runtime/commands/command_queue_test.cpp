@@ -1,4 +1,4 @@
-#include "world/runtime/command_queue.hpp"
+#include "world/runtime/commands/command_queue.hpp"
 
 #include <thread>
 
