@@ -1,0 +1,81 @@
+#include "world/runtime/current_world.hpp"
+
+#include <utility>
+
+#include "world/cell/next_scene.hpp"
+
+namespace aprsim::world {
+namespace {
+
+std::vector<std::unique_ptr<robot::PlanningThread>> start_planning_threads(std::size_t count) {
+  std::vector<std::unique_ptr<robot::PlanningThread>> threads(count);
+  for (auto& thread : threads) thread = std::make_unique<robot::PlanningThread>();
+  return threads;
+}
+
+}  // namespace
+
+CurrentWorld::CurrentWorld(std::shared_ptr<const scene::Scene> scene, std::uint64_t seed)
+    : scene_at_start_(std::move(scene)),
+      scene_(scene_at_start_),
+      seed_(seed),
+      planning_threads_(start_planning_threads(scene_->robots.size())),
+      models_(load_models(*scene_)),
+      world_(build(scene_, seed)) {
+  world_->watch_events();
+}
+
+std::shared_ptr<const scene::Scene> CurrentWorld::scene() const {
+  const std::lock_guard lock(scene_mutex_);
+  return scene_;
+}
+
+void CurrentWorld::reset(const api::Reset& wanted) {
+  const auto scene = wanted.next ? scene_of(*wanted.next) : scene_;
+  // Another scene has a seed of its own.
+  const std::uint64_t seed = wanted.seed.value_or(wanted.next ? scene->seed : seed_);
+  auto fresh = build(scene, seed);
+  if (scene != world_->scene()) ++revision_;
+  replace(std::move(fresh));
+  set_scene(scene);
+  seed_ = seed;
+}
+
+Result<void> CurrentWorld::carry_out(api::Ticket ticket, const api::Command& command) {
+  const World* before = world_.get();
+  Result<void> done = World::carry_out(world_, ticket, command);
+  if (world_.get() != before) world_->set_revision(++revision_);
+  return done;
+}
+
+void CurrentWorld::restore(const WorldState& state) {
+  if (state.scene && state.scene != world_->scene()) {
+    auto other = build(state.scene, state.seed);
+    ++revision_;
+    replace(std::move(other));
+  }
+  world_->restore(state);
+  seed_ = state.seed;
+  if (state.scene) set_scene(state.base_scene());
+}
+
+std::unique_ptr<World> CurrentWorld::build(const std::shared_ptr<const scene::Scene>& scene,
+                                           std::uint64_t seed) const {
+  std::vector<robot::PlanPrefetcher*> prefetchers;
+  for (const auto& thread : planning_threads_) prefetchers.push_back(thread.get());
+  return std::make_unique<World>(scene, models_, seed, prefetchers);
+}
+
+void CurrentWorld::replace(std::unique_ptr<World> next) {
+  next->set_revision(revision_);
+  next->watch_events();
+  world_ = std::move(next);
+}
+
+void CurrentWorld::set_scene(std::shared_ptr<const scene::Scene> scene) {
+  // The former scene is destroyed outside the lock.
+  const std::lock_guard lock(scene_mutex_);
+  scene_.swap(scene);
+}
+
+}  // namespace aprsim::world
