@@ -33,7 +33,7 @@
 #include "server/operations/process.hpp"
 #include "server/operations/refusal_marks.hpp"
 #include "server/programs/cell_programs.hpp"
-#include "world/runtime/history/bookmark_maker.hpp"
+#include "world/runtime/history/bookmark_generator.hpp"
 #include "world/runtime/history/recorders.hpp"
 #include "world/runtime/history/time_machine.hpp"
 #include "world/runtime/simulation.hpp"
@@ -234,8 +234,8 @@ class Daemon::Impl {
   Impl(const Config& config, std::shared_ptr<const scene::Scene> scene, bool demo)
       : journal_(make_journal(config, *scene)),
         records_(make_records(config.history, *scene)),
-        bookmark_maker_(bookmarks_),
-        recorders_({journal_.get(), records_.get(), records_ ? &bookmark_maker_ : nullptr}),
+        bookmark_generator_(bookmarks_),
+        recorders_({journal_.get(), records_.get(), records_ ? &bookmark_generator_ : nullptr}),
         simulation_(scene, simulation_options(config, *scene, &recorders_)),
         history_(records_ ? std::make_unique<world::TimeMachine>(scene, *records_, bookmarks_,
                                                                  &simulation_)
@@ -430,7 +430,7 @@ class Daemon::Impl {
   std::unique_ptr<journal::Journal> journal_;       // null = the run is not recorded
   std::unique_ptr<world::HistoryRecords> records_;  // null = no past is kept
   world::Bookmarks bookmarks_;
-  world::BookmarkMaker bookmark_maker_;
+  world::BookmarkGenerator bookmark_generator_;
   world::Recorders recorders_;
   world::Simulation simulation_;
   std::unique_ptr<world::TimeMachine> history_;  // where there are records

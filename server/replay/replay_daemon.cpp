@@ -10,7 +10,7 @@
 #include "server/access/guards.hpp"
 #include "server/access/listener_options.hpp"
 #include "server/replay/replay_source.hpp"
-#include "world/runtime/history/bookmark_maker.hpp"
+#include "world/runtime/history/bookmark_generator.hpp"
 #include "world/runtime/history/time_machine.hpp"
 
 namespace aprsim::server {
@@ -82,7 +82,7 @@ class ReplayDaemon::Impl {
       spdlog::warn("replay: its checkpoints are of another layout: the past cannot be looked at");
       return false;
     }
-    world::BookmarkMaker bookmarks(bookmarks_);
+    world::BookmarkGenerator bookmarks(bookmarks_);
     if (const auto told = tell(run, records_, bookmarks); !told) {
       spdlog::warn("replay: the past ends early: {}", told.error().message);
     }

@@ -10,8 +10,7 @@
 namespace aprsim::world {
 
 /// Decides whether the world steps: pause, counted steps, a RunUntil, and the fault on which the
-/// world has stopped. Counts the epochs. Where a function takes `step`, that is the world's present
-/// step. Thread: sim.
+/// world has stopped. Counts the epochs. Parameters `step`: the world's present step. Thread: sim.
 class RunControl {
  public:
   explicit RunControl(bool paused) : paused_(paused) {}

@@ -12,13 +12,13 @@
 
 namespace aprsim::world {
 
-/// The states that are kept under names: at most api::kMaxSavedStates, of so many bytes together.
+/// The states that are saved under names: at most api::kMaxSavedStates, and bounded in bytes.
 /// Thread: sim.
 class SavedStates {
  public:
   explicit SavedStates(std::uint64_t max_bytes);
 
-  /// Keeps a state in place of what had the name; all or nothing, should memory run out. Errors:
+  /// Saves a state in place of one of this name; without memory nothing changes. Errors:
   /// kFailedPrecondition when there are too many or they are too large.
   [[nodiscard]] Result<void> keep(const std::string& name, api::StatePtr state, SimTime step_size);
   /// Errors: kNotFound.

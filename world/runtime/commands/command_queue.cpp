@@ -10,10 +10,10 @@ namespace {
 
 /// Places beyond the capacity, for stops. No two of them are the same.
 constexpr std::size_t kStops = 64;
-/// Of the capacity, this part of which each endpoint has beyond it, and for how many there is room
-/// from the beginning.
+/// Each endpoint has 1/kOwnPart of the capacity beyond it. Memory for kEndpoints of them is
+/// reserved at construction.
 constexpr std::size_t kOwnPart = 16, kEndpoints = 8;
-/// Of those that take long, so that a stop behind them does not wait.
+/// Slow commands that may wait at once, so that a stop behind them takes effect soon.
 constexpr std::ptrdiff_t kMostSlow = 4;
 
 const api::StopMotion* stop_of(const api::RobotCommand& command) {
@@ -32,7 +32,7 @@ bool is_stop(const api::Command& command) {
   return simulation && std::holds_alternative<api::Pause>(*simulation);
 }
 
-/// Whether carrying it out takes as long as many steps.
+/// Whether the command takes as long as many steps.
 bool is_slow(const api::Command& command) {
   if (std::holds_alternative<api::SceneCommand>(command.body)) return true;
   const auto* simulation = std::get_if<api::SimulationCommand>(&command.body);
@@ -41,7 +41,7 @@ bool is_slow(const api::Command& command) {
                         std::holds_alternative<api::LoadState>(*simulation));
 }
 
-/// Whether one of two stops is enough, whoever sent them.
+/// Whether one of two stops is enough, regardless of their senders.
 bool same_stop(const api::Command& a, const api::Command& b) {
   if (a.body.index() != b.body.index() || !is_stop(a)) return false;
   if (const auto* robot = std::get_if<api::RobotCommand>(&a.body)) {

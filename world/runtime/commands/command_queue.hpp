@@ -19,10 +19,10 @@ struct QueuedCommand {
 };
 
 /// Bounded queue from any thread to the simulation thread. The lock is held for a push or a swap of
-/// two vectors, never across I/O. Stops of a robot, of the belt and of the simulation have room of
-/// their own: a queue that is full of other commands takes them still, in their order. So has each
-/// endpoint, a sixteenth of the capacity, which no flood of another fills. Of those that take long,
-/// resets, saves and loads, few wait.
+/// two vectors, never across I/O. Stops of a robot, of the belt and of the simulation have extra
+/// room: a queue that is full of other commands still accepts them, in order. Each endpoint has
+/// extra room, too, a sixteenth of the capacity, which no other endpoint can fill. Only few slow
+/// commands (resets, saves, loads, changes of the scene) may wait at once.
 class CommandQueue {
  public:
   explicit CommandQueue(std::size_t capacity);
@@ -33,7 +33,7 @@ class CommandQueue {
   /// Moves everything queued into `out`, which is cleared first. Thread: sim.
   void drain(std::vector<QueuedCommand>& out);
 
-  /// How many wait. Thread: any.
+  /// Waiting commands. Thread: any.
   [[nodiscard]] std::size_t size() const;
   [[nodiscard]] std::size_t capacity() const { return capacity_; }
 
@@ -59,7 +59,7 @@ class CommandQueue {
 
   void drop_same_stop(const api::Command& stop);
   [[nodiscard]] Share& share_of(api::EndpointId endpoint);
-  /// Of each endpoint beyond the capacity.
+  /// Extra room of each endpoint.
   [[nodiscard]] std::size_t own_places() const;
   [[nodiscard]] std::size_t room() const;
 

@@ -30,15 +30,15 @@ struct PastCommand {
   QueuedCommand command;
 };
 
-/// What leads to a moment: a state at or before it, and the commands from there on, in their order.
+/// The course of a run up to a moment: a state at or before it, and the commands since, in order.
 struct PastCourse {
   RunTime begin;
   std::shared_ptr<const WorldState> state;
   std::vector<std::shared_ptr<const PastCommand>> commands;  ///< before the moment
 };
 
-/// Keeps in memory what is needed to work out the latest past of a run: states, and the commands
-/// between them. The lock is held to copy pointers.
+/// Keeps in memory the records from which the latest past of a run can be computed: states, and the
+/// commands between them. The lock is held to copy pointers.
 class HistoryRecords final : public Recorder {
  public:
   explicit HistoryRecords(HistoryLimits limits) : limits_(limits) {}
@@ -65,14 +65,14 @@ class HistoryRecords final : public Recorder {
   [[nodiscard]] std::uint64_t bytes() const;
 
  private:
-  /// From a state on to the next one.
-  struct Stretch {
+  /// The course from one state to the next.
+  struct Segment {
     RunTime begin;
     std::shared_ptr<const WorldState> state;
     std::vector<std::shared_ptr<const PastCommand>> commands;
     std::uint64_t last_step = 0;
-    std::uint64_t position = 0;                  ///< of its begin, in steps of all epochs
-    std::uint64_t bytes = 0, command_bytes = 0;  ///< of it all, and of the commands
+    std::uint64_t position = 0;                  ///< of `begin`, in steps of all epochs
+    std::uint64_t bytes = 0, command_bytes = 0;  ///< of the segment, and of its commands
   };
   struct Epoch {
     std::uint64_t seed = 0;
@@ -81,12 +81,12 @@ class HistoryRecords final : public Recorder {
 
   void grow(RunTime time);
   void trim();
-  [[nodiscard]] const Stretch* find(api::Moment moment) const;
+  [[nodiscard]] const Segment* find(api::Moment moment) const;
 
   const HistoryLimits limits_;
   std::atomic<bool> wants_checkpoint_{false};
   mutable std::mutex mutex_;
-  std::deque<Stretch> stretches_;  ///< by their begin
+  std::deque<Segment> segments_;  ///< by their begin
   std::map<std::uint64_t, Epoch> epochs_;
   std::uint64_t bytes_ = 0;
 };

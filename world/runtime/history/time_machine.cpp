@@ -134,7 +134,7 @@ Result<api::PastMoment> TimeMachine::work_out(api::Moment moment, const std::sto
   if (!course) return tl::unexpected(not_kept(moment));
   if (!world_) {
     world_ = std::make_unique<World>(scene_, course->state->seed);
-    // What has been noted for events is part of the state.
+    // The state of the event detection is part of the world's state.
     world_->watch_events();
     at_.reset();
   }
@@ -144,7 +144,7 @@ Result<api::PastMoment> TimeMachine::work_out(api::Moment moment, const std::sto
   while (at_->step < moment.step) {
     if (stop.stop_requested()) return fail(ErrorCode::kUnavailable, "history", "the daemon stops");
     for (; command != course->commands.end() && (*command)->time.step == at_->step; ++command) {
-      // One that failed then fails again.
+      // A command that failed in the run fails here, too.
       (void)World::carry_out(world_, (*command)->command.ticket, (*command)->command.command);
     }
     world_->step();
@@ -159,8 +159,8 @@ Result<api::PastMoment> TimeMachine::work_out(api::Moment moment, const std::sto
   return api::PastMoment{std::move(snapshot), keep_state()};
 }
 
-/// Where there is least to step: the world as it stands, a state worked out before, the recorded
-/// one.
+/// Begins at the latest of: the world's present moment, a state computed before, the recorded
+/// state.
 void TimeMachine::begin_at(const PastCourse& course, api::Moment moment) {
   const api::Moment recorded{course.begin.epoch, course.begin.step};
   const bool here = at_ && *at_ >= recorded && *at_ <= moment;

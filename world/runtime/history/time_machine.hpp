@@ -19,11 +19,11 @@
 
 namespace aprsim::world {
 
-/// Works out the past of a run in a world of its own, on a thread of its own that gives way to all
-/// others of the daemon: the running cell is not slowed by who looks at its past.
+/// Computes past moments of a run in a world of its own, on its own thread of low priority: queries
+/// of the past do not slow the running cell.
 class TimeMachine final : public api::History {
  public:
-  /// Moments that wait to be worked out at once.
+  /// Moments that may wait to be computed at once.
   static constexpr std::size_t kMaxWaiting = 64;
 
   /// `run`: how far the run has got; null = as far as the records say. All outlive the machine.

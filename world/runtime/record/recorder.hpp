@@ -14,13 +14,13 @@ namespace aprsim::world {
 
 class World;
 
-/// Where in a run: resets and loads of saved states so far, and steps since the last of them.
+/// A moment of a run: resets and loads of saved states so far, and steps since the last of them.
 struct RunTime {
   std::uint64_t epoch = 0, step = 0;
   auto operator<=>(const RunTime&) const = default;
 };
 
-/// How the world was after a step, for whoever runs it again to compare with.
+/// Sample of the world's state after a step, which a replay is compared with.
 struct StateSample {
   std::uint64_t hash = 0;          ///< World::state_hash()
   std::vector<double> joints_rad;  ///< of all robots, one after the other
@@ -31,7 +31,7 @@ struct StateSample {
 /// Steps of simulated time between two samples, and between two checkpoints.
 inline constexpr std::uint64_t kSampleSteps = 1000, kCheckpointSteps = 10'000;
 
-/// Hears of everything that decides what the simulation does, in its order. Thread: sim; no call
+/// Records everything that determines the course of the simulation, in order. Thread: sim; no call
 /// waits, throws or takes long.
 class Recorder {
  public:
@@ -44,7 +44,7 @@ class Recorder {
   virtual void applied(RunTime time, const QueuedCommand& command, const Error* failure) = 0;
   virtual void sampled(RunTime time, StateSample sample) = 0;
   virtual void saved(RunTime time, std::uint64_t hash, std::shared_ptr<const WorldState> state) = 0;
-  /// Something has happened in the cell.
+  /// An event of the cell.
   virtual void happened(const api::CellEventPtr& event) { static_cast<void>(event); }
   /// The world has stopped on a fault.
   virtual void stopped(RunTime time, const std::string& why) = 0;

@@ -11,7 +11,7 @@ constexpr std::chrono::milliseconds kMaxLateness{50};
 /// Steps between two looks at the command queue.
 constexpr std::int64_t kBurst = 5;
 constexpr std::chrono::milliseconds kWindow{1000};
-/// The first figures come sooner, so that whoever looks right after the start sees some.
+/// The first window is shorter, so that figures exist soon after the start.
 constexpr std::chrono::milliseconds kFirstWindow{100};
 
 }  // namespace

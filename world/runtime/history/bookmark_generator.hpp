@@ -8,12 +8,12 @@
 
 namespace aprsim::world {
 
-/// Sets bookmarks at what happens in the cell, and at commands and refusals that no event tells of.
+/// Sets bookmarks at events of the cell, and at commands and failures that no event reports.
 /// Thread: sim.
-class BookmarkMaker final : public Recorder {
+class BookmarkGenerator final : public Recorder {
  public:
   /// The bookmarks outlive it.
-  explicit BookmarkMaker(Bookmarks& bookmarks) : bookmarks_(bookmarks) {}
+  explicit BookmarkGenerator(Bookmarks& bookmarks) : bookmarks_(bookmarks) {}
 
   void began(RunTime, std::uint64_t, const std::string*,
              const std::shared_ptr<const scene::Scene>&) override {}

@@ -1,4 +1,4 @@
-#include "world/runtime/history/bookmark_maker.hpp"
+#include "world/runtime/history/bookmark_generator.hpp"
 
 #include <new>
 #include <optional>
@@ -32,7 +32,7 @@ std::optional<api::BookmarkKind> kind_of(api::CellEventKind kind) {
   }
 }
 
-/// What is said of it besides the names.
+/// The text of an event's bookmark after the names.
 std::string words_of(const api::CellEvent& event) {
   switch (event.kind) {
     case api::CellEventKind::kGrasped:
@@ -56,7 +56,7 @@ std::string words_of(const api::CellEvent& event) {
   }
 }
 
-/// Of what has no events of its own.
+/// The text of the bookmark of a command that no event reports.
 std::optional<std::string> text_of(const api::Command& command) {
   if (std::holds_alternative<api::ConveyorCommand>(command.body)) return "belt: command";
   if (std::holds_alternative<api::SceneCommand>(command.body)) return "the scene is changed";
@@ -68,7 +68,7 @@ std::optional<std::string> text_of(const api::Command& command) {
 
 }  // namespace
 
-void BookmarkMaker::applied(RunTime time, const QueuedCommand& command, const Error* failure) {
+void BookmarkGenerator::applied(RunTime time, const QueuedCommand& command, const Error* failure) {
   const api::Moment moment{time.epoch, time.step};
   if (failure != nullptr) {
     note(moment, api::BookmarkKind::kRefusal, "refused: " + failure->message);
@@ -77,7 +77,7 @@ void BookmarkMaker::applied(RunTime time, const QueuedCommand& command, const Er
   }
 }
 
-void BookmarkMaker::happened(const api::CellEventPtr& event) {
+void BookmarkGenerator::happened(const api::CellEventPtr& event) {
   const auto kind = kind_of(event->kind);
   if (!kind) return;
   std::string text;
@@ -87,11 +87,11 @@ void BookmarkMaker::happened(const api::CellEventPtr& event) {
   note({event->epoch, event->step}, *kind, text);
 }
 
-void BookmarkMaker::note(api::Moment moment, api::BookmarkKind kind, const std::string& text) {
+void BookmarkGenerator::note(api::Moment moment, api::BookmarkKind kind, const std::string& text) {
   try {
     bookmarks_.note(moment, kind, text);
   } catch (const std::bad_alloc&) {
-    // The moment is there without it.
+    // The history is complete without this bookmark.
   }
 }
 
