@@ -366,7 +366,7 @@ TEST(Arrows, NoCircleBetweenRoomsOnAnyLevel) {
 
 TEST(Arrows, AtMostEightUnitsAtARoot) {
   for (const auto* root : {"world", "server", "protocols", "clients", "clients/aprsim", "world/api",
-                           "world/physics", "protocols/grpc", "protocols/web"}) {
+                           "world/physics", "world/runtime", "protocols/grpc", "protocols/web"}) {
     std::set<std::string> units;
     for (const auto& file : sources()) {
       const fs::path path = fs::relative(file, APRSIM_SOURCE_DIR);
