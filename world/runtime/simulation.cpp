@@ -126,10 +126,10 @@ void Simulation::wait_for_step(std::uint64_t seen) {
   queue_.wait_until(seen, scheduler_.next_turn(SteadyClock::now()));
 }
 
-/// A short burst at the most, so that commands never wait for long.
+/// At most a short burst, so that commands never wait for long.
 void Simulation::take_steps(int count) {
   bool goes_on = true;
-  for (; count > 0 && goes_on; --count) goes_on = advance();
+  for (; count > 0 && goes_on && core_.control().is_stepping(); --count) goes_on = advance();
 }
 
 bool Simulation::advance() {

@@ -199,6 +199,19 @@ TEST_F(SimulationTest, ResumeRunsAtTheSetSpeedAndPauseStops) {
   EXPECT_EQ(command(api::Pause{})->step, paused->step) << "time passed while paused";
 }
 
+/// Steps are taken in bursts while they are late; the end of a run ends a burst, too.
+TEST_F(SimulationTest, ARunUntilPausesAtItsLastStep) {
+  command(api::SetSpeed{api::kMaxSpeed});
+  for (const std::uint64_t steps : {101, 102, 103}) {
+    const std::uint64_t before = simulation.latest()->step;
+    const auto ticket = simulation.submit(
+        {.endpoint = 3, .body = api::SimulationCommand(api::RunUntil{.steps = steps})});
+    ASSERT_TRUE(ticket);
+    wait_for([&](const auto& now) { return now.runs && now.runs->back().run == *ticket; });
+    EXPECT_EQ(command(api::Pause{})->step, before + steps);
+  }
+}
+
 TEST_F(SimulationTest, APaceFarBelowTheOneWantedIsAProblem) {
   const auto has_problem = [this](bool wanted) {
     const auto deadline = std::chrono::steady_clock::now() + 30s;
