@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "clients/aprsim/cli/interruption.hpp"
 #include "clients/aprsim/run.hpp"
-#include "clients/wires/interruption.hpp"
 
 int main(int argc, char** argv) {
   using namespace aprsim::client;

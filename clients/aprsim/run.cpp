@@ -5,14 +5,18 @@
 
 #include "clients/aprsim/cli/console.hpp"
 #include "clients/aprsim/cli/exit_code.hpp"
+#include "clients/aprsim/cli/interruption.hpp"
 #include "clients/aprsim/commands/command_line.hpp"
-#include "clients/wires/interruption.hpp"
 
 namespace aprsim::client {
 namespace {
 
 int report(const Failure& failure, std::ostream& err, const Paint& paint) {
-  err << paint(Tone::kBad, "aprsim:") << ' ' << failure.message << '\n';
+  err << paint(Tone::kBad, "aprsim:") << ' ' << failure.message;
+  if (failure.kind == FailureKind::kUnauthenticated) {
+    err << " (--token-file FILE, or the variable APRSIM_TOKEN)";
+  }
+  err << '\n';
   return exit_code(failure.kind);
 }
 

@@ -16,7 +16,6 @@ namespace {
 
 constexpr auto kCallTimeout = std::chrono::seconds(10);
 constexpr auto kTransferTimeout = std::chrono::seconds(60);
-constexpr auto kWaitPeriod = std::chrono::milliseconds(10);
 
 v1::StepRequest step_request(std::uint64_t steps, std::span<const char* const> fields) {
   v1::StepRequest request;
@@ -34,8 +33,7 @@ Failure failure_of(const grpc::Status& status, const std::string& address) {
     case grpc::StatusCode::DEADLINE_EXCEEDED:
       return {FailureKind::kTimeout, fmt::format("no answer by gRPC from {} in time", address)};
     case grpc::StatusCode::UNAUTHENTICATED:
-      return {FailureKind::kRefused,
-              status.error_message() + " (--token-file FILE, or the variable APRSIM_TOKEN)"};
+      return {FailureKind::kUnauthenticated, status.error_message()};
     default:
       return {FailureKind::kRefused, status.error_message()};
   }
@@ -170,7 +168,7 @@ Outcome<v1::Receipt> CellConnection::step(std::uint64_t steps, std::chrono::mill
       stubs_->call(stubs_->control, &v1::ControlService::Stub::Step, request, address_, timeout));
 }
 
-Outcome<v1::Snapshot> CellConnection::step_and_look(std::uint64_t steps,
+Outcome<v1::Snapshot> CellConnection::step_and_read(std::uint64_t steps,
                                                     std::span<const char* const> fields,
                                                     std::chrono::milliseconds timeout) {
   const auto request = step_request(steps, fields);
@@ -180,8 +178,8 @@ Outcome<v1::Snapshot> CellConnection::step_and_look(std::uint64_t steps,
   return std::move(*response->mutable_snapshot());
 }
 
-Outcome<std::optional<v1::Snapshot>> CellConnection::step_and_look(
-    std::uint64_t steps, std::span<const char* const> fields, const std::function<bool()>& waits) {
+Outcome<std::optional<v1::Snapshot>> CellConnection::step_and_read(
+    std::uint64_t steps, std::span<const char* const> fields, const Cancelled& cancelled) {
   const auto request = step_request(steps, fields);
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + std::chrono::hours(1));
@@ -194,9 +192,9 @@ Outcome<std::optional<v1::Snapshot>> CellConnection::step_and_look(
   bool given_up = false;
   void* tag = nullptr;
   bool ok = false;
-  while (queue.AsyncNext(&tag, &ok, std::chrono::system_clock::now() + kWaitPeriod) ==
+  while (queue.AsyncNext(&tag, &ok, std::chrono::system_clock::now() + kCancellationPeriod) ==
          grpc::CompletionQueue::TIMEOUT) {
-    if (given_up || waits()) continue;
+    if (given_up || !is_cancelled(cancelled)) continue;
     given_up = true;
     context.TryCancel();
   }
@@ -359,17 +357,7 @@ Outcome<void> CellConnection::incident(
   request.mutable_last()->set_seconds(nanos / 1'000'000'000);
   request.mutable_last()->set_nanos(static_cast<std::int32_t>(nanos % 1'000'000'000));
   const auto reader = stubs_->journal.GetIncident(&context, request);
-  v1::GetIncidentResponse piece;
-  while (reader->Read(&piece)) {
-    if (take(piece)) continue;
-    context.TryCancel();
-    static_cast<void>(reader->Finish());  // cancelled, as asked
-    return {};
-  }
-  if (const auto status = reader->Finish(); !status.ok()) {
-    return tl::unexpected(failure_of(status, address_));
-  }
-  return {};
+  return read_all(context, *reader, take, address_);
 }
 
 }  // namespace aprsim::client

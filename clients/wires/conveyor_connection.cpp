@@ -8,13 +8,14 @@
 namespace aprsim::client {
 namespace {
 
-// So much of each area is read: all before the light curtain's beams.
+constexpr std::uint32_t kResponseTimeout_s = 3;
+// The entries of each area that are read: all before the light curtain's beams.
 constexpr int kHoldingRegisters = modbus::kSpeedRegister - modbus::kFirstAddress + 1;
 constexpr int kInputRegisters = modbus::kCurtainRangeRegister - modbus::kFirstAddress + 1;
 constexpr int kCoils = modbus::kFaultResetCoil - modbus::kFirstAddress + 1;
 constexpr int kInputs = modbus::kPhotoEyeInput - modbus::kFirstAddress + modbus::kPhotoEyes;
 
-/// What errno says after a failed request.
+/// The failure of a request, from errno.
 tl::unexpected<Failure> request_failure(const std::string& what) {
   const int error = errno;
   // Exceptions that the server answered with come first among libmodbus' own numbers.
@@ -35,15 +36,14 @@ void ConveyorConnection::Close::operator()(_modbus* context) const {
 ConveyorConnection::ConveyorConnection(std::unique_ptr<_modbus, Close> context)
     : context_(std::move(context)) {}
 
-Outcome<ConveyorConnection> ConveyorConnection::connect(const std::string& host,
-                                                        std::uint16_t port) {
+Outcome<ConveyorConnection> ConveyorConnection::connect(const Endpoints& endpoints) {
   std::unique_ptr<_modbus, Close> context(
-      modbus_new_tcp_pi(host.c_str(), std::to_string(port).c_str()));
-  if (!context || modbus_set_response_timeout(context.get(), 3, 0) != 0 ||
+      modbus_new_tcp_pi(endpoints.host.c_str(), std::to_string(endpoints.modbus).c_str()));
+  if (!context || modbus_set_response_timeout(context.get(), kResponseTimeout_s, 0) != 0 ||
       modbus_connect(context.get()) != 0) {
     return failed(FailureKind::kConnection,
-                  fmt::format("cannot reach the conveyor by Modbus at {}:{}: {}", host, port,
-                              modbus_strerror(errno)));
+                  fmt::format("cannot reach the conveyor by Modbus at {}:{}: {}", endpoints.host,
+                              endpoints.modbus, modbus_strerror(errno)));
   }
   return ConveyorConnection(std::move(context));
 }

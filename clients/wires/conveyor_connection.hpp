@@ -2,8 +2,8 @@
 
 #include <cstdint>
 #include <memory>
-#include <string>
 
+#include "clients/wires/endpoints.hpp"
 #include "clients/wires/outcome.hpp"
 #include "modbus/conveyor_registers.hpp"
 
@@ -11,14 +11,18 @@ struct _modbus;  // NOLINT(bugprone-reserved-identifier): the name that libmodbu
 
 namespace aprsim::client {
 
-/// Connection to the conveyor's Modbus server as a master.
+/// A Modbus/TCP connection to the conveyor's PLC, as a master. Each request ends within 3 s.
+///
+/// Failures: kConnection when the wire breaks, kRefused with the server's exception, kTimeout.
+/// Thread: one at a time.
 class ConveyorConnection {
  public:
-  [[nodiscard]] static Outcome<ConveyorConnection> connect(const std::string& host,
-                                                           std::uint16_t port);
-  /// Writes one holding register (function code 6).
+  /// Connects to the Modbus server of these endpoints.
+  [[nodiscard]] static Outcome<ConveyorConnection> connect(const Endpoints& endpoints);
+  /// Writes one holding register (function code 6), see modbus/register_map.hpp.
   [[nodiscard]] Outcome<void> write(std::uint16_t address, std::uint16_t value);
-  /// Every documented register but the light curtain's single beams (function codes 1 to 4).
+  /// Reads every documented register but the light curtain's single beams (function codes 1 to 4),
+  /// each area at its own moment; conveyor_state() decodes them.
   [[nodiscard]] Outcome<modbus::RegisterImage> read();
 
  private:

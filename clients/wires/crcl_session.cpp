@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 
-#include "clients/wires/interruption.hpp"
 #include "crcl/command_codec.hpp"
 #include "crcl/status_codec.hpp"
 
@@ -20,23 +19,25 @@ constexpr auto kAnswerTimeout = std::chrono::seconds(10);
 constexpr auto kPollInterval = std::chrono::milliseconds(20);
 constexpr CrclSession::Seconds kStopTimeout{5};
 
-/// Of a command that the user's interruption came before.
+/// A command that was cancelled before it was sent.
 tl::unexpected<Failure> not_sent() { return failed(FailureKind::kInterrupted, "interrupted"); }
 
 }  // namespace
 
-CrclSession::CrclSession(TcpSocket socket, std::string robot)
-    : socket_(std::move(socket)), robot_(std::move(robot)) {}
+CrclSession::CrclSession(TcpSocket socket, std::string robot, Cancelled cancelled)
+    : socket_(std::move(socket)), robot_(std::move(robot)), cancelled_(std::move(cancelled)) {}
 
-Outcome<CrclSession> CrclSession::connect(const Endpoints& endpoints, const std::string& robot) {
+Outcome<CrclSession> CrclSession::connect(const Endpoints& endpoints, const std::string& robot,
+                                          Cancelled cancelled) {
   const auto port = crcl_port(endpoints, robot);
   if (!port) return tl::unexpected(port.error());
-  auto socket = TcpSocket::connect(endpoints.host, *port, steady_clock::now() + kConnectTimeout);
+  auto socket =
+      TcpSocket::connect(endpoints.host, *port, steady_clock::now() + kConnectTimeout, cancelled);
   if (!socket) {
     return failed(socket.error().kind,
                   fmt::format("cannot reach {} by CRCL at {}", robot, socket.error().message));
   }
-  CrclSession session(std::move(*socket), robot);
+  CrclSession session(std::move(*socket), robot, std::move(cancelled));
   const auto status = session.status();
   if (!status) return tl::unexpected(status.error());
   session.last_id_ = std::max<std::int64_t>(0, status->command.command_id);
@@ -44,7 +45,7 @@ Outcome<CrclSession> CrclSession::connect(const Endpoints& endpoints, const std:
 }
 
 Outcome<void> CrclSession::send_raw(const std::string& bytes) {
-  auto sent = socket_.send(bytes, steady_clock::now() + kAnswerTimeout);
+  auto sent = socket_.send(bytes, steady_clock::now() + kAnswerTimeout, cancelled_);
   if (!sent) return failed(sent.error().kind, robot_ + ": " + sent.error().message);
   return sent;
 }
@@ -73,7 +74,7 @@ Outcome<crcl::Status> CrclSession::read_status() {
       }
       return std::move(*status);
     }
-    const auto bytes = socket_.receive(deadline);
+    const auto bytes = socket_.receive(deadline, cancelled_);
     if (!bytes) return failed(bytes.error().kind, robot_ + ": " + bytes.error().message);
     framer_.append(*bytes);
   }
@@ -88,7 +89,7 @@ Outcome<crcl::Status> CrclSession::run(crcl::CommandBody body, Seconds timeout) 
 Outcome<crcl::Status> CrclSession::run(crcl::CommandInstance instance, Seconds timeout) {
   auto& command = instance.command;
   if (std::holds_alternative<crcl::GetStatus>(command.body)) return status();
-  if (interruption::noted()) return not_sent();
+  if (is_cancelled(cancelled_)) return not_sent();
   command.id = std::max(command.id, last_id_ + 1);
   last_id_ = command.id;
   under_way_ = true;
@@ -101,7 +102,7 @@ Outcome<crcl::Status> CrclSession::run(crcl::CommandInstance instance, Seconds t
 Outcome<crcl::Status> CrclSession::run_document(const std::string& document,
                                                 const crcl::Command& command, Seconds timeout) {
   const bool asks = std::holds_alternative<crcl::GetStatus>(command.body);
-  if (interruption::noted()) return not_sent();
+  if (is_cancelled(cancelled_)) return not_sent();
   last_id_ = std::max(last_id_, command.id);
   under_way_ = under_way_ || !asks;
   if (const auto sent = send_raw(document); !sent) return tl::unexpected(sent.error());
@@ -110,15 +111,16 @@ Outcome<crcl::Status> CrclSession::run_document(const std::string& document,
 }
 
 Outcome<void> CrclSession::stop() {
-  const interruption::Cleanup cleanup;
   if (!under_way_) return {};
+  Cancelled cancelled = std::exchange(cancelled_, {});
   const auto stopped = run(crcl::StopMotion{}, kStopTimeout);
+  cancelled_ = std::move(cancelled);
   if (!stopped) return tl::unexpected(stopped.error());
   return {};
 }
 
 Failure CrclSession::stopped_after(const Failure& failure) {
-  if (!interruption::happened()) return failure;
+  if (!is_cancelled(cancelled_)) return failure;
   const bool moved = under_way_;
   const auto stopped = stop();
   return {FailureKind::kInterrupted,
@@ -152,7 +154,7 @@ Outcome<crcl::Status> CrclSession::wait_done(std::int64_t id, Seconds timeout,
                     fmt::format("{}: {} {} was replaced by command {} of another client", robot_,
                                 what, id, command.command_id));
     }
-    if (interruption::noted()) {
+    if (is_cancelled(cancelled_)) {
       return failed(FailureKind::kInterrupted,
                     fmt::format("{}: {} {} was interrupted", robot_, what, id));
     }
@@ -161,7 +163,7 @@ Outcome<crcl::Status> CrclSession::wait_done(std::int64_t id, Seconds timeout,
                     fmt::format("{}: {} {} is not done after {:.1f} s ({})", robot_, what, id,
                                 timeout.count(), crcl::name_of(command.state)));
     }
-    interruption::sleep_until(steady_clock::now() + kPollInterval);
+    sleep_until(steady_clock::now() + kPollInterval, cancelled_);
   }
 }
 

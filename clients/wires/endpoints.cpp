@@ -15,9 +15,8 @@
 namespace aprsim::client {
 namespace {
 
-constexpr const char* kVariable = "APRSIM_PORTS_FILE";
 constexpr const char* kToken = "APRSIM_TOKEN";
-constexpr std::string_view kCrclPrefix = "crcl.";
+constexpr std::string_view kCrclPrefix = "crcl.", kVisionPrefix = "vision.";
 
 Outcome<std::uint16_t> port_of(const std::string& path, const std::string& key,
                                const nlohmann::json& value) {
@@ -26,6 +25,26 @@ Outcome<std::uint16_t> port_of(const std::string& path, const std::string& key,
                   fmt::format("{}: \"{}\" is {}, not a port 1..65535", path, key, value.dump()));
   }
   return value.get<std::uint16_t>();
+}
+
+/// The field that a key of the ports file means; null = none.
+std::uint16_t* place_of(const std::string& key, Endpoints& endpoints) {
+  if (key == "grpc") return &endpoints.grpc;
+  if (key == "modbus") return &endpoints.modbus;
+  if (key.starts_with(kCrclPrefix)) return &endpoints.crcl[key.substr(kCrclPrefix.size())];
+  if (key.starts_with(kVisionPrefix)) return &endpoints.vision[key.substr(kVisionPrefix.size())];
+  return nullptr;
+}
+
+/// The port of a robot, or which robots there are.
+Outcome<std::uint16_t> port_in(const std::map<std::string, std::uint16_t>& ports,
+                               const std::string& robot) {
+  const auto found = ports.find(robot);
+  if (found != ports.end()) return found->second;
+  std::string names;
+  for (const auto& [name, port] : ports) names += (names.empty() ? "" : ", ") + name;
+  return failed(FailureKind::kUsage,
+                fmt::format("no robot '{}'; there is {}", robot, names.empty() ? "none" : names));
 }
 
 Outcome<std::string> read_token(const std::string& path) {
@@ -73,8 +92,7 @@ Outcome<std::optional<Encryption>> read_encryption(const EndpointChoice& choice)
     any = any || !text->empty();
   }
   if (encryption.certificate.empty() != encryption.key.empty()) {
-    return failed(FailureKind::kUsage,
-                  "a client's certificate and its key go together (--certificate and --key)");
+    return failed(FailureKind::kUsage, "a client's certificate and its key go together");
   }
   return any ? std::optional(std::move(encryption)) : std::nullopt;
 }
@@ -93,22 +111,19 @@ Outcome<Endpoints> read_ports_file(const std::string& path) {
   }
   Endpoints endpoints;
   endpoints.crcl.clear();
+  endpoints.vision.clear();
   for (const auto& [key, value] : json.items()) {
-    const bool is_robot = key.starts_with(kCrclPrefix);
-    if (!is_robot && key != "grpc" && key != "modbus") continue;
+    std::uint16_t* const place = place_of(key, endpoints);
+    if (place == nullptr) continue;
     const auto port = port_of(path, key, value);
     if (!port) return tl::unexpected(port.error());
-    if (is_robot) endpoints.crcl[key.substr(kCrclPrefix.size())] = *port;
-    if (key == "grpc") endpoints.grpc = *port;
-    if (key == "modbus") endpoints.modbus = *port;
+    *place = *port;
   }
   return endpoints;
 }
 
 std::string ports_file_of(const EndpointChoice& choice) {
-  if (!choice.ports_file.empty()) return choice.ports_file;
-  const char* variable = std::getenv(kVariable);
-  return variable == nullptr ? "" : variable;
+  return file_of(choice.ports_file, "APRSIM_PORTS_FILE");
 }
 
 Outcome<Endpoints> find_endpoints(const EndpointChoice& choice) {
@@ -133,12 +148,11 @@ Outcome<Endpoints> find_endpoints(const EndpointChoice& choice) {
 }
 
 Outcome<std::uint16_t> crcl_port(const Endpoints& endpoints, const std::string& robot) {
-  const auto found = endpoints.crcl.find(robot);
-  if (found != endpoints.crcl.end()) return found->second;
-  std::string names;
-  for (const auto& [name, port] : endpoints.crcl) names += (names.empty() ? "" : ", ") + name;
-  return failed(FailureKind::kUsage,
-                fmt::format("no robot '{}'; there is {}", robot, names.empty() ? "none" : names));
+  return port_in(endpoints.crcl, robot);
+}
+
+Outcome<std::uint16_t> vision_port(const Endpoints& endpoints, const std::string& robot) {
+  return port_in(endpoints.vision, robot);
 }
 
 }  // namespace aprsim::client

@@ -9,48 +9,54 @@
 
 namespace aprsim::client {
 
-/// How gRPC is encrypted: texts in PEM.
+/// The encryption of gRPC: texts in PEM.
 struct Encryption {
   std::string ca = {};           ///< authorities of the daemon's certificate; empty = the system's
   std::string certificate = {};  ///< the client's own; empty = none
   std::string key = {};
 };
 
-/// Where the daemon's listeners are.
+/// The addresses of the daemon's listeners, and how to get in.
 struct Endpoints {
   std::string host = "127.0.0.1";
   std::uint16_t grpc = 50051;
   std::uint16_t modbus = 1502;
   std::map<std::string, std::uint16_t> crcl{{"fanuc", 64444}, {"motoman", 64445}};  ///< by robot
+  std::map<std::string, std::uint16_t> vision{{"fanuc", 4000}, {"motoman", 4001}};  ///< by robot
   std::string token = {};                     ///< for gRPC; empty = none
   std::optional<Encryption> encryption = {};  ///< of gRPC; absent = it is not encrypted
 };
 
-/// What the user said about where they are.
+/// A user's choice of endpoints. What is left out comes from environment variables, then defaults.
 struct EndpointChoice {
-  std::string ports_file;  ///< empty = none
+  std::string ports_file;  ///< written by aprsimd; empty = the one that APRSIM_PORTS_FILE names
   std::string host;        ///< empty = 127.0.0.1
   std::string token_file;  ///< its first line is the token; empty = APRSIM_TOKEN is
-  bool tls = false;        ///< encrypted also where no file says so
+  bool tls = false;        ///< encrypt even if none of the files below is given
   /// Files in PEM; empty = those that APRSIM_CA, APRSIM_CERTIFICATE and APRSIM_KEY name.
   std::string ca, certificate, key;
   std::optional<std::uint16_t> grpc, modbus;
   std::map<std::string, std::uint16_t> crcl;
 };
 
-/// Reads a ports file as aprsimd writes it: {"crcl.NAME": N, "modbus": N, "grpc": N, ...}. Only
-/// the robots it names exist; other keys are ignored.
+/// Reads a ports file as aprsimd writes it: {"crcl.NAME": N, "vision.NAME": N, "modbus": N,
+/// "grpc": N, ...}. Only the robots it names exist; other keys are ignored. Failures: kUsage.
 [[nodiscard]] Outcome<Endpoints> read_ports_file(const std::string& path);
 
 /// The ports file chosen, else the one that APRSIM_PORTS_FILE names; empty = none.
 [[nodiscard]] std::string ports_file_of(const EndpointChoice& choice);
 
 /// The ports file chosen, else the one that APRSIM_PORTS_FILE names, else the default ports; then
-/// each single choice over it, the token and the encryption.
+/// each single choice over it, the token and the encryption. Failures: kUsage, for files that
+/// cannot be read.
 [[nodiscard]] Outcome<Endpoints> find_endpoints(const EndpointChoice& choice);
 
-/// Port of a robot's CRCL server; the failure lists the robots there are.
+/// Port of a robot's CRCL server; the failure (kUsage) lists the robots there are.
 [[nodiscard]] Outcome<std::uint16_t> crcl_port(const Endpoints& endpoints,
                                                const std::string& robot);
+
+/// Port of a robot's vision feed; the failure (kUsage) lists the robots that have one.
+[[nodiscard]] Outcome<std::uint16_t> vision_port(const Endpoints& endpoints,
+                                                 const std::string& robot);
 
 }  // namespace aprsim::client

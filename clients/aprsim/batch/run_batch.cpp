@@ -15,8 +15,8 @@
 #include <fmt/format.h>
 
 #include "clients/aprsim/batch/batch_report.hpp"
-#include "clients/aprsim/scenario/station.hpp"
-#include "clients/wires/interruption.hpp"
+#include "clients/aprsim/cli/interruption.hpp"
+#include "clients/aprsim/scenario/batch_worker.hpp"
 #include "world/scenario/plan.hpp"
 #include "world/scenario/scenario_reader.hpp"
 
@@ -50,7 +50,7 @@ struct Task {
   unsigned tries = 0;  ///< so far
 };
 
-/// What the stations share. Thread: any.
+/// The seeds that are left and the results, which the workers share. Thread: any.
 class Work {
  public:
   Work(BatchDirectory& directory, Batch batch, const BatchOptions& options)
@@ -64,7 +64,7 @@ class Work {
   /// The next seed; none when all are done or somebody wants an end.
   std::optional<Task> next() {
     std::unique_lock lock(mutex_);
-    // A seed that another station has may come back.
+    // A seed that another worker has may come back.
     changed_.wait(lock, [&] { return !tasks_.empty() || under_way_ == 0 || ending_; });
     if (tasks_.empty() || ending_) return std::nullopt;
     const Task task = tasks_.front();
@@ -124,7 +124,7 @@ class Work {
     const std::lock_guard lock(mutex_);
     return batch_;
   }
-  /// After the last station has ended.
+  /// After the last worker has ended.
   BatchOutcome result() {
     return {.batch = std::move(batch_),
             .attempts = std::move(attempts_),
@@ -154,9 +154,9 @@ class Work {
 };
 
 /// One seed after the other, with programs that stay.
-void work_at_station(const scenario::Scenario& scenario, const BatchOptions& options,
-                     unsigned number, Work& work) {
-  Station station(
+void work_off(const scenario::Scenario& scenario, const BatchOptions& options, unsigned number,
+              Work& work) {
+  BatchWorker worker(
       scenario,
       {.controller = options.controller,
        .again = options.again,
@@ -168,9 +168,9 @@ void work_at_station(const scenario::Scenario& scenario, const BatchOptions& opt
       work.failed(*task, {FailureKind::kUsage, plan.error().message});
       continue;
     }
-    const auto run = station.run(*plan, {});
+    const auto run = worker.run(*plan, {});
     if (run) {
-      work.done(episode_of(*run, *plan), station.peak_bytes());
+      work.done(episode_of(*run, *plan), worker.peak_bytes());
     } else {
       work.failed(*task, run.error());
     }
@@ -229,11 +229,11 @@ Outcome<void> make_journals(const scenario::Scenario& scenario, const BatchOptio
     fs::remove(part, status);
     Outcome<RunResult> run;
     {
-      Station station(scenario, {.controller = options.controller,
-                                 .again = options.again,
-                                 .directory = (directory.path() / "stations/journal").string(),
-                                 .journal = part});
-      run = station.run(*plan, {});
+      BatchWorker worker(scenario, {.controller = options.controller,
+                                    .again = options.again,
+                                    .directory = (directory.path() / "stations/journal").string(),
+                                    .journal = part});
+      run = worker.run(*plan, {});
     }
     if (!run) {
       outcome.attempts.last_causes.emplace_back(worst.seed, "its journal: " + run.error().message);
@@ -251,6 +251,32 @@ Outcome<void> make_journals(const scenario::Scenario& scenario, const BatchOptio
     journals.insert(std::ranges::upper_bound(journals, worst.seed), worst.seed);
   }
   return {};
+}
+
+/// Runs the seeds that are left, and writes a report now and then.
+void run_workers(const scenario::Scenario& scenario, const BatchOptions& options,
+                 BatchDirectory& directory, Work& work, Progress bar) {
+  // Ends with the last of them.
+  std::vector<std::jthread> workers;
+  const std::size_t count = std::min<std::size_t>(options.jobs, work.view().wanted);
+  for (unsigned number = 1; number <= count; ++number) {
+    workers.emplace_back([&, number] { work_off(scenario, options, number, work); });
+  }
+  auto report_due = SteadyClock::now() + kReportPeriod;
+  std::size_t reported = 0;
+  while (!work.view().over) {
+    interruption::sleep_until(SteadyClock::now() + 50ms);
+    if (interruption::noted()) work.stop();
+    bar.tell(work.view(), false);
+    const auto now = SteadyClock::now();
+    if (now < report_due || work.view().finished == reported) continue;
+    reported = work.view().finished;
+    if (auto written = write_report(work.batch(), directory); !written) work.stop();
+    const auto took = SteadyClock::now() - now;
+    report_due =
+        SteadyClock::now() + std::max<SteadyClock::duration>(kReportPeriod, kReportShare * took);
+  }
+  bar.tell(work.view(), true);
 }
 
 }  // namespace
@@ -271,30 +297,7 @@ Outcome<BatchOutcome> run_batch(const BatchOptions& options, std::ostream* progr
       options.seeds);
   if (!begun) return tl::unexpected(begun.error());
   Work work(directory, std::move(*begun), options);
-  {
-    // Ends with the last of them.
-    std::vector<std::jthread> stations;
-    const std::size_t count = std::min<std::size_t>(options.jobs, work.view().wanted);
-    for (unsigned number = 1; number <= count; ++number) {
-      stations.emplace_back([&, number] { work_at_station(*scenario, options, number, work); });
-    }
-    Progress bar(progress, in_place);
-    auto report_due = SteadyClock::now() + kReportPeriod;
-    std::size_t reported = 0;
-    while (!work.view().over) {
-      interruption::sleep_until(SteadyClock::now() + 50ms);
-      if (interruption::noted()) work.stop();
-      bar.tell(work.view(), false);
-      const auto now = SteadyClock::now();
-      if (now < report_due || work.view().finished == reported) continue;
-      reported = work.view().finished;
-      if (auto written = write_report(work.batch(), directory); !written) work.stop();
-      const auto took = SteadyClock::now() - now;
-      report_due =
-          SteadyClock::now() + std::max<SteadyClock::duration>(kReportPeriod, kReportShare * took);
-    }
-    bar.tell(work.view(), true);
-  }
+  run_workers(*scenario, options, directory, work, Progress(progress, in_place));
   const auto failure = work.failure();
   BatchOutcome outcome = work.result();
   if (interruption::happened() || (failure && failure->kind == FailureKind::kInterrupted)) {
@@ -313,7 +316,7 @@ Outcome<BatchOutcome> run_batch(const BatchOptions& options, std::ostream* progr
     return tl::unexpected(written.error());
   }
   if (auto kept = directory.keep(outcome.attempts); !kept) return tl::unexpected(kept.error());
-  // Logs of stations are for those that failed.
+  // Logs of workers are for those that failed.
   std::error_code ignored;
   if (outcome.given_up.empty()) fs::remove_all(directory.path() / "stations", ignored);
   outcome.wall_s = seconds(SteadyClock::now() - began);

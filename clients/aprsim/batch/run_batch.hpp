@@ -30,7 +30,7 @@ struct BatchOutcome {
   std::vector<std::pair<std::uint64_t, std::string>> given_up;  ///< seeds, and why
 };
 
-/// Runs a scenario with many seeds in virtual time: as many stations as jobs, each with a daemon
+/// Runs a scenario with many seeds in virtual time: as many workers as jobs, each with a daemon
 /// and a controller that are used again for the next seed. Seeds that the directory has are not run
 /// again; an episode that fails for another reason than its outcome is tried again. After each
 /// episode the directory holds it, and every few seconds the report of all so far; the worst are

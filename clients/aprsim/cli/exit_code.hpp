@@ -29,6 +29,7 @@ inline constexpr std::array kExitCodes{
 /// What the program ends with after a failure.
 [[nodiscard]] constexpr int exit_code(FailureKind kind) {
   switch (kind) {
+    case FailureKind::kUnauthenticated:
     case FailureKind::kRefused:
     case FailureKind::kCheck:
       return 1;

@@ -107,7 +107,40 @@ Outcome<void> run_command(const ReportDiffCommand& command, Console& console) {
   return failed(FailureKind::kCheck, command.after + " is worse than " + command.before);
 }
 
-void add_batch(CLI::App& app, CommandLine& line) {
+namespace {
+
+void add_seeds(CLI::App& batch, BatchCommand& command) {
+  batch
+      .add_option_function<std::string>(
+          "--seeds",
+          [&command](const std::string& text) {
+            auto seeds = parse_seeds(text);
+            if (!seeds) {
+              throw CLI::ValidationError("--seeds", "found " + text +
+                                                        ", expected seeds as in 1..1000 or "
+                                                        "1..10,20, at most a million");
+            }
+            command.seeds = std::move(*seeds);
+          },
+          "Seeds, as in 1..1000 or 1..10,20")
+      ->type_name("SEEDS")
+      ->required();
+  batch
+      .add_option_function<std::string>(
+          "--shard",
+          [&command](const std::string& text) {
+            const auto shard = parse_shard(text);
+            if (!shard) {
+              throw CLI::ValidationError(
+                  "--shard", "found " + text + ", expected I/N with I from 0 and below N");
+            }
+            command.shard = *shard;
+          },
+          "Only every N-th of the seeds, from the I-th on: for one of N tasks, from 0")
+      ->type_name("I/N");
+}
+
+void add_batch_run(CLI::App& app, CommandLine& line) {
   auto [batch, command] =
       add_command<BatchCommand>(app, line, "batch",
                                 "Run a scenario with many seeds in virtual time, so "
@@ -116,34 +149,7 @@ void add_batch(CLI::App& app, CommandLine& line) {
   batch->add_option("NAME", command->scenario, "Name of a shipped scenario, or a file")
       ->required()
       ->check(not_empty());
-  batch
-      ->add_option_function<std::string>(
-          "--seeds",
-          [c = command](const std::string& text) {
-            auto seeds = parse_seeds(text);
-            if (!seeds) {
-              throw CLI::ValidationError("--seeds", "found " + text +
-                                                        ", expected seeds as in 1..1000 or "
-                                                        "1..10,20, at most a million");
-            }
-            c->seeds = std::move(*seeds);
-          },
-          "Seeds, as in 1..1000 or 1..10,20")
-      ->type_name("SEEDS")
-      ->required();
-  batch
-      ->add_option_function<std::string>(
-          "--shard",
-          [c = command](const std::string& text) {
-            const auto shard = parse_shard(text);
-            if (!shard) {
-              throw CLI::ValidationError(
-                  "--shard", "found " + text + ", expected I/N with I from 0 and below N");
-            }
-            c->shard = *shard;
-          },
-          "Only every N-th of the seeds, from the I-th on: for one of N tasks, from 0")
-      ->type_name("I/N");
+  add_seeds(*batch, *command);
   command->jobs = std::max(1U, std::thread::hardware_concurrency());
   batch->add_option("--jobs", command->jobs, "So many at once (default: the processors)")
       ->type_name("J")
@@ -173,7 +179,9 @@ void add_batch(CLI::App& app, CommandLine& line) {
                  "That controller takes one job after the other, as the own program does")
       ->needs(controller);
   offer_json(*batch, line, "The report as one JSON object, without the single runs");
+}
 
+void add_merge(CLI::App& app, CommandLine& line) {
   auto [merge, merging] = add_command<MergeCommand>(
       app, line, "merge", "Put the shards of a batch together, as if run at once");
   merge->add_option("DIR", merging->directories, "Directories of shards")
@@ -189,7 +197,9 @@ void add_batch(CLI::App& app, CommandLine& line) {
       ->type_name("N")
       ->check(CLI::Range(0, 1000));
   offer_json(*merge, line, "The report as one JSON object, without the single runs");
+}
 
+void add_report(CLI::App& app, CommandLine& line) {
   CLI::App* report = app.add_subcommand("report", "Reports of batches");
   report->require_subcommand(1);
   auto [diff, comparing] = add_command<ReportDiffCommand>(
@@ -207,6 +217,14 @@ void add_batch(CLI::App& app, CommandLine& line) {
       ->type_name("P")
       ->check(within(1e-9, 0.5));
   offer_json(*diff, line);
+}
+
+}  // namespace
+
+void add_batch(CLI::App& app, CommandLine& line) {
+  add_batch_run(app, line);
+  add_merge(app, line);
+  add_report(app, line);
 }
 
 }  // namespace aprsim::client

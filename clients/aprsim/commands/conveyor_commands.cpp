@@ -9,7 +9,7 @@
 
 #include "clients/aprsim/cli/console.hpp"
 #include "clients/aprsim/commands/option_parsing.hpp"
-#include "clients/aprsim/text/conveyor_state.hpp"
+#include "clients/aprsim/text/conveyor_text.hpp"
 #include "clients/wires/conveyor_connection.hpp"
 #include "modbus/register_map.hpp"
 
@@ -87,7 +87,7 @@ Outcome<void> run_command(const ConveyorSetCommand& command, Console& console) {
   }
   const auto speed = speed_count(command);
   if (!speed) return tl::unexpected(speed.error());
-  auto conveyor = ConveyorConnection::connect(console.endpoints.host, console.endpoints.modbus);
+  auto conveyor = ConveyorConnection::connect(console.endpoints);
   if (!conveyor) return tl::unexpected(conveyor.error());
   const auto write = [&](const char* name, std::uint16_t address,
                          std::uint16_t value) -> Outcome<void> {
@@ -113,7 +113,7 @@ Outcome<void> run_command(const ConveyorSetCommand& command, Console& console) {
 }
 
 Outcome<void> run_command(const ConveyorStatusCommand& command, Console& console) {
-  auto conveyor = ConveyorConnection::connect(console.endpoints.host, console.endpoints.modbus);
+  auto conveyor = ConveyorConnection::connect(console.endpoints);
   if (!conveyor) return tl::unexpected(conveyor.error());
   const auto image = conveyor->read();
   if (!image) return tl::unexpected(image.error());

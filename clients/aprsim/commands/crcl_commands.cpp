@@ -9,12 +9,12 @@
 #include <nlohmann/json.hpp>
 
 #include "clients/aprsim/cli/console.hpp"
+#include "clients/aprsim/cli/interruption.hpp"
 #include "clients/aprsim/commands/crcl_file_commands.hpp"
 #include "clients/aprsim/commands/live_view.hpp"
 #include "clients/aprsim/commands/option_parsing.hpp"
 #include "clients/aprsim/text/crcl_text.hpp"
 #include "clients/wires/crcl_session.hpp"
-#include "clients/wires/interruption.hpp"
 
 namespace aprsim::client {
 namespace {
@@ -68,7 +68,7 @@ void show_status(const std::string& robot, const crcl::Status& status, Console& 
 /// One command that is soon done.
 Outcome<void> run_one(const std::string& robot, crcl::CommandBody body, Console& console,
                       const std::string& before = "") {
-  auto session = CrclSession::connect(console.endpoints, robot);
+  auto session = CrclSession::connect(console.endpoints, robot, interruption::noted);
   if (!session) return tl::unexpected(session.error());
   const auto done = session->run(std::move(body), kShortTimeout);
   if (!done) return tl::unexpected(done.error());
@@ -167,7 +167,7 @@ void add_crcl_jog(CLI::App& crcl, CommandLine& line) {
 }  // namespace
 
 Outcome<void> run_command(const CrclStatusCommand& command, Console& console) {
-  auto session = CrclSession::connect(console.endpoints, command.robot);
+  auto session = CrclSession::connect(console.endpoints, command.robot, interruption::noted);
   if (!session) return tl::unexpected(session.error());
   const std::uint64_t count = command.watch ? command.count : 1;
   const bool in_place = command.watch && console.screen.live && !console.json;
@@ -216,7 +216,7 @@ Outcome<void> run_command(const CrclStopCommand& command, Console& console) {
 
 Outcome<void> run_command(const CrclJogCommand& command, Console& console) {
   const interruption::Hold hold;
-  auto session = CrclSession::connect(console.endpoints, command.robot);
+  auto session = CrclSession::connect(console.endpoints, command.robot, interruption::noted);
   if (!session) return tl::unexpected(session.error());
   const auto done = jog(*session, command);
   if (done) {

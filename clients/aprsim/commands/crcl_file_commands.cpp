@@ -9,10 +9,10 @@
 #include <nlohmann/json.hpp>
 
 #include "clients/aprsim/cli/console.hpp"
+#include "clients/aprsim/cli/interruption.hpp"
 #include "clients/aprsim/commands/option_parsing.hpp"
 #include "clients/aprsim/text/crcl_text.hpp"
 #include "clients/wires/crcl_session.hpp"
-#include "clients/wires/interruption.hpp"
 #include "crcl/command_codec.hpp"
 #include "crcl/framer.hpp"
 #include "crcl/program_loops.hpp"
@@ -58,7 +58,7 @@ Outcome<void> run_command(const CrclSendCommand& command, Console& console) {
   const auto text = read_file(command.file);
   if (!text) return tl::unexpected(text.error());
   const interruption::Hold hold;
-  auto session = CrclSession::connect(console.endpoints, command.robot);
+  auto session = CrclSession::connect(console.endpoints, command.robot, interruption::noted);
   if (!session) return tl::unexpected(session.error());
   auto framer = crcl::Framer::for_commands();
   framer.append(*text);
@@ -93,7 +93,7 @@ Outcome<void> run_command(const CrclRunCommand& command, Console& console) {
   const auto order = crcl::expand_loops(*program);
   if (!order) return failed(FailureKind::kUsage, command.file + ": " + order.error().message());
   const interruption::Hold hold;
-  auto session = CrclSession::connect(console.endpoints, command.robot);
+  auto session = CrclSession::connect(console.endpoints, command.robot, interruption::noted);
   if (!session) return tl::unexpected(session.error());
   int index = 0;
   for (const std::size_t next : *order) {

@@ -8,11 +8,11 @@
 #include <nlohmann/json.hpp>
 
 #include "clients/aprsim/cli/console.hpp"
+#include "clients/aprsim/cli/interruption.hpp"
 #include "clients/aprsim/commands/option_parsing.hpp"
 #include "clients/aprsim/demo/belt.hpp"
 #include "clients/aprsim/demo/pick_and_place.hpp"
 #include "clients/aprsim/demo/reach.hpp"
-#include "clients/wires/interruption.hpp"
 
 namespace aprsim::client {
 namespace {

@@ -10,8 +10,8 @@
 #include <CLI/CLI.hpp>
 
 #include "clients/aprsim/cli/console.hpp"
+#include "clients/aprsim/cli/interruption.hpp"
 #include "clients/aprsim/commands/option_parsing.hpp"
-#include "clients/wires/interruption.hpp"
 #include "world/base/process/child_process.hpp"
 #include "world/base/process/own_programs.hpp"
 

@@ -152,19 +152,11 @@ Outcome<void> run_command(const ScenarioRunCommand& command, Console& console) {
   return failed(FailureKind::kCheck, "not as expected: " + broken);
 }
 
-void add_scenario(CLI::App& app, CommandLine& line) {
-  CLI::App* scenario =
-      app.add_subcommand("scenario", "Whole jobs with what goes wrong in them, run and measured");
-  scenario->require_subcommand(1);
-  auto [list, list_command] = add_command<ScenarioListCommand>(
-      *scenario, line, "list", "Those that ship, each in a line; needs no daemon");
-  offer_json(*list, line);
-  auto [check, check_command] = add_command<ScenarioCheckCommand>(
-      *scenario, line, "check", "Read a scenario and plan it, and say what is wrong with it");
-  add_scenario_name(*check, check_command->name, check_command->seed);
-  offer_json(*check, line);
+namespace {
+
+void add_scenario_run(CLI::App& scenario, CommandLine& line) {
   auto [run, command] =
-      add_command<ScenarioRunCommand>(*scenario, line, "run",
+      add_command<ScenarioRunCommand>(scenario, line, "run",
                                       "Run a scenario, in a daemon of its own or in the "
                                       "cell that runs, and compare the outcome with "
                                       "what is expected");
@@ -214,6 +206,22 @@ void add_scenario(CLI::App& app, CommandLine& line) {
       ->type_name("DIR")
       ->check(not_empty());
   offer_json(*run, line, "The report as one JSON object");
+}
+
+}  // namespace
+
+void add_scenario(CLI::App& app, CommandLine& line) {
+  CLI::App* scenario =
+      app.add_subcommand("scenario", "Whole jobs with what goes wrong in them, run and measured");
+  scenario->require_subcommand(1);
+  auto [list, list_command] = add_command<ScenarioListCommand>(
+      *scenario, line, "list", "Those that ship, each in a line; needs no daemon");
+  offer_json(*list, line);
+  auto [check, check_command] = add_command<ScenarioCheckCommand>(
+      *scenario, line, "check", "Read a scenario and plan it, and say what is wrong with it");
+  add_scenario_name(*check, check_command->name, check_command->seed);
+  offer_json(*check, line);
+  add_scenario_run(*scenario, line);
 }
 
 }  // namespace aprsim::client

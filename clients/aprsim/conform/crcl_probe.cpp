@@ -23,12 +23,6 @@ TcpSocket connected(const Target& target) {
   return *std::move(socket);
 }
 
-// A failure of the socket as what was seen; an interruption ends all.
-[[noreturn]] void unkept(const Failure& failure) {
-  if (failure.kind == FailureKind::kInterrupted) throw GivenUp{failure};
-  throw NotKept{failure.message};
-}
-
 }  // namespace
 
 std::string in_words(const crcl::Status& status) {
@@ -55,9 +49,8 @@ std::int64_t CrclProbe::next_id() {
 }
 
 void CrclProbe::send(std::string_view bytes) {
-  if (const auto sent = socket_.send(bytes, steady_clock::now() + kAnswer); !sent) {
-    unkept(sent.error());
-  }
+  const auto sent = socket_.send(bytes, steady_clock::now() + kAnswer);
+  if (!sent) throw NotKept{sent.error().message};
 }
 
 std::int64_t CrclProbe::send(const crcl::CommandBody& body, std::int64_t id) {
@@ -82,7 +75,7 @@ SeenStatus CrclProbe::read(Milliseconds time) {
     if (!bytes && bytes.error().kind == FailureKind::kTimeout) {
       throw NotKept{fmt::format("no status within {} ms", time.count())};
     }
-    if (!bytes) unkept(bytes.error());
+    if (!bytes) throw NotKept{bytes.error().message};
     framer_.append(*bytes);
   }
 }
@@ -139,7 +132,7 @@ void CrclProbe::init() {
 bool CrclProbe::silent(Milliseconds time) {
   const auto bytes = socket_.receive(steady_clock::now() + time);
   if (bytes) framer_.append(*bytes);
-  if (!bytes && bytes.error().kind != FailureKind::kTimeout) unkept(bytes.error());
+  if (!bytes && bytes.error().kind != FailureKind::kTimeout) throw NotKept{bytes.error().message};
   return !bytes;
 }
 
@@ -147,9 +140,7 @@ bool CrclProbe::closed(Milliseconds time) {
   const auto deadline = steady_clock::now() + time;
   while (true) {
     const auto bytes = socket_.receive(deadline);
-    if (bytes) continue;
-    if (bytes.error().kind == FailureKind::kInterrupted) unkept(bytes.error());
-    return bytes.error().kind == FailureKind::kConnection;
+    if (!bytes) return bytes.error().kind == FailureKind::kConnection;
   }
 }
 

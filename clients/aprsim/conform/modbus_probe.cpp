@@ -40,9 +40,7 @@ ModbusProbe::ModbusProbe(const Target& target) : socket_(reached(target)) {}
 void ModbusProbe::send(const Bytes& bytes) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   const auto sent = socket_.send(text, steady_clock::now() + kAnswer);
-  if (sent) return;
-  if (sent.error().kind == FailureKind::kInterrupted) throw GivenUp{sent.error()};
-  throw NotKept{sent.error().message};
+  if (!sent) throw NotKept{sent.error().message};
 }
 
 std::optional<ModbusProbe::Bytes> ModbusProbe::try_read(std::chrono::milliseconds time) {
@@ -57,7 +55,6 @@ std::optional<ModbusProbe::Bytes> ModbusProbe::try_read(std::chrono::millisecond
       }
     }
     const auto bytes = socket_.receive(deadline);
-    if (!bytes && bytes.error().kind == FailureKind::kInterrupted) throw GivenUp{bytes.error()};
     if (!bytes) return std::nullopt;
     received_ += *bytes;
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "clients/aprsim/cli/interruption.hpp"
 #include "clients/aprsim/demo/geometry.hpp"
 
 namespace aprsim::client {
@@ -27,7 +28,7 @@ Arm::Arm(CrclSession session, v1::RobotDescription description)
 }
 
 Outcome<Arm> Arm::connect(const Endpoints& endpoints, const v1::RobotDescription& description) {
-  auto session = CrclSession::connect(endpoints, description.name());
+  auto session = CrclSession::connect(endpoints, description.name(), interruption::noted);
   if (!session) return tl::unexpected(session.error());
   Arm arm(std::move(*session), description);
   if (auto done = arm.initialise(); !done) return tl::unexpected(done.error());

@@ -7,10 +7,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "clients/aprsim/cli/interruption.hpp"
 #include "clients/aprsim/demo/bounded_pace.hpp"
 #include "clients/aprsim/demo/geometry.hpp"
 #include "clients/wires/conveyor_connection.hpp"
-#include "clients/wires/interruption.hpp"
 #include "modbus/register_map.hpp"
 
 namespace aprsim::client {
@@ -128,7 +128,7 @@ Outcome<void> stop_belt(DemoCell& cell, ConveyorConnection& conveyor) {
 /// Starts the belt, waits until it has run the distance, and stops it.
 Outcome<void> run_belt(DemoCell& cell, const Endpoints& endpoints, double distance_m,
                        double speed_m_s) {
-  auto conveyor = ConveyorConnection::connect(endpoints.host, endpoints.modbus);
+  auto conveyor = ConveyorConnection::connect(endpoints);
   if (!conveyor) return tl::unexpected(conveyor.error());
   const auto drive = set_drive(cell, *conveyor, distance_m > 0, speed_m_s);
   if (!drive) return tl::unexpected(drive.error());

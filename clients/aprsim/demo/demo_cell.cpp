@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "clients/wires/interruption.hpp"
+#include "clients/aprsim/cli/interruption.hpp"
 
 namespace aprsim::client {
 

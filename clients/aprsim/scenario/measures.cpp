@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <limits>
 #include <numbers>
 #include <numeric>
@@ -26,6 +27,82 @@ double yaw_of(const Eigen::Isometry3d& pose) {
 }
 
 double wrapped(double angle_rad) { return std::remainder(angle_rad, 2 * std::numbers::pi); }
+
+double number(std::integral auto count) { return static_cast<double>(count); }
+
+/// Figures of the kits; the job begins at `first_s`.
+void add_kits(Measured& out, double first_s) {
+  auto& values = out.values;
+  for (const char* name : {"kits_right", "kits_late", "parts_right"}) values[name] = 0;
+  std::size_t submitted = 0;
+  double last_s = 0, waited_s = 0;
+  for (const KitResult& kit : out.kits) {
+    values["kits_right"] += kit.is_right() ? 1 : 0;
+    values["kits_late"] += kit.late ? 1 : 0;
+    values["parts_right"] += kit.right;
+    if (!kit.submitted_s) continue;
+    ++submitted;
+    last_s = std::max(last_s, *kit.submitted_s);
+    waited_s += *kit.submitted_s - kit.announced_s;
+  }
+  values["kits_ordered"] = number(out.kits.size());
+  values["kits_submitted"] = number(submitted);
+  const bool all = submitted == out.kits.size() && !out.kits.empty();
+  const double job_s = (all ? last_s : out.end_s) - first_s;
+  values["job_s"] = job_s;
+  if (submitted > 0) values["kit_mean_s"] = waited_s / number(submitted);
+  if (job_s > 0) values["throughput_per_h"] = 3600 * values["kits_right"] / job_s;
+}
+
+void add_robots(Measured& out) {
+  auto& values = out.values;
+  for (const char* name :
+       {"grasps", "grasps_failed", "grasps_repeated", "drops", "path_m", "energy_j"}) {
+    values[name] = 0;
+  }
+  double idle = 0;
+  for (const RobotResult& robot : out.robots) {
+    values["grasps"] += robot.grasps;
+    values["grasps_failed"] += robot.grasps_failed;
+    values["grasps_repeated"] += robot.grasps_repeated;
+    values["drops"] += robot.drops;
+    values["path_m"] += robot.path_m;
+    values["energy_j"] += robot.energy_j;
+    if (robot.total_s > 0) idle += 1 - robot.moving_s / robot.total_s;
+  }
+  if (!out.robots.empty()) values["idle_share"] = idle / number(out.robots.size());
+}
+
+void add_placements(Measured& out) {
+  auto& values = out.values;
+  values["placed"] = number(out.placements.size());
+  std::vector<double> errors_mm, turns_deg;
+  for (const Placement& placement : out.placements) {
+    errors_mm.push_back(1e3 * placement.error_m);
+    turns_deg.push_back(placement.turned_rad * 180 / std::numbers::pi);
+  }
+  if (errors_mm.empty()) return;
+  values["placement_p50_mm"] = quantile(errors_mm, 0.5);
+  values["placement_p95_mm"] = quantile(errors_mm, 0.95);
+  values["placement_max_mm"] = quantile(errors_mm, 1);
+  values["placement_yaw_p95_deg"] = quantile(turns_deg, 0.95);
+}
+
+void add_collisions(Measured& out) {
+  double max_n = 0;
+  for (const Collision& collision : out.collisions) max_n = std::max(max_n, collision.max_n);
+  out.values["collisions"] = number(out.collisions.size());
+  out.values["collision_max_n"] = max_n;
+}
+
+/// Figures that only the controller knows.
+void add_words(Measured& out, const ControllerWords& words) {
+  auto& values = out.values;
+  if (words.replans) values["replans"] = *words.replans;
+  if (words.crcl_requests) values["crcl_requests"] = *words.crcl_requests;
+  if (words.modbus_requests) values["modbus_requests"] = *words.modbus_requests;
+  if (words.vision_frames) values["vision_frames"] = *words.vision_frames;
+}
 
 }  // namespace
 
@@ -395,6 +472,8 @@ Measured Measures::result(const ControllerWords& words) const {
   Measured out{.placements = s.placements, .collisions = s.collisions, .robots = s.robots};
   out.end_s = s.last.time_s;
   out.kits = s.kits;
+  double first_s = s.last.time_s;  // the first order's announcement
+  for (const auto& [name, announced] : s.announced) first_s = std::min(first_s, announced.time_s);
   for (const auto& order : s.orders) {
     const auto announced = s.announced.find(order.name);
     if (announced == s.announced.end()) continue;
@@ -407,73 +486,19 @@ Measured Measures::result(const ControllerWords& words) const {
     }
   }
   s.add_faults(out);
+  add_kits(out, first_s);
+  add_robots(out);
+  add_placements(out);
+  add_collisions(out);
   auto& values = out.values;
-  const auto count = [](std::size_t n) { return static_cast<double>(n); };
-
-  double first_s = s.last.time_s, last_s = 0, waited_s = 0;
-  for (const auto& [name, announced] : s.announced) first_s = std::min(first_s, announced.time_s);
-  values["kits_ordered"] = count(out.kits.size());
-  values["kits_submitted"] = count(s.kits.size());
-  for (const char* name : {"kits_right", "kits_late", "parts_right"}) values[name] = 0;
-  for (const KitResult& kit : out.kits) {
-    values["kits_right"] += kit.is_right() ? 1 : 0;
-    values["kits_late"] += kit.late ? 1 : 0;
-    values["parts_right"] += kit.right;
-    if (!kit.submitted_s) continue;
-    last_s = std::max(last_s, *kit.submitted_s);
-    waited_s += *kit.submitted_s - kit.announced_s;
-  }
-  const double job_s =
-      (s.kits.size() == out.kits.size() && !out.kits.empty() ? last_s : out.end_s) - first_s;
-  values["job_s"] = job_s;
-  if (!s.kits.empty()) values["kit_mean_s"] = waited_s / count(s.kits.size());
-  if (job_s > 0) values["throughput_per_h"] = 3600 * values["kits_right"] / job_s;
-
-  for (const char* name :
-       {"grasps", "grasps_failed", "grasps_repeated", "drops", "path_m", "energy_j"}) {
-    values[name] = 0;
-  }
-  double idle = 0;
-  for (const RobotResult& robot : s.robots) {
-    values["grasps"] += robot.grasps;
-    values["grasps_failed"] += robot.grasps_failed;
-    values["grasps_repeated"] += robot.grasps_repeated;
-    values["drops"] += robot.drops;
-    values["path_m"] += robot.path_m;
-    values["energy_j"] += robot.energy_j;
-    if (robot.total_s > 0) idle += 1 - robot.moving_s / robot.total_s;
-  }
-  if (!s.robots.empty()) values["idle_share"] = idle / count(s.robots.size());
-  values["parts_lost"] = count(static_cast<std::size_t>(
-      std::ranges::count_if(s.taken, [&](std::size_t body) { return !is_somewhere(body); })));
-
-  values["held_end"] = count(static_cast<std::size_t>(std::ranges::count_if(
-      s.last.robots, [](const RobotSample& robot) { return robot.held.has_value(); })));
+  values["parts_lost"] =
+      number(std::ranges::count_if(s.taken, [&](std::size_t body) { return !is_somewhere(body); }));
+  values["held_end"] = number(std::ranges::count_if(
+      s.last.robots, [](const RobotSample& robot) { return robot.held.has_value(); }));
   values["run_s"] = s.last.time_s;
-
-  values["placed"] = count(s.placements.size());
-  std::vector<double> errors_mm, turns_deg;
-  for (const Placement& placement : s.placements) {
-    errors_mm.push_back(1e3 * placement.error_m);
-    turns_deg.push_back(placement.turned_rad * 180 / std::numbers::pi);
-  }
-  if (!errors_mm.empty()) {
-    values["placement_p50_mm"] = quantile(errors_mm, 0.5);
-    values["placement_p95_mm"] = quantile(errors_mm, 0.95);
-    values["placement_max_mm"] = quantile(errors_mm, 1);
-    values["placement_yaw_p95_deg"] = quantile(turns_deg, 0.95);
-  }
-  values["collisions"] = count(s.collisions.size());
-  values["collision_max_n"] = 0;
-  for (const Collision& collision : s.collisions) {
-    values["collision_max_n"] = std::max(values["collision_max_n"], collision.max_n);
-  }
   values["moved_in_curtain_s"] = s.moved_in_curtain_s;
   add_recovery(out, first_s);
-  if (words.replans) values["replans"] = *words.replans;
-  if (words.crcl_requests) values["crcl_requests"] = *words.crcl_requests;
-  if (words.modbus_requests) values["modbus_requests"] = *words.modbus_requests;
-  if (words.vision_frames) values["vision_frames"] = *words.vision_frames;
+  add_words(out, words);
   return out;
 }
 

@@ -40,6 +40,76 @@ std::string time_text(const std::optional<double>& time_s) {
   return time_s ? fmt::format("{:.1f}", *time_s) : "-";
 }
 
+RunJson json_of(const Verdict& verdict) {
+  return {{"measure", verdict.measure},
+          {"value", maybe(verdict.value)},
+          {"min", maybe(verdict.bound.min)},
+          {"max", maybe(verdict.bound.max)},
+          {"kept", verdict.kept}};
+}
+
+RunJson json_of(const KitResult& kit) {
+  return {{"order", kit.order},
+          {"tray", kit.tray},
+          {"priority", kit.priority},
+          {"announced_s", kit.announced_s},
+          {"submitted_s", maybe(kit.submitted_s)},
+          {"ordered", kit.ordered},
+          {"right", kit.right},
+          {"surplus", kit.surplus},
+          {"tray_right", kit.tray_right},
+          {"at_destination", kit.at_destination},
+          {"late", kit.late},
+          {"is_right", kit.is_right()}};
+}
+
+RunJson json_of(const Placement& placement) {
+  return {{"time_s", placement.time_s},
+          {"robot", placement.robot},
+          {"gear", placement.gear},
+          {"slot", placement.slot},
+          {"error_m", placement.error_m},
+          {"turned_rad", placement.turned_rad},
+          {"right_type", placement.right_type}};
+}
+
+RunJson json_of(const Collision& collision) {
+  return {{"pair", collision.pair},
+          {"two_robots", collision.two_robots},
+          {"begin_s", collision.begin_s},
+          {"end_s", collision.end_s},
+          {"max_n", collision.max_n}};
+}
+
+RunJson json_of(const FaultResult& fault) {
+  return {{"kind", fault.kind},
+          {"target", fault.target},
+          {"begin_s", fault.begin_s},
+          {"end_s", maybe(fault.end_s)},
+          {"recovery_s", maybe(fault.recovery_s)},
+          {"recovered", fault.recovered}};
+}
+
+RunJson json_of(const RobotResult& robot) {
+  return {{"name", robot.name},
+          {"grasps", robot.grasps},
+          {"grasps_failed", robot.grasps_failed},
+          {"grasps_repeated", robot.grasps_repeated},
+          {"drops", robot.drops},
+          {"moving_s", robot.moving_s},
+          {"path_m", robot.path_m},
+          {"energy_j", robot.energy_j}};
+}
+
+RunJson json_of(const RunEvent& event) { return {{"time_s", event.time_s}, {"what", event.what}}; }
+
+template <typename T>
+RunJson list_of(const std::vector<T>& all) {
+  RunJson out = RunJson::array();
+  for (const T& one : all) out.push_back(json_of(one));
+  return out;
+}
+
 }  // namespace
 
 bool RunResult::as_expected() const { return std::ranges::all_of(verdicts, &Verdict::kept); }
@@ -76,67 +146,6 @@ nlohmann::ordered_json report_json(const RunResult& run) {
     values[std::string(kind.name)] =
         value == measured.values.end() ? RunJson() : RunJson(value->second);
   }
-  RunJson verdicts = RunJson::array(), kits = RunJson::array(), placements = RunJson::array(),
-          collisions = RunJson::array(), faults = RunJson::array(), robots = RunJson::array(),
-          events = RunJson::array();
-  for (const Verdict& verdict : run.verdicts) {
-    verdicts.push_back({{"measure", verdict.measure},
-                        {"value", maybe(verdict.value)},
-                        {"min", maybe(verdict.bound.min)},
-                        {"max", maybe(verdict.bound.max)},
-                        {"kept", verdict.kept}});
-  }
-  for (const KitResult& kit : measured.kits) {
-    kits.push_back({{"order", kit.order},
-                    {"tray", kit.tray},
-                    {"priority", kit.priority},
-                    {"announced_s", kit.announced_s},
-                    {"submitted_s", maybe(kit.submitted_s)},
-                    {"ordered", kit.ordered},
-                    {"right", kit.right},
-                    {"surplus", kit.surplus},
-                    {"tray_right", kit.tray_right},
-                    {"at_destination", kit.at_destination},
-                    {"late", kit.late},
-                    {"is_right", kit.is_right()}});
-  }
-  for (const Placement& placement : measured.placements) {
-    placements.push_back({{"time_s", placement.time_s},
-                          {"robot", placement.robot},
-                          {"gear", placement.gear},
-                          {"slot", placement.slot},
-                          {"error_m", placement.error_m},
-                          {"turned_rad", placement.turned_rad},
-                          {"right_type", placement.right_type}});
-  }
-  for (const Collision& collision : measured.collisions) {
-    collisions.push_back({{"pair", collision.pair},
-                          {"two_robots", collision.two_robots},
-                          {"begin_s", collision.begin_s},
-                          {"end_s", collision.end_s},
-                          {"max_n", collision.max_n}});
-  }
-  for (const FaultResult& fault : measured.faults) {
-    faults.push_back({{"kind", fault.kind},
-                      {"target", fault.target},
-                      {"begin_s", fault.begin_s},
-                      {"end_s", maybe(fault.end_s)},
-                      {"recovery_s", maybe(fault.recovery_s)},
-                      {"recovered", fault.recovered}});
-  }
-  for (const RobotResult& robot : measured.robots) {
-    robots.push_back({{"name", robot.name},
-                      {"grasps", robot.grasps},
-                      {"grasps_failed", robot.grasps_failed},
-                      {"grasps_repeated", robot.grasps_repeated},
-                      {"drops", robot.drops},
-                      {"moving_s", robot.moving_s},
-                      {"path_m", robot.path_m},
-                      {"energy_j", robot.energy_j}});
-  }
-  for (const RunEvent& event : run.events) {
-    events.push_back({{"time_s", event.time_s}, {"what", event.what}});
-  }
   return {{"scenario", run.scenario},
           {"description", run.description},
           {"seed", run.seed},
@@ -145,13 +154,13 @@ nlohmann::ordered_json report_json(const RunResult& run) {
           {"state_hash", run.state_hash},
           {"as_expected", run.as_expected()},
           {"measures", values},
-          {"expected", verdicts},
-          {"kits", kits},
-          {"placements", placements},
-          {"collisions", collisions},
-          {"faults", faults},
-          {"robots", robots},
-          {"events", events}};
+          {"expected", list_of(run.verdicts)},
+          {"kits", list_of(measured.kits)},
+          {"placements", list_of(measured.placements)},
+          {"collisions", list_of(measured.collisions)},
+          {"faults", list_of(measured.faults)},
+          {"robots", list_of(measured.robots)},
+          {"events", list_of(run.events)}};
 }
 
 std::string report_table(const RunResult& run, const Paint& paint) {

@@ -9,7 +9,7 @@
 
 #include <fmt/format.h>
 
-#include "clients/wires/interruption.hpp"
+#include "clients/aprsim/cli/interruption.hpp"
 #include "world/base/process/own_programs.hpp"
 
 namespace aprsim::client {

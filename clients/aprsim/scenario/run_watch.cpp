@@ -7,10 +7,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "clients/aprsim/cli/interruption.hpp"
 #include "clients/aprsim/scenario/sampler.hpp"
 #include "clients/aprsim/scenario/scores.hpp"
 #include "clients/aprsim/text/fault_request.hpp"
-#include "clients/wires/interruption.hpp"
 
 namespace aprsim::client {
 namespace {

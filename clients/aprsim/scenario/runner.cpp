@@ -5,11 +5,11 @@
 #include <fstream>
 #include <utility>
 
+#include "clients/aprsim/cli/interruption.hpp"
+#include "clients/aprsim/scenario/batch_worker.hpp"
 #include "clients/aprsim/scenario/run_programs.hpp"
 #include "clients/aprsim/scenario/run_watch.hpp"
-#include "clients/aprsim/scenario/station.hpp"
 #include "clients/wires/cell_connection.hpp"
-#include "clients/wires/interruption.hpp"
 
 namespace aprsim::client {
 namespace {
@@ -19,6 +19,7 @@ using process::ChildProcess;
 
 constexpr double kSamplesPerSecond = 50;  // of simulated time, where the wire keeps up
 constexpr double kMostSamplesPerSecond = 400;
+constexpr const char* kNoController = "none";
 constexpr auto kEndTime = 10s;   // for a program to end when it is told to
 constexpr auto kHomeTime = 30s;  // for a controller that has no more orders
 
@@ -86,21 +87,41 @@ void end_controller(ChildProcess& controller, RunWatch& run) {
   run.listen();
 }
 
+Outcome<RunResult> run_in_virtual_time(const scenario::Scenario& scenario,
+                                       const scenario::Plan& plan, const RunOptions& options,
+                                       const RunListener& listener) {
+  if (options.controller == kNoController || options.cell) {
+    return failed(FailureKind::kUsage,
+                  "in virtual time the cell and the controller are started by the run");
+  }
+  BatchWorker worker(scenario, {.controller = options.controller,
+                                .directory = options.directory,
+                                .journal = options.journal});
+  return worker.run(plan, listener);
+}
+
+/// Leaves the cell of a run: ends the run's own daemon, and lets somebody else's cell go on. Gives
+/// how the run went, with what its own daemon has said.
+Outcome<void> leave(Place& place, std::optional<CellConnection>& connection, RunWatch& run,
+                    const RunDirectory& directory, const Outcome<void>& watched) {
+  const interruption::Cleanup cleanup;
+  if (!place.daemon) {
+    run.end_faults();
+    if (!watched) static_cast<void>(connection->resume());
+    return watched;
+  }
+  connection.reset();
+  place.daemon->stop(kEndTime);
+  if (watched) return watched;
+  return failed(watched.error().kind,
+                watched.error().message + "; " + last_lines(directory.file("aprsimd.log")));
+}
+
 }  // namespace
 
 Outcome<RunResult> run_scenario(const scenario::Scenario& scenario, const scenario::Plan& plan,
                                 const RunOptions& options, const RunListener& listener) {
-  const bool waits = options.controller == "none";
-  if (options.virtual_time) {
-    if (waits || options.cell) {
-      return failed(FailureKind::kUsage,
-                    "in virtual time the cell and the controller are started by the run");
-    }
-    Station station(scenario, {.controller = options.controller,
-                               .directory = options.directory,
-                               .journal = options.journal});
-    return station.run(plan, listener);
-  }
+  if (options.virtual_time) return run_in_virtual_time(scenario, plan, options, listener);
   const interruption::Hold hold;
   const RunDirectory directory(options.directory);
   auto place = options.cell
@@ -122,7 +143,7 @@ Outcome<RunResult> run_scenario(const scenario::Scenario& scenario, const scenar
   if (!description) return fail_with(description.error());
 
   std::optional<Controller> controller;
-  if (waits) {
+  if (options.controller == kNoController) {
     listener.event({0, "waits for a controller; ports: " + place->ports_file});
   } else {
     // It polls as often in simulated time as at real speed, as far as that is possible.
@@ -144,17 +165,8 @@ Outcome<RunResult> run_scenario(const scenario::Scenario& scenario, const scenar
     watched = watch_by_wall_clock(cell, run, controller ? &*controller : nullptr, options.speed);
   }
   if (controller && controller->is_there()) end_controller(controller->process(), run);
-  const interruption::Cleanup cleanup;
-  if (!place->daemon) {
-    run.end_faults();
-    if (!watched) return fail_with(watched.error());
-  } else {
-    connection.reset();
-    place->daemon->stop(kEndTime);
-    if (!watched) {
-      return failed(watched.error().kind,
-                    watched.error().message + "; " + last_lines(directory.file("aprsimd.log")));
-    }
+  if (auto left = leave(*place, connection, run, directory, watched); !left) {
+    return tl::unexpected(left.error());
   }
   if (interruption::happened()) return failed(FailureKind::kInterrupted, "interrupted");
   RunResult result = run.result();

@@ -9,8 +9,8 @@
 
 #include <fmt/format.h>
 
+#include "clients/aprsim/cli/interruption.hpp"
 #include "clients/aprsim/trace/trace.hpp"
-#include "clients/wires/interruption.hpp"
 #include "proto/journal/journal_place.hpp"
 #include "world/base/process/child_process.hpp"
 #include "world/base/process/own_programs.hpp"

@@ -1,9 +1,10 @@
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <string_view>
+#include <vector>
 
 #include "clients/aprsim/trace/action.hpp"
+#include "clients/wires/vision_frame.hpp"
 
 namespace aprsim::trace {
 namespace {
@@ -12,23 +13,20 @@ constexpr std::size_t kFrames = 12;      // of which the last picture is made
 constexpr std::size_t kLeastFrames = 4;  // that have to show a thing
 constexpr double kSameThing_mm = 15;     // from frame to frame
 
-/// One sighting, "name,rotation,x,y,score,type,"; false for a slot that nothing was seen in.
-bool next_seen(std::string_view& line, Seen& out) {
-  std::string_view fields[6];
-  for (std::string_view& field : fields) {
-    const std::size_t comma = std::min(line.find(','), line.size());
-    field = line.substr(0, comma);
-    line.remove_prefix(std::min(comma + 1, line.size()));
-    while (line.starts_with(' ')) line.remove_prefix(1);
+/// The detections of one frame; none of a line that cannot be read.
+std::vector<Seen> seen_in(std::string_view line) {
+  std::vector<Seen> out;
+  const auto objects = client::decode_vision_line(line);
+  if (!objects) return out;
+  for (const client::VisionObject& object : *objects) {
+    if (!object.detected) continue;
+    out.push_back({.name = object.name,
+                   .type = object.kind,
+                   .x_mm = 1e3 * object.x_m,
+                   .y_mm = 1e3 * object.y_m,
+                   .rotation_rad = object.rotation_rad});
   }
-  const auto number = [](std::string_view text, double& value) {
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    return error == std::errc() && end == text.data() + text.size() && std::isfinite(value);
-  };
-  out.name = fields[0];
-  out.type = fields[5];
-  return number(fields[1], out.rotation_rad) && number(fields[2], out.x_mm) &&
-         number(fields[3], out.y_mm);
+  return out;
 }
 
 /// A thing over several frames.
@@ -67,12 +65,7 @@ WireActions vision_actions(const Records& records) {
   const std::size_t count = std::min(frames.size(), kFrames);
   std::vector<Cluster> clusters;
   for (std::size_t i = frames.size() - count; i < frames.size(); ++i) {
-    std::string_view line = frames[i]->wire.data();
-    while (!line.empty() && (line.back() == '\n' || line.back() == '\r')) line.remove_suffix(1);
-    while (!line.empty()) {
-      Seen seen;
-      if (next_seen(line, seen)) add_to(clusters, seen);
-    }
+    for (const Seen& seen : seen_in(frames[i]->wire.data())) add_to(clusters, seen);
   }
   for (const Cluster& cluster : clusters) {
     if (cluster.count < std::min(count, kLeastFrames)) continue;

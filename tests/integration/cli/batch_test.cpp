@@ -95,7 +95,7 @@ TEST(Batch, AnEpisodeDependsOnItsSeedAlone) {
   for (const auto& scenario : {std::string("pick"), file}) {
     const std::string name = fs::path(scenario).stem().string();
     const auto out = [&](const char* what) { return directory.path() + '/' + name + what; };
-    // One after the other in a station, two stations, and alone.
+    // One after the other in a worker, two workers, and alone.
     const auto one = aprsim_alone({"batch", scenario, "--seeds", "1..5", "--jobs", "1",
                                    "--journals", "0", "--out", out("_1")});
     ASSERT_EQ(one.exit_code, 0) << one.out << one.err;

@@ -1,4 +1,4 @@
-#include "clients/wires/interruption.hpp"
+#include "clients/aprsim/cli/interruption.hpp"
 
 #include <algorithm>
 #include <array>
@@ -66,14 +66,12 @@ bool noted() { return happened() && cleanups == 0; }
 
 bool happened() { return first_signal != 0; }
 
-int wake_fd() { return cleanups == 0 ? wake_pipe[0] : -1; }
-
 void sleep_until(std::chrono::steady_clock::time_point time) {
   while (!noted()) {
     const auto left =
         std::chrono::ceil<std::chrono::milliseconds>(time - std::chrono::steady_clock::now());
     if (left.count() <= 0) return;
-    pollfd waiting{wake_fd(), POLLIN, 0};
+    pollfd waiting{cleanups == 0 ? wake_pipe[0] : -1, POLLIN, 0};
     poll(&waiting, 1, static_cast<int>(std::min<long>(left.count(), 1 << 30)));
   }
 }

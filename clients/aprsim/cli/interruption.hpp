@@ -3,8 +3,8 @@
 #include <chrono>
 
 /// Ctrl-C and its like for a client that sets machines in motion: what moves is stopped before the
-/// program leaves. The signals are SIGINT, SIGTERM, SIGHUP, and SIGPIPE (nobody reads the output
-/// any more).
+/// program leaves. Calls of the client library are cancelled by noted(). The signals are SIGINT,
+/// SIGTERM, SIGHUP, and SIGPIPE (nobody reads the output any more).
 namespace aprsim::client::interruption {
 
 /// What a shell shows of a program that Ctrl-C ended.
@@ -38,8 +38,6 @@ class Cleanup {
 /// Whether one has come at all.
 [[nodiscard]] bool happened();
 
-/// Readable as long as noted(); -1 when there is nothing to wait for. For poll.
-[[nodiscard]] int wake_fd();
 /// Sleeps, at most until noted().
 void sleep_until(std::chrono::steady_clock::time_point time);
 

@@ -1,0 +1,10 @@
+# find_package(aprsim-client): the target aprsim::client_wires.
+include(CMakeFindDependencyMacro)
+find_dependency(PkgConfig)
+find_dependency(Protobuf)
+find_dependency(fmt)
+find_dependency(tl-expected)
+find_dependency(aprsim-crcl HINTS ${CMAKE_CURRENT_LIST_DIR}/..)
+pkg_check_modules(GRPC REQUIRED IMPORTED_TARGET grpc++)
+pkg_check_modules(MODBUS REQUIRED IMPORTED_TARGET libmodbus)
+include(${CMAKE_CURRENT_LIST_DIR}/aprsim-client-targets.cmake)
