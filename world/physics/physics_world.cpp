@@ -537,6 +537,10 @@ const api::SolverStep& PhysicsWorld::solver_step() const { return impl_->solver.
 
 const api::SolverWork& PhysicsWorld::solver_work() const { return impl_->solver.work(); }
 
+void PhysicsWorld::observe_solver(SolverObserver observer) {
+  impl_->solver.set_observer(std::move(observer));
+}
+
 std::uint64_t PhysicsWorld::state_hash() const { return physics::state_hash(impl_->model); }
 
 void PhysicsWorld::adopt(const PhysicsWorld& old, std::span<const int> old_of) {

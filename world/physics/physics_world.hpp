@@ -13,6 +13,7 @@
 #include "world/api/snapshot/solver_work.hpp"
 #include "world/physics/bodies/physics_failure.hpp"
 #include "world/physics/bodies/ties.hpp"
+#include "world/physics/constraint/contact_solver_statistics.hpp"
 #include "world/physics/contacts/arm_force.hpp"
 #include "world/physics/contacts/contact_pair.hpp"
 #include "world/physics/gripper/gripper_state.hpp"
@@ -149,6 +150,8 @@ class PhysicsWorld {
   [[nodiscard]] const api::SolverStep& solver_step() const;
   /// Since it was built; what was restored is not taken back.
   [[nodiscard]] const api::SolverWork& solver_work() const;
+  /// From here on the observer reads the course of each solve, within step(); empty = none.
+  void observe_solver(SolverObserver observer);
   /// FNV-1a over the bits of every body's state.
   [[nodiscard]] std::uint64_t state_hash() const;
 

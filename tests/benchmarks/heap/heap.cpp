@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/benchmarks/heap/convergence.hpp"
 #include "tests/benchmarks/support/clock.hpp"
 #include "tests/benchmarks/support/experiment.hpp"
 #include "tests/benchmarks/support/modes.hpp"
@@ -64,6 +65,23 @@ Heap run_heap(scene::Simplification mode, unsigned seed, double seconds) {
   return heap;
 }
 
+/// Residuals over the iterations of the contact solver. Not timed, for the observer takes time.
+void record_convergence(double seconds, Experiment& experiment) {
+  scene::Scene scene = shipped_scene("table1");
+  disturb_gears(scene, 1);
+  physics::PhysicsWorld world(scene, {}, {});
+  Convergence convergence;
+  world.observe_solver([&](const auto& statistics) { convergence.add(statistics); });
+  const double h = scene.physics.step_s;
+  for (int i = 0; i < std::lround(seconds / h); ++i) {
+    world.set_belt_speed(std::min(kBelt, kAccel * i * h));
+    world.step();
+  }
+  experiment.table("convergence", "The contact solver's outer iterations in the heap",
+                   convergence.table());
+  experiment.plot("convergence", convergence.plot());
+}
+
 int run(int argc, char** argv) {
   Experiment experiment("heap", argc, argv);
   const double seconds = experiment.quick() ? kFirstFalls + 0.5 : kEnd;
@@ -101,6 +119,7 @@ int run(int argc, char** argv) {
   experiment.record("heap.unsolved", unsolved, "count");
   experiment.record("heap.lost", lost, "count");
   experiment.table("heaps", "Ten loaded trays over the end of the belt", table);
+  record_convergence(seconds, experiment);
   experiment.note(
       "The trays of Table 1 on a belt at 0.3 m/s, with nobody to take them off: from 7 s on they "
       "fall "

@@ -6,7 +6,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "world/base/simd/six.hpp"
+#include "world/base/simd/vector6.hpp"
 #include "world/base/simd/vector_clones.hpp"
 
 namespace aprsim::physics {
@@ -14,27 +14,29 @@ namespace {
 
 using Block = BlockLu::Block;
 
-// Of a pivot, and of a factor of elimination without exchanges of rows.
-constexpr double kMostInverse = 1e200, kMostGrowth = 10;
+// Elimination in order is left for exchanges of rows beyond these bounds: of a pivot's inverse,
+// which must not overflow, and of a factor, by which rounding errors grow.
+constexpr double kMaxPivotInverse = 1e200, kMaxFactor = 10;
 
 /// a = a b.
 inline void multiply(Block& a, const Block& b) {
-  const SixColumns left = SixColumns::load(a);
+  const Matrix6 left = Matrix6::load(a);
   for (int j = 0; j < 6; ++j) left.times(b.col(j).data()).store(a.col(j).data());
 }
 
 /// out -= a b.
 inline void subtract_product(const Block& a, const Block& b, Block& out) {
-  const SixColumns left = SixColumns::load(a);
+  const Matrix6 left = Matrix6::load(a);
   for (int j = 0; j < 6; ++j) {
     double* column = out.col(j).data();
-    (Six::load(column) - left.times(b.col(j).data())).store(column);
+    (Vector6::load(column) - left.times(b.col(j).data())).store(column);
   }
 }
 
 /// x -= a y.
-inline void subtract_product(const Block& a, const BlockLu::Vector6& y, BlockLu::Vector6& x) {
-  (Six::load(x.data()) - SixColumns::load(a).times(y.data())).store(x.data());
+inline void subtract_product(const Block& a, const BlockLu::BlockVector& y,
+                             BlockLu::BlockVector& x) {
+  (Vector6::load(x.data()) - Matrix6::load(a).times(y.data())).store(x.data());
 }
 
 /// Calls `step` with 0 to 5 as constants, as long as it returns true.
@@ -46,27 +48,27 @@ inline bool for_each_of_six(const Step& step) {
   (std::make_integer_sequence<int, 6>{});
 }
 
-/// Would an exchange of rows have served better? `factors`: by which row k is taken from others.
-inline bool grows(const Six& factors, int k, double inverse) {
-  bool in_order = std::abs(inverse) < kMostInverse;
-  for (int i = k + 1; i < 6; ++i) in_order = in_order && std::abs(factors[i]) <= kMostGrowth;
+/// Whether an exchange of rows would be better. `factors` of row k are subtracted from the others.
+inline bool grows(const Vector6& factors, int k, double inverse) {
+  bool in_order = std::abs(inverse) < kMaxPivotInverse;
+  for (int i = k + 1; i < 6; ++i) in_order = in_order && std::abs(factors[i]) <= kMaxFactor;
   return !in_order;
 }
 
-/// Gauss-Jordan without exchanges of rows. False, with m as it was, where these are needed.
+/// Gauss-Jordan without exchanges of rows. False, with m unchanged, where they are needed.
 inline bool invert_in_order(Block& m) {
-  SixColumns c = SixColumns::load(m);
+  Matrix6 c = Matrix6::load(m);
   const auto eliminate = [&c](auto step) {
     constexpr int k = decltype(step)::value;
-    const double inverse = 1 / c.of[k][k];
-    Six factors = inverse * c.of[k];
+    const double inverse = 1 / c.column[k][k];
+    Vector6 factors = inverse * c.column[k];
     if (grows(factors, k, inverse)) return false;
-    const Six own = Six::unit(k), others = Six{spread(1), {1, 1}} - own;
+    const Vector6 own = Vector6::unit(k), others = Vector6::one() - own;
     factors = factors * others - inverse * own;
     for (int j = 0; j < 6; ++j) {
-      if (j != k) c.of[j] = c.of[j] * others - c.of[j][k] * factors;
+      if (j != k) c.column[j] = c.column[j] * others - c.column[j][k] * factors;
     }
-    c.of[k] = -1 * factors;
+    c.column[k] = -1 * factors;
     return true;
   };
   if (!for_each_of_six(eliminate)) return false;
@@ -74,19 +76,19 @@ inline bool invert_in_order(Block& m) {
   return true;
 }
 
-/// x = m^-1 x by Gauss-Jordan without exchanges of rows. False, with x as it was, where these are
+/// x = m^-1 x by Gauss-Jordan without exchanges of rows. False, with x unchanged, where they are
 /// needed.
-inline bool solve_in_order(const Block& m, BlockLu::Vector6& x) {
-  SixColumns c = SixColumns::load(m);
-  Six y = Six::load(x.data());
+inline bool solve_in_order(const Block& m, BlockLu::BlockVector& x) {
+  Matrix6 c = Matrix6::load(m);
+  Vector6 y = Vector6::load(x.data());
   double inverses[6];
   const auto eliminate = [&](auto step) {
     constexpr int k = decltype(step)::value;
-    inverses[k] = 1 / c.of[k][k];
-    Six factors = inverses[k] * c.of[k];
+    inverses[k] = 1 / c.column[k][k];
+    Vector6 factors = inverses[k] * c.column[k];
     if (grows(factors, k, inverses[k])) return false;
-    factors = factors * (Six{spread(1), {1, 1}} - Six::unit(k));
-    for (int j = k + 1; j < 6; ++j) c.of[j] = c.of[j] - c.of[j][k] * factors;
+    factors = factors * (Vector6::one() - Vector6::unit(k));
+    for (int j = k + 1; j < 6; ++j) c.column[j] = c.column[j] - c.column[j][k] * factors;
     y = y - y[k] * factors;
     return true;
   };
@@ -131,15 +133,15 @@ bool invert_with_exchanges(Block& m) {
 
 inline bool invert(Block& m) { return invert_in_order(m) || invert_with_exchanges(m); }
 
-/// x = m^-1 x; may use m up. False for a singular one.
-inline bool solve_one(Block& m, BlockLu::Vector6& x) {
+/// x = m^-1 x; may overwrite m. False for a singular one.
+inline bool solve_one(Block& m, BlockLu::BlockVector& x) {
   if (solve_in_order(m, x)) return true;
   if (!invert_with_exchanges(m)) return false;
-  x = m * BlockLu::Vector6(x);
+  x = m * BlockLu::BlockVector(x);
   return true;
 }
 
-/// Keeps a sorted list of different numbers.
+/// Inserts into a sorted list of different numbers.
 void insert_sorted(std::vector<int>& list, int value) {
   const auto place = std::lower_bound(list.begin(), list.end(), value);
   if (place == list.end() || *place != value) list.insert(place, value);
@@ -164,7 +166,8 @@ void BlockLu::analyse(int count, std::span<const std::pair<int, int>> pairs) {
   }
 }
 
-/// Greedy: always the body with the fewest neighbours left; what it leaves behind is coupled.
+/// Minimum degree, greedily: the body with the fewest neighbours is eliminated next, and couples
+/// these with each other (fill-in).
 void BlockLu::choose_order(int count) {
   columns_.clear();
   rows_.clear();
@@ -194,7 +197,12 @@ void BlockLu::choose_order(int count) {
   }
   blocks_.resize(at(blocks));
   upper_.resize(at(blocks));
-  // Rows stand in order of elimination, so that a product's later body is its row.
+  list_updates();
+}
+
+/// The target of each product of two rows of a column. Rows are sorted in order of elimination, so
+/// that a product's later body is its row.
+void BlockLu::list_updates() {
   for (Column& column : columns_) {
     const auto first = rows_.begin() + column.first;
     std::sort(first, first + column.count,
@@ -225,21 +233,21 @@ void BlockLu::set_zero() {
   for (Block& block : upper_) block.setZero();
 }
 
-void BlockLu::keep() {
-  kept_blocks_ = blocks_;
-  kept_upper_ = upper_;
+void BlockLu::save() {
+  saved_blocks_ = blocks_;
+  saved_upper_ = upper_;
 }
 
 void BlockLu::restore() {
-  blocks_ = kept_blocks_;
-  upper_ = kept_upper_;
+  blocks_ = saved_blocks_;
+  upper_ = saved_upper_;
 }
 
-/// Right-looking: a finished column is subtracted from what is left. Of the pivots' rows L keeps
-/// A_ij U_jj^-1 ..., that is A_ij A_jj^-1, and U its rows as they are.
+/// Right-looking: each finished column is subtracted from the remaining matrix. L stores
+/// A_ij A_jj^-1, and U its rows unscaled.
 APRSIM_VECTOR_CLONES bool BlockLu::factorise() {
   for (const Column& column : columns_) {
-    if (column.count == 0) continue;  // the last of what hangs together: see solve()
+    if (column.count == 0) continue;  // the last one of a connected part: see solve()
     Block& pivot = blocks_[at(column.body)];
     if (!invert(pivot)) return false;
     for (int i = 0; i < column.count; ++i) {
@@ -260,9 +268,9 @@ APRSIM_VECTOR_CLONES bool BlockLu::factorise() {
   return true;
 }
 
-APRSIM_VECTOR_CLONES bool BlockLu::solve(std::span<Vector6> x) {
+APRSIM_VECTOR_CLONES bool BlockLu::solve(std::span<BlockVector> x) {
   for (const Column& column : columns_) {
-    const Vector6& own = x[at(column.body)];
+    const BlockVector& own = x[at(column.body)];
     for (int i = 0; i < column.count; ++i) {
       const Row& row = rows_[at(column.first + i)];
       subtract_product(blocks_[at(row.block)], own, x[at(row.body)]);
@@ -274,12 +282,12 @@ APRSIM_VECTOR_CLONES bool BlockLu::solve(std::span<Vector6> x) {
       if (!solve_one(blocks_[at(column.body)], x[at(column.body)])) return false;
       continue;
     }
-    Vector6& own = x[at(column.body)];
+    BlockVector& own = x[at(column.body)];
     for (int i = 0; i < column.count; ++i) {
       const Row& row = rows_[at(column.first + i)];
       subtract_product(upper_[at(row.block)], x[at(row.body)], own);
     }
-    SixColumns::load(blocks_[at(column.body)]).times(own.data()).store(own.data());
+    Matrix6::load(blocks_[at(column.body)]).times(own.data()).store(own.data());
   }
   return true;
 }

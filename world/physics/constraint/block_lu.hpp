@@ -9,33 +9,33 @@
 
 namespace aprsim::physics {
 
-/// Sparse linear systems whose unknowns come in sixes, one block for each body, with a symmetric
-/// structure: L U by blocks, eliminated in the order of least degree, exchanges of rows only within
-/// a block. No call allocates after warm-up; the same structure and numbers give the same bits.
+/// Solves sparse linear systems of 6 by 6 blocks, one row of blocks a body, with symmetric
+/// structure: L U by blocks, eliminated in the order of least degree. Rows are exchanged within a
+/// block only. No call allocates after warm-up; the same structure and numbers give the same bits.
 ///
 /// Sources: Davis, Direct Methods for Sparse Linear Systems (2006); George & Liu 1989 for the
 /// order.
 class BlockLu {
  public:
   using Block = Eigen::Matrix<double, 6, 6>;
-  using Vector6 = Eigen::Matrix<double, 6, 1>;
+  using BlockVector = Eigen::Matrix<double, 6, 1>;
 
-  /// Where the two blocks of a pair stand.
+  /// Index of the two blocks of a pair.
   struct Place {
     int block = -1;
     bool first_above = false;  ///< (first, second) is the upper one
   };
 
-  /// The structure: `count` bodies, and pairs of two different ones that are coupled, in any order
-  /// and number. Forgets the numbers.
+  /// Sets the structure: `count` bodies, and pairs of different ones that are coupled, in any order
+  /// and number. The blocks become undefined.
   void analyse(int count, std::span<const std::pair<int, int>> pairs);
-  /// Of pair number `i`.
+  /// Blocks of pair number `i`.
   [[nodiscard]] Place place(std::size_t i) const { return places_[i]; }
 
   void set_zero();
-  /// Remembers the numbers as they are; forgotten by analyse().
-  void keep();
-  /// What was kept.
+  /// Saves the blocks until the next save() or analyse().
+  void save();
+  /// Sets the saved blocks.
   void restore();
   [[nodiscard]] Block& diagonal(int i) { return blocks_[at(i)]; }
   /// The block (first, second) of a pair, and (second, first).
@@ -46,11 +46,11 @@ class BlockLu {
     return (place.first_above ? blocks_ : upper_)[at(place.block)];
   }
 
-  /// In place. False when a pivot is singular.
+  /// In place. False if a pivot is singular.
   [[nodiscard]] bool factorise();
-  /// Once after factorise(), for the last blocks are used up: one vector a body, in place. False
-  /// when one of these is singular.
-  [[nodiscard]] bool solve(std::span<Vector6> x);
+  /// One vector a body, in place. Only once after factorise(), for it overwrites the last blocks.
+  /// False when one of these is singular.
+  [[nodiscard]] bool solve(std::span<BlockVector> x);
 
  private:
   struct Column {
@@ -63,16 +63,17 @@ class BlockLu {
   };
   [[nodiscard]] static std::size_t at(int i) { return static_cast<std::size_t>(i); }
   void choose_order(int count);
+  void list_updates();
   void connect(int a, int b);
   [[nodiscard]] int find_block(int row, int column) const;
 
   std::vector<Block> blocks_, upper_;  // diagonal ones by body, then those below and beside
-  std::vector<Block> kept_blocks_, kept_upper_;
+  std::vector<Block> saved_blocks_, saved_upper_;
   std::vector<Place> places_;
   std::vector<Column> columns_;  // in order of elimination
   std::vector<Row> rows_;
   std::vector<int> updates_;  // target block of each product of two rows of a column
-  std::vector<int> turn_;     // of each body in that order
+  std::vector<int> turn_;     // of each body: its place in the order of elimination
   std::vector<std::vector<int>> near_;
   std::vector<char> eliminated_;
 };

@@ -35,13 +35,13 @@ int get_number(dBodyID body) {
 
 void ConstraintSystem::begin(double step_s, double residual_m_s) {
   step_s_ = step_s;
-  settings_.loose_m_s = residual_m_s;
+  parameters_.relaxed_tolerance_m_s = residual_m_s;
   for (dBodyID body : known_) set_number(body, -1);
   known_.clear();
   moves_.clear();
   forces_.clear();
   contacts_.clear();
-  solver_.clear();
+  problem_.clear();
 }
 
 void ConstraintSystem::add_body(dBodyID ode) {
@@ -49,9 +49,8 @@ void ConstraintSystem::add_body(dBodyID ode) {
   dBodyGetMass(ode, &mass);
   const Matrix3d R = ode::matrix(dBodyGetRotation(ode));
   const Matrix3d inertia_W = R * ode::matrix(mass.I) * R.transpose();
-  const ContactSolver::Twist now = {ode::vector(dBodyGetLinearVel(ode)),
-                                    ode::vector(dBodyGetAngularVel(ode))};
-  ContactSolver::Twist free = now;
+  const Twist now = {ode::vector(dBodyGetLinearVel(ode)), ode::vector(dBodyGetAngularVel(ode))};
+  Twist free = now;
   if (dBodyGetGyroscopicMode(ode) != 0) free.omega += gyroscopic(inertia_W, free.omega, step_s_);
   free.v += step_s_ / mass.mass * ode::vector(dBodyGetForce(ode));
   const Vector3d torque_W = ode::vector(dBodyGetTorque(ode));
@@ -63,18 +62,18 @@ void ConstraintSystem::add_body(dBodyID ode) {
   }
   dBodySetForce(ode, 0, 0, 0);
   dBodySetTorque(ode, 0, 0, 0);
-  set_number(ode,
-             solver_.add_body(mass.mass, inertia_W, ode::vector(dBodyGetPosition(ode)), free, now));
+  set_number(
+      ode, problem_.add_body(mass.mass, inertia_W, ode::vector(dBodyGetPosition(ode)), free, now));
   known_.push_back(ode);
   moves_.push_back(1);
 }
 
 /// Bodies that were not added move as they do.
 int ConstraintSystem::number_of(dBodyID body) {
-  if (body == nullptr) return ContactSolver::kFixed;
+  if (body == nullptr) return ContactProblem::kFixed;
   const int known = get_number(body);
   if (known >= 0) return known;
-  const int number = solver_.add_kinematic(
+  const int number = problem_.add_kinematic(
       ode::vector(dBodyGetPosition(body)),
       {ode::vector(dBodyGetLinearVel(body)), ode::vector(dBodyGetAngularVel(body))});
   set_number(body, number);
@@ -83,20 +82,20 @@ int ConstraintSystem::number_of(dBodyID body) {
   return number;
 }
 
-ContactSolver::Side ConstraintSystem::side(const RowSide& side) {
+ContactProblem::Side ConstraintSystem::side(const RowSide& side) {
   return {number_of(side.body), side.linear, side.angular};
 }
 
-void ConstraintSystem::add_row(const RowSide& a, const RowSide& b, double target_m_s, double cfm,
-                               double lo_n, double hi_n, RowForce& force) {
-  solver_.add_row(side(a), side(b), target_m_s, cfm / step_s_, lo_n * step_s_, hi_n * step_s_,
-                  {force.guess_n.last * step_s_, force.guess_n.change * step_s_});
+void ConstraintSystem::add_row(const RowSide& a, const RowSide& b, double target_m_s,
+                               double compliance, double lo_n, double hi_n, RowForce& force) {
+  problem_.add_row(side(a), side(b), target_m_s, compliance / step_s_, lo_n * step_s_,
+                   hi_n * step_s_, {force.guess_n.last * step_s_, force.guess_n.change * step_s_});
   forces_.push_back(&force);
 }
 
 void ConstraintSystem::add_joint_row(const RowSide& a, const RowSide& b, double target_m_s,
-                                     double cfm, RowForce& force) {
-  add_row(a, b, target_m_s, cfm, -ContactSolver::kNoBound, ContactSolver::kNoBound, force);
+                                     double compliance, RowForce& force) {
+  add_row(a, b, target_m_s, compliance, -ContactProblem::kNoBound, ContactProblem::kNoBound, force);
 }
 
 ConstraintSystem::Sides ConstraintSystem::sides(dBodyID a, dBodyID b) {
@@ -105,7 +104,7 @@ ConstraintSystem::Sides ConstraintSystem::sides(dBodyID a, dBodyID b) {
 
 void ConstraintSystem::add_contact(ContactConstraint& constraint, const Sides& sides,
                                    const ContactResponse& response) {
-  solver_.add_contact(
+  problem_.add_contact(
       {.a = sides.a,
        .b = sides.b,
        .p = constraint.contact.p_W,
@@ -114,35 +113,35 @@ void ConstraintSystem::add_contact(ContactConstraint& constraint, const Sides& s
        .spinning_m = constraint.spinning_m,
        .rolling_m = constraint.rolling_m,
        .target_v = response.target_v_W,
-       .softness_m_s_ns = response.cfm / step_s_,
+       .compliance_m_s_ns = response.compliance_m_s_n / step_s_,
        .impulse_ns = {step_s_ * constraint.f_guess_W.last, step_s_ * constraint.f_guess_W.change},
-       .turn_nms = {step_s_ * constraint.torque_guess_W.last,
-                    step_s_ * constraint.torque_guess_W.change}});
+       .torsional_impulse_nms = {step_s_ * constraint.torque_guess_W.last,
+                                 step_s_ * constraint.torque_guess_W.change}});
   contacts_.push_back(&constraint);
 }
 
 ContactSolver::Outcome ConstraintSystem::advance() {
-  const auto outcome = solver_.solve(settings_);
+  const auto outcome = solver_.solve(problem_, parameters_);
   for (std::size_t i = 0; i < known_.size(); ++i) {
-    if (moves_[i] != 0) move(known_[i], solver_.twist(static_cast<int>(i)));
+    if (moves_[i] != 0) move(known_[i], problem_.twist(static_cast<int>(i)));
   }
   for (std::size_t i = 0; i < forces_.size(); ++i) {
-    const double force_n = solver_.row_impulse_ns(static_cast<int>(i)) / step_s_;
+    const double force_n = problem_.row_impulse_ns(static_cast<int>(i)) / step_s_;
     forces_[i]->guess_n.note(force_n, false);
   }
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     ContactConstraint& constraint = *contacts_[i];
-    constraint.f_W = solver_.contact_impulse_ns(static_cast<int>(i)) / step_s_;
-    constraint.torque_W = solver_.contact_turn_nms(static_cast<int>(i)) / step_s_;
-    constraint.f_guess_W.note(constraint.f_W, outcome.as_guessed);
-    constraint.torque_guess_W.note(constraint.torque_W, outcome.as_guessed);
+    constraint.f_W = problem_.contact_impulse_ns(static_cast<int>(i)) / step_s_;
+    constraint.torque_W = problem_.torsional_impulse_nms(static_cast<int>(i)) / step_s_;
+    constraint.f_guess_W.note(constraint.f_W, outcome.warm_start_fits);
+    constraint.torque_guess_W.note(constraint.torque_W, outcome.warm_start_fits);
     constraint.normal_n = std::max(0.0, constraint.f_W.dot(constraint.contact.n_W));
   }
   return outcome;
 }
 
 /// Positions from the new velocities.
-void ConstraintSystem::move(dBodyID ode, const ContactSolver::Twist& twist) const {
+void ConstraintSystem::move(dBodyID ode, const Twist& twist) const {
   const Vector3d p = ode::vector(dBodyGetPosition(ode)) + step_s_ * twist.v;
   // Rotation by the exponential map of omega over the step.
   const dReal* q = dBodyGetQuaternion(ode);

@@ -8,7 +8,10 @@
 #include "world/physics/bodies/force_guess.hpp"
 #include "world/physics/bodies/ode_handles.hpp"
 #include "world/physics/constraint/contact_material.hpp"
+#include "world/physics/constraint/contact_problem.hpp"
 #include "world/physics/constraint/contact_solver.hpp"
+#include "world/physics/constraint/contact_solver_parameters.hpp"
+#include "world/physics/constraint/contact_solver_statistics.hpp"
 
 namespace aprsim::physics {
 
@@ -46,14 +49,14 @@ class ConstraintSystem {
   /// forgets.
   void add_body(dBodyID body);
   /// A row whose force stays within bounds [N]; `force` becomes what was found.
-  void add_row(const RowSide& a, const RowSide& b, double target_m_s, double cfm, double lo_n,
-               double hi_n, RowForce& force);
+  void add_row(const RowSide& a, const RowSide& b, double target_m_s, double compliance,
+               double lo_n, double hi_n, RowForce& force);
   /// A bilateral row, whose force has no bound.
-  void add_joint_row(const RowSide& a, const RowSide& b, double target_m_s, double cfm,
+  void add_joint_row(const RowSide& a, const RowSide& b, double target_m_s, double compliance,
                      RowForce& force);
   /// Two bodies between which there are contacts, by their numbers in the system.
   struct Sides {
-    int a = ContactSolver::kFixed, b = ContactSolver::kFixed;
+    int a = ContactProblem::kFixed, b = ContactProblem::kFixed;
   };
   /// Null bodies are the ground; those that have not been added move as they do.
   [[nodiscard]] Sides sides(dBodyID a, dBodyID b);
@@ -64,14 +67,17 @@ class ConstraintSystem {
   /// Solves, moves the bodies, and writes the forces into the contacts' constraints and the rows'
   /// places.
   ContactSolver::Outcome advance();
+  /// Of the last advance().
+  [[nodiscard]] const ContactSolverStatistics& statistics() const { return solver_.statistics(); }
 
  private:
   [[nodiscard]] int number_of(dBodyID body);
-  [[nodiscard]] ContactSolver::Side side(const RowSide& side);
-  void move(dBodyID ode, const ContactSolver::Twist& twist) const;
+  [[nodiscard]] ContactProblem::Side side(const RowSide& side);
+  void move(dBodyID ode, const Twist& twist) const;
 
   double step_s_ = 0;
-  ContactSolver::Settings settings_;
+  ContactSolverParameters parameters_;
+  ContactProblem problem_;
   ContactSolver solver_;
   std::vector<dBodyID> known_;  // by number
   std::vector<char> moves_;     // by number

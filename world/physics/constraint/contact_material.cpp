@@ -6,14 +6,15 @@
 namespace aprsim::physics {
 namespace {
 
-struct Softness {
-  double erp, cfm;
+/// Share of a penetration that a step corrects, and normal velocity per normal force.
+struct Stiffness {
+  double correction, compliance_m_s_n;
 };
-constexpr Softness kPad = {0.2, 1e-5};
-constexpr Softness kHard = {0.2, 1e-6};
+constexpr Stiffness kPad = {0.2, 1e-5};
+constexpr Stiffness kHard = {0.2, 1e-6};
 // Spring 1e5 N/m and damper 120 N s/m at 1 ms: a part squeezed between an arm and a table must not
 // see the force of an immovable object.
-constexpr Softness kArm = {0.45, 4.5e-3};
+constexpr Stiffness kArm = {0.45, 4.5e-3};
 
 constexpr double kMostCorrecting = 0.5;  // [m/s], at which penetration ends
 constexpr double kSinkRate = 50;         // [1/s], of the remaining slop
@@ -66,18 +67,18 @@ double rebound_m_s(const ContactConstraint& constraint, const ContactSetting& se
 ContactResponse contact_response(const ContactConstraint& constraint,
                                  const ContactSetting& setting) {
   const auto& contact = constraint.contact;
-  const Softness& softness = setting.arm_link                        ? kArm
-                             : contact.pair == SurfacePair::kPadGear ? kPad
-                                                                     : kHard;
+  const Stiffness& stiffness = setting.arm_link                        ? kArm
+                               : contact.pair == SurfacePair::kPadGear ? kPad
+                                                                       : kHard;
   ContactResponse response;
-  response.cfm = softness.cfm;
+  response.compliance_m_s_n = stiffness.compliance_m_s_n;
   // Within the slop a body sinks slowly; by its weight alone, against the soft normal, that would
   // take minutes.
   const double inside = contact.depth_m - penetration_slop_m(contact.pair);
   const double h = setting.step_s;
   const double rate = is_gap(constraint) ? contact.depth_m / h
                       : inside < 0       ? kSinkRate * inside
-                                         : std::min(kMostCorrecting, softness.erp / h * inside);
+                                   : std::min(kMostCorrecting, stiffness.correction / h * inside);
   const double rebound = rebound_m_s(constraint, setting, response.unanswered_m2_s2);
   response.target_v_W = (rebound > 0 ? std::max(rate, rebound) : rate) * contact.n_W;
   if (!constraint.belt) return response;

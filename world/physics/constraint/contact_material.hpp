@@ -6,7 +6,7 @@ namespace aprsim::physics {
 
 /// How the two surfaces of a contact act on each other in a step; friction is the constraint's own.
 struct ContactResponse {
-  double cfm = 0;  ///< softness: normal velocity per normal force [m/s per N]
+  double compliance_m_s_n = 0;  ///< normal velocity per normal force
   /// Velocity of a relative to b that is aimed at: along the normal the least, by which a gap may
   /// close and penetration is corrected; across it that of a belt.
   Eigen::Vector3d target_v_W = Eigen::Vector3d::Zero();

@@ -96,7 +96,7 @@ void GripperConstraints::add_slider(ConstraintSystem& system, std::size_t i,
 void GripperConstraints::add_drive(ConstraintSystem& system, std::size_t i,
                                    const FingerMotion& motion, const FingerDrive& drive,
                                    GripperForces& forces) const {
-  constexpr double kUnbounded = ContactSolver::kNoBound;
+  constexpr double kUnbounded = ContactProblem::kNoBound;
   const double k = kRowErp / step_s_;
   dBodyID finger_body = joints_.bodies[i + 1];
   const FingerForce force = between(finger_body, joints_.bodies[0]);

@@ -203,6 +203,7 @@ void StepSolver::solve_island(int island) {
     add_contacts(runs_[index(r)]);
   }
   note(system_.advance());
+  if (observer_) observer_(system_.statistics());
 }
 
 /// Puts an arm's link that is touched where it is in this step, and says how the surfaces act.
@@ -246,7 +247,7 @@ void StepSolver::add_contacts(const Run& run) {
 }
 
 void StepSolver::note(const ContactSolver::Outcome& outcome) {
-  const auto iterations = static_cast<std::uint32_t>(outcome.iterations);
+  const auto iterations = static_cast<std::uint32_t>(outcome.newton_steps);
   ++work_.solved;
   work_.iterations += iterations;
   memory_.latest.iterations = std::max(memory_.latest.iterations, iterations);

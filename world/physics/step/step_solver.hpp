@@ -2,10 +2,12 @@
 
 #include <compare>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "world/api/snapshot/solver_work.hpp"
 #include "world/physics/constraint/constraint_system.hpp"
+#include "world/physics/constraint/contact_solver_statistics.hpp"
 #include "world/physics/step/islands.hpp"
 
 namespace aprsim::physics {
@@ -76,6 +78,8 @@ class StepSolver {
   [[nodiscard]] const api::SolverStep& latest() const { return memory_.latest; }
   /// What is undone counts, too.
   [[nodiscard]] const api::SolverWork& work() const { return work_; }
+  /// Called after each solve of an island; empty = not called.
+  void set_observer(SolverObserver observer) { observer_ = std::move(observer); }
 
  private:
   /// Contacts of the same two bodies that follow each other.
@@ -123,6 +127,7 @@ class StepSolver {
   Memory memory_, memory_before_;
   bool begins_at_last_ = false;  // memory_before_.contacts are still last_contacts_
   api::SolverWork work_;
+  SolverObserver observer_;
   std::vector<LastContact> last_contacts_;  // from which the solution has begun, sorted
   std::vector<Run> last_runs_;              // of these
   std::vector<int> first_last_run_;         // by body a, -1 = none

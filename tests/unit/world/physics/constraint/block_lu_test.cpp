@@ -53,7 +53,7 @@ TEST(BlockLu, SolvesAsTheDenseMatrixDoes) {
     }
     const Eigen::MatrixXd dense = fill(lu, count, pairs, round % 6, engine);
     ASSERT_TRUE(lu.factorise());
-    std::vector<BlockLu::Vector6> x(static_cast<std::size_t>(count));
+    std::vector<BlockLu::BlockVector> x(static_cast<std::size_t>(count));
     Eigen::VectorXd right = Eigen::VectorXd::Random(dense.rows());
     for (int i = 0; i < count; ++i) {
       x[static_cast<std::size_t>(i)] = right.segment<6>(Eigen::Index{6} * i);
@@ -61,7 +61,7 @@ TEST(BlockLu, SolvesAsTheDenseMatrixDoes) {
     ASSERT_TRUE(lu.solve(x));
     const Eigen::VectorXd expected = dense.partialPivLu().solve(right);
     for (int i = 0; i < count; ++i) {
-      const BlockLu::Vector6 off =
+      const BlockLu::BlockVector off =
           x[static_cast<std::size_t>(i)] - expected.segment<6>(Eigen::Index{6} * i);
       ASSERT_LT(off.norm(), 1e-11) << "round " << round << ", body " << i;
     }
@@ -73,7 +73,7 @@ TEST(BlockLu, SaysThatAPivotIsSingular) {
   lu.analyse(2, Pairs{});
   lu.set_zero();
   lu.diagonal(0).setIdentity();
-  std::vector<BlockLu::Vector6> x(2, BlockLu::Vector6::Ones());
+  std::vector<BlockLu::BlockVector> x(2, BlockLu::BlockVector::Ones());
   EXPECT_TRUE(lu.factorise());
   EXPECT_FALSE(lu.solve(x));
   // One that another body hangs on.

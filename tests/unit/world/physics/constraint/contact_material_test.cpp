@@ -23,12 +23,12 @@ ContactResponse response_of(const ContactConstraint& constraint, double belt_spe
 }
 
 TEST(ContactMaterial, PadsAreSofterThanAnythingElse) {
-  const double pad = response_of(constraint_of(SurfacePair::kPadGear)).cfm;
+  const double pad = response_of(constraint_of(SurfacePair::kPadGear)).compliance_m_s_n;
   for (const auto pair :
        {SurfacePair::kGearTray, SurfacePair::kGearGear, SurfacePair::kGearGround,
         SurfacePair::kTrayBelt, SurfacePair::kTrayGround, SurfacePair::kRobotAny}) {
-    EXPECT_GE(pad, 10 * response_of(constraint_of(pair)).cfm);
-    EXPECT_GT(response_of(constraint_of(pair)).cfm, 0);
+    EXPECT_GE(pad, 10 * response_of(constraint_of(pair)).compliance_m_s_n);
+    EXPECT_GT(response_of(constraint_of(pair)).compliance_m_s_n, 0);
   }
 }
 

@@ -1,0 +1,195 @@
+#include "world/physics/constraint/contact_problem.hpp"
+
+#include <Eigen/LU>
+
+#include "world/base/simd/vector_clones.hpp"
+
+namespace aprsim::physics {
+
+// ---- the problem
+
+void ContactProblem::clear() {
+  bodies_.clear();
+  moving_.clear();
+  rows_.clear();
+  pack_count_ = 0;
+  places_.clear();
+}
+
+int ContactProblem::add_body(double mass_kg, const Matrix3& inertia, const Vector3& com,
+                             const Twist& free, const Twist& now) {
+  SolverBody body;
+  body.kg = mass_kg;
+  body.inverse_kg = 1 / mass_kg;
+  body.inertia = inertia;
+  body.inverse_inertia = inertia.inverse();
+  body.com = com;
+  body.free = free;
+  body.twist = now;
+  body.unknown = static_cast<int>(moving_.size());
+  moving_.push_back(static_cast<int>(bodies_.size()));
+  bodies_.push_back(body);
+  return static_cast<int>(bodies_.size()) - 1;
+}
+
+int ContactProblem::add_kinematic(const Vector3& com, const Twist& twist) {
+  SolverBody body;
+  body.com = com;
+  body.free = body.twist = twist;
+  bodies_.push_back(body);
+  return static_cast<int>(bodies_.size()) - 1;
+}
+
+int ContactProblem::add_row(const Side& a, const Side& b, double target, double compliance,
+                            double lower_ns, double upper_ns,
+                            const ImpulseGuess<double>& guess_ns) {
+  SolverRow row;
+  row.a = a;
+  row.b = b;
+  row.target = target;
+  row.compliance = compliance;
+  row.is_angular = a.linear.isZero(0) && b.linear.isZero(0);
+  row.lower = lower_ns;
+  row.upper = upper_ns;
+  row.gamma = std::clamp(guess_ns.last + guess_ns.change, lower_ns, upper_ns);
+  row.last_gamma = std::clamp(guess_ns.last, lower_ns, upper_ns);
+  for (const Side* side : {&row.a, &row.b}) {
+    if (side->body == kFixed) continue;
+    const SolverBody& body = at(side->body);
+    row.delassus += body.inverse_kg * side->linear.squaredNorm() +
+                    side->angular.dot(body.inverse_inertia * side->angular);
+  }
+  rows_.push_back(row);
+  return static_cast<int>(rows_.size()) - 1;
+}
+
+int ContactProblem::add_contact(const ContactDescription& contact) {
+  const bool joins = pack_count_ > 0 && packs().back().accepts(contact);
+  if (!joins) {
+    if (packs_.size() == index(pack_count_)) packs_.emplace_back();
+    ++pack_count_;
+    packs().back().begin(contact.a, contact.b);
+  }
+  packs().back().add(contact);
+  places_.emplace_back(pack_count_ - 1, packs().back().count - 1);
+  return static_cast<int>(places_.size()) - 1;
+}
+
+void ContactProblem::complete(const ContactSolverParameters& parameters) {
+  complete_contacts(parameters);
+  mark_actuated();
+}
+
+APRSIM_VECTOR_CLONES void ContactProblem::complete_contacts(
+    const ContactSolverParameters& parameters) {
+  for (ContactPack& pack : packs()) pack.complete(find(pack.a), find(pack.b), parameters);
+}
+
+void ContactProblem::mark_actuated() {
+  for (const SolverRow& row : rows_) {
+    for (const Side* side : {&row.a, &row.b}) {
+      if (side->body != kFixed) at(side->body).actuated = true;
+    }
+  }
+  const auto is_actuated = [this](int body) { return body != kFixed && at(body).actuated; };
+  for (ContactPack& pack : packs()) pack.actuated = is_actuated(pack.a) || is_actuated(pack.b);
+}
+
+bool ContactProblem::is_at_rest(const ContactSolverParameters& parameters) const {
+  return rows_.empty() && std::ranges::all_of(moving_, [&](int body) {
+           const Twist& twist = at(body).twist;
+           return std::max(twist.v.norm(), parameters.angular_lever_m * twist.omega.norm()) <
+                  parameters.rest_speed_m_s;
+         });
+}
+
+// ---- the solution
+
+ContactProblem::Vector3 ContactProblem::contact_impulse_ns(int contact) const {
+  const auto& [pack, lane] = places_[index(contact)];
+  return packs_[index(pack)].impulse_W(lane);
+}
+
+ContactProblem::Vector3 ContactProblem::torsional_impulse_nms(int contact) const {
+  const auto& [pack, lane] = places_[index(contact)];
+  return packs_[index(pack)].torsion_W(lane);
+}
+
+// ---- impulses and velocities
+
+APRSIM_VECTOR_CLONES void ContactProblem::set_last_impulses() {
+  for (SolverRow& row : rows_) row.gamma = row.last_gamma;
+  for (ContactPack& pack : packs()) pack.set_last_impulse();
+}
+
+APRSIM_VECTOR_CLONES void ContactProblem::velocities_from_impulses() {
+  for (const int i : moving_) {
+    SolverBody& body = at(i);
+    body.twist = body.free;
+  }
+  for (const SolverRow& row : rows_) {
+    if (row.gamma == 0) continue;
+    push(row.a.body, row.gamma * row.a.linear, row.gamma * row.a.angular);
+    push(row.b.body, row.gamma * row.b.linear, row.gamma * row.b.angular);
+  }
+  for (const ContactPack& pack : packs()) {
+    if (!pack.is_idle()) push(pack, pack.body_impulses());
+  }
+}
+
+inline double ContactProblem::velocity_of(const Side& side) const {
+  if (side.body == kFixed) return 0;
+  const Twist& twist = at(side.body).twist;
+  return side.linear.dot(twist.v) + side.angular.dot(twist.omega);
+}
+
+APRSIM_VECTOR_CLONES void ContactProblem::evaluate_constraint_velocities() {
+  for (SolverRow& row : rows_) row.v_c = velocity_of(row.a) + velocity_of(row.b) - row.target;
+  for (ContactPack& pack : packs()) pack.evaluate_velocities(find(pack.a), find(pack.b));
+}
+
+APRSIM_VECTOR_CLONES ContactResidual
+ContactProblem::residual(const ContactSolverParameters& parameters) {
+  for (const int i : moving_) at(i).newton_twist = at(i).twist;
+  update_velocities();
+  ContactResidual out;
+  for (const SolverRow& row : rows_) {
+    out.actuated_m_s = std::max(out.actuated_m_s, row.residual(parameters.angular_lever_m));
+  }
+  for (const ContactPack& pack : packs()) {
+    double& of = pack.actuated ? out.actuated_m_s : out.relaxed_m_s;
+    of = std::max(of, pack.residual(parameters));
+  }
+  return out;
+}
+
+void ContactProblem::return_to_newton_velocities() {
+  for (const int i : moving_) at(i).twist = at(i).newton_twist;
+  evaluate_constraint_velocities();
+}
+
+// ---- the proximal point
+
+APRSIM_VECTOR_CLONES void ContactProblem::set_proximal_weight(
+    double weight, const ContactSolverParameters& parameters) {
+  for (SolverRow& row : rows_) row.set_proximal_weight(weight);
+  for (ContactPack& pack : packs()) pack.set_proximal_weight(weight, parameters);
+}
+
+APRSIM_VECTOR_CLONES void ContactProblem::update_proximal_point() {
+  for (SolverRow& row : rows_) row.proximal_gamma = row.gamma;
+  for (ContactPack& pack : packs()) pack.update_proximal_point();
+  update_de_saxce_correction();
+}
+
+void ContactProblem::return_to_proximal_point() {
+  for (SolverRow& row : rows_) row.gamma = row.proximal_gamma;
+  for (ContactPack& pack : packs()) pack.return_to_proximal_point();
+  update_velocities();
+}
+
+APRSIM_VECTOR_CLONES void ContactProblem::update_de_saxce_correction() {
+  for (ContactPack& pack : packs()) pack.update_de_saxce_correction();
+}
+
+}  // namespace aprsim::physics
