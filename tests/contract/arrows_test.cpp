@@ -150,7 +150,7 @@ const std::map<std::string, std::set<std::string>> kArrows = {
      {"world/api/commands", "world/api/description", "world/api/faults", "world/api/values",
       "world/base"}},
     {"world/api/values", {"world/base"}},
-    {"world/archive", {"world/api/commands", "world/api/snapshot"}},
+    {"world/archive", {"world/base"}},
     {"world/base", {}},
     {"world/base/process", {"world/base"}},
     {"world/base/simd", {}},

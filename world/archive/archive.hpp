@@ -21,6 +21,8 @@
 
 #include <Eigen/Geometry>
 
+#include "world/base/fields.hpp"
+
 /// Values as bytes and back, bit for bit: what a saved state is on a disk. A type lists what it has
 /// in one function for both directions, by a structured binding of all its members, so that one
 /// that is added without a decision does not compile:
@@ -31,7 +33,7 @@
 ///       io(position, speed);  // the limits are the scene's
 ///     }
 ///
-/// or a free function `fields(io, value)` in this namespace (api_fields.hpp). A type with a member
+/// or it has a list of fields (world/base/fields.hpp), as those of world/api. A type with a member
 /// `kAsMany` is read in place: a state has as many of it as the scene. Numbers are little
 /// endian at the width of their C++ type. Nothing but order says what a byte means: who keeps bytes
 /// keeps the version of the layout beside them.
@@ -44,10 +46,6 @@ class Damaged : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
-
-/// `T` or `const T`.
-template <typename Self, typename T>
-concept Of = std::same_as<std::remove_const_t<Self>, T>;
 
 /// A value to read into; of a type without a default constructor what its static `blank()` makes.
 template <typename T>
@@ -160,7 +158,7 @@ class Writer {
     } else if constexpr (requires { T::fields(value, *this); }) {
       T::fields(value, *this);
     } else {
-      fields(*this, value);
+      fields::for_each_archived(value, [&](const auto& member) { put(member); });
     }
   }
 
@@ -330,7 +328,7 @@ class Reader {
     } else if constexpr (requires { T::fields(value, *this); }) {
       T::fields(value, *this);
     } else {
-      fields(*this, value);
+      fields::for_each_archived(value, [&](auto& member) { get(member); });
     }
   }
 

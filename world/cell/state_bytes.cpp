@@ -2,7 +2,8 @@
 
 #include <new>
 
-#include "world/archive/api_fields.hpp"
+#include "world/api/snapshot/snapshot_fields.hpp"
+#include "world/archive/archive.hpp"
 
 namespace aprsim::world {
 

@@ -8,7 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "world/archive/api_fields.hpp"
+#include "world/api/snapshot/snapshot_fields.hpp"
+#include "world/archive/archive.hpp"
 #include "world/cell/state_bytes.hpp"
 #include "world/cell/world.hpp"
 #include "world/scene/scene_edit.hpp"

@@ -5,7 +5,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "world/archive/api_fields.hpp"
+#include "world/api/snapshot/snapshot_fields.hpp"
+#include "world/archive/archive.hpp"
 #include "world/physics/contacts/arm_penalty.hpp"
 #include "world/physics/contacts/contact_report.hpp"
 #include "world/physics/contacts/contact_search.hpp"

@@ -10,7 +10,8 @@
 
 #include <gtest/gtest.h>
 
-#include "world/archive/api_fields.hpp"
+#include "world/api/commands/command_fields.hpp"
+#include "world/archive/archive.hpp"
 
 namespace aprsim::server::journal {
 namespace {
