@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "protocols/messages/write_message.hpp"
+#include "protocols/messages/codecs.hpp"
 
 namespace aprsim::protocols {
 namespace {
@@ -30,17 +30,12 @@ Result<void> find_state(const std::string& name, const api::Snapshot& snapshot) 
                           names.empty() ? "none is saved" : "there are: ", fmt::join(names, ", ")));
 }
 
-Eigen::Vector3d vector_of(const v1::Vector3& v) { return {v.x(), v.y(), v.z()}; }
-
-/// Not turned where no orientation is given.
-Pose pose_of(const v1::Pose& pose) {
-  Pose out;
-  out.p = vector_of(pose.position_m());
-  if (pose.has_orientation()) {
-    const auto& q = pose.orientation();
-    out.q = Eigen::Quaterniond(q.w(), q.x(), q.y(), q.z());
-  }
-  return out;
+/// For requests whose numbers are checked where the command is submitted.
+template <typename T, typename Request>
+T plain(const Request& request) {
+  T command;
+  static_cast<void>(read_fields(request, command));  // texts and poses can always be read
+  return command;
 }
 
 }  // namespace
@@ -54,77 +49,31 @@ Result<api::StepBy> to_command(const v1::StepRequest& request) {
   return api::StepBy{steps};
 }
 
-Result<api::RunUntil> to_command(const v1::RunUntilRequest& request) {
-  api::RunUntil run;
-  if (request.max_steps() != 0) run.steps = request.max_steps();
-  switch (request.until_case()) {
-    case v1::RunUntilRequest::kTime:
-      run.until = api::UntilTime{time_of(request.time())};
-      break;
-    case v1::RunUntilRequest::kEvent: {
-      const auto kinds = event_kinds(request.event().kinds());
-      if (!kinds) return tl::unexpected(kinds.error());
-      const auto& names = request.event().names();
-      run.until = api::UntilEvent{*kinds, {names.begin(), names.end()}};
-      break;
-    }
-    case v1::RunUntilRequest::kCrossing: {
-      auto crossing = to_trigger(request.crossing());
-      if (!crossing) return tl::unexpected(crossing.error());
-      run.until = *std::move(crossing);
-      break;
-    }
-    case v1::RunUntilRequest::UNTIL_NOT_SET:
-      break;
-  }
-  return run;
+Result<void> Codec<api::RunUntil>::read(const v1::RunUntilRequest& message, api::RunUntil& run) {
+  auto read = read_fields(message, run);
+  if (message.max_steps() == 0) run.steps = api::kMaxRunSteps;
+  return read;
 }
 
-void write_message(const api::RunUntil& run, v1::RunUntilRequest& message) {
-  message.set_max_steps(run.steps);
-  if (const auto* time = std::get_if<api::UntilTime>(&run.until)) {
-    write_message(time->time, *message.mutable_time());
-  } else if (const auto* event = std::get_if<api::UntilEvent>(&run.until)) {
-    auto& to = *message.mutable_event();
-    for (const auto kind : event->kinds) to.add_kinds(event_kind(kind));
-    for (const auto& name : event->names) to.add_names(name);
-  } else if (const auto* crossing = std::get_if<api::WhenCrossing>(&run.until)) {
-    write_message(*crossing, *message.mutable_crossing());
-  }
+Result<api::RunUntil> to_command(const v1::RunUntilRequest& request) {
+  api::RunUntil run;
+  return read_value(request, run).map([&] { return std::move(run); });
 }
 
 api::SpawnBody to_command(const v1::SpawnBodyRequest& request) {
-  return {request.type(), request.name(), pose_of(request.body_in_world())};
+  return plain<api::SpawnBody>(request);
 }
 
 api::MoveBody to_command(const v1::MoveBodyRequest& request) {
-  return {request.name(), pose_of(request.body_in_world())};
+  return plain<api::MoveBody>(request);
 }
 
-api::RemoveBody to_command(const v1::RemoveBodyRequest& request) { return {request.name()}; }
+api::RemoveBody to_command(const v1::RemoveBodyRequest& request) {
+  return plain<api::RemoveBody>(request);
+}
 
 api::SetSceneValue to_command(const v1::SetSceneValueRequest& request) {
-  return {request.path(), request.value()};
-}
-
-void write_message(const api::SpawnBody& command, v1::SpawnBodyRequest& message) {
-  message.set_type(command.type);
-  message.set_name(command.name);
-  write_message(command.X_WB, *message.mutable_body_in_world());
-}
-
-void write_message(const api::MoveBody& command, v1::MoveBodyRequest& message) {
-  message.set_name(command.name);
-  write_message(command.X_WB, *message.mutable_body_in_world());
-}
-
-void write_message(const api::RemoveBody& command, v1::RemoveBodyRequest& message) {
-  message.set_name(command.name);
-}
-
-void write_message(const api::SetSceneValue& command, v1::SetSceneValueRequest& message) {
-  message.set_path(command.path);
-  message.set_value(command.value);
+  return plain<api::SetSceneValue>(request);
 }
 
 Result<api::SetSpeed> to_command(const v1::SetSpeedRequest& request) {
@@ -149,16 +98,12 @@ Result<api::SetSpeed> to_command(const v1::SetSpeedRequest& request) {
 }
 
 Result<api::SetIntruder> to_command(const v1::SetIntruderRequest& request) {
-  if (!request.has_intruder()) return api::SetIntruder{};
   const auto& intruder = request.intruder();
-  if (!intruder.has_intruder_in_world() || !intruder.has_size_m()) {
+  if (request.has_intruder() && !(intruder.has_intruder_in_world() && intruder.has_size_m())) {
     return fail(ErrorCode::kInvalidArgument, "intruder",
                 "intruder_in_world and size_m must both be set");
   }
-  api::Intruder out;
-  out.X_WI = pose_of(intruder.intruder_in_world());
-  out.size_m = vector_of(intruder.size_m());
-  return api::SetIntruder{out};
+  return plain<api::SetIntruder>(request);
 }
 
 Result<api::ConveyorCommand> to_command(const v1::SetConveyorRequest& request,

@@ -13,17 +13,11 @@ namespace aprsim::protocols {
 [[nodiscard]] Result<api::SetSpeed> to_command(const v1::SetSpeedRequest& request);
 /// Names and numbers of a crossing are checked where the command is submitted.
 [[nodiscard]] Result<api::RunUntil> to_command(const v1::RunUntilRequest& request);
-/// Back, without what is to be answered with.
-void write_message(const api::RunUntil& run, v1::RunUntilRequest& message);
 /// Names and numbers are checked where the commands are submitted.
 [[nodiscard]] api::SpawnBody to_command(const v1::SpawnBodyRequest& request);
 [[nodiscard]] api::MoveBody to_command(const v1::MoveBodyRequest& request);
 [[nodiscard]] api::RemoveBody to_command(const v1::RemoveBodyRequest& request);
 [[nodiscard]] api::SetSceneValue to_command(const v1::SetSceneValueRequest& request);
-void write_message(const api::SpawnBody& command, v1::SpawnBodyRequest& message);
-void write_message(const api::MoveBody& command, v1::MoveBodyRequest& message);
-void write_message(const api::RemoveBody& command, v1::RemoveBodyRequest& message);
-void write_message(const api::SetSceneValue& command, v1::SetSceneValueRequest& message);
 /// Numbers are checked where the command is submitted.
 [[nodiscard]] Result<api::SetIntruder> to_command(const v1::SetIntruderRequest& request);
 /// Names and numbers are checked where the command is submitted.

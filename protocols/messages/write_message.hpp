@@ -15,8 +15,6 @@
 /// The world's values as messages of aprsim.v1. Field for field; units are SI on both sides.
 namespace aprsim::protocols {
 
-[[nodiscard]] v1::BodyKind body_kind(api::BodyKind kind);
-
 void write_message(const Eigen::Vector3d& vector, v1::Vector3& message);
 void write_message(const Pose& pose, v1::Pose& message);
 void write_message(std::chrono::nanoseconds span, google::protobuf::Duration& message);
@@ -29,7 +27,6 @@ void write_message(const api::ConveyorSnapshot& conveyor,
 void write_message(const api::LightCurtainSnapshot& curtain,
                    const api::LightCurtainDescription& description, v1::LightCurtainState& message);
 
-[[nodiscard]] v1::CellEventKind event_kind(api::CellEventKind kind);
 /// Fails with one that is none.
 [[nodiscard]] Result<std::vector<api::CellEventKind>> event_kinds(
     const google::protobuf::RepeatedField<int>& kinds);
@@ -37,12 +34,8 @@ void write_message(const api::LightCurtainSnapshot& curtain,
 void write_message(const api::CellEvent& event, v1::CellEvent& message);
 /// What is beyond all limits stays so.
 [[nodiscard]] SimTime time_of(const google::protobuf::Duration& span);
-/// Fails when it is no quantity or has no limit.
-[[nodiscard]] Result<api::WhenCrossing> to_trigger(const v1::CrossingTrigger& crossing);
-void write_message(const api::WhenCrossing& crossing, v1::CrossingTrigger& message);
 void write_message(const api::InjectedFault& fault, v1::InjectedFault& message);
 void write_message(const faults::KindInfo& kind, v1::FaultKind& message);
-void write_message(const faults::QuantityInfo& quantity, v1::FaultQuantity& message);
 /// All kinds and quantities. The message must be empty.
 void write_fault_kinds(v1::ListFaultKindsResponse& message);
 

@@ -2,9 +2,19 @@
 
 #include <chrono>
 
+#include "protocols/messages/enum_match.hpp"
 #include "protocols/messages/write_message.hpp"
 #include "server/journal/command_message.hpp"
 #include "world/cell/state_bytes.hpp"
+
+namespace aprsim::protocols {
+
+template <>
+struct EnumMatch<WireKind> : SameOrder<WireKind::kWeb, v1::WireKind_MAX> {};
+template <>
+struct EnumMatch<WireContent> : SameOrder<WireContent::kClosed, v1::WireContent_MAX> {};
+
+}  // namespace aprsim::protocols
 
 namespace aprsim::server::journal {
 namespace {
@@ -69,45 +79,15 @@ void write(const Refused& refused, v1::JournalRecord& record) {
   protocols::write_message(event, *record.mutable_event());
 }
 
-v1::WireKind kind_of(protocols::WireKind kind) {
-  switch (kind) {
-    case protocols::WireKind::kCrcl:
-      return v1::WIRE_KIND_CRCL;
-    case protocols::WireKind::kModbus:
-      return v1::WIRE_KIND_MODBUS;
-    case protocols::WireKind::kVision:
-      return v1::WIRE_KIND_VISION;
-    case protocols::WireKind::kGrpc:
-      return v1::WIRE_KIND_GRPC;
-    case protocols::WireKind::kWeb:
-      break;
-  }
-  return v1::WIRE_KIND_WEB;
-}
-
-v1::WireContent content_of(protocols::WireContent content) {
-  switch (content) {
-    case protocols::WireContent::kOpened:
-      return v1::WIRE_CONTENT_OPENED;
-    case protocols::WireContent::kReceived:
-      return v1::WIRE_CONTENT_RECEIVED;
-    case protocols::WireContent::kSent:
-      return v1::WIRE_CONTENT_SENT;
-    case protocols::WireContent::kClosed:
-      break;
-  }
-  return v1::WIRE_CONTENT_CLOSED;
-}
-
 void write(const protocols::WireRecord& wire, v1::JournalRecord& record) {
   auto& to = *record.mutable_wire();
   write_time(world::RunTime{wire.epoch, wire.step}, *to.mutable_time());
   protocols::write_message(wire.sim_time, *to.mutable_sim_time());
-  to.set_kind(kind_of(wire.connection->kind));
+  to.set_kind(protocols::to_message(wire.connection->kind));
   to.set_listener(wire.connection->listener);
   to.set_connection(wire.connection->number);
   to.set_peer(wire.connection->peer);
-  to.set_content(content_of(wire.content));
+  to.set_content(protocols::to_message(wire.content));
   to.set_data(wire.data);
   to.set_method(wire.method);
   to.set_text(wire.text);
