@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "world/physics/bodies/ode_asserts.hpp"
+#include "world/physics/bodies/ode_geoms.hpp"
 
 namespace aprsim::world {
 

@@ -11,7 +11,7 @@ namespace aprsim::world {
 
 /// Of the layout of the bytes below: rises with every change of what a state has. Bytes of another
 /// version cannot be read.
-inline constexpr std::uint32_t kStateVersion = 5;
+inline constexpr std::uint32_t kStateVersion = 6;
 
 /// A saved state as bytes, complete and bit for bit. Thread: any.
 [[nodiscard]] std::string to_bytes(const WorldState& state);

@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -18,31 +17,16 @@
 #include "world/physics/contacts/contact_pair.hpp"
 #include "world/physics/gripper/gripper_state.hpp"
 #include "world/physics/gripper/gripper_wear.hpp"
+#include "world/physics/model/body_pose.hpp"
+#include "world/physics/model/body_state.hpp"
+#include "world/physics/state/physics_state.hpp"
 #include "world/robot/model/arm_model.hpp"
 #include "world/scene/model/scene.hpp"
 
-namespace aprsim::archive {
-class Writer;
-class Reader;
-}  // namespace aprsim::archive
-
 namespace aprsim::physics {
 
-/// State of a free body (gear or tray) in its own frame (see api::BodyDescription).
-struct BodyState {
-  Eigen::Vector3d p_WB = Eigen::Vector3d::Zero();
-  Eigen::Quaterniond q_WB = Eigen::Quaterniond::Identity();
-  Eigen::Vector3d v_W = Eigen::Vector3d::Zero();  ///< of the frame origin
-  Eigen::Vector3d omega_W = Eigen::Vector3d::Zero();
-  bool resting = false;
-  std::optional<std::uint64_t> lost_step;  ///< in which it fell out of the cell
-  api::GroupKind group_kind = api::GroupKind::kNone;
-  int group = -1;  ///< bodies of one number are simplified together, -1 = none
-};
-
-/// Gears, trays, belt, tables, grippers and arm bodies in ODE: contact generation, solver policy,
-/// contact simplification, tool changers. Bodies are numbered as in the scene: trays first, then
-/// gears.
+/// Gears, trays, belt, tables, grippers and arm links: owns a PhysicsModel and what acts on it,
+/// PhysicsStep and BodyPlacement. Bodies are numbered as in the scene: trays first, then gears.
 /// Deterministic: the same scene and calls give the same bits. Thread: sim.
 class PhysicsWorld {
  public:
@@ -54,16 +38,15 @@ class PhysicsWorld {
   PhysicsWorld& operator=(PhysicsWorld&&) noexcept;
 
   // ---- inputs of the coming step
-  /// Where the links are at the end of the coming step (dof + 1 poses); they start where the last
-  /// call left them.
+  /// Link poses at the end of the coming step (dof + 1); they start where the last call left them.
   void set_arm(int robot, std::span<const Eigen::Isometry3d> X_WL_next);
   void set_gripper(int robot, double setting);  ///< 0 closed .. 1 open
-  /// Where the gripper's mount is at the end of the coming step: at the flange, or where the tool
+  /// Pose of the gripper's mount at the end of the coming step: the flange's, or where the tool
   /// changer has left it. Follows the flange of set_arm() unless told otherwise after it.
   void set_gripper_mount(int robot, const Eigen::Isometry3d& X_WF_next);
-  /// What each piston pushes with [N]; the scene's at the start.
+  /// Force of each piston [N]; the scene's at the start.
   void set_gripper_force(int robot, double force_n);
-  /// What is wrong with a gripper, from now on.
+  /// Wear of a gripper, from now on.
   void set_gripper_wear(int robot, const GripperWear& wear);
   void set_belt_speed(double speed_m_s);  ///< signed, along the belt's +x
 
@@ -72,52 +55,22 @@ class PhysicsWorld {
   void take_tool(int robot, int tool, const Eigen::Isometry3d& X_WF);
   void leave_tool(int robot);
 
-  /// Strikes a free body: it wakes, leaves what it is merged with, and moves like this from now on;
-  /// the velocity is that of its centre of mass.
+  // ---- between two steps: see BodyPlacement
+  using Placement = BodyPose;
   void set_velocity(int body, const Eigen::Vector3d& v_com_W, const Eigen::Vector3d& omega_W);
-
-  /// From now on: whether the belt leaves a body behind that lies on it.
   void set_jammed(int body, bool jammed);
-  /// Puts bodies down elsewhere, at rest and all as high above the poses given as the highest that
-  /// needs it: clear of all other things, as far as their boxes tell. Everything wakes. Bodies that
-  /// are lost stay so.
-  struct Placement {
-    int body = 0;
-    Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
-  };
   void put(std::span<const Placement> placements);
-  /// Takes a body out of the cell: it is lost.
   void take_away(int body);
 
-  /// Throws PhysicsFailure before ODE would abort.
+  /// Throws PhysicsFailure.
   void step();
 
-  /// All that later steps depend on, between two steps: an immutable value, cheap to copy.
-  class State {
-   public:
-    State() = default;  ///< of no world; restore() refuses it
-    /// Of memory; approximately.
-    [[nodiscard]] std::size_t bytes() const;
-    /// As bytes (world/archive/archive.hpp), and back into a state of a world of the same scene,
-    /// whose numbers of bodies and robots rule. Throws archive::Damaged.
-    void write(archive::Writer& out) const;
-    void read(archive::Reader& in);
-
-   private:
-    friend class PhysicsWorld;
-    struct Data;
-    std::shared_ptr<const Data> data_;
-  };
+  // ---- keeping a state, between two steps
+  using State = PhysicsState;
   [[nodiscard]] State save() const;
-  /// Goes on from there bit for bit; this world must have been built of the same scene with the
-  /// same initial link poses. Throws std::invalid_argument when the numbers of bodies or robots
-  /// differ.
+  /// See PhysicsState::restore().
   void restore(const State& state);
-
-  /// Takes over a world of the same robots, tools and surroundings: `old_of` tells which of its
-  /// bodies each one here is, -1 = a new one, which stays where the scene has it. All that rested
-  /// wakes, and contacts are found anew: not bit for bit what would have been, but the same
-  /// whenever it is done.
+  /// See adopt() of world/physics/state/adoption.hpp.
   void adopt(const PhysicsWorld& old, std::span<const int> old_of);
 
   // ---- results of the last step
@@ -138,7 +91,7 @@ class PhysicsWorld {
   [[nodiscard]] const ContactPairs& contact_pairs() const;
   /// Another number whenever ties() of some body may differ, or a body has been lost.
   [[nodiscard]] std::uint64_t ties_version() const;
-  /// Of a body or, from body_count() on, a tool.
+  /// Ties of a body or, from body_count() on, of a tool.
   [[nodiscard]] Ties ties(int id) const;
   [[nodiscard]] bool lost(int id) const;
   /// Names of what never moves; ContactSide::index counts them.

@@ -3,15 +3,14 @@
 #include <algorithm>
 #include <vector>
 
+#include "tests/benchmarks/peers/ode_handles.hpp"
 #include "tests/benchmarks/peers/peer_engine.hpp"
 #include "world/physics/bodies/mass_properties.hpp"
-#include "world/physics/bodies/ode_handles.hpp"
 #include "world/physics/collision/pairs/narrow_phase.hpp"
 
 namespace aprsim::bench {
 namespace {
 
-namespace ode = physics::ode;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using physics::SurfacePair;
@@ -51,7 +50,7 @@ Isometry3d slab_pose(const scene::TrayType& type, const Isometry3d& X_WP) {
 class Quickstep : public OdeSimulation {
  public:
   Quickstep(const scene::Scene& scene, int iterations) : scene_(scene) {
-    ode::initialize();
+    dInitODE2(0);
     world_.reset(dWorldCreate());
     joints_.reset(dJointGroupCreate(0));
     dWorldSetGravity(world_.get(), 0, 0, -scene.physics.gravity_m_s2);

@@ -1,49 +1,51 @@
 #include "world/physics/bodies/arm_links.hpp"
 
 #include <algorithm>
-#include <array>
+#include <utility>
 #include <variant>
 
 namespace aprsim::physics {
 namespace {
 
-/// ODE geom and half extents of a primitive of the arm's description.
-struct MakeShape {
-  ArmShape& shape;
-  void operator()(const robot::BoxShape& box) const {
-    shape.geom.reset(dCreateBox(nullptr, box.size.x(), box.size.y(), box.size.z()));
-    shape.half = 0.5 * box.size;
+/// Half extents and geom of a primitive of the arm's description.
+struct Primitive {
+  Eigen::Vector3d half;
+  OdeGeom geom;
+};
+
+struct MakePrimitive {
+  Primitive operator()(const robot::BoxShape& box) const {
+    return {0.5 * box.size, OdeGeom::box(box.size)};
   }
-  void operator()(const robot::CapsuleShape& capsule) const {
-    shape.geom.reset(dCreateCapsule(nullptr, capsule.radius_m, capsule.length_m));
-    shape.half = {capsule.radius_m, capsule.radius_m, 0.5 * capsule.length_m + capsule.radius_m};
+  Primitive operator()(const robot::CapsuleShape& capsule) const {
+    const double radius = capsule.radius_m, length = capsule.length_m;
+    return {{radius, radius, 0.5 * length + radius}, OdeGeom::capsule(radius, length)};
   }
-  void operator()(const robot::CylinderShape& cylinder) const {
-    shape.geom.reset(dCreateCylinder(nullptr, cylinder.radius_m, cylinder.length_m));
-    shape.half = {cylinder.radius_m, cylinder.radius_m, 0.5 * cylinder.length_m};
+  Primitive operator()(const robot::CylinderShape& cylinder) const {
+    const double radius = cylinder.radius_m, length = cylinder.length_m;
+    return {{radius, radius, 0.5 * length}, OdeGeom::cylinder(radius, length)};
   }
-  void operator()(const robot::SphereShape& sphere) const {
-    shape.geom.reset(dCreateSphere(nullptr, sphere.radius_m));
-    shape.half = Eigen::Vector3d::Constant(sphere.radius_m);
+  Primitive operator()(const robot::SphereShape& sphere) const {
+    return {Eigen::Vector3d::Constant(sphere.radius_m), OdeGeom::sphere(sphere.radius_m)};
   }
 };
 
 }  // namespace
 
-ArmLinks::ArmLinks(const robot::ArmModel& model, dWorldID world,
-                   std::span<const Eigen::Isometry3d> X_WL)
-    : X_WL_before_(X_WL.begin(), X_WL.end()), X_WL_(X_WL_before_), X_WL_next_(X_WL_) {
-  for (std::size_t link = 0; link < X_WL_.size(); ++link) {
-    auto& body = bodies_.emplace_back(dBodyCreate(world));
-    dBodySetKinematic(body.get());
-    dBodyDisable(body.get());
-    if (link == 0) continue;  // the base stands on its pedestal, inside fixed things
+ArmLinks::ArmLinks(const robot::ArmModel& model, std::span<const Eigen::Isometry3d> X_WL)
+    : X_WL_before_(X_WL.begin(), X_WL.end()),
+      X_WL_(X_WL_before_),
+      X_WL_next_(X_WL_),
+      bodies_(X_WL.size()) {
+  // The base stands on its pedestal, inside fixed things.
+  for (std::size_t link = 1; link < X_WL_.size(); ++link) {
     for (const auto& collision : model.links[link].collision) {
-      ArmShape shape;
-      shape.link = static_cast<int>(link);
-      shape.X_LS = collision.X_LS;
-      std::visit(MakeShape{shape}, collision.shape);
-      shapes_.push_back(std::move(shape));
+      Primitive primitive = std::visit(MakePrimitive{}, collision.shape);
+      shapes_.push_back({.link = static_cast<int>(link),
+                         .X_LS = collision.X_LS,
+                         .half = primitive.half,
+                         .geom = std::move(primitive.geom),
+                         .bounds = {}});
     }
   }
   update_shapes();
@@ -77,7 +79,7 @@ void ArmLinks::update_shapes() {
   bool first = true;
   for (auto& shape : shapes_) {
     const Eigen::Isometry3d X_WS = X_WL(shape.link) * shape.X_LS;
-    set_geom_pose(shape.geom.get(), X_WS);
+    shape.geom.set_pose(X_WS);
     shape.bounds = aabb_of_box(2 * shape.half, X_WS);
     bounds_ = first ? shape.bounds : bounds_.joined(shape.bounds);
     first = false;
@@ -95,29 +97,11 @@ void ArmLinks::place_link(int link, double step_s) {
   const Eigen::Isometry3d& X_next = X_WL_next(link);
   // The screw from the one pose to the other, spread evenly over the step.
   const Eigen::AngleAxisd turn(X_next.linear() * X.linear().transpose());
-  ode::set_rotation(body(link), X.linear());
-  ode::set_position(body(link), X.translation());
-  ode::set_velocity(body(link), (X_next.translation() - X.translation()) / step_s,
-                    turn.angle() / step_s * turn.axis());
-}
-
-void set_geom_pose(dGeomID geom, const Eigen::Isometry3d& X_W) {
-  const Eigen::Matrix3d& R = X_W.linear();
-  // Rows padded to four, as ODE has them.
-  const dMatrix3 rotation = {R(0, 0), R(0, 1), R(0, 2), 0,       R(1, 0), R(1, 1),
-                             R(1, 2), 0,       R(2, 0), R(2, 1), R(2, 2), 0};
-  dGeomSetRotation(geom, rotation);
-  dGeomSetPosition(geom, X_W.translation().x(), X_W.translation().y(), X_W.translation().z());
-}
-
-void collide_geoms(dGeomID geom_a, dGeomID geom_b, BodyIndex a, BodyIndex b, SurfacePair pair,
-                   std::vector<Contact>& out) {
-  std::array<dContactGeom, kMaxPoints> points;
-  const int count = dCollide(geom_a, geom_b, kMaxPoints, points.data(), sizeof(dContactGeom));
-  for (int i = 0; i < count; ++i) {
-    const auto& point = points[static_cast<std::size_t>(i)];
-    out.push_back({a, b, ode::vector(point.pos), ode::vector(point.normal), point.depth, pair});
-  }
+  RigidBody& moved = body(link);
+  moved.set_orientation(Eigen::Matrix3d(X.linear()));
+  moved.set_position(X.translation());
+  moved.set_velocity((X_next.translation() - X.translation()) / step_s,
+                     turn.angle() / step_s * turn.axis());
 }
 
 }  // namespace aprsim::physics

@@ -5,8 +5,9 @@
 
 #include <Eigen/Geometry>
 
-#include "world/physics/bodies/free_body.hpp"
-#include "world/physics/bodies/ode_handles.hpp"
+#include "world/physics/bodies/ode_geoms.hpp"
+#include "world/physics/bodies/rigid_body.hpp"
+#include "world/physics/collision/shapes/aabb.hpp"
 #include "world/physics/collision/shapes/contact.hpp"
 #include "world/robot/model/arm_model.hpp"
 
@@ -17,7 +18,7 @@ struct ArmShape {
   int link = 0;
   Eigen::Isometry3d X_LS = Eigen::Isometry3d::Identity();
   Eigen::Vector3d half = Eigen::Vector3d::Zero();  ///< half extents in the shape's frame
-  ode::Geom geom;
+  OdeGeom geom;
   Aabb bounds;
 };
 
@@ -25,7 +26,7 @@ struct ArmShape {
 /// the arm's business (world/robot); the forces on them are reported to it.
 class ArmLinks {
  public:
-  ArmLinks(const robot::ArmModel& model, dWorldID world, std::span<const Eigen::Isometry3d> X_WL);
+  ArmLinks(const robot::ArmModel& model, std::span<const Eigen::Isometry3d> X_WL);
 
   /// Everything that changes from step to step.
   struct State {
@@ -59,9 +60,7 @@ class ArmLinks {
   /// Shapes of all links but the base.
   [[nodiscard]] std::span<const ArmShape> shapes() const { return shapes_; }
   [[nodiscard]] const Aabb& bounds() const { return bounds_; }  ///< of all shapes
-  [[nodiscard]] dBodyID body(int link) const {
-    return bodies_[static_cast<std::size_t>(link)].get();
-  }
+  [[nodiscard]] RigidBody& body(int link) { return bodies_[static_cast<std::size_t>(link)]; }
   /// Puts a link's body at the start of the step with the velocity of the step.
   void place_link(int link, double step_s);
 
@@ -69,19 +68,12 @@ class ArmLinks {
   void update_shapes();
 
   std::vector<Eigen::Isometry3d> X_WL_before_, X_WL_, X_WL_next_;
-  std::vector<ode::Body> bodies_;
+  std::vector<RigidBody> bodies_;
   std::vector<ArmShape> shapes_;
   Aabb bounds_;
 };
 
 /// Links of one arm collide with each other only if they are so many links apart.
 inline constexpr int kSelfCollisionDistance = 3;
-
-/// Contact points of two ODE geoms, normals into `a`'s geom; at most `kMaxPoints`.
-inline constexpr int kMaxPoints = 4;
-void collide_geoms(dGeomID geom_a, dGeomID geom_b, BodyIndex a, BodyIndex b, SurfacePair pair,
-                   std::vector<Contact>& out);
-
-void set_geom_pose(dGeomID geom, const Eigen::Isometry3d& X_W);
 
 }  // namespace aprsim::physics

@@ -34,33 +34,31 @@ double gear_radius(const scene::GearType& gear, const Eigen::Vector3d& com) {
 }
 
 /// A tray's slab is a box under z = 0 of its frame.
-FreeBody make_tray(const scene::TrayInstance& instance, const scene::TrayType& type, double step_s,
-                   dWorldID world) {
+FreeBody make_tray(const scene::TrayInstance& instance, const scene::TrayType& type,
+                   double step_s) {
   FreeBody free;
   free.step_s = step_s;
   free.name = instance.name;
   free.tray = &type;
-  free.body.reset(dBodyCreate(world));
   free.mass = tray_mass(type);
   free.origin_B = free.mass.com;
   const Eigen::AlignedBox3d slab = scene::slab_of(type);
   free.slab_size = slab.sizes();
   free.X_BS.translation() = slab.center();
-  // Of the slab's corner, seen from the centre of mass.
+  // The slab's corner is farthest from the centre of mass.
   free.radius_m = 0.5 * free.slab_size.norm() + (free.mass.com - free.X_BS.translation()).norm();
   free.carry(free.mass);
   free.place(instance.X_WP.isometry(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
   return free;
 }
 
-FreeBody make_gear(const scene::GearInstance& instance, const scene::GearType& type, double step_s,
-                   dWorldID world) {
+FreeBody make_gear(const scene::GearInstance& instance, const scene::GearType& type,
+                   double step_s) {
   FreeBody free;
   free.step_s = step_s;
   free.name = instance.name;
   free.gear = &type;
   free.gear_shape = type;
-  free.body.reset(dBodyCreate(world));
   free.mass = gear_mass(type);
   free.origin_B = free.mass.com;
   free.radius_m = gear_radius(type, free.mass.com);
@@ -70,11 +68,10 @@ FreeBody make_gear(const scene::GearInstance& instance, const scene::GearType& t
 }
 
 /// The radius holds the fingers at any opening.
-FreeBody make_tool(const scene::Tool& tool, dWorldID world) {
+FreeBody make_tool(const scene::Tool& tool) {
   FreeBody free;
   free.name = tool.name;
   free.tool.emplace(tool);
-  free.body.reset(dBodyCreate(world));
   free.mass = tool_mass(tool.gripper);
   free.origin_B = free.mass.com;
   for (const scene::Block& block : free.tool->blocks()) {
@@ -99,12 +96,11 @@ Aabb aabb_of_tool(const FreeBody& free) {
 }  // namespace
 
 void FreeBody::refresh() {
-  X_WB.linear() = ode::matrix(dBodyGetRotation(body.get()));
-  const Eigen::Vector3d origin = ode::vector(dBodyGetPosition(body.get()));
-  X_WB.translation() = origin - X_WB.linear() * origin_B;
-  omega_W = ode::vector(dBodyGetAngularVel(body.get()));
-  v_com_W = ode::vector(dBodyGetLinearVel(body.get()));
-  // A composite's ODE body sits at the centre of mass of the whole, this record speaks of its own.
+  X_WB.linear() = body.R_WB();
+  X_WB.translation() = body.p_W() - X_WB.linear() * origin_B;
+  omega_W = body.omega_W();
+  v_com_W = body.v_W();
+  // A composite's origin is the centre of mass of the whole.
   if (origin_B != mass.com) v_com_W += omega_W.cross(X_WB.linear() * (mass.com - origin_B));
   update_bounds();
 }
@@ -114,19 +110,18 @@ void FreeBody::place(const Eigen::Isometry3d& X_WB_new, const Eigen::Vector3d& v
   X_WB = X_WB_new;
   v_com_W = v_com;
   omega_W = omega;
-  ode::set_rotation(body.get(), X_WB.linear());
-  ode::set_position(body.get(), origin_W());
-  ode::set_velocity(body.get(), velocity_at(origin_W()), omega);
+  body.set_orientation(Eigen::Matrix3d(X_WB.linear()));
+  body.set_position(origin_W());
+  body.set_velocity(velocity_at(origin_W()), omega);
   update_bounds();
 }
 
 void FreeBody::carry(const MassProperties& all) {
+  body.set_mass(all.mass_kg, all.inertia);
   // The new centre of mass moves as the material point there did.
-  const dMass ode_mass = ode::mass(all.mass_kg, all.inertia);
-  dBodySetMass(body.get(), &ode_mass);
   origin_B = all.com;
-  ode::set_position(body.get(), origin_W());
-  ode::set_velocity(body.get(), velocity_at(origin_W()), omega_W);
+  body.set_position(origin_W());
+  body.set_velocity(velocity_at(origin_W()), omega_W);
 }
 
 void FreeBody::update_bounds() {
@@ -139,16 +134,16 @@ void FreeBody::update_bounds() {
 }
 
 std::vector<FreeBody> make_free_bodies(const scene::Scene& scene,
-                                       std::span<const scene::Tool> tools, dWorldID world) {
+                                       std::span<const scene::Tool> tools) {
   std::vector<FreeBody> bodies;
   bodies.reserve(scene.trays.size() + scene.gears.size() + tools.size());
   for (const auto& tray : scene.trays) {
-    bodies.push_back(make_tray(tray, scene.tray_types.at(tray.type), scene.physics.step_s, world));
+    bodies.push_back(make_tray(tray, scene.tray_types.at(tray.type), scene.physics.step_s));
   }
   for (const auto& gear : scene.gears) {
-    bodies.push_back(make_gear(gear, scene.gear_types.at(gear.type), scene.physics.step_s, world));
+    bodies.push_back(make_gear(gear, scene.gear_types.at(gear.type), scene.physics.step_s));
   }
-  for (const auto& tool : tools) bodies.push_back(make_tool(tool, world));
+  for (const auto& tool : tools) bodies.push_back(make_tool(tool));
   return bodies;
 }
 

@@ -9,7 +9,7 @@
 #include <Eigen/Geometry>
 
 #include "world/physics/bodies/mass_properties.hpp"
-#include "world/physics/bodies/ode_handles.hpp"
+#include "world/physics/bodies/rigid_body.hpp"
 #include "world/physics/bodies/tool_shape.hpp"
 #include "world/physics/collision/shapes/aabb.hpp"
 #include "world/physics/collision/shapes/gear_shape.hpp"
@@ -17,19 +17,20 @@
 
 namespace aprsim::physics {
 
-/// A tray, a gear or a tool that no robot has: its shape, its ODE body (axes those of the body
-/// frame, origin the centre of mass of all that it moves) and the state of the last step.
+/// A tray, a gear or a tool that no robot has: its shape, its rigid body and, in the frame B of the
+/// scene, pose and velocity at the start of the step. While the solver works on `body`, these stay
+/// as they are; refresh() takes over what it has found.
 struct FreeBody {
   std::string_view name;
   const scene::GearType* gear = nullptr;  ///< exactly one of the three is set
   const scene::TrayType* tray = nullptr;
   std::optional<ToolShape> tool;
   detail::GearShape gear_shape;  ///< of a gear
-  ode::Body body;
+  RigidBody body;  ///< its axes are B's, its origin the centre of mass of all that it moves
   MassProperties mass;
   double radius_m = 0;  ///< of a sphere about the centre of mass that holds the shape
   double step_s = 0;
-  Eigen::Vector3d origin_B = Eigen::Vector3d::Zero();  ///< of the ODE body
+  Eigen::Vector3d origin_B = Eigen::Vector3d::Zero();  ///< of `body`
   // tray slab as a box
   Eigen::Vector3d slab_size = Eigen::Vector3d::Zero();
   Eigen::Isometry3d X_BS = Eigen::Isometry3d::Identity();
@@ -44,7 +45,7 @@ struct FreeBody {
   bool jammed = false;   ///< the belt does not carry it
 
   [[nodiscard]] bool is_tool() const { return tool.has_value(); }
-  /// Of a tool's block.
+  /// Pose of a tool's block.
   [[nodiscard]] Eigen::Isometry3d X_WS(const scene::Block& block) const {
     return X_WB * Eigen::Translation3d(block.centre);
   }
@@ -56,12 +57,12 @@ struct FreeBody {
     return v_com_W + omega_W.cross(p_W - com_W());
   }
   [[nodiscard]] Eigen::Isometry3d X_WS() const { return X_WB * X_BS; }
-  /// Reads pose and velocity back from ODE.
+  /// Takes over pose and velocity of `body`, the root of its composite.
   void refresh();
-  /// Gives pose and velocity to ODE and to this record.
+  /// Sets pose and velocity, of `body` too.
   void place(const Eigen::Isometry3d& X_WB_new, const Eigen::Vector3d& v_com,
              const Eigen::Vector3d& omega);
-  /// Makes the ODE body move `all` (in the body's frame): its own mass or that of a composite.
+  /// Makes `body` move all of this mass (in frame B): its own or that of a composite.
   void carry(const MassProperties& all);
   /// Recomputes the bounds from the pose.
   void update_bounds();
@@ -69,7 +70,6 @@ struct FreeBody {
 
 /// Trays first, then gears, as in the scene, then tools.
 [[nodiscard]] std::vector<FreeBody> make_free_bodies(const scene::Scene& scene,
-                                                     std::span<const scene::Tool> tools,
-                                                     dWorldID world);
+                                                     std::span<const scene::Tool> tools);
 
 }  // namespace aprsim::physics

@@ -99,6 +99,13 @@ MassProperties tool_mass(const scene::Gripper& gripper) {
   return with_mass(box(palm.centre - 0.5 * palm.size, palm.centre + 0.5 * palm.size), kg);
 }
 
+Eigen::Matrix3d box_inertia(double mass_kg, const Eigen::Vector3d& size_m) {
+  const Eigen::Vector3d squared = size_m.cwiseAbs2();
+  const Eigen::Vector3d sums(squared.y() + squared.z(), squared.x() + squared.z(),
+                             squared.x() + squared.y());
+  return (mass_kg / 12 * sums).asDiagonal();
+}
+
 MassProperties combined(const MassProperties& a, const MassProperties& b,
                         const Eigen::Isometry3d& X_AB) {
   MassProperties total;

@@ -28,6 +28,9 @@ struct MassProperties {
 /// All of a tool as one box where the palm is, in the tool frame.
 [[nodiscard]] MassProperties tool_mass(const scene::Gripper& gripper);
 
+/// Moment of inertia of a uniform box about its centre, along its edges.
+[[nodiscard]] Eigen::Matrix3d box_inertia(double mass_kg, const Eigen::Vector3d& size_m);
+
 /// Both as one rigid body, in the first's frame: `X_AB` is the second's frame in the first's.
 [[nodiscard]] MassProperties combined(const MassProperties& a, const MassProperties& b,
                                       const Eigen::Isometry3d& X_AB);

@@ -5,7 +5,7 @@
 
 namespace aprsim::physics {
 
-/// The world can not go on: a state that is not a number, runaway energy, or ODE's own complaint.
+/// The world cannot go on: a state that is not a number, runaway energy, or an error in ODE.
 /// what() names step, body and cause. The world that threw is spent: build it anew.
 class PhysicsFailure : public std::runtime_error {
  public:

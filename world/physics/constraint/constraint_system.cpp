@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 
 namespace aprsim::physics {
 namespace {
@@ -23,63 +22,42 @@ Vector3d gyroscopic(const Matrix3d& inertia_W, const Vector3d& omega, double ste
   return -step_s * (slope.inverse() * omega.cross(momentum));
 }
 
-// A body's number in the system, kept with the body itself; 0 = none.
-void set_number(dBodyID body, int number) {
-  dBodySetData(body, reinterpret_cast<void*>(static_cast<std::intptr_t>(number + 1)));
-}
-int get_number(dBodyID body) {
-  return static_cast<int>(reinterpret_cast<std::intptr_t>(dBodyGetData(body))) - 1;
-}
-
 }  // namespace
 
-void ConstraintSystem::begin(double step_s, double residual_m_s) {
+void ConstraintSystem::begin(double step_s, const Eigen::Vector3d& gravity_W, double residual_m_s) {
   step_s_ = step_s;
+  gravity_W_ = gravity_W;
   parameters_.relaxed_tolerance_m_s = residual_m_s;
-  for (dBodyID body : known_) set_number(body, -1);
-  known_.clear();
   moves_.clear();
   forces_.clear();
   contacts_.clear();
   problem_.clear();
 }
 
-void ConstraintSystem::add_body(dBodyID ode) {
-  dMass mass;
-  dBodyGetMass(ode, &mass);
-  const Matrix3d R = ode::matrix(dBodyGetRotation(ode));
-  const Matrix3d inertia_W = R * ode::matrix(mass.I) * R.transpose();
-  const Twist now = {ode::vector(dBodyGetLinearVel(ode)), ode::vector(dBodyGetAngularVel(ode))};
+void ConstraintSystem::add_body(RigidBody& body) {
+  const Matrix3d& R = body.R_WB();
+  const Matrix3d inertia_W = R * body.inertia_B() * R.transpose();
+  const Twist now = {body.v_W(), body.omega_W()};
   Twist free = now;
-  if (dBodyGetGyroscopicMode(ode) != 0) free.omega += gyroscopic(inertia_W, free.omega, step_s_);
-  free.v += step_s_ / mass.mass * ode::vector(dBodyGetForce(ode));
-  const Vector3d torque_W = ode::vector(dBodyGetTorque(ode));
-  if (!torque_W.isZero(0)) free.omega += step_s_ * (inertia_W.inverse() * torque_W);
-  if (dBodyGetGravityMode(ode) != 0) {
-    dVector3 gravity;
-    dWorldGetGravity(dBodyGetWorld(ode), gravity);
-    free.v += step_s_ * ode::vector(gravity);
-  }
-  dBodySetForce(ode, 0, 0, 0);
-  dBodySetTorque(ode, 0, 0, 0);
-  set_number(
-      ode, problem_.add_body(mass.mass, inertia_W, ode::vector(dBodyGetPosition(ode)), free, now));
-  known_.push_back(ode);
+  if (body.is_ballistic()) free.omega += gyroscopic(inertia_W, free.omega, step_s_);
+  free.v += step_s_ / body.mass_kg() * body.force_W();
+  if (!body.torque_W().isZero(0)) free.omega += step_s_ * (inertia_W.inverse() * body.torque_W());
+  if (body.is_ballistic()) free.v += step_s_ * gravity_W_;
+  body.clear_load();
+  body.set_system_index(problem_.add_body(body.mass_kg(), inertia_W, body.p_W(), free, now));
+  known_.push_back(&body);
   moves_.push_back(1);
 }
 
 /// Bodies that were not added move as they do.
-int ConstraintSystem::number_of(dBodyID body) {
+int ConstraintSystem::number_of(RigidBody* body) {
   if (body == nullptr) return ContactProblem::kFixed;
-  const int known = get_number(body);
-  if (known >= 0) return known;
-  const int number = problem_.add_kinematic(
-      ode::vector(dBodyGetPosition(body)),
-      {ode::vector(dBodyGetLinearVel(body)), ode::vector(dBodyGetAngularVel(body))});
-  set_number(body, number);
-  known_.push_back(body);
-  moves_.push_back(0);
-  return number;
+  if (body->system_index() < 0) {
+    body->set_system_index(problem_.add_kinematic(body->p_W(), {body->v_W(), body->omega_W()}));
+    known_.push_back(body);
+    moves_.push_back(0);
+  }
+  return body->system_index();
 }
 
 ContactProblem::Side ConstraintSystem::side(const RowSide& side) {
@@ -98,7 +76,7 @@ void ConstraintSystem::add_joint_row(const RowSide& a, const RowSide& b, double 
   add_row(a, b, target_m_s, compliance, -ContactProblem::kNoBound, ContactProblem::kNoBound, force);
 }
 
-ConstraintSystem::Sides ConstraintSystem::sides(dBodyID a, dBodyID b) {
+ConstraintSystem::Sides ConstraintSystem::sides(RigidBody* a, RigidBody* b) {
   return {number_of(a), number_of(b)};
 }
 
@@ -123,8 +101,10 @@ void ConstraintSystem::add_contact(ContactConstraint& constraint, const Sides& s
 ContactSolver::Outcome ConstraintSystem::advance() {
   const auto outcome = solver_.solve(problem_, parameters_);
   for (std::size_t i = 0; i < known_.size(); ++i) {
-    if (moves_[i] != 0) move(known_[i], problem_.twist(static_cast<int>(i)));
+    if (moves_[i] != 0) move(*known_[i], problem_.twist(static_cast<int>(i)));
+    known_[i]->set_system_index(-1);
   }
+  known_.clear();
   for (std::size_t i = 0; i < forces_.size(); ++i) {
     const double force_n = problem_.row_impulse_ns(static_cast<int>(i)) / step_s_;
     forces_[i]->guess_n.note(force_n, false);
@@ -141,20 +121,15 @@ ContactSolver::Outcome ConstraintSystem::advance() {
 }
 
 /// Positions from the new velocities.
-void ConstraintSystem::move(dBodyID ode, const Twist& twist) const {
-  const Vector3d p = ode::vector(dBodyGetPosition(ode)) + step_s_ * twist.v;
+void ConstraintSystem::move(RigidBody& body, const Twist& twist) const {
+  body.set_position(body.p_W() + step_s_ * twist.v);
+  body.set_velocity(twist.v, twist.omega);
   // Rotation by the exponential map of omega over the step.
-  const dReal* q = dBodyGetQuaternion(ode);
   const double half = 0.5 * step_s_, angle = half * twist.omega.norm();
   const double sinc = angle < 1e-4 ? 1 - angle * angle / 6 : std::sin(angle) / angle;
   const Vector3d turn = half * sinc * twist.omega;
-  const Eigen::Quaterniond turned =
-      Eigen::Quaterniond(std::cos(angle), turn.x(), turn.y(), turn.z()) *
-      Eigen::Quaterniond(q[0], q[1], q[2], q[3]);
-  const dQuaternion next = {turned.w(), turned.x(), turned.y(), turned.z()};
-  ode::set_velocity(ode, twist.v, twist.omega);
-  ode::set_position(ode, p);
-  dBodySetQuaternion(ode, next);
+  body.set_orientation(Eigen::Quaterniond(std::cos(angle), turn.x(), turn.y(), turn.z()) *
+                       body.q_WB());
 }
 
 }  // namespace aprsim::physics

@@ -6,7 +6,7 @@
 
 #include "world/physics/bodies/contact_constraint.hpp"
 #include "world/physics/bodies/force_guess.hpp"
-#include "world/physics/bodies/ode_handles.hpp"
+#include "world/physics/bodies/rigid_body.hpp"
 #include "world/physics/constraint/contact_material.hpp"
 #include "world/physics/constraint/contact_problem.hpp"
 #include "world/physics/constraint/contact_solver.hpp"
@@ -18,7 +18,7 @@ namespace aprsim::physics {
 /// One body's side of a velocity constraint: along its Jacobian the relative velocity of both sides
 /// is to be the row's target. Null bodies are the ground; kinematic ones move as they do.
 struct RowSide {
-  dBodyID body = nullptr;
+  RigidBody* body = nullptr;
   Eigen::Vector3d linear = Eigen::Vector3d::Zero(), angular = Eigen::Vector3d::Zero();
 };
 
@@ -37,17 +37,16 @@ struct RowForce {
   }
 };
 
-/// Some bodies of ODE with the joints and contacts between them, advanced together by one step:
+/// Some bodies with the joints and contacts between them, advanced together by one step:
 /// forces, gravity and gyroscopic torque change the velocities first, ContactSolver finds the
 /// impulses, then the poses follow from the new velocities (semi-implicit Euler). No call allocates
 /// after warm-up.
 class ConstraintSystem {
  public:
   /// Forgets everything. `residual_m_s`: see scene::Physics.
-  void begin(double step_s, double residual_m_s);
-  /// Adds a body that the step moves, with the forces that ODE has collected for it, which it
-  /// forgets.
-  void add_body(dBodyID body);
+  void begin(double step_s, const Eigen::Vector3d& gravity_W, double residual_m_s);
+  /// Adds a body that the step moves, and clears its load, which acts in this step.
+  void add_body(RigidBody& body);
   /// A row whose force stays within bounds [N]; `force` becomes what was found.
   void add_row(const RowSide& a, const RowSide& b, double target_m_s, double compliance,
                double lo_n, double hi_n, RowForce& force);
@@ -59,7 +58,7 @@ class ConstraintSystem {
     int a = ContactProblem::kFixed, b = ContactProblem::kFixed;
   };
   /// Null bodies are the ground; those that have not been added move as they do.
-  [[nodiscard]] Sides sides(dBodyID a, dBodyID b);
+  [[nodiscard]] Sides sides(RigidBody* a, RigidBody* b);
   /// A contact. The search begins at the constraint's guesses.
   void add_contact(ContactConstraint& constraint, const Sides& sides,
                    const ContactResponse& response);
@@ -67,20 +66,21 @@ class ConstraintSystem {
   /// Solves, moves the bodies, and writes the forces into the contacts' constraints and the rows'
   /// places.
   ContactSolver::Outcome advance();
-  /// Of the last advance().
+  /// The course of the last advance().
   [[nodiscard]] const ContactSolverStatistics& statistics() const { return solver_.statistics(); }
 
  private:
-  [[nodiscard]] int number_of(dBodyID body);
+  [[nodiscard]] int number_of(RigidBody* body);
   [[nodiscard]] ContactProblem::Side side(const RowSide& side);
-  void move(dBodyID ode, const Twist& twist) const;
+  void move(RigidBody& body, const Twist& twist) const;
 
   double step_s_ = 0;
   ContactSolverParameters parameters_;
   ContactProblem problem_;
   ContactSolver solver_;
-  std::vector<dBodyID> known_;  // by number
-  std::vector<char> moves_;     // by number
+  Eigen::Vector3d gravity_W_ = Eigen::Vector3d::Zero();
+  std::vector<RigidBody*> known_;  // by number, until the system is solved
+  std::vector<char> moves_;        // by number
   std::vector<RowForce*> forces_;
   std::vector<ContactConstraint*> contacts_;
 };

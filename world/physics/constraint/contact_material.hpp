@@ -13,7 +13,7 @@ struct ContactResponse {
   double unanswered_m2_s2 = 0;  ///< energy per mass of an impact that the next step answers
 };
 
-/// What the contact's surroundings add.
+/// Surroundings of a contact in a step.
 struct ContactSetting {
   bool arm_link = false;  ///< it is with an arm's link
   Eigen::Vector3d belt_axis_W = Eigen::Vector3d::UnitX();

@@ -70,7 +70,7 @@ ContactSolverOutcome ProximalPoint::solve(ContactProblem& problem,
     weight.adapt(subproblem.directions, excess_m_s / last_m_s);
     last_m_s = excess_m_s;
   }
-  // Not converged: the best iterate, unless it is good enough for the tolerance by now.
+  // Out of Newton steps: the best iterate, converged only if the schedule accepts it by now.
   best.restore(problem);
   const ContactResidual last = problem.residual(parameters);
   outcome.residual_m_s = last.max_m_s();

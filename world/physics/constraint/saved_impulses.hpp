@@ -19,7 +19,7 @@ class SavedImpulses {
       contacts_[i] = {pack.gamma, pack.torsion.impulse};
     }
   }
-  /// Of the same problem; velocities stay.
+  /// Sets them in the same problem; velocities stay.
   void restore(ContactProblem& problem) const {
     for (std::size_t i = 0; i < rows_.size(); ++i) problem.rows()[i].gamma = rows_[i];
     for (std::size_t i = 0; i < contacts_.size(); ++i) {

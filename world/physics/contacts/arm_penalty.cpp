@@ -30,18 +30,17 @@ int shape_count(const ArmLinks& arm) { return static_cast<int>(arm.shapes().size
 }  // namespace
 
 ArmPenalty::ArmPenalty(PhysicsModel& model) : model_(model) {
-  found_.reserve(kMaxPoints);
-  // ODE geoms of the fixed boxes, which have none otherwise.
+  found_.reserve(kMaxGeomPoints);
+  // Geoms of the fixed boxes, which have none otherwise.
   for (const auto& shape : model.fixed.shapes) {
-    auto& geom = fixed_geoms_.emplace_back(
-        dCreateBox(nullptr, shape.size.x(), shape.size.y(), shape.size.z()));
-    set_geom_pose(geom.get(), shape.X_WS);
+    fixed_geoms_.push_back(OdeGeom::box(shape.size));
+    fixed_geoms_.back().set_pose(shape.X_WS);
   }
   // Pairs of shapes that overlap at the start.
   const int robots = static_cast<int>(model.arms.size());
-  const auto overlap = [this](const ode::Geom& a, const ode::Geom& b) {
+  const auto overlap = [this](const OdeGeom& a, const OdeGeom& b) {
     found_.clear();
-    collide_geoms(a.get(), b.get(), kGround, kGround, SurfacePair::kRobotAny, found_);
+    collide_geoms(a, b, kGround, kGround, SurfacePair::kRobotAny, found_);
     return !found_.empty();
   };
   for (int r = 0; r < robots; ++r) {
@@ -97,8 +96,7 @@ void ArmPenalty::on_fixed(int robot, std::vector<std::vector<ArmForce>>& forces)
       const std::size_t key = static_cast<std::size_t>(s) * fixed_geoms_.size() + f;
       if (!link.bounds.meets(fixed.bounds) || exempt_fixed_[r][key]) continue;
       found_.clear();
-      collide_geoms(link.geom.get(), fixed_geoms_[f].get(), kGround, kGround,
-                    SurfacePair::kRobotAny, found_);
+      collide_geoms(link.geom, fixed_geoms_[f], kGround, kGround, SurfacePair::kRobotAny, found_);
       for (const auto& point : found_) {
         const Eigen::Vector3d v = arm.last_velocity(link.link, point.p_W, model_.step_s);
         const Eigen::Vector3d force = contact_force(point, v, model_, found_.size());
@@ -124,8 +122,7 @@ void ArmPenalty::on_other(int robot_a, int robot_b, std::vector<std::vector<ArmF
       const auto& other = shape(robot_b, t);
       if (!one.bounds.meets(other.bounds) || !may_touch(robot_a, s, robot_b, t)) continue;
       found_.clear();
-      collide_geoms(one.geom.get(), other.geom.get(), kGround, kGround, SurfacePair::kRobotAny,
-                    found_);
+      collide_geoms(one.geom, other.geom, kGround, kGround, SurfacePair::kRobotAny, found_);
       for (const auto& point : found_) {
         const Eigen::Vector3d v = arm_a.last_velocity(one.link, point.p_W, model_.step_s) -
                                   arm_b.last_velocity(other.link, point.p_W, model_.step_s);

@@ -7,8 +7,8 @@
 
 namespace aprsim::physics {
 
-/// Contact of arm links with fixed things, with other arms and with each other. ODE computes no
-/// force between kinematic bodies, so these follow the penalty law of
+/// Contact of arm links with fixed things, with other arms and with each other. To the solver links
+/// are kinematic and take no force, so these follow the penalty law of
 /// world/robot/servo/contact_law.hpp (spring, damper and regularised Coulomb friction). What
 /// overlaps at the start is exempt for good: neighbouring links, a base in its pedestal.
 class ArmPenalty {
@@ -29,7 +29,7 @@ class ArmPenalty {
   [[nodiscard]] const ArmShape& shape(int robot, int index) const;
 
   PhysicsModel& model_;
-  std::vector<ode::Geom> fixed_geoms_;
+  std::vector<OdeGeom> fixed_geoms_;
   std::vector<std::vector<char>> exempt_fixed_;  // robot; shape x fixed
   std::vector<LinkPair> exempt_links_;
   std::vector<Contact> found_;

@@ -15,15 +15,15 @@ namespace {
 
 /// A body whose way is shorter does not move as far as contacts go; one falls as far in a step [m].
 constexpr double kLeastWay = 1e-5;
-/// What follows a finger by a longer way, in as many steps as are looked ahead, may run into it
-/// [m].
+/// A body that follows a finger by a longer way, in as many steps as are looked ahead, may strike
+/// it [m].
 constexpr double kFollows = 1e-4;
 /// Bodies that may touch, as far as one knows.
 constexpr double kNoGap = 0;
 /// The cup's solid stands on the lip, against the approach.
 const Eigen::Isometry3d kLipToSolid(Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX()));
 
-/// Of the contacts from `known` on those that nobody wants beside those from `first` on.
+/// Removes contacts from `known` on that are unwanted beside those from `first` on.
 void drop_unwanted(std::size_t first, std::size_t known, std::vector<Contact>& out) {
   const auto at = [&](std::size_t i) { return out.begin() + static_cast<std::ptrdiff_t>(i); };
   const auto unwanted = [&](const Contact& contact) {
@@ -39,6 +39,11 @@ double fastest(const Moving& body, const Moving& other) {
   const double other_turn = size(other.omega_W);
   return size(body.v_W) + size(other.v_W) + other_turn * size(body.p_W - other.p_W) +
          body.reach_m * (size(body.omega_W) + other_turn);
+}
+
+/// A cup's lip rubs as a pad does: marks the contacts from `first` on.
+void as_pad(std::size_t first, std::vector<Contact>& out) {
+  for (std::size_t i = first; i < out.size(); ++i) out[i].pair = SurfacePair::kPadGear;
 }
 
 Moving moving(const FreeBody& body) {
@@ -67,8 +72,8 @@ BodyCollider::BodyCollider(const PhysicsModel& model)
     : model_(model),
       kept_(model.bodies.size()),
       pressed_(model.bodies.size(), 0),
-      box_(dCreateBox(nullptr, 1, 1, 1)),
-      cylinder_(dCreateCylinder(nullptr, 1, 1)) {}
+      box_(OdeGeom::box(Eigen::Vector3d::Ones())),
+      cylinder_(OdeGeom::cylinder(1, 1)) {}
 
 /// Trays under pressed gears follow as these are looked at.
 void BodyCollider::note_pressed(const std::vector<ContactConstraint>& constraints) {
@@ -104,7 +109,7 @@ double BodyCollider::fall_on(const Way& way, const Eigen::Vector3d& n_W) const {
   return n_W.z() < 0 ? fall : -fall;
 }
 
-/// Where one of two bodies lies on the other, by their hulls.
+/// Gap between two bodies' hulls, with the direction in which one lies on the other.
 HullGap BodyCollider::gap_between(const FreeBody& upper, const FreeBody& lower) const {
   if (upper.is_tool()) return {kNoGap, (upper.com_W() - lower.com_W()).normalized()};
   if (upper.is_tray()) {
@@ -177,7 +182,7 @@ void BodyCollider::tool_on_free(int tool, const Eigen::Isometry3d& D, int other_
       const std::size_t first = out.size();
       pad_gear(hand.tool->pad(), D * hand.X_WB * hand.tool->X_TD(i), other.gear_shape, other.X_WB,
                tool, other_index, out);
-      // Of a gripper without a robot.
+      // A gripper without a robot has no pad friction of its own.
       for (std::size_t k = first; k < out.size(); ++k) out[k].pair = SurfacePair::kRobotAny;
     } else {
       const std::size_t first = out.size();
@@ -204,74 +209,101 @@ Way BodyCollider::standing_finger_way(const GripperMechanism& hand, int p,
   return share * way.longest_m() < kFollows ? Way{} : way;
 }
 
+/// Tools and trays are boxes to a gripper; of a gear, fingers meet the peg with their pads.
 void BodyCollider::gripper_on_free(int robot, int p, int body, std::vector<Contact>& out) const {
-  const auto& free = model_.body(body);
-  const auto& hand = gripper(robot);
-  const auto& box = hand.part(p);
-  const BodyIndex id = model_.ids.palm(robot) + p;
-  // Tools and trays are boxes to a gripper; of a gear, fingers meet the peg with their pads.
-  if (hand.cup() && p > 0 && free.is_tray()) {
-    Way way = way_of(hand.moving(p), moving(free), model_.step_s).over(kStepsAhead);
-    if (way.longest_m() < kLeastWay) way = {};
-    const std::size_t first = out.size();
-    find_ahead(way, kNoGap, out, [&](const Eigen::Isometry3d& D) {
-      gear_tray(hand.cup_solid(), D * hand.X_WLip() * kLipToSolid, *free.tray, free.X_WB, id, body,
-                out);
-    });
-    for (std::size_t k = first; k < out.size(); ++k) out[k].pair = SurfacePair::kPadGear;
-  } else if (free.is_tool()) {
+  const GripperMechanism& hand = gripper(robot);
+  const FreeBody& free = model_.body(body);
+  const PartOnBody pair{hand, free, p, model_.ids.palm(robot) + p, body};
+  const bool cup = hand.cup() && p > 0;
+  if (free.is_tool()) {
+    const GripperPart& box = hand.parts().part(p);
     for (const scene::Block& block : free.tool->blocks()) {
-      box_box(box.size, box.X_WS, block.size, free.X_WS(block), id, body, SurfacePair::kRobotAny,
-              out);
+      box_box(box.size, box.X_WS, block.size, free.X_WS(block), pair.part_id, body,
+              SurfacePair::kRobotAny, out);
     }
   } else if (free.is_tray()) {
-    Way way = way_of(hand.moving(p), moving(free), model_.step_s).over(kStepsAhead);
-    if (way.longest_m() < kLeastWay) way = {};
-    find_ahead(way, kNoGap, out, [&](const Eigen::Isometry3d& D) {
-      box_box(box.size, D * box.X_WS, free.slab_size, free.X_WS(), id, body, SurfacePair::kRobotAny,
-              out);
-    });
-  } else if (hand.cup() && p > 0) {
-    // The lip's rim as that of a solid of revolution.
-    const std::size_t first = out.size();
-    gear_gear(hand.cup_solid(), hand.X_WLip() * kLipToSolid, free.gear_shape, free.X_WB, id, body,
-              out);
-    for (std::size_t k = first; k < out.size(); ++k) out[k].pair = SurfacePair::kPadGear;
-  } else if (p > 0) {
-    Way way = way_of(hand.moving(p), moving(free), model_.step_s).over(kStepsAhead);
-    // A closing finger is looked ahead along its own way.
-    if (way.longest_m() < kPadAhead) way = {};
-    if (!hand.idle() && way.longest_m() == 0) way.shift_W = kPadAhead * hand.closing_W(p - 1);
-    const auto pad = [&](const Eigen::Isometry3d& D) {
-      pad_gear(hand.pad(), D * hand.X_WD(p - 1), free.gear_shape, free.X_WB, id, body, out);
-    };
-    const std::size_t first = out.size();
-    find_ahead(way, kNoGap, out, pad);
-    const Way standing = standing_finger_way(hand, p, moving(free));
-    if (standing.longest_m() == 0) return;
-    const std::size_t known = out.size();
-    find_ahead(standing, kNoGap, out, pad);
-    drop_unwanted(first, known, out);
+    cup ? cup_on_tray(pair, out) : part_on_tray(pair, out);
+  } else if (cup) {
+    cup_on_gear(pair, out);
   } else {
-    const Way way = seen_from(hand.moving(p), moving(free));
-    find_falling(way, fall_on(way, Eigen::Vector3d::UnitZ()), kNoGap, out,
-                 [&](const Eigen::Isometry3d& D) {
-                   gear_box(free.gear_shape, D * free.X_WB, box.size, box.X_WS, body, id,
-                            SurfacePair::kRobotAny, out);
-                 });
+    p > 0 ? pad_on_gear(pair, out) : palm_on_gear(pair, out);
   }
 }
 
-/// By ODE's primitives: a gear as its three cylinders, a tray as its slab, a tool as its blocks.
+/// The way of a gripper's part in as many steps as are looked ahead; none if it is short.
+Way BodyCollider::way_of_part(const PartOnBody& pair, double least_m) const {
+  const Way way =
+      way_of(pair.hand.moving(pair.part), moving(pair.free), model_.step_s).over(kStepsAhead);
+  return way.longest_m() < least_m ? Way{} : way;
+}
+
+void BodyCollider::part_on_tray(const PartOnBody& pair, std::vector<Contact>& out) const {
+  const GripperPart& box = pair.hand.parts().part(pair.part);
+  find_ahead(way_of_part(pair, kLeastWay), kNoGap, out, [&](const Eigen::Isometry3d& D) {
+    box_box(box.size, D * box.X_WS, pair.free.slab_size, pair.free.X_WS(), pair.part_id, pair.body,
+            SurfacePair::kRobotAny, out);
+  });
+}
+
+void BodyCollider::cup_on_tray(const PartOnBody& pair, std::vector<Contact>& out) const {
+  const GripperParts& parts = pair.hand.parts();
+  const std::size_t first = out.size();
+  find_ahead(way_of_part(pair, kLeastWay), kNoGap, out, [&](const Eigen::Isometry3d& D) {
+    gear_tray(parts.cup_solid(), D * parts.X_WT() * kLipToSolid, *pair.free.tray, pair.free.X_WB,
+              pair.part_id, pair.body, out);
+  });
+  as_pad(first, out);
+}
+
+/// The lip's rim as that of a solid of revolution.
+void BodyCollider::cup_on_gear(const PartOnBody& pair, std::vector<Contact>& out) {
+  const GripperParts& parts = pair.hand.parts();
+  const std::size_t first = out.size();
+  gear_gear(parts.cup_solid(), parts.X_WT() * kLipToSolid, pair.free.gear_shape, pair.free.X_WB,
+            pair.part_id, pair.body, out);
+  as_pad(first, out);
+}
+
+void BodyCollider::pad_on_gear(const PartOnBody& pair, std::vector<Contact>& out) const {
+  const GripperParts& parts = pair.hand.parts();
+  const int finger = pair.part - 1;
+  // A closing finger is looked ahead along its own way.
+  Way way = way_of_part(pair, kPadAhead);
+  if (!pair.hand.idle() && way.longest_m() == 0) way.shift_W = kPadAhead * parts.closing_W(finger);
+  const auto pad = [&](const Eigen::Isometry3d& D) {
+    pad_gear(parts.pad(), D * parts.X_WD(finger), pair.free.gear_shape, pair.free.X_WB,
+             pair.part_id, pair.body, out);
+  };
+  const std::size_t first = out.size();
+  find_ahead(way, kNoGap, out, pad);
+  const Way standing = standing_finger_way(pair.hand, pair.part, moving(pair.free));
+  if (standing.longest_m() == 0) return;
+  const std::size_t known = out.size();
+  find_ahead(standing, kNoGap, out, pad);
+  drop_unwanted(first, known, out);
+}
+
+void BodyCollider::palm_on_gear(const PartOnBody& pair, std::vector<Contact>& out) const {
+  const GripperPart& box = pair.hand.parts().part(pair.part);
+  const FreeBody& gear = pair.free;
+  const Way way = seen_from(pair.hand.moving(pair.part), moving(gear));
+  find_falling(way, fall_on(way, Eigen::Vector3d::UnitZ()), kNoGap, out,
+               [&](const Eigen::Isometry3d& D) {
+                 gear_box(gear.gear_shape, D * gear.X_WB, box.size, box.X_WS, pair.body,
+                          pair.part_id, SurfacePair::kRobotAny, out);
+               });
+}
+
+/// Collides primitives: a gear as its three cylinders, a tray as its slab, a tool as its blocks.
 void BodyCollider::link_on_free(const ArmShape& shape, BodyIndex link, int body,
                                 std::vector<Contact>& out) {
   const auto& free = model_.body(body);
-  const auto collide = [&](const ode::Geom& geom, const Eigen::Isometry3d& X_WS) {
-    set_geom_pose(geom.get(), X_WS);
-    collide_geoms(geom.get(), shape.geom.get(), body, link, SurfacePair::kRobotAny, out);
+  const auto collide = [&](OdeGeom& geom, const Eigen::Isometry3d& X_WS) {
+    geom.set_pose(X_WS);
+    collide_geoms(geom, shape.geom, body, link, SurfacePair::kRobotAny, out);
   };
   const auto collide_box = [&](const Eigen::Vector3d& size, const Eigen::Isometry3d& X_WS) {
-    dGeomBoxSetLengths(box_.get(), size.x(), size.y(), size.z());
+    box_.set_box_size(size);
     collide(box_, X_WS);
   };
   if (free.is_tool()) {
@@ -285,7 +317,7 @@ void BodyCollider::link_on_free(const ArmShape& shape, BodyIndex link, int body,
   const auto cylinder = [&](const scene::Frustum& piece) {
     const double radius = piece.radius_high, length = piece.z_high - piece.z_low;
     if (radius <= 0 || length <= 0) return;
-    dGeomCylinderSetParams(cylinder_.get(), radius, length);
+    cylinder_.set_cylinder_size(radius, length);
     Eigen::Isometry3d X_WS = free.X_WB;
     X_WS.translation() = free.X_WB * Eigen::Vector3d(0, 0, 0.5 * (piece.z_low + piece.z_high));
     collide(cylinder_, X_WS);
@@ -338,7 +370,7 @@ void BodyCollider::free_on_fixed(int body, int shape_index, std::vector<Contact>
 
 void BodyCollider::gripper_on_fixed(int robot, int p, const StaticShape& shape,
                                     std::vector<Contact>& out) const {
-  const auto& box = gripper(robot).part(p);
+  const auto& box = gripper(robot).parts().part(p);
   box_box(box.size, box.X_WS, shape.size, shape.X_WS, model_.ids.palm(robot) + p, kGround,
           SurfacePair::kRobotAny, out);
 }
@@ -346,18 +378,18 @@ void BodyCollider::gripper_on_fixed(int robot, int p, const StaticShape& shape,
 /// A gripper's part as a box against a link's primitive.
 void BodyCollider::gripper_on_link(int robot, int p, int other, const ArmShape& shape,
                                    std::vector<Contact>& out) {
-  const auto& box = gripper(robot).part(p);
-  dGeomBoxSetLengths(box_.get(), box.size.x(), box.size.y(), box.size.z());
-  set_geom_pose(box_.get(), box.X_WS);
-  collide_geoms(box_.get(), shape.geom.get(), model_.ids.palm(robot) + p,
-                model_.ids.link(other, shape.link), SurfacePair::kRobotAny, out);
+  const auto& box = gripper(robot).parts().part(p);
+  box_.set_box_size(box.size);
+  box_.set_pose(box.X_WS);
+  collide_geoms(box_, shape.geom, model_.ids.palm(robot) + p, model_.ids.link(other, shape.link),
+                SurfacePair::kRobotAny, out);
 }
 
 /// Parts of two grippers as boxes.
 void BodyCollider::gripper_on_gripper(int robot, int p, int other, int q,
                                       std::vector<Contact>& out) const {
-  const auto& box = gripper(robot).part(p);
-  const auto& theirs = gripper(other).part(q);
+  const auto& box = gripper(robot).parts().part(p);
+  const auto& theirs = gripper(other).parts().part(q);
   box_box(box.size, box.X_WS, theirs.size, theirs.X_WS, model_.ids.palm(robot) + p,
           model_.ids.palm(other) + q, SurfacePair::kRobotAny, out);
 }

@@ -11,10 +11,10 @@ namespace aprsim::physics {
 
 inline constexpr std::size_t kPairCapacity = 64;  ///< contacts of a pair to reserve for
 
-/// Narrow phase between bodies of the model: picks the exact geometry for a pair, links by ODE's
-/// primitives. Contacts are appended to `out`; depths are those of now, at most four points a
-/// surface. A gap that will close, or is looked ahead, has a negative depth. No call allocates once
-/// `out` has its capacity.
+/// Narrow phase between bodies of the model: picks the exact geometry for a pair; ODE collides
+/// the primitives of links. Contacts are appended to `out`; depths are those of now, at most four
+/// points a surface. A gap that will close, or is looked ahead, has a negative depth. No call
+/// allocates once `out` has its capacity.
 class BodyCollider {
  public:
   // How far a closing pad, and a body pressed on its support, are looked ahead [m], so that they do
@@ -43,13 +43,28 @@ class BodyCollider {
   [[nodiscard]] bool is_pressed(int body) const {
     return pressed_[static_cast<std::size_t>(body)] != 0;
   }
-  /// Of pairs of free bodies, and of these on fixed shapes.
+  /// Contacts of pairs of free bodies, and of these on fixed shapes.
   [[nodiscard]] KeptContacts& kept() { return kept_; }
+  [[nodiscard]] const KeptContacts& kept() const { return kept_; }
 
  private:
   [[nodiscard]] Way seen_from(const Moving& other, const Moving& body) const;
   [[nodiscard]] double fall_on(const Way& way, const Eigen::Vector3d& n_W) const;
   [[nodiscard]] HullGap gap_between(const FreeBody& upper, const FreeBody& lower) const;
+  /// A part of a gripper and a free body.
+  struct PartOnBody {
+    const GripperMechanism& hand;
+    const FreeBody& free;
+    int part;
+    BodyIndex part_id;
+    int body;
+  };
+  [[nodiscard]] Way way_of_part(const PartOnBody& pair, double least_m) const;
+  void part_on_tray(const PartOnBody& pair, std::vector<Contact>& out) const;
+  void cup_on_tray(const PartOnBody& pair, std::vector<Contact>& out) const;
+  static void cup_on_gear(const PartOnBody& pair, std::vector<Contact>& out);
+  void pad_on_gear(const PartOnBody& pair, std::vector<Contact>& out) const;
+  void palm_on_gear(const PartOnBody& pair, std::vector<Contact>& out) const;
   [[nodiscard]] Way standing_finger_way(const GripperMechanism& hand, int p,
                                         const Moving& part) const;
   void press(int body) { pressed_[static_cast<std::size_t>(body)] = 1; }
@@ -62,7 +77,7 @@ class BodyCollider {
   const PhysicsModel& model_;
   KeptContacts kept_;
   std::vector<char> pressed_;  // by body
-  ode::Geom box_, cylinder_;   // of whatever is looked at
+  OdeGeom box_, cylinder_;     // of whatever is looked at
 };
 
 }  // namespace aprsim::physics

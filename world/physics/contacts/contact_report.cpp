@@ -38,9 +38,9 @@ void ContactReport::end_step(ArmPenalty& penalty) { penalty.find(forces_); }
 /// What a cup draws pulls at it as hard as it is pulled.
 void ContactReport::add_suction(std::size_t robot, double share) {
   const GripperMechanism& gripper = model_.grippers[robot];
-  const Suction& suction = gripper.suction();
+  const Suction suction = gripper.suction();
   if (suction.force_n <= 0) return;
-  const Eigen::Isometry3d X_WLip = gripper.X_WLip();
+  const Eigen::Isometry3d X_WLip = gripper.parts().X_WT();
   ArmForce force;
   force.link = model_.arms[robot].links() - 1;
   force.p_W = X_WLip.translation();

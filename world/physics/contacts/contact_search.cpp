@@ -23,8 +23,8 @@ ContactSearch::ContactSearch(PhysicsModel& model)
     for (const auto& shape : model.arms[r].shapes()) {
       if (flange - shape.link < kSelfCollisionDistance) continue;
       bool overlaps = false;
-      for (int p = 0; p < GripperMechanism::kParts; ++p) {
-        overlaps = overlaps || model.grippers[r].part(p).bounds.meets(shape.bounds);
+      for (int p = 0; p < GripperParts::kColliding; ++p) {
+        overlaps = overlaps || model.grippers[r].parts().part(p).bounds.meets(shape.bounds);
       }
       own_link_[r][static_cast<std::size_t>(shape.link)] = overlaps ? 0 : 1;
     }
@@ -121,12 +121,12 @@ void ContactSearch::add_found(int fixed_shape) {
 
 void ContactSearch::find_for_robot(int robot) {
   const auto& arm = model_.arms[static_cast<std::size_t>(robot)];
-  const Aabb reach = gripper(robot).bounds().grown(WakeSearch::kNear);
+  const Aabb reach = gripper(robot).parts().bounds().grown(WakeSearch::kNear);
   for (const int body : model_.simplification.awake()) {
     const Aabb& bounds = model_.body(body).bounds;
     if (reach.meets(bounds)) {
-      for (int p = 0; p < GripperMechanism::kParts; ++p) {
-        const Aabb& part = gripper(robot).part(p).bounds;
+      for (int p = 0; p < GripperParts::kColliding; ++p) {
+        const Aabb& part = gripper(robot).parts().part(p).bounds;
         if (!part.grown(WakeSearch::kNear).meets(bounds)) continue;
         // Near a gripper nothing stays merged, touched or not.
         model_.simplification.disturb(body);
@@ -138,7 +138,7 @@ void ContactSearch::find_for_robot(int robot) {
       if (shape.bounds.meets(bounds)) link_on_free(robot, shape, body);
     }
   }
-  for (int p = 0; p < GripperMechanism::kParts; ++p) {
+  for (int p = 0; p < GripperParts::kColliding; ++p) {
     gripper_on_fixed(robot, p);
     gripper_on_robots(robot, p);
   }
@@ -162,7 +162,7 @@ void ContactSearch::link_on_free(int robot, const ArmShape& shape, int body) {
 void ContactSearch::gripper_on_fixed(int robot, int p) {
   for (std::size_t i = 0; i < model_.fixed.shapes.size(); ++i) {
     const auto& shape = model_.fixed.shapes[i];
-    if (!gripper(robot).part(p).bounds.meets(shape.bounds)) continue;
+    if (!gripper(robot).parts().part(p).bounds.meets(shape.bounds)) continue;
     collider_.gripper_on_fixed(robot, p, shape, found_);
     if (found_.empty()) continue;
     add_found(static_cast<int>(i));
@@ -177,7 +177,7 @@ bool ContactSearch::may_touch_link(int robot, int other, int link) const {
 
 /// Links of all arms, and the grippers of the robots after this one.
 void ContactSearch::gripper_on_robots(int robot, int p) {
-  const Aabb& bounds = gripper(robot).part(p).bounds;
+  const Aabb& bounds = gripper(robot).parts().part(p).bounds;
   for (int other = 0; other < static_cast<int>(model_.arms.size()); ++other) {
     const auto& arm = model_.arms[static_cast<std::size_t>(other)];
     if (!arm.shapes().empty() && arm.bounds().meets(bounds)) {
@@ -186,8 +186,8 @@ void ContactSearch::gripper_on_robots(int robot, int p) {
         collider_.gripper_on_link(robot, p, other, shape, found_);
       }
     }
-    for (int q = 0; other > robot && q < GripperMechanism::kParts; ++q) {
-      if (!gripper(other).part(q).bounds.meets(bounds)) continue;
+    for (int q = 0; other > robot && q < GripperParts::kColliding; ++q) {
+      if (!gripper(other).parts().part(q).bounds.meets(bounds)) continue;
       collider_.gripper_on_gripper(robot, p, other, q, found_);
       if (!found_.empty()) gripper(other).wake();
     }

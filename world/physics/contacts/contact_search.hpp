@@ -24,6 +24,7 @@ class ContactSearch {
   void release(std::span<const int> members);
   /// From one step to the next.
   [[nodiscard]] KeptContacts& kept() { return collider_.kept(); }
+  [[nodiscard]] const KeptContacts& kept() const { return collider_.kept(); }
 
  private:
   void search();

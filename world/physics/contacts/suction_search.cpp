@@ -65,7 +65,8 @@ class Lip {
 };
 
 void find_for(PhysicsModel& model, GripperMechanism& gripper) {
-  Lip lip(*gripper.cup(), gripper.X_WLip());
+  const scene::VacuumCup& cup = gripper.cup()->settings();
+  Lip lip(cup, gripper.parts().X_WT());
   int body = -1;
   double share = 0;
   for (const int i : model.simplification.awake()) {
@@ -84,15 +85,15 @@ void find_for(PhysicsModel& model, GripperMechanism& gripper) {
     share = covered;
     body = -1;
   }
-  gripper.draw(seal_of(*gripper.cup(), lip.gaps()), body, share);
+  gripper.advance_suction(seal_of(cup, lip.gaps()), body, share);
 }
 
 }  // namespace
 
 void find_suction(PhysicsModel& model) {
   for (GripperMechanism& gripper : model.grippers) {
-    if (!gripper.draws()) {
-      gripper.draw_nothing();
+    if (!gripper.has_suction()) {
+      gripper.vent_cup();
       continue;
     }
     gripper.wake();
@@ -102,16 +103,13 @@ void find_suction(PhysicsModel& model) {
 
 void apply_suction(PhysicsModel& model) {
   for (GripperMechanism& gripper : model.grippers) {
-    const Suction& suction = gripper.suction();
+    const Suction suction = gripper.suction();
     if (suction.force_n <= 0) continue;
-    const Eigen::Isometry3d X_WLip = gripper.X_WLip();
+    const Eigen::Isometry3d X_WLip = gripper.parts().X_WT();
     const Eigen::Vector3d p = X_WLip.translation();
     const Eigen::Vector3d f = suction.force_n * X_WLip.linear().col(2);
-    const auto pull = [&p](dBodyID body, const Eigen::Vector3d& force) {
-      dBodyAddForceAtPos(body, force.x(), force.y(), force.z(), p.x(), p.y(), p.z());
-    };
-    pull(gripper.body_of(0), f);
-    if (suction.body >= 0) pull(model.ode_body(suction.body), -f);
+    gripper.body_of(0).add_force_at(f, p);
+    if (suction.body >= 0) model.rigid_body(suction.body)->add_force_at(-f, p);
   }
 }
 

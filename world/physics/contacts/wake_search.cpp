@@ -23,7 +23,7 @@ void WakeSearch::wake_at_robot(int robot) {
   const auto index = static_cast<std::size_t>(robot);
   const auto& sleeping = model_.simplification.sleeping();
   const auto& arm = model_.arms[index];
-  const Aabb reach = model_.grippers[index].bounds().grown(kNear);
+  const Aabb reach = model_.grippers[index].parts().bounds().grown(kNear);
   work_.clear();  // groups
   for (const int group : sleeping.groups()) {
     const Aabb box = sleeping.box(group);
@@ -40,8 +40,8 @@ bool WakeSearch::robot_at_group(int robot, int group) {
   bool hit = false;
   for (int body = sleeping.first(group); body >= 0 && !hit; body = sleeping.next(body)) {
     const Aabb& bounds = model_.body(body).bounds;
-    for (int p = 0; p < GripperMechanism::kParts; ++p) {
-      hit = hit || gripper.part(p).bounds.grown(kNear).meets(bounds);
+    for (int p = 0; p < GripperParts::kColliding; ++p) {
+      hit = hit || gripper.parts().part(p).bounds.grown(kNear).meets(bounds);
     }
     for (const auto& shape : model_.arms[static_cast<std::size_t>(robot)].shapes()) {
       if (hit || !shape.bounds.meets(bounds)) continue;

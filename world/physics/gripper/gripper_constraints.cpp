@@ -6,14 +6,9 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kRowErp = 0.2, kRowCfm = 1e-9;
-
-/// Position and orientation of an ODE body.
-struct Place {
-  explicit Place(dBodyID body)
-      : p(ode::vector(dBodyGetPosition(body))), R(ode::matrix(dBodyGetRotation(body))) {}
-  Vector3d p;
-  Eigen::Matrix3d R;
-};
+// Soft enough that piston, stop and linkage, which hold the same finger, stay well conditioned:
+// 60 N move it by less than 0.1 mm/s against the piston, and not at all against the stop.
+constexpr double kPistonCfm = 1e-6, kStopCfm = 1e-7;
 
 /// The small rotation in world that takes axes `from` to axes `to`.
 Vector3d turn_between(const Eigen::Matrix3d& from, const Eigen::Matrix3d& to) {
@@ -24,24 +19,19 @@ Vector3d turn_between(const Eigen::Matrix3d& from, const Eigen::Matrix3d& to) {
 /// A force between finger and palm. It acts halfway between their centres, so that it leaves no net
 /// torque.
 struct FingerForce {
-  dBodyID finger_body, palm_body;
-  Vector3d lever;
-  [[nodiscard]] RowSide on_finger(const Vector3d& d) const {
-    return {finger_body, d, lever.cross(d)};
-  }
-  [[nodiscard]] RowSide on_palm(const Vector3d& d) const { return {palm_body, -d, lever.cross(d)}; }
+  RigidBody& finger;
+  RigidBody& palm;
+  Vector3d lever = 0.5 * (palm.p_W() - finger.p_W());
+  [[nodiscard]] RowSide on_finger(const Vector3d& d) const { return {&finger, d, lever.cross(d)}; }
+  [[nodiscard]] RowSide on_palm(const Vector3d& d) const { return {&palm, -d, lever.cross(d)}; }
 };
-
-FingerForce between(dBodyID finger_body, dBodyID palm_body) {
-  return {finger_body, palm_body, 0.5 * (Place(palm_body).p - Place(finger_body).p)};
-}
 
 }  // namespace
 
 void GripperConstraints::add_to(ConstraintSystem& system, const std::array<FingerMotion, 2>& motion,
                                 const std::array<FingerDrive, 2>& drives,
                                 GripperForces& forces) const {
-  for (dBodyID body : joints_.moved()) system.add_body(body);
+  for (RigidBody& body : bodies_) system.add_body(body);
   add_mount(system, forces);
   for (std::size_t i = 0; joints_.fingers && i < 2; ++i) {
     add_slider(system, i, forces);
@@ -55,17 +45,15 @@ void GripperConstraints::add_to(ConstraintSystem& system, const std::array<Finge
 
 /// The palm fixed to the carriage: compliant in translation, stiff in rotation.
 void GripperConstraints::add_mount(ConstraintSystem& system, GripperForces& forces) const {
-  dBodyID palm_body = joints_.bodies[0], carriage_body = joints_.carriage;
-  const Place palm(palm_body), carriage(carriage_body);
-  const Vector3d off = carriage.p - palm.p, turn = turn_between(palm.R, carriage.R);
+  const Vector3d off = carriage_.p_W() - palm().p_W();
+  const Vector3d turn = turn_between(palm().R_WB(), carriage_.R_WB());
   for (int i = 0; i < 3; ++i) {
-    const Vector3d axis = palm.R.col(i);
+    const Vector3d axis = palm().R_WB().col(i);
     const auto k = static_cast<std::size_t>(i);
-    system.add_joint_row(
-        {palm_body, axis, Vector3d::Zero()}, {carriage_body, -axis, Vector3d::Zero()},
-        joints_.mount_erp / step_s_ * axis.dot(off), joints_.mount_cfm, forces.mount[k]);
-    system.add_joint_row({palm_body, Vector3d::Zero(), axis},
-                         {carriage_body, Vector3d::Zero(), -axis},
+    system.add_joint_row({&palm(), axis, Vector3d::Zero()}, {&carriage_, -axis, Vector3d::Zero()},
+                         joints_.mount_erp / step_s_ * axis.dot(off), joints_.mount_cfm,
+                         forces.mount[k]);
+    system.add_joint_row({&palm(), Vector3d::Zero(), axis}, {&carriage_, Vector3d::Zero(), -axis},
                          kRowErp / step_s_ * axis.dot(turn), kRowCfm, forces.mount[k + 3]);
   }
 }
@@ -74,19 +62,18 @@ void GripperConstraints::add_mount(ConstraintSystem& system, GripperForces& forc
 void GripperConstraints::add_slider(ConstraintSystem& system, std::size_t i,
                                     GripperForces& forces) const {
   const double k = kRowErp / step_s_;
-  dBodyID finger_body = joints_.bodies[i + 1], palm_body = joints_.bodies[0];
-  const Place finger(finger_body), palm(palm_body);
-  const Vector3d turn = turn_between(finger.R, palm.R);
+  RigidBody& sliding = finger(i);
+  const Vector3d turn = turn_between(sliding.R_WB(), palm().R_WB());
   for (int column = 0; column < 3; ++column) {
-    const Vector3d axis = palm.R.col(column);
-    system.add_joint_row({finger_body, Vector3d::Zero(), axis},
-                         {palm_body, Vector3d::Zero(), -axis}, k * axis.dot(turn), kRowCfm,
+    const Vector3d axis = palm().R_WB().col(column);
+    system.add_joint_row({&sliding, Vector3d::Zero(), axis}, {&palm(), Vector3d::Zero(), -axis},
+                         k * axis.dot(turn), kRowCfm,
                          forces.rail[i][static_cast<std::size_t>(column)]);
   }
-  const FingerForce force = between(finger_body, palm_body);
-  const Vector3d off = palm.p + palm.R * joints_.rail[i] - finger.p;
+  const FingerForce force{sliding, palm()};
+  const Vector3d off = palm().p_W() + palm().R_WB() * joints_.rail[i] - sliding.p_W();
   for (const int column : {0, 2}) {
-    const Vector3d d = finger.R.col(column);
+    const Vector3d d = sliding.R_WB().col(column);
     system.add_joint_row(force.on_finger(d), force.on_palm(d), k * d.dot(off), kRowCfm,
                          forces.rail[i][column == 0 ? 3 : 4]);
   }
@@ -98,9 +85,8 @@ void GripperConstraints::add_drive(ConstraintSystem& system, std::size_t i,
                                    GripperForces& forces) const {
   constexpr double kUnbounded = ContactProblem::kNoBound;
   const double k = kRowErp / step_s_;
-  dBodyID finger_body = joints_.bodies[i + 1];
-  const FingerForce force = between(finger_body, joints_.bodies[0]);
-  const Vector3d closing = (i == 0 ? -1.0 : 1.0) * Place(finger_body).R.col(1);
+  const FingerForce force{finger(i), palm()};
+  const Vector3d closing = (i == 0 ? -1.0 : 1.0) * finger(i).R_WB().col(1);
   if (drive.piston_n > 0) {
     system.add_row(force.on_finger(closing), force.on_palm(closing), drive.speed_m_s, kPistonCfm,
                    -drive.piston_n, drive.piston_n, forces.piston[i]);
@@ -119,28 +105,24 @@ void GripperConstraints::add_drive(ConstraintSystem& system, std::size_t i,
 /// finger.
 void GripperConstraints::add_linkage(ConstraintSystem& system, GripperForces& forces) const {
   const double k = kRowErp / step_s_;
-  dBodyID lever_body = joints_.bodies[3], palm_body = joints_.bodies[0];
-  const Place lever(lever_body), palm(palm_body);
-  const Vector3d arm = palm.R * joints_.pivot, off = palm.p + arm - lever.p;
+  const Vector3d arm = palm().R_WB() * joints_.pivot, off = palm().p_W() + arm - lever().p_W();
   for (int i = 0; i < 3; ++i) {
-    const Vector3d axis = palm.R.col(i);
-    system.add_joint_row({lever_body, axis, Vector3d::Zero()}, {palm_body, -axis, -arm.cross(axis)},
+    const Vector3d axis = palm().R_WB().col(i);
+    system.add_joint_row({&lever(), axis, Vector3d::Zero()}, {&palm(), -axis, -arm.cross(axis)},
                          k * axis.dot(off), kRowCfm, forces.linkage[static_cast<std::size_t>(i)]);
   }
-  const Vector3d tilt = lever.R.col(2).cross(palm.R.col(2));
+  const Vector3d tilt = lever().R_WB().col(2).cross(palm().R_WB().col(2));
   for (const int column : {0, 1}) {
-    const Vector3d d = palm.R.col(column);
-    system.add_joint_row({lever_body, Vector3d::Zero(), d}, {palm_body, Vector3d::Zero(), -d},
+    const Vector3d d = palm().R_WB().col(column);
+    system.add_joint_row({&lever(), Vector3d::Zero(), d}, {&palm(), Vector3d::Zero(), -d},
                          k * d.dot(tilt), kRowCfm, forces.linkage[column == 0 ? 3 : 4]);
   }
   for (std::size_t i = 0; i < 2; ++i) {
-    dBodyID finger_body = joints_.bodies[i + 1];
-    const Place finger(finger_body);
-    const Vector3d on_finger = finger.R * joints_.rod_on_finger[i];
-    const Vector3d on_lever = lever.R * joints_.rod_on_lever[i];
-    const Vector3d rod = finger.p + on_finger - lever.p - on_lever;
+    const Vector3d on_finger = finger(i).R_WB() * joints_.rod_on_finger[i];
+    const Vector3d on_lever = lever().R_WB() * joints_.rod_on_lever[i];
+    const Vector3d rod = finger(i).p_W() + on_finger - lever().p_W() - on_lever;
     const Vector3d d = rod.normalized();
-    system.add_joint_row({finger_body, d, on_finger.cross(d)}, {lever_body, -d, -on_lever.cross(d)},
+    system.add_joint_row({&finger(i), d, on_finger.cross(d)}, {&lever(), -d, -on_lever.cross(d)},
                          k * (kRodLength - rod.norm()), kRowCfm, forces.linkage[5 + i]);
   }
 }

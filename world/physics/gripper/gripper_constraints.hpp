@@ -5,16 +5,15 @@
 
 #include <Eigen/Geometry>
 
-#include "world/physics/bodies/ode_handles.hpp"
+#include "world/physics/bodies/rigid_body.hpp"
 #include "world/physics/constraint/constraint_system.hpp"
 #include "world/physics/gripper/finger_drive.hpp"
 
 namespace aprsim::physics {
 
-/// Where a gripper's joints are on its bodies, and how stiff its mount is.
+/// Places of a gripper's joints on its bodies, and the stiffness of its mount. Bodies in this
+/// order: palm, two fingers, lever (linkage only).
 struct GripperJoints {
-  std::array<dBodyID, 4> bodies{};  ///< palm, two fingers, lever (linkage only)
-  dBodyID carriage = nullptr;
   bool fingers = true;  ///< else the palm is all there is
   bool linkage = false;
   double closed_travel_m = 0;           ///< of the closed end stop
@@ -25,9 +24,7 @@ struct GripperJoints {
   /// The rods' ends in the fingers' and the lever's frames.
   std::array<Eigen::Vector3d, 2> rod_on_finger, rod_on_lever;
 
-  [[nodiscard]] std::span<const dBodyID> moved() const {
-    return {bodies.data(), !fingers ? 1u : linkage ? 4u : 3u};
-  }
+  [[nodiscard]] std::size_t body_count() const { return !fingers ? 1 : linkage ? 4 : 3; }
 };
 
 /// Forces of a gripper's joints in the last step, where the search of the next one begins.
@@ -48,13 +45,11 @@ struct GripperForces {
 /// The gripper's joints as rows of a ConstraintSystem.
 class GripperConstraints {
  public:
-  // Soft enough that piston, stop and linkage, which hold the same finger, stay well conditioned:
-  // 60 N move it by less than 0.1 mm/s against the piston, and not at all against the stop.
-  static constexpr double kPistonCfm = 1e-6, kStopCfm = 1e-7;
   static constexpr double kRodLength = 0.05;  // [m]
 
-  GripperConstraints(const GripperJoints& joints, double step_s)
-      : joints_(joints), step_s_(step_s) {}
+  GripperConstraints(const GripperJoints& joints, std::span<RigidBody> bodies, RigidBody& carriage,
+                     double step_s)
+      : joints_(joints), bodies_(bodies), carriage_(carriage), step_s_(step_s) {}
 
   /// Adds bodies, joints, pistons and end stops at the bodies' present poses.
   void add_to(ConstraintSystem& system, const std::array<FingerMotion, 2>& motion,
@@ -67,7 +62,13 @@ class GripperConstraints {
                  const FingerDrive& drive, GripperForces& forces) const;
   void add_linkage(ConstraintSystem& system, GripperForces& forces) const;
 
+  [[nodiscard]] RigidBody& palm() const { return bodies_[0]; }
+  [[nodiscard]] RigidBody& finger(std::size_t i) const { return bodies_[i + 1]; }
+  [[nodiscard]] RigidBody& lever() const { return bodies_[3]; }
+
   const GripperJoints& joints_;
+  std::span<RigidBody> bodies_;
+  RigidBody& carriage_;
   double step_s_;
 };
 

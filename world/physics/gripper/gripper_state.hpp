@@ -6,7 +6,7 @@
 
 namespace aprsim::physics {
 
-/// What can be seen of a gripper after a step.
+/// Readings of a gripper after a step.
 struct GripperState {
   double separation_m = 0;
   std::array<double, 2> travel_m{};

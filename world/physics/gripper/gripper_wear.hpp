@@ -4,7 +4,7 @@
 
 namespace aprsim::physics {
 
-/// What is wrong with a gripper's mechanism, as shares of what it is when nothing is.
+/// Wear of a gripper, as shares of the values when new.
 struct GripperWear {
   double pad_friction = 1;
   std::array<double, 2> finger_speed{1, 1};

@@ -10,14 +10,6 @@ namespace {
 
 constexpr double kFall = 2;  // [m] below the lowest thing until a body is lost
 
-ode::World make_world(const scene::Scene& scene) {
-  ode::prepare_thread();
-  ode::World world(dWorldCreate());
-  dWorldSetGravity(world.get(), 0, 0, -scene.physics.gravity_m_s2);
-  dWorldSetAutoDisableFlag(world.get(), 0);
-  return world;
-}
-
 /// Below all that stands, lies or reaches there.
 double lost_below(const PhysicsModel& model) {
   double lowest = std::numeric_limits<double>::infinity();
@@ -36,20 +28,19 @@ PhysicsModel::PhysicsModel(const scene::Scene& the_scene,
                            std::span<const std::vector<Eigen::Isometry3d>> X_WL)
     : scene(the_scene),
       step_s(the_scene.physics.step_s),
-      world(make_world(the_scene)),
       tools(scene::tools_of(the_scene)),
       ids(static_cast<int>(the_scene.trays.size() + the_scene.gears.size()),
           static_cast<int>(tools.size())),
-      bodies(make_free_bodies(the_scene, tools, world.get())),
+      bodies(make_free_bodies(the_scene, tools)),
       fixed(make_fixed_shapes(the_scene)),
       simplification(the_scene.physics, bodies, fixed) {
   for (std::size_t r = 0; r < the_scene.robots.size(); ++r) {
-    grippers.emplace_back(the_scene.robots[r].gripper, world.get(), X_WL[r].back(), step_s);
-    arms.emplace_back(arm_models[r], world.get(), X_WL[r]);
+    grippers.emplace_back(the_scene.robots[r].gripper, the_scene.physics, X_WL[r].back());
+    arms.emplace_back(arm_models[r], X_WL[r]);
   }
   for (const scene::Tool& tool : tools) {
-    parked.emplace_back(tool.gripper, world.get(), tool.X_WQ.isometry() * tool.X_QT.isometry(),
-                        step_s);
+    parked.emplace_back(tool.gripper, the_scene.physics,
+                        tool.X_WQ.isometry() * tool.X_QT.isometry());
   }
   tool_of_robot.assign(the_scene.robots.size(), -1);
   const std::vector<int> start = scene::tools_at_start(the_scene);
@@ -86,12 +77,18 @@ const GripperMechanism& PhysicsModel::mechanism(int tool) const {
   return parked[static_cast<std::size_t>(tool)];
 }
 
-dBodyID PhysicsModel::ode_body(BodyIndex id) const {
+void PhysicsModel::open_tools() {
+  for (int t = 0; t < static_cast<int>(tools.size()); ++t) {
+    body(ids.tool(t)).tool->set_opening(mechanism(t).state().separation_m);
+  }
+}
+
+RigidBody* PhysicsModel::rigid_body(BodyIndex id) {
   if (id < 0) return nullptr;
-  if (ids.is_free(id)) return body(simplification.root(id)).body.get();
+  if (ids.is_free(id)) return &body(simplification.root(id)).body;
   const auto robot = static_cast<std::size_t>(ids.robot_of(id));
-  if (ids.is_link(id)) return arms[robot].body(ids.link_of(id));
-  return grippers[robot].body_of(ids.part_of(id));
+  if (ids.is_link(id)) return &arms[robot].body(ids.link_of(id));
+  return &grippers[robot].body_of(ids.part_of(id));
 }
 
 }  // namespace aprsim::physics

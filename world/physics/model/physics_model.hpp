@@ -5,7 +5,6 @@
 #include "world/physics/bodies/arm_links.hpp"
 #include "world/physics/bodies/contact_constraint.hpp"
 #include "world/physics/bodies/free_body.hpp"
-#include "world/physics/bodies/ode_handles.hpp"
 #include "world/physics/bodies/static_shapes.hpp"
 #include "world/physics/gripper/gripper_mechanism.hpp"
 #include "world/physics/simplification/simplification.hpp"
@@ -13,20 +12,19 @@
 namespace aprsim::physics {
 
 /// Everything that PhysicsWorld's parts share: bodies, mechanisms, who is simplified how, and the
-/// contacts of the step. Members that own ODE bodies and joints come after the world they live in.
+/// contacts of the step.
 struct PhysicsModel {
   PhysicsModel(const scene::Scene& the_scene, std::span<const robot::ArmModel> arm_models,
                std::span<const std::vector<Eigen::Isometry3d>> X_WL);
 
   const scene::Scene& scene;
   double step_s;  ///< length of the coming steps
-  ode::World world;
   std::vector<scene::Tool> tools;
   BodyIds ids;
   std::vector<FreeBody> bodies;
   StaticShapes fixed;
   std::vector<GripperMechanism> grippers;  ///< of each robot's tool, or of its empty flange
-  /// By tool: its mechanism while no robot has it, else that of the robot's empty flange.
+  /// Each tool's mechanism while no robot has it, else that of the robot's empty flange.
   std::vector<GripperMechanism> parked;
   std::vector<int> tool_of_robot;  ///< -1 = none
   std::vector<ArmLinks> arms;
@@ -42,10 +40,13 @@ struct PhysicsModel {
   [[nodiscard]] bool is_held(int body) const;
   /// Way of any of a body's points in a step, at most.
   [[nodiscard]] double way_m(int number) const;
-  /// Of a tool, wherever it is.
+  /// The mechanism of a tool, on a flange or not.
   [[nodiscard]] const GripperMechanism& mechanism(int tool) const;
-  /// The ODE body that moves a body; null for kGround.
-  [[nodiscard]] dBodyID ode_body(BodyIndex id) const;
+  /// Opens the fingers of all tools as shapes as far as those of their mechanisms.
+  void open_tools();
+  /// The rigid body that moves a body; null for kGround.
+  [[nodiscard]] RigidBody* rigid_body(BodyIndex id);
+  [[nodiscard]] Eigen::Vector3d gravity_W() const { return {0, 0, -scene.physics.gravity_m_s2}; }
 };
 
 }  // namespace aprsim::physics

@@ -32,7 +32,7 @@ void leave_tool(PhysicsModel& model, int robot) {
   GripperMechanism& gripper = model.grippers[r];
   const int index = model.ids.tool(tool);
   FreeBody& body = model.body(index);
-  // Where it really is, with the mount's deflection.
+  // The real pose includes the mount's deflection.
   const Eigen::Isometry3d X_WT = gripper.state().X_WT.isometry();
   const Eigen::Vector3d v = gripper.mount_velocity(X_WT * body.mass.com);
   const Eigen::Vector3d omega = gripper.mount_omega();

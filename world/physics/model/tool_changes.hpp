@@ -2,7 +2,7 @@
 
 #include "world/physics/model/physics_model.hpp"
 
-/// What a tool changer does to the bodies, between two steps: a tool is either a free body or the
+/// Effect of a tool changer on the bodies, between two steps: a tool is either a free body or the
 /// mechanism on a robot's flange.
 namespace aprsim::physics {
 

@@ -36,7 +36,6 @@ void Composites::attach(int child, int parent, const ContactWrenchCone& cone) {
   for (const int m : moved_) insert(to, m);
   ++children_;
   weigh(to);
-  dBodyDisable(body(child).body.get());
 }
 
 void Composites::detach(int child) {
@@ -59,13 +58,13 @@ void Composites::detach(int child) {
   for (const int m : moved_) insert(child, m);
   --children_;
   weigh(from);
-  const FreeBody& free = body(child);
-  ode::set_rotation(free.body.get(), free.X_WB.linear());
+  FreeBody& free = body(child);
+  free.body.set_orientation(Eigen::Matrix3d(free.X_WB.linear()));
   weigh(child);
 }
 
-/// Composite inertia of each member: itself and all that rests on it. The root's ODE body moves the
-/// whole.
+/// Composite inertia of each member: itself and all that rests on it. The root's rigid body moves
+/// the whole.
 void Composites::weigh(int root) {
   for (int m = root; m >= 0; m = next(m)) {
     MassProperties total = body(m).mass;

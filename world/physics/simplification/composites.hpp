@@ -8,9 +8,9 @@
 
 namespace aprsim::physics {
 
-/// How a rigid body's motion changes in a step: its ODE body's acceleration over the step.
+/// How a composite's motion changes in a step: its rigid body's acceleration over the step.
 struct RigidMotion {
-  Eigen::Vector3d origin_W = Eigen::Vector3d::Zero();  ///< of the ODE body
+  Eigen::Vector3d origin_W = Eigen::Vector3d::Zero();  ///< of the rigid body
   Eigen::Vector3d accel_W = Eigen::Vector3d::Zero();   ///< there [m/s2]
   Eigen::Vector3d alpha_W = Eigen::Vector3d::Zero();   ///< [rad/s2]
   Eigen::Vector3d omega_W = Eigen::Vector3d::Zero();   ///< [rad/s]
@@ -18,7 +18,7 @@ struct RigidMotion {
 
 /// Which free bodies are merged into composite rigid bodies, as trees: every member but the root
 /// rests on one other member, its parent, and touches nothing else but what rests on it. The root's
-/// ODE body moves all; the others' are idle. A body on its own is its own root.
+/// rigid body moves all; the others' are idle. A body on its own is its own root.
 class Composites {
  public:
   Composites(std::span<FreeBody> bodies, const Eigen::Vector3d& gravity_W);
@@ -47,8 +47,8 @@ class Composites {
     return at(child).cone.contains(required(child, motion));
   }
 
-  /// Copies the state of the same bodies' composites and gives ODE the masses; poses are the
-  /// caller's business.
+  /// Copies the state of the same bodies' composites and gives rigid bodies their masses; poses are
+  /// the caller's business.
   void restore(const Composites& from);
 
   /// See world/archive/archive.hpp.

@@ -173,13 +173,12 @@ void Simplification::begin_step(double belt_speed_m_s) {
 void Simplification::find_overstressed(std::vector<int>& overstressed) {
   for (const int i : awake_roots_) {
     if (composites_.next(i) < 0) continue;
-    // The composite's acceleration over the step: before it by our record, after it by ODE.
+    // The composite's acceleration over the step: from the step's start to what was solved.
     const FreeBody& lead = body(i);
     RigidMotion motion;
     motion.origin_W = lead.origin_W();
-    const Eigen::Vector3d v = ode::vector(dBodyGetLinearVel(lead.body.get()));
-    motion.omega_W = ode::vector(dBodyGetAngularVel(lead.body.get()));
-    motion.accel_W = (v - lead.velocity_at(motion.origin_W)) / step_s_;
+    motion.omega_W = lead.body.omega_W();
+    motion.accel_W = (lead.body.v_W() - lead.velocity_at(motion.origin_W)) / step_s_;
     motion.alpha_W = (motion.omega_W - lead.omega_W) / step_s_;
     for (int m = composites_.next(i); m >= 0; m = composites_.next(m)) {
       const Wrench wrench = composites_.required(m, motion);

@@ -32,7 +32,7 @@ class Simplification {
 
   // ---- who is simplified how
   [[nodiscard]] bool dormant(int body) const { return sleeping_.dormant(body); }
-  /// The body whose ODE body moves this one: itself unless merged.
+  /// The body whose rigid body moves this one: itself unless merged.
   [[nodiscard]] int root(int body) const { return composites_.root(body); }
   /// Bodies that are not dormant, ascending.
   [[nodiscard]] std::span<const int> awake() const { return awake_; }

@@ -225,9 +225,9 @@ void SleepingGroups::wake(int g) {
     const int after = next(b);
     group_[static_cast<std::size_t>(b)] = next_[static_cast<std::size_t>(b)] = -1;
     if (composites_->root(b) == b) {
-      const FreeBody& free = body(b);
-      ode::set_position(free.body.get(), free.origin_W());
-      ode::set_velocity(free.body.get(), free.v_com_W, free.omega_W);
+      FreeBody& free = body(b);
+      free.body.set_position(free.origin_W());
+      free.body.set_velocity(free.v_com_W, free.omega_W);
     }
     b = after;
   }

@@ -14,6 +14,13 @@ bool before(const VirtualJoints::Pair& pair, const std::tuple<int, int>& key) {
   return std::tuple(pair.a, pair.b) < key;
 }
 
+Eigen::Isometry3d pose_of(const RigidBody& body) {
+  Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+  X_WB.linear() = body.R_WB();
+  X_WB.translation() = body.p_W();
+  return X_WB;
+}
+
 }  // namespace
 
 VirtualJoints::VirtualJoints(const scene::Physics& physics, std::span<FreeBody> bodies)
@@ -91,8 +98,8 @@ void VirtualJoints::join(int a, int b, const Eigen::Vector3d& force_on_b) {
   for (std::size_t i = 0; i < 3; ++i) {
     pair.forces[i].guess_n.last = -force_on_b[static_cast<Eigen::Index>(i)];
   }
-  ode::save(ode_body(a), pair.at_a);
-  ode::save(ode_body(b), pair.at_b);
+  pair.X_WA = pose_of(rigid_body(a));
+  pair.X_WB = pose_of(rigid_body(b));
   pairs_.insert(std::lower_bound(pairs_.begin(), pairs_.end(), std::tuple(a, b), before), pair);
 }
 
@@ -101,12 +108,11 @@ void VirtualJoints::add_to(ConstraintSystem& system, std::size_t number) {
   Pair& pair = pairs_[number];
   using Eigen::Vector3d;
   const double k = kJointErp / step_s_;
-  dBodyID a = ode_body(pair.a), b = ode_body(pair.b);
-  const Eigen::Matrix3d R_a = ode::matrix(dBodyGetRotation(a)),
-                        R_b = ode::matrix(dBodyGetRotation(b));
-  const Eigen::Matrix3d R_a0 = ode::matrix(pair.at_a.R), R_b0 = ode::matrix(pair.at_b.R);
-  const Vector3d apart = ode::vector(dBodyGetPosition(b)) - ode::vector(dBodyGetPosition(a));
-  const Vector3d joined = ode::vector(pair.at_b.p) - ode::vector(pair.at_a.p);
+  RigidBody &a = rigid_body(pair.a), &b = rigid_body(pair.b);
+  const Eigen::Matrix3d &R_a = a.R_WB(), &R_b = b.R_WB();
+  const Eigen::Matrix3d R_a0 = pair.X_WA.linear(), R_b0 = pair.X_WB.linear();
+  const Vector3d apart = b.p_W() - a.p_W();
+  const Vector3d joined = pair.X_WB.translation() - pair.X_WA.translation();
   // Errors against the relative pose when joined: of position, and the small rotation between them.
   const Vector3d off = apart - R_a * (R_a0.transpose() * joined);
   const Eigen::Matrix3d R_a_wanted = R_b * R_b0.transpose() * R_a0;
@@ -114,12 +120,12 @@ void VirtualJoints::add_to(ConstraintSystem& system, std::size_t number) {
   for (int i = 0; i < 3; ++i) turn += 0.5 * R_a.col(i).cross(R_a_wanted.col(i));
   for (int i = 0; i < 3; ++i) {
     const Vector3d axis = Vector3d::Unit(i);
-    system.add_joint_row({a, axis, apart.cross(axis)}, {b, -axis, Vector3d::Zero()}, k * off[i],
+    system.add_joint_row({&a, axis, apart.cross(axis)}, {&b, -axis, Vector3d::Zero()}, k * off[i],
                          kJointCfm, pair.forces[static_cast<std::size_t>(i)]);
   }
   for (int i = 0; i < 3; ++i) {
     const Vector3d axis = Vector3d::Unit(i);
-    system.add_joint_row({a, Vector3d::Zero(), axis}, {b, Vector3d::Zero(), -axis}, k * turn[i],
+    system.add_joint_row({&a, Vector3d::Zero(), axis}, {&b, Vector3d::Zero(), -axis}, k * turn[i],
                          kJointCfm, pair.forces[static_cast<std::size_t>(i) + 3]);
   }
 }

@@ -23,7 +23,8 @@ class VirtualJoints {
     int a = -1, b = -1;                                       ///< a < b
     std::uint64_t serial = 0;                                 ///< in order of joining
     Eigen::Vector3d contact_force = Eigen::Vector3d::Zero();  // Fc, on b
-    ode::SavedState at_a, at_b;                               // poses when joined
+    Eigen::Isometry3d X_WA = Eigen::Isometry3d::Identity();   ///< when joined
+    Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
     std::array<RowForce, 6> forces;  // on a: force and torque at b's origin, in the last step
 
     [[nodiscard]] Eigen::Vector3d force_on_b() const {
@@ -32,8 +33,8 @@ class VirtualJoints {
 
     template <typename Self, typename Io>
     static void fields(Self& self, Io& io) {
-      auto& [a, b, serial, contact_force, at_a, at_b, forces] = self;
-      io(a, b, serial, contact_force, at_a, at_b, forces);
+      auto& [a, b, serial, contact_force, X_WA, X_WB, forces] = self;
+      io(a, b, serial, contact_force, X_WA, X_WB, forces);
     }
   };
 
@@ -80,8 +81,8 @@ class VirtualJoints {
   void release_changed();
   void join_resting(std::span<const ContactConstraint> constraints);
   void join(int a, int b, const Eigen::Vector3d& force_on_b);
-  [[nodiscard]] dBodyID ode_body(int i) const {
-    return bodies_[static_cast<std::size_t>(i)].body.get();
+  [[nodiscard]] RigidBody& rigid_body(int i) const {
+    return bodies_[static_cast<std::size_t>(i)].body;
   }
   void find_groups();
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "world/physics/bodies/ode_handles.hpp"
 #include "world/physics/collision/speculative/look_ahead.hpp"
 #include "world/physics/model/physics_model.hpp"
 
@@ -63,8 +62,7 @@ bool BlowSearch::find_leaving() {
   bool blow = false;
   for (const int root : model_.simplification.awake_roots()) {
     const FreeBody& body = model_.body(root);
-    Motion motion{root, ode::vector(dBodyGetLinearVel(body.body.get())),
-                  ode::vector(dBodyGetAngularVel(body.body.get()))};
+    Motion motion{root, body.body.v_W(), body.body.omega_W()};
     motion.v_com_W += motion.omega_W.cross(body.X_WB.linear() * (body.mass.com - body.origin_B));
     double least = apart_m(motion, {root, body.v_com_W, body.omega_W});
     for (const Motion& looked : looked_at_) {
@@ -104,7 +102,7 @@ bool BlowSearch::add_found() {
   return model_.constraints.size() > known_count_;
 }
 
-/// For the search alone: its ODE body keeps its own.
+/// For the search alone: its rigid body keeps its own.
 void BlowSearch::set_velocity(const Motion& motion) {
   FreeBody& free = model_.body(motion.body);
   free.v_com_W = motion.v_com_W;

@@ -39,9 +39,8 @@ void check_state(const PhysicsModel& model, std::uint64_t step) {
   for (std::size_t r = 0; r < model.grippers.size(); ++r) {
     const auto& gripper = model.grippers[r];
     if (gripper.idle()) continue;
-    for (dBodyID body : gripper.bodies()) {
-      check(model.scene.robots[r].name, 0, ode::vector(dBodyGetPosition(body)),
-            ode::vector(dBodyGetLinearVel(body)), ode::vector(dBodyGetAngularVel(body)), step);
+    for (const RigidBody& body : gripper.bodies()) {
+      check(model.scene.robots[r].name, 0, body.p_W(), body.v_W(), body.omega_W(), step);
     }
   }
 }

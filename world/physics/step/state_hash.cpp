@@ -37,7 +37,8 @@ std::uint64_t state_hash(const PhysicsModel& model) {
     hash.add(model.body(i).omega_W);
   }
   for (const auto& gripper : model.grippers) {
-    for (int p = 0; p < GripperMechanism::kParts; ++p) hash.add(gripper.part(p).X_WS.matrix());
+    for (int p = 0; p < GripperParts::kColliding; ++p)
+      hash.add(gripper.parts().part(p).X_WS.matrix());
   }
   return hash.value();
 }

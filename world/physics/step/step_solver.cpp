@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <optional>
 #include <tuple>
 #include <utility>
 
 #include "world/base/simd/vector_clones.hpp"
-#include "world/physics/collision/speculative/look_ahead.hpp"
 
 namespace aprsim::physics {
 namespace {
@@ -53,12 +51,16 @@ StepSolver::Touching bodies_of(const ContactConstraint& constraint) {
   return {constraint.contact.a, constraint.contact.b, constraint.fixed};
 }
 
-/// As ODE has it; what has no body does not move.
-Moving motion_of(dBodyID body) {
-  if (body == nullptr) return {};
-  return {.p_W = ode::vector(dBodyGetPosition(body)),
-          .v_W = ode::vector(dBodyGetLinearVel(body)),
-          .omega_W = ode::vector(dBodyGetAngularVel(body))};
+/// Zero without a body: the ground.
+Eigen::Vector3d velocity_at(const RigidBody* body, const Eigen::Vector3d& p_W) {
+  return body == nullptr ? Eigen::Vector3d::Zero() : body->velocity_at(p_W);
+}
+
+/// `body` gets the motion of `other`, which becomes that of the body.
+void exchange_motion(RigidBody& body, BodyMotion& other) {
+  const BodyMotion own = body.motion();
+  body.restore(other);
+  other = own;
 }
 
 }  // namespace
@@ -103,7 +105,7 @@ void StepSolver::step_again(std::size_t known) {
   for (std::size_t i = known; i < model_.constraints.size(); ++i) {
     spoil(islands_.number_of(model_, model_.constraints[i]));
   }
-  // What pulls on a gripper has been told again.
+  // The suction has been applied again.
   for (std::size_t r = 0; r < model_.grippers.size(); ++r) {
     if (model_.grippers[r].suction().force_n > 0) {
       spoil(islands_.number_of_gripper(static_cast<int>(r)));
@@ -115,17 +117,16 @@ void StepSolver::step_again(std::size_t known) {
 
 bool StepSolver::others_awake() const { return !std::ranges::equal(begun_, awake_roots()); }
 
-/// What is stale is where the step starts, all else where it has led to.
+/// Stale islands restart from the state before the step; the others keep their solution.
 void StepSolver::start_anew() {
   for (const int root : begun_) {
-    dBodyID body = model_.body(root).body.get();
-    ode::SavedState& kept = before_[static_cast<std::size_t>(root)];
-    const ode::SavedState solved = kept;
-    ode::save(body, kept);
-    if (!is_stale(islands_.number_of_root(root))) ode::restore(body, solved);
+    RigidBody& body = model_.body(root).body;
+    BodyMotion& kept = before_[index(root)];
+    const BodyMotion solved = std::exchange(kept, body.motion());
+    if (!is_stale(islands_.number_of_root(root))) body.restore(solved);
   }
   for (std::size_t r = 0; r < model_.grippers.size(); ++r) {
-    const GripperMechanism::Solved solved = grippers_before_[r];
+    const GripperBodies::Solved solved = grippers_before_[r];
     model_.grippers[r].save(grippers_before_[r]);
     const int island = islands_.number_of_gripper(static_cast<int>(r));
     if (!is_stale(island)) model_.grippers[r].restore(solved);
@@ -185,9 +186,9 @@ void StepSolver::list_runs() {
 }
 
 void StepSolver::solve_island(int island) {
-  system_.begin(model_.step_s, model_.scene.physics.residual_m_s);
+  system_.begin(model_.step_s, model_.gravity_W(), model_.scene.physics.residual_m_s);
   for (int root = first_root_[index(island)]; root >= 0; root = next_root_[index(root)]) {
-    system_.add_body(model_.body(root).body.get());
+    system_.add_body(model_.body(root).body);
   }
   for (std::size_t r = 0; r < model_.grippers.size(); ++r) {
     if (islands_.number_of_gripper(static_cast<int>(r)) != island) continue;
@@ -218,20 +219,15 @@ void StepSolver::add_contacts(const Run& run) {
     const auto robot = index(model_.ids.robot_of(b));
     model_.arms[robot].place_link(model_.ids.link_of(b), model_.step_s);
   }
-  dBodyID body_a = model_.ode_body(a), body_b = model_.ode_body(b);
+  RigidBody *body_a = model_.rigid_body(a), *body_b = model_.rigid_body(b);
   const bool free_a = model_.ids.is_free(a), free_b = model_.ids.is_free(b);
-  std::optional<Moving> motion_a, motion_b;
   const ConstraintSystem::Sides sides = system_.sides(body_a, body_b);
   for (int i = run.first; i < run.end; ++i) {
     ContactConstraint& constraint = model_.constraints[index(i)];
     if (constraint.restitution > 0) {
       const Contact& contact = constraint.contact;
-      if (!motion_a) {
-        motion_a = motion_of(body_a);
-        motion_b = motion_of(body_b);
-      }
-      const Eigen::Vector3d v_a = motion_a->velocity_at(contact.p_W);
-      const Eigen::Vector3d v_b = motion_b->velocity_at(contact.p_W);
+      const Eigen::Vector3d v_a = velocity_at(body_a, contact.p_W);
+      const Eigen::Vector3d v_b = velocity_at(body_b, contact.p_W);
       setting.normal_speed_m_s = (v_a - v_b).dot(contact.n_W);
       // What hardly moves is held up by something.
       const double fall = -model_.scene.physics.gravity_m_s2 * contact.n_W.z();
@@ -403,9 +399,7 @@ int StepSolver::keep_contacts_of_pair(int first) {
 
 void StepSolver::begin() {
   begun_.assign(awake_roots().begin(), awake_roots().end());
-  for (const int root : begun_) {
-    ode::save(model_.body(root).body.get(), before_[static_cast<std::size_t>(root)]);
-  }
+  for (const int root : begun_) before_[index(root)] = model_.body(root).body.motion();
   for (std::size_t r = 0; r < model_.grippers.size(); ++r) {
     model_.grippers[r].save(grippers_before_[r]);
   }
@@ -416,14 +410,9 @@ void StepSolver::begin() {
 
 /// The state at hand and the other one.
 void StepSolver::exchange() {
-  for (const int root : begun_) {
-    dBodyID body = model_.body(root).body.get();
-    ode::SavedState other = before_[static_cast<std::size_t>(root)];
-    ode::save(body, before_[static_cast<std::size_t>(root)]);
-    ode::restore(body, other);
-  }
+  for (const int root : begun_) exchange_motion(model_.body(root).body, before_[index(root)]);
   for (std::size_t r = 0; r < model_.grippers.size(); ++r) {
-    const GripperMechanism::Solved other = grippers_before_[r];
+    const GripperBodies::Solved other = grippers_before_[r];
     model_.grippers[r].save(grippers_before_[r]);
     model_.grippers[r].restore(other);
   }

@@ -119,11 +119,11 @@ class StepSolver {
   // Lists of islands, and of runs by their first body, -1 = none or no more.
   std::vector<int> first_root_, next_root_;  // by island, by root
   std::vector<Run> runs_;
-  std::vector<int> first_run_;           // by island
-  std::vector<char> stale_;              // by island: to be solved
-  std::vector<int> begun_;               // roots
-  std::vector<ode::SavedState> before_;  // by body
-  std::vector<GripperMechanism::Solved> grippers_before_;
+  std::vector<int> first_run_;      // by island
+  std::vector<char> stale_;         // by island: to be solved
+  std::vector<int> begun_;          // roots
+  std::vector<BodyMotion> before_;  // by body
+  std::vector<GripperBodies::Solved> grippers_before_;
   Memory memory_, memory_before_;
   bool begins_at_last_ = false;  // memory_before_.contacts are still last_contacts_
   api::SolverWork work_;

@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <gtest/gtest.h>
 
-#include "world/physics/bodies/ode_handles.hpp"
+#include "world/physics/bodies/ode_geoms.hpp"
 #include "world/physics/bodies/physics_failure.hpp"
 #include "world/robot/kinematics/dynamics.hpp"
 
@@ -35,8 +35,7 @@ TEST(KeptAssertsDeathTest, EigensAbort) {
 
 TEST(KeptAsserts, OdesThrow) {
   if (!keeps("ODE")) GTEST_SKIP() << "linked with one that has none";
-  physics::ode::initialize();
-  EXPECT_THROW(dBodySetForce(nullptr, 0, 0, 0), physics::PhysicsFailure);
+  EXPECT_THROW((void)physics::OdeGeom::sphere(-1), physics::PhysicsFailure);
 }
 
 /// The builds that are shipped and tested keep them all.

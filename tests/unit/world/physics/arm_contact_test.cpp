@@ -1,5 +1,5 @@
-// Links against links, fixed things and loose parts: what ODE has no force for, the penalty law
-// has, and what is free yields.
+// Links against links, fixed things and loose parts: the penalty law acts where the solver computes
+// no force, and free bodies yield.
 
 #include <cmath>
 

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/unit/world/physics/cell_builder.hpp"
 #include "tests/support/parameter_names.hpp"
+#include "tests/unit/world/physics/cell_builder.hpp"
 
 namespace aprsim::physics::test {
 namespace {

@@ -3,8 +3,8 @@
 #include <numbers>
 #include <set>
 
+#include "tests/support/holding_gap.hpp"
 #include "tests/unit/world/scene/scene_fixture.hpp"
-#include "world/physics/collision/pairs/narrow_phase.hpp"
 #include "world/scene/checks/scene_solids.hpp"
 
 namespace aprsim::scene {

@@ -118,13 +118,6 @@ double v_groove_depth(const Pad& pad, double peg_radius_m) {
   return std::min({wanted, kOfHalfWidth * 0.5 * pad.width_m / tangent, kOfDepth * pad.depth_m});
 }
 
-double holding_gap(const Pad& pad, double peg_radius_m) {
-  if (pad.shape == scene::PadShape::kFlat) return 2 * peg_radius_m;
-  // From the peg's axis to the groove's apex.
-  const double to_apex = peg_radius_m / std::sin(pad.v_half_angle_rad);
-  return 2 * (to_apex - v_groove_depth(pad, peg_radius_m));
-}
-
 void pad_gear(const Pad& pad, const Isometry3d& X_WD, const detail::GearShape& gear,
               const Isometry3d& X_WG, BodyIndex a, BodyIndex b, std::vector<Contact>& out) {
   const Isometry3d X_DG = X_WD.inverse(Eigen::Isometry) * X_WG;

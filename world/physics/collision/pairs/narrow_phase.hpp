@@ -52,10 +52,6 @@ struct Pad {
 /// radius 5 % inside the groove's rims; never more than what width and depth allow.
 [[nodiscard]] double v_groove_depth(const Pad& pad, double peg_radius_m);
 
-/// Distance between the face lines of two such pads that hold a centred peg [m]: the fingers must
-/// be able to close to less than this.
-[[nodiscard]] double holding_gap(const Pad& pad, double peg_radius_m);
-
 /// Pad on a gear's peg (flat: 2 points; V: up to 4), the pad's lower edge and corners on the disc,
 /// the pad's underside on the top of the peg. Never tunnels: a finger that comes down on the peg is
 /// stopped by its underside.

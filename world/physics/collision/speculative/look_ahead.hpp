@@ -106,86 +106,125 @@ class StuckContacts {
   std::size_t count_;
 };
 
-/// What `generate(D)` appends for a body that is displaced by D, with the depths of now and the
-/// places as seen from its centre: gaps that will close have negative depths. A long way is gone in
-/// strides, for what is deep inside has contacts of another side: a contact counts where it is
-/// made, and once. The first look at what turns is half a step ahead, where that is no long way:
-/// there a contact lies where it acts in the mean over the step, so that rolling and turning
-/// neither gain nor lose energy (midpoint rule). What would be deep already must be found where the
-/// body is now as well: else it is another way out of what is entered on the way, and counts, as
-/// just touched, only where there is none beside it. What strikes at some speed turns about the
-/// place: the last look is at what that brings down beside it. `gap_m`: so far apart the two are
-/// now at least; nothing is looked for on the way across it.
+/// The search of find_ahead() for one pair.
 template <class Generate>
-void find_ahead(const Way& way, double gap_m, std::vector<Contact>& out, const Generate& generate) {
-  constexpr double kStride = 8.2e-4, kTurnedStride = 4.1e-4;  // [m]
-  constexpr double kHardlyTurned = 1e-5, kDeepNow = 1e-4;     // [m]
-  constexpr double kBlow = 1e-4, kStraightBlow = 1e-3, kOpen = 1e-6, kFarthestBeside = 1e-3;
-  constexpr int kMostStrides = 64;
-  const std::size_t first = out.size();
-  const double longest = way.longest_m();
-  if (longest < gap_m) return;
-  if (longest == 0) return generate(Eigen::Isometry3d::Identity());
-  std::optional<StuckContacts> stuck;
-  const auto is_stuck = [&](const Contact& contact) {
-    if (!stuck) {
-      const std::size_t known = out.size();
-      generate(Eigen::Isometry3d::Identity());
-      stuck.emplace(out, known);
+class SweptContacts {
+ public:
+  SweptContacts(const Way& way, double gap_m, std::vector<Contact>& out, const Generate& generate)
+      : way_(way), gap_m_(gap_m), out_(out), generate_(generate), first_(out.size()) {}
+
+  void find() {
+    if (longest_m_ < gap_m_) return;
+    if (longest_m_ == 0) return generate_(Eigen::Isometry3d::Identity());
+    sweep();
+    look_beside_blow();
+  }
+
+ private:
+  /// Along the way, in strides.
+  void sweep() {
+    constexpr double kStride = 8.2e-4, kTurnedStride = 4.1e-4, kHardlyTurned = 1e-5;  // [m]
+    constexpr int kMostStrides = 64;
+    const double parts = std::max(longest_m_ / kStride, way_.turned_m() / kTurnedStride);
+    const int strides = std::clamp(static_cast<int>(std::ceil(parts)), 1, kMostStrides);
+    const double middle = 0.5 / way_.steps;
+    if (way_.turned_m() > kHardlyTurned && middle * strides < 1 && middle * longest_m_ > gap_m_) {
+      look(way_.at(middle), middle * way_.shift_W, 0);
     }
-    return stuck->has(contact);
-  };
-  const auto look = [&](const Eigen::Isometry3d& D, const Eigen::Vector3d& shift_W,
-                        double just_made) {
-    const std::size_t known = out.size();
-    generate(D);
-    if (out.size() == known) return;
+    for (int k = 1; k <= strides; ++k) {
+      const double share = static_cast<double>(k) / strides;
+      if (share * longest_m_ < gap_m_) continue;
+      look(way_.at(share), share * way_.shift_W, k > 1 ? 2 * longest_m_ / strides : 0);
+    }
+  }
+
+  /// A body that strikes at some speed turns about the contact: finds what comes down beside it.
+  void look_beside_blow() {
+    constexpr double kBlow = 1e-4, kStraightBlow = 1e-3, kOpen = 1e-6, kFarthestBeside = 1e-3;
+    if (longest_m_ < (way_.turned_m() > 0 ? kBlow : kStraightBlow)) return;
+    const auto struck = std::find_if(
+        at(first_), out_.end(), [](const Contact& contact) { return contact.depth_m < -kOpen; });
+    if (struck == out_.end()) return;
+    const double beside = std::min(longest_m_ / way_.steps, kFarthestBeside);
+    const Eigen::Vector3d n_W = struck->n_W, down = -beside * n_W;
+    const std::size_t known = out_.size();
+    look(Eigen::Isometry3d(Eigen::Translation3d(down)), down, beside);
+    out_.erase(std::remove_if(at(known), out_.end(),
+                              [&](const Contact& other) { return other.n_W.dot(n_W) < kSameSide; }),
+               out_.end());
+  }
+
+  /// Contacts of the body displaced by D, which has gone `shift_W`. `just_made_m`: how deep those
+  /// are at most that have been made since the last look, 0 = this is the first.
+  void look(const Eigen::Isometry3d& D, const Eigen::Vector3d& shift_W, double just_made_m) {
+    constexpr double kDeepNow = 1e-4;  // [m]
+    const std::size_t known = out_.size();
+    generate_(D);
+    if (out_.size() == known) return;
     const Eigen::Isometry3d back = D.inverse();
     std::optional<Contact> entered;
     std::size_t kept = known;
-    for (std::size_t i = known; i < out.size(); ++i) {
-      Contact contact = out[i];
+    for (std::size_t i = known; i < out_.size(); ++i) {
+      Contact contact = out_[i];
       const Eigen::Vector3d p_now = back * contact.p_W;
       const double depth_now = contact.depth_m + (contact.p_W - p_now).dot(contact.n_W);
-      const bool late = just_made > 0 && (contact.depth_m > just_made || depth_now > 0);
+      const bool late = just_made_m > 0 && (contact.depth_m > just_made_m || depth_now > 0);
       contact.depth_m = depth_now;
       contact.p_W -= shift_W;
       if (!late && depth_now > kDeepNow && !is_stuck(contact)) {
         if (!entered || depth_now < entered->depth_m) entered = contact;
-        continue;
+      } else if (!late && is_wanted(contact, known)) {
+        out_[kept++] = contact;
       }
-      const auto unwanted = [&](const Contact& other) { return is_unwanted(contact, other); };
-      const auto begin = out.begin() + static_cast<std::ptrdiff_t>(first);
-      const auto end = out.begin() + static_cast<std::ptrdiff_t>(known);
-      if (!late && std::none_of(begin, end, unwanted)) out[kept++] = contact;
     }
-    out.resize(kept);
-    if (!entered || out.size() > first) return;
+    out_.resize(kept);
+    if (!entered || out_.size() > first_) return;
     entered->depth_m = 0;
-    out.push_back(*entered);
-  };
-  const double parts = std::max(longest / kStride, way.turned_m() / kTurnedStride);
-  const int strides = std::clamp(static_cast<int>(std::ceil(parts)), 1, kMostStrides);
-  const double middle = 0.5 / way.steps;
-  if (way.turned_m() > kHardlyTurned && middle * strides < 1 && middle * longest > gap_m) {
-    look(way.at(middle), middle * way.shift_W, 0);
+    out_.push_back(*entered);
   }
-  for (int k = 1; k <= strides; ++k) {
-    const double share = static_cast<double>(k) / strides;
-    if (share * longest < gap_m) continue;
-    look(way.at(share), share * way.shift_W, k > 1 ? 2 * longest / strides : 0);
+
+  /// Beside those that were known before the look.
+  [[nodiscard]] bool is_wanted(const Contact& contact, std::size_t known) const {
+    return std::none_of(at(first_), at(known),
+                        [&contact](const Contact& other) { return is_unwanted(contact, other); });
   }
-  if (longest < (way.turned_m() > 0 ? kBlow : kStraightBlow)) return;
-  const auto struck = std::find_if(out.begin() + static_cast<std::ptrdiff_t>(first), out.end(),
-                                   [](const Contact& contact) { return contact.depth_m < -kOpen; });
-  if (struck == out.end()) return;
-  const double beside = std::min(longest / way.steps, kFarthestBeside);
-  const Eigen::Vector3d n_W = struck->n_W, down = -beside * n_W;
-  const auto known = out.end() - out.begin();
-  look(Eigen::Isometry3d(Eigen::Translation3d(down)), down, beside);
-  out.erase(std::remove_if(out.begin() + known, out.end(),
-                           [&](const Contact& other) { return other.n_W.dot(n_W) < kSameSide; }),
-            out.end());
+
+  /// Contacts where the body is now are looked for when they are asked for.
+  [[nodiscard]] bool is_stuck(const Contact& contact) {
+    if (!stuck_) {
+      const std::size_t known = out_.size();
+      generate_(Eigen::Isometry3d::Identity());
+      stuck_.emplace(out_, known);
+    }
+    return stuck_->has(contact);
+  }
+
+  [[nodiscard]] std::vector<Contact>::iterator at(std::size_t i) const {
+    return out_.begin() + static_cast<std::ptrdiff_t>(i);
+  }
+
+  const Way& way_;
+  double gap_m_;
+  std::vector<Contact>& out_;
+  const Generate& generate_;
+  std::size_t first_;
+  double longest_m_ = way_.longest_m();
+  std::optional<StuckContacts> stuck_;
+};
+
+/// Appends the contacts that `generate(D)` finds for a body displaced by D, with present depths and
+/// the places as seen from its centre: gaps that will close have negative depths. A long way is
+/// covered in strides, because a body that is deep inside has contacts of another side. A contact
+/// counts where it is made, and once. A turning body is first looked at half a step ahead, unless
+/// its way is long. There a contact lies where it acts in the mean over the step, so that rolling
+/// and turning neither gain nor lose energy (midpoint rule). A deep contact counts if the body has
+/// it at its present pose as well. Otherwise it is another exit from something entered on the way:
+/// it counts as just touched, and only without a contact beside it. A body that strikes at some
+/// speed turns about the contact; the last look finds what comes down beside it. `gap_m`: least
+/// present distance of the two; nothing is searched on the way across it.
+template <class Generate>
+void find_ahead(const Way& way, double gap_m, std::vector<Contact>& out, const Generate& generate) {
+  SweptContacts(way, gap_m, out, generate).find();
 }
 
 }  // namespace aprsim::physics

@@ -6,8 +6,9 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/unit/world/physics/collision/solids.hpp"
+#include "tests/support/holding_gap.hpp"
 #include "tests/support/parameter_names.hpp"
+#include "tests/unit/world/physics/collision/solids.hpp"
 
 namespace aprsim::physics {
 namespace {

@@ -76,7 +76,7 @@ TEST(ContactSolver, KeepsCoulombsLawInRandomProblems) {
       const double bound = c.friction * pressed;
       ASSERT_GE(pressed, -1e-12) << what;
       ASSERT_LE(across.norm(), bound + 1e-9) << what;
-      // What sticks creeps a little, for friction is a little soft, and the cone's dual with it.
+      // Sticking contacts creep, for friction has a small compliance.
       const double creep = slip.norm() < 1e-4 ? c.friction * slip.norm() : 0;
       ASSERT_GE(apart, -kOff * (1 + slip.norm()) - creep) << what;
       ASSERT_LE(std::min(pressed, 1.0) * std::min(apart, 1.0), kOff * (1 + slip.norm())) << what;

@@ -8,12 +8,12 @@ namespace aprsim::physics {
 namespace {
 
 constexpr double kTolerance_m_s = 1e-9;
-const ContactSolverParameters kParameters;
+const ContactSolverParameters kNewtonParameters;
 
 void begin(const Problem& problem, SolverBench& bench) {
   problem.state_to(bench);
-  bench.complete(kParameters);
-  bench.set_proximal_weight(kParameters.max_proximal_weight, kParameters);
+  bench.complete(kNewtonParameters);
+  bench.set_proximal_weight(kNewtonParameters.max_proximal_weight, kNewtonParameters);
   bench.update_velocities();
   bench.update_proximal_point();
 }
@@ -27,9 +27,9 @@ TEST(NewtonSolver, FindsVelocitiesThatFollowFromTheirImpulses) {
     SolverBench bench;
     begin(problems.next(), bench);
     newton.prepare(bench);
-    const auto result = newton.solve(bench, kParameters,
+    const auto result = newton.solve(bench, kNewtonParameters,
                                      {.tolerance_m_s = kTolerance_m_s,
-                                      .max_steps = kParameters.max_newton_steps,
+                                      .max_steps = kNewtonParameters.max_newton_steps,
                                       .may_hold_slip = true});
     if (!result.solved) continue;
     ++solved;
@@ -39,7 +39,7 @@ TEST(NewtonSolver, FindsVelocitiesThatFollowFromTheirImpulses) {
     for (std::size_t i = 0; i < twists.size(); ++i) {
       const Twist& expected = bench.twist(bench.moving()[i]);
       ASSERT_LT((twists[i].v - expected.v).norm(), 2 * kTolerance_m_s);
-      ASSERT_LT(kParameters.angular_lever_m * (twists[i].omega - expected.omega).norm(),
+      ASSERT_LT(kNewtonParameters.angular_lever_m * (twists[i].omega - expected.omega).norm(),
                 2 * kTolerance_m_s);
     }
   }
@@ -56,9 +56,10 @@ TEST(NewtonSolver, KeepsItsLimits) {
       SolverBench bench;
       begin(problem, bench);
       newton.prepare(bench);
-      const auto result = newton.solve(
-          bench, kParameters, {.tolerance_m_s = 0, .max_steps = max_steps, .may_hold_slip = false});
-      EXPECT_LE(result.steps, std::min(max_steps, kParameters.max_subproblem_newton_steps));
+      const auto result =
+          newton.solve(bench, kNewtonParameters,
+                       {.tolerance_m_s = 0, .max_steps = max_steps, .may_hold_slip = false});
+      EXPECT_LE(result.steps, std::min(max_steps, kNewtonParameters.max_subproblem_newton_steps));
       EXPECT_FALSE(result.held_slip);
       failed += !result.solved;
     }

@@ -5,30 +5,31 @@
 namespace aprsim::physics {
 namespace {
 
-const ContactSolverParameters kParameters;
+const ContactSolverParameters kWeightParameters;
 constexpr double kSlow = 0.5;  // contraction
 
 TEST(ProximalWeight, StartsWithTheResidualWithinItsBounds) {
-  EXPECT_EQ(ProximalWeight(kParameters, 0).value(), kParameters.min_initial_proximal_weight);
-  EXPECT_DOUBLE_EQ(ProximalWeight(kParameters, 1e-4).value(), 0.01);
-  const ProximalWeight far(kParameters, 1);
-  EXPECT_EQ(far.value(), kParameters.max_proximal_weight);
+  EXPECT_EQ(ProximalWeight(kWeightParameters, 0).value(),
+            kWeightParameters.min_initial_proximal_weight);
+  EXPECT_DOUBLE_EQ(ProximalWeight(kWeightParameters, 1e-4).value(), 0.01);
+  const ProximalWeight far(kWeightParameters, 1);
+  EXPECT_EQ(far.value(), kWeightParameters.max_proximal_weight);
   EXPECT_TRUE(far.is_max());
 }
 
 TEST(ProximalWeight, DecreasesAfterAnEasySubproblemThatContractedSlowly) {
-  ProximalWeight weight(kParameters, 1e-4);
-  weight.adapt(kParameters.easy_subproblem_newton_steps + 1, kSlow);
-  weight.adapt(1, 0.5 * kParameters.fast_contraction);
+  ProximalWeight weight(kWeightParameters, 1e-4);
+  weight.adapt(kWeightParameters.easy_subproblem_newton_steps + 1, kSlow);
+  weight.adapt(1, 0.5 * kWeightParameters.fast_contraction);
   EXPECT_DOUBLE_EQ(weight.value(), 0.01);
-  weight.adapt(kParameters.easy_subproblem_newton_steps, kSlow);
+  weight.adapt(kWeightParameters.easy_subproblem_newton_steps, kSlow);
   EXPECT_DOUBLE_EQ(weight.value(), 0.001);
   for (int i = 0; i < 100; ++i) weight.adapt(1, kSlow);
-  EXPECT_EQ(weight.value(), kParameters.min_proximal_weight);
+  EXPECT_EQ(weight.value(), kWeightParameters.min_proximal_weight);
 }
 
 TEST(ProximalWeight, IsCautiousAfterAFailure) {
-  ProximalWeight weight(kParameters, 1e-4);
+  ProximalWeight weight(kWeightParameters, 1e-4);
   weight.increase();
   EXPECT_DOUBLE_EQ(weight.value(), 0.05);
   EXPECT_FALSE(weight.is_max());

@@ -5,19 +5,19 @@
 namespace aprsim::physics {
 namespace {
 
-const ContactSolverParameters kParameters;
+const ContactSolverParameters kScheduleParameters;
 
 TEST(ToleranceSchedule, RelaxesTenfoldInADecadeUpToItsMaximum) {
-  const ToleranceSchedule tolerance(kParameters, false);
+  const ToleranceSchedule tolerance(kScheduleParameters, false);
   EXPECT_EQ(tolerance.after(0), 1e-8);
   EXPECT_EQ(tolerance.after(20), 1e-8);
   EXPECT_DOUBLE_EQ(tolerance.after(32), 1e-7);
   EXPECT_DOUBLE_EQ(tolerance.after(44), 1e-6);
-  EXPECT_EQ(tolerance.after(1000), kParameters.max_tolerance_m_s);
+  EXPECT_EQ(tolerance.after(1000), kScheduleParameters.max_tolerance_m_s);
 }
 
 TEST(ToleranceSchedule, IsSmallerAtRest) {
-  EXPECT_DOUBLE_EQ(ToleranceSchedule(kParameters, true).after(0), 1e-9);
+  EXPECT_DOUBLE_EQ(ToleranceSchedule(kScheduleParameters, true).after(0), 1e-9);
 }
 
 TEST(ToleranceSchedule, OnlyContactsOfUnactuatedBodiesHaveASlack) {

@@ -10,7 +10,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kMass_kg = 0.1, kSpeed_m_s = 0.01, kNeeded_ns = kMass_kg * kSpeed_m_s;
-const ContactSolverParameters kParameters;
+const ContactSolverParameters kWarmStartParameters;
 
 class WarmStartTest : public testing::Test {
  protected:
@@ -26,28 +26,29 @@ class WarmStartTest : public testing::Test {
       contact.impulse_ns = {last_ns * Vector3d::UnitZ(), change_ns * Vector3d::UnitZ()};
       problem_.add_contact(contact);
     }
-    problem_.complete(kParameters);
+    problem_.complete(kWarmStartParameters);
   }
   ContactProblem problem_;
   SavedImpulses saved_;
-  ToleranceSchedule tolerance_{kParameters, false};
+  ToleranceSchedule tolerance_{kWarmStartParameters, false};
 };
 
 TEST_F(WarmStartTest, ExtrapolatesWhereThatFits) {
   state(1, 0.5 * kNeeded_ns, 0.5 * kNeeded_ns);
-  EXPECT_LT(warm_start(problem_, kParameters, tolerance_, saved_).max_m_s(), 1e-12);
+  EXPECT_LT(warm_start(problem_, kWarmStartParameters, tolerance_, saved_).max_m_s(), 1e-12);
   EXPECT_DOUBLE_EQ(problem_.contact_impulse_ns(0).z(), kNeeded_ns);
 }
 
 TEST_F(WarmStartTest, TakesTheLastImpulsesWhereTheyFitBetter) {
   state(1, kNeeded_ns, 0.5 * kNeeded_ns);
-  EXPECT_LT(warm_start(problem_, kParameters, tolerance_, saved_).max_m_s(), 1e-12);
+  EXPECT_LT(warm_start(problem_, kWarmStartParameters, tolerance_, saved_).max_m_s(), 1e-12);
   EXPECT_DOUBLE_EQ(problem_.contact_impulse_ns(0).z(), kNeeded_ns);
 }
 
 TEST_F(WarmStartTest, ReturnsToTheExtrapolatedOnes) {
   state(1, 0.5 * kNeeded_ns, 0.4 * kNeeded_ns);
-  const double residual_m_s = warm_start(problem_, kParameters, tolerance_, saved_).max_m_s();
+  const double residual_m_s =
+      warm_start(problem_, kWarmStartParameters, tolerance_, saved_).max_m_s();
   EXPECT_NEAR(residual_m_s, 0.1 * kSpeed_m_s, 1e-12);
   EXPECT_DOUBLE_EQ(problem_.contact_impulse_ns(0).z(), 0.9 * kNeeded_ns);
   EXPECT_NEAR(problem_.twist(0).v.z(), -0.1 * kSpeed_m_s, 1e-12);
@@ -55,9 +56,10 @@ TEST_F(WarmStartTest, ReturnsToTheExtrapolatedOnes) {
 
 TEST_F(WarmStartTest, RelaxationSharesAnImpact) {
   state(5, 0, 0);
-  const ContactResidual first = problem_.residual(kParameters);
-  ASSERT_TRUE(needs_relaxation(problem_, kParameters, first));
-  EXPECT_LT(relax_impact(problem_, kParameters, tolerance_, first, saved_).max_m_s(), 1e-12);
+  const ContactResidual first = problem_.residual(kWarmStartParameters);
+  ASSERT_TRUE(needs_relaxation(problem_, kWarmStartParameters, first));
+  EXPECT_LT(relax_impact(problem_, kWarmStartParameters, tolerance_, first, saved_).max_m_s(),
+            1e-12);
   for (int k = 0; k < 5; ++k) {
     EXPECT_DOUBLE_EQ(problem_.contact_impulse_ns(k).z(), kNeeded_ns / 5);
   }
@@ -66,9 +68,9 @@ TEST_F(WarmStartTest, RelaxationSharesAnImpact) {
 TEST_F(WarmStartTest, ProblemsWithRowsAreNotRelaxed) {
   state(1, 0, 0);
   problem_.add_row({.body = 0, .linear = Vector3d::UnitX()}, {}, 0, 0, -1, 1);
-  const ContactResidual first = problem_.residual(kParameters);
-  EXPECT_GT(first.max_m_s(), kParameters.impact_residual_m_s);
-  EXPECT_FALSE(needs_relaxation(problem_, kParameters, first));
+  const ContactResidual first = problem_.residual(kWarmStartParameters);
+  EXPECT_GT(first.max_m_s(), kWarmStartParameters.impact_residual_m_s);
+  EXPECT_FALSE(needs_relaxation(problem_, kWarmStartParameters, first));
 }
 
 }  // namespace

@@ -21,11 +21,11 @@ constexpr int kTray = 0, kGear = 1;
 /// A gear in a pocket of a tray, anywhere.
 class Seated {
  public:
-  explicit Seated(unsigned seed) : random_(seed), world_(make_world()) {
+  explicit Seated(unsigned seed) : random_(seed) {
     auto scene = empty_scene();
     add_tray(scene, "tray", "small4", {0, 0}, {"s1=gear"});
     scene_ = std::move(scene);
-    bodies_ = make_free_bodies(scene_, {}, world_.get());
+    bodies_ = make_free_bodies(scene_, {});
     X_TG_ = tray().X_WB.inverse() * gear().X_WB;
     // As deep as what rests, off the middle and tilted as far as the pocket lets it.
     X_TG_ = motion(2e-4, 1e-3) * X_TG_;
@@ -55,10 +55,6 @@ class Seated {
   }
 
  private:
-  static ode::World make_world() {
-    ode::initialize();
-    return ode::World(dWorldCreate());
-  }
   Vector3d direction() {
     std::normal_distribution<double> normal;
     const double x = normal(random_), y = normal(random_), z = normal(random_);
@@ -76,7 +72,6 @@ class Seated {
   }
 
   std::mt19937_64 random_;
-  ode::World world_;
   scene::Scene scene_;
   std::vector<FreeBody> bodies_;
   Isometry3d X_TG_;

@@ -3,9 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/parameter_names.hpp"
 #include "tests/unit/world/physics/cell_builder.hpp"
 #include "world/physics/gripper/gripper_mechanism.hpp"
-#include "tests/support/parameter_names.hpp"
 
 namespace aprsim::physics::test {
 namespace {
@@ -255,17 +255,17 @@ TEST(Gripper, SavedStateComesBackBitForBit) {
     add_hand(scene, {0, 0, 0.5});
     scene.robots[0].gripper.law = law;
     scene.robots[0].gripper.fill_time_s = 0.02;
-    ode::prepare_thread();
-    ode::World world(dWorldCreate());
     const Eigen::Isometry3d X_WF = scene.robots[0].X_WB.isometry();
-    GripperMechanism hand(scene.robots[0].gripper, world.get(), X_WF, 1e-3);
+    GripperMechanism hand(scene.robots[0].gripper, scene.physics, X_WF);
+    ConstraintSystem system;
     hand.take(X_WF, scene.robots[0].X_FT.isometry());
     hand.command(0);
     const auto advance = [&](int steps) {
       for (int i = 0; i < steps; ++i) {
         hand.begin_step(X_WF);
-        hand.apply_forces();
-        dWorldStep(world.get(), 1e-3);
+        system.begin(1e-3, Eigen::Vector3d::Zero(), 1e-8);
+        hand.add_to(system);
+        system.advance();
         hand.end_step();
         hand.observe({}, false);
       }

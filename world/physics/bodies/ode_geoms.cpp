@@ -1,0 +1,107 @@
+#include "world/physics/bodies/ode_geoms.hpp"
+
+#include <array>
+#include <cstdarg>
+#include <cstdio>
+#include <string>
+
+#include <ode/ode.h>
+
+#include "world/physics/bodies/physics_failure.hpp"
+
+namespace aprsim::physics {
+namespace {
+
+[[noreturn]] void raise(const char* kind, int number, const char* format, va_list arguments) {
+  char text[512];
+  std::vsnprintf(text, sizeof text, format, arguments);
+  throw PhysicsFailure(std::string("ODE ") + kind + " " + std::to_string(number) + ": " + text);
+}
+
+void on_error(int number, const char* format, va_list arguments) {
+  raise("error", number, format, arguments);
+}
+
+void on_debug(int number, const char* format, va_list arguments) {
+  raise("assertion", number, format, arguments);
+}
+
+// The simulation thread must not write to any stream.
+void drop_message(int, const char*, va_list) {}
+
+/// ODE, initialised once per process, with handlers that throw instead of ending the process.
+struct Library {
+  Library() {
+    dInitODE2(0);
+    dSetErrorHandler(on_error);
+    dSetDebugHandler(on_debug);
+    dSetMessageHandler(drop_message);
+  }
+};
+
+/// ODE keeps collision caches per thread. Cheap when done before.
+void prepare_thread() {
+  static const Library library;
+  static thread_local const int ready = dAllocateODEDataForThread(dAllocateMaskAll);
+  if (ready == 0) throw PhysicsFailure("ODE could not allocate its data for this thread");
+}
+
+Eigen::Vector3d vector(const dReal* v) { return {v[0], v[1], v[2]}; }
+
+}  // namespace
+
+void OdeGeom::Destroy::operator()(dxGeom* geom) const { dGeomDestroy(geom); }
+
+OdeGeom OdeGeom::box(const Eigen::Vector3d& size_m) {
+  prepare_thread();
+  return OdeGeom(dCreateBox(nullptr, size_m.x(), size_m.y(), size_m.z()));
+}
+
+OdeGeom OdeGeom::capsule(double radius_m, double length_m) {
+  prepare_thread();
+  return OdeGeom(dCreateCapsule(nullptr, radius_m, length_m));
+}
+
+OdeGeom OdeGeom::cylinder(double radius_m, double length_m) {
+  prepare_thread();
+  return OdeGeom(dCreateCylinder(nullptr, radius_m, length_m));
+}
+
+OdeGeom OdeGeom::sphere(double radius_m) {
+  prepare_thread();
+  return OdeGeom(dCreateSphere(nullptr, radius_m));
+}
+
+void OdeGeom::set_box_size(const Eigen::Vector3d& size_m) {
+  dGeomBoxSetLengths(geom_.get(), size_m.x(), size_m.y(), size_m.z());
+}
+
+void OdeGeom::set_cylinder_size(double radius_m, double length_m) {
+  dGeomCylinderSetParams(geom_.get(), radius_m, length_m);
+}
+
+void OdeGeom::set_pose(const Eigen::Isometry3d& X_WS) {
+  const Eigen::Matrix3d& R = X_WS.linear();
+  // ODE's rows are padded to four.
+  const dMatrix3 rotation = {R(0, 0), R(0, 1), R(0, 2), 0,       R(1, 0), R(1, 1),
+                             R(1, 2), 0,       R(2, 0), R(2, 1), R(2, 2), 0};
+  dGeomSetRotation(geom_.get(), rotation);
+  dGeomSetPosition(geom_.get(), X_WS.translation().x(), X_WS.translation().y(),
+                   X_WS.translation().z());
+}
+
+void collide_geoms(const OdeGeom& geom_a, const OdeGeom& geom_b, BodyIndex a, BodyIndex b,
+                   SurfacePair pair, std::vector<Contact>& out) {
+  prepare_thread();
+  std::array<dContactGeom, kMaxGeomPoints> points;
+  const int count = dCollide(geom_a.geom_.get(), geom_b.geom_.get(), kMaxGeomPoints, points.data(),
+                             sizeof(dContactGeom));
+  for (int i = 0; i < count; ++i) {
+    const auto& point = points[static_cast<std::size_t>(i)];
+    out.push_back({a, b, vector(point.pos), vector(point.normal), point.depth, pair});
+  }
+}
+
+bool ode_keeps_asserts() { return dCheckConfiguration("ODE_EXT_no_debug") == 0; }
+
+}  // namespace aprsim::physics

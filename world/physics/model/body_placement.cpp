@@ -1,0 +1,129 @@
+#include "world/physics/model/body_placement.hpp"
+
+#include <algorithm>
+
+namespace aprsim::physics {
+namespace {
+
+// A body that is put down overlaps others by less than kOverlap; one that has to be raised ends
+// kPutAbove over the obstacle [m].
+constexpr double kOverlap = 1e-4, kPutAbove = 2e-4;
+constexpr int kPutRounds = 64;  // of clearing one obstacle after the other
+
+/// Does a box that is raised by `lift_m` overlap another?
+bool overlaps(const Aabb& box, double lift_m, const Aabb& other) {
+  return box.min.x() < other.max.x() && box.max.x() > other.min.x() &&
+         box.min.y() < other.max.y() && box.max.y() > other.min.y() &&
+         box.min.z() + lift_m < other.max.z() - kOverlap &&
+         box.max.z() + lift_m > other.min.z() + kOverlap;
+}
+
+void place_at_rest(FreeBody& body, const Eigen::Isometry3d& X_WB) {
+  body.place(X_WB, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
+}
+
+}  // namespace
+
+BodyPlacement::BodyPlacement(PhysicsModel& model) : model_(model) {
+  fallen_.reserve(model.bodies.size());
+}
+
+void BodyPlacement::wake(int body) {
+  auto& simplification = model_.simplification;
+  if (simplification.dormant(body)) simplification.wake(simplification.sleeping().group(body));
+}
+
+void BodyPlacement::wake_all() {
+  for (int i = 0; i < static_cast<int>(model_.bodies.size()); ++i) wake(i);
+}
+
+void BodyPlacement::set_velocity(int body, const Eigen::Vector3d& v_com_W,
+                                 const Eigen::Vector3d& omega_W) {
+  wake(body);
+  model_.simplification.release(body);
+  // Only now is its rigid body its own.
+  FreeBody& free = model_.body(body);
+  free.place(free.X_WB, v_com_W, omega_W);
+}
+
+void BodyPlacement::set_jammed(int body, bool jammed) {
+  if (model_.body(body).jammed == jammed) return;
+  model_.body(body).jammed = jammed;
+  // It sleeps on another carrier from now on.
+  wake(body);
+}
+
+void BodyPlacement::put(std::span<const BodyPose> poses) {
+  wake_all();
+  std::vector<BodyPose> here;
+  for (const BodyPose& pose : poses) {
+    if (!model_.body(pose.body).lost_step) here.push_back(pose);
+  }
+  // On their own from now on, before anything moves.
+  for (const BodyPose& pose : here) model_.simplification.lose(pose.body);
+  const auto place = [&](BodyPose pose, double lift_m) {
+    pose.X_WB.translation().z() += lift_m;
+    place_at_rest(model_.body(pose.body), pose.X_WB);
+  };
+  for (const BodyPose& pose : here) place(pose, 0);
+  const double lift_m = clearance_m(here);
+  for (const BodyPose& pose : here) place(pose, lift_m);
+}
+
+void BodyPlacement::take_away(int body, std::uint64_t step) {
+  FreeBody& free = model_.body(body);
+  if (free.lost_step) return;
+  wake_all();
+  free.lost_step = step;
+  model_.simplification.lose(body);
+  Eigen::Isometry3d X_WB = free.X_WB;
+  X_WB.translation().z() = model_.lost_below_m - 1;
+  place_at_rest(free, X_WB);
+}
+
+void BodyPlacement::lose_fallen(std::uint64_t step) {
+  fallen_.clear();
+  for (const int i : model_.simplification.awake()) {
+    if (model_.body(i).bounds.max.z() < model_.lost_below_m) fallen_.push_back(i);
+  }
+  for (const int i : fallen_) {
+    FreeBody& body = model_.body(i);
+    body.lost_step = step;
+    model_.simplification.lose(i);
+    place_at_rest(body, body.X_WB);
+  }
+}
+
+/// Boxes of everything but the bodies that are put down.
+std::vector<Aabb> BodyPlacement::obstacles(std::span<const BodyPose> put) const {
+  std::vector<Aabb> boxes;
+  for (const StaticShape& shape : model_.fixed.shapes) boxes.push_back(shape.bounds);
+  for (int i = 0; i < static_cast<int>(model_.bodies.size()); ++i) {
+    const bool moved = std::ranges::find(put, i, &BodyPose::body) != put.end();
+    if (!moved && !model_.body(i).lost_step) boxes.push_back(model_.body(i).bounds);
+  }
+  for (const auto& gripper : model_.grippers) boxes.push_back(gripper.parts().bounds());
+  for (const auto& arm : model_.arms) {
+    for (const auto& shape : arm.shapes()) boxes.push_back(shape.bounds);
+  }
+  return boxes;
+}
+
+/// Lift that clears bodies at their present poses of all others, the same for all of them.
+double BodyPlacement::clearance_m(std::span<const BodyPose> put) const {
+  const std::vector<Aabb> others = obstacles(put);
+  double lift_m = 0;
+  for (int round = 0; round < kPutRounds; ++round) {
+    const double before = lift_m;
+    for (const BodyPose& pose : put) {
+      const Aabb& box = model_.body(pose.body).bounds;
+      for (const Aabb& other : others) {
+        if (overlaps(box, lift_m, other)) lift_m = other.max.z() + kPutAbove - box.min.z();
+      }
+    }
+    if (lift_m == before) break;
+  }
+  return lift_m;
+}
+
+}  // namespace aprsim::physics

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+
+namespace aprsim::archive {
+class Writer;
+class Reader;
+}  // namespace aprsim::archive
+
+namespace aprsim::physics {
+
+struct PhysicsModel;
+class PhysicsStep;
+
+/// All that later steps depend on, between two steps: an immutable value, cheap to copy.
+class PhysicsState {
+ public:
+  PhysicsState() = default;  ///< of no world; restore() refuses it
+  PhysicsState(const PhysicsModel& model, const PhysicsStep& step);
+
+  /// Goes on from there bit for bit in a world that was built of the same scene with the same
+  /// initial link poses. Throws std::invalid_argument when the numbers of bodies or robots differ.
+  void restore(PhysicsModel& model, PhysicsStep& step) const;
+
+  /// Memory, approximately.
+  [[nodiscard]] std::size_t bytes() const;
+  /// As bytes (world/archive/archive.hpp), and back into a state of a world of the same scene,
+  /// whose numbers of bodies and robots rule. Throws archive::Damaged.
+  void write(archive::Writer& out) const;
+  void read(archive::Reader& in);
+
+ private:
+  struct Data;
+  std::shared_ptr<const Data> data_;
+};
+
+}  // namespace aprsim::physics

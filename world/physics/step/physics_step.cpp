@@ -1,0 +1,279 @@
+#include "world/physics/step/physics_step.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "world/physics/contacts/suction_search.hpp"
+#include "world/physics/step/divergence_check.hpp"
+
+namespace aprsim::physics {
+namespace {
+
+constexpr double kBeforePad = 0.7;  // cosine between a pad's direction and that of a contact
+// A body that moves farther in a step than kLongWay does so in parts of kPartWay [m].
+constexpr double kLongWay = 6e-3, kPartWay = 4.5e-4;
+constexpr int kMostParts = 32;
+constexpr int kMostBlows = 3;  // after each, a step or a part of it is solved anew
+
+/// A share of the way from one pose to another.
+Eigen::Isometry3d between_poses(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b,
+                                double share) {
+  Eigen::Isometry3d out = Eigen::Isometry3d::Identity();
+  const Eigen::AngleAxisd turn(a.linear().transpose() * b.linear());
+  out.linear() = a.linear() * Eigen::AngleAxisd(share * turn.angle(), turn.axis()).matrix();
+  out.translation() = (1 - share) * a.translation() + share * b.translation();
+  return out;
+}
+
+}  // namespace
+
+PhysicsStep::PhysicsStep(PhysicsModel& model, BodyPlacement& placement)
+    : model_(model),
+      placement_(placement),
+      search_(model),
+      solver_(model),
+      blows_(model, search_, solver_),
+      penalty_(model),
+      report_(model) {
+  released_.reserve(model.bodies.size());
+  met_.reserve(kConstraintCapacity);
+  for (const ArmLinks& arm : model.arms) {
+    auto& links = next_links_.emplace_back();
+    for (int i = 0; i < arm.links(); ++i) links.push_back(arm.X_WL(i));
+    next_mounts_.push_back(links.back());
+    between_.reserve(links.size());
+  }
+}
+
+/// A step in which a fast body meets something is solved in parts, each a shorter step: a struck
+/// body departs in directions that were not searched, and turns far.
+void PhysicsStep::run() {
+  results_.max_penetration_m = 0;
+  search_.kept().begin_step();
+  solver_.begin_step();
+  report_.begin_step();
+  const int parts = part_count();
+  parts > 1 ? run_in_parts(parts) : run_part(1);
+  report_.end_step(penalty_);
+  ++results_.count;
+  // Falling bodies leave before their speed looks like runaway energy.
+  placement_.lose_fallen(results_.count);
+  check_state(model_, results_.count);
+}
+
+void PhysicsStep::run_in_parts(int parts) {
+  model_.set_step_s(model_.scene.physics.step_s / parts);
+  for (std::size_t r = 0; r < model_.arms.size(); ++r) {
+    for (std::size_t i = 0; i < next_links_[r].size(); ++i) {
+      next_links_[r][i] = model_.arms[r].X_WL_next(static_cast<int>(i));
+    }
+  }
+  for (int left = parts; left > 0; --left) run_part(left);
+  model_.set_step_s(model_.scene.physics.step_s);
+  // The step's contacts are those of all its parts, with mean forces over the step.
+  std::swap(model_.constraints, met_);
+  met_.clear();
+}
+
+int PhysicsStep::part_count() const {
+  double longest = 0;
+  for (const int i : model_.simplification.awake()) {
+    if (model_.is_held(i)) continue;  // as fast as a robot
+    if (model_.way_m(i) > kLongWay) longest = std::max(longest, longest_way_m(i));
+  }
+  if (longest <= kLongWay) return 1;
+  return std::min(kMostParts, 1 + static_cast<int>(std::ceil((longest - kLongWay) / kPartWay)));
+}
+
+/// The longest way of a body in the coming step, relative to anything that it may meet; 0 =
+/// nothing.
+double PhysicsStep::longest_way_m(int body) const {
+  const FreeBody& own = model_.body(body);
+  const Moving moving{own.com_W(), own.v_com_W, own.omega_W, own.radius_m};
+  double longest = 0;
+  const auto look = [&](const Aabb& box, const Eigen::Vector3d& p_W, const Eigen::Vector3d& v_W,
+                        const Eigen::Vector3d& omega_W) {
+    if (!own.bounds.meets(box)) return;
+    const Way way = way_of(moving, {.p_W = p_W, .v_W = v_W, .omega_W = omega_W}, model_.step_s);
+    longest = std::max(longest, way.longest_m());
+  };
+  const Eigen::Vector3d still = Eigen::Vector3d::Zero();
+  const Eigen::Vector3d belt_W = model_.belt_speed_m_s * model_.fixed.belt_axis_W;
+  for (const StaticShape& shape : model_.fixed.shapes) {
+    look(shape.bounds, still, shape.belt ? belt_W : still, still);
+  }
+  for (const int other : model_.simplification.awake()) {
+    const FreeBody& it = model_.body(other);
+    if (other != body) look(it.bounds, it.com_W(), it.v_com_W, it.omega_W);
+  }
+  const auto& sleeping = model_.simplification.sleeping();
+  for (const int group : sleeping.groups()) {
+    look(sleeping.box(group), still, sleeping.velocity(sleeping.first(group)), still);
+  }
+  for (std::size_t r = 0; r < model_.grippers.size(); ++r) {
+    const GripperMechanism& gripper = model_.grippers[r];
+    const Eigen::Vector3d p_W = next_mounts_[r].translation();
+    look(gripper.parts().bounds(), p_W, gripper.mount_velocity(p_W), gripper.mount_omega());
+    if (!model_.arms[r].shapes().empty()) look(model_.arms[r].bounds(), still, still, still);
+  }
+  return longest;
+}
+
+/// Kinematics first, then contacts at the present poses, then forces and velocities from these
+/// (semi-implicit Euler). `left`: parts of the step, this one included.
+void PhysicsStep::run_part(int left) {
+  begin_part(left);
+  search_.find();
+  find_suction(model_);
+  count_faults();
+  solve();
+  collect_results(left);
+}
+
+/// Inputs for the step's end are approached in equal parts.
+void PhysicsStep::begin_part(int left) {
+  const double share = 1.0 / left;
+  model_.belt_speed_m_s = left == 1
+                              ? next_belt_speed_m_s_
+                              : (1 - share) * model_.belt_speed_m_s + share * next_belt_speed_m_s_;
+  model_.simplification.begin_step(model_.belt_speed_m_s);
+  for (std::size_t r = 0; r < model_.grippers.size(); ++r) {
+    GripperMechanism& gripper = model_.grippers[r];
+    gripper.begin_step(left == 1 ? next_mounts_[r]
+                                 : between_poses(gripper.X_WF(), next_mounts_[r], share));
+    if (share_of_step() < 1) begin_arm(r, left);
+  }
+}
+
+void PhysicsStep::begin_arm(std::size_t robot, int left) {
+  ArmLinks& arm = model_.arms[robot];
+  between_.clear();
+  for (std::size_t i = 0; i < next_links_[robot].size(); ++i) {
+    const Eigen::Isometry3d& X_WL = arm.X_WL(static_cast<int>(i));
+    between_.push_back(left == 1 ? next_links_[robot][i]
+                                 : between_poses(X_WL, next_links_[robot][i], 1.0 / left));
+  }
+  arm.set_next(between_);
+}
+
+/// Before a part is solved: depths are those that the last one left.
+void PhysicsStep::count_faults() {
+  for (const auto& constraint : model_.constraints) {
+    if (model_.ids.is_link(constraint.contact.b)) continue;  // soft on purpose
+    results_.max_penetration_m = std::max(results_.max_penetration_m, constraint.contact.depth_m);
+    if (is_fault(constraint, model_.ids)) ++results_.penetration_faults;
+  }
+}
+
+/// The wrenches that merged bodies require of their contacts are known when the step has been
+/// solved; those outside their cone are freed and the same step is solved anew.
+void PhysicsStep::solve() {
+  const bool merged = model_.simplification.composites().child_count() > 0;
+  const bool striking = blows_.strikes();
+  if (merged || striking) solver_.begin();
+  apply_suction(model_);
+  solver_.step();
+  blows_.begin();
+  for (int i = 0; striking && i < kMostBlows && blows_.add_met(); ++i) {
+    apply_suction(model_);
+    solver_.step_again(blows_.known_contacts());
+  }
+  // Every round frees at least one body, so it ends.
+  while (merged) {
+    released_.clear();
+    model_.simplification.find_overstressed(released_);
+    if (released_.empty()) return;
+    solver_.undo();
+    search_.release(released_);
+    solver_.begin();
+    apply_suction(model_);
+    solver_.step();
+  }
+}
+
+void PhysicsStep::collect_results(int left) {
+  // Gaps that did not close.
+  std::erase_if(model_.constraints, [](const ContactConstraint& constraint) {
+    return is_gap(constraint) && constraint.normal_n == 0;
+  });
+  for (const int i : model_.simplification.awake_roots()) {
+    model_.body(i).refresh();
+    model_.simplification.move_members(i);
+  }
+  for (auto& gripper : model_.grippers) gripper.end_step();
+  for (auto& arm : model_.arms) arm.end_step();
+  for (std::size_t r = 0; left == 1 && r < model_.grippers.size(); ++r) {
+    observe_gripper(static_cast<int>(r));
+  }
+  const double share = share_of_step();
+  report_.add_part(share);
+  if (share < 1) keep_part_of_contacts(share);
+  // Bodies that merge or fall asleep now have still been solved in this step.
+  results_.contact_count =
+      static_cast<int>(model_.constraints.size()) + model_.simplification.frozen_count();
+  model_.simplification.observe(model_.constraints, solver_.islands().resting_together());
+}
+
+/// Keeps the contacts of a part, with their share of the mean forces over the step.
+void PhysicsStep::keep_part_of_contacts(double share) {
+  for (ContactConstraint constraint : model_.constraints) {
+    constraint.f_W *= share;
+    constraint.normal_n *= share;
+    met_.push_back(constraint);
+  }
+}
+
+/// The pads' forces on gears and trays, each summed up over the contacts of its pad.
+void PhysicsStep::observe_gripper(int robot) {
+  GripperMechanism& gripper = model_.grippers[static_cast<std::size_t>(robot)];
+  PadForces pads;
+  std::array<double, 2> hardest{};
+  bool touched = false;
+  for (const auto& constraint : model_.constraints) {
+    const auto& contact = constraint.contact;
+    const auto mine = [&](BodyIndex id) {
+      return model_.ids.is_gripper(id) && model_.ids.robot_of(id) == robot;
+    };
+    touched = touched || mine(contact.a) || mine(contact.b);
+    if (!mine(contact.a) || !model_.ids.is_part(contact.b)) continue;
+    const int finger = model_.ids.part_of(contact.a) - 1;
+    if (finger < 0 || gripper.cup()) continue;
+    const Eigen::Vector3d closing_W = gripper.parts().closing_W(finger);
+    // A tray meets the whole finger; only what is before the pad is between the fingers.
+    const bool pad = contact.pair == SurfacePair::kPadGear;
+    if (!pad && -contact.n_W.dot(closing_W) < kBeforePad) continue;
+    const auto f = static_cast<std::size_t>(finger);
+    const double force = -constraint.f_W.dot(closing_W);
+    pads.closing_n[f] += force;
+    if (force > hardest[f]) {
+      hardest[f] = force;
+      pads.body[f] = contact.b;
+    }
+  }
+  gripper.observe(pads, touched);
+}
+
+// ---- keeping a state
+
+PhysicsStep::State PhysicsStep::save() const {
+  return {search_.kept().save(), solver_.save(), report_.save(), next_belt_speed_m_s_, results_};
+}
+
+void PhysicsStep::restore(const State& state) {
+  search_.kept().restore(state.kept);
+  solver_.restore(state.solver);
+  report_.restore(state.forces);
+  next_belt_speed_m_s_ = state.next_belt_speed_m_s;
+  results_ = state.results;
+}
+
+void PhysicsStep::adopt(const PhysicsStep& old, const ContactReport::State& forces) {
+  report_.restore(forces);
+  next_mounts_ = old.next_mounts_;
+  next_belt_speed_m_s_ = old.next_belt_speed_m_s_;
+  results_ = old.results_;
+}
+
+}  // namespace aprsim::physics

@@ -1,0 +1,105 @@
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "world/physics/contacts/contact_report.hpp"
+#include "world/physics/model/body_placement.hpp"
+#include "world/physics/step/blow_search.hpp"
+
+namespace aprsim::physics {
+
+/// Statistics of the steps so far.
+struct StepResults {
+  std::uint64_t count = 0;               ///< of steps
+  std::uint64_t penetration_faults = 0;  ///< contacts deeper than kFaultDepth, in all steps
+  double max_penetration_m = 0;          ///< in the last step
+  int contact_count = 0;                 ///< in the last step, frozen ones included
+
+  /// See world/archive/archive.hpp.
+  template <typename Self, typename Io>
+  static void fields(Self& self, Io& io) {
+    auto& [count, penetration_faults, max_penetration_m, contact_count] = self;
+    io(count, penetration_faults, max_penetration_m, contact_count);
+  }
+};
+
+/// Advances a PhysicsModel by one step: kinematics, contacts, their solution, then grippers, arm
+/// forces and contact simplification. No call allocates after warm-up.
+class PhysicsStep {
+ public:
+  PhysicsStep(PhysicsModel& model, BodyPlacement& placement);
+
+  // ---- inputs of the coming step
+  /// Pose of a gripper's mount at the end of the step.
+  void set_mount(int robot, const Eigen::Isometry3d& X_WF_next) {
+    next_mounts_[static_cast<std::size_t>(robot)] = X_WF_next;
+  }
+  void set_belt_speed(double speed_m_s) { next_belt_speed_m_s_ = speed_m_s; }
+
+  /// See PhysicsWorld::observe_solver().
+  void set_observer(SolverObserver observer) { solver_.set_observer(std::move(observer)); }
+
+  /// Throws PhysicsFailure.
+  void run();
+
+  [[nodiscard]] const StepResults& results() const { return results_; }
+  [[nodiscard]] const StepSolver& solver() const { return solver_; }
+  [[nodiscard]] ContactReport& report() { return report_; }
+  [[nodiscard]] const ContactReport& report() const { return report_; }
+
+  /// Everything that later steps depend on, beside the model and inputs of every step.
+  struct State {
+    KeptContacts::State kept;
+    StepSolver::Memory solver;
+    ContactReport::State forces;
+    double next_belt_speed_m_s = 0;
+    StepResults results;
+
+    /// See world/archive/archive.hpp.
+    template <typename Self, typename Io>
+    static void fields(Self& self, Io& io) {
+      auto& [kept, solver, forces, next_belt_speed_m_s, results] = self;
+      io(kept, solver, forces, next_belt_speed_m_s, results);
+    }
+  };
+  [[nodiscard]] State save() const;
+  void restore(const State& state);
+  /// Goes on from another world's step, with contacts found anew and these forces on the arms.
+  void adopt(const PhysicsStep& old, const ContactReport::State& forces);
+  [[nodiscard]] const Eigen::Isometry3d& mount(int robot) const {
+    return next_mounts_[static_cast<std::size_t>(robot)];
+  }
+
+ private:
+  [[nodiscard]] int part_count() const;
+  [[nodiscard]] double longest_way_m(int body) const;
+  void run_in_parts(int parts);
+  void run_part(int left);
+  void begin_part(int left);
+  void begin_arm(std::size_t robot, int left);
+  void count_faults();
+  void solve();
+  void collect_results(int left);
+  void keep_part_of_contacts(double share);
+  void observe_gripper(int robot);
+  [[nodiscard]] double share_of_step() const { return model_.step_s / model_.scene.physics.step_s; }
+
+  PhysicsModel& model_;
+  BodyPlacement& placement_;
+  ContactSearch search_;
+  StepSolver solver_;
+  BlowSearch blows_;
+  ArmPenalty penalty_;
+  ContactReport report_;
+  StepResults results_;
+  double next_belt_speed_m_s_ = 0;
+  std::vector<Eigen::Isometry3d> next_mounts_;              // by robot; set before every step
+  std::vector<std::vector<Eigen::Isometry3d>> next_links_;  // while a step is done in parts
+  std::vector<Eigen::Isometry3d> between_;                  // of an arm's links
+  std::vector<ContactConstraint> met_;                      // in the parts of a step
+  std::vector<int> released_;
+};
+
+}  // namespace aprsim::physics
