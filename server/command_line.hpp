@@ -10,7 +10,7 @@
 
 namespace aprsim::server {
 
-/// What the command line asks for besides the configuration itself.
+/// The command line besides the configuration itself.
 struct Invocation {
   Config config;
   std::string ports_file;           ///< empty = none

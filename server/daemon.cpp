@@ -1,7 +1,6 @@
 #include "server/daemon.hpp"
 
 #include <chrono>
-#include <cmath>
 #include <condition_variable>
 #include <filesystem>
 #include <memory>
@@ -15,23 +14,21 @@
 
 #include <spdlog/spdlog.h>
 
-#include "crcl/units.hpp"
 #include "protocols/crcl/crcl_server.hpp"
 #include "protocols/grpc/grpc_server.hpp"
 #include "protocols/modbus/modbus_server.hpp"
 #include "protocols/vision/vision_server.hpp"
 #include "protocols/web/web_server.hpp"
-#include "server/access/access_rules.hpp"
-#include "server/access/guards.hpp"
-#include "server/access/listener_options.hpp"
+#include "server/access/security_context.hpp"
 #include "server/config/version.hpp"
 #include "server/journal/journal.hpp"
 #include "server/journal/run_header.hpp"
 #include "server/journal/state_files.hpp"
-#include "server/operations/cell_news.hpp"
+#include "server/listeners/server_options.hpp"
+#include "server/operations/cell_log.hpp"
 #include "server/operations/metrics.hpp"
 #include "server/operations/process.hpp"
-#include "server/operations/refusal_marks.hpp"
+#include "server/operations/rejection_bookmarks.hpp"
 #include "server/programs/cell_programs.hpp"
 #include "world/runtime/history/bookmark_generator.hpp"
 #include "world/runtime/history/recorders.hpp"
@@ -41,11 +38,7 @@
 namespace aprsim::server {
 namespace {
 
-// Endpoints as they stand in the journal of commands; robots count up from the first.
-constexpr api::EndpointId kModbusEndpoint = 1;
-constexpr api::EndpointId kFirstCrclEndpoint = 16;
-
-constexpr std::chrono::milliseconds kNewsPeriod{200};
+constexpr std::chrono::milliseconds kCellLogPeriod{200};
 constexpr std::size_t kModbusTapBytes = std::size_t{4} << 20;
 
 /// Null where none is wanted; throws std::runtime_error when it cannot be begun.
@@ -114,110 +107,6 @@ world::SimulationOptions simulation_options(const Config& config, const scene::S
   return options;
 }
 
-crcl::Units units_of(const CrclRobotConfig& config) {
-  crcl::Units units;
-  units.length = config.length_unit == "meter"        ? crcl::LengthUnit::kMeter
-                 : config.length_unit == "millimeter" ? crcl::LengthUnit::kMillimeter
-                                                      : crcl::LengthUnit::kInch;
-  units.angle = config.angle_unit == "degree" ? crcl::AngleUnit::kDegree : crcl::AngleUnit::kRadian;
-  return units;
-}
-
-crcl_server::CrclServerOptions crcl_options(const Config& all, const std::string& robot, int index,
-                                            protocols::WireTap* tap, protocols::WireTrace* trace,
-                                            protocols::RefusalSink* refusals,
-                                            api::VirtualTime* time) {
-  const CrclConfig& config = all.crcl;
-  crcl_server::CrclServerOptions options;
-  options.tap = tap;
-  options.trace = trace;
-  options.refusals = refusals;
-  options.bind_address = config.address;
-  const auto port = config.ports.find(robot);
-  options.port = port == config.ports.end() ? 0 : port->second;
-  options.robot = index;
-  const CrclRobotConfig& own = config.of(robot);
-  options.units = units_of(own);
-  options.strict = own.strict;
-  options.clamp_targets = own.clamp_targets;
-  options.end_program_with_client = own.end_program_with_client;
-  const auto corner = [](const std::array<double, 3>& p) { return Eigen::Vector3d(p.data()); };
-  if (own.cartesian_min_m) options.cartesian_min_R = corner(*own.cartesian_min_m);
-  if (own.cartesian_max_m) options.cartesian_max_R = corner(*own.cartesian_max_m);
-  options.limits = limits_of(all.connections, config.max_connections);
-  options.allow = allowed_networks(config.allow);
-  options.document_timeout = std::chrono::milliseconds(config.document_timeout_ms);
-  options.idle_timeout = std::chrono::milliseconds(config.idle_timeout_ms);
-  options.endpoint = kFirstCrclEndpoint + static_cast<api::EndpointId>(index);
-  options.virtual_time = time;
-  return options;
-}
-
-modbus_server::ModbusServerOptions modbus_options(const Config& all, protocols::WireTap* tap,
-                                                  protocols::WireTrace* trace,
-                                                  protocols::RefusalSink* refusals,
-                                                  api::VirtualTime* time) {
-  const ModbusConfig& config = all.modbus;
-  modbus_server::ModbusServerOptions options;
-  options.tap = tap;
-  options.trace = trace;
-  options.refusals = refusals;
-  options.bind_address = config.address;
-  options.port = config.port;
-  options.limits = limits_of(all.connections, config.max_connections);
-  options.scaling = scaling_of(config);
-  options.allow = allowed_networks(config.allow);
-  options.unit_ids = config.unit_ids;
-  options.read_only = config.read_only;
-  options.max_requests_per_s = config.max_requests_per_s;
-  options.partial_timeout = std::chrono::milliseconds(config.request_timeout_ms);
-  options.write_timeout = options.partial_timeout;
-  options.idle_timeout = std::chrono::milliseconds(config.idle_timeout_ms);
-  options.watchdog = std::chrono::milliseconds(config.watchdog_ms);
-  options.endpoint = kModbusEndpoint;
-  options.virtual_time = time;
-  return options;
-}
-
-grpc_server::TelemetryOptions grpc_options(const Config& all, const Guards& guards,
-                                           journal::Journal* journal,
-                                           protocols::RefusalSink* refusals,
-                                           world::Simulation& simulation, api::History* history,
-                                           protocols::StateFiles* state_files,
-                                           std::vector<protocols::RobotPort*> robots) {
-  grpc_server::TelemetryOptions options = telemetry_options(all, guards);
-  options.trace = journal;
-  options.incidents = journal;
-  options.refusals = refusals;
-  options.virtual_time = simulation.virtual_time();
-  options.feed = &simulation.feed();
-  options.events = &simulation.events();
-  options.history = history;
-  options.state_files = state_files;
-  options.robots = std::move(robots);
-  return options;
-}
-
-vision_server::VisionServerOptions vision_options(const Config& all, const std::string& robot,
-                                                  int index, protocols::WireTrace* trace,
-                                                  protocols::RefusalSink* refusals,
-                                                  api::VirtualTime* time) {
-  const VisionConfig& config = all.vision;
-  vision_server::VisionServerOptions options;
-  options.trace = trace;
-  options.refusals = refusals;
-  options.bind_address = config.address;
-  const auto port = config.ports.find(robot);
-  options.port = port == config.ports.end() ? 0 : port->second;
-  options.robot = index;
-  options.limits = limits_of(all.connections, config.max_connections);
-  options.allow = allowed_networks(config.allow);
-  options.empty_slots = config.empty_slots;
-  options.repeat = std::chrono::milliseconds(std::llround(config.repeat_s * 1e3));
-  options.virtual_time = time;
-  return options;
-}
-
 /// Says which interface it was, and what to try.
 tl::unexpected<Error> not_listening(const std::string& name, const std::string& key, Error error) {
   error.field = key;
@@ -241,17 +130,14 @@ class Daemon::Impl {
                                                                  &simulation_)
                           : nullptr),
         state_files_([this] { return simulation_.scene(); }, kVersion),
-        guards_(config, simulation_),
+        security_(config, simulation_),
         robots_(make_robots(config, *scene)),
-        modbus_(modbus_options(config, tapped(config) ? &modbus_tap_ : nullptr, journal_.get(),
-                               refusals(), simulation_.virtual_time()),
-                simulation_, simulation_),
-        telemetry_(grpc_options(config, guards_, journal_.get(), refusals(), simulation_,
-                                history_.get(), &state_files_, ports()),
-                   simulation_, simulation_),
-        programs_(config, demo, guards_.program_token) {
-    crcl_tap_.audit_to(guards_.audit.get());
-    modbus_tap_.audit_to(guards_.audit.get());
+        modbus_(with_tap(modbus_options(context(config)), config, modbus_tap_), simulation_,
+                simulation_),
+        telemetry_(grpc_options(config), simulation_, simulation_),
+        programs_(config, demo, security_.program_token) {
+    crcl_tap_.audit_to(security_.audit.get());
+    modbus_tap_.audit_to(security_.audit.get());
     if (config.web.enabled) make_web(config, *scene);
   }
 
@@ -283,11 +169,11 @@ class Daemon::Impl {
       ports["web"] = *web;
     }
     simulation_.start();
-    news_ = std::jthread([this](const std::stop_token& stop) { log_news(stop); });
+    cell_log_ = std::jthread([this](const std::stop_token& stop) { log_cell(stop); });
     return ports;
   }
 
-  void reload() { guards_.reload(); }
+  void reload() { security_.reload(); }
   [[nodiscard]] bool makes_progress() const { return simulation_.makes_progress(); }
   [[nodiscard]] std::string problem() const { return simulation_.problem(); }
 
@@ -309,9 +195,9 @@ class Daemon::Impl {
     }
     simulation_.stop();
     programs_.end();
-    if (news_.joinable()) {
-      news_.request_stop();
-      news_.join();
+    if (cell_log_.joinable()) {
+      cell_log_.request_stop();
+      cell_log_.join();
     }
   }
 
@@ -322,47 +208,66 @@ class Daemon::Impl {
     std::unique_ptr<vision_server::VisionServer> vision;
   };
 
-  /// What happens to the cell, into the log: the simulation's own thread never writes there.
-  void log_news(const std::stop_token& stop) {
-    CellNews news;
+  /// Logs events of the cell: the simulation's own thread never writes there.
+  void log_cell(const std::stop_token& stop) {
+    CellLog cell_log;
     std::mutex mutex;
     std::condition_variable_any condition;
     std::unique_lock lock(mutex);
     while (true) {
       const bool ended = stop.stop_requested();
-      for (const NewsLine& line : news.look(*simulation_.latest())) {
+      for (const CellLogLine& line : cell_log.detect(*simulation_.latest())) {
         spdlog::log(line.error ? spdlog::level::err : spdlog::level::warn, "cell: {}", line.text);
       }
       if (ended) return;
-      condition.wait_for(lock, stop, kNewsPeriod, [] { return false; });
+      condition.wait_for(lock, stop, kCellLogPeriod, [] { return false; });
     }
   }
 
-  /// What is refused is found again where a past or a journal is kept.
+  /// Rejections are recorded where a past or a journal is kept.
   [[nodiscard]] protocols::RefusalSink* refusals() {
-    return records_ || journal_ ? &refusal_marks_ : nullptr;
+    return records_ || journal_ ? &rejection_bookmarks_ : nullptr;
   }
 
   static bool tapped(const Config& config) {
     return config.web.enabled || config.access.audit_file.has_value();
   }
 
+  [[nodiscard]] ListenerContext context(const Config& config) {
+    return {config, security_, journal_.get(), refusals(), simulation_.virtual_time()};
+  }
+
+  template <typename Options>
+  static Options with_tap(Options options, const Config& config, protocols::WireTap& tap) {
+    if (tapped(config)) options.tap = &tap;
+    return options;
+  }
+
   [[nodiscard]] std::vector<Robot> make_robots(const Config& config, const scene::Scene& scene) {
+    const ListenerContext shared = context(config);
     std::vector<Robot> robots;
     for (std::size_t i = 0; i < scene.robots.size(); ++i) {
       const std::string& name = scene.robots[i].name;
       const int index = static_cast<int>(i);
       robots.push_back({name,
                         std::make_unique<crcl_server::CrclServer>(
-                            crcl_options(config, name, index, tapped(config) ? &crcl_tap_ : nullptr,
-                                         journal_.get(), refusals(), simulation_.virtual_time()),
+                            with_tap(crcl_options(shared, index, name), config, crcl_tap_),
                             simulation_, simulation_),
                         std::make_unique<vision_server::VisionServer>(
-                            vision_options(config, name, index, journal_.get(), refusals(),
-                                           simulation_.virtual_time()),
-                            simulation_)});
+                            vision_options(shared, index, name), simulation_)});
     }
     return robots;
+  }
+
+  [[nodiscard]] grpc_server::TelemetryOptions grpc_options(const Config& config) {
+    grpc_server::TelemetryOptions options = telemetry_options(context(config));
+    options.incidents = journal_.get();
+    options.feed = &simulation_.feed();
+    options.events = &simulation_.events();
+    options.history = history_.get();
+    options.state_files = &state_files_;
+    options.robots = ports();
+    return options;
   }
 
   [[nodiscard]] std::vector<protocols::RobotPort*> ports() const {
@@ -372,10 +277,8 @@ class Daemon::Impl {
   }
 
   void make_web(const Config& config, const scene::Scene& scene) {
-    auto options = web_options(config, guards_, scene);
-    options.trace = journal_.get();
+    auto options = web_options(context(config), scene);
     options.incidents = journal_.get();
-    options.refusals = refusals();
     options.crcl_tap = &crcl_tap_;
     options.modbus_tap = &modbus_tap_;
     options.programs = programs_.for_pages();
@@ -401,12 +304,12 @@ class Daemon::Impl {
     if (journal_) sources.journal = journal_->stats();
     sources.grpc = telemetry_.stats();
     sources.web = web_->stats();
-    sources.access.refused = guards_.access->counts();
-    if (guards_.grpc_tls) {
-      sources.access.tls_failures = {{"grpc", guards_.grpc_tls->failures()},
-                                     {"web", guards_.web_tls->failures()}};
+    sources.access.refused = security_.access->counts();
+    if (security_.grpc_tls) {
+      sources.access.tls_failures = {{"grpc", security_.grpc_tls->failures()},
+                                     {"web", security_.web_tls->failures()}};
     }
-    if (guards_.audit) sources.access.audit = guards_.audit->stats();
+    if (security_.audit) sources.access.audit = security_.audit->stats();
     return sources;
   }
 
@@ -434,9 +337,9 @@ class Daemon::Impl {
   world::Recorders recorders_;
   world::Simulation simulation_;
   std::unique_ptr<world::TimeMachine> history_;  // where there are records
-  RefusalMarks refusal_marks_{bookmarks_, journal_.get(), simulation_};
+  RejectionBookmarks rejection_bookmarks_{bookmarks_, journal_.get(), simulation_};
   journal::SceneStateFiles state_files_;
-  Guards guards_;
+  SecurityContext security_;
   // Only the page shows what they keep; the audit writes it down.
   protocols::WireTap crcl_tap_{simulation_}, modbus_tap_{simulation_, kModbusTapBytes};
   std::vector<Robot> robots_;  // telemetry refers to their ports
@@ -445,7 +348,7 @@ class Daemon::Impl {
   Ports ports_;  // of the other listeners, for the page
   CellPrograms programs_;
   std::unique_ptr<web::WebServer> web_;
-  std::jthread news_;
+  std::jthread cell_log_;
 };
 
 Daemon::Daemon(const Config& config, std::shared_ptr<const scene::Scene> scene, bool demo)
@@ -465,7 +368,7 @@ std::uint64_t needed_files(const Config& config, std::size_t robots) {
       std::uint64_t{2} * config.grpc.max_connections +
       (config.web.enabled ? config.web.max_connections : 0);
   // Twice what the listeners may take: running out of descriptors must never come from clients.
-  return 2 * connections + web::kMaxTurnedAway + 64;
+  return 2 * connections + web::kMaxRejected + 64;
 }
 
 }  // namespace aprsim::server

@@ -34,7 +34,7 @@ class Daemon {
 
   /// Whether the simulation's thread goes on, be the cell paused or in a fault.
   [[nodiscard]] bool makes_progress() const;
-  /// What keeps the simulation from running as it is told to; empty = nothing.
+  /// Reason why the simulation does not run as it is told to; empty = none.
   [[nodiscard]] std::string problem() const;
 
  private:

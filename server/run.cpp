@@ -13,12 +13,12 @@
 #include <spdlog/spdlog.h>
 
 #include "server/access/exposure.hpp"
-#include "server/access/listener_options.hpp"
 #include "server/access/token_command.hpp"
 #include "server/command_line.hpp"
 #include "server/config/config.hpp"
 #include "server/config/version.hpp"
 #include "server/daemon.hpp"
+#include "server/listeners/server_options.hpp"
 #include "server/operations/logging.hpp"
 #include "server/operations/ports_file.hpp"
 #include "server/operations/process.hpp"
@@ -73,7 +73,7 @@ int serve_until_signal(Served& daemon, const Invocation& invocation,
   }
   ServiceManager service_manager;
   service_manager.ready();
-  // Of a terminal that closes the same signal means the end.
+  // The same signal means the end where a terminal closes.
   const bool reloads = !has_terminal();
   std::optional<int> signal;
   while (!(signal = wait_for_signal(service_manager.period())) || (reloads && *signal == SIGHUP)) {

@@ -36,7 +36,8 @@ client::Outcome<void> run(const std::string& name) {
   auto robot = client::CrclSession::connect(*endpoints, name);
   if (!robot) return tl::unexpected(robot.error());
 
-  // A session of CRCL begins with InitCanon. Each command returns when the robot reports it as done.
+  // A session of CRCL begins with InitCanon. Each command returns when the robot reports it as
+  // done.
   const crcl::CommandBody begin[] = {crcl::InitCanon{},
                                      crcl::SetUnits{crcl::LengthUnit::kMillimeter}};
   for (const auto& command : begin) {

@@ -14,7 +14,6 @@ using std::chrono::steady_clock;
 
 namespace {
 
-constexpr auto kConnectTimeout = std::chrono::seconds(5);
 constexpr auto kAnswerTimeout = std::chrono::seconds(10);
 constexpr auto kPollInterval = std::chrono::milliseconds(20);
 constexpr CrclSession::Seconds kStopTimeout{5};
@@ -31,8 +30,8 @@ Outcome<CrclSession> CrclSession::connect(const Endpoints& endpoints, const std:
                                           Cancelled cancelled) {
   const auto port = crcl_port(endpoints, robot);
   if (!port) return tl::unexpected(port.error());
-  auto socket =
-      TcpSocket::connect(endpoints.host, *port, steady_clock::now() + kConnectTimeout, cancelled);
+  auto socket = TcpSocket::connect(endpoints.host, *port,
+                                   steady_clock::now() + TcpSocket::kConnectTimeout, cancelled);
   if (!socket) {
     return failed(socket.error().kind,
                   fmt::format("cannot reach {} by CRCL at {}", robot, socket.error().message));

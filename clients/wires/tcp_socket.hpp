@@ -15,6 +15,9 @@ namespace aprsim::client {
 /// Thread: one at a time.
 class TcpSocket {
  public:
+  /// Patience of the sessions of this library while they connect.
+  static constexpr std::chrono::seconds kConnectTimeout{5};
+
   using Time = std::chrono::steady_clock::time_point;
 
   /// `host`: a name or an address. A host that does not answer in time is kConnection.

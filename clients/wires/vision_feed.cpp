@@ -10,7 +10,6 @@ using std::chrono::steady_clock;
 
 namespace {
 
-constexpr auto kConnectTimeout = std::chrono::seconds(5);
 constexpr std::size_t kMaxLineBytes = std::size_t{1} << 20U;
 
 }  // namespace
@@ -22,8 +21,8 @@ Outcome<VisionFeed> VisionFeed::connect(const Endpoints& endpoints, const std::s
                                         Cancelled cancelled) {
   const auto port = vision_port(endpoints, robot);
   if (!port) return tl::unexpected(port.error());
-  auto socket =
-      TcpSocket::connect(endpoints.host, *port, steady_clock::now() + kConnectTimeout, cancelled);
+  auto socket = TcpSocket::connect(endpoints.host, *port,
+                                   steady_clock::now() + TcpSocket::kConnectTimeout, cancelled);
   if (!socket) {
     return failed(socket.error().kind, fmt::format("cannot reach the camera of {} at {}", robot,
                                                    socket.error().message));

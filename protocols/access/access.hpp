@@ -24,7 +24,7 @@ using WallTime = std::chrono::system_clock::time_point;
 using Digest = std::array<std::uint8_t, 32>;
 [[nodiscard]] Digest digest_of(std::string_view salt, std::string_view secret);
 
-/// What is kept of a token: never the token itself.
+/// The record of a token: never the token itself.
 struct TokenEntry {
   std::string name;
   Role role = Role::kNone;
@@ -40,7 +40,7 @@ struct CertificateEntry {
   Role role = Role::kNone;
 };
 
-/// Who may what.
+/// Rules of access.
 struct AccessRules {
   std::vector<TokenEntry> tokens = {};
   std::vector<CertificateEntry> certificates = {};
@@ -48,19 +48,19 @@ struct AccessRules {
   Role others = Role::kView;  ///< of callers elsewhere without credentials
 };
 
-/// What a client has proven by its certificate.
+/// The identity that a client has proven by its certificate.
 struct ClientCertificate {
   std::string subject;             ///< whole, as in RFC 2253
   std::vector<std::string> names;  ///< common name and alternative names
 };
 
-/// What came with a call.
+/// Credentials that came with a call.
 struct Credentials {
   std::optional<std::string_view> token = {};
   std::shared_ptr<const ClientCertificate> certificate = {};  ///< null = none
 };
 
-/// Who calls.
+/// The caller.
 struct Caller {
   enum class Problem : std::uint8_t { kNone, kWrongToken, kExpired, kTooManyAttempts };
 
@@ -100,7 +100,7 @@ class Access {
   /// New rules from now on; who was let in by the old ones is looked at again by still().
   void replace(AccessRules rules);
 
-  /// Who calls from this numeric host. A token that is wrong, or has expired, is worse than none.
+  /// The caller from this numeric host. A token that is wrong, or has expired, is worse than none.
   [[nodiscard]] Caller identify(std::string_view host, const Credentials& credentials,
                                 WallTime now = std::chrono::system_clock::now(),
                                 Clock::time_point clock = Clock::now());

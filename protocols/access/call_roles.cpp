@@ -45,7 +45,7 @@ constexpr std::array kRoles{
     CallRole{"aprsim.v1.HistoryService/RemoveBookmark", Role::kOperate},
     CallRole{"aprsim.v1.HistoryService/ResumeFrom", Role::kOperate},
 
-    // What the cell itself would never do
+    // Things that the cell itself would never do
     CallRole{"aprsim.v1.ControlService/SetIntruder", Role::kInject},
     CallRole{"aprsim.v1.ControlService/InjectFault", Role::kInject},
     CallRole{"aprsim.v1.ControlService/EndFault", Role::kInject},

@@ -19,7 +19,7 @@ struct CallRole {
 /// method or a request adds its row; a test compares it with the messages.
 [[nodiscard]] std::span<const CallRole> call_roles();
 
-/// Of a call, with or without a slash before it; kAdmin for one without a row.
+/// Role that a call needs, with or without a slash before it; kAdmin for one without a row.
 [[nodiscard]] Role role_needed(std::string_view call);
 
 }  // namespace aprsim::protocols

@@ -7,7 +7,7 @@
 
 namespace aprsim::protocols {
 
-/// What a caller may do; each role may also do what those before it may.
+/// Permission of a caller; each role includes those before it.
 enum class Role : std::uint8_t {
   kNone,     ///< ask whether the daemon is there
   kView,     ///< look at the cell

@@ -5,7 +5,7 @@
 #include <chrono>
 #include <utility>
 
-namespace aprsim::modbus_server {
+namespace aprsim::conveyor {
 namespace {
 
 using modbus::ExceptionCode;
@@ -196,4 +196,4 @@ void ConveyorDevice::commit(const PendingWrite& write) {
   }
 }
 
-}  // namespace aprsim::modbus_server
+}  // namespace aprsim::conveyor

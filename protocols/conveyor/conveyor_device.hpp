@@ -9,9 +9,9 @@
 #include "modbus/request.hpp"
 #include "world/api/ports/ports.hpp"
 
-namespace aprsim::modbus_server {
+namespace aprsim::conveyor {
 
-/// What the cell's conveyor and light curtain are at in a snapshot.
+/// State of the cell's conveyor and light curtain in a snapshot.
 [[nodiscard]] modbus::ConveyorReadings readings_of(const api::Snapshot& snapshot);
 
 /// The device behind the listener: PLC memory whose documented registers are the conveyor's state.
@@ -67,4 +67,4 @@ class ConveyorDevice {
   std::optional<std::uint16_t> written_speed_;
 };
 
-}  // namespace aprsim::modbus_server
+}  // namespace aprsim::conveyor

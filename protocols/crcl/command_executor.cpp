@@ -101,7 +101,7 @@ struct CommandExecutor::Visitor {
         fit(*targets, robot.joints_, robot.options_.clamp_targets, settings.joint_unit());
     if (!note) return lifecycle.latch_error(note.error().message);
     api::MoveJoints action = robot.joints_.to_move(*targets);
-    // Of numbers that no joint has, nothing needs to move.
+    // Numbers that no joint has move nothing.
     if (action.targets.empty() && !targets->empty()) return lifecycle.done();
     submit(std::move(action));
     lifecycle.append_note(*note);

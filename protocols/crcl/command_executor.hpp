@@ -35,7 +35,7 @@ struct CommandExecutorOptions {
   protocols::RefusalSink* refusals = nullptr;  ///< see CommandLifecycle
 };
 
-/// What injected faults do to a CRCL port. Times are wall-clock.
+/// Effects of injected faults on a CRCL port. Times are wall-clock.
 struct PortFaults {
   bool half_document = false;  ///< a status ends in its midst, and the connection with it
   bool old_status = false;     ///< statuses are of the command before
@@ -77,7 +77,7 @@ class CommandExecutor {
   /// Whether the latest command is under way no more.
   [[nodiscard]] bool over();
 
-  /// What injected faults do to the port now.
+  /// Present effects of injected faults on the port.
   [[nodiscard]] PortFaults faults() const;
 
   /// Whether no status of this state has told before that the latest command is over: done or in
@@ -86,7 +86,7 @@ class CommandExecutor {
 
   /// The robot's name in the scene.
   [[nodiscard]] const std::string& robot() const { return description().name; }
-  /// What peers do is logged here, under the name "crcl.fanuc".
+  /// Log of what peers do, under the name "crcl.fanuc".
   [[nodiscard]] protocols::LimitedLog& log() { return log_; }
   [[nodiscard]] const std::string& name() const { return log_.name(); }
 
@@ -122,7 +122,7 @@ class CommandExecutor {
   protocols::RateLimit program_pace_;
   bool in_program_ = false;                     // the latest command is the program's
   std::optional<crcl::CommandState> end_told_;  // of the latest command
-  /// Of the command before, while an injected fault wants it to be told.
+  /// State of the previous command, while an injected fault has it reported.
   std::optional<crcl::CommandStatus> old_status_;
   std::function<void()> wake_;
   std::uint64_t commands_ = 0;

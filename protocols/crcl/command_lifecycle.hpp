@@ -21,7 +21,7 @@ namespace aprsim::crcl_server {
 /// Thread: the server's.
 class CommandLifecycle {
  public:
-  /// What has become of a submission.
+  /// State of a submission.
   enum class Outcome {
     kPending,
     kDone,
@@ -35,7 +35,7 @@ class CommandLifecycle {
   CommandLifecycle(protocols::LimitedLog& log, const JointMap& joints, int robot,
                    std::uint64_t epoch, protocols::RefusalSink* refusals = nullptr);
 
-  // What clients ask.
+  // Requests of clients.
 
   /// A new latest command. `type` is its type in the schema.
   void begin(std::string type, const crcl::CommandInstance& instance);
@@ -45,7 +45,7 @@ class CommandLifecycle {
   void open_session(api::Ticket ticket);
   void end_session() { session_ = Session::kEnded; }
 
-  // What comes of it.
+  // Their outcome.
 
   /// The latest command is under way as `action`. A refused ticket is an error: false. A motion
   /// that it ends before its target is told of in its description, and logged.
@@ -61,14 +61,14 @@ class CommandLifecycle {
   [[nodiscard]] bool observe(const api::Snapshot& snapshot);
 
   [[nodiscard]] Outcome outcome_of(const Submission& command, const api::Snapshot& snapshot) const;
-  /// What the latest command waits for.
+  /// The submission that the latest command waits for.
   [[nodiscard]] std::optional<Submission> pending() const;
   [[nodiscard]] bool session_open() const { return session_ == Session::kOpen; }
   [[nodiscard]] bool in_error() const { return error_.has_value(); }
   [[nodiscard]] const std::string& type() const { return *latest_.name; }
   [[nodiscard]] std::int64_t command_id() const { return latest_.command_id; }
 
-  /// Of the latest command. `program_runs` as below.
+  /// State of the latest command. `program_runs` as below.
   [[nodiscard]] crcl::CommandState state(bool program_runs) const;
   /// With a new StatusID. `program_runs`: the latest command is one of a program that goes on.
   [[nodiscard]] crcl::CommandStatus next_status(bool program_runs);

@@ -12,8 +12,8 @@
 
 namespace aprsim::crcl_server {
 
-/// What one connection has chosen for itself: its units and what its statuses contain. Changes only
-/// through the commands of that connection; InitCanon leaves it alone.
+/// Settings of one connection: its units and the content of its statuses. They change only through
+/// the commands of that connection; InitCanon leaves it alone.
 class ConnectionSettings {
  public:
   /// Every joint's position, the pose and the settings are reported; not the gripper.
@@ -74,7 +74,7 @@ class ConnectionSettings {
   std::vector<crcl::JointReport> listed_;  // each joint at most once
 };
 
-/// Who sends a command.
+/// The sender of a command.
 struct Caller {
   std::shared_ptr<ConnectionSettings> settings;  ///< of its connection; a program outlives that
   std::string peer;                              ///< address and port

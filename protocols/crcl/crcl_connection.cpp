@@ -25,19 +25,19 @@ constexpr int kDocumentsPerTurn = 16;
 }  // namespace
 
 CrclConnection::CrclConnection(asio::ip::tcp::socket socket, std::string peer,
-                               protocols::ConnectionPlaces::Place place,
+                               protocols::ConnectionLimiter::Slot slot,
                                protocols::ConnectionTrace trace, const CrclServerOptions& options,
                                CommandExecutor& executor, CrclCounters& counters,
                                std::function<void()> on_time, OnEnd on_end)
     : socket_(std::move(socket)),
-      place_(std::move(place)),
+      slot_(std::move(slot)),
       trace_(std::move(trace)),
       options_(options),
       executor_(executor),
       counters_(counters),
       on_end_(std::move(on_end)),
       session_(options, executor, counters, socket_.get_executor(), std::move(peer),
-               options.virtual_time, std::move(on_time), *this),
+               options.listener.virtual_time, std::move(on_time), *this),
       framer_(crcl::Framer::for_commands(options.max_message_bytes, options.max_program_bytes)),
       write_timer_(socket_.get_executor()),
       idle_timer_(socket_.get_executor()),
@@ -80,8 +80,8 @@ void CrclConnection::drop(const std::string& reason) {
   close();
 }
 
-void CrclConnection::shut_out() {
-  session_.shut_out();
+void CrclConnection::exclude() {
+  session_.exclude();
   break_off();
 }
 
@@ -118,7 +118,7 @@ void CrclConnection::on_read(const error_code& error, std::size_t size) {
   error_code ignored;
   idle_timer_.cancel(ignored);
   const std::string_view bytes(input_.data(), size);
-  // What a web page has sent is nobody's command, and no error of the robot's.
+  // Bytes of a web page are nobody's command, and no error of the robot's.
   if (!heard_) {
     const std::string_view protocol = protocols::foreign_protocol(bytes);
     if (!protocol.empty()) return drop("it speaks " + std::string(protocol) + ", not CRCL");
@@ -147,7 +147,7 @@ void CrclConnection::process() {
     if (!document) return session_.fail(document.error());
     watch_document(!*document && framer_.buffered() > 0);
     if (!*document) return read();
-    place_.used();
+    slot_.used();
     trace_.received_first(**document);
     if (framer_.last_root() == 0) {
       session_.take(CommandDocument{*std::move(*document)}, read_at_);

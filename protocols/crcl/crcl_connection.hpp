@@ -11,8 +11,8 @@
 
 #include "crcl/framer.hpp"
 #include "protocols/crcl/crcl_session.hpp"
-#include "protocols/net/connection_places.hpp"
-#include "protocols/record/wire_trace.hpp"
+#include "protocols/net/connection_limiter.hpp"
+#include "protocols/record/connection_trace.hpp"
 
 namespace aprsim::crcl_server {
 
@@ -26,7 +26,7 @@ class CrclConnection final : public SessionWire,
 
   /// `on_time` as in CrclSession; `on_end` is called once, when the socket has been closed.
   CrclConnection(boost::asio::ip::tcp::socket socket, std::string peer,
-                 protocols::ConnectionPlaces::Place place, protocols::ConnectionTrace trace,
+                 protocols::ConnectionLimiter::Slot slot, protocols::ConnectionTrace trace,
                  const CrclServerOptions& options, CommandExecutor& executor,
                  CrclCounters& counters, std::function<void()> on_time, OnEnd on_end);
 
@@ -35,19 +35,19 @@ class CrclConnection final : public SessionWire,
   void drain();
   /// Closes at once.
   void close();
-  void give_way() { drop("its place is needed"); }
+  void evict() { drop("its place is needed"); }
   /// As if the wire were cut.
   void break_off() { drop("an injected fault"); }
   /// The same, and it is not let in again for a while.
-  void shut_out();
+  void exclude();
 
-  [[nodiscard]] protocols::ConnectionPlaces::Place& place() { return place_; }
+  [[nodiscard]] protocols::ConnectionLimiter::Slot& slot() { return slot_; }
   [[nodiscard]] const std::string& peer() const { return session_.caller().peer; }
   /// Whether its polls pass virtual time.
   [[nodiscard]] bool paces() const { return session_.paces(); }
 
  private:
-  // What the session asks of its wire.
+  // The wire, as the session sees it.
   [[nodiscard]] std::shared_ptr<SessionWire> hold() override { return shared_from_this(); }
   [[nodiscard]] bool carries_documents() const override { return true; }
   [[nodiscard]] bool closed() const override { return closed_; }
@@ -75,7 +75,7 @@ class CrclConnection final : public SessionWire,
   void watch(boost::asio::steady_timer& timer, std::chrono::milliseconds limit, std::string reason);
 
   boost::asio::ip::tcp::socket socket_;
-  protocols::ConnectionPlaces::Place place_;
+  protocols::ConnectionLimiter::Slot slot_;
   protocols::ConnectionTrace trace_;
   std::string end_;  // why it ends
   const CrclServerOptions& options_;

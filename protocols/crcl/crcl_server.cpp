@@ -2,7 +2,6 @@
 
 #include <atomic>
 #include <map>
-#include <optional>
 #include <utility>
 
 #include <spdlog/spdlog.h>
@@ -12,6 +11,7 @@
 #include "protocols/crcl/crcl_connection.hpp"
 #include "protocols/crcl/port_session.hpp"
 #include "protocols/net/tcp_service.hpp"
+#include "protocols/net/time_pacer.hpp"
 #include "protocols/ports/wire_faults.hpp"
 
 namespace aprsim::crcl_server {
@@ -26,14 +26,14 @@ CommandExecutorOptions executor_options(const CrclServerOptions& options) {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   CommandExecutorOptions executor;
   executor.robot = options.robot;
-  executor.endpoint = options.endpoint;
+  executor.endpoint = options.listener.endpoint;
   executor.clamp_targets = options.clamp_targets;
   executor.cartesian_min_R = options.cartesian_min_R;
   executor.cartesian_max_R = options.cartesian_max_R;
   executor.max_program_bytes = options.max_program_bytes;
   executor.end_program_with_client = options.end_program_with_client;
-  executor.virtual_time = options.virtual_time != nullptr;
-  executor.refusals = options.refusals;
+  executor.virtual_time = options.listener.virtual_time != nullptr;
+  executor.refusals = options.listener.refusals;
   executor.start_ms = std::chrono::duration_cast<std::chrono::milliseconds>(now).count();
   return executor;
 }
@@ -46,20 +46,20 @@ class CrclServer::Impl {
       : options_(std::move(options)),
         executor_(executor_options(options_), sink, source),
         robot_(executor_.robot()),
-        service_({executor_.name(), options_.bind_address, options_.port, options_.limits,
-                  options_.allow, options_.refusals},
-                 options_.drain_deadline,
+        service_(executor_.name(), options_.listener,
                  [this](protocols::TcpListener::Socket socket, std::string peer,
-                        protocols::TcpListener::Place place) {
-                   protocols::ConnectionTrace trace(
-                       options_.trace, source_, protocols::WireKind::kCrcl, executor_.name(), peer);
+                        protocols::TcpListener::Slot slot) {
+                   protocols::ConnectionTrace trace(options_.listener.trace, source_,
+                                                    protocols::WireKind::kCrcl, executor_.name(),
+                                                    peer);
                    return std::make_shared<CrclConnection>(
-                       std::move(socket), std::move(peer), std::move(place), std::move(trace),
+                       std::move(socket), std::move(peer), std::move(slot), std::move(trace),
                        options_, executor_, counters_, [this] { follow_faults(); },
                        [this](CrclConnection& ended) { service_.ended(ended); });
                  }),
         program_timer_(service_.io()),
         fault_timer_(service_.io()),
+        program_pacer_(options_.listener.virtual_time, service_.io().get_executor()),
         source_(source),
         drops_(faults::Kind::kCrclDrop, options_.robot) {
     crcl::initialize_xml();
@@ -71,7 +71,7 @@ class CrclServer::Impl {
   Result<std::uint16_t> start() {
     const Result<std::uint16_t> port = service_.listen();
     if (!port) return port;
-    spdlog::info("{}: listening on {} port {}", executor_.name(), options_.bind_address, *port);
+    spdlog::info("{}: listening on {} port {}", executor_.name(), options_.listener.address, *port);
     watch_faults();
     service_.start();
     return port;
@@ -83,7 +83,7 @@ class CrclServer::Impl {
       for_each_session([](PortSession& session) {
         session.end(ErrorCode::kUnavailable, "the robot's port closes");
       });
-      leave_time();
+      program_pacer_.leave();
       program_timer_.cancel();
       fault_timer_.cancel();
     });
@@ -106,10 +106,11 @@ class CrclServer::Impl {
   Result<std::shared_ptr<protocols::RobotSession>> open(
       protocols::RobotSessionOptions asked, std::shared_ptr<protocols::RobotClient> client) {
     if (stopping_) return fail(ErrorCode::kUnavailable, executor_.name(), "the port is closed");
-    if (++sessions_open_ > options_.limits.at_once) {
+    if (++sessions_open_ > options_.listener.limits.at_once) {
       --sessions_open_;
-      return fail(ErrorCode::kUnavailable, executor_.name(),
-                  fmt::format("all {} places for sessions are taken", options_.limits.at_once));
+      return fail(
+          ErrorCode::kUnavailable, executor_.name(),
+          fmt::format("all {} places for sessions are taken", options_.listener.limits.at_once));
     }
     asked.peer += fmt::format(" session {}", ++last_session_);
     auto session =
@@ -135,7 +136,7 @@ class CrclServer::Impl {
 
   // A program goes on though no client asks for anything.
   void schedule_program() {
-    if (options_.virtual_time) return ask_for_program();
+    if (options_.listener.virtual_time) return ask_for_program();
     program_timer_.expires_after(kProgramPeriod);
     program_timer_.async_wait([this](const boost::system::error_code& cancelled) {
       if (!cancelled) advance_program();
@@ -146,22 +147,14 @@ class CrclServer::Impl {
     if (service_.draining()) return;
     executor_.advance();
     if (executor_.runs_program()) return schedule_program();
-    leave_time();
+    program_pacer_.leave();
   }
 
   // In virtual time it has its turn at instants of the cell's.
   void ask_for_program() {
-    if (!program_pacer_) {
-      program_pacer_ = options_.virtual_time->join(
-          {executor_.name(), api::PacerKind::kProgram, options_.endpoint},
-          [this] { boost::asio::post(service_.io(), [this] { advance_program(); }); });
-    }
-    if (program_pacer_) options_.virtual_time->request_until(*program_pacer_, kProgramPeriod);
-  }
-
-  void leave_time() {
-    if (program_pacer_) options_.virtual_time->leave(*program_pacer_);
-    program_pacer_.reset();
+    program_pacer_.join({executor_.name(), api::PacerKind::kProgram, options_.listener.endpoint});
+    if (program_pacer_.joined())
+      program_pacer_.after(kProgramPeriod, [this] { advance_program(); });
   }
 
   // A client that paces sees them where it stands, and not between.
@@ -176,7 +169,7 @@ class CrclServer::Impl {
     fault_timer_.async_wait([this](const boost::system::error_code& cancelled) {
       if (!cancelled && !service_.draining()) watch_faults();
     });
-    if (!options_.virtual_time || !somebody_paces()) follow_faults();
+    if (!options_.listener.virtual_time || !somebody_paces()) follow_faults();
   }
 
   // A controller that starts anew closes its port; a dropped connection may come back at once.
@@ -189,7 +182,7 @@ class CrclServer::Impl {
     const bool closed = protocols::injected(*now, faults::Kind::kControllerReboot, options_.robot);
     if (closed != closed_) service_.refuse_connections(closed);
     if (closed && !closed_) {
-      service_.for_each([](CrclConnection& connection) { connection.shut_out(); });
+      service_.for_each([](CrclConnection& connection) { connection.exclude(); });
       for_each_session([](PortSession& session) {
         session.end(ErrorCode::kUnavailable, "the robot's controller starts anew");
       });
@@ -210,7 +203,7 @@ class CrclServer::Impl {
   std::map<const PortSession*, std::shared_ptr<PortSession>> sessions_;
   protocols::TcpService<CrclConnection> service_;
   boost::asio::steady_timer program_timer_, fault_timer_;
-  std::optional<api::PacerId> program_pacer_;  // while one runs in virtual time
+  protocols::TimePacer program_pacer_;  // has joined while a program runs in virtual time
   const api::SnapshotSource& source_;
   protocols::MomentaryFaults drops_;
   api::InjectedFaultsPtr followed_;  // the faults that the port has followed

@@ -11,24 +11,21 @@
 #include <Eigen/Core>
 
 #include "crcl/units.hpp"
-#include "protocols/net/connection_places.hpp"
-#include "protocols/ports/refusal_sink.hpp"
+#include "protocols/net/listener_options.hpp"
 #include "protocols/ports/robot_port.hpp"
 #include "protocols/record/wire_tap.hpp"
-#include "protocols/record/wire_trace.hpp"
 #include "world/api/ports/ports.hpp"
-#include "world/api/ports/virtual_time.hpp"
 #include "world/base/duration_histogram.hpp"
 #include "world/base/result.hpp"
 
 /// One robot's CRCL port.
 namespace aprsim::crcl_server {
 
+/// In virtual time each GetStatus of a client takes its poll period.
 struct CrclServerOptions {
-  std::string bind_address = "127.0.0.1";  ///< a numeric IPv4 or IPv6 address
-  std::uint16_t port = 64444;              ///< 0 = any free port
-  int robot = 0;                           ///< index into CellDescription::robots
-  crcl::Units units;                       ///< of a new connection
+  protocols::ListenerOptions listener{.port = 64444};
+  int robot = 0;      ///< index into CellDescription::robots
+  crcl::Units units;  ///< of a new connection
   /// Joint positions, speeds and accelerations are in degrees whatever SetAngleUnits says, as in
   /// the reference servers, whose clients count on it; false: they follow the connection's unit.
   bool joints_in_degrees = true;
@@ -40,10 +37,6 @@ struct CrclServerOptions {
   bool clamp_targets = false;
   /// Where the tool point may be sent, in the robot's reference frame [m]; its reach when absent.
   std::optional<Eigen::Vector3d> cartesian_min_R, cartesian_max_R;
-  protocols::ConnectionLimits limits;  ///< a connection without a place is closed at once
-  /// Networks or addresses that are served, "192.168.1.0/24"; others are closed at once. None =
-  /// whoever reaches the bind address.
-  std::vector<std::string> allow = {};
   std::size_t max_message_bytes = 65'536;
   std::size_t max_program_bytes = 1'048'576;  ///< of a whole CRCLProgram
   /// A program ends when the client that sent it disconnects, after the command under way; else it
@@ -57,15 +50,7 @@ struct CrclServerOptions {
   std::chrono::milliseconds document_timeout{10'000};
   /// Closes a connection that has sent nothing for so long; 0 = never.
   std::chrono::milliseconds idle_timeout{0};
-  /// stop() lets statuses under way go out for at most so long.
-  std::chrono::milliseconds drain_deadline{500};
-  api::EndpointId endpoint = 0;                ///< stamped on every command
-  protocols::WireTap* tap = nullptr;           ///< sees the documents; outlives the server
-  protocols::WireTrace* trace = nullptr;       ///< hears of everything; outlives the server
-  protocols::RefusalSink* refusals = nullptr;  ///< hears what is refused; outlives the server
-  /// Each GetStatus of a client takes its poll period; null = the wall clock passes time. Outlives
-  /// the server.
-  api::VirtualTime* virtual_time = nullptr;
+  protocols::WireTap* tap = nullptr;  ///< sees the documents; outlives the server
 };
 
 struct CrclServerStats {

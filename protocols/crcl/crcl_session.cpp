@@ -4,8 +4,6 @@
 #include <type_traits>
 #include <utility>
 
-#include <boost/asio/post.hpp>
-
 #include "crcl/command_codec.hpp"
 #include "crcl/schema.hpp"
 #include "crcl/status_codec.hpp"
@@ -16,57 +14,46 @@ namespace {
 namespace asio = boost::asio;
 using boost::system::error_code;
 
-// What a status counts for where no document of it is made.
+// Size that a status counts for where no document of it is made.
 constexpr std::size_t kUsualStatusBytes = 2048;
 
 }  // namespace
 
 CrclSession::CrclSession(const CrclServerOptions& options, CommandExecutor& executor,
-                         CrclCounters& counters, asio::any_io_executor io, std::string peer,
+                         CrclCounters& counters, const asio::any_io_executor& io, std::string peer,
                          api::VirtualTime* virtual_time, std::function<void()> on_time,
                          SessionWire& wire)
     : options_(options),
       executor_(executor),
       counters_(counters),
-      virtual_time_(virtual_time),
       on_time_(std::move(on_time)),
       wire_(wire),
       caller_{std::make_shared<ConnectionSettings>(options.units, options.joints_in_degrees),
               std::move(peer)},
-      io_(std::move(io)),
-      late_timer_(io_),
-      pause_timer_(io_) {}
+      late_(io, {[this](Answer answer) { wire_.send(std::move(answer)); },
+                 [this] { wire_.on_room(); }}),
+      pacer_(virtual_time, io),
+      pause_timer_(io) {}
 
 void CrclSession::close() {
-  if (pacer_) virtual_time_->leave(*pacer_);
-  pacer_.reset();
-  then_ = nullptr;
+  pacer_.leave();
+  late_.close();
   error_code ignored;
-  late_timer_.cancel(ignored);
   pause_timer_.cancel(ignored);
-}
-
-void CrclSession::shut_out() {
-  if (pacer_) virtual_time_->exclude(*pacer_);
-  pacer_.reset();
-}
-
-void CrclSession::finish_time() {
-  if (pacer_) virtual_time_->finish(*pacer_);
 }
 
 void CrclSession::take(Received received, std::chrono::steady_clock::time_point read_at) {
   read_at_ = read_at;
   ++counters_.commands;
-  if (virtual_time_) join_time(false);
+  join_time(false);
   if (const auto slow = executor_.faults().slow; slow.count() > 0) {
-    if (!pacer_) return pause(std::move(received), slow);
+    if (!pacer_.joined()) return pause(std::move(received), slow);
     return after(slow, [this, held = std::move(received)] { handle(held); });
   }
   guarded([&] { handle(received); });
 }
 
-// What goes wrong is this peer's loss, not the others'.
+// Failures are this peer's loss, not the others'.
 void CrclSession::guarded(const std::function<void()>& work) {
   try {
     work();
@@ -90,7 +77,7 @@ void CrclSession::pause(Received received, std::chrono::nanoseconds time) {
 
 void CrclSession::handle(const Received& received) {
   if (const auto* command = std::get_if<CommandDocument>(&received)) {
-    // Who watches polls sees every document, so it is read anew.
+    // Whoever watches polls sees every document, so it is read anew.
     if (command->text == get_status_ && !polls_tapped()) return poll();
   }
   if (polls_tapped()) received_ = std::chrono::steady_clock::now();
@@ -171,36 +158,31 @@ void CrclSession::fail(const crcl::Error& error) {
 
 // Polls are the clock: in virtual time each takes its period, and its status is of the end of that.
 void CrclSession::poll() {
-  if (virtual_time_) join_time(true);
-  if (!pacer_) return answer_status();
-  after(virtual_time_->poll_period() + executor_.faults().late_status, [this] { answer_status(); });
+  join_time(true);
+  if (!pacer_.joined()) return answer_status();
+  after(pacer_.poll_period() + executor_.faults().late_status, [this] { answer_status(); });
 }
 
 // Where pacers are declared, with the first document; else with the first poll.
 void CrclSession::join_time(bool polls) {
   const std::string& role = executor_.name();
-  if (pacer_ || !(polls || virtual_time_->is_registered(role))) return;
-  pacer_ = virtual_time_->join({role, api::PacerKind::kClient, options_.endpoint},
-                               [this, io = io_, wire = std::weak_ptr<SessionWire>(wire_.hold())] {
-                                 asio::post(io, [this, wire] {
-                                   if (const auto open = wire.lock()) on_reached();
-                                 });
-                               });
+  if (!polls && !pacer_.is_registered(role)) return;
+  pacer_.join({role, api::PacerKind::kClient, options_.listener.endpoint});
 }
 
 // Nothing of this session is handled before.
 void CrclSession::after(SimTime span, std::function<void()> then) {
-  then_ = std::move(then);
-  virtual_time_->request_until(*pacer_, span);
+  pacer_.after(span,
+               [this, wire = std::weak_ptr<SessionWire>(wire_.hold()), then = std::move(then)] {
+                 const auto open = wire.lock();
+                 if (!open) return;
+                 on_time_();
+                 if (wire_.ended()) return;
+                 guarded(then);
+                 // It may wait for another instant already.
+                 if (!pacer_.waiting()) wire_.on_taken();
+               });
   wire_.watch_end();
-}
-
-void CrclSession::on_reached() {
-  on_time_();
-  if (wire_.ended() || !then_) return;
-  guarded(std::exchange(then_, nullptr));
-  // It may wait for another instant already.
-  if (!then_) wire_.on_taken();
 }
 
 void CrclSession::answer_status() {
@@ -212,36 +194,15 @@ void CrclSession::answer_status() {
   ++counters_.statuses;
   const PortFaults faults = executor_.faults();
   if (faults.half_document) return wire_.send_half(std::move(answer));
-  if (!pacer_ && (faults.late_status.count() > 0 || !late_.empty())) {
-    return send_later(std::move(answer), faults.late_status);
+  // A client that paces has waited for it in the cell's time.
+  const auto delay = pacer_.joined() ? std::chrono::nanoseconds(0) : faults.late_status;
+  if (late_.must_wait(delay)) {
+    const std::size_t bytes =
+        wire_.carries_documents() ? answer.document.size() : kUsualStatusBytes;
+    return late_.add(std::move(answer), bytes, delay, wire_.hold());
   }
   wire_.send(std::move(answer));
   counters_.answer_times.add(std::chrono::steady_clock::now() - read_at_);
-}
-
-// An injected fault: in their order, each at its time.
-void CrclSession::send_later(Answer answer, std::chrono::nanoseconds time) {
-  const std::size_t bytes = wire_.carries_documents() ? answer.document.size() : kUsualStatusBytes;
-  late_bytes_ += bytes;
-  late_.push_back({std::chrono::steady_clock::now() + time, std::move(answer), bytes});
-  if (late_.size() == 1) send_due();
-}
-
-void CrclSession::send_due() {
-  while (!late_.empty() && late_.front().due <= std::chrono::steady_clock::now()) {
-    Late due = std::move(late_.front());
-    late_.pop_front();
-    late_bytes_ -= due.bytes;
-    wire_.send(std::move(due.answer));
-    if (wire_.closed()) return;
-  }
-  if (!late_.empty()) {
-    late_timer_.expires_at(late_.front().due);
-    late_timer_.async_wait([this, hold = wire_.hold()](const error_code& cancelled) {
-      if (!cancelled && !wire_.closed()) send_due();
-    });
-  }
-  wire_.on_room();
 }
 
 void CrclSession::tap_error(const crcl::Error& error, const std::string& document) {

@@ -4,10 +4,8 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <variant>
 
@@ -19,6 +17,8 @@
 #include "protocols/crcl/command_executor.hpp"
 #include "protocols/crcl/connection_settings.hpp"
 #include "protocols/crcl/crcl_server.hpp"
+#include "protocols/net/delayed_replies.hpp"
+#include "protocols/net/time_pacer.hpp"
 #include "world/base/duration_histogram.hpp"
 
 namespace aprsim::crcl_server {
@@ -29,7 +29,7 @@ struct CrclCounters {
   api::DurationHistogram answer_times;  ///< from the read that completes a GetStatus
 };
 
-/// What a client has sent: a document as it stands, or what came of reading a message.
+/// Input of a client: a document as it stands, or the result of reading a message.
 struct CommandDocument {
   std::string text;
 };
@@ -58,9 +58,9 @@ class SessionWire {
   virtual void send(Answer answer) = 0;
   /// An injected fault: half of it, and no more.
   virtual void send_half(Answer answer) = 0;
-  /// What was held back has been sent.
+  /// Replies that were held back have been sent.
   virtual void on_room() = 0;
-  /// What was held back has been taken; the next may come.
+  /// The document that was held back has been taken; the next may come.
   virtual void on_taken() = 0;
   /// The session waits for virtual time, and the client may vanish meanwhile.
   virtual void watch_end() = 0;
@@ -78,27 +78,27 @@ class CrclSession {
   /// `virtual_time`: null = it does not pace. `on_time` is called when virtual time has come as far
   /// as was asked for, and may end the session.
   CrclSession(const CrclServerOptions& options, CommandExecutor& executor, CrclCounters& counters,
-              boost::asio::any_io_executor io, std::string peer, api::VirtualTime* virtual_time,
-              std::function<void()> on_time, SessionWire& wire);
+              const boost::asio::any_io_executor& io, std::string peer,
+              api::VirtualTime* virtual_time, std::function<void()> on_time, SessionWire& wire);
 
   /// Takes what has come since `read_at`; the next only while not busy().
   void take(Received received, std::chrono::steady_clock::time_point read_at);
   /// Something is held back; the wire hears of its end by on_taken().
-  [[nodiscard]] bool busy() const { return paused_ || then_; }
-  /// Of statuses that wait for their time [bytes].
-  [[nodiscard]] std::size_t held_bytes() const { return late_bytes_; }
+  [[nodiscard]] bool busy() const { return paused_ || pacer_.waiting(); }
+  /// Size of statuses that wait for their time [bytes].
+  [[nodiscard]] std::size_t held_bytes() const { return late_.bytes(); }
   [[nodiscard]] bool all_sent() const { return late_.empty(); }
   /// A document that could not even be cut out of the stream.
   void fail(const crcl::Error& error);
 
   /// The client may yet be gone: nobody is left behind for its sake.
-  void finish_time();
+  void finish_time() { pacer_.finish(); }
   /// Waits for virtual time.
-  [[nodiscard]] bool waits_for_time() const { return then_ && pacer_; }
+  [[nodiscard]] bool waits_for_time() const { return pacer_.waiting(); }
   /// Whether its polls pass virtual time.
-  [[nodiscard]] bool paces() const { return pacer_.has_value(); }
+  [[nodiscard]] bool paces() const { return pacer_.joined(); }
   /// Not let in again for a while.
-  void shut_out();
+  void exclude() { pacer_.exclude(); }
   /// No more of anything. Again: nothing.
   void close();
 
@@ -118,10 +118,7 @@ class CrclSession {
   void answer_status();
   void join_time(bool polls);
   void after(SimTime span, std::function<void()> then);
-  void on_reached();
   void pause(Received received, std::chrono::nanoseconds time);
-  void send_later(Answer answer, std::chrono::nanoseconds time);
-  void send_due();
   [[nodiscard]] bool polls_tapped() const { return options_.tap && options_.tap->wants_polls(); }
   void tap_command(std::string type, std::int64_t id, std::string fault,
                    const std::string& document);
@@ -131,24 +128,15 @@ class CrclSession {
   const CrclServerOptions& options_;
   CommandExecutor& executor_;
   CrclCounters& counters_;
-  api::VirtualTime* virtual_time_;
   std::function<void()> on_time_;
   SessionWire& wire_;
 
   Caller caller_;
   std::string get_status_;  // the latest GetStatus, which clients repeat byte for byte
-  struct Late {
-    std::chrono::steady_clock::time_point due;
-    Answer answer;
-    std::size_t bytes;
-  };
-  std::deque<Late> late_;              // statuses that an injected fault holds back
-  std::size_t late_bytes_ = 0;         // of them
-  bool paused_ = false;                // an injected fault holds back the document at hand
-  std::optional<api::PacerId> pacer_;  // in virtual time
-  std::function<void()> then_;         // once that has come as far as was asked for; empty = now
-  boost::asio::any_io_executor io_;
-  boost::asio::steady_timer late_timer_, pause_timer_;
+  protocols::DelayedReplies<Answer> late_;  // statuses that an injected fault holds back
+  protocols::TimePacer pacer_;
+  bool paused_ = false;  // an injected fault holds back the document at hand
+  boost::asio::steady_timer pause_timer_;
   std::chrono::steady_clock::time_point read_at_{},  // the bytes of the document at hand
       received_{};                                   // itself, while polls are tapped
 };

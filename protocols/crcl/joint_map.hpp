@@ -14,7 +14,7 @@
 
 namespace aprsim::crcl_server {
 
-/// What is asked of one joint as CRCL counts it; angles [rad] are those of its own counting.
+/// Target of one joint as CRCL counts it; angles [rad] are those of its own counting.
 struct WireTarget {
   int number = 1;  ///< 1-based, within the map
   double angle_rad = 0;
@@ -60,8 +60,8 @@ class JointMap {
   [[nodiscard]] Eigen::VectorXd wire_rates(const Eigen::VectorXd& arm_rad_s) const;
   [[nodiscard]] Eigen::VectorXd arm_angles(const Eigen::VectorXd& wire_rad) const;
 
-  /// Of the wire's joint [rad]: as the scene says, else what the arm's limits leave when no other
-  /// joint stands in the way.
+  /// Range of the wire's joint [rad]: as the scene says, else as the arm's limits leave it when no
+  /// other joint stands in the way.
   [[nodiscard]] api::AngleRange range(int number) const;
   /// Whether the range is the scene's, to be kept beside the arm's limits.
   [[nodiscard]] bool own_range(int number) const { return at(number).has_range(); }

@@ -42,7 +42,7 @@ class PortSession final : public protocols::RobotSession,
   void break_off() { end(ErrorCode::kUnavailable, "the connection was cut by an injected fault"); }
 
  private:
-  // What the session asks of its wire.
+  // The wire, as the session sees it.
   [[nodiscard]] std::shared_ptr<SessionWire> hold() override { return shared_from_this(); }
   [[nodiscard]] bool carries_documents() const override { return false; }
   [[nodiscard]] bool closed() const override { return closed_; }

@@ -31,7 +31,7 @@ class ProgramRunner {
 
   [[nodiscard]] const Caller& caller() const { return caller_; }
 
-  /// What the command under way has become in the world; nothing once it is done.
+  /// Submission of the command under way; nothing once it is done.
   [[nodiscard]] const std::optional<Submission>& pending() const { return pending_; }
   void wait_for(std::optional<Submission> pending) { pending_ = pending; }
 

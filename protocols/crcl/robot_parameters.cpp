@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::string_view kForce = "force", kPressure = "pressure";
 
-// What clients can read, but not set.
+// Parameters that clients can read, but not set.
 bool is_reading(std::string_view name) {
   return name == parameter::kSimulatedTime || name == parameter::kProtectiveStop ||
          name == parameter::kDrives;

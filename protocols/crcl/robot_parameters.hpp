@@ -34,7 +34,7 @@ inline constexpr std::string_view kProtectiveStop = "protective_stop", kDrives =
 /// reported as it was set.
 class RobotParameters {
  public:
-  /// What is left to do: an action for the robot, or nothing.
+  /// The rest of the work: an action for the robot, or nothing.
   using Outcome = Result<std::optional<api::RobotAction>>;
 
   /// `tools` that the robot may have, `beams` of the cell's light curtain, 0 = none.

@@ -17,7 +17,7 @@
 
 namespace aprsim::crcl_server {
 
-/// What a reading is a quantity of, for its unit.
+/// Quantity of a reading, for its unit.
 enum class Quantity { kNone, kLength, kForce, kTorque };
 
 /// The SI value in the connection's unit, and back.
@@ -51,7 +51,7 @@ class SensorBoard {
   [[nodiscard]] Result<void> enable(const crcl::EnableSensor& command);
   [[nodiscard]] Result<void> disable(const crcl::DisableSensor& command);
 
-  /// What a guard on that sensor looks at, enabled or not: of a force/torque sensor Fx, Fy, Fz, Tx,
+  /// Signal of a guard on that sensor, enabled or not: for a force/torque sensor Fx, Fy, Fz, Tx,
   /// Ty or Tz.
   [[nodiscard]] Result<SensorSignal> find(const std::string& sensor_id,
                                           const std::optional<std::string>& sub_field) const;

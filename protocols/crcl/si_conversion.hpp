@@ -41,7 +41,7 @@ struct Tolerances {
 [[nodiscard]] Result<api::MoveScrew> to_action(const crcl::MoveScrew& screw,
                                                const ConnectionSettings& units);
 
-/// What is asked of joints as CRCL counts them; `joints` makes it a command for the robot. Errors
+/// Targets of joints as CRCL counts them; `joints` makes it a command for the robot. Errors
 /// name joint, value and limit: a joint that `joints` does not have or that is named twice, a
 /// speed, acceleration or torque that is not above 0, a tolerance below 0.
 [[nodiscard]] Result<std::vector<WireTarget>> to_targets(const crcl::ActuateJoints& command,
@@ -71,7 +71,7 @@ struct Tolerances {
                                                         const SensorBoard& sensors,
                                                         const crcl::Units& units);
 
-/// What the robot's latest guarded command is guarded by, for statuses in anybody's units.
+/// Guards of the robot's latest guarded command, for statuses in anybody's units.
 struct GuardedCommand {
   struct Entry {
     crcl::Guard guard;  ///< its limit in SI; without counts and readings
@@ -85,7 +85,7 @@ struct GuardedCommand {
                                                 const SensorBoard& sensors,
                                                 const crcl::Units& units);
 
-// What happens to targets outside the limits that a robot reports, before the robot plans.
+// Targets outside the limits that a robot reports, before the robot plans.
 
 /// Where the tool point may be sent, in the robot's reference frame [m].
 struct CartesianLimits {

@@ -150,7 +150,7 @@ int override_percent(const api::RobotSnapshot& robot) {
   return static_cast<int>(std::lround(robot.override_fraction * 100));
 }
 
-// Of the tool that is on: of its kind, and by its name where the scene lists it.
+// Status of the attached tool: of its kind, and by its name where the scene lists it.
 crcl::GripperStatus gripper_status(const api::CellDescription& cell,
                                    const api::RobotSnapshot& robot,
                                    const RobotParameters& parameters,

@@ -13,7 +13,7 @@
 
 namespace aprsim::crcl_server {
 
-/// What a robot's status is made of.
+/// Parts of a robot's status.
 struct StatusSources {
   const api::Snapshot& snapshot;
   int robot;              ///< index into Snapshot::robots
@@ -26,8 +26,8 @@ struct StatusSources {
   const GuardedCommand& guarded;
 };
 
-/// What a snapshot alone decides of a robot's status: the speed override, joints as `settings` have
-/// them reported, the pose, and the gripper without its name and options.
+/// The part of a robot's status that a snapshot alone decides: the speed override, joints as
+/// `settings` have them reported, the pose, and the gripper without its name and options.
 [[nodiscard]] crcl::Status measured_status(const api::Snapshot& snapshot, std::size_t robot,
                                            const JointMap& joints,
                                            const ConnectionSettings& settings);

@@ -22,8 +22,8 @@
 #include "protocols/grpc/calls/call_trace.hpp"
 #include "protocols/grpc/calls/command_waiter.hpp"
 #include "protocols/grpc/calls/connected_clients.hpp"
+#include "protocols/grpc/http2/backoff.hpp"
 #include "protocols/grpc/http2/http2_relay.hpp"
-#include "protocols/grpc/http2/probation.hpp"
 #include "protocols/grpc/services/control_service.hpp"
 #include "protocols/grpc/services/history_service.hpp"
 #include "protocols/grpc/services/journal_service.hpp"
@@ -39,8 +39,6 @@ namespace {
 
 constexpr int kMaxMessageBytes = 64 * 1024;
 constexpr std::size_t kMaxMemoryBytes = std::size_t{64} << 20;
-/// For what clients still have to take when gRPC has ended.
-constexpr std::chrono::milliseconds kDrainDeadline{200};
 
 /// Names one process among all that ever ran.
 std::string random_instance_id() {
@@ -61,12 +59,13 @@ Result<void> check(const TelemetryOptions& options) {
                 fmt::format("{} is not above 0 and up to the maximum of {} Hz",
                             options.default_rate_hz, options.max_rate_hz));
   }
-  if (options.max_streams < 1 || options.max_event_streams < 1 || options.limits.at_once < 1) {
-    return fail(
-        ErrorCode::kInvalidArgument, "grpc",
-        fmt::format("max_streams {}, max_event_streams {} and max_connections {} must be "
-                    "at least 1",
-                    options.max_streams, options.max_event_streams, options.limits.at_once));
+  if (options.max_streams < 1 || options.max_event_streams < 1 ||
+      options.listener.limits.at_once < 1) {
+    return fail(ErrorCode::kInvalidArgument, "grpc",
+                fmt::format("max_streams {}, max_event_streams {} and max_connections {} must be "
+                            "at least 1",
+                            options.max_streams, options.max_event_streams,
+                            options.listener.limits.at_once));
   }
   return {};
 }
@@ -85,7 +84,7 @@ void set_limits(grpc::ServerBuilder& builder) {
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 5'000);
 }
 
-/// What gRPC has to say, by any of its threads: bounded as all that peers can provoke.
+/// Logs a line of gRPC, from any of its threads: bounded as all that peers can provoke.
 void log_of_grpc(gpr_log_func_args* line) {
   static std::mutex mutex;
   static protocols::LimitedLog log("grpc");
@@ -110,28 +109,23 @@ class TelemetryServer::Impl {
   Impl(TelemetryOptions options, api::CommandSink& sink, const api::SnapshotSource& source)
       : options_(std::move(options)), sink_(sink), source_(source) {
     if (options_.instance_id.empty()) options_.instance_id = random_instance_id();
-    if (!options_.access) {
-      options_.access = std::make_shared<protocols::Access>(protocols::AccessRules{});
+    if (!options_.listener.access) {
+      options_.listener.access = std::make_shared<protocols::Access>(protocols::AccessRules{});
     }
-    gate_ =
-        std::make_unique<CallGate>(*options_.access, clients_, options_.audit, options_.refusals);
+    gate_ = std::make_unique<CallGate>(*options_.listener.access, clients_, options_.listener.audit,
+                                       options_.listener.refusals);
   }
 
   Result<std::uint16_t> start() {
     if (const auto ok = check(options_); !ok) return tl::unexpected(ok.error());
     service_ = std::make_unique<Service>(
-        protocols::TcpListenerOptions{.name = log_.name(),
-                                      .address = options_.address,
-                                      .port = options_.port,
-                                      .limits = options_.limits,
-                                      .refusals = options_.refusals},
-        kDrainDeadline,
+        log_.name(), options_.listener,
         [this](protocols::TcpListener::Socket socket, std::string peer,
-               protocols::TcpListener::Place place) {
-          protocols::ConnectionTrace trace(options_.trace, source_, protocols::WireKind::kGrpc,
-                                           log_.name(), peer);
-          return std::make_shared<Http2Relay>(std::move(socket), std::move(peer), std::move(place),
-                                              std::move(trace), rules_, log_, probation_);
+               protocols::TcpListener::Slot slot) {
+          protocols::ConnectionTrace trace(options_.listener.trace, source_,
+                                           protocols::WireKind::kGrpc, log_.name(), peer);
+          return std::make_shared<Http2Relay>(std::move(socket), std::move(peer), std::move(slot),
+                                              std::move(trace), rules_, log_, backoff_);
         });
     auto port = service_->listen();
     if (!port) {
@@ -202,11 +196,11 @@ class TelemetryServer::Impl {
     builder.RegisterService(history_.get());
     builder.RegisterService(journal_.get());
     builder.RegisterService(robots_.get());
-    // What is sent passes the gate first, so that the others see refusals.
+    // Messages that are sent pass the gate first, so that the others see refusals.
     auto interceptors = calls_.interceptors();
     interceptors.insert(interceptors.begin(), gate_->interceptor());
-    if (options_.trace != nullptr) {
-      interceptors.push_back(trace_of_calls(*options_.trace, source_));
+    if (options_.listener.trace != nullptr) {
+      interceptors.push_back(trace_of_calls(*options_.listener.trace, source_));
     }
     builder.experimental().SetInterceptorCreators(std::move(interceptors));
     std::shared_ptr<Handover> handover = builder.experimental().AddExternalConnectionAcceptor(
@@ -221,7 +215,7 @@ class TelemetryServer::Impl {
     report_health();
     rules_.stall_timeout = 2 * options_.write_timeout;  // gRPC's streams end first
     rules_.clients = &clients_;
-    rules_.tls = options_.tls;
+    rules_.tls = options_.listener.tls;
     rules_.hand_over = [handover](int fd) {
       Handover::NewConnectionParameters connection;
       connection.fd = fd;
@@ -259,7 +253,7 @@ class TelemetryServer::Impl {
   const api::SnapshotSource& source_;
   protocols::LimitedLog log_{"grpc"};
   RelayRules rules_;
-  Probation probation_;
+  Backoff backoff_;
   CallCounter calls_;
   ConnectedClients clients_;
   std::unique_ptr<CallGate> gate_;

@@ -26,7 +26,7 @@ struct TelemetryStats {
 /// gRPC listener of package aprsim.v1: telemetry, control, health and reflection; and of
 /// aprsim.crcl.v1: the robots.
 ///
-/// Who has a token gives it as metadata "authorization: Bearer TOKEN". Answers only from the
+/// A client gives its token as metadata "authorization: Bearer TOKEN". Answers only from the
 /// latest snapshot. A slow stream reader loses samples and is told how many; it never holds up
 /// the simulation or other clients. The health status of "" and of every service is SERVING while
 /// the server runs, NOT_SERVING while the simulation has a problem().

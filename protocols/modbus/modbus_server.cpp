@@ -23,13 +23,11 @@ class ModbusServer::Impl {
       : options_(std::move(options)),
         sink_(sink),
         source_(source),
-        service_({"modbus", options_.bind_address, options_.port, options_.limits, options_.allow,
-                  options_.refusals},
-                 options_.drain_deadline,
+        service_("modbus", options_.listener,
                  [this](protocols::TcpListener::Socket socket, std::string peer,
-                        protocols::TcpListener::Place place) {
+                        protocols::TcpListener::Slot slot) {
                    return std::make_shared<Connection>(std::move(socket), std::move(peer),
-                                                       std::move(place), *context_);
+                                                       std::move(slot), *context_);
                  }) {}
   ~Impl() { stop(); }
   Impl(const Impl&) = delete;
@@ -55,7 +53,7 @@ class ModbusServer::Impl {
   protocols::TcpService<Connection> service_;
   boost::asio::steady_timer apply_timer_{service_.io()}, fault_timer_{service_.io()};
   bool closed_ = false;  // the port, by an injected fault
-  std::unique_ptr<ConveyorDevice> device_;
+  std::unique_ptr<conveyor::ConveyorDevice> device_;
   std::unique_ptr<ReplyBuilder> replies_;
   std::unique_ptr<ListenerContext> context_;
   std::vector<std::shared_ptr<Connection>> waiting_;
@@ -71,9 +69,9 @@ Result<std::uint16_t> ModbusServer::Impl::start() {
   const auto port = service_.listen();
   if (!port) return port;
   replies_ = std::make_unique<ReplyBuilder>(std::move(*replies));
-  device_ =
-      std::make_unique<ConveyorDevice>(options_.scaling, options_.endpoint, sink_, source_,
-                                       std::chrono::duration<double>(options_.watchdog).count());
+  device_ = std::make_unique<conveyor::ConveyorDevice>(
+      options_.scaling, options_.listener.endpoint, sink_, source_,
+      std::chrono::duration<double>(options_.watchdog).count());
   context_ = std::make_unique<ListenerContext>(
       ListenerContext{service_.io(), options_, *device_, *replies_, log_, counters_,
                       modbus::RequestRules{options_.read_only, options_.unit_ids}, source_,

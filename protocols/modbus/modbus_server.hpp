@@ -8,26 +8,18 @@
 #include <vector>
 
 #include "modbus/register_map.hpp"
-#include "protocols/net/connection_places.hpp"
-#include "protocols/ports/refusal_sink.hpp"
+#include "protocols/net/listener_options.hpp"
 #include "protocols/record/wire_tap.hpp"
-#include "protocols/record/wire_trace.hpp"
 #include "world/api/ports/ports.hpp"
-#include "world/api/ports/virtual_time.hpp"
 #include "world/base/duration_histogram.hpp"
 #include "world/base/result.hpp"
 
 /// The conveyor's PLC as a Modbus/TCP server.
 namespace aprsim::modbus_server {
 
+/// In virtual time each request takes its poll period where "modbus" is declared to pace.
 struct ModbusServerOptions {
-  std::string bind_address = "127.0.0.1";  ///< a numeric IPv4 or IPv6 address
-  std::uint16_t port = 1502;               ///< 0 = any free port
-  /// A connection without a place is closed at once.
-  protocols::ConnectionLimits limits{.at_once = 128};
-  /// Networks or addresses that are served, "192.168.1.0/24"; others are closed at once. None =
-  /// whoever reaches the bind address.
-  std::vector<std::string> allow;
+  protocols::ListenerOptions listener{.port = 1502, .limits = {.at_once = 128}};
   std::vector<std::uint8_t> unit_ids;  ///< others get exception 11; none = any unit id is ours
   bool read_only = false;              ///< functions that write get exception 1
   /// Requests a connection may make in a second; further ones get exception 6. 0 = no limit.
@@ -44,18 +36,10 @@ struct ModbusServerOptions {
   std::chrono::milliseconds idle_timeout{0};
   /// A write that the simulation has not applied by then is answered with exception 4.
   std::chrono::milliseconds apply_deadline{1000};
-  /// stop() lets replies under way go out for at most so long.
-  std::chrono::milliseconds drain_deadline{500};
   /// Replies kept for one connection before its requests wait [bytes].
   std::size_t max_output_bytes = std::size_t{64} * 1024;
   modbus::ConveyorScaling scaling;
-  api::EndpointId endpoint = 0;                ///< stamped on every command
-  protocols::WireTap* tap = nullptr;           ///< sees the messages; outlives the server
-  protocols::WireTrace* trace = nullptr;       ///< hears of everything; outlives the server
-  protocols::RefusalSink* refusals = nullptr;  ///< hears what is refused; outlives the server
-  /// Each request takes its poll period where "modbus" is declared to pace, and else none; null =
-  /// the wall clock passes time. Outlives the server.
-  api::VirtualTime* virtual_time = nullptr;
+  protocols::WireTap* tap = nullptr;  ///< sees the messages; outlives the server
 };
 
 struct ModbusServerStats {

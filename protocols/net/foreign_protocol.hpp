@@ -14,7 +14,7 @@ namespace aprsim::protocols {
                                                       "DELETE",   "PRI * HTTP"};
   if (first_bytes.empty()) return {};
   for (const std::string_view method : kMethods) {
-    // Of a stream in small pieces the beginning decides.
+    // A stream may come in small pieces: its beginning decides.
     if (first_bytes.starts_with(method) || method.starts_with(first_bytes)) return "HTTP";
   }
   return first_bytes[0] == '\x16' ? "TLS" : "";

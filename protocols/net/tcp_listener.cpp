@@ -47,26 +47,29 @@ void prepare(tcp::socket& socket) {
 
 }  // namespace
 
-TcpListener::TcpListener(asio::io_context& io, TcpListenerOptions options, OnAccept on_accept)
-    : options_(std::move(options)),
+TcpListener::TcpListener(asio::io_context& io, std::string name, ListenerOptions options,
+                         OnAccept on_accept, OnRefused on_refused)
+    : name_(std::move(name)),
+      options_(std::move(options)),
       on_accept_(std::move(on_accept)),
+      on_refused_(std::move(on_refused)),
       acceptor_(io),
       retry_(io),
-      places_(ConnectionPlaces::create(options_.limits)) {}
+      limiter_(ConnectionLimiter::create(options_.limits)) {}
 
 Result<std::uint16_t> TcpListener::listen() {
   const auto failed = [this](const std::string& cause) {
-    return fail(ErrorCode::kUnavailable, options_.name,
+    return fail(ErrorCode::kUnavailable, name_,
                 "cannot listen on " + options_.address + " port " + std::to_string(options_.port) +
                     ": " + cause);
   };
-  auto allow = AllowList::from(options_.allow, options_.name + ".allow");
+  auto allow = AllowList::from(options_.allow, name_ + ".allow");
   if (!allow) return tl::unexpected(allow.error());
   allow_ = std::move(*allow);
   error_code error;
   const asio::ip::address address = asio::ip::make_address(options_.address, error);
   if (error) {
-    return fail(ErrorCode::kInvalidArgument, options_.name + ".address",
+    return fail(ErrorCode::kInvalidArgument, name_ + ".address",
                 "cannot listen on " + options_.address + ": not a numeric IPv4 or IPv6 address");
   }
   const tcp::endpoint endpoint(address, options_.port);
@@ -89,7 +92,7 @@ void TcpListener::resume() {
   if (acceptor_.is_open()) return;
   const Result<std::uint16_t> port = listen();
   if (port) return;
-  spdlog::error("{}: {}; trying again", options_.name, port.error().message);
+  spdlog::error("{}: {}; trying again", name_, port.error().message);
   close();
   retry_.expires_after(kRetryDelay);
   retry_.async_wait([this](const error_code& cancelled) {
@@ -136,18 +139,18 @@ void TcpListener::admit(tcp::socket socket) {
     refuse(peer, "its address is not on the allow list");
     return;
   }
-  Result<Place> place = places_->take(endpoint.address().to_string());
-  if (!place) {
-    refuse(peer, place.error().message);
-    if (options_.on_refused) {
+  Result<Slot> slot = limiter_->take(endpoint.address().to_string());
+  if (!slot) {
+    refuse(peer, slot.error().message);
+    if (on_refused_) {
       prepare(socket);
-      options_.on_refused(std::move(socket), peer);
+      on_refused_(std::move(socket), peer);
     }
     return;
   }
   ++accepted_;
   prepare(socket);
-  on_accept_(std::move(socket), std::move(peer), std::move(*place));
+  on_accept_(std::move(socket), std::move(peer), std::move(*slot));
 }
 
 // A flood of refusals makes one log line a second.
@@ -155,11 +158,11 @@ void TcpListener::refuse(const std::string& peer, const std::string& why) {
   ++refused_;
   ++refused_unlogged_;
   if (options_.refusals != nullptr) {
-    options_.refusals->refused(options_.name, "connection of " + peer + ": " + why);
+    options_.refusals->refused(name_, "connection of " + peer + ": " + why);
   }
   const auto now = std::chrono::steady_clock::now();
   if (now - last_refusal_log_ < kLogInterval) return;
-  spdlog::warn("{}: refused {}: {} ({} refused since the last line)", options_.name, peer, why,
+  spdlog::warn("{}: refused {}: {} ({} refused since the last line)", name_, peer, why,
                refused_unlogged_);
   last_refusal_log_ = now;
   refused_unlogged_ = 0;
@@ -170,7 +173,7 @@ void TcpListener::refuse(const std::string& peer, const std::string& why) {
 void TcpListener::retry_later(const std::string& why) {
   const auto now = std::chrono::steady_clock::now();
   if (now - last_failure_log_ >= kLogInterval) {
-    spdlog::error("{}: cannot accept: {}; trying again", options_.name, why);
+    spdlog::error("{}: cannot accept: {}; trying again", name_, why);
     last_failure_log_ = now;
   }
   retry_.expires_after(kRetryDelay);

@@ -19,12 +19,12 @@
 
 namespace aprsim::protocols {
 
-/// What the listeners over raw sockets share: an io_context with the one thread that runs it, the
-/// acceptor, the open connections, and an orderly end. For use inside a listener; its header stays
-/// out of other headers.
+/// The common part of listeners over raw sockets: an io_context with the one thread that runs it,
+/// the acceptor, the open connections, and an orderly end. For use inside a listener; its header
+/// stays out of other headers.
 ///
 /// A `Connection` has start(); drain(), which finishes what is on its way and ends; close(), which
-/// ends at once; give_way(), which does so for a newcomer's sake; and place(). When it has ended it
+/// ends at once; evict(), which does so for a new client's sake; and slot(). When it has ended it
 /// calls ended() of its service, once.
 ///
 /// The owner destroys it, or calls stop(), before what the connections refer to ends.
@@ -32,17 +32,17 @@ template <typename Connection>
 class TcpService {
  public:
   using Make = std::function<std::shared_ptr<Connection>(TcpListener::Socket, std::string peer,
-                                                         TcpListener::Place place)>;
+                                                         TcpListener::Slot slot)>;
 
-  /// `make` wraps an accepted socket. After `drain_deadline` what still drains is closed.
-  TcpService(TcpListenerOptions options, std::chrono::milliseconds drain_deadline, Make make)
-      : name_(options.name),
-        drain_deadline_(drain_deadline),
+  /// `make` wraps an accepted socket. After the drain deadline what still drains is closed.
+  TcpService(std::string name, const ListenerOptions& options, Make make)
+      : name_(std::move(name)),
+        drain_deadline_(options.drain_deadline),
         make_(std::move(make)),
         work_(io_.get_executor()),
-        listener_(io_, std::move(options),
-                  [this](TcpListener::Socket socket, std::string peer, TcpListener::Place place) {
-                    connect(std::move(socket), std::move(peer), std::move(place));
+        listener_(io_, name_, options,
+                  [this](TcpListener::Socket socket, std::string peer, TcpListener::Slot slot) {
+                    connect(std::move(socket), std::move(peer), std::move(slot));
                   }),
         drain_timer_(io_) {}
   ~TcpService() { stop(); }
@@ -84,7 +84,7 @@ class TcpService {
     }
   }
   void ended(Connection& connection) {
-    connection.place().leave();
+    connection.slot().leave();
     connections_.erase(&connection);
     finish_if_drained();
   }
@@ -97,11 +97,11 @@ class TcpService {
   }
 
  private:
-  void connect(TcpListener::Socket socket, std::string peer, TcpListener::Place place) {
-    const auto connection = make_(std::move(socket), std::move(peer), std::move(place));
+  void connect(TcpListener::Socket socket, std::string peer, TcpListener::Slot slot) {
+    const auto connection = make_(std::move(socket), std::move(peer), std::move(slot));
     connections_[connection.get()] = connection;
-    connection->place().on_needed([weak = std::weak_ptr<Connection>(connection)] {
-      if (const auto open = weak.lock()) open->give_way();
+    connection->slot().on_evict([weak = std::weak_ptr<Connection>(connection)] {
+      if (const auto open = weak.lock()) open->evict();
     });
     try {
       connection->start();

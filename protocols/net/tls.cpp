@@ -35,7 +35,7 @@ tl::unexpected<Error> wrong(const std::string& key, const std::string& message) 
   return fail(ErrorCode::kInvalidArgument, key, key + ": " + message);
 }
 
-/// What OpenSSL complains about; empties its list.
+/// The error that OpenSSL reports; empties its list.
 std::string complaint() {
   const unsigned long code = ERR_get_error();
   const char* reason = ERR_reason_error_string(code);
@@ -97,7 +97,7 @@ std::vector<std::string> names_of(X509* certificate) {
   return names;
 }
 
-/// Of the protocols that the client offers, ours.
+/// Chooses our protocol among those that the client offers.
 int choose_protocol(SSL* /*connection*/, const unsigned char** chosen, unsigned char* chosen_size,
                     const unsigned char* offered, unsigned int offered_size, void* wanted) {
   const auto& ours = *static_cast<const std::string_view*>(wanted);

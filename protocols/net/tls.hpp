@@ -38,7 +38,7 @@ class Tls {
   /// For a connection that begins now.
   [[nodiscard]] std::shared_ptr<boost::asio::ssl::context> context() const;
 
-  /// What the client has shown in a handshake that is done; null = no certificate.
+  /// The certificate that the client has shown in a finished handshake; null = none.
   [[nodiscard]] static std::shared_ptr<const ClientCertificate> client_of(ssl_st* connection);
   /// Why a handshake has failed, in words; counts it.
   [[nodiscard]] std::string failure(ssl_st* connection, const std::string& error);

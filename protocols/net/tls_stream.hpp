@@ -31,7 +31,7 @@ class TlsStream {
   [[nodiscard]] Tcp& next_layer() {
     return is_secure() ? secure().next_layer() : std::get<Tcp>(stream_);
   }
-  /// Of one that is encrypted.
+  /// Only where the stream is encrypted.
   [[nodiscard]] SSL* native_handle() { return secure().native_handle(); }
 
   template <typename Handler>

@@ -22,7 +22,7 @@ struct OrderProgress {
   std::uint32_t kits = 0, done = 0, parts = 0, parts_wanted = 0;
 };
 
-/// What there is to tell of programs. Immutable.
+/// Status of all programs. Immutable.
 struct ProgramStatus {
   std::vector<ProgramOffer> offers;
   std::string refusal;  ///< why none can be started; empty = they can

@@ -19,11 +19,11 @@ namespace aprsim::protocols {
 class RobotClient {
  public:
   virtual ~RobotClient() = default;
-  /// What was sent has been taken; the next may come.
+  /// The latest message has been taken; the next may come.
   virtual void on_taken() = 0;
   /// A status: the answer to a GetStatus, or one of those that report_every() asks for.
   virtual void on_status(const crcl::Status& status) = 0;
-  /// What execute() waits for: the command is over, or another client's has come before.
+  /// The command of execute() is over, or another client's has come before.
   virtual void on_over(const crcl::Status& status, bool replaced) = 0;
   /// The robot's side has ended the session: kInvalidArgument for the client's fault, else
   /// kUnavailable. The last call, unless the client closes first.
@@ -47,7 +47,7 @@ class RobotSession {
 
 struct RobotSessionOptions {
   std::string peer;  ///< address and port
-  // What a new connection's are where absent.
+  // Absent = as for a new connection.
   std::optional<crcl::LengthUnit> length;
   std::optional<crcl::AngleUnit> angle;
   std::optional<crcl::ForceUnit> force;

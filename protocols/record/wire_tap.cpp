@@ -12,7 +12,7 @@
 namespace aprsim::protocols {
 namespace {
 
-/// What an event takes, its own members and its place in a queue included.
+/// Memory of an event, its own members and its place in a queue included.
 std::size_t size_of(const WireEvent& event) {
   return sizeof event + 2 * sizeof(WireEventPtr) + event.source.size() + event.peer.size() +
          event.type.size() + event.state.size() + event.data.size();

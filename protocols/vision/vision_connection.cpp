@@ -14,20 +14,20 @@ namespace {
 namespace asio = boost::asio;
 using boost::system::error_code;
 
-// What the kernel keeps for a slow reader is old news: no more than a few lines.
+// Lines in the kernel are stale for a slow reader: no more than a few.
 constexpr int kSendBufferBytes = 8 * 1024;
 
 }  // namespace
 
 VisionConnection::VisionConnection(asio::ip::tcp::socket socket, protocols::LimitedLog& log,
-                                   std::string peer, protocols::ConnectionPlaces::Place place,
+                                   std::string peer, protocols::ConnectionLimiter::Slot slot,
                                    protocols::ConnectionTrace trace,
                                    const VisionServerOptions& options, VisionCounters& counters,
                                    std::function<void()> on_idle, OnEnd on_end)
     : socket_(std::move(socket)),
       log_(log),
       peer_(std::move(peer)),
-      place_(std::move(place)),
+      slot_(std::move(slot)),
       trace_(std::move(trace)),
       options_(options),
       counters_(counters),
@@ -37,7 +37,7 @@ VisionConnection::VisionConnection(asio::ip::tcp::socket socket, protocols::Limi
   error_code ignored;
   socket_.set_option(asio::socket_base::send_buffer_size(kSendBufferBytes), ignored);
   // A reader asks for nothing; one that does not read is dropped anyway.
-  place_.keep();
+  slot_.keep();
 }
 
 void VisionConnection::start() {

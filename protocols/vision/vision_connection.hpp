@@ -11,9 +11,9 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
 
-#include "protocols/net/connection_places.hpp"
+#include "protocols/net/connection_limiter.hpp"
 #include "protocols/net/limited_log.hpp"
-#include "protocols/record/wire_trace.hpp"
+#include "protocols/record/connection_trace.hpp"
 #include "protocols/vision/vision_server.hpp"
 
 namespace aprsim::vision_server {
@@ -37,7 +37,7 @@ class VisionConnection : public std::enable_shared_from_this<VisionConnection> {
   /// `on_idle` is called when all that was offered is on its way; `on_end` is called once, when the
   /// socket has been closed.
   VisionConnection(boost::asio::ip::tcp::socket socket, protocols::LimitedLog& log,
-                   std::string peer, protocols::ConnectionPlaces::Place place,
+                   std::string peer, protocols::ConnectionLimiter::Slot slot,
                    protocols::ConnectionTrace trace, const VisionServerOptions& options,
                    VisionCounters& counters, std::function<void()> on_idle, OnEnd on_end);
 
@@ -49,8 +49,8 @@ class VisionConnection : public std::enable_shared_from_this<VisionConnection> {
   void drain();
   /// Closes at once.
   void close();
-  void give_way() { drop("its place is needed"); }
-  [[nodiscard]] protocols::ConnectionPlaces::Place& place() { return place_; }
+  void evict() { drop("its place is needed"); }
+  [[nodiscard]] protocols::ConnectionLimiter::Slot& slot() { return slot_; }
 
  private:
   void read();
@@ -63,7 +63,7 @@ class VisionConnection : public std::enable_shared_from_this<VisionConnection> {
   boost::asio::ip::tcp::socket socket_;
   protocols::LimitedLog& log_;
   std::string peer_;
-  protocols::ConnectionPlaces::Place place_;
+  protocols::ConnectionLimiter::Slot slot_;
   protocols::ConnectionTrace trace_;
   std::string end_ = "the server stops";  // why it ends
   const VisionServerOptions& options_;

@@ -1,12 +1,12 @@
 #include "protocols/vision/vision_server.hpp"
 
 #include <atomic>
-#include <optional>
 #include <utility>
 
 #include <spdlog/spdlog.h>
 
 #include "protocols/net/tcp_service.hpp"
+#include "protocols/net/time_pacer.hpp"
 #include "protocols/ports/wire_faults.hpp"
 #include "protocols/vision/vision_connection.hpp"
 #include "protocols/vision/vision_line.hpp"
@@ -26,21 +26,20 @@ class VisionServer::Impl {
       : options_(std::move(options)),
         source_(source),
         log_("vision." + robot_name(*source.latest())),
-        service_({log_.name(), options_.bind_address, options_.port, options_.limits,
-                  options_.allow, options_.refusals},
-                 options_.drain_deadline,
+        service_(log_.name(), options_.listener,
                  [this](protocols::TcpListener::Socket socket, std::string peer,
-                        protocols::TcpListener::Place place) {
-                   return make(std::move(socket), std::move(peer), std::move(place));
+                        protocols::TcpListener::Slot slot) {
+                   return make(std::move(socket), std::move(peer), std::move(slot));
                  }),
-        poll_timer_(service_.io()) {}
+        poll_timer_(service_.io()),
+        pacer_(options_.listener.virtual_time, service_.io().get_executor()) {}
 
   ~Impl() { stop(); }
 
   Result<std::uint16_t> start() {
     const Result<std::uint16_t> port = service_.listen();
     if (!port) return port;
-    spdlog::info("{}: listening on {} port {}", log_.name(), options_.bind_address, *port);
+    spdlog::info("{}: listening on {} port {}", log_.name(), options_.listener.address, *port);
     poll();
     service_.start();
     return port;
@@ -48,7 +47,7 @@ class VisionServer::Impl {
 
   void stop() {
     service_.stop([this] {
-      leave_time();
+      pacer_.leave();
       poll_timer_.cancel();
     });
   }
@@ -65,13 +64,13 @@ class VisionServer::Impl {
   }
 
   std::shared_ptr<VisionConnection> make(protocols::TcpListener::Socket socket, std::string peer,
-                                         protocols::TcpListener::Place place) {
-    protocols::ConnectionTrace trace(options_.trace, source_, protocols::WireKind::kVision,
+                                         protocols::TcpListener::Slot slot) {
+    protocols::ConnectionTrace trace(options_.listener.trace, source_, protocols::WireKind::kVision,
                                      log_.name(), peer);
     auto connection = std::make_shared<VisionConnection>(
-        std::move(socket), log_, std::move(peer), std::move(place), std::move(trace), options_,
+        std::move(socket), log_, std::move(peer), std::move(slot), std::move(trace), options_,
         counters_, [this] { ask_if_idle(); }, [this](VisionConnection& ended) { end(ended); });
-    if (options_.virtual_time) join_time();
+    if (options_.listener.virtual_time) join_time();
     if (!out_of_order(*source_.latest())) connection->offer(line_);
     return connection;
   }
@@ -82,56 +81,45 @@ class VisionServer::Impl {
     poll_timer_.async_wait([this](const boost::system::error_code& cancelled) {
       if (!cancelled) poll();
     });
-    if (!pacer_) refresh();
+    if (!pacer_.joined()) refresh();
   }
 
   // ---- virtual time: as long as somebody is connected, it waits for every frame to be taken
 
   void join_time() {
-    if (pacer_ || service_.draining()) return;
+    if (pacer_.joined() || service_.draining()) return;
     refresh();
-    at_work_ = true;
-    pacer_ = options_.virtual_time->join(
-        {.name = "vision." + robot_name(*source_.latest()),
-         .kind = api::PacerKind::kFeed,
-         .robot = options_.robot},
-        [this] { boost::asio::post(service_.io(), [this] { hand_on(); }); });
+    pacer_.join({.name = "vision." + robot_name(*source_.latest()),
+                 .kind = api::PacerKind::kFeed,
+                 .robot = options_.robot});
     // The connection that is being made comes first.
     boost::asio::post(service_.io(), [this] { ask_if_idle(); });
   }
 
-  void leave_time() {
-    if (pacer_) options_.virtual_time->leave(*pacer_);
-    pacer_.reset();
-  }
-
   /// A new frame, or the old one again.
   void hand_on() {
-    if (!pacer_) return;
-    at_work_ = true;
     sent_ = {};
     refresh();
     ask_if_idle();
   }
 
   void ask_if_idle() {
-    if (!pacer_ || !at_work_) return;
+    if (!pacer_.joined() || pacer_.waiting()) return;
     bool busy = false;
     service_.for_each([&](const VisionConnection& connection) { busy |= connection.busy(); });
     if (busy) return;
-    at_work_ = false;
-    options_.virtual_time->request_until(*pacer_, options_.repeat);
+    pacer_.after(options_.repeat, [this] { hand_on(); });
   }
 
   void end(VisionConnection& connection) {
     service_.ended(connection);
     bool somebody = false;
     service_.for_each([&](const VisionConnection&) { somebody = true; });
-    if (!somebody) return leave_time();
+    if (!somebody) return pacer_.leave();
     ask_if_idle();
   }
 
-  /// By an injected fault: nothing is sent, not even again.
+  /// An injected fault: nothing is sent, not even again.
   [[nodiscard]] bool out_of_order(const api::Snapshot& snapshot) const {
     return protocols::injected(snapshot, faults::Kind::kCameraOutage, options_.robot);
   }
@@ -167,8 +155,7 @@ class VisionServer::Impl {
   std::uint64_t number_ = 0, epoch_ = 0;  // of line_
   std::chrono::steady_clock::time_point sent_{};
   std::atomic<std::uint64_t> frames_{0};
-  std::optional<api::PacerId> pacer_;  // of virtual time, while somebody is connected
-  bool at_work_ = false;               // handing on; time stands
+  protocols::TimePacer pacer_;  // has joined while somebody is connected
 };
 
 VisionServer::VisionServer(VisionServerOptions options, const api::SnapshotSource& source)

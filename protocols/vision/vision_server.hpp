@@ -7,36 +7,22 @@
 #include <string>
 #include <vector>
 
-#include "protocols/net/connection_places.hpp"
-#include "protocols/ports/refusal_sink.hpp"
-#include "protocols/record/wire_trace.hpp"
+#include "protocols/net/listener_options.hpp"
 #include "world/api/ports/ports.hpp"
-#include "world/api/ports/virtual_time.hpp"
 #include "world/base/result.hpp"
 
 /// The vision feed of one robot.
 namespace aprsim::vision_server {
 
+/// Virtual time waits until every client has taken a frame, and `repeat` is simulated there.
 struct VisionServerOptions {
-  std::string bind_address = "127.0.0.1";  ///< a numeric IPv4 or IPv6 address
-  std::uint16_t port = 4000;               ///< 0 = any free port
-  int robot = 0;                           ///< index into CellDescription::robots
-  protocols::ConnectionLimits limits;      ///< a connection without a place is closed at once
-  /// Networks or addresses that are served, "192.168.1.0/24"; others are closed at once. None =
-  /// whoever reaches the bind address.
-  std::vector<std::string> allow = {};
+  protocols::ListenerOptions listener{.port = 4000};
+  int robot = 0;             ///< index into CellDescription::robots
   bool empty_slots = false;  ///< name what was not detected, see vision_line.hpp
   /// A frame that no other follows is sent again after so long, in wall time: readers time out.
   std::chrono::milliseconds repeat{250};
   /// A connection that has not taken a frame after so long is closed.
   std::chrono::milliseconds write_timeout{4000};
-  /// stop() lets frames under way go out for at most so long.
-  std::chrono::milliseconds drain_deadline{500};
-  /// Time waits until every client has taken a frame, and `repeat` is simulated; null = the wall
-  /// clock passes time. Outlives the server.
-  api::VirtualTime* virtual_time = nullptr;
-  protocols::WireTrace* trace = nullptr;       ///< hears of everything; outlives the server
-  protocols::RefusalSink* refusals = nullptr;  ///< hears what is refused; outlives the server
 };
 
 struct VisionServerStats {

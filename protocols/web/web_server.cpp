@@ -27,8 +27,8 @@ constexpr const char* kNotice =
     "</html>\n";
 
 WebServerOptions with_access(WebServerOptions options) {
-  if (!options.access) {
-    options.access = std::make_shared<protocols::Access>(protocols::AccessRules{});
+  if (!options.listener.access) {
+    options.listener.access = std::make_shared<protocols::Access>(protocols::AccessRules{});
   }
   return options;
 }
@@ -42,17 +42,13 @@ class WebServer::Impl {
         source_(source),
         hub_(options_, sink, source, counts_),
         listener_(
-            io_,
-            {.name = "web",
-             .address = options_.bind_address,
-             .port = options_.port,
-             .limits = options_.limits,
-             .refusals = options_.refusals,
-             .on_refused = [this](protocols::TcpListener::Socket socket,
-                                  const std::string& peer) { turn_away(std::move(socket), peer); }},
+            io_, "web", options_.listener,
             [this](protocols::TcpListener::Socket socket, std::string peer,
-                   protocols::TcpListener::Place place) {
-              serve(std::move(socket), std::move(peer), std::move(place));
+                   protocols::TcpListener::Slot slot) {
+              serve(std::move(socket), std::move(peer), std::move(slot));
+            },
+            [this](protocols::TcpListener::Socket socket, const std::string& peer) {
+              reject(std::move(socket), peer);
             }),
         tick_timer_(io_),
         drain_timer_(io_) {}
@@ -100,10 +96,10 @@ class WebServer::Impl {
     }
     context_.assets = std::move(assets);
     context_.hosts = options_.hosts;
-    context_.access = options_.access;
-    context_.refusals = turned_away_.refusals = &log_;
-    context_.tls = turned_away_.tls = options_.tls;
-    context_.counts = turned_away_.counts = &counts_;
+    context_.access = options_.listener.access;
+    context_.refusals = rejected_.refusals = &log_;
+    context_.tls = rejected_.tls = options_.listener.tls;
+    context_.counts = rejected_.counts = &counts_;
     context_.live["/healthz"] = [] { return LivePage{.body = "ok\n"}; };
     context_.live["/readyz"] = [this] {
       const std::string problem = source_.problem();
@@ -117,30 +113,30 @@ class WebServer::Impl {
       };
     }
     context_.incidents = options_.incidents;
-    context_.take_seat = [this] { return take_seat(); };
+    context_.take_viewer_slot = [this] { return take_viewer_slot(); };
     context_.on_viewer = [this](std::shared_ptr<WebSocket> socket, std::string peer,
                                 protocols::Caller caller) {
       hub_.add(std::move(socket), std::move(peer), std::move(caller));
       if (draining_) hub_.close();
     };
-    turned_away_.full = fmt::format(
+    rejected_.full = fmt::format(
         "This daemon has all of its {} connections for browsers in use; somebody has to leave "
         "first. This page tries again by itself.",
-        options_.limits.at_once);
+        options_.listener.limits.at_once);
     return {};
   }
 
   /// Counts from the request on: many may be on their way to a WebSocket at a time.
-  std::shared_ptr<void> take_seat() {
-    if (draining_ || *seats_taken_ >= options_.max_viewers) return nullptr;
-    ++*seats_taken_;
-    return {this, [taken = seats_taken_](void*) { --*taken; }};
+  std::shared_ptr<void> take_viewer_slot() {
+    if (draining_ || *viewer_slots_used_ >= options_.max_viewers) return nullptr;
+    ++*viewer_slots_used_;
+    return {this, [taken = viewer_slots_used_](void*) { --*taken; }};
   }
 
   void serve(protocols::TcpListener::Socket socket, std::string peer,
-             protocols::TcpListener::Place place) {
+             protocols::TcpListener::Slot slot) {
     const std::uint64_t id = ++next_session_;
-    const auto held = std::make_shared<protocols::TcpListener::Place>(std::move(place));
+    const auto held = std::make_shared<protocols::TcpListener::Slot>(std::move(slot));
     sessions_[id] =
         serve_http(std::move(socket), std::move(peer), context_, held, [this, id, held] {
           if (over_) return;
@@ -149,14 +145,14 @@ class WebServer::Impl {
         });
   }
 
-  /// Who finds no place gets a page that says so.
-  void turn_away(protocols::TcpListener::Socket socket, const std::string& peer) {
-    if (draining_ || turned_away_sessions_.size() >= kMaxTurnedAway) return;
+  /// A client without a slot gets a page that says so.
+  void reject(protocols::TcpListener::Socket socket, const std::string& peer) {
+    if (draining_ || rejected_sessions_.size() >= kMaxRejected) return;
     const std::uint64_t id = ++next_session_;
-    turned_away_sessions_[id] =
-        serve_http(std::move(socket), peer, turned_away_,
-                   std::make_shared<protocols::TcpListener::Place>(), [this, id] {
-                     if (!over_) turned_away_sessions_.erase(id);
+    rejected_sessions_[id] =
+        serve_http(std::move(socket), peer, rejected_,
+                   std::make_shared<protocols::TcpListener::Slot>(), [this, id] {
+                     if (!over_) rejected_sessions_.erase(id);
                    });
   }
 
@@ -178,13 +174,13 @@ class WebServer::Impl {
     listener_.close();
     tick_timer_.cancel();
     hub_.close();
-    for (const auto* sessions : {&sessions_, &turned_away_sessions_}) {
+    for (const auto* sessions : {&sessions_, &rejected_sessions_}) {
       for (const auto& [id, session] : *sessions) {
         if (const auto open = session.lock()) open->close();
       }
     }
     // Everything pending ends by itself but a viewer that does not answer the goodbye.
-    drain_timer_.expires_after(options_.drain_deadline);
+    drain_timer_.expires_after(options_.listener.drain_deadline);
     drain_timer_.async_wait([this](const boost::system::error_code& cancelled) {
       if (!cancelled) hub_.drop();
     });
@@ -192,7 +188,7 @@ class WebServer::Impl {
   }
 
   void poll_drained() {
-    if (listener_.open() == 0 && turned_away_sessions_.empty()) {
+    if (listener_.open() == 0 && rejected_sessions_.empty()) {
       drain_timer_.cancel();
       return;
     }
@@ -203,12 +199,12 @@ class WebServer::Impl {
   WebServerOptions options_;
   const api::SnapshotSource& source_;
   protocols::LimitedLog log_{"web"};
-  HttpContext context_, turned_away_;
-  std::shared_ptr<std::size_t> seats_taken_ = std::make_shared<std::size_t>(0);
+  HttpContext context_, rejected_;
+  std::shared_ptr<std::size_t> viewer_slots_used_ = std::make_shared<std::size_t>(0);
   bool draining_ = false;
   bool over_ = false;  // what ends now ends with the io_context
   std::uint64_t next_session_ = 0;
-  std::map<std::uint64_t, std::weak_ptr<HttpSession>> sessions_, turned_away_sessions_;
+  std::map<std::uint64_t, std::weak_ptr<HttpSession>> sessions_, rejected_sessions_;
   WebCounts counts_;
   ViewerHub hub_;
   // Its pending handlers own sessions and sockets, whose ends refer to what stands above.

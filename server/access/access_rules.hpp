@@ -10,13 +10,13 @@
 
 namespace aprsim::server {
 
-/// Who may what, by the configuration and its access file. Errors name key and file.
+/// Rules of the configuration and its access file. Errors name key and file.
 [[nodiscard]] Result<protocols::AccessRules> access_rules(const Config& config);
 
 /// Whether somebody may command because of a token or certificate.
 [[nodiscard]] bool asks_for_credentials(const Config& config);
 
-/// What encrypts a listener; null where nothing does. Errors name key and file.
+/// Encryption of a listener; null = none. Errors name key and file.
 [[nodiscard]] Result<std::shared_ptr<protocols::Tls>> make_tls(const TlsConfig& config,
                                                                protocols::Tls::Protocol protocol);
 

@@ -21,7 +21,7 @@ bool is_link_local(const sockaddr& address) {
          IN6_IS_ADDR_LINKLOCAL(&reinterpret_cast<const sockaddr_in6&>(address).sin6_addr);
 }
 
-/// Of the interfaces that are up, but for the loopback; IPv6 only if wanted.
+/// Addresses of the interfaces that are up, but for the loopback; IPv6 only if wanted.
 std::vector<std::string> interface_addresses(bool v6) {
   ifaddrs* first = nullptr;
   if (getifaddrs(&first) != 0) return {};
@@ -42,7 +42,7 @@ std::vector<std::string> interface_addresses(bool v6) {
   return all;
 }
 
-/// Of gRPC and the page.
+/// Permissions over gRPC and on the page.
 std::string by_credentials(const Config& config, bool read_only) {
   const bool asks = asks_for_credentials(config);
   const std::string holder = "who has a token or certificate may ";
@@ -59,7 +59,7 @@ std::string by_credentials(const Config& config, bool read_only) {
   return who + (config.tls.certificate ? "" : "; nothing is encrypted");
 }
 
-/// Of listeners that have none.
+/// Permissions of listeners without credentials.
 std::string by_address(const std::vector<std::string>& allow, const std::string& key,
                        const std::string& may) {
   return allow.empty() ? "nobody elsewhere is served (" + key + " is empty)"

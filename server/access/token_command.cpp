@@ -47,7 +47,7 @@ struct Asked {
   bool certificate = false;
 };
 
-/// Of a file that there may not be yet.
+/// Content of a file that may not exist yet.
 Result<AccessFile> present(const std::string& path) {
   if (!std::filesystem::exists(path)) return AccessFile{};
   return read_access_file(path);

@@ -14,21 +14,21 @@
 /// value means and may be stands in config_keys.hpp.
 namespace aprsim::server {
 
-/// What the wall clock has to do with simulated time.
+/// Pace of simulated time by the wall clock.
 struct Speed {
   enum class Mode { kFactor, kMax, kStepped };
   Mode mode = Mode::kFactor;
   double factor = 1.0;  ///< of real time, for kFactor
 };
 
-/// Whose requests pass simulated time.
+/// Clients whose requests pass simulated time.
 struct TimeConfig {
   bool clients_pace = false;  ///< key mode
   std::uint32_t poll_period_ms = 25;
   std::vector<std::string> pacers;
   std::optional<std::uint32_t> grace_ms;
 
-  /// Who is declared is waited for, unless told otherwise.
+  /// Declared pacers are waited for, unless the key says otherwise.
   [[nodiscard]] std::uint32_t grace() const { return grace_ms.value_or(pacers.empty() ? 5000 : 0); }
 };
 
@@ -104,7 +104,7 @@ struct WebConfig {
   std::optional<bool> programs;
 };
 
-/// Who may what over gRPC and on the page.
+/// Access over gRPC and on the page.
 struct AccessConfig {
   std::optional<std::string> file, audit_file;
   bool insecure_control = false;
@@ -117,7 +117,7 @@ struct TlsConfig {
   bool client_needed = false;  ///< key client_certificates
 };
 
-/// What the run is recorded in.
+/// Recording of the run.
 struct JournalConfig {
   std::optional<std::string> place;  ///< file or directory; absent = none
   std::uint32_t max_file_mb = 64;
@@ -131,7 +131,7 @@ struct HistoryConfig {
   std::uint32_t max_mb = 128;
 };
 
-/// What holds for the connections of every listener.
+/// Limits of the connections of every listener.
 struct ConnectionsConfig {
   std::uint32_t per_address = 32;
   std::uint32_t yield_after_ms = 60'000;

@@ -11,7 +11,7 @@ namespace aprsim::server::journal {
 void write_message(const api::Command& command, v1::JournalCommand& message);
 
 /// Errors: kInvalidArgument naming the field that is missing or unknown to this version; numbers
-/// are the business of world/cell/command_check.hpp. Thread: any.
+/// are the business of world/cell/commands/command_check.hpp. Thread: any.
 [[nodiscard]] Result<api::Command> to_command(const v1::JournalCommand& message);
 
 }  // namespace aprsim::server::journal

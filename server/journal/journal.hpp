@@ -17,7 +17,7 @@
 #include "aprsim/v1/journal.pb.h"
 #include "proto/journal/frames.hpp"
 #include "protocols/ports/incident_source.hpp"
-#include "protocols/record/wire_trace.hpp"
+#include "protocols/ports/wire_trace.hpp"
 #include "server/journal/frame_ring.hpp"
 #include "server/journal/journal_disk.hpp"
 #include "server/journal/journal_stats.hpp"

@@ -10,7 +10,7 @@
 #include <string>
 #include <variant>
 
-#include "protocols/record/wire_trace.hpp"
+#include "protocols/ports/wire_trace.hpp"
 #include "world/runtime/record/recorder.hpp"
 
 namespace aprsim::server::journal {

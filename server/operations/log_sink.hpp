@@ -22,7 +22,7 @@ class LogSink final : public spdlog::sinks::base_sink<std::mutex> {
   explicit LogSink(
       int fd, std::function<std::uint64_t()> lost = [] { return 0; });
 
-  /// What cannot be written by then is lost.
+  /// Lines that cannot be written by then are lost.
   void give_up_at(Clock::time_point deadline) { deadline_ = deadline.time_since_epoch().count(); }
 
  protected:

@@ -165,7 +165,7 @@ void write_robots(MetricsText& out, const api::Snapshot& now) {
   each([](const api::RobotSnapshot& robot) { return count(robot.gripper.holding); });
 }
 
-void write_wires(MetricsText& out, const MetricsSources& sources) {
+void write_requests(MetricsText& out, const MetricsSources& sources) {
   // wire: the listener's name, as in the ports file.
   const auto each = [&](const auto& of_crcl, const auto& of_vision, const auto& of_modbus,
                         const auto& of_grpc, const auto& of_web) {
@@ -205,6 +205,9 @@ void write_wires(MetricsText& out, const MetricsSources& sources) {
        [](const auto& stats) { return stats.exceptions; },
        [](const auto& stats) { return stats.failed; },
        [](const auto& stats) { return stats.failed; });
+}
+
+void write_answers(MetricsText& out, const MetricsSources& sources) {
   out.metric("aprsim_answer_seconds", kHistogram,
              "From a GetStatus, a Modbus request, a gRPC call, a request over HTTP or of a page to "
              "its answer.");
@@ -214,6 +217,9 @@ void write_wires(MetricsText& out, const MetricsSources& sources) {
   out.histogram(sources.modbus.answer_times, {{"wire", "modbus"}});
   out.histogram(sources.grpc.answer_times, {{"wire", "grpc"}});
   out.histogram(sources.web.answer_times, {{"wire", "web"}});
+}
+
+void write_streams(MetricsText& out, const MetricsSources& sources) {
   out.metric("aprsim_streams", kGauge, "Streams of snapshots over gRPC.");
   out.sample(sources.grpc.streams);
   out.metric("aprsim_stream_samples_total", kCounter, "Snapshots that streams have sent.");
@@ -252,7 +258,9 @@ std::string metrics_text(const MetricsSources& sources) {
   write_physics(out, *sources.snapshot);
   write_solver(out, sources);
   write_robots(out, *sources.snapshot);
-  write_wires(out, sources);
+  write_requests(out, sources);
+  write_answers(out, sources);
+  write_streams(out, sources);
   write_access(out, sources.access);
   return out.text();
 }

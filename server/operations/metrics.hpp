@@ -21,14 +21,14 @@
 
 namespace aprsim::server {
 
-/// What is refused, and written down of what is not.
+/// Counts of refusals, TLS failures and audit records.
 struct AccessSources {
   protocols::AccessCounts refused;
   std::vector<std::pair<std::string, std::uint64_t>> tls_failures;  ///< by wire
   protocols::AuditStats audit;
 };
 
-/// What the metrics are made of: one look at everything that counts.
+/// Sources of the metrics: one look at everything that counts.
 struct MetricsSources {
   api::SnapshotPtr snapshot;
   bool ready = false;  ///< the simulation runs as it is told to

@@ -7,7 +7,7 @@
 
 #include "world/base/result.hpp"
 
-/// What the daemon asks of its process, before any thread starts.
+/// Settings of the process, before any thread starts.
 namespace aprsim::server {
 
 /// Raises the limit of open files to the hard limit. Fails when even that is below `needed`.

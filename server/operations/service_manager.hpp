@@ -11,7 +11,7 @@ namespace aprsim::server {
 /// A message that cannot be sent is left out. Thread: one.
 class ServiceManager {
  public:
-  /// By the variables NOTIFY_SOCKET, WATCHDOG_USEC and WATCHDOG_PID.
+  /// Reads the variables NOTIFY_SOCKET, WATCHDOG_USEC and WATCHDOG_PID.
   ServiceManager();
   ~ServiceManager();
   ServiceManager(const ServiceManager&) = delete;
@@ -20,7 +20,7 @@ class ServiceManager {
   void ready() { send("READY=1"); }
   void stopping() { send("STOPPING=1"); }
   /// The process does what it is there for, and what keeps it from doing it well; empty = nothing.
-  /// What is the same as before is not sent again.
+  /// Unchanged status is not sent again.
   void working(bool progress, const std::string& problem);
 
   /// How often working() has to be called; absent = nobody asks.

@@ -69,7 +69,7 @@ class Programs final : public web::ProgramRunner {
 /// The kitting controller, as a program.
 inline constexpr const char* kDemo = "demo";
 
-/// What may be started in a cell with this scene, a name or a file: the kitting controller, where
+/// Programs for a cell with this scene, a name or a file: the kitting controller, where
 /// it knows the cell, and the shipped scenarios that can be run in it. They find the cell at `host`
 /// and the ports of the file.
 [[nodiscard]] std::vector<Program> known_programs(const std::string& scene, const std::string& host,

@@ -173,7 +173,7 @@ std::optional<WireReply> CrclReplies::sent(const std::string& document, world::R
   return WireReply{
       from, at,
       [self = shared_from_this(), document, set_before = sets_](const api::Snapshot& snapshot) {
-        // What an injected fault has cut off is no status.
+        // A document that an injected fault has cut off is no status.
         if (self->status_text_ != document) {
           self->status_ = crcl::decode_status(document).value_or(crcl::Status{});
           self->status_text_ = document;
@@ -182,7 +182,7 @@ std::optional<WireReply> CrclReplies::sent(const std::string& document, world::R
       }};
 }
 
-/// What was set after the reply was sent holds only for later ones.
+/// Settings after the reply hold only for later ones.
 Deviation CrclReplies::deviation(const crcl::Status& recorded, std::uint64_t set_before,
                                  const api::Snapshot& snapshot) {
   if (cell_ != snapshot.cell) {

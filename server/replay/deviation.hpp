@@ -26,7 +26,7 @@ class Deviation {
   }
 
   [[nodiscard]] bool any() const { return count_ > 0; }
-  /// Of all values together, each by its own size.
+  /// Deviation of all values together, each by its own size.
   [[nodiscard]] double size() const { return size_; }
   /// The value that is off most, and how many more are.
   [[nodiscard]] std::string text() const {

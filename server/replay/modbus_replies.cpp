@@ -122,7 +122,7 @@ std::optional<WireReply> ModbusReplies::sent(const std::string& unit, world::Run
   if (found == asked_.end()) return std::nullopt;
   Asked asked = std::move(*found);
   asked_.erase(asked_.begin(), found + 1);
-  // Of two under one number the first may never have been answered.
+  // Where two have one number, the first may never have been answered.
   const bool other = std::ranges::any_of(
       asked_, [&](const Asked& later) { return answered(later) && later.unit != asked.unit; });
   const auto validated = modbus::validate_request(bytes_of(asked.unit));
@@ -131,10 +131,10 @@ std::optional<WireReply> ModbusReplies::sent(const std::string& unit, world::Run
   if (!range || unit[kFunctionAt] != asked.unit[kFunctionAt]) return std::nullopt;
   const std::size_t size = range->bits() ? (range->quantity + 7U) / 8U : 2U * range->quantity;
   if (unit.size() != kValuesAt + size) return std::nullopt;
-  return WireReply{
-      asked.at, at, [unit, range = *range, scaling = scaling_](const api::Snapshot& snapshot) {
-        return deviation_of(unit, range, modbus_server::readings_of(snapshot), scaling);
-      }};
+  return WireReply{asked.at, at,
+                   [unit, range = *range, scaling = scaling_](const api::Snapshot& snapshot) {
+                     return deviation_of(unit, range, conveyor::readings_of(snapshot), scaling);
+                   }};
 }
 
 }  // namespace aprsim::server::journal

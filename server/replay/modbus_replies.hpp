@@ -10,7 +10,7 @@
 
 namespace aprsim::server::journal {
 
-/// What the clients of one Modbus connection read, as far as the cell alone decides it: the
+/// Replies to the clients of one Modbus connection, as far as the cell alone decides them: the
 /// documented registers. Thread: one at a time.
 class ModbusReplies {
  public:

@@ -10,7 +10,7 @@
 #include "protocols/messages/write_message.hpp"
 #include "protocols/web/topics/scene_looks.hpp"
 #include "protocols/web/topics/visual_message.hpp"
-#include "server/access/listener_options.hpp"
+#include "server/listeners/visual_description.hpp"
 
 namespace aprsim::server {
 namespace {

@@ -84,7 +84,7 @@ class Replay {
 [[nodiscard]] Result<scene::Scene> scene_of(const v1::JournalHeader& header,
                                             const std::string& directory);
 
-/// What of this program is not as the journal's was, a sentence each: then bits may differ.
+/// Differences of this program from the journal's, a sentence each: then bits may differ.
 [[nodiscard]] std::vector<std::string> cautions(const v1::JournalHeader& header,
                                                 const v1::JournalHeader& here);
 

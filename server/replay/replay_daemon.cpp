@@ -7,8 +7,8 @@
 
 #include "protocols/grpc/grpc_server.hpp"
 #include "protocols/web/web_server.hpp"
-#include "server/access/guards.hpp"
-#include "server/access/listener_options.hpp"
+#include "server/access/security_context.hpp"
+#include "server/listeners/server_options.hpp"
 #include "server/replay/replay_source.hpp"
 #include "world/runtime/history/bookmark_generator.hpp"
 #include "world/runtime/history/time_machine.hpp"
@@ -33,15 +33,15 @@ class ReplayDaemon::Impl {
        std::optional<double> speed)
       : records_(whole_run(config.history)),
         source_(run, std::move(part), speed),
-        guards_(config, source_),
+        security_(config, source_),
         history_(run.scene(), records_, bookmarks_, nullptr) {
     const bool past = tell_history(run);
-    auto grpc = telemetry_options(config, guards_);
+    auto grpc = telemetry_options({config, security_});
     if (past) grpc.history = &history_;
     grpc.events = &source_.events();
     telemetry_ = std::make_unique<grpc_server::TelemetryServer>(std::move(grpc), source_, source_);
     if (!config.web.enabled) return;
-    auto web = web_options(config, guards_, *run.scene());
+    auto web = web_options({config, security_}, *run.scene());
     web.read_only = source_.refusal();
     web.crcl_tap = &source_.taps().crcl();
     web.modbus_tap = &source_.taps().modbus();
@@ -73,7 +73,7 @@ class ReplayDaemon::Impl {
     source_.stop();
   }
 
-  void reload() { guards_.reload(); }
+  void reload() { security_.reload(); }
   [[nodiscard]] std::string problem() const { return source_.problem(); }
 
  private:
@@ -92,7 +92,7 @@ class ReplayDaemon::Impl {
   world::HistoryRecords records_;
   world::Bookmarks bookmarks_;
   ReplaySource source_;
-  Guards guards_;
+  SecurityContext security_;
   world::TimeMachine history_;
   std::unique_ptr<grpc_server::TelemetryServer> telemetry_;
   std::unique_ptr<web::WebServer> web_;

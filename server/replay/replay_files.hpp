@@ -14,7 +14,7 @@ namespace aprsim::server::journal {
 struct ReplayPart {
   std::optional<RunMoment> from;  ///< begins at the last checkpoint before it
   std::optional<RunMoment> to;    ///< ends there
-  /// Of the recorded run's belt; absent = what Modbus clients read is not compared.
+  /// Scaling of the recorded run's belt; absent = replies to Modbus clients are not compared.
   std::optional<modbus::ConveyorScaling> scaling = {};
   Replay::Watch watch = {};
   /// Called with each record, those before `from` included, before it is run.

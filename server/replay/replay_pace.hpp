@@ -13,7 +13,7 @@ class ReplayPace {
   /// Ratio of simulated to wall time; absent = as fast as possible.
   explicit ReplayPace(std::optional<double> speed) : speed_(speed) {}
 
-  /// Of what a replay's watch is called with; what the machine is too late for is not caught up
+  /// Wall time of an instant of the replay's watch; time that the machine loses is not caught up
   /// with.
   [[nodiscard]] std::chrono::steady_clock::time_point due(const world::World& world,
                                                           world::RunTime time);

@@ -120,7 +120,7 @@ void ReplaySource::hear(const v1::JournalRecord& record) {
   auto event = event_of(record.event());
   if (!event) return;
   // A log has no holes, where the journal has a gap.
-  // What listeners tell has no number.
+  // Events of listeners have no number.
   if (last_event_ > 0 || event->sequence == 0) event->sequence = last_event_ + 1;
   last_event_ = event->sequence;
   coming_.push_back(std::move(event));

@@ -47,9 +47,9 @@ class ReplaySource final : public api::CommandSink, public api::SnapshotSource {
   }
   /// Where the run is not as it was recorded.
   [[nodiscard]] std::string problem() const override;
-  /// What went over the run's wires, as far as it has been run.
+  /// Traffic of the run's wires, as far as it has been run.
   [[nodiscard]] ReplayTaps& taps() { return taps_; }
-  /// What happened in the cell, the same.
+  /// Events of the cell, the same.
   [[nodiscard]] const api::EventSource& events() const { return events_; }
 
  private:

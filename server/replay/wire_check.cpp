@@ -18,7 +18,7 @@ void WireCheck::hear(const v1::JournalRecord& record, bool runs) {
   if (record.has_wire()) {
     hear(record.wire(), runs && !stopped_);
   } else if (record.has_gap() && record.gap().records() > 0) {
-    // Of what is missing some may be requests, and openings of connections.
+    // Missing records may include requests, and openings of connections.
     connections_.clear();
     waiting_.clear();
     lines_.clear();
@@ -78,7 +78,7 @@ void WireCheck::look(const world::World& world, world::RunTime time) {
 
 void WireCheck::finish() { compare(true); }
 
-/// What has been told at moments that are over.
+/// Compares the replies at moments that are over.
 void WireCheck::compare(bool ended) {
   if (moments_.empty()) return;
   const auto over = [&](world::RunTime time) { return ended || time < moments_.now(); };

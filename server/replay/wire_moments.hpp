@@ -9,7 +9,7 @@
 
 namespace aprsim::server::journal {
 
-/// What listeners could see of a run in its latest steps, as it is run again: before and after the
+/// Snapshots that listeners could see in the latest steps of a replayed run: before and after the
 /// commands between two steps. Thread: one at a time.
 class WireMoments {
  public:

@@ -7,7 +7,7 @@
 /// SIGTERM, SIGHUP, and SIGPIPE (nobody reads the output any more).
 namespace aprsim::client::interruption {
 
-/// What a shell shows of a program that Ctrl-C ended.
+/// The exit code that a shell shows for a program that Ctrl-C ended.
 inline constexpr int kExitCode = 130;
 
 /// Takes the signals over; SIGHUP stays ignored where it is (nohup). Outside a Hold each ends the

@@ -9,7 +9,7 @@ namespace {
 
 using grpc::experimental::InterceptionHookPoints;
 
-/// Of one call.
+/// Counts one call.
 class Counting final : public grpc::experimental::Interceptor {
  public:
   Counting(CallCounter& counter, bool stream) : counter_(counter), stream_(stream) {

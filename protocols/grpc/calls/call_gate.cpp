@@ -8,7 +8,7 @@
 #include <spdlog/spdlog.h>
 
 #include "protocols/access/call_roles.hpp"
-#include "protocols/net/connection_places.hpp"
+#include "protocols/net/connection_limiter.hpp"
 
 namespace aprsim::grpc_server {
 namespace {
@@ -16,8 +16,8 @@ namespace {
 using grpc::experimental::InterceptionHookPoints;
 using grpc::experimental::InterceptorBatchMethods;
 
-/// What follows "Bearer" in a call's metadata; absent = it comes without credentials. Other schemes
-/// are no token of ours.
+/// The token after "Bearer" in a call's metadata; absent = the call has no credentials. Other
+/// schemes are no token of ours.
 template <typename Metadata>
 std::optional<std::string_view> token_in(const Metadata& metadata) {
   constexpr std::string_view kScheme = "Bearer ";
@@ -46,7 +46,7 @@ std::string json_of(void* request) {
   return text;
 }
 
-/// Of one call.
+/// Judges one call.
 class Judging final : public grpc::experimental::Interceptor {
  public:
   Judging(CallGate& gate, grpc::experimental::ServerRpcInfo& info)

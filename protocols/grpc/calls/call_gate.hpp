@@ -49,7 +49,7 @@ class CallGate {
                                                   const char* method,
                                                   std::optional<std::string_view> token);
   void audit(const Call& call, std::string request, std::string outcome) const;
-  /// What the call has come to, the caller's being wrong included.
+  /// Records the outcome of a call, a caller's error included.
   void ended(const Call& call, const grpc::Status& status) const;
   void forget(const grpc::ServerContextBase& context, const std::shared_ptr<const Call>& call);
 

@@ -5,7 +5,7 @@
 
 namespace aprsim::grpc_server {
 
-/// Who calls.
+/// The caller.
 struct CallPeer {
   std::string address;           ///< "ADDRESS:PORT" of the client
   std::uint64_t connection = 0;  ///< ConnectionTrace::number(); 0 = it is not traced
@@ -15,7 +15,7 @@ struct CallPeer {
 /// as %XX. Thread: any.
 [[nodiscard]] std::string socket_name(const std::string& uri);
 
-/// Of what gRPC says of a call's peer: the socket name that the client's relay has given itself,
+/// The peer by gRPC's name for it, the socket name that the client's relay has given itself,
 /// "ADDRESS:PORT/SOMETHING.CONNECTION".
 /// Thread: any.
 [[nodiscard]] CallPeer call_peer(const std::string& uri);

@@ -36,7 +36,7 @@ std::string bytes_of(const grpc::ByteBuffer& buffer) {
   return bytes;
 }
 
-/// Of one call.
+/// Traces one call.
 class Tracing final : public grpc::experimental::Interceptor {
  public:
   Tracing(protocols::WireTrace& trace, const api::SnapshotSource& source,

@@ -4,7 +4,7 @@
 
 #include <grpcpp/support/server_interceptor.h>
 
-#include "protocols/record/wire_trace.hpp"
+#include "protocols/record/connection_trace.hpp"
 
 namespace aprsim::grpc_server {
 

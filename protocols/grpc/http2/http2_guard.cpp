@@ -19,7 +19,7 @@ constexpr std::uint8_t kAck = 1, kEndStream = 1;
 
 /// The greatest frame that is no data and that gRPC has to take.
 constexpr std::size_t kMaxFrameBytes = 16'384;
-/// What may come at once before a client is too quick.
+/// Burst that may come at once before a client is too quick.
 constexpr std::chrono::milliseconds kPaceSlack{100};
 
 tl::unexpected<Error> too_much(std::string message) {

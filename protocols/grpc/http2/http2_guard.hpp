@@ -12,7 +12,7 @@
 
 namespace aprsim::grpc_server {
 
-/// What a connection may ask of gRPC, far above what its clients need.
+/// Limits of a connection to gRPC, far above the needs of its clients.
 struct Http2Limits {
   double resets_per_s = 100;  ///< streams given up, by either side
   double reset_burst = 200;   ///< at once

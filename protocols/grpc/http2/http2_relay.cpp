@@ -22,7 +22,7 @@ namespace {
 namespace asio = boost::asio;
 using boost::system::error_code;
 
-/// What the kernel keeps between gRPC and us: what waits there is old news for a slow reader.
+/// Kernel buffers between gRPC and the relay: data that waits there is stale for a slow reader.
 constexpr int kPairBufferBytes = 64 * 1024;
 constexpr int kSendBufferBytes = 256 * 1024;
 /// After a refusal the client may read why, for so long and while it sends no more than this: a
@@ -30,7 +30,7 @@ constexpr int kSendBufferBytes = 256 * 1024;
 constexpr std::chrono::milliseconds kLinger{500};
 constexpr std::size_t kMaxRestBytes = std::size_t{1} << 20;
 
-/// Who has sent less than HTTP/2's preface has asked for nothing.
+/// A client that has sent less than HTTP/2's preface has asked for nothing.
 constexpr std::size_t kPrefaceBytes = 24;
 
 /// How often one who waits asks whether it is its turn.
@@ -72,17 +72,17 @@ void name_end(int fd, const std::string& name) {
 
 }  // namespace
 
-Http2Relay::Http2Relay(Socket client, std::string peer, protocols::ConnectionPlaces::Place place,
+Http2Relay::Http2Relay(Socket client, std::string peer, protocols::ConnectionLimiter::Slot slot,
                        protocols::ConnectionTrace trace, const RelayRules& rules,
-                       protocols::LimitedLog& log, Probation& probation)
+                       protocols::LimitedLog& log, Backoff& probation)
     : client_(std::move(client), rules.tls ? rules.tls->context() : nullptr),
       server_(client_.get_executor()),
       peer_(std::move(peer)),
-      place_(std::move(place)),
+      slot_(std::move(slot)),
       trace_(std::move(trace)),
       rules_(rules),
       log_(log),
-      probation_(probation),
+      backoff_(probation),
       guard_(rules.limits),
       hear_timer_(client_.get_executor()),
       stall_timer_(client_.get_executor()) {}
@@ -97,11 +97,11 @@ void Http2Relay::start() {
 
 void Http2Relay::wait_for_turn() {
   const auto now = Http2Guard::Clock::now();
-  // Who comes and goes must not hold up those who wait.
+  // Clients that come and go must not hold up those that wait.
   if (client_has_gone()) return close();
-  if (probation_.may_begin(address_, this, now)) {
+  if (backoff_.may_begin(address_, this, now)) {
     waiting_ = false;
-    if (probation_.on(address_, now)) guard_ = Http2Guard(rules_.probation_limits);
+    if (backoff_.on(address_, now)) guard_ = Http2Guard(rules_.backoff_limits);
     return client_.is_secure() ? shake_hands() : connect();
   }
   waiting_ = true;
@@ -143,7 +143,7 @@ void Http2Relay::connect() {
     log_.warn(fmt::format("closing {}: no socket pair: {}", peer_, std::strerror(errno)));
     return close();
   }
-  // What the kernel keeps for a client that takes nothing is bounded, and told apart soon.
+  // Kernel buffers for a client that takes nothing are bounded, and such a client shows soon.
   error_code ignored;
   socket().set_option(asio::socket_base::send_buffer_size(kSendBufferBytes), ignored);
   if (rules_.clients != nullptr) {
@@ -182,7 +182,7 @@ void Http2Relay::drain() {
 void Http2Relay::close() {
   if (closed_) return;
   closed_ = true;
-  if (waiting_) probation_.leave(address_, this);
+  if (waiting_) backoff_.leave(address_, this);
   error_code ignored;
   hear_timer_.cancel(ignored);
   stall_timer_.cancel(ignored);
@@ -194,7 +194,7 @@ void Http2Relay::close() {
   rules_.on_end(*this);
 }
 
-void Http2Relay::give_way() {
+void Http2Relay::evict() {
   if (closed_) return;
   log_.warn("closing " + peer_ + ": its place is needed");
   end_ = "its place is needed";
@@ -225,10 +225,10 @@ void Http2Relay::read_client() {
 void Http2Relay::on_client(std::size_t size) {
   const auto now = Http2Guard::Clock::now();
   heard_ = std::min(heard_ + size, kPrefaceBytes);
-  if (heard_ == kPrefaceBytes) place_.used();
+  if (heard_ == kPrefaceBytes) slot_.used();
   const std::uint64_t resets = guard_.resets();
   const auto ok = guard_.from_client(std::span(to_server_).first(size), now);
-  probation_.count_resets(address_, guard_.resets() - resets, now);
+  backoff_.count_resets(address_, guard_.resets() - resets, now);
   if (!ok) return refuse(ok.error().message, guard_.server_between_frames());
   asio::async_write(server_, asio::buffer(to_server_.data(), size),
                     [self = shared_from_this()](const error_code& error, std::size_t) {
@@ -250,7 +250,7 @@ void Http2Relay::on_server(std::size_t size) {
   const std::uint64_t resets = guard_.resets();
   const bool between_frames = guard_.server_between_frames();
   const auto ok = guard_.from_server(std::span(to_client_).first(size), now);
-  probation_.count_resets(address_, guard_.resets() - resets, now);
+  backoff_.count_resets(address_, guard_.resets() - resets, now);
   if (!ok) return refuse(ok.error().message, between_frames);
   if (deaf_ && !guard_.awaits_answers()) hear();
   std::size_t sent = 0;
@@ -289,7 +289,7 @@ void Http2Relay::on_sent(bool failed) {
 
 void Http2Relay::refuse(const std::string& why, bool between_frames) {
   refused_ = true;
-  probation_.offend(address_, Http2Guard::Clock::now());
+  backoff_.offend(address_, Http2Guard::Clock::now());
   log_.warn("closing " + peer_ + ": " + why);
   end_ = why;
   error_code ignored;

@@ -12,22 +12,22 @@
 #include <boost/asio/steady_timer.hpp>
 
 #include "protocols/grpc/calls/connected_clients.hpp"
+#include "protocols/grpc/http2/backoff.hpp"
 #include "protocols/grpc/http2/http2_guard.hpp"
-#include "protocols/grpc/http2/probation.hpp"
-#include "protocols/net/connection_places.hpp"
+#include "protocols/net/connection_limiter.hpp"
 #include "protocols/net/limited_log.hpp"
 #include "protocols/net/tls.hpp"
 #include "protocols/net/tls_stream.hpp"
-#include "protocols/record/wire_trace.hpp"
+#include "protocols/record/connection_trace.hpp"
 
 namespace aprsim::grpc_server {
 
 class Http2Relay;
 
-/// What the relays of a listener share.
+/// Settings that the relays of a listener share.
 struct RelayRules {
   Http2Limits limits;
-  Http2Limits probation_limits{.resets_per_s = 10, .reset_burst = 20};
+  Http2Limits backoff_limits{.resets_per_s = 10, .reset_burst = 20};
   std::chrono::milliseconds stall_timeout{20000};  ///< a client that takes nothing for so long goes
   std::chrono::milliseconds handshake_timeout{5000};
   std::shared_ptr<protocols::Tls> tls = {};  ///< null = nothing is encrypted
@@ -44,10 +44,10 @@ class Http2Relay : public std::enable_shared_from_this<Http2Relay> {
  public:
   using Socket = boost::asio::ip::tcp::socket;
 
-  /// Rules, log and probation must outlive it.
-  Http2Relay(Socket client, std::string peer, protocols::ConnectionPlaces::Place place,
+  /// Rules, log and backoff must outlive it.
+  Http2Relay(Socket client, std::string peer, protocols::ConnectionLimiter::Slot slot,
              protocols::ConnectionTrace trace, const RelayRules& rules, protocols::LimitedLog& log,
-             Probation& probation);
+             Backoff& backoff);
 
   void start();
   /// Goes on until gRPC has closed its end.
@@ -55,8 +55,8 @@ class Http2Relay : public std::enable_shared_from_this<Http2Relay> {
   /// Closes at once.
   void close();
   /// The same for a newcomer's sake.
-  void give_way();
-  [[nodiscard]] protocols::ConnectionPlaces::Place& place() { return place_; }
+  void evict();
+  [[nodiscard]] protocols::ConnectionLimiter::Slot& slot() { return slot_; }
 
  private:
   using Buffer = std::array<char, 16'384>;
@@ -83,13 +83,13 @@ class Http2Relay : public std::enable_shared_from_this<Http2Relay> {
   boost::asio::local::stream_protocol::socket server_;
   const std::string peer_;
   std::string name_;  ///< of the socket that gRPC sees
-  protocols::ConnectionPlaces::Place place_;
+  protocols::ConnectionLimiter::Slot slot_;
   protocols::ConnectionTrace trace_;
   std::string end_;        ///< why it ends
   std::size_t heard_ = 0;  ///< bytes, up to those of HTTP/2's preface
   const RelayRules& rules_;
   protocols::LimitedLog& log_;
-  Probation& probation_;
+  Backoff& backoff_;
   boost::asio::ip::address address_;
   Http2Guard guard_;
   boost::asio::steady_timer hear_timer_, stall_timer_;

@@ -68,7 +68,7 @@ grpc::ServerUnaryReactor* ControlService::command(grpc::CallbackServerContext* c
 
 void ControlService::carry_out(grpc::CallbackServerContext* context, const Finish& finish,
                                Body body, Fill fill) {
-  const auto ticket = sink_.submit({options_.endpoint, std::move(body)});
+  const auto ticket = sink_.submit({options_.listener.endpoint, std::move(body)});
   if (!ticket) return finish(rpc_status(ticket.error()));
   auto outcome = [ticket = *ticket, fill = std::move(fill)](
                      const api::Snapshot& snapshot) -> std::optional<grpc::Status> {
@@ -111,7 +111,8 @@ grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* cont
   if (request->has_read_mask()) wanted = *mask;
   std::unique_lock lock(step_mutex_);
   const api::SnapshotPtr now = source_.latest();
-  if (!now->paused && options_.virtual_time && options_.virtual_time->is_registered("grpc")) {
+  if (!now->paused && options_.listener.virtual_time &&
+      options_.listener.virtual_time->is_registered("grpc")) {
     lock.unlock();
     return pass_time(context, steps, wanted, response);
   }
@@ -119,7 +120,7 @@ grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* cont
     return refuse(context, {ErrorCode::kFailedPrecondition, "step",
                             "the cell is running; pause it before stepping"});
   }
-  const auto ticket = sink_.submit({options_.endpoint, api::SimulationCommand(*command)});
+  const auto ticket = sink_.submit({options_.listener.endpoint, api::SimulationCommand(*command)});
   if (!ticket) return refuse(context, ticket.error());
   if (step_epoch_ != now->epoch) step_goal_ = 0;
   step_epoch_ = now->epoch;
@@ -142,7 +143,7 @@ grpc::ServerUnaryReactor* ControlService::Step(grpc::CallbackServerContext* cont
     const std::lock_guard goal_lock(step_mutex_);
     // A caller that has gone wants no more steps; others that wait for some keep theirs.
     if (context->IsCancelled() && step_goal_ == goal) {
-      (void)sink_.submit({options_.endpoint, api::SimulationCommand(api::Pause{})});
+      (void)sink_.submit({options_.listener.endpoint, api::SimulationCommand(api::Pause{})});
     }
     // A pause in between forgets the rest of the steps: do not count on them for the next call.
     step_goal_ = 0;
@@ -158,7 +159,7 @@ grpc::ServerUnaryReactor* ControlService::pass_time(grpc::CallbackServerContext*
                                                     std::uint64_t steps,
                                                     const std::optional<SnapshotView>& wanted,
                                                     v1::StepResponse* response) {
-  api::VirtualTime& time = *options_.virtual_time;
+  api::VirtualTime& time = *options_.listener.virtual_time;
   std::unique_lock lock(step_mutex_);
   if (!pacer_) {
     pacer_ = time.join({.name = "grpc"}, [] {});
@@ -202,7 +203,7 @@ grpc::ServerUnaryReactor* ControlService::RunUntil(grpc::CallbackServerContext* 
   if (!mask) return refuse(context, mask.error());
   std::optional<SnapshotView> wanted;
   if (request->has_read_mask()) wanted = *mask;
-  const auto ticket = sink_.submit({options_.endpoint, api::SimulationCommand(*run)});
+  const auto ticket = sink_.submit({options_.listener.endpoint, api::SimulationCommand(*run)});
   if (!ticket) return refuse(context, ticket.error());
   auto* reactor = context->DefaultReactor();
   auto outcome = [this, ticket = *ticket, wanted,
@@ -215,7 +216,7 @@ grpc::ServerUnaryReactor* ControlService::RunUntil(grpc::CallbackServerContext* 
     return finish_run(*ended, s, wanted, *response);
   };
   auto give_up = [this, ticket = *ticket] {
-    (void)sink_.submit({options_.endpoint, api::SimulationCommand(api::EndRun{ticket})});
+    (void)sink_.submit({options_.listener.endpoint, api::SimulationCommand(api::EndRun{ticket})});
   };
   waiter_.wait({context, finisher(reactor), deadline(*context, kLongestWait), std::move(outcome),
                 std::move(give_up)});

@@ -10,9 +10,9 @@
 namespace aprsim::grpc_server {
 namespace {
 
-/// Of a message.
+/// Size of a message.
 constexpr std::size_t kPieceBytes = std::size_t{256} << 10;
-/// Of calls at a time: what they hold stays in memory.
+/// Calls at a time: their data stays in memory.
 constexpr int kMostOpen = 4;
 constexpr std::chrono::seconds kDefaultSpan{60}, kLongestSpan{86'400};
 

@@ -100,7 +100,7 @@ void RobotStream::OnWriteDone(bool ok) {
   end_if_over();
 }
 
-// What is on its way goes out first.
+// Messages on their way go out first.
 void RobotStream::end(const grpc::Status& status) {
   if (finished_) return;
   if (!end_) end_ = status;

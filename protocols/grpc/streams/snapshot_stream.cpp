@@ -13,7 +13,7 @@ using std::chrono::steady_clock;
 
 namespace {
 
-/// Of a field that holds a message.
+/// Tag of a field that holds a message.
 constexpr std::uint8_t kSnapshotTag = v1::StreamSnapshotsResponse::kSnapshotFieldNumber << 3 | 2;
 
 std::chrono::nanoseconds period_of(double rate_hz) {
@@ -120,7 +120,7 @@ void SnapshotStream::start_write(std::unique_lock<std::mutex> lock) {
   lock.unlock();
   fill(next.snapshot, next.sequence, 0);
   ++hub_.counters().samples;
-  // What comes next may go with it.
+  // The next message may go with it.
   grpc::WriteOptions options;
   if (more) options.set_buffer_hint();
   StartWrite(&response_, options);

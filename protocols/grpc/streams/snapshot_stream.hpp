@@ -19,7 +19,7 @@ namespace aprsim::grpc_server {
 
 class StreamHub;
 
-/// What a stream of every step may keep for a reader that is behind.
+/// Backlog that a stream of every step may keep for a reader that is behind.
 struct BacklogLimits {
   std::size_t samples = 4096;
   std::size_t bytes = std::size_t{8} << 20;

@@ -15,7 +15,7 @@
 
 namespace aprsim::grpc_server {
 
-/// What a client wants to see of snapshots: fields, and things by their names.
+/// The part of snapshots that a client asks for: fields, and things by their names.
 class SnapshotView {
  public:
   using Names = google::protobuf::RepeatedPtrField<std::string>;

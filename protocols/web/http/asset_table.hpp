@@ -27,7 +27,7 @@ class AssetTable {
   [[nodiscard]] Result<void> add_file(const std::string& path, const std::string& file);
   void add(const std::string& path, std::string type, std::string body);
 
-  /// Of a request's target without its query; null when there is none.
+  /// The asset of a request's target without its query; null when there is none.
   [[nodiscard]] const Asset* find(std::string_view path) const;
 
  private:

@@ -16,7 +16,7 @@ using beast::error_code;
 
 constexpr std::size_t kMaxMessageBytes = std::size_t{16} * 1024;
 constexpr auto kWriteTimeout = std::chrono::seconds(10);
-// What the kernel keeps for a slow viewer is old news.
+// Kernel buffer for a slow viewer; data that waits there is stale.
 constexpr int kSendBufferBytes = 64 * 1024;
 
 websocket::stream_base::timeout timeouts() {

@@ -78,16 +78,16 @@ Result<std::chrono::nanoseconds> incident_span(std::string_view target) {
 
 class Session final : public HttpSession, public std::enable_shared_from_this<Session> {
  public:
-  using Place = protocols::ConnectionPlaces::Place;
+  using Slot = protocols::ConnectionLimiter::Slot;
   using Clock = std::chrono::steady_clock;
 
   Session(boost::asio::ip::tcp::socket socket, std::string peer, const HttpContext& context,
-          std::shared_ptr<Place> place, std::function<void()> on_end)
+          std::shared_ptr<Slot> slot, std::function<void()> on_end)
       : stream_(boost::beast::tcp_stream(std::move(socket)),
                 context.tls ? context.tls->context() : nullptr),
         peer_(std::move(peer)),
         context_(context),
-        place_(std::move(place)),
+        slot_(std::move(slot)),
         rate_(context.max_requests_per_s),
         on_end_(std::move(on_end)) {}
 
@@ -144,12 +144,12 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
     if (!rate_.admit(protocols::RateLimit::Clock::now())) {
       return refuse(http::status::too_many_requests, "too many requests", true);
     }
-    place_->used();
+    slot_->used();
     handle(parser_->release());
   }
 
   void handle(Request request) {
-    if (!context_.full.empty()) return turn_away();
+    if (!context_.full.empty()) return reject();
     const std::string host(view(request[http::field::host]));
     if (!is_own_host(host, context_.hosts)) {
       return refuse(http::status::misdirected_request,
@@ -172,7 +172,7 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
     send_asset(request, *asset, host);
   }
 
-  /// Of a request with the token that it comes with, if any.
+  /// The caller of a request, by the token that it comes with, if any.
   protocols::Caller caller_of(const Request& request) {
     constexpr std::string_view kScheme = "Bearer ";
     protocols::Credentials credentials{.certificate = certificate_};
@@ -201,8 +201,8 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
       spdlog::warn("web: refused {}: page of another origin", peer_);
       return refuse(http::status::forbidden, "only this daemon's own page may connect", true);
     }
-    auto seat = context_.take_seat();
-    if (!seat) {
+    auto slot = context_.take_viewer_slot();
+    if (!slot) {
       return refuse(http::status::service_unavailable,
                     "There are as many viewers as this daemon serves at once.", true);
     }
@@ -214,15 +214,15 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
     note_answer(http::status::switching_protocols);
     accept_web_socket(
         std::move(stream_), std::move(request),
-        [&context = context_, peer = peer_, place = place_,
+        [&context = context_, peer = peer_, slot = slot_,
          caller = std::move(caller)](std::shared_ptr<WebSocket> socket) {
-          place->keep();
-          place->on_needed([viewer = std::weak_ptr<WebSocket>(socket)] {
+          slot->keep();
+          slot->on_evict([viewer = std::weak_ptr<WebSocket>(socket)] {
             if (const auto open = viewer.lock()) open->drop();
           });
           context.on_viewer(std::move(socket), peer, caller);
         },
-        [seat = std::move(seat), end = std::exchange(on_end_, nullptr)] {
+        [slot = std::move(slot), end = std::exchange(on_end_, nullptr)] {
           if (end) end();
         });
   }
@@ -331,7 +331,7 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
     send(std::move(response));
   }
 
-  void turn_away() {
+  void reject() {
     auto response = std::make_shared<Response>(http::status::service_unavailable, 11);
     set_security(*response, "");
     response->set(http::field::content_type, "text/html; charset=utf-8");
@@ -386,7 +386,7 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
   std::shared_ptr<const protocols::ClientCertificate> certificate_;
   std::string peer_;
   const HttpContext& context_;
-  std::shared_ptr<Place> place_;
+  std::shared_ptr<Slot> slot_;
   protocols::RateLimit rate_;
   std::function<void()> on_end_;
   Clock::time_point asked_at_{};
@@ -398,11 +398,11 @@ class Session final : public HttpSession, public std::enable_shared_from_this<Se
 
 std::shared_ptr<HttpSession> serve_http(boost::asio::ip::tcp::socket socket, std::string peer,
                                         const HttpContext& context,
-                                        std::shared_ptr<protocols::ConnectionPlaces::Place> place,
+                                        std::shared_ptr<protocols::ConnectionLimiter::Slot> slot,
                                         std::function<void()> on_end) {
-  const auto session = std::make_shared<Session>(std::move(socket), std::move(peer), context, place,
+  const auto session = std::make_shared<Session>(std::move(socket), std::move(peer), context, slot,
                                                  std::move(on_end));
-  place->on_needed([weak = std::weak_ptr<Session>(session)] {
+  slot->on_evict([weak = std::weak_ptr<Session>(session)] {
     if (const auto open = weak.lock()) open->close();
   });
   session->start();

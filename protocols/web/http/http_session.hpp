@@ -9,7 +9,7 @@
 #include <boost/asio/ip/tcp.hpp>
 
 #include "protocols/access/access.hpp"
-#include "protocols/net/connection_places.hpp"
+#include "protocols/net/connection_limiter.hpp"
 #include "protocols/net/limited_log.hpp"
 #include "protocols/net/tls.hpp"
 #include "protocols/ports/incident_source.hpp"
@@ -19,31 +19,31 @@
 
 namespace aprsim::web {
 
-/// What a page says at the moment.
+/// Present content of a page.
 struct LivePage {
   unsigned status = 200;
   std::string type = "text/plain; charset=utf-8";
   std::string body;
 };
 
-/// What HTTP sessions share.
+/// Everything that HTTP sessions share.
 struct HttpContext {
   std::shared_ptr<const AssetTable> assets;
   std::vector<std::string> hosts;   ///< names of this daemon besides numbers and localhost
   double max_requests_per_s = 200;  ///< of one connection; then 429 and the end
-  /// Room for another viewer: a seat, taken until it is destroyed; null when all are.
-  std::function<std::shared_ptr<void>()> take_seat;
+  /// A slot for another viewer, taken until it is destroyed; null when all are.
+  std::function<std::shared_ptr<void>()> take_viewer_slot;
   /// Not empty: there is no room for this connection; whatever it asks for is answered with 503
   /// and this sentence.
   std::string full;
   /// Pages that are made when they are asked for, by path: status and text.
   std::map<std::string, std::function<LivePage()>, std::less<>> live;
-  /// Of the file behind /incident; null = there is none.
+  /// Source of the file behind /incident; null = there is none.
   protocols::IncidentSource* incidents = nullptr;
   /// Takes over an upgraded connection.
   std::function<void(std::shared_ptr<WebSocket>, std::string peer, protocols::Caller caller)>
       on_viewer;
-  /// Who may what; null where nothing needs a role.
+  /// Permissions of callers; null where nothing needs a role.
   std::shared_ptr<protocols::Access> access;
   protocols::LimitedLog* refusals = nullptr;  ///< where they are told; may be null
   std::shared_ptr<protocols::Tls> tls;        ///< null = nothing is encrypted
@@ -61,11 +61,11 @@ class HttpSession {
 };
 
 /// Starts a session; `on_end` is called once when the TCP connection is over, the WebSocket that it
-/// may have become included. A viewer keeps its place, an idle session yields it. The context must
-/// outlive it.
+/// may have become included. A viewer keeps its slot, an idle session may be evicted. The context
+/// must outlive it.
 std::shared_ptr<HttpSession> serve_http(boost::asio::ip::tcp::socket socket, std::string peer,
                                         const HttpContext& context,
-                                        std::shared_ptr<protocols::ConnectionPlaces::Place> place,
+                                        std::shared_ptr<protocols::ConnectionLimiter::Slot> slot,
                                         std::function<void()> on_end);
 
 }  // namespace aprsim::web

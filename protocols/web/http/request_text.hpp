@@ -8,7 +8,7 @@
 /// Requests of viewers as the record of commands shows them.
 namespace aprsim::web {
 
-/// What is asked for in a few words, as the protocol calls it: "pause", "fanuc move_tool".
+/// The request in a few words, as the protocol calls it: "pause", "fanuc move_tool".
 [[nodiscard]] std::string title_of(const v1::ViewerRequest& request,
                                    const api::CellDescription& cell);
 /// All of it as JSON.

@@ -7,7 +7,7 @@
 
 namespace aprsim::web {
 
-/// What the web listener has been asked for. Thread: the server's.
+/// Counts the requests to the web listener. Thread: the server's.
 struct WebCounts {
   std::uint64_t requests = 0;  ///< over HTTP, and of pages over their WebSockets
   std::uint64_t failed = 0;    ///< answered with an error

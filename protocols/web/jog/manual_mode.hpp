@@ -5,7 +5,7 @@
 #include "world/api/commands/motion_command.hpp"
 #include "world/base/result.hpp"
 
-/// What a person at the pendant may do, as in mode T1 of a real controller.
+/// Limits of a person at the pendant, as in mode T1 of a real controller.
 namespace aprsim::web {
 
 /// Reduced speed of ISO 10218-1, 5.7.3, at the tool.

@@ -32,8 +32,8 @@ struct Fault {
   bool holds = false;  ///< nobody has cleared it
 };
 
-/// What goes wrong in the cell, one entry a cause: from what differs between the snapshots that it
-/// is shown. Causes are the same when their texts differ in numbers only. Bounded: of entries that
+/// Faults of the cell, one entry a cause, by the differences between the snapshots that it is
+/// shown. Causes are the same when their texts differ in numbers only. Bounded: of entries that
 /// do not hold, the least important and oldest go first. Thread: one at a time.
 class FaultLog {
  public:

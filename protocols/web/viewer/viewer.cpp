@@ -1,5 +1,6 @@
 #include "protocols/web/viewer/viewer.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include <spdlog/spdlog.h>
@@ -12,6 +13,10 @@ constexpr std::size_t kQuickWaiting = 16;
 constexpr double kMaxRequestsPerSecond = 120;
 
 }  // namespace
+
+WebMessage pack(const v1::ViewerUpdate& update) {
+  return std::make_shared<const std::string>(update.SerializeAsString());
+}
 
 Viewer::Viewer(std::uint64_t id, std::shared_ptr<WebSocket> socket, std::string peer, Events events)
     : id_(id),
@@ -55,25 +60,20 @@ bool Viewer::send_if_quick(WebMessage message) {
   return true;
 }
 
-bool Viewer::offer_snapshot(WebMessage message) {
-  const bool first = !snapshot_;
-  if (!first) ++skipped_;
-  offer(snapshot_, std::move(message));
-  return first;
-}
-
-void Viewer::offer(WebMessage& slot, WebMessage message) {
-  if (closed_) return;
-  slot = std::move(message);
+bool Viewer::send_latest(std::size_t slot, WebMessage message) {
+  if (closed_) return true;
+  WebMessage& waiting = latest_[slot];
+  const bool replaced = waiting != nullptr;
+  waiting = std::move(message);
   write_next();
+  return !replaced;
 }
 
 void Viewer::close(const std::string& why, bool fault) {
   if (std::exchange(closed_, true)) return;
   if (fault) spdlog::warn("web: closing viewer {}: {}", peer_, why);
   queue_.clear();
-  snapshot_.reset();
-  registers_.reset();
+  latest_.clear();
   socket_->close(why, fault);
 }
 
@@ -104,12 +104,11 @@ void Viewer::write_next() {
   if (!queue_.empty()) {
     message = std::move(queue_.front());
     queue_.pop_front();
-  } else if (snapshot_) {
-    message = std::exchange(snapshot_, nullptr);
-  } else if (registers_) {
-    message = std::exchange(registers_, nullptr);
   } else {
-    return;
+    const auto next =
+        std::ranges::find_if(latest_, [](const auto& slot) { return slot.second != nullptr; });
+    if (next == latest_.end()) return;
+    message = std::exchange(next->second, nullptr);
   }
   writing_ = true;
   socket_->write(std::move(message));

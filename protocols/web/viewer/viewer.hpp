@@ -4,20 +4,26 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "aprsim/v1/web.pb.h"
 #include "protocols/access/access.hpp"
-#include "protocols/record/wire_trace.hpp"
+#include "protocols/record/connection_trace.hpp"
 #include "protocols/web/http/web_socket.hpp"
 #include "world/base/rate_limit.hpp"
 
 namespace aprsim::web {
 
-/// One browser: what waits for it, what it watches, what it may. One write is under way at a time;
-/// of snapshots and register values only the latest waits. Thread: the server's.
+/// The update as bytes for any number of viewers.
+[[nodiscard]] WebMessage pack(const v1::ViewerUpdate& update);
+
+/// One browser: its messages on their way, its subjects, its permissions. One write is under way at
+/// a time. Thread: the server's.
 class Viewer : public std::enable_shared_from_this<Viewer> {
  public:
   using Clock = std::chrono::steady_clock;
@@ -31,11 +37,12 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   void start();
   /// Must arrive: a viewer that leaves too many waiting is closed.
   void send(WebMessage message);
+  void send(const v1::ViewerUpdate& update) { send(pack(update)); }
   /// May be left out; false when it was.
   bool send_if_quick(WebMessage message);
-  /// False when the one before was left out.
-  bool offer_snapshot(WebMessage message);
-  void offer_registers(WebMessage message) { offer(registers_, std::move(message)); }
+  /// Each slot keeps its latest message, behind all that must arrive; lower slots go first. False
+  /// when it takes the place of one that waited.
+  bool send_latest(std::size_t slot, WebMessage message);
   void close(const std::string& why, bool fault = false);
   void drop() { socket_->drop(); }
 
@@ -48,26 +55,20 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
 
   [[nodiscard]] std::uint64_t id() const { return id_; }
   [[nodiscard]] const std::string& peer() const { return peer_; }
-  [[nodiscard]] std::uint64_t skipped() const { return skipped_; }
 
   protocols::ConnectionTrace trace;
   v1::Watch watch;
   protocols::Caller caller;
   protocols::Role role = protocols::Role::kNone;  ///< that it was told last
   bool shown = false;                             ///< it has what is sent once
-  std::shared_ptr<const void> cell;               ///< the description that it has
-  WebMessage looks;                               ///< that it has
-  struct Next {
-    std::uint64_t crcl = 1, modbus = 1;           ///< numbers of the events that it is to get next
-    std::uint64_t faults = ~std::uint64_t{0};     ///< revision of the list that it has
-    std::uint64_t bookmarks = ~std::uint64_t{0};  ///< the same
-  } next_events;
-  std::shared_ptr<const void> programs;  ///< the status that it has
-  std::string noted;                     ///< what was last noted of its jog
+  bool snapshot_due = false;                      ///< at this tick
+  std::uint64_t skipped_snapshots = 0;
+  std::shared_ptr<const void> cell;                ///< the description that it has
+  std::vector<std::optional<std::uint64_t>> seen;  ///< revision of each topic that it has
+  std::string recorded_jog;                        ///< the last of its jogs that was recorded
 
  private:
   void on_message(std::string_view data);
-  void offer(WebMessage& slot, WebMessage message);
   void write_next();
 
   std::uint64_t id_;
@@ -76,10 +77,9 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   Events events_;
   protocols::RateLimit rate_;
   std::deque<WebMessage> queue_;
-  WebMessage snapshot_, registers_;
+  std::map<std::size_t, WebMessage> latest_;  // by slot
   Clock::duration period_{};
   Clock::time_point next_{};
-  std::uint64_t skipped_ = 0;
   bool writing_ = false, closed_ = false;
 };
 

@@ -8,7 +8,7 @@
 
 namespace aprsim::web {
 
-/// What a viewer's request asks of the world: commands to submit in this order. Absent for requests
+/// The commands that a viewer's request makes, to be submitted in this order. Absent for requests
 /// that are no commands for the world as they stand (watch, authenticate, jog, write_register).
 /// Errors name the field, value and limit.
 [[nodiscard]] std::optional<Result<std::vector<decltype(api::Command::body)>>> commands_of(

@@ -10,15 +10,11 @@
 #include <vector>
 
 #include "modbus/register_map.hpp"
-#include "protocols/access/access.hpp"
-#include "protocols/access/audit_log.hpp"
-#include "protocols/net/connection_places.hpp"
-#include "protocols/net/tls.hpp"
+#include "protocols/net/listener_options.hpp"
 #include "protocols/ports/incident_source.hpp"
 #include "protocols/ports/program_runner.hpp"
-#include "protocols/ports/refusal_sink.hpp"
 #include "protocols/record/wire_tap.hpp"
-#include "protocols/record/wire_trace.hpp"
+#include "protocols/web/topics/listener_count.hpp"
 #include "protocols/web/topics/visual_description.hpp"
 #include "world/api/description/cell_description.hpp"
 #include "world/api/ports/history.hpp"
@@ -26,15 +22,8 @@
 
 namespace aprsim::web {
 
-/// One listener of the daemon, as the page shows it.
-struct ListenerCount {
-  std::string name;
-  std::uint16_t port = 0;
-  std::uint64_t clients = 0;
-};
-
 /// Connections beyond the limit that are told so at a time; those beyond are closed at once.
-inline constexpr std::size_t kMaxTurnedAway = 256;
+inline constexpr std::size_t kMaxRejected = 256;
 
 struct WebServerStats {
   std::uint64_t accepted = 0;  ///< connections taken
@@ -47,36 +36,26 @@ struct WebServerStats {
 };
 
 struct WebServerOptions {
-  std::string bind_address = "127.0.0.1";  ///< a numeric IPv4 or IPv6 address
-  std::uint16_t port = 8080;               ///< 0 = any free port
   /// A connection without a place gets a page that says so, and 503.
-  protocols::ConnectionLimits limits{.at_once = 32};
-  std::size_t max_viewers = 24;  ///< WebSockets among them; a further one gets 503
-  double max_rate_hz = 60;       ///< of snapshots
-  bool control = true;           ///< false: no viewer may command
-  std::string read_only;         ///< not empty: nor may any for this reason
-  /// Who may what; null = whoever is on this machine all, others look.
-  std::shared_ptr<protocols::Access> access = {};
-  protocols::AuditLog* audit = nullptr;      ///< of commands; outlives the server; null = none
-  std::shared_ptr<protocols::Tls> tls = {};  ///< null = nothing is encrypted
+  protocols::ListenerOptions listener{
+      .port = 8080, .limits = {.at_once = 32}, .drain_deadline = std::chrono::milliseconds(300)};
+  std::size_t max_viewers = 24;    ///< WebSockets among them; a further one gets 503
+  double max_rate_hz = 60;         ///< of snapshots
+  bool control = true;             ///< false: no viewer may command
+  std::string read_only;           ///< not empty: nor may any for this reason
   std::vector<std::string> hosts;  ///< host names of the page besides addresses and localhost
   std::string assets;              ///< directory of the page's files
   std::vector<std::pair<std::string, std::string>> models;  ///< robot name, description file
-  /// Of a cell by its description; asked once a scene. Thread: the web server's.
+  /// Shapes of a cell by its description; asked once a scene. Thread: the web server's.
   std::function<VisualDescription(const api::CellDescription&)> visual;
   std::string version;
   modbus::ConveyorScaling scaling;  ///< of the registers shown
-  api::EndpointId endpoint = 0;     ///< stamped on every command
   std::chrono::milliseconds jog_timeout{400};
-  /// stop() lets closing handshakes go on for at most so long.
-  std::chrono::milliseconds drain_deadline{300};
   protocols::WireTap* crcl_tap = nullptr;  ///< both outlive the server; may be null
   protocols::WireTap* modbus_tap = nullptr;
   protocols::IncidentSource* incidents = nullptr;  ///< null = there are none; outlives the server
-  protocols::WireTrace* trace = nullptr;       ///< hears of viewers' commands; outlives the server
-  protocols::RefusalSink* refusals = nullptr;  ///< hears what is refused; outlives the server
-  ProgramRunner* programs = nullptr;           ///< outlives the server; null = pages start none
-  api::History* history = nullptr;             ///< outlives the server; null = no past is kept
+  ProgramRunner* programs = nullptr;               ///< outlives the server; null = pages start none
+  api::History* history = nullptr;                 ///< outlives the server; null = no past is kept
   std::function<std::vector<ListenerCount>()> listeners;  ///< called on the server's thread
   /// The text behind /metrics, in Prometheus' format; called on the server's thread. None: 404.
   std::function<std::string()> metrics = {};

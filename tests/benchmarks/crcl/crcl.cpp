@@ -53,7 +53,7 @@ struct Serving {
 Outcome measure_crcl(std::size_t clients, std::chrono::seconds duration) {
   return measure(clients, duration, [](world::Simulation& simulation) {
     crcl_server::CrclServerOptions options;
-    options.port = 0;
+    options.listener.port = 0;
     auto server = std::make_unique<crcl_server::CrclServer>(options, simulation, simulation);
     const auto port = server->start();
     if (!port) throw std::runtime_error(port.error().message);

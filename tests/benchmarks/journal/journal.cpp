@@ -76,15 +76,15 @@ class Cell {
     publish();
     for (int robot = 0; robot < 2; ++robot) {
       crcl_server::CrclServerOptions options;
-      options.port = 0;
+      options.listener.port = 0;
       options.robot = robot;
-      options.trace = journal_;
+      options.listener.trace = journal_;
       crcl_.push_back(std::make_unique<crcl_server::CrclServer>(options, sink_, source_));
       pollers_.emplace_back(port_of(crcl_.back()->start()), kClients, kPeriod);
       vision_server::VisionServerOptions camera;
-      camera.port = 0;
+      camera.listener.port = 0;
       camera.robot = robot;
-      camera.trace = journal_;
+      camera.listener.trace = journal_;
       vision_.push_back(std::make_unique<vision_server::VisionServer>(camera, source_));
       viewers_.push_back(std::make_unique<test::VisionClient>(port_of(vision_.back()->start())));
     }

@@ -30,8 +30,8 @@ struct Outcome {
 
 Outcome measure(std::size_t clients, bool stallers, std::chrono::seconds duration) {
   world::Simulation simulation(test::load_scene("aprs"), {});
-  modbus_server::ModbusServer server({.port = 0, .limits = {.at_once = kClients + 2}}, simulation,
-                                     simulation);
+  modbus_server::ModbusServer server({.listener = {.limits = {.at_once = kClients + 2}}},
+                                     simulation, simulation);
   const auto port = server.start();
   if (!port) throw std::runtime_error(port.error().message);
   simulation.start();

@@ -103,7 +103,7 @@ int run(int argc, char** argv) {
   NoCommands sink;
   const Source source(cell.slot());
   web::WebServerOptions options;
-  options.port = 0;
+  options.listener.port = 0;
   web::WebServer server(options, sink, source);
   const auto port = server.start();
   if (!port) throw std::runtime_error(port.error().message);

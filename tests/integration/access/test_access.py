@@ -47,7 +47,7 @@ def eventually(condition, what, seconds=20):
 def roles_of_calls():
     """The one table, as it stands in the sources."""
     table = {}
-    source = pathlib.Path(__file__).resolve().parents[3] / "protocols" / "call_roles.cpp"
+    source = pathlib.Path(__file__).resolve().parents[3] / "protocols" / "access" / "call_roles.cpp"
     for line in source.read_text(encoding="utf-8").splitlines():
         if line.strip().startswith("CallRole{"):
             call, role = line.strip().removeprefix("CallRole{").split("}")[0].split(", Role::k")

@@ -63,7 +63,7 @@ TEST_F(CliCell, CommandsComeWithTheTokenOfAFileOrTheEnvironment) {
                           .role = protocols::Role::kAdmin,
                           .salt = "salt",
                           .digest = protocols::digest_of("salt", "open sesame")});
-  start({.access = std::make_shared<protocols::Access>(rules)});
+  start({.listener = {.access = std::make_shared<protocols::Access>(rules)}});
   EXPECT_EQ(cli({"status"}).exit_code, 0) << "who only looks needs none";
   const auto without = cli({"pause"});
   EXPECT_EQ(without.exit_code, 1);
@@ -171,7 +171,7 @@ TEST_F(CliCell, DemoRefusesACellWithoutRobots) {
 TEST(CliConveyor, SetWritesTheRegisters) {
   FakeCell cell(FakeCell::Commands::kApplied, kitting_snapshot());
   modbus_server::ModbusServerOptions options;
-  options.port = 0;
+  options.listener.port = 0;
   modbus_server::ModbusServer server(options, cell, cell);
   const auto port = server.start();
   ASSERT_TRUE(port.has_value()) << port.error().message;

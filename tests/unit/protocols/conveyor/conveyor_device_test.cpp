@@ -6,7 +6,7 @@
 #include "tests/support/fake_cell.hpp"
 #include "tests/unit/modbus/bytes.hpp"
 
-namespace aprsim::modbus_server {
+namespace aprsim::conveyor {
 namespace {
 
 using modbus::ExceptionCode;
@@ -226,4 +226,4 @@ TEST(ConveyorDevice, WithoutAConveyorTheDriveFailsButMemoryWorks) {
 }
 
 }  // namespace
-}  // namespace aprsim::modbus_server
+}  // namespace aprsim::conveyor

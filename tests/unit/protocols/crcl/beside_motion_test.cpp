@@ -23,7 +23,7 @@ class BesideMotion : public testing::Test {
       : simulation_(std::move(scene), {.paused = true}) {
     simulation_.start();
     CrclServerOptions options;
-    options.port = 0;
+    options.listener.port = 0;
     server_ = std::make_unique<CrclServer>(options, simulation_, simulation_);
     port_ = server_->start().value();
     client_ = std::make_unique<TestClient>(port_);

@@ -89,7 +89,7 @@ TEST_F(Services, TheLightCurtainIsASensorWithItsBeamsWhereThereIsOne) {
   cell->light_curtain = {.X_WK = {}, .beams = 2, .pitch_m = 0.04, .range_m = 2.4};
   test::FakeCell world(test::FakeCell::Commands::kHeld, test::at_rest(cell));
   CrclServerOptions options;
-  options.port = 0;
+  options.listener.port = 0;
   CrclServer server(options, world, world);
   TestClient client(server.start().value());
   client.command(4, "InitCanonType");

@@ -20,7 +20,7 @@ using crcl::CommandState;
 class ServerTest : public testing::Test {
  protected:
   void start(CrclServerOptions options = {}) {
-    options.port = 0;
+    options.listener.port = 0;
     server_ = std::make_unique<CrclServer>(options, world_, world_);
     const Result<std::uint16_t> port = server_->start();
     ASSERT_TRUE(port) << port.error().message;

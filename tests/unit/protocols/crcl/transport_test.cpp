@@ -64,7 +64,7 @@ TEST_F(Transport, HttpLeavesNoTraceInTheRobot) {
 
 TEST_F(Transport, ConnectionsBeyondTheLimitAreClosed) {
   CrclServerOptions options;
-  options.limits.at_once = 3;
+  options.listener.limits.at_once = 3;
   start(options);
   std::vector<std::unique_ptr<TestClient>> clients;
   for (int i = 0; i < 3; ++i) {
@@ -228,7 +228,7 @@ TEST_F(Transport, AnIncompleteDocumentIsNotWaitedForLongHoweverItDrips) {
 
 TEST_F(Transport, ConnectionsThatAskForNothingGiveWayToNewcomers) {
   CrclServerOptions options;
-  options.limits.at_once = 4;
+  options.listener.limits.at_once = 4;
   start(options);
   TestClient controller(port_);
   initialize(controller);
@@ -250,7 +250,7 @@ TEST_F(Transport, ConnectionsThatAskForNothingGiveWayToNewcomers) {
 
 TEST_F(Transport, ATableFullOfOneAddressHasAPlaceForAnother) {
   CrclServerOptions options;
-  options.limits.at_once = 3;
+  options.listener.limits.at_once = 3;
   start(options);
   std::vector<std::unique_ptr<TestClient>> hog;
   for (int i = 0; i < 3; ++i) {
@@ -271,7 +271,7 @@ TEST_F(Transport, ATableFullOfOneAddressHasAPlaceForAnother) {
 
 TEST_F(Transport, APortInUseIsOneClearError) {
   CrclServerOptions options;
-  options.port = port_;
+  options.listener.port = port_;
   CrclServer second(options, world_, world_);
   const Result<std::uint16_t> port = second.start();
   ASSERT_FALSE(port);
@@ -282,7 +282,7 @@ TEST_F(Transport, APortInUseIsOneClearError) {
 
 TEST_F(Transport, AnAddressMustBeNumeric) {
   CrclServerOptions options;
-  options.bind_address = "localhost";
+  options.listener.address = "localhost";
   CrclServer server(options, world_, world_);
   const Result<std::uint16_t> port = server.start();
   ASSERT_FALSE(port);
@@ -301,7 +301,7 @@ TEST_F(Transport, StopClosesEverything) {
 TEST_F(Transport, StopIsNotHeldUpByADeafPeer) {
   CrclServerOptions options;
   options.write_timeout = std::chrono::minutes(1);
-  options.drain_deadline = std::chrono::milliseconds(100);
+  options.listener.drain_deadline = std::chrono::milliseconds(100);
   start(options);
   TestClient deaf(port_, 4096);
   std::string packet;
@@ -319,7 +319,7 @@ TEST_F(Transport, APortCanBeUsedAgainAtOnce) {
     client.status();
     server_->stop();
     CrclServerOptions options;
-    options.port = port_;
+    options.listener.port = port_;
     server_ = std::make_unique<CrclServer>(options, world_, world_);
     ASSERT_TRUE(server_->start());
   }
@@ -327,7 +327,7 @@ TEST_F(Transport, APortCanBeUsedAgainAtOnce) {
 
 TEST_F(Transport, TheSecondRobotHasItsOwnState) {
   CrclServerOptions options;
-  options.port = 0;
+  options.listener.port = 0;
   options.robot = 1;
   CrclServer motoman(options, world_, world_);
   const std::uint16_t port = motoman.start().value();

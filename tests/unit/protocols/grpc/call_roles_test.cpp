@@ -121,7 +121,7 @@ TEST_F(AnyCall, IsRefusedWithoutItsRoleAndDoesNothing) {
   for (const auto others : {protocols::Role::kNone, protocols::Role::kView}) {
     auto rules = rules_with_tokens();
     rules.local = others;
-    start({.access = std::make_shared<protocols::Access>(rules)});
+    start({.listener = {.access = std::make_shared<protocols::Access>(rules)}});
     for (const std::string& method : methods()) {
       const protocols::Role needed = protocols::role_needed(method);
       if (others >= needed) continue;

@@ -21,7 +21,7 @@ std::optional<T> simulation_command(const api::Command& command) {
 }
 
 TEST_F(Control, PauseAndResumeTakeEffectBeforeTheAnswer) {
-  start({.endpoint = 42});
+  start({.listener = {.endpoint = 42}});
   {
     grpc::ClientContext context;
     v1::PauseResponse response;

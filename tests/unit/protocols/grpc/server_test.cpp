@@ -132,7 +132,7 @@ TEST_F(Serving, StopEndsStreamsAndWaitingCalls) {
 
 TEST_F(Serving, PortInUseIsOneClearError) {
   start();
-  grpc_server::TelemetryServer second({.port = port_}, *cell_, *cell_);
+  grpc_server::TelemetryServer second({.listener = {.port = port_}}, *cell_, *cell_);
   const auto result = second.start();
   ASSERT_FALSE(result.has_value());
   EXPECT_EQ(result.error().field, "grpc.port");
@@ -142,23 +142,23 @@ TEST_F(Serving, PortInUseIsOneClearError) {
 
 TEST_F(Serving, BadOptionsAreNamed) {
   FakeCell cell;
-  grpc_server::TelemetryServer bad_address({.address = "localhost"}, cell, cell);
+  grpc_server::TelemetryServer bad_address({.listener = {.address = "localhost"}}, cell, cell);
   EXPECT_EQ(bad_address.start().error().field, "grpc.address");
-  grpc_server::TelemetryServer bad_rate({.port = 0, .default_rate_hz = 2000}, cell, cell);
+  grpc_server::TelemetryServer bad_rate({.listener = {}, .default_rate_hz = 2000}, cell, cell);
   EXPECT_EQ(bad_rate.start().error().field, "grpc.default_rate_hz");
 }
 
 TEST_F(Serving, PortIsFreeAgainAfterStop) {
   start();
   server_->stop();
-  grpc_server::TelemetryServer second({.port = port_}, *cell_, *cell_);
+  grpc_server::TelemetryServer second({.listener = {.port = port_}}, *cell_, *cell_);
   const auto result = second.start();
   ASSERT_TRUE(result.has_value()) << result.error().message;
   EXPECT_EQ(*result, port_);
 }
 
 TEST_F(Serving, ConnectionsBeyondTheLimitAreClosedAndRoomComesBack) {
-  start({.limits = {.at_once = 2}});
+  start({.listener = {.limits = {.at_once = 2}}});
   {
     const auto first = new_channel(), second = new_channel();
     EXPECT_TRUE(answers(first));
@@ -172,7 +172,7 @@ TEST_F(Serving, ConnectionsBeyondTheLimitAreClosedAndRoomComesBack) {
 }
 
 TEST_F(Serving, IdleConnectionsGiveWayToANewcomer) {
-  start({.limits = {.at_once = 3}});
+  start({.listener = {.limits = {.at_once = 3}}});
   std::vector<TcpSocket> idle;
   for (int i = 0; i < 3; ++i) idle.emplace_back(port_);
   EXPECT_TRUE(eventually([&] { return server_->stats().open == 3; }));
@@ -182,7 +182,7 @@ TEST_F(Serving, IdleConnectionsGiveWayToANewcomer) {
 }
 
 TEST_F(Serving, ATableFullOfOneAddressHasAPlaceForAnother) {
-  start({.limits = {.at_once = 2}});
+  start({.listener = {.limits = {.at_once = 2}}});
   const auto first = new_channel(), second = new_channel();
   EXPECT_TRUE(answers(first));
   EXPECT_TRUE(answers(second));
@@ -204,7 +204,7 @@ grpc::Status pause_with(v1::ControlService::Stub& control, const std::string& au
 }
 
 TEST_F(Serving, CommandsNeedATokenWhenThereIsOneReadingDoesNot) {
-  start({.access = access_with_tokens()});
+  start({.listener = {.access = access_with_tokens()}});
   for (const char* wrong :
        {"", "right-token", "Basic right-token", "Bearer wrong-token", "Bearer right-token2"}) {
     const auto status = pause_with(*control_, wrong);
@@ -222,7 +222,7 @@ TEST_F(Serving, CommandsNeedATokenWhenThereIsOneReadingDoesNot) {
 
 TEST_F(Serving, TokensCannotBeTriedOften) {
   const auto access = access_with_tokens();
-  start({.access = access});
+  start({.listener = {.access = access}});
   auto answer = grpc::StatusCode::OK;
   int wrong = 0;
   EXPECT_TRUE(eventually(
@@ -246,8 +246,8 @@ TEST_F(Serving, TokensCannotBeTriedOften) {
 }
 
 TEST_F(Serving, NobodyCommandsWhereNobodyMay) {
-  start({.access = std::make_shared<protocols::Access>(
-             protocols::AccessRules{.local = protocols::Role::kView})});
+  start({.listener = {.access = std::make_shared<protocols::Access>(
+                          protocols::AccessRules{.local = protocols::Role::kView})}});
   EXPECT_EQ(pause_with(*control_, "").error_code(), grpc::StatusCode::PERMISSION_DENIED);
   for (const char* authorization : {"Bearer ", "Bearer anything"}) {
     EXPECT_EQ(pause_with(*control_, authorization).error_code(), grpc::StatusCode::UNAUTHENTICATED);

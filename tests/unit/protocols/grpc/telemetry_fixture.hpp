@@ -22,7 +22,7 @@ class TelemetryFixture : public ::testing::Test {
   void start(grpc_server::TelemetryOptions options = {}, int more_gears = 0) {
     server_.reset();  // before the cell that it uses
     cell_ = std::make_unique<FakeCell>(FakeCell::Commands::kApplied, kitting_snapshot(more_gears));
-    options.port = 0;
+    options.listener.port = 0;
     server_ = std::make_unique<grpc_server::TelemetryServer>(options, *cell_, *cell_);
     const auto port = server_->start();
     ASSERT_TRUE(port.has_value()) << port.error().message;

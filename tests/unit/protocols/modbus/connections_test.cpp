@@ -39,7 +39,7 @@ TEST_F(Connections, ManyClientsWriteAndReadTheirOwnMemory) {
 }
 
 TEST_F(Connections, TheConnectionLimitHoldsAndIsFreedAgain) {
-  start({.limits = {.at_once = 3}});
+  start({.listener = {.limits = {.at_once = 3}}});
   auto first = std::make_unique<RawClient>(port_);
   RawClient second(port_), third(port_);
   for (RawClient* client : {first.get(), &second, &third}) {
@@ -55,7 +55,7 @@ TEST_F(Connections, TheConnectionLimitHoldsAndIsFreedAgain) {
 }
 
 TEST_F(Connections, ConnectionsThatAskForNothingGiveWayToNewcomers) {
-  start({.limits = {.at_once = 3}});
+  start({.listener = {.limits = {.at_once = 3}}});
   RawClient master(port_);
   ASSERT_TRUE(master.ask(adu(kReadThree)).has_value());
   RawClient silent(port_), partial(port_);
@@ -74,7 +74,7 @@ TEST_F(Connections, ConnectionsThatAskForNothingGiveWayToNewcomers) {
 }
 
 TEST_F(Connections, TheLongestIdleGivesWayAfterItsTime) {
-  start({.limits = {.at_once = 2, .yield_after = 0ms}});
+  start({.listener = {.limits = {.at_once = 2, .yield_after = 0ms}}});
   RawClient first(port_), second(port_);
   ASSERT_TRUE(first.ask(adu(kReadThree)).has_value());
   ASSERT_TRUE(second.ask(adu(kReadThree)).has_value());
@@ -86,7 +86,7 @@ TEST_F(Connections, TheLongestIdleGivesWayAfterItsTime) {
 }
 
 TEST_F(Connections, ATableFullOfOneAddressHasAPlaceForAnother) {
-  start({.limits = {.at_once = 2}});
+  start({.listener = {.limits = {.at_once = 2}}});
   RawClient first(port_), second(port_);
   ASSERT_TRUE(first.ask(adu(kReadThree)).has_value());
   ASSERT_TRUE(second.ask(adu(kReadThree)).has_value());
@@ -227,7 +227,7 @@ TEST_F(Connections, AnIdleClientIsClosedOnlyWhenConfigured) {
 
 TEST_F(Connections, APortInUseIsAClearError) {
   start();
-  ModbusServer second({.port = port_}, cell_, cell_);
+  ModbusServer second({.listener = {.port = port_}}, cell_, cell_);
   const auto failed = second.start();
   ASSERT_FALSE(failed.has_value());
   EXPECT_NE(failed.error().message.find(std::to_string(port_)), std::string::npos);
@@ -235,17 +235,17 @@ TEST_F(Connections, APortInUseIsAClearError) {
 }
 
 TEST_F(Connections, BadOptionsAreNamed) {
-  ModbusServer address({.bind_address = "nowhere", .port = 0}, cell_, cell_);
+  ModbusServer address({.listener = {.address = "nowhere"}}, cell_, cell_);
   EXPECT_EQ(address.start().error().field, "modbus.address");
-  ModbusServer scale({.port = 0, .scaling = {.full_scale_m_s = 0}}, cell_, cell_);
+  ModbusServer scale({.listener = {}, .scaling = {.full_scale_m_s = 0}}, cell_, cell_);
   EXPECT_EQ(scale.start().error().field, "modbus.full_scale_m_s");
-  ModbusServer allow({.port = 0, .allow = {"10.0.0.0/33"}}, cell_, cell_);
+  ModbusServer allow({.listener = {.allow = {"10.0.0.0/33"}}}, cell_, cell_);
   EXPECT_EQ(allow.start().error().field, "modbus.allow");
   EXPECT_NE(allow.start().error().message.find("10.0.0.0/33"), std::string::npos);
 }
 
 TEST_F(Connections, StoppingFinishesTheWriteUnderWay) {
-  start({.apply_deadline = 60s, .drain_deadline = 60s});
+  start({.listener = {.drain_deadline = 60s}, .apply_deadline = 60s});
   cell_.hold();
   RawClient writer(port_), idle(port_);
   ASSERT_TRUE(idle.ask(adu(kReadThree)).has_value());
@@ -261,7 +261,7 @@ TEST_F(Connections, StoppingFinishesTheWriteUnderWay) {
 }
 
 TEST_F(Connections, StoppingHasADeadline) {
-  start({.apply_deadline = 60s, .drain_deadline = 100ms});
+  start({.listener = {.drain_deadline = 100ms}, .apply_deadline = 60s});
   cell_.hold();
   RawClient writer(port_);
   ASSERT_TRUE(writer.send(adu(pdu(6, {0x8000, 1}))));

@@ -47,7 +47,7 @@ class Device {
   }
 
   test::FakeCell cell_{test::FakeCell::Commands::kApplied};
-  ConveyorDevice device_{{}, 1, cell_, cell_};
+  conveyor::ConveyorDevice device_{{}, 1, cell_, cell_};
   ReplyBuilder builder_ = ReplyBuilder::create().value();
 };
 

@@ -24,7 +24,7 @@ class ExternalClients : public ::testing::Test {
   ~ExternalClients() override { server_.stop(); }
 
   FakeCell cell_{FakeCell::Commands::kApplied};
-  ModbusServer server_{{.port = 0}, cell_, cell_};
+  ModbusServer server_{{.listener = {}}, cell_, cell_};
   std::uint16_t port_ = 0;
 };
 

@@ -24,7 +24,7 @@ class ListenerTest : public ::testing::Test {
     if (server_) server_->stop();
   }
   void start(ModbusServerOptions options = {}) {
-    options.port = 0;
+    options.listener.port = 0;
     server_ = std::make_unique<ModbusServer>(options, cell_, cell_);
     const auto port = server_->start();
     ASSERT_TRUE(port.has_value()) << port.error().message;

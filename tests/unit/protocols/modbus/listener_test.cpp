@@ -135,13 +135,13 @@ TEST_F(ListenerTest, AReadWriteReadsWhatItHasWrittenOnceApplied) {
 }
 
 TEST_F(ListenerTest, OnlyAllowedAddressesAreServed) {
-  start({.allow = {"10.0.0.0/8", "127.0.0.2"}});
+  start({.listener = {.allow = {"10.0.0.0/8", "127.0.0.2"}}});
   RawClient client(port_);
   EXPECT_TRUE(client.ended());
   EXPECT_EQ(server_->stats().refused, 1U);
   EXPECT_EQ(server_->stats().accepted, 0U);
   server_->stop();
-  start({.allow = {"127.0.0.0/8"}});
+  start({.listener = {.allow = {"127.0.0.0/8"}}});
   RawClient allowed(port_);
   EXPECT_TRUE(allowed.ask(adu(kReadThree)).has_value());
 }

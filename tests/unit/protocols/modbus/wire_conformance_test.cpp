@@ -5,9 +5,9 @@
 #include "modbus/conformance_cases.hpp"
 #include "protocols/modbus/modbus_server.hpp"
 #include "tests/support/fake_cell.hpp"
+#include "tests/support/parameter_names.hpp"
 #include "tests/unit/modbus/bytes.hpp"
 #include "tests/unit/protocols/modbus/raw_client.hpp"
-#include "tests/support/parameter_names.hpp"
 
 namespace aprsim::modbus_server {
 namespace {
@@ -48,7 +48,7 @@ class WireConformance : public ::testing::TestWithParam<ConformanceCase> {
   ~WireConformance() override { server_.stop(); }
 
   FakeCell cell_{FakeCell::Commands::kApplied};
-  ModbusServer server_{{.port = 0}, cell_, cell_};
+  ModbusServer server_{{.listener = {}}, cell_, cell_};
   std::uint16_t port_ = 0;
 };
 

@@ -18,14 +18,13 @@ TEST(TcpListener, GoesOnAcceptingAfterAThrow) {
   boost::asio::io_context io;
   int accepted = 0;
   std::vector<TcpListener::Socket> kept;
-  std::vector<TcpListener::Place> places;
-  TcpListener listener(
-      io, {.name = "test", .address = "127.0.0.1"},
-      [&](TcpListener::Socket socket, const std::string&, TcpListener::Place place) {
-        if (++accepted < 3) throw std::bad_alloc();
-        kept.push_back(std::move(socket));
-        places.push_back(std::move(place));
-      });
+  std::vector<TcpListener::Slot> slots;
+  TcpListener listener(io, "test", {},
+                       [&](TcpListener::Socket socket, const std::string&, TcpListener::Slot slot) {
+                         if (++accepted < 3) throw std::bad_alloc();
+                         kept.push_back(std::move(socket));
+                         slots.push_back(std::move(slot));
+                       });
   const auto port = listener.listen();
   ASSERT_TRUE(port) << port.error().message;
   std::jthread loop([&] { run_loop(io, "test"); });

@@ -30,7 +30,7 @@ class VisionServerTest : public testing::Test {
  protected:
   explicit VisionServerTest(int gears = 2)
       : gears_(gears), world(test::FakeCell::Commands::kHeld, test::at_rest(cell_of_gears(gears))) {
-    options.port = 0;
+    options.listener.port = 0;
   }
   std::uint16_t start() {
     server.emplace(options, world);
@@ -123,7 +123,7 @@ TEST_F(VisionServerTest, EmptySlotsAreNamedWhenConfigured) {
 }
 
 TEST_F(VisionServerTest, ManyClientsGetTheSameAndOneTooManyIsClosed) {
-  options.limits.at_once = 20;
+  options.listener.limits.at_once = 20;
   const auto port = start();
   std::vector<std::unique_ptr<VisionClient>> clients;
   for (int i = 0; i < 20; ++i) {
@@ -171,7 +171,7 @@ TEST_F(VisionServerTest, BrowsersAreSentAway) {
 }
 
 TEST_F(VisionServerTest, ATableFullOfOneAddressHasAPlaceForAnother) {
-  options.limits.at_once = 3;
+  options.listener.limits.at_once = 3;
   const auto port = start();
   std::vector<std::unique_ptr<VisionClient>> hog;
   for (int i = 0; i < 3; ++i) {
@@ -246,7 +246,7 @@ TEST_F(VisionServerTest, StopClosesEverythingSoonAndTheAddressErrorNamesThePort)
   VisionClient client(port);
   client.line();
   VisionServerOptions taken = options;
-  taken.port = port;
+  taken.listener.port = port;
   VisionServer second(taken, world);
   const auto refused = second.start();
   ASSERT_FALSE(refused);

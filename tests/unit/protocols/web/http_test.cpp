@@ -118,7 +118,7 @@ TEST_F(Http, EndsAConnectionThatAsksTooOften) {
 }
 
 TEST_F(Http, LimitsConnectionsAndViewers) {
-  options.limits.at_once = 3;
+  options.listener.limits.at_once = 3;
   options.max_viewers = 2;
   start();
   RawWebClient a(port), b(port), c(port);
@@ -128,7 +128,7 @@ TEST_F(Http, LimitsConnectionsAndViewers) {
 }
 
 TEST_F(Http, IdleSessionsGiveWayToANewcomerViewersDoNot) {
-  options.limits.at_once = 2;
+  options.listener.limits.at_once = 2;
   start();
   RawWebClient viewer(port), idle(port);
   EXPECT_TRUE(has(viewer.upgrade(), "101"));
@@ -140,7 +140,7 @@ TEST_F(Http, IdleSessionsGiveWayToANewcomerViewersDoNot) {
 }
 
 TEST_F(Http, TheViewerLimitHoldsForManyAtOnce) {
-  options.limits.at_once = 300;
+  options.listener.limits.at_once = 300;
   options.max_viewers = 24;
   start();
   std::vector<std::unique_ptr<RawWebClient>> clients;
@@ -170,7 +170,7 @@ TEST_F(Http, TheViewerLimitHoldsForManyAtOnce) {
 }
 
 TEST_F(Http, WhoFindsNoRoomIsToldSo) {
-  options.limits.at_once = 2;
+  options.listener.limits.at_once = 2;
   start();
   RawWebClient a(port), b(port);
   ASSERT_TRUE(has(a.upgrade(), "101"));

@@ -22,11 +22,11 @@ class WebFixture : public ::testing::Test {
     write("web/app.js.gz", "packed");
     write("secret.txt", "not yours");
     write("arm.urdf", "<robot name=\"arm\"/>");
-    options.port = 0;
+    options.listener.port = 0;
     options.assets = directory_.path() + "/web";
     options.models = {{"fanuc", directory_.path() + "/arm.urdf"}};
     options.version = "1.2.3";
-    options.endpoint = 7;
+    options.listener.endpoint = 7;
     options.crcl_tap = &crcl_tap;
     options.modbus_tap = &modbus_tap;
   }

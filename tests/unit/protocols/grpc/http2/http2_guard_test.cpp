@@ -6,16 +6,16 @@
 
 #include <gtest/gtest.h>
 
-#include "protocols/grpc/http2/probation.hpp"
+#include "protocols/grpc/http2/backoff.hpp"
 #include "tests/support/http2_frames.hpp"
 
 namespace aprsim::test {
 namespace {
 
 using namespace std::chrono_literals;
+using grpc_server::Backoff;
 using grpc_server::Http2Guard;
 using grpc_server::Http2Limits;
-using grpc_server::Probation;
 using Time = Http2Guard::Clock::time_point;
 
 const Time kNow = Time{} + 1h;
@@ -161,57 +161,57 @@ TEST_F(Http2GuardTest, BetweenFramesIsKnown) {
   EXPECT_TRUE(guard.server_between_frames());
 }
 
-TEST(Probation, NewConnectionsOfAnOffenderBeginOneAfterTheOther) {
-  Probation probation;
+TEST(Backoff, NewConnectionsOfAnOffenderBeginOneAfterTheOther) {
+  Backoff backoff;
   const auto offender = boost::asio::ip::make_address("192.0.2.1");
   const auto other = boost::asio::ip::make_address("192.0.2.2");
   std::array<int, 4> connection{};
   const auto may_begin = [&](const auto& address, std::size_t which, Time at) {
-    return probation.may_begin(address, &connection.at(which), at);
+    return backoff.may_begin(address, &connection.at(which), at);
   };
   EXPECT_TRUE(may_begin(offender, 0, kNow));
-  probation.offend(offender, kNow);
-  EXPECT_TRUE(probation.on(offender, kNow));
+  backoff.offend(offender, kNow);
+  EXPECT_TRUE(backoff.on(offender, kNow));
   EXPECT_TRUE(may_begin(offender, 0, kNow));
   EXPECT_FALSE(may_begin(offender, 1, kNow));
   EXPECT_FALSE(may_begin(offender, 2, kNow));
-  EXPECT_FALSE(may_begin(offender, 1, kNow + Probation::kSpacing - 1ms));
-  const Time later = kNow + Probation::kSpacing;
+  EXPECT_FALSE(may_begin(offender, 1, kNow + Backoff::kSpacing - 1ms));
+  const Time later = kNow + Backoff::kSpacing;
   EXPECT_FALSE(may_begin(offender, 3, later)) << "others came before it";
   EXPECT_FALSE(may_begin(offender, 2, later));
   EXPECT_TRUE(may_begin(offender, 1, later));
   EXPECT_FALSE(may_begin(offender, 2, later));
-  probation.leave(offender, &connection[2]);
-  EXPECT_TRUE(may_begin(offender, 3, later + Probation::kSpacing));
-  EXPECT_FALSE(probation.on(other, kNow));
+  backoff.leave(offender, &connection[2]);
+  EXPECT_TRUE(may_begin(offender, 3, later + Backoff::kSpacing));
+  EXPECT_FALSE(backoff.on(other, kNow));
   EXPECT_TRUE(may_begin(other, 0, kNow));
-  EXPECT_FALSE(probation.on(offender, kNow + Probation::kSpan));
-  EXPECT_TRUE(may_begin(offender, 0, kNow + Probation::kSpan));
-  EXPECT_TRUE(may_begin(offender, 1, kNow + Probation::kSpan));
+  EXPECT_FALSE(backoff.on(offender, kNow + Backoff::kSpan));
+  EXPECT_TRUE(may_begin(offender, 0, kNow + Backoff::kSpan));
+  EXPECT_TRUE(may_begin(offender, 1, kNow + Backoff::kSpan));
 }
 
-TEST(Probation, ManyResetsOnManyConnectionsAreAnOffence) {
-  Probation probation;
+TEST(Backoff, ManyResetsOnManyConnectionsAreAnOffence) {
+  Backoff backoff;
   const auto address = boost::asio::ip::make_address("192.0.2.1");
-  for (int i = 0; i < 10; ++i) probation.count_resets(address, 100, kNow);
-  EXPECT_FALSE(probation.on(address, kNow));
-  probation.count_resets(address, 1, kNow);
-  EXPECT_TRUE(probation.on(address, kNow));
+  for (int i = 0; i < 10; ++i) backoff.count_resets(address, 100, kNow);
+  EXPECT_FALSE(backoff.on(address, kNow));
+  backoff.count_resets(address, 1, kNow);
+  EXPECT_TRUE(backoff.on(address, kNow));
 }
 
-TEST(Probation, RemembersABoundedNumberOfAddresses) {
-  Probation probation;
+TEST(Backoff, RemembersABoundedNumberOfAddresses) {
+  Backoff backoff;
   const auto address = [](std::uint32_t number) {
     return boost::asio::ip::address_v4(0x0A00'0000 + number);
   };
-  for (std::uint32_t i = 0; i < 2 * Probation::kMaxAddresses; ++i) {
-    probation.offend(address(i), kNow);
+  for (std::uint32_t i = 0; i < 2 * Backoff::kMaxAddresses; ++i) {
+    backoff.offend(address(i), kNow);
   }
-  EXPECT_TRUE(probation.on(address(0), kNow));
-  EXPECT_FALSE(probation.on(address(Probation::kMaxAddresses), kNow));
+  EXPECT_TRUE(backoff.on(address(0), kNow));
+  EXPECT_FALSE(backoff.on(address(Backoff::kMaxAddresses), kNow));
   // Old ones make room.
-  probation.offend(address(5000), kNow + 2 * Probation::kSpan);
-  EXPECT_TRUE(probation.on(address(5000), kNow + 2 * Probation::kSpan));
+  backoff.offend(address(5000), kNow + 2 * Backoff::kSpan);
+  EXPECT_TRUE(backoff.on(address(5000), kNow + 2 * Backoff::kSpan));
 }
 
 }  // namespace

@@ -34,11 +34,11 @@ class RobotService : public TelemetryFixture {
     server_.reset();
     robot_.reset();
     cell_ = std::make_unique<FakeCell>();
-    own.port = 0;
-    own.endpoint = kCrclEndpoint;
+    own.listener.port = 0;
+    own.listener.endpoint = kCrclEndpoint;
     robot_ = std::make_unique<crcl_server::CrclServer>(own, *cell_, *cell_);
     ASSERT_TRUE(robot_->start());
-    options.port = 0;
+    options.listener.port = 0;
     options.robots = {robot_.get()};
     server_ = std::make_unique<grpc_server::TelemetryServer>(options, *cell_, *cell_);
     const auto port = server_->start();
@@ -321,7 +321,7 @@ TEST_F(RobotService, TheRobotsEndEndsItsSessions) {
 
 TEST_F(RobotService, ThereAreAsManySessionsAsPlaces) {
   crcl_server::CrclServerOptions two;
-  two.limits.at_once = 2;
+  two.listener.limits.at_once = 2;
   start_robots({}, two);
   auto first = std::make_unique<Session>(*stub_);
   Session second(*stub_);
@@ -340,7 +340,7 @@ TEST_F(RobotService, ThereAreAsManySessionsAsPlaces) {
 
 TEST_F(RobotService, WhoMayNotCommandSeesOnly) {
   grpc_server::TelemetryOptions options;
-  options.access =
+  options.listener.access =
       std::make_shared<protocols::Access>(protocols::AccessRules{.local = protocols::Role::kView});
   start_robots(options);
   Session session(*stub_);

@@ -184,7 +184,7 @@ TEST_F(Viewer, MayOnlyLookWhenControlIsOff) {
 }
 
 TEST_F(Viewer, NeedsTheTokenWhenOneIsSet) {
-  options.access = access_with_tokens();
+  options.listener.access = access_with_tokens();
   start();
   RawWebClient client(port);
   (void)client.upgrade();
@@ -200,7 +200,7 @@ TEST_F(Viewer, NeedsTheTokenWhenOneIsSet) {
 }
 
 TEST_F(Viewer, MayWhatItsRoleMay) {
-  options.access = access_with_tokens();
+  options.listener.access = access_with_tokens();
   start();
   v1::ViewerRequest fault, reset;
   (void)fault.mutable_intruder();
@@ -229,11 +229,30 @@ TEST_F(Viewer, MayWhatItsRoleMay) {
   }
 }
 
+/// A past with one bookmark.
+class OneBookmark final : public api::History {
+ public:
+  [[nodiscard]] std::vector<api::HistorySpan> spans() const override { return {{}}; }
+  void ask(api::Moment, Answer answer) override {
+    answer(fail(ErrorCode::kNotFound, "moment", "nothing is kept"));
+  }
+  [[nodiscard]] std::vector<api::Bookmark> bookmarks() const override {
+    return {{.id = 1, .text = "a name of a job"}};
+  }
+  [[nodiscard]] std::uint64_t bookmark_revision() const override { return 1; }
+  [[nodiscard]] Result<api::Bookmark> add_bookmark(api::Moment, std::string) override {
+    return fail(ErrorCode::kNotFound, "moment", "nothing is kept");
+  }
+  [[nodiscard]] Result<void> remove_bookmark(std::uint64_t) override { return {}; }
+};
+
 TEST_F(Viewer, IsShownNothingWhereLookingNeedsAToken) {
   auto rules = rules_with_tokens();
   rules.local = rules.others = protocols::Role::kNone;
-  options.access = std::make_shared<protocols::Access>(rules);
+  options.listener.access = std::make_shared<protocols::Access>(rules);
   options.metrics = [] { return std::string("metric 1\n"); };
+  OneBookmark history;
+  options.history = &history;
   start();
   RawWebClient client(port);
   (void)client.upgrade();
@@ -249,7 +268,12 @@ TEST_F(Viewer, IsShownNothingWhereLookingNeedsAToken) {
   ASSERT_TRUE(next && next->has_outcome()) << "nothing but answers";
   EXPECT_FALSE(next->outcome().ok());
   ASSERT_TRUE(client.ask(token("view-token")).ok());
-  EXPECT_TRUE(client.next([](const auto& u) { return u.has_snapshot(); }));
+  bool snapshot = false, bookmarks = false;
+  EXPECT_TRUE(client.next([&](const auto& u) {
+    snapshot |= u.has_snapshot();
+    bookmarks |= u.has_bookmarks();
+    return snapshot && bookmarks;
+  }));
   for (const auto& [path, status] : {std::pair("/metrics", "401"), std::pair("/healthz", "200")}) {
     RawWebClient plain(port);
     EXPECT_NE(plain.request("GET " + std::string(path) + " HTTP/1.1").find(status),
@@ -259,7 +283,7 @@ TEST_F(Viewer, IsShownNothingWhereLookingNeedsAToken) {
 }
 
 TEST_F(Viewer, TokensCannotBeTriedFast) {
-  options.access = access_with_tokens();
+  options.listener.access = access_with_tokens();
   start();
   RawWebClient client(port);
   (void)client.upgrade();

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "protocols/modbus/listener_context.hpp"
+#include "protocols/record/connection_trace.hpp"
+
+namespace aprsim::modbus_server {
+
+/// Shows the messages of one connection to tap, trace and statistics. Thread: the listener's.
+class ConnectionRecord {
+ public:
+  ConnectionRecord(ListenerContext& context, std::string peer);
+
+  /// Bytes that have been cut out of the stream; `fault` says why they are no request.
+  void received(std::span<const std::uint8_t> adu, std::string_view fault);
+  /// They are a request, and it is taken now.
+  void request(std::span<const std::uint8_t> adu);
+  /// The reply to the latest request. A reply is as much of a poll as its request.
+  void reply(std::span<const std::uint8_t> adu);
+  /// Whole messages, one after the other.
+  void sent(std::span<const std::uint8_t> adus);
+  void closed(std::string_view why) { trace_.closed(why); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void tap(bool from_client, std::span<const std::uint8_t> adu);
+
+  ListenerContext& context_;
+  const std::string peer_;
+  protocols::ConnectionTrace trace_;
+  Clock::time_point received_at_{};  // the latest request
+};
+
+}  // namespace aprsim::modbus_server

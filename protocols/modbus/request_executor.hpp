@@ -1,0 +1,50 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "protocols/modbus/listener_context.hpp"
+
+namespace aprsim::modbus_server {
+
+/// Executes the requests of one connection, one after the other. A write waits until a snapshot
+/// shows it applied. Thread: the listener's.
+class RequestExecutor {
+ public:
+  using Clock = std::chrono::steady_clock;
+  using Reply = std::vector<std::uint8_t>;  ///< one whole message (ADU)
+
+  RequestExecutor(ListenerContext& context, std::string peer)
+      : context_(context), peer_(std::move(peer)) {}
+
+  /// The reply; absent = the request is a write that waits for the simulation.
+  [[nodiscard]] std::optional<Reply> execute(const modbus::ValidatedRequest& validated);
+  /// Replies with an exception, which is counted and recorded.
+  [[nodiscard]] Reply refuse(std::span<const std::uint8_t> adu, modbus::ExceptionCode code);
+
+  [[nodiscard]] bool waiting() const { return waiting_.has_value(); }
+  /// The reply to the write under way, once it has been applied or has run out of time.
+  [[nodiscard]] std::optional<Reply> poll(Clock::time_point now);
+  /// Forgets the write under way.
+  void cancel() { waiting_.reset(); }
+
+ private:
+  struct WaitingWrite {
+    api::Ticket ticket = 0;
+    Clock::time_point deadline;
+    std::vector<std::uint8_t> adu;
+  };
+
+  [[nodiscard]] std::optional<Reply> write(const modbus::ValidatedRequest& validated);
+  [[nodiscard]] Reply answer(std::span<const std::uint8_t> adu);
+
+  ListenerContext& context_;
+  const std::string peer_;
+  std::optional<WaitingWrite> waiting_;
+};
+
+}  // namespace aprsim::modbus_server

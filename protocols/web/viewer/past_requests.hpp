@@ -1,0 +1,39 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "protocols/web/topics/scene_looks.hpp"
+#include "protocols/web/viewer/past_query_queue.hpp"
+#include "protocols/web/viewer/viewer.hpp"
+#include "protocols/web/viewer/web_options.hpp"
+
+namespace aprsim::web {
+
+/// Requests of viewers about the past: moments to look at, or to go back to, and bookmarks.
+/// Thread: the server's.
+class PastRequests {
+ public:
+  /// Both outlive it.
+  PastRequests(const WebServerOptions& options, const std::string& instance_id)
+      : options_(options), instance_id_(instance_id), queries_(options.history) {}
+
+  /// Executes a request about the past, which is answered later unless it is about a bookmark.
+  /// Absent = it is about something else. Error: kFailedPrecondition where no past is kept.
+  [[nodiscard]] std::optional<Result<void>> execute(const Viewer& viewer,
+                                                    const v1::ViewerRequest& request);
+  using Answer = PastQueryQueue::Answer;
+  [[nodiscard]] std::vector<Answer> take_answers() { return queries_.take_answers(); }
+  /// Writes a moment that was asked for; `present` is the cell's description now.
+  void write(const Answer& answer, const api::CellDescription& present, v1::PastSnapshot& message);
+  void forget(std::uint64_t viewer) { queries_.forget(viewer); }
+
+ private:
+  const WebServerOptions& options_;
+  const std::string& instance_id_;
+  PastQueryQueue queries_;
+  SceneLooks looks_;
+};
+
+}  // namespace aprsim::web

@@ -1,0 +1,216 @@
+#include "protocols/web/viewer/viewer_requests.hpp"
+
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "protocols/messages/history_message.hpp"
+#include "protocols/ports/command_failure.hpp"
+#include "protocols/web/topics/register_view.hpp"
+#include "protocols/web/topics/topic_table.hpp"
+#include "protocols/web/viewer/request_record.hpp"
+#include "protocols/web/viewer/viewer_command.hpp"
+
+namespace aprsim::web {
+namespace {
+
+bool concerns_faults(const v1::ViewerRequest& request) {
+  return request.has_inject_fault() || request.has_end_fault() || request.has_report_event();
+}
+
+/// Answered by its outcome in the cell, or by what it asks for.
+bool answered_later(const v1::ViewerRequest& request) {
+  return request.jog().step() != 0 || request.has_past() || request.has_resume_from() ||
+         concerns_faults(request);
+}
+
+void send_outcome(Viewer& viewer, std::uint32_t id, const Result<void>& done) {
+  if (id == 0) return;
+  v1::ViewerUpdate update;
+  auto& outcome = *update.mutable_outcome();
+  outcome.set_id(id);
+  outcome.set_ok(done.has_value());
+  if (!done) {
+    outcome.set_field(done.error().field);
+    outcome.set_message(done.error().message);
+  }
+  const WebMessage message = pack(update);
+  viewer.trace.sent(*message);
+  viewer.send(message);
+}
+
+}  // namespace
+
+ViewerRequests::ViewerRequests(Context context, Events events)
+    : context_(context), events_(std::move(events)), past_(context.options, context.instance_id) {
+  const auto robots = static_cast<int>(context_.source.latest()->cell->robots.size());
+  for (int robot = 0; robot < robots; ++robot) {
+    joggers_.emplace_back(robot, context_.options.listener.endpoint, context_.sink,
+                          context_.options.jog_timeout);
+  }
+}
+
+void ViewerRequests::answer(Viewer& viewer, const v1::ViewerRequest& request) {
+  const auto asked = Clock::now();
+  ++context_.counts.requests;
+  const auto done = execute(viewer, request);
+  if (done && answered_later(request)) return;
+  context_.counts.answered(Clock::now() - asked, done.has_value());
+  send_outcome(viewer, request.id(), done);
+}
+
+Result<void> ViewerRequests::execute(Viewer& viewer, const v1::ViewerRequest& request) {
+  if (request.has_authenticate()) return authenticate(viewer, request.authenticate().token());
+  const auto allowed = context_.access.check_role(viewer, kind_of(request));
+  if (request.has_watch()) {
+    if (allowed) events_.watch(viewer, request.watch());
+    return allowed;
+  }
+  if (request.has_past()) return allowed ? *past_.execute(viewer, request) : allowed;
+  const auto done = allowed ? command(viewer, request) : allowed;
+  record(context_.options, *context_.source.latest()->cell, viewer, request, done);
+  return done;
+}
+
+Result<void> ViewerRequests::authenticate(Viewer& viewer, const std::string& token) {
+  if (!context_.options.listener.access->has_credentials()) return {};
+  const auto done = context_.access.authenticate(viewer, token);
+  if (done) events_.authenticated(viewer);
+  return done;
+}
+
+Result<void> ViewerRequests::command(Viewer& viewer, const v1::ViewerRequest& request) {
+  if (request.has_write_register()) return write_register(request.write_register());
+  if (request.has_start_program() || request.has_stop_program()) return command_programs(request);
+  if (const auto done = past_.execute(viewer, request)) return *done;
+  if (request.has_jog()) return jog(viewer, request);
+  return command_world(viewer, request);
+}
+
+Result<void> ViewerRequests::command_world(const Viewer& viewer, const v1::ViewerRequest& request) {
+  const auto commands = commands_of(request, *context_.source.latest());
+  if (!commands) return fail(ErrorCode::kUnimplemented, "body", "no request that is known here");
+  if (!*commands) return tl::unexpected(commands->error());
+  // All are tried: of a stop of the whole cell, whatever can be stopped is.
+  Result<void> done;
+  for (const auto& body : **commands) {
+    const auto ticket = context_.sink.submit({context_.options.listener.endpoint, body});
+    if (!ticket && done) done = tl::unexpected(ticket.error());
+    if (ticket && concerns_faults(request)) {
+      awaited_.push_back({viewer.id(), request.id(), *ticket, Clock::now()});
+    }
+  }
+  return done;
+}
+
+Result<void> ViewerRequests::command_programs(const v1::ViewerRequest& request) {
+  ProgramRunner* const programs = context_.options.programs;
+  if (programs == nullptr) {
+    return fail(ErrorCode::kFailedPrecondition, "programs", no_programs()->refusal);
+  }
+  if (request.has_stop_program()) return programs->stop();
+  const v1::StartProgram& start = request.start_program();
+  return programs->start(start.name(),
+                         start.has_seed() ? std::optional(start.seed()) : std::nullopt);
+}
+
+Result<void> ViewerRequests::write_register(const v1::WriteRegister& write) {
+  const auto checked = to_register_write(write);
+  if (!checked) return tl::unexpected(checked.error());
+  context_.device.refresh();
+  const auto ticket = context_.device.write(checked->request());
+  if (ticket) return {};
+  switch (ticket.error()) {
+    case modbus::ExceptionCode::kServerDeviceBusy:
+      return fail(ErrorCode::kUnavailable, "value",
+                  "not written: too many commands wait for the simulation; try again");
+    case modbus::ExceptionCode::kServerDeviceFailure:
+      return fail(ErrorCode::kFailedPrecondition, "value",
+                  "not written: this cell has no conveyor");
+    default:
+      return fail(ErrorCode::kInvalidArgument, "value",
+                  fmt::format("{}: not written (Modbus exception {})", write.value(),
+                              static_cast<int>(ticket.error())));
+  }
+}
+
+Result<void> ViewerRequests::jog(const Viewer& viewer, const v1::ViewerRequest& request) {
+  const v1::JogRequest& jog = request.jog();
+  if (jog.robot() >= joggers_.size()) {
+    return fail(ErrorCode::kNotFound, "robot",
+                fmt::format("{} is not below {}", jog.robot(), joggers_.size()));
+  }
+  const api::SnapshotPtr snapshot = context_.source.latest();
+  Jogger& jogger = joggers_[jog.robot()];
+  if (jog.step() != 0) return jogger.step(viewer.id(), request.id(), jog, *snapshot);
+  return jogger.renew(viewer.id(), jog, *snapshot, Clock::now());
+}
+
+void ViewerRequests::tick_jogs(const api::Snapshot& snapshot, Clock::time_point now) {
+  for (Jogger& jogger : joggers_) {
+    jogger.tick(snapshot, now);
+    for (const auto& step : jogger.take_ended()) {
+      if (const auto viewer = context_.viewers.find(step.viewer)) {
+        send_outcome(*viewer, step.id, step.outcome);
+      }
+    }
+  }
+}
+
+void ViewerRequests::answer_waiting(const api::Snapshot& snapshot) {
+  answer_awaited(snapshot);
+  for (const PastRequests::Answer& answer : past_.take_answers()) answer_past(answer);
+}
+
+void ViewerRequests::answer_awaited(const api::Snapshot& snapshot) {
+  std::vector<Awaited> due;
+  std::erase_if(awaited_, [&](const Awaited& awaited) {
+    if (awaited.ticket > snapshot.applied) return false;
+    due.push_back(awaited);
+    return true;
+  });
+  for (const Awaited& awaited : due) {
+    const auto viewer = context_.viewers.find(awaited.viewer);
+    if (!viewer) continue;
+    const Error* error = protocols::failure_of(snapshot, awaited.ticket);
+    context_.counts.answered(Clock::now() - awaited.asked, error == nullptr);
+    send_outcome(*viewer, awaited.request, error ? tl::unexpected(*error) : Result<void>());
+  }
+}
+
+void ViewerRequests::answer_past(const PastRequests::Answer& answer) {
+  const auto viewer = context_.viewers.find(answer.query.viewer);
+  if (!viewer) return;
+  if (!answer.past) {
+    send_outcome(*viewer, answer.query.request, tl::unexpected(answer.past.error()));
+  } else if (answer.query.resume) {
+    resume(answer, *viewer);
+  } else {
+    v1::ViewerUpdate update;
+    past_.write(answer, *context_.source.latest()->cell, *update.mutable_past());
+    viewer->send(update);
+  }
+}
+
+void ViewerRequests::resume(const PastRequests::Answer& answer, Viewer& viewer) {
+  const auto ticket = context_.sink.submit(
+      {context_.options.listener.endpoint,
+       api::SimulationCommand(protocols::resumption(answer.query.moment, *answer.past))});
+  if (ticket) {
+    awaited_.push_back({answer.query.viewer, answer.query.request, *ticket, Clock::now()});
+  } else {
+    send_outcome(viewer, answer.query.request, tl::unexpected(ticket.error()));
+  }
+}
+
+void ViewerRequests::release_jogs(const Viewer& viewer) {
+  for (Jogger& jogger : joggers_) jogger.release(viewer.id());
+}
+
+void ViewerRequests::forget(const Viewer& viewer) {
+  release_jogs(viewer);
+  past_.forget(viewer.id());
+}
+
+}  // namespace aprsim::web

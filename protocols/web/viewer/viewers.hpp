@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "protocols/web/viewer/viewer.hpp"
+
+namespace aprsim::web {
+
+/// The open viewers, by id. Thread: the server's.
+class Viewers {
+ public:
+  void add(std::shared_ptr<Viewer> viewer) {
+    const std::uint64_t id = viewer->id();
+    all_[id] = std::move(viewer);
+  }
+  void remove(const Viewer& viewer) { all_.erase(viewer.id()); }
+  [[nodiscard]] std::size_t size() const { return all_.size(); }
+  /// Null = it has ended. A viewer may end, and leave, while it is written to: keep the pointer.
+  [[nodiscard]] std::shared_ptr<Viewer> find(std::uint64_t id) const {
+    const auto found = all_.find(id);
+    return found == all_.end() ? nullptr : found->second;
+  }
+  /// All of them, to be visited: they may end meanwhile.
+  [[nodiscard]] std::vector<std::shared_ptr<Viewer>> all() const {
+    std::vector<std::shared_ptr<Viewer>> all;
+    all.reserve(all_.size());
+    for (const auto& [id, viewer] : all_) all.push_back(viewer);
+    return all;
+  }
+
+ private:
+  std::map<std::uint64_t, std::shared_ptr<Viewer>> all_;
+};
+
+}  // namespace aprsim::web

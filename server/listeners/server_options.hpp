@@ -1,0 +1,48 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "protocols/crcl/crcl_server.hpp"
+#include "protocols/grpc/grpc_server.hpp"
+#include "protocols/modbus/modbus_server.hpp"
+#include "protocols/vision/vision_server.hpp"
+#include "protocols/web/web_server.hpp"
+#include "server/access/security_context.hpp"
+#include "server/config/config.hpp"
+#include "world/scene/model/scene.hpp"
+
+/// Options of the servers as configuration and scene ask for them.
+namespace aprsim::server {
+
+// Endpoints as they stand in the journal of commands; robots count up from the first.
+inline constexpr api::EndpointId kModbusEndpoint = 1;
+inline constexpr api::EndpointId kGrpcEndpoint = 2;
+inline constexpr api::EndpointId kWebEndpoint = 3;
+inline constexpr api::EndpointId kFirstCrclEndpoint = 16;
+
+/// Everything that all listeners of a daemon share. The objects outlive the listeners.
+struct ListenerContext {
+  const Config& config;
+  const SecurityContext& security;
+  protocols::WireTrace* trace = nullptr;       ///< null = the wires are not recorded
+  protocols::RefusalSink* refusals = nullptr;  ///< null = rejections are not recorded
+  api::VirtualTime* virtual_time = nullptr;    ///< null = the wall clock passes time
+};
+
+/// Names of the robots, in their order.
+[[nodiscard]] std::vector<std::string> robots_of(const scene::Scene& scene);
+[[nodiscard]] modbus::ConveyorScaling scaling_of(const ModbusConfig& config);
+
+/// Options of the robot with that index and name.
+[[nodiscard]] crcl_server::CrclServerOptions crcl_options(const ListenerContext& context, int index,
+                                                          const std::string& robot);
+[[nodiscard]] vision_server::VisionServerOptions vision_options(const ListenerContext& context,
+                                                                int index,
+                                                                const std::string& robot);
+[[nodiscard]] modbus_server::ModbusServerOptions modbus_options(const ListenerContext& context);
+[[nodiscard]] grpc_server::TelemetryOptions telemetry_options(const ListenerContext& context);
+[[nodiscard]] web::WebServerOptions web_options(const ListenerContext& context,
+                                                const scene::Scene& scene);
+
+}  // namespace aprsim::server

@@ -1,0 +1,118 @@
+#include "server/operations/cell_log.hpp"
+
+#include <algorithm>
+#include <string_view>
+
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/fmt/ranges.h>
+
+namespace aprsim::server {
+namespace {
+
+std::string fault_words(const api::InjectedFault& fault) {
+  const std::string_view kind = faults::info(fault.kind).name;
+  return fmt::format("injected fault {}: {}{}{}", fault.id, kind, fault.target.empty() ? "" : " ",
+                     fault.target);
+}
+
+/// Taken out by an injected fault, and not fallen.
+bool taken_out(const api::Snapshot& now, const std::string& body) {
+  if (!now.faults) return false;
+  const auto& all = now.faults->all;
+  return std::ranges::any_of(all, [&](const api::InjectedFault& fault) {
+    return fault.kind == faults::Kind::kPartMissing && fault.begin_step && fault.target == body;
+  });
+}
+
+}  // namespace
+
+void CellLog::forget() {
+  lost_.clear();
+  faults_.reset();
+  not_converged_ = false;
+}
+
+std::vector<CellLogLine> CellLog::detect(const api::Snapshot& now) {
+  std::vector<CellLogLine> out;
+  if (now.epoch != epoch_) forget();
+  epoch_ = now.epoch;
+  if (now.world_stops != world_stops_) {
+    // Reset since, its words are gone.
+    const std::string& why = now.world_fault;
+    out.push_back({true, "the simulation has stopped: " + (why.empty() ? "reset since" : why)});
+  }
+  world_stops_ = now.world_stops;
+  detect_time(now.virtual_time, out);
+  lost_.resize(now.bodies.size(), false);
+  for (std::size_t i = 0; i < now.bodies.size(); ++i) {
+    const auto& step = now.bodies[i].lost_step;
+    if (step && !lost_[i] && !taken_out(now, now.cell->bodies[i].name)) {
+      out.push_back(
+          {false, fmt::format("{} fell out of the cell in step {}; a reset brings it back",
+                              now.cell->bodies[i].name, *step)});
+    }
+    lost_[i] = step.has_value();
+  }
+  detect_faults(now, out);
+  const bool failed = now.solver_failures.not_converged > 0;
+  if (failed && !not_converged_) {
+    out.push_back({false,
+                   "contacts: a step was given up short of the solution (solver_failures in "
+                   "telemetry counts)"});
+  }
+  not_converged_ = failed;
+  return out;
+}
+
+/// Also what has been over again since the last look, of which the counters tell.
+void CellLog::detect_time(const api::VirtualTimeStatePtr& now, std::vector<CellLogLine>& out) {
+  if (!now || now == time_) return;
+  const api::VirtualTimeState before = time_ ? *time_ : api::VirtualTimeState{};
+  time_ = now;
+  if (now->expired > before.expired) {
+    out.push_back({false, fmt::format("virtual time: a client that paces was silent for too long "
+                                      "and is left behind ({} times so far); the run cannot be "
+                                      "repeated exactly",
+                                      now->expired)});
+  }
+  if (now->fallbacks > before.fallbacks) {
+    out.push_back({false,
+                   "virtual time: nobody paces; it goes by the wall clock until somebody "
+                   "polls a robot's status"});
+  }
+  if (now->paced && now->pacers != before.pacers && !now->pacers.empty()) {
+    out.push_back({false, fmt::format("virtual time: paced by {}", fmt::join(now->pacers, ", "))});
+  }
+  if (now->awaited != before.awaited && !now->awaited.empty()) {
+    out.push_back({false, fmt::format("virtual time: stands until {} asks for more",
+                                      fmt::join(now->awaited, ", "))});
+  }
+}
+
+/// Faults that have begun or ended in any of the snapshots since the last one seen.
+void CellLog::detect_faults(const api::Snapshot& now, std::vector<CellLogLine>& out) {
+  if (now.faults == faults_) return;
+  const auto known = [this](std::uint64_t id) -> const api::InjectedFault* {
+    if (!faults_) return nullptr;
+    const auto found = std::ranges::find(faults_->all, id, &api::InjectedFault::id);
+    return found == faults_->all.end() ? nullptr : &*found;
+  };
+  if (now.faults) {
+    for (const api::InjectedFault& fault : now.faults->all) {
+      const api::InjectedFault* before = known(fault.id);
+      if (fault.begin_step && !(before && before->begin_step)) {
+        out.push_back(
+            {false, fmt::format("{} began in step {}", fault_words(fault), *fault.begin_step)});
+      }
+      if (fault.end_step && !(before && before->end_step) &&
+          (fault.begin_step != fault.end_step || !fault.note.empty())) {
+        out.push_back(
+            {false, fmt::format("{} ended in step {}{}{}", fault_words(fault), *fault.end_step,
+                                fault.note.empty() ? "" : ": ", fault.note)});
+      }
+    }
+  }
+  faults_ = now.faults;
+}
+
+}  // namespace aprsim::server
