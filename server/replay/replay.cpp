@@ -13,7 +13,8 @@
 #include <fmt/format.h>
 
 #include "server/journal/command_message.hpp"
-#include "world/cell/command_check.hpp"
+#include "world/cell/commands/command_check.hpp"
+#include "world/cell/scene_editor.hpp"
 #include "world/cell/state_bytes.hpp"
 #include "world/scene/scene_loader.hpp"
 
@@ -24,7 +25,7 @@ tl::unexpected<Error> damaged(std::string message) {
   return fail(ErrorCode::kInvalidArgument, "journal", std::move(message));
 }
 
-/// Of two lists of numbers the place where they differ most, and by how much.
+/// Place where two lists of numbers differ most, and by how much.
 struct Worst {
   std::size_t place = 0;
   double by = 0;
@@ -185,13 +186,13 @@ Result<void> Replay::command(const v1::JournalCommand& message) {
   if (std::holds_alternative<api::SimulationCommand>(command->body)) {
     return advance(message.time());
   }
-  if (auto ok = world::check(*command, *world_->description()); !ok) {
+  if (auto ok = world::check(*command, world_->description()); !ok) {
     return tl::unexpected(ok.error());
   }
   if (auto there = advance(message.time()); !there || result_.difference || over_) return there;
   ++result_.commands;
   std::string failure;
-  if (auto done = world::World::carry_out(world_, message.ticket(), *command); !done) {
+  if (auto done = world::apply_command(world_, message.ticket(), *command); !done) {
     failure = done.error().message;
   }
   if (failure.empty() != message.failure().empty()) {

@@ -9,9 +9,9 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/parameter_names.hpp"
 #include "world/cell/world.hpp"
 #include "world/scene/scene_loader.hpp"
-#include "tests/support/parameter_names.hpp"
 
 namespace aprsim::world {
 namespace {

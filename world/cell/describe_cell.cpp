@@ -1,5 +1,7 @@
 #include "world/cell/describe_cell.hpp"
 
+#include "world/cell/machines/describe_gripper.hpp"
+#include "world/scene/model/free_body.hpp"
 #include "world/scene/model/part_shapes.hpp"
 
 namespace aprsim::world {
@@ -19,34 +21,24 @@ api::ConveyorDescription describe_conveyor(const scene::Conveyor& belt) {
   return out;
 }
 
-api::BodyDescription describe_tray(const scene::TrayInstance& tray, const scene::TrayType& type) {
-  const Eigen::AlignedBox3d slab = scene::slab_of(type);
+api::BodyDescription describe_body(const scene::FreeBody& body, const scene::Scene& scene) {
   api::BodyDescription out;
-  out.name = tray.name;
-  out.type = tray.type;
-  out.kind = type.kind;
-  out.mass_kg = type.mass_kg;
-  out.box_min = slab.min();
-  out.box_max = slab.max();
-  for (const auto& slot : type.slots) {
+  out.name = body.name;
+  out.type = body.type;
+  out.kind = body.kind;
+  out.mass_kg = body.mass_kg;
+  out.disc_radius_m = body.disc_radius_m;
+  out.disc_height_m = body.disc_height_m;
+  out.peg_radius_m = body.peg_radius_m;
+  out.peg_top_m = body.peg_top_m;
+  if (body.is_gear()) return out;
+  out.box_min = body.slab.min();
+  out.box_max = body.slab.max();
+  for (const auto& slot : scene.tray_types.at(body.type).slots) {
     Pose X_PS;
     X_PS.p = {slot.xy.x(), slot.xy.y(), 0};
     out.slots.push_back({.name = slot.name, .gear_type = slot.gear_type, .X_PS = X_PS});
   }
-  return out;
-}
-
-api::BodyDescription describe_gear(const scene::GearInstance& gear, const scene::GearType& type) {
-  const scene::GearShapes shapes = scene::shapes_of(type);
-  api::BodyDescription out;
-  out.name = gear.name;
-  out.type = gear.type;
-  out.kind = api::BodyKind::kGear;
-  out.mass_kg = type.mass_kg;
-  out.disc_radius_m = shapes.disc.radius_high;
-  out.disc_height_m = shapes.disc.z_high;
-  out.peg_radius_m = shapes.peg.radius_high;
-  out.peg_top_m = shapes.peg.z_high;
   return out;
 }
 
@@ -73,27 +65,14 @@ api::ToolDescription describe_tool(const scene::Tool& tool) {
 
 }  // namespace
 
-api::GripperDescription describe_gripper(const scene::Gripper& gripper) {
-  return {.stroke_m = gripper.stroke_m,
-          .gap_open_m = gripper.gap_open_m,
-          .gap_closed_m = gripper.gap_closed_m,
-          .force_n = gripper.force_n,
-          .proportional = gripper.drive == scene::GripperDrive::kServo,
-          .cup_radius_m = gripper.cup ? gripper.cup->radius_m : 0,
-          .names = {}};
-}
-
 api::CellDescription describe_cell(const scene::Scene& scene) {
   api::CellDescription cell;
   cell.scene = scene.name;
   cell.has_conveyor = scene.conveyor.has_value();
   if (scene.conveyor) cell.conveyor = describe_conveyor(*scene.conveyor);
   cell.light_curtain = scene.light_curtain;
-  for (const auto& tray : scene.trays) {
-    cell.bodies.push_back(describe_tray(tray, scene.tray_types.at(tray.type)));
-  }
-  for (const auto& gear : scene.gears) {
-    cell.bodies.push_back(describe_gear(gear, scene.gear_types.at(gear.type)));
+  for (const auto& body : scene::free_bodies_of(scene)) {
+    cell.bodies.push_back(describe_body(body, scene));
   }
   for (const auto& [name, type] : scene.tray_types) cell.body_types.push_back(name);
   for (const auto& [name, type] : scene.gear_types) cell.body_types.push_back(name);

@@ -5,11 +5,9 @@
 
 namespace aprsim::world {
 
-[[nodiscard]] api::GripperDescription describe_gripper(const scene::Gripper& gripper);
-
-/// What clients are told of a scene's belt, light curtain, trays, gears and tools; bodies are
-/// numbered as in the physics: trays first, then gears. What robots and physics know of themselves
-/// (robots, fixed) is left empty.
+/// Describes a scene's belt, light curtain, trays, gears and tools for clients. Bodies are numbered
+/// as in the physics: trays first, then gears. Robots and fixed bodies stay empty: they describe
+/// themselves. For publication only; a world behaves by its CellSettings.
 [[nodiscard]] api::CellDescription describe_cell(const scene::Scene& scene);
 
 }  // namespace aprsim::world

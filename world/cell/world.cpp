@@ -1,21 +1,40 @@
 #include "world/cell/world.hpp"
 
+#include <algorithm>
+#include <array>
 #include <bit>
-#include <cmath>
 #include <stdexcept>
 #include <utility>
 
+#include "world/api/snapshot/snapshot_fields.hpp"
+#include "world/archive/archive.hpp"
 #include "world/cell/describe_cell.hpp"
+#include "world/cell/fault_executor.hpp"
+#include "world/cell/machines/describe_robot.hpp"
 
 namespace aprsim::world {
 namespace {
 
-// How often belt sensors and light curtain are looked at: the cycle of an ordinary PLC.
+// Belt sensors and light curtain are read once in the cycle of an ordinary PLC.
 constexpr SimTime kSensorPeriod = std::chrono::milliseconds(10);
 
 /// FNV-1a over the bits of a value.
 void mix(std::uint64_t& hash, double value) {
   hash = (hash ^ std::bit_cast<std::uint64_t>(value)) * 0x100000001b3ULL;
+}
+
+/// Copies the state of a part, but no constant of its scene.
+template <typename Part>
+void copy_state(const Part& from, Part& to) {
+  std::string bytes;
+  archive::Writer out(bytes);
+  out(from);
+  archive::Reader in(bytes);
+  in(to);
+}
+
+ConveyorDriveLimits limits_of(const scene::Conveyor& belt) {
+  return {belt.max_speed_m_s, belt.max_accel_m_s2, belt.max_decel_m_s2, belt.emergency_decel_m_s2};
 }
 
 }  // namespace
@@ -38,8 +57,9 @@ World::World(std::shared_ptr<const scene::Scene> scene, ArmModels models, std::u
              std::span<robot::PlanPrefetcher* const> prefetchers)
     : scene_(std::move(scene)),
       prefetchers_(prefetchers.begin(), prefetchers.end()),
-      step_size_(std::llround(scene_->physics.step_s * 1e9)),
-      models_(std::move(models)) {
+      models_(std::move(models)),
+      settings_(settings_of(*scene_, *models_)),
+      seed_(seed) {
   robots_.reserve(models_->size());
   std::vector<std::vector<Eigen::Isometry3d>> X_WL;
   for (std::size_t i = 0; i < models_->size(); ++i) {
@@ -49,28 +69,19 @@ World::World(std::shared_ptr<const scene::Scene> scene, ArmModels models, std::u
     X_WL.emplace_back(links.begin(), links.end());
   }
   physics_.emplace(*scene_, *models_, X_WL);
-  describe(seed);
-  loose_.reserve(description_->tools.size());
-  if (const auto& belt = scene_->conveyor) {
-    conveyor_.emplace(ConveyorDriveLimits{belt->max_speed_m_s, belt->max_accel_m_s2,
-                                          belt->max_decel_m_s2, belt->emergency_decel_m_s2});
-    photo_eyes_.emplace(description_->conveyor);
+  describe();
+  loose_.reserve(settings_.tool_count);
+  if (settings_.conveyor) {
+    conveyor_.emplace(limits_of(*settings_.conveyor));
+    photo_eyes_.emplace(*settings_.conveyor);
   }
   occluders_.emplace(*scene_, *models_);
-  vision_.emplace(*scene_, step_size_, seed, description_->bodies.size());
-  if (description_->light_curtain) light_curtain_.emplace(*description_->light_curtain);
+  vision_.emplace(*scene_, settings_.step_size, seed, settings_.bodies.size());
+  if (settings_.light_curtain) light_curtain_.emplace(*settings_.light_curtain);
   sense();
 }
 
-void World::describe(std::uint64_t seed) {
-  auto cell = std::make_shared<api::CellDescription>(describe_cell(*scene_));
-  cell->seed = seed;
-  cell->revision = revision_;
-  cell->step_size = step_size_;
-  for (const auto& robot : robots_) cell->robots.push_back(robot.description());
-  cell->fixed = physics_->fixed_names();
-  description_ = std::move(cell);
-}
+// ---- commands
 
 Result<void> World::apply_any(api::Ticket ticket, const api::Command& command) {
   return std::visit(
@@ -79,7 +90,7 @@ Result<void> World::apply_any(api::Ticket ticket, const api::Command& command) {
         if constexpr (std::is_same_v<Body, api::FaultCommand>) {
           return apply(ticket, body);
         } else if constexpr (std::is_same_v<Body, api::SceneCommand>) {
-          return fail(ErrorCode::kUnimplemented, "scene", "it takes another world: carry_out()");
+          return fail(ErrorCode::kUnimplemented, "scene", "it takes another world: SceneEditor");
         } else if constexpr (!std::is_same_v<Body, api::SimulationCommand>) {
           apply(ticket, body);
         }
@@ -91,61 +102,80 @@ Result<void> World::apply_any(api::Ticket ticket, const api::Command& command) {
 void World::apply(api::Ticket ticket, const api::RobotCommand& command) {
   SimulatedRobot& robot = robots_.at(static_cast<std::size_t>(command.robot));
   robot.apply(ticket, command);
-  if (watch_) watch_->look_at_robot(command.robot, robot, now());
+  if (detector_) detector_->detect_robot_events(command.robot, robot, now());
   stop_robots_if_broken();
-  if (watch_) watch_->look_at_robot(command.robot, robot, now());
+  if (detector_) detector_->detect_robot_events(command.robot, robot, now());
 }
 
 void World::apply(api::Ticket, const api::ConveyorCommand& command) {
   if (!conveyor_) return;
   conveyor_->apply(command);
-  if (watch_) watch_->look_at_belt(*conveyor_, now());
+  if (detector_) detector_->detect_drive_trip(*conveyor_, now());
 }
 
 void World::apply(api::Ticket, const api::SetIntruder& command) {
   intruder_ = command.intruder;
-  gather_intruders(effects_of(faults_.active(), time(), *description_).intruders);
+  gather_intruders(lasting_effects().intruders);
   occluders_->gather(robots_, *physics_, intruders_);
-  look_through_curtain();
+  read_light_curtain();
 }
+
+Result<void> World::apply(api::Ticket ticket, const api::FaultCommand& command) {
+  if (const auto* inject = std::get_if<api::InjectFault>(&command)) {
+    auto spec = spec_of(*inject, description_);
+    if (!spec) return tl::unexpected(spec.error());
+    const auto id = faults_.inject(ticket, *inject, *std::move(spec));
+    return id ? Result<void>{} : tl::unexpected(id.error());
+  }
+  if (const auto* end = std::get_if<api::EndFault>(&command)) return faults_.end(end->id);
+  const std::string& event = std::get<api::ReportEvent>(command).event;
+  faults_.report(event);
+  if (detector_) detector_->add(now(), {.kind = api::CellEventKind::kReported, .text = event});
+  return {};
+}
+
+// ---- one step
 
 void World::step() {
   // Injected faults begin and end between two steps.
   run_faults();
   for (std::size_t i = 0; i < robots_.size(); ++i) step_robot(i);
-  // The belt's drive advances its ramp; the physics carries what lies on the belt.
-  if (conveyor_) physics_->set_belt_speed(conveyor_->step(scene_->physics.step_s));
+  // The belt's drive advances its ramp; the physics carries the bodies on the belt.
+  if (conveyor_) physics_->set_belt_speed(conveyor_->step(settings_.step_s));
   // Contacts are found and solved, bodies and fingers moved.
   physics_->step();
   ++steps_;
-  note_touches();
-  // The sensors look at the step's end.
+  record_unintended_contacts();
+  // Sensors read the state at the step's end.
   sense();
-  if (watch_) watch_->look(*physics_, robots_, conveyor_ ? &*conveyor_ : nullptr, now());
+  if (detector_) detector_->detect(*physics_, robots_, conveyor(), now());
 }
 
-void World::watch_events() {
-  watch_.emplace();
-  begin_watch({});
+void World::run_faults() {
+  if (faults_.idle()) return;
+  const FaultSchedule::Changes changes = faults_.advance(time(), steps_, readings());
+  if (!changes.any()) return;
+  FaultExecutor executor({settings_, robots_, *physics_, conveyor_ ? &*conveyor_ : nullptr,
+                          photo_eyes_ ? &*photo_eyes_ : nullptr, *vision_});
+  for (const std::uint64_t id : changes.begun) {
+    const FaultSpec* fault = faults_.spec(id);
+    const std::string note = fault ? executor.carry_out(*fault) : std::string();
+    if (!note.empty()) faults_.note(id, note);
+  }
+  if (detector_) report_faults(changes);
+  const FaultEffects effects = lasting_effects();
+  executor.apply(effects);
+  const std::size_t before = intruders_.size();
+  gather_intruders(effects.intruders);
+  if (before == intruders_.size()) return;
+  occluders_->gather(robots_, *physics_, intruders_);
+  read_light_curtain();
 }
-
-void World::begin_watch(CellWatch::State apart) {
-  watch_->begin(description_, *physics_, robots_, conveyor_ ? &*conveyor_ : nullptr, now(),
-                std::move(apart));
-}
-
-std::vector<api::CellEvent>* World::events() { return watch_ ? &watch_->found() : nullptr; }
 
 void World::step_robot(std::size_t i) {
   const int index = static_cast<int>(i);
   SimulatedRobot& robot = robots_[i];
-  // What the robots before this one have taken is gone.
-  loose_.clear();
-  for (int t = 0; robot.tool() < 0 && t < physics_->tool_count(); ++t) {
-    const physics::BodyState tool = physics_->tool(t);
-    if (robot_with(t) >= 0 || tool.lost_step) continue;
-    loose_.push_back({t, Pose{tool.p_WB, tool.q_WB}.isometry()});
-  }
+  gather_loose_tools(robot);
   // The last step's contacts load the joints; the controller gives the next reference.
   robot.see_light_curtain(curtain_.broken);
   robot.step(physics_->gripper(index), physics_->arm_forces(index), *description_, loose_);
@@ -153,16 +183,20 @@ void World::step_robot(std::size_t i) {
     physics_->leave_tool(index);
     if (robot.tool() >= 0) physics_->take_tool(index, robot.tool(), robot.X_WM());
   }
-  // Towards the physics, arms and grippers are where the robots say.
+  // The physics takes arm and gripper poses from the robot.
   physics_->set_arm(index, robot.X_WL());
   physics_->set_gripper_mount(index, robot.X_WM());
   physics_->set_gripper(index, robot.gripper_setting());
   physics_->set_gripper_force(index, robot.gripper_force_n());
 }
 
-void World::note_touches() {
-  for (int r = 0; r < static_cast<int>(robots_.size()); ++r) {
-    touches_.add(steps_, r, physics_->arm_forces(r), physics_->tool_of(r) >= 0, *description_);
+/// For a robot without a tool: the tools that no robot has, also none before it in this step.
+void World::gather_loose_tools(const SimulatedRobot& robot) {
+  loose_.clear();
+  for (int t = 0; robot.tool() < 0 && t < physics_->tool_count(); ++t) {
+    const physics::BodyState tool = physics_->tool(t);
+    if (robot_with(t) >= 0 || tool.lost_step) continue;
+    loose_.push_back({t, Pose{tool.p_WB, tool.q_WB}.isometry()});
   }
 }
 
@@ -173,10 +207,138 @@ int World::robot_with(int tool) const {
   return -1;
 }
 
+void World::record_unintended_contacts() {
+  for (int r = 0; r < static_cast<int>(robots_.size()); ++r) {
+    unintended_contacts_.add(steps_, r, physics_->arm_forces(r), physics_->tool_of(r) >= 0,
+                             settings_.bodies);
+  }
+}
+
+void World::sense() {
+  const bool cycle = time() % kSensorPeriod < step_size();
+  // Cameras and light curtain share one list of occluders.
+  if (vision_->due(steps_) || (light_curtain_ && cycle)) {
+    occluders_->gather(robots_, *physics_, intruders_);
+  }
+  vision_->advance(steps_, settings_.bodies, occluders_->X_WP(), occluders_->all());
+  if (!cycle) return;
+  read_photo_eyes();
+  read_light_curtain();
+}
+
+void World::read_photo_eyes() {
+  if (!photo_eyes_) return;
+  photo_eyes_->begin();
+  for (int i = 0; i < physics_->body_count(); ++i) {
+    const physics::BodyState state = physics_->body(i);
+    if (state.lost_step) continue;
+    photo_eyes_->see(settings_.bodies[static_cast<std::size_t>(i)], {state.p_WB, state.q_WB});
+  }
+  photo_eyes_->finish();
+  conveyor_->set_load(photo_eyes_->load_kg());
+}
+
+void World::read_light_curtain() {
+  if (!light_curtain_) return;
+  curtain_ = light_curtain_->look(occluders_->all());
+  if (conveyor_ && settings_.curtain_stops_belt()) conveyor_->set_light_curtain(curtain_.broken);
+  stop_robots_if_broken();
+}
+
+// A robot that is initialised while the curtain is broken stops again at once.
+void World::stop_robots_if_broken() {
+  if (!curtain_.broken || !settings_.curtain_stops_robots()) return;
+  for (auto& robot : robots_) robot.stop_for_light_curtain();
+}
+
+// ---- changes of the scene
+
+std::unique_ptr<World> World::in_scene(scene::Scene scene) const {
+  auto world = std::make_unique<World>(std::make_shared<const scene::Scene>(std::move(scene)),
+                                       models_, seed_, prefetchers_);
+  world->base_ = base_ ? base_ : scene_;
+  world->set_revision(revision_ + 1);
+  return world;
+}
+
+void World::adopt(const World& old, std::span<const int> old_of) {
+  std::vector<int> new_of(old.settings_.bodies.size(), -1);
+  for (std::size_t i = 0; i < old_of.size(); ++i) {
+    if (old_of[i] >= 0) new_of[static_cast<std::size_t>(old_of[i])] = static_cast<int>(i);
+  }
+  steps_ = old.steps_;
+  for (std::size_t i = 0; i < robots_.size(); ++i) robots_[i].restore(old.robots_[i].save());
+  physics_->adopt(*old.physics_, old_of);
+  if (conveyor_) copy_state(*old.conveyor_, *conveyor_);
+  if (photo_eyes_) copy_state(*old.photo_eyes_, *photo_eyes_);
+  copy_state(*old.vision_, *vision_);
+  vision_->renumber(new_of);
+  curtain_ = old.curtain_;
+  intruder_ = old.intruder_;
+  faults_ = old.faults_;
+  faults_.renumber(new_of);
+  unintended_contacts_ = old.unintended_contacts_;
+  unintended_contacts_.renumber(new_of);
+  gather_intruders(lasting_effects().intruders);
+}
+
+void World::put_body(int body, const Pose& X_WB) {
+  const std::array<physics::PhysicsWorld::Placement, 1> place{{{body, X_WB.isometry()}}};
+  physics_->put(place);
+}
+
+void World::remove_body(int body) { physics_->take_away(body); }
+
+// ---- events
+
+void World::watch_events() {
+  detector_.emplace();
+  begin_detection({});
+}
+
+void World::begin_detection(EventDetector::State apart) {
+  detector_->begin(description_, *physics_, robots_, conveyor(), now(), std::move(apart));
+}
+
+std::vector<api::CellEvent>* World::events() { return detector_ ? &detector_->found() : nullptr; }
+
+void World::report_faults(const FaultSchedule::Changes& changes) {
+  const auto report = [&](api::CellEventKind kind, std::uint64_t id) {
+    const auto& all = faults_.list()->all;
+    const auto fault = std::ranges::find(all, id, &api::InjectedFault::id);
+    if (fault != all.end()) detector_->report_fault(now(), kind, *fault);
+  };
+  for (const std::uint64_t id : changes.begun) report(api::CellEventKind::kFaultBegun, id);
+  for (const std::uint64_t id : changes.ended) report(api::CellEventKind::kFaultEnded, id);
+}
+
+// ---- faults and intruders
+
+CellReadings World::readings() const {
+  return {settings_, robots_, *physics_, conveyor(), photo_eyes_ ? &*photo_eyes_ : nullptr};
+}
+
+bool World::beyond(const api::WhenCrossing& crossing, int robot) const {
+  const double value = readings().quantity(crossing.quantity, robot, crossing.joint - 1);
+  return crossing.above ? value > crossing.limit : value < crossing.limit;
+}
+
+FaultEffects World::lasting_effects() const {
+  return effects_of(faults_.active(), time(), settings_.joint_names, settings_.light_curtain);
+}
+
+void World::gather_intruders(std::span<const api::Intruder> of_faults) {
+  intruders_.clear();
+  if (intruder_) intruders_.push_back(*intruder_);
+  intruders_.insert(intruders_.end(), of_faults.begin(), of_faults.end());
+}
+
+// ---- state
+
 WorldState World::save() const {
   WorldState state{.scene = scene_,
                    .base = base_,
-                   .seed = description_->seed,
+                   .seed = seed_,
                    .steps = steps_,
                    .conveyor = conveyor_,
                    .photo_eyes = photo_eyes_,
@@ -185,8 +347,8 @@ WorldState World::save() const {
                    .curtain = curtain_,
                    .intruder = intruder_,
                    .faults = faults_,
-                   .touches = touches_,
-                   .apart = watch_ ? watch_->save() : CellWatch::State{}};
+                   .unintended_contacts = unintended_contacts_,
+                   .apart = detector_ ? detector_->save() : EventDetector::State{}};
   for (const auto& robot : robots_) state.robots.push_back(robot.save());
   return state;
 }
@@ -199,7 +361,7 @@ void World::restore(const WorldState& state) {
   base_ = state.base;
   physics_->restore(state.physics);
   for (std::size_t i = 0; i < robots_.size(); ++i) robots_[i].restore(state.robots[i]);
-  if (state.seed != description_->seed) describe(state.seed);
+  if (std::exchange(seed_, state.seed) != state.seed) describe();
   steps_ = state.steps;
   conveyor_ = state.conveyor;
   photo_eyes_ = state.photo_eyes;
@@ -207,56 +369,12 @@ void World::restore(const WorldState& state) {
   curtain_ = state.curtain;
   intruder_ = state.intruder;
   faults_ = state.faults;
-  touches_ = state.touches;
-  gather_intruders(effects_of(faults_.active(), time(), *description_).intruders);
-  if (watch_) begin_watch(state.apart);
+  unintended_contacts_ = state.unintended_contacts;
+  gather_intruders(lasting_effects().intruders);
+  if (detector_) begin_detection(state.apart);
 }
 
-void World::sense() {
-  const bool cycle = time() % kSensorPeriod < step_size_;
-  // Cameras and light curtain look at one picture of what is in the way.
-  if (vision_->due(steps_) || (light_curtain_ && cycle)) {
-    occluders_->gather(robots_, *physics_, intruders_);
-  }
-  vision_->look(steps_, *description_, *occluders_);
-  if (!cycle) return;
-  look_at_belt();
-  look_through_curtain();
-}
-
-void World::look_through_curtain() {
-  if (!light_curtain_) return;
-  curtain_ = light_curtain_->look(occluders_->all());
-  const api::CurtainReaction reaction = description_->light_curtain->reaction;
-  const bool stops_belt =
-      reaction == api::CurtainReaction::kBeltStop || reaction == api::CurtainReaction::kAll;
-  if (conveyor_ && stops_belt) conveyor_->set_light_curtain(curtain_.broken);
-  stop_robots_if_broken();
-}
-
-// A robot that is initialised while the curtain is broken stops again at once.
-void World::stop_robots_if_broken() {
-  if (!curtain_.broken) return;
-  const api::CurtainReaction reaction = description_->light_curtain->reaction;
-  if (reaction != api::CurtainReaction::kProtectiveStop && reaction != api::CurtainReaction::kAll) {
-    return;
-  }
-  for (auto& robot : robots_) robot.stop_for_light_curtain();
-}
-
-void World::look_at_belt() {
-  if (!photo_eyes_) return;
-  photo_eyes_->begin();
-  for (int i = 0; i < physics_->body_count(); ++i) {
-    const physics::BodyState state = physics_->body(i);
-    if (state.lost_step) continue;
-    photo_eyes_->see(description_->bodies[static_cast<std::size_t>(i)], {state.p_WB, state.q_WB});
-  }
-  photo_eyes_->finish();
-  conveyor_->set_load(photo_eyes_->load_kg());
-}
-
-SimTime World::time() const { return step_size_ * static_cast<SimTime::rep>(steps_); }
+SimTime World::time() const { return step_size() * static_cast<SimTime::rep>(steps_); }
 
 std::uint64_t World::plan_waits() const {
   std::uint64_t waits = 0;
@@ -266,15 +384,29 @@ std::uint64_t World::plan_waits() const {
 
 std::uint64_t World::state_hash() const {
   std::uint64_t hash = physics_->state_hash();
-  api::RobotSnapshot robot;
-  for (std::size_t i = 0; i < robots_.size(); ++i) {
-    robots_[i].write({}, {}, robot);
-    for (int j = 0; j < (*models_)[i].dof(); ++j) {
-      mix(hash, robot.joints[static_cast<std::size_t>(j)].position_rad);
-    }
+  for (const auto& robot : robots_) {
+    for (const double position_rad : robot.q()) mix(hash, position_rad);
   }
   if (conveyor_) mix(hash, conveyor_->state().travel_m);
   return hash;
+}
+
+// ---- publication
+
+void World::set_revision(std::uint64_t revision) {
+  if (std::exchange(revision_, revision) != revision) describe();
+}
+
+void World::describe() {
+  auto cell = std::make_shared<api::CellDescription>(describe_cell(*scene_));
+  cell->seed = seed_;
+  cell->revision = revision_;
+  cell->step_size = step_size();
+  for (std::size_t i = 0; i < models_->size(); ++i) {
+    cell->robots.push_back(describe_robot(scene_->robots[i], (*models_)[i]));
+  }
+  cell->fixed = physics_->fixed_names();
+  description_ = std::move(cell);
 }
 
 void World::write(api::Snapshot& out) const {
@@ -292,36 +424,43 @@ void World::write(api::Snapshot& out) const {
   out.light_curtain = curtain_;
   out.intruder = intruders_.empty() ? std::nullopt : std::optional(intruders_.front());
   out.faults = faults_.list();
-  const int count = physics_->body_count();
-  out.bodies.resize(static_cast<std::size_t>(count));
-  for (int i = 0; i < count; ++i) {
-    const physics::BodyState state = physics_->body(i);
-    out.bodies[static_cast<std::size_t>(i)] = {.X_WB = {state.p_WB, state.q_WB},
-                                               .v_W = state.v_W,
-                                               .omega_W = state.omega_W,
-                                               .resting = state.resting,
-                                               .group_kind = state.group_kind,
-                                               .group = state.group,
-                                               .lost_step = state.lost_step};
-  }
-  out.tools.resize(description_->tools.size());
-  for (int i = 0; i < physics_->tool_count(); ++i) {
-    const physics::BodyState state = physics_->tool(i);
-    const int robot = robot_with(i);
-    out.tools[static_cast<std::size_t>(i)] = {.X_WT = {state.p_WB, state.q_WB},
-                                              .robot = robot,
-                                              .separation_m = physics_->opening(i),
-                                              .resting = robot < 0 && state.resting,
-                                              .lost_step = state.lost_step};
-  }
+  write_bodies(out.bodies);
+  write_tools(out.tools);
   out.contact_count = physics_->contact_count();
   physics_->write_contacts(out.contacts);
-  out.robot_touches = touches_.list();
+  out.robot_touches = unintended_contacts_.list();
   out.virtual_joint_count = physics_->virtual_joint_count();
   out.max_penetration_m = physics_->max_penetration_m();
   out.physics_faults = physics_->penetration_faults();
   out.solver_failures = physics_->solver_failures();
   out.solver_step = physics_->solver_step();
+}
+
+void World::write_bodies(std::vector<api::BodySnapshot>& out) const {
+  out.resize(settings_.bodies.size());
+  for (int i = 0; i < physics_->body_count(); ++i) {
+    const physics::BodyState state = physics_->body(i);
+    out[static_cast<std::size_t>(i)] = {.X_WB = {state.p_WB, state.q_WB},
+                                        .v_W = state.v_W,
+                                        .omega_W = state.omega_W,
+                                        .resting = state.resting,
+                                        .group_kind = state.group_kind,
+                                        .group = state.group,
+                                        .lost_step = state.lost_step};
+  }
+}
+
+void World::write_tools(std::vector<api::ToolSnapshot>& out) const {
+  out.resize(settings_.tool_count);
+  for (int i = 0; i < physics_->tool_count(); ++i) {
+    const physics::BodyState state = physics_->tool(i);
+    const int robot = robot_with(i);
+    out[static_cast<std::size_t>(i)] = {.X_WT = {state.p_WB, state.q_WB},
+                                        .robot = robot,
+                                        .separation_m = physics_->opening(i),
+                                        .resting = robot < 0 && state.resting,
+                                        .lost_step = state.lost_step};
+  }
 }
 
 }  // namespace aprsim::world

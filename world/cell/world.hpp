@@ -9,17 +9,19 @@
 
 #include "world/api/commands/command.hpp"
 #include "world/api/snapshot/snapshot.hpp"
-#include "world/cell/cell_vision.hpp"
-#include "world/cell/cell_watch.hpp"
-#include "world/cell/conveyor_drive.hpp"
-#include "world/cell/robot_touches.hpp"
-#include "world/cell/sensor_occluders.hpp"
-#include "world/cell/simulated_robot.hpp"
+#include "world/cell/cell_readings.hpp"
+#include "world/cell/cell_settings.hpp"
+#include "world/cell/machines/conveyor_drive.hpp"
+#include "world/cell/machines/simulated_robot.hpp"
+#include "world/cell/observation/event_detector.hpp"
+#include "world/cell/observation/sensor_occluders.hpp"
+#include "world/cell/observation/unintended_contacts.hpp"
 #include "world/cell/world_state.hpp"
 #include "world/faults/fault_effects.hpp"
 #include "world/faults/fault_schedule.hpp"
 #include "world/physics/physics_world.hpp"
 #include "world/scene/model/scene.hpp"
+#include "world/sensors/cell_vision.hpp"
 #include "world/sensors/light_curtain.hpp"
 #include "world/sensors/photo_eyes.hpp"
 
@@ -49,34 +51,31 @@ class World {
   void apply(api::Ticket ticket, const api::SetIntruder& command);
   /// Faults begin and end at the beginning of a step. Errors: too many faults, an unknown one.
   [[nodiscard]] Result<void> apply(api::Ticket ticket, const api::FaultCommand& command);
-  /// Any of these; what is asked of the simulation is none of the world's.
+  /// Applies any of these. Commands to the simulation change nothing; for changes of the scene see
+  /// apply_command() in scene_editor.hpp.
   [[nodiscard]] Result<void> apply_any(api::Ticket ticket, const api::Command& command);
-
-  /// Changes the scene of the cell that it is given, which may be another world afterwards: with
-  /// the same time, robots and bodies. Errors: as a scene's file has them, kNotFound for a name
-  /// that nothing has; nothing has changed then.
-  [[nodiscard]] static Result<void> edit(std::unique_ptr<World>& world,
-                                         const api::SceneCommand& command);
-  /// Applies any command that is not the simulation's own; a change of the scene as edit().
-  [[nodiscard]] static Result<void> carry_out(std::unique_ptr<World>& world, api::Ticket ticket,
-                                              const api::Command& command);
-  [[nodiscard]] const std::shared_ptr<const scene::Scene>& scene() const { return scene_; }
-  [[nodiscard]] const ArmModels& models() const { return models_; }
-  /// Counts how often the description of the cell has changed; the caller's.
-  void set_revision(std::uint64_t revision);
 
   /// Advances by one fixed step. Throws physics::PhysicsFailure when the physics fails; the state
   /// is then that of the last good step.
   void step();
 
-  /// What the contact solver does, since this world was built.
-  [[nodiscard]] const api::SolverWork& solver_work() const { return physics_->solver_work(); }
+  // ---- changes of the scene: see SceneEditor
+  /// Builds a world of a changed scene with the same robots, at step 0. Its description is the next
+  /// revision.
+  [[nodiscard]] std::unique_ptr<World> in_scene(scene::Scene scene) const;
+  /// Takes over time and state of another world with the same robots, tools and surroundings.
+  /// `old_of`: index in `old` of each body here, -1 = new.
+  void adopt(const World& old, std::span<const int> old_of);
+  /// Puts a body down at a pose, or as much higher as it takes to be clear of all else.
+  void put_body(int body, const Pose& X_WB);
+  /// Takes a body out of the cell: it is lost.
+  void remove_body(int body);
 
-  /// From now on what happens in the cell is found at every step and command. Costs little, and
-  /// changes nothing.
+  /// From now on, detects events at every step and command. Costs little, and changes nothing.
   void watch_events();
-  /// What has happened since they were last taken, without sequence and epoch: the caller takes
-  /// them. Null unless they are watched.
+  [[nodiscard]] bool watches_events() const { return detector_.has_value(); }
+  /// Events since they were last taken, without sequence and epoch; the caller takes them out. Null
+  /// unless they are watched.
   [[nodiscard]] std::vector<api::CellEvent>* events();
 
   /// Between two steps. Allocates.
@@ -84,75 +83,84 @@ class World {
   /// `state` must come from a world of the same scene; its seed is taken over.
   void restore(const WorldState& state);
 
-  /// Whether a quantity is beyond its limit now; `robot` as resolve() has found it.
+  /// Whether a quantity is beyond its limit now; `robot` as robot_of() gives it.
   [[nodiscard]] bool beyond(const api::WhenCrossing& crossing, int robot) const;
 
   [[nodiscard]] SimTime time() const;
   [[nodiscard]] std::uint64_t step_count() const { return steps_; }
-  [[nodiscard]] SimTime step_size() const { return step_size_; }
-  /// How often a step waited for a motion plan: a matter of the machine's load, not of the state.
+  [[nodiscard]] SimTime step_size() const { return settings_.step_size; }
+  /// Counts steps that waited for a motion plan: depends on the machine's load, is no state.
   [[nodiscard]] std::uint64_t plan_waits() const;
-  [[nodiscard]] const std::shared_ptr<const api::CellDescription>& description() const {
-    return description_;
-  }
+  /// Work of the contact solver since this world was built.
+  [[nodiscard]] const api::SolverWork& solver_work() const { return physics_->solver_work(); }
   /// Over the bits of every free body's and joint's state.
   [[nodiscard]] std::uint64_t state_hash() const;
 
-  /// Writes all that the world knows; leaves the fields of the simulation (epoch, pacing) alone.
+  [[nodiscard]] const std::shared_ptr<const scene::Scene>& scene() const { return scene_; }
+  [[nodiscard]] const ArmModels& models() const { return models_; }
+  [[nodiscard]] const CellSettings& settings() const { return settings_; }
+  [[nodiscard]] std::span<const SimulatedRobot> robots() const { return robots_; }
+  [[nodiscard]] const physics::PhysicsWorld& physics() const { return *physics_; }
+  /// Null = the cell has none.
+  [[nodiscard]] const ConveyorDrive* conveyor() const { return conveyor_ ? &*conveyor_ : nullptr; }
+
+  /// The cell as published to clients.
+  [[nodiscard]] const std::shared_ptr<const api::CellDescription>& description() const {
+    return description_;
+  }
+  /// Sets the count of changes of the description, which the caller keeps.
+  void set_revision(std::uint64_t revision);
+  /// Writes the world's fields of a snapshot; leaves those of the simulation (epoch, pacing) alone.
   void write(api::Snapshot& out) const;
 
  private:
-  void describe(std::uint64_t seed);
+  void describe();
+  void write_bodies(std::vector<api::BodySnapshot>& out) const;
+  void write_tools(std::vector<api::ToolSnapshot>& out) const;
+
+  // ---- one step
+  void run_faults();
   void step_robot(std::size_t index);
+  void gather_loose_tools(const SimulatedRobot& robot);
   [[nodiscard]] int robot_with(int tool) const;  ///< -1 = none
-  void note_touches();
-  void begin_watch(CellWatch::State apart);
-  [[nodiscard]] CellWatch::Now now() const { return {steps_, time()}; }
+  void record_unintended_contacts();
   void sense();
-  void look_at_belt();
-  void look_through_curtain();
+  void read_photo_eyes();
+  void read_light_curtain();
   void stop_robots_if_broken();
 
-  // ---- changes of the scene (world_edit.cpp)
-  [[nodiscard]] std::unique_ptr<World> in_scene(scene::Scene scene) const;
-  [[nodiscard]] Result<std::unique_ptr<World>> with_value(const api::SetSceneValue& set) const;
-  [[nodiscard]] Result<std::unique_ptr<World>> with_body(const api::SpawnBody& spawn) const;
-  [[nodiscard]] Result<int> find_body(const std::string& name) const;
-  void adopt(const World& old, std::span<const int> old_of);
-  void tell_edit(const std::string& name, std::string what);
+  // ---- events
+  void begin_detection(EventDetector::State apart);
+  void report_faults(const FaultSchedule::Changes& changes);
+  [[nodiscard]] EventDetector::Now now() const { return {steps_, time()}; }
 
-  // ---- injected faults (faults/world_faults.cpp)
-  class Facts;
-  void run_faults();
-  void tell_faults(const FaultSchedule::Changes& changes);
-  /// What a momentary fault does; returns what there is to tell, mostly nothing.
-  std::string carry_out(const FaultSpec& fault);
-  std::string move_part(const FaultSpec& fault);
-  std::string shift_tray(const FaultSpec& fault);
-  void bring_into_effect(const FaultEffects& effects);
+  // ---- faults and intruders
+  [[nodiscard]] CellReadings readings() const;
+  [[nodiscard]] FaultEffects lasting_effects() const;
   void gather_intruders(std::span<const api::Intruder> of_faults);
 
   std::shared_ptr<const scene::Scene> scene_, base_;  // see WorldState
   std::vector<robot::PlanPrefetcher*> prefetchers_;
-  std::uint64_t revision_ = 0;
-  SimTime step_size_;
-  std::uint64_t steps_ = 0;
   ArmModels models_;
+  CellSettings settings_;
+  std::uint64_t seed_;
+  std::uint64_t revision_ = 0;
+  std::uint64_t steps_ = 0;
   std::vector<SimulatedRobot> robots_;
   std::vector<LooseTool> loose_;  // that the robot at hand may take
   std::optional<ConveyorDrive> conveyor_;
   std::optional<sensors::PhotoEyes> photo_eyes_;  // there when the conveyor is
   std::optional<physics::PhysicsWorld> physics_;
-  std::shared_ptr<const api::CellDescription> description_;
+  std::shared_ptr<const api::CellDescription> description_;  // for publication only
   std::optional<SensorOccluders> occluders_;
-  std::optional<CellVision> vision_;
+  std::optional<sensors::CellVision> vision_;
   std::optional<sensors::LightCurtain> light_curtain_;
   api::LightCurtainSnapshot curtain_;
   std::optional<api::Intruder> intruder_;
   FaultSchedule faults_;
-  RobotTouches touches_;
-  std::optional<CellWatch> watch_;        ///< none unless events are watched
-  std::vector<api::Intruder> intruders_;  ///< with those of faults, which come last
+  UnintendedContacts unintended_contacts_;
+  std::optional<EventDetector> detector_;  ///< none unless events are watched
+  std::vector<api::Intruder> intruders_;   ///< with those of faults, which come last
 };
 
 }  // namespace aprsim::world

@@ -6,14 +6,14 @@
 #include <vector>
 
 #include "world/api/values/light_curtain.hpp"
-#include "world/cell/cell_vision.hpp"
-#include "world/cell/cell_watch.hpp"
-#include "world/cell/conveyor_drive.hpp"
-#include "world/cell/robot_touches.hpp"
-#include "world/cell/simulated_robot.hpp"
+#include "world/cell/machines/conveyor_drive.hpp"
+#include "world/cell/machines/simulated_robot.hpp"
+#include "world/cell/observation/event_detector.hpp"
+#include "world/cell/observation/unintended_contacts.hpp"
 #include "world/faults/fault_schedule.hpp"
 #include "world/physics/physics_world.hpp"
 #include "world/scene/model/scene.hpp"
+#include "world/sensors/cell_vision.hpp"
 #include "world/sensors/photo_eyes.hpp"
 
 namespace aprsim::world {
@@ -29,17 +29,17 @@ struct WorldState {
   std::optional<ConveyorDrive> conveyor;
   std::optional<sensors::PhotoEyes> photo_eyes;
   physics::PhysicsWorld::State physics;
-  std::optional<CellVision> vision;
+  std::optional<sensors::CellVision> vision;
   api::LightCurtainSnapshot curtain;
   std::optional<api::Intruder> intruder;
   FaultSchedule faults;
-  RobotTouches touches;
-  CellWatch::State apart;  ///< of a world whose events are watched
+  UnintendedContacts unintended_contacts;
+  EventDetector::State apart;  ///< of a world whose events are watched
 
   /// Of memory, besides what copies share; approximately.
   [[nodiscard]] std::uint64_t bytes() const {
     std::uint64_t sum = sizeof *this + physics.bytes() + faults.bytes() +
-                        apart.capacity() * sizeof(CellWatch::Apart);
+                        apart.capacity() * sizeof(EventDetector::SeparatedContact);
     for (const auto& robot : robots) sum += robot.bytes();
     return sum;
   }
@@ -56,9 +56,9 @@ struct WorldState {
   template <typename Self, typename Io>
   static void fields(Self& self, Io& io) {
     auto& [scene, base, seed, steps, robots, conveyor, photo_eyes, physics, vision, curtain,
-           intruder, faults, touches, apart] = self;
+           intruder, faults, unintended_contacts, apart] = self;
     io(seed, steps, robots, conveyor, photo_eyes, physics, vision, curtain, intruder, faults,
-       touches, apart);
+       unintended_contacts, apart);
   }
 };
 

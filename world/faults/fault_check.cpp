@@ -368,6 +368,17 @@ Result<FaultSpec> resolve(const api::InjectFault& request, const api::CellDescri
   return spec;
 }
 
+Result<FaultSpec> spec_of(const api::InjectFault& request, const CellNames& names) {
+  if (request.resolved && request.resolved->names == names) return request.resolved->spec;
+  return resolve(request, *names);
+}
+
+Result<int> robot_of(const api::WhenCrossing& crossing, const api::ResolvedCrossingPtr& resolved,
+                     const CellNames& names) {
+  if (resolved && resolved->names == names) return resolved->robot;
+  return resolve(crossing, *names);
+}
+
 std::string describe(const api::FaultTrigger& trigger) {
   return std::visit(TriggerWords{}, trigger);
 }

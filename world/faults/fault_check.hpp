@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -35,14 +36,35 @@ struct FaultSpec {
   }
 };
 
-/// Resolves a request against the cell. Errors name the field, its value and what was expected.
-/// Thread: any.
+/// Names and numbers of a cell's parts. Indices hold as long as a cell has this very description.
+using CellNames = std::shared_ptr<const api::CellDescription>;
+
+/// A request whose names check() has resolved in a description.
+struct ResolvedFault {
+  CellNames names;
+  FaultSpec spec;
+};
+/// The same of a crossing: index of its robot, -1 where the quantity belongs to none.
+struct ResolvedCrossing {
+  CellNames names;
+  int robot = -1;
+};
+
+/// Checks a request and resolves its names in the cell. Errors name the field, its value and what
+/// was expected. Thread: any.
 [[nodiscard]] Result<FaultSpec> resolve(const api::InjectFault& request,
                                         const api::CellDescription& cell);
-/// Of a crossing: index of the robot that it names, -1 where the quantity is none's. Errors: as
-/// above. Thread: any.
 [[nodiscard]] Result<int> resolve(const api::WhenCrossing& crossing,
                                   const api::CellDescription& cell);
+
+/// The request as it was resolved when it was checked, if the cell still has that description.
+/// Resolves it anew otherwise: bodies may have other numbers since. Errors: as resolve(). Thread:
+/// any.
+[[nodiscard]] Result<FaultSpec> spec_of(const api::InjectFault& request, const CellNames& names);
+/// The same for a run's crossing: index of its robot.
+[[nodiscard]] Result<int> robot_of(const api::WhenCrossing& crossing,
+                                   const api::ResolvedCrossingPtr& resolved,
+                                   const CellNames& names);
 /// An event's name that may be reported. Thread: any.
 [[nodiscard]] Result<void> check_event(const std::string& event);
 

@@ -35,11 +35,12 @@ Pose turned(double yaw, const Eigen::Vector3d& p) {
   return pose;
 }
 
-/// The effects while they are put together.
-struct Gathering {
+/// Combines the effects of faults one after the other.
+struct EffectAccumulator {
   FaultEffects out;
   std::vector<sensors::CameraFaults> cameras;
-  const api::CellDescription& cell;
+  std::span<const std::vector<std::string>> joint_names;
+  const std::optional<api::LightCurtainDescription>& curtain;
   SimTime now;
 
   void add(const ActiveFault& fault);
@@ -51,7 +52,7 @@ struct Gathering {
 };
 
 /// The first reason stays.
-void Gathering::stop(int robot, const std::string& why, bool on_path) {
+void EffectAccumulator::stop(int robot, const std::string& why, bool on_path) {
   RobotFaults& faults = out.robots[static_cast<std::size_t>(robot)];
   if (faults.out_of_order.empty()) {
     faults.out_of_order = why;
@@ -59,8 +60,7 @@ void Gathering::stop(int robot, const std::string& why, bool on_path) {
   }
 }
 
-void Gathering::add_robot(const FaultSpec& spec) {
-  const auto& description = cell.robots[static_cast<std::size_t>(spec.robot)];
+void EffectAccumulator::add_robot(const FaultSpec& spec) {
   RobotFaults& robot = out.robots[static_cast<std::size_t>(spec.robot)];
   const auto joint = static_cast<std::size_t>(std::max(spec.joint, 0));
   switch (spec.kind) {
@@ -69,7 +69,7 @@ void Gathering::add_robot(const FaultSpec& spec) {
     case Kind::kDriveFault:
       return stop(spec.robot,
                   "drive fault: joint " + std::to_string(spec.joint + 1) + " (" +
-                      description.joints[joint].name + ")",
+                      joint_names[static_cast<std::size_t>(spec.robot)][joint] + ")",
                   false);
     case Kind::kControllerReboot:
       return stop(spec.robot, "the controller starts anew", false);
@@ -101,7 +101,7 @@ void Gathering::add_robot(const FaultSpec& spec) {
   }
 }
 
-void Gathering::add_gripper(const ActiveFault& fault) {
+void EffectAccumulator::add_gripper(const ActiveFault& fault) {
   const FaultSpec& spec = fault.spec;
   RobotFaults& robot = out.robots[static_cast<std::size_t>(spec.robot)];
   switch (spec.kind) {
@@ -133,7 +133,7 @@ void Gathering::add_gripper(const ActiveFault& fault) {
   }
 }
 
-void Gathering::add_belt(const FaultSpec& spec) {
+void EffectAccumulator::add_belt(const FaultSpec& spec) {
   switch (spec.kind) {
     case Kind::kBeltJam:
       out.belt.jammed = true;
@@ -159,7 +159,7 @@ void Gathering::add_belt(const FaultSpec& spec) {
   }
 }
 
-void Gathering::add_camera(const FaultSpec& spec) {
+void EffectAccumulator::add_camera(const FaultSpec& spec) {
   // What is wrong with a gear shows in all of them.
   if (spec.kind == Kind::kPartFaulty || spec.kind == Kind::kCameraSwapsLabels) {
     for (auto& camera : cameras) {
@@ -208,7 +208,7 @@ void Gathering::add_camera(const FaultSpec& spec) {
   }
 }
 
-void Gathering::add(const ActiveFault& fault) {
+void EffectAccumulator::add(const ActiveFault& fault) {
   const FaultSpec& spec = fault.spec;
   if (spec.kind == Kind::kCellEmergencyStop) {
     for (std::size_t robot = 0; robot < out.robots.size(); ++robot) {
@@ -226,7 +226,7 @@ void Gathering::add(const ActiveFault& fault) {
   } else if (spec.kind == Kind::kForeignObject) {
     out.intruders.push_back(object_of(spec));
   } else if (spec.kind == Kind::kCurtainBroken) {
-    out.intruders.push_back(person_in(*cell.light_curtain));
+    out.intruders.push_back(person_in(*curtain));
   } else if (spec.kind == Kind::kPartFaulty ||
              (spec.kind >= Kind::kCameraOutage && spec.kind <= Kind::kCameraFlipsTrays)) {
     add_camera(spec);
@@ -236,17 +236,19 @@ void Gathering::add(const ActiveFault& fault) {
 }  // namespace
 
 FaultEffects effects_of(std::span<const ActiveFault> active, SimTime now,
-                        const api::CellDescription& cell) {
-  Gathering gathering{.out = {}, .cameras = {}, .cell = cell, .now = now};
-  gathering.out.robots.resize(cell.robots.size());
-  gathering.cameras.resize(cell.robots.size());
-  for (const ActiveFault& fault : active) gathering.add(fault);
-  for (const sensors::CameraFaults& camera : gathering.cameras) {
-    gathering.out.cameras.push_back(camera == sensors::CameraFaults{}
-                                        ? nullptr
-                                        : std::make_shared<const sensors::CameraFaults>(camera));
+                        std::span<const std::vector<std::string>> joint_names,
+                        const std::optional<api::LightCurtainDescription>& curtain) {
+  EffectAccumulator effects{
+      .out = {}, .cameras = {}, .joint_names = joint_names, .curtain = curtain, .now = now};
+  effects.out.robots.resize(joint_names.size());
+  effects.cameras.resize(joint_names.size());
+  for (const ActiveFault& fault : active) effects.add(fault);
+  for (const sensors::CameraFaults& camera : effects.cameras) {
+    effects.out.cameras.push_back(camera == sensors::CameraFaults{}
+                                      ? nullptr
+                                      : std::make_shared<const sensors::CameraFaults>(camera));
   }
-  return std::move(gathering.out);
+  return std::move(effects.out);
 }
 
 }  // namespace aprsim::world

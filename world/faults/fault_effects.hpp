@@ -4,9 +4,9 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
-#include "world/api/description/cell_description.hpp"
 #include "world/api/values/light_curtain.hpp"
 #include "world/faults/belt_faults.hpp"
 #include "world/faults/fault_schedule.hpp"
@@ -15,8 +15,8 @@
 
 namespace aprsim::world {
 
-/// All that lasting faults do together at one instant, each where it belongs. Of the wires nothing:
-/// their listeners see the faults in the snapshot.
+/// The combined effects of all lasting faults at one instant, each where it belongs. Faults of the
+/// wires have none here: their listeners see them in the snapshot.
 struct FaultEffects {
   std::vector<RobotFaults> robots;
   std::vector<std::shared_ptr<const sensors::CameraFaults>> cameras;  ///< by robot; null = none
@@ -26,7 +26,10 @@ struct FaultEffects {
   std::vector<int> jammed;  ///< trays that the belt does not carry
 };
 
+/// Combines the effects of these faults in a cell of robots with these joints. A light curtain
+/// must be there while a fault of its own lasts.
 [[nodiscard]] FaultEffects effects_of(std::span<const ActiveFault> active, SimTime now,
-                                      const api::CellDescription& cell);
+                                      std::span<const std::vector<std::string>> joint_names,
+                                      const std::optional<api::LightCurtainDescription>& curtain);
 
 }  // namespace aprsim::world

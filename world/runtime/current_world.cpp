@@ -2,7 +2,8 @@
 
 #include <utility>
 
-#include "world/cell/next_scene.hpp"
+#include "world/cell/commands/next_scene.hpp"
+#include "world/cell/scene_editor.hpp"
 
 namespace aprsim::world {
 namespace {
@@ -43,7 +44,7 @@ void CurrentWorld::reset(const api::Reset& wanted) {
 
 Result<void> CurrentWorld::carry_out(api::Ticket ticket, const api::Command& command) {
   const World* before = world_.get();
-  Result<void> done = World::carry_out(world_, ticket, command);
+  Result<void> done = apply_command(world_, ticket, command);
   if (world_.get() != before) world_->set_revision(++revision_);
   return done;
 }

@@ -33,7 +33,7 @@ class CurrentWorld {
   /// Builds the world anew, from the reset's scene if it has one. Throws as World does; the old
   /// world stays then.
   void reset(const api::Reset& wanted);
-  /// Applies a command that is not the simulation's own. Errors: as World::carry_out().
+  /// Applies a command that is not the simulation's own. Errors: as apply_command().
   [[nodiscard]] Result<void> carry_out(api::Ticket ticket, const api::Command& command);
   /// Continues from a state, with its scene and seed. Throws when it does not fit.
   void restore(const WorldState& state);

@@ -5,8 +5,8 @@
 #include <utility>
 #include <variant>
 
-#include "world/cell/command_check.hpp"
-#include "world/cell/next_scene.hpp"
+#include "world/cell/commands/command_check.hpp"
+#include "world/cell/commands/next_scene.hpp"
 
 namespace aprsim::world {
 namespace {
@@ -49,7 +49,7 @@ void Simulation::stop() {
 }
 
 Result<api::Ticket> Simulation::submit(api::Command command) {
-  if (auto ok = check(command, *latest()->cell); !ok) return tl::unexpected(ok.error());
+  if (auto ok = check(command, latest()->cell); !ok) return tl::unexpected(ok.error());
   if (api::Reset* reset = reset_to_other_scene(command)) {
     auto next = read_next_scene(*reset, core_.scene_at_start());
     if (!next) return tl::unexpected(std::move(next.error()));

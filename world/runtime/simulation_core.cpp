@@ -103,7 +103,7 @@ Result<void> SimulationCore::apply(api::Ticket ticket, const api::RunUntil& comm
   control_.interrupt_run("another run has begun", world_->step_count());
   int robot = -1;
   if (const auto* crossing = std::get_if<api::WhenCrossing>(&command.until)) {
-    const auto found = resolve(*crossing, *world_->description());
+    const auto found = robot_of(*crossing, command.resolved, world_->description());
     if (!found) return tl::unexpected(found.error());
     robot = *found;
   }

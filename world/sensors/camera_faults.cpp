@@ -20,7 +20,7 @@ double in_turn(double angle) {
 
 }  // namespace
 
-void spoil(const CameraFaults& faults, const api::CellDescription& cell, std::uint64_t seed,
+void spoil(const CameraFaults& faults, std::span<const scene::FreeBody> bodies, std::uint64_t seed,
            std::vector<api::VisionDetection>& detections) {
   std::erase_if(detections, [&](const api::VisionDetection& seen) {
     return std::ranges::find(faults.lost, seen.body) != faults.lost.end();
@@ -30,8 +30,7 @@ void spoil(const CameraFaults& faults, const api::CellDescription& cell, std::ui
     seen.x_m = faults.scale * seen.x_m + faults.bias_x_m;
     seen.y_m = faults.scale * seen.y_m + faults.bias_y_m;
     double yaw = seen.rotation_rad + faults.bias_yaw_rad;
-    const bool kit =
-        cell.bodies[static_cast<std::size_t>(seen.body)].kind == api::BodyKind::kKitTray;
+    const bool kit = bodies[static_cast<std::size_t>(seen.body)].kind == api::BodyKind::kKitTray;
     if (kit && random.uniform() < faults.flip_rate) yaw += std::numbers::pi;
     if (yaw != seen.rotation_rad) seen.rotation_rad = in_turn(yaw);
     for (const auto& [body, share] : faults.scores) {

@@ -1,15 +1,16 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
-#include "world/api/description/cell_description.hpp"
 #include "world/api/snapshot/vision.hpp"
+#include "world/scene/model/free_body.hpp"
 
 namespace aprsim::sensors {
 
-/// What injected faults make of one camera's frames. Bodies are indices into CellDescription.
+/// Effects of injected faults on one camera's frames. Bodies are indices as in the cell.
 struct CameraFaults {
   bool outage = false;  ///< no frame comes out
   bool frozen = false;  ///< frames come out with what the last one showed
@@ -35,7 +36,7 @@ struct CameraFaults {
 };
 
 /// Changes what a camera has detected; `seed` is the frame's.
-void spoil(const CameraFaults& faults, const api::CellDescription& cell, std::uint64_t seed,
+void spoil(const CameraFaults& faults, std::span<const scene::FreeBody> bodies, std::uint64_t seed,
            std::vector<api::VisionDetection>& detections);
 
 }  // namespace aprsim::sensors

@@ -9,21 +9,18 @@
 namespace aprsim::sensors {
 namespace {
 
-/// A gear whose underside is so near to a tray's top face stands on it [m].
-constexpr double kStandingOn = 5e-3;
-
 /// Trays whose sides differ by less look alike at every quarter of a turn [m].
 constexpr double kSquare = 2e-3;
 
 /// Points of an object's top that a camera looks for: the middle first, then around it.
 using Points = std::array<Eigen::Vector3d, 5>;
 
-Points points_of(const api::BodyDescription& body) {
-  if (body.kind == api::BodyKind::kGear) {
+Points points_of(const scene::FreeBody& body) {
+  if (body.is_gear()) {
     const double r = 0.9 * body.disc_radius_m, z = body.disc_height_m;
     return {{{0, 0, z}, {r, 0, z}, {0, r, z}, {-r, 0, z}, {0, -r, z}}};
   }
-  const Eigen::Vector3d &a = body.box_min, &b = body.box_max;
+  const Eigen::Vector3d &a = body.slab.min(), &b = body.slab.max();
   const double z = b.z();
   return {{{0.5 * (a.x() + b.x()), 0.5 * (a.y() + b.y()), z},
            {a.x(), a.y(), z},
@@ -33,19 +30,13 @@ Points points_of(const api::BodyDescription& body) {
 }
 
 /// Whether an occluder is part of a body, or of a gear that stands on that body, a tray.
-bool belongs_to(const Occluder& occluder, std::size_t body, const api::CellDescription& cell,
+bool belongs_to(const Occluder& occluder, std::size_t body, std::span<const scene::FreeBody> bodies,
                 std::span<const Eigen::Isometry3d> X_WP) {
   if (occluder.body < 0) return false;
   const auto other = static_cast<std::size_t>(occluder.body);
   if (other == body) return true;
-  const api::BodyDescription& tray = cell.bodies[body];
-  if (tray.kind == api::BodyKind::kGear || cell.bodies[other].kind != api::BodyKind::kGear) {
-    return false;
-  }
-  const Eigen::Vector3d p_P = X_WP[body].inverse() * X_WP[other].translation();
-  return (p_P.head<2>().array() >= tray.box_min.head<2>().array()).all() &&
-         (p_P.head<2>().array() <= tray.box_max.head<2>().array()).all() &&
-         std::abs(p_P.z() - tray.box_max.z()) <= kStandingOn;
+  return !bodies[body].is_gear() && bodies[other].is_gear() &&
+         scene::stands_on(X_WP[other], X_WP[body], bodies[body]);
 }
 
 /// Angle of the rotation nearest to a map of the plane.
@@ -67,7 +58,7 @@ OverheadCamera::OverheadCamera(const scene::Vision& vision, const Eigen::Isometr
       X_VW_((X_WR * vision.X_RV.isometry()).inverse()),
       camera_W_(X_WR * vision.X_RV.isometry() * vision.camera_V) {}
 
-void OverheadCamera::detect(const api::CellDescription& cell,
+void OverheadCamera::detect(std::span<const scene::FreeBody> bodies,
                             std::span<const Eigen::Isometry3d> X_WP,
                             std::span<const Occluder> occluders, std::uint64_t seed,
                             api::VisionFrame& out) const {
@@ -82,14 +73,13 @@ void OverheadCamera::detect(const api::CellDescription& cell,
     const double turn = random.gaussian(kNoiseLimit) * vision_.rotation_noise_rad;
     const Eigen::Isometry3d X_VP = X_VW_ * X_WP[i];
     const Eigen::Vector2d xy = X_VP.translation().head<2>();
-    const double yaw =
-        mistaken_yaw(cell.bodies[i],
-                     std::atan2(X_VP(1, 0), X_VP(0, 0)) + turn_of(vision_.image_slope(xy)), random);
+    const double yaw = mistaken_yaw(
+        bodies[i], std::atan2(X_VP(1, 0), X_VP(0, 0)) + turn_of(vision_.image_slope(xy)), random);
     if (dropped || (xy.array() < vision_.area_min.array()).any() ||
         (xy.array() > vision_.area_max.array()).any() || X_VP(2, 2) < std::cos(kMaxTilt)) {
       continue;
     }
-    const double score = visible_share(i, cell, X_WP, occluders);
+    const double score = visible_share(i, bodies, X_WP, occluders);
     if (score == 0) continue;
     const Eigen::Vector2d image =
         vision_.image * Eigen::Vector4d(1, xy.x(), xy.y(), xy.x() * xy.y());
@@ -107,25 +97,24 @@ void OverheadCamera::detect(const api::CellDescription& cell,
 
 /// The angle reported: of an object that looks alike at several, any of them. Draws the same
 /// count of numbers whatever the object is doing.
-double OverheadCamera::mistaken_yaw(const api::BodyDescription& body, double yaw,
-                                    Random& random) const {
-  if (body.kind == api::BodyKind::kGear) {
+double OverheadCamera::mistaken_yaw(const scene::FreeBody& body, double yaw, Random& random) const {
+  if (body.is_gear()) {
     return vision_.gear_yaw_rad ? *vision_.gear_yaw_rad * (2 * random.uniform() - 1) : yaw;
   }
   yaw += vision_.tray_yaw_offset_rad;
   const double rate = body.kind == api::BodyKind::kKitTray ? vision_.kit_tray_flip_rate
                                                            : vision_.part_tray_flip_rate;
   if (rate == 0 || random.uniform() >= rate) return yaw;
-  const Eigen::Vector3d size = body.box_max - body.box_min;
+  const Eigen::Vector3d size = body.slab.sizes();
   const bool square = std::abs(size.x() - size.y()) < kSquare;
   return yaw + (square ? std::numbers::pi / 2 : std::numbers::pi);
 }
 
 /// 0 when the middle is hidden, else the share of points in sight.
-double OverheadCamera::visible_share(std::size_t body, const api::CellDescription& cell,
+double OverheadCamera::visible_share(std::size_t body, std::span<const scene::FreeBody> bodies,
                                      std::span<const Eigen::Isometry3d> X_WP,
                                      std::span<const Occluder> occluders) const {
-  Points points = points_of(cell.bodies[body]);
+  Points points = points_of(bodies[body]);
   double extent = 0;
   for (auto& point : points) {
     point = X_WP[body] * point;
@@ -134,7 +123,7 @@ double OverheadCamera::visible_share(std::size_t body, const api::CellDescriptio
   std::array<bool, std::tuple_size_v<Points>> hidden{};
   for (const auto& occluder : occluders) {
     const double distance = distance_to_segment(occluder.X_WS.translation(), camera_W_, points[0]);
-    if (distance > occluder.bound_m + extent || belongs_to(occluder, body, cell, X_WP)) continue;
+    if (distance > occluder.bound_m + extent || belongs_to(occluder, body, bodies, X_WP)) continue;
     for (std::size_t k = 0; k < points.size(); ++k) {
       hidden[k] = hidden[k] || hides(occluder, camera_W_, points[k]);
     }

@@ -6,8 +6,8 @@
 
 #include <Eigen/Geometry>
 
-#include "world/api/description/cell_description.hpp"
 #include "world/api/snapshot/vision.hpp"
+#include "world/scene/model/free_body.hpp"
 #include "world/scene/model/vision.hpp"
 #include "world/sensors/line_of_sight.hpp"
 #include "world/sensors/random.hpp"
@@ -31,18 +31,17 @@ class OverheadCamera {
   /// `X_WR` is the robot's CRCL frame.
   OverheadCamera(const scene::Vision& vision, const Eigen::Isometry3d& X_WR);
 
-  /// Fills `out.detections` from poses as numbered in `cell.bodies`: a pure function of its
-  /// arguments. Allocates only while the detections have too little capacity.
-  void detect(const api::CellDescription& cell, std::span<const Eigen::Isometry3d> X_WP,
+  /// Fills `out.detections` from poses as `bodies` are numbered: a pure function of its arguments.
+  /// Allocates only while the detections have too little capacity.
+  void detect(std::span<const scene::FreeBody> bodies, std::span<const Eigen::Isometry3d> X_WP,
               std::span<const Occluder> occluders, std::uint64_t seed, api::VisionFrame& out) const;
 
  private:
-  [[nodiscard]] double visible_share(std::size_t body, const api::CellDescription& cell,
+  [[nodiscard]] double visible_share(std::size_t body, std::span<const scene::FreeBody> bodies,
                                      std::span<const Eigen::Isometry3d> X_WP,
                                      std::span<const Occluder> occluders) const;
 
-  [[nodiscard]] double mistaken_yaw(const api::BodyDescription& body, double yaw,
-                                    Random& random) const;
+  [[nodiscard]] double mistaken_yaw(const scene::FreeBody& body, double yaw, Random& random) const;
 
   scene::Vision vision_;
   Eigen::Isometry3d X_VW_;

@@ -18,23 +18,22 @@ Occluder cylinder(const Eigen::Isometry3d& X_WB, double radius_m, double z_low, 
 
 }  // namespace
 
-PhotoEyes::PhotoEyes(const api::ConveyorDescription& conveyor)
+PhotoEyes::PhotoEyes(const scene::Conveyor& conveyor)
     : beams_(conveyor.photo_eyes),
       X_WC_(conveyor.X_WC.isometry()),
       X_CW_(X_WC_.inverse()),
       half_length_m_(conveyor.length_m / 2),
       half_width_m_(conveyor.width_m / 2) {}
 
-bool PhotoEyes::breaks(std::size_t eye, const api::BodyDescription& body, const Pose& X_WB) const {
+bool PhotoEyes::breaks(std::size_t eye, const scene::FreeBody& body, const Pose& X_WB) const {
   const auto& beam = beams_.at(eye);
   const Eigen::Vector3d start_W = X_WC_ * Eigen::Vector3d(beam.x_m, -half_width_m_, beam.height_m);
   const Eigen::Vector3d end_W = X_WC_ * Eigen::Vector3d(beam.x_m, half_width_m_, beam.height_m);
   const Eigen::Isometry3d X = X_WB.isometry();
-  if (body.kind != api::BodyKind::kGear) {
-    const Eigen::AlignedBox3d slab(body.box_min, body.box_max);
-    return hides(
-        {.X_WS = X * Eigen::Translation3d(slab.center()), .shape = robot::BoxShape{slab.sizes()}},
-        start_W, end_W);
+  if (!body.is_gear()) {
+    return hides({.X_WS = X * Eigen::Translation3d(body.slab.center()),
+                  .shape = robot::BoxShape{body.slab.sizes()}},
+                 start_W, end_W);
   }
   return hides(cylinder(X, body.disc_radius_m, 0, body.disc_height_m), start_W, end_W) ||
          hides(cylinder(X, body.peg_radius_m, body.disc_height_m, body.peg_top_m), start_W, end_W);
@@ -51,7 +50,7 @@ void PhotoEyes::begin() {
   load_kg_ = 0;
 }
 
-void PhotoEyes::see(const api::BodyDescription& body, const Pose& X_WB) {
+void PhotoEyes::see(const scene::FreeBody& body, const Pose& X_WB) {
   if (carries(X_WB)) load_kg_ += body.mass_kg;
   for (std::size_t i = 0; i < beams_.size(); ++i) {
     broken_[i] = broken_[i] || breaks(i, body, X_WB);

@@ -6,6 +6,8 @@
 
 #include "world/api/description/cell_description.hpp"
 #include "world/api/snapshot/snapshot.hpp"
+#include "world/scene/model/free_body.hpp"
+#include "world/scene/model/scene.hpp"
 
 namespace aprsim::sensors {
 
@@ -13,11 +15,10 @@ namespace aprsim::sensors {
 /// mass over it. Bodies only: arms and grippers do not break a beam. Thread: one at a time.
 class PhotoEyes {
  public:
-  explicit PhotoEyes(const api::ConveyorDescription& conveyor);
+  explicit PhotoEyes(const scene::Conveyor& conveyor);
 
   /// Whether a body at a pose is in the beam of one of the eyes.
-  [[nodiscard]] bool breaks(std::size_t eye, const api::BodyDescription& body,
-                            const Pose& X_WB) const;
+  [[nodiscard]] bool breaks(std::size_t eye, const scene::FreeBody& body, const Pose& X_WB) const;
   /// Whether a body stands over the belt, near enough above it to be carried.
   [[nodiscard]] bool carries(const Pose& X_WB) const;
 
@@ -28,7 +29,7 @@ class PhotoEyes {
 
   /// Starts to look anew at all bodies of one instant: `see` each of them, then `finish`.
   void begin();
-  void see(const api::BodyDescription& body, const Pose& X_WB);
+  void see(const scene::FreeBody& body, const Pose& X_WB);
   /// Counts the beams that have become broken since the last look. The first look counts none.
   void finish();
 
@@ -47,7 +48,7 @@ class PhotoEyes {
   }
 
  private:
-  std::vector<api::PhotoEyeDescription> beams_;
+  std::vector<scene::PhotoEye> beams_;
   Eigen::Isometry3d X_WC_, X_CW_;
   double half_length_m_, half_width_m_;
   std::array<api::PhotoEyeSnapshot, api::kMaxPhotoEyes> eyes_;

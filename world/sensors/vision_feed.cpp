@@ -27,7 +27,7 @@ VisionFeed::VisionFeed(const scene::Vision& vision, const Eigen::Isometry3d& X_W
   for (auto& pending : ring_) pending.frame.detections.reserve(body_count);
 }
 
-void VisionFeed::expose(std::uint64_t step, const api::CellDescription& cell,
+void VisionFeed::expose(std::uint64_t step, std::span<const scene::FreeBody> bodies,
                         std::span<const Eigen::Isometry3d> X_WP,
                         std::span<const Occluder> occluders) {
   // Frames are numbered through, so that each has the same noise whatever came before.
@@ -35,7 +35,7 @@ void VisionFeed::expose(std::uint64_t step, const api::CellDescription& cell,
   if (faults_ && faults_->outage) return;
   Pending& pending = ring_[(first_ + count_) % ring_.size()];
   ++count_;
-  camera_.detect(cell, X_WP, occluders, mix_seed(seed_, exposures_), pending.frame);
+  camera_.detect(bodies, X_WP, occluders, mix_seed(seed_, exposures_), pending.frame);
   pending.frame.number = exposures_;
   pending.frame.time = step_size_ * static_cast<SimTime::rep>(step);
   pending.out_at = exposures_ == 1 ? step : step + latency_steps_;
@@ -43,7 +43,7 @@ void VisionFeed::expose(std::uint64_t step, const api::CellDescription& cell,
   if (faults_->frozen) {
     pending.frame.detections = frozen_;
   } else {
-    spoil(*faults_, cell, mix_seed(seed_, exposures_), pending.frame.detections);
+    spoil(*faults_, bodies, mix_seed(seed_, exposures_), pending.frame.detections);
   }
   pending.out_at += steps_in(faults_->late_s, step_size_);
 }

@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "world/api/description/cell_description.hpp"
 #include "world/api/snapshot/vision.hpp"
+#include "world/scene/model/free_body.hpp"
 #include "world/sensors/camera_faults.hpp"
 #include "world/sensors/overhead_camera.hpp"
 
@@ -24,7 +24,7 @@ class VisionFeed {
 
   /// True if there is an exposure at this step, which then has to be made.
   [[nodiscard]] bool due(std::uint64_t step) const { return step % period_steps_ == 0; }
-  void expose(std::uint64_t step, const api::CellDescription& cell,
+  void expose(std::uint64_t step, std::span<const scene::FreeBody> bodies,
               std::span<const Eigen::Isometry3d> X_WP, std::span<const Occluder> occluders);
   /// From the next exposure on; null = nothing is wrong.
   void set_faults(std::shared_ptr<const CameraFaults> faults);

@@ -46,7 +46,7 @@ class BatchWorker {
   /// next run begins with new programs then.
   [[nodiscard]] Outcome<RunResult> run(const scenario::Plan& plan, const RunListener& listener);
 
-  /// Of the daemon, while there is one.
+  /// The daemon's process, while there is one.
   [[nodiscard]] std::optional<pid_t> daemon() const;
   /// Greatest memory of a daemon so far; 0 = unknown [bytes].
   [[nodiscard]] std::uint64_t peak_bytes() const { return peak_bytes_; }

@@ -1,5 +1,5 @@
-// What falls off the end of the belt heaps up: ten loaded trays, one on the other. What a step
-// costs while they come down and when they lie.
+// Ten loaded trays fall off the end of the belt onto a heap: the cost of a step while they come
+// down and when they lie, and the convergence of the contact solver.
 
 #include <algorithm>
 #include <array>

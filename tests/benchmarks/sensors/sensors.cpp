@@ -10,7 +10,7 @@
 #include "tests/benchmarks/support/experiment.hpp"
 #include "tests/benchmarks/support/statistics.hpp"
 #include "tests/support/cell_script.hpp"
-#include "world/cell/sensor_occluders.hpp"
+#include "world/cell/observation/sensor_occluders.hpp"
 #include "world/sensors/light_curtain.hpp"
 #include "world/sensors/overhead_camera.hpp"
 
@@ -74,8 +74,7 @@ int run(int argc, char** argv) {
   Experiment experiment("sensors", argc, argv);
   const int rounds = experiment.quick() ? 5 : 101;
   Cell cell;
-  const world::World world(test::load_scene("aprs"), 1);
-  const api::CellDescription& description = *world.description();
+  const std::vector<scene::FreeBody> bodies = scene::free_bodies_of(cell.scene());
   Table table({"what", "CPU time [us]", "every [ms]"});
   const auto record = [&](const std::string& name, const std::string& what, double us,
                           double period_ms) {
@@ -101,9 +100,9 @@ int run(int argc, char** argv) {
   const double period_ms = 1e3 / robot.vision.rate_hz;
   const std::vector<sensors::Occluder> arms = cell.arms_alone();
   const double without =
-      cost_us(rounds, [&] { camera.detect(description, cell.occluders().X_WP(), arms, 1, frame); });
+      cost_us(rounds, [&] { camera.detect(bodies, cell.occluders().X_WP(), arms, 1, frame); });
   const double with = cost_us(rounds, [&] {
-    camera.detect(description, cell.occluders().X_WP(), cell.occluders().all(), 1, frame);
+    camera.detect(bodies, cell.occluders().X_WP(), cell.occluders().all(), 1, frame);
   });
   table.row({"camera, arms in its way", without, period_ms});
   table.row({"camera, arms, trays and gears in its way", with, period_ms});

@@ -1,8 +1,10 @@
 #include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <regex>
+#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -63,7 +65,13 @@ TEST_P(Documents, ShowCommandsThatRunAsTheyStand) {
   const bool records = std::ranges::any_of(
       commands, [&](const auto& command) { return command.find(journal) != std::string::npos; });
   if (records) arguments.insert(arguments.end(), {"--journal", journal});
+  if (records) fs::remove(journal);
   DaemonProcess daemon(arguments);
+  const auto deadline = std::chrono::steady_clock::now() + kPatience * std::chrono::seconds(60);
+  while (records && (!fs::exists(journal) || fs::file_size(journal) == 0)) {
+    ASSERT_LT(std::chrono::steady_clock::now(), deadline) << "the journal is not begun";
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
   // The programs under test instead of installed ones, the ports of the daemon instead of the
   // default ones, from the folder of README.md.
   const std::string bin = APRSIM_BIN_DIR;

@@ -28,7 +28,7 @@ def stated():
 
 
 def kinds_of_the_cell():
-    text = (ROOT / "world" / "fault_kinds" / "FAULTS.md").read_text(encoding="utf-8")
+    text = (ROOT / "world" / "api" / "faults" / "FAULTS.md").read_text(encoding="utf-8")
     return re.findall(r"^\| `([a-z]+(?:-[a-z]+)+)` \| [^|]* \| [^|]* \| [^|]+ \|$", text, re.M)
 
 

@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "modbus/conformance_cases.hpp"
-#include "tests/unit/modbus/bytes.hpp"
 #include "tests/support/parameter_names.hpp"
+#include "tests/unit/modbus/bytes.hpp"
 
 namespace aprsim::modbus {
 namespace {

@@ -66,7 +66,7 @@ APRSIM_FIELDS(UntilEvent, FIELD(kinds), FIELD(names))
 APRSIM_ALTERNATIVES(decltype(RunUntil::until), "condition of a run", NO_ALTERNATIVE,
                     ALTERNATIVE(UntilTime, time), ALTERNATIVE(UntilEvent, event),
                     ALTERNATIVE(WhenCrossing, crossing))
-APRSIM_FIELDS(RunUntil, INLINED(until), FIELD_AS(steps, max_steps))
+APRSIM_FIELDS(RunUntil, INLINED(until), FIELD_AS(steps, max_steps), NOWHERE(resolved))
 APRSIM_FIELDS(EndRun, ALONE(run))
 APRSIM_ALTERNATIVES(SimulationCommand, "command of the simulation", ALTERNATIVE(Pause, pause),
                     ALTERNATIVE(Resume, resume), ALTERNATIVE(StepBy, step_by),

@@ -83,6 +83,7 @@ struct RunUntil {
   /// A crossing: the quantity is beyond the limit. Nothing: only the steps count.
   std::variant<std::monostate, UntilTime, UntilEvent, WhenCrossing> until;
   std::uint64_t steps = kMaxRunSteps;  ///< 1 to kMaxRunSteps
+  ResolvedCrossingPtr resolved{};      ///< of a crossing, set by world::check(); null = not checked
 };
 /// Pauses if the run of this ticket has not ended.
 struct EndRun {

@@ -15,6 +15,11 @@
 #include "world/api/values/ticket.hpp"
 #include "world/base/time.hpp"
 
+namespace aprsim::world {
+struct ResolvedFault;
+struct ResolvedCrossing;
+}  // namespace aprsim::world
+
 /// Faults that are injected into the cell on purpose, to see what a controller makes of them (the
 /// laboratory's mock failures). The same request comes over gRPC, from the command line and from
 /// files.
@@ -50,6 +55,8 @@ struct WhenCrossing {
 struct WhenReported {
   std::string event;
 };
+/// The names in a crossing as indices; see world/faults/fault_check.hpp. Opaque outside of `world`.
+using ResolvedCrossingPtr = std::shared_ptr<const world::ResolvedCrossing>;
 /// What a fault waits for; nothing: it begins at once.
 using FaultTrigger = std::variant<std::monostate, AtTime, WhenPlaced, WhenGrasped, WhenBeamBroken,
                                   WhenCrossing, WhenReported>;
@@ -63,6 +70,8 @@ struct InjectFault {
   std::map<std::string, double> parameters;  ///< SI; what is absent is as the kind says
   FaultTrigger trigger;
   std::optional<SimTime> duration;  ///< > 0; absent = until it is ended; never of a momentary kind
+  /// The same with its names as indices, set by world::check(); null = not checked.
+  std::shared_ptr<const world::ResolvedFault> resolved{};
 };
 /// Ends a fault, or gives up one that waits; fails when none of this number waits or lasts.
 struct EndFault {

@@ -31,7 +31,7 @@ APRSIM_ALTERNATIVES(FaultTrigger, "trigger of a fault", NO_ALTERNATIVE, ALTERNAT
                     ALTERNATIVE(WhenReported, reported))
 
 APRSIM_FIELDS(InjectFault, FIELD(kind), FIELD(target), FIELD(parameters), INLINED(trigger),
-              FIELD(duration))
+              FIELD(duration), NOWHERE(resolved))
 APRSIM_FIELDS(EndFault, ALONE(id))
 APRSIM_FIELDS(ReportEvent, ALONE(event))
 APRSIM_ALTERNATIVES(FaultCommand, "command of faults", ALTERNATIVE(InjectFault, inject_fault),

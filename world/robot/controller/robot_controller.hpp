@@ -1,56 +1,17 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "world/api/commands/robot_command.hpp"
 #include "world/api/snapshot/robot_snapshot.hpp"
+#include "world/robot/controller/controller_setup.hpp"
 #include "world/robot/controller/controller_state.hpp"
-#include "world/robot/kinematics/dynamics.hpp"
-#include "world/robot/kinematics/inverse_kinematics.hpp"
-#include "world/robot/model/arm_model.hpp"
-#include "world/robot/planning/plan_job.hpp"
+#include "world/robot/controller/equipped_arm.hpp"
 
 namespace aprsim::robot {
-
-/// Simulated time from a move's command to its motion, in which it is planned.
-struct PlanningLatency {
-  double base_s = 0;
-  double waypoint_s = 0;  ///< for each waypoint of MoveThroughTo
-  double screw_s = 0;     ///< for a screw, which tries several postures
-  double search_s = 0;    ///< once more for a search over all postures, where nothing else helps
-};
-
-/// What the tool changer can take.
-struct ToolSetup {
-  Eigen::Isometry3d X_FT = Eigen::Isometry3d::Identity();  ///< the frame that poses are of
-  Payload payload;  ///< tool and the heaviest part: motions are planned to carry it
-};
-
-/// Constants of one robot; SI.
-struct ControllerSetup {
-  ArmModel model;
-  std::shared_ptr<const InverseKinematics> ik;
-  Eigen::Isometry3d X_BR = Eigen::Isometry3d::Identity();
-  Eigen::Isometry3d X_FT = Eigen::Isometry3d::Identity();       ///< the frame that poses are of
-  Eigen::Isometry3d X_FT_open = Eigen::Isometry3d::Identity();  ///< the same without a tool
-  JointVector q_home;
-  double step_s = 1e-3;
-  double max_trans_speed_m_s = 0, max_trans_accel_m_s2 = 0;
-  double max_rot_speed_rad_s = 0, max_rot_accel_rad_s2 = 0;
-  Payload payload;               ///< gripper and the heaviest part: motions are planned to carry it
-  Payload payload_open;          ///< without a tool
-  std::vector<ToolSetup> tools;  ///< all there are; none = one, with X_FT and payload
-  int tool = 0;                  ///< on the flange at the start, -1 = none
-  double tool_change_s = 0;      ///< from the changer's valve to its lock
-  Eigen::Vector3d gravity_B{0, 0, -9.81};
-  PlanningLatency latency;
-  /// Makes plans ahead; null = they are made when they are needed, with the same bits.
-  PlanPrefetcher* prefetcher = nullptr;
-};
 
 /// State of the robot before a step.
 struct ControllerInput {
@@ -92,9 +53,9 @@ class RobotController {
   explicit RobotController(ControllerSetup setup);
 
   /// Executes one command at a step boundary; the newest replaces whatever was running. Its indices
-  /// and numbers have been checked (world/cell/command_check.hpp). `q_actual` is the arm's present
-  /// position: InitRobot makes it the reference (the arm is to be relaxed with it), the others go
-  /// on from the reference. The outcome shows in status().
+  /// and numbers have been checked (world/cell/commands/command_check.hpp). `q_actual` is the arm's
+  /// present position: InitRobot makes it the reference (the arm is to be relaxed with it), the
+  /// others go on from the reference. The outcome shows in status().
   void apply(api::Ticket ticket, const api::RobotAction& action, const JointVector& q_actual);
 
   /// Advances one step and returns the reference for its end; the same bits while nothing moves.
@@ -119,30 +80,32 @@ class RobotController {
   /// From now on every motion has this share of its speed.
   void slow_down(double share);
 
-  [[nodiscard]] const api::ActionStatus& status() const { return s_.status; }
+  // ---- state
+
+  [[nodiscard]] const api::ActionStatus& status() const { return s_.command.status(); }
   /// Goal pose of the tool in R while a motion runs.
   [[nodiscard]] std::optional<Pose> X_RG() const;
-  [[nodiscard]] const JointVector& reference() const { return s_.runner.reference(); }
+  [[nodiscard]] const JointVector& reference() const { return s_.motion.reference(); }
   [[nodiscard]] double gripper_setting() const { return s_.gripper_setting; }  ///< 0..1; 1 at start
-  [[nodiscard]] bool initialized() const { return s_.initialized; }
+  [[nodiscard]] bool initialized() const { return s_.command.initialized(); }
   [[nodiscard]] bool stopped_by_protection() const { return s_.protection; }
   [[nodiscard]] bool moving() const { return !at_rest(); }
   [[nodiscard]] api::LimitSetting limit(api::MotionLimit which) const {
     return s_.tool_limits.get(which);
   }
   /// After a protective stop, on the way back.
-  [[nodiscard]] bool retreating() const { return s_.retreating && s_.runner.running(); }
-  [[nodiscard]] bool drives_on() const { return s_.drive_power.on(); }
-  [[nodiscard]] bool braked() const {
-    return s_.drive_power.braked();
-  }  ///< the arm's brakes hold it
-  [[nodiscard]] double override_fraction() const { return s_.override_fraction; }
-  [[nodiscard]] bool tool_mounted() const { return s_.tool >= 0; }
-  [[nodiscard]] int tool() const { return s_.tool; }  ///< on the flange, -1 = none
-  [[nodiscard]] Eigen::Isometry3d X_FT() const;       ///< the frame that poses are of
+  [[nodiscard]] bool retreating() const { return s_.motion.retreating(); }
+  [[nodiscard]] bool drives_on() const { return s_.motion.drives().on(); }
+  /// The arm's brakes hold it.
+  [[nodiscard]] bool braked() const { return s_.motion.drives().braked(); }
+  [[nodiscard]] double override_fraction() const { return s_.motion.override_fraction(); }
+  /// On the flange, -1 = none.
+  [[nodiscard]] int tool() const { return s_.changer.tool(); }
+  /// The frame that poses are of.
+  [[nodiscard]] const Eigen::Isometry3d& X_FT() const { return arm().X_FT; }
   /// Torques that the joints in torque mode apply [Nm], >= 0; the others 0.
   [[nodiscard]] JointVector applied_torque() const {
-    return s_.torque_mode.applied_torque(setup_.model.dof());
+    return s_.motion.applied_torque(setup_.model.dof());
   }
 
   /// Everything that changes: a copy put back continues bit for bit, also in another controller of
@@ -155,72 +118,54 @@ class RobotController {
 
  private:
   // ---- commands
+  void run(api::Ticket ticket, const api::RobotAction& action, const JointVector& q_actual);
   void execute(const api::InitRobot&, const JointVector& q_actual);
   void execute(const api::EndRobot&, const JointVector& q_actual);
   void execute(const api::StopMotion& stop, const JointVector& q_actual);
-  void execute(const api::MoveTo& move, const JointVector& q_actual);
-  void execute(const api::MoveThroughTo& move, const JointVector& q_actual);
-  void execute(const api::MoveScrew& screw, const JointVector& q_actual);
-  void execute(const api::MoveJoints& move, const JointVector& q_actual);
+  void execute(const api::MoveTo& move, const JointVector&) { plan(move); }
+  void execute(const api::MoveThroughTo& move, const JointVector&) { plan(move); }
+  void execute(const api::MoveScrew& move, const JointVector&) { plan(move); }
+  void execute(const api::MoveJoints& move, const JointVector&) { plan(move); }
   void execute(const api::SetGripper& gripper, const JointVector& q_actual);
   void execute(const api::SetToolChanger& changer, const JointVector& q_actual);
-  void execute(const api::SetGripperForce& set, const JointVector& q_actual);
+  /// The force itself is SimulatedRobot's.
+  void execute(const api::SetGripperForce&, const JointVector&) { s_.command.complete(); }
   void execute(const api::SetOverride& setting, const JointVector& q_actual);
   void execute(const api::Dwell& dwell, const JointVector& q_actual);
   void execute(const api::SetMotionLimit& setting, const JointVector& q_actual);
 
-  // ---- status
-  /// Whether commands that act are executed; else the state is error.
-  bool require_initialized();
-  void set_error(const std::string& reason);
-  /// Where the running and the next motion lead the tool.
-  void update_goal();
-  void begin_task(Task task);
-  void complete_task();
+  // ---- planning
+  void plan(PlannedMove move);
+  void begin_planning(MoveRequest request, bool search = false);
+  void begin_planned();
+
+  // ---- tool changer
+  void defer(api::Ticket ticket, const api::RobotAction& action);
+  void finish_tool_change();
+  void run_deferred();
+
+  // ---- completion
+  void check_completion(const ControllerInput& input);
+  [[nodiscard]] bool has_arrived(const JointVector& q_actual) const;
   void complete_motion();
 
-  // ---- motion
-  /// Brakes the running motion and drops the next one and what is being planned.
+  // ---- state
+  void begin_task(Task task);
+  [[nodiscard]] bool require_initialized();
   void brake(Brake how);
-  void stop_at_once(const JointVector& from);
-  void cancel_planning();
-  [[nodiscard]] int planning_steps(const PlannedMove& move, bool search) const;
-  /// A move is to be planned and then to begin.
-  void request(PlannedMove move);
-  void begin_planning(MoveRequest request, bool search = false);
-  /// The planned motion begins, or its command is refused.
-  void begin_planned();
-  [[nodiscard]] MoveRequest take_latest(const PlanJob& planned);
-  void begin_motion(const PlannedMove& move, const Plan& plan);
-  void set_tolerance(const PlannedMove& move);
-  void start_torque_mode(const api::MoveJoints& move, const Plan& plan);
-  void advance_motion();
-  void advance_torque_mode(const JointVector& external_nm);
-  void retreat(const JointVector& from);
-  void switch_drives_on();
-  void run(api::Ticket ticket, const api::RobotAction& action, const JointVector& q_actual);
-  void hold(api::Ticket ticket, const api::RobotAction& action);
-  void advance_changer(int tool_at_flange);
-  void run_held();
-  void drop_held();
-  [[nodiscard]] const MotionPlanner& planner() const;
-  [[nodiscard]] const Payload& payload() const;
-  /// Whether an arm that was at `q_actual` before this step (empty: at the reference) is within the
-  /// command's tolerance.
-  [[nodiscard]] bool within_tolerance(const JointVector& q_actual) const;
-  [[nodiscard]] ArmGeometry arm() const { return {setup_.model, *setup_.ik}; }
-  [[nodiscard]] bool at_rest() const {
-    return s_.runner.idle() && !s_.planning && !torque_mode_busy();
+  void stop_from(const JointVector& q);
+  void update_goal();
+  [[nodiscard]] bool at_rest() const { return s_.motion.at_rest() && !s_.plans.planning(); }
+  /// With the tool that is on it.
+  [[nodiscard]] const EquippedArm& arm() const {
+    return tool() >= 0 ? arms_[static_cast<std::size_t>(tool())] : arms_.back();
   }
-  /// Of every motion.
-  [[nodiscard]] double speed() const { return s_.speed_share * s_.override_fraction; }
-  /// A joint in torque mode has not settled yet.
-  [[nodiscard]] bool torque_mode_busy() const {
-    return s_.torque_mode.active() && !s_.torque_mode.settled();
+  [[nodiscard]] int latency_steps(const PlannedMove& move, bool search) const {
+    return planning_steps(setup_.latency, setup_.step_s, move, search);
   }
 
   ControllerSetup setup_;
-  std::vector<MotionPlanner> planners_;  // by tool, then that without one
+  std::vector<EquippedArm> arms_;  // by tool, then that without one
   ControllerState s_;
   std::uint64_t plan_waits_ = 0;
 };

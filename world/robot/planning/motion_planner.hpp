@@ -43,8 +43,8 @@ struct PlanStart {
 
 /// Plans the motions of one robot that have one target, and the segments of which the other
 /// planners compose theirs. Every motion is checked as a whole before it may start; indices and
-/// numbers have been checked before (world/cell/command_check.hpp). Immutable; copies share the
-/// arm. Thread: any.
+/// numbers have been checked before (world/cell/commands/command_check.hpp). Immutable; copies
+/// share the arm. Thread: any.
 class MotionPlanner {
  public:
   explicit MotionPlanner(PlannerSetup setup);
@@ -109,6 +109,7 @@ class MotionPlanner {
   [[nodiscard]] ArmGeometry arm() const {
     return {setup_->model, *setup_->ik, cancelled_, search_wanted_};
   }
+  [[nodiscard]] const Payload& payload() const { return setup_->payload; }
   [[nodiscard]] const Eigen::Isometry3d& X_BR() const { return setup_->X_BR; }
   [[nodiscard]] Eigen::Isometry3d tool_pose(const JointVector& q,
                                             const Eigen::Isometry3d& X_FT) const;

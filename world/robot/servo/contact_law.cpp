@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Cholesky>
-
 namespace aprsim::robot {
 namespace {
 
@@ -19,12 +17,6 @@ double effective_mass(double mobility_1_kg) {
 }
 
 }  // namespace
-
-double mobility(const Jacobian& J, const JointMatrix& H, const Eigen::Vector3d& direction_B) {
-  // n^T J H^-1 J^T n by Cholesky factorisation.
-  const JointVector tau = J.topRows<3>().transpose() * direction_B;
-  return tau.dot(H.llt().solve(tau));
-}
 
 double normal_force(const ContactLaw& law, double depth_m, double closing_speed_m_s,
                     double mobility_1_kg, double step_s, int points) {

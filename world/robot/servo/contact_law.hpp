@@ -2,8 +2,6 @@
 
 #include <Eigen/Core>
 
-#include "world/robot/model/arm_model.hpp"
-
 /// Contact of an arm with fixed bodies or another arm: a penalty law (linear spring and damper with
 /// Coulomb friction), because the physics engine computes no force between kinematic bodies. Its
 /// force becomes joint torques by J^T in the next step. Pure functions; no call allocates.
@@ -14,14 +12,9 @@ struct ContactLaw {
   double friction = 0.5;  ///< Coulomb coefficient
 };
 
-/// Mobility of the point of `J` along the unit vector `direction_B`: n^T J_v H^-1 J_v^T n [1/kg].
-/// Its inverse is the effective mass. 0 = cannot move that way. Between two arms, add the
-/// mobilities of both; a fixed partner adds 0.
-[[nodiscard]] double mobility(const Jacobian& J, const JointMatrix& H,
-                              const Eigen::Vector3d& direction_B);
-
 /// Force [N] >= 0 that pushes the partners apart: max(0, k depth + d closing speed), with
-/// d = min(0.7 sqrt(k m), 0.2 m / dt), m = 1 / mobility.
+/// d = min(0.7 sqrt(k m), 0.2 m / dt), m = 1 / mobility. `mobility_1_kg`: n^T J_v H^-1 J_v^T n of
+/// the contact point along the contact's normal, 0 = immovable, of two arms the sum.
 /// `depth_m` <= 0: no contact, no force. `points`: how many contact points share this contact's
 /// stiffness. Where the effective mass is too small for the step the contact is softened, so that
 /// the lagged force stays stable (k dt^2 + 2 d dt < m, summed over the points).

@@ -224,6 +224,4 @@ void ServoArm::set_torque_share(std::span<const double> share) {
 
 void ServoArm::set_payload(const Payload& payload) { s_.payload = payload; }
 
-JointMatrix ServoArm::mass_matrix() const { return robot::mass_matrix(model_, s_.payload, s_.q); }
-
 }  // namespace aprsim::robot

@@ -84,13 +84,9 @@ class ServoArm {
   void restore(const State& state);
 
   [[nodiscard]] const ArmModel& model() const { return model_; }
-  [[nodiscard]] const Payload& payload() const { return s_.payload; }
   [[nodiscard]] const JointVector& q() const { return s_.q; }            ///< actual position
   [[nodiscard]] const JointVector& qd() const { return s_.qd; }          ///< actual velocity
   [[nodiscard]] const JointVector& torque() const { return s_.torque; }  ///< of the drives [Nm]
-  [[nodiscard]] bool deviating() const { return s_.deviating; }
-  /// Joint-space inertia matrix at q(), with payload and rotors.
-  [[nodiscard]] JointMatrix mass_matrix() const;
   /// Not empty once a trip condition held: names joint, value and limit. Cleared by relax()
   /// and forget_trip().
   [[nodiscard]] const std::string& trip_reason() const { return s_.trip_reason; }

@@ -46,7 +46,6 @@ class MotionRunner {
   /// Backward differences; the velocity is extrapolated by half a step to the reference itself.
   [[nodiscard]] JointState state(double dt) const;
   [[nodiscard]] bool running() const { return running_; }
-  [[nodiscard]] bool has_next() const { return has_next_; }
   [[nodiscard]] bool idle() const { return !running_ && !has_next_; }
   /// Adds what copies share: the plans of the motions.
   void list(SharedParts& parts) const {

@@ -6,6 +6,8 @@
 #include <unistd.h>
 #include <utility>
 
+#include "world/cell/scene_editor.hpp"
+
 namespace aprsim::world {
 namespace {
 
@@ -145,7 +147,7 @@ Result<api::PastMoment> TimeMachine::work_out(api::Moment moment, const std::sto
     if (stop.stop_requested()) return fail(ErrorCode::kUnavailable, "history", "the daemon stops");
     for (; command != course->commands.end() && (*command)->time.step == at_->step; ++command) {
       // A command that failed in the run fails here, too.
-      (void)World::carry_out(world_, (*command)->command.ticket, (*command)->command.command);
+      (void)apply_command(world_, (*command)->command.ticket, (*command)->command.command);
     }
     world_->step();
     world_->events()->clear();

@@ -1,20 +1,23 @@
 #include "world/faults/fault_check.hpp"
 
 #include <limits>
+#include <memory>
+#include <utility>
 
 #include <gtest/gtest.h>
 
 #include "tests/support/cell_script.hpp"
-#include "world/cell/command_check.hpp"
+#include "world/cell/commands/command_check.hpp"
 #include "world/cell/describe_cell.hpp"
 
 namespace aprsim::world {
 namespace {
 
-const api::CellDescription& default_cell() {
+const CellNames& default_names() {
   static const World world(test::load_scene("aprs"), 1);
-  return *world.description();
+  return world.description();
 }
+const api::CellDescription& default_cell() { return *default_names(); }
 
 api::InjectFault request(const std::string& kind, const std::string& target = "") {
   return {.kind = kind, .target = target, .parameters = {}, .trigger = {}, .duration = {}};
@@ -155,7 +158,8 @@ TEST(FaultCheck, ACellWithoutBeltOrCurtainHasNoneOfTheirFaults) {
 
 TEST(FaultCheck, CommandsAreCheckedWhenTheyAreSubmitted) {
   const auto error = [](api::FaultCommand body) {
-    const auto ok = check({.body = std::move(body)}, default_cell());
+    api::Command command{.body = std::move(body)};
+    const auto ok = check(command, default_names());
     return ok ? std::string() : ok.error().field;
   };
   EXPECT_EQ(error(request("gremlins")), "kind");
@@ -163,6 +167,43 @@ TEST(FaultCheck, CommandsAreCheckedWhenTheyAreSubmitted) {
   EXPECT_EQ(error(api::ReportEvent{""}), "event");
   EXPECT_EQ(error(api::ReportEvent{std::string(1000, 'x')}), "event");
   EXPECT_EQ(error(api::EndFault{4711}), "") << "known when it is carried out";
+}
+
+/// The default cell with another name for its first robot: other names, other indices.
+CellNames renamed_cell() {
+  auto cell = std::make_shared<api::CellDescription>(default_cell());
+  std::swap(cell->robots[0].name, cell->robots[1].name);
+  return cell;
+}
+
+TEST(FaultCheck, ACheckedFaultKeepsItsIndicesWhileTheDescriptionIsTheSame) {
+  api::Command command{.body = api::FaultCommand(request("robot-slow", "fanuc"))};
+  ASSERT_TRUE(check(command, default_names()));
+  auto& fault = std::get<api::InjectFault>(std::get<api::FaultCommand>(command.body));
+  ASSERT_TRUE(fault.resolved);
+  fault.target = "nobody";  // resolving again would fail
+  const auto kept = spec_of(fault, default_names());
+  ASSERT_TRUE(kept);
+  EXPECT_EQ(kept->robot, 0);
+  EXPECT_FALSE(spec_of(fault, renamed_cell())) << "resolved anew";
+  fault.target = "fanuc";
+  EXPECT_EQ(spec_of(fault, renamed_cell())->robot, 1);
+  fault.resolved.reset();
+  EXPECT_EQ(spec_of(fault, default_names())->robot, 0) << "never checked";
+}
+
+TEST(FaultCheck, ACheckedCrossingKeepsItsRobotWhileTheDescriptionIsTheSame) {
+  const api::WhenCrossing crossing{faults::Quantity::kToolHeight, "motoman", 1, true, 1};
+  api::Command command{.body = api::SimulationCommand(api::RunUntil{crossing})};
+  ASSERT_TRUE(check(command, default_names()));
+  const auto& run = std::get<api::RunUntil>(std::get<api::SimulationCommand>(command.body));
+  ASSERT_TRUE(run.resolved);
+  api::WhenCrossing unknown = crossing;
+  unknown.robot = "nobody";
+  EXPECT_EQ(robot_of(unknown, run.resolved, default_names()), 1);
+  EXPECT_FALSE(robot_of(unknown, run.resolved, renamed_cell())) << "resolved anew";
+  EXPECT_EQ(robot_of(crossing, run.resolved, renamed_cell()), 0);
+  EXPECT_EQ(robot_of(crossing, nullptr, default_names()), 1) << "never checked";
 }
 
 }  // namespace

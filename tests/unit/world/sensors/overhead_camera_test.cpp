@@ -12,8 +12,8 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-api::BodyDescription gear() {
-  api::BodyDescription body;
+scene::FreeBody gear() {
+  scene::FreeBody body;
   body.type = "gear";
   body.disc_radius_m = 0.04;
   body.disc_height_m = 0.015;
@@ -21,12 +21,11 @@ api::BodyDescription gear() {
   return body;
 }
 
-api::BodyDescription tray() {
-  api::BodyDescription body;
+scene::FreeBody tray() {
+  scene::FreeBody body;
   body.type = "tray";
   body.kind = api::BodyKind::kPartTray;
-  body.box_min = {-0.1, -0.1, -0.02};
-  body.box_max = {0.1, 0.1, 0};
+  body.slab = Eigen::AlignedBox3d(Eigen::Vector3d(-0.1, -0.1, -0.02), Eigen::Vector3d(0.1, 0.1, 0));
   return body;
 }
 
@@ -40,8 +39,8 @@ class OverheadCameraTest : public testing::Test {
     vision.position_noise_m = 0;
     vision.rotation_noise_rad = 0;
   }
-  void add(const api::BodyDescription& body, const Eigen::Isometry3d& X_WP) {
-    cell.bodies.push_back(body);
+  void add(const scene::FreeBody& body, const Eigen::Isometry3d& X_WP) {
+    bodies.push_back(body);
     poses.push_back(X_WP);
   }
   void hide_behind(const Shape& shape, const Eigen::Vector3d& p_W) {
@@ -52,13 +51,13 @@ class OverheadCameraTest : public testing::Test {
   std::vector<api::VisionDetection> look(std::uint64_t seed = 1) {
     api::VisionFrame frame;
     frame.detections.resize(3);  // of an earlier frame
-    OverheadCamera(vision, X_WR).detect(cell, poses, occluders, seed, frame);
+    OverheadCamera(vision, X_WR).detect(bodies, poses, occluders, seed, frame);
     return frame.detections;
   }
 
   scene::Vision vision;
   Eigen::Isometry3d X_WR = Eigen::Isometry3d::Identity();
-  api::CellDescription cell;
+  std::vector<scene::FreeBody> bodies;
   std::vector<Eigen::Isometry3d> poses;
   std::vector<Occluder> occluders;
 };
@@ -78,7 +77,7 @@ TEST_F(OverheadCameraTest, GivesPosesInTheVisionFrame) {
 
 TEST_F(OverheadCameraTest, WrapsAnglesIntoOneTurn) {
   for (const double yaw : {-3.0, -1.0, 0.0, 2.0, 3.0, 3.5, 5.0}) {
-    cell.bodies.clear();
+    bodies.clear();
     poses.clear();
     add(tray(), standing(0, 0, yaw));
     vision.rotation_noise_rad = 0.3;  // noise must not lead out of the range either
@@ -151,8 +150,8 @@ TEST_F(OverheadCameraTest, TakesTraysForTurnedAsTheyLookAlike) {
   vision.part_tray_flip_rate = 0.25;
   vision.kit_tray_flip_rate = 0.5;
   auto oblong = tray(), kit = tray();
-  oblong.box_max.x() = 0.2;
-  kit.box_max.x() = 0.2;
+  oblong.slab.max().x() = 0.2;
+  kit.slab.max().x() = 0.2;
   kit.kind = api::BodyKind::kKitTray;
   add(tray(), standing(0, 0, 0.3));
   add(oblong, standing(0.5, 0, 0.3));
@@ -183,9 +182,9 @@ TEST_F(OverheadCameraTest, SeesOnlyItsArea) {
   vision.area_max = {0.2, 0.1};
   for (const double x : {-0.21, -0.19, 0.19, 0.21}) add(gear(), standing(x, 0));
   for (const double y : {-0.11, -0.09, 0.09, 0.11}) add(gear(), standing(0, y));
-  std::set<int> bodies;
-  for (const auto& seen : look()) bodies.insert(seen.body);
-  EXPECT_EQ(bodies, (std::set<int>{1, 2, 5, 6}));
+  std::set<int> numbers;
+  for (const auto& seen : look()) numbers.insert(seen.body);
+  EXPECT_EQ(numbers, (std::set<int>{1, 2, 5, 6}));
 }
 
 TEST_F(OverheadCameraTest, PassesOverWhatHasFallenOver) {

@@ -6,8 +6,8 @@ namespace aprsim::sensors {
 namespace {
 
 /// A belt turned by a quarter turn, its top at z = 0.9, with two eyes.
-api::ConveyorDescription belt() {
-  api::ConveyorDescription conveyor;
+scene::Conveyor belt() {
+  scene::Conveyor conveyor;
   conveyor.X_WC.p = {1, 2, 0.9};
   conveyor.X_WC.q = Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitZ());
   conveyor.length_m = 3;
@@ -25,17 +25,17 @@ Pose on_belt(double x, double y, double z, double yaw = 0) {
   return Pose::from(belt().X_WC.isometry() * X_CB.isometry());
 }
 
-api::BodyDescription tray_on_belt() {
-  api::BodyDescription body;
+scene::FreeBody tray_on_belt() {
+  scene::FreeBody body;
   body.kind = api::BodyKind::kPartTray;
   body.mass_kg = 0.5;
-  body.box_min = {-0.06, -0.1, -0.017};
-  body.box_max = {0.06, 0.1, 0};
+  body.slab =
+      Eigen::AlignedBox3d(Eigen::Vector3d(-0.06, -0.1, -0.017), Eigen::Vector3d(0.06, 0.1, 0));
   return body;
 }
 
-api::BodyDescription gear_on_belt() {
-  api::BodyDescription body;
+scene::FreeBody gear_on_belt() {
+  scene::FreeBody body;
   body.kind = api::BodyKind::kGear;
   body.mass_kg = 0.03;
   body.disc_radius_m = 0.05;

@@ -12,7 +12,7 @@ using namespace std::chrono_literals;
 class VisionFeedTest : public testing::Test {
  protected:
   VisionFeedTest() {
-    cell.bodies.resize(1);
+    bodies.resize(1);
     vision.position_noise_m = 0;
   }
   VisionFeed feed(std::uint64_t seed = 1) {
@@ -22,12 +22,12 @@ class VisionFeedTest : public testing::Test {
   void step(VisionFeed& camera, std::uint64_t now) {
     Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
     X.translation().x() = static_cast<double>(now) / 1000;
-    if (camera.due(now)) camera.expose(now, cell, {&X, 1}, {});
+    if (camera.due(now)) camera.expose(now, bodies, {&X, 1}, {});
     camera.advance(now);
   }
 
   scene::Vision vision;
-  api::CellDescription cell;
+  std::vector<scene::FreeBody> bodies;
 };
 
 TEST_F(VisionFeedTest, FramesComeAtTheRateAndAfterTheLatency) {

@@ -271,7 +271,7 @@ TEST_P(Features, TorqueBeyondTheDrivesIsRefused) {
 TEST_P(Features, TheToolChangerChangesTheControlledPoint) {
   const Pose with_tool = rig.tool();
   ASSERT_EQ(rig.run(api::SetToolChanger{true}), ActionState::kDone);
-  EXPECT_FALSE(rig.controller().tool_mounted());
+  EXPECT_EQ(rig.controller().tool(), -1);
   EXPECT_TRUE(rig.controller().X_FT().isApprox(Eigen::Isometry3d::Identity()));
   // The flange now goes where the tool was told to go.
   Pose target = with_tool;
@@ -287,9 +287,9 @@ TEST_P(Features, TheToolChangerChangesTheControlledPoint) {
   rig.controller().step({.tool_at_flange = -1});
   EXPECT_EQ(rig.state(), ActionState::kDone);
   EXPECT_EQ(rig.reason(), "nothing taken: no tool is at the flange");
-  EXPECT_FALSE(rig.controller().tool_mounted());
+  EXPECT_EQ(rig.controller().tool(), -1);
   EXPECT_EQ(rig.run(api::SetToolChanger{false}), ActionState::kDone);
-  EXPECT_TRUE(rig.controller().tool_mounted());
+  EXPECT_EQ(rig.controller().tool(), 0);
   EXPECT_EQ(rig.run(api::SetGripper{0}), ActionState::kDone);
 }
 

@@ -42,7 +42,7 @@ TEST_P(NoAllocation, KinematicsAndDynamics) {
     const Jacobian J = point_jacobian(model_, q, model_.dof(), {0, 0, .1});
     const JointMatrix H = mass_matrix(model_, payload, q);
     sum += inverse_dynamics(model_, payload, {0, 0, -9.81}, q, zero_, zero_).sum();
-    sum += mobility(J, H, Vector3d::UnitX());
+    sum += J(0, 0) + H(0, 0);
     sum += normal_force({}, 1e-3, .1, .2, 1e-3);
   }
   EXPECT_EQ(aprsim::test::allocations() - before, 0);

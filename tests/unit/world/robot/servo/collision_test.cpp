@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <vector>
 
+#include <Eigen/Cholesky>
 #include <gtest/gtest.h>
 
 #include "tests/unit/world/robot/test_arms.hpp"
@@ -23,6 +24,12 @@ struct Case {
   Vector3d direction;
 };
 void PrintTo(const Case& shown, std::ostream* out) { *out << shown.name; }
+
+/// Acceleration of the tool along `direction` per force on it [1/kg].
+double mobility(const ServoArm& arm, const Jacobian& J, const Vector3d& direction) {
+  const JointVector tau = J.topRows<3>().transpose() * direction;
+  return tau.dot(mass_matrix(arm.model(), arm.state().payload, arm.q()).llt().solve(tau));
+}
 
 struct Outcome {
   double peak_n = 0;  ///< greatest contact force
@@ -80,7 +87,7 @@ class Collision : public testing::TestWithParam<Case> {
       const double depth = (flange_pose(model, arm.q()) * tool_F).dot(direction) - wall;
       const Vector3d tool_velocity = J.topRows<3>() * arm.qd();
       const double force = normal_force({}, depth, tool_velocity.dot(direction),
-                                        mobility(J, arm.mass_matrix(), direction), kServoStep);
+                                        mobility(arm, J, direction), kServoStep);
       if (force > 0 && touched < 0) touched = k;
       tau = J.topRows<3>().transpose() * (-force * direction);
       out.peak_n = std::max(out.peak_n, force);

@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include "tests/unit/world/robot/test_arms.hpp"
-#include "world/robot/kinematics/dynamics.hpp"
 
 namespace aprsim::robot {
 namespace {
@@ -94,38 +93,6 @@ TEST(Friction, DoesNotTurnTheSlipRound) {
     ASSERT_GE(v, 0);
   }
   EXPECT_LT(v, 1e-6);
-}
-
-TEST(Mobility, IsTheAccelerationPerForce) {
-  const ArmModel model = test::fanuc();
-  const Payload none;
-  std::mt19937_64 random{2};
-  const JointVector zero = JointVector::Zero(6);
-  for (int k = 0; k < 100; ++k) {
-    const JointVector q = test::random_q(model, random);
-    const Vector3d n = Vector3d::Random().normalized();
-    const Jacobian J = point_jacobian(model, q, 6, {.1, 0, .05});
-    const JointMatrix H = mass_matrix(model, none, q);
-    const JointVector tau = J.topRows<3>().transpose() * n;
-    const JointVector qdd = H.ldlt().solve(tau);
-    // Inverse dynamics must ask for exactly that torque.
-    ASSERT_LT((inverse_dynamics(model, none, Vector3d::Zero(), q, zero, qdd) - tau).norm(), 1e-10);
-    ASSERT_NEAR(mobility(J, H, n), n.dot(J.topRows<3>() * qdd), 1e-9);
-  }
-}
-
-TEST(Mobility, EffectiveMassAtHome) {
-  for (const bool six : {true, false}) {
-    const ArmModel model = six ? test::fanuc() : test::motoman();
-    const JointVector q = test::home(model);
-    const Jacobian J = point_jacobian(model, q, model.dof(), Vector3d::Zero());
-    const JointMatrix H = mass_matrix(model, {}, q);
-    for (int k = 0; k < 3; ++k) {
-      const double mass = 1 / mobility(J, H, Vector3d::Unit(k));
-      EXPECT_GT(mass, six ? .3 : 1.0);
-      EXPECT_LT(mass, six ? 20 : 60);
-    }
-  }
 }
 
 }  // namespace

@@ -76,7 +76,7 @@ TEST_P(Servo, BrakesHoldWhereItIs) {
   EXPECT_TRUE(same_bits(arm.q(), aside));
   EXPECT_TRUE(same_bits(arm.qd(), zero_));
   arm.set_braked(false);
-  for (int k = 0; k < 5000 && arm.deviating(); ++k) arm.step(home_, zero_);
+  for (int k = 0; k < 5000 && arm.state().deviating; ++k) arm.step(home_, zero_);
   EXPECT_TRUE(same_bits(arm.q(), home_));
 }
 
@@ -91,7 +91,7 @@ TEST_P(Servo, TenMinutesAtRestChangeNoBit) {
   EXPECT_EQ(flange_pose(model_, arm.q()).matrix(), before);
   EXPECT_TRUE(same_bits(arm.qd(), zero_));
   EXPECT_TRUE(same_bits(arm.torque(), torque));
-  EXPECT_FALSE(arm.deviating());
+  EXPECT_FALSE(arm.state().deviating);
 }
 
 TEST_P(Servo, HoldingTorqueIsGravity) {
@@ -110,7 +110,7 @@ TEST_P(Servo, FreeMotionIsTheReferenceBitForBit) {
       const JointVector reference = blend(from, to, static_cast<double>(k) / steps);
       arm.step(reference, zero_);
       ASSERT_TRUE(same_bits(arm.q(), reference)) << "move " << move << " step " << k;
-      ASSERT_FALSE(arm.deviating());
+      ASSERT_FALSE(arm.state().deviating);
     }
     from = to;
   }
@@ -134,7 +134,7 @@ TEST_P(Servo, FiftyNewtonsGiveWayByMillimetresAndComeBackExactly) {
     }
     EXPECT_GT(peak, 5e-5) << push.transpose();
     EXPECT_LT(peak, 5e-3) << push.transpose();
-    EXPECT_TRUE(arm.deviating());
+    EXPECT_TRUE(arm.state().deviating);
     // The drives have taken up the push: what they add is what it asks beyond friction.
     const JointVector extra =
         arm.torque() - inverse_dynamics(model_, gripper_, kGravity_W, home_, zero_, zero_);
@@ -144,7 +144,7 @@ TEST_P(Servo, FiftyNewtonsGiveWayByMillimetresAndComeBackExactly) {
       EXPECT_LE(std::abs(extra(i) + asked(i)), friction + 0.05) << i;
     }
     int released = 0;
-    for (; released < 2000 && arm.deviating(); ++released) {
+    for (; released < 2000 && arm.state().deviating; ++released) {
       arm.step(home_, zero_);
       if (released == 1200) {
         EXPECT_LT((tool(arm.q()) - start).norm(), 1e-7);
@@ -216,7 +216,7 @@ TEST_P(Servo, TooLittleTorqueLagsAndRecovers) {
     }
     EXPECT_GT(lag, 1e-4) << share;
     int settling = 0;
-    while (settling < 20000 && arm.deviating()) {
+    while (settling < 20000 && arm.state().deviating) {
       arm.step(to, zero_);
       ++settling;
     }
@@ -262,7 +262,7 @@ TEST_P(Servo, RelaxTakesTheDeviationIntoTheReference) {
   JointVector tau = zero_;
   tau(1) = 0.25 * model_.joints[1].max_torque_nm;
   for (int k = 0; k < 10; ++k) arm.step(home_, tau);
-  ASSERT_TRUE(arm.deviating());
+  ASSERT_TRUE(arm.state().deviating);
   const JointVector here = arm.q(), speed = arm.qd();
   ASSERT_GT(speed.norm(), 0);
   arm.relax();
@@ -270,7 +270,7 @@ TEST_P(Servo, RelaxTakesTheDeviationIntoTheReference) {
   // The push ends and the reference stands still here: the arm brakes and stays.
   arm.step(here, zero_);
   EXPECT_LT((arm.q() - here).norm(), 2 * speed.norm() * kServoStep);
-  for (int k = 0; k < 3000 && arm.deviating(); ++k) arm.step(here, zero_);
+  for (int k = 0; k < 3000 && arm.state().deviating; ++k) arm.step(here, zero_);
   EXPECT_TRUE(same_bits(arm.q(), here));
 }
 
@@ -289,14 +289,15 @@ TEST_P(Servo, RelaxInMotionKeepsTheMomentum) {
   for (int k = 0; k < 5000; ++k) {
     const double before = arm.qd()(0);
     arm.step(here, zero_);
-    const double inertia = arm.mass_matrix()(0, 0);
+    const double inertia = mass_matrix(model_, arm.state().payload, arm.q())(0, 0);
     // No more than the drive can brake (other joints couple in, hence the margin).
     ASSERT_LE(before - arm.qd()(0),
               3 * model_.joints[0].max_torque_nm / inertia * kServoStep + 1e-9);
     travel = std::max(travel, arm.q()(0) - here(0));
-    if (!arm.deviating()) break;
+    if (!arm.state().deviating) break;
   }
-  EXPECT_GT(travel, speed * speed * 0.2 * arm.mass_matrix()(0, 0) / model_.joints[0].max_torque_nm);
+  EXPECT_GT(travel, speed * speed * 0.2 * mass_matrix(model_, arm.state().payload, arm.q())(0, 0) /
+                        model_.joints[0].max_torque_nm);
   EXPECT_TRUE(same_bits(arm.q(), here));
 }
 

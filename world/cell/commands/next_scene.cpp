@@ -1,0 +1,82 @@
+#include "world/cell/commands/next_scene.hpp"
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "world/scene/scene_loader.hpp"
+
+namespace aprsim::world {
+namespace {
+
+namespace fs = std::filesystem;
+
+class ReadScene final : public api::NextScene {
+ public:
+  ReadScene(scene::Scene scene, std::string text)
+      : scene_(std::make_shared<const scene::Scene>(std::move(scene))), text_(std::move(text)) {}
+  [[nodiscard]] const std::string& text() const override { return text_; }
+  [[nodiscard]] const std::string& name() const override { return scene_->name; }
+  [[nodiscard]] const std::shared_ptr<const scene::Scene>& scene() const { return scene_; }
+
+ private:
+  std::shared_ptr<const scene::Scene> scene_;
+  std::string text_;
+};
+
+std::string file_name(const std::string& path) { return fs::path(path).filename().string(); }
+
+std::string robots_of(const scene::Scene& scene) {
+  std::string out;
+  for (const auto& robot : scene.robots) {
+    out += (out.empty() ? "" : ", ") + robot.name + " (" + file_name(robot.model_file) + ")";
+  }
+  return out.empty() ? "none" : out;
+}
+
+Result<void> same_robots(const scene::Scene& next, const scene::Scene& present) {
+  if (robots_of(next) == robots_of(present)) return {};
+  return fail(ErrorCode::kFailedPrecondition, "scene",
+              "scene " + next.name +
+                  " has other robots than this cell, whose listeners belong to "
+                  "them: " +
+                  robots_of(next) + "; here are: " + robots_of(present) +
+                  ". Start a daemon of its own with it");
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const api::NextScene>> read_next_scene(const api::Reset& reset,
+                                                              const scene::Scene& present) {
+  const scene::DataPaths paths = scene::default_data_paths();
+  if (reset.scene_name.find('/') != std::string::npos || reset.scene_name.ends_with(".yaml") ||
+      reset.scene_name.ends_with(".yml")) {
+    return fail(ErrorCode::kInvalidArgument, "scene",
+                "'" + reset.scene_name +
+                    "' is a file's path; give the name of a scene that comes "
+                    "with the daemon, or the text of one");
+  }
+  // Relative files of a text are those beside the scene that the daemon was started with.
+  const std::string file = (fs::path(present.file).parent_path() / "sent.yaml").string();
+  auto scene = reset.scene_name.empty() ? scene::read_scene(reset.scene_text, file, paths)
+                                        : scene::load_scene(reset.scene_name, paths);
+  if (!scene) return tl::unexpected(std::move(scene.error()));
+  if (auto ok = same_robots(*scene, present); !ok) return tl::unexpected(ok.error());
+  if (scene->physics.step_s != present.physics.step_s) {
+    return fail(ErrorCode::kFailedPrecondition, "scene",
+                "scene " + scene->name + " has a step of " + std::to_string(scene->physics.step_s) +
+                    " s, this cell " + std::to_string(present.physics.step_s) +
+                    " s, which cannot change while it runs");
+  }
+  // Model files by name alone, so that the text can be read on other machines.
+  auto text = scene::portable_text(scene->text, scene->file);
+  if (!text) return tl::unexpected(std::move(text.error()));
+  return std::make_shared<const ReadScene>(*std::move(scene), *std::move(text));
+}
+
+std::shared_ptr<const scene::Scene> scene_of(const api::NextScene& next) {
+  return dynamic_cast<const ReadScene&>(next).scene();
+}
+
+}  // namespace aprsim::world

@@ -1,0 +1,75 @@
+#include "world/cell/observation/unintended_contacts.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+namespace aprsim::world {
+namespace {
+
+using TouchSide = api::ContactSide;
+using Bodies = std::span<const scene::FreeBody>;
+
+bool is_gear(const TouchSide& side, Bodies bodies) {
+  return side.kind == TouchSide::Kind::kBody &&
+         bodies[static_cast<std::size_t>(side.index)].is_gear();
+}
+
+bool is_work(const physics::ArmForce& force, int robot, bool has_tool, Bodies bodies) {
+  // Suction of a cup, or contacts of the gear in the gripper.
+  if (force.relayed || (force.on_gripper && force.part < 0)) return true;
+  if (force.on_gripper && (!has_tool || is_gear(force.partner, bodies))) return true;
+  // A contact of two arms counts once, for the first one.
+  return force.partner.kind == TouchSide::Kind::kRobot && force.partner.index <= robot;
+}
+
+}  // namespace
+
+void UnintendedContacts::add(std::uint64_t step, int robot,
+                             std::span<const physics::ArmForce> forces, bool has_tool,
+                             Bodies bodies) {
+  std::vector<api::RobotTouch> now;
+  for (const physics::ArmForce& force : forces) {
+    const double force_n = force.f_W.norm();
+    if (force_n <= 0 || is_work(force, robot, has_tool, bodies)) continue;
+    const int part = force.on_gripper ? force.part : TouchSide::kFirstLink + force.link;
+    const api::RobotTouch touch{
+        {TouchSide::Kind::kRobot, robot, part}, force.partner, step, step, force_n};
+    const auto same = std::ranges::find_if(now, [&](const auto& t) { return t.same_pair(touch); });
+    if (same == now.end()) {
+      now.push_back(touch);
+    } else {
+      same->greatest_n += force_n;
+    }
+  }
+  if (now.empty()) return;
+  auto all = list_ ? *list_ : std::vector<api::RobotTouch>();
+  for (const api::RobotTouch& touch : now) {
+    const auto last = std::find_if(all.rbegin(), all.rend(), [&](const auto& earlier) {
+      return earlier.same_pair(touch) && step - earlier.last_step <= kSameContactSteps;
+    });
+    if (last != all.rend()) {
+      last->last_step = step;
+      last->greatest_n = std::max(last->greatest_n, touch.greatest_n);
+      continue;
+    }
+    if (all.size() == api::kMaxRobotTouches) all.erase(all.begin());
+    all.push_back(touch);
+  }
+  list_ = std::make_shared<const std::vector<api::RobotTouch>>(std::move(all));
+}
+
+void UnintendedContacts::renumber(std::span<const int> new_of) {
+  if (!list_) return;
+  auto all = *list_;
+  for (api::RobotTouch& touch : all) {
+    for (TouchSide* side : {&touch.first, &touch.second}) {
+      if (side->kind == TouchSide::Kind::kBody) {
+        side->index = new_of[static_cast<std::size_t>(side->index)];
+      }
+    }
+  }
+  list_ = std::make_shared<const std::vector<api::RobotTouch>>(std::move(all));
+}
+
+}  // namespace aprsim::world

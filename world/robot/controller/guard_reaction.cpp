@@ -1,0 +1,45 @@
+#include "world/robot/controller/guard_reaction.hpp"
+
+#include <cstdio>
+#include <string>
+
+namespace aprsim::robot {
+namespace {
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", value);
+  return text;
+}
+
+}  // namespace
+
+void check_guards(GuardMonitor& guards, RobotController& controller,
+                  const api::RobotSnapshot& robot, SimTime now) {
+  const auto triggered = guards.check(robot, now);
+  if (!triggered) return;
+  const api::ActionStatus& status = controller.status();
+  // A guard of a command that is over stops the motion but ends nothing.
+  const bool current =
+      status.ticket == guards.state().ticket && status.state == api::ActionState::kWorking;
+  const api::Guard& guard = guards.guard(*triggered);
+  const std::string why = "Guard " + guard.label + " triggered at " +
+                          number(guards.state().trigger_value) + ", limit " + number(guard.value);
+  controller.stop_by_guard(current, why);
+  if (guard.error_on_trigger) controller.fail(why + "; send InitCanon to go on");
+}
+
+void finish_guards(GuardMonitor& guards, RobotController& controller, SimTime now) {
+  if (guards.stopping() && !controller.moving()) guards.at_rest(now);
+  if (!guards.active()) return;
+  const api::ActionStatus& status = controller.status();
+  if (status.state == api::ActionState::kError) return guards.end();
+  if (controller.moving() || status.state != api::ActionState::kDone) return;
+  guards.end();
+  const api::Guard* unmet = guards.unmet();
+  if (unmet == nullptr) return;
+  controller.fail("Guard " + unmet->label + ": required trigger not seen, limit " +
+                  number(unmet->value) + "; send InitCanon to go on");
+}
+
+}  // namespace aprsim::robot

@@ -1,0 +1,18 @@
+#pragma once
+
+#include "world/robot/controller/guard_monitor.hpp"
+#include "world/robot/controller/robot_controller.hpp"
+
+/// Reaction of a controller to the guards of its command. Thread: sim.
+namespace aprsim::robot {
+
+/// Checks the guards against the state at the end of the last step. One that triggers stops the
+/// motion.
+void check_guards(GuardMonitor& guards, RobotController& controller,
+                  const api::RobotSnapshot& robot, SimTime now);
+
+/// Ends the monitoring of a command that is over. An error if its trigger was required and not
+/// seen. To be called after the controller's step, so that such a command never shows done.
+void finish_guards(GuardMonitor& guards, RobotController& controller, SimTime now);
+
+}  // namespace aprsim::robot

@@ -1,0 +1,43 @@
+#include "world/robot/controller/plan_queue.hpp"
+
+#include <utility>
+
+namespace aprsim::robot {
+
+void PlanQueue::begin(std::shared_ptr<PlanJob> job, PlanPrefetcher* prefetcher) {
+  cancel();
+  job_ = std::move(job);
+  steps_left_ = job_->request().steps;
+  // A plan without latency is made at once by its user.
+  if (steps_left_ > 0 && prefetcher != nullptr) prefetcher->prefetch(job_);
+}
+
+void PlanQueue::cancel() {
+  waiting_.reset();
+  if (!job_) return;
+  job_->cancel();
+  job_.reset();
+}
+
+bool PlanQueue::waits(int latency_steps) const {
+  return job_ && (job_->request().search || steps_left_ <= latency_steps);
+}
+
+PlanQueue PlanQueue::unmade() const {
+  PlanQueue copy = *this;
+  if (copy.job_) copy.job_ = copy.job_->unmade();
+  return copy;
+}
+
+void PlanQueue::replan(const MotionPlanner& planner, PlanPrefetcher* prefetcher) {
+  if (!job_) return;
+  job_ = std::make_shared<PlanJob>(planner, job_->request());
+  if (prefetcher != nullptr) prefetcher->prefetch(job_);
+}
+
+std::size_t PlanQueue::bytes() const {
+  return (waiting_ ? waiting_->bytes() : 0) +
+         (job_ ? sizeof *job_ + job_->request().request.bytes() : 0);
+}
+
+}  // namespace aprsim::robot

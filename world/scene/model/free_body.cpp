@@ -1,0 +1,57 @@
+#include "world/scene/model/free_body.hpp"
+
+#include <cmath>
+
+#include "world/scene/model/part_shapes.hpp"
+
+namespace aprsim::scene {
+namespace {
+
+/// Greatest distance of a standing gear's underside from the tray's top face [m].
+constexpr double kStandsOn_m = 5e-3;
+
+FreeBody tray_of(const TrayInstance& tray, const TrayType& type) {
+  FreeBody out;
+  out.name = tray.name;
+  out.type = tray.type;
+  out.kind = type.kind;
+  out.mass_kg = type.mass_kg;
+  out.slab = slab_of(type);
+  return out;
+}
+
+FreeBody gear_of(const GearInstance& gear, const GearType& type) {
+  const GearShapes shapes = shapes_of(type);
+  FreeBody out;
+  out.name = gear.name;
+  out.type = gear.type;
+  out.kind = api::BodyKind::kGear;
+  out.mass_kg = type.mass_kg;
+  out.disc_radius_m = shapes.disc.radius_high;
+  out.disc_height_m = shapes.disc.z_high;
+  out.peg_radius_m = shapes.peg.radius_high;
+  out.peg_top_m = shapes.peg.z_high;
+  return out;
+}
+
+}  // namespace
+
+std::vector<FreeBody> free_bodies_of(const Scene& scene) {
+  std::vector<FreeBody> bodies;
+  for (const auto& tray : scene.trays) {
+    bodies.push_back(tray_of(tray, scene.tray_types.at(tray.type)));
+  }
+  for (const auto& gear : scene.gears) {
+    bodies.push_back(gear_of(gear, scene.gear_types.at(gear.type)));
+  }
+  return bodies;
+}
+
+bool stands_on(const Eigen::Isometry3d& X_WG, const Eigen::Isometry3d& X_WP, const FreeBody& tray) {
+  const Eigen::Vector3d p_P = X_WP.inverse() * X_WG.translation();
+  return (p_P.head<2>().array() >= tray.slab.min().head<2>().array()).all() &&
+         (p_P.head<2>().array() <= tray.slab.max().head<2>().array()).all() &&
+         std::abs(p_P.z() - tray.slab.max().z()) <= kStandsOn_m;
+}
+
+}  // namespace aprsim::scene
