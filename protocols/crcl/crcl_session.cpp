@@ -77,7 +77,7 @@ void CrclSession::pause(Received received, std::chrono::nanoseconds time) {
 
 void CrclSession::handle(const Received& received) {
   if (const auto* command = std::get_if<CommandDocument>(&received)) {
-    // Whoever watches polls sees every document, so it is read anew.
+    // A watcher of polls sees every document, so it is read anew.
     if (command->text == get_status_ && !polls_tapped()) return poll();
   }
   if (polls_tapped()) received_ = std::chrono::steady_clock::now();

@@ -2,7 +2,7 @@
 
 namespace aprsim::world {
 
-/// What injected faults make of the belt; as it stands, nothing is wrong.
+/// Effects of injected faults on the belt; the defaults are those of a sound belt.
 struct BeltFaults {
   bool jammed = false;
   bool reversed = false;     ///< runs against the direction set

@@ -14,7 +14,7 @@ namespace aprsim::client {
 
 [[nodiscard]] nlohmann::ordered_json conveyor_json(const ConveyorState& state);
 
-/// What keeps the belt from running; empty = nothing.
+/// The cause that keeps the belt from running; empty = none.
 [[nodiscard]] std::string conveyor_problem(const ConveyorState& state);
 
 }  // namespace aprsim::client

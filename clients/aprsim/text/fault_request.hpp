@@ -19,7 +19,7 @@ struct FaultInjectCommand {
   std::optional<double> for_s;               ///< absent = until it is ended
 };
 
-/// What asks the daemon for a fault.
+/// The request for a fault.
 [[nodiscard]] v1::InjectFaultRequest fault_request(const FaultInjectCommand& command);
 
 }  // namespace aprsim::client

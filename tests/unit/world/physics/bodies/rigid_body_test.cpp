@@ -19,7 +19,7 @@ class RandomBodies {
     const double x = number(), y = number(), z = number();
     return {x, y, z};
   }
-  /// Of any length but zero.
+  /// A vector of any length but zero.
   Quaterniond quaternion() {
     const double w = number(), x = number(), y = number(), z = number();
     return {w, x, y, z};
