@@ -197,8 +197,9 @@ TEST_F(ReplayOfWires, SaysWhenARobotDoesOtherwise) {
   std::string bytes = std::string(journal::kMagic) + encoder.take();
   std::uint64_t at = 0;
   while (reader->next(record)) {
-    if (at == 0 && record.command().robot().has_move_joints()) {
-      at = record.command().time().step();
+    // Every move, so that a sampled state differs whenever the samples are.
+    if (record.command().robot().has_move_joints()) {
+      if (at == 0) at = record.command().time().step();
       auto& joint =
           *record.mutable_command()->mutable_robot()->mutable_move_joints()->mutable_targets(0);
       joint.set_position_rad(joint.position_rad() + 1e-4);
