@@ -358,7 +358,7 @@ test('a page that finds no room says so, and comes in when there is', async () =
   await second.goto(small.url);
   const note = second.getByTestId('offline');
   await until('the reason', async () =>
-    /as many viewers as this daemon serves/.test(await note.textContent())
+    /maximum number of viewers/.test(await note.textContent())
   );
   assert.doesNotMatch(await note.textContent(), /is old/);
   first.destroy();
