@@ -5,6 +5,8 @@ import {
   type InjectedFault,
   type Snapshot
 } from './protocol';
+import {stepSize} from './state';
+import {simSeconds} from './ui/time';
 
 export interface FaultSpan {
   id: bigint;
@@ -18,7 +20,7 @@ export interface FaultSpan {
 
 /** By number, those first that were injected first. */
 export function spansOf(snapshot: Snapshot, cell: CellDescription): FaultSpan[] {
-  const step_s = Number(cell.stepSize?.seconds ?? 0) + (cell.stepSize?.nanos ?? 0) * 1e-9;
+  const step_s = stepSize(cell);
   const time = (step: bigint | undefined): number | null =>
     step === undefined ? null : Number(step) * step_s;
   return snapshot.injectedFaults.map((fault) => ({
@@ -45,7 +47,7 @@ function parametersOf(fault: InjectedFault): string {
 
 /** From when to when, in simulated time. */
 export function timesOf(span: FaultSpan): string {
-  const at = (t: number): string => `${t.toFixed(3)} s`;
+  const at = simSeconds;
   if (span.state === 'waits') return span.trigger ? `waits, ${span.trigger}` : 'waits';
   if (span.begin_s === null) return 'given up before it began';
   const begin = at(span.begin_s) + (span.trigger ? `, ${span.trigger}` : '');

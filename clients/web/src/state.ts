@@ -1,4 +1,5 @@
 import {Connection} from './connection';
+import {PastReader} from './past';
 import type {
   Bookmark,
   CellDescription,
@@ -32,6 +33,7 @@ export class Signal<T> {
 /** What the page knows of the cell, and who wants to hear of it. */
 export class State {
   readonly connection = new Connection();
+  readonly pastReader = new PastReader(this.connection);
   cell: CellDescription | null = null;
   /** What is shown: the cell now, or as it was. */
   snapshot: Snapshot | null = null;
@@ -70,8 +72,6 @@ export class State {
   readonly bookmarksChanged = new Signal<Bookmark[]>();
   /** Another moment of the past is shown, or the present again (null). */
   readonly pastChanged = new Signal<Snapshot | null>();
-  /** A moment near the one that is shown has come, for charts. */
-  readonly pastRead = new Signal<Snapshot>();
   readonly wireEvents = new Signal<WireEvents>();
   /** About ten times a second, for what people read. */
   readonly display = new Signal<Snapshot>();
@@ -229,6 +229,12 @@ function isAlike(a: CellDescription | null, b: CellDescription | null): boolean 
       typeof value === 'bigint' ? String(value) : value
     );
   return things(a) === things(b);
+}
+
+/** Length of a step of the simulation [s]. */
+export function stepSize(cell: CellDescription | null): number {
+  const step = cell?.stepSize;
+  return step ? Number(step.seconds) + step.nanos * 1e-9 : 1e-3;
 }
 
 /** Simulated time [s]. */

@@ -1,11 +1,12 @@
 // A run in one file, without a daemon: the page's own view, driven by what was recorded.
 import {setModelSource} from '../scene/model_source';
-import {View} from '../scene/view';
+import {makeView} from '../scene/cell_view';
 import {State} from '../state';
 import {ChartPanel} from '../ui/chart_panel';
 import {button, card, Facts, h, notify, text} from '../ui/dom';
 import {pictureButtons} from '../ui/pictures';
 import {Tabs} from '../ui/tabs';
+import {simSeconds} from '../ui/time';
 import {LineList} from './line_list';
 import type {MotionHeader} from '../../generated/aprsim/v1/motion_pb';
 import {indexAt, readRecording, type About, type Recording} from './recording';
@@ -22,7 +23,7 @@ class Player {
   private readonly state = new State(); // of the view
   private readonly charted = new State(); // of the charts, which see every moment
   private readonly stage = h('main', {class: 'stage'});
-  private readonly view = new View(this.stage, this.state);
+  private readonly view = makeView(this.stage, this.state);
   private readonly charts = new ChartPanel(this.charted);
   private readonly slider = h('input', {
     type: 'range',
@@ -86,9 +87,11 @@ class Player {
       () => this.showLists()
     );
     Object.assign(this.stage, {view: this.view}); // where tests look up what is drawn
-    this.stage.append(
-      h('div', {class: 'layers', role: 'group'}, ...pictureButtons(this.view, 'aprsim-run'))
-    );
+    if (this.view.draws)
+      this.stage.append(
+        h('div', {class: 'layers', role: 'group'}, ...pictureButtons(this.view, 'aprsim-run'))
+      );
+    this.charts.onMoment = (_, time_s) => this.seek(Math.min(time_s, this.end_s));
     document.title = about.title;
     document.getElementById('app')!.replaceChildren(
       h(
@@ -126,6 +129,8 @@ class Player {
 
   private press(event: KeyboardEvent): void {
     if (event.target instanceof HTMLInputElement && event.target !== this.slider) return;
+    const onButton = event.target instanceof Element && event.target.closest('button, select');
+    if (event.key === ' ' && onButton) return;
     if (event.key === ' ') this.toggle();
     else if (event.key === '.') this.stepBy(1);
     else if (event.key === ',') this.stepBy(-1);
@@ -168,7 +173,7 @@ class Player {
   private seek(time_s: number): void {
     this.now_s = time_s;
     this.slider.value = String(time_s);
-    text(this.clock, `${time_s.toFixed(3)} s`);
+    text(this.clock, simSeconds(time_s));
     const {moments} = this.recording;
     const at = indexAt(moments, time_s);
     if (at !== this.moment) {

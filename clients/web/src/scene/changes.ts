@@ -2,7 +2,7 @@
 // again, and needs no new picture.
 import type {Pose, RobotState, Snapshot} from '../protocol';
 import {statusOf} from '../robot_status';
-import type {Layers} from './view';
+import type {Layers} from './cell_view';
 
 export function looksDifferent(a: Snapshot, b: Snapshot, layers: Layers): boolean {
   if (

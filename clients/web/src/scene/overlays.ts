@@ -158,9 +158,10 @@ export class PhotoEyes {
   }
 }
 
-/** The beams of the light curtain up to what stands in them, and the box that a tool has put there. */
+/** The light curtain: its posts, its beams up to the first obstacle, and the box that breaks them. */
 export class LightCurtain {
   readonly root = new THREE.Group();
+  readonly posts: THREE.Mesh[] = [];
   private readonly lines: THREE.LineSegments | null = null;
   private readonly ends: Float32Array;
   private readonly colors: Float32Array;
@@ -202,6 +203,7 @@ export class LightCurtain {
       });
       post.position.set(x, 0, height / 2 - curtain.pitchM / 2);
       frame.add(post);
+      this.posts.push(post);
     }
     this.root.add(frame);
   }

@@ -2,6 +2,7 @@ import * as THREE from 'three';
 import URDFLoader, {type URDFRobot} from 'urdf-loader';
 import type {RobotDescription, RobotState} from '../protocol';
 import type {RobotStatus} from '../robot_status';
+import {boltsOf, hosesOf, platesOf} from './arm_details';
 import {toMatrix} from './convert';
 import {solid, stoppedSurface, surface} from './materials';
 import {modelOf} from './model_source';
@@ -15,6 +16,7 @@ const kFinish: Record<string, {roughness: number; metalness: number}> = {
   black: {roughness: 0.7, metalness: 0.05}
 };
 const kPaint = {roughness: 0.38, metalness: 0.02};
+const kCastingRadius_m = 0.018; // of the edges of cast housings
 
 /** One arm with the tool that it has, from its URDF and its description. */
 export class RobotModel {
@@ -37,7 +39,7 @@ export class RobotModel {
     const loader = new URDFLoader();
     loader.parseCollision = false;
     this.arm = loader.parse(model) as URDFRobot;
-    soften(this.arm);
+    dress(this.arm, this.description.model);
     toMatrix(this.description.baseInWorld).decompose(
       this.arm.position,
       this.arm.quaternion,
@@ -92,10 +94,10 @@ export class RobotModel {
   }
 }
 
-/** Makes one softened mesh of each link's primitives, or one of each finish where meshes are cheap. */
-function soften(arm: URDFRobot): void {
+/** Merges the primitives of each link, softened and with details, into one mesh a finish. */
+function dress(arm: URDFRobot, model: string): void {
   arm.updateMatrixWorld(true);
-  for (const link of Object.values(arm.links)) {
+  for (const [name, link] of Object.entries(arm.links)) {
     const toLink = link.matrixWorld.clone().invert();
     const pieces = new Map<string, THREE.BufferGeometry[]>();
     for (const visual of link.children.filter((child) => 'isURDFVisual' in child)) {
@@ -105,13 +107,21 @@ function soften(arm: URDFRobot): void {
         const finish = software ? '' : paint.name in kFinish ? paint.name : '';
         const list = pieces.get(finish) ?? [];
         pieces.set(finish, list);
+        const {x: radius, y: length} = object.scale.clone();
         const shape = softened(object);
-        list.push(
-          tinted(shape.applyMatrix4(toLink.clone().multiply(object.matrixWorld)), paint.color)
-        );
+        const bolts =
+          object.geometry.type === 'CylinderGeometry' ? boltsOf(visual.name, radius, length) : [];
+        for (const part of [tinted(shape, paint.color), ...bolts])
+          list.push(part.applyMatrix4(toLink.clone().multiply(object.matrixWorld)));
       });
       visual.removeFromParent();
     }
+    const hoses = hosesOf(model, name);
+    if (hoses.length > 0) {
+      const finish = software ? '' : 'black';
+      pieces.set(finish, [...(pieces.get(finish) ?? []), ...hoses]);
+    }
+    for (const plate of platesOf(model, name)) link.add(plate);
     for (const [finish, list] of pieces)
       link.add(solid(merged(list), surface({vertexColors: true, ...(kFinish[finish] ?? kPaint)})));
   }
@@ -123,9 +133,9 @@ function softened(mesh: THREE.Mesh): THREE.BufferGeometry {
     s = mesh.scale.clone();
   const shape =
     type === 'BoxGeometry'
-      ? softBox(s.x, s.y, s.z)
+      ? softBox(s.x, s.y, s.z, kCastingRadius_m)
       : type === 'CylinderGeometry'
-        ? softCylinder(s.x, s.y)
+        ? softCylinder(s.x, s.y, 0.006)
         : null;
   if (!shape) return mesh.geometry.clone();
   mesh.scale.set(1, 1, 1);

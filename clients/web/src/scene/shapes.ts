@@ -80,11 +80,12 @@ export interface GearSizes {
   teethRadiusM: number;
 }
 
-const kToothPitch = 0.0075; // [m] along the rim
+const kToothPitch_m = 0.009; // along the rim
+const kToothDepth_m = 0.005;
 
 function toothedOutline(tip: number): THREE.Shape {
-  const teeth = Math.max(12, Math.round((2 * Math.PI * tip) / kToothPitch));
-  const root = tip - 0.0042;
+  const teeth = Math.max(12, Math.round((2 * Math.PI * tip) / kToothPitch_m));
+  const root = tip - kToothDepth_m;
   const shape = new THREE.Shape();
   const at = (r: number, turn: number): [number, number] => {
     const angle = (turn / teeth) * 2 * Math.PI;
@@ -114,15 +115,25 @@ export function gearGeometry(g: GearSizes, color: THREE.Color): THREE.BufferGeom
     r = g.pegRadiusM,
     c = Math.min(0.001, r / 3);
   const rim = 0.72 * tip;
+  const face = tip - kToothDepth_m - 0.0012;
   const parts = [
-    tinted(teeth, color),
-    // A raised ring on the disc and the boss at the foot of the peg, for looks.
+    // Teeth darker than the disc, so that they can be told apart from afar.
+    tinted(teeth, color.clone().multiplyScalar(0.55)),
     tinted(
       turned([
-        [rim, top],
-        [rim - 0.0006, top + 0.0007],
-        [rim - 0.0022, top + 0.0007],
-        [rim - 0.0028, top]
+        [face, top],
+        [face - 0.0008, top + 0.0005],
+        [0, top + 0.0005]
+      ]),
+      color
+    ),
+    // For looks: a raised ring on the disc and the boss at the foot of the peg.
+    tinted(
+      turned([
+        [rim, top + 0.0005],
+        [rim - 0.0006, top + 0.0012],
+        [rim - 0.0022, top + 0.0012],
+        [rim - 0.0028, top + 0.0005]
       ]),
       color.clone().multiplyScalar(0.82)
     ),

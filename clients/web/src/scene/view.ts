@@ -3,6 +3,7 @@ import {OrbitControls} from 'three/examples/jsm/controls/OrbitControls.js';
 import {RoomEnvironment} from 'three/examples/jsm/environments/RoomEnvironment.js';
 import type {CellDescription, Snapshot} from '../protocol';
 import type {State} from '../state';
+import type {CellView, Layers, Pick} from './cell_view';
 import {looksDifferent} from './changes';
 import {Contacts} from './contacts';
 import {toQuaternion, toVector} from './convert';
@@ -10,6 +11,7 @@ import {Fineness} from './fineness';
 import {cornersOf, fitted, kUp, type Picture} from './framing';
 import {Goals} from './goals';
 import {makeRenderer, type SurfaceMaterial} from './materials';
+import {NameLabels} from './name_labels';
 import {Cameras, LightCurtain, PhotoEyes, Trail} from './overlays';
 import {Parts} from './parts';
 import {adaptive, software} from './quality';
@@ -20,24 +22,12 @@ import {ToolModel} from './tool_model';
 
 export const kRobotColors = [0xf5b82e, 0x3f8efc, 0x37d67a, 0xd64550];
 
-export interface Layers {
-  groups: boolean;
-  contacts: boolean;
-  trails: boolean;
-  targets: boolean;
-  cameras: boolean;
-  curtain: boolean;
-}
-export type Pick =
-  | {kind: 'body'; index: number}
-  | {kind: 'robot'; index: number}
-  | {kind: 'fixed'; name: string}
-  | {kind: 'belt'};
-
 const kBackground = {dark: 0x171c24, light: 0xe6eaef};
 const kStill_ms = 700;
 const kFirstDirection = new THREE.Vector3(1.0, -1.02, 0.72);
-/** Where a robot is looked at from: to the side of its front, and above [rad]; the first that is clear. */
+/** Turns of that direction about the vertical [rad], to see past posts. */
+const kFirstTurns = [0, 0.15, -0.15, 0.3, -0.3, 0.45, -0.45, 0.6, -0.6];
+/** Directions from which a robot is viewed: aside of its front, above [rad]; the first clear one is used. */
 const kLookFrom = [
   [0.55, 0.4],
   [-0.55, 0.4],
@@ -49,9 +39,11 @@ const kLookFrom = [
 ] as const;
 const kStray_m = 1; // a body so far from all else has been lost
 
-/** The cell in three dimensions. Draws when something has changed, and less finely on slow machines. */
-export class View {
+/** The cell in three dimensions. Draws after changes only, and less finely on slow machines. */
+export class View implements CellView {
+  readonly draws = true;
   readonly layers: Layers = {
+    names: false,
     groups: false,
     contacts: false,
     trails: true,
@@ -83,6 +75,7 @@ export class View {
   private readonly highlight = new THREE.BoxHelper(new THREE.Object3D(), 0xffffff);
   private selected: THREE.Object3D | null = null;
   private marks: RobotMarks | null = null;
+  private names: NameLabels | null = null;
   private fixed: THREE.Group | undefined;
   private unframed = false; // a cell has come whose things are not in their places yet
   private fogFrom = 6;
@@ -98,6 +91,7 @@ export class View {
   private size = '';
   private taken: Snapshot | null = null;
   private loading = 0;
+  private readonly lost = document.createElement('p');
 
   constructor(
     private readonly container: HTMLElement,
@@ -135,6 +129,7 @@ export class View {
     this.fineness = new Fineness(software ? 0.8 : Math.min(devicePixelRatio, 2), adaptive);
     this.setTheme(true);
     this.listenForPicks();
+    this.listenForContextLoss();
     state.cellChanged.on((cell) => this.build(cell));
     state.snapshotChanged.on((snapshot) => {
       const {taken} = this;
@@ -191,7 +186,42 @@ export class View {
   /** The first view: everything in the picture, from the near side, a little from above. */
   goHome(): void {
     this.atHome = true;
-    this.lookAt(this.everything(), kFirstDirection);
+    const points = this.everything();
+    let best = {hidden: Infinity, towards: kFirstDirection};
+    for (const turn of kFirstTurns) {
+      const towards = kFirstDirection.clone().applyAxisAngle(kUp, turn);
+      const {eye, target} = fitted(points, towards, this.picture());
+      const hidden = this.hiddenByPosts(eye, target);
+      if (hidden < best.hidden) best = {hidden, towards};
+      if (hidden === 0) break;
+    }
+    this.lookAt(points, best.towards);
+  }
+
+  /** Number of robots and bodies that a post of the light curtain covers in the picture from `eye`. */
+  private hiddenByPosts(eye: THREE.Vector3, target: THREE.Vector3): number {
+    const camera = this.camera.clone();
+    camera.position.copy(eye);
+    camera.lookAt(target);
+    camera.updateMatrixWorld();
+    const outline = (object: THREE.Object3D): {box: THREE.Box2; distance: number} => {
+      const corners = cornersOf(object);
+      const distance = Math.min(...corners.map((corner) => corner.distanceTo(eye)));
+      const box = new THREE.Box2();
+      for (const corner of corners) {
+        const {x, y} = corner.project(camera);
+        box.expandByPoint(new THREE.Vector2(x, y));
+      }
+      return {box, distance};
+    };
+    const posts = (this.curtain?.posts ?? []).map(outline);
+    if (posts.length === 0) return 0;
+    const work = [...this.robots.map((robot) => robot.root), ...(this.parts?.meshes ?? [])];
+    return work
+      .map(outline)
+      .filter(({box, distance}) =>
+        posts.some((post) => post.distance < distance && post.box.intersectsBox(box))
+      ).length;
   }
 
   /** Looks at the front of a robot: from where its tool is, past what stands in the way. */
@@ -295,6 +325,24 @@ export class View {
     this.dirty = true;
   }
 
+  /** three.js restores its own state, but not what was rendered once: reflections and shadows. */
+  private listenForContextLoss(): void {
+    const canvas = this.renderer.domElement;
+    this.lost.className = 'blank';
+    this.lost.hidden = true;
+    this.lost.textContent =
+      'The browser has lost the graphics context of the 3D view and will restore it when it can.';
+    this.container.append(this.lost);
+    canvas.addEventListener('webglcontextlost', () => (this.lost.hidden = false));
+    canvas.addEventListener('webglcontextrestored', () => {
+      this.lost.hidden = true;
+      this.shadowDue = 0;
+      this.refined = false;
+      if (this.scene.environment) this.addReflections();
+      this.dirty = true;
+    });
+  }
+
   private makeLights(): void {
     this.sun.castShadow = true;
     this.sun.shadow.mapSize.setScalar(software ? 1024 : 2048);
@@ -361,6 +409,12 @@ export class View {
     this.scene.add(this.content);
     this.marks?.remove();
     this.marks = new RobotMarks(this.container, cell, this.robots);
+    this.names?.remove();
+    this.names = new NameLabels(this.container, cell, {
+      robots: this.robots.map((robot) => robot.root),
+      tools: this.tools.map((tool) => tool.root),
+      bodies: this.parts.meshes
+    });
     this.applyLayers();
     this.select(null);
     this.unframed = true;
@@ -392,6 +446,7 @@ export class View {
     show(this.eyes?.root, this.layers.curtain);
     show(this.curtain?.root, this.layers.curtain);
     for (const trail of this.trails) show(trail.line, this.layers.trails);
+    this.names?.show(this.layers.names && this.shown);
     this.dirty = true;
   }
 
@@ -504,7 +559,9 @@ export class View {
 
   private render(): void {
     this.renderer.render(this.scene, this.camera);
-    this.marks?.place(this.camera, this.container.clientWidth, this.container.clientHeight);
+    const {clientWidth: w, clientHeight: h} = this.container;
+    this.marks?.place(this.camera, w, h);
+    this.names?.place(this.camera, w, h);
   }
 
   /** The first picture, robots and all, is on the screen. */

@@ -4,6 +4,7 @@ import {FaultSeverity, type Fault, type FaultList, type Snapshot} from '../proto
 import {simTime, type State} from '../state';
 import {button, card, h} from './dom';
 import {saveIncident} from './incident';
+import {simSeconds, wallClock} from './time';
 import {units} from './units';
 
 const kSpan_s = 300;
@@ -120,7 +121,7 @@ export class FaultPanel {
     if (!first || !last) return '';
     const now = this.state.snapshot?.epoch;
     const at = (time: typeof last): string =>
-      `${time.simTimeS.toFixed(3)} s${now !== undefined && time.epoch !== now ? ` of run ${time.epoch}` : ''}, ${new Date(time.timeS * 1000).toLocaleTimeString()}`;
+      `${simSeconds(time.simTimeS)}${now !== undefined && time.epoch !== now ? ` of run ${time.epoch}` : ''}, ${wallClock(time.timeS)}`;
     return fault.count > 1n ? `last ${at(last)}; first ${at(first)}` : at(last);
   }
 
@@ -168,8 +169,8 @@ export class FaultPanel {
       if (first && first.epoch === last.epoch && first.simTimeS >= from)
         make('circle', {cx: x(first.simTimeS), cy: y, r: 3, class: kind});
     }
-    make('text', {x: left, y: height - 2, class: 'axis'}, `${from.toFixed(0)} s`);
-    make('text', {x: width - 8, y: height - 2, class: 'axis end'}, `${now.toFixed(0)} s`);
+    make('text', {x: left, y: height - 2, class: 'axis'}, simSeconds(from));
+    make('text', {x: width - 8, y: height - 2, class: 'axis end'}, simSeconds(now));
     this.lanes.replaceChildren(...pieces);
   }
 }

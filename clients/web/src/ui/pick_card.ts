@@ -1,6 +1,6 @@
 // What the picked object is and where it is, in the frame that the pendant's target is in.
 import type {ContactSide, Pose, Snapshot} from '../protocol';
-import type {Pick, View} from '../scene/view';
+import type {CellView, Pick} from '../scene/cell_view';
 import type {State} from '../state';
 import {toMatrix, toVector} from '../scene/convert';
 import {groupOf} from '../scene/parts';
@@ -27,7 +27,7 @@ export class PickCard {
 
   constructor(
     private readonly state: State,
-    view: View,
+    private readonly view: CellView,
     private readonly robots: RobotSwitch
   ) {
     this.element.append(
@@ -35,22 +35,23 @@ export class PickCard {
         'div',
         {class: 'row'},
         this.title,
-        button(
-          '×',
-          () => {
-            view.select(null);
-            this.show(null);
-          },
-          {class: 'icon', 'aria-label': 'Close'}
-        )
+        button('×', () => void this.close(), {class: 'icon', 'aria-label': 'Close'})
       ),
       this.facts.element,
       h('div', {class: 'row'}, this.target)
     );
-    view.onPick = (pick) => this.show(pick);
+    this.view.onPick = (pick) => this.show(pick);
     robots.changed.on(() => this.show(this.pick));
     state.display.on((snapshot) => this.update(snapshot));
     state.cellChanged.on(() => this.show(null));
+  }
+
+  /** Returns false where nothing was picked. */
+  close(): boolean {
+    if (this.pick === null) return false;
+    this.view.select(null);
+    this.show(null);
+    return true;
   }
 
   private show(pick: Pick | null): void {

@@ -1,5 +1,5 @@
 // The view as a file: a picture, or a film.
-import type {View} from '../scene/view';
+import type {CellView} from '../scene/cell_view';
 import {button, download, notify} from './dom';
 
 const kFilmRate = 30; // pictures a second
@@ -10,7 +10,7 @@ function stamped(name: string, ending: string): string {
 }
 
 /** Two buttons: one saves the view as PNG, the other films it as WebM until it is pressed again. */
-export function pictureButtons(view: View, name: string): HTMLButtonElement[] {
+export function pictureButtons(view: CellView, name: string): HTMLButtonElement[] {
   let recorder: MediaRecorder | null = null;
   const picture = button(
     'Picture',

@@ -4,6 +4,7 @@ import type {Snapshot, WireEvent, WireEvents} from '../protocol';
 import {simTime, type State} from '../state';
 import {button, card, download, h, text} from './dom';
 import {hexOf, modbusDump, ModbusText} from './modbus_text';
+import {simSeconds, wallClock} from './time';
 import {prettyXml} from './xml';
 
 const kMaxCommands = 50000;
@@ -271,6 +272,13 @@ export class TrafficPanel {
     text(this.note, `${shown.length} shown of ${this.commands.length} commands${held}${gone}`);
   }
 
+  /** Closes the details of an event; false where none are open. */
+  closeDetail(): boolean {
+    if (this.detail.hidden || !this.element.offsetParent) return false;
+    this.detail.hidden = true;
+    return true;
+  }
+
   private isText(event: WireEvent): boolean {
     return this.wire === 'crcl' || event.source === 'page';
   }
@@ -286,8 +294,8 @@ export class TrafficPanel {
       h(
         'td',
         {},
-        h('time', {title: 'wall time'}, clock(event.timeS)),
-        h('small', {title: 'simulated time'}, `${event.simTimeS.toFixed(3)} s`)
+        h('time', {title: 'wall time'}, wallClock(event.timeS)),
+        h('small', {title: 'simulated time'}, simSeconds(event.simTimeS))
       ),
       h('td', {}, event.fromClient ? '→' : '←'),
       crcl ? h('td', {}, event.source.replace('crcl.', '')) : null,
@@ -306,7 +314,7 @@ export class TrafficPanel {
         'div',
         {class: 'row'},
         h('strong', {}, `${row.type} ${event.fromClient ? 'from' : 'to'} ${event.peer}`),
-        button('Close', () => (this.detail.hidden = true))
+        button('Close', () => void this.closeDetail())
       ),
       row.summary ? h('p', {}, row.summary) : '',
       this.content(event),
@@ -367,10 +375,6 @@ export class TrafficPanel {
 function isAfter(event: WireEvent, past: Snapshot): boolean {
   if (event.epoch !== past.epoch) return event.epoch > past.epoch;
   return event.simTimeS > simTime(past) + 1e-9;
-}
-
-function clock(time_s: number): string {
-  return new Date(time_s * 1000).toISOString().slice(11, 23);
 }
 
 function pretty(json: string): string {

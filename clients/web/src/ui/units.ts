@@ -1,5 +1,6 @@
 // The units in which people read lengths and angles. The wire is SI throughout.
 import {Signal} from '../state';
+import {h} from './dom';
 
 export type Length = 'mm' | 'm' | 'in';
 export type Angle = 'deg' | 'rad';
@@ -70,3 +71,22 @@ class Units {
 }
 
 export const units = new Units();
+
+/** Two lists with which people choose units. */
+export function unitChoice(): HTMLElement {
+  const list = (label: string, names: string[]): HTMLSelectElement =>
+    h(
+      'select',
+      {'aria-label': label, title: label},
+      ...names.map((name) => h('option', {value: name}, name))
+    );
+  const length = list('Unit of lengths', ['mm', 'm', 'in']);
+  const angle = list('Unit of angles', ['deg', 'rad']);
+  length.value = units.length;
+  angle.value = units.angle;
+  for (const choice of [length, angle])
+    choice.addEventListener('change', () =>
+      units.set(length.value as Length, angle.value as Angle)
+    );
+  return h('div', {class: 'units', role: 'group', 'aria-label': 'Units'}, length, angle);
+}
