@@ -1,15 +1,15 @@
 // The real daemon, a real browser, and clients of the other wires, for the tests of the page.
-import { spawn } from "node:child_process";
-import { existsSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
-import { connect } from "node:net";
-import { tmpdir } from "node:os";
-import { dirname, join } from "node:path";
-import { fileURLToPath } from "node:url";
-import { chromium } from "playwright-core";
+import {spawn} from 'node:child_process';
+import {existsSync, mkdtempSync, readFileSync, rmSync} from 'node:fs';
+import {connect} from 'node:net';
+import {tmpdir} from 'node:os';
+import {dirname, join} from 'node:path';
+import {fileURLToPath} from 'node:url';
+import {chromium} from 'playwright-core';
 
 const here = dirname(fileURLToPath(import.meta.url));
-export const bin = process.env.APRSIM_BIN_DIR ?? join(here, "../../build/release/bin");
-export const browserProgram = process.env.CHROMIUM ?? "/usr/bin/chromium";
+export const bin = process.env.APRSIM_BIN_DIR ?? join(here, '../../build/release/bin');
+export const browserProgram = process.env.CHROMIUM ?? '/usr/bin/chromium';
 
 /** Waits until `look` gives something true. */
 export async function until(what, look, deadline_ms = 60000) {
@@ -22,7 +22,7 @@ export async function until(what, look, deadline_ms = 60000) {
       last = problem;
     }
     if (Date.now() > end)
-      throw new Error(`waited in vain: ${what}${last ? ` (${last.message})` : ""}`);
+      throw new Error(`waited in vain: ${what}${last ? ` (${last.message})` : ''}`);
     await new Promise((go) => setTimeout(go, 30));
   }
 }
@@ -38,21 +38,21 @@ export class Daemon {
   static async start(args = [], ports = null) {
     const daemon = new Daemon();
     running.add(daemon);
-    daemon.directory = mkdtempSync(join(tmpdir(), "aprsim-web-"));
-    const file = join(daemon.directory, "ports.json");
-    const fixed = ports ? ["--set", `web.port=${ports.web}`] : [];
+    daemon.directory = mkdtempSync(join(tmpdir(), 'aprsim-web-'));
+    const file = (daemon.portsFile = join(daemon.directory, 'ports.json'));
+    const fixed = ports ? ['--set', `web.port=${ports.web}`] : [];
     daemon.process = spawn(
-      join(bin, "aprsimd"),
-      [...(ports ? [] : ["--any-port"]), "--ports-file", file, ...fixed, ...args],
-      { stdio: ["ignore", "ignore", "pipe"] },
+      join(bin, 'aprsimd'),
+      [...(ports ? [] : ['--any-port']), '--ports-file', file, ...fixed, ...args],
+      {stdio: ['ignore', 'ignore', 'pipe']}
     );
-    daemon.log = "";
-    daemon.process.stderr.on("data", (text) => (daemon.log += text));
-    await until("the daemon to listen", () => {
+    daemon.log = '';
+    daemon.process.stderr.on('data', (text) => (daemon.log += text));
+    await until('the daemon to listen', () => {
       if (daemon.process.exitCode !== null) throw new Error(daemon.log);
       return existsSync(file);
     });
-    daemon.ports = JSON.parse(readFileSync(file, "utf8"));
+    daemon.ports = JSON.parse(readFileSync(file, 'utf8'));
     return daemon;
   }
   get url() {
@@ -61,11 +61,11 @@ export class Daemon {
   async stop() {
     running.delete(this);
     if (this.process.exitCode === null) {
-      const ended = new Promise((end) => this.process.once("exit", end));
-      this.process.kill("SIGTERM");
+      const ended = new Promise((end) => this.process.once('exit', end));
+      this.process.kill('SIGTERM');
       await ended;
     }
-    rmSync(this.directory, { recursive: true, force: true });
+    rmSync(this.directory, {recursive: true, force: true});
   }
 }
 
@@ -74,40 +74,40 @@ export function openBrowser() {
     executablePath: browserProgram,
     headless: true,
     args: [
-      "--no-sandbox",
-      "--disable-dev-shm-usage",
-      "--use-angle=swiftshader",
-      "--enable-unsafe-swiftshader",
-      "--ignore-gpu-blocklist",
-      "--disable-gpu-rasterization",
-    ],
+      '--no-sandbox',
+      '--disable-dev-shm-usage',
+      '--use-angle=swiftshader',
+      '--enable-unsafe-swiftshader',
+      '--ignore-gpu-blocklist',
+      '--disable-gpu-rasterization'
+    ]
   });
 }
 
 /** Opens the daemon's page and waits for its first picture (`frames`: 'none' without WebGL). Errors and
  * warnings of the console are collected in `page.complaints`. */
 export async function openPage(browser, daemon, options = {}) {
-  const { query = "", frames = "drawn", ...context } = options;
+  const {query = '', frames = 'drawn', ...context} = options;
   const page = await (
     await browser.newContext({
-      viewport: { width: 1200, height: 800 },
-      colorScheme: "dark",
-      ...context,
+      viewport: {width: 1200, height: 800},
+      colorScheme: 'dark',
+      ...context
     })
   ).newPage();
   page.setDefaultTimeout(90000); // software rendering on a busy machine
   page.complaints = [];
-  page.on("console", (message) => {
+  page.on('console', (message) => {
     // Software rendering has its own remarks on performance.
     if (
-      ["error", "warning"].includes(message.type()) &&
+      ['error', 'warning'].includes(message.type()) &&
       !/GL Driver Message|WebGL|swiftshader/i.test(message.text())
     )
       page.complaints.push(message.text());
   });
-  page.on("pageerror", (error) => page.complaints.push(String(error)));
+  page.on('pageerror', (error) => page.complaints.push(String(error)));
   await page.goto(daemon.url + query);
-  await page.waitForSelector(`main[data-frames=${frames}]`, { timeout: 120000 });
+  await page.waitForSelector(`main[data-frames=${frames}]`, {timeout: 120000});
   return page;
 }
 
@@ -115,31 +115,31 @@ export async function openPage(browser, daemon, options = {}) {
 export class CrclClient {
   static async open(port) {
     const client = new CrclClient();
-    client.socket = connect(port, "127.0.0.1");
-    client.received = "";
+    client.socket = connect(port, '127.0.0.1');
+    client.received = '';
     client.id = 0;
     client.socket.setNoDelay(true);
-    client.socket.on("data", (data) => (client.received += data));
+    client.socket.on('data', (data) => (client.received += data));
     await new Promise((ready, failed) =>
-      client.socket.once("connect", ready).once("error", failed),
+      client.socket.once('connect', ready).once('error', failed)
     );
     return client;
   }
-  send(type, content = "") {
+  send(type, content = '') {
     this.id += 1;
     this.socket.write(
-      `<?xml version="1.0" encoding="UTF-8"?><CRCLCommandInstance xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"><CRCLCommand xsi:type="${type}"><CommandID>${this.id}</CommandID>${content}</CRCLCommand></CRCLCommandInstance>`,
+      `<?xml version="1.0" encoding="UTF-8"?><CRCLCommandInstance xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"><CRCLCommand xsi:type="${type}"><CommandID>${this.id}</CommandID>${content}</CRCLCommand></CRCLCommandInstance>`
     );
     return this.id;
   }
   async status() {
-    this.received = "";
-    this.send("GetStatusType");
+    this.received = '';
+    this.send('GetStatusType');
     this.id -= 1;
-    await until("a status", () => this.received.includes("</CRCLStatus>"));
+    await until('a status', () => this.received.includes('</CRCLStatus>'));
     return this.received;
   }
-  async run(type, content = "") {
+  async run(type, content = '') {
     const id = this.send(type, content);
     const end = await until(
       `${type} to end`,
@@ -151,22 +151,22 @@ export class CrclClient {
           status
         );
       },
-      60000,
+      60000
     );
-    if (end.includes("CRCL_Error")) throw new Error(end);
+    if (end.includes('CRCL_Error')) throw new Error(end);
     return end;
   }
   /** At the robot's own speed, or at one in degrees a second. */
   moveJoints(degrees, speed) {
-    const details = speed ? `<JointSpeed>${speed}</JointSpeed>` : "";
+    const details = speed ? `<JointSpeed>${speed}</JointSpeed>` : '';
     return this.run(
-      "ActuateJointsType",
+      'ActuateJointsType',
       degrees
         .map(
           (position, i) =>
-            `<ActuateJoint><JointNumber>${i + 1}</JointNumber><JointPosition>${position}</JointPosition><JointDetails xsi:type="JointSpeedAccelType">${details}</JointDetails></ActuateJoint>`,
+            `<ActuateJoint><JointNumber>${i + 1}</JointNumber><JointPosition>${position}</JointPosition><JointDetails xsi:type="JointSpeedAccelType">${details}</JointDetails></ActuateJoint>`
         )
-        .join(""),
+        .join('')
     );
   }
   close() {
@@ -176,8 +176,8 @@ export class CrclClient {
 
 /** Writes one holding register of the conveyor's PLC. */
 export async function writeRegister(port, address, value) {
-  const socket = connect(port, "127.0.0.1");
-  const answer = new Promise((done, failed) => socket.once("data", done).once("error", failed));
+  const socket = connect(port, '127.0.0.1');
+  const answer = new Promise((done, failed) => socket.once('data', done).once('error', failed));
   const request = Buffer.from([
     0,
     9,
@@ -190,10 +190,10 @@ export async function writeRegister(port, address, value) {
     address >> 8,
     address & 255,
     value >> 8,
-    value & 255,
+    value & 255
   ]);
   socket.write(request);
   const reply = await answer;
   socket.destroy();
-  if (!reply.equals(request)) throw new Error(`the PLC answered ${reply.toString("hex")}`);
+  if (!reply.equals(request)) throw new Error(`the PLC answered ${reply.toString('hex')}`);
 }

@@ -1,5 +1,5 @@
 // Counts what is on a screenshot. Decodes PNG as Chromium writes it: 8 bits, RGB or RGBA.
-import { inflateSync } from "node:zlib";
+import {inflateSync} from 'node:zlib';
 
 function decode(png) {
   const width = png.readUInt32BE(16),
@@ -8,7 +8,7 @@ function decode(png) {
   const data = [];
   for (let at = 8; at < png.length; ) {
     const size = png.readUInt32BE(at);
-    if (png.toString("latin1", at + 4, at + 8) === "IDAT")
+    if (png.toString('latin1', at + 4, at + 8) === 'IDAT')
       data.push(png.subarray(at + 8, at + 8 + size));
     at += 12 + size;
   }
@@ -25,7 +25,7 @@ function decode(png) {
       out[y * stride + x] = raw[y * (stride + 1) + 1 + x] + guess;
     }
   }
-  return { width, height, channels, out };
+  return {width, height, channels, out};
 }
 
 function paeth(a, b, c) {
@@ -54,5 +54,5 @@ export async function countColors(png, before = null) {
     )
       ++changed;
   }
-  return { yellow, blue, changed, different: seen.size };
+  return {yellow, blue, changed, different: seen.size};
 }

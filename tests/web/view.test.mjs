@@ -1,7 +1,7 @@
 // Where the page looks from, and how finely it draws.
-import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
-import { Daemon, openBrowser, openPage, stopAll, until } from "./harness.mjs";
+import assert from 'node:assert/strict';
+import {after, before, test} from 'node:test';
+import {Daemon, openBrowser, openPage, stopAll, until} from './harness.mjs';
 
 let browser;
 before(async () => (browser = await openBrowser()));
@@ -15,23 +15,23 @@ const kShapes = [
   [390, 844],
   [2200, 700],
   [844, 390],
-  [700, 1300],
+  [700, 1300]
 ];
 
 /** How far outside the picture, in halves of it, the outermost corner of anything drawn is: below 0
  * is inside. `top` is where the picture begins under the buttons. */
 const outermost = (page) =>
   page.evaluate(() => {
-    const { view } = document.querySelector("main.stage");
+    const {view} = document.querySelector('main.stage');
     const area = view.renderer.domElement.getBoundingClientRect();
-    const buttons = document.querySelector(".layers").getBoundingClientRect();
+    const buttons = document.querySelector('.layers').getBoundingClientRect();
     const top = 1 - (2 * (buttons.bottom - area.top)) / area.height;
     let most = -Infinity,
-      what = "";
+      what = '';
     view.scene.updateMatrixWorld(true);
     view.camera.updateMatrixWorld(true);
     const near = (mesh) => {
-      const { position } = mesh.geometry.attributes;
+      const {position} = mesh.geometry.attributes;
       const p = view.camera.position.clone();
       for (let i = 0; i < position.count; ++i) {
         p.fromBufferAttribute(position, i).applyMatrix4(mesh.matrixWorld);
@@ -47,51 +47,51 @@ const outermost = (page) =>
       view.fixed,
       view.belt?.root,
       view.eyes?.root,
-      view.curtain?.root,
+      view.curtain?.root
     ])
       thing?.traverseVisible((o) => o.isMesh && near(o));
-    return { most, what, distance: view.camera.position.distanceTo(view.controls.target) };
+    return {most, what, distance: view.camera.position.distanceTo(view.controls.target)};
   });
 
 for (const scene of [
-  "aprs",
-  "aprs_2024",
-  "aprs_lab",
-  "fanuc_only",
-  "motoman_only",
-  "table1",
-  "empty_belt",
+  'aprs',
+  'aprs_2024',
+  'aprs_lab',
+  'fanuc_only',
+  'motoman_only',
+  'table1',
+  'empty_belt'
 ]) {
   test(`the first view of ${scene} has everything in the picture, whatever its shape`, async () => {
-    const daemon = await Daemon.start(["--scene", scene]);
+    const daemon = await Daemon.start(['--scene', scene]);
     const page = await openPage(browser, daemon);
-    for (const [width, height] of scene === "aprs" ? kShapes : kShapes.slice(0, 2)) {
-      await page.setViewportSize({ width, height });
-      await until("the picture to fit", async () => {
-        const { aspect, shape } = await page.evaluate(() => {
-          const { view, clientWidth, clientHeight } = document.querySelector("main.stage");
-          return { aspect: view.camera.aspect, shape: clientWidth / clientHeight };
+    for (const [width, height] of scene === 'aprs' ? kShapes : kShapes.slice(0, 2)) {
+      await page.setViewportSize({width, height});
+      await until('the picture to fit', async () => {
+        const {aspect, shape} = await page.evaluate(() => {
+          const {view, clientWidth, clientHeight} = document.querySelector('main.stage');
+          return {aspect: view.camera.aspect, shape: clientWidth / clientHeight};
         });
         return Math.abs(aspect - shape) < 1e-6;
       });
-      const { most, what } = await outermost(page);
+      const {most, what} = await outermost(page);
       assert.ok(most < 0, `${what} is ${most} outside at ${width}x${height}`);
       assert.ok(most > -0.3, `all of it is small: ${most} at ${width}x${height}`);
     }
     // A view that someone has chosen stays.
     await page.mouse.move(150, 300);
     await page.mouse.down();
-    await page.mouse.move(220, 320, { steps: 4 });
+    await page.mouse.move(220, 320, {steps: 4});
     await page.mouse.up();
     const eye = () =>
-      page.evaluate(() => document.querySelector("main.stage").view.camera.position.toArray());
+      page.evaluate(() => document.querySelector('main.stage').view.camera.position.toArray());
     const chosen = await eye();
-    await page.setViewportSize({ width: 1000, height: 800 });
-    await until("the new size", () =>
+    await page.setViewportSize({width: 1000, height: 800});
+    await until('the new size', () =>
       page.evaluate(() => {
-        const { view, clientWidth, clientHeight } = document.querySelector("main.stage");
+        const {view, clientWidth, clientHeight} = document.querySelector('main.stage');
         return Math.abs(view.camera.aspect - clientWidth / clientHeight) < 1e-6;
-      }),
+      })
     );
     assert.deepEqual(await eye(), chosen);
     assert.deepEqual(page.complaints, []);
@@ -100,28 +100,28 @@ for (const scene of [
   });
 }
 
-test("Look shows the front of a robot, past the other one", async () => {
+test('Look shows the front of a robot, past the other one', async () => {
   const daemon = await Daemon.start();
   const page = await openPage(browser, daemon);
-  for (const [index, name] of ["fanuc", "motoman"].entries()) {
+  for (const [index, name] of ['fanuc', 'motoman'].entries()) {
     await page.getByTestId(`choose-${name}`).click();
     const look = page.getByTestId(`look-${name}`);
     await look.waitFor();
     const seen = await look.evaluate((button, i) => {
-      const { view } = document.querySelector("main.stage");
+      const {view} = document.querySelector('main.stage');
       button.click(); // no picture comes between this and what is asked of the view
-      const { cell, snapshot } = view.state;
+      const {cell, snapshot} = view.state;
       const at = (p) => view.camera.position.clone().set(p.x, p.y, p.z);
       const base = at(cell.robots[i].baseInWorld.positionM),
         tool = at(snapshot.robots[i].toolInWorld.positionM);
       const front = tool.clone().sub(base).setZ(0).normalize(),
         from = view.camera.position.clone().sub(base).setZ(0).normalize();
       const shown = tool.clone().project(view.camera);
-      return { cosine: front.dot(from), x: shown.x, y: shown.y };
+      return {cosine: front.dot(from), x: shown.x, y: shown.y};
     }, index);
     assert.ok(
       seen.cosine > 0.5,
-      `${name} is seen from ${Math.acos(seen.cosine)} rad off its front`,
+      `${name} is seen from ${Math.acos(seen.cosine)} rad off its front`
     );
     assert.ok(Math.abs(seen.x) < 0.9 && Math.abs(seen.y) < 0.9, `${name}'s tool is in the picture`);
   }
@@ -129,11 +129,11 @@ test("Look shows the front of a robot, past the other one", async () => {
   await daemon.stop();
 });
 
-test("pictures become coarser where drawing is slow, and finer again where there is room", async () => {
-  const daemon = await Daemon.start(["--speed", "stepped"]);
+test('pictures become coarser where drawing is slow, and finer again where there is room', async () => {
+  const daemon = await Daemon.start(['--speed', 'stepped']);
   const page = await openPage(browser, daemon);
   const told = await page.evaluate(() => {
-    const { view } = document.querySelector("main.stage");
+    const {view} = document.querySelector('main.stage');
     const Fineness = view.fineness.constructor;
     const run = (of, from, seconds, picture_ms) => {
       for (let t = from; t < from + 1000 * seconds; t += picture_ms) of.took(picture_ms, t);
@@ -157,14 +157,14 @@ test("pictures become coarser where drawing is slow, and finer again where there
     }
     // The view's own.
     const sizes = [];
-    const { renderer } = view;
+    const {renderer} = view;
     const width = () => renderer.domElement.width;
     const later = performance.now() + 1e6;
     for (let i = 0; i < 60; ++i) view.adapt(200, later + 100 * i);
     sizes.push(width());
     for (let i = 0; i < 900; ++i) view.adapt(5, later + 1e5 + 100 * i);
     sizes.push(width());
-    return { slow, again, rises, sizes, still: new Fineness(2, false).took(500, 1e6) };
+    return {slow, again, rises, sizes, still: new Fineness(2, false).took(500, 1e6)};
   });
   assert.equal(told.slow, 0.5);
   assert.equal(told.again, 2);

@@ -4,7 +4,7 @@ import {indexAt, type Line} from './recording';
 
 const kMostLines = 400; // shown at once
 
-/** Lines of a run about the present moment; a click goes to a line's time. */
+/** Lines of a run around the current moment; a click seeks to a line's time. */
 export class LineList {
   readonly element = h('div', {class: 'panel'});
   private readonly list = h('ol', {class: 'wire-lines'});

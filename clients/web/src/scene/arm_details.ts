@@ -3,7 +3,7 @@
 import * as THREE from 'three';
 import {flatLabel} from './lettering';
 import {segments} from './quality';
-import {softBox, softCylinder, tinted} from './shapes';
+import {softBox, tinted} from './shapes';
 
 type Point = [number, number, number];
 
@@ -20,7 +20,7 @@ interface Plate {
   rpy: Point;
   size: [number, number];
 }
-/** Of one link, in the link's frame [m]. */
+/** Details of one link, in its frame [m]. */
 interface LinkDetails {
   hoses?: Hose[];
   plates?: Plate[];
@@ -33,7 +33,7 @@ const kSilver = {ink: '#20242a', ground: '#c9ced4'};
 const kYellow = {ink: '#16181b', ground: '#f2c21c'};
 const kRightAngle = Math.PI / 2;
 
-/** By the model's name in its URDF, then by link. */
+/** Details, keyed by the model's name in its URDF and by link. */
 const kDetails: Record<string, Record<string, LinkDetails>> = {
   fanuc_lrmate200id: {
     base_link: {
@@ -186,7 +186,7 @@ export function boltsOf(part: string, radius: number, length: number): THREE.Buf
   const bolts: THREE.BufferGeometry[] = [];
   for (let i = 0; i < count; ++i) {
     const angle = (2 * Math.PI * i) / count;
-    const bolt = softCylinder(size, length + 0.9 * size, 0.0004, 8);
+    const bolt = new THREE.CylinderGeometry(size, size, length + 0.9 * size, 6);
     bolts.push(
       tinted(
         bolt.translate(0.82 * radius * Math.cos(angle), 0, 0.82 * radius * Math.sin(angle)),

@@ -3,7 +3,7 @@ import type {State} from '../state';
 import {isWebGlAvailable} from './quality';
 import {View} from './view';
 
-/** What is drawn over the cell. */
+/** Overlays on the cell. */
 export interface Layers {
   groups: boolean;
   contacts: boolean;

@@ -1,5 +1,5 @@
-// Whether two states of the cell look different. What rests is told with the same bits again and
-// again, and needs no new picture.
+// Comparison of two states of the cell as they look. Bodies at rest keep their exact poses, so that no
+// new picture is needed.
 import type {Pose, RobotState, Snapshot} from '../protocol';
 import {statusOf} from '../robot_status';
 import type {Layers} from './cell_view';

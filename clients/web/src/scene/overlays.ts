@@ -1,4 +1,4 @@
-// What is drawn over the cell to explain it: trails, cameras, light barriers.
+// Overlays that explain the cell: tool paths, cameras, light barriers.
 import * as THREE from 'three';
 import type {CellDescription, CellLooks, Pose, Snapshot} from '../protocol';
 import {toMatrix, toVector} from './convert';
@@ -6,7 +6,7 @@ import {painted} from './materials';
 
 const kTrailPoints = 400;
 
-/** The last seconds of a tool point's way. */
+/** Recent path of a tool point. */
 export class Trail {
   readonly line: THREE.Line;
   private readonly points = new Float32Array(kTrailPoints * 3);
@@ -46,7 +46,7 @@ export class Trail {
   }
 }
 
-/** What the overhead camera of each robot can see, and what it saw last. */
+/** Area of each robot's overhead camera, and its last detections. */
 export class Cameras {
   readonly root = new THREE.Group();
   private readonly frames: {X_WV: THREE.Matrix4; marks: THREE.InstancedMesh}[] = [];

@@ -18,7 +18,7 @@ const kFinish: Record<string, {roughness: number; metalness: number}> = {
 const kPaint = {roughness: 0.38, metalness: 0.02};
 const kCastingRadius_m = 0.018; // of the edges of cast housings
 
-/** One arm with the tool that it has, from its URDF and its description. */
+/** One arm with its tool, from its URDF and its description. */
 export class RobotModel {
   readonly root = new THREE.Group();
   private arm: URDFRobot | null = null;
@@ -72,13 +72,13 @@ export class RobotModel {
     }
   }
 
-  /** A tool that it has taken, or whose arm has come later. */
+  /** Attaches a tool to the arm. */
   carry(tool: ToolModel): void {
     this.root.add(tool.root);
     this.paint();
   }
 
-  /** One that it has left, as it looks without this robot's marks. */
+  /** Removes the robot's marks from a tool that it has released. */
   static plain(tool: ToolModel): void {
     tool.root.traverse((object) => {
       if (object instanceof THREE.Mesh && object.userData.plain)
@@ -127,7 +127,7 @@ function dress(arm: URDFRobot, model: string): void {
   }
 }
 
-/** The shape of a primitive with softened edges; takes its size out of its matrix. */
+/** Shape of a primitive with softened edges; moves its size from the matrix into the shape. */
 function softened(mesh: THREE.Mesh): THREE.BufferGeometry {
   const {type} = mesh.geometry,
     s = mesh.scale.clone();

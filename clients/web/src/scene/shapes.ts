@@ -1,4 +1,4 @@
-// Geometry of the cell's things, from the sizes in its description.
+// Geometry of the cell, from the sizes in its description.
 import * as THREE from 'three';
 import {RoundedBoxGeometry} from 'three/examples/jsm/geometries/RoundedBoxGeometry.js';
 import {mergeGeometries} from 'three/examples/jsm/utils/BufferGeometryUtils.js';
@@ -49,7 +49,7 @@ export function turned(points: [number, number][], sides = 40): THREE.BufferGeom
   return new THREE.LatheGeometry(sharp, segments(sides)).rotateX(Math.PI / 2);
 }
 
-/** Gives every vertex one colour, so that pieces of several colours become one mesh. */
+/** Sets one colour for all vertices, so that pieces of several colours can become one mesh. */
 export function tinted(
   geometry: THREE.BufferGeometry,
   color: THREE.ColorRepresentation
@@ -208,7 +208,7 @@ export function trayGeometry(
   const inside = color.clone().multiplyScalar(0.72);
   const parts = [tinted(upper, color), tinted(lower, color.clone().multiplyScalar(0.85))];
   for (const p of pockets) {
-    // From the floor outwards and up, so that its faces look into the pocket.
+    // From the floor outwards and up, so that the faces point into the pocket.
     parts.push(
       tinted(
         turned(
@@ -236,7 +236,7 @@ function roundedRectangle(min: THREE.Vector3, max: THREE.Vector3, r: number): TH
   return shape;
 }
 
-/** Finger whose pad looks along -y from y = 0; it ends at z = 0 and reaches up to -height. */
+/** Finger with its pad at y = 0 facing -y; from z = 0 up to -height. */
 export function fingerGeometry(
   width: number,
   depth: number,

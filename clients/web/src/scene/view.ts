@@ -37,7 +37,7 @@ const kLookFrom = [
   [-0.9, 0.5],
   [0, 0.95]
 ] as const;
-const kStray_m = 1; // a body so far from all else has been lost
+const kStray_m = 1; // distance from which a body counts as lost
 
 /** The cell in three dimensions. Draws after changes only, and less finely on slow machines. */
 export class View implements CellView {
@@ -77,9 +77,9 @@ export class View implements CellView {
   private marks: RobotMarks | null = null;
   private names: NameLabels | null = null;
   private fixed: THREE.Group | undefined;
-  private unframed = false; // a cell has come whose things are not in their places yet
+  private unframed = false; // a new cell has not been placed and framed yet
   private fogFrom = 6;
-  private framed = ''; // the scene whose first view has been shown
+  private framed = ''; // scene whose initial view has been shown
   private atHome = true;
   private dirty = true;
   private readonly fineness: Fineness;
@@ -162,9 +162,9 @@ export class View implements CellView {
     if (this.state.snapshot) this.take(this.state.snapshot);
   }
 
-  /** The view as it is now, as a file of PNG. */
+  /** The current picture as PNG. */
   async picturePng(): Promise<Blob> {
-    // What the screen shows may be gone from the buffer already.
+    // The drawing buffer may have been cleared already.
     this.render();
     const canvas = this.renderer.domElement;
     const blob = await new Promise<Blob | null>((resolve) => canvas.toBlob(resolve, 'image/png'));
@@ -172,7 +172,7 @@ export class View implements CellView {
     return blob;
   }
 
-  /** What is drawn from now on, for a film. */
+  /** Stream of the following pictures, for a film. */
   film(rate_hz: number): MediaStream {
     this.dirty = true;
     return this.renderer.domElement.captureStream(rate_hz);
@@ -183,7 +183,7 @@ export class View implements CellView {
     this.dirty = true;
   }
 
-  /** The first view: everything in the picture, from the near side, a little from above. */
+  /** The initial view: everything in the picture, from the near side, a little from above. */
   goHome(): void {
     this.atHome = true;
     const points = this.everything();
@@ -224,7 +224,7 @@ export class View implements CellView {
       ).length;
   }
 
-  /** Looks at the front of a robot: from where its tool is, past what stands in the way. */
+  /** Turns the view to the front of a robot, from the side of its tool, past obstacles. */
   focusRobot(index: number): void {
     const robot = this.state.cell?.robots[index],
       model = this.robots[index],
@@ -232,7 +232,7 @@ export class View implements CellView {
     if (!robot || !model || !tool) return;
     const base = toVector(robot.baseInWorld?.positionM);
     const front = toVector(tool.positionM).sub(base).setZ(0);
-    // A tool over the base has no side: the base's x axis then.
+    // A tool above the base has no side: use the base's x axis.
     if (front.length() < 0.1)
       front.set(1, 0, 0).applyQuaternion(toQuaternion(robot.baseInWorld)).setZ(0);
     const points = cornersOf(model.root);
@@ -254,13 +254,13 @@ export class View implements CellView {
     this.lookAt(points, best.towards);
   }
 
-  /** How many of the points something other than `self` hides. */
+  /** Number of the points that objects other than `self` hide. */
   private hidden(eye: THREE.Vector3, points: THREE.Vector3[], self: THREE.Object3D): number {
     const others: THREE.Object3D[] = [];
     for (const root of [...this.robots.map((robot) => robot.root), this.belt?.root, this.fixed])
       if (root && root !== self) others.push(root);
     const ray = new THREE.Raycaster();
-    // Some of many are enough.
+    // Sample of the points.
     const every = Math.ceil(points.length / 24);
     return points.filter((point, i) => {
       if (i % every !== 0) return false;
@@ -287,7 +287,7 @@ export class View implements CellView {
     if (points.length === 0) return;
     const {eye, target} = fitted(points, towards, this.picture());
     const distance = eye.distanceTo(target);
-    // Far enough away and yet not in the fog.
+    // Allow this distance, and start the fog behind it.
     this.controls.maxDistance = Math.max(12, 1.5 * distance);
     this.fogFrom = Math.max(6, 1.5 * distance);
     this.setFog();
@@ -296,12 +296,12 @@ export class View implements CellView {
     this.camera.position.copy(eye);
     this.controls.target.copy(target);
     this.controls.update();
-    // What is picked or marked before the next picture is seen from here too.
+    // Picks and marks before the next picture need the new matrices.
     this.camera.updateMatrixWorld();
     this.dirty = true;
   }
 
-  /** Corners of all that the cell has, without what has been lost. */
+  /** Corners of the whole cell, without bodies that have fallen out of it. */
   private everything(): THREE.Vector3[] {
     const points: THREE.Vector3[] = [];
     for (const root of [
@@ -359,7 +359,7 @@ export class View implements CellView {
     });
   }
 
-  /** Reflections cost a moment to prepare, so they come after the first picture. */
+  /** Reflections take time to prepare, so they follow after the first picture. */
   private addReflections(): void {
     const generator = new THREE.PMREMGenerator(this.renderer);
     this.scene.environment = generator.fromScene(new RoomEnvironment(), 0.04).texture;
@@ -420,7 +420,7 @@ export class View implements CellView {
     this.unframed = true;
   }
 
-  /** Where the light comes from, and the first view of a scene that has not been seen yet. */
+  /** Sets the light, and the initial view of a new scene. */
   private frame(cell: CellDescription): void {
     const bounds = new THREE.Box3().setFromPoints(this.everything());
     if (bounds.isEmpty()) bounds.expandByPoint(new THREE.Vector3(0, 0, 1));
@@ -435,7 +435,7 @@ export class View implements CellView {
     this.unframed = false;
   }
 
-  /** What explains the cell comes after the first picture of it. */
+  /** Overlays follow after the first picture. */
   private applyLayers(): void {
     const show = (object: THREE.Object3D | undefined, on: boolean): void => {
       if (object) object.visible = on && this.shown;
@@ -467,7 +467,7 @@ export class View implements CellView {
     this.dirty = true;
   }
 
-  /** Each where it is, as a part of the robot that has it. */
+  /** Moves each tool, attached to the robot that carries it. */
   private placeTools(snapshot: Snapshot): void {
     snapshot.tools.forEach((state, i) => {
       const tool = this.tools[i];
@@ -483,7 +483,7 @@ export class View implements CellView {
     });
   }
 
-  /** A first picture is on the screen. */
+  /** Whether the first picture is on the screen. */
   private get shown(): boolean {
     return this.container.dataset.frames !== undefined;
   }
@@ -537,11 +537,11 @@ export class View implements CellView {
 
   private loop(now: number): void {
     requestAnimationFrame((next) => this.loop(next));
-    // The browser calls again once it has room for another picture: that is what drawing takes.
+    // The browser calls again when the picture is done: this interval is the drawing time.
     if (this.drawn && this.shown) this.adapt(now - this.last, now);
     else if (this.drawn) this.begunToShow();
     this.last = now;
-    // Where drawing is slow, as much time again is left to others.
+    // Where drawing is slow, pause as long as a picture takes.
     const rested = now - this.begun >= (this.fineness.slow ? 2 * this.fineness.frame_ms : 0);
     this.drawn = this.dirty && rested && !document.hidden;
     if (!this.drawn) return void (!this.dirty && now - this.begun > kStill_ms && this.refine());
@@ -550,7 +550,7 @@ export class View implements CellView {
     const first = !this.shown;
     if (!this.taken || (first && this.loading > 0)) return void (this.drawn = false);
     if (this.unframed && this.loading === 0 && this.state.cell) this.frame(this.state.cell);
-    // Shadows come after the first picture, and are drawn anew less often where drawing takes long.
+    // Shadows follow after the first picture, and less often where drawing is slow.
     this.renderer.shadowMap.needsUpdate = !first && now >= this.shadowDue;
     if (!first && now >= this.shadowDue) this.shadowDue = now + (this.fineness.slow ? 600 : 0);
     this.begun = now;
@@ -564,7 +564,7 @@ export class View implements CellView {
     this.names?.place(this.camera, w, h);
   }
 
-  /** The first picture, robots and all, is on the screen. */
+  /** Called once the first picture, with the robots, is on the screen. */
   private begunToShow(): void {
     this.container.dataset.frames = 'drawn';
     this.applyLayers();
@@ -572,7 +572,7 @@ export class View implements CellView {
     if (!software) setTimeout(() => this.addReflections(), 250);
   }
 
-  /** One finer picture of what has come to rest, where moving pictures are coarse. */
+  /** Draws one finer picture once nothing moves, where moving pictures are coarse. */
   private refine(): void {
     const {finest, ratio} = this.fineness;
     if (this.refined || !(software || ratio < finest) || !this.shown) return;
@@ -590,7 +590,7 @@ export class View implements CellView {
     this.renderer.setDrawingBufferSize(w, h, ratio);
   }
 
-  /** Draws at as many points as there is time for, and asks for fewer states where there is little. */
+  /** Adapts the resolution, and the rate of requested states, to the drawing time. */
   private adapt(took_ms: number, now: number): void {
     if (this.fineness.took(took_ms, now)) this.setFineness(this.fineness.ratio, false);
     const {frame_ms} = this.fineness;

@@ -13,7 +13,7 @@ export interface Range {
 /** The panel that a chart belongs to. */
 export interface ChartHost {
   readonly range: Range;
-  /** What is recorded in that range. */
+  /** Recorded values in that range. */
   readonly recording: Recording;
   /** Moment of the past that is shown, with the values of its state; null = the present. */
   readonly moment: {time_s: number; value: (signal: ChartSignal) => number} | null;

@@ -1,12 +1,11 @@
-// Injected faults over simulated time, under the view: those that wait or last and the latest past
-// ones that the daemon keeps, the latest first.
+// Timeline of injected faults under the view: pending, active and recent ones, the latest first.
 import {spansOf, timesOf, type FaultSpan} from '../injected_faults';
 import type {Snapshot} from '../protocol';
 import {simTime, type State} from '../state';
 import {h, text} from './dom';
 import {simSeconds} from './time';
 
-const kLeast_s = 10; // of simulated time that it shows
+const kLeast_s = 10; // least span of simulated time
 
 interface Row {
   row: HTMLElement;

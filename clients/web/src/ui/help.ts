@@ -4,7 +4,7 @@ export interface Shortcut {
   keys: string[];
   does: string;
   run: (key: string, held: boolean) => void;
-  /** Again and again while the key is held. */
+  /** Repeats while the key is held. */
   repeats?: boolean;
 }
 

@@ -1,5 +1,5 @@
-// The past of the cell under the view: any moment that the daemon keeps, to and fro in steps of 1 ms,
-// slowly or at once; bookmarks; and back to a moment with the cell itself.
+// Timeline under the view: shows any moment that the daemon keeps, steps and plays through the past,
+// sets bookmarks, and returns the cell to a moment.
 import {MomentLine, type PastReader, type When} from '../past';
 import {BookmarkKind, type Bookmark} from '../protocol';
 import {simTime, stepSize, type State} from '../state';
@@ -8,7 +8,7 @@ import {button, h, notify, text} from './dom';
 import {simSeconds} from './time';
 
 const kTick_ms = 40; // of playing
-const kMarks_ms = 1000; // from one drawing to the next while the line grows
+const kMarks_ms = 1000; // between two drawings while the line grows
 const kKinds: Record<number, string> = {
   [BookmarkKind.OWN]: 'own',
   [BookmarkKind.COMMAND]: 'command',
@@ -51,7 +51,7 @@ export class HistoryLine {
   private readonly resume: HTMLButtonElement;
   private readonly reader: PastReader;
   private line = new MomentLine([]);
-  private moment: When | null = null; // that is looked at
+  private moment: When | null = null; // shown moment
   private reading = false; // the moment has been asked for and not come
   private timer = 0;
   private drawn = 0; // the marks, when
@@ -71,9 +71,9 @@ export class HistoryLine {
     this.resume = access.guard(
       button('Resume from here', () => this.confirmResume(), {
         'data-testid': 'resume-here',
-        title: 'Puts the cell itself back to this moment; asks first'
+        title: 'Return the cell itself to this moment, after confirmation'
       }),
-      () => (this.moment ? '' : 'Go to a moment of the past first.'),
+      () => (this.moment ? '' : 'Select a moment of the past first.'),
       true
     );
     const bookmark = access.guard(
@@ -120,7 +120,7 @@ export class HistoryLine {
     });
   }
 
-  /** So many steps on, or back. From now, back from the latest moment. */
+  /** Moves by a number of steps; from the present, starts at the latest moment. */
   move(steps: number): void {
     this.pause();
     const place = this.moment ? this.line.placeOf(this.moment) : this.line.last;
@@ -136,7 +136,7 @@ export class HistoryLine {
     else notify('The daemon does not keep this moment.');
   }
 
-  /** Back to now. */
+  /** Returns to the present. */
   leave(): void {
     this.forget();
     this.state.showPast(null);
@@ -203,7 +203,7 @@ export class HistoryLine {
   }
 
   private tick(): void {
-    // A daemon that cannot keep up makes it slower, not jumpy.
+    // A slow daemon makes it slower, not jerky.
     if (!this.moment || this.reading) return;
     this.played += Number(this.speed.value) * kTick_ms;
     const steps = Math.floor(this.played);
@@ -249,13 +249,13 @@ export class HistoryLine {
       element.style.left = `${(100 * place) / width}%`;
       return element;
     };
-    // What is worse lies on top.
+    // Draw more severe marks on top.
     const order = ['command', 'release', 'grasp', 'own', 'refusal', 'fault', 'stop'];
     const marks = this.kept
       .map(({bookmark, place}) => ({place, kind: kKinds[bookmark.kind] ?? 'own', bookmark}))
       .sort((a, b) => order.indexOf(a.kind) - order.indexOf(b.kind));
     this.marks.replaceChildren(
-      ...this.line.seams.map((place) => mark(place, 'seam', 'the cell began anew')),
+      ...this.line.seams.map((place) => mark(place, 'seam', 'the cell was rebuilt')),
       ...marks.map(({place, kind, bookmark}) => mark(place, kind, bookmark.text || kind))
     );
   }
@@ -291,7 +291,7 @@ export class HistoryLine {
         h(
           'p',
           {},
-          `The cell itself goes back to ${when} and on from there: robots, parts and belt, motions under way included. Connections stay open; controllers may not expect it.`
+          `The cell itself returns to ${when} and continues from there, with all robots, parts, the belt and motions in progress. Connections stay open; controllers may not expect this.`
         )
       ],
       'Resume from here',

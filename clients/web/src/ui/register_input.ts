@@ -1,4 +1,4 @@
-// Writes one register or coil of the PLC, and says why when it is refused.
+// Input that writes one register or coil of the PLC and shows the reason of a refusal.
 import type {RegisterInfo} from '../protocol';
 import type {State} from '../state';
 import type {Access} from './access';
