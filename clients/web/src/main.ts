@@ -49,6 +49,7 @@ const conveyor = new ConveyorPanel(state, access);
 const crcl = new TrafficPanel(state, 'crcl');
 const modbus = new TrafficPanel(state, 'modbus');
 const charts = new ChartPanel(state);
+Object.assign(stage, {charts}); // read by tests, as the view is
 const faults = new FaultPanel(state);
 const injected = new InjectedCard(state, access);
 const programs = new Programs(state);
