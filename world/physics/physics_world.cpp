@@ -34,6 +34,8 @@ PhysicsWorld& PhysicsWorld::operator=(PhysicsWorld&&) noexcept = default;
 
 void PhysicsWorld::set_arm(int robot, std::span<const Eigen::Isometry3d> X_WL_next) {
   impl_->model.arms[static_cast<std::size_t>(robot)].set_next(X_WL_next);
+  // The gripper's mount follows the flange. A tool changer may override it afterwards, in the same
+  // step.
   impl_->step.set_mount(robot, X_WL_next.back());
 }
 

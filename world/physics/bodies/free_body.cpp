@@ -19,6 +19,7 @@ Aabb aabb_of_gear(const scene::GearType& gear, const Eigen::Isometry3d& X_WG) {
   Eigen::Vector3d reach;
   for (int axis = 0; axis < 3; ++axis) {
     const double c = X_WG.linear()(axis, 2);
+    // Tight bounds of a cylinder: its disc projects to r sqrt(1 - c^2) on an axis at cosine c.
     reach[axis] = 0.5 * (high - low) * std::abs(c) + radius * std::sqrt(std::max(0.0, 1 - c * c));
   }
   return {centre - reach, centre + reach};
@@ -96,6 +97,7 @@ Aabb aabb_of_tool(const FreeBody& free) {
 }  // namespace
 
 void FreeBody::refresh() {
+  // The rigid body's origin is the centre of mass; the scene's frame B is elsewhere.
   X_WB.linear() = body.R_WB();
   X_WB.translation() = body.p_W() - X_WB.linear() * origin_B;
   omega_W = body.omega_W();
@@ -121,6 +123,8 @@ void FreeBody::carry(const MassProperties& all) {
   // The new centre of mass moves as the material point there did.
   origin_B = all.com;
   body.set_position(origin_W());
+  // Linear and angular momentum about the old origin are not conserved here. Bodies merge at rest
+  // to each other, where the change is within the drift that merging allows.
   body.set_velocity(velocity_at(origin_W()), omega_W);
 }
 
@@ -130,6 +134,7 @@ void FreeBody::update_bounds() {
   } else {
     bounds = is_tray() ? aabb_of_box(slab_size, X_WS()) : aabb_of_gear(*gear, X_WB);
   }
+  // Speculative contacts are searched this far ahead, so that the broad phase must reach as far.
   bounds = bounds.grown(kStepsAhead * step_s * (v_com_W.norm() + radius_m * omega_W.norm()));
 }
 

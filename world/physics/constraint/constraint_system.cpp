@@ -18,6 +18,8 @@ Vector3d gyroscopic(const Matrix3d& inertia_W, const Vector3d& omega, double ste
     m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
     return m;
   };
+  // Residual f(omega') = I (omega' - omega) + h omega' x I omega'; its Jacobian at omega is I + h
+  // ([omega] I - [I omega]). Explicit Euler would gain energy for fast spins of slender parts.
   const Matrix3d slope = inertia_W + step_s * (cross(omega) * inertia_W - cross(momentum));
   return -step_s * (slope.inverse() * omega.cross(momentum));
 }
@@ -35,10 +37,13 @@ void ConstraintSystem::begin(double step_s, const Eigen::Vector3d& gravity_W, do
 }
 
 void ConstraintSystem::add_body(RigidBody& body) {
+  // The solver works in world axes: inertia rotates with the body and is constant over the step.
   const Matrix3d& R = body.R_WB();
   const Matrix3d inertia_W = R * body.inertia_B() * R.transpose();
   const Twist now = {body.v_W(), body.omega_W()};
   Twist free = now;
+  // Velocity V_free at the end of the step without constraint impulses. Bodies of a gripper are not
+  // ballistic: the arm bears their weight and inertia.
   if (body.is_ballistic()) free.omega += gyroscopic(inertia_W, free.omega, step_s_);
   free.v += step_s_ / body.mass_kg() * body.force_W();
   if (!body.torque_W().isZero(0)) free.omega += step_s_ * (inertia_W.inverse() * body.torque_W());
@@ -66,6 +71,8 @@ ContactProblem::Side ConstraintSystem::side(const RowSide& side) {
 
 void ConstraintSystem::add_row(const RowSide& a, const RowSide& b, double target_m_s,
                                double compliance, double lo_n, double hi_n, RowForce& force) {
+  // Forces become impulses by the factor h, and ODE-style CFM [m/s per N] becomes velocity per
+  // impulse.
   problem_.add_row(side(a), side(b), target_m_s, compliance / step_s_, lo_n * step_s_,
                    hi_n * step_s_, {force.guess_n.last * step_s_, force.guess_n.change * step_s_});
   forces_.push_back(&force);
@@ -99,6 +106,8 @@ void ConstraintSystem::add_contact(ContactConstraint& constraint, const Sides& s
 }
 
 ContactSolver::Outcome ConstraintSystem::advance() {
+  // Semi-implicit Euler (Stewart & Trinkle 1996): impulses and velocities at the end of the step
+  // first, then the poses follow from these velocities.
   const auto outcome = solver_.solve(problem_, parameters_);
   for (std::size_t i = 0; i < known_.size(); ++i) {
     if (moves_[i] != 0) move(*known_[i], problem_.twist(static_cast<int>(i)));
@@ -115,6 +124,7 @@ ContactSolver::Outcome ConstraintSystem::advance() {
     constraint.torque_W = problem_.torsional_impulse_nms(static_cast<int>(i)) / step_s_;
     constraint.f_guess_W.note(constraint.f_W, outcome.warm_start_fits);
     constraint.torque_guess_W.note(constraint.torque_W, outcome.warm_start_fits);
+    // The projection onto the cone leaves a normal part of -0 or rounding size on open contacts.
     constraint.normal_n = std::max(0.0, constraint.f_W.dot(constraint.contact.n_W));
   }
   return outcome;

@@ -35,6 +35,7 @@ void drop_unwanted(std::size_t first, std::size_t known, std::vector<Contact>& o
 
 /// How fast any point of a body may be, seen from another, by sums instead of roots: at most.
 double fastest(const Moving& body, const Moving& other) {
+  // The 1-norm bounds the 2-norm from above: no square root for the many pairs at rest.
   const auto size = [](const Eigen::Vector3d& v) { return v.cwiseAbs().sum(); };
   const double other_turn = size(other.omega_W);
   return size(body.v_W) + size(other.v_W) + other_turn * size(body.p_W - other.p_W) +
@@ -57,8 +58,11 @@ void find_falling(const Way& way, double fall_m, double gap_m, std::vector<Conta
                   const Generate& generate) {
   constexpr double kSlow = 2;  // times the fall
   Way fallen = way;
+  // Free fall over the look-ahead: a body about to tip has a contact that opens and one that
+  // closes.
   fallen.shift_W.z() += fall_m;
   const std::size_t first = out.size();
+  // Contacts of the plain prediction are added beside those of the falling one, without duplicates.
   find_ahead(fallen, gap_m, out, generate);
   if (fall_m == 0 || way.longest_m() > kSlow * std::abs(fall_m)) return;
   const std::size_t known = out.size();
@@ -90,8 +94,11 @@ void BodyCollider::note_pressed(const std::vector<ContactConstraint>& constraint
 /// The way of a body seen from another; none if it is slow.
 Way BodyCollider::seen_from(const Moving& other, const Moving& body) const {
   constexpr double kSurely = 0.99;
+  // Motion below the threshold is treated as rest, which makes the pair eligible for the contact
+  // cache.
   if (fastest(body, other) * model_.step_s * kStepsAhead < kSurely * kLeastWay) return {};
   const Way in_step = way_of(body, other, model_.step_s);
+  // Look-ahead is chosen for the full step, so that substeps see the same horizon.
   const double parts = model_.scene.physics.step_s / model_.step_s;
   const Way way = in_step.over(steps_ahead(parts * in_step.longest_m()));
   return way.longest_m() < kLeastWay ? Way{} : way;
@@ -103,6 +110,7 @@ Way BodyCollider::seen_from(const Moving& other, const Moving& body) const {
 double BodyCollider::fall_on(const Way& way, const Eigen::Vector3d& n_W) const {
   constexpr double kBeside = 0.5;
   if (std::abs(n_W.z()) < kBeside) return 0;
+  // Semi-implicit Euler moves a falling body by g h^2 in the first step.
   const double h = model_.step_s;
   const double fall =
       way.longest_m() > 0 ? way.steps * model_.scene.physics.gravity_m_s2 * h * h : kLeastWay;
@@ -130,9 +138,11 @@ void BodyCollider::free_on_free(int a, int b, std::vector<Contact>& out) {
   const std::size_t before = out.size();
   Way way = seen_from(moving(lower), moving(upper));
   const KeptContacts::Pair pair{upper_index, lower_index, &upper, &lower};
+  // Pressed bodies are excluded: their look-ahead into the support changes with the grip.
   const bool still = way.longest_m() == 0 && !upper.is_tool() && !is_pressed(upper_index);
   if (still && kept_.append(pair, out)) return;
   const HullGap gap = gap_between(upper, lower);
+  // A gear at rest in a tray needs no fall: its contacts are within the penetration slop.
   // On trays gears stand on points that stay.
   const bool on_tray = lower.is_tray() && !upper.is_tray() && !upper.is_tool();
   const double fall = on_tray && way.longest_m() == 0 ? 0 : fall_on(way, gap.n_W);
@@ -146,6 +156,8 @@ void BodyCollider::free_on_free(int a, int b, std::vector<Contact>& out) {
               lower_index, SurfacePair::kTrayTray, out);
     });
   } else if (lower.is_tray()) {
+    // A gripped gear is pressed down by the palm; contacts must exist before it moves, or it would
+    // sink first.
     if (is_pressed(upper_index)) way.shift_W -= kSinkAhead * gap.n_W;
     find_falling(way, fall, gap.m, out, [&](const Eigen::Isometry3d& D) {
       gear_tray(upper.gear_shape, D * upper.X_WB, *lower.tray, lower.X_WB, upper_index, lower_index,
@@ -185,6 +197,8 @@ void BodyCollider::tool_on_free(int tool, const Eigen::Isometry3d& D, int other_
       // A gripper without a robot has no pad friction of its own.
       for (std::size_t k = first; k < out.size(); ++k) out[k].pair = SurfacePair::kRobotAny;
     } else {
+      // Boxes generate normals into the gear; here the tool is the first body, so that they are
+      // flipped.
       const std::size_t first = out.size();
       gear_box(other.gear_shape, other.X_WB, size, X_WS, other_index, tool, SurfacePair::kRobotAny,
                out);
@@ -203,6 +217,7 @@ Way BodyCollider::standing_finger_way(const GripperMechanism& hand, int p,
   Moving finger = hand.moving(p);
   const Eigen::Vector3d v_W = hand.moving(0).velocity_at(finger.p_W);
   if ((finger.v_W - v_W).norm() * model_.step_s < kLeastWay) return {};
+  // Alternative prediction: the finger moves with its palm only.
   finger.v_W = v_W;
   const Way way = way_of(finger, part, model_.step_s).over(kStepsAhead);
   const double share = model_.scene.physics.step_s / model_.step_s;
@@ -267,6 +282,8 @@ void BodyCollider::cup_on_gear(const PartOnBody& pair, std::vector<Contact>& out
 void BodyCollider::pad_on_gear(const PartOnBody& pair, std::vector<Contact>& out) const {
   const GripperParts& parts = pair.hand.parts();
   const int finger = pair.part - 1;
+  // The direction of closing is known even for a finger at rest, whose piston may start in this
+  // step.
   // A closing finger is looked ahead along its own way.
   Way way = way_of_part(pair, kPadAhead);
   if (!pair.hand.idle() && way.longest_m() == 0) way.shift_W = kPadAhead * parts.closing_W(finger);
@@ -299,6 +316,7 @@ void BodyCollider::link_on_free(const ArmShape& shape, BodyIndex link, int body,
                                 std::vector<Contact>& out) {
   const auto& free = model_.body(body);
   const auto collide = [&](OdeGeom& geom, const Eigen::Isometry3d& X_WS) {
+    // Links are kinematic and their contacts compliant, so that primitives are exact enough.
     geom.set_pose(X_WS);
     collide_geoms(geom, shape.geom, body, link, SurfacePair::kRobotAny, out);
   };
@@ -334,6 +352,7 @@ void BodyCollider::free_on_fixed(int body, int shape_index, std::vector<Contact>
   if (shape.belt) support.v_W = model_.belt_speed_m_s * model_.fixed.belt_axis_W;
   Way way = seen_from(support, moving(free));
   const std::size_t before = out.size();
+  // Fixed shapes have negative numbers in the cache; free bodies have their own.
   const KeptContacts::Pair pair{body, -1 - shape_index, &free};
   const bool still =
       way.longest_m() == 0 && support.v_W.isZero(0) && !free.is_tool() && !is_pressed(body);

@@ -23,6 +23,7 @@ ContactSearch::ContactSearch(PhysicsModel& model)
     for (const auto& shape : model.arms[r].shapes()) {
       if (flange - shape.link < kSelfCollisionDistance) continue;
       bool overlaps = false;
+      // Overlap at the start means that the model's shapes are coarse there, not that they collide.
       for (int p = 0; p < GripperParts::kColliding; ++p) {
         overlaps = overlaps || model.grippers[r].parts().part(p).bounds.meets(shape.bounds);
       }
@@ -34,11 +35,13 @@ ContactSearch::ContactSearch(PhysicsModel& model)
 void ContactSearch::find(std::span<const char> looked_at) {
   looked_at_ = looked_at;
   search();
+  // Terminates: each round wakes or frees at least one body.
   // What a fault wakes or frees has contacts of its own.
   while (wake_search_.disturb_near_faults()) search();
 }
 
 void ContactSearch::search() {
+  // The list of constraints is rebuilt in every step; forces persist in StepSolver's warm start.
   // First who is awake, then robots, whose touch decides who is pressed, then free bodies.
   model_.constraints.clear();
   released_.clear();
@@ -79,6 +82,7 @@ double ContactSearch::of_pair(const scene::SurfacePairs& property, SurfacePair p
 }
 
 /// How the surfaces act on each other.
+/// Friction and restitution belong to a pair of surfaces, not to a single material.
 ContactSearch::Surfaces ContactSearch::surfaces_of(const Contact& contact) const {
   const auto& physics = model_.scene.physics;
   if (contact.pair == SurfacePair::kPadGear) {
@@ -121,6 +125,7 @@ void ContactSearch::add_found(int fixed_shape) {
 
 void ContactSearch::find_for_robot(int robot) {
   const auto& arm = model_.arms[static_cast<std::size_t>(robot)];
+  // Hierarchy of boxes: the whole gripper, a part, then the narrow phase.
   const Aabb reach = gripper(robot).parts().bounds().grown(WakeSearch::kNear);
   for (const int body : model_.simplification.awake()) {
     const Aabb& bounds = model_.body(body).bounds;
@@ -202,6 +207,7 @@ void ContactSearch::gripper_on_robots(int robot, int p) {
 /// Sweep and prune along x over the composites' boxes (Ericson 2005, ch. 7.5); pairs are then
 /// looked at in a fixed order.
 void ContactSearch::find_pairs() {
+  // Sort and sweep finds candidate pairs in O(n log n), close to O(n) with temporal coherence.
   sort_boxes();
   // All boxes that begin before this one ends.
   pairs_.clear();
@@ -239,10 +245,12 @@ void ContactSearch::sort_boxes() {
     }
     first_pair_[static_cast<std::size_t>(box.root)] = -1;
   }
+  // Ties are broken by body number, so that the order is unique.
   const auto is_before = [](const Box& a, const Box& b) {
     return std::pair(a.bounds.min.x(), a.root) < std::pair(b.bounds.min.x(), b.root);
   };
   if (!same) return std::sort(boxes_.begin(), boxes_.end(), is_before);
+  // Insertion sort is linear on a nearly sorted list (Ericson 2005, ch. 7.5).
   // Nearly in the order of the last step.
   for (std::size_t i = 1; i < boxes_.size(); ++i) {
     if (is_before(boxes_[i - 1], boxes_[i])) continue;
@@ -257,6 +265,8 @@ void ContactSearch::sort_boxes() {
 
 /// Each body's partners of higher numbers, ascending.
 void ContactSearch::note_pair(int a, int b) {
+  // The sweep finds pairs in order of position; solving needs an order that does not change while
+  // bodies move.
   const auto [low, high] = std::minmax(a, b);
   int* before = &first_pair_[static_cast<std::size_t>(low)];
   while (*before >= 0 && pairs_[static_cast<std::size_t>(*before)].body < high) {
@@ -288,6 +298,7 @@ void ContactSearch::release(std::span<const int> members) {
     const int parent = model_.simplification.composites().parent(member);
     if (parent < 0) continue;  // released already
     model_.simplification.release(member);
+    // The contact to the parent was frozen while merged, and is searched anew.
     // By the rule of composites it touches nothing else, save what has been found already.
     collider_.free_on_free(member, parent, found_);
     add_found(-1);
@@ -296,6 +307,7 @@ void ContactSearch::release(std::span<const int> members) {
 
 void ContactSearch::free_on_fixed(int body) {
   if (!is_looked_at(body)) return;
+  // Bounds contain the look-ahead of free motion; a pressed body needs that of pressing as well.
   const Aabb reach =
       model_.body(body).bounds.grown(collider_.is_pressed(body) ? BodyCollider::kSinkAhead : 0);
   const std::size_t before = model_.constraints.size();

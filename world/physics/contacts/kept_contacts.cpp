@@ -19,6 +19,7 @@ Isometry3d pose_in_b(const KeptContacts::Pair& pair) {
 /// What the body's farthest point moves from one pose to the other, at most.
 double moved_m(const FreeBody& body, const Isometry3d& from, const Isometry3d& to) {
   // A small rotation changes its matrix by sqrt(2) times its angle.
+  // |R1 - R2|_F = 2 sqrt(2) sin(angle / 2), about sqrt(2) angle.
   const double angle = std::sqrt(0.5) * (to.linear() - from.linear()).norm();
   return (to * body.mass.com - from * body.mass.com).norm() + body.radius_m * angle;
 }
@@ -38,6 +39,8 @@ KeptContacts::Kept* KeptContacts::find(BodyIndex a, int on) {
 KeptContacts::Kept& KeptContacts::place_for(BodyIndex a, int on) {
   if (Kept* own = find(a, on)) return *own;
   int& newest = newest_[static_cast<std::size_t>(a)];
+  // Entries of pairs that separated are reused, which bounds the memory by the largest number of
+  // simultaneous pairs.
   for (int i = newest; i >= 0; i = kept_[static_cast<std::size_t>(i)].older) {
     if (!is_fresh(kept_[static_cast<std::size_t>(i)])) return kept_[static_cast<std::size_t>(i)];
   }
@@ -52,6 +55,9 @@ APRSIM_VECTOR_CLONES bool KeptContacts::append(const Pair& pair, std::vector<Con
   if (kept == nullptr || !is_fresh(*kept)) return false;
   const Manifold& manifold = kept->manifold;
   const Isometry3d X_BA = pose_in_b(pair);
+  // Persistent manifold: points move with the bodies and their depth is updated, until the motion
+  // since detection exceeds the threshold. The threshold is relative to detection, so that errors
+  // do not accumulate.
   if (!(moved_m(*pair.body_a, manifold.X_BA, X_BA) < kMoved)) return false;
   kept->used = step_;
   for (const Point& point : manifold.points) {
@@ -65,6 +71,7 @@ APRSIM_VECTOR_CLONES bool KeptContacts::append(const Pair& pair, std::vector<Con
       contact.p_W = pair.body_b->X_WB * point.p_B;
       contact.n_W = pair.body_b->X_WB.linear() * point.n_B;
     }
+    // First-order update: a point of a that moves along the normal opens the contact by as much.
     contact.depth_m = point.depth_m - point.n_B.dot(X_BA * point.p_A - point.p_B);
   }
   return true;
@@ -93,6 +100,8 @@ void KeptContacts::keep(const Pair& pair, const std::vector<Contact>& out, std::
 
 KeptContacts::State KeptContacts::save() const {
   State state;
+  // Only entries of the last step are state. Their order in memory depends on history and must not
+  // enter it.
   for (const Kept& kept : kept_) {
     if (kept.used == step_) state.push_back(kept.manifold);
   }

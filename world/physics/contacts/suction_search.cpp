@@ -30,6 +30,7 @@ double distance_to(const FreeBody& body, const Ray& ray) {
 class Lip {
  public:
   Lip(const scene::VacuumCup& cup, const Eigen::Isometry3d& X_WLip) : cup_(cup) {
+    // The rays start behind the lip, so that a surface pressed into it still gives a distance.
     for (std::size_t i = 0; i < kRimPoints; ++i) {
       const double angle = 2 * std::numbers::pi * static_cast<double>(i) / kRimPoints;
       const Eigen::Vector3d rim(cup.radius_m * std::cos(angle), cup.radius_m * std::sin(angle),
@@ -50,6 +51,7 @@ class Lip {
   double look_at(const Distance& distance) {
     int covered = 0;
     for (std::size_t i = 0; i < kRimPoints; ++i) {
+      // Several bodies may close one lip: each ray keeps the nearest surface.
       const double gap = std::max(0.0, distance(rays_[i]) - kBehind);
       gaps_[i] = std::min(gaps_[i], gap);
       if (gap <= cup_.lip_compliance_m) ++covered;
@@ -67,6 +69,7 @@ class Lip {
 void find_for(PhysicsModel& model, GripperMechanism& gripper) {
   const scene::VacuumCup& cup = gripper.cup()->settings();
   Lip lip(cup, gripper.parts().X_WT());
+  // The force acts on the body that covers most of the lip; ties go to the first one.
   int body = -1;
   double share = 0;
   for (const int i : model.simplification.awake()) {
@@ -96,6 +99,7 @@ void find_suction(PhysicsModel& model) {
       gripper.vent_cup();
       continue;
     }
+    // An idle gripper is not solved, and a cup with suction must be.
     gripper.wake();
     find_for(model, gripper);
   }
@@ -108,6 +112,8 @@ void apply_suction(PhysicsModel& model) {
     const Eigen::Isometry3d X_WLip = gripper.parts().X_WT();
     const Eigen::Vector3d p = X_WLip.translation();
     const Eigen::Vector3d f = suction.force_n * X_WLip.linear().col(2);
+    // Vacuum force on the palm, and its reaction on the part: equal, opposite and on one line, so
+    // that momentum is conserved.
     gripper.body_of(0).add_force_at(f, p);
     if (suction.body >= 0) model.rigid_body(suction.body)->add_force_at(-f, p);
   }

@@ -54,6 +54,7 @@ FingerMotion FingerRail::motion(const RigidBody& finger, const RigidBody& palm) 
 }
 
 void FingerRail::push(RigidBody& finger, RigidBody& palm, double force_n) const {
+  // Equal and opposite forces with equal torques conserve linear and angular momentum of the pair.
   const Vector3d force = force_n * axis_W(finger);
   const Vector3d torque = (0.5 * (palm.p_W() - finger.p_W())).cross(force);
   finger.add_load(force, torque);

@@ -54,6 +54,7 @@ void BodyPlacement::set_jammed(int body, bool jammed) {
 }
 
 void BodyPlacement::put(std::span<const BodyPose> poses) {
+  // Obstacles are compared by their present boxes, which sleeping bodies only have once awake.
   wake_all();
   std::vector<BodyPose> here;
   for (const BodyPose& pose : poses) {
@@ -74,6 +75,8 @@ void BodyPlacement::take_away(int body, std::uint64_t step) {
   FreeBody& free = model_.body(body);
   if (free.lost_step) return;
   wake_all();
+  // A removed body is placed where nothing can meet it. Its number stays, since bodies are numbered
+  // for good.
   free.lost_step = step;
   model_.simplification.lose(body);
   Eigen::Isometry3d X_WB = free.X_WB;
@@ -118,6 +121,7 @@ double BodyPlacement::clearance_m(std::span<const BodyPose> put) const {
     for (const BodyPose& pose : put) {
       const Aabb& box = model_.body(pose.body).bounds;
       for (const Aabb& other : others) {
+        // The lift only grows, so that the rounds end: each clears one obstacle for all bodies.
         if (overlaps(box, lift_m, other)) lift_m = other.max.z() + kPutAbove - box.min.z();
       }
     }

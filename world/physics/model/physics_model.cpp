@@ -43,6 +43,8 @@ PhysicsModel::PhysicsModel(const scene::Scene& the_scene,
                         tool.X_WQ.isometry() * tool.X_QT.isometry());
   }
   tool_of_robot.assign(the_scene.robots.size(), -1);
+  // Every tool is created as a free body first. Mounting it takes the same path as a tool change at
+  // run time.
   const std::vector<int> start = scene::tools_at_start(the_scene);
   for (std::size_t r = 0; r < start.size(); ++r) {
     if (start[r] >= 0) take_tool(*this, static_cast<int>(r), start[r], X_WL[r].back());
@@ -85,6 +87,7 @@ void PhysicsModel::open_tools() {
 
 RigidBody* PhysicsModel::rigid_body(BodyIndex id) {
   if (id < 0) return nullptr;
+  // Contacts of a merged body act on the rigid body of its root.
   if (ids.is_free(id)) return &body(simplification.root(id)).body;
   const auto robot = static_cast<std::size_t>(ids.robot_of(id));
   if (ids.is_link(id)) return &arms[robot].body(ids.link_of(id));

@@ -32,6 +32,7 @@ void leave_tool(PhysicsModel& model, int robot) {
   GripperMechanism& gripper = model.grippers[r];
   const int index = model.ids.tool(tool);
   FreeBody& body = model.body(index);
+  // Momentum is kept: the free tool has the velocity of its centre of mass as the mount moved it.
   // The real pose includes the mount's deflection.
   const Eigen::Isometry3d X_WT = gripper.state().X_WT.isometry();
   const Eigen::Vector3d v = gripper.mount_velocity(X_WT * body.mass.com);

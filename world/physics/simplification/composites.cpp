@@ -18,6 +18,7 @@ void Composites::insert(int root, int member) {
   at(member).next = next(before);
   at(before).next = member;
   at(member).root = root;
+  // The relative pose is frozen here; members follow their root by it exactly, without drift.
   at(member).X_RB = body(root).X_WB.inverse() * body(member).X_WB;
 }
 
@@ -27,6 +28,8 @@ bool Composites::rests_on(int body, int below) const {
 }
 
 void Composites::attach(int child, int parent, const ContactWrenchCone& cone) {
+  // A composite is a tree in which every child rests on one parent. The list of a root holds the
+  // tree's bodies in ascending order.
   // The child's whole list goes over to the parent's root.
   moved_.clear();
   for (int m = child; m >= 0; m = next(m)) moved_.push_back(m);
@@ -40,6 +43,7 @@ void Composites::attach(int child, int parent, const ContactWrenchCone& cone) {
 
 void Composites::detach(int child) {
   const int from = root(child);
+  // Bodies that rest on the freed one stay merged with it: their own contacts are not overstressed.
   // Take the child and all that rests on it out of the list, and make it a list of its own.
   moved_.clear();
   for (int m = from; next(m) >= 0;) {
@@ -59,6 +63,8 @@ void Composites::detach(int child) {
   --children_;
   weigh(from);
   FreeBody& free = body(child);
+  // While merged the child's own rigid body was idle; it resumes from the pose that its root gave
+  // it.
   free.body.set_orientation(Eigen::Matrix3d(free.X_WB.linear()));
   weigh(child);
 }
@@ -70,6 +76,8 @@ void Composites::weigh(int root) {
     MassProperties total = body(m).mass;
     for (int k = root; k >= 0; k = next(k)) {
       if (k == m || !rests_on(k, m)) continue;
+      // Composite rigid body (Featherstone 2008, ch. 6.2): parallel axes for each body of the
+      // subtree.
       total = combined(total, body(k).mass, at(m).X_RB.inverse() * at(k).X_RB);
     }
     at(m).carried = total;
@@ -83,6 +91,7 @@ void Composites::move_members(int root) {
     FreeBody& free = body(m);
     free.X_WB = lead.X_WB * at(m).X_RB;
     free.omega_W = lead.omega_W;
+    // Rigid motion: v = v_lead + omega x r.
     free.v_com_W = lead.velocity_at(free.com_W());
     free.update_bounds();
   }
@@ -94,6 +103,7 @@ Wrench Composites::required(int child, const RigidMotion& motion) const {
   const Eigen::Vector3d r = X * load.com - motion.origin_W;
   // Acceleration of the load's centre of mass.
   const Eigen::Vector3d accel =
+      // Relative acceleration on a rigid body: linear, Euler and centripetal term.
       motion.accel_W + motion.alpha_W.cross(r) + motion.omega_W.cross(motion.omega_W.cross(r));
   // In the child's frame: force, then Euler's equation about the centre of mass, moved to the
   // origin.

@@ -10,6 +10,7 @@ void FrozenContacts::keep(int owner, const ContactConstraint& constraint,
 }
 
 void FrozenContacts::drop(int owner) {
+  // Stable removal in place; the boundary of settled contacts moves with it.
   std::size_t kept = 0, settled = 0;
   for (std::size_t i = 0; i < all_.size(); ++i) {
     if (all_[i].owner == owner) continue;

@@ -33,6 +33,8 @@ void RestDetector::count_on_carrier(int i, const CarrierMotion& carrier, bool di
 bool RestDetector::at_rest_on_carrier(int i, const CarrierMotion& carrier) {
   Rest& rest = at(i);
   const FreeBody& free = body(i);
+  // Relative to the carrier, so that a tray on a running belt is at rest (the paper's criterion is
+  // relative, too).
   const Eigen::Vector3d v = free.v_com_W - carrier.v_W;
   const Eigen::Vector3d v_before = rest.v_before - carrier.v_before_W;
   Eigen::Isometry3d now = free.X_WB;
@@ -43,6 +45,7 @@ bool RestDetector::at_rest_on_carrier(int i, const CarrierMotion& carrier) {
     rest.carrier_steps = kRestSteps;
     rest.on_carrier = now;
   }
+  // Rotation counts at the body's radius: the paper bounds the velocity of the centre only.
   return v.norm() < speed_ && free.omega_W.norm() * free.radius_m < speed_ &&
          (v - v_before).norm() < accel_ * step_s_;
 }
@@ -61,6 +64,8 @@ bool RestDetector::at_rest_on_body(int child, int below) {
   Rest& rest = at(child);
   const FreeBody& upper = body(child);
   const FreeBody& lower = body(below);
+  // A body on a turning carrier has the velocity of the carrier's material point, not of its
+  // centre.
   // Velocities relative to the lower body's point at the upper one's centre of mass.
   const Eigen::Vector3d lever = upper.com_W() - lower.com_W();
   const Eigen::Vector3d v = upper.v_com_W - lower.v_com_W - lower.omega_W.cross(lever);
@@ -90,6 +95,7 @@ void RestDetector::end_step(int i) {
 
 void RestDetector::wake(int i, const Eigen::Vector3d& v_W) {
   Rest& rest = at(i);
+  // A woken body still counts as resting until it moves, so that readings do not flicker.
   rest.carrier_steps = kRestSteps;
   rest.pair_steps = 0;
   rest.v_before = v_W;

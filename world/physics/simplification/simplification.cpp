@@ -37,6 +37,7 @@ Simplification::Simplification(const scene::Physics& physics, std::span<FreeBody
 void Simplification::list_awake() {
   awake_.clear();
   awake_roots_.clear();
+  // Ascending order: every later loop over bodies is deterministic.
   for (int i = 0; i < static_cast<int>(bodies_.size()); ++i) {
     if (dormant(i) || body(i).lost_step || body(i).mounted) continue;
     awake_.push_back(i);
@@ -95,6 +96,8 @@ Eigen::Vector3d Simplification::velocity(int i) const {
 void Simplification::wake(int group) {
   const Eigen::Vector3d v = sleeping_.velocity(sleeping_.first(group));
   for (int i = sleeping_.first(group); i >= 0; i = sleeping_.next(i)) {
+    // The belt's velocity of the last step, not of the coming one: the change is an impulse to be
+    // solved.
     rest_.wake(i, v);
     at(i).below = -1;
     at(i).touched = at(i).near = false;
@@ -120,6 +123,8 @@ void Simplification::release(int i) {
   composites_.detach(i);
   merged_.drop(i);
   ++changes_;
+  // A freed body must be at rest for the full time again before it merges; otherwise it would
+  // alternate.
   rest_.restart_on_body(i);
   awake_roots_.insert(std::lower_bound(awake_roots_.begin(), awake_roots_.end(), i), i);
 }
@@ -181,6 +186,8 @@ void Simplification::find_overstressed(std::vector<int>& overstressed) {
     motion.accel_W = (lead.body.v_W() - lead.velocity_at(motion.origin_W)) / step_s_;
     motion.alpha_W = (motion.omega_W - lead.omega_W) / step_s_;
     for (int m = composites_.next(i); m >= 0; m = composites_.next(m)) {
+      // Eq. 4 of IMECE2019-11345: the wrench that the contact must transmit follows from the
+      // motion. Here it is tested before it acts, so that the release is in the same step.
       const Wrench wrench = composites_.required(m, motion);
       if (!composites_.cone(m).contains(wrench)) overstressed.push_back(m);
     }
@@ -195,6 +202,7 @@ bool Simplification::is_free(int id) const {
 
 void Simplification::observe(std::span<const ContactConstraint> constraints,
                              std::span<const int> island_of) {
+  // Order: contacts frozen in the last step are settled first; those of this step follow below.
   sleeping_.end_step(step_s_);
   merged_.settle();
   asleep_.settle();
@@ -223,6 +231,7 @@ void Simplification::note_contacts(std::span<const ContactConstraint> constraint
   }
   for (std::size_t k = 0; k < awake_roots_.size(); ++k) {
     const int i = awake_roots_[k];
+    // Merging requires one support over the whole time, not one at a time.
     if (at(i).below != scratch_[k] || at(i).crowded) rest_.restart_on_body(i);
   }
 }
@@ -308,6 +317,8 @@ void Simplification::merge(int child, int below, std::span<const ContactConstrai
   const FreeBody& lower = body(below);
   RigidMotion motion;
   motion.origin_W = lower.com_W();
+  // The test uses the acceleration that the step has had; a later change is tested by
+  // find_overstressed().
   motion.accel_W = rest_.accel_W(below);
   motion.alpha_W = rest_.alpha_W(below);
   motion.omega_W = lower.omega_W;
@@ -342,6 +353,8 @@ ContactWrenchCone Simplification::cone_of(int child, int below,
     const auto& contact = constraint.contact;
     const bool on_a = contact.a == child && contact.b == below;
     if (!on_a && !(contact.b == child && contact.a == below)) continue;
+    // Contact points are those of the step's start; both bodies have moved since, and at rest to
+    // each other by the same amount.
     const Eigen::Vector3d p = contact.p_W + step_s_ * upper.velocity_at(contact.p_W);
     const Eigen::Vector3d n = X_BW.linear() * contact.n_W;
     cone.add(X_BW * p, on_a ? n : -n, constraint.friction);
@@ -367,6 +380,8 @@ void Simplification::fall_asleep(std::span<const ContactConstraint> constraints,
       if (root(i) == i) lone = i;
     }
     Carrier carrier;
+    // The interval of supporting points bounds how far the group may ride before it leaves the
+    // belt.
     carrier.belt = island.on_belt;
     carrier.belt_min = island.belt_min;
     carrier.belt_max = island.belt_max;

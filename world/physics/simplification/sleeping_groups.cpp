@@ -36,6 +36,7 @@ Eigen::Vector3d SleepingGroups::shift(const Group& group) const {
 /// What falls asleep on a belt that stands looks no farther ahead when this runs.
 Aabb SleepingGroups::box(int g) const {
   const Group& group = at(g);
+  // The box must contain the group over the look-ahead of those that search for contacts with it.
   const double ahead = kStepsAhead * body(group.lowest).step_s * velocity(group.lowest).norm();
   return group.box.moved(shift(group)).grown(ahead);
 }
@@ -51,6 +52,8 @@ Eigen::Isometry3d SleepingGroups::X_WB(int i) const {
 bool SleepingGroups::contains(const Group& group, double belt_accel) const {
   if (!group.has_cone) return false;
   RigidMotion motion;
+  // A group translates with the belt: no angular acceleration, and so one scalar describes its
+  // motion.
   motion.accel_W = belt_accel * fixed_->belt_axis_W;
   for (int b = group.lowest; b >= 0; b = next(b)) {
     if (composites_->parent(b) >= 0) {
@@ -64,6 +67,8 @@ bool SleepingGroups::contains(const Group& group, double belt_accel) const {
 
 void SleepingGroups::groups_to_wake(double belt_speed_m_s, double step_s,
                                     std::vector<int>& to_wake) {
+  // Two conditions per group: the position at which it meets something, and the acceleration that
+  // its contacts bear. Both are intervals, and the common intervals of all groups are tested first.
   const double accel = (belt_speed_m_s - speed_) / step_s;
   const double travel = travel_ + belt_speed_m_s * step_s;
   const bool calm = travel <= travel_high_ && travel >= travel_low_;
@@ -152,6 +157,7 @@ void SleepingGroups::limit_travel(Group& group, const Carrier& carrier) {
 // ---- falling asleep and waking
 
 int SleepingGroups::sleep(std::span<const int> members, const Carrier& carrier) {
+  // Slots are reused; their number is bounded by the number of bodies.
   const int slot = spare_.back();
   spare_.pop_back();
   Group& group = at(slot);
@@ -224,6 +230,8 @@ void SleepingGroups::wake(int g) {
   for (int b = group.lowest; b >= 0;) {
     const int after = next(b);
     group_[static_cast<std::size_t>(b)] = next_[static_cast<std::size_t>(b)] = -1;
+    // Rigid bodies of roots were not updated during sleep. Members follow their root in the next
+    // step.
     if (composites_->root(b) == b) {
       FreeBody& free = body(b);
       free.body.set_position(free.origin_W());

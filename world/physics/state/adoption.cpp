@@ -14,6 +14,7 @@ class Adoption {
  public:
   Adoption(PhysicsModel& model, const PhysicsModel& old, std::span<const int> old_of)
       : model_(model), old_(old), old_of_(old_of) {
+    // The inverse map: forces and grasps name bodies by their old numbers.
     new_of_.assign(static_cast<std::size_t>(old.ids.part_count()), -1);
     for (std::size_t i = 0; i < old_of.size(); ++i) {
       if (old_of[i] >= 0) new_of_[static_cast<std::size_t>(old_of[i])] = static_cast<int>(i);
@@ -29,6 +30,7 @@ class Adoption {
   /// On which flange each tool is, and where the others are.
   void adopt_tools(const PhysicsStep& old_step) {
     const int robots = static_cast<int>(model_.arms.size());
+    // Detaching first makes every tool free, so that two robots can exchange their tools.
     for (int r = 0; r < robots; ++r) {
       if (tool(model_, r) != tool(old_, r)) leave_tool(model_, r);
     }
@@ -77,6 +79,7 @@ class Adoption {
     const FreeBody& was = old_.body(other);
     body.jammed = was.jammed;
     body.lost_step = was.lost_step;
+    // A lost body must leave contact search before it gets its pose.
     if (body.lost_step) model_.simplification.lose(to);
     body.place(old_.simplification.X_WB(other), old_.simplification.velocity(other), was.omega_W);
   }

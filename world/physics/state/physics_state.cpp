@@ -63,6 +63,8 @@ void PhysicsState::Data::Body::restore(FreeBody& body) const {
 }
 
 PhysicsState::PhysicsState(const PhysicsModel& model, const PhysicsStep& step) {
+  // Everything that a later step reads must be in Data: resumed and uninterrupted runs agree bit
+  // for bit.
   Data data{.simplification = model.simplification.save()};
   for (const auto& body : model.bodies) {
     data.bodies.push_back({body.body.motion(), body.origin_B, body.X_WB, body.v_com_W, body.omega_W,
@@ -111,6 +113,7 @@ void PhysicsState::restore(PhysicsModel& model, PhysicsStep& step) const {
 
 std::size_t PhysicsState::bytes() const {
   if (!data_) return 0;
+  // Capacity, not size: the heap memory that the state occupies.
   const auto held = [](const auto& values) { return values.capacity() * sizeof values[0]; };
   std::size_t kept_bytes = held(data_->step.kept);
   for (const auto& manifold : data_->step.kept) kept_bytes += held(manifold.points);

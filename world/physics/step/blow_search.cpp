@@ -30,6 +30,7 @@ BlowSearch::BlowSearch(PhysicsModel& model, ContactSearch& search, StepSolver& s
 }
 
 bool BlowSearch::strikes() const {
+  // The displacement is scaled to a full step: the answer must be the same in all substeps.
   return std::ranges::any_of(model_.simplification.awake(), [this](int i) {
     const double share = model_.scene.physics.step_s / model_.step_s;
     return share * model_.way_m(i) > kStrikingWay && !model_.is_held(i);
@@ -37,8 +38,11 @@ bool BlowSearch::strikes() const {
 }
 
 bool BlowSearch::add_met() {
+  // The solved velocities are the directions in which bodies depart; the search was made for those
+  // of before the step.
   if (!find_leaving()) return false;
   looked_at_.insert(looked_at_.end(), leaving_.begin(), leaving_.end());
+  // Contacts are searched at the poses before the step, with the velocities after it.
   solver_.undo();
   before_.clear();
   for (const int i : model_.simplification.awake()) {
@@ -49,6 +53,8 @@ bool BlowSearch::add_met() {
   std::swap(known_, model_.constraints);
   search_.find(off_the_way_);
   for (const Motion& motion : before_) set_velocity(motion);
+  // New contacts, or bodies that the search woke: the step is solved again. Otherwise the solution
+  // stands.
   if (add_found() || solver_.others_awake()) return true;
   solver_.redo();
   return false;
@@ -63,8 +69,12 @@ bool BlowSearch::find_leaving() {
   for (const int root : model_.simplification.awake_roots()) {
     const FreeBody& body = model_.body(root);
     Motion motion{root, body.body.v_W(), body.body.omega_W()};
+    // The rigid body's origin is the centre of mass of the whole composite, the search needs that
+    // of the lead.
     motion.v_com_W += motion.omega_W.cross(body.X_WB.linear() * (body.mass.com - body.origin_B));
     double least = apart_m(motion, {root, body.v_com_W, body.omega_W});
+    // A velocity that an earlier recheck has covered needs no new search, which bounds the number
+    // of rechecks.
     for (const Motion& looked : looked_at_) {
       if (looked.body == root) least = std::min(least, apart_m(motion, looked));
     }
@@ -93,6 +103,8 @@ void BlowSearch::move_as_leaving() {
 bool BlowSearch::add_found() {
   known_count_ = known_.size();
   for (const ContactConstraint& found : model_.constraints) {
+    // Contacts that already have a solution keep their order and impulses; new ones follow behind
+    // them.
     const auto end = known_.begin() + static_cast<std::ptrdiff_t>(known_count_);
     const bool is_known = std::any_of(
         known_.begin(), end, [&](const ContactConstraint& other) { return is_same(found, other); });

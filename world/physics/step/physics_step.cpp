@@ -21,6 +21,7 @@ constexpr int kMostBlows = 3;  // after each, a step or a part of it is solved a
 Eigen::Isometry3d between_poses(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b,
                                 double share) {
   Eigen::Isometry3d out = Eigen::Isometry3d::Identity();
+  // Spherical linear interpolation (Shoemake 1985), written as a part of the relative rotation.
   const Eigen::AngleAxisd turn(a.linear().transpose() * b.linear());
   out.linear() = a.linear() * Eigen::AngleAxisd(share * turn.angle(), turn.axis()).matrix();
   out.translation() = (1 - share) * a.translation() + share * b.translation();
@@ -77,6 +78,8 @@ void PhysicsStep::run_in_parts(int parts) {
   met_.clear();
 }
 
+/// Substeps for fast bodies only: their rotation and the change of contact points within a step are
+/// not small, so that speculative contacts alone would let them pass.
 int PhysicsStep::part_count() const {
   double longest = 0;
   for (const int i : model_.simplification.awake()) {
@@ -125,6 +128,8 @@ double PhysicsStep::longest_way_m(int body) const {
 /// (semi-implicit Euler). `left`: parts of the step, this one included.
 void PhysicsStep::run_part(int left) {
   begin_part(left);
+  // Order within a step: contacts, suction from the gaps under the lips, statistics, solution, new
+  // poses.
   search_.find();
   find_suction(model_);
   count_faults();
@@ -138,6 +143,8 @@ void PhysicsStep::begin_part(int left) {
   model_.belt_speed_m_s = left == 1
                               ? next_belt_speed_m_s_
                               : (1 - share) * model_.belt_speed_m_s + share * next_belt_speed_m_s_;
+  // Groups that the new belt speed disturbs wake before contacts are searched, and so take part in
+  // this step.
   model_.simplification.begin_step(model_.belt_speed_m_s);
   for (std::size_t r = 0; r < model_.grippers.size(); ++r) {
     GripperMechanism& gripper = model_.grippers[r];
@@ -172,6 +179,7 @@ void PhysicsStep::count_faults() {
 void PhysicsStep::solve() {
   const bool merged = model_.simplification.composites().child_count() > 0;
   const bool striking = blows_.strikes();
+  // The state before the step is only saved if the step may have to be undone.
   if (merged || striking) solver_.begin();
   apply_suction(model_);
   solver_.step();
@@ -181,6 +189,8 @@ void PhysicsStep::solve() {
     solver_.step_again(blows_.known_contacts());
   }
   // Every round frees at least one body, so it ends.
+  // Trial step (see design/physics.md): solve with merged bodies rigid, then test each contact
+  // wrench against its friction cone.
   while (merged) {
     released_.clear();
     model_.simplification.find_overstressed(released_);
@@ -195,6 +205,7 @@ void PhysicsStep::solve() {
 
 void PhysicsStep::collect_results(int left) {
   // Gaps that did not close.
+  // A speculative contact without impulse is not a touch and must not be reported as one.
   std::erase_if(model_.constraints, [](const ContactConstraint& constraint) {
     return is_gap(constraint) && constraint.normal_n == 0;
   });
@@ -202,6 +213,7 @@ void PhysicsStep::collect_results(int left) {
     model_.body(i).refresh();
     model_.simplification.move_members(i);
   }
+  // Poses of everything else follow the solved velocities. Members of composites follow their root.
   for (auto& gripper : model_.grippers) gripper.end_step();
   for (auto& arm : model_.arms) arm.end_step();
   for (std::size_t r = 0; left == 1 && r < model_.grippers.size(); ++r) {
@@ -219,6 +231,8 @@ void PhysicsStep::collect_results(int left) {
 /// Keeps the contacts of a part, with their share of the mean forces over the step.
 void PhysicsStep::keep_part_of_contacts(double share) {
   for (ContactConstraint constraint : model_.constraints) {
+    // Sensors and reports see the mean force over the whole step: each substep contributes its
+    // impulse over h.
     constraint.f_W *= share;
     constraint.normal_n *= share;
     met_.push_back(constraint);

@@ -23,6 +23,8 @@ class NormalTurn {
     axis_ = from.cross(to);
     scale_ = 1 / (1 + cosine);
   }
+  // Rodrigues' formula without trigonometry: R = 1 + [a] + [a]^2 / (1 + c), with a = from x to, c =
+  // from . to.
   Eigen::Vector3d operator()(const Eigen::Vector3d& v) const {
     const Eigen::Vector3d across = axis_.cross(v);
     return v + across + scale_ * axis_.cross(across);
@@ -38,6 +40,8 @@ void continue_from(const StepSolver::LastContact& last, ContactConstraint& const
   constraint.f_guess_W = last.f_guess_W;
   if (turns) constraint.torque_guess_W = last.torque_guess_W;
   if (last.n_W == constraint.contact.n_W) return;
+  // The last force is in world axes. It is rotated with the normal: otherwise a rolling or turning
+  // part would start with a wrong direction of friction.
   const NormalTurn turned(last.n_W, constraint.contact.n_W);
   const auto turn = [&turned](auto& guess) {
     guess.last = turned(guess.last);
@@ -78,6 +82,7 @@ StepSolver::StepSolver(PhysicsModel& model)
   next_root_.resize(model.bodies.size());
   // What may come first in a contact.
   const int firsts = model.ids.palm(static_cast<int>(model.grippers.size()));
+  // All lists get their capacity here, because a step must not allocate.
   for (auto* by_body : {&first_of_body_, &first_last_run_}) by_body->resize(index(firsts));
   for (auto* runs : {&runs_, &last_runs_}) runs->reserve(kConstraintCapacity);
   kept_.reserve(kConstraintCapacity);
@@ -95,6 +100,8 @@ void StepSolver::step() {
 }
 
 void StepSolver::step_again(std::size_t known) {
+  // A search that has woken bodies changes islands and unknowns: nothing of the former solution can
+  // be kept.
   if (others_awake()) {
     begin();
     return step();
@@ -105,6 +112,7 @@ void StepSolver::step_again(std::size_t known) {
   for (std::size_t i = known; i < model_.constraints.size(); ++i) {
     spoil(islands_.number_of(model_, model_.constraints[i]));
   }
+  // External loads were added to the bodies once more, so that their islands count as changed.
   // The suction has been applied again.
   for (std::size_t r = 0; r < model_.grippers.size(); ++r) {
     if (model_.grippers[r].suction().force_n > 0) {
@@ -120,6 +128,8 @@ bool StepSolver::others_awake() const { return !std::ranges::equal(begun_, awake
 /// Stale islands restart from the state before the step; the others keep their solution.
 void StepSolver::start_anew() {
   for (const int root : begun_) {
+    // `before_` has the state before the step. It is exchanged with the solved one, which clean
+    // islands get back.
     RigidBody& body = model_.body(root).body;
     BodyMotion& kept = before_[index(root)];
     const BodyMotion solved = std::exchange(kept, body.motion());
@@ -138,6 +148,8 @@ void StepSolver::start_anew() {
 
 /// The first `known` contacts have been solved once in this step.
 void StepSolver::solve_stale(std::size_t known) {
+  // Islands are solved in ascending order of their lowest body. The order fixes the bits; the
+  // islands themselves are independent.
   list_members();
   list_runs();
   take_last_contacts();
@@ -194,6 +206,8 @@ void StepSolver::solve_island(int island) {
     if (islands_.number_of_gripper(static_cast<int>(r)) != island) continue;
     if (!model_.grippers[r].idle()) model_.grippers[r].add_to(system_);
   }
+  // Rows are added in a fixed order: gripper, virtual joints, contacts. The solver's sums depend on
+  // it.
   if (auto* joints = model_.simplification.virtual_joints()) {
     const auto pairs = joints->pairs();
     for (std::size_t i = 0; i < pairs.size(); ++i) {
@@ -228,6 +242,7 @@ void StepSolver::add_contacts(const Run& run) {
       const Contact& contact = constraint.contact;
       const Eigen::Vector3d v_a = velocity_at(body_a, contact.p_W);
       const Eigen::Vector3d v_b = velocity_at(body_b, contact.p_W);
+      // Newton's law of impact needs the approach velocity before the step, at the contact point.
       setting.normal_speed_m_s = (v_a - v_b).dot(contact.n_W);
       // What hardly moves is held up by something.
       const double fall = -model_.scene.physics.gravity_m_s2 * contact.n_W.z();
@@ -256,6 +271,7 @@ void StepSolver::note(const ContactSolver::Outcome& outcome) {
 // ---- where the search begins
 
 void StepSolver::take_last_contacts() {
+  // Last contacts are sorted by pair, so that each run of a pair is found by its first body.
   std::swap(last_contacts_, memory_.contacts);
   memory_.contacts.clear();
   begins_at_last_ = true;
@@ -293,6 +309,8 @@ APRSIM_VECTOR_CLONES void StepSolver::match_last_contacts(std::size_t known) {
     forget(run, known);
     const Run* last = last_run(run.bodies);
     if (last == nullptr) continue;
+    // Greedy assignment by distance. Most contacts have one candidate, and sorting is skipped for
+    // them.
     if (note_near(run, *last)) {
       std::sort(matches_.begin(), matches_.end(), [](const Match& a, const Match& b) {
         return std::tuple(a.distance2, a.now, a.last) < std::tuple(b.distance2, b.now, b.last);
@@ -312,6 +330,8 @@ void StepSolver::forget(const Run& run, std::size_t known) {
   const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
   for (std::size_t i = index(run.first); i < index(run.end); ++i) {
     ContactConstraint& constraint = model_.constraints[i];
+    // A step that is solved again starts from its own first solution: that is closer than the last
+    // step.
     if (!constraint.f_guess_W.known) continue;  // not solved so far
     constraint.f_guess_W = ForceGuess(i < known ? constraint.f_W : zero);
     constraint.torque_guess_W = ForceGuess(i < known ? constraint.torque_W : zero);
@@ -338,6 +358,7 @@ bool StepSolver::note_near(const Run& now, const Run& last) {
       if (distance2 >= kNear2) continue;
       const std::uint64_t bit = std::uint64_t{1} << ((k - last.first) % kBits);
       order_matters = order_matters || matches_.size() > before || (taken & bit) != 0;
+      // One bit per last contact tells whether two present ones compete for it.
       taken |= bit;
       matches_.push_back({distance2, i, k});
       // What is left of an impact is for all that have come of it.
@@ -353,6 +374,8 @@ bool StepSolver::note_near(const Run& now, const Run& last) {
 void StepSolver::keep_contacts() {
   std::fill(first_of_body_.begin(), first_of_body_.end(), -1);
   for (std::size_t r = runs_.size(); r > 0; --r) {
+    // Insertion into the list of the first body, sorted by pair. Lists are short: a body has few
+    // partners.
     Run& run = runs_[r - 1];
     int* before = &first_of_body_[index(run.bodies.a)];
     while (*before >= 0 && runs_[index(*before)].bodies < run.bodies) {
@@ -378,6 +401,8 @@ int StepSolver::keep_contacts_of_pair(int first) {
       if (at(i).normal_n > 0) kept_.push_back(i);
     }
   }
+  // Order by position: contact order from the search may differ between runs that resume a saved
+  // state.
   std::sort(kept_.begin(), kept_.end(), [&at](int i, int k) {
     const auto &p = at(i).contact.p_W, &q = at(k).contact.p_W;
     return std::tuple(p.x(), p.y(), p.z(), i) < std::tuple(q.x(), q.y(), q.z(), k);

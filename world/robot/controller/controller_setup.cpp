@@ -28,6 +28,8 @@ std::vector<EquippedArm> equipped_arms(const ControllerSetup& setup) {
         {MotionPlanner(PlannerSetup{setup.model, setup.ik, setup.X_BR, payload, setup.gravity_B}),
          X_FT, setup.step_s});
   };
+  // Each tool has its own payload and so its own joint limits. Planners for all of them are made
+  // once.
   for (const ToolSetup& tool : setup.tools) add(tool.X_FT, tool.payload);
   add(setup.X_FT_open, setup.payload_open);
   return arms;

@@ -32,6 +32,8 @@ RobotController::RobotController(ControllerSetup setup)
 
 void RobotController::apply(api::Ticket ticket, const api::RobotAction& action,
                             const JointVector& q_actual) {
+  // Stops and initialisation act at once and drop deferred commands; everything else waits for the
+  // lock.
   if (precedes_tool_change(action)) {
     s_.changer.cancel();
   } else if (s_.changer.busy() && !s_.command.in_error()) {
@@ -56,6 +58,7 @@ void RobotController::execute(const api::InitRobot&, const JointVector& q_actual
   s_.command.initialize();
   s_.protection = false;
   s_.motion.switch_drives_on(setup_.step_s);
+  // Initialising during the retreat must not leave the arm in contact.
   // A retreat from a collision comes first.
   if (!retreating()) stop_from(q_actual);
   begin_task(Task::kRest);
@@ -69,6 +72,7 @@ void RobotController::execute(const api::EndRobot&, const JointVector&) {
 
 void RobotController::execute(const api::StopMotion& stop, const JointVector&) {
   switch (stop.kind) {
+    // CRCL StopConditionEnumType: immediate leaves the path, fast and normal stay on it.
     case api::StopKind::kImmediate:
       stop_from(reference());
       s_.motion.switch_drives_off_after(0);
@@ -112,6 +116,7 @@ void RobotController::execute(const api::SetOverride& setting, const JointVector
 void RobotController::execute(const api::Dwell& dwell, const JointVector&) {
   if (!require_initialized()) return;
   // Whole steps, rounded up.
+  // Integer nanoseconds: a division of doubles could add a step.
   const std::int64_t step_ns = std::llround(setup_.step_s * 1e9);
   const std::int64_t whole = dwell.duration.count() / step_ns;
   s_.steps_left = whole + (dwell.duration.count() % step_ns != 0 ? 1 : 0);
@@ -131,6 +136,7 @@ const JointVector& RobotController::step(const ControllerInput& input) {
     s_.plans.step();  // this step is also the first of the next plan
   }
   s_.motion.step(arm(), input.external_nm, s_.plans.planning());
+  // The tool changer needs the arm at rest after this step's motion, so that it comes after it.
   if (s_.changer.step(at_rest(), input.tool_at_flange)) finish_tool_change();
   check_completion(input);
   return reference();
@@ -145,6 +151,7 @@ void RobotController::plan(PlannedMove move) {
   const int steps = latency_steps(move, false);
   MoveRequest request{std::move(move), X_FT(), s_.tool_limits};
   if (s_.plans.waits(steps)) {
+    // Only one move waits: each newer one replaces it, as it would replace a running one.
     s_.plans.wait(std::move(request));
   } else {
     begin_planning(std::move(request));
@@ -163,6 +170,8 @@ void RobotController::begin_planning(MoveRequest move, bool search) {
 
 /// The planned motion begins, or its command is refused. A move that waits is planned next.
 void RobotController::begin_planned() {
+  // Deterministic deadline: if the planning thread is late, this thread waits for it, and simulated
+  // time with it.
   const std::shared_ptr<PlanJob> job = s_.plans.take();
   if (setup_.prefetcher != nullptr && !job->ready()) ++plan_waits_;
   const Plan& plan = job->get();
@@ -179,6 +188,8 @@ void RobotController::begin_planned() {
     s_.arrival_tolerance = arrival_tolerance_of(move);
     update_goal();
   } else if (!waiting) {
+    // The error then belongs to whatever command the status shows, with a prefix that names the
+    // move.
     // The latest command may be one beside the move.
     const std::string& reason = plan.outcome.error().message;
     fail(s_.command.task() == Task::kRest ? reason : std::string(kMoveBefore) + reason);
@@ -235,6 +246,7 @@ void RobotController::check_completion(const ControllerInput& input) {
       }
       s_.gripper_applied = true;
       break;
+    // A dwell of n steps ends after its n-th step.
     case Task::kDwell:
       if (--s_.steps_left <= 0) s_.command.complete();
       break;
@@ -268,6 +280,7 @@ void RobotController::protective_stop(const std::string& reason, const JointVect
   s_.motion.stand_at(q_actual);
   s_.protection = true;
   fail(reason);
+  // The retreat releases the squeezed contact; it follows the trail that the arm came by.
   s_.motion.retreat(arm(), q_actual);
 }
 
@@ -348,6 +361,7 @@ std::optional<Pose> RobotController::X_RG() const {
 ControllerState RobotController::save() const {
   ControllerState state = s_;
   // A plan that is being made would come later, with its memory.
+  // A shared plan must not be modified through a saved state.
   state.plans = state.plans.unmade();
   return state;
 }

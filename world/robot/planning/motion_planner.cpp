@@ -69,6 +69,7 @@ double torque_scaling(const ArmModel& model, const Payload& payload,
   double square = 1;  // of the scale
   for (int k = 0; k < kTorqueSamples; ++k) {
     const double t = duration_s * (k + 0.5) / kTorqueSamples;
+    // Samples lie in the middle of equal intervals, so that t - h and t + h stay within the motion.
     const double h = std::min(kTorqueDifference_s, duration_s / (2 * kTorqueSamples));
     if (!(h > 0)) return 1;
     // Central differences.
@@ -82,6 +83,8 @@ double torque_scaling(const ArmModel& model, const Payload& payload,
     for (int i = 0; i < model.dof(); ++i) {
       const double limit = kTorqueShare * model.joints[static_cast<std::size_t>(i)].max_torque_nm;
       const double room = limit - std::copysign(1.0, moving(i)) * hold(i);
+      // tau = hold + c^2 moving must stay within the limit: c^2 <= (limit - hold) / |moving|, with
+      // the sign of the motion's torque.
       if (std::abs(moving(i)) * square > room) square = room / std::abs(moving(i));
     }
   }
@@ -112,6 +115,7 @@ Result<void> MotionPlanner::plan(const api::MoveTo& move, const PlanStart& start
   const Eigen::Isometry3d X_BT = pose_in_base(move.X_RT);
   const ToolLimits tool = limits.effective(move.limits);
   if (move.straight) return add_line(X_BT, start, tool, limits.maximum(), out);
+  // A free move is planned in joint space: only its end pose matters.
   const auto target = target_posture(X_BT * start.X_FT.inverse(), start.q);
   if (!target) return tl::unexpected(target.error());
   add_joint_motion(*target, start, tool, limits.maximum(), out);
@@ -150,6 +154,7 @@ Result<void> MotionPlanner::plan(const api::MoveJoints& move, const PlanStart& s
       joints.limits.accel(i) = std::min(*target.accel_rad_s2, limits_.accel(i));
     }
   }
+  // The jerk follows from the time in which an acceleration builds up.
   joints.limits.jerk = joints.limits.accel / kJerkTime_s;
   limit_tool_rates(joints, start.X_FT, limits.maximum(), limits.maximum());
   plan_joint_motion(joints, out.add().as_joint());
@@ -177,6 +182,8 @@ std::optional<JointMotion> MotionPlanner::blend_from_motion(const JointState& st
   const Jacobian J = point_jacobian(setup_->model, state.q, dof, X_FT.translation());
   for (int i = 0; i < dof; ++i) {
     // The joint's part of the shared profile; enough to reverse a joint that moves the other way.
+    // Independent profiles from a moving state (Kroeger & Wahl 2010). The shared profile gives each
+    // joint its speed, so that the path stays close to a line in joint space.
     const double way = std::abs(move.target(i) - move.start(i));
     const double lever = std::max(J.col(i).head<3>().norm(), kLeastTravel);
     const double least_speed = std::max(std::abs(move.qd(i)), kLeastBlendSpeed * limits_.speed(i));
@@ -197,6 +204,8 @@ std::optional<JointMotion> MotionPlanner::blend_from_motion(const JointState& st
 JointMotion MotionPlanner::plan_stop(const JointState& state) const {
   constexpr double kStopJerkTime_s = 0.02;
   JointLimits limits = limits_;
+  // A stop may be harsher than a motion: the distance that it saves matters more than its
+  // smoothness.
   limits.jerk = limits.accel / kStopJerkTime_s;
   JointMotion stop;
   stop.plan_stop(state.q, state.qd, state.qdd, limits);
@@ -205,6 +214,7 @@ JointMotion MotionPlanner::plan_stop(const JointState& state) const {
 
 JointMotion MotionPlanner::plan_retreat(const JointVector& from, const JointVector& to) const {
   JointMove move{.start = from, .target = to, .limits = limits_, .maximum = limits_};
+  // Slow, because the arm may still touch what it retreats from.
   move.time_scale = kRetreatScale;
   JointMotion retreat;
   retreat.plan(move);
@@ -237,6 +247,8 @@ Result<JointVector> MotionPlanner::target_posture(const Eigen::Isometry3d& X_BF,
                                                   const JointVector& start) const {
   // The present elbow angle; a non-redundant arm has no other.
   const InverseKinematics& ik = *setup_->ik;
+  // Redundancy resolution: keeping the elbow angle makes motions repeatable, and the cost is
+  // bounded by kMaxDetour.
   const auto kept = ik.nearest(X_BF, start, ik.elbow_of(start));
   if (setup_->model.dof() <= 6) return kept;
   if (kept && range_distance(*kept, start) < kAtPose) return kept;
@@ -285,6 +297,7 @@ void MotionPlanner::limit_tool_rates(JointMove& move, const Eigen::Isometry3d& X
   double trans = kLeastTravel, rot = kLeastTravel;  // per unit of progress
   for (int i = 0; i < kRateSamples; ++i) {
     const JointVector q = move.start + i / (kRateSamples - 1.0) * way;
+    // v = J dq/ds: the tool's velocity per unit of progress (Siciliano et al. 2009, sec. 3.1).
     const Eigen::Matrix<double, 6, 1> rate =
         point_jacobian(setup_->model, q, setup_->model.dof(), X_FT.translation()) * way;
     trans = std::max(trans, rate.head<3>().norm());
@@ -293,6 +306,8 @@ void MotionPlanner::limit_tool_rates(JointMove& move, const Eigen::Isometry3d& X
   const Eigen::Isometry3d X_BF = flange_pose(setup_->model, move.start);
   const Eigen::Isometry3d X_BF_target = flange_pose(setup_->model, move.target);
   const Eigen::Quaterniond turn(X_BF.linear().transpose() * X_BF_target.linear());
+  // CRCL limits the net rotation of a free move. Rotation on the way is only bounded by the robot's
+  // own maximum.
   const double net = std::max(kLeastTravel, turn.angularDistance(Eigen::Quaterniond::Identity()));
   move.progress_speed = std::min(
       {tool.trans_speed_m_s / trans, tool.rot_speed_rad_s / net, maximum.rot_speed_rad_s / rot});

@@ -40,6 +40,7 @@ std::optional<ToolLimits> blend_limits(const PlannedMove& move, const ToolLimitS
 
 }  // namespace
 
+/// Either thread may come first. The result is the same, since it depends on the request only.
 const Plan& PlanJob::get() {
   std::call_once(once_, [this] {
     plan_ = make();
@@ -61,7 +62,11 @@ Plan PlanJob::make() const {
   }
   Plan plan;
   plan.state = runner.state(request_.step_s);
+  // The plan must begin where the running motion will be after the planning latency, which a copy
+  // of the runner tells exactly.
   const bool moves = runner.running();
+  // Every move is first planned from the rest that braking would lead to. That plan is always
+  // possible; blending is tried on top of it.
   plan.rest = runner.brake(planner_->arm(), Brake::kSet);
   // From rest.
   plan.held = request_.joint_targets.value_or(plan.rest);
@@ -95,6 +100,7 @@ PlanningThread::~PlanningThread() = default;
 void PlanningThread::prefetch(std::shared_ptr<PlanJob> job) {
   {
     const std::lock_guard lock(mutex_);
+    // Only the newest request matters; one that has not begun is dropped.
     next_.swap(job);
   }
   given_.notify_one();

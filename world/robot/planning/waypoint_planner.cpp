@@ -62,6 +62,8 @@ Result<std::vector<WaypointPlanner::Line>> WaypointPlanner::find_lines(
   for (std::size_t i = 0; i < count; ++i) {
     if (planner_.cancelled()) return given_up();
     const Eigen::Isometry3d X_BT_next = planner_.pose_in_base(move.waypoints[i].X_RT);
+    // Reachability of the waypoints alone gives early and specific errors, before the lines are
+    // traced.
     const auto posture = planner_.target_posture(X_BT_next * start_.X_FT.inverse(), start_.q);
     if (!posture) return at_waypoint(i, count, posture.error());
     const ToolLine way(X_BT, X_BT_next);
@@ -87,6 +89,8 @@ Result<void> WaypointPlanner::plan_lines(const api::MoveThroughTo& move, MotionP
     SegmentLimits segments;
     std::vector<double> widths;
     // Up to the next waypoint that needs a stop.
+    // Lines up to a stop form one path with one profile. A blend of zero width would require
+    // infinite acceleration.
     for (double width = 1; i < lines.size() && width > 0; ++i) {
       const Line& line = lines[i];
       const api::Waypoint& waypoint = move.waypoints[line.waypoint];
@@ -95,6 +99,7 @@ Result<void> WaypointPlanner::plan_lines(const api::MoveThroughTo& move, MotionP
       tool_path.add_line(line.way, line.duration_s, static_cast<int>(line.waypoint) + 1);
       const bool last = i + 1 == lines.size();
       width = last ? 0 : corner_width(line, lines[i + 1], waypoint.tolerance);
+      // Widths are set afterwards, since a blend needs both of its lines to be in the path.
       widths.push_back(width);
     }
     for (std::size_t k = 0; k + 1 < widths.size(); ++k) tool_path.blend(k, widths[k]);
@@ -117,6 +122,7 @@ Result<std::vector<WaypointPlanner::JointSegment>> WaypointPlanner::find_joint_s
     const Eigen::Isometry3d X_BT = planner_.pose_in_base(move.waypoints[i].X_RT);
     const auto target = planner_.target_posture(X_BT * start_.X_FT.inverse(), q);
     if (!target) return at_waypoint(i, count, target.error());
+    // Waypoints at the same posture add nothing to the path.
     const JointVector way = (*target - q).cwiseAbs();
     if (way.maxCoeff() < kSame_rad) continue;
     // Full speed, and the accelerations at it, with the tool's set limits and with its maximum.
@@ -167,6 +173,8 @@ Result<void> WaypointPlanner::plan_joint_segments(const api::MoveThroughTo& move
 
 double WaypointPlanner::corner_width(const Line& line, const Line& next,
                                      const api::PoseTolerance& tolerance) const {
+  // A path of the two lines alone has the same corner, and is cheap to evaluate for every trial
+  // width.
   ToolPath corner;
   corner.start(line.way.start());
   corner.add_line(line.way, line.duration_s);
@@ -200,6 +208,8 @@ double WaypointPlanner::fit_blend(double room, const Eigen::Isometry3d& X_BT_goa
     const double use = tolerance_use(pose(width), X_BT_goal, tolerance);
     if (use <= 1) return width;
     // The deviation at the corner grows with the width.
+    // The deviation of a blend is proportional to its width for straight lines (Siciliano et al.
+    // 2009, sec. 4.2.2). In joint space it is only nearly so, which takes a few rounds.
     width *= std::clamp(0.98 / use, 0.01, 0.95);
   }
   return 0;
@@ -213,6 +223,7 @@ double WaypointPlanner::tolerance_use(const Eigen::Isometry3d& X_BT,
       planner_.X_BR().linear().transpose() * (X_BT.translation() - X_BT_goal.translation());
   const auto share = [](double value, const std::optional<double>& bound, double otherwise) {
     const double limit = bound.value_or(otherwise);
+    // A tolerance of zero is met exactly on the path's own axes, and by a stop otherwise.
     return std::abs(value) <= kSame_m ? 0.0 : std::abs(value) / std::max(limit, 1e-15);
   };
   const double x_turn = angle_between(X_BT.linear().col(0), X_BT_goal.linear().col(0));

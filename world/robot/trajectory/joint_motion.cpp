@@ -37,6 +37,8 @@ void JointMotion::plan(const JointMove& move) {
 void JointMotion::plan_shared() {
   const double scale = move_.time_scale;
   ScalarLimits& l = shared_limits_;
+  // Synchronised joints share one progress s(t): q = start + s way, and the limits divided by
+  // |way_i| bound s', s'' and s''' (Biagiotti & Melchiorri 2008, ch. 5).
   l = {move_.progress_speed, move_.progress_accel, move_.progress_accel / kJerkTime_s};
   hard_limits_ = {1e9, 1e9, 1e9};
   bool moves = false;
@@ -64,6 +66,7 @@ void JointMotion::plan_stop(const JointVector& q, const JointVector& qd, const J
   speed_ = 1;
   braking_ = true;
   for (int i = 0; i < q.size(); ++i) {
+    // Every joint stops on its own: the path is given up for the shortest time.
     own(i) = DoubleS::stop({q(i), qd(i), qdd(i)}, joint_scalar(limits, i, 1));
   }
   restart();
@@ -88,6 +91,8 @@ void JointMotion::set_speed(double fraction) {
   // A new profile from the present state, to the end or, at 0, to rest.
   const auto again = [&](const DoubleS& profile, double end, ScalarLimits limits) {
     if (profile.duration() == 0 && profile.end() == end) return profile;  // a joint without way
+    // The override scales the speed only; accelerations stay, so that a change of override is
+    // itself smooth.
     limits.v *= fraction;
     const ScalarState here = profile.at(time_);
     return fraction > 0 ? DoubleS::to_rest(here, end, limits) : DoubleS::stop(here, limits);
@@ -150,6 +155,7 @@ double JointMotion::beyond_range() const {
 }
 
 bool JointMotion::advance(double dt, JointVector& q) {
+  // Time from a count of steps: rounding does not add up.
   time_ = static_cast<double>(++steps_) * dt;
   at(time_, q);
   return time_ >= duration_ && (speed_ > 0 || braking_);

@@ -85,6 +85,8 @@ Result<void> PathMotion::plan(const ArmGeometry& arm, const PathMove& move) {
   } else if (auto ok = find_branch(arm, move); !ok) {
     return ok;
   }
+  // The path's geometry is fixed first; timing then follows from derivatives of the joints along
+  // it.
   path_->limits = choose_limits(arm, move);
   if (!path_->in_joint_space) prefer_quicker_postures(arm, move);
   set_time_scale(1);
@@ -105,6 +107,8 @@ PathLimits PathMotion::choose_limits(const ArmGeometry& arm, const PathMove& mov
 void PathMotion::prefer_quicker_postures(const ArmGeometry& arm, const PathMove& move) {
   if (arm.model.dof() <= 6 || in_self_motion_) return;
   const auto duration = [](const PathLimits& limits) {
+    // Durations of whole profiles are compared, because a local slowdown costs little on a long
+    // line.
     return DoubleS::to_rest({0, 0, 0}, limits.scaling().length(), limits.planned()).duration();
   };
   const double slowed = path_->limits.scaling().length();
@@ -129,6 +133,8 @@ Result<void> PathMotion::find_branch(const ArmGeometry& arm, const PathMove& mov
   // The present elbow angle.
   const Result<void> first = path_->ik.trace(arm, route(arm, move.start, 0));
   if (first) return {};
+  // Example: a stretched wrist whose first and last axis coincide. The sum of both angles is given,
+  // their difference is free.
   // From a singular start by a self-motion.
   if (path_->ik.singular_start()) {
     const JointVector required = path_->ik.required_start();
@@ -145,6 +151,8 @@ Result<void> PathMotion::find_branch(const ArmGeometry& arm, const PathMove& mov
   if (arm.model.dof() <= 6) return first;
   const double best = std::remainder(*chosen - arm.ik.elbow_of(move.start), 2 * std::numbers::pi);
   if (try_elbow_turn(arm, move.start, best)) return {};
+  // Turns are tried in order of size, and both directions, so that the least change of the elbow
+  // wins.
   for (double turn = kElbowSpacing; turn < std::numbers::pi; turn += kElbowSpacing) {
     if (try_elbow_turn(arm, move.start, turn) || try_elbow_turn(arm, move.start, -turn)) return {};
   }
@@ -160,6 +168,8 @@ bool PathMotion::try_all_postures(const ArmGeometry& arm, const JointVector& sta
       const std::vector<JointVector> postures = search.find(start, elbow_angles);
       if (postures.empty()) break;
       if (try_guide(arm, postures)) return true;
+      // The graph is coarse: a step that is feasible at its ends may pass a limit between them. It
+      // is then excluded and the search repeated.
       search.forbid(path_->ik.reached());
     }
   }
@@ -204,6 +214,7 @@ void PathMotion::restart(const DoubleS& profile) {
 ScalarLimits PathMotion::limits_now() const {
   const ScalarLimits& planned = path_->limits.planned();
   const double c = time_scale_;
+  // Scaling of time by c scales the derivatives by c, c^2 and c^3.
   return {planned.v * c * speed_, planned.a * c * c, planned.j * c * c * c};
 }
 

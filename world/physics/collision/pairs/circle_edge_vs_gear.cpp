@@ -50,6 +50,7 @@ struct Sampled {
 };
 APRSIM_VECTOR_CLONES void sample(const Piece& piece, const CircleBasis& basis, double circle_r,
                                  const CircleBounds& bounds, Sampled& out) {
+  // Loops over the samples have no branches, so that the compiler vectorises them.
   const RingValues x = basis.samples(0), y = basis.samples(1);
   out.z = basis.samples(2);
   const RingValues& z = out.z;
@@ -67,6 +68,8 @@ APRSIM_VECTOR_CLONES void sample(const Piece& piece, const CircleBasis& basis, d
   for (auto* values : {&depth, &behind, &height}) values->back() = values->front();
   // Between two samples a height bulges by the circle's, and the way through the side by the
   // greatest second derivative of radius and height; that way also grows no faster than the arc.
+  // The bounds let most arcs be skipped without a search. They are safe: a sample's arc is dropped
+  // only if no point of it can be inside.
   const double rise = circle_r * bounds.sine;
   const double bend =
       circle_r * circle_r / bounds.r_min - bounds.r_min + bounds.off + std::abs(piece.slope) * rise;
@@ -107,6 +110,7 @@ void touch_end(double z_end, double r_end, double outward, double longest, const
     const double b = outward * (z_end - at_sample(sampled.z, i + 1));
     return std::max(a, b) + over > 0 && std::min(a, b) - over < kEndShare * longest;
   };
+  // Roots of r_end - r(angle) bound the arc under the face.
   const auto inside_at = [&](const CirclePoint& at) {
     const double x = at.p.x(), y = at.p.y(), r = length(x, y);
     return std::pair(r_end - r, -(x * at.by_step.x() + y * at.by_step.y()) / r);
@@ -122,6 +126,8 @@ void touch_end(double z_end, double r_end, double outward, double longest, const
 bool kept_aside(const Piece& piece, const Circle& circle, const CircleBounds& bounds) {
   constexpr double kLevel = 1e-3;  // sine of a tilt: below, the least radius of the circle tells
   if (bounds.off < circle.r || bounds.sine < kLevel) return false;
+  // Separating plane: tangent to the cone in the meridian plane through the circle's centre. The
+  // support of the circle against it is known in closed form.
   const Vector3d &c = circle.c, &n = circle.axis;
   // How fast the way out through the plane grows up the circle and level along it.
   const double towards = (c.x() * n.x() + c.y() * n.y()) / bounds.off;
@@ -142,6 +148,7 @@ bool kept_aside(const Piece& piece, const Circle& circle, const CircleBounds& bo
 
 /// Can any point of the circle touch the side or an end's rim?
 bool may_touch(const Piece& piece, const CircleBounds& circle) {
+  // Interval tests in height and radius, the two coordinates of a solid of revolution.
   const double z0 = piece.z0 - piece.low_reach, z1 = piece.z1 + piece.high_reach;
   if (circle.z_max < z0 || circle.z_min > z1) return false;
   // Between the least and the greatest radius of the side at the circle's heights.

@@ -4,6 +4,10 @@
 
 #include "world/physics/collision/shapes/length.hpp"
 
+// Contact of a point of an edge with a frustum. A convex body's contact normal at an edge lies
+// between the normals of the two faces that meet there (Ericson 2005, ch. 5.1.8 for edges;
+// Gregorius, "The Separating Axis Test", GDC 2013, for Gauss maps). Distances are exact: along a
+// meridian a frustum is a trapezium.
 namespace aprsim::physics::detail {
 namespace {
 
@@ -16,6 +20,8 @@ constexpr double kCorner = 0.05;
 constexpr double kAlongRim = 0.05;
 
 Vector3d side_normal(const Piece& piece, const Vector3d& q, double r) {
+  // Outward normal of the cone r = r0 + slope (z - z0): (1, -slope) in the meridian plane, scaled
+  // by the cosine.
   return {q.x() / r * piece.cosine, q.y() / r * piece.cosine, -piece.slope * piece.cosine};
 }
 
@@ -30,6 +36,7 @@ bool add_rim_crossing(const Piece& piece, const Vector3d& q, double r, bool low,
   if (sine < kAlongRim) return false;
   const Vector3d side = side_normal(piece, q, r), end(0, 0, low ? -1 : 1);
   n *= (n.dot(side + end) < 0 ? -1 : 1) / sine;
+  // Gauss map of the rim: a normal beyond the two faces' normals belongs to a face, not to the rim.
   if (n.dot(side) < 0 || n.dot(end) < 0) return false;
   const double rim_r = low ? piece.r0 : piece.r1, rim_z = low ? piece.z0 : piece.z1;
   const Vector3d rim(q.x() / r * rim_r, q.y() / r * rim_r, rim_z);
@@ -42,6 +49,7 @@ bool add_rim_crossing(const Piece& piece, const Vector3d& q, double r, bool low,
 WayOut way_out(const Piece& piece, double r, double z) {
   // The nearest of the side and both ends.
   WayOut way{(piece.radius(z) - r) * piece.cosine, kThroughSide};
+  // The minimum translation to leave a convex body is the least of the distances to its faces.
   const double low = z - piece.z_out_low, high = piece.z_out_high - z;
   if (low < way.depth) way = {low, kThroughLow};
   if (high < way.depth) way = {high, kThroughHigh};
@@ -57,6 +65,8 @@ SlopedWay way_out_along(const Piece& piece, const CirclePoint& at) {
   SlopedWay way{way_out(piece, r, z)};
   switch (way.kind) {
     case kThroughSide: {
+      // d r / d s = (x x' + y y') / r. The product with r, `turn`, has the same sign and is better
+      // behaved near the axis, where d r / d s jumps.
       const double r_on = x * at.by_step.x() + y * at.by_step.y();  // times r
       way.turn = (piece.slope * z_on * r - r_on) * piece.cosine;
       way.slope = r > 0 ? way.turn / r : 0;

@@ -13,6 +13,11 @@
 // The gear's rims against the prism's planes and pockets, and the prism's edges against the gear's
 // pieces: both contain the points of a convex body against another that are farthest inside. A rim
 // point belongs to the face that is its nearest way out.
+// The deepest features of two convex bodies are vertices, edges or faces (Ericson 2005, ch. 5.1 and
+// 5.2). A solid of revolution has circles as its edges: their deepest points have closed forms
+// against planes, and are searched numerically against cones. The exit of a point is the least
+// translation that takes it out (Cameron & Culley 1986, minimum translational distance).
+// Deep penetration is resolved towards the faces on the gear's side of the prism.
 namespace aprsim::physics::detail {
 namespace {
 
@@ -65,6 +70,8 @@ void turn_to_pocket(Pair& pair) {
     if (distance > pocket.r_mouth) continue;
     const double share = std::clamp((distance - kCentred) / (kOff - kCentred), 0.0, 1.0);
     if (share == 0) return;
+    // A rotation by less than 45 degrees suffices: the four support points repeat every quarter
+    // turn.
     const double quarter = 0.5 * std::numbers::pi;
     const double angle = std::atan2(off.dot(pair.e2), off.dot(pair.e1));
     const double turn = share * (angle - quarter * std::round(angle / quarter));
@@ -99,11 +106,14 @@ bool classify_planes(Pair& pair) {
     Plane& plane = pair.planes[static_cast<std::size_t>(i)];
     plane.along = plane.n.dot(pair.u);
     plane.sine = std::sqrt(std::max(0.0, 1 - plane.along * plane.along));
+    // Support of a cylinder along n: half length times |cos| plus radius times sin.
     const double reach = half * std::abs(plane.along) + gear.r_max * plane.sine;
     const double under = plane.under(centre);
     if (under <= -reach) return false;
     plane.crossed = under < reach;
     pair.crossed_count += plane.crossed;
+    // A face behind the prism's middle, as seen from the gear, would be an exit right through the
+    // prism.
     const bool internal = i > kBottom && pair.prism.internal[static_cast<std::size_t>(i - 2)];
     facing[static_cast<std::size_t>(i)] = !internal && under < plane.under(pair.prism.middle);
     plane.exit = plane.crossed && facing[static_cast<std::size_t>(i)];
@@ -136,6 +146,7 @@ Resting resting(const Pair& pair, const Piece& piece) {
   for (int i = 0; i < pair.plane_count; ++i) {
     const Plane& plane = pair.planes[static_cast<std::size_t>(i)];
     if (!plane.crossed && !plane.exit) continue;
+    // A frustum's support is at one of its two rims.
     const double low = plane.under(pair.c + piece.z0 * pair.u) + piece.r0 * plane.sine;
     const double high = plane.under(pair.c + piece.z1 * pair.u) + piece.r1 * plane.sine;
     const double overlap = std::max(low, high);
@@ -184,6 +195,7 @@ double way_into_pocket(const PocketProfile& pocket, const Vector3d& p) {
 bool held_by_pockets(const Pair& pair, const RimPockets& near, const Vector3d& p, double depth) {
   for (int i = 0; i < near.count; ++i) {
     const PocketProfile& pocket = *near.touching[static_cast<std::size_t>(i)];
+    // Below a floor there is only the slab; its exit is the underside.
     if (p.z() <= -pocket.depth && comes_from_below(pair)) continue;
     if (way_into_pocket(pocket, p) < depth) return false;
   }
@@ -195,6 +207,7 @@ bool held_by_face(const Pair& pair, int f, bool decided, const Vector3d& p, doub
   if (pair.crossed_count <= 1 && pair.exit_count <= 1) return true;
   for (int i = 0; i < pair.plane_count; ++i) {
     const Plane& plane = pair.planes[static_cast<std::size_t>(i)];
+    // Planes that the gear's bounds do not cross cannot be nearer than the face itself.
     if (i == f || (!plane.crossed && !plane.exit)) continue;
     const double under = plane.under(p);
     if (under < 0 || (!decided && plane.exit && under < depth)) return false;
@@ -215,6 +228,8 @@ void rim_on_face(const Pair& pair, const RimS& rim, int f, const Resting& rest,
     const Vector3d p = rim.c + rim.r * d;
     const double depth = plane.under(p);
     if (depth <= 0) continue;
+    // Deciding per piece instead of per point keeps all four points on one face; a mixed set would
+    // give a wrong torque.
     // Where the piece's deepest point is in the prism, its overlap with the face decides; one that
     // goes by a corner has a large overlap with each face, and little of it is in the prism.
     const bool decided =
@@ -230,6 +245,7 @@ void rim_on_face(const Pair& pair, const RimS& rim, int f, const Resting& rest,
 bool rim_on_prism(const Pair& pair, const Ring& ring, const Resting& rest, Candidates& out) {
   const RimS rim{pair.c + ring.z * pair.u, ring.r, pair.u, pair.e1, pair.e2,
                  pair.planes[kTop].sine};
+  // The lowest point of a tilted circle is r sin(tilt) below its centre.
   if (rim.c.z() - rim.r * rim.sine >= pair.prism.z1) return false;
   const RimPockets near = pockets_of(rim, pair.pockets);
   if (near.free) return false;
@@ -255,6 +271,7 @@ bool crossed(const Pair& pair, int plane) {
 /// Edges between two faces that the gear crosses both: of the top, of the bottom, along the prism.
 void edges_on_gear(const Pair& pair, std::span<PieceFinds> pieces, Candidates& out,
                    Candidates& doubtful) {
+  // Only edges whose both faces are crossed can be inside the gear.
   const Prism& prism = pair.prism;
   const auto normal = [&](int plane) -> const Vector3d& {
     return pair.planes[static_cast<std::size_t>(plane)].n;
@@ -300,6 +317,8 @@ void axis_on_prism(const Pair& pair, Candidates& out) {
     const double low = plane.under(pair.c + pair.gear.z_low * pair.u);
     const double high = plane.under(pair.c + pair.gear.z_high * pair.u);
     if ((low > 0) == (high > 0)) continue;
+    // The signed distances at the axis' ends are linear along it, so that their ratio gives the
+    // crossing.
     const double t = low / (low - high);
     const double z = pair.gear.z_low + t * (pair.gear.z_high - pair.gear.z_low);
     const Vector3d p = pair.c + z * pair.u;
@@ -311,6 +330,8 @@ void axis_on_prism(const Pair& pair, Candidates& out) {
 /// crosses and by pockets.
 APRSIM_VECTOR_CLONES void sample_outside(const Pair& pair, const CircleBasis& circle,
                                          RingValues& outside) {
+  // A cheap lower bound per sample; the exact test follows for the few samples that it does not
+  // exclude.
   const RingValues x = circle.samples(0), y = circle.samples(1), z = circle.samples(2);
   outside.fill(-1);
   for (int f = 0; f < pair.plane_count; ++f) {
@@ -386,6 +407,8 @@ bool gear_on_prism(const GearShape& gear, const Isometry3d& X_SG, const Prism& p
   set_planes(pair);
   if (!classify_planes(pair)) return false;
   turn_to_pocket(pair);
+  // Order: rims on faces and pockets, edges on pieces, then two fallbacks for penetrations so deep
+  // that no feature of either body is near a surface.
   std::array<Resting, 4> rests;
   for (int i = 0; i < gear.piece_count; ++i) {
     const auto k = static_cast<std::size_t>(i);

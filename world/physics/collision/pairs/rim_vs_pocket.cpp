@@ -8,6 +8,10 @@
 #include "world/physics/collision/pairs/circle_maxima.hpp"
 #include "world/physics/collision/shapes/length.hpp"
 
+// A circle (rim of a hub) against a surface of revolution (pocket with wall and chamfer cones). In
+// a fixed meridian the pocket is a polygon, so that depth is exact at a point; around the rim the
+// local maxima of depth are searched (circle_maxima.hpp). A peg that leans in a hole has two such
+// contacts, on opposite sides (Whitney 1982, two-point contact in part mating).
 namespace aprsim::physics::detail {
 namespace {
 
@@ -22,6 +26,8 @@ constexpr double kMouthCorner = 3;
 
 /// Samples start in the direction in which the rim is off the pocket's axis.
 CircleBasis anchored(const RimS& rim, const PocketProfile& pocket) {
+  // The deepest point of an upright rim is where its centre is off the axis. The first sample there
+  // makes a seated hub's contact exact.
   const Vector3d d(rim.c.x() - pocket.x, rim.c.y() - pocket.y, 0);
   Vector3d along = d - d.dot(rim.u) * rim.u;
   const double norm = along.norm();
@@ -37,6 +43,7 @@ enum PocketWay : int { kWall = 0, kChamfer = 1, kTopFace = 2, kElsewhere = 3, kB
 /// into it through wall or chamfer, or up. Elsewhere: out through the slab's sides, or outside it.
 WayOut way_into(const PocketProfile& pocket, const Slab& slab, const Vector3d& p, double r) {
   WayOut way{pocket.behind_wall(r, p.z()), kWall};
+  // Later faces replace earlier ones only if strictly nearer; ties go to the wall.
   const auto nearer = [&way](double depth, int kind) {
     if (depth < way.depth) way = {depth, kind};
   };
@@ -136,6 +143,8 @@ void anchor_directions(const RimS& rim, const Vector3d& n, double sine, Vector3d
   // Level: body-fixed. Tilted: towards the deepest point.
   d1 = rim.e1;
   d2 = rim.e2;
+  // On a level rim the deepest direction is undefined; body-fixed points keep their identity from
+  // step to step, which the warm start needs.
   if (sine < kLevel) return;
   const Vector3d down = (n.dot(rim.u) * rim.u - n) / sine;
   if (sine >= kTilted) {
@@ -166,6 +175,7 @@ RimInPocket rim_in_pocket(const RimS& rim, const PocketProfile& pocket) {
   const double low = rim.c.z() - rim.r * rim.sine;
   if (low >= 0) return RimInPocket::kApart;
   const bool above_floor = low > -pocket.depth;
+  // Both cones widen upwards, so that the lowest point of the rim has the least room.
   const double r_void = std::max(pocket.r_wall(low), pocket.r_mouth + pocket.chamfer_slope * low);
   if (above_floor && off + rim.r < r_void) return RimInPocket::kFree;
   return RimInPocket::kTouching;
@@ -190,6 +200,7 @@ void rim_on_pocket_side(const RimS& rim, const PocketProfile& pocket, const Slab
     } else {
       const double cosine = way.kind == kWall ? pocket.wall_cos : pocket.chamfer_cos;
       const double slope = way.kind == kWall ? pocket.wall_slope : pocket.chamfer_slope;
+      // Normal out of the material: towards the axis, tilted up by the cone's slope.
       n << -x / r * cosine, -y / r * cosine, slope * cosine;
     }
     out.add(p, n, way.depth);

@@ -18,6 +18,8 @@ constexpr double kSamePoint2 = 1e-5 * 1e-5;
 constexpr double kNormalLength = 0.01;
 
 double distance2(const Candidate& a, const Candidate& b) {
+  // Points of different direction are far apart in this metric even at the same place: both are
+  // needed to hold a body in a corner.
   return (a.p - b.p).squaredNorm() + kNormalLength * kNormalLength * (a.n - b.n).squaredNorm();
 }
 
@@ -100,6 +102,7 @@ void emit_polygon(const Candidates& all, const Selection& from, const Emission& 
 /// Up to four that are deepest and farthest from each other in place and direction.
 void emit_spread(const Candidates& all, const Selection& from, const Emission& to) {
   std::array<double, Candidates::kCapacity> nearest;  // squared distance to the chosen ones
+  // Farthest point sampling (Gonzalez 1985): each pick maximises the distance to the picks so far.
   nearest.fill(1e30);
   int pick = deepest_of(all, from);
   for (int n = 0; n < kMaxPoints && pick >= 0; ++n) {

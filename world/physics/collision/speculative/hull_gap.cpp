@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+// A lower bound of the distance of two convex hulls: the largest separation over a few candidate
+// axes (separating axes: Gottschalk, Lin & Manocha 1996; Ericson 2005, ch. 4.4 and 5.2.1). The
+// bound need not be tight; it only tells how far ahead no contact is possible, and which body lies
+// on which.
 namespace aprsim::physics {
 namespace {
 
@@ -20,6 +24,8 @@ double reach(const GearShape& gear, double cosine) {
 /// Another axis: `distance` from the second middle to the first along it, and the sum of what both
 /// reach along it.
 void look_along(const Vector3d& axis_W, double distance, double reaches, HullGap& gap) {
+  // Positive: the slab between the projections separates the hulls. Negative: their overlap along
+  // the axis.
   const double m = std::abs(distance) - reaches;
   if (m <= gap.m) return;
   gap.m = m;
@@ -30,6 +36,8 @@ void look_along(const Vector3d& axis_W, double distance, double reaches, HullGap
 
 HullGap gear_gear_gap(const GearShape& gear_a, const Isometry3d& X_WA, const GearShape& gear_b,
                       const Isometry3d& X_WB) {
+  // The line between the middles is the axis of two spheres. It separates gears that lie beside
+  // each other at any angle, where neither of their axes does.
   const Vector3d d = X_WA * gear_a.middle() - X_WB * gear_b.middle();
   const Vector3d u_a = X_WA.linear().col(2), u_b = X_WB.linear().col(2);
   const double distance = d.norm(), along_a = d.dot(u_a), along_b = d.dot(u_b);
@@ -59,6 +67,8 @@ HullGap gear_box_gap(const GearShape& gear, const Isometry3d& X_WG, const Vector
 HullGap box_box_gap(const Vector3d& size_a, const Isometry3d& X_WA, const Vector3d& size_b,
                     const Isometry3d& X_WB) {
   const Matrix3d &R_WA = X_WA.linear(), &R_WB = X_WB.linear();
+  // Six face axes of the fifteen: cross products of edges would sharpen the bound only for boxes
+  // edge on edge.
   const Matrix3d cosines = (R_WA.transpose() * R_WB).cwiseAbs();
   const Vector3d d_W = X_WA.translation() - X_WB.translation();
   HullGap gap;

@@ -32,6 +32,7 @@ ToolLimitSettings::ToolLimitSettings(const ToolLimits& maximum) : maximum_(maxim
 }
 
 void ToolLimitSettings::set(const api::SetMotionLimit& setting) {
+  // CRCL sets limits absolutely or as a fraction of the maximum.
   const double value =
       setting.relative ? setting.value : std::min(setting.value, maximum_.of(setting.which));
   settings_[index(setting.which)] = {setting.relative, value};

@@ -41,6 +41,7 @@ double degrees(double rad) { return rad * 180 / std::numbers::pi; }
 
 Result<JointVector> IkPath::solve(const ArmGeometry& arm, double u, const JointVector& seed) const {
   const Eigen::Isometry3d X_BF = tool_.at(u >= 1 ? length_ : u * length_) * X_TF_;
+  // Either the elbow angle varies linearly along the path, or the posture search has given a guide.
   if (!route_.guide.empty()) return near_guide(arm, u, X_BF);
   const double elbow = route_.elbow_start_rad + u * route_.elbow_turn_rad;
   return arm.ik.nearest(X_BF, seed, elbow);
@@ -122,6 +123,8 @@ Result<void> IkPath::trace(const ArmGeometry& arm, const Route& route) {
     // Rejected: a shorter step (the error of a cubic grows with its fourth power), or the end.
     if (miss > kPredictionError) {
       step = std::min(step, next - u) *
+             // Step control as in ODE integrators (Hairer, Norsett & Wanner 1993, sec. II.4):
+             // factor 0.8 (tolerance / error)^(1 / order).
              std::clamp(0.8 * std::sqrt(std::sqrt(kPredictionError / miss)), 0.1, 0.7);
       if (step < (samples_.size() < kExtrapolationPoints ? kShortestFirstStep : kShortestStep)) {
         if (u < kFirstStep) find_required_start(arm);
@@ -144,6 +147,7 @@ Result<void> IkPath::trace(const ArmGeometry& arm, const Route& route) {
 }
 
 void IkPath::find_required_start(const ArmGeometry& arm) {
+  // A start is singular for its branch if the pose next to it needs a finitely different posture.
   const auto ahead = solve(arm, kFirstStep, route_.start);
   if (!ahead) return;
   const auto required = solve(arm, 0, *ahead);

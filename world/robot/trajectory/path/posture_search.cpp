@@ -52,6 +52,7 @@ double PostureSearch::discomfort(const JointVector& q) const {
   double crowding = 0;
   for (int i = 0; i < arm_.model.dof(); ++i) {
     const Joint& joint = arm_.model.joints[static_cast<std::size_t>(i)];
+    // An eighth power is flat over most of the range and steep at its ends.
     const double place = (2 * q(i) - joint.lower_rad - joint.upper_rad) / range_of(joint);
     const double fourth = place * place * place * place;
     crowding += fourth * fourth;
@@ -108,6 +109,8 @@ bool PostureSearch::connect(std::size_t index, double first_elbow) {
   Layer& layer = graph_[index];
   const auto angles = static_cast<int>(layer.size());
   const double angle = 2 * std::numbers::pi / angles;
+  // Dynamic programming layer by layer (Bellman 1957): a node's cost is final once its layer is
+  // connected. The window makes the work linear in the number of elbow angles.
   const int window = std::min(static_cast<int>(kLongestElbowStep_rad / angle), (angles - 1) / 2);
   std::vector<const Nodes*> near;
   bool reached = false;
@@ -121,6 +124,7 @@ bool PostureSearch::connect(std::size_t index, double first_elbow) {
       }
     }
     Nodes& here = layer[static_cast<std::size_t>(k)];
+    // Inverse kinematics is evaluated lazily: postures that cannot be reached are never computed.
     if (!near.empty() && !here.known) here = {nodes_at(index, first_elbow + angle * k), true};
     for (Node& node : here.nodes) {
       node.total = kUnreached;

@@ -47,6 +47,7 @@ void ToolPath::make_helix(const ToolHelix& helix, double duration_s) {
 Eigen::Isometry3d ToolPath::at(double s) const {
   if (s >= segments_.length()) return end_;
   if (is_helix_) return helix_.at(segments_.share(0, s));
+  // In a blend two lines are under way: one ends while the other begins.
   // Superposition of the lines under way, each with its share; rotations in their order.
   const auto [first, last] = segments_.active(s);
   Eigen::Isometry3d X_BT = lines_[first].at(segments_.share(first, s));
