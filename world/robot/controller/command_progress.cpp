@@ -31,6 +31,7 @@ void CommandProgress::wait() {
 
 void CommandProgress::complete(const char* description) {
   task_ = Task::kNone;
+  // An error that is held hides the completion: the command that set it has failed.
   if (in_error()) return;
   status_.state = api::ActionState::kDone;
   if (description != nullptr) {

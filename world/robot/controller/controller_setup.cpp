@@ -17,6 +17,7 @@ ControllerSetup checked(ControllerSetup setup) {
                                   " is outside its limits");
     }
   }
+  // A robot without a tool changer has one fixed tool.
   if (setup.tools.empty()) setup.tools.push_back({setup.X_FT, setup.payload});
   return setup;
 }

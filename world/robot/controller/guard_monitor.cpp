@@ -71,7 +71,7 @@ void GuardMonitor::at_rest(SimTime now) {
   triggered_at_.reset();
 }
 
-const api::Guard* GuardMonitor::unmet() const {
+const api::Guard* GuardMonitor::missing_trigger() const {
   if (triggered_) return nullptr;
   for (std::size_t i = 0; i < state_.count; ++i) {
     if (guards_[i].require_trigger) return &guards_[i];

@@ -39,10 +39,10 @@ void finish_guards(GuardMonitor& guards, RobotController& controller, SimTime no
   guards.end();
   // A command that needed a trigger and ended without one has failed, although its motion is
   // complete.
-  const api::Guard* unmet = guards.unmet();
-  if (unmet == nullptr) return;
-  controller.fail("Guard " + unmet->label + ": required trigger not seen, limit " +
-                  number(unmet->value) + "; send InitCanon to go on");
+  const api::Guard* missing = guards.missing_trigger();
+  if (missing == nullptr) return;
+  controller.fail("Guard " + missing->label + ": required trigger not seen, limit " +
+                  number(missing->value) + "; send InitCanon to go on");
 }
 
 }  // namespace aprsim::robot

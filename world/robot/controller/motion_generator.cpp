@@ -94,7 +94,7 @@ void MotionGenerator::retreat(const EquippedArm& arm, const JointVector& from) {
 
 // ---- torque mode
 
-/// Joints in torque mode begin at rest, together with the motion of the others where that is so.
+/// Joints in torque mode start at rest, at the same time as the motion of the others.
 void MotionGenerator::start_torque_mode(const EquippedArm& arm, const api::MoveJoints& move,
                                         const Plan& plan) {
   const JointLimits& limits = arm.planner.joint_limits();
@@ -108,7 +108,7 @@ void MotionGenerator::start_torque_mode(const EquippedArm& arm, const api::MoveJ
   }
 }
 
-/// On top of the motion of the other joints.
+/// Moves the joints in torque mode; the others follow their motion.
 void MotionGenerator::advance_torque_mode(const EquippedArm& arm, const JointVector& external_nm) {
   if (!torque_mode_.active() || drives_.braked()) return;
   if (torque_mode_pending_ && !runner_.idle()) return;
@@ -149,10 +149,10 @@ void MotionGenerator::stop_from(const EquippedArm& arm, const JointVector& q) {
   runner_.replace(MotionSequence(arm.planner.plan_stop(state)), Brake::kHard);
 }
 
-void MotionGenerator::stand_at(const JointVector& q) {
+void MotionGenerator::set_at_rest(const JointVector& q) {
   to_joint_targets_ = false;
   torque_mode_.clear();
-  runner_.stand_at(q);
+  runner_.set_at_rest(q);
 }
 
 // ---- settings

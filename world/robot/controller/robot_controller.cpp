@@ -144,7 +144,7 @@ const JointVector& RobotController::step(const ControllerInput& input) {
 
 // ---- planning
 
-/// The move is planned from now on, or after the plan that is under way.
+/// Plans the move now, or after the plan in progress.
 void RobotController::plan(PlannedMove move) {
   if (!require_initialized()) return;
   begin_task(Task::kRest);
@@ -176,7 +176,7 @@ void RobotController::begin_planned() {
   if (setup_.prefetcher != nullptr && !job->ready()) ++plan_waits_;
   const Plan& plan = job->get();
   std::optional<MoveRequest> waiting = s_.plans.take_waiting();
-  // A plan that does not fit is made again, or left out for the move that waits.
+  // A plan that does not match the state is made again, or dropped for the waiting move.
   const bool expected = s_.motion.is_as_expected(arm(), plan);
   if (!expected || plan.search_wanted) {
     const bool search = expected && plan.search_wanted;
@@ -213,8 +213,8 @@ void RobotController::finish_tool_change() {
   run_deferred();
 }
 
-/// Executes the deferred commands one after the other, up to the next tool change. The status is
-/// that of the latest command.
+/// Executes the deferred commands in order, up to the next tool change. The status is that of the
+/// latest command.
 void RobotController::run_deferred() {
   if (s_.changer.deferred().empty()) return;
   const api::Ticket latest = s_.changer.deferred().back().ticket;
@@ -261,7 +261,7 @@ bool RobotController::has_arrived(const JointVector& q_actual) const {
                             q_actual, s_.motion.last_reference());
 }
 
-/// The description tells of a joint in torque mode that is in balance with its load.
+/// The description reports a joint in torque mode that is in balance with its load.
 void RobotController::complete_motion() {
   const int joint = s_.motion.balanced_joint();
   if (joint < 0) return s_.command.complete();
@@ -275,9 +275,9 @@ void RobotController::complete_motion() {
 // ---- stops and errors
 
 void RobotController::protective_stop(const std::string& reason, const JointVector& q_actual) {
-  // The reference stands still where the arm is.
+  // The reference rests at the arm's actual posture.
   s_.plans.cancel();
-  s_.motion.stand_at(q_actual);
+  s_.motion.set_at_rest(q_actual);
   s_.protection = true;
   fail(reason);
   // The retreat releases the squeezed contact; it follows the trail that the arm came by.
@@ -330,13 +330,13 @@ void RobotController::begin_task(Task task) {
   s_.arrival_tolerance = {};
 }
 
-/// Whether commands that act are executed; else the state is error.
+/// Whether the robot is initialized; else sets the error.
 bool RobotController::require_initialized() {
   if (!s_.command.in_error() && !initialized()) fail(kNotInitialized);
   return initialized();
 }
 
-/// Drops what is being planned, and brakes on the path.
+/// Cancels planning and brakes on the path.
 void RobotController::brake(Brake how) {
   s_.plans.cancel();
   s_.motion.brake(arm(), how);
@@ -360,7 +360,7 @@ std::optional<Pose> RobotController::X_RG() const {
 
 ControllerState RobotController::save() const {
   ControllerState state = s_;
-  // A plan that is being made would come later, with its memory.
+  // A plan in progress would allocate later, and is made again from its request.
   // A shared plan must not be modified through a saved state.
   state.plans = state.plans.unmade();
   return state;

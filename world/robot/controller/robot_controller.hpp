@@ -35,15 +35,15 @@ struct ControllerInput {
 ///   SetOverride changes its speed. SetGripper and Dwell begin at once beside a running or planned
 ///   motion, which goes on to its target; it can still be refused or stopped, and is then the error
 ///   of whatever command is the latest.
-/// - The tool changer waits for the arm to come to rest and then takes its time. What comes
-///   meanwhile, stops, InitRobot and EndRobot excepted, is done after it, in its order.
+/// - The tool changer waits until the arm is at rest, and then for its own time. Commands received
+///   meanwhile are executed after it, in order, except stops, InitRobot and EndRobot.
 /// - A command is done when the reference has reached its target exactly and is at rest, and the
 ///   arm, if something pushes it aside, is within the command's tolerance; SetGripper when the
-///   gripper has settled, or 2 s after the command if it does not; a joint driven by torque when it
-///   has reached its position or stands still in balance with its load, and it keeps applying its
-///   torque until the next motion.
-/// - An immediate stop, and a fast one a second later, leaves the arm to its brakes with the drives
-///   off. InitRobot and every motion switch them on again and wait until the brakes have released.
+///   gripper has settled, or 2 s after the command if it does not. A joint in torque mode is done
+///   at its position or at rest in balance with its load; it applies its torque until the next
+///   motion.
+/// - An immediate stop, and a fast one a second later, engages the brakes and switches the drives
+/// off. InitRobot and every motion switch them on again and wait until the brakes have released.
 /// - After a protective stop the arm retreats some millimetres along its trail; InitRobot waits for
 ///   that.
 class RobotController {
@@ -75,7 +75,7 @@ class RobotController {
   void fail(const std::string& reason);
   /// The same; motion ends at once, or on its path as fast as it can, and then the drives go off.
   void shut_down(const std::string& reason, bool on_path);
-  /// Takes a command into an error at once, held until InitRobot.
+  /// Rejects a command: it is in error at once, held until InitRobot.
   void refuse(api::Ticket ticket, const api::RobotAction& action, const std::string& reason);
   /// From now on every motion has this share of its speed.
   void slow_down(double share);

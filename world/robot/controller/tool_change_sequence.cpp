@@ -37,6 +37,7 @@ bool ToolChangeSequence::defer(api::Ticket ticket, const api::RobotAction& actio
 
 DeferredCommand ToolChangeSequence::take_deferred() {
   DeferredCommand oldest = std::move(deferred_.front());
+  // At most kMaxDeferred elements: a ring buffer would gain nothing.
   deferred_.erase(deferred_.begin());
   return oldest;
 }

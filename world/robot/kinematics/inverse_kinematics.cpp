@@ -111,6 +111,8 @@ Result<std::unique_ptr<InverseKinematics>> make_srs(const ArmModel& model) {
   auto sign = match(model, kSrs);
   if (!sign) return tl::unexpected(sign.error());
   const auto along = [&](std::size_t joint) { return model.joints[joint].X_PJ.translation().z(); };
+  // S-R-S arm: both shoulder axes and both wrist axes meet, which leaves one redundant degree of
+  // freedom, the elbow angle.
   SrsGeometry geometry{.shoulder_z = along(0) + along(1),
                        .upper = along(2) + along(3),
                        .fore = along(4) + along(5),

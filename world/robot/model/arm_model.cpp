@@ -193,6 +193,7 @@ class ModelReader {
       joint.rotor_inertia_kg_m2 = found->second;
       reflected_.erase(found);
     }
+    // Joint i moves link i + 1; all later fixed links belong to that link.
     model_.joints.push_back(joint);
     model_.links.push_back({.name = source.child_link_name});
     X_LC_ = Eigen::Isometry3d::Identity();

@@ -62,7 +62,7 @@ struct PlanRequest {
   }
 };
 
-/// What is to begin when the request's steps are over.
+/// The motion that begins after the request's steps.
 struct Plan {
   Result<void> outcome;
   bool search_wanted = false;  ///< and not asked for: the outcome may be better with it

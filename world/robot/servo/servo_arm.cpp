@@ -66,9 +66,8 @@ ServoArm::ServoArm(ArmModel model, Payload payload, const Eigen::Vector3d& gravi
 void ServoArm::step(const JointVector& q_ref_next, const JointVector& tau_ext,
                     const JointVector& tau_load) {
   assert(q_ref_next.size() == model_.dof() && tau_ext.size() == model_.dof());
-  if (s_.braked) return hold(q_ref_next);
-  // Computed-torque feedforward with a decentralised servo (Siciliano et al. 2009, sec. 8.3 and
-  // 8.5).
+  if (s_.braked) return step_braked(q_ref_next);
+  // Computed-torque feedforward with a decentralised servo (Siciliano et al. 2009, sec. 8.4).
   // Velocity and acceleration as this step realises them: a feedforward from them leaves no
   // tracking error.
   const JointVector qd_ref_next = (q_ref_next - s_.q_ref) / step_s_;
@@ -101,18 +100,19 @@ void ServoArm::step(const JointVector& q_ref_next, const JointVector& tau_ext,
     s_.qd = s_.qd_ref;
     s_.disturbed_steps = 0;
   }
-  bear(tau_load);
+  add_held_load(tau_load);
 }
 
-/// What the servo has not answered of a load, because it is within friction.
-void ServoArm::bear(const JointVector& tau_load) {
+/// Adds the part of a load within friction, which the servo does not answer.
+void ServoArm::add_held_load(const JointVector& tau_load) {
   if (tau_load.size() == 0 || (tau_load.array() == 0).all()) return;
   const JointVector within = tau_load - beyond_friction(tau_load);
+  // Reported torque only: the arm does not move for it.
   s_.torque = (s_.torque - within).cwiseMax(-s_.limit).cwiseMin(s_.limit);
 }
 
 /// One step with the brakes on: nothing moves, and a deviation stays.
-void ServoArm::hold(const JointVector& q_ref_next) {
+void ServoArm::step_braked(const JointVector& q_ref_next) {
   s_.q_ref = q_ref_next;
   s_.e = s_.q - s_.q_ref;
   s_.deviating = (s_.e.array() != 0).any();
@@ -220,10 +220,10 @@ void ServoArm::relax() {
   s_.qd_ref = s_.qd;
   s_.e = s_.ed = s_.integral = JointVector::Zero(model_.dof());
   s_.deviating = false;
-  forget_trip();
+  clear_trip();
 }
 
-void ServoArm::forget_trip() {
+void ServoArm::clear_trip() {
   s_.disturbed_steps = 0;
   s_.trip_reason.clear();
 }

@@ -23,6 +23,7 @@ constexpr AtStart kAtStart[] = {
 
 ToolLimitSettings::ToolLimitSettings(const ToolLimits& maximum) : maximum_(maximum) {
   for (const auto& [which, value, name] : kAtStart) {
+    // A default above the robot's maximum would be exceeded by its own first motion.
     const double highest = maximum.of(which);
     if (!(highest > 0) || !std::isfinite(highest)) {
       throw std::invalid_argument(std::string("the robot's maximal ") + name + " must be > 0");

@@ -32,7 +32,7 @@ constexpr double kCloseTurn = 1e-3;  // [rad]
 /// A solution this far from the interpolated samples is on another branch [rad].
 constexpr double kBranchDistance = 1e-2;
 
-/// Where the reason of a refusal is looked for, beyond the end of the trace.
+/// Distance beyond the end of a trace at which the reason of a refusal is determined.
 constexpr double kBeyond = 1e-5;
 
 double degrees(double rad) { return rad * 180 / std::numbers::pi; }
@@ -167,7 +167,7 @@ const JointVector& IkPath::posture_before(double u) const {
 /// reached, or a posture that the branch cannot leave continuously.
 tl::unexpected<Error> IkPath::refusal(const ArmGeometry& arm, double u) const {
   char text[320];
-  const std::string place = tool_.place(u * length_);
+  const std::string place = tool_.describe_position(u * length_);
   constexpr double kNear = 1e-3;  // [rad]
   const JointVector& here = samples_.back().q;
   const JointVector& earlier = posture_before(u - 1e-3);
