@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "world/physics/collision/speculative/look_ahead.hpp"
+#include "world/physics/collision/speculative/speculative_contacts.hpp"
 #include "world/scene/model/part_shapes.hpp"
 
 namespace aprsim::physics {
@@ -25,7 +25,7 @@ Aabb aabb_of_gear(const scene::GearType& gear, const Eigen::Isometry3d& X_WG) {
   return {centre - reach, centre + reach};
 }
 
-/// Distance of the rim farthest from the centre of mass.
+/// Largest distance of a rim from the centre of mass.
 double gear_radius(const scene::GearType& gear, const Eigen::Vector3d& com) {
   const double disc =
       std::hypot(gear.disc_radius_m, std::max(std::abs(com.z()), gear.disc_height_m - com.z()));
@@ -48,7 +48,7 @@ FreeBody make_tray(const scene::TrayInstance& instance, const scene::TrayType& t
   free.X_BS.translation() = slab.center();
   // The slab's corner is farthest from the centre of mass.
   free.radius_m = 0.5 * free.slab_size.norm() + (free.mass.com - free.X_BS.translation()).norm();
-  free.carry(free.mass);
+  free.set_carried_mass(free.mass);
   free.place(instance.X_WP.isometry(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
   return free;
 }
@@ -63,12 +63,12 @@ FreeBody make_gear(const scene::GearInstance& instance, const scene::GearType& t
   free.mass = gear_mass(type);
   free.origin_B = free.mass.com;
   free.radius_m = gear_radius(type, free.mass.com);
-  free.carry(free.mass);
+  free.set_carried_mass(free.mass);
   free.place(instance.X_WP.isometry(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
   return free;
 }
 
-/// The radius holds the fingers at any opening.
+/// The radius bounds the fingers at any opening.
 FreeBody make_tool(const scene::Tool& tool) {
   FreeBody free;
   free.name = tool.name;
@@ -79,7 +79,7 @@ FreeBody make_tool(const scene::Tool& tool) {
     free.radius_m =
         std::max(free.radius_m, (block.centre - free.mass.com).norm() + 0.5 * block.size.norm());
   }
-  free.carry(free.mass);
+  free.set_carried_mass(free.mass);
   free.place(tool.X_WQ.isometry() * tool.X_QT.isometry(), Eigen::Vector3d::Zero(),
              Eigen::Vector3d::Zero());
   return free;
@@ -118,7 +118,7 @@ void FreeBody::place(const Eigen::Isometry3d& X_WB_new, const Eigen::Vector3d& v
   update_bounds();
 }
 
-void FreeBody::carry(const MassProperties& all) {
+void FreeBody::set_carried_mass(const MassProperties& all) {
   body.set_mass(all.mass_kg, all.inertia);
   // The new centre of mass moves as the material point there did.
   origin_B = all.com;
@@ -135,7 +135,7 @@ void FreeBody::update_bounds() {
     bounds = is_tray() ? aabb_of_box(slab_size, X_WS()) : aabb_of_gear(*gear, X_WB);
   }
   // Speculative contacts are searched this far ahead, so that the broad phase must reach as far.
-  bounds = bounds.grown(kStepsAhead * step_s * (v_com_W.norm() + radius_m * omega_W.norm()));
+  bounds = bounds.grown(kLookaheadSteps * step_s * (v_com_W.norm() + radius_m * omega_W.norm()));
 }
 
 std::vector<FreeBody> make_free_bodies(const scene::Scene& scene,

@@ -160,21 +160,21 @@ void insert_sorted(std::vector<int>& list, int value) {
 }  // namespace
 
 void BlockLu::connect(int a, int b) {
-  insert_sorted(near_[at(a)], b);
-  insert_sorted(near_[at(b)], a);
+  insert_sorted(neighbours_[at(a)], b);
+  insert_sorted(neighbours_[at(b)], a);
 }
 
 void BlockLu::analyse(int count, std::span<const std::pair<int, int>> pairs) {
-  if (near_.size() < at(count)) near_.resize(at(count));
-  for (int i = 0; i < count; ++i) near_[at(i)].clear();
+  if (neighbours_.size() < at(count)) neighbours_.resize(at(count));
+  for (int i = 0; i < count; ++i) neighbours_[at(i)].clear();
   for (const auto& [a, b] : pairs) connect(a, b);
   choose_order(count);
-  places_.clear();
+  pair_blocks_.clear();
   for (const auto& [a, b] : pairs) {
     // A pair may be named in either direction; the stored orientation follows the order of
     // elimination.
-    const bool above = turn_[at(a)] < turn_[at(b)];  // the lower block's row is the later body
-    places_.push_back({above ? find_block(b, a) : find_block(a, b), above});
+    const bool above = rank_[at(a)] < rank_[at(b)];  // the lower block's row is the later body
+    pair_blocks_.push_back({above ? find_block(b, a) : find_block(a, b), above});
   }
 }
 
@@ -184,20 +184,20 @@ void BlockLu::choose_order(int count) {
   columns_.clear();
   rows_.clear();
   updates_.clear();
-  turn_.assign(at(count), 0);
+  rank_.assign(at(count), 0);
   eliminated_.assign(at(count), 0);
   int blocks = count;
-  for (int turn = 0; turn < count; ++turn) {
+  for (int rank = 0; rank < count; ++rank) {
     int best = -1;
     for (int i = 0; i < count; ++i) {
       if (eliminated_[at(i)]) continue;
-      if (best < 0 || near_[at(i)].size() < near_[at(best)].size()) best = i;
+      if (best < 0 || neighbours_[at(i)].size() < neighbours_[at(best)].size()) best = i;
     }
     eliminated_[at(best)] = 1;
-    turn_[at(best)] = turn;
+    rank_[at(best)] = rank;
     Column column{
         .body = best, .first = static_cast<int>(rows_.size()), .count = 0, .first_update = 0};
-    const std::vector<int>& left = near_[at(best)];
+    const std::vector<int>& left = neighbours_[at(best)];
     // Every remaining neighbour gets a block below the pivot. Blocks of L and of U share one index.
     for (const int i : left) rows_.push_back({i, blocks++});
     column.count = static_cast<int>(left.size());
@@ -205,7 +205,7 @@ void BlockLu::choose_order(int count) {
     // Elimination graph (George & Liu 1989): the neighbours of an eliminated node form a
     // clique.
     for (std::size_t i = 0; i < left.size(); ++i) {
-      auto& other = near_[at(left[i])];
+      auto& other = neighbours_[at(left[i])];
       other.erase(std::lower_bound(other.begin(), other.end(), best));
       for (std::size_t k = 0; k < i; ++k) connect(left[i], left[k]);
     }
@@ -221,7 +221,7 @@ void BlockLu::list_updates() {
   for (Column& column : columns_) {
     const auto first = rows_.begin() + column.first;
     std::sort(first, first + column.count,
-              [this](const Row& a, const Row& b) { return turn_[at(a.body)] < turn_[at(b.body)]; });
+              [this](const Row& a, const Row& b) { return rank_[at(a.body)] < rank_[at(b.body)]; });
   }
   for (Column& column : columns_) {
     column.first_update = static_cast<int>(updates_.size());
@@ -236,7 +236,7 @@ void BlockLu::list_updates() {
 
 int BlockLu::find_block(int row, int column) const {
   if (row == column) return row;
-  const Column& in = columns_[at(turn_[at(column)])];
+  const Column& in = columns_[at(rank_[at(column)])];
   for (int i = 0; i < in.count; ++i) {
     if (rows_[at(in.first + i)].body == row) return rows_[at(in.first + i)].block;
   }

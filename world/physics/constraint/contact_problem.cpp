@@ -13,7 +13,7 @@ void ContactProblem::clear() {
   moving_.clear();
   rows_.clear();
   pack_count_ = 0;
-  places_.clear();
+  locations_.clear();
 }
 
 int ContactProblem::add_body(double mass_kg, const Matrix3& inertia, const Vector3& com,
@@ -24,7 +24,7 @@ int ContactProblem::add_body(double mass_kg, const Matrix3& inertia, const Vecto
   body.inertia = inertia;
   body.inverse_inertia = inertia.inverse();
   body.com = com;
-  body.free = free;
+  body.free_twist = free;
   body.twist = now;
   body.unknown = static_cast<int>(moving_.size());
   moving_.push_back(static_cast<int>(bodies_.size()));
@@ -35,7 +35,7 @@ int ContactProblem::add_body(double mass_kg, const Matrix3& inertia, const Vecto
 int ContactProblem::add_kinematic(const Vector3& com, const Twist& twist) {
   SolverBody body;
   body.com = com;
-  body.free = body.twist = twist;
+  body.free_twist = body.twist = twist;
   bodies_.push_back(body);
   return static_cast<int>(bodies_.size()) - 1;
 }
@@ -77,8 +77,8 @@ int ContactProblem::add_contact(const ContactDescription& contact) {
     packs().back().begin(contact.a, contact.b);
   }
   packs().back().add(contact);
-  places_.emplace_back(pack_count_ - 1, packs().back().count - 1);
-  return static_cast<int>(places_.size()) - 1;
+  locations_.emplace_back(pack_count_ - 1, packs().back().count - 1);
+  return static_cast<int>(locations_.size()) - 1;
 }
 
 void ContactProblem::complete(const ContactSolverParameters& parameters) {
@@ -116,12 +116,12 @@ bool ContactProblem::is_at_rest(const ContactSolverParameters& parameters) const
 // ---- the solution
 
 ContactProblem::Vector3 ContactProblem::contact_impulse_ns(int contact) const {
-  const auto& [pack, lane] = places_[index(contact)];
+  const auto& [pack, lane] = locations_[index(contact)];
   return packs_[index(pack)].impulse_W(lane);
 }
 
 ContactProblem::Vector3 ContactProblem::torsional_impulse_nms(int contact) const {
-  const auto& [pack, lane] = places_[index(contact)];
+  const auto& [pack, lane] = locations_[index(contact)];
   return packs_[index(pack)].torsion_W(lane);
 }
 
@@ -137,15 +137,15 @@ APRSIM_VECTOR_CLONES void ContactProblem::velocities_from_impulses() {
   // that rounding of many Newton steps cannot drift.
   for (const int i : moving_) {
     SolverBody& body = at(i);
-    body.twist = body.free;
+    body.twist = body.free_twist;
   }
   for (const SolverRow& row : rows_) {
     if (row.gamma == 0) continue;
-    push(row.a.body, row.gamma * row.a.linear, row.gamma * row.a.angular);
-    push(row.b.body, row.gamma * row.b.linear, row.gamma * row.b.angular);
+    apply_impulse(row.a.body, row.gamma * row.a.linear, row.gamma * row.a.angular);
+    apply_impulse(row.b.body, row.gamma * row.b.linear, row.gamma * row.b.angular);
   }
   for (const ContactPack& pack : packs()) {
-    if (!pack.is_idle()) push(pack, pack.body_impulses());
+    if (!pack.is_idle()) apply_impulse(pack, pack.body_impulses());
   }
 }
 

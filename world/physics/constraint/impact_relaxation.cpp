@@ -23,7 +23,7 @@ APRSIM_VECTOR_CLONES void relax(ContactProblem& problem) {
     // A share of the projected step of each contact, and the bodies' new velocities.
     const double share = 1.0 / bearing;
     for (ContactPack& pack : pair) {
-      problem.push(pack, pack.body_impulses(pack.relax(share)));
+      problem.apply_impulse(pack, pack.body_impulses(pack.relax(share)));
     }
   }
 }

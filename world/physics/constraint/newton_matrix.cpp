@@ -107,9 +107,9 @@ void NewtonMatrix::add_row(const ContactProblem& problem, const SolverRow& row) 
     add_outer(scaled[1], j[0], lu_.diagonal(unknown[0]));
   }
   if (row.pair < 0) return;
-  const auto place = lu_.place(static_cast<std::size_t>(row.pair));
-  add_outer(scaled[0], j[1], lu_.forward(place));
-  add_outer(scaled[1], j[0], lu_.backward(place));
+  const auto blocks = lu_.pair_blocks(static_cast<std::size_t>(row.pair));
+  add_outer(scaled[0], j[1], lu_.forward(blocks));
+  add_outer(scaled[1], j[0], lu_.backward(blocks));
 }
 
 APRSIM_VECTOR_CLONES void NewtonMatrix::assemble_contacts(ContactProblem& problem) {
@@ -133,8 +133,8 @@ APRSIM_VECTOR_CLONES void NewtonMatrix::assemble_contacts(ContactProblem& proble
     if (front.pair < 0) continue;
     // The other blocks: the same impulses, with moments about the centre of b.
     const Eigen::Vector3d shift = front.lever_b.at(0) - front.lever_a.at(0);
-    const auto place = lu_.place(static_cast<std::size_t>(front.pair));
-    add_shifted(sum, shift, lu_.forward(place), lu_.backward(place), lu_.diagonal(b));
+    const auto blocks = lu_.pair_blocks(static_cast<std::size_t>(front.pair));
+    add_shifted(sum, shift, lu_.forward(blocks), lu_.backward(blocks), lu_.diagonal(b));
   }
 }
 

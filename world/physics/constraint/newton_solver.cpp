@@ -75,8 +75,8 @@ APRSIM_VECTOR_CLONES NewtonSolver::Gradient NewtonSolver::evaluate(ContactProble
 inline void NewtonSolver::set_momentum_change(const ContactProblem& problem) {
   for (const int i : problem.moving()) {
     const SolverBody& body = problem.at(i);
-    const Eigen::Vector3d p = body.kg * (body.twist.v - body.free.v);
-    const Eigen::Vector3d m = body.inertia * (body.twist.omega - body.free.omega);
+    const Eigen::Vector3d p = body.kg * (body.twist.v - body.free_twist.v);
+    const Eigen::Vector3d m = body.inertia * (body.twist.omega - body.free_twist.omega);
     const Vector6 g = {Vec4d{p.x(), p.y(), p.z(), m.x()}, Vector6::Pair{m.y(), m.z()}};
     g.store(gradient_[index(body.unknown)].data());
   }
@@ -207,8 +207,8 @@ double NewtonSolver::slope(ContactProblem& problem, double step) const {
     const SolverBody& body = problem.at(i);
     const BlockVector& d = direction_[index(body.unknown)];
     // The slope costs O(n), since d' M d and J d are known (as in SAP, Castro et al. 2022).
-    const Eigen::Vector3d dv = body.twist.v - body.free.v + step * d.head<3>();
-    const Eigen::Vector3d dw = body.twist.omega - body.free.omega + step * d.tail<3>();
+    const Eigen::Vector3d dv = body.twist.v - body.free_twist.v + step * d.head<3>();
+    const Eigen::Vector3d dw = body.twist.omega - body.free_twist.omega + step * d.tail<3>();
     sum += body.kg * d.head<3>().dot(dv) + d.tail<3>().dot(body.inertia * dw);
   }
   evaluate_impulses(problem, step);

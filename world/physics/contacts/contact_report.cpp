@@ -27,7 +27,7 @@ void ContactReport::begin_step() {
   for (auto& list : forces_) list.clear();
 }
 
-void ContactReport::add_part(double share) {
+void ContactReport::add_substep(double share) {
   if (forces_.empty()) return;
   // Impulse of the substep over the full step: the mean force that joint torques and force sensors
   // see.
@@ -37,7 +37,7 @@ void ContactReport::add_part(double share) {
 
 void ContactReport::end_step(ArmPenalty& penalty) { penalty.find(forces_); }
 
-/// What a cup draws pulls at it as hard as it is pulled.
+/// Reaction of a cup's suction on its robot.
 void ContactReport::add_suction(std::size_t robot, double share) {
   const GripperMechanism& gripper = model_.grippers[robot];
   const Suction suction = gripper.suction();
@@ -53,8 +53,8 @@ void ContactReport::add_suction(std::size_t robot, double share) {
   forces_[robot].push_back(force);
 }
 
-/// Of each arm that has the contact: at the flange when it is with the gripper, or at the link
-/// itself. Forces between a gripper's own parts are inside it.
+/// Adds the contact to each arm that has it: at the flange if it is with the gripper, else at the
+/// link. Forces between parts of one gripper are internal.
 void ContactReport::add_arm_forces(const ContactConstraint& constraint, double share) {
   const auto& contact = constraint.contact;
   const Eigen::Vector3d f_W = share * constraint.f_W;
@@ -158,7 +158,7 @@ void ContactReport::gather() {
     const int robot = static_cast<int>(r);
     for (const ArmForce& force : forces_[r]) {
       if (!force.penalty) continue;
-      // Of a pair of arms, either has the contact in its list.
+      // Both arms of a pair have the contact in their lists.
       if (force.partner.kind == Side::Kind::kRobot && force.partner.index < robot) continue;
       const Side own{Side::Kind::kRobot, robot, Side::kFirstLink + force.link};
       all_.push_back({own, force.partner, force.p_W, force.f_W});
@@ -166,7 +166,7 @@ void ContactReport::gather() {
   }
 }
 
-/// They change only when something falls asleep, wakes, merges, comes apart or is carried along.
+/// The list changes only when bodies fall asleep, wake, merge, unmerge or move with a carrier.
 void ContactReport::refresh_frozen() {
   const auto& simplification = model_.simplification;
   // The list is cached. Its key changes whenever a frozen contact may have moved.
@@ -185,7 +185,7 @@ void ContactReport::refresh_frozen() {
   frozen_known_ = !moving;
 }
 
-/// Where they were found, at the step's start, as all contacts.
+/// Positions are those at the start of the step, as for all contacts.
 void ContactReport::add_frozen(const FrozenContacts& frozen) {
   for (const FrozenContact& contact : frozen.settled()) {
     const Eigen::Isometry3d X_WA = model_.simplification.X_WB(contact.a);
@@ -200,8 +200,8 @@ void ContactReport::add_frozen(const FrozenContacts& frozen) {
   }
 }
 
-/// By first side, then second side, robots first; of one pair as they were found. The sorting is
-/// done again only when the list has changed.
+/// Sorts by first side, then by second side, robots first; contacts of one pair keep their order.
+/// Sorting is skipped if the list of keys has not changed.
 void ContactReport::sort() {
   const auto code = [](const Side& side) {
     const std::uint64_t rank = side.kind == Side::Kind::kRobot  ? 0

@@ -11,7 +11,7 @@ namespace aprsim::physics {
 namespace {
 
 constexpr std::size_t kRimPoints = 32;
-/// How far behind the lip its rays begin, and how far before it a surface is looked for [m].
+/// Distance behind the lip at which its rays begin, and range of detection in front of it [m].
 constexpr double kBehind = 1e-3, kBefore = 0.01;
 
 using Gaps = std::array<double, kRimPoints>;
@@ -26,7 +26,7 @@ double distance_to(const FreeBody& body, const Ray& ray) {
   return nearest;
 }
 
-/// The lip of one cup over all that is near it.
+/// The lip of one cup, and the distances to the bodies near it.
 class Lip {
  public:
   Lip(const scene::VacuumCup& cup, const Eigen::Isometry3d& X_WLip) : cup_(cup) {
@@ -46,9 +46,9 @@ class Lip {
   [[nodiscard]] const Aabb& bounds() const { return bounds_; }
   [[nodiscard]] const Gaps& gaps() const { return gaps_; }
 
-  /// Adds what `distance` tells of a ray; the share of the lip that this thing covers.
+  /// Adds a body, by its distance along a ray. Returns the share of the lip that it covers.
   template <class Distance>
-  double look_at(const Distance& distance) {
+  double add_body(const Distance& distance) {
     int covered = 0;
     for (std::size_t i = 0; i < kRimPoints; ++i) {
       // Several bodies may close one lip: each ray keeps the nearest surface.
@@ -75,7 +75,7 @@ void find_for(PhysicsModel& model, GripperMechanism& gripper) {
   for (const int i : model.simplification.awake()) {
     const FreeBody& free = model.body(i);
     if (!lip.bounds().meets(free.bounds)) continue;
-    const double covered = lip.look_at([&](const Ray& ray) { return distance_to(free, ray); });
+    const double covered = lip.add_body([&](const Ray& ray) { return distance_to(free, ray); });
     if (covered <= share) continue;
     share = covered;
     body = i;
@@ -83,7 +83,7 @@ void find_for(PhysicsModel& model, GripperMechanism& gripper) {
   for (const StaticShape& shape : model.fixed.shapes) {
     if (!lip.bounds().meets(shape.bounds)) continue;
     const double covered =
-        lip.look_at([&](const Ray& ray) { return distance_to_box(shape.size, shape.X_WS, ray); });
+        lip.add_body([&](const Ray& ray) { return distance_to_box(shape.size, shape.X_WS, ray); });
     if (covered <= share) continue;
     share = covered;
     body = -1;

@@ -53,7 +53,7 @@ FingerMotion FingerRail::motion(const RigidBody& finger, const RigidBody& palm) 
           .rate_m_s = dot(axis, finger.v_W()) - dot(axis, palm.v_W())};
 }
 
-void FingerRail::push(RigidBody& finger, RigidBody& palm, double force_n) const {
+void FingerRail::apply_force(RigidBody& finger, RigidBody& palm, double force_n) const {
   // Equal and opposite forces with equal torques conserve linear and angular momentum of the pair.
   const Vector3d force = force_n * axis_W(finger);
   const Vector3d torque = (0.5 * (palm.p_W() - finger.p_W())).cross(force);

@@ -111,7 +111,8 @@ void GripperBodies::add_to(ConstraintSystem& system, const GripperParts& parts,
                            const std::array<FingerDrive, 2>& drives) {
   place_carriage(parts, mount);
   for (std::size_t i = 0; joints_.fingers && i < 2; ++i) {
-    if (drives[i].extra_n != 0) rails_[i].push(bodies_[i + 1], bodies_[0], drives[i].extra_n);
+    if (drives[i].extra_n != 0)
+      rails_[i].apply_force(bodies_[i + 1], bodies_[0], drives[i].extra_n);
   }
   GripperConstraints(joints_, moved(), carriage_, step_s_).add_to(system, motion, drives, forces_);
 }

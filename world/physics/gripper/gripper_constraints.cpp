@@ -42,8 +42,8 @@ void GripperConstraints::add_to(ConstraintSystem& system, const std::array<Finge
   if (joints_.linkage) add_linkage(system, forces);
 }
 
-// Axes of rows are those of the palm, so that forces stay as they are while the hand turns: from
-// those of the last step the solver's search begins.
+// Axes of rows are those of the palm: the forces of a rotating hand are then constant, which makes
+// those of the last step good warm starts.
 
 /// The palm fixed to the carriage: compliant in translation, stiff in rotation.
 void GripperConstraints::add_mount(ConstraintSystem& system, GripperForces& forces) const {

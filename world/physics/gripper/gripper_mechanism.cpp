@@ -17,9 +17,9 @@ GripperMechanism::GripperMechanism(const scene::Gripper& gripper, const scene::P
   follow_mount();
 }
 
-// ---- on a flange, or not
+// ---- tool change
 
-void GripperMechanism::take(const Eigen::Isometry3d& X_WF, const Eigen::Isometry3d& X_FT) {
+void GripperMechanism::attach(const Eigen::Isometry3d& X_WF, const Eigen::Isometry3d& X_FT) {
   mounted_ = true;
   X_FT_ = X_FT;
   mount_ = MountMotion::at_rest(X_WF * X_FT);
@@ -34,7 +34,7 @@ void GripperMechanism::take(const Eigen::Isometry3d& X_WF, const Eigen::Isometry
   if (!at_stop || !actuator_.is_at_full_force()) wake();
 }
 
-void GripperMechanism::leave() {
+void GripperMechanism::detach() {
   // The lever has no commanded travel, so that its pose on the tool is the only record of it.
   if (!idle_) parts_.hold_lever(mount_.X_WT);
   mounted_ = false;
@@ -149,13 +149,13 @@ void GripperMechanism::end_step() {
   if (idle_) {
     follow_mount();
   } else {
-    read_back();
+    read_from_bodies();
   }
   report_.X_WT = Pose::from(parts_.X_WT());
 }
 
 /// Parts and readings from the bodies.
-void GripperMechanism::read_back() {
+void GripperMechanism::read_from_bodies() {
   const auto bodies = bodies_.all();
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     parts_.place(i, bodies[i].R_WB(), bodies[i].p_W());
@@ -176,7 +176,7 @@ void GripperMechanism::follow_mount() {
   if (mounted_) {
     parts_.follow(mount_.X_WT, report_.travel_m);
   } else {
-    parts_.follow_outside(mount_.X_WT, report_.travel_m);
+    parts_.follow_removed(mount_.X_WT, report_.travel_m);
   }
 }
 
@@ -226,9 +226,9 @@ void GripperMechanism::become_idle() {
   follow_mount();
 }
 
-Moving GripperMechanism::moving(int part) const {
+BodyVelocity GripperMechanism::part_velocity(int part) const {
   const GripperPart& box = parts_.part(part);
-  Moving out{.p_W = box.X_WS.translation(), .reach_m = 0.5 * box.size.norm()};
+  BodyVelocity out{.p_W = box.X_WS.translation(), .reach_m = 0.5 * box.size.norm()};
   if (idle_) {
     out.v_W = mount_velocity(out.p_W);
     out.omega_W = mount_.omega_W;

@@ -44,13 +44,13 @@ Eigen::Vector3d GripperParts::closing_W(int finger) const {
 }
 
 void GripperParts::follow(const Eigen::Isometry3d& X_WT, const std::array<double, 2>& travel_m) {
-  follow_outside(X_WT, travel_m);
+  follow_removed(X_WT, travel_m);
   for (std::size_t i = 0; i < std::size_t{has_cup_ ? 2u : 3u}; ++i) {
     parts_[i].bounds = aabb_of_box(parts_[i].size, parts_[i].X_WS);
   }
 }
 
-void GripperParts::follow_outside(const Eigen::Isometry3d& X_WT,
+void GripperParts::follow_removed(const Eigen::Isometry3d& X_WT,
                                   const std::array<double, 2>& travel_m) {
   for (std::size_t i = 0; i < kColliding; ++i) {
     Eigen::Isometry3d X_TS = parts_[i].X_TS;

@@ -16,7 +16,7 @@ struct GripperState {
   bool settled = true;  ///< reached what was commanded: open, closed, or stalled on a part
   double palm_deflection_m = 0;
   double vacuum_pa = 0;  ///< of a cup
-  Pose X_WT;             ///< where the tool frame really is, the mount's deflection included
+  Pose X_WT;             ///< real pose of the tool frame, with the mount's deflection
 
   /// See world/archive/archive.hpp.
   template <typename Self, typename Io>

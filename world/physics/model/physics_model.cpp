@@ -47,7 +47,7 @@ PhysicsModel::PhysicsModel(const scene::Scene& the_scene,
   // run time.
   const std::vector<int> start = scene::tools_at_start(the_scene);
   for (std::size_t r = 0; r < start.size(); ++r) {
-    if (start[r] >= 0) take_tool(*this, static_cast<int>(r), start[r], X_WL[r].back());
+    if (start[r] >= 0) attach_tool(*this, static_cast<int>(r), start[r], X_WL[r].back());
   }
   constraints.reserve(kConstraintCapacity);
   lost_below_m = lost_below(*this);
@@ -67,7 +67,7 @@ bool PhysicsModel::is_held(int body) const {
   });
 }
 
-double PhysicsModel::way_m(int number) const {
+double PhysicsModel::displacement_m(int number) const {
   const FreeBody& free = body(number);
   return step_s * (free.v_com_W.norm() + free.radius_m * free.omega_W.norm());
 }

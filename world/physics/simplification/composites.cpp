@@ -38,7 +38,7 @@ void Composites::attach(int child, int parent, const ContactWrenchCone& cone) {
   const int to = root(parent);
   for (const int m : moved_) insert(to, m);
   ++children_;
-  weigh(to);
+  update_inertia(to);
 }
 
 void Composites::detach(int child) {
@@ -61,17 +61,17 @@ void Composites::detach(int child) {
   at(child).X_RB.setIdentity();
   for (const int m : moved_) insert(child, m);
   --children_;
-  weigh(from);
+  update_inertia(from);
   FreeBody& free = body(child);
   // While merged the child's own rigid body was idle; it resumes from the pose that its root gave
   // it.
   free.body.set_orientation(Eigen::Matrix3d(free.X_WB.linear()));
-  weigh(child);
+  update_inertia(child);
 }
 
 /// Composite inertia of each member: itself and all that rests on it. The root's rigid body moves
 /// the whole.
-void Composites::weigh(int root) {
+void Composites::update_inertia(int root) {
   for (int m = root; m >= 0; m = next(m)) {
     MassProperties total = body(m).mass;
     for (int k = root; k >= 0; k = next(k)) {
@@ -82,7 +82,7 @@ void Composites::weigh(int root) {
     }
     at(m).carried = total;
   }
-  body(root).carry(at(root).carried);
+  body(root).set_carried_mass(at(root).carried);
 }
 
 void Composites::move_members(int root) {
@@ -97,7 +97,7 @@ void Composites::move_members(int root) {
   }
 }
 
-Wrench Composites::required(int child, const RigidMotion& motion) const {
+Wrench Composites::required_wrench(int child, const RigidMotion& motion) const {
   const Eigen::Isometry3d& X = body(child).X_WB;
   const MassProperties& load = at(child).carried;
   const Eigen::Vector3d r = X * load.com - motion.origin_W;
@@ -120,7 +120,7 @@ void Composites::restore(const Composites& from) {
   members_ = from.members_;
   children_ = from.children_;
   for (std::size_t i = 0; i < members_.size(); ++i) {
-    if (members_[i].root == static_cast<int>(i)) bodies_[i].carry(members_[i].carried);
+    if (members_[i].root == static_cast<int>(i)) bodies_[i].set_carried_mass(members_[i].carried);
   }
 }
 

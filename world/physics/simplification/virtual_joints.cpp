@@ -51,13 +51,13 @@ void VirtualJoints::observe(std::span<const ContactConstraint> constraints) {
   for (std::size_t i = 0; i < bodies_.size(); ++i) v_before_[i] = bodies_[i].v_com_W;
 }
 
-void VirtualJoints::forget(int body) {
+void VirtualJoints::remove_joints_of(int body) {
   const std::size_t count =
       std::erase_if(pairs_, [&](const Pair& pair) { return pair.a == body || pair.b == body; });
   if (count > 0) find_groups();
 }
 
-/// Algorithm 2: the joint goes when |Fc - Fv| > e.
+/// Algorithm 2: the joint is removed if |Fc - Fv| > e.
 void VirtualJoints::release_changed() {
   std::erase_if(pairs_, [this](const Pair& pair) {
     return (pair.contact_force - pair.force_on_b()).norm() > force_;

@@ -21,10 +21,10 @@ using Eigen::Vector3d;
 
 /// Axes closer than this (cosine) count as parallel: sides touch along a line, not in a point.
 constexpr double kParallel = 0.98;
-/// What bounds allow for rounding [m].
+/// Allowance of bounds for rounding [m].
 constexpr double kRounding = 1e-9;
 
-/// The two gears in B's frame. Candidates have their normals into B; A's are flipped on the way.
+/// The two gears in B's frame. Candidates have their normals into B; those of A are flipped.
 struct Gears {
   const GearShape& a;
   const GearShape& b;
@@ -61,7 +61,7 @@ GearBounds bounds_in_b(const GearShape& a, const Isometry3d& X_BA) {
 
 /// Two cylinders standing side by side: the ends of the line along which they touch. An end is a
 /// rim of one of them on the side of the other, which has the normal. False when they do not stand
-/// so, and the general search must look.
+/// so: the general search follows.
 bool side_by_side(const Piece& a, const Piece& b, const Isometry3d& X_BA, Candidates& out) {
   const Vector3d u = X_BA.linear().col(2), c = X_BA.translation();
   // Parallel cylinders touch along a line. Its two ends hold them; one point would let them rock.
@@ -79,7 +79,7 @@ bool side_by_side(const Piece& a, const Piece& b, const Isometry3d& X_BA, Candid
   if (hi <= lo) return false;
   const auto axis_of_a = [&](double z) { return Vector3d(c + (z - rise - c.z()) / u.z() * u); };
   const Vector3d middle = axis_of_a(0.5 * (lo + hi));
-  // Where another way out is shorter, the general search finds it.
+  // Where another exit is shorter, the general search finds it.
   const double overlap = reach_a + b.r0 - length(middle.x(), middle.y());
   if (overlap >= std::min({hi - lo, a.r0, b.r0})) return false;
   for (const double z : {lo, hi}) {

@@ -60,13 +60,13 @@ double behind_side(const Piece& piece, const Edge& e, double t) {
   return (piece.radius(e.z(t)) - e.r(t)) * piece.cosine;
 }
 
-/// Way out at t: behind the side, or behind the nearer end face. Concave along the edge.
+/// Depth at t: behind the side, or behind the nearer end face. Concave along the edge.
 double shortest(const Piece& piece, const Edge& e, double t) {
   return std::min(behind_side(piece, e, t), piece.to_end(e.z(t)));
 }
 
-/// Is all of the range surely outside the piece? By the planes that touch its side beside a few of
-/// the points: each leaves less of the edge that may be inside.
+/// Whether the whole range is outside the piece. Planes tangent to its side at a few points each
+/// exclude a part of the edge.
 bool keeps_out(const Piece& piece, const Edge& e, Range range) {
   constexpr double kSlack = 1e-9;  // for rounding [m]
   constexpr int kMost = 4;
@@ -74,25 +74,25 @@ bool keeps_out(const Piece& piece, const Edge& e, Range range) {
   range = {std::max(range.lo, open.lo), std::min(range.hi, open.hi)};
   double t = std::clamp(e.closest, range.lo, std::max(range.lo, range.hi));
   for (int pass = 0; pass < kMost && range.lo <= range.hi; ++pass) {
-    const double way = behind_side(piece, e, t) + kSlack;
-    if (way >= 0) return false;
+    const double exit = behind_side(piece, e, t) + kSlack;
+    if (exit >= 0) return false;
     // The depth is concave along the edge, so that its tangent at t bounds it. Where the tangent is
     // negative nothing can be inside: Newton's method without a root.
     const Vector3d q = e.at(t);
     const double outward = (q.x() * e.d.x() + q.y() * e.d.y()) / e.r(t);
     const double slope = (piece.slope * e.d.z() - outward) * piece.cosine;
     if (slope == 0) return true;
-    (slope > 0 ? range.lo : range.hi) = t - way / slope;
+    (slope > 0 ? range.lo : range.hi) = t - exit / slope;
     t = 0.5 * (range.lo + range.hi);
   }
   return range.lo > range.hi;
 }
 
-/// The point of the range with the longest way out, by golden sections.
+/// The deepest point of the range, by golden section search.
 double innermost(const Piece& piece, const Edge& e, Range range) {
   // A derivative-free search: the depth has a kink where side and end face are equally near.
   constexpr double kGolden = 0.6180339887498949;
-  // On a cylinder the way through the side is longest where the edge is nearest to the axis.
+  // Behind a cylinder's side the depth is largest where the edge is nearest to the axis.
   if (piece.slope == 0) {
     const double nearest = std::clamp(e.closest, range.lo, range.hi);
     if (behind_side(piece, e, nearest) <= piece.to_end(e.z(nearest))) return nearest;
@@ -171,7 +171,7 @@ bool between_faces(const StraightEdge& edge, const Vector3d& p, const Vector3d& 
 }
 
 /// Out through the piece's side, where the edge is nearest to the axis.
-void look_beside(const Piece& piece, const Edge& e, const StraightEdge& edge,
+void find_beside(const Piece& piece, const Edge& e, const StraightEdge& edge,
                  const Isometry3d& X_SG, std::optional<Candidate>& beside) {
   const Range range = within_height(e, piece.z0, piece.z1);
   if (range.empty()) return;
@@ -184,7 +184,7 @@ void look_beside(const Piece& piece, const Edge& e, const StraightEdge& edge,
 }  // namespace
 
 void edge_on_gear(const GearShape& gear, const Isometry3d& X_SG, const StraightEdge& edge,
-                  std::span<PieceFinds> pieces, Candidates& out, Candidates& doubtful) {
+                  std::span<PieceContacts> pieces, Candidates& out, Candidates& doubtful) {
   const Eigen::Matrix3d R_GS = X_SG.linear().transpose();
   Edge e;
   e.p = R_GS * (edge.a - X_SG.translation());
@@ -209,7 +209,7 @@ void edge_on_gear(const GearShape& gear, const Isometry3d& X_SG, const StraightE
       (sure ? out : doubtful).add(found[i].p, found[i].n, found[i].depth);
     }
     if (found.size() > 0 && !pieces[k].held) {
-      look_beside(gear.pieces[k], e, edge, X_SG, pieces[k].beside);
+      find_beside(gear.pieces[k], e, edge, X_SG, pieces[k].beside);
     }
   }
 }

@@ -115,9 +115,9 @@ void emit_spread(const Candidates& all, const Selection& from, const Emission& t
   }
 }
 
-/// Without points that lie steeply over another of the same body: the plane meets that one first,
-/// unless the body turns far. Of a rim with a chamfer, looked for where it will be, both edges may
-/// be inside.
+/// Removes points that lie steeply above another one of the same body: the plane touches the lower
+/// one first, unless the body rotates far. Both edges of a chamfered rim may be inside at a
+/// predicted pose.
 Selection without_steep(const Candidates& all, const Selection& from) {
   constexpr double kFlatAll = 1e-5, kSteep = 0.5;  // [m], sine of an angle
   double deepest = 0, shallowest = 1e30;
@@ -154,9 +154,9 @@ void emit_some(const Candidates& all, const Selection& from, const Emission& to)
   emit_polygon(all, without_steep(all, from), to);
 }
 
-bool leads_through(const Candidates& all, int i) {
+bool is_tunnelling(const Candidates& all, int i) {
   for (int k = 0; k < all.size(); ++k) {
-    if (physics::leads_through(all[i].depth, all[i].n, all[k].depth, all[k].n)) return true;
+    if (physics::is_tunnelling(all[i].depth, all[i].n, all[k].depth, all[k].n)) return true;
   }
   return false;
 }
@@ -173,7 +173,7 @@ void Candidates::replace_shallowest(const Candidate& c) {
 void emit_reduced(const Candidates& candidates, const Emission& to) {
   Selection all;
   for (int i = 0; i < candidates.size(); ++i) {
-    if (!leads_through(candidates, i)) all.push(i);
+    if (!is_tunnelling(candidates, i)) all.push(i);
   }
   emit_some(candidates, all, to);
 }
@@ -183,7 +183,7 @@ void emit_reduced_by_axis(const Candidates& candidates, const Eigen::Vector3d& u
   constexpr double kFlat = 0.8;  // steeper than any lead-in cone
   Selection flat, wall;
   for (int i = 0; i < candidates.size(); ++i) {
-    if (leads_through(candidates, i)) continue;
+    if (is_tunnelling(candidates, i)) continue;
     (std::abs(candidates[i].n.dot(u)) > kFlat ? flat : wall).push(i);
   }
   emit_some(candidates, flat, to);

@@ -1,4 +1,4 @@
-#include "world/physics/contacts/kept_contacts.hpp"
+#include "world/physics/contacts/contact_cache.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,12 +11,12 @@ namespace {
 
 using Eigen::Isometry3d;
 
-Isometry3d pose_in_b(const KeptContacts::Pair& pair) {
+Isometry3d pose_in_b(const ContactCache::Pair& pair) {
   if (pair.body_b == nullptr) return pair.body_a->X_WB;
   return pair.body_b->X_WB.inverse(Eigen::Isometry) * pair.body_a->X_WB;
 }
 
-/// What the body's farthest point moves from one pose to the other, at most.
+/// Upper bound of the displacement of any of the body's points between two poses.
 double moved_m(const FreeBody& body, const Isometry3d& from, const Isometry3d& to) {
   // A small rotation changes its matrix by sqrt(2) times its angle.
   // |R1 - R2|_F = 2 sqrt(2) sin(angle / 2), about sqrt(2) angle.
@@ -26,40 +26,41 @@ double moved_m(const FreeBody& body, const Isometry3d& from, const Isometry3d& t
 
 }  // namespace
 
-KeptContacts::Kept* KeptContacts::find(BodyIndex a, int on) {
+ContactCache::Entry* ContactCache::find(BodyIndex a, int on) {
   for (int i = newest_[static_cast<std::size_t>(a)]; i >= 0;) {
-    Kept& kept = kept_[static_cast<std::size_t>(i)];
-    if (kept.manifold.on == on) return &kept;
-    i = kept.older;
+    Entry& entry = entries_[static_cast<std::size_t>(i)];
+    if (entry.manifold.on == on) return &entry;
+    i = entry.older;
   }
   return nullptr;
 }
 
-/// Its own, that of a pair that is forgotten, or a new one.
-KeptContacts::Kept& KeptContacts::place_for(BodyIndex a, int on) {
-  if (Kept* own = find(a, on)) return *own;
+/// The pair's own entry, one that is free, or a new one.
+ContactCache::Entry& ContactCache::slot_for(BodyIndex a, int on) {
+  if (Entry* own = find(a, on)) return *own;
   int& newest = newest_[static_cast<std::size_t>(a)];
   // Entries of pairs that separated are reused, which bounds the memory by the largest number of
   // simultaneous pairs.
-  for (int i = newest; i >= 0; i = kept_[static_cast<std::size_t>(i)].older) {
-    if (!is_fresh(kept_[static_cast<std::size_t>(i)])) return kept_[static_cast<std::size_t>(i)];
+  for (int i = newest; i >= 0; i = entries_[static_cast<std::size_t>(i)].older) {
+    if (!is_fresh(entries_[static_cast<std::size_t>(i)]))
+      return entries_[static_cast<std::size_t>(i)];
   }
-  Kept& added = kept_.emplace_back();
+  Entry& added = entries_.emplace_back();
   added.older = newest;
-  newest = static_cast<int>(kept_.size()) - 1;
+  newest = static_cast<int>(entries_.size()) - 1;
   return added;
 }
 
-APRSIM_VECTOR_CLONES bool KeptContacts::append(const Pair& pair, std::vector<Contact>& out) {
-  Kept* kept = find(pair.a, pair.on);
-  if (kept == nullptr || !is_fresh(*kept)) return false;
-  const Manifold& manifold = kept->manifold;
+APRSIM_VECTOR_CLONES bool ContactCache::append(const Pair& pair, std::vector<Contact>& out) {
+  Entry* entry = find(pair.a, pair.on);
+  if (entry == nullptr || !is_fresh(*entry)) return false;
+  const Manifold& manifold = entry->manifold;
   const Isometry3d X_BA = pose_in_b(pair);
   // Persistent manifold: points move with the bodies and their depth is updated, until the motion
   // since detection exceeds the threshold. The threshold is relative to detection, so that errors
   // do not accumulate.
-  if (!(moved_m(*pair.body_a, manifold.X_BA, X_BA) < kMoved)) return false;
-  kept->used = step_;
+  if (!(moved_m(*pair.body_a, manifold.X_BA, X_BA) < kReuseDistance)) return false;
+  entry->used = step_;
   for (const Point& point : manifold.points) {
     Contact& contact = out.emplace_back();
     contact.a = pair.a;
@@ -77,10 +78,10 @@ APRSIM_VECTOR_CLONES bool KeptContacts::append(const Pair& pair, std::vector<Con
   return true;
 }
 
-void KeptContacts::keep(const Pair& pair, const std::vector<Contact>& out, std::size_t first) {
-  Kept& kept = place_for(pair.a, pair.on);
-  Manifold& manifold = kept.manifold;
-  kept.used = step_;
+void ContactCache::store(const Pair& pair, const std::vector<Contact>& out, std::size_t first) {
+  Entry& entry = slot_for(pair.a, pair.on);
+  Manifold& manifold = entry.manifold;
+  entry.used = step_;
   manifold.a = pair.a;
   manifold.on = pair.on;
   manifold.X_BA = pose_in_b(pair);
@@ -98,12 +99,12 @@ void KeptContacts::keep(const Pair& pair, const std::vector<Contact>& out, std::
   }
 }
 
-KeptContacts::State KeptContacts::save() const {
+ContactCache::State ContactCache::save() const {
   State state;
   // Only entries of the last step are state. Their order in memory depends on history and must not
   // enter it.
-  for (const Kept& kept : kept_) {
-    if (kept.used == step_) state.push_back(kept.manifold);
+  for (const Entry& entry : entries_) {
+    if (entry.used == step_) state.push_back(entry.manifold);
   }
   std::sort(state.begin(), state.end(), [](const Manifold& p, const Manifold& q) {
     return std::tuple(p.a, p.on) < std::tuple(q.a, q.on);
@@ -111,14 +112,14 @@ KeptContacts::State KeptContacts::save() const {
   return state;
 }
 
-void KeptContacts::restore(const State& state) {
-  for (Kept& kept : kept_) kept.used = 0;
+void ContactCache::restore(const State& state) {
+  for (Entry& entry : entries_) entry.used = 0;
   step_ = 2;
   for (const Manifold& manifold : state) {
     if (manifold.a < 0 || manifold.a >= static_cast<int>(newest_.size())) continue;
-    Kept& kept = place_for(manifold.a, manifold.on);
-    kept.manifold = manifold;
-    kept.used = step_;
+    Entry& entry = slot_for(manifold.a, manifold.on);
+    entry.manifold = manifold;
+    entry.used = step_;
   }
 }
 
