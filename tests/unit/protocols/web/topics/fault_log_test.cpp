@@ -65,7 +65,7 @@ TEST_F(FaultLogTest, ACauseIsOneLineWithItsCountAndTimes) {
   EXPECT_FALSE(find("joint_1")->holds);
 }
 
-TEST_F(FaultLogTest, OfARobotsErrorsTheLatestLasts) {
+TEST_F(FaultLogTest, KeepsTheLatestErrorOfARobot) {
   refuse("out of reach");
   refuse("joint_2: too fast");
   EXPECT_FALSE(find("out of reach")->holds);
@@ -160,7 +160,7 @@ TEST_F(FaultLogTest, ALostPartIsAnErrorAndAnOpenedGripperIsNot) {
   EXPECT_FALSE(log.faults()[0].holds);
 }
 
-TEST_F(FaultLogTest, WhatIsExpectedIsNoFault) {
+TEST_F(FaultLogTest, IgnoresExpectedEvents) {
   expected = [](int robot, api::Ticket) { return robot == 0; };
   refuse("out of reach");
   initialize();
