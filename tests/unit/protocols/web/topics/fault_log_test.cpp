@@ -178,7 +178,7 @@ TEST_F(FaultLogTest, IsBoundedAndKeepsWhatMatters) {
     if (why.size() > 250) why = why.substr(200) + static_cast<char>('A' + i % 26);
   }
   EXPECT_EQ(log.faults().size(), FaultLog::kMaxFaults);
-  EXPECT_GT(log.given_up(), 0u);
+  EXPECT_GT(log.discarded(), 0u);
   EXPECT_EQ(log.faults().front().source, "motoman");
   refuse(std::string(5000, 'x'));
   EXPECT_LT(log.faults().back().message.size(), 400u);
