@@ -438,7 +438,7 @@ INSTANTIATE_TEST_SUITE_P(Masses, Heavy, testing::Values(0.02, 1.0));
 
 // A hanging gear loads the arm with its weight through the pads. Pushed onto the table it also
 // transmits the table's force, which is reported with the table's name.
-TEST(Gripper, WhatAHeldGearMeetsLoadsTheArmThroughThePads) {
+TEST(Gripper, CollisionOfAHeldGearLoadsTheArmThroughThePads) {
   Bench bench(pick_scene("small"));
   ASSERT_TRUE(pick(bench).held);
   bench.run(50);

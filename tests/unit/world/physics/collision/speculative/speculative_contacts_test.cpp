@@ -48,7 +48,7 @@ std::vector<Contact> ahead_of_sinking(double deep_m, double from_m, bool floor =
   return found;
 }
 
-TEST(SpeculativeContacts, DeepOnesMustExistAtThePresentPose) {
+TEST(SpeculativeContacts, DeepContactMustExistAtTheCurrentPose) {
   const auto existing = ahead_of_sinking(8e-4, 1);
   ASSERT_EQ(existing.size(), 1U);
   EXPECT_NEAR(existing[0].depth_m, 8e-4, 1e-12);
@@ -60,7 +60,7 @@ TEST(SpeculativeContacts, DeepOnesMustExistAtThePresentPose) {
   EXPECT_EQ(beside[0].n_W.z(), 1);
 }
 
-TEST(SpeculativeContacts, ShallowOnesCountFromTheirPredictedPose) {
+TEST(SpeculativeContacts, ShallowContactCountsFromWhereItIsFound) {
   EXPECT_EQ(ahead_of_sinking(5e-5, -1e-5).size(), 1U);
 }
 
