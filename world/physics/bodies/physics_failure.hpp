@@ -5,7 +5,7 @@
 
 namespace aprsim::physics {
 
-/// The world cannot go on: a state that is not a number, runaway energy, or an error in ODE.
+/// The world cannot continue: a state that is not a number, runaway energy, or an error in ODE.
 /// what() names step, body and cause. The world that threw cannot continue.
 class PhysicsFailure : public std::runtime_error {
  public:

@@ -16,7 +16,7 @@
 
 namespace aprsim::physics {
 
-/// How far the impulses are from the solution: the natural map of the complementarity, in units of
+/// Distance of the impulses from the solution: the natural map of the complementarity, in units of
 /// velocity.
 struct ContactResidual {
   double actuated_m_s = 0;  ///< of rows, and of contacts of bodies that rows act on

@@ -78,7 +78,7 @@ BodyCollider::BodyCollider(const PhysicsModel& model)
       box_(OdeGeom::box(Eigen::Vector3d::Ones())),
       cylinder_(OdeGeom::cylinder(1, 1)) {}
 
-/// Trays under pressed gears follow as these are looked at.
+/// Trays under pressed gears are marked when the gears' contacts are detected.
 void BodyCollider::mark_pressed(const std::vector<ContactConstraint>& constraints) {
   std::fill(pressed_.begin(), pressed_.end(), 0);
   const auto note = [this](BodyIndex presses, BodyIndex body) {

@@ -206,7 +206,7 @@ void ContactSearch::gripper_on_robots(int robot, int p) {
 // ---- free bodies
 
 /// Sweep and prune along x over the composites' boxes (Ericson 2005, ch. 7.5); pairs are then
-/// looked at in a fixed order.
+/// processed in a fixed order.
 void ContactSearch::find_pairs() {
   // Sort and sweep finds candidate pairs in O(n log n), close to O(n) with temporal coherence.
   sort_boxes();
@@ -299,7 +299,7 @@ void ContactSearch::unmerge(std::span<const int> members) {
     const int parent = model_.simplification.composites().parent(member);
     if (parent < 0) continue;  // unmerged already
     model_.simplification.unmerge(member);
-    // The contact to the parent was frozen while merged, and is searched anew.
+    // The contact to the parent was frozen while merged, and is searched again.
     // By the rule of composites it touches nothing else, save what has been found already.
     collider_.free_on_free(member, parent, found_);
     add_found(-1);

@@ -54,7 +54,7 @@ class ContactSearch {
   BodyCollider collider_;
   WakeSearch wake_search_;
   std::span<const char> searched_;  // by body; empty = all
-  std::vector<Contact> found_;      // of the pair at hand
+  std::vector<Contact> found_;      // of the present pair
   std::vector<int> unmerged_;       // in this step
   struct Box {
     Aabb bounds;

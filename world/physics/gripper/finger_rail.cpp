@@ -7,7 +7,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Sums run from the left, whatever order Eigen takes: travels are part of the bits of all runs.
+// Sums run from the left, independent of Eigen's order: travels are part of the reproducible bits.
 
 double dot(const Vector3d& a, const Vector3d& b) {
   return a.x() * b.x() + a.y() * b.y() + a.z() * b.z();

@@ -84,8 +84,8 @@ void GripperBodies::follow(const GripperParts& parts, const MountMotion& mount) 
   }
 }
 
-/// Velocities relative to the carriage turn with it; its own change is the arm's business, but for
-/// the fingers along their rails, where inertia and weight load the pistons.
+/// Velocities relative to the carriage rotate with it. The arm bears the carriage's own
+/// acceleration; along the rails the fingers' inertia and weight load the pistons.
 void GripperBodies::begin_step(const GripperParts& parts, const MountMotion& mount,
                                const Vector3d& omega_before_W) {
   for (std::size_t i = 0; i < all().size(); ++i) {

@@ -214,7 +214,7 @@ bool GripperMechanism::observe_cup(bool touched) {
                         report_);
 }
 
-/// Exactly at the stop and on the mount; the lever, which has no travel of its own, where it is.
+/// Sets the fingers exactly to the stop and the palm to the mount. The lever keeps its pose.
 void GripperMechanism::become_idle() {
   const double stop = cup_ ? 0 : stop_travel_m();
   idle_ = true;

@@ -13,7 +13,7 @@ struct GripperState {
   std::array<double, 2> force_n{};  ///< pad normal force on gears and trays
   bool holding = false;
   int held_body = -1;   ///< index of the gear or tray between the pads or at the cup, -1 = none
-  bool settled = true;  ///< reached what was commanded: open, closed, or stalled on a part
+  bool settled = true;  ///< the command is complete: open, closed, or stalled on a part
   double palm_deflection_m = 0;
   double vacuum_pa = 0;  ///< of a cup
   Pose X_WT;             ///< real pose of the tool frame, with the mount's deflection

@@ -60,7 +60,7 @@ void PhysicsStep::run() {
   substeps > 1 ? run_substeps(substeps) : run_substep(1);
   report_.end_step(penalty_);
   ++results_.count;
-  // Falling bodies leave before their speed looks like runaway energy.
+  // Falling bodies are removed before their speed exceeds the divergence limit.
   placement_.lose_fallen(results_.count);
   check_state(model_, results_.count);
 }

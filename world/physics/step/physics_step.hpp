@@ -49,7 +49,7 @@ class PhysicsStep {
   [[nodiscard]] ContactReport& report() { return report_; }
   [[nodiscard]] const ContactReport& report() const { return report_; }
 
-  /// Everything that later steps depend on, beside the model and inputs of every step.
+  /// State that later steps depend on, besides the model and the inputs of every step.
   struct State {
     ContactCache::State cache;
     StepSolver::Memory solver;
@@ -66,7 +66,7 @@ class PhysicsStep {
   };
   [[nodiscard]] State save() const;
   void restore(const State& state);
-  /// Goes on from another world's step, with contacts found anew and these forces on the arms.
+  /// Continues another world's step, with these forces on the arms; contacts are detected again.
   void adopt(const PhysicsStep& old, const ContactReport::State& forces);
   [[nodiscard]] const Eigen::Isometry3d& mount(int robot) const {
     return next_mounts_[static_cast<std::size_t>(robot)];

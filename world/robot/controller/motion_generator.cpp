@@ -9,7 +9,7 @@
 namespace aprsim::robot {
 namespace {
 
-/// Retreat after a collision: of the tool, or of the joints where the tool hardly moves.
+/// Retreat after a collision: by this distance of the tool or this rotation of a joint.
 constexpr double kRetreat_m = 1e-2, kRetreat_rad = 0.03;
 /// Release time of holding brakes of servo motors of this size, an estimate.
 constexpr double kBrakeRelease_s = 0.1;

@@ -46,7 +46,8 @@ void RobotController::run(api::Ticket ticket, const api::RobotAction& action,
                           const JointVector& q_actual) {
   s_.command.accept(ticket, api::kind_of(action));
   std::visit([&](const auto& command) { execute(command, q_actual); }, action);
-  // A command beside a motion leaves its goal alone, and so does a move until it begins.
+  // A concurrent action does not change the goal of the motion, and neither does a move before it
+  // begins.
   if (api::is_move(action)) {
     if (!s_.plans.planning()) update_goal();
   } else if (!api::leaves_motion(action)) {
@@ -188,9 +189,9 @@ void RobotController::begin_planned() {
     s_.arrival_tolerance = arrival_tolerance_of(move);
     update_goal();
   } else if (!waiting) {
-    // The error then belongs to whatever command the status shows, with a prefix that names the
+    // The error then belongs to the command in the status, with a prefix that names the
     // move.
-    // The latest command may be one beside the move.
+    // The latest command may be a concurrent action.
     const std::string& reason = plan.outcome.error().message;
     fail(s_.command.task() == Task::kRest ? reason : std::string(kMoveBefore) + reason);
   }

@@ -22,19 +22,19 @@ struct ControllerInput {
   JointVector q_actual{};     ///< where the arm is; empty = at the reference
 };
 
-/// The robot controller's state machine: executes commands, plans motion, gives one joint reference
-/// a step. Knows units of SI only and nothing of CRCL ids. Thread: sim.
+/// State machine of the robot controller: executes commands, plans motion, generates one joint
+/// reference per step. SI units; independent of CRCL. Thread: sim.
 ///
 /// - Before InitRobot, and after EndRobot, only InitRobot, EndRobot, StopMotion and SetMotionLimit
-///   are executed. An error is held: the state stays kError, whatever is sent, until InitRobot.
+///   are executed. An error is held: the state stays kError until InitRobot.
 /// - The newest command replaces the one that runs, which then never becomes done. A move begins
-///   after the planning latency; until then the motion before it goes on. Moves of joints and free
-///   moves of the tool are blended from the motion that runs then; the others begin where it comes
-///   to rest on its own path. Moves that come while one is being planned wait for that; only the
-///   last of them is planned. SetMotionLimit is for later moves and leaves a running motion alone;
-///   SetOverride changes its speed. SetGripper and Dwell begin at once beside a running or planned
-///   motion, which goes on to its target; it can still be refused or stopped, and is then the error
-///   of whatever command is the latest.
+///   after the planning latency; until then the motion before it continues. Moves of joints and
+///   free moves of the tool are blended from the motion that runs then; the others begin where it
+///   comes to rest on its own path. Moves that come while one is being planned wait for that; only
+///   the last of them is planned. SetMotionLimit is for later moves and leaves a running motion
+///   alone; SetOverride changes its speed. SetGripper and Dwell begin at once, concurrently with a
+///   running or planned motion. That motion continues to its target. If it is refused or stopped,
+///   the error is that of the latest command.
 /// - The tool changer waits until the arm is at rest, and then for its own time. Commands received
 ///   meanwhile are executed after it, in order, except stops, InitRobot and EndRobot.
 /// - A command is done when the reference has reached its target exactly and is at rest, and the
@@ -52,10 +52,10 @@ class RobotController {
   /// joint limits, no inverse kinematics).
   explicit RobotController(ControllerSetup setup);
 
-  /// Executes one command at a step boundary; the newest replaces whatever was running. Its indices
+  /// Executes one command at a step boundary; the newest replaces the running one. Its indices
   /// and numbers have been checked (world/cell/commands/command_check.hpp). `q_actual` is the arm's
   /// present position: InitRobot makes it the reference (the arm is to be relaxed with it), the
-  /// others go on from the reference. The outcome shows in status().
+  /// others continue from the reference. The outcome is in status().
   void apply(api::Ticket ticket, const api::RobotAction& action, const JointVector& q_actual);
 
   /// Advances one step and returns the reference for its end; the same bits while nothing moves.
@@ -108,12 +108,12 @@ class RobotController {
     return s_.motion.applied_torque(setup_.model.dof());
   }
 
-  /// Everything that changes: a copy put back continues bit for bit, also in another controller of
+  /// Everything that changes: a restored copy continues bit for bit, also in another controller of
   /// the same setup.
   [[nodiscard]] ControllerState save() const;
   void restore(const ControllerState& state);
 
-  /// How often a step had to wait for a plan, since construction: a matter of the machine's load.
+  /// Number of steps that waited for a plan, since construction. It depends on the machine's load.
   [[nodiscard]] std::uint64_t plan_waits() const { return plan_waits_; }
 
  private:

@@ -53,7 +53,7 @@ Plan PlanJob::make() const {
   const auto& move = request_.request.move;
   const Eigen::Isometry3d& X_FT = request_.request.X_FT;
   const ToolLimitSettings& limits = request_.request.limits;
-  // The robot when the motion begins: until then it goes on as it does, and no drive goes off.
+  // The robot's state when the motion begins: until then its motion continues with the drives on.
   MotionRunner runner = request_.runner;
   DrivePower drives = request_.drive_power;
   for (int i = 0; i < request_.steps; ++i) {
@@ -63,7 +63,7 @@ Plan PlanJob::make() const {
   Plan plan;
   plan.state = runner.state(request_.step_s);
   // The plan must begin where the running motion will be after the planning latency, which a copy
-  // of the runner tells exactly.
+  // of the runner predicts exactly.
   const bool moves = runner.running();
   // Every move is first planned from the rest that braking would lead to. That plan is always
   // possible; blending is tried on top of it.
@@ -104,7 +104,7 @@ void PlanningThread::prefetch(std::shared_ptr<PlanJob> job) {
     next_.swap(job);
   }
   given_.notify_one();
-  // `job`, which has not begun, is let go here, outside the lock.
+  // The replaced job is destroyed here, outside the lock.
 }
 
 void PlanningThread::run(const std::stop_token& stop) {
@@ -119,7 +119,7 @@ void PlanningThread::run(const std::stop_token& stop) {
     try {
       job->get();
     } catch (...) {
-      // Out of memory: the simulation asks again when it needs the plan, and has the exception.
+      // Out of memory: the simulation thread makes the plan when needed, and gets the exception.
     }
   }
 }

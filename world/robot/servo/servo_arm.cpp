@@ -19,8 +19,8 @@ constexpr double kIntegralDecay = 0.9;  ///< per step while saturated
 constexpr int kTripSteps = 2;           ///< one sample may be noise
 constexpr std::size_t kReasonCapacity = 160;
 
-/// A push at the tool that trips no joint, and the share of a drive's torque up to which that
-/// holds: a wrist's drives are weak, and a hand's push must not stop the robot.
+/// Push at the tool that trips no joint, and the largest share of a drive's torque for it: the
+/// drives of a wrist are weak, and the push of a person's hand must not stop the robot.
 constexpr double kBearablePush_n = 60, kMostTripShare = 0.85;
 constexpr double kWristReach_m = 0.65;      ///< joints with less of the arm beyond them are wrist
 constexpr double kTipBeyondCentre_m = 0.1;  ///< of the gripper, beyond its centre of mass

@@ -78,7 +78,7 @@ class ServoArm {
   /// From the next step on: share of each drive's highest torque that it can give, above 0.
   void set_torque_share(std::span<const double> share);
 
-  /// From the next step on: whether the brakes hold it, whatever the load, and the drives are off.
+  /// From the next step on: whether the brakes hold the arm under any load, with the drives off.
   void set_braked(bool braked) { s_.braked = braked; }
 
   [[nodiscard]] const State& state() const { return s_; }

@@ -13,7 +13,7 @@ struct JointState {
 };
 
 /// Gives the reference of each step: runs one motion, and the next one where that has come to rest.
-/// A copyable value, cheap to copy: a copy that is advanced tells where the robot will be. Never
+/// A copyable value, cheap to copy: advancing a copy predicts where the robot will be. Never
 /// allocates. Thread: any, one at a time.
 class MotionRunner {
  public:
@@ -36,7 +36,7 @@ class MotionRunner {
 
   /// The reference is `q` from now on, at the velocity that it has.
   void shift_to(const JointVector& q);
-  /// The reference is `q`, at rest; nothing runs any more.
+  /// Sets the reference to `q`, at rest, and drops all motions.
   void set_at_rest(const JointVector& q);
 
   [[nodiscard]] const JointVector& reference() const { return reference_; }

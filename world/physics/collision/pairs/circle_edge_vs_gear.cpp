@@ -125,7 +125,7 @@ void touch_end(double z_end, double r_end, double outward, double longest, const
 /// Does the plane that touches the piece's side towards the circle's centre keep all points of the
 /// circle outside that are between the heights of the piece?
 bool kept_aside(const Piece& piece, const Circle& circle, const CircleBounds& bounds) {
-  constexpr double kLevel = 1e-3;  // sine of a tilt: below, the least radius of the circle tells
+  constexpr double kLevel = 1e-3;  // sine of the tilt below which the radius bound decides
   if (bounds.off < circle.r || bounds.sine < kLevel) return false;
   // Separating plane: tangent to the cone in the meridian plane through the circle's centre. The
   // support of the circle against it is known in closed form.

@@ -255,7 +255,7 @@ template <class Mask>
 [[nodiscard]] inline CandidateSamples find_candidate_samples(const ClosedCircleSamples& depth,
                                                              const CircleSamples& most,
                                                              double radius) {
-  // A kink may be that much higher than the sample beside it.
+  // Largest height of a kink over its neighbouring samples.
   const double gain = 0.5 * kSampleAngle * radius;
   const double highest = max_of(depth);
   using Index = std::size_t;

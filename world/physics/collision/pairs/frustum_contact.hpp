@@ -8,6 +8,7 @@
 
 namespace aprsim::physics::detail {
 
+/// Surface of a piece through which a point leaves it.
 enum ExitFace : int { kThroughSide = 0, kThroughLow = 1, kThroughHigh = 2, kOutside = 3 };
 
 /// Nearest exit of a piece for a point at radius r and height z (gear frame): through its side
@@ -23,7 +24,7 @@ enum ExitFace : int { kThroughSide = 0, kThroughLow = 1, kThroughHigh = 2, kOuts
 void add_edge_point(const Piece& piece, const Eigen::Vector3d& q, const Eigen::Vector3d& d,
                     const Eigen::Isometry3d& X_SG, Candidates& out);
 
-/// Adds the point with the exit through the side, wherever it lies within the piece's height.
+/// Adds the point with its exit through the side, at any height of the piece.
 void add_side_point(const Piece& piece, const Eigen::Vector3d& q, const Eigen::Isometry3d& X_SG,
                     Candidates& out);
 

@@ -5,7 +5,7 @@
 
 // A lower bound of the distance of two convex hulls: the largest separation over a few candidate
 // axes (separating axes: Gottschalk, Lin & Manocha 1996; Ericson 2005, ch. 4.4 and 5.2.1). The
-// bound need not be tight; it only tells how far ahead no contact is possible, and which body lies
+// bound need not be tight; it gives the distance ahead without contact, and which body lies
 // on which.
 namespace aprsim::physics {
 namespace {

@@ -109,8 +109,8 @@ Result<void> IkPath::trace(const ArmGeometry& arm, const Route& route) {
   double step = kFirstStep;
   while (u < 1) {
     if (arm.cancelled()) return given_up();
-    // Step: as far as the prediction has been good, never over an edge of a blend, beyond which the
-    // joints' course is another one.
+    // Step: as long as the prediction was accurate, but never across an edge of a blend, where
+    // higher derivatives of the path jump.
     const double s = u * length_;
     const double edge = tool_.segments().next_break(s) / length_;
     double next = u + std::min(step, tool_.segments().fine_step(s) / length_);
