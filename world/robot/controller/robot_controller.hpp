@@ -25,8 +25,10 @@ struct ControllerInput {
 /// The robot controller's state machine: executes commands, plans motion, gives one joint reference
 /// a step. Knows units of SI only and nothing of CRCL ids. Thread: sim.
 ///
-/// - Before InitRobot, and after EndRobot, only InitRobot, EndRobot, StopMotion and SetMotionLimit
-///   are executed. An error is held: the state stays kError, whatever is sent, until InitRobot.
+/// - Before InitRobot only InitRobot, EndRobot, StopMotion and SetMotionLimit are executed.
+/// EndRobot
+///   ends motion; the robot stays initialized. An error is held: the state stays kError, whatever
+///   is sent, until InitRobot.
 /// - The newest command replaces the one that runs, which then never becomes done. A move begins
 ///   after the planning latency; until then the motion before it goes on. Moves of joints and free
 ///   moves of the tool are blended from the motion that runs then; the others begin where it comes
