@@ -22,8 +22,8 @@ void Deadlines::restart_idle() {
   if (options_.idle_timeout.count() > 0) idle_due_ = Clock::now() + options_.idle_timeout;
 }
 
-// The timer is left alone when it fires early: it finds nothing due and is set anew. That way an
-// ordinary request costs no timer operation.
+// A timer that fires early finds nothing due and is restarted. So an ordinary request costs no
+// timer operation.
 void Deadlines::watch(std::shared_ptr<const void> owner) {
   const Clock::time_point due = std::min({request_due_, write_due_, idle_due_});
   if (closed_ || due >= timer_at_) return;
