@@ -14,7 +14,7 @@ namespace {
 namespace asio = boost::asio;
 using boost::system::error_code;
 
-// Lines in the kernel are stale for a slow reader: no more than a few.
+// A small buffer: lines in the kernel are stale for a slow reader.
 constexpr int kSendBufferBytes = 8 * 1024;
 
 }  // namespace
@@ -36,7 +36,7 @@ VisionConnection::VisionConnection(asio::ip::tcp::socket socket, protocols::Limi
       write_timer_(socket_.get_executor()) {
   error_code ignored;
   socket_.set_option(asio::socket_base::send_buffer_size(kSendBufferBytes), ignored);
-  // A reader asks for nothing; one that does not read is dropped anyway.
+  // Readers send no requests; one that does not read is dropped anyway.
   slot_.keep();
 }
 
