@@ -214,7 +214,7 @@ struct CommandExecutor::Visitor {
   void refuse_loop() const {
     lifecycle.latch_error(
         lifecycle.type() +
-        " stands only within a program: send the whole CRCLProgram, or expand the loop.");
+        " is valid only within a program: send the whole CRCLProgram, or expand the loop.");
   }
 
   template <typename Configuration>

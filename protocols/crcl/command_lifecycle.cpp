@@ -91,7 +91,7 @@ void CommandLifecycle::open_session(api::Ticket ticket) {
 bool CommandLifecycle::submitted(const api::RobotAction& action, const Result<api::Ticket>& ticket,
                                  bool at_once) {
   if (!ticket) {
-    latch_error(type() + " not taken: " + ticket.error().message);
+    latch_error(type() + " not accepted: " + ticket.error().message);
     return false;
   }
   // EndCanon is done at once, although the robot may still brake.
@@ -138,7 +138,7 @@ void CommandLifecycle::latch_error(std::string reason) {
 }
 
 void CommandLifecycle::latch(std::string reason) {
-  if (reason.empty()) reason = "The robot gives no reason.";
+  if (reason.empty()) reason = "The robot has given no reason.";
   log_.warn(fmt::format("{} {}: {}", type_, latest_.command_id, reason));
   error_ = reason;
   latest_.description = std::move(reason);

@@ -209,7 +209,7 @@ void CrclConnection::watch_document(bool incomplete) {
   incomplete_ = incomplete;
   error_code ignored;
   if (incomplete) {
-    watch(document_timer_, options_.document_timeout, "a document stayed incomplete");
+    watch(document_timer_, options_.document_timeout, "a document was not complete in time");
   } else {
     document_timer_.cancel(ignored);
   }
@@ -264,7 +264,7 @@ void CrclConnection::flush() {
   if (error && error != asio::error::would_block) return end_with(error);
   if (output_.empty()) return;
   blocked_ = true;
-  watch(write_timer_, options_.write_timeout, "takes none of its pending statuses");
+  watch(write_timer_, options_.write_timeout, "it did not take its pending statuses in time");
   socket_.async_wait(
       asio::ip::tcp::socket::wait_write,
       [self = shared_from_this()](const error_code& failed) { self->on_writable(failed); });

@@ -35,7 +35,7 @@ class CrclConnection final : public SessionWire,
   void drain();
   /// Closes at once.
   void close();
-  void evict() { drop("its place is needed"); }
+  void evict() { drop("evicted for a new client"); }
   /// Closes as if the wire were cut.
   void break_off() { drop("an injected fault"); }
   /// The same, and the client may not pace virtual time again for a while.

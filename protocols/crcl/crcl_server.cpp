@@ -122,7 +122,7 @@ class CrclServer::Impl {
     boost::asio::post(service_.io(), [this, session] {
       sessions_[session.get()] = session;
       if (stopping_) session->end(ErrorCode::kUnavailable, "the robot's port closes");
-      if (closed_) session->end(ErrorCode::kUnavailable, "the robot's controller starts anew");
+      if (closed_) session->end(ErrorCode::kUnavailable, "the robot's controller restarts");
     });
     return session;
   }
@@ -185,7 +185,7 @@ class CrclServer::Impl {
     if (closed && !closed_) {
       service_.for_each([](CrclConnection& connection) { connection.exclude(); });
       for_each_session([](PortSession& session) {
-        session.end(ErrorCode::kUnavailable, "the robot's controller starts anew");
+        session.end(ErrorCode::kUnavailable, "the robot's controller restarts");
       });
     } else if (drop) {
       service_.for_each([](CrclConnection& connection) { connection.break_off(); });

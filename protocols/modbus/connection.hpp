@@ -40,7 +40,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   /// Ends the connection now; `fault`: because of the peer's fault.
   void close(std::string_view why, bool fault);
   void close() { close("the server stops", false); }
-  void evict() { close("its place is needed", true); }
+  void evict() { close("evicted for a new client", true); }
   [[nodiscard]] protocols::ConnectionLimiter::Slot& slot() { return slot_; }
   /// Checks whether the pending write has been applied or has timed out. False: done.
   [[nodiscard]] bool poll_applied(Clock::time_point now);

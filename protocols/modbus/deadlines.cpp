@@ -39,7 +39,7 @@ void Deadlines::watch(std::shared_ptr<const void> owner) {
 std::string Deadlines::missed(bool waits_for_us) {
   const Clock::time_point now = Clock::now();
   if (now >= request_due_) {
-    return "a request stayed incomplete for " + millis(options_.partial_timeout);
+    return "a request was incomplete for " + millis(options_.partial_timeout);
   }
   if (now >= write_due_) return "it did not take its replies for " + millis(options_.write_timeout);
   if (now < idle_due_) return {};

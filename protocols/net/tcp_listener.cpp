@@ -92,7 +92,7 @@ void TcpListener::resume() {
   if (acceptor_.is_open()) return;
   const Result<std::uint16_t> port = listen();
   if (port) return;
-  spdlog::error("{}: {}; trying again", name_, port.error().message);
+  spdlog::error("{}: {}; retrying", name_, port.error().message);
   close();
   retry_.expires_after(kRetryDelay);
   retry_.async_wait([this](const error_code& cancelled) {
@@ -173,7 +173,7 @@ void TcpListener::refuse(const std::string& peer, const std::string& why) {
 void TcpListener::retry_later(const std::string& why) {
   const auto now = std::chrono::steady_clock::now();
   if (now - last_failure_log_ >= kLogInterval) {
-    spdlog::error("{}: cannot accept: {}; trying again", name_, why);
+    spdlog::error("{}: cannot accept: {}; retrying", name_, why);
     last_failure_log_ = now;
   }
   retry_.expires_after(kRetryDelay);

@@ -84,7 +84,7 @@ void VisionConnection::on_read(std::size_t size) {
   if (!std::exchange(heard_, true)) {
     const std::string_view protocol = protocols::foreign_protocol({input_.data(), size});
     if (!protocol.empty()) {
-      return drop("it speaks " + std::string(protocol) + ", which has no business here");
+      return drop("it speaks " + std::string(protocol) + ", not the vision protocol");
     }
   }
   read();
@@ -105,7 +105,7 @@ void VisionConnection::send_next() {
   write_timer_.expires_after(options_.write_timeout);
   write_timer_.async_wait([self = weak_from_this()](const error_code& cancelled) {
     const auto connection = self.lock();
-    if (!cancelled && connection) connection->drop("takes no frames");
+    if (!cancelled && connection) connection->drop("it did not take frames in time");
   });
   write();
 }

@@ -49,7 +49,7 @@ class VisionConnection : public std::enable_shared_from_this<VisionConnection> {
   void drain();
   /// Closes at once.
   void close();
-  void evict() { drop("its place is needed"); }
+  void evict() { drop("evicted for a new client"); }
   [[nodiscard]] protocols::ConnectionLimiter::Slot& slot() { return slot_; }
 
  private:
