@@ -10,8 +10,8 @@ namespace {
 
 using modbus::ExceptionCode;
 
-// Writes that the simulation has not confirmed. More than its queue can hold never gets here; this
-// bounds the memory should the simulation stop confirming.
+// Bound on writes that the simulation has not confirmed. Its queue is smaller; this bounds the
+// memory if the simulation stops confirming.
 constexpr std::size_t kMaxPending = 4096;
 
 static_assert(api::kMaxPhotoEyes == modbus::kPhotoEyes);
@@ -156,7 +156,7 @@ modbus::Checked<api::Ticket> ConveyorDevice::write_values(const modbus::Request&
   for (std::uint16_t i = 0; i < request.quantity; ++i) {
     write.values.push_back(write.coils ? std::uint16_t{request.bit(i)} : request.word(i));
   }
-  // With a watchdog, every write is a sign of life that the drive has to hear of.
+  // Every write resets the watchdog, so the drive must receive it.
   const bool sign_of_life = watchdog_s_ > 0 && has_conveyor_;
   if (wanted->empty() && !sign_of_life) {
     commit(write);

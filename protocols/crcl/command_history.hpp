@@ -18,14 +18,15 @@ struct Submission {
   bool done_when_applied = false;  ///< else once the robot reports its action done
 };
 
-/// Which of a robot's CRCL commands a ticket was, for the latest ones: a saved state brings back
-/// the ticket of what the robot was doing. Thread: the server's.
+/// The latest CRCL commands of a robot by ticket: a saved state contains the ticket of the robot's
+/// command. Thread: the server's.
 class CommandHistory {
  public:
   struct Entry {
     Submission submission;
     std::int64_t command_id = 0;
-    std::string type;  ///< of the command
+    std::string type;                 ///< of the command
+    std::optional<std::string> name;  ///< of its status
   };
 
   /// Tickets rise.
@@ -34,7 +35,7 @@ class CommandHistory {
     entries_.push_back(std::move(entry));
   }
 
-  /// Null when it is none of ours, or long ago.
+  /// Null if the ticket belongs to another interface, or is too old.
   [[nodiscard]] const Entry* find(api::Ticket ticket) const {
     const auto at = std::ranges::lower_bound(
         entries_, ticket, {}, [](const Entry& entry) { return entry.submission.ticket; });

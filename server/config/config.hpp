@@ -36,8 +36,9 @@ struct TimeConfig {
 struct CrclRobotConfig {
   std::string length_unit = "millimeter";
   std::string angle_unit = "degree";
-  bool strict = false;         ///< key validation
-  bool clamp_targets = false;  ///< key out_of_range
+  bool strict = false;                 ///< key validation
+  std::optional<bool> clamp_targets;   ///< key out_of_range; absent = as the scene says
+  bool wait_for_end_effector = false;  ///< key end_effector_done
   bool end_program_with_client = false;
   std::optional<std::array<double, 3>> cartesian_min_m, cartesian_max_m;
 };

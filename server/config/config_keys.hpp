@@ -27,8 +27,13 @@ void visit(Archive& keys, CrclRobotConfig& robot) {
            "angle unit of a new socket");
   keys.key("validation", robot.strict, Word{{"lenient", "strict"}},
            "strict refuses what the schema does not allow");
-  keys.key("out_of_range", robot.clamp_targets, Word{{"refuse", "clamp"}},
-           "clamp moves targets beyond the limits onto them");
+  keys.key(
+      "out_of_range", robot.clamp_targets, Maybe<Word>{{{"refuse", "clamp"}}},
+      "targets beyond the limits: clamp moves them onto the limits with a warning, refuse is an "
+      "error; as the scene's robot does without");
+  keys.key("end_effector_done", robot.wait_for_end_effector, Word{{"at_once", "when_settled"}},
+           "when SetEndEffector is done: at_once as on the robots' own servers, or when_settled, "
+           "once the gripper has stopped moving");
   // As in the cell: a robot goes on with what it has taken when a socket closes.
   keys.key("end_program_with_client", robot.end_program_with_client, Flag{},
            "whether an uploaded program ends when the client that sent it disconnects");

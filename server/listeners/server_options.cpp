@@ -78,6 +78,7 @@ crcl_server::CrclServerOptions crcl_options(const ListenerContext& context, int 
   options.units = units_of(own);
   options.strict = own.strict;
   options.clamp_targets = own.clamp_targets;
+  options.wait_for_end_effector = own.wait_for_end_effector;
   options.end_program_with_client = own.end_program_with_client;
   if (own.cartesian_min_m) options.cartesian_min_R = corner(*own.cartesian_min_m);
   if (own.cartesian_max_m) options.cartesian_max_R = corner(*own.cartesian_max_m);

@@ -42,6 +42,7 @@ ConnectionSettings settings_in(const crcl::Units& units) {
     every.reports.push_back({joint, true, true, true});
   }
   settings.apply(every);
+  settings.report_everything();
   return settings;
 }
 

@@ -276,7 +276,7 @@ TEST(VisionAndRobot, APartIsPickedWhereTheFeedPutsIt) {
   move(60, false);
   move(0, true);
   robot.run("SetEndEffectorType", "<Setting>0</Setting>");
-  robot.run("DwellType", "<DwellTime>0.1</DwellTime>");
+  robot.run("DwellType", "<DwellTime>0.3</DwellTime>");
   move(60, true);
   const auto after = client.snapshot();
   EXPECT_TRUE(after.robots(0).gripper().holding());

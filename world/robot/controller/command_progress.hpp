@@ -31,7 +31,6 @@ class CommandProgress {
   void set_error(const std::string& reason);
   /// Clears the error.
   void initialize();
-  void end_initialization() { initialized_ = false; }
 
   [[nodiscard]] const api::ActionStatus& status() const { return status_; }
   [[nodiscard]] Task task() const { return task_; }

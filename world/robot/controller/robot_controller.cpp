@@ -66,7 +66,6 @@ void RobotController::execute(const api::InitRobot&, const JointVector& q_actual
 }
 
 void RobotController::execute(const api::EndRobot&, const JointVector&) {
-  s_.command.end_initialization();
   brake(Brake::kSet);
   begin_task(Task::kRest);
 }

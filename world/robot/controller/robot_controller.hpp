@@ -25,8 +25,9 @@ struct ControllerInput {
 /// State machine of the robot controller: executes commands, plans motion, generates one joint
 /// reference per step. SI units; independent of CRCL. Thread: sim.
 ///
-/// - Before InitRobot, and after EndRobot, only InitRobot, EndRobot, StopMotion and SetMotionLimit
-///   are executed. An error is held: the state stays kError until InitRobot.
+/// - Before InitRobot only InitRobot, EndRobot, StopMotion and SetMotionLimit are executed. EndRobot
+///   ends motion; the robot stays initialized. An error is held: the state stays kError until
+///   InitRobot.
 /// - The newest command replaces the one that runs, which then never becomes done. A move begins
 ///   after the planning latency; until then the motion before it continues. Moves of joints and
 ///   free moves of the tool are blended from the motion that runs then; the others begin where it
