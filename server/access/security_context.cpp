@@ -24,7 +24,7 @@ std::unique_ptr<protocols::AuditLog> open_audit(const AccessConfig& config,
   return value_or_throw(protocols::AuditLog::open(*config.audit_file, source));
 }
 
-/// Whether it was done; an error is told.
+/// Whether the operation succeeded; logs its error.
 bool done_or_told(const Result<void>& done) {
   if (!done) spdlog::error("not reloaded: {}", done.error().message);
   return done.has_value();

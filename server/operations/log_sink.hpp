@@ -11,18 +11,18 @@
 
 namespace aprsim::server {
 
-/// Writes log lines to a descriptor whose reader may stall: waits for it, but at the end only until
-/// a deadline. When the reader takes lines again, the first tells how many were lost meanwhile.
-/// Thread: one writes; give_up_at() any.
+/// Writes log lines to a descriptor whose reader may stall. It waits for the reader, at the end of
+/// the process until a deadline. When the reader reads again, the first line reports how many lines
+/// were lost. Thread: one writes; give_up_at() any.
 class LogSink final : public spdlog::sinks::base_sink<std::mutex> {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// The descriptor stays the caller's. `lost` counts the lines that never came here.
+  /// The caller owns the descriptor. `lost` counts lines that never reached this sink.
   explicit LogSink(
       int fd, std::function<std::uint64_t()> lost = [] { return 0; });
 
-  /// Lines that cannot be written by then are lost.
+  /// Drops lines that cannot be written by then.
   void give_up_at(Clock::time_point deadline) { deadline_ = deadline.time_since_epoch().count(); }
 
  protected:

@@ -8,6 +8,7 @@
 #include "protocols/grpc/grpc_server.hpp"
 #include "protocols/web/web_server.hpp"
 #include "server/access/security_context.hpp"
+#include "server/config/memory_shares.hpp"
 #include "server/listeners/server_options.hpp"
 #include "server/replay/replay_source.hpp"
 #include "world/runtime/history/bookmark_generator.hpp"
@@ -16,22 +17,22 @@
 namespace aprsim::server {
 namespace {
 
-/// All of the run, as far as memory goes.
-world::HistoryLimits whole_run(const HistoryConfig& config) {
+/// The whole run, as far as memory allows.
+world::HistoryLimits whole_run(const Config& config) {
   world::HistoryLimits limits;
   limits.steps = std::numeric_limits<std::uint64_t>::max();
-  limits.bytes = std::uint64_t{config.max_mb} << 20U;
+  if (const auto shares = memory_shares(config)) limits.bytes = shares->history;
   return limits;
 }
 
 }  // namespace
 
-/// Listeners end before what they refer to.
+/// Listeners are declared last, so they are destroyed before what they refer to.
 class ReplayDaemon::Impl {
  public:
   Impl(const Config& config, const journal::RecordedRun& run, journal::ReplayPart part,
        std::optional<double> speed)
-      : records_(whole_run(config.history)),
+      : records_(whole_run(config)),
         source_(run, std::move(part), speed),
         security_(config, source_),
         history_(run.scene(), records_, bookmarks_, nullptr) {
@@ -79,7 +80,7 @@ class ReplayDaemon::Impl {
  private:
   bool tell_history(const journal::RecordedRun& run) {
     if (!run.has_checkpoints()) {
-      spdlog::warn("replay: its checkpoints are of another layout: the past cannot be looked at");
+      spdlog::warn("replay: its checkpoints have another layout: the past cannot be queried");
       return false;
     }
     world::BookmarkGenerator bookmarks(bookmarks_);

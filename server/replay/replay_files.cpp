@@ -62,20 +62,19 @@ std::string text_of(const RecordedRun& run, const ReplayResult& result) {
   for (const std::string& caution : run.cautions()) text += "caution: " + caution + '\n';
   if (result.missing > 0) {
     text +=
-        fmt::format("{} records are missing in gaps that the journal tells of\n", result.missing);
+        fmt::format("{} records are missing in gaps of the journal\n", result.missing);
   }
   if (result.gaps > 0) {
     text += fmt::format(
-        "{} of these gaps lack commands: gone on from the checkpoint behind each, where there is "
+        "{} of these gaps lack commands: continued at the checkpoint after each, where there is "
         "one\n",
         result.gaps);
   }
   if (!result.damage.empty()) text += "the journal ends early: " + result.damage + '\n';
   if (result.replies > 0) {
     text += fmt::format(
-        "{} replies compared: joints, poses and grippers in CRCL statuses, the registers that "
-        "Modbus "
-        "clients read, the lines of cameras\n",
+        "{} replies compared: joints, poses and grippers in CRCL statuses, registers read by "
+        "Modbus clients, lines of cameras\n",
         result.replies);
   }
   if (result.reply) text += "another reply " + text_of(*result.reply);

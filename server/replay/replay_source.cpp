@@ -11,7 +11,7 @@
 namespace aprsim::server {
 namespace {
 
-/// As it was told; null for what this program does not know.
+/// Converts an event of the journal; null for an unknown kind.
 std::shared_ptr<api::CellEvent> event_of(const v1::CellEvent& message) {
   const int kind = static_cast<int>(message.kind()) - 1;
   if (kind < 0 || kind >= api::kCellEventKinds) return nullptr;
@@ -34,7 +34,7 @@ std::shared_ptr<api::CellEvent> event_of(const v1::CellEvent& message) {
 ReplaySource::ReplaySource(const journal::RecordedRun& run, journal::ReplayPart part,
                            std::optional<double> speed)
     : run_(run), part_(std::move(part)), speed_(speed), pace_(speed) {
-  // Listeners look at the cell before its first step.
+  // Listeners query the cell before its first step.
   const world::World world(run_.scene(), run_.header().seed());
   publish(world, 0);
 }
@@ -52,7 +52,7 @@ void ReplaySource::stop() {
 
 std::string ReplaySource::refusal() const {
   return fmt::format(
-      "This is the recorded run {}, run again: it can be looked at, and takes no "
+      "This is a replay of the recorded run {}: it can be watched, and accepts no "
       "commands.",
       run_.header().run_id());
 }
@@ -81,11 +81,11 @@ void ReplaySource::run(const std::stop_token& stop) {
   if (!result) {
     problem = result.error().message;
   } else if (!result->same()) {
-    problem = std::string(result->difference ? "the run differs " : "another reply ") +
+    problem = std::string(result->difference ? "the replay differs " : "another reply ") +
               journal::text_of(result->difference ? *result->difference : *result->reply);
-    problem.pop_back();  // the line's end
+    problem.pop_back();  // line end
   } else {
-    spdlog::info("replay: at its end, {} states and {} replies compared, all the same",
+    spdlog::info("replay: complete; {} states and {} replies compared, all equal",
                  result->compared, result->replies);
   }
   if (!problem.empty()) spdlog::error("replay: {}", problem);

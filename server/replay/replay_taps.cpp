@@ -13,7 +13,7 @@
 namespace aprsim::server {
 namespace {
 
-/// More than a second's; beyond, a run that stands still for long shows them early.
+/// More records than a second has; beyond that, records of a paused run are shown early.
 constexpr std::size_t kMostWaiting = 20'000;
 
 bool has(const std::string& document, const char* word) {
@@ -88,7 +88,7 @@ void ReplayTaps::tell_crcl(const v1::JournalWire& wire, protocols::WireEvent eve
     if (!status) return;
     event.id = status->command.command_id;
     event.state = std::string(crcl::name_of(status->command.state));
-    // The first status that tells the end of a command stands with the commands, without its
+    // The first status that reports the end of a command is listed with the commands, without its
     // document.
     if (ends) {
       ended_[event.source] = true;

@@ -59,6 +59,40 @@ TEST_F(SimulationTest, StepsExactlyAsToldWhilePaused) {
   EXPECT_EQ(command(api::Pause{})->step, 300U);
 }
 
+api::Command edit(int value) {
+  return {.endpoint = 3,
+          .body = api::SceneCommand(api::SetSceneValue{"physics.friction.gear_tray",
+                                                       "0." + std::to_string(value % 9 + 1)})};
+}
+
+class PacedSimulation : public SimulationTest {
+ protected:
+  PacedSimulation() : SimulationTest({.speed = 0.01}) {}
+};
+
+TEST_F(PacedSimulation, RefusesFloodsOfSceneChangesByNameOfTheirLimit) {
+  Result<api::Ticket> last;
+  int taken = 0;
+  // Waiting edits are limited, too, so each is waited for.
+  for (; taken < 10'000; ++taken) {
+    last = simulation.submit(edit(taken));
+    if (!last) break;
+    wait_for([&](const auto& now) { return now.applied >= *last; });
+  }
+  ASSERT_FALSE(last);
+  EXPECT_EQ(last.error().code, ErrorCode::kUnavailable);
+  EXPECT_NE(last.error().message.find("10 changes of the scene a second"), std::string::npos)
+      << last.error().message;
+}
+
+TEST_F(SimulationTest, LetsAPausedCellBeChangedAsFastAsItsClientLikes) {
+  for (int i = 0; i < 60; ++i) {
+    const auto ticket = simulation.submit(edit(i));
+    ASSERT_TRUE(ticket) << i << ": " << ticket.error().message;
+    wait_for([&](const auto& now) { return now.applied >= *ticket; });
+  }
+}
+
 TEST_F(SimulationTest, CommandsTakeEffectWhilePaused) {
   const auto ticket = simulation.submit(
       {.endpoint = 3, .body = api::ConveyorCommand{.run = true, .speed_m_s = 0.1}});
