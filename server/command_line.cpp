@@ -53,24 +53,26 @@ void add_cell_options(CLI::App& app, Arguments& given) {
   app.add_option("--config", given.config_file, "Configuration file (YAML)");
   app.add_option("--scene", given.scene, "Scene: one of " + scene_list() + ", or a file");
   app.add_option("--seed", given.seed, "Random seed, in place of the scene's");
-  app.add_option("--speed", given.speed,
-                 "Ratio of simulated to real time; max = as fast as possible; stepped = paused until "
-                 "a client steps");
-  app.add_option("--time", given.time,
-                 "Time mode: real, or virtual, where the status polls of CRCL clients advance time");
+  app.add_option(
+      "--speed", given.speed,
+      "Ratio of simulated to real time; max = as fast as possible; stepped = paused until "
+      "a client steps");
+  app.add_option(
+      "--time", given.time,
+      "Time mode: real, or virtual, where the status polls of CRCL clients advance time");
   app.add_option("--poll-period", given.poll_period_s,
                  "Simulated time of one poll in virtual time, as in 25ms")
       ->transform(CLI::AsNumberWithUnit(std::map<std::string, double>{{"ms", 1e-3}, {"s", 1}},
                                         CLI::AsNumberWithUnit::UNIT_REQUIRED, "TIME"));
-  app.add_option("--pacers", given.pacers,
-                 "Clients that pace virtual time, as in crcl.fanuc,crcl.motoman,modbus; time begins "
-                 "when all are connected and waits for each")
+  app.add_option(
+         "--pacers", given.pacers,
+         "Clients that pace virtual time, as in crcl.fanuc,crcl.motoman,modbus; time begins "
+         "when all are connected and waits for each")
       ->delimiter(',');
 }
 
 void add_daemon_options(CLI::App& app, Arguments& given) {
-  app.add_option("--set", given.assignments,
-                 "Set a configuration key, as in --set modbus.port=502")
+  app.add_option("--set", given.assignments, "Set a configuration key, as in --set modbus.port=502")
       ->type_name("KEY=VALUE")
       ->take_all();
   app.add_flag("--any-port", given.any_port, "Use free ports that the system chooses");
@@ -87,9 +89,10 @@ void add_daemon_options(CLI::App& app, Arguments& given) {
 }
 
 void add_replay_options(CLI::App& app, Arguments& given) {
-  app.add_option("--replay", given.invocation.replay,
-                 "Replay a recorded run, compare it step by step and exit; give its files in order, "
-                 "the first file, or their directory")
+  app.add_option(
+         "--replay", given.invocation.replay,
+         "Replay a recorded run, compare it step by step and exit; give its files in order, "
+         "the first file, or their directory")
       ->type_name("FILE|DIR ...");
   app.add_option("--from", given.from, "Replay from the last checkpoint before this time")
       ->type_name("[EPOCH:]SECONDS")
@@ -116,20 +119,21 @@ void add_motion_options(CLI::App& app, Arguments& given) {
       ->type_name("HZ")
       ->check(CLI::Range(0.01, 1000.0))
       ->needs(motion);
-  app.add_option("--motion-from", given.invocation.motion.from_s, "Write motion from this simulated time on")
+  app.add_option("--motion-from", given.invocation.motion.from_s,
+                 "Write motion from this simulated time on")
       ->type_name("SECONDS")
       ->check(CLI::NonNegativeNumber)
       ->needs(motion);
-  app.add_option("--motion-to", given.invocation.motion.to_s, "Write motion up to this simulated time")
+  app.add_option("--motion-to", given.invocation.motion.to_s,
+                 "Write motion up to this simulated time")
       ->type_name("SECONDS")
       ->check(CLI::NonNegativeNumber)
       ->needs(motion);
 }
 
 void add_modes(CLI::App& app, Arguments& given) {
-  app.add_flag(
-      "--demo", given.invocation.demo,
-      "Start the kitting controller, which fills and empties kits until it is stopped");
+  app.add_flag("--demo", given.invocation.demo,
+               "Start the kitting controller, which fills and empties kits until it is stopped");
   app.add_flag("--check", given.invocation.check_only, "Check configuration and scene, then exit");
   app.add_flag("--print-config", given.invocation.print_config,
                "Print the effective configuration, then exit");
@@ -204,8 +208,7 @@ Result<Invocation> invocation_of(const Arguments& given) {
   if (auto ok = check_token_is_secret(given, *config); !ok) return tl::unexpected(ok.error());
   Invocation invocation = given.invocation;
   if (invocation.demo && config->time.clients_pace) {
-    return fail(ErrorCode::kInvalidArgument, "demo",
-                "--demo: not possible in virtual time");
+    return fail(ErrorCode::kInvalidArgument, "demo", "--demo: not possible in virtual time");
   }
   if (auto ok = read_replay_part(given, invocation.replay_part); !ok) {
     return tl::unexpected(ok.error());

@@ -22,10 +22,10 @@ class IncidentSource {
   using Done = std::function<void(Result<Incident>)>;
 
   virtual ~IncidentSource() = default;
-  /// Delivers the run since the last checkpoint that is at least `last` of simulated time ago, or the
-  /// oldest one kept. Calls `done` once, on a thread of its own, which `done` must not block. Errors:
-  /// kFailedPrecondition (nothing is kept), kUnavailable (the daemon is stopping). Thread: any; never
-  /// blocks.
+  /// Delivers the run since the last checkpoint that is at least `last` of simulated time ago, or
+  /// the oldest one kept. Calls `done` once, on a thread of its own, which `done` must not block.
+  /// Errors: kFailedPrecondition (nothing is kept), kUnavailable (the daemon is stopping). Thread:
+  /// any; never blocks.
   virtual void take_incident(std::chrono::nanoseconds last, Done done) = 0;
 };
 

@@ -4,7 +4,8 @@
 
 namespace aprsim::protocols {
 
-/// Receives the requests that listeners refuse before the cell sees them. Thread: any; never blocks.
+/// Receives the requests that listeners refuse before the cell sees them. Thread: any; never
+/// blocks.
 class RefusalSink {
  public:
   virtual ~RefusalSink() = default;

@@ -23,8 +23,8 @@ namespace aprsim::protocols {
   return snapshot.faults && snapshot.faults->active(kind, robot) != nullptr;
 }
 
-/// Reports each momentary fault once, also where snapshots were missed. Faults of a saved state that
-/// was loaded count as over. Thread: one at a time.
+/// Reports each momentary fault once, also where snapshots were missed. Faults of a saved state
+/// that was loaded count as over. Thread: one at a time.
 class MomentaryFaults {
  public:
   MomentaryFaults(faults::Kind kind, int robot) : kind_(kind), robot_(robot) {}

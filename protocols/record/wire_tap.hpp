@@ -36,23 +36,24 @@ struct WireEvent {
 
 using WireEventPtr = std::shared_ptr<const WireEvent>;
 
-/// Keeps the messages of listeners for pages, without ever blocking a listener. Commands are kept for
-/// kKeep; where they need more memory than allowed, the oldest of the source with most bytes are
-/// dropped. Polls are kept only while a page wants them, and displace no commands. Thread: any.
+/// Keeps the messages of listeners for pages, without ever blocking a listener. Commands are kept
+/// for kKeep; where they need more memory than allowed, the oldest of the source with most bytes
+/// are dropped. Polls are kept only while a page wants them, and displace no commands. Thread: any.
 class WireTap {
  public:
   static constexpr std::size_t kMaxData = 4096;   ///< of one event [bytes]
   static constexpr std::size_t kMaxPolls = 1024;  ///< the latest
   static constexpr std::size_t kMaxPollBytes = std::size_t{2} << 20;
   static constexpr std::chrono::minutes kKeep{15};
-  static constexpr std::size_t kKeptAnyway = 500;  ///< commands of a source that are kept regardless of age
+  static constexpr std::size_t kKeptAnyway =
+      500;  ///< commands of a source that are kept regardless of age
 
   /// `max_bytes`: of all commands. The source outlives the tap.
   explicit WireTap(const api::SnapshotSource& source, std::size_t max_bytes = std::size_t{16} << 20)
       : source_(source), max_bytes_(max_bytes) {}
 
-  /// Also writes commands of the wires to this audit log; those of pages are written elsewhere. Call
-  /// it before the listeners start.
+  /// Also writes commands of the wires to this audit log; those of pages are written elsewhere.
+  /// Call it before the listeners start.
   void audit_to(AuditLog* audit) { audit_ = audit; }
 
   [[nodiscard]] bool wants_polls() const { return wants_polls_.load(std::memory_order_relaxed); }
@@ -61,8 +62,8 @@ class WireTap {
 
   void note(WireEvent event);
 
-  /// Appends the events from number `from` on in order, about `max_bytes` at most; returns the number
-  /// to continue with.
+  /// Appends the events from number `from` on in order, about `max_bytes` at most; returns the
+  /// number to continue with.
   [[nodiscard]] std::uint64_t read(std::uint64_t from, bool with_polls, std::size_t max_bytes,
                                    std::vector<WireEventPtr>& out) const;
   /// Commands that were dropped.

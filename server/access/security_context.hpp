@@ -15,8 +15,8 @@ namespace aprsim::server {
 /// that it points to.
 class SecurityContext {
  public:
-  /// Reads the files that the configuration names; throws std::runtime_error with key, file and cause
-  /// where one is unusable. The source outlives it.
+  /// Reads the files that the configuration names; throws std::runtime_error with key, file and
+  /// cause where one is unusable. The source outlives it.
   SecurityContext(const Config& config, const api::SnapshotSource& source);
 
   /// Reads the files again and reopens the audit file. A file that cannot be read is logged; its

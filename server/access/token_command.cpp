@@ -137,8 +137,9 @@ int token_command(const std::vector<std::string>& arguments, std::ostream& out, 
     auto* file = command->add_option("--file", asked.file,
                                      fmt::format("Access file (default: ${})", kVariable));
     if (asked.file.empty()) file->required();
-    command->add_flag("--certificate", asked.certificate,
-                      "Treat NAME as a name in client certificates (common or alternative) instead of a token");
+    command->add_flag(
+        "--certificate", asked.certificate,
+        "Treat NAME as a name in client certificates (common or alternative) instead of a token");
     return command;
   };
   CLI::App* adding = with_file(app.add_subcommand("add", "Create a token and print it"));
@@ -160,7 +161,8 @@ int token_command(const std::vector<std::string>& arguments, std::ostream& out, 
   adding->add_option("--role", asked.role, "Role of the holder; each role includes those before it")
       ->required()
       ->check(CLI::IsMember({"view", "operate", "inject", "admin"}));
-  adding->add_option("--expires", asked.expires, "Expiry: a time, a date, or days from now as in 30d");
+  adding->add_option("--expires", asked.expires,
+                     "Expiry: a time, a date, or days from now as in 30d");
   try {
     auto reversed = arguments;
     std::ranges::reverse(reversed);

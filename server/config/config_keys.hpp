@@ -3,9 +3,9 @@
 #include "server/config/config.hpp"
 #include "server/config/config_types.hpp"
 
-/// The keys of the configuration, each once, with value, type and meaning, in the order in which they
-/// are read and printed. An archive, in the sense of Drake's Serialize, visits them to read, print or
-/// list them. It has
+/// The keys of the configuration, each once, with value, type and meaning, in the order in which
+/// they are read and printed. An archive, in the sense of Drake's Serialize, visits them to read,
+/// print or list them. It has
 ///   key(name, value, type, meaning)            one value,
 ///   by_robot(name, values, type, meaning)      a value for each robot, by its name,
 ///   section(name, part, meaning)               a map of keys,
@@ -33,10 +33,12 @@ void visit(Archive& keys, CrclRobotConfig& robot) {
   // As in the cell, a robot completes accepted commands when a connection closes.
   keys.key("end_program_with_client", robot.end_program_with_client, Flag{},
            "end an uploaded program when the client that sent it disconnects");
-  keys.key("cartesian_min_m", robot.cartesian_min_m, Maybe<Point>{},
-           "lower corner of the tool point's workspace in the robot's reference frame; the reach of "
-           "the robot when absent");
-  keys.key("cartesian_max_m", robot.cartesian_max_m, Maybe<Point>{}, "upper corner of that workspace");
+  keys.key(
+      "cartesian_min_m", robot.cartesian_min_m, Maybe<Point>{},
+      "lower corner of the tool point's workspace in the robot's reference frame; the reach of "
+      "the robot when absent");
+  keys.key("cartesian_max_m", robot.cartesian_max_m, Maybe<Point>{},
+           "upper corner of that workspace");
   for (std::size_t i = 0; i < 3 && robot.cartesian_min_m && robot.cartesian_max_m; ++i) {
     keys.require((*robot.cartesian_min_m)[i] < (*robot.cartesian_max_m)[i],
                  "cartesian_min_m below cartesian_max_m on every axis");
@@ -55,7 +57,8 @@ void visit(Archive& keys, CrclConfig& crcl) {
   keys.key("idle_timeout_ms", crcl.idle_timeout_ms, Whole{0, kDay},
            "close a connection that has sent nothing for this time; 0 = never [ms]");
   visit(keys, crcl.all);
-  keys.section_by_robot("robots", crcl.robots, crcl.all, "settings of one robot that differ from those of all");
+  keys.section_by_robot("robots", crcl.robots, crcl.all,
+                        "settings of one robot that differ from those of all");
 }
 
 template <typename Archive>
@@ -93,12 +96,12 @@ void visit(Archive& keys, GrpcConfig& grpc) {
 template <typename Archive>
 void visit(Archive& keys, VisionConfig& vision) {
   keys.key("address", vision.address, Text{}, "address to listen on");
-  keys.by_robot("ports", vision.ports, Port{},
-                "port of a robot's camera; a free port when absent");
+  keys.by_robot("ports", vision.ports, Port{}, "port of a robot's camera; a free port when absent");
   keys.key("max_connections", vision.max_connections, kConnections,
            "limit of simultaneous connections to each camera");
   keys.key("allow", vision.allow, ListOf<Network>{}, kAllowed);
-  keys.key("empty_slots", vision.empty_slots, Flag{}, "also list slots in which nothing was detected");
+  keys.key("empty_slots", vision.empty_slots, Flag{},
+           "also list slots in which nothing was detected");
   // The simulated cameras of APRS send a frame at least every half second; repeating faster than a
   // client polls is useless.
   keys.key("repeat_s", vision.repeat_s, Number{yaml::between(0.01, 0.5)},
@@ -185,8 +188,7 @@ void visit(Archive& keys, TimeConfig& time) {
 
 template <typename Archive>
 void visit(Archive& keys, JournalConfig& journal) {
-  keys.key("place", journal.place, Maybe<Text>{},
-           "file or directory in which the run is recorded");
+  keys.key("place", journal.place, Maybe<Text>{}, "file or directory in which the run is recorded");
   keys.key("max_file_mb", journal.max_file_mb, Whole{1, 65536},
            "size after which the next checkpoint begins a new file [MB]");
   keys.key("memory_minutes", journal.memory_minutes, Whole{1, 1440},
@@ -230,7 +232,8 @@ void visit(Archive& keys, Config& config) {
   keys.section("crcl", config.crcl, "CRCL, one listener per robot");
   keys.section("modbus", config.modbus, "Modbus/TCP of the conveyor");
   keys.section("grpc", config.grpc, "telemetry and control over gRPC");
-  keys.section("vision", config.vision, "detections of the overhead cameras, one listener per camera");
+  keys.section("vision", config.vision,
+               "detections of the overhead cameras, one listener per camera");
   keys.section("web", config.web, "web page");
 }
 

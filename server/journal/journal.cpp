@@ -77,7 +77,8 @@ void Journal::push(RecordQueue& queue, const Make& make, WallTime wall) {
     queue.lose({1, &queue == &authoritative_ ? 1U : 0U, wall, wall, {}});
   }
   if (pushed == RecordQueue::Pushed::kTaken) return;
-  if (pushed == RecordQueue::Pushed::kMissing && &queue == &authoritative_) wants_checkpoint_ = true;
+  if (pushed == RecordQueue::Pushed::kMissing && &queue == &authoritative_)
+    wants_checkpoint_ = true;
   wake_writer();
 }
 
@@ -222,7 +223,8 @@ void Journal::add_taken() {
   auto& informational = taken_informational_.entries;
   while (!authoritative.empty() || !informational.empty()) {
     const bool decides =
-        informational.empty() || (!authoritative.empty() && authoritative.front().wall <= informational.front().wall);
+        informational.empty() ||
+        (!authoritative.empty() && authoritative.front().wall <= informational.front().wall);
     auto& next = decides ? authoritative : informational;
     add(next.front());
     next.pop_front();

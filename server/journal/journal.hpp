@@ -30,7 +30,7 @@ namespace aprsim::server::journal {
 struct JournalOptions {
   std::string place;  ///< file or directory; empty = it is kept in memory only
   std::uint64_t max_file_bytes = std::uint64_t{64} << 20;
-  std::chrono::minutes memory_span{10};  ///< simulated time that is kept in memory
+  std::chrono::minutes memory_span{10};                   ///< simulated time that is kept in memory
   std::size_t max_memory_bytes = std::size_t{256} << 20;  ///< limit of that memory
   /// Limit of each of the two queues: of records that decide the run, and of the others.
   std::size_t max_queue_bytes = std::size_t{64} << 20;
@@ -107,8 +107,8 @@ class Journal final : public world::Recorder,
   [[nodiscard]] Result<protocols::Incident> incident(std::chrono::nanoseconds last) const;
 
   const JournalOptions options_;
-  // Records that decide the run have a queue of their own: a flood of wire records and events cannot
-  // displace one.
+  // Records that decide the run have a queue of their own: a flood of wire records and events
+  // cannot displace one.
   RecordQueue authoritative_, informational_;
   std::atomic<bool> wants_checkpoint_{false}, drops_half_{false};
   std::uint64_t sequence_ = 0;  ///< of commands; thread: sim
@@ -122,7 +122,7 @@ class Journal final : public world::Recorder,
   std::optional<JournalDisk> disk_;
   Result<void> claimed_;
   world::RunTime latest_;
-  std::uint64_t clock_ = 0;               ///< steps of all epochs
+  std::uint64_t clock_ = 0;                       ///< steps of all epochs
   std::uint64_t gaps_ = 0, missing_records_ = 0;  ///< gaps of the queues
 
   mutable std::mutex mutex_;  ///< guards what follows; never held during a write

@@ -16,10 +16,10 @@ namespace aprsim::server::journal {
 /// The first bytes of a journal file: magic and header. Thread: any.
 [[nodiscard]] std::string header_bytes(const v1::JournalHeader& header, std::uint32_t part);
 
-/// The files of a run. Each begins with the header and a frame with a checkpoint. Frames that cannot
-/// be written, or for which a slow reader leaves no room, are dropped; a gap record before the next
-/// frame and a log line report it. A file that had to be given up ends with that gap until a further
-/// file exists. Thread: one at a time.
+/// The files of a run. Each begins with the header and a frame with a checkpoint. Frames that
+/// cannot be written, or for which a slow reader leaves no room, are dropped; a gap record before
+/// the next frame and a log line report it. A file that had to be given up ends with that gap until
+/// a further file exists. Thread: one at a time.
 class JournalDisk {
  public:
   /// `place` and `max_file_bytes`: as for JournalFiles. `header`: of the run; it outlives the disk,
@@ -47,7 +47,8 @@ class JournalDisk {
     std::size_t done = 0;
   };
   [[nodiscard]] bool open_next();
-  void wait(FrameBytes bytes, std::uint64_t records, const Missing& held, std::uint64_t reported = 0);
+  void wait(FrameBytes bytes, std::uint64_t records, const Missing& held,
+            std::uint64_t reported = 0);
   void record_gap();
   void end_with_gap();
   /// Counts a dropped frame; `known` of its records are counted as missing already.

@@ -11,9 +11,9 @@
 namespace aprsim::server::journal {
 
 /// The files of a run, one after the other: each is closed when it is large enough. A failed write
-/// leaves whole frames only in a regular file, which can then end with a frame that reports the gap.
-/// A pipe or FIFO is one endless file and accepts what its reader leaves room for; writes never
-/// block. Thread: one at a time.
+/// leaves whole frames only in a regular file, which can then end with a frame that reports the
+/// gap. A pipe or FIFO is one endless file and accepts what its reader leaves room for; writes
+/// never block. Thread: one at a time.
 class JournalFiles {
  public:
   /// `place`: a file, whose successors get ".2", ".3", ... behind their name; or a directory, for
@@ -33,9 +33,9 @@ class JournalFiles {
   /// Whether the next frame needs a new file.
   [[nodiscard]] bool full() const { return descriptor_ < 0 || (regular_ && size_ >= max_bytes_); }
   [[nodiscard]] bool is_open() const { return descriptor_ >= 0; }
-  /// Writes the rest of a frame; returns how many bytes were accepted, fewer where a reader does not
-  /// keep up. Errors: kUnavailable with file and cause; a regular file then holds nothing of the
-  /// frame.
+  /// Writes the rest of a frame; returns how many bytes were accepted, fewer where a reader does
+  /// not keep up. Errors: kUnavailable with file and cause; a regular file then holds nothing of
+  /// the frame.
   [[nodiscard]] Result<std::size_t> append(std::string_view rest);
   /// Waits until more is accepted. False: not within this time.
   [[nodiscard]] bool wait_writable(std::chrono::milliseconds time) const;
@@ -43,8 +43,8 @@ class JournalFiles {
   void give_up();
   /// Whether a file was given up, and no further one has begun.
   [[nodiscard]] bool gave_up() const { return given_up_.descriptor >= 0; }
-  /// Ends the given-up file with this frame, which replaces an earlier one; false: there is no room.
-  /// A further file removes it.
+  /// Ends the given-up file with this frame, which replaces an earlier one; false: there is no
+  /// room. A further file removes it.
   bool end_with(std::string_view frame);
   void close();
 

@@ -69,8 +69,8 @@ struct Entry {
   [[nodiscard]] Missing missing(std::string reason = {}) const;
 };
 
-/// Bounded queue from any thread to the writer. The lock is held for a push or a swap. An entry that
-/// finds no room is counted as missing at its place.
+/// Bounded queue from any thread to the writer. The lock is held for a push or a swap. An entry
+/// that finds no room is counted as missing at its place.
 class RecordQueue {
  public:
   struct Taken {

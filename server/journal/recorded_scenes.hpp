@@ -10,8 +10,8 @@
 
 namespace aprsim::server::journal {
 
-/// Reads the scenes of a run's epochs and checkpoints, and the states of checkpoints. Thread: one at
-/// a time.
+/// Reads the scenes of a run's epochs and checkpoints, and the states of checkpoints. Thread: one
+/// at a time.
 class RecordedScenes {
  public:
   using ScenePtr = std::shared_ptr<const scene::Scene>;

@@ -10,8 +10,8 @@
 
 namespace aprsim::server::journal {
 
-/// Writes the scenes of epochs and checkpoints where they differ from the header's. Thread: one at a
-/// time.
+/// Writes the scenes of epochs and checkpoints where they differ from the header's. Thread: one at
+/// a time.
 class SceneWriter {
  public:
   explicit SceneWriter(const v1::JournalHeader& header) : header_text_(header.scene_text()) {}

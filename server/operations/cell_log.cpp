@@ -39,7 +39,8 @@ std::vector<CellLogLine> CellLog::detect(const api::Snapshot& now) {
   if (now.world_stops != world_stops_) {
     // After a reset the reason is gone.
     const std::string& why = now.world_fault;
-    out.push_back({true, "the simulation has stopped: " + (why.empty() ? "the cell was reset since" : why)});
+    out.push_back(
+        {true, "the simulation has stopped: " + (why.empty() ? "the cell was reset since" : why)});
   }
   world_stops_ = now.world_stops;
   detect_time(now.virtual_time, out);
@@ -56,9 +57,10 @@ std::vector<CellLogLine> CellLog::detect(const api::Snapshot& now) {
   detect_faults(now, out);
   const bool failed = now.solver_failures.not_converged > 0;
   if (failed && !not_converged_) {
-    out.push_back({false,
-                   "contacts: the solver has ended a step above its tolerance (telemetry counts them as "
-                   "solver_failures)"});
+    out.push_back(
+        {false,
+         "contacts: the solver has ended a step above its tolerance (telemetry counts them as "
+         "solver_failures)"});
   }
   not_converged_ = failed;
   return out;

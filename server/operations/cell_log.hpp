@@ -14,9 +14,9 @@ struct CellLogLine {
   std::string text;
 };
 
-/// Finds events of the cell since the last call, also where snapshots were missed: the simulation has
-/// stopped, virtual time waits or follows the wall clock, a part is lost, injected faults have begun
-/// and ended, the solver has failed for the first time since a reset. Thread: one at a time.
+/// Finds events of the cell since the last call, also where snapshots were missed: the simulation
+/// has stopped, virtual time waits or follows the wall clock, a part is lost, injected faults have
+/// begun and ended, the solver has failed for the first time since a reset. Thread: one at a time.
 class CellLog {
  public:
   [[nodiscard]] std::vector<CellLogLine> detect(const api::Snapshot& now);

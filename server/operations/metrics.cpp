@@ -51,14 +51,16 @@ void write_simulation(MetricsText& out, const MetricsSources& sources) {
   out.metric("aprsim_real_time_factor", kGauge,
              "Ratio of simulated to wall time over the last second.");
   out.sample(now.real_time_factor);
-  out.metric("aprsim_steps_missed_total", kCounter, "Steps skipped because the simulation was late.");
+  out.metric("aprsim_steps_missed_total", kCounter,
+             "Steps skipped because the simulation was late.");
   out.sample(now.missed_steps);
   out.metric("aprsim_commands_waiting", kGauge, "Commands that wait for the next step.");
   out.sample(std::uint64_t{sources.waiting_commands});
   out.metric("aprsim_plan_waits", kGauge,
              "Steps that waited for a motion plan since the last reset.");
   out.sample(now.plan_waits);
-  out.metric("aprsim_world_stops_total", kCounter, "Times that a fault has stopped the simulation.");
+  out.metric("aprsim_world_stops_total", kCounter,
+             "Times that a fault has stopped the simulation.");
   out.sample(now.world_stops);
   out.metric("aprsim_saved_states_bytes", kGauge, "Memory of all saved states.");
   out.sample(now.saved_states ? now.saved_states->bytes : std::uint64_t{0});
@@ -147,8 +149,9 @@ void write_physics(MetricsText& out, const api::Snapshot& now) {
 void write_solver(MetricsText& out, const MetricsSources& sources) {
   const api::SolverFailures& failures = sources.snapshot->solver_failures;
   const api::SolverStep& now = sources.snapshot->solver_step;
-  out.metric("aprsim_solver_solved_total", kCounter,
-             "Groups of touching bodies that the contact solver has solved, counted once per step.");
+  out.metric(
+      "aprsim_solver_solved_total", kCounter,
+      "Groups of touching bodies that the contact solver has solved, counted once per step.");
   out.sample(sources.solver.solved);
   out.metric("aprsim_solver_iterations_total", kCounter, "Iterations of the contact solver.");
   out.sample(sources.solver.iterations);
@@ -163,7 +166,7 @@ void write_solver(MetricsText& out, const MetricsSources& sources) {
   out.sample(failures.not_converged);
   out.metric("aprsim_solver_worst_residual_meters_per_second", kGauge,
              "Maximum residual of these groups.");
-  out.sample(failures.worst_m_s);
+  out.sample(failures.max_residual_m_s);
 }
 
 void write_robots(MetricsText& out, const api::Snapshot& now) {
@@ -201,7 +204,8 @@ void write_requests(MetricsText& out, const MetricsSources& sources) {
   each(open, open, open, open, open);
   out.metric("aprsim_connections_accepted_total", kCounter, "Connections accepted.");
   each(accepted, accepted, accepted, accepted, accepted);
-  out.metric("aprsim_connections_refused_total", kCounter, "Connections closed because a limit was reached.");
+  out.metric("aprsim_connections_refused_total", kCounter,
+             "Connections closed because a limit was reached.");
   each(refused, refused, refused, refused, refused);
   out.metric(
       "aprsim_requests_total", kCounter,
@@ -212,9 +216,10 @@ void write_requests(MetricsText& out, const MetricsSources& sources) {
        [](const auto& stats) { return stats.requests; },
        [](const auto& stats) { return stats.calls; },
        [](const auto& stats) { return stats.requests; });
-  out.metric("aprsim_request_errors_total", kCounter,
-             "CRCL and camera connections closed because of a fault of the peer, Modbus exceptions, "
-             "failed gRPC calls, and failed requests over HTTP and of pages.");
+  out.metric(
+      "aprsim_request_errors_total", kCounter,
+      "CRCL and camera connections closed because of a fault of the peer, Modbus exceptions, "
+      "failed gRPC calls, and failed requests over HTTP and of pages.");
   each([](const auto& stats) { return stats.dropped; },
        [](const auto& stats) { return stats.dropped; },
        [](const auto& stats) { return stats.exceptions; },
@@ -223,9 +228,10 @@ void write_requests(MetricsText& out, const MetricsSources& sources) {
 }
 
 void write_answers(MetricsText& out, const MetricsSources& sources) {
-  out.metric("aprsim_answer_seconds", kHistogram,
-             "Time from a GetStatus, Modbus request, gRPC call, or request over HTTP or of a page to "
-             "its answer.");
+  out.metric(
+      "aprsim_answer_seconds", kHistogram,
+      "Time from a GetStatus, Modbus request, gRPC call, or request over HTTP or of a page to "
+      "its answer.");
   for (const auto& [robot, stats] : sources.crcl) {
     out.histogram(stats.answer_times, {{"wire", "crcl." + robot}});
   }
@@ -249,9 +255,10 @@ void write_streams(MetricsText& out, const MetricsSources& sources) {
 }
 
 void write_access(MetricsText& out, const AccessSources& access) {
-  out.metric("aprsim_access_refused_total", kCounter,
-             "gRPC calls and page requests refused: no credentials, no sufficient role, or too many "
-             "wrong tokens from one address.");
+  out.metric(
+      "aprsim_access_refused_total", kCounter,
+      "gRPC calls and page requests refused: no credentials, no sufficient role, or too many "
+      "wrong tokens from one address.");
   out.sample(access.refused.unauthenticated, {{"reason", "unauthenticated"}});
   out.sample(access.refused.permission, {{"reason", "permission"}});
   out.sample(access.refused.too_many_attempts, {{"reason", "attempts"}});

@@ -11,10 +11,10 @@ namespace aprsim::server {
 /// Listener name ("crcl.fanuc", "modbus", "grpc") to bound port.
 using Ports = std::map<std::string, std::uint16_t>;
 
-/// The file with the ports for clients: {"NAME": PORT, ..., "pid": N} as one JSON object. A draft is
-/// renamed to its path, so that readers see all of it. It replaces a regular file only, and never
-/// that of a running daemon, which holds a lock on it, also from another container. The destructor
-/// removes the file if it is still ours. Thread: one.
+/// The file with the ports for clients: {"NAME": PORT, ..., "pid": N} as one JSON object. A draft
+/// is renamed to its path, so that readers see all of it. It replaces a regular file only, and
+/// never that of a running daemon, which holds a lock on it, also from another container. The
+/// destructor removes the file if it is still ours. Thread: one.
 class PortsFile {
  public:
   PortsFile() = default;

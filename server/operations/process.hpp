@@ -17,8 +17,8 @@ void open_standard_descriptors();
 /// Raises the limit of open files to the hard limit. Fails where that is below `needed`.
 [[nodiscard]] Result<void> raise_file_limit(std::uint64_t needed);
 
-/// Makes threads share pools of memory. Otherwise each thread has a pool of its own, which keeps the
-/// maximum that the thread ever used; a daemon of many threads would grow for hours.
+/// Makes threads share pools of memory. Otherwise each thread has a pool of its own, which keeps
+/// the maximum that the thread ever used; a daemon of many threads would grow for hours.
 void share_memory_pools();
 
 /// Blocks SIGTERM, SIGINT and SIGHUP for this and all later threads and ignores SIGPIPE. SIGHUP

@@ -6,9 +6,9 @@
 
 namespace aprsim::server {
 
-/// Reports the state of the process to systemd if it runs as a unit of Type=notify: datagrams to the
-/// socket in NOTIFY_SOCKET, see sd_notify(3). Otherwise it does nothing. Messages that cannot be sent
-/// are dropped. Thread: one.
+/// Reports the state of the process to systemd if it runs as a unit of Type=notify: datagrams to
+/// the socket in NOTIFY_SOCKET, see sd_notify(3). Otherwise it does nothing. Messages that cannot
+/// be sent are dropped. Thread: one.
 class ServiceManager {
  public:
   /// Reads the variables NOTIFY_SOCKET, WATCHDOG_USEC and WATCHDOG_PID.

@@ -6,8 +6,8 @@
 
 namespace aprsim::server {
 
-/// Limits the time from a signal to the end of the process. After `patience` it calls `finish`, which
-/// saves data that must not be lost, and ends the process with exit code 0, after another
+/// Limits the time from a signal to the end of the process. After `patience` it calls `finish`,
+/// which saves data that must not be lost, and ends the process with exit code 0, after another
 /// `last_patience` in any case. Once this is destroyed, `finish` is not called any more, but the
 /// process still ends in time. Thread: the owner's.
 class StopDeadline {

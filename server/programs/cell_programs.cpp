@@ -29,7 +29,8 @@ std::string make_directory() {
 
 bool is_any(const std::string& address) { return address == "0.0.0.0" || address == "::"; }
 
-/// The address at which programs on this machine reach all listeners; empty where they have several.
+/// The address at which programs on this machine reach all listeners; empty where they have
+/// several.
 std::optional<std::string> host_of(const Config& config) {
   const std::array all{config.crcl.address, config.modbus.address, config.vision.address,
                        config.grpc.address};

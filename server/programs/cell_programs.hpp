@@ -19,8 +19,8 @@ class CellPrograms {
   CellPrograms(const CellPrograms&) = delete;
   CellPrograms& operator=(const CellPrograms&) = delete;
 
-  /// Writes the ports and starts a requested demo. Call it once the listeners are open and before the
-  /// page is. Errors: the file cannot be written; there is no demo for this scene.
+  /// Writes the ports and starts a requested demo. Call it once the listeners are open and before
+  /// the page is. Errors: the file cannot be written; there is no demo for this scene.
   [[nodiscard]] Result<void> begin(const Ports& ports);
   /// Terminates the running program and accepts no more; does not wait.
   void close();

@@ -78,8 +78,9 @@ Result<void> Programs::start(const std::string& name, std::optional<std::uint64_
 Result<void> Programs::launch(const std::string& name, std::optional<std::uint64_t> seed) {
   const Program* program = find(name);
   if (program == nullptr) {
-    return fail(ErrorCode::kNotFound, "name",
-                '\'' + protocols::log_text(name, 64) + "' is not a program that can be started here");
+    return fail(
+        ErrorCode::kNotFound, "name",
+        '\'' + protocols::log_text(name, 64) + "' is not a program that can be started here");
   }
   if (seed && program->seed_option.empty()) {
     return fail(ErrorCode::kInvalidArgument, "seed", name + " takes no seed");

@@ -30,8 +30,8 @@ struct ProgramsOptions {
 };
 
 /// Programs of a fixed list as child processes, one at a time, each in its own process group. A
-/// thread starts them and reads their output. Pipes slow down a program that writes too much; the log
-/// gets a limited part of output that is not for pages. Thread: any.
+/// thread starts them and reads their output. Pipes slow down a program that writes too much; the
+/// log gets a limited part of output that is not for pages. Thread: any.
 class Programs final : public web::ProgramRunner {
  public:
   explicit Programs(ProgramsOptions options);
@@ -68,8 +68,8 @@ class Programs final : public web::ProgramRunner {
 /// Name of the kitting controller.
 inline constexpr const char* kDemo = "demo";
 
-/// Programs for a cell with this scene (name or file): the kitting controller, if it knows the cell,
-/// and the shipped scenarios of the cell. They connect to `host` and the ports of the file.
+/// Programs for a cell with this scene (name or file): the kitting controller, if it knows the
+/// cell, and the shipped scenarios of the cell. They connect to `host` and the ports of the file.
 [[nodiscard]] std::vector<Program> known_programs(const std::string& scene, const std::string& host,
                                                   const std::string& ports_file);
 

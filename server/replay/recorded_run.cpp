@@ -102,10 +102,11 @@ Result<RecordedRun> RecordedRun::open(const std::vector<std::string>& places,
   here.set_version(version);
   run.cautions_ = journal::cautions(run.header_, here);
   if (!run.has_checkpoints()) {
-    run.cautions_.push_back(fmt::format(
-        "its checkpoints have layout {}, this program has {}: it is replayed from its start, but not "
-        "after a state was loaded",
-        run.header_.state_version(), world::kStateVersion));
+    run.cautions_.push_back(
+        fmt::format("its checkpoints have layout {}, this program has {}: it is replayed from its "
+                    "start, but not "
+                    "after a state was loaded",
+                    run.header_.state_version(), world::kStateVersion));
   }
   return run;
 }

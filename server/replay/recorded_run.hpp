@@ -39,8 +39,9 @@ class RecordedRun {
   /// Whether this program can read its checkpoints.
   [[nodiscard]] bool has_checkpoints() const;
 
-  /// Calls `take` for each record in order until it returns false or an error. Returns the reason why
-  /// a journal ends early, empty if none does. Errors: of a file, or of `take` with the file's name.
+  /// Calls `take` for each record in order until it returns false or an error. Returns the reason
+  /// why a journal ends early, empty if none does. Errors: of a file, or of `take` with the file's
+  /// name.
   using Take = std::function<Result<bool>(const v1::JournalRecord&)>;
   [[nodiscard]] Result<std::string> each(const Take& take) const;
 

@@ -64,7 +64,8 @@ std::string explain(const v1::JournalState& recorded, const world::StateSample& 
   if (const double by = std::abs(recorded.belt_travel_m() - here.belt_travel_m); by != 0) {
     parts.push_back(fmt::format("the belt by {:.3g} m", by));
   }
-  if (parts.empty()) return "joints, bodies and belt are at the same places, but velocities or orientations differ";
+  if (parts.empty())
+    return "joints, bodies and belt are at the same places, but velocities or orientations differ";
   std::string text;
   for (const std::string& part : parts) text += (text.empty() ? "" : ", ") + part;
   return "most of all " + text;
@@ -152,7 +153,8 @@ Result<void> Replay::advance(const v1::JournalTime& time) {
     }
     over_ = over_ || ends;
   } catch (const std::exception& failure) {
-    differs(fmt::format("the simulation stops here, but did not when recorded: {}", failure.what()));
+    differs(
+        fmt::format("the simulation stops here, but did not when recorded: {}", failure.what()));
   }
   return {};
 }
@@ -225,10 +227,10 @@ Result<void> Replay::compare(const v1::JournalCheckpoint& checkpoint) {
   const std::string then = bytes_of(*std::move(recorded)), here = bytes_of(world_->save());
   if (then == here) return {};
   const auto first = std::ranges::mismatch(then, here).in1 - then.begin();
-  differs(
-      fmt::format("the checkpoint's state (recorded {} bytes, replayed {}) differs at byte {}: joints, "
-                  "bodies and belt are equal so far, but may deviate later",
-                  then.size(), here.size(), first));
+  differs(fmt::format(
+      "the checkpoint's state (recorded {} bytes, replayed {}) differs at byte {}: joints, "
+      "bodies and belt are equal so far, but may deviate later",
+      then.size(), here.size(), first));
   return {};
 }
 
@@ -299,10 +301,10 @@ std::vector<std::string> cautions(const v1::JournalHeader& header, const v1::Jou
   // Journals of older programs lack it.
   const bool known = !header.world_sha256().empty();
   if (known && header.world_sha256() != here.world_sha256()) {
-    all.push_back(
-        fmt::format("it was recorded by other sources: their digest was {:.12} and is {:.12} here: robots, "
-                    "contacts and sensors may behave differently",
-                    header.world_sha256(), here.world_sha256()));
+    all.push_back(fmt::format(
+        "it was recorded by other sources: their digest was {:.12} and is {:.12} here: robots, "
+        "contacts and sensors may behave differently",
+        header.world_sha256(), here.world_sha256()));
   }
   if (known) differ("its build", header.build(), here.build());
   differ("its compiler", header.compiler(), here.compiler());

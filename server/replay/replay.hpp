@@ -21,8 +21,9 @@ namespace aprsim::server::journal {
 struct ReplayResult {
   std::uint64_t steps = 0, commands = 0;
   std::uint64_t compared = 0;  ///< states and checkpoints
-  std::uint64_t gaps = 0;      ///< gaps with missing commands; the replay continues at the next checkpoint
-  std::uint64_t missing = 0;   ///< missing records in all gaps
+  std::uint64_t gaps =
+      0;  ///< gaps with missing commands; the replay continues at the next checkpoint
+  std::uint64_t missing = 0;             ///< missing records in all gaps
   std::optional<Difference> difference;  ///< the first one, which ends the replay
   std::uint64_t replies = 0;             ///< compared replies of listeners, see WireCheck
   std::optional<Difference> reply;       ///< the first reply that differs
@@ -44,7 +45,8 @@ class Replay {
   void end_at(world::RunTime time) { end_ = time; }
 
   /// Processes the next record of the journal. False after a difference, or at the end. Errors:
-  /// kInvalidArgument for an impossible record: a step before the last one, a state of another layout.
+  /// kInvalidArgument for an impossible record: a step before the last one, a state of another
+  /// layout.
   [[nodiscard]] Result<bool> take(const v1::JournalRecord& record);
   /// After the last record: continues to the last step that any record names, without a state to
   /// compare.

@@ -61,8 +61,7 @@ std::string text_of(const RecordedRun& run, const ReplayResult& result) {
       result.commands, result.compared);
   for (const std::string& caution : run.cautions()) text += "caution: " + caution + '\n';
   if (result.missing > 0) {
-    text +=
-        fmt::format("{} records are missing in gaps of the journal\n", result.missing);
+    text += fmt::format("{} records are missing in gaps of the journal\n", result.missing);
   }
   if (result.gaps > 0) {
     text += fmt::format(

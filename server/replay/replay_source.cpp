@@ -85,8 +85,8 @@ void ReplaySource::run(const std::stop_token& stop) {
               journal::text_of(result->difference ? *result->difference : *result->reply);
     problem.pop_back();  // line end
   } else {
-    spdlog::info("replay: complete; {} states and {} replies compared, all equal",
-                 result->compared, result->replies);
+    spdlog::info("replay: complete; {} states and {} replies compared, all equal", result->compared,
+                 result->replies);
   }
   if (!problem.empty()) spdlog::error("replay: {}", problem);
   {

@@ -21,8 +21,8 @@
 
 namespace aprsim::server {
 
-/// Replays a recorded run at a pace, as the cell that listeners serve. It accepts no commands; after
-/// its end the last state remains visible.
+/// Replays a recorded run at a pace, as the cell that listeners serve. It accepts no commands;
+/// after its end the last state remains visible.
 class ReplaySource final : public api::CommandSink, public api::SnapshotSource {
  public:
   /// `speed`: ratio of simulated to wall time; absent = as fast as possible. Throws

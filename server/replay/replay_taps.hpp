@@ -11,8 +11,8 @@
 
 namespace aprsim::server {
 
-/// The taps of a recorded run's wires, filled as the listeners' taps were. Thread: one at a time; the
-/// taps any.
+/// The taps of a recorded run's wires, filled as the listeners' taps were. Thread: one at a time;
+/// the taps any.
 class ReplayTaps {
  public:
   /// `cell` provides names for requests of pages; it outlives this.
@@ -54,7 +54,8 @@ class ReplayTaps {
   Clock clock_;
   protocols::WireTap crcl_{clock_}, modbus_{clock_};
   std::deque<v1::JournalRecord> waiting_;
-  std::map<std::string, bool> ended_;  ///< by robot: whether the end of its last command was reported
+  std::map<std::string, bool>
+      ended_;  ///< by robot: whether the end of its last command was reported
 };
 
 }  // namespace aprsim::server

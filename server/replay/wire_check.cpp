@@ -110,7 +110,8 @@ void WireCheck::compare(const WaitingLine& line) {
   if (known) connection.known_line = true;
   if (!here || (!known && may_be_old)) return;
   ++compared_;
-  if (!known) differs(line.at, connection.name, "a line that the camera does not send in the replay");
+  if (!known)
+    differs(line.at, connection.name, "a line that the camera does not send in the replay");
 }
 
 void WireCheck::differs(world::RunTime time, const std::string& name, const std::string& what) {

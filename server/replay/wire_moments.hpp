@@ -15,8 +15,8 @@ class WireMoments {
  public:
   static constexpr std::size_t kMost = 4000;
 
-  /// Adds each step and command in order. False = it does not follow the one before; earlier ones are
-  /// then dropped.
+  /// Adds each step and command in order. False = it does not follow the one before; earlier ones
+  /// are then dropped.
   bool add(world::RunTime time, const api::Snapshot& snapshot);
 
   [[nodiscard]] bool empty() const { return moments_.empty(); }

@@ -43,12 +43,10 @@ TEST(Exposure, SaysWhoMayDoWhat) {
   EXPECT_EQ(exposures(open_to("10.0.0.7"), kPorts),
             (std::vector<std::string>{
                 "crcl.fanuc" + open + "1: no other machine is served (crcl.allow is empty)",
-                "grpc" + open +
-                    "2: anyone may view, nobody may command; not encrypted",
+                "grpc" + open + "2: anyone may view, nobody may command; not encrypted",
                 "modbus" + open + "3: no other machine is served (modbus.allow is empty)",
                 "vision.fanuc" + open + "4: no other machine is served (vision.allow is empty)",
-                "web" + open +
-                    "5: anyone may view, nobody may command; not encrypted"}));
+                "web" + open + "5: anyone may view, nobody may command; not encrypted"}));
   EXPECT_NE(exposures(open_to("2001:db8::7"), kPorts)[0].find("at [2001:db8::7]:1:"),
             std::string::npos);
 }
@@ -72,7 +70,8 @@ TEST(Exposure, CountsWhatOpensAndRestricts) {
   }
   config.access.strangers_look = false;
   expect(1,
-         ": holders of a token or certificate may view, holders of a token or certificate may command");
+         ": holders of a token or certificate may view, holders of a token or certificate may "
+         "command");
   config.web.control = false;
   expect(1, "holders of a token or certificate may command");
   expect(4, ": holders of a token or certificate may view, nobody may command; not encrypted");
