@@ -104,9 +104,9 @@ void AuditLog::run() {
     const std::uint64_t lost = stats_.lost - reported_;
     lock.unlock();
     bool reported = lost == 0;
-    if (!reported) reported = put(fd_, fmt::format("{{\"lost\":{}}}\n", lost));
+    if (!reported) reported = append(fd_, fmt::format("{{\"lost\":{}}}\n", lost));
     std::uint64_t written = 0;
-    for (const std::string& line : lines) written += put(fd_, line) ? 1 : 0;
+    for (const std::string& line : lines) written += append(fd_, line) ? 1 : 0;
     const bool fails = written < lines.size();
     if (fails && !failing) {
       spdlog::error("access.audit_file: cannot write {}: {}", path_, std::strerror(errno));
@@ -119,7 +119,7 @@ void AuditLog::run() {
   }
 }
 
-bool AuditLog::put(int fd, const std::string& line) const {
+bool AuditLog::append(int fd, const std::string& line) const {
   std::size_t done = 0;
   while (done < line.size()) {
     const ssize_t written = ::write(fd, line.data() + done, line.size() - done);

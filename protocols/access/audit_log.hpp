@@ -55,7 +55,7 @@ class AuditLog {
  private:
   AuditLog(std::string path, int fd, const api::SnapshotSource& source);
   void run();
-  [[nodiscard]] bool put(int fd, const std::string& line) const;
+  [[nodiscard]] bool append(int fd, const std::string& line) const;
 
   const std::string path_;
   const api::SnapshotSource& source_;

@@ -37,10 +37,10 @@ LogSink::LogSink(int fd, std::function<std::uint64_t()> lost)
 
 void LogSink::sink_it_(const spdlog::details::log_msg& line) {
   const std::uint64_t lost = lost_elsewhere_() + lost_here_;
-  if (lost > told_) {
+  if (lost > reported_) {
     const std::string text =
-        std::to_string(lost - told_) + " log lines lost: their reader was too slow";
-    if (write({line.logger_name, spdlog::level::warn, text})) told_ = lost;
+        std::to_string(lost - reported_) + " log lines lost: their reader was too slow";
+    if (write({line.logger_name, spdlog::level::warn, text})) reported_ = lost;
   }
   if (!write(line)) ++lost_here_;
 }

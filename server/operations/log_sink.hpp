@@ -37,7 +37,7 @@ class LogSink final : public spdlog::sinks::base_sink<std::mutex> {
   const int fd_;
   const bool colors_;
   const std::function<std::uint64_t()> lost_elsewhere_;
-  std::uint64_t lost_here_ = 0, told_ = 0;
+  std::uint64_t lost_here_ = 0, reported_ = 0;
   std::atomic<Clock::rep> deadline_{Clock::duration::max().count()};
 };
 

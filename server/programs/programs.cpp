@@ -23,9 +23,9 @@ using SteadyClock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kLookPeriod{50};
 constexpr std::size_t kBytesPerLook = std::size_t{16} << 10;  // a flood waits in its pipe
 /// Describes how a program has ended.
-std::string end_of(int code, bool told_to, bool killed) {
+std::string end_of(int code, bool was_stopped, bool killed) {
   if (killed) return "killed: it did not end on SIGTERM";
-  if (told_to) return "stopped";
+  if (was_stopped) return "stopped";
   if (code == 0) return "done";
   if (code < 0) return "ended by signal " + std::to_string(-code);
   return "ended with " + std::to_string(code);

@@ -122,7 +122,7 @@ CrclReplies::CrclReplies(std::size_t robot) : robot_(robot) {
 }
 
 void CrclReplies::received(const std::string& document, world::RunTime at) {
-  if (asks(document)) {
+  if (is_status_request(document)) {
     asked_.push_back(at);
     if (asked_.size() > kMostUnanswered) asked_.pop_front();
   } else {
@@ -130,7 +130,7 @@ void CrclReplies::received(const std::string& document, world::RunTime at) {
   }
 }
 
-bool CrclReplies::asks(const std::string& document) {
+bool CrclReplies::is_status_request(const std::string& document) {
   if (document == get_status_) return true;
   if (!has(document, "GetStatus")) return false;
   const auto command = crcl::decode_command(document);

@@ -36,7 +36,7 @@ class CrclReplies : public std::enable_shared_from_this<CrclReplies> {
   };
   [[nodiscard]] Deviation deviation(const crcl::Status& recorded, std::uint64_t set_before,
                                     const api::Snapshot& snapshot);
-  [[nodiscard]] bool asks(const std::string& document);
+  [[nodiscard]] bool is_status_request(const std::string& document);
   void follow_units(const std::string& document);
 
   const std::size_t robot_;

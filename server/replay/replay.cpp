@@ -85,7 +85,7 @@ Replay::Replay(const v1::JournalHeader& header, std::shared_ptr<const scene::Sce
       world_(std::make_unique<world::World>(scenes_.of_header(), scenes_.models(), header.seed(),
                                             std::span<robot::PlanPrefetcher* const>())) {}
 
-Result<bool> Replay::take(const v1::JournalRecord& record) {
+Result<bool> Replay::process(const v1::JournalRecord& record) {
   if (result_.difference || over_) return false;
   Result<void> done;
   switch (record.record_case()) {
@@ -110,10 +110,10 @@ Result<bool> Replay::take(const v1::JournalRecord& record) {
       break;
     case v1::JournalRecord::kEvent:
       if (record.event().kind() == v1::CELL_EVENT_KIND_WORLD_STOPPED) stopped_ = true;
-      tell({record.event().epoch(), record.event().step()});
+      extend_to({record.event().epoch(), record.event().step()});
       break;
     case v1::JournalRecord::kWire:
-      tell({record.wire().time().epoch(), record.wire().time().step()});
+      extend_to({record.wire().time().epoch(), record.wire().time().step()});
       break;
     default:
       break;
@@ -122,17 +122,18 @@ Result<bool> Replay::take(const v1::JournalRecord& record) {
   return !result_.difference && !over_;
 }
 
-void Replay::tell(world::RunTime time) {
-  const bool later = time.epoch == told_.epoch ? time.step > told_.step : time.epoch > told_.epoch;
-  if (later) told_ = time;
+void Replay::extend_to(world::RunTime time) {
+  const bool later = time.epoch == last_reported_.epoch ? time.step > last_reported_.step
+                                                        : time.epoch > last_reported_.epoch;
+  if (later) last_reported_ = time;
 }
 
 Result<void> Replay::finish() {
-  const bool further = told_.epoch == epoch_ && told_.step > world_->step_count();
+  const bool further = last_reported_.epoch == epoch_ && last_reported_.step > world_->step_count();
   if (!further || lost_ || stopped_ || over_ || result_.difference) return {};
   v1::JournalTime time;
-  time.set_epoch(told_.epoch);
-  time.set_step(told_.step);
+  time.set_epoch(last_reported_.epoch);
+  time.set_step(last_reported_.step);
   return advance(time);
 }
 
@@ -149,7 +150,7 @@ Result<void> Replay::advance(const v1::JournalTime& time) {
     while (world_->step_count() < goal && !over_) {
       world_->step();
       ++result_.steps;
-      look();
+      notify_watch();
     }
     over_ = over_ || ends;
   } catch (const std::exception& failure) {
@@ -168,7 +169,7 @@ Result<void> Replay::begin(const v1::JournalEpoch& epoch) {
   const auto scene = scenes_.scene_of(epoch);
   if (!scene) return tl::unexpected(scene.error());
   build(*scene, epoch.seed());
-  look();
+  notify_watch();
   return {};
 }
 
@@ -203,7 +204,7 @@ Result<void> Replay::command(const v1::JournalCommand& message) {
         failure.empty() ? "succeeds" : "fails (" + failure + ")",
         message.failure().empty() ? "succeeded" : "failed (" + message.failure() + ")"));
   }
-  look();
+  notify_watch();
   return {};
 }
 
@@ -259,11 +260,11 @@ Result<void> Replay::checkpoint(const v1::JournalCheckpoint& checkpoint) {
       world_->state_hash() != checkpoint.hash()) {
     differs("the checkpoint's state is not the one that was recorded");
   }
-  look();
+  notify_watch();
   return {};
 }
 
-void Replay::look() {
+void Replay::notify_watch() {
   if (watch_ && !watch_(*world_, {epoch_, world_->step_count()})) over_ = true;
 }
 

@@ -47,7 +47,7 @@ class Replay {
   /// Processes the next record of the journal. False after a difference, or at the end. Errors:
   /// kInvalidArgument for an impossible record: a step before the last one, a state of another
   /// layout.
-  [[nodiscard]] Result<bool> take(const v1::JournalRecord& record);
+  [[nodiscard]] Result<bool> process(const v1::JournalRecord& record);
   /// After the last record: continues to the last step that any record names, without a state to
   /// compare.
   [[nodiscard]] Result<void> finish();
@@ -62,17 +62,17 @@ class Replay {
   [[nodiscard]] Result<void> compare(const v1::JournalCheckpoint& checkpoint);
   [[nodiscard]] Result<void> checkpoint(const v1::JournalCheckpoint& checkpoint);
   void build(const std::shared_ptr<const scene::Scene>& scene, std::uint64_t seed);
-  void tell(world::RunTime time);
+  void extend_to(world::RunTime time);
   void differs(const std::string& what);
-  void look();
+  void notify_watch();
 
   RecordedScenes scenes_;
   std::uint32_t state_version_;
   std::unique_ptr<world::World> world_;
   std::uint64_t epoch_ = 0;
-  world::RunTime told_;   ///< the latest time of wire records and events
-  bool lost_ = true;      ///< the state is unknown until the next epoch or checkpoint
-  bool stopped_ = false;  ///< the recorded simulation has stopped
+  world::RunTime last_reported_;  ///< the latest time of wire records and events
+  bool lost_ = true;              ///< the state is unknown until the next epoch or checkpoint
+  bool stopped_ = false;          ///< the recorded simulation has stopped
   bool over_ = false;
   Watch watch_;
   std::optional<world::RunTime> end_;

@@ -36,7 +36,7 @@ class ReplayDaemon::Impl {
         source_(run, std::move(part), speed),
         security_(config, source_),
         history_(run.scene(), records_, bookmarks_, nullptr) {
-    const bool past = tell_history(run);
+    const bool past = fill_past(run);
     auto grpc = telemetry_options({config, security_});
     if (past) grpc.history = &history_;
     grpc.events = &source_.events();
@@ -78,14 +78,14 @@ class ReplayDaemon::Impl {
   [[nodiscard]] std::string problem() const { return source_.problem(); }
 
  private:
-  bool tell_history(const journal::RecordedRun& run) {
+  bool fill_past(const journal::RecordedRun& run) {
     if (!run.has_checkpoints()) {
       spdlog::warn("replay: its checkpoints have another layout: the past cannot be queried");
       return false;
     }
     world::BookmarkGenerator bookmarks(bookmarks_);
-    if (const auto told = tell(run, records_, bookmarks); !told) {
-      spdlog::warn("replay: the past ends early: {}", told.error().message);
+    if (const auto filled = fill_history(run, records_, bookmarks); !filled) {
+      spdlog::warn("replay: the past ends early: {}", filled.error().message);
     }
     return true;
   }

@@ -18,7 +18,7 @@ struct ReplayPart {
   std::optional<modbus::ConveyorScaling> scaling = {};
   Replay::Watch watch = {};
   /// Called with each record before it is replayed, also with those before `from`.
-  std::function<void(const v1::JournalRecord&)> hear = {};
+  std::function<void(const v1::JournalRecord&)> on_record = {};
 };
 
 /// Replays a recorded run and compares its states and the replies of listeners. Errors:

@@ -70,12 +70,12 @@ void ReplaySource::run(const std::stop_token& stop) {
   part_.watch = [this, &stop](const world::World& world, world::RunTime time) {
     return show(world, time, stop);
   };
-  part_.hear = [this](const v1::JournalRecord& record) { hear(record); };
+  part_.on_record = [this](const v1::JournalRecord& record) { on_record(record); };
   const auto result = journal::replay_run(run_, part_);
   if (stop.stop_requested()) return;
   if (!part_.to) {
     taps_.finish();
-    tell_events({});
+    publish_events({});
   }
   std::string problem;
   if (!result) {
@@ -110,12 +110,12 @@ bool ReplaySource::show(const world::World& world, world::RunTime time,
   measure(time.step);
   publish(world, time.epoch);
   taps_.reach(time);
-  tell_events(time);
+  publish_events(time);
   return !stop.stop_requested();
 }
 
-void ReplaySource::hear(const v1::JournalRecord& record) {
-  taps_.hear(record);
+void ReplaySource::on_record(const v1::JournalRecord& record) {
+  taps_.add(record);
   if (!record.has_event()) return;
   auto event = event_of(record.event());
   if (!event) return;
@@ -126,7 +126,7 @@ void ReplaySource::hear(const v1::JournalRecord& record) {
   coming_.push_back(std::move(event));
 }
 
-void ReplaySource::tell_events(std::optional<world::RunTime> until) {
+void ReplaySource::publish_events(std::optional<world::RunTime> until) {
   std::vector<api::CellEventPtr> reached;
   for (; !coming_.empty(); coming_.pop_front()) {
     const api::CellEvent& next = *coming_.front();
@@ -159,8 +159,8 @@ void ReplaySource::publish(const world::World& world, std::uint64_t epoch) {
   slot_.publish(std::move(snapshot));
 }
 
-Result<void> tell(const journal::RecordedRun& run, world::HistoryRecords& history,
-                  world::Recorder& bookmarks) {
+Result<void> fill_history(const journal::RecordedRun& run, world::HistoryRecords& history,
+                          world::Recorder& bookmarks) {
   journal::RecordedScenes scenes(run.scene());
   bool lost = true;  // until the next checkpoint
   const auto read = run.each([&](const v1::JournalRecord& record) -> Result<bool> {

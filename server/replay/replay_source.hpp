@@ -59,9 +59,9 @@ class ReplaySource final : public api::CommandSink, public api::SnapshotSource {
   bool show(const world::World& world, world::RunTime time, const std::stop_token& stop);
   void publish(const world::World& world, std::uint64_t epoch);
   void measure(std::uint64_t step);
-  void hear(const v1::JournalRecord& record);
+  void on_record(const v1::JournalRecord& record);
   /// Publishes the events up to this time, or all.
-  void tell_events(std::optional<world::RunTime> until);
+  void publish_events(std::optional<world::RunTime> until);
 
   const journal::RecordedRun& run_;
   journal::ReplayPart part_;
@@ -84,7 +84,7 @@ class ReplaySource final : public api::CommandSink, public api::SnapshotSource {
 
 /// Fills a history and its bookmarks with a recorded run. Errors: of its files; a state of another
 /// layout.
-[[nodiscard]] Result<void> tell(const journal::RecordedRun& run, world::HistoryRecords& history,
-                                world::Recorder& bookmarks);
+[[nodiscard]] Result<void> fill_history(const journal::RecordedRun& run,
+                                        world::HistoryRecords& history, world::Recorder& bookmarks);
 
 }  // namespace aprsim::server

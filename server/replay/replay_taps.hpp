@@ -19,7 +19,7 @@ class ReplayTaps {
   explicit ReplayTaps(const api::SnapshotSource& cell) : cell_(cell) {}
 
   /// Adds a record of a wire, which is shown when the run reaches its time.
-  void hear(const v1::JournalRecord& record);
+  void add(const v1::JournalRecord& record);
   /// The run has reached this time.
   void reach(world::RunTime time);
   /// Shows all waiting records.
@@ -45,10 +45,10 @@ class ReplayTaps {
     api::SnapshotPtr now_ = std::make_shared<const api::Snapshot>();
   };
 
-  void tell(const v1::JournalRecord& record);
-  void tell_crcl(const v1::JournalWire& wire, protocols::WireEvent event);
-  void tell_modbus(const v1::JournalWire& wire, protocols::WireEvent event);
-  void tell_page(const v1::JournalWire& wire, protocols::WireEvent event);
+  void show(const v1::JournalRecord& record);
+  void show_crcl(const v1::JournalWire& wire, protocols::WireEvent event);
+  void show_modbus(const v1::JournalWire& wire, protocols::WireEvent event);
+  void show_page(const v1::JournalWire& wire, protocols::WireEvent event);
 
   const api::SnapshotSource& cell_;
   Clock clock_;

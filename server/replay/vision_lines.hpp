@@ -14,7 +14,7 @@ namespace aprsim::server::journal {
 /// The lines that the cameras have sent in a replay. Thread: one at a time.
 class VisionLines {
  public:
-  void look(const api::Snapshot& snapshot);
+  void add(const api::Snapshot& snapshot);
   /// Lines before this moment are unknown.
   void begin_late() { whole_ = false; }
 

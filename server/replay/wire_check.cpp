@@ -13,10 +13,10 @@ WireCheck::WireCheck(const scene::Scene& scene,
   for (std::size_t i = 0; i < scene.robots.size(); ++i) robots_[scene.robots[i].name] = i;
 }
 
-void WireCheck::hear(const v1::JournalRecord& record, bool runs) {
+void WireCheck::process(const v1::JournalRecord& record, bool runs) {
   if (difference_) return;
   if (record.has_wire()) {
-    hear(record.wire(), runs && !stopped_);
+    process(record.wire(), runs && !stopped_);
   } else if (record.has_gap() && record.gap().records() > 0) {
     // Missing records may include requests and opened connections.
     connections_.clear();
@@ -45,7 +45,7 @@ WireCheck::Connection& WireCheck::connection_of(const v1::JournalWire& wire) {
   return *connection;
 }
 
-void WireCheck::hear(const v1::JournalWire& wire, bool runs) {
+void WireCheck::process(const v1::JournalWire& wire, bool runs) {
   const world::RunTime at{wire.time().epoch(), wire.time().step()};
   if (wire.content() == v1::WIRE_CONTENT_CLOSED) {
     connections_.erase(wire.connection());
@@ -67,13 +67,13 @@ void WireCheck::hear(const v1::JournalWire& wire, bool runs) {
   if (reply && runs) waiting_.push_back({*std::move(reply), connection.name});
 }
 
-void WireCheck::look(const world::World& world, world::RunTime time) {
+void WireCheck::observe(const world::World& world, world::RunTime time) {
   if (difference_) return;
   compare(false);
   world.write(now_);
   now_.epoch = time.epoch;
   if (!moments_.add(time, now_) && time.step > 0) vision_.begin_late();
-  vision_.look(now_);
+  vision_.add(now_);
 }
 
 void WireCheck::finish() { compare(true); }

@@ -30,9 +30,9 @@ class WireCheck {
   WireCheck(const scene::Scene& scene, const std::optional<modbus::ConveyorScaling>& scaling);
 
   /// Processes each record in order, before it is replayed; `runs`: whether it is.
-  void hear(const v1::JournalRecord& record, bool runs);
+  void process(const v1::JournalRecord& record, bool runs);
   /// As Replay::Watch.
-  void look(const world::World& world, world::RunTime time);
+  void observe(const world::World& world, world::RunTime time);
   /// Compares the rest at the end of the run.
   void finish();
 
@@ -59,7 +59,7 @@ class WireCheck {
     std::string line;
   };
 
-  void hear(const v1::JournalWire& wire, bool runs);
+  void process(const v1::JournalWire& wire, bool runs);
   [[nodiscard]] Connection& connection_of(const v1::JournalWire& wire);
   void compare(bool ended);
   void compare(const Waiting& waiting);

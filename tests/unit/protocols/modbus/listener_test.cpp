@@ -90,7 +90,7 @@ TEST_F(ListenerTest, AStopIsConfirmedWithoutAStep) {
   cell_.hold();
   RawClient client(port_);
   std::uint16_t transaction = 0;
-  for (const Bytes& stop : {pdu(6, {0x8000, 0}), pdu(5, {0x8003, 0xFF00}), pdu(6, {0x8003, 1}),
+  for (const Bytes& stop : {pdu(6, {0x8000, 0}), pdu(5, {0x8002, 0xFF00}), pdu(5, {0x8000, 0}),
                             write_words(0x8000, {0, 1, 15000}), pdu(22, {0x8000, 0, 0})}) {
     const auto reply = client.ask(adu(stop, ++transaction));
     ASSERT_TRUE(reply) << transaction;
