@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <deque>
 #include <optional>
@@ -34,6 +35,13 @@ class ConveyorDevice {
   /// drive's part is submitted, and the whole request is in image() once applied(ticket).
   [[nodiscard]] modbus::Checked<api::Ticket> write(const modbus::Request& request);
 
+  /// Whether the write request stops the belt. The device accepts every such request, however many
+  /// wait.
+  [[nodiscard]] bool is_stop(const modbus::Request& request) const;
+
+  /// Shows a write in image() before the simulation has applied it, until the next refresh().
+  void show(api::Ticket ticket);
+
   /// Whether the snapshot of the last refresh() contains that command's effect.
   [[nodiscard]] bool applied(api::Ticket ticket) const { return ticket <= applied_; }
 
@@ -46,8 +54,10 @@ class ConveyorDevice {
   };
 
   [[nodiscard]] modbus::Checked<api::Ticket> write_values(const modbus::Request& request);
-  [[nodiscard]] modbus::Checked<api::Ticket> write_masked(const modbus::Request& request);
-  [[nodiscard]] modbus::Checked<api::Ticket> submit(const modbus::ConveyorWrite& wanted);
+  /// The word that a masked write stores.
+  [[nodiscard]] std::array<std::uint8_t, 2> masked_word(const modbus::Request& request) const;
+  [[nodiscard]] api::ConveyorCommand command_of(const modbus::ConveyorWrite& wanted) const;
+  [[nodiscard]] modbus::Checked<api::Ticket> submit(const api::ConveyorCommand& command);
   /// A holding register with the writes under way taken into account.
   [[nodiscard]] std::uint16_t latest_word(std::uint16_t address) const;
   void commit(const PendingWrite& write);

@@ -202,7 +202,9 @@ void Connection::take(const modbus::ValidatedRequest& validated) {
   deadlines_.restart_idle();
   record_.request(validated.adu);
   join_time();
-  if (!rate_.admit(Clock::now())) {
+  const bool stop =
+      validated.verdict == Verdict::kRequest && context_.device.is_stop(validated.request);
+  if (!rate_.admit(Clock::now()) && !stop) {
     reply(executor_.refuse(validated.adu, modbus::ExceptionCode::kServerDeviceBusy));
   } else if (pacer_.joined()) {
     take_time(validated);

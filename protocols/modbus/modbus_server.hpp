@@ -36,6 +36,7 @@ struct ModbusServerOptions {
   std::chrono::milliseconds idle_timeout{0};
   /// A write that the simulation has not applied by then is answered with exception 4.
   std::chrono::milliseconds apply_deadline{1000};
+  std::chrono::milliseconds stop_deadline{100};  ///< after which an accepted stop is confirmed
   /// Replies kept for one connection before its requests wait [bytes].
   std::size_t max_output_bytes = std::size_t{64} * 1024;
   modbus::ConveyorScaling scaling;
@@ -56,10 +57,12 @@ struct ModbusServerStats {
 ///
 /// Reads return the latest snapshot. A write to the drive's registers becomes a command. Its reply
 /// is sent once a snapshot contains it, so later reads on any connection see it. Until then only
-/// the writing connection waits. A client that closes has at most one turn of its unread writes
-/// executed. Exceptions beyond the protocol's own checks: 3 value outside its register's range; 4
-/// no conveyor, or the write was not confirmed within `apply_deadline` (it may still take effect);
-/// 6 the simulation accepts no commands now, or the request rate is exceeded: nothing was changed.
+/// the writing connection waits. A write that stops the belt is always accepted, and confirmed
+/// after `stop_deadline` at the latest. A client that closes has at most one turn of its unread
+/// writes executed. Exceptions beyond the protocol's own checks: 3 value outside its register's
+/// range; 4 no conveyor, or the write was not confirmed within `apply_deadline` (it may still take
+/// effect); 6 the simulation accepts no commands now, or the request rate is exceeded: nothing was
+/// changed.
 class ModbusServer {
  public:
   /// Keeps references to both; they must outlive the server.

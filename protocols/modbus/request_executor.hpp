@@ -37,6 +37,7 @@ class RequestExecutor {
     api::Ticket ticket = 0;
     Clock::time_point deadline;
     std::vector<std::uint8_t> adu;
+    bool stop = false;  ///< is confirmed at the deadline
   };
 
   [[nodiscard]] std::optional<Reply> write(const modbus::ValidatedRequest& validated);

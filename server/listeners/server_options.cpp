@@ -16,8 +16,8 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// Sets all that the listeners have in common. A listener with an allow list serves the networks on
-/// it; the others ask for credentials.
+/// Sets the options that all listeners have. A listener with an allow list serves its networks; the
+/// others require credentials.
 template <typename Own>
 void configure(protocols::ListenerOptions& options, const ListenerContext& context, const Own& own,
                std::uint16_t port, api::EndpointId endpoint) {
@@ -39,7 +39,7 @@ void configure(protocols::ListenerOptions& options, const ListenerContext& conte
   options.virtual_time = context.virtual_time;
 }
 
-/// Any free port for a robot without one.
+/// 0, a free port, for a robot without a configured one.
 std::uint16_t port_of(const std::map<std::string, std::uint16_t>& ports, const std::string& robot) {
   const auto port = ports.find(robot);
   return port == ports.end() ? std::uint16_t{0} : port->second;

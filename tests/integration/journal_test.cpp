@@ -155,7 +155,7 @@ void expect_same_from(const v1::JournalHeader& header,
   server::journal::Replay replay(header, scene);
   server::journal::RecordedScenes scenes(scene);
   for (std::size_t i = first; i <= last; ++i) {
-    const auto goes_on = replay.take(all[i]);
+    const auto goes_on = replay.process(all[i]);
     ASSERT_TRUE(goes_on) << goes_on.error().message;
     if (!*goes_on) break;
     if (!all[i].has_checkpoint()) continue;

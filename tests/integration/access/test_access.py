@@ -257,8 +257,8 @@ class Matrix(WithAuthority):
         for token in wrong:
             code, details = self.call(channel, "aprsim.v1.TelemetryService/GetSnapshot", token)
             self.assertEqual(code, grpc.StatusCode.UNAUTHENTICATED, details)
-            self.assertIn("no token of this daemon", details)
-        self.assertIn("is refused: authorization: it is no token of this daemon", self.daemon.log())
+            self.assertIn("not one of this daemon", details)
+        self.assertIn("is refused: authorization: the token is not one of this daemon", self.daemon.log())
         for token in (*self.tokens.values(), late):
             self.assertNotIn(token, self.daemon.log())
         # Then an address waits, also with the right one.
