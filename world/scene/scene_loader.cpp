@@ -155,8 +155,8 @@ Result<std::string> find_scene(const std::string& name_or_file, const DataPaths&
   for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
   const std::string near = yaml::nearest_word(name_or_file, names);
   return fail(ErrorCode::kNotFound, "scene",
-              "scene: found no scene \"" + name_or_file + "\" in " + paths.scenes +
-                  ", expected one of " + (list.empty() ? "(none there)" : list) +
+              "scene: found no scene \"" + name_or_file + "\", expected one of " +
+                  (list.empty() ? "(there is none)" : list) +
                   (near.empty() ? "" : " (did you mean " + near + "?)"));
 }
 
