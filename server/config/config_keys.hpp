@@ -44,7 +44,7 @@ void visit(Archive& keys, CrclRobotConfig& robot) {
 
 template <typename Archive>
 void visit(Archive& keys, CrclConfig& crcl) {
-  keys.key("address", crcl.address, Text{}, "address to listen on");
+  keys.key("address", crcl.address, Address{}, "address to listen on");
   keys.by_robot("ports", crcl.ports, Port{}, "port of a robot; a free one for a robot without");
   keys.key("max_connections", crcl.max_connections, kConnections, "at once, to each robot");
   keys.key("allow", crcl.allow, ListOf<Network>{}, kAllowed);
@@ -58,7 +58,7 @@ void visit(Archive& keys, CrclConfig& crcl) {
 
 template <typename Archive>
 void visit(Archive& keys, ModbusConfig& modbus) {
-  keys.key("address", modbus.address, Text{}, "address to listen on");
+  keys.key("address", modbus.address, Address{}, "address to listen on");
   keys.key("port", modbus.port, Port{}, "port to listen on");
   keys.key("max_connections", modbus.max_connections, kConnections, "at once");
   keys.key("forward_is_one", modbus.forward_is_one, Flag{},
@@ -80,14 +80,14 @@ void visit(Archive& keys, ModbusConfig& modbus) {
 
 template <typename Archive>
 void visit(Archive& keys, GrpcConfig& grpc) {
-  keys.key("address", grpc.address, Text{}, "address to listen on");
+  keys.key("address", grpc.address, Address{}, "address to listen on");
   keys.key("port", grpc.port, Port{}, "port to listen on");
   keys.key("max_connections", grpc.max_connections, kConnections, "at once");
 }
 
 template <typename Archive>
 void visit(Archive& keys, VisionConfig& vision) {
-  keys.key("address", vision.address, Text{}, "address to listen on");
+  keys.key("address", vision.address, Address{}, "address to listen on");
   keys.by_robot("ports", vision.ports, Port{},
                 "port of a robot's camera; a free one for a robot without");
   keys.key("max_connections", vision.max_connections, kConnections, "at once, to each camera");
@@ -102,7 +102,7 @@ void visit(Archive& keys, VisionConfig& vision) {
 template <typename Archive>
 void visit(Archive& keys, WebConfig& web) {
   keys.key("enabled", web.enabled, Flag{}, "serve the page");
-  keys.key("address", web.address, Text{}, "address to listen on");
+  keys.key("address", web.address, Address{}, "address to listen on");
   keys.key("port", web.port, Port{}, "port to listen on");
   keys.key("max_connections", web.max_connections, kConnections, "at once");
   keys.key("max_viewers", web.max_viewers, kConnections, "pages that show the cell at once");
