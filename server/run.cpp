@@ -12,6 +12,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include "proto/journal/journal_place.hpp"
 #include "server/access/exposure.hpp"
 #include "server/access/token_command.hpp"
 #include "server/command_line.hpp"
@@ -27,6 +28,7 @@
 #include "server/replay/replay_daemon.hpp"
 #include "server/replay/replay_files.hpp"
 #include "server/replay/replay_pace.hpp"
+#include "world/base/files/draft_file.hpp"
 #include "world/scene/scene_loader.hpp"
 
 namespace aprsim::server {
@@ -44,7 +46,9 @@ void announce(const Ports& ports, const Config& config) {
   for (const std::string& line : exposures(config, ports)) spdlog::warn("{}", line);
   if (const auto web = ports.find("web"); web != ports.end()) {
     const auto outside = outside_addresses(config.web.address);
-    const std::string& host = outside.empty() ? config.web.address : outside.front();
+    // Browsers take either name; this one needs no resolver.
+    std::string host = outside.empty() ? config.web.address : outside.front();
+    if (host == "localhost") host = "127.0.0.1";
     spdlog::info("see it: {}://{}/", config.tls.certificate ? "https" : "http",
                  host_and_port(host, web->second));
   }
@@ -123,12 +127,28 @@ int serve_replay(const Invocation& invocation, const journal::RecordedRun& run,
   return serve_until_signal(daemon, invocation, [] { return true; });
 }
 
+/// Refuses to write over a journal of the run.
+Result<void> check_replay_outputs(const Invocation& invocation) {
+  std::vector<std::string> inputs, outputs;
+  for (const std::string& place : invocation.replay) {
+    inputs.push_back(place);
+    if (const auto files = aprsim::journal::files_of_run(place)) {
+      inputs.insert(inputs.end(), files->begin(), files->end());
+    }
+  }
+  for (const std::string& output : {invocation.motion.file, invocation.ports_file}) {
+    if (!output.empty()) outputs.push_back(output);
+  }
+  return files::check_outputs(inputs, outputs);
+}
+
 /// Exit code 1 when the run differs, 2 when it cannot be run.
 int replay(const Invocation& invocation) {
   const auto unreadable = [](const Error& error) {
     refuse(error.message);
     return 2;
   };
+  if (auto apart = check_replay_outputs(invocation); !apart) return unreadable(apart.error());
   const auto run = journal::RecordedRun::open(invocation.replay, kVersion);
   if (!run) return unreadable(run.error());
   journal::ReplayPart part = invocation.replay_part;

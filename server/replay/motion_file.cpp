@@ -27,11 +27,8 @@ std::uint64_t steps_between(const MotionOptions& options, double step_s) {
 
 MotionFile::MotionFile(MotionOptions options, const v1::JournalHeader& header,
                        const scene::Scene& scene)
-    : options_(std::move(options)),
-      out_(options_.file, std::ios::binary | std::ios::trunc),
-      header_(header),
-      scene_(scene) {
-  out_ << aprsim::journal::kMagic;
+    : options_(std::move(options)), file_(options_.file), header_(header), scene_(scene) {
+  file_.out() << aprsim::journal::kMagic;
 }
 
 void MotionFile::describe(const world::World& world) {
@@ -76,13 +73,12 @@ void MotionFile::take(const world::World& world, world::RunTime time) {
 }
 
 void MotionFile::flush(std::size_t from_bytes) {
-  if (encoder_.pending() >= from_bytes) out_ << encoder_.take();
+  if (encoder_.pending() >= from_bytes) file_.out() << encoder_.take();
 }
 
 Result<void> MotionFile::finish() {
   flush(0);
-  if (out_.flush()) return {};
-  return fail(ErrorCode::kUnavailable, "motion", options_.file + " cannot be written");
+  return file_.commit();
 }
 
 }  // namespace aprsim::server

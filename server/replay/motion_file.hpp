@@ -1,13 +1,13 @@
 #pragma once
 
 #include <cstdint>
-#include <fstream>
 #include <memory>
 #include <string>
 
 #include "aprsim/v1/journal.pb.h"
 #include "proto/journal/frames.hpp"
 #include "server/replay/motion_options.hpp"
+#include "world/base/files/draft_file.hpp"
 #include "world/cell/world.hpp"
 #include "world/runtime/record/recorder.hpp"
 #include "world/scene/model/scene.hpp"
@@ -22,7 +22,7 @@ class MotionFile {
 
   /// The world as it is now; it takes what the rate asks for.
   void take(const world::World& world, world::RunTime time);
-  /// Writes what is left. Errors: kUnavailable with the file.
+  /// Writes the rest and puts the file in its place. Errors: kUnavailable with the file.
   [[nodiscard]] Result<void> finish();
 
  private:
@@ -30,7 +30,7 @@ class MotionFile {
   void flush(std::size_t from_bytes);
 
   const MotionOptions options_;
-  std::ofstream out_;
+  files::DraftFile file_;
   aprsim::journal::FrameEncoder encoder_;
   v1::JournalHeader header_;
   const scene::Scene scene_;
