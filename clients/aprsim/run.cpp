@@ -76,7 +76,10 @@ int run(const std::vector<std::string>& arguments, std::ostream& out, std::ostre
       std::visit([&](const auto& command) { return run_command(command, console); }, line->command);
   console.write("");
   int code = done ? 0 : report(done.error(), err, screen.err);
-  if (code == 0 && !out.good()) code = report_output(console.output_error, err, screen.err);
+  if (!out.good()) {
+    const int output_code = report_output(console.output_error, err, screen.err);
+    if (code == 0) code = output_code;
+  }
   return interruption::happened() ? interruption::kExitCode : code;
 }
 

@@ -1,6 +1,7 @@
 // Outputs of aprsim: files that it must not destroy, streams that it cannot write.
 
 #include <csignal>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -81,10 +82,10 @@ TEST(Output, JsonMayBeAskedForBeforeTheCommand) {
 TEST(Output, AProxyOfTheEnvironmentIsNotForTheOwnMachine) {
   const DaemonProcess daemon({"--speed", "max"});
   for (const std::string variable : {"http_proxy", "https_proxy", "grpc_proxy"}) {
-    const auto status = in_shell("unset no_proxy no_grpc_proxy; export " + variable +
-                                     "=http://127.0.0.1:1; exec \"$0\" status --ports-file \"$1\"",
-                                 daemon.ports_file());
-    EXPECT_EQ(status.exit_code, 0) << variable << status.err;
+    const auto saved = in_shell("unset no_proxy no_grpc_proxy; export " + variable +
+                                    "=http://127.0.0.1:1; exec \"$0\" save a --ports-file \"$1\"",
+                                daemon.ports_file());
+    EXPECT_EQ(saved.exit_code, 0) << variable << saved.err;
   }
 }
 
@@ -98,18 +99,24 @@ TEST(Output, ATextThatIsNoUtf8IsRefusedWithItsField) {
 }
 
 TEST(Output, AnInterruptedRunLeavesTheCellAsItWas) {
-  const DaemonProcess daemon;
-  CellClient client(daemon.port("grpc"));
-  const auto runs = [](const v1::Snapshot& now) { return !now.paused(); };
-  client.wait_for(runs, "the cell to run");
-  TerminalProcess running(cli_command(daemon, {"run", "--time", "1000"}));
-  client.wait_for([](const v1::Snapshot& now) { return now.sim_time().seconds() >= 1; },
-                  "a second");
-  running.type("\x03");
-  EXPECT_EQ(running.wait_for_exit(), -SIGINT) << running.output();
-  EXPECT_NE(running.output().find("the cell goes on, as before"), std::string::npos)
-      << running.output();
-  client.wait_for(runs, "the cell to go on");
+  for (const bool paused : {false, true}) {
+    const DaemonProcess daemon;
+    CellClient client(daemon.port("grpc"));
+    if (paused) {
+      ASSERT_EQ(run_aprsim(daemon, {"pause"}).exit_code, 0);
+    }
+    const std::uint64_t before = client.snapshot().applied_ticket();
+    TerminalProcess running(cli_command(daemon, {"run", "--time", "1000"}));
+    client.wait_for(
+        [&](const v1::Snapshot& now) { return now.applied_ticket() > before && !now.paused(); },
+        "the run to begin");
+    running.type("\x03");
+    EXPECT_EQ(running.wait_for_exit(), -SIGINT) << running.output();
+    const std::string state =
+        paused ? "the cell is paused, as before, at" : "the cell goes on, as before";
+    EXPECT_NE(running.output().find(state), std::string::npos) << running.output();
+    EXPECT_EQ(client.snapshot().paused(), paused);
+  }
 }
 
 }  // namespace

@@ -373,7 +373,7 @@ TEST(Verdicts, KeepBoundsAndNameWhatBreaksThem) {
   EXPECT_TRUE(verdicts[1].kept);
   EXPECT_EQ(text_of(verdicts[1]), "drops 0, expected at most 0");
   EXPECT_FALSE(verdicts[2].kept) << "nothing is known of it";
-  EXPECT_EQ(text_of(verdicts[2]), "agility not known, expected at least 0.5");
+  EXPECT_EQ(text_of(verdicts[2]), "agility unknown, expected at least 0.5");
 }
 
 RunResult a_run() {

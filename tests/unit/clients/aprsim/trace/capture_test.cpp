@@ -384,20 +384,36 @@ TEST(Capture, EncapsulationThatIsNotReadIsCountedAndNamed) {
 
 TEST(Capture, TheSideThatAnswersTheSynIsTheServer) {
   // The client's port is one of the listeners', as a Linux client's may be by chance.
+  const std::string write{0, 5, 0, 0, 0, 6, 1, 6, '\x80', 2, '\x27', '\x10'};
   for (const std::uint16_t client : {std::uint16_t{64444}, std::uint16_t{502}}) {
-    CaptureFile file;
-    CapturedConnection plc(file, client, 502);
-    plc.open(0);
-    const std::string write{0, 5, 0, 0, 0, 6, 1, 6, '\x80', 2, '\x27', '\x10'};
-    plc.sends(0.1, write);
-    plc.answers(0.2, write);
+    CaptureFile file(Link::kRaw);
+    // The hosts 10.0.0.1 and 10.0.0.2, of which the client is the first.
+    const auto between = [&file](char from, char to) {
+      file.frame_of = [from, to](std::string ip) {
+        return ip.replace(12, 8, {10, 0, 0, from, 10, 0, 0, to});
+      };
+    };
+    const auto request_packet = [&](double time_s, unsigned sequence, unsigned acknowledged,
+                                    const char* flags, const std::string& payload) {
+      between(1, 2);
+      file.packet(time_s, client, 502, sequence, acknowledged, flags, payload);
+    };
+    const auto reply_packet = [&](double time_s, unsigned sequence, unsigned acknowledged,
+                                  const char* flags, const std::string& payload) {
+      between(2, 1);
+      file.packet(time_s, 502, client, sequence, acknowledged, flags, payload);
+    };
+    request_packet(0, 100, 0, "S", "");
+    reply_packet(0, 900, 101, "SA", "");
+    request_packet(0.1, 101, 901, "A", write);
+    reply_packet(0.2, 901, 113, "A", write);
     const auto [imported, trace] = import(file.bytes());
     ASSERT_TRUE(imported) << imported.error().message;
     const auto wires = actions_of(trace);
     ASSERT_TRUE(wires.contains("modbus")) << client;
     ASSERT_EQ(wires.at("modbus").actions.size(), 1U) << client;
     EXPECT_EQ(wires.at("modbus").actions[0].outcome, "done") << client;
-    EXPECT_EQ(trace.wires.front().wire.peer(), fmt::format("127.0.0.1:{}", client));
+    EXPECT_EQ(trace.wires.front().wire.peer(), fmt::format("10.0.0.1:{}", client));
   }
   // A program whose own port is that of a robot by chance talks to something else.
   CaptureFile web;

@@ -297,7 +297,8 @@ TEST(TraceListing, CutsALongLineBetweenTwoCharacters) {
     for (int i = 0; i < 20; ++i) line += "\xe2\x82\xac";
     const auto place = journal_with_line(directory, line + "\n");
     std::string listed;
-    ASSERT_TRUE(list_trace(place, {}, [&](const ListedLine& one) { listed = one.what; }));
+    ASSERT_TRUE(
+        list_trace(place, {.polls = true}, [&](const ListedLine& one) { listed = one.what; }));
     EXPECT_TRUE(utf8::is_valid(listed)) << before;
     EXPECT_TRUE(listed.ends_with(" ...")) << listed;
     const std::string out = directory.path() + "/csv";
@@ -311,7 +312,8 @@ TEST(TraceListing, ControlCharactersAreEscaped) {
   const test::TemporaryDirectory directory;
   const auto place = journal_with_line(directory, "\x1b]0;title\x07 \xc2\x9b\xff\n");
   std::string listed;
-  ASSERT_TRUE(list_trace(place, {}, [&](const ListedLine& one) { listed = one.what; }));
+  ASSERT_TRUE(
+      list_trace(place, {.polls = true}, [&](const ListedLine& one) { listed = one.what; }));
   EXPECT_NE(listed.find("\\x1b]0;title\\x07 \\xc2\\x9b\\xff"), std::string::npos) << listed;
 }
 
