@@ -13,6 +13,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include "proto/journal/journal_place.hpp"
 #include "server/access/exposure.hpp"
 #include "server/access/token_command.hpp"
 #include "server/command_line.hpp"
@@ -29,6 +30,7 @@
 #include "server/replay/replay_daemon.hpp"
 #include "server/replay/replay_files.hpp"
 #include "server/replay/replay_pace.hpp"
+#include "world/base/files/draft_file.hpp"
 #include "world/scene/scene_loader.hpp"
 
 namespace aprsim::server {
@@ -52,7 +54,9 @@ void announce(const Ports& ports, const Config& config) {
   for (const std::string& line : exposures(config, ports)) spdlog::warn("{}", line);
   if (const auto web = ports.find("web"); web != ports.end()) {
     const auto outside = outside_addresses(config.web.address);
-    const std::string& host = outside.empty() ? config.web.address : outside.front();
+    // Browsers accept either name; the numeric one needs no resolver.
+    std::string host = outside.empty() ? config.web.address : outside.front();
+    if (host == "localhost") host = "127.0.0.1";
     spdlog::info("web page: {}://{}/", config.tls.certificate ? "https" : "http",
                  host_and_port(host, web->second));
   }
@@ -135,15 +139,19 @@ int serve_replay(const Invocation& invocation, const journal::RecordedRun& run,
   return serve_until_signal(daemon, invocation, [] { return true; });
 }
 
-/// Error: the output is one of the journal's files, also by another name.
-Result<void> check_not_among(const std::vector<std::string>& files, const std::string& output) {
-  std::error_code none;
-  for (const std::string& file : files) {
-    if (!std::filesystem::equivalent(file, output, none)) continue;
-    return fail(ErrorCode::kInvalidArgument, "motion",
-                "--motion " + output + ": is the journal " + file + ", which it would overwrite");
+/// Refuses to write over a journal of the run.
+Result<void> check_replay_outputs(const Invocation& invocation) {
+  std::vector<std::string> inputs, outputs;
+  for (const std::string& place : invocation.replay) {
+    inputs.push_back(place);
+    if (const auto files = aprsim::journal::files_of_run(place)) {
+      inputs.insert(inputs.end(), files->begin(), files->end());
+    }
   }
-  return {};
+  for (const std::string& output : {invocation.motion.file, invocation.ports_file}) {
+    if (!output.empty()) outputs.push_back(output);
+  }
+  return files::check_outputs(inputs, outputs);
 }
 
 /// Exit code 1 when the replay differs, 2 when it fails.
@@ -152,6 +160,7 @@ int replay(const Invocation& invocation) {
     refuse(error.message);
     return 2;
   };
+  if (auto apart = check_replay_outputs(invocation); !apart) return unreadable(apart.error());
   const auto run = journal::RecordedRun::open(invocation.replay, kVersion);
   if (!run) return unreadable(run.error());
   journal::ReplayPart part = invocation.replay_part;
@@ -160,9 +169,6 @@ int replay(const Invocation& invocation) {
   if (invocation.replay_speed) part.watch = journal::paced(*invocation.replay_speed);
   std::optional<MotionFile> motion;
   if (!invocation.motion.file.empty()) {
-    if (auto ok = check_not_among(run->files(), invocation.motion.file); !ok) {
-      return unreadable(ok.error());
-    }
     motion.emplace(invocation.motion, run->header(), *run->scene());
     part.watch = [&motion, paced = part.watch](const world::World& world, world::RunTime time) {
       motion->sample(world, time);

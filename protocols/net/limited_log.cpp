@@ -4,35 +4,18 @@
 
 #include <spdlog/spdlog.h>
 
-#include "world/base/utf8_text.hpp"
+#include "world/base/utf8.hpp"
 
 namespace aprsim::protocols {
-namespace {
-
-/// Control characters of ASCII and of Latin-1.
-bool is_control(std::string_view character) {
-  const auto first = static_cast<unsigned char>(character[0]);
-  if (character.size() == 1) return first < 0x20 || first == 0x7F;
-  return first == 0xC2 && static_cast<unsigned char>(character[1]) < 0xA0;
-}
-
-}  // namespace
 
 std::string log_text(std::string_view text, std::size_t limit) {
   std::string out;
   while (!text.empty()) {
     if (out.size() >= limit) return out + "...";
-    const std::string_view character = text.substr(0, std::max<std::size_t>(utf8_length(text), 1));
-    text.remove_prefix(character.size());
-    if (character == "\n") {
-      out += "\\n";
-    } else if (utf8_length(character) == 0 || is_control(character)) {
-      for (const char byte : character) {
-        out += fmt::format("\\x{:02x}", static_cast<unsigned char>(byte));
-      }
-    } else {
-      out += character;
-    }
+    const std::size_t length = std::max<std::size_t>(utf8::length(text), 1);
+    const std::string_view character = text.substr(0, length);
+    out += character == "\n" ? "\\n" : utf8::printable(character);
+    text.remove_prefix(length);
   }
   return out;
 }

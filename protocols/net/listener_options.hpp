@@ -19,9 +19,10 @@ namespace aprsim::protocols {
 /// Settings common to all listeners. Each server's own options contain them.
 /// The objects that they point to outlive the listener.
 struct ListenerOptions {
-  std::string address = "127.0.0.1";  ///< numeric IPv4 or IPv6
-  std::uint16_t port = 0;             ///< 0 = any free port
-  ConnectionLimits limits = {};       ///< a connection beyond them is refused
+  /// Numeric IPv4 or IPv6; "localhost" = 127.0.0.1 and ::1, where the machine has IPv6.
+  std::string address = "127.0.0.1";
+  std::uint16_t port = 0;        ///< 0 = any free port
+  ConnectionLimits limits = {};  ///< a connection beyond them is refused
   /// Networks or addresses that are served, "192.168.1.0/24"; connections of others are closed at
   /// once. Empty = everybody is served.
   std::vector<std::string> allow = {};

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -54,18 +56,21 @@ class TcpListener {
   [[nodiscard]] std::uint64_t refused() const { return refused_; }
 
  private:
-  void accept();
-  void accept_waiting();
+  using Acceptor = boost::asio::ip::tcp::acceptor;
+  /// Binds each address at one port, and returns it.
+  [[nodiscard]] Result<std::uint16_t> bind_all(std::span<const boost::asio::ip::address> addresses);
+  void accept(Acceptor& acceptor);
+  void accept_waiting(Acceptor& acceptor);
   void admit(Socket socket);
   void refuse(const std::string& peer, const std::string& why);
-  void retry_later(const std::string& why);
+  void retry_later(Acceptor& acceptor, const std::string& why);
 
   const std::string name_;
   ListenerOptions options_;
   AllowList allow_;
   OnAccept on_accept_;
   OnRefused on_refused_;
-  boost::asio::ip::tcp::acceptor acceptor_;
+  std::array<Acceptor, 2> acceptors_;  ///< the second one for localhost
   boost::asio::steady_timer retry_;
   std::shared_ptr<ConnectionLimiter> limiter_;
   std::atomic<std::uint64_t> accepted_{0}, refused_{0};

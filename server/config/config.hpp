@@ -44,7 +44,7 @@ struct CrclRobotConfig {
 };
 
 struct CrclConfig {
-  std::string address = "127.0.0.1";
+  std::string address = "localhost";
   std::map<std::string, std::uint16_t> ports = {{"fanuc", 64444}, {"motoman", 64445}};
   std::uint32_t max_connections = 64;
   std::vector<std::string> allow;
@@ -60,7 +60,7 @@ struct CrclConfig {
 };
 
 struct ModbusConfig {
-  std::string address = "127.0.0.1";
+  std::string address = "localhost";
   std::uint16_t port = 1502;
   std::uint32_t max_connections = 128;
   bool forward_is_one = true;
@@ -75,14 +75,14 @@ struct ModbusConfig {
 };
 
 struct GrpcConfig {
-  std::string address = "127.0.0.1";
+  std::string address = "localhost";
   std::uint16_t port = 50051;
   std::uint32_t max_connections = 64;
 };
 
 /// The cameras themselves belong to the scene.
 struct VisionConfig {
-  std::string address = "127.0.0.1";
+  std::string address = "localhost";
   std::map<std::string, std::uint16_t> ports = {{"fanuc", 4000}, {"motoman", 4001}};
   std::uint32_t max_connections = 64;
   std::vector<std::string> allow;
@@ -93,7 +93,7 @@ struct VisionConfig {
 /// The web page. Its files belong to the installation.
 struct WebConfig {
   bool enabled = true;
-  std::string address = "127.0.0.1";
+  std::string address = "localhost";
   std::uint16_t port = 8080;
   std::uint32_t max_connections = 32;
   std::uint32_t max_viewers = 24;

@@ -52,7 +52,7 @@ void visit(Archive& keys, CrclRobotConfig& robot) {
 
 template <typename Archive>
 void visit(Archive& keys, CrclConfig& crcl) {
-  keys.key("address", crcl.address, Text{}, "address to listen on");
+  keys.key("address", crcl.address, Address{}, "address to listen on");
   keys.by_robot("ports", crcl.ports, Port{}, "port of a robot; a free port when absent");
   keys.key("max_connections", crcl.max_connections, kConnections,
            "limit of simultaneous connections to each robot");
@@ -68,7 +68,7 @@ void visit(Archive& keys, CrclConfig& crcl) {
 
 template <typename Archive>
 void visit(Archive& keys, ModbusConfig& modbus) {
-  keys.key("address", modbus.address, Text{}, "address to listen on");
+  keys.key("address", modbus.address, Address{}, "address to listen on");
   keys.key("port", modbus.port, Port{}, "port to listen on");
   keys.key("max_connections", modbus.max_connections, kConnections,
            "limit of simultaneous connections");
@@ -92,7 +92,7 @@ void visit(Archive& keys, ModbusConfig& modbus) {
 
 template <typename Archive>
 void visit(Archive& keys, GrpcConfig& grpc) {
-  keys.key("address", grpc.address, Text{}, "address to listen on");
+  keys.key("address", grpc.address, Address{}, "address to listen on");
   keys.key("port", grpc.port, Port{}, "port to listen on");
   keys.key("max_connections", grpc.max_connections, kConnections,
            "limit of simultaneous connections");
@@ -100,7 +100,7 @@ void visit(Archive& keys, GrpcConfig& grpc) {
 
 template <typename Archive>
 void visit(Archive& keys, VisionConfig& vision) {
-  keys.key("address", vision.address, Text{}, "address to listen on");
+  keys.key("address", vision.address, Address{}, "address to listen on");
   keys.by_robot("ports", vision.ports, Port{}, "port of a robot's camera; a free port when absent");
   keys.key("max_connections", vision.max_connections, kConnections,
            "limit of simultaneous connections to each camera");
@@ -116,7 +116,7 @@ void visit(Archive& keys, VisionConfig& vision) {
 template <typename Archive>
 void visit(Archive& keys, WebConfig& web) {
   keys.key("enabled", web.enabled, Flag{}, "serve the web page");
-  keys.key("address", web.address, Text{}, "address to listen on");
+  keys.key("address", web.address, Address{}, "address to listen on");
   keys.key("port", web.port, Port{}, "port to listen on");
   keys.key("max_connections", web.max_connections, kConnections,
            "limit of simultaneous connections");

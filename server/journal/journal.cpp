@@ -195,15 +195,19 @@ void Journal::turn(bool whole, bool ending) {
   stats_ = stats;
 }
 
+v1::JournalRecord Journal::end_record() const {
+  v1::JournalRecord record;
+  write_time(std::chrono::system_clock::now(), *record.mutable_wall_time());
+  auto& time = *record.mutable_end()->mutable_time();
+  time.set_epoch(latest_.epoch);
+  time.set_step(latest_.step);
+  return record;
+}
+
 void Journal::write_taken(bool whole, bool ending) try {
   add_taken();
   if (ending && encoder_.pending() + ring_.bytes() > 0) {
-    v1::JournalRecord record;
-    write_time(std::chrono::system_clock::now(), *record.mutable_wall_time());
-    auto& time = *record.mutable_end()->mutable_time();
-    time.set_epoch(latest_.epoch);
-    time.set_step(latest_.step);
-    encoder_.add(record);
+    encoder_.add(end_record());
     ++next_.records;
   }
   if (whole) flush();
@@ -318,6 +322,10 @@ Result<protocols::Incident> Journal::incident(std::chrono::nanoseconds last) con
                   "-step" + std::to_string(latest_.step) + ".journal";
   incident.pieces.push_back(std::make_shared<const std::string>(header_bytes(options_.header, 1)));
   incident.pieces.insert(incident.pieces.end(), frames.begin(), frames.end());
+  // Marks the file as complete: an incident that was cut off on its way has no such end.
+  aprsim::journal::FrameEncoder encoder;
+  encoder.add(end_record());
+  incident.pieces.push_back(std::make_shared<const std::string>(encoder.take()));
   return incident;
 } catch (const std::bad_alloc&) {
   return fail(ErrorCode::kUnavailable, "journal", "there is no memory for it");

@@ -104,6 +104,8 @@ class Journal final : public world::Recorder,
   void record_gap(const Missing& gap);
   void follow_clock(const Entry& entry);
   void flush();
+  /// The record that ends a file that is complete.
+  [[nodiscard]] v1::JournalRecord end_record() const;
   [[nodiscard]] Result<protocols::Incident> incident(std::chrono::nanoseconds last) const;
 
   const JournalOptions options_;

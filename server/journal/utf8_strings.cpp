@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "world/base/utf8_text.hpp"
+#include "world/base/utf8.hpp"
 
 namespace aprsim::server::journal {
 namespace {
@@ -16,12 +16,12 @@ void make_utf8(Message& message, const Reflection& reflection, const FieldDescri
   std::string scratch;
   if (!field.is_repeated()) {
     const std::string& text = reflection.GetStringReference(message, &field, &scratch);
-    if (!is_utf8(text)) reflection.SetString(&message, &field, utf8_text(text));
+    if (!utf8::is_valid(text)) reflection.SetString(&message, &field, utf8::valid(text));
     return;
   }
   for (int i = 0; i < reflection.FieldSize(message, &field); ++i) {
     const std::string& text = reflection.GetRepeatedStringReference(message, &field, i, &scratch);
-    if (!is_utf8(text)) reflection.SetRepeatedString(&message, &field, i, utf8_text(text));
+    if (!utf8::is_valid(text)) reflection.SetRepeatedString(&message, &field, i, utf8::valid(text));
   }
 }
 

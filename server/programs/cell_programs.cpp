@@ -9,6 +9,7 @@
 #include <optional>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include <spdlog/spdlog.h>
 
@@ -27,21 +28,27 @@ std::string make_directory() {
   return {};
 }
 
-bool is_any(const std::string& address) { return address == "0.0.0.0" || address == "::"; }
+/// Whether a listener at that address is reached at a numeric host of this machine.
+bool reaches(const std::string& address, const std::string& host) {
+  if (address == host || address == "::") return true;
+  if (address == "localhost") return host == "127.0.0.1" || host == "::1";
+  return address == "0.0.0.0" && host.find(':') == std::string::npos;
+}
 
 /// The address at which programs on this machine reach all listeners; empty where they have
 /// several.
 std::optional<std::string> host_of(const Config& config) {
   const std::array all{config.crcl.address, config.modbus.address, config.vision.address,
                        config.grpc.address};
-  const auto chosen = std::ranges::find_if_not(all, is_any);
-  if (chosen == all.end()) {
-    const bool v4 = std::ranges::any_of(all, [](const std::string& a) { return a == "0.0.0.0"; });
-    return v4 ? "127.0.0.1" : "::1";
+  std::vector<std::string> hosts{"127.0.0.1", "::1"};
+  hosts.insert(hosts.end(), all.begin(), all.end());
+  for (const std::string& host : hosts) {
+    if (host == "0.0.0.0" || host == "::" || host == "localhost") continue;
+    if (std::ranges::all_of(all, [&](const std::string& a) { return reaches(a, host); })) {
+      return host;
+    }
   }
-  const bool fits = std::ranges::all_of(
-      all, [&](const std::string& address) { return is_any(address) || address == *chosen; });
-  return fits ? std::optional(*chosen) : std::nullopt;
+  return std::nullopt;
 }
 
 }  // namespace

@@ -29,12 +29,8 @@ std::uint64_t steps_between(const MotionOptions& options, double step_s) {
 
 MotionFile::MotionFile(MotionOptions options, const v1::JournalHeader& header,
                        const scene::Scene& scene)
-    : options_(std::move(options)),
-      draft_(options_.file + ".part"),
-      out_(draft_, std::ios::binary | std::ios::trunc),
-      header_(header),
-      scene_(scene) {
-  out_ << aprsim::journal::kMagic;
+    : options_(std::move(options)), file_(options_.file), header_(header), scene_(scene) {
+  file_.out() << aprsim::journal::kMagic;
 }
 
 void MotionFile::describe(const world::World& world) {
@@ -79,17 +75,12 @@ void MotionFile::sample(const world::World& world, world::RunTime time) {
 }
 
 void MotionFile::flush(std::size_t from_bytes) {
-  if (encoder_.pending() >= from_bytes) out_ << encoder_.take();
+  if (encoder_.pending() >= from_bytes) file_.out() << encoder_.take();
 }
 
 Result<void> MotionFile::finish() {
   flush(0);
-  out_.close();
-  std::error_code error;
-  if (out_) std::filesystem::rename(draft_, options_.file, error);
-  if (out_ && !error) return {};
-  std::filesystem::remove(draft_, error);
-  return fail(ErrorCode::kUnavailable, "motion", options_.file + " cannot be written");
+  return file_.commit();
 }
 
 }  // namespace aprsim::server

@@ -1,13 +1,13 @@
 #pragma once
 
 #include <cstdint>
-#include <fstream>
 #include <memory>
 #include <string>
 
 #include "aprsim/v1/journal.pb.h"
 #include "proto/journal/frames.hpp"
 #include "server/replay/motion_options.hpp"
+#include "world/base/files/draft_file.hpp"
 #include "world/cell/world.hpp"
 #include "world/runtime/record/recorder.hpp"
 #include "world/scene/model/scene.hpp"
@@ -21,8 +21,7 @@ class MotionFile {
 
   /// Samples the world at the requested rate; call it after every step.
   void sample(const world::World& world, world::RunTime time);
-  /// Writes the rest and gives the file its name; until then its name has ".part" appended, and
-  /// what was there stays. Errors: kUnavailable with the file.
+  /// Writes the rest and moves the file into its place. Errors: kUnavailable with the file.
   [[nodiscard]] Result<void> finish();
 
  private:
@@ -30,8 +29,7 @@ class MotionFile {
   void flush(std::size_t from_bytes);
 
   const MotionOptions options_;
-  const std::string draft_;
-  std::ofstream out_;
+  files::DraftFile file_;
   aprsim::journal::FrameEncoder encoder_;
   v1::JournalHeader header_;
   const scene::Scene scene_;

@@ -4,7 +4,7 @@
 #include <array>
 #include <filesystem>
 
-#include "world/base/utf8_text.hpp"
+#include "world/base/utf8.hpp"
 #include "world/base/yaml/yaml_tree.hpp"
 #include "world/scene/overlap_check.hpp"
 #include "world/scene/readers/object_reader.hpp"
@@ -125,7 +125,7 @@ class Loader {
   }
 
   BodyNodes read_scene(const yaml::Map& keys, Scene& scene) {
-    scene.name = utf8_text(fs::path(file_).stem().string());
+    scene.name = utf8::valid(fs::path(file_).stem().string());
     scene.file = file_;
     scene.seed = static_cast<std::uint64_t>(keys["seed"].integer_or(1));
     scene.physics = read_physics(keys["physics"]);
@@ -156,8 +156,8 @@ Result<std::string> find_scene(const std::string& name_or_file, const DataPaths&
   for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
   const std::string near = yaml::nearest_word(name_or_file, names);
   return fail(ErrorCode::kNotFound, "scene",
-              "scene: found no scene \"" + name_or_file + "\" in " + paths.scenes +
-                  ", expected one of " + (list.empty() ? "(none there)" : list) +
+              "scene: found no scene \"" + name_or_file + "\", expected one of " +
+                  (list.empty() ? "(there is none)" : list) +
                   (near.empty() ? "" : " (did you mean " + near + "?)"));
 }
 

@@ -14,7 +14,7 @@ namespace {
 using crcl::CommandState;
 using std::chrono::steady_clock;
 
-// A dwell is the one command that takes time and moves nothing.
+// A dwell takes time and moves nothing.
 std::string dwell(const Target& target) {
   CrclProbe probe(target);
   probe.init();
@@ -103,7 +103,7 @@ std::string echoed(const Target& target) {
   return seen;
 }
 
-// Ends the program and tries a dwell of no time: the pendant client initializes only once.
+// Ends the session and sends a dwell of zero time: the pendant client initializes only once.
 std::string after_end(const Target& target) {
   CrclProbe probe(target);
   probe.init();
@@ -113,7 +113,7 @@ std::string after_end(const Target& target) {
   return words;
 }
 
-// In error by a value that its element cannot have.
+// Causes an error with a value outside the range of its element.
 Refusal failed_by_value(const Target& target) {
   const std::int64_t id = CrclProbe::next_id();
   return refuse(target, command_document("DwellType", id, "<DwellTime>soon</DwellTime>"), id);

@@ -119,7 +119,7 @@ SeenStatus CrclProbe::run(const crcl::CommandBody& body, Milliseconds time) {
   return seen;
 }
 
-// Who has failed once is not waited for so long again.
+// After one failure the timeout is shorter.
 void CrclProbe::init() {
   static Milliseconds patience = kInit;
   try {
@@ -154,7 +154,7 @@ Refusal refuse(const Target& target, const std::string& document, std::optional<
   refusal.other.init();
   CrclProbe probe(target);
   probe.send(document);
-  // On another connection it shows a little later.
+  // Other connections report it a little later.
   const SeenStatus seen = refusal.other.wait_error(id, CrclProbe::kAnswer);
   expect_state(seen, crcl::CommandState::kError);
   refusal.seen = in_words(seen.status);

@@ -72,6 +72,13 @@ Result<void> Document::set(std::string_view path, const std::string& text,
                            const std::string& source) {
   auto parsed = detail::parse(text, source);
   if (!parsed) return tl::unexpected(std::move(parsed.error()));
+  // An IPv6 address such as "::" or "fe80::" ends as a key without a value does.
+  if (text.ends_with(':') && parsed->kind == Value::Kind::kMap && parsed->entries.size() == 1 &&
+      parsed->entries.front().value.kind == Value::Kind::kNull) {
+    parsed->kind = Value::Kind::kScalar;
+    parsed->scalar = text;
+    parsed->entries.clear();
+  }
   Value* value = &context_->root;
   std::istringstream keys{std::string(path)};
   std::string walked;

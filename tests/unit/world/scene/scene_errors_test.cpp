@@ -123,6 +123,8 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"simplification", "simplification: off", "simplification: @asleep",
              "physics.simplification",
              "found \"asleep\", expected one of off, virtual_joints, merge, dormant"},
+        Case{"name_of_the_frame", "name: second", "name: @world", "trays[1].name",
+             "found \"world\", expected another name, as \"world\" is the cell's own frame"},
         Case{"bad_name", "name: second", "name: @'second tray, old'", "trays[1].name",
              "found \"second tray, old\", expected a name of at most 64 letters, digits, '_', '-' "
              "and '.'"}),
